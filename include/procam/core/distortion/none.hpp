@@ -1,0 +1,28 @@
+#pragma once
+/// No distortion: the pinhole, (x/z, y/z).
+#include <array>
+#include <optional>
+
+#include "procam/core/types.hpp"
+
+namespace procam {
+
+struct NoDistortion {
+  static constexpr const char* kName = "none";
+  static constexpr int kNumCoefficients = 0;
+  static constexpr std::array<const char*, 0> kCoefficientNames{};
+  std::array<double, 0> coefficients{};
+
+  /// Point in the optical frame -> distorted normalised image point; nullopt unless z > 0.
+  template <typename T>
+  static std::optional<Vec2T<T>> distort(const T*, const Vec3T<T>& point) {
+    if (!(value_of(point.z()) > 0)) return std::nullopt;
+    return Vec2T<T>(point.x() / point.z(), point.y() / point.z());
+  }
+  /// Distorted normalised image point -> direction in the optical frame.
+  static std::optional<Vec3> undistort(const double*, const Vec2& distorted) {
+    return Vec3(distorted.x(), distorted.y(), 1);
+  }
+};
+
+}  // namespace procam

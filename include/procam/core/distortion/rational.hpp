@@ -1,0 +1,52 @@
+#pragma once
+/// Rational: Brown-Conrady with a radial denominator, in OpenCV's order k1 k2 p1 p2 k3 k4 k5 k6.
+///
+///   s = x^2 + y^2,  f = (1 + k1 s + k2 s^2 + k3 s^3) / (1 + k4 s + k5 s^2 + k6 s^3)
+///   x' = x f + 2 p1 x y + p2 (s + 2 x^2),   y' = y f + p1 (s + 2 y^2) + 2 p2 x y
+///
+/// Valid while numerator N, denominator D and the slope (N + 2 s N') D - 2 s N D' stay positive on all of [0, s].
+/// Source: Claus and Fitzgibbon, "A rational function lens distortion model", CVPR 2005 (as in OpenCV's CALIB_RATIONAL_MODEL).
+#include "procam/core/distortion/inverse.hpp"
+#include "procam/core/distortion/polynomial.hpp"
+
+namespace procam {
+
+struct RationalDistortion {
+  static constexpr const char* kName = "rational";
+  static constexpr int kNumCoefficients = 8;
+  static constexpr std::array<const char*, 8> kCoefficientNames{"k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6"};
+  std::array<double, 8> coefficients{};
+
+  template <typename T>
+  static bool monotone(const T* c, double s) {
+    const std::array<double, 4> n{1, value_of(c[0]), value_of(c[1]), value_of(c[4])};
+    const std::array<double, 4> d{1, value_of(c[5]), value_of(c[6]), value_of(c[7])};
+    std::array<double, 7> slope{};  // sum over i, j of n_i d_j (1 + 2i - 2j) s^(i+j)
+    for (int i = 0; i < 4; ++i)
+      for (int j = 0; j < 4; ++j) slope[i + j] += n[i] * d[j] * (1 + 2 * i - 2 * j);
+    return polynomial_positive<3>(d, s) && polynomial_positive<6>(slope, s) && polynomial_positive<3>(n, s);
+  }
+
+  template <typename T>
+  static std::optional<Vec2T<T>> distort(const T* c, const Vec3T<T>& point) {
+    if (!(value_of(point.z()) > 0)) return std::nullopt;
+    const T x = point.x() / point.z(), y = point.y() / point.z();
+    const T s = x * x + y * y;
+    if (!monotone(c, value_of(s))) return std::nullopt;
+    const T f = (T(1) + s * (c[0] + s * (c[1] + s * c[4]))) / (T(1) + s * (c[5] + s * (c[6] + s * c[7])));
+    const T xy2 = T(2) * x * y;
+    return Vec2T<T>(x * f + c[2] * xy2 + c[3] * (s + T(2) * x * x), y * f + c[2] * (s + T(2) * y * y) + c[3] * xy2);
+  }
+
+  static std::optional<double> radial(const double* c, double r) {
+    const double s = r * r;
+    if (!monotone(c, s)) return std::nullopt;
+    return r * (1 + s * (c[0] + s * (c[1] + s * c[4]))) / (1 + s * (c[5] + s * (c[6] + s * c[7])));
+  }
+
+  static std::optional<Vec3> undistort(const double* c, const Vec2& distorted) {
+    return internal::undistort_by_newton<RationalDistortion>(c, distorted);
+  }
+};
+
+}  // namespace procam

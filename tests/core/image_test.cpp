@@ -15,7 +15,9 @@ TEST(Image, AddressesInterleavedPixelsThroughAStride) {
   EXPECT_EQ(read_only.stride, 10);
 }
 
-TEST(Image, RefusesANegativeSize) { EXPECT_THROW(Image<int>(-1, 2), std::invalid_argument); }
+TEST(Image, RefusesANegativeSize) {
+  EXPECT_THROW(Image<int>(-1, 2), std::invalid_argument);
+}
 
 TEST(ImageSize, ContainsPixelAreasUpToTheirEdges) {
   const ImageSize size{7, 4};

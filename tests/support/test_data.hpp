@@ -1,5 +1,6 @@
 #pragma once
-/// Where the real captures lie: PROCAM_TEST_DATA, else ../shared/data beside the project. Tests skip where absent.
+/// Where the real captures lie: PROCAM_TEST_DATA, else ../shared/data beside the project. Tests skip where
+/// absent.
 #include <cstdlib>
 #include <filesystem>
 
@@ -12,7 +13,7 @@ inline std::filesystem::path test_data() {
 
 }  // namespace procam::test
 
-#define PROCAM_REQUIRE_TEST_DATA(relative)                                                   \
-  if (!std::filesystem::exists(procam::test::test_data() / (relative)))                      \
-  GTEST_SKIP() << "no test data at " << (procam::test::test_data() / (relative)).string()    \
+#define PROCAM_REQUIRE_TEST_DATA(relative)                                                \
+  if (!std::filesystem::exists(procam::test::test_data() / (relative)))                   \
+  GTEST_SKIP() << "no test data at " << (procam::test::test_data() / (relative)).string() \
                << "; set PROCAM_TEST_DATA"

@@ -3,7 +3,8 @@
 ///
 ///   pixel = K * distort(point),   bearing = undistort(K^-1 * pixel) / |.|
 ///
-/// project<Model, T> is the one formula: double here, Jet in the cost functors, the renderers' per-pixel code.
+/// project<Model, T> is the one formula: double here, Jet in the cost functors, the renderers' per-pixel
+/// code.
 #include "procam/core/distortion.hpp"
 #include "procam/core/intrinsics.hpp"
 
@@ -11,7 +12,8 @@ namespace procam {
 
 /// Point in the optical frame -> pixel; nullopt behind the lens or beyond the lens model's fold.
 template <typename Model, typename T>
-std::optional<Vec2T<T>> project(const IntrinsicsT<T>& intrinsics, const T* coefficients, const Vec3T<T>& point) {
+std::optional<Vec2T<T>> project(const IntrinsicsT<T>& intrinsics, const T* coefficients,
+                                const Vec3T<T>& point) {
   const std::optional<Vec2T<T>> distorted = Model::distort(coefficients, point);
   if (!distorted) return std::nullopt;
   return intrinsics.pixel_from_normalized(*distorted);
@@ -22,11 +24,13 @@ struct Camera {
   Intrinsics intrinsics;
   Distortion distortion;
 
-  /// Point in the optical frame (metres) -> pixel, which may lie outside the image; nullopt when the lens cannot see it.
+  /// Point in the optical frame (metres) -> pixel, which may lie outside the image; nullopt when the lens
+  /// cannot see it.
   std::optional<Vec2> project(const Vec3& point_in_camera) const {
     return std::visit(
         [&](const auto& model) -> std::optional<Vec2> {
-          return procam::project<std::decay_t<decltype(model)>>(intrinsics, model.coefficients.data(), point_in_camera);
+          return procam::project<std::decay_t<decltype(model)>>(intrinsics, model.coefficients.data(),
+                                                                point_in_camera);
         },
         distortion);
   }
@@ -50,7 +54,8 @@ struct Camera {
   }
 };
 
-/// Names of all parameters in the order of files and covariances: fx fy cx cy skew, then the model's coefficients.
+/// Names of all parameters in the order of files and covariances: fx fy cx cy skew, then the model's
+/// coefficients.
 inline std::vector<std::string> parameter_names(const Camera& camera) {
   std::vector<std::string> names(kIntrinsicsNames.begin(), kIntrinsicsNames.end());
   for (const std::string& name : coefficient_names(camera.distortion)) names.push_back(name);
@@ -68,11 +73,12 @@ inline VecX parameters_of(const Camera& camera) {
 
 /// The same camera (size, distortion model) with other parameters, in the order of parameter_names().
 inline Camera with_parameters(Camera camera, const VecX& parameters) {
-  require(std::size_t(parameters.size()) == parameter_names(camera).size(), "with_parameters: wrong number of parameters");
+  require(std::size_t(parameters.size()) == parameter_names(camera).size(),
+          "with_parameters: wrong number of parameters");
   camera.intrinsics = Intrinsics::from_array(parameters.data());
-  camera.distortion = with_coefficients(
-      camera.distortion,
-      std::vector<double>(parameters.data() + Intrinsics::kNumParameters, parameters.data() + parameters.size()));
+  camera.distortion =
+      with_coefficients(camera.distortion, std::vector<double>(parameters.data() + Intrinsics::kNumParameters,
+                                                               parameters.data() + parameters.size()));
   return camera;
 }
 

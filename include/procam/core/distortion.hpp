@@ -1,6 +1,6 @@
 #pragma once
-/// Lens distortion: a closed set of models. To add one: write core/distortion/x.hpp with the members below and add it to
-/// the variant; round trip, Jacobian and file laws then run over it.
+/// Lens distortion: a closed set of models. To add one: write core/distortion/x.hpp with the members below
+/// and add it to the variant; round trip, Jacobian and file laws then run over it.
 ///
 ///   kName, kNumCoefficients, kCoefficientNames, coefficients
 ///   distort<T>(coefficients, point in optical frame) -> distorted normalised image point, or nullopt
@@ -34,7 +34,9 @@ inline std::vector<std::string> coefficient_names(const Distortion& distortion) 
 
 inline std::vector<double> coefficients_of(const Distortion& distortion) {
   return std::visit(
-      [](const auto& model) { return std::vector<double>(model.coefficients.begin(), model.coefficients.end()); },
+      [](const auto& model) {
+        return std::vector<double>(model.coefficients.begin(), model.coefficients.end());
+      },
       distortion);
 }
 
@@ -53,7 +55,9 @@ Distortion distortion_named(const std::string& name) {
 }  // namespace internal
 
 /// The model of that name, all coefficients zero. Throws Error(kUnsupported) for an unknown name.
-inline Distortion distortion_named(const std::string& name) { return internal::distortion_named<>(name); }
+inline Distortion distortion_named(const std::string& name) {
+  return internal::distortion_named<>(name);
+}
 
 /// The same model with other coefficients; their number must be the model's.
 inline Distortion with_coefficients(Distortion distortion, const std::vector<double>& values) {
@@ -61,7 +65,8 @@ inline Distortion with_coefficients(Distortion distortion, const std::vector<dou
       [&](auto& model) {
         require(values.size() == model.coefficients.size(),
                 "with_coefficients: " + std::string(std::decay_t<decltype(model)>::kName) + " takes " +
-                    std::to_string(model.coefficients.size()) + " coefficients, not " + std::to_string(values.size()));
+                    std::to_string(model.coefficients.size()) + " coefficients, not " +
+                    std::to_string(values.size()));
         std::copy(values.begin(), values.end(), model.coefficients.begin());
       },
       distortion);

@@ -1,6 +1,6 @@
 #pragma once
-/// Forward-mode automatic differentiation in N variables: value `a` and gradient `v`, the layout of Ceres' Jet, so that
-/// one templated formula serves double, Dual (inside core, which knows no Ceres) and Jet.
+/// Forward-mode automatic differentiation in N variables: value `a` and gradient `v`, the layout of Ceres'
+/// Jet, so that one templated formula serves double, Dual (inside core, which knows no Ceres) and Jet.
 ///
 ///   Dual<2> x(3.0, 0), y(4.0, 1);          // two variables
 ///   Dual<2> r = sqrt(x * x + y * y);       // r.a == 5, r.v == (0.6, 0.8)
@@ -63,7 +63,15 @@ struct NumTraits<procam::Dual<N>> : GenericNumTraits<double> {
   using NonInteger = procam::Dual<N>;
   using Nested = procam::Dual<N>;
   using Literal = double;
-  enum { IsComplex = 0, IsInteger = 0, IsSigned = 1, RequireInitialization = 1, ReadCost = 1, AddCost = N + 1, MulCost = 3 * N + 1 };
+  enum {
+    IsComplex = 0,
+    IsInteger = 0,
+    IsSigned = 1,
+    RequireInitialization = 1,
+    ReadCost = 1,
+    AddCost = N + 1,
+    MulCost = 3 * N + 1
+  };
 };
 template <int N, typename BinaryOp>
 struct ScalarBinaryOpTraits<procam::Dual<N>, double, BinaryOp> {

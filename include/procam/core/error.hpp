@@ -3,7 +3,8 @@
 ///
 /// - A caller's bug (broken precondition): std::invalid_argument, through require().
 /// - No answer for this element (behind the lens, parallel ray): std::optional, no message.
-/// - A person must act (file, too few views, degenerate layout): procam::Error, whose message has three parts:
+/// - A person must act (file, too few views, degenerate layout): procam::Error, whose message has three
+/// parts:
 ///   what (with file, line or view), why, and what to do next.
 /// - Success with remarks: Diagnostics travel inside the result. Libraries never print.
 #include <stdexcept>
@@ -17,12 +18,18 @@ enum class ErrorKind { kInput, kNotEnoughData, kDegenerate, kNotConverged, kUnsu
 
 inline const char* to_string(ErrorKind kind) {
   switch (kind) {
-    case ErrorKind::kInput: return "input";
-    case ErrorKind::kNotEnoughData: return "not_enough_data";
-    case ErrorKind::kDegenerate: return "degenerate";
-    case ErrorKind::kNotConverged: return "not_converged";
-    case ErrorKind::kUnsupported: return "unsupported";
-    case ErrorKind::kIo: return "io";
+    case ErrorKind::kInput:
+      return "input";
+    case ErrorKind::kNotEnoughData:
+      return "not_enough_data";
+    case ErrorKind::kDegenerate:
+      return "degenerate";
+    case ErrorKind::kNotConverged:
+      return "not_converged";
+    case ErrorKind::kUnsupported:
+      return "unsupported";
+    case ErrorKind::kIo:
+      return "io";
   }
   return "unknown";
 }
@@ -70,9 +77,15 @@ struct Diagnostic {
 struct Diagnostics {
   std::vector<Diagnostic> items;
 
-  void note(std::string code, std::string message) { add(Severity::kNote, std::move(code), std::move(message)); }
-  void warn(std::string code, std::string message) { add(Severity::kWarning, std::move(code), std::move(message)); }
-  void fail(std::string code, std::string message) { add(Severity::kFailure, std::move(code), std::move(message)); }
+  void note(std::string code, std::string message) {
+    add(Severity::kNote, std::move(code), std::move(message));
+  }
+  void warn(std::string code, std::string message) {
+    add(Severity::kWarning, std::move(code), std::move(message));
+  }
+  void fail(std::string code, std::string message) {
+    add(Severity::kFailure, std::move(code), std::move(message));
+  }
   void append(const Diagnostics& other) { items.insert(items.end(), other.items.begin(), other.items.end()); }
 
   bool failed() const {

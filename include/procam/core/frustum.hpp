@@ -1,12 +1,13 @@
 #pragma once
-/// From intrinsics to the projection matrix of a rendering camera, exact with skew and an off-centre principal point.
+/// From intrinsics to the projection matrix of a rendering camera, exact with skew and an off-centre
+/// principal point.
 ///
 /// With pixel centres at integers the image spans [-1/2, W-1/2] x [-1/2, H-1/2], so at distance `near`:
 ///   left = -near (cx + 1/2) / fx,        right  = near (W - cx - 1/2) / fx,
 ///   top  =  near (cy + 1/2) / fy,        bottom = -near (H - cy - 1/2) / fy.
-/// Skew adds -2 skew / W at row 0, column 1 of OpenGL's matrix, which glFrustum's six numbers cannot express: the 4x4
-/// matrix is the primary form. Dropping the halves would shift the picture by half a pixel.
-/// Lens distortion is not linear and has no place in a matrix: see render for the full model.
+/// Skew adds -2 skew / W at row 0, column 1 of OpenGL's matrix, which glFrustum's six numbers cannot express:
+/// the 4x4 matrix is the primary form. Dropping the halves would shift the picture by half a pixel. Lens
+/// distortion is not linear and has no place in a matrix: see render for the full model.
 #include "procam/core/error.hpp"
 #include "procam/core/intrinsics.hpp"
 
@@ -25,12 +26,17 @@ inline void require_frustum(const Intrinsics& k, ImageSize size, double near, do
 }
 }  // namespace internal
 
-/// The six numbers for intrinsics without skew. Throws std::invalid_argument for skew != 0: use clip_from_eye().
+/// The six numbers for intrinsics without skew. Throws std::invalid_argument for skew != 0: use
+/// clip_from_eye().
 inline Frustum frustum(const Intrinsics& k, ImageSize size, double near, double far) {
   internal::require_frustum(k, size, near, far);
   require(k.skew == 0, "frustum: glFrustum cannot express skew; use clip_from_eye()");
-  return {-near * (k.cx + 0.5) / k.fx, near * (size.width - k.cx - 0.5) / k.fx, -near * (size.height - k.cy - 0.5) / k.fy,
-          near * (k.cy + 0.5) / k.fy,  near,                                    far};
+  return {-near * (k.cx + 0.5) / k.fx,
+          near * (size.width - k.cx - 0.5) / k.fx,
+          -near * (size.height - k.cy - 0.5) / k.fy,
+          near * (k.cy + 0.5) / k.fy,
+          near,
+          far};
 }
 
 enum class GraphicsApi {
@@ -51,7 +57,8 @@ inline Mat4 eye_from_optical(GraphicsApi api) {
 inline Mat4 clip_from_optical(const Intrinsics& k, ImageSize size, double near, double far, GraphicsApi api) {
   internal::require_frustum(k, size, near, far);
   const double w = size.width, h = size.height;
-  const double y = api == GraphicsApi::kVulkan ? 1 : -1;  // pixel rows grow downwards; OpenGL's and D3D's clip y upwards
+  const double y =
+      api == GraphicsApi::kVulkan ? 1 : -1;  // pixel rows grow downwards; OpenGL's and D3D's clip y upwards
   Mat4 m = Mat4::Zero();
   m.row(0) << 2 * k.fx / w, 2 * k.skew / w, 2 * (k.cx + 0.5) / w - 1, 0;
   m.row(1) << 0, y * 2 * k.fy / h, y * (2 * (k.cy + 0.5) / h - 1), 0;
@@ -66,7 +73,8 @@ inline Mat4 clip_from_optical(const Intrinsics& k, ImageSize size, double near, 
 
 /// The projection matrix as the API's users know it: from its own eye frame to its clip space.
 inline Mat4 clip_from_eye(const Intrinsics& k, ImageSize size, double near, double far, GraphicsApi api) {
-  return clip_from_optical(k, size, near, far, api) * eye_from_optical(api);  // the sign changes are their own inverse
+  return clip_from_optical(k, size, near, far, api) *
+         eye_from_optical(api);  // the sign changes are their own inverse
 }
 
 }  // namespace procam

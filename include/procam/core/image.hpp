@@ -23,9 +23,14 @@ struct ImageView {
 
   ImageView() = default;
   ImageView(T* pixels, int w, int h, int c = 1, std::ptrdiff_t row_stride = 0)
-      : data(pixels), width(w), height(h), channels(c), stride(row_stride != 0 ? row_stride : std::ptrdiff_t(w) * c) {}
+      : data(pixels),
+        width(w),
+        height(h),
+        channels(c),
+        stride(row_stride != 0 ? row_stride : std::ptrdiff_t(w) * c) {}
   /// A view that writes can be looked at by one that reads.
-  template <typename U, typename = std::enable_if_t<std::is_same<const U, T>::value && !std::is_same<U, T>::value>>
+  template <typename U,
+            typename = std::enable_if_t<std::is_same<const U, T>::value && !std::is_same<U, T>::value>>
   ImageView(const ImageView<U>& other)
       : ImageView(other.data, other.width, other.height, other.channels, other.stride) {}
 
@@ -45,7 +50,8 @@ class Image {
     require(width >= 0 && height >= 0 && channels >= 1, "Image: negative size or no channel");
     pixels_.assign(std::size_t(width) * std::size_t(height) * std::size_t(channels), fill);
   }
-  explicit Image(ImageSize size, int channels = 1, T fill = T()) : Image(size.width, size.height, channels, fill) {}
+  explicit Image(ImageSize size, int channels = 1, T fill = T())
+      : Image(size.width, size.height, channels, fill) {}
 
   int width() const { return width_; }
   int height() const { return height_; }

@@ -5,8 +5,8 @@
 ///   K = |  0  fy  cy |      pixel = K * (x, y, 1)
 ///       |  0   0   1 |
 ///
-/// All in pixels, pixel centres at integers. The principal point may lie anywhere: a projector with lens shift has its
-/// cy below the image, and nothing may pull it to the centre.
+/// All in pixels, pixel centres at integers. The principal point may lie anywhere: a projector with lens
+/// shift has its cy below the image, and nothing may pull it to the centre.
 #include <array>
 
 #include "procam/core/types.hpp"

@@ -49,7 +49,9 @@ struct PoseT {
     return {rotation * b_from_a.rotation, rotation * b_from_a.translation + translation};
   }
   /// point_in_target = target_from_source * point_in_source
-  Vec3T<T> operator*(const Vec3T<T>& point_in_source) const { return rotation * point_in_source + translation; }
+  Vec3T<T> operator*(const Vec3T<T>& point_in_source) const {
+    return rotation * point_in_source + translation;
+  }
   /// Rotates a direction; translation does not act on it.
   Vec3T<T> rotate(const Vec3T<T>& direction_in_source) const { return rotation * direction_in_source; }
 

@@ -1,8 +1,8 @@
 #pragma once
 /// A projector: an inverse camera. Light leaves a pixel, passes the lens outwards and lands on something.
 ///
-/// The lens model is that of a camera standing in the projector's place (`inverse_camera`), so that calibration,
-/// files and renderers share one formula; the verbs here follow the light.
+/// The lens model is that of a camera standing in the projector's place (`inverse_camera`), so that
+/// calibration, files and renderers share one formula; the verbs here follow the light.
 #include "procam/core/camera.hpp"
 #include "procam/core/plane.hpp"
 
@@ -32,14 +32,16 @@ struct Projector {
     return inverse_camera.project(point_in_projector);
   }
 
-  /// Distance over picture width on a screen across the axis, as on a data sheet (lens distortion left aside): fx / W.
+  /// Distance over picture width on a screen across the axis, as on a data sheet (lens distortion left
+  /// aside): fx / W.
   double throw_ratio() const { return inverse_camera.intrinsics.fx / size().width; }
 
-  /// How far the optical axis lies from the picture's centre, in picture widths and heights (x right, y down positive).
-  /// (0, 0.5): the axis passes the bottom edge, the common table-top projector.
+  /// How far the optical axis lies from the picture's centre, in picture widths and heights (x right, y down
+  /// positive). (0, 0.5): the axis passes the bottom edge, the common table-top projector.
   Vec2 lens_shift() const {
     const Intrinsics& k = inverse_camera.intrinsics;
-    return Vec2((k.cx - 0.5 * (size().width - 1)) / size().width, (k.cy - 0.5 * (size().height - 1)) / size().height);
+    return Vec2((k.cx - 0.5 * (size().width - 1)) / size().width,
+                (k.cy - 0.5 * (size().height - 1)) / size().height);
   }
 };
 

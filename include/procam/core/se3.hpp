@@ -3,8 +3,9 @@
 ///
 /// The increment xi = [rotation (3), translation (3)] acts on the left:
 ///   target_from_source = se3_exp(xi) * mean
-/// so xi and its covariance live in the target frame, in that order (ROS's order, translation first, is converted at
-/// the boundary). Source: Barfoot, "State Estimation for Robotics", 2017, chapter 7 (with the rotation part first).
+/// so xi and its covariance live in the target frame, in that order (ROS's order, translation first, is
+/// converted at the boundary). Source: Barfoot, "State Estimation for Robotics", 2017, chapter 7 (with the
+/// rotation part first).
 #include <cmath>
 
 #include "procam/core/pose.hpp"
@@ -29,7 +30,8 @@ Eigen::Quaternion<T> so3_exp(const Vec3T<T>& w) {
   // Below 1e-8 rad^2 the Taylor series is exact to double precision, and sqrt has no derivative at zero.
   if (value_of(angle2) < 1e-8) {
     const T half_sinc = T(0.5) - angle2 / T(48);
-    return Eigen::Quaternion<T>(T(1) - angle2 / T(8), half_sinc * w.x(), half_sinc * w.y(), half_sinc * w.z());
+    return Eigen::Quaternion<T>(T(1) - angle2 / T(8), half_sinc * w.x(), half_sinc * w.y(),
+                                half_sinc * w.z());
   }
   const T angle = sqrt(angle2);
   const T s = sin(angle / T(2)) / angle;
@@ -49,7 +51,8 @@ Vec3T<T> so3_log(const Eigen::Quaternion<T>& q) {
   return v * (T(2) * atan2(s, w) / s);
 }
 
-/// Left Jacobian J of SO(3): so3_exp(w + d) ~ so3_exp(J d) * so3_exp(w); also translation = J * rho in se3_exp.
+/// Left Jacobian J of SO(3): so3_exp(w + d) ~ so3_exp(J d) * so3_exp(w); also translation = J * rho in
+/// se3_exp.
 template <typename T>
 Mat3T<T> so3_left_jacobian(const Vec3T<T>& w) {
   using std::cos;
@@ -57,7 +60,8 @@ Mat3T<T> so3_left_jacobian(const Vec3T<T>& w) {
   using std::sqrt;
   const T angle2 = w.squaredNorm();
   T a, b;  // (1 - cos)/angle^2 and (angle - sin)/angle^3
-  if (value_of(angle2) < 1e-4) {  // the closed forms lose digits to cancellation here; the series is exact to 1e-16
+  if (value_of(angle2) <
+      1e-4) {  // the closed forms lose digits to cancellation here; the series is exact to 1e-16
     a = T(0.5) - angle2 / T(24) + angle2 * angle2 / T(720);
     b = T(1. / 6) - angle2 / T(120) + angle2 * angle2 / T(5040);
   } else {

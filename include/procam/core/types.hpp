@@ -28,13 +28,16 @@ using Mat34 = Eigen::Matrix<double, 3, 4>;
 using MatX = Eigen::MatrixXd;
 using VecX = Eigen::VectorXd;
 
-/// Fixed-size vectors of 16-byte multiples need Eigen's allocator only before C++17; std::vector is right here.
+/// Fixed-size vectors of 16-byte multiples need Eigen's allocator only before C++17; std::vector is right
+/// here.
 using Points2 = std::vector<Vec2>;
 using Points3 = std::vector<Vec3>;
 
-/// The number behind a scalar: itself for a double, the value part for a Ceres Jet (recognised by its member `a`).
-/// For decisions (sign, convergence) that must not carry derivatives.
-inline double value_of(double x) { return x; }
+/// The number behind a scalar: itself for a double, the value part for a Ceres Jet (recognised by its member
+/// `a`). For decisions (sign, convergence) that must not carry derivatives.
+inline double value_of(double x) {
+  return x;
+}
 template <typename Jet>
 auto value_of(const Jet& x) -> decltype(static_cast<double>(x.a)) {
   return static_cast<double>(x.a);

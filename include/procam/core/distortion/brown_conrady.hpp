@@ -5,8 +5,8 @@
 ///   x' = x f + 2 p1 x y + p2 (s + 2 x^2)
 ///   y' = y f + p1 (s + 2 y^2) + 2 p2 x y
 ///
-/// Valid up to the first fold of the radial part, d(r f)/dr = 1 + 3 k1 s + 5 k2 s^2 + 7 k3 s^3 > 0 on all of [0, s]: a
-/// point beyond it would come back into the picture as a ghost, so it has no projection here.
+/// Valid up to the first fold of the radial part, d(r f)/dr = 1 + 3 k1 s + 5 k2 s^2 + 7 k3 s^3 > 0 on all of
+/// [0, s]: a point beyond it would come back into the picture as a ghost, so it has no projection here.
 /// Source: D. C. Brown, "Close-range camera calibration", Photogrammetric Engineering 37(8), 1971.
 #include "procam/core/distortion/inverse.hpp"
 #include "procam/core/distortion/polynomial.hpp"
@@ -33,7 +33,8 @@ struct BrownConrady {
     if (!monotone(c, value_of(s))) return std::nullopt;
     const T f = T(1) + s * (c[0] + s * (c[1] + s * c[4]));
     const T xy2 = T(2) * x * y;
-    return Vec2T<T>(x * f + c[2] * xy2 + c[3] * (s + T(2) * x * x), y * f + c[2] * (s + T(2) * y * y) + c[3] * xy2);
+    return Vec2T<T>(x * f + c[2] * xy2 + c[3] * (s + T(2) * x * x),
+                    y * f + c[2] * (s + T(2) * y * y) + c[3] * xy2);
   }
 
   /// r f(r^2) while monotone.

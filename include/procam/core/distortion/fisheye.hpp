@@ -1,8 +1,8 @@
 #pragma once
 /// Fisheye (equidistant with four terms), OpenCV's cv::fisheye:
 ///
-///   theta = atan2(sqrt(x^2 + y^2), z),  theta_d = theta (1 + k1 theta^2 + k2 theta^4 + k3 theta^6 + k4 theta^8)
-///   (x', y') = theta_d (x, y) / sqrt(x^2 + y^2)
+///   theta = atan2(sqrt(x^2 + y^2), z),  theta_d = theta (1 + k1 theta^2 + k2 theta^4 + k3 theta^6 + k4
+///   theta^8) (x', y') = theta_d (x, y) / sqrt(x^2 + y^2)
 ///
 /// Sees beyond 90 degrees (z <= 0), up to the first fold of theta_d and never the point straight behind.
 /// Source: Kannala and Brandt, "A generic camera model and calibration method", PAMI 28(8), 2006.
@@ -17,13 +17,14 @@ struct FisheyeDistortion {
   static constexpr std::array<const char*, 4> kCoefficientNames{"k1", "k2", "k3", "k4"};
   std::array<double, 4> coefficients{};
 
-  static constexpr double kLargestAngle = 3.14;  ///< radians; straight behind, the image is a circle, not a point
+  static constexpr double kLargestAngle =
+      3.14;  ///< radians; straight behind, the image is a circle, not a point
 
   template <typename T>
   static bool monotone(const T* c, double theta) {
-    return theta <= kLargestAngle && polynomial_positive<4>({1, 3 * value_of(c[0]), 5 * value_of(c[1]), 7 * value_of(c[2]),
-                                                            9 * value_of(c[3])},
-                                                           theta * theta);
+    return theta <= kLargestAngle && polynomial_positive<4>({1, 3 * value_of(c[0]), 5 * value_of(c[1]),
+                                                             7 * value_of(c[2]), 9 * value_of(c[3])},
+                                                            theta * theta);
   }
 
   template <typename T>

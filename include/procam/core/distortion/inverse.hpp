@@ -1,9 +1,10 @@
 #pragma once
 /// The inverse of a radial + tangential model, shared by Brown-Conrady and rational.
 ///
-/// First the radius alone, by a bracketed Newton iteration that cannot leave the monotone part; then both coordinates,
-/// by Newton with the exact Jacobian. Ends with a check: the answer, distorted again, is the question to 1e-12, or there
-/// is no answer. (Fixed-point iteration, common elsewhere, diverges for strong barrel distortion.)
+/// First the radius alone, by a bracketed Newton iteration that cannot leave the monotone part; then both
+/// coordinates, by Newton with the exact Jacobian. Ends with a check: the answer, distorted again, is the
+/// question to 1e-12, or there is no answer. (Fixed-point iteration, common elsewhere, diverges for strong
+/// barrel distortion.)
 #include <cmath>
 #include <optional>
 
@@ -13,8 +14,8 @@
 namespace procam {
 namespace internal {
 
-/// Solves g(r) = target for r in the monotone part of g that starts at 0. `radial(r)` returns g(r), or nullopt beyond
-/// the monotone part. nullopt when g never reaches the target there.
+/// Solves g(r) = target for r in the monotone part of g that starts at 0. `radial(r)` returns g(r), or
+/// nullopt beyond the monotone part. nullopt when g never reaches the target there.
 template <typename Radial>
 std::optional<double> invert_radial(const Radial& radial, double target, double largest) {
   if (target == 0) return 0.0;
@@ -66,7 +67,8 @@ std::optional<Vec3> undistort_by_newton(const double* coefficients, const Vec2& 
       const double longest = 0.5 * (p.norm() + 0.1);  // a step near a fold must not jump over it
       if (step.norm() > longest) step *= longest / step.norm();
       p -= step;
-      if (step.norm() <= 1e-15 * (1 + p.norm()) && error.norm() <= 1e-12 * (1 + target)) return Vec3(p.x(), p.y(), 1);
+      if (step.norm() <= 1e-15 * (1 + p.norm()) && error.norm() <= 1e-12 * (1 + target))
+        return Vec3(p.x(), p.y(), 1);
     }
     return std::nullopt;
   };

@@ -1,19 +1,21 @@
 #pragma once
-/// Is a polynomial positive on an interval? The question behind every fold of a lens model: a radial distortion may be
-/// inverted up to the first root of its derivative and no further.
+/// Is a polynomial positive on an interval? The question behind every fold of a lens model: a radial
+/// distortion may be inverted up to the first root of its derivative and no further.
 #include <array>
 
 namespace procam {
 namespace internal {
 
-/// All Bernstein coefficients positive is sufficient; an end value <= 0 refutes; otherwise de Casteljau halves.
+/// All Bernstein coefficients positive is sufficient; an end value <= 0 refutes; otherwise de Casteljau
+/// halves.
 template <int Degree>
 bool bernstein_positive(const std::array<double, Degree + 1>& b, int depth) {
   if (!(b.front() > 0) || !(b.back() > 0)) return false;
   bool all = true;
   for (double c : b) all = all && c > 0;
   if (all) return true;
-  if (depth == 0) return false;  // positive by less than 2^-20 of its range: a fold for every practical purpose
+  if (depth == 0)
+    return false;  // positive by less than 2^-20 of its range: a fold for every practical purpose
   std::array<double, Degree + 1> left, right = b;
   for (int i = 0; i <= Degree; ++i) {
     left[i] = right[0];

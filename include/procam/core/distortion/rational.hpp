@@ -4,8 +4,9 @@
 ///   s = x^2 + y^2,  f = (1 + k1 s + k2 s^2 + k3 s^3) / (1 + k4 s + k5 s^2 + k6 s^3)
 ///   x' = x f + 2 p1 x y + p2 (s + 2 x^2),   y' = y f + p1 (s + 2 y^2) + 2 p2 x y
 ///
-/// Valid while numerator N, denominator D and the slope (N + 2 s N') D - 2 s N D' stay positive on all of [0, s].
-/// Source: Claus and Fitzgibbon, "A rational function lens distortion model", CVPR 2005 (as in OpenCV's CALIB_RATIONAL_MODEL).
+/// Valid while numerator N, denominator D and the slope (N + 2 s N') D - 2 s N D' stay positive on all of [0,
+/// s]. Source: Claus and Fitzgibbon, "A rational function lens distortion model", CVPR 2005 (as in OpenCV's
+/// CALIB_RATIONAL_MODEL).
 #include "procam/core/distortion/inverse.hpp"
 #include "procam/core/distortion/polynomial.hpp"
 
@@ -14,7 +15,8 @@ namespace procam {
 struct RationalDistortion {
   static constexpr const char* kName = "rational";
   static constexpr int kNumCoefficients = 8;
-  static constexpr std::array<const char*, 8> kCoefficientNames{"k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6"};
+  static constexpr std::array<const char*, 8> kCoefficientNames{"k1", "k2", "p1", "p2",
+                                                                "k3", "k4", "k5", "k6"};
   std::array<double, 8> coefficients{};
 
   template <typename T>
@@ -35,7 +37,8 @@ struct RationalDistortion {
     if (!monotone(c, value_of(s))) return std::nullopt;
     const T f = (T(1) + s * (c[0] + s * (c[1] + s * c[4]))) / (T(1) + s * (c[5] + s * (c[6] + s * c[7])));
     const T xy2 = T(2) * x * y;
-    return Vec2T<T>(x * f + c[2] * xy2 + c[3] * (s + T(2) * x * x), y * f + c[2] * (s + T(2) * y * y) + c[3] * xy2);
+    return Vec2T<T>(x * f + c[2] * xy2 + c[3] * (s + T(2) * x * x),
+                    y * f + c[2] * (s + T(2) * y * y) + c[3] * xy2);
   }
 
   static std::optional<double> radial(const double* c, double r) {

@@ -1,0 +1,55 @@
+#pragma once
+/// What calibration returns: the rig, every view's pose, every residual with its verdict, and how good it all
+/// is.
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "procam/core/observation.hpp"
+#include "procam/core/rig.hpp"
+
+namespace procam::calibrate {
+
+/// One observation after the solve. Outliers stay in the list, with the reason.
+struct Residual {
+  int view = 0;    ///< index into CalibrationResult::views
+  int device = 0;  ///< index into Correspondences::devices
+  int point = 0;
+  Vec2 pixel = Vec2::Zero();     ///< as observed
+  Vec2 residual = Vec2::Zero();  ///< projected - observed, pixels
+  bool used = true;
+  std::string reason;  ///< why it was left out; empty when used
+};
+
+struct ViewResult {
+  std::string name;
+  Pose rig_from_board;
+  std::vector<double> rms_px;      ///< by device, over the used observations
+  std::vector<double> holdout_px;  ///< by device, from a solve without this view; empty when not asked for
+  std::string note;                ///< "board order turned by 180 degrees", "left out: ..."
+  bool used = true;
+};
+
+/// Light on a wall across the first projector's axis: what the parameters' covariance means in millimetres.
+struct WallError {
+  double distance = 2;  ///< metres
+  double rms_mm = 0;    ///< sqrt(mean over the picture of trace of the landed point's covariance)
+  double worst_mm = 0;  ///< at the worst of the picture's grid points
+};
+
+struct CalibrationResult {
+  Rig rig;
+  std::vector<Device> devices;
+  std::vector<ViewResult> views;
+  std::vector<Residual> residuals;
+  std::vector<double> rms_px;  ///< by device: sqrt(mean |residual|^2) over the used observations
+  double joint_rms_px = 0;     ///< over all devices
+  std::vector<double>
+      holdout_px;          ///< by device: mean over views of the held-out RMS; empty when not asked for
+  double sigma_scale = 1;  ///< what the detectors' sigmas had to be multiplied by
+  int iterations = 0;
+  std::optional<WallError> wall_error;
+  Diagnostics diagnostics;
+};
+
+}  // namespace procam::calibrate

@@ -1,0 +1,50 @@
+#pragma once
+/// What was seen: detections in one image, and correspondences over all views of a session.
+#include <string>
+
+#include "procam/core/board.hpp"
+#include "procam/core/error.hpp"
+#include "procam/core/types.hpp"
+
+namespace procam {
+
+/// One point of a board at one pixel of one device (for a projector: the pixel whose light falls on the
+/// point).
+struct Observation {
+  int point = 0;  ///< index into points_in_board()
+  Vec2 pixel = Vec2::Zero();
+  Mat2 covariance = Mat2::Identity() * 0.01;  ///< pixel^2: what the detector believes
+};
+
+/// The board as one image shows it.
+struct Detections {
+  ImageSize image_size;
+  std::vector<Observation> observations;
+  Diagnostics diagnostics;
+};
+
+enum class DeviceKind { kCamera, kProjector };
+
+/// A camera or projector that takes part in a session.
+struct Device {
+  std::string name;  ///< "camera", "projector"
+  DeviceKind kind = DeviceKind::kCamera;
+  ImageSize size;
+};
+
+/// One placement of the board: what each device saw or lit of it.
+struct View {
+  std::string name;  ///< the folder's name
+  std::vector<std::vector<Observation>>
+      observations;  ///< by device, in the order of Correspondences::devices
+};
+
+/// All that a calibration needs: join(detections, decoded maps) -> Correspondences -> calibrate.
+struct Correspondences {
+  Board board;
+  std::vector<Device> devices;  ///< at least one camera; the first one's frame is the rig's
+  std::vector<View> views;
+  Diagnostics diagnostics;
+};
+
+}  // namespace procam

@@ -1,0 +1,20 @@
+#pragma once
+/// A scene: what a projector is asked to draw. Placed surfaces, each with the picture on it, back to front.
+#include <cstdint>
+
+#include "procam/core/image.hpp"
+#include "procam/core/surface.hpp"
+
+namespace procam {
+
+struct SceneItem {
+  Placement placement;
+  ViewU8 content;  ///< 1, 3 (RGB) or 4 (RGBA, straight alpha) channels; must outlive the scene
+};
+
+struct Scene {
+  std::vector<SceneItem> items;            ///< later ones cover earlier ones
+  std::uint8_t background[3] = {0, 0, 0};  ///< RGB where nothing is drawn: no light
+};
+
+}  // namespace procam

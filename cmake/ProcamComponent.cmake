@@ -43,19 +43,15 @@ function(procam_component name)
   install(DIRECTORY ${PROJECT_SOURCE_DIR}/include/procam/${name} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/procam)
   install(EXPORT procam-${name} NAMESPACE procam:: DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/procam)
 
-  # What the package file needs to know: the components and packages below this one.
+  # What the package file needs to know: the components below this one, and the packages it asks for.
   set(components)
   foreach(link IN LISTS arg_PUBLIC arg_PRIVATE)
     if(link MATCHES "^procam::(.+)$")
       list(APPEND components ${CMAKE_MATCH_1})
     endif()
   endforeach()
-  set(finds)
-  foreach(find IN LISTS arg_FIND)
-    string(APPEND finds "find_dependency(${find})\n")
-  endforeach()
-  file(WRITE ${PROJECT_BINARY_DIR}/procam-${name}-needs.cmake
-    "set(procam_${name}_NEEDS ${components})\n${finds}")
+  file(CONFIGURE OUTPUT ${PROJECT_BINARY_DIR}/procam-${name}-needs.cmake @ONLY CONTENT
+"set(procam_@name@_NEEDS @components@)\nset(procam_@name@_PACKAGES \"@arg_FIND@\")\n")
   install(FILES ${PROJECT_BINARY_DIR}/procam-${name}-needs.cmake
     DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/procam)
 endfunction()

@@ -1,0 +1,38 @@
+# Proves that check.cmake can fail: one small tree for each rule, and one that keeps them all.
+#   cmake -DSCRATCH=<folder> -P self_test.cmake
+cmake_minimum_required(VERSION 3.22)
+set(check ${CMAKE_CURRENT_LIST_DIR}/check.cmake)
+
+function(expect name file include_line verdict)
+  file(REMOVE_RECURSE ${SCRATCH})
+  file(WRITE ${SCRATCH}/${file} "#pragma once\n${include_line}\n")
+  execute_process(COMMAND ${CMAKE_COMMAND} -DROOT=${SCRATCH} -P ${check}
+    RESULT_VARIABLE result OUTPUT_VARIABLE output ERROR_VARIABLE output)
+  string(REGEX REPLACE "[ \n]+" " " output "${output}")
+  string(FIND "${output}" "${verdict}" position)
+  if(position EQUAL -1 OR (verdict MATCHES "keep to the arrows" AND NOT result EQUAL 0)
+      OR (NOT verdict MATCHES "keep to the arrows" AND result EQUAL 0))
+    message(FATAL_ERROR "${name}: expected '${verdict}', got (${result}):\n${output}")
+  endif()
+endfunction()
+
+expect(allowed src/simulate/world.cpp "#include \"procam/render/draw.hpp\"" "1 files keep to the arrows")
+expect(ceres_beside_the_costs include/procam/calibrate/costs/pixel.hpp "#include <ceres/jet.h>"
+  "1 files keep to the arrows")
+expect(heavy_package_in_a_body src/io/read.cpp "#include <opencv2/core.hpp>" "1 files keep to the arrows")
+expect(stage_to_stage src/match/join.cpp "#include \"procam/detect/chessboard.hpp\"" "match may not include detect")
+expect(against_the_stream include/procam/core/rig.hpp "#  include <procam/io/rig_file.hpp>"
+  "core may not include io")
+expect(opencv_in_public include/procam/detect/chessboard.hpp "#include <opencv2/core.hpp>"
+  "a public header may not include opencv2/core.hpp")
+expect(json_in_public include/procam/io/rig_file.hpp "#include <nlohmann/json_fwd.hpp>"
+  "a public header may not include nlohmann/json_fwd.hpp")
+expect(pugixml_in_public include/procam/io/rig_file.hpp "#include <pugixml.hpp>"
+  "a public header may not include pugixml.hpp")
+expect(ceres_outside_the_costs include/procam/calibrate/bundle.hpp "#include <ceres/problem.h>"
+  "a public header may not include ceres/problem.h")
+expect(core_with_more_than_eigen include/procam/core/ray.hpp "#include <boost/optional.hpp>"
+  "core needs Eigen alone")
+expect(side_door src/match/join.cpp "#include \"../detect/corners.hpp\"" "reaches into another folder")
+expect(unknown_stage src/misc/join.cpp "#include <vector>" "stage 'misc' has no arrows")
+file(REMOVE_RECURSE ${SCRATCH})

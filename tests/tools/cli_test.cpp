@@ -1,0 +1,169 @@
+#include "common/cli.hpp"
+
+#include <gtest/gtest.h>
+
+#include <CLI/CLI.hpp>
+#include <csignal>
+#include <limits>
+#include <stdexcept>
+
+namespace procam::tools {
+namespace {
+
+struct ToolRun {
+  int code = -1;
+  std::string out, err;
+};
+
+const ToolInfo kTool{"measure-wall", "Measures a wall.", "measure-wall --width 2m"};
+
+ToolRun run_with(
+    std::vector<const char*> arguments, const std::function<ExitCode(Console&)>& body,
+    const std::function<void(CLI::App&)>& declare = [](CLI::App&) {}) {
+  arguments.insert(arguments.begin(), "measure-wall");
+  ToolRun run;
+  testing::internal::CaptureStdout();
+  testing::internal::CaptureStderr();
+  run.code = run_tool(int(arguments.size()), arguments.data(), kTool, declare, body);
+  run.out = testing::internal::GetCapturedStdout();
+  run.err = testing::internal::GetCapturedStderr();
+  return run;
+}
+
+ExitCode nothing(Console&) {
+  return ExitCode::kOk;
+}
+
+bool contains(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
+TEST(Cli, HelpOpensWithWhatTheToolDoesAndOneLineToTry) {
+  const ToolRun run = run_with({"--help"}, nothing);
+  EXPECT_EQ(run.code, 0);
+  EXPECT_EQ(run.out.rfind("measure-wall: Measures a wall.\n\nTry:\n  measure-wall --width 2m\n", 0), 0u)
+      << run.out;
+}
+
+TEST(Cli, VersionNamesToolAndLibrary) {
+  const ToolRun run = run_with({"--version"}, nothing);
+  EXPECT_EQ(run.code, 0);
+  EXPECT_TRUE(contains(run.out, "measure-wall (procam ")) << run.out;
+}
+
+TEST(Cli, KeepsStdoutForTheSummaryUnderJson) {
+  const auto body = [](Console& console) {
+    console.say("two metres");
+    console.summary().set("/wall/width", 2.0);
+    console.summary().set("/wall/flat", true);
+    return ExitCode::kOk;
+  };
+  const ToolRun json = run_with({"--json"}, body);
+  EXPECT_EQ(json.err, "two metres\n");
+  EXPECT_EQ(json.out.front(), '{');
+  EXPECT_TRUE(contains(json.out, "\"exit_code\": 0")) << json.out;
+  EXPECT_TRUE(contains(json.out, "\"wall\": {\n    \"width\": 2.0,\n    \"flat\": true\n  }")) << json.out;
+
+  const ToolRun plain = run_with({}, body);
+  EXPECT_EQ(plain.out, "two metres\n");
+  EXPECT_EQ(plain.err, "");
+}
+
+TEST(Cli, TellsErrorsInThreePartsWithTheCodeOfTheirKind) {
+  const std::vector<std::pair<ErrorKind, int>> codes = {
+      {ErrorKind::kInput, 3},         {ErrorKind::kUnsupported, 3}, {ErrorKind::kIo, 3},
+      {ErrorKind::kNotEnoughData, 4}, {ErrorKind::kDegenerate, 4},  {ErrorKind::kNotConverged, 4}};
+  for (const auto& [kind, code] : codes) {
+    const auto fail = [kind = kind](Console&) -> ExitCode {
+      throw Error(kind, "views/3", "it has no corners", "take it again");
+    };
+    const ToolRun run = run_with({"--json"}, fail);
+    EXPECT_EQ(run.code, code) << to_string(kind);
+    EXPECT_EQ(run.err, "measure-wall: views/3\n  why:  it has no corners\n  next: take it again\n");
+    EXPECT_TRUE(contains(run.out, std::string("\"kind\": \"") + to_string(kind) + '"')) << run.out;
+    EXPECT_TRUE(contains(run.out, "\"next\": \"take it again\"")) << run.out;
+    EXPECT_EQ(run_with({}, fail).out, "");
+  }
+}
+
+TEST(Cli, CallsAnythingElseABug) {
+  const ToolRun precondition =
+      run_with({}, [](Console&) -> ExitCode { throw std::invalid_argument("w <= 0"); });
+  EXPECT_EQ(precondition.code, 1);
+  EXPECT_TRUE(contains(precondition.err, "this is a bug in procam")) << precondition.err;
+  EXPECT_EQ(run_with({}, [](Console&) -> ExitCode { throw 7; }).code, 1);
+}
+
+TEST(Cli, RefusesFlagsItDoesNotKnow) {
+  const ToolRun run = run_with({"--json", "--hight", "2"}, nothing);
+  EXPECT_EQ(run.code, 2);
+  EXPECT_TRUE(contains(run.err, "--hight")) << run.err;
+  EXPECT_TRUE(contains(run.out, "\"kind\": \"usage\"")) << run.out;
+}
+
+TEST(Cli, NamesTheFlagWhoseTextDoesNotParse) {
+  double width = 0;
+  const auto declare = [&width](CLI::App& app) {
+    add_parsed(
+        app, "--width",
+        [&width](const std::string& text) {
+          if (text != "2m") throw Error(ErrorKind::kInput, "length '" + text + "'", "no unit", "write 2m");
+          width = 2;
+        },
+        "Width of the wall");
+  };
+  EXPECT_EQ(run_with({"--width", "2m"}, nothing, declare).code, 0);
+  EXPECT_EQ(width, 2);
+  const ToolRun bad = run_with({"--width", "2"}, nothing, declare);
+  EXPECT_EQ(bad.code, 2);
+  EXPECT_TRUE(contains(bad.err, "--width: length '2': no unit; write 2m")) << bad.err;
+}
+
+TEST(Cli, EndsWith130WhenInterruptedBetweenSteps) {
+  const ToolRun run = run_with({}, [](Console& console) {
+    console.progress("measuring", 0, 2);
+    std::raise(SIGINT);
+    console.progress("measuring", 1, 2);
+    return ExitCode::kOk;
+  });
+  EXPECT_EQ(run.code, 130);
+  EXPECT_TRUE(contains(run.err, "interrupted")) << run.err;
+}
+
+TEST(Cli, ShowsNoProgressWhereStderrIsNoTerminal) {
+  const ToolRun run = run_with({}, [](Console& console) {
+    console.progress("measuring", 1, 2);
+    return ExitCode::kOk;
+  });
+  EXPECT_EQ(run.err, "");
+}
+
+TEST(Cli, FailedGatesEndWith5AndStandInTheSummary) {
+  const ToolRun run = run_with({"--json"}, [](Console& console) {
+    Diagnostics diagnostics;
+    diagnostics.warn("few_views", "only four views; take more");
+    diagnostics.fail("rms_too_high", "RMS 0.9 px, limit 0.5; look at the views");
+    console.report(diagnostics);
+    return exit_code(diagnostics);
+  });
+  EXPECT_EQ(run.code, 5);
+  EXPECT_EQ(run.err,
+            "warning: only four views; take more\nfailure: RMS 0.9 px, limit 0.5; look at the views\n");
+  EXPECT_TRUE(contains(run.out, "\"code\": \"rms_too_high\"")) << run.out;
+  EXPECT_TRUE(contains(run.out, "\"severity\": \"failure\"")) << run.out;
+}
+
+TEST(Summary, WritesNullForWhatIsNotFinite) {
+  Summary summary;
+  summary.set("/sigma", std::numeric_limits<double>::quiet_NaN());
+  EXPECT_EQ(summary.to_json(), "{\n  \"sigma\": null\n}");
+}
+
+TEST(Summary, SurvivesFileNamesThatAreNoUtf8) {
+  Summary summary;
+  summary.set("/file", "wall\xff.png");
+  EXPECT_TRUE(contains(summary.to_json(), "wall\xEF\xBF\xBD.png"));
+}
+
+}  // namespace
+}  // namespace procam::tools

@@ -1,0 +1,259 @@
+#include "common/cli.hpp"
+
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <csignal>
+#include <cstring>
+#include <exception>
+#include <iostream>
+#include <nlohmann/json.hpp>
+
+namespace procam::tools {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// Ctrl-C, raised by Console::progress.
+struct Interrupted {};
+
+volatile std::sig_atomic_t interrupt_requested = 0;
+
+extern "C" void on_interrupt(int) {
+  // A second Ctrl-C does not wait for the next step.
+  if (interrupt_requested != 0) _exit(static_cast<int>(ExitCode::kInterrupted));
+  interrupt_requested = 1;
+}
+
+/// Takes SIGINT for the time of the run, and gives it back.
+class InterruptScope {
+ public:
+  InterruptScope() {
+    interrupt_requested = 0;
+    struct sigaction action = {};
+    action.sa_handler = on_interrupt;
+    sigaction(SIGINT, &action, &previous_);
+  }
+  ~InterruptScope() { sigaction(SIGINT, &previous_, nullptr); }
+  InterruptScope(const InterruptScope&) = delete;
+  InterruptScope& operator=(const InterruptScope&) = delete;
+
+ private:
+  struct sigaction previous_ = {};
+};
+
+/// What is told about a failure, to people and to programs.
+struct Failure {
+  ExitCode code;
+  std::string kind, what, why, next;
+};
+
+const char* to_string(Severity severity) {
+  switch (severity) {
+    case Severity::kNote:
+      return "note";
+    case Severity::kWarning:
+      return "warning";
+    case Severity::kFailure:
+      return "failure";
+  }
+  return "unknown";
+}
+
+Failure describe_current_exception(const ToolInfo& info) {
+  const std::string next_for_bug = "this is a bug in procam; please report it with the command and its input";
+  try {
+    throw;
+  } catch (const Interrupted&) {
+    return {ExitCode::kInterrupted, "interrupted", "interrupted", "Ctrl-C was pressed",
+            "files that were already complete are kept; run the command again for the rest"};
+  } catch (const Error& error) {
+    return {exit_code(error.kind()), procam::to_string(error.kind()), error.subject(), error.why(),
+            error.next()};
+  } catch (const CLI::ParseError& error) {
+    return {ExitCode::kUsage, "usage", "command line", error.what(), "see " + info.name + " --help"};
+  } catch (const std::exception& error) {
+    return {ExitCode::kInternal, "internal", "internal error", error.what(), next_for_bug};
+  } catch (...) {
+    return {ExitCode::kInternal, "internal", "internal error", "an exception of unknown type", next_for_bug};
+  }
+}
+
+int finish(const ToolInfo& info, bool json, Console& console, const Failure& failure) {
+  console.log(info.name + ": " + failure.what + "\n  why:  " + failure.why + "\n  next: " + failure.next);
+  if (json) {
+    Summary summary;
+    summary.set("/tool", info.name);
+    summary.set("/version", PROCAM_VERSION);
+    summary.set("/exit_code", static_cast<int>(failure.code));
+    summary.set("/error/kind", failure.kind);
+    summary.set("/error/what", failure.what);
+    summary.set("/error/why", failure.why);
+    summary.set("/error/next", failure.next);
+    std::cout << summary.to_json() << std::endl;
+  }
+  return static_cast<int>(failure.code);
+}
+
+void require_written(const std::ostream& out) {
+  if (!out)
+    throw Error(ErrorKind::kIo, "standard output", "it cannot be written",
+                "check the pipe or the disk it goes to");
+}
+
+std::string help_opening(const ToolInfo& info) {
+  return info.name + ": " + info.about + "\n\nTry:\n  " + info.try_it + "\n";
+}
+
+constexpr const char* kHelpFooter =
+    "\nExit codes: 0 ok, 1 internal, 2 usage, 3 bad input, 4 data insufficient or degenerate,\n"
+    "  5 solved but a quality gate failed (files written, marked so), 6 device or network, 130 interrupted.";
+
+}  // namespace
+
+ExitCode exit_code(ErrorKind kind) {
+  switch (kind) {
+    case ErrorKind::kInput:
+    case ErrorKind::kUnsupported:
+    case ErrorKind::kIo:
+      return ExitCode::kBadInput;
+    case ErrorKind::kNotEnoughData:
+    case ErrorKind::kDegenerate:
+    case ErrorKind::kNotConverged:
+      return ExitCode::kInsufficientData;
+  }
+  return ExitCode::kInternal;
+}
+
+ExitCode exit_code(const Diagnostics& diagnostics) {
+  return diagnostics.failed() ? ExitCode::kGateFailed : ExitCode::kOk;
+}
+
+struct Summary::Fields {
+  Json json = Json::object();
+
+  template <typename Value>
+  void set(const std::string& pointer, const Value& value) {
+    json[Json::json_pointer(pointer)] = value;
+  }
+};
+
+Summary::Summary() : fields_(std::make_unique<Fields>()) {}
+Summary::~Summary() = default;
+void Summary::set(const std::string& pointer, double value) {
+  fields_->set(pointer, value);
+}
+void Summary::set(const std::string& pointer, int value) {
+  fields_->set(pointer, value);
+}
+void Summary::set(const std::string& pointer, bool value) {
+  fields_->set(pointer, value);
+}
+void Summary::set(const std::string& pointer, const std::string& value) {
+  fields_->set(pointer, value);
+}
+void Summary::set(const std::string& pointer, const char* value) {
+  fields_->set(pointer, std::string(value));
+}
+void Summary::set(const std::string& pointer, const std::vector<double>& values) {
+  fields_->set(pointer, values);
+}
+void Summary::set(const std::string& pointer, const std::vector<std::string>& values) {
+  fields_->set(pointer, values);
+}
+
+void Summary::add(const Diagnostics& diagnostics) {
+  Json& list = fields_->json["diagnostics"];
+  if (list.is_null()) list = Json::array();
+  for (const Diagnostic& item : diagnostics.items)
+    list.push_back({{"severity", to_string(item.severity)}, {"code", item.code}, {"message", item.message}});
+}
+
+std::string Summary::to_json() const {
+  // File names may hold bytes that are no UTF-8; a summary with a replaced letter beats none.
+  return fields_->json.dump(2, ' ', false, Json::error_handler_t::replace);
+}
+
+Console::Console(bool json) : json_(json), stderr_is_terminal_(isatty(STDERR_FILENO) == 1) {}
+
+void Console::say(const std::string& line) {
+  clear_progress();
+  (json_ ? std::cerr : std::cout) << line << '\n';
+}
+
+void Console::log(const std::string& line) {
+  clear_progress();
+  std::cout.flush();  // where both go to one terminal, they keep their order
+  std::cerr << line << '\n';
+}
+
+void Console::report(const Diagnostics& diagnostics) {
+  for (const Diagnostic& item : diagnostics.items)
+    log(std::string(to_string(item.severity)) + ": " + item.message);
+  summary_.add(diagnostics);
+}
+
+void Console::progress(const std::string& step, int done, int total) {
+  if (interrupt_requested != 0) throw Interrupted();
+  if (!stderr_is_terminal_) return;
+  constexpr const char* kReturnAndEraseLine = "\r\033[K";
+  std::cout.flush();
+  std::cerr << kReturnAndEraseLine << step << ' ' << done << '/' << total << std::flush;
+  progress_shown_ = true;
+}
+
+void Console::clear_progress() {
+  if (!progress_shown_) return;
+  std::cerr << "\r\033[K" << std::flush;
+  progress_shown_ = false;
+}
+
+CLI::Option* add_parsed(CLI::App& app, const std::string& flag,
+                        const std::function<void(const std::string&)>& parse, const std::string& help) {
+  return app.add_option_function<std::string>(
+      flag,
+      [flag, parse](const std::string& text) {
+        try {
+          parse(text);
+        } catch (const Error& error) {
+          throw CLI::ValidationError(flag, error.what());
+        }
+      },
+      help);
+}
+
+int run_tool(int argc, const char* const* argv, const ToolInfo& info,
+             const std::function<void(CLI::App&)>& declare, const std::function<ExitCode(Console&)>& run) {
+  // Known before parsing, so that a usage error is told in the form that was asked for.
+  bool json =
+      std::any_of(argv + 1, argv + argc, [](const char* text) { return std::strcmp(text, "--json") == 0; });
+  Console console(json);
+  const InterruptScope interrupts;
+  try {
+    CLI::App app(help_opening(info), info.name);
+    app.set_version_flag("--version", info.name + " (procam " PROCAM_VERSION ")");
+    app.add_flag("--json", json, "Print a machine-readable summary on stdout; sentences go to stderr");
+    app.footer(kHelpFooter);
+    declare(app);
+    try {
+      app.parse(argc, argv);
+    } catch (const CLI::Success& asked) {  // --help, --version
+      app.exit(asked);
+      require_written(std::cout.flush());
+      return static_cast<int>(ExitCode::kOk);
+    }
+
+    console.summary().set("/tool", info.name);
+    console.summary().set("/version", PROCAM_VERSION);
+    const ExitCode code = run(console);
+    console.summary().set("/exit_code", static_cast<int>(code));
+    if (json) std::cout << console.summary().to_json() << '\n';
+    require_written(std::cout.flush());
+    return static_cast<int>(code);
+  } catch (...) {
+    return finish(info, json, console, describe_current_exception(info));
+  }
+}
+
+}  // namespace procam::tools

@@ -1,0 +1,115 @@
+#pragma once
+/// What procam's command-line tools share, so that each tool's main reads as an abstract:
+///
+///   int main(int argc, char** argv) {
+///     Flags flags;
+///     return run_tool(argc, argv, {"calibrate-projector", "Calibrates ...", "calibrate-projector ..."},
+///                     [&](CLI::App& app) { declare(app, flags); },
+///                     [&](Console& console) { return calibrate(flags, console); });
+///   }
+///
+/// Every tool gets --help (what it does and one line to try, first), --version and --json; prints what went
+/// wrong in three parts (what, why, next); and ends with one of the exit codes below. CLI11 and nlohmann-json
+/// stay out of this header: only a tool that declares options includes CLI/CLI.hpp, in its .cpp.
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "procam/core/error.hpp"
+
+namespace CLI {
+class App;
+class Option;
+}  // namespace CLI
+
+namespace procam::tools {
+
+/// The contract with scripts.
+enum class ExitCode {
+  kOk = 0,
+  kInternal = 1,          ///< a bug in procam
+  kUsage = 2,             ///< flags that do not parse
+  kBadInput = 3,          ///< a file that cannot be read, understood or written
+  kInsufficientData = 4,  ///< too few views, a degenerate layout, no convergence
+  kGateFailed = 5,        ///< solved, files written and marked, but a quality gate failed
+  kDevice = 6,            ///< a device or the network
+  kInterrupted = 130      ///< Ctrl-C; files already complete are kept
+};
+
+/// kInput, kUnsupported and kIo (a file cannot be read or written) are bad input; the rest lack good data.
+ExitCode exit_code(ErrorKind kind);
+/// kGateFailed if any remark is a failure, else kOk.
+ExitCode exit_code(const Diagnostics& diagnostics);
+
+struct ToolInfo {
+  std::string name;    ///< as typed: "calibrate-projector"
+  std::string about;   ///< what it does, in a sentence or two
+  std::string try_it;  ///< one line that works
+};
+
+/// The machine's summary: one JSON object. Fields are named by JSON pointers ("/projector/fx"), which make
+/// the objects in between; a number that is not finite becomes null. Setting a field again replaces it.
+class Summary {
+ public:
+  Summary();
+  ~Summary();
+  Summary(const Summary&) = delete;
+  Summary& operator=(const Summary&) = delete;
+
+  void set(const std::string& pointer, double value);
+  void set(const std::string& pointer, int value);
+  void set(const std::string& pointer, bool value);
+  void set(const std::string& pointer, const std::string& value);
+  void set(const std::string& pointer, const char* value);
+  void set(const std::string& pointer, const std::vector<double>& values);
+  void set(const std::string& pointer, const std::vector<std::string>& values);
+  /// Appends the remarks to "diagnostics": [{severity, code, message}].
+  void add(const Diagnostics& diagnostics);
+
+  /// Indented by two spaces, fields in the order they were set.
+  std::string to_json() const;
+
+ private:
+  struct Fields;
+  std::unique_ptr<Fields> fields_;
+};
+
+/// Where a tool speaks. Sentences for people go to stdout, or to stderr under --json, where stdout carries
+/// the summary alone.
+class Console {
+ public:
+  explicit Console(bool json);
+
+  /// A result or decision, one line.
+  void say(const std::string& line);
+  /// One line on stderr.
+  void log(const std::string& line);
+  /// Logs every remark and puts it into the summary.
+  void report(const Diagnostics& diagnostics);
+  /// "step 3/5" on one line that overwrites itself; silent when stderr is no terminal. This is where Ctrl-C
+  /// takes hold (it throws, so that temporary files are removed); call it between the steps of long work.
+  void progress(const std::string& step, int done, int total);
+
+  Summary& summary() { return summary_; }
+
+ private:
+  void clear_progress();
+
+  bool json_;
+  bool stderr_is_terminal_;
+  bool progress_shown_ = false;
+  Summary summary_;
+};
+
+/// A flag whose text `parse` understands ("25mm", "1024x768"). A procam::Error from `parse` becomes a usage
+/// error that names the flag. Returns the option, for ->required() and friends.
+CLI::Option* add_parsed(CLI::App& app, const std::string& flag,
+                        const std::function<void(const std::string&)>& parse, const std::string& help);
+
+/// Declares, parses, runs, reports; returns the exit code for main. `run` throws procam::Error for what a
+/// person must mend.
+int run_tool(int argc, const char* const* argv, const ToolInfo& info,
+             const std::function<void(CLI::App&)>& declare, const std::function<ExitCode(Console&)>& run);
+
+}  // namespace procam::tools

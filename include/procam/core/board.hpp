@@ -7,6 +7,7 @@
 #include <string>
 #include <variant>
 
+#include "procam/core/error.hpp"
 #include "procam/core/types.hpp"
 
 namespace procam {
@@ -32,6 +33,7 @@ using Board = std::variant<Chessboard>;
 inline Points3 points_in_board(const Board& board) {
   return std::visit(
       [](const auto& layout) {
+        require(layout.size() >= 0, "points_in_board: a board has no negative number of points");
         Points3 points;
         points.reserve(std::size_t(layout.size()));
         for (int i = 0; i < layout.size(); ++i) points.push_back(layout.point_in_board(i));

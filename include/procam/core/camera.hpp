@@ -43,8 +43,8 @@ struct Camera {
           return std::decay_t<decltype(model)>::undistort(model.coefficients.data(), distorted);
         },
         distortion);
-    if (!direction || !direction->allFinite()) return std::nullopt;
-    return Vec3(direction->normalized());
+    if (!direction) return std::nullopt;
+    return Vec3(direction->stableNormalized());  // its square may overflow where the direction does not
   }
 
   /// Does the point fall on the image?

@@ -7,8 +7,10 @@
 ///   source_from_target = inverse:  C_st = Ad(source_from_target) C_ts Ad^T
 /// Both factors are taken as independent unless their cross covariance is given.
 #include <algorithm>
+#include <cmath>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "procam/core/error.hpp"
 #include "procam/core/se3.hpp"
@@ -67,16 +69,17 @@ struct NamedCovariance {
   /// One standard deviation; 0 for a parameter that was held fixed (not in the list).
   double sigma(const std::string& name) const {
     const auto i = index_of(name);
-    return i ? std::sqrt(std::max(0.0, matrix(*i, *i))) : 0.0;
+    // This order of max() lets NaN through: an unknown variance must not read as "held fixed".
+    return i ? std::sqrt(std::max(matrix(*i, *i), 0.0)) : 0.0;
   }
   /// The rows and columns of these names, in this order; zero where a name was held fixed.
   MatX block(const std::vector<std::string>& wanted) const {
+    std::vector<std::optional<Eigen::Index>> index;
+    for (const std::string& name : wanted) index.push_back(index_of(name));
     MatX out = MatX::Zero(Eigen::Index(wanted.size()), Eigen::Index(wanted.size()));
     for (std::size_t r = 0; r < wanted.size(); ++r)
-      for (std::size_t c = 0; c < wanted.size(); ++c) {
-        const auto i = index_of(wanted[r]), j = index_of(wanted[c]);
-        if (i && j) out(Eigen::Index(r), Eigen::Index(c)) = matrix(*i, *j);
-      }
+      for (std::size_t c = 0; c < wanted.size(); ++c)
+        if (index[r] && index[c]) out(Eigen::Index(r), Eigen::Index(c)) = matrix(*index[r], *index[c]);
     return out;
   }
 };

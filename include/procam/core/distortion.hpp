@@ -5,9 +5,11 @@
 ///   kName, kNumCoefficients, kCoefficientNames, coefficients
 ///   distort<T>(coefficients, point in optical frame) -> distorted normalised image point, or nullopt
 ///   undistort(coefficients, distorted point) -> direction in optical frame, or nullopt
+#include <algorithm>
 #include <string>
 #include <type_traits>
 #include <variant>
+#include <vector>
 
 #include "procam/core/distortion/brown_conrady.hpp"
 #include "procam/core/distortion/fisheye.hpp"
@@ -41,15 +43,16 @@ inline std::vector<double> coefficients_of(const Distortion& distortion) {
 }
 
 namespace internal {
+/// `known` gathers the names that did not match, for the message.
 template <std::size_t Index = 0>
-Distortion distortion_named(const std::string& name) {
+Distortion distortion_named(const std::string& name, const std::string& known = "") {
   if constexpr (Index < std::variant_size_v<Distortion>) {
     using Model = std::variant_alternative_t<Index, Distortion>;
     if (name == Model::kName) return Model{};
-    return distortion_named<Index + 1>(name);
+    return distortion_named<Index + 1>(name, known + (known.empty() ? "" : ", ") + Model::kName);
   } else {
     throw Error(ErrorKind::kUnsupported, "distortion model '" + name + "'", "there is no such model",
-                "use none, brown_conrady, rational or fisheye");
+                "use one of: " + known);
   }
 }
 }  // namespace internal

@@ -8,8 +8,9 @@
 ///
 /// Each edge is stored as parent_from_child with its covariance; edges are taken as independent of each
 /// other.
-#include <algorithm>
 #include <map>
+#include <string>
+#include <vector>
 
 #include "procam/core/covariance.hpp"
 
@@ -23,14 +24,16 @@ class FrameTree {
   };
 
   /// Adds or replaces the edge parent_from_child. Throws Error(kInput) when the child already hangs elsewhere
-  /// or the edge would close a loop.
+  /// or the edge would close a loop, std::invalid_argument when a number is not finite.
   void set(const std::string& parent, const std::string& child, const PoseWithCovariance& parent_from_child) {
+    require(parent_from_child.pose.is_finite() && parent_from_child.covariance.allFinite(),
+            "FrameTree::set: pose of '" + child + "' in '" + parent + "' is not finite");
     const auto existing = edges_.find(child);
     if (existing != edges_.end() && existing->second.parent != parent)
       throw Error(ErrorKind::kInput, "frame '" + child + "'",
                   "it already hangs below '" + existing->second.parent + "' and cannot also hang below '" +
                       parent + "'",
-                  "give one parent a frame, or another name");
+                  "give every frame one parent, or give this one another name");
     for (std::string up = parent;; up = edges_.at(up).parent) {
       if (up == child)
         throw Error(ErrorKind::kInput, "frame '" + child + "'",

@@ -22,6 +22,7 @@ struct IntrinsicsT {
     k << fx, skew, cx, T(0), fy, cy, T(0), T(0), T(1);
     return k;
   }
+  /// From a K of the form above: upper triangular, K(2,2) = 1.
   static IntrinsicsT from_matrix(const Mat3T<T>& k) { return {k(0, 0), k(1, 1), k(0, 2), k(1, 2), k(0, 1)}; }
 
   /// Parameter order of every file, cost functor and covariance: fx, fy, cx, cy, skew.

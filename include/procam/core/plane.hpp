@@ -29,13 +29,17 @@ inline Plane operator*(const Pose& target_from_source, const Plane& plane_in_sou
   return {n, plane_in_source.offset - n.dot(target_from_source.translation)};
 }
 
-/// Where the ray meets the plane; nullopt when it is parallel (|cos| < 1e-12) or meets it behind its origin.
+/// Where the ray meets the plane; nullopt when it is parallel (|cos| <= 1e-12), has no direction, or meets
+/// the plane behind its origin.
 inline std::optional<Vec3> intersect(const Ray& ray, const Plane& plane) {
   const double closing = plane.normal.dot(ray.direction);
-  if (std::abs(closing) < 1e-12 * ray.direction.norm()) return std::nullopt;
+  // Written so that NaN and a zero direction fail the comparison.
+  if (!(std::abs(closing) > 1e-12 * ray.direction.norm())) return std::nullopt;
   const double s = -plane.signed_distance(ray.origin) / closing;
   if (!(s >= 0)) return std::nullopt;
-  return ray.at(s);
+  const Vec3 hit = ray.at(s);
+  if (!hit.allFinite()) return std::nullopt;
+  return hit;
 }
 
 }  // namespace procam

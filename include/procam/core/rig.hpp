@@ -3,6 +3,7 @@
 /// of procam: calibration ends in it, everything that draws begins with it.
 #include <map>
 #include <string>
+#include <vector>
 
 #include "procam/core/camera.hpp"
 #include "procam/core/covariance.hpp"
@@ -88,7 +89,9 @@ struct Rig {
       known += (known.empty() ? "" : ", ") + device.name;
     }
     throw Error(ErrorKind::kInput, std::string("rig ") + what + (name.empty() ? "" : " '" + name + "'"),
-                name.empty() && !devices.empty() ? "the rig has several" : "the rig has none of that name",
+                devices.empty() ? "the rig has none"
+                : name.empty()  ? "the rig has several"
+                                : "the rig has none of that name",
                 known.empty() ? std::string("use a rig file with a ") + what : "name one of: " + known);
   }
 };

@@ -55,18 +55,18 @@ Vec3T<T> so3_log(const Eigen::Quaternion<T>& q) {
 /// se3_exp.
 template <typename T>
 Mat3T<T> so3_left_jacobian(const Vec3T<T>& w) {
-  using std::cos;
   using std::sin;
   using std::sqrt;
   const T angle2 = w.squaredNorm();
   T a, b;  // (1 - cos)/angle^2 and (angle - sin)/angle^3
-  if (value_of(angle2) <
-      1e-4) {  // the closed forms lose digits to cancellation here; the series is exact to 1e-16
+  if (value_of(angle2) < 1e-4) {
+    // angle - sin loses its digits here; the series is exact to 1e-16.
     a = T(0.5) - angle2 / T(24) + angle2 * angle2 / T(720);
     b = T(1. / 6) - angle2 / T(120) + angle2 * angle2 / T(5040);
   } else {
     const T angle = sqrt(angle2);
-    a = (T(1) - cos(angle)) / angle2;
+    const T half_sinc = sin(angle / T(2)) / angle;
+    a = T(2) * half_sinc * half_sinc;  // 1 - cos = 2 sin^2(angle/2), without its cancellation
     b = (angle - sin(angle)) / (angle2 * angle);
   }
   const Mat3T<T> w_hat = hat(w);

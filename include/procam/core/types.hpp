@@ -4,6 +4,7 @@
 /// Pixels: (0,0) is the centre of the top-left pixel; an image spans [-0.5, W-0.5] x [-0.5, H-0.5].
 /// Units: metres, radians, seconds, pixels; anything else carries a suffix. See docs/conventions.md.
 #include <Eigen/Core>
+#include <cmath>
 #include <vector>
 
 namespace procam {
@@ -41,6 +42,12 @@ inline double value_of(double x) {
 template <typename Jet>
 auto value_of(const Jet& x) -> decltype(static_cast<double>(x.a)) {
   return static_cast<double>(x.a);
+}
+
+/// Are the values behind both scalars finite? (NaN and infinity never leave a lens model.)
+template <typename T>
+bool is_finite(const Vec2T<T>& v) {
+  return std::isfinite(value_of(v.x())) && std::isfinite(value_of(v.y()));
 }
 
 /// Width and height in pixels.

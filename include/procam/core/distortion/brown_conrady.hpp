@@ -6,10 +6,12 @@
 ///   y' = y f + p1 (s + 2 y^2) + 2 p2 x y
 ///
 /// Valid up to the first fold of the radial part, d(r f)/dr = 1 + 3 k1 s + 5 k2 s^2 + 7 k3 s^3 > 0 on all of
-/// [0, s]: a point beyond it would come back into the picture as a ghost, so it has no projection here.
+/// [0, s], and of the whole map: a point beyond it would come back into the picture as a ghost, so it has no
+/// projection here.
 /// Source: D. C. Brown, "Close-range camera calibration", Photogrammetric Engineering 37(8), 1971.
 #include "procam/core/distortion/inverse.hpp"
 #include "procam/core/distortion/polynomial.hpp"
+#include "procam/core/distortion/tangential.hpp"
 
 namespace procam {
 
@@ -19,6 +21,7 @@ struct BrownConrady {
   static constexpr std::array<const char*, 5> kCoefficientNames{"k1", "k2", "p1", "p2", "k3"};
   std::array<double, 5> coefficients{};
 
+  /// Does r f(r^2) grow all the way up to r^2 = s?
   template <typename T>
   static bool monotone(const T* c, double s) {
     const double k1 = value_of(c[0]), k2 = value_of(c[1]), k3 = value_of(c[4]);
@@ -30,11 +33,11 @@ struct BrownConrady {
     if (!(value_of(point.z()) > 0)) return std::nullopt;
     const T x = point.x() / point.z(), y = point.y() / point.z();
     const T s = x * x + y * y;
-    if (!monotone(c, value_of(s))) return std::nullopt;
+    const double s0 = value_of(s);
+    if (!monotone(c, s0)) return std::nullopt;
     const T f = T(1) + s * (c[0] + s * (c[1] + s * c[4]));
-    const T xy2 = T(2) * x * y;
-    return Vec2T<T>(x * f + c[2] * xy2 + c[3] * (s + T(2) * x * x),
-                    y * f + c[2] * (s + T(2) * y * y) + c[3] * xy2);
+    const double slope = 1 + s0 * (3 * value_of(c[0]) + s0 * (5 * value_of(c[1]) + s0 * 7 * value_of(c[4])));
+    return internal::radial_and_tangential(x, y, f, slope, c[2], c[3]);
   }
 
   /// r f(r^2) while monotone.

@@ -17,10 +17,13 @@ struct NoDistortion {
   template <typename T>
   static std::optional<Vec2T<T>> distort(const T*, const Vec3T<T>& point) {
     if (!(value_of(point.z()) > 0)) return std::nullopt;
-    return Vec2T<T>(point.x() / point.z(), point.y() / point.z());
+    const Vec2T<T> image(point.x() / point.z(), point.y() / point.z());
+    if (!is_finite(image)) return std::nullopt;
+    return image;
   }
   /// Distorted normalised image point -> direction in the optical frame.
   static std::optional<Vec3> undistort(const double*, const Vec2& distorted) {
+    if (!distorted.allFinite()) return std::nullopt;
     return Vec3(distorted.x(), distorted.y(), 1);
   }
 };

@@ -14,8 +14,8 @@ bool bernstein_positive(const std::array<double, Degree + 1>& b, int depth) {
   bool all = true;
   for (double c : b) all = all && c > 0;
   if (all) return true;
-  if (depth == 0)
-    return false;  // positive by less than 2^-20 of its range: a fold for every practical purpose
+  // Still undecided on 2^-20 of the interval: it touches zero there, a fold for every practical purpose.
+  if (depth == 0) return false;
   std::array<double, Degree + 1> left, right = b;
   for (int i = 0; i <= Degree; ++i) {
     left[i] = right[0];
@@ -24,12 +24,8 @@ bool bernstein_positive(const std::array<double, Degree + 1>& b, int depth) {
   return bernstein_positive<Degree>(left, depth - 1) && bernstein_positive<Degree>(right, depth - 1);
 }
 
-}  // namespace internal
-
-/// Is a[0] + a[1] s + ... + a[Degree] s^Degree > 0 for all s in [0, end]? False for NaN.
-/// Source: Farouki, "The Bernstein polynomial basis: a centennial retrospective", 2012, section 5.
 template <int Degree>
-bool polynomial_positive(const std::array<double, Degree + 1>& a, double end) {
+bool polynomial_positive_by_bernstein(const std::array<double, Degree + 1>& a, double end) {
   // b_j = sum_{i<=j} C(j,i)/C(n,i) a_i end^i
   std::array<double, Degree + 1> scaled;  // a_i end^i / C(n,i)
   double power = 1, binomial = 1;
@@ -47,7 +43,22 @@ bool polynomial_positive(const std::array<double, Degree + 1>& a, double end) {
     }
     b[j] = sum;
   }
-  return internal::bernstein_positive<Degree>(b, 20);
+  return bernstein_positive<Degree>(b, 20);
+}
+
+}  // namespace internal
+
+/// Is a[0] + a[1] s + ... + a[Degree] s^Degree > 0 for all s in [0, end], end >= 0? False for NaN.
+///
+/// a[0] and the negative terms at `end` bound the polynomial from below: when that bound is positive, as for
+/// nearly every point of a real picture, the answer costs one Horner sum. Otherwise Bernstein's form decides.
+/// Source: Farouki, "The Bernstein polynomial basis: a centennial retrospective", 2012, section 5.
+template <int Degree>
+bool polynomial_positive(const std::array<double, Degree + 1>& a, double end) {
+  double lowest = 0;
+  for (int i = Degree; i >= 1; --i) lowest = (lowest + (a[i] > 0 ? 0 : a[i])) * end;  // NaN stays NaN
+  if (lowest + a[0] > 0) return true;
+  return internal::polynomial_positive_by_bernstein<Degree>(a, end);
 }
 
 }  // namespace procam

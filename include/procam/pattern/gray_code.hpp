@@ -1,0 +1,71 @@
+#pragma once
+/// Gray code: a projector's columns and rows written in black and white stripes, one bit a frame.
+///
+/// Frames, in the order of OpenCV's GrayCodePattern (step 1 is byte for byte the same):
+///   column bits, most significant first, each as pattern and inverse;  row bits likewise;  white;  black.
+/// A 1024x768 projector takes 20 + 20 + 2 = 42 frames. Bit b of stripe c is bit b of the reflected code c ^ (c >> 1)
+/// (F. Gray, US 2632058, 1953), so neighbouring stripes differ in one bit: an undecided bit at a stripe's edge costs
+/// one stripe, not many.
+///
+/// decode() takes the captures of these frames and tells per camera pixel which column and row it sees.
+#include <string>
+#include <vector>
+
+#include "procam/core/decoded_map.hpp"
+#include "procam/core/image.hpp"
+#include "procam/core/stripe_edge.hpp"
+#include "procam/core/types.hpp"
+
+namespace procam::pattern {
+
+/// What is shown: everything else follows from these two.
+struct GrayCode {
+  ImageSize projector_size;
+  int step = 1;  ///< stripe width in projector pixels; wider stripes survive a blurred projector, with fewer frames
+};
+
+/// Number of stripes along an axis: ceil(size / step).
+int stripe_count(const GrayCode& gray_code, StripeAxis axis);
+/// Number of bits, i.e. of frame pairs, along an axis: ceil(log2(stripe_count)).
+int bit_count(const GrayCode& gray_code, StripeAxis axis);
+/// 2 * (column bits + row bits) + 2.
+int frame_count(const GrayCode& gray_code);
+
+/// What one frame of the sequence shows.
+struct GrayCodeFrame {
+  enum class Kind { kColumnBit, kRowBit, kWhite, kBlack };
+  Kind kind = Kind::kWhite;
+  int bit = 0;           ///< significance; 0 is the finest. Only for bits
+  bool inverse = false;  ///< black and white exchanged. Only for bits
+};
+
+/// Throws std::invalid_argument for an index outside 0 .. frame_count-1, as do the two functions below.
+GrayCodeFrame frame_info(const GrayCode& gray_code, int index);
+/// For people, e.g. "frame 21 (row bit 9, inverse)".
+std::string frame_name(const GrayCode& gray_code, int index);
+/// The picture for the projector: 0 and 255, one channel, projector_size.
+ImageU8 frame(const GrayCode& gray_code, int index);
+/// All of them in order.
+std::vector<ImageU8> frames(const GrayCode& gray_code);
+
+/// "42 frames for 1024x768 (columns 10 bits, rows 10 bits, white, black)".
+std::string describe(const GrayCode& gray_code);
+
+struct DecodeOptions {
+  /// White minus black, in grey levels, below which a pixel counts as unlit (shadow, or too dark to read).
+  int min_contrast = 5;
+  /// A bit is decided when pattern and inverse differ by this many standard deviations of their difference. Higher
+  /// leaves gaps along the stripes' edges, lower lets noise through where only scattered light arrives.
+  double bit_sigmas = 2.0;
+};
+
+/// Reads the stripe codes back: bit = pattern brighter than inverse. A coordinate is undecoded where the pixel is
+/// unlit, where one of its bits is undecided, or where the code lies beyond the projector.
+///
+/// The noise is measured: pattern + inverse of every pair is the same light, so their differences are noise alone.
+/// Throws procam::Error (kInput), naming the frame, if the number of captures, their sizes or channels are wrong, or if
+/// white is darker than black. Remarks (low contrast, saturation, wrong projector size, frames out of order) are in the
+/// result's diagnostics.
+DecodedMap decode(const std::vector<ViewU8>& captures, const GrayCode& gray_code, const DecodeOptions& options = {});
+
+}  // namespace procam::pattern

@@ -1,0 +1,241 @@
+#include "procam/pattern/stripe_edges.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdlib>
+#include <optional>
+
+#include "survey.hpp"
+
+namespace procam::pattern {
+namespace {
+
+/// Above this |D| a sample tells little about where the edge is and much about scattered light.
+constexpr double kInformative = 0.9;
+
+/// Phi^-1((1 + d) / 2) for |d| < 1, to 1.3e-4 relative: S. Winitzki's closed form of the inverse error function
+/// ("A handy approximation for the error function and its inverse", 2008). A common scale of u cancels in the fit.
+double probit_of_contrast(double d) {
+  constexpr double kA = 0.147, kTwoOverPiA = 2.0 / (3.14159265358979324 * kA);
+  const double l = std::log(1.0 - d * d), half = kTwoOverPiA + 0.5 * l;
+  const double root = std::sqrt(std::max(0.0, std::sqrt(half * half - l / kA) - half));
+  return std::copysign(1.41421356237309505 * root, d);
+}
+
+/// d(contrast)/du of the above: 2 phi(u).
+double slope_of_contrast(double u) { return 0.797884560802865356 * std::exp(-0.5 * u * u); }
+
+struct Sample {
+  double position = 0;  ///< along the scan, relative to the first pixel of the pair
+  double contrast = 0;  ///< D
+  double variance = 0;  ///< of D
+  double albedo = 0;    ///< pattern + inverse - 2 black
+};
+
+/// The bit's frames, read at one pixel.
+class BitPlane {
+ public:
+  BitPlane(const ViewU8& pattern, const ViewU8& inverse, const ViewU8& black, const NoiseModel& noise)
+      : pattern_(pattern), inverse_(inverse), black_(black), noise_(noise) {}
+
+  std::optional<Sample> at(int x, int y, double position) const {
+    const double p = pattern_.at(x, y), q = inverse_.at(x, y), k = black_.at(x, y);
+    const double albedo = p + q - 2 * k;
+    if (albedo < 1) return std::nullopt;
+    const double d = std::clamp((p - q) / albedo, -1.0, 1.0);
+    const double variance_p = noise_.variance(p), variance_q = noise_.variance(q);
+    const double variance = ((1 - d) * (1 - d) * variance_p + (1 + d) * (1 + d) * variance_q + 4 * d * d * noise_.variance(k)) /
+                            (albedo * albedo);
+    return Sample{position, d, variance, albedo};
+  }
+
+ private:
+  const ViewU8 &pattern_, &inverse_, &black_;
+  const NoiseModel& noise_;
+};
+
+struct Crossing {
+  double position = 0;
+  double sigma = 0;
+};
+
+/// Zero of the weighted line through u(position).
+std::optional<Crossing> fit_crossing(const Sample* samples, int count) {
+  double n = 0, x = 0, xx = 0, u = 0, xu = 0;
+  for (int i = 0; i < count; ++i) {
+    // The transform is steep towards +-1: hold a saturated sample where it still says "this side".
+    const double d = std::clamp(samples[i].contrast, -0.98, 0.98);
+    const double value = probit_of_contrast(d), slope = slope_of_contrast(value);
+    const double weight = slope * slope / samples[i].variance;
+    n += weight, x += weight * samples[i].position, u += weight * value;
+    xx += weight * samples[i].position * samples[i].position, xu += weight * samples[i].position * value;
+  }
+  const double mean_x = x / n, mean_u = u / n;
+  const double spread = xx - x * mean_x;
+  const double slope = (xu - x * mean_u) / spread;
+  if (!(spread > 0) || slope == 0) return std::nullopt;
+  const double position = mean_x - mean_u / slope;
+  const double lever = position - mean_x;
+  const double sigma = std::sqrt(1.0 / n + lever * lever / spread) / std::abs(slope);
+  if (!std::isfinite(position) || !std::isfinite(sigma)) return std::nullopt;
+  return Crossing{position, sigma};
+}
+
+/// The boundaries with bit `bit` in (low, high]: multiples of 2^bit that are odd.
+int boundaries_between(int low, int high, int bit) {
+  const int half = 1 << bit, period = half << 1;
+  return (high + half) / period - (low + half) / period;
+}
+
+int lowest_set_bit(int k) {
+  int bit = 0;
+  while (((k >> bit) & 1) == 0) ++bit;
+  return bit;
+}
+
+/// The scan of one axis in one direction.
+class Scan {
+ public:
+  Scan(const std::vector<ViewU8>& captures, const DecodedMap& decoded, const GrayCode& gray_code, StripeAxis axis,
+       const StripeEdgeOptions& options)
+      : captures_(captures),
+        decoded_(decoded),
+        codes_(axis == StripeAxis::kColumn ? decoded.columns : decoded.rows),
+        axis_(axis),
+        bits_(bit_count(gray_code, axis)),
+        first_frame_(axis == StripeAxis::kColumn ? 0 : 2 * bit_count(gray_code, StripeAxis::kColumn)),
+        options_(options),
+        along_x_(varies_along_x()) {}
+
+  void append_edges(std::vector<StripeEdge>& edges) const {
+    const int width = codes_.width(), height = codes_.height();
+    const int dx = along_x_ ? 1 : 0, dy = along_x_ ? 0 : 1;
+    for (int y = 0; y + dy < height; ++y) {
+      const std::int16_t* here = codes_.row(y);
+      const std::int16_t* next = codes_.row(y + dy) + dx;
+      for (int x = 0; x + dx < width; ++x) {
+        if (here[x] < 0 || here[x] == next[x]) continue;
+        int gap = 1, other = next[x];
+        if (other < 0) {
+          // An edge that falls on a pixel's centre leaves that pixel undecided; the next one knows the code again.
+          gap = 2;
+          if (x + 2 * dx >= width || y + 2 * dy >= height) continue;
+          other = codes_.at(x + 2 * dx, y + 2 * dy);
+        }
+        if (other < 0 || other == here[x] || std::abs(other - here[x]) > options_.max_code_jump) continue;
+        append_between(x, y, gap, here[x], other, edges);
+      }
+    }
+  }
+
+ private:
+  bool varies_along_x() const {
+    double along_x = 0, along_y = 0;
+    for (int y = 0; y + 1 < codes_.height(); ++y) {
+      for (int x = 0; x + 1 < codes_.width(); ++x) {
+        const int code = codes_.at(x, y), right = codes_.at(x + 1, y), below = codes_.at(x, y + 1);
+        if (code < 0 || right < 0 || below < 0) continue;
+        const int step_x = std::abs(right - code), step_y = std::abs(below - code);
+        if (step_x <= options_.max_code_jump) along_x += step_x;
+        if (step_y <= options_.max_code_jump) along_y += step_y;
+      }
+    }
+    return along_x >= along_y;
+  }
+
+  void append_between(int x, int y, int gap, int code, int other, std::vector<StripeEdge>& edges) const {
+    const int low = std::min(code, other), high = std::max(code, other);
+    for (int k = low + 1; k <= high; ++k) {
+      const int bit = lowest_set_bit(k);
+      if (boundaries_between(low, high, bit) != 1) continue;
+      if (const std::optional<Crossing> crossing = locate(x, y, gap, bit, k)) {
+        StripeEdge edge;
+        edge.camera_pixel = along_x_ ? Vec2(x + crossing->position, y) : Vec2(x, y + crossing->position);
+        edge.projector_coordinate = decoded_.stripe_boundary(k);
+        edge.sigma_px = crossing->sigma;
+        edge.axis = axis_;
+        edge.scan = along_x_ ? ScanAxis::kCameraX : ScanAxis::kCameraY;
+        edges.push_back(edge);
+      }
+    }
+  }
+
+  std::optional<Crossing> locate(int x, int y, int gap, int bit, int boundary) const {
+    const std::size_t pair = std::size_t(first_frame_ + 2 * (bits_ - 1 - bit));
+    const BitPlane plane(captures_[pair], captures_[pair + 1], captures_.back(), decoded_.noise);
+    const auto sample = [&](int i) {
+      return plane.at(along_x_ ? x + i : x, along_x_ ? y : y + i, double(i));
+    };
+
+    std::array<Sample, 5> run;  // one more on either side of the pair and of what lies in its gap
+    int count = 0;
+    for (int i = 0; i <= gap; ++i) {
+      const std::optional<Sample> inner = sample(i);
+      if (!inner) return std::nullopt;
+      run[std::size_t(count++)] = *inner;
+    }
+    const Sample first = run[0], last = run[std::size_t(gap)];
+    const double step = last.contrast - first.contrast;
+    if (first.contrast * last.contrast >= 0) return std::nullopt;
+    if (step * step < options_.min_step_sigmas * options_.min_step_sigmas * (first.variance + last.variance)) return std::nullopt;
+
+    const double sign = step > 0 ? 1.0 : -1.0;
+    const auto widens = [&](int i, const Sample& inner, double direction) {
+      if (std::abs(inner.contrast) > kInformative || !belongs(x, y, i, bit, boundary)) return false;
+      const std::optional<Sample> outer = sample(i);
+      if (!outer || (outer->contrast - inner.contrast) * direction <= 0) return false;
+      run[std::size_t(count++)] = *outer;
+      return true;
+    };
+    widens(-1, first, -sign);
+    widens(gap + 1, last, sign);
+
+    std::optional<Crossing> crossing = fit_crossing(run.data(), count);
+    if (!crossing || crossing->position < 0 || crossing->position > gap) return std::nullopt;
+    // Two samples' albedos tell the gradient that the camera's blur turns into a shift.
+    const double relative = 2 * (last.albedo - first.albedo) / (gap * (last.albedo + first.albedo));
+    const double pulled = options_.camera_blur_px * options_.camera_blur_px * relative;
+    crossing->sigma = std::sqrt(crossing->sigma * crossing->sigma + pulled * pulled);
+    if (crossing->sigma > options_.max_sigma_px) return std::nullopt;
+    return crossing;
+  }
+
+  /// Is pixel x + i still on the slope of this boundary, no further than a quarter of the bit's stripe away? Beyond, the
+  /// bit's next boundary bends the profile.
+  bool belongs(int x, int y, int i, int bit, int boundary) const {
+    const int px = along_x_ ? x + i : x, py = along_x_ ? y : y + i;
+    if (px < 0 || py < 0 || px >= codes_.width() || py >= codes_.height()) return false;
+    const int code = codes_.at(px, py);
+    if (code < 0) return false;
+    const double stripe = double(2 << bit);
+    return std::abs(code + 0.5 - boundary) <= 0.25 * stripe;
+  }
+
+  const std::vector<ViewU8>& captures_;
+  const DecodedMap& decoded_;
+  const Image<std::int16_t>& codes_;
+  StripeAxis axis_;
+  int bits_, first_frame_;
+  const StripeEdgeOptions& options_;
+  bool along_x_;
+};
+
+}  // namespace
+
+std::vector<StripeEdge> stripe_edges(const std::vector<ViewU8>& captures, const DecodedMap& decoded,
+                                     const GrayCode& gray_code, const StripeEdgeOptions& options) {
+  check_captures(captures, gray_code);
+  require(decoded.camera_size() == captures[0].size() && decoded.rows.size() == captures[0].size(),
+          "stripe_edges: the decoded map has not the captures' size");
+  require(decoded.projector_size == gray_code.projector_size && decoded.step == gray_code.step,
+          "stripe_edges: the decoded map belongs to another projector size or step");
+  require(options.max_code_jump >= 1, "stripe_edges: max_code_jump is below 1");
+
+  std::vector<StripeEdge> edges;
+  Scan(captures, decoded, gray_code, StripeAxis::kColumn, options).append_edges(edges);
+  Scan(captures, decoded, gray_code, StripeAxis::kRow, options).append_edges(edges);
+  return edges;
+}
+
+}  // namespace procam::pattern

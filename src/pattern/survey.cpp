@@ -1,0 +1,218 @@
+#include "survey.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdlib>
+
+namespace procam::pattern {
+namespace {
+
+std::string percent(double share) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.1f %%", 100.0 * share);
+  return text;
+}
+
+std::string text_of(ImageSize size) { return std::to_string(size.width) + "x" + std::to_string(size.height); }
+
+/// How often pattern + inverse of two bits differ by a given amount, per class of brightness.
+class NoiseHistogram {
+ public:
+  void add(int sum, int other_sum) {
+    const int difference = std::abs(sum - other_sum);
+    if (difference < kLargest) ++counts_[std::size_t((sum + other_sum) / (4 * kLevels))][std::size_t(difference)];
+  }
+
+  /// Line through the classes' variances. A difference of two sums carries four pixels' noise.
+  NoiseModel fit() const {
+    double n = 0, x = 0, y = 0, xx = 0, xy = 0;
+    for (std::size_t bin = 0; bin < counts_.size(); ++bin) {
+      double weight = 0;
+      const double variance = clipped_variance(counts_[bin], weight) / 4.0;
+      const double grey = (double(bin) + 0.5) * kLevels;
+      if (weight < 200) continue;
+      n += weight, x += weight * grey, y += weight * variance;
+      xx += weight * grey * grey, xy += weight * grey * variance;
+    }
+    constexpr double kQuantisation = 1.0 / 12.0;
+    NoiseModel noise;
+    if (n == 0) return noise;
+    const double spread = xx - x * x / n;
+    noise.per_level = spread > 0 ? std::max(0.0, (xy - x * y / n) / spread) : 0.0;
+    noise.at_black = std::max(kQuantisation, (y - noise.per_level * x) / n);
+    return noise;
+  }
+
+ private:
+  static constexpr int kLevels = 8;
+  static constexpr int kLargest = 64;
+  using Counts = std::array<long, kLargest>;
+
+  /// Mean square within four standard deviations: things that moved are not noise.
+  static double clipped_variance(const Counts& counts, double& weight) {
+    double variance = 0;
+    int limit = kLargest;
+    for (int round = 0; round < 4; ++round) {
+      double sum = 0;
+      weight = 0;
+      for (int d = 0; d < limit; ++d) sum += double(counts[std::size_t(d)]) * d * d, weight += double(counts[std::size_t(d)]);
+      variance = weight > 0 ? sum / weight : 0.0;
+      limit = std::min(kLargest, std::max(3, int(std::ceil(4.0 * std::sqrt(variance))) + 1));
+    }
+    return variance;
+  }
+
+  std::array<Counts, 256 / kLevels> counts_ = {};
+};
+
+}  // namespace
+
+void check_captures(const std::vector<ViewU8>& captures, const GrayCode& gray_code) {
+  const int expected = frame_count(gray_code);
+  const int found = int(captures.size());
+  if (found != expected) {
+    throw Error(ErrorKind::kInput, "Gray-code captures", describe(gray_code) + " expected, " + std::to_string(found) + " found",
+                "check the projector size and step, and that every frame was captured");
+  }
+  for (int index = 0; index < found; ++index) {
+    const ViewU8& capture = captures[std::size_t(index)];
+    const std::string name = "capture of " + frame_name(gray_code, index);
+    if (capture.empty() || capture.data == nullptr) {
+      throw Error(ErrorKind::kInput, name, "the image is empty", "capture or copy this frame again");
+    }
+    if (capture.channels != 1) {
+      throw Error(ErrorKind::kInput, name, std::to_string(capture.channels) + " channels where 1 (grey) is expected",
+                  "convert the captures to grey");
+    }
+    if (capture.size() != captures[0].size()) {
+      throw Error(ErrorKind::kInput, name, "size " + text_of(capture.size()) + " where frame 0 has " + text_of(captures[0].size()),
+                  "all frames of a pose must come from one camera with one resolution");
+    }
+  }
+}
+
+Survey survey_captures(const std::vector<ViewU8>& captures, const GrayCode& gray_code, int min_contrast) {
+  const int pairs = int(captures.size()) / 2 - 1;
+  const ViewU8& white = captures[captures.size() - 2];
+  const ViewU8& black = captures[captures.size() - 1];
+  // A few thousand pixels on a grid tell the noise to a few per cent.
+  const int step_y = std::max(1, white.height / 32);
+  const int step_x = std::max(1, white.width / 128);
+
+  NoiseHistogram histogram;
+  std::vector<long> broken(std::size_t(pairs), 0);
+  std::vector<int> contrasts;
+  long pixels = 0, darker = 0, saturated = 0;
+  std::vector<int> sums(std::size_t(std::max(pairs, 0)));
+  for (int y = step_y / 2; y < white.height; y += step_y) {
+    for (int x = step_x / 2; x < white.width; x += step_x) {
+      const int total = white.at(x, y) + black.at(x, y), contrast = white.at(x, y) - black.at(x, y);
+      ++pixels;
+      darker += contrast <= -min_contrast;
+      const bool lit = contrast >= min_contrast;
+      if (lit) {
+        contrasts.push_back(contrast);
+        saturated += white.at(x, y) == 255;
+      }
+      for (int pair = 0; pair < pairs; ++pair) {
+        const int sum = captures[std::size_t(2 * pair)].at(x, y) + captures[std::size_t(2 * pair + 1)].at(x, y);
+        sums[std::size_t(pair)] = sum;
+        // Pattern and inverse together are the white and the black frame; scattered light makes up for small gaps.
+        broken[std::size_t(pair)] += lit && std::abs(sum - total) > std::max(8, contrast / 3);
+        if (pair > 0) histogram.add(sum, sums[std::size_t(pair - 1)]);
+      }
+    }
+  }
+
+  const long lit_pixels = long(contrasts.size());
+  if (darker > lit_pixels) {
+    const int count = frame_count(gray_code);
+    throw Error(ErrorKind::kInput, "capture of " + frame_name(gray_code, count - 2),
+                "it is darker than the capture of " + frame_name(gray_code, count - 1) + " over " +
+                    percent(double(darker) / double(pixels)) + " of the image",
+                "check the order of the frames: white comes before black, at the end");
+  }
+
+  Survey survey;
+  survey.noise = histogram.fit();
+  Diagnostics& diagnostics = survey.diagnostics;
+  if (lit_pixels * 100 < pixels) {
+    diagnostics.warn("unlit", "Only " + percent(double(lit_pixels) / double(pixels)) +
+                                  " of the camera's pixels see the projector's light (white minus black at least " +
+                                  std::to_string(min_contrast) + " grey levels); raise the exposure or check that the camera sees the projection");
+    return survey;
+  }
+  std::nth_element(contrasts.begin(), contrasts.begin() + lit_pixels / 2, contrasts.end());
+  const int median_contrast = contrasts[std::size_t(lit_pixels / 2)];
+  if (median_contrast < 20) {
+    diagnostics.warn("low_contrast", "White is only " + std::to_string(median_contrast) +
+                                         " grey levels brighter than black (median of the lit pixels); raise the exposure or dim the room");
+  }
+  if (saturated * 50 > lit_pixels) {
+    diagnostics.warn("saturated", "The white frame is at 255 over " + percent(double(saturated) / double(lit_pixels)) +
+                                      " of the lit pixels, which shifts stripe edges; lower the exposure");
+  }
+  for (int pair = 0; pair < pairs; ++pair) {
+    if (broken[std::size_t(pair)] * 2 > lit_pixels) {
+      diagnostics.fail("pair_not_complementary",
+                       "The captures of " + frame_name(gray_code, 2 * pair) + " and " + frame_name(gray_code, 2 * pair + 1) +
+                           " do not add up to white and black over " +
+                           percent(double(broken[std::size_t(pair)]) / double(lit_pixels)) +
+                           " of the lit pixels: a frame is missing, repeated or out of order; capture this pose again");
+    }
+  }
+  return survey;
+}
+
+void remark_on_codes(DecodedMap& map, const GrayCode& gray_code, const CodeCounts& counts) {
+  const ImageSize camera = map.camera_size();
+  const Image<std::int16_t>* codes[2] = {&map.columns, &map.rows};
+  const char* names[2] = {"column", "row"};
+  const char* sides[2] = {"width", "height"};
+  const double pixels = double(camera.width) * camera.height;
+
+  map.diagnostics.note("decoded_share", percent(double(counts.decoded) / pixels) + " of the camera's pixels decoded");
+  if (counts.decoded * 100 < long(pixels)) {
+    map.diagnostics.warn("hardly_decoded", "Hardly a pixel decoded (" + percent(double(counts.decoded) / pixels) +
+                                               "); check exposure, focus and the order of the frames");
+  }
+
+  const int step_y = std::max(1, camera.height / 32);
+  double along_x[2] = {0, 0}, along_y[2] = {0, 0};
+  for (int axis = 0; axis < 2; ++axis) {
+    const Image<std::int16_t>& image = *codes[axis];
+    long valid = 0;
+    int low = 32767, high = -1;
+    for (int y = 0; y + 1 < camera.height; y += step_y) {
+      for (int x = 0; x + 1 < camera.width; ++x) {
+        const int code = image.at(x, y), right = image.at(x + 1, y), below = image.at(x, y + 1);
+        if (code < 0) continue;
+        ++valid;
+        low = std::min(low, code), high = std::max(high, code);
+        // Larger jumps are other surfaces or errors, not the code's slope.
+        if (right >= 0 && std::abs(right - code) <= 8) along_x[axis] += std::abs(right - code);
+        if (below >= 0 && std::abs(below - code) <= 8) along_y[axis] += std::abs(below - code);
+      }
+    }
+    if (valid > 0) {
+      map.diagnostics.note(std::string(names[axis]) + "_range",
+                           "decoded " + std::string(names[axis]) + " codes " + std::to_string(low) + ".." + std::to_string(high) + " of 0.." +
+                               std::to_string(stripe_count(gray_code, axis == 0 ? StripeAxis::kColumn : StripeAxis::kRow) - 1));
+    }
+    if (counts.outside[axis] * 20 > counts.outside[axis] + counts.decoded) {
+      map.diagnostics.warn("projector_size", std::to_string(counts.outside[axis]) + " pixels carry a " + names[axis] +
+                                                 " code beyond the projector's " + sides[axis] + " (" +
+                                                 text_of(gray_code.projector_size) +
+                                                 "): is the projector larger, or are width and height exchanged?");
+    }
+  }
+  // A projector lying on its side is legitimate, so this is a remark and not an error.
+  if (along_y[0] > 2 * along_x[0] && along_x[1] > 2 * along_y[1]) {
+    map.diagnostics.warn("axes_exchanged",
+                         "column codes run along the camera's y and row codes along its x: the projector is turned by 90 "
+                         "degrees against the camera, or rows were captured before columns");
+  }
+}
+
+}  // namespace procam::pattern

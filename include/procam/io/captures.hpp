@@ -1,0 +1,47 @@
+#pragma once
+/// A session on disk: one folder a board pose, each with the numbered frames of one pattern stack.
+///
+///   session/
+///     session.json            optional: what was shown, to spare the flags
+///     pose_1/graycode_00.png  ... graycode_41.png
+///     pose_2/...
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "procam/core/board.hpp"
+#include "procam/core/image.hpp"
+
+namespace procam::io {
+
+/// The frames of one view, in the order of their numbers.
+struct CaptureFolder {
+  std::vector<ImageU8> frames;               ///< grey, all of one size
+  std::vector<std::filesystem::path> files;  ///< a frame each
+  Diagnostics diagnostics;                   ///< one note when the files have 16 bits or colour
+};
+
+/// Reads the numbered images (png, jpg, bmp, tif) of a folder; the number is the last run of digits in the
+/// name. Other files are left alone. Throws Error(kInput) for: no image, an image without a number, two
+/// series or two files of one number, a gap (naming the missing file), another count than expected, frames of
+/// two sizes, a damaged frame; Error(kIo) when the folder cannot be read.
+CaptureFolder load_capture_folder(const std::filesystem::path& folder, int expected_frames);
+
+/// The sub-folders that hold images, in natural order of their names. Throws Error(kInput) when there is
+/// none, Error(kIo) when the folder cannot be read.
+std::vector<std::filesystem::path> list_views(const std::filesystem::path& session_folder);
+
+/// What was shown while the session was captured; whatever is unknown is left out.
+struct Session {
+  std::string pattern;  ///< "gray"; empty when not stated
+  std::optional<ImageSize> projector_size;
+  std::optional<Board> board;
+  std::optional<int> step;  ///< projector pixels a finest stripe
+};
+
+/// session.json in the folder; nullopt when there is no such file. Errors as for rig files.
+std::optional<Session> load_session(const std::filesystem::path& session_folder);
+void save_session(const std::filesystem::path& session_folder, const Session& session);
+
+}  // namespace procam::io

@@ -1,0 +1,26 @@
+#pragma once
+/// Files as whole things: read at once, written at once or not at all, named by their contents.
+#include <cstddef>
+#include <filesystem>
+#include <string>
+#include <string_view>
+
+namespace procam::io {
+
+/// Writes through a temporary name in the same directory, flushed to the disk and renamed: a reader sees the
+/// old file or the new one, never half of it. A link is followed; a device (/dev/null) is written directly.
+/// Throws Error(kIo) naming the file and the system's reason; nothing is left behind then.
+void write_file_atomically(const std::filesystem::path& path, std::string_view bytes);
+
+/// The whole file. Throws Error(kIo) when it cannot be read, Error(kInput) when it is larger than
+/// `largest_size` bytes.
+std::string read_file(const std::filesystem::path& path, std::size_t largest_size = std::size_t(1) << 30);
+
+/// SHA-256 (FIPS 180-4), lower-case hex.
+std::string sha256(std::string_view bytes);
+std::string sha256_of_file(const std::filesystem::path& path);
+
+/// Order in which people number: digit runs compare as numbers, so frame_2 comes before frame_10.
+bool natural_less(std::string_view a, std::string_view b);
+
+}  // namespace procam::io

@@ -1,0 +1,19 @@
+#pragma once
+/// Surface files <-> SurfaceSet and SolvedSurfaceSet, in JSON or XML by the name's extension (.json, .xml):
+/// the same data in either syntax. The fields are listed in docs/file-formats.md and docs/schema/.
+///
+/// Errors as for rig files (rig_file.hpp), with file, line and field in both syntaxes; another extension is
+/// Error(kUnsupported).
+#include <filesystem>
+
+#include "procam/core/surface.hpp"
+
+namespace procam::io {
+
+SurfaceSet load_surfaces(const std::filesystem::path& path);
+void save_surfaces(const std::filesystem::path& path, const SurfaceSet& surfaces);
+
+SolvedSurfaceSet load_solved_surfaces(const std::filesystem::path& path);
+void save_solved_surfaces(const std::filesystem::path& path, const SolvedSurfaceSet& surfaces);
+
+}  // namespace procam::io

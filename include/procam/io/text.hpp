@@ -1,0 +1,28 @@
+#pragma once
+/// Values as people type them in flags and session files: every length and angle with its unit.
+///
+/// Parsing throws Error(kInput) that quotes the text and says what was expected. What format_x() writes,
+/// parse_x() reads back as the same value.
+#include <string>
+
+#include "procam/core/board.hpp"
+#include "procam/core/types.hpp"
+
+namespace procam::io {
+
+/// "1024x768": width x height, both positive.
+ImageSize parse_size(const std::string& text);
+std::string format_size(ImageSize size);
+
+/// "25mm", "2.5cm", "0.025m", "1in" -> metres. The unit is required; the length may be negative or zero.
+double parse_length(const std::string& text);
+std::string format_length(double metres);
+
+/// "30deg", "0.5rad" -> radians. The unit is required.
+double parse_angle(const std::string& text);
+
+/// "chessboard:7x9:75mm": 7 inner corners a row, 9 rows of them, squares of 75 mm.
+Board parse_board(const std::string& text);
+std::string format_board(const Board& board);
+
+}  // namespace procam::io

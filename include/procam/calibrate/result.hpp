@@ -1,10 +1,10 @@
 #pragma once
 /// What calibration returns: the rig, every view's pose, every residual with its verdict, and how good it all
 /// is.
-#include <optional>
 #include <string>
 #include <vector>
 
+#include "procam/calibrate/bundle.hpp"
 #include "procam/core/observation.hpp"
 #include "procam/core/rig.hpp"
 
@@ -30,13 +30,6 @@ struct ViewResult {
   bool used = true;
 };
 
-/// Light on a wall across the first projector's axis: what the parameters' covariance means in millimetres.
-struct WallError {
-  double distance = 2;  ///< metres
-  double rms_mm = 0;    ///< sqrt(mean over the picture of trace of the landed point's covariance)
-  double worst_mm = 0;  ///< at the worst of the picture's grid points
-};
-
 struct CalibrationResult {
   Rig rig;
   std::vector<Device> devices;
@@ -45,10 +38,10 @@ struct CalibrationResult {
   std::vector<double> rms_px;  ///< by device: sqrt(mean |residual|^2) over the used observations
   double joint_rms_px = 0;     ///< over all devices
   std::vector<double>
-      holdout_px;          ///< by device: mean over views of the held-out RMS; empty when not asked for
-  double sigma_scale = 1;  ///< what the detectors' sigmas had to be multiplied by
+      holdout_px;  ///< by device: mean over views of the held-out RMS; empty when not asked for
+  std::vector<ResidualNoise> noise;  ///< by device: what the residuals say of the detectors' covariances
   int iterations = 0;
-  std::optional<WallError> wall_error;
+  bool converged = false;
   Diagnostics diagnostics;
 };
 

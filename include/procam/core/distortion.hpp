@@ -70,7 +70,7 @@ inline Distortion with_coefficients(Distortion distortion, const std::vector<dou
                 "with_coefficients: " + std::string(std::decay_t<decltype(model)>::kName) + " takes " +
                     std::to_string(model.coefficients.size()) + " coefficients, not " +
                     std::to_string(values.size()));
-        std::copy(values.begin(), values.end(), model.coefficients.begin());
+        for (std::size_t i = 0; i < values.size(); ++i) model.coefficients[i] = values[i];
       },
       distortion);
   return distortion;

@@ -1,0 +1,80 @@
+#pragma once
+/// The one cost function of every calibration: a board point, seen or lit by a device, against its observed
+/// pixel.
+///
+///   residual = L (project(lens, device_from_rig * rig_from_board * point) - pixel),   L^T L = covariance^-1
+///
+/// in sigmas. A point that the lens cannot see makes the evaluation fail (returns false): it never scores
+/// zero. Parameter blocks: lens (fx fy cx cy skew, then the model's coefficients), device_from_rig and
+/// rig_from_board (see se3_manifold.hpp). Derivatives: by the lens and by the point in the device's frame
+/// through core's dual numbers, the same project<Model, T> as everywhere; by the poses in closed form, d(T
+/// p)/d(xi) = [-hat(T p), I].
+#include <ceres/sized_cost_function.h>
+
+#include "procam/calibrate/costs/se3_manifold.hpp"
+#include "procam/core/camera.hpp"
+#include "procam/core/dual.hpp"
+
+namespace procam::calibrate {
+
+template <typename Model>
+class ReprojectionCost final
+    : public ceres::SizedCostFunction<2, Intrinsics::kNumParameters + Model::kNumCoefficients, kPoseBlockSize,
+                                      kPoseBlockSize> {
+ public:
+  static constexpr int kLensSize = Intrinsics::kNumParameters + Model::kNumCoefficients;
+
+  /// Pixel in pixels, `sqrt_information` is L above.
+  ReprojectionCost(const Vec3& point_in_board, const Vec2& pixel, const Mat2& sqrt_information)
+      : point_in_board_(point_in_board), pixel_(pixel), sqrt_information_(sqrt_information) {}
+
+  bool Evaluate(double const* const* parameters, double* residual, double** jacobians) const override {
+    const double* lens = parameters[0];
+    const Pose device_from_rig = pose_from_block(parameters[1]),
+               rig_from_board = pose_from_block(parameters[2]);
+    const Vec3 point_in_rig = rig_from_board * point_in_board_;
+    const Vec3 point_in_device = device_from_rig * point_in_rig;
+    Eigen::Map<Vec2> weighted(residual, 2);
+    if (jacobians == nullptr) {
+      const auto projected =
+          project<Model>(Intrinsics::from_array(lens), lens + Intrinsics::kNumParameters, point_in_device);
+      if (!projected) return false;
+      weighted = sqrt_information_ * (*projected - pixel_);
+      return true;
+    }
+    using D = Dual<3 + kLensSize>;
+    D lens_variables[kLensSize];
+    for (int i = 0; i < kLensSize; ++i) lens_variables[i] = D(lens[i], 3 + i);
+    const Vec3T<D> point(D(point_in_device.x(), 0), D(point_in_device.y(), 1), D(point_in_device.z(), 2));
+    const auto projected =
+        project<Model>(IntrinsicsT<D>::from_array(lens_variables),
+                       static_cast<const D*>(lens_variables + Intrinsics::kNumParameters), point);
+    if (!projected) return false;
+    weighted = sqrt_information_ * (Vec2(projected->x().a, projected->y().a) - pixel_);
+    Eigen::Matrix<double, 2, 3 + kLensSize> derivative;
+    derivative << projected->x().v.transpose(), projected->y().v.transpose();
+    derivative = sqrt_information_ * derivative;
+
+    if (jacobians[0] != nullptr) {
+      Eigen::Map<Eigen::Matrix<double, 2, kLensSize, Eigen::RowMajor>> by_lens(jacobians[0]);
+      by_lens = derivative.template rightCols<kLensSize>();
+    }
+    const Mat23 by_point = derivative.template leftCols<3>();
+    if (jacobians[1] != nullptr) write_pose_jacobian(by_point, point_in_device, jacobians[1]);
+    if (jacobians[2] != nullptr)
+      write_pose_jacobian(by_point * device_from_rig.rotation_matrix(), point_in_rig, jacobians[2]);
+    return true;
+  }
+
+ private:
+  static void write_pose_jacobian(const Mat23& by_point, const Vec3& moved_point, double* jacobian) {
+    Eigen::Map<Eigen::Matrix<double, 2, kPoseBlockSize, Eigen::RowMajor>> block(jacobian);
+    block << -by_point * hat(moved_point), by_point, Vec2::Zero();
+  }
+
+  Vec3 point_in_board_;
+  Vec2 pixel_;
+  Mat2 sqrt_information_;
+};
+
+}  // namespace procam::calibrate

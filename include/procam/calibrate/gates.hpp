@@ -1,0 +1,28 @@
+#pragma once
+/// Sanity gates: what a rig's numbers must satisfy whatever its RMS says. A small residual is no proof: a
+/// focal length wrong by two has been published with an RMS of 0.86.
+#include <vector>
+
+#include "procam/core/rig.hpp"
+
+namespace procam::calibrate {
+
+/// Limits with their reasons. Real devices lie well inside; a wrong solution rarely does.
+struct GateLimits {
+  double max_rms_px =
+      0.5;                 ///< corners are found to 0.1 px, decoded light to 0.1 px: more means a wrong model
+  double min_fov_deg = 4;  ///< across the picture; long-throw lenses end near 5 degrees
+  double max_fov_deg = 140;
+  double max_aspect_error =
+      0.04;  ///< |fx/fy - 1|: sensors and DMDs have square pixels (1.6 % non-square DMDs exist)
+  double max_lens_shift = 1.0;   ///< principal point from the picture's centre, in picture widths / heights
+  double max_tangential = 0.01;  ///< |p1|, |p2|: a hundredth tilts the lens by half a degree
+  double max_camera_offset = 0.15;   ///< camera's principal point from its centre, in widths / heights
+  double max_relative_sigma = 0.02;  ///< sigma of fx, fy over their value
+  double max_holdout_ratio = 3;      ///< held-out error over the fit's RMS: more is over-fitting
+};
+
+/// The gates that need nothing but the rig (its quality figures count when there are any).
+std::vector<Gate> check_rig(const Rig& rig, const GateLimits& limits = {});
+
+}  // namespace procam::calibrate

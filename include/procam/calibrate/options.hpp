@@ -1,0 +1,32 @@
+#pragma once
+/// What a user may decide about a calibration.
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "procam/core/distortion.hpp"
+
+namespace procam::calibrate {
+
+/// One kind of device's lens: its model, and which of its parameters stay at their start (zero).
+struct LensOptions {
+  Distortion model = BrownConrady{};
+  /// Skew is not observable beside a free rotation for ordinary sensors and DMDs; k3 trades off against k2
+  /// unless the field of view is wide, and then extrapolates badly: both are held unless the user frees them.
+  std::vector<std::string> held = {"skew", "k3"};
+};
+
+struct Options {
+  LensOptions camera;
+  LensOptions projector;
+  /// An observation further than this from its projection (in scaled sigmas, both axes together) is left out,
+  /// with its reason. Under Gaussian noise 5 happens once in 270 000 observations.
+  double outlier_sigmas = 5;
+  int max_iterations = 200;
+  /// Leave each view out in turn, take its board pose from the camera alone, predict its projector pixels.
+  bool holdout = false;
+  /// Called with a short phrase and a share of the work, 0..1; may be empty.
+  std::function<void(const std::string& step, double share)> progress;
+};
+
+}  // namespace procam::calibrate

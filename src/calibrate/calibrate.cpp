@@ -1,0 +1,351 @@
+#include "procam/calibrate/calibrate.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "procam/calibrate/bundle.hpp"
+#include "procam/calibrate/gates.hpp"
+#include "start.hpp"
+
+namespace procam::calibrate {
+namespace {
+
+constexpr double kMedianOfChi2 =
+    1.3862943611198906;  ///< 2 ln 2: median of |r|^2 for two unit normal coordinates
+
+std::string px(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.2f px", value);
+  return text;
+}
+
+void report(const Options& options, const std::string& step, double share) {
+  if (options.progress) options.progress(step, share);
+}
+
+void require_consistent(const Correspondences& data) {
+  require(!data.devices.empty() && data.devices.front().kind == DeviceKind::kCamera,
+          "calibrate: the first device must be a camera");
+  const int num_points = int(points_in_board(data.board).size());
+  for (const View& view : data.views) {
+    require(view.observations.size() == data.devices.size(),
+            "calibrate: view '" + view.name + "' must have one list of observations a device");
+    for (const auto& observations : view.observations)
+      for (const Observation& o : observations)
+        require(
+            o.point >= 0 && o.point < num_points && o.pixel.allFinite() && o.covariance.allFinite() &&
+                o.covariance.determinant() > 0,
+            "calibrate: view '" + view.name + "' has an observation that is not finite or not of this board");
+  }
+}
+
+struct Solution {
+  BundleResult bundle;
+  UsedMask used;
+  std::vector<ResidualNoise> noise;
+};
+
+/// Squared length of a residual in the metric of its covariance.
+double squared_sigmas(const Vec2& residual, const Mat2& covariance) {
+  return residual.dot(covariance.llt().solve(residual));
+}
+
+/// The noise model under which the median residual is as long as it should be: a scale below one when the
+/// detector is too modest, a floor when it promises more than the model keeps. The median is deaf to outliers
+/// up to one half.
+ResidualNoise estimate_noise(const std::vector<std::pair<Vec2, Mat2>>& residuals) {
+  const auto median_under = [&](const ResidualNoise& noise) {
+    std::vector<double> squares;
+    squares.reserve(residuals.size());
+    for (const auto& [residual, covariance] : residuals)
+      squares.push_back(squared_sigmas(residual, noise.covariance(covariance)));
+    std::nth_element(squares.begin(), squares.begin() + long(squares.size() / 2), squares.end());
+    return squares[squares.size() / 2];
+  };
+  ResidualNoise noise;
+  if (residuals.size() < 8) return noise;  // too few to say anything
+  const double as_promised = median_under(noise);
+  if (as_promised <= kMedianOfChi2) {
+    // Perfect data would send the scale to zero and the problem's conditioning with it.
+    noise.scale = std::max(std::sqrt(as_promised / kMedianOfChi2), 1e-6);
+    return noise;
+  }
+  double low = 0, high = 1e-3;
+  while (median_under({1, high}) > kMedianOfChi2 && high < 1e4) high *= 2;
+  for (int i = 0; i < 40; ++i) {
+    noise.floor_px = 0.5 * (low + high);
+    (median_under(noise) > kMedianOfChi2 ? low : high) = noise.floor_px;
+  }
+  return noise;
+}
+
+Solution solve(const Correspondences& data, const BundleState& start, BundleOptions bundle_options,
+               const UsedMask& start_mask, const Options& options) {
+  const Points3 points = points_in_board(data.board);
+  Solution solution;
+  solution.used = start_mask;
+  solution.bundle.state = start;
+  bundle_options.max_iterations = options.max_iterations;
+  // Noise and outliers follow from the residuals and the residuals from them: a handful of rounds settles
+  // both.
+  for (int round = 0; round < 6; ++round) {
+    report(options, "bundle adjustment", 0.2 + 0.1 * round);
+    solution.bundle = bundle_adjust(data, solution.used, solution.bundle.state, bundle_options);
+    const BundleState& state = solution.bundle.state;
+
+    std::vector<ResidualNoise> noise;
+    UsedMask used = start_mask;
+    for (std::size_t d = 0; d < data.devices.size(); ++d) {
+      std::vector<std::pair<Vec2, Mat2>> residuals;
+      for (std::size_t v = 0; v < data.views.size(); ++v)
+        for (std::size_t i = 0; i < data.views[v].observations[d].size(); ++i) {
+          const Observation& o = data.views[v].observations[d][i];
+          if (!start_mask[v][d][i]) continue;
+          if (const auto r = reprojection_residual(state, int(v), int(d), o, points))
+            residuals.emplace_back(*r, o.covariance);
+        }
+      noise.push_back(estimate_noise(residuals));
+      for (std::size_t v = 0; v < data.views.size(); ++v)
+        for (std::size_t i = 0; i < data.views[v].observations[d].size(); ++i) {
+          if (!start_mask[v][d][i]) continue;
+          const Observation& o = data.views[v].observations[d][i];
+          const auto r = reprojection_residual(state, int(v), int(d), o, points);
+          used[v][d][i] = r && squared_sigmas(*r, noise.back().covariance(o.covariance)) <=
+                                   options.outlier_sigmas * options.outlier_sigmas;
+        }
+    }
+    bool settled = used == solution.used;
+    for (std::size_t d = 0; d < noise.size(); ++d) {
+      const ResidualNoise& before = bundle_options.noise[d];
+      settled = settled && std::abs(noise[d].scale - before.scale) < 0.01 * before.scale &&
+                std::abs(noise[d].floor_px - before.floor_px) <= 0.01 * before.floor_px + 1e-6;
+    }
+    solution.used = used;
+    bundle_options.noise = noise;
+    solution.noise = noise;
+    if (settled && round > 0) break;
+  }
+  if (!solution.bundle.converged)
+    throw Error(ErrorKind::kNotConverged, "bundle adjustment", solution.bundle.report,
+                "look for a view of another board or swapped frames, or allow more iterations");
+  return solution;
+}
+
+/// RMS over the used observations of one device, all views or one.
+double rms_of(const Correspondences& data, const BundleState& state, const UsedMask& used, int device,
+              int only_view = -1) {
+  const Points3 points = points_in_board(data.board);
+  double sum = 0;
+  int count = 0;
+  for (std::size_t v = 0; v < data.views.size(); ++v) {
+    if (only_view >= 0 && int(v) != only_view) continue;
+    for (std::size_t i = 0; i < data.views[v].observations[std::size_t(device)].size(); ++i) {
+      if (!used[v][std::size_t(device)][i]) continue;
+      const auto r = reprojection_residual(state, int(v), device,
+                                           data.views[v].observations[std::size_t(device)][i], points);
+      if (!r) continue;
+      sum += r->squaredNorm();
+      ++count;
+    }
+  }
+  return count > 0 ? std::sqrt(sum / count) : 0;
+}
+
+/// Error of each device on a view that the solve did not see, its board pose taken from device 0 alone.
+std::vector<double> hold_out(const Correspondences& data, const Solution& full,
+                             const BundleOptions& bundle_options, int view) {
+  UsedMask without = full.used, only = full.used;
+  for (std::size_t v = 0; v < data.views.size(); ++v)
+    for (std::size_t d = 0; d < data.devices.size(); ++d) {
+      if (int(v) == view) std::fill(without[v][d].begin(), without[v][d].end(), char(0));
+      if (int(v) != view || d > 0) std::fill(only[v][d].begin(), only[v][d].end(), char(0));
+    }
+  BundleOptions options = bundle_options;
+  options.noise = full.noise;
+  BundleState state = bundle_adjust(data, without, full.bundle.state, options).state;
+  for (std::size_t d = 0; d < data.devices.size(); ++d) {
+    options.held[d] = parameter_names(state.lenses[d]);
+    options.hold_pose[d] = true;
+  }
+  state = bundle_adjust(data, only, state, options).state;
+  std::vector<double> errors;
+  for (std::size_t d = 0; d < data.devices.size(); ++d)
+    errors.push_back(rms_of(data, state, full.used, int(d), view));
+  return errors;
+}
+
+/// Covariance of the devices alone, poses as rig_from_device: xi' = -Ad(rig_from_device) xi for the inverse.
+NamedCovariance rig_covariance(const NamedCovariance& all, const Correspondences& data,
+                               const BundleState& state) {
+  std::vector<std::string> names, renamed;
+  std::vector<std::pair<Eigen::Index, Mat6>> turns;
+  for (std::size_t d = 0; d < data.devices.size(); ++d) {
+    const std::string& device = data.devices[d].name;
+    for (const std::string& parameter : parameter_names(state.lenses[d]))
+      if (all.index_of(device + "." + parameter)) {
+        names.push_back(device + "." + parameter);
+        renamed.push_back(names.back());
+      }
+    const std::vector<std::string> pose = pose_increment_names(device + "_from_rig");
+    if (!all.index_of(pose.front())) continue;
+    turns.emplace_back(Eigen::Index(names.size()), -adjoint(state.device_from_rig[d].inverse()));
+    names.insert(names.end(), pose.begin(), pose.end());
+    const std::vector<std::string> inverse_pose = pose_increment_names("rig_from_" + device);
+    renamed.insert(renamed.end(), inverse_pose.begin(), inverse_pose.end());
+  }
+  MatX turn = MatX::Identity(Eigen::Index(names.size()), Eigen::Index(names.size()));
+  for (const auto& [at, block] : turns) turn.block<6, 6>(at, at) = block;
+  const MatX turned = turn * all.block(names) * turn.transpose();
+  return {renamed, 0.5 * (turned + turned.transpose())};
+}
+
+CalibrationResult describe(const Correspondences& data, const Start& start, const Solution& solution,
+                           const NamedCovariance& covariance) {
+  const BundleState& state = solution.bundle.state;
+  const Points3 points = points_in_board(data.board);
+  CalibrationResult result;
+  result.devices = data.devices;
+  result.noise = solution.noise;
+  result.iterations = solution.bundle.iterations;
+  result.converged = solution.bundle.converged;
+  result.diagnostics = data.diagnostics;
+  result.diagnostics.append(start.diagnostics);
+
+  double joint_sum = 0;
+  std::size_t joint_count = 0;
+  for (std::size_t v = 0; v < data.views.size(); ++v) {
+    ViewResult view;
+    view.name = data.views[v].name;
+    view.rig_from_board = state.rig_from_board[v];
+    view.used = start.view_used[v];
+    view.note = start.notes[v];
+    for (std::size_t d = 0; d < data.devices.size(); ++d) {
+      view.rms_px.push_back(rms_of(data, state, solution.used, int(d), int(v)));
+      const auto& observations = data.views[v].observations[d];
+      int dropped = 0;
+      for (std::size_t i = 0; view.used && i < observations.size(); ++i) {
+        Residual residual;
+        residual.view = int(v);
+        residual.device = int(d);
+        residual.point = observations[i].point;
+        residual.pixel = observations[i].pixel;
+        residual.used = solution.used[v][d][i];
+        if (const auto r = reprojection_residual(state, int(v), int(d), observations[i], points)) {
+          residual.residual = *r;
+          if (!residual.used) residual.reason = px(r->norm()) + " from its projection";
+        } else {
+          residual.reason = "behind the lens or beyond its distortion's fold";
+        }
+        if (residual.used) {
+          joint_sum += residual.residual.squaredNorm();
+          ++joint_count;
+        } else {
+          ++dropped;
+        }
+        result.residuals.push_back(residual);
+      }
+      if (dropped > 0)
+        result.diagnostics.note("outliers", "view " + view.name + ": " + std::to_string(dropped) + " of " +
+                                                std::to_string(observations.size()) + " points of " +
+                                                data.devices[d].name + " left out as outliers");
+      if (dropped > int(observations.size()) / 4)
+        result.diagnostics.warn(
+            "view_disagrees",
+            "view " + view.name + " disagrees with the others in " + data.devices[d].name +
+                ": the board moved between frames, or its frames belong to another view; capture it again");
+    }
+    result.views.push_back(view);
+  }
+  result.joint_rms_px = joint_count > 0 ? std::sqrt(joint_sum / double(joint_count)) : 0;
+
+  Rig& rig = result.rig;
+  for (std::size_t d = 0; d < data.devices.size(); ++d) {
+    const Device& device = data.devices[d];
+    const Pose rig_from_device = state.device_from_rig[d].inverse();
+    if (device.kind == DeviceKind::kCamera)
+      rig.cameras.push_back({device.name, state.lenses[d], rig_from_device});
+    else
+      rig.projectors.push_back({device.name, Projector{state.lenses[d]}, rig_from_device});
+    result.rms_px.push_back(rms_of(data, state, solution.used, int(d)));
+    rig.quality.rms_px[device.name] = result.rms_px.back();
+  }
+  rig.covariance = rig_covariance(covariance, data, state);
+  rig.quality.views_used = int(std::count(start.view_used.begin(), start.view_used.end(), true));
+  return result;
+}
+
+CalibrationResult run(const Correspondences& given, const std::optional<Camera>& known_camera,
+                      const Options& options) {
+  require_consistent(given);
+  Correspondences data = given;
+  const Start start =
+      find_start(data, known_camera, options);  // settles the order of symmetric boards in data
+  BundleOptions bundle_options = start.bundle_options;
+  const Solution solution = solve(data, start.state, bundle_options, start.used, options);
+  bundle_options.noise = solution.noise;
+  report(options, "covariance", 0.8);
+  const NamedCovariance covariance =
+      bundle_covariance(data, solution.used, solution.bundle.state, bundle_options);
+  CalibrationResult result = describe(data, start, solution, covariance);
+
+  if (options.holdout) {
+    result.holdout_px.assign(data.devices.size(), 0);
+    for (std::size_t v = 0; v < data.views.size(); ++v) {
+      if (!result.views[v].used) continue;
+      report(options, "leaving out view " + data.views[v].name,
+             0.8 + 0.2 * double(v) / double(data.views.size()));
+      result.views[v].holdout_px = hold_out(data, solution, bundle_options, int(v));
+      for (std::size_t d = 0; d < data.devices.size(); ++d)
+        result.holdout_px[d] += result.views[v].holdout_px[d] / result.rig.quality.views_used;
+    }
+    for (std::size_t d = 0; d < data.devices.size(); ++d)
+      result.rig.quality.holdout_px[data.devices[d].name] = result.holdout_px[d];
+  }
+
+  result.rig.quality.gates = check_rig(result.rig);
+  int behind = 0;  // the board's printed side faces away from the camera: a mirrored order of corners
+  for (const ViewResult& view : result.views)
+    if (view.used && view.rig_from_board.rotate(Vec3::UnitZ()).dot(view.rig_from_board.translation) <= 0)
+      ++behind;
+  result.rig.quality.gates.push_back(
+      {"boards face the camera", behind == 0,
+       behind == 0 ? "all"
+                   : std::to_string(behind) +
+                         " seen from behind: the order of their corners is mirrored; do not flip images"});
+  for (const Gate& gate : result.rig.quality.gates)
+    if (!gate.passed) result.diagnostics.fail("gate_failed", gate.name + ": " + gate.detail);
+  report(options, "done", 1);
+  return result;
+}
+
+}  // namespace
+
+CalibrationResult calibrate_camera(const Correspondences& given, const Options& options) {
+  require_consistent(given);
+  Correspondences cameras;
+  cameras.board = given.board;
+  cameras.diagnostics = given.diagnostics;
+  for (const View& view : given.views) cameras.views.push_back({view.name, {}});
+  for (std::size_t d = 0; d < given.devices.size(); ++d) {
+    if (given.devices[d].kind != DeviceKind::kCamera) continue;
+    cameras.devices.push_back(given.devices[d]);
+    for (std::size_t v = 0; v < given.views.size(); ++v)
+      cameras.views[v].observations.push_back(given.views[v].observations[d]);
+  }
+  return run(cameras, std::nullopt, options);
+}
+
+CalibrationResult calibrate_projector(const Correspondences& data, const Camera& known_camera,
+                                      const Options& options) {
+  require_consistent(data);
+  require(known_camera.size == data.devices.front().size,
+          "calibrate_projector: the known camera has another image size");
+  return run(data, known_camera, options);
+}
+
+CalibrationResult calibrate_rig(const Correspondences& data, const Options& options) {
+  return run(data, std::nullopt, options);
+}
+
+}  // namespace procam::calibrate

@@ -1,0 +1,136 @@
+#include "procam/calibrate/gates.hpp"
+
+#include <cmath>
+#include <cstdio>
+
+namespace procam::calibrate {
+namespace {
+
+constexpr double kDegree = 3.14159265358979323846 / 180;
+
+std::string number(double value, int decimals = 3) {
+  char text[64];
+  std::snprintf(text, sizeof text, "%.*f", decimals, value);
+  return text;
+}
+
+/// Collects the gates of one device; every detail says measured against limit, and what to do when it failed.
+class DeviceGates {
+ public:
+  DeviceGates(std::vector<Gate>& gates, std::string device, const Camera& lens)
+      : gates_(gates), device_(std::move(device)), lens_(lens) {}
+
+  void add(const std::string& what, bool passed, const std::string& measured, const std::string& advice) {
+    gates_.push_back({device_ + " " + what, passed, passed ? measured : measured + ": " + advice});
+  }
+
+  void aspect(const GateLimits& limits) {
+    const double ratio = lens_.intrinsics.fx / lens_.intrinsics.fy;
+    add("aspect", std::abs(ratio - 1) <= limits.max_aspect_error, "fx/fy " + number(ratio, 4),
+        "pixels are square to " + number(100 * limits.max_aspect_error, 0) +
+            " %; check the image size, and that no keystone or scaling is applied between file and light");
+  }
+
+  void field_of_view(const GateLimits& limits) {
+    const double middle = 0.5 * (lens_.size.height - 1);
+    const auto left = lens_.unproject(Vec2(-0.5, middle)),
+               right = lens_.unproject(Vec2(lens_.size.width - 0.5, middle));
+    if (!left || !right) return;  // the monotone gate speaks
+    const double fov = std::atan2(left->cross(*right).norm(), left->dot(*right)) / kDegree;
+    add("field of view", fov >= limits.min_fov_deg && fov <= limits.max_fov_deg,
+        number(fov, 1) + " degrees across",
+        "expected " + number(limits.min_fov_deg, 0) + " to " + number(limits.max_fov_deg, 0) +
+            "; the focal length is probably wrong: add views with the board tilted and at other distances");
+  }
+
+  /// The lens model must be invertible on every pixel of the picture.
+  void monotone() {
+    int lost = 0;
+    for (int j = 0; j <= 16; ++j)
+      for (int i = 0; i <= 16; ++i)
+        if (!lens_.unproject(Vec2(-0.5 + lens_.size.width * i / 16.0, -0.5 + lens_.size.height * j / 16.0)))
+          ++lost;
+    add("distortion monotone", lost == 0,
+        lost == 0 ? std::string("over the whole picture")
+                  : "the distortion folds back over " + number(100.0 * lost / 289, 0) + " % of the picture",
+        "hold k3 (and k2), or cover the picture's corners with the board");
+  }
+
+  void tangential(const GateLimits& limits) {
+    const std::vector<std::string> names = coefficient_names(lens_.distortion);
+    const std::vector<double> values = coefficients_of(lens_.distortion);
+    double largest = 0;
+    for (std::size_t i = 0; i < names.size(); ++i)
+      if (names[i] == "p1" || names[i] == "p2") largest = std::max(largest, std::abs(values[i]));
+    add("tangential distortion", largest <= limits.max_tangential, "largest " + number(largest, 4),
+        "above " + number(limits.max_tangential, 2) +
+            " it stands in for a wrong principal point: add tilted views or hold p1, p2");
+  }
+
+  void sigma(const GateLimits& limits, const NamedCovariance& covariance) {
+    if (covariance.empty()) return;
+    const double relative = std::max(covariance.sigma(device_ + ".fx") / lens_.intrinsics.fx,
+                                     covariance.sigma(device_ + ".fy") / lens_.intrinsics.fy);
+    add("focal length known", relative <= limits.max_relative_sigma,
+        "sigma " + number(100 * relative, 2) + " % of f",
+        "the views hardly determine it: tilt the board 20 to 40 degrees about both axes and vary the "
+        "distance");
+  }
+
+  void rms(const GateLimits& limits, const RigQuality& quality) {
+    const auto rms = quality.rms_px.find(device_);
+    if (rms == quality.rms_px.end()) return;
+    add("RMS", rms->second <= limits.max_rms_px, number(rms->second) + " px",
+        "above " + number(limits.max_rms_px, 2) +
+            " px something does not fit: a bent or moved board, wrong square size, "
+            "a scaled picture, a wrong lens model");
+    const auto holdout = quality.holdout_px.find(device_);
+    if (holdout == quality.holdout_px.end()) return;
+    add("held-out error", holdout->second <= limits.max_holdout_ratio * std::max(rms->second, 0.05),
+        number(holdout->second) + " px on views left out, " + number(rms->second) + " px in the fit",
+        "the model bends to its views: add views, or hold distortion terms");
+  }
+
+ private:
+  std::vector<Gate>& gates_;
+  std::string device_;
+  const Camera& lens_;
+};
+
+}  // namespace
+
+std::vector<Gate> check_rig(const Rig& rig, const GateLimits& limits) {
+  std::vector<Gate> gates;
+  const auto check_common = [&](DeviceGates& device) {
+    device.rms(limits, rig.quality);
+    device.aspect(limits);
+    device.field_of_view(limits);
+    device.monotone();
+    device.tangential(limits);
+    device.sigma(limits, rig.covariance);
+  };
+  for (const RigCamera& camera : rig.cameras) {
+    DeviceGates device(gates, camera.name, camera.camera);
+    check_common(device);
+    const Camera& c = camera.camera;
+    const double dx = (c.intrinsics.cx - 0.5 * (c.size.width - 1)) / c.size.width,
+                 dy = (c.intrinsics.cy - 0.5 * (c.size.height - 1)) / c.size.height;
+    device.add("principal point", std::max(std::abs(dx), std::abs(dy)) <= limits.max_camera_offset,
+               number(dx, 2) + " widths, " + number(dy, 2) + " heights from the centre",
+               "a camera's lies near its centre unless the image was cropped: add tilted views");
+  }
+  for (const RigProjector& projector : rig.projectors) {
+    DeviceGates device(gates, projector.name, projector.projector.inverse_camera);
+    check_common(device);
+    const Vec2 shift = projector.projector.lens_shift();
+    device.add("lens shift", shift.cwiseAbs().maxCoeff() <= limits.max_lens_shift,
+               number(shift.x(), 2) + " widths, " + number(shift.y(), 2) + " heights",
+               "beyond " + number(limits.max_lens_shift, 1) +
+                   " no common projector goes; focal length, principal point and "
+                   "pose have traded off: add views with the board tilted and at other distances, and start "
+                   "linearly");
+  }
+  return gates;
+}
+
+}  // namespace procam::calibrate

@@ -1,0 +1,26 @@
+#pragma once
+/// Private to calibrate: from correspondences alone to a state that the bundle adjustment converges from.
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "procam/calibrate/bundle.hpp"
+#include "procam/calibrate/options.hpp"
+
+namespace procam::calibrate {
+
+struct Start {
+  BundleState state;
+  UsedMask used;  ///< observations of usable views
+  BundleOptions bundle_options;
+  std::vector<bool> view_used;
+  std::vector<std::string> notes;  ///< by view, for people
+  Diagnostics diagnostics;
+};
+
+/// Camera by Zhang and a bundle of its own, further devices by linear resection. Where the board looks the
+/// same turned by 180 degrees, the order of each device's points is settled by the residual and turned in
+/// `data`.
+Start find_start(Correspondences& data, const std::optional<Camera>& known_camera, const Options& options);
+
+}  // namespace procam::calibrate

@@ -1,0 +1,76 @@
+#pragma once
+/// A rig and its views in numbers alone: exact projections plus Gaussian noise, no images. Lopsided
+/// everywhere.
+#include <random>
+
+#include "procam/core/observation.hpp"
+#include "procam/core/rig.hpp"
+#include "procam/core/se3.hpp"
+
+namespace procam::test {
+
+struct NumericWorld {
+  Camera camera{
+      {1280, 960}, {1290.0, 1297.0, 655.0, 470.0, 0.0}, BrownConrady{{-0.12, 0.06, 0.0007, -0.0011, 0.0}}};
+  /// Lens shift: the principal point lies below the 768-row picture.
+  Projector projector{Camera{
+      {1024, 768}, {1880.0, 1891.0, 498.0, 846.0, 0.0}, BrownConrady{{-0.05, 0.03, -0.0006, 0.0009, 0.0}}}};
+  Pose projector_from_camera{so3_exp<double>(Vec3(0.07, -0.11, 0.02)), Vec3(0.19, -0.31, -0.08)};
+  Board board = Chessboard{9, 6, 0.035};
+  std::vector<Pose> camera_from_board;
+  double camera_sigma_px = 0, projector_sigma_px = 0;
+
+  /// Boards spread over distance and tilt; every one inside the camera's image.
+  static NumericWorld make(int views, std::uint64_t seed, double camera_sigma = 0.0,
+                           double projector_sigma = 0.0) {
+    NumericWorld world;
+    world.camera_sigma_px = camera_sigma;
+    world.projector_sigma_px = projector_sigma;
+    std::mt19937_64 random(seed);
+    const auto uniform = [&](double low, double high) {
+      return low + (high - low) * (double(random() >> 11) * 0x1.0p-53);
+    };
+    const Points3 points = points_in_board(world.board);
+    while (int(world.camera_from_board.size()) < views) {
+      const Vec3 turn(uniform(-0.6, 0.6), uniform(-0.6, 0.6), uniform(-0.4, 0.4));
+      const Pose pose(so3_exp<double>(turn),
+                      Vec3(uniform(-0.35, 0.2), uniform(-0.3, 0.2), uniform(0.7, 1.5)));
+      bool inside = true;
+      for (const Vec3& point : points)
+        inside = inside && world.camera.sees(pose * point) &&
+                 world.projector.inverse_camera.sees(world.projector_from_camera * (pose * point));
+      if (inside) world.camera_from_board.push_back(pose);
+    }
+    return world;
+  }
+
+  Correspondences correspondences(std::uint64_t noise_seed) const {
+    std::mt19937_64 random(noise_seed);
+    std::normal_distribution<double> normal;
+    Correspondences data;
+    data.board = board;
+    data.devices = {{"camera", DeviceKind::kCamera, camera.size},
+                    {"projector", DeviceKind::kProjector, projector.size()}};
+    const Points3 points = points_in_board(board);
+    for (std::size_t v = 0; v < camera_from_board.size(); ++v) {
+      View view{"view_" + std::to_string(v), {{}, {}}};
+      for (std::size_t i = 0; i < points.size(); ++i) {
+        const Vec3 in_camera = camera_from_board[v] * points[i];
+        const auto seen = camera.project(in_camera);
+        const auto lit = projector.pixel_lighting(projector_from_camera * in_camera);
+        const auto add = [&](std::size_t device, const Vec2& pixel, double sigma) {
+          const Vec2 noise(sigma * normal(random), sigma * normal(random));
+          const double believed = sigma > 0 ? sigma : 0.1;
+          view.observations[device].push_back(
+              {int(i), pixel + noise, Mat2::Identity() * believed * believed});
+        };
+        if (seen) add(0, *seen, camera_sigma_px);
+        if (lit) add(1, *lit, projector_sigma_px);
+      }
+      data.views.push_back(view);
+    }
+    return data;
+  }
+};
+
+}  // namespace procam::test

@@ -8,9 +8,11 @@
 namespace procam::pattern {
 namespace {
 
-/// One camera row of one axis while its bits come in. Bytes, because the compiler then works on 16 pixels at a time.
+/// One camera row of one axis while its bits come in. Bytes, because the compiler then works on 16 pixels at
+/// a time.
 struct RowCodes {
-  explicit RowCodes(int width) : high(n(width)), low(n(width)), last(n(width)), weakest(n(width)), decided(n(width)) {}
+  explicit RowCodes(int width)
+      : high(n(width)), low(n(width)), last(n(width)), weakest(n(width)), decided(n(width)) {}
   static std::size_t n(int width) { return std::size_t(width); }
 
   std::vector<std::uint8_t> high, low;  ///< the binary code's two bytes
@@ -19,11 +21,11 @@ struct RowCodes {
   std::vector<std::uint8_t> decided;    ///< lit, and the weakest bit stands out of the noise
 };
 
-/// Appends kBits bits, whose pairs follow each other from `pair`, to one byte of every pixel's code. Several bits in one
-/// pass keep the sums in registers; the loop has no branch, for the compiler's vectors.
+/// Appends kBits bits, whose pairs follow each other from `pair`, to one byte of every pixel's code. Several
+/// bits in one pass keep the sums in registers; the loop has no branch, for the compiler's vectors.
 template <int kBits>
-void push_bits(const ViewU8* pair, int y, int width, std::uint8_t* __restrict byte, std::uint8_t* __restrict last,
-               std::uint8_t* __restrict weakest) {
+void push_bits(const ViewU8* pair, int y, int width, std::uint8_t* __restrict byte,
+               std::uint8_t* __restrict last, std::uint8_t* __restrict weakest) {
   const std::uint8_t* pattern[kBits];
   const std::uint8_t* inverse[kBits];
   for (int i = 0; i < kBits; ++i) pattern[i] = pair[2 * i].row(y), inverse[i] = pair[2 * i + 1].row(y);
@@ -57,16 +59,25 @@ void read_row(const std::vector<ViewU8>& captures, int first, int bits, int y, R
     const int in_byte = left > 8 ? left - 8 : left;
     const ViewU8* pair = captures.data() + first + 2 * i;
     switch (std::min(in_byte, 4)) {
-      case 4: push_bits<4>(pair, y, width, byte, last, weakest), i += 4; break;
-      case 3: push_bits<3>(pair, y, width, byte, last, weakest), i += 3; break;
-      case 2: push_bits<2>(pair, y, width, byte, last, weakest), i += 2; break;
-      default: push_bits<1>(pair, y, width, byte, last, weakest), i += 1; break;
+      case 4:
+        push_bits<4>(pair, y, width, byte, last, weakest), i += 4;
+        break;
+      case 3:
+        push_bits<3>(pair, y, width, byte, last, weakest), i += 3;
+        break;
+      case 2:
+        push_bits<2>(pair, y, width, byte, last, weakest), i += 2;
+        break;
+      default:
+        push_bits<1>(pair, y, width, byte, last, weakest), i += 1;
+        break;
     }
   }
 }
 
-/// The smallest difference of pattern and inverse that stands out of the noise, per pixel. Both are near the middle
-/// between white and black there, so the variance of the difference is 2 * noise.variance((white + black) / 2).
+/// The smallest difference of pattern and inverse that stands out of the noise, per pixel. Both are near the
+/// middle between white and black there, so the variance of the difference is 2 * noise.variance((white +
+/// black) / 2).
 void noise_thresholds(const std::uint8_t* __restrict white, const std::uint8_t* __restrict black, int width,
                       const NoiseModel& noise, double sigmas, std::uint8_t* __restrict threshold) {
   const float at_black = float(2.0 * noise.at_black * sigmas * sigmas);
@@ -77,10 +88,11 @@ void noise_thresholds(const std::uint8_t* __restrict white, const std::uint8_t* 
   }
 }
 
-/// Decides which axes of which pixels are lit and readable; notes the white-black contrast and the weaker axis's bit.
-void judge_row(const std::uint8_t* __restrict white, const std::uint8_t* __restrict black, int width, int min_contrast,
-               const std::uint8_t* __restrict threshold, RowCodes& column_codes, RowCodes& row_codes,
-               std::uint8_t* __restrict contrast, std::uint8_t* __restrict weakest) {
+/// Decides which axes of which pixels are lit and readable; notes the white-black contrast and the weaker
+/// axis's bit.
+void judge_row(const std::uint8_t* __restrict white, const std::uint8_t* __restrict black, int width,
+               int min_contrast, const std::uint8_t* __restrict threshold, RowCodes& column_codes,
+               RowCodes& row_codes, std::uint8_t* __restrict contrast, std::uint8_t* __restrict weakest) {
   const std::uint8_t* __restrict column = column_codes.weakest.data();
   const std::uint8_t* __restrict row = row_codes.weakest.data();
   std::uint8_t* __restrict column_decided = column_codes.decided.data();
@@ -116,6 +128,11 @@ long write_codes(const RowCodes& codes, int width, int count, std::int16_t* __re
 
 static_assert(DecodedMap::kUndecoded == -1, "write_codes() relies on all bits set");
 
+template <typename T>
+void fit_size(Image<T>& image, ImageSize size) {
+  if (image.size() != size || image.channels() != 1) image = Image<T>(size);
+}
+
 int count_decoded(const std::int16_t* columns, const std::int16_t* rows, int width) {
   int count = 0;
   for (int x = 0; x < width; ++x) count += (columns[x] | rows[x]) >= 0;
@@ -124,7 +141,8 @@ int count_decoded(const std::int16_t* columns, const std::int16_t* rows, int wid
 
 }  // namespace
 
-DecodedMap decode(const std::vector<ViewU8>& captures, const GrayCode& gray_code, const DecodeOptions& options) {
+DecodedMap decode(const std::vector<ViewU8>& captures, const GrayCode& gray_code,
+                  const DecodeOptions& options, DecodedMap reuse) {
   require(options.min_contrast >= 1 && options.min_contrast <= 255 && options.bit_sigmas >= 0,
           "decode: min_contrast outside 1..255 or bit_sigmas negative");
   check_captures(captures, gray_code);
@@ -132,17 +150,18 @@ DecodedMap decode(const std::vector<ViewU8>& captures, const GrayCode& gray_code
 
   const ImageSize camera = captures[0].size();
   const int width = camera.width;
-  DecodedMap map;
+  DecodedMap map = std::move(reuse);
   map.projector_size = gray_code.projector_size;
   map.step = gray_code.step;
-  map.columns = Image<std::int16_t>(camera);
-  map.rows = Image<std::int16_t>(camera);
-  map.contrast = ImageU8(camera);
-  map.weakest_bit = ImageU8(camera);
+  fit_size(map.columns, camera);
+  fit_size(map.rows, camera);
+  fit_size(map.contrast, camera);
+  fit_size(map.weakest_bit, camera);
   map.noise = survey.noise;
   map.diagnostics = std::move(survey.diagnostics);
 
-  const int column_bits = bit_count(gray_code, StripeAxis::kColumn), row_bits = bit_count(gray_code, StripeAxis::kRow);
+  const int column_bits = bit_count(gray_code, StripeAxis::kColumn),
+            row_bits = bit_count(gray_code, StripeAxis::kRow);
   const int column_count = stripe_count(gray_code, StripeAxis::kColumn);
   const int row_count = stripe_count(gray_code, StripeAxis::kRow);
   const ViewU8& white = captures[captures.size() - 2];
@@ -150,13 +169,14 @@ DecodedMap decode(const std::vector<ViewU8>& captures, const GrayCode& gray_code
   RowCodes column(width), row(width);
   std::vector<std::uint8_t> threshold(std::size_t(width), 0);
   CodeCounts counts;
-  // Row by row through all frames: each frame is read once, and what the bits add up to stays in the first cache.
+  // Row by row through all frames: each frame is read once, and what the bits add up to stays in the first
+  // cache.
   for (int y = 0; y < camera.height; ++y) {
     read_row(captures, 0, column_bits, y, column);
     read_row(captures, 2 * column_bits, row_bits, y, row);
     noise_thresholds(white.row(y), black.row(y), width, map.noise, options.bit_sigmas, threshold.data());
-    judge_row(white.row(y), black.row(y), width, options.min_contrast, threshold.data(), column, row, map.contrast.row(y),
-              map.weakest_bit.row(y));
+    judge_row(white.row(y), black.row(y), width, options.min_contrast, threshold.data(), column, row,
+              map.contrast.row(y), map.weakest_bit.row(y));
     counts.outside[0] += write_codes(column, width, column_count, map.columns.row(y));
     counts.outside[1] += write_codes(row, width, row_count, map.rows.row(y));
     counts.decoded += count_decoded(map.columns.row(y), map.rows.row(y), width);

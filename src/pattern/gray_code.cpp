@@ -52,10 +52,13 @@ std::string frame_name(const GrayCode& gray_code, int index) {
   const GrayCodeFrame info = frame_info(gray_code, index);
   const std::string frame = "frame " + std::to_string(index);
   switch (info.kind) {
-    case GrayCodeFrame::Kind::kWhite: return frame + " (white)";
-    case GrayCodeFrame::Kind::kBlack: return frame + " (black)";
+    case GrayCodeFrame::Kind::kWhite:
+      return frame + " (white)";
+    case GrayCodeFrame::Kind::kBlack:
+      return frame + " (black)";
     case GrayCodeFrame::Kind::kColumnBit:
-    case GrayCodeFrame::Kind::kRowBit: break;
+    case GrayCodeFrame::Kind::kRowBit:
+      break;
   }
   const char* axis = info.kind == GrayCodeFrame::Kind::kColumnBit ? " (column bit " : " (row bit ";
   return frame + axis + std::to_string(info.bit) + (info.inverse ? ", inverse)" : ")");
@@ -93,8 +96,8 @@ std::vector<ImageU8> frames(const GrayCode& gray_code) {
 
 std::string describe(const GrayCode& gray_code) {
   const ImageSize size = gray_code.projector_size;
-  std::string text = std::to_string(frame_count(gray_code)) + " frames for " + std::to_string(size.width) + "x" +
-                     std::to_string(size.height);
+  std::string text = std::to_string(frame_count(gray_code)) + " frames for " + std::to_string(size.width) +
+                     "x" + std::to_string(size.height);
   if (gray_code.step > 1) text += " in steps of " + std::to_string(gray_code.step);
   return text + " (columns " + std::to_string(bit_count(gray_code, StripeAxis::kColumn)) + " bits, rows " +
          std::to_string(bit_count(gray_code, StripeAxis::kRow)) + " bits, white, black)";

@@ -14,8 +14,14 @@ namespace {
 /// Above this |D| a sample tells little about where the edge is and much about scattered light.
 constexpr double kInformative = 0.9;
 
-/// Phi^-1((1 + d) / 2) for |d| < 1, to 1.3e-4 relative: S. Winitzki's closed form of the inverse error function
-/// ("A handy approximation for the error function and its inverse", 2008). A common scale of u cancels in the fit.
+/// What blur, noise and albedo do not explain (the shapes of pixels, speckle, print): measured as the scatter
+/// round a smooth surface on a bright board, camera pixels.
+constexpr double kModelSigma = 0.03;
+
+/// Phi^-1((1 + d) / 2) for |d| < 1, to 1.3e-4 relative: S. Winitzki's closed form of the inverse error
+/// function
+/// ("A handy approximation for the error function and its inverse", 2008). A common scale of u cancels in the
+/// fit.
 double probit_of_contrast(double d) {
   constexpr double kA = 0.147, kTwoOverPiA = 2.0 / (3.14159265358979324 * kA);
   const double l = std::log(1.0 - d * d), half = kTwoOverPiA + 0.5 * l;
@@ -24,13 +30,16 @@ double probit_of_contrast(double d) {
 }
 
 /// d(contrast)/du of the above: 2 phi(u).
-double slope_of_contrast(double u) { return 0.797884560802865356 * std::exp(-0.5 * u * u); }
+double slope_of_contrast(double u) {
+  return 0.797884560802865356 * std::exp(-0.5 * u * u);
+}
 
 struct Sample {
   double position = 0;  ///< along the scan, relative to the first pixel of the pair
   double contrast = 0;  ///< D
   double variance = 0;  ///< of D
   double albedo = 0;    ///< pattern + inverse - 2 black
+  double albedo_variance = 0;
 };
 
 /// The bit's frames, read at one pixel.
@@ -45,9 +54,11 @@ class BitPlane {
     if (albedo < 1) return std::nullopt;
     const double d = std::clamp((p - q) / albedo, -1.0, 1.0);
     const double variance_p = noise_.variance(p), variance_q = noise_.variance(q);
-    const double variance = ((1 - d) * (1 - d) * variance_p + (1 + d) * (1 + d) * variance_q + 4 * d * d * noise_.variance(k)) /
-                            (albedo * albedo);
-    return Sample{position, d, variance, albedo};
+    const double variance_k = noise_.variance(k);
+    const double variance =
+        ((1 - d) * (1 - d) * variance_p + (1 + d) * (1 + d) * variance_q + 4 * d * d * variance_k) /
+        (albedo * albedo);
+    return Sample{position, d, variance, albedo, variance_p + variance_q + 4 * variance_k};
   }
 
  private:
@@ -97,8 +108,8 @@ int lowest_set_bit(int k) {
 /// The scan of one axis in one direction.
 class Scan {
  public:
-  Scan(const std::vector<ViewU8>& captures, const DecodedMap& decoded, const GrayCode& gray_code, StripeAxis axis,
-       const StripeEdgeOptions& options)
+  Scan(const std::vector<ViewU8>& captures, const DecodedMap& decoded, const GrayCode& gray_code,
+       StripeAxis axis, const StripeEdgeOptions& options)
       : captures_(captures),
         decoded_(decoded),
         codes_(axis == StripeAxis::kColumn ? decoded.columns : decoded.rows),
@@ -118,7 +129,8 @@ class Scan {
         if (here[x] < 0 || here[x] == next[x]) continue;
         int gap = 1, other = next[x];
         if (other < 0) {
-          // An edge that falls on a pixel's centre leaves that pixel undecided; the next one knows the code again.
+          // An edge that falls on a pixel's centre leaves that pixel undecided; the next one knows the code
+          // again.
           gap = 2;
           if (x + 2 * dx >= width || y + 2 * dy >= height) continue;
           other = codes_.at(x + 2 * dx, y + 2 * dy);
@@ -178,7 +190,8 @@ class Scan {
     const Sample first = run[0], last = run[std::size_t(gap)];
     const double step = last.contrast - first.contrast;
     if (first.contrast * last.contrast >= 0) return std::nullopt;
-    if (step * step < options_.min_step_sigmas * options_.min_step_sigmas * (first.variance + last.variance)) return std::nullopt;
+    if (step * step < options_.min_step_sigmas * options_.min_step_sigmas * (first.variance + last.variance))
+      return std::nullopt;
 
     const double sign = step > 0 ? 1.0 : -1.0;
     const auto widens = [&](int i, const Sample& inner, double direction) {
@@ -193,16 +206,24 @@ class Scan {
 
     std::optional<Crossing> crossing = fit_crossing(run.data(), count);
     if (!crossing || crossing->position < 0 || crossing->position > gap) return std::nullopt;
-    // Two samples' albedos tell the gradient that the camera's blur turns into a shift.
-    const double relative = 2 * (last.albedo - first.albedo) / (gap * (last.albedo + first.albedo));
-    const double pulled = options_.camera_blur_px * options_.camera_blur_px * relative;
-    crossing->sigma = std::sqrt(crossing->sigma * crossing->sigma + pulled * pulled);
+    // Blur weighs what it mixes by albedo, so D belongs to a point pulled blur^2 * (log albedo)' towards the
+    // bright side (exact for a Gaussian and a straight D), and its zero is found as far to the dark side. Put
+    // it back.
+    const double gradient = 2 * (last.albedo - first.albedo) / (gap * (last.albedo + first.albedo));
+    // Noise makes gradients too: only what stands out of it counts.
+    const double noise = 3 * std::sqrt(first.albedo_variance + last.albedo_variance) /
+                         (gap * 0.5 * (last.albedo + first.albedo));
+    const double trusted = gradient * gradient / (gradient * gradient + noise * noise);
+    const double pulled = options_.camera_blur_px * options_.camera_blur_px * gradient * trusted;
+    crossing->position += pulled;
+    crossing->sigma =
+        std::sqrt(crossing->sigma * crossing->sigma + kModelSigma * kModelSigma + pulled * pulled);
     if (crossing->sigma > options_.max_sigma_px) return std::nullopt;
     return crossing;
   }
 
-  /// Is pixel x + i still on the slope of this boundary, no further than a quarter of the bit's stripe away? Beyond, the
-  /// bit's next boundary bends the profile.
+  /// Is pixel x + i still on the slope of this boundary, no further than a quarter of the bit's stripe away?
+  /// Beyond, the bit's next boundary bends the profile.
   bool belongs(int x, int y, int i, int bit, int boundary) const {
     const int px = along_x_ ? x + i : x, py = along_x_ ? y : y + i;
     if (px < 0 || py < 0 || px >= codes_.width() || py >= codes_.height()) return false;

@@ -14,14 +14,17 @@ std::string percent(double share) {
   return text;
 }
 
-std::string text_of(ImageSize size) { return std::to_string(size.width) + "x" + std::to_string(size.height); }
+std::string text_of(ImageSize size) {
+  return std::to_string(size.width) + "x" + std::to_string(size.height);
+}
 
 /// How often pattern + inverse of two bits differ by a given amount, per class of brightness.
 class NoiseHistogram {
  public:
   void add(int sum, int other_sum) {
     const int difference = std::abs(sum - other_sum);
-    if (difference < kLargest) ++counts_[std::size_t((sum + other_sum) / (4 * kLevels))][std::size_t(difference)];
+    if (difference < kLargest)
+      ++counts_[std::size_t((sum + other_sum) / (4 * kLevels))][std::size_t(difference)];
   }
 
   /// Line through the classes' variances. A difference of two sums carries four pixels' noise.
@@ -56,7 +59,8 @@ class NoiseHistogram {
     for (int round = 0; round < 4; ++round) {
       double sum = 0;
       weight = 0;
-      for (int d = 0; d < limit; ++d) sum += double(counts[std::size_t(d)]) * d * d, weight += double(counts[std::size_t(d)]);
+      for (int d = 0; d < limit; ++d)
+        sum += double(counts[std::size_t(d)]) * d * d, weight += double(counts[std::size_t(d)]);
       variance = weight > 0 ? sum / weight : 0.0;
       limit = std::min(kLargest, std::max(3, int(std::ceil(4.0 * std::sqrt(variance))) + 1));
     }
@@ -72,7 +76,8 @@ void check_captures(const std::vector<ViewU8>& captures, const GrayCode& gray_co
   const int expected = frame_count(gray_code);
   const int found = int(captures.size());
   if (found != expected) {
-    throw Error(ErrorKind::kInput, "Gray-code captures", describe(gray_code) + " expected, " + std::to_string(found) + " found",
+    throw Error(ErrorKind::kInput, "Gray-code captures",
+                describe(gray_code) + " expected, " + std::to_string(found) + " found",
                 "check the projector size and step, and that every frame was captured");
   }
   for (int index = 0; index < found; ++index) {
@@ -82,11 +87,13 @@ void check_captures(const std::vector<ViewU8>& captures, const GrayCode& gray_co
       throw Error(ErrorKind::kInput, name, "the image is empty", "capture or copy this frame again");
     }
     if (capture.channels != 1) {
-      throw Error(ErrorKind::kInput, name, std::to_string(capture.channels) + " channels where 1 (grey) is expected",
+      throw Error(ErrorKind::kInput, name,
+                  std::to_string(capture.channels) + " channels where 1 (grey) is expected",
                   "convert the captures to grey");
     }
     if (capture.size() != captures[0].size()) {
-      throw Error(ErrorKind::kInput, name, "size " + text_of(capture.size()) + " where frame 0 has " + text_of(captures[0].size()),
+      throw Error(ErrorKind::kInput, name,
+                  "size " + text_of(capture.size()) + " where frame 0 has " + text_of(captures[0].size()),
                   "all frames of a pose must come from one camera with one resolution");
     }
   }
@@ -116,9 +123,11 @@ Survey survey_captures(const std::vector<ViewU8>& captures, const GrayCode& gray
         saturated += white.at(x, y) == 255;
       }
       for (int pair = 0; pair < pairs; ++pair) {
-        const int sum = captures[std::size_t(2 * pair)].at(x, y) + captures[std::size_t(2 * pair + 1)].at(x, y);
+        const int sum =
+            captures[std::size_t(2 * pair)].at(x, y) + captures[std::size_t(2 * pair + 1)].at(x, y);
         sums[std::size_t(pair)] = sum;
-        // Pattern and inverse together are the white and the black frame; scattered light makes up for small gaps.
+        // Pattern and inverse together are the white and the black frame; scattered light makes up for small
+        // gaps.
         broken[std::size_t(pair)] += lit && std::abs(sum - total) > std::max(8, contrast / 3);
         if (pair > 0) histogram.add(sum, sums[std::size_t(pair - 1)]);
       }
@@ -138,28 +147,33 @@ Survey survey_captures(const std::vector<ViewU8>& captures, const GrayCode& gray
   survey.noise = histogram.fit();
   Diagnostics& diagnostics = survey.diagnostics;
   if (lit_pixels * 100 < pixels) {
-    diagnostics.warn("unlit", "Only " + percent(double(lit_pixels) / double(pixels)) +
-                                  " of the camera's pixels see the projector's light (white minus black at least " +
-                                  std::to_string(min_contrast) + " grey levels); raise the exposure or check that the camera sees the projection");
+    diagnostics.warn("unlit",
+                     "Only " + percent(double(lit_pixels) / double(pixels)) +
+                         " of the camera's pixels see the projector's light (white minus black at least " +
+                         std::to_string(min_contrast) +
+                         " grey levels); raise the exposure or check that the camera sees the projection");
     return survey;
   }
   std::nth_element(contrasts.begin(), contrasts.begin() + lit_pixels / 2, contrasts.end());
   const int median_contrast = contrasts[std::size_t(lit_pixels / 2)];
   if (median_contrast < 20) {
     diagnostics.warn("low_contrast", "White is only " + std::to_string(median_contrast) +
-                                         " grey levels brighter than black (median of the lit pixels); raise the exposure or dim the room");
+                                         " grey levels brighter than black (median of the lit pixels); raise "
+                                         "the exposure or dim the room");
   }
   if (saturated * 50 > lit_pixels) {
-    diagnostics.warn("saturated", "The white frame is at 255 over " + percent(double(saturated) / double(lit_pixels)) +
+    diagnostics.warn("saturated", "The white frame is at 255 over " +
+                                      percent(double(saturated) / double(lit_pixels)) +
                                       " of the lit pixels, which shifts stripe edges; lower the exposure");
   }
   for (int pair = 0; pair < pairs; ++pair) {
     if (broken[std::size_t(pair)] * 2 > lit_pixels) {
-      diagnostics.fail("pair_not_complementary",
-                       "The captures of " + frame_name(gray_code, 2 * pair) + " and " + frame_name(gray_code, 2 * pair + 1) +
-                           " do not add up to white and black over " +
-                           percent(double(broken[std::size_t(pair)]) / double(lit_pixels)) +
-                           " of the lit pixels: a frame is missing, repeated or out of order; capture this pose again");
+      diagnostics.fail(
+          "pair_not_complementary",
+          "The captures of " + frame_name(gray_code, 2 * pair) + " and " +
+              frame_name(gray_code, 2 * pair + 1) + " do not add up to white and black over " +
+              percent(double(broken[std::size_t(pair)]) / double(lit_pixels)) +
+              " of the lit pixels: a frame is missing, repeated or out of order; capture this pose again");
     }
   }
   return survey;
@@ -172,9 +186,11 @@ void remark_on_codes(DecodedMap& map, const GrayCode& gray_code, const CodeCount
   const char* sides[2] = {"width", "height"};
   const double pixels = double(camera.width) * camera.height;
 
-  map.diagnostics.note("decoded_share", percent(double(counts.decoded) / pixels) + " of the camera's pixels decoded");
+  map.diagnostics.note("decoded_share",
+                       percent(double(counts.decoded) / pixels) + " of the camera's pixels decoded");
   if (counts.decoded * 100 < long(pixels)) {
-    map.diagnostics.warn("hardly_decoded", "Hardly a pixel decoded (" + percent(double(counts.decoded) / pixels) +
+    map.diagnostics.warn("hardly_decoded", "Hardly a pixel decoded (" +
+                                               percent(double(counts.decoded) / pixels) +
                                                "); check exposure, focus and the order of the frames");
   }
 
@@ -196,22 +212,27 @@ void remark_on_codes(DecodedMap& map, const GrayCode& gray_code, const CodeCount
       }
     }
     if (valid > 0) {
-      map.diagnostics.note(std::string(names[axis]) + "_range",
-                           "decoded " + std::string(names[axis]) + " codes " + std::to_string(low) + ".." + std::to_string(high) + " of 0.." +
-                               std::to_string(stripe_count(gray_code, axis == 0 ? StripeAxis::kColumn : StripeAxis::kRow) - 1));
+      map.diagnostics.note(
+          std::string(names[axis]) + "_range",
+          "decoded " + std::string(names[axis]) + " codes " + std::to_string(low) + ".." +
+              std::to_string(high) + " of 0.." +
+              std::to_string(stripe_count(gray_code, axis == 0 ? StripeAxis::kColumn : StripeAxis::kRow) -
+                             1));
     }
     if (counts.outside[axis] * 20 > counts.outside[axis] + counts.decoded) {
-      map.diagnostics.warn("projector_size", std::to_string(counts.outside[axis]) + " pixels carry a " + names[axis] +
-                                                 " code beyond the projector's " + sides[axis] + " (" +
-                                                 text_of(gray_code.projector_size) +
-                                                 "): is the projector larger, or are width and height exchanged?");
+      map.diagnostics.warn("projector_size",
+                           std::to_string(counts.outside[axis]) + " pixels carry a " + names[axis] +
+                               " code beyond the projector's " + sides[axis] + " (" +
+                               text_of(gray_code.projector_size) +
+                               "): is the projector larger, or are width and height exchanged?");
     }
   }
   // A projector lying on its side is legitimate, so this is a remark and not an error.
   if (along_y[0] > 2 * along_x[0] && along_x[1] > 2 * along_y[1]) {
-    map.diagnostics.warn("axes_exchanged",
-                         "column codes run along the camera's y and row codes along its x: the projector is turned by 90 "
-                         "degrees against the camera, or rows were captured before columns");
+    map.diagnostics.warn(
+        "axes_exchanged",
+        "column codes run along the camera's y and row codes along its x: the projector is turned by 90 "
+        "degrees against the camera, or rows were captured before columns");
   }
 }
 

@@ -1,6 +1,6 @@
 #pragma once
-/// What a sparse look at the captures tells before any pixel is decoded: are they the frames that were asked for, how
-/// noisy are they, what deserves a remark.
+/// What a sparse look at the captures tells before any pixel is decoded: are they the frames that were asked
+/// for, how noisy are they, what deserves a remark.
 #include <vector>
 
 #include "procam/core/decoded_map.hpp"
@@ -17,8 +17,8 @@ struct Survey {
   Diagnostics diagnostics;
 };
 
-/// Measures the noise on a grid of pixels and checks that white is brighter than black (else procam::Error), that every
-/// inverse complements its pattern, and that the exposure is neither saturated nor dark.
+/// Measures the noise on a grid of pixels and checks that white is brighter than black (else procam::Error),
+/// that every inverse complements its pattern, and that the exposure is neither saturated nor dark.
 Survey survey_captures(const std::vector<ViewU8>& captures, const GrayCode& gray_code, int min_contrast);
 
 /// What came of the pixels.

@@ -1,9 +1,11 @@
 // Decoding 42 Gray-code frames of 1280x1024: OpenCV's getProjPixel per pixel against procam's decode() and
-// stripe_edges(), single thread, same frames. Real captures if present, else projector frames stretched to the camera.
+// stripe_edges(), single thread, same frames. Real captures if present, else projector frames stretched to
+// the camera.
 #include <benchmark/benchmark.h>
 
 #include <opencv2/imgproc.hpp>
 #include <opencv2/structured_light.hpp>
+#include <utility>
 #include <vector>
 
 #include "procam/pattern/gray_code.hpp"
@@ -52,6 +54,16 @@ void ProcamDecode(benchmark::State& state) {
   for (auto _ : state) benchmark::DoNotOptimize(procam::pattern::decode(views, kGrayCode));
 }
 
+/// As OpencvGetProjPixel, into memory that is there already.
+void ProcamDecodeReusing(benchmark::State& state) {
+  const std::vector<procam::ViewU8> views = procam::test::views_of(captures());
+  procam::DecodedMap map;
+  for (auto _ : state) {
+    map = procam::pattern::decode(views, kGrayCode, {}, std::move(map));
+    benchmark::DoNotOptimize(map.columns.data());
+  }
+}
+
 void ProcamStripeEdges(benchmark::State& state) {
   const std::vector<procam::ViewU8> views = procam::test::views_of(captures());
   const procam::DecodedMap map = procam::pattern::decode(views, kGrayCode);
@@ -62,6 +74,7 @@ void ProcamStripeEdges(benchmark::State& state) {
 
 BENCHMARK(OpencvGetProjPixel)->Unit(benchmark::kMillisecond)->MinTime(2.0);
 BENCHMARK(ProcamDecode)->Unit(benchmark::kMillisecond)->MinTime(2.0);
+BENCHMARK(ProcamDecodeReusing)->Unit(benchmark::kMillisecond)->MinTime(2.0);
 BENCHMARK(ProcamStripeEdges)->Unit(benchmark::kMillisecond);
 
 }  // namespace

@@ -1,7 +1,7 @@
 #pragma once
-/// A small true world for Gray-code tests: a projector's frames fall on a plane with printed squares and a camera sees
-/// them, with the projector's defocus, the camera's blur and pixel area, noise and 8 bits. The map from camera to
-/// projector pixels is affine, so the truth of every stripe edge is one line of algebra.
+/// A small true world for Gray-code tests: a projector's frames fall on a plane with printed squares and a
+/// camera sees them, with the projector's defocus, the camera's blur and pixel area, noise and 8 bits. The
+/// map from camera to projector pixels is affine, so the truth of every stripe edge is one line of algebra.
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -14,7 +14,7 @@
 namespace procam::test {
 
 struct GrayCodeWorld {
-  ImageSize camera{211, 163};
+  ImageSize camera{173, 141};
   Mat2 projector_from_camera_linear = (Mat2() << 0.57, 0.04, -0.03, 0.61).finished();
   Vec2 projector_from_camera_offset{-3.3, 2.1};
   double projector_blur = 0.35;  ///< standard deviation, projector pixels
@@ -72,7 +72,7 @@ inline ImageF blur(const ImageF& image, double sigma, double spacing) {
 }
 
 /// A projector frame seen by light: each pixel a square of light, blurred, sampled at kFine points a pixel.
-constexpr int kFine = 8;
+constexpr int kFine = 6;
 
 inline ImageF light_of(const ViewU8& frame, double projector_blur) {
   ImageF fine(frame.width * kFine, frame.height * kFine);
@@ -83,19 +83,22 @@ inline ImageF light_of(const ViewU8& frame, double projector_blur) {
 
 }  // namespace detail
 
-/// What the camera of `world` captures while the projector shows `frame`. `index` gives each frame its own noise.
+/// What the camera of `world` captures while the projector shows `frame`. `index` gives each frame its own
+/// noise.
 inline ImageU8 capture(const GrayCodeWorld& world, const ViewU8& frame, unsigned index) {
-  constexpr int kSub = 5;
+  constexpr int kSub = 4;
   const ImageF light = detail::light_of(frame, world.projector_blur);
   ImageF fine(world.camera.width * kSub, world.camera.height * kSub);
   for (int y = 0; y < fine.height(); ++y)
     for (int x = 0; x < fine.width(); ++x) {
       const double cx = (x + 0.5) / kSub - 0.5, cy = (y + 0.5) / kSub - 0.5;
       const Vec2 p = world.projector_pixel({cx, cy});
-      const int lx = int(std::floor((p.x() + 0.5) * detail::kFine)), ly = int(std::floor((p.y() + 0.5) * detail::kFine));
+      const int lx = int(std::floor((p.x() + 0.5) * detail::kFine)),
+                ly = int(std::floor((p.y() + 0.5) * detail::kFine));
       const bool inside = lx >= 0 && ly >= 0 && lx < light.width() && ly < light.height();
       const double lit = inside ? double(light.at(lx, ly)) : 0.0;
-      fine.at(x, y) = float(world.albedo(cx, cy) * (world.black_level + (world.white_level - world.black_level) * lit));
+      fine.at(x, y) =
+          float(world.albedo(cx, cy) * (world.black_level + (world.white_level - world.black_level) * lit));
     }
   fine = detail::blur(fine, world.camera_blur, 1.0 / kSub);
   std::mt19937 random(world.seed * 1000 + index);

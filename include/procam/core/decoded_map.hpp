@@ -1,8 +1,9 @@
 #pragma once
-/// DecodedMap: which projector pixel lit each camera pixel, as integer stripe codes. What pattern decoding returns.
+/// DecodedMap: which projector pixel lit each camera pixel, as integer stripe codes. What pattern decoding
+/// returns.
 ///
-/// Stripe c of `step` projector pixels covers the pixels c*step .. c*step + step-1, so with pixel centres at integers
-/// its centre lies at c*step + (step-1)/2 and its lower boundary at c*step - 1/2.
+/// Stripe c of `step` projector pixels covers the pixels c*step .. c*step + step-1, so with pixel centres at
+/// integers its centre lies at c*step + (step-1)/2 and its lower boundary at c*step - 1/2.
 #include <algorithm>
 #include <cstdint>
 #include <optional>
@@ -13,7 +14,8 @@
 
 namespace procam {
 
-/// Variance of a camera pixel's grey value I in grey levels^2: at_black + per_level * I (read noise and shot noise).
+/// Variance of a camera pixel's grey value I in grey levels^2: at_black + per_level * I (read noise and shot
+/// noise).
 struct NoiseModel {
   double at_black = 0.5;
   double per_level = 0.02;
@@ -36,8 +38,8 @@ struct DecodedMap {
   ImageSize camera_size() const { return columns.size(); }
   bool decoded(int x, int y) const { return columns.at(x, y) != kUndecoded && rows.at(x, y) != kUndecoded; }
 
-  /// In [0,1]: 0 where undecoded, else min(1, d/contrast) * d^2/(d^2 + var d) with d = weakest_bit: 1 for bits at full
-  /// contrast, falling with blur (first factor) and noise (second).
+  /// In [0,1]: 0 where undecoded, else min(1, d/contrast) * d^2/(d^2 + var d) with d = weakest_bit: 1 for
+  /// bits at full contrast, falling with blur (first factor) and noise (second).
   double confidence(int x, int y) const {
     if (!decoded(x, y)) return 0.0;
     const double full = contrast.at(x, y), weakest = weakest_bit.at(x, y), power = weakest * weakest;

@@ -1,8 +1,8 @@
 #pragma once
 /// StripeEdge: one sub-pixel measurement "this camera position sees this projector coordinate".
 ///
-/// A stripe edge knows one projector coordinate only (x of a column boundary, y of a row boundary). Its error is along
-/// the camera axis that was scanned; the residual of a model that maps camera to projector pixels is
+/// A stripe edge knows one projector coordinate only (x of a column boundary, y of a row boundary). Its error
+/// is along the camera axis that was scanned; the residual of a model that maps camera to projector pixels is
 /// (modelled coordinate - projector_coordinate) / (|d coordinate / d scan| * sigma_px).
 #include <cstdint>
 
@@ -22,7 +22,7 @@ enum class ScanAxis : std::uint8_t { kCameraX, kCameraY };
 struct StripeEdge {
   Vec2 camera_pixel;                ///< integer across the scan, sub-pixel along it
   double projector_coordinate = 0;  ///< the boundary, e.g. k*step - 1/2
-  double sigma_px = 0;              ///< expected standard deviation of camera_pixel along the scan, camera pixels
+  double sigma_px = 0;  ///< expected standard deviation of camera_pixel along the scan, camera pixels
   StripeAxis axis = StripeAxis::kColumn;
   ScanAxis scan = ScanAxis::kCameraX;
 };

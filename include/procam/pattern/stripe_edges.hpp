@@ -1,14 +1,17 @@
 #pragma once
-/// Stripe edges to sub-pixel: where in the camera image the light changes from one projector stripe to the next.
+/// Stripe edges to sub-pixel: where in the camera image the light changes from one projector stripe to the
+/// next.
 ///
-/// The boundary between the stripes k-1 and k lies at projector coordinate k*step - 1/2 and changes exactly one bit b
-/// (the lowest set bit of k) of the Gray code. Along a camera row or column,
+/// The boundary between the stripes k-1 and k lies at projector coordinate k*step - 1/2 and changes exactly
+/// one bit b (the lowest set bit of k) of the Gray code. Along a camera row or column,
 ///   D(x) = (pattern_b - inverse_b) / (pattern_b + inverse_b - 2 black)
-/// runs from -1 to 1 or back, free of the surface's albedo, and the edge is where it crosses zero. A sharp edge seen
-/// through blur makes D(x) = 2 Phi((x - edge) / blur) - 1, so u = Phi^-1((1 + D)/2) is a straight line whatever the
-/// blur; the edge is the zero of a line fitted to u over two to four samples, weighted by their noise.
+/// runs from -1 to 1 or back, free of the surface's albedo, and the edge is where it crosses zero. A sharp
+/// edge seen through blur makes D(x) = 2 Phi((x - edge) / blur) - 1, so u = Phi^-1((1 + D)/2) is a straight
+/// line whatever the blur; the edge is the zero of a line fitted to u over two to four samples, weighted by
+/// their noise.
 ///
-/// One decoded pixel gives one integer code, right to half a stripe; a stripe edge is right to some hundredths of one.
+/// One decoded pixel gives one integer code, right to half a stripe; a stripe edge is right to some
+/// hundredths of one.
 #include <vector>
 
 #include "procam/core/decoded_map.hpp"
@@ -19,22 +22,23 @@
 namespace procam::pattern {
 
 struct StripeEdgeOptions {
-  /// Codes of the two sides of an edge may differ by this many stripes. More than one only where the camera samples
-  /// more coarsely than the projector; larger jumps are taken for the border of a surface.
+  /// Codes of the two sides of an edge may differ by this many stripes. More than one only where the camera
+  /// samples more coarsely than the projector; larger jumps are taken for the border of a surface.
   int max_code_jump = 4;
   /// D must change by this many standard deviations across the edge.
   double min_step_sigmas = 5.0;
   /// Edges expected to be less certain than this are left out (camera pixels).
   double max_sigma_px = 0.5;
-  /// The camera's own blur (standard deviation, camera pixels). Where the albedo changes by a share g per pixel, blur
-  /// pulls the edge towards the brighter side by about blur^2 g: such edges get that added to their sigma.
-  double camera_blur_px = 0.7;
+  /// The camera's own blur (standard deviation, camera pixels). Where the albedo changes by a share g per
+  /// pixel, blur shifts the zero by blur^2 g towards the darker side. That is put back, and counts
+  /// as uncertainty too.
+  double camera_blur_px = 0.8;
 };
 
-/// All edges of both axes, row-major in the camera for the columns, then for the rows. Each axis is scanned along the
-/// camera direction in which its codes vary faster; mirrored and turned projectors are read like any other.
-/// `captures` are those that `decoded` came from: throws procam::Error as decode() does, and std::invalid_argument if
-/// sizes or steps of the three do not belong together.
+/// All edges of both axes, row-major in the camera for the columns, then for the rows. Each axis is scanned
+/// along the camera direction in which its codes vary faster; mirrored and turned projectors are read like
+/// any other. `captures` are those that `decoded` came from: throws procam::Error as decode() does, and
+/// std::invalid_argument if sizes or steps of the three do not belong together.
 std::vector<StripeEdge> stripe_edges(const std::vector<ViewU8>& captures, const DecodedMap& decoded,
                                      const GrayCode& gray_code, const StripeEdgeOptions& options = {});
 

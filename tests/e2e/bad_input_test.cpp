@@ -1,0 +1,188 @@
+/// What goes wrong at a user's desk: each case refused with its reason, the right exit code and no output
+/// file.
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+#include "e2e/tool_runner.hpp"
+#include "procam/io/images.hpp"
+
+namespace procam::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// One small simulated session for all cases; each case spoils a copy (made of hard links).
+class BadInput : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    shared_ = new ScratchFolder;
+    const ToolRun run = run_tool("simulate-captures",
+                                 "--seed 7 --level easy --views 4 -o " + (*shared_ / "session").string());
+    ASSERT_EQ(run.exit_code, 0) << run.err;
+  }
+  static void TearDownTestSuite() { delete shared_; }
+
+  void SetUp() override {
+    session_ = folder_ / "session";
+    fs::copy(*shared_ / "session", session_,
+             fs::copy_options::recursive | fs::copy_options::create_hard_links);
+  }
+
+  fs::path view(int index) const { return session_ / ("view_0" + std::to_string(index)); }
+  static std::vector<fs::path> frames_of(const fs::path& folder) {
+    std::vector<fs::path> files(fs::directory_iterator(folder), fs::directory_iterator{});
+    std::sort(files.begin(), files.end());
+    return files;
+  }
+  /// A hard link must not be written through.
+  static void replace(const fs::path& path, const std::string& bytes) {
+    fs::remove(path);
+    std::ofstream(path, std::ios::binary) << bytes;
+  }
+
+  ToolRun calibrate(const std::string& more = "") {
+    return run_tool("calibrate-projector",
+                    "--captures " + session_.string() + " -o " + rig().string() + " " + more);
+  }
+  fs::path rig() const { return folder_ / "rig.json"; }
+
+  void expect_refused(const ToolRun& run, int exit_code, const std::vector<std::string>& words) {
+    EXPECT_EQ(run.exit_code, exit_code) << run.err;
+    for (const std::string& word : words)
+      EXPECT_NE(run.err.find(word), std::string::npos) << "no '" << word << "' in: " << run.err;
+    EXPECT_FALSE(fs::exists(rig()));
+  }
+
+  static ScratchFolder* shared_;
+  ScratchFolder folder_;
+  fs::path session_;
+};
+ScratchFolder* BadInput::shared_ = nullptr;
+
+TEST_F(BadInput, NoneAtAllCalibrates) {  // the fixture itself is good
+  const ToolRun run = calibrate("--truth " + (session_ / "truth.json").string());
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_TRUE(fs::exists(rig()));
+}
+
+TEST_F(BadInput, EmptyFolder) {
+  fs::remove_all(session_);
+  fs::create_directory(session_);
+  expect_refused(calibrate("--projector-size 1024x768 --board chessboard:10x7:35mm"), 3, {"session"});
+}
+
+TEST_F(BadInput, EmptyView) {
+  for (const fs::path& file : frames_of(view(1))) fs::remove(file);
+  const ToolRun run = calibrate();  // a folder without images is no view: three are left, and that is enough
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+}
+
+TEST_F(BadInput, MissingFrame) {
+  const fs::path gone = frames_of(view(2))[17];
+  fs::remove(gone);
+  expect_refused(calibrate(), 3, {"view_02", gone.filename().string()});
+}
+
+TEST_F(BadInput, MissingLastFrame) {
+  fs::remove(frames_of(view(2)).back());
+  expect_refused(calibrate(), 3, {"view_02", "42"});
+}
+
+TEST_F(BadInput, FramesOfTwoSizes) {
+  const fs::path file = frames_of(view(0))[5];
+  fs::remove(file);
+  io::save_image(file, ImageU8(320, 200, 1, 90));
+  expect_refused(calibrate(), 3, {"view_00", "320x200"});
+}
+
+TEST_F(BadInput, TruncatedPng) {
+  const fs::path file = frames_of(view(3))[11];
+  const std::string bytes = slurp(file);
+  replace(file, bytes.substr(0, bytes.size() * 2 / 3));
+  expect_refused(calibrate(), 3, {"view_03", file.filename().string()});
+}
+
+TEST_F(BadInput, WrongProjectorSize) {
+  expect_refused(calibrate("--projector-size 1280x800"), 3, {"1280x800"});
+}
+
+TEST_F(BadInput, ProjectorWidthAndHeightSwapped) {
+  expect_refused(calibrate("--projector-size 768x1024"), 3, {"768x1024"});
+}
+
+TEST_F(BadInput, WrongBoardCounts) {
+  expect_refused(calibrate("--board chessboard:9x7:35mm"), 3, {"9x7", "10x7"});
+}
+
+TEST_F(BadInput, BoardCountsSwapped) {
+  // A 10x7 board turned by a quarter is a 7x10 board: a legitimate description of the same sheet.
+  const ToolRun run = calibrate("--board chessboard:7x10:35mm");
+  EXPECT_TRUE(run.exit_code == 0 || run.exit_code == 3) << run.exit_code << run.err;
+}
+
+TEST_F(BadInput, LengthWithoutUnit) {
+  expect_refused(calibrate("--board chessboard:10x7:35"), 2, {"--board", "mm"});
+}
+
+TEST_F(BadInput, TooFewViews) {
+  fs::remove_all(view(2));
+  fs::remove_all(view(3));
+  expect_refused(calibrate(), 4, {"at least three"});
+}
+
+TEST_F(BadInput, UnwritableOutput) {
+  const ToolRun run = run_tool("calibrate-projector", "--captures " + session_.string() + " -o " +
+                                                          (session_ / "session.json").string() + "/rig.json");
+  EXPECT_EQ(run.exit_code, 3) << run.err;
+  EXPECT_NE(run.err.find("rig.json"), std::string::npos) << run.err;
+}
+
+class BadRigFile : public BadInput {
+ protected:
+  void SetUp() override {
+    BadInput::SetUp();
+    text_ = slurp(session_ / "truth.json");
+    ASSERT_FALSE(text_.empty());
+  }
+  ToolRun check(const std::string& text) {
+    replace(folder_ / "bad.json", text);
+    return run_tool("calibrate-projector", "--check " + (folder_ / "bad.json").string());
+  }
+  std::string text_;
+};
+
+TEST_F(BadRigFile, GoodOnePasses) {
+  EXPECT_EQ(check(text_).exit_code, 0);
+}
+
+TEST_F(BadRigFile, NaN) {
+  std::string text = text_;
+  const std::size_t at = text.find("\"fx\": ");
+  ASSERT_NE(at, std::string::npos);
+  text.replace(at + 6, text.find_first_of(",\n}", at + 6) - at - 6, "NaN");
+  const ToolRun run = check(text);
+  EXPECT_EQ(run.exit_code, 3);
+  EXPECT_NE(run.err.find("bad.json"), std::string::npos) << run.err;
+}
+
+TEST_F(BadRigFile, UnknownField) {
+  std::string text = text_;
+  text.replace(text.find("\"fx\": "), 6, "\"fxx\": ");
+  const ToolRun run = check(text);
+  EXPECT_EQ(run.exit_code, 3);
+  EXPECT_NE(run.err.find("fxx"), std::string::npos) << run.err;
+}
+
+TEST_F(BadRigFile, FutureVersion) {
+  std::string text = text_;
+  const std::size_t at = text.find("\"version\": 1");
+  ASSERT_NE(at, std::string::npos);
+  text.replace(at, 12, "\"version\": 99");
+  const ToolRun run = check(text);
+  EXPECT_EQ(run.exit_code, 3);
+  EXPECT_NE(run.err.find("99"), std::string::npos) << run.err;
+}
+
+}  // namespace
+}  // namespace procam::test

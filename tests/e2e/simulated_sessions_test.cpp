@@ -1,0 +1,97 @@
+/// Rendered sessions with truth, through every stage: are the reported sigmas honest, and is the light in its
+/// place?
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "procam/analyze/light_error.hpp"
+#include "procam/calibrate/calibrate.hpp"
+#include "procam/detect/chessboard.hpp"
+#include "procam/match/board_light.hpp"
+#include "procam/match/join.hpp"
+#include "procam/pattern/gray_code.hpp"
+#include "procam/pattern/stripe_edges.hpp"
+#include "procam/simulate/session.hpp"
+
+namespace procam::test {
+namespace {
+
+Correspondences look_at(const simulate::Session& session) {
+  std::vector<match::BoardView> views;
+  const Chessboard& board = session.board().layout;
+  for (std::size_t v = 0; v < session.views.size(); ++v) {
+    const std::vector<ImageU8> images = simulate::capture_view(session, v);
+    const std::vector<ViewU8> frames(images.begin(), images.end());
+    const DecodedMap decoded = pattern::decode(frames, session.gray_code);
+    const Detections in_camera = detect::detect_chessboard(frames[frames.size() - 2], board);
+    Detections in_projector;
+    in_projector.image_size = session.gray_code.projector_size;
+    if (!in_camera.observations.empty())
+      in_projector = match::project_board(in_camera, board, decoded,
+                                          pattern::stripe_edges(frames, decoded, session.gray_code));
+    views.push_back({"view_" + std::to_string(v), {in_camera, in_projector}});
+  }
+  const Rig& truth = session.rig();
+  return match::join(board,
+                     {{"camera", DeviceKind::kCamera, truth.camera().camera.size},
+                      {"projector", DeviceKind::kProjector, session.gray_code.projector_size}},
+                     views);
+}
+
+/// Standard scores of all reported parameters.
+std::vector<std::pair<std::string, double>> scores(const Rig& rig, const Rig& truth) {
+  std::vector<std::pair<std::string, double>> result;
+  const auto add = [&](const std::string& name, double error) {
+    if (rig.covariance.index_of(name)) result.emplace_back(name, error / rig.covariance.sigma(name));
+  };
+  const auto add_lens = [&](const std::string& device, const Camera& estimated, const Camera& true_lens) {
+    const VecX error = parameters_of(estimated) - parameters_of(true_lens);
+    const std::vector<std::string> names = parameter_names(estimated);
+    for (std::size_t i = 0; i < names.size(); ++i) add(device + "." + names[i], error[Eigen::Index(i)]);
+  };
+  add_lens("camera", rig.camera().camera, truth.camera().camera);
+  add_lens("projector", rig.projector().projector.inverse_camera, truth.projector().projector.inverse_camera);
+  const Vec6 xi =
+      se3_log(rig.projector().rig_from_projector * truth.projector().rig_from_projector.inverse());
+  for (int i = 0; i < 6; ++i) add(pose_increment_names("rig_from_projector")[std::size_t(i)], xi[i]);
+  return result;
+}
+
+class SimulatedSessions : public ::testing::TestWithParam<simulate::Level> {};
+
+/// Five seeds, some 24 parameters each. Were the sigmas exact, 99.7 % would lie inside three of them;
+/// parameters of one rig are correlated, so a share below 95 % by chance alone has a probability well under 1
+/// %.
+TEST_P(SimulatedSessions, TruthLiesInsideThreeReportedSigmas) {
+  int inside = 0, total = 0;
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    const simulate::Session session = simulate::make_session(GetParam(), seed);
+    const calibrate::CalibrationResult result = calibrate::calibrate_rig(look_at(session));
+    EXPECT_TRUE(result.rig.quality.passed()) << "seed " << seed;
+    const analyze::LightError predicted = analyze::predicted_light_error(result.rig, 2.0);
+    const analyze::LightError actual = analyze::true_light_error(result.rig, session.rig(), 2.0);
+    std::string outside;
+    for (const auto& [name, score] : scores(result.rig, session.rig())) {
+      ++total;
+      inside += std::abs(score) <= 3;
+      if (std::abs(score) > 3) outside += " " + name + " " + std::to_string(score);
+    }
+    std::printf(
+        "%s seed %llu: rms camera %.3f projector %.3f px; light at 2 m off by %.3f mm mean, %.3f rms; "
+        "predicted %.3f rms;%s\n",
+        simulate::to_string(GetParam()), static_cast<unsigned long long>(seed), result.rms_px[0],
+        result.rms_px[1], actual.mean_mm, actual.rms_mm, predicted.rms_mm,
+        outside.empty() ? " all inside 3 sigma" : (" outside:" + outside).c_str());
+    EXPECT_LT(actual.rms_mm, 4 * predicted.rms_mm)
+        << "seed " << seed;  // four times the rms of 2-D Gaussians: never
+  }
+  EXPECT_GE(inside, 0.95 * total) << inside << " of " << total;
+}
+
+INSTANTIATE_TEST_SUITE_P(Levels, SimulatedSessions,
+                         ::testing::Values(simulate::Level::kEasy, simulate::Level::kPaper,
+                                           simulate::Level::kHard),
+                         [](const auto& info) { return std::string(simulate::to_string(info.param)); });
+
+}  // namespace
+}  // namespace procam::test

@@ -1,0 +1,357 @@
+/// calibrate-projector: Gray-code captures of a printed board -> rig.json, with a verdict.
+#include <CLI/CLI.hpp>
+#include <cmath>
+#include <cstdarg>
+#include <cstdio>
+#include <ctime>
+#include <optional>
+
+#include "common/cli.hpp"
+#include "procam/analyze/light_error.hpp"
+#include "procam/analyze/report.hpp"
+#include "procam/calibrate/calibrate.hpp"
+#include "procam/calibrate/gates.hpp"
+#include "procam/detect/chessboard.hpp"
+#include "procam/io/captures.hpp"
+#include "procam/io/files.hpp"
+#include "procam/io/opencv_calibration.hpp"
+#include "procam/io/rig_file.hpp"
+#include "procam/io/text.hpp"
+#include "procam/match/board_light.hpp"
+#include "procam/match/join.hpp"
+#include "procam/pattern/gray_code.hpp"
+#include "procam/pattern/stripe_edges.hpp"
+
+namespace procam::tools {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Flags {
+  fs::path captures, output, report, truth, check;
+  std::string pattern = "gray";
+  std::optional<ImageSize> projector_size;
+  std::optional<Board> board;
+  std::optional<int> step;
+  double wall = 2;             ///< metres
+  double metres_per_unit = 0;  ///< of an OpenCV file to check
+  bool holdout = false;
+};
+
+/// A session with everything known that its reading needs.
+struct GraySession {
+  pattern::GrayCode gray_code;
+  Chessboard board;
+  std::vector<fs::path> views;
+};
+
+std::string format(const char* pattern, ...) __attribute__((format(printf, 1, 2)));
+std::string format(const char* pattern, ...) {
+  char text[512];
+  va_list arguments;
+  va_start(arguments, pattern);
+  std::vsnprintf(text, sizeof text, pattern, arguments);
+  va_end(arguments);
+  return text;
+}
+
+/// Flags first, then session.json; what neither says is asked for.
+GraySession open_session(const Flags& flags) {
+  const io::Session stored = io::load_session(flags.captures).value_or(io::Session{});
+  const auto ask = [&](const std::string& what, const std::string& flag) {
+    return Error(ErrorKind::kInput, flags.captures.string(),
+                 "neither a flag nor session.json states the " + what, "give " + flag);
+  };
+  GraySession session;
+  const auto size = flags.projector_size ? flags.projector_size : stored.projector_size;
+  if (!size) throw ask("projector's size", "--projector-size 1024x768");
+  session.gray_code.projector_size = *size;
+  session.gray_code.step = flags.step ? *flags.step : stored.step.value_or(1);
+  const auto board = flags.board ? flags.board : stored.board;
+  if (!board) throw ask("board", "--board chessboard:7x9:75mm");
+  session.board = std::get<Chessboard>(*board);
+  session.views = io::list_views(flags.captures);
+  return session;
+}
+
+/// One board pose: what the camera saw of the board, and which projector pixels lit it.
+match::BoardView read_view(const GraySession& session, const fs::path& folder, std::vector<InputFile>& inputs,
+                           ImageSize& camera_size) {
+  const int count = pattern::frame_count(session.gray_code);
+  const io::CaptureFolder captures = io::load_capture_folder(folder, count);
+  for (const fs::path& file : captures.files)
+    inputs.push_back({(folder.filename() / file.filename()).generic_string(), io::sha256_of_file(file)});
+  const std::vector<ViewU8> frames(captures.frames.begin(), captures.frames.end());
+  camera_size = frames.front().size();
+
+  match::BoardView view;
+  view.name = folder.filename().string();
+  const DecodedMap decoded = pattern::decode(frames, session.gray_code);
+  if (const Diagnostic* wrong_size = decoded.diagnostics.find("projector_size"))
+    throw Error(ErrorKind::kInput, "projector size " + io::format_size(session.gray_code.projector_size),
+                wrong_size->message, "give the size of the picture that was shown");
+  Detections in_camera = detect::detect_chessboard(frames[std::size_t(count) - 2], session.board);
+  if (const Diagnostic* wrong_board = in_camera.diagnostics.find("board_counts_differ"))
+    throw Error(ErrorKind::kInput, "board " + io::format_board(session.board), wrong_board->message,
+                "give --board the inner corners a row, then the rows");
+  Detections in_projector;
+  in_projector.image_size = session.gray_code.projector_size;
+  if (!in_camera.observations.empty())
+    in_projector = match::project_board(in_camera, session.board, decoded,
+                                        pattern::stripe_edges(frames, decoded, session.gray_code));
+  in_camera.diagnostics.append(captures.diagnostics);
+  in_camera.diagnostics.append(decoded.diagnostics);
+  view.detections = {in_camera, in_projector};
+  return view;
+}
+
+Correspondences read_session(const GraySession& session, Console& console, std::vector<InputFile>& inputs) {
+  std::vector<match::BoardView> views;
+  ImageSize camera_size;
+  for (std::size_t i = 0; i < session.views.size(); ++i) {
+    console.progress("reading " + session.views[i].filename().string(), int(i), int(session.views.size()));
+    try {
+      ImageSize size;
+      views.push_back(read_view(session, session.views[i], inputs, size));
+      if (i > 0 && size != camera_size)
+        throw Error(ErrorKind::kInput, "its frames",
+                    "they are " + io::format_size(size) + ", those of the other views " +
+                        io::format_size(camera_size),
+                    "capture all views with one camera in one mode");
+      camera_size = size;
+    } catch (const Error& error) {
+      throw Error(error.kind(), "view " + session.views[i].filename().string() + ", " + error.subject(),
+                  error.why(), error.next());
+    }
+  }
+  return match::join(session.board,
+                     {{"camera", DeviceKind::kCamera, camera_size},
+                      {"projector", DeviceKind::kProjector, session.gray_code.projector_size}},
+                     views);
+}
+
+std::string utc_now() {
+  const std::time_t now = std::time(nullptr);
+  std::tm utc{};
+  gmtime_r(&now, &utc);
+  char text[32];
+  std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &utc);
+  return text;
+}
+
+void say_lens(Console& console, const std::string& device, const Camera& lens,
+              const NamedCovariance& covariance) {
+  std::string line = format("%-10s", device.c_str());
+  const VecX values = parameters_of(lens);
+  const std::vector<std::string> names = parameter_names(lens);
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const double value = values[Eigen::Index(i)], sigma = covariance.sigma(device + "." + names[i]);
+    console.summary().set("/" + device + "/" + names[i], value);
+    console.summary().set("/" + device + "/sigma/" + names[i], sigma);
+    if (i < 4) line += format("  %s %.1f +- %.1f", names[i].c_str(), value, sigma);
+  }
+  console.say(line + " px");
+}
+
+void say_gates(Console& console, const std::vector<Gate>& gates) {
+  int failed = 0;
+  for (const Gate& gate : gates) {
+    if (gate.passed) continue;
+    ++failed;
+    console.say("gate FAILED  " + gate.name + ": " + gate.detail);
+  }
+  console.say(failed == 0
+                  ? format("gates      all %zu passed", gates.size())
+                  : format("gates      %d of %zu failed: do not trust this rig", failed, gates.size()));
+  console.summary().set("/gates/failed", failed);
+  console.summary().set("/gates/total", int(gates.size()));
+}
+
+/// The true light against the estimated, and how many parameters lie inside three sigmas.
+void say_truth(Console& console, const Rig& rig, const Rig& truth, double wall) {
+  const analyze::LightError error = analyze::true_light_error(rig, truth, wall);
+  int inside = 0, total = 0;
+  const auto count = [&](double difference, const std::string& name) {
+    if (!rig.covariance.index_of(name)) return;
+    ++total;
+    inside += std::abs(difference) <= 3 * rig.covariance.sigma(name);
+  };
+  const auto count_lens = [&](const std::string& device, const Camera& estimated, const Camera& true_lens) {
+    const VecX difference = parameters_of(estimated) - parameters_of(true_lens);
+    const std::vector<std::string> names = parameter_names(estimated);
+    for (std::size_t i = 0; i < names.size(); ++i)
+      count(difference[Eigen::Index(i)], device + "." + names[i]);
+  };
+  count_lens("camera", rig.camera().camera, truth.camera().camera);
+  count_lens("projector", rig.projector().projector.inverse_camera,
+             truth.projector().projector.inverse_camera);
+  const Vec6 xi =
+      se3_log(truth.projector().rig_from_projector * rig.projector().rig_from_projector.inverse());
+  const auto names = pose_increment_names("rig_from_projector");
+  for (int i = 0; i < 6; ++i) count(xi[i], names[std::size_t(i)]);
+  console.say(
+      format("truth      light on a wall at %g m is off by %.3f mm on average (rms %.3f, worst %.3f); %d of "
+             "%d parameters inside 3 sigma",
+             wall, error.mean_mm, error.rms_mm, error.worst_mm, inside, total));
+  console.summary().set("/truth/mean_mm", error.mean_mm);
+  console.summary().set("/truth/rms_mm", error.rms_mm);
+  console.summary().set("/truth/worst_mm", error.worst_mm);
+  console.summary().set("/truth/parameters_inside_3_sigma", inside);
+  console.summary().set("/truth/parameters", total);
+}
+
+ExitCode calibrate_session(const Flags& flags, Console& console) {
+  const GraySession session = open_session(flags);
+  Rig truth;
+  if (!flags.truth.empty()) truth = io::load_rig(flags.truth);
+  std::vector<InputFile> inputs;
+  const Correspondences correspondences = read_session(session, console, inputs);
+
+  calibrate::Options options;
+  options.holdout = flags.holdout;
+  options.progress = [&](const std::string& step, double share) {
+    console.progress(step, int(100 * share), 100);
+  };
+  calibrate::CalibrationResult result = calibrate::calibrate_rig(correspondences, options);
+  Rig& rig = result.rig;
+  rig.provenance = {"calibrate-projector", PROCAM_VERSION, utc_now(), {}, inputs};
+  rig.provenance.options = {{"pattern", flags.pattern},
+                            {"projector-size", io::format_size(session.gray_code.projector_size)},
+                            {"step", std::to_string(session.gray_code.step)},
+                            {"board", io::format_board(session.board)}};
+  const analyze::LightError predicted = analyze::predicted_light_error(rig, flags.wall);
+
+  io::save_rig(flags.output, rig);
+  if (!flags.report.empty()) {
+    analyze::ReportInput extra;
+    extra.title = flags.captures.filename().empty() ? flags.captures.parent_path().filename().string()
+                                                    : flags.captures.filename().string();
+    extra.predicted = {predicted};
+    if (!flags.truth.empty()) extra.truth = analyze::true_light_error(rig, truth, flags.wall);
+    io::write_file_atomically(flags.report, analyze::calibration_report(result, correspondences, extra));
+  }
+
+  console.report(result.diagnostics);
+  console.say(format("views      %d of %zu used", rig.quality.views_used, session.views.size()));
+  console.say(format("RMS        camera %.3f px, projector %.3f px, joint %.3f px", result.rms_px[0],
+                     result.rms_px[1], result.joint_rms_px));
+  console.summary().set("/views_used", rig.quality.views_used);
+  console.summary().set("/views", int(session.views.size()));
+  for (std::size_t d = 0; d < result.devices.size(); ++d) {
+    int points = 0;
+    for (const calibrate::Residual& r : result.residuals) points += r.device == int(d) && r.used;
+    console.summary().set("/points/" + result.devices[d].name, points);
+    console.summary().set("/rms_px/" + result.devices[d].name, result.rms_px[d]);
+  }
+  console.summary().set("/rms_px/joint", result.joint_rms_px);
+  if (flags.holdout) {
+    console.say(
+        format("held out   camera %.3f px, projector %.3f px (each view predicted by a solve without it)",
+               result.holdout_px[0], result.holdout_px[1]));
+    console.summary().set("/holdout_px/camera", result.holdout_px[0]);
+    console.summary().set("/holdout_px/projector", result.holdout_px[1]);
+  }
+  say_lens(console, "camera", rig.camera().camera, rig.covariance);
+  say_lens(console, "projector", rig.projector().projector.inverse_camera, rig.covariance);
+  const Projector& projector = rig.projector().projector;
+  console.say(format("optics     throw ratio %.2f, lens shift %+.0f %% of the width, %+.0f %% of the height",
+                     projector.throw_ratio(), 100 * projector.lens_shift().x(),
+                     100 * projector.lens_shift().y()));
+  console.summary().set("/throw_ratio", projector.throw_ratio());
+  console.summary().set("/lens_shift", {projector.lens_shift().x(), projector.lens_shift().y()});
+  console.say(
+      format("wall       at %g m the light is predicted to land within %.3f mm rms (worst corner %.3f mm)",
+             flags.wall, predicted.rms_mm, predicted.worst_mm));
+  console.summary().set("/wall/distance_m", flags.wall);
+  console.summary().set("/wall/rms_mm", predicted.rms_mm);
+  console.summary().set("/wall/worst_mm", predicted.worst_mm);
+  if (!flags.truth.empty()) say_truth(console, rig, truth, flags.wall);
+  say_gates(console, rig.quality.gates);
+  console.say("written    " + flags.output.string() +
+              (flags.report.empty() ? "" : ", " + flags.report.string()));
+  return exit_code(result.diagnostics);
+}
+
+/// --check: the gates alone, on a rig file or on an OpenCV calibration.
+ExitCode check_file(const Flags& flags, Console& console) {
+  Rig rig;
+  if (flags.check.extension() == ".json") {
+    rig = io::load_rig(flags.check);
+  } else {
+    if (!flags.projector_size)
+      throw Error(ErrorKind::kInput, flags.check.string(),
+                  "an OpenCV file does not state the projector's size", "give --projector-size 1024x768");
+    rig = io::load_opencv_calibration(flags.check, *flags.projector_size,
+                                      flags.metres_per_unit > 0 ? flags.metres_per_unit : 1e-3);
+  }
+  const std::vector<Gate> gates = calibrate::check_rig(rig);
+  for (const RigCamera& camera : rig.cameras) say_lens(console, camera.name, camera.camera, rig.covariance);
+  for (const RigProjector& projector : rig.projectors)
+    say_lens(console, projector.name, projector.projector.inverse_camera, rig.covariance);
+  say_gates(console, gates);
+  Diagnostics diagnostics;
+  for (const Gate& gate : gates)
+    if (!gate.passed) diagnostics.fail("gate_failed", gate.name + ": " + gate.detail);
+  console.summary().add(diagnostics);
+  return exit_code(diagnostics);
+}
+
+void declare(CLI::App& app, Flags& flags) {
+  auto* captures = app.add_option("--captures", flags.captures,
+                                  "Folder with one sub-folder of numbered frames a board pose");
+  app.add_option("--pattern", flags.pattern, "What was projected")
+      ->check(CLI::IsMember({"gray"}))
+      ->capture_default_str();
+  add_parsed(
+      app, "--projector-size", [&](const std::string& text) { flags.projector_size = io::parse_size(text); },
+      "Size of the projected picture, e.g. 1024x768");
+  add_parsed(
+      app, "--board", [&](const std::string& text) { flags.board = io::parse_board(text); },
+      "The printed board: chessboard:COLUMNSxROWS:SQUARE, inner corners, e.g. chessboard:7x9:75mm");
+  app.add_option("--step", flags.step, "Stripe width of the finest pattern in projector pixels")
+      ->check(CLI::Range(1, 1024));
+  auto* output = app.add_option("-o,--output", flags.output, "Rig file to write");
+  app.add_option("--report", flags.report, "Also write a self-contained HTML page");
+  app.add_flag("--holdout", flags.holdout,
+               "Leave each view out in turn and report how well the others predict it");
+  add_parsed(
+      app, "--wall",
+      [&](const std::string& text) {
+        flags.wall = io::parse_length(text);
+        if (!(flags.wall > 0))
+          throw Error(ErrorKind::kInput, "--wall " + text, "a distance must be positive", "give e.g. 2m");
+      },
+      "Distance of the wall on which the error is stated (default 2m)");
+  app.add_option("--truth", flags.truth,
+                 "A rig file known to be true (simulated sessions): report the distance to it");
+  auto* check = app.add_option("--check", flags.check,
+                               "Only check a rig file or an OpenCV calibration (xml, yml) for sanity");
+  add_parsed(
+      app, "--unit", [&](const std::string& text) { flags.metres_per_unit = io::parse_length(text); },
+      "Unit of an OpenCV file's translation (default 1mm)");
+  check->excludes(captures)->excludes(output);
+  captures->needs(output);
+  output->needs(captures);
+  app.callback([captures, check] {
+    if (captures->count() == 0 && check->count() == 0)
+      throw CLI::RequiredError("--captures DIR with -o rig.json, or --check FILE,");
+  });
+}
+
+}  // namespace
+}  // namespace procam::tools
+
+int main(int argc, char** argv) {
+  using namespace procam::tools;
+  Flags flags;
+  return run_tool(
+      argc, argv,
+      {"calibrate-projector",
+       "Calibrates a projector and a camera together from captures of a printed board lit by Gray code.",
+       "calibrate-projector --captures captures --pattern gray --projector-size 1024x768 "
+       "--board chessboard:7x9:75mm -o rig.json --report report.html"},
+      [&](CLI::App& app) { declare(app, flags); },
+      [&](Console& console) {
+        return flags.check.empty() ? calibrate_session(flags, console) : check_file(flags, console);
+      });
+}

@@ -1,0 +1,47 @@
+# Sourced by examples/run.sh and tests/run.sh: the packages procam needs on Debian 12, and phases that tell their time.
+
+# What compiles the libraries and tools; what the tests need besides. libopencv-dev brings OpenCV's CMake files.
+build_packages=(g++ cmake ninja-build libeigen3-dev libopencv-dev libceres-dev nlohmann-json3-dev libpugixml-dev
+  libcli11-dev)
+test_packages=(libgtest-dev libbenchmark-dev clang-format clang-tidy)
+
+# install_packages PACKAGE...: installs those that are missing, and asks for no more rights than that needs.
+install_packages() {
+  if ! command -v apt-get >/dev/null || ! command -v dpkg-query >/dev/null; then
+    echo "No apt here: please see to it that the like of these is installed: $*"
+    return 0
+  fi
+  local package missing=() as_root=()
+  for package in "$@"; do
+    if [[ "$(dpkg-query -W -f='${db:Status-Abbrev}' "$package" 2>/dev/null || true)" != ii* ]]; then
+      missing+=("$package")
+    fi
+  done
+  if ((${#missing[@]} == 0)); then
+    echo "All packages are installed."
+    return 0
+  fi
+  if ((EUID != 0)); then
+    if ! command -v sudo >/dev/null || { ! sudo -n true 2>/dev/null && [[ ! -t 0 ]]; }; then
+      echo "These packages are missing, and installing them needs root:" >&2
+      echo "  apt-get install --no-install-recommends ${missing[*]}" >&2
+      return 1
+    fi
+    as_root=(sudo)
+  fi
+  echo "Installing: ${missing[*]}"
+  local apt=("${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get -qq -o DPkg::Lock::Timeout=300)
+  "${apt[@]}" update </dev/null
+  "${apt[@]}" install -y --no-install-recommends "${missing[@]}" </dev/null >/dev/null
+}
+
+# phase TITLE COMMAND...: runs the command, tells what it is before and how long it took after; returns its status.
+phase() {
+  local title=$1 start=$SECONDS status=0
+  shift
+  printf '\n== %s\n' "$title"
+  "$@" || status=$?
+  printf '== %s: %s after %d s\n' "$title" "$([[ $status == 0 ]] && echo done || echo "FAILED ($status)")" \
+    "$((SECONDS - start))"
+  return "$status"
+}

@@ -1,0 +1,66 @@
+#!/usr/bin/env bash
+# Everything that procam promises, tested from nothing on Debian 12:   tests/run.sh
+# Installs missing packages, checks the style, builds and tests three presets (ci: everything; core-only: Eigen alone;
+# asan: under sanitizers), runs clang-tidy, and ends with "N passed, N failed". Exit status 0 if nothing failed.
+set -uo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.." || exit 1
+source scripts/common.sh
+jobs=$(nproc)
+passed=0 failed=0 skipped=0
+
+# A phase that is no test run counts only when it fails.
+step() {
+  phase "$@" || { failed=$((failed + 1)); return 1; }
+}
+
+configure_and_build() {
+  cmake --preset "$1" && cmake --build --preset "$1" -j "$jobs"
+}
+
+# Adds a preset's tests to the sums; the figures come from ctest's own report.
+run_ctest() {
+  local report=$PWD/build/$1/ctest.xml tests failures disabled not_run
+  rm -f "$report"
+  ctest --preset "$1" -j "$jobs" --output-junit "$report"
+  local status=$?
+  if [[ ! -s $report ]]; then
+    failed=$((failed + 1))
+    return 1
+  fi
+  tests=$(sed -n 's/^\s*tests="\([0-9]*\)".*/\1/p' "$report" | head -n 1)
+  failures=$(sed -n 's/^\s*failures="\([0-9]*\)".*/\1/p' "$report" | head -n 1)
+  disabled=$(sed -n 's/^\s*disabled="\([0-9]*\)".*/\1/p' "$report" | head -n 1)
+  not_run=$(sed -n 's/^\s*skipped="\([0-9]*\)".*/\1/p' "$report" | head -n 1)
+  passed=$((passed + tests - failures - disabled - not_run))
+  failed=$((failed + failures))
+  skipped=$((skipped + disabled + not_run))
+  return "$status"
+}
+
+build_and_test() {
+  step "Build: $2" configure_and_build "$1" && phase "Test: $2" run_ctest "$1"
+}
+
+check_format() {
+  find include src tools tests examples -name '*.hpp' -o -name '*.cpp' | sort | xargs clang-format --dry-run --Werror
+}
+
+# Bodies, tools, and the core headers through the file that includes them all; flags from the ci build.
+check_tidy() {
+  { find src tools -name '*.cpp'; echo build/ci/tests/layering/core_all.cpp; } | sort |
+    xargs -P "$jobs" -n 1 clang-tidy -p build/ci --quiet 2> >(grep -v 'warnings generated' >&2)
+}
+
+step "Packages" install_packages "${build_packages[@]}" "${test_packages[@]}" || { echo "$passed passed, $failed failed"; exit 1; }
+step "Style: clang-format" check_format
+build_and_test ci "everything, optimised"
+build_and_test core-only "core alone, without OpenCV and Ceres"
+build_and_test asan "address and undefined-behaviour sanitizers"
+step "Style: clang-tidy" check_tidy
+
+printf '\nAll phases: %d s\n' "$SECONDS"
+if ((skipped > 0)); then
+  echo "$skipped skipped (they say why above; real captures are looked for in PROCAM_TEST_DATA)"
+fi
+echo "$passed passed, $failed failed"
+((failed == 0))

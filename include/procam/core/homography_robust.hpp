@@ -1,14 +1,15 @@
 #pragma once
 /// A homography from point pairs of which many may be wrong.
 ///
-/// LO-RANSAC (Chum, Matas & Kittler 2003) with the MSAC score (Torr & Zisserman 2000): exact maps through random
-/// fours, scored by sum min(|r|^2, t^2); each new best is improved by least squares on its inliers; the search stops
-/// when a better all-inlier sample would have been drawn with the wanted confidence. Then the inliers are fitted and
-/// gathered again until they stay the same, and the result is what fit_homography() says about them.
+/// LO-RANSAC (Chum, Matas & Kittler 2003) with the MSAC score (Torr & Zisserman 2000): exact maps through
+/// random fours, scored by sum min(|r|^2, t^2); each new best is improved by least squares on its inliers;
+/// the search stops when a better all-inlier sample would have been drawn with the wanted confidence. Then
+/// the inliers are fitted and gathered again until they stay the same, and the result is what
+/// fit_homography() says about them.
 ///
-/// A final consensus that chance could have produced (a contrario, Moisan & Stival 2004: the expected number of equally
-/// good consensus sets among uniform outliers is one or more) is refused. The same seed gives the same answer on every
-/// platform.
+/// A final consensus that chance could have produced (a contrario, Moisan & Stival 2004: the expected number
+/// of equally good consensus sets among uniform outliers is one or more) is refused. The same seed gives the
+/// same answer on every platform.
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -21,8 +22,9 @@
 namespace procam {
 
 struct RobustHomographyOptions {
-  /// Standard deviation of one coordinate of a good destination point, in pixels (or whatever the destination's unit
-  /// is). Pairs farther than 3.03 sigma from their image are outliers: 1 % of the good ones (chi^2, two degrees).
+  /// Standard deviation of one coordinate of a good destination point, in pixels (or whatever the
+  /// destination's unit is). Pairs farther than 3.03 sigma from their image are outliers: 1 % of the good
+  /// ones (chi^2, two degrees).
   double sigma = 1.0;
   /// Probability of having drawn an all-inlier sample when the search stops.
   double confidence = 0.999;
@@ -61,7 +63,8 @@ class MsacScore {
 
   std::vector<double> inliers(const Mat3& h) const {
     std::vector<double> mask(source_.size());
-    for (int i = 0; i < int(mask.size()); ++i) mask[i] = squared_residual(h, i) <= squared_threshold_ ? 1.0 : 0.0;
+    for (int i = 0; i < int(mask.size()); ++i)
+      mask[i] = squared_residual(h, i) <= squared_threshold_ ? 1.0 : 0.0;
     return mask;
   }
 
@@ -83,7 +86,8 @@ inline std::optional<Mat3> refit(const Points2& source, const Points2& destinati
   return denormalise(pairs, minimum.h);
 }
 
-/// Four distinct numbers below `count`. std::uniform_int_distribution differs between libraries, this does not.
+/// Four distinct numbers below `count`. std::uniform_int_distribution differs between libraries, this does
+/// not.
 inline std::array<int, 4> draw_four(std::mt19937_64& random, int count) {
   std::array<int, 4> drawn;
   for (int n = 0; n < 4;) {
@@ -101,13 +105,15 @@ inline double log_choose(double n, double k) {
 
 /// destination_from_source from the pairs that agree; fit.inliers tells which. sigma is the option's.
 ///
-/// Errors: as fit_homography(), and kNotEnoughData for fewer than five pairs (four always agree), kDegenerate when no
-/// consensus stands out from chance.
+/// Errors: as fit_homography(), and kNotEnoughData for fewer than five pairs (four always agree), kDegenerate
+/// when no consensus stands out from chance.
 inline HomographyFit fit_homography_robust(const Points2& source, const Points2& destination,
                                            const RobustHomographyOptions& options = {}) {
   detail::require_pairs(source, destination, {});
-  require(options.sigma > 0.0 && std::isfinite(options.sigma), "fit_homography_robust: sigma must be positive");
-  require(options.confidence > 0.0 && options.confidence < 1.0, "fit_homography_robust: confidence is not in (0, 1)");
+  require(options.sigma > 0.0 && std::isfinite(options.sigma),
+          "fit_homography_robust: sigma must be positive");
+  require(options.confidence > 0.0 && options.confidence < 1.0,
+          "fit_homography_robust: confidence is not in (0, 1)");
   const int count = int(source.size());
   const std::string what = "robust homography from " + std::to_string(count) + " points";
   if (count < 5)
@@ -163,13 +169,14 @@ inline HomographyFit fit_homography_robust(const Points2& source, const Points2&
     final_options.weights = std::move(mask);
   }
 
-  // A contrario: (n - 4) C(n, k) C(k, 4) p^(k - 4), p the chance of a uniform point to fall within the threshold.
+  // A contrario: (n - 4) C(n, k) C(k, 4) p^(k - 4), p the chance of a uniform point to fall within the
+  // threshold.
   const int agreeing = int(std::count(final_options.weights.begin(), final_options.weights.end(), 1.0));
   Eigen::AlignedBox2d box;
   for (const Vec2& d : destination) box.extend(d);
   const double p = std::min(1.0, 3.14159265358979324 * squared_threshold / box.volume());
-  if (agreeing < 5 || std::log(count - 4.0) + detail::log_choose(count, agreeing) + detail::log_choose(agreeing, 4) +
-                              (agreeing - 4) * std::log(p) >=
+  if (agreeing < 5 || std::log(count - 4.0) + detail::log_choose(count, agreeing) +
+                              detail::log_choose(agreeing, 4) + (agreeing - 4) * std::log(p) >=
                           0.0)
     refuse_no_consensus(agreeing);
   return fit_homography(source, destination, final_options);

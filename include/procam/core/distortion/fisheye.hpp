@@ -67,18 +67,21 @@ struct FisheyeDistortion {
   static std::optional<Vec3> undistort(const double* c, const Vec2& distorted) {
     const double target = distorted.norm();
     if (!std::isfinite(target)) return std::nullopt;
-    if (target == 0) return Vec3(0, 0, 1);
-    // From the distorted angle itself: right for every moderate lens. Else from the bracketed search.
-    std::optional<double> theta = angle_from(c, target, std::min(target, kLargestAngle));
-    if (!theta) {
-      const auto bracketed =
-          internal::invert_radial([&](double angle) { return radial(c, angle); }, target, kLargestAngle);
-      if (bracketed) theta = angle_from(c, target, *bracketed);
+    Vec3 direction(0, 0, 1);
+    if (target > 0) {
+      // From the distorted angle itself: right for every moderate lens. Else from the bracketed search.
+      std::optional<double> theta = angle_from(c, target, std::min(target, kLargestAngle));
+      if (!theta) {
+        const auto bracketed =
+            internal::invert_radial([&](double angle) { return radial(c, angle); }, target, kLargestAngle);
+        if (bracketed) theta = angle_from(c, target, *bracketed);
+      }
+      if (!theta) return std::nullopt;
+      const double s = std::sin(*theta) / target;
+      direction = Vec3(distorted.x() * s, distorted.y() * s, std::cos(*theta));
     }
-    if (!theta) return std::nullopt;
-    const double s = std::sin(*theta) / target;
-    const Vec3 direction(distorted.x() * s, distorted.y() * s, std::cos(*theta));
-    // A hair before the fold, rounding may put the direction beyond it: the model has the last word.
+    // The model has the last word: a hair before the fold rounding may step over it, and a coefficient may be
+    // NaN.
     const std::optional<Vec2> again = distort(c, direction);
     if (!again || !((*again - distorted).norm() <= 2e-13 * (1 + target))) return std::nullopt;
     return direction;

@@ -51,7 +51,8 @@ bool unfolded(const std::array<double, Slope>& slope, const std::array<double, N
     return out;
   };
   const auto d1 = in_t(d);
-  const auto d2 = product(d1, d1), d3 = product(d2, d1);
+  const auto d2 = product(d1, d1);
+  const auto d3 = product(d2, d1);
   std::array<double, std::max(2 * Slope - 1, 4 * D - 2)> along{};
   const auto slope_in_t = in_t(slope);
   std::copy(slope_in_t.begin(), slope_in_t.end(), along.begin());

@@ -10,13 +10,15 @@
 
 namespace procam {
 
-/// Point in the optical frame -> pixel; nullopt behind the lens or beyond the lens model's fold.
+/// Point in the optical frame -> pixel; nullopt behind the lens or beyond the lens model's fold. Never NaN.
 template <typename Model, typename T>
 std::optional<Vec2T<T>> project(const IntrinsicsT<T>& intrinsics, const T* coefficients,
                                 const Vec3T<T>& point) {
   const std::optional<Vec2T<T>> distorted = Model::distort(coefficients, point);
   if (!distorted) return std::nullopt;
-  return intrinsics.pixel_from_normalized(*distorted);
+  const Vec2T<T> pixel = intrinsics.pixel_from_normalized(*distorted);
+  if (!is_finite(pixel)) return std::nullopt;
+  return pixel;
 }
 
 struct Camera {

@@ -5,7 +5,6 @@
 ///   kName, kNumCoefficients, kCoefficientNames, coefficients
 ///   distort<T>(coefficients, point in optical frame) -> distorted normalised image point, or nullopt
 ///   undistort(coefficients, distorted point) -> direction in optical frame, or nullopt
-#include <algorithm>
 #include <string>
 #include <type_traits>
 #include <variant>

@@ -24,8 +24,7 @@ struct BrownConrady {
   /// Does r f(r^2) grow all the way up to r^2 = s?
   template <typename T>
   static bool monotone(const T* c, double s) {
-    const double k1 = value_of(c[0]), k2 = value_of(c[1]), k3 = value_of(c[4]);
-    return polynomial_positive<3>({1, 3 * k1, 5 * k2, 7 * k3}, s);
+    return polynomial_positive<3>(slope(c), s);
   }
 
   template <typename T>
@@ -33,11 +32,13 @@ struct BrownConrady {
     if (!(value_of(point.z()) > 0)) return std::nullopt;
     const T x = point.x() / point.z(), y = point.y() / point.z();
     const T s = x * x + y * y;
-    const double s0 = value_of(s);
-    if (!monotone(c, s0)) return std::nullopt;
+    if (!monotone(c, value_of(s))) return std::nullopt;
+    const std::array<double, 4> n{1, value_of(c[0]), value_of(c[1]), value_of(c[4])};
+    if (!internal::unfolded(slope(c), n, std::array<double, 1>{1}, value_of(x), value_of(y), value_of(c[2]),
+                            value_of(c[3])))
+      return std::nullopt;
     const T f = T(1) + s * (c[0] + s * (c[1] + s * c[4]));
-    const double slope = 1 + s0 * (3 * value_of(c[0]) + s0 * (5 * value_of(c[1]) + s0 * 7 * value_of(c[4])));
-    return internal::radial_and_tangential(x, y, f, slope, c[2], c[3]);
+    return internal::radial_and_tangential(x, y, f, c[2], c[3]);
   }
 
   /// r f(r^2) while monotone.
@@ -49,6 +50,13 @@ struct BrownConrady {
 
   static std::optional<Vec3> undistort(const double* c, const Vec2& distorted) {
     return internal::undistort_by_newton<BrownConrady>(c, distorted);
+  }
+
+ private:
+  /// d(r f)/dr as a polynomial in s.
+  template <typename T>
+  static std::array<double, 4> slope(const T* c) {
+    return {1, 3 * value_of(c[0]), 5 * value_of(c[1]), 7 * value_of(c[4])};
   }
 };
 

@@ -61,7 +61,7 @@ std::optional<Vec3> undistort_from(const double* coefficients, const Vec2& disto
     if (last_error <= tolerance) return Vec3(point.x(), point.y(), 1);
     Mat2 jacobian;
     jacobian << (*image).x().v.transpose(), (*image).y().v.transpose();
-    const double determinant = jacobian.determinant();
+    const double determinant = jacobian(0, 0) * jacobian(1, 1) - jacobian(0, 1) * jacobian(1, 0);
     if (!(determinant > 0)) return std::nullopt;
     step = Vec2(jacobian(1, 1) * error.x() - jacobian(0, 1) * error.y(),
                 jacobian(0, 0) * error.y() - jacobian(1, 0) * error.x()) /

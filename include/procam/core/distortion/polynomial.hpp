@@ -48,17 +48,24 @@ bool polynomial_positive_by_bernstein(const std::array<double, Degree + 1>& a, d
 
 }  // namespace internal
 
+/// A number that a[0] + a[1] s + ... + a[Degree] s^Degree does not fall below for any s in [0, end], end >=
+/// 0: a[0] and the negative terms at `end`. NaN for NaN.
+template <int Degree>
+double polynomial_lower_bound(const std::array<double, Degree + 1>& a, double end) {
+  double lowest = 0;
+  for (int i = Degree; i >= 1; --i) lowest = (lowest + (a[i] > 0 ? 0 : a[i])) * end;
+  return lowest + a[0];
+}
+
 /// Is a[0] + a[1] s + ... + a[Degree] s^Degree > 0 for all s in [0, end], end >= 0? False for NaN.
 ///
-/// a[0] and the negative terms at `end` bound the polynomial from below: when that bound is positive, as for
-/// nearly every point of a real picture, the answer costs one Horner sum. Otherwise Bernstein's form decides.
+/// The lower bound settles nearly every point of a real picture in one Horner sum; Bernstein's form decides
+/// the others.
 /// Source: Farouki, "The Bernstein polynomial basis: a centennial retrospective", 2012, section 5.
 template <int Degree>
 bool polynomial_positive(const std::array<double, Degree + 1>& a, double end) {
-  double lowest = 0;
-  for (int i = Degree; i >= 1; --i) lowest = (lowest + (a[i] > 0 ? 0 : a[i])) * end;  // NaN stays NaN
-  if (lowest + a[0] > 0) return true;
-  return internal::polynomial_positive_by_bernstein<Degree>(a, end);
+  return polynomial_lower_bound<Degree>(a, end) > 0 ||
+         internal::polynomial_positive_by_bernstein<Degree>(a, end);
 }
 
 }  // namespace procam

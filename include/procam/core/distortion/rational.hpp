@@ -21,20 +21,10 @@ struct RationalDistortion {
                                                                 "k3", "k4", "k5", "k6"};
   std::array<double, 8> coefficients{};
 
-  /// d(r f)/dr at r^2 = s while r f grows all the way up to there.
+  /// Does r f(r^2) grow all the way up to r^2 = s?
   template <typename T>
-  static std::optional<double> slope(const T* c, double s) {
-    const std::array<double, 4> n{1, value_of(c[0]), value_of(c[1]), value_of(c[4])};
-    const std::array<double, 4> d{1, value_of(c[5]), value_of(c[6]), value_of(c[7])};
-    if (!polynomial_positive<3>(d, s)) return std::nullopt;
-    std::array<double, 7> numerator{};  // sum over i, j of n_i d_j (1 + 2i - 2j) s^(i+j)
-    for (int i = 0; i < 4; ++i)
-      for (int j = 0; j < 4; ++j) numerator[i + j] += n[i] * d[j] * (1 + 2 * i - 2 * j);
-    if (!polynomial_positive<6>(numerator, s)) return std::nullopt;
-    double value = 0;
-    for (int i = 6; i >= 0; --i) value = value * s + numerator[i];
-    const double denominator = 1 + s * (d[1] + s * (d[2] + s * d[3]));
-    return value / (denominator * denominator);
+  static bool monotone(const T* c, double s) {
+    return polynomial_positive<3>(denominator(c), s) && polynomial_positive<6>(slope(c), s);
   }
 
   template <typename T>
@@ -42,21 +32,42 @@ struct RationalDistortion {
     if (!(value_of(point.z()) > 0)) return std::nullopt;
     const T x = point.x() / point.z(), y = point.y() / point.z();
     const T s = x * x + y * y;
-    const std::optional<double> growth = slope(c, value_of(s));
-    if (!growth) return std::nullopt;
+    if (!monotone(c, value_of(s))) return std::nullopt;
+    if (!internal::unfolded(slope(c), numerator(c), denominator(c), value_of(x), value_of(y), value_of(c[2]),
+                            value_of(c[3])))
+      return std::nullopt;
     const T f = (T(1) + s * (c[0] + s * (c[1] + s * c[4]))) / (T(1) + s * (c[5] + s * (c[6] + s * c[7])));
-    return internal::radial_and_tangential(x, y, f, *growth, c[2], c[3]);
+    return internal::radial_and_tangential(x, y, f, c[2], c[3]);
   }
 
   /// r f(r^2) while monotone.
   static std::optional<double> radial(const double* c, double r) {
     const double s = r * r;
-    if (!slope(c, s)) return std::nullopt;
+    if (!monotone(c, s)) return std::nullopt;
     return r * (1 + s * (c[0] + s * (c[1] + s * c[4]))) / (1 + s * (c[5] + s * (c[6] + s * c[7])));
   }
 
   static std::optional<Vec3> undistort(const double* c, const Vec2& distorted) {
     return internal::undistort_by_newton<RationalDistortion>(c, distorted);
+  }
+
+ private:
+  template <typename T>
+  static std::array<double, 4> numerator(const T* c) {
+    return {1, value_of(c[0]), value_of(c[1]), value_of(c[4])};
+  }
+  template <typename T>
+  static std::array<double, 4> denominator(const T* c) {
+    return {1, value_of(c[5]), value_of(c[6]), value_of(c[7])};
+  }
+  /// D^2 d(r f)/dr as a polynomial in s: sum over i, j of n_i d_j (1 + 2i - 2j) s^(i+j).
+  template <typename T>
+  static std::array<double, 7> slope(const T* c) {
+    const std::array<double, 4> n = numerator(c), d = denominator(c);
+    std::array<double, 7> sum{};
+    for (int i = 0; i < 4; ++i)
+      for (int j = 0; j < 4; ++j) sum[i + j] += n[i] * d[j] * (1 + 2 * i - 2 * j);
+    return sum;
   }
 };
 

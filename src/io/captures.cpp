@@ -1,0 +1,162 @@
+#include "procam/io/captures.hpp"
+
+#include <algorithm>
+#include <set>
+
+#include "procam/io/files.hpp"
+#include "procam/io/images.hpp"
+#include "procam/io/text.hpp"
+
+namespace procam::io {
+namespace {
+
+namespace fs = std::filesystem;
+
+[[noreturn]] void fail(const fs::path& path, const std::string& why, const std::string& next) {
+  throw Error(ErrorKind::kInput, path.string(), why, next);
+}
+
+/// A file's name taken apart round its number: "graycode_" 07 ".png".
+struct NumberedName {
+  std::string before, digits, after;
+
+  /// The digits without leading zeros: of any length, so no conversion can overflow.
+  std::string number() const {
+    const std::size_t first = std::min(digits.find_first_not_of('0'), digits.size() - 1);
+    return digits.substr(first);
+  }
+};
+
+/// By the last run of digits before the extension; no digits: none.
+NumberedName take_apart(const fs::path& file) {
+  const std::string name = file.filename().string(), stem = file.stem().string();
+  const std::size_t last = stem.find_last_of("0123456789");
+  if (last == std::string::npos) return {name, "", ""};
+  const std::size_t first = stem.find_last_not_of("0123456789", last) + 1;  // npos + 1 == 0
+  return {stem.substr(0, first), stem.substr(first, last + 1 - first), name.substr(last + 1)};
+}
+
+bool has_image_extension(const fs::path& file) {
+  std::string extension = file.extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return char(c >= 'A' && c <= 'Z' ? c - 'A' + 'a' : c); });
+  static const std::set<std::string> known{".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff"};
+  return known.count(extension) != 0;
+}
+
+/// Files or folders of a folder that fulfil a condition, in natural order; hidden ones are left out.
+template <typename Condition>
+std::vector<fs::path> list(const fs::path& folder, Condition condition) {
+  std::vector<fs::path> found;
+  try {
+    for (const fs::directory_entry& entry : fs::directory_iterator(folder))
+      if (entry.path().filename().string().front() != '.' && condition(entry)) found.push_back(entry.path());
+  } catch (const fs::filesystem_error& error) {
+    throw Error(ErrorKind::kIo, folder.string(), "cannot read the folder: " + error.code().message(),
+                "check the name and whether you may read it");
+  }
+  std::sort(found.begin(), found.end(), [](const fs::path& a, const fs::path& b) {
+    return natural_less(a.filename().string(), b.filename().string());
+  });
+  return found;
+}
+
+std::vector<fs::path> images_in(const fs::path& folder) {
+  return list(folder, [](const fs::directory_entry& entry) {
+    return entry.is_regular_file() && has_image_extension(entry.path());
+  });
+}
+
+std::string successor(std::string number) {
+  for (std::size_t i = number.size(); i-- > 0;) {
+    if (number[i] != '9') return ++number[i], number;
+    number[i] = '0';
+  }
+  return "1" + number;
+}
+
+/// The series must be one, its numbers unique and without a gap.
+void check_numbering(const fs::path& folder, const std::vector<fs::path>& files) {
+  for (std::size_t i = 0; i < files.size(); ++i) {
+    const NumberedName name = take_apart(files[i]);
+    if (name.digits.empty())
+      fail(files[i], "the image has no number in its name, so its place among the frames is unknown",
+           "number it, or move it out of the folder");
+    if (i == 0) continue;
+    const NumberedName before = take_apart(files[i - 1]);
+    if (name.before != before.before || name.after != before.after) {
+      if (name.before == before.before && name.number() == before.number())
+        fail(folder,
+             "two files have number " + name.number() + ": " + files[i - 1].filename().string() + " and " +
+                 files[i].filename().string(),
+             "keep one of them");
+      fail(folder,
+           "it holds images of two series: " + files[i - 1].filename().string() + " and " +
+               files[i].filename().string(),
+           "keep the frames of one pattern stack in a folder, named alike but for their numbers");
+    }
+    if (name.number() == before.number())
+      fail(folder,
+           "two files have number " + name.number() + ": " + files[i - 1].filename().string() + " and " +
+               files[i].filename().string(),
+           "keep one of them");
+    const std::string expected = successor(before.number());
+    if (name.number() != expected) {
+      const std::size_t width = before.digits.size();
+      const std::string padded =
+          expected.size() < width ? std::string(width - expected.size(), '0') + expected : expected;
+      fail(folder,
+           "frame " + name.before + padded + name.after + " is missing: " + files[i - 1].filename().string() +
+               " is followed by " + files[i].filename().string(),
+           "capture the pose again or restore the file");
+    }
+  }
+}
+
+}  // namespace
+
+CaptureFolder load_capture_folder(const fs::path& folder, int expected_frames) {
+  require(expected_frames > 0, "load_capture_folder: no frames are expected");
+  CaptureFolder captures;
+  captures.files = images_in(folder);
+  const std::vector<fs::path>& files = captures.files;
+  if (files.empty())
+    fail(folder, "there is no image in the folder", "give a folder of numbered png, jpg, bmp or tif files");
+  check_numbering(folder, files);
+  if (int(files.size()) != expected_frames)
+    fail(folder,
+         std::to_string(files.size()) + " frames where the pattern has " + std::to_string(expected_frames) +
+             " (" + files.front().filename().string() + " to " + files.back().filename().string() + ")",
+         "check the pattern, the projector size and whether frames are missing at the begin or the end");
+
+  bool reduced = false, colour = false;
+  for (const fs::path& file : files) {
+    LoadedImage loaded = load_image(file);
+    reduced |= loaded.diagnostics.find("reduced_to_8_bit") != nullptr;
+    colour |= loaded.image.channels() > 1;
+    captures.frames.push_back(loaded.image.channels() > 1 ? to_gray(loaded.image) : std::move(loaded.image));
+    const ImageSize size = captures.frames.back().size(), first = captures.frames.front().size();
+    if (size != first)
+      fail(folder,
+           "its frames have two sizes: " + files.front().filename().string() + " is " + format_size(first) +
+               " and " + file.filename().string() + " is " + format_size(size),
+           "keep the frames of one capture in a folder");
+  }
+  if (reduced)
+    captures.diagnostics.note("reduced_to_8_bit", folder.string() + ": frames of 16 bits were reduced to 8");
+  if (colour)
+    captures.diagnostics.note("reduced_to_gray", folder.string() + ": colour frames were reduced to grey");
+  return captures;
+}
+
+std::vector<fs::path> list_views(const fs::path& session_folder) {
+  const std::vector<fs::path> views = list(session_folder, [](const fs::directory_entry& entry) {
+    return entry.is_directory() && !images_in(entry.path()).empty();
+  });
+  if (views.empty())
+    fail(session_folder, "none of its sub-folders holds images",
+         "give a session folder with one sub-folder of numbered images a board pose");
+  return views;
+}
+
+}  // namespace procam::io

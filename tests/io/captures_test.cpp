@@ -1,0 +1,120 @@
+#include "procam/io/captures.hpp"
+
+#include <gtest/gtest.h>
+
+#include "procam/io/files.hpp"
+#include "procam/io/images.hpp"
+#include "scratch.hpp"
+
+namespace procam::io {
+namespace {
+
+using test::Scratch;
+
+/// Frame `value` is filled with its number.
+void save_frame(const Scratch& scratch, const std::string& name, int value, ImageSize size = {6, 4},
+                int channels = 1) {
+  std::filesystem::create_directories((scratch / name).parent_path());
+  save_image(scratch / name, ImageU8(size, channels, std::uint8_t(value)));
+}
+
+TEST(CaptureFolder, ReadsFramesInTheOrderOfTheirNumbers) {
+  const Scratch scratch;
+  for (int i = 1; i <= 12; ++i) save_frame(scratch, "frame_" + std::to_string(i) + ".png", i);
+  scratch.write("notes.txt", "left alone");
+  scratch.write(".hidden_3.png", "left alone");
+  const CaptureFolder captures = load_capture_folder(scratch.path(), 12);
+  ASSERT_EQ(captures.frames.size(), 12u);
+  for (int i = 1; i <= 12; ++i) EXPECT_EQ(captures.frames[std::size_t(i - 1)].at(5, 3), i);
+  EXPECT_EQ(captures.files[9].filename(), "frame_10.png");
+  EXPECT_TRUE(captures.diagnostics.items.empty());
+}
+
+TEST(CaptureFolder, TakesTheLastNumberOfANameAndGreyFromColour) {
+  const Scratch scratch;
+  for (int i = 98; i <= 101; ++i) save_frame(scratch, "cam2_" + std::to_string(i) + "_raw.png", i, {5, 7}, 3);
+  const CaptureFolder captures = load_capture_folder(scratch.path(), 4);
+  EXPECT_EQ(captures.frames[2].channels(), 1);
+  EXPECT_EQ(captures.frames[2].at(4, 6), 100);
+  EXPECT_NE(captures.diagnostics.find("reduced_to_gray"), nullptr);
+}
+
+TEST(CaptureFolder, RefusesAnEmptyOrAbsentFolder) {
+  const Scratch scratch;
+  scratch.write("notes.txt", "no image");
+  EXPECT_ERROR(load_capture_folder(scratch.path(), 42), kInput, "there is no image in the folder");
+  EXPECT_ERROR(load_capture_folder(scratch / "absent", 42), kIo, "cannot read the folder");
+}
+
+TEST(CaptureFolder, NamesTheMissingFrame) {
+  const Scratch scratch;
+  for (const int i : {8, 9, 11})
+    save_frame(scratch, "graycode_" + std::string(i < 10 ? "0" : "") + std::to_string(i) + ".png", i);
+  EXPECT_ERROR(load_capture_folder(scratch.path(), 4), kInput,
+               "frame graycode_10.png is missing: graycode_09.png is followed by graycode_11.png");
+  save_frame(scratch, "graycode_10.png", 10);
+  EXPECT_ERROR(load_capture_folder(scratch.path(), 5), kInput,
+               "4 frames where the pattern has 5 (graycode_08.png to graycode_11.png)");
+  EXPECT_ERROR(load_capture_folder(scratch.path(), 3), kInput, "4 frames where the pattern has 3");
+}
+
+TEST(CaptureFolder, RefusesFramesThatDoNotBelongTogether) {
+  const Scratch sizes;
+  save_frame(sizes, "f1.png", 1);
+  save_frame(sizes, "f2.png", 2, {4, 6});
+  EXPECT_ERROR(load_capture_folder(sizes.path(), 2), kInput, "two sizes: f1.png is 6x4 and f2.png is 4x6");
+  const Scratch series;
+  save_frame(series, "left1.png", 1);
+  save_frame(series, "right1.png", 1);
+  EXPECT_ERROR(load_capture_folder(series.path(), 2), kInput, "two series: left1.png and right1.png");
+  const Scratch twice;
+  save_frame(twice, "f1.png", 1);
+  save_frame(twice, "f01.png", 1);
+  EXPECT_ERROR(load_capture_folder(twice.path(), 2), kInput, "two files have number 1: f01.png and f1.png");
+  const Scratch unnumbered;
+  save_frame(unnumbered, "f1.png", 1);
+  save_frame(unnumbered, "white.png", 1);
+  EXPECT_ERROR(load_capture_folder(unnumbered.path(), 2), kInput, "white.png: the image has no number");
+}
+
+TEST(CaptureFolder, RefusesATruncatedFrameByName) {
+  const Scratch scratch;
+  save_frame(scratch, "f1.png", 1);
+  save_frame(scratch, "f2.png", 2);
+  const std::string whole = read_file(scratch / "f2.png");
+  scratch.write("f2.png", whole.substr(0, whole.size() - 5));
+  EXPECT_ERROR(load_capture_folder(scratch.path(), 2), kInput, "f2.png: the file is cut short");
+}
+
+TEST(Session, ListsTheViewsInNaturalOrder) {
+  const Scratch scratch;
+  EXPECT_ERROR(list_views(scratch.path()), kInput, "none of its sub-folders holds images");
+  EXPECT_ERROR(list_views(scratch / "absent"), kIo, "absent");
+  for (const char* view : {"pose_10", "pose_2", "pose_1"})
+    save_frame(scratch, std::string(view) + "/f1.png", 1);
+  scratch.write("logs/log.txt", "no image");
+  const auto views = list_views(scratch.path());
+  ASSERT_EQ(views.size(), 3u);
+  EXPECT_EQ(views[1].filename(), "pose_2");
+  EXPECT_EQ(views[2].filename(), "pose_10");
+}
+
+TEST(Session, ReadsBackAndMayBeAbsentOrPartial) {
+  const Scratch scratch;
+  EXPECT_FALSE(load_session(scratch.path()).has_value());
+  save_session(scratch.path(), {"gray", ImageSize{1024, 768}, Board(Chessboard{7, 9, 0.075}), 2});
+  const std::optional<Session> session = load_session(scratch.path());
+  ASSERT_TRUE(session.has_value());
+  EXPECT_EQ(session->pattern, "gray");
+  EXPECT_EQ(*session->projector_size, (ImageSize{1024, 768}));
+  EXPECT_EQ(std::get<Chessboard>(*session->board), (Chessboard{7, 9, 0.075}));
+  EXPECT_EQ(*session->step, 2);
+  scratch.write("session.json", R"({"format": "procam-session", "version": 1})");
+  EXPECT_FALSE(load_session(scratch.path())->board.has_value());
+  scratch.write("session.json",
+                "{\"format\": \"procam-session\", \"version\": 1,\n\"board\": \"chessboard:7x9:75\"}");
+  EXPECT_ERROR(load_session(scratch.path()), kInput, "session.json:2: board: board 'chessboard:7x9:75'");
+}
+
+}  // namespace
+}  // namespace procam::io

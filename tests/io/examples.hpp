@@ -1,0 +1,89 @@
+#pragma once
+/// Lopsided example nouns that use every field of their files.
+#include "procam/core/frame_tree.hpp"
+#include "procam/core/rig.hpp"
+#include "procam/core/surface.hpp"
+
+namespace procam::test {
+
+/// A unit quaternion in few digits, so that the golden files are the same on every machine.
+inline Pose lopsided_pose(double shift) {
+  return Pose(Eigen::Quaterniond(-0.7, 0.1, 0.5, -0.5), Vec3(0.1 + shift, -1.0 / 3, 2.7));
+}
+
+/// Whole numbers over powers of two: the product is exact on every machine.
+inline Mat6 lopsided_covariance() {
+  Mat6 root;
+  for (int r = 0; r < 6; ++r)
+    for (int c = 0; c < 6; ++c) root(r, c) = (r == c ? 12 + r : (7 * r + 3 * c) % 5 - 2) / 1024.0;
+  return root * root.transpose();
+}
+
+inline Rig example_rig() {
+  Rig rig;
+  RigCamera left{"left", {{1280, 1024}, {1701.25, 1699.5, 633.1, 1.0 / 3, -0.7}, {}}, Pose()};
+  left.camera.distortion = BrownConrady{{-0.2, 0.1, 1e-4, -3e-5, 0.02}};
+  RigCamera wide{"wide", {{641, 479}, {300.5, 301, 320, 239, 0.25}, {}}, lopsided_pose(0.2)};
+  wide.camera.distortion = FisheyeDistortion{{0.01, -0.002, 3e-4, -4e-5}};
+  RigProjector beamer{"beamer", {{{1024, 768}, {1891.5, 1895.7, 501.7, 854.1, 0.3}, {}}}, lopsided_pose(0)};
+  RigProjector second{"second", {{{800, 1280}, {1000, 1001, 400, -20, 0}, {}}}, lopsided_pose(-0.3)};
+  second.projector.inverse_camera.distortion =
+      RationalDistortion{{0.1, 0.2, 1e-3, 2e-3, 0.3, 0.01, 0.02, 1.2345678901234567e-5}};
+  rig.cameras = {left, wide};
+  rig.projectors = {beamer, second};
+  rig.covariance.names = {"left.fx",          "left.k1",  "beamer.cy", "rig_from_beamer.rx",
+                          "rig_from_wide.tz", "second.k6"};
+  rig.covariance.matrix = lopsided_covariance();
+  rig.quality.views_used = 5;
+  rig.quality.rms_px = {{"left", 0.21}, {"beamer", 0.25}};
+  rig.quality.holdout_px = {{"beamer", 0.28}};
+  rig.quality.gates = {
+      {"camera_rms", true, "0.21 px, at most 0.30 px"},
+      {"views", false, "5 views, at least 6: show the board in more places, nearer and farther, and turned"}};
+  rig.provenance = {"calibrate-projector",
+                    "0.1.0",
+                    "2026-01-02T03:04:05Z",
+                    {{"board", "chessboard:7x9:75mm"}, {"captures", "a \"quoted\" path\\with ünïcode"}},
+                    {{"pose_1/graycode_00.png", std::string(64, 'a')}}};
+  return rig;
+}
+
+inline SurfaceSet example_surfaces() {
+  PlanarSurface planar;
+  planar.content = {{0, 0}, {1, 0}, {1, 1}, {0, 1}, {0.5, 0.25}};
+  planar.points = {{0, 0}, {1.25, 0.01}, {1.2, 1.0 / 3}, {-0.01, 0.7}, {0.6, 0.1}};
+  planar.frame = "rig";
+  planar.frame_from_surface = lopsided_pose(0.1);
+  PixelSurface pixels;
+  pixels.content = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
+  pixels.pixels = {{10.5, 20}, {900, 33}, {870.25, 700}, {-5, 650}};
+  SurfaceSet set;
+  set.surfaces = {{"wall", planar, {1, 2, 0.5, 1e-3, 4}, "bilder/<wand> & \"tür\".png"},
+                  {"hand placed", pixels, {}, ""}};
+  return set;
+}
+
+inline SolvedSurfaceSet example_solved_surfaces() {
+  const SurfaceSet set = example_surfaces();
+  SolvedSurface wall{
+      set.surfaces[0], PlacedPlane{}, 1.5e-4, {1e-4, 2e-4, 0, 1e-5, 3e-4}, std::nullopt, {}, {}};
+  Mat3 homography;
+  homography << 1.25, -0.01, 0.1, 1.0 / 7, 0.7, -0.2, 0.01, -0.03, 1;
+  wall.placement = PlacedPlane{homography, lopsided_pose(0.4)};
+  wall.corners_px = Points2{{1, 2}, {800, 3.5}, {810, 600}, {-4, 590.125}};
+  wall.visibility = {0.97, true, 47.5, 0.8, 1.9};
+  wall.diagnostics.warn("partly_outside", "3 % of the surface lies outside the picture");
+  SolvedSurface placed{set.surfaces[1], PlacedPixels{homography}, 0, {},
+                       std::nullopt,    {0, false, 0, 0, 0},      {}};
+  SolvedSurfaceSet solved;
+  solved.projector = "beamer";
+  solved.projector_from_world = lopsided_pose(-0.1);
+  solved.surfaces = {wall, placed};
+  return solved;
+}
+
+inline FrameTree::Link example_pose() {
+  return {"projector", "world", {lopsided_pose(0.3), lopsided_covariance()}};
+}
+
+}  // namespace procam::test

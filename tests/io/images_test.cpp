@@ -1,0 +1,151 @@
+#include "procam/io/images.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cstdint>
+#include <opencv2/imgcodecs.hpp>
+
+#include "procam/io/files.hpp"
+#include "scratch.hpp"
+
+namespace procam::io {
+namespace {
+
+using test::Scratch;
+
+/// Every pixel and channel differs from its neighbours.
+ImageU8 lopsided_image(int channels) {
+  ImageU8 image(13, 7, channels);
+  for (int y = 0; y < 7; ++y)
+    for (int x = 0; x < 13; ++x)
+      for (int c = 0; c < channels; ++c) image.at(x, y, c) = std::uint8_t(x * 17 + y * 31 + c * 71);
+  return image;
+}
+
+bool equal(const ImageU8& a, const ImageU8& b) {
+  return a.size() == b.size() && a.channels() == b.channels() &&
+         std::equal(a.data(), a.data() + std::ptrdiff_t(a.width()) * a.height() * a.channels(), b.data());
+}
+
+std::string encode(const char* extension, const cv::Mat& pixels) {
+  std::vector<std::uint8_t> bytes;
+  cv::imencode(extension, pixels, bytes);
+  return std::string(bytes.begin(), bytes.end());
+}
+
+/// Blue 30, green 20, red 10, and one white pixel at (4, 1).
+cv::Mat coloured(int width, int height) {
+  cv::Mat pixels(height, width, CV_8UC3, cv::Scalar(30, 20, 10));
+  pixels.at<cv::Vec3b>(1, 4) = {255, 255, 255};
+  return pixels;
+}
+
+/// A PNG whose header claims a size, checksum and all, and nothing else.
+std::string png_claiming(std::uint32_t width, std::uint32_t height) {
+  std::string bytes = encode_png(lopsided_image(1));
+  for (int i = 0; i < 4; ++i) {
+    bytes[std::size_t(16 + i)] = char(width >> (24 - 8 * i));
+    bytes[std::size_t(20 + i)] = char(height >> (24 - 8 * i));
+  }
+  std::uint32_t crc = 0xffffffffu;  // bit by bit, unlike the table of the code under test
+  for (std::size_t i = 12; i < 29; ++i) {
+    crc ^= static_cast<unsigned char>(bytes[i]);
+    for (int k = 0; k < 8; ++k) crc = crc >> 1 ^ (0xedb88320u & (0u - (crc & 1u)));
+  }
+  for (int i = 0; i < 4; ++i) bytes[std::size_t(29 + i)] = char(~crc >> (24 - 8 * i));
+  return bytes;
+}
+
+TEST(Images, PngReadsBackEveryPixelAndChannel) {
+  const Scratch scratch;
+  for (const int channels : {1, 3, 4}) {
+    const ImageU8 image = lopsided_image(channels);
+    save_image(scratch / "x.png", image);
+    const LoadedImage loaded = load_image(scratch / "x.png");
+    EXPECT_TRUE(equal(loaded.image, image)) << channels;
+    EXPECT_TRUE(loaded.diagnostics.items.empty());
+    EXPECT_EQ(encode_png(image), read_file(scratch / "x.png")) << "the same pixels give the same bytes";
+  }
+}
+
+TEST(Images, EncodesAViewWithAStride) {
+  const Scratch scratch;
+  const ImageU8 image = lopsided_image(1);
+  save_image(scratch / "x.png", ViewU8(image.row(2) + 3, 5, 4, 1, image.width()));
+  EXPECT_EQ(load_image(scratch / "x.png").image.at(4, 3), image.at(7, 5));
+}
+
+TEST(Images, ReadsByContentWhateverTheName) {
+  const Scratch scratch;
+  for (const char* format : {".bmp", ".tiff", ".jpg"}) {
+    const ImageU8 image = load_image(scratch.write("x.png", encode(format, coloured(24, 9)))).image;
+    EXPECT_EQ(image.size(), (ImageSize{24, 9})) << format;
+    for (int c = 0; c < 3; ++c) EXPECT_NEAR(image.at(20, 8, c), 10 * (c + 1), 3) << format;
+  }
+}
+
+TEST(Images, ReducesSixteenBitsWithANote) {
+  const Scratch scratch;
+  const cv::Mat wide = (cv::Mat_<std::uint16_t>(1, 6) << 0, 128, 129, 257, 32896, 65535);
+  const LoadedImage loaded = load_image(scratch.write("x.png", encode(".png", wide)));
+  const std::uint8_t expected[] = {0, 0, 1, 1, 128, 255};
+  for (int x = 0; x < 6; ++x) EXPECT_EQ(loaded.image.at(x, 0), expected[x]) << x;
+  EXPECT_NE(loaded.diagnostics.find("reduced_to_8_bit"), nullptr);
+}
+
+// A truncated file must never be a picture with a grey rest, wherever it is cut.
+TEST(Images, RefusesEveryTruncation) {
+  const Scratch scratch;
+  const cv::Mat pixels = coloured(7, 5);
+  const std::string files[] = {encode(".png", pixels), encode(".jpg", pixels), encode(".bmp", pixels),
+                               encode(".tiff", pixels)};
+  for (const std::string& whole : files) {
+    EXPECT_NO_THROW(load_image(scratch.write("x", whole)));
+    for (std::size_t length = 0; length < whole.size(); ++length) {
+      const std::filesystem::path cut = scratch.write("x", whole.substr(0, length));
+      const Error error = test::error_of([&] { (void)load_image(cut); });
+      EXPECT_NE(error.kind(), ErrorKind::kIo) << length << " of " << whole.size();
+      EXPECT_TRUE(test::contains(error.what(), cut.string()));
+    }
+  }
+  EXPECT_ERROR(load_image(scratch.write("x", files[0].substr(0, files[0].size() / 2))), kInput, "cut short");
+}
+
+TEST(Images, RefusesEveryFlippedByteOfAPng) {
+  const Scratch scratch;
+  const std::string whole = encode_png(lopsided_image(1));
+  for (std::size_t at = 0; at < whole.size(); ++at) {
+    std::string damaged = whole;
+    damaged[at] = char(damaged[at] ^ 0x20);
+    EXPECT_THROW(load_image(scratch.write("x.png", damaged)), Error) << "byte " << at;
+  }
+}
+
+TEST(Images, RefusesASizeThatCannotBeMeant) {
+  const Scratch scratch;
+  EXPECT_ERROR(load_image(scratch.write("x.png", png_claiming(1 << 20, 1 << 20))), kInput,
+               "claims 1048576 x 1048576");
+  EXPECT_ERROR(load_image(scratch.write("x.png", png_claiming(0, 4))), kInput, "claims 0 x 4");
+}
+
+TEST(Images, RefusesOtherFormatsAndNames) {
+  const Scratch scratch;
+  EXPECT_ERROR(load_image(scratch.write("x.png", "GIF89a")), kUnsupported, "not a PNG, JPEG, BMP or TIFF");
+  EXPECT_ERROR(load_image(scratch / "absent.png"), kIo, "No such file");
+  EXPECT_ERROR(save_image(scratch / "x.jpg", lopsided_image(1)), kUnsupported, "written as PNG");
+  EXPECT_ERROR(save_image(scratch / "absent/x.png", lopsided_image(1)), kIo, "No such file");
+  EXPECT_THROW(encode_png(ImageU8(4, 3, 2)), std::invalid_argument);
+  EXPECT_THROW(encode_png(ImageU8()), std::invalid_argument);
+}
+
+TEST(Images, GrayIsLumaAndWhiteStaysWhite) {
+  ImageU8 rgb(4, 1, 3);
+  const std::uint8_t pixels[] = {255, 255, 255, 255, 0, 0, 0, 255, 0, 0, 0, 255};
+  std::copy(std::begin(pixels), std::end(pixels), rgb.data());
+  const ImageU8 gray = to_gray(rgb);
+  const std::uint8_t expected[] = {255, 76, 150, 29};
+  for (int x = 0; x < 4; ++x) EXPECT_EQ(gray.at(x, 0), expected[x]);
+}
+
+}  // namespace
+}  // namespace procam::io

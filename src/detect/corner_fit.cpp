@@ -93,7 +93,7 @@ struct Model {
       const double by_dy = p[kAy] + p[kBy] * er * ec + dr * r.by_dy + dc * c.by_dy;
       j << -by_dx, -by_dy, dr * r.by_angle, dc * c.by_angle,
           -(dr * r.distance + dc * c.distance) / p[kBlur], 1, dx, dy, er * ec, er * ec * dx, er * ec * dy;
-      jtj->selfadjointView<Eigen::Lower>().rankUpdate(j);
+      jtj->noalias() += j * j.transpose();
       *jtr += residual * j;
     }
     return sum;
@@ -135,7 +135,7 @@ std::optional<CornerFit> fit_corner(const ViewU8& image, const CornerNeighbourho
   for (int iteration = 0; iteration < 50 && !converged; ++iteration) {
     Normal damped = jtj;
     damped.diagonal() += damping * jtj.diagonal();
-    const Parameters step = damped.selfadjointView<Eigen::Lower>().ldlt().solve(-jtr);
+    const Parameters step = damped.ldlt().solve(-jtr);
     Parameters trial = p + step;
     trial[kBlur] = std::clamp(trial[kBlur], 0.2, 0.5 * square);
     const double trial_sum = model.evaluate(trial, nullptr, nullptr);
@@ -155,7 +155,7 @@ std::optional<CornerFit> fit_corner(const ViewU8& image, const CornerNeighbourho
 
   CornerFit fit;
   const double variance = sum / double(samples->size() - kParameters);
-  const Normal inverse = Normal(jtj.selfadjointView<Eigen::Lower>()).ldlt().solve(Normal::Identity());
+  const Normal inverse = jtj.ldlt().solve(Normal::Identity());
   fit.corner = p.head<2>();
   fit.covariance = inverse.topLeftCorner<2, 2>() * std::max(variance, 1. / 12);
   fit.contrast = 2 * p[kB];

@@ -19,8 +19,8 @@
 namespace procam::match {
 
 struct BoardLightOptions {
-  double knot_squares = 1.5;  ///< distance of the spline's knots, in squares
-  double border_px = 4;       ///< edges nearer than this to a printed border are left out, camera pixels
+  double knot_squares = 1;  ///< distance of the spline's knots, in squares
+  double border_px = 3;       ///< edges nearer than this to a printed border are left out, camera pixels
 };
 
 /// The projector pixels of the board's corners, as if the projector had seen the board: image_size is the

@@ -21,7 +21,9 @@ struct Grid {
   Vec2& at(int column, int row) { return points[std::size_t(row * columns + column)]; }
 };
 
-std::string counts(int columns, int rows) { return std::to_string(columns) + "x" + std::to_string(rows); }
+std::string counts(int columns, int rows) {
+  return std::to_string(columns) + "x" + std::to_string(rows);
+}
 
 Grid grid_from(const std::vector<cv::Point2f>& corners, int columns, int rows) {
   Grid grid{columns, rows, {}};
@@ -35,7 +37,8 @@ std::optional<Grid> find_asked(const cv::Mat& image, const Chessboard& board) {
   for (const int effort : {0, int(cv::CALIB_CB_EXHAUSTIVE)})
     if (cv::findChessboardCornersSB(image, asked, corners, cv::CALIB_CB_NORMALIZE_IMAGE | effort))
       return grid_from(corners, board.columns, board.rows);
-  if (cv::findChessboardCorners(image, asked, corners, cv::CALIB_CB_ADAPTIVE_THRESH | cv::CALIB_CB_NORMALIZE_IMAGE))
+  if (cv::findChessboardCorners(image, asked, corners,
+                                cv::CALIB_CB_ADAPTIVE_THRESH | cv::CALIB_CB_NORMALIZE_IMAGE))
     return grid_from(corners, board.columns, board.rows);
   return std::nullopt;
 }
@@ -44,21 +47,24 @@ std::optional<Grid> find_asked(const cv::Mat& image, const Chessboard& board) {
 /// several are tried.
 std::optional<Grid> find_any(const cv::Mat& image, const Chessboard& board) {
   std::optional<Grid> best;
-  for (const auto& [columns, rows] : {std::pair(board.columns - 1, board.rows - 1),
-                                      std::pair(board.rows - 1, board.columns - 1),
-                                      std::pair(board.columns - 2, board.rows - 2), std::pair(3, 3)}) {
+  for (const auto& [columns, rows] :
+       {std::pair(board.columns - 1, board.rows - 1), std::pair(board.rows - 1, board.columns - 1),
+        std::pair(board.columns - 2, board.rows - 2), std::pair(3, 3)}) {
     if (columns < 3 || rows < 3) continue;
     std::vector<cv::Point2f> corners;
     cv::Mat meta;
     const int flags = cv::CALIB_CB_NORMALIZE_IMAGE | cv::CALIB_CB_LARGER;
     if (!cv::findChessboardCornersSB(image, cv::Size(columns, rows), corners, flags, meta)) continue;
-    if (!best || int(corners.size()) > int(best->points.size())) best = grid_from(corners, meta.cols, meta.rows);
+    if (!best || int(corners.size()) > int(best->points.size()))
+      best = grid_from(corners, meta.cols, meta.rows);
   }
   return best;
 }
 
 /// Index order reversed: half a turn.
-void turn_half(Grid& grid) { std::reverse(grid.points.begin(), grid.points.end()); }
+void turn_half(Grid& grid) {
+  std::reverse(grid.points.begin(), grid.points.end());
+}
 
 /// Rows read from the other end: mirrors the order.
 void mirror(Grid& grid) {
@@ -121,14 +127,15 @@ using Fits = std::vector<std::optional<CornerFit>>;
 Fits fit_corners(const ViewU8& image, Grid& grid, double window_share) {
   Fits fits;
   for (int r = 0; r < grid.rows; ++r)
-    for (int c = 0; c < grid.columns; ++c) fits.push_back(fit_corner(image, neighbourhood(grid, c, r), window_share));
+    for (int c = 0; c < grid.columns; ++c)
+      fits.push_back(fit_corner(image, neighbourhood(grid, c, r), window_share));
   for (std::size_t i = 0; i < fits.size(); ++i)
     if (fits[i]) grid.points[i] = fits[i]->corner;
   return fits;
 }
 
-/// Medians over the fitted corners. light_first is the contrast with the sign that a corner's place in the pattern
-/// gives: positive where the outer square beside the first corner is light.
+/// Medians over the fitted corners. light_first is the contrast with the sign that a corner's place in the
+/// pattern gives: positive where the outer square beside the first corner is light.
 struct PrintQuality {
   double light_first = 0, residual = 0;  ///< grey levels
 };
@@ -162,7 +169,8 @@ bool continues(const ViewU8& image, const At& at, int count, double window_share
     around.e_y = (at(hi, 0) - at(lo, 0)) / (hi - lo);
     const auto fit = fit_corner(image, around, window_share);
     // The rim of the print is a crossing with three light quarters: the model does not fit there.
-    if (fit && std::abs(fit->contrast) > 0.7 * std::abs(print.light_first) && fit->residual < 2.5 * print.residual)
+    if (fit && std::abs(fit->contrast) > 0.7 * std::abs(print.light_first) &&
+        fit->residual < 2.5 * print.residual)
       ++seen;
   }
   return seen > 0.8 * count;
@@ -175,8 +183,10 @@ std::optional<std::string> larger_board(const ViewU8& image, const Grid& g, doub
   const auto right = [&](int i, int k) { return g.at(g.columns - 1 - k, i); };
   const auto top = [&](int i, int k) { return g.at(i, k); };
   const auto bottom = [&](int i, int k) { return g.at(i, g.rows - 1 - k); };
-  const int more_columns = continues(image, left, g.rows, share, print) + continues(image, right, g.rows, share, print);
-  const int more_rows = continues(image, top, g.columns, share, print) + continues(image, bottom, g.columns, share, print);
+  const int more_columns =
+      continues(image, left, g.rows, share, print) + continues(image, right, g.rows, share, print);
+  const int more_rows =
+      continues(image, top, g.columns, share, print) + continues(image, bottom, g.columns, share, print);
   if (more_columns + more_rows == 0) return std::nullopt;
   return "at least " + counts(g.columns + more_columns, g.rows + more_rows);
 }
@@ -187,27 +197,32 @@ void explain_missing(const cv::Mat& image, const Chessboard& board, Diagnostics&
   if (other && other->columns * other->rows > 9) {
     // Printed counts are named the way round that resembles the question.
     const bool swap = (board.columns < board.rows) != (other->columns < other->rows);
-    const std::string found = swap ? counts(other->rows, other->columns) : counts(other->columns, other->rows);
-    diagnostics.warn("board_counts_differ", "a board with " + found + " inner corners was found where " + asked +
-                                                " was asked; if the whole board is in the picture, ask for chessboard:" +
-                                                found + " (inner corners, not squares), else uncover the rest");
+    const std::string found =
+        swap ? counts(other->rows, other->columns) : counts(other->columns, other->rows);
+    diagnostics.warn("board_counts_differ",
+                     "a board with " + found + " inner corners was found where " + asked +
+                         " was asked; if the whole board is in the picture, ask for chessboard:" + found +
+                         " (inner corners, not squares), else uncover the rest");
     return;
   }
-  diagnostics.warn("board_not_found",
-                   "no chessboard with " + asked +
-                       " inner corners was found; check the counts (inner corners, one less than squares a side), "
-                       "that all of the board and a light rim round it are in the picture, sharp and not saturated");
+  diagnostics.warn(
+      "board_not_found",
+      "no chessboard with " + asked +
+          " inner corners was found; check the counts (inner corners, one less than squares a side), "
+          "that all of the board and a light rim round it are in the picture, sharp and not saturated");
 }
 
 }  // namespace
 
 Detections detect_chessboard(const ViewU8& image, const Chessboard& board, const ChessboardOptions& options) {
   require(!image.empty() && image.channels == 1, "detect_chessboard: needs an image with one channel");
-  require(board.columns >= 3 && board.rows >= 3,
-          "detect_chessboard: a board needs 3x3 inner corners or more, not " + counts(board.columns, board.rows));
+  require(
+      board.columns >= 3 && board.rows >= 3,
+      "detect_chessboard: a board needs 3x3 inner corners or more, not " + counts(board.columns, board.rows));
   Detections result;
   result.image_size = image.size();
-  const cv::Mat pixels(image.height, image.width, CV_8U, const_cast<std::uint8_t*>(image.data), std::size_t(image.stride));
+  const cv::Mat pixels(image.height, image.width, CV_8U, const_cast<std::uint8_t*>(image.data),
+                       std::size_t(image.stride));
 
   std::optional<Grid> grid = find_asked(pixels, board);
   if (!grid) {
@@ -220,9 +235,10 @@ Detections detect_chessboard(const ViewU8& image, const Chessboard& board, const
   Fits fits = fit_corners(image, *grid, options.window_share);
   const PrintQuality print = print_quality(fits, board.columns);
   if (const auto found = larger_board(image, *grid, options.window_share, print)) {
-    result.diagnostics.warn("board_counts_differ",
-                            "the pattern goes on beyond the " + counts(board.columns, board.rows) +
-                                " inner corners that were asked; there are " + *found + ": give the counts of all of it");
+    result.diagnostics.warn("board_counts_differ", "the pattern goes on beyond the " +
+                                                       counts(board.columns, board.rows) +
+                                                       " inner corners that were asked; there are " + *found +
+                                                       ": give the counts of all of it");
     return result;
   }
   // With one count odd the two ends differ in colour: the outer square beside the first corner is dark.
@@ -237,9 +253,10 @@ Detections detect_chessboard(const ViewU8& image, const Chessboard& board, const
       ++left_out;
   }
   if (left_out > 0)
-    result.diagnostics.warn("corners_left_out", std::to_string(left_out) + " of " + std::to_string(board.size()) +
-                                                    " corners could not be refined and are left out: blur, glare, a "
-                                                    "cover, or the image's rim beside them");
+    result.diagnostics.warn("corners_left_out",
+                            std::to_string(left_out) + " of " + std::to_string(board.size()) +
+                                " corners could not be refined and are left out: blur, glare, a "
+                                "cover, or the image's rim beside them");
   return result;
 }
 

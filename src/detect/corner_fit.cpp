@@ -24,7 +24,8 @@ std::optional<std::vector<Sample>> samples_around(const ViewU8& image, const Cor
                                                   double share) {
   const double det = around.e_x.x() * around.e_y.y() - around.e_x.y() * around.e_y.x();
   if (std::abs(det) < 1) return std::nullopt;
-  const double share_x = std::max(share, 2.5 / around.e_x.norm()), share_y = std::max(share, 2.5 / around.e_y.norm());
+  const double share_x = std::max(share, 2.5 / around.e_x.norm()),
+               share_y = std::max(share, 2.5 / around.e_y.norm());
   const double half_w = std::abs(around.e_x.x()) * share_x + std::abs(around.e_y.x()) * share_y;
   const double half_h = std::abs(around.e_x.y()) * share_x + std::abs(around.e_y.y()) * share_y;
   const int x0 = int(std::ceil(around.corner.x() - half_w)), x1 = int(std::floor(around.corner.x() + half_w));
@@ -37,7 +38,8 @@ std::optional<std::vector<Sample>> samples_around(const ViewU8& image, const Cor
       const Vec2 d = Vec2(x, y) - around.corner;
       const double a = (d.x() * around.e_y.y() - d.y() * around.e_y.x()) / det;
       const double b = (d.y() * around.e_x.x() - d.x() * around.e_x.y()) / det;
-      if (std::abs(a) <= share_x && std::abs(b) <= share_y) samples.push_back({double(x), double(y), double(image.at(x, y))});
+      if (std::abs(a) <= share_x && std::abs(b) <= share_y)
+        samples.push_back({double(x), double(y), double(image.at(x, y))});
     }
   if (samples.size() < 2 * kParameters) return std::nullopt;
   return samples;
@@ -58,7 +60,9 @@ struct Edge {
   }
 };
 
-double angle_of(const Vec2& v) { return std::atan2(v.y(), v.x()); }
+double angle_of(const Vec2& v) {
+  return std::atan2(v.y(), v.x());
+}
 
 /// Normal second derivative per pixel^2 of the grid curve with tangent e and second derivative e2.
 double bend_of(const Vec2& e, const Vec2& e2) {
@@ -80,7 +84,8 @@ struct Model {
     for (const Sample& s : samples) {
       const double dx = s.x - p[kX], dy = s.y - p[kY];
       const Edge::Value r = row.at(dx, dy), c = column.at(dx, dy);
-      // Across the row's edge the y side is positive; across the column's edge the x side is (hence the sign).
+      // Across the row's edge the y side is positive; across the column's edge the x side is (hence the
+      // sign).
       const double er = std::erf(k * r.distance), ec = -std::erf(k * c.distance);
       const double a = p[kA] + p[kAx] * dx + p[kAy] * dy, b = p[kB] + p[kBx] * dx + p[kBy] * dy;
       const double residual = a + b * er * ec - s.grey;
@@ -91,8 +96,8 @@ struct Model {
       const double dc = -b * er * slope * std::exp(-k * k * c.distance * c.distance);
       const double by_dx = p[kAx] + p[kBx] * er * ec + dr * r.by_dx + dc * c.by_dx;
       const double by_dy = p[kAy] + p[kBy] * er * ec + dr * r.by_dy + dc * c.by_dy;
-      j << -by_dx, -by_dy, dr * r.by_angle, dc * c.by_angle,
-          -(dr * r.distance + dc * c.distance) / p[kBlur], 1, dx, dy, er * ec, er * ec * dx, er * ec * dy;
+      j << -by_dx, -by_dy, dr * r.by_angle, dc * c.by_angle, -(dr * r.distance + dc * c.distance) / p[kBlur],
+          1, dx, dy, er * ec, er * ec * dx, er * ec * dy;
       jtj->noalias() += j * j.transpose();
       *jtr += residual * j;
     }
@@ -121,7 +126,8 @@ Parameters first_guess(const Model& model, const CornerNeighbourhood& around) {
 
 }  // namespace
 
-std::optional<CornerFit> fit_corner(const ViewU8& image, const CornerNeighbourhood& around, double window_share) {
+std::optional<CornerFit> fit_corner(const ViewU8& image, const CornerNeighbourhood& around,
+                                    double window_share) {
   const auto samples = samples_around(image, around, window_share);
   if (!samples) return std::nullopt;
   const Model model{*samples, bend_of(around.e_x, around.e_xx), bend_of(around.e_y, around.e_yy)};

@@ -1,5 +1,6 @@
 #pragma once
-/// The last step of corner detection: fit the crossing of two blurred edges. Equation in detect/chessboard.hpp.
+/// The last step of corner detection: fit the crossing of two blurred edges. Equation in
+/// detect/chessboard.hpp.
 #include <optional>
 
 #include "procam/core/image.hpp"
@@ -7,11 +8,11 @@
 
 namespace procam::detect {
 
-/// What the neighbouring corners say about the print round a corner: corner + e_x a + e_y b + second-order terms
-/// is where the board's point (a, b) squares away appears.
+/// What the neighbouring corners say about the print round a corner: corner + e_x a + e_y b + second-order
+/// terms is where the board's point (a, b) squares away appears.
 struct CornerNeighbourhood {
-  Vec2 corner;           ///< first estimate, pixels
-  Vec2 e_x, e_y;         ///< one square along the row and the column
+  Vec2 corner;                                    ///< first estimate, pixels
+  Vec2 e_x, e_y;                                  ///< one square along the row and the column
   Vec2 e_xx = Vec2::Zero(), e_yy = Vec2::Zero();  ///< second derivatives: lens and perspective bend the edges
 };
 
@@ -24,6 +25,7 @@ struct CornerFit {
 };
 
 /// nullopt where the window leaves the image or there is no such crossing.
-std::optional<CornerFit> fit_corner(const ViewU8& image, const CornerNeighbourhood& around, double window_share);
+std::optional<CornerFit> fit_corner(const ViewU8& image, const CornerNeighbourhood& around,
+                                    double window_share);
 
 }  // namespace procam::detect

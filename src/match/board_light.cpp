@@ -13,12 +13,12 @@
 namespace procam::match {
 namespace {
 
-constexpr int kCellsPerSquare = 2;      // medians of codes for the homography
+constexpr int kCellsPerSquare = 2;  // medians of codes for the homography
 constexpr std::size_t kFewestInCell = 12;
-constexpr int kFewestEdges = 8;         // in a quadrant beside a corner, of each axis
+constexpr int kFewestEdges = 8;  // in a quadrant beside a corner, of each axis
 
-/// Homography of all pairs with outliers weighted down (Cauchy weights, rescaled every round); nullopt where they
-/// carry none.
+/// Homography of all pairs with outliers weighted down (Cauchy weights, rescaled every round); nullopt where
+/// they carry none.
 std::optional<Homography> fit_with_outliers(const Points2& source, const Points2& destination) {
   try {
     HomographyOptions options;
@@ -53,11 +53,13 @@ std::optional<Homography> squares_from_camera(const Detections& in_camera, const
 /// Is the place on the print, and how far from the nearest printed line, in camera pixels?
 class Print {
  public:
-  Print(const Homography& squares_from_camera, const Chessboard& board) : map_(squares_from_camera), board_(board) {}
+  Print(const Homography& squares_from_camera, const Chessboard& board)
+      : map_(squares_from_camera), board_(board) {}
 
   std::optional<Vec2> square_at(const Vec2& pixel) const {
     const auto at = map_.apply(pixel);
-    if (!at || at->x() <= -1 || at->y() <= -1 || at->x() >= board_.columns || at->y() >= board_.rows) return std::nullopt;
+    if (!at || at->x() <= -1 || at->y() <= -1 || at->x() >= board_.columns || at->y() >= board_.rows)
+      return std::nullopt;
     return at;
   }
   double distance_to_line(const Vec2& pixel, const Vec2& at) const {
@@ -71,8 +73,10 @@ class Print {
   Chessboard board_;
 };
 
-/// One homography for the board's light, from the median codes of small cells: the spline takes up what it leaves.
-std::optional<Homography> projector_from_camera(const Print& print, const DecodedMap& decoded, double border_px) {
+/// One homography for the board's light, from the median codes of small cells: the spline takes up what it
+/// leaves.
+std::optional<Homography> projector_from_camera(const Print& print, const DecodedMap& decoded,
+                                                double border_px) {
   struct Cell {
     std::vector<double> x, y, u, v;
   };
@@ -85,7 +89,8 @@ std::optional<Homography> projector_from_camera(const Print& print, const Decode
       const Vec2 pixel(x, y);
       const auto at = print.square_at(pixel);
       if (!at || print.distance_to_line(pixel, *at) < border_px) continue;
-      Cell& cell = cells[{int(std::floor(at->x() * kCellsPerSquare)), int(std::floor(at->y() * kCellsPerSquare))}];
+      Cell& cell =
+          cells[{int(std::floor(at->x() * kCellsPerSquare)), int(std::floor(at->y() * kCellsPerSquare))}];
       cell.x.push_back(x), cell.y.push_back(y), cell.u.push_back(light->x()), cell.v.push_back(light->y());
     }
   const auto median = [](std::vector<double>& v) {
@@ -138,11 +143,13 @@ AxisLight light_along(StripeAxis axis, const std::vector<StripeEdge>& edges, con
 /// Edges in each square of the print, including the outer ones.
 class SquareCounts {
  public:
-  SquareCounts(const AxisLight& light, const Chessboard& board) : columns_(board.columns + 1), counts_(std::size_t((board.columns + 1) * (board.rows + 1))) {
-    for (const FieldSample& s : light.samples) ++counts_[index(int(std::floor(s.at.x())), int(std::floor(s.at.y())))];
+  SquareCounts(const AxisLight& light, const Chessboard& board)
+      : columns_(board.columns + 1), counts_(std::size_t((board.columns + 1) * (board.rows + 1))) {
+    for (const FieldSample& s : light.samples)
+      ++counts_[index(int(std::floor(s.at.x())), int(std::floor(s.at.y())))];
   }
-  /// Do two squares that face each other across the corner both hold edges? Then light surrounds it: dark print may
-  /// reflect too little to be read.
+  /// Do two squares that face each other across the corner both hold edges? Then light surrounds it: dark
+  /// print may reflect too little to be read.
   bool surround(int column, int row) const {
     const auto lit = [&](int c, int r) { return counts_[index(c, r)] >= kFewestEdges; };
     return (lit(column - 1, row - 1) && lit(column, row)) || (lit(column, row - 1) && lit(column - 1, row));
@@ -158,7 +165,8 @@ class SquareCounts {
 
 Detections project_board(const Detections& in_camera, const Chessboard& board, const DecodedMap& decoded,
                          const std::vector<StripeEdge>& edges, const BoardLightOptions& options) {
-  require(in_camera.image_size == decoded.camera_size(), "project_board: detections and decoded map differ in size");
+  require(in_camera.image_size == decoded.camera_size(),
+          "project_board: detections and decoded map differ in size");
   Detections result;
   result.image_size = decoded.projector_size;
   const auto not_lit = [&](const std::string& why) {
@@ -169,7 +177,10 @@ Detections project_board(const Detections& in_camera, const Chessboard& board, c
   if (!to_squares) return not_lit("fewer than four corners of the board were found in the camera's image");
   const Print print(*to_squares, board);
   const auto base = projector_from_camera(print, decoded, options.border_px);
-  if (!base) return not_lit("too little of the board carries readable stripes; light it fully by the projector, or expose longer");
+  if (!base)
+    return not_lit(
+        "too little of the board carries readable stripes; light it fully by the projector, or expose "
+        "longer");
 
   const Vec2 low(-1, -1), high(board.columns, board.rows);
   std::vector<SmoothField> fields;
@@ -177,7 +188,9 @@ Detections project_board(const Detections& in_camera, const Chessboard& board, c
   for (const StripeAxis axis : {StripeAxis::kColumn, StripeAxis::kRow}) {
     AxisLight seen = light_along(axis, edges, print, *base, decoded.step, options);
     fields.emplace_back(low, high, options.knot_squares);
-    if (int(seen.samples.size()) < 4 * fields.back().size()) return not_lit("too few stripe edges were read on the board; light it fully by the projector, or expose longer");
+    if (int(seen.samples.size()) < 4 * fields.back().size())
+      return not_lit(
+          "too few stripe edges were read on the board; light it fully by the projector, or expose longer");
     fields.back().fit(seen.samples, seen.group_count);
     counts.emplace_back(seen, board);
   }
@@ -204,8 +217,9 @@ Detections project_board(const Detections& in_camera, const Chessboard& board, c
     result.observations.push_back(lit);
   }
   if (unlit > 0)
-    result.diagnostics.warn("corners_not_lit", std::to_string(unlit) + " of " + std::to_string(in_camera.observations.size()) +
-                                                   " corners are not surrounded by readable stripes and get no projector pixel");
+    result.diagnostics.warn("corners_not_lit",
+                            std::to_string(unlit) + " of " + std::to_string(in_camera.observations.size()) +
+                                " corners are not surrounded by readable stripes and get no projector pixel");
   return result;
 }
 

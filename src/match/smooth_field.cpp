@@ -76,7 +76,8 @@ VecX SmoothField::basis(const Vec2& at) const {
   const Support s = support(at);
   VecX b = VecX::Zero(size());
   for (int j = 0; j < 4; ++j)
-    for (int i = 0; i < 4; ++i) b[(s.first[1] + j) * count_[0] + s.first[0] + i] = s.weight[0][i] * s.weight[1][j];
+    for (int i = 0; i < 4; ++i)
+      b[(s.first[1] + j) * count_[0] + s.first[0] + i] = s.weight[0][i] * s.weight[1][j];
   return b;
 }
 
@@ -118,7 +119,8 @@ MatX SmoothField::bending() const {
     for (int i = 0; i < nx; ++i) add({{k(i, j - 1), 1}, {k(i, j), -2}, {k(i, j + 1), 1}});
   const double r = std::sqrt(2.0);  // thin plate: f_ss^2 + 2 f_st^2 + f_tt^2
   for (int j = 0; j + 1 < ny; ++j)
-    for (int i = 0; i + 1 < nx; ++i) add({{k(i, j), r}, {k(i + 1, j), -r}, {k(i, j + 1), -r}, {k(i + 1, j + 1), r}});
+    for (int i = 0; i + 1 < nx; ++i)
+      add({{k(i, j), r}, {k(i + 1, j), -r}, {k(i, j + 1), -r}, {k(i + 1, j + 1), r}});
   return p;
 }
 
@@ -178,7 +180,8 @@ void SmoothField::fit(const std::vector<FieldSample>& samples, int group_count) 
           NormalEquations rest = all;
           rest.matrix -= left_out.matrix, rest.right -= left_out.right;
           const VecX c = solve(rest, relative * unit).solve(rest.right);
-          error += c.dot(left_out.matrix.selfadjointView<Eigen::Lower>() * c) - 2 * c.dot(left_out.right) + left_out.squares;
+          error += c.dot(left_out.matrix.selfadjointView<Eigen::Lower>() * c) - 2 * c.dot(left_out.right) +
+                   left_out.squares;
         }
         if (error < best) best = error, lambda_ = relative;
       }
@@ -205,8 +208,8 @@ void SmoothField::fit(const std::vector<FieldSample>& samples, int group_count) 
     }
   }
 
-  // Odd boundaries belong to the finest bit, even ones to the others; what they disagree by is no scatter that more
-  // stripes average out. Half of it, squared, over the board.
+  // Odd boundaries belong to the finest bit, even ones to the others; what they disagree by is no scatter
+  // that more stripes average out. Half of it, squared, over the board.
   double sum = 0, total = 0;
   coefficients_.swap(disagreement);
   for (std::size_t q = 0; q < samples.size(); ++q) {
@@ -222,7 +225,8 @@ void SmoothField::fit(const std::vector<FieldSample>& samples, int group_count) 
     const double wr = weights[q] * residuals[q];
     for (int j = 0; j < 4; ++j)
       for (int i = 0; i < 4; ++i)
-        scores((s.first[1] + j) * count_[0] + s.first[0] + i, samples[q].group) += wr * s.weight[0][i] * s.weight[1][j];
+        scores((s.first[1] + j) * count_[0] + s.first[0] + i, samples[q].group) +=
+            wr * s.weight[0][i] * s.weight[1][j];
   }
   const MatX spread = inverse * scores;
   covariance_ = spread * spread.transpose() * (double(group_count) / std::max(1, group_count - n));

@@ -3,8 +3,9 @@
 ///
 ///   f(s, t) = sum_k c_k B_k(s, t),   c = argmin sum_i w_i (f(s_i, t_i) - y_i)^2 + lambda |D2 c|^2
 ///
-/// with uniform cubic tensor-product B-splines B_k and D2 their second differences along s, t and both (P-splines:
-/// Eilers & Marx, Statistical Science 11(2), 1996). lambda is the one that predicts left-out stripes best.
+/// with uniform cubic tensor-product B-splines B_k and D2 their second differences along s, t and both
+/// (P-splines: Eilers & Marx, Statistical Science 11(2), 1996). lambda is the one that predicts left-out
+/// stripes best.
 #include <array>
 #include <vector>
 
@@ -31,8 +32,9 @@ class SmoothField {
 
   double value(const Vec2& at) const;
   Vec2 gradient(const Vec2& at) const;
-  /// Variance of value(at): from the scatter of whole groups (cluster-robust "sandwich" covariance: Liang & Zeger,
-  /// Biometrika 73(1), 1986), plus what stripes of the finest bit and the others systematically disagree by.
+  /// Variance of value(at): from the scatter of whole groups (cluster-robust "sandwich" covariance: Liang &
+  /// Zeger, Biometrika 73(1), 1986), plus what stripes of the finest bit and the others systematically
+  /// disagree by.
   double variance(const Vec2& at) const;
 
  private:

@@ -1,6 +1,6 @@
 #pragma once
-/// A small true world for corner detection: a printed chessboard in front of a real lens, supersampled, blurred,
-/// unevenly lit, noisy, 8 bits; with the true corners beside it.
+/// A small true world for corner detection: a printed chessboard in front of a real lens, supersampled,
+/// blurred, unevenly lit, noisy, 8 bits; with the true corners beside it.
 #include <Eigen/LU>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
@@ -18,13 +18,14 @@ struct BoardScene {
   Camera camera{{640, 512}, {901, 893, 307, 266, 0.7}, BrownConrady{{-0.18, 0.07, 0.0011, -0.0008, 0}}};
   Pose camera_from_board = facing(Vec3(0.31, -0.42, 0.13), Vec3(0.02, -0.015, 1.6));
   double blur_px = 0.9;
-  double noise = 1.5;  ///< grey levels
+  double noise = 1.5;        ///< grey levels
   bool light_first = false;  ///< the outer square beside the first corner is light
   unsigned seed = 1;
 
   /// The board turned by a rotation vector, with its centre at a point in the camera's frame.
   Pose facing(const Vec3& rotation, const Vec3& centre) const {
-    const Vec3 middle(0.5 * (board.columns - 1) * board.square_size, 0.5 * (board.rows - 1) * board.square_size, 0);
+    const Vec3 middle(0.5 * (board.columns - 1) * board.square_size,
+                      0.5 * (board.rows - 1) * board.square_size, 0);
     const auto q = so3_exp(rotation);
     return {q, centre - q * middle};
   }
@@ -63,7 +64,8 @@ inline ImageU8 render(const BoardScene& scene) {
       for (int j = 0; j < kFine; ++j)
         for (int i = 0; i < kFine; ++i) {
           const double u = (i + 0.5) / kFine, v = (j + 0.5) / kFine;
-          const Vec3 d = (1 - v) * ((1 - u) * ray[0][0] + u * ray[0][1]) + v * ((1 - u) * ray[1][0] + u * ray[1][1]);
+          const Vec3 d =
+              (1 - v) * ((1 - u) * ray[0][0] + u * ray[0][1]) + v * ((1 - u) * ray[1][0] + u * ray[1][1]);
           const double depth = -board_from_camera.translation.z() / d.z();
           const Vec3 p = board_from_camera.translation + depth * d;
           sum += reflectance(scene, p.x(), p.y());
@@ -78,7 +80,8 @@ inline ImageU8 render(const BoardScene& scene) {
   ImageU8 image(size);
   for (int y = 0; y < size.height; ++y)
     for (int x = 0; x < size.width; ++x)
-      image.at(x, y) = std::uint8_t(std::lround(std::min(255., std::max(0., light.at<float>(y, x) + 8 + noise(random)))));
+      image.at(x, y) =
+          std::uint8_t(std::lround(std::min(255., std::max(0., light.at<float>(y, x) + 8 + noise(random)))));
   return image;
 }
 

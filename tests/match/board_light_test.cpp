@@ -68,11 +68,13 @@ TEST(BoardLight, IsSeveralTimesBetterThanLocalHomographiesOnABentBoard) {
 }
 
 TEST(BoardLight, StatesItsErrorHonestly) {
-  // 70 coordinates, neighbours correlated: chi2 within a factor of 2.25 (1.5 in sigma); false alarm rate below 1e-3.
+  // 70 coordinates, neighbours correlated: chi2 within a factor of 2.25 (1.5 in sigma); false alarm rate
+  // below 1e-3.
   for (const double corner_sigma : {1e-4, 0.03}) {
     const LitBoard world;
     const test::Light light = test::shine(world);
-    const Errors own = errors_of(project_board(world.corners(corner_sigma), world.board, light.decoded, light.edges), world);
+    const Errors own =
+        errors_of(project_board(world.corners(corner_sigma), world.board, light.decoded, light.edges), world);
     EXPECT_GT(own.chi2, 1 / 2.25) << corner_sigma;
     EXPECT_LT(own.chi2, 2.25) << corner_sigma;
   }
@@ -88,8 +90,10 @@ TEST(BoardLight, SetsWrongCodesAndPrintedBordersAside) {
   EXPECT_LT(errors_of(projected, world).rms, 0.015);
   match::BoardLightOptions no_band;
   no_band.border_px = 0;
-  EXPECT_GT(errors_of(project_board(world.corners(1e-4), world.board, light.decoded, light.edges, no_band), world).rms,
-            errors_of(projected, world).rms);
+  EXPECT_GT(
+      errors_of(project_board(world.corners(1e-4), world.board, light.decoded, light.edges, no_band), world)
+          .rms,
+      errors_of(projected, world).rms);
 }
 
 TEST(BoardLight, GivesNoPixelToCornersThatLightDoesNotSurround) {
@@ -108,11 +112,16 @@ TEST(BoardLight, SaysWhenTheBoardIsNotLitOrNotSeen) {
   const test::Light light = test::shine(world);
   test::Light dark = light;
   dark.decoded.columns = Image<std::int16_t>(world.camera.size, 1, DecodedMap::kUndecoded);
-  EXPECT_NE(project_board(world.corners(0.01), world.board, dark.decoded, {}).diagnostics.find("board_not_lit"), nullptr);
-  EXPECT_NE(project_board(world.corners(0.01), world.board, light.decoded, {}).diagnostics.find("board_not_lit"), nullptr);
+  EXPECT_NE(
+      project_board(world.corners(0.01), world.board, dark.decoded, {}).diagnostics.find("board_not_lit"),
+      nullptr);
+  EXPECT_NE(
+      project_board(world.corners(0.01), world.board, light.decoded, {}).diagnostics.find("board_not_lit"),
+      nullptr);
   Detections few = world.corners(0.01);
   few.observations.resize(3);
-  EXPECT_NE(project_board(few, world.board, light.decoded, light.edges).diagnostics.find("board_not_lit"), nullptr);
+  EXPECT_NE(project_board(few, world.board, light.decoded, light.edges).diagnostics.find("board_not_lit"),
+            nullptr);
   Detections other = world.corners(0.01);
   other.image_size = {400, 480};
   EXPECT_THROW(project_board(other, world.board, light.decoded, light.edges), std::invalid_argument);
@@ -123,7 +132,8 @@ TEST(BoardLight, RepeatsToHundredthsOnRealCaptures) {
   std::vector<cv::Mat> images;
   std::vector<ViewU8> captures;
   for (int i = 0; i < 42; ++i) {
-    const std::string name = "graycode/capture_0/graycode_" + std::string(i < 10 ? "0" : "") + std::to_string(i) + ".png";
+    const std::string name =
+        "graycode/capture_0/graycode_" + std::string(i < 10 ? "0" : "") + std::to_string(i) + ".png";
     images.push_back(cv::imread((test::test_data() / name).string(), cv::IMREAD_GRAYSCALE));
     captures.emplace_back(images.back().data, images.back().cols, images.back().rows);
   }
@@ -134,14 +144,20 @@ TEST(BoardLight, RepeatsToHundredthsOnRealCaptures) {
   const Detections corners = detect::detect_chessboard(captures[40], board);
   // Two halves without a common stripe, each with all bits.
   std::vector<StripeEdge> half[2];
-  for (const StripeEdge& edge : edges) half[(std::lround(edge.projector_coordinate + 0.5) >> 1) & 1].push_back(edge);
-  const Detections a = project_board(corners, board, decoded, half[0]), b = project_board(corners, board, decoded, half[1]);
+  for (const StripeEdge& edge : edges)
+    half[(std::lround(edge.projector_coordinate + 0.5) >> 1) & 1].push_back(edge);
+  const Detections a = project_board(corners, board, decoded, half[0]),
+                   b = project_board(corners, board, decoded, half[1]);
   ASSERT_EQ(a.observations.size(), 63u);
   ASSERT_EQ(b.observations.size(), 63u);
   double difference = 0, local = 0;
   for (int i = 0; i < 63; ++i) {
-    difference += (a.observations[std::size_t(i)].pixel - b.observations[std::size_t(i)].pixel).squaredNorm() / 126;
-    local += (a.observations[std::size_t(i)].pixel - local_homography(decoded, corners.observations[std::size_t(i)].pixel)).squaredNorm() / 126;
+    difference +=
+        (a.observations[std::size_t(i)].pixel - b.observations[std::size_t(i)].pixel).squaredNorm() / 126;
+    local += (a.observations[std::size_t(i)].pixel -
+              local_homography(decoded, corners.observations[std::size_t(i)].pixel))
+                 .squaredNorm() /
+             126;
   }
   EXPECT_LT(std::sqrt(difference), 0.01);
   EXPECT_LT(std::sqrt(local), 0.08);  // the two ways agree to what the local one can do

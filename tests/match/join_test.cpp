@@ -12,7 +12,8 @@ const std::vector<Device> kDevices{{"camera", DeviceKind::kCamera, {640, 480}},
 Detections seen(const ImageSize& size, int points) {
   Detections detections;
   detections.image_size = size;
-  for (int i = 0; i < points; ++i) detections.observations.push_back({i, Vec2(10 + 3 * i, 20 - i), Mat2::Identity()});
+  for (int i = 0; i < points; ++i)
+    detections.observations.push_back({i, Vec2(10 + 3 * i, 20 - i), Mat2::Identity()});
   return detections;
 }
 

@@ -19,14 +19,14 @@
 namespace procam::match {
 
 struct BoardLightOptions {
-  double knot_squares = 1.5;  ///< distance of the spline's knots, in squares
-  double border_px = 4;       ///< edges nearer than this to a printed border are left out, camera pixels
+  double knot_squares = 1;  ///< distance of the spline's knots, in squares
+  double border_px = 3;     ///< edges nearer than this to a printed border are left out, camera pixels
 };
 
 /// The projector pixels of the board's corners, as if the projector had seen the board: image_size is the
 /// projector's, point indices those of `in_camera`. The covariance is that of the map at the corner (from the
-/// scatter of whole stripes, since neighbouring edge points err together) plus the camera corner's own through
-/// the map's Jacobian.
+/// scatter of whole stripes, since neighbouring edge points err together) plus the camera corner's own
+/// through the map's Jacobian.
 ///
 /// A corner gets no observation unless light with stripe edges of both axes surrounds it; "corners_not_lit"
 /// counts those left out, "board_not_lit" says that too little light falls on the board for any map. Throws

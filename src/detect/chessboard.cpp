@@ -1,0 +1,263 @@
+#include "procam/detect/chessboard.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/calib3d.hpp>
+#include <opencv2/imgproc.hpp>
+#include <optional>
+#include <string>
+
+#include "corner_fit.hpp"
+
+namespace procam::detect {
+namespace {
+
+/// Corner positions row by row.
+struct Grid {
+  int columns = 0, rows = 0;
+  Points2 points;
+
+  const Vec2& at(int column, int row) const { return points[std::size_t(row * columns + column)]; }
+  Vec2& at(int column, int row) { return points[std::size_t(row * columns + column)]; }
+};
+
+std::string counts(int columns, int rows) {
+  return std::to_string(columns) + "x" + std::to_string(rows);
+}
+
+Grid grid_from(const std::vector<cv::Point2f>& corners, int columns, int rows) {
+  Grid grid{columns, rows, {}};
+  for (const cv::Point2f& c : corners) grid.points.push_back(Vec2(c.x, c.y));
+  return grid;
+}
+
+std::optional<Grid> find_asked(const cv::Mat& image, const Chessboard& board) {
+  const cv::Size asked(board.columns, board.rows);
+  std::vector<cv::Point2f> corners;
+  for (const int effort : {0, int(cv::CALIB_CB_EXHAUSTIVE)})
+    if (cv::findChessboardCornersSB(image, asked, corners, cv::CALIB_CB_NORMALIZE_IMAGE | effort))
+      return grid_from(corners, board.columns, board.rows);
+  if (cv::findChessboardCorners(image, asked, corners,
+                                cv::CALIB_CB_ADAPTIVE_THRESH | cv::CALIB_CB_NORMALIZE_IMAGE))
+    return grid_from(corners, board.columns, board.rows);
+  return std::nullopt;
+}
+
+/// The largest board found when fewer corners are asked for; the search grows from the counts it is given, so
+/// several are tried.
+std::optional<Grid> find_any(const cv::Mat& image, const Chessboard& board) {
+  std::optional<Grid> best;
+  for (const auto& [columns, rows] :
+       {std::pair(board.columns - 1, board.rows - 1), std::pair(board.rows - 1, board.columns - 1),
+        std::pair(board.columns - 2, board.rows - 2), std::pair(3, 3)}) {
+    if (columns < 3 || rows < 3) continue;
+    std::vector<cv::Point2f> corners;
+    cv::Mat meta;
+    const int flags = cv::CALIB_CB_NORMALIZE_IMAGE | cv::CALIB_CB_LARGER;
+    if (!cv::findChessboardCornersSB(image, cv::Size(columns, rows), corners, flags, meta)) continue;
+    if (!best || int(corners.size()) > int(best->points.size()))
+      best = grid_from(corners, meta.cols, meta.rows);
+  }
+  return best;
+}
+
+/// Index order reversed: half a turn.
+void turn_half(Grid& grid) {
+  std::reverse(grid.points.begin(), grid.points.end());
+}
+
+/// Rows read from the other end: mirrors the order.
+void mirror(Grid& grid) {
+  for (int r = 0; r < grid.rows; ++r)
+    std::reverse(grid.points.begin() + r * grid.columns, grid.points.begin() + (r + 1) * grid.columns);
+}
+
+/// Quarter turn of a grid with equal counts: the new row runs down the old columns' reverse.
+void turn_quarter(Grid& grid) {
+  Grid turned = grid;
+  for (int r = 0; r < grid.rows; ++r)
+    for (int c = 0; c < grid.columns; ++c) turned.at(c, r) = grid.at(r, grid.rows - 1 - c);
+  grid = turned;
+}
+
+Vec2 along_rows(const Grid& grid) {
+  Vec2 sum = Vec2::Zero();
+  for (int r = 0; r < grid.rows; ++r) sum += grid.at(grid.columns - 1, r) - grid.at(0, r);
+  return sum / (grid.rows * (grid.columns - 1));
+}
+
+Vec2 along_columns(const Grid& grid) {
+  Vec2 sum = Vec2::Zero();
+  for (int c = 0; c < grid.columns; ++c) sum += grid.at(c, grid.rows - 1) - grid.at(c, 0);
+  return sum / (grid.columns * (grid.rows - 1));
+}
+
+/// Right-handed, and the first corner towards the image's top left.
+void order_by_image(Grid& grid) {
+  const Vec2 x = along_rows(grid), y = along_columns(grid);
+  if (x.x() * y.y() - x.y() * y.x() < 0) mirror(grid);
+  const auto first_corner = [](const Grid& g) {
+    return Vec2(-(g.columns - 1) * along_rows(g) - (g.rows - 1) * along_columns(g)).sum();
+  };
+  if (first_corner(grid) > 0) turn_half(grid);
+  if (grid.columns == grid.rows) {
+    Grid best = grid;
+    for (int i = 0; i < 3; ++i) {
+      turn_quarter(grid);
+      if (first_corner(grid) < first_corner(best)) best = grid;
+    }
+    grid = best;
+  }
+}
+
+/// Position, direction and bending of the print at a corner, from its neighbours; one-sided at the rim.
+CornerNeighbourhood neighbourhood(const Grid& grid, int column, int row) {
+  CornerNeighbourhood around;
+  around.corner = grid.at(column, row);
+  const int c = std::clamp(column, 1, grid.columns - 2), r = std::clamp(row, 1, grid.rows - 2);
+  around.e_xx = grid.at(c - 1, row) - 2 * grid.at(c, row) + grid.at(c + 1, row);
+  around.e_yy = grid.at(column, r - 1) - 2 * grid.at(column, r) + grid.at(column, r + 1);
+  around.e_x = 0.5 * (grid.at(c + 1, row) - grid.at(c - 1, row)) + (column - c) * around.e_xx;
+  around.e_y = 0.5 * (grid.at(column, r + 1) - grid.at(column, r - 1)) + (row - r) * around.e_yy;
+  return around;
+}
+
+using Fits = std::vector<std::optional<CornerFit>>;
+
+Fits fit_corners(const ViewU8& image, Grid& grid, double window_share) {
+  Fits fits;
+  for (int r = 0; r < grid.rows; ++r)
+    for (int c = 0; c < grid.columns; ++c)
+      fits.push_back(fit_corner(image, neighbourhood(grid, c, r), window_share));
+  for (std::size_t i = 0; i < fits.size(); ++i)
+    if (fits[i]) grid.points[i] = fits[i]->corner;
+  return fits;
+}
+
+/// Medians over the fitted corners. light_first is the contrast with the sign that a corner's place in the
+/// pattern gives: positive where the outer square beside the first corner is light.
+struct PrintQuality {
+  double light_first = 0, residual = 0;  ///< grey levels
+};
+
+PrintQuality print_quality(const Fits& fits, int columns) {
+  std::vector<double> contrasts, residuals;
+  for (std::size_t i = 0; i < fits.size(); ++i) {
+    if (!fits[i]) continue;
+    contrasts.push_back(fits[i]->contrast * ((int(i) % columns + int(i) / columns) % 2 == 0 ? 1 : -1));
+    residuals.push_back(fits[i]->residual);
+  }
+  if (contrasts.empty()) return {};
+  const auto median = [](std::vector<double>& v) {
+    std::nth_element(v.begin(), v.begin() + std::ptrdiff_t(v.size() / 2), v.end());
+    return v[v.size() / 2];
+  };
+  return {median(contrasts), median(residuals)};
+}
+
+/// Does the printed pattern go on beyond a rim, so that the found corners are part of a larger board? `inner`
+/// and `rim` index two neighbouring lines of corners.
+template <typename At>
+bool continues(const ViewU8& image, const At& at, int count, double window_share, const PrintQuality& print) {
+  int seen = 0;
+  for (int i = 0; i < count; ++i) {
+    CornerNeighbourhood around;
+    const Vec2 rim = at(i, 0), inner = at(i, 1), next = at(i, 2);
+    around.corner = 3 * rim - 3 * inner + next;
+    around.e_x = around.corner - rim;
+    const int lo = std::max(i - 1, 0), hi = std::min(i + 1, count - 1);
+    around.e_y = (at(hi, 0) - at(lo, 0)) / (hi - lo);
+    const auto fit = fit_corner(image, around, window_share);
+    // The rim of the print is a crossing with three light quarters: the model does not fit there.
+    if (fit && std::abs(fit->contrast) > 0.7 * std::abs(print.light_first) &&
+        fit->residual < 2.5 * print.residual)
+      ++seen;
+  }
+  return seen > 0.8 * count;
+}
+
+/// Counts of the whole board where it is larger than the grid by a line or more on some side.
+std::optional<std::string> larger_board(const ViewU8& image, const Grid& g, double share,
+                                        const PrintQuality& print) {
+  const auto left = [&](int i, int k) { return g.at(k, i); };
+  const auto right = [&](int i, int k) { return g.at(g.columns - 1 - k, i); };
+  const auto top = [&](int i, int k) { return g.at(i, k); };
+  const auto bottom = [&](int i, int k) { return g.at(i, g.rows - 1 - k); };
+  const int more_columns =
+      continues(image, left, g.rows, share, print) + continues(image, right, g.rows, share, print);
+  const int more_rows =
+      continues(image, top, g.columns, share, print) + continues(image, bottom, g.columns, share, print);
+  if (more_columns + more_rows == 0) return std::nullopt;
+  return "at least " + counts(g.columns + more_columns, g.rows + more_rows);
+}
+
+void explain_missing(const cv::Mat& image, const Chessboard& board, Diagnostics& diagnostics) {
+  const auto other = find_any(image, board);
+  const std::string asked = counts(board.columns, board.rows);
+  if (other && other->columns * other->rows > 9) {
+    // Printed counts are named the way round that resembles the question.
+    const bool swap = (board.columns < board.rows) != (other->columns < other->rows);
+    const std::string found =
+        swap ? counts(other->rows, other->columns) : counts(other->columns, other->rows);
+    diagnostics.warn("board_counts_differ",
+                     "a board with " + found + " inner corners was found where " + asked +
+                         " was asked; if the whole board is in the picture, ask for chessboard:" + found +
+                         " (inner corners, not squares), else uncover the rest");
+    return;
+  }
+  diagnostics.warn(
+      "board_not_found",
+      "no chessboard with " + asked +
+          " inner corners was found; check the counts (inner corners, one less than squares a side), "
+          "that all of the board and a light rim round it are in the picture, sharp and not saturated");
+}
+
+}  // namespace
+
+Detections detect_chessboard(const ViewU8& image, const Chessboard& board, const ChessboardOptions& options) {
+  require(!image.empty() && image.channels == 1, "detect_chessboard: needs an image with one channel");
+  require(
+      board.columns >= 3 && board.rows >= 3,
+      "detect_chessboard: a board needs 3x3 inner corners or more, not " + counts(board.columns, board.rows));
+  Detections result;
+  result.image_size = image.size();
+  const cv::Mat pixels(image.height, image.width, CV_8U, const_cast<std::uint8_t*>(image.data),
+                       std::size_t(image.stride));
+
+  std::optional<Grid> grid = find_asked(pixels, board);
+  if (!grid) {
+    explain_missing(pixels, board, result.diagnostics);
+    return result;
+  }
+  order_by_image(*grid);
+  // The second round has the first one's precise neighbours for the bending of the edges.
+  fit_corners(image, *grid, options.window_share);
+  Fits fits = fit_corners(image, *grid, options.window_share);
+  const PrintQuality print = print_quality(fits, board.columns);
+  if (const auto found = larger_board(image, *grid, options.window_share, print)) {
+    result.diagnostics.warn("board_counts_differ", "the pattern goes on beyond the " +
+                                                       counts(board.columns, board.rows) +
+                                                       " inner corners that were asked; there are " + *found +
+                                                       ": give the counts of all of it");
+    return result;
+  }
+  // With one count odd the two ends differ in colour: the outer square beside the first corner is dark.
+  if ((board.columns + board.rows) % 2 == 1 && print.light_first > 0) std::reverse(fits.begin(), fits.end());
+
+  int left_out = 0;
+  for (int i = 0; i < board.size(); ++i) {
+    const auto& fit = fits[std::size_t(i)];
+    if (fit && std::sqrt(fit->covariance.trace() / 2) <= options.max_sigma_px)
+      result.observations.push_back({i, fit->corner, fit->covariance});
+    else
+      ++left_out;
+  }
+  if (left_out > 0)
+    result.diagnostics.warn("corners_left_out",
+                            std::to_string(left_out) + " of " + std::to_string(board.size()) +
+                                " corners could not be refined and are left out: blur, glare, a "
+                                "cover, or the image's rim beside them");
+  return result;
+}
+
+}  // namespace procam::detect

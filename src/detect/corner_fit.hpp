@@ -1,0 +1,31 @@
+#pragma once
+/// The last step of corner detection: fit the crossing of two blurred edges. Equation in
+/// detect/chessboard.hpp.
+#include <optional>
+
+#include "procam/core/image.hpp"
+#include "procam/core/types.hpp"
+
+namespace procam::detect {
+
+/// What the neighbouring corners say about the print round a corner: corner + e_x a + e_y b + second-order
+/// terms is where the board's point (a, b) squares away appears.
+struct CornerNeighbourhood {
+  Vec2 corner;                                    ///< first estimate, pixels
+  Vec2 e_x, e_y;                                  ///< one square along the row and the column
+  Vec2 e_xx = Vec2::Zero(), e_yy = Vec2::Zero();  ///< second derivatives: lens and perspective bend the edges
+};
+
+struct CornerFit {
+  Vec2 corner;
+  Mat2 covariance;      ///< pixel^2
+  double contrast = 0;  ///< 2 b: light minus dark; positive where the square at (+x, +y) is light
+  double blur = 0;      ///< s, pixels
+  double residual = 0;  ///< RMS of the fit, grey levels
+};
+
+/// nullopt where the window leaves the image or there is no such crossing.
+std::optional<CornerFit> fit_corner(const ViewU8& image, const CornerNeighbourhood& around,
+                                    double window_share);
+
+}  // namespace procam::detect

@@ -1,0 +1,226 @@
+#include "procam/match/board_light.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <optional>
+#include <string>
+#include <tuple>
+
+#include "procam/core/homography_fit.hpp"
+#include "smooth_field.hpp"
+
+namespace procam::match {
+namespace {
+
+constexpr int kCellsPerSquare = 2;  // medians of codes for the homography
+constexpr std::size_t kFewestInCell = 12;
+constexpr int kFewestEdges = 8;  // in a quadrant beside a corner, of each axis
+
+/// Homography of all pairs with outliers weighted down (Cauchy weights, rescaled every round); nullopt where
+/// they carry none.
+std::optional<Homography> fit_with_outliers(const Points2& source, const Points2& destination) {
+  try {
+    HomographyOptions options;
+    HomographyFit fit = fit_homography(source, destination, options);
+    for (int round = 0; round < 10; ++round) {
+      std::vector<double> sizes;
+      for (const Vec2& r : fit.residuals) sizes.push_back(r.norm());
+      std::vector<double> sorted = sizes;
+      std::nth_element(sorted.begin(), sorted.begin() + std::ptrdiff_t(sorted.size() / 2), sorted.end());
+      const double scale = std::max(sorted[sorted.size() / 2], 1e-6);
+      options.weights.clear();
+      for (const double size : sizes) options.weights.push_back(1 / (1 + (size / scale) * (size / scale)));
+      fit = fit_homography(source, destination, options);
+    }
+    return fit.destination_from_source;
+  } catch (const Error&) {
+    return std::nullopt;
+  }
+}
+
+/// Camera pixel -> the board's squares: (column, row) of the printed grid.
+std::optional<Homography> squares_from_camera(const Detections& in_camera, const Chessboard& board) {
+  Points2 pixels, squares;
+  for (const Observation& o : in_camera.observations) {
+    pixels.push_back(o.pixel);
+    squares.push_back(Vec2(o.point % board.columns, o.point / board.columns));
+  }
+  if (pixels.size() < 4) return std::nullopt;
+  return fit_with_outliers(pixels, squares);
+}
+
+/// Is the place on the print, and how far from the nearest printed line, in camera pixels?
+class Print {
+ public:
+  Print(const Homography& squares_from_camera, const Chessboard& board)
+      : map_(squares_from_camera), board_(board) {}
+
+  std::optional<Vec2> square_at(const Vec2& pixel) const {
+    const auto at = map_.apply(pixel);
+    if (!at || at->x() <= -1 || at->y() <= -1 || at->x() >= board_.columns || at->y() >= board_.rows)
+      return std::nullopt;
+    return at;
+  }
+  double distance_to_line(const Vec2& pixel, const Vec2& at) const {
+    const Mat2 j = map_.jacobian(pixel);
+    return std::min(std::abs(at.x() - std::round(at.x())) / j.row(0).norm(),
+                    std::abs(at.y() - std::round(at.y())) / j.row(1).norm());
+  }
+
+ private:
+  Homography map_;
+  Chessboard board_;
+};
+
+/// One homography for the board's light, from the median codes of small cells: the spline takes up what it
+/// leaves.
+std::optional<Homography> projector_from_camera(const Print& print, const DecodedMap& decoded,
+                                                double border_px) {
+  struct Cell {
+    std::vector<double> x, y, u, v;
+  };
+  std::map<std::pair<int, int>, Cell> cells;
+  const ImageSize size = decoded.camera_size();
+  for (int y = 0; y < size.height; y += 2)
+    for (int x = 0; x < size.width; x += 2) {
+      const auto light = decoded.projector_pixel(x, y);
+      if (!light) continue;
+      const Vec2 pixel(x, y);
+      const auto at = print.square_at(pixel);
+      if (!at || print.distance_to_line(pixel, *at) < border_px) continue;
+      Cell& cell =
+          cells[{int(std::floor(at->x() * kCellsPerSquare)), int(std::floor(at->y() * kCellsPerSquare))}];
+      cell.x.push_back(x), cell.y.push_back(y), cell.u.push_back(light->x()), cell.v.push_back(light->y());
+    }
+  const auto median = [](std::vector<double>& v) {
+    std::nth_element(v.begin(), v.begin() + std::ptrdiff_t(v.size() / 2), v.end());
+    return v[v.size() / 2];
+  };
+  Points2 camera, projector;
+  for (auto& [index, cell] : cells) {
+    if (cell.x.size() < kFewestInCell) continue;
+    camera.push_back(Vec2(median(cell.x), median(cell.y)));
+    projector.push_back(Vec2(median(cell.u), median(cell.v)));
+  }
+  if (camera.size() < 8) return std::nullopt;
+  return fit_with_outliers(camera, projector);
+}
+
+/// The edges of one axis on the board as samples of what the homography leaves.
+struct AxisLight {
+  std::vector<FieldSample> samples;
+  int group_count = 0;
+};
+
+AxisLight light_along(StripeAxis axis, const std::vector<StripeEdge>& edges, const Print& print,
+                      const Homography& projector_from_camera, int step, const BoardLightOptions& options) {
+  const int row = axis == StripeAxis::kColumn ? 0 : 1;
+  AxisLight light;
+  std::map<std::tuple<int, int, int>, int> groups;  // stripe and square
+  for (const StripeEdge& edge : edges) {
+    if (edge.axis != axis) continue;
+    const auto at = print.square_at(edge.camera_pixel);
+    if (!at || print.distance_to_line(edge.camera_pixel, *at) < options.border_px) continue;
+    const auto mapped = projector_from_camera.apply(edge.camera_pixel);
+    if (!mapped) continue;
+    const double slope =
+        projector_from_camera.jacobian(edge.camera_pixel)(row, edge.scan == ScanAxis::kCameraX ? 0 : 1);
+    FieldSample sample;
+    sample.at = *at;
+    sample.value = edge.projector_coordinate - (*mapped)[row];
+    sample.sigma = std::abs(slope) * edge.sigma_px;
+    if (!(sample.sigma > 0)) continue;
+    sample.stripe = int(std::lround((edge.projector_coordinate + 0.5) / step));
+    const auto key = std::tuple(sample.stripe, int(std::floor(at->x())), int(std::floor(at->y())));
+    sample.group = groups.emplace(key, int(groups.size())).first->second;
+    light.samples.push_back(sample);
+  }
+  light.group_count = int(groups.size());
+  return light;
+}
+
+/// Edges in each square of the print, including the outer ones.
+class SquareCounts {
+ public:
+  SquareCounts(const AxisLight& light, const Chessboard& board)
+      : columns_(board.columns + 1), counts_(std::size_t((board.columns + 1) * (board.rows + 1))) {
+    for (const FieldSample& s : light.samples)
+      ++counts_[index(int(std::floor(s.at.x())), int(std::floor(s.at.y())))];
+  }
+  /// Do two squares that face each other across the corner both hold edges? Then light surrounds it: dark
+  /// print may reflect too little to be read.
+  bool surround(int column, int row) const {
+    const auto lit = [&](int c, int r) { return counts_[index(c, r)] >= kFewestEdges; };
+    return (lit(column - 1, row - 1) && lit(column, row)) || (lit(column, row - 1) && lit(column - 1, row));
+  }
+
+ private:
+  std::size_t index(int c, int r) const { return std::size_t((r + 1) * columns_ + c + 1); }
+  int columns_;
+  std::vector<int> counts_;
+};
+
+}  // namespace
+
+Detections project_board(const Detections& in_camera, const Chessboard& board, const DecodedMap& decoded,
+                         const std::vector<StripeEdge>& edges, const BoardLightOptions& options) {
+  require(in_camera.image_size == decoded.camera_size(),
+          "project_board: detections and decoded map differ in size");
+  Detections result;
+  result.image_size = decoded.projector_size;
+  const auto not_lit = [&](const std::string& why) {
+    result.diagnostics.warn("board_not_lit", why);
+    return result;
+  };
+  const auto to_squares = squares_from_camera(in_camera, board);
+  if (!to_squares) return not_lit("fewer than four corners of the board were found in the camera's image");
+  const Print print(*to_squares, board);
+  const auto base = projector_from_camera(print, decoded, options.border_px);
+  if (!base)
+    return not_lit(
+        "too little of the board carries readable stripes; light it fully by the projector, or expose "
+        "longer");
+
+  const Vec2 low(-1, -1), high(board.columns, board.rows);
+  std::vector<SmoothField> fields;
+  std::vector<SquareCounts> counts;
+  for (const StripeAxis axis : {StripeAxis::kColumn, StripeAxis::kRow}) {
+    AxisLight seen = light_along(axis, edges, print, *base, decoded.step, options);
+    fields.emplace_back(low, high, options.knot_squares);
+    if (int(seen.samples.size()) < 4 * fields.back().size())
+      return not_lit(
+          "too few stripe edges were read on the board; light it fully by the projector, or expose longer");
+    fields.back().fit(seen.samples, seen.group_count);
+    counts.emplace_back(seen, board);
+  }
+
+  int unlit = 0;
+  for (const Observation& corner : in_camera.observations) {
+    const int column = corner.point % board.columns, row = corner.point / board.columns;
+    const auto at = to_squares->apply(corner.pixel);
+    const auto mapped = base->apply(corner.pixel);
+    if (!at || !mapped || !counts[0].surround(column, row) || !counts[1].surround(column, row)) {
+      ++unlit;
+      continue;
+    }
+    const Mat2 squares_by_pixel = to_squares->jacobian(corner.pixel);
+    Mat2 jacobian = base->jacobian(corner.pixel);
+    Observation lit;
+    lit.point = corner.point;
+    for (int d = 0; d < 2; ++d) {
+      lit.pixel[d] = (*mapped)[d] + fields[std::size_t(d)].value(*at);
+      jacobian.row(d) += fields[std::size_t(d)].gradient(*at).transpose() * squares_by_pixel;
+    }
+    lit.covariance = jacobian * corner.covariance * jacobian.transpose();
+    for (int d = 0; d < 2; ++d) lit.covariance(d, d) += fields[std::size_t(d)].variance(*at);
+    result.observations.push_back(lit);
+  }
+  if (unlit > 0)
+    result.diagnostics.warn("corners_not_lit",
+                            std::to_string(unlit) + " of " + std::to_string(in_camera.observations.size()) +
+                                " corners are not surrounded by readable stripes and get no projector pixel");
+  return result;
+}
+
+}  // namespace procam::match

@@ -1,0 +1,184 @@
+#include "procam/detect/chessboard.hpp"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/LU>
+#include <opencv2/calib3d.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "rendered_board.hpp"
+#include "support/test_data.hpp"
+
+namespace procam {
+namespace {
+
+using detect::detect_chessboard;
+using test::BoardScene;
+
+cv::Mat as_mat(const ImageU8& image) {
+  return cv::Mat(image.height(), image.width(), CV_8U, const_cast<std::uint8_t*>(image.data())).clone();
+}
+
+/// RMS a coordinate against the nearest true corner.
+double rms_to_nearest(const std::vector<cv::Point2f>& found, const Points2& truth) {
+  double sum = 0;
+  for (const cv::Point2f& c : found) {
+    double nearest = 1e9;
+    for (const Vec2& t : truth) nearest = std::min(nearest, (t - Vec2(c.x, c.y)).squaredNorm());
+    sum += nearest;
+  }
+  return std::sqrt(sum / (2 * double(found.size())));
+}
+
+/// Does the order run right-handed in the image everywhere?
+bool right_handed(const Detections& d, const Chessboard& board) {
+  for (int r = 0; r + 1 < board.rows; ++r)
+    for (int c = 0; c + 1 < board.columns; ++c) {
+      const Vec2 o = d.observations[std::size_t(r * board.columns + c)].pixel;
+      const Vec2 x = d.observations[std::size_t(r * board.columns + c + 1)].pixel - o;
+      const Vec2 y = d.observations[std::size_t((r + 1) * board.columns + c)].pixel - o;
+      if (x.x() * y.y() - x.y() * y.x() <= 0) return false;
+    }
+  return true;
+}
+
+TEST(Chessboard, CornersAreRightToHundredthsWithAnHonestSigma) {
+  // 126 coordinates a scene: the mean of e^T C^-1 e / 2 scatters by 0.13; outside (1/2.25, 2.25), i.e. 1.5 in
+  // sigma, only if sigma is wrong (false alarm rate below 1e-6).
+  for (const auto& [blur, noise] : {std::pair(0.6, 2.0), std::pair(1.5, 3.0)}) {
+    BoardScene scene;
+    scene.blur_px = blur;
+    scene.noise = noise;
+    const ImageU8 image = test::render(scene);
+    const Points2 truth = test::true_corners(scene);
+    const Detections found = detect_chessboard(image, scene.board);
+    ASSERT_EQ(found.observations.size(), 63u);
+    Vec2 bias = Vec2::Zero();
+    double rms = 0, chi2 = 0;
+    for (const Observation& o : found.observations) {
+      const Vec2 e = o.pixel - truth[std::size_t(o.point)];
+      bias += e / 63;
+      rms += e.squaredNorm() / 126;
+      chi2 += e.dot(o.covariance.inverse() * e) / 126;
+    }
+    rms = std::sqrt(rms);
+    EXPECT_LT(bias.norm(), 0.005);
+    EXPECT_LT(rms, 0.02);
+    EXPECT_GT(chi2, 1 / 2.25);
+    EXPECT_LT(chi2, 2.25);
+
+    std::vector<cv::Point2f> peer;
+    ASSERT_TRUE(cv::findChessboardCornersSB(as_mat(image), cv::Size(7, 9), peer,
+                                            cv::CALIB_CB_NORMALIZE_IMAGE | cv::CALIB_CB_ACCURACY));
+    const double sector = rms_to_nearest(peer, truth);
+    cv::cornerSubPix(as_mat(image), peer, cv::Size(5, 5), cv::Size(-1, -1), cv::TermCriteria(3, 100, 1e-4));
+    const double subpix = rms_to_nearest(peer, truth);
+    EXPECT_LT(2 * rms, std::min(sector, subpix))
+        << "own " << rms << ", SB " << sector << ", cornerSubPix " << subpix;
+  }
+}
+
+TEST(Chessboard, OfOddAndEvenCountsKeepsItsFirstCornerUnderAnyTurn) {
+  for (const double turn : {0.2, 1.7, 3.1, -1.4}) {
+    BoardScene scene;
+    scene.board = {7, 6, 0.075};
+    scene.camera_from_board = scene.facing(Vec3(0.1, -0.05, turn), Vec3(0.02, -0.015, 1.5));
+    const Detections found = detect_chessboard(test::render(scene), scene.board);
+    ASSERT_EQ(found.observations.size(), 42u) << turn;
+    const Points2 truth = test::true_corners(scene);
+    for (const Observation& o : found.observations)
+      EXPECT_LT((o.pixel - truth[std::size_t(o.point)]).norm(), 0.1) << turn;
+  }
+}
+
+TEST(Chessboard, ThatLooksTheSameTurnedStartsAtTheTopLeftAndIsNeverMirrored) {
+  for (const Chessboard& board : {Chessboard{7, 9, 0.06}, Chessboard{6, 6, 0.075}})
+    for (const double turn : {0.1, 1.8, 3.3}) {
+      BoardScene scene;
+      scene.board = board;
+      scene.camera_from_board = scene.facing(Vec3(0.1, -0.05, turn), Vec3(0.02, -0.015, 1.5));
+      const Detections found = detect_chessboard(test::render(scene), board);
+      ASSERT_EQ(int(found.observations.size()), board.size()) << turn;
+      EXPECT_TRUE(right_handed(found, board)) << turn;
+      EXPECT_LT(found.observations.front().pixel.sum(), found.observations.back().pixel.sum()) << turn;
+      const Points2 truth = test::true_corners(scene);
+      double nearest = 1e9;
+      for (const Vec2& t : truth) nearest = std::min(nearest, (t - found.observations.front().pixel).norm());
+      EXPECT_LT(nearest, 0.1);
+    }
+}
+
+TEST(Chessboard, NamesTheCountsThatAreThere) {
+  const BoardScene scene;
+  const ImageU8 image = test::render(scene);
+  for (const Chessboard& asked :
+       {Chessboard{6, 8, 0.075}, Chessboard{8, 9, 0.075}, Chessboard{5, 9, 0.075}}) {
+    const Detections found = detect_chessboard(image, asked);
+    EXPECT_TRUE(found.observations.empty());
+    const Diagnostic* remark = found.diagnostics.find("board_counts_differ");
+    ASSERT_NE(remark, nullptr) << asked.columns << "x" << asked.rows;
+    EXPECT_NE(remark->message.find("7x9"), std::string::npos) << remark->message;
+  }
+  EXPECT_EQ(detect_chessboard(image, {9, 7, 0.075}).observations.size(), 63u)
+      << "a quarter turn is the same print";
+}
+
+TEST(Chessboard, SaysThatThereIsNone) {
+  const ImageU8 grey(320, 240, 1, 128);
+  const Detections found = detect_chessboard(grey, {7, 9, 0.075});
+  EXPECT_TRUE(found.observations.empty());
+  EXPECT_NE(found.diagnostics.find("board_not_found"), nullptr);
+  EXPECT_THROW(detect_chessboard(ViewU8(), {7, 9, 0.075}), std::invalid_argument);
+  EXPECT_THROW(detect_chessboard(grey, {2, 9, 0.075}), std::invalid_argument);
+}
+
+TEST(Chessboard, FindsEveryCornerOfRealBoards) {
+  PROCAM_REQUIRE_TEST_DATA("graycode/capture_0");
+  const Chessboard board{7, 9, 0.075};
+  for (int i = 0; i < 5; ++i) {
+    const auto file = test::test_data() / ("graycode/capture_" + std::to_string(i)) / "graycode_40.png";
+    const cv::Mat image = cv::imread(file.string(), cv::IMREAD_GRAYSCALE);
+    const Detections found = detect_chessboard(ViewU8(image.data, image.cols, image.rows), board);
+    ASSERT_EQ(found.observations.size(), 63u) << file;
+    EXPECT_TRUE(right_handed(found, board)) << file;
+    EXPECT_TRUE(found.diagnostics.items.empty()) << file;
+  }
+}
+
+TEST(Chessboard, CalibratesARealCameraBetterThanItsFinder) {
+  PROCAM_REQUIRE_TEST_DATA("chessboard/left01.jpg");
+  const Chessboard board{9, 6, 1};
+  std::vector<cv::Point3f> points;
+  for (const Vec3& p : points_in_board(board)) points.emplace_back(float(p.x()), float(p.y()), 0.f);
+  std::vector<std::vector<cv::Point3f>> objects;
+  std::vector<std::vector<cv::Point2f>> own, peer;
+  for (int i = 1; i <= 14; ++i) {
+    if (i == 10) continue;  // there is none
+    const std::string name =
+        std::string("chessboard/left") + (i < 10 ? "0" : "") + std::to_string(i) + ".jpg";
+    const cv::Mat image = cv::imread((test::test_data() / name).string(), cv::IMREAD_GRAYSCALE);
+    const Detections found = detect_chessboard(ViewU8(image.data, image.cols, image.rows), board);
+    ASSERT_EQ(found.observations.size(), 54u) << name;
+    std::vector<cv::Point2f> pixels;
+    for (const Observation& o : found.observations)
+      pixels.emplace_back(float(o.pixel.x()), float(o.pixel.y()));
+    std::vector<cv::Point2f> by_peer;
+    const int flags = cv::CALIB_CB_NORMALIZE_IMAGE | cv::CALIB_CB_EXHAUSTIVE | cv::CALIB_CB_ACCURACY;
+    if (!cv::findChessboardCornersSB(image, cv::Size(9, 6), by_peer, flags)) continue;
+    objects.push_back(points), own.push_back(pixels), peer.push_back(by_peer);
+  }
+  ASSERT_GE(objects.size(), 10u);
+  const auto rms = [&](const std::vector<std::vector<cv::Point2f>>& pixels) {
+    cv::Mat k, d;
+    std::vector<cv::Mat> r, t;
+    return cv::calibrateCamera(objects, pixels, cv::Size(640, 480), k, d, r, t);
+  };
+  const double with_own = rms(own), with_peer = rms(peer);
+  RecordProperty("rms_px", std::to_string(with_own));
+  RecordProperty("finder_rms_px", std::to_string(with_peer));
+  EXPECT_LT(with_own, with_peer);
+}
+
+}  // namespace
+}  // namespace procam

@@ -1,0 +1,37 @@
+#pragma once
+/// What the camera records while the projector shows its frames.
+///
+///   light(u, v)  = frame * tent * gaussian(projector_blur_px)          * is convolution, (u, v) projector
+///   pixel level        = exposure * albedo * (ambient + light * cos / d^2)   mean over samples_per_axis^2
+///   rays a pixel grey         = round(clamp(level * gaussian(camera_blur_px) + noise, 0, 255))
+///
+/// A projector pixel is a tent (linear interpolation between pixel centres), the light of a square pixel
+/// through a lens in focus. Edges of the chessboard are integrated over each ray's share of the camera pixel,
+/// so they lie right to a few thousandths of a pixel. The board's outline and its shadow are sampled, without
+/// that care.
+#include <cstdint>
+#include <vector>
+
+#include "procam/core/decoded_map.hpp"
+#include "procam/simulate/world.hpp"
+
+namespace procam::simulate {
+
+struct CaptureOptions {
+  /// Grey level of the brightest corner of the sheet under full projector light: sets the exposure of the
+  /// view.
+  double brightest_grey = 200;
+  double camera_blur_px = 0;     ///< sigma of the camera's lens, camera pixels
+  double projector_blur_px = 0;  ///< sigma of the projector's lens, projector pixels
+  NoiseModel noise{0, 0};        ///< Gaussian; variance of a grey value
+  std::uint64_t seed = 0;        ///< of the noise
+  int samples_per_axis = 3;      ///< rays a camera pixel, squared
+  int threads = 0;               ///< 0: as many as the machine has. The result does not depend on it
+};
+
+/// One capture a projector frame (one channel, the projector's size, 0 dark .. 255 full light). Throws
+/// std::invalid_argument for frames of another size, options out of range, or a sheet that no light reaches.
+std::vector<ImageU8> capture(const World& world, const std::vector<ImageU8>& projector_frames,
+                             const CaptureOptions& options = {});
+
+}  // namespace procam::simulate

@@ -1,0 +1,56 @@
+#pragma once
+/// A small true world: a rig before a printed chessboard, a wall behind the board. And the truth about it,
+/// from direct projection: where each board corner is in the camera's and the projector's picture, and which
+/// projector pixel lights what a camera pixel sees.
+///
+/// Light: the projector sends the same intensity in all directions, its irradiance on a surface at distance d
+/// and angle a is cos(a) / d^2 (1 at one metre, straight on). Surfaces are Lambertian and do not light each
+/// other; the board throws a shadow on the wall. ambient light falls on everything alike.
+#include <optional>
+#include <vector>
+
+#include "procam/core/image.hpp"
+#include "procam/core/observation.hpp"
+#include "procam/core/rig.hpp"
+
+namespace procam::simulate {
+
+/// A chessboard printed on a white sheet. (columns + 1) x (rows + 1) squares, the one that ends at the
+/// board's origin is black. The back of the sheet is white.
+struct PrintedBoard {
+  Chessboard layout;
+  double margin = 0.04;       ///< white paper beyond the outer squares, metres
+  double white_albedo = 0.8;  ///< 0..1
+  double black_albedo = 0.06;
+};
+
+struct World {
+  Rig rig;  ///< one camera, one projector
+  PrintedBoard board;
+  Pose rig_from_board;
+  Plane wall_in_rig{Vec3(0, 0, -1), 3};
+  double wall_albedo = 0.6;
+  double ambient = 0;  ///< irradiance, in units of the projector's at one metre
+};
+
+/// The sheet's corners in the board's frame, clockwise from the origin's, metres.
+Points3 sheet_corners_in_board(const PrintedBoard& board);
+
+/// The board's points that fall on the camera's image / that the projector's picture covers, at their exact
+/// pixels. Occlusion is left aside: nothing stands before the board.
+std::vector<Observation> board_in_camera(const World& world);
+std::vector<Observation> board_in_projector(const World& world);
+
+/// The projector pixel whose light falls on the surface point that a camera pixel sees; nullopt where the
+/// camera sees nothing, or where no projector light arrives (outside its picture, in the board's shadow, from
+/// behind).
+std::optional<Vec2> projector_pixel_seen_at(const World& world, const Vec2& camera_pixel);
+
+/// projector_pixel_seen_at() for the centres of all camera pixels.
+struct ProjectorMap {
+  ImageF pixel;  ///< two channels, x and y; 0 where not lit
+  ImageU8 lit;   ///< 1 where projector light arrives, else 0
+};
+ProjectorMap projector_map(const World& world);
+
+}  // namespace procam::simulate

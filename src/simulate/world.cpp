@@ -1,0 +1,66 @@
+#include "procam/simulate/world.hpp"
+
+#include "scene.hpp"
+
+namespace procam::simulate {
+namespace {
+
+std::optional<Vec2> lit_pixel(const internal::Scene& scene, const Vec2& camera_pixel) {
+  const std::optional<Vec3> direction = scene.camera().unproject(camera_pixel);
+  if (!direction) return std::nullopt;
+  const std::optional<internal::Hit> hit = scene.hit(*direction);
+  if (!hit) return std::nullopt;
+  const std::optional<internal::Lighting> lighting = scene.lighting(*hit);
+  if (!lighting || !scene.projector().size().contains(lighting->projector_pixel)) return std::nullopt;
+  return lighting->projector_pixel;
+}
+
+std::vector<Observation> observe(const Camera& device, const Pose& device_from_board,
+                                 const Chessboard& board) {
+  std::vector<Observation> observations;
+  for (int i = 0; i < board.size(); ++i) {
+    const std::optional<Vec2> pixel = device.project(device_from_board * board.point_in_board(i));
+    if (pixel && device.size.contains(*pixel)) observations.push_back({i, *pixel});
+  }
+  return observations;
+}
+
+}  // namespace
+
+Points3 sheet_corners_in_board(const PrintedBoard& board) {
+  const double edge = board.layout.square_size + board.margin;
+  const double right = (board.layout.columns - 1) * board.layout.square_size + edge;
+  const double bottom = (board.layout.rows - 1) * board.layout.square_size + edge;
+  return {Vec3(-edge, -edge, 0), Vec3(right, -edge, 0), Vec3(right, bottom, 0), Vec3(-edge, bottom, 0)};
+}
+
+std::vector<Observation> board_in_camera(const World& world) {
+  const RigCamera& camera = world.rig.camera();
+  return observe(camera.camera, camera.rig_from_camera.inverse() * world.rig_from_board, world.board.layout);
+}
+
+std::vector<Observation> board_in_projector(const World& world) {
+  const RigProjector& projector = world.rig.projector();
+  return observe(projector.projector.inverse_camera,
+                 projector.rig_from_projector.inverse() * world.rig_from_board, world.board.layout);
+}
+
+std::optional<Vec2> projector_pixel_seen_at(const World& world, const Vec2& camera_pixel) {
+  return lit_pixel(internal::Scene(world), camera_pixel);
+}
+
+ProjectorMap projector_map(const World& world) {
+  const internal::Scene scene(world);
+  const ImageSize size = scene.camera().size;
+  ProjectorMap map{ImageF(size, 2), ImageU8(size)};
+  for (int y = 0; y < size.height; ++y)
+    for (int x = 0; x < size.width; ++x)
+      if (const auto pixel = lit_pixel(scene, Vec2(x, y))) {
+        map.pixel.at(x, y, 0) = float(pixel->x());
+        map.pixel.at(x, y, 1) = float(pixel->y());
+        map.lit.at(x, y) = 1;
+      }
+  return map;
+}
+
+}  // namespace procam::simulate

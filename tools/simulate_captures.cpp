@@ -1,0 +1,155 @@
+// simulate-captures: a calibration session from a seed, as a camera would have recorded it, with the truth.
+#include <CLI/CLI.hpp>
+#include <cstdint>
+#include <filesystem>
+#include <system_error>
+
+#include "common/cli.hpp"
+#include "procam/io/captures.hpp"
+#include "procam/io/images.hpp"
+#include "procam/io/pose_file.hpp"
+#include "procam/io/rig_file.hpp"
+#include "procam/io/text.hpp"
+#include "procam/simulate/session.hpp"
+
+namespace procam::tools {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Flags {
+  std::uint64_t seed = 1;
+  simulate::Level level = simulate::Level::kEasy;
+  int views = 0;  ///< 0: all
+  std::string output;
+  bool force = false;
+};
+
+void declare(CLI::App& app, Flags& flags) {
+  app.add_option("--seed", flags.seed, "equal seeds make equal sessions")->capture_default_str();
+  add_parsed(
+      app, "--level", [&](const std::string& text) { flags.level = simulate::level_named(text); },
+      "easy | paper | hard (default easy)");
+  app.add_option("-o,--output", flags.output,
+                 "folder to make: view_00/frame_00.png ..., session.json, truth.json")
+      ->required();
+  app.add_option("--views", flags.views, "make only the first N views (default: all of the level)")
+      ->check(CLI::Range(1, 1000));
+  app.add_flag("--force", flags.force, "replace an earlier simulated session");
+}
+
+Error cannot_write(const fs::path& path, const std::string& why) {
+  return Error(ErrorKind::kIo, "output folder " + path.string(), why, "choose another folder with -o");
+}
+
+/// A folder under a temporary name beside its place: moved there whole, or removed.
+class FolderInTheMaking {
+ public:
+  FolderInTheMaking(fs::path place, bool force) : place_(std::move(place)) {
+    if (place_.filename().empty()) place_ = place_.parent_path();  // "DIR/"
+    std::error_code error;
+    const bool occupied =
+        fs::exists(place_, error) && !(fs::is_directory(place_, error) && fs::is_empty(place_, error));
+    if (occupied && !force)
+      throw Error(ErrorKind::kIo, "output folder " + place_.string(), "it exists and is not empty",
+                  "choose another folder with -o, or replace it with --force");
+    // Only what this tool made is ever removed.
+    if (occupied && !(fs::is_regular_file(place_ / "session.json", error) &&
+                      fs::is_regular_file(place_ / "truth.json", error)))
+      throw cannot_write(place_,
+                         "it exists and is no simulated session (session.json and truth.json), so it is not "
+                         "replaced");
+    work_ = place_;
+    work_ += ".partial";
+    if (!place_.parent_path().empty()) fs::create_directories(place_.parent_path(), error);
+    if (error) throw cannot_write(place_, error.message());
+    if (!fs::create_directory(work_, error))
+      throw cannot_write(place_, error ? error.message()
+                                       : work_.string() +
+                                             " is there: another run is at work, or was killed (then "
+                                             "remove it)");
+  }
+  ~FolderInTheMaking() {
+    std::error_code ignored;
+    if (!work_.empty()) fs::remove_all(work_, ignored);
+  }
+  FolderInTheMaking(const FolderInTheMaking&) = delete;
+  FolderInTheMaking& operator=(const FolderInTheMaking&) = delete;
+
+  const fs::path& path() const { return work_; }
+
+  void finish() {
+    std::error_code error;
+    fs::remove_all(place_, error);
+    if (!error) fs::rename(work_, place_, error);
+    if (error) throw cannot_write(place_, error.message());
+    work_.clear();
+  }
+
+ private:
+  fs::path place_, work_;
+};
+
+std::string numbered(const std::string& stem, std::size_t number) {
+  return stem + (number < 10 ? "_0" : "_") + std::to_string(number);
+}
+
+void write_view(const simulate::Session& session, std::size_t view, const fs::path& folder) {
+  fs::create_directory(folder);
+  const std::vector<ImageU8> captures = simulate::capture_view(session, view);
+  for (std::size_t frame = 0; frame < captures.size(); ++frame)
+    io::save_image(folder / (numbered("frame", frame) + ".png"), captures[frame]);
+  io::save_pose(folder / "truth_pose.json",
+                {"rig", "board", PoseWithCovariance{session.views[view].rig_from_board}});
+}
+
+ExitCode simulate_captures(const Flags& flags, Console& console) {
+  const simulate::Session session = simulate::make_session(flags.level, flags.seed);
+  const std::size_t views =
+      flags.views > 0 ? std::min(std::size_t(flags.views), session.views.size()) : session.views.size();
+  FolderInTheMaking folder(flags.output, flags.force);
+  for (std::size_t view = 0; view < views; ++view) {
+    console.progress("views", int(view), int(views));
+    write_view(session, view, folder.path() / numbered("view", view));
+  }
+  const ImageSize projector_size = session.gray_code.projector_size;
+  io::save_session(folder.path(), {"gray", projector_size, session.board().layout, session.gray_code.step});
+  Rig truth = session.rig();
+  truth.provenance.tool = "simulate-captures";
+  truth.provenance.options = {{"seed", std::to_string(flags.seed)},
+                              {"level", simulate::to_string(flags.level)}};
+  io::save_rig(folder.path() / "truth.json", truth);
+  console.progress("views", int(views), int(views));
+  folder.finish();
+
+  const std::string board = io::format_board(session.board().layout);
+  const int frames = pattern::frame_count(session.gray_code);
+  console.say(std::to_string(views) + " views of " + std::to_string(frames) + " frames, board " + board +
+              ", projector " + io::format_size(projector_size) + ": " + flags.output);
+  console.say("the true rig is in truth.json, the true board poses in view_*/truth_pose.json");
+  Summary& summary = console.summary();
+  summary.set("/output", flags.output);
+  summary.set("/level", simulate::to_string(flags.level));
+  summary.set("/seed", std::to_string(flags.seed));
+  summary.set("/views", int(views));
+  summary.set("/frames_per_view", frames);
+  summary.set("/board", board);
+  summary.set("/projector_size", io::format_size(projector_size));
+  return ExitCode::kOk;
+}
+
+}  // namespace
+}  // namespace procam::tools
+
+int main(int argc, char** argv) {
+  using namespace procam::tools;
+  Flags flags;
+  return run_tool(
+      argc, argv,
+      {"simulate-captures",
+       "Makes the captures of a projector-camera calibration session from a seed, with the true rig beside "
+       "them.",
+       "simulate-captures --seed 7 --level easy -o session"},
+      [&](CLI::App& app) { declare(app, flags); },
+      [&](Console& console) { return simulate_captures(flags, console); });
+}

@@ -1,0 +1,50 @@
+#pragma once
+/// Draws a scene into a projector's frame on the CPU: the reference for every other renderer.
+///
+///   Scene scene;
+///   scene.items.push_back({solved.placement, picture});
+///   ImageU8 frame = render::render(scene, projector);
+///
+/// Each pixel's light is followed outwards: through the lens, onto the surface's plane, into the content.
+/// With d the direction of the pixel's ray in the projector's frame, the content's homogeneous coordinates
+/// are
+///
+///   q = (u, v, 1) / depth = plane_from_content^-1 [r1 r2 t]^-1 d,     projector_from_surface = [r1 r2 r3 |
+///   t],
+///
+/// with q_3 > 0 exactly where the ray meets the surface in front of the projector: what lies behind or beyond
+/// the horizon is not drawn. For pixel surfaces d = (x, y, 1) and q = pixel_from_content^-1 d. Skew and lens
+/// distortion are followed to 1e-3 px (kLensTolerancePx; exact where the lens has none).
+///
+/// A pixel shows the mean of the content over the pixel's own footprint (perspective included), which has no
+/// aliasing at grazing angles or strong minification; where the content is magnified or shown 1:1 it is
+/// interpolated bilinearly, and 1:1 on the pixel grid comes out unchanged. Edges of the content are
+/// antialiased by the exact share of the pixel that they cover. Content may carry straight alpha.
+///
+/// Pixels: see docs/conventions.md. The same pixels come out whatever the number of threads.
+#include "procam/core/projector.hpp"
+#include "procam/core/scene.hpp"
+
+namespace procam::render {
+
+/// How far the lens map used for drawing may be from the projector's model, in projector pixels.
+inline constexpr double kLensTolerancePx = 1e-3;
+
+struct RenderOptions {
+  /// Average light rather than numbers: 8-bit values are taken as sRGB, decoded, averaged, encoded. A wall
+  /// averages light, so fine black and white lines seen from afar keep their brightness only this way. Off
+  /// for content whose numbers are not colours (codes, masks), which is then averaged as it stands.
+  bool linear_light = true;
+  int threads = 0;  ///< 0: as many as the machine has
+};
+
+/// Draws into a frame of the projector's size with 3 channels (RGB); every pixel is written.
+/// Throws std::invalid_argument for a frame of another shape or content that is empty or has 2 or more than 4
+/// channels.
+void render(const Scene& scene, const Projector& projector, ImageView<std::uint8_t> frame,
+            const RenderOptions& options = {});
+
+/// The same into a new frame.
+ImageU8 render(const Scene& scene, const Projector& projector, const RenderOptions& options = {});
+
+}  // namespace procam::render

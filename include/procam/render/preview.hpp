@@ -1,0 +1,28 @@
+#pragma once
+/// What a person in the room would see: the placed surfaces with the frame's light on them.
+///
+/// Each pixel of the view is followed to the nearest surface and from there to the projector's pixel that
+/// lights it. A surface is shown as a grey patch a little larger than its content; where the projector's
+/// picture falls on it, black is not quite black. Geometry is exact; brightness is not (no falloff, no
+/// shadows of one surface on another).
+#include "procam/render/cpu.hpp"
+
+namespace procam::render {
+
+/// Where a person stands, relative to the projector.
+struct Viewpoint {
+  Camera camera;
+  Pose camera_from_projector;
+};
+
+/// In front of the scene's planar surfaces, looking along their mean normal from the side they are read from,
+/// upright as they are read, far enough back to see all of them. nullopt when none of them is planar.
+std::optional<Viewpoint> facing_viewpoint(const Scene& scene, ImageSize size = {960, 640});
+
+/// The view, RGB, of the camera's size. `frame` is what the projector shows (RGB, the projector's size).
+/// Pixel surfaces have no place in the room and are left out. Throws std::invalid_argument for a frame of
+/// another shape.
+ImageU8 preview(const Scene& scene, const Projector& projector, ViewU8 frame, const Viewpoint& viewpoint,
+                const RenderOptions& options = {});
+
+}  // namespace procam::render

@@ -1,0 +1,97 @@
+#include "pairs.hpp"
+
+#include <cmath>
+
+#include "procam/core/homography_fit.hpp"
+
+namespace procam::surface {
+
+namespace {
+
+HomographyFit fit(const Surface& surface, const Points2& content, const Points2& destination,
+                  const std::vector<double>& weights) {
+  HomographyOptions options;
+  options.weights = weights;
+  try {
+    return fit_homography(content, destination, options);
+  } catch (const Error& error) {
+    throw Error(error.kind(), "surface '" + surface.name + "'", error.subject() + ": " + error.why(),
+                error.next());
+  }
+}
+
+std::string rounded(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.3g", value);
+  return text;
+}
+
+}  // namespace
+
+SolvedPairs solve_pairs(const Surface& surface, const Points2& content, const Points2& destination) {
+  const std::string name = "surface '" + surface.name + "'";
+  if (content.size() != destination.size())
+    throw Error(ErrorKind::kInput, name,
+                "it has " + std::to_string(content.size()) + " source points but " +
+                    std::to_string(destination.size()) + " destination points",
+                "give as many of one as of the other, in the same order");
+  if (content.size() < 4)
+    throw Error(ErrorKind::kNotEnoughData, name,
+                "it has " + std::to_string(content.size()) + " pairs of points",
+                "give at least four, no three of them on one line");
+  if (!surface.weights.empty()) {
+    bool usable = surface.weights.size() == content.size();
+    for (const double weight : surface.weights) usable = usable && weight >= 0 && std::isfinite(weight);
+    if (!usable)
+      throw Error(ErrorKind::kInput, name, "its weights are not one finite number >= 0 a pair",
+                  "give " + std::to_string(content.size()) + " weights, or none");
+  }
+  const HomographyFit solved = fit(surface, content, destination, surface.weights);
+  SolvedPairs result{solved.destination_from_source.matrix(), solved.rmse, {}};
+  for (const Vec2& residual : solved.residuals) result.residuals.push_back(residual.norm());
+  return result;
+}
+
+void warn_of_outlying_pair(const Surface& surface, const Points2& content, const Points2& destination,
+                           double unit, const char* unit_name, double smallest, double false_alarm_rate,
+                           Diagnostics& diagnostics) {
+  std::vector<double> weights = surface.weights;
+  if (weights.empty()) weights.assign(content.size(), 1);
+  int used = 0;
+  for (const double weight : weights) used += weight > 0;
+  const int freedom = 2 * (used - 1) - 8;
+  if (freedom <= 0) return;
+
+  const auto weighted_squares = [](const HomographyFit& solved, const std::vector<double>& w) {
+    double sum = 0;
+    for (std::size_t i = 0; i < w.size(); ++i) sum += w[i] * solved.residuals[i].squaredNorm();
+    return sum;
+  };
+  const double all = weighted_squares(fit(surface, content, destination, weights), weights);
+  double least_chance = 1, deviation = 0;
+  std::size_t outlying = 0;
+  for (std::size_t k = 0; k < weights.size(); ++k) {
+    if (weights[k] == 0) continue;
+    std::vector<double> others = weights;
+    others[k] = 0;
+    std::optional<HomographyFit> without;
+    try {
+      without = fit(surface, content, destination, others);
+    } catch (const Error&) {
+      continue;  // the others alone do not carry a homography: nothing can be said against this pair
+    }
+    const double chance = std::pow(std::min(1.0, weighted_squares(*without, others) / all), 0.5 * freedom);
+    if (chance < least_chance) {
+      least_chance = chance;
+      outlying = k;
+      deviation = without->residuals[k].norm() / unit;
+    }
+  }
+  if (least_chance * used < false_alarm_rate && deviation > smallest)
+    diagnostics.warn("outlying_pair", "pair " + std::to_string(outlying) + " lies " + rounded(deviation) +
+                                          " " + unit_name + " from where the other " +
+                                          std::to_string(used - 1) +
+                                          " pairs put it; measure it again or leave it out");
+}
+
+}  // namespace procam::surface

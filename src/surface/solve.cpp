@@ -1,0 +1,101 @@
+#include "procam/surface/solve.hpp"
+
+#include <set>
+
+#include "pairs.hpp"
+#include "visibility.hpp"
+
+namespace procam::surface {
+
+namespace {
+
+void require_names(const SurfaceSet& set) {
+  std::set<std::string> names;
+  for (const Surface& surface : set.surfaces) {
+    if (surface.name.empty())
+      throw Error(ErrorKind::kInput, "surface " + std::to_string(&surface - set.surfaces.data()),
+                  "it has no name", "give every surface a name of its own");
+    if (!names.insert(surface.name).second)
+      throw Error(ErrorKind::kInput, "surface '" + surface.name + "'", "two surfaces have this name",
+                  "give every surface a name of its own");
+  }
+}
+
+Pose projector_from_frame(const Surface& surface, const std::string& frame, const RigProjector& projector,
+                          const std::optional<Pose>& projector_from_world) {
+  if (frame == "projector") return Pose::identity();
+  if (frame == "rig") return projector.rig_from_projector.inverse();
+  if (frame != "world")
+    throw Error(ErrorKind::kInput, "surface '" + surface.name + "'",
+                "it is placed in the unknown frame '" + frame + "'", "use world, rig or projector");
+  if (!projector_from_world)
+    throw Error(ErrorKind::kInput, "surface '" + surface.name + "'",
+                "it is placed in the world, and where the projector stands there is not known",
+                "give --pose with projector_from_world");
+  return *projector_from_world;
+}
+
+SolvedSurface solve(const Surface& surface, const PlanarSurface& planar, const RigProjector& projector,
+                    const std::optional<Pose>& projector_from_world, const SolveOptions& options) {
+  const Pose projector_from_surface =
+      projector_from_frame(surface, planar.frame, projector, projector_from_world) *
+      planar.frame_from_surface;
+  if (!projector_from_surface.is_finite())
+    throw Error(ErrorKind::kInput, "surface '" + surface.name + "'", "its pose is not finite",
+                "correct the pose");
+  const SolvedPairs pairs = solve_pairs(surface, planar.content, planar.points);
+  SolvedSurface solved;
+  solved.placement = PlacedPlane{pairs.destination_from_content, projector_from_surface.normalized()};
+  solved.rms = pairs.rms;
+  solved.residuals = pairs.residuals;
+  warn_of_outlying_pair(surface, planar.content, planar.points, 1e-3, "mm", options.smallest_outlier_mm,
+                        options.false_alarm_rate, solved.diagnostics);
+  return solved;
+}
+
+SolvedSurface solve(const Surface& surface, const PixelSurface& pixel, const RigProjector&,
+                    const std::optional<Pose>&, const SolveOptions& options) {
+  const SolvedPairs pairs = solve_pairs(surface, pixel.content, pixel.pixels);
+  SolvedSurface solved;
+  solved.placement = PlacedPixels{pairs.destination_from_content};
+  solved.rms = pairs.rms;
+  solved.residuals = pairs.residuals;
+  warn_of_outlying_pair(surface, pixel.content, pixel.pixels, 1, "px", options.smallest_outlier_px,
+                        options.false_alarm_rate, solved.diagnostics);
+  return solved;
+}
+
+}  // namespace
+
+SolvedSurfaceSet solve_surfaces(const SurfaceSet& set, const RigProjector& projector,
+                                const std::optional<Pose>& projector_from_world,
+                                const SolveOptions& options) {
+  require_names(set);
+  SolvedSurfaceSet result;
+  result.projector = projector.name;
+  for (const Surface& surface : set.surfaces) {
+    SolvedSurface solved = std::visit(
+        [&](const auto& geometry) {
+          return solve(surface, geometry, projector, projector_from_world, options);
+        },
+        surface.geometry);
+    solved.surface = surface;
+    look_at(projector.projector, options, solved);
+    const auto* planar = std::get_if<PlanarSurface>(&surface.geometry);
+    if (planar && planar->frame == "world") result.projector_from_world = projector_from_world;
+    result.surfaces.push_back(std::move(solved));
+  }
+  return result;
+}
+
+Diagnostics diagnostics_of(const SolvedSurfaceSet& solved) {
+  Diagnostics all;
+  for (const SolvedSurface& surface : solved.surfaces)
+    for (Diagnostic item : surface.diagnostics.items) {
+      item.message = "surface '" + surface.surface.name + "': " + item.message;
+      all.items.push_back(std::move(item));
+    }
+  return all;
+}
+
+}  // namespace procam::surface

@@ -1,0 +1,149 @@
+#include "visibility.hpp"
+
+#include <Eigen/SVD>
+#include <cmath>
+
+#include "procam/core/homography.hpp"
+
+namespace procam::surface {
+
+namespace {
+
+constexpr int kSamples = 128;  ///< a side of the content, for the covered share: it is right to about 1/128
+
+std::optional<Vec2> in_plane(const Mat3& destination_from_content, const Vec2& uv) {
+  return Homography(destination_from_content).apply(uv);
+}
+
+/// Content position -> projector pixel; nullopt where no light can go.
+std::optional<Vec2> lighting_pixel(const Projector& projector, const PlacedPixels& placed, const Vec2& uv) {
+  (void)projector;
+  return in_plane(placed.pixel_from_content, uv);
+}
+std::optional<Vec2> lighting_pixel(const Projector& projector, const PlacedPlane& placed, const Vec2& uv) {
+  const std::optional<Vec2> p = in_plane(placed.plane_from_content, uv);
+  if (!p) return std::nullopt;
+  return projector.pixel_lighting(placed.projector_from_surface * Vec3(p->x(), p->y(), 0));
+}
+
+template <typename Placed>
+double covered_share(const Projector& projector, const Placed& placed) {
+  int covered = 0;
+  for (int j = 0; j < kSamples; ++j)
+    for (int i = 0; i < kSamples; ++i) {
+      const auto pixel = lighting_pixel(projector, placed, Vec2(i + 0.5, j + 0.5) / kSamples);
+      covered += pixel && projector.size().contains(*pixel);
+    }
+  return double(covered) / (kSamples * kSamples);
+}
+
+template <typename Placed>
+std::optional<Points2> corners(const Projector& projector, const Placed& placed) {
+  Points2 result;
+  for (const Vec2& uv : {Vec2(0, 0), Vec2(1, 0), Vec2(1, 1), Vec2(0, 1)}) {
+    const auto pixel = lighting_pixel(projector, placed, uv);
+    if (!pixel) return std::nullopt;
+    result.push_back(*pixel);
+  }
+  return result;
+}
+
+/// The singular values of d (mm on the surface) / d (pixel), over the part of the content inside the picture.
+void measure_pixels(const Projector& projector, const PlacedPlane& placed, Visibility& visibility) {
+  constexpr int kGrid = 16;
+  for (int j = 0; j <= kGrid; ++j)
+    for (int i = 0; i <= kGrid; ++i) {
+      const auto p = in_plane(placed.plane_from_content, Vec2(i, j) / kGrid);
+      if (!p) continue;
+      const auto pixel_at = [&](double dx, double dy) {
+        return projector.pixel_lighting(placed.projector_from_surface * Vec3(p->x() + dx, p->y() + dy, 0));
+      };
+      const auto centre = pixel_at(0, 0);
+      if (!centre || !projector.size().contains(*centre)) continue;
+      constexpr double kStep = 1e-5;  // metres: central differences, good to 1e-8 of the value
+      const auto right = pixel_at(kStep, 0), left = pixel_at(-kStep, 0), below = pixel_at(0, kStep),
+                 above = pixel_at(0, -kStep);
+      if (!right || !left || !below || !above) continue;
+      Mat2 pixel_by_metre;
+      pixel_by_metre << *right - *left, *below - *above;
+      pixel_by_metre /= 2 * kStep;
+      const Vec2 stretch = Eigen::JacobiSVD<Mat2>(pixel_by_metre).singularValues();
+      if (!(stretch[1] > 0)) continue;
+      const double finest = 1e3 / stretch[0], coarsest = 1e3 / stretch[1];
+      visibility.mm_per_pixel_min =
+          visibility.mm_per_pixel_max == 0 ? finest : std::min(visibility.mm_per_pixel_min, finest);
+      visibility.mm_per_pixel_max = std::max(visibility.mm_per_pixel_max, coarsest);
+    }
+}
+
+/// Can light of the projector meet the plane of the content at all, and from which side?
+bool judge_side(const PlacedPlane& placed, const SolveOptions& options, Visibility& visibility,
+                Diagnostics& diagnostics) {
+  const Pose& pose = placed.projector_from_surface;
+  const Vec3 into_wall = pose.rotate(Vec3::UnitZ());
+  const double height = into_wall.dot(pose.translation);  // of the projector above the plane, reading side
+  visibility.facing = height > 0;
+  const std::optional<Vec2> middle = in_plane(placed.plane_from_content, Vec2(0.5, 0.5));
+  if (!middle) return true;
+  const Vec3 to_middle = pose * Vec3(middle->x(), middle->y(), 0);
+  const double cosine = std::abs(height) / to_middle.norm();
+  visibility.incidence_deg = std::acos(std::min(1.0, cosine)) * 180 / std::acos(-1.0);
+  if (!(cosine > 1e-6)) {
+    diagnostics.fail("edge_on",
+                     "the projector stands in the surface's plane: no light can land; move the "
+                     "projector or correct the pose");
+    return false;
+  }
+  if (!visibility.facing)
+    diagnostics.warn(
+        "seen_from_behind",
+        "the projector stands behind the surface: a reader in front sees the content through it "
+        "(rear projection); if that is not meant, the surface's z axis must point into the wall");
+  if (visibility.incidence_deg > options.largest_incidence_deg)
+    diagnostics.warn("grazing", "light meets the surface at " +
+                                    std::to_string(int(std::lround(visibility.incidence_deg))) +
+                                    " degrees to its normal: small errors of the pose become large; move the "
+                                    "projector towards its front");
+  return true;
+}
+
+void judge_coverage(const SolveOptions& options, bool in_front, SolvedSurface& solved) {
+  const double share = solved.visibility.covered_share;
+  Diagnostics& diagnostics = solved.diagnostics;
+  if (!in_front)
+    diagnostics.fail(
+        "behind_projector",
+        "all of it lies behind the projector or outside what its lens can light; check the pose's "
+        "direction (projector_from_world, not its inverse) or turn the projector");
+  else if (share == 0)
+    diagnostics.warn(
+        "outside_picture",
+        "nothing of it falls inside the projector's picture; turn the projector or move the surface");
+  else if (share < options.least_covered_share)
+    diagnostics.warn("partly_outside",
+                     "only " + std::to_string(int(std::floor(100 * share))) +
+                         " % of it falls inside the projector's picture; the rest stays dark");
+}
+
+}  // namespace
+
+void look_at(const Projector& projector, const SolveOptions& options, SolvedSurface& solved) {
+  const auto look = [&](const auto& placed) {
+    solved.corners_px = corners(projector, placed);
+    solved.visibility.covered_share = covered_share(projector, placed);
+    bool in_front = solved.visibility.covered_share > 0;
+    for (int j = 0; j <= 8 && !in_front; ++j)
+      for (int i = 0; i <= 8 && !in_front; ++i)
+        in_front = lighting_pixel(projector, placed, Vec2(i, j) / 8).has_value();
+    judge_coverage(options, in_front, solved);
+  };
+  if (const auto* plane = std::get_if<PlacedPlane>(&solved.placement)) {
+    if (!judge_side(*plane, options, solved.visibility, solved.diagnostics)) return;
+    look(*plane);
+    measure_pixels(projector, *plane, solved.visibility);
+  } else {
+    look(std::get<PlacedPixels>(solved.placement));
+  }
+}
+
+}  // namespace procam::surface

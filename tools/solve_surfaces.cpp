@@ -1,0 +1,114 @@
+/// solve-surfaces: surfaces.json + rig.json (+ pose.json) -> solved.json.
+#include <CLI/CLI.hpp>
+#include <cstdio>
+
+#include "common/cli.hpp"
+#include "procam/io/pose_file.hpp"
+#include "procam/io/rig_file.hpp"
+#include "procam/io/surface_file.hpp"
+#include "procam/surface/solve.hpp"
+
+namespace procam::tools {
+namespace {
+
+struct Flags {
+  std::string rig, surfaces, pose, projector, output;
+};
+
+void declare(CLI::App& app, Flags& flags) {
+  app.add_option("--rig", flags.rig, "rig.json, as calibrate-projector writes it")->required();
+  app.add_option("--surfaces", flags.surfaces, "surface definitions, .json or .xml")->required();
+  app.add_option(
+      "--pose", flags.pose,
+      "pose.json that joins 'world' to 'projector', 'rig' or a camera of the rig; needed for surfaces "
+      "placed in the world");
+  app.add_option("--projector", flags.projector, "its name, for a rig with several");
+  app.add_option("-o,--output", flags.output, "solved surfaces, .json or .xml")->required();
+}
+
+/// The pose file may place the world under the projector, the rig or any camera, in either direction.
+Pose projector_from_world(const Rig& rig, const RigProjector& projector, FrameTree::Link link) {
+  if (link.target == "world") {
+    link.target_from_source = inverse(link.target_from_source);
+    std::swap(link.target, link.source);
+  }
+  if (link.target == "projector") link.target = projector.name;
+  FrameTree frames;
+  for (const RigCamera& camera : rig.cameras) frames.set("rig", camera.name, camera.rig_from_camera);
+  for (const RigProjector& other : rig.projectors) frames.set("rig", other.name, other.rig_from_projector);
+  frames.set(link.target, link.source, link.target_from_source);
+  return frames.get(projector.name, "world").pose;
+}
+
+void print_table(const SolvedSurfaceSet& solved, Console& console) {
+  char line[200];
+  std::snprintf(line, sizeof line, "%-20s %8s %10s %16s %12s  %s", "surface", "covered", "incidence",
+                "mm per pixel", "rms", "remarks");
+  console.say(line);
+  for (const SolvedSurface& surface : solved.surfaces) {
+    const bool planar = std::holds_alternative<PlacedPlane>(surface.placement);
+    const Visibility& look = surface.visibility;
+    char incidence[24] = "-", size[40] = "-", rms[24];
+    if (planar) std::snprintf(incidence, sizeof incidence, "%.1f deg", look.incidence_deg);
+    if (planar && look.mm_per_pixel_max > 0)
+      std::snprintf(size, sizeof size, "%.3f..%.3f", look.mm_per_pixel_min, look.mm_per_pixel_max);
+    std::snprintf(rms, sizeof rms, planar ? "%.3f mm" : "%.3f px", (planar ? 1e3 : 1) * surface.rms);
+    std::string remarks;
+    for (const Diagnostic& item : surface.diagnostics.items)
+      remarks += (remarks.empty() ? "" : ", ") + item.code;
+    std::snprintf(line, sizeof line, "%-20s %6.1f %% %10s %16s %12s  ", surface.surface.name.c_str(),
+                  100 * look.covered_share, incidence, size, rms);
+    console.say(line + (remarks.empty() ? "ok" : remarks));
+  }
+}
+
+void summarize(const SolvedSurfaceSet& solved, const Flags& flags, Summary& summary) {
+  summary.set("/projector", solved.projector);
+  for (std::size_t i = 0; i < solved.surfaces.size(); ++i) {
+    const SolvedSurface& surface = solved.surfaces[i];
+    const std::string at = "/surfaces/" + std::to_string(i);
+    const bool planar = std::holds_alternative<PlacedPlane>(surface.placement);
+    summary.set(at + "/name", surface.surface.name);
+    summary.set(at + "/covered_share", surface.visibility.covered_share);
+    summary.set(at + (planar ? "/rms_mm" : "/rms_px"), (planar ? 1e3 : 1) * surface.rms);
+    if (!planar) continue;
+    summary.set(at + "/incidence_deg", surface.visibility.incidence_deg);
+    summary.set(at + "/facing", surface.visibility.facing);
+    summary.set(at + "/mm_per_pixel", std::vector<double>{surface.visibility.mm_per_pixel_min,
+                                                          surface.visibility.mm_per_pixel_max});
+  }
+  summary.set("/files", std::vector<std::string>{flags.output});
+}
+
+ExitCode solve(const Flags& flags, Console& console) {
+  const Rig rig = io::load_rig(flags.rig);
+  const RigProjector& projector = rig.projector(flags.projector);
+  const SurfaceSet surfaces = io::load_surfaces(flags.surfaces);
+  std::optional<Pose> pose;
+  if (!flags.pose.empty()) pose = projector_from_world(rig, projector, io::load_pose(flags.pose));
+
+  const SolvedSurfaceSet solved = surface::solve_surfaces(surfaces, projector, pose);
+  const Diagnostics diagnostics = surface::diagnostics_of(solved);
+  io::save_solved_surfaces(flags.output, solved);
+
+  print_table(solved, console);
+  summarize(solved, flags, console.summary());
+  console.report(diagnostics);
+  console.say("wrote " + flags.output);
+  return exit_code(diagnostics);
+}
+
+}  // namespace
+}  // namespace procam::tools
+
+int main(int argc, char** argv) {
+  using namespace procam::tools;
+  Flags flags;
+  return run_tool(
+      argc, argv,
+      {"solve-surfaces",
+       "works out where surfaces lie for a projector: each one's homography, its pose, and how much of it "
+       "the light reaches.",
+       "solve-surfaces --rig rig.json --surfaces surfaces.json --pose pose.json -o solved.json"},
+      [&](CLI::App& app) { declare(app, flags); }, [&](Console& console) { return solve(flags, console); });
+}

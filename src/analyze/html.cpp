@@ -1,0 +1,104 @@
+#include "html.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+
+namespace procam::analyze {
+namespace {
+
+/// std::to_chars knows no locale: a program that speaks German must not write SVG with decimal commas.
+std::string digits_of(double value, std::chars_format format, int precision) {
+  char text[400];  // the largest double has 309 digits before the point
+  const auto end = std::to_chars(text, text + sizeof text, value, format, precision).ptr;
+  return std::string(text, end);
+}
+
+std::string without_minus_zero(std::string text) {
+  if (text[0] == '-' && text.find_first_not_of("-0.") == std::string::npos) text.erase(0, 1);
+  return text;
+}
+
+}  // namespace
+
+std::string escaped(const std::string& text) {
+  std::string out;
+  out.reserve(text.size());
+  for (const char c : text) switch (c) {
+      case '&':
+        out += "&amp;";
+        break;
+      case '<':
+        out += "&lt;";
+        break;
+      case '>':
+        out += "&gt;";
+        break;
+      case '"':
+        out += "&quot;";
+        break;
+      case '\'':
+        out += "&#39;";
+        break;
+      default:
+        out += c;
+    }
+  return out;
+}
+
+std::string fixed(double value, int decimals) {
+  if (!std::isfinite(value)) return "-";
+  return without_minus_zero(digits_of(value, std::chars_format::fixed, decimals));
+}
+
+std::string significant(double value, int digits) {
+  if (!std::isfinite(value)) return "-";
+  const double size = std::abs(value);
+  if (size < 1e-4 || size >= 1e6) return digits_of(value, std::chars_format::general, digits);
+  return fixed(value, std::max(digits - 1 - int(std::floor(std::log10(size))), 0));
+}
+
+std::string shortest(double value) {
+  if (!std::isfinite(value)) return "-";
+  return without_minus_zero(digits_of(value, std::chars_format::general, 6));
+}
+
+int decimals_for(double sigma, int otherwise) {
+  if (!std::isfinite(sigma) || sigma <= 0) return otherwise;
+  return std::clamp(1 - int(std::floor(std::log10(sigma))), 0, 9);
+}
+
+double round_step(double value) {
+  const double power = std::pow(10.0, std::floor(std::log10(value)));
+  const double lead = value / power;
+  return power * (lead >= 5 ? 5 : lead >= 2 ? 2 : 1);
+}
+
+std::string element(const std::string& name, const std::string& attributes, const std::string& content) {
+  return "<" + name + (attributes.empty() ? "" : " " + attributes) + ">" + content + "</" + name + ">";
+}
+
+std::string coordinate(double value) {
+  std::string text = fixed(value, 1);
+  if (text.size() > 2 && text.compare(text.size() - 2, 2, ".0") == 0) text.resize(text.size() - 2);
+  return text;
+}
+
+std::string position(const Vec2& point) {
+  return coordinate(point.x()) + " " + coordinate(point.y());
+}
+
+std::string Marks::path(const std::string& attributes, const std::string& tip) const {
+  if (d.empty()) return "";
+  const std::string open = "<path " + attributes + " d=\"" + d + "\"";
+  return tip.empty() ? open + "/>\n" : open + ">" + element("title", "", escaped(tip)) + "</path>\n";
+}
+
+std::string label(const Vec2& at, const std::string& attributes, const std::string& words) {
+  return element("text",
+                 "x=\"" + coordinate(at.x()) + "\" y=\"" + coordinate(at.y()) + "\"" +
+                     (attributes.empty() ? "" : " " + attributes),
+                 escaped(words));
+}
+
+}  // namespace procam::analyze

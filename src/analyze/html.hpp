@@ -1,0 +1,48 @@
+#pragma once
+/// Words of the report page: text that is escaped, numbers without locale or NaN, shapes of SVG.
+#include <string>
+
+#include "procam/core/types.hpp"
+
+namespace procam::analyze {
+
+/// Text that may stand between tags and inside quoted attributes.
+std::string escaped(const std::string& text);
+
+/// With that many decimals; "-" unless finite; never "-0.00".
+std::string fixed(double value, int decimals);
+/// With that many significant digits, "1.2e-09" when very small; "-" unless finite.
+std::string significant(double value, int digits);
+/// As short as six significant digits allow: for round values, "0.5"; "-" unless finite.
+std::string shortest(double value);
+/// Decimals that show two digits of a standard deviation; `otherwise` when it says nothing.
+int decimals_for(double sigma, int otherwise);
+/// The largest of 1, 2, 5 times a power of ten that is not above a positive value.
+double round_step(double value);
+
+/// <name attributes>content</name>
+std::string element(const std::string& name, const std::string& attributes, const std::string& content);
+
+/// A coordinate of a picture: one decimal, without a trailing ".0".
+std::string coordinate(double value);
+/// "x y"
+std::string position(const Vec2& point);
+
+/// The d of an SVG path that is made of many small marks of one colour.
+struct Marks {
+  std::string d;
+
+  void dot(const Vec2& at) { d += "M" + position(at) + "h0"; }  ///< round, by the line's cap
+  void line(const Vec2& from, const Vec2& to) { d += "M" + position(from) + "L" + position(to); }
+  void cross(const Vec2& at, double arm) {
+    line(at - Vec2(arm, arm), at + Vec2(arm, arm));
+    line(at - Vec2(arm, -arm), at + Vec2(arm, -arm));
+  }
+  /// The path, or nothing when there is no mark; `tip` is shown under a resting pointer.
+  std::string path(const std::string& attributes, const std::string& tip = "") const;
+};
+
+/// <text> at a place, its words escaped.
+std::string label(const Vec2& at, const std::string& attributes, const std::string& words);
+
+}  // namespace procam::analyze

@@ -1,0 +1,86 @@
+#include "procam/analyze/report.hpp"
+
+#include "html.hpp"
+#include "report_pictures.hpp"
+#include "report_style.hpp"
+#include "report_tables.hpp"
+
+namespace procam::analyze {
+namespace {
+
+using calibrate::CalibrationResult;
+
+void require_matching(const CalibrationResult& result, const Correspondences& data) {
+  require(!result.devices.empty(), "calibration_report: the result has no device");
+  require(data.views.size() == result.views.size(),
+          "calibration_report: result and correspondences have different views");
+  for (std::size_t v = 0; v < data.views.size(); ++v)
+    require(
+        data.views[v].name == result.views[v].name && result.views[v].rms_px.size() == result.devices.size(),
+        "calibration_report: view '" + data.views[v].name + "' is not that of the result");
+  for (const calibrate::Residual& r : result.residuals)
+    require(r.view >= 0 && r.view < int(result.views.size()) && r.device >= 0 &&
+                r.device < int(result.devices.size()),
+            "calibration_report: a residual of no view or device");
+}
+
+std::string section(const std::string& title, const std::string& content) {
+  if (content.empty()) return "";
+  return element("section", "", "\n" + element("h2", "", title) + "\n" + content) + "\n";
+}
+
+std::string head(const std::string& title) {
+  // The policy makes the browser itself hold the page to its word: nothing is loaded from anywhere.
+  return "<meta charset=\"utf-8\">\n"
+         "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src "
+         "'unsafe-inline'; "
+         "script-src 'unsafe-inline'\">\n"
+         "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n" +
+         element("title", "", escaped(title)) + "\n" + element("style", "", kReportStyle) + "\n";
+}
+
+std::string numbers(const CalibrationResult& result, const ReportInput& input) {
+  std::string devices;
+  for (const Device& device : result.devices) devices += device_numbers(result, device);
+  return element("div", "class=\"pair\"", "\n" + devices) + "\n" +
+         element(
+             "p", "class=\"hint\"",
+             "Sigma: one standard deviation; “held”: kept at its start, not solved for. Rotation: rotation "
+             "vector. Check the distance between the devices with a tape measure.") +
+         "\n" + element("h3", "", "Residuals") + "\n" + residual_numbers(result) + wall_errors(input);
+}
+
+/// One picture a device, side by side.
+template <typename Picture>
+std::string each_device(const CalibrationResult& result, Picture picture) {
+  std::string pictures;
+  for (int d = 0; d < int(result.devices.size()); ++d) pictures += picture(d);
+  return element("div", "class=\"pair\"", "\n" + pictures) + "\n";
+}
+
+}  // namespace
+
+std::string calibration_report(const CalibrationResult& result, const Correspondences& correspondences,
+                               const ReportInput& input) {
+  require_matching(result, correspondences);
+  std::string quivers;
+  for (int d = 0; d < int(result.devices.size()); ++d) quivers += residual_quivers(result, d);
+
+  const std::string body =
+      element("p", "class=\"kicker\"", "Calibration report") + "\n" +
+      element("h1", "", escaped(input.title)) + "\n" + verdict(result) + key_figures(result, input) +
+      section("Numbers", numbers(result, input)) + section("Gates", gate_table(result.rig.quality)) +
+      section("Remarks", diagnostic_list(result.diagnostics)) + section("Views", view_table(result)) +
+      section("Residuals", each_device(result, [&](int d) { return residual_scatter(result, d); })) +
+      section("Coverage", each_device(result, [&](int d) { return coverage(result, correspondences, d); })) +
+      section("Rig in space", rig_in_space(result, correspondences.board)) +
+      section("Residuals in the picture", quivers) +
+      section("Where this comes from", provenance_section(result.rig.provenance));
+  return "<!doctype html>\n" +
+         element("html", "lang=\"en\"",
+                 "\n" + element("head", "", "\n" + head(input.title)) + "\n" +
+                     element("body", "", "\n" + body + element("script", "", kReportScript) + "\n")) +
+         "\n";
+}
+
+}  // namespace procam::analyze

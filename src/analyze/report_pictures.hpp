@@ -1,0 +1,25 @@
+#pragma once
+/// The pictures of the report: each a <figure> with inline SVG and a caption that says what to look for.
+#include <string>
+
+#include "procam/calibrate/result.hpp"
+
+namespace procam::analyze {
+
+/// One colour a view, the same in every picture and in the table of views.
+std::string view_color(int view);
+
+/// All residuals of a device about zero, with rings at 1, 2, 3 sigma; outliers stay, as crosses.
+std::string residual_scatter(const calibrate::CalibrationResult& result, int device);
+
+/// Where a device was observed, over its picture's outline; cells nobody saw are tinted.
+std::string coverage(const calibrate::CalibrationResult& result, const Correspondences& correspondences,
+                     int device);
+
+/// Residuals as magnified lines at their pixels: all views over each other, then one picture a view.
+std::string residual_quivers(const calibrate::CalibrationResult& result, int device);
+
+/// The rig and the boards in space, projected along a fixed direction; the page's script turns it.
+std::string rig_in_space(const calibrate::CalibrationResult& result, const Board& board);
+
+}  // namespace procam::analyze

@@ -1,0 +1,150 @@
+#pragma once
+/// The report page's style sheet and its one script. Both stand inside the page.
+
+namespace procam::analyze {
+
+/// One accent colour; light and dark follow the reader's system, and paper is always light.
+inline constexpr char kReportStyle[] = R"css(
+:root { color-scheme: light dark; --page: #fbfbfa; --card: #fff; --ink: #1d2327; --soft: #5d6870;
+  --line: #d9dde0; --accent: #0b6e99; --good: #1c7a44; --bad: #c02f1d; --warn: #9a6700; --tint: #0b6e9914; }
+@media screen and (prefers-color-scheme: dark) {
+  :root { --page: #14181b; --card: #1b2125; --ink: #e4e8ea; --soft: #9ba7ae; --line: #363f45;
+    --accent: #58b4dc; --good: #5cc689; --bad: #ff7d6b; --warn: #e0b050; --tint: #58b4dc1c; } }
+* { box-sizing: border-box; }
+body { margin: 0 auto; max-width: 1120px; padding: 32px 24px 64px; background: var(--page); color: var(--ink);
+  font: 15px/1.5 system-ui, "Segoe UI", "Helvetica Neue", "DejaVu Sans", sans-serif; }
+h1 { font-size: 26px; line-height: 1.2; margin: 0 0 20px; overflow-wrap: anywhere; }
+h2 { font-size: 19px; margin: 44px 0 4px; padding-top: 12px; border-top: 1px solid var(--line); }
+h3 { font-size: 15px; margin: 20px 0 4px; overflow-wrap: anywhere; }
+p { margin: 4px 0 12px; max-width: 75ch; }
+.kicker { color: var(--accent); font-weight: 600; margin: 0; }
+.hint, figcaption { color: var(--soft); font-size: 13px; }
+.verdict { border-left: 6px solid var(--good); background: var(--card); padding: 14px 18px; }
+.verdict.failed { border-color: var(--bad); }
+.verdict p { margin: 0; font-size: 17px; max-width: none; }
+.verdict ul { margin: 8px 0 0; padding-left: 20px; }
+.pass { color: var(--good); } .fail { color: var(--bad); font-weight: 600; } .warning { color: var(--warn); }
+.pass, .warning, .note { white-space: nowrap; }
+.key { display: grid; grid-template-columns: repeat(auto-fit, minmax(170px, 1fr)); gap: 12px; margin: 16px 0; }
+.key div { background: var(--card); border: 1px solid var(--line); border-radius: 6px; padding: 10px 14px; }
+.key b { display: block; font-size: 22px; font-weight: 600; font-variant-numeric: tabular-nums; }
+.key span { color: var(--soft); font-size: 13px; display: block; line-height: 1.35; }
+.pair { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(420px, 100%), 1fr)); gap: 8px 32px;
+  align-items: start; }
+.tiles { display: grid; grid-template-columns: repeat(auto-fill, minmax(200px, 1fr)); gap: 8px 16px; }
+.scroll { overflow-x: auto; }
+table { border-collapse: collapse; width: 100%; font-size: 14px; }
+th { text-align: left; font-weight: 600; color: var(--soft); font-size: 13px; vertical-align: bottom; }
+th, td { padding: 4px 10px 4px 0; border-bottom: 1px solid var(--line); vertical-align: top; }
+td { overflow-wrap: anywhere; }
+.n { text-align: right; font-variant-numeric: tabular-nums; white-space: nowrap; overflow-wrap: normal; }
+.u { color: var(--soft); white-space: nowrap; }
+.mono { font: 12px/1.5 ui-monospace, "DejaVu Sans Mono", monospace; overflow-wrap: anywhere; }
+.swatch { display: inline-block; width: 10px; height: 10px; border-radius: 50%; margin-right: 8px; }
+figure { margin: 8px 0 0; min-width: 0; }
+figcaption { margin-top: 4px; overflow-wrap: anywhere; max-width: 85ch; }
+figcaption b { color: var(--ink); }
+svg { display: block; width: 100%; height: auto; background: var(--card); border-radius: 6px; }
+figure.square svg { max-width: 480px; }
+/* Colours of views are attributes, which any rule of a style sheet overrides: none here may set them. */
+svg path:not([fill]), svg rect, svg circle { fill: none; }
+svg path, svg rect, svg circle { vector-effect: non-scaling-stroke; }
+svg .frame { stroke: var(--soft); stroke-width: 1px; }
+svg .axis { stroke: var(--line); stroke-width: 1px; }
+svg .ring { stroke: var(--accent); stroke-width: 1.2px; stroke-dasharray: 5 3; }
+svg .tick { fill: var(--soft); font-family: inherit; }
+svg .tick:not([font-size]) { font-size: 11px; }
+svg .halo { paint-order: stroke; stroke: var(--card); stroke-width: 3px; stroke-linejoin: round;
+  vector-effect: non-scaling-stroke; }
+svg .dots, svg .feet { stroke-linecap: round; stroke-width: 4px; stroke-opacity: .8; }
+svg .feet { stroke-width: 2.5px; stroke-opacity: 1; }
+svg .quiver { stroke-width: 1.2px; }
+svg .out { stroke: var(--bad); stroke-width: 1.8px; }
+svg .out.thin { stroke-width: 1px; stroke-dasharray: 3 2; }
+svg .unused { stroke: var(--soft); stroke-width: 1px; }
+svg .empty { fill: var(--tint); }
+svg .principal { stroke: var(--accent); stroke-width: 1.8px; }
+svg .accent { fill: var(--accent); }
+svg .bar { stroke: var(--ink); stroke-width: 2px; }
+svg path.sheet { fill: var(--card); fill-opacity: .6; stroke-width: 1.2px; }
+svg path.dark { fill-opacity: .7; }
+svg path.ray { stroke-width: 1px; stroke-opacity: .5; stroke-dasharray: 6 4; }
+svg path.body { stroke-width: 1.6px; stroke-linejoin: round; }
+svg path.sight { stroke: var(--ink); } svg path.light { stroke: var(--accent); }
+svg path.body.sight { fill: var(--ink); fill-opacity: .12; } svg path.body.light { fill: var(--accent); fill-opacity: .18; }
+svg text.sight { fill: var(--ink); font-size: 13px; } svg text.light { fill: var(--accent); font-size: 13px; }
+svg .axis-x { stroke: #c8402f; stroke-width: 2.5px; } svg .axis-y { stroke: #3a8f4d; stroke-width: 2.5px; }
+svg .axis-z { stroke: #3b6fd4; stroke-width: 2.5px; }
+#rig.turning { cursor: grabbing; } #rig.ready { cursor: grab; touch-action: none; }
+#rig:focus-visible { outline: 2px solid var(--accent); }
+@media print { body { max-width: none; padding: 0; font-size: 11pt; } h2 { break-after: avoid; }
+  figure, tr, .verdict, .key div { break-inside: avoid; }
+  * { -webkit-print-color-adjust: exact; print-color-adjust: exact; } }
+)css";
+
+/// Turns the picture of the rig by dragging or with the arrow keys (Home: as drawn), and opens the list of
+/// files for printing. The equations are Viewpoint's of report_scene.cpp; [right, down] of the point p
+/// relative to the centre.
+inline constexpr char kReportScript[] = R"js(
+(() => {
+  addEventListener('beforeprint', () => document.querySelectorAll('details').forEach(d => d.open = true));
+  const svg = document.getElementById('rig');
+  if (!svg) return;
+  const [yaw0, pitch0, scale, cx, cy, cz, mx, my] = svg.dataset.view.split(' ').map(Number);
+  const shapes = [...svg.querySelectorAll('[data-p]')].map(node => ({
+    node, text: node.tagName === 'text', end: node.dataset.closed ? 'Z' : '',
+    lines: node.dataset.p.split(';').map(line => line.split(' ').map(Number)) }));
+  let yaw = yaw0, pitch = pitch0;
+  const draw = () => {
+    const a = Math.cos(yaw), b = Math.sin(yaw), c = Math.cos(pitch), d = Math.sin(pitch);
+    const at = (line, i) => {
+      const x = line[i] - cx, y = line[i + 1] - cy, z = line[i + 2] - cz;
+      return [mx + scale * (a * x - b * z), my + scale * (c * y - d * (b * x + a * z))].map(v => v.toFixed(1));
+    };
+    for (const { node, text, end, lines } of shapes) {
+      if (text) {
+        const [x, y] = at(lines[0], 0);
+        node.setAttribute('x', x);
+        node.setAttribute('y', y);
+        continue;
+      }
+      let path = '';
+      for (const line of lines) {
+        for (let i = 0; i < line.length; i += 3) path += (i ? 'L' : 'M') + at(line, i).join(' ');
+        path += end;
+      }
+      node.setAttribute('d', path);
+    }
+  };
+  const turn = (dx, dy) => {
+    yaw += 0.008 * dx;
+    pitch = Math.max(-1.57, Math.min(1.57, pitch + 0.008 * dy));
+    draw();
+  };
+  const reset = () => { yaw = yaw0; pitch = pitch0; draw(); };
+  let last = null;
+  svg.addEventListener('pointerdown', e => {
+    last = [e.clientX, e.clientY];
+    svg.setPointerCapture(e.pointerId);
+    svg.classList.add('turning');
+  });
+  svg.addEventListener('pointermove', e => {
+    if (!last) return;
+    turn(e.clientX - last[0], e.clientY - last[1]);
+    last = [e.clientX, e.clientY];
+  });
+  for (const name of ['pointerup', 'pointercancel'])
+    svg.addEventListener(name, () => { last = null; svg.classList.remove('turning'); });
+  svg.addEventListener('dblclick', reset);
+  svg.addEventListener('keydown', e => {
+    const step = { ArrowLeft: [-12, 0], ArrowRight: [12, 0], ArrowUp: [0, -12], ArrowDown: [0, 12] }[e.key];
+    if (step) turn(...step); else if (e.key === 'Home') reset(); else return;
+    e.preventDefault();
+  });
+  svg.classList.add('ready');
+  document.getElementById('turn').textContent =
+    'Drag to turn (or use the arrow keys); a double click brings the first view back.';
+})();
+)js";
+
+}  // namespace procam::analyze

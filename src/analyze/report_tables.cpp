@@ -1,0 +1,370 @@
+#include "report_tables.hpp"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+
+#include "html.hpp"
+#include "procam/core/se3.hpp"
+#include "report_pictures.hpp"
+
+namespace procam::analyze {
+namespace {
+
+using calibrate::CalibrationResult;
+using calibrate::Residual;
+using calibrate::ViewResult;
+
+constexpr double kDegrees = 180 / 3.14159265358979323846;
+
+std::string cell(const std::string& html) {
+  return element("td", "", html);
+}
+
+std::string number_cell(const std::string& text) {
+  return element("td", "class=\"n\"", text);
+}
+
+std::string row(const std::string& cells) {
+  return element("tr", "", cells) + "\n";
+}
+
+struct Column {
+  std::string title;
+  bool number = false;
+};
+
+std::string table(const std::vector<Column>& columns, const std::string& rows) {
+  std::string head;
+  for (const Column& column : columns)
+    head += element("th", column.number ? "class=\"n\"" : "", escaped(column.title));
+  return element("div", "class=\"scroll\"",
+                 element("table", "",
+                         "\n" + element("thead", "", row(head)) + "\n" + element("tbody", "", "\n" + rows))) +
+         "\n";
+}
+
+std::string hint(const std::string& text) {
+  return element("p", "class=\"hint\"", text) + "\n";
+}
+
+/// The element, or NaN (printed as "-") where the list was left empty.
+double at_or_nan(const std::vector<double>& values, std::size_t index) {
+  return index < values.size() ? values[index] : std::nan("");
+}
+
+struct Count {
+  int used = 0, left_out = 0;
+};
+
+/// Observations of a device, of one view or (negative) of all.
+Count count_of(const CalibrationResult& result, std::size_t device, int view = -1) {
+  Count count;
+  for (const Residual& r : result.residuals)
+    if (r.device == int(device) && (view < 0 || r.view == view)) ++(r.used ? count.used : count.left_out);
+  return count;
+}
+
+std::string plural(std::size_t n, const std::string& noun) {
+  return std::to_string(n) + " " + noun + (n == 1 ? "" : "s");
+}
+
+}  // namespace
+
+std::string verdict(const CalibrationResult& result) {
+  std::string problems;
+  std::size_t failed = 0;
+  for (const Gate& gate : result.rig.quality.gates)
+    if (!gate.passed) {
+      ++failed;
+      problems +=
+          element("li", "", element("b", "", escaped(gate.name)) + ": " + escaped(gate.detail)) + "\n";
+    }
+  for (const Diagnostic& d : result.diagnostics.items)
+    if (d.severity == Severity::kFailure && d.code != "gate_failed")
+      problems += element("li", "", escaped(d.message)) + "\n";
+  if (!result.converged)
+    problems += element("li", "",
+                        "The solve did not converge: look for a view of another board or swapped frames, or "
+                        "allow more iterations.") +
+                "\n";
+  const std::size_t gates = result.rig.quality.gates.size();
+  if (problems.empty()) {
+    const std::string words =
+        gates == 0 ? "The solve converged; no gates were checked."
+                   : "All " + plural(gates, "gate") + " hold, and the solve converged: the rig may be used.";
+    return element("section", "class=\"verdict\"",
+                   element("p", "", element("strong", "class=\"pass\"", "Passed.") + " " + words)) +
+           "\n";
+  }
+  std::string words = "The solve did not end well.";
+  if (failed > 0)
+    words = std::to_string(failed) + " of " + plural(gates, "gate") + (failed == 1 ? " does" : " do") +
+            " not hold.";
+  return element("section", "class=\"verdict failed\"",
+                 element("p", "",
+                         element("strong", "class=\"fail\"", "Failed.") + " " + words +
+                             " Do not rely on this rig before this is settled:") +
+                     "\n" + element("ul", "", "\n" + problems)) +
+         "\n";
+}
+
+std::string key_figures(const CalibrationResult& result, const ReportInput& input) {
+  std::string out;
+  const auto tile = [&](const std::string& figure, const std::string& words) {
+    out += element("div", "", element("b", "", figure) + element("span", "", escaped(words))) + "\n";
+  };
+  tile(std::to_string(result.rig.quality.views_used) + " of " + std::to_string(result.views.size()),
+       "views used");
+  tile(significant(result.joint_rms_px, 3) + " px", "RMS over all devices");
+  if (!result.holdout_px.empty()) {
+    const auto worst = std::max_element(result.holdout_px.begin(), result.holdout_px.end());
+    const std::size_t device = std::size_t(worst - result.holdout_px.begin());
+    tile(significant(*worst, 3) + " px",
+         "on views held out, " + result.devices[device].name + " (the worst)");
+  }
+  for (const LightError& error : input.predicted)
+    tile(significant(error.rms_mm, 3) + " mm",
+         "RMS error of the light predicted on a wall at " + fixed(error.distance, 2) + " m");
+  if (input.truth)
+    tile(significant(input.truth->rms_mm, 3) + " mm",
+         "true RMS error of the light on a wall at " + fixed(input.truth->distance, 2) + " m");
+  return element("div", "class=\"key\"", "\n" + out) + "\n";
+}
+
+namespace {
+
+/// Rows "name | value | sigma | unit" of one device.
+class NumberRows {
+ public:
+  explicit NumberRows(const NamedCovariance& covariance) : covariance_(covariance) {}
+
+  /// Sigma of a named parameter; zero when it was held.
+  double sigma(const std::string& name) const { return covariance_.sigma(name); }
+
+  /// A value without digits beyond its sigma's second.
+  void add(const std::string& name, double value, double sigma, int decimals, const std::string& unit) {
+    const int shown = decimals_for(sigma, decimals);
+    std::string spread = "held";
+    if (covariance_.empty() || !std::isfinite(sigma))
+      spread = "-";
+    else if (sigma > 0)
+      spread = fixed(sigma, shown);
+    add_text(name, fixed(value, shown), spread, unit);
+  }
+  /// A value that follows from others, without a sigma of its own.
+  void add_text(const std::string& name, const std::string& value, const std::string& spread,
+                const std::string& unit) {
+    rows_ += row(cell(escaped(name)) + number_cell(value) + number_cell(spread) +
+                 element("td", "class=\"u\"", unit));
+  }
+  std::string finish() const {
+    return table({{"", false}, {"value", true}, {"sigma", true}, {"unit", false}}, rows_);
+  }
+
+ private:
+  const NamedCovariance& covariance_;
+  std::string rows_;
+};
+
+void add_lens(NumberRows& rows, const std::string& device, const Camera& lens) {
+  const std::vector<std::string> names = parameter_names(lens);
+  const VecX values = parameters_of(lens);
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const bool pixels = i < std::size_t(Intrinsics::kNumParameters);
+    rows.add(names[i], values[Eigen::Index(i)], rows.sigma(device + "." + names[i]), pixels ? 2 : 5,
+             pixels ? "px" : "");
+  }
+}
+
+void add_optics(NumberRows& rows, const std::string& device, const Projector& projector) {
+  const double w = projector.size().width, h = projector.size().height;
+  const Vec2 shift = projector.lens_shift();
+  rows.add("throw ratio", projector.throw_ratio(), rows.sigma(device + ".fx") / w, 3, "distance / width");
+  rows.add("lens shift right", 100 * shift.x(), 100 * rows.sigma(device + ".cx") / w, 1, "% of width");
+  rows.add("lens shift down", 100 * shift.y(), 100 * rows.sigma(device + ".cy") / h, 1, "% of height");
+}
+
+/// The covariance is of the left increment xi. For the rotation vector w, exp(xi_r) exp(w) = exp(w + J^-1
+/// xi_r) with the left Jacobian J; the origin's own covariance is core's point_covariance of the zero point.
+void add_pose(NumberRows& rows, const NamedCovariance& covariance, const std::string& device,
+              const Pose& rig_from_device) {
+  const Mat6 c = covariance.block(pose_increment_names("rig_from_" + device));
+  const Vec3 turn = so3_log(rig_from_device.rotation);
+  const Mat3 from_increment = so3_left_jacobian(turn).inverse();
+  const Mat3 of_turn = from_increment * c.topLeftCorner<3, 3>() * from_increment.transpose();
+  const Mat3 of_origin = point_covariance({rig_from_device, c}, Vec3::Zero());
+  const Vec3& origin = rig_from_device.translation;
+  const std::string axes[] = {"x", "y", "z"};
+  const auto root = [](double variance) {  // this order of max() lets NaN through
+    return std::sqrt(std::max(variance, 0.0));
+  };
+  for (int i = 0; i < 3; ++i)
+    rows.add("rotation about " + axes[i], kDegrees * turn[i], kDegrees * root(of_turn(i, i)), 3, "°");
+  for (int i = 0; i < 3; ++i)
+    rows.add("position " + axes[i], 1e3 * origin[i], 1e3 * root(of_origin(i, i)), 1, "mm");
+  if (const double distance = origin.norm(); distance > 0) {
+    const Vec3 along = origin / distance;
+    rows.add("distance from the rig's origin", 1e3 * distance, 1e3 * root(along.dot(of_origin * along)), 1,
+             "mm");
+  }
+}
+
+}  // namespace
+
+std::string device_numbers(const CalibrationResult& result, const Device& device) {
+  const Rig& rig = result.rig;
+  const bool projects = device.kind == DeviceKind::kProjector;
+  const Camera& lens =
+      projects ? rig.projector(device.name).projector.inverse_camera : rig.camera(device.name).camera;
+  const Pose& pose =
+      projects ? rig.projector(device.name).rig_from_projector : rig.camera(device.name).rig_from_camera;
+  NumberRows rows(rig.covariance);
+  add_lens(rows, device.name, lens);
+  if (projects) add_optics(rows, device.name, rig.projector(device.name).projector);
+  const bool origin = device.name == result.devices.front().name && pose.translation.isZero();
+  if (!origin) add_pose(rows, rig.covariance, device.name, pose);
+  std::string lens_name = name_of(lens.distortion);
+  std::replace(lens_name.begin(), lens_name.end(), '_', ' ');
+  return element(
+             "div", "",
+             "\n" + element("h3", "", escaped(device.name)) + "\n" +
+                 hint((projects ? "Projector, " : "Camera, ") + std::to_string(device.size.width) + " × " +
+                      std::to_string(device.size.height) + " px, distortion " + escaped(lens_name) +
+                      (origin ? ". Its frame is the rig's." : ". Pose in the rig's frame.")) +
+                 rows.finish()) +
+         "\n";
+}
+
+std::string residual_numbers(const CalibrationResult& result) {
+  std::string rows;
+  Count all;
+  for (std::size_t d = 0; d < result.devices.size(); ++d) {
+    const Count count = count_of(result, d);
+    all.used += count.used;
+    all.left_out += count.left_out;
+    const bool noisy = d < result.noise.size();
+    rows += row(cell(escaped(result.devices[d].name)) + number_cell(std::to_string(count.used)) +
+                number_cell(std::to_string(count.left_out)) +
+                number_cell(significant(at_or_nan(result.rms_px, d), 3)) +
+                number_cell(significant(at_or_nan(result.holdout_px, d), 3)) +
+                number_cell(noisy ? significant(result.noise[d].scale, 3) : "-") +
+                number_cell(noisy ? significant(result.noise[d].floor_px, 3) : "-"));
+  }
+  rows += row(cell(element("b", "", "all")) + number_cell(std::to_string(all.used)) +
+              number_cell(std::to_string(all.left_out)) + number_cell(significant(result.joint_rms_px, 3)) +
+              number_cell("-") + number_cell("-") + number_cell("-"));
+  return table({{"device", false},
+                {"points used", true},
+                {"left out", true},
+                {"RMS, px", true},
+                {"held-out, px", true},
+                {"noise scale", true},
+                {"noise floor, px", true}},
+               rows) +
+         hint(
+             "RMS: root of the mean squared length of the residuals used. Held-out: the same on each view, "
+             "predicted by a solve without it. Noise scale: what the residuals say of the detector's own "
+             "sigmas (1: right); noise floor: what comes on top, from the board, the lens model, the "
+             "light. " +
+             plural(std::size_t(std::max(result.iterations, 0)), "iteration") + ".");
+}
+
+std::string wall_errors(const ReportInput& input) {
+  std::string rows;
+  const auto add = [&](const std::string& kind, const LightError& error, bool mean) {
+    rows += row(cell(kind) + number_cell(fixed(error.distance, 2)) +
+                number_cell(mean ? significant(error.mean_mm, 3) : "-") +
+                number_cell(significant(error.rms_mm, 3)) + number_cell(significant(error.worst_mm, 3)));
+  };
+  for (const LightError& error : input.predicted) add("predicted", error, false);
+  if (input.truth) add("true", *input.truth, true);
+  if (rows.empty()) return "";
+  return element("h3", "", "Light on a wall") + "\n" +
+         table({{"error", false},
+                {"wall at, m", true},
+                {"mean, mm", true},
+                {"RMS, mm", true},
+                {"worst, mm", true}},
+               rows) +
+         hint(
+             "How far from its place light lands on a wall across the projector's axis, over a grid that "
+             "spans the picture. Predicted: one sigma, from the covariance of lens and pose" +
+             std::string(input.truth ? "; true: against the rig that is known to be right." : "."));
+}
+
+std::string gate_table(const RigQuality& quality) {
+  if (quality.gates.empty()) return hint("No gates were checked.");
+  std::string rows;
+  for (const Gate& gate : quality.gates)
+    rows += row(element("td", gate.passed ? "class=\"pass\"" : "class=\"fail\"",
+                        gate.passed ? "✓ passed" : "✗ failed") +
+                cell(escaped(gate.name)) + cell(escaped(gate.detail)));
+  return table({{"", false}, {"gate", false}, {"measured", false}}, rows);
+}
+
+std::string diagnostic_list(const Diagnostics& diagnostics) {
+  if (diagnostics.items.empty()) return hint("None.");
+  std::vector<Diagnostic> items = diagnostics.items;
+  std::stable_sort(items.begin(), items.end(), [](const Diagnostic& a, const Diagnostic& b) {
+    return int(a.severity) > int(b.severity);
+  });
+  const char* classes[] = {"note", "warning", "fail"};
+  const char* words[] = {"note", "warning", "failure"};
+  std::string rows;
+  for (const Diagnostic& d : items)
+    rows +=
+        row(element("td", std::string("class=\"") + classes[int(d.severity)] + "\"", words[int(d.severity)]) +
+            cell(escaped(d.message)) + element("td", "class=\"mono\"", escaped(d.code)));
+  return table({{"", false}, {"message", false}, {"code", false}}, rows);
+}
+
+std::string view_table(const CalibrationResult& result) {
+  std::vector<Column> columns = {{"view", false}, {"used", false}};
+  const bool held_out = !result.holdout_px.empty();
+  for (const Device& device : result.devices) {
+    columns.push_back({device.name + " points", true});
+    columns.push_back({"RMS, px", true});
+    if (held_out) columns.push_back({"held-out, px", true});
+  }
+  columns.push_back({"note", false});
+  std::string rows;
+  for (std::size_t v = 0; v < result.views.size(); ++v) {
+    const ViewResult& view = result.views[v];
+    std::string cells = cell("<span class=\"swatch\" style=\"background:" + view_color(int(v)) +
+                             "\"></span>" + escaped(view.name)) +
+                        element("td", view.used ? "" : "class=\"fail\"", view.used ? "yes" : "no");
+    for (std::size_t d = 0; d < result.devices.size(); ++d) {
+      const Count count = count_of(result, d, int(v));
+      cells += number_cell(std::to_string(count.used) +
+                           (count.left_out > 0 ? " (" + std::to_string(count.left_out) + " out)" : ""));
+      cells += number_cell(count.used > 0 ? significant(at_or_nan(view.rms_px, d), 3) : "-");
+      if (held_out) cells += number_cell(significant(at_or_nan(view.holdout_px, d), 3));
+    }
+    rows += row(cells + cell(escaped(view.note)));
+  }
+  return table(columns, rows);
+}
+
+std::string provenance_section(const Provenance& p) {
+  std::string rows;
+  const auto add = [&](const std::string& name, const std::string& value) {
+    if (!value.empty()) rows += row(cell(escaped(name)) + cell(escaped(value)));
+  };
+  add("tool", p.tool + (p.version.empty() ? "" : " " + p.version));
+  add("created", p.created);
+  for (const auto& [name, value] : p.options) add("--" + name, value);
+  std::string out = rows.empty() ? hint("Not stated.") : table({{"", false}, {"", false}}, rows);
+  if (p.inputs.empty()) return out;
+  std::string files;
+  for (const InputFile& file : p.inputs)
+    files += row(element("td", "class=\"mono\"", escaped(file.path)) +
+                 element("td", "class=\"mono\"", escaped(file.sha256)));
+  return out +
+         element("details", "",
+                 element("summary", "", plural(p.inputs.size(), "input file") + ", with SHA-256") + "\n" +
+                     table({{"file", false}, {"SHA-256", false}}, files)) +
+         "\n";
+}
+
+}  // namespace procam::analyze

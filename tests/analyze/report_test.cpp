@@ -1,0 +1,315 @@
+#include "procam/analyze/report.hpp"
+
+#include <gtest/gtest.h>
+
+#include <clocale>
+#include <limits>
+#include <regex>
+#include <vector>
+
+#include "procam/calibrate/calibrate.hpp"
+#include "support/numeric_world.hpp"
+
+namespace procam::analyze {
+namespace {
+
+using calibrate::CalibrationResult;
+
+struct Session {
+  Correspondences data;
+  CalibrationResult result;
+  ReportInput input;
+};
+
+Session session_of(int views, bool holdout) {
+  const test::NumericWorld world = test::NumericWorld::make(views, 11, 0.08, 0.12);
+  Session session;
+  session.data = world.correspondences(12);
+  session.data.views[1].name = R"(<b>&"x")";
+  session.data.views[2].observations[0][7].pixel += Vec2(9, -6);    // an outlier of the camera
+  session.data.views[3].observations[1][20].pixel += Vec2(-14, 3);  // and one of the projector
+  calibrate::Options options;
+  options.holdout = holdout;
+  session.result = calibrate::calibrate_rig(session.data, options);
+  session.input.title = "wall & floor";
+  session.input.predicted = {predicted_light_error(session.result.rig, 2.0)};
+  Rig truth;
+  truth.cameras.push_back({"camera", world.camera, Pose()});
+  truth.projectors.push_back({"projector", world.projector, world.projector_from_camera.inverse()});
+  session.input.truth = true_light_error(session.result.rig, truth, 2.0);
+  session.result.rig.provenance = {
+      "calibrate-projector", "0.1.0", "2024-05-06T07:08:09Z", {{"step", "4"}}, {{"a/<1>.png", "00ff"}}};
+  return session;
+}
+
+/// One solve for all tests that read a good page.
+const Session& good_session() {
+  static const Session session = session_of(8, true);
+  return session;
+}
+
+std::string page_of(const Session& session) {
+  return calibration_report(session.result, session.data, session.input);
+}
+
+bool holds(const std::string& page, const std::string& text) {
+  return page.find(text) != std::string::npos;
+}
+
+std::string with_decimals(double value, int decimals) {
+  char text[64];
+  std::snprintf(text, sizeof text, "%.*f", decimals, value);
+  return text;
+}
+
+/// The page without the bodies of <script> and <style>, whose '<' opens no tag.
+std::string without_code(const std::string& page) {
+  std::string out = page;
+  for (const std::string name : {"script", "style"}) {
+    const std::size_t begin = out.find("<" + name + ">"), end = out.find("</" + name + ">");
+    EXPECT_NE(begin, std::string::npos);
+    EXPECT_NE(end, std::string::npos);
+    out.erase(begin + name.size() + 2, end - begin - name.size() - 2);
+  }
+  return out;
+}
+
+/// Empty when every tag is closed by its own end tag, in order; else what is wrong.
+std::string imbalance(const std::string& page) {
+  std::vector<std::string> open;
+  const std::string html = without_code(page);
+  for (std::size_t at = html.find('<'); at != std::string::npos; at = html.find('<', at + 1)) {
+    const std::size_t end = html.find('>', at);
+    if (end == std::string::npos) return "unfinished tag";
+    const std::string tag = html.substr(at + 1, end - at - 1);
+    if (tag.find('<') != std::string::npos) return "a '<' inside <" + tag + ">";
+    const std::string name = tag.substr(0, tag.find_first_of(" \n"));
+    if (name == "!doctype" || name == "meta" || tag.back() == '/') continue;
+    if (name[0] != '/') {
+      open.push_back(name);
+    } else if (open.empty() || "/" + open.back() != name) {
+      return "<" + name + "> closes " + (open.empty() ? "nothing" : "<" + open.back() + ">");
+    } else {
+      open.pop_back();
+    }
+  }
+  return open.empty() ? "" : "<" + open.back() + "> stays open";
+}
+
+bool prints_nan(const std::string& page) {
+  return std::regex_search(without_code(page),
+                           std::regex("(^|[^a-z])-?(nan|inf)([^a-z]|$)", std::regex::icase));
+}
+
+TEST(Report, OpensWithTheVerdict) {
+  const std::string page = page_of(good_session());
+  ASSERT_TRUE(good_session().result.rig.quality.passed());
+  EXPECT_TRUE(holds(page, "Passed.</strong> All " +
+                              std::to_string(good_session().result.rig.quality.gates.size()) +
+                              " gates hold"));
+  EXPECT_LT(page.find("Passed."), page.find("<table"));
+  EXPECT_FALSE(holds(page, "class=\"verdict failed\""));
+}
+
+TEST(Report, OfAFailedGateSaysWhyAndWhatToDo) {
+  Session session = good_session();
+  session.result.rig.quality.gates[3].passed = false;
+  session.result.rig.quality.gates[3].detail = "fx/fy 1.3 > 1.04: switch <keystone> off";
+  const std::string page = page_of(session);
+  EXPECT_TRUE(holds(page, "Failed.</strong> 1 of " + std::to_string(session.result.rig.quality.gates.size()) +
+                              " gates does not hold."));
+  EXPECT_TRUE(holds(page, "<b>" + session.result.rig.quality.gates[3].name +
+                              "</b>: fx/fy 1.3 &gt; 1.04: switch &lt;keystone&gt; off</li>"));
+  EXPECT_FALSE(holds(page, "Passed."));
+}
+
+TEST(Report, OfASolveThatDidNotConvergeFails) {
+  Session session = good_session();
+  session.result.converged = false;
+  EXPECT_TRUE(holds(page_of(session), "did not converge"));
+  EXPECT_FALSE(holds(page_of(session), "Passed."));
+}
+
+/// "name | value | sigma": the row of that name in a device's table.
+std::string row_of(const std::string& name, double value, double sigma, int decimals) {
+  return "<tr><td>" + name + "</td><td class=\"n\">" + with_decimals(value, decimals) +
+         "</td><td class=\"n\">" + with_decimals(sigma, decimals) + "</td>";
+}
+
+TEST(Report, HasEveryNumberWithItsSigma) {
+  const Session& session = good_session();
+  const std::string page = page_of(session);
+  const Rig& rig = session.result.rig;
+  const auto decimals = [](double sigma) { return std::max(0, 1 - int(std::floor(std::log10(sigma)))); };
+  int rows = 0;
+  for (const auto& [device, lens] : {std::pair("camera", rig.camera().camera),
+                                     std::pair("projector", rig.projector().projector.inverse_camera)}) {
+    const std::vector<std::string> names = parameter_names(lens);
+    for (std::size_t i = 0; i < names.size(); ++i) {
+      const double sigma = rig.covariance.sigma(device + ("." + names[i]));
+      if (sigma == 0) continue;  // held
+      EXPECT_TRUE(holds(page, row_of(names[i], parameters_of(lens)[Eigen::Index(i)], sigma, decimals(sigma))))
+          << device << " " << names[i];
+      ++rows;
+    }
+  }
+  EXPECT_EQ(rows, 16);  // fx fy cx cy k1 k2 p1 p2 of both: skew and k3 are held
+  EXPECT_TRUE(holds(page, "<tr><td>skew</td><td class=\"n\">0.00</td><td class=\"n\">held</td>"));
+
+  const Projector& projector = rig.projector().projector;
+  const double sigma_throw = rig.covariance.sigma("projector.fx") / 1024,
+               sigma_shift = 100 * rig.covariance.sigma("projector.cy") / 768;
+  EXPECT_TRUE(
+      holds(page, row_of("throw ratio", projector.throw_ratio(), sigma_throw, decimals(sigma_throw))));
+  EXPECT_TRUE(holds(
+      page, row_of("lens shift down", 100 * projector.lens_shift().y(), sigma_shift, decimals(sigma_shift))));
+  const auto px = [](double value) { return with_decimals(value, 2 - int(std::floor(std::log10(value)))); };
+  for (std::size_t d = 0; d < 2; ++d) {
+    EXPECT_TRUE(holds(page, "<td class=\"n\">" + px(session.result.rms_px[d]) + "</td><td class=\"n\">" +
+                                px(session.result.holdout_px[d]) + "</td>"));
+  }
+  EXPECT_TRUE(holds(page, "<b>" + px(session.result.joint_rms_px) + " px</b>"));
+  EXPECT_TRUE(holds(page, "<b>" + px(session.input.predicted[0].rms_mm) + " mm</b>"));
+  EXPECT_TRUE(holds(page, "<b>" + px(session.input.truth->rms_mm) + " mm</b>"));
+}
+
+/// The page's sigmas of the rotation vector and the origin are the spread of rigs drawn from the covariance,
+/// here by central differences of what the page shows.
+TEST(Report, PoseSigmasAreThoseOfTheNumbersShown) {
+  const Session& session = good_session();
+  const Rig& rig = session.result.rig;
+  const Pose& pose = rig.projector().rig_from_projector;
+  const Mat6 c = rig.covariance.block(pose_increment_names("rig_from_projector"));
+  Mat6 shown_by_increment;  // [rotation vector, origin] by the left increment
+  const double h = 1e-5;
+  for (int i = 0; i < 6; ++i) {
+    Vec6 xi = Vec6::Zero();
+    xi[i] = h;
+    const Pose a = se3_exp<double>(xi) * pose, b = se3_exp<double>(-xi) * pose;
+    shown_by_increment.col(i) << (so3_log(a.rotation) - so3_log(b.rotation)) / (2 * h),
+        (a.translation - b.translation) / (2 * h);
+  }
+  const Mat6 shown = shown_by_increment * c * shown_by_increment.transpose();
+  const std::string page = page_of(session);
+  const auto decimals = [](double sigma) { return std::max(0, 1 - int(std::floor(std::log10(sigma)))); };
+  const double degrees = 180 / 3.14159265358979323846;
+  const std::string axes[] = {"x", "y", "z"};
+  for (int i = 0; i < 3; ++i) {
+    const double turn = degrees * std::sqrt(shown(i, i)), shift = 1e3 * std::sqrt(shown(3 + i, 3 + i));
+    EXPECT_TRUE(holds(page, row_of("rotation about " + axes[i], degrees * so3_log(pose.rotation)[i], turn,
+                                   decimals(turn))));
+    EXPECT_TRUE(
+        holds(page, row_of("position " + axes[i], 1e3 * pose.translation[i], shift, decimals(shift))));
+  }
+}
+
+TEST(Report, LoadsNothingFromAnywhere) {
+  const std::string page = page_of(good_session());
+  for (const std::string outside : {"http:", "https:", "src=", "href=", "@import", "url("})
+    EXPECT_FALSE(holds(page, outside)) << outside;
+  EXPECT_TRUE(holds(page, "default-src 'none'"));
+}
+
+TEST(Report, EscapesWhatPeopleNamed) {
+  const std::string page = page_of(good_session());
+  EXPECT_TRUE(holds(page, "&lt;b&gt;&amp;&quot;x&quot;"));
+  EXPECT_FALSE(holds(page, R"(<b>&"x")"));
+  EXPECT_TRUE(holds(page, "<h1>wall &amp; floor</h1>"));
+  EXPECT_TRUE(holds(page, "a/&lt;1&gt;.png"));
+}
+
+TEST(Report, BalancesItsTags) {
+  EXPECT_EQ(imbalance(page_of(good_session())), "");
+  EXPECT_NE(imbalance("<style></style><script></script><p><b></p></b>"), "");  // the check can fail
+}
+
+TEST(Report, IsTheSameTextInEveryLocale) {
+  const std::string page = page_of(good_session());
+  EXPECT_EQ(page, page_of(good_session()));
+  const std::string before = std::setlocale(LC_ALL, nullptr);
+  if (!std::setlocale(LC_ALL, "de_DE.UTF-8") && !std::setlocale(LC_ALL, "de_DE.utf8"))
+    GTEST_SKIP() << "the German locale is not installed";
+  const std::string german = page_of(good_session());
+  std::setlocale(LC_ALL, before.c_str());
+  EXPECT_EQ(page, german);
+}
+
+TEST(Report, KeepsOutliersVisible) {
+  const std::string page = page_of(good_session());
+  EXPECT_TRUE(holds(page, "<title>view_2, point 7: "));
+  EXPECT_TRUE(holds(page, "<title>view_3, point 20: "));
+  EXPECT_TRUE(holds(page, "53 (1 out)"));
+}
+
+TEST(Report, DrawsEveryUsedBoardOnce) {
+  const std::string page = page_of(good_session());
+  std::size_t sheets = 0;
+  for (std::size_t at = page.find("class=\"sheet\""); at != std::string::npos;
+       at = page.find("class=\"sheet\"", at + 1))
+    ++sheets;
+  EXPECT_EQ(sheets, good_session().data.views.size());
+}
+
+TEST(Report, PrintsADashForWhatIsNotANumber) {
+  const double nan = std::nan(""), inf = std::numeric_limits<double>::infinity();
+  Session session = good_session();
+  session.result.rms_px[1] = nan;
+  session.result.joint_rms_px = inf;
+  session.result.views[0].rig_from_board.translation.x() = nan;
+  session.result.views[0].rms_px[0] = nan;
+  session.result.residuals[5].residual.x() = nan;
+  session.result.residuals[6].pixel.y() = inf;
+  session.result.rig.covariance.matrix.setConstant(nan);
+  session.result.rig.projectors[0].projector.inverse_camera.intrinsics.cx = nan;
+  session.input.predicted = {{2.0, 0, nan, nan}};
+  const std::string page = page_of(session);
+  EXPECT_FALSE(prints_nan(page));
+  EXPECT_TRUE(holds(page, "<b>- px</b>"));
+  EXPECT_EQ(imbalance(page), "");
+  EXPECT_TRUE(prints_nan("<style></style><script></script><p>M1 nan</p>"));  // the check can fail
+}
+
+TEST(Report, OfAViewLeftOutStillShowsIt) {
+  Session session = good_session();
+  calibrate::ViewResult& view = session.result.views[4];
+  view.used = false;
+  view.note = "left out: too few corners";
+  auto& residuals = session.result.residuals;
+  residuals.erase(
+      std::remove_if(residuals.begin(), residuals.end(), [](const auto& r) { return r.view == 4; }),
+      residuals.end());
+  const std::string page = page_of(session);
+  EXPECT_TRUE(holds(page, "<td>left out: too few corners</td>"));
+  EXPECT_TRUE(holds(page, "class=\"unused\""));
+  EXPECT_FALSE(holds(page_of(good_session()), "class=\"unused\""));
+}
+
+TEST(Report, OfACameraAloneHasNoProjector) {
+  const Session& session = good_session();
+  const CalibrationResult camera = calibrate::calibrate_camera(session.data);
+  const std::string page = calibration_report(camera, session.data);
+  EXPECT_FALSE(holds(page, "throw ratio"));
+  EXPECT_EQ(imbalance(page), "");
+  EXPECT_FALSE(prints_nan(page));
+}
+
+TEST(Report, RefusesCorrespondencesOfAnotherSession) {
+  Session session = good_session();
+  session.data.views[0].name = "elsewhere";
+  EXPECT_THROW(page_of(session), std::invalid_argument);
+  session = good_session();
+  session.data.views.pop_back();
+  EXPECT_THROW(page_of(session), std::invalid_argument);
+  session = good_session();
+  session.result.residuals[0].device = 2;
+  EXPECT_THROW(page_of(session), std::invalid_argument);
+}
+
+TEST(Report, OfTwentyViewsIsBelowAMegabyte) {
+  const std::string page = page_of(session_of(20, false));
+  EXPECT_LT(page.size(), 1000000u);
+  EXPECT_EQ(imbalance(page), "");
+}
+
+}  // namespace
+}  // namespace procam::analyze

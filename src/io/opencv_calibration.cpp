@@ -36,9 +36,16 @@ class Storage {
   }
 
   MatX matrix(const char* name) {
+    const cv::FileNode found = node(name);
+    if (!found.isMap()) fail(name, "it is missing or no matrix");
+    // OpenCV allocates what the file claims before it looks at the data.
+    for (const char* const side : {"rows", "cols"})
+      if (!found[side].isInt() || int(found[side]) < 1 || int(found[side]) > kLargestSide)
+        fail(name, std::string("its number of ") + side + " is missing or not from 1 to " +
+                       std::to_string(kLargestSide));
     cv::Mat stored;
     try {
-      node(name) >> stored;
+      found >> stored;
     } catch (const cv::Exception& exception) {
       fail(name, "it is no matrix (" + exception.err + ")");
     }
@@ -73,6 +80,7 @@ class Storage {
   }
 
  private:
+  static constexpr int kLargestSide = 64;  // the longest vector of a calibration has 14 numbers
   std::string file_;
   cv::FileStorage storage_;
 

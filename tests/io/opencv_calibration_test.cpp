@@ -63,6 +63,9 @@ TEST(OpencvCalibration, NamesTheMatrixThatIsWrong) {
                                 "1., 0., 0., 0., 1., 0., 0., 0., -1.")),
                kInput, "it is not a rotation");
   EXPECT_ERROR(load("%YAML:1.0\n---\nrms: 1.\n"), kInput, "img_shape: it is missing");
+  const std::string huge = matrix("img_shape", 1000000000, 2, "1024., 1280.");
+  EXPECT_ERROR(load("%YAML:1.0\n---\n" + huge), kInput,
+               "img_shape: its number of rows is missing or not from 1");
   EXPECT_ERROR(load(""), kInput, "not OpenCV storage");
   EXPECT_ERROR(load("no storage at all"), kInput, "c.yml");
   EXPECT_ERROR(load_opencv_calibration(scratch / "absent.xml", {1024, 768}, 0.001), kIo, "No such file");

@@ -12,6 +12,7 @@ namespace {
 using calibrate::CalibrationResult;
 
 constexpr double kWidth = 900, kHeight = 540, kMargin = 36;
+constexpr double kFooter = 36;  ///< below the picture, for the scale bar
 
 /// Orthographic: x to the right, y (down in the rig's frame) down, seen from `yaw` around and `pitch` above.
 /// The page's script uses the same equations.
@@ -19,7 +20,7 @@ struct Viewpoint {
   double yaw = 0.6, pitch = 0.42;
   double scale = 1;  ///< SVG units a metre
   Vec3 centre = Vec3::Zero();
-  Vec2 middle = Vec2(kWidth / 2, kHeight / 2);
+  Vec2 middle = 0.5 * Vec2(kWidth, kHeight);
 
   Vec2 flat(const Vec3& point_in_rig) const {
     const Vec3 p = point_in_rig - centre;
@@ -163,7 +164,7 @@ void draw_axes(Scene& scene, double length) {
 }
 
 void draw_scale(Scene& scene, const Viewpoint& view, double metres) {
-  const Vec2 at(kMargin / 2, kHeight - kMargin / 2), end = at + Vec2(metres * view.scale, 0);
+  const Vec2 at(kMargin / 2, kHeight + kFooter / 2), end = at + Vec2(metres * view.scale, 0);
   Marks bar;
   bar.line(at, end);
   scene.raw(bar.path("class=\"bar\"") +
@@ -189,7 +190,8 @@ std::string rig_in_space(const CalibrationResult& result, const Board& board) {
   }
   if (drawn.empty() || bodies.empty()) return "";
   std::sort(distances.begin(), distances.end());
-  const double near = 0.25 * distances[distances.size() / 2], far = distances.back();
+  const double near = 0.25 * distances[distances.size() / 2], far = distances.back(), axis = 0.6 * near;
+  for (int i = 0; i < 3; ++i) extent.push_back(axis * Vec3::Unit(i));
   for (const Body& body : bodies) {
     extent.push_back(body.rig_from_device.translation);
     for (const Vec3& corner : picture_at(body, near)) extent.push_back(corner);
@@ -214,7 +216,7 @@ std::string rig_in_space(const CalibrationResult& result, const Board& board) {
     scene.raw("</g>\n");
   }
   for (const Body& body : bodies) draw_body(scene, body, near, far);
-  draw_axes(scene, 0.6 * near);
+  draw_axes(scene, axis);
   const double bar = round_step(0.16 * kWidth / viewpoint.scale);
   draw_scale(scene, viewpoint, bar);
 
@@ -223,18 +225,18 @@ std::string rig_in_space(const CalibrationResult& result, const Board& board) {
   std::string data = fixed(viewpoint.yaw, 3) + " " + fixed(viewpoint.pitch, 3);
   for (const double value : {1e3 * c.x(), 1e3 * c.y(), 1e3 * c.z(), kWidth, kHeight, kMargin, 1e3 * bar})
     data += " " + shortest(value);
-  return element(
-             "figure", "class=\"wide\"",
-             "\n" +
-                 element("svg",
-                         "id=\"rig\" tabindex=\"0\" role=\"img\" aria-label=\"The rig and the boards in "
-                         "space\" viewBox=\"0 0 " +
-                             coordinate(kWidth) + " " + coordinate(kHeight) + "\" data-view=\"" + data + "\"",
-                         "\n" + scene.content()) +
-                 element("figcaption", "",
-                         "Look for a rig like the one on the bench, boards at several distances, tilted "
-                         "about both axes, inside both cones. Axes: the rig's frame (x right, y down, z "
-                         "forward). <span id=\"turn\">Drawn without perspective.</span>")) +
+  return element("figure", "class=\"wide\"",
+                 "\n" +
+                     element("svg",
+                             "id=\"rig\" tabindex=\"0\" role=\"img\" aria-label=\"The rig and the boards in "
+                             "space\" viewBox=\"0 0 " +
+                                 coordinate(kWidth) + " " + coordinate(kHeight + kFooter) +
+                                 "\" data-view=\"" + data + "\"",
+                             "\n" + scene.content()) +
+                     element("figcaption", "",
+                             "Look for a rig like the one on the bench, boards at several distances, tilted "
+                             "about both axes, inside both cones. Axes: the rig's frame (x right, y down, z "
+                             "forward). <span id=\"turn\">Drawn without perspective.</span>")) +
          "\n";
 }
 

@@ -94,7 +94,7 @@ inline constexpr char kReportScript[] = R"js(
   const [yaw0, pitch0, cx, cy, cz, width, height, margin, bar] = svg.dataset.view.split(' ').map(Number);
   const shapes = [...svg.querySelectorAll('[data-p]')].map(node => ({
     node, text: node.tagName === 'text', end: node.dataset.closed ? 'Z' : '',
-    fitted: node.matches('.sheet, .body'), flat: [],
+    fitted: node.matches('.sheet, .body, [class^=axis-]'), flat: [],
     lines: node.dataset.p.split(';').map(line => line.split(' ').map(Number)) }));
   const boards = [...svg.querySelectorAll('.board')].map(node => ({
     node, at: node.firstElementChild.dataset.p.split(' ').map(Number) }));
@@ -130,8 +130,8 @@ inline constexpr char kReportScript[] = R"js(
         node.setAttribute('d', flat.map(line => 'M' + line.map(p => at(p).join(' ')).join('L') + end).join(''));
       }
     }
-    const barEnd = margin / 2 + scale * bar, barY = height - margin / 2;
-    scaleBar.setAttribute('d', `M${margin / 2} ${barY}H${barEnd.toFixed(1)}`);
+    const barEnd = margin / 2 + scale * bar;
+    scaleBar.setAttribute('d', `M${margin / 2} ${barWords.getAttribute('y')}H${barEnd.toFixed(1)}`);
     barWords.setAttribute('x', (barEnd + 8).toFixed(1));
     const depth = ({ at: [x, y, z] }) => c * (b * x + a * z) + d * y;
     boards.sort((p, q) => depth(p) - depth(q)).forEach(board => svg.prepend(board.node));

@@ -63,6 +63,10 @@ std::string shortest(double value) {
   return without_minus_zero(digits_of(value, std::chars_format::general, 6));
 }
 
+std::string pixels(double value) {
+  return std::abs(value) >= 0.001 || value == 0 ? fixed(value, 3) : significant(value, 2);
+}
+
 int decimals_for(double sigma, int otherwise) {
   if (!std::isfinite(sigma) || sigma <= 0) return otherwise;
   return std::clamp(1 - int(std::floor(std::log10(sigma))), 0, 9);

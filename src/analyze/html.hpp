@@ -15,6 +15,8 @@ std::string fixed(double value, int decimals);
 std::string significant(double value, int digits);
 /// As short as six significant digits allow: for round values, "0.5"; "-" unless finite.
 std::string shortest(double value);
+/// A residual's length, to a thousandth; a fit without noise shows its order of magnitude.
+std::string pixels(double value);
 /// Decimals that show two digits of a standard deviation; `otherwise` when it says nothing.
 int decimals_for(double sigma, int otherwise);
 /// The largest of 1, 2, 5 times a power of ten that is not above a positive value.

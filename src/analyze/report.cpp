@@ -47,7 +47,7 @@ std::string numbers(const CalibrationResult& result, const ReportInput& input) {
              "p", "class=\"hint\"",
              "Sigma: one standard deviation; “held”: kept at its start, not solved for. Rotation: rotation "
              "vector. Check the distance between the devices with a tape measure.") +
-         "\n" + element("h3", "", "Residuals") + "\n" + residual_numbers(result) + wall_errors(input);
+         "\n" + element("h3", "", "Fit") + "\n" + residual_numbers(result) + wall_errors(input);
 }
 
 /// One picture a device, side by side.
@@ -71,7 +71,8 @@ std::string calibration_report(const CalibrationResult& result, const Correspond
       element("h1", "", escaped(input.title)) + "\n" + verdict(result) + key_figures(result, input) +
       section("Numbers", numbers(result, input)) + section("Gates", gate_table(result.rig.quality)) +
       section("Remarks", diagnostic_list(result.diagnostics)) + section("Views", view_table(result)) +
-      section("Residuals", each_device(result, [&](int d) { return residual_scatter(result, d); })) +
+      section("Scatter of the residuals",
+              each_device(result, [&](int d) { return residual_scatter(result, d); })) +
       section("Coverage", each_device(result, [&](int d) { return coverage(result, correspondences, d); })) +
       section("Rig in space", rig_in_space(result, correspondences.board)) +
       section("Residuals in the picture", quivers) +

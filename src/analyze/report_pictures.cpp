@@ -97,13 +97,13 @@ std::string share(int part, int whole) {
 std::string view_color(int view) {
   // Steps of the golden angle keep the hues of any number of views apart; two rings of lightness help.
   const int hue = int(std::lround(std::fmod(210.0 + view * 137.508, 360.0)));
-  return "hsl(" + std::to_string(hue) + ",60%," + (view % 2 ? "42%" : "54%") + ")";
+  return "hsl(" + std::to_string(hue) + ",60%," + (view % 2 ? "44%" : "54%") + ")";
 }
 
 std::string residual_scatter(const CalibrationResult& result, int device) {
   const Spread spread = spread_of(result, device);
-  const double half = 150, to_svg = half / spread.reach;
-  const Vec2 centre(200, 168);
+  const double half = 200, to_svg = half / spread.reach;
+  const Vec2 centre(256, 226);
   const auto place = [&](const Vec2& residual) {
     const double outside = std::max(1.0, residual.cwiseAbs().maxCoeff() / spread.reach);
     return Vec2(centre + to_svg / outside * residual);
@@ -154,7 +154,7 @@ std::string residual_scatter(const CalibrationResult& result, int device) {
                         " (pure noise: 39, 86, 99 %).";
   if (spread.left_out > 0)
     caption += " " + std::to_string(spread.left_out) + " left out: crosses, at the edge when further away.";
-  return figure(svg("0 0 380 352", "Residuals of " + name, content), caption);
+  return figure(svg("0 0 480 462", "Residuals of " + name, content), caption);
 }
 
 namespace {
@@ -252,6 +252,7 @@ namespace {
 
 struct QuiverScale {
   double magnified = 1;
+  double typical = 0;  ///< length of the drawn RMS residual, picture pixels
   double longest = 0;  ///< picture pixels; a longer line is cut short
   double bar_px = 0;   ///< residual that the scale bar shows; 0: none
 };
@@ -264,6 +265,7 @@ QuiverScale quiver_scale(const CalibrationResult& result, int device) {
   scale.longest = 0.15 * width;
   if (rms > 0) {
     scale.magnified = round_step(std::clamp(width / 30.0 / rms, 1.0, 1e4));
+    scale.typical = rms * scale.magnified;
     scale.bar_px = round_step(0.15 * width / scale.magnified);
   }
   return scale;
@@ -290,13 +292,27 @@ std::string quiver_of(const CalibrationResult& result, int device, int view, con
          cut.path("class=\"out thin\"", name) + crosses.path("class=\"out\"", name);
 }
 
+/// The part of the picture that one view fills, in the picture's own shape.
+std::string box_around(const CalibrationResult& result, int device, int view, double margin) {
+  const Vec2 size = extent(result.devices[std::size_t(device)].size);
+  Vec2 low = size, high = -size;
+  for (const Residual& r : result.residuals) {
+    if (r.device != device || r.view != view || !r.pixel.allFinite()) continue;
+    low = low.cwiseMin(r.pixel);
+    high = high.cwiseMax(r.pixel);
+  }
+  const Vec2 centre = 0.5 * (low + high), half = 0.5 * (high - low) + Vec2(margin, margin);
+  const double share = std::max(half.cwiseQuotient(size).maxCoeff(), 0.02);
+  return box(centre - share * size, 2 * share * size);
+}
+
 }  // namespace
 
 std::string residual_quivers(const CalibrationResult& result, int device) {
   const Device& about = result.devices[std::size_t(device)];
   const QuiverScale scale = quiver_scale(result, device);
   const Vec2 size = extent(about.size), first(-0.5, -0.5);
-  const double em = size.x() / 48, arm = 0.008 * size.x();
+  const double em = size.x() / 84, arm = 0.006 * size.x();
   const std::string factor = fixed(scale.magnified, 0) + kTimes;
 
   std::string content = rectangle("class=\"frame\"", first, size);
@@ -321,19 +337,20 @@ std::string residual_quivers(const CalibrationResult& result, int device) {
 
   std::string tiles;
   for (std::size_t v = 0; v < result.views.size(); ++v) {
-    const calibrate::ViewResult& view = result.views[v];
-    const std::string lines = quiver_of(result, device, int(v), scale, arm);
+    const std::string lines = quiver_of(result, device, int(v), scale, 0.6 * arm);
     if (lines.empty()) continue;
+    const std::string around = box_around(result, device, int(v), 1.5 * scale.typical);
     tiles +=
-        figure(svg(box(first - Vec2(em, em), size + Vec2(2 * em, 2 * em)), "Residual vectors of one view",
-                   rectangle("class=\"frame\"", first, size) + lines),
-               escaped(view.name) + " · " + significant(view.rms_px[std::size_t(device)], 3) + " px RMS");
+        figure(svg(around, "Residual vectors of one view", rectangle("class=\"frame\"", first, size) + lines),
+               escaped(result.views[v].name) + " · " + pixels(result.views[v].rms_px[std::size_t(device)]) +
+                   " px RMS");
   }
   return out + element("div", "class=\"tiles\"", "\n" + tiles) + "\n" +
          element(
              "p", "class=\"hint\"",
-             "One picture a view, " + escaped(about.name) + ", " + factor +
-                 " magnified. Lines of one view that all point one way: the board moved between its frames.");
+             "One cut-out of the picture a view, " + escaped(about.name) + ", residuals " + factor +
+                 " against the pixels below them; the foot is the observed pixel. Lines of one view that all "
+                 "point one way: the board moved between its frames.");
 }
 
 }  // namespace procam::analyze

@@ -12,20 +12,25 @@ namespace {
 using calibrate::CalibrationResult;
 
 constexpr double kWidth = 900, kHeight = 540, kMargin = 36;
+constexpr double kFooter = 36;  ///< below the picture, for the scale bar
 
 /// Orthographic: x to the right, y (down in the rig's frame) down, seen from `yaw` around and `pitch` above.
-/// The page's script uses the same two equations.
+/// The page's script uses the same equations.
 struct Viewpoint {
   double yaw = 0.6, pitch = 0.42;
   double scale = 1;  ///< SVG units a metre
   Vec3 centre = Vec3::Zero();
-  Vec2 middle = Vec2(kWidth / 2, kHeight / 2);
+  Vec2 middle = 0.5 * Vec2(kWidth, kHeight);
 
   Vec2 flat(const Vec3& point_in_rig) const {
     const Vec3 p = point_in_rig - centre;
     const double right = std::cos(yaw) * p.x() - std::sin(yaw) * p.z();
     const double depth = std::sin(yaw) * p.x() + std::cos(yaw) * p.z();
     return Vec2(right, std::cos(pitch) * p.y() - std::sin(pitch) * depth);
+  }
+  double depth(const Vec3& point_in_rig) const {
+    return std::cos(pitch) * (std::sin(yaw) * point_in_rig.x() + std::cos(yaw) * point_in_rig.z()) +
+           std::sin(pitch) * point_in_rig.y();
   }
   Vec2 operator()(const Vec3& point_in_rig) const { return middle + scale * flat(point_in_rig); }
 
@@ -70,7 +75,7 @@ class Scene {
     content_ += label(view_(at), "data-p=\"" + millimetres(at) + "\" " + attributes, text) + "\n";
   }
 
-  void fixed_words(const std::string& svg) { content_ += svg; }
+  void raw(const std::string& svg) { content_ += svg; }
   const std::string& content() const { return content_; }
 
  private:
@@ -146,7 +151,7 @@ void draw_body(Scene& scene, const Body& body, double near, double far) {
   for (std::size_t i = 0; i < close.size(); ++i)
     sides.push_back({origin, close[i], close[(i + 1) % close.size()]});
   if (!sides.empty()) scene.shape(sides, true, "class=\"body " + kind + "\"", body.name);
-  scene.words(origin, "class=\"tick halo " + kind + "\" dx=\"-8\" dy=\"-8\" text-anchor=\"end\"", body.name);
+  scene.words(origin, "class=\"tick halo " + kind + "\" dx=\"9\" dy=\"17\"", body.name);
 }
 
 void draw_axes(Scene& scene, double length) {
@@ -158,13 +163,12 @@ void draw_axes(Scene& scene, double length) {
   }
 }
 
-void draw_scale(Scene& scene, const Viewpoint& view) {
-  const double metres = round_step(0.22 * kWidth / view.scale);
-  const Vec2 at(kMargin / 2, kHeight - kMargin / 2), end = at + Vec2(metres * view.scale, 0);
+void draw_scale(Scene& scene, const Viewpoint& view, double metres) {
+  const Vec2 at(kMargin / 2, kHeight + kFooter / 2), end = at + Vec2(metres * view.scale, 0);
   Marks bar;
   bar.line(at, end);
-  scene.fixed_words(bar.path("class=\"bar\"") +
-                    label(end + Vec2(8, 4), "class=\"tick\"", shortest(1e3 * metres) + " mm") + "\n");
+  scene.raw(bar.path("class=\"bar\"") +
+            label(end + Vec2(8, 0), "class=\"tick\" dy=\"4\"", shortest(1e3 * metres) + " mm") + "\n");
 }
 
 }  // namespace
@@ -186,7 +190,8 @@ std::string rig_in_space(const CalibrationResult& result, const Board& board) {
   }
   if (drawn.empty() || bodies.empty()) return "";
   std::sort(distances.begin(), distances.end());
-  const double near = 0.25 * distances[distances.size() / 2], far = distances.back();
+  const double near = 0.25 * distances[distances.size() / 2], far = distances.back(), axis = 0.6 * near;
+  for (int i = 0; i < 3; ++i) extent.push_back(axis * Vec3::Unit(i));
   for (const Body& body : bodies) {
     extent.push_back(body.rig_from_device.translation);
     for (const Vec3& corner : picture_at(body, near)) extent.push_back(corner);
@@ -195,39 +200,43 @@ std::string rig_in_space(const CalibrationResult& result, const Board& board) {
   const Viewpoint viewpoint = Viewpoint::fitted(extent);
   Scene scene(viewpoint);
   // Far boards first, so that near ones lie over them.
-  const auto depth = [&](int v) { return result.views[std::size_t(v)].rig_from_board.translation.z(); };
+  const auto depth = [&](int v) {
+    return viewpoint.depth(result.views[std::size_t(v)].rig_from_board * sheet.outline.front());
+  };
   std::stable_sort(drawn.begin(), drawn.end(), [&](int a, int b) { return depth(a) > depth(b); });
   for (const int v : drawn) {
     const calibrate::ViewResult& view = result.views[std::size_t(v)];
     const std::string color = view_color(v);
+    scene.raw("<g class=\"board\">");
     scene.shape({moved(view.rig_from_board, sheet.outline)}, true, "class=\"sheet\" stroke=\"" + color + "\"",
                 view.name);
     std::vector<Points3> dark;
     for (const Points3& square : sheet.dark) dark.push_back(moved(view.rig_from_board, square));
     scene.shape(dark, true, "class=\"dark\" fill=\"" + color + "\"");
+    scene.raw("</g>\n");
   }
   for (const Body& body : bodies) draw_body(scene, body, near, far);
-  draw_axes(scene, 0.6 * near);
-  draw_scale(scene, viewpoint);
+  draw_axes(scene, axis);
+  const double bar = round_step(0.16 * kWidth / viewpoint.scale);
+  draw_scale(scene, viewpoint, bar);
 
-  // What the script needs to turn the picture: yaw, pitch, units a millimetre, centre (mm), middle.
+  // What the script needs to turn the picture, lengths in space in millimetres.
   const Vec3& c = viewpoint.centre;
-  const std::string data = fixed(viewpoint.yaw, 3) + " " + fixed(viewpoint.pitch, 3) + " " +
-                           fixed(1e-3 * viewpoint.scale, 6) + " " + fixed(1e3 * c.x(), 0) + " " +
-                           fixed(1e3 * c.y(), 0) + " " + fixed(1e3 * c.z(), 0) + " " +
-                           position(viewpoint.middle);
-  return element(
-             "figure", "class=\"wide\"",
-             "\n" +
-                 element("svg",
-                         "id=\"rig\" tabindex=\"0\" role=\"img\" aria-label=\"The rig and the boards in "
-                         "space\" viewBox=\"0 0 " +
-                             coordinate(kWidth) + " " + coordinate(kHeight) + "\" data-view=\"" + data + "\"",
-                         "\n" + scene.content()) +
-                 element("figcaption", "",
-                         "Look for a rig like the one on the bench, boards at several distances, tilted "
-                         "about both axes, inside both cones. Axes: the rig's frame (x right, y down, z "
-                         "forward). <span id=\"turn\">Drawn without perspective.</span>")) +
+  std::string data = fixed(viewpoint.yaw, 3) + " " + fixed(viewpoint.pitch, 3);
+  for (const double value : {1e3 * c.x(), 1e3 * c.y(), 1e3 * c.z(), kWidth, kHeight, kMargin, 1e3 * bar})
+    data += " " + shortest(value);
+  return element("figure", "class=\"wide\"",
+                 "\n" +
+                     element("svg",
+                             "id=\"rig\" tabindex=\"0\" role=\"img\" aria-label=\"The rig and the boards in "
+                             "space\" viewBox=\"0 0 " +
+                                 coordinate(kWidth) + " " + coordinate(kHeight + kFooter) +
+                                 "\" data-view=\"" + data + "\"",
+                             "\n" + scene.content()) +
+                     element("figcaption", "",
+                             "Look for a rig like the one on the bench, boards at several distances, tilted "
+                             "about both axes, inside both cones. Axes: the rig's frame (x right, y down, z "
+                             "forward). <span id=\"turn\">Drawn without perspective.</span>")) +
          "\n";
 }
 

@@ -16,9 +16,10 @@ body { margin: 0 auto; max-width: 1120px; padding: 32px 24px 64px; background: v
 h1 { font-size: 26px; line-height: 1.2; margin: 0 0 20px; overflow-wrap: anywhere; }
 h2 { font-size: 19px; margin: 44px 0 4px; padding-top: 12px; border-top: 1px solid var(--line); }
 h3 { font-size: 15px; margin: 20px 0 4px; overflow-wrap: anywhere; }
-p { margin: 4px 0 12px; max-width: 75ch; }
+p { margin: 4px 0 12px; max-width: 95ch; }
 .kicker { color: var(--accent); font-weight: 600; margin: 0; }
 .hint, figcaption { color: var(--soft); font-size: 13px; }
+.scroll + .hint { margin-top: 8px; }
 .verdict { border-left: 6px solid var(--good); background: var(--card); padding: 14px 18px; }
 .verdict.failed { border-color: var(--bad); }
 .verdict p { margin: 0; font-size: 17px; max-width: none; }
@@ -31,21 +32,22 @@ p { margin: 4px 0 12px; max-width: 75ch; }
 .key span { color: var(--soft); font-size: 13px; display: block; line-height: 1.35; }
 .pair { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(420px, 100%), 1fr)); gap: 8px 32px;
   align-items: start; }
-.tiles { display: grid; grid-template-columns: repeat(auto-fill, minmax(200px, 1fr)); gap: 8px 16px; }
+.tiles { display: grid; grid-template-columns: repeat(auto-fill, minmax(230px, 1fr)); gap: 8px 16px; }
 .scroll { overflow-x: auto; }
 table { border-collapse: collapse; width: 100%; font-size: 14px; }
 th { text-align: left; font-weight: 600; color: var(--soft); font-size: 13px; vertical-align: bottom; }
 th, td { padding: 4px 10px 4px 0; border-bottom: 1px solid var(--line); vertical-align: top; }
-td { overflow-wrap: anywhere; }
+td { overflow-wrap: break-word; }
+details td { overflow-wrap: anywhere; }
 .n { text-align: right; font-variant-numeric: tabular-nums; white-space: nowrap; overflow-wrap: normal; }
+th.n + th:not(.n), td.n + td:not(.n) { padding-left: 10px; }
 .u { color: var(--soft); white-space: nowrap; }
-.mono { font: 12px/1.5 ui-monospace, "DejaVu Sans Mono", monospace; overflow-wrap: anywhere; }
+.mono { font: 12px/1.5 ui-monospace, "DejaVu Sans Mono", monospace; }
 .swatch { display: inline-block; width: 10px; height: 10px; border-radius: 50%; margin-right: 8px; }
 figure { margin: 8px 0 0; min-width: 0; }
-figcaption { margin-top: 4px; overflow-wrap: anywhere; max-width: 85ch; }
+figcaption { margin-top: 4px; overflow-wrap: anywhere; max-width: 95ch; }
 figcaption b { color: var(--ink); }
 svg { display: block; width: 100%; height: auto; background: var(--card); border-radius: 6px; }
-figure.square svg { max-width: 480px; }
 /* Colours of views are attributes, which any rule of a style sheet overrides: none here may set them. */
 svg path:not([fill]), svg rect, svg circle { fill: none; }
 svg path, svg rect, svg circle { vector-effect: non-scaling-stroke; }
@@ -83,38 +85,56 @@ svg .axis-z { stroke: #3b6fd4; stroke-width: 2.5px; }
 )css";
 
 /// Turns the picture of the rig by dragging or with the arrow keys (Home: as drawn), and opens the list of
-/// files for printing. The equations are Viewpoint's of report_scene.cpp; [right, down] of the point p
-/// relative to the centre.
+/// files for printing. The equations and the fit are Viewpoint's of report_scene.cpp.
 inline constexpr char kReportScript[] = R"js(
 (() => {
   addEventListener('beforeprint', () => document.querySelectorAll('details').forEach(d => d.open = true));
   const svg = document.getElementById('rig');
   if (!svg) return;
-  const [yaw0, pitch0, scale, cx, cy, cz, mx, my] = svg.dataset.view.split(' ').map(Number);
+  const [yaw0, pitch0, cx, cy, cz, width, height, margin, bar] = svg.dataset.view.split(' ').map(Number);
   const shapes = [...svg.querySelectorAll('[data-p]')].map(node => ({
     node, text: node.tagName === 'text', end: node.dataset.closed ? 'Z' : '',
+    fitted: node.matches('.sheet, .body, [class^=axis-]'), flat: [],
     lines: node.dataset.p.split(';').map(line => line.split(' ').map(Number)) }));
+  const boards = [...svg.querySelectorAll('.board')].map(node => ({
+    node, at: node.firstElementChild.dataset.p.split(' ').map(Number) }));
+  const scaleBar = svg.querySelector('.bar'), barWords = svg.querySelector('.bar + text');
   let yaw = yaw0, pitch = pitch0;
   const draw = () => {
     const a = Math.cos(yaw), b = Math.sin(yaw), c = Math.cos(pitch), d = Math.sin(pitch);
-    const at = (line, i) => {
-      const x = line[i] - cx, y = line[i + 1] - cy, z = line[i + 2] - cz;
-      return [mx + scale * (a * x - b * z), my + scale * (c * y - d * (b * x + a * z))].map(v => v.toFixed(1));
-    };
-    for (const { node, text, end, lines } of shapes) {
+    let left = Infinity, right = -Infinity, top = Infinity, bottom = -Infinity;
+    for (const shape of shapes)
+      shape.flat = shape.lines.map(line => {
+        const flat = [];
+        for (let i = 0; i < line.length; i += 3) {
+          const x = line[i] - cx, y = line[i + 1] - cy, z = line[i + 2] - cz;
+          const u = a * x - b * z, v = c * y - d * (b * x + a * z);
+          flat.push([u, v]);
+          if (!shape.fitted) continue;
+          left = Math.min(left, u);
+          right = Math.max(right, u);
+          top = Math.min(top, v);
+          bottom = Math.max(bottom, v);
+        }
+        return flat;
+      });
+    const scale = Math.min((width - 2 * margin) / (right - left), (height - 2 * margin) / (bottom - top));
+    const at = ([u, v]) => [(width + scale * (2 * u - left - right)) / 2,
+                            (height + scale * (2 * v - top - bottom)) / 2].map(n => n.toFixed(1));
+    for (const { node, text, end, flat } of shapes) {
       if (text) {
-        const [x, y] = at(lines[0], 0);
+        const [x, y] = at(flat[0][0]);
         node.setAttribute('x', x);
         node.setAttribute('y', y);
-        continue;
+      } else {
+        node.setAttribute('d', flat.map(line => 'M' + line.map(p => at(p).join(' ')).join('L') + end).join(''));
       }
-      let path = '';
-      for (const line of lines) {
-        for (let i = 0; i < line.length; i += 3) path += (i ? 'L' : 'M') + at(line, i).join(' ');
-        path += end;
-      }
-      node.setAttribute('d', path);
     }
+    const barEnd = margin / 2 + scale * bar;
+    scaleBar.setAttribute('d', `M${margin / 2} ${barWords.getAttribute('y')}H${barEnd.toFixed(1)}`);
+    barWords.setAttribute('x', (barEnd + 8).toFixed(1));
+    const depth = ({ at: [x, y, z] }) => c * (b * x + a * z) + d * y;
+    boards.sort((p, q) => depth(p) - depth(q)).forEach(board => svg.prepend(board.node));
   };
   const turn = (dx, dy) => {
     yaw += 0.008 * dx;

@@ -116,19 +116,18 @@ std::string key_figures(const CalibrationResult& result, const ReportInput& inpu
   };
   tile(std::to_string(result.rig.quality.views_used) + " of " + std::to_string(result.views.size()),
        "views used");
-  tile(significant(result.joint_rms_px, 3) + " px", "RMS over all devices");
+  tile(pixels(result.joint_rms_px) + " px", "RMS over all devices");
   if (!result.holdout_px.empty()) {
     const auto worst = std::max_element(result.holdout_px.begin(), result.holdout_px.end());
     const std::size_t device = std::size_t(worst - result.holdout_px.begin());
-    tile(significant(*worst, 3) + " px",
-         "on views held out, " + result.devices[device].name + " (the worst)");
+    tile(pixels(*worst) + " px", "on views held out, " + result.devices[device].name + " (the worst)");
   }
   for (const LightError& error : input.predicted)
     tile(significant(error.rms_mm, 3) + " mm",
-         "RMS error of the light predicted on a wall at " + fixed(error.distance, 2) + " m");
+         "RMS error of the light predicted on a wall at " + fixed(error.distance, 2) + "\u00a0m");
   if (input.truth)
     tile(significant(input.truth->rms_mm, 3) + " mm",
-         "true RMS error of the light on a wall at " + fixed(input.truth->distance, 2) + " m");
+         "true RMS error of the light on a wall at " + fixed(input.truth->distance, 2) + "\u00a0m");
   return element("div", "class=\"key\"", "\n" + out) + "\n";
 }
 
@@ -171,9 +170,9 @@ void add_lens(NumberRows& rows, const std::string& device, const Camera& lens) {
   const std::vector<std::string> names = parameter_names(lens);
   const VecX values = parameters_of(lens);
   for (std::size_t i = 0; i < names.size(); ++i) {
-    const bool pixels = i < std::size_t(Intrinsics::kNumParameters);
-    rows.add(names[i], values[Eigen::Index(i)], rows.sigma(device + "." + names[i]), pixels ? 2 : 5,
-             pixels ? "px" : "");
+    const bool in_pixels = i < std::size_t(Intrinsics::kNumParameters);
+    rows.add(names[i], values[Eigen::Index(i)], rows.sigma(device + "." + names[i]), in_pixels ? 2 : 5,
+             in_pixels ? "px" : "");
   }
 }
 
@@ -188,7 +187,7 @@ void add_optics(NumberRows& rows, const std::string& device, const Projector& pr
 /// The covariance is of the left increment xi. For the rotation vector w, exp(xi_r) exp(w) = exp(w + J^-1
 /// xi_r) with the left Jacobian J; the origin's own covariance is core's point_covariance of the zero point.
 void add_pose(NumberRows& rows, const NamedCovariance& covariance, const std::string& device,
-              const Pose& rig_from_device) {
+              const Pose& rig_from_device, const std::string& origin_name) {
   const Mat6 c = covariance.block(pose_increment_names("rig_from_" + device));
   const Vec3 turn = so3_log(rig_from_device.rotation);
   const Mat3 from_increment = so3_left_jacobian(turn).inverse();
@@ -205,8 +204,7 @@ void add_pose(NumberRows& rows, const NamedCovariance& covariance, const std::st
     rows.add("position " + axes[i], 1e3 * origin[i], 1e3 * root(of_origin(i, i)), 1, "mm");
   if (const double distance = origin.norm(); distance > 0) {
     const Vec3 along = origin / distance;
-    rows.add("distance from the rig's origin", 1e3 * distance, 1e3 * root(along.dot(of_origin * along)), 1,
-             "mm");
+    rows.add("distance to " + origin_name, 1e3 * distance, 1e3 * root(along.dot(of_origin * along)), 1, "mm");
   }
 }
 
@@ -219,21 +217,30 @@ std::string device_numbers(const CalibrationResult& result, const Device& device
       projects ? rig.projector(device.name).projector.inverse_camera : rig.camera(device.name).camera;
   const Pose& pose =
       projects ? rig.projector(device.name).rig_from_projector : rig.camera(device.name).rig_from_camera;
-  NumberRows rows(rig.covariance);
-  add_lens(rows, device.name, lens);
-  if (projects) add_optics(rows, device.name, rig.projector(device.name).projector);
-  const bool origin = device.name == result.devices.front().name && pose.translation.isZero();
-  if (!origin) add_pose(rows, rig.covariance, device.name, pose);
-  std::string lens_name = name_of(lens.distortion);
-  std::replace(lens_name.begin(), lens_name.end(), '_', ' ');
-  return element(
-             "div", "",
-             "\n" + element("h3", "", escaped(device.name)) + "\n" +
-                 hint((projects ? "Projector, " : "Camera, ") + std::to_string(device.size.width) + " × " +
-                      std::to_string(device.size.height) + " px, distortion " + escaped(lens_name) +
-                      (origin ? ". Its frame is the rig's." : ". Pose in the rig's frame.")) +
-                 rows.finish()) +
-         "\n";
+  const auto block = [](const std::string& title, const std::string& words, const NumberRows& rows) {
+    return element("div", "",
+                   "\n" + element("h3", "", escaped(title)) + "\n" + hint(escaped(words)) + rows.finish()) +
+           "\n";
+  };
+  NumberRows of_lens(rig.covariance);
+  add_lens(of_lens, device.name, lens);
+  std::string out =
+      block(device.name,
+            (projects ? "Projector, " : "Camera, ") + std::to_string(device.size.width) + " × " +
+                std::to_string(device.size.height) + " px, lens model " + name_of(lens.distortion),
+            of_lens);
+  if (projects) {
+    NumberRows of_optics(rig.covariance);
+    add_optics(of_optics, device.name, rig.projector(device.name).projector);
+    out += block("Optics of " + device.name,
+                 "As on a data sheet; the axis leaves the picture's centre by the shift", of_optics);
+  }
+  const std::string& first = result.devices.front().name;
+  if (device.name == first) return out;  // it carries the rig's frame
+  NumberRows of_pose(rig.covariance);
+  add_pose(of_pose, rig.covariance, device.name, pose, first);
+  return out + block("Place of " + device.name, "In the frame of " + first + " (x right, y down, z forward)",
+                     of_pose);
 }
 
 std::string residual_numbers(const CalibrationResult& result) {
@@ -244,15 +251,15 @@ std::string residual_numbers(const CalibrationResult& result) {
     all.used += count.used;
     all.left_out += count.left_out;
     const bool noisy = d < result.noise.size();
-    rows += row(cell(escaped(result.devices[d].name)) + number_cell(std::to_string(count.used)) +
-                number_cell(std::to_string(count.left_out)) +
-                number_cell(significant(at_or_nan(result.rms_px, d), 3)) +
-                number_cell(significant(at_or_nan(result.holdout_px, d), 3)) +
-                number_cell(noisy ? significant(result.noise[d].scale, 3) : "-") +
-                number_cell(noisy ? significant(result.noise[d].floor_px, 3) : "-"));
+    rows +=
+        row(cell(escaped(result.devices[d].name)) + number_cell(std::to_string(count.used)) +
+            number_cell(std::to_string(count.left_out)) + number_cell(pixels(at_or_nan(result.rms_px, d))) +
+            number_cell(pixels(at_or_nan(result.holdout_px, d))) +
+            number_cell(noisy ? significant(result.noise[d].scale, 3) : "-") +
+            number_cell(noisy ? pixels(result.noise[d].floor_px) : "-"));
   }
   rows += row(cell(element("b", "", "all")) + number_cell(std::to_string(all.used)) +
-              number_cell(std::to_string(all.left_out)) + number_cell(significant(result.joint_rms_px, 3)) +
+              number_cell(std::to_string(all.left_out)) + number_cell(pixels(result.joint_rms_px)) +
               number_cell("-") + number_cell("-") + number_cell("-"));
   return table({{"device", false},
                 {"points used", true},
@@ -338,8 +345,8 @@ std::string view_table(const CalibrationResult& result) {
       const Count count = count_of(result, d, int(v));
       cells += number_cell(std::to_string(count.used) +
                            (count.left_out > 0 ? " (" + std::to_string(count.left_out) + " out)" : ""));
-      cells += number_cell(count.used > 0 ? significant(at_or_nan(view.rms_px, d), 3) : "-");
-      if (held_out) cells += number_cell(significant(at_or_nan(view.holdout_px, d), 3));
+      cells += number_cell(count.used > 0 ? pixels(at_or_nan(view.rms_px, d)) : "-");
+      if (held_out) cells += number_cell(pixels(at_or_nan(view.holdout_px, d)));
     }
     rows += row(cells + cell(escaped(view.note)));
   }

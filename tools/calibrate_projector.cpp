@@ -91,9 +91,6 @@ match::BoardView read_view(const GraySession& session, const fs::path& folder, s
     throw Error(ErrorKind::kInput, "projector size " + io::format_size(session.gray_code.projector_size),
                 wrong_size->message, "give the size of the picture that was shown");
   Detections in_camera = detect::detect_chessboard(frames[std::size_t(count) - 2], session.board);
-  if (const Diagnostic* wrong_board = in_camera.diagnostics.find("board_counts_differ"))
-    throw Error(ErrorKind::kInput, "board " + io::format_board(session.board), wrong_board->message,
-                "give --board the inner corners a row, then the rows");
   Detections in_projector;
   in_projector.image_size = session.gray_code.projector_size;
   if (!in_camera.observations.empty())
@@ -103,6 +100,19 @@ match::BoardView read_view(const GraySession& session, const fs::path& folder, s
   in_camera.diagnostics.append(decoded.diagnostics);
   view.detections = {in_camera, in_projector};
   return view;
+}
+
+/// A board missed in one view is a warning; one found nowhere is a wrong --board or no board at all.
+void require_board_somewhere(const GraySession& session, const std::vector<match::BoardView>& views) {
+  for (const match::BoardView& view : views)
+    if (!view.detections.front().observations.empty()) return;
+  const Diagnostics& diagnostics = views.front().detections.front().diagnostics;
+  const Diagnostic* reason = diagnostics.find("board_counts_differ");
+  if (reason == nullptr) reason = diagnostics.find("board_not_found");
+  throw Error(ErrorKind::kInput, "board " + io::format_board(session.board),
+              "no view shows it" +
+                  (reason != nullptr ? " (" + views.front().name + ": " + reason->message + ")" : ""),
+              "give --board the inner corners a row, then the rows, and light the whole board");
 }
 
 Correspondences read_session(const GraySession& session, Console& console, std::vector<InputFile>& inputs) {
@@ -124,6 +134,7 @@ Correspondences read_session(const GraySession& session, Console& console, std::
                   error.why(), error.next());
     }
   }
+  require_board_somewhere(session, views);
   return match::join(session.board,
                      {{"camera", DeviceKind::kCamera, camera_size},
                       {"projector", DeviceKind::kProjector, session.gray_code.projector_size}},
@@ -214,7 +225,10 @@ ExitCode calibrate_session(const Flags& flags, Console& console) {
   };
   calibrate::CalibrationResult result = calibrate::calibrate_rig(correspondences, options);
   Rig& rig = result.rig;
-  rig.provenance = {"calibrate-projector", PROCAM_VERSION, utc_now(), {}, inputs};
+  rig.provenance.tool = "calibrate-projector";
+  rig.provenance.version = PROCAM_VERSION;
+  rig.provenance.created = utc_now();
+  rig.provenance.inputs = inputs;
   rig.provenance.options = {{"pattern", flags.pattern},
                             {"projector-size", io::format_size(session.gray_code.projector_size)},
                             {"step", std::to_string(session.gray_code.step)},
@@ -258,7 +272,8 @@ ExitCode calibrate_session(const Flags& flags, Console& console) {
                      projector.throw_ratio(), 100 * projector.lens_shift().x(),
                      100 * projector.lens_shift().y()));
   console.summary().set("/throw_ratio", projector.throw_ratio());
-  console.summary().set("/lens_shift", {projector.lens_shift().x(), projector.lens_shift().y()});
+  console.summary().set("/lens_shift",
+                        std::vector<double>{projector.lens_shift().x(), projector.lens_shift().y()});
   console.say(
       format("wall       at %g m the light is predicted to land within %.3f mm rms (worst corner %.3f mm)",
              flags.wall, predicted.rms_mm, predicted.worst_mm));

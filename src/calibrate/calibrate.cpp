@@ -11,8 +11,11 @@
 namespace procam::calibrate {
 namespace {
 
-constexpr double kMedianOfChi2 =
-    1.3862943611198906;  ///< 2 ln 2: median of |r|^2 for two unit normal coordinates
+/// The share of residuals that the noise model must account for. A bent board pushes a tenth of its corners
+/// far out, again and again in the same place: that is what the board does, not a blunder, so the noise must
+/// not be read from the good half alone. Blunders may still be a tenth.
+constexpr double kNoiseQuantile = 0.9;
+const double kQuantileOfChi2 = -2 * std::log(1 - kNoiseQuantile);  ///< of |r|^2, two unit normal coordinates
 
 std::string px(double value) {
   char text[32];
@@ -51,31 +54,31 @@ double squared_sigmas(const Vec2& residual, const Mat2& covariance) {
   return residual.dot(covariance.llt().solve(residual));
 }
 
-/// The noise model under which the median residual is as long as it should be: a scale below one when the
-/// detector is too modest, a floor when it promises more than the model keeps. The median is deaf to outliers
-/// up to one half.
+/// The noise model under which the 90 % quantile of the residuals is as long as it should be: a scale below
+/// one when the detector is too modest, a floor when it promises more than the model keeps.
 ResidualNoise estimate_noise(const std::vector<std::pair<Vec2, Mat2>>& residuals) {
-  const auto median_under = [&](const ResidualNoise& noise) {
+  const auto quantile_under = [&](const ResidualNoise& noise) {
     std::vector<double> squares;
     squares.reserve(residuals.size());
     for (const auto& [residual, covariance] : residuals)
       squares.push_back(squared_sigmas(residual, noise.covariance(covariance)));
-    std::nth_element(squares.begin(), squares.begin() + long(squares.size() / 2), squares.end());
-    return squares[squares.size() / 2];
+    const auto at = squares.begin() + long(kNoiseQuantile * double(squares.size() - 1));
+    std::nth_element(squares.begin(), at, squares.end());
+    return *at;
   };
   ResidualNoise noise;
   if (residuals.size() < 8) return noise;  // too few to say anything
-  const double as_promised = median_under(noise);
-  if (as_promised <= kMedianOfChi2) {
+  const double as_promised = quantile_under(noise);
+  if (as_promised <= kQuantileOfChi2) {
     // Perfect data would send the scale to zero and the problem's conditioning with it.
-    noise.scale = std::max(std::sqrt(as_promised / kMedianOfChi2), 1e-6);
+    noise.scale = std::max(std::sqrt(as_promised / kQuantileOfChi2), 1e-6);
     return noise;
   }
   double low = 0, high = 1e-3;
-  while (median_under({1, high}) > kMedianOfChi2 && high < 1e4) high *= 2;
+  while (quantile_under({1, high}) > kQuantileOfChi2 && high < 1e4) high *= 2;
   for (int i = 0; i < 40; ++i) {
     noise.floor_px = 0.5 * (low + high);
-    (median_under(noise) > kMedianOfChi2 ? low : high) = noise.floor_px;
+    (quantile_under(noise) > kQuantileOfChi2 ? low : high) = noise.floor_px;
   }
   return noise;
 }

@@ -1,5 +1,6 @@
 /// calibrate-projector: Gray-code captures of a printed board -> rig.json, with a verdict.
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cmath>
 #include <cstdarg>
 #include <cstdio>
@@ -36,6 +37,7 @@ struct Flags {
   double wall = 2;             ///< metres
   double metres_per_unit = 0;  ///< of an OpenCV file to check
   bool holdout = false;
+  std::vector<std::string> free;  ///< parameters to estimate that are held otherwise
 };
 
 /// A session with everything known that its reading needs.
@@ -102,6 +104,8 @@ match::BoardView read_view(const GraySession& session, const fs::path& folder, s
   return view;
 }
 
+constexpr std::size_t kViewsBeforeGivingUp = 3;
+
 /// A board missed in one view is a warning; one found nowhere is a wrong --board or no board at all.
 void require_board_somewhere(const GraySession& session, const std::vector<match::BoardView>& views) {
   for (const match::BoardView& view : views)
@@ -133,6 +137,7 @@ Correspondences read_session(const GraySession& session, Console& console, std::
       throw Error(error.kind(), "view " + session.views[i].filename().string() + ", " + error.subject(),
                   error.why(), error.next());
     }
+    if (views.size() == kViewsBeforeGivingUp) require_board_somewhere(session, views);
   }
   require_board_somewhere(session, views);
   return match::join(session.board,
@@ -212,6 +217,8 @@ void say_truth(Console& console, const Rig& rig, const Rig& truth, double wall) 
 }
 
 ExitCode calibrate_session(const Flags& flags, Console& console) {
+  for (const fs::path& file : {flags.output, flags.report})
+    if (!file.empty()) io::require_writable(file);
   const GraySession session = open_session(flags);
   Rig truth;
   if (!flags.truth.empty()) truth = io::load_rig(flags.truth);
@@ -220,6 +227,9 @@ ExitCode calibrate_session(const Flags& flags, Console& console) {
 
   calibrate::Options options;
   options.holdout = flags.holdout;
+  for (const std::string& name : flags.free)
+    for (auto* held : {&options.camera.held, &options.projector.held})
+      held->erase(std::remove(held->begin(), held->end(), name), held->end());
   options.progress = [&](const std::string& step, double share) {
     console.progress(step, int(100 * share), 100);
   };
@@ -233,6 +243,7 @@ ExitCode calibrate_session(const Flags& flags, Console& console) {
                             {"projector-size", io::format_size(session.gray_code.projector_size)},
                             {"step", std::to_string(session.gray_code.step)},
                             {"board", io::format_board(session.board)}};
+  for (const std::string& name : flags.free) rig.provenance.options["free " + name] = "yes";
   const analyze::LightError predicted = analyze::predicted_light_error(rig, flags.wall);
 
   io::save_rig(flags.output, rig);
@@ -247,24 +258,34 @@ ExitCode calibrate_session(const Flags& flags, Console& console) {
 
   console.report(result.diagnostics);
   console.say(format("views      %d of %zu used", rig.quality.views_used, session.views.size()));
-  console.say(format("RMS        camera %.3f px, projector %.3f px, joint %.3f px", result.rms_px[0],
-                     result.rms_px[1], result.joint_rms_px));
+  console.say(format(
+      "RMS        camera %.3f px, projector %.3f px, joint %.3f px (outliers included: %.3f, %.3f, %.3f)",
+      result.rms_px[0], result.rms_px[1], result.joint_rms_px, result.rms_all_px[0], result.rms_all_px[1],
+      result.joint_rms_all_px));
   console.summary().set("/views_used", rig.quality.views_used);
   console.summary().set("/views", int(session.views.size()));
   for (std::size_t d = 0; d < result.devices.size(); ++d) {
-    int points = 0;
-    for (const calibrate::Residual& r : result.residuals) points += r.device == int(d) && r.used;
-    console.summary().set("/points/" + result.devices[d].name, points);
-    console.summary().set("/rms_px/" + result.devices[d].name, result.rms_px[d]);
+    const std::string& device = result.devices[d].name;
+    int found = 0, used = 0;
+    for (const calibrate::Residual& r : result.residuals) {
+      found += r.device == int(d);
+      used += r.device == int(d) && r.used;
+    }
+    console.summary().set("/points_found/" + device, found);
+    console.summary().set("/points_used/" + device, used);
+    console.summary().set("/rms_px/" + device, result.rms_px[d]);
+    console.summary().set("/rms_all_px/" + device, result.rms_all_px[d]);
+    if (!flags.holdout) continue;
+    console.summary().set("/holdout_px/" + device, result.holdout_px[d]);
+    console.summary().set("/holdout_all_px/" + device, result.holdout_all_px[d]);
   }
   console.summary().set("/rms_px/joint", result.joint_rms_px);
-  if (flags.holdout) {
-    console.say(
-        format("held out   camera %.3f px, projector %.3f px (each view predicted by a solve without it)",
-               result.holdout_px[0], result.holdout_px[1]));
-    console.summary().set("/holdout_px/camera", result.holdout_px[0]);
-    console.summary().set("/holdout_px/projector", result.holdout_px[1]);
-  }
+  console.summary().set("/rms_all_px/joint", result.joint_rms_all_px);
+  if (flags.holdout)
+    console.say(format(
+        "held out   camera %.3f px, projector %.3f px (outliers included: %.3f, %.3f); each view "
+        "predicted by a solve without it",
+        result.holdout_px[0], result.holdout_px[1], result.holdout_all_px[0], result.holdout_all_px[1]));
   say_lens(console, "camera", rig.camera().camera, rig.covariance);
   say_lens(console, "projector", rig.projector().projector.inverse_camera, rig.covariance);
   const Projector& projector = rig.projector().projector;
@@ -326,6 +347,9 @@ void declare(CLI::App& app, Flags& flags) {
   app.add_option("--step", flags.step, "Stripe width of the finest pattern in projector pixels")
       ->check(CLI::Range(1, 1024));
   auto* output = app.add_option("-o,--output", flags.output, "Rig file to write");
+  app.add_option("--free", flags.free, "Also estimate skew or k3, which are held at zero otherwise")
+      ->check(CLI::IsMember({"skew", "k3"}))
+      ->delimiter(',');
   app.add_option("--report", flags.report, "Also write a self-contained HTML page");
   app.add_flag("--holdout", flags.holdout,
                "Leave each view out in turn and report how well the others predict it");

@@ -156,8 +156,8 @@ double rms_of(const Correspondences& data, const BundleState& state, const UsedM
 }
 
 /// Error of each device on a view that the solve did not see, its board pose taken from device 0 alone.
-std::vector<double> hold_out(const Correspondences& data, const Solution& full,
-                             const BundleOptions& bundle_options, int view) {
+void hold_out(const Correspondences& data, const UsedMask& everything, const Solution& full,
+              const BundleOptions& bundle_options, int view, ViewResult& result) {
   UsedMask without = full.used, only = full.used;
   for (std::size_t v = 0; v < data.views.size(); ++v)
     for (std::size_t d = 0; d < data.devices.size(); ++d) {
@@ -172,10 +172,10 @@ std::vector<double> hold_out(const Correspondences& data, const Solution& full,
     options.hold_pose[d] = true;
   }
   state = bundle_adjust(data, only, state, options).state;
-  std::vector<double> errors;
-  for (std::size_t d = 0; d < data.devices.size(); ++d)
-    errors.push_back(rms_of(data, state, full.used, int(d), view));
-  return errors;
+  for (std::size_t d = 0; d < data.devices.size(); ++d) {
+    result.holdout_px.push_back(rms_of(data, state, full.used, int(d), view));
+    result.holdout_all_px.push_back(rms_of(data, state, everything, int(d), view));
+  }
 }
 
 /// Covariance of the devices alone, poses as rig_from_device: xi' = -Ad(rig_from_device) xi for the inverse.
@@ -215,8 +215,8 @@ CalibrationResult describe(const Correspondences& data, const Start& start, cons
   result.diagnostics = data.diagnostics;
   result.diagnostics.append(start.diagnostics);
 
-  double joint_sum = 0;
-  std::size_t joint_count = 0;
+  double joint_sum = 0, joint_sum_all = 0;
+  std::size_t joint_count = 0, joint_count_all = 0;
   for (std::size_t v = 0; v < data.views.size(); ++v) {
     ViewResult view;
     view.name = data.views[v].name;
@@ -236,6 +236,8 @@ CalibrationResult describe(const Correspondences& data, const Start& start, cons
         residual.used = solution.used[v][d][i];
         if (const auto r = reprojection_residual(state, int(v), int(d), observations[i], points)) {
           residual.residual = *r;
+          joint_sum_all += r->squaredNorm();
+          ++joint_count_all;
           if (!residual.used) residual.reason = px(r->norm()) + " from its projection";
         } else {
           residual.reason = "behind the lens or beyond its distortion's fold";
@@ -261,6 +263,7 @@ CalibrationResult describe(const Correspondences& data, const Start& start, cons
     result.views.push_back(view);
   }
   result.joint_rms_px = joint_count > 0 ? std::sqrt(joint_sum / double(joint_count)) : 0;
+  result.joint_rms_all_px = joint_count_all > 0 ? std::sqrt(joint_sum_all / double(joint_count_all)) : 0;
 
   Rig& rig = result.rig;
   for (std::size_t d = 0; d < data.devices.size(); ++d) {
@@ -271,6 +274,7 @@ CalibrationResult describe(const Correspondences& data, const Start& start, cons
     else
       rig.projectors.push_back({device.name, Projector{state.lenses[d]}, rig_from_device});
     result.rms_px.push_back(rms_of(data, state, solution.used, int(d)));
+    result.rms_all_px.push_back(rms_of(data, state, start.used, int(d)));
     rig.quality.rms_px[device.name] = result.rms_px.back();
   }
   rig.covariance = rig_covariance(covariance, data, state);
@@ -294,13 +298,17 @@ CalibrationResult run(const Correspondences& given, const std::optional<Camera>&
 
   if (options.holdout) {
     result.holdout_px.assign(data.devices.size(), 0);
+    result.holdout_all_px.assign(data.devices.size(), 0);
     for (std::size_t v = 0; v < data.views.size(); ++v) {
-      if (!result.views[v].used) continue;
+      ViewResult& view = result.views[v];
+      if (!view.used) continue;
       report(options, "leaving out view " + data.views[v].name,
              0.8 + 0.2 * double(v) / double(data.views.size()));
-      result.views[v].holdout_px = hold_out(data, solution, bundle_options, int(v));
-      for (std::size_t d = 0; d < data.devices.size(); ++d)
-        result.holdout_px[d] += result.views[v].holdout_px[d] / result.rig.quality.views_used;
+      hold_out(data, start.used, solution, bundle_options, int(v), view);
+      for (std::size_t d = 0; d < data.devices.size(); ++d) {
+        result.holdout_px[d] += view.holdout_px[d] / result.rig.quality.views_used;
+        result.holdout_all_px[d] += view.holdout_all_px[d] / result.rig.quality.views_used;
+      }
     }
     for (std::size_t d = 0; d < data.devices.size(); ++d)
       result.rig.quality.holdout_px[data.devices[d].name] = result.holdout_px[d];

@@ -64,32 +64,60 @@ void flush_folder(const fs::path& folder) {
   if (descriptor.get() >= 0) (void)::fsync(descriptor.get());
 }
 
+/// Where a write goes: the file behind a link, and a temporary name beside it.
+struct Destination {
+  fs::path target, folder, temporary;
+};
+
+Destination destination_of(const fs::path& path) {
+  std::error_code ignored;
+  if (fs::is_directory(fs::status(path, ignored)))
+    fail_to("write", path, EISDIR, "name a file, not a folder");
+  Destination destination;
+  destination.target = fs::is_symlink(fs::symlink_status(path, ignored)) ? fs::weakly_canonical(path) : path;
+  destination.folder =
+      destination.target.has_parent_path() ? destination.target.parent_path() : fs::path(".");
+  static std::atomic<unsigned> counter{0};
+  destination.temporary = destination.folder / ("." + destination.target.filename().string() + ".tmp-" +
+                                                std::to_string(::getpid()) + "-" + std::to_string(counter++));
+  return destination;
+}
+
+bool is_device(const fs::path& path) {
+  std::error_code ignored;
+  const fs::file_status status = fs::status(path, ignored);
+  return fs::exists(status) && !fs::is_regular_file(status) && !fs::is_directory(status);
+}
+
+int open_temporary(const Destination& destination, const fs::path& path) {
+  const int file = ::open(destination.temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+  if (file < 0) fail_to("write", path, errno, kWriteNext);
+  return file;
+}
+
 }  // namespace
 
 void write_file_atomically(const fs::path& path, std::string_view bytes) {
-  std::error_code ignored;
-  const fs::file_status status = fs::status(path, ignored);
-  if (fs::is_directory(status)) fail_to("write", path, EISDIR, "name a file, not a folder");
   // Renaming onto a device or a pipe would replace it by a file.
-  if (fs::exists(status) && !fs::is_regular_file(status)) return write_directly(path, bytes);
-
-  const fs::path target =
-      fs::is_symlink(fs::symlink_status(path, ignored)) ? fs::weakly_canonical(path) : path;
-  const fs::path folder = target.has_parent_path() ? target.parent_path() : fs::path(".");
-  static std::atomic<unsigned> counter{0};
-  const fs::path temporary = folder / ("." + target.filename().string() + ".tmp-" +
-                                       std::to_string(::getpid()) + "-" + std::to_string(counter++));
-  Descriptor file(::open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666));
-  if (file.get() < 0) fail_to("write", path, errno, kWriteNext);
+  if (is_device(path)) return write_directly(path, bytes);
+  const Destination destination = destination_of(path);
+  Descriptor file(open_temporary(destination, path));
   int error = write_all(file.get(), bytes);
   if (error == 0 && ::fsync(file.get()) != 0) error = errno;
   if (!file.close() && error == 0) error = errno;
-  if (error == 0 && ::rename(temporary.c_str(), target.c_str()) != 0) error = errno;
+  if (error == 0 && ::rename(destination.temporary.c_str(), destination.target.c_str()) != 0) error = errno;
   if (error != 0) {
-    ::unlink(temporary.c_str());
+    ::unlink(destination.temporary.c_str());
     fail_to("write", path, error, kWriteNext);
   }
-  flush_folder(folder);
+  flush_folder(destination.folder);
+}
+
+void require_writable(const fs::path& path) {
+  if (is_device(path)) return;
+  const Destination destination = destination_of(path);
+  const Descriptor file(open_temporary(destination, path));
+  ::unlink(destination.temporary.c_str());
 }
 
 std::string read_file(const fs::path& path, std::size_t largest_size) {

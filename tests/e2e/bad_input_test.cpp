@@ -31,7 +31,9 @@ class BadInput : public ::testing::Test {
 
   fs::path view(int index) const { return session_ / ("view_0" + std::to_string(index)); }
   static std::vector<fs::path> frames_of(const fs::path& folder) {
-    std::vector<fs::path> files(fs::directory_iterator(folder), fs::directory_iterator{});
+    std::vector<fs::path> files;
+    for (const fs::path& file : fs::directory_iterator(folder))
+      if (file.extension() == ".png") files.push_back(file);
     std::sort(files.begin(), files.end());
     return files;
   }
@@ -104,7 +106,7 @@ TEST_F(BadInput, TruncatedPng) {
 }
 
 TEST_F(BadInput, WrongProjectorSize) {
-  expect_refused(calibrate("--projector-size 1280x800"), 3, {"1280x800"});
+  expect_refused(calibrate("--projector-size 1280x800"), 3, {"42 frames", "44", "projector size"});
 }
 
 TEST_F(BadInput, ProjectorWidthAndHeightSwapped) {

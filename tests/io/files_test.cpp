@@ -35,6 +35,9 @@ TEST(Files, RefusesAnUnwritableOutputAndLeavesNothing) {
   EXPECT_ERROR(write_file_atomically(scratch / "file/rig.json", "x"), kIo, "Not a directory");
   fs::create_directory(scratch / "folder");
   EXPECT_ERROR(write_file_atomically(scratch / "folder", "x"), kIo, "Is a directory");
+  EXPECT_ERROR(require_writable(scratch / "file/rig.json"), kIo, "Not a directory");
+  EXPECT_ERROR(require_writable(scratch / "folder"), kIo, "Is a directory");
+  require_writable(scratch / "file");
   EXPECT_EQ(read_file(scratch / "file"), "kept");
   EXPECT_EQ(entries(scratch.path()), 2u);
 }

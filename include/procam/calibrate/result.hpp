@@ -24,9 +24,11 @@ struct Residual {
 struct ViewResult {
   std::string name;
   Pose rig_from_board;
-  std::vector<double> rms_px;      ///< by device, over the used observations
-  std::vector<double> holdout_px;  ///< by device, from a solve without this view; empty when not asked for
-  std::string note;                ///< "board order turned by 180 degrees", "left out: ..."
+  std::vector<double> rms_px;  ///< by device, over the used observations
+  /// By device, from a solve without this view; empty when not asked for. First over the used observations,
+  /// then over every one, outliers included.
+  std::vector<double> holdout_px, holdout_all_px;
+  std::string note;  ///< "board order turned by 180 degrees", "left out: ..."
   bool used = true;
 };
 
@@ -35,10 +37,12 @@ struct CalibrationResult {
   std::vector<Device> devices;
   std::vector<ViewResult> views;
   std::vector<Residual> residuals;
-  std::vector<double> rms_px;  ///< by device: sqrt(mean |residual|^2) over the used observations
-  double joint_rms_px = 0;     ///< over all devices
-  std::vector<double>
-      holdout_px;  ///< by device: mean over views of the held-out RMS; empty when not asked for
+  std::vector<double> rms_px;      ///< by device: sqrt(mean |residual|^2) over the used observations
+  std::vector<double> rms_all_px;  ///< the same over every observation, outliers included
+  double joint_rms_px = 0;         ///< over all devices, used observations
+  double joint_rms_all_px = 0;
+  /// By device: mean over views of the held-out RMS, used and all; empty when not asked for.
+  std::vector<double> holdout_px, holdout_all_px;
   std::vector<ResidualNoise> noise;  ///< by device: what the residuals say of the detectors' covariances
   int iterations = 0;
   bool converged = false;

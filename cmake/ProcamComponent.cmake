@@ -65,9 +65,16 @@ function(procam_install_package)
 endfunction()
 
 # A stage's tests: tests/<name>/*.cpp become one program, each TEST its own ctest entry "<name>.Suite.Test".
+# SLOW (a pattern of GoogleTest's filter) labels those that take minutes under sanitizers: `ctest -LE slow` omits them.
 function(procam_test name)
-  cmake_parse_arguments(arg "" "" "SOURCES;LINK" ${ARGN})
+  cmake_parse_arguments(arg "" "SLOW" "SOURCES;LINK" ${ARGN})
   add_executable(test_${name} ${arg_SOURCES})
   target_link_libraries(test_${name} PRIVATE ${arg_LINK} procam_warnings procam_test_support)
-  gtest_discover_tests(test_${name} TEST_PREFIX ${name}. DISCOVERY_MODE PRE_TEST PROPERTIES TIMEOUT 600)
+  set(discovery TEST_PREFIX ${name}. DISCOVERY_MODE PRE_TEST)
+  if(arg_SLOW)
+    gtest_discover_tests(test_${name} ${discovery} TEST_FILTER "-${arg_SLOW}" PROPERTIES TIMEOUT 600)
+    gtest_discover_tests(test_${name} ${discovery} TEST_FILTER "${arg_SLOW}" PROPERTIES TIMEOUT 600 LABELS slow)
+  else()
+    gtest_discover_tests(test_${name} ${discovery} PROPERTIES TIMEOUT 600)
+  endif()
 endfunction()

@@ -2,16 +2,19 @@
 # See procam work, from nothing on Debian 12 and without any hardware:   examples/run.sh [OUT]
 # Installs missing packages, builds the tools, simulates the captures of an office projector, calibrates it, solves two
 # surfaces, renders the projector's frame, and prints the true error in millimetres. Pictures and report: OUT (out/).
+# PROCAM_PRESET names another configure preset to build and use (release).
 set -euo pipefail
 mkdir -p "${1:-$(dirname "${BASH_SOURCE[0]}")/../out}"
 out=$(cd "${1:-$(dirname "${BASH_SOURCE[0]}")/../out}" && pwd)
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 source scripts/common.sh
-tools=$PWD/build/release/tools
+preset=${PROCAM_PRESET:-release}
+build=$PWD/build/$preset
+tools=$build/tools
 jobs=$(nproc)
 
 build() {
-  cmake --preset release && cmake --build --preset release -j "$jobs"
+  cmake --preset "$preset" && cmake --build --preset "$preset" -j "$jobs"
 }
 
 simulate() {
@@ -34,7 +37,7 @@ render() {
 }
 
 judge() {
-  build/release/examples/example_03_true_error "$out/session/truth.json" "$out/rig.json"
+  "$build/examples/example_03_true_error" "$out/session/truth.json" "$out/rig.json"
 }
 
 phase "Packages" install_packages "${build_packages[@]}"

@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # Everything that procam promises, tested from nothing on Debian 12:   tests/run.sh
 # Installs missing packages, checks the style, builds and tests three presets (ci: everything; core-only: Eigen alone;
-# asan: under sanitizers), runs clang-tidy, and ends with "N passed, N failed". Exit status 0 if nothing failed.
+# asan: under sanitizers), walks the main job (examples/run.sh), runs clang-tidy, and ends with "N passed, N failed".
+# Exit status 0 if nothing failed.
 set -uo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.." || exit 1
 source scripts/common.sh
@@ -54,6 +55,7 @@ check_tidy() {
 step "Packages" install_packages "${build_packages[@]}" "${test_packages[@]}" || { echo "$passed passed, $failed failed"; exit 1; }
 step "Style: clang-format" check_format
 build_and_test ci "everything, optimised"
+step "The main job: examples/run.sh" env PROCAM_PRESET=ci examples/run.sh build/ci/out
 build_and_test core-only "core alone, without OpenCV and Ceres"
 build_and_test asan "address and undefined-behaviour sanitizers"
 step "Style: clang-tidy" check_tidy

@@ -4,13 +4,14 @@
 ///
 /// Each corner is where two straight edges cross. Around it the image is modelled as
 ///   I(p) = a + g_a . d + (b + g_b . d) erf(n1 . d / (sqrt2 s)) erf(n2 . d / (sqrt2 s)),   d = p - corner,
-/// with unit edge normals n1, n2 and blur s: light that changes linearly over the window (a, g_a, b, g_b) moves
-/// nothing, and the model is point-symmetric about the corner like the blurred print is, so a wrong blur shape
-/// or ink spread does not move it either. The 11 parameters are fitted by Gauss-Newton over a window that
-/// follows the square's size; the corner's covariance is (J^T J)^-1 scaled by the fit's own residual.
+/// with unit edge normals n1, n2 and blur s: light that changes linearly over the window (a, g_a, b, g_b)
+/// moves nothing, and the model is point-symmetric about the corner like the blurred print is, so a wrong
+/// blur shape or ink spread does not move it either. The 11 parameters are fitted by Gauss-Newton over a
+/// window that follows the square's size; the corner's covariance is (J^T J)^-1 scaled by the fit's own
+/// residual.
 ///
-/// Order: row by row, x along a row, y down a column, and never mirrored: seen in the image, x turns into y by
-/// the shorter way clockwise (z into the sheet). Which corner is the first:
+/// Order: row by row, x along a row, y down a column, and never mirrored: seen in the image, x turns into y
+/// by the shorter way clockwise (z into the sheet). Which corner is the first:
 ///   - one count odd, the other even: the outer square beside the first corner is a dark one. Unique.
 ///   - both odd or both even: the corners look the same after half a turn (equal counts: a quarter turn), and
 ///     one image cannot tell. The first corner is the one towards the image's top left; calibrate settles the
@@ -35,6 +36,7 @@ struct ChessboardOptions {
 /// Without a board the observations are empty and the diagnostics say why: "board_not_found", or
 /// "board_counts_differ" when a board with other counts is there. Corners left out are named by
 /// "corners_left_out". Throws std::invalid_argument for an empty or multi-channel image or a board below 3x3.
-Detections detect_chessboard(const ViewU8& image, const Chessboard& board, const ChessboardOptions& options = {});
+Detections detect_chessboard(const ViewU8& image, const Chessboard& board,
+                             const ChessboardOptions& options = {});
 
 }  // namespace procam::detect

@@ -13,10 +13,11 @@ struct BoardView {
   std::vector<Detections> detections;
 };
 
-/// Correspondences of all views in which the first device sees at least four points, and the others as many as
-/// they have. Diagnostics of the detections are kept, their view named; a view left out is warned of
+/// Correspondences of all views in which the first device sees at least four points, and the others as many
+/// as they have. Diagnostics of the detections are kept, their view named; a view left out is warned of
 /// ("view_left_out"). Throws Error(kInput), naming the view, where an image's size is not the device's, and
 /// Error(kNotEnoughData) when no view is left.
-Correspondences join(const Board& board, const std::vector<Device>& devices, const std::vector<BoardView>& views);
+Correspondences join(const Board& board, const std::vector<Device>& devices,
+                     const std::vector<BoardView>& views);
 
 }  // namespace procam::match

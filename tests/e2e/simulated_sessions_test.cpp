@@ -91,6 +91,21 @@ TEST_P(SimulatedSessions, TruthLiesInsideThreeReportedSigmas) {
   EXPECT_GE(inside, 0.95 * total) << inside << " of " << total;
 }
 
+/// Someone puts the sheet back upside down: the same board, its first corner at the other end.
+TEST(BoardTurnedByHalf, InOneViewChangesNothing) {
+  simulate::Session session = simulate::make_session(simulate::Level::kEasy, 9);
+  session.views.resize(4);
+  const Points3 corners = points_in_board(session.board().layout);
+  const Vec3 middle = 0.5 * (corners.front() + corners.back());
+  const Pose half_turn(so3_exp<double>(Vec3(0, 0, 3.14159265358979)), Vec3::Zero());
+  session.views[1].rig_from_board = session.views[1].rig_from_board * Pose(Mat3::Identity(), middle) *
+                                    half_turn * Pose(Mat3::Identity(), -middle);
+  const calibrate::CalibrationResult result = calibrate::calibrate_rig(look_at(session));
+  EXPECT_EQ(result.rig.quality.views_used, 4);
+  EXPECT_TRUE(result.rig.quality.passed());
+  for (const auto& [name, score] : scores(result.rig, session.rig())) EXPECT_LE(std::abs(score), 4) << name;
+}
+
 INSTANTIATE_TEST_SUITE_P(Levels, SimulatedSessions,
                          ::testing::Values(simulate::Level::kEasy, simulate::Level::kPaper,
                                            simulate::Level::kHard),

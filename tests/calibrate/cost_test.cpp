@@ -1,0 +1,132 @@
+/// The cost function's derivatives, against finite differences on the manifold and against Ceres' Jets.
+#include <ceres/jet.h>
+#include <gtest/gtest.h>
+
+#include "procam/calibrate/costs/reprojection.hpp"
+
+namespace procam::calibrate {
+namespace {
+
+/// Lopsided everywhere: fx != fy, skew, off-centre, rotations about no axis.
+template <typename Model>
+struct Fixture {
+  static constexpr int kLens = ReprojectionCost<Model>::kLensSize;
+  std::array<double, kLens> lens{};
+  std::array<double, 7> device{}, board{};
+  Vec3 point{0.13, -0.07, 0};
+  Vec2 pixel{611.5, 402.25};
+  Mat2 sqrt_information;
+
+  Fixture() {
+    const double intrinsics[] = {1210.0, 1187.0, 655.0, 811.0, 2.5};
+    const double coefficients[] = {-0.11, 0.05, 0.0013, -0.0021, 0.012, 0.02, -0.01, 0.004};
+    std::copy(intrinsics, intrinsics + 5, lens.begin());
+    std::copy(coefficients, coefficients + Model::kNumCoefficients, lens.begin() + 5);
+    pose_to_block(Pose(so3_exp<double>(Vec3(0.11, -0.23, 0.05)), Vec3(0.2, -0.4, 0.1)), device.data());
+    pose_to_block(Pose(so3_exp<double>(Vec3(-0.31, 0.17, 0.42)), Vec3(-0.1, 0.15, 1.3)), board.data());
+    sqrt_information << 8.0, 0.0, -1.5, 11.0;
+  }
+};
+
+template <typename Model>
+class Cost : public ::testing::Test {};
+using Models = ::testing::Types<NoDistortion, BrownConrady, RationalDistortion, FisheyeDistortion>;
+TYPED_TEST_SUITE(Cost, Models);
+
+TYPED_TEST(Cost, DerivativesAreThoseOfFiniteDifferences) {
+  Fixture<TypeParam> f;
+  const ReprojectionCost<TypeParam> cost(f.point, f.pixel, f.sqrt_information);
+  Vec2 residual;
+  Eigen::Matrix<double, 2, Fixture<TypeParam>::kLens, Eigen::RowMajor> by_lens;
+  Eigen::Matrix<double, 2, 7, Eigen::RowMajor> by_device, by_board;
+  double* jacobians[] = {by_lens.data(), by_device.data(), by_board.data()};
+  const double* blocks[] = {f.lens.data(), f.device.data(), f.board.data()};
+  ASSERT_TRUE(cost.Evaluate(blocks, residual.data(), jacobians));
+
+  const auto value = [&](const double* lens, const double* device, const double* board) {
+    const double* moved[] = {lens, device, board};
+    Vec2 r;
+    EXPECT_TRUE(cost.Evaluate(moved, r.data(), nullptr));
+    return r;
+  };
+  for (int i = 0; i < Fixture<TypeParam>::kLens; ++i) {
+    const double h = 1e-6 * std::max(1.0, std::abs(f.lens[std::size_t(i)]));
+    auto plus = f.lens, minus = f.lens;
+    plus[std::size_t(i)] += h, minus[std::size_t(i)] -= h;
+    const Vec2 expected = (value(plus.data(), f.device.data(), f.board.data()) -
+                           value(minus.data(), f.device.data(), f.board.data())) /
+                          (2 * h);
+    EXPECT_LT((by_lens.col(i) - expected).norm(), 1e-6 * (1 + expected.norm())) << "lens parameter " << i;
+  }
+  const Se3Manifold manifold;
+  for (int i = 0; i < 6; ++i) {
+    const double h = 1e-6;
+    Vec6 step = Vec6::Zero();
+    std::array<double, 7> plus, minus;
+    for (const bool of_device : {true, false}) {
+      const auto& block = of_device ? f.device : f.board;
+      step[i] = h;
+      manifold.Plus(block.data(), step.data(), plus.data());
+      step[i] = -h;
+      manifold.Plus(block.data(), step.data(), minus.data());
+      const Vec2 expected = of_device ? Vec2((value(f.lens.data(), plus.data(), f.board.data()) -
+                                              value(f.lens.data(), minus.data(), f.board.data())) /
+                                             (2 * h))
+                                      : Vec2((value(f.lens.data(), f.device.data(), plus.data()) -
+                                              value(f.lens.data(), f.device.data(), minus.data())) /
+                                             (2 * h));
+      const Vec2 actual = of_device ? by_device.col(i) : by_board.col(i);
+      EXPECT_LT((actual - expected).norm(), 1e-6 * (1 + expected.norm()))
+          << (of_device ? "device" : "board") << " increment " << i;
+    }
+  }
+  EXPECT_EQ(by_device.col(6).norm() + by_board.col(6).norm(), 0);
+}
+
+/// project<T> serves Ceres' Jets as it serves procam's own dual numbers.
+TYPED_TEST(Cost, ProjectGivesJetsTheSameDerivatives) {
+  constexpr int kLens = Fixture<TypeParam>::kLens;
+  using Jet = ceres::Jet<double, 3 + kLens>;
+  using D = Dual<3 + kLens>;
+  const Fixture<TypeParam> f;
+  const Vec3 point(0.21, -0.34, 1.1);
+  Jet jet_lens[kLens];
+  D dual_lens[kLens];
+  for (int i = 0; i < kLens; ++i)
+    jet_lens[i] = Jet(f.lens[std::size_t(i)], 3 + i), dual_lens[i] = D(f.lens[std::size_t(i)], 3 + i);
+  const Vec3T<Jet> jet_point(Jet(point.x(), 0), Jet(point.y(), 1), Jet(point.z(), 2));
+  const Vec3T<D> dual_point(D(point.x(), 0), D(point.y(), 1), D(point.z(), 2));
+  const auto jet = project<TypeParam>(IntrinsicsT<Jet>::from_array(jet_lens),
+                                      static_cast<const Jet*>(jet_lens + 5), jet_point);
+  const auto dual = project<TypeParam>(IntrinsicsT<D>::from_array(dual_lens),
+                                       static_cast<const D*>(dual_lens + 5), dual_point);
+  ASSERT_TRUE(jet && dual);
+  for (int axis = 0; axis < 2; ++axis) {
+    EXPECT_NEAR((*jet)[axis].a, (*dual)[axis].a, 1e-9);
+    EXPECT_LT(((*jet)[axis].v - (*dual)[axis].v).norm(), 1e-9 * (1 + (*dual)[axis].v.norm()));
+  }
+}
+
+TEST(ReprojectionCost, FailsForAPointBehindTheLensInsteadOfScoringZero) {
+  Fixture<BrownConrady> f;
+  pose_to_block(Pose(Mat3::Identity(), Vec3(0, 0, -3)), f.board.data());
+  const ReprojectionCost<BrownConrady> cost(f.point, f.pixel, f.sqrt_information);
+  const double* blocks[] = {f.lens.data(), f.device.data(), f.board.data()};
+  Vec2 residual;
+  EXPECT_FALSE(cost.Evaluate(blocks, residual.data(), nullptr));
+}
+
+TEST(Se3Manifold, MinusUndoesPlus) {
+  const Fixture<NoDistortion> f;
+  const Se3Manifold manifold;
+  Vec6 delta;
+  delta << 0.1, -0.2, 0.05, 0.3, -0.1, 0.2;
+  std::array<double, 7> moved;
+  Vec6 back;
+  manifold.Plus(f.device.data(), delta.data(), moved.data());
+  manifold.Minus(moved.data(), f.device.data(), back.data());
+  EXPECT_LT((back - delta).norm(), 1e-12);
+}
+
+}  // namespace
+}  // namespace procam::calibrate

@@ -1,0 +1,80 @@
+#include "procam/calibrate/gates.hpp"
+
+#include <gtest/gtest.h>
+
+#include "support/numeric_world.hpp"
+
+namespace procam::calibrate {
+namespace {
+
+Rig good_rig() {
+  const test::NumericWorld world;
+  Rig rig;
+  rig.cameras.push_back({"camera", world.camera, Pose()});
+  rig.projectors.push_back({"projector", world.projector, world.projector_from_camera.inverse()});
+  rig.quality.rms_px = {{"camera", 0.1}, {"projector", 0.12}};
+  return rig;
+}
+
+/// The names of the gates that failed.
+std::string failed(const Rig& rig) {
+  std::string names;
+  for (const Gate& gate : check_rig(rig))
+    if (!gate.passed) names += "[" + gate.name + "]";
+  return names;
+}
+
+TEST(Gates, PassAShiftedProjectorAsItIs) {
+  EXPECT_EQ(failed(good_rig()), "");
+}
+
+TEST(Gates, EachFiresForItsReasonAlone) {
+  Rig rig = good_rig();
+  rig.projectors[0].projector.inverse_camera.intrinsics.cy = 1358;
+  EXPECT_EQ(failed(rig), "[projector lens shift]");
+
+  rig = good_rig();
+  rig.projectors[0].projector.inverse_camera.intrinsics.fy *= 1.1;
+  EXPECT_EQ(failed(rig), "[projector aspect]");
+
+  rig = good_rig();
+  rig.cameras[0].camera.intrinsics.cx += 300;
+  EXPECT_EQ(failed(rig), "[camera principal point]");
+
+  rig = good_rig();
+  rig.cameras[0].camera.intrinsics.fx = rig.cameras[0].camera.intrinsics.fy = 40000;
+  EXPECT_EQ(failed(rig), "[camera field of view]");
+
+  rig = good_rig();
+  rig.cameras[0].camera.distortion = BrownConrady{{-0.9, 0.0, 0.0, 0.0, 0.0}};  // folds inside the image
+  EXPECT_EQ(failed(rig), "[camera distortion monotone]");
+
+  rig = good_rig();
+  rig.projectors[0].projector.inverse_camera.distortion = BrownConrady{{-0.05, 0.03, 0.0, -0.021, 0.0}};
+  EXPECT_EQ(failed(rig), "[projector tangential distortion]");
+
+  rig = good_rig();
+  rig.quality.rms_px["projector"] = 0.86;
+  EXPECT_EQ(failed(rig), "[projector RMS]");
+
+  rig = good_rig();
+  rig.quality.holdout_px["projector"] = 0.5;
+  EXPECT_EQ(failed(rig), "[projector held-out error]");
+
+  rig = good_rig();
+  rig.covariance.names = {"projector.fx"};
+  rig.covariance.matrix = MatX::Constant(1, 1, 100.0 * 100.0);
+  EXPECT_EQ(failed(rig), "[projector focal length known]");
+}
+
+TEST(Gates, SayWhatToDo) {
+  Rig rig = good_rig();
+  rig.projectors[0].projector.inverse_camera.intrinsics.cy = 1358;
+  for (const Gate& gate : check_rig(rig)) {
+    if (gate.passed) continue;
+    EXPECT_NE(gate.detail.find("add views"), std::string::npos) << gate.detail;
+  }
+}
+
+}  // namespace
+}  // namespace procam::calibrate

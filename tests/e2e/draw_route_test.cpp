@@ -1,0 +1,121 @@
+/// solve-surfaces and render-to-image as programs: from a rig and surfaces to a frame, and what they refuse.
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+#include "e2e/tool_runner.hpp"
+#include "procam/io/images.hpp"
+#include "procam/io/pose_file.hpp"
+#include "procam/io/rig_file.hpp"
+#include "procam/io/surface_file.hpp"
+#include "support/numeric_world.hpp"
+
+namespace procam::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// A sheet on a wall 1.6 m away, turned by 47 degrees, placed in the world; the projector's pose is a file.
+class DrawRoute : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    const NumericWorld world;
+    Rig rig;
+    rig.cameras.push_back({"camera", world.camera, Pose()});
+    rig.projectors.push_back({"projector", world.projector, world.projector_from_camera.inverse()});
+    io::save_rig(folder_ / "rig.json", rig);
+
+    const Pose projector_from_sheet(so3_exp<double>(Vec3(0.05, 47 * 3.14159265358979 / 180, -0.03)),
+                                    Vec3(-0.07, -0.45, 1.6));
+    const Pose projector_from_world(so3_exp<double>(Vec3(-0.2, 0.3, 0.1)), Vec3(0.4, -0.2, 0.3));
+    io::save_pose(folder_ / "pose.json", {"projector", "world", {projector_from_world, Mat6::Zero()}});
+
+    Surface sheet;
+    sheet.name = "wall";
+    PlanarSurface plane;
+    plane.content = {{0, 0}, {1, 0}, {1, 1}, {0, 1}, {0.5, 0.25}};
+    plane.points = {{0, 0}, {0.202, 0}, {0.202, 0.211}, {0, 0.211}, {0.101, 0.05275}};
+    plane.frame_from_surface = projector_from_world.inverse() * projector_from_sheet;
+    sheet.geometry = plane;
+    surfaces_.surfaces = {sheet};
+    io::save_surfaces(folder_ / "surfaces.json", surfaces_);
+    io::save_surfaces(folder_ / "surfaces.xml", surfaces_);
+
+    ImageU8 picture(90, 94, 3, 40);
+    for (int y = 20; y < 60; ++y)
+      for (int x = 10; x < 70; ++x) picture.at(x, y, 1) = 220;
+    io::save_image(folder_ / "picture.png", picture);
+  }
+
+  std::string at(const std::string& name) const { return (folder_ / name).string(); }
+  ToolRun solve(const std::string& surfaces, const std::string& solved, const std::string& more = "") {
+    return run_tool("solve-surfaces", "--rig " + at("rig.json") + " --surfaces " + at(surfaces) + " -o " +
+                                          at(solved) + " " + more);
+  }
+  ToolRun render(const std::string& solved, const std::string& frame, const std::string& content) {
+    return run_tool("render-to-image", "--rig " + at("rig.json") + " --surfaces " + at(solved) +
+                                           " --content " + content + " -o " + at(frame));
+  }
+
+  ScratchFolder folder_;
+  SurfaceSet surfaces_;
+};
+
+TEST_F(DrawRoute, JsonAndXmlGiveTheSameFrame) {
+  const std::string pose = "--pose " + at("pose.json");
+  for (const std::string syntax : {"json", "xml"}) {
+    const ToolRun solved = solve("surfaces." + syntax, "solved." + syntax, pose + " --json");
+    ASSERT_EQ(solved.exit_code, 0) << solved.err;
+    EXPECT_NO_THROW(solved.json());
+    const ToolRun drawn = render("solved." + syntax, syntax + ".png", "wall=" + at("picture.png"));
+    ASSERT_EQ(drawn.exit_code, 0) << drawn.err;
+  }
+  const std::string frame = slurp(folder_ / "json.png");
+  EXPECT_EQ(frame, slurp(folder_ / "xml.png"));
+  const ImageU8 image = io::load_image(folder_ / "json.png").image;
+  EXPECT_EQ(image.size(), (ImageSize{1024, 768}));
+  int lit = 0;
+  for (int y = 0; y < image.height(); ++y)
+    for (int x = 0; x < image.width(); ++x) lit += image.at(x, y, 1) > 200;
+  EXPECT_GT(lit, 2000);
+}
+
+TEST_F(DrawRoute, AsksForThePoseOfTheWorld) {
+  const ToolRun run = solve("surfaces.json", "solved.json");
+  EXPECT_EQ(run.exit_code, 3);
+  EXPECT_NE(run.err.find("--pose"), std::string::npos) << run.err;
+  EXPECT_FALSE(fs::exists(folder_ / "solved.json"));
+}
+
+TEST_F(DrawRoute, RefusesThreeCollinearOfFourNamingTheSurface) {
+  auto& plane = std::get<PlanarSurface>(surfaces_.surfaces[0].geometry);
+  plane.content = {{0, 0}, {0.5, 0}, {1, 0}, {0, 1}};
+  plane.points = {{0, 0}, {0.1, 0}, {0.2, 0}, {0, 0.2}};
+  io::save_surfaces(folder_ / "line.json", surfaces_);
+  const ToolRun run = solve("line.json", "solved.json", "--pose " + at("pose.json"));
+  EXPECT_EQ(run.exit_code, 4) << run.err;
+  EXPECT_NE(run.err.find("wall"), std::string::npos) << run.err;
+  EXPECT_NE(run.err.find("line"), std::string::npos) << run.err;
+  EXPECT_FALSE(fs::exists(folder_ / "solved.json"));
+}
+
+TEST_F(DrawRoute, RefusesContentForASurfaceThatIsNotThere) {
+  ASSERT_EQ(solve("surfaces.json", "solved.json", "--pose " + at("pose.json")).exit_code, 0);
+  const ToolRun run = render("solved.json", "frame.png", "floor=" + at("picture.png"));
+  EXPECT_EQ(run.exit_code, 3);
+  EXPECT_NE(run.err.find("floor"), std::string::npos) << run.err;
+  EXPECT_FALSE(fs::exists(folder_ / "frame.png"));
+}
+
+TEST_F(DrawRoute, RefusesADamagedPicture) {
+  ASSERT_EQ(solve("surfaces.json", "solved.json", "--pose " + at("pose.json")).exit_code, 0);
+  const std::string bytes = slurp(folder_ / "picture.png");
+  std::ofstream(folder_ / "cut.png", std::ios::binary) << bytes.substr(0, bytes.size() / 2);
+  const ToolRun run = render("solved.json", "frame.png", "wall=" + at("cut.png"));
+  EXPECT_EQ(run.exit_code, 3);
+  EXPECT_NE(run.err.find("cut.png"), std::string::npos) << run.err;
+  EXPECT_FALSE(fs::exists(folder_ / "frame.png"));
+}
+
+}  // namespace
+}  // namespace procam::test

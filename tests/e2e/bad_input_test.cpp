@@ -12,21 +12,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// One small simulated session for all cases; each case spoils a copy (made of hard links).
+/// One small simulated session for all cases, made by the build; each case spoils a copy of its own.
 class BadInput : public ::testing::Test {
  protected:
-  static void SetUpTestSuite() {
-    shared_ = new ScratchFolder;
-    const ToolRun run = run_tool("simulate-captures",
-                                 "--seed 7 --level easy --views 4 -o " + (*shared_ / "session").string());
-    ASSERT_EQ(run.exit_code, 0) << run.err;
-  }
-  static void TearDownTestSuite() { delete shared_; }
-
   void SetUp() override {
     session_ = folder_ / "session";
-    fs::copy(*shared_ / "session", session_,
-             fs::copy_options::recursive | fs::copy_options::create_hard_links);
+    fs::copy(PROCAM_E2E_SESSION, session_, fs::copy_options::recursive);
   }
 
   fs::path view(int index) const { return session_ / ("view_0" + std::to_string(index)); }
@@ -37,9 +28,7 @@ class BadInput : public ::testing::Test {
     std::sort(files.begin(), files.end());
     return files;
   }
-  /// A hard link must not be written through.
   static void replace(const fs::path& path, const std::string& bytes) {
-    fs::remove(path);
     std::ofstream(path, std::ios::binary) << bytes;
   }
 
@@ -56,11 +45,9 @@ class BadInput : public ::testing::Test {
     EXPECT_FALSE(fs::exists(rig()));
   }
 
-  static ScratchFolder* shared_;
   ScratchFolder folder_;
   fs::path session_;
 };
-ScratchFolder* BadInput::shared_ = nullptr;
 
 TEST_F(BadInput, NoneAtAllCalibrates) {  // the fixture itself is good
   const ToolRun run = calibrate("--truth " + (session_ / "truth.json").string());

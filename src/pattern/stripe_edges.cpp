@@ -15,6 +15,10 @@ namespace {
 /// Above this |D| a sample tells little about where the edge is and much about scattered light.
 constexpr double kInformative = 0.9;
 
+/// Where a bit's light nowhere near the edge reaches this |D|, the camera hardly resolves its stripes, and the
+/// pixels' grid moves the crossing by tenths of a pixel.
+constexpr double kResolved = 0.25;
+
 /// What blur, noise and albedo do not explain (the shapes of pixels, speckle, print): measured as the scatter
 /// round a smooth surface on a bright board, camera pixels.
 constexpr double kModelSigma = 0.03;
@@ -205,8 +209,10 @@ class Scan {
       run[std::size_t(count++)] = *outer;
       return true;
     };
-    widens(-1, first, -sign);
-    widens(gap + 1, last, sign);
+    const bool wider_before = widens(-1, first, -sign), wider_after = widens(gap + 1, last, sign);
+    if (!wider_before && !wider_after &&
+        std::max(std::abs(first.contrast), std::abs(last.contrast)) < kResolved)
+      return std::nullopt;
 
     std::optional<Crossing> crossing = fit_crossing(run.data(), count);
     if (!crossing || crossing->position < 0 || crossing->position > gap) return std::nullopt;

@@ -12,6 +12,8 @@
 namespace procam::detect {
 namespace {
 
+constexpr double kWorstResidual = 4;  // medians of all corners
+
 /// Corner positions row by row.
 struct Grid {
   int columns = 0, rows = 0;
@@ -25,27 +27,68 @@ std::string counts(int columns, int rows) {
   return std::to_string(columns) + "x" + std::to_string(rows);
 }
 
-Grid grid_from(const std::vector<cv::Point2f>& corners, int columns, int rows) {
+/// A picture to search, and how its pixels map to the original's: original = scale * pixel + (scale - 1) / 2.
+struct SearchPicture {
+  cv::Mat pixels;
+  int scale = 1;
+};
+
+Grid grid_from(const std::vector<cv::Point2f>& corners, int columns, int rows, int scale) {
   Grid grid{columns, rows, {}};
-  for (const cv::Point2f& c : corners) grid.points.push_back(Vec2(c.x, c.y));
+  for (const cv::Point2f& c : corners)
+    grid.points.push_back(scale * Vec2(c.x, c.y) + 0.5 * (scale - 1) * Vec2::Ones());
   return grid;
 }
 
+/// Half the size where that leaves squares large enough: four times as fast, and less noise.
+SearchPicture quick_look(const cv::Mat& image) {
+  if (std::min(image.cols, image.rows) < 700) return {image, 1};
+  SearchPicture half{{}, 2};
+  cv::resize(image, half.pixels, cv::Size(image.cols / 2, image.rows / 2), 0, 0, cv::INTER_AREA);
+  return half;
+}
+
+/// The print's reflectance, roughly: the picture divided by its grey-level closing, which fills what is
+/// darker and narrower than the window. Other than a local mean or maximum, the closing keeps the border of
+/// the projector's light where it is, so that a board half in projector light and half in room light looks
+/// evenly lit.
+SearchPicture reflectance(const SearchPicture& picture) {
+  cv::Mat smooth, light, ratio;
+  cv::GaussianBlur(picture.pixels, smooth, cv::Size(), picture.scale == 1 ? 1.5 : 0.8);
+  const int window = std::max(15, std::min(smooth.cols, smooth.rows) / 12) | 1;
+  cv::morphologyEx(smooth, light, cv::MORPH_CLOSE,
+                   cv::getStructuringElement(cv::MORPH_RECT, cv::Size(window, window)));
+  smooth.convertTo(smooth, CV_32F);
+  light.convertTo(light, CV_32F, 1, 4);  // four grey levels: darkness is not blown up to noise
+  cv::divide(smooth, light, ratio, 230);
+  ratio.convertTo(ratio, CV_8U);
+  return {ratio, picture.scale};
+}
+
+/// Quick looks first; each later one finds some boards that the earlier ones miss.
 std::optional<Grid> find_asked(const cv::Mat& image, const Chessboard& board) {
-  const cv::Size asked(board.columns, board.rows);
-  std::vector<cv::Point2f> corners;
-  for (const int effort : {0, int(cv::CALIB_CB_EXHAUSTIVE)})
-    if (cv::findChessboardCornersSB(image, asked, corners, cv::CALIB_CB_NORMALIZE_IMAGE | effort))
-      return grid_from(corners, board.columns, board.rows);
-  if (cv::findChessboardCorners(image, asked, corners,
-                                cv::CALIB_CB_ADAPTIVE_THRESH | cv::CALIB_CB_NORMALIZE_IMAGE))
-    return grid_from(corners, board.columns, board.rows);
-  return std::nullopt;
+  const auto search = [&](const SearchPicture& picture, int flags) -> std::optional<Grid> {
+    std::vector<cv::Point2f> corners;
+    if (!cv::findChessboardCornersSB(picture.pixels, cv::Size(board.columns, board.rows), corners, flags))
+      return std::nullopt;
+    return grid_from(corners, board.columns, board.rows, picture.scale);
+  };
+  const SearchPicture quick = quick_look(image), full{image, 1};
+  if (auto grid = search(quick, cv::CALIB_CB_NORMALIZE_IMAGE)) return grid;
+  const SearchPicture quick_reflectance = reflectance(quick);
+  if (auto grid = search(quick_reflectance, 0)) return grid;
+  if (quick.scale > 1) {
+    if (auto grid = search(full, cv::CALIB_CB_NORMALIZE_IMAGE)) return grid;
+    if (auto grid = search(reflectance(full), 0)) return grid;
+  }
+  if (auto grid = search(quick_reflectance, cv::CALIB_CB_EXHAUSTIVE)) return grid;
+  return search(full, cv::CALIB_CB_NORMALIZE_IMAGE | cv::CALIB_CB_EXHAUSTIVE);
 }
 
 /// The largest board found when fewer corners are asked for; the search grows from the counts it is given, so
 /// several are tried.
 std::optional<Grid> find_any(const cv::Mat& image, const Chessboard& board) {
+  const SearchPicture quick = quick_look(image);
   std::optional<Grid> best;
   for (const auto& [columns, rows] :
        {std::pair(board.columns - 1, board.rows - 1), std::pair(board.rows - 1, board.columns - 1),
@@ -54,9 +97,9 @@ std::optional<Grid> find_any(const cv::Mat& image, const Chessboard& board) {
     std::vector<cv::Point2f> corners;
     cv::Mat meta;
     const int flags = cv::CALIB_CB_NORMALIZE_IMAGE | cv::CALIB_CB_LARGER;
-    if (!cv::findChessboardCornersSB(image, cv::Size(columns, rows), corners, flags, meta)) continue;
+    if (!cv::findChessboardCornersSB(quick.pixels, cv::Size(columns, rows), corners, flags, meta)) continue;
     if (!best || int(corners.size()) > int(best->points.size()))
-      best = grid_from(corners, meta.cols, meta.rows);
+      best = grid_from(corners, meta.cols, meta.rows, quick.scale);
   }
   return best;
 }
@@ -199,10 +242,16 @@ void explain_missing(const cv::Mat& image, const Chessboard& board, Diagnostics&
     const bool swap = (board.columns < board.rows) != (other->columns < other->rows);
     const std::string found =
         swap ? counts(other->rows, other->columns) : counts(other->columns, other->rows);
+    const bool part = std::min(other->columns, other->rows) <= std::min(board.columns, board.rows) &&
+                      std::max(other->columns, other->rows) <= std::max(board.columns, board.rows);
     diagnostics.warn("board_counts_differ",
-                     "a board with " + found + " inner corners was found where " + asked +
-                         " was asked; if the whole board is in the picture, ask for chessboard:" + found +
-                         " (inner corners, not squares), else uncover the rest");
+                     part ? "only " + found + " of its " + asked +
+                                " inner corners show: light or uncover the rest of the board; if that is all of "
+                                "it, ask for chessboard:" +
+                                found
+                          : "a board with " + found + " inner corners was found where " + asked +
+                                " was asked; if the whole board is in the picture, ask for chessboard:" +
+                                found + " (inner corners, not squares), else uncover the rest");
     return;
   }
   diagnostics.warn(
@@ -247,7 +296,9 @@ Detections detect_chessboard(const ViewU8& image, const Chessboard& board, const
   int left_out = 0;
   for (int i = 0; i < board.size(); ++i) {
     const auto& fit = fits[std::size_t(i)];
-    if (fit && std::sqrt(fit->covariance.trace() / 2) <= options.max_sigma_px)
+    // A shadow's or the projector light's border through the window fits far worse than the print.
+    if (fit && std::sqrt(fit->covariance.trace() / 2) <= options.max_sigma_px &&
+        fit->residual < kWorstResidual * print.residual)
       result.observations.push_back({i, fit->corner, fit->covariance});
     else
       ++left_out;

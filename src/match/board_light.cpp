@@ -1,5 +1,7 @@
 #include "procam/match/board_light.hpp"
 
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -13,8 +15,9 @@
 namespace procam::match {
 namespace {
 
-constexpr int kCellsPerSquare = 2;  // medians of codes for the homography
-constexpr std::size_t kFewestInCell = 12;
+constexpr std::size_t kEdgesForHomography = 50000;  // in the whole picture
+constexpr std::ptrdiff_t kFewestInBoard = 30;       // of each axis
+constexpr int kHomographyRounds = 12;
 constexpr int kFewestEdges = 8;  // in a quadrant beside a corner, of each axis
 
 /// Homography of all pairs with outliers weighted down (Cauchy weights, rescaled every round); nullopt where
@@ -73,38 +76,66 @@ class Print {
   Chessboard board_;
 };
 
-/// One homography for the board's light, from the median codes of small cells: the spline takes up what it
-/// leaves.
-std::optional<Homography> projector_from_camera(const Print& print, const DecodedMap& decoded,
-                                                double border_px) {
-  struct Cell {
-    std::vector<double> x, y, u, v;
-  };
-  std::map<std::pair<int, int>, Cell> cells;
-  const ImageSize size = decoded.camera_size();
-  for (int y = 0; y < size.height; y += 2)
-    for (int x = 0; x < size.width; x += 2) {
-      const auto light = decoded.projector_pixel(x, y);
-      if (!light) continue;
-      const Vec2 pixel(x, y);
-      const auto at = print.square_at(pixel);
-      if (!at || print.distance_to_line(pixel, *at) < border_px) continue;
-      Cell& cell =
-          cells[{int(std::floor(at->x() * kCellsPerSquare)), int(std::floor(at->y() * kCellsPerSquare))}];
-      cell.x.push_back(x), cell.y.push_back(y), cell.u.push_back(light->x()), cell.v.push_back(light->y());
-    }
-  const auto median = [](std::vector<double>& v) {
-    std::nth_element(v.begin(), v.begin() + std::ptrdiff_t(v.size() / 2), v.end());
-    return v[v.size() / 2];
-  };
-  Points2 camera, projector;
-  for (auto& [index, cell] : cells) {
-    if (cell.x.size() < kFewestInCell) continue;
-    camera.push_back(Vec2(median(cell.x), median(cell.y)));
-    projector.push_back(Vec2(median(cell.u), median(cell.v)));
+/// One homography for the board's light from its stripe edges: the spline takes up what it leaves. A column
+/// edge at p with coordinate u is one equation h1.p - u h3.p = 0, a row edge h2.p - v h3.p = 0 (the direct
+/// linear transform, taken apart). Outliers are weighted down (Cauchy weights, rescaled every round); nullopt
+/// where the edges carry no homography.
+std::optional<Homography> projector_from_camera(const Print& print, const std::vector<StripeEdge>& edges,
+                                                const DecodedMap& decoded, double border_px) {
+  // Some thousand edges tell the homography well enough.
+  std::vector<StripeEdge> used;
+  const std::size_t stride = 1 + edges.size() / kEdgesForHomography;
+  for (std::size_t i = 0; i < edges.size(); i += stride) {
+    const auto at = print.square_at(edges[i].camera_pixel);
+    if (at && print.distance_to_line(edges[i].camera_pixel, *at) >= border_px) used.push_back(edges[i]);
   }
-  if (camera.size() < 8) return std::nullopt;
-  return fit_with_outliers(camera, projector);
+  const auto columns = std::count_if(used.begin(), used.end(),
+                                     [](const StripeEdge& e) { return e.axis == StripeAxis::kColumn; });
+  if (columns < kFewestInBoard || std::ptrdiff_t(used.size()) - columns < kFewestInBoard) return std::nullopt;
+
+  // Coordinates of the order of one, for the eigenvalues' sake.
+  const auto to_unit = [](ImageSize size) {
+    const double scale = 2.0 / std::max(size.width, size.height);
+    Mat3 m = Mat3::Identity() * scale;
+    m.col(2) = Vec3(-0.5 * scale * size.width, -0.5 * scale * size.height, 1);
+    return m;
+  };
+  const Mat3 unit_from_camera = to_unit(decoded.camera_size()),
+             unit_from_projector = to_unit(decoded.projector_size);
+  Mat3 h = Mat3::Zero();
+  std::vector<double> weights(used.size(), 1), sizes(used.size());
+  for (int round = 0; round < kHomographyRounds; ++round) {
+    Mat9 normal = Mat9::Zero();
+    for (std::size_t i = 0; i < used.size(); ++i) {
+      const int row = used[i].axis == StripeAxis::kColumn ? 0 : 1;
+      const Vec3 p = unit_from_camera * used[i].camera_pixel.homogeneous();
+      const double u = unit_from_projector(row, row) * used[i].projector_coordinate + unit_from_projector(row, 2);
+      Eigen::Matrix<double, 9, 1> equation = Eigen::Matrix<double, 9, 1>::Zero();
+      equation.segment<3>(3 * row) = p;
+      equation.tail<3>() = -u * p;
+      normal.selfadjointView<Eigen::Lower>().rankUpdate(equation, weights[i]);
+    }
+    const Eigen::SelfAdjointEigenSolver<Mat9> eigen(normal);
+    if (!(eigen.eigenvalues()[1] > 1e-9 * eigen.eigenvalues()[8])) return std::nullopt;
+    h = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(eigen.eigenvectors().col(0).data());
+    int behind = 0;
+    for (std::size_t i = 0; i < used.size(); ++i) {
+      const int row = used[i].axis == StripeAxis::kColumn ? 0 : 1;
+      const Vec3 mapped = h * (unit_from_camera * used[i].camera_pixel.homogeneous());
+      const double u = unit_from_projector(row, row) * used[i].projector_coordinate + unit_from_projector(row, 2);
+      behind += mapped.z() < 0;
+      sizes[i] = std::abs(mapped[row] / mapped.z() - u);
+      weights[i] = 1 / (mapped.z() * mapped.z());
+    }
+    if (2 * std::size_t(behind) > used.size()) h = -h;
+    std::vector<double> sorted = sizes;
+    std::nth_element(sorted.begin(), sorted.begin() + std::ptrdiff_t(sorted.size() / 2), sorted.end());
+    const double scale = std::max(sorted[sorted.size() / 2], 1e-9);
+    for (std::size_t i = 0; i < used.size(); ++i) weights[i] /= 1 + (sizes[i] / scale) * (sizes[i] / scale);
+  }
+  const Mat3 map = unit_from_projector.inverse() * h * unit_from_camera;
+  if (!map.allFinite() || map.determinant() == 0) return std::nullopt;
+  return Homography(map);
 }
 
 /// The edges of one axis on the board as samples of what the homography leaves.
@@ -176,7 +207,7 @@ Detections project_board(const Detections& in_camera, const Chessboard& board, c
   const auto to_squares = squares_from_camera(in_camera, board);
   if (!to_squares) return not_lit("fewer than four corners of the board were found in the camera's image");
   const Print print(*to_squares, board);
-  const auto base = projector_from_camera(print, decoded, options.border_px);
+  const auto base = projector_from_camera(print, edges, decoded, options.border_px);
   if (!base)
     return not_lit(
         "too little of the board carries readable stripes; light it fully by the projector, or expose "

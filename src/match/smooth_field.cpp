@@ -30,6 +30,18 @@ void cubic_slope(double x, double* w) {
   w[3] = x * x / 2;
 }
 
+/// The finest bit that the samples' boundaries belong to, as the power of two that its boundaries are odd
+/// multiples of. The finest that is shown holds half of them; one that the camera hardly resolves, few.
+int finest_stripe(const std::vector<FieldSample>& samples) {
+  int unit = 1;
+  for (std::size_t fewest = samples.size() / 8; unit < (1 << 14); unit *= 2) {
+    std::size_t count = 0;
+    for (const FieldSample& s : samples) count += s.stripe % (2 * unit) != 0;
+    if (count > fewest) break;
+  }
+  return unit;
+}
+
 double median(std::vector<double> v) {
   std::nth_element(v.begin(), v.begin() + std::ptrdiff_t(v.size() / 2), v.end());
   return v[v.size() / 2];
@@ -128,13 +140,14 @@ void SmoothField::fit(const std::vector<FieldSample>& samples, int group_count) 
   const int n = size();
   std::vector<double> weights(samples.size()), residuals(samples.size());
   const MatX penalty = bending();
+  const int coarser = 2 * finest_stripe(samples);
   MatX inverse;
   for (std::size_t i = 0; i < samples.size(); ++i) weights[i] = 1 / (samples[i].sigma * samples[i].sigma);
 
-  // The samples whose stripe number is `remainder` modulo `divisor`.
-  const auto accumulate = [&](int divisor, int remainder, NormalEquations& sum) {
+  // The samples whose stripe number the predicate takes.
+  const auto accumulate = [&](const auto& takes, NormalEquations& sum) {
     for (std::size_t q = 0; q < samples.size(); ++q) {
-      if (weights[q] == 0 || samples[q].stripe % divisor != remainder) continue;
+      if (weights[q] == 0 || !takes(samples[q].stripe)) continue;
       const Support s = support(samples[q].at);
       int index[16];
       double b[16];
@@ -169,7 +182,7 @@ void SmoothField::fit(const std::vector<FieldSample>& samples, int group_count) 
     if (round == 0 || round == kRobustRounds - 2) {
       std::vector<NormalEquations> folds(kFolds, NormalEquations(n));
       for (int f = 0; f < kFolds; ++f) {
-        accumulate(kFolds, f, folds[std::size_t(f)]);
+        accumulate([f](int stripe) { return stripe % kFolds == f; }, folds[std::size_t(f)]);
         all += folds[std::size_t(f)];
       }
       const double unit = all.matrix.trace() / n;
@@ -187,8 +200,8 @@ void SmoothField::fit(const std::vector<FieldSample>& samples, int group_count) 
       }
     } else {
       NormalEquations odd(n);
-      accumulate(2, 0, all);
-      accumulate(2, 1, odd);
+      accumulate([&](int stripe) { return stripe % coarser == 0; }, all);
+      accumulate([&](int stripe) { return stripe % coarser != 0; }, odd);
       if (round == kRobustRounds - 1) disagreement = difference(all, odd);
       all += odd;
     }
@@ -208,8 +221,8 @@ void SmoothField::fit(const std::vector<FieldSample>& samples, int group_count) 
     }
   }
 
-  // Odd boundaries belong to the finest bit, even ones to the others; what they disagree by is no scatter
-  // that more stripes average out. Half of it, squared, over the board.
+  // Boundaries of the finest bit that was read against those of the others; what they disagree by is no
+  // scatter that more stripes average out. Half of it, squared, over the board.
   double sum = 0, total = 0;
   coefficients_.swap(disagreement);
   for (std::size_t q = 0; q < samples.size(); ++q) {

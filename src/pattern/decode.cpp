@@ -1,7 +1,7 @@
 #include <algorithm>
-#include <cmath>
 #include <cstdint>
 
+#include "bit_threshold.hpp"
 #include "procam/pattern/gray_code.hpp"
 #include "survey.hpp"
 
@@ -72,19 +72,6 @@ void read_row(const std::vector<ViewU8>& captures, int first, int bits, int y, R
         push_bits<1>(pair, y, width, byte, last, weakest), i += 1;
         break;
     }
-  }
-}
-
-/// The smallest difference of pattern and inverse that stands out of the noise, per pixel. Both are near the
-/// middle between white and black there, so the variance of the difference is 2 * noise.variance((white +
-/// black) / 2).
-void noise_thresholds(const std::uint8_t* __restrict white, const std::uint8_t* __restrict black, int width,
-                      const NoiseModel& noise, double sigmas, std::uint8_t* __restrict threshold) {
-  const float at_black = float(2.0 * noise.at_black * sigmas * sigmas);
-  const float per_level = float(noise.per_level * sigmas * sigmas);
-  for (int x = 0; x < width; ++x) {
-    const float variance = at_black + per_level * float(int(white[x]) + int(black[x]));
-    threshold[x] = std::uint8_t(std::min(255, int(std::sqrt(variance)) + 1));
   }
 }
 

@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <optional>
 
+#include "leading_bits.hpp"
 #include "survey.hpp"
 
 namespace procam::pattern {
@@ -13,6 +14,10 @@ namespace {
 
 /// Above this |D| a sample tells little about where the edge is and much about scattered light.
 constexpr double kInformative = 0.9;
+
+/// Where a bit's light nowhere near the edge reaches this |D|, the camera hardly resolves its stripes, and the
+/// pixels' grid moves the crossing by tenths of a pixel.
+constexpr double kResolved = 0.25;
 
 /// What blur, noise and albedo do not explain (the shapes of pixels, speckle, print): measured as the scatter
 /// round a smooth surface on a bright board, camera pixels.
@@ -93,16 +98,9 @@ std::optional<Crossing> fit_crossing(const Sample* samples, int count) {
   return Crossing{position, sigma};
 }
 
-/// The boundaries with bit `bit` in (low, high]: multiples of 2^bit that are odd.
-int boundaries_between(int low, int high, int bit) {
-  const int half = 1 << bit, period = half << 1;
-  return (high + half) / period - (low + half) / period;
-}
-
-int lowest_set_bit(int k) {
-  int bit = 0;
-  while (((k >> bit) & 1) == 0) ++bit;
-  return bit;
+/// The odd numbers in (low, high].
+int odd_between(int low, int high) {
+  return (high + 1) / 2 - (low + 1) / 2;
 }
 
 /// The scan of one axis in one direction.
@@ -112,59 +110,69 @@ class Scan {
        StripeAxis axis, const StripeEdgeOptions& options)
       : captures_(captures),
         decoded_(decoded),
-        codes_(axis == StripeAxis::kColumn ? decoded.columns : decoded.rows),
         axis_(axis),
         bits_(bit_count(gray_code, axis)),
         first_frame_(axis == StripeAxis::kColumn ? 0 : 2 * bit_count(gray_code, StripeAxis::kColumn)),
         options_(options),
+        leading_(read_leading_bits(captures, decoded, gray_code, axis, options.decode)),
         along_x_(varies_along_x()) {}
 
   void append_edges(std::vector<StripeEdge>& edges) const {
-    const int width = codes_.width(), height = codes_.height();
+    const int width = decoded_.camera_size().width, height = decoded_.camera_size().height;
     const int dx = along_x_ ? 1 : 0, dy = along_x_ ? 0 : 1;
     for (int y = 0; y + dy < height; ++y) {
-      const std::int16_t* here = codes_.row(y);
-      const std::int16_t* next = codes_.row(y + dy) + dx;
+      const std::int16_t *here = leading_.codes.row(y), *next = leading_.codes.row(y + dy) + dx;
+      const std::uint8_t *open_here = leading_.undecided.row(y), *open_next = leading_.undecided.row(y + dy) + dx;
       for (int x = 0; x + dx < width; ++x) {
-        if (here[x] < 0 || here[x] == next[x]) continue;
-        int gap = 1, other = next[x];
-        if (other < 0) {
-          // An edge that falls on a pixel's centre leaves that pixel undecided; the next one knows the code
-          // again.
-          gap = 2;
-          if (x + 2 * dx >= width || y + 2 * dy >= height) continue;
-          other = codes_.at(x + 2 * dx, y + 2 * dy);
-        }
-        if (other < 0 || other == here[x] || std::abs(other - here[x]) > options_.max_code_jump) continue;
-        append_between(x, y, gap, here[x], other, edges);
+        const int open = std::max(open_here[x], open_next[x]);
+        if (open < bits_ && here[x] >> open != next[x] >> open) append_between(x, y, 1, open, bits_, edges);
+        // An edge that falls on a pixel's centre leaves its bit and all finer ones undecided there; the next
+        // pixel knows them again.
+        if (open_next[x] <= open_here[x] || x + 2 * dx >= width || y + 2 * dy >= height) continue;
+        const int open_beyond = std::max(open_here[x], leading_.undecided.at(x + 2 * dx, y + 2 * dy));
+        if (open_beyond < open_next[x]) append_between(x, y, 2, open_beyond, open_next[x], edges);
       }
     }
   }
 
  private:
+  /// Codes without their `bit` finest bits differ by `jump`: can they be neighbours on one surface?
+  bool connected(int jump, int bit) const {
+    return ((jump - 1) << bit) + 1 <= options_.max_code_jump;
+  }
+
   bool varies_along_x() const {
     double along_x = 0, along_y = 0;
-    for (int y = 0; y + 1 < codes_.height(); ++y) {
-      for (int x = 0; x + 1 < codes_.width(); ++x) {
-        const int code = codes_.at(x, y), right = codes_.at(x + 1, y), below = codes_.at(x, y + 1);
-        if (code < 0 || right < 0 || below < 0) continue;
-        const int step_x = std::abs(right - code), step_y = std::abs(below - code);
-        if (step_x <= options_.max_code_jump) along_x += step_x;
-        if (step_y <= options_.max_code_jump) along_y += step_y;
+    const auto stripes_between = [&](int x, int y, int px, int py) {
+      const int open = std::max(leading_.undecided.at(x, y), leading_.undecided.at(px, py));
+      if (open >= bits_) return 0;
+      const int jump = std::abs(leading_.at(px, py, open) - leading_.at(x, y, open));
+      return jump > 0 && connected(jump, open) ? jump << open : 0;
+    };
+    for (int y = 0; y + 1 < leading_.codes.height(); ++y)
+      for (int x = 0; x + 1 < leading_.codes.width(); ++x) {
+        along_x += stripes_between(x, y, x + 1, y);
+        along_y += stripes_between(x, y, x, y + 1);
       }
-    }
     return along_x >= along_y;
   }
 
-  void append_between(int x, int y, int gap, int code, int other, std::vector<StripeEdge>& edges) const {
-    const int low = std::min(code, other), high = std::max(code, other);
-    for (int k = low + 1; k <= high; ++k) {
-      const int bit = lowest_set_bit(k);
-      if (boundaries_between(low, high, bit) != 1) continue;
-      if (const std::optional<Crossing> crossing = locate(x, y, gap, bit, k)) {
+  /// The edges between (x, y) and the pixel `gap` further in the bit planes [first_bit, end_bit), where both
+  /// pixels are decided. Without their b finest bits, codes change in bit b where they pass an odd number.
+  void append_between(int x, int y, int gap, int first_bit, int end_bit,
+                      std::vector<StripeEdge>& edges) const {
+    const int px = along_x_ ? x + gap : x, py = along_x_ ? y : y + gap;
+    for (int bit = first_bit; bit < end_bit; ++bit) {
+      const int code = leading_.codes.at(x, y) >> bit, other = leading_.codes.at(px, py) >> bit;
+      const int low = std::min(code, other), high = std::max(code, other);
+      if (low == high || (bit == first_bit && !connected(high - low, bit))) return;
+      // Two boundaries of one bit between two pixels: its light says nothing about either.
+      if (odd_between(low, high) != 1) continue;
+      const int boundary = ((low + 1) | 1) << bit;
+      if (const std::optional<Crossing> crossing = locate(x, y, gap, bit, boundary)) {
         StripeEdge edge;
         edge.camera_pixel = along_x_ ? Vec2(x + crossing->position, y) : Vec2(x, y + crossing->position);
-        edge.projector_coordinate = decoded_.stripe_boundary(k);
+        edge.projector_coordinate = decoded_.stripe_boundary(boundary);
         edge.sigma_px = crossing->sigma;
         edge.axis = axis_;
         edge.scan = along_x_ ? ScanAxis::kCameraX : ScanAxis::kCameraY;
@@ -201,8 +209,10 @@ class Scan {
       run[std::size_t(count++)] = *outer;
       return true;
     };
-    widens(-1, first, -sign);
-    widens(gap + 1, last, sign);
+    const bool wider_before = widens(-1, first, -sign), wider_after = widens(gap + 1, last, sign);
+    if (!wider_before && !wider_after &&
+        std::max(std::abs(first.contrast), std::abs(last.contrast)) < kResolved)
+      return std::nullopt;
 
     std::optional<Crossing> crossing = fit_crossing(run.data(), count);
     if (!crossing || crossing->position < 0 || crossing->position > gap) return std::nullopt;
@@ -222,23 +232,22 @@ class Scan {
     return crossing;
   }
 
-  /// Is pixel x + i still on the slope of this boundary, no further than a quarter of the bit's stripe away?
-  /// Beyond, the bit's next boundary bends the profile.
+  /// Is pixel x + i still on the slope of this boundary, no further than half way to where the bit is
+  /// steady? Beyond, the bit's next boundary bends the profile. That is the next finer bit's step; where it is
+  /// undecided, nobody knows.
   bool belongs(int x, int y, int i, int bit, int boundary) const {
     const int px = along_x_ ? x + i : x, py = along_x_ ? y : y + i;
-    if (px < 0 || py < 0 || px >= codes_.width() || py >= codes_.height()) return false;
-    const int code = codes_.at(px, py);
-    if (code < 0) return false;
-    const double stripe = double(2 << bit);
-    return std::abs(code + 0.5 - boundary) <= 0.25 * stripe;
+    if (!decoded_.camera_size().contains(Vec2(px, py))) return false;
+    const int finer = std::max(bit - 1, 0), code = leading_.at(px, py, finer), k = boundary >> finer;
+    return code == k || code == k - 1;
   }
 
   const std::vector<ViewU8>& captures_;
   const DecodedMap& decoded_;
-  const Image<std::int16_t>& codes_;
   StripeAxis axis_;
   int bits_, first_frame_;
   const StripeEdgeOptions& options_;
+  LeadingBits leading_;
   bool along_x_;
 };
 

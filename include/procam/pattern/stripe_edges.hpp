@@ -10,6 +10,10 @@
 /// line whatever the blur; the edge is the zero of a line fitted to u over two to four samples, weighted by
 /// their noise.
 ///
+/// Bit b of two neighbouring pixels tells a boundary apart from all others of that bit as soon as the coarser
+/// bits are decided on both sides. The finer ones need not be: a camera that does not resolve the finest
+/// stripes still yields the edges of the coarser ones.
+///
 /// One decoded pixel gives one integer code, right to half a stripe; a stripe edge is right to some
 /// hundredths of one.
 #include <vector>
@@ -22,6 +26,7 @@
 namespace procam::pattern {
 
 struct StripeEdgeOptions {
+  DecodeOptions decode;  ///< what counts as lit, and which bits as decided: as given to decode()
   /// Codes of the two sides of an edge may differ by this many stripes. More than one only where the camera
   /// samples more coarsely than the projector; larger jumps are taken for the border of a surface.
   int max_code_jump = 4;

@@ -12,7 +12,8 @@
 namespace procam::detect {
 namespace {
 
-constexpr double kWorstResidual = 4;  // medians of all corners
+constexpr double kWorstResidual = 4;   // medians of all corners
+constexpr double kFarthestMove = 1.5;  // pixels; the finder is right to some tenths
 
 /// Corner positions row by row.
 struct Grid {
@@ -244,14 +245,15 @@ void explain_missing(const cv::Mat& image, const Chessboard& board, Diagnostics&
         swap ? counts(other->rows, other->columns) : counts(other->columns, other->rows);
     const bool part = std::min(other->columns, other->rows) <= std::min(board.columns, board.rows) &&
                       std::max(other->columns, other->rows) <= std::max(board.columns, board.rows);
-    diagnostics.warn("board_counts_differ",
-                     part ? "only " + found + " of its " + asked +
-                                " inner corners show: light or uncover the rest of the board; if that is all of "
-                                "it, ask for chessboard:" +
-                                found
-                          : "a board with " + found + " inner corners was found where " + asked +
-                                " was asked; if the whole board is in the picture, ask for chessboard:" +
-                                found + " (inner corners, not squares), else uncover the rest");
+    diagnostics.warn(
+        "board_counts_differ",
+        part ? "only " + found + " of its " + asked +
+                   " inner corners show: light or uncover the rest of the board; if that is all of "
+                   "it, ask for chessboard:" +
+                   found
+             : "a board with " + found + " inner corners was found where " + asked +
+                   " was asked; if the whole board is in the picture, ask for chessboard:" + found +
+                   " (inner corners, not squares), else uncover the rest");
     return;
   }
   diagnostics.warn(
@@ -279,6 +281,7 @@ Detections detect_chessboard(const ViewU8& image, const Chessboard& board, const
     return result;
   }
   order_by_image(*grid);
+  const Grid found_at = *grid;
   // The second round has the first one's precise neighbours for the bending of the edges.
   fit_corners(image, *grid, options.window_share);
   Fits fits = fit_corners(image, *grid, options.window_share);
@@ -290,6 +293,9 @@ Detections detect_chessboard(const ViewU8& image, const Chessboard& board, const
                                                        ": give the counts of all of it");
     return result;
   }
+  // A border of light inside the window pulls a fit away from where the finder saw the corner.
+  for (std::size_t i = 0; i < fits.size(); ++i)
+    if (fits[i] && (fits[i]->corner - found_at.points[i]).norm() > kFarthestMove) fits[i].reset();
   // With one count odd the two ends differ in colour: the outer square beside the first corner is dark.
   if ((board.columns + board.rows) % 2 == 1 && print.light_first > 0) std::reverse(fits.begin(), fits.end());
 

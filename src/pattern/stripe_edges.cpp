@@ -134,9 +134,7 @@ class Scan {
 
  private:
   /// Codes without their `bit` finest bits differ by `jump`: can they be neighbours on one surface?
-  bool connected(int jump, int bit) const {
-    return ((jump - 1) << bit) + 1 <= options_.max_code_jump;
-  }
+  bool connected(int jump, int bit) const { return ((jump - 1) << bit) + 1 <= options_.max_code_jump; }
 
   bool varies_along_x() const {
     double along_x = 0, along_y = 0;
@@ -228,8 +226,8 @@ class Scan {
   }
 
   /// Is pixel x + i still on the slope of this boundary, no further than half way to where the bit is
-  /// steady? Beyond, the bit's next boundary bends the profile. That is the next finer bit's step; where it is
-  /// undecided, nobody knows.
+  /// steady? Beyond, the bit's next boundary bends the profile. That is the next finer bit's step; where it
+  /// is undecided, nobody knows.
   bool belongs(int x, int y, int i, int bit, int boundary) const {
     const int px = along_x_ ? x + i : x, py = along_x_ ? y : y + i;
     if (!decoded_.camera_size().contains(Vec2(px, py))) return false;

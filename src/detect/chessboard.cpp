@@ -12,8 +12,9 @@
 namespace procam::detect {
 namespace {
 
-constexpr double kWorstResidual = 4;   // medians of all corners
-constexpr double kFarthestMove = 1.5;  // pixels; the finder is right to some tenths
+/// A fit this many times worse than the median fit (of at least half a grey level) has a border of light or a
+/// shadow in its window, which pulls the corner away. On real boards without one, none is.
+constexpr double kWorstResidual = 2;
 
 /// Corner positions row by row.
 struct Grid {
@@ -281,7 +282,6 @@ Detections detect_chessboard(const ViewU8& image, const Chessboard& board, const
     return result;
   }
   order_by_image(*grid);
-  const Grid found_at = *grid;
   // The second round has the first one's precise neighbours for the bending of the edges.
   fit_corners(image, *grid, options.window_share);
   Fits fits = fit_corners(image, *grid, options.window_share);
@@ -293,18 +293,14 @@ Detections detect_chessboard(const ViewU8& image, const Chessboard& board, const
                                                        ": give the counts of all of it");
     return result;
   }
-  // A border of light inside the window pulls a fit away from where the finder saw the corner.
-  for (std::size_t i = 0; i < fits.size(); ++i)
-    if (fits[i] && (fits[i]->corner - found_at.points[i]).norm() > kFarthestMove) fits[i].reset();
   // With one count odd the two ends differ in colour: the outer square beside the first corner is dark.
   if ((board.columns + board.rows) % 2 == 1 && print.light_first > 0) std::reverse(fits.begin(), fits.end());
 
   int left_out = 0;
   for (int i = 0; i < board.size(); ++i) {
     const auto& fit = fits[std::size_t(i)];
-    // A shadow's or the projector light's border through the window fits far worse than the print.
     if (fit && std::sqrt(fit->covariance.trace() / 2) <= options.max_sigma_px &&
-        fit->residual < kWorstResidual * print.residual)
+        fit->residual < kWorstResidual * std::max(print.residual, 0.5))
       result.observations.push_back({i, fit->corner, fit->covariance});
     else
       ++left_out;

@@ -12,7 +12,9 @@
 namespace procam::detect {
 namespace {
 
-constexpr double kWorstResidual = 4;  // medians of all corners
+/// A fit this many times worse than the median fit (of at least half a grey level) has a border of light or a
+/// shadow in its window, which pulls the corner away. On real boards without one, none is.
+constexpr double kWorstResidual = 2;
 
 /// Corner positions row by row.
 struct Grid {
@@ -244,14 +246,15 @@ void explain_missing(const cv::Mat& image, const Chessboard& board, Diagnostics&
         swap ? counts(other->rows, other->columns) : counts(other->columns, other->rows);
     const bool part = std::min(other->columns, other->rows) <= std::min(board.columns, board.rows) &&
                       std::max(other->columns, other->rows) <= std::max(board.columns, board.rows);
-    diagnostics.warn("board_counts_differ",
-                     part ? "only " + found + " of its " + asked +
-                                " inner corners show: light or uncover the rest of the board; if that is all of "
-                                "it, ask for chessboard:" +
-                                found
-                          : "a board with " + found + " inner corners was found where " + asked +
-                                " was asked; if the whole board is in the picture, ask for chessboard:" +
-                                found + " (inner corners, not squares), else uncover the rest");
+    diagnostics.warn(
+        "board_counts_differ",
+        part ? "only " + found + " of its " + asked +
+                   " inner corners show: light or uncover the rest of the board; if that is all of "
+                   "it, ask for chessboard:" +
+                   found
+             : "a board with " + found + " inner corners was found where " + asked +
+                   " was asked; if the whole board is in the picture, ask for chessboard:" + found +
+                   " (inner corners, not squares), else uncover the rest");
     return;
   }
   diagnostics.warn(
@@ -296,9 +299,8 @@ Detections detect_chessboard(const ViewU8& image, const Chessboard& board, const
   int left_out = 0;
   for (int i = 0; i < board.size(); ++i) {
     const auto& fit = fits[std::size_t(i)];
-    // A shadow's or the projector light's border through the window fits far worse than the print.
     if (fit && std::sqrt(fit->covariance.trace() / 2) <= options.max_sigma_px &&
-        fit->residual < kWorstResidual * print.residual)
+        fit->residual < kWorstResidual * std::max(print.residual, 0.5))
       result.observations.push_back({i, fit->corner, fit->covariance});
     else
       ++left_out;

@@ -109,7 +109,8 @@ std::optional<Homography> projector_from_camera(const Print& print, const std::v
     for (std::size_t i = 0; i < used.size(); ++i) {
       const int row = used[i].axis == StripeAxis::kColumn ? 0 : 1;
       const Vec3 p = unit_from_camera * used[i].camera_pixel.homogeneous();
-      const double u = unit_from_projector(row, row) * used[i].projector_coordinate + unit_from_projector(row, 2);
+      const double u =
+          unit_from_projector(row, row) * used[i].projector_coordinate + unit_from_projector(row, 2);
       Eigen::Matrix<double, 9, 1> equation = Eigen::Matrix<double, 9, 1>::Zero();
       equation.segment<3>(3 * row) = p;
       equation.tail<3>() = -u * p;
@@ -122,7 +123,8 @@ std::optional<Homography> projector_from_camera(const Print& print, const std::v
     for (std::size_t i = 0; i < used.size(); ++i) {
       const int row = used[i].axis == StripeAxis::kColumn ? 0 : 1;
       const Vec3 mapped = h * (unit_from_camera * used[i].camera_pixel.homogeneous());
-      const double u = unit_from_projector(row, row) * used[i].projector_coordinate + unit_from_projector(row, 2);
+      const double u =
+          unit_from_projector(row, row) * used[i].projector_coordinate + unit_from_projector(row, 2);
       behind += mapped.z() < 0;
       sizes[i] = std::abs(mapped[row] / mapped.z() - u);
       weights[i] = 1 / (mapped.z() * mapped.z());

@@ -15,10 +15,6 @@ namespace {
 /// Above this |D| a sample tells little about where the edge is and much about scattered light.
 constexpr double kInformative = 0.9;
 
-/// Where a bit's light nowhere near the edge reaches this |D|, the camera hardly resolves its stripes, and the
-/// pixels' grid moves the crossing by tenths of a pixel.
-constexpr double kResolved = 0.25;
-
 /// What blur, noise and albedo do not explain (the shapes of pixels, speckle, print): measured as the scatter
 /// round a smooth surface on a bright board, camera pixels.
 constexpr double kModelSigma = 0.03;
@@ -122,7 +118,8 @@ class Scan {
     const int dx = along_x_ ? 1 : 0, dy = along_x_ ? 0 : 1;
     for (int y = 0; y + dy < height; ++y) {
       const std::int16_t *here = leading_.codes.row(y), *next = leading_.codes.row(y + dy) + dx;
-      const std::uint8_t *open_here = leading_.undecided.row(y), *open_next = leading_.undecided.row(y + dy) + dx;
+      const std::uint8_t* open_here = leading_.undecided.row(y);
+      const std::uint8_t* open_next = leading_.undecided.row(y + dy) + dx;
       for (int x = 0; x + dx < width; ++x) {
         const int open = std::max(open_here[x], open_next[x]);
         if (open < bits_ && here[x] >> open != next[x] >> open) append_between(x, y, 1, open, bits_, edges);
@@ -137,9 +134,7 @@ class Scan {
 
  private:
   /// Codes without their `bit` finest bits differ by `jump`: can they be neighbours on one surface?
-  bool connected(int jump, int bit) const {
-    return ((jump - 1) << bit) + 1 <= options_.max_code_jump;
-  }
+  bool connected(int jump, int bit) const { return ((jump - 1) << bit) + 1 <= options_.max_code_jump; }
 
   bool varies_along_x() const {
     double along_x = 0, along_y = 0;
@@ -209,10 +204,8 @@ class Scan {
       run[std::size_t(count++)] = *outer;
       return true;
     };
-    const bool wider_before = widens(-1, first, -sign), wider_after = widens(gap + 1, last, sign);
-    if (!wider_before && !wider_after &&
-        std::max(std::abs(first.contrast), std::abs(last.contrast)) < kResolved)
-      return std::nullopt;
+    widens(-1, first, -sign);
+    widens(gap + 1, last, sign);
 
     std::optional<Crossing> crossing = fit_crossing(run.data(), count);
     if (!crossing || crossing->position < 0 || crossing->position > gap) return std::nullopt;
@@ -233,8 +226,8 @@ class Scan {
   }
 
   /// Is pixel x + i still on the slope of this boundary, no further than half way to where the bit is
-  /// steady? Beyond, the bit's next boundary bends the profile. That is the next finer bit's step; where it is
-  /// undecided, nobody knows.
+  /// steady? Beyond, the bit's next boundary bends the profile. That is the next finer bit's step; where it
+  /// is undecided, nobody knows.
   bool belongs(int x, int y, int i, int bit, int boundary) const {
     const int px = along_x_ ? x + i : x, py = along_x_ ? y : y + i;
     if (!decoded_.camera_size().contains(Vec2(px, py))) return false;

@@ -124,6 +124,36 @@ TEST(Chessboard, NamesTheCountsThatAreThere) {
       << "a quarter turn is the same print";
 }
 
+TEST(Chessboard, IsFoundWhereTheProjectorLightsOnlyAPartOfIt) {
+  BoardScene scene;
+  scene.noise = 0;
+  ImageU8 image = test::render(scene);
+  for (int y = 0; y < image.height(); ++y)
+    for (int x = 0; x < image.width(); ++x)
+      if (3 * x + y > 1230) image.at(x, y) = std::uint8_t(image.at(x, y) / 9);  // room light alone
+  const Detections found = detect_chessboard(image, scene.board);
+  EXPECT_GE(found.observations.size(), 50u);  // those on the light's border are left out
+  const Points2 truth = test::true_corners(scene);
+  for (const Observation& o : found.observations) {
+    double nearest = 1e9;  // 7x9 may be read from either end
+    for (const Vec2& t : truth) nearest = std::min(nearest, (t - o.pixel).norm());
+    EXPECT_LT(nearest, 1.0);
+  }
+}
+
+TEST(Chessboard, SaysHowMuchOfItShows) {
+  const BoardScene scene;
+  ImageU8 image = test::render(scene);
+  const Vec2 edge = 0.5 * (test::true_corners(scene)[3 * 7] + test::true_corners(scene)[4 * 7]);
+  for (int y = int(edge.y()); y < image.height(); ++y)
+    std::fill_n(image.row(y), image.width(), std::uint8_t(90));
+  const Detections found = detect_chessboard(image, scene.board);
+  EXPECT_TRUE(found.observations.empty());
+  const Diagnostic* remark = found.diagnostics.find("board_counts_differ");
+  ASSERT_NE(remark, nullptr);
+  EXPECT_NE(remark->message.find(" of its 7x9 inner corners show"), std::string::npos) << remark->message;
+}
+
 TEST(Chessboard, SaysThatThereIsNone) {
   const ImageU8 grey(320, 240, 1, 128);
   const Detections found = detect_chessboard(grey, {7, 9, 0.075});

@@ -140,6 +140,8 @@ TEST(Decode, HintsAtAProjectorSizeThatCannotBe) {
   const DecodedMap map = decode(test::views_of(captures), {{100, 120}, 1});
   ASSERT_NE(map.diagnostics.find("projector_size"), nullptr);
   EXPECT_EQ(map.columns.at(110, 40), DecodedMap::kUndecoded);
+  EXPECT_EQ(map.columns.at(100, 40), DecodedMap::kUndecoded) << "the first code beyond";
+  EXPECT_EQ(map.columns.at(99, 40), 99);
 }
 
 TEST(Decode, HintsAtExchangedAxesSaturationAndLowContrast) {

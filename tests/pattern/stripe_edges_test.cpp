@@ -124,6 +124,30 @@ TEST(StripeEdges, BoundWideStripesAtTheirBorders) {
   EXPECT_LT(errors.spread, 0.03);
 }
 
+TEST(StripeEdges, ComeFromTheCoarserBitsWhereTheFinestCannotBeRead) {
+  // Two projector pixels a camera pixel: the finest bit repeats every other camera pixel, and blur leaves
+  // nothing.
+  const GrayCode gray_code{{203, 159}, 1};
+  test::GrayCodeWorld world;
+  world.camera = {97, 77};
+  world.projector_from_camera_linear << 1.97, 0.06, -0.05, 1.93;
+  world.projector_from_camera_offset << 4.2, 9.3;
+  world.camera_blur = 1.0;
+  world.noise_at_black = 1, world.noise_per_level = 0.01;
+  const std::vector<ImageU8> captures = test::capture_all(world, frames(gray_code));
+  const std::vector<ViewU8> views = test::views_of(captures);
+  const DecodedMap map = decode(views, gray_code);
+  long decoded = 0;
+  for (int y = 0; y < world.camera.height; ++y)
+    for (int x = 0; x < world.camera.width; ++x) decoded += map.decoded(x, y);
+  EXPECT_LT(decoded, world.camera.width * world.camera.height / 4);
+  const Errors errors = errors_of(stripe_edges(views, map, gray_code), world, gray_code);
+  EXPECT_GT(errors.count, 4000u);
+  EXPECT_LT(std::abs(errors.bias), 0.01);
+  EXPECT_LT(errors.spread, 0.2);
+  EXPECT_LT(errors.largest, 1.5) << "a wrong boundary";
+}
+
 TEST(StripeEdges, RefuseAMapOfOtherCaptures) {
   const std::vector<ImageU8> shown = frames(kGrayCode);
   const std::vector<ViewU8> views = test::views_of(shown);

@@ -12,7 +12,8 @@ namespace procam::io {
 /// Throws Error(kIo) naming the file and the system's reason; nothing is left behind then.
 void write_file_atomically(const std::filesystem::path& path, std::string_view bytes);
 
-/// Before long work: throws what write_file_atomically() would throw for this path, and leaves nothing behind.
+/// Before long work: throws what write_file_atomically() would throw for this path, and leaves nothing
+/// behind.
 void require_writable(const std::filesystem::path& path);
 
 /// The whole file. Throws Error(kIo) when it cannot be read, Error(kInput) when it is larger than

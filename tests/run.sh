@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Everything that procam promises, tested from nothing on Debian 12:   tests/run.sh
 # Installs missing packages, checks the style, builds and tests three presets (ci: everything; core-only: Eigen alone;
-# asan: under sanitizers), walks the main job (examples/run.sh), runs clang-tidy, and ends with "N passed, N failed".
+# asan: core, io and pattern under sanitizers), walks the main job (examples/run.sh), and ends with "N passed, N failed".
 # Exit status 0 if nothing failed.
 set -uo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.." || exit 1
@@ -46,19 +46,12 @@ check_format() {
   find include src tools tests examples -name '*.hpp' -o -name '*.cpp' | sort | xargs clang-format --dry-run --Werror
 }
 
-# Bodies, tools, and the core headers through the file that includes them all; flags from the ci build.
-check_tidy() {
-  { find src tools -name '*.cpp'; echo build/ci/tests/layering/core_all.cpp; } | sort |
-    xargs -P "$jobs" -n 1 clang-tidy -p build/ci --quiet 2> >(grep -v 'warnings generated' >&2)
-}
-
 step "Packages" install_packages "${build_packages[@]}" "${test_packages[@]}" || { echo "$passed passed, $failed failed"; exit 1; }
 step "Style: clang-format" check_format
 build_and_test ci "everything, optimised"
 step "The main job: examples/run.sh" env PROCAM_PRESET=ci examples/run.sh build/ci/out
 build_and_test core-only "core alone, without OpenCV and Ceres"
 build_and_test asan "address and undefined-behaviour sanitizers"
-step "Style: clang-tidy" check_tidy
 
 printf '\nAll phases: %d s\n' "$SECONDS"
 if ((skipped > 0)); then

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "noise.hpp"
+#include "procam/core/closed_form.hpp"
 
 namespace procam::simulate {
 namespace {
@@ -126,8 +127,8 @@ Rig make_rig(const Recipe& recipe, Random& random) {
   require(ray.has_value(), "simulate: the recipe's projector lens does not reach its picture's middle");
   const Vec3 aim = (target - position).normalized();
   const Eigen::Quaterniond roll(Eigen::AngleAxisd(random.uniform(-3, 3) * kDegree, aim));
-  rig.projectors.push_back({"projector", projector,
-                            Pose(roll * Eigen::Quaterniond::FromTwoVectors(ray->direction, aim), position)});
+  rig.projectors.push_back(
+      {"projector", projector, Pose(roll * rotation_between(ray->direction, aim), position)});
   return rig;
 }
 
@@ -148,7 +149,7 @@ std::optional<Pose> draw_pose(const Recipe& recipe, const World& world, double d
   if (root < 0) return std::nullopt;
   const Vec3 center = ray.at(-b + std::sqrt(root));
   const Vec3 sight = center.normalized();
-  const Eigen::Quaterniond facing = Eigen::Quaterniond::FromTwoVectors(Vec3::UnitZ(), sight);
+  const Eigen::Quaterniond facing = rotation_between(Vec3::UnitZ(), sight);
   const Vec3 axis = facing * Vec3(std::cos(tilt_direction), std::sin(tilt_direction), 0);
   const Eigen::Quaterniond rotation = Eigen::Quaterniond(Eigen::AngleAxisd(tilt, axis)) *
                                       Eigen::Quaterniond(Eigen::AngleAxisd(roll, sight)) * facing;

@@ -1,8 +1,9 @@
 #include "visibility.hpp"
 
-#include <Eigen/SVD>
+#include <Eigen/LU>
 #include <cmath>
 
+#include "procam/core/closed_form.hpp"
 #include "procam/core/homography.hpp"
 
 namespace procam::surface {
@@ -67,7 +68,7 @@ void measure_pixels(const Projector& projector, const PlacedPlane& placed, Visib
       Mat2 pixel_by_metre;
       pixel_by_metre << *right - *left, *below - *above;
       pixel_by_metre /= 2 * kStep;
-      const Vec2 stretch = Eigen::JacobiSVD<Mat2>(pixel_by_metre).singularValues();
+      const Vec2 stretch = singular_values(pixel_by_metre);
       if (!(stretch[1] > 0)) continue;
       const double finest = 1e3 / stretch[0], coarsest = 1e3 / stretch[1];
       visibility.mm_per_pixel_min =

@@ -13,12 +13,13 @@
 ///
 /// Errors: as fit_homography(), whose messages name the points; kNotConverged when no pose puts all points in
 /// front.
-#include <Eigen/SVD>
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <limits>
 #include <optional>
 #include <vector>
 
+#include "procam/core/closed_form.hpp"
 #include "procam/core/homography_fit.hpp"
 #include "procam/core/se3.hpp"
 
@@ -48,12 +49,11 @@ namespace detail {
 /// in that frame have the top rows A / gamma, A = ([I | -p] R_v)_{2x2}^-1 J, gamma its largest singular
 /// value, and a third row +-b.
 inline std::array<Mat3, 2> ippe_rotations(const Vec2& p, const Mat2& jacobian) {
-  const Mat3 view =
-      Eigen::Quaterniond::FromTwoVectors(Vec3::UnitZ(), Vec3(p.x(), p.y(), 1.0)).toRotationMatrix();
+  const Mat3 view = rotation_between(Vec3::UnitZ(), Vec3(p.x(), p.y(), 1.0)).toRotationMatrix();
   Mat23 project;
   project << Mat2::Identity(), -p;
   const Mat2 a = (project * view).leftCols<2>().inverse() * jacobian;
-  const Mat2 top = a / Eigen::JacobiSVD<Mat2>(a).singularValues()[0];
+  const Mat2 top = a / singular_values(a)[0];
   const Mat2 rest = Mat2::Identity() - top.transpose() * top;  // b b^T
   Vec2 b(std::sqrt(std::max(0.0, rest(0, 0))), std::sqrt(std::max(0.0, rest(1, 1))));
   if (rest(0, 1) < 0.0) b.y() = -b.y();
@@ -79,7 +79,7 @@ inline Vec3 translation_for(const Mat3& rotation, const Points2& plane_points, c
     normal += m.transpose() * m;
     right -= m.transpose() * (m * q);
   }
-  return normal.ldlt().solve(right);
+  return normal.inverse() * right;
 }
 
 struct PoseEquations {
@@ -138,7 +138,8 @@ inline std::optional<PlanarPoseSolution> refine_planar_pose(const Pose& start, c
   const double count = double(plane_points.size());
   solution.rmse = std::sqrt(equations->cost / count);
   const double variance = sigma ? *sigma * *sigma : equations->cost / (2.0 * count - 6.0);
-  solution.covariance = variance * equations->normal.inverse();
+  const Eigen::LDLT<Mat6> factors(equations->normal);
+  for (int k = 0; k < 6; ++k) solution.covariance.col(k) = variance * factors.solve(Vec6(Vec6::Unit(k)));
   return solution;
 }
 

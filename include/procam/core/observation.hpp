@@ -32,11 +32,23 @@ struct Device {
   ImageSize size;
 };
 
+/// A point of light on the board's sheet that is not one of the board's points: the corner of a projected
+/// chessboard. The projector showed it at a pixel that is known exactly; where it falls on the sheet (board
+/// frame, z = 0, x and y anywhere on the paper, also beside the print) is unknown. The camera measured it.
+struct LightPoint {
+  int projector = 0;  ///< index into Correspondences::devices
+  Vec2 projector_pixel = Vec2::Zero();
+  int camera = 0;  ///< index into Correspondences::devices
+  Vec2 camera_pixel = Vec2::Zero();
+  Mat2 camera_covariance = Mat2::Identity() * 0.01;  ///< pixel^2: what the detector believes
+};
+
 /// One placement of the board: what each device saw or lit of it.
 struct View {
   std::string name;  ///< the folder's name
   std::vector<std::vector<Observation>>
-      observations;  ///< by device, in the order of Correspondences::devices
+      observations;                           ///< by device, in the order of Correspondences::devices
+  std::vector<LightPoint> light_points = {};  ///< of patterns that light the sheet beside the board's points
 };
 
 /// All that a calibration needs: join(detections, decoded maps) -> Correspondences -> calibrate.

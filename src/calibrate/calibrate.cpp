@@ -6,6 +6,8 @@
 
 #include "procam/calibrate/bundle.hpp"
 #include "procam/calibrate/gates.hpp"
+#include "procam/calibrate/uncertainty.hpp"
+#include "shape.hpp"
 #include "start.hpp"
 
 namespace procam::calibrate {
@@ -20,6 +22,12 @@ const double kQuantileOfChi2 = -2 * std::log(1 - kNoiseQuantile);  ///< of |r|^2
 std::string px(double value) {
   char text[32];
   std::snprintf(text, sizeof text, "%.2f px", value);
+  return text;
+}
+
+std::string times(double factor) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.1f times", factor);
   return text;
 }
 
@@ -40,13 +48,24 @@ void require_consistent(const Correspondences& data) {
             o.point >= 0 && o.point < num_points && o.pixel.allFinite() && o.covariance.allFinite() &&
                 o.covariance.determinant() > 0,
             "calibrate: view '" + view.name + "' has an observation that is not finite or not of this board");
+    for (const LightPoint& light : view.light_points) {
+      const auto is_a = [&](int device, DeviceKind kind) {
+        return device >= 0 && device < int(data.devices.size()) && data.devices[std::size_t(device)].kind == kind;
+      };
+      require(is_a(light.projector, DeviceKind::kProjector) && is_a(light.camera, DeviceKind::kCamera) &&
+                  light.projector_pixel.allFinite() && light.camera_pixel.allFinite() &&
+                  light.camera_covariance.allFinite() && light.camera_covariance.determinant() > 0,
+              "calibrate: view '" + view.name + "' has a light point that is not finite or of no such devices");
+    }
   }
 }
 
 struct Solution {
   BundleResult bundle;
   UsedMask used;
-  std::vector<ResidualNoise> noise;
+  BundleOptions options;  ///< with the noise that the residuals showed
+
+  const BundleState& state() const { return bundle.state; }
 };
 
 /// Squared length of a residual in the metric of its covariance.
@@ -83,50 +102,48 @@ ResidualNoise estimate_noise(const std::vector<std::pair<Vec2, Mat2>>& residuals
   return noise;
 }
 
-Solution solve(const Correspondences& data, const BundleState& start, BundleOptions bundle_options,
+Solution solve(const Correspondences& data, const BundleState& start, const BundleOptions& bundle_options,
                const UsedMask& start_mask, const Options& options) {
-  const Points3 points = points_in_board(data.board);
   Solution solution;
   solution.used = start_mask;
   solution.bundle.state = start;
-  bundle_options.max_iterations = options.max_iterations;
+  solution.options = bundle_options;
+  solution.options.max_iterations = options.max_iterations;
   // Noise and outliers follow from the residuals and the residuals from them: a handful of rounds settles
   // both.
   for (int round = 0; round < 6; ++round) {
-    report(options, "bundle adjustment", 0.2 + 0.1 * round);
-    solution.bundle = bundle_adjust(data, solution.used, solution.bundle.state, bundle_options);
-    const BundleState& state = solution.bundle.state;
+    report(options, "bundle adjustment", 0.2 + 0.05 * round);
+    solution.bundle = bundle_adjust(data, solution.used, solution.state(), solution.options);
 
     std::vector<ResidualNoise> noise;
     UsedMask used = start_mask;
     for (std::size_t d = 0; d < data.devices.size(); ++d) {
       std::vector<std::pair<Vec2, Mat2>> residuals;
+      std::vector<char*> verdicts;
       for (std::size_t v = 0; v < data.views.size(); ++v)
-        for (std::size_t i = 0; i < data.views[v].observations[d].size(); ++i) {
-          const Observation& o = data.views[v].observations[d][i];
-          if (!start_mask[v][d][i]) continue;
-          if (const auto r = reprojection_residual(state, int(v), int(d), o, points))
-            residuals.emplace_back(*r, o.covariance);
+        for (const Measurement& m : measurements_of(data, int(v), int(d))) {
+          char& verdict = used[v][d][std::size_t(m.index)];
+          if (!verdict) continue;
+          const auto residual = reprojection_residual(solution.state(), m);
+          const auto covariance = believed_covariance(solution.state(), m);
+          verdict = residual && covariance;
+          if (!verdict) continue;
+          residuals.emplace_back(*residual, *covariance);
+          verdicts.push_back(&verdict);
         }
       noise.push_back(estimate_noise(residuals));
-      for (std::size_t v = 0; v < data.views.size(); ++v)
-        for (std::size_t i = 0; i < data.views[v].observations[d].size(); ++i) {
-          if (!start_mask[v][d][i]) continue;
-          const Observation& o = data.views[v].observations[d][i];
-          const auto r = reprojection_residual(state, int(v), int(d), o, points);
-          used[v][d][i] = r && squared_sigmas(*r, noise.back().covariance(o.covariance)) <=
-                                   options.outlier_sigmas * options.outlier_sigmas;
-        }
+      for (std::size_t i = 0; i < residuals.size(); ++i)
+        *verdicts[i] = squared_sigmas(residuals[i].first, noise.back().covariance(residuals[i].second)) <=
+                       options.outlier_sigmas * options.outlier_sigmas;
     }
     bool settled = used == solution.used;
     for (std::size_t d = 0; d < noise.size(); ++d) {
-      const ResidualNoise& before = bundle_options.noise[d];
+      const ResidualNoise& before = solution.options.noise[d];
       settled = settled && std::abs(noise[d].scale - before.scale) < 0.01 * before.scale &&
                 std::abs(noise[d].floor_px - before.floor_px) <= 0.01 * before.floor_px + 1e-6;
     }
     solution.used = used;
-    bundle_options.noise = noise;
-    solution.noise = noise;
+    solution.options.noise = noise;
     if (settled && round > 0) break;
   }
   if (!solution.bundle.converged)
@@ -135,18 +152,16 @@ Solution solve(const Correspondences& data, const BundleState& start, BundleOpti
   return solution;
 }
 
-/// RMS over the used observations of one device, all views or one.
+/// RMS over the used measurements of one device, all views or one.
 double rms_of(const Correspondences& data, const BundleState& state, const UsedMask& used, int device,
               int only_view = -1) {
-  const Points3 points = points_in_board(data.board);
   double sum = 0;
   int count = 0;
   for (std::size_t v = 0; v < data.views.size(); ++v) {
     if (only_view >= 0 && int(v) != only_view) continue;
-    for (std::size_t i = 0; i < data.views[v].observations[std::size_t(device)].size(); ++i) {
-      if (!used[v][std::size_t(device)][i]) continue;
-      const auto r = reprojection_residual(state, int(v), device,
-                                           data.views[v].observations[std::size_t(device)][i], points);
+    for (const Measurement& m : measurements_of(data, int(v), device)) {
+      if (!used[v][std::size_t(device)][std::size_t(m.index)]) continue;
+      const auto r = reprojection_residual(state, m);
       if (!r) continue;
       sum += r->squaredNorm();
       ++count;
@@ -156,26 +171,73 @@ double rms_of(const Correspondences& data, const BundleState& state, const UsedM
 }
 
 /// Error of each device on a view that the solve did not see, its board pose taken from device 0 alone.
-void hold_out(const Correspondences& data, const UsedMask& everything, const Solution& full,
-              const BundleOptions& bundle_options, int view, ViewResult& result) {
+void hold_out(const Correspondences& data, const UsedMask& everything, const Solution& full, int view,
+              ViewResult& result) {
   UsedMask without = full.used, only = full.used;
   for (std::size_t v = 0; v < data.views.size(); ++v)
     for (std::size_t d = 0; d < data.devices.size(); ++d) {
       if (int(v) == view) std::fill(without[v][d].begin(), without[v][d].end(), char(0));
       if (int(v) != view || d > 0) std::fill(only[v][d].begin(), only[v][d].end(), char(0));
     }
-  BundleOptions options = bundle_options;
-  options.noise = full.noise;
-  BundleState state = bundle_adjust(data, without, full.bundle.state, options).state;
+  BundleOptions options = full.options;
+  BundleState state = bundle_adjust(data, without, full.state(), options).state;
   for (std::size_t d = 0; d < data.devices.size(); ++d) {
     options.held[d] = parameter_names(state.lenses[d]);
     options.hold_pose[d] = true;
   }
+  options.board_sigma = 0;
   state = bundle_adjust(data, only, state, options).state;
   for (std::size_t d = 0; d < data.devices.size(); ++d) {
     result.holdout_px.push_back(rms_of(data, state, full.used, int(d), view));
     result.holdout_all_px.push_back(rms_of(data, state, everything, int(d), view));
   }
+}
+
+/// The board as printed, or as the views see it.
+struct ShapedSolution {
+  Correspondences data;  ///< the order of symmetric boards settled
+  Solution solution;
+  EstimatedShape shape;
+  std::vector<int> turned;  ///< views whose order the shape settled
+};
+
+/// How much better views must be predicted before 3 numbers a board point are worth their freedom.
+constexpr double kShapeGain = 0.95;
+constexpr int kViewsForShape = 4;
+
+ShapedSolution solve_with_shape(const Correspondences& data, const Start& start, const Options& options) {
+  ShapedSolution flat{data, solve(data, start.state, start.bundle_options, start.used, options), {}, {}};
+  const int views = int(std::count(start.view_used.begin(), start.view_used.end(), true));
+  // Where the detectors' own covariances explain every residual, nothing is left for a shape to explain.
+  bool unexplained = false;
+  for (const ResidualNoise& noise : flat.solution.options.noise) unexplained |= noise.floor_px > 0;
+  const bool worth_it = views >= kViewsForShape && unexplained;
+  if (options.board_shape == BoardShape::kFlat || (options.board_shape == BoardShape::kAuto && !worth_it))
+    return flat;
+
+  report(options, "the board's shape", 0.5);
+  ShapedSolution free{data, {}, {}, {}};
+  BundleState state = flat.solution.state();
+  free.turned = settle_order_by_shape(free.data, flat.solution.used, state, flat.solution.options);
+  BundleOptions with_shape = flat.solution.options;
+  with_shape.board_sigma = board_sigma(points_in_board(data.board));
+  free.solution = solve(free.data, state, with_shape, start.used, options);
+  free.shape = measure_shape(points_in_board(data.board), free.solution.state().points_in_board);
+
+  UsedMask judged = free.solution.used;
+  for (std::size_t v = 0; v < judged.size(); ++v)
+    for (std::size_t d = 0; d < judged[v].size(); ++d)
+      for (std::size_t i = 0; i < judged[v][d].size(); ++i)
+        judged[v][d][i] = judged[v][d][i] || flat.solution.used[v][d][i];
+  const auto flat_error =
+      predicted_holdout(data, flat.solution.used, judged, flat.solution.state(), flat.solution.options);
+  const auto free_error = predicted_holdout(free.data, free.solution.used, judged, free.solution.state(),
+                                            free.solution.options);
+  const bool better = flat_error && free_error && *free_error < kShapeGain * *flat_error;
+  ShapedSolution& chosen = better || options.board_shape == BoardShape::kFree ? free : flat;
+  chosen.shape.holdout_flat_px = flat_error.value_or(0);
+  chosen.shape.holdout_free_px = free_error.value_or(0);
+  return chosen;
 }
 
 /// Covariance of the devices alone, poses as rig_from_device: xi' = -Ad(rig_from_device) xi for the inverse.
@@ -204,12 +266,11 @@ NamedCovariance rig_covariance(const NamedCovariance& all, const Correspondences
 }
 
 CalibrationResult describe(const Correspondences& data, const Start& start, const Solution& solution,
-                           const NamedCovariance& covariance) {
+                           const BundleCovariance& covariance) {
   const BundleState& state = solution.bundle.state;
-  const Points3 points = points_in_board(data.board);
   CalibrationResult result;
   result.devices = data.devices;
-  result.noise = solution.noise;
+  result.noise = solution.options.noise;
   result.iterations = solution.bundle.iterations;
   result.converged = solution.bundle.converged;
   result.diagnostics = data.diagnostics;
@@ -221,20 +282,22 @@ CalibrationResult describe(const Correspondences& data, const Start& start, cons
     ViewResult view;
     view.name = data.views[v].name;
     view.rig_from_board = state.rig_from_board[v];
+    view.rig_from_board_covariance = covariance.rig_from_board[v];
     view.used = start.view_used[v];
     view.note = start.notes[v];
     for (std::size_t d = 0; d < data.devices.size(); ++d) {
       view.rms_px.push_back(rms_of(data, state, solution.used, int(d), int(v)));
-      const auto& observations = data.views[v].observations[d];
+      const std::vector<Measurement> measurements = measurements_of(data, int(v), int(d));
       int dropped = 0;
-      for (std::size_t i = 0; view.used && i < observations.size(); ++i) {
+      for (const Measurement& m : measurements) {
+        if (!view.used) break;
         Residual residual;
         residual.view = int(v);
         residual.device = int(d);
-        residual.point = observations[i].point;
-        residual.pixel = observations[i].pixel;
-        residual.used = solution.used[v][d][i];
-        if (const auto r = reprojection_residual(state, int(v), int(d), observations[i], points)) {
+        residual.point = m.observation != nullptr ? m.observation->point : -1;
+        residual.pixel = m.pixel();
+        residual.used = solution.used[v][d][std::size_t(m.index)];
+        if (const auto r = reprojection_residual(state, m)) {
           residual.residual = *r;
           joint_sum_all += r->squaredNorm();
           ++joint_count_all;
@@ -252,9 +315,9 @@ CalibrationResult describe(const Correspondences& data, const Start& start, cons
       }
       if (dropped > 0)
         result.diagnostics.note("outliers", "view " + view.name + ": " + std::to_string(dropped) + " of " +
-                                                std::to_string(observations.size()) + " points of " +
+                                                std::to_string(measurements.size()) + " points of " +
                                                 data.devices[d].name + " left out as outliers");
-      if (dropped > int(observations.size()) / 4)
+      if (dropped > int(measurements.size()) / 4)
         result.diagnostics.warn(
             "view_disagrees",
             "view " + view.name + " disagrees with the others in " + data.devices[d].name +
@@ -277,24 +340,67 @@ CalibrationResult describe(const Correspondences& data, const Start& start, cons
     result.rms_all_px.push_back(rms_of(data, state, start.used, int(d)));
     rig.quality.rms_px[device.name] = result.rms_px.back();
   }
-  rig.covariance = rig_covariance(covariance, data, state);
   rig.quality.views_used = int(std::count(start.view_used.begin(), start.view_used.end(), true));
   return result;
+}
+
+std::string millimetres(double metres) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.2f mm", 1e3 * metres);
+  return text;
+}
+
+void tell_shape(const ShapedSolution& shaped, CalibrationResult& result) {
+  const EstimatedShape& shape = shaped.shape;
+  result.shape = shape;
+  for (const int v : shaped.turned)
+    if (shape.free) {
+      std::string& note = result.views[std::size_t(v)].note;
+      note += (note.empty() ? "" : "; ") + std::string("order turned by 180 degrees, as the board's shape asked");
+    }
+  if (shape.free)
+    result.diagnostics.note(
+        "board_shape", "the board is not flat: its points lie " + millimetres(shape.in_plane_rms) +
+                           " along and " + millimetres(shape.out_of_plane_rms) +
+                           " off its plane (rms), at most " + millimetres(shape.largest) +
+                           "; allowing for it takes the error on views left out from " +
+                           px(shape.holdout_flat_px) + " to " + px(shape.holdout_free_px));
+}
+
+/// A board that is bent by more than a few sigmas of what a printed sheet does is no board to calibrate with.
+constexpr double kLargestBend = 5;
+
+Gate shape_gate(const Correspondences& data, const EstimatedShape& shape) {
+  const double limit = kLargestBend * board_sigma(points_in_board(data.board));
+  const bool passed = shape.largest <= limit;
+  return {"board's shape", passed,
+          "largest offset " + millimetres(shape.largest) +
+              (passed ? "" : ", limit " + millimetres(limit) +
+                                 ": mount the sheet on a stiff flat plate, and check the square's size both ways")};
 }
 
 CalibrationResult run(const Correspondences& given, const std::optional<Camera>& known_camera,
                       const Options& options) {
   require_consistent(given);
-  Correspondences data = given;
+  Correspondences ordered = given;
   const Start start =
-      find_start(data, known_camera, options);  // settles the order of symmetric boards in data
-  BundleOptions bundle_options = start.bundle_options;
-  const Solution solution = solve(data, start.state, bundle_options, start.used, options);
-  bundle_options.noise = solution.noise;
-  report(options, "covariance", 0.8);
-  const NamedCovariance covariance =
-      bundle_covariance(data, solution.used, solution.bundle.state, bundle_options);
-  CalibrationResult result = describe(data, start, solution, covariance);
+      find_start(ordered, known_camera, options);  // settles the order of symmetric boards
+  const ShapedSolution shaped = solve_with_shape(ordered, start, options);
+  const Correspondences& data = shaped.data;
+  const Solution& solution = shaped.solution;
+  report(options, "covariance", 0.75);
+  const BundleCovariance formal = bundle_covariance(data, solution.used, solution.state(), solution.options);
+  const HonestCovariance honest = honest_covariance(
+      formal.devices, jackknife_covariance(data, solution.used, solution.state(), solution.options),
+      int(std::count(start.view_used.begin(), start.view_used.end(), true)));
+  CalibrationResult result = describe(data, start, solution, formal);
+  result.rig.covariance = rig_covariance(honest.devices, data, solution.state());
+  result.variance_ratio = honest.variance_ratio;
+  if (honest.inflated)
+    result.diagnostics.note("sigmas_from_views",
+                            "the views scatter " + times(std::sqrt(honest.variance_ratio)) +
+                                " as far as their noise explains; the sigmas are those of the views (jackknife)");
+  tell_shape(shaped, result);
 
   if (options.holdout) {
     result.holdout_px.assign(data.devices.size(), 0);
@@ -304,7 +410,7 @@ CalibrationResult run(const Correspondences& given, const std::optional<Camera>&
       if (!view.used) continue;
       report(options, "leaving out view " + data.views[v].name,
              0.8 + 0.2 * double(v) / double(data.views.size()));
-      hold_out(data, start.used, solution, bundle_options, int(v), view);
+      hold_out(data, start.used, solution, int(v), view);
       for (std::size_t d = 0; d < data.devices.size(); ++d) {
         result.holdout_px[d] += view.holdout_px[d] / result.rig.quality.views_used;
         result.holdout_all_px[d] += view.holdout_all_px[d] / result.rig.quality.views_used;
@@ -324,6 +430,7 @@ CalibrationResult run(const Correspondences& given, const std::optional<Camera>&
        behind == 0 ? "all"
                    : std::to_string(behind) +
                          " seen from behind: the order of their corners is mirrored; do not flip images"});
+  if (shaped.shape.free) result.rig.quality.gates.push_back(shape_gate(data, shaped.shape));
   for (const Gate& gate : result.rig.quality.gates)
     if (!gate.passed) result.diagnostics.fail("gate_failed", gate.name + ": " + gate.detail);
   report(options, "done", 1);

@@ -6,6 +6,7 @@
 #include "procam/calibrate/initial.hpp"
 #include "procam/core/homography_fit.hpp"
 #include "procam/core/planar_pose.hpp"
+#include "residual_blocks.hpp"
 
 namespace procam::calibrate {
 namespace {
@@ -45,12 +46,6 @@ std::optional<Pose> board_pose(const Camera& lens, const Pairs& pairs) {
   }
 }
 
-/// Does a board look the same when turned by 180 degrees? Inner corners (columns + rows) even: its opposite
-/// outer squares have one colour, and a detector cannot tell which end is which.
-bool looks_same_turned(const Board& board) {
-  return std::visit([](const Chessboard& layout) { return (layout.columns + layout.rows) % 2 == 0; }, board);
-}
-
 /// One view's points of a device in the rig's frame, in the order given and turned by 180 degrees.
 struct Lit {
   std::size_t view;
@@ -63,7 +58,7 @@ std::vector<Lit> lit_points(const Correspondences& data, const Start& start, con
   std::vector<Lit> lit;
   for (std::size_t v = 0; v < data.views.size(); ++v) {
     const auto& observations = data.views[v].observations[device];
-    if (!start.view_used[v] || int(observations.size()) < kMinPointsPerView) continue;
+    if (!start.view_used[v]) continue;
     Lit one;
     one.view = v;
     for (const Observation& o : observations) {
@@ -71,7 +66,15 @@ std::vector<Lit> lit_points(const Correspondences& data, const Start& start, con
       one.turned.push_back(start.state.rig_from_board[v] * board[board.size() - 1 - std::size_t(o.point)]);
       one.pixels.push_back(o.pixel);
     }
-    lit.push_back(std::move(one));
+    for (const LightPoint& light : data.views[v].light_points) {
+      if (light.projector != int(device)) continue;
+      const auto place = place_in_rig(start.state, int(v), light);
+      if (!place) continue;
+      one.as_given.push_back(*place);
+      one.turned.push_back(*place);
+      one.pixels.push_back(light.projector_pixel);
+    }
+    if (int(one.pixels.size()) >= kMinPointsPerView) lit.push_back(std::move(one));
   }
   return lit;
 }
@@ -204,6 +207,10 @@ void require_views(const Start& start, const Correspondences& data) {
 
 }  // namespace
 
+bool looks_same_turned(const Board& board) {
+  return std::visit([](const Chessboard& layout) { return (layout.columns + layout.rows) % 2 == 0; }, board);
+}
+
 Start find_start(Correspondences& data, const std::optional<Camera>& known_camera, const Options& options) {
   const std::size_t num_devices = data.devices.size(), num_views = data.views.size();
   const Points3 board = points_in_board(data.board);
@@ -214,6 +221,7 @@ Start find_start(Correspondences& data, const std::optional<Camera>& known_camer
   start.state.lenses.resize(num_devices);
   start.state.device_from_rig.resize(num_devices);
   start.state.rig_from_board.resize(num_views);
+  start.state.points_in_board = board;
   start.bundle_options.noise.resize(num_devices);
   start.bundle_options.hold_pose.assign(num_devices, false);
   for (const Device& device : data.devices)

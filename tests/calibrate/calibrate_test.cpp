@@ -136,6 +136,21 @@ TEST(CalibrateRig, RefusesTooFewViewsAndParallelBoards) {
   }
 }
 
+TEST(CalibrateRig, TakesProjectedCornersForTheProjector) {
+  const NumericWorld world = NumericWorld::make(8, 61, 0.08);
+  const CalibrationResult exact = calibrate_rig(NumericWorld::make(8, 61).with_projected_board(62));
+  expect_same_lens(exact.rig.projector().projector.inverse_camera, world.projector.inverse_camera, 1e-6);
+  const CalibrationResult noisy = calibrate_rig(world.with_projected_board(62));
+  EXPECT_EQ(std::count_if(noisy.residuals.begin(), noisy.residuals.end(),
+                          [](const Residual& r) { return r.device == 1 && r.point == -1; }),
+            std::count_if(noisy.residuals.begin(), noisy.residuals.end(),
+                          [](const Residual& r) { return r.device == 1; }));
+  const Intrinsics& found = noisy.rig.projector().projector.inverse_camera.intrinsics;
+  EXPECT_LT(std::abs(found.fx - 1880), 4 * noisy.rig.covariance.sigma("projector.fx"));
+  EXPECT_LT(std::abs(found.cy - 846), 4 * noisy.rig.covariance.sigma("projector.cy"));
+  EXPECT_LT(noisy.rig.covariance.sigma("projector.fx"), 20);
+}
+
 TEST(CalibrateProjector, KeepsTheKnownCamera) {
   const NumericWorld world = NumericWorld::make(5, 31, 0.05, 0.08);
   const CalibrationResult result = calibrate_projector(world.correspondences(32), world.camera);

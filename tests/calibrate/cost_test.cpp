@@ -2,6 +2,7 @@
 #include <ceres/jet.h>
 #include <gtest/gtest.h>
 
+#include "procam/calibrate/costs/light_point.hpp"
 #include "procam/calibrate/costs/reprojection.hpp"
 
 namespace procam::calibrate {
@@ -35,20 +36,31 @@ TYPED_TEST_SUITE(Cost, Models);
 
 TYPED_TEST(Cost, DerivativesAreThoseOfFiniteDifferences) {
   Fixture<TypeParam> f;
-  const ReprojectionCost<TypeParam> cost(f.point, f.pixel, f.sqrt_information);
+  const ReprojectionCost<TypeParam> cost(f.pixel, f.sqrt_information);
   Vec2 residual;
   Eigen::Matrix<double, 2, Fixture<TypeParam>::kLens, Eigen::RowMajor> by_lens;
   Eigen::Matrix<double, 2, 7, Eigen::RowMajor> by_device, by_board;
-  double* jacobians[] = {by_lens.data(), by_device.data(), by_board.data()};
-  const double* blocks[] = {f.lens.data(), f.device.data(), f.board.data()};
+  Eigen::Matrix<double, 2, 3, Eigen::RowMajor> by_point;
+  double* jacobians[] = {by_lens.data(), by_device.data(), by_board.data(), by_point.data()};
+  const double* blocks[] = {f.lens.data(), f.device.data(), f.board.data(), f.point.data()};
   ASSERT_TRUE(cost.Evaluate(blocks, residual.data(), jacobians));
 
-  const auto value = [&](const double* lens, const double* device, const double* board) {
-    const double* moved[] = {lens, device, board};
+  const auto value_at = [&](const double* lens, const double* device, const double* board, const Vec3& point) {
+    const double* moved[] = {lens, device, board, point.data()};
     Vec2 r;
     EXPECT_TRUE(cost.Evaluate(moved, r.data(), nullptr));
     return r;
   };
+  const auto value = [&](const double* lens, const double* device, const double* board) {
+    return value_at(lens, device, board, f.point);
+  };
+  for (int i = 0; i < 3; ++i) {
+    const Vec3 h = 1e-6 * Vec3::Unit(i);
+    const Vec2 expected = (value_at(f.lens.data(), f.device.data(), f.board.data(), f.point + h) -
+                           value_at(f.lens.data(), f.device.data(), f.board.data(), f.point - h)) /
+                          2e-6;
+    EXPECT_LT((by_point.col(i) - expected).norm(), 1e-6 * (1 + expected.norm())) << "point " << i;
+  }
   for (int i = 0; i < Fixture<TypeParam>::kLens; ++i) {
     const double h = 1e-6 * std::max(1.0, std::abs(f.lens[std::size_t(i)]));
     auto plus = f.lens, minus = f.lens;
@@ -110,10 +122,78 @@ TYPED_TEST(Cost, ProjectGivesJetsTheSameDerivatives) {
 TEST(ReprojectionCost, FailsForAPointBehindTheLensInsteadOfScoringZero) {
   Fixture<BrownConrady> f;
   pose_to_block(Pose(Mat3::Identity(), Vec3(0, 0, -3)), f.board.data());
-  const ReprojectionCost<BrownConrady> cost(f.point, f.pixel, f.sqrt_information);
-  const double* blocks[] = {f.lens.data(), f.device.data(), f.board.data()};
+  const ReprojectionCost<BrownConrady> cost(f.pixel, f.sqrt_information);
+  const double* blocks[] = {f.lens.data(), f.device.data(), f.board.data(), f.point.data()};
   Vec2 residual;
   EXPECT_FALSE(cost.Evaluate(blocks, residual.data(), nullptr));
+}
+
+/// A camera with a wide lens looks at the sheet and a long one lights it, from another place.
+struct LitSheet {
+  Fixture<FisheyeDistortion> seen;
+  Fixture<BrownConrady> lit;
+  LightPointCost cost{FisheyeDistortion{}, BrownConrady{}, Vec2(655.0 + 80, 811.0 - 120), Vec2(711.5, 702.25),
+                      seen.sqrt_information};
+  std::array<std::vector<double>, 5> blocks;
+
+  LitSheet() {
+    std::array<double, 7> camera;
+    pose_to_block(Pose(so3_exp<double>(Vec3(-0.05, 0.09, 0.02)), Vec3(0.03, -0.02, 0.05)), camera.data());
+    blocks = {std::vector<double>(seen.lens.begin(), seen.lens.end()),
+              std::vector<double>(camera.begin(), camera.end()),
+              std::vector<double>(lit.lens.begin(), lit.lens.end()),
+              std::vector<double>(lit.device.begin(), lit.device.end()),
+              std::vector<double>(lit.board.begin(), lit.board.end())};
+  }
+  bool evaluate(Vec2& residual, double** jacobians = nullptr) const {
+    const double* pointers[] = {blocks[0].data(), blocks[1].data(), blocks[2].data(), blocks[3].data(),
+                                blocks[4].data()};
+    return cost.Evaluate(pointers, residual.data(), jacobians);
+  }
+};
+
+TEST(LightPointCost, DerivativesAreThoseOfFiniteDifferences) {
+  LitSheet sheet;
+  using Block = Eigen::Matrix<double, 2, Eigen::Dynamic, Eigen::RowMajor>;
+  std::array<Block, 5> derivative;
+  double* jacobians[5];
+  for (std::size_t b = 0; b < 5; ++b) {
+    derivative[b].resize(2, Eigen::Index(sheet.blocks[b].size()));
+    jacobians[b] = derivative[b].data();
+  }
+  Vec2 residual;
+  ASSERT_TRUE(sheet.evaluate(residual, jacobians));
+  const Se3Manifold manifold;
+  for (std::size_t b = 0; b < 5; ++b) {
+    const bool is_pose = b != 0 && b != 2;
+    for (int i = 0; i < (is_pose ? 6 : int(sheet.blocks[b].size())); ++i) {
+      const std::vector<double> here = sheet.blocks[b];
+      const double h = 1e-6 * (is_pose ? 1 : std::max(1.0, std::abs(here[std::size_t(i)])));
+      const auto value = [&](double step) {
+        if (is_pose) {
+          const Vec6 delta = step * Vec6::Unit(i);
+          manifold.Plus(here.data(), delta.data(), sheet.blocks[b].data());
+        } else {
+          sheet.blocks[b] = here;
+          sheet.blocks[b][std::size_t(i)] += step;
+        }
+        Vec2 r;
+        EXPECT_TRUE(sheet.evaluate(r));
+        sheet.blocks[b] = here;
+        return r;
+      };
+      const Vec2 expected = (value(h) - value(-h)) / (2 * h);
+      EXPECT_LT((derivative[b].col(i) - expected).norm(), 1e-5 * (1 + expected.norm()))
+          << "block " << b << " parameter " << i;
+    }
+  }
+}
+
+TEST(LightPointCost, FailsWhereTheCameraSeesNoSheet) {
+  LitSheet sheet;
+  pose_to_block(Pose(Mat3::Identity(), Vec3(0, 0, -3)), sheet.blocks[4].data());
+  Vec2 residual;
+  EXPECT_FALSE(sheet.evaluate(residual));
 }
 
 TEST(Se3Manifold, MinusUndoesPlus) {

@@ -4,6 +4,7 @@
 #include <random>
 
 #include "procam/core/observation.hpp"
+#include "procam/core/plane.hpp"
 #include "procam/core/rig.hpp"
 #include "procam/core/se3.hpp"
 
@@ -19,6 +20,15 @@ struct NumericWorld {
   Board board = Chessboard{9, 6, 0.035};
   std::vector<Pose> camera_from_board;
   double camera_sigma_px = 0, projector_sigma_px = 0;
+  Points3 bend;  ///< by point: where the sheet has it, minus where it was printed; empty for a flat sheet
+
+  /// A sheet that sags by 1 mm between its ends, curls at one corner and was printed 0.2 % too wide.
+  void bend_board() {
+    for (const Vec3& p : points_in_board(board))
+      bend.emplace_back(0.002 * p.x() - 0.0003,
+                        0.0001 * std::sin(40 * p.x()),
+                        0.001 * std::cos(9 * p.x()) + 0.15 * p.x() * p.x() * p.y() - 0.0008);
+  }
 
   /// Boards spread over distance and tilt; every one inside the camera's image.
   static NumericWorld make(int views, std::uint64_t seed, double camera_sigma = 0.0,
@@ -51,7 +61,8 @@ struct NumericWorld {
     data.board = board;
     data.devices = {{"camera", DeviceKind::kCamera, camera.size},
                     {"projector", DeviceKind::kProjector, projector.size()}};
-    const Points3 points = points_in_board(board);
+    Points3 points = points_in_board(board);
+    for (std::size_t i = 0; i < bend.size(); ++i) points[i] += bend[i];
     for (std::size_t v = 0; v < camera_from_board.size(); ++v) {
       View view{"view_" + std::to_string(v), {{}, {}}};
       for (std::size_t i = 0; i < points.size(); ++i) {
@@ -68,6 +79,33 @@ struct NumericWorld {
         if (lit) add(1, *lit, projector_sigma_px);
       }
       data.views.push_back(view);
+    }
+    return data;
+  }
+
+  /// The same, the projector's light in corners of a projected chessboard beside the print instead.
+  Correspondences with_projected_board(std::uint64_t noise_seed) const {
+    Correspondences data = correspondences(noise_seed);
+    std::mt19937_64 random(noise_seed + 1);
+    std::normal_distribution<double> normal;
+    for (std::size_t v = 0; v < data.views.size(); ++v) {
+      data.views[v].observations[1].clear();
+      const Pose projector_from_board = projector_from_camera * camera_from_board[v];
+      for (int y = 0; y < 7; ++y)
+        for (int x = 0; x < 9; ++x) {
+          const Vec2 shown(120.0 + 95 * x, 90.0 + 85 * y);
+          const auto ray = projector.emit(shown);
+          const auto on_sheet = ray ? intersect(projector_from_board.inverse() * *ray, Plane{}) : std::nullopt;
+          const auto seen = on_sheet ? camera.project(camera_from_board[v] * *on_sheet) : std::nullopt;
+          if (!seen || !camera.size.contains(*seen)) continue;
+          LightPoint light;
+          light.projector = 1;
+          light.projector_pixel = shown;
+          light.camera_pixel = *seen + camera_sigma_px * Vec2(normal(random), normal(random));
+          const double believed = camera_sigma_px > 0 ? camera_sigma_px : 0.1;
+          light.camera_covariance = Mat2::Identity() * believed * believed;
+          data.views[v].light_points.push_back(light);
+        }
     }
     return data;
   }

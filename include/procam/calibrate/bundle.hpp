@@ -1,15 +1,18 @@
 #pragma once
-/// Bundle adjustment: all lenses, all device poses and all board poses at once, by Ceres.
+/// Bundle adjustment: all lenses, all device poses, all board poses and, if asked, the board's shape at once,
+/// by Ceres.
 ///
-/// Minimises sum rho(|L (project - pixel)|^2) over every used observation, residuals in sigmas (Triggs et
-/// al., "Bundle adjustment - a modern synthesis", 1999). Device 0 carries the rig's frame. This is the door
-/// for people who bring their own start; calibrate.hpp finds one.
+/// Minimises sum rho(|L (project - pixel)|^2) + sum |point - printed|^2 / board_sigma^2 over every used
+/// observation and every board point, residuals in sigmas (Triggs et al., "Bundle adjustment - a modern
+/// synthesis", 1999). Device 0 carries the rig's frame. This is the door for people who bring their own start;
+/// calibrate.hpp finds one.
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "procam/core/camera.hpp"
-#include "procam/core/covariance.hpp"
 #include "procam/core/observation.hpp"
+#include "procam/core/pose.hpp"
 
 namespace procam::calibrate {
 
@@ -18,6 +21,7 @@ struct BundleState {
   std::vector<Camera> lenses;         ///< by device; a projector's as an inverse camera
   std::vector<Pose> device_from_rig;  ///< by device; the first is the identity and stays so
   std::vector<Pose> rig_from_board;   ///< by view
+  Points3 points_in_board;            ///< by point: where the board has it, metres; as printed to begin with
 };
 
 /// The covariance a residual is weighed with: scale^2 * detector's covariance + floor_px^2 * I. The floor
@@ -39,6 +43,10 @@ struct BundleOptions {
   std::vector<ResidualNoise> noise;  ///< by device
   /// By device: hold device_from_rig as well (true for device 0, always).
   std::vector<bool> hold_pose;
+  /// Metres by which a board point may lie off its printed place (one sigma an axis). Zero holds the points:
+  /// the board is as printed, and flat. One shape for all views; the prior also carries the freedom that shape
+  /// and poses share (six for the place, one for the scale).
+  double board_sigma = 0;
   /// Beyond this many sigmas a residual's pull grows linearly only (Huber). Zero: plain least squares.
   double huber_sigmas = 3;
   int max_iterations = 100;
@@ -51,7 +59,21 @@ struct BundleResult {
   std::string report;  ///< the solver's own one-line summary
 };
 
-/// used[view][device][i] tells whether observation i takes part.
+/// A device's measurements in a view: its observations, and after them the light points that it projected.
+/// `index` counts through both.
+struct Measurement {
+  int view = 0, device = 0, index = 0;
+  const Observation* observation = nullptr;  ///< one of the two is set
+  const LightPoint* light = nullptr;
+
+  /// The pixel of the device: as observed, or as shown.
+  const Vec2& pixel() const { return observation != nullptr ? observation->pixel : light->projector_pixel; }
+};
+
+/// All of them; they point into `correspondences`.
+std::vector<Measurement> measurements_of(const Correspondences& correspondences, int view, int device);
+
+/// used[view][device][index] tells whether a measurement takes part.
 using UsedMask = std::vector<std::vector<std::vector<char>>>;
 
 /// A mask that uses everything.
@@ -62,14 +84,12 @@ UsedMask use_all(const Correspondences& correspondences);
 BundleResult bundle_adjust(const Correspondences& correspondences, const UsedMask& used,
                            const BundleState& start, const BundleOptions& options);
 
-/// Covariance of all free parameters at a solution: (J^T J)^-1 in the units of the parameters, rows named
-/// "<device>.fx" ..., "<device>_from_rig.rx" ..., "<view>.rig_from_board.rx" ....
-/// Throws Error(kDegenerate) that names the parameters that the observations do not determine.
-NamedCovariance bundle_covariance(const Correspondences& correspondences, const UsedMask& used,
-                                  const BundleState& solution, const BundleOptions& options);
+/// projected - measured, pixels of the measurement's device; nullopt where a lens cannot see the point. A
+/// light point is projected from where the camera's ray through its pixel meets the sheet.
+std::optional<Vec2> reprojection_residual(const BundleState& state, const Measurement& measurement);
 
-/// projected - observed, pixels; nullopt where the lens cannot see the point.
-std::optional<Vec2> reprojection_residual(const BundleState& state, int view, int device,
-                                          const Observation& observation, const Points3& board_points);
+/// What the detector believes of the measurement, as covariance of that residual: a light point's is the
+/// camera's, carried over the sheet into the projector. nullopt where the residual has no value.
+std::optional<Mat2> believed_covariance(const BundleState& state, const Measurement& measurement);
 
 }  // namespace procam::calibrate

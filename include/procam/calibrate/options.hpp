@@ -16,9 +16,18 @@ struct LensOptions {
   std::vector<std::string> held = {"skew", "k3"};
 };
 
+/// Is the board as it was printed, and flat? A sheet on a clipboard is not: it bends by parts of a millimetre,
+/// which is more than its corners' noise.
+enum class BoardShape {
+  kFlat,  ///< as printed
+  kFree,  ///< every point may lie off its place by about 1 % of a square, the same in all views
+  kAuto,  ///< whichever predicts views better that were left out
+};
+
 struct Options {
   LensOptions camera;
   LensOptions projector;
+  BoardShape board_shape = BoardShape::kAuto;
   /// An observation further than this from its projection (in scaled sigmas, both axes together) is left out,
   /// with its reason. Under Gaussian noise 5 happens once in 270 000 observations.
   double outlier_sigmas = 5;

@@ -14,8 +14,8 @@ namespace procam::calibrate {
 struct Residual {
   int view = 0;    ///< index into CalibrationResult::views
   int device = 0;  ///< index into Correspondences::devices
-  int point = 0;
-  Vec2 pixel = Vec2::Zero();     ///< as observed
+  int point = 0;                 ///< of the board; -1 for a light point
+  Vec2 pixel = Vec2::Zero();     ///< as observed, or as shown
   Vec2 residual = Vec2::Zero();  ///< projected - observed, pixels
   bool used = true;
   std::string reason;  ///< why it was left out; empty when used
@@ -24,12 +24,26 @@ struct Residual {
 struct ViewResult {
   std::string name;
   Pose rig_from_board;
+  Mat6 rig_from_board_covariance = Mat6::Zero();
   std::vector<double> rms_px;  ///< by device, over the used observations
   /// By device, from a solve without this view; empty when not asked for. First over the used observations,
   /// then over every one, outliers included.
   std::vector<double> holdout_px, holdout_all_px;
   std::string note;  ///< "board order turned by 180 degrees", "left out: ..."
   bool used = true;
+};
+
+/// The board as the views see it, against the board as printed.
+struct EstimatedShape {
+  bool free = false;  ///< false: the board was taken as printed, and all below but the held-out errors is zero
+  /// By point, board frame, metres: estimated minus printed, no rotation or shift left in it.
+  Points3 offsets;
+  double in_plane_rms = 0, out_of_plane_rms = 0, largest = 0;  ///< metres
+  /// How much longer the print's x is than its y, beyond what was stated: 0.002 is 0.2 %. (A common scale
+  /// cannot be seen by the views; measure a ruler's length on the sheet.)
+  double stretch_x_over_y = 0;
+  /// RMS on views left out (to first order), both ways; zero when only one was tried.
+  double holdout_flat_px = 0, holdout_free_px = 0;
 };
 
 struct CalibrationResult {
@@ -44,6 +58,10 @@ struct CalibrationResult {
   /// By device: mean over views of the held-out RMS, used and all; empty when not asked for.
   std::vector<double> holdout_px, holdout_all_px;
   std::vector<ResidualNoise> noise;  ///< by device: what the residuals say of the detectors' covariances
+  EstimatedShape shape;
+  /// How much larger the views' own scatter is than independent noise would make it, as variance; the rig's
+  /// covariance allows for it when it is significant (see uncertainty.hpp).
+  double variance_ratio = 1;
   int iterations = 0;
   bool converged = false;
   Diagnostics diagnostics;

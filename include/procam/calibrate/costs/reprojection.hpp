@@ -6,9 +6,9 @@
 ///
 /// in sigmas. A point that the lens cannot see makes the evaluation fail (returns false): it never scores
 /// zero. Parameter blocks: lens (fx fy cx cy skew, then the model's coefficients), device_from_rig and
-/// rig_from_board (see se3_manifold.hpp). Derivatives: by the lens and by the point in the device's frame
+/// rig_from_board (see se3_manifold.hpp), the point in the board's frame. Derivatives: by the lens and by the point in the device's frame
 /// through core's dual numbers, the same project<Model, T> as everywhere; by the poses in closed form, d(T
-/// p)/d(xi) = [-hat(T p), I].
+/// p)/d(xi) = [-hat(T p), I], d(T p)/dp = R.
 #include <ceres/sized_cost_function.h>
 
 #include "procam/calibrate/costs/se3_manifold.hpp"
@@ -20,19 +20,19 @@ namespace procam::calibrate {
 template <typename Model>
 class ReprojectionCost final
     : public ceres::SizedCostFunction<2, Intrinsics::kNumParameters + Model::kNumCoefficients, kPoseBlockSize,
-                                      kPoseBlockSize> {
+                                      kPoseBlockSize, 3> {
  public:
   static constexpr int kLensSize = Intrinsics::kNumParameters + Model::kNumCoefficients;
 
   /// Pixel in pixels, `sqrt_information` is L above.
-  ReprojectionCost(const Vec3& point_in_board, const Vec2& pixel, const Mat2& sqrt_information)
-      : point_in_board_(point_in_board), pixel_(pixel), sqrt_information_(sqrt_information) {}
+  ReprojectionCost(const Vec2& pixel, const Mat2& sqrt_information)
+      : pixel_(pixel), sqrt_information_(sqrt_information) {}
 
   bool Evaluate(double const* const* parameters, double* residual, double** jacobians) const override {
     const double* lens = parameters[0];
     const Pose device_from_rig = pose_from_block(parameters[1]),
                rig_from_board = pose_from_block(parameters[2]);
-    const Vec3 point_in_rig = rig_from_board * point_in_board_;
+    const Vec3 point_in_rig = rig_from_board * Vec3(Eigen::Map<const Vec3>(parameters[3]));
     const Vec3 point_in_device = device_from_rig * point_in_rig;
     Eigen::Map<Vec2> weighted(residual, 2);
     if (jacobians == nullptr) {
@@ -61,8 +61,13 @@ class ReprojectionCost final
     }
     const Mat23 by_point = derivative.template leftCols<3>();
     if (jacobians[1] != nullptr) write_pose_jacobian(by_point, point_in_device, jacobians[1]);
-    if (jacobians[2] != nullptr)
-      write_pose_jacobian(by_point * device_from_rig.rotation_matrix(), point_in_rig, jacobians[2]);
+    if (jacobians[2] == nullptr && jacobians[3] == nullptr) return true;
+    const Mat23 by_point_in_rig = by_point * device_from_rig.rotation_matrix();
+    if (jacobians[2] != nullptr) write_pose_jacobian(by_point_in_rig, point_in_rig, jacobians[2]);
+    if (jacobians[3] != nullptr) {
+      Eigen::Map<Eigen::Matrix<double, 2, 3, Eigen::RowMajor>> by_point_in_board(jacobians[3]);
+      by_point_in_board = by_point_in_rig * rig_from_board.rotation_matrix();
+    }
     return true;
   }
 
@@ -72,7 +77,6 @@ class ReprojectionCost final
     block << -by_point * hat(moved_point), by_point, Vec2::Zero();
   }
 
-  Vec3 point_in_board_;
   Vec2 pixel_;
   Mat2 sqrt_information_;
 };

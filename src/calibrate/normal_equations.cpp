@@ -1,0 +1,220 @@
+#include "normal_equations.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+
+#include "procam/core/covariance.hpp"
+#include "procam/calibrate/costs/se3_manifold.hpp"
+#include "residual_blocks.hpp"
+
+namespace procam::calibrate {
+namespace {
+
+using Block = Eigen::Matrix<double, 2, Eigen::Dynamic, Eigen::RowMajor>;
+
+/// The derivative of one whitened residual by the parameters that it depends on.
+struct Linearised {
+  Vec2 residual;
+  std::vector<int> columns;  ///< of the common vector
+  Block by_common;
+  Eigen::Matrix<double, 2, 6> by_pose;
+};
+
+/// A block's derivative and where its columns go: position in the block -> row of the common vector.
+struct Part {
+  Block derivative;
+  const double* parameters;
+  std::vector<std::pair<int, int>> columns;
+};
+
+class Linearisation {
+ public:
+  Linearisation(const BundleState& state, const CommonParameters& common) : state_(state), common_(common) {
+    for (const Camera& lens : state.lenses) lenses_.push_back(parameters_of(lens));
+    for (const Pose& pose : state.device_from_rig) devices_.push_back(block_of(pose));
+    for (const Pose& pose : state.rig_from_board) boards_.push_back(block_of(pose));
+  }
+
+  std::optional<Linearised> operator()(const Measurement& m, const BundleOptions& options) const {
+    const auto covariance = believed_covariance(state_, m);
+    if (!covariance) return std::nullopt;
+    const auto d = std::size_t(m.device);
+    std::vector<Part> parts;
+    if (m.light != nullptr) add_device(std::size_t(m.light->camera), parts);
+    add_device(d, parts);
+    const std::size_t pose = parts.size();
+    parts.push_back({Block(2, kPoseBlockSize), boards_[std::size_t(m.view)].data(), {}});
+    if (m.observation != nullptr) {
+      const auto point = std::size_t(m.observation->point);
+      parts.push_back({Block(2, 3), state_.points_in_board[point].data(), {}});
+      for (int i = 0; i < 3 && common_.point_at[point] >= 0; ++i)
+        parts.back().columns.emplace_back(i, common_.point_at[point] + i);
+    }
+    std::vector<const double*> parameters;
+    std::vector<double*> derivatives;
+    std::size_t count = 0;
+    for (Part& part : parts) {
+      parameters.push_back(part.parameters);
+      derivatives.push_back(part.derivative.data());
+      count += part.columns.size();
+    }
+    Linearised out;
+    if (!measurement_cost(state_, m, options.noise[d].covariance(*covariance))
+             ->Evaluate(parameters.data(), out.residual.data(), derivatives.data()))
+      return std::nullopt;
+    // Huber's weight: residuals beyond the limit pull linearly.
+    const double length = out.residual.norm();
+    const double weight =
+        options.huber_sigmas > 0 && length > options.huber_sigmas ? options.huber_sigmas / length : 1;
+    out.residual *= std::sqrt(weight);
+    out.by_pose = std::sqrt(weight) * parts[pose].derivative.leftCols<6>();
+    out.by_common.resize(2, Eigen::Index(count));
+    for (const Part& part : parts)
+      for (const auto& [from, to] : part.columns) {
+        out.by_common.col(Eigen::Index(out.columns.size())) = std::sqrt(weight) * part.derivative.col(from);
+        out.columns.push_back(to);
+      }
+    return out;
+  }
+
+ private:
+  static std::vector<double> block_of(const Pose& pose) {
+    std::vector<double> block(kPoseBlockSize);
+    pose_to_block(pose, block.data());
+    return block;
+  }
+
+  void add_device(std::size_t d, std::vector<Part>& parts) const {
+    parts.push_back({Block(2, lenses_[d].size()), lenses_[d].data(), {}});
+    for (std::size_t i = 0; i < common_.free_of_lens[d].size() && common_.lens_at[d] >= 0; ++i)
+      parts.back().columns.emplace_back(common_.free_of_lens[d][i], common_.lens_at[d] + int(i));
+    parts.push_back({Block(2, kPoseBlockSize), devices_[d].data(), {}});
+    for (int i = 0; i < 6 && common_.pose_at[d] >= 0; ++i)
+      parts.back().columns.emplace_back(i, common_.pose_at[d] + i);
+  }
+
+  const BundleState& state_;
+  const CommonParameters& common_;
+  std::vector<VecX> lenses_;
+  std::vector<std::vector<double>> devices_, boards_;
+};
+
+}  // namespace
+
+CommonParameters::CommonParameters(const Correspondences& data, const UsedMask& used, const BundleState& state,
+                                   const BundleOptions& options) {
+  std::vector<bool> device_used(data.devices.size()), point_used(state.points_in_board.size());
+  for (std::size_t v = 0; v < data.views.size(); ++v)
+    for (std::size_t d = 0; d < data.devices.size(); ++d)
+      for (const Measurement& m : measurements_of(data, int(v), int(d))) {
+        if (!used[v][d][std::size_t(m.index)]) continue;
+        device_used[d] = true;
+        if (m.light != nullptr) device_used[std::size_t(m.light->camera)] = true;
+        if (m.observation != nullptr) point_used[std::size_t(m.observation->point)] = true;
+      }
+  for (std::size_t d = 0; d < data.devices.size(); ++d) {
+    const std::string& device = data.devices[d].name;
+    const std::vector<std::string> lens_names = parameter_names(state.lenses[d]);
+    const std::vector<int> held = held_parameters(state.lenses[d], options.held[d]);
+    lens_at.push_back(device_used[d] ? size() : -1);
+    free_of_lens.emplace_back();
+    for (int i = 0; i < int(lens_names.size()); ++i) {
+      if (!device_used[d] || std::binary_search(held.begin(), held.end(), i)) continue;
+      free_of_lens.back().push_back(i);
+      names.push_back(device + "." + lens_names[std::size_t(i)]);
+    }
+    const bool pose_free = device_used[d] && d > 0 && !options.hold_pose[d];
+    pose_at.push_back(pose_free ? size() : -1);
+    if (!pose_free) continue;
+    const auto pose_names = pose_increment_names(device + "_from_rig");
+    names.insert(names.end(), pose_names.begin(), pose_names.end());
+  }
+  devices_size = size();
+  for (std::size_t i = 0; i < state.points_in_board.size(); ++i) {
+    const bool free = options.board_sigma > 0 && point_used[i];
+    point_at.push_back(free ? size() : -1);
+    for (const char* axis : {".x", ".y", ".z"})
+      if (free) names.push_back("board." + std::to_string(i) + axis);
+  }
+}
+
+BundleState CommonParameters::moved(const BundleState& state, const VecX& step) const {
+  BundleState out = state;
+  for (std::size_t d = 0; d < state.lenses.size(); ++d) {
+    VecX lens = parameters_of(state.lenses[d]);
+    for (std::size_t i = 0; i < free_of_lens[d].size(); ++i)
+      lens[free_of_lens[d][i]] += step[lens_at[d] + int(i)];
+    out.lenses[d] = with_parameters(state.lenses[d], lens);
+    if (pose_at[d] >= 0)
+      out.device_from_rig[d] =
+          (se3_exp<double>(step.segment<6>(pose_at[d])) * state.device_from_rig[d]).normalized();
+  }
+  for (std::size_t i = 0; i < point_at.size(); ++i)
+    if (point_at[i] >= 0) out.points_in_board[i] += step.segment<3>(point_at[i]);
+  return out;
+}
+
+NormalEquations normal_equations(const Correspondences& data, const UsedMask& used, const BundleState& solution,
+                                 const BundleOptions& options, const CommonParameters& common) {
+  const Eigen::Index n = common.size();
+  const Linearisation linearise(solution, common);
+  NormalEquations all;
+  all.information = MatX::Zero(n, n);
+  all.diagonal = VecX::Zero(n);
+  for (std::size_t v = 0; v < data.views.size(); ++v) {
+    MatX information = MatX::Zero(n, n);
+    Eigen::Matrix<double, 6, Eigen::Dynamic> cross = MatX::Zero(6, n);
+    VecX gradient = VecX::Zero(n);
+    Mat6 pose = Mat6::Zero();
+    Vec6 pose_gradient = Vec6::Zero();
+    ViewEquations view;
+    for (std::size_t d = 0; d < data.devices.size(); ++d)
+      for (const Measurement& m : measurements_of(data, int(v), int(d))) {
+        if (!used[v][d][std::size_t(m.index)]) continue;
+        const auto l = linearise(m, options);
+        if (!l)
+          throw Error(ErrorKind::kDegenerate, "covariance",
+                      "a measured point cannot be projected at the solution",
+                      "look at the views with the largest residuals");
+        view.used = true;
+        const auto count = Eigen::Index(l->columns.size());
+        for (Eigen::Index i = 0; i < count; ++i) {
+          const int row = l->columns[std::size_t(i)];
+          const Vec2 by_row = l->by_common.col(i);
+          for (Eigen::Index j = 0; j < count; ++j)
+            information(row, l->columns[std::size_t(j)]) += by_row.dot(l->by_common.col(j));
+          cross.col(row) += l->by_pose.transpose() * by_row;
+          gradient[row] += by_row.dot(l->residual);
+        }
+        pose += l->by_pose.transpose() * l->by_pose;
+        pose_gradient += l->by_pose.transpose() * l->residual;
+      }
+    if (view.used) {
+      // Radians and metres compare after scaling each to its own information.
+      const Vec6 scale = pose.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+      const Eigen::LDLT<Mat6> factors(Mat6(scale.asDiagonal() * pose * scale.asDiagonal()));
+      if (!(factors.vectorD().minCoeff() > 1e-13))
+        throw Error(ErrorKind::kDegenerate, "view " + data.views[v].name,
+                    "its points do not determine the board's pose: they lie on a line, or too close together",
+                    "capture it again with more of the board in sight");
+      view.pose_covariance = scale.asDiagonal() * factors.solve(Mat6(scale.asDiagonal()));
+      view.pose_by_common = view.pose_covariance * cross;
+      view.diagonal = information.diagonal();
+      view.information = information - cross.transpose() * view.pose_by_common;
+      view.gradient = gradient - view.pose_by_common.transpose() * pose_gradient;
+      all.information += view.information;
+      all.diagonal += view.diagonal;
+    }
+    all.views.push_back(std::move(view));
+  }
+  for (const int at : common.point_at) {
+    if (at < 0) continue;
+    const Vec3 prior = Vec3::Constant(1 / (options.board_sigma * options.board_sigma));
+    all.information.diagonal().segment<3>(at) += prior;
+    all.diagonal.segment<3>(at) += prior;
+  }
+  return all;
+}
+
+}  // namespace procam::calibrate

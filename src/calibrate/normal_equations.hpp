@@ -1,0 +1,48 @@
+#pragma once
+/// Private to calibrate: the normal equations at a solution, a view at a time, with its board pose eliminated.
+#include <string>
+#include <vector>
+
+#include "procam/calibrate/bundle.hpp"
+
+namespace procam::calibrate {
+
+/// Everything that views share, as one vector: free lens parameters and pose increment by device, then the
+/// board's points when they are free.
+struct CommonParameters {
+  CommonParameters(const Correspondences& data, const UsedMask& used, const BundleState& state,
+                   const BundleOptions& options);
+
+  int size() const { return int(names.size()); }
+  BundleState moved(const BundleState& state, const VecX& step) const;
+
+  std::vector<std::string> names;              ///< "camera.fx", "projector_from_rig.rx", "board.17.z"
+  std::vector<std::vector<int>> free_of_lens;  ///< by device: positions in parameters_of(lens)
+  std::vector<int> lens_at, pose_at;           ///< by device: first row; -1 when held
+  std::vector<int> point_at;                   ///< by board point: first row; -1 when held
+  int devices_size = 0;                        ///< rows before the board's points
+};
+
+/// One view's share: with H = [A, B; B^T, P] and gradient [a; p] over (common, pose),
+///   S_v = A - B P^-1 B^T,   g_v = a - B P^-1 p
+struct ViewEquations {
+  bool used = false;
+  MatX information;   ///< S_v
+  VecX gradient;      ///< g_v
+  VecX diagonal;      ///< of A
+  MatX pose_by_common;  ///< P^-1 B^T, 6 rows: the pose moves by minus this times the common step
+  Mat6 pose_covariance;  ///< P^-1
+};
+
+struct NormalEquations {
+  std::vector<ViewEquations> views;
+  MatX information;  ///< sum of S_v and the prior of the board's points
+  VecX diagonal;     ///< of the same before poses were eliminated
+};
+
+/// Weighed as the solver weighs them, robust loss included.
+/// Throws Error(kDegenerate) naming a view whose pose its measurements do not determine.
+NormalEquations normal_equations(const Correspondences& data, const UsedMask& used, const BundleState& solution,
+                                 const BundleOptions& options, const CommonParameters& common);
+
+}  // namespace procam::calibrate

@@ -1,0 +1,115 @@
+#include "residual_blocks.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+
+#include "procam/calibrate/costs/light_point.hpp"
+#include "procam/calibrate/costs/reprojection.hpp"
+
+namespace procam::calibrate {
+namespace {
+
+std::optional<Vec3> point_in_rig(const BundleState& state, const Measurement& m) {
+  if (m.light != nullptr) return place_in_rig(state, m.view, *m.light);
+  return state.rig_from_board[std::size_t(m.view)] *
+         state.points_in_board[std::size_t(m.observation->point)];
+}
+
+/// Derivative of a device's pixel by the sheet's two coordinates at a point in the rig's frame, by central
+/// differences: for covariances, where six digits are plenty.
+std::optional<Mat2> pixel_by_sheet(const BundleState& state, int device, const Pose& rig_from_board,
+                                   const Vec3& point) {
+  const Camera& lens = state.lenses[std::size_t(device)];
+  const Pose& device_from_rig = state.device_from_rig[std::size_t(device)];
+  const double step = 1e-6 * (device_from_rig * point).norm();
+  Mat2 derivative;
+  for (int axis = 0; axis < 2; ++axis) {
+    const Vec3 along = step * rig_from_board.rotate(Vec3(Vec3::Unit(axis)));
+    const auto after = lens.project(device_from_rig * (point + along)),
+               before = lens.project(device_from_rig * (point - along));
+    if (!after || !before) return std::nullopt;
+    derivative.col(axis) = (*after - *before) / (2 * step);
+  }
+  return derivative;
+}
+
+}  // namespace
+
+std::optional<Vec3> place_in_rig(const BundleState& state, int view, const LightPoint& light) {
+  const auto bearing = state.lenses[std::size_t(light.camera)].unproject(light.camera_pixel);
+  if (!bearing) return std::nullopt;
+  return intersect(state.device_from_rig[std::size_t(light.camera)].inverse() * Ray{Vec3::Zero(), *bearing},
+                   Plane::of_xy(state.rig_from_board[std::size_t(view)]));
+}
+
+std::vector<Measurement> measurements_of(const Correspondences& data, int view, int device) {
+  std::vector<Measurement> all;
+  const View& of = data.views[std::size_t(view)];
+  for (const Observation& o : of.observations[std::size_t(device)])
+    all.push_back({view, device, int(all.size()), &o, nullptr});
+  for (const LightPoint& light : of.light_points)
+    if (light.projector == device) all.push_back({view, device, int(all.size()), nullptr, &light});
+  return all;
+}
+
+UsedMask use_all(const Correspondences& data) {
+  UsedMask used(data.views.size());
+  for (std::size_t v = 0; v < data.views.size(); ++v)
+    for (std::size_t d = 0; d < data.devices.size(); ++d)
+      used[v].emplace_back(measurements_of(data, int(v), int(d)).size(), char(1));
+  return used;
+}
+
+std::optional<Vec2> reprojection_residual(const BundleState& state, const Measurement& m) {
+  const auto point = point_in_rig(state, m);
+  if (!point) return std::nullopt;
+  const std::optional<Vec2> projected =
+      state.lenses[std::size_t(m.device)].project(state.device_from_rig[std::size_t(m.device)] * *point);
+  if (!projected) return std::nullopt;
+  return Vec2(*projected - m.pixel());
+}
+
+std::optional<Mat2> believed_covariance(const BundleState& state, const Measurement& m) {
+  if (m.observation != nullptr) return m.observation->covariance;
+  const auto point = place_in_rig(state, m.view, *m.light);
+  if (!point) return std::nullopt;
+  const Pose& rig_from_board = state.rig_from_board[std::size_t(m.view)];
+  const auto lit = pixel_by_sheet(state, m.device, rig_from_board, *point),
+             seen = pixel_by_sheet(state, m.light->camera, rig_from_board, *point);
+  if (!lit || !seen || !(std::abs(seen->determinant()) > 1e-12)) return std::nullopt;
+  const Mat2 carry = *lit * seen->inverse();
+  const Mat2 covariance = carry * m.light->camera_covariance * carry.transpose();
+  if (!covariance.allFinite() || !(covariance.determinant() > 0)) return std::nullopt;
+  return covariance;
+}
+
+std::unique_ptr<ceres::CostFunction> measurement_cost(const BundleState& state, const Measurement& m,
+                                                      const Mat2& covariance) {
+  // Whiten: with covariance = C C^T (Cholesky), L = C^-1.
+  const Mat2 lower = covariance.llt().matrixL();
+  const Mat2 sqrt_information = lower.inverse();
+  const Distortion& model = state.lenses[std::size_t(m.device)].distortion;
+  if (m.observation != nullptr)
+    return std::visit(
+        [&](const auto& lens_model) -> std::unique_ptr<ceres::CostFunction> {
+          return std::make_unique<ReprojectionCost<std::decay_t<decltype(lens_model)>>>(m.pixel(),
+                                                                                        sqrt_information);
+        },
+        model);
+  return std::visit(
+      [&](const auto& camera_model, const auto& projector_model) -> std::unique_ptr<ceres::CostFunction> {
+        return std::make_unique<LightPointCost>(camera_model, projector_model, m.light->camera_pixel,
+                                                m.light->projector_pixel, sqrt_information);
+      },
+      state.lenses[std::size_t(m.light->camera)].distortion, model);
+}
+
+std::vector<int> held_parameters(const Camera& lens, const std::vector<std::string>& held) {
+  const std::vector<std::string> names = parameter_names(lens);
+  std::vector<int> positions;
+  for (std::size_t i = 0; i < names.size(); ++i)
+    if (std::count(held.begin(), held.end(), names[i]) > 0) positions.push_back(int(i));
+  return positions;
+}
+
+}  // namespace procam::calibrate

@@ -1,0 +1,29 @@
+#pragma once
+/// Private to calibrate: the board's own shape.
+#include <vector>
+
+#include "procam/calibrate/bundle.hpp"
+#include "procam/calibrate/result.hpp"
+
+namespace procam::calibrate {
+
+/// One sigma by which a point of a printed and mounted sheet lies off its place: 1 % of the distance between
+/// neighbouring points (J. Strobl and G. Hirzinger, ICCV workshops 2011, let printed boards go free likewise).
+double board_sigma(const Points3& printed);
+
+/// Where a board looks the same turned by 180 degrees, its shape does not: turns the order of the views (in
+/// `data`, all devices, and the poses in `state`) that fit the shape better so. Returns the views that were
+/// turned.
+std::vector<int> settle_order_by_shape(Correspondences& data, const UsedMask& used, BundleState& state,
+                                       const BundleOptions& options);
+
+/// Mean over views of the RMS of what `judged` names in a view that the solution has not seen (first order),
+/// its board pose taken from device 0 alone. nullopt when no view can be left out.
+std::optional<double> predicted_holdout(const Correspondences& data, const UsedMask& used,
+                                        const UsedMask& judged, const BundleState& solution,
+                                        const BundleOptions& options);
+
+/// The state's points against the board as printed.
+EstimatedShape measure_shape(const Points3& printed, const Points3& points_in_board);
+
+}  // namespace procam::calibrate

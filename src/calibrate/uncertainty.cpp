@@ -1,0 +1,157 @@
+#include "procam/calibrate/uncertainty.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "normal_equations.hpp"
+
+namespace procam::calibrate {
+namespace {
+
+/// A scaled information matrix below this in its smallest eigenvalue is singular to the rounding of doubles:
+/// the eigenvalue is 1 / (largest variance inflation).
+constexpr double kSingular = 1e-13;
+
+[[noreturn]] void throw_undetermined(const VecX& direction, const std::vector<std::string>& names) {
+  std::vector<Eigen::Index> order(static_cast<std::size_t>(direction.size()));
+  std::iota(order.begin(), order.end(), 0);
+  const VecX share = direction.cwiseAbs();
+  std::sort(order.begin(), order.end(), [&](Eigen::Index a, Eigen::Index b) { return share[a] > share[b]; });
+  std::string together;
+  for (std::size_t i = 0; i < order.size() && i < 4 && share[order[i]] > 0.2; ++i)
+    together += (i > 0 ? ", " : "") + names[std::size_t(order[i])];
+  throw Error(ErrorKind::kDegenerate, "calibration", "these views do not determine " + together,
+              "add views with the board tilted 20 to 40 degrees about both axes and at other distances, or "
+              "hold the parameter");
+}
+
+/// Inverse of the information after each parameter is scaled to its own: pixels, radians and metres then
+/// compare.
+MatX covariance_of(const NormalEquations& equations, const std::vector<std::string>& names) {
+  const VecX scale = equations.diagonal.cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+  const MatX scaled = scale.asDiagonal() * equations.information * scale.asDiagonal();
+  const Eigen::LDLT<MatX> factors(scaled);
+  const bool sound = factors.info() == Eigen::Success && factors.isPositive() &&
+                     factors.vectorD().minCoeff() > kSingular;
+  if (!sound) {
+    const Eigen::SelfAdjointEigenSolver<MatX> eigen(scaled);
+    throw_undetermined(eigen.eigenvectors().col(0), names);
+  }
+  const MatX inverse = factors.solve(MatX::Identity(scaled.rows(), scaled.cols()));
+  return scale.asDiagonal() * (0.5 * (inverse + inverse.transpose())) * scale.asDiagonal();
+}
+
+/// (I - M)^-1/2 x for a symmetric M with eigenvalues in [0, 1), known by its product with a vector: Lanczos
+/// with full orthogonalisation (G. Golub and C. Van Loan, "Matrix Computations", section 10.1). Forty steps
+/// leave nothing to be seen of directions that a view alone does not determine.
+template <typename Product>
+VecX inverse_root(const Product& product, const VecX& x) {
+  const double length = x.norm();
+  if (!(length > 0)) return x;
+  const Eigen::Index steps = std::min<Eigen::Index>(x.size(), 40);
+  MatX basis(x.size(), steps), tridiagonal = MatX::Zero(steps, steps);
+  basis.col(0) = x / length;
+  Eigen::Index count = 1;
+  for (;; ++count) {
+    VecX next = product(basis.col(count - 1));
+    tridiagonal(count - 1, count - 1) = basis.col(count - 1).dot(next);
+    for (int again = 0; again < 2; ++again)
+      next -= basis.leftCols(count) * VecX(basis.leftCols(count).transpose() * next);
+    const double rest = next.norm();
+    if (count == steps || rest < 1e-12) break;
+    tridiagonal(count, count - 1) = tridiagonal(count - 1, count) = rest;
+    basis.col(count) = next / rest;
+  }
+  const Eigen::SelfAdjointEigenSolver<MatX> eigen(tridiagonal.topLeftCorner(count, count));
+  // A view that alone determines a direction has leverage 1 there, and nothing to compare with.
+  const VecX root = (1 - eigen.eigenvalues().array()).max(1e-3).rsqrt();
+  return basis.leftCols(count) *
+         (length * (eigen.eigenvectors() * root.asDiagonal() * eigen.eigenvectors().row(0).transpose()));
+}
+
+}  // namespace
+
+BundleCovariance bundle_covariance(const Correspondences& data, const UsedMask& used,
+                                   const BundleState& solution, const BundleOptions& options) {
+  const CommonParameters common(data, used, solution, options);
+  const NormalEquations equations = normal_equations(data, used, solution, options, common);
+  const MatX all = covariance_of(equations, common.names);
+  BundleCovariance covariance;
+  const Eigen::Index n = common.devices_size;
+  covariance.devices.names.assign(common.names.begin(), common.names.begin() + n);
+  covariance.devices.matrix = all.topLeftCorner(n, n);
+  for (const ViewEquations& view : equations.views)
+    covariance.rig_from_board.push_back(
+        view.used ? Mat6(view.pose_covariance + view.pose_by_common * all * view.pose_by_common.transpose())
+                  : Mat6(Mat6::Zero()));
+  return covariance;
+}
+
+std::vector<std::optional<BundleState>> leave_one_view_out(const Correspondences& data, const UsedMask& used,
+                                                           const BundleState& solution,
+                                                           const BundleOptions& options) {
+  const CommonParameters common(data, used, solution, options);
+  const NormalEquations equations = normal_equations(data, used, solution, options, common);
+  const VecX scale = equations.diagonal.cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+  std::vector<std::optional<BundleState>> states;
+  for (const ViewEquations& view : equations.views) {
+    states.emplace_back();
+    if (!view.used) continue;
+    const Eigen::LDLT<MatX> factors(
+        MatX(scale.asDiagonal() * (equations.information - view.information) * scale.asDiagonal()));
+    if (factors.info() != Eigen::Success || !(factors.vectorD().minCoeff() > 1e-10)) continue;
+    // At the optimum all gradients cancel, so the rest of the views pull by -g_v.
+    const VecX step = scale.asDiagonal() * factors.solve(VecX(scale.asDiagonal() * view.gradient));
+    if (step.allFinite()) states.back() = common.moved(solution, step);
+  }
+  return states;
+}
+
+NamedCovariance jackknife_covariance(const Correspondences& data, const UsedMask& used,
+                                     const BundleState& solution, const BundleOptions& options) {
+  const CommonParameters common(data, used, solution, options);
+  const NormalEquations equations = normal_equations(data, used, solution, options, common);
+  const VecX scale = equations.diagonal.cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+  const Eigen::LLT<MatX> factors(MatX(scale.asDiagonal() * equations.information * scale.asDiagonal()));
+  const auto views = std::count_if(equations.views.begin(), equations.views.end(),
+                                   [](const ViewEquations& view) { return view.used; });
+  NamedCovariance covariance;
+  if (factors.info() != Eigen::Success || views < 3) return covariance;
+
+  const Eigen::Index n = common.devices_size;
+  covariance.names.assign(common.names.begin(), common.names.begin() + n);
+  covariance.matrix = MatX::Zero(n, n);
+  for (const ViewEquations& view : equations.views) {
+    if (!view.used) continue;
+    const auto times_leverage = [&](const VecX& x) {
+      const VecX unscaled = scale.asDiagonal() * factors.matrixU().solve(x);
+      return VecX(factors.matrixL().solve(VecX(scale.asDiagonal() * (view.information * unscaled))));
+    };
+    const VecX pull = factors.matrixL().solve(VecX(scale.asDiagonal() * view.gradient));
+    const VecX step = scale.asDiagonal() * VecX(factors.matrixU().solve(inverse_root(times_leverage, pull)));
+    covariance.matrix += step.head(n) * step.head(n).transpose();
+  }
+  return covariance;
+}
+
+HonestCovariance honest_covariance(const NamedCovariance& formal, const NamedCovariance& jackknife, int views) {
+  HonestCovariance honest;
+  honest.devices = formal;
+  if (jackknife.empty() || formal.empty() || views < 3) return honest;
+  require(jackknife.names == formal.names, "honest_covariance: the two must have the same rows");
+  const double p = double(formal.names.size()), n = views;
+  const VecX scale = formal.matrix.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+  const Eigen::LDLT<MatX> factors(MatX(scale.asDiagonal() * formal.matrix * scale.asDiagonal()));
+  honest.variance_ratio =
+      factors.solve(MatX(scale.asDiagonal() * jackknife.matrix * scale.asDiagonal())).trace() / p;
+  if (!(honest.variance_ratio > 1 + 2 * std::sqrt(2 / ((n - 1) * p)))) return honest;
+  const double shrink = p / (p + n - 1);
+  honest.inflated = true;
+  honest.devices.matrix = (1 - shrink) * jackknife.matrix + shrink * honest.variance_ratio * formal.matrix;
+  return honest;
+}
+
+}  // namespace procam::calibrate

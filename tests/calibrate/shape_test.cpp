@@ -1,0 +1,111 @@
+/// Boards that are not as they were printed.
+#include <gtest/gtest.h>
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+
+#include "procam/calibrate/calibrate.hpp"
+#include "support/numeric_world.hpp"
+
+namespace procam::calibrate {
+namespace {
+
+using test::NumericWorld;
+
+/// Detectors promise less than the noise: as on real boards, something is left to explain.
+Correspondences modest(Correspondences data) {
+  for (View& view : data.views)
+    for (auto& observations : view.observations)
+      for (Observation& o : observations) o.covariance *= 0.8;
+  return data;
+}
+
+NumericWorld bent_world(int views, std::uint64_t seed) {
+  NumericWorld world = NumericWorld::make(views, seed, 0.05, 0.08);
+  world.bend_board();
+  return world;
+}
+
+TEST(BoardShape, OfABentSheetIsFoundAndHelps) {
+  const NumericWorld world = bent_world(8, 5);
+  const Correspondences data = world.correspondences(6);
+  const CalibrationResult automatic = calibrate_rig(data);
+  ASSERT_TRUE(automatic.shape.free);
+  EXPECT_LT(automatic.shape.holdout_free_px, 0.5 * automatic.shape.holdout_flat_px);
+  EXPECT_LT(automatic.rms_px[0], 1.15 * 0.05 * std::sqrt(2));
+  EXPECT_NE(automatic.diagnostics.find("board_shape"), nullptr);
+  // Offsets out of the plane; a shift and a tilt of all of them are the poses' business, not the shape's.
+  const Points3 printed = points_in_board(world.board);
+  const auto bend_of = [&](const Points3& offsets) {
+    Eigen::Matrix<double, Eigen::Dynamic, 3> plane(offsets.size(), 3);
+    VecX z(offsets.size());
+    for (std::size_t i = 0; i < offsets.size(); ++i)
+      plane.row(Eigen::Index(i)) << 1, printed[i].x(), printed[i].y();
+    for (std::size_t i = 0; i < offsets.size(); ++i) z[Eigen::Index(i)] = offsets[i].z();
+    return VecX(z - plane * (plane.transpose() * plane).ldlt().solve(plane.transpose() * z));
+  };
+  const VecX truth = bend_of(world.bend);
+  EXPECT_LT((bend_of(automatic.shape.offsets) - truth).norm(), 0.3 * truth.norm());
+
+  Options flat;
+  flat.board_shape = BoardShape::kFlat;
+  const CalibrationResult as_printed = calibrate_rig(data, flat);
+  EXPECT_FALSE(as_printed.shape.free);
+  EXPECT_GT(as_printed.rms_all_px[0], 2 * automatic.rms_all_px[0]);
+  const auto error = [&](const CalibrationResult& result) {
+    return std::abs(result.rig.projector().projector.inverse_camera.intrinsics.fx - 1880);
+  };
+  EXPECT_LT(error(automatic), error(as_printed));
+}
+
+/// Twenty flat sheets: a shape must win by 5 % on views left out, which noise hardly ever gives it. One false
+/// alarm in twenty is allowed; at a true rate of 1 % more come up in 1.7 % of runs, and the seeds are fixed.
+TEST(BoardShape, OfAFlatSheetIsLeftAlone) {
+  int free = 0;
+  for (std::uint64_t seed = 0; seed < 20; ++seed)
+    free += calibrate_rig(modest(NumericWorld::make(6, 200 + seed, 0.1, 0.12).correspondences(seed))).shape.free;
+  EXPECT_LE(free, 1);
+}
+
+TEST(BoardShape, SettlesTheOrderOfASymmetricBoard) {
+  NumericWorld world = NumericWorld::make(7, 8, 0.04, 0.06);
+  world.board = Chessboard{9, 7, 0.03};
+  world.bend_board();
+  Correspondences data = world.correspondences(9);
+  for (const std::size_t v : {std::size_t(1), std::size_t(4), std::size_t(5)})
+    for (auto& observations : data.views[v].observations)
+      for (Observation& o : observations) o.point = 62 - o.point;
+  const CalibrationResult result = calibrate_rig(data);
+  ASSERT_TRUE(result.shape.free);
+  EXPECT_LT(result.rms_all_px[0], 1.2 * 0.04 * std::sqrt(2));
+  int turned = 0;
+  for (const ViewResult& view : result.views)
+    turned += view.note.find("as the board's shape asked") != std::string::npos;
+  EXPECT_EQ(turned, 3);
+}
+
+TEST(BoardShape, TellsAPrintThatIsTooWide) {
+  NumericWorld world = NumericWorld::make(10, 15, 0.03, 0.05);
+  for (const Vec3& p : points_in_board(world.board)) world.bend.emplace_back(0.004 * p.x(), 0, 0);
+  const CalibrationResult result = calibrate_rig(world.correspondences(16));
+  ASSERT_TRUE(result.shape.free);
+  EXPECT_NEAR(result.shape.stretch_x_over_y, 0.004, 0.0008);
+}
+
+TEST(BoardShape, IsRefusedByAGateWhenTheSheetIsCrumpled) {
+  NumericWorld world = NumericWorld::make(9, 25, 0.05, 0.08);
+  const Points3 points = points_in_board(world.board);
+  for (std::size_t i = 0; i < points.size(); ++i)
+    world.bend.emplace_back(0, 0, 0.008 * std::sin(30 * points[i].x()) * std::cos(25 * points[i].y()));
+  Options options;
+  options.board_shape = BoardShape::kFree;
+  const CalibrationResult result = calibrate_rig(world.correspondences(26), options);
+  const auto gate = std::find_if(result.rig.quality.gates.begin(), result.rig.quality.gates.end(),
+                                 [](const Gate& g) { return g.name == "board's shape"; });
+  ASSERT_NE(gate, result.rig.quality.gates.end());
+  EXPECT_FALSE(gate->passed);
+  EXPECT_NE(gate->detail.find("flat plate"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace procam::calibrate

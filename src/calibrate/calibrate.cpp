@@ -50,12 +50,14 @@ void require_consistent(const Correspondences& data) {
             "calibrate: view '" + view.name + "' has an observation that is not finite or not of this board");
     for (const LightPoint& light : view.light_points) {
       const auto is_a = [&](int device, DeviceKind kind) {
-        return device >= 0 && device < int(data.devices.size()) && data.devices[std::size_t(device)].kind == kind;
+        return device >= 0 && device < int(data.devices.size()) &&
+               data.devices[std::size_t(device)].kind == kind;
       };
-      require(is_a(light.projector, DeviceKind::kProjector) && is_a(light.camera, DeviceKind::kCamera) &&
-                  light.projector_pixel.allFinite() && light.camera_pixel.allFinite() &&
-                  light.camera_covariance.allFinite() && light.camera_covariance.determinant() > 0,
-              "calibrate: view '" + view.name + "' has a light point that is not finite or of no such devices");
+      require(
+          is_a(light.projector, DeviceKind::kProjector) && is_a(light.camera, DeviceKind::kCamera) &&
+              light.projector_pixel.allFinite() && light.camera_pixel.allFinite() &&
+              light.camera_covariance.allFinite() && light.camera_covariance.determinant() > 0,
+          "calibrate: view '" + view.name + "' has a light point that is not finite or of no such devices");
     }
   }
 }
@@ -231,8 +233,8 @@ ShapedSolution solve_with_shape(const Correspondences& data, const Start& start,
         judged[v][d][i] = judged[v][d][i] || flat.solution.used[v][d][i];
   const auto flat_error =
       predicted_holdout(data, flat.solution.used, judged, flat.solution.state(), flat.solution.options);
-  const auto free_error = predicted_holdout(free.data, free.solution.used, judged, free.solution.state(),
-                                            free.solution.options);
+  const auto free_error =
+      predicted_holdout(free.data, free.solution.used, judged, free.solution.state(), free.solution.options);
   const bool better = flat_error && free_error && *free_error < kShapeGain * *flat_error;
   ShapedSolution& chosen = better || options.board_shape == BoardShape::kFree ? free : flat;
   chosen.shape.holdout_flat_px = flat_error.value_or(0);
@@ -356,15 +358,16 @@ void tell_shape(const ShapedSolution& shaped, CalibrationResult& result) {
   for (const int v : shaped.turned)
     if (shape.free) {
       std::string& note = result.views[std::size_t(v)].note;
-      note += (note.empty() ? "" : "; ") + std::string("order turned by 180 degrees, as the board's shape asked");
+      note +=
+          (note.empty() ? "" : "; ") + std::string("order turned by 180 degrees, as the board's shape asked");
     }
   if (shape.free)
-    result.diagnostics.note(
-        "board_shape", "the board is not flat: its points lie " + millimetres(shape.in_plane_rms) +
-                           " along and " + millimetres(shape.out_of_plane_rms) +
-                           " off its plane (rms), at most " + millimetres(shape.largest) +
-                           "; allowing for it takes the error on views left out from " +
-                           px(shape.holdout_flat_px) + " to " + px(shape.holdout_free_px));
+    result.diagnostics.note("board_shape",
+                            "the board is not flat: its points lie " + millimetres(shape.in_plane_rms) +
+                                " along and " + millimetres(shape.out_of_plane_rms) +
+                                " off its plane (rms), at most " + millimetres(shape.largest) +
+                                "; allowing for it takes the error on views left out from " +
+                                px(shape.holdout_flat_px) + " to " + px(shape.holdout_free_px));
 }
 
 /// A board that is bent by more than a few sigmas of what a printed sheet does is no board to calibrate with.
@@ -373,33 +376,35 @@ constexpr double kLargestBend = 5;
 Gate shape_gate(const Correspondences& data, const EstimatedShape& shape) {
   const double limit = kLargestBend * board_sigma(points_in_board(data.board));
   const bool passed = shape.largest <= limit;
-  return {"board's shape", passed,
-          "largest offset " + millimetres(shape.largest) +
-              (passed ? "" : ", limit " + millimetres(limit) +
-                                 ": mount the sheet on a stiff flat plate, and check the square's size both ways")};
+  return {
+      "board's shape", passed,
+      "largest offset " + millimetres(shape.largest) +
+          (passed ? ""
+                  : ", limit " + millimetres(limit) +
+                        ": mount the sheet on a stiff flat plate, and check the square's size both ways")};
 }
 
 CalibrationResult run(const Correspondences& given, const std::optional<Camera>& known_camera,
                       const Options& options) {
   require_consistent(given);
   Correspondences ordered = given;
-  const Start start =
-      find_start(ordered, known_camera, options);  // settles the order of symmetric boards
+  const Start start = find_start(ordered, known_camera, options);  // settles the order of symmetric boards
   const ShapedSolution shaped = solve_with_shape(ordered, start, options);
   const Correspondences& data = shaped.data;
   const Solution& solution = shaped.solution;
   report(options, "covariance", 0.75);
   const BundleCovariance formal = bundle_covariance(data, solution.used, solution.state(), solution.options);
-  const HonestCovariance honest = honest_covariance(
-      formal.devices, jackknife_covariance(data, solution.used, solution.state(), solution.options),
-      int(std::count(start.view_used.begin(), start.view_used.end(), true)));
+  const HonestCovariance honest =
+      honest_covariance(formal.devices, jackknife(data, solution.used, solution.state(), solution.options),
+                        int(std::count(start.view_used.begin(), start.view_used.end(), true)));
   CalibrationResult result = describe(data, start, solution, formal);
   result.rig.covariance = rig_covariance(honest.devices, data, solution.state());
   result.variance_ratio = honest.variance_ratio;
   if (honest.inflated)
-    result.diagnostics.note("sigmas_from_views",
-                            "the views scatter " + times(std::sqrt(honest.variance_ratio)) +
-                                " as far as their noise explains; the sigmas are those of the views (jackknife)");
+    result.diagnostics.note(
+        "sigmas_from_views",
+        "the views scatter " + times(std::sqrt(honest.variance_ratio)) +
+            " as far as their noise explains; the sigmas are those of the views (jackknife)");
   tell_shape(shaped, result);
 
   if (options.holdout) {

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "procam/core/covariance.hpp"
 #include "procam/calibrate/costs/se3_manifold.hpp"
+#include "procam/core/covariance.hpp"
 #include "residual_blocks.hpp"
 
 namespace procam::calibrate {
@@ -102,8 +102,8 @@ class Linearisation {
 
 }  // namespace
 
-CommonParameters::CommonParameters(const Correspondences& data, const UsedMask& used, const BundleState& state,
-                                   const BundleOptions& options) {
+CommonParameters::CommonParameters(const Correspondences& data, const UsedMask& used,
+                                   const BundleState& state, const BundleOptions& options) {
   std::vector<bool> device_used(data.devices.size()), point_used(state.points_in_board.size());
   for (std::size_t v = 0; v < data.views.size(); ++v)
     for (std::size_t d = 0; d < data.devices.size(); ++d)
@@ -155,8 +155,9 @@ BundleState CommonParameters::moved(const BundleState& state, const VecX& step) 
   return out;
 }
 
-NormalEquations normal_equations(const Correspondences& data, const UsedMask& used, const BundleState& solution,
-                                 const BundleOptions& options, const CommonParameters& common) {
+NormalEquations normal_equations(const Correspondences& data, const UsedMask& used,
+                                 const BundleState& solution, const BundleOptions& options,
+                                 const CommonParameters& common) {
   const Eigen::Index n = common.size();
   const Linearisation linearise(solution, common);
   NormalEquations all;

@@ -1,5 +1,6 @@
 #pragma once
-/// Private to calibrate: the normal equations at a solution, a view at a time, with its board pose eliminated.
+/// Private to calibrate: the normal equations at a solution, a view at a time, with its board pose
+/// eliminated.
 #include <string>
 #include <vector>
 
@@ -27,10 +28,10 @@ struct CommonParameters {
 ///   S_v = A - B P^-1 B^T,   g_v = a - B P^-1 p
 struct ViewEquations {
   bool used = false;
-  MatX information;   ///< S_v
-  VecX gradient;      ///< g_v
-  VecX diagonal;      ///< of A
-  MatX pose_by_common;  ///< P^-1 B^T, 6 rows: the pose moves by minus this times the common step
+  MatX information;      ///< S_v
+  VecX gradient;         ///< g_v
+  VecX diagonal;         ///< of A
+  MatX pose_by_common;   ///< P^-1 B^T, 6 rows: the pose moves by minus this times the common step
   Mat6 pose_covariance;  ///< P^-1
 };
 
@@ -42,7 +43,8 @@ struct NormalEquations {
 
 /// Weighed as the solver weighs them, robust loss included.
 /// Throws Error(kDegenerate) naming a view whose pose its measurements do not determine.
-NormalEquations normal_equations(const Correspondences& data, const UsedMask& used, const BundleState& solution,
-                                 const BundleOptions& options, const CommonParameters& common);
+NormalEquations normal_equations(const Correspondences& data, const UsedMask& used,
+                                 const BundleState& solution, const BundleOptions& options,
+                                 const CommonParameters& common);
 
 }  // namespace procam::calibrate

@@ -11,8 +11,7 @@ namespace {
 
 std::optional<Vec3> point_in_rig(const BundleState& state, const Measurement& m) {
   if (m.light != nullptr) return place_in_rig(state, m.view, *m.light);
-  return state.rig_from_board[std::size_t(m.view)] *
-         state.points_in_board[std::size_t(m.observation->point)];
+  return state.rig_from_board[std::size_t(m.view)] * state.points_in_board[std::size_t(m.observation->point)];
 }
 
 /// Derivative of a device's pixel by the sheet's two coordinates at a point in the rig's frame, by central

@@ -11,13 +11,14 @@
 
 namespace procam::calibrate {
 
-/// Where a light point lies, in the rig's frame: the camera's ray through its pixel, on the sheet of that view.
+/// Where a light point lies, in the rig's frame: the camera's ray through its pixel, on the sheet of that
+/// view.
 std::optional<Vec3> place_in_rig(const BundleState& state, int view, const LightPoint& light);
 
 /// The cost of one measurement, whitened by the residual's covariance. Blocks of an observation: lens,
 /// device_from_rig, rig_from_board, point; of a light point: see costs/light_point.hpp.
-std::unique_ptr<ceres::CostFunction> measurement_cost(const BundleState& state, const Measurement& measurement,
-                                                      const Mat2& covariance);
+std::unique_ptr<ceres::CostFunction> measurement_cost(const BundleState& state,
+                                                      const Measurement& measurement, const Mat2& covariance);
 
 /// Positions in parameters_of(lens) of the names in `held`, ascending; names of another model are ignored.
 std::vector<int> held_parameters(const Camera& lens, const std::vector<std::string>& held);

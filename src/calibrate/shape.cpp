@@ -111,7 +111,8 @@ std::optional<double> predicted_holdout(const Correspondences& data, const UsedM
   for (std::size_t v = 0; v < without.size(); ++v) {
     if (!without[v]) continue;
     UsedMask camera = only_view(judged, v);
-    for (std::size_t d = 1; d < camera[v].size(); ++d) std::fill(camera[v][d].begin(), camera[v][d].end(), char(0));
+    for (std::size_t d = 1; d < camera[v].size(); ++d)
+      std::fill(camera[v][d].begin(), camera[v][d].end(), char(0));
     const BundleState state = bundle_adjust(data, camera, *without[v], pose_only).state;
     const Sum residuals = residuals_of_view(data, judged, state, v);
     if (residuals.count == 0) continue;

@@ -8,7 +8,8 @@
 namespace procam::calibrate {
 
 /// One sigma by which a point of a printed and mounted sheet lies off its place: 1 % of the distance between
-/// neighbouring points (J. Strobl and G. Hirzinger, ICCV workshops 2011, let printed boards go free likewise).
+/// neighbouring points (J. Strobl and G. Hirzinger, ICCV workshops 2011, let printed boards go free
+/// likewise).
 double board_sigma(const Points3& printed);
 
 /// Where a board looks the same turned by 180 degrees, its shape does not: turns the order of the views (in

@@ -34,8 +34,8 @@ MatX covariance_of(const NormalEquations& equations, const std::vector<std::stri
   const VecX scale = equations.diagonal.cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
   const MatX scaled = scale.asDiagonal() * equations.information * scale.asDiagonal();
   const Eigen::LDLT<MatX> factors(scaled);
-  const bool sound = factors.info() == Eigen::Success && factors.isPositive() &&
-                     factors.vectorD().minCoeff() > kSingular;
+  const bool sound =
+      factors.info() == Eigen::Success && factors.isPositive() && factors.vectorD().minCoeff() > kSingular;
   if (!sound) {
     const Eigen::SelfAdjointEigenSolver<MatX> eigen(scaled);
     throw_undetermined(eigen.eigenvectors().col(0), names);
@@ -44,13 +44,16 @@ MatX covariance_of(const NormalEquations& equations, const std::vector<std::stri
   return scale.asDiagonal() * (0.5 * (inverse + inverse.transpose())) * scale.asDiagonal();
 }
 
-/// (I - M)^-1/2 x for a symmetric M with eigenvalues in [0, 1), known by its product with a vector: Lanczos
-/// with full orthogonalisation (G. Golub and C. Van Loan, "Matrix Computations", section 10.1). Forty steps
-/// leave nothing to be seen of directions that a view alone does not determine.
+/// (I - M)^-1/2 x and (I - M)^-1 x for a symmetric M with eigenvalues in [0, 1), known by its product with a
+/// vector: Lanczos with full orthogonalisation (G. Golub and C. Van Loan, "Matrix Computations",
+/// section 10.1). Forty steps leave nothing to be seen of directions that a view alone does not determine.
+struct Unleveraged {
+  VecX root, whole;
+};
 template <typename Product>
-VecX inverse_root(const Product& product, const VecX& x) {
+Unleveraged without_leverage(const Product& product, const VecX& x) {
   const double length = x.norm();
-  if (!(length > 0)) return x;
+  if (!(length > 0)) return {x, x};
   const Eigen::Index steps = std::min<Eigen::Index>(x.size(), 40);
   MatX basis(x.size(), steps), tridiagonal = MatX::Zero(steps, steps);
   basis.col(0) = x / length;
@@ -60,16 +63,19 @@ VecX inverse_root(const Product& product, const VecX& x) {
     tridiagonal(count - 1, count - 1) = basis.col(count - 1).dot(next);
     for (int again = 0; again < 2; ++again)
       next -= basis.leftCols(count) * VecX(basis.leftCols(count).transpose() * next);
-    const double rest = next.norm();
-    if (count == steps || rest < 1e-12) break;
-    tridiagonal(count, count - 1) = tridiagonal(count - 1, count) = rest;
-    basis.col(count) = next / rest;
+    const double beyond = next.norm();
+    if (count == steps || beyond < 1e-12) break;
+    tridiagonal(count, count - 1) = tridiagonal(count - 1, count) = beyond;
+    basis.col(count) = next / beyond;
   }
   const Eigen::SelfAdjointEigenSolver<MatX> eigen(tridiagonal.topLeftCorner(count, count));
   // A view that alone determines a direction has leverage 1 there, and nothing to compare with.
-  const VecX root = (1 - eigen.eigenvalues().array()).max(1e-3).rsqrt();
-  return basis.leftCols(count) *
-         (length * (eigen.eigenvectors() * root.asDiagonal() * eigen.eigenvectors().row(0).transpose()));
+  const VecX rest = (1 - eigen.eigenvalues().array()).max(1e-3);
+  const VecX first = length * eigen.eigenvectors().row(0).transpose();
+  const auto back = [&](const VecX& by_eigenvector) {
+    return VecX(basis.leftCols(count) * VecX(eigen.eigenvectors() * by_eigenvector));
+  };
+  return {back(first.cwiseQuotient(rest.cwiseSqrt())), back(first.cwiseQuotient(rest))};
 }
 
 }  // namespace
@@ -110,47 +116,58 @@ std::vector<std::optional<BundleState>> leave_one_view_out(const Correspondences
   return states;
 }
 
-NamedCovariance jackknife_covariance(const Correspondences& data, const UsedMask& used,
-                                     const BundleState& solution, const BundleOptions& options) {
+Jackknife jackknife(const Correspondences& data, const UsedMask& used, const BundleState& solution,
+                    const BundleOptions& options) {
   const CommonParameters common(data, used, solution, options);
   const NormalEquations equations = normal_equations(data, used, solution, options, common);
   const VecX scale = equations.diagonal.cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
   const Eigen::LLT<MatX> factors(MatX(scale.asDiagonal() * equations.information * scale.asDiagonal()));
   const auto views = std::count_if(equations.views.begin(), equations.views.end(),
                                    [](const ViewEquations& view) { return view.used; });
-  NamedCovariance covariance;
-  if (factors.info() != Eigen::Success || views < 3) return covariance;
+  Jackknife both;
+  if (factors.info() != Eigen::Success || views < 3) return both;
 
   const Eigen::Index n = common.devices_size;
-  covariance.names.assign(common.names.begin(), common.names.begin() + n);
-  covariance.matrix = MatX::Zero(n, n);
+  for (NamedCovariance* covariance : {&both.plain, &both.corrected}) {
+    covariance->names.assign(common.names.begin(), common.names.begin() + n);
+    covariance->matrix = MatX::Zero(n, n);
+  }
+  const auto add = [&](const VecX& whitened, double share, MatX& covariance) {
+    const VecX step = scale.asDiagonal() * VecX(factors.matrixU().solve(whitened));
+    covariance += share * step.head(n) * step.head(n).transpose();
+  };
   for (const ViewEquations& view : equations.views) {
     if (!view.used) continue;
     const auto times_leverage = [&](const VecX& x) {
       const VecX unscaled = scale.asDiagonal() * factors.matrixU().solve(x);
       return VecX(factors.matrixL().solve(VecX(scale.asDiagonal() * (view.information * unscaled))));
     };
-    const VecX pull = factors.matrixL().solve(VecX(scale.asDiagonal() * view.gradient));
-    const VecX step = scale.asDiagonal() * VecX(factors.matrixU().solve(inverse_root(times_leverage, pull)));
-    covariance.matrix += step.head(n) * step.head(n).transpose();
+    const Unleveraged pull = without_leverage(
+        times_leverage, VecX(factors.matrixL().solve(VecX(scale.asDiagonal() * view.gradient))));
+    add(pull.root, 1, both.corrected.matrix);
+    add(pull.whole, double(views - 1) / double(views), both.plain.matrix);
   }
-  return covariance;
+  return both;
 }
 
-HonestCovariance honest_covariance(const NamedCovariance& formal, const NamedCovariance& jackknife, int views) {
+HonestCovariance honest_covariance(const NamedCovariance& formal, const Jackknife& jackknife, int views) {
   HonestCovariance honest;
   honest.devices = formal;
-  if (jackknife.empty() || formal.empty() || views < 3) return honest;
-  require(jackknife.names == formal.names, "honest_covariance: the two must have the same rows");
+  if (jackknife.plain.empty() || formal.empty() || views < 3) return honest;
+  require(jackknife.plain.names == formal.names && jackknife.corrected.names == formal.names,
+          "honest_covariance: all must have the same rows");
   const double p = double(formal.names.size()), n = views;
   const VecX scale = formal.matrix.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
   const Eigen::LDLT<MatX> factors(MatX(scale.asDiagonal() * formal.matrix * scale.asDiagonal()));
-  honest.variance_ratio =
-      factors.solve(MatX(scale.asDiagonal() * jackknife.matrix * scale.asDiagonal())).trace() / p;
+  const auto ratio = [&](const MatX& covariance) {
+    return factors.solve(MatX(scale.asDiagonal() * covariance * scale.asDiagonal())).trace() / p;
+  };
+  honest.variance_ratio = ratio(jackknife.corrected.matrix);
   if (!(honest.variance_ratio > 1 + 2 * std::sqrt(2 / ((n - 1) * p)))) return honest;
   const double shrink = p / (p + n - 1);
   honest.inflated = true;
-  honest.devices.matrix = (1 - shrink) * jackknife.matrix + shrink * honest.variance_ratio * formal.matrix;
+  honest.devices.matrix =
+      (1 - shrink) * jackknife.plain.matrix + shrink * ratio(jackknife.plain.matrix) * formal.matrix;
   return honest;
 }
 

@@ -45,7 +45,8 @@ TYPED_TEST(Cost, DerivativesAreThoseOfFiniteDifferences) {
   const double* blocks[] = {f.lens.data(), f.device.data(), f.board.data(), f.point.data()};
   ASSERT_TRUE(cost.Evaluate(blocks, residual.data(), jacobians));
 
-  const auto value_at = [&](const double* lens, const double* device, const double* board, const Vec3& point) {
+  const auto value_at = [&](const double* lens, const double* device, const double* board,
+                            const Vec3& point) {
     const double* moved[] = {lens, device, board, point.data()};
     Vec2 r;
     EXPECT_TRUE(cost.Evaluate(moved, r.data(), nullptr));

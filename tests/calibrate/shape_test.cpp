@@ -63,7 +63,8 @@ TEST(BoardShape, OfABentSheetIsFoundAndHelps) {
 TEST(BoardShape, OfAFlatSheetIsLeftAlone) {
   int free = 0;
   for (std::uint64_t seed = 0; seed < 20; ++seed)
-    free += calibrate_rig(modest(NumericWorld::make(6, 200 + seed, 0.1, 0.12).correspondences(seed))).shape.free;
+    free +=
+        calibrate_rig(modest(NumericWorld::make(6, 200 + seed, 0.1, 0.12).correspondences(seed))).shape.free;
   EXPECT_LE(free, 1);
 }
 

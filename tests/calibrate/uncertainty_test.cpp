@@ -71,8 +71,8 @@ TEST(LeaveOneViewOut, AgreesWithFullRefits) {
 }
 
 /// tr(formal^-1 jackknife) / p is 1 for independent noise; its mean over 30 seeds has a standard error of
-/// sqrt(2 / (7 * 22 * 30)) = 2 %, times two or so for parameters that one view dominates. [0.85, 1.15] is more
-/// than three of those. By its own rule 2.5 % are inflated: more than 5 of 30 come up in 0.1 % of runs.
+/// sqrt(2 / (7 * 22 * 30)) = 2 %, times two or so for parameters that one view dominates. [0.85, 1.15] is
+/// more than three of those. By its own rule 2.5 % are inflated: more than 5 of 30 come up in 0.1 % of runs.
 TEST(HonestCovariance, KeepsTheFormalOneForIndependentNoise) {
   double sum = 0;
   int inflated = 0;
@@ -88,8 +88,8 @@ TEST(HonestCovariance, KeepsTheFormalOneForIndependentNoise) {
 }
 
 /// With view-wise shifts the formal sigmas are several times too small; the honest ones hold: of 25 seeds x 4
-/// projector parameters, at least 85 % inside 2 sigma (expected 95 %; correlated within a seed, standard error
-/// about 3 %: false alarm 0.1 %), while the formal ones keep fewer than 70 %.
+/// projector parameters, at least 85 % inside 2 sigma (expected 95 %; correlated within a seed, standard
+/// error about 3 %: false alarm 0.1 %), while the formal ones keep fewer than 70 %.
 TEST(HonestCovariance, HoldsWhenWholeViewsAreOff) {
   int honest_inside = 0, formal_inside = 0, total = 0;
   for (std::uint64_t seed = 0; seed < 25; ++seed) {

@@ -25,8 +25,7 @@ struct NumericWorld {
   /// A sheet that sags by 1 mm between its ends, curls at one corner and was printed 0.2 % too wide.
   void bend_board() {
     for (const Vec3& p : points_in_board(board))
-      bend.emplace_back(0.002 * p.x() - 0.0003,
-                        0.0001 * std::sin(40 * p.x()),
+      bend.emplace_back(0.002 * p.x() - 0.0003, 0.0001 * std::sin(40 * p.x()),
                         0.001 * std::cos(9 * p.x()) + 0.15 * p.x() * p.x() * p.y() - 0.0008);
   }
 
@@ -95,7 +94,8 @@ struct NumericWorld {
         for (int x = 0; x < 9; ++x) {
           const Vec2 shown(120.0 + 95 * x, 90.0 + 85 * y);
           const auto ray = projector.emit(shown);
-          const auto on_sheet = ray ? intersect(projector_from_board.inverse() * *ray, Plane{}) : std::nullopt;
+          const auto on_sheet =
+              ray ? intersect(projector_from_board.inverse() * *ray, Plane{}) : std::nullopt;
           const auto seen = on_sheet ? camera.project(camera_from_board[v] * *on_sheet) : std::nullopt;
           if (!seen || !camera.size.contains(*seen)) continue;
           LightPoint light;

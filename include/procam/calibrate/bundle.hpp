@@ -4,8 +4,8 @@
 ///
 /// Minimises sum rho(|L (project - pixel)|^2) + sum |point - printed|^2 / board_sigma^2 over every used
 /// observation and every board point, residuals in sigmas (Triggs et al., "Bundle adjustment - a modern
-/// synthesis", 1999). Device 0 carries the rig's frame. This is the door for people who bring their own start;
-/// calibrate.hpp finds one.
+/// synthesis", 1999). Device 0 carries the rig's frame. This is the door for people who bring their own
+/// start; calibrate.hpp finds one.
 #include <optional>
 #include <string>
 #include <vector>
@@ -44,8 +44,8 @@ struct BundleOptions {
   /// By device: hold device_from_rig as well (true for device 0, always).
   std::vector<bool> hold_pose;
   /// Metres by which a board point may lie off its printed place (one sigma an axis). Zero holds the points:
-  /// the board is as printed, and flat. One shape for all views; the prior also carries the freedom that shape
-  /// and poses share (six for the place, one for the scale).
+  /// the board is as printed, and flat. One shape for all views; the prior also carries the freedom that
+  /// shape and poses share (six for the place, one for the scale).
   double board_sigma = 0;
   /// Beyond this many sigmas a residual's pull grows linearly only (Huber). Zero: plain least squares.
   double huber_sigmas = 3;

@@ -16,8 +16,8 @@ struct LensOptions {
   std::vector<std::string> held = {"skew", "k3"};
 };
 
-/// Is the board as it was printed, and flat? A sheet on a clipboard is not: it bends by parts of a millimetre,
-/// which is more than its corners' noise.
+/// Is the board as it was printed, and flat? A sheet on a clipboard is not: it bends by parts of a
+/// millimetre, which is more than its corners' noise.
 enum class BoardShape {
   kFlat,  ///< as printed
   kFree,  ///< every point may lie off its place by about 1 % of a square, the same in all views

@@ -12,8 +12,8 @@ namespace procam::calibrate {
 
 /// One observation after the solve. Outliers stay in the list, with the reason.
 struct Residual {
-  int view = 0;    ///< index into CalibrationResult::views
-  int device = 0;  ///< index into Correspondences::devices
+  int view = 0;                  ///< index into CalibrationResult::views
+  int device = 0;                ///< index into Correspondences::devices
   int point = 0;                 ///< of the board; -1 for a light point
   Vec2 pixel = Vec2::Zero();     ///< as observed, or as shown
   Vec2 residual = Vec2::Zero();  ///< projected - observed, pixels
@@ -35,7 +35,8 @@ struct ViewResult {
 
 /// The board as the views see it, against the board as printed.
 struct EstimatedShape {
-  bool free = false;  ///< false: the board was taken as printed, and all below but the held-out errors is zero
+  bool free =
+      false;  ///< false: the board was taken as printed, and all below but the held-out errors is zero
   /// By point, board frame, metres: estimated minus printed, no rotation or shift left in it.
   Points3 offsets;
   double in_plane_rms = 0, out_of_plane_rms = 0, largest = 0;  ///< metres

@@ -2,19 +2,19 @@
 /// How well a solution is known: from the normal equations, and from the views themselves.
 ///
 /// Normal equations: C = S^-1, S = J^T W J after board poses (and the board's shape) are eliminated. That is
-/// right when residuals are independent noise of the stated size; what real sessions do to a residual (a sheet
-/// that bends anew, light that moves an edge) comes a whole view at a time, and then C is several times too
-/// small.
+/// right when residuals are independent noise of the stated size; what real sessions do to a residual (a
+/// sheet that bends anew, light that moves an edge) comes a whole view at a time, and then C is several times
+/// too small.
 ///
 /// Jackknife: leave each view out in turn, and take the spread of the answers (B. Efron, "The Jackknife, the
 /// Bootstrap and Other Resampling Plans", 1982). The solves are one Newton step each, in closed form: with
 /// S_v and g_v the view's own share of normal matrix and gradient, S = L L^T and M_v = L^-1 S_v L^-T,
 ///   theta_v - theta = (S - S_v)^-1 g_v = L^-T (I - M_v)^-1 L^-1 g_v
-/// The sum of their squares overstates the covariance by each view's leverage: for independent noise
+/// The sum of their squares is conservative by each view's leverage: for independent noise
 /// E[L^-1 g_v g_v^T L^-T] = M_v (I - M_v), and a view in nine weighs more than a ninth in some direction. The
-/// spread is therefore taken of L^-T (I - M_v)^-1/2 L^-1 g_v, whose squares sum to S^-1 exactly (R. Bell and
-/// D. McCaffrey, "Bias reduction in standard errors for linear regression with multi-stage samples", Survey
-/// Methodology 28, 2002).
+/// squares of L^-T (I - M_v)^-1/2 L^-1 g_v sum to S^-1 exactly (R. Bell and D. McCaffrey, "Bias reduction in
+/// standard errors for linear regression with multi-stage samples", Survey Methodology 28, 2002): that is the
+/// test whether noise is all there is. Where it is not, the conservative one is told.
 #include <optional>
 #include <vector>
 
@@ -34,32 +34,35 @@ struct BundleCovariance {
 BundleCovariance bundle_covariance(const Correspondences& correspondences, const UsedMask& used,
                                    const BundleState& solution, const BundleOptions& options);
 
-/// The solution without each view in turn (lenses, device poses, shape; the board poses stay as they were), to
-/// first order. nullopt for a view that takes no part, and for one without which the rest is not determined.
+/// The solution without each view in turn (lenses, device poses, shape; the board poses stay as they were),
+/// to first order. nullopt for a view that takes no part, and for one without which the rest is not
+/// determined.
 std::vector<std::optional<BundleState>> leave_one_view_out(const Correspondences& correspondences,
                                                            const UsedMask& used, const BundleState& solution,
                                                            const BundleOptions& options);
 
-/// The leverage-corrected jackknife above, rows as bundle_covariance's; rank n - 1 at most. Empty with fewer
-/// than three views.
-NamedCovariance jackknife_covariance(const Correspondences& correspondences, const UsedMask& used,
-                                     const BundleState& solution, const BundleOptions& options);
+/// Both jackknives, rows as bundle_covariance's; rank n - 1 at most. Empty with fewer than three views.
+struct Jackknife {
+  NamedCovariance plain;      ///< of the left-out answers themselves
+  NamedCovariance corrected;  ///< for leverage: unbiased for independent noise
+};
+Jackknife jackknife(const Correspondences& correspondences, const UsedMask& used, const BundleState& solution,
+                    const BundleOptions& options);
 
 /// What to tell people: `formal`, unless the views scatter more than it allows.
 struct HonestCovariance {
   NamedCovariance devices;
-  /// tr(formal^-1 jackknife) / parameters: how many times larger the views' own spread is, as variance. One
+  /// tr(formal^-1 corrected) / parameters: how many times larger the views' own spread is, as variance. One
   /// when all is as assumed; its relative standard error is sqrt(2 / ((n - 1) parameters)).
   double variance_ratio = 1;
   bool inflated = false;
 };
 
-/// The jackknife of n views has rank n - 1 and is noisy in every direction, so it is shrunk towards the scaled
-/// formal covariance (O. Ledoit and M. Wolf, J. Multivariate Analysis 88, 2004, with the share that n - 1
-/// samples of p parameters deserve):
-///   C = (1 - s) jackknife + s variance_ratio formal,  s = p / (p + n - 1)
-/// It is taken only when variance_ratio exceeds 1 by two of its standard errors. An empty jackknife leaves the
-/// formal one.
-HonestCovariance honest_covariance(const NamedCovariance& formal, const NamedCovariance& jackknife, int views);
+/// Inflated when variance_ratio exceeds 1 by two of its standard errors. The jackknife of n views has rank
+/// n - 1 and is noisy in every direction, so it is shrunk towards the scaled formal covariance (O. Ledoit and
+/// M. Wolf, J. Multivariate Analysis 88, 2004, with the share that n - 1 samples of p parameters deserve):
+///   C = (1 - s) plain + s k formal,  s = p / (p + n - 1),  k = tr(formal^-1 plain) / p
+/// An empty jackknife leaves the formal one.
+HonestCovariance honest_covariance(const NamedCovariance& formal, const Jackknife& jackknife, int views);
 
 }  // namespace procam::calibrate

@@ -65,10 +65,8 @@ class LightPointCost final : public ceres::CostFunction {
     const Mat2 seen_by_sheet = seen.point.leftCols<2>();
     if (!(std::abs(seen_by_sheet.determinant()) > 1e-12)) return false;  // the camera sees the sheet edge on
     const Mat2 carry = lit.point.leftCols<2>() * seen_by_sheet.inverse();
-    if (jacobians[0] != nullptr)
-      Eigen::Map<Block>(jacobians[0], 2, seen.lens.cols()) = -carry * seen.lens;
-    if (jacobians[1] != nullptr)
-      Eigen::Map<Block>(jacobians[1], 2, kPoseBlockSize) = -carry * seen.device;
+    if (jacobians[0] != nullptr) Eigen::Map<Block>(jacobians[0], 2, seen.lens.cols()) = -carry * seen.lens;
+    if (jacobians[1] != nullptr) Eigen::Map<Block>(jacobians[1], 2, kPoseBlockSize) = -carry * seen.device;
     if (jacobians[2] != nullptr) Eigen::Map<Block>(jacobians[2], 2, lit.lens.cols()) = lit.lens;
     if (jacobians[3] != nullptr) Eigen::Map<Block>(jacobians[3], 2, kPoseBlockSize) = lit.device;
     if (jacobians[4] != nullptr)

@@ -6,9 +6,9 @@
 ///
 /// in sigmas. A point that the lens cannot see makes the evaluation fail (returns false): it never scores
 /// zero. Parameter blocks: lens (fx fy cx cy skew, then the model's coefficients), device_from_rig and
-/// rig_from_board (see se3_manifold.hpp), the point in the board's frame. Derivatives: by the lens and by the point in the device's frame
-/// through core's dual numbers, the same project<Model, T> as everywhere; by the poses in closed form, d(T
-/// p)/d(xi) = [-hat(T p), I], d(T p)/dp = R.
+/// rig_from_board (see se3_manifold.hpp), the point in the board's frame. Derivatives: by the lens and by the
+/// point in the device's frame through core's dual numbers, the same project<Model, T> as everywhere; by the
+/// poses in closed form, d(T p)/d(xi) = [-hat(T p), I], d(T p)/dp = R.
 #include <ceres/sized_cost_function.h>
 
 #include "procam/calibrate/costs/se3_manifold.hpp"

@@ -47,4 +47,13 @@ struct Marks {
 /// <text> at a place, its words escaped.
 std::string label(const Vec2& at, const std::string& attributes, const std::string& words);
 
+/// A picture of the report: <figure> with its caption below.
+std::string figure(const std::string& svg, const std::string& caption, const std::string& attributes = "");
+/// <svg> that a screen reader can tell; `view_box` is "x y width height".
+std::string svg(const std::string& view_box, const std::string& description, const std::string& content);
+/// "x y width height" of a corner and a size.
+std::string box(const Vec2& corner, const Vec2& size);
+std::string rectangle(const std::string& attributes, const Vec2& corner, const Vec2& size);
+std::string circle(const std::string& attributes, const Vec2& at, double radius);
+
 }  // namespace procam::analyze

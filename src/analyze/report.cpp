@@ -74,6 +74,7 @@ std::string calibration_report(const CalibrationResult& result, const Correspond
       section("Scatter of the residuals",
               each_device(result, [&](int d) { return residual_scatter(result, d); })) +
       section("Coverage", each_device(result, [&](int d) { return coverage(result, correspondences, d); })) +
+      section("The board's shape", board_shape(result, correspondences.board)) +
       section("Rig in space", rig_in_space(result, correspondences.board)) +
       section("Residuals in the picture", quivers) +
       section("Where this comes from", provenance_section(result.rig.provenance));

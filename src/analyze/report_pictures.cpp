@@ -20,31 +20,6 @@ bool measured(const Residual& r) {
   return r.residual.allFinite() && (r.used || !r.residual.isZero());
 }
 
-std::string figure(const std::string& svg, const std::string& caption, const std::string& attributes = "") {
-  return element("figure", attributes, "\n" + svg + element("figcaption", "", caption)) + "\n";
-}
-
-std::string svg(const std::string& view_box, const std::string& description, const std::string& content) {
-  return element("svg",
-                 "viewBox=\"" + view_box + "\" role=\"img\" aria-label=\"" + escaped(description) + "\"",
-                 "\n" + content) +
-         "\n";
-}
-
-std::string box(const Vec2& corner, const Vec2& size) {
-  return position(corner) + " " + position(size);
-}
-
-std::string rectangle(const std::string& attributes, const Vec2& corner, const Vec2& size) {
-  return "<rect " + attributes + " x=\"" + coordinate(corner.x()) + "\" y=\"" + coordinate(corner.y()) +
-         "\" width=\"" + coordinate(size.x()) + "\" height=\"" + coordinate(size.y()) + "\"/>\n";
-}
-
-std::string circle(const std::string& attributes, const Vec2& at, double radius) {
-  return "<circle " + attributes + " cx=\"" + coordinate(at.x()) + "\" cy=\"" + coordinate(at.y()) +
-         "\" r=\"" + coordinate(radius) + "\"/>\n";
-}
-
 std::string stroke_of(int view) {
   return "class=\"dots\" stroke=\"" + view_color(view) + "\"";
 }

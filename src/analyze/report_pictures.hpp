@@ -19,6 +19,10 @@ std::string coverage(const calibrate::CalibrationResult& result, const Correspon
 /// Residuals as magnified lines at their pixels: all views over each other, then one picture a view.
 std::string residual_quivers(const calibrate::CalibrationResult& result, int device);
 
+/// How the board's points lie off their printed places: discs for out of the plane, magnified lines for along
+/// it. Nothing for a board that was taken as printed.
+std::string board_shape(const calibrate::CalibrationResult& result, const Board& board);
+
 /// The rig and the boards in space, projected along a fixed direction; the page's script turns it.
 std::string rig_in_space(const calibrate::CalibrationResult& result, const Board& board);
 

@@ -1,0 +1,71 @@
+#include <algorithm>
+#include <cmath>
+
+#include "html.hpp"
+#include "report_pictures.hpp"
+
+namespace procam::analyze {
+namespace {
+
+constexpr double kWidth = 720, kMargin = 46;
+
+std::string millimetres(double metres) {
+  return fixed(1e3 * metres, 2) + " mm";
+}
+
+}  // namespace
+
+std::string board_shape(const calibrate::CalibrationResult& result, const Board& board) {
+  const calibrate::EstimatedShape& shape = result.shape;
+  const Points3 printed = points_in_board(board);
+  if (!shape.free || printed.empty() || shape.offsets.size() != printed.size()) return "";
+  Vec2 low = printed.front().head<2>(), high = low;
+  for (const Vec3& p : printed) low = low.cwiseMin(p.head<2>()), high = high.cwiseMax(p.head<2>());
+  const double to_svg = (kWidth - 2 * kMargin) / std::max(1e-9, (high - low).x());
+  const auto place = [&](const Vec3& p) {
+    return Vec2(Vec2::Constant(kMargin) + to_svg * (p.head<2>() - low));
+  };
+  const double height = 2 * kMargin + to_svg * (high - low).y();
+
+  double most_off = 0, most_along = 0;
+  for (const Vec3& offset : shape.offsets) {
+    most_off = std::max(most_off, std::abs(offset.z()));
+    most_along = std::max(most_along, offset.head<2>().norm());
+  }
+  // The largest disc and the longest line reach almost to the neighbouring point.
+  double gap = 1e300;
+  for (std::size_t i = 1; i < printed.size(); ++i)
+    gap = std::min(gap, (place(printed[i]) - place(printed[i - 1])).norm());
+  const double disc = 0.42 * gap, along = round_step(0.6 * gap / (to_svg * std::max(most_along, 1e-9)));
+
+  std::string content;
+  for (std::size_t i = 0; i < printed.size(); ++i) {
+    const Vec3& offset = shape.offsets[i];
+    const double radius = disc * std::sqrt(std::abs(offset.z()) / std::max(most_off, 1e-12));
+    const char* colour = offset.z() > 0 ? "hsl(214,65%,55%)" : "hsl(22,80%,55%)";
+    content += "<g>" + element("title", "",
+                               "point " + std::to_string(i) + ": " + millimetres(offset.x()) + ", " +
+                                   millimetres(offset.y()) + " along, " + millimetres(offset.z()) +
+                                   " into the sheet");
+    content += circle("style=\"fill:" + std::string(colour) + ";fill-opacity:.45\"", place(printed[i]),
+                      std::max(radius, 0.5));
+    Marks line;
+    line.line(place(printed[i]), place(printed[i] + along * Vec3(offset.x(), offset.y(), 0)));
+    content += line.path("class=\"bar\"") + "</g>\n";
+  }
+  const std::string stretch = std::abs(shape.stretch_x_over_y) > 5e-4
+                                  ? " The print is " + fixed(100 * std::abs(shape.stretch_x_over_y), 2) +
+                                        " % longer along its " + (shape.stretch_x_over_y > 0 ? "x" : "y") +
+                                        " than stated."
+                                  : "";
+  return figure(svg(box(Vec2::Zero(), Vec2(kWidth, height)), "Shape of the board", content),
+                element("b", "", "Off its plane") + ": discs, by area, the largest " + millimetres(most_off) +
+                    " (blue into the sheet, orange towards the reader); rms " +
+                    millimetres(shape.out_of_plane_rms) + ". " + element("b", "", "Along it") + ": lines, " +
+                    shortest(along) + "× magnified; rms " + millimetres(shape.in_plane_rms) + "." + stretch +
+                    " Views left out are predicted to " + pixels(shape.holdout_free_px) +
+                    " px with this shape, to " + pixels(shape.holdout_flat_px) + " px as printed.",
+                "style=\"max-width:560px\"");
+}
+
+}  // namespace procam::analyze

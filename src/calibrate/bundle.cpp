@@ -133,9 +133,10 @@ BundleResult bundle_adjust(const Correspondences& data, const UsedMask& used, co
   const auto blocks = build(data, used, start, options);
   ceres::Solver::Options solver;
   solver.max_num_iterations = options.max_iterations;
-  solver.function_tolerance = 1e-12;
+  solver.function_tolerance = options.tolerance;
   solver.parameter_tolerance = 1e-12;
   solver.gradient_tolerance = 1e-12;
+  solver.initial_trust_region_radius = 1e7;  // starts are good: nearly Gauss-Newton from the first step
   solver.linear_solver_type = ceres::DENSE_SCHUR;
   if (options.board_sigma > 0) solver.linear_solver_ordering = points_first(*blocks);
   solver.logging_type = ceres::SILENT;

@@ -104,6 +104,8 @@ ResidualNoise estimate_noise(const std::vector<std::pair<Vec2, Mat2>>& residuals
   return noise;
 }
 
+constexpr double kRoughly = 1e-6;
+
 Solution solve(const Correspondences& data, const BundleState& start, const BundleOptions& bundle_options,
                const UsedMask& start_mask, const Options& options) {
   Solution solution;
@@ -112,10 +114,16 @@ Solution solve(const Correspondences& data, const BundleState& start, const Bund
   solution.options = bundle_options;
   solution.options.max_iterations = options.max_iterations;
   // Noise and outliers follow from the residuals and the residuals from them: a handful of rounds settles
-  // both.
-  for (int round = 0; round < 6; ++round) {
+  // both, and the last of them converges to the end.
+  constexpr int kRounds = 6;
+  const double tolerance = solution.options.tolerance;
+  bool settled = false;
+  for (int round = 0; round < kRounds; ++round) {
     report(options, "bundle adjustment", 0.2 + 0.05 * round);
+    const bool last = settled || round + 1 == kRounds;
+    solution.options.tolerance = last ? tolerance : kRoughly;
     solution.bundle = bundle_adjust(data, solution.used, solution.state(), solution.options);
+    if (last) break;
 
     std::vector<ResidualNoise> noise;
     UsedMask used = start_mask;
@@ -138,7 +146,7 @@ Solution solve(const Correspondences& data, const BundleState& start, const Bund
         *verdicts[i] = squared_sigmas(residuals[i].first, noise.back().covariance(residuals[i].second)) <=
                        options.outlier_sigmas * options.outlier_sigmas;
     }
-    bool settled = used == solution.used;
+    settled = used == solution.used;
     for (std::size_t d = 0; d < noise.size(); ++d) {
       const ResidualNoise& before = solution.options.noise[d];
       settled = settled && std::abs(noise[d].scale - before.scale) < 0.01 * before.scale &&
@@ -146,7 +154,6 @@ Solution solve(const Correspondences& data, const BundleState& start, const Bund
     }
     solution.used = used;
     solution.options.noise = noise;
-    if (settled && round > 0) break;
   }
   if (!solution.bundle.converged)
     throw Error(ErrorKind::kNotConverged, "bundle adjustment", solution.bundle.report,

@@ -250,7 +250,9 @@ Start find_start(Correspondences& data, const std::optional<Camera>& known_camer
   for (std::size_t v = 0; v < num_views; ++v)
     for (std::size_t d = 1; d < num_devices; ++d)
       std::fill(camera_only[v][d].begin(), camera_only[v][d].end(), char(0));
-  start.state = bundle_adjust(data, camera_only, start.state, start.bundle_options).state;
+  BundleOptions roughly = start.bundle_options;
+  roughly.tolerance = 1e-5;
+  start.state = bundle_adjust(data, camera_only, start.state, roughly).state;
 
   for (std::size_t d = 1; d < num_devices; ++d) {
     const Device& device = data.devices[d];

@@ -32,7 +32,12 @@ struct NumericWorld {
   /// Boards spread over distance and tilt; every one inside the camera's image.
   static NumericWorld make(int views, std::uint64_t seed, double camera_sigma = 0.0,
                            double projector_sigma = 0.0) {
+    return make_with(Chessboard{9, 6, 0.035}, views, seed, camera_sigma, projector_sigma);
+  }
+  static NumericWorld make_with(const Board& board, int views, std::uint64_t seed, double camera_sigma,
+                                double projector_sigma) {
     NumericWorld world;
+    world.board = board;
     world.camera_sigma_px = camera_sigma;
     world.projector_sigma_px = projector_sigma;
     std::mt19937_64 random(seed);

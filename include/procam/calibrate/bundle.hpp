@@ -50,6 +50,8 @@ struct BundleOptions {
   /// Beyond this many sigmas a residual's pull grows linearly only (Huber). Zero: plain least squares.
   double huber_sigmas = 3;
   int max_iterations = 100;
+  /// Relative decrease of the cost below which the solve has converged.
+  double tolerance = 1e-12;
 };
 
 struct BundleResult {

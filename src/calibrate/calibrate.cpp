@@ -4,20 +4,16 @@
 #include <cmath>
 #include <cstdio>
 
+#include "causes.hpp"
 #include "procam/calibrate/bundle.hpp"
 #include "procam/calibrate/gates.hpp"
 #include "procam/calibrate/uncertainty.hpp"
 #include "shape.hpp"
+#include "solve.hpp"
 #include "start.hpp"
 
 namespace procam::calibrate {
 namespace {
-
-/// The share of residuals that the noise model must account for. A bent board pushes a tenth of its corners
-/// far out, again and again in the same place: that is what the board does, not a blunder, so the noise must
-/// not be read from the good half alone. Blunders may still be a tenth.
-constexpr double kNoiseQuantile = 0.9;
-const double kQuantileOfChi2 = -2 * std::log(1 - kNoiseQuantile);  ///< of |r|^2, two unit normal coordinates
 
 std::string px(double value) {
   char text[32];
@@ -62,123 +58,6 @@ void require_consistent(const Correspondences& data) {
   }
 }
 
-struct Solution {
-  BundleResult bundle;
-  UsedMask used;
-  BundleOptions options;  ///< with the noise that the residuals showed
-
-  const BundleState& state() const { return bundle.state; }
-};
-
-/// Squared length of a residual in the metric of its covariance.
-double squared_sigmas(const Vec2& residual, const Mat2& covariance) {
-  return residual.dot(covariance.llt().solve(residual));
-}
-
-/// The noise model under which the 90 % quantile of the residuals is as long as it should be: a scale below
-/// one when the detector is too modest, a floor when it promises more than the model keeps.
-ResidualNoise estimate_noise(const std::vector<std::pair<Vec2, Mat2>>& residuals) {
-  const auto quantile_under = [&](const ResidualNoise& noise) {
-    std::vector<double> squares;
-    squares.reserve(residuals.size());
-    for (const auto& [residual, covariance] : residuals)
-      squares.push_back(squared_sigmas(residual, noise.covariance(covariance)));
-    const auto at = squares.begin() + long(kNoiseQuantile * double(squares.size() - 1));
-    std::nth_element(squares.begin(), at, squares.end());
-    return *at;
-  };
-  ResidualNoise noise;
-  if (residuals.size() < 8) return noise;  // too few to say anything
-  const double as_promised = quantile_under(noise);
-  if (as_promised <= kQuantileOfChi2) {
-    // Perfect data would send the scale to zero and the problem's conditioning with it.
-    noise.scale = std::max(std::sqrt(as_promised / kQuantileOfChi2), 1e-6);
-    return noise;
-  }
-  double low = 0, high = 1e-3;
-  while (quantile_under({1, high}) > kQuantileOfChi2 && high < 1e4) high *= 2;
-  for (int i = 0; i < 40; ++i) {
-    noise.floor_px = 0.5 * (low + high);
-    (quantile_under(noise) > kQuantileOfChi2 ? low : high) = noise.floor_px;
-  }
-  return noise;
-}
-
-constexpr double kRoughly = 1e-6;
-
-Solution solve(const Correspondences& data, const BundleState& start, const BundleOptions& bundle_options,
-               const UsedMask& start_mask, const Options& options) {
-  Solution solution;
-  solution.used = start_mask;
-  solution.bundle.state = start;
-  solution.options = bundle_options;
-  solution.options.max_iterations = options.max_iterations;
-  // Noise and outliers follow from the residuals and the residuals from them: a handful of rounds settles
-  // both, and the last of them converges to the end.
-  constexpr int kRounds = 6;
-  const double tolerance = solution.options.tolerance;
-  bool settled = false;
-  for (int round = 0; round < kRounds; ++round) {
-    report(options, "bundle adjustment", 0.2 + 0.05 * round);
-    const bool last = settled || round + 1 == kRounds;
-    solution.options.tolerance = last ? tolerance : kRoughly;
-    solution.bundle = bundle_adjust(data, solution.used, solution.state(), solution.options);
-    if (last) break;
-
-    std::vector<ResidualNoise> noise;
-    UsedMask used = start_mask;
-    for (std::size_t d = 0; d < data.devices.size(); ++d) {
-      std::vector<std::pair<Vec2, Mat2>> residuals;
-      std::vector<char*> verdicts;
-      for (std::size_t v = 0; v < data.views.size(); ++v)
-        for (const Measurement& m : measurements_of(data, int(v), int(d))) {
-          char& verdict = used[v][d][std::size_t(m.index)];
-          if (!verdict) continue;
-          const auto residual = reprojection_residual(solution.state(), m);
-          const auto covariance = believed_covariance(solution.state(), m);
-          verdict = residual && covariance;
-          if (!verdict) continue;
-          residuals.emplace_back(*residual, *covariance);
-          verdicts.push_back(&verdict);
-        }
-      noise.push_back(estimate_noise(residuals));
-      for (std::size_t i = 0; i < residuals.size(); ++i)
-        *verdicts[i] = squared_sigmas(residuals[i].first, noise.back().covariance(residuals[i].second)) <=
-                       options.outlier_sigmas * options.outlier_sigmas;
-    }
-    settled = used == solution.used;
-    for (std::size_t d = 0; d < noise.size(); ++d) {
-      const ResidualNoise& before = solution.options.noise[d];
-      settled = settled && std::abs(noise[d].scale - before.scale) < 0.01 * before.scale &&
-                std::abs(noise[d].floor_px - before.floor_px) <= 0.01 * before.floor_px + 1e-6;
-    }
-    solution.used = used;
-    solution.options.noise = noise;
-  }
-  if (!solution.bundle.converged)
-    throw Error(ErrorKind::kNotConverged, "bundle adjustment", solution.bundle.report,
-                "look for a view of another board or swapped frames, or allow more iterations");
-  return solution;
-}
-
-/// RMS over the used measurements of one device, all views or one.
-double rms_of(const Correspondences& data, const BundleState& state, const UsedMask& used, int device,
-              int only_view = -1) {
-  double sum = 0;
-  int count = 0;
-  for (std::size_t v = 0; v < data.views.size(); ++v) {
-    if (only_view >= 0 && int(v) != only_view) continue;
-    for (const Measurement& m : measurements_of(data, int(v), device)) {
-      if (!used[v][std::size_t(device)][std::size_t(m.index)]) continue;
-      const auto r = reprojection_residual(state, m);
-      if (!r) continue;
-      sum += r->squaredNorm();
-      ++count;
-    }
-  }
-  return count > 0 ? std::sqrt(sum / count) : 0;
-}
-
 /// Error of each device on a view that the solve did not see, its board pose taken from device 0 alone.
 void hold_out(const Correspondences& data, const UsedMask& everything, const Solution& full, int view,
               ViewResult& result) {
@@ -188,17 +67,11 @@ void hold_out(const Correspondences& data, const UsedMask& everything, const Sol
       if (int(v) == view) std::fill(without[v][d].begin(), without[v][d].end(), char(0));
       if (int(v) != view || d > 0) std::fill(only[v][d].begin(), only[v][d].end(), char(0));
     }
-  BundleOptions options = full.options;
-  BundleState state = bundle_adjust(data, without, full.state(), options).state;
+  BundleState state = bundle_adjust(data, without, full.state(), full.options).state;
+  state = bundle_adjust(data, only, state, hold_devices(full.options, state)).state;
   for (std::size_t d = 0; d < data.devices.size(); ++d) {
-    options.held[d] = parameter_names(state.lenses[d]);
-    options.hold_pose[d] = true;
-  }
-  options.board_sigma = 0;
-  state = bundle_adjust(data, only, state, options).state;
-  for (std::size_t d = 0; d < data.devices.size(); ++d) {
-    result.holdout_px.push_back(rms_of(data, state, full.used, int(d), view));
-    result.holdout_all_px.push_back(rms_of(data, state, everything, int(d), view));
+    result.holdout_px.push_back(spread_of(data, state, full.used, int(d), view).rms_px);
+    result.holdout_all_px.push_back(spread_of(data, state, everything, int(d), view).rms_px);
   }
 }
 
@@ -274,6 +147,12 @@ NamedCovariance rig_covariance(const NamedCovariance& all, const Correspondences
   return {renamed, 0.5 * (turned + turned.transpose())};
 }
 
+void left_out_of_view(const std::string& view, const std::string& device, const std::string& cause,
+                      std::string& note, Diagnostics& diagnostics) {
+  note += (note.empty() ? "" : "; ") + ("left out for " + device + ": " + cause);
+  diagnostics.warn("view_left_out", "view " + view + " left out for " + device + ": " + cause);
+}
+
 CalibrationResult describe(const Correspondences& data, const Start& start, const Solution& solution,
                            const BundleCovariance& covariance) {
   const BundleState& state = solution.bundle.state;
@@ -292,10 +171,10 @@ CalibrationResult describe(const Correspondences& data, const Start& start, cons
     view.name = data.views[v].name;
     view.rig_from_board = state.rig_from_board[v];
     view.rig_from_board_covariance = covariance.rig_from_board[v];
-    view.used = start.view_used[v];
+    view.used = start.view_used[v] && !solution.left_out[v][0];
     view.note = start.notes[v];
     for (std::size_t d = 0; d < data.devices.size(); ++d) {
-      view.rms_px.push_back(rms_of(data, state, solution.used, int(d), int(v)));
+      view.rms_px.push_back(spread_of(data, state, solution.used, int(d), int(v)).rms_px);
       const std::vector<Measurement> measurements = measurements_of(data, int(v), int(d));
       int dropped = 0;
       for (const Measurement& m : measurements) {
@@ -322,15 +201,15 @@ CalibrationResult describe(const Correspondences& data, const Start& start, cons
         }
         result.residuals.push_back(residual);
       }
-      if (dropped > 0)
+      const std::string of_device = " of " + data.devices[d].name;
+      if (solution.left_out[v][d])
+        left_out_of_view(view.name, data.devices[d].name,
+                         cause_of_disagreement(data, start.used, solution, int(v), int(d)), view.note,
+                         result.diagnostics);
+      else if (dropped > 0)
         result.diagnostics.note("outliers", "view " + view.name + ": " + std::to_string(dropped) + " of " +
-                                                std::to_string(measurements.size()) + " points of " +
-                                                data.devices[d].name + " left out as outliers");
-      if (dropped > int(measurements.size()) / 4)
-        result.diagnostics.warn(
-            "view_disagrees",
-            "view " + view.name + " disagrees with the others in " + data.devices[d].name +
-                ": the board moved between frames, or its frames belong to another view; capture it again");
+                                                std::to_string(measurements.size()) + " points" + of_device +
+                                                " left out as outliers");
     }
     result.views.push_back(view);
   }
@@ -345,11 +224,15 @@ CalibrationResult describe(const Correspondences& data, const Start& start, cons
       rig.cameras.push_back({device.name, state.lenses[d], rig_from_device});
     else
       rig.projectors.push_back({device.name, Projector{state.lenses[d]}, rig_from_device});
-    result.rms_px.push_back(rms_of(data, state, solution.used, int(d)));
-    result.rms_all_px.push_back(rms_of(data, state, start.used, int(d)));
+    result.rms_px.push_back(spread_of(data, state, solution.used, int(d)).rms_px);
+    result.rms_all_px.push_back(spread_of(data, state, start.used, int(d)).rms_px);
     rig.quality.rms_px[device.name] = result.rms_px.back();
   }
-  rig.quality.views_used = int(std::count(start.view_used.begin(), start.view_used.end(), true));
+  for (const ViewResult& view : result.views) rig.quality.views_used += view.used;
+  for (std::size_t d = 1; d < data.devices.size(); ++d) {
+    const std::string moved = moved_device(data, start.used, solution, int(d));
+    if (!moved.empty()) result.diagnostics.warn("device_moved", moved);
+  }
   return result;
 }
 
@@ -391,6 +274,13 @@ Gate shape_gate(const Correspondences& data, const EstimatedShape& shape) {
                         ": mount the sheet on a stiff flat plate, and check the square's size both ways")};
 }
 
+int agreeing_views(const Start& start, const Solution& solution) {
+  int views = 0;
+  for (std::size_t v = 0; v < start.view_used.size(); ++v)
+    views += start.view_used[v] && !solution.left_out[v][0];
+  return views;
+}
+
 CalibrationResult run(const Correspondences& given, const std::optional<Camera>& known_camera,
                       const Options& options) {
   require_consistent(given);
@@ -403,7 +293,7 @@ CalibrationResult run(const Correspondences& given, const std::optional<Camera>&
   const BundleCovariance formal = bundle_covariance(data, solution.used, solution.state(), solution.options);
   const HonestCovariance honest =
       honest_covariance(formal.devices, jackknife(data, solution.used, solution.state(), solution.options),
-                        int(std::count(start.view_used.begin(), start.view_used.end(), true)));
+                        agreeing_views(start, solution));
   CalibrationResult result = describe(data, start, solution, formal);
   result.rig.covariance = rig_covariance(honest.devices, data, solution.state());
   result.variance_ratio = honest.variance_ratio;
@@ -415,6 +305,7 @@ CalibrationResult run(const Correspondences& given, const std::optional<Camera>&
   tell_shape(shaped, result);
 
   if (options.holdout) {
+    std::vector<int> counted(data.devices.size(), 0);
     result.holdout_px.assign(data.devices.size(), 0);
     result.holdout_all_px.assign(data.devices.size(), 0);
     for (std::size_t v = 0; v < data.views.size(); ++v) {
@@ -424,9 +315,15 @@ CalibrationResult run(const Correspondences& given, const std::optional<Camera>&
              0.8 + 0.2 * double(v) / double(data.views.size()));
       hold_out(data, start.used, solution, int(v), view);
       for (std::size_t d = 0; d < data.devices.size(); ++d) {
-        result.holdout_px[d] += view.holdout_px[d] / result.rig.quality.views_used;
-        result.holdout_all_px[d] += view.holdout_all_px[d] / result.rig.quality.views_used;
+        if (spread_of(data, solution.state(), solution.used, int(d), int(v)).count == 0) continue;
+        ++counted[d];
+        result.holdout_px[d] += view.holdout_px[d];
+        result.holdout_all_px[d] += view.holdout_all_px[d];
       }
+    }
+    for (std::size_t d = 0; d < data.devices.size(); ++d) {
+      result.holdout_px[d] /= std::max(counted[d], 1);
+      result.holdout_all_px[d] /= std::max(counted[d], 1);
     }
     for (std::size_t d = 0; d < data.devices.size(); ++d)
       result.rig.quality.holdout_px[data.devices[d].name] = result.holdout_px[d];

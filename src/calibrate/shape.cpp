@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "procam/calibrate/uncertainty.hpp"
+#include "solve.hpp"
 #include "start.hpp"
 
 namespace procam::calibrate {
@@ -11,43 +12,6 @@ namespace {
 
 constexpr double kSigmaShare = 0.01;
 constexpr std::size_t kViewsThatShape = 8;  ///< enough to know the shape by; the order of the rest follows
-
-UsedMask only_view(const UsedMask& used, std::size_t view) {
-  UsedMask only = used;
-  for (std::size_t v = 0; v < only.size(); ++v)
-    for (auto& of_device : only[v])
-      if (v != view) std::fill(of_device.begin(), of_device.end(), char(0));
-  return only;
-}
-
-/// Everything held that views share but, perhaps, the board's points.
-BundleOptions hold_devices(BundleOptions options, const BundleState& state) {
-  for (std::size_t d = 0; d < state.lenses.size(); ++d) {
-    options.held[d] = parameter_names(state.lenses[d]);
-    options.hold_pose[d] = true;
-  }
-  return options;
-}
-
-struct Sum {
-  double squares = 0;
-  int count = 0;
-  double rms() const { return count > 0 ? std::sqrt(squares / count) : 0; }
-};
-
-Sum residuals_of_view(const Correspondences& data, const UsedMask& used, const BundleState& state,
-                      std::size_t view) {
-  Sum sum;
-  for (std::size_t d = 0; d < data.devices.size(); ++d)
-    for (const Measurement& m : measurements_of(data, int(view), int(d))) {
-      if (!used[view][d][std::size_t(m.index)]) continue;
-      const auto r = reprojection_residual(state, m);
-      if (!r) continue;
-      sum.squares += r->squaredNorm();
-      ++sum.count;
-    }
-  return sum;
-}
 
 void turn_view(Correspondences& data, BundleState& state, std::size_t view) {
   const Points3 printed = points_in_board(data.board);
@@ -71,15 +35,14 @@ std::vector<int> settle_order_by_shape(Correspondences& data, const UsedMask& us
                                        const BundleOptions& options) {
   std::vector<int> turned;
   if (!looks_same_turned(data.board)) return turned;
-  BundleOptions poses_only = hold_devices(options, state);
-  poses_only.board_sigma = 0;
+  const BundleOptions poses_only = hold_devices(options, state);
   BundleOptions shape_and_poses = poses_only;
   shape_and_poses.board_sigma = board_sigma(state.points_in_board);
 
   UsedMask seen = only_view(used, used.size());  // no view yet
   std::size_t views = 0;
   for (std::size_t v = 0; v < data.views.size(); ++v) {
-    if (residuals_of_view(data, used, state, v).count == 0) continue;
+    if (spread_of(data, state, used, -1, int(v)).count == 0) continue;
     if (views > 0) {
       const UsedMask only = only_view(used, v);
       const BundleState as_given = bundle_adjust(data, only, state, poses_only).state;
@@ -87,8 +50,8 @@ std::vector<int> settle_order_by_shape(Correspondences& data, const UsedMask& us
       BundleState other_state = state;
       turn_view(other, other_state, v);
       other_state = bundle_adjust(other, only, other_state, poses_only).state;
-      if (residuals_of_view(other, used, other_state, v).rms() <
-          residuals_of_view(data, used, as_given, v).rms()) {
+      if (spread_of(other, other_state, used, -1, int(v)).rms_px <
+          spread_of(data, as_given, used, -1, int(v)).rms_px) {
         data = other;
         state = other_state;
         turned.push_back(int(v));
@@ -104,19 +67,15 @@ std::optional<double> predicted_holdout(const Correspondences& data, const UsedM
                                         const UsedMask& judged, const BundleState& solution,
                                         const BundleOptions& options) {
   const auto without = leave_one_view_out(data, used, solution, options);
-  BundleOptions pose_only = hold_devices(options, solution);
-  pose_only.board_sigma = 0;
+  const BundleOptions pose_only = hold_devices(options, solution);
   double sum = 0;
   int views = 0;
   for (std::size_t v = 0; v < without.size(); ++v) {
     if (!without[v]) continue;
-    UsedMask camera = only_view(judged, v);
-    for (std::size_t d = 1; d < camera[v].size(); ++d)
-      std::fill(camera[v][d].begin(), camera[v][d].end(), char(0));
-    const BundleState state = bundle_adjust(data, camera, *without[v], pose_only).state;
-    const Sum residuals = residuals_of_view(data, judged, state, v);
-    if (residuals.count == 0) continue;
-    sum += residuals.rms();
+    const BundleState state = bundle_adjust(data, only_view(judged, v, 0), *without[v], pose_only).state;
+    const Spread spread = spread_of(data, state, judged, -1, int(v));
+    if (spread.count == 0) continue;
+    sum += spread.rms_px;
     ++views;
   }
   if (views == 0) return std::nullopt;

@@ -29,7 +29,7 @@ struct Options {
   LensOptions projector;
   BoardShape board_shape = BoardShape::kAuto;
   /// An observation further than this from its projection (in scaled sigmas, both axes together) is left out,
-  /// with its reason. Under Gaussian noise 5 happens once in 270 000 observations.
+  /// with its reason. Under Gaussian noise 5 happens once in 270 000 observations. Zero keeps all.
   double outlier_sigmas = 5;
   int max_iterations = 200;
   /// Leave each view out in turn, take its board pose from the camera alone, predict its projector pixels.

@@ -1,0 +1,151 @@
+#include "causes.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <map>
+
+#include "procam/core/se3.hpp"
+
+namespace procam::calibrate {
+namespace {
+
+/// A fit this much better than the limit for outliers explains what the rig does not.
+constexpr double kExplained = 3;
+constexpr double kSamePixel = 1;  ///< pixels: light that has not moved between views
+
+std::string amount(const Pose& motion) {
+  char text[80];
+  std::snprintf(text, sizeof text, "%.1f mm and %.2f degrees", 1e3 * motion.translation.norm(),
+                se3_log(motion).head<3>().norm() * 180 / 3.14159265358979323846);
+  return text;
+}
+
+/// RMS that the device has in the views that agree: what a good explanation comes near to.
+double usual_rms(const Correspondences& data, const Solution& solution, int device) {
+  return std::max(spread_of(data, solution.state(), solution.used, device).rms_px, 0.02);
+}
+
+std::map<int, Vec2> pixels_by_point(const View& view, int device) {
+  std::map<int, Vec2> pixels;
+  for (const Observation& o : view.observations[std::size_t(device)]) pixels[o.point] = o.pixel;
+  return pixels;
+}
+
+/// Median distance of the points that two views share; nullopt when they share too few.
+std::optional<double> typical_distance(const std::map<int, Vec2>& a, const std::map<int, Vec2>& b) {
+  std::vector<double> distances;
+  for (const auto& [point, pixel] : a)
+    if (const auto other = b.find(point); other != b.end())
+      distances.push_back((pixel - other->second).norm());
+  if (distances.size() < 6) return std::nullopt;
+  const auto middle = distances.begin() + long(distances.size() / 2);
+  std::nth_element(distances.begin(), middle, distances.end());
+  return *middle;
+}
+
+/// The board's pose that one device alone asks for, and how well it explains its pixels.
+struct OwnPose {
+  Pose rig_from_board;
+  double rms_px = 0;
+};
+OwnPose own_pose(const Correspondences& data, const UsedMask& everything, const Solution& solution, int view,
+                 int device) {
+  const UsedMask only = only_view(everything, std::size_t(view), device);
+  BundleOptions options = hold_devices(solution.options, solution.state());
+  options.tolerance = 1e-9;
+  const BundleState state = bundle_adjust(data, only, solution.state(), options).state;
+  return {state.rig_from_board[std::size_t(view)], spread_of(data, state, only).rms_px};
+}
+
+/// As own_pose, nullopt where nothing is there to fit or the fit fails.
+std::optional<OwnPose> try_own_pose(const Correspondences& data, const UsedMask& everything,
+                                    const Solution& solution, int view, int device) {
+  if (data.views[std::size_t(view)].observations[std::size_t(device)].size() < 6) return std::nullopt;
+  try {
+    return own_pose(data, everything, solution, view, device);
+  } catch (const Error&) {
+    return std::nullopt;
+  }
+}
+
+/// The view with its points taken in another order of the board's rows and columns.
+std::optional<double> rms_in_order(const Correspondences& data, const UsedMask& everything,
+                                   const Solution& solution, int view, int device,
+                                   const std::vector<int>& order) {
+  Correspondences other = data;
+  for (Observation& o : other.views[std::size_t(view)].observations[std::size_t(device)])
+    o.point = order[std::size_t(o.point)];
+  // Against the pose that the camera gives: an order is wrong for the device, not for the view.
+  if (device > 0) return spread_of(other, solution.state(), everything, device, view).rms_px;
+  const auto own = try_own_pose(other, everything, solution, view, device);
+  if (!own) return std::nullopt;
+  return own->rms_px;
+}
+
+}  // namespace
+
+std::string cause_of_disagreement(const Correspondences& data, const UsedMask& everything,
+                                  const Solution& solution, int view, int device) {
+  const std::string& name = data.devices[std::size_t(device)].name;
+  const View& here = data.views[std::size_t(view)];
+  const auto pixels = pixels_by_point(here, device);
+  const double explained = kExplained * usual_rms(data, solution, device);
+
+  for (std::size_t v = 0; v < data.views.size() && device > 0; ++v) {
+    if (int(v) == view) continue;
+    const auto light = typical_distance(pixels, pixels_by_point(data.views[v], device));
+    const auto board = typical_distance(pixels_by_point(here, 0), pixels_by_point(data.views[v], 0));
+    if (light && board && *light<kSamePixel&& * board> 3 * kSamePixel)
+      return "its light is that of view " + data.views[v].name +
+             ": stale frames; wait for the picture to change before each capture, and capture the view again";
+  }
+
+  const Points3 board = points_in_board(data.board);
+  std::vector<int> turned(board.size());
+  for (std::size_t i = 0; i < turned.size(); ++i) turned[i] = int(turned.size() - 1 - i);
+  if (const auto rms = rms_in_order(data, everything, solution, view, device, turned);
+      rms && *rms < explained)
+    return "the order of its points is turned by 180 degrees in " + name +
+           "; keep the board the same way up in all views";
+
+  if (const auto own = try_own_pose(data, everything, solution, view, device);
+      own && own->rms_px < explained) {
+    const Pose motion = own->rig_from_board * solution.state().rig_from_board[std::size_t(view)].inverse();
+    if (device > 0)
+      return "the board, or the " + name + ", moved by " + amount(motion) +
+             " between the camera's picture and the patterns; hold it still and capture the view again";
+  }
+  return "its points are not where this board would have them in " + name +
+         ": another board, a lens that was zoomed or refocused, or frames of another capture";
+}
+
+std::string moved_device(const Correspondences& data, const UsedMask& everything, const Solution& solution,
+                         int device) {
+  if (device == 0) return "";
+  const double explained = kExplained * usual_rms(data, solution, device);
+  std::vector<Pose> motions;
+  std::string names;
+  for (std::size_t v = 0; v < data.views.size(); ++v) {
+    if (!solution.left_out[v][std::size_t(device)] || solution.left_out[v][0]) continue;
+    const auto own = try_own_pose(data, everything, solution, int(v), device);
+    if (!own || own->rms_px > explained) return "";
+    // device_from_board as it is now, against what the rig has it be.
+    const Pose& device_from_rig = solution.state().device_from_rig[std::size_t(device)];
+    motions.push_back(device_from_rig * own->rig_from_board *
+                      (device_from_rig * solution.state().rig_from_board[v]).inverse());
+    names += (names.empty() ? "" : ", ") + data.views[v].name;
+  }
+  if (motions.size() < 2) return "";
+  // A turn is known better than the shift it trades off against.
+  const Vec3 first = se3_log(motions.front()).head<3>();
+  for (const Pose& motion : motions)
+    if ((se3_log(motion).head<3>() - first).norm() > 0.3 * first.norm() + 1e-3) return "";
+  return data.devices[std::size_t(device)].name + " stands elsewhere in views " + names + ", by " +
+         amount(motions.front()) +
+         ": it was moved against the camera, or its lens was shifted; fix both to each other and capture "
+         "these "
+         "views again";
+}
+
+}  // namespace procam::calibrate

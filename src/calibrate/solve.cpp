@@ -1,0 +1,237 @@
+#include "solve.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+
+namespace procam::calibrate {
+namespace {
+
+/// The share of residuals that the noise model must account for. A bent board pushes a tenth of its corners
+/// far out, again and again in the same place: that is what the board does, not a blunder, so the noise must
+/// not be read from the good half alone. Blunders may still be a tenth.
+constexpr double kNoiseQuantile = 0.9;
+const double kQuantileOfChi2 = -2 * std::log(1 - kNoiseQuantile);  ///< of |r|^2, two unit normal coordinates
+
+/// Squared length of a residual in the metric of its covariance.
+double squared_sigmas(const Vec2& residual, const Mat2& covariance) {
+  return residual.dot(covariance.llt().solve(residual));
+}
+
+/// The noise model under which the 90 % quantile of the residuals is as long as it should be: a scale below
+/// one when the detector is too modest, a floor when it promises more than the model keeps.
+ResidualNoise estimate_noise(const std::vector<std::pair<Vec2, Mat2>>& residuals) {
+  const auto quantile_under = [&](const ResidualNoise& noise) {
+    std::vector<double> squares;
+    squares.reserve(residuals.size());
+    for (const auto& [residual, covariance] : residuals)
+      squares.push_back(squared_sigmas(residual, noise.covariance(covariance)));
+    const auto at = squares.begin() + long(kNoiseQuantile * double(squares.size() - 1));
+    std::nth_element(squares.begin(), at, squares.end());
+    return *at;
+  };
+  ResidualNoise noise;
+  if (residuals.size() < 8) return noise;  // too few to say anything
+  const double as_promised = quantile_under(noise);
+  if (as_promised <= kQuantileOfChi2) {
+    // Perfect data would send the scale to zero and the problem's conditioning with it.
+    noise.scale = std::max(std::sqrt(as_promised / kQuantileOfChi2), 1e-6);
+    return noise;
+  }
+  double low = 0, high = 1e-3;
+  while (quantile_under({1, high}) > kQuantileOfChi2 && high < 1e4) high *= 2;
+  for (int i = 0; i < 40; ++i) {
+    noise.floor_px = 0.5 * (low + high);
+    (quantile_under(noise) > kQuantileOfChi2 ? low : high) = noise.floor_px;
+  }
+  return noise;
+}
+
+constexpr double kRoughly = 1e-6;
+
+/// A view whose residuals are this many times longer than the median view's says nothing about the noise.
+constexpr double kGross = 3;
+/// A view with fewer than this share of its points within the outlier limit disagrees as a whole.
+constexpr double kAgreeingShare = 0.5;
+constexpr int kViewsThatMustAgree = 3;
+
+/// One device's residuals, view by view, with the place of each verdict in the mask.
+struct ViewResiduals {
+  std::vector<std::pair<Vec2, Mat2>> residuals;
+  std::vector<char*> verdicts;
+  std::size_t taken = 0;  ///< of the mask, with or without a residual
+
+  /// The noise quantile of |r|^2 in the detector's own sigmas.
+  double quantile() const {
+    std::vector<double> squares;
+    for (const auto& [residual, covariance] : residuals)
+      squares.push_back(squared_sigmas(residual, covariance));
+    const auto at = squares.begin() + long(kNoiseQuantile * double(squares.size() - 1));
+    std::nth_element(squares.begin(), at, squares.end());
+    return *at;
+  }
+};
+
+/// Residuals of all views but those that are grossly longer than the median view's.
+std::vector<std::pair<Vec2, Mat2>> typical_residuals(const std::vector<ViewResiduals>& views) {
+  std::vector<double> quantiles;
+  for (const ViewResiduals& view : views)
+    if (!view.residuals.empty()) quantiles.push_back(view.quantile());
+  if (quantiles.empty()) return {};
+  const auto middle = quantiles.begin() + long((quantiles.size() - 1) / 2);
+  std::nth_element(quantiles.begin(), middle, quantiles.end());
+  const double limit = kGross * kGross * *middle;
+  std::vector<std::pair<Vec2, Mat2>> all;
+  for (const ViewResiduals& view : views)
+    if (!view.residuals.empty() && view.quantile() <= limit)
+      all.insert(all.end(), view.residuals.begin(), view.residuals.end());
+  return all;
+}
+
+/// One round's judgement: noise by device, verdicts in `used`.
+std::vector<ResidualNoise> judge(const Correspondences& data, const BundleState& state, double outlier_sigmas,
+                                 UsedMask& used, std::vector<std::vector<char>>& disagrees) {
+  std::vector<ResidualNoise> noise;
+  for (std::size_t d = 0; d < data.devices.size(); ++d) {
+    std::vector<ViewResiduals> views(data.views.size());
+    for (std::size_t v = 0; v < data.views.size(); ++v)
+      for (const Measurement& m : measurements_of(data, int(v), int(d))) {
+        char& verdict = used[v][d][std::size_t(m.index)];
+        if (!verdict) continue;
+        ++views[v].taken;
+        const auto residual = reprojection_residual(state, m);
+        const auto covariance = believed_covariance(state, m);
+        verdict = residual && covariance;
+        if (!verdict) continue;
+        views[v].residuals.emplace_back(*residual, *covariance);
+        views[v].verdicts.push_back(&verdict);
+      }
+    noise.push_back(estimate_noise(typical_residuals(views)));
+    if (outlier_sigmas <= 0) continue;
+    for (std::size_t v = 0; v < views.size(); ++v) {
+      std::size_t kept = 0;
+      for (std::size_t i = 0; i < views[v].residuals.size(); ++i) {
+        const auto& [residual, covariance] = views[v].residuals[i];
+        *views[v].verdicts[i] =
+            squared_sigmas(residual, noise.back().covariance(covariance)) <= outlier_sigmas * outlier_sigmas;
+        kept += std::size_t(*views[v].verdicts[i]);
+      }
+      disagrees[v][d] = views[v].taken > 0 && double(kept) < kAgreeingShare * double(views[v].taken);
+    }
+  }
+  return noise;
+}
+
+bool same_noise(const std::vector<ResidualNoise>& a, const std::vector<ResidualNoise>& b) {
+  for (std::size_t d = 0; d < a.size(); ++d)
+    if (std::abs(a[d].scale - b[d].scale) >= 0.01 * b[d].scale ||
+        std::abs(a[d].floor_px - b[d].floor_px) > 0.01 * b[d].floor_px + 1e-6)
+      return false;
+  return true;
+}
+
+/// Without the first camera's agreement a view says nothing; without another device's it still serves the
+/// rest.
+void leave_out(UsedMask& mask, std::size_t view, std::size_t device) {
+  for (std::size_t d = 0; d < mask[view].size(); ++d)
+    if (device == 0 || d == device) std::fill(mask[view][d].begin(), mask[view][d].end(), char(0));
+}
+
+void require_agreement(const Correspondences& data, const UsedMask& mask) {
+  for (std::size_t d = 0; d < data.devices.size(); ++d) {
+    int views = 0;
+    for (const auto& view : mask) views += std::count(view[d].begin(), view[d].end(), char(1)) > 0;
+    if (views < kViewsThatMustAgree)
+      throw Error(
+          ErrorKind::kDegenerate, data.devices[d].name,
+          "its views contradict each other: no three of them agree on one rig",
+          "keep camera and projector fixed to each other, zoom and focus untouched, and the board still "
+          "while a view is captured; check that board and order of frames are those stated");
+  }
+}
+
+}  // namespace
+
+UsedMask only_view(const UsedMask& used, std::size_t view, int device) {
+  UsedMask only = used;
+  for (std::size_t v = 0; v < only.size(); ++v)
+    for (std::size_t d = 0; d < only[v].size(); ++d)
+      if (v != view || (device >= 0 && int(d) != device))
+        std::fill(only[v][d].begin(), only[v][d].end(), char(0));
+  return only;
+}
+
+BundleOptions hold_devices(BundleOptions options, const BundleState& state) {
+  for (std::size_t d = 0; d < state.lenses.size(); ++d) {
+    options.held[d] = parameter_names(state.lenses[d]);
+    options.hold_pose[d] = true;
+  }
+  options.board_sigma = 0;
+  return options;
+}
+
+Spread spread_of(const Correspondences& data, const BundleState& state, const UsedMask& used, int device,
+                 int view) {
+  Spread spread;
+  for (std::size_t v = 0; v < data.views.size(); ++v)
+    for (std::size_t d = 0; d < data.devices.size(); ++d) {
+      if ((view >= 0 && int(v) != view) || (device >= 0 && int(d) != device)) continue;
+      for (const Measurement& m : measurements_of(data, int(v), int(d))) {
+        if (!used[v][d][std::size_t(m.index)]) continue;
+        const auto r = reprojection_residual(state, m);
+        if (!r) continue;
+        spread.rms_px += r->squaredNorm();
+        ++spread.count;
+      }
+    }
+  if (spread.count > 0) spread.rms_px = std::sqrt(spread.rms_px / spread.count);
+  return spread;
+}
+
+Solution solve(const Correspondences& data, const BundleState& start, const BundleOptions& bundle_options,
+               const UsedMask& start_mask, const Options& options) {
+  Solution solution;
+  solution.used = start_mask;
+  solution.bundle.state = start;
+  solution.options = bundle_options;
+  solution.options.max_iterations = options.max_iterations;
+  solution.left_out.assign(data.views.size(), std::vector<char>(data.devices.size(), char(0)));
+  UsedMask mask = start_mask;
+  // Noise and outliers follow from the residuals and the residuals from them: a handful of rounds settles
+  // both, and the last of them converges to the end.
+  constexpr int kRounds = 9;
+  bool settled = false;
+  for (int round = 0; round < kRounds; ++round) {
+    if (options.progress) options.progress("bundle adjustment", 0.2 + 0.03 * round);
+    const bool last = settled || round + 1 == kRounds;
+    solution.options.tolerance = last ? bundle_options.tolerance : kRoughly;
+    solution.bundle = bundle_adjust(data, solution.used, solution.state(), solution.options);
+    if (last) break;
+
+    UsedMask used = mask;
+    std::vector<std::vector<char>> disagrees = solution.left_out;
+    for (auto& view : disagrees) std::fill(view.begin(), view.end(), char(0));
+    const std::vector<ResidualNoise> noise =
+        judge(data, solution.state(), options.outlier_sigmas, used, disagrees);
+    settled = used == solution.used && same_noise(noise, solution.options.noise);
+    solution.used = used;
+    solution.options.noise = noise;
+    // A view goes only once its own noise has been told from the others', which takes a round.
+    if (round == 0) continue;
+    for (std::size_t v = 0; v < data.views.size(); ++v)
+      for (std::size_t d = 0; d < data.devices.size(); ++d) {
+        if (!disagrees[v][d]) continue;
+        solution.left_out[v][d] = 1;
+        leave_out(mask, v, d);
+        leave_out(solution.used, v, d);
+        settled = false;
+      }
+    require_agreement(data, mask);
+  }
+  if (!solution.bundle.converged)
+    throw Error(ErrorKind::kNotConverged, "bundle adjustment", solution.bundle.report,
+                "look for a view of another board or swapped frames, or allow more iterations");
+  return solution;
+}
+
+}  // namespace procam::calibrate

@@ -1,0 +1,35 @@
+#pragma once
+/// What a camera records of markers that hang on a wall.
+///
+///   level = lamp * albedo, box-filtered over each pixel;   grey = round(clamp(level * gaussian + noise))
+///
+/// The wall is everything that no sheet covers. Every sheet is a black square with its cells on a white rim.
+/// Borders of cells are integrated over each ray's share of the pixel, so they lie right to a few thousandths
+/// of a pixel.
+#include <cstdint>
+#include <vector>
+
+#include "procam/core/camera.hpp"
+#include "procam/core/decoded_map.hpp"
+#include "procam/core/image.hpp"
+#include "procam/core/marker.hpp"
+
+namespace procam::simulate {
+
+struct MarkerViewOptions {
+  double white_grey = 200, black_grey = 18, wall_grey = 120;  ///< in the image's middle
+  /// Light falls off to the right and to the bottom by this share over the image.
+  double falloff = 0.3;
+  double rim_cells = 1.5;  ///< white paper round the black square, cells
+  double blur_px = 0.7;    ///< sigma of the lens
+  NoiseModel noise{2.0, 0.01};
+  std::uint64_t seed = 0;
+};
+
+/// The camera's image of the markers; where sheets overlap in the image the first one shows. Throws
+/// std::invalid_argument for a size that is not positive, an id that the codes lack, or options out of range.
+ImageU8 marker_view(const Camera& camera, const Pose& camera_from_world,
+                    const std::vector<PlacedMarker>& markers, const MarkerCodes& codes,
+                    const MarkerViewOptions& options = {});
+
+}  // namespace procam::simulate

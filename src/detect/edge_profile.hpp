@@ -1,0 +1,28 @@
+#pragma once
+/// One short piece of a straight edge between dark and light, fitted to the pixels themselves.
+#include <optional>
+
+#include "procam/core/image.hpp"
+
+namespace procam::detect {
+
+/// Where to look: a box round `middle`, `half_length` along the edge and `reach` to both sides.
+struct EdgeBox {
+  Vec2 middle;
+  Vec2 normal;  ///< unit, towards the light side
+  double half_length = 0, reach = 0;
+  double blur = 1;  ///< a first guess, pixels
+};
+
+struct EdgeProfile {
+  double offset = 0;  ///< of the edge from `middle` along the normal, pixels
+  double blur = 0, contrast = 0;
+  double noise = 0;               ///< variance of a pixel, as the residuals have it
+  double variance_per_noise = 0;  ///< of the offset, for noise 1
+};
+
+/// Gauss-Newton on I(p) = a + b Phi((d - offset) / blur). nullopt when the box leaves the image, holds too
+/// few pixels, or shows no such edge.
+std::optional<EdgeProfile> fit_edge_profile(const ViewU8& image, const EdgeBox& box);
+
+}  // namespace procam::detect

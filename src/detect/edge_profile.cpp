@@ -28,7 +28,7 @@ std::vector<Sample> samples_in(const ViewU8& image, const EdgeBox& box) {
       const Vec2 d = Vec2(x, y) - box.middle;
       const double across = box.normal.dot(d);
       if (std::abs(across) <= box.reach && std::abs(tangent.dot(d)) <= box.half_length)
-        samples.push_back({across, double(image.at(x, y))});
+        samples.push_back({across, image.at(x, y) / (1 + box.light_gradient.dot(d))});
     }
   return samples;
 }
@@ -54,7 +54,7 @@ double evaluate(const std::vector<Sample>& samples, const Parameters& p, Normal*
 
 std::optional<EdgeProfile> fit_edge_profile(const ViewU8& image, const EdgeBox& box) {
   const std::vector<Sample> samples = samples_in(image, box);
-  if (samples.size() < 4 * kParameters) return std::nullopt;
+  if (samples.size() < 3 * kParameters) return std::nullopt;
 
   Parameters p(0, box.blur, 0, 1);
   Normal jtj;
@@ -90,6 +90,7 @@ std::optional<EdgeProfile> fit_edge_profile(const ViewU8& image, const EdgeBox& 
   profile.offset = p[kOffset];
   profile.blur = p[kBlur];
   profile.contrast = p[kContrast];
+  profile.light = p[kDark] + p[kContrast];
   profile.noise = sum / double(samples.size() - kParameters);
   profile.variance_per_noise = jtj.ldlt().solve(Parameters(Parameters::Unit(kOffset)))[kOffset];
   if (!(profile.variance_per_noise > 0) || !std::isfinite(profile.variance_per_noise)) return std::nullopt;

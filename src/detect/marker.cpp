@@ -1,6 +1,8 @@
 #include "procam/detect/marker.hpp"
 
 #include <algorithm>
+#include <fstream>
+#include <iterator>
 #include <opencv2/aruco.hpp>
 
 #include "marker_edges.hpp"
@@ -89,11 +91,15 @@ MarkerCodes load_marker_codes(const std::filesystem::path& path) {
     return Error(ErrorKind::kInput, path.string(), why,
                  "give OpenCV's form: nmarkers, markersize, marker_0: \"0110...\" row by row");
   };
-  cv::FileStorage file;
+  // Read here, since OpenCV prints when it cannot open a file.
+  std::ifstream stream(path, std::ios::binary);
+  if (!stream || !std::filesystem::is_regular_file(path))
+    throw Error(ErrorKind::kIo, path.string(), "it cannot be read", "check the name");
+  const std::string text{std::istreambuf_iterator<char>(stream), {}};
   cv::aruco::Dictionary dictionary;
   try {
-    if (!file.open(path.string(), cv::FileStorage::READ))
-      throw Error(ErrorKind::kIo, path.string(), "it cannot be read", "check the name");
+    const cv::FileStorage file(text, cv::FileStorage::READ | cv::FileStorage::MEMORY);
+    if (text.empty() || !file.isOpened()) throw no_dictionary("it is empty or no such file");
     const int cells = int(file["markersize"]), count = int(file["nmarkers"]);
     if (cells < 1 || cells > 16 || count < 1 || count > 100000)
       throw no_dictionary("it states no size or number of markers");

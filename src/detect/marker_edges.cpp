@@ -12,6 +12,7 @@ namespace {
 
 constexpr double kPieceLength = 8;  ///< pixels; shorter than the bend of any usable lens shows
 constexpr double kShortestPiece = 3;
+constexpr int kFewestOnSide = 3;  ///< two make a line, the third shows a misfit
 /// How far one number may move all edges towards white, one standard deviation, pixels: holds the size where
 /// no inner edge tells the two apart.
 constexpr double kSpreadSigma = 0.3;
@@ -79,12 +80,14 @@ struct Piece {
   EdgeProfile profile;
 };
 
-/// The pieces of one run, `trim` pixels off its ends, `reach` pixels to both sides.
-void fit_run(const ViewU8& image, const SeenRun& run, const MarkerWarp& warp, double trim, double reach,
-             double blur, std::vector<Piece>& pieces) {
+/// The pieces of one run, at least `fewest` of them where they are not too short for it, `trim` pixels off
+/// its ends, `reach` pixels to both sides.
+void fit_run(const ViewU8& image, const SeenRun& run, const MarkerWarp& warp, int fewest, double trim,
+             double reach, double blur, const Vec2& light_gradient, std::vector<Piece>& pieces) {
   const double usable = run.length - 2 * trim;
   if (usable < kShortestPiece) return;
-  const int count = std::max(1, int(std::lround(usable / kPieceLength)));
+  const int count =
+      std::max(std::min(fewest, int(usable / kShortestPiece)), int(std::lround(usable / kPieceLength)));
   const double share = usable / run.length / count;
   for (int i = 0; i < count; ++i) {
     const double from = trim / run.length + i * share;
@@ -97,7 +100,8 @@ void fit_run(const ViewU8& image, const SeenRun& run, const MarkerWarp& warp, do
     const Vec2 tangent = (*b - *a).normalized();
     Vec2 normal(-tangent.y(), tangent.x());
     if (normal.dot(*white - *at) < 0) normal = -normal;
-    const auto profile = fit_edge_profile(image, {*at, normal, 0.5 * (*b - *a).norm(), reach, blur});
+    const auto profile =
+        fit_edge_profile(image, {*at, normal, 0.5 * (*b - *a).norm(), reach, blur, light_gradient});
     if (!profile) continue;
     pieces.push_back({{middle, run.towards_white, *at + profile->offset * normal, 0}, *profile});
   }
@@ -110,6 +114,25 @@ double median(const std::vector<Piece>& pieces, const Value& value) {
   const auto middle = values.begin() + std::ptrdiff_t(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());
   return *middle;
+}
+
+/// Share a pixel by which the white round the marker brightens: a plane through the pieces' light sides,
+/// without those far from the median (a finger, a shadow's edge).
+Vec2 light_gradient(const std::vector<Piece>& pieces) {
+  const double light = median(pieces, [](const Piece& p) { return p.profile.light; });
+  Mat3 normal = Mat3::Zero();
+  Vec3 right = Vec3::Zero();
+  for (const Piece& piece : pieces) {
+    const double share = piece.profile.light / light - 1;
+    if (std::abs(share) > 0.2) continue;
+    const Vec2 d = piece.edge.pixel - pieces.front().edge.pixel;
+    const Vec3 row(d.x(), d.y(), 1);
+    normal += row * row.transpose();
+    right += share * row;
+  }
+  const Vec2 gradient = normal.ldlt().solve(right).head<2>();
+  constexpr double kSteepest = 0.01;  // beyond that it is no lamp but a misfit, e.g. one side alone
+  return gradient.allFinite() && gradient.norm() < kSteepest ? gradient : Vec2(Vec2::Zero());
 }
 
 }  // namespace
@@ -144,18 +167,22 @@ std::vector<MarkerEdge> find_edges(const ViewU8& image, const MarkerCodes& codes
   for (const Run& run : runs_of(codes, id))
     if (const auto seen = see(run, lines, warp)) runs.push_back(*seen);
 
-  // The sides come first: from them the blur, which says how far from other edges to keep.
+  // The sides come first: from them the blur, which says how far from other edges to keep, and the light.
   std::vector<Piece> pieces;
   for (std::size_t i = 0; i < std::min<std::size_t>(4, runs.size()); ++i)
-    fit_run(image, runs[i], warp, runs[i].cell_px, std::clamp(0.6 * runs[i].cell_px, 2.5, 8.0), 1, pieces);
+    fit_run(image, runs[i], warp, kFewestOnSide, runs[i].cell_px, std::clamp(0.6 * runs[i].cell_px, 2.5, 8.0),
+            1, Vec2::Zero(), pieces);
   if (pieces.empty()) return {};
   const double blur = median(pieces, [](const Piece& p) { return p.profile.blur; });
   const double contrast = median(pieces, [](const Piece& p) { return p.profile.contrast; });
+  const Vec2 gradient = light_gradient(pieces);
 
   pieces.clear();
-  for (const SeenRun& run : runs) {
-    const double reach = std::min(3 * blur + 1.5, run.cell_px - 2 * blur);
-    if (reach >= 1.5 * blur + 0.5) fit_run(image, run, warp, 2.5 * blur + 0.7, reach, blur, pieces);
+  for (std::size_t i = 0; i < runs.size(); ++i) {
+    const double reach = std::min(3 * blur + 1.5, runs[i].cell_px - 2 * blur);
+    if (reach >= 1.5 * blur + 0.5)
+      fit_run(image, runs[i], warp, i < 4 ? kFewestOnSide : 1, 2.5 * blur + 0.7, reach, blur, gradient,
+              pieces);
   }
   const auto is_odd = [&](const Piece& p) {
     return p.profile.contrast < 0.4 * contrast || p.profile.blur > 2 * blur;

@@ -5,6 +5,7 @@
 
 #include "blur.hpp"
 #include "noise.hpp"
+#include "procam/core/se3.hpp"
 
 namespace procam::simulate {
 namespace {
@@ -175,6 +176,46 @@ ImageU8 marker_view(const Camera& camera, const Pose& camera_from_world,
     }
   }
   return grey;
+}
+
+HungMarkers hang_markers(const World& world) {
+  const Pose& rig_from_camera = world.rig.camera().rig_from_camera;
+  const Ray axis = rig_from_camera * Ray{Vec3::Zero(), Vec3::UnitZ()};
+  const std::optional<Vec3> middle = intersect(axis, world.wall_in_rig);
+  require(middle.has_value(), "hang_markers: the camera does not face the wall");
+  const double distance = (*middle - axis.origin).norm();
+
+  // On the wall: x as the camera's, z into it.
+  Vec3 into = world.wall_in_rig.normal;
+  if (into.dot(axis.direction) < 0) into = -into;
+  const Vec3 right = rig_from_camera.rotate(Vec3::UnitX());
+  Mat3 axes;
+  axes.col(2) = into;
+  axes.col(0) = (right - right.dot(into) * into).normalized();
+  axes.col(1) = into.cross(axes.col(0));
+  const Pose rig_from_wall(axes, *middle);
+
+  struct Place {
+    int id;
+    double size, x, y, turn;  ///< shares of the distance; radians
+  };
+  constexpr Place kPlaces[] = {{3, 0.1, -0.14, -0.09, 0.08},
+                               {7, 0.09, 0.17, -0.12, -0.3},
+                               {11, 0.09, 0.15, 0.13, 0.2},
+                               {20, 0.08, -0.15, 0.12, 1.7}};
+  HungMarkers hung;
+  hung.map.dictionary = "apriltag_36h11";
+  Pose world_from_wall;
+  for (const Place& place : kPlaces) {
+    const Pose wall_from_marker(so3_exp(Vec3(0, 0, place.turn)), Vec3(place.x, place.y, 0) * distance);
+    if (hung.map.markers.empty()) {
+      world_from_wall = wall_from_marker.inverse();
+      hung.rig_from_world = rig_from_wall * wall_from_marker;
+    }
+    hung.map.markers.push_back({place.id, place.size * distance, world_from_wall * wall_from_marker});
+  }
+  hung.map.markers.front().world_from_marker = Pose();
+  return hung;
 }
 
 }  // namespace procam::simulate

@@ -6,12 +6,13 @@
 /// fraction of the blur. The straight edges between are not. Every border between a black and a white cell
 /// (the four sides, and inner ones where the cells are large enough) is cut into short pieces that keep away
 /// from the borders' ends; each piece is modelled as
-///   I(p) = a + (b + c d) Phi((d - d0) / s),   d the distance across the edge, Phi the normal distribution,
-/// and fitted by Gauss-Newton over the pixels themselves, so that its variance follows from its residual. A
-/// homography, through the lens where it is known, is then fitted to all edges together with one number that
-/// moves all edges towards white or black (ink spread, gamma, exposure), robustly: what a hand covers is left
-/// out. The corners are where it puts the square's corners; procam's pixel convention (integer centres)
-/// holds whatever the installed detector's bias, which only says where to look.
+///   I(p) = (a + b Phi((d - d0) / s)) * lamp(p),
+/// d the distance across the edge, Phi the normal distribution, lamp a ramp that the white round the marker
+/// shows, and fitted by Gauss-Newton over the pixels themselves, so that its variance follows from its
+/// residual. A homography, through the lens where it is known, is then fitted to all edges together with one
+/// number that moves all edges towards white or black (ink spread, gamma, exposure), robustly: what a hand
+/// covers is left out. The corners are where it puts the square's corners; procam's pixel convention (integer
+/// centres) holds whatever the installed detector's bias, which only says where to look.
 #include <filesystem>
 #include <optional>
 

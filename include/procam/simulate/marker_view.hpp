@@ -13,6 +13,7 @@
 #include "procam/core/decoded_map.hpp"
 #include "procam/core/image.hpp"
 #include "procam/core/marker.hpp"
+#include "procam/simulate/world.hpp"
 
 namespace procam::simulate {
 
@@ -31,5 +32,16 @@ struct MarkerViewOptions {
 ImageU8 marker_view(const Camera& camera, const Pose& camera_from_world,
                     const std::vector<PlacedMarker>& markers, const MarkerCodes& codes,
                     const MarkerViewOptions& options = {});
+
+/// Markers with their true places.
+struct HungMarkers {
+  MarkerMap map;
+  Pose rig_from_world;  ///< the world is the frame of the first marker
+};
+
+/// Four markers (ids 3, 7, 11, 20 of apriltag_36h11; sides of a tenth of the camera's distance and less) on
+/// the wall of the world, round the point that the camera's axis meets, each turned a little in its plane.
+/// Throws std::invalid_argument when the camera does not face the wall.
+HungMarkers hang_markers(const World& world);
 
 }  // namespace procam::simulate

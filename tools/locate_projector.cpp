@@ -6,7 +6,7 @@
 
 #include "common/cli.hpp"
 #include "common/raster.hpp"
-#include "procam/detect/marker.hpp"
+#include "procam/detect/marker_edges.hpp"
 #include "procam/io/files.hpp"
 #include "procam/io/images.hpp"
 #include "procam/io/marker_map_file.hpp"
@@ -95,7 +95,7 @@ ImageU8 annotate(const ImageU8& grey, const MarkerDetections& detections, const 
                  const Camera& camera, const Pose& camera_from_world) {
   ImageU8 picture = to_colour(grey);
   const Colour kGreen{40, 220, 60}, kRed{255, 60, 40}, kBlue{80, 120, 255};
-  for (const Marker& marker : detections.markers) {
+  for (const SeenMarker& marker : detections.markers) {
     for (std::size_t i = 0; i < 4; ++i)
       draw_line(picture, marker.corners[i], marker.corners[(i + 1) % 4], kGreen);
     draw_number(picture, marker.corners[0] + Vec2(6, -14), marker.id, kGreen);
@@ -137,8 +137,8 @@ ExitCode locate(const Flags& flags, Console& console) {
                     std::to_string(camera.camera.size.height),
                 "use an image of that camera in the mode in which it was calibrated, neither scaled nor cut");
 
-  const MarkerCodes codes = detect::marker_codes(marker_dictionary_named(map.dictionary));
-  const MarkerDetections detections = detect::detect_markers(grey, codes, {camera.camera});
+  const MarkerCells codes = detect::marker_cells(map.dictionary);
+  const MarkerDetections detections = detect::detect_marker_edges(grey, codes, {camera.camera});
   const track::LocateResult seen = track::locate(detections, camera.camera, map);
   const track::Chain chain = track::projector_chain(rig, projector, camera, seen);
   io::save_pose(flags.output, chain.total);

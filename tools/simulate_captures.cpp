@@ -5,7 +5,7 @@
 #include <system_error>
 
 #include "common/cli.hpp"
-#include "procam/detect/marker.hpp"
+#include "procam/detect/marker_edges.hpp"
 #include "procam/io/captures.hpp"
 #include "procam/io/images.hpp"
 #include "procam/io/marker_map_file.hpp"
@@ -121,9 +121,8 @@ void write_marker_view(const simulate::Session& session, const fs::path& folder)
   options.seed = session.capture.seed;
   const RigCamera& camera = session.rig().camera();
   io::save_image(folder / "marker_view.png",
-                 simulate::marker_view(
-                     camera.camera, camera.rig_from_camera.inverse() * hung.rig_from_world, hung.map.markers,
-                     detect::marker_codes(marker_dictionary_named(hung.map.dictionary)), options));
+                 simulate::marker_view(camera.camera, camera.rig_from_camera.inverse() * hung.rig_from_world,
+                                       hung.map.markers, detect::marker_cells(hung.map.dictionary), options));
   io::save_marker_map(folder / "markers.json", hung.map);
   const RigProjector& projector = session.rig().projector();
   io::save_pose(folder / "truth_projector_from_world.json",

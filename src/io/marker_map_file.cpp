@@ -19,15 +19,10 @@ static void fields(Fields& f, PlacedMarker& marker) {
 static void fields(Fields& f, MarkerMap& map) {
   header(f, "procam-markers", 1);
   std::vector<std::string> names;
-  std::size_t current = 0;
-  for (const MarkerDictionaryInfo& row : kMarkerDictionaries) {
-    if (map.dictionary == row.name) current = names.size();
-    names.emplace_back(row.name);
-  }
-  require(f.reading() || names[current] == map.dictionary,
-          "save_marker_map: there is no dictionary '" + map.dictionary + "'");
-  const MarkerDictionaryInfo& dictionary = kMarkerDictionaries[f.choice("dictionary", names, current)];
-  map.dictionary = dictionary.name;
+  for (const MarkerDictionaryInfo& row : kMarkerDictionaries) names.emplace_back(row.name);
+  const MarkerDictionaryInfo& dictionary =
+      kMarkerDictionaries[f.choice("dictionary", names, std::size_t(map.dictionary))];
+  map.dictionary = dictionary.dictionary;
 
   for (const auto& [name, sigma] :
        {std::pair("position_sigma", &map.position_sigma), std::pair("angle_sigma", &map.angle_sigma)}) {
@@ -45,7 +40,7 @@ static void fields(Fields& f, MarkerMap& map) {
     f.check(ids.insert(marker.id).second, "markers", "marker " + id + " is listed twice",
             "list every marker once");
     f.check(marker.id >= 0 && marker.id < dictionary.count, "markers",
-            map.dictionary + " has no marker " + id,
+            std::string(dictionary.name) + " has no marker " + id,
             "give an id from 0 to " + std::to_string(dictionary.count - 1));
   }
 }
@@ -66,7 +61,14 @@ MarkerMap parse_marker(const std::string& text) {
   const std::size_t first = text.find(':'), second = text.find(':', first + 1);
   if (first == std::string::npos || second == std::string::npos) throw wrong("it does not have three parts");
   try {
-    const MarkerDictionaryInfo& dictionary = info(marker_dictionary_named(text.substr(0, first)));
+    const auto named = marker_dictionary_named(text.substr(0, first));
+    if (!named) {
+      std::string known;
+      for (const MarkerDictionaryInfo& row : kMarkerDictionaries)
+        known += (known.empty() ? "" : ", ") + std::string(row.name);
+      throw wrong("its dictionary is none of " + known);
+    }
+    const MarkerDictionaryInfo& dictionary = info_of(*named);
     PlacedMarker marker;
     const char* const end = text.data() + second;
     const auto [stop, error] = std::from_chars(text.data() + first + 1, end, marker.id);
@@ -76,11 +78,10 @@ MarkerMap parse_marker(const std::string& text) {
     marker.size = parse_length(text.substr(second + 1));
     if (!(marker.size > 0)) throw wrong("its size is not positive");
     MarkerMap map;
-    map.dictionary = dictionary.name;
+    map.dictionary = dictionary.dictionary;
     map.markers = {marker};
     return map;
   } catch (const Error& error) {
-    if (error.kind() == ErrorKind::kUnsupported) throw wrong(error.why() + " (" + error.next() + ")");
     if (error.subject().rfind("length", 0) == 0) throw wrong("its size is no length: " + error.why());
     throw;
   }

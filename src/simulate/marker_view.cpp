@@ -18,9 +18,9 @@ constexpr int kRays = 2;  ///< an axis and cell
 /// One sheet before the camera: the share of white over boxes of it, by a table of sums.
 class Sheet {
  public:
-  Sheet(const PlacedMarker& marker, const Pose& camera_from_world, const MarkerCodes& codes, double rim)
+  Sheet(const PlacedMarker& marker, const Pose& camera_from_world, const MarkerCells& codes, double rim)
       : marker_from_camera_((camera_from_world * marker.world_from_marker).inverse()),
-        cells_(codes.cells + 2),
+        cells_(codes.per_side + 2),
         unit_(marker.size / cells_),
         rim_(rim) {
     sums_.assign(std::size_t((cells_ + 1) * (cells_ + 1)), 0);
@@ -128,7 +128,7 @@ ImageF gather(const ImageF& cells, ImageSize size) {
 }  // namespace
 
 ImageU8 marker_view(const Camera& camera, const Pose& camera_from_world,
-                    const std::vector<PlacedMarker>& markers, const MarkerCodes& codes,
+                    const std::vector<PlacedMarker>& markers, const MarkerCells& codes,
                     const MarkerViewOptions& options) {
   require(options.blur_px >= 0 && options.rim_cells >= 0 && options.noise.at_black >= 0 &&
               options.noise.per_level >= 0,
@@ -204,7 +204,7 @@ HungMarkers hang_markers(const World& world) {
                                {11, 0.09, 0.15, 0.13, 0.2},
                                {20, 0.08, -0.15, 0.12, 1.7}};
   HungMarkers hung;
-  hung.map.dictionary = "apriltag_36h11";
+  hung.map.dictionary = MarkerDictionary::kAprilTag36h11;
   Pose world_from_wall;
   for (const Place& place : kPlaces) {
     const Pose wall_from_marker(so3_exp(Vec3(0, 0, place.turn)), Vec3(place.x, place.y, 0) * distance);

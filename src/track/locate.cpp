@@ -29,11 +29,11 @@ std::string ids_of(const std::vector<Sighting>& sightings) {
 
 std::vector<Sighting> match(const MarkerDetections& detections, const MarkerMap& map) {
   std::vector<Sighting> sightings;
-  for (const Marker& marker : detections.markers)
+  for (const SeenMarker& marker : detections.markers)
     if (const PlacedMarker* placed = map.find(marker.id)) sightings.push_back({&marker, placed});
   if (!sightings.empty()) return sightings;
   std::string seen;
-  for (const Marker& marker : detections.markers)
+  for (const SeenMarker& marker : detections.markers)
     seen += (seen.empty() ? "" : ", ") + std::to_string(marker.id);
   throw Error(
       ErrorKind::kNotEnoughData, "markers in the image",

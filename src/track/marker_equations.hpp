@@ -11,7 +11,7 @@ namespace procam::track::internal {
 
 /// A marker that is in the map and in the image.
 struct Sighting {
-  const Marker* seen = nullptr;
+  const SeenMarker* seen = nullptr;
   const PlacedMarker* placed = nullptr;
 };
 

@@ -3,7 +3,7 @@
 
 #include "e2e/tool_runner.hpp"
 #include "procam/core/se3.hpp"
-#include "procam/detect/marker.hpp"
+#include "procam/detect/marker_edges.hpp"
 #include "procam/io/images.hpp"
 #include "procam/io/marker_map_file.hpp"
 #include "procam/io/pose_file.hpp"
@@ -26,7 +26,7 @@ class LocateRoute : public ::testing::Test {
     hung_ = simulate::hang_markers(session.views.front());
     io::save_rig(folder_ / "rig.json", rig);
     io::save_marker_map(folder_ / "markers.json", hung_.map);
-    const MarkerCodes codes = detect::marker_codes(MarkerDictionary::kAprilTag36h11);
+    const MarkerCells codes = detect::marker_cells(MarkerDictionary::kAprilTag36h11);
     io::save_image(folder_ / "view.png",
                    simulate::marker_view(rig.camera().camera,
                                          rig.camera().rig_from_camera.inverse() * hung_.rig_from_world,

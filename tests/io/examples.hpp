@@ -85,7 +85,7 @@ inline SolvedSurfaceSet example_solved_surfaces() {
 
 inline MarkerMap example_markers() {
   MarkerMap map;
-  map.dictionary = "apriltag_36h11";
+  map.dictionary = MarkerDictionary::kAprilTag36h11;
   map.position_sigma = 0.002;
   map.angle_sigma = 1.0 / 300;
   map.markers = {{3, 0.16, lopsided_pose(0)}, {586, 0.1415, lopsided_pose(0.7)}};

@@ -65,7 +65,7 @@ TEST(MarkerMapFile, RefusesWhatNoWallHolds) {
 
 TEST(ParseMarker, ReadsDictionaryIdAndSize) {
   const MarkerMap map = parse_marker("apriltag_36h11:3:160mm");
-  EXPECT_EQ(map.dictionary, "apriltag_36h11");
+  EXPECT_EQ(map.dictionary, MarkerDictionary::kAprilTag36h11);
   ASSERT_EQ(map.markers.size(), 1u);
   EXPECT_EQ(map.markers[0].id, 3);
   EXPECT_EQ(map.markers[0].size, 0.16);

@@ -8,7 +8,7 @@
 #include "procam/core/planar_pose.hpp"
 #include "procam/core/plane.hpp"
 #include "procam/core/projector.hpp"
-#include "procam/detect/marker.hpp"
+#include "procam/detect/marker_edges.hpp"
 #include "procam/simulate/marker_view.hpp"
 #include "procam/track/locate.hpp"
 
@@ -17,18 +17,18 @@ namespace {
 
 MarkerMap one_marker() {
   MarkerMap map;
-  map.dictionary = "apriltag_36h11";
+  map.dictionary = MarkerDictionary::kAprilTag36h11;
   map.markers = {{3, 0.16, Pose()}};
   return map;
 }
 
-const MarkerCodes& codes() {
-  static const MarkerCodes value = detect::marker_codes(MarkerDictionary::kAprilTag36h11);
+const MarkerCells& codes() {
+  static const MarkerCells value = detect::marker_cells(MarkerDictionary::kAprilTag36h11);
   return value;
 }
 
 /// What most programs do: corners by cornerSubPix, then the pose of the plane.
-Pose pose_by_corner_subpix(ImageU8& image, const Camera& camera, const Marker& start) {
+Pose pose_by_corner_subpix(ImageU8& image, const Camera& camera, const SeenMarker& start) {
   std::vector<cv::Point2f> corners;
   for (const Vec2& corner : start.corners) corners.push_back({float(corner.x()), float(corner.y())});
   cv::cornerSubPix(cv::Mat(image.height(), image.width(), CV_8U, image.row(0)), corners, {5, 5}, {-1, -1},
@@ -75,7 +75,7 @@ TEST(LocateOnImages, LightLandsWithinHalfAMillimetreAtTwoMetres) {
     options.noise = {4.0, 0};  // two grey levels
     options.seed = std::uint64_t(i);
     ImageU8 image = simulate::marker_view(camera, truth, map.markers, codes(), options);
-    const MarkerDetections found = detect::detect_markers(image, codes(), {camera});
+    const MarkerDetections found = detect::detect_marker_edges(image, codes(), {camera});
     const LocateResult seen = locate(found, camera, map);
     const Pose projector_from_world = projector_from_camera * truth;
     edges2 += light_error2(projector, projector_from_world, projector_from_camera * seen.camera_from_world);
@@ -104,7 +104,7 @@ TEST(LocateOnImages, CovarianceIsHonest) {
     options.blur_px = uniform(0.5, 1.0);
     options.seed = std::uint64_t(i);
     const ImageU8 image = simulate::marker_view(camera, truth, map.markers, codes(), options);
-    const LocateResult seen = locate(detect::detect_markers(image, codes(), {camera}), camera, map);
+    const LocateResult seen = locate(detect::detect_marker_edges(image, codes(), {camera}), camera, map);
     const Vec6 xi = se3_log(truth * seen.camera_from_world.inverse());
     chi2 += xi.dot(seen.covariance.ldlt().solve(xi));
   }

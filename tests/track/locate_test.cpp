@@ -49,7 +49,7 @@ TEST(Locate, EdgesMovedTowardsWhiteMoveNothing) {
   MarkerMap map = room_map();
   map.markers.resize(1);
   MarkerDetections detections = sightings(camera, looking_at_room(), map, 0, 1);
-  for (Marker& marker : detections.markers)
+  for (SeenMarker& marker : detections.markers)
     for (MarkerEdge& edge : marker.edges) {
       // 0.25 px along the print's directions, as ink that spreads would.
       const Vec2 unit = edge.on_marker + 1e-3 * edge.towards_white;
@@ -135,7 +135,7 @@ TEST(Locate, TwoMarkersThatDisagreeAreNoMajority) {
 /// A small marker, far off and nearly straight on: its tilt could have either sign.
 MarkerMap small_marker() {
   MarkerMap map;
-  map.dictionary = "4x4_50";
+  map.dictionary = MarkerDictionary::k4x4_50;
   map.markers = {{5, 0.05, Pose()}};
   return map;
 }

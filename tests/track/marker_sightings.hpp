@@ -13,13 +13,13 @@ inline Camera wall_camera() {
 }
 
 /// Sides and two inner lines of one marker, a piece every tenth of a side.
-inline Marker sighting(const Camera& camera, const Pose& camera_from_marker, int id, double size,
-                       double sigma, std::mt19937_64& random) {
+inline SeenMarker sighting(const Camera& camera, const Pose& camera_from_marker, int id, double size,
+                           double sigma, std::mt19937_64& random) {
   std::normal_distribution<double> normal(0, sigma);
   const auto pixel_of = [&](const Vec2& unit) {
     return camera.project(camera_from_marker * Vec3(unit.x() * size, unit.y() * size, 0));
   };
-  Marker marker;
+  SeenMarker marker;
   marker.id = id;
   for (std::size_t i = 0; i < 4; ++i) marker.corners[i] = *pixel_of(marker_corners()[i]);
   marker.covariance.setIdentity();
@@ -52,7 +52,7 @@ inline MarkerDetections sightings(const Camera& camera, const Pose& camera_from_
 /// Three markers on a wall, one on a wall round the corner; ids and sizes differ.
 inline MarkerMap room_map() {
   MarkerMap map;
-  map.dictionary = "apriltag_36h11";
+  map.dictionary = MarkerDictionary::kAprilTag36h11;
   map.markers = {{3, 0.16, Pose()},
                  {7, 0.14, Pose(so3_exp(Vec3(0.02, -0.01, 0.4)), Vec3(0.5, 0.1, 0.01))},
                  {11, 0.18, Pose(so3_exp(Vec3(0, 0.03, -0.2)), Vec3(0.1, 0.45, -0.02))},

@@ -8,27 +8,27 @@
 #include <array>
 #include <cstdint>
 #include <optional>
-#include <string>
 #include <vector>
 
 #include "procam/core/error.hpp"
+#include "procam/core/marker_dictionary.hpp"
 #include "procam/core/pose.hpp"
 
 namespace procam {
 
 /// The black and white cells of every marker of a dictionary, by id.
-struct MarkerCodes {
-  int cells = 0;             ///< per side, without the black border
+struct MarkerCells {
+  int per_side = 0;          ///< without the black border
   int correctable_bits = 0;  ///< wrong cells up to which an id is still certain
-  /// One marker: 1 white, 0 black, row by row from the top left, cells * cells of them.
+  /// One marker: 1 white, 0 black, row by row from the top left, per_side^2 of them.
   std::vector<std::vector<std::uint8_t>> white;
 
-  /// Is the cell in row r, column c of marker `id` white? The black border is row -1 and row `cells`; beyond
-  /// it all is white.
+  /// Is the cell in row r, column c of marker `id` white? The black border is row -1 and row `per_side`;
+  /// beyond it all is white.
   bool is_white(int id, int r, int c) const {
-    if (r < -1 || c < -1 || r > cells || c > cells) return true;
-    if (r < 0 || c < 0 || r >= cells || c >= cells) return false;
-    return white[std::size_t(id)][std::size_t(r * cells + c)] != 0;
+    if (r < -1 || c < -1 || r > per_side || c > per_side) return true;
+    if (r < 0 || c < 0 || r >= per_side || c >= per_side) return false;
+    return white[std::size_t(id)][std::size_t(r * per_side + c)] != 0;
   }
 };
 
@@ -42,7 +42,7 @@ struct MarkerEdge {
 };
 
 /// One marker in one image.
-struct Marker {
+struct SeenMarker {
   int id = 0;
   std::array<Vec2, 4> corners;  ///< pixels, clockwise from the print's own top left
   Eigen::Matrix<double, 8, 8> covariance = Eigen::Matrix<double, 8, 8>::Zero();  ///< x0 y0 x1 ... y3, pixel^2
@@ -53,7 +53,7 @@ struct Marker {
 
 struct MarkerDetections {
   ImageSize image_size;
-  std::vector<Marker> markers;  ///< by id
+  std::vector<SeenMarker> markers;  ///< by id
   Diagnostics diagnostics;
 };
 
@@ -66,7 +66,7 @@ struct PlacedMarker {
 
 /// Markers whose place in the world was measured.
 struct MarkerMap {
-  std::string dictionary;  ///< a name of kMarkerDictionaries
+  MarkerDictionary dictionary = MarkerDictionary::k4x4_50;
   std::vector<PlacedMarker> markers;
   /// How well the places are known, one standard deviation an axis, in each marker's own frame: metres,
   /// radians. 0: exactly.

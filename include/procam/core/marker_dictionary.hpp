@@ -1,17 +1,12 @@
 #pragma once
-/// The families of square markers that procam knows, by short name: ArUco's and AprilTag's.
-///
-/// A marker is a black square with a grid of `cells` x `cells` black and white cells inside a black border
-/// one cell wide; its size is the side of the black square, border included, without the white rim. Which
-/// cells are white is a matter of the detector (detect/marker.hpp); here are the names, for command lines and
-/// files.
-#include <array>
+/// The dictionaries of square markers by name: which codes a board's markers are taken from. The codes
+/// themselves belong to detect, which prints and reads them.
+#include <optional>
 #include <string>
-
-#include "procam/core/error.hpp"
 
 namespace procam {
 
+/// ArUco's predefined dictionaries and the AprilTag families.
 enum class MarkerDictionary {
   k4x4_50,
   k4x4_100,
@@ -38,13 +33,13 @@ enum class MarkerDictionary {
 
 struct MarkerDictionaryInfo {
   MarkerDictionary dictionary;
-  const char* name;
-  int cells;  ///< per side, without the black border
-  int count;  ///< ids are 0 .. count - 1
+  const char* name;  ///< as people type it
+  int bits;          ///< code bits a side; the marker is two modules wider, with its black border
+  int count;         ///< ids run from 0 to count - 1
 };
 
-/// All of them, in the order of the enumerators.
-inline constexpr std::array<MarkerDictionaryInfo, 21> kMarkerDictionaries{{
+/// In the order of the enumeration.
+inline constexpr MarkerDictionaryInfo kMarkerDictionaries[] = {
     {MarkerDictionary::k4x4_50, "4x4_50", 4, 50},
     {MarkerDictionary::k4x4_100, "4x4_100", 4, 100},
     {MarkerDictionary::k4x4_250, "4x4_250", 4, 250},
@@ -66,25 +61,17 @@ inline constexpr std::array<MarkerDictionaryInfo, 21> kMarkerDictionaries{{
     {MarkerDictionary::kAprilTag25h9, "apriltag_25h9", 5, 35},
     {MarkerDictionary::kAprilTag36h10, "apriltag_36h10", 6, 2320},
     {MarkerDictionary::kAprilTag36h11, "apriltag_36h11", 6, 587},
-}};
+};
 
-inline const MarkerDictionaryInfo& info(MarkerDictionary dictionary) {
-  return kMarkerDictionaries[std::size_t(dictionary)];
+inline constexpr const MarkerDictionaryInfo& info_of(MarkerDictionary dictionary) {
+  return kMarkerDictionaries[int(dictionary)];
 }
 
-inline const char* to_string(MarkerDictionary dictionary) {
-  return info(dictionary).name;
-}
-
-/// Throws Error(kUnsupported) with the names there are.
-inline MarkerDictionary marker_dictionary_named(const std::string& name) {
-  std::string known;
-  for (const MarkerDictionaryInfo& row : kMarkerDictionaries) {
-    if (name == row.name) return row.dictionary;
-    known += (known.empty() ? "" : ", ") + std::string(row.name);
-  }
-  throw Error(ErrorKind::kUnsupported, "marker dictionary '" + name + "'", "there is no such dictionary",
-              "use one of: " + known);
+/// nullopt for a name that is not in the table.
+inline std::optional<MarkerDictionary> marker_dictionary_named(const std::string& name) {
+  for (const MarkerDictionaryInfo& info : kMarkerDictionaries)
+    if (name == info.name) return info.dictionary;
+  return std::nullopt;
 }
 
 }  // namespace procam

@@ -30,7 +30,7 @@ struct MarkerViewOptions {
 /// The camera's image of the markers; where sheets overlap in the image the first one shows. Throws
 /// std::invalid_argument for a size that is not positive, an id that the codes lack, or options out of range.
 ImageU8 marker_view(const Camera& camera, const Pose& camera_from_world,
-                    const std::vector<PlacedMarker>& markers, const MarkerCodes& codes,
+                    const std::vector<PlacedMarker>& markers, const MarkerCells& codes,
                     const MarkerViewOptions& options = {});
 
 /// Markers with their true places.

@@ -1,7 +1,7 @@
 #pragma once
 /// Where the camera is, from the markers that it sees, and from there where the projector is.
 ///
-///   const LocateResult seen = locate(detect::detect_markers(image, codes, {camera}), camera, map);
+///   const LocateResult seen = locate(detect::detect_marker_edges(image, codes, {camera}), camera, map);
 ///   const Chain chain = projector_chain(rig, rig.projector(), rig.camera(), seen);
 ///   chain.total.target_from_source;   // projector_from_world with its covariance
 ///

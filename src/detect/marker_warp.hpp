@@ -20,7 +20,7 @@ struct MarkerWarp {
 };
 
 /// All pieces of edges whose profile could be fitted, looked for where `warp` predicts them.
-std::vector<MarkerEdge> find_edges(const ViewU8& image, const MarkerCodes& codes, int id,
+std::vector<MarkerEdge> find_edges(const ViewU8& image, const MarkerCells& codes, int id,
                                    const MarkerWarp& warp);
 
 struct WarpFit {

@@ -24,13 +24,13 @@
 namespace procam::detect {
 
 /// The cells of a known dictionary.
-MarkerCodes marker_codes(MarkerDictionary dictionary);
+MarkerCells marker_cells(MarkerDictionary dictionary);
 
 /// The cells of a dictionary of one's own, in OpenCV's file form (nmarkers, markersize, marker_0: "0110...").
 /// Throws Error(kIo) when the file cannot be read, Error(kInput) when it is no such dictionary.
-MarkerCodes load_marker_codes(const std::filesystem::path& path);
+MarkerCells load_marker_cells(const std::filesystem::path& path);
 
-struct MarkerOptions {
+struct MarkerEdgeOptions {
   /// The camera, where it is known: edges that the lens bends are straightened. Without it a marker that
   /// fills the image of a wide lens has corners off by its bend.
   std::optional<Camera> camera;
@@ -39,7 +39,7 @@ struct MarkerOptions {
 /// All markers of the dictionary, by id; of two with one id the larger, with the remark "marker_twice".
 /// Nothing found: no markers and "markers_not_found". Throws std::invalid_argument for an empty or
 /// multi-channel image, or one whose size is not the camera's.
-MarkerDetections detect_markers(const ViewU8& image, const MarkerCodes& codes,
-                                const MarkerOptions& options = {});
+MarkerDetections detect_marker_edges(const ViewU8& image, const MarkerCells& codes,
+                                     const MarkerEdgeOptions& options = {});
 
 }  // namespace procam::detect

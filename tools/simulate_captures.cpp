@@ -5,11 +5,14 @@
 #include <system_error>
 
 #include "common/cli.hpp"
+#include "procam/detect/marker_edges.hpp"
 #include "procam/io/captures.hpp"
 #include "procam/io/images.hpp"
+#include "procam/io/marker_map_file.hpp"
 #include "procam/io/pose_file.hpp"
 #include "procam/io/rig_file.hpp"
 #include "procam/io/text.hpp"
+#include "procam/simulate/marker_view.hpp"
 #include "procam/simulate/session.hpp"
 
 namespace procam::tools {
@@ -23,6 +26,7 @@ struct Flags {
   int views = 0;  ///< 0: all
   std::string output;
   bool force = false;
+  bool markers = false;
 };
 
 void declare(CLI::App& app, Flags& flags) {
@@ -35,6 +39,10 @@ void declare(CLI::App& app, Flags& flags) {
       ->required();
   app.add_option("--views", flags.views, "make only the first N views (default: all of the level)")
       ->check(CLI::Range(1, 1000));
+  app.add_flag(
+      "--markers", flags.markers,
+      "also marker_view.png, markers on the wall as the rig's camera sees them, with markers.json and "
+      "truth_projector_from_world.json: try locate-projector on it");
   app.add_flag("--force", flags.force, "replace an earlier simulated session");
 }
 
@@ -103,6 +111,25 @@ void write_view(const simulate::Session& session, std::size_t view, const fs::pa
                 {"rig", "board", PoseWithCovariance{session.views[view].rig_from_board}});
 }
 
+/// The rig before markers on its wall, blurred and noisy as the session's captures.
+void write_marker_view(const simulate::Session& session, const fs::path& folder) {
+  const simulate::World& world = session.views.front();
+  const simulate::HungMarkers hung = simulate::hang_markers(world);
+  simulate::MarkerViewOptions options;
+  options.blur_px = session.capture.camera_blur_px;
+  options.noise = session.capture.noise;
+  options.seed = session.capture.seed;
+  const RigCamera& camera = session.rig().camera();
+  io::save_image(folder / "marker_view.png",
+                 simulate::marker_view(camera.camera, camera.rig_from_camera.inverse() * hung.rig_from_world,
+                                       hung.map.markers, detect::marker_cells(hung.map.dictionary), options));
+  io::save_marker_map(folder / "markers.json", hung.map);
+  const RigProjector& projector = session.rig().projector();
+  io::save_pose(folder / "truth_projector_from_world.json",
+                {projector.name, "world",
+                 PoseWithCovariance{projector.rig_from_projector.inverse() * hung.rig_from_world}});
+}
+
 ExitCode simulate_captures(const Flags& flags, Console& console) {
   const simulate::Session session = simulate::make_session(flags.level, flags.seed);
   const std::size_t views =
@@ -112,6 +139,7 @@ ExitCode simulate_captures(const Flags& flags, Console& console) {
     console.progress("views", int(view), int(views));
     write_view(session, view, folder.path() / numbered("view", view));
   }
+  if (flags.markers) write_marker_view(session, folder.path());
   const ImageSize projector_size = session.gray_code.projector_size;
   io::save_session(folder.path(), {"gray", projector_size, session.board().layout, session.gray_code.step});
   Rig truth = session.rig();
@@ -127,6 +155,10 @@ ExitCode simulate_captures(const Flags& flags, Console& console) {
   console.say(std::to_string(views) + " views of " + std::to_string(frames) + " frames, board " + board +
               ", projector " + io::format_size(projector_size) + ": " + flags.output);
   console.say("the true rig is in truth.json, the true board poses in view_*/truth_pose.json");
+  if (flags.markers)
+    console.say(
+        "the wall's markers are in marker_view.png and markers.json, where the projector is among them "
+        "in truth_projector_from_world.json");
   Summary& summary = console.summary();
   summary.set("/output", flags.output);
   summary.set("/level", simulate::to_string(flags.level));

@@ -1,6 +1,7 @@
 #pragma once
 /// Lopsided example nouns that use every field of their files.
 #include "procam/core/frame_tree.hpp"
+#include "procam/core/marker.hpp"
 #include "procam/core/rig.hpp"
 #include "procam/core/surface.hpp"
 
@@ -80,6 +81,15 @@ inline SolvedSurfaceSet example_solved_surfaces() {
   solved.projector_from_world = lopsided_pose(-0.1);
   solved.surfaces = {wall, placed};
   return solved;
+}
+
+inline MarkerMap example_markers() {
+  MarkerMap map;
+  map.dictionary = MarkerDictionary::kAprilTag36h11;
+  map.position_sigma = 0.002;
+  map.angle_sigma = 1.0 / 300;
+  map.markers = {{3, 0.16, lopsided_pose(0)}, {586, 0.1415, lopsided_pose(0.7)}};
+  return map;
 }
 
 inline FrameTree::Link example_pose() {

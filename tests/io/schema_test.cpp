@@ -8,6 +8,7 @@
 
 #include "examples.hpp"
 #include "procam/io/captures.hpp"
+#include "procam/io/marker_map_file.hpp"
 #include "procam/io/pose_file.hpp"
 #include "procam/io/rig_file.hpp"
 #include "procam/io/surface_file.hpp"
@@ -133,8 +134,10 @@ TEST(Schema, DescribesExactlyWhatIsWritten) {
   save_solved_surfaces(scratch / "solved-weighted.json", solved);
   save_pose(scratch / "pose.json", test::example_pose());
   save_session(scratch.path(), {"gray", ImageSize{1024, 768}, Board(Chessboard{7, 9, 0.075}), 2});
+  save_marker_map(scratch / "markers.json", test::example_markers());
 
   const std::vector<std::pair<std::string, std::vector<std::string>>> files{
+      {"markers", {"markers.json"}},
       {"rig", {"rig.json"}},
       {"surfaces", {"surfaces.json", "weighted.json"}},
       {"solved-surfaces", {"solved-surfaces.json", "solved-weighted.json"}},

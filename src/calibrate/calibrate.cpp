@@ -232,6 +232,8 @@ CalibrationResult describe(const Correspondences& data, const Start& start, cons
   for (std::size_t d = 1; d < data.devices.size(); ++d) {
     const std::string moved = moved_device(data, start.used, solution, int(d));
     if (!moved.empty()) result.diagnostics.warn("device_moved", moved);
+    const std::string resampled = resampled_picture(data, solution, int(d));
+    if (!resampled.empty()) result.diagnostics.warn("picture_resampled", resampled);
   }
   return result;
 }

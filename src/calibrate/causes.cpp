@@ -148,4 +148,49 @@ std::string moved_device(const Correspondences& data, const UsedMask& everything
          "views again";
 }
 
+std::string resampled_picture(const Correspondences& data, const Solution& solution, int device) {
+  const Device& projector = data.devices[std::size_t(device)];
+  // Less than this says nothing worth a remark, and the search costs as much as the solve.
+  constexpr double kWorthLooking = 0.08;
+  if (projector.kind != DeviceKind::kProjector ||
+      solution.options.noise[std::size_t(device)].floor_px < kWorthLooking)
+    return "";
+  for (const int axis : {0, 1}) {
+    std::vector<std::pair<double, double>> residual_at;
+    double power = 0;
+    for (std::size_t v = 0; v < data.views.size(); ++v)
+      for (const Measurement& m : measurements_of(data, int(v), device)) {
+        if (!solution.used[v][std::size_t(device)][std::size_t(m.index)]) continue;
+        const auto r = reprojection_residual(solution.state(), m);
+        if (!r) continue;
+        residual_at.emplace_back(m.pixel()[axis], (*r)[axis]);
+        power += (*r)[axis] * (*r)[axis];
+      }
+    // N. Lomb, "Least-squares frequency analysis of unequally spaced data", 1976: under noise alone
+    // |sum r e^{i 2 pi f x}|^2 / sum r^2 is exponential with mean one. Periods from 2.2 to 40 pixels; what
+    // lenses do is longer.
+    const double span = axis == 0 ? projector.size.width : projector.size.height;
+    constexpr double kChance = 1e-6, kShortest = 2.2, kLongest = 40;
+    const double step = 0.5 / span, frequencies = (1 / kShortest - 1 / kLongest) / step;
+    double strongest = 0, period = 0;
+    for (double f = 1 / kLongest; f < 1 / kShortest; f += step) {
+      double c = 0, s = 0;
+      for (const auto& [x, r] : residual_at) {
+        c += r * std::cos(2 * 3.14159265358979323846 * f * x);
+        s += r * std::sin(2 * 3.14159265358979323846 * f * x);
+      }
+      if (c * c + s * s > strongest) strongest = c * c + s * s, period = 1 / f;
+    }
+    if (residual_at.size() < 50 || frequencies * std::exp(-strongest / power) > kChance) continue;
+    char text[200];
+    std::snprintf(
+        text, sizeof text,
+        "%s's residuals repeat every %.1f pixels along its %s: its picture is scaled on the way to the "
+        "light; send its native resolution, with keystone and overscan off",
+        projector.name.c_str(), period, axis == 0 ? "rows" : "columns");
+    return text;
+  }
+  return "";
+}
+
 }  // namespace procam::calibrate

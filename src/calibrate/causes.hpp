@@ -16,4 +16,9 @@ std::string cause_of_disagreement(const Correspondences& data, const UsedMask& e
 std::string moved_device(const Correspondences& data, const UsedMask& everything, const Solution& solution,
                          int device);
 
+/// A periodic pattern in a projector's residuals: its picture is resampled between the cable and the light
+/// (another resolution than its own, keystone, overscan), which moves pixels to and fro by parts of one. Empty
+/// when there is none.
+std::string resampled_picture(const Correspondences& data, const Solution& solution, int device);
+
 }  // namespace procam::calibrate

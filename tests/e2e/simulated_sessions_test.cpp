@@ -4,37 +4,25 @@
 
 #include <cmath>
 
+#include "common/session_reader.hpp"
 #include "procam/analyze/light_error.hpp"
 #include "procam/calibrate/calibrate.hpp"
-#include "procam/detect/chessboard.hpp"
-#include "procam/match/board_light.hpp"
-#include "procam/match/join.hpp"
-#include "procam/pattern/gray_code.hpp"
-#include "procam/pattern/stripe_edges.hpp"
 #include "procam/simulate/session.hpp"
 
 namespace procam::test {
 namespace {
 
-Correspondences look_at(const simulate::Session& session) {
+/// Through the reading that the tools use, without the files.
+Correspondences look_at(const simulate::Session& session, const std::string& pattern_text = "gray") {
+  const ImageSize projector_size = session.rig().projector().projector.size();
+  const auto pattern = tools::make_pattern(pattern_text, projector_size);
+  const Board board = session.board().layout;
   std::vector<match::BoardView> views;
-  const Chessboard& board = session.board().layout;
   for (std::size_t v = 0; v < session.views.size(); ++v) {
-    const std::vector<ImageU8> images = simulate::capture_view(session, v);
-    const std::vector<ViewU8> frames(images.begin(), images.end());
-    const DecodedMap decoded = pattern::decode(frames, session.gray_code);
-    const Detections in_camera = detect::detect_chessboard(frames[frames.size() - 2], board);
-    Detections in_projector;
-    in_projector.image_size = session.gray_code.projector_size;
-    if (!in_camera.observations.empty())
-      in_projector = match::project_board(in_camera, board, decoded,
-                                          pattern::stripe_edges(frames, decoded, session.gray_code));
-    views.push_back({"view_" + std::to_string(v), {in_camera, in_projector}});
+    const std::vector<ImageU8> images = simulate::capture_view(session, v, pattern->frames());
+    views.push_back(pattern->read("view_" + std::to_string(v), {images.begin(), images.end()}, board));
   }
-  const Rig& truth = session.rig();
-  return match::join(board,
-                     {{"camera", DeviceKind::kCamera, truth.camera().camera.size},
-                      {"projector", DeviceKind::kProjector, session.gray_code.projector_size}},
+  return match::join(board, tools::session_devices(session.rig().camera().camera.size, projector_size),
                      views);
 }
 

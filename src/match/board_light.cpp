@@ -95,13 +95,13 @@ std::vector<Measured> measured_by(const std::vector<StripeEdge>& edges, int step
   return all;
 }
 
-/// The decoded pixels on the print.
+/// The decoded pixels on the print, columns first: whoever takes every n-th has both axes.
 std::vector<Measured> measured_by(const LightMap& light, const Print& print) {
   std::vector<Measured> all;
-  for (int y = 0; y < light.camera_size().height; ++y)
-    for (int x = 0; x < light.camera_size().width; ++x) {
-      if (!light.decoded(x, y) || !print.square_at(Vec2(x, y))) continue;
-      for (int d = 0; d < 2; ++d) {
+  for (int d = 0; d < 2; ++d)
+    for (int y = 0; y < light.camera_size().height; ++y)
+      for (int x = 0; x < light.camera_size().width; ++x) {
+        if (!light.decoded(x, y) || !print.square_at(Vec2(x, y))) continue;
         const double coordinate = double(light.pixel.at(x, y, d));
         all.push_back({Vec2(x, y),
                        coordinate,
@@ -110,7 +110,6 @@ std::vector<Measured> measured_by(const LightMap& light, const Print& print) {
                        double(light.sigma.at(x, y, d)),
                        {}});
       }
-    }
   return all;
 }
 

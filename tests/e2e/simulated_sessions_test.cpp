@@ -126,7 +126,7 @@ INSTANTIATE_TEST_SUITE_P(Patterns, PatternSessions,
                                            PatternCase{simulate::Level::kPaper, "chessboard"},
                                            PatternCase{simulate::Level::kHard, "chessboard"}),
                          [](const auto& which) {
-                           std::string name = simulate::to_string(which.param.level);
+                           std::string name = simulate::to_string(which.param.level) + std::string("_");
                            for (const char* c = which.param.pattern; *c != 0; ++c)
                              name += *c == '+' ? '_' : *c;
                            return name;

@@ -79,10 +79,13 @@ TEST_P(PhaseShiftLaws, StatesItsErrorUnderNoise) {
   EXPECT_NEAR(outcome.score, 1.15, 0.2);
 }
 
+/// Waves long enough for blur to leave the tone curve's harmonics: with four steps nothing would decode.
 TEST_P(PhaseShiftLaws, ToneCurveMovesNothing) {
-  const Outcome outcome = decode_world(GrayCodeWorld{}, shown(), 2.2);
+  PhaseShift long_waves = shown();
+  long_waves.period = 24;
+  const Outcome outcome = decode_world(GrayCodeWorld{}, long_waves, 2.2);
   EXPECT_GT(outcome.decoded, 0.97 * outcome.lit);
-  EXPECT_LT(outcome.rms, 0.02);
+  EXPECT_LT(outcome.rms, 0.025);
 }
 
 TEST_P(PhaseShiftLaws, BlurMovesNothing) {

@@ -3,7 +3,7 @@
 /// become what camera and projector saw of the board. See docs/patterns.md for when to choose which.
 ///
 /// To add one: a class that implements SessionPattern and one row in the table, both in session_patterns.cpp.
-/// Every tool that shows, simulates or reads a session then knows it, and tests/tools and tests/e2e try it.
+/// Every tool that shows, simulates or reads a session then knows it, and tests/tools tries what it shows.
 #include <Eigen/Geometry>
 #include <memory>
 #include <optional>

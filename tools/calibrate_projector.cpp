@@ -8,20 +8,15 @@
 #include <optional>
 
 #include "common/cli.hpp"
+#include "common/session_reader.hpp"
 #include "procam/analyze/light_error.hpp"
 #include "procam/analyze/report.hpp"
 #include "procam/calibrate/calibrate.hpp"
 #include "procam/calibrate/gates.hpp"
-#include "procam/detect/chessboard.hpp"
-#include "procam/io/captures.hpp"
 #include "procam/io/files.hpp"
 #include "procam/io/opencv_calibration.hpp"
 #include "procam/io/rig_file.hpp"
 #include "procam/io/text.hpp"
-#include "procam/match/board_light.hpp"
-#include "procam/match/join.hpp"
-#include "procam/pattern/gray_code.hpp"
-#include "procam/pattern/stripe_edges.hpp"
 
 namespace procam::tools {
 namespace {
@@ -30,21 +25,11 @@ namespace fs = std::filesystem;
 
 struct Flags {
   fs::path captures, output, report, truth, check;
-  std::string pattern = "gray";
-  std::optional<ImageSize> projector_size;
-  std::optional<Board> board;
-  std::optional<int> step;
+  io::Session stated;          ///< what session.json need not say
   double wall = 2;             ///< metres
   double metres_per_unit = 0;  ///< of an OpenCV file to check
   bool holdout = false;
   std::vector<std::string> free;  ///< parameters to estimate that are held otherwise
-};
-
-/// A session with everything known that its reading needs.
-struct GraySession {
-  pattern::GrayCode gray_code;
-  Chessboard board;
-  std::vector<fs::path> views;
 };
 
 std::string format(const char* pattern, ...) __attribute__((format(printf, 1, 2)));
@@ -55,95 +40,6 @@ std::string format(const char* pattern, ...) {
   std::vsnprintf(text, sizeof text, pattern, arguments);
   va_end(arguments);
   return text;
-}
-
-/// Flags first, then session.json; what neither says is asked for.
-GraySession open_session(const Flags& flags) {
-  const io::Session stored = io::load_session(flags.captures).value_or(io::Session{});
-  const auto ask = [&](const std::string& what, const std::string& flag) {
-    return Error(ErrorKind::kInput, flags.captures.string(),
-                 "neither a flag nor session.json states the " + what, "give " + flag);
-  };
-  GraySession session;
-  const auto size = flags.projector_size ? flags.projector_size : stored.projector_size;
-  if (!size) throw ask("projector's size", "--projector-size 1024x768");
-  session.gray_code.projector_size = *size;
-  session.gray_code.step = flags.step ? *flags.step : stored.step.value_or(1);
-  const auto board = flags.board ? flags.board : stored.board;
-  if (!board) throw ask("board", "--board chessboard:7x9:75mm");
-  session.board = std::get<Chessboard>(*board);
-  session.views = io::list_views(flags.captures);
-  return session;
-}
-
-/// One board pose: what the camera saw of the board, and which projector pixels lit it.
-match::BoardView read_view(const GraySession& session, const fs::path& folder, std::vector<InputFile>& inputs,
-                           ImageSize& camera_size) {
-  const int count = pattern::frame_count(session.gray_code);
-  const io::CaptureFolder captures = io::load_capture_folder(folder, count);
-  for (const fs::path& file : captures.files)
-    inputs.push_back({(folder.filename() / file.filename()).generic_string(), io::sha256_of_file(file)});
-  const std::vector<ViewU8> frames(captures.frames.begin(), captures.frames.end());
-  camera_size = frames.front().size();
-
-  match::BoardView view;
-  view.name = folder.filename().string();
-  const DecodedMap decoded = pattern::decode(frames, session.gray_code);
-  if (const Diagnostic* wrong_size = decoded.diagnostics.find("projector_size"))
-    throw Error(ErrorKind::kInput, "projector size " + io::format_size(session.gray_code.projector_size),
-                wrong_size->message, "give the size of the picture that was shown");
-  Detections in_camera = detect::detect_chessboard(frames[std::size_t(count) - 2], session.board);
-  Detections in_projector;
-  in_projector.image_size = session.gray_code.projector_size;
-  if (!in_camera.observations.empty())
-    in_projector = match::project_board(in_camera, session.board, decoded,
-                                        pattern::stripe_edges(frames, decoded, session.gray_code));
-  in_camera.diagnostics.append(captures.diagnostics);
-  in_camera.diagnostics.append(decoded.diagnostics);
-  view.detections = {in_camera, in_projector};
-  return view;
-}
-
-constexpr std::size_t kViewsBeforeGivingUp = 3;
-
-/// A board missed in one view is a warning; one found nowhere is a wrong --board or no board at all.
-void require_board_somewhere(const GraySession& session, const std::vector<match::BoardView>& views) {
-  for (const match::BoardView& view : views)
-    if (!view.detections.front().observations.empty()) return;
-  const Diagnostics& diagnostics = views.front().detections.front().diagnostics;
-  const Diagnostic* reason = diagnostics.find("board_counts_differ");
-  if (reason == nullptr) reason = diagnostics.find("board_not_found");
-  throw Error(ErrorKind::kInput, "board " + io::format_board(session.board),
-              "no view shows it" +
-                  (reason != nullptr ? " (" + views.front().name + ": " + reason->message + ")" : ""),
-              "give --board the inner corners a row, then the rows, and light the whole board");
-}
-
-Correspondences read_session(const GraySession& session, Console& console, std::vector<InputFile>& inputs) {
-  std::vector<match::BoardView> views;
-  ImageSize camera_size;
-  for (std::size_t i = 0; i < session.views.size(); ++i) {
-    console.progress("reading " + session.views[i].filename().string(), int(i), int(session.views.size()));
-    try {
-      ImageSize size;
-      views.push_back(read_view(session, session.views[i], inputs, size));
-      if (i > 0 && size != camera_size)
-        throw Error(ErrorKind::kInput, "its frames",
-                    "they are " + io::format_size(size) + ", those of the other views " +
-                        io::format_size(camera_size),
-                    "capture all views with one camera in one mode");
-      camera_size = size;
-    } catch (const Error& error) {
-      throw Error(error.kind(), "view " + session.views[i].filename().string() + ", " + error.subject(),
-                  error.why(), error.next());
-    }
-    if (views.size() == kViewsBeforeGivingUp) require_board_somewhere(session, views);
-  }
-  require_board_somewhere(session, views);
-  return match::join(session.board,
-                     {{"camera", DeviceKind::kCamera, camera_size},
-                      {"projector", DeviceKind::kProjector, session.gray_code.projector_size}},
-                     views);
 }
 
 std::string utc_now() {
@@ -219,11 +115,13 @@ void say_truth(Console& console, const Rig& rig, const Rig& truth, double wall) 
 ExitCode calibrate_session(const Flags& flags, Console& console) {
   for (const fs::path& file : {flags.output, flags.report})
     if (!file.empty()) io::require_writable(file);
-  const GraySession session = open_session(flags);
+  const SessionPlan session = open_session(flags.captures, flags.stated);
   Rig truth;
   if (!flags.truth.empty()) truth = io::load_rig(flags.truth);
-  std::vector<InputFile> inputs;
-  const Correspondences correspondences = read_session(session, console, inputs);
+  const SessionContents contents = read_session(session, [&](const std::string& view, int done, int total) {
+    console.progress("reading " + view, done, total);
+  });
+  const Correspondences& correspondences = contents.correspondences;
 
   calibrate::Options options;
   options.holdout = flags.holdout;
@@ -238,10 +136,10 @@ ExitCode calibrate_session(const Flags& flags, Console& console) {
   rig.provenance.tool = "calibrate-projector";
   rig.provenance.version = PROCAM_VERSION;
   rig.provenance.created = utc_now();
-  rig.provenance.inputs = inputs;
-  rig.provenance.options = {{"pattern", flags.pattern},
-                            {"projector-size", io::format_size(session.gray_code.projector_size)},
-                            {"step", std::to_string(session.gray_code.step)},
+  rig.provenance.inputs = contents.inputs;
+  rig.provenance.options = {{"pattern", session.pattern->text()},
+                            {"projector-size", io::format_size(session.projector_size)},
+                            {"step", std::to_string(session.step)},
                             {"board", io::format_board(session.board)}};
   for (const std::string& name : flags.free) rig.provenance.options["free " + name] = "yes";
   const analyze::LightError predicted = analyze::predicted_light_error(rig, flags.wall);
@@ -314,10 +212,10 @@ ExitCode check_file(const Flags& flags, Console& console) {
   if (flags.check.extension() == ".json") {
     rig = io::load_rig(flags.check);
   } else {
-    if (!flags.projector_size)
+    if (!flags.stated.projector_size)
       throw Error(ErrorKind::kInput, flags.check.string(),
                   "an OpenCV file does not state the projector's size", "give --projector-size 1024x768");
-    rig = io::load_opencv_calibration(flags.check, *flags.projector_size,
+    rig = io::load_opencv_calibration(flags.check, *flags.stated.projector_size,
                                       flags.metres_per_unit > 0 ? flags.metres_per_unit : 1e-3);
   }
   const std::vector<Gate> gates = calibrate::check_rig(rig);
@@ -335,16 +233,16 @@ ExitCode check_file(const Flags& flags, Console& console) {
 void declare(CLI::App& app, Flags& flags) {
   auto* captures = app.add_option("--captures", flags.captures,
                                   "Folder with one sub-folder of numbered frames a board pose");
-  app.add_option("--pattern", flags.pattern, "What was projected")
-      ->check(CLI::IsMember({"gray"}))
-      ->capture_default_str();
+  app.add_option("--pattern", flags.stated.pattern,
+                 "What was projected, if session.json does not say (default gray): " + pattern_help());
   add_parsed(
-      app, "--projector-size", [&](const std::string& text) { flags.projector_size = io::parse_size(text); },
+      app, "--projector-size",
+      [&](const std::string& text) { flags.stated.projector_size = io::parse_size(text); },
       "Size of the projected picture, e.g. 1024x768");
   add_parsed(
-      app, "--board", [&](const std::string& text) { flags.board = io::parse_board(text); },
+      app, "--board", [&](const std::string& text) { flags.stated.board = io::parse_board(text); },
       "The printed board: chessboard:COLUMNSxROWS:SQUARE, inner corners, e.g. chessboard:7x9:75mm");
-  app.add_option("--step", flags.step, "Stripe width of the finest pattern in projector pixels")
+  app.add_option("--step", flags.stated.step, "Stripe width of the finest pattern in projector pixels")
       ->check(CLI::Range(1, 1024));
   auto* output = app.add_option("-o,--output", flags.output, "Rig file to write");
   app.add_option("--free", flags.free, "Also estimate skew or k3, which are held at zero otherwise")

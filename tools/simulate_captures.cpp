@@ -5,6 +5,7 @@
 #include <system_error>
 
 #include "common/cli.hpp"
+#include "common/session_patterns.hpp"
 #include "procam/detect/marker_edges.hpp"
 #include "procam/io/captures.hpp"
 #include "procam/io/images.hpp"
@@ -23,6 +24,7 @@ namespace fs = std::filesystem;
 struct Flags {
   std::uint64_t seed = 1;
   simulate::Level level = simulate::Level::kEasy;
+  std::string pattern = "gray";
   int views = 0;  ///< 0: all
   std::string output;
   bool force = false;
@@ -34,6 +36,7 @@ void declare(CLI::App& app, Flags& flags) {
   add_parsed(
       app, "--level", [&](const std::string& text) { flags.level = simulate::level_named(text); },
       "easy | paper | hard (default easy)");
+  app.add_option("--pattern", flags.pattern, "What is projected: " + pattern_help())->capture_default_str();
   app.add_option("-o,--output", flags.output,
                  "folder to make: view_00/frame_00.png ..., session.json, truth.json")
       ->required();
@@ -102,9 +105,10 @@ std::string numbered(const std::string& stem, std::size_t number) {
   return stem + (number < 10 ? "_0" : "_") + std::to_string(number);
 }
 
-void write_view(const simulate::Session& session, std::size_t view, const fs::path& folder) {
+void write_view(const simulate::Session& session, std::size_t view, const std::vector<ImageU8>& frames,
+                const fs::path& folder) {
   fs::create_directory(folder);
-  const std::vector<ImageU8> captures = simulate::capture_view(session, view);
+  const std::vector<ImageU8> captures = simulate::capture_view(session, view, frames);
   for (std::size_t frame = 0; frame < captures.size(); ++frame)
     io::save_image(folder / (numbered("frame", frame) + ".png"), captures[frame]);
   io::save_pose(folder / "truth_pose.json",
@@ -131,27 +135,31 @@ void write_marker_view(const simulate::Session& session, const fs::path& folder)
 }
 
 ExitCode simulate_captures(const Flags& flags, Console& console) {
-  const simulate::Session session = simulate::make_session(flags.level, flags.seed);
+  const ImageSize projector_size = simulate::projector_size(flags.level);
+  const auto pattern = make_pattern(flags.pattern, projector_size);
+  const simulate::Session session =
+      simulate::make_session(flags.level, flags.seed, pattern->on_blank_paper());
+  const std::vector<ImageU8> projector_frames = pattern->frames();
   const std::size_t views =
       flags.views > 0 ? std::min(std::size_t(flags.views), session.views.size()) : session.views.size();
   FolderInTheMaking folder(flags.output, flags.force);
   for (std::size_t view = 0; view < views; ++view) {
     console.progress("views", int(view), int(views));
-    write_view(session, view, folder.path() / numbered("view", view));
+    write_view(session, view, projector_frames, folder.path() / numbered("view", view));
   }
   if (flags.markers) write_marker_view(session, folder.path());
-  const ImageSize projector_size = session.gray_code.projector_size;
-  io::save_session(folder.path(), {"gray", projector_size, session.board().layout, session.gray_code.step});
+  io::save_session(folder.path(), {pattern->text(), projector_size, session.board().layout, {}});
   Rig truth = session.rig();
   truth.provenance.tool = "simulate-captures";
   truth.provenance.options = {{"seed", std::to_string(flags.seed)},
-                              {"level", simulate::to_string(flags.level)}};
+                              {"level", simulate::to_string(flags.level)},
+                              {"pattern", pattern->text()}};
   io::save_rig(folder.path() / "truth.json", truth);
   console.progress("views", int(views), int(views));
   folder.finish();
 
   const std::string board = io::format_board(session.board().layout);
-  const int frames = pattern::frame_count(session.gray_code);
+  const int frames = pattern->frame_count();
   console.say(std::to_string(views) + " views of " + std::to_string(frames) + " frames, board " + board +
               ", projector " + io::format_size(projector_size) + ": " + flags.output);
   console.say("the true rig is in truth.json, the true board poses in view_*/truth_pose.json");
@@ -164,6 +172,7 @@ ExitCode simulate_captures(const Flags& flags, Console& console) {
   summary.set("/level", simulate::to_string(flags.level));
   summary.set("/seed", std::to_string(flags.seed));
   summary.set("/views", int(views));
+  summary.set("/pattern", pattern->text());
   summary.set("/frames_per_view", frames);
   summary.set("/board", board);
   summary.set("/projector_size", io::format_size(projector_size));

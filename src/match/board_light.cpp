@@ -76,21 +76,59 @@ class Print {
   Chessboard board_;
 };
 
+/// One projector coordinate that a camera position sees.
+struct Measured {
+  Vec2 camera_pixel;
+  double coordinate = 0;
+  StripeAxis axis = StripeAxis::kColumn;
+  int stripe = 0;    ///< what errs together has one number
+  double sigma = 0;  ///< projector pixels; with `scan`, camera pixels along it
+  std::optional<ScanAxis> scan;
+};
+
+std::vector<Measured> measured_by(const std::vector<StripeEdge>& edges, int step) {
+  std::vector<Measured> all;
+  all.reserve(edges.size());
+  for (const StripeEdge& e : edges)
+    all.push_back({e.camera_pixel, e.projector_coordinate, e.axis,
+                   int(std::lround((e.projector_coordinate + 0.5) / step)), e.sigma_px, e.scan});
+  return all;
+}
+
+/// The decoded pixels on the print, columns first: whoever takes every n-th has both axes.
+std::vector<Measured> measured_by(const LightMap& light, const Print& print) {
+  std::vector<Measured> all;
+  for (int d = 0; d < 2; ++d)
+    for (int y = 0; y < light.camera_size().height; ++y)
+      for (int x = 0; x < light.camera_size().width; ++x) {
+        if (!light.decoded(x, y) || !print.square_at(Vec2(x, y))) continue;
+        const double coordinate = double(light.pixel.at(x, y, d));
+        all.push_back({Vec2(x, y),
+                       coordinate,
+                       d == 0 ? StripeAxis::kColumn : StripeAxis::kRow,
+                       int(std::floor((coordinate + 0.5) / light.period)),
+                       double(light.sigma.at(x, y, d)),
+                       {}});
+      }
+  return all;
+}
+
 /// One homography for the board's light from its stripe edges: the spline takes up what it leaves. A column
 /// edge at p with coordinate u is one equation h1.p - u h3.p = 0, a row edge h2.p - v h3.p = 0 (the direct
 /// linear transform, taken apart). Outliers are weighted down (Cauchy weights, rescaled every round); nullopt
 /// where the edges carry no homography.
-std::optional<Homography> projector_from_camera(const Print& print, const std::vector<StripeEdge>& edges,
-                                                const DecodedMap& decoded, double border_px) {
+std::optional<Homography> projector_from_camera(const Print& print, const std::vector<Measured>& edges,
+                                                ImageSize camera_size, ImageSize projector_size,
+                                                double border_px) {
   // Some thousand edges tell the homography well enough.
-  std::vector<StripeEdge> used;
+  std::vector<Measured> used;
   const std::size_t stride = 1 + edges.size() / kEdgesForHomography;
   for (std::size_t i = 0; i < edges.size(); i += stride) {
     const auto at = print.square_at(edges[i].camera_pixel);
     if (at && print.distance_to_line(edges[i].camera_pixel, *at) >= border_px) used.push_back(edges[i]);
   }
   const auto columns = std::count_if(used.begin(), used.end(),
-                                     [](const StripeEdge& e) { return e.axis == StripeAxis::kColumn; });
+                                     [](const Measured& e) { return e.axis == StripeAxis::kColumn; });
   if (columns < kFewestInBoard || std::ptrdiff_t(used.size()) - columns < kFewestInBoard) return std::nullopt;
 
   // Coordinates of the order of one, for the eigenvalues' sake.
@@ -100,8 +138,7 @@ std::optional<Homography> projector_from_camera(const Print& print, const std::v
     m.col(2) = Vec3(-0.5 * scale * size.width, -0.5 * scale * size.height, 1);
     return m;
   };
-  const Mat3 unit_from_camera = to_unit(decoded.camera_size()),
-             unit_from_projector = to_unit(decoded.projector_size);
+  const Mat3 unit_from_camera = to_unit(camera_size), unit_from_projector = to_unit(projector_size);
   Mat3 h = Mat3::Zero();
   std::vector<double> weights(used.size(), 1), sizes(used.size());
   for (int round = 0; round < kHomographyRounds; ++round) {
@@ -109,8 +146,7 @@ std::optional<Homography> projector_from_camera(const Print& print, const std::v
     for (std::size_t i = 0; i < used.size(); ++i) {
       const int row = used[i].axis == StripeAxis::kColumn ? 0 : 1;
       const Vec3 p = unit_from_camera * used[i].camera_pixel.homogeneous();
-      const double u =
-          unit_from_projector(row, row) * used[i].projector_coordinate + unit_from_projector(row, 2);
+      const double u = unit_from_projector(row, row) * used[i].coordinate + unit_from_projector(row, 2);
       Eigen::Matrix<double, 9, 1> equation = Eigen::Matrix<double, 9, 1>::Zero();
       equation.segment<3>(3 * row) = p;
       equation.tail<3>() = -u * p;
@@ -123,8 +159,7 @@ std::optional<Homography> projector_from_camera(const Print& print, const std::v
     for (std::size_t i = 0; i < used.size(); ++i) {
       const int row = used[i].axis == StripeAxis::kColumn ? 0 : 1;
       const Vec3 mapped = h * (unit_from_camera * used[i].camera_pixel.homogeneous());
-      const double u =
-          unit_from_projector(row, row) * used[i].projector_coordinate + unit_from_projector(row, 2);
+      const double u = unit_from_projector(row, row) * used[i].coordinate + unit_from_projector(row, 2);
       behind += mapped.z() < 0;
       sizes[i] = std::abs(mapped[row] / mapped.z() - u);
       weights[i] = 1 / (mapped.z() * mapped.z());
@@ -146,25 +181,26 @@ struct AxisLight {
   int group_count = 0;
 };
 
-AxisLight light_along(StripeAxis axis, const std::vector<StripeEdge>& edges, const Print& print,
-                      const Homography& projector_from_camera, int step, const BoardLightOptions& options) {
+AxisLight light_along(StripeAxis axis, const std::vector<Measured>& measured, const Print& print,
+                      const Homography& projector_from_camera, const BoardLightOptions& options) {
   const int row = axis == StripeAxis::kColumn ? 0 : 1;
   AxisLight light;
   std::map<std::tuple<int, int, int>, int> groups;  // stripe and square
-  for (const StripeEdge& edge : edges) {
-    if (edge.axis != axis) continue;
-    const auto at = print.square_at(edge.camera_pixel);
-    if (!at || print.distance_to_line(edge.camera_pixel, *at) < options.border_px) continue;
-    const auto mapped = projector_from_camera.apply(edge.camera_pixel);
+  for (const Measured& one : measured) {
+    if (one.axis != axis) continue;
+    const auto at = print.square_at(one.camera_pixel);
+    if (!at || print.distance_to_line(one.camera_pixel, *at) < options.border_px) continue;
+    const auto mapped = projector_from_camera.apply(one.camera_pixel);
     if (!mapped) continue;
-    const double slope =
-        projector_from_camera.jacobian(edge.camera_pixel)(row, edge.scan == ScanAxis::kCameraX ? 0 : 1);
     FieldSample sample;
     sample.at = *at;
-    sample.value = edge.projector_coordinate - (*mapped)[row];
-    sample.sigma = std::abs(slope) * edge.sigma_px;
+    sample.value = one.coordinate - (*mapped)[row];
+    sample.sigma = one.sigma;
+    if (one.scan)
+      sample.sigma *= std::abs(
+          projector_from_camera.jacobian(one.camera_pixel)(row, *one.scan == ScanAxis::kCameraX ? 0 : 1));
     if (!(sample.sigma > 0)) continue;
-    sample.stripe = int(std::lround((edge.projector_coordinate + 0.5) / step));
+    sample.stripe = one.stripe;
     const auto key = std::tuple(sample.stripe, int(std::floor(at->x())), int(std::floor(at->y())));
     sample.group = groups.emplace(key, int(groups.size())).first->second;
     light.samples.push_back(sample);
@@ -194,50 +230,52 @@ class SquareCounts {
   std::vector<int> counts_;
 };
 
-}  // namespace
-
-Detections project_board(const Detections& in_camera, const Chessboard& board, const DecodedMap& decoded,
-                         const std::vector<StripeEdge>& edges, const BoardLightOptions& options) {
-  require(in_camera.image_size == decoded.camera_size(),
-          "project_board: detections and decoded map differ in size");
+Detections not_lit(ImageSize projector_size, const std::string& why) {
   Detections result;
-  result.image_size = decoded.projector_size;
-  const auto not_lit = [&](const std::string& why) {
-    result.diagnostics.warn("board_not_lit", why);
-    return result;
-  };
-  const auto to_squares = squares_from_camera(in_camera, board);
-  if (!to_squares) return not_lit("fewer than four corners of the board were found in the camera's image");
-  const Print print(*to_squares, board);
-  const auto base = projector_from_camera(print, edges, decoded, options.border_px);
+  result.image_size = projector_size;
+  result.diagnostics.warn("board_not_lit", why);
+  return result;
+}
+
+const char* const kTooFewCorners = "fewer than four corners of the board were found in the camera's image";
+
+Detections project(const Detections& in_camera, const Chessboard& board, const Homography& to_squares,
+                   const std::vector<Measured>& measured, ImageSize projector_size,
+                   const BoardLightOptions& options) {
+  const Print print(to_squares, board);
+  const auto base =
+      projector_from_camera(print, measured, in_camera.image_size, projector_size, options.border_px);
   if (!base)
-    return not_lit(
-        "too little of the board carries readable stripes; light it fully by the projector, or expose "
-        "longer");
+    return not_lit(projector_size,
+                   "too little of the board carries readable light; light it fully by the projector, or "
+                   "expose longer");
 
   const Vec2 low(-1, -1), high(board.columns, board.rows);
   std::vector<SmoothField> fields;
   std::vector<SquareCounts> counts;
   for (const StripeAxis axis : {StripeAxis::kColumn, StripeAxis::kRow}) {
-    AxisLight seen = light_along(axis, edges, print, *base, decoded.step, options);
+    AxisLight seen = light_along(axis, measured, print, *base, options);
     fields.emplace_back(low, high, options.knot_squares);
     if (int(seen.samples.size()) < 4 * fields.back().size())
       return not_lit(
-          "too few stripe edges were read on the board; light it fully by the projector, or expose longer");
+          projector_size,
+          "too little light was read on the board; light it fully by the projector, or expose longer");
     fields.back().fit(seen.samples, seen.group_count);
     counts.emplace_back(seen, board);
   }
 
+  Detections result;
+  result.image_size = projector_size;
   int unlit = 0;
   for (const Observation& corner : in_camera.observations) {
     const int column = corner.point % board.columns, row = corner.point / board.columns;
-    const auto at = to_squares->apply(corner.pixel);
+    const auto at = to_squares.apply(corner.pixel);
     const auto mapped = base->apply(corner.pixel);
     if (!at || !mapped || !counts[0].surround(column, row) || !counts[1].surround(column, row)) {
       ++unlit;
       continue;
     }
-    const Mat2 squares_by_pixel = to_squares->jacobian(corner.pixel);
+    const Mat2 squares_by_pixel = to_squares.jacobian(corner.pixel);
     Mat2 jacobian = base->jacobian(corner.pixel);
     Observation lit;
     lit.point = corner.point;
@@ -252,8 +290,30 @@ Detections project_board(const Detections& in_camera, const Chessboard& board, c
   if (unlit > 0)
     result.diagnostics.warn("corners_not_lit",
                             std::to_string(unlit) + " of " + std::to_string(in_camera.observations.size()) +
-                                " corners are not surrounded by readable stripes and get no projector pixel");
+                                " corners are not surrounded by readable light and get no projector pixel");
   return result;
+}
+
+}  // namespace
+
+Detections project_board(const Detections& in_camera, const Chessboard& board, const DecodedMap& decoded,
+                         const std::vector<StripeEdge>& edges, const BoardLightOptions& options) {
+  require(in_camera.image_size == decoded.camera_size(),
+          "project_board: detections and decoded map differ in size");
+  const auto to_squares = squares_from_camera(in_camera, board);
+  if (!to_squares) return not_lit(decoded.projector_size, kTooFewCorners);
+  return project(in_camera, board, *to_squares, measured_by(edges, decoded.step), decoded.projector_size,
+                 options);
+}
+
+Detections project_board(const Detections& in_camera, const Chessboard& board, const LightMap& light,
+                         const BoardLightOptions& options) {
+  require(in_camera.image_size == light.camera_size(),
+          "project_board: detections and light map differ in size");
+  const auto to_squares = squares_from_camera(in_camera, board);
+  if (!to_squares) return not_lit(light.projector_size, kTooFewCorners);
+  return project(in_camera, board, *to_squares, measured_by(light, Print(*to_squares, board)),
+                 light.projector_size, options);
 }
 
 }  // namespace procam::match

@@ -9,6 +9,10 @@ std::string text(const ImageSize& size) {
 
 constexpr std::size_t kFewestPoints = 4;  // a board's pose takes four
 
+bool is_device(const std::vector<Device>& devices, int index, DeviceKind kind) {
+  return index >= 0 && std::size_t(index) < devices.size() && devices[std::size_t(index)].kind == kind;
+}
+
 }  // namespace
 
 Correspondences join(const Board& board, const std::vector<Device>& devices,
@@ -20,7 +24,11 @@ Correspondences join(const Board& board, const std::vector<Device>& devices,
     require(view.detections.size() == devices.size(), "join: view '" + view.name + "' has detections of " +
                                                           std::to_string(view.detections.size()) +
                                                           " devices, not " + std::to_string(devices.size()));
-    View seen{view.name, {}};
+    View seen{view.name, {}, view.light_points};
+    for (const LightPoint& light : view.light_points)
+      require(is_device(devices, light.camera, DeviceKind::kCamera) &&
+                  is_device(devices, light.projector, DeviceKind::kProjector),
+              "join: view '" + view.name + "' has a light point of devices that are no camera and projector");
     for (std::size_t d = 0; d < devices.size(); ++d) {
       const Detections& detections = view.detections[d];
       if (detections.image_size != devices[d].size)

@@ -44,8 +44,8 @@ Scene::Scene(const World& world)
 bool Scene::on_sheet(const Vec2& p) const {
   const double edge = board_.layout.square_size + board_.margin;
   return p.x() >= -edge && p.y() >= -edge &&
-         p.x() <= (board_.layout.columns - 1) * board_.layout.square_size + edge &&
-         p.y() <= (board_.layout.rows - 1) * board_.layout.square_size + edge;
+         p.x() <= (board_.layout.columns - 1) * board_.layout.square_size + edge + board_.blank.x() &&
+         p.y() <= (board_.layout.rows - 1) * board_.layout.square_size + edge + board_.blank.y();
 }
 
 std::optional<Vec2> Scene::meet_board_plane(const Vec3& direction_in_camera) const {

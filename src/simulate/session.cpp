@@ -115,13 +115,13 @@ Vec3 vary(const Vec3& v, double by, Random& random) {
 }
 
 /// Camera and projector look at the same place: the middle of the projector's picture falls on the camera's
-/// axis amid the working distances.
-Rig make_rig(const Recipe& recipe, Random& random) {
+/// axis amid the working distances, or `aside` metres right of it.
+Rig make_rig(const Recipe& recipe, double aside, Random& random) {
   Rig rig;
   rig.cameras.push_back({"camera", vary(recipe.camera, random), Pose::identity()});
   const Projector projector{vary(recipe.projector, random)};
   const Vec3 position = vary(recipe.projector_in_camera, 0.03, random);
-  const Vec3 target = vary(Vec3(0, 0, 0.5 * (recipe.nearest + recipe.farthest)), 0.04, random);
+  const Vec3 target = vary(Vec3(aside, 0, 0.5 * (recipe.nearest + recipe.farthest)), 0.04, random);
   const Vec2 middle(0.5 * (projector.size().width - 1), 0.5 * (projector.size().height - 1));
   const std::optional<Ray> ray = projector.emit(middle);
   require(ray.has_value(), "simulate: the recipe's projector lens does not reach its picture's middle");
@@ -132,61 +132,123 @@ Rig make_rig(const Recipe& recipe, Random& random) {
   return rig;
 }
 
-/// A sheet whose middle lies on a random pixel's light, `distance` from the camera, facing it up to a tilt.
-std::optional<Pose> draw_pose(const Recipe& recipe, const World& world, double distance,
-                              double tilt_direction, Random& random) {
+/// How a sheet is put before the rig: where its middle falls, and how it is turned.
+struct Placing {
+  double distance = 0;        ///< of the middle from the camera
+  double tilt_direction = 0;  ///< radians
+  Vec3 middle_in_board;
+  Eigen::AlignedBox2d on_pixels;  ///< the middle lies on the light of one of these
+  double roll_deg = 25;
+};
+
+/// A sheet in a random pose, facing the camera up to a tilt.
+std::optional<Pose> draw_pose(const Recipe& recipe, const World& world, const Placing& placing,
+                              Random& random) {
   const RigProjector& device = world.rig.projector();
-  const Vec2 pixel(random.uniform(0, device.projector.size().width - 1.0),
-                   random.uniform(0, device.projector.size().height - 1.0));
+  const Vec2 low = placing.on_pixels.min(), high = placing.on_pixels.max();
+  const double pixel_x = random.uniform(low.x(), high.x()), pixel_y = random.uniform(low.y(), high.y());
+  const Vec2 pixel(pixel_x, pixel_y);
   const double tilt = random.uniform(0.3, 1.0) * recipe.tilt_deg * kDegree;
-  const double roll = random.uniform(-25, 25) * kDegree;
+  const double roll = random.uniform(-placing.roll_deg, placing.roll_deg) * kDegree;
   const std::optional<Ray> ray_in_projector = device.projector.emit(pixel);
   if (!ray_in_projector) return std::nullopt;
   const Ray ray = device.rig_from_projector * *ray_in_projector;
   // |origin + s direction| = distance
   const double b = ray.origin.dot(ray.direction);
-  const double root = b * b - ray.origin.squaredNorm() + distance * distance;
+  const double root = b * b - ray.origin.squaredNorm() + placing.distance * placing.distance;
   if (root < 0) return std::nullopt;
   const Vec3 center = ray.at(-b + std::sqrt(root));
   const Vec3 sight = center.normalized();
   const Eigen::Quaterniond facing = rotation_between(Vec3::UnitZ(), sight);
-  const Vec3 axis = facing * Vec3(std::cos(tilt_direction), std::sin(tilt_direction), 0);
+  const Vec3 axis = facing * Vec3(std::cos(placing.tilt_direction), std::sin(placing.tilt_direction), 0);
   const Eigen::Quaterniond rotation = Eigen::Quaterniond(Eigen::AngleAxisd(tilt, axis)) *
                                       Eigen::Quaterniond(Eigen::AngleAxisd(roll, sight)) * facing;
-  const Chessboard& layout = recipe.board.layout;
-  const Vec3 middle(0.5 * (layout.columns - 1) * layout.square_size,
-                    0.5 * (layout.rows - 1) * layout.square_size, 0);
-  return Pose(rotation, center - rotation * middle);
+  return Pose(rotation, center - rotation * placing.middle_in_board);
 }
 
-/// Sheet wholly on the camera's image; print towards camera and projector, not too flat; `partly`: 50 .. 90 %
-/// of the points lit, else all of them, with their squares.
+Vec3 middle_of_print(const Chessboard& layout) {
+  return 0.5 * layout.square_size * Vec3(layout.columns - 1, layout.rows - 1, 0);
+}
+
+constexpr double kRimPx = 6;  // what matters keeps this far from a picture's rim
+
+bool inside(const Camera& device, const Vec3& point) {
+  const std::optional<Vec2> p = device.project(point);
+  return p && p->x() >= kRimPx && p->y() >= kRimPx && p->x() <= device.size.width - 1 - kRimPx &&
+         p->y() <= device.size.height - 1 - kRimPx;
+}
+
+/// Print towards camera and projector, not too flat.
+bool faces_both(const World& world) {
+  for (const Pose& rig_from_device :
+       {world.rig.camera().rig_from_camera, world.rig.projector().rig_from_projector}) {
+    const Vec3 eye_in_board = world.rig_from_board.inverse() * rig_from_device.translation;
+    if (eye_in_board.z() > -0.5 * eye_in_board.norm()) return false;
+  }
+  return true;
+}
+
+Points3 print_corners(const World& world, double margin) {
+  PrintedBoard print = world.board;
+  print.margin = margin;
+  print.blank.setZero();
+  return sheet_corners_in_board(print);
+}
+
+/// Sheet wholly on the camera's image; `partly`: 50 .. 90 % of the points lit, else all of them, with their
+/// squares.
 bool is_usable(const World& world, bool partly) {
   const RigCamera& camera = world.rig.camera();
   const RigProjector& projector = world.rig.projector();
   const Pose camera_from_board = camera.rig_from_camera.inverse() * world.rig_from_board;
   const Pose projector_from_board = projector.rig_from_projector.inverse() * world.rig_from_board;
-  constexpr double kMarginPx = 6;
-  const auto inside = [](const Camera& device, const Vec3& point) {
-    const std::optional<Vec2> p = device.project(point);
-    return p && p->x() >= kMarginPx && p->y() >= kMarginPx && p->x() <= device.size.width - 1 - kMarginPx &&
-           p->y() <= device.size.height - 1 - kMarginPx;
-  };
   for (const Vec3& corner : sheet_corners_in_board(world.board))
     if (!inside(camera.camera, camera_from_board * corner)) return false;
-  for (const Pose& device_from_board : {camera_from_board, projector_from_board}) {
-    const Vec3 eye_in_board = device_from_board.inverse().translation;
-    if (eye_in_board.z() > -0.5 * eye_in_board.norm()) return false;
-  }
+  if (!faces_both(world)) return false;
   if (partly) {
     const double share = double(board_in_projector(world).size()) / world.board.layout.size();
     return share >= 0.5 && share <= 0.9;
   }
-  PrintedBoard squares = world.board;
-  squares.margin = 0;
-  for (const Vec3& corner : sheet_corners_in_board(squares))
+  for (const Vec3& corner : print_corners(world, 0))
     if (!inside(projector.projector.inverse_camera, projector_from_board * corner)) return false;
   return true;
+}
+
+/// Print with its margin on the camera's image; the box of projector pixels on blank paper that the camera
+/// sees.
+bool is_usable(const World& world, const Eigen::AlignedBox2d& on_blank_paper) {
+  if (!faces_both(world)) return false;
+  const RigCamera& camera = world.rig.camera();
+  const Pose camera_from_board = camera.rig_from_camera.inverse() * world.rig_from_board;
+  const Points3 print = print_corners(world, world.board.margin);
+  for (const Vec3& corner : print)
+    if (!inside(camera.camera, camera_from_board * corner)) return false;
+  for (int i = 0; i < 4; ++i) {
+    const Vec2 pixel = on_blank_paper.corner(Eigen::AlignedBox2d::CornerType(i));
+    const std::optional<Vec2> place = light_on_sheet(world, pixel);
+    if (!place || place->x() < print[1].x()) return false;
+    if (!inside(camera.camera, camera_from_board * Vec3(place->x(), place->y(), 0))) return false;
+  }
+  return true;
+}
+
+/// Sessions with blank paper: room light strong enough to read a print that lies outside the projector's
+/// picture, and an exposure that spares the middle of a sheet that is brighter there than at its corners.
+constexpr double kLitRoom = 0.25;
+constexpr double kExposureShare = 0.75;
+constexpr int kViewsOfLightPoints = 18;
+/// They reach a little farther: light and print must both fit the camera's image.
+constexpr double kReach = 1.25;
+
+/// Paper beside the print for a box of projector pixels at all but the farthest distances.
+void add_blank_paper(const Recipe& recipe, World& world, const Eigen::AlignedBox2d& box) {
+  const Intrinsics& k = recipe.projector.intrinsics;
+  const double reach = kReach * recipe.farthest;
+  const double width = box.sizes().x() / k.fx * reach, height = box.sizes().y() / k.fy * reach;
+  const double print_height =
+      (recipe.board.layout.rows + 1) * recipe.board.layout.square_size + 2 * recipe.board.margin;
+  world.board.blank = Vec2(width, std::max(0.0, height - print_height));
+  world.ambient = std::max(world.ambient, kLitRoom);
 }
 
 }  // namespace
@@ -202,11 +264,19 @@ Level level_named(const std::string& name) {
               "use easy, paper or hard");
 }
 
-Session make_session(Level level, std::uint64_t seed) {
+ImageSize projector_size(Level level) {
+  return recipe_of(level).projector.size;
+}
+
+Session make_session(Level level, std::uint64_t seed,
+                     const std::optional<Eigen::AlignedBox2d>& on_blank_paper) {
   const Recipe& recipe = recipe_of(level);
   Random random(seed, std::uint64_t(level), 0);
   World world;
-  world.rig = make_rig(recipe, random);
+  // Print and light share the camera's image: the light's place is half a print right of the axis.
+  const Chessboard& layout = recipe.board.layout;
+  const double print_width = (layout.columns + 1) * layout.square_size + 2 * recipe.board.margin;
+  world.rig = make_rig(recipe, on_blank_paper ? 0.5 * print_width : 0, random);
   world.board = recipe.board;
   world.ambient = recipe.ambient;
   const Vec3 wall_normal = vary(Vec3(0.08, -0.05, -1), 0.03, random).normalized();
@@ -214,24 +284,46 @@ Session make_session(Level level, std::uint64_t seed) {
 
   Session session;
   session.level = level;
-  session.gray_code.projector_size = recipe.projector.size;
   session.capture = recipe.capture;
   session.capture.seed = seed;
+  if (on_blank_paper) add_blank_paper(recipe, world, *on_blank_paper);
+  Placing placing;
+  const ImageSize projector_size = recipe.projector.size;
+  placing.middle_in_board = middle_of_print(recipe.board.layout);
+  placing.on_pixels = {Vec2(0, 0), Vec2(projector_size.width - 1.0, projector_size.height - 1.0)};
+  if (on_blank_paper) {
+    const Vec3 right = print_corners(world, recipe.board.margin)[1];
+    const Points3 sheet = sheet_corners_in_board(world.board);
+    placing.middle_in_board = 0.5 * (right + sheet[2]);
+    const Vec2 near_middle = 0.1 * on_blank_paper->sizes();
+    placing.on_pixels = {on_blank_paper->center() - near_middle, on_blank_paper->center() + near_middle};
+    placing.roll_deg = 10;
+    session.capture.brightest_grey *= kExposureShare;
+  }
   // Golden sections spread distances and tilt directions evenly, however many views there are.
   const double distance_start = random.uniform(0, 1), tilt_start = random.uniform(0, 1);
-  for (int view = 0; view < recipe.views; ++view) {
+  const int views = on_blank_paper ? kViewsOfLightPoints : recipe.views;
+  for (int view = 0; view < views; ++view) {
     const double turn = distance_start + view * 0.6180339887498949;
-    const double distance = recipe.nearest + (recipe.farthest - recipe.nearest) * (turn - std::floor(turn));
+    placing.distance = recipe.nearest + (recipe.farthest - recipe.nearest) * (turn - std::floor(turn));
     const double tilt_direction = 2 * kPi * (tilt_start + view * 0.3819660112501051);
+    placing.tilt_direction = tilt_direction;
     const bool partly =
         recipe.partly_lit_every > 0 && view % recipe.partly_lit_every == recipe.partly_lit_every - 1;
     constexpr int kTries = 20000;
     bool found = false;
-    for (int i = 0; i < kTries && !found; ++i)
-      if (const std::optional<Pose> pose = draw_pose(recipe, world, distance, tilt_direction, random)) {
-        world.rig_from_board = *pose;
-        found = is_usable(world, partly);
+    for (int i = 0; i < kTries && !found; ++i) {
+      if (on_blank_paper) {
+        // Not every distance and tilt leaves room for print and light in the camera's image: search wider
+        // and wider.
+        placing.distance = random.uniform(recipe.nearest, kReach * recipe.farthest);
+        placing.tilt_direction = tilt_direction + kPi * i / kTries * random.uniform(-1, 1);
       }
+      const std::optional<Pose> pose = draw_pose(recipe, world, placing, random);
+      if (!pose) continue;
+      world.rig_from_board = *pose;
+      found = on_blank_paper ? is_usable(world, *on_blank_paper) : is_usable(world, partly);
+    }
     if (!found)
       throw Error(ErrorKind::kNotConverged,
                   "simulated session of level " + std::string(recipe.name) + ", view " + std::to_string(view),
@@ -241,11 +333,12 @@ Session make_session(Level level, std::uint64_t seed) {
   return session;
 }
 
-std::vector<ImageU8> capture_view(const Session& session, std::size_t view) {
+std::vector<ImageU8> capture_view(const Session& session, std::size_t view,
+                                  const std::vector<ImageU8>& frames) {
   require(view < session.views.size(), "capture_view: there is no view " + std::to_string(view));
   CaptureOptions options = session.capture;
   options.seed = Random(session.capture.seed, view, 1).next();
-  return capture(session.views[view], pattern::frames(session.gray_code), options);
+  return capture(session.views[view], frames, options);
 }
 
 }  // namespace procam::simulate

@@ -29,8 +29,8 @@ std::vector<Observation> observe(const Camera& device, const Pose& device_from_b
 
 Points3 sheet_corners_in_board(const PrintedBoard& board) {
   const double edge = board.layout.square_size + board.margin;
-  const double right = (board.layout.columns - 1) * board.layout.square_size + edge;
-  const double bottom = (board.layout.rows - 1) * board.layout.square_size + edge;
+  const double right = (board.layout.columns - 1) * board.layout.square_size + edge + board.blank.x();
+  const double bottom = (board.layout.rows - 1) * board.layout.square_size + edge + board.blank.y();
   return {Vec3(-edge, -edge, 0), Vec3(right, -edge, 0), Vec3(right, bottom, 0), Vec3(-edge, bottom, 0)};
 }
 
@@ -43,6 +43,30 @@ std::vector<Observation> board_in_projector(const World& world) {
   const RigProjector& projector = world.rig.projector();
   return observe(projector.projector.inverse_camera,
                  projector.rig_from_projector.inverse() * world.rig_from_board, world.board.layout);
+}
+
+std::optional<Vec2> light_on_sheet(const World& world, const Vec2& projector_pixel) {
+  const RigProjector& projector = world.rig.projector();
+  const std::optional<Ray> ray = projector.projector.emit(projector_pixel);
+  if (!ray) return std::nullopt;
+  const Ray in_board = (world.rig_from_board.inverse() * projector.rig_from_projector) * *ray;
+  const std::optional<Vec3> place = intersect(in_board, Plane{Vec3::UnitZ(), 0});
+  if (!place) return std::nullopt;
+  const Points3 corners = sheet_corners_in_board(world.board);
+  if (place->x() < corners[0].x() || place->y() < corners[0].y() || place->x() > corners[2].x() ||
+      place->y() > corners[2].y())
+    return std::nullopt;
+  return Vec2(place->head<2>());
+}
+
+std::optional<Vec2> camera_pixel_of_light(const World& world, const Vec2& projector_pixel) {
+  const std::optional<Vec2> place = light_on_sheet(world, projector_pixel);
+  if (!place) return std::nullopt;
+  const RigCamera& camera = world.rig.camera();
+  const std::optional<Vec2> pixel = camera.camera.project(
+      camera.rig_from_camera.inverse() * (world.rig_from_board * Vec3(place->x(), place->y(), 0)));
+  if (!pixel || !camera.camera.size.contains(*pixel)) return std::nullopt;
+  return pixel;
 }
 
 std::optional<Vec2> projector_pixel_seen_at(const World& world, const Vec2& camera_pixel) {

@@ -30,6 +30,16 @@ TEST(Join, KeepsViewsInOrderWithWhatEachDeviceSaw) {
   EXPECT_EQ(joined.diagnostics.find("corners_not_lit")->message, "view 'pose_a', projector: 3 corners");
 }
 
+TEST(Join, CarriesLightPointsOfKnownDevices) {
+  match::BoardView view{"pose_a", {seen({640, 480}, 12), seen({1024, 768}, 0)}};
+  view.light_points.push_back({1, Vec2(311.5, 207.5), 0, Vec2(81.25, 99.5), Mat2::Identity()});
+  const Correspondences joined = match::join(kBoard, kDevices, {view});
+  ASSERT_EQ(joined.views[0].light_points.size(), 1u);
+  EXPECT_EQ(joined.views[0].light_points[0].projector_pixel, Vec2(311.5, 207.5));
+  std::swap(view.light_points[0].camera, view.light_points[0].projector);
+  EXPECT_THROW(match::join(kBoard, kDevices, {view}), std::invalid_argument);
+}
+
 TEST(Join, LeavesOutAViewTheCameraHardlySees) {
   const match::BoardView good{"good", {seen({640, 480}, 12), seen({1024, 768}, 12)}};
   const match::BoardView poor{"poor", {seen({640, 480}, 3), seen({1024, 768}, 3)}};

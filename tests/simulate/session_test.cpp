@@ -53,6 +53,28 @@ TEST_P(SessionLaws, NameComesBack) {
   EXPECT_EQ(level_named(to_string(GetParam())), GetParam());
 }
 
+TEST_P(SessionLaws, BlankPaperTakesThePatternBesideThePrint) {
+  const Eigen::AlignedBox2d box(Vec2(63.5, 31.5), Vec2(959.5, 735.5));
+  for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+    const Session session = make_session(GetParam(), seed, box);
+    ASSERT_EQ(session.views.size(), 18u);
+    for (const World& world : session.views) {
+      EXPECT_EQ(board_in_camera(world).size(), std::size_t(world.board.layout.size()));
+      const double print_right = world.board.layout.columns * world.board.layout.square_size;
+      for (double u = box.min().x(); u <= box.max().x(); u += 128)
+        for (double v = box.min().y(); v <= box.max().y(); v += 176) {
+          const auto place = light_on_sheet(world, Vec2(u, v));
+          ASSERT_TRUE(place && camera_pixel_of_light(world, Vec2(u, v)));
+          EXPECT_GT(place->x(), print_right);
+          // The way back: the projector pixel that lights what the camera sees there.
+          const auto back = projector_pixel_seen_at(world, *camera_pixel_of_light(world, Vec2(u, v)));
+          ASSERT_TRUE(back);
+          EXPECT_LT((*back - Vec2(u, v)).norm(), 1e-6);
+        }
+    }
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(AllLevels, SessionLaws, testing::Values(Level::kEasy, Level::kPaper, Level::kHard),
                          [](const auto& level) { return to_string(level.param); });
 

@@ -34,7 +34,7 @@ std::vector<std::filesystem::path> list_views(const std::filesystem::path& sessi
 
 /// What was shown while the session was captured; whatever is unknown is left out.
 struct Session {
-  std::string pattern;  ///< "gray"; empty when not stated
+  std::string pattern;  ///< as --pattern is typed: "gray", "phase:16px"; empty when not stated
   std::optional<ImageSize> projector_size;
   std::optional<Board> board;
   std::optional<int> step;  ///< projector pixels a finest stripe

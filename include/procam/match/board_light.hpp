@@ -1,6 +1,6 @@
 #pragma once
 /// Which projector pixel lights each corner of the board: one smooth map over the whole board, fitted to all
-/// stripe edges that fall on it.
+/// stripe edges (Gray code) or decoded pixels (phase shift) that fall on it.
 ///
 /// A stripe edge says: at camera pixel p the projector coordinate (u of a column edge, v of a row edge) is
 /// exactly that of the boundary. Over the board
@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "procam/core/decoded_map.hpp"
+#include "procam/core/light_map.hpp"
 #include "procam/core/observation.hpp"
 #include "procam/core/stripe_edge.hpp"
 
@@ -33,5 +34,10 @@ struct BoardLightOptions {
 /// std::invalid_argument if `in_camera` and `decoded` differ in size.
 Detections project_board(const Detections& in_camera, const Chessboard& board, const DecodedMap& decoded,
                          const std::vector<StripeEdge>& edges, const BoardLightOptions& options = {});
+
+/// The same from a map that is known to a fraction of a pixel: every decoded pixel of the print counts as its
+/// own measurement with its own sigma, those of one wave in one square as erring together.
+Detections project_board(const Detections& in_camera, const Chessboard& board, const LightMap& light,
+                         const BoardLightOptions& options = {});
 
 }  // namespace procam::match

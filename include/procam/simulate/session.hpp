@@ -10,13 +10,17 @@
 ///          noise of 4 grey levels, grey print, room light; every third board partly outside the projector's
 ///          picture; board 7x9 (odd x odd: a detector may turn it by 180 degrees)
 ///
+/// A pattern that needs blank paper beside the print (a projected chessboard) gets sheets with it, in 18
+/// poses and in a lit room: the print need not lie in the projector's picture then.
+///
 /// The seed moves every parameter of the rig and every pose; equal seeds give equal sessions. The camera's
 /// frame is the rig's frame. The whole sheet is on the camera's image, and every board point is lit unless
 /// said above.
+#include <Eigen/Geometry>
 #include <cstdint>
+#include <optional>
 #include <string>
 
-#include "procam/pattern/gray_code.hpp"
 #include "procam/simulate/capture.hpp"
 
 namespace procam::simulate {
@@ -26,10 +30,11 @@ enum class Level { kEasy, kPaper, kHard };
 const char* to_string(Level level);
 /// Throws Error(kUnsupported) for an unknown name.
 Level level_named(const std::string& name);
+/// The size of the level's projector picture.
+ImageSize projector_size(Level level);
 
 struct Session {
   Level level = Level::kEasy;
-  pattern::GrayCode gray_code;
   std::vector<World> views;  ///< one a board pose; the same rig, board and wall in each
   CaptureOptions capture;
 
@@ -37,9 +42,13 @@ struct Session {
   const PrintedBoard& board() const { return views.front().board; }
 };
 
-Session make_session(Level level, std::uint64_t seed);
+/// `on_blank_paper` is the part of the projector's picture that lands on blank paper in every view. Throws
+/// Error(kNotConverged) when no poses are found that camera and projector both cover.
+Session make_session(Level level, std::uint64_t seed,
+                     const std::optional<Eigen::AlignedBox2d>& on_blank_paper = std::nullopt);
 
-/// The captures of one view, in the order of pattern::frames(). Noise differs from view to view.
-std::vector<ImageU8> capture_view(const Session& session, std::size_t view);
+/// The captures of one view while the projector shows `frames`. Noise differs from view to view.
+std::vector<ImageU8> capture_view(const Session& session, std::size_t view,
+                                  const std::vector<ImageU8>& frames);
 
 }  // namespace procam::simulate

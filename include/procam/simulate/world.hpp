@@ -22,6 +22,7 @@ struct PrintedBoard {
   double margin = 0.04;       ///< white paper beyond the outer squares, metres
   double white_albedo = 0.8;  ///< 0..1
   double black_albedo = 0.06;
+  Vec2 blank = Vec2::Zero();  ///< more white paper to the right and below, metres
 };
 
 struct World {
@@ -40,6 +41,12 @@ Points3 sheet_corners_in_board(const PrintedBoard& board);
 /// pixels. Occlusion is left aside: nothing stands before the board.
 std::vector<Observation> board_in_camera(const World& world);
 std::vector<Observation> board_in_projector(const World& world);
+
+/// Where the light of a projector pixel falls on the sheet, in the board's frame, metres; nullopt where it
+/// misses the sheet.
+std::optional<Vec2> light_on_sheet(const World& world, const Vec2& projector_pixel);
+/// Where the camera sees that light; nullopt where it falls outside the sheet or the image.
+std::optional<Vec2> camera_pixel_of_light(const World& world, const Vec2& projector_pixel);
 
 /// The projector pixel whose light falls on the surface point that a camera pixel sees; nullopt where the
 /// camera sees nothing, or where no projector light arrives (outside its picture, in the board's shadow, from

@@ -1,0 +1,62 @@
+#pragma once
+/// Phase shift: a projector's columns and rows written in cosine waves that move step by step.
+///
+/// Step k of N shows 255/2 (1 + cos(2 pi (x + m) / P - 2 pi k / N)) at projector pixel x, so a camera pixel
+/// sees I_k = A + B cos(phi - 2 pi k / N) and
+///   phi = atan2(sum_k I_k sin(2 pi k / N), sum_k I_k cos(2 pi k / N)),   x = P phi / (2 pi) - m + P n.
+/// Light of the room and the print's reflectance change A and B, not phi. The finest wave has N = 8 steps:
+/// the harmonics 2 to 6 that a projector's or camera's tone curve adds (gamma) cancel; only the 7th and 9th
+/// remain (below 1e-3 of a wave for gamma 2.2). Blur lowers B and moves nothing.
+///
+/// The number n of the wave comes from
+///   kCoarserWaves  4 steps each of waves some 9 and 72 times as long, the longest a little longer than the
+///                  picture (temporal unwrapping; Huntley & Saldner, Applied Optics 32(17), 1993), or
+///   kGrayCode      Gray code with stripes of half a wave (Sansoni et al., Applied Optics 38(31), 1999).
+/// Frames, in order: all steps of the columns' waves, finest first; the rows' likewise; then the Gray code's
+/// (pattern/gray_code.hpp), if any. 32 frames for 1024x768, or 46 with Gray code.
+#include <string>
+#include <vector>
+
+#include "procam/core/decoded_map.hpp"
+#include "procam/core/image.hpp"
+#include "procam/core/light_map.hpp"
+#include "procam/pattern/gray_code.hpp"
+
+namespace procam::pattern {
+
+enum class WaveNumber { kCoarserWaves, kGrayCode };
+
+struct PhaseShift {
+  ImageSize projector_size;
+  /// Finest wave in projector pixels, even. Short waves are more precise until blur or the camera's
+  /// resolution takes their contrast: it should span five camera pixels or more.
+  int period = 16;
+  WaveNumber wave_number = WaveNumber::kCoarserWaves;
+};
+
+int frame_count(const PhaseShift& phase_shift);
+/// One channel, projector_size. Throws std::invalid_argument for a period that is odd, below 4, or longer
+/// than the picture, as do the functions below.
+std::vector<ImageU8> frames(const PhaseShift& phase_shift);
+/// "32 frames for 1024x768 (8 steps of 16 px waves, 4 steps each of 2 coarser waves)".
+std::string describe(const PhaseShift& phase_shift);
+
+struct PhaseOptions {
+  double min_modulation = 2;  ///< grey levels of B below which a pixel counts as unlit
+  double max_sigma_px = 1;    ///< projector pixels; what is less certain is left out
+  /// A wave's number counts as known when the coarser estimate is certain to this many standard deviations:
+  /// 1 in 15000 of the faintest pixels that pass is wrong by a wave.
+  double wave_sigmas = 4;
+  int saturated = 254;  ///< a pixel that reaches this grey in any step is refused: its wave is cut off
+};
+
+/// Reads the map back. The noise is measured: the fourth harmonic of the eight steps is noise alone.
+/// Throws procam::Error (kInput) if the number of captures, their sizes or channels are wrong. Remarks:
+/// "low_modulation", "saturated", and those of the Gray code.
+LightMap decode(const std::vector<ViewU8>& captures, const PhaseShift& phase_shift,
+                const PhaseOptions& options = {});
+
+/// The captures' mean: the scene under flat light of half the power, for the board's corners.
+ImageU8 flat_light(const std::vector<ViewU8>& captures, const PhaseShift& phase_shift);
+
+}  // namespace procam::pattern

@@ -1,0 +1,44 @@
+#pragma once
+/// A session folder -> correspondences, whatever pattern it was captured with. The one home of this reading:
+/// tools and end-to-end tests share it.
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "common/session_patterns.hpp"
+#include "procam/core/rig.hpp"
+#include "procam/io/captures.hpp"
+
+namespace procam::tools {
+
+/// A session with everything known that its reading needs.
+struct SessionPlan {
+  ImageSize projector_size;
+  int step = 1;
+  Board board;
+  std::unique_ptr<SessionPattern> pattern;
+  std::vector<std::filesystem::path> views;
+};
+
+/// `stated` (flags) first, then session.json; without either the pattern is "gray". Throws Error(kInput)
+/// naming the flag that would answer what neither says.
+SessionPlan open_session(const std::filesystem::path& folder, const io::Session& stated);
+
+/// Called before each view is read: name, number done, number of all.
+using ReadingProgress = std::function<void(const std::string& view, int done, int total)>;
+
+struct SessionContents {
+  Correspondences correspondences;
+  std::vector<InputFile> inputs;  ///< every frame that was read
+};
+
+/// Reads and joins all views. A board missed in one view is a remark; one found in none of the first three
+/// views is an Error(kInput), as are views of two sizes and whatever is wrong with a view's files.
+SessionContents read_session(const SessionPlan& plan, const ReadingProgress& progress = {});
+
+/// The devices of a session, in the order of kCameraDevice, kProjectorDevice.
+std::vector<Device> session_devices(ImageSize camera_size, ImageSize projector_size);
+
+}  // namespace procam::tools

@@ -13,6 +13,7 @@
 #include "procam/calibrate/calibrate.hpp"
 #include "procam/calibrate/gates.hpp"
 #include "procam/detect/chessboard.hpp"
+#include "procam/io/board_file.hpp"
 #include "procam/io/captures.hpp"
 #include "procam/io/files.hpp"
 #include "procam/io/opencv_calibration.hpp"
@@ -342,8 +343,8 @@ void declare(CLI::App& app, Flags& flags) {
       app, "--projector-size", [&](const std::string& text) { flags.projector_size = io::parse_size(text); },
       "Size of the projected picture, e.g. 1024x768");
   add_parsed(
-      app, "--board", [&](const std::string& text) { flags.board = io::parse_board(text); },
-      "The printed board: chessboard:COLUMNSxROWS:SQUARE, inner corners, e.g. chessboard:7x9:75mm");
+      app, "--board", [&](const std::string& text) { flags.board = io::read_board(text); },
+      "The printed board, e.g. chessboard:7x9:75mm (inner corners), or its board file (.json)");
   app.add_option("--step", flags.step, "Stripe width of the finest pattern in projector pixels")
       ->check(CLI::Range(1, 1024));
   auto* output = app.add_option("-o,--output", flags.output, "Rig file to write");

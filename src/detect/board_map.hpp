@@ -1,8 +1,9 @@
 #pragma once
-/// Where the points of a flat board appear: a homography seen through a simple lens about the picture's middle
-/// c. From a pixel p, with d = p - c in half diagonals,
+/// Where the points of a flat board appear: a homography seen through a simple lens about the picture's
+/// middle c. From a pixel p, with d = p - c in half diagonals,
 ///
-///   H b = c + d / (1 + lambda |d|^2) + t(d),   t = (2 p1 x y + p2 (r^2 + 2 x^2), p1 (r^2 + 2 y^2) + 2 p2 x y)
+///   H b = c + d / (1 + lambda |d|^2) + t(d),   t = (2 p1 x y + p2 (r^2 + 2 x^2), p1 (r^2 + 2 y^2) + 2 p2 x
+///   y)
 ///
 /// (the division model, Fitzgibbon 2001, and Brown's decentring, which also stands for an optical centre
 /// beside the picture's). A detector's stand-in for the lens: it says where to look, and how edges bend.

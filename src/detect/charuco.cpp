@@ -19,8 +19,9 @@ constexpr double kOutOfPlace = 0.2;
 /// Corners weigh more in the map than markers, which are found to a pixel.
 constexpr double kCornerWeight = 100;
 
+/// `blur`: of the picture, pixels; the markers blur out that far.
 std::optional<CornerNeighbourhood> neighbourhood(const BoardMap& map, const Vec2& p,
-                                                 const CharucoBoard& board) {
+                                                 const CharucoBoard& board, double blur) {
   const double s = board.square_size;
   const auto here = map.at(p), left = map.at(p - Vec2(s, 0)), right = map.at(p + Vec2(s, 0)),
              up = map.at(p - Vec2(0, s)), down = map.at(p + Vec2(0, s));
@@ -31,11 +32,16 @@ std::optional<CornerNeighbourhood> neighbourhood(const BoardMap& map, const Vec2
   around.e_y = 0.5 * (*down - *up);
   around.e_xx = *right - 2 * *here + *left;
   around.e_yy = *down - 2 * *here + *up;
-  // The marker begins this far from both edges; a pixel of it blurs out.
+  // The marker begins this far from both edges.
   const double margin = 0.5 * (1 - board.marker_size / s);
-  const double pixel = 1 / std::max(1.0, std::min(around.e_x.norm(), around.e_y.norm()));
-  around.clear = std::max(margin - pixel, 0.5 * margin);
+  const double square = std::max(1.0, std::min(around.e_x.norm(), around.e_y.norm()));
+  around.clear = std::max(margin - 2 * blur / square, 0.4 * margin);
   return around;
+}
+
+double median(std::vector<double>& v) {
+  std::nth_element(v.begin(), v.begin() + std::ptrdiff_t(v.size() / 2), v.end());
+  return v[v.size() / 2];
 }
 
 using Fits = std::vector<std::optional<CornerFit>>;
@@ -52,10 +58,6 @@ void drop_strangers(const CharucoBoard& board, Fits& fits) {
     residuals.push_back(fits[i]->residual);
   }
   if (contrasts.empty()) return;
-  const auto median = [](std::vector<double>& v) {
-    std::nth_element(v.begin(), v.begin() + std::ptrdiff_t(v.size() / 2), v.end());
-    return v[v.size() / 2];
-  };
   // Covered corners may be the most, and are faint: the usual contrast is that of the better quarter.
   std::sort(contrasts.begin(), contrasts.end());
   const double contrast = contrasts[3 * contrasts.size() / 4];
@@ -83,12 +85,13 @@ Detections detect_charuco(const ViewU8& image, const CharucoBoard& board, const 
   BoardMap map = markers->map;
   Fits fits;
   int in_picture = 0;
+  double blur = 0.7;
   // The second round knows from the first one's corners where the others are, and how the lens bends.
   for (int round = 0; round < 2; ++round) {
     fits.assign(std::size_t(board.size()), std::nullopt);
     in_picture = 0;
     for (int i = 0; i < board.size(); ++i) {
-      const auto around = neighbourhood(map, board.point_in_board(i).head<2>(), board);
+      const auto around = neighbourhood(map, board.point_in_board(i).head<2>(), board, blur);
       if (!around) continue;
       const Vec2& p = around->corner;
       if (p.x() < 0 || p.y() < 0 || p.x() > image.width - 1 || p.y() > image.height - 1) continue;
@@ -100,13 +103,15 @@ Detections detect_charuco(const ViewU8& image, const CharucoBoard& board, const 
     drop_strangers(board, fits);
     if (round > 0) break;
     Points2 in_board = markers->in_board, pixels = markers->pixels;
-    std::vector<double> weights(pixels.size(), 1);
+    std::vector<double> weights(pixels.size(), 1), blurs;
     for (std::size_t i = 0; i < fits.size(); ++i) {
       if (!fits[i]) continue;
       in_board.push_back(board.point_in_board(int(i)).head<2>());
       pixels.push_back(fits[i]->corner);
       weights.push_back(kCornerWeight);
+      blurs.push_back(fits[i]->blur);
     }
+    if (!blurs.empty()) blur = median(blurs);
     if (const auto better = BoardMap::fit(in_board, pixels, image.size(), weights)) map = *better;
   }
 

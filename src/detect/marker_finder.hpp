@@ -22,8 +22,13 @@ struct EdgeSurroundings {
   std::array<double, 4> bends = {0, 0, 0, 0};  ///< of the edge from corner i to i + 1, as EdgeGuess has it
 };
 
+struct RefinedMarker {
+  Marker marker;
+  double residual = 0;  ///< RMS of the worst of its edges' fits, grey levels
+};
+
 /// nullopt where an edge is covered, unsharp beyond use, or out of the picture.
-std::optional<Marker> refine_marker(const ViewU8& image, const FoundMarker& found,
+std::optional<RefinedMarker> refine_marker(const ViewU8& image, const FoundMarker& found,
                                     const EdgeSurroundings& around, double max_sigma_px);
 
 }  // namespace procam::detect

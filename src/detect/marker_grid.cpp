@@ -7,6 +7,9 @@
 namespace procam::detect {
 namespace {
 
+/// As for chessboards: a fit this many times worse than the median one has something else in its window.
+constexpr double kWorstResidual = 2;
+
 /// How the map bends the edge between two board points: the second derivative of its distance from the chord,
 /// towards the left of the way (edge_fit.hpp).
 double bend_between(const BoardMap& map, const Vec2& from, const Vec2& to) {
@@ -16,6 +19,17 @@ double bend_between(const BoardMap& map, const Vec2& from, const Vec2& to) {
   const double length = chord.norm();
   const Vec2 normal = Vec2(chord.y(), -chord.x()) / length;
   return -8 * (*m - 0.5 * (*a + *b)).dot(normal) / (length * length);
+}
+
+/// Drops the markers whose edges fit worse than most: a cover reaches over them.
+void drop_strangers(std::vector<RefinedMarker>& refined) {
+  std::vector<double> residuals;
+  for (const RefinedMarker& r : refined) residuals.push_back(r.residual);
+  std::sort(residuals.begin(), residuals.end());
+  if (residuals.empty()) return;
+  const double usual = std::max(residuals[residuals.size() / 2], 0.5);
+  const auto stranger = [&](const RefinedMarker& r) { return r.residual > kWorstResidual * usual; };
+  refined.erase(std::remove_if(refined.begin(), refined.end(), stranger), refined.end());
 }
 
 }  // namespace
@@ -34,7 +48,7 @@ Detections detect_marker_grid(const ViewU8& image, const MarkerGrid& board, cons
   around.inside = options.window_modules;
   // The neighbour's edge begins a gap away.
   around.outside = std::min(options.window_modules, 0.5 * board.gap / (board.marker_size / around.modules));
-  std::vector<Marker> refined;
+  std::vector<RefinedMarker> refined;
   // The first round's corners are good enough to say how the lens bends the edges of the second.
   for (int round = 0; round < 2; ++round) {
     refined.clear();
@@ -46,9 +60,10 @@ Detections detect_marker_grid(const ViewU8& image, const MarkerGrid& board, cons
       if (const auto marker = refine_marker(image, found, around, options.max_sigma_px))
         refined.push_back(*marker);
     }
+    drop_strangers(refined);
     if (round > 0) break;
     Points2 in_board, pixels;
-    for (const Marker& marker : refined)
+    for (const auto& [marker, residual] : refined)
       for (int c = 0; c < 4; ++c) {
         in_board.push_back(layout.corner_in_board(marker.id, c));
         pixels.push_back(marker.corners[std::size_t(c)]);
@@ -59,7 +74,7 @@ Detections detect_marker_grid(const ViewU8& image, const MarkerGrid& board, cons
       markers->map = *map;
   }
 
-  for (const Marker& marker : refined)
+  for (const auto& [marker, residual] : refined)
     for (int c = 0; c < 4; ++c)
       result.observations.push_back(
           {4 * marker.id + c, marker.corners[std::size_t(c)], marker.covariance[std::size_t(c)]});

@@ -76,9 +76,10 @@ std::vector<FoundMarker> find_markers(const ViewU8& image, const MarkerCodes& co
   return found;
 }
 
-std::optional<Marker> refine_marker(const ViewU8& image, const FoundMarker& found,
-                                    const EdgeSurroundings& around, double max_sigma_px) {
-  Marker marker;
+std::optional<RefinedMarker> refine_marker(const ViewU8& image, const FoundMarker& found,
+                                           const EdgeSurroundings& around, double max_sigma_px) {
+  RefinedMarker refined;
+  Marker& marker = refined.marker;
   marker.id = found.id;
   marker.corners = found.corners;
   // Each round places the windows by the last one's corners, as wide as its edges are blurred: farther away a
@@ -109,13 +110,17 @@ std::optional<Marker> refine_marker(const ViewU8& image, const FoundMarker& foun
       marker.covariance[i] = corner->covariance;
     }
     double blur = 0;
-    for (const EdgeFit& edge : edges) blur = std::max(blur, edge.blur);
+    refined.residual = 0;
+    for (const EdgeFit& edge : edges) {
+      blur = std::max(blur, edge.blur);
+      refined.residual = std::max(refined.residual, edge.residual);
+    }
     reach = std::max(kReachInBlurs * blur, 2.5);
   }
   for (const Mat2& covariance : marker.covariance)
     if (!(covariance.determinant() > 0) || std::sqrt(covariance.trace() / 2) > max_sigma_px)
       return std::nullopt;
-  return marker;
+  return refined;
 }
 
 std::vector<Marker> detect_markers(const ViewU8& image, const MarkerCodes& codes,
@@ -126,8 +131,8 @@ std::vector<Marker> detect_markers(const ViewU8& image, const MarkerCodes& codes
   around.inside = around.outside = options.window_modules;
   std::vector<Marker> markers;
   for (const FoundMarker& found : find_markers(image, codes))
-    if (const auto marker = refine_marker(image, found, around, options.max_sigma_px))
-      markers.push_back(*marker);
+    if (const auto refined = refine_marker(image, found, around, options.max_sigma_px))
+      markers.push_back(refined->marker);
   return markers;
 }
 

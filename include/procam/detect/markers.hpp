@@ -24,7 +24,8 @@ struct MarkerCodes {
   std::vector<std::string> codes;
 };
 
-/// ArUco's as OpenCV draws them; AprilTags as their authors' pictures stand, which is half a turn from OpenCV's.
+/// ArUco's as OpenCV draws them; AprilTags as their authors' pictures stand, which is half a turn from
+/// OpenCV's.
 MarkerCodes marker_codes(MarkerDictionary dictionary);
 
 struct Marker {

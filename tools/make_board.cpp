@@ -24,7 +24,7 @@ struct Flags {
 void declare(CLI::App& app, Flags& flags) {
   add_parsed(
       app, "--board", [&](const std::string& text) { flags.board = io::read_board(text); },
-      "What to print: chessboard:7x9:25mm (inner corners), charuco:5x7:34mm:25mm:5x5_100,\n"
+      "What to print: chessboard:7x9:20mm (inner corners), charuco:5x7:34mm:25mm:5x5_100,\n"
       "markers:4x5:38mm:10mm:apriltag_36h11, circles:7x9:24mm:14mm, asymmetric-circles:4x11:20mm:14mm,\n"
       "or a board file (.json)")
       ->required();

@@ -33,8 +33,8 @@ bool fits_turned(const Vec2& size, const Vec2& paper) {
 }
 
 std::string in_millimetres(const Vec2& size) {
-  return millimetres(std::ceil(size.x() * 1e4) / 1e4) + " x " + millimetres(std::ceil(size.y() * 1e4) / 1e4) +
-         " mm";
+  return millimetres(std::ceil(size.x() * 1e4 - 1e-6) / 1e4) + " x " +
+         millimetres(std::ceil(size.y() * 1e4 - 1e-6) / 1e4) + " mm";
 }
 
 /// A bar with a tick every 10 mm, longer ones at both ends and in the middle; lengths count from the ends'

@@ -12,6 +12,8 @@ namespace {
 /// As for chessboards: a fit this many times worse than the median one has a cover's or a shadow's edge in
 /// its window.
 constexpr double kWorstResidual = 2;
+/// What the model leaves of a clean picture, as a share of the contrast.
+constexpr double kModelResidual = 0.01;
 /// Flat paper where a corner should be, as a share of the usual contrast.
 constexpr double kLeastContrast = 0.35;
 /// A corner this far from where its neighbours put it, in squares, is something else.
@@ -67,7 +69,7 @@ void drop_strangers(const CharucoBoard& board, Fits& fits) {
     if (fit) residuals.push_back(fit->residual);
   }
   if (residuals.empty()) return;
-  const double residual = std::max(median(residuals), 0.5);
+  const double residual = std::max(median(residuals), kModelResidual * contrast);
   for (auto& fit : fits)
     if (fit && fit->residual > kWorstResidual * residual) fit.reset();
 }

@@ -6,8 +6,8 @@
 ///   d = (q - 1) q / |A r|,  q^2 = r^T A r   (signed distance to the ellipse, to first order),
 /// by damped Gauss-Newton over centre c, shape A, blur s and the light.
 ///
-/// An ellipse's centre is not where the disc's centre appears: perspective moves it by about the squared radius
-/// times the map's second derivative: 0.1 px for discs 30 px wide on a 250 mm board tilted by 26
+/// An ellipse's centre is not where the disc's centre appears: perspective moves it by about the squared
+/// radius times the map's second derivative: 0.1 px for discs 30 px wide on a 250 mm board tilted by 26
 /// degrees. The observation is corrected for it: the known disc is drawn through the map of the whole board
 /// (homography and a simple lens, fitted to all centres), the centre of its ellipse is compared with the
 /// mapped centre, and the difference is added. `diameter` must therefore be the printed one: the correction

@@ -13,6 +13,7 @@
 #include "procam/analyze/report.hpp"
 #include "procam/calibrate/calibrate.hpp"
 #include "procam/calibrate/gates.hpp"
+#include "procam/io/board_file.hpp"
 #include "procam/io/files.hpp"
 #include "procam/io/opencv_calibration.hpp"
 #include "procam/io/rig_file.hpp"
@@ -240,8 +241,8 @@ void declare(CLI::App& app, Flags& flags) {
       [&](const std::string& text) { flags.stated.projector_size = io::parse_size(text); },
       "Size of the projected picture, e.g. 1024x768");
   add_parsed(
-      app, "--board", [&](const std::string& text) { flags.stated.board = io::parse_board(text); },
-      "The printed board: chessboard:COLUMNSxROWS:SQUARE, inner corners, e.g. chessboard:7x9:75mm");
+      app, "--board", [&](const std::string& text) { flags.stated.board = io::read_board(text); },
+      "The printed board, e.g. chessboard:7x9:75mm (inner corners), or its board file (.json)");
   app.add_option("--step", flags.stated.step, "Stripe width of the finest pattern in projector pixels")
       ->check(CLI::Range(1, 1024));
   auto* output = app.add_option("-o,--output", flags.output, "Rig file to write");

@@ -97,14 +97,47 @@ struct Sheet {
   std::vector<Points3> dark;
 };
 
-Sheet sheet_of(const Chessboard& board) {
-  // Inner corners begin one square inside the print.
-  const double s = board.square_size;
-  Sheet sheet{rectangle_in_board(-s, -s, board.columns * s, board.rows * s), {}};
-  for (int row = -1; row < board.rows; ++row)
-    for (int column = -1; column < board.columns; ++column)
-      if ((row + column) % 2 == 0)
+/// A chequered field whose inner corners begin one square inside it.
+Sheet chequered(int columns, int rows, double s, bool dark_first) {
+  Sheet sheet{rectangle_in_board(-s, -s, columns * s, rows * s), {}};
+  for (int row = -1; row < rows; ++row)
+    for (int column = -1; column < columns; ++column)
+      if (((row + column) % 2 == 0) == dark_first)
         sheet.dark.push_back(rectangle_in_board(column * s, row * s, (column + 1) * s, (row + 1) * s));
+  return sheet;
+}
+
+Sheet sheet_of(const Chessboard& board) {
+  return chequered(board.columns, board.rows, board.square_size, true);
+}
+
+/// Without its markers, which are too fine here.
+Sheet sheet_of(const CharucoBoard& board) {
+  return chequered(board.columns - 1, board.rows - 1, board.square_size, !board.marker_first);
+}
+
+Sheet sheet_of(const MarkerGrid& board) {
+  const double m = board.marker_size, gap = board.gap, step = m + gap;
+  Sheet sheet{rectangle_in_board(-gap, -gap, board.columns * step, board.rows * step), {}};
+  for (int id = 0; id < board.marker_count(); ++id) {
+    const Vec2 first = board.marker_in_board(id);
+    sheet.dark.push_back(rectangle_in_board(first.x(), first.y(), first.x() + m, first.y() + m));
+  }
+  return sheet;
+}
+
+/// Its circles as octagons.
+Sheet sheet_of(const CircleGrid& board) {
+  const Vec3 last = board.point_in_board(board.size() - 1);
+  const double right = last.x() + (board.asymmetric && board.rows % 2 == 1 ? board.spacing : 0);
+  const double rim = board.spacing;
+  Sheet sheet{rectangle_in_board(-rim, -rim, right + rim, last.y() + rim), {}};
+  for (const Vec3& centre : points_in_board(board)) {
+    Points3& octagon = sheet.dark.emplace_back();
+    for (int i = 0; i < 8; ++i)
+      octagon.push_back(centre + 0.5 * board.diameter *
+                                     Vec3(std::cos(i * EIGEN_PI / 4), std::sin(i * EIGEN_PI / 4), 0));
+  }
   return sheet;
 }
 

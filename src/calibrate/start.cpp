@@ -207,10 +207,6 @@ void require_views(const Start& start, const Correspondences& data) {
 
 }  // namespace
 
-bool looks_same_turned(const Board& board) {
-  return std::visit([](const Chessboard& layout) { return (layout.columns + layout.rows) % 2 == 0; }, board);
-}
-
 Start find_start(Correspondences& data, const std::optional<Camera>& known_camera, const Options& options) {
   const std::size_t num_devices = data.devices.size(), num_views = data.views.size();
   const Points3 board = points_in_board(data.board);

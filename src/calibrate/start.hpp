@@ -18,10 +18,6 @@ struct Start {
   Diagnostics diagnostics;
 };
 
-/// Does a board look the same when turned by 180 degrees? Inner corners (columns + rows) even: its opposite
-/// outer squares have one colour, and a detector cannot tell which end is which.
-bool looks_same_turned(const Board& board);
-
 /// Camera by Zhang and a bundle of its own, further devices by linear resection. Where the board looks the
 /// same turned by 180 degrees, the order of each device's points is settled by the residual and turned in
 /// `data`.

@@ -38,7 +38,8 @@ std::optional<std::vector<Sample>> samples_around(const ViewU8& image, const Cor
       const Vec2 d = Vec2(x, y) - around.corner;
       const double a = (d.x() * around.e_y.y() - d.y() * around.e_y.x()) / det;
       const double b = (d.y() * around.e_x.x() - d.x() * around.e_x.y()) / det;
-      if (std::abs(a) <= share_x && std::abs(b) <= share_y)
+      const bool beside_an_edge = std::min(std::abs(a), std::abs(b)) <= around.clear;
+      if (std::abs(a) <= share_x && std::abs(b) <= share_y && beside_an_edge)
         samples.push_back({double(x), double(y), double(image.at(x, y))});
     }
   if (samples.size() < 2 * kParameters) return std::nullopt;

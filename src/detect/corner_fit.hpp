@@ -14,6 +14,7 @@ struct CornerNeighbourhood {
   Vec2 corner;                                    ///< first estimate, pixels
   Vec2 e_x, e_y;                                  ///< one square along the row and the column
   Vec2 e_xx = Vec2::Zero(), e_yy = Vec2::Zero();  ///< second derivatives: lens and perspective bend the edges
+  double clear = 1;  ///< pixels farther than this from both edges, in squares, show something else
 };
 
 struct CornerFit {

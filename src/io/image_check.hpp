@@ -1,6 +1,7 @@
 #pragma once
 /// What an image file says of itself, and whether the file is whole, before a decoder sees it: decoders fill
 /// what is missing with grey or black and call it a success.
+#include <cstdint>
 #include <string>
 #include <string_view>
 
@@ -18,5 +19,8 @@ struct ImageCheck {
 /// after the last scan. BMP: as many bytes as the header implies. TIFF: the first picture's strips or tiles
 /// inside the file.
 ImageCheck check_image(std::string_view bytes);
+
+/// CRC-32 of the PNG specification, annex D.
+std::uint32_t crc32(std::string_view bytes);
 
 }  // namespace procam::io

@@ -1,5 +1,6 @@
 #include "procam/io/text.hpp"
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <optional>
@@ -57,8 +58,106 @@ std::optional<std::pair<int, int>> parse_pair(std::string_view text, int largest
 }
 
 const char* const kLengthNext = "write a number and mm, cm, m or in, e.g. 25mm";
-const char* const kBoardNext =
-    "write chessboard:COLUMNSxROWS:SQUARE with the counts of inner corners, e.g. chessboard:7x9:75mm";
+/// A kind of board as it is typed, and what stands between the colons after the counts.
+struct BoardKind {
+  const char* name;
+  const char* form;
+};
+
+const BoardKind kBoardKinds[] = {
+    {"chessboard",
+     "write chessboard:COLUMNSxROWS:SQUARE with the counts of inner corners, e.g. chessboard:7x9:75mm"},
+    {"charuco",
+     "write charuco:COLUMNSxROWS:SQUARE:MARKER:DICTIONARY with the counts of squares, e.g. "
+     "charuco:5x7:40mm:30mm:5x5_100"},
+    {"markers",
+     "write markers:COLUMNSxROWS:MARKER:GAP:DICTIONARY with the counts of markers, e.g. "
+     "markers:4x5:30mm:8mm:apriltag_36h11"},
+    {"circles", "write circles:COLUMNSxROWS:SPACING:DIAMETER, e.g. circles:7x9:25mm:15mm"},
+    {"asymmetric-circles",
+     "write asymmetric-circles:COLUMNSxROWS:SPACING:DIAMETER with SPACING from row to row, e.g. "
+     "asymmetric-circles:4x11:20mm:12mm"},
+};
+
+/// The parts of a board's text, each taken once and complained about in its own words.
+class BoardText {
+ public:
+  explicit BoardText(const std::string& text) : text_(text) {
+    for (std::size_t begin = 0; begin <= text.size();) {
+      const std::size_t end = std::min(text.find(':', begin), text.size());
+      parts_.push_back(text.substr(begin, end - begin));
+      begin = end + 1;
+    }
+    for (const BoardKind& kind : kBoardKinds)
+      if (parts_[0] == kind.name) form_ = kind.form;
+    if (form_ != nullptr) return;
+    std::string names;
+    for (const BoardKind& kind : kBoardKinds) names += (names.empty() ? "" : ", ") + std::string(kind.name);
+    fail("board", text_, "there is no board of kind '" + parts_[0] + "'",
+         "the kinds are " + names + "; " + kBoardKinds[0].form + ", or name a board file (.json)");
+  }
+
+  const std::string& kind() const { return parts_[0]; }
+  [[noreturn]] void refuse(const std::string& why) const { fail("board", text_, why, form_); }
+
+  void require_parts(std::size_t at_least, std::size_t at_most) const {
+    if (parts_.size() >= at_least && parts_.size() <= at_most) return;
+    refuse("it does not have " + std::to_string(at_least) + " parts between colons");
+  }
+  bool has(std::size_t part) const { return part < parts_.size(); }
+  const std::string& part(std::size_t i) const { return parts_[i]; }
+
+  std::pair<int, int> counts() const {
+    const auto pair = parse_pair(parts_[1], 1000);
+    if (!pair) refuse("its counts are not two positive whole numbers");
+    return *pair;
+  }
+  double length(std::size_t part, const char* what) const {
+    try {
+      return parse_length(parts_[part]);
+    } catch (const Error& error) {
+      refuse("its " + std::string(what) + " is no length: " + error.why());
+    }
+  }
+  MarkerDictionary dictionary(std::size_t part) const {
+    if (const auto found = marker_dictionary_named(parts_[part])) return *found;
+    std::string names;
+    for (const MarkerDictionaryInfo& info : kMarkerDictionaries)
+      names += (names.empty() ? "" : ", ") + std::string(info.name);
+    refuse("there is no dictionary '" + parts_[part] + "' (known: " + names + ")");
+  }
+
+ private:
+  const std::string& text_;
+  std::vector<std::string> parts_;
+  const char* form_ = nullptr;
+};
+
+constexpr const char* kMarkerFirst = "marker-first";
+
+std::string counts(int columns, int rows) {
+  return std::to_string(columns) + "x" + std::to_string(rows);
+}
+
+std::string format(const Chessboard& b) {
+  return "chessboard:" + counts(b.columns, b.rows) + ":" + format_length(b.square_size);
+}
+
+std::string format(const CharucoBoard& b) {
+  return "charuco:" + counts(b.columns, b.rows) + ":" + format_length(b.square_size) + ":" +
+         format_length(b.marker_size) + ":" + info_of(b.dictionary).name +
+         (b.marker_first ? std::string(":") + kMarkerFirst : "");
+}
+
+std::string format(const MarkerGrid& b) {
+  return "markers:" + counts(b.columns, b.rows) + ":" + format_length(b.marker_size) + ":" +
+         format_length(b.gap) + ":" + info_of(b.dictionary).name;
+}
+
+std::string format(const CircleGrid& b) {
+  return (b.asymmetric ? "asymmetric-circles:" : "circles:") + counts(b.columns, b.rows) + ":" +
+         format_length(b.spacing) + ":" + format_length(b.diameter);
+}
 
 }  // namespace
 
@@ -89,28 +188,40 @@ double parse_angle(const std::string& text) {
 }
 
 Board parse_board(const std::string& text) {
-  const std::size_t first = text.find(':'), second = text.find(':', first + 1);
-  if (first == std::string::npos || second == std::string::npos || first == second)
-    fail("board", text, "it does not have three parts", kBoardNext);
-  const std::string kind = text.substr(0, first);
-  if (kind != "chessboard") fail("board", text, "there is no board of kind '" + kind + "'", kBoardNext);
-  const auto counts = parse_pair(std::string_view(text).substr(first + 1, second - first - 1), 1000);
-  if (!counts || counts->first < 2 || counts->second < 2)
-    fail("board", text, "its counts are not two whole numbers of at least 2 inner corners", kBoardNext);
-  double square_size = 0;
-  try {
-    square_size = parse_length(text.substr(second + 1));
-  } catch (const Error& error) {
-    fail("board", text, "its square size is no length: " + error.why(), kBoardNext);
-  }
-  if (!(square_size > 0)) fail("board", text, "its squares have no positive size", kBoardNext);
-  return Chessboard{counts->first, counts->second, square_size};
+  const BoardText spec(text);
+  const auto read = [&]() -> Board {
+    if (spec.kind() == "chessboard") {
+      spec.require_parts(3, 3);
+      const auto [columns, rows] = spec.counts();
+      return Chessboard{columns, rows, spec.length(2, "square size")};
+    }
+    if (spec.kind() == "charuco") {
+      spec.require_parts(5, 6);
+      const auto [columns, rows] = spec.counts();
+      if (spec.has(5) && spec.part(5) != kMarkerFirst)
+        spec.refuse("its last part is not '" + std::string(kMarkerFirst) + "' but '" + spec.part(5) + "'");
+      return CharucoBoard{
+          columns,    rows, spec.length(2, "square size"), spec.length(3, "marker size"), spec.dictionary(4),
+          spec.has(5)};
+    }
+    if (spec.kind() == "markers") {
+      spec.require_parts(5, 5);
+      const auto [columns, rows] = spec.counts();
+      return MarkerGrid{columns, rows, spec.length(2, "marker size"), spec.length(3, "gap"),
+                        spec.dictionary(4)};
+    }
+    spec.require_parts(4, 4);
+    const auto [columns, rows] = spec.counts();
+    return CircleGrid{columns, rows, spec.length(2, "spacing"), spec.length(3, "diameter"),
+                      spec.kind() == "asymmetric-circles"};
+  };
+  const Board board = read();
+  if (const std::string why = flaw(board); !why.empty()) spec.refuse(why);
+  return board;
 }
 
 std::string format_board(const Board& board) {
-  const auto& chessboard = std::get<Chessboard>(board);
-  return "chessboard:" + std::to_string(chessboard.columns) + "x" + std::to_string(chessboard.rows) + ":" +
-         format_length(chessboard.square_size);
+  return std::visit([](const auto& layout) { return format(layout); }, board);
 }
 
 }  // namespace procam::io

@@ -4,6 +4,7 @@
 #include <random>
 
 #include "examples.hpp"
+#include "procam/io/board_file.hpp"
 #include "procam/io/files.hpp"
 #include "procam/io/rig_file.hpp"
 #include "procam/io/surface_file.hpp"
@@ -29,6 +30,8 @@ const Case kCases[] = {
      [](const auto& path) { (void)load_surfaces(path); }},
     {"solved.xml", [](const auto& path) { save_solved_surfaces(path, test::example_solved_surfaces()); },
      [](const auto& path) { (void)load_solved_surfaces(path); }},
+    {"board.json", [](const auto& path) { save_board(path, test::example_boards()[2]); },
+     [](const auto& path) { (void)load_board(path); }},
 };
 
 class Damage : public testing::TestWithParam<Case> {};

@@ -1,5 +1,8 @@
 #pragma once
 /// Lopsided example nouns that use every field of their files.
+#include <vector>
+
+#include "procam/core/board.hpp"
 #include "procam/core/frame_tree.hpp"
 #include "procam/core/marker.hpp"
 #include "procam/core/rig.hpp"
@@ -18,6 +21,16 @@ inline Mat6 lopsided_covariance() {
   for (int r = 0; r < 6; ++r)
     for (int c = 0; c < 6; ++c) root(r, c) = (r == c ? 12 + r : (7 * r + 3 * c) % 5 - 2) / 1024.0;
   return root * root.transpose();
+}
+
+/// One of each kind at least, without whole sizes.
+inline std::vector<Board> example_boards() {
+  return {Chessboard{7, 9, 0.075},
+          CharucoBoard{5, 7, 0.0397, 0.03 / 1.01, MarkerDictionary::k5x5_100, false},
+          CharucoBoard{6, 4, 0.025, 0.018, MarkerDictionary::kArucoOriginal, true},
+          MarkerGrid{4, 5, 0.03, 1.0 / 128, MarkerDictionary::kAprilTag36h11},
+          CircleGrid{7, 9, 0.025, 0.0151, false},
+          CircleGrid{4, 11, 0.02, 0.012, true}};
 }
 
 inline Rig example_rig() {

@@ -7,6 +7,7 @@
 #include <set>
 
 #include "examples.hpp"
+#include "procam/io/board_file.hpp"
 #include "procam/io/captures.hpp"
 #include "procam/io/marker_map_file.hpp"
 #include "procam/io/pose_file.hpp"
@@ -136,13 +137,20 @@ TEST(Schema, DescribesExactlyWhatIsWritten) {
   save_session(scratch.path(), {"gray", ImageSize{1024, 768}, Board(Chessboard{7, 9, 0.075}), 2});
   save_marker_map(scratch / "markers.json", test::example_markers());
 
+  std::vector<std::string> boards;
+  for (const Board& board : test::example_boards()) {
+    boards.push_back("board_" + std::to_string(boards.size()) + ".json");
+    save_board(scratch / boards.back(), board);
+  }
+
   const std::vector<std::pair<std::string, std::vector<std::string>>> files{
       {"markers", {"markers.json"}},
       {"rig", {"rig.json"}},
       {"surfaces", {"surfaces.json", "weighted.json"}},
       {"solved-surfaces", {"solved-surfaces.json", "solved-weighted.json"}},
       {"pose", {"pose.json"}},
-      {"session", {"session.json"}}};
+      {"session", {"session.json"}},
+      {"board", boards}};
   for (const auto& [name, written] : files) {
     const json schema = schema_of(name);
     EXPECT_EQ(schema.at("$schema"), "https://json-schema.org/draft/2020-12/schema");

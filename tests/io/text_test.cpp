@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "examples.hpp"
 #include "scratch.hpp"
 
 namespace procam::io {
@@ -17,17 +18,44 @@ TEST(Text, ReadsSizesLengthsAnglesAndBoards) {
   EXPECT_EQ(parse_length("1in"), 0.0254);
   EXPECT_DOUBLE_EQ(parse_angle("180deg"), 3.14159265358979323846);
   EXPECT_EQ(parse_angle("0.5rad"), 0.5);
-  EXPECT_EQ(std::get<Chessboard>(parse_board("chessboard:7x9:75mm")), (Chessboard{7, 9, 0.075}));
 }
 
 TEST(Text, WritesWhatItReadsBack) {
   for (const double metres : {0.075, 0.0254, 1.0 / 3, 2.0, 1e-9, 12345.678, 0.1 + 0.2}) {
     EXPECT_EQ(parse_length(format_length(metres)), metres) << format_length(metres);
-    const Board board = Chessboard{5, 8, metres};
-    EXPECT_EQ(std::get<Chessboard>(parse_board(format_board(board))), std::get<Chessboard>(board));
+    for (const Board& board : test::example_boards())
+      EXPECT_EQ(parse_board(format_board(scaled(board, metres))), scaled(board, metres));
   }
-  EXPECT_EQ(format_board(Chessboard{7, 9, 0.075}), "chessboard:7x9:75mm");
   EXPECT_EQ(parse_size(format_size({640, 481})), (ImageSize{640, 481}));
+}
+
+TEST(Text, SpellsEachBoardOneWay) {
+  const std::vector<std::pair<std::string, Board>> boards{
+      {"chessboard:7x9:75mm", Chessboard{7, 9, 0.075}},
+      {"charuco:5x7:40mm:30mm:5x5_100", CharucoBoard{5, 7, 0.04, 0.03, MarkerDictionary::k5x5_100}},
+      {"charuco:5x6:40mm:30mm:4x4_50:marker-first",
+       CharucoBoard{5, 6, 0.04, 0.03, MarkerDictionary::k4x4_50, true}},
+      {"markers:4x5:30mm:8mm:apriltag_36h11",
+       MarkerGrid{4, 5, 0.03, 0.008, MarkerDictionary::kAprilTag36h11}},
+      {"circles:7x9:25mm:15mm", CircleGrid{7, 9, 0.025, 0.015, false}},
+      {"asymmetric-circles:4x11:20mm:12mm", CircleGrid{4, 11, 0.02, 0.012, true}}};
+  for (const auto& [text, board] : boards) {
+    EXPECT_EQ(parse_board(text), board) << text;
+    EXPECT_EQ(format_board(board), text);
+  }
+}
+
+TEST(Text, RefusesBoardsThatNobodyCanPrint) {
+  EXPECT_ERROR(parse_board("charuco:5x7:40mm:40mm:5x5_100"), kInput, "not smaller than its squares");
+  EXPECT_ERROR(parse_board("charuco:12x12:40mm:30mm:5x5_50"), kInput, "too few markers");
+  EXPECT_ERROR(parse_board("charuco:5x7:40mm:30mm:5x5_99"), kInput, "no dictionary '5x5_99' (known: 4x4_50,");
+  EXPECT_ERROR(parse_board("charuco:5x7:40mm:30mm:5x5_50:first"), kInput, "not 'marker-first'");
+  EXPECT_ERROR(parse_board("charuco:5x7:40mm:30mm"), kInput, "5 parts");
+  EXPECT_ERROR(parse_board("markers:8x8:30mm:8mm:apriltag_25h9"), kInput, "too few markers");
+  EXPECT_ERROR(parse_board("markers:4x5:30mm:0mm:4x4_50"), kInput, "no positive size");
+  EXPECT_ERROR(parse_board("markers:4x5:30mm:8:4x4_50"), kInput, "its gap is no length: the unit is missing");
+  EXPECT_ERROR(parse_board("circles:7x9:25mm:25mm"), kInput, "overlap");
+  EXPECT_ERROR(parse_board("circles:7x1:25mm:15mm"), kInput, "at least 2 circles");
 }
 
 TEST(Text, SaysWhatWasExpected) {
@@ -42,7 +70,7 @@ TEST(Text, SaysWhatWasExpected) {
        {"", "1024", "1024x", "x768", "0x768", "-4x3", "1024x768x3", "1024 x768", "1e3x768"})
     EXPECT_ERROR(parse_size(text), kInput, "WIDTHxHEIGHT");
   EXPECT_ERROR(parse_board("chessboard:7x9:75"), kInput, "the unit is missing");
-  EXPECT_ERROR(parse_board("chessboard:7x9"), kInput, "three parts");
+  EXPECT_ERROR(parse_board("chessboard:7x9"), kInput, "3 parts");
   EXPECT_ERROR(parse_board("chesboard:7x9:75mm"), kInput, "no board of kind 'chesboard'");
   EXPECT_ERROR(parse_board("chessboard:7:75mm"), kInput, "counts");
   EXPECT_ERROR(parse_board("chessboard:1x9:75mm"), kInput, "at least 2");

@@ -3,11 +3,15 @@
 /// frame.
 ///
 /// Board frame: origin at the first point, x along a row, y along a column as printed (right and down when
-/// the sheet is read), z into the sheet: like an optical frame that looks at it.
+/// the sheet is read), z into the sheet: like an optical frame that looks at it. Lengths are metres.
+///
+/// To add one: a struct with size(), point_in_board(), looks_same_turned(), scaled(), flaw() and ==, and its
+/// name in `Board`; the compiler lists what else must know it (files, drawing, detection).
 #include <string>
 #include <variant>
 
 #include "procam/core/error.hpp"
+#include "procam/core/marker_dictionary.hpp"
 #include "procam/core/types.hpp"
 
 namespace procam {
@@ -22,12 +26,133 @@ struct Chessboard {
   Vec3 point_in_board(int index) const {
     return Vec3((index % columns) * square_size, (index / columns) * square_size, 0);
   }
+  bool looks_same_turned() const { return (columns + rows) % 2 == 0; }
+  Chessboard scaled(double factor) const { return {columns, rows, square_size * factor}; }
+  std::string flaw() const {
+    if (columns < 2 || rows < 2) return "its counts are not two whole numbers of at least 2 inner corners";
+    return square_size > 0 ? "" : "its squares have no positive size";
+  }
   bool operator==(const Chessboard& o) const {
     return columns == o.columns && rows == o.rows && square_size == o.square_size;
   }
 };
 
-using Board = std::variant<Chessboard>;
+/// A chessboard with a marker in the middle of each light square. Its points are the inner corners, row by
+/// row; the markers say which is which, so that a part of the board is enough.
+///
+/// The top-left square is dark, as OpenCV prints it from 4.7 on; before, the bottom-left one was, so that a
+/// board with an even number of rows began with a marker: `marker_first`. Ids count the light squares row by
+/// row from 0.
+struct CharucoBoard {
+  int columns = 0;         ///< squares a row (inner corners: one less)
+  int rows = 0;            ///< rows of squares
+  double square_size = 0;  ///< metres
+  double marker_size = 0;  ///< metres, with the black border
+  MarkerDictionary dictionary = MarkerDictionary::k5x5_100;
+  bool marker_first = false;  ///< the top-left square is a light one
+
+  int size() const { return columns < 1 || rows < 1 ? 0 : (columns - 1) * (rows - 1); }
+  Vec3 point_in_board(int index) const {
+    return Vec3((index % (columns - 1)) * square_size, (index / (columns - 1)) * square_size, 0);
+  }
+  bool is_light(int column, int row) const { return (column + row) % 2 == (marker_first ? 0 : 1); }
+  int marker_count() const { return (columns * rows + (marker_first ? 1 : 0)) / 2; }
+  /// The marker's top-left corner.
+  Vec2 marker_in_board(int id) const {
+    // Two rows hold `columns` light squares together; the first of them `in_first`.
+    const int in_first = (columns + (marker_first ? 1 : 0)) / 2, rest = id % columns;
+    const int row = 2 * (id / columns) + (rest >= in_first ? 1 : 0);
+    const int place = rest >= in_first ? rest - in_first : rest;
+    const int column = 2 * place + (is_light(0, row) ? 0 : 1);
+    const double margin = 0.5 * (square_size - marker_size);
+    return Vec2((column - 1) * square_size + margin, (row - 1) * square_size + margin);
+  }
+  bool looks_same_turned() const { return false; }
+  CharucoBoard scaled(double factor) const {
+    return {columns, rows, square_size * factor, marker_size * factor, dictionary, marker_first};
+  }
+  std::string flaw() const {
+    if (columns < 2 || rows < 2) return "its counts are not two whole numbers of at least 2 squares";
+    if (!(square_size > 0 && marker_size > 0)) return "its squares and markers have no positive size";
+    if (!(marker_size < square_size)) return "its markers are not smaller than its squares";
+    if (marker_count() > info_of(dictionary).count) return "its dictionary has too few markers";
+    return "";
+  }
+  bool operator==(const CharucoBoard& o) const {
+    return columns == o.columns && rows == o.rows && square_size == o.square_size &&
+           marker_size == o.marker_size && dictionary == o.dictionary && marker_first == o.marker_first;
+  }
+};
+
+/// Markers in rows and columns, ids row by row from 0. Its points are the markers' corners:
+/// index = 4 * id + corner, corners clockwise from the marker's own top left.
+struct MarkerGrid {
+  int columns = 0;         ///< markers a row
+  int rows = 0;            ///< rows of markers
+  double marker_size = 0;  ///< metres, with the black border
+  double gap = 0;          ///< metres of white between neighbours
+  MarkerDictionary dictionary = MarkerDictionary::k6x6_250;
+
+  int size() const { return 4 * columns * rows; }
+  int marker_count() const { return columns * rows; }
+  /// The marker's top-left corner.
+  Vec2 marker_in_board(int id) const { return (marker_size + gap) * Vec2(id % columns, id / columns); }
+  Vec3 point_in_board(int index) const {
+    const int corner = index % 4;
+    const Vec2 first = marker_in_board(index / 4);
+    return Vec3(first.x() + (corner == 1 || corner == 2 ? marker_size : 0),
+                first.y() + (corner >= 2 ? marker_size : 0), 0);
+  }
+  bool looks_same_turned() const { return false; }
+  MarkerGrid scaled(double factor) const {
+    return {columns, rows, marker_size * factor, gap * factor, dictionary};
+  }
+  std::string flaw() const {
+    if (columns < 1 || rows < 1) return "its counts are not two whole numbers of at least 1 marker";
+    if (!(marker_size > 0 && gap > 0)) return "its markers and gaps have no positive size";
+    if (marker_count() > info_of(dictionary).count) return "its dictionary has too few markers";
+    return "";
+  }
+  bool operator==(const MarkerGrid& o) const {
+    return columns == o.columns && rows == o.rows && marker_size == o.marker_size && gap == o.gap &&
+           dictionary == o.dictionary;
+  }
+};
+
+/// Centres of dark discs, row by row: index = row * columns + column.
+///   symmetric:   x = column * spacing,                   y = row * spacing
+///   asymmetric:  x = (2 * column + row % 2) * spacing,   y = row * spacing
+struct CircleGrid {
+  int columns = 0;      ///< discs a row
+  int rows = 0;         ///< rows of discs
+  double spacing = 0;   ///< metres from row to row
+  double diameter = 0;  ///< metres
+  bool asymmetric = false;
+
+  int size() const { return columns * rows; }
+  Vec3 point_in_board(int index) const {
+    const int row = index / columns, column = index % columns;
+    return Vec3((asymmetric ? 2 * column + row % 2 : column) * spacing, row * spacing, 0);
+  }
+  /// An odd number of staggered rows has two like ends that point one way.
+  bool looks_same_turned() const { return !asymmetric || rows % 2 == 0; }
+  CircleGrid scaled(double factor) const {
+    return {columns, rows, spacing * factor, diameter * factor, asymmetric};
+  }
+  std::string flaw() const {
+    if (columns < 2 || rows < 2) return "its counts are not two whole numbers of at least 2 circles";
+    if (!(spacing > 0 && diameter > 0)) return "its circles have no positive spacing and diameter";
+    // Staggered neighbours are sqrt(2) rows apart.
+    if (!(diameter < (asymmetric ? 1.4142 : 1.0) * spacing)) return "its circles overlap";
+    return "";
+  }
+  bool operator==(const CircleGrid& o) const {
+    return columns == o.columns && rows == o.rows && spacing == o.spacing && diameter == o.diameter &&
+           asymmetric == o.asymmetric;
+  }
+};
+
+using Board = std::variant<Chessboard, CharucoBoard, MarkerGrid, CircleGrid>;
 
 /// All points in the board's frame, metres, by point index.
 inline Points3 points_in_board(const Board& board) {
@@ -40,6 +165,22 @@ inline Points3 points_in_board(const Board& board) {
         return points;
       },
       board);
+}
+
+/// Does the board look the same after half a turn, so that one picture cannot tell its two ends apart? Point
+/// i is then where point size() - 1 - i was.
+inline bool looks_same_turned(const Board& board) {
+  return std::visit([](const auto& layout) { return layout.looks_same_turned(); }, board);
+}
+
+/// Every length times `factor`: a sheet that the printer scaled.
+inline Board scaled(const Board& board, double factor) {
+  return std::visit([factor](const auto& layout) { return Board(layout.scaled(factor)); }, board);
+}
+
+/// Why nobody can print or find this board, as the end of a sentence; empty when nothing is wrong.
+inline std::string flaw(const Board& board) {
+  return std::visit([](const auto& layout) { return layout.flaw(); }, board);
 }
 
 }  // namespace procam

@@ -21,7 +21,14 @@ std::string format_length(double metres);
 /// "30deg", "0.5rad" -> radians. The unit is required.
 double parse_angle(const std::string& text);
 
-/// "chessboard:7x9:75mm": 7 inner corners a row, 9 rows of them, squares of 75 mm.
+/// A board as it is typed:
+///   chessboard:7x9:75mm                   7 inner corners a row, 9 rows of them, squares of 75 mm
+///   charuco:5x7:40mm:30mm:5x5_100         5 squares a row, 7 rows; square, marker, dictionary
+///   charuco:5x6:40mm:30mm:5x5_100:marker-first   the top-left square holds a marker
+///   markers:4x5:30mm:8mm:apriltag_36h11   4 markers a row, 5 rows; marker, gap, dictionary
+///   circles:7x9:25mm:15mm                 7 circles a row, 9 rows; spacing, diameter
+///   asymmetric-circles:4x11:20mm:12mm     staggered; spacing from row to row
+/// See docs/boards.md. A board file is read by read_board() (io/board_file.hpp).
 Board parse_board(const std::string& text);
 std::string format_board(const Board& board);
 

@@ -1,0 +1,25 @@
+#pragma once
+/// Inner corners of a ChArUco board in one image. Its markers say which corner is which, so any part of the
+/// board is enough; each corner is then refined by the model of detect/chessboard.hpp, over a cross of pixels
+/// that leaves the markers aside. No corner depends on how well a marker was found.
+#include "procam/core/image.hpp"
+#include "procam/core/observation.hpp"
+
+namespace procam::detect {
+
+struct CharucoOptions {
+  /// Half the refinement window, as a share of a square.
+  double window_share = 0.35;
+  /// A corner whose own sigma is larger than this many pixels is left out.
+  double max_sigma_px = 0.5;
+};
+
+/// The corners that show, each with its covariance; those that are covered or outside the picture are absent.
+///
+/// Without a board the observations are empty and the diagnostics say why: "board_not_found",
+/// "board_dictionary_differs", "board_ids_differ", "board_layout_differs"; "corners_left_out" counts corners
+/// that should show and could not be refined. Throws std::invalid_argument for an empty or multi-channel
+/// image or a board with a flaw().
+Detections detect_charuco(const ViewU8& image, const CharucoBoard& board, const CharucoOptions& options = {});
+
+}  // namespace procam::detect

@@ -1,0 +1,118 @@
+#include "marker_board.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace procam::detect {
+namespace {
+
+/// A marker whose corners lie this share of its side (RMS) away from their places is another board's, or
+/// misread.
+constexpr double kOutOfPlace = 0.35;
+
+double side_of(const FoundMarker& marker) {
+  return 0.5 *
+         ((marker.corners[2] - marker.corners[0]).norm() + (marker.corners[3] - marker.corners[1]).norm()) /
+         std::sqrt(2.0);
+}
+
+std::optional<BoardMap> map_of(const MarkerLayout& layout, BoardMarkers& board, ImageSize size) {
+  board.in_board.clear();
+  board.pixels.clear();
+  for (const FoundMarker& marker : board.markers)
+    for (int c = 0; c < 4; ++c) {
+      board.in_board.push_back(layout.corner_in_board(marker.id, c));
+      board.pixels.push_back(marker.corners[std::size_t(c)]);
+    }
+  return BoardMap::fit(board.in_board, board.pixels, size);
+}
+
+/// The marker farthest from its place, in sides of itself.
+std::pair<std::size_t, double> worst(const MarkerLayout& layout, const BoardMarkers& board) {
+  std::pair<std::size_t, double> worst(0, 0);
+  for (std::size_t i = 0; i < board.markers.size(); ++i) {
+    const FoundMarker& marker = board.markers[i];
+    double sum = 0;
+    for (int c = 0; c < 4; ++c) {
+      const auto pixel = board.map.at(layout.corner_in_board(marker.id, c));
+      sum += pixel ? (*pixel - marker.corners[std::size_t(c)]).squaredNorm() / 4 : 1e12;
+    }
+    const double off = std::sqrt(sum) / std::max(side_of(marker), 1.0);
+    if (off > worst.second) worst = {i, off};
+  }
+  return worst;
+}
+
+/// Of the other dictionaries the one that explains most; the smallest of those that explain as many.
+std::string other_dictionary(const ViewU8& image, MarkerDictionary asked) {
+  std::size_t most = 2;  // chance reads one marker here and there
+  std::string name;
+  for (const MarkerDictionaryInfo& info : kMarkerDictionaries) {
+    if (info.dictionary == asked) continue;
+    const std::size_t count = find_markers(image, marker_codes(info.dictionary)).size();
+    if (count > most) most = count, name = info.name;
+  }
+  return name;
+}
+
+}  // namespace
+
+std::optional<BoardMarkers> find_board_markers(const ViewU8& image, const MarkerLayout& layout,
+                                               Diagnostics& diagnostics) {
+  const std::string dictionary = info_of(layout.dictionary).name;
+  const int count = int(layout.first.size());
+  BoardMarkers board;
+  int lowest_other = 0, highest_other = -1;
+  for (const FoundMarker& marker : find_markers(image, layout.codes)) {
+    if (marker.id < count) {
+      board.markers.push_back(marker);
+    } else {
+      if (highest_other < 0) lowest_other = marker.id;
+      highest_other = marker.id;
+    }
+  }
+  if (board.markers.empty() && highest_other >= 0) {
+    diagnostics.warn("board_ids_differ", "markers " + std::to_string(lowest_other) + " to " +
+                                             std::to_string(highest_other) + " of " + dictionary +
+                                             " are there, but the " + layout.noun + " has 0 to " +
+                                             std::to_string(count - 1) +
+                                             ": show the board that was asked for, or ask for this one");
+    return std::nullopt;
+  }
+  if (board.markers.size() < 2) {
+    if (const std::string other = other_dictionary(image, layout.dictionary); !other.empty()) {
+      diagnostics.warn("board_dictionary_differs", "markers of the dictionary " + other +
+                                                       " are there where " + dictionary +
+                                                       " was asked: give the board's own dictionary");
+      return std::nullopt;
+    }
+  }
+  if (board.markers.empty()) {
+    diagnostics.warn("board_not_found",
+                     "no marker of the " + layout.noun + " (" + dictionary +
+                         ") was found; check the dictionary, that markers are at least " +
+                         std::to_string(3 * (layout.codes.bits + 2)) +
+                         " pixels wide, sharp and not saturated, with light paper round them");
+    return std::nullopt;
+  }
+
+  // Misread markers are few: the worst goes until all stand in their places.
+  const std::size_t seen = board.markers.size();
+  for (;;) {
+    const auto map = map_of(layout, board, image.size());
+    if (map) {
+      board.map = *map;
+      const auto [index, off] = worst(layout, board);
+      if (off < kOutOfPlace) return board;
+      board.markers.erase(board.markers.begin() + std::ptrdiff_t(index));
+    }
+    if (!map || 3 * board.markers.size() < 2 * seen) {
+      diagnostics.warn("board_layout_differs",
+                       "markers of " + dictionary + " are there, but not where the " + layout.noun +
+                           " has them: check its counts (columns first), its sizes, and where its ids begin");
+      return std::nullopt;
+    }
+  }
+}
+
+}  // namespace procam::detect

@@ -9,7 +9,8 @@
 #include "common/cli.hpp"
 #include "common/utc_now.hpp"
 #include "procam/calibrate/calibrate.hpp"
-#include "procam/detect/chessboard.hpp"
+#include "procam/detect/detect_board.hpp"
+#include "procam/io/board_file.hpp"
 #include "procam/io/files.hpp"
 #include "procam/io/images.hpp"
 #include "procam/io/rig_file.hpp"
@@ -31,7 +32,7 @@ void declare(CLI::App& app, Flags& flags) {
   app.add_option("--images", flags.images, "folder of photographs, one a board pose; others are left alone")
       ->required();
   add_parsed(
-      app, "--board", [&](const std::string& text) { flags.board = io::parse_board(text); },
+      app, "--board", [&](const std::string& text) { flags.board = io::read_board(text); },
       "The printed board, e.g. chessboard:7x9:75mm (inner corners)")
       ->required();
   app.add_option("-o,--output", flags.output, "Rig file to write")->required();
@@ -63,13 +64,12 @@ std::vector<fs::path> images_in(const fs::path& folder) {
 
 Correspondences read_views(const Flags& flags, const std::vector<fs::path>& files, Console& console,
                            std::vector<InputFile>& inputs) {
-  const Chessboard& board = std::get<Chessboard>(*flags.board);
   std::vector<match::BoardView> views;
   for (std::size_t i = 0; i < files.size(); ++i) {
     console.progress("reading " + files[i].filename().string(), int(i), int(files.size()));
     const ImageU8 grey = io::to_gray(io::load_image(files[i]).image);
     inputs.push_back({files[i].filename().string(), io::sha256_of_file(files[i])});
-    views.push_back({files[i].filename().string(), {detect::detect_chessboard(grey, board)}});
+    views.push_back({files[i].filename().string(), {detect::detect_board(grey, *flags.board)}});
   }
   const ImageSize size = views.front().detections.front().image_size;
   return match::join(*flags.board, {{"camera", DeviceKind::kCamera, size}}, views);

@@ -5,6 +5,7 @@
 #include <ceres/ordered_groups.h>
 #include <ceres/problem.h>
 #include <ceres/solver.h>
+#include <glog/logging.h>
 
 #include <array>
 #include <memory>
@@ -45,6 +46,18 @@ void require_matching(const Correspondences& data, const UsedMask& used, const B
           "bundle: the start must have every point of the board");
   require(options.board_sigma >= 0, "bundle: board_sigma is a length, zero or more");
 }
+
+/// Libraries never print: what the solver would log of a failed step is in its summary, and in our errors.
+class QuietLog {
+ public:
+  QuietLog() : before_(FLAGS_minloglevel) { FLAGS_minloglevel = google::GLOG_FATAL; }
+  ~QuietLog() { FLAGS_minloglevel = before_; }
+  QuietLog(const QuietLog&) = delete;
+  QuietLog& operator=(const QuietLog&) = delete;
+
+ private:
+  int before_;
+};
 
 [[noreturn]] void throw_not_evaluable(const std::string& why) {
   throw Error(ErrorKind::kDegenerate, "bundle adjustment", "its start cannot be evaluated: " + why,
@@ -141,6 +154,7 @@ BundleResult bundle_adjust(const Correspondences& data, const UsedMask& used, co
   if (options.board_sigma > 0) solver.linear_solver_ordering = points_first(*blocks);
   solver.logging_type = ceres::SILENT;
   ceres::Solver::Summary summary;
+  const QuietLog quiet;
   ceres::Solve(solver, blocks->problem.get(), &summary);
   if (summary.termination_type == ceres::FAILURE) throw_not_evaluable(summary.message);
 

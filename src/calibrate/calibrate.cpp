@@ -88,7 +88,8 @@ constexpr double kShapeGain = 0.95;
 constexpr int kViewsForShape = 4;
 
 ShapedSolution solve_with_shape(const Correspondences& data, const Start& start, const Options& options) {
-  ShapedSolution flat{data, solve(data, start.state, start.bundle_options, start.used, options), {}, {}};
+  ShapedSolution flat{
+      data, solve(data, start.state, start.bundle_options, start.first, start.used, options), {}, {}};
   const int views = int(std::count(start.view_used.begin(), start.view_used.end(), true));
   // Where the detectors' own covariances explain every residual, nothing is left for a shape to explain.
   bool unexplained = false;
@@ -103,7 +104,7 @@ ShapedSolution solve_with_shape(const Correspondences& data, const Start& start,
   free.turned = settle_order_by_shape(free.data, flat.solution.used, state, flat.solution.options);
   BundleOptions with_shape = flat.solution.options;
   with_shape.board_sigma = board_sigma(points_in_board(data.board));
-  free.solution = solve(free.data, state, with_shape, start.used, options);
+  free.solution = solve(free.data, state, with_shape, flat.solution.used, start.used, options);
   free.shape = measure_shape(points_in_board(data.board), free.solution.state().points_in_board);
 
   UsedMask judged = free.solution.used;
@@ -262,6 +263,26 @@ void tell_shape(const ShapedSolution& shaped, CalibrationResult& result) {
                                 px(shape.holdout_flat_px) + " to " + px(shape.holdout_free_px));
 }
 
+/// When half of the views say otherwise, nobody knows which half is right.
+Gate agreement_gate(const Correspondences& data, const Start& start, const Solution& solution) {
+  Gate gate{"views agree", true, "all"};
+  for (std::size_t d = 0; d < data.devices.size(); ++d) {
+    int left_out = 0, views = 0;
+    for (std::size_t v = 0; v < data.views.size(); ++v) {
+      if (!start.view_used[v]) continue;
+      ++views;
+      left_out += solution.left_out[v][d] || solution.left_out[v][0];
+    }
+    if (left_out == 0) continue;
+    const std::string count = std::to_string(left_out) + " of " + std::to_string(views) +
+                              " views disagree about " + data.devices[d].name;
+    gate.passed = gate.passed && 2 * left_out < views;
+    gate.detail = gate.detail == "all" ? count : gate.detail + ", " + count;
+  }
+  if (!gate.passed) gate.detail += ": capture again what the remarks name";
+  return gate;
+}
+
 /// A board that is bent by more than a few sigmas of what a printed sheet does is no board to calibrate with.
 constexpr double kLargestBend = 5;
 
@@ -341,6 +362,7 @@ CalibrationResult run(const Correspondences& given, const std::optional<Camera>&
        behind == 0 ? "all"
                    : std::to_string(behind) +
                          " seen from behind: the order of their corners is mirrored; do not flip images"});
+  result.rig.quality.gates.push_back(agreement_gate(data, start, solution));
   if (shaped.shape.free) result.rig.quality.gates.push_back(shape_gate(data, shaped.shape));
   for (const Gate& gate : result.rig.quality.gates)
     if (!gate.passed) result.diagnostics.fail("gate_failed", gate.name + ": " + gate.detail);

@@ -114,7 +114,9 @@ std::string cause_of_disagreement(const Correspondences& data, const UsedMask& e
     const Pose motion = own->rig_from_board * solution.state().rig_from_board[std::size_t(view)].inverse();
     if (device > 0)
       return "the board, or the " + name + ", moved by " + amount(motion) +
-             " between the camera's picture and the patterns; hold it still and capture the view again";
+             " between the camera's picture and the patterns, or a lens was zoomed or refocused; hold it "
+             "still, "
+             "leave the lenses alone, and capture the view again";
   }
   return "its points are not where this board would have them in " + name +
          ": another board, a lens that was zoomed or refocused, or frames of another capture";
@@ -163,7 +165,8 @@ std::string resampled_picture(const Correspondences& data, const Solution& solut
         if (!solution.used[v][std::size_t(device)][std::size_t(m.index)]) continue;
         const auto r = reprojection_residual(solution.state(), m);
         if (!r) continue;
-        residual_at.emplace_back(m.pixel()[axis], (*r)[axis]);
+        // Where the light should be: what was read may lie on a grid of its own.
+        residual_at.emplace_back(m.pixel()[axis] + (*r)[axis], (*r)[axis]);
         power += (*r)[axis] * (*r)[axis];
       }
     // N. Lomb, "Least-squares frequency analysis of unequally spaced data", 1976: under noise alone

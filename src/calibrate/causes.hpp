@@ -17,8 +17,8 @@ std::string moved_device(const Correspondences& data, const UsedMask& everything
                          int device);
 
 /// A periodic pattern in a projector's residuals: its picture is resampled between the cable and the light
-/// (another resolution than its own, keystone, overscan), which moves pixels to and fro by parts of one. Empty
-/// when there is none.
+/// (another resolution than its own, keystone, overscan), which moves pixels to and fro by parts of one.
+/// Empty when there is none.
 std::string resampled_picture(const Correspondences& data, const Solution& solution, int device);
 
 }  // namespace procam::calibrate

@@ -189,14 +189,14 @@ Spread spread_of(const Correspondences& data, const BundleState& state, const Us
 }
 
 Solution solve(const Correspondences& data, const BundleState& start, const BundleOptions& bundle_options,
-               const UsedMask& start_mask, const Options& options) {
+               const UsedMask& first, const UsedMask& all, const Options& options) {
   Solution solution;
-  solution.used = start_mask;
+  solution.used = first;
   solution.bundle.state = start;
   solution.options = bundle_options;
   solution.options.max_iterations = options.max_iterations;
   solution.left_out.assign(data.views.size(), std::vector<char>(data.devices.size(), char(0)));
-  UsedMask mask = start_mask;
+  UsedMask mask = all;
   // Noise and outliers follow from the residuals and the residuals from them: a handful of rounds settles
   // both, and the last of them converges to the end.
   constexpr int kRounds = 9;
@@ -229,8 +229,10 @@ Solution solve(const Correspondences& data, const BundleState& start, const Bund
     require_agreement(data, mask);
   }
   if (!solution.bundle.converged)
-    throw Error(ErrorKind::kNotConverged, "bundle adjustment", solution.bundle.report,
-                "look for a view of another board or swapped frames, or allow more iterations");
+    throw Error(
+        ErrorKind::kNotConverged, "bundle adjustment", solution.bundle.report,
+        "tilt the board 20 to 40 degrees about both axes if all views have it parallel; else look for a "
+        "view of another board or swapped frames");
   return solution;
 }
 

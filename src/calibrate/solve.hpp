@@ -19,10 +19,11 @@ struct Solution {
   const BundleState& state() const { return bundle.state; }
 };
 
+/// Begins with the measurements in `first` and decides about all in `all`.
 /// Throws Error(kNotConverged) when the last round does not converge, Error(kDegenerate) when fewer than
 /// three views of a device agree.
 Solution solve(const Correspondences& data, const BundleState& start, const BundleOptions& bundle_options,
-               const UsedMask& start_mask, const Options& options);
+               const UsedMask& first, const UsedMask& all, const Options& options);
 
 /// Nothing but one view of a mask; with a device, nothing but that device's part of it.
 UsedMask only_view(const UsedMask& used, std::size_t view, int device = -1);

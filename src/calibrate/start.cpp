@@ -90,23 +90,93 @@ double rms_under(const Resection& resection, const Points3& points, const Points
   return std::sqrt(sum / double(points.size()));
 }
 
+void add(const Lit& one, bool turn, Points3& points, Points2& pixels) {
+  const Points3& of_view = turn ? one.turned : one.as_given;
+  points.insert(points.end(), of_view.begin(), of_view.end());
+  pixels.insert(pixels.end(), one.pixels.begin(), one.pixels.end());
+}
+
+Resection resect_views(const std::vector<Lit>& lit, const std::vector<bool>& turned,
+                       const std::vector<std::size_t>& views, const std::string& name) {
+  Points3 points;
+  Points2 pixels;
+  for (const std::size_t i : views) add(lit[i], turned[i], points, pixels);
+  return resect(points, pixels, name);
+}
+
+/// A view is far off when a start that holds for the others misses it this many times as far as its median
+/// view, and by more than a few pixels: distortion alone, which the start ignores, misses by so much.
+constexpr double kFarOff = 3, kFewPixels = 3;
+
+/// One view of another board or with stale frames would spoil a linear solve of all. If the solve of all
+/// leaves a view far off, triples of views compete by the error of the median view, and the winner's solve is
+/// repeated with all views that it holds for.
+struct Agreement {
+  Resection resection;
+  std::vector<std::size_t> views;  ///< that it holds for; indices into the lit views
+};
+Agreement resect_those_that_agree(const std::vector<Lit>& lit, const std::vector<bool>& turned,
+                                  const std::string& name) {
+  const auto errors = [&](const Resection& resection) {
+    std::vector<double> rms;
+    for (std::size_t i = 0; i < lit.size(); ++i)
+      rms.push_back(rms_under(resection, turned[i] ? lit[i].turned : lit[i].as_given, lit[i].pixels));
+    return rms;
+  };
+  const auto median = [](std::vector<double> values) {
+    const auto middle = values.begin() + long((values.size() - 1) / 2);
+    std::nth_element(values.begin(), middle, values.end());
+    return *middle;
+  };
+  const auto holding = [&](const std::vector<double>& rms) {
+    const double limit = std::max(kFarOff * median(rms), kFewPixels);
+    std::vector<std::size_t> views;
+    for (std::size_t i = 0; i < rms.size(); ++i)
+      if (rms[i] <= limit) views.push_back(i);
+    return views;
+  };
+  std::vector<std::size_t> all(lit.size());
+  for (std::size_t i = 0; i < all.size(); ++i) all[i] = i;
+  std::optional<Resection> best;
+  double least = 1e300;
+  std::string why;
+  const auto compete = [&](const std::vector<std::size_t>& views) {
+    try {
+      const Resection trial = resect_views(lit, turned, views, name);
+      const double error = median(errors(trial));
+      if (error < least) least = error, best = trial;
+    } catch (const Error& error) {
+      if (error.kind() != ErrorKind::kDegenerate && error.kind() != ErrorKind::kNotConverged) throw;
+    }
+  };
+  compete(all);
+  if (lit.size() <= 3 || (best && least < kFewPixels && holding(errors(*best)).size() == lit.size())) {
+    if (!best) best = resect_views(lit, turned, all, name);  // throws, with its reason
+    return {*best, all};
+  }
+  // All triples of a dozen views, or every n-th of more.
+  std::vector<std::vector<std::size_t>> triples;
+  for (std::size_t i = 0; i < lit.size(); ++i)
+    for (std::size_t j = i + 1; j < lit.size(); ++j)
+      for (std::size_t k = j + 1; k < lit.size(); ++k) triples.push_back({i, j, k});
+  const std::size_t every = triples.size() / 250 + 1;
+  for (std::size_t t = 0; t < triples.size(); t += every) compete(triples[t]);
+  if (!best) best = resect_views(lit, turned, all, name);
+  const std::vector<std::size_t> agreeing = holding(errors(*best));
+  if (agreeing.size() < 3) return {*best, all};
+  compete(agreeing);
+  return {*best, agreeing};
+}
+
 /// Resects a device from all its views. With `settle`, each view is taken in whichever of its two orders
 /// fits: the two views whose planes differ most are tried in all four combinations, the others join one by
 /// one.
-Resection resect_device(const std::vector<Lit>& lit, bool settle, const std::string& name,
+Agreement resect_device(const std::vector<Lit>& lit, bool settle, const std::string& name,
                         std::vector<bool>& turned) {
   turned.assign(lit.size(), false);
   Points3 points;
   Points2 pixels;
-  const auto add = [&](const Lit& one, bool turn) {
-    const Points3& of_view = turn ? one.turned : one.as_given;
-    points.insert(points.end(), of_view.begin(), of_view.end());
-    pixels.insert(pixels.end(), one.pixels.begin(), one.pixels.end());
-  };
-  if (!settle || lit.size() < 2) {
-    for (const Lit& one : lit) add(one, false);
-    return resect(points, pixels, name);
-  }
+  if (!settle || lit.size() < 2) return resect_those_that_agree(lit, turned, name);
   const auto normal = [](const Lit& one) {
     return (one.as_given.back() - one.as_given.front())
         .cross(one.as_given[one.as_given.size() / 2 + 1] - one.as_given.front())
@@ -123,8 +193,8 @@ Resection resect_device(const std::vector<Lit>& lit, bool settle, const std::str
   Resection best;
   for (int combination = 0; combination < 4; ++combination) {
     points.clear(), pixels.clear();
-    add(lit[first], combination & 1);
-    add(lit[second], combination & 2);
+    add(lit[first], combination & 1, points, pixels);
+    add(lit[second], combination & 2, points, pixels);
     try {
       const Resection trial = resect(points, pixels, name);
       // Two planes leave the linear solve some freedom: judge it by its pixels and by a plausible shape of
@@ -137,22 +207,29 @@ Resection resect_device(const std::vector<Lit>& lit, bool settle, const std::str
       continue;
     }
   }
-  if (least == 1e300) {
-    points.clear(), pixels.clear();
-    for (const Lit& one : lit) add(one, false);
-    return resect(points, pixels, name);
-  }
+  if (least == 1e300) return resect_those_that_agree(lit, turned, name);
   points.clear(), pixels.clear();
-  add(lit[first], turned[first]);
-  add(lit[second], turned[second]);
+  add(lit[first], turned[first], points, pixels);
+  add(lit[second], turned[second], points, pixels);
   for (std::size_t i = 0; i < lit.size(); ++i) {
     if (i == first || i == second) continue;
     turned[i] =
         rms_under(best, lit[i].turned, lit[i].pixels) < rms_under(best, lit[i].as_given, lit[i].pixels);
-    add(lit[i], turned[i]);
+    add(lit[i], turned[i], points, pixels);
     best = resect(points, pixels, name);
   }
-  return best;
+  return resect_those_that_agree(lit, turned, name);
+}
+
+void require_views(const Start& start, const Correspondences& data) {
+  const auto usable = std::size_t(std::count(start.view_used.begin(), start.view_used.end(), true));
+  if (usable >= kMinViews) return;
+  std::string why = std::to_string(usable) + " of " + std::to_string(data.views.size()) +
+                    " views are usable, " + std::to_string(kMinViews) + " are needed";
+  for (std::size_t v = 0; v < data.views.size(); ++v)
+    if (!start.view_used[v]) why += "; " + data.views[v].name + " " + start.notes[v];
+  throw Error(ErrorKind::kNotEnoughData, "calibration", why,
+              "capture at least three (better eight) views with the board tilted and at other distances");
 }
 
 /// The first camera's lens and every view's board pose.
@@ -175,6 +252,7 @@ void start_camera(const Correspondences& data, const Points3& board,
         start.notes[v] = std::string("left out: ") + error.what();
       }
     }
+    require_views(start, data);
     const auto intrinsics = initial_camera_intrinsics(homographies, size);
     if (!intrinsics)
       throw Error(ErrorKind::kDegenerate, data.devices[0].name,
@@ -194,15 +272,22 @@ void start_camera(const Correspondences& data, const Points3& board,
   }
 }
 
-void require_views(const Start& start, const Correspondences& data) {
-  const auto usable = std::size_t(std::count(start.view_used.begin(), start.view_used.end(), true));
-  if (usable >= kMinViews) return;
-  std::string why = std::to_string(usable) + " of " + std::to_string(data.views.size()) +
-                    " views are usable, " + std::to_string(kMinViews) + " are needed";
-  for (std::size_t v = 0; v < data.views.size(); ++v)
-    if (!start.view_used[v]) why += "; " + data.views[v].name + " " + start.notes[v];
-  throw Error(ErrorKind::kNotEnoughData, "calibration", why,
-              "capture at least three (better eight) views with the board tilted and at other distances");
+/// Boards that all stand alike leave the focal length open, and the solver wandering.
+void require_tilted(const Start& start, const std::string& camera) {
+  constexpr double kLeastTilt = 6 * 3.14159265358979323846 / 180;
+  double widest = 0;
+  for (std::size_t i = 0; i < start.view_used.size(); ++i)
+    for (std::size_t j = i + 1; j < start.view_used.size(); ++j)
+      if (start.view_used[i] && start.view_used[j])
+        widest = std::max(widest,
+                          std::acos(std::clamp(start.state.rig_from_board[i]
+                                                   .rotate(Vec3::UnitZ())
+                                                   .dot(start.state.rig_from_board[j].rotate(Vec3::UnitZ())),
+                                               -1.0, 1.0)));
+  if (widest < kLeastTilt)
+    throw Error(ErrorKind::kDegenerate, camera,
+                "the boards are all parallel to each other, which leaves the focal length open",
+                "capture views with the board tilted 20 to 40 degrees, about both axes");
 }
 
 }  // namespace
@@ -249,6 +334,8 @@ Start find_start(Correspondences& data, const std::optional<Camera>& known_camer
   BundleOptions roughly = start.bundle_options;
   roughly.tolerance = 1e-5;
   start.state = bundle_adjust(data, camera_only, start.state, roughly).state;
+  if (!known_camera) require_tilted(start, data.devices[0].name);
+  start.first = start.used;
 
   for (std::size_t d = 1; d < num_devices; ++d) {
     const Device& device = data.devices[d];
@@ -260,7 +347,10 @@ Start find_start(Correspondences& data, const std::optional<Camera>& known_camer
                   "place the board inside the projector's light, and check that its size and the order of "
                   "frames are right");
     std::vector<bool> turned;
-    const Resection resection = resect_device(lit, looks_same_turned(data.board), device.name, turned);
+    const auto [resection, agreeing] = resect_device(lit, looks_same_turned(data.board), device.name, turned);
+    for (std::size_t i = 0; i < lit.size(); ++i)
+      if (std::count(agreeing.begin(), agreeing.end(), i) == 0)
+        std::fill(start.first[lit[i].view][d].begin(), start.first[lit[i].view][d].end(), char(0));
     for (std::size_t i = 0; i < lit.size(); ++i) {
       if (!turned[i]) continue;
       for (Observation& o : data.views[lit[i].view].observations[d])

@@ -11,7 +11,8 @@ namespace procam::calibrate {
 
 struct Start {
   BundleState state;
-  UsedMask used;  ///< observations of usable views
+  UsedMask used;   ///< measurements of usable views
+  UsedMask first;  ///< of them, those of views that agree about every device: what to begin with
   BundleOptions bundle_options;
   std::vector<bool> view_used;
   std::vector<std::string> notes;  ///< by view, for people

@@ -166,7 +166,7 @@ std::string words_of(const CalibrationResult& result) {
 }
 
 fs::path corpus() {
-  return fs::path(__FILE__).parent_path() / "broken";
+  return fs::path(PROCAM_SOURCE_DIR) / "tests/calibrate/broken";
 }
 
 std::vector<std::string> names() {

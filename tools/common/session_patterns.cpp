@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "procam/detect/detect_board.hpp"
 #include "procam/detect/projected_chessboard.hpp"
+#include "procam/io/board_file.hpp"
 #include "procam/io/text.hpp"
 #include "procam/match/board_light.hpp"
 #include "procam/pattern/chessboard_pattern.hpp"
@@ -25,6 +27,14 @@ void require_size_fits(const DecodedMap& decoded) {
                 wrong_size->message, "give the size of the picture that was shown");
 }
 
+/// Light is read between the squares' edges, which other prints do not have where the map expects them.
+const Chessboard& require_chessboard(const Board& board) {
+  if (const auto* chessboard = std::get_if<Chessboard>(&board)) return *chessboard;
+  throw Error(ErrorKind::kUnsupported, "board " + io::format_board(board),
+              "patterns that cover the print are read on a chessboard only",
+              "use a chessboard, or project beside the print with --pattern chessboard");
+}
+
 class GrayPattern : public SessionPattern {
  public:
   explicit GrayPattern(const pattern::GrayCode& gray_code) : gray_code_(gray_code) {}
@@ -36,7 +46,7 @@ class GrayPattern : public SessionPattern {
 
   match::BoardView read(const std::string& view_name, const std::vector<ViewU8>& captures,
                         const Board& board) const override {
-    const auto& chessboard = std::get<Chessboard>(board);
+    const Chessboard& chessboard = require_chessboard(board);
     const DecodedMap decoded = pattern::decode(captures, gray_code_);
     require_size_fits(decoded);
     const ViewU8& white = captures[captures.size() - 2];
@@ -74,7 +84,7 @@ class PhasePattern : public SessionPattern {
 
   match::BoardView read(const std::string& view_name, const std::vector<ViewU8>& captures,
                         const Board& board) const override {
-    const auto& chessboard = std::get<Chessboard>(board);
+    const Chessboard& chessboard = require_chessboard(board);
     const LightMap light = pattern::decode(captures, shown_);
     Detections in_camera = detect::detect_chessboard(pattern::flat_light(captures, shown_), chessboard),
                in_projector;
@@ -128,7 +138,7 @@ class ChessboardPair : public SessionPattern {
   match::BoardView read(const std::string& view_name, const std::vector<ViewU8>& captures,
                         const Board& board) const override {
     match::BoardView view{view_name,
-                          {detect::detect_chessboard(captures[0], std::get<Chessboard>(board)), {}}};
+                          {detect::detect_board(captures[0], board), {}}};
     Detections& in_projector = view.detections[kProjectorDevice];
     in_projector.image_size = shown_.projector_size;
     const Detections light = detect::detect_projected_chessboard(captures[1], captures[0],

@@ -49,8 +49,10 @@ ResidualNoise estimate_noise(const std::vector<std::pair<Vec2, Mat2>>& residuals
 
 constexpr double kRoughly = 1e-6;
 
-/// A view whose residuals are this many times longer than the median view's says nothing about the noise.
-constexpr double kGross = 3;
+/// A view whose residuals are this many times longer than the median view's says nothing about the noise -
+/// unless they are short all the same: views differ in blur and light, and nothing that slipped slips by
+/// less.
+constexpr double kGross = 3, kLeastSlipPx = 0.5;
 /// A view with fewer than this share of its points within the outlier limit disagrees as a whole.
 constexpr double kAgreeingShare = 0.5;
 constexpr int kViewsThatMustAgree = 3;
@@ -61,11 +63,20 @@ struct ViewResiduals {
   std::vector<char*> verdicts;
   std::size_t taken = 0;  ///< of the mask, with or without a residual
 
-  /// The noise quantile of |r|^2 in the detector's own sigmas.
+  /// The noise quantile of |r|^2, in the detector's own sigmas and in pixels.
   double quantile() const {
+    return noise_quantile(
+        [](const Vec2& r, const Mat2& covariance) { return squared_sigmas(r, covariance); });
+  }
+  double quantile_px2() const {
+    return noise_quantile([](const Vec2& r, const Mat2&) { return r.squaredNorm(); });
+  }
+
+ private:
+  template <typename Square>
+  double noise_quantile(Square square) const {
     std::vector<double> squares;
-    for (const auto& [residual, covariance] : residuals)
-      squares.push_back(squared_sigmas(residual, covariance));
+    for (const auto& [residual, covariance] : residuals) squares.push_back(square(residual, covariance));
     const auto at = squares.begin() + long(kNoiseQuantile * double(squares.size() - 1));
     std::nth_element(squares.begin(), at, squares.end());
     return *at;
@@ -83,7 +94,8 @@ std::vector<std::pair<Vec2, Mat2>> typical_residuals(const std::vector<ViewResid
   const double limit = kGross * kGross * *middle;
   std::vector<std::pair<Vec2, Mat2>> all;
   for (const ViewResiduals& view : views)
-    if (!view.residuals.empty() && view.quantile() <= limit)
+    if (!view.residuals.empty() &&
+        (view.quantile() <= limit || view.quantile_px2() <= kLeastSlipPx * kLeastSlipPx))
       all.insert(all.end(), view.residuals.begin(), view.residuals.end());
   return all;
 }

@@ -4,11 +4,12 @@
 #include <cmath>
 #include <cstdarg>
 #include <cstdio>
-#include <ctime>
+#include <map>
 #include <optional>
 
 #include "common/cli.hpp"
 #include "common/session_reader.hpp"
+#include "common/utc_now.hpp"
 #include "procam/analyze/light_error.hpp"
 #include "procam/analyze/report.hpp"
 #include "procam/calibrate/calibrate.hpp"
@@ -30,6 +31,8 @@ struct Flags {
   double wall = 2;             ///< metres
   double metres_per_unit = 0;  ///< of an OpenCV file to check
   bool holdout = false;
+  bool keep_outliers = false;
+  std::string board_shape = "auto";
   std::vector<std::string> free;  ///< parameters to estimate that are held otherwise
 };
 
@@ -43,13 +46,11 @@ std::string format(const char* pattern, ...) {
   return text;
 }
 
-std::string utc_now() {
-  const std::time_t now = std::time(nullptr);
-  std::tm utc{};
-  gmtime_r(&now, &utc);
-  char text[32];
-  std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &utc);
-  return text;
+const std::map<std::string, calibrate::BoardShape>& board_shapes() {
+  static const std::map<std::string, calibrate::BoardShape> names{{"auto", calibrate::BoardShape::kAuto},
+                                                                  {"flat", calibrate::BoardShape::kFlat},
+                                                                  {"free", calibrate::BoardShape::kFree}};
+  return names;
 }
 
 void say_lens(Console& console, const std::string& device, const Camera& lens,
@@ -126,6 +127,8 @@ ExitCode calibrate_session(const Flags& flags, Console& console) {
 
   calibrate::Options options;
   options.holdout = flags.holdout;
+  if (flags.keep_outliers) options.outlier_sigmas = 0;
+  options.board_shape = board_shapes().at(flags.board_shape);
   for (const std::string& name : flags.free)
     for (auto* held : {&options.camera.held, &options.projector.held})
       held->erase(std::remove(held->begin(), held->end(), name), held->end());
@@ -143,6 +146,8 @@ ExitCode calibrate_session(const Flags& flags, Console& console) {
                             {"step", std::to_string(session.step)},
                             {"board", io::format_board(session.board)}};
   for (const std::string& name : flags.free) rig.provenance.options["free " + name] = "yes";
+  rig.provenance.options["board-shape"] = flags.board_shape;
+  if (flags.keep_outliers) rig.provenance.options["keep-outliers"] = "yes";
   const analyze::LightError predicted = analyze::predicted_light_error(rig, flags.wall);
 
   io::save_rig(flags.output, rig);
@@ -200,6 +205,15 @@ ExitCode calibrate_session(const Flags& flags, Console& console) {
   console.summary().set("/wall/distance_m", flags.wall);
   console.summary().set("/wall/rms_mm", predicted.rms_mm);
   console.summary().set("/wall/worst_mm", predicted.worst_mm);
+  if (result.shape.free) {
+    console.say(format("board      not flat: %.2f mm along and %.2f mm off its plane (rms), at most %.2f mm",
+                       1e3 * result.shape.in_plane_rms, 1e3 * result.shape.out_of_plane_rms,
+                       1e3 * result.shape.largest));
+    console.summary().set("/board/in_plane_rms_mm", 1e3 * result.shape.in_plane_rms);
+    console.summary().set("/board/out_of_plane_rms_mm", 1e3 * result.shape.out_of_plane_rms);
+    console.summary().set("/board/largest_mm", 1e3 * result.shape.largest);
+  }
+  console.summary().set("/board/free_shape", result.shape.free);
   if (!flags.truth.empty()) say_truth(console, rig, truth, flags.wall);
   say_gates(console, rig.quality.gates);
   console.say("written    " + flags.output.string() +
@@ -250,6 +264,12 @@ void declare(CLI::App& app, Flags& flags) {
       ->check(CLI::IsMember({"skew", "k3"}))
       ->delimiter(',');
   app.add_option("--report", flags.report, "Also write a self-contained HTML page");
+  app.add_option("--board-shape", flags.board_shape,
+                 "Is the board flat, as printed? auto: whichever predicts left-out views better; flat; free: "
+                 "every point may lie off its place by about 1 % of a square")
+      ->check(CLI::IsMember(board_shapes()))
+      ->capture_default_str();
+  app.add_flag("--keep-outliers", flags.keep_outliers, "Leave no point and no view out, however far off");
   app.add_flag("--holdout", flags.holdout,
                "Leave each view out in turn and report how well the others predict it");
   add_parsed(

@@ -104,7 +104,8 @@ ShapedSolution solve_with_shape(const Correspondences& data, const Start& start,
   free.turned = settle_order_by_shape(free.data, flat.solution.used, state, flat.solution.options);
   BundleOptions with_shape = flat.solution.options;
   with_shape.board_sigma = board_sigma(points_in_board(data.board));
-  free.solution = solve(free.data, state, with_shape, flat.solution.used, start.used, options);
+  // From all points again: those that the flat board left out are the ones that tell the shape.
+  free.solution = solve(free.data, state, with_shape, start.first, start.used, options);
   free.shape = measure_shape(points_in_board(data.board), free.solution.state().points_in_board);
 
   UsedMask judged = free.solution.used;

@@ -25,10 +25,12 @@ TEST(RealCaptures, CalibrateToTheKnownRig) {
   EXPECT_LT(fx, 1900);
   EXPECT_GT(cy, 830);  // below the 768-row picture: real lens shift
   EXPECT_LT(cy, 890);
-  EXPECT_LE(summary["rms_px"]["joint"], 0.25);
-  EXPECT_LE(summary["rms_px"]["camera"], 0.30);
-  EXPECT_LE(summary["holdout_px"]["projector"], 0.30);
-  EXPECT_LE(summary["holdout_all_px"]["projector"], 0.30);  // the board's curled corners included
+  // Every point counts, the curled corners of the sheet included: the board's shape explains them.
+  EXPECT_TRUE(summary["board"]["free_shape"]);
+  EXPECT_LE(summary["rms_all_px"]["camera"], 0.13);
+  EXPECT_LE(summary["rms_all_px"]["projector"], 0.11);
+  EXPECT_LE(summary["rms_all_px"]["joint"], 0.13);
+  EXPECT_LE(summary["holdout_all_px"]["projector"], 0.17);
   EXPECT_TRUE(std::filesystem::exists(folder / "rig.json"));
   EXPECT_NE(slurp(folder / "report.html").find("</html>"), std::string::npos);
 }

@@ -65,16 +65,20 @@ function(procam_install_package)
 endfunction()
 
 # A stage's tests: tests/<name>/*.cpp become one program, each TEST its own ctest entry "<name>.Suite.Test".
-# SLOW (a pattern of GoogleTest's filter) labels those that take minutes under sanitizers: `ctest -LE slow` omits them.
+# SLOW and LONG (patterns of GoogleTest's filter, that share no test) label those that take minutes under sanitizers
+# (`ctest -LE slow` omits them) and those that take minutes anywhere: tests/run.sh leaves these to `ctest -L long`.
 function(procam_test name)
-  cmake_parse_arguments(arg "" "SLOW" "SOURCES;LINK" ${ARGN})
+  cmake_parse_arguments(arg "" "SLOW;LONG" "SOURCES;LINK" ${ARGN})
   add_executable(test_${name} ${arg_SOURCES})
   target_link_libraries(test_${name} PRIVATE ${arg_LINK} procam_warnings procam_test_support)
   set(discovery TEST_PREFIX ${name}. DISCOVERY_MODE PRE_TEST)
   if(arg_SLOW)
-    gtest_discover_tests(test_${name} ${discovery} TEST_FILTER "-${arg_SLOW}" PROPERTIES TIMEOUT 600)
-    gtest_discover_tests(test_${name} ${discovery} TEST_FILTER "${arg_SLOW}" PROPERTIES TIMEOUT 600 LABELS slow)
+    gtest_discover_tests(test_${name} ${discovery} TEST_FILTER "-${arg_SLOW}:${arg_LONG}" PROPERTIES TIMEOUT 600)
+    gtest_discover_tests(test_${name} ${discovery} TEST_FILTER "${arg_SLOW}" PROPERTIES TIMEOUT 1500 LABELS slow)
   else()
     gtest_discover_tests(test_${name} ${discovery} PROPERTIES TIMEOUT 600)
+  endif()
+  if(arg_LONG)
+    gtest_discover_tests(test_${name} ${discovery} TEST_FILTER "${arg_LONG}" PROPERTIES TIMEOUT 3000 LABELS "slow;long")
   endif()
 endfunction()

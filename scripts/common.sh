@@ -3,7 +3,7 @@
 # What compiles the libraries and tools; what the tests need besides. libopencv-dev brings OpenCV's CMake files.
 build_packages=(g++ cmake ninja-build libeigen3-dev libopencv-dev libceres-dev nlohmann-json3-dev libpugixml-dev
   libcli11-dev)
-test_packages=(libgtest-dev libbenchmark-dev clang-format)
+test_packages=(libgtest-dev libbenchmark-dev clang-format clang-tidy)
 
 # install_packages PACKAGE...: installs those that are missing, and asks for no more rights than that needs.
 install_packages() {

@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # Everything that procam promises, tested from nothing on Debian 12:   tests/run.sh
-# Installs missing packages, checks the style, builds and tests three presets (ci: everything; core-only: Eigen alone;
-# asan: core, io and pattern under sanitizers), walks the main job (examples/run.sh), and ends with "N passed, N failed".
+# Installs missing packages, checks style and sources, builds and tests three presets (ci: everything; core-only: Eigen
+# alone, under sanitizers; asan: what meets foreign bytes, under sanitizers), walks the main job (examples/run.sh), and
+# ends with "N passed, N failed". The tests labelled "long" are left to `ctest --preset ci -L long`.
 # Exit status 0 if nothing failed.
 set -uo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.." || exit 1
@@ -22,7 +23,7 @@ configure_and_build() {
 run_ctest() {
   local report=$PWD/build/$1/ctest.xml tests failures disabled not_run
   rm -f "$report"
-  ctest --preset "$1" -j "$jobs" --output-junit "$report"
+  ctest --preset "$1" -j "$jobs" -LE long --output-junit "$report"
   local status=$?
   if [[ ! -s $report ]]; then
     failed=$((failed + 1))
@@ -46,12 +47,17 @@ check_format() {
   find include src tools tests examples -name '*.hpp' -o -name '*.cpp' | sort | xargs clang-format --dry-run --Werror
 }
 
+check_tidy() {
+  find src -name '*.cpp' | sort | xargs -P "$jobs" -n 4 clang-tidy -p build/ci --quiet
+}
+
 step "Packages" install_packages "${build_packages[@]}" "${test_packages[@]}" || { echo "$passed passed, $failed failed"; exit 1; }
 step "Style: clang-format" check_format
 build_and_test ci "everything, optimised"
+step "Style: clang-tidy" check_tidy
 step "The main job: examples/run.sh" env PROCAM_PRESET=ci examples/run.sh build/ci/out
-build_and_test core-only "core alone, without OpenCV and Ceres"
-build_and_test asan "address and undefined-behaviour sanitizers"
+build_and_test core-only "core alone, without OpenCV and Ceres, under sanitizers"
+build_and_test asan "what meets foreign bytes, under sanitizers"
 
 printf '\nAll phases: %d s\n' "$SECONDS"
 if ((skipped > 0)); then

@@ -127,6 +127,7 @@ ExitCode calibrate_session(const Flags& flags, Console& console) {
 
   calibrate::Options options;
   options.holdout = flags.holdout;
+  options.light_read_at_corners = true;  // as all patterns of the table that cover the print are read
   if (flags.keep_outliers) options.outlier_sigmas = 0;
   options.board_shape = board_shapes().at(flags.board_shape);
   for (const std::string& name : flags.free)

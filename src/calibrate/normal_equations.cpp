@@ -42,6 +42,7 @@ class Linearisation {
     const auto d = std::size_t(m.device);
     std::vector<Part> parts;
     if (m.light != nullptr) add_device(std::size_t(m.light->camera), parts);
+    if (read_at_corner(state_, m)) add_device(0, parts);
     add_device(d, parts);
     const std::size_t pose = parts.size();
     parts.push_back({Block(2, kPoseBlockSize), boards_[std::size_t(m.view)].data(), {}});

@@ -1,10 +1,12 @@
 #include "residual_blocks.hpp"
 
 #include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 
 #include "procam/calibrate/costs/light_point.hpp"
 #include "procam/calibrate/costs/reprojection.hpp"
+#include "procam/calibrate/costs/shared_corner.hpp"
 
 namespace procam::calibrate {
 namespace {
@@ -32,7 +34,57 @@ std::optional<Mat2> pixel_by_sheet(const BundleState& state, int device, const P
   return derivative;
 }
 
+/// Derivative of a device's pixel by the camera's, over the sheet.
+std::optional<Mat2> carry_over(const BundleState& state, int device, int camera, const Pose& rig_from_board,
+                               const Vec3& point_in_rig) {
+  const auto lit = pixel_by_sheet(state, device, rig_from_board, point_in_rig),
+             seen = pixel_by_sheet(state, camera, rig_from_board, point_in_rig);
+  if (!lit || !seen || !(std::abs(seen->determinant()) > 1e-12)) return std::nullopt;
+  return Mat2(*lit * seen->inverse());
+}
+
+std::optional<Mat2> carry_of(const BundleState& state, const Measurement& m) {
+  const auto point = point_in_rig(state, m);
+  if (!point) return std::nullopt;
+  return carry_over(state, m.device, m.light != nullptr ? m.light->camera : 0,
+                    state.rig_from_board[std::size_t(m.view)], *point);
+}
+
+std::optional<Vec2> residual_in(const BundleState& state, int device, const Vec3& point_in_rig,
+                                const Vec2& pixel) {
+  const std::optional<Vec2> projected =
+      state.lenses[std::size_t(device)].project(state.device_from_rig[std::size_t(device)] * point_in_rig);
+  if (!projected) return std::nullopt;
+  return Vec2(*projected - pixel);
+}
+
+/// What is left of C_p without J C_c J^T: at least a hundredth of C_p in every direction, since both are
+/// estimates.
+Mat2 without_corner(const Mat2& of_light, const Mat2& of_corner, const Mat2& carry) {
+  const Mat2 lower = of_light.llt().matrixL();
+  const Mat2 whiten = lower.inverse();
+  const Eigen::SelfAdjointEigenSolver<Mat2> eigen(
+      Mat2(Mat2::Identity() - whiten * carry * of_corner * carry.transpose() * whiten.transpose()));
+  const Vec2 left = eigen.eigenvalues().cwiseMax(0.01);
+  const Mat2 root = lower * eigen.eigenvectors();
+  return root * left.asDiagonal() * root.transpose();
+}
+
+std::unique_ptr<ceres::CostFunction> reprojection(const Distortion& model, const Vec2& pixel,
+                                                  const Mat2& sqrt_information) {
+  return std::visit(
+      [&](const auto& lens_model) -> std::unique_ptr<ceres::CostFunction> {
+        return std::make_unique<ReprojectionCost<std::decay_t<decltype(lens_model)>>>(pixel,
+                                                                                      sqrt_information);
+      },
+      model);
+}
+
 }  // namespace
+
+bool read_at_corner(const BundleState& state, const Measurement& m) {
+  return state.light_read_at_corners && m.corner != nullptr;
+}
 
 std::optional<Vec3> place_in_rig(const BundleState& state, int view, const LightPoint& light) {
   const auto bearing = state.lenses[std::size_t(light.camera)].unproject(light.camera_pixel);
@@ -44,10 +96,19 @@ std::optional<Vec3> place_in_rig(const BundleState& state, int view, const Light
 std::vector<Measurement> measurements_of(const Correspondences& data, int view, int device) {
   std::vector<Measurement> all;
   const View& of = data.views[std::size_t(view)];
-  for (const Observation& o : of.observations[std::size_t(device)])
-    all.push_back({view, device, int(all.size()), &o, nullptr});
+  std::vector<const Observation*> corners;
+  if (data.devices[std::size_t(device)].kind == DeviceKind::kProjector)
+    for (const Observation& o : of.observations[0]) {
+      if (std::size_t(o.point) >= corners.size()) corners.resize(std::size_t(o.point) + 1, nullptr);
+      corners[std::size_t(o.point)] = &o;
+    }
+  for (const Observation& o : of.observations[std::size_t(device)]) {
+    const bool seen = std::size_t(o.point) < corners.size();
+    all.push_back(
+        {view, device, int(all.size()), &o, nullptr, seen ? corners[std::size_t(o.point)] : nullptr});
+  }
   for (const LightPoint& light : of.light_points)
-    if (light.projector == device) all.push_back({view, device, int(all.size()), nullptr, &light});
+    if (light.projector == device) all.push_back({view, device, int(all.size()), nullptr, &light, nullptr});
   return all;
 }
 
@@ -62,22 +123,21 @@ UsedMask use_all(const Correspondences& data) {
 std::optional<Vec2> reprojection_residual(const BundleState& state, const Measurement& m) {
   const auto point = point_in_rig(state, m);
   if (!point) return std::nullopt;
-  const std::optional<Vec2> projected =
-      state.lenses[std::size_t(m.device)].project(state.device_from_rig[std::size_t(m.device)] * *point);
-  if (!projected) return std::nullopt;
-  return Vec2(*projected - m.pixel());
+  const auto lit = residual_in(state, m.device, *point, m.pixel());
+  if (!lit || !read_at_corner(state, m)) return lit;
+  const auto seen = residual_in(state, 0, *point, m.corner->pixel);
+  const auto carry = carry_of(state, m);
+  if (!seen || !carry) return std::nullopt;
+  return Vec2(*lit - *carry * *seen);
 }
 
 std::optional<Mat2> believed_covariance(const BundleState& state, const Measurement& m) {
-  if (m.observation != nullptr) return m.observation->covariance;
-  const auto point = place_in_rig(state, m.view, *m.light);
-  if (!point) return std::nullopt;
-  const Pose& rig_from_board = state.rig_from_board[std::size_t(m.view)];
-  const auto lit = pixel_by_sheet(state, m.device, rig_from_board, *point),
-             seen = pixel_by_sheet(state, m.light->camera, rig_from_board, *point);
-  if (!lit || !seen || !(std::abs(seen->determinant()) > 1e-12)) return std::nullopt;
-  const Mat2 carry = *lit * seen->inverse();
-  const Mat2 covariance = carry * m.light->camera_covariance * carry.transpose();
+  if (m.observation != nullptr && !read_at_corner(state, m)) return m.observation->covariance;
+  const auto carry = carry_of(state, m);
+  if (!carry) return std::nullopt;
+  const Mat2 covariance = m.light != nullptr
+                              ? Mat2(*carry * m.light->camera_covariance * carry->transpose())
+                              : without_corner(m.observation->covariance, m.corner->covariance, *carry);
   if (!covariance.allFinite() || !(covariance.determinant() > 0)) return std::nullopt;
   return covariance;
 }
@@ -88,13 +148,14 @@ std::unique_ptr<ceres::CostFunction> measurement_cost(const BundleState& state, 
   const Mat2 lower = covariance.llt().matrixL();
   const Mat2 sqrt_information = lower.inverse();
   const Distortion& model = state.lenses[std::size_t(m.device)].distortion;
-  if (m.observation != nullptr)
-    return std::visit(
-        [&](const auto& lens_model) -> std::unique_ptr<ceres::CostFunction> {
-          return std::make_unique<ReprojectionCost<std::decay_t<decltype(lens_model)>>>(m.pixel(),
-                                                                                        sqrt_information);
-        },
-        model);
+  if (m.observation != nullptr) {
+    auto cost = reprojection(model, m.pixel(), sqrt_information);
+    const auto carry = read_at_corner(state, m) ? carry_of(state, m) : std::nullopt;
+    if (!carry) return cost;
+    return std::make_unique<SharedCornerCost>(
+        reprojection(state.lenses[0].distortion, m.corner->pixel, Mat2::Identity()), std::move(cost),
+        Mat2(sqrt_information * *carry));
+  }
   return std::visit(
       [&](const auto& camera_model, const auto& projector_model) -> std::unique_ptr<ceres::CostFunction> {
         return std::make_unique<LightPointCost>(camera_model, projector_model, m.light->camera_pixel,

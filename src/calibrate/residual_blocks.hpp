@@ -15,8 +15,11 @@ namespace procam::calibrate {
 /// view.
 std::optional<Vec3> place_in_rig(const BundleState& state, int view, const LightPoint& light);
 
+/// Is this light that was read at a corner of camera 0?
+bool read_at_corner(const BundleState& state, const Measurement& measurement);
+
 /// The cost of one measurement, whitened by the residual's covariance. Blocks of an observation: lens,
-/// device_from_rig, rig_from_board, point; of a light point: see costs/light_point.hpp.
+/// device_from_rig, rig_from_board, point; of light read at a corner: see costs/shared_corner.hpp; of a light point: costs/light_point.hpp.
 std::unique_ptr<ceres::CostFunction> measurement_cost(const BundleState& state,
                                                       const Measurement& measurement, const Mat2& covariance);
 

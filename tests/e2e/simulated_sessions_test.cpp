@@ -26,6 +26,14 @@ Correspondences look_at(const simulate::Session& session, const std::string& pat
                      views);
 }
 
+calibrate::Options options_for(simulate::Level level) {
+  calibrate::Options options;
+  options.light_read_at_corners = true;
+  if (level == simulate::Level::kHard)  // its devices have skew, as its users are told
+    options.camera.held = options.projector.held = {"k3"};
+  return options;
+}
+
 /// Standard scores of all reported parameters.
 std::vector<std::pair<std::string, double>> scores(const Rig& rig, const Rig& truth) {
   std::vector<std::pair<std::string, double>> result;
@@ -60,10 +68,8 @@ TEST_P(SimulatedSessions, TruthLiesInsideThreeReportedSigmas) {
   const simulate::Level level = GetParam().level;
   for (std::uint64_t seed = 1; seed <= GetParam().seeds; ++seed) {
     const simulate::Session session = simulate::make_session(level, seed);
-    calibrate::Options options;
-    if (level == simulate::Level::kHard)  // its devices have skew, as its users are told
-      options.camera.held = options.projector.held = {"k3"};
-    const calibrate::CalibrationResult result = calibrate::calibrate_rig(look_at(session), options);
+    const calibrate::CalibrationResult result =
+        calibrate::calibrate_rig(look_at(session), options_for(level));
     EXPECT_TRUE(result.rig.quality.passed()) << "seed " << seed;
     const analyze::LightError predicted = analyze::predicted_light_error(result.rig, 2.0);
     const analyze::LightError actual = analyze::true_light_error(result.rig, session.rig(), 2.0);
@@ -99,10 +105,8 @@ TEST_P(PatternSessions, TruthLiesInsideThreeReportedSigmas) {
   const PatternCase& which = GetParam();
   const auto pattern = tools::make_pattern(which.pattern, simulate::projector_size(which.level));
   const simulate::Session session = simulate::make_session(which.level, 2, pattern->on_blank_paper());
-  calibrate::Options options;
-  if (which.level == simulate::Level::kHard) options.camera.held = options.projector.held = {"k3"};
   const calibrate::CalibrationResult result =
-      calibrate::calibrate_rig(look_at(session, which.pattern), options);
+      calibrate::calibrate_rig(look_at(session, which.pattern), options_for(which.level));
   EXPECT_TRUE(result.rig.quality.passed());
   const analyze::LightError predicted = analyze::predicted_light_error(result.rig, 2.0);
   const analyze::LightError actual = analyze::true_light_error(result.rig, session.rig(), 2.0);
@@ -147,7 +151,8 @@ TEST(BoardTurnedByHalf, InOneViewChangesNothing) {
   const Pose half_turn(so3_exp<double>(Vec3(0, 0, 3.14159265358979)), Vec3::Zero());
   session.views[1].rig_from_board = session.views[1].rig_from_board * Pose(Mat3::Identity(), middle) *
                                     half_turn * Pose(Mat3::Identity(), -middle);
-  const calibrate::CalibrationResult result = calibrate::calibrate_rig(look_at(session));
+  const calibrate::CalibrationResult result =
+      calibrate::calibrate_rig(look_at(session), options_for(simulate::Level::kEasy));
   EXPECT_EQ(result.rig.quality.views_used, 4);
   EXPECT_TRUE(result.rig.quality.passed());
   for (const auto& [name, score] : scores(result.rig, session.rig())) EXPECT_LE(std::abs(score), 4) << name;

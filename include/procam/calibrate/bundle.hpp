@@ -22,6 +22,9 @@ struct BundleState {
   std::vector<Pose> device_from_rig;  ///< by device; the first is the identity and stays so
   std::vector<Pose> rig_from_board;   ///< by view
   Points3 points_in_board;            ///< by point: where the board has it, metres; as printed to begin with
+  /// A projector's pixels were read off the light at the corners that camera 0 found (Gray code, phase): the
+  /// corner's error is in both, and counts once (see reprojection_residual).
+  bool light_read_at_corners = false;
 };
 
 /// The covariance a residual is weighed with: scale^2 * detector's covariance + floor_px^2 * I. The floor
@@ -67,6 +70,7 @@ struct Measurement {
   int view = 0, device = 0, index = 0;
   const Observation* observation = nullptr;  ///< one of the two is set
   const LightPoint* light = nullptr;
+  const Observation* corner = nullptr;  ///< camera 0's of the same point, for a projector's observation
 
   /// The pixel of the device: as observed, or as shown.
   const Vec2& pixel() const { return observation != nullptr ? observation->pixel : light->projector_pixel; }
@@ -87,11 +91,18 @@ BundleResult bundle_adjust(const Correspondences& correspondences, const UsedMas
                            const BundleState& start, const BundleOptions& options);
 
 /// projected - measured, pixels of the measurement's device; nullopt where a lens cannot see the point. A
-/// light point is projected from where the camera's ray through its pixel meets the sheet.
+/// light point is projected from where the camera's ray through its pixel meets the sheet. Light that was
+/// read at a corner is where the corner was seen, not where the board's point is: with r_c the corner's
+/// residual in the camera and J the derivative of the projector's pixel by the camera's over the sheet, its
+/// residual is
+///   r_p - J r_c
+/// which no longer holds the corner's error. (Left in, one error would count as two independent ones, and the
+/// sigmas come out too small by up to sqrt(2).)
 std::optional<Vec2> reprojection_residual(const BundleState& state, const Measurement& measurement);
 
 /// What the detector believes of the measurement, as covariance of that residual: a light point's is the
-/// camera's, carried over the sheet into the projector. nullopt where the residual has no value.
+/// camera's, carried over the sheet into the projector; light read at a corner has what is left of its
+/// covariance C_p without the corner's share, C_p - J C_c J^T. nullopt where the residual has no value.
 std::optional<Mat2> believed_covariance(const BundleState& state, const Measurement& measurement);
 
 }  // namespace procam::calibrate

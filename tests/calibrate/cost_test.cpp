@@ -4,6 +4,7 @@
 
 #include "procam/calibrate/costs/light_point.hpp"
 #include "procam/calibrate/costs/reprojection.hpp"
+#include "procam/calibrate/costs/shared_corner.hpp"
 
 namespace procam::calibrate {
 namespace {
@@ -181,6 +182,56 @@ TEST(LightPointCost, DerivativesAreThoseOfFiniteDifferences) {
         Vec2 r;
         EXPECT_TRUE(sheet.evaluate(r));
         sheet.blocks[b] = here;
+        return r;
+      };
+      const Vec2 expected = (value(h) - value(-h)) / (2 * h);
+      EXPECT_LT((derivative[b].col(i) - expected).norm(), 1e-5 * (1 + expected.norm()))
+          << "block " << b << " parameter " << i;
+    }
+  }
+}
+
+TEST(SharedCornerCost, DerivativesAreThoseOfFiniteDifferences) {
+  LitSheet sheet;
+  Mat2 carry;
+  carry << 3.0, -0.4, 0.7, 5.0;
+  const SharedCornerCost cost(
+      std::make_unique<ReprojectionCost<FisheyeDistortion>>(Vec2(640, 700), Mat2::Identity()),
+      std::make_unique<ReprojectionCost<BrownConrady>>(Vec2(711.5, 702.25), sheet.lit.sqrt_information),
+      carry);
+  std::vector<std::vector<double>> blocks(sheet.blocks.begin(), sheet.blocks.end());
+  blocks.push_back({0.13, -0.07, 0.004});
+  using Block = Eigen::Matrix<double, 2, Eigen::Dynamic, Eigen::RowMajor>;
+  std::vector<Block> derivative(6);
+  double* jacobians[6];
+  for (std::size_t b = 0; b < 6; ++b) {
+    derivative[b].resize(2, Eigen::Index(blocks[b].size()));
+    jacobians[b] = derivative[b].data();
+  }
+  const auto evaluate = [&](double** out) {
+    const double* pointers[] = {blocks[0].data(), blocks[1].data(), blocks[2].data(),
+                                blocks[3].data(), blocks[4].data(), blocks[5].data()};
+    Vec2 residual;
+    EXPECT_TRUE(cost.Evaluate(pointers, residual.data(), out));
+    return residual;
+  };
+  EXPECT_EQ(evaluate(jacobians), evaluate(nullptr));
+  const Se3Manifold manifold;
+  for (std::size_t b = 0; b < 6; ++b) {
+    const bool is_pose = b == 1 || b == 3 || b == 4;
+    for (int i = 0; i < (is_pose ? 6 : int(blocks[b].size())); ++i) {
+      const std::vector<double> here = blocks[b];
+      const double h = 1e-6 * (is_pose ? 1 : std::max(1.0, std::abs(here[std::size_t(i)])));
+      const auto value = [&](double step) {
+        if (is_pose) {
+          const Vec6 delta = step * Vec6::Unit(i);
+          manifold.Plus(here.data(), delta.data(), blocks[b].data());
+        } else {
+          blocks[b] = here;
+          blocks[b][std::size_t(i)] += step;
+        }
+        const Vec2 r = evaluate(nullptr);
+        blocks[b] = here;
         return r;
       };
       const Vec2 expected = (value(h) - value(-h)) / (2 * h);

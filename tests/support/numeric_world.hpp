@@ -87,6 +87,37 @@ struct NumericWorld {
     return data;
   }
 
+  /// The same, the projector's pixels read off its light where the camera saw the noisy corners: camera noise
+  /// in both, projector_sigma_px of the light's own.
+  Correspondences with_light_read_at_corners(std::uint64_t noise_seed) const {
+    Correspondences data = correspondences(noise_seed);
+    std::mt19937_64 random(noise_seed + 2);
+    std::normal_distribution<double> normal;
+    for (std::size_t v = 0; v < data.views.size(); ++v) {
+      const Pose& from_board = camera_from_board[v];
+      const auto light_at = [&](const Vec2& camera_pixel) -> std::optional<Vec2> {
+        const auto bearing = camera.unproject(camera_pixel);
+        const auto place =
+            bearing ? intersect(from_board.inverse() * Ray{Vec3::Zero(), *bearing}, Plane{}) : std::nullopt;
+        return place ? projector.pixel_lighting(projector_from_camera * (from_board * *place)) : std::nullopt;
+      };
+      View& view = data.views[v];
+      view.observations[1].clear();
+      for (const Observation& corner : view.observations[0]) {
+        const auto lit = light_at(corner.pixel), right = light_at(corner.pixel + Vec2(0.5, 0)),
+                   below = light_at(corner.pixel + Vec2(0, 0.5));
+        if (!lit || !right || !below) continue;
+        Mat2 carry;
+        carry << 2 * (*right - *lit), 2 * (*below - *lit);
+        view.observations[1].push_back({corner.point,
+                                        *lit + projector_sigma_px * Vec2(normal(random), normal(random)),
+                                        carry * corner.covariance * carry.transpose() +
+                                            projector_sigma_px * projector_sigma_px * Mat2::Identity()});
+      }
+    }
+    return data;
+  }
+
   /// The same, the projector's light in corners of a projected chessboard beside the print instead.
   Correspondences with_projected_board(std::uint64_t noise_seed) const {
     Correspondences data = correspondences(noise_seed);

@@ -16,6 +16,8 @@ target_compile_options(procam_warnings INTERFACE
   $<$<AND:$<BOOL:${PROCAM_WERROR}>,$<CXX_COMPILER_ID:GNU,Clang,AppleClang>>:-Werror>)
 if(PROCAM_SANITIZE)
   add_compile_options(-fsanitize=${PROCAM_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)
+  # GCC cannot follow values through the checks it inserts and warns of initialised ones (its manual says so).
+  target_compile_options(procam_warnings INTERFACE $<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized>)
   add_link_options(-fsanitize=${PROCAM_SANITIZE})
 endif()
 

@@ -7,7 +7,7 @@
 namespace procam::analyze {
 namespace {
 
-constexpr double kWidth = 720, kMargin = 46;
+constexpr double kShapeWidth = 720, kShapeMargin = 46;
 
 std::string millimetres(double metres) {
   return fixed(1e3 * metres, 2) + " mm";
@@ -21,11 +21,11 @@ std::string board_shape(const calibrate::CalibrationResult& result, const Board&
   if (!shape.free || printed.empty() || shape.offsets.size() != printed.size()) return "";
   Vec2 low = printed.front().head<2>(), high = low;
   for (const Vec3& p : printed) low = low.cwiseMin(p.head<2>()), high = high.cwiseMax(p.head<2>());
-  const double to_svg = (kWidth - 2 * kMargin) / std::max(1e-9, (high - low).x());
+  const double to_svg = (kShapeWidth - 2 * kShapeMargin) / std::max(1e-9, (high - low).x());
   const auto place = [&](const Vec3& p) {
-    return Vec2(Vec2::Constant(kMargin) + to_svg * (p.head<2>() - low));
+    return Vec2(Vec2::Constant(kShapeMargin) + to_svg * (p.head<2>() - low));
   };
-  const double height = 2 * kMargin + to_svg * (high - low).y();
+  const double height = 2 * kShapeMargin + to_svg * (high - low).y();
 
   double most_off = 0, most_along = 0;
   for (const Vec3& offset : shape.offsets) {
@@ -58,7 +58,7 @@ std::string board_shape(const calibrate::CalibrationResult& result, const Board&
                                         " % longer along its " + (shape.stretch_x_over_y > 0 ? "x" : "y") +
                                         " than stated."
                                   : "";
-  return figure(svg(box(Vec2::Zero(), Vec2(kWidth, height)), "Shape of the board", content),
+  return figure(svg(box(Vec2::Zero(), Vec2(kShapeWidth, height)), "Shape of the board", content),
                 element("b", "", "Off its plane") + ": discs, by area, the largest " + millimetres(most_off) +
                     " (blue into the sheet, orange towards the reader); rms " +
                     millimetres(shape.out_of_plane_rms) + ". " + element("b", "", "Along it") + ": lines, " +

@@ -1,10 +1,10 @@
 #include "normal_equations.hpp"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
 #include "procam/calibrate/costs/se3_manifold.hpp"
+#include "procam/core/cholesky.hpp"
 #include "procam/core/covariance.hpp"
 #include "residual_blocks.hpp"
 
@@ -195,12 +195,12 @@ NormalEquations normal_equations(const Correspondences& data, const UsedMask& us
     if (view.used) {
       // Radians and metres compare after scaling each to its own information.
       const Vec6 scale = pose.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
-      const Eigen::LDLT<Mat6> factors(Mat6(scale.asDiagonal() * pose * scale.asDiagonal()));
-      if (!(factors.vectorD().minCoeff() > 1e-13))
+      const Cholesky factors(Mat6(scale.asDiagonal() * pose * scale.asDiagonal()));
+      if (!(factors.pivots().minCoeff() > 1e-13))
         throw Error(ErrorKind::kDegenerate, "view " + data.views[v].name,
                     "its points do not determine the board's pose: they lie on a line, or too close together",
                     "capture it again with more of the board in sight");
-      view.pose_covariance = scale.asDiagonal() * factors.solve(Mat6(scale.asDiagonal()));
+      view.pose_covariance = scale.asDiagonal() * factors.inverse() * scale.asDiagonal();
       view.pose_by_common = view.pose_covariance * cross;
       view.diagonal = information.diagonal();
       view.information = information - cross.transpose() * view.pose_by_common;

@@ -1,12 +1,12 @@
 #include "residual_blocks.hpp"
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
 #include <algorithm>
 
 #include "procam/calibrate/costs/light_point.hpp"
 #include "procam/calibrate/costs/reprojection.hpp"
 #include "procam/calibrate/costs/shared_corner.hpp"
+#include "procam/core/closed_form.hpp"
 
 namespace procam::calibrate {
 namespace {
@@ -61,13 +61,11 @@ std::optional<Vec2> residual_in(const BundleState& state, int device, const Vec3
 /// What is left of C_p without J C_c J^T: at least a hundredth of C_p in every direction, since both are
 /// estimates.
 Mat2 without_corner(const Mat2& of_light, const Mat2& of_corner, const Mat2& carry) {
-  const Mat2 lower = of_light.llt().matrixL();
-  const Mat2 whiten = lower.inverse();
-  const Eigen::SelfAdjointEigenSolver<Mat2> eigen(
-      Mat2(Mat2::Identity() - whiten * carry * of_corner * carry.transpose() * whiten.transpose()));
-  const Vec2 left = eigen.eigenvalues().cwiseMax(0.01);
-  const Mat2 root = lower * eigen.eigenvectors();
-  return root * left.asDiagonal() * root.transpose();
+  const Mat2 lower = cholesky_lower(of_light), whiten = lower.inverse();
+  const SymmetricEigen2 eigen =
+      symmetric_eigen(Mat2::Identity() - whiten * carry * of_corner * carry.transpose() * whiten.transpose());
+  const Mat2 root = lower * eigen.vectors;
+  return root * eigen.values.cwiseMax(0.01).asDiagonal() * root.transpose();
 }
 
 std::unique_ptr<ceres::CostFunction> reprojection(const Distortion& model, const Vec2& pixel,
@@ -145,8 +143,7 @@ std::optional<Mat2> believed_covariance(const BundleState& state, const Measurem
 std::unique_ptr<ceres::CostFunction> measurement_cost(const BundleState& state, const Measurement& m,
                                                       const Mat2& covariance) {
   // Whiten: with covariance = C C^T (Cholesky), L = C^-1.
-  const Mat2 lower = covariance.llt().matrixL();
-  const Mat2 sqrt_information = lower.inverse();
+  const Mat2 sqrt_information = cholesky_lower(covariance).inverse();
   const Distortion& model = state.lenses[std::size_t(m.device)].distortion;
   if (m.observation != nullptr) {
     auto cost = reprojection(model, m.pixel(), sqrt_information);

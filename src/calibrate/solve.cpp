@@ -1,6 +1,6 @@
 #include "solve.hpp"
 
-#include <Eigen/Cholesky>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
@@ -15,7 +15,7 @@ const double kQuantileOfChi2 = -2 * std::log(1 - kNoiseQuantile);  ///< of |r|^2
 
 /// Squared length of a residual in the metric of its covariance.
 double squared_sigmas(const Vec2& residual, const Mat2& covariance) {
-  return residual.dot(covariance.llt().solve(residual));
+  return residual.dot(covariance.inverse() * residual);
 }
 
 /// The noise model under which the 90 % quantile of the residuals is as long as it should be: a scale below

@@ -1,8 +1,8 @@
 #include "board_map.hpp"
 
-#include <Eigen/Cholesky>
 #include <cmath>
 
+#include "procam/core/cholesky.hpp"
 #include "procam/core/homography_fit.hpp"
 
 namespace procam::detect {
@@ -77,7 +77,8 @@ std::optional<BoardMap> BoardMap::fit(const Points2& in_board, const Points2& pi
         const double step = 0.05 * kLensSigma[k];
         by_lens.col(k) = (remainder(map.lens_ + step * Vec3::Unit(k)) - here) / step;
       }
-      const Vec3 change = (by_lens.transpose() * by_lens).ldlt().solve(by_lens.transpose() * here);
+      const Vec3 change =
+          Cholesky(Mat3(by_lens.transpose() * by_lens)).solve(Vec3(by_lens.transpose() * here));
       map.lens_ = (map.lens_ - change).cwiseMin(4 * kLensSigma).cwiseMax(-4 * kLensSigma);
     }
     remainder(map.lens_);

@@ -4,14 +4,12 @@
 #include <cmath>
 
 #include "corner_fit.hpp"
+#include "fit_verdict.hpp"
 #include "marker_board.hpp"
 
 namespace procam::detect {
 namespace {
 
-/// As for chessboards: a fit this many times worse than the median one has a cover's or a shadow's edge in
-/// its window.
-constexpr double kWorstResidual = 2;
 /// What the model leaves of a clean picture, as a share of the contrast.
 constexpr double kModelResidual = 0.01;
 /// Flat paper where a corner should be, as a share of the usual contrast.

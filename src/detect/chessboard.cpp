@@ -8,13 +8,10 @@
 #include <string>
 
 #include "corner_fit.hpp"
+#include "fit_verdict.hpp"
 
 namespace procam::detect {
 namespace {
-
-/// A fit this many times worse than the median fit (of at least half a grey level) has a border of light or a
-/// shadow in its window, which pulls the corner away. On real boards without one, none is.
-constexpr double kWorstResidual = 2;
 
 /// Corner positions row by row.
 struct Grid {

@@ -1,6 +1,5 @@
 #include "procam/detect/circle_grid.hpp"
 
-#include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
@@ -10,13 +9,13 @@
 
 #include "board_map.hpp"
 #include "disc_fit.hpp"
+#include "fit_verdict.hpp"
+#include "procam/core/cholesky.hpp"
 #include "procam/core/homography_fit.hpp"
 
 namespace procam::detect {
 namespace {
 
-/// As for chessboards: a fit this many times worse than the median one has something else in its window.
-constexpr double kWorstResidual = 2;
 /// Centres from blobs are good to about half a pixel, fitted ones to a fiftieth.
 constexpr double kFittedWeight = 100;
 
@@ -105,7 +104,8 @@ std::optional<Ellipse> image_of_disc(const BoardMap& map, const Vec2& centre, do
     rows.row(i) << p.x() * p.x(), 2 * p.x() * p.y(), p.y() * p.y(), p.x(), p.y();
   }
   const Eigen::Matrix<double, 5, 1> conic =
-      (rows.transpose() * rows).ldlt().solve(rows.transpose() * Eigen::Matrix<double, kPoints, 1>::Ones());
+      Cholesky(Eigen::Matrix<double, 5, 5>(rows.transpose().lazyProduct(rows)))
+          .solve(Eigen::Matrix<double, 5, 1>(rows.colwise().sum().transpose()));
   Mat2 a;
   a << conic[0], conic[1], conic[1], conic[2];
   const Vec2 shift = -0.5 * a.inverse() * conic.tail<2>();

@@ -1,10 +1,11 @@
 #include "corner_fit.hpp"
 
-#include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <vector>
+
+#include "procam/core/cholesky.hpp"
 
 namespace procam::detect {
 namespace {
@@ -119,7 +120,7 @@ Parameters first_guess(const Model& model, const CornerNeighbourhood& around) {
   model.evaluate(p, &jtj, &jtr);
   Mat2 n;
   n << jtj(kA, kA), jtj(kB, kA), jtj(kB, kA), jtj(kB, kB);
-  const Vec2 light = n.ldlt().solve(-Vec2(jtr[kA], jtr[kB]));
+  const Vec2 light = -n.inverse() * Vec2(jtr[kA], jtr[kB]);
   p[kA] += light[0];
   p[kB] += light[1];
   return p;
@@ -142,7 +143,7 @@ std::optional<CornerFit> fit_corner(const ViewU8& image, const CornerNeighbourho
   for (int iteration = 0; iteration < 50 && !converged; ++iteration) {
     Normal damped = jtj;
     damped.diagonal() += damping * jtj.diagonal();
-    const Parameters step = damped.ldlt().solve(-jtr);
+    const Parameters step = -Cholesky(damped).solve(jtr);
     Parameters trial = p + step;
     trial[kBlur] = std::clamp(trial[kBlur], 0.2, 0.5 * square);
     const double trial_sum = model.evaluate(trial, nullptr, nullptr);
@@ -162,7 +163,7 @@ std::optional<CornerFit> fit_corner(const ViewU8& image, const CornerNeighbourho
 
   CornerFit fit;
   const double variance = sum / double(samples->size() - kParameters);
-  const Normal inverse = jtj.ldlt().solve(Normal::Identity());
+  const Normal inverse = Cholesky(jtj).inverse();
   fit.corner = p.head<2>();
   fit.covariance = inverse.topLeftCorner<2, 2>() * std::max(variance, 1. / 12);
   fit.contrast = 2 * p[kB];

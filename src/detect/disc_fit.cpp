@@ -1,10 +1,11 @@
 #include "disc_fit.hpp"
 
-#include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <vector>
+
+#include "procam/core/cholesky.hpp"
 
 namespace procam::detect {
 namespace {
@@ -90,7 +91,7 @@ std::optional<DiscFit> fit_disc(const ViewU8& image, const DiscGuess& guess) {
   evaluate(samples, p, &jtj, &jtr);
   Mat2 n;
   n << jtj(kA, kA), jtj(kB, kA), jtj(kB, kA), jtj(kB, kB);
-  const Vec2 light = n.ldlt().solve(-Vec2(jtr[kA], jtr[kB]));
+  const Vec2 light = -n.inverse() * Vec2(jtr[kA], jtr[kB]);
   p[kA] += light[0];
   p[kB] += light[1];
   if (!(p[kB] > 0)) return std::nullopt;
@@ -100,7 +101,7 @@ std::optional<DiscFit> fit_disc(const ViewU8& image, const DiscGuess& guess) {
   for (int iteration = 0; iteration < 50 && damping < 1e8; ++iteration) {
     Normal damped = jtj;
     damped.diagonal() += damping * jtj.diagonal();
-    const Parameters step = damped.ldlt().solve(-jtr);
+    const Parameters step = -Cholesky(damped).solve(jtr);
     Parameters trial = p + step;
     trial[kBlur] = std::clamp(trial[kBlur], kLeastBlur, widest);
     const double trial_sum = is_ellipse(trial) ? evaluate(samples, trial, nullptr, nullptr) : HUGE_VAL;
@@ -120,7 +121,7 @@ std::optional<DiscFit> fit_disc(const ViewU8& image, const DiscGuess& guess) {
   fit.blur = p[kBlur];
   const double variance = sum / double(samples.size() - kParameters);
   fit.residual = std::sqrt(variance);
-  fit.covariance = jtj.ldlt().solve(Normal::Identity()).topLeftCorner<2, 2>() * std::max(variance, 1. / 12);
+  fit.covariance = Cholesky(jtj).inverse().topLeftCorner<2, 2>() * std::max(variance, 1. / 12);
   if (!(p.head<2>().norm() < 0.5 * std::min(half_w, half_h)) || !(fit.contrast > 0) ||
       !fit.covariance.allFinite() || !(fit.covariance.determinant() > 0))
     return std::nullopt;

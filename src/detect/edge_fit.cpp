@@ -1,10 +1,11 @@
 #include "edge_fit.hpp"
 
-#include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <vector>
+
+#include "procam/core/cholesky.hpp"
 
 namespace procam::detect {
 namespace {
@@ -104,7 +105,7 @@ std::optional<EdgeFit> fit_edge(const ViewU8& image, const EdgeGuess& guess) {
   evaluate(samples, guess.bend, p, &jtj, &jtr);
   Mat2 n;
   n << jtj(kA, kA), jtj(kB, kA), jtj(kB, kA), jtj(kB, kB);
-  const Vec2 light = n.ldlt().solve(-Vec2(jtr[kA], jtr[kB]));
+  const Vec2 light = -n.inverse() * Vec2(jtr[kA], jtr[kB]);
   p[kA] += light[0];
   p[kB] += light[1];
   if (!(p[kB] > 0)) return std::nullopt;
@@ -114,7 +115,7 @@ std::optional<EdgeFit> fit_edge(const ViewU8& image, const EdgeGuess& guess) {
   for (int iteration = 0; iteration < 40 && damping < 1e8; ++iteration) {
     Normal damped = jtj;
     damped.diagonal() += damping * jtj.diagonal();
-    const Parameters step = damped.ldlt().solve(-jtr);
+    const Parameters step = -Cholesky(damped).solve(jtr);
     Parameters trial = p + step;
     trial[kBlur] = std::clamp(trial[kBlur], kLeastBlur, widest);
     const double trial_sum = evaluate(samples, guess.bend, trial, nullptr, nullptr);
@@ -133,7 +134,7 @@ std::optional<EdgeFit> fit_edge(const ViewU8& image, const EdgeGuess& guess) {
   fit.blur = p[kBlur];
   const double variance = sum / double(samples.size() - kParameters);
   fit.residual = std::sqrt(variance);
-  fit.covariance = jtj.ldlt().solve(Normal::Identity()).topLeftCorner<2, 2>() * std::max(variance, 1. / 12);
+  fit.covariance = Cholesky(jtj).inverse().topLeftCorner<2, 2>() * std::max(variance, 1. / 12);
   // A run away from the window means that there is no edge in it.
   if (!(std::abs(fit.offset - -0.125 * guess.bend * length * length) < widest) || !(fit.contrast > 0) ||
       !fit.covariance.allFinite())

@@ -1,9 +1,11 @@
 #include "edge_profile.hpp"
 
-#include <Eigen/Cholesky>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <vector>
+
+#include "procam/core/cholesky.hpp"
 
 namespace procam::detect {
 namespace {
@@ -60,7 +62,7 @@ std::optional<EdgeProfile> fit_edge_profile(const ViewU8& image, const EdgeBox& 
   Normal jtj;
   Parameters jtr;
   evaluate(samples, p, &jtj, &jtr);
-  p.tail<2>() -= jtj.bottomRightCorner<2, 2>().ldlt().solve(jtr.tail<2>());
+  p.tail<2>() -= Mat2(jtj.bottomRightCorner<2, 2>()).inverse() * jtr.tail<2>();
   if (!(p[kContrast] > 0)) return std::nullopt;
 
   double sum = evaluate(samples, p, &jtj, &jtr), damping = 1e-3;
@@ -68,7 +70,7 @@ std::optional<EdgeProfile> fit_edge_profile(const ViewU8& image, const EdgeBox& 
   for (int iteration = 0; iteration < 30 && !converged; ++iteration) {
     Normal damped = jtj;
     damped.diagonal() += damping * jtj.diagonal();
-    const Parameters step = damped.ldlt().solve(-jtr);
+    const Parameters step = -Cholesky(damped).solve(jtr);
     Parameters trial = p + step;
     trial[kBlur] = std::clamp(trial[kBlur], 0.25, box.reach);
     const double trial_sum = evaluate(samples, trial, nullptr, nullptr);
@@ -92,7 +94,7 @@ std::optional<EdgeProfile> fit_edge_profile(const ViewU8& image, const EdgeBox& 
   profile.contrast = p[kContrast];
   profile.light = p[kDark] + p[kContrast];
   profile.noise = sum / double(samples.size() - kParameters);
-  profile.variance_per_noise = jtj.ldlt().solve(Parameters(Parameters::Unit(kOffset)))[kOffset];
+  profile.variance_per_noise = Cholesky(jtj).inverse()(kOffset, kOffset);
   if (!(profile.variance_per_noise > 0) || !std::isfinite(profile.variance_per_noise)) return std::nullopt;
   return profile;
 }

@@ -8,7 +8,7 @@ namespace {
 
 /// A marker whose corners lie this share of its side (RMS) away from their places is another board's, or
 /// misread.
-constexpr double kOutOfPlace = 0.35;
+constexpr double kMisplaced = 0.35;
 
 double side_of(const FoundMarker& marker) {
   return 0.5 *
@@ -103,7 +103,7 @@ std::optional<BoardMarkers> find_board_markers(const ViewU8& image, const Marker
     if (map) {
       board.map = *map;
       const auto [index, off] = worst(layout, board);
-      if (off < kOutOfPlace) return board;
+      if (off < kMisplaced) return board;
       board.markers.erase(board.markers.begin() + std::ptrdiff_t(index));
     }
     if (!map || 3 * board.markers.size() < 2 * seen) {

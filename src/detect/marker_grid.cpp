@@ -2,13 +2,11 @@
 
 #include <algorithm>
 
+#include "fit_verdict.hpp"
 #include "marker_board.hpp"
 
 namespace procam::detect {
 namespace {
-
-/// As for chessboards: a fit this many times worse than the median one has something else in its window.
-constexpr double kWorstResidual = 2;
 
 /// How the map bends the edge between two board points: the second derivative of its distance from the chord,
 /// towards the left of the way (edge_fit.hpp).

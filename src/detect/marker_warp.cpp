@@ -1,10 +1,10 @@
 #include "marker_warp.hpp"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
 #include "edge_profile.hpp"
+#include "procam/core/cholesky.hpp"
 #include "procam/core/homography_fit.hpp"
 
 namespace procam::detect {
@@ -130,7 +130,7 @@ Vec2 light_gradient(const std::vector<Piece>& pieces) {
     normal += row * row.transpose();
     right += share * row;
   }
-  const Vec2 gradient = normal.ldlt().solve(right).head<2>();
+  const Vec2 gradient = Cholesky(normal).solve(right).head<2>();
   constexpr double kSteepest = 0.01;  // beyond that it is no lamp but a misfit, e.g. one side alone
   return gradient.allFinite() && gradient.norm() < kSteepest ? gradient : Vec2(Vec2::Zero());
 }
@@ -288,12 +288,12 @@ std::optional<WarpFit> fit_warp(std::vector<MarkerEdge>& edges, const MarkerWarp
     }
     normal(8, 8) += 1 / (kSpreadSigma * kSpreadSigma);
     right[8] -= spread / (kSpreadSigma * kSpreadSigma);
-    const Eigen::LDLT<Normal> factors(normal);
+    const Cholesky factors(normal);
     const Unknowns step = factors.solve(right);
     if (!step.allFinite() || !(step.norm() < 1e3)) return std::nullopt;
     for (std::size_t k = 0; k < 8; ++k) (*corners)[k / 2][Eigen::Index(k % 2)] += step[Eigen::Index(k)];
     spread += step[8];
-    inverse = factors.solve(Normal::Identity());
+    inverse = factors.inverse();
     scale2 = std::max(1.0, cost / double(edges.size() - kUnknowns + 1));
 
     if (iteration != kRobust - 1) continue;

@@ -11,9 +11,9 @@ namespace procam::detect {
 namespace {
 
 /// An edge that fits worse than this share of its contrast is covered in part, or is none.
-constexpr double kWorstResidual = 0.15;
+constexpr double kWorstShare = 0.15;
 /// The same, where the windows still stand a pixel beside the edges.
-constexpr double kWorstFirstResidual = 0.35;
+constexpr double kWorstFirstShare = 0.35;
 /// Beyond this many blurs from an edge, erf is flat to 1e-3.
 constexpr double kReachInBlurs = 3.5;
 
@@ -87,7 +87,7 @@ std::optional<RefinedMarker> refine_marker(const ViewU8& image, const FoundMarke
   double reach = 1e9;
   constexpr int kRounds = 3;
   for (int round = 0; round < kRounds; ++round) {
-    const double worst = round + 1 < kRounds ? kWorstFirstResidual : kWorstResidual;
+    const double worst = round + 1 < kRounds ? kWorstFirstShare : kWorstShare;
     const double module = shortest_side(marker.corners) / around.modules;
     std::array<EdgeFit, 4> edges;
     for (std::size_t i = 0; i < 4; ++i) {

@@ -1,11 +1,11 @@
 #include "procam/track/locate.hpp"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 
 #include "marker_equations.hpp"
+#include "procam/core/cholesky.hpp"
 #include "procam/core/planar_pose.hpp"
 
 namespace procam::track {
@@ -212,8 +212,7 @@ LocateResult locate(const MarkerDetections& detections, const Camera& camera, co
   result.chi2_per_dof = best.cost / std::max(1, freedom);
   const double scale = std::max(1.0, result.chi2_per_dof);
   weigh_second(states, scale, options, result);
-  const Eigen::LDLT<Mat6> factors(best.information);
-  for (int k = 0; k < 6; ++k) result.covariance.col(k) = scale * factors.solve(Vec6(Vec6::Unit(k)));
+  result.covariance = scale * Cholesky(best.information).inverse();
   result.covariance = 0.5 * (result.covariance + result.covariance.transpose()).eval();
   result.by_lens = sensitivity_to_lens(problem, best);
 

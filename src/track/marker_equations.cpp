@@ -1,8 +1,8 @@
 #include "marker_equations.hpp"
 
-#include <Eigen/Cholesky>
 #include <cmath>
 
+#include "procam/core/cholesky.hpp"
 #include "procam/core/dual.hpp"
 
 namespace procam::track::internal {
@@ -169,8 +169,9 @@ Reduced reduce(const Equations& equations, double damping) {
   for (const Block& block : equations.blocks) {
     Mat7 own = block.own;
     own.diagonal() *= 1 + damping;
-    const Eigen::LDLT<Mat7> factors(own);
-    out.information += block.pose - block.mixed * factors.solve(block.mixed.transpose());
+    const Cholesky factors(own);
+    out.information +=
+        block.pose - block.mixed * factors.solve(Eigen::Matrix<double, 7, 6>(block.mixed.transpose()));
     out.information.diagonal() += damping * block.pose.diagonal();
     out.right += block.pose_right - block.mixed * factors.solve(block.own_right);
   }
@@ -194,7 +195,7 @@ std::optional<State> solve(const Problem& problem, const Pose& start) {
   bool converged = false;
   for (int iteration = 0; iteration < 100 && !converged; ++iteration) {
     const Reduced reduced = reduce(*system, damping);
-    const Vec6 step = reduced.information.ldlt().solve(reduced.right);
+    const Vec6 step = Cholesky(reduced.information).solve(reduced.right);
     if (!step.allFinite()) return std::nullopt;
     const Pose pose = (se3_exp(step) * state.camera_from_world).normalized();
     std::vector<Nuisance> nuisance = state.nuisance;
@@ -202,7 +203,7 @@ std::optional<State> solve(const Problem& problem, const Pose& start) {
       Mat7 own = system->blocks[m].own;
       own.diagonal() *= 1 + damping;
       const Vec7 change =
-          own.ldlt().solve(Vec7(system->blocks[m].own_right - system->blocks[m].mixed.transpose() * step));
+          Cholesky(own).solve(Vec7(system->blocks[m].own_right - system->blocks[m].mixed.transpose() * step));
       nuisance[m].misplaced += change.head<6>();
       nuisance[m].spread += change[6];
     }
@@ -228,7 +229,7 @@ std::optional<State> solve(const Problem& problem, const Pose& start) {
 MatX sensitivity_to_lens(const Problem& problem, const State& solution) {
   const VecX parameters = parameters_of(problem.camera);
   MatX sensitivity = MatX::Zero(6, parameters.size());
-  const Eigen::LDLT<Mat6> factors(solution.information);
+  const Cholesky factors(solution.information);
   for (Eigen::Index i = 0; i < parameters.size(); ++i) {
     const double step = 1e-5 * std::max(1.0, std::abs(parameters[i]));
     Vec6 right[2];

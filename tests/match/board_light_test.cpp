@@ -32,23 +32,6 @@ Vec2 local_homography(const DecodedMap& decoded, const Vec2& corner) {
   return Vec2(p.at<double>(0), p.at<double>(1)) / p.at<double>(2);
 }
 
-struct Errors {
-  double rms = 0;   ///< a coordinate, projector pixels
-  double chi2 = 0;  ///< mean of e^T C^-1 e / 2: 1 for an honest covariance
-};
-
-/// Against the light on the true corner.
-Errors errors_of(const Detections& projected, const LitBoard& world) {
-  Errors errors;
-  for (const Observation& o : projected.observations) {
-    const Vec2 e = o.pixel - world.light_at(world.corner_pixel(o.point));
-    errors.rms += e.squaredNorm() / (2 * double(projected.observations.size()));
-    errors.chi2 += e.dot(o.covariance.inverse() * e) / (2 * double(projected.observations.size()));
-  }
-  errors.rms = std::sqrt(errors.rms);
-  return errors;
-}
-
 TEST(BoardLight, IsSeveralTimesBetterThanLocalHomographiesOnABentBoard) {
   const LitBoard world;
   const test::Light light = test::shine(world);
@@ -56,7 +39,7 @@ TEST(BoardLight, IsSeveralTimesBetterThanLocalHomographiesOnABentBoard) {
   const Detections projected = project_board(corners, world.board, light.decoded, light.edges);
   ASSERT_EQ(projected.observations.size(), 35u);
   EXPECT_EQ(projected.image_size, world.projector.size());
-  const Errors own = errors_of(projected, world);
+  const test::LightErrors own = test::errors_of(projected, world);
   double local = 0;
   for (const Observation& o : corners.observations)
     local += (local_homography(light.decoded, o.pixel) - world.light_at(o.pixel)).squaredNorm() / 70;
@@ -73,8 +56,8 @@ TEST(BoardLight, StatesItsErrorHonestly) {
   for (const double corner_sigma : {1e-4, 0.03}) {
     const LitBoard world;
     const test::Light light = test::shine(world);
-    const Errors own =
-        errors_of(project_board(world.corners(corner_sigma), world.board, light.decoded, light.edges), world);
+    const test::LightErrors own = test::errors_of(
+        project_board(world.corners(corner_sigma), world.board, light.decoded, light.edges), world);
     EXPECT_GT(own.chi2, 1 / 2.25) << corner_sigma;
     EXPECT_LT(own.chi2, 2.25) << corner_sigma;
   }
@@ -87,13 +70,13 @@ TEST(BoardLight, SetsWrongCodesAndPrintedBordersAside) {
   const test::Light light = test::shine(world);
   const Detections projected = project_board(world.corners(1e-4), world.board, light.decoded, light.edges);
   ASSERT_EQ(projected.observations.size(), 35u);
-  EXPECT_LT(errors_of(projected, world).rms, 0.015);
+  EXPECT_LT(test::errors_of(projected, world).rms, 0.015);
   match::BoardLightOptions no_band;
   no_band.border_px = 0;
-  EXPECT_GT(
-      errors_of(project_board(world.corners(1e-4), world.board, light.decoded, light.edges, no_band), world)
-          .rms,
-      errors_of(projected, world).rms);
+  EXPECT_GT(test::errors_of(
+                project_board(world.corners(1e-4), world.board, light.decoded, light.edges, no_band), world)
+                .rms,
+            test::errors_of(projected, world).rms);
 }
 
 TEST(BoardLight, GivesNoPixelToCornersThatLightDoesNotSurround) {
@@ -104,7 +87,7 @@ TEST(BoardLight, GivesNoPixelToCornersThatLightDoesNotSurround) {
   ASSERT_FALSE(projected.observations.empty());
   for (const Observation& o : projected.observations) EXPECT_LT(o.point % 5, 3) << o.point;
   ASSERT_NE(projected.diagnostics.find("corners_not_lit"), nullptr);
-  EXPECT_LT(errors_of(projected, world).rms, 0.02);
+  EXPECT_LT(test::errors_of(projected, world).rms, 0.02);
 }
 
 TEST(BoardLight, SaysWhenTheBoardIsNotLitOrNotSeen) {

@@ -37,20 +37,6 @@ LightMap wave_light(const LitBoard& world, double wrong_share = 0) {
   return light;
 }
 
-struct Errors {
-  double rms = 0, chi2 = 0;
-};
-Errors errors_of(const Detections& projected, const LitBoard& world) {
-  Errors errors;
-  for (const Observation& o : projected.observations) {
-    const Vec2 e = o.pixel - world.light_at(world.corner_pixel(o.point));
-    errors.rms += e.squaredNorm() / (2 * double(projected.observations.size()));
-    errors.chi2 += e.dot(o.covariance.inverse() * e) / (2 * double(projected.observations.size()));
-  }
-  errors.rms = std::sqrt(errors.rms);
-  return errors;
-}
-
 /// 70 coordinates, neighbours correlated: chi2 within a factor of 2.25; false alarm rate below 1e-3.
 TEST(BoardLightFromWaves, IsPreciseAndStatesItsError) {
   for (const double corner_sigma : {1e-4, 0.03}) {
@@ -58,7 +44,7 @@ TEST(BoardLightFromWaves, IsPreciseAndStatesItsError) {
     const Detections projected = project_board(world.corners(corner_sigma), world.board, wave_light(world));
     ASSERT_EQ(projected.observations.size(), 35u);
     EXPECT_EQ(projected.image_size, world.projector.size());
-    const Errors errors = errors_of(projected, world);
+    const test::LightErrors errors = test::errors_of(projected, world);
     EXPECT_LT(errors.rms, 0.01 + 1.5 * corner_sigma);
     EXPECT_GT(errors.chi2, 1 / 2.25);
     EXPECT_LT(errors.chi2, 2.25);
@@ -69,7 +55,7 @@ TEST(BoardLightFromWaves, IgnoresPixelsThatMissAWave) {
   const LitBoard world;
   const Detections projected = project_board(world.corners(1e-4), world.board, wave_light(world, 0.1));
   ASSERT_EQ(projected.observations.size(), 35u);
-  EXPECT_LT(errors_of(projected, world).rms, 0.02);
+  EXPECT_LT(test::errors_of(projected, world).rms, 0.02);
 }
 
 TEST(BoardLightFromWaves, GivesNoPixelToCornersThatLightDoesNotSurround) {

@@ -117,4 +117,22 @@ inline Light shine(const LitBoard& world) {
   return light;
 }
 
+/// Of projector pixels read off the light.
+struct LightErrors {
+  double rms = 0;   ///< a coordinate, projector pixels
+  double chi2 = 0;  ///< mean of e^T C^-1 e / 2: 1 for an honest covariance
+};
+
+/// Against the light on the true corner.
+inline LightErrors errors_of(const Detections& projected, const LitBoard& world) {
+  LightErrors errors;
+  for (const Observation& o : projected.observations) {
+    const Vec2 e = o.pixel - world.light_at(world.corner_pixel(o.point));
+    errors.rms += e.squaredNorm() / (2 * double(projected.observations.size()));
+    errors.chi2 += e.dot(o.covariance.inverse() * e) / (2 * double(projected.observations.size()));
+  }
+  errors.rms = std::sqrt(errors.rms);
+  return errors;
+}
+
 }  // namespace procam::test

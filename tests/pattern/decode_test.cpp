@@ -93,7 +93,7 @@ TEST(Decode, MeasuresTheNoise) {
 }
 
 TEST(Decode, SaysHowManyFramesItExpected) {
-  std::vector<ImageU8> captures = frames({{1024, 768}, 1});
+  std::vector<ImageU8> captures = frames(GrayCode{{1024, 768}, 1});
   captures.pop_back();
   const std::string message = message_of(test::views_of(captures), {{1024, 768}, 1});
   EXPECT_NE(

@@ -16,6 +16,27 @@ inline Vec2 singular_values(const Mat2& m) {
   return 0.5 * Vec2(turning + mirroring, std::abs(turning - mirroring));
 }
 
+/// L with A = L L^T, for a symmetric positive definite A.
+inline Mat2 cholesky_lower(const Mat2& a) {
+  const double first = std::sqrt(a(0, 0)), across = a(1, 0) / first;
+  Mat2 lower;
+  lower << first, 0, across, std::sqrt(a(1, 1) - across * across);
+  return lower;
+}
+
+/// A = V diag(values) V^T of a symmetric A, the larger value first, V a rotation.
+struct SymmetricEigen2 {
+  Vec2 values;
+  Mat2 vectors;
+};
+inline SymmetricEigen2 symmetric_eigen(const Mat2& a) {
+  const double mean = 0.5 * (a(0, 0) + a(1, 1)), half = 0.5 * (a(0, 0) - a(1, 1));
+  const double radius = std::hypot(half, a(1, 0)), angle = 0.5 * std::atan2(a(1, 0), half);
+  SymmetricEigen2 eigen{{mean + radius, mean - radius}, Mat2()};
+  eigen.vectors << std::cos(angle), -std::sin(angle), std::sin(angle), std::cos(angle);
+  return eigen;
+}
+
 /// The smallest rotation that turns the direction `from` into the direction `to`: q ~ (from x to, 1 + from .
 /// to). Opposite directions have no smallest one; then it is a half turn about an axis across them, and near
 /// them the axis is known to 1e-16 / |from + to| (unit lengths). Neither may be zero.

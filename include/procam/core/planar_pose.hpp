@@ -13,12 +13,12 @@
 ///
 /// Errors: as fit_homography(), whose messages name the points; kNotConverged when no pose puts all points in
 /// front.
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <limits>
 #include <optional>
 #include <vector>
 
+#include "procam/core/cholesky.hpp"
 #include "procam/core/closed_form.hpp"
 #include "procam/core/homography_fit.hpp"
 #include "procam/core/se3.hpp"
@@ -101,8 +101,8 @@ inline std::optional<PoseEquations> pose_equations(const Pose& camera_from_plane
     by_point /= p.z();
     Eigen::Matrix<double, 2, 6> jacobian;
     jacobian << -by_point * hat(p), by_point;
-    equations.normal += jacobian.transpose() * jacobian;
-    equations.gradient += jacobian.transpose() * residual;
+    equations.normal += jacobian.transpose().lazyProduct(jacobian);
+    equations.gradient += jacobian.transpose().lazyProduct(residual);
     equations.cost += residual.squaredNorm();
   }
   return equations;
@@ -121,7 +121,7 @@ inline std::optional<PlanarPoseSolution> refine_planar_pose(const Pose& start, c
   for (int iteration = 0; iteration < kIterations; ++iteration) {
     Mat6 damped = equations->normal;
     damped.diagonal() *= 1.0 + damping;
-    const Vec6 step = -damped.ldlt().solve(equations->gradient);
+    const Vec6 step = -Cholesky(damped).solve(equations->gradient);
     const Pose next = (se3_exp(step) * solution.camera_from_plane).normalized();
     const auto trial = pose_equations(next, plane_points, image_points);
     if (trial && trial->cost <= equations->cost) {
@@ -138,8 +138,7 @@ inline std::optional<PlanarPoseSolution> refine_planar_pose(const Pose& start, c
   const double count = double(plane_points.size());
   solution.rmse = std::sqrt(equations->cost / count);
   const double variance = sigma ? *sigma * *sigma : equations->cost / (2.0 * count - 6.0);
-  const Eigen::LDLT<Mat6> factors(equations->normal);
-  for (int k = 0; k < 6; ++k) solution.covariance.col(k) = variance * factors.solve(Vec6(Vec6::Unit(k)));
+  solution.covariance = variance * Cholesky(equations->normal).inverse();
   return solution;
 }
 

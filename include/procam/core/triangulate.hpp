@@ -12,13 +12,13 @@
 /// range.)
 ///
 /// No answer: rays that are parallel (or one), and a meeting point behind an origin.
-#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <cmath>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "procam/core/cholesky.hpp"
 #include "procam/core/error.hpp"
 #include "procam/core/ray.hpp"
 
@@ -71,7 +71,7 @@ inline std::optional<Triangulation> triangulate(const std::vector<Ray>& rays,
       information += across[i] / (sigma * sigma);
       right += across[i] * rays[i].origin / (sigma * sigma);
     }
-    result.point = information.ldlt().solve(right);
+    result.point = Cholesky(information).solve(right);
     for (std::size_t i = 0; i < rays.size(); ++i) {
       if (!(rays[i].direction.dot(result.point - rays[i].origin) > 0.0)) return std::nullopt;
       range[i] = (result.point - rays[i].origin).norm();

@@ -287,15 +287,19 @@ class Capture {
 
   void take_frames(const std::string& name, ViewInTheMaking& files) {
     double unsteady = 0;
+    int rejected_of_frame = 0;
     shutter_.on_rejected = [&](const ImageU8& frame, live::Rejected why) {
       const bool torn = why == live::Rejected::kTorn;
       ++(torn ? torn_ : stale_);
-      files.keep_rejected(frame, torn ? "torn" : "stale");
+      // Light that flickers would fill the disk.
+      constexpr int kKeptAFrame = 4;
+      if (++rejected_of_frame <= kKeptAFrame) files.keep_rejected(frame, torn ? "torn" : "stale");
     };
     while (files.kept() < pattern_.frame_count()) {
       now_doing(name + " frame", files.kept(), pattern_.frame_count());
       const live::TakenFrame taken = shutter_.take(pictures_[std::size_t(files.kept())]);
       files.keep(taken.image);
+      rejected_of_frame = 0;
       if (!taken.steady) unsteady = std::max(unsteady, taken.unsteady);
     }
     shutter_.on_rejected = [](const ImageU8&, live::Rejected) {};

@@ -192,7 +192,13 @@ TakenFrame Shutter::settle() {
     taken.unsteady = change.largest;
     if (!taken.steady) on_rejected(taken.image, Rejected::kTorn);
     taken.image = std::move(next);
-    if (taken.steady || after_s_ - begin > options_.settling_s) return taken;
+    if (taken.steady) return taken;
+    if (after_s_ - begin > options_.settling_s) {
+      // What neither ends nor is large is the light's flicker: noise, from now on.
+      if (taken.unsteady <= options_.largest_flicker)
+        options_.noise.at_black += 0.5 * taken.unsteady * taken.unsteady;
+      return taken;
+    }
   }
 }
 

@@ -86,6 +86,8 @@ TEST(Tone, NamesAutomaticsAndClipping) {
   LitScene bright;
   bright.full = 400;
   EXPECT_NE(ramp(bright, 0, random).diagnostics.find("clipped"), nullptr);
+  const std::vector<ToneSample> flat_top{{0, 10}, {64, 60}, {128, 120}, {192, 199}, {255, 200}};
+  EXPECT_NE(check_tone(flat_top).diagnostics.find("clipped"), nullptr);
   // A projector that dims itself on bright pictures.
   std::vector<ToneSample> dimmed;
   for (const int level : tone_levels()) dimmed.push_back({level, level < 200 ? 10.0 + level : 330.0 - level});
@@ -136,7 +138,7 @@ TEST(NativeResolution, NamesScalingAndKeystone) {
   for (const Case& c :
        {Case{"scaled by 1.25", 1.25, 0}, Case{"scaled by 1.02", 1.02, 0}, Case{"scaled by 0.9", 0.9, 0},
         Case{"keystone of 10 %", 1, 0.1}, Case{"keystone of 2 %", 1, 0.02}})
-    for (const double camera_pixel : {0.55, 0.93}) {
+    for (const double camera_pixel : {0.2, 0.55, 0.93}) {
       LitScene scene;
       scene.scale = c.scale, scene.keystone = c.keystone, scene.camera_pixel = camera_pixel;
       const NativeCheck check = look_at_checkers(scene, 7);

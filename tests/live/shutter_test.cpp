@@ -18,6 +18,7 @@ struct World {
   double now = 0, delay = 0.12, interval = 1 / 30.0, noise = 1;
   double stale = 0, torn = 0;  ///< shares of frames, once the delay has been measured
   bool faulty = false;
+  double flicker = 0;                   ///< grey levels, of the lamp above
   double late_from = 1e9, late_by = 0;  ///< from some time on the delay grows
   double contrast = 0.6;
   std::mt19937 random{1};
@@ -74,10 +75,12 @@ class Camera : public device::FrameSource {
     const ImageU8& old = ring_.front();
     std::normal_distribution<double> normal(0, world_.noise);
     ImageU8 image(kScreen);
+    constexpr double kHalfTheRate = 94.248;  // radians a second
+    const double lamp = 20 + world_.flicker * std::sin(kHalfTheRate * next_);
     for (int y = 0; y < kScreen.height; ++y)
       for (int x = 0; x < kScreen.width; ++x) {
         const double grey =
-            20 + world_.contrast * (y < old_rows ? old : light).at(x, y) + normal(world_.random);
+            lamp + world_.contrast * (y < old_rows ? old : light).at(x, y) + normal(world_.random);
         image.at(x, y) = std::uint8_t(std::min(255.0, std::max(0.0, grey + 0.5)));
       }
     world_.now = next_;
@@ -182,6 +185,45 @@ TEST(Shutter, RefusesStaleAndTornFrames) {
   EXPECT_EQ(sum.wrong, 0);
   EXPECT_GT(sum.torn, 100);
   EXPECT_GT(sum.stale, 3);
+}
+
+/// A lamp at half the camera's rate, by 3 grey levels: no two frames agree, until the shutter takes that for
+/// noise. The first pictures cost three seconds, the others no more than without it.
+TEST(Shutter, LearnsThatTheLightFlickers) {
+  World world;
+  world.flicker = 3;
+  Screen screen(world);
+  Camera camera(world);
+  const Stand stand{screen, camera};
+  ShutterOptions options = shutter_options(measure_delay(stand));
+  options.noise = {1.1, 0};
+  Shutter shutter(stand, options);
+  int unsteady = 0;
+  const double begin = world.now;
+  for (int i = 0; i < 50; ++i) {
+    const ImageU8 picture = stripes(1 + (i / 2) % 13, i % 2 == 1);
+    const TakenFrame taken = shutter.take(picture);
+    EXPECT_LT(rms_to(taken.image, picture, world), 5) << i;
+    unsteady += !taken.steady;
+  }
+  EXPECT_GE(unsteady, 1);
+  EXPECT_LE(unsteady, 4);
+  EXPECT_LT(world.now - begin, 50 * 0.3 + 4 * 3.5);
+}
+
+TEST(Shutter, TakesTheFirstFrameOfACameraTriggeredByHand) {
+  World world;
+  Screen screen(world);
+  Camera camera(world);
+  ShutterOptions options;
+  options.single_shot = true;
+  options.wait_s = world.delay + world.interval;
+  Shutter shutter({screen, camera}, options);
+  for (int i = 0; i < 4; ++i) {
+    const double before = world.now;
+    EXPECT_LT(rms_to(shutter.take(stripes(4, i % 2 == 1)).image, stripes(4, i % 2 == 1), world), 1.5);
+    EXPECT_LT(world.now - before, options.wait_s + 2 * world.interval);
+  }
 }
 
 /// A camera whose delay grows by four frames after it was measured.

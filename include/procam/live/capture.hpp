@@ -41,6 +41,9 @@ struct ShutterOptions {
   double wait_s = 0;       ///< from show() to the first frame that may hold the new picture alone
   double patience_s = 10;  ///< without any frame: the camera counts as gone. 0: for ever
   double settling_s = 3;   ///< two frames in a row must agree within this time, or one is taken as it is
+  /// Grey levels. A smaller disagreement that outlasts settling_s is taken for flickering light, and counts
+  /// as noise afterwards.
+  double largest_flicker = 8;
   NoiseModel noise;
   /// A camera triggered by hand: the first frame after each picture is taken unchecked.
   bool single_shot = false;

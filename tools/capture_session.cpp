@@ -179,9 +179,16 @@ class Capture {
  private:
   void tick() {
     console_.progress(doing_, done_, total_);
-    if (!screen_.is_open())
-      throw Error(ErrorKind::kDevice, "window", "it was closed",
-                  "run the same command again to go on with the session");
+    switch (screen_.poll()) {
+      case device::Wish::kClose:
+        throw Error(ErrorKind::kDevice, "window", "it was closed",
+                    "run the same command again to go on with the session");
+      case device::Wish::kGoOn:
+        go_on_ = true;
+        break;
+      case device::Wish::kNone:
+        break;
+    }
   }
   void now_doing(const std::string& what, int done, int total) {
     doing_ = what, done_ = done, total_ = total;
@@ -331,8 +338,8 @@ class Capture {
       }
       return;
     }
-    console_.say(what + ", then press Enter");
-    while (true) {
+    console_.say(what + ", then press Enter, here or in the projector's window");
+    for (go_on_ = false; !go_on_;) {
       now_doing(what + "; views", view, flags_.views);
       pollfd input{STDIN_FILENO, POLLIN, 0};
       if (poll(&input, 1, 50) <= 0) continue;
@@ -391,6 +398,7 @@ class Capture {
   live::Coverage projector_;
   std::string doing_;
   int done_ = 0, total_ = 1;
+  bool go_on_ = false;  ///< asked for in the window
   int torn_ = 0, stale_ = 0;
 };
 

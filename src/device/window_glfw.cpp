@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <string>
+#include <utility>
 
 #include "procam/device/frame_sink.hpp"
 // GLFW brings OpenGL's header with it.
@@ -52,6 +53,14 @@ class Window : public FrameSink {
     window_ = glfwCreateWindow(mode->width, mode->height, "procam", monitor, nullptr);
     if (window_ == nullptr)
       throw display_error("no window: " + last_glfw_error(), "check the OpenGL driver (glxinfo)");
+    glfwSetWindowUserPointer(window_, this);
+    glfwSetKeyCallback(window_, [](GLFWwindow* window, int key, int, int action, int) {
+      if (action != GLFW_PRESS) return;
+      auto* self = static_cast<Window*>(glfwGetWindowUserPointer(window));
+      self->close_ = self->close_ || key == GLFW_KEY_ESCAPE;
+      self->go_on_ =
+          self->go_on_ || key == GLFW_KEY_ENTER || key == GLFW_KEY_KP_ENTER || key == GLFW_KEY_SPACE;
+    });
     glfwMakeContextCurrent(window_);
     glfwSwapInterval(1);
     glfwSetInputMode(window_, GLFW_CURSOR, GLFW_CURSOR_HIDDEN);
@@ -98,9 +107,10 @@ class Window : public FrameSink {
     return time;
   }
 
-  bool is_open() override {
+  Wish poll() override {
     glfwPollEvents();
-    return glfwWindowShouldClose(window_) != GLFW_TRUE && glfwGetKey(window_, GLFW_KEY_ESCAPE) != GLFW_PRESS;
+    if (close_ || glfwWindowShouldClose(window_) == GLFW_TRUE) return Wish::kClose;
+    return std::exchange(go_on_, false) ? Wish::kGoOn : Wish::kNone;
   }
 
  private:
@@ -118,6 +128,7 @@ class Window : public FrameSink {
   GLFWwindow* window_ = nullptr;
   ImageSize size_;
   GLuint texture_ = 0;
+  bool close_ = false, go_on_ = false;
 };
 
 }  // namespace

@@ -1,7 +1,9 @@
 /// A real window under Xvfb: are its pixels those that were given?
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <random>
+#include <thread>
 
 #include "procam/device/frame_sink.hpp"
 #include "support/virtual_screen.hpp"
@@ -14,12 +16,31 @@ namespace {
 
 #ifdef PROCAM_TEST_SCREEN
 
-/// Odd sizes, since rows of textures are often padded; every grey level; each picture replaces the one
+/// One for all tests of this program: GLFW stays connected to the first. Odd sizes, since rows of textures
+/// are often padded.
+constexpr ImageSize kScreen{323, 241};
+const test::VirtualScreen& virtual_screen() {
+  static const test::VirtualScreen screen("323x241");
+  setenv("DISPLAY", screen.name().c_str(), 1);
+  return screen;
+}
+
+/// What is pressed arrives within some events; a second is for a slow server.
+Wish wish_after(const std::string& key, const test::ScreenPixels& screen, FrameSink& window) {
+  screen.press(key);
+  for (int i = 0; i < 100; ++i) {
+    const Wish wish = window.poll();
+    if (wish != Wish::kNone) return wish;
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+  return Wish::kNone;
+}
+
+/// Every grey level; each picture replaces the one
 /// before.
 TEST(Window, ShowsEveryPixelAsItIs) {
-  const test::VirtualScreen screen("323x241");
+  const test::VirtualScreen& screen = virtual_screen();
   if (!screen.is_running()) GTEST_SKIP() << "no Xvfb here";
-  setenv("DISPLAY", screen.name().c_str(), 1);
   std::vector<Display> list;
   try {
     list = displays();
@@ -27,9 +48,9 @@ TEST(Window, ShowsEveryPixelAsItIs) {
     GTEST_SKIP() << error.what();
   }
   ASSERT_EQ(list.size(), 1u);
-  EXPECT_EQ(list[0].size, (ImageSize{323, 241}));
+  EXPECT_EQ(list[0].size, kScreen);
   const auto window = open_window(0);
-  ASSERT_EQ(window->size(), (ImageSize{323, 241}));
+  ASSERT_EQ(window->size(), kScreen);
   std::mt19937 random(5);
   for (int round = 0; round < 3; ++round) {
     // Rows of a larger picture: the view's stride is not its width.
@@ -46,11 +67,30 @@ TEST(Window, ShowsEveryPixelAsItIs) {
       for (int x = 0; x < 323; ++x)
         for (int c = 0; c < 3; ++c) different += seen.at(x, y, c) != large.at(x, y);
     EXPECT_EQ(different, 0) << "round " << round;
-    EXPECT_TRUE(window->is_open());
+    EXPECT_EQ(window->poll(), Wish::kNone);
   }
   EXPECT_THROW(window->show(ImageU8(322, 241)), std::invalid_argument);
   EXPECT_THROW(window->show(ImageU8(323, 241, 3)), std::invalid_argument);
   EXPECT_THROW(open_window(1), Error);
+}
+
+TEST(Window, HearsWhatIsTyped) {
+  const test::VirtualScreen& screen = virtual_screen();
+  if (!screen.is_running()) GTEST_SKIP() << "no Xvfb here";
+  std::unique_ptr<FrameSink> window;
+  try {
+    window = open_window(0);
+  } catch (const Error& error) {
+    GTEST_SKIP() << error.what();
+  }
+  window->show(ImageU8(kScreen));
+  const test::ScreenPixels keyboard(screen.name());
+  for (const char* key : {"Return", "space"}) {
+    EXPECT_EQ(wish_after(key, keyboard, *window), Wish::kGoOn) << key;
+    EXPECT_EQ(window->poll(), Wish::kNone) << key << " was told twice";
+  }
+  EXPECT_EQ(wish_after("Escape", keyboard, *window), Wish::kClose);
+  EXPECT_EQ(window->poll(), Wish::kClose);
 }
 
 #else

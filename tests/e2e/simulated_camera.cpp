@@ -125,7 +125,10 @@ int main(int argc, char** argv) {
   const auto interval = std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(1 / fps));
   const auto delay =
       std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(delay_ms / 1000));
+  // Drawn once: 120000 fresh ones a frame would be most of the work.
   std::normal_distribution<float> normal;
+  std::vector<float> noise(1 << 18);
+  for (float& one : noise) one = normal(random);
   std::uniform_real_distribution<double> uniform;
   std::vector<Placed> poses;
   for (int i = 0; i < test::kStagePoses; ++i) poses.emplace_back(i);
@@ -158,10 +161,11 @@ int main(int argc, char** argv) {
     const bool stale = uniform(random) < faults, torn = uniform(random) < faults;
     const int tear = torn ? int(uniform(random) * still.height()) : stale ? still.height() : 0;
     ImageU8 image(still.size());
+    std::size_t next_noise = random() % (noise.size() / 2);
     for (int y = 0; y < image.height(); ++y)
       for (int x = 0; x < image.width(); ++x) {
         const float grey = (y < tear ? ring.front() : still).at(x, y);
-        const float noisy = grey + std::sqrt(0.5f + 0.01f * grey) * normal(random);
+        const float noisy = grey + std::sqrt(0.5f + 0.01f * grey) * noise[next_noise++];
         image.at(x, y) = std::uint8_t(std::min(255.f, std::max(0.f, noisy)) + 0.5f);
       }
     pending.push_back({now + delay, std::move(image)});

@@ -44,7 +44,7 @@ class Screen : public device::FrameSink {
     if (world_.shown.size() > 60) world_.shown.pop_front();
     return world_.now;
   }
-  bool is_open() override { return true; }
+  device::Wish poll() override { return device::Wish::kNone; }
 
  private:
   World& world_;

@@ -1,6 +1,6 @@
 #pragma once
-/// What an X display shows, for tests of real windows. The body alone includes X11, whose macros bite other
-/// headers.
+/// What an X display shows, and its keyboard, for tests of real windows. The body alone includes X11, whose
+/// macros bite other headers.
 #include <memory>
 #include <string>
 
@@ -18,6 +18,8 @@ class ScreenPixels {
 
   /// The screen's top left part, R G B.
   ImageU8 read(ImageSize size) const;
+  /// Sends the topmost window a key, named as X names it ("Return").
+  void press(const std::string& key) const;
 
  private:
   struct Connection;

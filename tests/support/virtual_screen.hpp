@@ -1,9 +1,11 @@
 #pragma once
 /// An X server without a screen (Xvfb), for tests of real windows.
 #include <signal.h>
+#include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <cstdio>
 #include <cstdlib>
 #include <string>
 
@@ -19,7 +21,11 @@ class VirtualScreen {
     if (process_ == 0) {
       close(answer[0]);
       const std::string descriptor = std::to_string(answer[1]), screen = size + "x24";
-      if (std::freopen("/dev/null", "w", stderr) == nullptr) _exit(127);
+      // It must not outlive a test that crashes, nor keep the pipe of its output open.
+      prctl(PR_SET_PDEATHSIG, SIGTERM);
+      if (std::freopen("/dev/null", "w", stderr) == nullptr ||
+          std::freopen("/dev/null", "w", stdout) == nullptr)
+        _exit(127);
       execlp("Xvfb", "Xvfb", "-displayfd", descriptor.c_str(), "-screen", "0", screen.c_str(), "-nolisten",
              "tcp", static_cast<char*>(nullptr));
       _exit(127);

@@ -17,6 +17,13 @@ namespace procam::device {
 /// Seconds of the steady clock that all devices stamp with.
 double now_s();
 
+/// A full-screen window takes the keyboard from the terminal, so it must hear what is typed there.
+enum class Wish {
+  kNone,
+  kGoOn,  ///< Enter or space, told once
+  kClose  ///< Escape, or the window was closed: from then on
+};
+
 class FrameSink {
  public:
   virtual ~FrameSink() = default;
@@ -26,8 +33,8 @@ class FrameSink {
   /// light leaves the projector some time later. Throws std::invalid_argument for a picture of another size,
   /// Error(kDevice) when the screen is gone.
   virtual double show(ViewU8 picture) = 0;
-  /// Keeps the window responsive; call it while waiting. False once a person has closed it (Escape).
-  virtual bool is_open() = 0;
+  /// Keeps the window responsive, and says what a person has asked of it since; call it while waiting.
+  virtual Wish poll() = 0;
 };
 
 /// A screen that the machine drives.

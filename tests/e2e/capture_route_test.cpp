@@ -74,17 +74,23 @@ class Process {
   Process(const Process&) = delete;
   Process& operator=(const Process&) = delete;
 
-  void signal(int number) const { kill(process_, number); }
+  void signal(int number) const {
+    if (process_ > 0) kill(process_, number);
+  }
+  bool has_ended() {
+    if (process_ > 0 && waitpid(process_, &status_, WNOHANG) == process_) process_ = -1;
+    return process_ <= 0;
+  }
   /// Its exit code.
   int wait() {
-    int status = 0;
-    waitpid(process_, &status, 0);
+    if (process_ > 0) waitpid(process_, &status_, 0);
     process_ = -1;
-    return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+    return WIFEXITED(status_) ? WEXITSTATUS(status_) : 128 + WTERMSIG(status_);
   }
 
  private:
   pid_t process_ = -1;
+  int status_ = 0;
 };
 
 /// Screen, camera and what capture-session is told of them.
@@ -115,7 +121,7 @@ class Stage : public ::testing::Test {
   std::string session() const { return (scratch_ / "session").string(); }
   std::string arguments() const {
     return "--json --watch " + (scratch_ / "shots").string() + " --board chessboard:8x5:45mm --views " +
-           std::to_string(kStagePoses) + " --step 2 --interval 200ms -o " + session();
+           std::to_string(kStagePoses) + " --step 4 --interval 150ms -o " + session();
   }
 
   const VirtualScreen screen_{std::to_string(kStageProjector.width) + "x" +
@@ -123,17 +129,18 @@ class Stage : public ::testing::Test {
   const ScratchFolder scratch_;
 };
 
-/// A camera 40 ms late with stale and torn frames among its own; Ctrl-C in the second pose; the same command
+/// A camera 30 ms late with stale and torn frames among its own; Ctrl-C in the second pose; the same command
 /// again; then the rig, whose light is compared with the truth.
 TEST_F(Stage, CapturesASessionThatCalibratesTruly) {
-  const Process camera_process(camera(40, 0.03, 0));
+  const Process camera_process(camera(30, 0.02, 0));
   int kept = 0;
   fs::file_time_type first_written;
   {
     Process interrupted(command(arguments(), "first"));
     const fs::path partial = fs::path(session()) / ".view_01.partial";
     const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(120);
-    while (!fs::exists(partial / "frame_05.png") && std::chrono::steady_clock::now() < deadline)
+    while (!fs::exists(partial / "frame_05.png") && !interrupted.has_ended() &&
+           std::chrono::steady_clock::now() < deadline)
       std::this_thread::sleep_for(std::chrono::milliseconds(5));
     interrupted.signal(SIGINT);
     EXPECT_EQ(interrupted.wait(), 130) << slurp(scratch_ / "first.err");
@@ -147,8 +154,8 @@ TEST_F(Stage, CapturesASessionThatCalibratesTruly) {
   ASSERT_EQ(finished.exit_code, 0) << finished.err;
   std::printf("%s", finished.err.c_str());
   const nlohmann::json summary = finished.json();
-  // The window shows within a frame of the X server, the camera looks every 25 ms and hands on 40 ms later.
-  EXPECT_GT(summary["delay"]["delay_ms"], 35);
+  // The window shows within a frame of the X server, the camera looks every 25 ms and hands on 30 ms later.
+  EXPECT_GT(summary["delay"]["delay_ms"], 25);
   EXPECT_LT(summary["delay"]["delay_ms"], 150);
   EXPECT_NEAR(summary["light"]["gamma"], 2.2, 0.15);
   EXPECT_LT(summary["light"]["beat"], 0.02);
@@ -163,12 +170,14 @@ TEST_F(Stage, CapturesASessionThatCalibratesTruly) {
                                                                  (scratch_ / "rig.json").string());
   EXPECT_EQ(calibrated.exit_code, 0) << calibrated.err;
   std::printf("%s", calibrated.err.c_str());
+  // Time runs as it likes here, so no two runs are alike: 0.2 to 0.8 mm were seen; old frames taken for new
+  // make metres.
   EXPECT_LT(calibrated.json()["truth"]["rms_mm"], 3);
 }
 
 /// The same stage with a projector that corrects keystone: one look, and no capture.
 TEST_F(Stage, RefusesAProjectorThatResamples) {
-  const Process camera_process(camera(40, 0, 0.08));
+  const Process camera_process(camera(30, 0, 0.08));
   const ToolRun refused = run(arguments(), "keystone");
   EXPECT_EQ(refused.exit_code, 5) << refused.err;
   EXPECT_NE(refused.err.find("keystone"), std::string::npos) << refused.err;

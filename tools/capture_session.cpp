@@ -248,15 +248,21 @@ class Capture {
       take_frames(name, files);
       std::vector<ImageU8> frames;
       for (int i = 0; i < files.kept(); ++i) frames.push_back(io::load_image(files.frame_file(i)).image);
-      const match::BoardView seen = read(frames, name);
-      if (!seen.detections[kCameraDevice].observations.empty()) {
-        files.finish();
-        add_coverage(seen);
-        console_.say(name + format(": %zu board points", seen.detections[kCameraDevice].observations.size()));
-        say_coverage();
-        return;
+      try {
+        const match::BoardView seen = read(frames, name);
+        if (!seen.detections[kCameraDevice].observations.empty()) {
+          files.finish();
+          add_coverage(seen);
+          console_.say(name +
+                       format(": %zu board points", seen.detections[kCameraDevice].observations.size()));
+          say_coverage();
+          return;
+        }
+        console_.report(seen.detections[kCameraDevice].diagnostics);
+      } catch (const Error& unreadable) {
+        if (unreadable.kind() != ErrorKind::kInput) throw;
+        console_.say(name + ": " + unreadable.what());
       }
-      console_.report(seen.detections[kCameraDevice].diagnostics);
       console_.say(name +
                    ": the board was not found; its frames are set aside, and the pose is asked for again");
       files.set_aside();

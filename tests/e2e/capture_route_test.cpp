@@ -170,9 +170,10 @@ TEST_F(Stage, CapturesASessionThatCalibratesTruly) {
                                                                  (scratch_ / "rig.json").string());
   EXPECT_EQ(calibrated.exit_code, 0) << calibrated.err;
   std::printf("%s", calibrated.err.c_str());
-  // Time runs as it likes here, so no two runs are alike: 0.2 to 0.8 mm were seen; old frames taken for new
-  // make metres.
-  EXPECT_LT(calibrated.json()["truth"]["rms_mm"], 3);
+  // Time runs as it likes here, so no two runs are alike: 0.2 to 1.1 mm were seen, where a projector pixel
+  // is 4.4 mm wide. Old frames taken for new are refused by the reader or put the light elsewhere altogether.
+  EXPECT_LT(calibrated.json()["truth"]["rms_mm"], 6);
+  EXPECT_GE(calibrated.json()["truth"]["parameters_inside_3_sigma"], 20);
 }
 
 /// The same stage with a projector that corrects keystone: one look, and no capture.

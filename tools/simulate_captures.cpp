@@ -5,6 +5,7 @@
 #include <system_error>
 
 #include "common/cli.hpp"
+#include "common/session_files.hpp"
 #include "common/session_patterns.hpp"
 #include "procam/detect/marker_edges.hpp"
 #include "procam/io/captures.hpp"
@@ -101,16 +102,12 @@ class FolderInTheMaking {
   fs::path place_, work_;
 };
 
-std::string numbered(const std::string& stem, std::size_t number) {
-  return stem + (number < 10 ? "_0" : "_") + std::to_string(number);
-}
-
 void write_view(const simulate::Session& session, std::size_t view, const std::vector<ImageU8>& frames,
                 const fs::path& folder) {
   fs::create_directory(folder);
   const std::vector<ImageU8> captures = simulate::capture_view(session, view, frames);
   for (std::size_t frame = 0; frame < captures.size(); ++frame)
-    io::save_image(folder / (numbered("frame", frame) + ".png"), captures[frame]);
+    io::save_image(folder / numbered("frame", frame, ".png"), captures[frame]);
   io::save_pose(folder / "truth_pose.json",
                 {"rig", "board", PoseWithCovariance{session.views[view].rig_from_board}});
 }

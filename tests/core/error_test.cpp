@@ -19,10 +19,11 @@ TEST(Error, HasThreePartsAndReadsAsOneSentence) {
 
 TEST(Error, EveryKindHasItsOwnName) {
   std::set<std::string> names;
-  for (const ErrorKind kind : {ErrorKind::kInput, ErrorKind::kNotEnoughData, ErrorKind::kDegenerate,
-                               ErrorKind::kNotConverged, ErrorKind::kUnsupported, ErrorKind::kIo})
+  for (const ErrorKind kind :
+       {ErrorKind::kInput, ErrorKind::kNotEnoughData, ErrorKind::kDegenerate, ErrorKind::kNotConverged,
+        ErrorKind::kUnsupported, ErrorKind::kIo, ErrorKind::kDevice})
     names.insert(to_string(kind));
-  EXPECT_EQ(names.size(), 6u);
+  EXPECT_EQ(names.size(), 7u);
   EXPECT_EQ(names.count("unknown"), 0u);
 }
 

@@ -46,11 +46,13 @@ inline std::string slurp(const std::filesystem::path& path) {
   return text.str();
 }
 
-/// `tool` by name, `arguments` as typed in a shell.
-inline ToolRun run_tool(const std::string& tool, const std::string& arguments) {
+/// `tool` by name, `arguments` as typed in a shell; `variables` go before the command ("DISPLAY=:1").
+inline ToolRun run_tool(const std::string& tool, const std::string& arguments,
+                        const std::string& variables = "") {
   const ScratchFolder logs;
-  const std::string command = std::string(PROCAM_TOOLS) + "/" + tool + " " + arguments + " >" +
-                              (logs / "out").string() + " 2>" + (logs / "err").string() + " </dev/null";
+  const std::string command = variables + " " + std::string(PROCAM_TOOLS) + "/" + tool + " " + arguments +
+                              " >" + (logs / "out").string() + " 2>" + (logs / "err").string() +
+                              " </dev/null";
   const int status = std::system(command.c_str());
   return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), slurp(logs / "out"),
           slurp(logs / "err")};

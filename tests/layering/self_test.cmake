@@ -29,6 +29,8 @@ expect(json_in_public include/procam/io/rig_file.hpp "#include <nlohmann/json_fw
   "a public header may not include nlohmann/json_fwd.hpp")
 expect(pugixml_in_public include/procam/io/rig_file.hpp "#include <pugixml.hpp>"
   "a public header may not include pugixml.hpp")
+expect(window_in_public include/procam/device/frame_sink.hpp "#include <GLFW/glfw3.h>"
+  "a public header may not include GLFW/glfw3.h")
 expect(ceres_outside_the_costs include/procam/calibrate/bundle.hpp "#include <ceres/problem.h>"
   "a public header may not include ceres/problem.h")
 expect(core_with_more_than_eigen include/procam/core/ray.hpp "#include <boost/optional.hpp>"

@@ -72,7 +72,8 @@ TEST(Cli, KeepsStdoutForTheSummaryUnderJson) {
 TEST(Cli, TellsErrorsInThreePartsWithTheCodeOfTheirKind) {
   const std::vector<std::pair<ErrorKind, int>> codes = {
       {ErrorKind::kInput, 3},         {ErrorKind::kUnsupported, 3}, {ErrorKind::kIo, 3},
-      {ErrorKind::kNotEnoughData, 4}, {ErrorKind::kDegenerate, 4},  {ErrorKind::kNotConverged, 4}};
+      {ErrorKind::kNotEnoughData, 4}, {ErrorKind::kDegenerate, 4},  {ErrorKind::kNotConverged, 4},
+      {ErrorKind::kDevice, 6}};
   for (const auto& [kind, code] : codes) {
     const auto fail = [kind = kind](Console&) -> ExitCode {
       throw Error(kind, "views/3", "it has no corners", "take it again");

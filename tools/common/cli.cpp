@@ -122,6 +122,8 @@ ExitCode exit_code(ErrorKind kind) {
     case ErrorKind::kDegenerate:
     case ErrorKind::kNotConverged:
       return ExitCode::kInsufficientData;
+    case ErrorKind::kDevice:
+      return ExitCode::kDevice;
   }
   return ExitCode::kInternal;
 }

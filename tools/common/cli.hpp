@@ -37,7 +37,8 @@ enum class ExitCode {
   kInterrupted = 130      ///< Ctrl-C; files already complete are kept
 };
 
-/// kInput, kUnsupported and kIo (a file cannot be read or written) are bad input; the rest lack good data.
+/// kInput, kUnsupported and kIo (a file cannot be read or written) are bad input; kDevice is a device; the
+/// rest lack good data.
 ExitCode exit_code(ErrorKind kind);
 /// kGateFailed if any remark is a failure, else kOk.
 ExitCode exit_code(const Diagnostics& diagnostics);

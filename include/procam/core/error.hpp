@@ -14,7 +14,7 @@
 
 namespace procam {
 
-enum class ErrorKind { kInput, kNotEnoughData, kDegenerate, kNotConverged, kUnsupported, kIo };
+enum class ErrorKind { kInput, kNotEnoughData, kDegenerate, kNotConverged, kUnsupported, kIo, kDevice };
 
 inline const char* to_string(ErrorKind kind) {
   switch (kind) {
@@ -30,6 +30,8 @@ inline const char* to_string(ErrorKind kind) {
       return "unsupported";
     case ErrorKind::kIo:
       return "io";
+    case ErrorKind::kDevice:
+      return "device";
   }
   return "unknown";
 }

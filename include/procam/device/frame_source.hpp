@@ -1,0 +1,53 @@
+#pragma once
+/// Where pictures come from: a camera that the machine drives, or a folder into which a separate camera
+/// writes.
+///
+/// Every source listens on a thread of its own from the moment it is opened, so that a frame's time is that
+/// of its arrival, however late it is asked for. It holds the newest kNewest frames; older ones are dropped.
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "procam/core/image.hpp"
+
+namespace procam::device {
+
+struct SeenFrame {
+  ImageU8 image;      ///< grey, the sensor's pixels
+  double time_s = 0;  ///< of arrival, clock of now_s(). The light was there earlier
+};
+
+class FrameSource {
+ public:
+  static constexpr std::size_t kNewest = 8;
+
+  virtual ~FrameSource() = default;
+
+  /// The oldest frame at hand that arrived after `after_s`; waits for one up to `timeout_s`, then nullopt.
+  /// Each frame is handed out once, in order. Throws Error(kDevice) when the camera is gone, or its file
+  /// cannot be read.
+  virtual std::optional<SeenFrame> next(double after_s, double timeout_s) = 0;
+};
+
+struct CameraOptions {
+  std::optional<ImageSize> size;  ///< asked of the driver; without it, its default (640x480, as a rule)
+  /// In the driver's own unit; also turns its automatic off. Without it, the camera is left as it is.
+  std::optional<double> exposure;
+};
+
+/// `name` is a device number ("0"), a device, a URL or a video, as OpenCV's VideoCapture takes it. Throws
+/// Error(kDevice).
+std::unique_ptr<FrameSource> open_camera(const std::string& name, const CameraOptions& options = {});
+
+/// Reads a whole image file as grey pixels; throws procam::Error for one that is damaged or not complete yet.
+using ReadImage = std::function<ImageU8(const std::filesystem::path&)>;
+
+/// Pictures (png, jpg, bmp, tif) that appear in a folder after now, in order of appearance. A file is
+/// complete when its size has settled and `read` takes it; one that stays unreadable for `patience_s` is an
+/// Error(kDevice). Nothing in the folder is changed. Throws Error(kDevice) when the folder cannot be read.
+std::unique_ptr<FrameSource> watch_folder(const std::filesystem::path& folder, ReadImage read,
+                                          double patience_s = 5);
+
+}  // namespace procam::device

@@ -1,0 +1,138 @@
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <map>
+#include <set>
+#include <thread>
+
+#include "frame_queue.hpp"
+#include "procam/device/frame_sink.hpp"
+#include "procam/device/frame_source.hpp"
+
+namespace procam::device {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::chrono::milliseconds kBetweenLooks{5};
+
+bool is_picture(const fs::path& file) {
+  std::string extension = file.extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return char(c >= 'A' && c <= 'Z' ? c - 'A' + 'a' : c); });
+  static const std::set<std::string> known{".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff"};
+  return known.count(extension) != 0 && file.filename().string().front() != '.';
+}
+
+class Folder : public FrameSource {
+ public:
+  Folder(fs::path folder, ReadImage read, double patience_s)
+      : folder_(std::move(folder)), read_(std::move(read)), patience_s_(patience_s) {
+    for (const fs::path& file : pictures()) done_.insert(file);
+    listener_ = std::thread([this] { listen(); });
+  }
+  ~Folder() override {
+    stop_ = true;
+    listener_.join();
+  }
+
+  std::optional<SeenFrame> next(double after_s, double timeout_s) override {
+    return queue_.next(after_s, timeout_s);
+  }
+
+ private:
+  /// A file on its way.
+  struct Arrival {
+    double first_seen_s = 0;
+    std::uintmax_t size = 0;
+    fs::file_time_type written;
+    double unchanged_since_s = 0;
+    bool refused = false;  ///< by the reader, as it is now
+    std::string why;
+  };
+
+  std::vector<fs::path> pictures() const {
+    std::vector<fs::path> found;
+    std::error_code error;
+    for (fs::directory_iterator entry(folder_, error), end; !error && entry != end; entry.increment(error))
+      if (is_picture(entry->path())) found.push_back(entry->path());
+    if (error)
+      throw Error(ErrorKind::kDevice, "folder " + folder_.string(), "cannot read it: " + error.message(),
+                  "name the folder into which the camera's pictures come");
+    return found;
+  }
+
+  void listen() {
+    try {
+      while (!stop_) {
+        look(now_s());
+        std::this_thread::sleep_for(kBetweenLooks);
+      }
+    } catch (...) {
+      queue_.fail(std::current_exception());
+    }
+  }
+
+  void look(double now) {
+    for (const fs::path& file : pictures()) {
+      if (done_.count(file) != 0) continue;
+      std::error_code no_size, no_time;
+      const std::uintmax_t size = fs::file_size(file, no_size);
+      const fs::file_time_type written = fs::last_write_time(file, no_time);
+      if (no_size || no_time) continue;  // renamed or removed between the two looks
+      const auto [place, is_new] = arriving_.try_emplace(file, Arrival{now, size, written, now, false, {}});
+      Arrival& arrival = place->second;
+      if (size != arrival.size || written != arrival.written) {
+        arrival.size = size;
+        arrival.written = written;
+        arrival.unchanged_since_s = now;
+        arrival.refused = false;
+      }
+    }
+    // Those first seen are handed out first, even if a later one is complete earlier.
+    while (!arriving_.empty()) {
+      const auto oldest = std::min_element(
+          arriving_.begin(), arriving_.end(),
+          [](const auto& a, const auto& b) { return a.second.first_seen_s < b.second.first_seen_s; });
+      if (!take(oldest->first, oldest->second, now)) return;
+      done_.insert(oldest->first);
+      arriving_.erase(oldest);
+    }
+  }
+
+  /// True when the file is done with.
+  bool take(const fs::path& file, Arrival& arrival, double now) {
+    std::error_code error;
+    if (!fs::exists(file, error)) return true;
+    if (!(now > arrival.unchanged_since_s)) return false;  // it may still grow
+    if (!arrival.refused) {
+      try {
+        queue_.push({read_(file), arrival.first_seen_s});
+        return true;
+      } catch (const Error& not_yet) {
+        arrival.refused = true;
+        arrival.why = not_yet.why();
+      }
+    }
+    if (now - arrival.unchanged_since_s < patience_s_) return false;
+    throw Error(ErrorKind::kDevice, file.string(), "it stays unreadable: " + arrival.why,
+                "let the camera write png, jpg, bmp or tif files, whole");
+  }
+
+  fs::path folder_;
+  ReadImage read_;
+  double patience_s_;
+  std::set<fs::path> done_;
+  std::map<fs::path, Arrival> arriving_;
+  internal::FrameQueue queue_;
+  std::atomic<bool> stop_{false};
+  std::thread listener_;  // last: it uses all the others
+};
+
+}  // namespace
+
+std::unique_ptr<FrameSource> watch_folder(const fs::path& folder, ReadImage read, double patience_s) {
+  return std::make_unique<Folder>(folder, std::move(read), patience_s);
+}
+
+}  // namespace procam::device

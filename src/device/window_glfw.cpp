@@ -1,0 +1,169 @@
+#include <algorithm>
+#include <string>
+#include <utility>
+
+#include "procam/device/frame_sink.hpp"
+// GLFW brings OpenGL's header with it.
+#include <GLFW/glfw3.h>
+
+namespace procam::device {
+namespace {
+
+Error display_error(const std::string& why, const std::string& next) {
+  return Error(ErrorKind::kDevice, "display", why, next);
+}
+
+std::string last_glfw_error() {
+  const char* text = nullptr;
+  glfwGetError(&text);
+  return text != nullptr ? text : "no reason was given";
+}
+
+/// GLFW is set up once and stays so: displays() and a window may be used one after the other.
+void start_glfw() {
+  static const bool started = [] {
+    if (glfwInit() != GLFW_TRUE)
+      throw display_error("no graphics: " + last_glfw_error(),
+                          "run it where windows can be opened (DISPLAY set)");
+    return true;
+  }();
+  (void)started;
+}
+
+std::vector<GLFWmonitor*> monitors() {
+  start_glfw();
+  int count = 0;
+  GLFWmonitor** list = glfwGetMonitors(&count);
+  return {list, list + count};
+}
+
+class Window : public FrameSink {
+ public:
+  explicit Window(GLFWmonitor* monitor) {
+    const GLFWvidmode* mode = glfwGetVideoMode(monitor);
+    if (mode == nullptr)
+      throw display_error("its mode is unknown: " + last_glfw_error(), "try another display");
+    // The mode stays as it is: a change would move the other windows, and the projector's lens may depend on
+    // it.
+    glfwWindowHint(GLFW_RED_BITS, mode->redBits);
+    glfwWindowHint(GLFW_GREEN_BITS, mode->greenBits);
+    glfwWindowHint(GLFW_BLUE_BITS, mode->blueBits);
+    glfwWindowHint(GLFW_REFRESH_RATE, mode->refreshRate);
+    glfwWindowHint(GLFW_AUTO_ICONIFY, GLFW_FALSE);
+    window_ = glfwCreateWindow(mode->width, mode->height, "procam", monitor, nullptr);
+    if (window_ == nullptr)
+      throw display_error("no window: " + last_glfw_error(), "check the OpenGL driver (glxinfo)");
+    glfwSetWindowUserPointer(window_, this);
+    glfwSetKeyCallback(window_, [](GLFWwindow* window, int key, int, int action, int) {
+      if (action != GLFW_PRESS) return;
+      auto* self = static_cast<Window*>(glfwGetWindowUserPointer(window));
+      self->close_ = self->close_ || key == GLFW_KEY_ESCAPE;
+      self->go_on_ =
+          self->go_on_ || key == GLFW_KEY_ENTER || key == GLFW_KEY_KP_ENTER || key == GLFW_KEY_SPACE;
+    });
+    glfwMakeContextCurrent(window_);
+    glfwSwapInterval(1);
+    glfwSetInputMode(window_, GLFW_CURSOR, GLFW_CURSOR_HIDDEN);
+    int width = 0, height = 0;
+    glfwGetFramebufferSize(window_, &width, &height);
+    size_ = {width, height};
+    GLint largest = 0;
+    glGetIntegerv(GL_MAX_TEXTURE_SIZE, &largest);
+    if (std::max(width, height) > largest) {
+      glfwDestroyWindow(window_);
+      throw display_error("the OpenGL driver holds no texture of its size", "use another graphics driver");
+    }
+    glViewport(0, 0, width, height);
+    glDisable(GL_DITHER);
+    glEnable(GL_TEXTURE_2D);
+    glGenTextures(1, &texture_);
+    glBindTexture(GL_TEXTURE_2D, texture_);
+    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
+    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
+    glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
+  }
+  ~Window() override { glfwDestroyWindow(window_); }
+  Window(const Window&) = delete;
+  Window& operator=(const Window&) = delete;
+
+  ImageSize size() const override { return size_; }
+
+  double show(ViewU8 picture) override {
+    require(picture.size() == size_ && picture.channels == 1,
+            "FrameSink: the picture has not the screen's size");
+    glPixelStorei(GL_UNPACK_ROW_LENGTH, GLint(picture.stride));
+    glTexImage2D(GL_TEXTURE_2D, 0, GL_LUMINANCE8, size_.width, size_.height, 0, GL_LUMINANCE,
+                 GL_UNSIGNED_BYTE, picture.data);
+    // Both buffers: whatever the driver shows next is this picture.
+    for (int buffer = 0; buffer < 2; ++buffer) {
+      draw();
+      glfwSwapBuffers(window_);
+    }
+    glFinish();
+    const double time = now_s();
+    if (glGetError() != GL_NO_ERROR)
+      throw display_error("OpenGL could not show the picture", "check the OpenGL driver");
+    glfwPollEvents();
+    return time;
+  }
+
+  Wish poll() override {
+    glfwPollEvents();
+    if (close_ || glfwWindowShouldClose(window_) == GLFW_TRUE) return Wish::kClose;
+    return std::exchange(go_on_, false) ? Wish::kGoOn : Wish::kNone;
+  }
+
+ private:
+  /// The texture's first row is the picture's top one.
+  static void draw() {
+    glClear(GL_COLOR_BUFFER_BIT);
+    glBegin(GL_QUADS);
+    glTexCoord2i(0, 1), glVertex2i(-1, -1);
+    glTexCoord2i(1, 1), glVertex2i(1, -1);
+    glTexCoord2i(1, 0), glVertex2i(1, 1);
+    glTexCoord2i(0, 0), glVertex2i(-1, 1);
+    glEnd();
+  }
+
+  GLFWwindow* window_ = nullptr;
+  ImageSize size_;
+  GLuint texture_ = 0;
+  bool close_ = false, go_on_ = false;
+};
+
+}  // namespace
+
+std::vector<Display> displays() {
+  std::vector<Display> found;
+  const std::vector<GLFWmonitor*> list = monitors();
+  for (std::size_t number = 0; number < list.size(); ++number) {
+    GLFWmonitor* monitor = list[number];
+    const GLFWvidmode* mode = glfwGetVideoMode(monitor);
+    if (mode == nullptr) continue;
+    Display display;
+    display.number = int(number);
+    const char* name = glfwGetMonitorName(monitor);
+    display.name = name != nullptr ? name : "";
+    display.size = display.largest = {mode->width, mode->height};
+    display.refresh_hz = mode->refreshRate;
+    display.is_primary = monitor == glfwGetPrimaryMonitor();
+    int count = 0;
+    const GLFWvidmode* modes = glfwGetVideoModes(monitor, &count);
+    for (int i = 0; i < count; ++i)
+      if (modes[i].width * modes[i].height > display.largest.width * display.largest.height)
+        display.largest = {modes[i].width, modes[i].height};
+    found.push_back(display);
+  }
+  return found;
+}
+
+std::unique_ptr<FrameSink> open_window(int display_number) {
+  const std::vector<GLFWmonitor*> list = monitors();
+  if (display_number < 0 || std::size_t(display_number) >= list.size())
+    throw display_error(
+        "there is no display " + std::to_string(display_number) + " among " + std::to_string(list.size()),
+        "choose one that is listed");
+  return std::make_unique<Window>(list[std::size_t(display_number)]);
+}
+
+}  // namespace procam::device

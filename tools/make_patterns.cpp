@@ -1,0 +1,79 @@
+// make-patterns: the pictures a projector shows for a calibration session, as files.
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <system_error>
+
+#include "common/cli.hpp"
+#include "common/session_files.hpp"
+#include "common/session_patterns.hpp"
+#include "procam/io/board_file.hpp"
+#include "procam/io/captures.hpp"
+#include "procam/io/images.hpp"
+#include "procam/io/text.hpp"
+
+namespace procam::tools {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Flags {
+  std::string pattern = "gray";
+  ImageSize projector_size;
+  int step = 1;
+  std::optional<Board> board;
+  fs::path output;
+};
+
+void declare(CLI::App& app, Flags& flags) {
+  app.add_option("--pattern", flags.pattern, "What is projected: " + pattern_help())->capture_default_str();
+  add_parsed(
+      app, "--projector-size", [&](const std::string& text) { flags.projector_size = io::parse_size(text); },
+      "the projector's own resolution, e.g. 1024x768")
+      ->required();
+  app.add_option("--step", flags.step, "Gray code's stripe width in projector pixels")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  add_parsed(
+      app, "--board", [&](const std::string& text) { flags.board = io::read_board(text); },
+      "the printed board, to note it in session.json, e.g. chessboard:7x9:75mm");
+  app.add_option("-o,--output", flags.output, "folder for show_00.png ... and session.json")->required();
+}
+
+ExitCode make_patterns(const Flags& flags, Console& console) {
+  const auto pattern = make_pattern(flags.pattern, flags.projector_size, flags.step);
+  const io::Session session = describe_session(*pattern, flags.projector_size, flags.board, flags.step);
+  make_folder(flags.output);
+  require_same_session(flags.output, session);
+  const std::vector<ImageU8> frames = pattern->frames();
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    console.progress("pictures", int(i), int(frames.size()));
+    io::save_image(flags.output / numbered("show", i, ".png"), frames[i]);
+  }
+  io::save_session(flags.output, session);
+  console.say(pattern->describe() + ": " + flags.output.string());
+  console.say(
+      "show them pixel by pixel (no scaling), and put each pose's captures into a folder beside them: " +
+      (flags.output / "view_00" / "frame_00.png").string() + " ...");
+  console.summary().set("/output", flags.output.string());
+  console.summary().set("/pattern", pattern->text());
+  console.summary().set("/frames", int(frames.size()));
+  console.summary().set("/projector_size", io::format_size(flags.projector_size));
+  return ExitCode::kOk;
+}
+
+}  // namespace
+}  // namespace procam::tools
+
+int main(int argc, char** argv) {
+  using namespace procam::tools;
+  Flags flags;
+  return run_tool(
+      argc, argv,
+      {"make-patterns",
+       "Writes the pictures that a projector shows for a calibration session, for those who show and capture "
+       "them by "
+       "other means than capture-session.",
+       "make-patterns --pattern gray --projector-size 1024x768 --board chessboard:7x9:75mm -o session"},
+      [&](CLI::App& app) { declare(app, flags); },
+      [&](Console& console) { return make_patterns(flags, console); });
+}

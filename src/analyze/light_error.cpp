@@ -21,13 +21,24 @@ Points2 picture_grid(ImageSize size) {
   return pixels;
 }
 
-Plane wall_in_rig(const Pose& rig_from_projector, double distance) {
+Plane wall_across(const Pose& rig_from_projector, double distance) {
   return rig_from_projector * Plane{-Vec3::UnitZ(), distance};
 }
 
-/// Covariance of the landed point in the wall's plane, metres^2; nullopt where the light misses the wall.
-std::optional<Mat2> landed_covariance(const RigProjector& device, const MatX& covariance, const Plane& wall,
-                                      const Vec2& pixel) {
+/// Of lens and pose, in the order of the derivatives below.
+MatX projector_covariance(const Rig& rig, const RigProjector& device) {
+  if (!rig.covariance.index_of(device.name + ".fx"))
+    throw Error(ErrorKind::kInput, "rig projector '" + device.name + "'",
+                "the rig carries no covariance of it", "calibrate it with procam, or state its sigmas");
+  std::vector<std::string> names;
+  for (const std::string& name : parameter_names(device.projector.inverse_camera))
+    names.push_back(device.name + "." + name);
+  for (const std::string& name : pose_increment_names("rig_from_" + device.name)) names.push_back(name);
+  return rig.covariance.block(names);
+}
+
+std::optional<LandedLight> land(const RigProjector& device, const MatX& covariance, const Plane& wall,
+                                const Vec2& pixel) {
   const Camera& lens = device.projector.inverse_camera;
   const auto ray = device.projector.emit(pixel);
   if (!ray) return std::nullopt;
@@ -35,14 +46,16 @@ std::optional<Mat2> landed_covariance(const RigProjector& device, const MatX& co
   if (!landed) return std::nullopt;
 
   using D = Dual<kVariables>;
-  const Vec3 e1 = wall.normal.unitOrthogonal(), e2 = wall.normal.cross(e1);
+  LandedLight light{*landed, {}, Mat2::Zero()};
+  light.axes.col(0) = wall.normal.unitOrthogonal();
+  light.axes.col(1) = wall.normal.cross(light.axes.col(0));
   const VecX parameters = parameters_of(lens);
   const int num_lens = int(parameters.size());
   Vec3T<D> point;  // X0 + E a, then moved by the inverse of the pose's left increment
   for (int i = 0; i < 3; ++i) {
     point[i] = D((*landed)[i]);
-    point[i].v[0] = e1[i];
-    point[i].v[1] = e2[i];
+    point[i].v[0] = light.axes(i, 0);
+    point[i].v[1] = light.axes(i, 1);
   }
   Eigen::Matrix<D, 6, 1> xi;
   for (int i = 0; i < 6; ++i) xi[i] = D(0.0, 2 + num_lens + i);
@@ -62,32 +75,32 @@ std::optional<Mat2> landed_covariance(const RigProjector& device, const MatX& co
   Eigen::Matrix<double, 2, kVariables> derivative;
   derivative << projected->x().v.transpose(), projected->y().v.transpose();
   const MatX by_parameters = -derivative.leftCols<2>().inverse() * derivative.middleCols(2, num_lens + 6);
-  return Mat2(by_parameters * covariance * by_parameters.transpose());
+  light.covariance = by_parameters * covariance * by_parameters.transpose();
+  return light;
 }
 
 }  // namespace
 
+std::optional<LandedLight> landed_light(const Rig& rig, const Plane& wall_in_rig, const Vec2& pixel,
+                                        const std::string& projector) {
+  const RigProjector& device = rig.projector(projector);
+  return land(device, projector_covariance(rig, device), wall_in_rig, pixel);
+}
+
 LightError predicted_light_error(const Rig& rig, double distance, const std::string& projector) {
   require(distance > 0, "predicted_light_error: distance must be positive");
   const RigProjector& device = rig.projector(projector);
-  std::vector<std::string> names;
-  for (const std::string& name : parameter_names(device.projector.inverse_camera))
-    names.push_back(device.name + "." + name);
-  if (!rig.covariance.index_of(device.name + ".fx"))
-    throw Error(ErrorKind::kInput, "rig projector '" + device.name + "'",
-                "the rig carries no covariance of it", "calibrate it with procam, or state its sigmas");
-  for (const std::string& name : pose_increment_names("rig_from_" + device.name)) names.push_back(name);
-  const MatX covariance = rig.covariance.block(names);
-  const Plane wall = wall_in_rig(device.rig_from_projector, distance);
+  const MatX covariance = projector_covariance(rig, device);
+  const Plane wall = wall_across(device.rig_from_projector, distance);
 
   LightError error{distance, 0, 0, 0};
   double sum = 0;
   int count = 0;
   for (const Vec2& pixel : picture_grid(device.projector.size())) {
-    const auto landed = landed_covariance(device, covariance, wall, pixel);
+    const auto landed = land(device, covariance, wall, pixel);
     if (!landed) continue;
-    sum += landed->trace();
-    error.worst_mm = std::max(error.worst_mm, 1e3 * std::sqrt(landed->trace()));
+    sum += landed->covariance.trace();
+    error.worst_mm = std::max(error.worst_mm, 1e3 * std::sqrt(landed->covariance.trace()));
     ++count;
   }
   if (count > 0) error.rms_mm = 1e3 * std::sqrt(sum / count);
@@ -101,7 +114,7 @@ LightError true_light_error(const Rig& estimated, const Rig& truth, double dista
   if (a.projector.size() != b.projector.size())
     throw Error(ErrorKind::kInput, "the true rig", "its projector has another size than the estimated one",
                 "compare rigs of the same session");
-  const Plane wall = wall_in_rig(b.rig_from_projector, distance);
+  const Plane wall = wall_across(b.rig_from_projector, distance);
   LightError error{distance, 0, 0, 0};
   double sum = 0, sum2 = 0;
   int count = 0;

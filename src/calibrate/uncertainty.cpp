@@ -2,6 +2,7 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
+#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -128,6 +129,11 @@ Jackknife jackknife(const Correspondences& data, const UsedMask& used, const Bun
   if (factors.info() != Eigen::Success || views < 3) return both;
 
   const Eigen::Index n = common.devices_size;
+  // Orthonormal rows that span what the devices' parameters see of a whitened step.
+  const MatX devices = factors.matrixL().solve(MatX(MatX::Identity(scale.size(), n)));
+  const MatX seen_by_devices =
+      Eigen::HouseholderQR<MatX>(devices).householderQ() * MatX::Identity(scale.size(), n);
+  double squared_leverage = 0;
   for (NamedCovariance* covariance : {&both.plain, &both.corrected}) {
     covariance->names.assign(common.names.begin(), common.names.begin() + n);
     covariance->matrix = MatX::Zero(n, n);
@@ -144,9 +150,14 @@ Jackknife jackknife(const Correspondences& data, const UsedMask& used, const Bun
     };
     const Unleveraged pull = without_leverage(
         times_leverage, VecX(factors.matrixL().solve(VecX(scale.asDiagonal() * view.gradient))));
+    MatX leverage(n, n);
+    for (Eigen::Index i = 0; i < n; ++i)
+      leverage.col(i) = seen_by_devices.transpose() * times_leverage(seen_by_devices.col(i));
+    squared_leverage += leverage.squaredNorm();
     add(pull.root, 1, both.corrected.matrix);
     add(pull.whole, double(views - 1) / double(views), both.plain.matrix);
   }
+  both.ratio_sigma = std::sqrt(2 * squared_leverage * double(views) / double(views - 1)) / double(n);
   return both;
 }
 
@@ -163,7 +174,7 @@ HonestCovariance honest_covariance(const NamedCovariance& formal, const Jackknif
     return factors.solve(MatX(scale.asDiagonal() * covariance * scale.asDiagonal())).trace() / p;
   };
   honest.variance_ratio = ratio(jackknife.corrected.matrix);
-  if (!(honest.variance_ratio > 1 + 2 * std::sqrt(2 / ((n - 1) * p)))) return honest;
+  if (!(honest.variance_ratio > 1 + 2 * jackknife.ratio_sigma)) return honest;
   const double shrink = p / (p + n - 1);
   honest.inflated = true;
   honest.devices.matrix =

@@ -5,25 +5,74 @@
 #include <cmath>
 
 #include "common/session_reader.hpp"
+#include "peers.hpp"
 #include "procam/analyze/light_error.hpp"
 #include "procam/calibrate/calibrate.hpp"
+#include "procam/pattern/gray_code.hpp"
 #include "procam/simulate/session.hpp"
 
 namespace procam::test {
 namespace {
 
+/// A session as procam reads it, and what its peers need beside that.
+struct Seen {
+  Correspondences data;
+  simulate::Session session;        ///< only the views in `data`
+  std::vector<DecodedMap> decoded;  ///< Gray code, by view of `own_corners`: every bit decided
+  Correspondences own_corners;      ///< Gray code: the camera's corners as OpenCV finds them
+};
+
 /// Through the reading that the tools use, without the files.
-Correspondences look_at(const simulate::Session& session, const std::string& pattern_text = "gray") {
+Seen look_at(const simulate::Session& session, const std::string& pattern_text = "gray",
+             bool for_peers = false) {
   const ImageSize projector_size = session.rig().projector().projector.size();
   const auto pattern = tools::make_pattern(pattern_text, projector_size);
   const Board board = session.board().layout;
+  Seen seen{{}, session, {}, {}};
   std::vector<match::BoardView> views;
   for (std::size_t v = 0; v < session.views.size(); ++v) {
     const std::vector<ImageU8> images = simulate::capture_view(session, v, pattern->frames());
-    views.push_back(pattern->read("view_" + std::to_string(v), {images.begin(), images.end()}, board));
+    const std::vector<ViewU8> captures(images.begin(), images.end());
+    views.push_back(pattern->read(std::to_string(v), captures, board));
+    if (!for_peers || pattern_text != "gray") continue;
+    const std::vector<Observation> corners =
+        opencv_corners(captures[captures.size() - 2], session.board().layout);
+    if (corners.empty()) continue;
+    seen.own_corners.views.push_back({std::to_string(v), {corners, {}}});
+    seen.decoded.push_back(
+        pattern::decode(captures, {projector_size}, pattern::DecodeOptions{5, /*bit_sigmas=*/0}));
   }
-  return match::join(board, tools::session_devices(session.rig().camera().camera.size, projector_size),
-                     views);
+  seen.data =
+      match::join(board, tools::session_devices(session.rig().camera().camera.size, projector_size), views);
+  seen.own_corners.board = board;
+  seen.own_corners.devices = seen.data.devices;
+  seen.session.views.clear();
+  for (const View& view : seen.data.views) seen.session.views.push_back(session.views[std::stoul(view.name)]);
+  return seen;
+}
+
+/// The light's distance from its true place over the covered core, by procam and by its peers.
+struct Compared {
+  double ours = 0, opencv = 0, told = 0;  ///< squared millimetres, summed over sessions
+};
+
+void compare(const Seen& seen, const Rig& estimated, const calibrate::Options& options, Compared& sums) {
+  const Rig& truth = seen.session.rig();
+  const Eigen::AlignedBox2d core = covered_core(seen.data);
+  const auto decoded = [&](std::size_t view, int x, int y) -> std::optional<Vec2> {
+    const DecodedMap& map = seen.decoded[view];
+    if (x < 0 || y < 0 || x >= map.columns.width() || y >= map.columns.height()) return std::nullopt;
+    return map.projector_pixel(x, y);
+  };
+  const double ours = light_rms_mm(estimated, truth, core);
+  const double opencv =
+      light_rms_mm(seen.decoded.empty() ? opencv_rig_of_light_points(seen.data)
+                                        : opencv_rig_of_gray_code(seen.own_corners, decoded),
+                   truth, core);
+  const double told = light_rms_mm(told_bundle(seen.data, seen.session, options), truth, core);
+  std::printf("  light from 1 to 3 m: procam %.3f mm rms, OpenCV %.3f, told bundle %.3f\n", ours, opencv,
+              told);
+  sums.ours += ours * ours, sums.opencv += opencv * opencv, sums.told += told * told;
 }
 
 calibrate::Options options_for(simulate::Level level) {
@@ -65,11 +114,13 @@ class SimulatedSessions : public ::testing::TestWithParam<LevelCase> {};
 /// seeds, and of 3 % for one.
 TEST_P(SimulatedSessions, TruthLiesInsideThreeReportedSigmas) {
   int inside = 0, total = 0;
+  Compared sums;
   const simulate::Level level = GetParam().level;
+  const bool with_peers = GetParam().seeds > 1;  // OpenCV searches for minutes for a board half in the dark
   for (std::uint64_t seed = 1; seed <= GetParam().seeds; ++seed) {
     const simulate::Session session = simulate::make_session(level, seed);
-    const calibrate::CalibrationResult result =
-        calibrate::calibrate_rig(look_at(session), options_for(level));
+    const Seen seen = look_at(session, "gray", with_peers);
+    const calibrate::CalibrationResult result = calibrate::calibrate_rig(seen.data, options_for(level));
     EXPECT_TRUE(result.rig.quality.passed()) << "seed " << seed;
     const analyze::LightError predicted = analyze::predicted_light_error(result.rig, 2.0);
     const analyze::LightError actual = analyze::true_light_error(result.rig, session.rig(), 2.0);
@@ -87,8 +138,10 @@ TEST_P(SimulatedSessions, TruthLiesInsideThreeReportedSigmas) {
         outside.empty() ? " all inside 3 sigma" : (" outside:" + outside).c_str());
     EXPECT_LT(actual.rms_mm, 4 * predicted.rms_mm)
         << "seed " << seed;  // four times the rms of 2-D Gaussians: never
+    if (with_peers) compare(seen, result.rig, options_for(level), sums);
   }
   EXPECT_GE(inside, 0.95 * total) << inside << " of " << total;
+  EXPECT_LE(sums.ours, sums.opencv);
 }
 
 /// The other ways to pair projector and board, a session each.
@@ -106,7 +159,7 @@ TEST_P(PatternSessions, TruthLiesInsideThreeReportedSigmas) {
   const auto pattern = tools::make_pattern(which.pattern, simulate::projector_size(which.level));
   const simulate::Session session = simulate::make_session(which.level, 2, pattern->on_blank_paper());
   const calibrate::CalibrationResult result =
-      calibrate::calibrate_rig(look_at(session, which.pattern), options_for(which.level));
+      calibrate::calibrate_rig(look_at(session, which.pattern).data, options_for(which.level));
   EXPECT_TRUE(result.rig.quality.passed());
   const analyze::LightError predicted = analyze::predicted_light_error(result.rig, 2.0);
   const analyze::LightError actual = analyze::true_light_error(result.rig, session.rig(), 2.0);
@@ -130,10 +183,50 @@ TEST_P(PatternSessions, TruthLiesInsideThreeReportedSigmas) {
   EXPECT_LT(actual.rms_mm, 4 * predicted.rms_mm);
 }
 
+/// A printed and a projected board in 18 views, the light of a projector whose axis lies far from its
+/// picture's middle. `seed` moves everything else.
+simulate::Session paper_like_set(std::uint64_t seed) {
+  const auto pattern = tools::make_pattern("chessboard", simulate::projector_size(simulate::Level::kPaper));
+  simulate::Session session =
+      simulate::make_session(simulate::Level::kPaper, seed, pattern->on_blank_paper());
+  for (simulate::World& view : session.views) {
+    Intrinsics& k = view.rig.projectors.front().projector.inverse_camera.intrinsics;
+    k.cx = 671;
+    k.cy = 696;
+  }
+  return session;
+}
+
+class PaperLikeSet : public ::testing::TestWithParam<std::uint64_t> {};
+
+/// 22 parameters a seed inside three sigmas: exact sigmas leave one outside in fewer than 6 % of seeds (the
+/// parameters are correlated). OpenCV's light is at least twice as far off, over all seeds.
+TEST_P(PaperLikeSet, IsSolvedWithEveryParameterInsideItsSigmas) {
+  Compared sums;
+  for (std::uint64_t seed = 1; seed <= GetParam(); ++seed) {
+    const Seen seen = look_at(paper_like_set(seed), "chessboard");
+    ASSERT_EQ(seen.session.views.size(), 18u);
+    const calibrate::Options options = options_for(simulate::Level::kPaper);
+    const calibrate::CalibrationResult result = calibrate::calibrate_rig(seen.data, options);
+    std::printf("paper-like seed %llu: rms camera %.3f projector %.3f px\n",
+                static_cast<unsigned long long>(seed), result.rms_px[0], result.rms_px[1]);
+    EXPECT_TRUE(result.rig.quality.passed());
+    EXPECT_LE(result.rms_all_px[0], 0.3);
+    EXPECT_LE(result.rms_all_px[1], 0.3);
+    const auto all = scores(result.rig, seen.session.rig());
+    EXPECT_EQ(all.size(), 22u);
+    for (const auto& [name, score] : all) EXPECT_LE(std::abs(score), 3) << "seed " << seed << " " << name;
+    compare(seen, result.rig, options, sums);
+  }
+  EXPECT_LE(std::sqrt(sums.ours), 0.5 * std::sqrt(sums.opencv));
+}
+
+INSTANTIATE_TEST_SUITE_P(OneSeed, PaperLikeSet, ::testing::Values(1));
+INSTANTIATE_TEST_SUITE_P(FiveSeeds, PaperLikeSet, ::testing::Values(5));
+
 INSTANTIATE_TEST_SUITE_P(Patterns, PatternSessions,
                          ::testing::Values(PatternCase{simulate::Level::kEasy, "phase"},
                                            PatternCase{simulate::Level::kEasy, "gray+phase"},
-                                           PatternCase{simulate::Level::kPaper, "chessboard"},
                                            PatternCase{simulate::Level::kHard, "chessboard"}),
                          [](const auto& which) {
                            std::string name = simulate::to_string(which.param.level) + std::string("_");
@@ -152,7 +245,7 @@ TEST(BoardTurnedByHalf, InOneViewChangesNothing) {
   session.views[1].rig_from_board = session.views[1].rig_from_board * Pose(Mat3::Identity(), middle) *
                                     half_turn * Pose(Mat3::Identity(), -middle);
   const calibrate::CalibrationResult result =
-      calibrate::calibrate_rig(look_at(session), options_for(simulate::Level::kEasy));
+      calibrate::calibrate_rig(look_at(session).data, options_for(simulate::Level::kEasy));
   EXPECT_EQ(result.rig.quality.views_used, 4);
   EXPECT_TRUE(result.rig.quality.passed());
   for (const auto& [name, score] : scores(result.rig, session.rig())) EXPECT_LE(std::abs(score), 4) << name;

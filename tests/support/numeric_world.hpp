@@ -7,6 +7,7 @@
 #include "procam/core/plane.hpp"
 #include "procam/core/rig.hpp"
 #include "procam/core/se3.hpp"
+#include "support/lopsided.hpp"
 
 namespace procam::test {
 
@@ -40,22 +41,53 @@ struct NumericWorld {
     world.board = board;
     world.camera_sigma_px = camera_sigma;
     world.projector_sigma_px = projector_sigma;
+    world.place_boards(views, seed);
+    return world;
+  }
+
+  /// Another rig for each seed: lenses, lens shift, baseline and aim.
+  static NumericWorld make_rig(int views, std::uint64_t seed, double camera_sigma, double projector_sigma) {
+    NumericWorld world;
+    world.camera_sigma_px = camera_sigma;
+    world.projector_sigma_px = projector_sigma;
+    std::mt19937_64 random(seed ^ 0x9e3779b97f4a7c15);
+    const auto vary_lens = [&](Camera& lens) {
+      Intrinsics& k = lens.intrinsics;
+      const double zoom = uniform(random, 0.9, 1.15);
+      k.fx *= zoom * uniform(random, 0.995, 1.005);
+      k.fy *= zoom * uniform(random, 0.995, 1.005);
+      k.cx += uniform(random, -40, 40);
+      k.cy += uniform(random, -40, 40);
+      std::vector<double> coefficients = coefficients_of(lens.distortion);
+      for (double& c : coefficients) c *= uniform(random, 0.3, 1.5);
+      lens.distortion = with_coefficients(lens.distortion, coefficients);
+    };
+    vary_lens(world.camera);
+    vary_lens(world.projector.inverse_camera);
+    world.projector_from_camera =
+        Pose(so3_exp<double>(random_vec3(random, 0.03)), random_vec3(random, 0.05)) *
+        world.projector_from_camera;
+    world.place_boards(views, seed);
+    return world;
+  }
+
+  void place_boards(int views, std::uint64_t seed) {
     std::mt19937_64 random(seed);
+    // Not the library's distribution, whose numbers differ from one to the next.
     const auto uniform = [&](double low, double high) {
       return low + (high - low) * (double(random() >> 11) * 0x1.0p-53);
     };
-    const Points3 points = points_in_board(world.board);
-    while (int(world.camera_from_board.size()) < views) {
+    const Points3 points = points_in_board(board);
+    while (int(camera_from_board.size()) < views) {
       const Vec3 turn(uniform(-0.6, 0.6), uniform(-0.6, 0.6), uniform(-0.4, 0.4));
       const Pose pose(so3_exp<double>(turn),
                       Vec3(uniform(-0.35, 0.2), uniform(-0.3, 0.2), uniform(0.7, 1.5)));
       bool inside = true;
       for (const Vec3& point : points)
-        inside = inside && world.camera.sees(pose * point) &&
-                 world.projector.inverse_camera.sees(world.projector_from_camera * (pose * point));
-      if (inside) world.camera_from_board.push_back(pose);
+        inside = inside && camera.sees(pose * point) &&
+                 projector.inverse_camera.sees(projector_from_camera * (pose * point));
+      if (inside) camera_from_board.push_back(pose);
     }
-    return world;
   }
 
   Correspondences correspondences(std::uint64_t noise_seed) const {

@@ -7,11 +7,25 @@
 /// pose),
 ///   da/dp = -(d pixel / d a)^-1 (d pixel / d p),     cov(a) = (da/dp) cov(p) (da/dp)^T.
 /// First order; exact derivatives through core's dual numbers.
+#include <optional>
 #include <string>
 
+#include "procam/core/plane.hpp"
 #include "procam/core/rig.hpp"
 
 namespace procam::analyze {
+
+/// Where one pixel's light lands, and how well that is known.
+struct LandedLight {
+  Vec3 in_rig;                       ///< metres
+  Eigen::Matrix<double, 3, 2> axes;  ///< two unit vectors along the wall, rig frame
+  Mat2 covariance;                   ///< of the place along the axes, metres^2
+};
+
+/// nullopt where the light misses the wall. Throws Error(kInput) when the rig carries no covariance of that
+/// projector.
+std::optional<LandedLight> landed_light(const Rig& rig, const Plane& wall_in_rig, const Vec2& pixel,
+                                        const std::string& projector = "");
 
 /// Over a grid of 17 x 13 pixels that spans the projector's picture.
 struct LightError {

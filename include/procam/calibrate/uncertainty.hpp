@@ -45,6 +45,10 @@ std::vector<std::optional<BundleState>> leave_one_view_out(const Correspondences
 struct Jackknife {
   NamedCovariance plain;      ///< of the left-out answers themselves
   NamedCovariance corrected;  ///< for leverage: unbiased for independent noise
+  /// Standard error of tr(formal^-1 corrected) / p for independent noise. A view's corrected pull w_v is then
+  /// N(0, M_v), so that the variance of |w_v|^2 is 2 tr(M_v^2); with n/(n - 1) for what the views' pulls,
+  /// which cancel, have in common. Equal views give sqrt(2 / ((n - 1) p)), unequal ones more.
+  double ratio_sigma = 0;
 };
 Jackknife jackknife(const Correspondences& correspondences, const UsedMask& used, const BundleState& solution,
                     const BundleOptions& options);
@@ -53,7 +57,7 @@ Jackknife jackknife(const Correspondences& correspondences, const UsedMask& used
 struct HonestCovariance {
   NamedCovariance devices;
   /// tr(formal^-1 corrected) / parameters: how many times larger the views' own spread is, as variance. One
-  /// when all is as assumed; its relative standard error is sqrt(2 / ((n - 1) parameters)).
+  /// when all is as assumed, to within Jackknife::ratio_sigma.
   double variance_ratio = 1;
   bool inflated = false;
 };

@@ -1,4 +1,5 @@
-/// calibrate-projector: Gray-code captures of a printed board -> rig.json, with a verdict.
+/// calibrate-projector: captures of a printed board under patterns, or points of a room -> rig.json, with a
+/// verdict.
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
@@ -14,9 +15,11 @@
 #include "procam/analyze/report.hpp"
 #include "procam/calibrate/calibrate.hpp"
 #include "procam/calibrate/gates.hpp"
+#include "procam/calibrate/points.hpp"
 #include "procam/io/board_file.hpp"
 #include "procam/io/files.hpp"
 #include "procam/io/opencv_calibration.hpp"
+#include "procam/io/point_pairs_file.hpp"
 #include "procam/io/rig_file.hpp"
 #include "procam/io/text.hpp"
 
@@ -26,7 +29,7 @@ namespace {
 namespace fs = std::filesystem;
 
 struct Flags {
-  fs::path captures, output, report, truth, check;
+  fs::path captures, points, output, report, truth, check;
   io::Session stated;          ///< what session.json need not say
   double wall = 2;             ///< metres
   double metres_per_unit = 0;  ///< of an OpenCV file to check
@@ -34,6 +37,10 @@ struct Flags {
   bool keep_outliers = false;
   std::string board_shape = "auto";
   std::vector<std::string> free;  ///< parameters to estimate that are held otherwise
+  // What is known of the projector beforehand, as value and sigma.
+  std::optional<io::Uncertain> throw_ratio;
+  std::vector<io::Uncertain> lens_shift;  ///< x and y, or none
+  bool square_pixels = false;
 };
 
 std::string format(const char* pattern, ...) __attribute__((format(printf, 1, 2)));
@@ -79,6 +86,27 @@ void say_gates(Console& console, const std::vector<Gate>& gates) {
                   : format("gates      %d of %zu failed: do not trust this rig", failed, gates.size()));
   console.summary().set("/gates/failed", failed);
   console.summary().set("/gates/total", int(gates.size()));
+}
+
+/// What the flags say of a data sheet. Without a sigma: 2 % of the ratio (sheets round), 2 % of the picture.
+std::vector<calibrate::LensPrior> projector_priors(const Flags& flags, ImageSize picture) {
+  constexpr double kSheet = 0.02;
+  std::vector<calibrate::LensPrior> priors;
+  if (flags.throw_ratio) {
+    const auto [ratio, sigma] = *flags.throw_ratio;
+    if (!(ratio > 0))
+      throw Error(ErrorKind::kInput, "--throw-ratio", "it is not positive",
+                  "give distance over width, e.g. 1.4+-0.02");
+    priors.push_back(calibrate::throw_ratio_prior(ratio, sigma > 0 ? sigma : kSheet * ratio, picture));
+  }
+  if (!flags.lens_shift.empty()) {
+    const auto& [x, y] = std::pair(flags.lens_shift[0], flags.lens_shift[1]);
+    const Vec2 sigma(x.sigma > 0 ? x.sigma : kSheet, y.sigma > 0 ? y.sigma : kSheet);
+    priors.push_back(calibrate::lens_shift_prior(Vec2(x.value, y.value), sigma.x(), picture)[0]);
+    priors.push_back(calibrate::lens_shift_prior(Vec2(x.value, y.value), sigma.y(), picture)[1]);
+  }
+  if (flags.square_pixels) priors.push_back(calibrate::square_pixels());
+  return priors;
 }
 
 /// The true light against the estimated, and how many parameters lie inside three sigmas.
@@ -128,6 +156,7 @@ ExitCode calibrate_session(const Flags& flags, Console& console) {
   calibrate::Options options;
   options.holdout = flags.holdout;
   options.light_read_at_corners = true;  // as all patterns of the table that cover the print are read
+  options.projector.priors = projector_priors(flags, session.projector_size);
   if (flags.keep_outliers) options.outlier_sigmas = 0;
   options.board_shape = board_shapes().at(flags.board_shape);
   for (const std::string& name : flags.free)
@@ -222,6 +251,57 @@ ExitCode calibrate_session(const Flags& flags, Console& console) {
   return exit_code(result.diagnostics);
 }
 
+/// --points: a projector alone, in the room's frame.
+ExitCode calibrate_points(const Flags& flags, Console& console) {
+  for (const fs::path& file : {flags.output}) io::require_writable(file);
+  if (!flags.stated.projector_size)
+    throw Error(ErrorKind::kInput, flags.points.string(),
+                "a list of points does not state the projector's size", "give --projector-size 1024x768");
+  const ImageSize picture = *flags.stated.projector_size;
+  const std::vector<PointPair> pairs = io::load_point_pairs(flags.points);
+  calibrate::PointsOptions options;
+  options.lens.priors = projector_priors(flags, picture);
+  if (flags.keep_outliers) options.outlier_sigmas = 0;
+  for (const std::string& name : flags.free)
+    options.lens.held.erase(std::remove(options.lens.held.begin(), options.lens.held.end(), name),
+                            options.lens.held.end());
+  calibrate::PointsResult result =
+      calibrate::calibrate_from_points({"projector", DeviceKind::kProjector, picture}, pairs, options);
+  Rig& rig = result.rig;
+  rig.provenance = {"calibrate-projector",
+                    PROCAM_VERSION,
+                    utc_now(),
+                    {{"projector-size", io::format_size(picture)}},
+                    {{flags.points.filename().string(), io::sha256_of_file(flags.points)}}};
+  io::save_rig(flags.output, rig);
+
+  console.report(result.diagnostics);
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    const calibrate::PairResidual& pair = result.pairs[i];
+    console.say(format(
+        "%-24s %7.2f %7.2f px%s",
+        pairs[i].name.empty() ? format("pair %zu", i + 1).c_str() : pairs[i].name.substr(0, 24).c_str(),
+        pair.residual.x(), pair.residual.y(),
+        !pair.used      ? "  left out"
+        : pair.left_out ? format("  (%.2f when left out)", pair.left_out->norm()).c_str()
+                        : ""));
+  }
+  console.say(format("RMS        %.2f px; one coordinate's sigma %.2f px; left out in turn %.2f px",
+                     result.rms_px, result.sigma_px, result.left_out_px));
+  console.summary().set("/rms_px", result.rms_px);
+  console.summary().set("/sigma_px", result.sigma_px);
+  console.summary().set("/left_out_px", result.left_out_px);
+  console.summary().set("/pairs", int(pairs.size()));
+  say_lens(console, "projector", rig.projector().projector.inverse_camera, rig.covariance);
+  const Vec3 place = rig.projector().rig_from_projector.translation;
+  const std::string names[] = {"rig_from_projector.tx", "rig_from_projector.ty", "rig_from_projector.tz"};
+  console.say(format("place      %.3f, %.3f, %.3f m in the room", place.x(), place.y(), place.z()));
+  console.summary().set("/place_m", std::vector<double>{place.x(), place.y(), place.z()});
+  say_gates(console, rig.quality.gates);
+  console.say("written    " + flags.output.string());
+  return exit_code(result.diagnostics);
+}
+
 /// --check: the gates alone, on a rig file or on an OpenCV calibration.
 ExitCode check_file(const Flags& flags, Console& console) {
   Rig rig;
@@ -260,6 +340,26 @@ void declare(CLI::App& app, Flags& flags) {
       "The printed board, e.g. chessboard:7x9:75mm (inner corners), or its board file (.json)");
   app.add_option("--step", flags.stated.step, "Stripe width of the finest pattern in projector pixels")
       ->check(CLI::Range(1, 1024));
+  auto* points =
+      app.add_option("--points", flags.points,
+                     "Instead of captures: a list of the room's points, a line x,y,z (metres),u,v (pixels) "
+                     "for each; at least six not on one wall, or four with a data sheet's values");
+  add_parsed(
+      app, "--throw-ratio", [&](const std::string& text) { flags.throw_ratio = io::parse_uncertain(text); },
+      "Known of the projector: distance over picture width, e.g. 1.4 or 1.4+-0.02");
+  add_parsed(
+      app, "--lens-shift",
+      [&](const std::string& text) {
+        const std::size_t comma = text.find(',');
+        if (comma == std::string::npos)
+          throw Error(ErrorKind::kInput, "--lens-shift " + text, "it needs two numbers", "give e.g. 0,0.5");
+        flags.lens_shift = {io::parse_uncertain(text.substr(0, comma)),
+                            io::parse_uncertain(text.substr(comma + 1))};
+      },
+      "Known of the projector: how far its axis lies from the picture's centre, in widths and heights, right "
+      "and "
+      "down, e.g. 0,0.5 or 0+-0.01,0.5+-0.02");
+  app.add_flag("--square-pixels", flags.square_pixels, "Known of the projector: fx = fy");
   auto* output = app.add_option("-o,--output", flags.output, "Rig file to write");
   app.add_option("--free", flags.free, "Also estimate skew or k3, which are held at zero otherwise")
       ->check(CLI::IsMember({"skew", "k3"}))
@@ -288,12 +388,12 @@ void declare(CLI::App& app, Flags& flags) {
   add_parsed(
       app, "--unit", [&](const std::string& text) { flags.metres_per_unit = io::parse_length(text); },
       "Unit of an OpenCV file's translation (default 1mm)");
-  check->excludes(captures)->excludes(output);
+  check->excludes(captures)->excludes(output)->excludes(points);
+  points->excludes(captures)->needs(output);
   captures->needs(output);
-  output->needs(captures);
-  app.callback([captures, check] {
-    if (captures->count() == 0 && check->count() == 0)
-      throw CLI::RequiredError("--captures DIR with -o rig.json, or --check FILE,");
+  app.callback([captures, points, check] {
+    if (captures->count() + points->count() + check->count() == 0)
+      throw CLI::RequiredError("--captures DIR or --points FILE with -o rig.json, or --check FILE,");
   });
 }
 
@@ -306,11 +406,13 @@ int main(int argc, char** argv) {
   return run_tool(
       argc, argv,
       {"calibrate-projector",
-       "Calibrates a projector and a camera together from captures of a printed board lit by Gray code.",
+       "Calibrates a projector and a camera together from captures of a printed board lit by patterns, or a "
+       "projector alone from points of a room.",
        "calibrate-projector --captures captures --pattern gray --projector-size 1024x768 "
        "--board chessboard:7x9:75mm -o rig.json --report report.html"},
       [&](CLI::App& app) { declare(app, flags); },
       [&](Console& console) {
+        if (!flags.points.empty()) return calibrate_points(flags, console);
         return flags.check.empty() ? calibrate_session(flags, console) : check_file(flags, console);
       });
 }

@@ -5,14 +5,15 @@
 #include <ceres/ordered_groups.h>
 #include <ceres/problem.h>
 #include <ceres/solver.h>
-#include <glog/logging.h>
 
 #include <array>
 #include <memory>
 #include <set>
 
+#include "procam/calibrate/costs/lens_prior.hpp"
 #include "procam/calibrate/costs/point_prior.hpp"
 #include "procam/calibrate/costs/se3_manifold.hpp"
+#include "quiet_log.hpp"
 #include "residual_blocks.hpp"
 
 namespace procam::calibrate {
@@ -40,24 +41,13 @@ void require_matching(const Correspondences& data, const UsedMask& used, const B
   require(state.lenses.size() == num_devices && state.device_from_rig.size() == num_devices &&
               state.rig_from_board.size() == num_views && used.size() == num_views &&
               options.held.size() == num_devices && options.noise.size() == num_devices &&
-              options.hold_pose.size() == num_devices,
+              options.hold_pose.size() == num_devices &&
+              (options.priors.empty() || options.priors.size() == num_devices),
           "bundle: the start, the mask and the options must match the correspondences in devices and views");
   require(state.points_in_board.size() == points_in_board(data.board).size(),
           "bundle: the start must have every point of the board");
   require(options.board_sigma >= 0, "bundle: board_sigma is a length, zero or more");
 }
-
-/// Libraries never print: what the solver would log of a failed step is in its summary, and in our errors.
-class QuietLog {
- public:
-  QuietLog() : before_(FLAGS_minloglevel) { FLAGS_minloglevel = google::GLOG_FATAL; }
-  ~QuietLog() { FLAGS_minloglevel = before_; }
-  QuietLog(const QuietLog&) = delete;
-  QuietLog& operator=(const QuietLog&) = delete;
-
- private:
-  int before_;
-};
 
 [[noreturn]] void throw_not_evaluable(const std::string& why) {
   throw Error(ErrorKind::kDegenerate, "bundle adjustment", "its start cannot be evaluated: " + why,
@@ -102,6 +92,9 @@ std::unique_ptr<Blocks> build(const Correspondences& data, const UsedMask& used,
   for (std::size_t d = 0; d < num_devices; ++d) {
     double* lens = blocks->lenses[d].data();
     if (!problem.HasParameterBlock(lens)) continue;
+    for (const LensPrior& prior : priors_of(options, d))
+      problem.AddResidualBlock(
+          new LensPriorCost(prior_weights(prior, state.lenses[d]), prior.value, prior.sigma), nullptr, lens);
     const std::vector<int> held = held_parameters(state.lenses[d], options.held[d]);
     if (held.size() == blocks->lenses[d].size())
       problem.SetParameterBlockConstant(lens);

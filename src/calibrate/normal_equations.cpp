@@ -210,6 +210,16 @@ NormalEquations normal_equations(const Correspondences& data, const UsedMask& us
     }
     all.views.push_back(std::move(view));
   }
+  for (std::size_t d = 0; d < data.devices.size(); ++d)
+    for (const LensPrior& prior : priors_of(options, d)) {
+      if (common.lens_at[d] < 0) continue;
+      const VecX weights = prior_weights(prior, solution.lenses[d]) / prior.sigma;
+      VecX row = VecX::Zero(n);
+      for (std::size_t i = 0; i < common.free_of_lens[d].size(); ++i)
+        row[common.lens_at[d] + int(i)] = weights[common.free_of_lens[d][i]];
+      all.information += row * row.transpose();
+      all.diagonal += row.cwiseAbs2();
+    }
   for (const int at : common.point_at) {
     if (at < 0) continue;
     const Vec3 prior = Vec3::Constant(1 / (options.board_sigma * options.board_sigma));

@@ -68,8 +68,10 @@ Mat2 without_corner(const Mat2& of_light, const Mat2& of_corner, const Mat2& car
   return root * eigen.values.cwiseMax(0.01).asDiagonal() * root.transpose();
 }
 
-std::unique_ptr<ceres::CostFunction> reprojection(const Distortion& model, const Vec2& pixel,
-                                                  const Mat2& sqrt_information) {
+}  // namespace
+
+std::unique_ptr<ceres::CostFunction> reprojection_cost(const Distortion& model, const Vec2& pixel,
+                                                       const Mat2& sqrt_information) {
   return std::visit(
       [&](const auto& lens_model) -> std::unique_ptr<ceres::CostFunction> {
         return std::make_unique<ReprojectionCost<std::decay_t<decltype(lens_model)>>>(pixel,
@@ -78,7 +80,10 @@ std::unique_ptr<ceres::CostFunction> reprojection(const Distortion& model, const
       model);
 }
 
-}  // namespace
+const std::vector<LensPrior>& priors_of(const BundleOptions& options, std::size_t device) {
+  static const std::vector<LensPrior> none;
+  return options.priors.empty() ? none : options.priors[device];
+}
 
 bool read_at_corner(const BundleState& state, const Measurement& m) {
   return state.light_read_at_corners && m.corner != nullptr;
@@ -146,11 +151,11 @@ std::unique_ptr<ceres::CostFunction> measurement_cost(const BundleState& state, 
   const Mat2 sqrt_information = cholesky_lower(covariance).inverse();
   const Distortion& model = state.lenses[std::size_t(m.device)].distortion;
   if (m.observation != nullptr) {
-    auto cost = reprojection(model, m.pixel(), sqrt_information);
+    auto cost = reprojection_cost(model, m.pixel(), sqrt_information);
     const auto carry = read_at_corner(state, m) ? carry_of(state, m) : std::nullopt;
     if (!carry) return cost;
     return std::make_unique<SharedCornerCost>(
-        reprojection(state.lenses[0].distortion, m.corner->pixel, Mat2::Identity()), std::move(cost),
+        reprojection_cost(state.lenses[0].distortion, m.corner->pixel, Mat2::Identity()), std::move(cost),
         Mat2(sqrt_information * *carry));
   }
   return std::visit(

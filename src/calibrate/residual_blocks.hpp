@@ -19,9 +19,17 @@ std::optional<Vec3> place_in_rig(const BundleState& state, int view, const Light
 bool read_at_corner(const BundleState& state, const Measurement& measurement);
 
 /// The cost of one measurement, whitened by the residual's covariance. Blocks of an observation: lens,
-/// device_from_rig, rig_from_board, point; of light read at a corner: see costs/shared_corner.hpp; of a light point: costs/light_point.hpp.
+/// device_from_rig, rig_from_board, point; of light read at a corner: see costs/shared_corner.hpp; of a light
+/// point: costs/light_point.hpp.
 std::unique_ptr<ceres::CostFunction> measurement_cost(const BundleState& state,
                                                       const Measurement& measurement, const Mat2& covariance);
+
+/// The cost of one observation of a known point; blocks: lens, device_from_rig, rig_from_board, point.
+std::unique_ptr<ceres::CostFunction> reprojection_cost(const Distortion& model, const Vec2& pixel,
+                                                       const Mat2& sqrt_information);
+
+/// A device's priors; none when the options have none.
+const std::vector<LensPrior>& priors_of(const BundleOptions& options, std::size_t device);
 
 /// Positions in parameters_of(lens) of the names in `held`, ascending; names of another model are ignored.
 std::vector<int> held_parameters(const Camera& lens, const std::vector<std::string>& held);

@@ -306,9 +306,11 @@ Start find_start(Correspondences& data, const std::optional<Camera>& known_camer
   start.state.light_read_at_corners = options.light_read_at_corners;
   start.bundle_options.noise.resize(num_devices);
   start.bundle_options.hold_pose.assign(num_devices, false);
-  for (const Device& device : data.devices)
-    start.bundle_options.held.push_back(device.kind == DeviceKind::kCamera ? options.camera.held
-                                                                           : options.projector.held);
+  for (const Device& device : data.devices) {
+    const LensOptions& lens = device.kind == DeviceKind::kCamera ? options.camera : options.projector;
+    start.bundle_options.held.push_back(lens.held);
+    start.bundle_options.priors.push_back(lens.priors);
+  }
 
   for (std::size_t v = 0; v < num_views; ++v)
     if (int(data.views[v].observations[0].size()) < kMinPointsPerView) {

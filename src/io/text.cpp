@@ -172,6 +172,16 @@ std::string format_size(ImageSize size) {
   return std::to_string(size.width) + "x" + std::to_string(size.height);
 }
 
+Uncertain parse_uncertain(const std::string& text) {
+  const char* const next = "write a number, or a number and its sigma, e.g. 1.4+-0.02";
+  const std::size_t mark = text.find("+-");
+  const std::optional<double> value = parse_number(text.substr(0, mark));
+  const std::optional<double> sigma = mark == std::string::npos ? 0 : parse_number(text.substr(mark + 2));
+  if (!value || !sigma) fail("value", text, "it is no number", next);
+  if (mark != std::string::npos && !(*sigma > 0)) fail("value", text, "its sigma is not positive", next);
+  return {*value, *sigma};
+}
+
 double parse_length(const std::string& text) {
   return parse_quantity("length", text, kLengthUnits, kLengthNext);
 }

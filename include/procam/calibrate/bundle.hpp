@@ -2,14 +2,15 @@
 /// Bundle adjustment: all lenses, all device poses, all board poses and, if asked, the board's shape at once,
 /// by Ceres.
 ///
-/// Minimises sum rho(|L (project - pixel)|^2) + sum |point - printed|^2 / board_sigma^2 over every used
-/// observation and every board point, residuals in sigmas (Triggs et al., "Bundle adjustment - a modern
-/// synthesis", 1999). Device 0 carries the rig's frame. This is the door for people who bring their own
-/// start; calibrate.hpp finds one.
+/// Minimises sum rho(|L (project - pixel)|^2) + sum |point - printed|^2 / board_sigma^2 + the lenses' priors,
+/// over every used observation and every board point, residuals in sigmas (Triggs et al., "Bundle adjustment
+/// - a modern synthesis", 1999). Device 0 carries the rig's frame. This is the door for people who bring
+/// their own start; calibrate.hpp finds one.
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "procam/calibrate/lens_prior.hpp"
 #include "procam/core/camera.hpp"
 #include "procam/core/observation.hpp"
 #include "procam/core/pose.hpp"
@@ -43,7 +44,8 @@ struct ResidualNoise {
 struct BundleOptions {
   /// By device: names of lens parameters held at their start ("skew", "k3"). All of them hold a known lens.
   std::vector<std::vector<std::string>> held;
-  std::vector<ResidualNoise> noise;  ///< by device
+  std::vector<ResidualNoise> noise;                 ///< by device
+  std::vector<std::vector<LensPrior>> priors = {};  ///< by device; empty: none
   /// By device: hold device_from_rig as well (true for device 0, always).
   std::vector<bool> hold_pose;
   /// Metres by which a board point may lie off its printed place (one sigma an axis). Zero holds the points:

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "procam/calibrate/lens_prior.hpp"
 #include "procam/core/distortion.hpp"
 
 namespace procam::calibrate {
@@ -14,6 +15,8 @@ struct LensOptions {
   /// Skew is not observable beside a free rotation for ordinary sensors and DMDs; k3 trades off against k2
   /// unless the field of view is wide, and then extrapolates badly: both are held unless the user frees them.
   std::vector<std::string> held = {"skew", "k3"};
+  /// What is known beforehand: a data sheet's throw ratio, square pixels.
+  std::vector<LensPrior> priors = {};
 };
 
 /// Is the board as it was printed, and flat? A sheet on a clipboard is not: it bends by parts of a

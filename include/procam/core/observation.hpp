@@ -23,6 +23,13 @@ struct Detections {
   Diagnostics diagnostics;
 };
 
+/// A point of the room, measured in the room's frame, and the pixel of a device that sees or lights it.
+struct PointPair {
+  std::string name;  ///< for messages: "door, top left"; may be empty
+  Vec3 point_in_world = Vec3::Zero();
+  Vec2 pixel = Vec2::Zero();
+};
+
 enum class DeviceKind { kCamera, kProjector };
 
 /// A camera or projector that takes part in a session.

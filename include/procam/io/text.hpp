@@ -21,6 +21,12 @@ std::string format_length(double metres);
 /// "30deg", "0.5rad" -> radians. The unit is required.
 double parse_angle(const std::string& text);
 
+/// "1.4" or "1.4+-0.02" -> a value and its standard deviation, zero when it is not stated.
+struct Uncertain {
+  double value = 0, sigma = 0;
+};
+Uncertain parse_uncertain(const std::string& text);
+
 /// A board as it is typed:
 ///   chessboard:7x9:75mm                   7 inner corners a row, 9 rows of them, squares of 75 mm
 ///   charuco:5x7:40mm:30mm:5x5_100         5 squares a row, 7 rows; square, marker, dictionary

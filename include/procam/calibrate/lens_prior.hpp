@@ -1,0 +1,37 @@
+#pragma once
+/// What is known of a lens before anything is measured: a data sheet's throw ratio and lens shift, square
+/// pixels.
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "procam/core/camera.hpp"
+
+namespace procam::calibrate {
+
+/// sum of weight * parameter = value, up to one standard deviation sigma: one more residual of the solve,
+///   (sum w_i p_i - value) / sigma.
+/// Parameters by their names in files ("fx", "cy", "k1"); all in the parameters' units (pixels for fx ..
+/// skew).
+struct LensPrior {
+  std::vector<std::pair<std::string, double>> terms;
+  double value = 0;
+  double sigma = 1;
+};
+
+/// fx = fy, to a thousandth of a pixel.
+LensPrior square_pixels();
+
+/// Throw ratio of a data sheet, distance over picture width: fx = ratio * width. `sigma` is the ratio's own.
+LensPrior throw_ratio_prior(double ratio, double sigma, ImageSize picture);
+
+/// Lens shift: how far the optical axis lies from the picture's centre, in picture widths and heights, x
+/// right, y down (Projector::lens_shift()); (0, 0.5) is the common table-top projector, whose axis passes the
+/// bottom edge. `sigma` in the same shares.
+std::vector<LensPrior> lens_shift_prior(const Vec2& shift, double sigma, ImageSize picture);
+
+/// The weights by position in parameters_of(lens). Throws Error(kInput) for a name that the lens lacks and
+/// for a sigma that is not positive.
+VecX prior_weights(const LensPrior& prior, const Camera& lens);
+
+}  // namespace procam::calibrate

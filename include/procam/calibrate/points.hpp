@@ -1,0 +1,54 @@
+#pragma once
+/// Calibration from a room instead of a board: points measured in the room, and the device's pixels of them.
+///
+///   const PointsResult result = calibrate_from_points(projector, pairs, options);
+///   result.rig.projector().rig_from_projector;  // world_from_projector: the rig's frame is the room's
+///
+/// Six points that are not in one plane are enough for a pinhole; with a data sheet's throw ratio and lens
+/// shift as priors four are, in one plane or not. How: one normalised DLT (resect() in initial.hpp), or, with
+/// priors, the pose of the known lens from all turns of a cube; then least squares over lens and pose with
+/// the priors as residuals, and pairs that do not fit left out and named (a mistyped number, two points
+/// swapped).
+///
+/// Errors: kNotEnoughData (says how many points or which prior would do), kDegenerate (names the parameters
+/// that points and priors leave open), kNotConverged; std::invalid_argument for numbers that are not finite.
+#include <string>
+#include <vector>
+
+#include "procam/calibrate/options.hpp"
+#include "procam/core/observation.hpp"
+#include "procam/core/rig.hpp"
+
+namespace procam::calibrate {
+
+struct PointsOptions {
+  /// A few points say little about distortion: none unless the user knows better.
+  LensOptions lens = {NoDistortion{}, {"skew"}, {}};
+  /// One standard deviation of a pixel coordinate, room measurement included; used where the residuals cannot
+  /// tell (fewer than three equations more than unknowns).
+  double sigma_px = 1;
+  /// Pairs further off than this many sigmas are left out. Zero keeps all.
+  double outlier_sigmas = 5;
+};
+
+/// One pair after the solve.
+struct PairResidual {
+  Vec2 residual = Vec2::Zero();  ///< projected - stated, pixels
+  bool used = true;
+  /// What a solve without this pair misses it by; unset where the others do not determine the answer.
+  std::optional<Vec2> left_out;
+};
+
+struct PointsResult {
+  Rig rig;  ///< one device, in the room's frame; with covariance and gates
+  std::vector<PairResidual> pairs;
+  double rms_px = 0;       ///< sqrt(mean |residual|^2) over the pairs used
+  double left_out_px = 0;  ///< the same of PairResidual::left_out; zero when there is none
+  double sigma_px = 0;     ///< of one coordinate: as the residuals say, or as stated
+  Diagnostics diagnostics;
+};
+
+PointsResult calibrate_from_points(const Device& device, const std::vector<PointPair>& pairs,
+                                   const PointsOptions& options = {});
+
+}  // namespace procam::calibrate

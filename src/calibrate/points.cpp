@@ -60,7 +60,7 @@ double median_residual(const PointsProblem& problem, const PointsFit& fit) {
   return *middle;
 }
 
-/// Least squares from a start, the residuals in units of `sigma_px`; nullopt when the start is unusable.
+/// Least squares from a start, the residuals in units of `sigma_px`; nullopt when it leads nowhere.
 std::optional<PointsFit> refine(const PointsProblem& problem, const PointsFit& start,
                                 const std::vector<char>& used, double sigma_px, bool lens_known) {
   const VecX parameters = parameters_of(start.lens);
@@ -231,16 +231,16 @@ std::vector<PointsFit> starts(const PointsProblem& problem, std::string& why) {
 }
 
 /// Rows of the whitened derivative: two a used pair, one a prior; columns: free lens parameters, pose.
-struct Linearised {
+struct PointsEquations {
   std::vector<int> free;  ///< positions in parameters_of(lens)
   MatX by_unknowns;
   std::vector<std::size_t> pair_of_row;  ///< of the first 2 * used rows
   int priors = 0;
 };
 
-Linearised linearise(const PointsProblem& problem, const PointsFit& fit, const std::vector<char>& used,
-                     double sigma_px) {
-  Linearised out;
+PointsEquations linearise(const PointsProblem& problem, const PointsFit& fit, const std::vector<char>& used,
+                          double sigma_px) {
+  PointsEquations out;
   const VecX lens = parameters_of(fit.lens);
   const std::vector<int> held = held_parameters(fit.lens, problem.options.lens.held);
   for (int i = 0; i < int(lens.size()); ++i)
@@ -253,8 +253,8 @@ Linearised linearise(const PointsProblem& problem, const PointsFit& fit, const s
   std::array<double, kPoseBlockSize> pose, identity;
   pose_to_block(fit.device_from_world, pose.data());
   pose_to_block(Pose(), identity.data());
-  using Block = Eigen::Matrix<double, 2, Eigen::Dynamic, Eigen::RowMajor>;
-  Block by_lens(2, lens.size()), by_pose(2, kPoseBlockSize);
+  using TwoRows = Eigen::Matrix<double, 2, Eigen::Dynamic, Eigen::RowMajor>;
+  TwoRows by_lens(2, lens.size()), by_pose(2, kPoseBlockSize);
   for (std::size_t row = 0; row < out.pair_of_row.size(); row += 2) {
     const PointPair& pair = problem.pairs[out.pair_of_row[row]];
     const double* parameters[] = {lens.data(), pose.data(), identity.data(), pair.point_in_world.data()};
@@ -287,7 +287,7 @@ std::vector<std::string> unknown_names(const PointsProblem& problem, const Camer
 }
 
 /// (J^T J)^-1. Throws Error(kDegenerate) with the names of what J leaves open.
-MatX covariance_of(const Linearised& linear, const std::vector<std::string>& names,
+MatX covariance_of(const PointsEquations& linear, const std::vector<std::string>& names,
                    const std::string& device) {
   const MatX information = linear.by_unknowns.transpose() * linear.by_unknowns;
   const VecX scale = information.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
@@ -358,10 +358,15 @@ PointsResult calibrate_from_points(const Device& device, const std::vector<Point
   std::vector<char> used(pairs.size(), 1);
   std::optional<PointsFit> best;
   constexpr std::size_t kTried = 12;
+  constexpr double kNear = 8;  // in median residuals: what a start misses by more may be a blunder
   for (std::size_t i = 0; i < std::min(candidates.size(), kTried); ++i) {
-    // Scaled to the start's own misfit: what is far off then pulls linearly only.
     const double sigma = std::max(options.sigma_px, candidates[i].median_px);
-    const auto fit = refine(problem, candidates[i], used, std::min(sigma, 1e3), false);
+    std::vector<char> near(pairs.size(), 0);
+    for (std::size_t k = 0; k < pairs.size(); ++k) {
+      const auto r = residual_of(candidates[i], pairs[k]);
+      near[k] = r && r->norm() <= kNear * sigma;
+    }
+    const auto fit = refine(problem, candidates[i], near, std::min(sigma, 1e3), false);
     if (fit && (!best || fit->median_px < best->median_px)) best = fit;
   }
   if (!best)
@@ -412,7 +417,7 @@ PointsResult calibrate_from_points(const Device& device, const std::vector<Point
   result.rms_px = std::sqrt(sum2 / std::max(count, 1));
   result.sigma_px = redundant >= kTellingRedundancy ? std::sqrt(sum2 / redundant) : options.sigma_px;
 
-  const Linearised linear = linearise(problem, *best, used, result.sigma_px);
+  const PointsEquations linear = linearise(problem, *best, used, result.sigma_px);
   NamedCovariance covariance{unknown_names(problem, best->lens, linear.free), {}};
   covariance.matrix = covariance_of(linear, covariance.names, device.name);
   // The residual of a pair left out is (I - H)^-1 r, H its block of the hat matrix (Cook and Weisberg, 1982).

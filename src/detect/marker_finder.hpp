@@ -29,6 +29,6 @@ struct RefinedMarker {
 
 /// nullopt where an edge is covered, unsharp beyond use, or out of the picture.
 std::optional<RefinedMarker> refine_marker(const ViewU8& image, const FoundMarker& found,
-                                    const EdgeSurroundings& around, double max_sigma_px);
+                                           const EdgeSurroundings& around, double max_sigma_px);
 
 }  // namespace procam::detect

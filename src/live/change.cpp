@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "median.hpp"
+
 namespace procam::live {
 namespace {
 
@@ -45,12 +47,6 @@ void for_each_block(ViewU8 a, ViewU8 b, const Use& use) {
 double chi_square_limit(int n) {
   const double spread = 2.0 / (9.0 * n), root = 1 - spread + kSigmas * std::sqrt(spread);
   return root * root * root;
-}
-
-double median(std::vector<double>& values) {
-  const auto middle = values.begin() + std::ptrdiff_t(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <random>
 
+#include "median.hpp"
 #include "procam/core/error.hpp"
 
 namespace procam::live {
@@ -30,12 +31,6 @@ double correlation(const std::vector<LightSwitch>& switches, const std::vector<S
   const double n = double(seen.size());
   const double variance = (yy - y * y / n) * (cc - c * c / n);
   return variance > 0 ? (yc - y * c / n) / std::sqrt(variance) : 0;
-}
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + std::ptrdiff_t(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 double frame_interval(const std::vector<SeenLight>& seen) {

@@ -137,8 +137,7 @@ class ChessboardPair : public SessionPattern {
 
   match::BoardView read(const std::string& view_name, const std::vector<ViewU8>& captures,
                         const Board& board) const override {
-    match::BoardView view{view_name,
-                          {detect::detect_board(captures[0], board), {}}};
+    match::BoardView view{view_name, {detect::detect_board(captures[0], board), {}}};
     Detections& in_projector = view.detections[kProjectorDevice];
     in_projector.image_size = shown_.projector_size;
     const Detections light = detect::detect_projected_chessboard(captures[1], captures[0],

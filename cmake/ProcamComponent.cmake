@@ -68,7 +68,8 @@ endfunction()
 
 # A stage's tests: tests/<name>/*.cpp become one program, each TEST its own ctest entry "<name>.Suite.Test".
 # SLOW and LONG (patterns of GoogleTest's filter, that share no test) label those that take minutes under sanitizers
-# (`ctest -LE slow` omits them) and those that take minutes anywhere: tests/run.sh leaves these to `ctest -L long`.
+# and those that take minutes anywhere: `ctest -LE "slow|long"` omits both, tests/run.sh leaves the latter to
+# `ctest -L long`. (One label each: gtest_discover_tests() drops the second of a list.)
 function(procam_test name)
   cmake_parse_arguments(arg "" "SLOW;LONG" "SOURCES;LINK" ${ARGN})
   add_executable(test_${name} ${arg_SOURCES})
@@ -81,6 +82,6 @@ function(procam_test name)
     gtest_discover_tests(test_${name} ${discovery} PROPERTIES TIMEOUT 600)
   endif()
   if(arg_LONG)
-    gtest_discover_tests(test_${name} ${discovery} TEST_FILTER "${arg_LONG}" PROPERTIES TIMEOUT 3000 LABELS "slow;long")
+    gtest_discover_tests(test_${name} ${discovery} TEST_FILTER "${arg_LONG}" PROPERTIES TIMEOUT 3000 LABELS long)
   endif()
 endfunction()

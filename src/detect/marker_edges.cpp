@@ -20,7 +20,6 @@ cv::aruco::PREDEFINED_DICTIONARY_NAME opencv_name(MarkerDictionary dictionary) {
 int correctable_bits(MarkerDictionary dictionary, int by_opencv) {
   switch (dictionary) {
     case MarkerDictionary::kAprilTag25h9:
-      return 4;
     case MarkerDictionary::kAprilTag36h10:
       return 4;
     case MarkerDictionary::kAprilTag36h11:

@@ -34,7 +34,7 @@ void require_alike(ViewU8 a, ViewU8 b) {
 ExposureCheck check_exposure(ViewU8 white, ViewU8 black, const NoiseModel& noise) {
   require_alike(white, black);
   constexpr int kLeastStep = 5, kSaturated = 254;
-  constexpr double kSigmas = 5;
+  constexpr double kStepSigmas = 5;
   ExposureCheck check;
   check.paper = ImageU8(white.size());
   std::vector<int> contrasts, greys;
@@ -42,7 +42,7 @@ ExposureCheck check_exposure(ViewU8 white, ViewU8 black, const NoiseModel& noise
   for (int y = 0; y < white.height; ++y)
     for (int x = 0; x < white.width; ++x) {
       const int bright = white.at(x, y), step = bright - black.at(x, y);
-      if (step < kLeastStep || step < kSigmas * std::sqrt(2 * noise.variance(bright))) continue;
+      if (step < kLeastStep || step < kStepSigmas * std::sqrt(2 * noise.variance(bright))) continue;
       contrasts.push_back(step);
       greys.push_back(bright);
       saturated += bright >= kSaturated;

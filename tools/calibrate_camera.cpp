@@ -1,7 +1,6 @@
 /// calibrate-camera: photographs of a printed board -> rig.json with the camera alone.
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <cstdio>
 #include <filesystem>
 #include <set>
 #include <system_error>
@@ -95,10 +94,8 @@ ExitCode calibrate_alone(const Flags& flags, Console& console) {
   io::save_rig(flags.output, rig);
 
   console.report(result.diagnostics);
-  char line[160];
-  std::snprintf(line, sizeof line, "%d of %zu images used, RMS %.3f px (outliers included: %.3f)",
-                rig.quality.views_used, files.size(), result.rms_px[0], result.rms_all_px[0]);
-  console.say(line);
+  console.say(format("%d of %zu images used, RMS %.3f px (outliers included: %.3f)", rig.quality.views_used,
+                     files.size(), result.rms_px[0], result.rms_all_px[0]));
   console.summary().set("/views_used", rig.quality.views_used);
   console.summary().set("/views", int(files.size()));
   console.summary().set("/rms_px", result.rms_px[0]);
@@ -108,9 +105,7 @@ ExitCode calibrate_alone(const Flags& flags, Console& console) {
   const std::vector<std::string> names = parameter_names(camera);
   for (std::size_t i = 0; i < names.size(); ++i) {
     const double value = values[Eigen::Index(i)], sigma = rig.covariance.sigma("camera." + names[i]);
-    std::snprintf(line, sizeof line, "%-6s %12.5f +- %.5f%s", names[i].c_str(), value, sigma,
-                  sigma > 0 ? "" : "  held");
-    console.say(line);
+    console.say(format("%-6s %12.5f +- %.5f%s", names[i].c_str(), value, sigma, sigma > 0 ? "" : "  held"));
     console.summary().set("/camera/" + names[i], value);
     console.summary().set("/camera/sigma/" + names[i], sigma);
   }

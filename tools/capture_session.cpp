@@ -3,7 +3,6 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
-#include <cstdarg>
 #include <cstdio>
 #include <filesystem>
 
@@ -37,16 +36,6 @@ struct Flags {
   bool despite_checks = false;
   fs::path output;
 };
-
-std::string format(const char* pattern, ...) __attribute__((format(printf, 1, 2)));
-std::string format(const char* pattern, ...) {
-  char text[512];
-  va_list arguments;
-  va_start(arguments, pattern);
-  std::vsnprintf(text, sizeof text, pattern, arguments);
-  va_end(arguments);
-  return text;
-}
 
 /// "8s", "500ms".
 double parse_duration(const std::string& text) {

@@ -1,8 +1,6 @@
 /// locate-projector: an image of markers + rig.json -> pose.json, projector_from_world with its covariance.
 #include <CLI/CLI.hpp>
 #include <cmath>
-#include <cstdarg>
-#include <cstdio>
 
 #include "common/cli.hpp"
 #include "common/raster.hpp"
@@ -41,16 +39,6 @@ void declare(CLI::App& app, Flags& flags) {
   app.callback([marker, markers] {
     if (marker->count() + markers->count() == 0) throw CLI::RequiredError("--marker or --markers");
   });
-}
-
-std::string format(const char* pattern, ...) __attribute__((format(printf, 1, 2)));
-std::string format(const char* pattern, ...) {
-  char text[512];
-  va_list arguments;
-  va_start(arguments, pattern);
-  std::vsnprintf(text, sizeof text, pattern, arguments);
-  va_end(arguments);
-  return text;
 }
 
 constexpr double kDegrees = 180 / 3.14159265358979323846;

@@ -1,6 +1,5 @@
 /// solve-surfaces: surfaces.json + rig.json (+ pose.json) -> solved.json.
 #include <CLI/CLI.hpp>
-#include <cstdio>
 
 #include "common/cli.hpp"
 #include "procam/io/pose_file.hpp"
@@ -41,24 +40,22 @@ Pose projector_from_world(const Rig& rig, const RigProjector& projector, FrameTr
 }
 
 void print_table(const SolvedSurfaceSet& solved, Console& console) {
-  char line[200];
-  std::snprintf(line, sizeof line, "%-20s %8s %10s %16s %12s  %s", "surface", "covered", "incidence",
-                "mm per pixel", "rms", "remarks");
-  console.say(line);
+  console.say(format("%-20s %8s %10s %16s %12s  %s", "surface", "covered", "incidence", "mm per pixel", "rms",
+                     "remarks"));
   for (const SolvedSurface& surface : solved.surfaces) {
     const bool planar = std::holds_alternative<PlacedPlane>(surface.placement);
     const Visibility& look = surface.visibility;
-    char incidence[24] = "-", size[40] = "-", rms[24];
-    if (planar) std::snprintf(incidence, sizeof incidence, "%.1f deg", look.incidence_deg);
-    if (planar && look.mm_per_pixel_max > 0)
-      std::snprintf(size, sizeof size, "%.3f..%.3f", look.mm_per_pixel_min, look.mm_per_pixel_max);
-    std::snprintf(rms, sizeof rms, planar ? "%.3f mm" : "%.3f px", (planar ? 1e3 : 1) * surface.rms);
+    const std::string incidence = planar ? format("%.1f deg", look.incidence_deg) : "-";
+    const std::string size = planar && look.mm_per_pixel_max > 0
+                                 ? format("%.3f..%.3f", look.mm_per_pixel_min, look.mm_per_pixel_max)
+                                 : "-";
+    const std::string rms = planar ? format("%.3f mm", 1e3 * surface.rms) : format("%.3f px", surface.rms);
     std::string remarks;
     for (const Diagnostic& item : surface.diagnostics.items)
       remarks += (remarks.empty() ? "" : ", ") + item.code;
-    std::snprintf(line, sizeof line, "%-20s %6.1f %% %10s %16s %12s  ", surface.surface.name.c_str(),
-                  100 * look.covered_share, incidence, size, rms);
-    console.say(line + (remarks.empty() ? "ok" : remarks));
+    console.say(format("%-20s %6.1f %% %10s %16s %12s  ", surface.surface.name.c_str(),
+                       100 * look.covered_share, incidence.c_str(), size.c_str(), rms.c_str()) +
+                (remarks.empty() ? "ok" : remarks));
   }
 }
 

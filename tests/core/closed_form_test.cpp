@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Cholesky>
 #include <Eigen/SVD>
 #include <random>
 
@@ -16,6 +17,34 @@ TEST(SingularValues, AreTheOnesOfEigen) {
     m << gauss(random), 3 * gauss(random), gauss(random), gauss(random);
     const Vec2 expected = Eigen::JacobiSVD<Mat2>(m).singularValues();
     EXPECT_LT((singular_values(m) - expected).norm(), 1e-14 * expected[0]) << m;
+  }
+}
+
+TEST(CholeskyLower, MultipliesBackAndIsTheOneOfEigen) {
+  std::mt19937 random(7);
+  std::normal_distribution<double> gauss;
+  for (int trial = 0; trial < 200; ++trial) {
+    Mat2 m;
+    m << gauss(random), 3 * gauss(random), gauss(random), gauss(random);
+    const Mat2 a = m * m.transpose() + 0.1 * Mat2::Identity();
+    const Mat2 lower = cholesky_lower(a);
+    EXPECT_EQ(lower(0, 1), 0);
+    EXPECT_LT((lower - Mat2(a.llt().matrixL())).norm(), 1e-13 * a.norm()) << a;
+  }
+}
+
+TEST(SymmetricEigen, HasTheLargerValueFirstAndVectorsThatTurn) {
+  std::mt19937 random(8);
+  std::normal_distribution<double> gauss;
+  for (int trial = 0; trial < 200; ++trial) {
+    Mat2 a;
+    a << gauss(random), gauss(random), 0, 3 * gauss(random);
+    a(1, 0) = a(0, 1);
+    if (trial == 0) a = 2 * Mat2::Identity();
+    const SymmetricEigen2 eigen = symmetric_eigen(a);
+    EXPECT_GE(eigen.values[0], eigen.values[1]);
+    EXPECT_LT((a * eigen.vectors - eigen.vectors * eigen.values.asDiagonal()).norm(), 1e-14 * a.norm()) << a;
+    EXPECT_NEAR(eigen.vectors.determinant(), 1, 1e-14);
   }
 }
 

@@ -6,15 +6,15 @@
 #include <random>
 
 #include "procam/core/homography_robust.hpp"
+#include "support/homographies.hpp"
 
 namespace procam {
 namespace {
 
-Homography lopsided() {
-  Mat3 matrix;
-  matrix << 1.1, 0.08, 30.0, -0.05, 0.93, 12.0, 1.2e-4, -2.1e-4, 1.0;
-  return Homography(matrix);
-}
+using test::contains;
+using test::distance_between;
+using test::lopsided;
+using test::refusal;
 
 struct World {
   Points2 source, destination;
@@ -40,26 +40,6 @@ double cost(const Mat3& matrix, const World& world, const std::vector<double>& w
     sum += (weights.empty() ? 1.0 : weights[i]) *
            (Homography(matrix).apply_unchecked(world.source[i]) - world.destination[i]).squaredNorm();
   return sum;
-}
-
-double distance_between(const Homography& a, const Homography& b) {
-  return (a.normalised().matrix() - b.normalised().matrix()).norm();
-}
-
-template <typename Call>
-std::string refusal(Call call, ErrorKind kind) {
-  try {
-    call();
-  } catch (const Error& error) {
-    EXPECT_EQ(error.kind(), kind) << error.what();
-    return error.why();
-  }
-  ADD_FAILURE() << "not refused";
-  return "";
-}
-
-bool contains(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
 }
 
 TEST(HomographyFit, IsExactWithoutNoise) {

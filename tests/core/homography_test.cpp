@@ -4,15 +4,15 @@
 
 #include <random>
 
+#include "support/homographies.hpp"
+
 namespace procam {
 namespace {
 
-/// Lopsided: sheared, off-centre, in perspective about no axis.
-Homography lopsided() {
-  Mat3 matrix;
-  matrix << 1.1, 0.08, 30.0, -0.05, 0.93, 12.0, 1.2e-4, -2.1e-4, 1.0;
-  return Homography(matrix);
-}
+using test::contains;
+using test::distance_between;
+using test::lopsided;
+using test::refusal;
 
 Homography similarity(double scale, double angle, const Vec2& offset) {
   Mat3 matrix;
@@ -27,27 +27,6 @@ std::array<Vec2, 4> mapped(const Homography& map, const std::array<Vec2, 4>& poi
   std::array<Vec2, 4> out;
   for (int i = 0; i < 4; ++i) out[i] = map.apply(points[i]).value();
   return out;
-}
-
-double distance_between(const Homography& a, const Homography& b) {
-  return (a.normalised().matrix() - b.normalised().matrix()).norm();
-}
-
-/// The refusal's kind and message, or a failure.
-template <typename Call>
-std::string refusal(Call call, ErrorKind kind) {
-  try {
-    call();
-  } catch (const Error& error) {
-    EXPECT_EQ(error.kind(), kind) << error.what();
-    return error.why();
-  }
-  ADD_FAILURE() << "not refused";
-  return "";
-}
-
-bool contains(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
 }
 
 TEST(Homography, InverseUndoesTheMap) {

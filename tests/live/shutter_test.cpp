@@ -110,19 +110,31 @@ double rms_to(const ImageU8& image, const ImageU8& picture, const World& world) 
   return std::sqrt(sum / (kScreen.width * kScreen.height));
 }
 
+/// A shutter whose noise is that of the world's camera, after its delay was measured.
+struct ReadyShutter {
+  explicit ReadyShutter(World& world)
+      : screen(world), camera(world), shutter({screen, camera}, options_for(world)) {}
+
+  ShutterOptions options_for(const World& world) {
+    ShutterOptions options = shutter_options(measure_delay({screen, camera}));
+    options.noise = {world.noise * world.noise + 1.0 / 12, 0};
+    return options;
+  }
+
+  Screen screen;
+  Camera camera;
+  Shutter shutter;
+};
+
 struct Outcome {
   int wrong = 0, torn = 0, stale = 0, unsteady = 0;
 };
 
 /// 200 pictures after the delay was measured; the frame must be of the picture, to the noise.
 Outcome take_many(World& world) {
-  Screen screen(world);
-  Camera camera(world);
-  const Stand stand{screen, camera};
-  ShutterOptions options = shutter_options(measure_delay(stand));
+  ReadyShutter ready(world);
+  Shutter& shutter = ready.shutter;
   world.faulty = true;
-  options.noise = {world.noise * world.noise + 1.0 / 12, 0};
-  Shutter shutter(stand, options);
   Outcome outcome;
   shutter.on_rejected = [&](const ImageU8&, Rejected why) {
     ++(why == Rejected::kTorn ? outcome.torn : outcome.stale);
@@ -192,12 +204,8 @@ TEST(Shutter, RefusesStaleAndTornFrames) {
 TEST(Shutter, LearnsThatTheLightFlickers) {
   World world;
   world.flicker = 3;
-  Screen screen(world);
-  Camera camera(world);
-  const Stand stand{screen, camera};
-  ShutterOptions options = shutter_options(measure_delay(stand));
-  options.noise = {1.1, 0};
-  Shutter shutter(stand, options);
+  ReadyShutter ready(world);
+  Shutter& shutter = ready.shutter;
   int unsteady = 0;
   const double begin = world.now;
   for (int i = 0; i < 50; ++i) {
@@ -240,12 +248,8 @@ TEST(Shutter, NoticesThatTheCameraHasBecomeLaterAndWaits) {
 /// new.
 TEST(Shutter, TakesPicturesThatTheCameraCannotTellApart) {
   World world;
-  Screen screen(world);
-  Camera camera(world);
-  const Stand stand{screen, camera};
-  ShutterOptions options = shutter_options(measure_delay(stand));
-  options.noise = {1.1, 0};
-  Shutter shutter(stand, options);
+  ReadyShutter ready(world);
+  Shutter& shutter = ready.shutter;
   int stale = 0;
   shutter.on_rejected = [&](const ImageU8&, Rejected why) { stale += why == Rejected::kStale; };
   const ImageU8 a(kScreen, 1, 128), b(kScreen, 1, 129);
@@ -258,12 +262,8 @@ TEST(Shutter, TakesPicturesThatTheCameraCannotTellApart) {
 
 TEST(Shutter, GivesUpWhenTheScreenIsNoLongerSeen) {
   World world;
-  Screen screen(world);
-  Camera camera(world);
-  const Stand stand{screen, camera};
-  ShutterOptions options = shutter_options(measure_delay(stand));
-  options.noise = {1.1, 0};
-  Shutter shutter(stand, options);
+  ReadyShutter ready(world);
+  Shutter& shutter = ready.shutter;
   shutter.take(stripes(4, false));
   world.contrast = 0;
   shutter.take(stripes(4, true));  // that changed, at least

@@ -5,6 +5,8 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <csignal>
+#include <cstdarg>
+#include <cstdio>
 #include <cstring>
 #include <exception>
 #include <iostream>
@@ -209,6 +211,15 @@ void Console::clear_progress() {
   if (!progress_shown_) return;
   std::cerr << "\r\033[K" << std::flush;
   progress_shown_ = false;
+}
+
+std::string format(const char* pattern, ...) {
+  char text[512];
+  va_list arguments;
+  va_start(arguments, pattern);
+  std::vsnprintf(text, sizeof text, pattern, arguments);
+  va_end(arguments);
+  return text;
 }
 
 CLI::Option* add_parsed(CLI::App& app, const std::string& flag,

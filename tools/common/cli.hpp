@@ -103,6 +103,9 @@ class Console {
   Summary summary_;
 };
 
+/// printf into a string, for the numbers of a line to say(); cut after 511 characters.
+std::string format(const char* pattern, ...) __attribute__((format(printf, 1, 2)));
+
 /// A flag whose text `parse` understands ("25mm", "1024x768"). A procam::Error from `parse` becomes a usage
 /// error that names the flag. Returns the option, for ->required() and friends.
 CLI::Option* add_parsed(CLI::App& app, const std::string& flag,

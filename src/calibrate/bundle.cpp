@@ -76,7 +76,7 @@ std::unique_ptr<Blocks> build(const Correspondences& data, const UsedMask& used,
         if (!covariance) throw_not_evaluable("a measured point cannot be projected");
         std::vector<double*> of_residual;
         if (m.light != nullptr || read_at_corner(state, m)) {
-          const auto camera = std::size_t(m.light != nullptr ? m.light->camera : 0);
+          const auto camera = std::size_t(m.camera());
           of_residual = {blocks->lenses[camera].data(), blocks->devices[camera].data()};
         }
         of_residual.push_back(blocks->lenses[d].data());

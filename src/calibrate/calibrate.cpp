@@ -5,6 +5,7 @@
 #include <cstdio>
 
 #include "causes.hpp"
+#include "joined.hpp"
 #include "procam/calibrate/bundle.hpp"
 #include "procam/calibrate/gates.hpp"
 #include "procam/calibrate/uncertainty.hpp"
@@ -38,17 +39,20 @@ void require_consistent(const Correspondences& data) {
   for (const View& view : data.views) {
     require(view.observations.size() == data.devices.size(),
             "calibrate: view '" + view.name + "' must have one list of observations a device");
-    for (const auto& observations : view.observations)
-      for (const Observation& o : observations)
+    const auto is_a = [&](int device, DeviceKind kind) {
+      return device >= 0 && device < int(data.devices.size()) &&
+             data.devices[std::size_t(device)].kind == kind;
+    };
+    for (std::size_t d = 0; d < data.devices.size(); ++d)
+      for (const Observation& o : view.observations[d]) {
         require(
             o.point >= 0 && o.point < num_points && o.pixel.allFinite() && o.covariance.allFinite() &&
                 o.covariance.determinant() > 0,
             "calibrate: view '" + view.name + "' has an observation that is not finite or not of this board");
+        require(data.devices[d].kind == DeviceKind::kCamera || is_a(o.camera, DeviceKind::kCamera),
+                "calibrate: view '" + view.name + "' has a projector's pixel that no camera read");
+      }
     for (const LightPoint& light : view.light_points) {
-      const auto is_a = [&](int device, DeviceKind kind) {
-        return device >= 0 && device < int(data.devices.size()) &&
-               data.devices[std::size_t(device)].kind == kind;
-      };
       require(
           is_a(light.projector, DeviceKind::kProjector) && is_a(light.camera, DeviceKind::kCamera) &&
               light.projector_pixel.allFinite() && light.camera_pixel.allFinite() &&
@@ -58,15 +62,14 @@ void require_consistent(const Correspondences& data) {
   }
 }
 
-/// Error of each device on a view that the solve did not see, its board pose taken from device 0 alone.
+/// Error of each device on a view that the solve did not see, its board pose taken from its first camera
+/// alone.
 void hold_out(const Correspondences& data, const UsedMask& everything, const Solution& full, int view,
               ViewResult& result) {
-  UsedMask without = full.used, only = full.used;
-  for (std::size_t v = 0; v < data.views.size(); ++v)
-    for (std::size_t d = 0; d < data.devices.size(); ++d) {
-      if (int(v) == view) std::fill(without[v][d].begin(), without[v][d].end(), char(0));
-      if (int(v) != view || d > 0) std::fill(only[v][d].begin(), only[v][d].end(), char(0));
-    }
+  UsedMask without = full.used;
+  for (auto& of_device : without[std::size_t(view)]) std::fill(of_device.begin(), of_device.end(), char(0));
+  const UsedMask only =
+      only_view(full.used, std::size_t(view), posing_camera(data, full.used, std::size_t(view)));
   BundleState state = bundle_adjust(data, without, full.state(), full.options).state;
   state = bundle_adjust(data, only, state, hold_devices(full.options, state)).state;
   for (std::size_t d = 0; d < data.devices.size(); ++d) {
@@ -173,7 +176,7 @@ CalibrationResult describe(const Correspondences& data, const Start& start, cons
     view.name = data.views[v].name;
     view.rig_from_board = state.rig_from_board[v];
     view.rig_from_board_covariance = covariance.rig_from_board[v];
-    view.used = start.view_used[v] && !solution.left_out[v][0];
+    view.used = start.view_used[v] && takes_part(solution.used, v);
     view.note = start.notes[v];
     for (std::size_t d = 0; d < data.devices.size(); ++d) {
       view.rms_px.push_back(spread_of(data, state, solution.used, int(d), int(v)).rms_px);
@@ -195,10 +198,14 @@ CalibrationResult describe(const Correspondences& data, const Start& start, cons
         } else {
           residual.reason = "behind the lens or beyond its distortion's fold";
         }
+        const bool with_camera =
+            data.devices[d].kind == DeviceKind::kProjector && solution.left_out[v][std::size_t(m.camera())];
+        if (with_camera)
+          residual.reason = "read by " + data.devices[std::size_t(m.camera())].name + ", which was left out";
         if (residual.used) {
           joint_sum += residual.residual.squaredNorm();
           ++joint_count;
-        } else {
+        } else if (!with_camera) {
           ++dropped;
         }
         result.residuals.push_back(residual);
@@ -270,9 +277,9 @@ Gate agreement_gate(const Correspondences& data, const Start& start, const Solut
   for (std::size_t d = 0; d < data.devices.size(); ++d) {
     int left_out = 0, views = 0;
     for (std::size_t v = 0; v < data.views.size(); ++v) {
-      if (!start.view_used[v]) continue;
+      if (count_used(start.used, v, d) == 0) continue;
       ++views;
-      left_out += solution.left_out[v][d] || solution.left_out[v][0];
+      left_out += count_used(solution.used, v, d) == 0;
     }
     if (left_out == 0) continue;
     const std::string count = std::to_string(left_out) + " of " + std::to_string(views) +
@@ -301,7 +308,7 @@ Gate shape_gate(const Correspondences& data, const EstimatedShape& shape) {
 int agreeing_views(const Start& start, const Solution& solution) {
   int views = 0;
   for (std::size_t v = 0; v < start.view_used.size(); ++v)
-    views += start.view_used[v] && !solution.left_out[v][0];
+    views += start.view_used[v] && takes_part(solution.used, v);
   return views;
 }
 

@@ -69,6 +69,32 @@ std::optional<OwnPose> try_own_pose(const Correspondences& data, const UsedMask&
   }
 }
 
+/// Another camera of the same size with which this one agrees on the view once their pictures are exchanged.
+std::optional<std::string> exchanged_with(const Correspondences& data, const UsedMask& everything,
+                                          const Solution& solution, int view, int device, double explained) {
+  const auto d = std::size_t(device);
+  for (std::size_t e = 0; e < data.devices.size(); ++e) {
+    if (e == d || data.devices[e].kind != DeviceKind::kCamera ||
+        data.devices[d].kind != DeviceKind::kCamera || data.devices[e].size != data.devices[d].size)
+      continue;
+    Correspondences other = data;
+    auto& observations = other.views[std::size_t(view)].observations;
+    std::swap(observations[d], observations[e]);
+    UsedMask mask = everything;
+    std::swap(mask[std::size_t(view)][d], mask[std::size_t(view)][e]);
+    const auto own = try_own_pose(other, mask, solution, view, device);
+    if (!own || own->rms_px > explained) continue;
+    // Any board fits some pose: exchanged, it must be one pose for both.
+    UsedMask both = only_view(mask, std::size_t(view), device);
+    both[std::size_t(view)][e] = mask[std::size_t(view)][e];
+    BundleState state = solution.state();
+    state.rig_from_board[std::size_t(view)] = own->rig_from_board;
+    state = bundle_adjust(other, both, state, hold_devices(solution.options, state)).state;
+    if (spread_of(other, state, both).rms_px < explained) return data.devices[e].name;
+  }
+  return std::nullopt;
+}
+
 /// The view with its points taken in another order of the board's rows and columns.
 std::optional<double> rms_in_order(const Correspondences& data, const UsedMask& everything,
                                    const Solution& solution, int view, int device,
@@ -76,8 +102,9 @@ std::optional<double> rms_in_order(const Correspondences& data, const UsedMask& 
   Correspondences other = data;
   for (Observation& o : other.views[std::size_t(view)].observations[std::size_t(device)])
     o.point = order[std::size_t(o.point)];
-  // Against the pose that the camera gives: an order is wrong for the device, not for the view.
-  if (device > 0) return spread_of(other, solution.state(), everything, device, view).rms_px;
+  // Against the pose that the other devices give: an order is wrong for the device, not for the view.
+  if (takes_part(solution.used, std::size_t(view)))
+    return spread_of(other, solution.state(), everything, device, view).rms_px;
   const auto own = try_own_pose(other, everything, solution, view, device);
   if (!own) return std::nullopt;
   return own->rms_px;
@@ -92,14 +119,19 @@ std::string cause_of_disagreement(const Correspondences& data, const UsedMask& e
   const auto pixels = pixels_by_point(here, device);
   const double explained = kExplained * usual_rms(data, solution, device);
 
-  for (std::size_t v = 0; v < data.views.size() && device > 0; ++v) {
+  const bool projects = data.devices[std::size_t(device)].kind == DeviceKind::kProjector;
+  const int other = posing_camera(data, everything, std::size_t(view), device);
+  for (std::size_t v = 0; v < data.views.size() && other >= 0; ++v) {
     if (int(v) == view) continue;
-    const auto light = typical_distance(pixels, pixels_by_point(data.views[v], device));
-    const auto board = typical_distance(pixels_by_point(here, 0), pixels_by_point(data.views[v], 0));
-    if (light && board && *light<kSamePixel&& * board> 3 * kSamePixel)
-      return "its light is that of view " + data.views[v].name +
+    const auto same = typical_distance(pixels, pixels_by_point(data.views[v], device));
+    const auto board = typical_distance(pixels_by_point(here, other), pixels_by_point(data.views[v], other));
+    if (same && board && *same < kSamePixel && 3 * kSamePixel < *board)
+      return (projects ? "its light is that of view " : "its picture is that of view ") + data.views[v].name +
              ": stale frames; wait for the picture to change before each capture, and capture the view again";
   }
+  if (const auto twin = exchanged_with(data, everything, solution, view, device, explained))
+    return "its pictures are those of " + *twin +
+           ": the folders of two cameras were exchanged; put each camera's frames into its own folder";
 
   const Points3 board = points_in_board(data.board);
   std::vector<int> turned(board.size());
@@ -112,9 +144,11 @@ std::string cause_of_disagreement(const Correspondences& data, const UsedMask& e
   if (const auto own = try_own_pose(data, everything, solution, view, device);
       own && own->rms_px < explained) {
     const Pose motion = own->rig_from_board * solution.state().rig_from_board[std::size_t(view)].inverse();
-    if (device > 0)
+    if (takes_part(solution.used, std::size_t(view)))
       return "the board, or the " + name + ", moved by " + amount(motion) +
-             " between the camera's picture and the patterns, or a lens was zoomed or refocused; hold it "
+             (projects ? " between the camera's picture and the patterns, or a lens"
+                       : " between the cameras' pictures, or a lens") +
+             " was zoomed or refocused; hold it "
              "still, "
              "leave the lenses alone, and capture the view again";
   }
@@ -129,7 +163,7 @@ std::string moved_device(const Correspondences& data, const UsedMask& everything
   std::vector<Pose> motions;
   std::string names;
   for (std::size_t v = 0; v < data.views.size(); ++v) {
-    if (!solution.left_out[v][std::size_t(device)] || solution.left_out[v][0]) continue;
+    if (!solution.left_out[v][std::size_t(device)] || !takes_part(solution.used, v)) continue;
     const auto own = try_own_pose(data, everything, solution, int(v), device);
     if (!own || own->rms_px > explained) return "";
     // device_from_board as it is now, against what the rig has it be.

@@ -46,8 +46,7 @@ std::optional<Mat2> carry_over(const BundleState& state, int device, int camera,
 std::optional<Mat2> carry_of(const BundleState& state, const Measurement& m) {
   const auto point = point_in_rig(state, m);
   if (!point) return std::nullopt;
-  return carry_over(state, m.device, m.light != nullptr ? m.light->camera : 0,
-                    state.rig_from_board[std::size_t(m.view)], *point);
+  return carry_over(state, m.device, m.camera(), state.rig_from_board[std::size_t(m.view)], *point);
 }
 
 std::optional<Vec2> residual_in(const BundleState& state, int device, const Vec3& point_in_rig,
@@ -99,13 +98,19 @@ std::optional<Vec3> place_in_rig(const BundleState& state, int view, const Light
 std::vector<Measurement> measurements_of(const Correspondences& data, int view, int device) {
   std::vector<Measurement> all;
   const View& of = data.views[std::size_t(view)];
-  std::vector<const Observation*> corners;
-  if (data.devices[std::size_t(device)].kind == DeviceKind::kProjector)
-    for (const Observation& o : of.observations[0]) {
-      if (std::size_t(o.point) >= corners.size()) corners.resize(std::size_t(o.point) + 1, nullptr);
-      corners[std::size_t(o.point)] = &o;
-    }
+  const bool read_by_cameras = data.devices[std::size_t(device)].kind == DeviceKind::kProjector;
+  std::vector<const Observation*> corners;  // of one camera, by point
+  int camera = -1;
   for (const Observation& o : of.observations[std::size_t(device)]) {
+    if (read_by_cameras && o.camera != camera) {
+      camera = o.camera;
+      corners.clear();
+      for (const Observation& corner : of.observations[std::size_t(camera)]) {
+        if (std::size_t(corner.point) >= corners.size())
+          corners.resize(std::size_t(corner.point) + 1, nullptr);
+        corners[std::size_t(corner.point)] = &corner;
+      }
+    }
     const bool seen = std::size_t(o.point) < corners.size();
     all.push_back(
         {view, device, int(all.size()), &o, nullptr, seen ? corners[std::size_t(o.point)] : nullptr});
@@ -128,7 +133,7 @@ std::optional<Vec2> reprojection_residual(const BundleState& state, const Measur
   if (!point) return std::nullopt;
   const auto lit = residual_in(state, m.device, *point, m.pixel());
   if (!lit || !read_at_corner(state, m)) return lit;
-  const auto seen = residual_in(state, 0, *point, m.corner->pixel);
+  const auto seen = residual_in(state, m.camera(), *point, m.corner->pixel);
   const auto carry = carry_of(state, m);
   if (!seen || !carry) return std::nullopt;
   return Vec2(*lit - *carry * *seen);
@@ -155,8 +160,9 @@ std::unique_ptr<ceres::CostFunction> measurement_cost(const BundleState& state, 
     const auto carry = read_at_corner(state, m) ? carry_of(state, m) : std::nullopt;
     if (!carry) return cost;
     return std::make_unique<SharedCornerCost>(
-        reprojection_cost(state.lenses[0].distortion, m.corner->pixel, Mat2::Identity()), std::move(cost),
-        Mat2(sqrt_information * *carry));
+        reprojection_cost(state.lenses[std::size_t(m.camera())].distortion, m.corner->pixel,
+                          Mat2::Identity()),
+        std::move(cost), Mat2(sqrt_information * *carry));
   }
   return std::visit(
       [&](const auto& camera_model, const auto& projector_model) -> std::unique_ptr<ceres::CostFunction> {

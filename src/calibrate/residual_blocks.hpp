@@ -15,7 +15,7 @@ namespace procam::calibrate {
 /// view.
 std::optional<Vec3> place_in_rig(const BundleState& state, int view, const LightPoint& light);
 
-/// Is this light that was read at a corner of camera 0?
+/// Is this light that was read at a corner of its camera?
 bool read_at_corner(const BundleState& state, const Measurement& measurement);
 
 /// The cost of one measurement, whitened by the residual's covariance. Blocks of an observation: lens,

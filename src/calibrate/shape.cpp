@@ -72,7 +72,9 @@ std::optional<double> predicted_holdout(const Correspondences& data, const UsedM
   int views = 0;
   for (std::size_t v = 0; v < without.size(); ++v) {
     if (!without[v]) continue;
-    const BundleState state = bundle_adjust(data, only_view(judged, v, 0), *without[v], pose_only).state;
+    const int camera = posing_camera(data, judged, v);
+    if (camera < 0) continue;
+    const BundleState state = bundle_adjust(data, only_view(judged, v, camera), *without[v], pose_only).state;
     const Spread spread = spread_of(data, state, judged, -1, int(v));
     if (spread.count == 0) continue;
     sum += spread.rms_px;

@@ -19,7 +19,7 @@ std::vector<int> settle_order_by_shape(Correspondences& data, const UsedMask& us
                                        const BundleOptions& options);
 
 /// Mean over views of the RMS of what `judged` names in a view that the solution has not seen (first order),
-/// its board pose taken from device 0 alone. nullopt when no view can be left out.
+/// its board pose taken from its first camera alone. nullopt when no view can be left out.
 std::optional<double> predicted_holdout(const Correspondences& data, const UsedMask& used,
                                         const UsedMask& judged, const BundleState& solution,
                                         const BundleOptions& options);

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "joined.hpp"
+
 namespace procam::calibrate {
 namespace {
 
@@ -142,17 +144,33 @@ bool same_noise(const std::vector<ResidualNoise>& a, const std::vector<ResidualN
   return true;
 }
 
-/// Without the first camera's agreement a view says nothing; without another device's it still serves the
-/// rest.
-void leave_out(UsedMask& mask, std::size_t view, std::size_t device) {
+/// A camera takes along what it read of projectors; what other devices say of the view still serves.
+void leave_out(const Correspondences& data, UsedMask& mask, std::size_t view, std::size_t device) {
   for (std::size_t d = 0; d < mask[view].size(); ++d)
-    if (device == 0 || d == device) std::fill(mask[view][d].begin(), mask[view][d].end(), char(0));
+    for (const Measurement& m : measurements_of(data, int(view), int(d)))
+      if (d == device || (data.devices[d].kind == DeviceKind::kProjector && m.camera() == int(device)))
+        mask[view][d][std::size_t(m.index)] = 0;
+}
+
+/// Two cameras that contradict each other in a view, and nothing beside the one that is left: nobody knows
+/// which of them is right.
+std::optional<std::size_t> unsupported_camera(const Correspondences& data, const UsedMask& mask,
+                                              const std::vector<std::vector<char>>& left_out,
+                                              std::size_t view) {
+  bool disputed = false;
+  std::vector<std::size_t> left;
+  for (std::size_t d = 0; d < data.devices.size(); ++d) {
+    disputed |= left_out[view][d] && data.devices[d].kind == DeviceKind::kCamera;
+    if (count_used(mask, view, d) > 0) left.push_back(d);
+  }
+  if (!disputed || left.size() != 1) return std::nullopt;
+  return left.front();
 }
 
 void require_agreement(const Correspondences& data, const UsedMask& mask) {
   for (std::size_t d = 0; d < data.devices.size(); ++d) {
     int views = 0;
-    for (const auto& view : mask) views += std::count(view[d].begin(), view[d].end(), char(1)) > 0;
+    for (std::size_t v = 0; v < mask.size(); ++v) views += count_used(mask, v, d) > 0;
     if (views < kViewsThatMustAgree)
       throw Error(
           ErrorKind::kDegenerate, data.devices[d].name,
@@ -160,9 +178,23 @@ void require_agreement(const Correspondences& data, const UsedMask& mask) {
           "keep camera and projector fixed to each other, zoom and focus untouched, and the board still "
           "while a view is captured; check that board and order of frames are those stated");
   }
+  require_joined(data, mask);
 }
 
 }  // namespace
+
+bool takes_part(const UsedMask& used, std::size_t view) {
+  for (std::size_t d = 0; d < used[view].size(); ++d)
+    if (count_used(used, view, d) > 0) return true;
+  return false;
+}
+
+int posing_camera(const Correspondences& data, const UsedMask& used, std::size_t view, int other_than) {
+  for (std::size_t d = 0; d < data.devices.size(); ++d)
+    if (data.devices[d].kind == DeviceKind::kCamera && int(d) != other_than && count_used(used, view, d) > 0)
+      return int(d);
+  return -1;
+}
 
 UsedMask only_view(const UsedMask& used, std::size_t view, int device) {
   UsedMask only = used;
@@ -234,8 +266,15 @@ Solution solve(const Correspondences& data, const BundleState& start, const Bund
       for (std::size_t d = 0; d < data.devices.size(); ++d) {
         if (!disagrees[v][d]) continue;
         solution.left_out[v][d] = 1;
-        leave_out(mask, v, d);
-        leave_out(solution.used, v, d);
+        leave_out(data, mask, v, d);
+        leave_out(data, solution.used, v, d);
+        settled = false;
+      }
+    for (std::size_t v = 0; v < data.views.size(); ++v)
+      if (const auto alone = unsupported_camera(data, mask, solution.left_out, v)) {
+        solution.left_out[v][*alone] = 1;
+        leave_out(data, mask, v, *alone);
+        leave_out(data, solution.used, v, *alone);
         settled = false;
       }
     require_agreement(data, mask);

@@ -25,6 +25,13 @@ struct Solution {
 Solution solve(const Correspondences& data, const BundleState& start, const BundleOptions& bundle_options,
                const UsedMask& first, const UsedMask& all, const Options& options);
 
+/// Does any measurement of the view take part?
+bool takes_part(const UsedMask& used, std::size_t view);
+
+/// The first camera with measurements in a view, other than one device; -1 when there is none. It is what the
+/// view's board pose is taken from where another device is to be predicted.
+int posing_camera(const Correspondences& data, const UsedMask& used, std::size_t view, int other_than = -1);
+
 /// Nothing but one view of a mask; with a device, nothing but that device's part of it.
 UsedMask only_view(const UsedMask& used, std::size_t view, int device = -1);
 

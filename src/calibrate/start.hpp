@@ -19,9 +19,11 @@ struct Start {
   Diagnostics diagnostics;
 };
 
-/// Camera by Zhang and a bundle of its own, further devices by linear resection. Where the board looks the
-/// same turned by 180 degrees, the order of each device's points is settled by the residual and turned in
-/// `data`.
+/// Each camera by Zhang and a bundle of its own. Then the rig grows from the first camera: a camera that
+/// shares a view with those that stand is placed by it, a projector that lights three posed views is resected
+/// linearly, and each poses the views that nobody had posed. Where the board looks the same turned by 180
+/// degrees, the order of each device's points is settled by the residual and turned in `data`. Throws
+/// Error(kNotEnoughData) for devices that no view joins, naming them.
 Start find_start(Correspondences& data, const std::optional<Camera>& known_camera, const Options& options);
 
 }  // namespace procam::calibrate

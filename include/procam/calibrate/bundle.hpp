@@ -23,8 +23,8 @@ struct BundleState {
   std::vector<Pose> device_from_rig;  ///< by device; the first is the identity and stays so
   std::vector<Pose> rig_from_board;   ///< by view
   Points3 points_in_board;            ///< by point: where the board has it, metres; as printed to begin with
-  /// A projector's pixels were read off the light at the corners that camera 0 found (Gray code, phase): the
-  /// corner's error is in both, and counts once (see reprojection_residual).
+  /// A projector's pixels were read off the light at the corners that their camera found (Gray code, phase):
+  /// the corner's error is in both, and counts once (see reprojection_residual).
   bool light_read_at_corners = false;
 };
 
@@ -72,10 +72,13 @@ struct Measurement {
   int view = 0, device = 0, index = 0;
   const Observation* observation = nullptr;  ///< one of the two is set
   const LightPoint* light = nullptr;
-  const Observation* corner = nullptr;  ///< camera 0's of the same point, for a projector's observation
+  /// Of a projector's observation: that of the same point by the camera that read it.
+  const Observation* corner = nullptr;
 
   /// The pixel of the device: as observed, or as shown.
   const Vec2& pixel() const { return observation != nullptr ? observation->pixel : light->projector_pixel; }
+  /// The camera that read a projector's pixel; of a camera's measurement without meaning.
+  int camera() const { return observation != nullptr ? observation->camera : light->camera; }
 };
 
 /// All of them; they point into `correspondences`.

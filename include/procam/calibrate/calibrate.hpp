@@ -5,12 +5,14 @@
 ///   result.rig.projector().projector.inverse_camera.intrinsics.fx;
 ///   result.rig.covariance.sigma("projector.fx");
 ///
-/// How: camera by Zhang's equations and a bundle of its own, then every further device linearly from the
-/// board points in the camera's frame (initial.hpp), then all lenses, device poses and board poses together
-/// (bundle.hpp), with a noise model estimated for each device and outliers named and left out.
+/// How: each camera by Zhang's equations and a bundle of its own; the rig then grows from the first camera
+/// over the views that devices share: cameras by a board that both see, projectors linearly from the board
+/// points they light (initial.hpp); then all lenses, device poses and board poses together (bundle.hpp), with
+/// a noise model estimated for each device and outliers named and left out. A view counts when any device
+/// that the others reach sees it; the first camera need not.
 ///
 /// All three throw std::invalid_argument for inconsistent correspondences and Error with kind kNotEnoughData
-/// (fewer than three usable views), kDegenerate (the views do not determine the answer; the message names
+/// (fewer than three usable views, or devices that no view joins), kDegenerate (the views do not determine the answer; the message names
 /// what is missing) or kNotConverged. A result whose gates failed is returned, with the failed gates in
 /// rig.quality and in diagnostics.
 #include "procam/calibrate/options.hpp"

@@ -31,7 +31,7 @@ struct Options {
   LensOptions camera;
   LensOptions projector;
   BoardShape board_shape = BoardShape::kAuto;
-  /// The projector's pixels were read off its light at the corners that the first camera found, as
+  /// The projector's pixels were read off its light at the corners that their camera found, as
   /// match::project_board does it: then the corners' errors are in both, and are counted once.
   bool light_read_at_corners = false;
   /// An observation further than this from its projection (in scaled sigmas, both axes together) is left out,

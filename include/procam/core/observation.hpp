@@ -14,6 +14,9 @@ struct Observation {
   int point = 0;  ///< index into points_in_board()
   Vec2 pixel = Vec2::Zero();
   Mat2 covariance = Mat2::Identity() * 0.01;  ///< pixel^2: what the detector believes
+  /// Of a projector's pixel: the camera that read it off the light, as index into Correspondences::devices.
+  /// Each camera that sees the light reads the point's pixel on its own, an observation each.
+  int camera = 0;
 };
 
 /// The board as one image shows it.

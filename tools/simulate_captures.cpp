@@ -14,6 +14,7 @@
 #include "procam/io/pose_file.hpp"
 #include "procam/io/rig_file.hpp"
 #include "procam/io/text.hpp"
+#include "procam/simulate/fleet.hpp"
 #include "procam/simulate/marker_view.hpp"
 #include "procam/simulate/session.hpp"
 
@@ -27,6 +28,7 @@ struct Flags {
   simulate::Level level = simulate::Level::kEasy;
   std::string pattern = "gray";
   int views = 0;  ///< 0: all
+  int cameras = 1, projectors = 1;
   std::string output;
   bool force = false;
   bool markers = false;
@@ -43,6 +45,12 @@ void declare(CLI::App& app, Flags& flags) {
       ->required();
   app.add_option("--views", flags.views, "make only the first N views (default: all of the level)")
       ->check(CLI::Range(1, 1000));
+  app.add_option("--cameras", flags.cameras, "cameras side by side; half of the views one of them sees alone")
+      ->check(CLI::Range(1, 8))
+      ->capture_default_str();
+  app.add_option("--projectors", flags.projectors, "projectors that show their patterns one after the other")
+      ->check(CLI::Range(1, 8))
+      ->capture_default_str();
   app.add_flag(
       "--markers", flags.markers,
       "also marker_view.png, markers on the wall as the rig's camera sees them, with markers.json and "
@@ -131,7 +139,71 @@ void write_marker_view(const simulate::Session& session, const fs::path& folder)
                  PoseWithCovariance{projector.rig_from_projector.inverse() * hung.rig_from_world}});
 }
 
+/// view_NN/<projector>/<camera>/frame_NN.png, without a folder for the only one of a kind.
+void write_fleet_view(const simulate::Fleet& fleet, std::size_t view, const std::vector<ImageU8>& frames,
+                      const fs::path& folder) {
+  for (const std::size_t p : fleet.views[view].projectors)
+    for (const std::size_t c : fleet.views[view].cameras) {
+      fs::path stack = folder;
+      if (fleet.rig.projectors.size() > 1) stack /= fleet.rig.projectors[p].name;
+      if (fleet.rig.cameras.size() > 1) stack /= fleet.rig.cameras[c].name;
+      make_folder(stack);
+      const std::vector<ImageU8> captures = simulate::capture_pair(fleet, view, c, p, frames);
+      for (std::size_t frame = 0; frame < captures.size(); ++frame)
+        io::save_image(stack / numbered("frame", frame, ".png"), captures[frame]);
+    }
+  io::save_pose(folder / "truth_pose.json",
+                {"rig", "board", PoseWithCovariance{fleet.views[view].rig_from_board}});
+}
+
+/// --cameras, --projectors: a session of several devices.
+ExitCode simulate_fleet(const Flags& flags, Console& console) {
+  const ImageSize projector_size = simulate::projector_size(flags.level);
+  const auto pattern = make_pattern(flags.pattern, projector_size);
+  if (pattern->on_blank_paper() || flags.markers)
+    throw Error(ErrorKind::kUnsupported,
+                pattern->on_blank_paper() ? "pattern '" + flags.pattern + "'" : "--markers",
+                "it is simulated for one camera and one projector", "leave out --cameras and --projectors");
+  const simulate::Fleet fleet =
+      simulate::make_fleet(flags.level, flags.seed, flags.cameras, flags.projectors);
+  const std::vector<ImageU8> frames = pattern->frames();
+  const std::size_t views =
+      flags.views > 0 ? std::min(std::size_t(flags.views), fleet.views.size()) : fleet.views.size();
+  FolderInTheMaking folder(flags.output, flags.force);
+  for (std::size_t view = 0; view < views; ++view) {
+    console.progress("views", int(view), int(views));
+    write_fleet_view(fleet, view, frames, folder.path() / numbered("view", view));
+  }
+  io::Session session{pattern->text(), {}, fleet.world.board.layout, {}};
+  if (flags.projectors == 1)
+    session.projector_size = projector_size;
+  else
+    for (const RigProjector& projector : fleet.rig.projectors)
+      session.projectors[projector.name] = projector.projector.size();
+  io::save_session(folder.path(), session);
+  Rig truth = fleet.rig;
+  truth.provenance.tool = "simulate-captures";
+  truth.provenance.options = {{"seed", std::to_string(flags.seed)},
+                              {"level", simulate::to_string(flags.level)},
+                              {"pattern", pattern->text()}};
+  io::save_rig(folder.path() / "truth.json", truth);
+  console.progress("views", int(views), int(views));
+  folder.finish();
+  console.say(std::to_string(views) + " views of " + std::to_string(flags.cameras) + " cameras and " +
+              std::to_string(flags.projectors) + " projectors, board " +
+              io::format_board(fleet.world.board.layout) + ": " + flags.output);
+  console.say("the true rig is in truth.json, the true board poses in view_*/truth_pose.json");
+  console.summary().set("/output", flags.output);
+  console.summary().set("/level", simulate::to_string(flags.level));
+  console.summary().set("/seed", std::to_string(flags.seed));
+  console.summary().set("/views", int(views));
+  console.summary().set("/cameras", flags.cameras);
+  console.summary().set("/projectors", flags.projectors);
+  return ExitCode::kOk;
+}
+
 ExitCode simulate_captures(const Flags& flags, Console& console) {
+  if (flags.cameras > 1 || flags.projectors > 1) return simulate_fleet(flags, console);
   const ImageSize projector_size = simulate::projector_size(flags.level);
   const auto pattern = make_pattern(flags.pattern, projector_size);
   const simulate::Session session =

@@ -93,7 +93,7 @@ LightError predicted_light_error(const Rig& rig, double distance, const std::str
   const MatX covariance = projector_covariance(rig, device);
   const Plane wall = wall_across(device.rig_from_projector, distance);
 
-  LightError error{distance, 0, 0, 0};
+  LightError error{distance, 0, 0, 0, device.name};
   double sum = 0;
   int count = 0;
   for (const Vec2& pixel : picture_grid(device.projector.size())) {
@@ -115,7 +115,7 @@ LightError true_light_error(const Rig& estimated, const Rig& truth, double dista
     throw Error(ErrorKind::kInput, "the true rig", "its projector has another size than the estimated one",
                 "compare rigs of the same session");
   const Plane wall = wall_across(b.rig_from_projector, distance);
-  LightError error{distance, 0, 0, 0};
+  LightError error{distance, 0, 0, 0, a.name};
   double sum = 0, sum2 = 0;
   int count = 0;
   for (const Vec2& pixel : picture_grid(b.projector.size())) {

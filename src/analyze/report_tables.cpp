@@ -3,6 +3,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include "html.hpp"
 #include "procam/core/se3.hpp"
@@ -122,12 +123,16 @@ std::string key_figures(const CalibrationResult& result, const ReportInput& inpu
     const std::size_t device = std::size_t(worst - result.holdout_px.begin());
     tile(pixels(*worst) + " px", "on views held out, " + result.devices[device].name + " (the worst)");
   }
+  const auto of = [&](const LightError& error) {
+    return result.rig.projectors.size() > 1 ? " of " + error.projector : std::string();
+  };
   for (const LightError& error : input.predicted)
+    tile(significant(error.rms_mm, 3) + " mm", "RMS error of the light" + of(error) +
+                                                   " predicted on a wall at " + fixed(error.distance, 2) +
+                                                   "\u00a0m");
+  for (const LightError& error : input.truth)
     tile(significant(error.rms_mm, 3) + " mm",
-         "RMS error of the light predicted on a wall at " + fixed(error.distance, 2) + "\u00a0m");
-  if (input.truth)
-    tile(significant(input.truth->rms_mm, 3) + " mm",
-         "true RMS error of the light on a wall at " + fixed(input.truth->distance, 2) + "\u00a0m");
+         "true RMS error of the light" + of(error) + " on a wall at " + fixed(error.distance, 2) + "\u00a0m");
   return element("div", "class=\"key\"", "\n" + out) + "\n";
 }
 
@@ -279,13 +284,16 @@ std::string residual_numbers(const CalibrationResult& result) {
 
 std::string wall_errors(const ReportInput& input) {
   std::string rows;
+  std::set<std::string> projectors;
+  for (const LightError& error : input.predicted) projectors.insert(error.projector);
   const auto add = [&](const std::string& kind, const LightError& error, bool mean) {
-    rows += row(cell(kind) + number_cell(fixed(error.distance, 2)) +
+    const std::string whose = projectors.size() > 1 ? ", " + escaped(error.projector) : "";
+    rows += row(cell(kind + whose) + number_cell(fixed(error.distance, 2)) +
                 number_cell(mean ? significant(error.mean_mm, 3) : "-") +
                 number_cell(significant(error.rms_mm, 3)) + number_cell(significant(error.worst_mm, 3)));
   };
   for (const LightError& error : input.predicted) add("predicted", error, false);
-  if (input.truth) add("true", *input.truth, true);
+  for (const LightError& error : input.truth) add("true", error, true);
   if (rows.empty()) return "";
   return element("h3", "", "Light on a wall") + "\n" +
          table({{"error", false},
@@ -297,7 +305,7 @@ std::string wall_errors(const ReportInput& input) {
          hint(
              "How far from its place light lands on a wall across the projector's axis, over a grid that "
              "spans the picture. Predicted: one sigma, from the covariance of lens and pose" +
-             std::string(input.truth ? "; true: against the rig that is known to be right." : "."));
+             std::string(!input.truth.empty() ? "; true: against the rig that is known to be right." : "."));
 }
 
 std::string gate_table(const RigQuality& quality) {

@@ -67,6 +67,13 @@ std::vector<fs::path> images_in(const fs::path& folder) {
   });
 }
 
+/// Where further stacks may be; capture-session keeps frames that it did not take in "rejected".
+std::vector<fs::path> stack_folders(const fs::path& folder) {
+  return list(folder, [](const fs::directory_entry& entry) {
+    return entry.is_directory() && entry.path().filename() != "rejected";
+  });
+}
+
 std::string successor(std::string number) {
   for (std::size_t i = number.size(); i-- > 0;) {
     if (number[i] != '9') return ++number[i], number;
@@ -149,9 +156,45 @@ CaptureFolder load_capture_folder(const fs::path& folder, int expected_frames) {
   return captures;
 }
 
+/// A stack, or folders of stacks, no deeper than projector/camera.
+static bool holds_frames(const fs::path& folder, int levels) {
+  if (!images_in(folder).empty()) return true;
+  for (const fs::path& inner : stack_folders(folder))
+    if (levels > 0 && holds_frames(inner, levels - 1)) return true;
+  return false;
+}
+
+std::vector<Stack> list_stacks(const fs::path& view_folder, const std::vector<std::string>& projectors) {
+  const auto below = [](const fs::path& folder) {
+    std::vector<fs::path> inner;
+    for (const fs::path& stack : stack_folders(folder))
+      if (holds_frames(stack, 1)) inner.push_back(stack);
+    if (!inner.empty() && !images_in(folder).empty())
+      fail(folder, "it holds images beside folders of images (" + inner.front().filename().string() + ")",
+           "put one camera's frames into the view's folder, or each camera's into a folder of its own");
+    return inner;
+  };
+  std::vector<Stack> stacks;
+  if (below(view_folder).empty()) stacks.push_back({"", "", view_folder});
+  for (const fs::path& first : below(view_folder)) {
+    const std::string name = first.filename().string();
+    if (std::count(projectors.begin(), projectors.end(), name) == 0) {
+      if (!below(first).empty())
+        fail(first, "it holds folders of images, and no projector of that name is known",
+             "state the projectors by the names of their folders: --projector-size " + name + "=1024x768");
+      stacks.push_back({"", name, first});
+      continue;
+    }
+    const std::vector<fs::path> cameras = below(first);
+    if (cameras.empty()) stacks.push_back({name, "", first});
+    for (const fs::path& camera : cameras) stacks.push_back({name, camera.filename().string(), camera});
+  }
+  return stacks;
+}
+
 std::vector<fs::path> list_views(const fs::path& session_folder) {
   const std::vector<fs::path> views = list(session_folder, [](const fs::directory_entry& entry) {
-    return entry.is_directory() && !images_in(entry.path()).empty();
+    return entry.is_directory() && holds_frames(entry.path(), 2);
   });
   if (views.empty())
     fail(session_folder, "none of its sub-folders holds images",

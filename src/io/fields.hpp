@@ -94,6 +94,13 @@ class Fields {
     }
   }
 
+  /// Reading: is the field there? (For a map or list that may be absent.)
+  bool has(const std::string& name) const {
+    for (const Value& member : members_)
+      if (member.node->name == name) return true;
+    return false;
+  }
+
   /// One of a few words; its index. Must be there at once, since other fields depend on it.
   std::size_t choice(const char* name, const std::vector<std::string>& words, std::size_t current) {
     if (!reading()) {

@@ -19,6 +19,15 @@ static void fields(Fields& f, Session& session) {
     }
   }
   f.optional("step", session.step);
+  if (f.reading() ? f.has("projectors") : !session.projectors.empty())
+    f.map("projectors", session.projectors);
+  f.check(session.projectors.empty() || !session.projector_size, "projectors",
+          "there is a projector_size as well",
+          "state the size of one projector, or those of several by name");
+  for (const auto& [name, size] : session.projectors)
+    f.check(!name.empty() && name.find_first_of("/\\") == std::string::npos && name.front() != '.',
+            "projectors", "'" + name + "' cannot be the name of a projector's folder",
+            "give names like left and right");
   f.check(!session.step || *session.step >= 1, "step", "it is not positive",
           "give the stripe width in pixels");
 }

@@ -1,5 +1,11 @@
 #include "procam/match/join.hpp"
 
+#include <algorithm>
+#include <map>
+#include <optional>
+
+#include "procam/core/homography_fit.hpp"
+
 namespace procam::match {
 namespace {
 
@@ -13,7 +19,84 @@ bool is_device(const std::vector<Device>& devices, int index, DeviceKind kind) {
   return index >= 0 && std::size_t(index) < devices.size() && devices[std::size_t(index)].kind == kind;
 }
 
+/// Corners of one camera, averaged over the pictures that show them; in the order of their points.
+std::map<int, Observation> mean_corners(const std::vector<const Reading*>& readings) {
+  std::map<int, Observation> mean;
+  std::map<int, int> count;
+  for (const Reading* reading : readings)
+    for (const Observation& o : reading->in_camera.observations) {
+      Observation& m =
+          mean.try_emplace(o.point, Observation{o.point, Vec2::Zero(), Mat2::Zero()}).first->second;
+      m.pixel += o.pixel;
+      m.covariance += o.covariance;
+      ++count[o.point];
+    }
+  for (auto& [point, m] : mean) m.pixel /= count[point], m.covariance /= count[point];
+  return mean;
+}
+
+/// The reading's projector pixels where the mean corners are.
+std::vector<Observation> light_at(const std::map<int, Observation>& corners, const Reading& reading) {
+  std::map<int, Vec2> read_at;
+  for (const Observation& o : reading.in_camera.observations) read_at[o.point] = o.pixel;
+  std::vector<Observation> light = reading.in_projector.observations;
+  Points2 seen, lit;
+  for (Observation& o : light) {
+    o.camera = reading.camera;
+    const auto at = read_at.find(o.point);
+    if (at == read_at.end()) continue;
+    seen.push_back(at->second);
+    lit.push_back(o.pixel);
+  }
+  std::optional<Homography> projector_from_camera;
+  try {
+    if (seen.size() >= kFewestPoints)
+      projector_from_camera = fit_homography(seen, lit).destination_from_source;
+  } catch (const Error&) {  // points on a line: they stay where they were read
+  }
+  for (Observation& o : light) {
+    const auto at = read_at.find(o.point);
+    if (!projector_from_camera || at == read_at.end()) continue;
+    const auto from = projector_from_camera->apply(at->second),
+               to = projector_from_camera->apply(corners.at(o.point).pixel);
+    if (from && to) o.pixel += *to - *from;
+  }
+  return light;
+}
+
 }  // namespace
+
+BoardView combine(const std::string& name, const std::vector<Device>& devices,
+                  const std::vector<Reading>& readings) {
+  BoardView view{name, {}, {}};
+  for (const Device& device : devices) view.detections.push_back({device.size, {}, {}});
+  for (std::size_t camera = 0; camera < devices.size(); ++camera) {
+    std::vector<const Reading*> of_camera;
+    for (const Reading& reading : readings)
+      if (reading.camera == int(camera)) of_camera.push_back(&reading);
+    if (of_camera.empty()) continue;
+    require(devices[camera].kind == DeviceKind::kCamera, "combine: a reading by a device that is no camera");
+    Detections& seen = view.detections[camera];
+    const std::map<int, Observation> corners = mean_corners(of_camera);
+    for (const auto& [point, corner] : corners) seen.observations.push_back(corner);
+    for (const Reading* reading : of_camera) {
+      require(is_device(devices, reading->projector, DeviceKind::kProjector),
+              "combine: a reading of a device that is no projector");
+      seen.image_size = reading->in_camera.image_size;
+      seen.diagnostics.append(reading->in_camera.diagnostics);
+      Detections& lit = view.detections[std::size_t(reading->projector)];
+      lit.image_size = reading->in_projector.image_size;
+      lit.diagnostics.append(reading->in_projector.diagnostics);
+      for (const Observation& o : light_at(corners, *reading)) lit.observations.push_back(o);
+      for (LightPoint point : reading->light_points) {
+        point.camera = reading->camera;
+        point.projector = reading->projector;
+        view.light_points.push_back(point);
+      }
+    }
+  }
+  return view;
+}
 
 Correspondences join(const Board& board, const std::vector<Device>& devices,
                      const std::vector<BoardView>& views) {
@@ -42,10 +125,17 @@ Correspondences join(const Board& board, const std::vector<Device>& devices,
       }
       seen.observations.push_back(detections.observations);
     }
-    if (seen.observations.front().size() < kFewestPoints) {
+    std::size_t most = 0;
+    std::string saw;
+    for (std::size_t d = 0; d < devices.size(); ++d) {
+      if (devices[d].kind != DeviceKind::kCamera) continue;
+      most = std::max(most, seen.observations[d].size());
+      saw += (saw.empty() ? "" : ", ") + devices[d].name + " sees " +
+             std::to_string(seen.observations[d].size());
+    }
+    if (most < kFewestPoints) {
       joined.diagnostics.warn("view_left_out",
-                              "view '" + view.name + "' is left out: " + devices.front().name + " sees " +
-                                  std::to_string(seen.observations.front().size()) +
+                              "view '" + view.name + "' is left out: " + saw +
                                   " points of the board; take it again with the board in full view");
       continue;
     }

@@ -40,7 +40,7 @@ Session session_of(int views, bool holdout) {
   Rig truth;
   truth.cameras.push_back({"camera", world.camera, Pose()});
   truth.projectors.push_back({"projector", world.projector, world.projector_from_camera.inverse()});
-  session.input.truth = true_light_error(session.result.rig, truth, 2.0);
+  session.input.truth = {true_light_error(session.result.rig, truth, 2.0)};
   session.result.rig.provenance = {
       "calibrate-projector", "0.1.0", "2024-05-06T07:08:09Z", {{"step", "4"}}, {{"a/<1>.png", "00ff"}}};
   return session;
@@ -175,7 +175,7 @@ TEST(Report, HasEveryNumberWithItsSigma) {
   }
   EXPECT_TRUE(holds(page, "<b>" + px(session.result.joint_rms_px) + " px</b>"));
   EXPECT_TRUE(holds(page, "<b>" + mm(session.input.predicted[0].rms_mm) + " mm</b>"));
-  EXPECT_TRUE(holds(page, "<b>" + mm(session.input.truth->rms_mm) + " mm</b>"));
+  EXPECT_TRUE(holds(page, "<b>" + mm(session.input.truth.front().rms_mm) + " mm</b>"));
 }
 
 /// The page's sigmas of the rotation vector and the origin are the spread of rigs drawn from the covariance,

@@ -99,6 +99,39 @@ TEST(Session, ListsTheViewsInNaturalOrder) {
   EXPECT_EQ(views[2].filename(), "pose_10");
 }
 
+TEST(Session, ListsTheStacksOfProjectorsAndCameras) {
+  const Scratch scratch;
+  for (const char* file :
+       {"a/beamer/right/f0.png", "a/beamer/left/f0.png", "a/lamp/left/f0.png", "a/lamp/left/rejected/f0.png",
+        "b/left/f0.png", "c/lamp/f0.png", "d/f0.png", "d/rejected/f0.png"})
+    save_frame(scratch, file, 1);
+  scratch.write("a/notes/text.txt", "no image");
+  EXPECT_EQ(list_views(scratch.path()).size(), 4u);
+  const auto names = [&](const char* view) {
+    std::string all;
+    for (const Stack& stack : list_stacks(scratch / view, {"lamp", "beamer"}))
+      all += stack.projector + "/" + stack.camera + " ";
+    return all;
+  };
+  EXPECT_EQ(names("a"), "beamer/left beamer/right lamp/left ");
+  EXPECT_EQ(names("b"), "/left ");
+  EXPECT_EQ(names("c"), "lamp/ ");
+  EXPECT_EQ(names("d"), "/ ");
+  save_frame(scratch, "c/lamp/left/f0.png", 1);
+  EXPECT_ERROR(list_stacks(scratch / "c", {"lamp"}), kInput, "images beside folders of images (left)");
+}
+
+TEST(Session, StatesSeveralProjectorsByName) {
+  const Scratch scratch;
+  save_session(scratch.path(), {"gray", {}, {}, {}, {{"left", {1024, 768}}, {"right", {1280, 800}}}});
+  const std::optional<Session> session = load_session(scratch.path());
+  EXPECT_FALSE(session->projector_size.has_value());
+  EXPECT_EQ(session->projectors.at("right"), (ImageSize{1280, 800}));
+  scratch.write("session.json", R"({"format": "procam-session", "version": 1, "projector_size": [8, 6],
+ "projectors": {"left": [1024, 768]}})");
+  EXPECT_ERROR(load_session(scratch.path()), kInput, "session.json:2: projectors: there is a projector_size");
+}
+
 TEST(Session, ReadsBackAndMayBeAbsentOrPartial) {
   const Scratch scratch;
   EXPECT_FALSE(load_session(scratch.path()).has_value());

@@ -135,6 +135,8 @@ TEST(Schema, DescribesExactlyWhatIsWritten) {
   save_solved_surfaces(scratch / "solved-weighted.json", solved);
   save_pose(scratch / "pose.json", test::example_pose());
   save_session(scratch.path(), {"gray", ImageSize{1024, 768}, Board(Chessboard{7, 9, 0.075}), 2});
+  std::filesystem::create_directory(scratch / "several");
+  save_session(scratch / "several", {"gray", {}, {}, {}, {{"left", {1024, 768}}, {"right", {1280, 800}}}});
   save_marker_map(scratch / "markers.json", test::example_markers());
 
   std::vector<std::string> boards;
@@ -149,7 +151,7 @@ TEST(Schema, DescribesExactlyWhatIsWritten) {
       {"surfaces", {"surfaces.json", "weighted.json"}},
       {"solved-surfaces", {"solved-surfaces.json", "solved-weighted.json"}},
       {"pose", {"pose.json"}},
-      {"session", {"session.json"}},
+      {"session", {"session.json", "several/session.json"}},
       {"board", boards}};
   for (const auto& [name, written] : files) {
     const json schema = schema_of(name);

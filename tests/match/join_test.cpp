@@ -61,5 +61,64 @@ TEST(Join, NamesTheViewWhoseImageHasAnotherSize) {
   }
 }
 
+const std::vector<Device> kFleet{{"left", DeviceKind::kCamera, {640, 480}},
+                                 {"right", DeviceKind::kCamera, {800, 600}},
+                                 {"lamp", DeviceKind::kProjector, {1024, 768}},
+                                 {"beamer", DeviceKind::kProjector, {1280, 800}}};
+
+/// Twelve corners, found `off` from their place, and the light there under a map of that projector.
+match::Reading reading(int camera, int projector, const Vec2& off, double scale) {
+  match::Reading read{camera,
+                      projector,
+                      {kFleet[std::size_t(camera)].size, {}, {}},
+                      {kFleet[std::size_t(projector)].size, {}, {}}};
+  for (int i = 0; i < 12; ++i) {
+    const Vec2 found = Vec2(100 + 40 * (i % 3), 90 + 35 * (i / 3)) + off;
+    read.in_camera.observations.push_back({i, found, 0.01 * Mat2::Identity()});
+    read.in_projector.observations.push_back(
+        {i, Vec2(300 + scale * found.x() - 0.2 * found.y(), 50 + 0.1 * found.x() + scale * found.y()),
+         0.02 * Mat2::Identity()});
+  }
+  return read;
+}
+
+TEST(Combine, TakesACornerThatWasFoundTwiceForOneMeasurement) {
+  const match::BoardView view = match::combine(
+      "pose", kFleet, {reading(0, 2, Vec2(0.3, -0.1), 1.5), reading(0, 3, Vec2(-0.1, 0.3), 2)});
+  ASSERT_EQ(view.detections.size(), 4u);
+  ASSERT_EQ(view.detections[0].observations.size(), 12u);
+  const Vec2 mean = Vec2(140, 90) + Vec2(0.1, 0.1);
+  EXPECT_LT((view.detections[0].observations[1].pixel - mean).norm(), 1e-12);
+  EXPECT_NEAR(view.detections[0].observations[1].covariance(0, 0), 0.01, 1e-15);
+  // Both projectors' light is that of the mean corner.
+  EXPECT_LT((view.detections[2].observations[1].pixel -
+             Vec2(300 + 1.5 * mean.x() - 0.2 * mean.y(), 50 + 0.1 * mean.x() + 1.5 * mean.y()))
+                .norm(),
+            1e-9);
+  EXPECT_LT((view.detections[3].observations[1].pixel -
+             Vec2(300 + 2 * mean.x() - 0.2 * mean.y(), 50 + 0.1 * mean.x() + 2 * mean.y()))
+                .norm(),
+            1e-9);
+}
+
+TEST(Combine, KeepsApartWhatEachCameraRead) {
+  match::Reading beside = reading(1, 2, Vec2(0, 0), 2);
+  beside.light_points.push_back({1, Vec2(1, 2), 0, Vec2(3, 4), Mat2::Identity()});
+  const match::BoardView view = match::combine("pose", kFleet, {reading(0, 2, Vec2(0, 0), 1.5), beside});
+  ASSERT_EQ(view.detections[2].observations.size(), 24u);
+  EXPECT_EQ(view.detections[2].observations[0].camera, 0);
+  EXPECT_EQ(view.detections[2].observations[12].camera, 1);
+  ASSERT_EQ(view.light_points.size(), 1u);
+  EXPECT_EQ(view.light_points[0].camera, 1);
+  EXPECT_EQ(view.light_points[0].projector, 2);
+  EXPECT_TRUE(view.detections[3].observations.empty());
+  EXPECT_EQ(view.detections[3].image_size, (ImageSize{1280, 800}));
+  EXPECT_THROW(match::combine("pose", kFleet, {reading(2, 3, Vec2(0, 0), 1)}), std::invalid_argument);
+  // A view that the first camera does not see counts.
+  const Correspondences joined =
+      match::join(kBoard, kFleet, {match::combine("pose", kFleet, {reading(1, 2, Vec2(0, 0), 2)})});
+  EXPECT_EQ(joined.views.size(), 1u);
+}
+
 }  // namespace
 }  // namespace procam

@@ -33,6 +33,7 @@ struct LightError {
   double mean_mm = 0;   ///< mean distance between true and estimated light; not set for a prediction
   double rms_mm = 0;    ///< root of the mean squared distance (predicted: of the mean trace of cov(a))
   double worst_mm = 0;  ///< largest on the grid (predicted: root of the largest trace)
+  std::string projector = "";  ///< whose light
 };
 
 /// What the rig's covariance means on the wall. Throws Error(kInput) when the rig carries no covariance of

@@ -5,7 +5,6 @@
 /// prints, and can be mailed. It opens with the verdict and what to do, then the numbers with their sigmas,
 /// then pictures (inline SVG) in which wrong views, wrong lenses and thin coverage show. Everything is
 /// readable without script; script only turns the picture of the rig.
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -17,8 +16,8 @@ namespace procam::analyze {
 /// What a report may hold beyond the calibration itself.
 struct ReportInput {
   std::string title = "Projector calibration";
-  std::vector<LightError> predicted;  ///< from the covariance, one a distance
-  std::optional<LightError> truth;    ///< where the true rig is known (a simulated session)
+  std::vector<LightError> predicted;  ///< from the covariance, one a distance and projector
+  std::vector<LightError> truth;      ///< where the true rig is known (a simulated session)
 };
 
 /// The page as UTF-8 text. The same input gives the same text, byte by byte, in every locale; a number that

@@ -5,7 +5,18 @@
 ///     session.json            optional: what was shown, to spare the flags
 ///     pose_1/graycode_00.png  ... graycode_41.png
 ///     pose_2/...
+///
+/// With several projectors, which show their patterns one after the other, a view has a folder for each; with
+/// several cameras, a folder for each camera's frames in that:
+///
+///     pose_1/lamp/left/frame_00.png ...     the projector lamp, as the camera left saw it
+///     pose_1/lamp/right/...
+///     pose_1/beamer/left/...
+///
+/// One projector or one camera needs no folder. Folders that are missing tell that a camera had nothing to
+/// see.
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -28,16 +39,31 @@ struct CaptureFolder {
 /// two sizes, a damaged frame; Error(kIo) when the folder cannot be read.
 CaptureFolder load_capture_folder(const std::filesystem::path& folder, int expected_frames);
 
-/// The sub-folders that hold images, in natural order of their names. Throws Error(kInput) when there is
-/// none, Error(kIo) when the folder cannot be read.
+/// The sub-folders that hold images, or folders with images, in natural order of their names. Throws
+/// Error(kInput) when there is none, Error(kIo) when the folder cannot be read.
 std::vector<std::filesystem::path> list_views(const std::filesystem::path& session_folder);
+
+/// One camera's frames of one projector's patterns in one view.
+struct Stack {
+  std::string projector, camera;  ///< as the folders are named; empty where there is no folder
+  std::filesystem::path folder;
+};
+
+/// The stacks of a view, in natural order; a folder with the name of one of `projectors` is that projector's,
+/// any other a camera's. Folders named "rejected" and those that hold neither images nor a stack are left
+/// alone. Throws Error(kInput) for images beside folders of images, Error(kIo) when a folder cannot be read.
+std::vector<Stack> list_stacks(const std::filesystem::path& view_folder,
+                               const std::vector<std::string>& projectors);
 
 /// What was shown while the session was captured; whatever is unknown is left out.
 struct Session {
   std::string pattern;  ///< as --pattern is typed: "gray", "phase:16px"; empty when not stated
-  std::optional<ImageSize> projector_size;
+  std::optional<ImageSize> projector_size;  ///< of the only projector
   std::optional<Board> board;
   std::optional<int> step;  ///< projector pixels a finest stripe
+  /// Sizes of several projectors by their names, which are those of their folders; then there is no
+  /// projector_size.
+  std::map<std::string, ImageSize> projectors = {};
 };
 
 /// session.json in the folder; nullopt when there is no such file. Errors as for rig files.

@@ -1,0 +1,34 @@
+#pragma once
+/// A session of several cameras and projectors round one board, for one seed. The devices stand side by side
+/// and look at one place; the projectors show their patterns one after the other. In every second view one
+/// camera alone sees the whole sheet, each in its turn, so that nobody sees all.
+#include <cstdint>
+#include <vector>
+
+#include "procam/simulate/session.hpp"
+
+namespace procam::simulate {
+
+/// A board pose, and the devices (by number in the rig) before which the whole print lies.
+struct FleetView {
+  Pose rig_from_board;
+  std::vector<std::size_t> cameras, projectors;
+};
+
+struct Fleet {
+  Rig rig;      ///< the first camera's frame is the rig's
+  World world;  ///< board, wall and light; its rig is to be replaced by a pair of devices
+  CaptureOptions capture;
+  std::vector<FleetView> views;
+};
+
+/// The level's lenses, board and noise; four views a camera. Equal seeds give equal fleets. Throws
+/// std::invalid_argument unless there is one of each at least, Error(kNotConverged) when no board pose is
+/// found that the devices cover.
+Fleet make_fleet(Level level, std::uint64_t seed, int cameras, int projectors);
+
+/// What one camera records of one projector's frames in one view.
+std::vector<ImageU8> capture_pair(const Fleet& fleet, std::size_t view, std::size_t camera,
+                                  std::size_t projector, const std::vector<ImageU8>& frames);
+
+}  // namespace procam::simulate

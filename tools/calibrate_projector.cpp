@@ -7,15 +7,19 @@
 #include <optional>
 
 #include "common/cli.hpp"
+#include "common/rig_words.hpp"
 #include "common/session_reader.hpp"
 #include "common/utc_now.hpp"
 #include "procam/analyze/light_error.hpp"
 #include "procam/analyze/report.hpp"
 #include "procam/calibrate/calibrate.hpp"
 #include "procam/calibrate/gates.hpp"
+#include "procam/calibrate/mirror.hpp"
 #include "procam/calibrate/points.hpp"
+#include "procam/detect/detect_board.hpp"
 #include "procam/io/board_file.hpp"
 #include "procam/io/files.hpp"
+#include "procam/io/images.hpp"
 #include "procam/io/opencv_calibration.hpp"
 #include "procam/io/point_pairs_file.hpp"
 #include "procam/io/rig_file.hpp"
@@ -31,6 +35,9 @@ struct Flags {
   io::Session stated;          ///< what session.json need not say
   double wall = 2;             ///< metres
   double metres_per_unit = 0;  ///< of an OpenCV file to check
+  fs::path mirror_view;
+  std::optional<Board> mirror_board;
+  double mirror_depth = 0;  ///< metres
   bool holdout = false;
   bool keep_outliers = false;
   std::string board_shape = "auto";
@@ -46,34 +53,6 @@ const std::map<std::string, calibrate::BoardShape>& board_shapes() {
                                                                   {"flat", calibrate::BoardShape::kFlat},
                                                                   {"free", calibrate::BoardShape::kFree}};
   return names;
-}
-
-void say_lens(Console& console, const std::string& device, const Camera& lens,
-              const NamedCovariance& covariance) {
-  std::string line = format("%-10s", device.c_str());
-  const VecX values = parameters_of(lens);
-  const std::vector<std::string> names = parameter_names(lens);
-  for (std::size_t i = 0; i < names.size(); ++i) {
-    const double value = values[Eigen::Index(i)], sigma = covariance.sigma(device + "." + names[i]);
-    console.summary().set("/" + device + "/" + names[i], value);
-    console.summary().set("/" + device + "/sigma/" + names[i], sigma);
-    if (i < 4) line += format("  %s %.1f +- %.1f", names[i].c_str(), value, sigma);
-  }
-  console.say(line + " px");
-}
-
-void say_gates(Console& console, const std::vector<Gate>& gates) {
-  int failed = 0;
-  for (const Gate& gate : gates) {
-    if (gate.passed) continue;
-    ++failed;
-    console.say("gate FAILED  " + gate.name + ": " + gate.detail);
-  }
-  console.say(failed == 0
-                  ? format("gates      all %zu passed", gates.size())
-                  : format("gates      %d of %zu failed: do not trust this rig", failed, gates.size()));
-  console.summary().set("/gates/failed", failed);
-  console.summary().set("/gates/total", int(gates.size()));
 }
 
 /// What the flags say of a data sheet. Without a sigma: 2 % of the ratio (sheets round), 2 % of the picture.
@@ -97,43 +76,34 @@ std::vector<calibrate::LensPrior> projector_priors(const Flags& flags, ImageSize
   return priors;
 }
 
-/// The true light against the estimated, and how many parameters lie inside three sigmas.
-void say_truth(Console& console, const Rig& rig, const Rig& truth, double wall) {
-  const analyze::LightError error = analyze::true_light_error(rig, truth, wall);
-  int inside = 0, total = 0;
-  const auto count = [&](double difference, const std::string& name) {
-    if (!rig.covariance.index_of(name)) return;
-    ++total;
-    inside += std::abs(difference) <= 3 * rig.covariance.sigma(name);
-  };
-  const auto count_lens = [&](const std::string& device, const Camera& estimated, const Camera& true_lens) {
-    const VecX difference = parameters_of(estimated) - parameters_of(true_lens);
-    const std::vector<std::string> names = parameter_names(estimated);
-    for (std::size_t i = 0; i < names.size(); ++i)
-      count(difference[Eigen::Index(i)], device + "." + names[i]);
-  };
-  count_lens("camera", rig.camera().camera, truth.camera().camera);
-  count_lens("projector", rig.projector().projector.inverse_camera,
-             truth.projector().projector.inverse_camera);
-  const Vec6 xi =
-      se3_log(truth.projector().rig_from_projector * rig.projector().rig_from_projector.inverse());
-  const auto names = pose_increment_names("rig_from_projector");
-  for (int i = 0; i < 6; ++i) count(xi[i], names[std::size_t(i)]);
-  console.say(
-      format("truth      light on a wall at %g m is off by %.3f mm on average (rms %.3f, worst %.3f); %d of "
-             "%d parameters inside 3 sigma",
-             wall, error.mean_mm, error.rms_mm, error.worst_mm, inside, total));
-  console.summary().set("/truth/mean_mm", error.mean_mm);
-  console.summary().set("/truth/rms_mm", error.rms_mm);
-  console.summary().set("/truth/worst_mm", error.worst_mm);
-  console.summary().set("/truth/parameters_inside_3_sigma", inside);
-  console.summary().set("/truth/parameters", total);
+/// "camera 0.123 px, projector 0.098 px": a figure of every device.
+std::string by_device(const calibrate::CalibrationResult& result, const std::vector<double>& px,
+                      const char* pattern = "%s %.3f px") {
+  std::string text;
+  for (std::size_t d = 0; d < result.devices.size(); ++d)
+    text += (d > 0 ? ", " : "") + format(pattern, result.devices[d].name.c_str(), px[d]);
+  return text;
+}
+
+/// The board on the mirror in the picture as taken; the session's frames are to be turned.
+calibrate::MirrorView read_mirror(const Flags& flags, SessionPlan& session) {
+  if (!flags.mirror_board)
+    throw Error(ErrorKind::kInput, flags.mirror_view.string(), "the board on the mirror is not stated",
+                "give --mirror-board chessboard:6x5:20mm, the board that lies on the mirror's surface");
+  if (session.cameras.size() > 1)
+    throw Error(ErrorKind::kUnsupported, "--mirror-view", "the session has several cameras",
+                "calibrate through a mirror with one camera");
+  session.through_mirror = true;
+  const ImageU8 grey = io::to_gray(io::load_image(flags.mirror_view).image);
+  return {*flags.mirror_board, detect::detect_board(grey, *flags.mirror_board), flags.mirror_depth};
 }
 
 ExitCode calibrate_session(const Flags& flags, Console& console) {
   for (const fs::path& file : {flags.output, flags.report})
     if (!file.empty()) io::require_writable(file);
-  const SessionPlan session = open_session(flags.captures, flags.stated);
+  SessionPlan session = open_session(flags.captures, flags.stated);
+  std::optional<calibrate::MirrorView> mirror;
+  if (!flags.mirror_view.empty()) mirror = read_mirror(flags, session);
   Rig truth;
   if (!flags.truth.empty()) truth = io::load_rig(flags.truth);
   const SessionContents contents = read_session(session, [&](const std::string& view, int done, int total) {
@@ -144,7 +114,11 @@ ExitCode calibrate_session(const Flags& flags, Console& console) {
   calibrate::Options options;
   options.holdout = flags.holdout;
   options.light_read_at_corners = true;  // as all patterns of the table that cover the print are read
-  options.projector.priors = projector_priors(flags, session.projector_size);
+  if (session.projectors.size() > 1 && (flags.throw_ratio || !flags.lens_shift.empty()))
+    throw Error(ErrorKind::kUnsupported, "--throw-ratio, --lens-shift",
+                "the session has several projectors, and they say nothing of which one",
+                "leave them out: with a board before every projector they are not needed");
+  options.projector.priors = projector_priors(flags, session.projectors.front().size);
   if (flags.keep_outliers) options.outlier_sigmas = 0;
   options.board_shape = board_shapes().at(flags.board_shape);
   for (const std::string& name : flags.free)
@@ -154,36 +128,60 @@ ExitCode calibrate_session(const Flags& flags, Console& console) {
     console.progress(step, int(100 * share), 100);
   };
   calibrate::CalibrationResult result = calibrate::calibrate_rig(correspondences, options);
+  if (mirror) {
+    calibrate::MirrorSolution seen = calibrate::through_mirror(result, *mirror);
+    result = std::move(seen.result);
+    const double distance = std::abs(seen.mirror_in_camera.offset);
+    console.say(
+        format("mirror     %.3f m before the camera, its board's RMS %.3f px", distance, seen.rms_px));
+    console.summary().set("/mirror/distance_m", distance);
+    console.summary().set("/mirror/rms_px", seen.rms_px);
+  }
   Rig& rig = result.rig;
   rig.provenance.tool = "calibrate-projector";
   rig.provenance.version = PROCAM_VERSION;
   rig.provenance.created = utc_now();
   rig.provenance.inputs = contents.inputs;
-  rig.provenance.options = {{"pattern", session.pattern->text()},
-                            {"projector-size", io::format_size(session.projector_size)},
+  std::string sizes;
+  for (const PlannedProjector& projector : session.projectors)
+    sizes += (sizes.empty() ? "" : " ") + (session.projectors.size() > 1 ? projector.name + "=" : "") +
+             io::format_size(projector.size);
+  rig.provenance.options = {{"pattern", session.projectors.front().pattern->text()},
+                            {"projector-size", sizes},
                             {"step", std::to_string(session.step)},
                             {"board", io::format_board(session.board)}};
   for (const std::string& name : flags.free) rig.provenance.options["free " + name] = "yes";
   rig.provenance.options["board-shape"] = flags.board_shape;
   if (flags.keep_outliers) rig.provenance.options["keep-outliers"] = "yes";
-  const analyze::LightError predicted = analyze::predicted_light_error(rig, flags.wall);
+  if (mirror) {
+    rig.provenance.options["mirror-board"] = io::format_board(*flags.mirror_board);
+    rig.provenance.options["mirror-depth"] = format("%gmm", 1e3 * flags.mirror_depth);
+    rig.provenance.inputs.push_back(
+        {flags.mirror_view.filename().string(), io::sha256_of_file(flags.mirror_view)});
+  }
+  std::vector<analyze::LightError> predicted;
+  for (const RigProjector& projector : rig.projectors)
+    predicted.push_back(analyze::predicted_light_error(rig, flags.wall, projector.name));
 
   io::save_rig(flags.output, rig);
   if (!flags.report.empty()) {
     analyze::ReportInput extra;
     extra.title = flags.captures.filename().empty() ? flags.captures.parent_path().filename().string()
                                                     : flags.captures.filename().string();
-    extra.predicted = {predicted};
-    if (!flags.truth.empty()) extra.truth = analyze::true_light_error(rig, truth, flags.wall);
+    extra.predicted = predicted;
+    if (!flags.truth.empty())
+      for (const RigProjector& projector : rig.projectors)
+        extra.truth.push_back(analyze::true_light_error(rig, truth, flags.wall,
+                                                        rig.projectors.size() > 1 ? projector.name : ""));
     io::write_file_atomically(flags.report, analyze::calibration_report(result, correspondences, extra));
   }
 
   console.report(result.diagnostics);
   console.say(format("views      %d of %zu used", rig.quality.views_used, session.views.size()));
-  console.say(format(
-      "RMS        camera %.3f px, projector %.3f px, joint %.3f px (outliers included: %.3f, %.3f, %.3f)",
-      result.rms_px[0], result.rms_px[1], result.joint_rms_px, result.rms_all_px[0], result.rms_all_px[1],
-      result.joint_rms_all_px));
+  console.say("RMS        " + by_device(result, result.rms_px) +
+              format(", joint %.3f px", result.joint_rms_px));
+  console.say("           outliers included: " + by_device(result, result.rms_all_px) +
+              format(", joint %.3f px", result.joint_rms_all_px));
   console.summary().set("/views_used", rig.quality.views_used);
   console.summary().set("/views", int(session.views.size()));
   for (std::size_t d = 0; d < result.devices.size(); ++d) {
@@ -204,25 +202,31 @@ ExitCode calibrate_session(const Flags& flags, Console& console) {
   console.summary().set("/rms_px/joint", result.joint_rms_px);
   console.summary().set("/rms_all_px/joint", result.joint_rms_all_px);
   if (flags.holdout)
-    console.say(format(
-        "held out   camera %.3f px, projector %.3f px (outliers included: %.3f, %.3f); each view "
-        "predicted by a solve without it",
-        result.holdout_px[0], result.holdout_px[1], result.holdout_all_px[0], result.holdout_all_px[1]));
-  say_lens(console, "camera", rig.camera().camera, rig.covariance);
-  say_lens(console, "projector", rig.projector().projector.inverse_camera, rig.covariance);
-  const Projector& projector = rig.projector().projector;
-  console.say(format("optics     throw ratio %.2f, lens shift %+.0f %% of the width, %+.0f %% of the height",
-                     projector.throw_ratio(), 100 * projector.lens_shift().x(),
-                     100 * projector.lens_shift().y()));
-  console.summary().set("/throw_ratio", projector.throw_ratio());
-  console.summary().set("/lens_shift",
-                        std::vector<double>{projector.lens_shift().x(), projector.lens_shift().y()});
-  console.say(
-      format("wall       at %g m the light is predicted to land within %.3f mm rms (worst corner %.3f mm)",
-             flags.wall, predicted.rms_mm, predicted.worst_mm));
+    console.say("held out   " + by_device(result, result.holdout_px) +
+                "; each view predicted by a solve without it");
+  if (flags.holdout) console.say("           outliers included: " + by_device(result, result.holdout_all_px));
+  for (const RigCamera& camera : rig.cameras) say_lens(console, camera.name, camera.camera, rig.covariance);
+  for (const RigProjector& projector : rig.projectors)
+    say_lens(console, projector.name, projector.projector.inverse_camera, rig.covariance);
+  for (const RigProjector& device : rig.projectors) {
+    const Projector& projector = device.projector;
+    console.say(
+        format("optics     %sthrow ratio %.2f, lens shift %+.0f %% of the width, %+.0f %% of the height",
+               said_of(rig, device).c_str(), projector.throw_ratio(), 100 * projector.lens_shift().x(),
+               100 * projector.lens_shift().y()));
+    console.summary().set(of_projector(rig, "", device, "/throw_ratio"), projector.throw_ratio());
+    console.summary().set(of_projector(rig, "", device, "/lens_shift"),
+                          std::vector<double>{projector.lens_shift().x(), projector.lens_shift().y()});
+  }
   console.summary().set("/wall/distance_m", flags.wall);
-  console.summary().set("/wall/rms_mm", predicted.rms_mm);
-  console.summary().set("/wall/worst_mm", predicted.worst_mm);
+  for (std::size_t i = 0; i < predicted.size(); ++i) {
+    const RigProjector& device = rig.projectors[i];
+    console.say(format(
+        "wall       at %g m the light %sis predicted to land within %.3f mm rms (worst corner %.3f mm)",
+        flags.wall, said_of(rig, device).c_str(), predicted[i].rms_mm, predicted[i].worst_mm));
+    console.summary().set(of_projector(rig, "/wall", device, "/rms_mm"), predicted[i].rms_mm);
+    console.summary().set(of_projector(rig, "/wall", device, "/worst_mm"), predicted[i].worst_mm);
+  }
   if (result.shape.free) {
     console.say(format("board      not flat: %.2f mm along and %.2f mm off its plane (rms), at most %.2f mm",
                        1e3 * result.shape.in_plane_rms, 1e3 * result.shape.out_of_plane_rms,
@@ -321,8 +325,18 @@ void declare(CLI::App& app, Flags& flags) {
                  "What was projected, if session.json does not say (default gray): " + pattern_help());
   add_parsed(
       app, "--projector-size",
-      [&](const std::string& text) { flags.stated.projector_size = io::parse_size(text); },
-      "Size of the projected picture, e.g. 1024x768");
+      [&](const std::string& text) {
+        const std::size_t equals = text.find('=');
+        if (equals == std::string::npos)
+          flags.stated.projector_size = io::parse_size(text);
+        else
+          flags.stated.projectors[text.substr(0, equals)] = io::parse_size(text.substr(equals + 1));
+      },
+      "Size of the projected picture, e.g. 1024x768; of several projectors one for each, with the name of "
+      "its "
+      "folder: left=1024x768")
+      ->trigger_on_parse()
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeLast);
   add_parsed(
       app, "--board", [&](const std::string& text) { flags.stated.board = io::read_board(text); },
       "The printed board, e.g. chessboard:7x9:75mm (inner corners), or its board file (.json)");
@@ -369,6 +383,19 @@ void declare(CLI::App& app, Flags& flags) {
           throw Error(ErrorKind::kInput, "--wall " + text, "a distance must be positive", "give e.g. 2m");
       },
       "Distance of the wall on which the error is stated (default 2m)");
+  auto* mirror =
+      app.add_option("--mirror-view", flags.mirror_view,
+                     "The session was captured in a flat mirror: a picture of the board that lies on "
+                     "the mirror, taken by the same camera at its place");
+  add_parsed(
+      app, "--mirror-board", [&](const std::string& text) { flags.mirror_board = io::read_board(text); },
+      "The board on the mirror, e.g. chessboard:6x5:20mm, or its board file")
+      ->needs(mirror);
+  add_parsed(
+      app, "--mirror-depth", [&](const std::string& text) { flags.mirror_depth = io::parse_length(text); },
+      "How far the reflecting plane lies behind that board: paper, and two thirds of a silvered glass' "
+      "thickness (default 0mm)")
+      ->needs(mirror);
   app.add_option("--truth", flags.truth,
                  "A rig file known to be true (simulated sessions): report the distance to it");
   auto* check = app.add_option("--check", flags.check,

@@ -1,5 +1,9 @@
 #include "common/session_reader.hpp"
 
+#include <algorithm>
+#include <map>
+#include <optional>
+
 #include "procam/io/files.hpp"
 #include "procam/io/text.hpp"
 
@@ -10,32 +14,98 @@ namespace fs = std::filesystem;
 
 constexpr std::size_t kViewsBeforeGivingUp = 3;
 
-match::BoardView read_view(const SessionPlan& plan, const fs::path& folder, std::vector<InputFile>& inputs,
-                           ImageSize& camera_size) {
-  const io::CaptureFolder captures = io::load_capture_folder(folder, plan.pattern->frame_count());
+/// Sizes of the cameras' frames as they become known.
+using CameraSizes = std::vector<std::optional<ImageSize>>;
+
+match::Reading read_stack(const SessionPlan& plan, const PlannedView& view, const io::Stack& stack,
+                          std::vector<InputFile>& inputs, CameraSizes& sizes) {
+  const auto by_name = [&](const PlannedProjector& p) {
+    return stack.projector.empty() || p.name == stack.projector;
+  };
+  const auto projector = std::find_if(plan.projectors.begin(), plan.projectors.end(), by_name);
+  const auto camera = stack.camera.empty()
+                          ? plan.cameras.begin()
+                          : std::find(plan.cameras.begin(), plan.cameras.end(), stack.camera);
+  io::CaptureFolder captures = io::load_capture_folder(stack.folder, projector->pattern->frame_count());
+  if (plan.through_mirror)
+    for (ImageU8& frame : captures.frames) turn_left_to_right(frame);
   for (const fs::path& file : captures.files)
-    inputs.push_back({(folder.filename() / file.filename()).generic_string(), io::sha256_of_file(file)});
+    inputs.push_back({file.lexically_relative(plan.folder).generic_string(), io::sha256_of_file(file)});
   const std::vector<ViewU8> frames(captures.frames.begin(), captures.frames.end());
-  camera_size = frames.front().size();
-  match::BoardView view = plan.pattern->read(folder.filename().string(), frames, plan.board);
-  view.detections[kCameraDevice].diagnostics.append(captures.diagnostics);
-  return view;
+  match::BoardView seen = projector->pattern->read(view.name, frames, plan.board);
+
+  match::Reading reading;
+  reading.camera = int(camera - plan.cameras.begin());
+  reading.projector = int(plan.cameras.size()) + int(projector - plan.projectors.begin());
+  reading.in_camera = std::move(seen.detections[kCameraDevice]);
+  reading.in_projector = std::move(seen.detections[kProjectorDevice]);
+  reading.light_points = std::move(seen.light_points);
+  reading.in_camera.diagnostics.append(captures.diagnostics);
+  std::optional<ImageSize>& size = sizes[std::size_t(reading.camera)];
+  if (size && *size != frames.front().size())
+    throw Error(ErrorKind::kInput, "its frames",
+                "they are " + io::format_size(frames.front().size()) + ", those of the other views " +
+                    io::format_size(*size),
+                "capture all views with one camera in one mode");
+  size = frames.front().size();
+  return reading;
 }
 
 /// A board missed in one view is a warning; one found nowhere is a wrong --board or no board at all.
-void require_board_somewhere(const SessionPlan& plan, const std::vector<match::BoardView>& views) {
-  for (const match::BoardView& view : views)
-    if (!view.detections[kCameraDevice].observations.empty()) return;
-  const Diagnostics& diagnostics = views.front().detections[kCameraDevice].diagnostics;
+void require_board_somewhere(const SessionPlan& plan, const std::vector<std::vector<match::Reading>>& views) {
+  for (const auto& readings : views)
+    for (const match::Reading& reading : readings)
+      if (!reading.in_camera.observations.empty()) return;
+  const Diagnostics& diagnostics = views.front().front().in_camera.diagnostics;
   const Diagnostic* reason = diagnostics.find("board_counts_differ");
   if (reason == nullptr) reason = diagnostics.find("board_not_found");
   throw Error(ErrorKind::kInput, "board " + io::format_board(plan.board),
               "no view shows it" +
-                  (reason != nullptr ? " (" + views.front().name + ": " + reason->message + ")" : ""),
+                  (reason != nullptr ? " (" + plan.views.front().name + ": " + reason->message + ")" : ""),
               "give --board the inner corners a row, then the rows, and light the whole board");
 }
 
+/// The session's cameras by their folders; "camera" where frames lie in the views themselves.
+std::vector<std::string> cameras_of(const SessionPlan& plan) {
+  std::vector<std::string> names;
+  for (const PlannedView& view : plan.views)
+    for (const io::Stack& stack : view.stacks) {
+      if (std::count(names.begin(), names.end(), stack.camera) == 0) names.push_back(stack.camera);
+      if (stack.projector.empty() && plan.projectors.size() > 1)
+        throw Error(
+            ErrorKind::kInput, stack.folder.string(),
+            "the session has several projectors, and the folder does not tell whose patterns it holds",
+            "put the frames into a folder with the projector's name, e.g. " + view.name + "/" +
+                plan.projectors.front().name);
+      for (const PlannedProjector& projector : plan.projectors)
+        if (projector.name == stack.camera)
+          throw Error(ErrorKind::kInput, stack.folder.string(), "a camera and a projector have the same name",
+                      "rename the folders of one of them");
+    }
+  std::sort(names.begin(), names.end(), io::natural_less);
+  if (names.size() > 1 && names.front().empty())
+    throw Error(ErrorKind::kInput, plan.folder.string(),
+                "some views have a folder for each camera (" + names.back() + "), others have none",
+                "give every view's frames a folder with their camera's name");
+  if (names.front().empty()) names.front() = "camera";
+  return names;
+}
+
+std::vector<Device> devices_of(const SessionPlan& plan, const CameraSizes& sizes) {
+  std::vector<Device> devices;
+  for (std::size_t c = 0; c < plan.cameras.size(); ++c)
+    devices.push_back({plan.cameras[c], DeviceKind::kCamera, *sizes[c]});
+  for (const PlannedProjector& projector : plan.projectors)
+    devices.push_back({projector.name, DeviceKind::kProjector, projector.size});
+  return devices;
+}
+
 }  // namespace
+
+void turn_left_to_right(ImageU8& image) {
+  require(image.channels() == 1, "turn_left_to_right: frames are grey");
+  for (int y = 0; y < image.height(); ++y) std::reverse(image.row(y), image.row(y) + image.width());
+}
 
 SessionPlan open_session(const fs::path& folder, const io::Session& stated) {
   const io::Session stored = io::load_session(folder).value_or(io::Session{});
@@ -44,9 +114,12 @@ SessionPlan open_session(const fs::path& folder, const io::Session& stated) {
                  "give " + flag);
   };
   SessionPlan plan;
-  const auto size = stated.projector_size ? stated.projector_size : stored.projector_size;
-  if (!size) throw ask("projector's size", "--projector-size 1024x768");
-  plan.projector_size = *size;
+  plan.folder = folder;
+  const bool flags_say = stated.projector_size || !stated.projectors.empty();
+  const io::Session& says_size = flags_say ? stated : stored;
+  std::map<std::string, ImageSize> sizes = says_size.projectors;
+  if (says_size.projector_size) sizes["projector"] = *says_size.projector_size;
+  if (sizes.empty()) throw ask("projector's size", "--projector-size 1024x768");
   const auto board = stated.board ? stated.board : stored.board;
   if (!board) throw ask("board", "--board chessboard:7x9:75mm");
   plan.board = *board;
@@ -54,35 +127,39 @@ SessionPlan open_session(const fs::path& folder, const io::Session& stated) {
   const std::string pattern = !stated.pattern.empty()   ? stated.pattern
                               : !stored.pattern.empty() ? stored.pattern
                                                         : "gray";
-  plan.pattern = make_pattern(pattern, plan.projector_size, plan.step);
-  plan.views = io::list_views(folder);
+  std::vector<std::string> projector_names;
+  for (const auto& [name, size] : sizes) {
+    plan.projectors.push_back({name, size, make_pattern(pattern, size, plan.step)});
+    projector_names.push_back(name);
+  }
+  for (const fs::path& view : io::list_views(folder))
+    plan.views.push_back({view.filename().string(), io::list_stacks(view, projector_names)});
+  plan.cameras = cameras_of(plan);
   return plan;
 }
 
 SessionContents read_session(const SessionPlan& plan, const ReadingProgress& progress) {
   SessionContents contents;
-  std::vector<match::BoardView> views;
-  ImageSize camera_size;
+  std::vector<std::vector<match::Reading>> readings;
+  CameraSizes sizes(plan.cameras.size());
   for (std::size_t i = 0; i < plan.views.size(); ++i) {
-    const std::string name = plan.views[i].filename().string();
-    if (progress) progress(name, int(i), int(plan.views.size()));
-    try {
-      ImageSize size;
-      views.push_back(read_view(plan, plan.views[i], contents.inputs, size));
-      if (i > 0 && size != camera_size)
-        throw Error(ErrorKind::kInput, "its frames",
-                    "they are " + io::format_size(size) + ", those of the other views " +
-                        io::format_size(camera_size),
-                    "capture all views with one camera in one mode");
-      camera_size = size;
-    } catch (const Error& error) {
-      throw Error(error.kind(), "view " + name + ", " + error.subject(), error.why(), error.next());
-    }
-    if (views.size() == kViewsBeforeGivingUp) require_board_somewhere(plan, views);
+    const PlannedView& view = plan.views[i];
+    if (progress) progress(view.name, int(i), int(plan.views.size()));
+    readings.emplace_back();
+    for (const io::Stack& stack : view.stacks) try {
+        readings.back().push_back(read_stack(plan, view, stack, contents.inputs, sizes));
+      } catch (const Error& error) {
+        const std::string place = stack.folder.lexically_relative(plan.folder).generic_string();
+        throw Error(error.kind(), "view " + place + ", " + error.subject(), error.why(), error.next());
+      }
+    if (readings.size() == kViewsBeforeGivingUp) require_board_somewhere(plan, readings);
   }
-  require_board_somewhere(plan, views);
-  contents.correspondences =
-      match::join(plan.board, session_devices(camera_size, plan.projector_size), views);
+  require_board_somewhere(plan, readings);
+  const std::vector<Device> devices = devices_of(plan, sizes);
+  std::vector<match::BoardView> views;
+  for (std::size_t i = 0; i < plan.views.size(); ++i)
+    views.push_back(match::combine(plan.views[i].name, devices, readings[i]));
+  contents.correspondences = match::join(plan.board, devices, views);
   return contents;
 }
 

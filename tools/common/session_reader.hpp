@@ -13,17 +13,34 @@
 
 namespace procam::tools {
 
-/// A session with everything known that its reading needs.
-struct SessionPlan {
-  ImageSize projector_size;
-  int step = 1;
-  Board board;
+struct PlannedProjector {
+  std::string name;
+  ImageSize size;
   std::unique_ptr<SessionPattern> pattern;
-  std::vector<std::filesystem::path> views;
 };
 
+struct PlannedView {
+  std::string name;
+  std::vector<io::Stack> stacks;
+};
+
+/// A session with everything known that its reading needs.
+struct SessionPlan {
+  std::filesystem::path folder;
+  std::vector<std::string> cameras;  ///< natural order; the first one's frame will be the rig's
+  std::vector<PlannedProjector> projectors;
+  int step = 1;
+  Board board;
+  std::vector<PlannedView> views;
+  bool through_mirror = false;  ///< turn every frame left to right before it is read (core/mirror.hpp)
+};
+
+/// u -> width - 1 - u.
+void turn_left_to_right(ImageU8& image);
+
 /// `stated` (flags) first, then session.json; without either the pattern is "gray". Throws Error(kInput)
-/// naming the flag that would answer what neither says.
+/// naming the flag that would answer what neither says, and for folders that do not tell which device they
+/// belong to.
 SessionPlan open_session(const std::filesystem::path& folder, const io::Session& stated);
 
 /// Called before each view is read: name, number done, number of all.
@@ -34,11 +51,12 @@ struct SessionContents {
   std::vector<InputFile> inputs;  ///< every frame that was read
 };
 
-/// Reads and joins all views. A board missed in one view is a remark; one found in none of the first three
-/// views is an Error(kInput), as are views of two sizes and whatever is wrong with a view's files.
+/// Reads and joins all views: cameras first among the devices, then projectors. A board missed in one view is
+/// a remark; one found in none of the first three views is an Error(kInput), as are views of two sizes and
+/// whatever is wrong with a view's files.
 SessionContents read_session(const SessionPlan& plan, const ReadingProgress& progress = {});
 
-/// The devices of a session, in the order of kCameraDevice, kProjectorDevice.
+/// The devices of a session with one of each, in the order of kCameraDevice, kProjectorDevice.
 std::vector<Device> session_devices(ImageSize camera_size, ImageSize projector_size);
 
 }  // namespace procam::tools

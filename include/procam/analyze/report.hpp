@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "procam/analyze/advice.hpp"
 #include "procam/analyze/light_error.hpp"
 #include "procam/calibrate/result.hpp"
 
@@ -18,6 +19,7 @@ namespace procam::analyze {
 struct ReportInput {
   std::string title = "Projector calibration";
   std::vector<LightError> predicted;  ///< from the covariance, one a distance
+  std::optional<NextView> next_view;  ///< drawn and said
   std::optional<LightError> truth;    ///< where the true rig is known (a simulated session)
 };
 

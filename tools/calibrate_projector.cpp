@@ -8,6 +8,7 @@
 
 #include "common/cli.hpp"
 #include "common/rig_words.hpp"
+#include "common/say_choices.hpp"
 #include "common/session_reader.hpp"
 #include "common/utc_now.hpp"
 #include "procam/analyze/light_error.hpp"
@@ -41,12 +42,32 @@ struct Flags {
   bool holdout = false;
   bool keep_outliers = false;
   std::string board_shape = "auto";
+  std::string camera_model = "auto", projector_model = "auto";
   std::vector<std::string> free;  ///< parameters to estimate that are held otherwise
   // What is known of the projector beforehand, as value and sigma.
   std::optional<io::Uncertain> throw_ratio;
   std::vector<io::Uncertain> lens_shift;  ///< x and y, or none
   bool square_pixels = false;
 };
+
+const char* const kAutoModel = "auto";
+
+/// The lens to estimate: the one that was named, or whichever predicts left-out views better. `--free k3` is
+/// the name of a model as well.
+void set_lens_model(const std::string& name, const std::vector<std::string>& free,
+                    calibrate::LensOptions& lens) {
+  const auto frees = [&](const char* parameter) {
+    return std::find(free.begin(), free.end(), parameter) != free.end();
+  };
+  if (frees("skew"))
+    lens.held.erase(std::remove(lens.held.begin(), lens.held.end(), "skew"), lens.held.end());
+  if (name != kAutoModel)
+    lens.use(calibrate::lens_model_named(name));
+  else if (frees("k3"))
+    lens.use(calibrate::lens_model_named("brown-conrady:k1,k2,p1,p2,k3"));
+  else
+    lens.choose = true;
+}
 
 const std::map<std::string, calibrate::BoardShape>& board_shapes() {
   static const std::map<std::string, calibrate::BoardShape> names{{"auto", calibrate::BoardShape::kAuto},
@@ -121,9 +142,8 @@ ExitCode calibrate_session(const Flags& flags, Console& console) {
   options.projector.priors = projector_priors(flags, session.projectors.front().size);
   if (flags.keep_outliers) options.outlier_sigmas = 0;
   options.board_shape = board_shapes().at(flags.board_shape);
-  for (const std::string& name : flags.free)
-    for (auto* held : {&options.camera.held, &options.projector.held})
-      held->erase(std::remove(held->begin(), held->end(), name), held->end());
+  set_lens_model(flags.camera_model, flags.free, options.camera);
+  set_lens_model(flags.projector_model, flags.free, options.projector);
   options.progress = [&](const std::string& step, double share) {
     console.progress(step, int(100 * share), 100);
   };
@@ -152,6 +172,8 @@ ExitCode calibrate_session(const Flags& flags, Console& console) {
                             {"board", io::format_board(session.board)}};
   for (const std::string& name : flags.free) rig.provenance.options["free " + name] = "yes";
   rig.provenance.options["board-shape"] = flags.board_shape;
+  rig.provenance.options["camera-model"] = flags.camera_model;
+  rig.provenance.options["projector-model"] = flags.projector_model;
   if (flags.keep_outliers) rig.provenance.options["keep-outliers"] = "yes";
   if (mirror) {
     rig.provenance.options["mirror-board"] = io::format_board(*flags.mirror_board);
@@ -163,12 +185,19 @@ ExitCode calibrate_session(const Flags& flags, Console& console) {
   for (const RigProjector& projector : rig.projectors)
     predicted.push_back(analyze::predicted_light_error(rig, flags.wall, projector.name));
 
+  console.progress("the view to add next", 99, 100);
+  const auto worst = std::max_element(predicted.begin(), predicted.end(),
+                                      [](const auto& a, const auto& b) { return a.rms_mm < b.rms_mm; });
+  const std::optional<analyze::NextView> next =
+      analyze::advise_next_view(result, flags.wall, rig.projectors[std::size_t(worst - predicted.begin())].name);
+
   io::save_rig(flags.output, rig);
   if (!flags.report.empty()) {
     analyze::ReportInput extra;
     extra.title = flags.captures.filename().empty() ? flags.captures.parent_path().filename().string()
                                                     : flags.captures.filename().string();
     extra.predicted = predicted;
+    extra.next_view = next;
     if (!flags.truth.empty())
       for (const RigProjector& projector : rig.projectors)
         extra.truth.push_back(analyze::true_light_error(rig, truth, flags.wall,
@@ -236,6 +265,8 @@ ExitCode calibrate_session(const Flags& flags, Console& console) {
     console.summary().set("/board/largest_mm", 1e3 * result.shape.largest);
   }
   console.summary().set("/board/free_shape", result.shape.free);
+  say_lens_models(console, result, flags.wall);
+  say_views(console, result, next);
   if (!flags.truth.empty()) say_truth(console, rig, truth, flags.wall);
   say_gates(console, rig.quality.gates);
   console.say("written    " + flags.output.string() +
@@ -363,9 +394,17 @@ void declare(CLI::App& app, Flags& flags) {
       "down, e.g. 0,0.5 or 0+-0.01,0.5+-0.02");
   app.add_flag("--square-pixels", flags.square_pixels, "Known of the projector: fx = fy");
   auto* output = app.add_option("-o,--output", flags.output, "Rig file to write");
-  app.add_option("--free", flags.free, "Also estimate skew or k3, which are held at zero otherwise")
+  app.add_option("--free", flags.free, "Also estimate skew, which is held at zero otherwise, or k3")
       ->check(CLI::IsMember({"skew", "k3"}))
       ->delimiter(',');
+  const std::string models =
+      "auto (whichever predicts left-out views better), none, brown-conrady, brown-conrady:k1,k2 (those "
+      "terms "
+      "alone), rational";
+  app.add_option("--camera-model", flags.camera_model, "The camera's lens: " + models + " or fisheye")
+      ->capture_default_str();
+  app.add_option("--projector-model", flags.projector_model, "The projector's lens: " + models)
+      ->capture_default_str();
   app.add_option("--report", flags.report, "Also write a self-contained HTML page");
   app.add_option("--board-shape", flags.board_shape,
                  "Is the board flat, as printed? auto: whichever predicts left-out views better; flat; free: "

@@ -70,12 +70,17 @@ std::string calibration_report(const CalibrationResult& result, const Correspond
       element("p", "class=\"kicker\"", "Calibration report") + "\n" +
       element("h1", "", escaped(input.title)) + "\n" + verdict(result) + key_figures(result, input) +
       section("Numbers", numbers(result, input)) + section("Gates", gate_table(result.rig.quality)) +
-      section("Remarks", diagnostic_list(result.diagnostics)) + section("Views", view_table(result)) +
+      section("Remarks", diagnostic_list(result.diagnostics)) +
+      section("Views", next_view(input.next_view) + view_table(result)) +
+      section("Lens models",
+              lens_alternatives(result, input.predicted.empty() ? 2 : input.predicted.front().distance)) +
       section("Scatter of the residuals",
               each_device(result, [&](int d) { return residual_scatter(result, d); })) +
-      section("Coverage", each_device(result, [&](int d) { return coverage(result, correspondences, d); })) +
+      section(
+          "Coverage",
+          each_device(result, [&](int d) { return coverage(result, correspondences, d, input.next_view); })) +
       section("The board's shape", board_shape(result, correspondences.board)) +
-      section("Rig in space", rig_in_space(result, correspondences.board)) +
+      section("Rig in space", rig_in_space(result, correspondences.board, input.next_view)) +
       section("Residuals in the picture", quivers) +
       section("Where this comes from", provenance_section(result.rig.provenance));
   return "<!doctype html>\n" +

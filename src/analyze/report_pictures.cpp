@@ -163,9 +163,29 @@ Marks unused_observations(const CalibrationResult& result, const Correspondences
   return marks;
 }
 
+/// The d of a path through a board's outermost points as a device would see them; empty where it cannot.
+std::string outline_of_points(const CalibrationResult& result, const Board& board, int device,
+                              const Pose& rig_from_board) {
+  const std::string& name = result.devices[std::size_t(device)].name;
+  const bool camera = result.devices[std::size_t(device)].kind == DeviceKind::kCamera;
+  const Pose& rig_from_device =
+      camera ? result.rig.camera(name).rig_from_camera : result.rig.projector(name).rig_from_projector;
+  const Points3 points = points_in_board(board);
+  Vec3 low = points.front(), high = points.front();
+  for (const Vec3& p : points) low = low.cwiseMin(p), high = high.cwiseMax(p);
+  std::string d;
+  for (const Vec3& corner : {low, Vec3(high.x(), low.y(), 0), high, Vec3(low.x(), high.y(), 0)}) {
+    const auto pixel = lens_of(result, device).project(rig_from_device.inverse() * (rig_from_board * corner));
+    if (!pixel) return "";
+    d += (d.empty() ? "M" : "L") + position(*pixel);
+  }
+  return d + "Z";
+}
+
 }  // namespace
 
-std::string coverage(const CalibrationResult& result, const Correspondences& data, int device) {
+std::string coverage(const CalibrationResult& result, const Correspondences& data, int device,
+                     const std::optional<NextView>& next) {
   const Device& about = result.devices[std::size_t(device)];
   const Intrinsics& k = lens_of(result, device).intrinsics;
   const Vec2 size = extent(about.size), first(-0.5, -0.5);
@@ -198,6 +218,12 @@ std::string coverage(const CalibrationResult& result, const Correspondences& dat
     if (r.device == device && !r.used && r.pixel.allFinite()) outliers.cross(r.pixel, 0.35 * em);
   content += outliers.path("class=\"out\"", "left out");
 
+  const std::string board_next =
+      next ? outline_of_points(result, data.board, device, next->rig_from_board) : "";
+  if (!board_next.empty())
+    content += element("path", "class=\"next\" d=\"" + board_next + "\"",
+                       element("title", "", "where the board should come next"));
+
   const std::string font = "font-size=\"" + coordinate(em) + "\"";
   if (placed) {
     Marks mark;
@@ -219,6 +245,7 @@ std::string coverage(const CalibrationResult& result, const Correspondences& dat
                         share(int(seen), int(counts.size())) + " of the picture's " +
                         std::to_string(kCellColumns) + " " + kTimes + " " + std::to_string(kCellRows) +
                         " cells. In the tinted cells the lens is extrapolated: bring the board there.";
+  if (!board_next.empty()) caption += " Dashed: the board's points in the view to add next.";
   if (!unused.d.empty()) caption += " Grey crosses: views that were left out.";
   return figure(svg(box(low, high - low), "Coverage of " + about.name, content), caption);
 }

@@ -1,7 +1,9 @@
 #pragma once
 /// The pictures of the report: each a <figure> with inline SVG and a caption that says what to look for.
+#include <optional>
 #include <string>
 
+#include "procam/analyze/advice.hpp"
 #include "procam/calibrate/result.hpp"
 
 namespace procam::analyze {
@@ -12,9 +14,10 @@ std::string view_color(int view);
 /// All residuals of a device about zero, with rings at 1, 2, 3 sigma; outliers stay, as crosses.
 std::string residual_scatter(const calibrate::CalibrationResult& result, int device);
 
-/// Where a device was observed, over its picture's outline; cells nobody saw are tinted.
+/// Where a device was observed, over its picture's outline; cells nobody saw are tinted. `next` is where the
+/// board should come next.
 std::string coverage(const calibrate::CalibrationResult& result, const Correspondences& correspondences,
-                     int device);
+                     int device, const std::optional<NextView>& next);
 
 /// Residuals as magnified lines at their pixels: all views over each other, then one picture a view.
 std::string residual_quivers(const calibrate::CalibrationResult& result, int device);
@@ -23,7 +26,13 @@ std::string residual_quivers(const calibrate::CalibrationResult& result, int dev
 /// it. Nothing for a board that was taken as printed.
 std::string board_shape(const calibrate::CalibrationResult& result, const Board& board);
 
-/// The rig and the boards in space, projected along a fixed direction; the page's script turns it.
-std::string rig_in_space(const calibrate::CalibrationResult& result, const Board& board);
+/// The lens models that were tried, as bars of their error on views left out, with what each would have meant
+/// on a wall at that distance. Nothing when none were.
+std::string lens_alternatives(const calibrate::CalibrationResult& result, double wall);
+
+/// The rig and the boards in space, projected along a fixed direction; the page's script turns it. `next` is
+/// where the board should come next.
+std::string rig_in_space(const calibrate::CalibrationResult& result, const Board& board,
+                         const std::optional<NextView>& next);
 
 }  // namespace procam::analyze

@@ -206,7 +206,8 @@ void draw_scale(Scene& scene, const Viewpoint& view, double metres) {
 
 }  // namespace
 
-std::string rig_in_space(const CalibrationResult& result, const Board& board) {
+std::string rig_in_space(const CalibrationResult& result, const Board& board,
+                         const std::optional<NextView>& next) {
   const Sheet sheet = std::visit([](const auto& layout) { return sheet_of(layout); }, board);
   const std::vector<Body> bodies = bodies_of(result.rig);
 
@@ -222,6 +223,8 @@ std::string rig_in_space(const CalibrationResult& result, const Board& board) {
     extent.insert(extent.end(), outline.begin(), outline.end());
   }
   if (drawn.empty() || bodies.empty()) return "";
+  const Points3 outline_next = next ? moved(next->rig_from_board, sheet.outline) : Points3();
+  extent.insert(extent.end(), outline_next.begin(), outline_next.end());
   std::sort(distances.begin(), distances.end());
   const double near = 0.25 * distances[distances.size() / 2], far = distances.back(), axis = 0.6 * near;
   for (int i = 0; i < 3; ++i) extent.push_back(axis * Vec3::Unit(i));
@@ -248,6 +251,10 @@ std::string rig_in_space(const CalibrationResult& result, const Board& board) {
     scene.shape(dark, true, "class=\"dark\" fill=\"" + color + "\"");
     scene.raw("</g>\n");
   }
+  if (next) {
+    scene.shape({outline_next}, true, "class=\"sheet next\"", "where the board should come next");
+    scene.words(outline_next.front(), "class=\"tick halo accent\"", "next");
+  }
   for (const Body& body : bodies) draw_body(scene, body, near, far);
   draw_axes(scene, axis);
   const double bar = round_step(0.16 * kWidth / viewpoint.scale);
@@ -269,7 +276,9 @@ std::string rig_in_space(const CalibrationResult& result, const Board& board) {
                      element("figcaption", "",
                              "Look for a rig like the one on the bench, boards at several distances, tilted "
                              "about both axes, inside both cones. Axes: the rig's frame (x right, y down, z "
-                             "forward). <span id=\"turn\">Drawn without perspective.</span>")) +
+                             "forward). " +
+                                 std::string(next ? "Dashed: the view to add next. " : "") +
+                                 "<span id=\"turn\">Drawn without perspective.</span>")) +
          "\n";
 }
 

@@ -67,8 +67,10 @@ svg .unused { stroke: var(--soft); stroke-width: 1px; }
 svg .empty { fill: var(--tint); }
 svg .principal { stroke: var(--accent); stroke-width: 1.8px; }
 svg .accent { fill: var(--accent); }
+svg path.held { fill: var(--line); } svg path.held.taken { fill: var(--accent); }
 svg .bar { stroke: var(--ink); stroke-width: 2px; }
 svg path.sheet { fill: var(--card); fill-opacity: .6; stroke-width: 1.2px; }
+svg .next, svg path.sheet.next { stroke: var(--accent); stroke-width: 2px; stroke-dasharray: 7 4; fill: none; }
 svg path.dark { fill-opacity: .7; }
 svg path.ray { stroke-width: 1px; stroke-opacity: .5; stroke-dasharray: 6 4; }
 svg path.body { stroke-width: 1.6px; stroke-linejoin: round; }

@@ -342,7 +342,10 @@ std::string view_table(const CalibrationResult& result) {
     columns.push_back({"RMS, px", true});
     if (held_out) columns.push_back({"held-out, px", true});
   }
+  columns.push_back({"share, %", true});
+  columns.push_back({"verdict", false});
   columns.push_back({"note", false});
+  const std::vector<std::string> verdicts = view_verdicts(result);
   std::string rows;
   for (std::size_t v = 0; v < result.views.size(); ++v) {
     const ViewResult& view = result.views[v];
@@ -356,9 +359,20 @@ std::string view_table(const CalibrationResult& result) {
       cells += number_cell(count.used > 0 ? pixels(at_or_nan(view.rms_px, d)) : "-");
       if (held_out) cells += number_cell(pixels(at_or_nan(view.holdout_px, d)));
     }
-    rows += row(cells + cell(escaped(view.note)));
+    cells += number_cell(view.used ? fixed(100 * view.share, 1) : "-");
+    rows += row(cells + cell(escaped(verdicts[v])) + cell(escaped(view.note)));
   }
-  return table(columns, rows);
+  return table(columns, rows) + hint("Share: how much of what all views tell of the devices this one tells.");
+}
+
+std::string next_view(const std::optional<NextView>& next) {
+  if (!next) return "";
+  return element("p", "",
+                 element("b", "", "Add next") + ": the board " + escaped(next->words) +
+                     ". The light on a wall at " + fixed(next->now.distance, 2) +
+                     "\u00a0m is then predicted to land within " + significant(next->then.rms_mm, 3) +
+                     "\u00a0mm RMS, instead of " + significant(next->now.rms_mm, 3) + "\u00a0mm.") +
+         "\n";
 }
 
 std::string provenance_section(const Provenance& p) {

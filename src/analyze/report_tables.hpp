@@ -24,6 +24,9 @@ std::string wall_errors(const ReportInput& input);
 std::string gate_table(const RigQuality& quality);
 std::string diagnostic_list(const Diagnostics& diagnostics);
 std::string view_table(const calibrate::CalibrationResult& result);
+
+/// What to capture next, and what it would bring; empty when nothing is known to help.
+std::string next_view(const std::optional<NextView>& next);
 std::string provenance_section(const Provenance& provenance);
 
 }  // namespace procam::analyze

@@ -6,9 +6,12 @@
 
 #include "causes.hpp"
 #include "joined.hpp"
+#include "lens_choice.hpp"
+#include "observability.hpp"
 #include "procam/calibrate/bundle.hpp"
 #include "procam/calibrate/gates.hpp"
 #include "procam/calibrate/uncertainty.hpp"
+#include "rig_covariance.hpp"
 #include "shape.hpp"
 #include "solve.hpp"
 #include "start.hpp"
@@ -127,31 +130,6 @@ ShapedSolution solve_with_shape(const Correspondences& data, const Start& start,
   return chosen;
 }
 
-/// Covariance of the devices alone, poses as rig_from_device: xi' = -Ad(rig_from_device) xi for the inverse.
-NamedCovariance rig_covariance(const NamedCovariance& all, const Correspondences& data,
-                               const BundleState& state) {
-  std::vector<std::string> names, renamed;
-  std::vector<std::pair<Eigen::Index, Mat6>> turns;
-  for (std::size_t d = 0; d < data.devices.size(); ++d) {
-    const std::string& device = data.devices[d].name;
-    for (const std::string& parameter : parameter_names(state.lenses[d]))
-      if (all.index_of(device + "." + parameter)) {
-        names.push_back(device + "." + parameter);
-        renamed.push_back(names.back());
-      }
-    const std::vector<std::string> pose = pose_increment_names(device + "_from_rig");
-    if (!all.index_of(pose.front())) continue;
-    turns.emplace_back(Eigen::Index(names.size()), -adjoint(state.device_from_rig[d].inverse()));
-    names.insert(names.end(), pose.begin(), pose.end());
-    const std::vector<std::string> inverse_pose = pose_increment_names("rig_from_" + device);
-    renamed.insert(renamed.end(), inverse_pose.begin(), inverse_pose.end());
-  }
-  MatX turn = MatX::Identity(Eigen::Index(names.size()), Eigen::Index(names.size()));
-  for (const auto& [at, block] : turns) turn.block<6, 6>(at, at) = block;
-  const MatX turned = turn * all.block(names) * turn.transpose();
-  return {renamed, 0.5 * (turned + turned.transpose())};
-}
-
 void left_out_of_view(const std::string& view, const std::string& device, const std::string& cause,
                       std::string& note, Diagnostics& diagnostics) {
   note += (note.empty() ? "" : "; ") + ("left out for " + device + ": " + cause);
@@ -175,6 +153,7 @@ CalibrationResult describe(const Correspondences& data, const Start& start, cons
     ViewResult view;
     view.name = data.views[v].name;
     view.rig_from_board = state.rig_from_board[v];
+    view.share = covariance.share[v];
     view.rig_from_board_covariance = covariance.rig_from_board[v];
     view.used = start.view_used[v] && takes_part(solution.used, v);
     view.note = start.notes[v];
@@ -225,17 +204,11 @@ CalibrationResult describe(const Correspondences& data, const Start& start, cons
   result.joint_rms_px = joint_count > 0 ? std::sqrt(joint_sum / double(joint_count)) : 0;
   result.joint_rms_all_px = joint_count_all > 0 ? std::sqrt(joint_sum_all / double(joint_count_all)) : 0;
 
-  Rig& rig = result.rig;
+  Rig& rig = result.rig = rig_of(data, state);
   for (std::size_t d = 0; d < data.devices.size(); ++d) {
-    const Device& device = data.devices[d];
-    const Pose rig_from_device = state.device_from_rig[d].inverse();
-    if (device.kind == DeviceKind::kCamera)
-      rig.cameras.push_back({device.name, state.lenses[d], rig_from_device});
-    else
-      rig.projectors.push_back({device.name, Projector{state.lenses[d]}, rig_from_device});
     result.rms_px.push_back(spread_of(data, state, solution.used, int(d)).rms_px);
     result.rms_all_px.push_back(spread_of(data, state, start.used, int(d)).rms_px);
-    rig.quality.rms_px[device.name] = result.rms_px.back();
+    rig.quality.rms_px[data.devices[d].name] = result.rms_px.back();
   }
   for (const ViewResult& view : result.views) rig.quality.views_used += view.used;
   for (std::size_t d = 1; d < data.devices.size(); ++d) {
@@ -312,27 +285,105 @@ int agreeing_views(const Start& start, const Solution& solution) {
   return views;
 }
 
+/// What is known of the devices: by the normal equations, and to be told.
+struct Sigmas {
+  BundleCovariance formal;
+  HonestCovariance honest;
+};
+
+Sigmas sigmas_of(const ShapedSolution& shaped, const Start& start) {
+  const Solution& solution = shaped.solution;
+  Sigmas sigmas;
+  sigmas.formal = bundle_covariance(shaped.data, solution.used, solution.state(), solution.options);
+  sigmas.honest = honest_covariance(sigmas.formal.devices,
+                                    jackknife(shaped.data, solution.used, solution.state(), solution.options),
+                                    agreeing_views(start, solution));
+  return sigmas;
+}
+
+/// The next solve begins where this one ended, with its lenses and what it holds, on the board as printed.
+void begin_again(const Solution& solution, Start& start) {
+  const Points3 printed = start.state.points_in_board;
+  start.state = solution.state();
+  start.state.points_in_board = printed;
+  start.first = solution.used;
+  start.bundle_options.held = solution.options.held;
+  start.bundle_options.priors = solution.options.priors;
+}
+
+/// Distortion that the views say little about would be noise, and the light's error between and beyond them:
+/// it gets what is known of any lens as a prior, and all is solved again. Returns everything hardly known:
+/// what the prior holds, and what else is left open by the sigmas that are told.
+std::vector<HardlyKnown> hold_near_prior(ShapedSolution& shaped, Sigmas& sigmas, Start& start,
+                                         const Options& options) {
+  std::vector<HardlyKnown> all;
+  for (HardlyKnown& parameter : hardly_known(shaped.solution, shaped.data, sigmas.formal.devices)) {
+    if (!parameter.distortion) continue;
+    parameter.at_prior = true;
+    all.push_back(std::move(parameter));
+  }
+  if (!all.empty()) {
+    begin_again(shaped.solution, start);
+    start.bundle_options.priors.resize(shaped.data.devices.size());
+    for (const HardlyKnown& parameter : all)
+      start.bundle_options.priors[std::size_t(parameter.device)].push_back(parameter.beforehand);
+    shaped = solve_with_shape(shaped.data, start, options);
+    sigmas = sigmas_of(shaped, start);
+  }
+  const std::size_t held = all.size();
+  for (const HardlyKnown& parameter : hardly_known(shaped.solution, shaped.data, sigmas.honest.devices))
+    if (std::none_of(all.begin(), all.begin() + long(held), [&](const HardlyKnown& other) {
+          return other.device == parameter.device && other.parameter == parameter.parameter;
+        }))
+      all.push_back(parameter);
+  return all;
+}
+
+void tell_lenses(std::vector<LensAlternative> alternatives, CalibrationResult& result) {
+  for (const LensAlternative& alternative : alternatives) {
+    if (!alternative.chosen || alternative.model == kUsualLensModel) continue;
+    const auto usual = std::find_if(alternatives.begin(), alternatives.end(), [&](const LensAlternative& a) {
+      return a.device == alternative.device && a.model == kUsualLensModel;
+    });
+    result.diagnostics.note("lens_model", result.devices[std::size_t(alternative.device)].name +
+                                              "'s lens is taken as " + alternative.model +
+                                              ": it predicts views left out to " +
+                                              px(alternative.holdout_px) + ", the usual " + kUsualLensModel +
+                                              " to " + px(usual->holdout_px));
+  }
+  result.lens_alternatives = std::move(alternatives);
+}
+
 CalibrationResult run(const Correspondences& given, const std::optional<Camera>& known_camera,
                       const Options& options) {
   require_consistent(given);
   Correspondences ordered = given;
-  const Start start = find_start(ordered, known_camera, options);  // settles the order of symmetric boards
-  const ShapedSolution shaped = solve_with_shape(ordered, start, options);
+  Start start = find_start(ordered, known_camera, options);  // settles the order of symmetric boards
+  ShapedSolution shaped = solve_with_shape(ordered, start, options);
+  Solution chosen;
+  std::vector<LensAlternative> alternatives =
+      choose_lenses(shaped.data, start.used, shaped.solution, options, known_camera.has_value(), chosen);
+  if (chosen.options.held != shaped.solution.options.held) {
+    begin_again(chosen, start);
+    shaped = solve_with_shape(shaped.data, start, options);
+  }
+  report(options, "covariance", 0.75);
+  Sigmas sigmas = sigmas_of(shaped, start);
+  const std::vector<HardlyKnown> open = hold_near_prior(shaped, sigmas, start, options);
   const Correspondences& data = shaped.data;
   const Solution& solution = shaped.solution;
-  report(options, "covariance", 0.75);
-  const BundleCovariance formal = bundle_covariance(data, solution.used, solution.state(), solution.options);
-  const HonestCovariance honest =
-      honest_covariance(formal.devices, jackknife(data, solution.used, solution.state(), solution.options),
-                        agreeing_views(start, solution));
-  CalibrationResult result = describe(data, start, solution, formal);
-  result.rig.covariance = rig_covariance(honest.devices, data, solution.state());
-  result.variance_ratio = honest.variance_ratio;
-  if (honest.inflated)
+  CalibrationResult result = describe(data, start, solution, sigmas.formal);
+  result.solved = {data, solution.used, solution.state(), solution.options};
+  result.rig.covariance = rig_covariance(sigmas.honest.devices, data, solution.state());
+  result.variance_ratio = sigmas.honest.variance_ratio;
+  result.sigmas_from_views = sigmas.honest.inflated;
+  if (result.sigmas_from_views)
     result.diagnostics.note(
         "sigmas_from_views",
-        "the views scatter " + times(std::sqrt(honest.variance_ratio)) +
+        "the views scatter " + times(std::sqrt(result.variance_ratio)) +
             " as far as their noise explains; the sigmas are those of the views (jackknife)");
+  tell_lenses(std::move(alternatives), result);
+  for (const std::string& sentence : in_words(open, data)) result.diagnostics.warn("hardly_known", sentence);
   tell_shape(shaped, result);
 
   if (options.holdout) {

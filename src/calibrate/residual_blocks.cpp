@@ -43,12 +43,6 @@ std::optional<Mat2> carry_over(const BundleState& state, int device, int camera,
   return Mat2(*lit * seen->inverse());
 }
 
-std::optional<Mat2> carry_of(const BundleState& state, const Measurement& m) {
-  const auto point = point_in_rig(state, m);
-  if (!point) return std::nullopt;
-  return carry_over(state, m.device, m.camera(), state.rig_from_board[std::size_t(m.view)], *point);
-}
-
 std::optional<Vec2> residual_in(const BundleState& state, int device, const Vec3& point_in_rig,
                                 const Vec2& pixel) {
   const std::optional<Vec2> projected =
@@ -82,6 +76,12 @@ std::unique_ptr<ceres::CostFunction> reprojection_cost(const Distortion& model, 
 const std::vector<LensPrior>& priors_of(const BundleOptions& options, std::size_t device) {
   static const std::vector<LensPrior> none;
   return options.priors.empty() ? none : options.priors[device];
+}
+
+std::optional<Mat2> carry_of(const BundleState& state, const Measurement& m) {
+  const auto point = point_in_rig(state, m);
+  if (!point) return std::nullopt;
+  return carry_over(state, m.device, m.camera(), state.rig_from_board[std::size_t(m.view)], *point);
 }
 
 bool read_at_corner(const BundleState& state, const Measurement& m) {

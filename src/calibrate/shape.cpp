@@ -63,19 +63,31 @@ std::vector<int> settle_order_by_shape(Correspondences& data, const UsedMask& us
   return turned;
 }
 
+std::vector<std::optional<BundleState>> views_left_out(const Correspondences& data, const UsedMask& used,
+                                                       const UsedMask& judged, const BundleState& solution,
+                                                       const BundleOptions& options) {
+  auto without = leave_one_view_out(data, used, solution, options);
+  const BundleOptions pose_only = hold_devices(options, solution);
+  for (std::size_t v = 0; v < without.size(); ++v) {
+    if (!without[v]) continue;
+    const int camera = posing_camera(data, judged, v);
+    if (camera < 0)
+      without[v].reset();
+    else
+      without[v] = bundle_adjust(data, only_view(judged, v, camera), *without[v], pose_only).state;
+  }
+  return without;
+}
+
 std::optional<double> predicted_holdout(const Correspondences& data, const UsedMask& used,
                                         const UsedMask& judged, const BundleState& solution,
                                         const BundleOptions& options) {
-  const auto without = leave_one_view_out(data, used, solution, options);
-  const BundleOptions pose_only = hold_devices(options, solution);
+  const auto without = views_left_out(data, used, judged, solution, options);
   double sum = 0;
   int views = 0;
   for (std::size_t v = 0; v < without.size(); ++v) {
     if (!without[v]) continue;
-    const int camera = posing_camera(data, judged, v);
-    if (camera < 0) continue;
-    const BundleState state = bundle_adjust(data, only_view(judged, v, camera), *without[v], pose_only).state;
-    const Spread spread = spread_of(data, state, judged, -1, int(v));
+    const Spread spread = spread_of(data, *without[v], judged, -1, int(v));
     if (spread.count == 0) continue;
     sum += spread.rms_px;
     ++views;

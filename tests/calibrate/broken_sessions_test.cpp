@@ -73,6 +73,15 @@ void apply(Session& s, const json& step) {
       pose.translation = Vec3(-0.14, -0.09, z);
     }
     s.data = s.world.correspondences(5);
+  } else if (op == "amid_the_picture") {  // tilted, but small and never near an edge
+    for (Pose& pose : s.world.camera_from_board)
+      pose.translation = vector_of(step.at("metres")) - pose.rotation * Vec3(0.14, 0.0875, 0);
+    s.data = s.world.correspondences(5);
+  } else if (op == "tilt_about") {  // one axis alone
+    const Vec3 axis = vector_of(step.at("axis"));
+    for (Pose& pose : s.world.camera_from_board)
+      pose.rotation = so3_exp<double>(Vec3(so3_log(pose.rotation).dot(axis) * axis));
+    s.data = s.world.correspondences(5);
   } else if (op == "move_board") {  // between the camera's picture and the patterns
     test::NumericWorld moved = s.world;
     for (const std::size_t v : s.views(step)) {

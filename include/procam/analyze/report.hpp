@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "procam/analyze/advice.hpp"
 #include "procam/analyze/light_error.hpp"
 #include "procam/calibrate/result.hpp"
 
@@ -17,6 +18,7 @@ namespace procam::analyze {
 struct ReportInput {
   std::string title = "Projector calibration";
   std::vector<LightError> predicted;  ///< from the covariance, one a distance and projector
+  std::optional<NextView> next_view;  ///< drawn and said
   std::vector<LightError> truth;      ///< where the true rig is known (a simulated session)
 };
 

@@ -1,9 +1,11 @@
 #pragma once
 /// What a user may decide about a calibration.
+#include <algorithm>
 #include <functional>
 #include <string>
 #include <vector>
 
+#include "procam/calibrate/lens_model.hpp"
 #include "procam/calibrate/lens_prior.hpp"
 #include "procam/core/distortion.hpp"
 
@@ -15,8 +17,20 @@ struct LensOptions {
   /// Skew is not observable beside a free rotation for ordinary sensors and DMDs; k3 trades off against k2
   /// unless the field of view is wide, and then extrapolates badly: both are held unless the user frees them.
   std::vector<std::string> held = {"skew", "k3"};
+  /// Whichever of lens_ladder() predicts left-out views better by enough; `model` and the coefficients in
+  /// `held` must then be the usual ones, and are where the choice begins.
+  bool choose = false;
   /// What is known beforehand: a data sheet's throw ratio, square pixels.
   std::vector<LensPrior> priors = {};
+
+  /// Estimates the lens in that model; skew stays held or free as it is.
+  void use(const LensModel& lens) {
+    choose = false;
+    model = lens.distortion;
+    const bool skew_held = std::count(held.begin(), held.end(), "skew") > 0;
+    held = lens.held;
+    if (skew_held) held.push_back("skew");
+  }
 };
 
 /// Is the board as it was printed, and flat? A sheet on a clipboard is not: it bends by parts of a

@@ -1,6 +1,7 @@
 #pragma once
 /// What calibration returns: the rig, every view's pose, every residual with its verdict, and how good it all
 /// is.
+#include <cmath>
 #include <string>
 #include <vector>
 
@@ -29,6 +30,8 @@ struct ViewResult {
   /// By device, from a solve without this view; empty when not asked for. First over the used observations,
   /// then over every one, outliers included.
   std::vector<double> holdout_px, holdout_all_px;
+  /// Its share of what all views say of the devices, tr((sum S_v)^-1 S_v) / parameters; all views' sum to 1.
+  double share = 0;
   std::string note;  ///< "board order turned by 180 degrees", "left out: ..."
   bool used = true;
 };
@@ -47,8 +50,42 @@ struct EstimatedShape {
   double holdout_flat_px = 0, holdout_free_px = 0;
 };
 
+/// A lens model that was tried on one device, the others' as they were. All from the same measurements.
+struct LensAlternative {
+  int device = 0;     ///< index into CalibrationResult::devices
+  std::string model;  ///< LensModel::name
+  int terms = 0;      ///< distortion coefficients that it estimates
+  /// The device's RMS on views left out (to first order), their board poses taken from device 0 alone.
+  double holdout_px = 0;
+  /// Mean squared residual of each left-out view, all devices, each in units of what the usual model leaves
+  /// of it on left-out views: by the mean of these the models are judged.
+  std::vector<double> by_view;
+  std::string ruled_out;  ///< why it cannot be taken: "folds back within the picture"; empty when it can
+  bool chosen = false;
+  Rig rig;  ///< what it would have given, with the covariance of the normal equations; empty when
+            ///< undetermined
+
+  /// Root of the mean of by_view, 1 for the usual model; NaN when these views do not determine the model.
+  double error() const {
+    double sum = 0;
+    for (const double square : by_view) sum += square;
+    return by_view.empty() ? std::nan("") : std::sqrt(sum / double(by_view.size()));
+  }
+};
+
+/// Where the solve ended, to go on from with bundle.hpp, uncertainty.hpp and next_view.hpp.
+struct SolvedBundle {
+  Correspondences data;  ///< as given, the order of symmetric boards settled
+  UsedMask used;
+  BundleState state;
+  BundleOptions options;
+};
+
 struct CalibrationResult {
   Rig rig;
+  SolvedBundle solved;
+  /// Device by device, from the fewest terms to the most; empty when nothing was to be chosen.
+  std::vector<LensAlternative> lens_alternatives;
   std::vector<Device> devices;
   std::vector<ViewResult> views;
   std::vector<Residual> residuals;
@@ -63,6 +100,7 @@ struct CalibrationResult {
   /// How much larger the views' own scatter is than independent noise would make it, as variance; the rig's
   /// covariance allows for it when it is significant (see uncertainty.hpp).
   double variance_ratio = 1;
+  bool sigmas_from_views = false;  ///< the rig's covariance does
   int iterations = 0;
   bool converged = false;
   Diagnostics diagnostics;

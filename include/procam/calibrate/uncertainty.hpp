@@ -28,6 +28,8 @@ namespace procam::calibrate {
 struct BundleCovariance {
   NamedCovariance devices;
   std::vector<Mat6> rig_from_board;  ///< by view; zero for a view that takes no part
+  /// By view: what it adds to the knowledge of `devices`, tr(C S_v) / parameters; the rest of 1 is priors'.
+  std::vector<double> share;
 };
 
 /// Throws Error(kDegenerate) that names the parameters that the measurements do not determine.

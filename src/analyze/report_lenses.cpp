@@ -1,0 +1,76 @@
+#include <algorithm>
+#include <cmath>
+
+#include "html.hpp"
+#include "procam/calibrate/lens_model.hpp"
+#include "report_pictures.hpp"
+
+namespace procam::analyze {
+namespace {
+
+constexpr double kBarsWidth = 560, kRowHeight = 24, kNames = 190, kNumbers = 190;
+
+std::string predicted_on_wall(const calibrate::LensAlternative& alternative, double wall,
+                              const std::string& device) {
+  const Rig& rig = alternative.rig;
+  if (rig.projectors.empty() || rig.covariance.empty()) return "-";
+  const bool its_own = std::any_of(rig.projectors.begin(), rig.projectors.end(),
+                                   [&](const RigProjector& p) { return p.name == device; });
+  return significant(predicted_light_error(rig, wall, its_own ? device : rig.projectors.front().name).rms_mm,
+                     3);
+}
+
+}  // namespace
+
+std::string lens_alternatives(const calibrate::CalibrationResult& result, double wall) {
+  std::string pictures;
+  for (std::size_t d = 0; d < result.devices.size(); ++d) {
+    const std::string& name = result.devices[d].name;
+    double longest = 0, usual = 0;
+    std::vector<const calibrate::LensAlternative*> rows;
+    for (const calibrate::LensAlternative& one : result.lens_alternatives) {
+      if (one.device != int(d)) continue;
+      rows.push_back(&one);
+      if (one.model == calibrate::kUsualLensModel) usual = one.error();
+    }
+    if (rows.empty()) continue;
+    // What falls far behind would shrink all others to nothing: its bar is cut.
+    for (const auto* one : rows)
+      if (std::isfinite(one->error())) longest = std::max(longest, std::min(one->error(), 3 * usual));
+    const double unit = (kBarsWidth - kNames - kNumbers) / std::max(longest, 1e-12);
+    std::string content =
+        label(Vec2(0, 14), "class=\"tick\"", "lens model") +
+        label(Vec2(kNames, 14), "class=\"tick\"", "error on views left out") +
+        label(Vec2(kBarsWidth, 14), "class=\"tick\" text-anchor=\"end\"", "px, and mm on the wall");
+    double y = 22;
+    for (const auto* one : rows) {
+      const bool known = std::isfinite(one->error());
+      const double length = known ? unit * std::min(one->error(), longest) : 0;
+      const Vec2 from(kNames, y + 4), to(kNames + length, y + kRowHeight - 6);
+      content += element("path",
+                         std::string("class=\"held") + (one->chosen ? " taken" : "") +
+                             "\" fill=\"currentColor\" d=\"M" + position(from) + "H" + coordinate(to.x()) +
+                             "V" + coordinate(to.y()) + "H" + coordinate(from.x()) + "Z\"",
+                         element("title", "", escaped(one->model)));
+      content += label(Vec2(0, y + 16), std::string("class=\"tick") + (one->chosen ? " accent\"" : "\""),
+                       one->model + (one->chosen ? " \u2713" : ""));
+      content += label(Vec2(kBarsWidth, y + 16), "class=\"tick\" text-anchor=\"end\"",
+                       pixels(one->holdout_px) + (one->error() > longest ? " (cut), " : ", ") +
+                           predicted_on_wall(*one, wall, name));
+      y += kRowHeight;
+    }
+    pictures += figure(
+        svg(box(Vec2::Zero(), Vec2(kBarsWidth, y + 4)), "Lens models of " + name, content),
+        element("b", "", escaped(name)) +
+            ": bars: RMS error on views left out, all devices, each in its own sigmas; beside them the "
+            "device's own in pixels, and the predicted RMS error of the light on a wall at " +
+            fixed(wall, 2) +
+            "\u00a0m. The usual model stays unless another is better by 5 % and by more than chance; then "
+            "the "
+            "one with the fewest terms within a standard error of the best is taken.");
+  }
+  if (pictures.empty()) return "";
+  return element("div", "class=\"pair\"", "\n" + pictures) + "\n";
+}
+
+}  // namespace procam::analyze

@@ -1,0 +1,183 @@
+#include "lens_choice.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "procam/calibrate/lens_model.hpp"
+#include "procam/calibrate/uncertainty.hpp"
+#include "rig_covariance.hpp"
+#include "shape.hpp"
+
+namespace procam::calibrate {
+namespace {
+
+/// How much better (as an error, not its square) views must be predicted before the usual model is left: it
+/// serves nearly every lens, and what predicts the views no worse may still mislead between and beyond them.
+constexpr double kLensGain = 0.95;
+/// Beyond this many sigmas an observation is a blunder, and no worse for being further off.
+constexpr double kWorst = 5;
+constexpr double kRoughTolerance = 1e-8;  ///< of a model's cost: enough to judge by
+
+const LensOptions& lens_options(const Options& options, DeviceKind kind) {
+  return kind == DeviceKind::kCamera ? options.camera : options.projector;
+}
+
+using LeftOut = std::vector<std::optional<BundleState>>;  ///< by view
+
+struct LensTrial {
+  BundleState state;
+  BundleOptions options;
+  LeftOut left_out;
+  LensAlternative told;
+};
+
+double mean(const std::vector<double>& values) {
+  double sum = 0;
+  for (const double value : values) sum += value;
+  return values.empty() ? 0 : sum / double(values.size());
+}
+
+/// One standard error of the mean of a[i] - b[i].
+double error_of_difference(const std::vector<double>& a, const std::vector<double>& b) {
+  const double difference = mean(a) - mean(b);
+  double sum = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) sum += (a[i] - b[i] - difference) * (a[i] - b[i] - difference);
+  const double n = double(a.size());
+  return n > 1 ? std::sqrt(sum / (n * (n - 1))) : 0;
+}
+
+/// Squared residuals of left-out views: in units of `variance` (by device), blunders capped.
+std::vector<double> squares_by_view(const Correspondences& data, const UsedMask& all,
+                                    const Solution& solution, const std::vector<double>& variance,
+                                    const LeftOut& states) {
+  std::vector<double> squares;
+  for (std::size_t v = 0; v < states.size(); ++v) {
+    if (!states[v]) continue;
+    double sum = 0;
+    int count = 0;
+    for (std::size_t d = 0; d < data.devices.size(); ++d) {
+      if (solution.left_out[v][d]) continue;
+      for (const Measurement& m : measurements_of(data, int(v), int(d))) {
+        if (!all[v][d][std::size_t(m.index)]) continue;
+        const auto r = reprojection_residual(*states[v], m);
+        sum += r ? std::min(r->squaredNorm() / variance[d], kWorst * kWorst) : kWorst * kWorst;
+        ++count;
+      }
+    }
+    if (count > 0) squares.push_back(sum / count);
+  }
+  return squares;
+}
+
+std::size_t views_left(const LeftOut& states) {
+  return std::size_t(
+      std::count_if(states.begin(), states.end(), [](const auto& s) { return s.has_value(); }));
+}
+
+/// RMS of a device on left-out views, over what the solution uses, pixels.
+double left_out_rms(const Correspondences& data, const Solution& solution, std::size_t device,
+                    const LeftOut& states) {
+  double sum = 0;
+  int count = 0;
+  for (std::size_t v = 0; v < states.size(); ++v) {
+    if (!states[v]) continue;
+    const Spread spread = spread_of(data, *states[v], solution.used, int(device), int(v));
+    sum += spread.rms_px * spread.rms_px * spread.count;
+    count += spread.count;
+  }
+  return count > 0 ? std::sqrt(sum / count) : 0;
+}
+
+/// The solution with one device's lens in another model.
+LensTrial try_lens(const Correspondences& data, const Solution& solution, std::size_t device,
+                   const LensModel& model) {
+  LensTrial trial{solution.state(), solution.options, {}, {}};
+  trial.told.device = int(device);
+  trial.told.model = model.name;
+  trial.told.terms = model.terms();
+  trial.state.lenses[device] = in_model(trial.state.lenses[device], model);
+  trial.options.held[device] = held_in(model, solution.options.held[device]);
+  trial.options.tolerance = kRoughTolerance;
+  try {
+    const BundleResult bundle = bundle_adjust(data, solution.used, trial.state, trial.options);
+    trial.state = bundle.state;
+    trial.left_out = views_left_out(data, solution.used, solution.used, trial.state, trial.options);
+    trial.told.holdout_px = left_out_rms(data, solution, device, trial.left_out);
+    if (!is_monotone(trial.state.lenses[device])) trial.told.ruled_out = "folds back within the picture";
+    trial.told.rig = rig_of(data, trial.state);
+    trial.told.rig.covariance = rig_covariance(
+        bundle_covariance(data, solution.used, trial.state, trial.options).devices, data, trial.state);
+    if (!bundle.converged) trial.told.ruled_out = "did not converge";
+  } catch (const Error&) {
+    trial.left_out.clear();
+    trial.told.rig = Rig();
+    trial.told.holdout_px = std::nan("");
+    trial.told.ruled_out = "not determined by these views";
+  }
+  trial.options.tolerance = solution.options.tolerance;
+  return trial;
+}
+
+/// The usual model, unless others predict the views better by kLensGain and by more than the difference's
+/// standard error; then the one with the fewest terms within a standard error of the best (L. Breiman et al.,
+/// "Classification and Regression Trees", 1984, section 3.4.3).
+std::size_t choose(const std::vector<LensTrial>& trials, std::size_t usual) {
+  const auto& of_usual = trials[usual].told.by_view;
+  const auto possible = [&](std::size_t i) { return trials[i].told.ruled_out.empty(); };
+  std::size_t best = usual;
+  for (std::size_t i = 0; i < trials.size(); ++i)
+    if (possible(i) && mean(trials[i].told.by_view) < mean(trials[best].told.by_view)) best = i;
+  const auto& of_best = trials[best].told.by_view;
+  const bool worth_it = mean(of_best) < kLensGain * kLensGain * mean(of_usual) &&
+                        mean(of_best) + error_of_difference(of_best, of_usual) < mean(of_usual);
+  if (!worth_it) return usual;
+  for (std::size_t i = 0; i < trials.size(); ++i)  // from the fewest terms on
+    if (possible(i) &&
+        mean(trials[i].told.by_view) <= mean(of_best) + error_of_difference(of_best, trials[i].told.by_view))
+      return i;
+  return best;
+}
+
+}  // namespace
+
+std::vector<std::string> held_in(const LensModel& model, const std::vector<std::string>& by_user) {
+  std::vector<std::string> held = model.held;
+  for (const std::string& name : by_user)
+    if (std::count(kIntrinsicsNames.begin(), kIntrinsicsNames.end(), name) > 0) held.push_back(name);
+  return held;
+}
+
+std::vector<LensAlternative> choose_lenses(const Correspondences& data, const UsedMask& all,
+                                           const Solution& solution, const Options& options,
+                                           bool camera_known, Solution& next) {
+  next = solution;
+  std::vector<LensAlternative> told;
+  for (std::size_t d = 0; d < data.devices.size(); ++d) {
+    const DeviceKind kind = data.devices[d].kind;
+    if (!lens_options(options, kind).choose || (d == 0 && camera_known)) continue;
+    std::vector<LensTrial> trials;
+    std::size_t usual = 0;
+    for (const LensModel& model : lens_ladder(next.state().lenses[d], kind)) {
+      if (model.name == kUsualLensModel) usual = trials.size();
+      trials.push_back(try_lens(data, next, d, model));
+    }
+    if (views_left(trials[usual].left_out) < 2) continue;  // too few views to leave one out
+    std::vector<double> variance;
+    for (std::size_t i = 0; i < data.devices.size(); ++i)
+      variance.push_back(std::max(std::pow(left_out_rms(data, next, i, trials[usual].left_out), 2), 1e-12));
+    for (LensTrial& trial : trials) {
+      trial.told.by_view = squares_by_view(data, all, next, variance, trial.left_out);
+      if (trial.told.ruled_out.empty() && trial.told.by_view.size() != views_left(trials[usual].left_out))
+        trial.told.ruled_out = "not determined once a view is left out";
+    }
+    const std::size_t chosen = choose(trials, usual);
+    trials[chosen].told.chosen = true;
+    for (const LensTrial& trial : trials) told.push_back(trial.told);
+    if (chosen == usual) continue;
+    next.bundle.state = trials[chosen].state;
+    next.options = trials[chosen].options;
+  }
+  return told;
+}
+
+}  // namespace procam::calibrate

@@ -1,0 +1,149 @@
+#include "observability.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+namespace procam::calibrate {
+namespace {
+
+constexpr double kPerDegree = 3.14159265358979323846 / 180;
+/// The views say little when they leave more than this share of what is known of any lens.
+constexpr double kSayLittle = 0.3;
+constexpr double kFocalShare = 0.05, kCameraCentreShare = 0.05, kProjectorCentreShare = 0.25;
+constexpr double kCornerShare = 0.15, kTangential = 0.005;
+/// Spreads below these are what is missing.
+constexpr double kEnoughReach = 0.6, kEnoughTiltDeg = 20;
+
+/// What the device saw: how far off its axis, and how far the boards were tilted about their two axes.
+struct Seen {
+  double reach = 0;               ///< farthest point from the axis, over the farthest corner's distance
+  double corner = 1;              ///< that distance, normalised
+  double about_vertical_deg = 0;  ///< between the boards that differ most, in the device's frame
+  double about_horizontal_deg = 0;
+};
+
+Seen seen_by(const Solution& solution, const Correspondences& data, std::size_t device) {
+  const BundleState& state = solution.state();
+  const Camera& lens = state.lenses[device];
+  const auto radius = [&](const Vec2& pixel) { return lens.intrinsics.normalized_from_pixel(pixel).norm(); };
+  Seen seen;
+  double farthest = 0;
+  for (const double x : {-0.5, lens.size.width - 0.5})
+    for (const double y : {-0.5, lens.size.height - 0.5}) farthest = std::max(farthest, radius(Vec2(x, y)));
+  seen.corner = farthest;
+  Vec2 low = Vec2::Constant(90), high = Vec2::Constant(-90);
+  for (std::size_t v = 0; v < data.views.size(); ++v) {
+    bool used = false;
+    for (const Measurement& m : measurements_of(data, int(v), int(device))) {
+      if (!solution.used[v][device][std::size_t(m.index)]) continue;
+      used = true;
+      seen.reach = std::max(seen.reach, radius(m.pixel()) / farthest);
+    }
+    if (!used) continue;
+    const Vec3 n = (state.device_from_rig[device] * state.rig_from_board[v]).rotate(Vec3::UnitZ());
+    const Vec2 tilt =
+        Vec2(std::atan2(n.x(), std::abs(n.z())), std::atan2(n.y(), std::abs(n.z()))) / kPerDegree;
+    low = low.cwiseMin(tilt), high = high.cwiseMax(tilt);
+  }
+  seen.about_vertical_deg = std::max(0.0, high.x() - low.x());
+  seen.about_horizontal_deg = std::max(0.0, high.y() - low.y());
+  return seen;
+}
+
+std::string whole(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.0f", value);
+  return text;
+}
+
+std::string about_axis(double spread_deg, const std::string& axis) {
+  if (spread_deg < kEnoughTiltDeg)
+    return "the boards' tilts about the " + axis + " axis differ by " + whole(spread_deg) +
+           " degrees only: add views with the board tilted 20 to 40 degrees about its " + axis +
+           " axis, both ways";
+  return "add views that are nearer, and tilted 20 to 40 degrees about the board's " + axis +
+         " axis, both ways";
+}
+
+}  // namespace
+
+std::vector<HardlyKnown> hardly_known(const Solution& solution, const Correspondences& data,
+                                      const NamedCovariance& covariance) {
+  std::vector<HardlyKnown> all;
+  for (std::size_t d = 0; d < data.devices.size(); ++d) {
+    const Camera& lens = solution.state().lenses[d];
+    const Seen seen = seen_by(solution, data, d);
+    const double centre =
+        data.devices[d].kind == DeviceKind::kCamera ? kCameraCentreShare : kProjectorCentreShare;
+    const VecX values = parameters_of(lens);
+    const std::vector<std::string> names = parameter_names(lens);
+    for (std::size_t i = 0; i < names.size(); ++i) {
+      const std::string& name = names[i];
+      HardlyKnown one;
+      one.device = int(d);
+      one.parameter = name;
+      one.sigma = covariance.sigma(data.devices[d].name + "." + name);
+      one.distortion = int(i) >= Intrinsics::kNumParameters;
+      double beforehand = 0, value = values[Eigen::Index(i)];
+      if (name == "fx" || name == "fy") {
+        beforehand = kFocalShare * value;
+      } else if (name == "cx") {
+        beforehand = centre * lens.size.width;
+      } else if (name == "cy") {
+        beforehand = centre * lens.size.height;
+      } else if (name == "p1" || name == "p2") {
+        beforehand = kTangential;
+      } else if (name == "k1" || name == "k2" || name == "k3") {
+        beforehand = kCornerShare / std::pow(seen.corner, 2 * (name[1] - '0'));
+      } else {
+        continue;  // skew and the further terms of larger models, which only those who ask for them estimate
+      }
+      if (!(one.sigma > kSayLittle * beforehand)) continue;
+      one.beforehand = {{{name, 1.0}}, one.distortion ? 0 : value, beforehand};
+      if (name[0] == 'k')
+        one.motion = seen.reach < kEnoughReach
+                         ? "its points reach " + whole(100 * seen.reach) +
+                               " % of the way to the picture's farthest corner: bring the board to the "
+                               "picture's edges and corners, and nearer"
+                         : "add views with the board in the picture's corners, and nearer";
+      else
+        one.motion = name == "fx" || name == "cx" || name == "p2"
+                         ? about_axis(seen.about_vertical_deg, "vertical")
+                         : about_axis(seen.about_horizontal_deg, "horizontal");
+      all.push_back(one);
+    }
+  }
+  return all;
+}
+
+std::vector<std::string> in_words(const std::vector<HardlyKnown>& parameters, const Correspondences& data) {
+  std::vector<std::string> sentences;
+  std::vector<const HardlyKnown*> left;
+  for (const HardlyKnown& one : parameters) left.push_back(&one);
+  while (!left.empty()) {
+    const HardlyKnown first = *left.front();
+    std::string names, spreads;
+    const auto alike = [&](const HardlyKnown* other) {
+      return other->device == first.device && other->motion == first.motion &&
+             other->at_prior == first.at_prior;
+    };
+    for (const HardlyKnown* one : left) {
+      if (!alike(one)) continue;
+      names += (names.empty() ? "" : ", ") + one->parameter;
+      char text[32];
+      std::snprintf(text, sizeof text, "%.2g", one->sigma);
+      spreads += (spreads.empty() ? "" : ", ") + std::string(text);
+    }
+    left.erase(std::remove_if(left.begin(), left.end(), alike), left.end());
+    sentences.push_back(names + " of " + data.devices[std::size_t(first.device)].name +
+                        (first.at_prior
+                             ? " cannot be told from these views and is kept near zero, as any lens's "
+                               "is (sigma "
+                             : " hardly known (sigma ") +
+                        spreads + "); " + first.motion);
+  }
+  return sentences;
+}
+
+}  // namespace procam::calibrate

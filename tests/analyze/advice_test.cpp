@@ -1,0 +1,140 @@
+/// What to capture next, and what is wrong with what was.
+#include "procam/analyze/advice.hpp"
+
+#include <gtest/gtest.h>
+
+#include "procam/calibrate/calibrate.hpp"
+#include "procam/calibrate/next_view.hpp"
+#include "support/numeric_world.hpp"
+
+namespace procam::analyze {
+namespace {
+
+using test::NumericWorld;
+
+constexpr double kWall = 2;
+
+calibrate::CalibrationResult solved(const NumericWorld& world, bool at_corners) {
+  calibrate::Options options;
+  options.board_shape = calibrate::BoardShape::kFlat;
+  options.light_read_at_corners = at_corners;
+  return calibrate::calibrate_rig(at_corners ? world.with_light_read_at_corners(3) : world.correspondences(3),
+                                  options);
+}
+
+/// What the calibration predicts once a view at that pose was captured (numeric truth), the others as before.
+double captured_mm(NumericWorld world, const Pose& rig_from_board, bool at_corners) {
+  world.camera_from_board.push_back(rig_from_board);
+  return predicted_light_error(solved(world, at_corners).rig, kWall).rms_mm;
+}
+
+/// As said: the mean over ten rigs of captured over said is within 15 % of one. Each single one moves with
+/// the noise that its residuals show (some 4 % with 12 views' worth of residuals) and, in one rig of twenty,
+/// with sigmas that are taken from the views; the mean's standard error is below 3 %. And better than the
+/// median of five views at random, in at least nine rigs of ten (a view at random is the best of some 400
+/// hardly ever).
+TEST(NextView, ShrinksTheErrorAsSaidAndMoreThanOneAtRandom) {
+  for (const bool at_corners : {false, true}) {
+    double ratio = 0;
+    int better = 0;
+    constexpr int kRigs = 10;
+    for (std::uint64_t seed = 0; seed < kRigs; ++seed) {
+      const NumericWorld world = NumericWorld::make(6, 40 + seed, 0.08, 0.05);
+      const calibrate::CalibrationResult result = solved(world, at_corners);
+      const auto next = advise_next_view(result, kWall);
+      ASSERT_TRUE(next.has_value());
+      EXPECT_LT(next->then.rms_mm, next->now.rms_mm);
+      const double captured = captured_mm(world, next->rig_from_board, at_corners);
+      ratio += captured / next->then.rms_mm / kRigs;
+      std::vector<double> at_random;
+      for (const Pose& pose : NumericWorld::make(5, 900 + seed).camera_from_board)
+        at_random.push_back(captured_mm(world, pose, at_corners));
+      std::nth_element(at_random.begin(), at_random.begin() + 2, at_random.end());
+      better += captured < at_random[2];
+    }
+    EXPECT_NEAR(ratio, 1, 0.15) << at_corners;
+    EXPECT_GE(better, 9) << at_corners;
+  }
+}
+
+/// A board that the camera cannot see whole is not asked for.
+TEST(NextView, IsOneThatTheDevicesCanUse) {
+  const NumericWorld world = NumericWorld::make(6, 4, 0.08, 0.05);
+  const calibrate::CalibrationResult result = solved(world, false);
+  const auto next = advise_next_view(result, kWall);
+  ASSERT_TRUE(next.has_value());
+  int lit = 0;
+  for (const Vec3& p : points_in_board(world.board)) {
+    EXPECT_TRUE(result.rig.camera().camera.sees(next->rig_from_board * p));
+    lit += result.rig.projector().projector.inverse_camera.sees(
+        result.rig.projector().rig_from_projector.inverse() * (next->rig_from_board * p));
+  }
+  EXPECT_GE(lit, 0.9 * 54);
+  const Pose behind(Eigen::Quaterniond(0, 0, 1, 0), Vec3(0, 0, 1)),
+      aside(Eigen::Quaterniond::Identity(), Vec3(2, 0, 1));
+  for (const auto& covariance : calibrate::covariance_with_view(result, {behind, aside}))
+    EXPECT_FALSE(covariance.has_value());
+}
+
+/// The words say where: the pose is rebuilt from them.
+TEST(NextView, SaysWhereItIs) {
+  const NumericWorld world = NumericWorld::make(6, 4, 0.08, 0.05);
+  const auto next = advise_next_view(solved(world, false), kWall);
+  ASSERT_TRUE(next.has_value());
+  const Vec3 middle(0.14, 0.0875, 0), at = next->rig_from_board * middle;
+  EXPECT_NEAR(at.norm(), next->board_distance, 1e-6);
+  char metres[32];
+  std::snprintf(metres, sizeof metres, "%.2f m away", at.norm());
+  EXPECT_NE(next->words.find(metres), std::string::npos) << next->words;
+  const auto pixel = world.projector.pixel_lighting(world.projector_from_camera * at);
+  ASSERT_TRUE(pixel.has_value());
+  const auto says = [&](const char* word) { return next->words.find(word) < next->words.find("picture"); };
+  EXPECT_EQ(says("left"), pixel->x() < 1024 * 0.4) << next->words;
+  EXPECT_EQ(says("right"), pixel->x() > 1024 * 0.6) << next->words;
+  EXPECT_EQ(says("upper"), pixel->y() < 768 * 0.4) << next->words;
+  EXPECT_EQ(says("lower"), pixel->y() > 768 * 0.6) << next->words;
+  // The edge or corner that is said to be nearest is.
+  const std::size_t tilt = next->words.find(", its ");
+  ASSERT_NE(tilt, std::string::npos) << next->words;
+  const std::string side = next->words.substr(tilt);
+  const auto depth = [&](double x, double y) {
+    return (next->rig_from_board * (middle + Vec3(0.1 * x, 0.1 * y, 0))).norm();
+  };
+  if (side.find("left") != std::string::npos) {
+    EXPECT_LT(depth(-1, 0), depth(1, 0));
+  }
+  if (side.find("right") != std::string::npos) {
+    EXPECT_LT(depth(1, 0), depth(-1, 0));
+  }
+  if (side.find("upper") != std::string::npos) {
+    EXPECT_LT(depth(0, -1), depth(0, 1));
+  }
+  if (side.find("lower") != std::string::npos) {
+    EXPECT_LT(depth(0, 1), depth(0, -1));
+  }
+}
+
+TEST(ViewVerdicts, NameWhatIsWrong) {
+  NumericWorld world = NumericWorld::make(8, 11, 0.08, 0.05);
+  world.camera_from_board[5] =
+      world.camera_from_board[2] * Pose(Eigen::Quaterniond::Identity(), Vec3(0.02, 0, 0));
+  Correspondences data = world.correspondences(3);
+  for (auto& observations : data.views[3].observations) observations.resize(18);
+  data.views[6].observations[0].resize(4);
+  calibrate::Options options;
+  options.board_shape = calibrate::BoardShape::kFlat;
+  const calibrate::CalibrationResult result = calibrate::calibrate_rig(data, options);
+  const std::vector<std::string> verdicts = view_verdicts(result);
+  ASSERT_EQ(verdicts.size(), 8u);
+  EXPECT_NE(verdicts[3].find("few points for camera (18, others up to 54)"), std::string::npos)
+      << verdicts[3];
+  EXPECT_NE(verdicts[5].find("parallel to view_2"), std::string::npos) << verdicts[5];
+  EXPECT_EQ(verdicts[6], "not used");
+  EXPECT_EQ(verdicts[0], "fine");
+  double share = 0;
+  for (const auto& view : result.views) share += view.share;
+  EXPECT_NEAR(share, 1, 1e-6);
+}
+
+}  // namespace
+}  // namespace procam::analyze

@@ -54,7 +54,7 @@ TEST_P(LightPoints, LieWhereTheLightFalls) {
               simulate::to_string(GetParam()), points, light.rms(), light.mean_score(), corners, print.rms(),
               print.mean_score());
   EXPECT_GE(points, 0.97 * 108 * kViews);
-  EXPECT_GE(corners, 0.85 * double(session.board().layout.size()) * kViews);
+  EXPECT_GE(corners, 0.85 * double(points_in_board(session.board().layout).size()) * kViews);
   EXPECT_LT(light.rms(), 0.1);
   EXPECT_LT(light.mean_score(), 2);
   EXPECT_LT(print.mean_score(), 2);

@@ -36,7 +36,7 @@ Seen look_at(const simulate::Session& session, const std::string& pattern_text =
     views.push_back(pattern->read(std::to_string(v), captures, board));
     if (!for_peers || pattern_text != "gray") continue;
     const std::vector<Observation> corners =
-        opencv_corners(captures[captures.size() - 2], session.board().layout);
+        opencv_corners(captures[captures.size() - 2], std::get<Chessboard>(session.board().layout));
     if (corners.empty()) continue;
     seen.own_corners.views.push_back({std::to_string(v), {corners, {}}});
     seen.decoded.push_back(

@@ -9,6 +9,7 @@
 #include "procam/core/projector.hpp"
 #include "procam/core/se3.hpp"
 #include "procam/core/stripe_edge.hpp"
+#include "procam/detect/board_artwork.hpp"
 
 namespace procam::test {
 
@@ -26,6 +27,7 @@ struct LitBoard {
   double border_shift_px = 0;   ///< edges within 2 px of a printed line are moved by this much
   unsigned seed = 3;
 
+  BoardArtwork artwork() const { return detect::board_artwork(board); }
   Vec3 on_sheet(double x, double y) const {
     const double w = 0.5 * board.columns * board.square_size;
     const double s = (x - w) / w;

@@ -42,7 +42,7 @@ TEST(Capture, FollowsCosineAndInverseSquare) {
   for (const Vec3& corner : sheet_corners_in_board(world.board))
     brightest = std::max(brightest, irradiance(world, corner));
   for (const Observation& o : board_in_projector(world)) {
-    const Vec3 point = world.board.layout.point_in_board(o.point);
+    const Vec3 point = points_in_board(world.board.layout)[std::size_t(o.point)];
     const Vec2 pixel = pixel_of(world, point);
     if (o.pixel.x() < 3 || o.pixel.y() < 3 || o.pixel.x() > 508 || o.pixel.y() > 386) continue;
     // Rounding 0.5, and up to half a pixel between the point and the pixel's centre.
@@ -56,7 +56,7 @@ TEST(Capture, AddsRoomLightByAlbedo) {
   CaptureOptions options;
   options.brightest_grey = 240;
   const ImageU8 image = capture(world, {full_light(world)}, options)[0];
-  const double square = world.board.layout.square_size;
+  const double square = std::get<Chessboard>(world.board.layout).square_size;
   const Vec2 black = pixel_of(world, Vec3(0.5 * square, 0.5 * square, 0));
   const Vec2 white = pixel_of(world, Vec3(1.5 * square, 0.5 * square, 0));
   const Vec2 margin = pixel_of(world, Vec3(-1.5 * square, 0.5 * square, 0));
@@ -196,7 +196,7 @@ TEST(Capture, BlursByTheSigmaAskedFor) {
   const auto spread = [&](const CaptureOptions& options) {
     // Variance of an edge's derivative, along the row through the middle of a vertical edge, mean over rows.
     const ImageU8 image = capture(world, {full_light(world)}, options)[0];
-    const Vec2 p = pixel_of(world, world.board.layout.point_in_board(20) + Vec3(0, 0.02, 0));
+    const Vec2 p = pixel_of(world, points_in_board(world.board.layout)[std::size_t(20)] + Vec3(0, 0.02, 0));
     double variance = 0;
     for (int y = int(p.y()) - 3; y <= int(p.y()) + 3; ++y) {
       double total = 0, first = 0, second = 0;

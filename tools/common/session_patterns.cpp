@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "procam/detect/board_artwork.hpp"
 #include "procam/detect/detect_board.hpp"
 #include "procam/detect/projected_chessboard.hpp"
 #include "procam/io/board_file.hpp"
@@ -27,14 +28,6 @@ void require_size_fits(const DecodedMap& decoded) {
                 wrong_size->message, "give the size of the picture that was shown");
 }
 
-/// Light is read between the squares' edges, which other prints do not have where the map expects them.
-const Chessboard& require_chessboard(const Board& board) {
-  if (const auto* chessboard = std::get_if<Chessboard>(&board)) return *chessboard;
-  throw Error(ErrorKind::kUnsupported, "board " + io::format_board(board),
-              "patterns that cover the print are read on a chessboard only",
-              "use a chessboard, or project beside the print with --pattern chessboard");
-}
-
 class GrayPattern : public SessionPattern {
  public:
   explicit GrayPattern(const pattern::GrayCode& gray_code) : gray_code_(gray_code) {}
@@ -46,14 +39,13 @@ class GrayPattern : public SessionPattern {
 
   match::BoardView read(const std::string& view_name, const std::vector<ViewU8>& captures,
                         const Board& board) const override {
-    const Chessboard& chessboard = require_chessboard(board);
     const DecodedMap decoded = pattern::decode(captures, gray_code_);
     require_size_fits(decoded);
     const ViewU8& white = captures[captures.size() - 2];
-    Detections in_camera = detect::detect_chessboard(white, chessboard), in_projector;
+    Detections in_camera = detect::detect_board(white, board), in_projector;
     in_projector.image_size = gray_code_.projector_size;
     if (!in_camera.observations.empty())
-      in_projector = match::project_board(in_camera, chessboard, decoded,
+      in_projector = match::project_board(in_camera, board, detect::board_artwork(board), decoded,
                                           pattern::stripe_edges(captures, decoded, gray_code_));
     in_camera.diagnostics.append(decoded.diagnostics);
     return {view_name, {in_camera, in_projector}};
@@ -84,12 +76,11 @@ class PhasePattern : public SessionPattern {
 
   match::BoardView read(const std::string& view_name, const std::vector<ViewU8>& captures,
                         const Board& board) const override {
-    const Chessboard& chessboard = require_chessboard(board);
     const LightMap light = pattern::decode(captures, shown_);
-    Detections in_camera = detect::detect_chessboard(pattern::flat_light(captures, shown_), chessboard),
-               in_projector;
+    Detections in_camera = detect::detect_board(pattern::flat_light(captures, shown_), board), in_projector;
     in_projector.image_size = shown_.projector_size;
-    if (!in_camera.observations.empty()) in_projector = match::project_board(in_camera, chessboard, light);
+    if (!in_camera.observations.empty())
+      in_projector = match::project_board(in_camera, board, detect::board_artwork(board), light);
     in_camera.diagnostics.append(light.diagnostics);
     return {view_name, {in_camera, in_projector}};
   }

@@ -32,7 +32,8 @@ ArtworkRectangle with_light(const Board& layout) {
 
 }  // namespace
 
-ProjectedBoard projected_board(ImageSize size, const Board& layout, const BoardArtwork& artwork, bool colour) {
+ProjectedBoard projected_board(ImageSize size, const Board& layout, const BoardArtwork& artwork,
+                               bool colour) {
   const auto refuse = [&](const std::string& why, const std::string& next) {
     throw Error(ErrorKind::kInput, "projected board", why, next);
   };
@@ -111,8 +112,8 @@ CharucoBoard charuco_filling(ImageSize size) {
 MarkerGrid markers_filling(ImageSize size) {
   const int module = std::max(1, pitch_for(size) / 6), gap = 3 * module, marker = kCoarseModules * module;
   const int pitch = marker + gap;
-  return {(size.width - pitch + gap) / pitch, (size.height - pitch + gap) / pitch, double(marker), double(gap),
-          kCoarse};
+  return {(size.width - pitch + gap) / pitch, (size.height - pitch + gap) / pitch, double(marker),
+          double(gap), kCoarse};
 }
 
 CircleGrid circles_filling(ImageSize size) {

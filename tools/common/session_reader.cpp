@@ -12,7 +12,8 @@ constexpr std::size_t kViewsBeforeGivingUp = 3;
 
 match::BoardView read_view(const SessionPlan& plan, const fs::path& folder, std::vector<InputFile>& inputs,
                            ImageSize& camera_size) {
-  const io::CaptureFolder captures = io::load_capture_folder(folder, plan.pattern->frame_count());
+  const io::CaptureFolder captures =
+      io::load_capture_folder(folder, plan.pattern->frame_count(), plan.pattern->channels());
   for (const fs::path& file : captures.files)
     inputs.push_back({(folder.filename() / file.filename()).generic_string(), io::sha256_of_file(file)});
   const std::vector<ViewU8> frames(captures.frames.begin(), captures.frames.end());
@@ -27,12 +28,16 @@ void require_board_somewhere(const SessionPlan& plan, const std::vector<match::B
   for (const match::BoardView& view : views)
     if (!view.detections[kCameraDevice].observations.empty()) return;
   const Diagnostics& diagnostics = views.front().detections[kCameraDevice].diagnostics;
-  const Diagnostic* reason = diagnostics.find("board_counts_differ");
-  if (reason == nullptr) reason = diagnostics.find("board_not_found");
-  throw Error(ErrorKind::kInput, "board " + io::format_board(plan.board),
-              "no view shows it" +
-                  (reason != nullptr ? " (" + views.front().name + ": " + reason->message + ")" : ""),
-              "give --board the inner corners a row, then the rows, and light the whole board");
+  const Diagnostic* reason = nullptr;
+  for (const char* code : {"board_counts_differ", "board_dictionary_differs", "board_ids_differ",
+                           "board_layout_differs", "board_not_found"})
+    if (reason == nullptr) reason = diagnostics.find(code);
+  throw Error(
+      ErrorKind::kInput, "board " + io::format_board(plan.board),
+      "no view shows it" +
+          (reason != nullptr ? " (" + views.front().name + ": " + reason->message + ")" : ""),
+      "give --board as it is printed (of a chessboard the inner corners a row, then the rows), and light "
+      "the whole board");
 }
 
 }  // namespace

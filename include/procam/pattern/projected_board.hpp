@@ -1,6 +1,6 @@
 #pragma once
-/// A board of light: a chessboard, ChArUco board, marker grid or circle grid that the projector shows beside a
-/// printed board on one flat sheet.
+/// A board of light: a chessboard, ChArUco board, marker grid or circle grid that the projector shows beside
+/// a printed board on one flat sheet.
 ///
 /// Frames, in order:  flat (all light), board (its dark shapes; light everywhere else).
 /// The flat frame shows the print alone and says what the paper reflects; the board frame divided by it shows
@@ -8,8 +8,9 @@
 /// dark.
 ///
 /// The layout is a board like any other, with projector pixels for metres. Straight edges lie between pixels,
-/// so that a pixel is dark or light; where the rim of a disc runs through a pixel, it is as light as its share.
-/// A board of which one picture cannot tell the two ends apart is refused: a projector may hang upside down.
+/// so that a pixel is dark or light; where the rim of a disc runs through a pixel, it is as light as its
+/// share. A board of which one picture cannot tell the two ends apart is refused: a projector may hang upside
+/// down.
 #include <Eigen/Geometry>
 #include <string>
 #include <vector>
@@ -35,8 +36,8 @@ ProjectedBoard projected_board(ImageSize projector_size, const Board& layout, co
 
 /// The projector pixels of the layout's points, by point index.
 Points2 point_pixels(const ProjectedBoard& board);
-/// The part of the picture that must land on the sheet, so that all of it can be read: the dark shapes and half
-/// a pitch of light round them.
+/// The part of the picture that must land on the sheet, so that all of it can be read: the dark shapes and
+/// half a pitch of light round them.
 Eigen::AlignedBox2d area_needed(const ProjectedBoard& board);
 /// Flat and board, one channel; or one frame of three.
 std::vector<ImageU8> frames(const ProjectedBoard& board);

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>
+#include <algorithm>
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgcodecs.hpp>
 
@@ -94,6 +95,49 @@ TEST(BoardLight, GivesNoPixelToCornersThatLightDoesNotSurround) {
   for (const Observation& o : projected.observations) EXPECT_LT(o.point % 5, 3) << o.point;
   ASSERT_NE(projected.diagnostics.find("corners_not_lit"), nullptr);
   EXPECT_LT(test::errors_of(projected, world).rms, 0.02);
+}
+
+/// Boards of about the size of the chessboard, 25 x 35 cm.
+const Board kOtherBoards[] = {CharucoBoard{6, 8, 0.05, 0.036, MarkerDictionary::k4x4_50},
+                              MarkerGrid{3, 4, 0.06, 0.025, MarkerDictionary::k4x4_50},
+                              CircleGrid{5, 7, 0.05, 0.03, false}, CircleGrid{4, 9, 0.036, 0.03, true}};
+
+TEST(BoardLight, IsReadOnEveryKindOfBoard) {
+  for (const Board& board : kOtherBoards) {
+    LitBoard world;
+    world.board = board;
+    const test::Light light = test::shine(world);
+    const Detections corners = world.corners(1e-4);
+    const Detections projected =
+        project_board(corners, world.board, world.artwork(), light.decoded, light.edges);
+    EXPECT_EQ(projected.observations.size(), corners.observations.size()) << board.index();
+    const test::LightErrors own = test::errors_of(projected, world);
+    EXPECT_LT(own.rms, 0.02) << board.index();
+    // As for the chessboard: a factor of 2.25, false alarm rate below 1e-3 a board.
+    EXPECT_GT(own.chi2, 1 / 2.25) << board.index();
+    EXPECT_LT(own.chi2, 2.25) << board.index();
+  }
+}
+
+TEST(BoardLight, TakesAPartOfTheBoard) {
+  for (const Board& board : kOtherBoards) {
+    LitBoard world;
+    world.board = board;
+    const test::Light light = test::shine(world);
+    Detections part = world.corners(1e-4);
+    const Points3 points = points_in_board(board);
+    const double middle = 0.5 * (points.front().x() + points.back().x());
+    const auto hidden = [&](const Observation& o) {
+      return points[std::size_t(o.point)].x() > middle + 1e-9;
+    };
+    part.observations.erase(std::remove_if(part.observations.begin(), part.observations.end(), hidden),
+                            part.observations.end());
+    ASSERT_LT(part.observations.size(), points.size());
+    const Detections projected =
+        project_board(part, world.board, world.artwork(), light.decoded, light.edges);
+    EXPECT_EQ(projected.observations.size(), part.observations.size()) << board.index();
+    EXPECT_LT(test::errors_of(projected, world).rms, 0.03) << board.index();
+  }
 }
 
 TEST(BoardLight, SaysWhenTheBoardIsNotLitOrNotSeen) {

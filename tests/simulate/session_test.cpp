@@ -75,6 +75,22 @@ TEST_P(SessionLaws, BlankPaperTakesThePatternBesideThePrint) {
   }
 }
 
+/// The drawing does not matter to where things are.
+TEST_P(SessionLaws, BoardsWithMarkersLeaveTheImageInEveryThirdView) {
+  const CharucoBoard charuco{8, 6, 0.04, 0.03, MarkerDictionary::k5x5_100};
+  const Session session = make_session(GetParam(), 2, std::nullopt, BoardPrint{charuco});
+  for (std::size_t v = 0; v < session.views.size(); ++v) {
+    const World& world = session.views[v];
+    EXPECT_EQ(std::get<CharucoBoard>(world.board.layout), charuco);
+    const std::size_t seen = board_in_camera(world).size();
+    if (v % 3 != 1)
+      EXPECT_EQ(seen, 35u) << v;
+    else
+      EXPECT_TRUE(seen >= 14 && seen <= 29) << v << ": " << seen;
+  }
+  EXPECT_THROW(make_session(GetParam(), 2, std::nullopt, BoardPrint{Chessboard{10, 7, 0.3}}), Error);
+}
+
 INSTANTIATE_TEST_SUITE_P(AllLevels, SessionLaws, testing::Values(Level::kEasy, Level::kPaper, Level::kHard),
                          [](const auto& level) { return to_string(level.param); });
 

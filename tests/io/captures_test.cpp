@@ -41,7 +41,7 @@ TEST(CaptureFolder, KeepsColourWhereItIsAskedFor) {
   for (int c = 0; c < 3; ++c) EXPECT_EQ(captures.frames.front().at(2, 3, c), 11 * (c + 1));
   EXPECT_TRUE(captures.diagnostics.items.empty());
   save_frame(scratch, "grey/frame_0.png", 9);
-  EXPECT_NE(error_of([&] { load_capture_folder(scratch / "grey", 1, 3); }).why().find("grey"),
+  EXPECT_NE(test::error_of([&] { load_capture_folder(scratch / "grey", 1, 3); }).why().find("grey"),
             std::string::npos);
 }
 

@@ -125,14 +125,18 @@ Print::Print(const BoardPlace& place, const Detections& in_camera, const Board& 
   for (int y = 0; y < size.height; ++y)
     for (int x = 0; x < size.width; ++x)
       if (const auto at = place_at(Vec2(x, y))) tone.at(x, y) = index.is_dark(*at * pitch) ? kDark : kLight;
-  const int reach = int(std::floor(border_px));
+  // Between a marker's modules little paper is farther from a border than that. On the light side half the
+  // distance will do: dark print sends ten times less across.
+  const bool fine = std::holds_alternative<CharucoBoard>(board) || std::holds_alternative<MarkerGrid>(board);
   const auto is_clear = [&](int x, int y) {
     const std::uint8_t here = tone.at(x, y);
+    const double clear_px = fine && here == kLight ? 0.5 * border_px : border_px;
+    const int reach = int(std::floor(clear_px));
     if (here == kOff || x < reach || y < reach || x + reach >= size.width || y + reach >= size.height)
       return false;
     for (int j = -reach; j <= reach; ++j)
       for (int i = -reach; i <= reach; ++i)
-        if (i * i + j * j <= border_px * border_px && tone.at(x + i, y + j) != here) return false;
+        if (i * i + j * j <= clear_px * clear_px && tone.at(x + i, y + j) != here) return false;
     return true;
   };
   for (int y = 0; y < size.height; ++y)

@@ -40,7 +40,7 @@ TEST_P(LightPoints, LieWhereTheLightFalls) {
   const LightCase& which = GetParam();
   const auto pattern = tools::make_pattern(which.pattern, simulate::projector_size(which.level));
   // Light of which a part is enough stands beside a print of which a part is enough.
-  const Board charuco = CharucoBoard{8, 6, 0.04, 0.03, MarkerDictionary::k5x5_100};
+  const Board charuco = CharucoBoard{6, 5, 0.06, 0.045, MarkerDictionary::k4x4_50};
   std::optional<simulate::BoardPrint> sheet;
   if (std::string(which.pattern).rfind("chessboard", 0) != 0)
     sheet = simulate::BoardPrint{charuco, detect::board_artwork(charuco)};

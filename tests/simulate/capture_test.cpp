@@ -308,7 +308,7 @@ TEST(Capture, DecodesToTheTrueProjectorMap) {
 TEST(Capture, RefusesFramesOfAnotherSize) {
   const World world = lopsided_world();
   EXPECT_THROW(capture(world, {ImageU8(390, 512)}), std::invalid_argument);
-  EXPECT_THROW(capture(world, {ImageU8(512, 390, 3)}), std::invalid_argument);
+  EXPECT_THROW(capture(world, {ImageU8(512, 390, 2)}), std::invalid_argument);
   CaptureOptions options;
   options.samples_per_axis = 0;
   EXPECT_THROW(capture(world, {full_light(world)}, options), std::invalid_argument);

@@ -83,10 +83,11 @@ TEST_P(SessionLaws, BoardsWithMarkersLeaveTheImageInEveryThirdView) {
     const World& world = session.views[v];
     EXPECT_EQ(std::get<CharucoBoard>(world.board.layout), charuco);
     const std::size_t seen = board_in_camera(world).size();
-    if (v % 3 != 1)
+    if (v % 3 != 1) {
       EXPECT_EQ(seen, 35u) << v;
-    else
+    } else {
       EXPECT_TRUE(seen >= 14 && seen <= 29) << v << ": " << seen;
+    }
   }
   EXPECT_THROW(make_session(GetParam(), 2, std::nullopt, BoardPrint{Chessboard{10, 7, 0.3}}), Error);
 }

@@ -26,7 +26,7 @@ TEST(PatternTable, TakesParametersAfterAColon) {
   EXPECT_EQ(make_pattern("phase:20px", kProjector)->text(), "phase:20px");
   EXPECT_EQ(make_pattern("chessboard:9x6:70px", kProjector)->text(), "chessboard:9x6:70px");
   for (const char* text :
-       {"charuco:9x7:80px:56px:5x5_100", "markers:6x5:72px:30px:apriltag_36h11", "circles:6x7:80px:70.5px"})
+       {"charuco:9x7:80px:56px:5x5_100", "markers:6x5:72px:30px:apriltag_36h11", "circles:5x7:80px:70.5px"})
     EXPECT_EQ(make_pattern(text, kProjector)->text(), text);
   EXPECT_EQ(make_pattern("gray", kProjector, 4)->frame_count(), 34);
 }

@@ -408,6 +408,12 @@ ExitCode capture_session(const Flags& flags, Console& console) {
 
   const device::Display display = choose_display(flags.display);
   const auto pattern = make_pattern(flags.pattern, display.size, flags.step);
+  if (pattern->channels() != 1)
+    throw Error(
+        ErrorKind::kUnsupported, "pattern '" + pattern->text() + "'",
+        "pictures are shown and captured in grey here",
+        "use the pair of frames (without ':colour'), or show the picture that make-patterns writes and "
+        "capture it by other means");
   const io::Session session = describe_session(*pattern, display.size, flags.board, flags.step);
   make_folder(flags.output);
   require_same_session(flags.output, session);

@@ -7,7 +7,9 @@
 #include "common/cli.hpp"
 #include "common/session_files.hpp"
 #include "common/session_patterns.hpp"
+#include "procam/detect/board_artwork.hpp"
 #include "procam/detect/marker_edges.hpp"
+#include "procam/io/board_file.hpp"
 #include "procam/io/captures.hpp"
 #include "procam/io/images.hpp"
 #include "procam/io/marker_map_file.hpp"
@@ -27,6 +29,7 @@ struct Flags {
   std::uint64_t seed = 1;
   simulate::Level level = simulate::Level::kEasy;
   std::string pattern = "gray";
+  std::optional<Board> board;
   int views = 0;  ///< 0: all
   int cameras = 1, projectors = 1;
   std::string output;
@@ -40,6 +43,10 @@ void declare(CLI::App& app, Flags& flags) {
       app, "--level", [&](const std::string& text) { flags.level = simulate::level_named(text); },
       "easy | paper | hard (default easy)");
   app.add_option("--pattern", flags.pattern, "What is projected: " + pattern_help())->capture_default_str();
+  add_parsed(
+      app, "--board", [&](const std::string& text) { flags.board = io::read_board(text); },
+      "the printed board instead of the level's chessboard, e.g. charuco:7x5:45mm:33mm:5x5_100; of one with "
+      "markers every third view shows the camera only a part");
   app.add_option("-o,--output", flags.output,
                  "folder to make: view_00/frame_00.png ..., session.json, truth.json")
       ->required();
@@ -206,8 +213,10 @@ ExitCode simulate_captures(const Flags& flags, Console& console) {
   if (flags.cameras > 1 || flags.projectors > 1) return simulate_fleet(flags, console);
   const ImageSize projector_size = simulate::projector_size(flags.level);
   const auto pattern = make_pattern(flags.pattern, projector_size);
+  std::optional<simulate::BoardPrint> print;
+  if (flags.board) print = simulate::BoardPrint{*flags.board, detect::board_artwork(*flags.board)};
   const simulate::Session session =
-      simulate::make_session(flags.level, flags.seed, pattern->on_blank_paper());
+      simulate::make_session(flags.level, flags.seed, pattern->on_blank_paper(), print);
   const std::vector<ImageU8> projector_frames = pattern->frames();
   const std::size_t views =
       flags.views > 0 ? std::min(std::size_t(flags.views), session.views.size()) : session.views.size();

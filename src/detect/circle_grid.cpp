@@ -2,6 +2,7 @@
 
 #include <Eigen/LU>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <opencv2/calib3d.hpp>
 #include <opencv2/features2d.hpp>
@@ -19,11 +20,29 @@ namespace {
 /// Centres from blobs are good to about half a pixel, fitted ones to a fiftieth.
 constexpr double kFittedWeight = 100;
 
-/// Centres row by row in some order of rows and columns, to about a pixel.
-std::optional<Points2> find_centres(const ViewU8& image, const CircleGrid& board) {
+/// The blob finder's thresholds are grey levels of a well exposed picture: the one it gets has its brightest
+/// paper near white, however dim the light was.
+cv::Mat brightened(const ViewU8& image) {
   const cv::Mat pixels(image.height, image.width, CV_8U, const_cast<std::uint8_t*>(image.data),
                        std::size_t(image.stride));
+  std::array<int, 256> counts{};
+  for (int y = 0; y < image.height; ++y)
+    for (int x = 0; x < image.width; ++x) ++counts[image.at(x, y)];
+  int brightest = 255;
+  for (int above = 0; brightest > 1; --brightest) {
+    above += counts[std::size_t(brightest)];
+    if (above > image.width * image.height / 100) break;
+  }
+  cv::Mat bright;
+  pixels.convertTo(bright, CV_8U, 240.0 / brightest);
+  return bright;
+}
+
+/// Centres row by row in some order of rows and columns, to about a pixel.
+std::optional<Points2> find_centres(const ViewU8& image, const CircleGrid& board) {
+  const cv::Mat pixels = brightened(image);
   cv::SimpleBlobDetector::Params blobs;
+  blobs.minThreshold = 20;
   blobs.minArea = 20;
   blobs.maxArea = float(image.width) * float(image.height) / float(board.size());
   blobs.minDistBetweenBlobs = 4;

@@ -120,10 +120,20 @@ void check_numbering(const fs::path& folder, const std::vector<fs::path>& files)
   }
 }
 
+ImageU8 without_alpha(ImageU8 image) {
+  if (image.channels() == 3) return image;
+  ImageU8 rgb(image.size(), 3);
+  for (int y = 0; y < image.height(); ++y)
+    for (int x = 0; x < image.width(); ++x)
+      for (int c = 0; c < 3; ++c) rgb.at(x, y, c) = image.at(x, y, c);
+  return rgb;
+}
+
 }  // namespace
 
-CaptureFolder load_capture_folder(const fs::path& folder, int expected_frames) {
+CaptureFolder load_capture_folder(const fs::path& folder, int expected_frames, int channels) {
   require(expected_frames > 0, "load_capture_folder: no frames are expected");
+  require(channels == 1 || channels == 3, "load_capture_folder: frames have one channel or three");
   CaptureFolder captures;
   captures.files = images_in(folder);
   const std::vector<fs::path>& files = captures.files;
@@ -140,8 +150,16 @@ CaptureFolder load_capture_folder(const fs::path& folder, int expected_frames) {
   for (const fs::path& file : files) {
     LoadedImage loaded = load_image(file);
     reduced |= loaded.diagnostics.find("reduced_to_8_bit") != nullptr;
-    colour |= loaded.image.channels() > 1;
-    captures.frames.push_back(loaded.image.channels() > 1 ? to_gray(loaded.image) : std::move(loaded.image));
+    if (channels == 3) {
+      if (loaded.image.channels() < 3)
+        fail(file, "it is grey where the pattern needs colour",
+             "capture in colour, or show the pattern without ':colour'");
+      captures.frames.push_back(without_alpha(std::move(loaded.image)));
+    } else {
+      colour |= loaded.image.channels() > 1;
+      captures.frames.push_back(loaded.image.channels() > 1 ? to_gray(loaded.image)
+                                                            : std::move(loaded.image));
+    }
     const ImageSize size = captures.frames.back().size(), first = captures.frames.front().size();
     if (size != first)
       fail(folder,

@@ -9,7 +9,8 @@
 #include <string>
 #include <tuple>
 
-#include "procam/core/homography_fit.hpp"
+#include "print.hpp"
+#include "procam/core/homography.hpp"
 #include "smooth_field.hpp"
 
 namespace procam::match {
@@ -19,62 +20,6 @@ constexpr std::size_t kEdgesForHomography = 50000;  // in the whole picture
 constexpr std::ptrdiff_t kFewestInBoard = 30;       // of each axis
 constexpr int kHomographyRounds = 12;
 constexpr int kFewestEdges = 8;  // in a quadrant beside a corner, of each axis
-
-/// Homography of all pairs with outliers weighted down (Cauchy weights, rescaled every round); nullopt where
-/// they carry none.
-std::optional<Homography> fit_with_outliers(const Points2& source, const Points2& destination) {
-  try {
-    HomographyOptions options;
-    HomographyFit fit = fit_homography(source, destination, options);
-    for (int round = 0; round < 10; ++round) {
-      std::vector<double> sizes;
-      for (const Vec2& r : fit.residuals) sizes.push_back(r.norm());
-      std::vector<double> sorted = sizes;
-      std::nth_element(sorted.begin(), sorted.begin() + std::ptrdiff_t(sorted.size() / 2), sorted.end());
-      const double scale = std::max(sorted[sorted.size() / 2], 1e-6);
-      options.weights.clear();
-      for (const double size : sizes) options.weights.push_back(1 / (1 + (size / scale) * (size / scale)));
-      fit = fit_homography(source, destination, options);
-    }
-    return fit.destination_from_source;
-  } catch (const Error&) {
-    return std::nullopt;
-  }
-}
-
-/// Camera pixel -> the board's squares: (column, row) of the printed grid.
-std::optional<Homography> squares_from_camera(const Detections& in_camera, const Chessboard& board) {
-  Points2 pixels, squares;
-  for (const Observation& o : in_camera.observations) {
-    pixels.push_back(o.pixel);
-    squares.push_back(Vec2(o.point % board.columns, o.point / board.columns));
-  }
-  if (pixels.size() < 4) return std::nullopt;
-  return fit_with_outliers(pixels, squares);
-}
-
-/// Is the place on the print, and how far from the nearest printed line, in camera pixels?
-class Print {
- public:
-  Print(const Homography& squares_from_camera, const Chessboard& board)
-      : map_(squares_from_camera), board_(board) {}
-
-  std::optional<Vec2> square_at(const Vec2& pixel) const {
-    const auto at = map_.apply(pixel);
-    if (!at || at->x() <= -1 || at->y() <= -1 || at->x() >= board_.columns || at->y() >= board_.rows)
-      return std::nullopt;
-    return at;
-  }
-  double distance_to_line(const Vec2& pixel, const Vec2& at) const {
-    const Mat2 j = map_.jacobian(pixel);
-    return std::min(std::abs(at.x() - std::round(at.x())) / j.row(0).norm(),
-                    std::abs(at.y() - std::round(at.y())) / j.row(1).norm());
-  }
-
- private:
-  Homography map_;
-  Chessboard board_;
-};
 
 /// One projector coordinate that a camera position sees.
 struct Measured {
@@ -101,7 +46,7 @@ std::vector<Measured> measured_by(const LightMap& light, const Print& print) {
   for (int d = 0; d < 2; ++d)
     for (int y = 0; y < light.camera_size().height; ++y)
       for (int x = 0; x < light.camera_size().width; ++x) {
-        if (!light.decoded(x, y) || !print.square_at(Vec2(x, y))) continue;
+        if (!light.decoded(x, y) || !print.clear(Vec2(x, y))) continue;
         const double coordinate = double(light.pixel.at(x, y, d));
         all.push_back({Vec2(x, y),
                        coordinate,
@@ -118,15 +63,12 @@ std::vector<Measured> measured_by(const LightMap& light, const Print& print) {
 /// linear transform, taken apart). Outliers are weighted down (Cauchy weights, rescaled every round); nullopt
 /// where the edges carry no homography.
 std::optional<Homography> projector_from_camera(const Print& print, const std::vector<Measured>& edges,
-                                                ImageSize camera_size, ImageSize projector_size,
-                                                double border_px) {
+                                                ImageSize camera_size, ImageSize projector_size) {
   // Some thousand edges tell the homography well enough.
   std::vector<Measured> used;
   const std::size_t stride = 1 + edges.size() / kEdgesForHomography;
-  for (std::size_t i = 0; i < edges.size(); i += stride) {
-    const auto at = print.square_at(edges[i].camera_pixel);
-    if (at && print.distance_to_line(edges[i].camera_pixel, *at) >= border_px) used.push_back(edges[i]);
-  }
+  for (std::size_t i = 0; i < edges.size(); i += stride)
+    if (print.clear(edges[i].camera_pixel)) used.push_back(edges[i]);
   const auto columns = std::count_if(used.begin(), used.end(),
                                      [](const Measured& e) { return e.axis == StripeAxis::kColumn; });
   if (columns < kFewestInBoard || std::ptrdiff_t(used.size()) - columns < kFewestInBoard) return std::nullopt;
@@ -182,14 +124,14 @@ struct AxisLight {
 };
 
 AxisLight light_along(StripeAxis axis, const std::vector<Measured>& measured, const Print& print,
-                      const Homography& projector_from_camera, const BoardLightOptions& options) {
+                      const Homography& projector_from_camera) {
   const int row = axis == StripeAxis::kColumn ? 0 : 1;
   AxisLight light;
-  std::map<std::tuple<int, int, int>, int> groups;  // stripe and square
+  std::map<std::tuple<int, int, int>, int> groups;  // stripe and pitch
   for (const Measured& one : measured) {
-    if (one.axis != axis) continue;
-    const auto at = print.square_at(one.camera_pixel);
-    if (!at || print.distance_to_line(one.camera_pixel, *at) < options.border_px) continue;
+    if (one.axis != axis || !print.clear(one.camera_pixel)) continue;
+    const auto at = print.place_at(one.camera_pixel);
+    if (!at) continue;
     const auto mapped = projector_from_camera.apply(one.camera_pixel);
     if (!mapped) continue;
     FieldSample sample;
@@ -209,25 +151,33 @@ AxisLight light_along(StripeAxis axis, const std::vector<Measured>& measured, co
   return light;
 }
 
-/// Edges in each square of the print, including the outer ones.
-class SquareCounts {
+/// Does light surround a place? Two quadrants of a pitch that face each other across it must both hold
+/// samples (of a chessboard's corner: two squares). Both pairs need not: dark print may reflect too little to
+/// be read.
+class Surroundings {
  public:
-  SquareCounts(const AxisLight& light, const Chessboard& board)
-      : columns_(board.columns + 1), counts_(std::size_t((board.columns + 1) * (board.rows + 1))) {
-    for (const FieldSample& s : light.samples)
-      ++counts_[index(int(std::floor(s.at.x())), int(std::floor(s.at.y())))];
+  explicit Surroundings(const AxisLight& light) {
+    for (const FieldSample& s : light.samples) cells_[cell_of(s.at)].push_back(s.at);
   }
-  /// Do two squares that face each other across the corner both hold edges? Then light surrounds it: dark
-  /// print may reflect too little to be read.
-  bool surround(int column, int row) const {
-    const auto lit = [&](int c, int r) { return counts_[index(c, r)] >= kFewestEdges; };
-    return (lit(column - 1, row - 1) && lit(column, row)) || (lit(column, row - 1) && lit(column - 1, row));
+  bool lit(const Vec2& place) const {
+    int counts[2][2] = {};
+    for (int j = -1; j <= 1; ++j)
+      for (int i = -1; i <= 1; ++i) {
+        const auto [column, row] = cell_of(place);
+        const auto cell = cells_.find({column + i, row + j});
+        if (cell == cells_.end()) continue;
+        for (const Vec2& at : cell->second)
+          if ((at - place).cwiseAbs().maxCoeff() < 1) ++counts[at.y() > place.y()][at.x() > place.x()];
+      }
+    return std::min(counts[0][0], counts[1][1]) >= kFewestEdges ||
+           std::min(counts[0][1], counts[1][0]) >= kFewestEdges;
   }
 
  private:
-  std::size_t index(int c, int r) const { return std::size_t((r + 1) * columns_ + c + 1); }
-  int columns_;
-  std::vector<int> counts_;
+  static std::pair<int, int> cell_of(const Vec2& at) {
+    return {int(std::floor(at.x())), int(std::floor(at.y()))};
+  }
+  std::map<std::pair<int, int>, Points2> cells_;
 };
 
 Detections not_lit(ImageSize projector_size, const std::string& why) {
@@ -237,51 +187,50 @@ Detections not_lit(ImageSize projector_size, const std::string& why) {
   return result;
 }
 
-const char* const kTooFewCorners = "fewer than four corners of the board were found in the camera's image";
+const char* const kTooFewCorners = "fewer than four points of the board were found in the camera's image";
 
-Detections project(const Detections& in_camera, const Chessboard& board, const Homography& to_squares,
-                   const std::vector<Measured>& measured, ImageSize projector_size,
+Detections project(const Detections& in_camera, const Board& board, const BoardPlace& place,
+                   const Print& print, const std::vector<Measured>& measured, ImageSize projector_size,
                    const BoardLightOptions& options) {
-  const Print print(to_squares, board);
-  const auto base =
-      projector_from_camera(print, measured, in_camera.image_size, projector_size, options.border_px);
+  const auto base = projector_from_camera(print, measured, in_camera.image_size, projector_size);
   if (!base)
     return not_lit(projector_size,
                    "too little of the board carries readable light; light it fully by the projector, or "
                    "expose longer");
 
-  const Vec2 low(-1, -1), high(board.columns, board.rows);
   std::vector<SmoothField> fields;
-  std::vector<SquareCounts> counts;
+  std::vector<Surroundings> around;
   for (const StripeAxis axis : {StripeAxis::kColumn, StripeAxis::kRow}) {
-    AxisLight seen = light_along(axis, measured, print, *base, options);
-    fields.emplace_back(low, high, options.knot_squares);
+    AxisLight seen = light_along(axis, measured, print, *base);
+    fields.emplace_back(print.low(), print.high(), options.knot_pitches);
     if (int(seen.samples.size()) < 4 * fields.back().size())
       return not_lit(
           projector_size,
           "too little light was read on the board; light it fully by the projector, or expose longer");
     fields.back().fit(seen.samples, seen.group_count);
-    counts.emplace_back(seen, board);
+    around.emplace_back(seen);
   }
 
   Detections result;
   result.image_size = projector_size;
+  const Points3 points = points_in_board(board);
+  const double pitch = pitch_of(board);
   int unlit = 0;
   for (const Observation& corner : in_camera.observations) {
-    const int column = corner.point % board.columns, row = corner.point / board.columns;
-    const auto at = to_squares.apply(corner.pixel);
+    const Vec2 printed = points[std::size_t(corner.point)].head<2>() / pitch;
+    const auto at = place.at(corner.pixel);
     const auto mapped = base->apply(corner.pixel);
-    if (!at || !mapped || !counts[0].surround(column, row) || !counts[1].surround(column, row)) {
+    if (!at || !mapped || !around[0].lit(printed) || !around[1].lit(printed)) {
       ++unlit;
       continue;
     }
-    const Mat2 squares_by_pixel = to_squares.jacobian(corner.pixel);
+    const Mat2 place_by_pixel = place.jacobian(corner.pixel);
     Mat2 jacobian = base->jacobian(corner.pixel);
     Observation lit;
     lit.point = corner.point;
     for (int d = 0; d < 2; ++d) {
       lit.pixel[d] = (*mapped)[d] + fields[std::size_t(d)].value(*at);
-      jacobian.row(d) += fields[std::size_t(d)].gradient(*at).transpose() * squares_by_pixel;
+      jacobian.row(d) += fields[std::size_t(d)].gradient(*at).transpose() * place_by_pixel;
     }
     lit.covariance = jacobian * corner.covariance * jacobian.transpose();
     for (int d = 0; d < 2; ++d) lit.covariance(d, d) += fields[std::size_t(d)].variance(*at);
@@ -290,30 +239,31 @@ Detections project(const Detections& in_camera, const Chessboard& board, const H
   if (unlit > 0)
     result.diagnostics.warn("corners_not_lit",
                             std::to_string(unlit) + " of " + std::to_string(in_camera.observations.size()) +
-                                " corners are not surrounded by readable light and get no projector pixel");
+                                " points are not surrounded by readable light and get no projector pixel");
   return result;
 }
 
 }  // namespace
 
-Detections project_board(const Detections& in_camera, const Chessboard& board, const DecodedMap& decoded,
-                         const std::vector<StripeEdge>& edges, const BoardLightOptions& options) {
+Detections project_board(const Detections& in_camera, const Board& board, const BoardArtwork& artwork,
+                         const DecodedMap& decoded, const std::vector<StripeEdge>& edges,
+                         const BoardLightOptions& options) {
   require(in_camera.image_size == decoded.camera_size(),
           "project_board: detections and decoded map differ in size");
-  const auto to_squares = squares_from_camera(in_camera, board);
-  if (!to_squares) return not_lit(decoded.projector_size, kTooFewCorners);
-  return project(in_camera, board, *to_squares, measured_by(edges, decoded.step), decoded.projector_size,
-                 options);
+  const auto place = BoardPlace::fit(in_camera, board);
+  if (!place) return not_lit(decoded.projector_size, kTooFewCorners);
+  return project(in_camera, board, *place, Print(*place, in_camera, board, artwork, options.border_px),
+                 measured_by(edges, decoded.step), decoded.projector_size, options);
 }
 
-Detections project_board(const Detections& in_camera, const Chessboard& board, const LightMap& light,
-                         const BoardLightOptions& options) {
+Detections project_board(const Detections& in_camera, const Board& board, const BoardArtwork& artwork,
+                         const LightMap& light, const BoardLightOptions& options) {
   require(in_camera.image_size == light.camera_size(),
           "project_board: detections and light map differ in size");
-  const auto to_squares = squares_from_camera(in_camera, board);
-  if (!to_squares) return not_lit(light.projector_size, kTooFewCorners);
-  return project(in_camera, board, *to_squares, measured_by(light, Print(*to_squares, board)),
-                 light.projector_size, options);
+  const auto place = BoardPlace::fit(in_camera, board);
+  if (!place) return not_lit(light.projector_size, kTooFewCorners);
+  const Print print(*place, in_camera, board, artwork, options.border_px);
+  return project(in_camera, board, *place, print, measured_by(light, print), light.projector_size, options);
 }
 
 }  // namespace procam::match

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "paper.hpp"
 #include "parallel.hpp"
 #include "scene.hpp"
 
@@ -51,6 +52,7 @@ Vec2 footprint(const Node& a, const Node& right, const Node& below, double share
 
 SampledView sample_view(const World& world, int samples_per_axis, int threads) {
   const Scene scene(world);
+  const Paper paper(world.board);
   const ImageSize size = scene.camera().size;
   const int n = samples_per_axis;
   SampledView view;
@@ -73,7 +75,7 @@ SampledView sample_view(const World& world, int samples_per_axis, int threads) {
         const std::optional<Hit> hit = scene.hit(direction);
         if (!hit) continue;
         const double albedo = !hit->on_board      ? scene.wall_albedo()
-                              : hit->printed_side ? scene.printed_albedo(hit->point_on_board, width)
+                              : hit->printed_side ? paper.albedo(hit->point_on_board, width)
                                                   : scene.white_albedo();
         view.ambient_level.at(x, y) += share * float(albedo * scene.ambient());
         if (const std::optional<Lighting> light = scene.lighting(*hit))

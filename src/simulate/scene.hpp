@@ -31,10 +31,8 @@ class Scene {
   std::optional<Lighting> lighting(const Hit& hit) const;
   /// Where a direction meets the board's plane, in the board's frame; nullopt when it does not.
   std::optional<Vec2> meet_board_plane(const Vec3& direction_in_camera) const;
-  /// Mean albedo of the printed side over a box of that width round a point.
-  double printed_albedo(const Vec2& point_on_board, const Vec2& width) const;
 
-  double white_albedo() const { return board_.white_albedo; }
+  double white_albedo() const { return white_albedo_; }
   double wall_albedo() const { return wall_albedo_; }
   double ambient() const { return ambient_; }
 
@@ -43,7 +41,8 @@ class Scene {
 
   Camera camera_;
   Projector projector_;
-  PrintedBoard board_;
+  double white_albedo_;
+  ArtworkRectangle sheet_;
   Pose projector_from_camera_, board_from_camera_, camera_from_board_;
   Vec3 projector_in_camera_, board_normal_in_camera_;
   Plane wall_in_camera_;

@@ -52,7 +52,7 @@ const std::vector<Recipe>& recipes() {
        {{1280, 1024}, {1400, 1406, 652, 498, 0}, {-0.03, 0.01, 0.0004, -0.0003, 0}},
        {{1024, 768}, {1500, 1507, 528, 402, 0}, {0.01, -0.005, 0.0002, 0.0003, 0}},
        Vec3(0.27, -0.09, 0.04),
-       {{10, 7, 0.030}, 0.03, 0.80, 0.06},
+       {Chessboard{10, 7, 0.030}, 0.03, 0.80, 0.06},
        8,
        0.8,
        1.6,
@@ -65,7 +65,7 @@ const std::vector<Recipe>& recipes() {
        {{1280, 960}, {1052, 1047, 633, 491, 0}, {0.06, -0.12, 0.0010, -0.0007, 0}},
        {{1024, 768}, {2010, 2003, 671, 696, 0}, {-0.04, 0.02, 0.0005, 0.0008, 0}},
        Vec3(0.32, 0.12, -0.08),
-       {{9, 6, 0.036}, 0.036, 0.80, 0.06},
+       {Chessboard{9, 6, 0.036}, 0.036, 0.80, 0.06},
        10,
        1.2,
        2.2,
@@ -78,7 +78,7 @@ const std::vector<Recipe>& recipes() {
        {{1280, 1024}, {905, 913, 668, 489, 0.6}, {-0.25, 0.08, 0.0012, -0.0009, 0}},
        {{1024, 768}, {1480, 1493, 489, 845, 0.8}, {-0.10, 0.03, -0.0006, 0.0010, 0}},
        Vec3(-0.35, 0.16, 0.10),
-       {{7, 9, 0.034}, 0.034, 0.62, 0.10},
+       {Chessboard{7, 9, 0.034}, 0.034, 0.62, 0.10},
        6,
        0.8,
        1.4,
@@ -166,8 +166,14 @@ std::optional<Pose> draw_pose(const Recipe& recipe, const World& world, const Pl
   return Pose(rotation, center - rotation * placing.middle_in_board);
 }
 
-Vec3 middle_of_print(const Chessboard& layout) {
-  return 0.5 * layout.square_size * Vec3(layout.columns - 1, layout.rows - 1, 0);
+Vec3 middle_of_print(const Board& layout) {
+  const ArtworkRectangle print = print_of(layout);
+  return (Vec3() << 0.5 * (print.low + print.high), 0).finished();
+}
+
+/// Do markers say which point is which, so that a part of the board is enough?
+bool is_coded(const Board& layout) {
+  return std::holds_alternative<CharucoBoard>(layout) || std::holds_alternative<MarkerGrid>(layout);
 }
 
 constexpr double kRimPx = 6;  // what matters keeps this far from a picture's rim
@@ -195,18 +201,33 @@ Points3 print_corners(const World& world, double margin) {
   return sheet_corners_in_board(print);
 }
 
-/// Sheet wholly on the camera's image; `partly`: 50 .. 90 % of the points lit, else all of them, with their
-/// squares.
-bool is_usable(const World& world, bool partly) {
+/// How much of a board a view shows.
+enum class Shown {
+  kAll,         ///< the sheet wholly on the camera's image, all of the print lit
+  kPartlyLit,   ///< the sheet wholly on the camera's image, 50 .. 90 % of the points lit
+  kPartlySeen,  ///< 40 .. 85 % of the points on the camera's image, 35 % or more of all both seen and lit
+};
+
+bool is_usable(const World& world, Shown shown) {
+  if (!faces_both(world)) return false;
+  const double all = double(points_in_board(world.board.layout).size());
+  const std::vector<Observation> lit = board_in_projector(world);
+  if (shown == Shown::kPartlySeen) {
+    const std::vector<Observation> seen = board_in_camera(world);
+    const auto both = std::count_if(seen.begin(), seen.end(), [&](const Observation& s) {
+      return std::any_of(lit.begin(), lit.end(), [&](const Observation& l) { return l.point == s.point; });
+    });
+    const double share = double(seen.size()) / all;
+    return share >= 0.4 && share <= 0.85 && double(both) >= 0.35 * all;
+  }
   const RigCamera& camera = world.rig.camera();
   const RigProjector& projector = world.rig.projector();
   const Pose camera_from_board = camera.rig_from_camera.inverse() * world.rig_from_board;
   const Pose projector_from_board = projector.rig_from_projector.inverse() * world.rig_from_board;
   for (const Vec3& corner : sheet_corners_in_board(world.board))
     if (!inside(camera.camera, camera_from_board * corner)) return false;
-  if (!faces_both(world)) return false;
-  if (partly) {
-    const double share = double(board_in_projector(world).size()) / world.board.layout.size();
+  if (shown == Shown::kPartlyLit) {
+    const double share = double(lit.size()) / all;
     return share >= 0.5 && share <= 0.9;
   }
   for (const Vec3& corner : print_corners(world, 0))
@@ -214,15 +235,21 @@ bool is_usable(const World& world, bool partly) {
   return true;
 }
 
-/// Print with its margin on the camera's image; the box of projector pixels on blank paper that the camera
-/// sees.
-bool is_usable(const World& world, const Eigen::AlignedBox2d& on_blank_paper) {
+/// Print with its margin on the camera's image (or only a part of it); the box of projector pixels on blank
+/// paper that the camera sees.
+bool is_usable(const World& world, const Eigen::AlignedBox2d& on_blank_paper, Shown shown) {
   if (!faces_both(world)) return false;
   const RigCamera& camera = world.rig.camera();
   const Pose camera_from_board = camera.rig_from_camera.inverse() * world.rig_from_board;
   const Points3 print = print_corners(world, world.board.margin);
-  for (const Vec3& corner : print)
-    if (!inside(camera.camera, camera_from_board * corner)) return false;
+  if (shown == Shown::kPartlySeen) {
+    const double share =
+        double(board_in_camera(world).size()) / double(points_in_board(world.board.layout).size());
+    if (share < 0.4 || share > 0.85) return false;
+  } else {
+    for (const Vec3& corner : print)
+      if (!inside(camera.camera, camera_from_board * corner)) return false;
+  }
   for (int i = 0; i < 4; ++i) {
     const Vec2 pixel = on_blank_paper.corner(Eigen::AlignedBox2d::CornerType(i));
     const std::optional<Vec2> place = light_on_sheet(world, pixel);
@@ -237,6 +264,9 @@ bool is_usable(const World& world, const Eigen::AlignedBox2d& on_blank_paper) {
 constexpr double kLitRoom = 0.25;
 constexpr double kExposureShare = 0.75;
 constexpr int kViewsOfLightPoints = 18;
+/// Of boards whose markers say which point is which.
+constexpr int kPartlySeenEvery = 3;
+constexpr double kNearer = 0.6;
 /// They reach a little farther: light and print must both fit the camera's image.
 constexpr double kReach = 1.25;
 
@@ -245,8 +275,8 @@ void add_blank_paper(const Recipe& recipe, World& world, const Eigen::AlignedBox
   const Intrinsics& k = recipe.projector.intrinsics;
   const double reach = kReach * recipe.farthest;
   const double width = box.sizes().x() / k.fx * reach, height = box.sizes().y() / k.fy * reach;
-  const double print_height =
-      (recipe.board.layout.rows + 1) * recipe.board.layout.square_size + 2 * recipe.board.margin;
+  const ArtworkRectangle print = print_of(world.board.layout);
+  const double print_height = print.high.y() - print.low.y() + 2 * world.board.margin;
   world.board.blank = Vec2(width, std::max(0.0, height - print_height));
   world.ambient = std::max(world.ambient, kLitRoom);
 }
@@ -269,15 +299,20 @@ ImageSize projector_size(Level level) {
 }
 
 Session make_session(Level level, std::uint64_t seed,
-                     const std::optional<Eigen::AlignedBox2d>& on_blank_paper) {
+                     const std::optional<Eigen::AlignedBox2d>& on_blank_paper,
+                     const std::optional<BoardPrint>& print) {
   const Recipe& recipe = recipe_of(level);
   Random random(seed, std::uint64_t(level), 0);
   World world;
-  // Print and light share the camera's image: the light's place is half a print right of the axis.
-  const Chessboard& layout = recipe.board.layout;
-  const double print_width = (layout.columns + 1) * layout.square_size + 2 * recipe.board.margin;
-  world.rig = make_rig(recipe, on_blank_paper ? 0.5 * print_width : 0, random);
   world.board = recipe.board;
+  if (print) {
+    world.board.layout = print->layout;
+    world.board.artwork = print->artwork;
+  }
+  // Print and light share the camera's image: the light's place is half a print right of the axis.
+  const ArtworkRectangle dark = print_of(world.board.layout);
+  const double print_width = dark.high.x() - dark.low.x() + 2 * world.board.margin;
+  world.rig = make_rig(recipe, on_blank_paper ? 0.5 * print_width : 0, random);
   world.ambient = recipe.ambient;
   const Vec3 wall_normal = vary(Vec3(0.08, -0.05, -1), 0.03, random).normalized();
   world.wall_in_rig = {wall_normal, -wall_normal.z() * (recipe.farthest + 0.7)};
@@ -289,10 +324,10 @@ Session make_session(Level level, std::uint64_t seed,
   if (on_blank_paper) add_blank_paper(recipe, world, *on_blank_paper);
   Placing placing;
   const ImageSize projector_size = recipe.projector.size;
-  placing.middle_in_board = middle_of_print(recipe.board.layout);
+  placing.middle_in_board = middle_of_print(world.board.layout);
   placing.on_pixels = {Vec2(0, 0), Vec2(projector_size.width - 1.0, projector_size.height - 1.0)};
   if (on_blank_paper) {
-    const Vec3 right = print_corners(world, recipe.board.margin)[1];
+    const Vec3 right = print_corners(world, world.board.margin)[1];
     const Points3 sheet = sheet_corners_in_board(world.board);
     placing.middle_in_board = 0.5 * (right + sheet[2]);
     const Vec2 near_middle = 0.1 * on_blank_paper->sizes();
@@ -308,8 +343,10 @@ Session make_session(Level level, std::uint64_t seed,
     placing.distance = recipe.nearest + (recipe.farthest - recipe.nearest) * (turn - std::floor(turn));
     const double tilt_direction = 2 * kPi * (tilt_start + view * 0.3819660112501051);
     placing.tilt_direction = tilt_direction;
-    const bool partly =
+    const bool partly_lit =
         recipe.partly_lit_every > 0 && view % recipe.partly_lit_every == recipe.partly_lit_every - 1;
+    const bool partly_seen = is_coded(world.board.layout) && view % kPartlySeenEvery == 1;
+    const Shown shown = partly_seen ? Shown::kPartlySeen : partly_lit ? Shown::kPartlyLit : Shown::kAll;
     constexpr int kTries = 20000;
     bool found = false;
     for (int i = 0; i < kTries && !found; ++i) {
@@ -318,16 +355,20 @@ Session make_session(Level level, std::uint64_t seed,
         // and wider.
         placing.distance = random.uniform(recipe.nearest, kReach * recipe.farthest);
         placing.tilt_direction = tilt_direction + kPi * i / kTries * random.uniform(-1, 1);
+      } else if (partly_seen) {
+        // Light that reaches the rim of the camera's image is near.
+        placing.distance = random.uniform(kNearer * recipe.nearest, recipe.farthest);
       }
       const std::optional<Pose> pose = draw_pose(recipe, world, placing, random);
       if (!pose) continue;
       world.rig_from_board = *pose;
-      found = on_blank_paper ? is_usable(world, *on_blank_paper) : is_usable(world, partly);
+      found = on_blank_paper ? is_usable(world, *on_blank_paper, shown) : is_usable(world, shown);
     }
     if (!found)
       throw Error(ErrorKind::kNotConverged,
                   "simulated session of level " + std::string(recipe.name) + ", view " + std::to_string(view),
-                  "no board pose that camera and projector both cover was found", "use another seed");
+                  "no board pose that camera and projector both cover was found",
+                  print ? "use a smaller board or another seed" : "use another seed");
     session.views.push_back(world);
   }
   return session;

@@ -15,12 +15,12 @@ std::optional<Vec2> lit_pixel(const internal::Scene& scene, const Vec2& camera_p
   return lighting->projector_pixel;
 }
 
-std::vector<Observation> observe(const Camera& device, const Pose& device_from_board,
-                                 const Chessboard& board) {
+std::vector<Observation> observe(const Camera& device, const Pose& device_from_board, const Board& board) {
   std::vector<Observation> observations;
-  for (int i = 0; i < board.size(); ++i) {
-    const std::optional<Vec2> pixel = device.project(device_from_board * board.point_in_board(i));
-    if (pixel && device.size.contains(*pixel)) observations.push_back({i, *pixel});
+  const Points3 points = points_in_board(board);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const std::optional<Vec2> pixel = device.project(device_from_board * points[i]);
+    if (pixel && device.size.contains(*pixel)) observations.push_back({int(i), *pixel});
   }
   return observations;
 }
@@ -28,10 +28,11 @@ std::vector<Observation> observe(const Camera& device, const Pose& device_from_b
 }  // namespace
 
 Points3 sheet_corners_in_board(const PrintedBoard& board) {
-  const double edge = board.layout.square_size + board.margin;
-  const double right = (board.layout.columns - 1) * board.layout.square_size + edge + board.blank.x();
-  const double bottom = (board.layout.rows - 1) * board.layout.square_size + edge + board.blank.y();
-  return {Vec3(-edge, -edge, 0), Vec3(right, -edge, 0), Vec3(right, bottom, 0), Vec3(-edge, bottom, 0)};
+  const ArtworkRectangle print = print_of(board.layout);
+  const Vec2 margin = Vec2::Constant(board.margin), low = print.low - margin,
+             high = print.high + margin + board.blank;
+  return {Vec3(low.x(), low.y(), 0), Vec3(high.x(), low.y(), 0), Vec3(high.x(), high.y(), 0),
+          Vec3(low.x(), high.y(), 0)};
 }
 
 std::vector<Observation> board_in_camera(const World& world) {

@@ -91,6 +91,23 @@ TEST_P(EveryBoard, HalfCoveredIsFoundWhereItShowsOrRefusedWithTheReason) {
   EXPECT_EQ(seen, clear);
 }
 
+TEST_P(EveryBoard, IsDrawnInsideItsPrint) {
+  const BoardArtwork art = detect::board_artwork(GetParam().board);
+  Vec2 low = Vec2::Constant(1e9), high = -low;
+  for (const ArtworkRectangle& r : art.rectangles) low = low.cwiseMin(r.low), high = high.cwiseMax(r.high);
+  for (const ArtworkDisc& d : art.discs) {
+    low = low.cwiseMin(d.centre - Vec2::Constant(d.radius));
+    high = high.cwiseMax(d.centre + Vec2::Constant(d.radius));
+  }
+  const ArtworkRectangle print = print_of(GetParam().board);
+  EXPECT_LT((print.low - low).norm() + (print.high - high).norm(), 1e-12);
+  const Points3 points = points_in_board(GetParam().board);
+  double nearest = 1e9;
+  for (std::size_t i = 1; i < points.size(); ++i) nearest = std::min(nearest, (points[i] - points[0]).norm());
+  EXPECT_GE(pitch_of(GetParam().board), 0.5 * nearest);
+  EXPECT_LE(pitch_of(GetParam().board), 2 * nearest);
+}
+
 TEST_P(EveryBoard, IsNotFoundOnBlankPaper) {
   ArtworkScene scene;
   scene.board = GetParam().board;

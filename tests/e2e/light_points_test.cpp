@@ -1,17 +1,26 @@
-/// Sessions of printed and projected chessboards: is each light point where the light falls?
+/// Sessions of printed and projected boards: is each light point where the light falls?
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>
 #include <cmath>
 #include <cstdio>
+#include <map>
 
 #include "common/session_reader.hpp"
+#include "procam/detect/board_artwork.hpp"
 #include "procam/simulate/session.hpp"
 
 namespace procam::test {
 namespace {
 
-class LightPoints : public ::testing::TestWithParam<simulate::Level> {};
+struct LightCase {
+  simulate::Level level;
+  const char* name;
+  const char* pattern;
+  std::size_t views, least_points;  ///< of light, all views together
+};
+
+class LightPoints : public ::testing::TestWithParam<LightCase> {};
 
 /// Squared errors in units of their covariance, a point counting 2 degrees of freedom.
 struct Errors {
@@ -28,14 +37,19 @@ struct Errors {
 };
 
 TEST_P(LightPoints, LieWhereTheLightFalls) {
-  const auto pattern = tools::make_pattern("chessboard", simulate::projector_size(GetParam()));
-  const simulate::Session session = simulate::make_session(GetParam(), 4, pattern->on_blank_paper());
+  const LightCase& which = GetParam();
+  const auto pattern = tools::make_pattern(which.pattern, simulate::projector_size(which.level));
+  // Light of which a part is enough stands beside a print of which a part is enough.
+  const Board charuco = CharucoBoard{6, 5, 0.06, 0.045, MarkerDictionary::k4x4_50};
+  std::optional<simulate::BoardPrint> sheet;
+  if (std::string(which.pattern).rfind("chessboard", 0) != 0)
+    sheet = simulate::BoardPrint{charuco, detect::board_artwork(charuco)};
+  const simulate::Session session = simulate::make_session(which.level, 4, pattern->on_blank_paper(), sheet);
   ASSERT_EQ(session.views.size(), 18u);
   const std::vector<ImageU8> frames = pattern->frames();
   Errors light, print;
-  std::size_t points = 0, corners = 0;
-  constexpr std::size_t kViews = 3;
-  for (std::size_t v = 0; v < kViews; ++v) {
+  std::size_t points = 0, corners = 0, corners_seen = 0;
+  for (std::size_t v = 0; v < which.views; ++v) {
     const std::vector<ImageU8> images = simulate::capture_view(session, v, frames);
     const match::BoardView view =
         pattern->read("view", {images.begin(), images.end()}, session.board().layout);
@@ -45,25 +59,38 @@ TEST_P(LightPoints, LieWhereTheLightFalls) {
       ASSERT_TRUE(truth);
       light.add(point.camera_pixel - *truth, point.camera_covariance);
     }
-    const std::vector<Observation> truth = simulate::board_in_camera(session.views[v]);
+    std::map<int, Vec2> printed;
+    for (const Observation& corner : simulate::board_in_camera(session.views[v]))
+      printed[corner.point] = corner.pixel;
+    corners_seen += printed.size();
     corners += view.detections[tools::kCameraDevice].observations.size();
     for (const Observation& corner : view.detections[tools::kCameraDevice].observations)
-      print.add(corner.pixel - truth[std::size_t(corner.point)].pixel, corner.covariance);
+      print.add(corner.pixel - printed.at(corner.point), corner.covariance);
   }
-  std::printf("%s: light points %zu, rms %.3f px, score %.2f; printed corners %zu, rms %.3f px, score %.2f\n",
-              simulate::to_string(GetParam()), points, light.rms(), light.mean_score(), corners, print.rms(),
-              print.mean_score());
-  EXPECT_GE(points, 0.97 * 108 * kViews);
-  EXPECT_GE(corners, 0.85 * double(session.board().layout.size()) * kViews);
+  std::printf(
+      "%s: light points %zu, rms %.3f px, score %.2f; printed points %zu of %zu, rms %.3f px, score %.2f\n",
+      which.name, points, light.rms(), light.mean_score(), corners, corners_seen, print.rms(),
+      print.mean_score());
+  EXPECT_GE(points, which.least_points);
+  EXPECT_GE(double(corners), 0.8 * double(corners_seen));
   EXPECT_LT(light.rms(), 0.1);
   EXPECT_LT(light.mean_score(), 2);
   EXPECT_LT(print.mean_score(), 2);
 }
 
-INSTANTIATE_TEST_SUITE_P(Levels, LightPoints,
-                         ::testing::Values(simulate::Level::kEasy, simulate::Level::kPaper,
-                                           simulate::Level::kHard),
-                         [](const auto& level) { return std::string(simulate::to_string(level.param)); });
+// Of 108 corners 97 %; of 280 corners of markers and 140 of squares, of which a part falls beside paper or
+// image, less; of 77 discs all.
+INSTANTIATE_TEST_SUITE_P(
+    Patterns, LightPoints,
+    ::testing::Values(LightCase{simulate::Level::kEasy, "EasyChessboard", "chessboard", 3, 314},
+                      LightCase{simulate::Level::kPaper, "PaperChessboard", "chessboard", 3, 314},
+                      LightCase{simulate::Level::kHard, "HardChessboard", "chessboard", 3, 314},
+                      LightCase{simulate::Level::kHard, "HardChessboardInColour", "chessboard:colour", 2,
+                                205},
+                      LightCase{simulate::Level::kHard, "HardCharuco", "charuco", 2, 200},
+                      LightCase{simulate::Level::kPaper, "PaperMarkers", "markers", 2, 400},
+                      LightCase{simulate::Level::kHard, "HardCircles", "circles", 2, 150}),
+    [](const auto& which) { return std::string(which.param.name); });
 
 }  // namespace
 }  // namespace procam::test

@@ -4,7 +4,8 @@
 #include <random>
 
 #include "common/session_reader.hpp"
-#include "procam/pattern/chessboard_pattern.hpp"
+#include "procam/detect/board_artwork.hpp"
+#include "procam/pattern/projected_board.hpp"
 #include "procam/simulate/session.hpp"
 
 namespace procam::test {
@@ -75,7 +76,9 @@ inline Correspondences numeric_chessboards(const simulate::Session& session, con
                                            std::uint64_t seed) {
   internal::Noise noise(seed);
   Correspondences data = internal::printed_corners(session, sigma.corner_px, noise);
-  const Points2 shown = pattern::corner_pixels(pattern::chessboard_pattern(data.devices[1].size));
+  const Board light = pattern::chessboard_filling(data.devices[1].size);
+  const Points2 shown = pattern::point_pixels(
+      pattern::projected_board(data.devices[1].size, light, detect::board_artwork(light)));
   for (std::size_t v = 0; v < data.views.size(); ++v)
     for (const Vec2& pixel : shown)
       if (const auto seen = simulate::camera_pixel_of_light(session.views[v], pixel))

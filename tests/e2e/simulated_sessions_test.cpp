@@ -8,6 +8,7 @@
 #include "peers.hpp"
 #include "procam/analyze/light_error.hpp"
 #include "procam/calibrate/calibrate.hpp"
+#include "procam/detect/board_artwork.hpp"
 #include "procam/pattern/gray_code.hpp"
 #include "procam/simulate/session.hpp"
 
@@ -36,7 +37,7 @@ Seen look_at(const simulate::Session& session, const std::string& pattern_text =
     views.push_back(pattern->read(std::to_string(v), captures, board));
     if (!for_peers || pattern_text != "gray") continue;
     const std::vector<Observation> corners =
-        opencv_corners(captures[captures.size() - 2], session.board().layout);
+        opencv_corners(captures[captures.size() - 2], std::get<Chessboard>(session.board().layout));
     if (corners.empty()) continue;
     seen.own_corners.views.push_back({std::to_string(v), {corners, {}}});
     seen.decoded.push_back(
@@ -148,6 +149,7 @@ TEST_P(SimulatedSessions, TruthLiesInsideThreeReportedSigmas) {
 struct PatternCase {
   simulate::Level level;
   const char* pattern;
+  std::optional<Board> board = std::nullopt;  ///< instead of the level's
 };
 
 class PatternSessions : public ::testing::TestWithParam<PatternCase> {};
@@ -157,7 +159,9 @@ class PatternSessions : public ::testing::TestWithParam<PatternCase> {};
 TEST_P(PatternSessions, TruthLiesInsideThreeReportedSigmas) {
   const PatternCase& which = GetParam();
   const auto pattern = tools::make_pattern(which.pattern, simulate::projector_size(which.level));
-  const simulate::Session session = simulate::make_session(which.level, 2, pattern->on_blank_paper());
+  std::optional<simulate::BoardPrint> print;
+  if (which.board) print = simulate::BoardPrint{*which.board, detect::board_artwork(*which.board)};
+  const simulate::Session session = simulate::make_session(which.level, 2, pattern->on_blank_paper(), print);
   const calibrate::CalibrationResult result =
       calibrate::calibrate_rig(look_at(session, which.pattern).data, options_for(which.level));
   EXPECT_TRUE(result.rig.quality.passed());
@@ -234,6 +238,19 @@ INSTANTIATE_TEST_SUITE_P(Patterns, PatternSessions,
                              name += *c == '+' ? '_' : *c;
                            return name;
                          });
+
+const Board kCharucoSheet = CharucoBoard{6, 5, 0.06, 0.045, MarkerDictionary::k4x4_50};
+INSTANTIATE_TEST_SUITE_P(
+    ManyBoards, PatternSessions,
+    ::testing::Values(PatternCase{simulate::Level::kEasy, "gray", kCharucoSheet},
+                      PatternCase{simulate::Level::kPaper, "phase", kCharucoSheet},
+                      PatternCase{simulate::Level::kEasy, "gray",
+                                  MarkerGrid{5, 4, 0.045, 0.018, MarkerDictionary::k4x4_50}},
+                      PatternCase{simulate::Level::kEasy, "gray", CircleGrid{5, 9, 0.026, 0.022, true}},
+                      PatternCase{simulate::Level::kPaper, "charuco", kCharucoSheet},
+                      PatternCase{simulate::Level::kHard, "markers", kCharucoSheet},
+                      PatternCase{simulate::Level::kHard, "circles", kCharucoSheet},
+                      PatternCase{simulate::Level::kPaper, "chessboard:colour"}));
 
 /// Someone puts the sheet back upside down: the same board, its first corner at the other end.
 TEST(BoardTurnedByHalf, InOneViewChangesNothing) {

@@ -27,7 +27,7 @@ inline Rig stage_rig() {
 inline simulate::World stage(int pose) {
   simulate::World world;
   world.rig = stage_rig();
-  world.board.layout = {8, 5, 0.045};
+  world.board.layout = Chessboard{8, 5, 0.045};
   world.board.margin = 0.03;
   world.ambient = 0.03;
   struct Place {

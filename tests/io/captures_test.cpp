@@ -30,6 +30,21 @@ TEST(CaptureFolder, ReadsFramesInTheOrderOfTheirNumbers) {
   EXPECT_TRUE(captures.diagnostics.items.empty());
 }
 
+TEST(CaptureFolder, KeepsColourWhereItIsAskedFor) {
+  const Scratch scratch;
+  ImageU8 colour(5, 7, 4, 200);
+  colour.at(2, 3, 0) = 11, colour.at(2, 3, 1) = 22, colour.at(2, 3, 2) = 33;
+  std::filesystem::create_directories(scratch / "view");
+  save_image(scratch / "view/frame_0.png", colour);
+  const CaptureFolder captures = load_capture_folder(scratch / "view", 1, 3);
+  ASSERT_EQ(captures.frames.front().channels(), 3);
+  for (int c = 0; c < 3; ++c) EXPECT_EQ(captures.frames.front().at(2, 3, c), 11 * (c + 1));
+  EXPECT_TRUE(captures.diagnostics.items.empty());
+  save_frame(scratch, "grey/frame_0.png", 9);
+  EXPECT_NE(test::error_of([&] { load_capture_folder(scratch / "grey", 1, 3); }).why().find("grey"),
+            std::string::npos);
+}
+
 TEST(CaptureFolder, TakesTheLastNumberOfANameAndGreyFromColour) {
   const Scratch scratch;
   for (int i = 98; i <= 101; ++i) save_frame(scratch, "cam2_" + std::to_string(i) + "_raw.png", i, {5, 7}, 3);

@@ -41,7 +41,8 @@ LightMap wave_light(const LitBoard& world, double wrong_share = 0) {
 TEST(BoardLightFromWaves, IsPreciseAndStatesItsError) {
   for (const double corner_sigma : {1e-4, 0.03}) {
     const LitBoard world;
-    const Detections projected = project_board(world.corners(corner_sigma), world.board, wave_light(world));
+    const Detections projected =
+        project_board(world.corners(corner_sigma), world.board, world.artwork(), wave_light(world));
     ASSERT_EQ(projected.observations.size(), 35u);
     EXPECT_EQ(projected.image_size, world.projector.size());
     const test::LightErrors errors = test::errors_of(projected, world);
@@ -53,7 +54,8 @@ TEST(BoardLightFromWaves, IsPreciseAndStatesItsError) {
 
 TEST(BoardLightFromWaves, IgnoresPixelsThatMissAWave) {
   const LitBoard world;
-  const Detections projected = project_board(world.corners(1e-4), world.board, wave_light(world, 0.1));
+  const Detections projected =
+      project_board(world.corners(1e-4), world.board, world.artwork(), wave_light(world, 0.1));
   ASSERT_EQ(projected.observations.size(), 35u);
   EXPECT_LT(test::errors_of(projected, world).rms, 0.02);
 }
@@ -61,7 +63,8 @@ TEST(BoardLightFromWaves, IgnoresPixelsThatMissAWave) {
 TEST(BoardLightFromWaves, GivesNoPixelToCornersThatLightDoesNotSurround) {
   LitBoard world;
   world.lit_below_u = world.light_at(world.corner_pixel(17)).x() + 2;  // just right of the middle column
-  const Detections projected = project_board(world.corners(1e-4), world.board, wave_light(world));
+  const Detections projected =
+      project_board(world.corners(1e-4), world.board, world.artwork(), wave_light(world));
   ASSERT_FALSE(projected.observations.empty());
   for (const Observation& o : projected.observations) EXPECT_LT(o.point % 5, 3) << o.point;
   EXPECT_NE(projected.diagnostics.find("corners_not_lit"), nullptr);
@@ -71,10 +74,12 @@ TEST(BoardLightFromWaves, RefusesAMapOfAnotherSize) {
   const LitBoard world;
   Detections other = world.corners(0.01);
   other.image_size = {400, 480};
-  EXPECT_THROW(project_board(other, world.board, wave_light(world)), std::invalid_argument);
+  EXPECT_THROW(project_board(other, world.board, world.artwork(), wave_light(world)), std::invalid_argument);
   LightMap dark = wave_light(world);
   dark.sigma = ImageF(world.camera.size, 2);
-  EXPECT_NE(project_board(world.corners(0.01), world.board, dark).diagnostics.find("board_not_lit"), nullptr);
+  EXPECT_NE(project_board(world.corners(0.01), world.board, world.artwork(), dark)
+                .diagnostics.find("board_not_lit"),
+            nullptr);
 }
 
 }  // namespace

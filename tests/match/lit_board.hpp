@@ -9,11 +9,12 @@
 #include "procam/core/projector.hpp"
 #include "procam/core/se3.hpp"
 #include "procam/core/stripe_edge.hpp"
+#include "procam/detect/board_artwork.hpp"
 
 namespace procam::test {
 
 struct LitBoard {
-  Chessboard board{5, 7, 0.05};
+  Board board = Chessboard{5, 7, 0.05};
   Camera camera{{480, 400}, {760, 751, 229, 208, 0.4}, BrownConrady{{-0.12, 0.05, 0.0007, -0.0004, 0}}};
   Projector projector{{{640, 500}, {1101, 1108, 309, 451, -0.6}, BrownConrady{{-0.05, 0.02, 0, 0.0003, 0}}}};
   Pose camera_from_board{so3_exp(Vec3(0.24, -0.33, 0.08)), Vec3(-0.07, -0.15, 0.86)};
@@ -26,8 +27,9 @@ struct LitBoard {
   double border_shift_px = 0;   ///< edges within 2 px of a printed line are moved by this much
   unsigned seed = 3;
 
+  BoardArtwork artwork() const { return detect::board_artwork(board); }
   Vec3 on_sheet(double x, double y) const {
-    const double w = 0.5 * board.columns * board.square_size;
+    const double w = 0.5 * print_of(board).high.x();
     const double s = (x - w) / w;
     return Vec3(x, y, -bow * s * s);
   }
@@ -47,7 +49,7 @@ struct LitBoard {
     return *projector.pixel_lighting(projector_from_camera * (camera_from_board * sheet_at(pixel)));
   }
   Vec2 corner_pixel(int point) const {
-    const Vec3 p = board.point_in_board(point);
+    const Vec3 p = points_in_board(board)[std::size_t(point)];
     return *camera.project(camera_from_board * on_sheet(p.x(), p.y()));
   }
   /// The camera's true corners, moved by a noise that their covariance states.
@@ -56,7 +58,8 @@ struct LitBoard {
     detections.image_size = camera.size;
     std::mt19937 random(seed + 100);
     std::normal_distribution<double> normal;
-    for (int i = 0; i < board.size(); ++i)
+    const int count = int(points_in_board(board).size());
+    for (int i = 0; i < count; ++i)
       detections.observations.push_back({i, corner_pixel(i) + sigma * Vec2(normal(random), normal(random)),
                                          Mat2::Identity() * sigma * sigma});
     return detections;
@@ -99,7 +102,7 @@ inline Light shine(const LitBoard& world) {
         const double low = std::min(here, next), high = std::max(here, next);
         for (double k = std::ceil(low + 0.5); k - 0.5 < high; ++k) {
           double along = (k - 0.5 - here) / (next - here) + world.edge_sigma_px * normal(random);
-          const Vec3 p = world.sheet_at(Vec2(x, y)) / world.board.square_size;
+          const Vec3 p = world.sheet_at(Vec2(x, y)) / pitch_of(world.board);
           const double line =
               std::min(std::abs(p.x() - std::round(p.x())), std::abs(p.y() - std::round(p.y())));
           if (line * 40 < 2) along += world.border_shift_px;  // a square is about 40 camera pixels

@@ -86,7 +86,7 @@ TEST(Capture, ShowsTheBoardsEdgesWhereProjectionPutsThem) {
       const auto level = [&](int x, int y) { return double(image.at(x, y)); };
       const RigCamera& camera = world.rig.camera();
       const Pose camera_from_board = camera.rig_from_camera.inverse() * world.rig_from_board;
-      const Chessboard& board = world.board.layout;
+      const Chessboard& board = std::get<Chessboard>(world.board.layout);
       Errors errors;
       for (int row = 0; row < board.rows; ++row)
         for (int column = 0; column < board.columns; ++column)

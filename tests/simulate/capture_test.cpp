@@ -42,7 +42,7 @@ TEST(Capture, FollowsCosineAndInverseSquare) {
   for (const Vec3& corner : sheet_corners_in_board(world.board))
     brightest = std::max(brightest, irradiance(world, corner));
   for (const Observation& o : board_in_projector(world)) {
-    const Vec3 point = world.board.layout.point_in_board(o.point);
+    const Vec3 point = points_in_board(world.board.layout)[std::size_t(o.point)];
     const Vec2 pixel = pixel_of(world, point);
     if (o.pixel.x() < 3 || o.pixel.y() < 3 || o.pixel.x() > 508 || o.pixel.y() > 386) continue;
     // Rounding 0.5, and up to half a pixel between the point and the pixel's centre.
@@ -56,7 +56,7 @@ TEST(Capture, AddsRoomLightByAlbedo) {
   CaptureOptions options;
   options.brightest_grey = 240;
   const ImageU8 image = capture(world, {full_light(world)}, options)[0];
-  const double square = world.board.layout.square_size;
+  const double square = std::get<Chessboard>(world.board.layout).square_size;
   const Vec2 black = pixel_of(world, Vec3(0.5 * square, 0.5 * square, 0));
   const Vec2 white = pixel_of(world, Vec3(1.5 * square, 0.5 * square, 0));
   const Vec2 margin = pixel_of(world, Vec3(-1.5 * square, 0.5 * square, 0));
@@ -139,6 +139,73 @@ TEST(Capture, ReadsTheMapsProjectorPixel) {
   }
 }
 
+/// A chessboard's squares, drawn: the other way to the same picture.
+BoardArtwork squares_of(const Chessboard& board) {
+  BoardArtwork art;
+  const double s = board.square_size;
+  for (int row = 0; row <= board.rows; ++row)
+    for (int column = row % 2; column <= board.columns; column += 2)
+      art.rectangles.push_back({Vec2((column - 1) * s, (row - 1) * s), Vec2(column * s, row * s)});
+  art.sheet = print_of(board);
+  return art;
+}
+
+TEST(Capture, ShowsArtworkAsItShowsTheSameSquares) {
+  World world = lopsided_world();
+  const ImageU8 squares = capture(world, {full_light(world)})[0];
+  world.board.artwork = squares_of(std::get<Chessboard>(world.board.layout));
+  const ImageU8 drawn = capture(world, {full_light(world)})[0];
+  for (int y = 0; y < squares.height(); ++y)
+    for (int x = 0; x < squares.width(); ++x)
+      ASSERT_NEAR(drawn.at(x, y), squares.at(x, y), 1) << x << " " << y;
+}
+
+TEST(Capture, ShowsDiscsOfTheirArea) {
+  World world = lopsided_world(Vec3(0, 0, 0.2), Vec3(0.03, 0.02, 0.9));
+  const CircleGrid circles{4, 3, 0.05, 0.034, false};
+  world.board.layout = circles;
+  world.ambient = 1e6;
+  EXPECT_THROW(capture(world, {full_light(world)}), std::invalid_argument);  // nobody drew it
+  const ArtworkRectangle print = print_of(circles);
+  world.board.artwork.sheet = print;
+  for (const Vec3& centre : points_in_board(circles))
+    world.board.artwork.discs.push_back({centre.head<2>(), 0.5 * circles.diameter});
+  CaptureOptions options;
+  options.brightest_grey = 240;
+  const ImageU8 image = capture(world, {full_light(world)}, options)[0];
+  // Darkness round the first disc in pixels against its area there; white 240, black 15.
+  const Vec2 centre = pixel_of(world, Vec3::Zero()), right = pixel_of(world, Vec3(0.15, 0, 0)),
+             below = pixel_of(world, Vec3(0, 0.1, 0));
+  const Vec2 a = (right - centre) / 0.15, b = (below - centre) / 0.1;
+  const double pixels_per_m2 = std::abs(a.x() * b.y() - a.y() * b.x());
+  double dark = 0;
+  for (int y = int(centre.y()) - 18; y <= int(centre.y()) + 18; ++y)
+    for (int x = int(centre.x()) - 18; x <= int(centre.x()) + 18; ++x) dark += (240 - image.at(x, y)) / 225.0;
+  EXPECT_NEAR(dark, M_PI * 0.017 * 0.017 * pixels_per_m2, 0.03 * dark);
+}
+
+TEST(Capture, SeesColouredLightInItsChannelAndALittleBeside) {
+  World world = lopsided_world();
+  world.board.black_albedo = world.board.white_albedo;
+  world.ambient = 0;
+  ImageU8 red(world.rig.projector().projector.size(), 3);
+  for (int y = 0; y < red.height(); ++y)
+    for (int x = 0; x < red.width(); ++x) red.at(x, y, 0) = 255;
+  CaptureOptions options;
+  options.brightest_grey = 240;
+  options.crosstalk = 0.25;
+  const ImageU8 image = capture(world, {red}, options)[0],
+                full = capture(world, {full_light(world)}, options)[0];
+  ASSERT_EQ(image.channels(), 3);
+  const Vec2 p = pixel_of(world, points_in_board(world.board.layout)[20]);
+  const int x = int(p.x()), y = int(p.y());
+  // Red sees red and a quarter of green, and its gain makes white 1: 1 / 1.25. Green sees a quarter: 0.25
+  // / 1.5.
+  EXPECT_NEAR(image.at(x, y, 0), full.at(x, y) / 1.25, 1.5);
+  EXPECT_NEAR(image.at(x, y, 1), full.at(x, y) * 0.25 / 1.5, 1.5);
+  EXPECT_EQ(image.at(x, y, 2), 0);
+}
+
 TEST(Capture, NoiseHasTheVarianceAskedFor) {
   World world = lopsided_world();
   world.ambient = 1e6;
@@ -196,7 +263,7 @@ TEST(Capture, BlursByTheSigmaAskedFor) {
   const auto spread = [&](const CaptureOptions& options) {
     // Variance of an edge's derivative, along the row through the middle of a vertical edge, mean over rows.
     const ImageU8 image = capture(world, {full_light(world)}, options)[0];
-    const Vec2 p = pixel_of(world, world.board.layout.point_in_board(20) + Vec3(0, 0.02, 0));
+    const Vec2 p = pixel_of(world, points_in_board(world.board.layout)[std::size_t(20)] + Vec3(0, 0.02, 0));
     double variance = 0;
     for (int y = int(p.y()) - 3; y <= int(p.y()) + 3; ++y) {
       double total = 0, first = 0, second = 0;
@@ -241,7 +308,7 @@ TEST(Capture, DecodesToTheTrueProjectorMap) {
 TEST(Capture, RefusesFramesOfAnotherSize) {
   const World world = lopsided_world();
   EXPECT_THROW(capture(world, {ImageU8(390, 512)}), std::invalid_argument);
-  EXPECT_THROW(capture(world, {ImageU8(512, 390, 3)}), std::invalid_argument);
+  EXPECT_THROW(capture(world, {ImageU8(512, 390, 2)}), std::invalid_argument);
   CaptureOptions options;
   options.samples_per_axis = 0;
   EXPECT_THROW(capture(world, {full_light(world)}, options), std::invalid_argument);

@@ -13,7 +13,7 @@ TEST_P(SessionLaws, EveryViewShowsTheWholeBoardLit) {
     ASSERT_GE(session.views.size(), 6u);
     int partly_lit = 0;
     for (const World& world : session.views) {
-      const std::size_t all = std::size_t(world.board.layout.size());
+      const std::size_t all = points_in_board(world.board.layout).size();
       EXPECT_EQ(board_in_camera(world).size(), all);
       const std::size_t lit = board_in_projector(world).size();
       EXPECT_GE(2 * lit, all);
@@ -59,8 +59,8 @@ TEST_P(SessionLaws, BlankPaperTakesThePatternBesideThePrint) {
     const Session session = make_session(GetParam(), seed, box);
     ASSERT_EQ(session.views.size(), 18u);
     for (const World& world : session.views) {
-      EXPECT_EQ(board_in_camera(world).size(), std::size_t(world.board.layout.size()));
-      const double print_right = world.board.layout.columns * world.board.layout.square_size;
+      EXPECT_EQ(board_in_camera(world).size(), points_in_board(world.board.layout).size());
+      const double print_right = print_of(world.board.layout).high.x();
       for (double u = box.min().x(); u <= box.max().x(); u += 128)
         for (double v = box.min().y(); v <= box.max().y(); v += 176) {
           const auto place = light_on_sheet(world, Vec2(u, v));
@@ -73,6 +73,23 @@ TEST_P(SessionLaws, BlankPaperTakesThePatternBesideThePrint) {
         }
     }
   }
+}
+
+/// The drawing does not matter to where things are.
+TEST_P(SessionLaws, BoardsWithMarkersLeaveTheImageInEveryThirdView) {
+  const CharucoBoard charuco{8, 6, 0.04, 0.03, MarkerDictionary::k5x5_100};
+  const Session session = make_session(GetParam(), 2, std::nullopt, BoardPrint{charuco});
+  for (std::size_t v = 0; v < session.views.size(); ++v) {
+    const World& world = session.views[v];
+    EXPECT_EQ(std::get<CharucoBoard>(world.board.layout), charuco);
+    const std::size_t seen = board_in_camera(world).size();
+    if (v % 3 != 1) {
+      EXPECT_EQ(seen, 35u) << v;
+    } else {
+      EXPECT_TRUE(seen >= 14 && seen <= 29) << v << ": " << seen;
+    }
+  }
+  EXPECT_THROW(make_session(GetParam(), 2, std::nullopt, BoardPrint{Chessboard{10, 7, 0.3}}), Error);
 }
 
 INSTANTIATE_TEST_SUITE_P(AllLevels, SessionLaws, testing::Values(Level::kEasy, Level::kPaper, Level::kHard),

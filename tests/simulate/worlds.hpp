@@ -22,7 +22,7 @@ inline World lopsided_world(const Vec3& rotation = Vec3(0.35, -0.28, 0.2),
                             const Vec3& middle_in_camera = Vec3(0.03, 0.02, 0.9)) {
   World world;
   world.rig = lopsided_rig();
-  world.board = {{8, 5, 0.041}, 0.05, 0.8, 0.05};
+  world.board = {Chessboard{8, 5, 0.041}, 0.05, 0.8, 0.05};
   const Eigen::Quaterniond q = so3_exp(rotation);
   const Pose camera_from_board(q, middle_in_camera - q * Vec3(3.5 * 0.041, 2 * 0.041, 0));
   const Pose rig_from_camera = world.rig.camera().rig_from_camera;

@@ -3,14 +3,15 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "procam/detect/board_artwork.hpp"
 #include "procam/detect/detect_board.hpp"
-#include "procam/detect/projected_chessboard.hpp"
+#include "procam/detect/projected_board.hpp"
 #include "procam/io/board_file.hpp"
 #include "procam/io/text.hpp"
 #include "procam/match/board_light.hpp"
-#include "procam/pattern/chessboard_pattern.hpp"
 #include "procam/pattern/gray_code.hpp"
 #include "procam/pattern/phase_shift.hpp"
+#include "procam/pattern/projected_board.hpp"
 #include "procam/pattern/stripe_edges.hpp"
 
 namespace procam::tools {
@@ -27,14 +28,6 @@ void require_size_fits(const DecodedMap& decoded) {
                 wrong_size->message, "give the size of the picture that was shown");
 }
 
-/// Light is read between the squares' edges, which other prints do not have where the map expects them.
-const Chessboard& require_chessboard(const Board& board) {
-  if (const auto* chessboard = std::get_if<Chessboard>(&board)) return *chessboard;
-  throw Error(ErrorKind::kUnsupported, "board " + io::format_board(board),
-              "patterns that cover the print are read on a chessboard only",
-              "use a chessboard, or project beside the print with --pattern chessboard");
-}
-
 class GrayPattern : public SessionPattern {
  public:
   explicit GrayPattern(const pattern::GrayCode& gray_code) : gray_code_(gray_code) {}
@@ -46,14 +39,13 @@ class GrayPattern : public SessionPattern {
 
   match::BoardView read(const std::string& view_name, const std::vector<ViewU8>& captures,
                         const Board& board) const override {
-    const Chessboard& chessboard = require_chessboard(board);
     const DecodedMap decoded = pattern::decode(captures, gray_code_);
     require_size_fits(decoded);
     const ViewU8& white = captures[captures.size() - 2];
-    Detections in_camera = detect::detect_chessboard(white, chessboard), in_projector;
+    Detections in_camera = detect::detect_board(white, board), in_projector;
     in_projector.image_size = gray_code_.projector_size;
     if (!in_camera.observations.empty())
-      in_projector = match::project_board(in_camera, chessboard, decoded,
+      in_projector = match::project_board(in_camera, board, detect::board_artwork(board), decoded,
                                           pattern::stripe_edges(captures, decoded, gray_code_));
     in_camera.diagnostics.append(decoded.diagnostics);
     return {view_name, {in_camera, in_projector}};
@@ -84,12 +76,11 @@ class PhasePattern : public SessionPattern {
 
   match::BoardView read(const std::string& view_name, const std::vector<ViewU8>& captures,
                         const Board& board) const override {
-    const Chessboard& chessboard = require_chessboard(board);
     const LightMap light = pattern::decode(captures, shown_);
-    Detections in_camera = detect::detect_chessboard(pattern::flat_light(captures, shown_), chessboard),
-               in_projector;
+    Detections in_camera = detect::detect_board(pattern::flat_light(captures, shown_), board), in_projector;
     in_projector.image_size = shown_.projector_size;
-    if (!in_camera.observations.empty()) in_projector = match::project_board(in_camera, chessboard, light);
+    if (!in_camera.observations.empty())
+      in_projector = match::project_board(in_camera, board, detect::board_artwork(board), light);
     in_camera.diagnostics.append(light.diagnostics);
     return {view_name, {in_camera, in_projector}};
   }
@@ -122,52 +113,148 @@ std::unique_ptr<SessionPattern> make_gray_phase(const std::string& parameters, I
   return make_waves("gray+phase", parameters, projector_size, pattern::WaveNumber::kGrayCode);
 }
 
-class ChessboardPair : public SessionPattern {
+/// "64px", "1.5px".
+std::string in_pixels(double length) {
+  std::string text = std::to_string(length);
+  text.erase(text.find_last_not_of('0') + 1);
+  if (text.back() == '.') text.pop_back();
+  return text + "px";
+}
+
+/// A board's counts and lengths as they are typed after the pattern's name.
+std::string layout_text(const Board& layout) {
+  struct Visitor {
+    static std::string counts(int columns, int rows) {
+      return std::to_string(columns) + "x" + std::to_string(rows) + ":";
+    }
+    std::string operator()(const Chessboard& b) const {
+      return counts(b.columns, b.rows) + in_pixels(b.square_size);
+    }
+    std::string operator()(const CharucoBoard& b) const {
+      return counts(b.columns, b.rows) + in_pixels(b.square_size) + ":" + in_pixels(b.marker_size) + ":" +
+             info_of(b.dictionary).name;
+    }
+    std::string operator()(const MarkerGrid& b) const {
+      return counts(b.columns, b.rows) + in_pixels(b.marker_size) + ":" + in_pixels(b.gap) + ":" +
+             info_of(b.dictionary).name;
+    }
+    std::string operator()(const CircleGrid& b) const {
+      return counts(b.columns, b.rows) + in_pixels(b.spacing) + ":" + in_pixels(b.diameter);
+    }
+  };
+  return std::visit(Visitor{}, layout);
+}
+
+/// A board of light beside the print.
+class BoardOfLight : public SessionPattern {
  public:
-  ChessboardPair(const pattern::ChessboardPattern& shown) : shown_(shown) {}
+  BoardOfLight(const char* name, const pattern::ProjectedBoard& shown) : name_(name), shown_(shown) {}
 
   std::string text() const override {
-    return "chessboard:" + std::to_string(shown_.columns) + "x" + std::to_string(shown_.rows) + ":" +
-           std::to_string(shown_.square_px) + "px";
+    return std::string(name_) + ":" + layout_text(shown_.layout) + (shown_.colour ? ":colour" : "");
   }
-  std::string describe() const override { return pattern::describe(shown_); }
+  std::string describe() const override {
+    return std::to_string(frame_count()) + " frames for " + io::format_size(shown_.projector_size) +
+           (shown_.colour ? " (flat light in red, " : " (flat, ") + name_ + " of " +
+           layout_text(shown_.layout) + (shown_.colour ? " in blue)" : ")");
+  }
   std::vector<ImageU8> frames() const override { return pattern::frames(shown_); }
-  int frame_count() const override { return 2; }
-  std::optional<Eigen::AlignedBox2d> on_blank_paper() const override { return pattern::area_needed(shown_); }
+  int frame_count() const override { return pattern::frame_count(shown_); }
+  int channels() const override { return shown_.colour ? 3 : 1; }
+  std::optional<Eigen::AlignedBox2d> on_blank_paper() const override {
+    Eigen::AlignedBox2d area = pattern::area_needed(shown_);
+    if (!is_coded(shown_.layout)) return area;
+    // Any part will do: most of it makes a good view.
+    const Vec2 less = 0.5 * (1 - kShareOnPaper) * area.sizes();
+    return Eigen::AlignedBox2d(area.min() + less, area.max() - less);
+  }
 
   match::BoardView read(const std::string& view_name, const std::vector<ViewU8>& captures,
                         const Board& board) const override {
-    match::BoardView view{view_name, {detect::detect_board(captures[0], board), {}}};
-    Detections& in_projector = view.detections[kProjectorDevice];
-    in_projector.image_size = shown_.projector_size;
-    const Detections light = detect::detect_projected_chessboard(captures[1], captures[0],
-                                                                 Chessboard{shown_.columns, shown_.rows, 1});
-    for (Diagnostic remark : light.diagnostics.items) {
-      remark.message = "the projected chessboard: " + remark.message;
-      in_projector.diagnostics.items.push_back(remark);
-    }
-    const Points2 pixels = pattern::corner_pixels(shown_);
-    for (const Observation& corner : light.observations)
-      view.light_points.push_back({kProjectorDevice, pixels[std::size_t(corner.point)], kCameraDevice,
-                                   corner.pixel, corner.covariance});
-    return view;
+    if (!shown_.colour) return read_pair(view_name, captures[0], captures[1], board);
+    const ImageU8 red = channel_of(captures[0], 0), blue = channel_of(captures[0], 2);
+    return read_pair(view_name, red, blue, board);
   }
 
  private:
-  pattern::ChessboardPattern shown_;
+  static constexpr double kShareOnPaper = 0.8;
+
+  static bool is_coded(const Board& layout) {
+    return std::holds_alternative<CharucoBoard>(layout) || std::holds_alternative<MarkerGrid>(layout);
+  }
+  static ImageU8 channel_of(const ViewU8& image, int channel) {
+    ImageU8 one(image.size());
+    for (int y = 0; y < image.height; ++y)
+      for (int x = 0; x < image.width; ++x) one.at(x, y) = image.at(x, y, channel);
+    return one;
+  }
+  match::BoardView read_pair(const std::string& view_name, const ViewU8& flat_lit, const ViewU8& board_lit,
+                             const Board& board) const {
+    match::BoardView view{view_name, {detect::detect_board(flat_lit, board), {}}};
+    Detections& in_projector = view.detections[kProjectorDevice];
+    in_projector.image_size = shown_.projector_size;
+    const Detections light = detect::detect_projected_board(board_lit, flat_lit, shown_.layout);
+    for (Diagnostic remark : light.diagnostics.items) {
+      remark.message = std::string("the projected ") + name_ + ": " + remark.message;
+      in_projector.diagnostics.items.push_back(remark);
+    }
+    const Points2 pixels = pattern::point_pixels(shown_);
+    for (const Observation& point : light.observations)
+      view.light_points.push_back(
+          {kProjectorDevice, pixels[std::size_t(point.point)], kCameraDevice, point.pixel, point.covariance});
+    return view;
+  }
+
+  const char* name_;
+  pattern::ProjectedBoard shown_;
 };
 
-std::unique_ptr<SessionPattern> make_chessboard(const std::string& parameters, ImageSize projector_size,
-                                                int) {
-  if (parameters.empty())
-    return std::make_unique<ChessboardPair>(pattern::chessboard_pattern(projector_size));
-  int columns = 0, rows = 0, square_px = 0, used = 0;
-  if (std::sscanf(parameters.c_str(), "%dx%d:%dpx%n", &columns, &rows, &square_px, &used) != 3 ||
-      std::size_t(used) != parameters.size())
-    refuse("chessboard:" + parameters, "its parameters are not COLUMNSxROWS:SQUARE in pixels",
-           "give inner corners and square, e.g. chessboard:12x9:64px, or chessboard alone");
-  return std::make_unique<ChessboardPair>(
-      pattern::chessboard_pattern(projector_size, columns, rows, square_px));
+/// "12x9:64px" as the board of that kind, projector pixels for metres; without parameters the one that fills
+/// the picture. A last part "colour" makes one colour frame of two.
+std::unique_ptr<SessionPattern> make_light(const char* name, const std::string& kind,
+                                           const std::string& parameters, ImageSize projector_size,
+                                           const Board& filling) {
+  std::string typed = parameters;
+  const std::string colour = "colour";
+  const bool in_colour = typed == colour || (typed.size() > colour.size() &&
+                                             typed.substr(typed.size() - colour.size() - 1) == ":" + colour);
+  if (in_colour) typed.resize(typed == colour ? 0 : typed.size() - colour.size() - 1);
+  const std::string next =
+      std::string("give e.g. ") + name + ":" + layout_text(filling) + ", or " + name + " alone";
+  Board layout = filling;
+  if (!typed.empty()) {
+    // Pixels are the board's metres.
+    std::string in_metres = kind + ":" + typed;
+    for (std::size_t at = in_metres.find("px"); at != std::string::npos; at = in_metres.find("px", at + 1))
+      in_metres.replace(at, 2, "m");
+    const bool other_unit = typed.find("px") == std::string::npos || typed.find("m:") != std::string::npos ||
+                            typed.back() == 'm' || typed.find("in:") != std::string::npos;
+    try {
+      if (other_unit) refuse(name + (":" + parameters), "its lengths are not pixels (px)", next);
+      layout = io::parse_board(in_metres);
+    } catch (const Error& error) {
+      refuse(name + (":" + parameters), error.why(), next);
+    }
+  }
+  try {
+    return std::make_unique<BoardOfLight>(
+        name, pattern::projected_board(projector_size, layout, detect::board_artwork(layout), in_colour));
+  } catch (const Error& error) {
+    refuse(name + (":" + parameters), error.why(), error.next());
+  }
+}
+
+std::unique_ptr<SessionPattern> make_chessboard(const std::string& parameters, ImageSize size, int) {
+  return make_light("chessboard", "chessboard", parameters, size, pattern::chessboard_filling(size));
+}
+std::unique_ptr<SessionPattern> make_charuco(const std::string& parameters, ImageSize size, int) {
+  return make_light("charuco", "charuco", parameters, size, pattern::charuco_filling(size));
+}
+std::unique_ptr<SessionPattern> make_markers(const std::string& parameters, ImageSize size, int) {
+  return make_light("markers", "markers", parameters, size, pattern::markers_filling(size));
+}
+std::unique_ptr<SessionPattern> make_circles(const std::string& parameters, ImageSize size, int) {
+  return make_light("circles", "asymmetric-circles", parameters, size, pattern::circles_filling(size));
 }
 
 }  // namespace
@@ -179,7 +266,11 @@ const std::vector<PatternRow>& pattern_table() {
        make_phase},
       {"gray+phase", "both, 46 frames for 1024x768; for cameras that cannot tell the waves' number otherwise",
        make_gray_phase},
-      {"chessboard", "a chessboard of light beside the printed one, 2 frames", make_chessboard},
+      {"chessboard", "a chessboard of light beside the print, 2 frames, or 1 with chessboard:colour",
+       make_chessboard},
+      {"charuco", "the same with markers: a part of it on the paper is enough", make_charuco},
+      {"markers", "a grid of markers of light beside the print; a part is enough", make_markers},
+      {"circles", "staggered discs of light beside the print, all on the paper", make_circles},
   };
   return table;
 }

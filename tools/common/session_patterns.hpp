@@ -26,9 +26,11 @@ class SessionPattern {
   virtual std::string text() const = 0;
   /// For people: "42 frames for 1024x768 (columns 10 bits, rows 10 bits, white, black)".
   virtual std::string describe() const = 0;
-  /// What the projector shows, one channel, the projector's size, in the order of capture.
+  /// What the projector shows, the projector's size, in the order of capture.
   virtual std::vector<ImageU8> frames() const = 0;
   virtual int frame_count() const = 0;
+  /// Of the frames and of their captures: 1, grey, or 3, colour.
+  virtual int channels() const { return 1; }
   /// The part of the picture that must land on blank paper beside the print; none where the print may be lit.
   virtual std::optional<Eigen::AlignedBox2d> on_blank_paper() const { return std::nullopt; }
   /// One board pose from its captures, frame by frame. A board that is not found is a remark in the

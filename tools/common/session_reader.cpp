@@ -26,7 +26,8 @@ match::Reading read_stack(const SessionPlan& plan, const PlannedView& view, cons
   const auto camera = stack.camera.empty()
                           ? plan.cameras.begin()
                           : std::find(plan.cameras.begin(), plan.cameras.end(), stack.camera);
-  io::CaptureFolder captures = io::load_capture_folder(stack.folder, projector->pattern->frame_count());
+  io::CaptureFolder captures = io::load_capture_folder(stack.folder, projector->pattern->frame_count(),
+                                                       projector->pattern->channels());
   if (plan.through_mirror)
     for (ImageU8& frame : captures.frames) turn_left_to_right(frame);
   for (const fs::path& file : captures.files)
@@ -57,12 +58,16 @@ void require_board_somewhere(const SessionPlan& plan, const std::vector<std::vec
     for (const match::Reading& reading : readings)
       if (!reading.in_camera.observations.empty()) return;
   const Diagnostics& diagnostics = views.front().front().in_camera.diagnostics;
-  const Diagnostic* reason = diagnostics.find("board_counts_differ");
-  if (reason == nullptr) reason = diagnostics.find("board_not_found");
-  throw Error(ErrorKind::kInput, "board " + io::format_board(plan.board),
-              "no view shows it" +
-                  (reason != nullptr ? " (" + plan.views.front().name + ": " + reason->message + ")" : ""),
-              "give --board the inner corners a row, then the rows, and light the whole board");
+  const Diagnostic* reason = nullptr;
+  for (const char* code : {"board_counts_differ", "board_dictionary_differs", "board_ids_differ",
+                           "board_layout_differs", "board_not_found"})
+    if (reason == nullptr) reason = diagnostics.find(code);
+  throw Error(
+      ErrorKind::kInput, "board " + io::format_board(plan.board),
+      "no view shows it" +
+          (reason != nullptr ? " (" + plan.views.front().name + ": " + reason->message + ")" : ""),
+      "give --board as it is printed (of a chessboard the inner corners a row, then the rows), and light "
+      "the whole board");
 }
 
 /// The session's cameras by their folders; "camera" where frames lie in the views themselves.

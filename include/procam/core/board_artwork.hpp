@@ -1,9 +1,9 @@
 #pragma once
 /// What is dark on a printed board, as geometry in the board's own frame: drawn true to scale on paper,
 /// rendered into test pictures, and found again, all from one list.
-#include <cmath>
 #include <vector>
 
+#include "procam/core/board.hpp"
 #include "procam/core/types.hpp"
 
 namespace procam {
@@ -38,5 +38,40 @@ struct BoardArtwork {
     return false;
   }
 };
+
+/// The smallest rectangle that holds all that is dark: known from the layout, without a drawing.
+inline ArtworkRectangle print_of(const Board& board) {
+  struct Visitor {
+    ArtworkRectangle operator()(const Chessboard& b) const {
+      const double s = b.square_size;
+      return {Vec2(-s, -s), Vec2(b.columns * s, b.rows * s)};
+    }
+    ArtworkRectangle operator()(const CharucoBoard& b) const {
+      const double s = b.square_size;
+      return {Vec2(-s, -s), Vec2((b.columns - 1) * s, (b.rows - 1) * s)};
+    }
+    ArtworkRectangle operator()(const MarkerGrid& b) const {
+      return {Vec2::Zero(), b.marker_in_board(b.marker_count() - 1) + Vec2::Constant(b.marker_size)};
+    }
+    ArtworkRectangle operator()(const CircleGrid& b) const {
+      Vec2 high = Vec2::Zero();
+      for (int i = 0; i < b.size(); ++i) high = high.cwiseMax(b.point_in_board(i).head<2>());
+      const Vec2 radius = Vec2::Constant(0.5 * b.diameter);
+      return {-radius, high + radius};
+    }
+  };
+  return std::visit(Visitor{}, board);
+}
+
+/// From point to neighbouring point, roughly: what sizes on a board are measured in. Metres.
+inline double pitch_of(const Board& board) {
+  struct Visitor {
+    double operator()(const Chessboard& b) const { return b.square_size; }
+    double operator()(const CharucoBoard& b) const { return b.square_size; }
+    double operator()(const MarkerGrid& b) const { return b.marker_size + b.gap; }
+    double operator()(const CircleGrid& b) const { return b.spacing; }
+  };
+  return std::visit(Visitor{}, board);
+}
 
 }  // namespace procam

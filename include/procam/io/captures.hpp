@@ -28,16 +28,16 @@ namespace procam::io {
 
 /// The frames of one view, in the order of their numbers.
 struct CaptureFolder {
-  std::vector<ImageU8> frames;               ///< grey, all of one size
+  std::vector<ImageU8> frames;               ///< grey or R G B, all of one size
   std::vector<std::filesystem::path> files;  ///< a frame each
-  Diagnostics diagnostics;                   ///< one note when the files have 16 bits or colour
+  Diagnostics diagnostics;  ///< one note when the files have 16 bits, or colour that is not asked for
 };
 
 /// Reads the numbered images (png, jpg, bmp, tif) of a folder; the number is the last run of digits in the
 /// name. Other files are left alone. Throws Error(kInput) for: no image, an image without a number, two
 /// series or two files of one number, a gap (naming the missing file), another count than expected, frames of
-/// two sizes, a damaged frame; Error(kIo) when the folder cannot be read.
-CaptureFolder load_capture_folder(const std::filesystem::path& folder, int expected_frames);
+/// two sizes, a damaged frame, a grey frame where `channels` is 3; Error(kIo) when the folder cannot be read.
+CaptureFolder load_capture_folder(const std::filesystem::path& folder, int expected_frames, int channels = 1);
 
 /// The sub-folders that hold images, or folders with images, in natural order of their names. Throws
 /// Error(kInput) when there is none, Error(kIo) when the folder cannot be read.

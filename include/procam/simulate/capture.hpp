@@ -9,6 +9,10 @@
 /// through a lens in focus. Edges of the chessboard are integrated over each ray's share of the camera pixel,
 /// so they lie right to a few thousandths of a pixel. The board's outline and its shadow are sampled, without
 /// that care.
+///
+/// Colour: a frame of three channels is captured in three. The sensor's filters are not the lamp's: each
+/// channel sees `crosstalk` of the neighbouring colour's light (red - green - blue). Paper, print and room
+/// light are without colour.
 #include <cstdint>
 #include <vector>
 
@@ -24,13 +28,15 @@ struct CaptureOptions {
   double camera_blur_px = 0;     ///< sigma of the camera's lens, camera pixels
   double projector_blur_px = 0;  ///< sigma of the projector's lens, projector pixels
   NoiseModel noise{0, 0};        ///< Gaussian; variance of a grey value
+  double crosstalk = 0.1;        ///< share of a neighbouring colour's light, colour frames only
   std::uint64_t seed = 0;        ///< of the noise
   int samples_per_axis = 3;      ///< rays a camera pixel, squared
   int threads = 0;               ///< 0: as many as the machine has. The result does not depend on it
 };
 
-/// One capture a projector frame (one channel, the projector's size, 0 dark .. 255 full light). Throws
-/// std::invalid_argument for frames of another size, options out of range, or a sheet that no light reaches.
+/// One capture a projector frame (one channel or three, all alike; the projector's size, 0 dark .. 255 full
+/// light). Throws std::invalid_argument for frames of another size, options out of range, or a sheet that no
+/// light reaches.
 std::vector<ImageU8> capture(const World& world, const std::vector<ImageU8>& projector_frames,
                              const CaptureOptions& options = {});
 

@@ -13,9 +13,12 @@
 /// A pattern that needs blank paper beside the print (a projected chessboard) gets sheets with it, in 18
 /// poses and in a lit room: the print need not lie in the projector's picture then.
 ///
+/// A board of one's own takes the place of the level's, on the level's paper. When its markers say which
+/// point is which (ChArUco, marker grids), every third view shows the camera only a part of it.
+///
 /// The seed moves every parameter of the rig and every pose; equal seeds give equal sessions. The camera's
-/// frame is the rig's frame. The whole sheet is on the camera's image, and every board point is lit unless
-/// said above.
+/// frame is the rig's frame. Unless said above, the whole sheet is on the camera's image, and every board
+/// point is lit.
 #include <Eigen/Geometry>
 #include <cstdint>
 #include <optional>
@@ -42,10 +45,17 @@ struct Session {
   const PrintedBoard& board() const { return views.front().board; }
 };
 
+/// A board and its drawing (detect::board_artwork; a chessboard needs none).
+struct BoardPrint {
+  Board layout;
+  BoardArtwork artwork = {};
+};
+
 /// `on_blank_paper` is the part of the projector's picture that lands on blank paper in every view. Throws
 /// Error(kNotConverged) when no poses are found that camera and projector both cover.
 Session make_session(Level level, std::uint64_t seed,
-                     const std::optional<Eigen::AlignedBox2d>& on_blank_paper = std::nullopt);
+                     const std::optional<Eigen::AlignedBox2d>& on_blank_paper = std::nullopt,
+                     const std::optional<BoardPrint>& print = std::nullopt);
 
 /// The captures of one view while the projector shows `frames`. Noise differs from view to view.
 std::vector<ImageU8> capture_view(const Session& session, std::size_t view,

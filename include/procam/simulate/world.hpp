@@ -1,5 +1,5 @@
 #pragma once
-/// A small true world: a rig before a printed chessboard, a wall behind the board. And the truth about it,
+/// A small true world: a rig before a printed board, a wall behind the board. And the truth about it,
 /// from direct projection: where each board corner is in the camera's and the projector's picture, and which
 /// projector pixel lights what a camera pixel sees.
 ///
@@ -9,20 +9,22 @@
 #include <optional>
 #include <vector>
 
+#include "procam/core/board_artwork.hpp"
 #include "procam/core/image.hpp"
 #include "procam/core/observation.hpp"
 #include "procam/core/rig.hpp"
 
 namespace procam::simulate {
 
-/// A chessboard printed on a white sheet. (columns + 1) x (rows + 1) squares, the one that ends at the
-/// board's origin is black. The back of the sheet is white.
+/// A board printed on a white sheet. The back of the sheet is white.
 struct PrintedBoard {
-  Chessboard layout;
-  double margin = 0.04;       ///< white paper beyond the outer squares, metres
+  Board layout;
+  double margin = 0.04;       ///< white paper round the print, metres
   double white_albedo = 0.8;  ///< 0..1
   double black_albedo = 0.06;
   Vec2 blank = Vec2::Zero();  ///< more white paper to the right and below, metres
+  /// What is black (detect::board_artwork). A chessboard's squares need none.
+  BoardArtwork artwork = {};
 };
 
 struct World {

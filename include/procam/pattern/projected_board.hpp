@@ -1,0 +1,53 @@
+#pragma once
+/// A board of light: a chessboard, ChArUco board, marker grid or circle grid that the projector shows beside
+/// a printed board on one flat sheet.
+///
+/// Frames, in order:  flat (all light), board (its dark shapes; light everywhere else).
+/// The flat frame shows the print alone and says what the paper reflects; the board frame divided by it shows
+/// the light alone. In colour one frame is both: its red is the flat frame, its blue the board, its green
+/// dark.
+///
+/// The layout is a board like any other, with projector pixels for metres. Straight edges lie between pixels,
+/// so that a pixel is dark or light; where the rim of a disc runs through a pixel, it is as light as its
+/// share. A board of which one picture cannot tell the two ends apart is refused: a projector may hang upside
+/// down.
+#include <Eigen/Geometry>
+#include <string>
+#include <vector>
+
+#include "procam/core/board_artwork.hpp"
+#include "procam/core/image.hpp"
+
+namespace procam::pattern {
+
+struct ProjectedBoard {
+  ImageSize projector_size;
+  Board layout;          ///< every length in projector pixels
+  BoardArtwork artwork;  ///< what is dark of it
+  Vec2 origin;           ///< the projector pixel of the layout's origin
+  bool colour = false;
+};
+
+/// In the middle of the picture. `artwork` is detect::board_artwork(layout). Throws Error(kInput) when half a
+/// pitch of light (a gap and a module at least round markers) does not fit round it, when it looks the same
+/// turned, or when its edges do not fall between pixels.
+ProjectedBoard projected_board(ImageSize projector_size, const Board& layout, const BoardArtwork& artwork,
+                               bool colour = false);
+
+/// The projector pixels of the layout's points, by point index.
+Points2 point_pixels(const ProjectedBoard& board);
+/// The part of the picture that must land on the sheet, so that all of it can be read: the dark shapes and
+/// half a pitch of light round them.
+Eigen::AlignedBox2d area_needed(const ProjectedBoard& board);
+/// Flat and board, one channel; or one frame of three.
+std::vector<ImageU8> frames(const ProjectedBoard& board);
+int frame_count(const ProjectedBoard& board);
+
+/// Boards that fill the picture, of a sixteenth of its longer side a pitch (circles: two, staggered): for
+/// 1024x768 12x9 corners; 15x11 squares; 10x7 markers; 7x11 discs.
+Chessboard chessboard_filling(ImageSize projector_size);
+CharucoBoard charuco_filling(ImageSize projector_size);
+MarkerGrid markers_filling(ImageSize projector_size);
+CircleGrid circles_filling(ImageSize projector_size);
+
+}  // namespace procam::pattern

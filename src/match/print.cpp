@@ -1,0 +1,158 @@
+#include "print.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+
+#include "procam/core/homography_fit.hpp"
+
+namespace procam::match {
+namespace {
+
+constexpr int kRounds = 10;
+/// What corners err by and what lenses bend, in pitches: with few corners the second has no say.
+constexpr double kPlaceSigma = 0.005, kBendSigma = 0.05;
+
+/// Cauchy weights for residuals, by their median.
+std::vector<double> weights_of(const Points2& residuals) {
+  std::vector<double> sizes;
+  for (const Vec2& r : residuals) sizes.push_back(r.norm());
+  std::vector<double> sorted = sizes;
+  std::nth_element(sorted.begin(), sorted.begin() + std::ptrdiff_t(sorted.size() / 2), sorted.end());
+  const double scale = std::max(sorted[sorted.size() / 2], 1e-6);
+  for (double& size : sizes) size = 1 / (1 + (size / scale) * (size / scale));
+  return sizes;
+}
+
+enum Tone : std::uint8_t { kOff, kLight, kDark };
+
+}  // namespace
+
+BoardPlace::Terms BoardPlace::terms(const Vec2& p) const {
+  const double x = (p.x() - middle_.x()) / half_, y = (p.y() - middle_.y()) / half_;
+  Terms t;
+  t << 1, x, y, x * x, x * y, y * y, x * x * x, x * x * y, x * y * y, y * y * y;
+  return t;
+}
+
+std::optional<BoardPlace> BoardPlace::fit(const Detections& in_camera, const Board& board) {
+  const Points3 points = points_in_board(board);
+  const double pitch = pitch_of(board);
+  Points2 pixels, places;
+  for (const Observation& o : in_camera.observations) {
+    pixels.push_back(o.pixel);
+    places.push_back(points[std::size_t(o.point)].head<2>() / pitch);
+  }
+  if (pixels.size() < 4) return std::nullopt;
+  BoardPlace place;
+  std::vector<double> weights;
+  try {
+    HomographyOptions options;
+    HomographyFit fit = fit_homography(pixels, places, options);
+    for (int round = 0; round < kRounds; ++round) {
+      options.weights = weights_of(fit.residuals);
+      fit = fit_homography(pixels, places, options);
+    }
+    place.homography_ = fit.destination_from_source;
+    weights = options.weights;
+  } catch (const Error&) {
+    return std::nullopt;
+  }
+
+  Vec2 low = places.front(), high = places.front();
+  for (const Vec2& p : places) low = low.cwiseMin(p), high = high.cwiseMax(p);
+  place.middle_ = 0.5 * (low + high);
+  place.half_ = std::max(0.5 * (high - low).maxCoeff(), 1e-9);
+  for (int round = 0; round < kRounds; ++round) {
+    Eigen::Matrix<double, 10, 10> normal =
+        Eigen::Matrix<double, 10, 10>::Identity() * (kPlaceSigma * kPlaceSigma / (kBendSigma * kBendSigma));
+    Eigen::Matrix<double, 10, 2> right = Eigen::Matrix<double, 10, 2>::Zero();
+    Points2 residuals(places.size(), Vec2::Zero());
+    for (std::size_t i = 0; i < places.size(); ++i) {
+      const auto mapped = place.homography_.apply(pixels[i]);
+      if (!mapped) continue;
+      const Terms t = place.terms(*mapped);
+      normal += weights[i] * t * t.transpose();
+      right += weights[i] * t * (places[i] - *mapped).transpose();
+      residuals[i] = places[i] - *mapped;
+    }
+    place.bend_ = normal.ldlt().solve(right);
+    for (std::size_t i = 0; i < places.size(); ++i)
+      if (const auto mapped = place.homography_.apply(pixels[i]))
+        residuals[i] -= place.bend_.transpose() * place.terms(*mapped);
+    weights = weights_of(residuals);
+  }
+  return place;
+}
+
+std::optional<Vec2> BoardPlace::at(const Vec2& pixel) const {
+  const auto mapped = homography_.apply(pixel);
+  if (!mapped) return std::nullopt;
+  return Vec2(*mapped + bend_.transpose() * terms(*mapped));
+}
+
+Mat2 BoardPlace::jacobian(const Vec2& pixel) const {
+  constexpr double kStep = 0.25;
+  Mat2 j = Mat2::Zero();
+  for (int d = 0; d < 2; ++d) {
+    const auto ahead = at(pixel + kStep * Vec2::Unit(d)), behind = at(pixel - kStep * Vec2::Unit(d));
+    if (!ahead || !behind) return Mat2::Zero();
+    j.col(d) = (*ahead - *behind) / (2 * kStep);
+  }
+  return j;
+}
+
+Print::Print(const BoardPlace& place, const Detections& in_camera, const Board& board,
+             const BoardArtwork& artwork, double border_px)
+    : place_(place), clear_(in_camera.image_size) {
+  const double pitch = pitch_of(board);
+  const Points3 points = points_in_board(board);
+  low_ = high_ = points[std::size_t(in_camera.observations.front().point)].head<2>() / pitch;
+  for (const Observation& o : in_camera.observations) {
+    const Vec2 p = points[std::size_t(o.point)].head<2>() / pitch;
+    low_ = low_.cwiseMin(p), high_ = high_.cwiseMax(p);
+  }
+  // Squares surround the corners of a chessboard; round markers and circles the sheet must.
+  const bool squares =
+      std::holds_alternative<Chessboard>(board) || std::holds_alternative<CharucoBoard>(board);
+  const ArtworkRectangle area = squares ? print_of(board) : artwork.sheet;
+  low_ = (low_ - Vec2::Ones()).cwiseMax(area.low / pitch);
+  high_ = (high_ + Vec2::Ones()).cwiseMin(area.high / pitch);
+
+  const ArtworkIndex index(artwork);
+  const ImageSize size = in_camera.image_size;
+  ImageU8 tone(size, 1, kOff);
+  for (int y = 0; y < size.height; ++y)
+    for (int x = 0; x < size.width; ++x)
+      if (const auto at = place_at(Vec2(x, y))) tone.at(x, y) = index.is_dark(*at * pitch) ? kDark : kLight;
+  // Between a marker's modules little paper is farther from a border than that. On the light side half the
+  // distance will do: dark print sends ten times less across.
+  const bool fine = std::holds_alternative<CharucoBoard>(board) || std::holds_alternative<MarkerGrid>(board);
+  const auto is_clear = [&](int x, int y) {
+    const std::uint8_t here = tone.at(x, y);
+    const double clear_px = fine && here == kLight ? 0.5 * border_px : border_px;
+    const int reach = int(std::floor(clear_px));
+    if (here == kOff || x < reach || y < reach || x + reach >= size.width || y + reach >= size.height)
+      return false;
+    for (int j = -reach; j <= reach; ++j)
+      for (int i = -reach; i <= reach; ++i)
+        if (i * i + j * j <= clear_px * clear_px && tone.at(x + i, y + j) != here) return false;
+    return true;
+  };
+  for (int y = 0; y < size.height; ++y)
+    for (int x = 0; x < size.width; ++x) clear_.at(x, y) = is_clear(x, y) ? 1 : 0;
+}
+
+std::optional<Vec2> Print::place_at(const Vec2& pixel) const {
+  const auto at = place_.at(pixel);
+  if (!at || at->x() <= low_.x() || at->y() <= low_.y() || at->x() >= high_.x() || at->y() >= high_.y())
+    return std::nullopt;
+  return at;
+}
+
+bool Print::clear(const Vec2& pixel) const {
+  const int x = int(std::lround(pixel.x())), y = int(std::lround(pixel.y()));
+  return x >= 0 && y >= 0 && x < clear_.width() && y < clear_.height() && clear_.at(x, y) != 0;
+}
+
+}  // namespace procam::match

@@ -11,6 +11,11 @@
 namespace procam::simulate {
 namespace {
 
+Vec3 middle_of(const Board& layout) {
+  const Points3 points = points_in_board(layout);
+  return 0.5 * (points.front() + points.back());
+}
+
 using internal::Random;
 
 constexpr double kBesideEachOther = 0.42;  ///< metres between neighbours
@@ -86,8 +91,7 @@ Fleet make_fleet(Level level, std::uint64_t seed, int cameras, int projectors) {
   double nearest = 1e300, farthest = 0;
   Vec3 target = Vec3::Zero();
   for (const World& view : base.views) {
-    const Vec3 middle =
-        view.rig_from_board * (0.5 * Vec3(view.board.layout.point_in_board(view.board.layout.size() - 1)));
+    const Vec3 middle = view.rig_from_board * middle_of(view.board.layout);
     nearest = std::min(nearest, middle.norm());
     farthest = std::max(farthest, middle.norm());
     target += middle / double(base.views.size());
@@ -114,7 +118,7 @@ Fleet make_fleet(Level level, std::uint64_t seed, int cameras, int projectors) {
   }
 
   const PrintedBoard& board = fleet.world.board;
-  const Vec3 middle_in_board = 0.5 * Vec3(board.layout.point_in_board(board.layout.size() - 1));
+  const Vec3 middle_in_board = middle_of(board.layout);
   for (int v = 0; v < 4 * cameras; ++v) {
     const bool alone = v % 2 == 1 && cameras > 1;
     const auto only = std::size_t((v / 2) % cameras);

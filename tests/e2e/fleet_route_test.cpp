@@ -40,7 +40,7 @@ simulate::World pair_of(const Rig& rig, const Pose& rig_from_board, std::size_t 
   simulate::World world;
   world.rig.cameras = {rig.cameras[camera]};
   world.rig.projectors = {rig.projectors[projector]};
-  world.board.layout = {8, 5, 0.042};
+  world.board.layout = Chessboard{8, 5, 0.042};
   world.board.margin = 0.02;
   world.ambient = 0.03;
   world.rig_from_board = rig_from_board;

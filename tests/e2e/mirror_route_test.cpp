@@ -49,7 +49,7 @@ TEST(Mirror, ShowsTheLightOfAProjectorThatTheCameraCannotSee) {
   mirror.rig.cameras = {{"camera", turned_left_to_right(mirrored.camera), Pose()}};
   mirror.rig.projectors = {
       {"lamp", projector.projector, Pose(so3_exp<double>(Vec3(0, 0.1, 0)), Vec3(0.05, 0, 0))}};
-  mirror.board.layout = {7, 6, 0.03};
+  mirror.board.layout = Chessboard{7, 6, 0.03};
   mirror.board.margin = 0.01;
   mirror.rig_from_board = Pose(so3_exp<double>(Vec3(0.24, -0.35, 0.08)), Vec3(-0.11, -0.09, 0.45));
   const ImageU8 white(kStageProjector, 1, 255);

@@ -108,8 +108,11 @@ std::vector<Device> devices_of(const SessionPlan& plan, const CameraSizes& sizes
 }  // namespace
 
 void turn_left_to_right(ImageU8& image) {
-  require(image.channels() == 1, "turn_left_to_right: frames are grey");
-  for (int y = 0; y < image.height(); ++y) std::reverse(image.row(y), image.row(y) + image.width());
+  const int channels = image.channels();
+  for (int y = 0; y < image.height(); ++y)
+    for (int left = 0, right = image.width() - 1; left < right; ++left, --right)
+      std::swap_ranges(image.row(y) + left * channels, image.row(y) + (left + 1) * channels,
+                       image.row(y) + right * channels);
 }
 
 SessionPlan open_session(const fs::path& folder, const io::Session& stated) {

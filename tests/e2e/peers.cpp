@@ -20,6 +20,18 @@ cv::Size to_cv(ImageSize size) {
   return {size.width, size.height};
 }
 
+cv::Mat to_cv(const ViewU8& image) {
+  return {image.height, image.width, CV_8U, const_cast<std::uint8_t*>(image.row(0)),
+          std::size_t(image.row(1) - image.row(0))};
+}
+
+std::vector<Observation> as_observations(const std::vector<cv::Point2f>& corners) {
+  std::vector<Observation> observations;
+  for (const cv::Point2f& corner : corners)
+    observations.push_back({int(observations.size()), Vec2(corner.x, corner.y)});
+  return observations;
+}
+
 constexpr int kFlags = cv::CALIB_FIX_K3;
 
 struct Lens {
@@ -121,16 +133,20 @@ double light_rms_mm(const Rig& estimated, const Rig& truth, const Eigen::Aligned
 }
 
 std::vector<Observation> opencv_corners(const ViewU8& image, const Chessboard& board) {
-  const cv::Mat view(image.height, image.width, CV_8U, const_cast<std::uint8_t*>(image.row(0)),
-                     std::size_t(image.row(1) - image.row(0)));
+  const cv::Mat view = to_cv(image);
   std::vector<cv::Point2f> corners;
   if (!cv::findChessboardCorners(view, cv::Size(board.columns, board.rows), corners)) return {};
   cv::cornerSubPix(view, corners, cv::Size(11, 11), cv::Size(-1, -1),
                    cv::TermCriteria(cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 30, 0.01));
-  std::vector<Observation> observations;
-  for (const cv::Point2f& corner : corners)
-    observations.push_back({int(observations.size()), Vec2(corner.x, corner.y)});
-  return observations;
+  return as_observations(corners);
+}
+
+std::vector<Observation> opencv_corners_by_sectors(const ViewU8& image, const Chessboard& board) {
+  std::vector<cv::Point2f> corners;
+  if (!cv::findChessboardCornersSB(to_cv(image), cv::Size(board.columns, board.rows), corners,
+                                   cv::CALIB_CB_ACCURACY))
+    return {};
+  return as_observations(corners);
 }
 
 Rig opencv_rig_of_gray_code(const Correspondences& data, const DecodedPixel& decoded) {

@@ -25,6 +25,10 @@ using DecodedPixel = std::function<std::optional<Vec2>(std::size_t view, int x, 
 /// findChessboardCorners and cornerSubPix; empty when the board is not found.
 std::vector<Observation> opencv_corners(const ViewU8& image, const Chessboard& board);
 
+/// findChessboardCornersSB, which finds boards beside other boards and in uneven light; empty without a
+/// board.
+std::vector<Observation> opencv_corners_by_sectors(const ViewU8& image, const Chessboard& board);
+
 /// Gray code with OpenCV: from the camera corners in `data`, the projector's pixel of each by a local
 /// homography of the decoded pixels round it (D. Moreno and G. Taubin, "Simple, accurate, and robust
 /// projector-camera calibration", 3DIMPVT 2012; 47 x 47 pixels, RANSAC), calibrateCamera for each device,

@@ -52,7 +52,7 @@ void declare(CLI::App& app, Flags& flags) {
       ->required();
   app.add_option("--views", flags.views, "make only the first N views (default: all of the level)")
       ->check(CLI::Range(1, 1000));
-  app.add_option("--cameras", flags.cameras, "cameras side by side; half of the views one of them sees alone")
+  app.add_option("--cameras", flags.cameras, "cameras side by side; every second view has one of them alone")
       ->check(CLI::Range(1, 8))
       ->capture_default_str();
   app.add_option("--projectors", flags.projectors, "projectors that show their patterns one after the other")

@@ -43,11 +43,12 @@ Pose looking_at(const Camera& lens, const Vec3& place, const Vec3& target, Rando
 }
 
 /// To the right, to the left, farther right, ...
-double aside(int number) {
+double step_aside(int number) {
   return kBesideEachOther * ((number + 1) / 2) * (number % 2 == 1 ? 1 : -1);
 }
 
-bool covers(const Camera& lens, const Pose& rig_from_device, const World& world, const Pose& rig_from_board) {
+bool has_whole_print(const Camera& lens, const Pose& rig_from_device, const World& world,
+                     const Pose& rig_from_board) {
   PrintedBoard print = world.board;
   print.margin = 0;
   const Pose device_from_board = rig_from_device.inverse() * rig_from_board;
@@ -62,20 +63,20 @@ bool covers(const Camera& lens, const Pose& rig_from_device, const World& world,
   return eye_in_board.z() < -0.5 * eye_in_board.norm();
 }
 
-FleetView look(const Fleet& fleet, const Pose& rig_from_board) {
+FleetView seen_by(const Fleet& fleet, const Pose& rig_from_board) {
   FleetView view{rig_from_board, {}, {}};
   for (std::size_t c = 0; c < fleet.rig.cameras.size(); ++c)
-    if (covers(fleet.rig.cameras[c].camera, fleet.rig.cameras[c].rig_from_camera, fleet.world,
-               rig_from_board))
+    if (has_whole_print(fleet.rig.cameras[c].camera, fleet.rig.cameras[c].rig_from_camera, fleet.world,
+                        rig_from_board))
       view.cameras.push_back(c);
   for (std::size_t p = 0; p < fleet.rig.projectors.size(); ++p)
-    if (covers(fleet.rig.projectors[p].projector.inverse_camera, fleet.rig.projectors[p].rig_from_projector,
-               fleet.world, rig_from_board))
+    if (has_whole_print(fleet.rig.projectors[p].projector.inverse_camera,
+                        fleet.rig.projectors[p].rig_from_projector, fleet.world, rig_from_board))
       view.projectors.push_back(p);
   return view;
 }
 
-std::string name_of(const std::string& kind, int number, int count) {
+std::string numbered_name(const std::string& kind, int number, int count) {
   return count == 1 ? kind : kind + "_" + std::to_string(number + 1);
 }
 
@@ -98,8 +99,8 @@ Fleet make_fleet(Level level, std::uint64_t seed, int cameras, int projectors) {
   }
   for (int c = 0; c < cameras; ++c) {
     const RigCamera& first = base.rig().camera();
-    const Vec3 place(aside(c), random.uniform(-0.04, 0.04), random.uniform(-0.04, 0.04));
-    RigCamera camera{name_of("camera", c, cameras), first.camera, Pose()};
+    const Vec3 place(step_aside(c), random.uniform(-0.04, 0.04), random.uniform(-0.04, 0.04));
+    RigCamera camera{numbered_name("camera", c, cameras), first.camera, Pose()};
     if (c > 0) {
       camera.camera = copy_of(first.camera, random);
       camera.rig_from_camera = looking_at(camera.camera, place, target, random);
@@ -108,9 +109,9 @@ Fleet make_fleet(Level level, std::uint64_t seed, int cameras, int projectors) {
   }
   for (int p = 0; p < projectors; ++p) {
     RigProjector projector = base.rig().projector();
-    projector.name = name_of("projector", p, projectors);
+    projector.name = numbered_name("projector", p, projectors);
     if (p > 0) {
-      const Vec3 place = projector.rig_from_projector.translation + Vec3(-aside(p), 0.06, 0.03);
+      const Vec3 place = projector.rig_from_projector.translation + Vec3(-step_aside(p), 0.06, 0.03);
       projector.projector.inverse_camera = copy_of(projector.projector.inverse_camera, random);
       projector.rig_from_projector = looking_at(projector.projector.inverse_camera, place, target, random);
     }
@@ -119,7 +120,7 @@ Fleet make_fleet(Level level, std::uint64_t seed, int cameras, int projectors) {
 
   const PrintedBoard& board = fleet.world.board;
   const Vec3 middle_in_board = middle_of(board.layout);
-  for (int v = 0; v < 4 * cameras; ++v) {
+  for (int v = 0; v < std::max(8, 4 * cameras); ++v) {
     const bool alone = v % 2 == 1 && cameras > 1;
     const auto only = std::size_t((v / 2) % cameras);
     constexpr int kTries = 200000;
@@ -131,10 +132,13 @@ Fleet make_fleet(Level level, std::uint64_t seed, int cameras, int projectors) {
                    z = random.uniform(nearest, farthest);
       const Eigen::Quaterniond rotation = so3_exp<double>(Vec3(tilt_x, tilt_y, roll));
       const Vec3 middle(target.x() + x, target.y() + y, z);
-      const FleetView view = look(fleet, Pose(rotation, middle - rotation * middle_in_board));
-      found = alone ? view.cameras == std::vector<std::size_t>{only} && !view.projectors.empty()
-                    : view.cameras.size() == fleet.rig.cameras.size() &&
-                          view.projectors.size() == fleet.rig.projectors.size();
+      FleetView view = seen_by(fleet, Pose(rotation, middle - rotation * middle_in_board));
+      if (alone)
+        found = std::count(view.cameras.begin(), view.cameras.end(), only) > 0 && !view.projectors.empty();
+      else
+        found = view.cameras.size() == fleet.rig.cameras.size() &&
+                view.projectors.size() == fleet.rig.projectors.size();
+      if (alone) view.cameras = {only};
       if (found) fleet.views.push_back(view);
     }
     if (!found)

@@ -29,10 +29,10 @@ std::optional<LandedLight> landed_light(const Rig& rig, const Plane& wall_in_rig
 
 /// Over a grid of 17 x 13 pixels that spans the projector's picture.
 struct LightError {
-  double distance = 0;  ///< metres from the lens to the wall
-  double mean_mm = 0;   ///< mean distance between true and estimated light; not set for a prediction
-  double rms_mm = 0;    ///< root of the mean squared distance (predicted: of the mean trace of cov(a))
-  double worst_mm = 0;  ///< largest on the grid (predicted: root of the largest trace)
+  double distance = 0;         ///< metres from the lens to the wall
+  double mean_mm = 0;          ///< mean distance between true and estimated light; not set for a prediction
+  double rms_mm = 0;           ///< root of the mean squared distance (predicted: of the mean trace of cov(a))
+  double worst_mm = 0;         ///< largest on the grid (predicted: root of the largest trace)
   std::string projector = "";  ///< whose light
 };
 

@@ -1,7 +1,7 @@
 #pragma once
 /// A session of several cameras and projectors round one board, for one seed. The devices stand side by side
 /// and look at one place; the projectors show their patterns one after the other. In every second view one
-/// camera alone sees the whole sheet, each in its turn, so that nobody sees all.
+/// camera alone takes part, each in its turn (somebody stands before the others), so that nobody sees all.
 #include <cstdint>
 #include <vector>
 
@@ -9,7 +9,7 @@
 
 namespace procam::simulate {
 
-/// A board pose, and the devices (by number in the rig) before which the whole print lies.
+/// A board pose, and the devices (by number in the rig) that take part: the whole print lies before them.
 struct FleetView {
   Pose rig_from_board;
   std::vector<std::size_t> cameras, projectors;
@@ -22,9 +22,9 @@ struct Fleet {
   std::vector<FleetView> views;
 };
 
-/// The level's lenses, board and noise; four views a camera. Equal seeds give equal fleets. Throws
-/// std::invalid_argument unless there is one of each at least, Error(kNotConverged) when no board pose is
-/// found that the devices cover.
+/// The level's lenses, board and noise; four views a camera, eight at least. Equal seeds give equal fleets.
+/// Throws std::invalid_argument unless there is one of each at least, Error(kNotConverged) when no board pose
+/// is found that the devices cover.
 Fleet make_fleet(Level level, std::uint64_t seed, int cameras, int projectors);
 
 /// What one camera records of one projector's frames in one view.

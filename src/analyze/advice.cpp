@@ -103,7 +103,8 @@ std::vector<Place> places(const CalibrationResult& result, const RigProjector& p
 }
 
 std::string words_of(const Place& place, const std::string& projector) {
-  const std::string where = towards(place.in_picture, 0.5, "middle");
+  std::string where = towards(place.in_picture, 0.5, "middle");
+  if (where != "middle" && where.find(' ') == std::string::npos) where += " part";
   std::string words = metres(place.distance) + " away, in the " + where + " of " + projector + "'s picture, ";
   if (!place.nearest) return words + "facing the camera";
   const std::string side = towards(*place.nearest, 0.5, "");

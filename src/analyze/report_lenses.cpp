@@ -55,19 +55,21 @@ std::string lens_alternatives(const calibrate::CalibrationResult& result, double
       content += label(Vec2(0, y + 16), std::string("class=\"tick") + (one->chosen ? " accent\"" : "\""),
                        one->model + (one->chosen ? " \u2713" : ""));
       content += label(Vec2(kBarsWidth, y + 16), "class=\"tick\" text-anchor=\"end\"",
-                       pixels(one->holdout_px) + (one->error() > longest ? " (cut), " : ", ") +
-                           predicted_on_wall(*one, wall, name));
+                       known ? pixels(one->holdout_px) + (one->error() > longest ? " (cut), " : ", ") +
+                                   predicted_on_wall(*one, wall, name)
+                             : one->ruled_out);
       y += kRowHeight;
     }
-    pictures += figure(
-        svg(box(Vec2::Zero(), Vec2(kBarsWidth, y + 4)), "Lens models of " + name, content),
-        element("b", "", escaped(name)) +
-            ": bars: RMS error on views left out, all devices, each in its own sigmas; beside them the "
-            "device's own in pixels, and the predicted RMS error of the light on a wall at " +
-            fixed(wall, 2) +
-            "\u00a0m. The usual model stays unless another is better by 5 % and by more than chance; then "
-            "the "
-            "one with the fewest terms within a standard error of the best is taken.");
+    pictures +=
+        figure(svg(box(Vec2::Zero(), Vec2(kBarsWidth, y + 4)), "Lens models of " + name, content),
+               element("b", "", escaped(name)) +
+                   ": bars: RMS error on views left out, all devices, relative to the usual model's; "
+                   "beside them the "
+                   "device's own in pixels, and the RMS error of the light by noise alone, on a wall at " +
+                   fixed(wall, 2) +
+                   "\u00a0m (a model that lacks a term does not know what it misses). The usual "
+                   "model stays unless one "
+                   "with more terms is better by 5 % and by more than chance.");
   }
   if (pictures.empty()) return "";
   return element("div", "class=\"pair\"", "\n" + pictures) + "\n";

@@ -101,16 +101,17 @@ std::vector<HardlyKnown> hardly_known(const Solution& solution, const Correspond
       }
       if (!(one.sigma > kSayLittle * beforehand)) continue;
       one.beforehand = {{{name, 1.0}}, one.distortion ? 0 : value, beforehand};
-      if (name[0] == 'k')
+      const bool along_x = name == "fx" || name == "cx" || name == "p2";
+      const double tilts = along_x ? seen.about_vertical_deg : seen.about_horizontal_deg;
+      // Tangential terms trade off against the principal point where tilts are missing.
+      if (name[0] == 'k' || (name[0] == 'p' && tilts >= kEnoughTiltDeg))
         one.motion = seen.reach < kEnoughReach
                          ? "its points reach " + whole(100 * seen.reach) +
                                " % of the way to the picture's farthest corner: bring the board to the "
                                "picture's edges and corners, and nearer"
                          : "add views with the board in the picture's corners, and nearer";
       else
-        one.motion = name == "fx" || name == "cx" || name == "p2"
-                         ? about_axis(seen.about_vertical_deg, "vertical")
-                         : about_axis(seen.about_horizontal_deg, "horizontal");
+        one.motion = about_axis(tilts, along_x ? "vertical" : "horizontal");
       all.push_back(one);
     }
   }
@@ -138,8 +139,7 @@ std::vector<std::string> in_words(const std::vector<HardlyKnown>& parameters, co
     left.erase(std::remove_if(left.begin(), left.end(), alike), left.end());
     sentences.push_back(names + " of " + data.devices[std::size_t(first.device)].name +
                         (first.at_prior
-                             ? " cannot be told from these views and is kept near zero, as any lens's "
-                               "is (sigma "
+                             ? " cannot be told from these views, kept near zero as any lens's (sigma "
                              : " hardly known (sigma ") +
                         spreads + "); " + first.motion);
   }

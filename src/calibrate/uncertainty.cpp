@@ -90,13 +90,19 @@ BundleCovariance bundle_covariance(const Correspondences& data, const UsedMask& 
   const Eigen::Index n = common.devices_size;
   covariance.devices.names.assign(common.names.begin(), common.names.begin() + n);
   covariance.devices.matrix = all.topLeftCorner(n, n);
+  const MatX of_devices = all.leftCols(n);
+  const VecX scale = all.diagonal().head(n).cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+  const MatX precision =
+      scale.asDiagonal() *
+      Eigen::LDLT<MatX>(MatX(scale.asDiagonal() * all.topLeftCorner(n, n) * scale.asDiagonal()))
+          .solve(MatX(scale.asDiagonal()));
   for (const ViewEquations& view : equations.views) {
     covariance.rig_from_board.push_back(
         view.used ? Mat6(view.pose_covariance + view.pose_by_common * all * view.pose_by_common.transpose())
                   : Mat6(Mat6::Zero()));
     covariance.share.push_back(
         view.used && n > 0
-            ? all.topLeftCorner(n, n).cwiseProduct(view.information.topLeftCorner(n, n)).sum() / double(n)
+            ? precision.cwiseProduct(of_devices.transpose() * view.information * of_devices).sum() / double(n)
             : 0);
   }
   return covariance;

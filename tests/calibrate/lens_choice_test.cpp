@@ -1,6 +1,9 @@
 /// Which lens model: judged by views that were left out.
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <random>
+
 #include "procam/analyze/light_error.hpp"
 #include "procam/calibrate/calibrate.hpp"
 #include "support/numeric_world.hpp"
@@ -54,11 +57,12 @@ TEST(LensModel, IsNearTheLensThatItReplaces) {
   }
 }
 
-/// The usual model is left only when another is better by 5 % and a standard error: the light's error stays
-/// that of the fixed choice within 10 % (rms over the seeds).
+/// The light's error stays that of the fixed choice within 10 % (rms over the seeds): measured 1.00. Fewer
+/// terms predicted the views of one of these rigs (seed 62) better by 11 % and put the light off by three
+/// times as much.
 TEST(LensChoice, DoesNotHurtWhereTheUsualModelIsRight) {
   double chosen2 = 0, fixed2 = 0;
-  for (std::uint64_t seed = 0; seed < 8; ++seed) {
+  for (std::uint64_t seed = 0; seed < 5; ++seed) {
     const NumericWorld world = NumericWorld::make_rig(8, 60 + seed, 0.08, 0.12);
     const Correspondences data = world.correspondences(seed);
     Options fixed = to_choose();
@@ -71,31 +75,35 @@ TEST(LensChoice, DoesNotHurtWhereTheUsualModelIsRight) {
   EXPECT_LT(chosen2, 1.1 * 1.1 * fixed2);
 }
 
-/// A camera whose distortion turns round towards the corners (k3), seen into its corners: the usual four
-/// terms leave half a pixel, many times the noise.
+/// A projector with k3, which its light uses to the corner: the usual four terms leave many times the noise.
 TEST(LensChoice, TakesTheTermsThatALensNeeds) {
   NumericWorld world;
-  world.camera.intrinsics.fx = 900, world.camera.intrinsics.fy = 905;
-  world.camera.distortion = BrownConrady{{-0.32, 0.18, 0.0007, -0.0011, -0.09}};
-  world.camera_sigma_px = 0.05, world.projector_sigma_px = 0.05;
+  world.projector.inverse_camera.distortion = BrownConrady{{-0.05, 0.03, -0.0006, 0.0009, -1.0}};
+  world.camera_sigma_px = 0.01, world.projector_sigma_px = 0.01;
   world.place_boards(10, 5);
   const Correspondences data = world.correspondences(6);
   Options fixed = to_choose();
   fixed.camera.choose = fixed.projector.choose = false;
   const CalibrationResult result = calibrate_rig(data, to_choose());
-  EXPECT_TRUE(taken(result, 0) == "brown-conrady:k1,k2,p1,p2,k3" || taken(result, 0) == "rational")
-      << taken(result, 0);
-  EXPECT_EQ(taken(result, 1), kUsualLensModel);
+  EXPECT_EQ(taken(result, 1), "brown-conrady:k1,k2,p1,p2,k3");
   ASSERT_NE(result.diagnostics.find("lens_model"), nullptr);
   EXPECT_LT(off_mm(result, world), off_mm(calibrate_rig(data, fixed), world));
 }
 
+/// Light and camera both wide, so that boards reach far off the axis.
 TEST(LensChoice, TakesAFisheyeForOne) {
   NumericWorld world;
-  world.camera.intrinsics.fx = 640, world.camera.intrinsics.fy = 643;
+  world.camera.intrinsics = {640.0, 643.0, 655.0, 470.0, 0.0};
   world.camera.distortion = FisheyeDistortion{{-0.02, 0.006, -0.003, 0.0004}};
-  world.camera_sigma_px = 0.05, world.projector_sigma_px = 0.05;
-  world.place_boards(10, 5);
+  world.projector.inverse_camera.intrinsics = {620.0, 623.0, 498.0, 380.0, 0.0};
+  world.projector_from_camera.translation = Vec3(0.05, -0.06, -0.04);
+  world.camera_sigma_px = 0.02, world.projector_sigma_px = 0.02;
+  std::mt19937_64 random(4);
+  for (int v = 0; v < 12; ++v)
+    world.camera_from_board.emplace_back(
+        so3_exp<double>(Vec3(test::uniform(random, -0.5, 0.5), test::uniform(random, -0.5, 0.5), 0.1 * v)),
+        Vec3(test::uniform(random, -0.5, 0.25), test::uniform(random, -0.35, 0.2),
+             test::uniform(random, 0.4, 0.7)));
   EXPECT_EQ(taken(calibrate_rig(world.correspondences(6), to_choose()), 0), "fisheye");
 }
 

@@ -75,8 +75,11 @@ TEST(RealCaptures, JackknifeAgreesWithWholeRefits) {
     }
   }
   const NamedCovariance closed = calibrate::jackknife(data, used, state, bundle_options).plain;
-  for (const auto& [name, of_refits] : variance)
-    if (closed.index_of(name)) EXPECT_NEAR(closed.sigma(name) / std::sqrt(of_refits), 1, 0.2) << name;
+  for (const auto& [name, of_refits] : variance) {
+    if (closed.index_of(name)) {
+      EXPECT_NEAR(closed.sigma(name) / std::sqrt(of_refits), 1, 0.2) << name;
+    }
+  }
 }
 
 TEST(RealCaptures, GateFiresOnThePublishedCalibrationOfThem) {

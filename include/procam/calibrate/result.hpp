@@ -30,7 +30,7 @@ struct ViewResult {
   /// By device, from a solve without this view; empty when not asked for. First over the used observations,
   /// then over every one, outliers included.
   std::vector<double> holdout_px, holdout_all_px;
-  /// Its share of what all views say of the devices, tr((sum S_v)^-1 S_v) / parameters; all views' sum to 1.
+  /// Its share of what is known of the devices (BundleCovariance::share).
   double share = 0;
   std::string note;  ///< "board order turned by 180 degrees", "left out: ..."
   bool used = true;

@@ -28,7 +28,8 @@ namespace procam::calibrate {
 struct BundleCovariance {
   NamedCovariance devices;
   std::vector<Mat6> rig_from_board;  ///< by view; zero for a view that takes no part
-  /// By view: what it adds to the knowledge of `devices`, tr(C S_v) / parameters; the rest of 1 is priors'.
+  /// By view: how much it tells of `devices`, tr(C_dd^-1 (C S_v C)_dd) / parameters; priors tell the rest
+  /// of 1.
   std::vector<double> share;
 };
 

@@ -1,0 +1,57 @@
+#include "common/say_choices.hpp"
+
+#include <algorithm>
+#include <map>
+
+#include "procam/analyze/light_error.hpp"
+
+namespace procam::tools {
+
+void say_lens_models(Console& console, const calibrate::CalibrationResult& result, double wall) {
+  std::map<int, int> rows;
+  for (const calibrate::LensAlternative& one : result.lens_alternatives) {
+    const std::string& device = result.devices[std::size_t(one.device)].name;
+    const int row = rows[one.device]++;
+    if (row == 0)
+      console.say(
+          format("%-31s terms   left out, px    wall, mm (by noise alone)", (device + "'s lens").c_str()));
+    const bool known = !one.by_view.empty();
+    double mm = 0;  // of the projector that it serves worst
+    if (known)
+      for (const RigProjector& projector : one.rig.projectors)
+        mm = std::max(mm, analyze::predicted_light_error(one.rig, wall, projector.name).rms_mm);
+    const std::string note = one.chosen ? "taken" : one.ruled_out;
+    console.say(format("  %-29s %5d", one.model.c_str(), one.terms) +
+                (known ? format("%15.3f %10.3f   ", one.holdout_px, mm) : format("%29s", "")) + note);
+    const std::string at = "/lens_models/" + device + "/" + std::to_string(row) + "/";
+    console.summary().set(at + "model", one.model);
+    console.summary().set(at + "terms", one.terms);
+    if (known) {
+      console.summary().set(at + "holdout_px", one.holdout_px);
+      console.summary().set(at + "holdout_error", one.error());
+      console.summary().set(at + "wall_rms_mm", mm);
+    }
+    if (!one.ruled_out.empty()) console.summary().set(at + "ruled_out", one.ruled_out);
+    console.summary().set(at + "chosen", one.chosen);
+  }
+}
+
+void say_views(Console& console, const calibrate::CalibrationResult& result,
+               const std::optional<analyze::NextView>& next) {
+  const std::vector<std::string> verdicts = analyze::view_verdicts(result);
+  for (std::size_t v = 0; v < verdicts.size(); ++v) {
+    if (verdicts[v] != "fine")
+      console.say(format("view       %s: %s", result.views[v].name.c_str(), verdicts[v].c_str()));
+    const std::string at = "/view_verdicts/" + std::to_string(v) + "/";
+    console.summary().set(at + "view", result.views[v].name);
+    console.summary().set(at + "share", result.views[v].share);
+    console.summary().set(at + "verdict", verdicts[v]);
+  }
+  if (!next) return;
+  console.say(format("add next   the board %s: predicted error %.3f -> %.3f mm", next->words.c_str(),
+                     next->now.rms_mm, next->then.rms_mm));
+  console.summary().set("/next_view/words", next->words);
+  console.summary().set("/next_view/rms_mm", next->then.rms_mm);
+}
+
+}  // namespace procam::tools

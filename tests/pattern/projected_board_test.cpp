@@ -7,7 +7,7 @@ namespace {
 
 /// What detect::board_artwork draws of a chessboard, and of circles; pattern knows no markers' codes, so
 /// those are a dark square each here.
-BoardArtwork draw(const Board& layout) {
+BoardArtwork drawing_of(const Board& layout) {
   BoardArtwork art;
   const ArtworkRectangle print = print_of(layout);
   const Vec2 rim = Vec2::Constant(pitch_of(layout));
@@ -31,12 +31,12 @@ BoardArtwork draw(const Board& layout) {
   return art;
 }
 
-ProjectedBoard shown(ImageSize size, const Board& layout, bool colour = false) {
-  return projected_board(size, layout, draw(layout), colour);
+ProjectedBoard projected(ImageSize size, const Board& layout, bool colour = false) {
+  return projected_board(size, layout, drawing_of(layout), colour);
 }
 
 TEST(ProjectedBoard, ShowsACrossingAtEachCornerItStates) {
-  const ProjectedBoard board = shown({403, 309}, Chessboard{8, 5, 31});
+  const ProjectedBoard board = projected({403, 309}, Chessboard{8, 5, 31});
   const std::vector<ImageU8> images = frames(board);
   ASSERT_EQ(images.size(), 2u);
   const Points2 corners = point_pixels(board);
@@ -53,7 +53,7 @@ TEST(ProjectedBoard, ShowsACrossingAtEachCornerItStates) {
 }
 
 TEST(ProjectedBoard, ShowsDiscsWhoseCentroidsAreTheirCentres) {
-  const ProjectedBoard board = shown({403, 309}, CircleGrid{3, 5, 40, 34, true});
+  const ProjectedBoard board = projected({403, 309}, CircleGrid{3, 5, 40, 34, true});
   const ImageU8 image = frames(board)[1];
   for (const Vec2& centre : point_pixels(board)) {
     double dark = 0;
@@ -72,7 +72,7 @@ TEST(ProjectedBoard, IsLightRoundTheBoardAndFlatInTheFirstFrame) {
   const ImageSize size{1024, 768};
   for (const Board& layout : {Board(chessboard_filling(size)), Board(charuco_filling(size)),
                               Board(markers_filling(size)), Board(circles_filling(size))}) {
-    const ProjectedBoard board = shown(size, layout);
+    const ProjectedBoard board = projected(size, layout);
     const std::vector<ImageU8> images = frames(board);
     const Eigen::AlignedBox2d needed = area_needed(board);
     const double light = 0.5 * pitch_of(layout) - 0.5;
@@ -88,8 +88,8 @@ TEST(ProjectedBoard, IsLightRoundTheBoardAndFlatInTheFirstFrame) {
 }
 
 TEST(ProjectedBoard, InColourIsBothFramesInOne) {
-  const ProjectedBoard grey = shown({403, 309}, Chessboard{8, 5, 31}),
-                       colour = shown({403, 309}, Chessboard{8, 5, 31}, true);
+  const ProjectedBoard grey = projected({403, 309}, Chessboard{8, 5, 31}),
+                       colour = projected({403, 309}, Chessboard{8, 5, 31}, true);
   const std::vector<ImageU8> pair = frames(grey), one = frames(colour);
   ASSERT_EQ(one.size(), 1u);
   EXPECT_EQ(frame_count(colour), 1);
@@ -113,7 +113,7 @@ TEST(ProjectedBoard, RefusesWhatCannotBeReadBack) {
                            MarkerGrid{30, 30, 12, 6, MarkerDictionary::k4x4_50}};  // no such ids
   for (const Board& layout : refused) {
     try {
-      shown(size, layout);
+      projected(size, layout);
       ADD_FAILURE() << "taken: kind " << layout.index();
     } catch (const Error& error) {
       EXPECT_EQ(error.kind(), ErrorKind::kInput);
@@ -128,7 +128,7 @@ TEST(ProjectedBoard, FillingBoardsFitEveryCommonProjector) {
         ImageSize{1920, 1200}, ImageSize{1080, 1920}, ImageSize{3840, 2160}})
     for (const Board& layout : {Board(chessboard_filling(size)), Board(charuco_filling(size)),
                                 Board(markers_filling(size)), Board(circles_filling(size))}) {
-      EXPECT_NO_THROW(shown(size, layout)) << size.width << " kind " << layout.index();
+      EXPECT_NO_THROW(projected(size, layout)) << size.width << " kind " << layout.index();
       EXPECT_GE(points_in_board(layout).size(), 25u) << size.width << " kind " << layout.index();
     }
 }

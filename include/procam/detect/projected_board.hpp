@@ -17,9 +17,9 @@
 namespace procam::detect {
 
 /// `layout` in any unit, as the projector shows it. Of boards with markers any part is enough; markers that
-/// land beside the sheet, on what lies behind it, are left out as long as two thirds of those that are seen land
-/// on it. Remarks as for detect_board(). Throws std::invalid_argument if the two pictures differ in size, are
-/// empty, or have several channels.
+/// land beside the sheet, on what lies behind it, are left out as long as two thirds of those that are seen
+/// land on it. Remarks as for detect_board(). Throws std::invalid_argument if the two pictures differ in
+/// size, are empty, or have several channels.
 Detections detect_projected_board(const ViewU8& board_lit, const ViewU8& flat_lit, const Board& layout,
                                   const BoardOptions& options = {});
 

@@ -23,7 +23,9 @@ namespace procam::match {
 
 struct BoardLightOptions {
   double knot_pitches = 1;  ///< distance of the spline's knots, in pitches of the board (pitch_of)
-  double border_px = 3;     ///< edges nearer than this to a printed border are left out, camera pixels
+  /// Edges nearer than this to a printed border are left out, camera pixels; half of it on the light side of
+  /// boards with markers, which leave little clear paper.
+  double border_px = 3;
 };
 
 /// The projector pixels of the board's points, as if the projector had seen the board: image_size is the

@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "common/cli.hpp"
+#include "common/known_before.hpp"
 #include "common/rig_words.hpp"
 #include "common/say_choices.hpp"
 #include "common/session_reader.hpp"
@@ -44,10 +45,8 @@ struct Flags {
   std::string board_shape = "auto";
   std::string camera_model = "auto", projector_model = "auto";
   std::vector<std::string> free;  ///< parameters to estimate that are held otherwise
-  // What is known of the projector beforehand, as value and sigma.
-  std::optional<io::Uncertain> throw_ratio;
-  std::vector<io::Uncertain> lens_shift;  ///< x and y, or none
-  bool square_pixels = false;
+  DataSheet sheet;                ///< of the projector
+  fs::path known_camera;
 };
 
 const char* const kAutoModel = "auto";
@@ -74,27 +73,6 @@ const std::map<std::string, calibrate::BoardShape>& board_shapes() {
                                                                   {"flat", calibrate::BoardShape::kFlat},
                                                                   {"free", calibrate::BoardShape::kFree}};
   return names;
-}
-
-/// What the flags say of a data sheet. Without a sigma: 2 % of the ratio (sheets round), 2 % of the picture.
-std::vector<calibrate::LensPrior> projector_priors(const Flags& flags, ImageSize picture) {
-  constexpr double kSheet = 0.02;
-  std::vector<calibrate::LensPrior> priors;
-  if (flags.throw_ratio) {
-    const auto [ratio, sigma] = *flags.throw_ratio;
-    if (!(ratio > 0))
-      throw Error(ErrorKind::kInput, "--throw-ratio", "it is not positive",
-                  "give distance over width, e.g. 1.4+-0.02");
-    priors.push_back(calibrate::throw_ratio_prior(ratio, sigma > 0 ? sigma : kSheet * ratio, picture));
-  }
-  if (!flags.lens_shift.empty()) {
-    const auto& [x, y] = std::pair(flags.lens_shift[0], flags.lens_shift[1]);
-    const Vec2 sigma(x.sigma > 0 ? x.sigma : kSheet, y.sigma > 0 ? y.sigma : kSheet);
-    priors.push_back(calibrate::lens_shift_prior(Vec2(x.value, y.value), sigma.x(), picture)[0]);
-    priors.push_back(calibrate::lens_shift_prior(Vec2(x.value, y.value), sigma.y(), picture)[1]);
-  }
-  if (flags.square_pixels) priors.push_back(calibrate::square_pixels());
-  return priors;
 }
 
 /// "camera 0.123 px, projector 0.098 px": a figure of every device.
@@ -135,11 +113,11 @@ ExitCode calibrate_session(const Flags& flags, Console& console) {
   calibrate::Options options;
   options.holdout = flags.holdout;
   options.light_read_at_corners = true;  // as all patterns of the table that cover the print are read
-  if (session.projectors.size() > 1 && (flags.throw_ratio || !flags.lens_shift.empty()))
+  if (session.projectors.size() > 1 && (flags.sheet.throw_ratio || !flags.sheet.lens_shift.empty()))
     throw Error(ErrorKind::kUnsupported, "--throw-ratio, --lens-shift",
                 "the session has several projectors, and they say nothing of which one",
                 "leave them out: with a board before every projector they are not needed");
-  options.projector.priors = projector_priors(flags, session.projectors.front().size);
+  options.projector.priors = priors_of(flags.sheet, session.projectors.front().size);
   if (flags.keep_outliers) options.outlier_sigmas = 0;
   options.board_shape = board_shapes().at(flags.board_shape);
   set_lens_model(flags.camera_model, flags.free, options.camera);
@@ -147,7 +125,11 @@ ExitCode calibrate_session(const Flags& flags, Console& console) {
   options.progress = [&](const std::string& step, double share) {
     console.progress(step, int(100 * share), 100);
   };
-  calibrate::CalibrationResult result = calibrate::calibrate_rig(correspondences, options);
+  calibrate::CalibrationResult result =
+      flags.known_camera.empty()
+          ? calibrate::calibrate_rig(correspondences, options)
+          : calibrate::calibrate_projector(
+                correspondences, read_known_camera(flags.known_camera, correspondences.devices), options);
   if (mirror) {
     calibrate::MirrorSolution seen = calibrate::through_mirror(result, *mirror);
     result = std::move(seen.result);
@@ -175,6 +157,9 @@ ExitCode calibrate_session(const Flags& flags, Console& console) {
   rig.provenance.options["camera-model"] = flags.camera_model;
   rig.provenance.options["projector-model"] = flags.projector_model;
   if (flags.keep_outliers) rig.provenance.options["keep-outliers"] = "yes";
+  if (!flags.known_camera.empty())
+    rig.provenance.inputs.push_back(
+        {flags.known_camera.filename().string(), io::sha256_of_file(flags.known_camera)});
   if (mirror) {
     rig.provenance.options["mirror-board"] = io::format_board(*flags.mirror_board);
     rig.provenance.options["mirror-depth"] = format("%gmm", 1e3 * flags.mirror_depth);
@@ -188,8 +173,8 @@ ExitCode calibrate_session(const Flags& flags, Console& console) {
   console.progress("the view to add next", 99, 100);
   const auto worst = std::max_element(predicted.begin(), predicted.end(),
                                       [](const auto& a, const auto& b) { return a.rms_mm < b.rms_mm; });
-  const std::optional<analyze::NextView> next =
-      analyze::advise_next_view(result, flags.wall, rig.projectors[std::size_t(worst - predicted.begin())].name);
+  const std::optional<analyze::NextView> next = analyze::advise_next_view(
+      result, flags.wall, rig.projectors[std::size_t(worst - predicted.begin())].name);
 
   io::save_rig(flags.output, rig);
   if (!flags.report.empty()) {
@@ -283,7 +268,7 @@ ExitCode calibrate_points(const Flags& flags, Console& console) {
   const ImageSize picture = *flags.stated.projector_size;
   const std::vector<PointPair> pairs = io::load_point_pairs(flags.points);
   calibrate::PointsOptions options;
-  options.lens.priors = projector_priors(flags, picture);
+  options.lens.priors = priors_of(flags.sheet, picture);
   if (flags.keep_outliers) options.outlier_sigmas = 0;
   for (const std::string& name : flags.free)
     options.lens.held.erase(std::remove(options.lens.held.begin(), options.lens.held.end(), name),
@@ -378,7 +363,8 @@ void declare(CLI::App& app, Flags& flags) {
                      "Instead of captures: a list of the room's points, a line x,y,z (metres),u,v (pixels) "
                      "for each; at least six not on one wall, or four with a data sheet's values");
   add_parsed(
-      app, "--throw-ratio", [&](const std::string& text) { flags.throw_ratio = io::parse_uncertain(text); },
+      app, "--throw-ratio",
+      [&](const std::string& text) { flags.sheet.throw_ratio = io::parse_uncertain(text); },
       "Known of the projector: distance over picture width, e.g. 1.4 or 1.4+-0.02");
   add_parsed(
       app, "--lens-shift",
@@ -386,13 +372,17 @@ void declare(CLI::App& app, Flags& flags) {
         const std::size_t comma = text.find(',');
         if (comma == std::string::npos)
           throw Error(ErrorKind::kInput, "--lens-shift " + text, "it needs two numbers", "give e.g. 0,0.5");
-        flags.lens_shift = {io::parse_uncertain(text.substr(0, comma)),
-                            io::parse_uncertain(text.substr(comma + 1))};
+        flags.sheet.lens_shift = {io::parse_uncertain(text.substr(0, comma)),
+                                  io::parse_uncertain(text.substr(comma + 1))};
       },
       "Known of the projector: how far its axis lies from the picture's centre, in widths and heights, right "
       "and "
       "down, e.g. 0,0.5 or 0+-0.01,0.5+-0.02");
-  app.add_flag("--square-pixels", flags.square_pixels, "Known of the projector: fx = fy");
+  app.add_flag("--square-pixels", flags.sheet.square_pixels, "Known of the projector: fx = fy");
+  auto* known_camera =
+      app.add_option("--known-camera", flags.known_camera,
+                     "Rig file of the camera (from calibrate-camera): its lens is kept within the file's "
+                     "sigmas, or as it is where the file has none");
   auto* output = app.add_option("-o,--output", flags.output, "Rig file to write");
   app.add_option("--free", flags.free, "Also estimate skew, which is held at zero otherwise, or k3")
       ->check(CLI::IsMember({"skew", "k3"}))
@@ -444,6 +434,7 @@ void declare(CLI::App& app, Flags& flags) {
       "Unit of an OpenCV file's translation (default 1mm)");
   check->excludes(captures)->excludes(output)->excludes(points);
   points->excludes(captures)->needs(output);
+  known_camera->needs(captures);
   captures->needs(output);
   app.callback([captures, points, check] {
     if (captures->count() + points->count() + check->count() == 0)

@@ -354,7 +354,7 @@ void tell_lenses(std::vector<LensAlternative> alternatives, CalibrationResult& r
   result.lens_alternatives = std::move(alternatives);
 }
 
-CalibrationResult run(const Correspondences& given, const std::optional<Camera>& known_camera,
+CalibrationResult run(const Correspondences& given, const std::optional<KnownLens>& known_camera,
                       const Options& options) {
   require_consistent(given);
   Correspondences ordered = given;
@@ -446,10 +446,10 @@ CalibrationResult calibrate_camera(const Correspondences& given, const Options& 
   return run(cameras, std::nullopt, options);
 }
 
-CalibrationResult calibrate_projector(const Correspondences& data, const Camera& known_camera,
+CalibrationResult calibrate_projector(const Correspondences& data, const KnownLens& known_camera,
                                       const Options& options) {
   require_consistent(data);
-  require(known_camera.size == data.devices.front().size,
+  require(known_camera.lens.size == data.devices.front().size,
           "calibrate_projector: the known camera has another image size");
   return run(data, known_camera, options);
 }

@@ -1,5 +1,6 @@
 #include "procam/calibrate/lens_prior.hpp"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
@@ -20,6 +21,34 @@ std::vector<LensPrior> lens_shift_prior(const Vec2& shift, double sigma, ImageSi
   require(shift.allFinite(), "lens_shift_prior: the shift must be finite");
   return {{{{"cx", 1}}, 0.5 * (picture.width - 1) + shift.x() * picture.width, sigma * picture.width},
           {{{"cy", 1}}, 0.5 * (picture.height - 1) + shift.y() * picture.height, sigma * picture.height}};
+}
+
+std::vector<LensPrior> known_lens_priors(const KnownLens& known) {
+  const std::vector<std::string> all = parameter_names(known.lens);
+  const VecX values = parameters_of(known.lens);
+  std::vector<std::string> names;
+  std::vector<double> at;
+  for (std::size_t i = 0; i < all.size(); ++i)
+    if (known.covariance.index_of(all[i])) names.push_back(all[i]), at.push_back(values[Eigen::Index(i)]);
+  const MatX covariance = known.covariance.block(names);
+  // Focal lengths and distortion terms differ by ten powers of ten: in units of their own sigmas.
+  const VecX sigma = covariance.diagonal().cwiseSqrt();
+  const MatX scaled = sigma.cwiseInverse().asDiagonal() * covariance * sigma.cwiseInverse().asDiagonal();
+  const Eigen::LLT<MatX> factors(scaled);
+  if (!sigma.allFinite() || !(sigma.minCoeff() > 0) || factors.info() != Eigen::Success)
+    throw Error(ErrorKind::kInput, "known lens", "its covariance is not positive definite",
+                "calibrate it again, or give the lens without a covariance");
+  const MatX whitened = factors.matrixL().solve(MatX(sigma.cwiseInverse().asDiagonal()));
+  std::vector<LensPrior> priors;
+  for (Eigen::Index row = 0; row < whitened.rows(); ++row) {
+    LensPrior prior;
+    for (Eigen::Index i = 0; i <= row; ++i) {
+      prior.terms.emplace_back(names[std::size_t(i)], whitened(row, i));
+      prior.value += whitened(row, i) * at[std::size_t(i)];
+    }
+    priors.push_back(prior);
+  }
+  return priors;
 }
 
 VecX prior_weights(const LensPrior& prior, const Camera& lens) {

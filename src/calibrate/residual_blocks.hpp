@@ -18,8 +18,8 @@ std::optional<Vec3> place_in_rig(const BundleState& state, int view, const Light
 /// Is this light that was read at a corner of its camera?
 bool read_at_corner(const BundleState& state, const Measurement& measurement);
 
-/// Derivative of the measurement's pixel by that of the camera that read it, over the sheet. nullopt where one
-/// of them cannot see the point.
+/// Derivative of the measurement's pixel by that of the camera that read it, over the sheet. nullopt where
+/// one of them cannot see the point.
 std::optional<Mat2> carry_of(const BundleState& state, const Measurement& measurement);
 
 /// The cost of one measurement, whitened by the residual's covariance. Blocks of an observation: lens,

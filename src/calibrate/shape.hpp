@@ -18,8 +18,8 @@ double board_sigma(const Points3& printed);
 std::vector<int> settle_order_by_shape(Correspondences& data, const UsedMask& used, BundleState& state,
                                        const BundleOptions& options);
 
-/// By view: the solution that has not seen it (first order), its board pose taken from what `judged` names of its
-/// first camera alone. nullopt for a view that takes no part, and for one without which the rest is not
+/// By view: the solution that has not seen it (first order), its board pose taken from what `judged` names of
+/// its first camera alone. nullopt for a view that takes no part, and for one without which the rest is not
 /// determined.
 std::vector<std::optional<BundleState>> views_left_out(const Correspondences& data, const UsedMask& used,
                                                        const UsedMask& judged, const BundleState& solution,

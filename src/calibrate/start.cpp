@@ -206,14 +206,26 @@ Growing begin(Correspondences& data, const Options& options) {
   return rig;
 }
 
+/// What its covariance does not name is held; the rest stays within it.
+void know_first_camera(const KnownLens& known, BundleOptions& options) {
+  options.held[0] = parameter_names(known.lens);
+  if (known.covariance.empty()) return;
+  const auto is_open = [&](const std::string& name) { return known.covariance.index_of(name).has_value(); };
+  auto& held = options.held[0];
+  held.erase(std::remove_if(held.begin(), held.end(), is_open), held.end());
+  options.priors[0] = known_lens_priors(known);
+}
+
 }  // namespace
 
-Start find_start(Correspondences& data, const std::optional<Camera>& known_camera, const Options& options) {
+Start find_start(Correspondences& data, const std::optional<KnownLens>& known_camera,
+                 const Options& options) {
   Growing rig = begin(data, options);
   for (std::size_t d = 0; d < data.devices.size(); ++d)
     if (rig.is_camera(d))
-      rig.alone[d] = calibrate_alone(data, d, d == 0 ? known_camera : std::nullopt, options);
-  if (known_camera) rig.start.bundle_options.held[0] = parameter_names(*known_camera);
+      rig.alone[d] = calibrate_alone(
+          data, d, d == 0 && known_camera ? std::optional(known_camera->lens) : std::nullopt, options);
+  if (known_camera) know_first_camera(*known_camera, rig.start.bundle_options);
   require_joined(data, rig.start.used);
   place(rig, 0, rig.alone[0]->lens, Pose());
   while (add_next(rig)) continue;

@@ -24,6 +24,6 @@ struct Start {
 /// linearly, and each poses the views that nobody had posed. Where the board looks the same turned by 180
 /// degrees, the order of each device's points is settled by the residual and turned in `data`. Throws
 /// Error(kNotEnoughData) for devices that no view joins, naming them.
-Start find_start(Correspondences& data, const std::optional<Camera>& known_camera, const Options& options);
+Start find_start(Correspondences& data, const std::optional<KnownLens>& known_camera, const Options& options);
 
 }  // namespace procam::calibrate

@@ -6,6 +6,7 @@
 
 #include "e2e/tool_runner.hpp"
 #include "procam/io/images.hpp"
+#include "procam/io/rig_file.hpp"
 
 namespace procam::test {
 namespace {
@@ -98,6 +99,13 @@ TEST_F(BadInput, WrongProjectorSize) {
 
 TEST_F(BadInput, ProjectorWidthAndHeightSwapped) {
   expect_refused(calibrate("--projector-size 768x1024"), 3, {"768x1024"});
+}
+
+TEST_F(BadInput, KnownCameraOfAnotherSize) {
+  Rig rig;
+  rig.cameras.push_back({"camera", Camera{{640, 480}, {800, 802, 322, 244, 0}, BrownConrady{}}, Pose()});
+  io::save_rig(session_ / "camera.json", rig);
+  expect_refused(calibrate("--known-camera " + (session_ / "camera.json").string()), 3, {"640x480", "mode"});
 }
 
 TEST_F(BadInput, WrongBoardCounts) {

@@ -23,8 +23,9 @@ namespace procam::calibrate {
 /// The cameras among the devices, alone.
 CalibrationResult calibrate_camera(const Correspondences& correspondences, const Options& options = {});
 
-/// Projectors (and further cameras) beside a first camera whose lens is known and stays as it is.
-CalibrationResult calibrate_projector(const Correspondences& correspondences, const Camera& known_camera,
+/// Projectors (and further cameras) beside a first camera whose lens is known, and stays within its
+/// covariance.
+CalibrationResult calibrate_projector(const Correspondences& correspondences, const KnownLens& known_camera,
                                       const Options& options = {});
 
 /// Every device and every view in one solve.

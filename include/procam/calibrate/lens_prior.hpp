@@ -1,11 +1,12 @@
 #pragma once
 /// What is known of a lens before anything is measured: a data sheet's throw ratio and lens shift, square
-/// pixels.
+/// pixels, an earlier calibration.
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "procam/core/camera.hpp"
+#include "procam/core/covariance.hpp"
 
 namespace procam::calibrate {
 
@@ -29,6 +30,17 @@ LensPrior throw_ratio_prior(double ratio, double sigma, ImageSize picture);
 /// right, y down (Projector::lens_shift()); (0, 0.5) is the common table-top projector, whose axis passes the
 /// bottom edge. `sigma` in the same shares.
 std::vector<LensPrior> lens_shift_prior(const Vec2& shift, double sigma, ImageSize picture);
+
+/// A lens that was calibrated before.
+struct KnownLens {
+  Camera lens;
+  /// Rows by parameter names ("fx", "k1"); a parameter without a row is taken as exact. Empty: all of them.
+  NamedCovariance covariance = {};
+};
+
+/// Its covariance C = L L^T (Cholesky) as priors, one for each row of L^-1 (p - lens), which are independent
+/// and of unit variance. Throws Error(kInput) when C is not positive definite.
+std::vector<LensPrior> known_lens_priors(const KnownLens& known);
 
 /// The weights by position in parameters_of(lens). Throws Error(kInput) for a name that the lens lacks and
 /// for a sigma that is not positive.

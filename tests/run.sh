@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Everything that procam promises, tested from nothing on Debian 12:   tests/run.sh
 # Installs missing packages, checks style and sources, builds and tests three presets (ci: everything; core-only: Eigen
-# alone, under sanitizers; asan: what meets foreign bytes, under sanitizers), walks the main job (examples/run.sh), and
+# alone, under sanitizers; asan: what reads files, under sanitizers), walks the main job (examples/run.sh), and
 # ends with "N passed, N failed". The tests labelled "long" are left to `ctest --preset ci -L long`.
 # Exit status 0 if nothing failed.
 set -uo pipefail
@@ -59,7 +59,7 @@ build_and_test ci "everything, optimised"
 step "Style: clang-tidy" check_tidy
 step "The main job: examples/run.sh" env PROCAM_PRESET=ci examples/run.sh build/ci/out
 build_and_test core-only "core alone, without OpenCV and Ceres, under sanitizers"
-build_and_test asan "what meets foreign bytes, under sanitizers"
+build_and_test asan "what reads files, under sanitizers"
 
 printf '\nAll phases: %d s\n' "$SECONDS"
 if ((skipped > 0)); then

@@ -145,7 +145,7 @@ TEST(ViewVerdicts, NameWhatIsWrong) {
       world.camera_from_board[2] * Pose(Eigen::Quaterniond::Identity(), Vec3(0.02, 0, 0));
   Correspondences data = world.correspondences(3);
   for (auto& observations : data.views[3].observations) observations.resize(18);
-  data.views[6].observations[0].resize(4);
+  for (auto& observations : data.views[6].observations) observations.resize(4);
   calibrate::Options options;
   options.board_shape = calibrate::BoardShape::kFlat;
   const calibrate::CalibrationResult result = calibrate::calibrate_rig(data, options);

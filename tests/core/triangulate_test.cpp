@@ -7,7 +7,7 @@
 namespace procam {
 namespace {
 
-const Vec3 kPoint(0.31, -0.42, 1.9);
+const Vec3 kSeenPoint(0.31, -0.42, 1.9);
 const std::vector<Vec3> kOrigins{Vec3(-0.2, 0.05, 0.1), Vec3(0.55, -0.1, -0.3), Vec3(0.1, 0.7, 0.6)};
 
 /// Rays of uneven lengths towards the point, each turned by Gaussian angles about the two axes across it.
@@ -15,7 +15,7 @@ std::vector<Ray> rays(std::size_t count, double sigma, std::mt19937& random) {
   std::normal_distribution<double> noise;
   std::vector<Ray> out;
   for (std::size_t i = 0; i < count; ++i) {
-    const Vec3 d = (kPoint - kOrigins[i]).normalized();
+    const Vec3 d = (kSeenPoint - kOrigins[i]).normalized();
     const Vec3 a = d.unitOrthogonal(), b = d.cross(a);
     const double na = noise(random), nb = noise(random);
     out.push_back({kOrigins[i], (1.0 + double(i)) * (d + sigma * (na * a + nb * b))});
@@ -27,7 +27,7 @@ TEST(Triangulate, MeetsExactRaysExactly) {
   std::mt19937 random(1);
   for (const std::size_t count : {2u, 3u}) {
     const Triangulation t = triangulate(rays(count, 0.0, random)).value();
-    EXPECT_LT((t.point - kPoint).norm(), 1e-12);
+    EXPECT_LT((t.point - kSeenPoint).norm(), 1e-12);
     EXPECT_LT(t.rms_distance, 1e-12);
     EXPECT_EQ(t.distances.size(), count);
   }
@@ -42,7 +42,7 @@ TEST(Triangulate, CovarianceMatchesTheSpread) {
     const Mat3 predicted = triangulate(rays(count, 0.0, random), options)->covariance;
     Mat3 spread = Mat3::Zero();
     for (int k = 0; k < 3000; ++k) {
-      const Vec3 error = triangulate(rays(count, options.sigma, random), options)->point - kPoint;
+      const Vec3 error = triangulate(rays(count, options.sigma, random), options)->point - kSeenPoint;
       spread += error * error.transpose() / 3000;
     }
     const Mat3 whitening = predicted.llt().matrixL().solve(Mat3::Identity());

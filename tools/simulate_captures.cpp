@@ -163,13 +163,23 @@ void write_fleet_view(const simulate::Fleet& fleet, std::size_t view, const std:
                 {"rig", "board", PoseWithCovariance{fleet.views[view].rig_from_board}});
 }
 
+void save_truth(Rig truth, const Flags& flags, const std::string& pattern, const fs::path& folder) {
+  truth.provenance.tool = "simulate-captures";
+  truth.provenance.options = {{"seed", std::to_string(flags.seed)},
+                              {"level", simulate::to_string(flags.level)},
+                              {"pattern", pattern}};
+  io::save_rig(folder / "truth.json", truth);
+}
+
 /// --cameras, --projectors: a session of several devices.
 ExitCode simulate_fleet(const Flags& flags, Console& console) {
   const ImageSize projector_size = simulate::projector_size(flags.level);
   const auto pattern = make_pattern(flags.pattern, projector_size);
-  if (pattern->on_blank_paper() || flags.markers)
+  if (pattern->on_blank_paper() || flags.markers || flags.board)
     throw Error(ErrorKind::kUnsupported,
-                pattern->on_blank_paper() ? "pattern '" + flags.pattern + "'" : "--markers",
+                pattern->on_blank_paper() ? "pattern '" + flags.pattern + "'"
+                : flags.markers           ? "--markers"
+                                          : "--board",
                 "it is simulated for one camera and one projector", "leave out --cameras and --projectors");
   const simulate::Fleet fleet =
       simulate::make_fleet(flags.level, flags.seed, flags.cameras, flags.projectors);
@@ -188,12 +198,7 @@ ExitCode simulate_fleet(const Flags& flags, Console& console) {
     for (const RigProjector& projector : fleet.rig.projectors)
       session.projectors[projector.name] = projector.projector.size();
   io::save_session(folder.path(), session);
-  Rig truth = fleet.rig;
-  truth.provenance.tool = "simulate-captures";
-  truth.provenance.options = {{"seed", std::to_string(flags.seed)},
-                              {"level", simulate::to_string(flags.level)},
-                              {"pattern", pattern->text()}};
-  io::save_rig(folder.path() / "truth.json", truth);
+  save_truth(fleet.rig, flags, pattern->text(), folder.path());
   console.progress("views", int(views), int(views));
   folder.finish();
   console.say(std::to_string(views) + " views of " + std::to_string(flags.cameras) + " cameras and " +
@@ -227,12 +232,7 @@ ExitCode simulate_captures(const Flags& flags, Console& console) {
   }
   if (flags.markers) write_marker_view(session, folder.path());
   io::save_session(folder.path(), {pattern->text(), projector_size, session.board().layout, {}});
-  Rig truth = session.rig();
-  truth.provenance.tool = "simulate-captures";
-  truth.provenance.options = {{"seed", std::to_string(flags.seed)},
-                              {"level", simulate::to_string(flags.level)},
-                              {"pattern", pattern->text()}};
-  io::save_rig(folder.path() / "truth.json", truth);
+  save_truth(session.rig(), flags, pattern->text(), folder.path());
   console.progress("views", int(views), int(views));
   folder.finish();
 

@@ -1,5 +1,6 @@
 #include "common/rig_words.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "procam/analyze/light_error.hpp"
@@ -16,6 +17,15 @@ std::string said_of(const Rig& rig, const RigProjector& projector) {
   return rig.projectors.size() > 1 ? "of " + projector.name + " " : "";
 }
 
+namespace {
+
+/// Decimals that show two digits of a sigma, one of a number that has none.
+int decimals(double sigma) {
+  return sigma > 0 ? std::clamp(1 - int(std::floor(std::log10(sigma))), 0, 4) : 1;
+}
+
+}  // namespace
+
 void say_lens(Console& console, const std::string& device, const Camera& lens,
               const NamedCovariance& covariance) {
   std::string line = format("%-10s", device.c_str());
@@ -25,7 +35,8 @@ void say_lens(Console& console, const std::string& device, const Camera& lens,
     const double value = values[Eigen::Index(i)], sigma = covariance.sigma(device + "." + names[i]);
     console.summary().set("/" + device + "/" + names[i], value);
     console.summary().set("/" + device + "/sigma/" + names[i], sigma);
-    if (i < 4) line += format("  %s %.1f +- %.1f", names[i].c_str(), value, sigma);
+    const int digits = decimals(sigma);
+    if (i < 4) line += format("  %s %.*f +- %.*f", names[i].c_str(), digits, value, digits, sigma);
   }
   console.say(line + " px");
 }

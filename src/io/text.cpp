@@ -22,6 +22,7 @@ struct Unit {
 
 constexpr double kPi = 3.141592653589793238462643383279502884;
 constexpr Unit kLengthUnits[] = {{"mm", 1, 1000}, {"cm", 1, 100}, {"m", 1, 1}, {"in", 254, 10000}};
+constexpr Unit kPixelUnits[] = {{"px", 1, 1}};
 constexpr Unit kAngleUnits[] = {{"deg", kPi, 180}, {"rad", 1, 1}};
 
 [[noreturn]] void fail(const char* noun, const std::string& text, const std::string& why,
@@ -82,7 +83,7 @@ const BoardKind kBoardKinds[] = {
 /// The parts of a board's text, each taken once and complained about in its own words.
 class BoardText {
  public:
-  explicit BoardText(const std::string& text) : text_(text) {
+  BoardText(const std::string& text, BoardUnit unit) : text_(text), unit_(unit) {
     for (std::size_t begin = 0; begin <= text.size();) {
       const std::size_t end = std::min(text.find(':', begin), text.size());
       parts_.push_back(text.substr(begin, end - begin));
@@ -114,7 +115,9 @@ class BoardText {
   }
   double length(std::size_t part, const char* what) const {
     try {
-      return parse_length(parts_[part]);
+      return unit_ == BoardUnit::kMetric
+                 ? parse_length(parts_[part])
+                 : parse_quantity("length", parts_[part], kPixelUnits, "write a number and px, e.g. 64px");
     } catch (const Error& error) {
       refuse("its " + std::string(what) + " is no length: " + error.why());
     }
@@ -129,6 +132,7 @@ class BoardText {
 
  private:
   const std::string& text_;
+  BoardUnit unit_;
   std::vector<std::string> parts_;
   const char* form_ = nullptr;
 };
@@ -139,24 +143,30 @@ std::string counts(int columns, int rows) {
   return std::to_string(columns) + "x" + std::to_string(rows);
 }
 
-std::string format(const Chessboard& b) {
-  return "chessboard:" + counts(b.columns, b.rows) + ":" + format_length(b.square_size);
-}
+/// A board as text, its lengths by a function of the unit.
+struct BoardWriter {
+  std::string (*length)(double);
 
-std::string format(const CharucoBoard& b) {
-  return "charuco:" + counts(b.columns, b.rows) + ":" + format_length(b.square_size) + ":" +
-         format_length(b.marker_size) + ":" + info_of(b.dictionary).name +
-         (b.marker_first ? std::string(":") + kMarkerFirst : "");
-}
+  std::string operator()(const Chessboard& b) const {
+    return "chessboard:" + counts(b.columns, b.rows) + ":" + length(b.square_size);
+  }
+  std::string operator()(const CharucoBoard& b) const {
+    return "charuco:" + counts(b.columns, b.rows) + ":" + length(b.square_size) + ":" +
+           length(b.marker_size) + ":" + info_of(b.dictionary).name +
+           (b.marker_first ? std::string(":") + kMarkerFirst : "");
+  }
+  std::string operator()(const MarkerGrid& b) const {
+    return "markers:" + counts(b.columns, b.rows) + ":" + length(b.marker_size) + ":" + length(b.gap) + ":" +
+           info_of(b.dictionary).name;
+  }
+  std::string operator()(const CircleGrid& b) const {
+    return (b.asymmetric ? "asymmetric-circles:" : "circles:") + counts(b.columns, b.rows) + ":" +
+           length(b.spacing) + ":" + length(b.diameter);
+  }
+};
 
-std::string format(const MarkerGrid& b) {
-  return "markers:" + counts(b.columns, b.rows) + ":" + format_length(b.marker_size) + ":" +
-         format_length(b.gap) + ":" + info_of(b.dictionary).name;
-}
-
-std::string format(const CircleGrid& b) {
-  return (b.asymmetric ? "asymmetric-circles:" : "circles:") + counts(b.columns, b.rows) + ":" +
-         format_length(b.spacing) + ":" + format_length(b.diameter);
+std::string format_pixels(double pixels) {
+  return format_number(pixels) + "px";
 }
 
 }  // namespace
@@ -197,8 +207,8 @@ double parse_angle(const std::string& text) {
   return parse_quantity("angle", text, kAngleUnits, "write a number and deg or rad, e.g. 30deg");
 }
 
-Board parse_board(const std::string& text) {
-  const BoardText spec(text);
+Board parse_board(const std::string& text, BoardUnit unit) {
+  const BoardText spec(text, unit);
   const auto read = [&]() -> Board {
     if (spec.kind() == "chessboard") {
       spec.require_parts(3, 3);
@@ -230,8 +240,8 @@ Board parse_board(const std::string& text) {
   return board;
 }
 
-std::string format_board(const Board& board) {
-  return std::visit([](const auto& layout) { return format(layout); }, board);
+std::string format_board(const Board& board, BoardUnit unit) {
+  return std::visit(BoardWriter{unit == BoardUnit::kMetric ? format_length : format_pixels}, board);
 }
 
 }  // namespace procam::io

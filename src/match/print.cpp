@@ -127,7 +127,7 @@ Print::Print(const BoardPlace& place, const Detections& in_camera, const Board& 
       if (const auto at = place_at(Vec2(x, y))) tone.at(x, y) = index.is_dark(*at * pitch) ? kDark : kLight;
   // Between a marker's modules little paper is farther from a border than that. On the light side half the
   // distance will do: dark print sends ten times less across.
-  const bool fine = std::holds_alternative<CharucoBoard>(board) || std::holds_alternative<MarkerGrid>(board);
+  const bool fine = is_coded(board);
   const auto is_clear = [&](int x, int y) {
     const std::uint8_t here = tone.at(x, y);
     const double clear_px = fine && here == kLight ? 0.5 * border_px : border_px;

@@ -171,11 +171,6 @@ Vec3 middle_of_print(const Board& layout) {
   return (Vec3() << 0.5 * (print.low + print.high), 0).finished();
 }
 
-/// Do markers say which point is which, so that a part of the board is enough?
-bool is_coded(const Board& layout) {
-  return std::holds_alternative<CharucoBoard>(layout) || std::holds_alternative<MarkerGrid>(layout);
-}
-
 constexpr double kRimPx = 6;  // what matters keeps this far from a picture's rim
 
 bool inside(const Camera& device, const Vec3& point) {

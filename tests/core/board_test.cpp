@@ -77,6 +77,13 @@ TEST(Board, LooksTheSameTurnedExactlyWhenItsDrawingDoes) {
   EXPECT_FALSE(looks_same_turned(CharucoBoard{5, 7, 0.04, 0.03}));
 }
 
+TEST(Board, IsCodedWhereMarkersNameThePoints) {
+  EXPECT_FALSE(is_coded(Chessboard{7, 8, 1}));
+  EXPECT_TRUE(is_coded(CharucoBoard{5, 7, 0.04, 0.03}));
+  EXPECT_TRUE(is_coded(MarkerGrid{3, 2, 0.03, 0.01}));
+  EXPECT_FALSE(is_coded(CircleGrid{4, 11, 0.02, 0.012, true}));
+}
+
 TEST(Board, ScalesEveryLength) {
   for (const Board& board :
        {Board(Chessboard{7, 9, 0.075}), Board(CharucoBoard{5, 7, 0.04, 0.03}),

@@ -157,7 +157,7 @@ TYPED_TEST(DistortionLaws, DualDerivativesMatchFiniteDifferences) {
       for (int i = 0; i < kC; ++i) parameters[5 + i] = lens.model.coefficients[i];
       parameters.template tail<3>() = *direction * 1.7;
 
-      const auto project_all = [](const auto& p) {
+      const auto project_all = [&](const auto& p) {
         using T = std::decay_t<decltype(p[0])>;
         const T zero[1] = {T(0)};
         return project<TypeParam>(IntrinsicsT<T>::from_array(p.data()), kC > 0 ? p.data() + 5 : zero,

@@ -92,7 +92,7 @@ TEST(Homography, TellsMirrorsFromTurns) {
 }
 
 TEST(Homography, RefusesASingularOrNonFiniteMatrix) {
-  EXPECT_THROW(Homography(Mat3::Zero()), std::invalid_argument);
+  EXPECT_THROW(Homography{Mat3(Mat3::Zero())}, std::invalid_argument);
   EXPECT_THROW(Homography(Mat3::Constant(std::nan(""))), std::invalid_argument);
 }
 

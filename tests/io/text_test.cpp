@@ -45,6 +45,16 @@ TEST(Text, SpellsEachBoardOneWay) {
   }
 }
 
+TEST(Text, SpellsBoardsOfLightInPixels) {
+  const CharucoBoard board{15, 11, 64, 48.5, MarkerDictionary::k4x4_250, true};
+  EXPECT_EQ(format_board(board, BoardUnit::kPixel), "charuco:15x11:64px:48.5px:4x4_250:marker-first");
+  for (const Board& light : test::example_boards())
+    EXPECT_EQ(parse_board(format_board(scaled(light, 1000), BoardUnit::kPixel), BoardUnit::kPixel),
+              scaled(light, 1000));
+  EXPECT_ERROR(parse_board("chessboard:12x9:64mm", BoardUnit::kPixel), kInput, "there is no unit 'mm' here");
+  EXPECT_ERROR(parse_board("chessboard:12x9:64px"), kInput, "there is no unit 'px' here");
+}
+
 TEST(Text, RefusesBoardsThatNobodyCanPrint) {
   EXPECT_ERROR(parse_board("charuco:5x7:40mm:40mm:5x5_100"), kInput, "not smaller than its squares");
   EXPECT_ERROR(parse_board("charuco:12x12:40mm:30mm:5x5_50"), kInput, "too few markers");

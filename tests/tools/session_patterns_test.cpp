@@ -66,8 +66,8 @@ TEST(PatternTable, NamesWhatItKnowsAndRefusesTheRest) {
   for (const char* text :
        {"gray:3", "phase:7px", "phase:16", "phase:900px", "gray+phase:16px2", "chessboard:12",
         "chessboard:12x9:64mm", "chessboard:12x9:640px", "chessboard:12x9:64px:red", "markers:10x7:64px:32px",
-        "markers:10x7:0.1m:0.05m:4x4_250", "charuco:15x11:64px:49px:4x4_250", "circles:7x10:64px:56px",
-        "circles:7x11:64px:100px", ""})
+        "markers:10x7:0.1m:0.05m:4x4_250", "charuco:15x11:64px:49px:4x4_250", "charuco:9x7:80px:56m:5x5_100",
+        "circles:7x10:64px:56px", "circles:7x11:64px:100px", ""})
     EXPECT_THROW(make_pattern(text, kProjector), Error) << text;
 }
 

@@ -113,36 +113,10 @@ std::unique_ptr<SessionPattern> make_gray_phase(const std::string& parameters, I
   return make_waves("gray+phase", parameters, projector_size, pattern::WaveNumber::kGrayCode);
 }
 
-/// "64px", "1.5px".
-std::string in_pixels(double length) {
-  std::string text = std::to_string(length);
-  text.erase(text.find_last_not_of('0') + 1);
-  if (text.back() == '.') text.pop_back();
-  return text + "px";
-}
-
 /// A board's counts and lengths as they are typed after the pattern's name.
 std::string layout_text(const Board& layout) {
-  struct Visitor {
-    static std::string counts(int columns, int rows) {
-      return std::to_string(columns) + "x" + std::to_string(rows) + ":";
-    }
-    std::string operator()(const Chessboard& b) const {
-      return counts(b.columns, b.rows) + in_pixels(b.square_size);
-    }
-    std::string operator()(const CharucoBoard& b) const {
-      return counts(b.columns, b.rows) + in_pixels(b.square_size) + ":" + in_pixels(b.marker_size) + ":" +
-             info_of(b.dictionary).name;
-    }
-    std::string operator()(const MarkerGrid& b) const {
-      return counts(b.columns, b.rows) + in_pixels(b.marker_size) + ":" + in_pixels(b.gap) + ":" +
-             info_of(b.dictionary).name;
-    }
-    std::string operator()(const CircleGrid& b) const {
-      return counts(b.columns, b.rows) + in_pixels(b.spacing) + ":" + in_pixels(b.diameter);
-    }
-  };
-  return std::visit(Visitor{}, layout);
+  const std::string text = io::format_board(layout, io::BoardUnit::kPixel);
+  return text.substr(text.find(':') + 1);
 }
 
 /// A board of light beside the print.
@@ -179,9 +153,6 @@ class BoardOfLight : public SessionPattern {
  private:
   static constexpr double kShareOnPaper = 0.8;
 
-  static bool is_coded(const Board& layout) {
-    return std::holds_alternative<CharucoBoard>(layout) || std::holds_alternative<MarkerGrid>(layout);
-  }
   static ImageU8 channel_of(const ViewU8& image, int channel) {
     ImageU8 one(image.size());
     for (int y = 0; y < image.height; ++y)
@@ -222,19 +193,10 @@ std::unique_ptr<SessionPattern> make_light(const char* name, const std::string& 
   const std::string next =
       std::string("give e.g. ") + name + ":" + layout_text(filling) + ", or " + name + " alone";
   Board layout = filling;
-  if (!typed.empty()) {
-    // Pixels are the board's metres.
-    std::string in_metres = kind + ":" + typed;
-    for (std::size_t at = in_metres.find("px"); at != std::string::npos; at = in_metres.find("px", at + 1))
-      in_metres.replace(at, 2, "m");
-    const bool other_unit = typed.find("px") == std::string::npos || typed.find("m:") != std::string::npos ||
-                            typed.back() == 'm' || typed.find("in:") != std::string::npos;
-    try {
-      if (other_unit) refuse(name + (":" + parameters), "its lengths are not pixels (px)", next);
-      layout = io::parse_board(in_metres);
-    } catch (const Error& error) {
-      refuse(name + (":" + parameters), error.why(), next);
-    }
+  try {
+    if (!typed.empty()) layout = io::parse_board(kind + ":" + typed, io::BoardUnit::kPixel);
+  } catch (const Error& error) {
+    refuse(name + (":" + parameters), error.why(), next);
   }
   try {
     return std::make_unique<BoardOfLight>(

@@ -5,8 +5,8 @@
 /// Board frame: origin at the first point, x along a row, y along a column as printed (right and down when
 /// the sheet is read), z into the sheet: like an optical frame that looks at it. Lengths are metres.
 ///
-/// To add one: a struct with size(), point_in_board(), looks_same_turned(), scaled(), flaw() and ==, and its
-/// name in `Board`; the compiler lists what else must know it (files, drawing, detection).
+/// To add one: a struct with size(), point_in_board(), looks_same_turned(), is_coded(), scaled(), flaw() and
+/// ==, and its name in `Board`; the compiler lists what else must know it (files, drawing, detection).
 #include <string>
 #include <variant>
 
@@ -27,6 +27,7 @@ struct Chessboard {
     return Vec3((index % columns) * square_size, (index / columns) * square_size, 0);
   }
   bool looks_same_turned() const { return (columns + rows) % 2 == 0; }
+  bool is_coded() const { return false; }
   Chessboard scaled(double factor) const { return {columns, rows, square_size * factor}; }
   std::string flaw() const {
     if (columns < 2 || rows < 2) return "its counts are not two whole numbers of at least 2 inner corners";
@@ -68,6 +69,7 @@ struct CharucoBoard {
     return Vec2((column - 1) * square_size + margin, (row - 1) * square_size + margin);
   }
   bool looks_same_turned() const { return false; }
+  bool is_coded() const { return true; }
   CharucoBoard scaled(double factor) const {
     return {columns, rows, square_size * factor, marker_size * factor, dictionary, marker_first};
   }
@@ -104,6 +106,7 @@ struct MarkerGrid {
                 first.y() + (corner >= 2 ? marker_size : 0), 0);
   }
   bool looks_same_turned() const { return false; }
+  bool is_coded() const { return true; }
   MarkerGrid scaled(double factor) const {
     return {columns, rows, marker_size * factor, gap * factor, dictionary};
   }
@@ -136,6 +139,7 @@ struct CircleGrid {
   }
   /// An odd number of staggered rows has two like ends that point one way.
   bool looks_same_turned() const { return !asymmetric || rows % 2 == 0; }
+  bool is_coded() const { return false; }
   CircleGrid scaled(double factor) const {
     return {columns, rows, spacing * factor, diameter * factor, asymmetric};
   }
@@ -171,6 +175,11 @@ inline Points3 points_in_board(const Board& board) {
 /// i is then where point size() - 1 - i was.
 inline bool looks_same_turned(const Board& board) {
   return std::visit([](const auto& layout) { return layout.looks_same_turned(); }, board);
+}
+
+/// Do markers say which point is which, so that a part of the board is enough?
+inline bool is_coded(const Board& board) {
+  return std::visit([](const auto& layout) { return layout.is_coded(); }, board);
 }
 
 /// Every length times `factor`: a sheet that the printer scaled.

@@ -27,6 +27,10 @@ struct Uncertain {
 };
 Uncertain parse_uncertain(const std::string& text);
 
+/// How a board's lengths are typed: each with its metric unit, or as projector pixels ("64px"), for boards of
+/// light.
+enum class BoardUnit { kMetric, kPixel };
+
 /// A board as it is typed:
 ///   chessboard:7x9:75mm                   7 inner corners a row, 9 rows of them, squares of 75 mm
 ///   charuco:5x7:40mm:30mm:5x5_100         5 squares a row, 7 rows; square, marker, dictionary
@@ -35,7 +39,7 @@ Uncertain parse_uncertain(const std::string& text);
 ///   circles:7x9:25mm:15mm                 7 circles a row, 9 rows; spacing, diameter
 ///   asymmetric-circles:4x11:20mm:12mm     staggered; spacing from row to row
 /// See docs/boards.md. A board file is read by read_board() (io/board_file.hpp).
-Board parse_board(const std::string& text);
-std::string format_board(const Board& board);
+Board parse_board(const std::string& text, BoardUnit unit = BoardUnit::kMetric);
+std::string format_board(const Board& board, BoardUnit unit = BoardUnit::kMetric);
 
 }  // namespace procam::io

@@ -21,6 +21,12 @@ struct NoDistortion {
     if (!is_finite(image)) return std::nullopt;
     return image;
   }
+  /// The formula alone, on z = 1 and without a question: for many points at once (batches of a lens map).
+  template <typename T>
+  static void formula(const T*, const T& x, const T& y, T& distorted_x, T& distorted_y) {
+    distorted_x = x;
+    distorted_y = y;
+  }
   /// Distorted normalised image point -> direction in the optical frame.
   static std::optional<Vec3> undistort(const double*, const Vec2& distorted) {
     if (!distorted.allFinite()) return std::nullopt;

@@ -36,8 +36,15 @@ struct RationalDistortion {
     if (!internal::unfolded(slope(c), numerator(c), denominator(c), value_of(x), value_of(y), value_of(c[2]),
                             value_of(c[3])))
       return std::nullopt;
+    return internal::finite_image<RationalDistortion>(c, x, y);
+  }
+
+  /// The formula alone, on z = 1 and without a question: for many points at once, known to be valid.
+  template <typename T>
+  static void formula(const T* c, const T& x, const T& y, T& distorted_x, T& distorted_y) {
+    const T s = x * x + y * y;
     const T f = (T(1) + s * (c[0] + s * (c[1] + s * c[4]))) / (T(1) + s * (c[5] + s * (c[6] + s * c[7])));
-    return internal::radial_and_tangential(x, y, f, c[2], c[3]);
+    internal::radial_and_tangential(x, y, s, f, c[2], c[3], distorted_x, distorted_y);
   }
 
   /// r f(r^2) while monotone.

@@ -66,12 +66,20 @@ bool unfolded(const std::array<double, Slope>& slope, const std::array<double, N
   return polynomial_positive<int(determinant.size()) - 1>(determinant, 1);
 }
 
-/// The formula above; nullopt where it overflows.
+/// The formula above, s = x^2 + y^2.
 template <typename T>
-std::optional<Vec2T<T>> radial_and_tangential(const T& x, const T& y, const T& f, const T& p1, const T& p2) {
-  const T xy2 = T(2) * x * y, s = x * x + y * y;
-  const Vec2T<T> image(x * f + p1 * xy2 + p2 * (s + T(2) * x * x),
-                       y * f + p1 * (s + T(2) * y * y) + p2 * xy2);
+void radial_and_tangential(const T& x, const T& y, const T& s, const T& f, const T& p1, const T& p2,
+                           T& distorted_x, T& distorted_y) {
+  const T xy2 = T(2) * x * y;
+  distorted_x = x * f + p1 * xy2 + p2 * (s + T(2) * x * x);
+  distorted_y = y * f + p1 * (s + T(2) * y * y) + p2 * xy2;
+}
+
+/// Model::formula; nullopt where it overflows.
+template <typename Model, typename T>
+std::optional<Vec2T<T>> finite_image(const T* c, const T& x, const T& y) {
+  Vec2T<T> image;
+  Model::formula(c, x, y, image.x(), image.y());
   if (!is_finite(image)) return std::nullopt;
   return image;
 }

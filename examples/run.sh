@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # See procam work, from nothing on Debian 12 and without any hardware:   examples/run.sh [OUT]
-# Installs missing packages, builds the tools, simulates the captures of an office projector, calibrates it, solves two
+# Installs missing packages, builds what that takes, simulates the captures of an office projector, calibrates it, solves two
 # surfaces, renders the projector's frame, and prints the true error in millimetres. Pictures and report: OUT (out/).
 # PROCAM_PRESET names another configure preset to build and use (release).
 set -euo pipefail
@@ -14,7 +14,8 @@ tools=$build/tools
 jobs=$(nproc)
 
 build() {
-  cmake --preset "$preset" && cmake --build --preset "$preset" -j "$jobs"
+  cmake --preset "$preset" && cmake --build --preset "$preset" -j "$jobs" --target \
+    simulate-captures calibrate-projector solve-surfaces render-to-image example_03_true_error
 }
 
 simulate() {

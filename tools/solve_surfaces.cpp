@@ -2,6 +2,7 @@
 #include <CLI/CLI.hpp>
 
 #include "common/cli.hpp"
+#include "common/room_frames.hpp"
 #include "procam/io/pose_file.hpp"
 #include "procam/io/rig_file.hpp"
 #include "procam/io/surface_file.hpp"
@@ -23,20 +24,6 @@ void declare(CLI::App& app, Flags& flags) {
       "placed in the world");
   app.add_option("--projector", flags.projector, "its name, for a rig with several");
   app.add_option("-o,--output", flags.output, "solved surfaces, .json or .xml")->required();
-}
-
-/// The pose file may place the world under the projector, the rig or any camera, in either direction.
-Pose projector_from_world(const Rig& rig, const RigProjector& projector, FrameTree::Link link) {
-  if (link.target == "world") {
-    link.target_from_source = inverse(link.target_from_source);
-    std::swap(link.target, link.source);
-  }
-  if (link.target == "projector") link.target = projector.name;
-  FrameTree frames;
-  for (const RigCamera& camera : rig.cameras) frames.set("rig", camera.name, camera.rig_from_camera);
-  for (const RigProjector& other : rig.projectors) frames.set("rig", other.name, other.rig_from_projector);
-  frames.set(link.target, link.source, link.target_from_source);
-  return frames.get(projector.name, "world").pose;
 }
 
 void print_table(const SolvedSurfaceSet& solved, Console& console) {
@@ -82,7 +69,8 @@ ExitCode solve(const Flags& flags, Console& console) {
   const RigProjector& projector = rig.projector(flags.projector);
   const SurfaceSet surfaces = io::load_surfaces(flags.surfaces);
   std::optional<Pose> pose;
-  if (!flags.pose.empty()) pose = projector_from_world(rig, projector, io::load_pose(flags.pose));
+  if (!flags.pose.empty())
+    pose = room_frames(rig, projector, io::load_pose(flags.pose)).get(projector.name, "world").pose;
 
   const SolvedSurfaceSet solved = surface::solve_surfaces(surfaces, projector, pose);
   const Diagnostics diagnostics = surface::diagnostics_of(solved);

@@ -1,6 +1,7 @@
 #include "procam/analyze/report.hpp"
 
 #include "html.hpp"
+#include "page.hpp"
 #include "report_pictures.hpp"
 #include "report_style.hpp"
 #include "report_tables.hpp"
@@ -22,21 +23,6 @@ void require_matching(const CalibrationResult& result, const Correspondences& da
     require(r.view >= 0 && r.view < int(result.views.size()) && r.device >= 0 &&
                 r.device < int(result.devices.size()),
             "calibration_report: a residual of no view or device");
-}
-
-std::string section(const std::string& title, const std::string& content) {
-  if (content.empty()) return "";
-  return element("section", "", "\n" + element("h2", "", title) + "\n" + content) + "\n";
-}
-
-std::string head(const std::string& title) {
-  // The policy makes the browser itself hold the page to its word: nothing is loaded from anywhere.
-  return "<meta charset=\"utf-8\">\n"
-         "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src "
-         "'unsafe-inline'; "
-         "script-src 'unsafe-inline'\">\n"
-         "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n" +
-         element("title", "", escaped(title)) + "\n" + element("style", "", kReportStyle) + "\n";
 }
 
 std::string numbers(const CalibrationResult& result, const ReportInput& input) {
@@ -83,11 +69,7 @@ std::string calibration_report(const CalibrationResult& result, const Correspond
       section("Rig in space", rig_in_space(result, correspondences.board, input.next_view)) +
       section("Residuals in the picture", quivers) +
       section("Where this comes from", provenance_section(result.rig.provenance));
-  return "<!doctype html>\n" +
-         element("html", "lang=\"en\"",
-                 "\n" + element("head", "", "\n" + head(input.title)) + "\n" +
-                     element("body", "", "\n" + body + element("script", "", kReportScript) + "\n")) +
-         "\n";
+  return page(input.title, body + element("script", "", kReportScript) + "\n");
 }
 
 }  // namespace procam::analyze

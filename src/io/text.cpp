@@ -23,6 +23,7 @@ struct Unit {
 constexpr double kPi = 3.141592653589793238462643383279502884;
 constexpr Unit kLengthUnits[] = {{"mm", 1, 1000}, {"cm", 1, 100}, {"m", 1, 1}, {"in", 254, 10000}};
 constexpr Unit kPixelUnits[] = {{"px", 1, 1}};
+constexpr Unit kDurationUnits[] = {{"ms", 1, 1000}, {"s", 1, 1}};
 constexpr Unit kAngleUnits[] = {{"deg", kPi, 180}, {"rad", 1, 1}};
 
 [[noreturn]] void fail(const char* noun, const std::string& text, const std::string& why,
@@ -205,6 +206,46 @@ std::string format_length(double metres) {
 
 double parse_angle(const std::string& text) {
   return parse_quantity("angle", text, kAngleUnits, "write a number and deg or rad, e.g. 30deg");
+}
+
+double parse_duration(const std::string& text) {
+  return parse_quantity("duration", text, kDurationUnits, "write a number and ms or s, e.g. 50ms");
+}
+
+namespace {
+
+/// Two quantities with a comma between; `per` follows each of their units.
+LengthAndAngle parse_both(const std::string& text, const std::string& per, const char* noun,
+                          const char* next) {
+  LengthAndAngle both;
+  bool has_length = false, has_angle = false;
+  for (std::size_t begin = 0; begin <= text.size();) {
+    const std::size_t end = std::min(text.find(',', begin), text.size());
+    std::string part = text.substr(begin, end - begin);
+    begin = end + 1;
+    if (part.size() < per.size() || part.compare(part.size() - per.size(), per.size(), per) != 0)
+      fail(noun, text, "'" + part + "' does not end with '" + per + "'", next);
+    part.resize(part.size() - per.size());
+    const bool is_angle = part.size() > 3 && (part.compare(part.size() - 3, 3, "deg") == 0 ||
+                                              part.compare(part.size() - 3, 3, "rad") == 0);
+    bool& has = is_angle ? has_angle : has_length;
+    if (has) fail(noun, text, std::string("it has two ") + (is_angle ? "angles" : "lengths"), next);
+    has = true;
+    const double value = is_angle ? parse_angle(part) : parse_length(part);
+    if (value < 0) fail(noun, text, "'" + part + "' is negative", next);
+    (is_angle ? both.angle : both.length) = value;
+  }
+  return both;
+}
+
+}  // namespace
+
+LengthAndAngle parse_length_and_angle(const std::string& text) {
+  return parse_both(text, "", "sigmas", "write a length and an angle, e.g. 10mm,0.5deg, or one of them");
+}
+
+LengthAndAngle parse_speed(const std::string& text) {
+  return parse_both(text, "/s", "speed", "write e.g. 0.5m/s,30deg/s, or one of them");
 }
 
 Board parse_board(const std::string& text, BoardUnit unit) {

@@ -6,7 +6,7 @@
 #include <future>
 #include <map>
 
-#include "procam/analyze/light_error.hpp"
+#include "procam/analyze/landing_error.hpp"
 #include "procam/calibrate/calibrate.hpp"
 #include "support/numeric_world.hpp"
 
@@ -57,19 +57,22 @@ Share light_inside_95_percent(const Rig& estimated, const Rig& truth) {
   const RigProjector& device = truth.projector();
   for (const double distance : {1.0, 2.0, 3.0}) {
     const Plane wall = device.rig_from_projector * Plane{-Vec3::UnitZ(), distance};
+    const analyze::LightPath path = analyze::light_path(estimated.projector(), wall);
     for (int j = 0; j < 4; ++j)
       for (int i = 0; i < 5; ++i) {
         const Vec2 pixel((device.projector.size().width - 1) * i / 4.0,
                          (device.projector.size().height - 1) * j / 3.0);
         const auto ray = device.projector.emit(pixel);
         const auto place = ray ? intersect(device.rig_from_projector * *ray, wall) : std::nullopt;
-        const auto predicted = analyze::landed_light(estimated, wall, pixel);
+        const auto landed = analyze::landing_place(path, pixel);
+        const auto predicted =
+            landed ? analyze::landing_error(path, {estimated.covariance}, *landed) : std::nullopt;
         if (!place || !predicted) {
           ADD_FAILURE() << "light misses the wall";
           continue;
         }
-        const Vec2 error = predicted->axes.transpose() * (*place - predicted->in_rig);
-        share.add(error.dot(predicted->covariance.llt().solve(error)) <= kChi2);
+        const Vec2 error = (path.rig_from_surface.inverse() * *place).head<2>() - *landed;
+        share.add(error.dot(predicted->total.covariance.llt().solve(error)) <= kChi2);
       }
   }
   return share;

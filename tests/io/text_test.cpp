@@ -55,6 +55,21 @@ TEST(Text, SpellsBoardsOfLightInPixels) {
   EXPECT_ERROR(parse_board("chessboard:12x9:64px"), kInput, "there is no unit 'px' here");
 }
 
+TEST(Text, ReadsDurationsSigmasAndSpeeds) {
+  EXPECT_EQ(parse_duration("50ms"), 0.05);
+  EXPECT_EQ(parse_duration("0.25s"), 0.25);
+  EXPECT_ERROR(parse_duration("50"), kInput, "the unit is missing");
+  const LengthAndAngle sigmas = parse_length_and_angle("10mm,0.5deg");
+  EXPECT_DOUBLE_EQ(sigmas.length, 0.01);
+  EXPECT_DOUBLE_EQ(sigmas.angle, parse_angle("0.5deg"));
+  EXPECT_EQ(parse_length_and_angle("2rad").angle, 2);
+  EXPECT_EQ(parse_length_and_angle("5cm").angle, 0);
+  EXPECT_DOUBLE_EQ(parse_speed("30deg/s,0.5m/s").length, 0.5);
+  for (const char* text : {"10mm,5mm", "10mm,,1deg", "-10mm", "1deg,-2mm", "10", "10mm,0.5", ""})
+    EXPECT_ERROR(parse_length_and_angle(text), kInput, ";");
+  EXPECT_ERROR(parse_speed("0.5m"), kInput, "does not end with '/s'");
+}
+
 TEST(Text, RefusesBoardsThatNobodyCanPrint) {
   EXPECT_ERROR(parse_board("charuco:5x7:40mm:40mm:5x5_100"), kInput, "not smaller than its squares");
   EXPECT_ERROR(parse_board("charuco:12x12:40mm:30mm:5x5_50"), kInput, "too few markers");

@@ -21,6 +21,18 @@ std::string format_length(double metres);
 /// "30deg", "0.5rad" -> radians. The unit is required.
 double parse_angle(const std::string& text);
 
+/// "50ms", "0.05s" -> seconds. The unit is required.
+double parse_duration(const std::string& text);
+
+/// "10mm,0.5deg" -> metres and radians; one of them alone leaves the other 0. None may be negative: these are
+/// sigmas.
+struct LengthAndAngle {
+  double length = 0, angle = 0;
+};
+LengthAndAngle parse_length_and_angle(const std::string& text);
+/// "0.5m/s,30deg/s" -> m/s and rad/s, likewise.
+LengthAndAngle parse_speed(const std::string& text);
+
 /// "1.4" or "1.4+-0.02" -> a value and its standard deviation, zero when it is not stated.
 struct Uncertain {
   double value = 0, sigma = 0;

@@ -1,0 +1,144 @@
+#include "procam/analyze/landing_error.hpp"
+
+#include <cmath>
+
+#include "light_chain.hpp"
+#include "procam/core/closed_form.hpp"
+
+namespace procam::analyze {
+namespace {
+
+constexpr double kLargestIncidenceDeg = 75;
+constexpr double kLargestSecondOrder = 0.1;  ///< of the rms error
+
+/// A part of a covariance, by its rows and columns from `first` on.
+Mat6 part_of(const Mat6& covariance, int first) {
+  Mat6 part = Mat6::Zero();
+  part.block<3, 3>(first, first) = covariance.block<3, 3>(first, first);
+  return part;
+}
+
+SourceError pose_source(const std::string& name, const Eigen::Matrix<double, 2, 6>& by_increment,
+                        const Mat6& covariance) {
+  const auto spread = [&](const Mat6& c) -> Mat2 { return by_increment * c * by_increment.transpose(); };
+  SourceError source{name, Vec2::Zero(), spread(covariance), {}};
+  source.parts = {{"position", Vec2::Zero(), spread(part_of(covariance, 3)), {}},
+                  {"rotation", Vec2::Zero(), spread(part_of(covariance, 0)), {}}};
+  return source;
+}
+
+/// Half the sum of what errors along +-each column of `root` do together, from exact landings: the second
+/// derivative's trace.
+template <typename Errors>
+Vec2 second_order_of(const LightPath& path, const Vec2& pixel, const Vec2& on_surface, const MatX& root,
+                     const Errors& errors_of) {
+  Vec2 sum = Vec2::Zero();
+  for (Eigen::Index i = 0; i < root.cols(); ++i) {
+    if (root.col(i).cwiseAbs().maxCoeff() == 0) continue;
+    const auto forward = land(path, pixel, errors_of(VecX(root.col(i)))),
+               back = land(path, pixel, errors_of(VecX(-root.col(i))));
+    // Past the horizon no series holds: infinitely bad.
+    if (!forward || !back) return Vec2::Constant(1e300);
+    sum += 0.5 * (*forward + *back) - on_surface;
+  }
+  return sum;
+}
+
+}  // namespace
+
+bool LandingError::first_order_holds() const {
+  return incidence_deg <= kLargestIncidenceDeg && second_order.norm() <= kLargestSecondOrder * total.rms();
+}
+
+std::optional<LandingError> landing_error(const LightPath& path, const ErrorSources& sources,
+                                          const Vec2& on_surface) {
+  require(sources.pixel_sigma >= 0 && std::isfinite(sources.pixel_sigma),
+          "landing_error: the pixel's sigma must be finite and not negative");
+  const auto chain = chain_derivatives(path, on_surface);
+  if (!chain) return std::nullopt;
+  LandingError error;
+  error.on_surface = on_surface;
+  error.pixel = chain->pixel;
+  error.incidence_deg = chain->incidence_deg;
+  const auto add_second_order = [&](const MatX& root, const auto& errors_of) {
+    error.second_order += second_order_of(path, chain->pixel, on_surface, root, errors_of);
+  };
+
+  if (!sources.calibration.empty()) {
+    MatX covariance = calibration_covariance(sources.calibration, path.projector);
+    const Eigen::Index lens = chain->by_lens.cols();
+    if (!path.through_mount) covariance = MatX(covariance.topLeftCorner(lens, lens));
+    MatX by_all(2, covariance.cols());
+    by_all.leftCols(lens) = chain->by_lens;
+    if (path.through_mount) by_all.rightCols<6>() = chain->by_rig;
+    const MatX root = square_root(covariance, "calibration");
+    const auto spread = [&](Eigen::Index first, Eigen::Index size) -> Mat2 {
+      return by_all.middleCols(first, size) * covariance.block(first, first, size, size) *
+             by_all.middleCols(first, size).transpose();
+    };
+    SourceError calibration{"calibration", Vec2::Zero(), spread(0, by_all.cols()), {}};
+    calibration.parts.push_back({"lens", Vec2::Zero(), spread(0, lens), {}});
+    if (path.through_mount) calibration.parts.push_back({"mount", Vec2::Zero(), spread(lens, 6), {}});
+    error.sources.push_back(calibration);
+    add_second_order(root, [&](const VecX& e) {
+      ChainErrors errors;
+      errors.lens = e.head(lens);
+      if (path.through_mount) errors.mount = e.tail<6>();
+      return errors;
+    });
+  }
+  const auto add_pose = [&](const char* name, const Eigen::Matrix<double, 2, 6>& by_increment,
+                            const Mat6& covariance, Vec6 ChainErrors::*increment) {
+    const MatX root = square_root(covariance, name);
+    if (covariance.isZero(0)) return;
+    error.sources.push_back(pose_source(name, by_increment, covariance));
+    add_second_order(root, [&](const VecX& e) {
+      ChainErrors errors;
+      errors.*increment = e;
+      return errors;
+    });
+  };
+  if (path.through_pose) add_pose("rig pose", chain->by_rig, sources.rig_pose, &ChainErrors::rig);
+  add_pose("map", chain->by_surface, sources.map, &ChainErrors::surface);
+  const MotionError motion = motion_error(sources.motion);
+  if (path.through_pose && !(motion.mean.isZero(0) && motion.covariance.isZero(0))) {
+    error.sources.push_back({"delay",
+                             Vec2(chain->by_rig * motion.mean),
+                             Mat2(chain->by_rig * motion.covariance * chain->by_rig.transpose()),
+                             {}});
+    // The mean moves the point itself: its second order is counted in full.
+    ChainErrors moved;
+    moved.rig = motion.mean;
+    const auto landed = land(path, chain->pixel, moved);
+    error.second_order +=
+        landed ? Vec2(*landed - on_surface - chain->by_rig * motion.mean) : Vec2(Vec2::Constant(1e300));
+    add_second_order(square_root(motion.covariance, "delay"), [&](const VecX& e) {
+      ChainErrors errors;
+      errors.rig = e;
+      return errors;
+    });
+  }
+  if (sources.pixel_sigma > 0)
+    error.sources.push_back(
+        {"pixels",
+         Vec2::Zero(),
+         Mat2(sources.pixel_sigma * sources.pixel_sigma * chain->by_pixel * chain->by_pixel.transpose()),
+         {}});
+
+  error.total.name = "total";
+  for (const SourceError& source : error.sources) {
+    error.total.bias += source.bias;
+    error.total.covariance += source.covariance;
+  }
+  return error;
+}
+
+Ellipse region95(const Mat2& covariance) {
+  constexpr double kChiSquare95 = 5.991464547107979;  // -2 log 0.05
+  const SymmetricEigen2 eigen = symmetric_eigen(covariance);
+  return {std::sqrt(kChiSquare95 * std::max(eigen.values[0], 0.0)),
+          std::sqrt(kChiSquare95 * std::max(eigen.values[1], 0.0)),
+          std::atan2(eigen.vectors(1, 0), eigen.vectors(0, 0))};
+}
+
+}  // namespace procam::analyze

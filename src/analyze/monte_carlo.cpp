@@ -1,0 +1,183 @@
+#include "procam/analyze/monte_carlo.hpp"
+
+#include <atomic>
+#include <cmath>
+#include <random>
+#include <thread>
+
+#include "landing_lanes.hpp"
+#include "light_chain.hpp"
+#include "procam/core/se3.hpp"
+
+namespace procam::analyze {
+namespace {
+
+/// Draws in one piece of work: each has a generator of its own, so that no thread's share shows in the
+/// result.
+constexpr int kPiece = 2048;
+/// Points followed together, so that all that a turn touches stays in the nearest cache.
+constexpr std::size_t kBlock = 128;
+
+/// Square roots of all covariances, so that a draw is root * (standard normal numbers).
+struct Distribution {
+  MatX calibration;  ///< lens, then mount
+  MatX rig, surface, motion;
+  Vec6 motion_mean = Vec6::Zero();
+  double pixel_range = 0;  ///< uniform in +- half of it
+};
+
+Distribution distribution_of(const LightPath& path, const ErrorSources& sources) {
+  require(sources.pixel_sigma >= 0 && std::isfinite(sources.pixel_sigma),
+          "monte_carlo_landing: the pixel's sigma must be finite and not negative");
+  Distribution d;
+  if (!sources.calibration.empty())
+    d.calibration = square_root(calibration_covariance(sources.calibration, path.projector), "calibration");
+  d.surface = square_root(sources.map, "map");
+  const MatX rig = square_root(sources.rig_pose, "rig pose");
+  const MotionError motion = motion_error(sources.motion);
+  if (path.through_pose) {
+    d.rig = rig;
+    d.motion = square_root(motion.covariance, "delay");
+    d.motion_mean = motion.mean;
+  }
+  d.pixel_range = std::sqrt(12.0) * sources.pixel_sigma;
+  return d;
+}
+
+/// One draw of the whole chain.
+struct Chain {
+  Camera lens;
+  Pose surface_from_projector;
+};
+
+class Drawing {
+ public:
+  Drawing(const LightPath& path, const Distribution& distribution, const std::vector<LandingLanes>& blocks,
+          std::uint64_t seed)
+      : path_(path), distribution_(distribution), blocks_(blocks), seed_(seed) {}
+
+  /// The sums of `count` draws of piece number `piece`, by block.
+  std::vector<LandingSums> draw(int piece, int count) const {
+    std::seed_seq seeds{std::uint32_t(seed_), std::uint32_t(seed_ >> 32), std::uint32_t(piece)};
+    std::mt19937_64 random(seeds);
+    std::vector<Chain> chains;
+    for (int i = 0; i < count; ++i) chains.push_back(draw_chain(random));
+    std::vector<LandingSums> sums;
+    LandingDraw one;
+    for (const LandingLanes& lanes : blocks_) {
+      sums.emplace_back(lanes.size());
+      one.shift_x.assign(lanes.size(), 0);
+      one.shift_y.assign(lanes.size(), 0);
+      for (const Chain& chain : chains) {
+        one.lens = chain.lens;
+        one.surface_from_projector = chain.surface_from_projector;
+        if (distribution_.pixel_range > 0) shift_pixels(random, one);
+        follow_light(lanes, one);
+        sums.back().add(lanes, one);
+      }
+    }
+    return sums;
+  }
+
+ private:
+  Chain draw_chain(std::mt19937_64& random) const {
+    std::normal_distribution<double> normal;
+    const auto drawn = [&](const MatX& root) -> VecX {
+      VecX z(root.cols());
+      for (Eigen::Index i = 0; i < z.size(); ++i) z[i] = normal(random);
+      return root * z;
+    };
+    Chain chain{path_.projector.projector.inverse_camera, Pose()};
+    Pose rig_from_projector = path_.projector.rig_from_projector, rig_from_surface = path_.rig_from_surface;
+    if (distribution_.calibration.size() > 0) {
+      const VecX errors = drawn(distribution_.calibration);
+      chain.lens = wrong_lens(chain.lens, errors);
+      if (path_.through_mount) rig_from_projector = se3_exp(Vec6(errors.tail<6>())) * rig_from_projector;
+    }
+    if (distribution_.rig.size() > 0) {
+      const Vec6 moved = distribution_.motion_mean + drawn(distribution_.motion);
+      rig_from_surface = se3_exp(Vec6(-moved)) * se3_exp(Vec6(-drawn(distribution_.rig))) * rig_from_surface;
+    }
+    rig_from_surface = rig_from_surface * se3_exp(Vec6(drawn(distribution_.surface)));
+    chain.surface_from_projector = rig_from_surface.inverse() * rig_from_projector;
+    return chain;
+  }
+
+  void shift_pixels(std::mt19937_64& random, LandingDraw& one) const {
+    const double scale = distribution_.pixel_range / 4294967296.0;
+    for (std::size_t i = 0; i < one.shift_x.size(); ++i) {
+      const std::uint64_t bits = random();
+      one.shift_x[i] = (double(std::uint32_t(bits)) - 2147483647.5) * scale;
+      one.shift_y[i] = (double(std::uint32_t(bits >> 32)) - 2147483647.5) * scale;
+    }
+  }
+
+  const LightPath& path_;
+  const Distribution& distribution_;
+  const std::vector<LandingLanes>& blocks_;
+  std::uint64_t seed_;
+};
+
+LandingSpread spread_of(const LandingSums& sums, std::size_t i, int draws) {
+  LandingSpread spread;
+  const double landed = sums.landed[i];
+  spread.missed = draws - int(landed);
+  if (landed < 2) return spread;
+  spread.mean = Vec2(sums.x[i], sums.y[i]) / landed;
+  spread.covariance << sums.xx[i], sums.xy[i], sums.xy[i], sums.yy[i];
+  spread.covariance = (spread.covariance - landed * spread.mean * spread.mean.transpose()) / (landed - 1);
+  spread.worst = std::sqrt(sums.worst2[i]);
+  return spread;
+}
+
+}  // namespace
+
+std::vector<std::optional<LandingSpread>> monte_carlo_landing(const LightPath& path,
+                                                              const ErrorSources& sources,
+                                                              const Points2& on_surface,
+                                                              const MonteCarloOptions& options) {
+  require(options.draws >= 2, "monte_carlo_landing: at least two draws");
+  const Distribution distribution = distribution_of(path, sources);
+  const Projector& projector = path.projector.projector;
+  const Pose projector_from_surface = path.projector.rig_from_projector.inverse() * path.rig_from_surface;
+  std::vector<LandingLanes> blocks;
+  std::vector<std::size_t> places;
+  for (std::size_t i = 0; i < on_surface.size(); ++i) {
+    const auto pixel =
+        projector.pixel_lighting(projector_from_surface * Vec3(on_surface[i].x(), on_surface[i].y(), 0));
+    const auto bearing = pixel ? projector.inverse_camera.unproject(*pixel) : std::nullopt;
+    if (!bearing) continue;
+    if (places.size() % kBlock == 0) blocks.emplace_back();
+    blocks.back().add(on_surface[i], projector.inverse_camera, *pixel, *bearing);
+    places.push_back(i);
+  }
+
+  const Drawing drawing(path, distribution, blocks, options.seed);
+  const int pieces = (options.draws + kPiece - 1) / kPiece;
+  std::vector<std::vector<LandingSums>> of_piece;
+  of_piece.resize(std::size_t(pieces));
+  std::atomic<int> next{0};
+  const auto work = [&] {
+    for (int piece = next++; piece < pieces; piece = next++)
+      of_piece[std::size_t(piece)] = drawing.draw(piece, std::min(kPiece, options.draws - piece * kPiece));
+  };
+  const int wanted =
+      options.threads > 0 ? options.threads : int(std::max(1u, std::thread::hardware_concurrency()));
+  std::vector<std::thread> others;
+  for (int i = 1; i < std::min(wanted, pieces); ++i) others.emplace_back(work);
+  work();
+  for (std::thread& other : others) other.join();
+
+  // In the order of the pieces, so that rounding is the same whoever drew them.
+  std::vector<std::optional<LandingSpread>> spreads(on_surface.size());
+  std::size_t point = 0;
+  for (std::size_t block = 0; block < blocks.size(); ++block) {
+    LandingSums sums(blocks[block].size());
+    for (const std::vector<LandingSums>& piece : of_piece) sums.add(piece[block]);
+    for (std::size_t i = 0; i < blocks[block].size(); ++i)
+      spreads[places[point++]] = spread_of(sums, i, options.draws);
+  }
+  return spreads;
+}
+
+}  // namespace procam::analyze

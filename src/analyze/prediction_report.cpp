@@ -1,0 +1,195 @@
+#include <algorithm>
+#include <cmath>
+
+#include "html.hpp"
+#include "page.hpp"
+#include "procam/analyze/prediction.hpp"
+
+namespace procam::analyze {
+namespace {
+
+std::string millimetres(double mm) {
+  return significant(mm, 3) + " mm";
+}
+
+/// Pale yellow to dark red; readable in print and with any colour vision, since lightness falls throughout.
+std::string heat(double share) {
+  constexpr double kStops[][3] = {{255, 247, 205}, {252, 190, 96}, {226, 96, 58}, {120, 20, 50}};
+  const double at = 3 * std::clamp(share, 0.0, 1.0);
+  const int stop = std::min(int(at), 2);
+  std::string color = "rgb(";
+  for (int c = 0; c < 3; ++c)
+    color += (c > 0 ? "," : "") +
+             fixed(kStops[stop][c] + (at - stop) * (kStops[stop + 1][c] - kStops[stop][c]), 0);
+  return color + ")";
+}
+
+std::string filled(const Vec2& corner, const Vec2& size, const std::string& fill, const std::string& tip) {
+  return element("path",
+                 "fill=\"" + fill + "\" d=\"M" + position(corner) + "h" + coordinate(size.x()) + "v" +
+                     coordinate(size.y()) + "h" + coordinate(-size.x()) + "Z\"",
+                 tip.empty() ? "" : element("title", "", escaped(tip)));
+}
+
+/// The content as it hangs, coloured by the rms error; arrows for the bias, ellipses for the 95 % region,
+/// both magnified.
+std::string heat_map(const SurfacePrediction& prediction) {
+  constexpr double kWidth = 720;
+  const double aspect = prediction.size.y() > 0 && prediction.size.x() > 0
+                            ? std::clamp(prediction.size.y() / prediction.size.x(), 0.2, 2.0)
+                            : 0.6;
+  const Vec2 map(kWidth, kWidth * aspect), cell(map.x() / prediction.columns, map.y() / prediction.rows);
+  std::string content;
+  // One more tenth of a unit covers the seams between neighbours.
+  for (std::size_t i = 0; i < prediction.grid.size(); ++i) {
+    const auto& error = prediction.grid[i];
+    if (!error) continue;
+    const double mm = 1e3 * error->total.rms();
+    content += filled(prediction.content[i].cwiseProduct(map) - 0.5 * cell, cell + Vec2(0.2, 0.2),
+                      heat(mm / prediction.worst_mm), millimetres(mm));
+  }
+  const double pixels_per_metre = prediction.size.x() > 0 ? map.x() / prediction.size.x() : 1;
+  // The worst 95 % region fills a spacing of four cells.
+  const double magnified = std::max(
+      1.0, round_step(1.6 * cell.x() / std::max(2.45e-3 * prediction.worst_mm * pixels_per_metre, 1e-12)));
+  Marks bias;
+  for (int row = 2; row < prediction.rows; row += 4)
+    for (int column = 2; column < prediction.columns; column += 4) {
+      const std::size_t i = std::size_t(row * prediction.columns + column);
+      if (!prediction.grid[i]) continue;
+      const LandingError& error = *prediction.grid[i];
+      const Vec2 at = prediction.content[i].cwiseProduct(map);
+      const Ellipse region = region95(error.total.covariance);
+      const double scale = magnified * pixels_per_metre;
+      const Vec2 centre = at + scale * error.total.bias;
+      content +=
+          element("ellipse",
+                  "class=\"frame\" fill=\"none\" cx=\"" + coordinate(centre.x()) + "\" cy=\"" +
+                      coordinate(centre.y()) + "\" rx=\"" + coordinate(scale * region.semi_major) +
+                      "\" ry=\"" + coordinate(scale * region.semi_minor) + "\" transform=\"rotate(" +
+                      fixed(region.angle * 180 / 3.141592653589793, 1) + " " + position(centre) + ")\"",
+                  "");
+      bias.line(at, centre);
+    }
+  content += bias.path("class=\"bar\"", "bias");
+  content += rectangle("class=\"frame\"", Vec2(0, 0), map);
+  // The scale below the map.
+  const double y = map.y() + 14;
+  for (int i = 0; i < 60; ++i) content += filled(Vec2(i * 5, y), Vec2(5.2, 12), heat((i + 0.5) / 60), "");
+  content += label(Vec2(0, y + 28), "class=\"tick\"", "0");
+  content += label(Vec2(300, y + 28), "class=\"tick\" text-anchor=\"end\"", millimetres(prediction.worst_mm));
+  return figure(
+      svg("-6 -6 732 " + coordinate(map.y() + 54),
+          "Error over " + prediction.surface + ", at worst " + millimetres(prediction.worst_mm), content),
+      "Root mean square distance between where the light is meant to land and where it lands, over the "
+      "content "
+      "as it hangs (" +
+          fixed(prediction.size.x(), 2) + " m by " + fixed(prediction.size.y(), 2) +
+          " m). Bars: bias; ellipses: 95 % regions; " +
+          (magnified > 1 ? "both magnified " + shortest(magnified) + " times"
+                         : std::string("both to scale")) +
+          ". White: not lit.");
+}
+
+std::string cause_table(const SurfacePrediction& prediction) {
+  std::string rows;
+  for (const Cause& cause : prediction.causes)
+    rows += element("tr", "",
+                    element("td", "", escaped(cause.name)) +
+                        element("td", "class=\"n\"", significant(cause.rms_mm, 3)) +
+                        element("td", "class=\"n\"", significant(cause.without_mm, 3))) +
+            "\n";
+  return element("div", "class=\"scroll\"",
+                 element("table", "",
+                         element("tr", "",
+                                 element("th", "", "Cause") + element("th", "class=\"n\"", "alone, mm") +
+                                     element("th", "class=\"n\"", "all but this, mm")) +
+                             "\n" + rows));
+}
+
+std::string curve(const Sweep& sweep) {
+  constexpr double kWidth = 340, kHeight = 190, kLeft = 44, kBottom = 34;
+  if (sweep.values.size() < 2) return "";
+  const double low = sweep.values.front(), high = sweep.values.back();
+  // An error that explodes at grazing angles would flatten all the rest: the curve is cut.
+  std::vector<double> sorted = sweep.rms_mm;
+  std::sort(sorted.begin(), sorted.end());
+  const double top = std::min(sorted.back(), 4 * sorted[sorted.size() / 2]) * 1.05;
+  if (!(top > 0) || !(high > low)) return "";
+  const auto at = [&](double value, double mm) {
+    return Vec2(kLeft + (kWidth - kLeft) * (value - low) / (high - low),
+                (kHeight - kBottom) * (1 - std::min(mm, top) / top));
+  };
+  std::string content;
+  const double step_y = round_step(top / 3), step_x = round_step((high - low) / 3);
+  for (double mm = 0; mm <= top; mm += step_y) {
+    content +=
+        element("path", "class=\"axis\" d=\"M" + position(at(low, mm)) + "H" + coordinate(kWidth) + "\"", "");
+    content += label(at(low, mm) + Vec2(-6, 4), "class=\"tick\" text-anchor=\"end\"", shortest(mm));
+  }
+  for (double value = step_x * std::ceil(low / step_x); value <= high; value += step_x)
+    content += label(at(value, 0) + Vec2(0, 14), "class=\"tick\" text-anchor=\"middle\"", shortest(value));
+  std::string d;
+  for (std::size_t i = 0; i < sweep.values.size(); ++i)
+    d += (i == 0 ? "M" : "L") + position(at(sweep.values[i], sweep.rms_mm[i]));
+  content += element("path", "class=\"principal\" d=\"" + d + "\"", "");
+  content += element("path", "class=\"ring\" d=\"M" + position(at(sweep.here, 0)) + "V0\"",
+                     element("title", "", "as it is"));
+  content +=
+      label(Vec2(kWidth, kHeight - 4), "class=\"tick\" text-anchor=\"end\"", sweep.name + ", " + sweep.unit);
+  content += label(Vec2(0, -6), "class=\"tick\"", "mm");
+  return figure(svg("0 -18 350 214", "Error against " + sweep.name, content), "");
+}
+
+std::string of_surface(const SurfacePrediction& prediction) {
+  std::string key = element("div", "",
+                            element("b", "", millimetres(prediction.rms_mm)) +
+                                element("span", "", "rms over the content")) +
+                    element("div", "",
+                            element("b", "", millimetres(prediction.worst_mm)) +
+                                element("span", "",
+                                        "at the worst point (u " + fixed(prediction.worst_content.x(), 2) +
+                                            ", v " + fixed(prediction.worst_content.y(), 2) + ")")) +
+                    element("div", "",
+                            element("b", "", fixed(prediction.incidence_deg, 1) + "\u00b0") +
+                                element("span", "", "largest angle of the light to the surface's normal"));
+  if (!prediction.drawn.empty())
+    key += element(
+        "div", "",
+        element("b", "", millimetres(prediction.drawn_rms_mm)) + element("span", "", "rms by Monte Carlo"));
+  std::string remarks;
+  for (const Diagnostic& item : prediction.diagnostics.items)
+    remarks += element("p", "class=\"warning\"", escaped(item.message)) + "\n";
+  std::string curves;
+  for (const Sweep& sweep : prediction.sweeps) curves += curve(sweep);
+  return element("div", "class=\"key\"", key) + "\n" + remarks +
+         element("div", "class=\"pair\"",
+                 heat_map(prediction) +
+                     element("div", "",
+                             element("h3", "", "Causes") + cause_table(prediction) +
+                                 element("p", "class=\"hint\"",
+                                         "What would help most: " + escaped(prediction.advice) + "."))) +
+         "\n" + element("h3", "", "What if (at the content's middle)") +
+         element("div", "class=\"tiles\"", curves) + "\n";
+}
+
+}  // namespace
+
+std::string prediction_report(const std::vector<SurfacePrediction>& surfaces, const std::string& title) {
+  require(!surfaces.empty(), "prediction_report: no surface");
+  const auto worst = std::max_element(surfaces.begin(), surfaces.end(),
+                                      [](const auto& a, const auto& b) { return a.rms_mm < b.rms_mm; });
+  std::string body = element("p", "class=\"kicker\"", "Predicted error") + "\n" +
+                     element("h1", "", escaped(title)) + "\n" +
+                     element("div", "class=\"verdict\"",
+                             element("p", "",
+                                     "The light lands within " + millimetres(worst->rms_mm) +
+                                         " (rms) of its place on " + escaped(worst->surface) +
+                                         (surfaces.size() > 1 ? ", the least certain surface" : "") + ".")) +
+                     "\n";
+  for (const SurfacePrediction& surface : surfaces)
+    body += section(escaped(surface.surface), of_surface(surface));
+  return page(title, body);
+}
+
+}  // namespace procam::analyze

@@ -1,0 +1,222 @@
+/// predict-error: rig.json + surfaces.json + what is uncertain -> millimetres on each surface, and why.
+#include <CLI/CLI.hpp>
+#include <filesystem>
+
+#include "common/cli.hpp"
+#include "common/room_frames.hpp"
+#include "procam/analyze/prediction.hpp"
+#include "procam/io/files.hpp"
+#include "procam/io/pose_file.hpp"
+#include "procam/io/rig_file.hpp"
+#include "procam/io/surface_file.hpp"
+#include "procam/io/text.hpp"
+#include "procam/surface/solve.hpp"
+
+namespace procam::tools {
+namespace {
+
+struct Flags {
+  std::string rig, surfaces, pose, projector, report;
+  std::optional<io::LengthAndAngle> pose_sigma;
+  io::LengthAndAngle map_sigma, speed, speed_sigma;
+  Vec3 forward = Vec3::UnitZ(), up = -Vec3::UnitY();
+  double delay = 0, delay_sigma = 0;
+  bool predict = false, whole_pixels = false;
+  int draws = 0;
+  std::uint64_t seed = 1;
+};
+
+double parse_delay(const std::string& text) {
+  const double seconds = io::parse_duration(text);
+  if (seconds < 0)
+    throw Error(ErrorKind::kInput, "duration '" + text + "'", "it is negative", "give e.g. 50ms");
+  return seconds;
+}
+
+Vec3 parse_direction(const std::string& text) {
+  Vec3 direction;
+  char rest = 0;
+  if (std::sscanf(text.c_str(), "%lf,%lf,%lf%c", &direction[0], &direction[1], &direction[2], &rest) != 3 ||
+      !direction.allFinite() || direction.norm() == 0)
+    throw Error(ErrorKind::kInput, "direction '" + text + "'",
+                "it is not three numbers x,y,z other than 0,0,0", "give it in the rig's frame, e.g. 0,0,1");
+  return direction.normalized();
+}
+
+void declare(CLI::App& app, Flags& flags) {
+  app.add_option("--rig", flags.rig, "rig.json, as calibrate-projector writes it")->required();
+  app.add_option("--surfaces", flags.surfaces, "surface definitions, .json or .xml")->required();
+  app.add_option(
+      "--pose", flags.pose,
+      "pose.json that joins 'world' to 'projector', 'rig' or a camera of the rig; needed for surfaces "
+      "placed in the world. Its covariance counts unless --pose-sigma is given");
+  app.add_option("--projector", flags.projector, "its name, for a rig with several");
+  add_parsed(
+      app, "--pose-sigma",
+      [&](const std::string& text) { flags.pose_sigma = io::parse_length_and_angle(text); },
+      "standard deviations of the rig's pose, each axis: 10mm,0.5deg");
+  add_parsed(
+      app, "--map-sigma",
+      [&](const std::string& text) { flags.map_sigma = io::parse_length_and_angle(text); },
+      "the same of the surfaces' places: 5mm,0.2deg");
+  add_parsed(
+      app, "--speed", [&](const std::string& text) { flags.speed = io::parse_speed(text); },
+      "the robot drives and turns: 0.5m/s,30deg/s");
+  add_parsed(
+      app, "--speed-sigma", [&](const std::string& text) { flags.speed_sigma = io::parse_speed(text); },
+      "how well that is known, each axis, where --predict uses it");
+  add_parsed(
+      app, "--forward", [&](const std::string& text) { flags.forward = parse_direction(text); },
+      "where it drives, in the rig's frame (0,0,1: as the camera looks)");
+  add_parsed(
+      app, "--up", [&](const std::string& text) { flags.up = parse_direction(text); },
+      "the axis it turns about, in the rig's frame (0,-1,0)");
+  add_parsed(
+      app, "--delay", [&](const std::string& text) { flags.delay = parse_delay(text); },
+      "from the pose's stamp to the light: 50ms");
+  add_parsed(
+      app, "--delay-sigma", [&](const std::string& text) { flags.delay_sigma = parse_delay(text); },
+      "how well the delay is known");
+  app.add_flag("--predict", flags.predict, "the pose is predicted to the moment of light");
+  app.add_flag("--whole-pixels", flags.whole_pixels,
+               "content moves in whole projector pixels (not with procam's renderer)");
+  app.add_option("--monte-carlo", flags.draws, "draw so many cases beside the closed form")
+      ->check(CLI::Range(2, 100000000));
+  app.add_option("--seed", flags.seed, "of the draws")->capture_default_str();
+  app.add_option("--report", flags.report, "Also write a self-contained HTML page with heat maps");
+}
+
+analyze::ErrorSources sources_of(const Flags& flags, const Rig& rig, const std::optional<FrameTree>& frames) {
+  analyze::ErrorSources sources;
+  sources.calibration = rig.covariance;
+  if (flags.pose_sigma)
+    sources.rig_pose = analyze::isotropic_pose_covariance(flags.pose_sigma->length, flags.pose_sigma->angle);
+  else if (frames)
+    sources.rig_pose = analyze::own_frame_covariance(frames->get("world", "rig"));
+  sources.map = analyze::isotropic_pose_covariance(flags.map_sigma.length, flags.map_sigma.angle);
+  analyze::Motion& motion = sources.motion;
+  motion.twist << flags.speed.angle * flags.up, flags.speed.length * flags.forward;
+  motion.twist_sigma << Vec3::Constant(flags.speed_sigma.angle), Vec3::Constant(flags.speed_sigma.length);
+  motion.delay = flags.delay;
+  motion.delay_sigma = flags.delay_sigma;
+  motion.predicted = flags.predict;
+  if (flags.whole_pixels) sources.pixel_sigma = std::sqrt(1.0 / 12);
+  return sources;
+}
+
+void say(const analyze::SurfacePrediction& one, Console& console) {
+  console.say(
+      format("%s: %.2f mm rms, %.2f mm at the worst point (u %.2f, v %.2f); light at up to %.1f deg%s",
+             one.surface.c_str(), one.rms_mm, one.worst_mm, one.worst_content.x(), one.worst_content.y(),
+             one.incidence_deg,
+             one.drawn.empty() ? "" : format("; %.2f mm rms by Monte Carlo", one.drawn_rms_mm).c_str()));
+  const char* const names[] = {"top left", "top right", "bottom right", "bottom left"};
+  std::string corners = "  corners:";
+  for (std::size_t i = 0; i < one.corners.size(); ++i)
+    corners += (i > 0 ? ", " : " ") + std::string(names[i]) +
+               (one.corners[i] ? format(" %.2f mm", 1e3 * one.corners[i]->total.rms()) : " not lit");
+  console.say(corners);
+  for (const analyze::Cause& cause : one.causes)
+    console.say(format("  %-22s %8.2f mm alone, %8.2f mm without it", cause.name.c_str(), cause.rms_mm,
+                       cause.without_mm));
+  console.say("  helps most: " + one.advice);
+}
+
+void summarize(const std::vector<analyze::SurfacePrediction>& predictions, Summary& summary) {
+  for (std::size_t i = 0; i < predictions.size(); ++i) {
+    const analyze::SurfacePrediction& one = predictions[i];
+    const std::string at = "/surfaces/" + std::to_string(i);
+    summary.set(at + "/name", one.surface);
+    summary.set(at + "/rms_mm", one.rms_mm);
+    summary.set(at + "/worst_mm", one.worst_mm);
+    summary.set(at + "/worst_content", std::vector<double>{one.worst_content.x(), one.worst_content.y()});
+    summary.set(at + "/lit_share", one.lit_share);
+    summary.set(at + "/largest_incidence_deg", one.incidence_deg);
+    if (!one.drawn.empty()) summary.set(at + "/monte_carlo_rms_mm", one.drawn_rms_mm);
+    for (std::size_t j = 0; j < one.causes.size(); ++j) {
+      const std::string cause = at + "/causes/" + std::to_string(j);
+      summary.set(cause + "/name", one.causes[j].name);
+      summary.set(cause + "/rms_mm", one.causes[j].rms_mm);
+      summary.set(cause + "/without_mm", one.causes[j].without_mm);
+    }
+    summary.set(at + "/advice", one.advice);
+  }
+}
+
+ExitCode predict(const Flags& flags, Console& console) {
+  if (!flags.report.empty()) io::require_writable(flags.report);
+  const Rig rig = io::load_rig(flags.rig);
+  const RigProjector& projector = rig.projector(flags.projector);
+  std::optional<FrameTree> frames;
+  std::optional<Pose> projector_from_world, world_from_rig;
+  if (!flags.pose.empty()) {
+    frames = room_frames(rig, projector, io::load_pose(flags.pose));
+    projector_from_world = frames->get(projector.name, "world").pose;
+    world_from_rig = frames->get("world", "rig").pose;
+  }
+  const SolvedSurfaceSet solved =
+      surface::solve_surfaces(io::load_surfaces(flags.surfaces), projector, projector_from_world);
+  const analyze::ErrorSources sources = sources_of(flags, rig, frames);
+
+  std::vector<analyze::SurfacePrediction> predictions;
+  Diagnostics diagnostics;
+  if (rig.covariance.empty())
+    diagnostics.warn("no_calibration_covariance",
+                     flags.rig +
+                         ": it carries no covariance, the calibration is taken as exact; calibrate with "
+                         "calibrate-projector to have one");
+  for (std::size_t i = 0; i < solved.surfaces.size(); ++i) {
+    const SolvedSurface& one = solved.surfaces[i];
+    console.progress("surface", int(i) + 1, int(solved.surfaces.size()));
+    const auto* planar = std::get_if<PlanarSurface>(&one.surface.geometry);
+    if (planar == nullptr) {
+      diagnostics.warn("pixel_surface", one.surface.name +
+                                            ": it is given in pixels and has no place in the room; "
+                                            "give its corners in metres on a placed plane");
+      continue;
+    }
+    const analyze::LightPath path =
+        analyze::light_path(projector, planar->frame, planar->frame_from_surface, world_from_rig);
+    std::optional<analyze::MonteCarloOptions> draws;
+    if (flags.draws > 0) draws = analyze::MonteCarloOptions{flags.draws, flags.seed, 0};
+    predictions.push_back(analyze::predict_surface(
+        one.surface.name, path, std::get<PlacedPlane>(one.placement).plane_from_content, sources, draws));
+    if (!path.through_pose && (flags.pose_sigma || flags.delay > 0))
+      diagnostics.note("pose_does_not_act", one.surface.name + ": it is placed in the frame '" +
+                                                planar->frame +
+                                                "' and moves with the rig: pose and speed do not act on it");
+    for (Diagnostic item : predictions.back().diagnostics.items) {
+      item.message = one.surface.name + ": " + item.message;
+      diagnostics.items.push_back(item);
+    }
+  }
+  if (predictions.empty())
+    throw Error(ErrorKind::kInput, flags.surfaces, "none of its surfaces has a place in the room",
+                "give at least one surface on a placed plane");
+  for (const analyze::SurfacePrediction& one : predictions) say(one, console);
+  summarize(predictions, console.summary());
+  console.report(diagnostics);
+  if (!flags.report.empty()) {
+    io::write_file_atomically(
+        flags.report, analyze::prediction_report(predictions, "Error of " + projector.name + "'s light"));
+    console.say("wrote " + flags.report);
+  }
+  return exit_code(diagnostics);
+}
+
+}  // namespace
+}  // namespace procam::tools
+
+int main(int argc, char** argv) {
+  using namespace procam::tools;
+  Flags flags;
+  return run_tool(
+      argc, argv,
+      {"predict-error",
+       "says how far from its place the light will land on each surface, in millimetres, because of what, "
+       "and "
+       "what would help most: from the calibration, the rig's pose, the map, delay and speed.",
+       "predict-error --rig rig.json --surfaces surfaces.json --pose pose.json --pose-sigma 10mm,0.5deg "
+       "--map-sigma 5mm --speed 0.5m/s,30deg/s --delay 50ms --report error.html"},
+      [&](CLI::App& app) { declare(app, flags); }, [&](Console& console) { return predict(flags, console); });
+}

@@ -105,8 +105,6 @@ void summarize(const analyze::ProjectionPlan& plan, Summary& summary) {
     summary.set("/depth_of_field/sharp", std::vector<double>{field.near, field.far});
     summary.set("/depth_of_field/picture", std::vector<double>{field.nearest, field.farthest});
     summary.set("/depth_of_field/blur_max_px", field.blur_max_px);
-    summary.set("/depth_of_field/best_focus", field.best_focus);
-    summary.set("/depth_of_field/best_blur_max_px", field.best_blur_max_px);
   }
   summary.set("/text_height_mm/readable", 1e3 * plan.readable_text_height());
   summary.set("/text_height_mm/by_pixels", 1e3 * plan.text_height_by_pixels);

@@ -64,34 +64,30 @@ std::string size_words(const Vec2& size) {
 class PixelShades {
  public:
   explicit PixelShades(const ProjectionPlan& plan) : plan_(plan) {
-    low_ = high_ = at(picture(0.5, 0.5));
     for (int j = 0; j < kRows; ++j)
-      for (int i = 0; i < kColumns; ++i) {
-        const double mm = at(picture((i + 0.5) / kColumns, (j + 0.5) / kRows));
-        low_ = std::min(low_, mm), high_ = std::max(high_, mm);
-      }
+      for (int i = 0; i < kColumns; ++i) coarsest_.push_back(light(i + 0.5, j + 0.5).mm_per_pixel_max);
+    low_ = *std::min_element(coarsest_.begin(), coarsest_.end());
+    high_ = *std::max_element(coarsest_.begin(), coarsest_.end());
     // All but even light needs no shades: their bounds would read the same.
     steps_ = high_ < 1.01 * low_ ? 1 : int(kShades.size());
   }
 
   std::string cells(const Sheet2d& place) const {
     std::vector<std::string> paths(kShades.size());
-    for (int j = 0; j < kRows; ++j)
-      for (int i = 0; i < kColumns; ++i) {
-        const double mm = at(picture((i + 0.5) / kColumns, (j + 0.5) / kRows));
-        std::string& d = paths[std::size_t(step_of(mm))];
-        int corner = 0;
-        for (const auto& [right, down] :
-             {std::pair(0, 0), std::pair(1, 0), std::pair(1, 1), std::pair(0, 1)}) {
-          const Vec2 pixel = picture(double(i + right) / kColumns, double(j + down) / kRows);
-          const auto light = light_on_wall(plan_.projector, plan_.projector_from_wall, pixel);
-          if (light) d += (corner++ == 0 ? "M" : "L") + position(place(light->on_wall));
-        }
-        d += "Z";
+    for (int j = 0; j < kRows; ++j) {
+      // Neighbours of one shade make one piece: a row's edges land as straight lines.
+      int begin = 0;
+      for (int i = 1; i <= kColumns; ++i) {
+        if (i < kColumns && step_at(i, j) == step_at(begin, j)) continue;
+        std::string& d = paths[std::size_t(step_at(begin, j))];
+        d += "M" + landed(place, begin, j) + "L" + landed(place, i, j) + "L" + landed(place, i, j + 1) + "L" +
+             landed(place, begin, j + 1) + "Z";
+        begin = i;
       }
+    }
     std::string content;
     for (std::size_t s = 0; s < paths.size(); ++s)
-      if (!paths[s].empty())  // The line in the fill's colour closes the seams between cells.
+      if (!paths[s].empty())  // The line in the fill's colour closes the seams between pieces.
         content += "<path style=\"fill:" + kShades[s] + ";stroke:" + kShades[s] + ";stroke-width:.7\" d=\"" +
                    paths[s] + "\"/>\n";
     return content;
@@ -114,22 +110,25 @@ class PixelShades {
   }
 
  private:
-  static constexpr int kColumns = 40, kRows = 25;
+  static constexpr int kColumns = 120, kRows = 75;
 
-  Vec2 picture(double right, double down) const {
+  /// The picture has landed (see plan_projection): so does every position in it.
+  LightOnWall light(double column, double row) const {
     const ImageSize size = plan_.projector.size();
-    return Vec2(right * size.width - 0.5, down * size.height - 0.5);
+    const Vec2 pixel(column / kColumns * size.width - 0.5, row / kRows * size.height - 0.5);
+    return light_on_wall(plan_.projector, plan_.projector_from_wall, pixel).value();
   }
-  double at(const Vec2& pixel) const {
-    const auto light = light_on_wall(plan_.projector, plan_.projector_from_wall, pixel);
-    return light ? light->mm_per_pixel_max : high_;
+  std::string landed(const Sheet2d& place, int column, int row) const {
+    return position(place(light(column, row).on_wall));
   }
-  int step_of(double mm) const {
+  int step_at(int column, int row) const {
     if (steps_ == 1) return 0;
+    const double mm = coarsest_[std::size_t(row * kColumns + column)];
     return std::clamp(int(std::floor((mm - low_) / (high_ - low_) * steps_)), 0, steps_ - 1);
   }
 
   const ProjectionPlan& plan_;
+  std::vector<double> coarsest_;  ///< mm per pixel at each cell's middle, row by row
   double low_ = 0, high_ = 0;
   int steps_ = 1;
 };
@@ -184,6 +183,15 @@ std::string side_lengths(const ProjectionPlan& plan, const Sheet2d& place) {
   return content + "\n";
 }
 
+/// A line of the picture with its meaning.
+std::string rectangle_key(const Vec2& at, const std::string& line_class, const std::string& words_class,
+                          const std::string& words) {
+  Marks line;
+  line.line(at + Vec2(0, -4), at + Vec2(36, -4));
+  return line.path("class=\"" + line_class + "\"") +
+         label(at + Vec2(44, 0), "class=\"" + words_class + "\"", words) + "\n";
+}
+
 std::string wall_view(const ProjectionPlan& plan) {
   Points2 shown = plan.corners;
   if (plan.target)
@@ -204,14 +212,11 @@ std::string wall_view(const ProjectionPlan& plan) {
   middle.cross(place(plan.middle), 5);
   content += middle.path("class=\"middle\"", "the picture's middle");
   content += side_lengths(plan, place);
-  const Vec2 top_left = place(plan.undistorted.corners().front());
-  content += label(top_left + Vec2(7, 17), "class=\"accent halo\"",
-                   "largest undistorted " + size_words(plan.undistorted.size));
-  if (plan.target) {
-    const Vec2 bottom_left = place(plan.target->rectangle.corners().back());
-    content += label(bottom_left + Vec2(7, -8), "class=\"wanted halo\"",
-                     "target " + size_words(plan.target->rectangle.size));
-  }
+  content += rectangle_key(kWallCorner + Vec2(215, -12), "undistorted", "accent",
+                           "largest undistorted " + size_words(plan.undistorted.size));
+  if (plan.target)
+    content += rectangle_key(kWallCorner + Vec2(478, -12), "target", "wanted",
+                             "target " + size_words(plan.target->rectangle.size));
   const double below = kWallCorner.y() + kWallSize.y();
   content += label(Vec2(kWallCorner.x() + kWallSize.x(), below + 28), "class=\"tick\" text-anchor=\"end\"",
                    "metres right and down from the wall's origin; cross: the picture's middle" +

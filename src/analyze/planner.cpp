@@ -13,6 +13,7 @@ namespace {
 constexpr double kOneDegree = 3.14159265358979323846 / 180;
 constexpr double kGrazingDeg =
     70;  ///< as for surfaces that are solved: errors of the pose grow with 1 / cos^2
+constexpr double kHorizonDeg = 89.99;       ///< beyond, a picture ends thousands of distances away, or never
 constexpr double kReadablePixels = 9;       ///< ISO 9241-3: 7 x 9 for text that is read
 constexpr double kReadableArcMinutes = 16;  ///< ISO 9241-303
 
@@ -52,14 +53,15 @@ Vec2 picture_middle(ImageSize size) {
   return Vec2(0.5 * (size.width - 1), 0.5 * (size.height - 1));
 }
 
-/// All four corners on the wall, so the whole picture is, being convex.
+/// All four corners; the whole picture lands with them, being convex.
 std::vector<LightOnWall> landed_corners(const Projector& projector, const Pose& projector_from_wall) {
   const char* const names[] = {"top left", "top right", "bottom right", "bottom left"};
   const Points2 pixels = picture_corners(projector.size());
   std::vector<LightOnWall> landed;
   std::string missing;
   for (std::size_t i = 0; i < pixels.size(); ++i) {
-    if (const auto light = light_on_wall(projector, projector_from_wall, pixels[i]))
+    const auto light = light_on_wall(projector, projector_from_wall, pixels[i]);
+    if (light && light->incidence_deg < kHorizonDeg)
       landed.push_back(*light);
     else
       missing += (missing.empty() ? "" : ", ") + std::string(names[i]);
@@ -82,10 +84,9 @@ void measure_pixels(ProjectionPlan& plan) {
   for (int j = 0; j <= kRows; ++j)
     for (int i = 0; i <= kColumns; ++i) {
       const Vec2 pixel(double(i) / kColumns * size.width - 0.5, double(j) / kRows * size.height - 0.5);
-      const auto light = light_on_wall(plan.projector, plan.projector_from_wall, pixel);
-      if (!light) continue;  // a corner at the horizon, by rounding
-      plan.mm_per_pixel_min = std::min(plan.mm_per_pixel_min, light->mm_per_pixel_min);
-      plan.mm_per_pixel_max = std::max(plan.mm_per_pixel_max, light->mm_per_pixel_max);
+      const LightOnWall light = light_on_wall(plan.projector, plan.projector_from_wall, pixel).value();
+      plan.mm_per_pixel_min = std::min(plan.mm_per_pixel_min, light.mm_per_pixel_min);
+      plan.mm_per_pixel_max = std::max(plan.mm_per_pixel_max, light.mm_per_pixel_max);
     }
 }
 
@@ -106,15 +107,12 @@ DepthOfField depth_of_field(const DataSheet& sheet, double focal_pixels, const L
     field.nearest = std::min(field.nearest, corner.depth);
     field.farthest = std::max(field.farthest, corner.depth);
   }
-  // Blur b = reach |1/focus - 1/z|; focused at `reach`, everything beyond half of it is sharp to a pixel.
+  // Blur b = reach |1/focus - 1/z|: `reach` is the hyperfocal distance for one pixel.
   const double reach = *sheet.focal_length / *sheet.f_number * focal_pixels;
-  const auto blur = [&](double focus, double depth) { return reach * std::abs(1 / focus - 1 / depth); };
   field.near = 1 / (1 / field.focus + 1 / reach);
   field.far =
       field.focus < reach ? 1 / (1 / field.focus - 1 / reach) : std::numeric_limits<double>::infinity();
-  field.blur_max_px = std::max(blur(field.focus, field.nearest), blur(field.focus, field.farthest));
-  field.best_focus = 2 / (1 / field.nearest + 1 / field.farthest);
-  field.best_blur_max_px = blur(field.best_focus, field.nearest);
+  field.blur_max_px = reach * (1 / field.nearest - 1 / field.focus);
   return field;
 }
 
@@ -152,6 +150,24 @@ std::string in_mm(double value) {
   return significant(1e3 * value, 3) + " mm";
 }
 
+/// "1.20 m x 0.80 m, centre 0.15 m right, 0.30 m up"
+std::string described(const WallRectangle& r) {
+  const auto towards = [](double value, const char* positive, const char* negative) {
+    return in_metres(std::abs(value)) + " " + (value < -0.005 ? negative : positive);
+  };
+  return in_metres(r.size.x()) + " x " + in_metres(r.size.y()) + ", centre " +
+         towards(r.centre.x(), "right", "left") + ", " + towards(r.centre.y(), "down", "up");
+}
+
+/// Rounded down: what is not all lit does not read 100 %.
+std::string lit_share(const TargetCoverage& target) {
+  return fixed(std::floor(100 * target.covered_share), 0) + " %";
+}
+
+std::string sharp_depths(const DepthOfField& field) {
+  return in_metres(field.near) + " .. " + (std::isfinite(field.far) ? in_metres(field.far) : "infinity");
+}
+
 void judge(const DataSheet& sheet, const Site& site, ProjectionPlan& plan) {
   Diagnostics& diagnostics = plan.diagnostics;
   if (plan.incidence_max_deg > kGrazingDeg)
@@ -160,14 +176,11 @@ void judge(const DataSheet& sheet, const Site& site, ProjectionPlan& plan) {
                          " degrees to its normal in the picture's worst corner: small errors of the "
                          "pose become large there; turn or move the projector towards the wall's front");
   if (plan.target && !plan.target->whole) {
-    const Vec2& largest = plan.undistorted.size;
     diagnostics.warn("target_not_covered",
-                     "only " + fixed(std::floor(100 * plan.target->covered_share), 0) +
-                         " % of the target is lit; the largest rectangle of its shape inside the light is " +
-                         in_metres(largest.x()) + " x " + in_metres(largest.y()) + ", its centre at " +
-                         in_metres(plan.undistorted.centre.x()) + " right, " +
-                         in_metres(plan.undistorted.centre.y()) +
-                         " down: move the target there, or the projector, or choose another throw ratio");
+                     (plan.target->covered_share > 0 ? "only " + lit_share(*plan.target) : "nothing") +
+                         " of the target is lit; the largest rectangle of its shape inside the light is " +
+                         described(plan.undistorted) +
+                         ": move the target there, or the projector, or choose another throw ratio");
   }
   if (site.text_height && *site.text_height < plan.readable_text_height()) {
     const bool by_pixels = plan.readable_text_height() == plan.text_height_by_pixels;
@@ -182,11 +195,10 @@ void judge(const DataSheet& sheet, const Site& site, ProjectionPlan& plan) {
     const DepthOfField& field = *plan.depth_of_field;
     diagnostics.warn("out_of_focus",
                      "the picture reaches from " + in_metres(field.nearest) + " to " +
-                         in_metres(field.farthest) + " of depth, and only " + in_metres(field.near) + " to " +
-                         in_metres(field.far) + " is sharp to a pixel: a corner is blurred over " +
-                         fixed(field.blur_max_px, 1) + " px; focus at " + in_metres(field.best_focus) +
-                         " instead of the picture's middle for " + fixed(field.best_blur_max_px, 1) +
-                         " px, or stand straighter before the wall");
+                         in_metres(field.farthest) + " of depth, and only " + sharp_depths(field) +
+                         " is sharp to a pixel: a corner is blurred over " + fixed(field.blur_max_px, 1) +
+                         " px even with the middle in focus; stand straighter before the wall or choose a "
+                         "smaller aperture (a larger f-number)");
   }
   if (sheet.f_number.has_value() != sheet.focal_length.has_value())
     diagnostics.note("depth_of_field_unknown",
@@ -275,10 +287,6 @@ std::vector<PlanFigure> figures_of(const ProjectionPlan& plan) {
   const auto side = [&](std::size_t i) {
     return in_metres((plan.corners[(i + 1) % 4] - plan.corners[i]).norm());
   };
-  const auto place = [](const WallRectangle& r) {
-    return in_metres(r.size.x()) + " x " + in_metres(r.size.y()) + ", centre " + in_metres(r.centre.x()) +
-           " right, " + in_metres(r.centre.y()) + " down";
-  };
   std::vector<PlanFigure> figures = {
       {"picture", "top " + side(0) + ", bottom " + side(2) + ", left " + side(3) + ", right " + side(1)},
       {"mm per pixel",
@@ -291,10 +299,8 @@ std::vector<PlanFigure> figures_of(const ProjectionPlan& plan) {
                                           fixed(plan.lux->brightest, 0) + " lux"});
   if (plan.depth_of_field) {
     const DepthOfField& field = *plan.depth_of_field;
-    figures.push_back({"depth of field", in_metres(field.near) + " .. " +
-                                             (std::isfinite(field.far) ? in_metres(field.far) : "infinity") +
-                                             ", picture " + in_metres(field.nearest) + " .. " +
-                                             in_metres(field.farthest) + ", blur at most " +
+    figures.push_back({"depth of field", sharp_depths(field) + ", picture " + in_metres(field.nearest) +
+                                             " .. " + in_metres(field.farthest) + ", blur at most " +
                                              fixed(field.blur_max_px, 1) + " px"});
   }
   figures.push_back(
@@ -302,14 +308,12 @@ std::vector<PlanFigure> figures_of(const ProjectionPlan& plan) {
                             in_mm(plan.text_height_by_pixels) +
                             (plan.text_height_by_eye ? ", by eye " + in_mm(*plan.text_height_by_eye) : "") +
                             ")"});
-  figures.push_back({"undistorted", place(plan.undistorted) + ", with " +
+  figures.push_back({"undistorted", described(plan.undistorted) + ", with " +
                                         fixed(100 * plan.undistorted_pixel_share, 0) + " % of the pixels"});
   if (plan.target)
     figures.push_back(
-        {"target",
-         place(plan.target->rectangle) + ", " +
-             (plan.target->whole ? "all of it lit"
-                                 : fixed(std::floor(100 * plan.target->covered_share), 0) + " % lit")});
+        {"target", described(plan.target->rectangle) + ", " +
+                       (plan.target->whole ? "all of it lit" : lit_share(*plan.target) + " lit")});
   return figures;
 }
 
@@ -330,6 +334,10 @@ ProjectionPlan plan_projection(const DataSheet& sheet, const Site& site) {
     plan.incidence_max_deg = std::max(plan.incidence_max_deg, corner.incidence_deg);
   }
   measure_pixels(plan);
+  // Finer than light itself, and the sums below lose their digits.
+  if (!(plan.mm_per_pixel_min > 1e-6) || !std::isfinite(plan.mm_per_pixel_max))
+    throw Error(ErrorKind::kDegenerate, "the picture", "its pixels have no size that light could have",
+                "check the throw ratio, the lens shift and the distance");
   if (sheet.lumens) plan.lux = illuminance(*sheet.lumens, middle, corners);
   if (sheet.f_number && sheet.focal_length)
     plan.depth_of_field = depth_of_field(sheet, plan.projector.inverse_camera.intrinsics.fx, middle, corners);

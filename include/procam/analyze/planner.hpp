@@ -90,14 +90,13 @@ struct Illuminance {
   double middle = 0, darkest = 0, brightest = 0;
 };
 
-/// The lens focused on the middle of the picture. Depths along the optical axis, metres.
+/// The lens focused on the middle of the picture. That is the best place: 1 / depth changes evenly over the
+/// picture, so the nearest and the farthest corner are blurred alike. Depths along the optical axis, metres.
 struct DepthOfField {
   double focus = 0;                  ///< depth of the picture's middle
   double near = 0, far = 0;          ///< blur is at most one pixel between them; far may be infinite
-  double nearest = 0, farthest = 0;  ///< what the picture reaches from, to: both at corners
-  double blur_max_px = 0;            ///< at the worst corner
-  double best_focus = 0;             ///< focused there, the worst corner is as sharp as can be:
-  double best_blur_max_px = 0;       ///< 1 / best_focus is the mean of 1 / nearest and 1 / farthest
+  double nearest = 0, farthest = 0;  ///< what the picture reaches from, to: opposite corners
+  double blur_max_px = 0;            ///< at those corners
 };
 
 struct TargetCoverage {

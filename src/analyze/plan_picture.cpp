@@ -212,10 +212,10 @@ std::string wall_view(const ProjectionPlan& plan) {
   middle.cross(place(plan.middle), 5);
   content += middle.path("class=\"middle\"", "the picture's middle");
   content += side_lengths(plan, place);
-  content += rectangle_key(kWallCorner + Vec2(215, -12), "undistorted", "accent",
+  content += rectangle_key(kWallCorner + Vec2(228, -12), "undistorted", "accent",
                            "largest undistorted " + size_words(plan.undistorted.size));
   if (plan.target)
-    content += rectangle_key(kWallCorner + Vec2(478, -12), "target", "wanted",
+    content += rectangle_key(kWallCorner + Vec2(490, -12), "target", "wanted",
                              "target " + size_words(plan.target->rectangle.size));
   const double below = kWallCorner.y() + kWallSize.y();
   content += label(Vec2(kWallCorner.x() + kWallSize.x(), below + 28), "class=\"tick\" text-anchor=\"end\"",

@@ -120,7 +120,24 @@ double aspect_of(const Vec2& size) {
   return size.y() / size.x();
 }
 
-void place_rectangles(const std::optional<WallTarget>& target, ProjectionPlan& plan) {
+/// Metres, along the sides and diagonals of a part of the lit area.
+double coarsest_pixel(const ProjectionPlan& plan, const Points2& part) {
+  constexpr int kSteps = 8;
+  double coarsest_mm = 0;
+  for (const Vec2& from : part)
+    for (const Vec2& to : part)
+      for (int i = 0; i < kSteps; ++i) {
+        const Vec2 at = from + double(i) / kSteps * (to - from);
+        const auto pixel = plan.projector.pixel_lighting(plan.projector_from_wall * Vec3(at.x(), at.y(), 0));
+        if (!pixel) continue;
+        if (const auto light = light_on_wall(plan.projector, plan.projector_from_wall, *pixel))
+          coarsest_mm = std::max(coarsest_mm, light->mm_per_pixel_max);
+      }
+  return 1e-3 * coarsest_mm;
+}
+
+/// Returns the target's lit part, or the picture where there is none.
+Points2 place_rectangles(const std::optional<WallTarget>& target, ProjectionPlan& plan) {
   const ImageSize size = plan.projector.size();
   const double aspect = target ? aspect_of(target->size) : double(size.height) / size.width;
   const CentredWidth largest = largest_rectangle(plan.corners, aspect);
@@ -133,7 +150,7 @@ void place_rectangles(const std::optional<WallTarget>& target, ProjectionPlan& p
   if (pixels.size() == 4)
     plan.undistorted_pixel_share = area(pixels) / (double(size.width) * double(size.height));
 
-  if (!target) return;
+  if (!target) return plan.corners;
   TargetCoverage coverage;
   coverage.rectangle = {target->centre.value_or(largest.centre), target->size};
   Points2 covered = coverage.rectangle.corners();
@@ -141,6 +158,7 @@ void place_rectangles(const std::optional<WallTarget>& target, ProjectionPlan& p
   if (covered.size() >= 3) coverage.covered_share = area(covered) / target->size.prod();
   coverage.whole = coverage.covered_share > 1 - 1e-9;
   plan.target = coverage;
+  return covered.size() >= 3 ? covered : plan.corners;
 }
 
 std::string in_metres(double value) {
@@ -184,12 +202,13 @@ void judge(const DataSheet& sheet, const Site& site, ProjectionPlan& plan) {
   }
   if (site.text_height && *site.text_height < plan.readable_text_height()) {
     const bool by_pixels = plan.readable_text_height() == plan.text_height_by_pixels;
-    diagnostics.warn("text_unreadable", "capitals of " + in_mm(*site.text_height) + " are below the " +
-                                            in_mm(plan.readable_text_height()) + " that " +
-                                            (by_pixels ? "nine of the coarsest pixels need: more pixels or a "
-                                                         "smaller picture would help"
-                                                       : "the viewer needs: larger text or a nearer viewer "
-                                                         "would help"));
+    diagnostics.warn("text_unreadable",
+                     "capitals of " + in_mm(*site.text_height) + " are below the " +
+                         in_mm(plan.readable_text_height()) + " that " +
+                         (by_pixels ? "nine of the coarsest pixels there need: more pixels or a "
+                                      "smaller picture would help"
+                                    : "the viewer needs: larger text or a nearer viewer "
+                                      "would help"));
   }
   if (plan.depth_of_field && plan.depth_of_field->blur_max_px > 1) {
     const DepthOfField& field = *plan.depth_of_field;
@@ -341,11 +360,11 @@ ProjectionPlan plan_projection(const DataSheet& sheet, const Site& site) {
   if (sheet.lumens) plan.lux = illuminance(*sheet.lumens, middle, corners);
   if (sheet.f_number && sheet.focal_length)
     plan.depth_of_field = depth_of_field(sheet, plan.projector.inverse_camera.intrinsics.fx, middle, corners);
-  plan.text_height_by_pixels = kReadablePixels * 1e-3 * plan.mm_per_pixel_max;
+  const Points2 content = place_rectangles(site.target, plan);
+  plan.text_height_by_pixels = kReadablePixels * coarsest_pixel(plan, content);
   if (site.viewer_distance)
     plan.text_height_by_eye =
         2 * *site.viewer_distance * std::tan(0.5 * kReadableArcMinutes / 60 * kOneDegree);
-  place_rectangles(site.target, plan);
   judge(sheet, site, plan);
   return plan;
 }

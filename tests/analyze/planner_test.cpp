@@ -267,7 +267,25 @@ TEST(Planner, SaysHowMuchOfTheTargetIsLit) {
 TEST(Planner, KnowsWhichTextCanBeRead) {
   Site site = lopsided_site();
   ProjectionPlan plan = plan_projection(lopsided_sheet(), site);
-  EXPECT_DOUBLE_EQ(plan.readable_text_height(), 9e-3 * plan.mm_per_pixel_max);
+  EXPECT_NEAR(plan.readable_text_height(), 9e-3 * plan.mm_per_pixel_max, 1e-12);
+
+  // Where there is a target, its coarsest pixel counts, not that of a far corner of the picture.
+  site.target = WallTarget{Vec2(0.9, 1.3), plan.middle + Vec2(0.3, -0.3)};
+  plan = plan_projection(lopsided_sheet(), site);
+  std::mt19937_64 random(23);
+  double coarsest = 0;
+  for (int n = 0; n < 20000; ++n) {
+    const Vec2 pixel = random_pixel(random, plan.projector.size());
+    const LightOnWall light = light_on_wall(plan.projector, plan.projector_from_wall, pixel).value();
+    const Vec2 off = light.on_wall - plan.target->rectangle.centre;
+    if (std::abs(off.x()) <= 0.45 && std::abs(off.y()) <= 0.65)
+      coarsest = std::max(coarsest, light.mm_per_pixel_max);
+  }
+  EXPECT_GE(plan.readable_text_height(), 9e-3 * coarsest);
+  EXPECT_LE(plan.readable_text_height(), 9e-3 * coarsest * 1.01);
+  EXPECT_LT(plan.readable_text_height(), 9e-3 * plan.mm_per_pixel_max * 0.9);
+  site.target.reset();
+
   site.viewer_distance = 10;
   plan = plan_projection(lopsided_sheet(), site);
   // 16 minutes of arc: 4.654 mm a metre.

@@ -115,14 +115,15 @@ struct ProjectionPlan {
   double incidence_deg = 0, incidence_max_deg = 0;    ///< at the picture's middle and at its worst corner
   std::optional<Illuminance> lux;
   std::optional<DepthOfField> depth_of_field;
-  double text_height_by_pixels = 0;          ///< metres: nine of the coarsest pixels
+  double text_height_by_pixels = 0;  ///< metres: nine of the coarsest pixels in the target's lit part,
+                                     ///< or of the picture where there is none
   std::optional<double> text_height_by_eye;  ///< metres: 16 minutes of arc for the viewer
   WallRectangle undistorted;  ///< the largest in the lit area, of the target's aspect or else the picture's
   double undistorted_pixel_share = 0;  ///< of the projector's pixels that light it
   std::optional<TargetCoverage> target;
   Diagnostics diagnostics;
 
-  /// The smallest capitals that can be read everywhere in the picture, metres.
+  /// The smallest capitals that can be read everywhere in the target, or else in the picture; metres.
   double readable_text_height() const;
 };
 

@@ -254,7 +254,9 @@ TEST(Planner, SaysHowMuchOfTheTargetIsLit) {
                             Vec2(test::uniform(random, -0.55, 0.55), test::uniform(random, -0.35, 0.35)));
     EXPECT_NEAR(plan.target->covered_share, hits / 20000.0, 0.018);  // five sigma
     EXPECT_EQ(plan.target->whole, lit(plan, plan.target->rectangle));
-    if (hits < 20000) EXPECT_FALSE(plan.target->whole);
+    if (hits < 20000) {
+      EXPECT_FALSE(plan.target->whole);
+    }
     EXPECT_EQ(plan.diagnostics.find("target_not_covered") == nullptr, plan.target->whole);
   }
   // Without a place it lies where it fits best: a hair smaller than the largest fits, a hair larger does not.

@@ -1,0 +1,69 @@
+#include "convex.hpp"
+
+#include <Eigen/Geometry>
+#include <cmath>
+
+namespace procam::analyze {
+
+std::vector<HalfPlane> half_planes(const Points2& polygon) {
+  std::vector<HalfPlane> sides;
+  for (std::size_t i = 0; i < polygon.size(); ++i) {
+    const Vec2 along = polygon[(i + 1) % polygon.size()] - polygon[i];
+    const Vec2 outwards = Vec2(along.y(), -along.x()).normalized();
+    sides.push_back({outwards, outwards.dot(polygon[i])});
+  }
+  return sides;
+}
+
+double area(const Points2& polygon) {
+  double twice = 0;
+  for (std::size_t i = 0; i < polygon.size(); ++i) {
+    // Relative to a corner: a small polygon far from the origin keeps its digits.
+    const Vec2 a = polygon[i] - polygon[0], b = polygon[(i + 1) % polygon.size()] - polygon[0];
+    twice += a.x() * b.y() - a.y() * b.x();
+  }
+  return 0.5 * twice;
+}
+
+Points2 clipped(const Points2& polygon, const HalfPlane& half_plane) {
+  Points2 inside;
+  for (std::size_t i = 0; i < polygon.size(); ++i) {
+    const Vec2 &from = polygon[i], &to = polygon[(i + 1) % polygon.size()];
+    const double from_over = half_plane.normal.dot(from) - half_plane.offset;
+    const double to_over = half_plane.normal.dot(to) - half_plane.offset;
+    if (from_over <= 0) inside.push_back(from);
+    if ((from_over <= 0) != (to_over <= 0))
+      inside.push_back(from + from_over / (from_over - to_over) * (to - from));
+  }
+  return inside;
+}
+
+CentredWidth largest_rectangle(const Points2& quadrilateral, double height_by_width) {
+  const std::vector<HalfPlane> sides = half_planes(quadrilateral);
+  const double size = std::sqrt(std::abs(area(quadrilateral)));
+  Points3 rows;
+  for (const HalfPlane& side : sides)
+    rows.emplace_back(side.normal.x(), side.normal.y(),
+                      0.5 * (std::abs(side.normal.x()) + std::abs(side.normal.y()) * height_by_width));
+
+  // Each side left out once: the other three, all touched, give one candidate.
+  CentredWidth best;
+  int equally_good = 0;
+  for (std::size_t left_out = 0; left_out < rows.size(); ++left_out) {
+    const std::size_t i = (left_out + 1) % 4, j = (left_out + 2) % 4, k = (left_out + 3) % 4;
+    const Vec3 jk = rows[j].cross(rows[k]), ki = rows[k].cross(rows[i]), ij = rows[i].cross(rows[j]);
+    const double det = rows[i].dot(jk);
+    if (std::abs(det) < 1e-12) continue;  // two of the three sides are parallel and say the same of w
+    const Vec3 x = (sides[i].offset * jk + sides[j].offset * ki + sides[k].offset * ij) / det;
+    if (rows[left_out].dot(x) > sides[left_out].offset + 1e-10 * size) continue;
+    if (equally_good > 0 && std::abs(x[2] - best.width) <= 1e-9 * size) {
+      best.centre += (x.head<2>() - best.centre) / double(++equally_good);
+    } else if (x[2] > best.width) {
+      best = {x.head<2>(), x[2]};
+      equally_good = 1;
+    }
+  }
+  return best;
+}
+
+}  // namespace procam::analyze

@@ -1,0 +1,156 @@
+/// plan-projection: a data sheet + a place -> what the projector will do on the wall, and plan.svg.
+#include <CLI/CLI.hpp>
+
+#include "common/cli.hpp"
+#include "procam/analyze/planner.hpp"
+#include "procam/io/files.hpp"
+#include "procam/io/text.hpp"
+
+namespace procam::tools {
+namespace {
+
+struct Flags {
+  analyze::DataSheet sheet;
+  std::vector<double> lens_shift = {0, 0};
+  double distance = 0, yaw = 0, pitch = 0, roll = 0;
+  analyze::Site site;
+  std::optional<Vec2> target_size, target_centre;
+  std::string output;
+};
+
+/// "1.2mx0.8m", "0.2m,-0.3m" -> metres.
+Vec2 parse_lengths(const std::string& text, char between, const std::string& example) {
+  const std::size_t at = text.find(between);
+  if (at == std::string::npos)
+    throw Error(ErrorKind::kInput, "'" + text + "'",
+                "it needs two lengths with '" + std::string(1, between) + "' between them",
+                "give e.g. " + example);
+  return Vec2(io::parse_length(text.substr(0, at)), io::parse_length(text.substr(at + 1)));
+}
+
+CLI::Option* add_length(CLI::App& app, const std::string& flag, std::optional<double>& value,
+                        const std::string& help) {
+  return add_parsed(
+      app, flag, [&value](const std::string& text) { value = io::parse_length(text); }, help);
+}
+CLI::Option* add_angle(CLI::App& app, const std::string& flag, double& value, const std::string& help) {
+  return add_parsed(
+      app, flag, [&value](const std::string& text) { value = io::parse_angle(text); }, help);
+}
+
+void declare(CLI::App& app, Flags& flags) {
+  analyze::DataSheet& sheet = flags.sheet;
+  add_parsed(
+      app, "--resolution", [&](const std::string& text) { sheet.resolution = io::parse_size(text); },
+      "data sheet: pixels of the picture, e.g. 1280x800")
+      ->required();
+  app.add_option("--throw-ratio", sheet.throw_ratio,
+                 "data sheet: distance over picture width, e.g. 0.8; of a zoom, at the zoom that is meant")
+      ->required();
+  app.add_option(
+         "--lens-shift", flags.lens_shift,
+         "data sheet: how far the axis lies from the picture's centre, in picture widths and heights, "
+         "right and down, e.g. 0,0.5 for an axis at the bottom edge (default 0,0)")
+      ->delimiter(',')
+      ->expected(2);
+  app.add_option("--lumens", sheet.lumens, "data sheet: light of a white picture, for the illuminance");
+  app.add_option("--f-number", sheet.f_number, "data sheet: with --focal-length, for the depth of field");
+  add_length(app, "--focal-length", sheet.focal_length, "data sheet: e.g. 14mm");
+
+  add_parsed(
+      app, "--distance", [&](const std::string& text) { flags.distance = io::parse_length(text); },
+      "from the lens straight to the wall, e.g. 1.5m; the wall's origin is there")
+      ->required();
+  add_angle(app, "--yaw", flags.yaw,
+            "then turned to its right, e.g. 20deg (default 0deg: straight at the wall)");
+  add_angle(app, "--pitch", flags.pitch, "then turned upwards, e.g. -10deg");
+  add_angle(app, "--roll", flags.roll, "then turned clockwise as seen from behind it, e.g. 2deg");
+
+  auto* target = add_parsed(
+      app, "--target",
+      [&](const std::string& text) { flags.target_size = parse_lengths(text, 'x', "1.2mx0.8m"); },
+      "what shall be covered, width x height, e.g. 1.2mx0.8m");
+  add_parsed(
+      app, "--target-at",
+      [&](const std::string& text) { flags.target_centre = parse_lengths(text, ',', "0.2m,-0.3m"); },
+      "the target's centre, right and down from the wall's origin, e.g. 0.2m,-0.3m (default: where it fits "
+      "best)")
+      ->needs(target);
+  add_length(app, "--viewer", flags.site.viewer_distance, "distance of the reader from the wall, e.g. 3m");
+  add_length(app, "--text-height", flags.site.text_height,
+             "height of the smallest capitals that shall be read, e.g. 20mm");
+  app.add_option("-o,--output", flags.output, "also draw the plan, .svg");
+}
+
+std::vector<double> numbers(const Vec2& v) {
+  return {v.x(), v.y()};
+}
+
+void summarize(const analyze::ProjectionPlan& plan, Summary& summary) {
+  const char* const corners[] = {"top_left", "top_right", "bottom_right", "bottom_left"};
+  for (std::size_t i = 0; i < plan.corners.size(); ++i)
+    summary.set(std::string("/corners/") + corners[i], numbers(plan.corners[i]));
+  summary.set("/middle", numbers(plan.middle));
+  summary.set("/mm_per_pixel", std::vector<double>{plan.mm_per_pixel_min, plan.mm_per_pixel_max});
+  summary.set("/incidence_deg", plan.incidence_deg);
+  summary.set("/incidence_max_deg", plan.incidence_max_deg);
+  if (plan.lux) {
+    summary.set("/lux/middle", plan.lux->middle);
+    summary.set("/lux/darkest", plan.lux->darkest);
+    summary.set("/lux/brightest", plan.lux->brightest);
+  }
+  if (plan.depth_of_field) {
+    const analyze::DepthOfField& field = *plan.depth_of_field;
+    summary.set("/depth_of_field/focus", field.focus);
+    summary.set("/depth_of_field/sharp", std::vector<double>{field.near, field.far});
+    summary.set("/depth_of_field/picture", std::vector<double>{field.nearest, field.farthest});
+    summary.set("/depth_of_field/blur_max_px", field.blur_max_px);
+  }
+  summary.set("/text_height_mm/readable", 1e3 * plan.readable_text_height());
+  summary.set("/text_height_mm/by_pixels", 1e3 * plan.text_height_by_pixels);
+  if (plan.text_height_by_eye) summary.set("/text_height_mm/by_eye", 1e3 * *plan.text_height_by_eye);
+  summary.set("/undistorted/centre", numbers(plan.undistorted.centre));
+  summary.set("/undistorted/size", numbers(plan.undistorted.size));
+  summary.set("/undistorted/pixel_share", plan.undistorted_pixel_share);
+  if (!plan.target) return;
+  summary.set("/target/centre", numbers(plan.target->rectangle.centre));
+  summary.set("/target/size", numbers(plan.target->rectangle.size));
+  summary.set("/target/covered_share", plan.target->covered_share);
+  summary.set("/target/whole", plan.target->whole);
+}
+
+ExitCode plan(Flags flags, Console& console) {
+  flags.sheet.lens_shift = Vec2(flags.lens_shift[0], flags.lens_shift[1]);
+  flags.site.projector_from_wall =
+      analyze::pose_before_wall(flags.distance, flags.yaw, flags.pitch, flags.roll);
+  if (flags.target_size) flags.site.target = analyze::WallTarget{*flags.target_size, flags.target_centre};
+
+  const analyze::ProjectionPlan planned = analyze::plan_projection(flags.sheet, flags.site);
+  if (!flags.output.empty()) io::write_file_atomically(flags.output, analyze::plan_picture(planned));
+
+  for (const analyze::PlanFigure& figure : analyze::figures_of(planned))
+    console.say(format("%-15s %s", figure.name.c_str(), figure.value.c_str()));
+  summarize(planned, console.summary());
+  console.report(planned.diagnostics);
+  if (!flags.output.empty()) {
+    console.summary().set("/files", std::vector<std::string>{flags.output});
+    console.say("wrote " + flags.output);
+  }
+  return exit_code(planned.diagnostics);
+}
+
+}  // namespace
+}  // namespace procam::tools
+
+int main(int argc, char** argv) {
+  using namespace procam::tools;
+  Flags flags;
+  return run_tool(
+      argc, argv,
+      {"plan-projection",
+       "says what a projector will do on a wall, from its data sheet and its place: size, pixels, "
+       "light, sharpness, readable text, coverage, and draws it.",
+       "plan-projection --resolution 1280x800 --throw-ratio 0.8 --lens-shift 0,0.5 --distance 1.5m "
+       "--yaw 20deg --target 1.2mx0.8m -o plan.svg"},
+      [&](CLI::App& app) { declare(app, flags); }, [&](Console& console) { return plan(flags, console); });
+}

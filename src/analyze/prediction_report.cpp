@@ -8,7 +8,7 @@
 namespace procam::analyze {
 namespace {
 
-std::string millimetres(double mm) {
+std::string in_millimetres(double mm) {
   return significant(mm, 3) + " mm";
 }
 
@@ -46,7 +46,7 @@ std::string heat_map(const SurfacePrediction& prediction) {
     if (!error) continue;
     const double mm = 1e3 * error->total.rms();
     content += filled(prediction.content[i].cwiseProduct(map) - 0.5 * cell, cell + Vec2(0.2, 0.2),
-                      heat(mm / prediction.worst_mm), millimetres(mm));
+                      heat(mm / prediction.worst_mm), in_millimetres(mm));
   }
   const double pixels_per_metre = prediction.size.x() > 0 ? map.x() / prediction.size.x() : 1;
   // The worst 95 % region fills a spacing of four cells.
@@ -77,10 +77,11 @@ std::string heat_map(const SurfacePrediction& prediction) {
   const double y = map.y() + 14;
   for (int i = 0; i < 60; ++i) content += filled(Vec2(i * 5, y), Vec2(5.2, 12), heat((i + 0.5) / 60), "");
   content += label(Vec2(0, y + 28), "class=\"tick\"", "0");
-  content += label(Vec2(300, y + 28), "class=\"tick\" text-anchor=\"end\"", millimetres(prediction.worst_mm));
+  content +=
+      label(Vec2(300, y + 28), "class=\"tick\" text-anchor=\"end\"", in_millimetres(prediction.worst_mm));
   return figure(
       svg("-6 -6 732 " + coordinate(map.y() + 54),
-          "Error over " + prediction.surface + ", at worst " + millimetres(prediction.worst_mm), content),
+          "Error over " + prediction.surface + ", at worst " + in_millimetres(prediction.worst_mm), content),
       "Root mean square distance between where the light is meant to land and where it lands, over the "
       "content "
       "as it hangs (" +
@@ -143,10 +144,10 @@ std::string curve(const Sweep& sweep) {
 
 std::string of_surface(const SurfacePrediction& prediction) {
   std::string key = element("div", "",
-                            element("b", "", millimetres(prediction.rms_mm)) +
+                            element("b", "", in_millimetres(prediction.rms_mm)) +
                                 element("span", "", "rms over the content")) +
                     element("div", "",
-                            element("b", "", millimetres(prediction.worst_mm)) +
+                            element("b", "", in_millimetres(prediction.worst_mm)) +
                                 element("span", "",
                                         "at the worst point (u " + fixed(prediction.worst_content.x(), 2) +
                                             ", v " + fixed(prediction.worst_content.y(), 2) + ")")) +
@@ -154,9 +155,9 @@ std::string of_surface(const SurfacePrediction& prediction) {
                             element("b", "", fixed(prediction.incidence_deg, 1) + "\u00b0") +
                                 element("span", "", "largest angle of the light to the surface's normal"));
   if (!prediction.drawn.empty())
-    key += element(
-        "div", "",
-        element("b", "", millimetres(prediction.drawn_rms_mm)) + element("span", "", "rms by Monte Carlo"));
+    key += element("div", "",
+                   element("b", "", in_millimetres(prediction.drawn_rms_mm)) +
+                       element("span", "", "rms by Monte Carlo"));
   std::string remarks;
   for (const Diagnostic& item : prediction.diagnostics.items)
     remarks += element("p", "class=\"warning\"", escaped(item.message)) + "\n";
@@ -183,7 +184,7 @@ std::string prediction_report(const std::vector<SurfacePrediction>& surfaces, co
                      element("h1", "", escaped(title)) + "\n" +
                      element("div", "class=\"verdict\"",
                              element("p", "",
-                                     "The light lands within " + millimetres(worst->rms_mm) +
+                                     "The light lands within " + in_millimetres(worst->rms_mm) +
                                          " (rms) of its place on " + escaped(worst->surface) +
                                          (surfaces.size() > 1 ? ", the least certain surface" : "") + ".")) +
                      "\n";

@@ -55,6 +55,8 @@ Share light_inside_95_percent(const Rig& estimated, const Rig& truth) {
   constexpr double kChi2 = 5.991;  // 95 % of chi^2 with 2 degrees of freedom
   Share share;
   const RigProjector& device = truth.projector();
+  analyze::ErrorSources sources;
+  sources.calibration = estimated.covariance;
   for (const double distance : {1.0, 2.0, 3.0}) {
     const Plane wall = device.rig_from_projector * Plane{-Vec3::UnitZ(), distance};
     const analyze::LightPath path = analyze::light_path(estimated.projector(), wall);
@@ -65,8 +67,7 @@ Share light_inside_95_percent(const Rig& estimated, const Rig& truth) {
         const auto ray = device.projector.emit(pixel);
         const auto place = ray ? intersect(device.rig_from_projector * *ray, wall) : std::nullopt;
         const auto landed = analyze::landing_place(path, pixel);
-        const auto predicted =
-            landed ? analyze::landing_error(path, {estimated.covariance}, *landed) : std::nullopt;
+        const auto predicted = landed ? analyze::landing_error(path, sources, *landed) : std::nullopt;
         if (!place || !predicted) {
           ADD_FAILURE() << "light misses the wall";
           continue;

@@ -232,15 +232,7 @@ ExitCode calibrate_session(const Flags& flags, Console& console) {
     console.summary().set(of_projector(rig, "", device, "/lens_shift"),
                           std::vector<double>{projector.lens_shift().x(), projector.lens_shift().y()});
   }
-  console.summary().set("/wall/distance_m", flags.wall);
-  for (std::size_t i = 0; i < predicted.size(); ++i) {
-    const RigProjector& device = rig.projectors[i];
-    console.say(format(
-        "wall       at %g m the light %sis predicted to land within %.3f mm rms (worst corner %.3f mm)",
-        flags.wall, said_of(rig, device).c_str(), predicted[i].rms_mm, predicted[i].worst_mm));
-    console.summary().set(of_projector(rig, "/wall", device, "/rms_mm"), predicted[i].rms_mm);
-    console.summary().set(of_projector(rig, "/wall", device, "/worst_mm"), predicted[i].worst_mm);
-  }
+  say_predicted_light(console, rig, predicted);
   if (result.shape.free) {
     console.say(format("board      not flat: %.2f mm along and %.2f mm off its plane (rms), at most %.2f mm",
                        1e3 * result.shape.in_plane_rms, 1e3 * result.shape.out_of_plane_rms,
@@ -266,6 +258,8 @@ ExitCode calibrate_points(const Flags& flags, Console& console) {
     throw Error(ErrorKind::kInput, flags.points.string(),
                 "a list of points does not state the projector's size", "give --projector-size 1024x768");
   const ImageSize picture = *flags.stated.projector_size;
+  Rig truth;
+  if (!flags.truth.empty()) truth = io::load_rig(flags.truth);
   const std::vector<PointPair> pairs = io::load_point_pairs(flags.points);
   calibrate::PointsOptions options;
   options.lens.priors = priors_of(flags.sheet, picture);
@@ -305,6 +299,8 @@ ExitCode calibrate_points(const Flags& flags, Console& console) {
   const std::string names[] = {"rig_from_projector.tx", "rig_from_projector.ty", "rig_from_projector.tz"};
   console.say(format("place      %.3f, %.3f, %.3f m in the room", place.x(), place.y(), place.z()));
   console.summary().set("/place_m", std::vector<double>{place.x(), place.y(), place.z()});
+  say_predicted_light(console, rig, {analyze::predicted_light_error(rig, flags.wall)});
+  if (!flags.truth.empty()) say_truth(console, rig, truth, flags.wall);
   say_gates(console, rig.quality.gates);
   console.say("written    " + flags.output.string());
   return exit_code(result.diagnostics);
@@ -426,7 +422,7 @@ void declare(CLI::App& app, Flags& flags) {
       "thickness (default 0mm)")
       ->needs(mirror);
   app.add_option("--truth", flags.truth,
-                 "A rig file known to be true (simulated sessions): report the distance to it");
+                 "A rig file known to be true (a simulation's): report the distance to it");
   auto* check = app.add_option("--check", flags.check,
                                "Only check a rig file or an OpenCV calibration (xml, yml) for sanity");
   add_parsed(

@@ -28,7 +28,7 @@ namespace {
 struct PointsFit {
   Camera lens;
   Pose device_from_world;
-  double median_px = 1e300;  ///< of the residuals' lengths
+  double within_px = 1e300;  ///< as many pairs as must agree (agreeing_pairs) lie within this
 };
 
 /// What the solve is about, once.
@@ -49,15 +49,28 @@ std::optional<Vec2> residual_of(const PointsFit& fit, const PointPair& pair) {
   return Vec2(*pixel - pair.pixel);
 }
 
-double median_residual(const PointsProblem& problem, const PointsFit& fit) {
+/// How many of the pairs must agree before a fit is believed: half of them and half of those that any wrong
+/// fit can run through, [n / 2] + [(p + 1) / 2] with p = ceil(unknowns / 2) (Rousseeuw and Leroy, "Robust
+/// regression and outlier detection", 1987). The plain median of five pairs is zero for any place that
+/// explains three.
+std::size_t agreeing_pairs(const PointsProblem& problem) {
+  const LensOptions& lens = problem.options.lens;
+  const Camera model{problem.device.size, {1, 1, 0, 0, 0}, lens.model};
+  const std::size_t free = parameter_names(model).size() - held_parameters(model, lens.held).size();
+  const std::size_t unknowns = free + 6 - std::min(lens.priors.size(), free), fitted = (unknowns + 1) / 2;
+  const std::size_t count = problem.pairs.size();
+  return std::min(count, count / 2 + (fitted + 1) / 2);
+}
+
+double within_px(const PointsProblem& problem, const PointsFit& fit) {
   std::vector<double> lengths;
   for (const PointPair& pair : problem.pairs) {
     const auto r = residual_of(fit, pair);
     lengths.push_back(r ? r->norm() : 1e300);
   }
-  const auto middle = lengths.begin() + long(lengths.size() / 2);
-  std::nth_element(lengths.begin(), middle, lengths.end());
-  return *middle;
+  const auto last = lengths.begin() + long(agreeing_pairs(problem) - 1);
+  std::nth_element(lengths.begin(), last, lengths.end());
+  return *last;
 }
 
 /// Least squares from a start, the residuals in units of `sigma_px`; nullopt when it leads nowhere.
@@ -110,7 +123,7 @@ std::optional<PointsFit> refine(const PointsProblem& problem, const PointsFit& s
   fit.lens = with_parameters(start.lens, Eigen::Map<const VecX>(lens.data(), Eigen::Index(lens.size())));
   fit.device_from_world = pose_from_block(pose.data()).normalized();
   if (!(fit.lens.intrinsics.fx > 0) || !(fit.lens.intrinsics.fy > 0)) return std::nullopt;
-  fit.median_px = median_residual(problem, fit);
+  fit.within_px = within_px(problem, fit);
   return fit;
 }
 
@@ -201,7 +214,7 @@ std::vector<PointsFit> starts(const PointsProblem& problem, std::string& why) {
                       resection.device_from_points};
       const auto& held = problem.options.lens.held;
       if (std::count(held.begin(), held.end(), "skew") > 0) start.lens.intrinsics.skew = 0;
-      start.median_px = median_residual(problem, start);
+      start.within_px = within_px(problem, start);
       all.push_back(start);
     } catch (const Error& error) {
       why = error.why();
@@ -226,7 +239,7 @@ std::vector<PointsFit> starts(const PointsProblem& problem, std::string& why) {
         const auto posed = refine(problem, {*known, *pose}, everything, problem.options.sigma_px, true);
         if (posed) all.push_back(*posed);
       }
-  std::sort(all.begin(), all.end(), [](const auto& a, const auto& b) { return a.median_px < b.median_px; });
+  std::sort(all.begin(), all.end(), [](const auto& a, const auto& b) { return a.within_px < b.within_px; });
   return all;
 }
 
@@ -358,16 +371,16 @@ PointsResult calibrate_from_points(const Device& device, const std::vector<Point
   std::vector<char> used(pairs.size(), 1);
   std::optional<PointsFit> best;
   constexpr std::size_t kTried = 12;
-  constexpr double kNear = 8;  // in median residuals: what a start misses by more may be a blunder
+  constexpr double kNear = 8;  // what a start misses by so many times as much may be a blunder
   for (std::size_t i = 0; i < std::min(candidates.size(), kTried); ++i) {
-    const double sigma = std::max(options.sigma_px, candidates[i].median_px);
+    const double sigma = std::max(options.sigma_px, candidates[i].within_px);
     std::vector<char> near(pairs.size(), 0);
     for (std::size_t k = 0; k < pairs.size(); ++k) {
       const auto r = residual_of(candidates[i], pairs[k]);
       near[k] = r && r->norm() <= kNear * sigma;
     }
     const auto fit = refine(problem, candidates[i], near, std::min(sigma, 1e3), false);
-    if (fit && (!best || fit->median_px < best->median_px)) best = fit;
+    if (fit && (!best || fit->within_px < best->within_px)) best = fit;
   }
   if (!best)
     throw Error(

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "procam/analyze/light_error.hpp"
 #include "procam/core/se3.hpp"
 
 namespace procam::tools {
@@ -53,6 +52,19 @@ void say_gates(Console& console, const std::vector<Gate>& gates) {
                   : format("gates      %d of %zu failed: do not trust this rig", failed, gates.size()));
   console.summary().set("/gates/failed", failed);
   console.summary().set("/gates/total", int(gates.size()));
+}
+
+void say_predicted_light(Console& console, const Rig& rig,
+                         const std::vector<analyze::LightError>& predicted) {
+  for (std::size_t i = 0; i < predicted.size(); ++i) {
+    const RigProjector& device = rig.projectors[i];
+    console.say(format(
+        "wall       at %g m the light %sis predicted to land within %.3f mm rms (worst corner %.3f mm)",
+        predicted[i].distance, said_of(rig, device).c_str(), predicted[i].rms_mm, predicted[i].worst_mm));
+    console.summary().set("/wall/distance_m", predicted[i].distance);
+    console.summary().set(of_projector(rig, "/wall", device, "/rms_mm"), predicted[i].rms_mm);
+    console.summary().set(of_projector(rig, "/wall", device, "/worst_mm"), predicted[i].worst_mm);
+  }
 }
 
 void say_truth(Console& console, const Rig& rig, const Rig& truth, double wall) {

@@ -2,11 +2,13 @@
 
 #include <Eigen/LU>
 #include <algorithm>
+#include <array>
 
 #include "procam/calibrate/costs/light_point.hpp"
 #include "procam/calibrate/costs/reprojection.hpp"
 #include "procam/calibrate/costs/shared_corner.hpp"
 #include "procam/core/closed_form.hpp"
+#include "procam/core/dual.hpp"
 
 namespace procam::calibrate {
 namespace {
@@ -16,22 +18,32 @@ std::optional<Vec3> point_in_rig(const BundleState& state, const Measurement& m)
   return state.rig_from_board[std::size_t(m.view)] * state.points_in_board[std::size_t(m.observation->point)];
 }
 
-/// Derivative of a device's pixel by the sheet's two coordinates at a point in the rig's frame, by central
-/// differences: for covariances, where six digits are plenty.
+/// Derivative of a device's pixel by the sheet's two coordinates at a point in the rig's frame.
 std::optional<Mat2> pixel_by_sheet(const BundleState& state, int device, const Pose& rig_from_board,
                                    const Vec3& point) {
   const Camera& lens = state.lenses[std::size_t(device)];
   const Pose& device_from_rig = state.device_from_rig[std::size_t(device)];
-  const double step = 1e-6 * (device_from_rig * point).norm();
-  Mat2 derivative;
+  using D = Dual<2>;
+  const Vec3 in_device = device_from_rig * point;
+  Vec3T<D> moved(D(in_device.x()), D(in_device.y()), D(in_device.z()));
   for (int axis = 0; axis < 2; ++axis) {
-    const Vec3 along = step * rig_from_board.rotate(Vec3(Vec3::Unit(axis)));
-    const auto after = lens.project(device_from_rig * (point + along)),
-               before = lens.project(device_from_rig * (point - along));
-    if (!after || !before) return std::nullopt;
-    derivative.col(axis) = (*after - *before) / (2 * step);
+    const Vec3 along = device_from_rig.rotate(rig_from_board.rotate(Vec3(Vec3::Unit(axis))));
+    for (int i = 0; i < 3; ++i) moved[i].v[axis] = along[i];
   }
-  return derivative;
+  const Intrinsics& k = lens.intrinsics;
+  return std::visit(
+      [&](const auto& model) -> std::optional<Mat2> {
+        using Model = std::decay_t<decltype(model)>;
+        std::array<D, std::size_t(Model::kNumCoefficients)> coefficients;
+        std::copy(model.coefficients.begin(), model.coefficients.end(), coefficients.begin());
+        const auto pixel = project<Model>(IntrinsicsT<D>{k.fx, k.fy, k.cx, k.cy, k.skew},
+                                          static_cast<const D*>(coefficients.data()), moved);
+        if (!pixel) return std::nullopt;
+        Mat2 derivative;
+        derivative << pixel->x().v.transpose(), pixel->y().v.transpose();
+        return derivative;
+      },
+      lens.distortion);
 }
 
 /// Derivative of a device's pixel by the camera's, over the sheet.

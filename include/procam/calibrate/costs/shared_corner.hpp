@@ -13,6 +13,7 @@
 #include <memory>
 
 #include "procam/calibrate/costs/reprojection.hpp"
+#include "procam/core/error.hpp"
 
 namespace procam::calibrate {
 
@@ -22,6 +23,9 @@ class SharedCornerCost final : public ceres::CostFunction {
   SharedCornerCost(std::unique_ptr<ceres::CostFunction> seen, std::unique_ptr<ceres::CostFunction> lit,
                    const Mat2& carry)
       : seen_(std::move(seen)), lit_(std::move(lit)), carry_(carry) {
+    require(
+        seen_->parameter_block_sizes()[0] <= kLargestLens && lit_->parameter_block_sizes()[0] <= kLargestLens,
+        "SharedCornerCost: a lens of more parameters than its derivatives have room for");
     set_num_residuals(2);
     *mutable_parameter_block_sizes() = {seen_->parameter_block_sizes()[0],
                                         kPoseBlockSize,
@@ -43,7 +47,8 @@ class SharedCornerCost final : public ceres::CostFunction {
       out -= carry_ * seen;
       return true;
     }
-    using Block = Eigen::Matrix<double, 2, Eigen::Dynamic, Eigen::RowMajor>;
+    // On the stack: this is evaluated some hundred thousand times.
+    using Block = Eigen::Matrix<double, 2, Eigen::Dynamic, Eigen::RowMajor, 2, kLargestLens>;
     std::array<Block, 4> by_seen, by_lit;
     std::array<double*, 4> seen_jacobians, lit_jacobians;
     for (std::size_t b = 0; b < 4; ++b) {
@@ -68,6 +73,7 @@ class SharedCornerCost final : public ceres::CostFunction {
   }
 
  private:
+  static constexpr int kLargestLens = 16;
   std::unique_ptr<ceres::CostFunction> seen_, lit_;
   Mat2 carry_;
 };

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cstdio>
 
@@ -101,42 +103,64 @@ TEST(NextView, IsOneThatTheDevicesCanUse) {
     EXPECT_FALSE(covariance.has_value());
 }
 
-/// The words say where: the pose is rebuilt from them.
-TEST(NextView, SaysWhereItIs) {
-  const NumericWorld world = NumericWorld::make(6, 4, 0.08, 0.05);
-  const auto next = advise_next_view(solved(world, false), kWall);
-  ASSERT_TRUE(next.has_value());
-  const Vec3 middle(0.14, 0.0875, 0), at = next->rig_from_board * middle;
-  EXPECT_NEAR(at.norm(), next->board_distance, 1e-6);
-  char metres[32];
-  std::snprintf(metres, sizeof metres, "%.2f m away", at.norm());
-  EXPECT_NE(next->words.find(metres), std::string::npos) << next->words;
-  const auto pixel = world.projector.pixel_lighting(world.projector_from_camera * at);
-  ASSERT_TRUE(pixel.has_value());
-  const auto says = [&](const char* word) { return next->words.find(word) < next->words.find("picture"); };
-  EXPECT_EQ(says("left"), pixel->x() < 1024 * 0.4) << next->words;
-  EXPECT_EQ(says("right"), pixel->x() > 1024 * 0.6) << next->words;
-  EXPECT_EQ(says("upper"), pixel->y() < 768 * 0.4) << next->words;
-  EXPECT_EQ(says("lower"), pixel->y() > 768 * 0.6) << next->words;
-  // The edge or corner that is said to be nearest is.
-  const std::size_t tilt = next->words.find(", its ");
-  ASSERT_NE(tilt, std::string::npos) << next->words;
-  const std::string side = next->words.substr(tilt);
-  const auto depth = [&](double x, double y) {
-    return (next->rig_from_board * (middle + Vec3(0.1 * x, 0.1 * y, 0))).norm();
+/// Where the views scatter four times as much as their noise, a further one tells a quarter: in units of what
+/// is known already, the information that it adds.
+TEST(NextView, ScattersLikeTheOthers) {
+  calibrate::CalibrationResult result = solved(NumericWorld::make(6, 4, 0.08, 0.05), false);
+  const Pose there = result.views.front().rig_from_board;
+  const MatX lower = result.rig.covariance.matrix.llt().matrixL();
+  const auto told_by_view = [&](bool from_views, double ratio) {
+    result.sigmas_from_views = from_views;
+    result.variance_ratio = ratio;
+    const auto with = calibrate::covariance_with_view(result, {there}).front();
+    const MatX scaled = lower.inverse() * with->matrix * lower.inverse().transpose();
+    return MatX(scaled.inverse() - MatX::Identity(scaled.rows(), scaled.cols()));
   };
-  if (side.find("left") != std::string::npos) {
-    EXPECT_LT(depth(-1, 0), depth(1, 0));
+  const MatX alike = told_by_view(false, 4), scattered = told_by_view(true, 4);
+  EXPECT_GT(alike.trace(), 1);
+  EXPECT_LT((scattered - 0.25 * alike).norm(), 1e-4 * alike.norm());
+}
+
+/// The words say where: the pose is rebuilt from them. Not every advice tilts the board.
+TEST(NextView, SaysWhereItIs) {
+  int tilted = 0;
+  for (const std::uint64_t seed : {4u, 5u, 6u}) {
+    const NumericWorld world = NumericWorld::make(6, seed, 0.08, 0.05);
+    const auto next = advise_next_view(solved(world, false), kWall);
+    ASSERT_TRUE(next.has_value());
+    const Vec3 middle(0.14, 0.0875, 0), at = next->rig_from_board * middle;
+    EXPECT_NEAR(at.norm(), next->board_distance, 1e-6);
+    char metres[32];
+    std::snprintf(metres, sizeof metres, "%.2f m away", at.norm());
+    EXPECT_NE(next->words.find(metres), std::string::npos) << next->words;
+    const auto pixel = world.projector.pixel_lighting(world.projector_from_camera * at);
+    ASSERT_TRUE(pixel.has_value());
+    const auto says = [&](const char* word) { return next->words.find(word) < next->words.find("picture"); };
+    EXPECT_EQ(says("left"), pixel->x() < 1024 * 0.4) << next->words;
+    EXPECT_EQ(says("right"), pixel->x() > 1024 * 0.6) << next->words;
+    EXPECT_EQ(says("upper"), pixel->y() < 768 * 0.4) << next->words;
+    EXPECT_EQ(says("lower"), pixel->y() > 768 * 0.6) << next->words;
+    // The edge or corner that is said to be nearest is.
+    const std::size_t tilt = next->words.find(", its ");
+    if (tilt == std::string::npos) {
+      EXPECT_NE(next->words.find("facing the camera"), std::string::npos) << next->words;
+      continue;
+    }
+    ++tilted;
+    const std::string side = next->words.substr(tilt);
+    const auto expect_nearer = [&](const char* word, double x, double y) {
+      if (side.find(word) == std::string::npos) return;
+      const auto depth = [&](double sign) {
+        return (next->rig_from_board * (middle + 0.1 * sign * Vec3(x, y, 0))).norm();
+      };
+      EXPECT_LT(depth(1), depth(-1)) << next->words;
+    };
+    expect_nearer("left", -1, 0);
+    expect_nearer("right", 1, 0);
+    expect_nearer("upper", 0, -1);
+    expect_nearer("lower", 0, 1);
   }
-  if (side.find("right") != std::string::npos) {
-    EXPECT_LT(depth(1, 0), depth(-1, 0));
-  }
-  if (side.find("upper") != std::string::npos) {
-    EXPECT_LT(depth(0, -1), depth(0, 1));
-  }
-  if (side.find("lower") != std::string::npos) {
-    EXPECT_LT(depth(0, 1), depth(0, -1));
-  }
+  EXPECT_GE(tilted, 1);
 }
 
 TEST(ViewVerdicts, NameWhatIsWrong) {

@@ -164,6 +164,15 @@ TEST(CalibrateFromPoints, RefusesWhatCannotWork) {
   const Room room;
   EXPECT_THROW(calibrate_from_points(kProjector, room.pairs(3, 1, 0), room.with_data_sheet()), Error);
   EXPECT_THROW(calibrate_from_points(kProjector, room.pairs(5, 1, 0)), Error);
+  PointsOptions half_a_sheet;  // nine equations for ten unknowns
+  half_a_sheet.lens.priors = {throw_ratio_prior(room.projector.throw_ratio(), 0.01, kProjector.size)};
+  try {
+    calibrate_from_points(kProjector, room.pairs(4, 1, 0), half_a_sheet);
+    FAIL() << "four points and a throw ratio leave the lens shift open";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.kind(), ErrorKind::kDegenerate) << error.what();
+    EXPECT_NE(std::string(error.what()).find("lens shift"), std::string::npos) << error.what();
+  }
   std::vector<PointPair> pairs = room.pairs(8, 1, 0);
   pairs[2].pixel.x() = std::nan("");
   EXPECT_THROW(calibrate_from_points(kProjector, pairs), std::invalid_argument);

@@ -101,6 +101,23 @@ TEST(NextView, IsOneThatTheDevicesCanUse) {
       aside(Eigen::Quaterniond::Identity(), Vec3(2, 0, 1));
   for (const auto& covariance : calibrate::covariance_with_view(result, {behind, aside}))
     EXPECT_FALSE(covariance.has_value());
+  // Pushed across the camera's picture, one pose is as good as another until the light ends.
+  int usable = 0, dim = 0;
+  for (double x = -0.6; x < 0.5; x += 0.05) {
+    const Pose pose(Eigen::Quaterniond::Identity(), Vec3(x, -0.1, 1.1));
+    int seen = 0, reached = 0;
+    for (const Vec3& p : points_in_board(world.board)) {
+      seen += result.rig.camera().camera.sees(pose * p);
+      reached += result.rig.projector().projector.inverse_camera.sees(
+          result.rig.projector().rig_from_projector.inverse() * (pose * p));
+    }
+    const bool can = calibrate::covariance_with_view(result, {pose}).front().has_value();
+    EXPECT_EQ(can, seen == 54 && reached >= 0.9 * 54) << x;
+    usable += can;
+    dim += seen == 54 && reached > 0 && reached < 0.9 * 54;
+  }
+  EXPECT_GE(usable, 2);
+  EXPECT_GE(dim, 2);
 }
 
 /// Where the views scatter four times as much as their noise, a further one tells a quarter: in units of what

@@ -101,23 +101,26 @@ TEST(NextView, IsOneThatTheDevicesCanUse) {
       aside(Eigen::Quaterniond::Identity(), Vec3(2, 0, 1));
   for (const auto& covariance : calibrate::covariance_with_view(result, {behind, aside}))
     EXPECT_FALSE(covariance.has_value());
-  // Pushed across the camera's picture, one pose is as good as another until the light ends.
+  // Pushed sideways from where a view was, facing the camera's way, it serves until the light ends.
+  const Vec3 middle(0.14, 0.0875, 0), at = result.views.front().rig_from_board * middle;
+  std::vector<Pose> poses;
+  for (int i = -20; i < 20; ++i)
+    poses.emplace_back(Eigen::Quaterniond::Identity(), at - middle + Vec3(0.02 * i, 0, 0));
+  const auto covariances = calibrate::covariance_with_view(result, poses);
   int usable = 0, dim = 0;
-  for (double x = -0.6; x < 0.5; x += 0.05) {
-    const Pose pose(Eigen::Quaterniond::Identity(), Vec3(x, -0.1, 1.1));
+  for (std::size_t i = 0; i < poses.size(); ++i) {
     int seen = 0, reached = 0;
     for (const Vec3& p : points_in_board(world.board)) {
-      seen += result.rig.camera().camera.sees(pose * p);
+      seen += result.rig.camera().camera.sees(poses[i] * p);
       reached += result.rig.projector().projector.inverse_camera.sees(
-          result.rig.projector().rig_from_projector.inverse() * (pose * p));
+          result.rig.projector().rig_from_projector.inverse() * (poses[i] * p));
     }
-    const bool can = calibrate::covariance_with_view(result, {pose}).front().has_value();
-    EXPECT_EQ(can, seen == 54 && reached >= 0.9 * 54) << x;
-    usable += can;
+    EXPECT_EQ(covariances[i].has_value(), seen == 54 && reached >= 0.9 * 54) << i;
+    usable += covariances[i].has_value();
     dim += seen == 54 && reached > 0 && reached < 0.9 * 54;
   }
-  EXPECT_GE(usable, 2);
-  EXPECT_GE(dim, 2);
+  EXPECT_GE(usable, 1);
+  EXPECT_GE(dim, 1);
 }
 
 /// Where the views scatter four times as much as their noise, a further one tells a quarter: in units of what

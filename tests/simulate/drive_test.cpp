@@ -32,7 +32,9 @@ TEST(Drive, PosesAreTheTwistIntegrated) {
     const double time = drive.start_time() + i * dt;
     // The midpoint rule: right to dt^2 times the twist's curvature, and to a step at the joints.
     pose = (pose * se3_exp(Vec6(drive.twist(time + 0.5 * dt) * dt))).normalized();
-    if (i % 4000 == 0) EXPECT_LT(distance(pose, drive.world_from_rig(time + dt)), 2e-4) << time;
+    if (i % 4000 == 0) {
+      EXPECT_LT(distance(pose, drive.world_from_rig(time + dt)), 2e-4) << time;
+    }
   }
   EXPECT_LT(distance(pose, drive.world_from_rig(drive.end_time())), 2e-4);
 }

@@ -438,8 +438,9 @@ TEST(RoomView, ShowsAWorldAsCaptureDoes) {
       differing += std::abs(view.captures[1].at(column, row) - captured.at(column, row)) > 1;
       if (row == 0 || column == 0 || row == captured.height() - 1 || column == captured.width() - 1) continue;
       if (map.lit.at(column, row) && view.truth.light[0].lit.at(column, row) &&
-          seen_alike_around(view.truth, column, row))
+          seen_alike_around(view.truth, column, row)) {
         EXPECT_NEAR(view.truth.light[0].pixel.at(column, row, 0), map.pixel.at(column, row, 0), 0.01);
+      }
     }
   EXPECT_EQ(differing, 0);
 }

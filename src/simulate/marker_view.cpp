@@ -4,8 +4,10 @@
 #include <cmath>
 
 #include "blur.hpp"
+#include "marker_print.hpp"
 #include "noise.hpp"
 #include "procam/core/se3.hpp"
+#include "summed_picture.hpp"
 
 namespace procam::simulate {
 namespace {
@@ -15,20 +17,15 @@ namespace {
 constexpr int kFine = 2;
 constexpr int kRays = 2;  ///< an axis and cell
 
-/// One sheet before the camera: the share of white over boxes of it, by a table of sums.
+/// One sheet before the camera: the share of white over boxes of it.
 class Sheet {
  public:
   Sheet(const PlacedMarker& marker, const Pose& camera_from_world, const MarkerCells& codes, double rim)
       : marker_from_camera_((camera_from_world * marker.world_from_marker).inverse()),
-        cells_(codes.per_side + 2),
+        white_(internal::marker_print(marker.id, codes, 0)),
+        cells_(white_.width()),
         unit_(marker.size / cells_),
-        rim_(rim) {
-    sums_.assign(std::size_t((cells_ + 1) * (cells_ + 1)), 0);
-    for (int r = 0; r < cells_; ++r)
-      for (int c = 0; c < cells_; ++c)
-        sum(r + 1, c + 1) =
-            sum(r, c + 1) + sum(r + 1, c) - sum(r, c) + (codes.is_white(marker.id, r - 1, c - 1) ? 1 : 0);
-  }
+        rim_(rim) {}
 
   /// Where a ray meets the print, in cells from the black square's corner; nullopt from behind.
   std::optional<Vec2> meet(const Vec3& direction_in_camera) const {
@@ -47,30 +44,19 @@ class Sheet {
   double black(const Vec2& low, const Vec2& high) const {
     const double inside = overlap(low, high, 0, cells_);
     if (inside <= 0) return 0;
-    const Vec2 a = low.cwiseMax(0.0), b = high.cwiseMin(double(cells_));
-    const double white =
-        integral(b.x(), b.y()) - integral(a.x(), b.y()) - integral(b.x(), a.y()) + integral(a.x(), a.y());
+    const double white = white_.sum(low.cwiseMax(0.0), high.cwiseMin(double(cells_)));
     return (inside - white) / (high - low).prod();
   }
 
  private:
   Pose marker_from_camera_;
+  internal::SummedPicture white_;
   int cells_;
   double unit_, rim_;
-  std::vector<double> sums_;
 
-  double& sum(int r, int c) { return sums_[std::size_t(r * (cells_ + 1) + c)]; }
   static double overlap(const Vec2& low, const Vec2& high, double from, double to) {
     const Vec2 size = (high.cwiseMin(to) - low.cwiseMax(from)).cwiseMax(0.0);
     return size.prod();
-  }
-  /// White area over [0, x] x [0, y].
-  double integral(double x, double y) const {
-    const int c = std::min(int(x), cells_ - 1), r = std::min(int(y), cells_ - 1);
-    const double fx = x - c, fy = y - r;
-    const auto at = [&](int i, int j) { return sums_[std::size_t(i * (cells_ + 1) + j)]; };
-    return (1 - fy) * ((1 - fx) * at(r, c) + fx * at(r, c + 1)) +
-           fy * ((1 - fx) * at(r + 1, c) + fx * at(r + 1, c + 1));
   }
 };
 

@@ -1,0 +1,112 @@
+#pragma once
+/// A room: any number of bodies that stand before each other, and what a ray meets there.
+///
+/// Every body is a shape in its own frame, its place, and its paint. Surfaces are Lambertian and do not light
+/// each other. Both sides of a body are seen, but bodies are surfaces without a lid: a box is its six faces.
+///
+///   Rectangle, Polygon   on the plane z = 0, metres; a print there reads as on a board: x right, y down, z
+///                        into the paper. u, v: from low to high of the (bounding) rectangle
+///   Sphere               about the origin; longitude = atan2(y, x), latitude = asin(z / radius).
+///                        u along the longitude, v along the latitude, from `from` to `to`
+///   Cylinder             about the z axis from z = low to z = high; u along the longitude, v along z
+///
+/// Where two bodies lie in one plane (a sheet on a wall), the later in the list shows.
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "procam/core/marker.hpp"
+#include "procam/core/ray.hpp"
+#include "procam/simulate/world.hpp"
+
+namespace procam::simulate {
+
+struct Rectangle {
+  Vec2 low = Vec2::Zero(), high = Vec2::Ones();  ///< metres
+};
+
+/// Any simple polygon, three corners at least, either sense.
+struct Polygon {
+  Points2 corners;  ///< metres
+};
+
+/// A range of angles, radians, from < to <= from + 2 pi.
+struct Arc {
+  double from = -M_PI, to = M_PI;
+};
+
+/// A sphere, or the part of it within two ranges (a dome: latitude 0 .. pi/2).
+struct Sphere {
+  double radius = 1;
+  Arc longitude = {};
+  Arc latitude = {-M_PI_2, M_PI_2};
+};
+
+/// A tube without lids, or a part of its turn (a column, a niche, a curved screen).
+struct Cylinder {
+  double radius = 1, low = 0, high = 1;
+  Arc longitude = {};
+};
+
+using Shape = std::variant<Rectangle, Polygon, Sphere, Cylinder>;
+
+/// A grey picture stretched over a body's u, v, its texels square tiles of one albedo: black + (white -
+/// black) * value / 255. The texel (0, 0) begins at u = v = 0. At most 2^24 texels.
+struct Picture {
+  ImageU8 image;
+  double white = 0.8, black = 0.06;
+};
+
+/// Albedo, 0..1: one number, a picture, or a board's print, whose frame is the body's (Rectangle and Polygon
+/// only).
+using Paint = std::variant<double, Picture, PrintedBoard>;
+
+struct Body {
+  std::string name;
+  Shape shape;
+  Pose room_from_body;
+  Paint paint = 0.6;
+  /// Albedo of the other side: of planes the side z > 0, of spheres and cylinders the inner one. None: as
+  /// this side.
+  std::optional<double> back_albedo = {};
+};
+
+struct Room {
+  std::vector<Body> bodies;
+  double ambient = 0;  ///< irradiance on everything, in units of a projector's full light at one metre
+
+  /// The place in the list; throws Error(kInput) with the names there are.
+  int index_of(const std::string& name) const;
+};
+
+struct RoomHit {
+  int body = 0;        ///< number in the list
+  double lengths = 0;  ///< of the ray's direction, from its origin
+  Vec3 point_in_room = Vec3::Zero();
+  Vec3 normal_in_room = Vec3::UnitZ();  ///< unit, towards the ray's origin
+  Vec2 uv = Vec2::Zero();
+  bool front = true;  ///< the painted side: z < 0 of planes, the outer of spheres and cylinders
+};
+
+/// The first thing on the ray's way; nullopt when there is none. Throws std::invalid_argument for a shape
+/// without extent.
+std::optional<RoomHit> nearest_hit(const Room& room, const Ray& ray_in_room);
+
+/// A body's point at u, v: the other way round. Throws std::invalid_argument outside [0, 1].
+Vec3 point_at(const Body& body, const Vec2& uv);
+
+/// The six faces of a block from the origin of its frame to `size`, "NAME -x" .. "NAME +z", printed sides
+/// outwards.
+std::vector<Body> box(const std::string& name, const Pose& room_from_box, const Vec3& size,
+                      const Paint& paint);
+
+/// The sheet with its margin, placed by the board's frame.
+Body printed_sheet(const std::string& name, const PrintedBoard& board, const Pose& room_from_board);
+
+/// A marker's sheet: the black square, and round it white paper of `rim_cells` cells. Its frame is the
+/// marker's. Throws std::invalid_argument for a size that is not positive or an id that the codes lack.
+Body marker_sheet(const PlacedMarker& marker, const MarkerCells& codes, const Pose& room_from_world = {},
+                  int rim_cells = 2);
+
+}  // namespace procam::simulate

@@ -1,0 +1,74 @@
+#pragma once
+/// What a camera records in a room, lit by projectors and by the room's own light; and the truth beside it.
+///
+///   light(u, v) = (frame / 255)^gamma_l * tent * gaussian(blur_l)                  (u, v) projector pixel
+///   level       = albedo * (ambient + sum over lights: intensity * light * cos / d^2)
+///                                                       mean over samples_per_axis^2 rays a pixel
+///   linear      = exposure * cos(field angle)^vignetting * (level * gaussian(camera_blur)) + noise
+///   grey        = round(255 * (clamp(linear, 0, 255) / 255)^(1 / gamma))
+///
+/// Light goes through the full lens model of the projector and throws shadows. Tiles of pictures and prints
+/// are integrated over each ray's share of the camera pixel, so their edges lie right to a few thousandths of
+/// a pixel; outlines of bodies and shadows are sampled, right to 1 / samples_per_axis of a pixel in one row
+/// and better along an edge that crosses rows and columns.
+///
+/// With a rolling shutter, row y is seen at time + y * row_time, by devices that may move: every row has its
+/// own poses, in the picture and in the truth.
+#include <cstdint>
+#include <vector>
+
+#include "procam/core/decoded_map.hpp"
+#include "procam/core/projector.hpp"
+#include "procam/simulate/motion.hpp"
+#include "procam/simulate/room.hpp"
+
+namespace procam::simulate {
+
+struct RoomLight {
+  Projector projector;
+  Motion room_from_projector;
+  std::vector<ImageU8> frames;  ///< one channel, the projector's size
+  double intensity = 1;         ///< irradiance of full light at one metre, straight on
+  double blur_px = 0;           ///< sigma of the lens, projector pixels
+  double gamma = 1;             ///< light = (value / 255)^gamma
+};
+
+struct RoomViewOptions {
+  /// Grey levels per unit of albedo * irradiance. 0: such that the brightest pixel reads `brightest_grey`
+  /// (before vignetting and gamma) under the full light of all projectors.
+  double exposure = 0;
+  double brightest_grey = 200;
+  double camera_blur_px = 0;  ///< sigma of the camera's lens, camera pixels
+  double vignetting = 0;      ///< power of the cosine of the field angle; 4: the natural law of a simple lens
+  double gamma = 1;           ///< of the camera; 1: linear
+  NoiseModel noise{0, 0};     ///< Gaussian; variance of the linear grey value
+  std::uint64_t seed = 0;     ///< of the noise
+  int samples_per_axis = 2;   ///< rays a camera pixel, squared
+  int threads = 0;            ///< 0: as many as the machine has. The result does not depend on it
+  double time = 0;            ///< of the first row, seconds
+  double row_time = 0;        ///< from one row to the next, seconds; 0: all rows at once
+};
+
+/// What the centre of each pixel sees.
+struct RoomTruth {
+  Image<std::int16_t> body;         ///< number in the room; -1: nothing
+  ImageF depth;                     ///< z in the camera's frame, metres; 0: nothing
+  ImageF point_in_room;             ///< three channels, metres
+  std::vector<ProjectorMap> light;  ///< by light: the projector pixel that lights the point
+};
+
+struct RoomView {
+  std::vector<ImageU8> captures;  ///< one a frame; one without projectors
+  double exposure = 0;            ///< the one used
+  RoomTruth truth;
+
+  const ImageU8& image() const { return captures.front(); }
+};
+
+/// All lights show the same number of frames, at the same time; noise differs from frame to frame. Throws
+/// std::invalid_argument for frames of another size or number, options out of range, bodies that cannot be,
+/// or (exposure 0) a view without any light.
+RoomView room_view(const Room& room, const Camera& camera, const Motion& room_from_camera,
+                   const std::vector<RoomLight>& lights, const RoomViewOptions& options = {});
+
+}  // namespace procam::simulate

@@ -1,0 +1,102 @@
+#include "shape.hpp"
+
+#include <algorithm>
+
+namespace procam::simulate::internal {
+namespace {
+
+Rectangle bounds_of(const Polygon& polygon) {
+  Rectangle bounds{polygon.corners.front(), polygon.corners.front()};
+  for (const Vec2& corner : polygon.corners) {
+    bounds.low = bounds.low.cwiseMin(corner);
+    bounds.high = bounds.high.cwiseMax(corner);
+  }
+  return bounds;
+}
+
+ShapeUv uv_on(const Rectangle& r, const Vec3& p) {
+  const Vec2 scale = (r.high - r.low).cwiseInverse();
+  ShapeUv at;
+  at.uv = (p.head<2>() - r.low).cwiseProduct(scale);
+  at.uv_by_point << scale.x(), 0, 0, 0, scale.y(), 0;
+  return at;
+}
+ShapeUv uv_on(const Polygon& polygon, const Vec3& p) {
+  return uv_on(bounds_of(polygon), p);
+}
+/// How the longitude grows with the point.
+Eigen::RowVector3d turn(const Vec3& p) {
+  return Eigen::RowVector3d(-p.y(), p.x(), 0) / std::max(p.x() * p.x() + p.y() * p.y(), 1e-18);
+}
+ShapeUv uv_on(const Sphere& sphere, const Vec3& p) {
+  const double span = sphere.latitude.to - sphere.latitude.from;
+  ShapeUv at;
+  at.uv = Vec2(share_of(sphere.longitude, longitude_of(p)),
+               (std::asin(std::clamp(p.z() / sphere.radius, -1.0, 1.0)) - sphere.latitude.from) / span);
+  at.uv_by_point.row(0) = turn(p) / (sphere.longitude.to - sphere.longitude.from);
+  at.uv_by_point.row(1) = Eigen::RowVector3d(0, 0, 1) / (std::max(std::hypot(p.x(), p.y()), 1e-9) * span);
+  return at;
+}
+ShapeUv uv_on(const Cylinder& cylinder, const Vec3& p) {
+  const double height = cylinder.high - cylinder.low;
+  ShapeUv at;
+  at.uv = Vec2(share_of(cylinder.longitude, longitude_of(p)), (p.z() - cylinder.low) / height);
+  at.uv_by_point.row(0) = turn(p) / (cylinder.longitude.to - cylinder.longitude.from);
+  at.uv_by_point.row(1) = Eigen::RowVector3d(0, 0, 1 / height);
+  return at;
+}
+
+Points3 block(const Vec3& low, const Vec3& high) {
+  Points3 corners;
+  for (int i = 0; i < 8; ++i)
+    corners.emplace_back(i & 1 ? high.x() : low.x(), i & 2 ? high.y() : low.y(), i & 4 ? high.z() : low.z());
+  return corners;
+}
+Points3 hull_on(const Rectangle& r) {
+  return {Vec3(r.low.x(), r.low.y(), 0), Vec3(r.high.x(), r.low.y(), 0), Vec3(r.high.x(), r.high.y(), 0),
+          Vec3(r.low.x(), r.high.y(), 0)};
+}
+Points3 hull_on(const Polygon& polygon) {
+  return hull_on(bounds_of(polygon));
+}
+Points3 hull_on(const Sphere& sphere) {
+  return block(Vec3::Constant(-sphere.radius), Vec3::Constant(sphere.radius));
+}
+Points3 hull_on(const Cylinder& c) {
+  return block(Vec3(-c.radius, -c.radius, c.low), Vec3(c.radius, c.radius, c.high));
+}
+
+bool is_arc(const Arc& arc) {
+  return arc.from < arc.to && arc.from >= -2 * M_PI && arc.to <= arc.from + 2 * M_PI + 1e-12 &&
+         arc.to <= 2 * M_PI;
+}
+bool has_extent(const Rectangle& r) {
+  return (r.high - r.low).minCoeff() > 0;
+}
+bool has_extent(const Polygon& polygon) {
+  return polygon.corners.size() >= 3 && has_extent(bounds_of(polygon));
+}
+bool has_extent(const Sphere& sphere) {
+  return sphere.radius > 0 && is_arc(sphere.longitude) && sphere.latitude.from < sphere.latitude.to &&
+         sphere.latitude.from >= -M_PI_2 && sphere.latitude.to <= M_PI_2;
+}
+bool has_extent(const Cylinder& cylinder) {
+  return cylinder.radius > 0 && cylinder.low < cylinder.high && is_arc(cylinder.longitude);
+}
+
+}  // namespace
+
+ShapeUv uv_of(const Shape& shape, const Vec3& point) {
+  return std::visit([&](const auto& s) { return uv_on(s, point); }, shape);
+}
+
+Points3 hull_of(const Shape& shape) {
+  return std::visit([](const auto& s) { return hull_on(s); }, shape);
+}
+
+void check_shape(const std::string& name, const Shape& shape) {
+  require(std::visit([](const auto& s) { return has_extent(s); }, shape),
+          "simulate: body '" + name + "' has no extent, or an arc that is empty or more than a turn");
+}
+
+}  // namespace procam::simulate::internal

@@ -141,6 +141,9 @@ std::string pattern_of(const Flags& flags) {
 Captures read_captures(const Flags& flags, const RigProjector& projector, const RigCamera& camera) {
   Captures captures{{}, pattern_of(flags), {}};
   const auto pattern = make_pattern(captures.pattern, projector.projector.size());
+  if (!pattern->on_blank_paper())
+    throw Error(ErrorKind::kInput, "pattern '" + captures.pattern + "'", "it is no board of light",
+                "show one of chessboard, charuco, markers, circles (charuco: any part of it is enough)");
   const io::CaptureFolder folder =
       io::load_capture_folder(flags.captures, pattern->frame_count(), pattern->channels());
   const ImageSize size = folder.frames.front().size();
@@ -150,9 +153,6 @@ Captures read_captures(const Flags& flags, const RigProjector& projector, const 
                     io::format_size(camera.camera.size),
                 "use pictures of that camera in the mode in which it was calibrated, neither scaled nor cut");
   const auto light = pattern->read_light({folder.frames.begin(), folder.frames.end()});
-  if (!light)
-    throw Error(ErrorKind::kInput, "pattern '" + captures.pattern + "'", "it is no board of light",
-                "show one of chessboard, charuco, markers, circles (charuco: any part of it is enough)");
   if (light->points.empty())
     throw Error(
         ErrorKind::kInput, flags.captures,

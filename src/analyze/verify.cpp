@@ -1,12 +1,11 @@
 #include "procam/analyze/verify.hpp"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
 #include "chi_square.hpp"
 #include "html.hpp"
-#include "mark_chain.hpp"
+#include "most_probable.hpp"
 #include "procam/core/closed_form.hpp"
 
 namespace procam::analyze {
@@ -19,61 +18,7 @@ constexpr double kMostScatter = 3;  ///< times the detected noise
 constexpr double kAbsurdScatter = 50;
 constexpr double kThinnest = 0.03;  ///< of the marks on the surface, across over along
 constexpr int kDirections = 8;      ///< what rigid movements can do to a picture of a plane
-constexpr int kMostSteps = 40;
-constexpr double kSmallestStep = 1e-8;  ///< radians, metres
 const double kPi = std::acos(-1.0);
-
-using Which = std::vector<std::size_t>;
-
-/// L with C = L L^T for a covariance, which may be singular.
-MatX root_of(const MatX& covariance) {
-  const VecX sigma = covariance.diagonal().cwiseMax(0).cwiseSqrt();
-  const VecX scale = sigma.unaryExpr([](double s) { return s > 0 ? 1 / s : 0.0; });
-  const Eigen::LDLT<MatX> factors(MatX(scale.asDiagonal() * covariance * scale.asDiagonal()));
-  const VecX pivots = factors.vectorD();
-  require(covariance.allFinite() && covariance.diagonal().minCoeff() >= 0 && pivots.minCoeff() > -1e-6,
-          "verify: the covariance of rig or surface is not positive semidefinite");
-  const MatX lower = factors.matrixL();
-  const MatX root =
-      factors.transpositionsP().transpose() * MatX(lower * pivots.cwiseMax(0).cwiseSqrt().asDiagonal());
-  return sigma.asDiagonal() * root;
-}
-
-/// In units of the noise: each mark's two rows times the inverse root of its noise, and of 1 / weight.
-void whiten(LinearMarks& linear, double scatter, const VecX& weights) {
-  for (std::size_t i = 0; i < linear.noise.size(); ++i) {
-    const Mat2 root = scatter / std::sqrt(weights[Eigen::Index(i)]) * cholesky_lower(linear.noise[i]);
-    const auto row = Eigen::Index(2 * i);
-    const auto divide = [&](auto&& first, auto&& second) {
-      first /= root(0, 0);
-      second = (second - root(1, 0) * first) / root(1, 1);
-    };
-    divide(linear.error[row], linear.error[row + 1]);
-    divide(linear.by_state.row(row), linear.by_state.row(row + 1));
-  }
-}
-
-/// S = 1 + G G^T with G = A L (whitened marks, L the root of the state's covariance), by its inverse
-/// 1 - G (1 + G^T G)^-1 G^T.
-class Marginal {
- public:
-  Marginal(const MatX& by_state, const MatX& root)
-      : by_root_(by_state * root),
-        factors_(MatX(MatX::Identity(root.cols(), root.cols()) + by_root_.transpose() * by_root_)) {}
-
-  double product(const VecX& a, const VecX& b) const {
-    return a.dot(b) - VecX(by_root_.transpose() * a).dot(factors_.solve(VecX(by_root_.transpose() * b)));
-  }
-  /// The state's most probable value in units of its root, given z = A x + noise.
-  VecX most_probable(const VecX& z) const { return factors_.solve(VecX(by_root_.transpose() * z)); }
-  const MatX& by_root() const { return by_root_; }
-  MatX covariance(const MatX& root) const { return root * factors_.solve(MatX(root.transpose())); }
-  double log_determinant() const { return 2 * MatX(factors_.matrixL()).diagonal().array().log().sum(); }
-
- private:
-  MatX by_root_;
-  Eigen::LLT<MatX> factors_;
-};
 
 /// How far things move when they are bumped, as covariance of left increments in the rig's frame.
 Mat6 bump_of(const Pose& rig_from_thing, const VerifyOptions& options) {
@@ -83,124 +28,6 @@ Mat6 bump_of(const Pose& rig_from_thing, const VerifyOptions& options) {
   const Mat6 ad = adjoint(rig_from_thing);
   return ad * variances.asDiagonal() * ad.transpose();
 }
-
-/// What may have moved beyond what rig and surface state.
-struct Free {
-  bool projector = false, surface = false;
-};
-
-struct Fit {
-  Moved moved;
-  VecX squares;     ///< of each mark's distance from the fit, in units of its detected noise
-  MatX covariance;  ///< of the state
-  double log_evidence = 0;
-  bool settled = false;
-};
-
-/// From the median of squares of two unit normal coordinates, 2 ln 2; at least 1.
-double scatter2_of(const VecX& squares) {
-  std::vector<double> sorted(squares.data(), squares.data() + squares.size());
-  const auto middle = sorted.begin() + long(sorted.size() / 2);
-  std::nth_element(sorted.begin(), middle, sorted.end());
-  return std::max(1.0, *middle / (2 * std::log(2.0)));
-}
-
-/// The most probable state y, in units of its covariance's root: minimises |rest|^2 + |y|^2 with
-/// rest = -(error with what is free moved, and the other errors to first order), in units of the noise. By
-/// Gauss-Newton; a step that makes things worse is halved.
-class MostProbable {
- public:
-  MostProbable(const MarkChain& chain, const Which& marks, const Free& free, const Mat6& projector_bump,
-               const Mat6& surface_bump, double scatter)
-      : chain_(chain),
-        marks_(marks),
-        free_(free),
-        scatter_(scatter),
-        weights_(VecX::Ones(Eigen::Index(marks.size()))) {
-    MatX prior = chain.stated();
-    const Eigen::Index at_projector = chain.projector_place(), at_surface = chain.surface_place();
-    if (free.projector) prior.block<6, 6>(at_projector, at_projector) += projector_bump;
-    if (free.surface) prior.block<6, 6>(at_surface, at_surface) += surface_bump;
-    root_ = root_of(prior);
-  }
-
-  /// With `robust`, marks far from the fit weigh less (Cauchy's weights), measured by their median: all count
-  /// little while the fit is far off.
-  Fit fit(bool robust) {
-    Trial now = *at(VecX::Zero(root_.cols()));
-    if (robust) weigh_by_distance(now);
-    Fit result;
-    for (int step = 0; step < kMostSteps && !result.settled; ++step) {
-      const VecX aim = Marginal(now.linear.by_state, root_)
-                           .most_probable(now.linear.by_state * free_part(root_ * now.y) - now.linear.error);
-      std::optional<Trial> next;
-      double share = 1;
-      for (; share > 1e-3; share *= 0.5) {
-        next = at(now.y + share * (aim - now.y));
-        if (next && next->cost <= now.cost + 1e-9 * (1 + now.cost)) break;
-      }
-      if (share <= 1e-3) break;
-      result.settled = free_part(root_ * (next->y - now.y)).norm() < kSmallestStep;
-      now = *next;
-      if (robust) weigh_by_distance(now);
-    }
-    const Marginal marginal(now.linear.by_state, root_);
-    result.moved = moved_by(now.y);
-    result.squares = squares_of(now);
-    result.covariance = marginal.covariance(root_);
-    result.log_evidence = -0.5 * (now.cost + marginal.log_determinant());
-    return result;
-  }
-
- private:
-  struct Trial {
-    VecX y;
-    LinearMarks linear;  ///< in units of the noise
-    VecX rest;
-    double cost = 0;
-  };
-
-  VecX free_part(const VecX& state) const {
-    VecX part = VecX::Zero(state.size());
-    const Eigen::Index at_projector = chain_.projector_place(), at_surface = chain_.surface_place();
-    if (free_.projector) part.segment<6>(at_projector) = state.segment<6>(at_projector);
-    if (free_.surface) part.segment<6>(at_surface) = state.segment<6>(at_surface);
-    return part;
-  }
-  Moved moved_by(const VecX& y) const {
-    const VecX part = free_part(root_ * y);
-    return {part.segment<6>(chain_.projector_place()), part.segment<6>(chain_.surface_place())};
-  }
-  /// nullopt where the light would miss the surface.
-  std::optional<Trial> at(const VecX& y) const {
-    std::optional<LinearMarks> linear = chain_.linearise(marks_, moved_by(y));
-    if (!linear) return std::nullopt;
-    whiten(*linear, scatter_, weights_);
-    const VecX state = root_ * y;
-    Trial trial{y, *linear, -linear->error - linear->by_state * (state - free_part(state)), 0};
-    trial.cost = trial.rest.squaredNorm() + y.squaredNorm();
-    return trial;
-  }
-  void weigh_by_distance(Trial& trial) {
-    const VecX squares = squares_of(trial);
-    const double usual = scatter2_of(squares);
-    weights_ = (usual + squares.array() / 5.8).inverse();
-    trial = *at(trial.y);
-  }
-  VecX squares_of(const Trial& trial) const {
-    VecX squares(weights_.size());
-    for (Eigen::Index i = 0; i < squares.size(); ++i)
-      squares[i] = trial.rest.segment<2>(2 * i).squaredNorm() * scatter_ * scatter_ / weights_[i];
-    return squares;
-  }
-
-  const MarkChain& chain_;
-  const Which& marks_;
-  Free free_;
-  double scatter_;
-  VecX weights_;
-  MatX root_;
-};
 
 [[noreturn]] void refuse_contradiction(const std::string& why) {
   throw Error(ErrorKind::kDegenerate, "the marks of light", why,
@@ -484,7 +311,7 @@ VerifyResult verify(const Rig& rig, const RigCamera& camera, const RigProjector&
   const Mat6 projector_bump = bump_of(projector.rig_from_projector, options),
              surface_bump = bump_of(rig_from_surface, options);
   const auto fit = [&](const Which& which, const Free& free, double scatter, bool robust = false) {
-    return MostProbable(chain, which, free, projector_bump, surface_bump, scatter).fit(robust);
+    return most_probable(chain, which, free, projector_bump, surface_bump, scatter, robust);
   };
   const Which used = agreeing(fit(meet, {true, true}, 1, true), meet, options.false_alarm_rate, result.marks);
   result.used = int(used.size());

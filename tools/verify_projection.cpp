@@ -58,7 +58,7 @@ PoseSigma parse_pose_sigma(const std::string& text) {
 struct Flags {
   std::string rig, surfaces, pose, markers, surface, pattern, captures, camera, projector, output, picture;
   analyze::VerifyOptions options;
-  PoseSigma surface_sigma;
+  PoseSigma map_sigma;
 };
 
 void declare(CLI::App& app, Flags& flags) {
@@ -103,7 +103,7 @@ void declare(CLI::App& app, Flags& flags) {
       },
       "how far a thing moves when it is bumped, one standard deviation (default 1deg,20mm)");
   add_parsed(
-      app, "--surface-sigma", [&](const std::string& text) { flags.surface_sigma = parse_pose_sigma(text); },
+      app, "--map-sigma", [&](const std::string& text) { flags.map_sigma = parse_pose_sigma(text); },
       "how well the surface's pose is known, about its own origin, e.g. 5mm,0.2deg; adds to what --pose "
       "states");
   app.add_option("--false-alarms", flags.options.false_alarm_rate, "share of sound checks that give an alarm")
@@ -390,7 +390,7 @@ ExitCode verify_projection(Flags flags, Console& console) {
   const PlanarSurface& plane = plane_of(surface);
   const Captures captures = read_captures(flags, projector, camera);
   const KnownWorld frame = frame_of(plane, flags, rig, camera, projector, captures.light.flat_lit);
-  const analyze::StatedSurface stated = state_surface(surface, plane, frame, flags.surface_sigma);
+  const analyze::StatedSurface stated = state_surface(surface, plane, frame, flags.map_sigma);
 
   const analyze::VerifyResult result =
       analyze::verify(rig, camera, projector, stated, captures.light.points, flags.options);

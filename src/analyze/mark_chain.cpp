@@ -68,7 +68,9 @@ std::vector<std::optional<MarkChain::Bearing>> MarkChain::bearings(const Camera&
     const auto direction = lens.unproject(pixel);
     result.emplace_back();
     if (!direction) continue;
-    result.back() = Bearing{*direction, Eigen::Matrix<double, 3, Eigen::Dynamic>(3, parameters.size()), {}};
+    Bearing& bearing = result.back().emplace();
+    bearing.direction = *direction;
+    bearing.by_lens.resize(3, parameters.size());
   }
   // Central differences: their error is that of the step squared, and unproject()'s digits over the step.
   const auto fill = [&](const Camera& up, const Camera& down, double step, const Vec2& pixel_step,
@@ -174,18 +176,22 @@ std::optional<LinearMarks> MarkChain::linearise(const std::vector<std::size_t>& 
     const auto sight = place_of(seen.direction, rig_from_camera_, rig_from_surface),
                light = place_of(shown.direction, rig_from_projector, rig_from_surface);
     if (!sight || !light) return std::nullopt;
+    const Vec3 lit = rig_from_surface * Vec3(light->on_surface.x(), light->on_surface.y(), 0);
+    const auto towards_light =
+        place_of((rig_from_camera_.inverse() * lit).normalized(), rig_from_camera_, rig_from_surface);
+    if (!towards_light) return std::nullopt;
     const auto row = Eigen::Index(2 * i);
     linear.error.segment<2>(row) = sight->on_surface - light->on_surface;
     auto here = linear.by_state.middleRows(row, 2);
-    const RowsOfPose by_surface = (light->by_device - sight->by_device) * of_surface;
+    const RowsOfPose by_surface = (light->by_device - towards_light->by_device) * of_surface;
     here.rightCols<6>() = by_surface;
     here.middleCols<6>(projector_place_) -= light->by_device * of_projector;
     add_columns(-light->by_direction * shown.by_lens, projector_lens_, here);
     MatX by_camera(2, Eigen::Index(camera_columns_.size()));
-    by_camera << sight->by_direction * seen.by_lens, sight->by_device;
+    by_camera << towards_light->by_direction * seen.by_lens, towards_light->by_device;
     if (surface_by_camera_.size() > 0) by_camera += by_surface * surface_by_camera_;
     add_columns(by_camera, camera_columns_, here);
-    const Mat2 by_pixel = sight->by_direction * seen.by_pixel;
+    const Mat2 by_pixel = towards_light->by_direction * seen.by_pixel;
     linear.noise.push_back(by_pixel * pixel_noise_[marks[i]] * by_pixel.transpose());
   }
   return linear;

@@ -8,6 +8,10 @@
 /// the surface's:
 ///
 ///   d place = E R_S ([-hat(p) I] (xi_T - xi_S) + s R_T dm)
+///
+/// The camera's derivatives are those of its ray to the place that the light is to reach, as in a fit of
+/// pixels: along its own ray, an error would seem smaller on a nearer surface, though no pixel is better
+/// explained.
 #include <optional>
 #include <string>
 #include <vector>
@@ -54,7 +58,7 @@ class MarkChain {
   struct Bearing {
     Vec3 direction;
     Eigen::Matrix<double, 3, Eigen::Dynamic> by_lens;
-    Eigen::Matrix<double, 3, 2> by_pixel;
+    Eigen::Matrix<double, 3, 2> by_pixel = Eigen::Matrix<double, 3, 2>::Zero();
   };
   static std::vector<std::optional<Bearing>> bearings(const Camera& lens, const Points2& pixels);
 

@@ -71,12 +71,12 @@ class MostProbable {
       std::optional<Trial> next;
       double share = 1;
       for (; share > 1e-3; share *= 0.5) {
-        next = at(now.y + share * (aim - now.y), &now.linear.noise);
+        next = at(now.y + share * (aim - now.y));
         if (next && next->cost <= now.cost + 1e-9 * (1 + now.cost)) break;
       }
       if (share <= 1e-3) break;
       result.settled = free_part(root_ * (next->y - now.y)).norm() < kSmallestStep;
-      now = *at(next->y);
+      now = *next;
       if (robust) weigh_by_distance(now);
     }
     const Marginal marginal(now.linear.by_state, root_);
@@ -107,11 +107,9 @@ class MostProbable {
     return {part.segment<6>(chain_.projector_place()), part.segment<6>(chain_.surface_place())};
   }
   /// nullopt where the light would miss the surface.
-  /// The noise on the surface changes with its pose: within a step it is that of the step's begin.
-  std::optional<Trial> at(const VecX& y, const std::vector<Mat2>* noise = nullptr) const {
+  std::optional<Trial> at(const VecX& y) const {
     std::optional<LinearMarks> linear = chain_.linearise(marks_, moved_by(y));
     if (!linear) return std::nullopt;
-    if (noise) linear->noise = *noise;
     whiten(*linear, scatter_, weights_);
     const VecX state = root_ * y;
     Trial trial{y, *linear, -linear->error - linear->by_state * (state - free_part(state)), 0};

@@ -141,10 +141,6 @@ void judge_correction(bool settled, const Movement& asked, const std::optional<M
                                                 " to 1): put a mapped marker on the surface " +
                                                 "(--markers), or look again at a surface in another plane");
   }
-  if (!settled)
-    throw Error(ErrorKind::kNotConverged, "the correction",
-                "the estimate of how " + asked.what + " moved does not settle",
-                "check that surface, rig and pattern belong together");
   if (beyond_bump(asked, options))
     throw Error(
         ErrorKind::kInput, "the correction",
@@ -153,6 +149,10 @@ void judge_correction(bool settled, const Movement& asked, const std::optional<M
             fixed(1e3 * options.bump_position_sigma, 0) + " mm",
         "check that pattern, projector size, rig and surface are those of the captures and that nothing "
         "scales the picture; if it really moved that far, state a larger --sigma-bump");
+  if (!settled)
+    throw Error(ErrorKind::kNotConverged, "the correction",
+                "the estimate of how " + asked.what + " moved does not settle",
+                "check that surface, rig and pattern belong together");
   static const char* const kAxes[6] = {"turn about its x",  "turn about its y",  "turn about its z",
                                        "shift along its x", "shift along its y", "shift along its z"};
   std::string unseen;
@@ -282,7 +282,7 @@ void add_remarks(const Rig& rig, const StatedSurface& surface, const VerifyOptio
   if (surface.rig_from_surface.covariance.isZero(0) && surface.by_camera.size() == 0)
     remarks.warn("surface_taken_as_exact",
                  "nothing states how well the surface's pose is known: its error counts as drift; state it "
-                 "(--surface-sigma 5mm,0.2deg)");
+                 "(--map-sigma 5mm,0.2deg)");
 }
 
 }  // namespace

@@ -8,15 +8,15 @@
 namespace procam::analyze {
 namespace {
 
-constexpr double kWidth = 900, kMargin = 30, kFoot = 96;
+constexpr double kSheetWidth = 900, kRim = 30, kFoot = 96;
 constexpr double kChiSquare95 = 5.991464547107979;  ///< two degrees of freedom
 
 /// Surface metres to picture units; x right, y down as the content is read.
 struct SurfaceFrame {
   Vec2 low, high;
   double units_per_metre;
-  Vec2 at(const Vec2& p) const { return Vec2::Constant(kMargin) + units_per_metre * (p - low); }
-  double height() const { return 2 * kMargin + units_per_metre * (high.y() - low.y()); }
+  Vec2 at(const Vec2& p) const { return Vec2::Constant(kRim) + units_per_metre * (p - low); }
+  double height() const { return 2 * kRim + units_per_metre * (high.y() - low.y()); }
 };
 
 SurfaceFrame frame_round(const VerifyResult& result, const Points2& content) {
@@ -30,7 +30,7 @@ SurfaceFrame frame_round(const VerifyResult& result, const Points2& content) {
     if (!mark.intended.isZero(0)) include(mark.intended);
   const Vec2 rim = 0.06 * (frame.high - frame.low).cwiseMax(1e-3);
   frame.low -= rim, frame.high += rim;
-  frame.units_per_metre = (kWidth - 2 * kMargin) / (frame.high.x() - frame.low.x());
+  frame.units_per_metre = (kSheetWidth - 2 * kRim) / (frame.high.x() - frame.low.x());
   return frame;
 }
 
@@ -76,7 +76,7 @@ std::string verify_picture(const VerifyResult& result, const Points2& content) {
   const SurfaceFrame frame = frame_round(result, content);
   const double magnification = magnification_of(result, frame), scale = magnification * frame.units_per_metre;
   const bool corrected = result.rig || result.rig_from_surface;
-  std::string drawing = rectangle("fill=\"#fff\"", Vec2::Zero(), Vec2(kWidth, frame.height() + kFoot));
+  std::string drawing = rectangle("fill=\"#fff\"", Vec2::Zero(), Vec2(kSheetWidth, frame.height() + kFoot));
   if (content.size() >= 3) {
     std::string outline = "M";
     for (std::size_t i = 0; i < content.size(); ++i)
@@ -105,25 +105,25 @@ std::string verify_picture(const VerifyResult& result, const Points2& content) {
   const std::string words = "font-family=\"sans-serif\" font-size=\"14\" fill=\"#222\"";
   const double ruler = round_step(120 / scale);  // metres of error
   Marks bar;
-  bar.line(Vec2(kMargin, foot), Vec2(kMargin + scale * ruler, foot));
+  bar.line(Vec2(kRim, foot), Vec2(kRim + scale * ruler, foot));
   drawing += bar.path("stroke=\"#222\" stroke-width=\"3\" fill=\"none\"");
-  drawing += label(Vec2(kMargin + scale * ruler + 10, foot + 5), words,
+  drawing += label(Vec2(kRim + scale * ruler + 10, foot + 5), words,
                    shortest(1e3 * ruler) + " mm of error, drawn " + shortest(magnification) +
                        " times larger than the surface");
-  drawing += arrow(Vec2(kMargin, foot + 22), Vec2(kMargin + 40, foot + 22), kBefore);
-  drawing += label(Vec2(kMargin + 50, foot + 27), words,
+  drawing += arrow(Vec2(kRim, foot + 22), Vec2(kRim + 40, foot + 22), kBefore);
+  drawing += label(Vec2(kRim + 50, foot + 27), words,
                    "from its place to where the light is: " + fixed(1e3 * result.rms, 2) + " mm rms, " +
                        fixed(1e3 * result.worst, 2) + " at most");
   if (corrected) {
-    drawing += arrow(Vec2(kMargin, foot + 44), Vec2(kMargin + 40, foot + 44), kAfter);
-    drawing += label(Vec2(kMargin + 50, foot + 49), words,
+    drawing += arrow(Vec2(kRim, foot + 44), Vec2(kRim + 40, foot + 44), kAfter);
+    drawing += label(Vec2(kRim + 50, foot + 49), words,
                      "after the correction: " + fixed(1e3 * result.rms_after, 2) + " mm rms, " +
                          fixed(1e3 * result.worst_after, 2) + " at most");
   }
-  drawing += label(Vec2(kMargin, foot + 71), words,
+  drawing += label(Vec2(kRim, foot + 71), words,
                    "grey: 95 % of errors when nothing has moved" +
                        std::string(left_out.d.empty() ? "" : "; crosses: marks that are left out"));
-  std::string picture = svg(box(Vec2::Zero(), Vec2(kWidth, frame.height() + kFoot)),
+  std::string picture = svg(box(Vec2::Zero(), Vec2(kSheetWidth, frame.height() + kFoot)),
                             "Errors of the light on " + result.surface, drawing);
   picture.insert(picture.find("<svg") + 4, " xmlns=\"http://www.w3.org/2000/svg\"");
   return picture + "\n";

@@ -131,7 +131,7 @@ TEST_F(VerifyRoute, KeepsQuietAndFindsAMovedSurface) {
         0, 1e-3);
   EXPECT_LT(run.json().at("rms_after_mm").get<double>(), 0.2);
   // 0.3 degrees about is within what is stated here.
-  EXPECT_EQ(verify("--surfaces " + at("stale.json") + " --surface-sigma 0.5deg,10mm").exit_code, 0);
+  EXPECT_EQ(verify("--surfaces " + at("stale.json") + " --map-sigma 0.5deg,10mm").exit_code, 0);
 
   save_wall("behind.json", Pose(truth.rotation, -truth.translation));
   refused(3, "cannot reach the surface", "--surfaces " + at("behind.json"));
@@ -162,7 +162,7 @@ TEST_F(VerifyRoute, RefusesCapturesThatShowSomethingElse) {
   refused(3, "1 frames where the pattern has 2", wall, "one");
   EXPECT_EQ(verify(wall + " --correct projector").exit_code, 2);  // no -o
   EXPECT_EQ(verify(wall + " --sigma-bump 1,20mm").exit_code, 2);  // no unit
-  EXPECT_EQ(verify(wall + " --surface-sigma -5mm,0.2deg").exit_code, 2);
+  EXPECT_EQ(verify(wall + " --map-sigma -5mm,0.2deg").exit_code, 2);
   EXPECT_EQ(verify(wall + " --surface floor").exit_code, 3);
 }
 

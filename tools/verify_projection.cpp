@@ -9,6 +9,7 @@
 #include "common/session_patterns.hpp"
 #include "common/utc_now.hpp"
 
+#include "procam/analyze/error_sources.hpp"
 #include "procam/analyze/verify.hpp"
 #include "procam/detect/marker_edges.hpp"
 #include "procam/io/captures.hpp"
@@ -27,38 +28,10 @@ namespace {
 namespace fs = std::filesystem;
 constexpr double kDegrees = 180 / 3.14159265358979323846;
 
-struct PoseSigma {
-  double position = 0, rotation = 0;
-};
-
-/// "5mm,0.2deg", in either order. Throws Error(kInput).
-PoseSigma parse_pose_sigma(const std::string& text) {
-  const auto refuse = [&](const std::string& why) {
-    throw Error(ErrorKind::kInput, "sigma '" + text + "'", why,
-                "give a length and an angle, neither negative, e.g. 5mm,0.2deg");
-  };
-  const std::size_t comma = text.find(',');
-  if (comma == std::string::npos) refuse("it is not two values with a comma between them");
-  std::string length = text.substr(0, comma), angle = text.substr(comma + 1);
-  const auto is_angle = [](const std::string& part) {
-    return part.size() > 3 &&
-           (part.substr(part.size() - 3) == "deg" || part.substr(part.size() - 3) == "rad");
-  };
-  if (is_angle(length)) std::swap(length, angle);
-  PoseSigma sigma;
-  try {
-    sigma = {io::parse_length(length), io::parse_angle(angle)};
-  } catch (const Error& error) {
-    refuse("'" + (error.subject().rfind("angle", 0) == 0 ? angle : length) + "': " + error.why());
-  }
-  if (!(sigma.position >= 0 && sigma.rotation >= 0)) refuse("a standard deviation is not negative");
-  return sigma;
-}
-
 struct Flags {
   std::string rig, surfaces, pose, markers, surface, pattern, captures, camera, projector, output, picture;
   analyze::VerifyOptions options;
-  PoseSigma map_sigma;
+  io::LengthAndAngle map_sigma;
 };
 
 void declare(CLI::App& app, Flags& flags) {
@@ -94,16 +67,17 @@ void declare(CLI::App& app, Flags& flags) {
   add_parsed(
       app, "--sigma-bump",
       [&](const std::string& text) {
-        const PoseSigma sigma = parse_pose_sigma(text);
-        if (!(sigma.position > 0 && sigma.rotation > 0))
+        const io::LengthAndAngle sigma = io::parse_length_and_angle(text);
+        if (!(sigma.length > 0 && sigma.angle > 0))
           throw Error(ErrorKind::kInput, "sigma '" + text + "'", "a bump of zero corrects nothing",
                       "give how far things may have moved, e.g. 1deg,20mm");
-        flags.options.bump_position_sigma = sigma.position;
-        flags.options.bump_rotation_sigma = sigma.rotation;
+        flags.options.bump_position_sigma = sigma.length;
+        flags.options.bump_rotation_sigma = sigma.angle;
       },
       "how far a thing moves when it is bumped, one standard deviation (default 1deg,20mm)");
   add_parsed(
-      app, "--map-sigma", [&](const std::string& text) { flags.map_sigma = parse_pose_sigma(text); },
+      app, "--map-sigma",
+      [&](const std::string& text) { flags.map_sigma = io::parse_length_and_angle(text); },
       "how well the surface's pose is known, about its own origin, e.g. 5mm,0.2deg; adds to what --pose "
       "states");
   app.add_option("--false-alarms", flags.options.false_alarm_rate, "share of sound checks that give an alarm")
@@ -234,14 +208,12 @@ KnownWorld frame_of(const PlanarSurface& plane, const Flags& flags, const Rig& r
 }
 
 analyze::StatedSurface state_surface(const Surface& surface, const PlanarSurface& plane,
-                                     const KnownWorld& world, const PoseSigma& sigma) {
+                                     const KnownWorld& world, const io::LengthAndAngle& sigma) {
   analyze::StatedSurface stated{
       surface.name, compose(world.rig_from_world, {plane.frame_from_surface, Mat6::Zero()}), world.by_camera};
-  Vec6 variances;
-  variances << Vec3::Constant(sigma.rotation * sigma.rotation),
-      Vec3::Constant(sigma.position * sigma.position);
   const Mat6 to_rig = adjoint(stated.rig_from_surface.pose);
-  stated.rig_from_surface.covariance += to_rig * variances.asDiagonal() * to_rig.transpose();
+  stated.rig_from_surface.covariance +=
+      to_rig * analyze::isotropic_pose_covariance(sigma.length, sigma.angle) * to_rig.transpose();
   return stated;
 }
 

@@ -6,6 +6,7 @@
 #include "chi_square.hpp"
 #include "html.hpp"
 #include "most_probable.hpp"
+#include "procam/analyze/error_sources.hpp"
 #include "procam/core/closed_form.hpp"
 
 namespace procam::analyze {
@@ -22,11 +23,9 @@ const double kPi = std::acos(-1.0);
 
 /// How far things move when they are bumped, as covariance of left increments in the rig's frame.
 Mat6 bump_of(const Pose& rig_from_thing, const VerifyOptions& options) {
-  Vec6 variances;
-  variances << Vec3::Constant(options.bump_rotation_sigma * options.bump_rotation_sigma),
-      Vec3::Constant(options.bump_position_sigma * options.bump_position_sigma);
   const Mat6 ad = adjoint(rig_from_thing);
-  return ad * variances.asDiagonal() * ad.transpose();
+  return ad * isotropic_pose_covariance(options.bump_position_sigma, options.bump_rotation_sigma) *
+         ad.transpose();
 }
 
 [[noreturn]] void refuse_contradiction(const std::string& why) {

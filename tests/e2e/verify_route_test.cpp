@@ -162,7 +162,7 @@ TEST_F(VerifyRoute, RefusesCapturesThatShowSomethingElse) {
   refused(3, "1 frames where the pattern has 2", wall, "one");
   EXPECT_EQ(verify(wall + " --correct projector").exit_code, 2);  // no -o
   EXPECT_EQ(verify(wall + " --sigma-bump 1,20mm").exit_code, 2);  // no unit
-  EXPECT_EQ(verify(wall + " --map-sigma -5mm,0.2deg").exit_code, 2);
+  EXPECT_EQ(verify(wall + " --map-sigma=-5mm,0.2deg").exit_code, 2);
   EXPECT_EQ(verify(wall + " --surface floor").exit_code, 3);
 }
 

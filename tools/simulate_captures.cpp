@@ -7,6 +7,7 @@
 #include "common/cli.hpp"
 #include "common/session_files.hpp"
 #include "common/session_patterns.hpp"
+#include "procam/core/se3.hpp"
 #include "procam/detect/board_artwork.hpp"
 #include "procam/detect/marker_edges.hpp"
 #include "procam/io/board_file.hpp"
@@ -15,6 +16,7 @@
 #include "procam/io/marker_map_file.hpp"
 #include "procam/io/pose_file.hpp"
 #include "procam/io/rig_file.hpp"
+#include "procam/io/surface_file.hpp"
 #include "procam/io/text.hpp"
 #include "procam/simulate/fleet.hpp"
 #include "procam/simulate/marker_view.hpp"
@@ -35,6 +37,8 @@ struct Flags {
   std::string output;
   bool force = false;
   bool markers = false;
+  std::string check;  ///< a board of light on the bare wall; empty: none
+  double bump = 0;    ///< of the projector before the check, radians
 };
 
 void declare(CLI::App& app, Flags& flags) {
@@ -62,6 +66,15 @@ void declare(CLI::App& app, Flags& flags) {
       "--markers", flags.markers,
       "also marker_view.png, markers on the wall as the rig's camera sees them, with markers.json and "
       "truth_projector_from_world.json: try locate-projector on it");
+  auto* check =
+      app.add_option("--check", flags.check,
+                     "also check/frame_00.png ..., this board of light (e.g. charuco) on the bare wall, with "
+                     "session.json and surfaces.json: try verify-projection on it");
+  add_parsed(
+      app, "--bump", [&](const std::string& text) { flags.bump = io::parse_angle(text); },
+      "the projector was turned by this angle before --check, and the true rig is check/truth.json; e.g. "
+      "0.2deg")
+      ->needs(check);
   app.add_flag("--force", flags.force, "replace an earlier simulated session");
 }
 
@@ -146,6 +159,41 @@ void write_marker_view(const simulate::Session& session, const fs::path& folder)
                  PoseWithCovariance{projector.rig_from_projector.inverse() * hung.rig_from_world}});
 }
 
+void save_truth(Rig truth, const Flags& flags, const std::string& pattern, const fs::path& folder) {
+  truth.provenance.tool = "simulate-captures";
+  truth.provenance.options = {{"seed", std::to_string(flags.seed)},
+                              {"level", simulate::to_string(flags.level)},
+                              {"pattern", pattern}};
+  io::save_rig(folder / "truth.json", truth);
+}
+
+/// The wall as a surface of the room, placed in the rig; what is shown there spans a quarter of its distance.
+SurfaceSet wall_of(const simulate::World& world) {
+  PlanarSurface plane;
+  plane.content = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
+  plane.frame = "rig";
+  plane.frame_from_surface = simulate::rig_from_wall(world);
+  const double half =
+      0.25 * (plane.frame_from_surface.translation - world.rig.camera().rig_from_camera.translation).norm();
+  plane.points = {{-half, -0.75 * half}, {half, -0.75 * half}, {half, 0.75 * half}, {-half, 0.75 * half}};
+  return {{{"wall", plane, {}, ""}}};
+}
+
+/// A board of light on the bare wall, after somebody has bumped the projector.
+void write_check(const simulate::Session& session, const Flags& flags, const fs::path& folder) {
+  simulate::World world = simulate::with_bare_wall(session.views.front());
+  const auto pattern = make_pattern(flags.check, world.rig.projector().projector.size());
+  Pose& place = world.rig.projectors.front().rig_from_projector;
+  place = place * Pose(so3_exp(Vec3(flags.bump * Vec3(0.7, -0.6, 0.38).normalized())), Vec3::Zero());
+  fs::create_directory(folder);
+  const std::vector<ImageU8> captures = simulate::capture(world, pattern->frames(), session.capture);
+  for (std::size_t frame = 0; frame < captures.size(); ++frame)
+    io::save_image(folder / numbered("frame", frame, ".png"), captures[frame]);
+  io::save_session(folder, {pattern->text(), world.rig.projector().projector.size(), {}, {}});
+  io::save_surfaces(folder / "surfaces.json", wall_of(world));
+  save_truth(world.rig, flags, pattern->text(), folder);
+}
+
 /// view_NN/<projector>/<camera>/frame_NN.png, without a folder for the only one of a kind.
 void write_fleet_view(const simulate::Fleet& fleet, std::size_t view, const std::vector<ImageU8>& frames,
                       const fs::path& folder) {
@@ -163,23 +211,16 @@ void write_fleet_view(const simulate::Fleet& fleet, std::size_t view, const std:
                 {"rig", "board", PoseWithCovariance{fleet.views[view].rig_from_board}});
 }
 
-void save_truth(Rig truth, const Flags& flags, const std::string& pattern, const fs::path& folder) {
-  truth.provenance.tool = "simulate-captures";
-  truth.provenance.options = {{"seed", std::to_string(flags.seed)},
-                              {"level", simulate::to_string(flags.level)},
-                              {"pattern", pattern}};
-  io::save_rig(folder / "truth.json", truth);
-}
-
 /// --cameras, --projectors: a session of several devices.
 ExitCode simulate_fleet(const Flags& flags, Console& console) {
   const ImageSize projector_size = simulate::projector_size(flags.level);
   const auto pattern = make_pattern(flags.pattern, projector_size);
-  if (pattern->on_blank_paper() || flags.markers || flags.board)
+  if (pattern->on_blank_paper() || flags.markers || flags.board || !flags.check.empty())
     throw Error(ErrorKind::kUnsupported,
                 pattern->on_blank_paper() ? "pattern '" + flags.pattern + "'"
                 : flags.markers           ? "--markers"
-                                          : "--board",
+                : flags.board             ? "--board"
+                                          : "--check",
                 "it is simulated for one camera and one projector", "leave out --cameras and --projectors");
   const simulate::Fleet fleet =
       simulate::make_fleet(flags.level, flags.seed, flags.cameras, flags.projectors);
@@ -231,6 +272,7 @@ ExitCode simulate_captures(const Flags& flags, Console& console) {
     write_view(session, view, projector_frames, folder.path() / numbered("view", view));
   }
   if (flags.markers) write_marker_view(session, folder.path());
+  if (!flags.check.empty()) write_check(session, flags, folder.path() / "check");
   io::save_session(folder.path(), {pattern->text(), projector_size, session.board().layout, {}});
   save_truth(session.rig(), flags, pattern->text(), folder.path());
   console.progress("views", int(views), int(views));
@@ -245,6 +287,8 @@ ExitCode simulate_captures(const Flags& flags, Console& console) {
     console.say(
         "the wall's markers are in marker_view.png and markers.json, where the projector is among them "
         "in truth_projector_from_world.json");
+  if (!flags.check.empty())
+    console.say("the board of light on the wall is in check/, with the wall in check/surfaces.json");
   Summary& summary = console.summary();
   summary.set("/output", flags.output);
   summary.set("/level", simulate::to_string(flags.level));

@@ -165,21 +165,8 @@ ImageU8 marker_view(const Camera& camera, const Pose& camera_from_world,
 }
 
 HungMarkers hang_markers(const World& world) {
-  const Pose& rig_from_camera = world.rig.camera().rig_from_camera;
-  const Ray axis = rig_from_camera * Ray{Vec3::Zero(), Vec3::UnitZ()};
-  const std::optional<Vec3> middle = intersect(axis, world.wall_in_rig);
-  require(middle.has_value(), "hang_markers: the camera does not face the wall");
-  const double distance = (*middle - axis.origin).norm();
-
-  // On the wall: x as the camera's, z into it.
-  Vec3 into = world.wall_in_rig.normal;
-  if (into.dot(axis.direction) < 0) into = -into;
-  const Vec3 right = rig_from_camera.rotate(Vec3::UnitX());
-  Mat3 axes;
-  axes.col(2) = into;
-  axes.col(0) = (right - right.dot(into) * into).normalized();
-  axes.col(1) = into.cross(axes.col(0));
-  const Pose rig_from_wall(axes, *middle);
+  const Pose rig_from_wall = simulate::rig_from_wall(world);
+  const double distance = (rig_from_wall.translation - world.rig.camera().rig_from_camera.translation).norm();
 
   struct Place {
     int id;

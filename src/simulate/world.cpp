@@ -27,6 +27,29 @@ std::vector<Observation> observe(const Camera& device, const Pose& device_from_b
 
 }  // namespace
 
+Pose rig_from_wall(const World& world) {
+  const Pose& rig_from_camera = world.rig.camera().rig_from_camera;
+  const Ray axis = rig_from_camera * Ray{Vec3::Zero(), Vec3::UnitZ()};
+  const std::optional<Vec3> middle = intersect(axis, world.wall_in_rig);
+  require(middle.has_value(), "rig_from_wall: the camera does not face the wall");
+  Vec3 into = world.wall_in_rig.normal;
+  if (into.dot(axis.direction) < 0) into = -into;
+  const Vec3 right = rig_from_camera.rotate(Vec3::UnitX());
+  Mat3 axes;
+  axes.col(2) = into;
+  axes.col(0) = (right - right.dot(into) * into).normalized();
+  axes.col(1) = into.cross(axes.col(0));
+  return Pose(axes, *middle);
+}
+
+World with_bare_wall(World world) {
+  const Pose wall = rig_from_wall(world);
+  const Vec3 camera = world.rig.camera().rig_from_camera.translation;
+  world.rig_from_board = Pose(wall.rotation, 2 * camera - wall.translation);
+  world.wall_albedo = world.board.white_albedo;
+  return world;
+}
+
 Points3 sheet_corners_in_board(const PrintedBoard& board) {
   const ArtworkRectangle print = print_of(board.layout);
   const Vec2 margin = Vec2::Constant(board.margin), low = print.low - margin,

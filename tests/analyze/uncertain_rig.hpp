@@ -3,10 +3,10 @@
 #include "procam/core/rig.hpp"
 #include "support/numeric_world.hpp"
 
-namespace procam::analyze::test {
+namespace procam::test {
 
 inline Rig uncertain_rig() {
-  const procam::test::NumericWorld world;
+  const NumericWorld world;
   Rig rig;
   rig.cameras.push_back({"camera", world.camera, Pose()});
   rig.projectors.push_back({"projector", world.projector, world.projector_from_camera.inverse()});
@@ -30,4 +30,4 @@ inline Rig uncertain_rig() {
   return rig;
 }
 
-}  // namespace procam::analyze::test
+}  // namespace procam::test

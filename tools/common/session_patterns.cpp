@@ -145,9 +145,15 @@ class BoardOfLight : public SessionPattern {
 
   match::BoardView read(const std::string& view_name, const std::vector<ViewU8>& captures,
                         const Board& board) const override {
-    if (!shown_.colour) return read_pair(view_name, captures[0], captures[1], board);
-    const ImageU8 red = channel_of(captures[0], 0), blue = channel_of(captures[0], 2);
-    return read_pair(view_name, red, blue, board);
+    const SeenLight light = light_of(captures);
+    match::BoardView view{view_name, {detect::detect_board(light.flat_lit, board), {}}, light.points};
+    view.detections[kProjectorDevice].image_size = shown_.projector_size;
+    view.detections[kProjectorDevice].diagnostics = light.diagnostics;
+    return view;
+  }
+  std::optional<SeenLight> read_light(const std::vector<ViewU8>& captures) const override {
+    if (!shown_.colour) require_light_in_order(captures[0], captures[1]);
+    return light_of(captures);
   }
 
  private:
@@ -159,21 +165,45 @@ class BoardOfLight : public SessionPattern {
       for (int x = 0; x < image.width; ++x) one.at(x, y) = image.at(x, y, channel);
     return one;
   }
-  match::BoardView read_pair(const std::string& view_name, const ViewU8& flat_lit, const ViewU8& board_lit,
-                             const Board& board) const {
-    match::BoardView view{view_name, {detect::detect_board(flat_lit, board), {}}};
-    Detections& in_projector = view.detections[kProjectorDevice];
-    in_projector.image_size = shown_.projector_size;
-    const Detections light = detect::detect_projected_board(board_lit, flat_lit, shown_.layout);
-    for (Diagnostic remark : light.diagnostics.items) {
+  /// Of the pair flat, board: the dark shapes take light away and nothing adds any.
+  static void require_light_in_order(const ViewU8& flat_lit, const ViewU8& board_lit) {
+    constexpr int kChange = 12;  // grey levels, well above a camera's noise
+    constexpr double kLeastShare = 1e-3;
+    int darker = 0, brighter = 0;
+    for (int y = 0; y < flat_lit.height; ++y)
+      for (int x = 0; x < flat_lit.width; ++x) {
+        const int change = int(flat_lit.at(x, y)) - int(board_lit.at(x, y));
+        darker += change > kChange;
+        brighter += -change > kChange;
+      }
+    const double pixels = double(flat_lit.width) * flat_lit.height;
+    if (std::max(darker, brighter) < kLeastShare * pixels)
+      throw Error(ErrorKind::kInput, "the captures",
+                  "both pictures show the same light: none of the pattern's",
+                  "check that the projector is on and shows it, that the camera sees it, and the exposure");
+    if (brighter > darker)
+      throw Error(
+          ErrorKind::kInput, "the captures",
+          "the second picture is brighter than the first, which shows flat light: they are swapped, or "
+          "the room's light has changed",
+          "keep the order of make-patterns' pictures (flat first), and the room's light as it is");
+  }
+  SeenLight light_of(const std::vector<ViewU8>& captures) const {
+    SeenLight light;
+    light.flat_lit = channel_of(captures[0], 0);
+    find_points(shown_.colour ? channel_of(captures[0], 2) : channel_of(captures[1], 0), light);
+    return light;
+  }
+  void find_points(const ViewU8& board_lit, SeenLight& light) const {
+    const Detections found = detect::detect_projected_board(board_lit, light.flat_lit, shown_.layout);
+    for (Diagnostic remark : found.diagnostics.items) {
       remark.message = std::string("the projected ") + name_ + ": " + remark.message;
-      in_projector.diagnostics.items.push_back(remark);
+      light.diagnostics.items.push_back(remark);
     }
     const Points2 pixels = pattern::point_pixels(shown_);
-    for (const Observation& point : light.observations)
-      view.light_points.push_back(
+    for (const Observation& point : found.observations)
+      light.points.push_back(
           {kProjectorDevice, pixels[std::size_t(point.point)], kCameraDevice, point.pixel, point.covariance});
-    return view;
   }
 
   const char* name_;

@@ -18,6 +18,13 @@ namespace procam::tools {
 /// Device numbers of all sessions: Correspondences::devices.
 constexpr int kCameraDevice = 0, kProjectorDevice = 1;
 
+/// A board of light by itself, on whatever it falls.
+struct SeenLight {
+  std::vector<LightPoint> points;
+  ImageU8 flat_lit;         ///< the same view under flat light
+  Diagnostics diagnostics;  ///< why there are no points
+};
+
 class SessionPattern {
  public:
   virtual ~SessionPattern() = default;
@@ -37,6 +44,12 @@ class SessionPattern {
   /// detections; throws Error(kInput) for captures that are not of this pattern.
   virtual match::BoardView read(const std::string& view_name, const std::vector<ViewU8>& captures,
                                 const Board& board) const = 0;
+  /// The points of a board of light, with no printed board round it; nullopt of patterns that have none.
+  /// Throws Error(kInput) for pictures that show no light, or whose order is not that of frames().
+  virtual std::optional<SeenLight> read_light(const std::vector<ViewU8>& captures) const {
+    static_cast<void>(captures);
+    return std::nullopt;
+  }
 };
 
 /// A row of the table.

@@ -36,6 +36,13 @@ struct World {
   double ambient = 0;  ///< irradiance, in units of the projector's at one metre
 };
 
+/// A surface frame on the wall: origin where the camera's axis meets it, x as the camera's, z into the wall.
+/// Throws std::invalid_argument when the camera does not face the wall.
+Pose rig_from_wall(const World& world);
+/// The world before its wall alone: the sheet is behind the camera, as far away as the wall (so that captures
+/// are exposed as for a sheet on the wall).
+World with_bare_wall(World world);
+
 /// The sheet's corners in the board's frame, clockwise from the origin's, metres.
 Points3 sheet_corners_in_board(const PrintedBoard& board);
 

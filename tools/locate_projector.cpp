@@ -41,7 +41,7 @@ void declare(CLI::App& app, Flags& flags) {
   });
 }
 
-constexpr double kDegrees = 180 / 3.14159265358979323846;
+constexpr double kDegrees = 1 / kDegree;
 
 /// One line of the chain: rotation vector and translation, each with its sigma. The translation's is that of
 /// the source's origin in the target, which a left increment's translation alone is not.

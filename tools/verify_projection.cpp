@@ -26,7 +26,7 @@ namespace procam::tools {
 namespace {
 
 namespace fs = std::filesystem;
-constexpr double kDegrees = 180 / 3.14159265358979323846;
+constexpr double kDegrees = 1 / kDegree;
 
 struct Flags {
   std::string rig, surfaces, pose, markers, surface, pattern, captures, camera, projector, output, picture;

@@ -12,7 +12,6 @@ namespace {
 
 using calibrate::CalibrationResult;
 
-constexpr double kRadian = 3.14159265358979323846 / 180;
 constexpr double kTiltDeg = 35;
 
 Vec3 middle_of(const Points3& points) {
@@ -56,7 +55,7 @@ Pose placed(const Vec3& at, const Vec3& level, const Vec3& middle_in_board,
   if (nearest) {
     // With a = sight x side, a x side = -sight: a turn about a brings that side nearer.
     const Vec3 axis = sight.cross(facing * Vec3(nearest->x(), nearest->y(), 0));
-    rotation = Eigen::Quaterniond(Eigen::AngleAxisd(kTiltDeg * kRadian, axis)) * rotation;
+    rotation = Eigen::Quaterniond(Eigen::AngleAxisd(kTiltDeg * kDegree, axis)) * rotation;
   }
   return {rotation, at - rotation * middle_in_board};
 }
@@ -94,7 +93,7 @@ std::vector<Place> places(const CalibrationResult& result, const RigProjector& p
         const Vec2 in_picture(column, row);
         all.push_back({placed(at, level, middle, std::nullopt), distance, in_picture, std::nullopt});
         for (int turn = 0; turn < 8; ++turn) {
-          const Vec2 side(std::cos(turn * 45 * kRadian), std::sin(turn * 45 * kRadian));
+          const Vec2 side(std::cos(turn * 45 * kDegree), std::sin(turn * 45 * kDegree));
           all.push_back({placed(at, level, middle, side), distance, in_picture, side});
         }
       }
@@ -188,7 +187,7 @@ std::vector<std::string> view_verdicts(const CalibrationResult& result) {
           view.rig_from_board.rotate(Vec3::UnitZ()).dot(earlier.rig_from_board.rotate(Vec3::UnitZ()));
       const double here = (view.rig_from_board * middle).norm(),
                    there = (earlier.rig_from_board * middle).norm();
-      if (cosine < std::cos(kParallelDeg * kRadian) || std::abs(here - there) > kSameDistance * there)
+      if (cosine < std::cos(kParallelDeg * kDegree) || std::abs(here - there) > kSameDistance * there)
         continue;
       wrong.push_back("parallel to " + earlier.name + " and as far away");
       break;

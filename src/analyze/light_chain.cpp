@@ -9,7 +9,6 @@
 namespace procam::analyze {
 namespace {
 
-constexpr double kDegree = 3.141592653589793238462643383279502884 / 180;
 constexpr int kMostLensParameters = Intrinsics::kNumParameters + 8;  ///< the largest model: rational
 
 }  // namespace

@@ -10,7 +10,6 @@
 namespace procam::analyze {
 namespace {
 
-constexpr double kOneDegree = 3.14159265358979323846 / 180;
 constexpr double kGrazingDeg =
     70;  ///< as for surfaces that are solved: errors of the pose grow with 1 / cos^2
 constexpr double kHorizonDeg = 89.99;       ///< beyond, a picture ends thousands of distances away, or never
@@ -284,7 +283,7 @@ std::optional<LightOnWall> light_on_wall(const Projector& projector, const Pose&
   light.on_wall = (projector_from_wall.inverse() * *landed).head<2>();
   light.depth = landed->z();
   const double cosine = std::abs(wall.normal.dot(landed->normalized()));
-  light.incidence_deg = std::acos(std::min(1.0, cosine)) / kOneDegree;
+  light.incidence_deg = std::acos(std::min(1.0, cosine)) / kDegree;
 
   const Vec3 d = *landed / landed->z();
   const double closing = wall.normal.dot(d);
@@ -363,8 +362,7 @@ ProjectionPlan plan_projection(const DataSheet& sheet, const Site& site) {
   const Points2 content = place_rectangles(site.target, plan);
   plan.text_height_by_pixels = kReadablePixels * coarsest_pixel(plan, content);
   if (site.viewer_distance)
-    plan.text_height_by_eye =
-        2 * *site.viewer_distance * std::tan(0.5 * kReadableArcMinutes / 60 * kOneDegree);
+    plan.text_height_by_eye = 2 * *site.viewer_distance * std::tan(0.5 * kReadableArcMinutes / 60 * kDegree);
   judge(sheet, site, plan);
   return plan;
 }

@@ -12,7 +12,7 @@ namespace procam::analyze {
 namespace {
 
 constexpr int kColumns = 24, kRows = 16;
-constexpr double kToDegrees = 180 / 3.141592653589793238462643383279502884;
+constexpr double kToDegrees = 1 / kDegree;
 
 std::optional<LandingError> error_at(const LightPath& path, const ErrorSources& sources,
                                      const Mat3& plane_from_content, const Vec2& content) {

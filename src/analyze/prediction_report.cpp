@@ -62,13 +62,12 @@ std::string heat_map(const SurfacePrediction& prediction) {
       const Ellipse region = region95(error.total.covariance);
       const double scale = magnified * pixels_per_metre;
       const Vec2 centre = at + scale * error.total.bias;
-      content +=
-          element("ellipse",
-                  "class=\"frame\" fill=\"none\" cx=\"" + coordinate(centre.x()) + "\" cy=\"" +
-                      coordinate(centre.y()) + "\" rx=\"" + coordinate(scale * region.semi_major) +
-                      "\" ry=\"" + coordinate(scale * region.semi_minor) + "\" transform=\"rotate(" +
-                      fixed(region.angle * 180 / 3.141592653589793, 1) + " " + position(centre) + ")\"",
-                  "");
+      content += element("ellipse",
+                         "class=\"frame\" fill=\"none\" cx=\"" + coordinate(centre.x()) + "\" cy=\"" +
+                             coordinate(centre.y()) + "\" rx=\"" + coordinate(scale * region.semi_major) +
+                             "\" ry=\"" + coordinate(scale * region.semi_minor) + "\" transform=\"rotate(" +
+                             fixed(region.angle / kDegree, 1) + " " + position(centre) + ")\"",
+                         "");
       bias.line(at, centre);
     }
   content += bias.path("class=\"bar\"", "bias");

@@ -16,7 +16,7 @@ using calibrate::CalibrationResult;
 using calibrate::Residual;
 using calibrate::ViewResult;
 
-constexpr double kDegrees = 180 / 3.14159265358979323846;
+constexpr double kDegrees = 1 / kDegree;
 
 std::string cell(const std::string& html) {
   return element("td", "", html);

@@ -19,7 +19,6 @@ constexpr double kMostScatter = 3;  ///< times the detected noise
 constexpr double kAbsurdScatter = 50;
 constexpr double kThinnest = 0.03;  ///< of the marks on the surface, across over along
 constexpr int kDirections = 8;      ///< what rigid movements can do to a picture of a plane
-const double kPi = std::acos(-1.0);
 
 /// How far things move when they are bumped, as covariance of left increments in the rig's frame.
 Mat6 bump_of(const Pose& rig_from_thing, const VerifyOptions& options) {
@@ -111,7 +110,7 @@ double sigma_along(const Vec3& direction, const Mat3& covariance) {
 }
 
 std::string words_of(const Movement& m) {
-  return m.what + " turned by " + fixed(m.angle() * 180 / kPi, 3) + " deg and shifted by " +
+  return m.what + " turned by " + fixed(m.angle() / kDegree, 3) + " deg and shifted by " +
          fixed(1e3 * m.shift(), 1) + " mm";
 }
 
@@ -144,7 +143,7 @@ void judge_correction(bool settled, const Movement& asked, const std::optional<M
     throw Error(
         ErrorKind::kInput, "the correction",
         "it would take that " + words_of(asked) + ", far more than a bump of " +
-            fixed(options.bump_rotation_sigma * 180 / kPi, 2) + " deg and " +
+            fixed(options.bump_rotation_sigma / kDegree, 2) + " deg and " +
             fixed(1e3 * options.bump_position_sigma, 0) + " mm",
         "check that pattern, projector size, rig and surface are those of the captures and that nothing "
         "scales the picture; if it really moved that far, state a larger --sigma-bump");

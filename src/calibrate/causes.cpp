@@ -17,7 +17,7 @@ constexpr double kSamePixel = 1;  ///< pixels: light that has not moved between 
 std::string amount(const Pose& motion) {
   char text[80];
   std::snprintf(text, sizeof text, "%.1f mm and %.2f degrees", 1e3 * motion.translation.norm(),
-                se3_log(motion).head<3>().norm() * 180 / 3.14159265358979323846);
+                se3_log(motion).head<3>().norm() / kDegree);
   return text;
 }
 

@@ -6,8 +6,6 @@
 namespace procam::calibrate {
 namespace {
 
-constexpr double kDegree = 3.14159265358979323846 / 180;
-
 std::string number(double value, int decimals = 3) {
   char text[64];
   std::snprintf(text, sizeof text, "%.*f", decimals, value);

@@ -7,7 +7,7 @@
 namespace procam::calibrate {
 namespace {
 
-constexpr double kWideAngle = 35 * 3.14159265358979323846 / 180;
+constexpr double kWideAngle = 35 * kDegree;
 
 bool among(const std::vector<std::string>& names, const std::string& name) {
   return std::find(names.begin(), names.end(), name) != names.end();

@@ -7,7 +7,6 @@
 namespace procam::calibrate {
 namespace {
 
-constexpr double kPerDegree = 3.14159265358979323846 / 180;
 /// The views say little when they leave more than this share of what is known of any lens.
 constexpr double kSayLittle = 0.3;
 constexpr double kFocalShare = 0.05, kCameraCentreShare = 0.05, kProjectorCentreShare = 0.25;
@@ -42,8 +41,7 @@ Seen seen_by(const Solution& solution, const Correspondences& data, std::size_t 
     }
     if (!used) continue;
     const Vec3 n = (state.device_from_rig[device] * state.rig_from_board[v]).rotate(Vec3::UnitZ());
-    const Vec2 tilt =
-        Vec2(std::atan2(n.x(), std::abs(n.z())), std::atan2(n.y(), std::abs(n.z()))) / kPerDegree;
+    const Vec2 tilt = Vec2(std::atan2(n.x(), std::abs(n.z())), std::atan2(n.y(), std::abs(n.z()))) / kDegree;
     low = low.cwiseMin(tilt), high = high.cwiseMax(tilt);
   }
   seen.about_vertical_deg = std::max(0.0, high.x() - low.x());

@@ -38,7 +38,7 @@ void require_views(const CameraAlone& alone, const Correspondences& data, std::s
 
 /// Boards that all stand alike leave the focal length open, and the solver wandering.
 void require_tilted(const CameraAlone& alone, const std::string& camera) {
-  constexpr double kLeastTilt = 6 * 3.14159265358979323846 / 180;
+  constexpr double kLeastTilt = 6 * kDegree;
   std::vector<Vec3> normals;
   for (const auto& pose : alone.camera_from_board)
     if (pose) normals.push_back(pose->rotate(Vec3::UnitZ()));

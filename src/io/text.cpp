@@ -20,7 +20,6 @@ struct Unit {
   double numerator, denominator;
 };
 
-constexpr double kPi = 3.141592653589793238462643383279502884;
 constexpr Unit kLengthUnits[] = {{"mm", 1, 1000}, {"cm", 1, 100}, {"m", 1, 1}, {"in", 254, 10000}};
 constexpr Unit kPixelUnits[] = {{"px", 1, 1}};
 constexpr Unit kDurationUnits[] = {{"ms", 1, 1000}, {"s", 1, 1}};

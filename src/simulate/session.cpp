@@ -11,9 +11,6 @@ namespace {
 
 using internal::Random;
 
-constexpr double kPi = 3.14159265358979323846;
-constexpr double kDegree = kPi / 180;
-
 struct Lens {
   ImageSize size;
   Intrinsics intrinsics;

@@ -160,7 +160,7 @@ void weigh_second(const std::vector<State>& states, double scale, const LocateOp
   const double ratio = std::exp(-0.5 * (states[1].cost - states[0].cost) / scale);
   result.other = states[1].camera_from_world;
   result.other_odds = ratio / (1 + ratio);
-  const double degrees = between.head<3>().norm() * 180 / 3.14159265358979323846;
+  const double degrees = between.head<3>().norm() / kDegree;
   const char* const next =
       "look at the marker from the side (20 to 60 degrees) or from closer, or add a marker in another plane";
   if (result.other_odds > options.largest_odds)

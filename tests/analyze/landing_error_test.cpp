@@ -12,8 +12,6 @@ namespace {
 
 using test::uncertain_rig;
 
-constexpr double kDegree = 3.141592653589793238462643383279502884 / 180;
-
 /// A surface in the world that meets the projector's light, of pixel (420, 300), `distance` metres away at
 /// `incidence`: its plane is turned about an axis that is neither upright nor level.
 struct TiltedSurface {

@@ -12,8 +12,6 @@
 namespace procam::analyze {
 namespace {
 
-constexpr double kDeg = 3.14159265358979323846 / 180;
-
 DataSheet lopsided_sheet() {
   DataSheet sheet;
   sheet.resolution = {1280, 801};
@@ -27,7 +25,7 @@ DataSheet lopsided_sheet() {
 
 Site lopsided_site() {
   Site site;
-  site.projector_from_wall = pose_before_wall(1.63, 21 * kDeg, -9 * kDeg, 4 * kDeg);
+  site.projector_from_wall = pose_before_wall(1.63, 21 * kDegree, -9 * kDegree, 4 * kDegree);
   return site;
 }
 
@@ -78,7 +76,7 @@ TEST(Planner, PlacesAnUnturnedPictureWhereARulerWould) {
   EXPECT_NEAR(plan.mm_per_pixel_max, 2000.0 / 1280, 1e-9);
   EXPECT_NEAR(plan.lux->middle, 2900 / (width * height), 1e-9);
   EXPECT_NEAR(plan.lux->darkest, plan.lux->brightest, 1e-9);
-  EXPECT_NEAR(plan.incidence_deg, std::atan2(centre.norm(), 1.66) / kDeg, 1e-9);
+  EXPECT_NEAR(plan.incidence_deg, std::atan2(centre.norm(), 1.66) / kDegree, 1e-9);
   EXPECT_NEAR(plan.undistorted_pixel_share, 1, 1e-12);
 }
 
@@ -86,16 +84,16 @@ TEST(Planner, TurnsRightUpAndClockwise) {
   DataSheet sheet = lopsided_sheet();
   sheet.lens_shift = Vec2::Zero();
   Site site;
-  site.projector_from_wall = pose_before_wall(1.7, 20 * kDeg);
+  site.projector_from_wall = pose_before_wall(1.7, 20 * kDegree);
   ProjectionPlan plan = plan_projection(sheet, site);
-  EXPECT_NEAR((plan.middle - Vec2(1.7 * std::tan(20 * kDeg), 0)).norm(), 0, 1e-12);
+  EXPECT_NEAR((plan.middle - Vec2(1.7 * std::tan(20 * kDegree), 0)).norm(), 0, 1e-12);
   // The edges of the middle row: half the picture subtends atan(1 / (2 throw)).
   const double half = std::atan(0.5 / 0.83);
-  EXPECT_NEAR(landed(plan, Vec2(-0.5, 400)).x(), 1.7 * std::tan(20 * kDeg - half), 1e-12);
-  EXPECT_NEAR(landed(plan, Vec2(1279.5, 400)).x(), 1.7 * std::tan(20 * kDeg + half), 1e-12);
-  site.projector_from_wall = pose_before_wall(1.7, 0, 10 * kDeg);
-  EXPECT_NEAR(plan_projection(sheet, site).middle.y(), -1.7 * std::tan(10 * kDeg), 1e-12);
-  site.projector_from_wall = pose_before_wall(1.7, 0, 0, 10 * kDeg);
+  EXPECT_NEAR(landed(plan, Vec2(-0.5, 400)).x(), 1.7 * std::tan(20 * kDegree - half), 1e-12);
+  EXPECT_NEAR(landed(plan, Vec2(1279.5, 400)).x(), 1.7 * std::tan(20 * kDegree + half), 1e-12);
+  site.projector_from_wall = pose_before_wall(1.7, 0, 10 * kDegree);
+  EXPECT_NEAR(plan_projection(sheet, site).middle.y(), -1.7 * std::tan(10 * kDegree), 1e-12);
+  site.projector_from_wall = pose_before_wall(1.7, 0, 0, 10 * kDegree);
   plan = plan_projection(sheet, site);
   EXPECT_GT(plan.corners[1].y(), plan.corners[0].y());  // the top edge falls towards the right
 }
@@ -109,7 +107,7 @@ TEST(Planner, MeasuresPixelsAsNeighbouringRaysDo) {
     EXPECT_NEAR((light.on_wall - landed(plan, pixel)).norm(), 0, 1e-12);
     double finest = 1e9, coarsest = 0;
     for (int degree = 0; degree < 180; ++degree) {
-      const Vec2 half = 0.5 * Vec2(std::cos(degree * kDeg), std::sin(degree * kDeg));
+      const Vec2 half = 0.5 * Vec2(std::cos(degree * kDegree), std::sin(degree * kDegree));
       const double mm = 1e3 * (landed(plan, pixel + half) - landed(plan, pixel - half)).norm();
       finest = std::min(finest, mm), coarsest = std::max(coarsest, mm);
     }
@@ -121,7 +119,7 @@ TEST(Planner, MeasuresPixelsAsNeighbouringRaysDo) {
 
     const Vec3 lens = plan.projector_from_wall.inverse().translation;
     const Vec3 ray = Vec3(light.on_wall.x(), light.on_wall.y(), 0) - lens;
-    EXPECT_NEAR(light.incidence_deg, std::acos(ray.z() / ray.norm()) / kDeg, 1e-9);
+    EXPECT_NEAR(light.incidence_deg, std::acos(ray.z() / ray.norm()) / kDegree, 1e-9);
     EXPECT_LE(light.incidence_deg, plan.incidence_max_deg + 1e-9);
   }
 }
@@ -191,8 +189,8 @@ TEST(Planner, FindsTheLargestRectangleThatBruteForceFinds) {
   for (int trial = 0; trial < 6; ++trial) {
     Site site;
     site.projector_from_wall =
-        pose_before_wall(test::uniform(random, 0.8, 3), test::uniform(random, -25, 25) * kDeg,
-                         test::uniform(random, -20, 20) * kDeg, test::uniform(random, -30, 30) * kDeg);
+        pose_before_wall(test::uniform(random, 0.8, 3), test::uniform(random, -25, 25) * kDegree,
+                         test::uniform(random, -20, 20) * kDegree, test::uniform(random, -30, 30) * kDegree);
     const Vec2 shape(1, test::uniform(random, 0.3, 2));
     site.target = WallTarget{shape, std::nullopt};
     const ProjectionPlan plan = plan_projection(lopsided_sheet(), site);
@@ -303,7 +301,7 @@ TEST(Planner, WarnsOfGrazingLightAndBlur) {
   const Diagnostics good = plan_projection(sheet, Site{pose_before_wall(2), {}, {}, {}}).diagnostics;
   EXPECT_TRUE(good.items.empty());
   Site site;
-  site.projector_from_wall = pose_before_wall(2, 45 * kDeg);
+  site.projector_from_wall = pose_before_wall(2, 45 * kDegree);
   const Diagnostics steep = plan_projection(sheet, site).diagnostics;
   EXPECT_NE(steep.find("grazing"), nullptr);
   EXPECT_NE(steep.find("out_of_focus"), nullptr);
@@ -349,9 +347,9 @@ TEST(Planner, RefusesWhatNoProjectorAndNoWallCanBe) {
   EXPECT_EQ(refusal([](S&, Site& at) { at.projector_from_wall.translation.x() = NAN; }),
             "input: the projector's pose");
   EXPECT_EQ(refusal([](S&, Site& at) { at.projector_from_wall = Pose(); }), "input: the projector's pose");
-  EXPECT_EQ(refusal([](S&, Site& at) { at.projector_from_wall = pose_before_wall(2, 180 * kDeg); }),
+  EXPECT_EQ(refusal([](S&, Site& at) { at.projector_from_wall = pose_before_wall(2, 180 * kDegree); }),
             "degenerate: the picture");
-  EXPECT_EQ(refusal([](S&, Site& at) { at.projector_from_wall = pose_before_wall(2, 80 * kDeg); }),
+  EXPECT_EQ(refusal([](S&, Site& at) { at.projector_from_wall = pose_before_wall(2, 80 * kDegree); }),
             "degenerate: the picture's corner top right, bottom right");
   EXPECT_EQ(refusal([](S& s, Site&) { s.throw_ratio = 1e303; }), "degenerate: the picture");
   EXPECT_EQ(refusal([](S& s, Site&) { s.lens_shift.x() = 1e200; }), "degenerate: the picture");

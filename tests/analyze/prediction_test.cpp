@@ -10,8 +10,6 @@ namespace {
 
 using test::uncertain_rig;
 
-constexpr double kDegree = 3.141592653589793238462643383279502884 / 180;
-
 /// Content of 0.7 m by 0.5 m on a wall in the world, oblique to a lopsided rig that drives, where the middle
 /// of the projector's picture lands.
 struct Room {

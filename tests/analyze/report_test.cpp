@@ -197,7 +197,7 @@ TEST(Report, PoseSigmasAreThoseOfTheNumbersShown) {
   const Mat6 shown = shown_by_increment * c * shown_by_increment.transpose();
   const std::string page = page_of(session);
   const auto decimals = [](double sigma) { return std::max(0, 1 - int(std::floor(std::log10(sigma)))); };
-  const double degrees = 180 / 3.14159265358979323846;
+  const double degrees = 1 / kDegree;
   const std::string axes[] = {"x", "y", "z"};
   for (int i = 0; i < 3; ++i) {
     const double turn = degrees * std::sqrt(shown(i, i)), shift = 1e3 * std::sqrt(shown(3 + i, 3 + i));

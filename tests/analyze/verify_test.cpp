@@ -12,8 +12,6 @@
 namespace procam::analyze {
 namespace {
 
-constexpr double kDegree = 3.14159265358979323846 / 180;
-
 /// A rig before a wall two metres away, seen and lit at an angle; what the files say, and what is true.
 struct World {
   Rig stated, truth;

@@ -17,8 +17,6 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-constexpr double kDegree = 3.14159265358979323846 / 180;
-
 Vec3 vector_of(const json& numbers) {
   return Vec3(numbers[0].get<double>(), numbers[1].get<double>(), numbers[2].get<double>());
 }

@@ -159,7 +159,8 @@ TEST(HonestCovariance, CountsACornersErrorOnce) {
     once.light_read_at_corners = true;
     const CalibrationResult result = calibrate_rig(data, once), independent = calibrate_rig(data, twice);
     EXPECT_LT(result.rms_px[1], 0.03) << "the light's own error is left";
-    for (const auto& [device, index] : {std::pair("camera", 0), std::pair("projector", 1)}) {
+    for (const int index : {0, 1}) {
+      const std::string device = index == 0 ? "camera" : "projector";
       const Camera& truth = index == 0 ? world.camera : world.projector.inverse_camera;
       const auto error_of = [&](const CalibrationResult& r) {
         return VecX(

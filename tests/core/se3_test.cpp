@@ -8,7 +8,6 @@
 namespace procam {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
 const Vec3 kAxis = Vec3(0.48, -0.6, 0.64).normalized();
 
 /// Angles on both sides of every switch between series and closed form, and up to pi.

@@ -25,7 +25,7 @@ class DrawRoute : public ::testing::Test {
     rig.projectors.push_back({"projector", world.projector, world.projector_from_camera.inverse()});
     io::save_rig(folder_ / "rig.json", rig);
 
-    const Pose projector_from_sheet(so3_exp<double>(Vec3(0.05, 47 * 3.14159265358979 / 180, -0.03)),
+    const Pose projector_from_sheet(so3_exp<double>(Vec3(0.05, 47 * kDegree, -0.03)),
                                     Vec3(-0.07, -0.45, 1.6));
     const Pose projector_from_world(so3_exp<double>(Vec3(-0.2, 0.3, 0.1)), Vec3(0.4, -0.2, 0.3));
     io::save_pose(folder_ / "pose.json", {"projector", "world", {projector_from_world, Mat6::Zero()}});

@@ -19,7 +19,6 @@ namespace procam::test {
 namespace {
 
 namespace fs = std::filesystem;
-constexpr double kDegree = 3.14159265358979323846 / 180;
 constexpr double kBumpDeg = 0.2;
 
 /// The paper-like rig before its bare wall, somewhat more than two metres away.

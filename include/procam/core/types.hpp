@@ -29,6 +29,9 @@ using Mat34 = Eigen::Matrix<double, 3, 4>;
 using MatX = Eigen::MatrixXd;
 using VecX = Eigen::VectorXd;
 
+inline constexpr double kPi = 3.141592653589793238462643383279502884;
+inline constexpr double kDegree = kPi / 180;  ///< in radians
+
 /// Fixed-size vectors of 16-byte multiples need Eigen's allocator only before C++17; std::vector is right
 /// here.
 using Points2 = std::vector<Vec2>;

@@ -246,7 +246,7 @@ std::string room_view(const ProjectionPlan& plan, const std::string& title, cons
   const auto lit = span(plan.corners);
   const Vec2 at_lens = flat(lens), foot = on_wall(lens.head<2>());
   Points2 shown = {lit.first, lit.second, at_lens, foot};
-  std::pair<Vec2, Vec2> target;
+  std::pair<Vec2, Vec2> target(Vec2::Zero(), Vec2::Zero());
   if (plan.target) {
     target = span(plan.target->rectangle.corners());
     shown.insert(shown.end(), {target.first, target.second});

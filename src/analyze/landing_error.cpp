@@ -4,6 +4,7 @@
 
 #include "light_chain.hpp"
 #include "procam/core/closed_form.hpp"
+#include "procam/core/se3.hpp"
 
 namespace procam::analyze {
 namespace {
@@ -54,14 +55,27 @@ std::optional<LandingError> landing_error(const LightPath& path, const ErrorSour
                                           const Vec2& on_surface) {
   require(sources.pixel_sigma >= 0 && std::isfinite(sources.pixel_sigma),
           "landing_error: the pixel's sigma must be finite and not negative");
-  const auto chain = chain_derivatives(path, on_surface);
+  auto chain = chain_derivatives(path, on_surface);
   if (!chain) return std::nullopt;
   LandingError error;
   error.on_surface = on_surface;
   error.pixel = chain->pixel;
   error.incidence_deg = chain->incidence_deg;
+
+  // The drive's mean may be large: it is followed exactly, and the spread taken where it leads.
+  const MotionError motion = motion_error(sources.motion);
+  LightPath at_mean = path;
+  Vec2 landed = on_surface;
+  if (path.through_pose && !motion.mean.isZero(0)) {
+    at_mean.rig_from_surface = se3_exp(Vec6(-motion.mean)) * path.rig_from_surface;
+    const auto moved = landing_place(at_mean, error.pixel);
+    const auto chain_there = moved ? chain_derivatives(at_mean, *moved) : std::nullopt;
+    if (!chain_there) return std::nullopt;  // it drives away from the surface
+    landed = *moved;
+    chain = chain_there;
+  }
   const auto add_second_order = [&](const MatX& root, const auto& errors_of) {
-    error.second_order += second_order_of(path, chain->pixel, on_surface, root, errors_of);
+    error.second_order += second_order_of(at_mean, error.pixel, landed, root, errors_of);
   };
 
   if (!sources.calibration.empty()) {
@@ -100,18 +114,11 @@ std::optional<LandingError> landing_error(const LightPath& path, const ErrorSour
   };
   if (path.through_pose) add_pose("rig pose", chain->by_rig, sources.rig_pose, &ChainErrors::rig);
   add_pose("map", chain->by_surface, sources.map, &ChainErrors::surface);
-  const MotionError motion = motion_error(sources.motion);
   if (path.through_pose && !(motion.mean.isZero(0) && motion.covariance.isZero(0))) {
     error.sources.push_back({"delay",
-                             Vec2(chain->by_rig * motion.mean),
+                             Vec2(landed - on_surface),
                              Mat2(chain->by_rig * motion.covariance * chain->by_rig.transpose()),
                              {}});
-    // The mean moves the point itself: its second order is counted in full.
-    ChainErrors moved;
-    moved.rig = motion.mean;
-    const auto landed = land(path, chain->pixel, moved);
-    error.second_order +=
-        landed ? Vec2(*landed - on_surface - chain->by_rig * motion.mean) : Vec2(Vec2::Constant(1e300));
     add_second_order(square_root(motion.covariance, "delay"), [&](const VecX& e) {
       ChainErrors errors;
       errors.rig = e;

@@ -7,9 +7,10 @@
 ///
 ///   a = A d theta,  A = -(df/da)^-1 df/dtheta,     bias = A mu,     covariance = A C A^T.
 ///
-/// Exact derivatives, through core's dual numbers and the geometry of increments. First order fails where the
-/// light grazes (a goes with 1 / cos^2 of the incidence): the second-order term, half of what each error does
-/// in both directions together, is computed beside it from exact landings and says so.
+/// Exact derivatives, through core's dual numbers and the geometry of increments. What a drive does to the
+/// mean is followed exactly, and the derivatives are taken where it leads. First order fails where the light
+/// grazes (a goes with 1 / cos^2 of the incidence): the second-order term, half of what each error does in
+/// both directions together, is computed beside it from exact landings and says so.
 #include <string>
 #include <vector>
 
@@ -43,7 +44,8 @@ struct LandingError {
   bool first_order_holds() const;
 };
 
-/// nullopt where no light of the projector can reach the point. Throws Error(kInput) when the calibration's
+/// nullopt where no light of the projector can reach the point, or the drive takes it away from the surface.
+/// Throws Error(kInput) when the calibration's
 /// covariance lacks the projector, std::invalid_argument for covariances that are not symmetric, positive
 /// semidefinite and finite, or a negative sigma.
 std::optional<LandingError> landing_error(const LightPath& path, const ErrorSources& sources,

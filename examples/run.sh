@@ -2,13 +2,13 @@
 # See procam work, from nothing on Debian 12 and without any hardware:   examples/run.sh [OUT]
 # Installs missing packages, builds what that takes, simulates the captures of an office projector, calibrates it, solves two
 # surfaces, renders the projector's frame, and prints the true error in millimetres. Pictures and report: OUT (out/).
-# PROCAM_PRESET names another configure preset to build and use (release).
+# PROCAM_PRESET names another configure preset to build and use (quick, which is release by Clang).
 set -euo pipefail
 mkdir -p "${1:-$(dirname "${BASH_SOURCE[0]}")/../out}"
 out=$(cd "${1:-$(dirname "${BASH_SOURCE[0]}")/../out}" && pwd)
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 source scripts/common.sh
-preset=${PROCAM_PRESET:-release}
+preset=${PROCAM_PRESET:-quick}
 build=$PWD/build/$preset
 tools=$build/tools
 jobs=$(nproc)

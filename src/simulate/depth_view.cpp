@@ -99,7 +99,7 @@ DepthView depth_view(const Room& room, const DepthSensor& sensor, const Pose& ro
       const auto gauss = [&](int i) { return double(normal[bits >> (16 * i) & 0xffff]); };
       const double theta = truth.angle.at(x, y);
       const double reach = sensor.edge_noise * lateral_sigma(std::min(theta, sensor.grazing));
-      const Vec2 at = read_at(truth, x, y, reach * Vec2(gauss(0), gauss(1)));
+      const Vec2 at = read_at(truth, x, y, reach * Vec2{gauss(0), gauss(1)});
       const int from_x = int(at.x()), from_y = int(at.y());
       const double z = truth.depth.at(from_x, from_y), turned = truth.angle.at(from_x, from_y);
       if (truth.body.at(from_x, from_y) < 0 || truth.shadowed.at(from_x, from_y) || !(z > 0) ||

@@ -93,8 +93,8 @@ std::vector<LocalisedPose> localise(const Drive& drive, const Localiser& localis
     LocalisedPose message;
     message.stamp = drive.start_time() + double(k) / localiser.rate;
     message.truth = drive.world_from_rig(message.stamp);
-    const Vec3 shift = localiser.position_sigma * Vec3(gauss(), gauss(), gauss());
-    const Vec3 turn = localiser.rotation_sigma * Vec3(gauss(), gauss(), gauss());
+    const Vec3 shift = localiser.position_sigma * Vec3{gauss(), gauss(), gauss()};
+    const Vec3 turn = localiser.rotation_sigma * Vec3{gauss(), gauss(), gauss()};
     message.measured = Pose(message.truth.rotation * so3_exp(turn), message.truth.translation + shift);
     message.arrival = message.stamp + std::max(0.0, localiser.delay + localiser.jitter * gauss());
     if (random.uniform(0, 1) >= localiser.dropped) messages.push_back(message);

@@ -104,7 +104,7 @@ struct World {
         const auto lit = intersect(lamp.rig_from_projector * *ray, Plane::of_xy(true_rig_from_surface));
         const auto seen = eye.camera.project(eye.rig_from_camera.inverse() * *lit);
         if (!seen || !eye.camera.size.contains(*seen)) continue;
-        mark.camera_pixel = *seen + noise_px * Vec2(normal(random), normal(random));
+        mark.camera_pixel = *seen + noise_px * Vec2{normal(random), normal(random)};
         mark.camera_covariance = std::pow(noise_px, 2) * Mat2::Identity();
         result.push_back(mark);
       }

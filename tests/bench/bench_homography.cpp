@@ -29,7 +29,7 @@ struct Pairs {
     for (int i = 0; i < count; ++i) {
       cv_source.emplace_back(float(1280 * uniform(random)), float(800 * uniform(random)));
       source.emplace_back(cv_source.back().x, cv_source.back().y);
-      const Vec2 mapped = truth.apply_unchecked(source.back()) + Vec2(noise(random), noise(random));
+      const Vec2 mapped = truth.apply_unchecked(source.back()) + Vec2{noise(random), noise(random)};
       cv_destination.emplace_back(float(mapped.x()), float(mapped.y()));
       destination.emplace_back(cv_destination.back().x, cv_destination.back().y);
     }

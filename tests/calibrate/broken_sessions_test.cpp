@@ -115,12 +115,12 @@ void apply(Session& s, const json& step) {
         [&](Observation& o) { o.pixel = middle + step.at("factor").get<double>() * (o.pixel - middle); });
   } else if (op == "noise") {
     each_pixel(
-        [&](Observation& o) { o.pixel += step.at("px").get<double>() * Vec2(s.normal(), s.normal()); });
+        [&](Observation& o) { o.pixel += step.at("px").get<double>() * Vec2{s.normal(), s.normal()}; });
   } else if (op == "outliers") {
     std::uniform_real_distribution<double> share;
     each_pixel([&](Observation& o) {
       if (share(s.random) < step.at("share").get<double>())
-        o.pixel += step.at("px").get<double>() * Vec2(s.normal(), s.normal());
+        o.pixel += step.at("px").get<double>() * Vec2{s.normal(), s.normal()};
     });
   } else if (op == "rescaled_board") {  // a view of another print
     test::NumericWorld other = s.world;

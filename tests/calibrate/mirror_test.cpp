@@ -68,7 +68,7 @@ struct MirrorWorld {
     for (std::size_t i = 0; i < points.size(); ++i)
       view.detections.observations.push_back({int(i),
                                               *camera.project(camera_from_mirror_board * points[i]) +
-                                                  sigma * Vec2(normal(random), normal(random)),
+                                                  sigma * Vec2{normal(random), normal(random)},
                                               Mat2::Identity() * believed * believed});
     return view;
   }

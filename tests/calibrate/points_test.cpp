@@ -32,7 +32,7 @@ struct Room {
       const Vec3 in_projector =
           on_a_wall ? *intersect(ray, wall) : Vec3(ray.direction * test::uniform(random, 2, 4));
       out.push_back({"point " + std::to_string(i), world_from_projector * in_projector,
-                     pixel + noise_px * Vec2(gauss(random), gauss(random))});
+                     pixel + noise_px * Vec2{gauss(random), gauss(random)}});
     }
     return out;
   }

@@ -60,7 +60,7 @@ struct LitBoard {
     std::normal_distribution<double> normal;
     const int count = int(points_in_board(board).size());
     for (int i = 0; i < count; ++i)
-      detections.observations.push_back({i, corner_pixel(i) + sigma * Vec2(normal(random), normal(random)),
+      detections.observations.push_back({i, corner_pixel(i) + sigma * Vec2{normal(random), normal(random)},
                                          Mat2::Identity() * sigma * sigma});
     return detections;
   }
@@ -88,7 +88,7 @@ inline Light shine(const LitBoard& world) {
     for (int x = 0; x < size.width; ++x) {
       const Vec2 l = world.light_at(Vec2(x, y));
       truth.at(x, y, 0) = l.x(), truth.at(x, y, 1) = l.y();
-      const Vec2 noisy = l + world.code_noise_px * Vec2(normal(random), normal(random));
+      const Vec2 noisy = l + world.code_noise_px * Vec2{normal(random), normal(random)};
       if (!lit(l) || !world.projector.size().contains(noisy)) continue;
       light.decoded.columns.at(x, y) = std::int16_t(std::lround(noisy.x()));
       light.decoded.rows.at(x, y) = std::int16_t(std::lround(noisy.y()));

@@ -14,7 +14,7 @@ inline double uniform(std::mt19937_64& random, double low, double high) {
 }
 
 inline Vec3 random_vec3(std::mt19937_64& random, double size) {
-  return Vec3(uniform(random, -size, size), uniform(random, -size, size), uniform(random, -size, size));
+  return Vec3{uniform(random, -size, size), uniform(random, -size, size), uniform(random, -size, size)};
 }
 
 /// Rotation angle below pi, translation within two metres.

@@ -142,7 +142,7 @@ struct NumericWorld {
         Mat2 carry;
         carry << 2 * (*right - *lit), 2 * (*below - *lit);
         view.observations[1].push_back({corner.point,
-                                        *lit + projector_sigma_px * Vec2(normal(random), normal(random)),
+                                        *lit + projector_sigma_px * Vec2{normal(random), normal(random)},
                                         carry * corner.covariance * carry.transpose() +
                                             projector_sigma_px * projector_sigma_px * Mat2::Identity()});
       }
@@ -169,7 +169,7 @@ struct NumericWorld {
           LightPoint light;
           light.projector = 1;
           light.projector_pixel = shown;
-          light.camera_pixel = *seen + camera_sigma_px * Vec2(normal(random), normal(random));
+          light.camera_pixel = *seen + camera_sigma_px * Vec2{normal(random), normal(random)};
           const double believed = camera_sigma_px > 0 ? camera_sigma_px : 0.1;
           light.camera_covariance = Mat2::Identity() * believed * believed;
           data.views[v].light_points.push_back(light);

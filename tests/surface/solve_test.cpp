@@ -189,7 +189,7 @@ TEST(SolveSurfaces, NamesThePairThatIsOutOfLine) {
   std::mt19937 random(3);
   std::normal_distribution<double> noise(0, 0.4e-3);
   PlanarSurface measured = planar(projector_from_sheet(), "projector");
-  for (Vec2& p : measured.points) p += Vec2(noise(random), noise(random));
+  for (Vec2& p : measured.points) p += Vec2{noise(random), noise(random)};
   measured.points[4] += Vec2(0.012, -0.005);
   SurfaceSet set;
   set.surfaces.push_back(named("wall", measured));
@@ -208,7 +208,7 @@ TEST(SolveSurfaces, SeldomCallsOutAGoodPair) {
   int alarms = 0;
   for (int trial = 0; trial < 1000; ++trial) {
     PlanarSurface measured = planar(projector_from_sheet(), "projector", 6 + trial % 4);
-    for (Vec2& p : measured.points) p += Vec2(noise(random), noise(random));
+    for (Vec2& p : measured.points) p += Vec2{noise(random), noise(random)};
     Surface wall = named("wall", measured);
     surface::SolveOptions options;
     SurfaceSet set;

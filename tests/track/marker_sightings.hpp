@@ -32,7 +32,7 @@ inline SeenMarker sighting(const Camera& camera, const Pose& camera_from_marker,
         const double sign = std::abs(line) == 0.5 ? (line > 0 ? 1 : -1) : (line > 0 ? -1 : 1);
         MarkerEdge edge{unit, vertical ? Vec2(sign, 0) : Vec2(0, sign), *pixel_of(unit),
                         sigma * sigma + 1e-8};
-        edge.pixel += Vec2(normal(random), normal(random));
+        edge.pixel += Vec2{normal(random), normal(random)};
         marker.edges.push_back(edge);
       }
   return marker;

@@ -22,6 +22,23 @@ Mat6 own_frame_covariance(const PoseWithCovariance& parent_from_thing) {
   return ad * parent_from_thing.covariance * ad.transpose();
 }
 
+void set_measured_pose(ErrorSources& sources, const RigCamera& camera, const Mat6& covariance,
+                       const MatX& by_lens) {
+  const std::vector<std::string> of_lens = parameter_names(camera.camera);
+  const auto lens = Eigen::Index(of_lens.size());
+  require(by_lens.rows() == 6 && by_lens.cols() == lens && by_lens.allFinite() && covariance.allFinite(),
+          "set_measured_pose: by_lens needs a finite column for each of the camera's parameters");
+  const Mat6 to_rig = adjoint(camera.rig_from_camera);
+  sources.rig_pose = to_rig * covariance * to_rig.transpose();
+  PoseThroughCamera through;
+  for (const std::string& name : of_lens) through.names.push_back(camera.name + "." + name);
+  for (const std::string& name : pose_increment_names("rig_from_" + camera.name))
+    through.names.push_back(name);
+  through.by_parameters.resize(6, lens + 6);
+  through.by_parameters << -to_rig * by_lens, -Mat6::Identity();
+  sources.through_camera = through;
+}
+
 LightPath light_path(const RigProjector& projector, const std::string& frame, const Pose& frame_from_surface,
                      const std::optional<Pose>& world_from_rig) {
   if (frame == "projector")

@@ -79,27 +79,21 @@ std::optional<LandingError> landing_error(const LightPath& path, const ErrorSour
   };
 
   if (!sources.calibration.empty()) {
-    MatX covariance = calibration_covariance(sources.calibration, path.projector);
-    const Eigen::Index lens = chain->by_lens.cols();
-    if (!path.through_mount) covariance = MatX(covariance.topLeftCorner(lens, lens));
-    MatX by_all(2, covariance.cols());
-    by_all.leftCols(lens) = chain->by_lens;
-    if (path.through_mount) by_all.rightCols<6>() = chain->by_rig;
-    const MatX root = square_root(covariance, "calibration");
+    const CalibrationErrors all(path, sources);
+    const MatX by_all = all.landing_by(*chain);
     const auto spread = [&](Eigen::Index first, Eigen::Index size) -> Mat2 {
-      return by_all.middleCols(first, size) * covariance.block(first, first, size, size) *
+      return by_all.middleCols(first, size) * all.covariance.block(first, first, size, size) *
              by_all.middleCols(first, size).transpose();
     };
     SourceError calibration{"calibration", Vec2::Zero(), spread(0, by_all.cols()), {}};
-    calibration.parts.push_back({"lens", Vec2::Zero(), spread(0, lens), {}});
-    if (path.through_mount) calibration.parts.push_back({"mount", Vec2::Zero(), spread(lens, 6), {}});
+    calibration.parts.push_back({"lens", Vec2::Zero(), spread(0, all.lens), {}});
+    if (all.has_mount()) calibration.parts.push_back({"mount", Vec2::Zero(), spread(all.lens, 6), {}});
+    const Eigen::Index camera = all.rig_by_camera.cols();
+    if (camera > 0)
+      calibration.parts.push_back({"camera", Vec2::Zero(), spread(by_all.cols() - camera, camera), {}});
     error.sources.push_back(calibration);
-    add_second_order(root, [&](const VecX& e) {
-      ChainErrors errors;
-      errors.lens = e.head(lens);
-      if (path.through_mount) errors.mount = e.tail<6>();
-      return errors;
-    });
+    add_second_order(square_root(all.covariance, "calibration"),
+                     [&](const VecX& e) { return all.chain_errors(e); });
   }
   const auto add_pose = [&](const char* name, const Eigen::Matrix<double, 2, 6>& by_increment,
                             const Mat6& covariance, Vec6 ChainErrors::*increment) {

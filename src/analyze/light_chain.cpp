@@ -11,6 +11,18 @@ namespace {
 
 constexpr int kMostLensParameters = Intrinsics::kNumParameters + 8;  ///< the largest model: rational
 
+/// Its lens, then its mount.
+std::vector<std::string> projector_names(const NamedCovariance& calibration, const RigProjector& projector) {
+  if (!calibration.index_of(projector.name + ".fx"))
+    throw Error(ErrorKind::kInput, "rig projector '" + projector.name + "'",
+                "the rig carries no covariance of it", "calibrate it with procam, or state its sigmas");
+  std::vector<std::string> names;
+  for (const std::string& name : parameter_names(projector.projector.inverse_camera))
+    names.push_back(projector.name + "." + name);
+  for (const std::string& name : pose_increment_names("rig_from_" + projector.name)) names.push_back(name);
+  return names;
+}
+
 }  // namespace
 
 std::optional<ChainDerivatives> chain_derivatives(const LightPath& path, const Vec2& on_surface) {
@@ -95,14 +107,39 @@ std::optional<Vec2> landing_place(const LightPath& path, const Vec2& pixel) {
 }
 
 MatX calibration_covariance(const NamedCovariance& calibration, const RigProjector& projector) {
-  if (!calibration.index_of(projector.name + ".fx"))
-    throw Error(ErrorKind::kInput, "rig projector '" + projector.name + "'",
-                "the rig carries no covariance of it", "calibrate it with procam, or state its sigmas");
-  std::vector<std::string> names;
-  for (const std::string& name : parameter_names(projector.projector.inverse_camera))
-    names.push_back(projector.name + "." + name);
-  for (const std::string& name : pose_increment_names("rig_from_" + projector.name)) names.push_back(name);
-  return calibration.block(names);
+  return calibration.block(projector_names(calibration, projector));
+}
+
+CalibrationErrors::CalibrationErrors(const LightPath& path, const ErrorSources& sources) {
+  std::vector<std::string> names = projector_names(sources.calibration, path.projector);
+  lens = Eigen::Index(names.size()) - 6;
+  if (!path.through_mount) names.resize(std::size_t(lens));
+  rig_by_camera.resize(6, 0);
+  if (path.through_pose && sources.through_camera) {
+    const PoseThroughCamera& through = *sources.through_camera;
+    require(Eigen::Index(through.names.size()) == through.by_parameters.cols() &&
+                through.by_parameters.allFinite(),
+            "through_camera: one finite column for each name");
+    names.insert(names.end(), through.names.begin(), through.names.end());
+    rig_by_camera = through.by_parameters;
+  }
+  covariance = sources.calibration.block(names);
+}
+
+ChainErrors CalibrationErrors::chain_errors(const VecX& errors) const {
+  ChainErrors chain;
+  chain.lens = errors.head(lens);
+  if (has_mount()) chain.mount = errors.segment<6>(lens);
+  if (rig_by_camera.cols() > 0) chain.rig = rig_by_camera * errors.tail(rig_by_camera.cols());
+  return chain;
+}
+
+MatX CalibrationErrors::landing_by(const ChainDerivatives& chain) const {
+  MatX by_all(2, covariance.cols());
+  by_all.leftCols(lens) = chain.by_lens;
+  if (has_mount()) by_all.middleCols<6>(lens) = chain.by_rig;
+  if (rig_by_camera.cols() > 0) by_all.rightCols(rig_by_camera.cols()) = chain.by_rig * rig_by_camera;
+  return by_all;
 }
 
 MatX square_root(const MatX& covariance, const std::string& name) {

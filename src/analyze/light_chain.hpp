@@ -40,6 +40,22 @@ Camera wrong_lens(const Camera& lens, const VecX& errors);
 /// knows nothing of the projector.
 MatX calibration_covariance(const NamedCovariance& calibration, const RigProjector& projector);
 
+/// All that the calibration has wrong, as one vector: the projector's lens parameters, its mount's increment,
+/// and what moves the rig's pose through its camera.
+struct CalibrationErrors {
+  MatX covariance;  ///< 0 where the rig's file names none
+  Eigen::Index lens = 0;
+  Eigen::Matrix<double, 6, Eigen::Dynamic> rig_by_camera;  ///< the rig's increment by the last of them
+
+  /// Throws Error(kInput) when the calibration knows nothing of the projector, std::invalid_argument when
+  /// through_camera's names and columns differ in number. Only what acts on the path takes part.
+  CalibrationErrors(const LightPath& path, const ErrorSources& sources);
+  ChainErrors chain_errors(const VecX& errors) const;
+  /// Of the landing place: 2 x all of them.
+  MatX landing_by(const ChainDerivatives& chain) const;
+  bool has_mount() const { return covariance.cols() > lens; }
+};
+
 /// S with S S^T = C, from the eigenvectors: C may be singular. Throws std::invalid_argument when C is not
 /// finite, symmetric and positive semidefinite; `name` says which.
 MatX square_root(const MatX& covariance, const std::string& name);

@@ -20,7 +20,8 @@ constexpr std::size_t kBlock = 128;
 
 /// Square roots of all covariances, so that a draw is root * (standard normal numbers).
 struct Distribution {
-  MatX calibration;  ///< lens, then mount
+  std::optional<CalibrationErrors> calibration;
+  MatX calibration_root;
   MatX rig, surface, motion;
   Vec6 motion_mean = Vec6::Zero();
   double pixel_range = 0;  ///< uniform in +- half of it
@@ -30,8 +31,10 @@ Distribution distribution_of(const LightPath& path, const ErrorSources& sources)
   require(sources.pixel_sigma >= 0 && std::isfinite(sources.pixel_sigma),
           "monte_carlo_landing: the pixel's sigma must be finite and not negative");
   Distribution d;
-  if (!sources.calibration.empty())
-    d.calibration = square_root(calibration_covariance(sources.calibration, path.projector), "calibration");
+  if (!sources.calibration.empty()) {
+    d.calibration.emplace(path, sources);
+    d.calibration_root = square_root(d.calibration->covariance, "calibration");
+  }
   d.surface = square_root(sources.map, "map");
   const MatX rig = square_root(sources.rig_pose, "rig pose");
   const MotionError motion = motion_error(sources.motion);
@@ -89,10 +92,12 @@ class Drawing {
     };
     Chain chain{path_.projector.projector.inverse_camera, Pose()};
     Pose rig_from_projector = path_.projector.rig_from_projector, rig_from_surface = path_.rig_from_surface;
-    if (distribution_.calibration.size() > 0) {
-      const VecX errors = drawn(distribution_.calibration);
-      chain.lens = wrong_lens(chain.lens, errors);
-      if (path_.through_mount) rig_from_projector = se3_exp(Vec6(errors.tail<6>())) * rig_from_projector;
+    if (distribution_.calibration) {
+      const ChainErrors errors =
+          distribution_.calibration->chain_errors(drawn(distribution_.calibration_root));
+      chain.lens = wrong_lens(chain.lens, errors.lens);
+      rig_from_projector = se3_exp(errors.mount) * rig_from_projector;
+      rig_from_surface = se3_exp(Vec6(-errors.rig)) * rig_from_surface;
     }
     if (distribution_.rig.size() > 0) {
       const Vec6 moved = distribution_.motion_mean + drawn(distribution_.motion);

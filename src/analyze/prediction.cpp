@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "causes.hpp"
 #include "html.hpp"
 #include "light_chain.hpp"
 #include "procam/core/homography.hpp"
@@ -44,7 +45,9 @@ double squared(const SourceError& source) {
   return source.rms() * source.rms();
 }
 
-std::vector<Cause> rank(const std::vector<const LandingError*>& lit) {
+}  // namespace
+
+std::vector<Cause> rank_causes(const std::vector<const LandingError*>& lit) {
   std::vector<Cause> causes;
   for (const SourceError& part : parts_of(*lit.front())) causes.push_back({part.name, 0, 0});
   for (const LandingError* error : lit) {
@@ -66,6 +69,8 @@ std::vector<Cause> rank(const std::vector<const LandingError*>& lit) {
   std::sort(causes.begin(), causes.end(), [](const Cause& a, const Cause& b) { return a.rms_mm > b.rms_mm; });
   return causes;
 }
+
+namespace {
 
 std::string advice_for(const SurfacePrediction& prediction, const ErrorSources& sources) {
   const auto best =
@@ -225,7 +230,7 @@ SurfacePrediction predict_surface(const std::string& name, const LightPath& path
     if (prediction.corners[std::size_t(i)]) note_worst(*prediction.corners[std::size_t(i)], corners[i]);
   prediction.lit_share = double(lit.size()) / double(prediction.grid.size());
   prediction.rms_mm = 1e3 * std::sqrt(sum / double(lit.size()));
-  prediction.causes = rank(lit);
+  prediction.causes = rank_causes(lit);
   prediction.advice = advice_for(prediction, sources);
   // The lit point nearest to the content's middle.
   const LandingError* middle = lit.front();

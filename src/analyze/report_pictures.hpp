@@ -35,4 +35,16 @@ std::string lens_alternatives(const calibrate::CalibrationResult& result, double
 std::string rig_in_space(const calibrate::CalibrationResult& result, const Board& board,
                          const std::optional<NextView>& next);
 
+/// A flat thing in space.
+struct SpaceOutline {
+  std::string name;
+  Points3 corners_in_rig;
+  std::string color;
+};
+
+/// The rig and what it projects on, in the same way. Nothing when there is no device or no outline. `caption`
+/// is HTML. One picture of this kind a page.
+std::string surfaces_in_space(const Rig& rig, const std::vector<SpaceOutline>& outlines,
+                              const std::string& caption);
+
 }  // namespace procam::analyze

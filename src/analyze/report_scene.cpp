@@ -92,14 +92,14 @@ Points3 rectangle_in_board(double left, double top, double right, double bottom)
 }
 
 /// The printed sheet: its outline and its dark squares, in the board's frame.
-struct Sheet {
+struct DrawnSheet {
   Points3 outline;
   std::vector<Points3> dark;
 };
 
 /// A chequered field whose inner corners begin one square inside it.
-Sheet chequered(int columns, int rows, double s, bool dark_first) {
-  Sheet sheet{rectangle_in_board(-s, -s, columns * s, rows * s), {}};
+DrawnSheet chequered(int columns, int rows, double s, bool dark_first) {
+  DrawnSheet sheet{rectangle_in_board(-s, -s, columns * s, rows * s), {}};
   for (int row = -1; row < rows; ++row)
     for (int column = -1; column < columns; ++column)
       if (((row + column) % 2 == 0) == dark_first)
@@ -107,18 +107,18 @@ Sheet chequered(int columns, int rows, double s, bool dark_first) {
   return sheet;
 }
 
-Sheet sheet_of(const Chessboard& board) {
+DrawnSheet sheet_of(const Chessboard& board) {
   return chequered(board.columns, board.rows, board.square_size, true);
 }
 
 /// Without its markers, which are too fine here.
-Sheet sheet_of(const CharucoBoard& board) {
+DrawnSheet sheet_of(const CharucoBoard& board) {
   return chequered(board.columns - 1, board.rows - 1, board.square_size, !board.marker_first);
 }
 
-Sheet sheet_of(const MarkerGrid& board) {
+DrawnSheet sheet_of(const MarkerGrid& board) {
   const double m = board.marker_size, gap = board.gap, step = m + gap;
-  Sheet sheet{rectangle_in_board(-gap, -gap, board.columns * step, board.rows * step), {}};
+  DrawnSheet sheet{rectangle_in_board(-gap, -gap, board.columns * step, board.rows * step), {}};
   for (int id = 0; id < board.marker_count(); ++id) {
     const Vec2 first = board.marker_in_board(id);
     sheet.dark.push_back(rectangle_in_board(first.x(), first.y(), first.x() + m, first.y() + m));
@@ -127,11 +127,11 @@ Sheet sheet_of(const MarkerGrid& board) {
 }
 
 /// Its circles as octagons.
-Sheet sheet_of(const CircleGrid& board) {
+DrawnSheet sheet_of(const CircleGrid& board) {
   const Vec3 last = board.point_in_board(board.size() - 1);
   const double right = last.x() + (board.asymmetric && board.rows % 2 == 1 ? board.spacing : 0);
   const double rim = board.spacing;
-  Sheet sheet{rectangle_in_board(-rim, -rim, right + rim, last.y() + rim), {}};
+  DrawnSheet sheet{rectangle_in_board(-rim, -rim, right + rim, last.y() + rim), {}};
   for (const Vec3& centre : points_in_board(board)) {
     Points3& octagon = sheet.dark.emplace_back();
     for (int i = 0; i < 8; ++i)
@@ -204,11 +204,50 @@ void draw_scale(Scene& scene, const Viewpoint& view, double metres) {
             label(end + Vec2(8, 0), "class=\"tick\" dy=\"4\"", shortest(1e3 * metres) + " mm") + "\n");
 }
 
+void add_bodies(Points3& extent, const std::vector<Body>& bodies, double near, double axis) {
+  for (int i = 0; i < 3; ++i) extent.push_back(axis * Vec3::Unit(i));
+  for (const Body& body : bodies) {
+    extent.push_back(body.rig_from_device.translation);
+    for (const Vec3& corner : picture_at(body, near)) extent.push_back(corner);
+  }
+}
+
+/// How large the devices are drawn, metres: their pyramid, the reach of their rays, the axes.
+struct BodySizes {
+  double near = 0, far = 0, axis = 0;
+};
+
+/// With the devices, axes and scale, as a figure that the page's script can turn.
+std::string finished(Scene& scene, const Viewpoint& viewpoint, const std::vector<Body>& bodies,
+                     const BodySizes& sizes, const std::string& name, const std::string& caption) {
+  for (const Body& body : bodies) draw_body(scene, body, sizes.near, sizes.far);
+  draw_axes(scene, sizes.axis);
+  const double bar = round_step(0.16 * kWidth / viewpoint.scale);
+  draw_scale(scene, viewpoint, bar);
+
+  // What the script needs to turn the picture, lengths in space in millimetres.
+  const Vec3& c = viewpoint.centre;
+  std::string data = fixed(viewpoint.yaw, 3) + " " + fixed(viewpoint.pitch, 3);
+  for (const double value : {1e3 * c.x(), 1e3 * c.y(), 1e3 * c.z(), kWidth, kHeight, kMargin, 1e3 * bar})
+    data += " " + shortest(value);
+  return element("figure", "class=\"wide\"",
+                 "\n" +
+                     element("svg",
+                             "id=\"rig\" tabindex=\"0\" role=\"img\" aria-label=\"" + name +
+                                 "\" viewBox=\"0 0 " + coordinate(kWidth) + " " +
+                                 coordinate(kHeight + kFooter) + "\" data-view=\"" + data + "\"",
+                             "\n" + scene.content()) +
+                     element("figcaption", "",
+                             caption + " Axes: the rig's frame (x right, y down, z forward). "
+                                       "<span id=\"turn\">Drawn without perspective.</span>")) +
+         "\n";
+}
+
 }  // namespace
 
 std::string rig_in_space(const CalibrationResult& result, const Board& board,
                          const std::optional<NextView>& next) {
-  const Sheet sheet = std::visit([](const auto& layout) { return sheet_of(layout); }, board);
+  const DrawnSheet sheet = std::visit([](const auto& layout) { return sheet_of(layout); }, board);
   const std::vector<Body> bodies = bodies_of(result.rig);
 
   std::vector<int> drawn;
@@ -227,11 +266,7 @@ std::string rig_in_space(const CalibrationResult& result, const Board& board,
   extent.insert(extent.end(), outline_next.begin(), outline_next.end());
   std::sort(distances.begin(), distances.end());
   const double near = 0.25 * distances[distances.size() / 2], far = distances.back(), axis = 0.6 * near;
-  for (int i = 0; i < 3; ++i) extent.push_back(axis * Vec3::Unit(i));
-  for (const Body& body : bodies) {
-    extent.push_back(body.rig_from_device.translation);
-    for (const Vec3& corner : picture_at(body, near)) extent.push_back(corner);
-  }
+  add_bodies(extent, bodies, near, axis);
 
   const Viewpoint viewpoint = Viewpoint::fitted(extent);
   Scene scene(viewpoint);
@@ -255,31 +290,47 @@ std::string rig_in_space(const CalibrationResult& result, const Board& board,
     scene.shape({outline_next}, true, "class=\"sheet next\"", "where the board should come next");
     scene.words(outline_next.front(), "class=\"tick halo accent\"", "next");
   }
-  for (const Body& body : bodies) draw_body(scene, body, near, far);
-  draw_axes(scene, axis);
-  const double bar = round_step(0.16 * kWidth / viewpoint.scale);
-  draw_scale(scene, viewpoint, bar);
+  return finished(
+      scene, viewpoint, bodies, {near, far, axis}, "The rig and the boards in space",
+      "Look for a rig like the one on the bench, boards at several distances, tilted about both axes, "
+      "inside both cones." +
+          std::string(next ? " Dashed: the view to add next." : ""));
+}
 
-  // What the script needs to turn the picture, lengths in space in millimetres.
-  const Vec3& c = viewpoint.centre;
-  std::string data = fixed(viewpoint.yaw, 3) + " " + fixed(viewpoint.pitch, 3);
-  for (const double value : {1e3 * c.x(), 1e3 * c.y(), 1e3 * c.z(), kWidth, kHeight, kMargin, 1e3 * bar})
-    data += " " + shortest(value);
-  return element("figure", "class=\"wide\"",
-                 "\n" +
-                     element("svg",
-                             "id=\"rig\" tabindex=\"0\" role=\"img\" aria-label=\"The rig and the boards in "
-                             "space\" viewBox=\"0 0 " +
-                                 coordinate(kWidth) + " " + coordinate(kHeight + kFooter) +
-                                 "\" data-view=\"" + data + "\"",
-                             "\n" + scene.content()) +
-                     element("figcaption", "",
-                             "Look for a rig like the one on the bench, boards at several distances, tilted "
-                             "about both axes, inside both cones. Axes: the rig's frame (x right, y down, z "
-                             "forward). " +
-                                 std::string(next ? "Dashed: the view to add next. " : "") +
-                                 "<span id=\"turn\">Drawn without perspective.</span>")) +
-         "\n";
+std::string surfaces_in_space(const Rig& rig, const std::vector<SpaceOutline>& outlines,
+                              const std::string& caption) {
+  const std::vector<Body> bodies = bodies_of(rig);
+  Points3 extent = {Vec3::Zero()};
+  std::vector<double> distances;
+  for (const SpaceOutline& outline : outlines) {
+    if (outline.corners_in_rig.empty()) continue;
+    Vec3 middle = Vec3::Zero();
+    for (const Vec3& corner : outline.corners_in_rig) {
+      if (!corner.allFinite()) return "";
+      middle += corner / double(outline.corners_in_rig.size());
+      extent.push_back(corner);
+    }
+    distances.push_back(middle.norm());
+  }
+  if (bodies.empty() || distances.empty()) return "";
+  std::sort(distances.begin(), distances.end());
+  const double near = 0.15 * distances[distances.size() / 2], far = distances.back(), axis = 0.6 * near;
+  add_bodies(extent, bodies, near, axis);
+  const Viewpoint viewpoint = Viewpoint::fitted(extent);
+  Scene scene(viewpoint);
+  std::vector<const SpaceOutline*> order;
+  for (const SpaceOutline& outline : outlines)
+    if (!outline.corners_in_rig.empty()) order.push_back(&outline);
+  std::stable_sort(order.begin(), order.end(), [&](const SpaceOutline* a, const SpaceOutline* b) {
+    return viewpoint.depth(a->corners_in_rig.front()) > viewpoint.depth(b->corners_in_rig.front());
+  });
+  for (const SpaceOutline* outline : order) {
+    scene.raw("<g class=\"board\">");
+    scene.shape({outline->corners_in_rig}, true, "class=\"sheet\" stroke=\"" + outline->color + "\"",
+                outline->name);
+    scene.raw("</g>\n");
+  }
+  return finished(scene, viewpoint, bodies, {near, far, axis}, "The rig and the surfaces in space", caption);
 }
 
 }  // namespace procam::analyze

@@ -15,6 +15,8 @@
 ///
 /// so that "10 mm and half a degree" means the same wherever the world's origin lies.
 #include <optional>
+#include <string>
+#include <vector>
 
 #include "procam/core/covariance.hpp"
 #include "procam/core/plane.hpp"
@@ -40,15 +42,34 @@ struct Motion {
   bool predicted = false;  ///< the pose is moved on by twist * delay before it is used
 };
 
+/// The rig's pose was measured through its own camera (a marker): what the calibration has wrong of that
+/// camera moves the pose, and the light with it. One error, two ways.
+struct PoseThroughCamera {
+  std::vector<std::string> names;  ///< parameters of the calibration: "camera.fx", "rig_from_camera.rx", ...
+  /// d xi / d parameter, 6 x names: of world_from_rig's right increment.
+  Eigen::Matrix<double, 6, Eigen::Dynamic> by_parameters;
+};
+
 struct ErrorSources {
   NamedCovariance calibration;   ///< rig.covariance; empty: the rig is taken as exact
   Mat6 rig_pose = Mat6::Zero();  ///< of world_from_rig, right increment
-  Mat6 map = Mat6::Zero();       ///< of the surface's pose, right increment
+  /// Beside rig_pose, which then holds the image's and the marker map's share alone.
+  std::optional<PoseThroughCamera> through_camera;
+  Mat6 map = Mat6::Zero();  ///< of the surface's pose, right increment
   Motion motion;
   /// Half a pixel at most in either direction, all offsets alike: 1 / sqrt(12). 0 where content is drawn
   /// between pixels (procam's renderer does).
   double pixel_sigma = 0;
 };
+
+/// Sets `rig_pose` and `through_camera` from where the camera saw its markers: `covariance` of
+/// camera_from_world's left increment as image and map leave it, `by_lens` its derivative by the camera's
+/// parameters (columns as parameter_names()). track::LocateResult holds all three. With d the true minus the
+/// believed parameters,
+///
+///   xi = -(d rig_from_camera + Ad(rig_from_camera) (by_lens d + noise)).
+void set_measured_pose(ErrorSources& sources, const RigCamera& camera, const Mat6& covariance,
+                       const MatX& by_lens);
 
 /// The links between one projector's pixel and one surface, as they are believed to be.
 struct LightPath {

@@ -23,7 +23,8 @@ struct SourceError {
   std::string name;  ///< "calibration", "rig pose", "map", "delay", "pixels"
   Vec2 bias = Vec2::Zero();
   Mat2 covariance = Mat2::Zero();
-  /// The same cause taken apart: "lens", "mount"; "position", "rotation". What correlates between parts is in
+  /// The same cause taken apart: "lens", "mount" and "camera" (through
+  /// which the pose was measured); "position", "rotation". What correlates between parts is in
   /// the whole only, so parts need not add up.
   std::vector<SourceError> parts;
 

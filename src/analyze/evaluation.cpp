@@ -1,0 +1,271 @@
+#include "procam/analyze/evaluation.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+#include "causes.hpp"
+#include "light_chain.hpp"
+#include "procam/core/cholesky.hpp"
+#include "procam/core/closed_form.hpp"
+#include "procam/core/se3.hpp"
+
+namespace procam::analyze {
+namespace {
+
+/// The projector alone, as a rig: its own frame is the rig's.
+LightPath path_of(const Projector& projector, const Pose& projector_from_sheet) {
+  RigProjector alone;
+  alone.name = "projector";
+  alone.projector = projector;
+  return {alone, projector_from_sheet, true, true};
+}
+
+double median_of(std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  const std::size_t half = values.size() / 2;
+  return values.size() % 2 == 1 ? values[half] : 0.5 * (values[half - 1] + values[half]);
+}
+
+double deviation_of(const std::vector<double>& values) {
+  if (values.size() < 2) return 0;
+  double mean = 0, squares = 0;
+  for (double value : values) mean += value / double(values.size());
+  for (double value : values) squares += (value - mean) * (value - mean);
+  return std::sqrt(squares / double(values.size() - 1));
+}
+
+CornerRow row_of(const std::vector<const Landing*>& landings) {
+  CornerRow row;
+  row.count = int(landings.size());
+  if (landings.empty()) return row;
+  for (int axis = 0; axis < 2; ++axis) {
+    std::vector<double> physical, projected;
+    for (const Landing* landing : landings) {
+      physical.push_back(landing->physical[axis]);
+      projected.push_back(landing->projected[axis]);
+    }
+    row.physical[axis] = median_of(physical);
+    row.median[axis] = median_of(projected);
+    row.standard_deviation[axis] = deviation_of(projected);
+  }
+  row.error = (row.median - row.physical).norm();
+  return row;
+}
+
+/// One landing with the placement that it belongs to.
+struct Seen {
+  const Placement* placement;
+  const Landing* landing;
+
+  Vec2 offset() const { return landing->projected - landing->physical; }
+};
+
+std::optional<LightTurn> turn_of(const std::vector<Seen>& all, const Projector& projector) {
+  Mat3 normal = Mat3::Zero();
+  Vec3 right = Vec3::Zero();
+  double squares = 0;
+  std::vector<Mat23> rows;
+  for (const Seen& seen : all) {
+    const auto chain =
+        chain_derivatives(path_of(projector, seen.placement->projector_from_sheet), seen.landing->physical);
+    if (!chain) return std::nullopt;
+    rows.push_back(chain->by_rig.leftCols<3>());
+    normal += rows.back().transpose() * rows.back();
+    right += rows.back().transpose() * seen.offset();
+    squares += seen.offset().squaredNorm();
+  }
+  const Cholesky<3> factors(normal);
+  if (all.size() < 3 || factors.pivots().minCoeff() <= 1e-9 * normal.trace()) return std::nullopt;
+  LightTurn turn{factors.solve(right), 0, 0};
+  double rest = 0;
+  for (std::size_t i = 0; i < all.size(); ++i)
+    rest += (all[i].offset() - rows[i] * turn.rotation).squaredNorm();
+  turn.explained = squares > 0 ? 1 - rest / squares : 0;
+  turn.rest_mm = 1e3 * std::sqrt(rest / double(all.size()));
+  return turn;
+}
+
+void predict_from(const std::vector<Seen>& all, SheetEvaluation& result) {
+  std::vector<const LandingError*> predicted;
+  int inside = 0;
+  for (const Seen& seen : all) {
+    if (!seen.landing->predicted) continue;
+    const LandingError& error = *seen.landing->predicted;
+    predicted.push_back(&error);
+    const Vec2 rest = seen.offset() - error.total.bias;
+    const Cholesky<2> factors(error.total.covariance);
+    // Chi-square of two degrees of freedom: 95 %.
+    inside += factors.pivots().minCoeff() > 0 && rest.dot(factors.solve(rest)) <= 5.991464547107979;
+  }
+  if (predicted.empty()) return;
+  double squares = 0;
+  for (const LandingError* error : predicted) squares += error->total.rms() * error->total.rms();
+  result.predicted_rms_mm = 1e3 * std::sqrt(squares / double(predicted.size()));
+  result.inside_95 = double(inside) / double(predicted.size());
+  result.causes = rank_causes(predicted);
+}
+
+SheetEvaluation evaluate_sheet(const Sheet& sheet, const std::vector<Seen>& all, const Projector& projector) {
+  SheetEvaluation result;
+  result.sheet = sheet;
+  result.landings = int(all.size());
+  std::vector<const Placement*> placements;
+  std::array<std::vector<const Landing*>, 4> of_corner;
+  std::vector<double> distances;
+  double per_pixel = 0;
+  for (const Seen& seen : all) {
+    if (placements.empty() || placements.back() != seen.placement) placements.push_back(seen.placement);
+    of_corner[std::size_t(seen.landing->corner)].push_back(seen.landing);
+    const double mm = 1e3 * seen.offset().norm();
+    distances.push_back(mm);
+    result.mean_mm += mm / double(all.size());
+    result.rms_mm += mm * mm / double(all.size());
+    result.worst_mm = std::max(result.worst_mm, mm);
+    const auto chain =
+        chain_derivatives(path_of(projector, seen.placement->projector_from_sheet), seen.landing->physical);
+    // A pixel's error has all directions alike.
+    if (chain) per_pixel += 0.5 * chain->by_pixel.squaredNorm() / double(all.size());
+  }
+  result.placements = int(placements.size());
+  result.rms_mm = std::sqrt(result.rms_mm);
+  result.median_mm = median_of(distances);
+  result.mm_per_pixel = 1e3 * std::sqrt(per_pixel);
+  for (std::size_t i = 0; i < 4; ++i) result.corners[i] = row_of(of_corner[i]);
+  result.turn = turn_of(all, projector);
+  predict_from(all, result);
+  return result;
+}
+
+double mean_distance(const std::vector<Placement>& placements, int sheet) {
+  double sum = 0;
+  int count = 0;
+  for (const Placement& placement : placements) {
+    if (placement.sheet != sheet) continue;
+    for (const Landing& landing : placement.landings) {
+      sum += (landing.projected - landing.physical).norm();
+      ++count;
+    }
+  }
+  return count > 0 ? sum / count : 0;
+}
+
+}  // namespace
+
+std::array<Vec2, 4> sheet_corners(const Sheet& sheet) {
+  const Vec2 half = 0.5 * sheet.size;
+  return {Vec2(-half.x(), -half.y()), Vec2(half.x(), -half.y()), half, Vec2(-half.x(), half.y())};
+}
+
+Pose place_sheet(const Projector& projector, const Sheet& sheet, const Vec2& pixel, double distance,
+                 bool to_right, double roll) {
+  require(sheet.incidence_deg >= 0 && sheet.incidence_deg < 90 && distance > 0 && std::isfinite(distance) &&
+              std::isfinite(roll),
+          "place_sheet: an incidence of 0 to 90 degrees and a positive distance");
+  const auto ray = projector.emit(pixel);
+  require(ray.has_value(), "place_sheet: the lens does not know that pixel");
+  const Mat3 across = rotation_between(Vec3::UnitZ(), ray->direction).toRotationMatrix();
+  const double turn = (to_right ? -1 : 1) * sheet.incidence_deg * kDegree;
+  const Mat3 rotation =
+      across * so3_exp(Vec3(0, turn, 0)).toRotationMatrix() * so3_exp(Vec3(0, 0, roll)).toRotationMatrix();
+  return Pose(Eigen::Quaterniond(rotation), distance * ray->direction);
+}
+
+std::vector<Sheet> original_sheets() {
+  return {{"47 degrees", Vec2(0.202, 0.211), 47}, {"60 degrees", Vec2(0.1485, 0.211), 60}};
+}
+
+std::vector<Placement> original_placements(const Projector& projector, const std::vector<Sheet>& sheets,
+                                           std::uint64_t seed) {
+  constexpr int kPlacements = 11;
+  constexpr double kDistances[] = {1.2, 1.6, 2.2};
+  std::mt19937_64 random(seed);
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  const ImageSize size = projector.size();
+  std::vector<Placement> placements;
+  for (int sheet = 0; sheet < int(sheets.size()); ++sheet)
+    for (int i = 0; i < kPlacements; ++i) {
+      const double u = size.width * (0.5 + uniform(random) / 6),
+                   v = size.height * (0.5 + uniform(random) / 6);
+      Placement placement{sheet, kDistances[i % 3], Pose(), {}};
+      placement.projector_from_sheet =
+          place_sheet(projector, sheets[std::size_t(sheet)], Vec2(u, v), placement.distance, i % 2 == 1,
+                      5 * kDegree * uniform(random));
+      placements.push_back(placement);
+    }
+  return placements;
+}
+
+Evaluation evaluate(const std::vector<Sheet>& sheets, const std::vector<Placement>& placements,
+                    const Projector& projector) {
+  Evaluation evaluation{{}, sheets, placements, {}};
+  for (int sheet = 0; sheet < int(sheets.size()); ++sheet) {
+    std::vector<Seen> all;
+    for (const Placement& placement : evaluation.placements) {
+      require(placement.sheet >= 0 && placement.sheet < int(sheets.size()),
+              "evaluate: a placement of no sheet");
+      if (placement.sheet != sheet) continue;
+      for (const Landing& landing : placement.landings) {
+        require(landing.corner >= 0 && landing.corner < 4 && landing.physical.allFinite() &&
+                    landing.projected.allFinite(),
+                "evaluate: a landing that is not finite or of no corner");
+        all.push_back({&placement, &landing});
+      }
+    }
+    if (!all.empty())
+      evaluation.results.push_back(evaluate_sheet(sheets[std::size_t(sheet)], all, projector));
+  }
+  if (evaluation.results.empty())
+    throw Error(ErrorKind::kNotEnoughData, "evaluation", "no corner landed on any sheet",
+                "place the sheets where the projector's picture reaches them");
+  return evaluation;
+}
+
+void draw_crude_landings(std::vector<Placement>& placements, const std::vector<Sheet>& sheets,
+                         const Projector& projector, const CrudeCalibration& crude, std::uint64_t seed) {
+  require(crude.pixel_rms >= 0 && crude.turn.size() == sheets.size(),
+          "draw_crude_landings: a pixel error that is not negative, and a turn for each sheet");
+  std::mt19937_64 random(seed);
+  std::normal_distribution<double> normal;
+  std::uniform_real_distribution<double> direction(0, 2 * kPi);
+  std::vector<Vec6> turned;
+  for (double turn : crude.turn) {
+    const double angle = direction(random);
+    Vec6 increment = Vec6::Zero();
+    increment.head<3>() = turn * Vec3(std::cos(angle), std::sin(angle), 0);
+    turned.push_back(increment);
+  }
+  for (Placement& placement : placements) {
+    const auto sheet = std::size_t(placement.sheet);
+    const LightPath path = path_of(projector, placement.projector_from_sheet);
+    const std::array<Vec2, 4> corners = sheet_corners(sheets[sheet]);
+    placement.landings.clear();
+    for (int i = 0; i < 4; ++i) {
+      const Vec2 corner = corners[std::size_t(i)];
+      ChainErrors errors;
+      errors.rig = turned[sheet];
+      errors.pixel = crude.pixel_rms / std::sqrt(2.0) * Vec2{normal(random), normal(random)};
+      const auto pixel =
+          projector.pixel_lighting(placement.projector_from_sheet * Vec3(corner.x(), corner.y(), 0));
+      const auto landed = pixel ? land(path, *pixel, errors) : std::nullopt;
+      if (landed) placement.landings.push_back({i, corner, *landed, std::nullopt});
+    }
+  }
+}
+
+double turn_explaining(const std::vector<Placement>& placements, const std::vector<Sheet>& sheets, int sheet,
+                       const Projector& projector, double pixel_rms, double mean_mm, std::uint64_t seed) {
+  require(sheet >= 0 && sheet < int(sheets.size()), "turn_explaining: no such sheet");
+  std::vector<Placement> drawn = placements;
+  const auto mean_at = [&](double turn) {
+    draw_crude_landings(drawn, sheets, projector, {pixel_rms, std::vector<double>(sheets.size(), turn)},
+                        seed);
+    return 1e3 * mean_distance(drawn, sheet);
+  };
+  double low = 0, high = 5 * kDegree;
+  if (mean_at(low) >= mean_mm) return 0;
+  for (int i = 0; i < 30; ++i) (mean_at(0.5 * (low + high)) < mean_mm ? low : high) = 0.5 * (low + high);
+  return 0.5 * (low + high);
+}
+
+}  // namespace procam::analyze

@@ -1,0 +1,29 @@
+#pragma once
+/// The experiment of analyze/evaluation.hpp in a simulated room: each sheet carries a marker, the true camera
+/// takes a noisy picture of it, and the rig that is on trial says from that picture which pixels light the
+/// sheet's corners. The true projector sends their light.
+#include <functional>
+
+#include "procam/analyze/evaluation.hpp"
+#include "procam/core/rig.hpp"
+
+namespace procam::tools {
+
+struct SheetExperiment {
+  std::vector<analyze::Placement> placements;  ///< with landings and what was promised for each
+  /// The same corners if one half of the chain were perfect: what the other half explains.
+  std::vector<analyze::Placement> with_true_pose, with_true_calibration;
+  int unseen = 0;  ///< placements whose marker the camera did not see, or not well enough
+};
+
+/// The marker's black square takes this share of the sheet's width.
+constexpr double kMarkerShare = 0.8;
+
+/// `truth` and `rig` have the same devices; the first camera and projector are used. `noise_grey`: sigma of
+/// the camera's noise, grey levels. `step` is called before each placement.
+SheetExperiment run_sheet_experiment(std::vector<analyze::Placement> placements,
+                                     const std::vector<analyze::Sheet>& sheets, const Rig& truth,
+                                     const Rig& rig, double noise_grey, std::uint64_t seed,
+                                     const std::function<void(int)>& step);
+
+}  // namespace procam::tools

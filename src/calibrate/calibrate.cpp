@@ -293,11 +293,10 @@ struct Sigmas {
 
 Sigmas sigmas_of(const ShapedSolution& shaped, const Start& start) {
   const Solution& solution = shaped.solution;
+  BundleUncertainty both = bundle_uncertainty(shaped.data, solution.used, solution.state(), solution.options);
   Sigmas sigmas;
-  sigmas.formal = bundle_covariance(shaped.data, solution.used, solution.state(), solution.options);
-  sigmas.honest = honest_covariance(sigmas.formal.devices,
-                                    jackknife(shaped.data, solution.used, solution.state(), solution.options),
-                                    agreeing_views(start, solution));
+  sigmas.honest = honest_covariance(both.formal.devices, both.jackknife, agreeing_views(start, solution));
+  sigmas.formal = std::move(both.formal);
   return sigmas;
 }
 

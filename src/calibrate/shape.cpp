@@ -79,21 +79,34 @@ std::vector<std::optional<BundleState>> views_left_out(const Correspondences& da
   return without;
 }
 
-std::optional<double> predicted_holdout(const Correspondences& data, const UsedMask& used,
-                                        const UsedMask& judged, const BundleState& solution,
-                                        const BundleOptions& options) {
+std::vector<std::optional<double>> predicted_holdout(const Correspondences& data, const UsedMask& used,
+                                                     const UsedMask& judged, const BundleState& solution,
+                                                     const BundleOptions& options) {
   const auto without = views_left_out(data, used, judged, solution, options);
-  double sum = 0;
-  int views = 0;
+  std::vector<std::optional<double>> by_view(without.size());
   for (std::size_t v = 0; v < without.size(); ++v) {
     if (!without[v]) continue;
     const Spread spread = spread_of(data, *without[v], judged, -1, int(v));
-    if (spread.count == 0) continue;
-    sum += spread.rms_px;
-    ++views;
+    if (spread.count > 0) by_view[v] = spread.rms_px;
   }
-  if (views == 0) return std::nullopt;
-  return sum / views;
+  return by_view;
+}
+
+HoldoutGain compare_holdout(const std::vector<std::optional<double>>& flat,
+                            const std::vector<std::optional<double>>& free) {
+  HoldoutGain gain;
+  std::vector<double> ratios;
+  for (std::size_t v = 0; v < flat.size(); ++v) {
+    if (!flat[v] || !free[v]) continue;
+    gain.flat_px += *flat[v], gain.free_px += *free[v];
+    ratios.push_back(*free[v] / std::max(*flat[v], 1e-12));
+  }
+  if (ratios.empty()) return gain;
+  gain.flat_px /= double(ratios.size()), gain.free_px /= double(ratios.size());
+  const auto middle = ratios.begin() + long(ratios.size() / 2);
+  std::nth_element(ratios.begin(), middle, ratios.end());
+  gain.usual_ratio = *middle;
+  return gain;
 }
 
 EstimatedShape measure_shape(const Points3& printed, const Points3& points_in_board) {

@@ -25,11 +25,18 @@ std::vector<std::optional<BundleState>> views_left_out(const Correspondences& da
                                                        const UsedMask& judged, const BundleState& solution,
                                                        const BundleOptions& options);
 
-/// Mean over views of the RMS of what `judged` names in a view that the solution has not seen (first order),
-/// its board pose taken from its first camera alone. nullopt when no view can be left out.
-std::optional<double> predicted_holdout(const Correspondences& data, const UsedMask& used,
-                                        const UsedMask& judged, const BundleState& solution,
-                                        const BundleOptions& options);
+/// By view: RMS of what `judged` names in it, by the solution that has not seen it (views_left_out).
+std::vector<std::optional<double>> predicted_holdout(const Correspondences& data, const UsedMask& used,
+                                                     const UsedMask& judged, const BundleState& solution,
+                                                     const BundleOptions& options);
+
+/// Means over the views that both predict, and the median view's free over flat; zero, zero and one without
+/// such a view.
+struct HoldoutGain {
+  double flat_px = 0, free_px = 0, usual_ratio = 1;
+};
+HoldoutGain compare_holdout(const std::vector<std::optional<double>>& flat,
+                            const std::vector<std::optional<double>>& free);
 
 /// The state's points against the board as printed.
 EstimatedShape measure_shape(const Points3& printed, const Points3& points_in_board);

@@ -89,10 +89,11 @@ struct ShapedSolution {
   std::vector<int> turned;  ///< views whose order the shape settled
 };
 
-/// How much better views must be predicted before 3 numbers a board point are worth their freedom: on
-/// average, and the usual one, too. A view without which the others hardly determine the rig outweighs them
-/// all in the mean, and noise alone may make it better.
+/// How much better views must be predicted before 3 numbers a board point are worth their freedom.
 constexpr double kShapeGain = 0.95;
+/// And by how many standard errors the shape must explain more than noise: with few views, most of them may
+/// be predicted better by chance. Flat boards in numbers came to 3 at most, bent ones to 17 at least.
+constexpr double kShapeSigmas = 5;
 constexpr int kViewsForShape = 4;
 
 ShapedSolution solve_with_shape(const Correspondences& data, const Start& start, const Options& options) {
@@ -125,11 +126,11 @@ ShapedSolution solve_with_shape(const Correspondences& data, const Start& start,
       predicted_holdout(data, flat.solution.used, judged, flat.solution.state(), flat.solution.options);
   const auto free_error =
       predicted_holdout(free.data, free.solution.used, judged, free.solution.state(), free.solution.options);
-  const HoldoutGain gain = compare_holdout(flat_error, free_error);
-  const bool better = gain.free_px < kShapeGain * gain.flat_px && gain.usual_ratio < kShapeGain;
+  const bool better = flat_error && free_error && *free_error < kShapeGain * *flat_error &&
+                      explained_by_shape(data, flat.solution, free.data, free.solution) > kShapeSigmas;
   ShapedSolution& chosen = better || options.board_shape == BoardShape::kFree ? free : flat;
-  chosen.shape.holdout_flat_px = gain.flat_px;
-  chosen.shape.holdout_free_px = gain.free_px;
+  chosen.shape.holdout_flat_px = flat_error.value_or(0);
+  chosen.shape.holdout_free_px = free_error.value_or(0);
   return chosen;
 }
 

@@ -1,10 +1,11 @@
 #include "shape.hpp"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
 #include "procam/calibrate/uncertainty.hpp"
-#include "solve.hpp"
+#include "residual_blocks.hpp"
 #include "start.hpp"
 
 namespace procam::calibrate {
@@ -79,34 +80,50 @@ std::vector<std::optional<BundleState>> views_left_out(const Correspondences& da
   return without;
 }
 
-std::vector<std::optional<double>> predicted_holdout(const Correspondences& data, const UsedMask& used,
-                                                     const UsedMask& judged, const BundleState& solution,
-                                                     const BundleOptions& options) {
+std::optional<double> predicted_holdout(const Correspondences& data, const UsedMask& used,
+                                        const UsedMask& judged, const BundleState& solution,
+                                        const BundleOptions& options) {
   const auto without = views_left_out(data, used, judged, solution, options);
-  std::vector<std::optional<double>> by_view(without.size());
+  double sum = 0;
+  int views = 0;
   for (std::size_t v = 0; v < without.size(); ++v) {
     if (!without[v]) continue;
     const Spread spread = spread_of(data, *without[v], judged, -1, int(v));
-    if (spread.count > 0) by_view[v] = spread.rms_px;
+    if (spread.count == 0) continue;
+    sum += spread.rms_px;
+    ++views;
   }
-  return by_view;
+  if (views == 0) return std::nullopt;
+  return sum / views;
 }
 
-HoldoutGain compare_holdout(const std::vector<std::optional<double>>& flat,
-                            const std::vector<std::optional<double>>& free) {
-  HoldoutGain gain;
-  std::vector<double> ratios;
-  for (std::size_t v = 0; v < flat.size(); ++v) {
-    if (!flat[v] || !free[v]) continue;
-    gain.flat_px += *flat[v], gain.free_px += *free[v];
-    ratios.push_back(*free[v] / std::max(*flat[v], 1e-12));
+double explained_by_shape(const Correspondences& flat_data, const Solution& flat,
+                          const Correspondences& free_data, const Solution& free) {
+  double flat_squares = 0, free_squares = 0;
+  int count = 0, views = 0;
+  for (std::size_t v = 0; v < flat_data.views.size(); ++v) {
+    const int before = count;
+    for (std::size_t d = 0; d < flat_data.devices.size(); ++d) {
+      const auto flat_all = measurements_of(flat_data, int(v), int(d)),
+                 free_all = measurements_of(free_data, int(v), int(d));
+      for (std::size_t i = 0; i < flat_all.size(); ++i) {
+        if (!flat.used[v][d][i] || !free.used[v][d][i]) continue;
+        const auto a = judged_residual(flat.state(), flat_all[i]),
+                   b = judged_residual(free.state(), free_all[i]);
+        if (!a || !b) continue;
+        const Mat2 information = flat.options.noise[d].covariance(a->covariance).inverse();
+        flat_squares += a->residual.dot(information * a->residual);
+        free_squares += b->residual.dot(information * b->residual);
+        ++count;
+      }
+    }
+    views += count > before;
   }
-  if (ratios.empty()) return gain;
-  gain.flat_px /= double(ratios.size()), gain.free_px /= double(ratios.size());
-  const auto middle = ratios.begin() + long(ratios.size() / 2);
-  std::nth_element(ratios.begin(), middle, ratios.end());
-  gain.usual_ratio = *middle;
-  return gain;
+  const double freedom = 3 * double(flat.state().points_in_board.size()) - 7,
+               rest = 2.0 * count - 6.0 * views - freedom;
+  if (freedom < 1 || rest < 1) return 0;
+  const double ratio = ((flat_squares - free_squares) / freedom) / (std::max(free_squares, 1e-12) / rest);
+  return (ratio - 1) / std::sqrt(2 / freedom + 2 / rest);
 }
 
 EstimatedShape measure_shape(const Points3& printed, const Points3& points_in_board) {

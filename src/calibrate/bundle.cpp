@@ -32,6 +32,7 @@ struct Blocks {
   std::vector<std::vector<double>> lenses;
   std::vector<PoseBlock> devices, boards;
   Points3 points;
+  std::unique_ptr<ceres::LossFunction> loss;  ///< one for all residuals; none: plain least squares
   std::unique_ptr<ceres::Problem> problem;
 };
 
@@ -66,14 +67,18 @@ std::unique_ptr<Blocks> build(const Correspondences& data, const UsedMask& used,
   for (const Pose& pose : state.rig_from_board) blocks->boards.push_back(block_from_pose(pose));
   blocks->points = state.points_in_board;
 
-  blocks->problem = std::make_unique<ceres::Problem>();
+  if (options.huber_sigmas > 0) blocks->loss = std::make_unique<ceres::HuberLoss>(options.huber_sigmas);
+  ceres::Problem::Options how;
+  how.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+  how.disable_all_safety_checks = true;  // of the pointers given, a tenth of a small solve
+  blocks->problem = std::make_unique<ceres::Problem>(how);
   ceres::Problem& problem = *blocks->problem;
   for (std::size_t v = 0; v < num_views; ++v)
     for (std::size_t d = 0; d < num_devices; ++d)
       for (const Measurement& m : measurements_of(data, int(v), int(d))) {
         if (!used[v][d][std::size_t(m.index)]) continue;
-        const auto covariance = believed_covariance(state, m);
-        if (!covariance) throw_not_evaluable("a measured point cannot be projected");
+        auto cost = measurement_cost(state, m, options.noise[d]);
+        if (cost == nullptr) throw_not_evaluable("a measured point cannot be projected");
         std::vector<double*> of_residual;
         if (m.light != nullptr || read_at_corner(state, m)) {
           const auto camera = std::size_t(m.camera());
@@ -84,9 +89,7 @@ std::unique_ptr<Blocks> build(const Correspondences& data, const UsedMask& used,
         of_residual.push_back(blocks->boards[v].data());
         if (m.observation != nullptr)
           of_residual.push_back(blocks->points[std::size_t(m.observation->point)].data());
-        problem.AddResidualBlock(
-            measurement_cost(state, m, options.noise[d].covariance(*covariance)).release(),
-            options.huber_sigmas > 0 ? new ceres::HuberLoss(options.huber_sigmas) : nullptr, of_residual);
+        problem.AddResidualBlock(cost.release(), blocks->loss.get(), of_residual);
       }
 
   for (std::size_t d = 0; d < num_devices; ++d) {

@@ -91,6 +91,9 @@ struct ShapedSolution {
 
 /// How much better views must be predicted before 3 numbers a board point are worth their freedom.
 constexpr double kShapeGain = 0.95;
+/// And by how many standard errors the shape must explain more than noise: with few views, most of them may
+/// be predicted better by chance. Flat boards in numbers came to 3 at most, bent ones to 17 at least.
+constexpr double kShapeSigmas = 5;
 constexpr int kViewsForShape = 4;
 
 ShapedSolution solve_with_shape(const Correspondences& data, const Start& start, const Options& options) {
@@ -123,7 +126,8 @@ ShapedSolution solve_with_shape(const Correspondences& data, const Start& start,
       predicted_holdout(data, flat.solution.used, judged, flat.solution.state(), flat.solution.options);
   const auto free_error =
       predicted_holdout(free.data, free.solution.used, judged, free.solution.state(), free.solution.options);
-  const bool better = flat_error && free_error && *free_error < kShapeGain * *flat_error;
+  const bool better = flat_error && free_error && *free_error < kShapeGain * *flat_error &&
+                      explained_by_shape(data, flat.solution, free.data, free.solution) > kShapeSigmas;
   ShapedSolution& chosen = better || options.board_shape == BoardShape::kFree ? free : flat;
   chosen.shape.holdout_flat_px = flat_error.value_or(0);
   chosen.shape.holdout_free_px = free_error.value_or(0);
@@ -293,11 +297,10 @@ struct Sigmas {
 
 Sigmas sigmas_of(const ShapedSolution& shaped, const Start& start) {
   const Solution& solution = shaped.solution;
+  BundleUncertainty both = bundle_uncertainty(shaped.data, solution.used, solution.state(), solution.options);
   Sigmas sigmas;
-  sigmas.formal = bundle_covariance(shaped.data, solution.used, solution.state(), solution.options);
-  sigmas.honest = honest_covariance(sigmas.formal.devices,
-                                    jackknife(shaped.data, solution.used, solution.state(), solution.options),
-                                    agreeing_views(start, solution));
+  sigmas.honest = honest_covariance(both.formal.devices, both.jackknife, agreeing_views(start, solution));
+  sigmas.formal = std::move(both.formal);
   return sigmas;
 }
 

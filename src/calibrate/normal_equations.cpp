@@ -37,9 +37,9 @@ class Linearisation {
   }
 
   std::optional<Linearised> operator()(const Measurement& m, const BundleOptions& options) const {
-    const auto covariance = believed_covariance(state_, m);
-    if (!covariance) return std::nullopt;
     const auto d = std::size_t(m.device);
+    const auto cost = measurement_cost(state_, m, options.noise[d]);
+    if (cost == nullptr) return std::nullopt;
     std::vector<Part> parts;
     if (m.light != nullptr || read_at_corner(state_, m)) add_device(std::size_t(m.camera()), parts);
     add_device(d, parts);
@@ -60,9 +60,7 @@ class Linearisation {
       count += part.columns.size();
     }
     Linearised out;
-    if (!measurement_cost(state_, m, options.noise[d].covariance(*covariance))
-             ->Evaluate(parameters.data(), out.residual.data(), derivatives.data()))
-      return std::nullopt;
+    if (!cost->Evaluate(parameters.data(), out.residual.data(), derivatives.data())) return std::nullopt;
     // Huber's weight: residuals beyond the limit pull linearly.
     const double length = out.residual.norm();
     const double weight =

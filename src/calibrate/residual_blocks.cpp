@@ -73,6 +73,32 @@ Mat2 without_corner(const Mat2& of_light, const Mat2& of_corner, const Mat2& car
   return root * eigen.values.cwiseMax(0.01).asDiagonal() * root.transpose();
 }
 
+/// carry_of where the measurement's residual or its covariance has a use for it.
+std::optional<Mat2> needed_carry(const BundleState& state, const Measurement& m, const Vec3& point) {
+  if (m.light == nullptr && !read_at_corner(state, m)) return std::nullopt;
+  return carry_over(state, m.device, m.camera(), state.rig_from_board[std::size_t(m.view)], point);
+}
+
+std::optional<Vec2> residual_with(const BundleState& state, const Measurement& m, const Vec3& point,
+                                  const std::optional<Mat2>& carry) {
+  const auto lit = residual_in(state, m.device, point, m.pixel());
+  if (!lit || !read_at_corner(state, m)) return lit;
+  const auto seen = residual_in(state, m.camera(), point, m.corner->pixel);
+  if (!seen || !carry) return std::nullopt;
+  return Vec2(*lit - *carry * *seen);
+}
+
+std::optional<Mat2> covariance_with(const BundleState& state, const Measurement& m,
+                                    const std::optional<Mat2>& carry) {
+  if (m.observation != nullptr && !read_at_corner(state, m)) return m.observation->covariance;
+  if (!carry) return std::nullopt;
+  const Mat2 covariance = m.light != nullptr
+                              ? Mat2(*carry * m.light->camera_covariance * carry->transpose())
+                              : without_corner(m.observation->covariance, m.corner->covariance, *carry);
+  if (!covariance.allFinite() || !(covariance.determinant() > 0)) return std::nullopt;
+  return covariance;
+}
+
 }  // namespace
 
 std::unique_ptr<ceres::CostFunction> reprojection_cost(const Distortion& model, const Vec2& pixel,
@@ -140,41 +166,46 @@ UsedMask use_all(const Correspondences& data) {
   return used;
 }
 
+std::optional<JudgedResidual> judged_residual(const BundleState& state, const Measurement& m) {
+  const auto point = point_in_rig(state, m);
+  if (!point) return std::nullopt;
+  const auto carry = needed_carry(state, m, *point);
+  const auto residual = residual_with(state, m, *point, carry);
+  const auto covariance = covariance_with(state, m, carry);
+  if (!residual || !covariance) return std::nullopt;
+  return JudgedResidual{*residual, *covariance};
+}
+
 std::optional<Vec2> reprojection_residual(const BundleState& state, const Measurement& m) {
   const auto point = point_in_rig(state, m);
   if (!point) return std::nullopt;
-  const auto lit = residual_in(state, m.device, *point, m.pixel());
-  if (!lit || !read_at_corner(state, m)) return lit;
-  const auto seen = residual_in(state, m.camera(), *point, m.corner->pixel);
-  const auto carry = carry_of(state, m);
-  if (!seen || !carry) return std::nullopt;
-  return Vec2(*lit - *carry * *seen);
+  const auto carry = read_at_corner(state, m) ? needed_carry(state, m, *point) : std::nullopt;
+  return residual_with(state, m, *point, carry);
 }
 
 std::optional<Mat2> believed_covariance(const BundleState& state, const Measurement& m) {
-  if (m.observation != nullptr && !read_at_corner(state, m)) return m.observation->covariance;
-  const auto carry = carry_of(state, m);
-  if (!carry) return std::nullopt;
-  const Mat2 covariance = m.light != nullptr
-                              ? Mat2(*carry * m.light->camera_covariance * carry->transpose())
-                              : without_corner(m.observation->covariance, m.corner->covariance, *carry);
-  if (!covariance.allFinite() || !(covariance.determinant() > 0)) return std::nullopt;
-  return covariance;
+  const auto point = point_in_rig(state, m);
+  if (!point) return std::nullopt;
+  return covariance_with(state, m, needed_carry(state, m, *point));
 }
 
 std::unique_ptr<ceres::CostFunction> measurement_cost(const BundleState& state, const Measurement& m,
-                                                      const Mat2& covariance) {
+                                                      const ResidualNoise& noise) {
+  const auto point = point_in_rig(state, m);
+  if (!point) return nullptr;
+  const auto carry = needed_carry(state, m, *point);
+  const auto covariance = covariance_with(state, m, carry);
+  if (!covariance) return nullptr;
   // Whiten: with covariance = C C^T (Cholesky), L = C^-1.
-  const Mat2 sqrt_information = cholesky_lower(covariance).inverse();
+  const Mat2 sqrt_information = cholesky_lower(noise.covariance(*covariance)).inverse();
   const Distortion& model = state.lenses[std::size_t(m.device)].distortion;
   if (m.observation != nullptr) {
     auto cost = reprojection_cost(model, m.pixel(), sqrt_information);
-    const auto carry = read_at_corner(state, m) ? carry_of(state, m) : std::nullopt;
-    if (!carry) return cost;
+    if (!read_at_corner(state, m)) return cost;
     return std::make_unique<SharedCornerCost>(
         reprojection_cost(state.lenses[std::size_t(m.camera())].distortion, m.corner->pixel,
-                          Mat2::Identity()),
-        std::move(cost), Mat2(sqrt_information * *carry));
+                          -sqrt_information * *carry),
+        std::move(cost));
   }
   return std::visit(
       [&](const auto& camera_model, const auto& projector_model) -> std::unique_ptr<ceres::CostFunction> {

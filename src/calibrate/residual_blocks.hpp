@@ -22,11 +22,19 @@ bool read_at_corner(const BundleState& state, const Measurement& measurement);
 /// one of them cannot see the point.
 std::optional<Mat2> carry_of(const BundleState& state, const Measurement& measurement);
 
-/// The cost of one measurement, whitened by the residual's covariance. Blocks of an observation: lens,
-/// device_from_rig, rig_from_board, point; of light read at a corner: see costs/shared_corner.hpp; of a light
-/// point: costs/light_point.hpp.
+/// reprojection_residual and believed_covariance at once; nullopt where one of them has no value.
+struct JudgedResidual {
+  Vec2 residual;
+  Mat2 covariance;
+};
+std::optional<JudgedResidual> judged_residual(const BundleState& state, const Measurement& measurement);
+
+/// The cost of one measurement, whitened by its residual's covariance with that noise; null where it has
+/// none. Blocks of an observation: lens, device_from_rig, rig_from_board, point; of light read at a corner:
+/// see costs/shared_corner.hpp; of a light point: costs/light_point.hpp.
 std::unique_ptr<ceres::CostFunction> measurement_cost(const BundleState& state,
-                                                      const Measurement& measurement, const Mat2& covariance);
+                                                      const Measurement& measurement,
+                                                      const ResidualNoise& noise);
 
 /// The cost of one observation of a known point; blocks: lens, device_from_rig, rig_from_board, point.
 std::unique_ptr<ceres::CostFunction> reprojection_cost(const Distortion& model, const Vec2& pixel,

@@ -1,10 +1,11 @@
 #include "shape.hpp"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
 #include "procam/calibrate/uncertainty.hpp"
-#include "solve.hpp"
+#include "residual_blocks.hpp"
 #include "start.hpp"
 
 namespace procam::calibrate {
@@ -94,6 +95,35 @@ std::optional<double> predicted_holdout(const Correspondences& data, const UsedM
   }
   if (views == 0) return std::nullopt;
   return sum / views;
+}
+
+double explained_by_shape(const Correspondences& flat_data, const Solution& flat,
+                          const Correspondences& free_data, const Solution& free) {
+  double flat_squares = 0, free_squares = 0;
+  int count = 0, views = 0;
+  for (std::size_t v = 0; v < flat_data.views.size(); ++v) {
+    const int before = count;
+    for (std::size_t d = 0; d < flat_data.devices.size(); ++d) {
+      const auto flat_all = measurements_of(flat_data, int(v), int(d)),
+                 free_all = measurements_of(free_data, int(v), int(d));
+      for (std::size_t i = 0; i < flat_all.size(); ++i) {
+        if (!flat.used[v][d][i] || !free.used[v][d][i]) continue;
+        const auto a = judged_residual(flat.state(), flat_all[i]),
+                   b = judged_residual(free.state(), free_all[i]);
+        if (!a || !b) continue;
+        const Mat2 information = flat.options.noise[d].covariance(a->covariance).inverse();
+        flat_squares += a->residual.dot(information * a->residual);
+        free_squares += b->residual.dot(information * b->residual);
+        ++count;
+      }
+    }
+    views += count > before;
+  }
+  const double freedom = 3 * double(flat.state().points_in_board.size()) - 7,
+               rest = 2.0 * count - 6.0 * views - freedom;
+  if (freedom < 1 || rest < 1) return 0;
+  const double ratio = ((flat_squares - free_squares) / freedom) / (std::max(free_squares, 1e-12) / rest);
+  return (ratio - 1) / std::sqrt(2 / freedom + 2 / rest);
 }
 
 EstimatedShape measure_shape(const Points3& printed, const Points3& points_in_board) {

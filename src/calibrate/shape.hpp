@@ -4,6 +4,7 @@
 
 #include "procam/calibrate/bundle.hpp"
 #include "procam/calibrate/result.hpp"
+#include "solve.hpp"
 
 namespace procam::calibrate {
 
@@ -30,6 +31,13 @@ std::vector<std::optional<BundleState>> views_left_out(const Correspondences& da
 std::optional<double> predicted_holdout(const Correspondences& data, const UsedMask& used,
                                         const UsedMask& judged, const BundleState& solution,
                                         const BundleOptions& options);
+
+/// Does the shape explain more than noise would? With S the sum of squared residuals in sigmas over what both
+/// use, m = 3 points - 7 its freedom and r what is left of theirs: the standard errors by which
+///   F = (S_flat - S_free) / m / (S_free / r)
+/// exceeds 1, sqrt(2 / m + 2 / r) each. Noise stays below 1 on average, since the prior takes freedom away.
+double explained_by_shape(const Correspondences& flat_data, const Solution& flat,
+                          const Correspondences& free_data, const Solution& free);
 
 /// The state's points against the board as printed.
 EstimatedShape measure_shape(const Points3& printed, const Points3& points_in_board);

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "joined.hpp"
+#include "residual_blocks.hpp"
 
 namespace procam::calibrate {
 namespace {
@@ -113,11 +114,10 @@ std::vector<ResidualNoise> judge(const Correspondences& data, const BundleState&
         char& verdict = used[v][d][std::size_t(m.index)];
         if (!verdict) continue;
         ++views[v].taken;
-        const auto residual = reprojection_residual(state, m);
-        const auto covariance = believed_covariance(state, m);
-        verdict = residual && covariance;
+        const auto judged = judged_residual(state, m);
+        verdict = judged.has_value();
         if (!verdict) continue;
-        views[v].residuals.emplace_back(*residual, *covariance);
+        views[v].residuals.emplace_back(judged->residual, judged->covariance);
         views[v].verdicts.push_back(&verdict);
       }
     noise.push_back(estimate_noise(typical_residuals(views)));
@@ -165,6 +165,41 @@ std::optional<std::size_t> unsupported_camera(const Correspondences& data, const
   }
   if (!disputed || left.size() != 1) return std::nullopt;
   return left.front();
+}
+
+/// Do the device's points of a view agree with a board pose of their own, with the lens as it is?
+bool agrees_alone(const Correspondences& data, const UsedMask& mask, const Solution& solution,
+                  const ResidualNoise& noise, double outlier_sigmas, std::size_t view, std::size_t device) {
+  const UsedMask only = only_view(mask, view, int(device));
+  const BundleState state =
+      bundle_adjust(data, only, solution.state(), hold_devices(solution.options, solution.state())).state;
+  int taken = 0, kept = 0;
+  for (const Measurement& m : measurements_of(data, int(view), int(device))) {
+    if (!only[view][device][std::size_t(m.index)]) continue;
+    ++taken;
+    const auto judged = judged_residual(state, m);
+    kept += judged && squared_sigmas(judged->residual, noise.covariance(judged->covariance)) <=
+                          outlier_sigmas * outlier_sigmas;
+  }
+  return double(kept) >= kAgreeingShare * double(taken);
+}
+
+/// Where a view's one camera and a projector contradict each other, the pose of the board lies between them
+/// or with either, by chance. What the projector says was read by the camera and goes with it, so a camera
+/// that agrees with the board by itself is believed.
+void believe_camera(const Correspondences& data, const UsedMask& mask, double outlier_sigmas,
+                    const std::vector<ResidualNoise>& noise, std::vector<std::vector<char>>& disagrees,
+                    Solution& solution) {
+  for (std::size_t v = 0; v < data.views.size(); ++v) {
+    const int camera = posing_camera(data, mask, v);
+    if (camera < 0 || !disagrees[v][std::size_t(camera)] || posing_camera(data, mask, v, camera) >= 0)
+      continue;
+    const auto d = std::size_t(camera);
+    if (!agrees_alone(data, mask, solution, noise[d], outlier_sigmas, v, d)) continue;
+    for (std::size_t p = 0; p < data.devices.size(); ++p)
+      disagrees[v][p] = p != d && count_used(mask, v, p) > 0;
+    solution.used[v][d] = mask[v][d];
+  }
 }
 
 void require_agreement(const Correspondences& data, const UsedMask& mask) {
@@ -242,13 +277,14 @@ Solution solve(const Correspondences& data, const BundleState& start, const Bund
   solution.left_out.assign(data.views.size(), std::vector<char>(data.devices.size(), char(0)));
   UsedMask mask = all;
   // Noise and outliers follow from the residuals and the residuals from them: a handful of rounds settles
-  // both, and the last of them converges to the end.
+  // both. While what is used still changes, a solve need not be exact: converged to the end, a view that
+  // disagrees in one device drags its pose until it disagrees in the other as well.
   constexpr int kRounds = 9;
-  bool settled = false;
+  bool to_the_end = false;
   for (int round = 0; round < kRounds; ++round) {
     if (options.progress) options.progress("bundle adjustment", 0.2 + 0.03 * round);
-    const bool last = settled || round + 1 == kRounds;
-    solution.options.tolerance = last ? bundle_options.tolerance : kRoughly;
+    const bool last = round + 1 == kRounds;
+    solution.options.tolerance = to_the_end || last ? bundle_options.tolerance : kRoughly;
     solution.bundle = bundle_adjust(data, solution.used, solution.state(), solution.options);
     if (last) break;
 
@@ -257,25 +293,29 @@ Solution solve(const Correspondences& data, const BundleState& start, const Bund
     for (auto& view : disagrees) std::fill(view.begin(), view.end(), char(0));
     const std::vector<ResidualNoise> noise =
         judge(data, solution.state(), options.outlier_sigmas, used, disagrees);
-    settled = used == solution.used && same_noise(noise, solution.options.noise);
+    const bool all_agree = std::all_of(disagrees.begin(), disagrees.end(), [](const auto& view) {
+      return std::count(view.begin(), view.end(), char(1)) == 0;
+    });
+    const bool same = all_agree && used == solution.used;
+    if (to_the_end && same && same_noise(noise, solution.options.noise)) break;
+    to_the_end = same;
     solution.used = used;
     solution.options.noise = noise;
     // A view goes only once its own noise has been told from the others', which takes a round.
     if (round == 0) continue;
+    believe_camera(data, mask, options.outlier_sigmas, noise, disagrees, solution);
     for (std::size_t v = 0; v < data.views.size(); ++v)
       for (std::size_t d = 0; d < data.devices.size(); ++d) {
         if (!disagrees[v][d]) continue;
         solution.left_out[v][d] = 1;
         leave_out(data, mask, v, d);
         leave_out(data, solution.used, v, d);
-        settled = false;
       }
     for (std::size_t v = 0; v < data.views.size(); ++v)
       if (const auto alone = unsupported_camera(data, mask, solution.left_out, v)) {
         solution.left_out[v][*alone] = 1;
         leave_out(data, mask, v, *alone);
         leave_out(data, solution.used, v, *alone);
-        settled = false;
       }
     require_agreement(data, mask);
   }

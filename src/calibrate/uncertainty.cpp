@@ -79,12 +79,7 @@ Unleveraged without_leverage(const Product& product, const VecX& x) {
   return {back(first.cwiseQuotient(rest.cwiseSqrt())), back(first.cwiseQuotient(rest))};
 }
 
-}  // namespace
-
-BundleCovariance bundle_covariance(const Correspondences& data, const UsedMask& used,
-                                   const BundleState& solution, const BundleOptions& options) {
-  const CommonParameters common(data, used, solution, options);
-  const NormalEquations equations = normal_equations(data, used, solution, options, common);
+BundleCovariance formal_covariance(const CommonParameters& common, const NormalEquations& equations) {
   const MatX all = covariance_of(equations, common.names);
   BundleCovariance covariance;
   const Eigen::Index n = common.devices_size;
@@ -108,30 +103,7 @@ BundleCovariance bundle_covariance(const Correspondences& data, const UsedMask& 
   return covariance;
 }
 
-std::vector<std::optional<BundleState>> leave_one_view_out(const Correspondences& data, const UsedMask& used,
-                                                           const BundleState& solution,
-                                                           const BundleOptions& options) {
-  const CommonParameters common(data, used, solution, options);
-  const NormalEquations equations = normal_equations(data, used, solution, options, common);
-  const VecX scale = equations.diagonal.cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
-  std::vector<std::optional<BundleState>> states;
-  for (const ViewEquations& view : equations.views) {
-    states.emplace_back();
-    if (!view.used) continue;
-    const Eigen::LDLT<MatX> factors(
-        MatX(scale.asDiagonal() * (equations.information - view.information) * scale.asDiagonal()));
-    if (factors.info() != Eigen::Success || !(factors.vectorD().minCoeff() > 1e-10)) continue;
-    // At the optimum all gradients cancel, so the rest of the views pull by -g_v.
-    const VecX step = scale.asDiagonal() * factors.solve(VecX(scale.asDiagonal() * view.gradient));
-    if (step.allFinite()) states.back() = common.moved(solution, step);
-  }
-  return states;
-}
-
-Jackknife jackknife(const Correspondences& data, const UsedMask& used, const BundleState& solution,
-                    const BundleOptions& options) {
-  const CommonParameters common(data, used, solution, options);
-  const NormalEquations equations = normal_equations(data, used, solution, options, common);
+Jackknife jackknife_of(const CommonParameters& common, const NormalEquations& equations) {
   const VecX scale = equations.diagonal.cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
   const Eigen::LLT<MatX> factors(MatX(scale.asDiagonal() * equations.information * scale.asDiagonal()));
   const auto views = std::count_if(equations.views.begin(), equations.views.end(),
@@ -170,6 +142,41 @@ Jackknife jackknife(const Correspondences& data, const UsedMask& used, const Bun
   }
   both.ratio_sigma = std::sqrt(2 * squared_leverage * double(views) / double(views - 1)) / double(n);
   return both;
+}
+
+}  // namespace
+
+BundleUncertainty bundle_uncertainty(const Correspondences& data, const UsedMask& used,
+                                     const BundleState& solution, const BundleOptions& options) {
+  const CommonParameters common(data, used, solution, options);
+  const NormalEquations equations = normal_equations(data, used, solution, options, common);
+  return {formal_covariance(common, equations), jackknife_of(common, equations)};
+}
+
+BundleCovariance bundle_covariance(const Correspondences& data, const UsedMask& used,
+                                   const BundleState& solution, const BundleOptions& options) {
+  const CommonParameters common(data, used, solution, options);
+  return formal_covariance(common, normal_equations(data, used, solution, options, common));
+}
+
+std::vector<std::optional<BundleState>> leave_one_view_out(const Correspondences& data, const UsedMask& used,
+                                                           const BundleState& solution,
+                                                           const BundleOptions& options) {
+  const CommonParameters common(data, used, solution, options);
+  const NormalEquations equations = normal_equations(data, used, solution, options, common);
+  const VecX scale = equations.diagonal.cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+  std::vector<std::optional<BundleState>> states;
+  for (const ViewEquations& view : equations.views) {
+    states.emplace_back();
+    if (!view.used) continue;
+    const Eigen::LDLT<MatX> factors(
+        MatX(scale.asDiagonal() * (equations.information - view.information) * scale.asDiagonal()));
+    if (factors.info() != Eigen::Success || !(factors.vectorD().minCoeff() > 1e-10)) continue;
+    // At the optimum all gradients cancel, so the rest of the views pull by -g_v.
+    const VecX step = scale.asDiagonal() * factors.solve(VecX(scale.asDiagonal() * view.gradient));
+    if (step.allFinite()) states.back() = common.moved(solution, step);
+  }
+  return states;
 }
 
 HonestCovariance honest_covariance(const NamedCovariance& formal, const Jackknife& jackknife, int views) {

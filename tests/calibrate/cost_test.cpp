@@ -196,9 +196,8 @@ TEST(SharedCornerCost, DerivativesAreThoseOfFiniteDifferences) {
   Mat2 carry;
   carry << 3.0, -0.4, 0.7, 5.0;
   const SharedCornerCost cost(
-      std::make_unique<ReprojectionCost<FisheyeDistortion>>(Vec2(640, 700), Mat2::Identity()),
-      std::make_unique<ReprojectionCost<BrownConrady>>(Vec2(711.5, 702.25), sheet.lit.sqrt_information),
-      carry);
+      std::make_unique<ReprojectionCost<FisheyeDistortion>>(Vec2(640, 700), carry),
+      std::make_unique<ReprojectionCost<BrownConrady>>(Vec2(711.5, 702.25), sheet.lit.sqrt_information));
   std::vector<std::vector<double>> blocks(sheet.blocks.begin(), sheet.blocks.end());
   blocks.push_back({0.13, -0.07, 0.004});
   using Block = Eigen::Matrix<double, 2, Eigen::Dynamic, Eigen::RowMajor>;

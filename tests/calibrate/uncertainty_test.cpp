@@ -82,7 +82,7 @@ TEST(Jackknife, AgreesWithFullRefitsWhereLightIsReadAtCorners) {
   Options options = flat();
   options.light_read_at_corners = true;
   const SolvedBundle full = calibrate_rig(data, options).solved;
-  const Jackknife closed = jackknife(full.data, full.used, full.state, full.options);
+  const Jackknife closed = bundle_uncertainty(full.data, full.used, full.state, full.options).jackknife;
   std::map<std::string, double> variance;
   for (std::size_t v = 0; v < 9; ++v) {
     UsedMask without = full.used;

@@ -74,7 +74,8 @@ TEST(RealCaptures, JackknifeAgreesWithWholeRefits) {
             0.8 * moved[Eigen::Index(i)] * moved[Eigen::Index(i)];
     }
   }
-  const NamedCovariance closed = calibrate::jackknife(data, used, state, bundle_options).plain;
+  const NamedCovariance closed =
+      calibrate::bundle_uncertainty(data, used, state, bundle_options).jackknife.plain;
   for (const auto& [name, of_refits] : variance) {
     if (closed.index_of(name)) {
       EXPECT_NEAR(closed.sigma(name) / std::sqrt(of_refits), 1, 0.2) << name;

@@ -28,6 +28,29 @@ void require_size_fits(const DecodedMap& decoded) {
                 wrong_size->message, "give the size of the picture that was shown");
 }
 
+/// What Gray code's frames show without the projector's light, stretched to all grey levels: of a bit's frame
+/// and its inverse one at least leaves a pixel unlit. The darker of the two, over all bits.
+ImageU8 in_room_light(const std::vector<ViewU8>& captures) {
+  const ViewU8& first = captures.front();
+  std::vector<int> sums(std::size_t(first.width) * std::size_t(first.height));
+  for (std::size_t i = 0; i + 3 < captures.size(); i += 2)
+    for (int y = 0; y < first.height; ++y) {
+      const std::uint8_t *frame = captures[i].row(y), *inverse = captures[i + 1].row(y);
+      int* sum = &sums[std::size_t(y) * std::size_t(first.width)];
+      for (int x = 0; x < first.width; ++x) sum[x] += std::min(frame[x], inverse[x]);
+    }
+  std::vector<int> sorted = sums;
+  const auto bright = sorted.begin() + long(0.999 * double(sorted.size() - 1));
+  std::nth_element(sorted.begin(), bright, sorted.end());
+  ImageU8 image(first.width, first.height);
+  for (int y = 0; y < first.height; ++y)
+    for (int x = 0; x < first.width; ++x)
+      image.at(x, y) =
+          std::uint8_t(std::min(255, 255 * sums[std::size_t(y) * std::size_t(first.width) + std::size_t(x)] /
+                                         std::max(*bright, 1)));
+  return image;
+}
+
 class GrayPattern : public SessionPattern {
  public:
   explicit GrayPattern(const pattern::GrayCode& gray_code) : gray_code_(gray_code) {}
@@ -44,6 +67,16 @@ class GrayPattern : public SessionPattern {
     const ViewU8& white = captures[captures.size() - 2];
     Detections in_camera = detect::detect_board(white, board), in_projector;
     in_projector.image_size = gray_code_.projector_size;
+    if (in_camera.observations.empty()) {
+      // Light that ends on the board is an edge through its print, many times as bright on one side.
+      Detections unlit = detect::detect_board(in_room_light(captures), board);
+      if (!unlit.observations.empty()) {
+        in_camera = std::move(unlit);
+        in_camera.diagnostics.note("board_in_room_light",
+                                   "the board was found by the room's light alone: the projector's lights "
+                                   "a part of it");
+      }
+    }
     if (!in_camera.observations.empty())
       in_projector = match::project_board(in_camera, board, detect::board_artwork(board), decoded,
                                           pattern::stripe_edges(captures, decoded, gray_code_));

@@ -44,7 +44,7 @@ std::vector<std::optional<BundleState>> leave_one_view_out(const Correspondences
                                                            const UsedMask& used, const BundleState& solution,
                                                            const BundleOptions& options);
 
-/// Both jackknives, rows as bundle_covariance's; rank n - 1 at most. Empty with fewer than three views.
+/// Both kinds of it, rows as bundle_covariance's; rank n - 1 at most. Empty with fewer than three views.
 struct Jackknife {
   NamedCovariance plain;      ///< of the left-out answers themselves
   NamedCovariance corrected;  ///< for leverage: unbiased for independent noise
@@ -53,8 +53,14 @@ struct Jackknife {
   /// which cancel, have in common. Equal views give sqrt(2 / ((n - 1) p)), unequal ones more.
   double ratio_sigma = 0;
 };
-Jackknife jackknife(const Correspondences& correspondences, const UsedMask& used, const BundleState& solution,
-                    const BundleOptions& options);
+
+/// Both at once: most of either is the normal equations. Throws as bundle_covariance.
+struct BundleUncertainty {
+  BundleCovariance formal;
+  Jackknife jackknife;
+};
+BundleUncertainty bundle_uncertainty(const Correspondences& correspondences, const UsedMask& used,
+                                     const BundleState& solution, const BundleOptions& options);
 
 /// What to tell people: `formal`, unless the views scatter more than it allows.
 struct HonestCovariance {

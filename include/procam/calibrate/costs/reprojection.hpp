@@ -6,10 +6,12 @@
 ///
 /// in sigmas. A point that the lens cannot see makes the evaluation fail (returns false): it never scores
 /// zero. Parameter blocks: lens (fx fy cx cy skew, then the model's coefficients), device_from_rig and
-/// rig_from_board (see se3_manifold.hpp), the point in the board's frame. Derivatives: by the lens and by the
-/// point in the device's frame through core's dual numbers, the same project<Model, T> as everywhere; by the
-/// poses in closed form, d(T p)/d(xi) = [-hat(T p), I], d(T p)/dp = R.
+/// rig_from_board (see se3_manifold.hpp), the point in the board's frame. Derivatives: by the distortion and
+/// by the point in the device's frame through core's dual numbers, the same Model::distort<T> as everywhere;
+/// by intrinsics and poses in closed form, d(T p)/d(xi) = [-hat(T p), I], d(T p)/dp = R.
 #include <ceres/sized_cost_function.h>
+
+#include <array>
 
 #include "procam/calibrate/costs/se3_manifold.hpp"
 #include "procam/core/camera.hpp"
@@ -42,22 +44,30 @@ class ReprojectionCost final
       weighted = sqrt_information_ * (*projected - pixel_);
       return true;
     }
-    using D = Dual<3 + kLensSize>;
-    D lens_variables[kLensSize];
-    for (int i = 0; i < kLensSize; ++i) lens_variables[i] = D(lens[i], 3 + i);
+    // The intrinsics' derivatives are written down; dual numbers carry the point and the distortion alone.
+    constexpr int kK = Intrinsics::kNumParameters;
+    using D = Dual<3 + Model::kNumCoefficients>;
+    std::array<D, std::size_t(Model::kNumCoefficients)> coefficients;
+    for (int i = 0; i < Model::kNumCoefficients; ++i) coefficients[std::size_t(i)] = D(lens[kK + i], 3 + i);
     const Vec3T<D> point(D(point_in_device.x(), 0), D(point_in_device.y(), 1), D(point_in_device.z(), 2));
-    const auto projected =
-        project<Model>(IntrinsicsT<D>::from_array(lens_variables),
-                       static_cast<const D*>(lens_variables + Intrinsics::kNumParameters), point);
-    if (!projected) return false;
-    weighted = sqrt_information_ * (Vec2(projected->x().a, projected->y().a) - pixel_);
-    Eigen::Matrix<double, 2, 3 + kLensSize> derivative;
-    derivative << projected->x().v.transpose(), projected->y().v.transpose();
-    derivative = sqrt_information_ * derivative;
+    const auto distorted = Model::distort(static_cast<const D*>(coefficients.data()), point);
+    if (!distorted) return false;
+    const D &x = distorted->x(), &y = distorted->y();
+    const Intrinsics k = Intrinsics::from_array(lens);
+    const Vec2 pixel = k.pixel_from_normalized(Vec2(x.a, y.a));
+    if (!is_finite(pixel)) return false;
+    weighted = sqrt_information_ * (pixel - pixel_);
+    Eigen::Matrix<double, 2, 3 + Model::kNumCoefficients> derivative;
+    derivative << (k.fx * x.v + k.skew * y.v).transpose(), k.fy * y.v.transpose();
+    derivative = (sqrt_information_ * derivative).eval();
 
     if (jacobians[0] != nullptr) {
       Eigen::Map<Eigen::Matrix<double, 2, kLensSize, Eigen::RowMajor>> by_lens(jacobians[0]);
-      by_lens = derivative.template rightCols<kLensSize>();
+      Eigen::Matrix<double, 2, kK> by_intrinsics;  // fx fy cx cy skew
+      by_intrinsics << x.a, 0, 1, 0, y.a, 0, y.a, 0, 1, 0;
+      by_lens.template leftCols<kK>() = sqrt_information_ * by_intrinsics;
+      by_lens.template rightCols<Model::kNumCoefficients>() =
+          derivative.template rightCols<Model::kNumCoefficients>();
     }
     const Mat23 by_point = derivative.template leftCols<3>();
     if (jacobians[1] != nullptr) write_pose_jacobian(by_point, point_in_device, jacobians[1]);

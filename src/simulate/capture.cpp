@@ -40,51 +40,18 @@ double exposure(const World& world, double brightest_grey) {
   return brightest_grey / brightest;
 }
 
-/// What one channel of the sensor sees of a colour frame's light.
-ImageU8 light_in(const ImageU8& frame, int channel, double crosstalk) {
-  ImageU8 light(frame.size());
-  for (int y = 0; y < frame.height(); ++y)
-    for (int x = 0; x < frame.width(); ++x) {
-      double sum = 0, weights = 0;
-      for (int c = 0; c < 3; ++c) {
-        const double weight = c == channel ? 1 : std::abs(c - channel) == 1 ? crosstalk : 0;
-        sum += weight * frame.at(x, y, c);
-        weights += weight;
-      }
-      light.at(x, y) = std::uint8_t(std::lround(sum / weights));
-    }
-  return light;
-}
-
-/// The three channels as grey frames, one after the other, captured and put together again.
-std::vector<ImageU8> capture_colour(const World& world, const std::vector<ImageU8>& frames,
-                                    const CaptureOptions& options) {
-  std::vector<ImageU8> channels;
-  for (const ImageU8& frame : frames)
-    for (int c = 0; c < 3; ++c) channels.push_back(light_in(frame, c, options.crosstalk));
-  const std::vector<ImageU8> seen = capture(world, channels, options);
-  std::vector<ImageU8> captures;
-  for (std::size_t i = 0; i < frames.size(); ++i) {
-    ImageU8& out = captures.emplace_back(seen[3 * i].size(), 3);
-    for (int y = 0; y < out.height(); ++y)
-      for (int x = 0; x < out.width(); ++x)
-        for (int c = 0; c < 3; ++c) out.at(x, y, c) = seen[3 * i + std::size_t(c)].at(x, y);
-  }
-  return captures;
-}
-
 }  // namespace
 
 std::vector<ImageU8> capture(const World& world, const std::vector<ImageU8>& projector_frames,
                              const CaptureOptions& options) {
   check(world, projector_frames, options);
-  if (!projector_frames.empty() && projector_frames.front().channels() == 3)
-    return capture_colour(world, projector_frames, options);
   const double gain = exposure(world, options.brightest_grey);
   const internal::SampledView view = internal::sample_view(world, options.samples_per_axis, options.threads);
   internal::Sensor sensor;
   sensor.exposure = gain;
   sensor.blur_px = options.camera_blur_px;
+  sensor.channels = projector_frames.empty() ? 1 : projector_frames.front().channels();
+  sensor.crosstalk = options.crosstalk;
   sensor.noise = options.noise;
   sensor.seed = options.seed;
   return internal::record(view, {{projector_frames, options.projector_blur_px}}, projector_frames.size(),

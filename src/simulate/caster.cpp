@@ -23,9 +23,107 @@ Caster::Caster(const PreparedRoom& room, const Pose& room_from_eye) : room_from_
   for (const Body& body : room.room->bodies) {
     const Pose body_from_eye = body.room_from_body.inverse() * room_from_eye;
     const Mat3 axes = body_from_eye.rotation_matrix().transpose();
-    seen_.push_back({&body.shape, std::get_if<Rectangle>(&body.shape), axes.col(0), axes.col(1), axes.col(2),
-                     body_from_eye.translation});
+    Seen& seen = seen_.emplace_back();
+    seen.shape = &body.shape;
+    seen.rectangle = std::get_if<Rectangle>(&body.shape);
+    seen.bounds = flat_bounds(body.shape);
+    seen.convex = is_convex(body.shape);
+    if (!seen.bounds)
+      for (const Vec3& corner : hull_of(body.shape))
+        seen.hull_in_eye.push_back(body_from_eye.inverse() * corner);
+    seen.x_in_eye = axes.col(0);
+    seen.y_in_eye = axes.col(1);
+    seen.z_in_eye = axes.col(2);
+    seen.eye_in_body = body_from_eye.translation;
   }
+}
+
+namespace {
+
+/// Does a body of these corners lie wholly beyond one side of the rays' pyramid?
+bool is_beside(const Points3& hull, const CellRays& d) {
+  const Vec3 middle = d[0] + d[1] + d[2] + d[3];
+  constexpr std::size_t kRound[5] = {0, 1, 3, 2, 0};
+  for (std::size_t k = 0; k < 4; ++k) {
+    Vec3 inward = d[kRound[k]].cross(d[kRound[k + 1]]);
+    if (inward.dot(middle) < 0) inward = -inward;
+    if (std::all_of(hull.begin(), hull.end(), [&](const Vec3& p) { return inward.dot(p) < 0; })) return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+Caster::Across Caster::across(const Seen& seen, const CellRays& directions) {
+  if (!seen.bounds) {
+    Across round;
+    round.met = is_beside(seen.hull_in_eye, directions) ? Share::kNone : Share::kSome;
+    round.nearness.fill(std::numeric_limits<double>::infinity());
+    return round;
+  }
+  const Vec3& eye = seen.eye_in_body;
+  const Rectangle& r = *seen.bounds;
+  Across across;
+  // A ray meets the rectangle where all of these are positive, and each is linear in the direction.
+  std::array<bool, 5> beyond;
+  beyond.fill(true);
+  bool inside = true;
+  for (std::size_t k = 0; k < 4; ++k) {
+    const Vec3 d = seen.in_body(directions[k]);
+    const double w = -d.z() / eye.z(), x = eye.x() * w + d.x(), y = eye.y() * w + d.y();
+    const std::array<double, 5> within = {w, x - r.low.x() * w, r.high.x() * w - x, y - r.low.y() * w,
+                                          r.high.y() * w - y};
+    for (std::size_t j = 0; j < 5; ++j) {
+      beyond[j] = beyond[j] && within[j] < 0;
+      inside = inside && within[j] > 0;
+    }
+    if (inside && seen.rectangle == nullptr)
+      inside = seen.convex && covers(std::get<Polygon>(*seen.shape), x / w, y / w);
+    across.nearness[k] = w;
+  }
+  const bool none = beyond[0] || beyond[1] || beyond[2] || beyond[3] || beyond[4];
+  across.met = none ? Share::kNone : inside ? Share::kAll : Share::kSome;
+  return across;
+}
+
+std::optional<int> Caster::first_of(const CellRays& directions, const Candidates& candidates) const {
+  constexpr std::size_t kMost = 12;
+  std::array<Across, kMost> met;
+  if (candidates.size() > kMost) return std::nullopt;
+  std::optional<std::size_t> first;
+  bool any = false;
+  for (std::size_t i = 0; i < candidates.size(); ++i) {
+    met[i] = across(seen_[candidates[i]], directions);
+    any = any || met[i].met != Share::kNone;
+    if (met[i].met == Share::kAll && (!first || met[i].nearness[0] * (1 + 1e-7) > met[*first].nearness[0]))
+      first = i;
+  }
+  if (!any) return -1;
+  if (!first) return std::nullopt;
+  // Nothing else may be met before it; in one plane the later body wins, as in nearest().
+  for (std::size_t i = 0; i < candidates.size(); ++i) {
+    if (i == *first || met[i].met == Share::kNone) continue;
+    for (std::size_t k = 0; k < 4; ++k) {
+      const double other = met[i].nearness[k], mine = met[*first].nearness[k];
+      if (!(i < *first ? mine * (1 + 1e-7) > other : other * (1 + 1e-7) <= mine)) return std::nullopt;
+    }
+  }
+  return int(candidates[*first]);
+}
+
+Share Caster::hidden(const CellRays& points, const Candidates& candidates) const {
+  constexpr double kBefore = 1 + 1e-6;  // of 1 / s, as in is_hidden()
+  Share share = Share::kNone;
+  for (const std::uint16_t i : candidates) {
+    const Across body = across(seen_[i], points);
+    const auto before = [](double nearness) { return nearness > kBefore; };
+    if (body.met == Share::kNone || std::none_of(body.nearness.begin(), body.nearness.end(), before))
+      continue;
+    if (body.met == Share::kAll && std::all_of(body.nearness.begin(), body.nearness.end(), before))
+      return Share::kAll;
+    share = Share::kSome;
+  }
+  return share;
 }
 
 TileCone cone_of(const Camera& device, const Vec2& low, const Vec2& high) {

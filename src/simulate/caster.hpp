@@ -34,6 +34,13 @@ struct BodyHit {
   Vec3 point_in_body = Vec3::Zero();
 };
 
+/// Four directions round a cell. What holds for them holds for all rays between (positive combinations), as
+/// all that is asked of flat bodies is linear in the direction.
+using CellRays = std::array<Vec3, 4>;
+
+/// Of how many of a cell's rays.
+enum class Share { kNone, kSome, kAll };
+
 class Caster {
  public:
   Caster(const PreparedRoom& room, const Pose& room_from_eye);
@@ -57,8 +64,19 @@ class Caster {
     return false;
   }
 
+  /// The body that all rays of a cell meet first, -1 where none of them meets any; nullopt where they may
+  /// differ.
+  std::optional<int> first_of(const CellRays& directions_in_eye, const Candidates& candidates) const;
+  /// is_hidden() for the points between four.
+  Share hidden(const CellRays& points_in_eye, const Candidates& candidates) const;
+
   const Pose& room_from_eye() const { return room_from_eye_; }
   const Vec3& eye_in_body(int body) const { return seen_[std::size_t(body)].eye_in_body; }
+  /// Of a ray's direction, to a flat body's plane.
+  double lengths_to_plane(int body, const Vec3& direction_in_eye) const {
+    const Seen& seen = seen_[std::size_t(body)];
+    return -seen.eye_in_body.z() / seen.z_in_eye.dot(direction_in_eye);
+  }
   /// A direction in a body's frame.
   Vec3 in_body(int body, const Vec3& direction_in_eye) const {
     return seen_[std::size_t(body)].in_body(direction_in_eye);
@@ -67,7 +85,10 @@ class Caster {
  private:
   struct Seen {
     const Shape* shape;
-    const Rectangle* rectangle;  ///< the shape, if it is one
+    const Rectangle* rectangle;       ///< the shape, if it is one
+    std::optional<Rectangle> bounds;  ///< of a flat shape
+    bool convex;                      ///< of a flat shape
+    Points3 hull_in_eye;              ///< of a round shape
     Vec3 x_in_eye, y_in_eye, z_in_eye;
     Vec3 eye_in_body;
 
@@ -83,6 +104,14 @@ class Caster {
     if (!covers(*seen.rectangle, x, y)) return {};
     return {s, Vec3(x, y, 0)};
   }
+
+  /// Which of a cell's rays meet a flat body, and 1 / s of its plane along the four. Of a round body: nothing
+  /// is known, or that none meets it.
+  struct Across {
+    Share met;
+    std::array<double, 4> nearness;
+  };
+  static Across across(const Seen& seen, const CellRays& directions);
 
   Pose room_from_eye_;
   std::vector<Seen> seen_;
@@ -116,6 +145,10 @@ class TileIndex {
   /// The tile of a pixel in [low, high).
   int at(const Vec2& pixel) const {
     return int((pixel.y() - low_.y()) / tile_) * columns_ + int((pixel.x() - low_.x()) / tile_);
+  }
+  /// Does the box of pixels lie beyond one side of the picture?
+  bool is_beside(const Vec2& low, const Vec2& high) const {
+    return high.x() < low_.x() || high.y() < low_.y() || low.x() >= high_.x() || low.y() >= high_.y();
   }
   bool contains(const Vec2& pixel) const {
     return pixel.x() >= low_.x() && pixel.y() >= low_.y() && pixel.x() < high_.x() && pixel.y() < high_.y();

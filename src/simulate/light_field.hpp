@@ -1,13 +1,14 @@
 #pragma once
-/// The light of several projector frames, ready to be looked up at any projector pixel for all of them at
-/// once: the frames' values of one pixel lie side by side (sixteen: one cache line), so a look-up costs four
-/// lines whatever the number of frames.
+/// The light of several projector frames (or their colours), ready to be looked up at any projector pixel for
+/// all of them at once: their values of one pixel lie side by side (sixteen: one cache line), so a look-up
+/// costs four lines whatever their number.
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <vector>
 
 #include "blur.hpp"
+#include "defocus.hpp"
 #include "parallel.hpp"
 #include "procam/core/image.hpp"
 
@@ -19,39 +20,55 @@ struct ShownFrames {
   double blur_px = 0, gamma = 1;
 };
 
-template <std::size_t kFrames>
+/// One camera channel's light of one frame: the sum of its red, green and blue light by these weights. A grey
+/// frame is white.
+struct LightPlane {
+  std::size_t frame;
+  std::array<float, 3> bands;
+
+  float white() const { return bands[0] + bands[1] + bands[2]; }
+};
+
+template <std::size_t kPlanes>
 class LightField {
  public:
-  using Levels = std::array<float, kFrames>;
+  using Levels = std::array<float, kPlanes>;
 
-  /// Frames first .. first + kFrames - 1 (as far as there are any); full light is 1.
-  LightField(const ShownFrames& shown, std::size_t first, int threads) {
+  /// At most kPlanes; full light is 1. `disc`: out of focus.
+  LightField(const ShownFrames& shown, const std::vector<LightPlane>& planes, const DiscKernel& disc,
+             int threads) {
     const std::vector<float> kernel = gaussian_kernel(shown.blur_px);
-    pad_ = int(kernel.size());  // the blur's radius, and one dark pixel for the linear fall beyond it
-    width_ = shown.frames[first].width() + 2 * pad_;
-    height_ = shown.frames[first].height() + 2 * pad_;
-    levels_.resize(std::size_t(width_) * std::size_t(height_) * kFrames);
+    pad_ = int(kernel.size()) + disc.reach;  // the blur, and one dark pixel for the linear fall beyond it
+    width_ = shown.frames[0].width() + 2 * pad_;
+    height_ = shown.frames[0].height() + 2 * pad_;
+    levels_.resize(std::size_t(width_) * std::size_t(height_) * kPlanes);
     std::array<float, 256> light_of;
     for (std::size_t i = 0; i < 256; ++i) light_of[i] = float(std::pow(double(i) / 255, shown.gamma));
 
-    const std::size_t count = std::min(shown.frames.size() - first, kFrames);
+    const std::size_t count = planes.size();
     std::vector<ImageF> blurred(count);
     parallel_for(int(count), threads, [&](int begin, int end) {
-      for (int i = begin; i < end; ++i) {
-        const ImageU8& frame = shown.frames[first + std::size_t(i)];
+      for (std::size_t i = std::size_t(begin); i < std::size_t(end); ++i) {
+        const ImageU8& frame = shown.frames[planes[i].frame];
         ImageF light(width_, height_);
-        for (int y = 0; y < frame.height(); ++y)
-          std::transform(frame.row(y), frame.row(y) + frame.width(), light.row(y + pad_) + pad_,
-                         [&](std::uint8_t value) { return light_of[value]; });
-        blurred[std::size_t(i)] = convolve(light, kernel);
+        for (int y = 0; y < frame.height(); ++y) {
+          float* out = light.row(y + pad_) + pad_;
+          for (int x = 0; x < frame.width(); ++x)
+            if (frame.channels() == 1)
+              out[x] = planes[i].white() * light_of[frame.at(x, y)];
+            else
+              for (int c = 0; c < 3; ++c)
+                out[x] += planes[i].bands[std::size_t(c)] * light_of[frame.at(x, y, c)];
+        }
+        blurred[i] = convolve(convolve(light, disc, 1), kernel);
       }
     });
     parallel_for(height_, threads, [&](int begin, int end) {
       for (int y = begin; y < end; ++y) {
-        float* out = levels_.data() + std::size_t(y) * std::size_t(width_) * kFrames;
+        float* out = levels_.data() + std::size_t(y) * std::size_t(width_) * kPlanes;
         for (std::size_t i = 0; i < count; ++i) {
           const float* in = blurred[i].row(y);
-          for (std::size_t x = 0; x < std::size_t(width_); ++x) out[x * kFrames + i] = in[x];
+          for (std::size_t x = 0; x < std::size_t(width_); ++x) out[x * kPlanes + i] = in[x];
         }
       }
     });
@@ -66,10 +83,10 @@ class LightField {
     const float w00 = weight * (1 - right) * (1 - down), w10 = weight * right * (1 - down);
     const float w01 = weight * (1 - right) * down, w11 = weight * right * down;
     const float* top =
-        levels_.data() + (std::size_t(row) * std::size_t(width_) + std::size_t(column)) * kFrames;
-    const float* bottom = top + std::size_t(width_) * kFrames;
-    for (std::size_t i = 0; i < kFrames; ++i)
-      sum[i] += w00 * top[i] + w10 * top[kFrames + i] + w01 * bottom[i] + w11 * bottom[kFrames + i];
+        levels_.data() + (std::size_t(row) * std::size_t(width_) + std::size_t(column)) * kPlanes;
+    const float* bottom = top + std::size_t(width_) * kPlanes;
+    for (std::size_t i = 0; i < kPlanes; ++i)
+      sum[i] += w00 * top[i] + w10 * top[kPlanes + i] + w01 * bottom[i] + w11 * bottom[kPlanes + i];
   }
 
  private:

@@ -5,7 +5,15 @@ namespace {
 
 /// Width of the box along each axis that has the variance of the parallelogram (across, down).
 Vec2 box_of(const Vec2& across, const Vec2& down) {
-  return Vec2(std::hypot(across.x(), down.x()), std::hypot(across.y(), down.y()));
+  return Vec2(std::sqrt(across.x() * across.x() + down.x() * down.x()),
+              std::sqrt(across.y() * across.y() + down.y() * down.y()));
+}
+
+ImageU8 channel_of(const ImageU8& image, int channel) {
+  ImageU8 one(image.size());
+  for (int y = 0; y < image.height(); ++y)
+    for (int x = 0; x < image.width(); ++x) one.at(x, y) = image.at(x, y, channel);
+  return one;
 }
 
 bool is_albedo(double albedo) {
@@ -26,7 +34,12 @@ PreparedPaint::Side PreparedPaint::side_of(const Body& body) {
   if (const auto* picture = std::get_if<Picture>(&body.paint)) {
     require(is_albedo(picture->white) && is_albedo(picture->black),
             "simulate: an albedo of body '" + body.name + "' is not in 0..1");
-    return Print{SummedPicture(picture->image), picture->white, picture->black};
+    const int channels = picture->image.channels();
+    require(channels == 1 || channels == 3,
+            "simulate: the picture of body '" + body.name + "' has neither one channel nor three");
+    Print print{{}, picture->white, picture->black};
+    for (int c = 0; c < channels; ++c) print.channels.emplace_back(channel_of(picture->image, c));
+    return print;
   }
   if (const auto* board = std::get_if<PrintedBoard>(&body.paint)) {
     require(std::holds_alternative<Rectangle>(body.shape) || std::holds_alternative<Polygon>(body.shape),
@@ -38,18 +51,33 @@ PreparedPaint::Side PreparedPaint::side_of(const Body& body) {
   return albedo;
 }
 
-double PreparedPaint::albedo(bool front, const Vec3& point, const Vec3& across, const Vec3& down) const {
+bool PreparedPaint::is_coloured() const {
+  const auto coloured = [](const Side& side) {
+    const auto* print = std::get_if<Print>(&side);
+    return print != nullptr && print->channels.size() > 1;
+  };
+  return coloured(front_) || coloured(back_);
+}
+
+Bands PreparedPaint::albedo(bool front, const Vec3& point, const Footprint& share) const {
   const Side& side = front ? front_ : back_;
+  const auto without_colour = [](double albedo) { return Bands{albedo, albedo, albedo}; };
   if (const auto* paper = std::get_if<Paper>(&side))
-    return paper->albedo(point.head<2>(), box_of(across.head<2>(), down.head<2>()));
+    return without_colour(
+        paper->albedo(point.head<2>(), box_of(share.across.head<2>(), share.down.head<2>())));
   if (const auto* print = std::get_if<Print>(&side)) {
     const ShapeUv at = uv_of(*shape_, point);
-    const Vec2 texels(print->picture.width(), print->picture.height());
+    const Vec2 texels(print->channels[0].width(), print->channels[0].height());
     const Vec2 middle = at.uv.cwiseProduct(texels);
-    const Vec2 half = 0.5 * box_of(at.uv_by_point * across, at.uv_by_point * down).cwiseProduct(texels);
-    return print->black + (print->white - print->black) * print->picture.mean(middle - half, middle + half);
+    const Vec2 half =
+        0.5 * box_of(at.uv_by_point * share.across, at.uv_by_point * share.down).cwiseProduct(texels);
+    const auto in = [&](std::size_t channel) {
+      return print->black +
+             (print->white - print->black) * print->channels[channel].mean(middle - half, middle + half);
+    };
+    return print->channels.size() == 1 ? without_colour(in(0)) : Bands{in(0), in(1), in(2)};
   }
-  return std::get<double>(side);
+  return without_colour(std::get<double>(side));
 }
 
 }  // namespace procam::simulate::internal

@@ -1,27 +1,38 @@
 #pragma once
 /// What a body reflects, made ready for many questions.
+#include <array>
+#include <vector>
+
 #include "paper.hpp"
 #include "shape.hpp"
 #include "summed_picture.hpp"
 
 namespace procam::simulate::internal {
 
+/// Albedo for the red, green and blue light of a projector; of what has no colour, three times the same.
+using Bands = std::array<double, 3>;
+
+/// A ray's share of the camera pixel on a surface: the parallelogram (across, down) about the point.
+struct Footprint {
+  Vec3 across = Vec3::Zero(), down = Vec3::Zero();
+};
+
 class PreparedPaint {
  public:
-  /// Throws std::invalid_argument for an albedo outside 0..1, a picture without texels, or a print on a shape
-  /// that is not flat.
+  /// Throws std::invalid_argument for an albedo outside 0..1, a picture without texels or of other than one
+  /// or three channels, or a print on a shape that is not flat.
   explicit PreparedPaint(const Body& body);
 
   /// Is the albedo the same all over that side?
   bool is_plain(bool front) const { return std::holds_alternative<double>(front ? front_ : back_); }
-  double plain_albedo(bool front) const { return std::get<double>(front ? front_ : back_); }
-  /// Mean over a ray's share of the camera pixel, which spans the parallelogram (across, down) about the
-  /// point: taken over the box of the same variance along each axis of the drawing.
-  double albedo(bool front, const Vec3& point, const Vec3& across, const Vec3& down) const;
+  bool is_coloured() const;
+  /// Mean over a ray's share of the camera pixel: over the box of the same variance along each axis of the
+  /// drawing.
+  Bands albedo(bool front, const Vec3& point, const Footprint& share) const;
 
  private:
   struct Print {
-    SummedPicture picture;
+    std::vector<SummedPicture> channels;  ///< one or three
     double white, black;
   };
   using Side = std::variant<double, Print, Paper>;

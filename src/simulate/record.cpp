@@ -1,44 +1,114 @@
 #include "record.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <functional>
 
 #include "blur.hpp"
+#include "defocus.hpp"
 #include "noise.hpp"
 #include "parallel.hpp"
 
 namespace procam::simulate::internal {
 namespace {
 
-/// The linear levels of the frames first .. first + kFrames - 1 (as far as there are any): what falls on the
-/// sensor of a perfect camera lens.
-template <std::size_t kFrames>
+constexpr std::size_t kMostPlanes = 16;
+
+/// The linear levels of a camera channel for each plane: what falls on the sensor of a lens without blur.
+template <std::size_t kPlanes>
 std::vector<ImageF> gather_light(const SampledView& view, const std::vector<ShownFrames>& lights,
-                                 std::size_t first, std::size_t count, int threads) {
-  using Field = LightField<kFrames>;
-  std::vector<Field> fields;
-  for (const ShownFrames& light : lights) fields.emplace_back(light, first, threads);
+                                 const std::vector<LightPlane>& planes, std::size_t band, int threads) {
+  using Field = LightField<kPlanes>;
   const ImageSize size = view.ambient_level.size();
-  std::vector<ImageF> levels(std::min(count - first, kFrames), ImageF(size));
-  parallel_for(size.height, threads, [&](int begin, int end) {
-    for (int y = begin; y < end; ++y)
-      for (int x = 0; x < size.width; ++x) {
-        typename Field::Levels sum;
-        sum.fill(view.ambient_level.at(x, y));
-        for (std::size_t l = 0; l < fields.size(); ++l) {
-          const LightSample* sample = view.of_row(l, y) + std::ptrdiff_t(x) * view.samples_per_pixel;
-          for (int i = 0; i < view.samples_per_pixel; ++i, ++sample)
-            if (sample->level > 0) fields[l].add(sample->u, sample->v, sample->level, sum);
+  std::vector<ImageF> levels(planes.size(), ImageF(size));
+  for (std::size_t i = 0; i < planes.size(); ++i)
+    for (int y = 0; y < size.height; ++y)
+      for (int x = 0; x < size.width; ++x)
+        levels[i].at(x, y) = planes[i].white() * view.ambient_level.at(x, y, int(band));
+
+  /// `share(ray)`: how much of a ray's light takes this field.
+  const auto add = [&](std::size_t l, const Field& field, const auto& share) {
+    parallel_for(size.height, threads, [&](int begin, int end) {
+      for (int y = begin; y < end; ++y)
+        for (int x = 0; x < size.width; ++x) {
+          typename Field::Levels sum{};
+          const std::size_t first = view.first_ray_of(x, y);
+          for (std::size_t ray = first; ray < first + std::size_t(view.samples_per_pixel); ++ray) {
+            const LightSample& sample = view.of_light[l][ray];
+            const float level = sample.level * view.tint(ray, band) * share(ray);
+            if (level > 0) field.add(sample.u, sample.v, level, sum);
+          }
+          for (std::size_t i = 0; i < levels.size(); ++i) levels[i].at(x, y) += sum[i];
         }
-        for (std::size_t i = 0; i < levels.size(); ++i) levels[i].at(x, y) = sum[i];
-      }
-  });
+    });
+  };
+  for (std::size_t l = 0; l < lights.size(); ++l) {
+    if (view.discs[l].empty()) {
+      add(l, Field(lights[l], planes, {}, threads), [](std::size_t) { return 1.f; });
+      continue;
+    }
+    std::array<bool, kDiscs> used{};
+    for (std::size_t ray = 0; ray < view.discs[l].size(); ++ray)
+      if (view.of_light[l][ray].level > 0)
+        for (const int disc : {0, 1}) used[std::size_t(disc_mix(view.discs[l][ray]).disc + disc)] = true;
+    for (int disc = 0; disc < kDiscs; ++disc)
+      if (used[std::size_t(disc)])
+        add(l, Field(lights[l], planes, disc_kernel(kDiscRadii[std::size_t(disc)]), threads),
+            [&](std::size_t ray) { return disc_mix(view.discs[l][ray]).share(disc); });
+  }
   return levels;
 }
 
-}  // namespace
+std::vector<ImageF> gather_light(const SampledView& view, const std::vector<ShownFrames>& lights,
+                                 const std::vector<LightPlane>& planes, std::size_t band, int threads) {
+  if (planes.size() == 1) return gather_light<1>(view, lights, planes, band, threads);
+  if (planes.size() <= 4) return gather_light<4>(view, lights, planes, band, threads);
+  return gather_light<kMostPlanes>(view, lights, planes, band, threads);
+}
 
-ImageU8 develop(const ImageF& levels, const Sensor& sensor, std::uint64_t frame) {
+/// What a channel of the sensor sees of red, green and blue light; sum 1.
+std::array<float, 3> response(const Sensor& sensor, int channel) {
+  if (sensor.channels == 1) return {1 / 3.f, 1 / 3.f, 1 / 3.f};
+  std::array<float, 3> weights;
+  float sum = 0;
+  for (int band = 0; band < 3; ++band) {
+    const int apart = std::abs(band - channel);
+    weights[std::size_t(band)] = apart == 0 ? 1 : apart == 1 ? float(sensor.crosstalk) : 0;
+    sum += weights[std::size_t(band)];
+  }
+  for (float& weight : weights) weight /= sum;
+  return weights;
+}
+
+/// Levels of the sensor's channels, frame by frame: numbers [first, end) of count * channels.
+std::vector<ImageF> levels_of(const SampledView& view, const std::vector<ShownFrames>& lights,
+                              std::size_t first, std::size_t end, const Sensor& sensor, int threads) {
+  const std::size_t channels = std::size_t(sensor.channels);
+  std::vector<LightPlane> planes;
+  for (std::size_t i = first; i < end; ++i)
+    planes.push_back({i / channels, response(sensor, int(i % channels))});
+  if (view.bands == 1) return gather_light(view, lights, planes, 0, threads);
+  // Surfaces with colour: each band's light by itself.
+  std::vector<ImageF> sum(planes.size(), ImageF(view.ambient_level.size()));
+  for (std::size_t band = 0; band < 3; ++band) {
+    std::vector<LightPlane> of_band = planes;
+    for (std::size_t i = 0; i < planes.size(); ++i) {
+      of_band[i].bands = {};
+      of_band[i].bands[band] = planes[i].bands[band];
+    }
+    const std::vector<ImageF> levels = gather_light(view, lights, of_band, band, threads);
+    const std::ptrdiff_t pixels = std::ptrdiff_t(sum[0].width()) * sum[0].height();
+    for (std::size_t i = 0; i < planes.size(); ++i)
+      std::transform(levels[i].data(), levels[i].data() + pixels, sum[i].data(), sum[i].data(),
+                     std::plus<>());
+  }
+  return sum;
+}
+
+/// Exposure, noise, the sensor's curve, 8 bits. Every (number, row) has a random stream of its own, so
+/// threads change nothing.
+ImageU8 develop(const ImageF& levels, const Sensor& sensor, std::uint64_t number) {
   const std::vector<float>& normal = normal_table();
   const bool noisy = sensor.noise.at_black > 0 || sensor.noise.per_level > 0;
   ImageU8 grey(levels.size());
@@ -50,7 +120,7 @@ ImageU8 develop(const ImageF& levels, const Sensor& sensor, std::uint64_t frame)
       for (std::size_t x = 0; x < row.size(); ++x) row[x] *= sensor.falloff.row(y)[x];
     if (noisy) {
       const float at_black = float(sensor.noise.at_black), per_level = float(sensor.noise.per_level);
-      Random random(sensor.seed, frame, std::uint64_t(y));
+      Random random(sensor.seed, number, std::uint64_t(y));
       std::uint64_t bits = 0;
       for (std::size_t x = 0; x < row.size(); ++x, bits >>= 16) {
         if (x % 4 == 0) bits = random.next();
@@ -66,22 +136,35 @@ ImageU8 develop(const ImageF& levels, const Sensor& sensor, std::uint64_t frame)
   return grey;
 }
 
+/// Channels of one picture put together.
+ImageU8 interleaved(const ImageU8* channels, int count) {
+  ImageU8 picture(channels[0].size(), count);
+  for (int y = 0; y < picture.height(); ++y)
+    for (int x = 0; x < picture.width(); ++x)
+      for (int c = 0; c < count; ++c) picture.at(x, y, c) = channels[c].at(x, y);
+  return picture;
+}
+
+}  // namespace
+
 std::vector<ImageU8> record(const SampledView& view, const std::vector<ShownFrames>& lights,
                             std::size_t count, const Sensor& sensor, int threads) {
-  constexpr std::size_t kMany = 16;
   const std::vector<float> kernel = gaussian_kernel(sensor.blur_px);
-  std::vector<ImageU8> captures(count);
-  for (std::size_t first = 0; first < count; first += kMany) {
-    const std::vector<ImageF> levels = count - first == 1
-                                           ? gather_light<1>(view, lights, first, count, threads)
-                                           : gather_light<kMany>(view, lights, first, count, threads);
-    parallel_for(int(levels.size()), threads, [&](int begin, int end) {
-      for (int i = begin; i < end; ++i) {
-        const std::size_t frame = first + std::size_t(i);
-        captures[frame] = develop(convolve(levels[std::size_t(i)], kernel), sensor, frame);
-      }
+  const std::size_t channels = std::size_t(sensor.channels);
+  std::vector<ImageU8> developed(count * channels);
+  for (std::size_t first = 0; first < developed.size(); first += kMostPlanes) {
+    const std::size_t end = std::min(first + kMostPlanes, developed.size());
+    std::vector<ImageF> levels = levels_of(view, lights, first, end, sensor, threads);
+    if (!sensor.discs.empty()) defocus(levels, sensor.discs, threads);
+    parallel_for(int(levels.size()), threads, [&](int part, int part_end) {
+      for (std::size_t i = std::size_t(part); i < std::size_t(part_end); ++i)
+        developed[first + i] = develop(convolve(levels[i], kernel), sensor, first + i);
     });
   }
+  if (channels == 1) return developed;
+  std::vector<ImageU8> captures;
+  for (std::size_t i = 0; i < count; ++i)
+    captures.push_back(interleaved(developed.data() + i * channels, sensor.channels));
   return captures;
 }
 

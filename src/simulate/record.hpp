@@ -11,8 +11,11 @@ namespace procam::simulate::internal {
 
 struct Sensor {
   double exposure = 1;  ///< linear grey levels per unit of light
+  ImageF discs;         ///< of what each pixel sees: signed radius (defocus.hpp), pixels; empty: all in focus
   double blur_px = 0;
-  ImageF falloff;  ///< factor of each pixel; empty: none
+  int channels = 1;      ///< 3: red, green, blue
+  double crosstalk = 0;  ///< share of a neighbouring colour's light
+  ImageF falloff;        ///< factor of each pixel; empty: none
   NoiseModel noise{0, 0};
   double gamma = 1;
   std::uint64_t seed = 0;
@@ -22,9 +25,5 @@ struct Sensor {
 /// view without lights.
 std::vector<ImageU8> record(const SampledView& view, const std::vector<ShownFrames>& lights,
                             std::size_t count, const Sensor& sensor, int threads);
-
-/// Exposure, noise, the sensor's curve, 8 bits. Every (frame, row) has a random stream of its own, so threads
-/// change nothing.
-ImageU8 develop(const ImageF& levels, const Sensor& sensor, std::uint64_t frame);
 
 }  // namespace procam::simulate::internal

@@ -1,6 +1,10 @@
 #include "room_sampling.hpp"
 
+#include <array>
+#include <limits>
+
 #include "caster.hpp"
+#include "defocus.hpp"
 #include "parallel.hpp"
 #include "procam/core/se3.hpp"
 #include "ray_grid.hpp"
@@ -11,10 +15,16 @@ namespace {
 constexpr int kCameraTile = 16;  ///< pixels, a multiple of kRayCell; a row of tiles is one piece of work
 constexpr int kLightTile = 32;   ///< projector pixels
 
+/// Columns [x, x_end), rows [y, y_end).
+struct PixelBox {
+  int x, x_end, y, y_end;
+};
+
 /// One light before the room, at one moment.
 struct LightEye {
   Caster caster;
   Pose light_from_camera;
+  Mat3 light_rotation;  ///< of that pose
 };
 
 /// Camera and lights at the moment of one row.
@@ -23,10 +33,30 @@ struct Eyes {
   std::vector<LightEye> lights;
 };
 
-/// The projector pixel that lights a point, and with how much at full light.
+/// The projector pixel that lights a point, with how much at full light, and its depth before the projector.
 struct Arriving {
   Vec2 projector_pixel;
-  double irradiance;
+  double irradiance, depth;
+};
+
+/// Points that one flat body shows to a cell's rays.
+struct FlatPoints {
+  static constexpr std::size_t kMost = kRayCell * kRayCell * kMostPerAxis * kMostPerAxis;
+  struct Point {
+    Vec3 in_camera;
+    std::size_t ray;  ///< number of the ray, or of the pixel for its centre
+    double level;
+  };
+  std::size_t count = 0;
+  std::array<Point, kMost> points;
+};
+
+/// How one light falls on a flat body within a cell.
+struct FlatLight {
+  Share hidden;       ///< all: dark
+  bool one_by_one;    ///< every point has to be asked by itself: a border of the light is near
+  double height = 0;  ///< of the light above the body's plane
+  const Candidates* shade = nullptr;
 };
 
 class RoomTracer {
@@ -83,19 +113,29 @@ class RoomTracer {
 
     const int cells_x = ray_cells(camera_.size.width);
     std::vector<RayNode> above = ray_node_row(camera_, first / kRayCell);
+    std::vector<double> falloff_above = falloff_of(above);
     for (int cell_y = first / kRayCell; cell_y * kRayCell < end; ++cell_y) {
       std::vector<RayNode> below = ray_node_row(camera_, cell_y + 1);
-      for (int y = cell_y * kRayCell; y < std::min((cell_y + 1) * kRayCell, end); ++y) {
-        const Eyes& eyes = still_ ? eyes_.front() : moving[std::size_t(y - first)];
-        for (int cell_x = 0; cell_x < cells_x; ++cell_x) {
-          const std::size_t i = std::size_t(cell_x);
-          const RayCell cell{above[i], above[i + 1], below[i], below[i + 1]};
-          if (!cell.valid()) continue;  // beyond the lens: black
-          for (int x = cell_x * kRayCell; x < std::min((cell_x + 1) * kRayCell, camera_.size.width); ++x)
-            trace_pixel(x, y, cell, eyes, tiles[std::size_t(x / kCameraTile)], in_light);
-        }
+      std::vector<double> falloff_below = falloff_of(below);
+      const int y_end = std::min((cell_y + 1) * kRayCell, end);
+      for (int cell_x = 0; cell_x < cells_x; ++cell_x) {
+        const std::size_t i = std::size_t(cell_x);
+        const RayCell cell{above[i], above[i + 1], below[i], below[i + 1]};
+        if (!cell.valid()) continue;  // beyond the lens: black
+        const int x = cell_x * kRayCell, x_end = std::min(x + kRayCell, camera_.size.width);
+        const PixelBox box{x, x_end, cell_y * kRayCell, y_end};
+        if (!samples_.falloff.empty())
+          note_falloff(box, falloff_above[i], falloff_above[i + 1], falloff_below[i], falloff_below[i + 1]);
+        const Candidates& candidates = tiles[std::size_t(x / kCameraTile)];
+        if (candidates.empty()) continue;
+        if (still_ && trace_flat(box, cell, eyes_.front(), candidates, in_light)) continue;
+        for (int row = box.y; row < box.y_end; ++row)
+          for (int column = box.x; column < box.x_end; ++column)
+            trace_pixel(column, row, cell, still_ ? eyes_.front() : moving[std::size_t(row - first)],
+                        candidates, in_light);
       }
       above.swap(below);
+      falloff_above.swap(falloff_below);
     }
   }
 
@@ -118,7 +158,11 @@ class RoomTracer {
     const std::size_t rays = std::size_t(options_.samples_per_axis) * std::size_t(options_.samples_per_axis);
     const std::size_t pixels = std::size_t(size.width) * std::size_t(size.height);
     samples_.view.samples_per_pixel = int(rays);
-    samples_.view.ambient_level = ImageF(size);
+    samples_.view.bands = bands_of(room_);
+    samples_.view.ambient_level = ImageF(size, samples_.view.bands);
+    if (samples_.view.bands > 1) samples_.view.tints.resize(pixels * rays);
+    for (const RoomLight& light : lights_)
+      samples_.view.discs.emplace_back(light.lens.aperture > 0 ? pixels * rays : 0);
     samples_.view.of_light.assign(lights_.size(), std::vector<LightSample>(pixels * rays, {0, 0, 0}));
     if (options_.vignetting > 0) samples_.falloff = ImageF(size);
     samples_.truth.body = Image<std::int16_t>(size, 1, std::int16_t(-1));
@@ -127,13 +171,20 @@ class RoomTracer {
     samples_.truth.light.assign(lights_.size(), {ImageF(size, 2), ImageU8(size)});
   }
 
+  static int bands_of(const PreparedRoom& room) {
+    for (const PreparedPaint& paint : room.paints)
+      if (paint.is_coloured()) return 3;
+    return 1;
+  }
   Eyes eyes_at(int row) const {
     const double time = options_.time + row * options_.row_time;
     const Pose room_from_camera = room_from_camera_(time);
     Eyes eyes{Caster(room_, room_from_camera), {}};
     for (const RoomLight& light : lights_) {
       const Pose room_from_light = light.room_from_projector(time);
-      eyes.lights.push_back({Caster(room_, room_from_light), room_from_light.inverse() * room_from_camera});
+      const Pose light_from_camera = room_from_light.inverse() * room_from_camera;
+      eyes.lights.push_back(
+          {Caster(room_, room_from_light), light_from_camera, light_from_camera.rotation_matrix()});
     }
     return eyes;
   }
@@ -165,20 +216,35 @@ class RoomTracer {
     if (eye.caster.is_hidden(point_in_light, in_light[std::size_t(light_tiles_[l].at(*pixel))]))
       return std::nullopt;
     const double distance2 = to_light.squaredNorm();
-    return Arriving{*pixel, lights_[l].intensity * closing / (distance2 * std::sqrt(distance2))};
+    return Arriving{*pixel, lights_[l].intensity * closing / (distance2 * std::sqrt(distance2)),
+                    point_in_light.z()};
+  }
+
+  double share_of_ray() const { return 1.0 / samples_.view.samples_per_pixel; }
+
+  /// A ray's albedo, for the ambient light and for all that `light` puts there.
+  double note_albedo(int x, int y, std::size_t ray, const Bands& albedo) {
+    SampledView& view = samples_.view;
+    for (int band = 0; band < view.bands; ++band)
+      view.ambient_level.at(x, y, band) +=
+          float(share_of_ray() * albedo[std::size_t(band)] * room_.room->ambient);
+    if (view.bands == 1) return share_of_ray() * albedo[0];
+    view.tints[ray] = {float(albedo[0]), float(albedo[1]), float(albedo[2])};
+    return share_of_ray();
+  }
+  void note_light(std::size_t l, std::size_t ray, double level, const Arriving& light) {
+    samples_.view.of_light[l][ray] = {float(light.projector_pixel.x()), float(light.projector_pixel.y()),
+                                      float(level * light.irradiance)};
+    if (samples_.view.discs[l].empty()) return;
+    const RoomLight& source = lights_[l];
+    samples_.view.discs[l][ray] =
+        float(std::abs(disc_radius(source.lens, source.projector.inverse_camera, light.depth)));
   }
 
   void trace_pixel(int x, int y, const RayCell& cell, const Eyes& eyes, const Candidates& candidates,
                    const std::vector<std::vector<Candidates>>& in_light) {
-    if (!samples_.falloff.empty())
-      samples_.falloff.at(x, y) =
-          float(std::pow(std::max(centre_of(x, y, cell).normalized().z(), 0.0), options_.vignetting));
-    if (candidates.empty()) return;
     const int n = options_.samples_per_axis;
-    const double share = 1.0 / (n * n);
-    const std::size_t first = (std::size_t(y) * std::size_t(camera_.size.width) + std::size_t(x)) *
-                              std::size_t(samples_.view.samples_per_pixel);
-    double ambient = 0;
+    const std::size_t first = samples_.view.first_ray_of(x, y);
     for (int k = 0; k < n * n; ++k) {
       const double s = (x % kRayCell + (k % n + 0.5) / n) / kRayCell;
       const double t = (y % kRayCell + (k / n + 0.5) / n) / kRayCell;
@@ -189,33 +255,174 @@ class RoomTracer {
       Vec3 normal = outward(room_.room->bodies[std::size_t(hit.body)].shape, hit.point_in_body);
       const bool front = normal.dot(in_body) < 0;
       if (!front) normal = -normal;
-      const double albedo = albedo_at(hit, front, normal, in_body, eyes.camera, cell, 1.0 / n);
-      ambient += albedo;
+      const PreparedPaint& paint = room_.paints[std::size_t(hit.body)];
+      const Footprint share =
+          paint.is_plain(front) ? Footprint{} : footprint(hit, normal, in_body, eyes.camera, cell, 1.0 / n);
+      const double level =
+          note_albedo(x, y, first + std::size_t(k), paint.albedo(front, hit.point_in_body, share));
       for (std::size_t l = 0; l < lights_.size(); ++l)
         if (const auto light = arriving(l, eyes, hit, normal, hit.s * direction, in_light[l]))
-          samples_.view.of_light[l][first + std::size_t(k)] = {float(light->projector_pixel.x()),
-                                                               float(light->projector_pixel.y()),
-                                                               float(share * albedo * light->irradiance)};
+          note_light(l, first + std::size_t(k), level, *light);
     }
-    samples_.view.ambient_level.at(x, y) = float(share * ambient * room_.room->ambient);
     note_truth(x, y, cell, eyes, candidates, in_light);
   }
 
-  double albedo_at(const BodyHit& hit, bool front, const Vec3& normal, const Vec3& in_body, const Caster& eye,
-                   const RayCell& cell, double width) const {
-    const PreparedPaint& paint = room_.paints[std::size_t(hit.body)];
-    if (paint.is_plain(front)) return paint.plain_albedo(front);
-    // The pixel's sides, laid along the surface: dp = s (dd - d (n dd) / (n d)).
+  /// The pixel's sides, laid along the surface: dp = s (dd - d (n dd) / (n d)).
+  static Footprint footprint(const BodyHit& hit, const Vec3& normal, const Vec3& direction_in_body,
+                             const Caster& eye, const RayCell& cell, double width) {
     const auto on_surface = [&](const RayNode& next) {
       const Vec3 change = eye.in_body(hit.body, next.direction_in_camera - cell.a.direction_in_camera);
       return Vec3((hit.s * width / kRayCell) *
-                  (change - in_body * (normal.dot(change) / normal.dot(in_body))));
+                  (change - direction_in_body * (normal.dot(change) / normal.dot(direction_in_body))));
     };
-    return paint.albedo(front, hit.point_in_body, on_surface(cell.b), on_surface(cell.c));
+    return {on_surface(cell.b), on_surface(cell.c)};
+  }
+
+  /// A cell of which all rays meet one flat body, or none: true where that is certain and done.
+  bool trace_flat(const PixelBox& box, const RayCell& cell, const Eyes& eyes, const Candidates& candidates,
+                  const std::vector<std::vector<Candidates>>& in_light) {
+    const CellRays corners = {cell.a.direction_in_camera, cell.b.direction_in_camera,
+                              cell.c.direction_in_camera, cell.d.direction_in_camera};
+    const std::optional<int> first = eyes.camera.first_of(corners, candidates);
+    if (!first) return false;
+    if (*first < 0) return true;
+    const int body = *first, n = options_.samples_per_axis;
+    const Vec3& eye = eyes.camera.eye_in_body(body);
+    const bool front = eye.z() < 0;
+    const Vec3 normal(0, 0, front ? -1 : 1);
+
+    const PreparedPaint& paint = room_.paints[std::size_t(body)];
+    Footprint share;
+    Bands albedo;
+    if (paint.is_plain(front)) {
+      albedo = paint.albedo(front, Vec3::Zero(), share);
+    } else {
+      const Vec3 middle = cell.direction(0.5, 0.5);
+      const double s = eyes.camera.lengths_to_plane(body, middle);
+      share = footprint({body, s, Vec3::Zero()}, normal, eyes.camera.in_body(body, middle), eyes.camera, cell,
+                        1.0 / n);
+    }
+    // n x n rays a pixel over the cell, use(x, y, number within the pixel, point in the camera's frame).
+    const auto each_point = [&](int n_of_pixel, const auto& use) {
+      const double step = 1.0 / (kRayCell * n_of_pixel);
+      for (int y = box.y; y < box.y_end; ++y)
+        for (int j = 0; j < n_of_pixel; ++j) {
+          const double t = double(y - box.y) / kRayCell + (j + 0.5) * step;
+          const Vec3 left = cell.direction(0, t), across = cell.direction(1, t) - left;
+          for (int x = box.x; x < box.x_end; ++x)
+            for (int i = 0; i < n_of_pixel; ++i) {
+              const Vec3 direction = left + (double(x - box.x) / kRayCell + (i + 0.5) * step) * across;
+              use(x, y, std::size_t(j * n_of_pixel + i),
+                  Vec3(eyes.camera.lengths_to_plane(body, direction) * direction));
+            }
+        }
+    };
+    FlatPoints rays, centres;
+    each_point(n, [&](int x, int y, std::size_t k, const Vec3& point) {
+      if (!paint.is_plain(front)) albedo = paint.albedo(front, eye + eyes.camera.in_body(body, point), share);
+      const std::size_t ray = samples_.view.first_ray_of(x, y) + k;
+      rays.points[rays.count++] = {point, ray, note_albedo(x, y, ray, albedo)};
+    });
+    each_point(1, [&](int x, int y, std::size_t, const Vec3& point) {
+      note_seen(x, y, body, point, eyes);
+      centres.points[centres.count++] = {
+          point, std::size_t(y) * std::size_t(camera_.size.width) + std::size_t(x), 0};
+    });
+    for (std::size_t l = 0; l < lights_.size(); ++l) {
+      const FlatLight light = flat_light(l, eyes, body, normal, corners, in_light[l]);
+      if (light.hidden == Share::kAll) continue;
+      each_lit(l, light, eyes, body, normal, rays, in_light[l],
+               [&](const FlatPoints::Point& point, const Arriving& arriving) {
+                 note_light(l, point.ray, point.level, arriving);
+               });
+      each_lit(l, light, eyes, body, normal, centres, in_light[l],
+               [&](const FlatPoints::Point& point, const Arriving& arriving) {
+                 note_truth_light(point.ray, l, arriving);
+               });
+    }
+    return true;
+  }
+
+  FlatLight flat_light(std::size_t l, const Eyes& eyes, int body, const Vec3& normal, const CellRays& corners,
+                       const std::vector<Candidates>& in_light) const {
+    const LightEye& eye = eyes.lights[l];
+    const double height = normal.dot(eye.caster.eye_in_body(body));
+    if (!(height > 0)) return {Share::kAll, false};
+    const TileIndex& tiles = light_tiles_[l];
+    CellRays in_this_light;
+    int beyond_lens = 0;
+    Vec2 low = Vec2::Constant(std::numeric_limits<double>::infinity()), high = -low;
+    for (std::size_t k = 0; k < 4; ++k) {
+      const Vec3 point = eyes.camera.lengths_to_plane(body, corners[k]) * corners[k];
+      in_this_light[k] = eye.light_rotation * point + eye.light_from_camera.translation;
+      const std::optional<Vec2> pixel = lights_[l].projector.pixel_lighting(in_this_light[k]);
+      beyond_lens += !pixel;
+      if (!pixel) continue;
+      low = low.cwiseMin(*pixel);
+      high = high.cwiseMax(*pixel);
+    }
+    if (beyond_lens == 4 || tiles.is_beside(low, high)) return {Share::kAll, false};
+    if (beyond_lens > 0 || !tiles.contains(low) || !tiles.contains(high) || tiles.at(low) != tiles.at(high))
+      return {Share::kSome, true};
+    const Candidates& shade = in_light[std::size_t(tiles.at(low))];
+    return {eye.caster.hidden(in_this_light, shade), false, height, &shade};
+  }
+
+  /// use(point, what arrives there) for the points that the light reaches.
+  template <typename Use>
+  void each_lit(std::size_t l, const FlatLight& light, const Eyes& eyes, int body, const Vec3& normal,
+                const FlatPoints& seen, const std::vector<Candidates>& in_light, const Use& use) const {
+    const Camera& lens = lights_[l].projector.inverse_camera;
+    const LightEye& eye = eyes.lights[l];
+    const double strength = lights_[l].intensity * light.height;
+    std::visit(
+        [&](const auto& model) {
+          using Model = std::decay_t<decltype(model)>;
+          for (std::size_t i = 0; i < seen.count; ++i) {
+            const Vec3& point = seen.points[i].in_camera;
+            if constexpr (!std::is_same_v<Model,
+                                          FisheyeDistortion>) {  // which has no formula for known points
+              if (!light.one_by_one) {
+                const Vec3 p = eye.light_rotation * point + eye.light_from_camera.translation;
+                if (light.hidden == Share::kSome && eye.caster.is_hidden(p, *light.shade)) continue;
+                const double nearness = 1 / p.z(), distance2 = p.squaredNorm();
+                Vec2 distorted;
+                Model::formula(model.coefficients.data(), p.x() * nearness, p.y() * nearness, distorted.x(),
+                               distorted.y());
+                use(seen.points[i], Arriving{lens.intrinsics.pixel_from_normalized(distorted),
+                                             strength / (distance2 * std::sqrt(distance2)), p.z()});
+                continue;
+              }
+            }
+            const BodyHit hit{body, 1, eyes.camera.eye_in_body(body) + eyes.camera.in_body(body, point)};
+            if (const auto one = arriving(l, eyes, hit, normal, point, in_light)) use(seen.points[i], *one);
+          }
+        },
+        lens.distortion);
   }
 
   static Vec3 centre_of(int x, int y, const RayCell& cell) {
     return cell.direction((x % kRayCell + 0.5) / kRayCell, (y % kRayCell + 0.5) / kRayCell);
+  }
+
+  /// cos(field angle)^vignetting; empty without vignetting.
+  std::vector<double> falloff_of(const std::vector<RayNode>& nodes) const {
+    std::vector<double> falloff;
+    if (samples_.falloff.empty()) return falloff;
+    falloff.reserve(nodes.size());
+    for (const RayNode& node : nodes)
+      falloff.push_back(
+          node.valid ? std::pow(std::max(node.direction_in_camera.normalized().z(), 0.0), options_.vignetting)
+                     : 0);
+    return falloff;
+  }
+  /// Linear between the corners.
+  void note_falloff(const PixelBox& box, double a, double b, double c, double d) {
+    for (int y = box.y; y < box.y_end; ++y)
+      for (int x = box.x; x < box.x_end; ++x) {
+        const double s = (x - box.x + 0.5) / kRayCell, t = (y - box.y + 0.5) / kRayCell;
+        samples_.falloff.at(x, y) = float((1 - t) * ((1 - s) * a + s * b) + t * ((1 - s) * c + s * d));
+      }
   }
 
   void note_truth(int x, int y, const RayCell& cell, const Eyes& eyes, const Candidates& candidates,
@@ -223,20 +430,27 @@ class RoomTracer {
     const Vec3 direction = centre_of(x, y, cell);
     const BodyHit hit = eyes.camera.nearest(direction, candidates);
     if (hit.body < 0) return;
-    const Vec3 point = hit.s * direction, in_room = eyes.camera.room_from_eye() * point;
-    RoomTruth& truth = samples_.truth;
-    truth.body.at(x, y) = std::int16_t(hit.body);
-    truth.depth.at(x, y) = float(point.z());
-    for (int c = 0; c < 3; ++c) truth.point_in_room.at(x, y, c) = float(in_room[c]);
+    const Vec3 point = hit.s * direction;
+    note_seen(x, y, hit.body, point, eyes);
     Vec3 normal = outward(room_.room->bodies[std::size_t(hit.body)].shape, hit.point_in_body);
     if (normal.dot(eyes.camera.in_body(hit.body, direction)) > 0) normal = -normal;
-    for (std::size_t l = 0; l < lights_.size(); ++l) {
-      const auto light = arriving(l, eyes, hit, normal, point, in_light[l]);
-      if (!light || !lights_[l].projector.size().contains(light->projector_pixel)) continue;
-      truth.light[l].lit.at(x, y) = 1;
-      truth.light[l].pixel.at(x, y, 0) = float(light->projector_pixel.x());
-      truth.light[l].pixel.at(x, y, 1) = float(light->projector_pixel.y());
-    }
+    for (std::size_t l = 0; l < lights_.size(); ++l)
+      if (const auto light = arriving(l, eyes, hit, normal, point, in_light[l]))
+        note_truth_light(std::size_t(y) * std::size_t(camera_.size.width) + std::size_t(x), l, *light);
+  }
+  void note_seen(int x, int y, int body, const Vec3& point_in_camera, const Eyes& eyes) {
+    RoomTruth& truth = samples_.truth;
+    const Vec3 in_room = eyes.camera.room_from_eye() * point_in_camera;
+    truth.body.at(x, y) = std::int16_t(body);
+    truth.depth.at(x, y) = float(point_in_camera.z());
+    for (int c = 0; c < 3; ++c) truth.point_in_room.at(x, y, c) = float(in_room[c]);
+  }
+  void note_truth_light(std::size_t pixel, std::size_t l, const Arriving& light) {
+    if (!lights_[l].projector.size().contains(light.projector_pixel)) return;
+    ProjectorMap& map = samples_.truth.light[l];
+    map.lit.data()[pixel] = 1;
+    map.pixel.data()[2 * pixel] = float(light.projector_pixel.x());
+    map.pixel.data()[2 * pixel + 1] = float(light.projector_pixel.y());
   }
 };
 

@@ -1,14 +1,22 @@
 #include "procam/simulate/room_view.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
 #include <string>
 
+#include "defocus.hpp"
 #include "record.hpp"
 #include "room_sampling.hpp"
 
 namespace procam::simulate {
 namespace {
+
+void check_lens(const ThinLens& lens) {
+  require(lens.aperture >= 0 && lens.focus > 0,
+          "room_view: a lens has a negative aperture, or its focus is not before it");
+}
 
 void check_view(const std::vector<RoomLight>& lights, const RoomViewOptions& options) {
   for (const RoomLight& light : lights) {
@@ -16,14 +24,18 @@ void check_view(const std::vector<RoomLight>& lights, const RoomViewOptions& opt
     require(light.frames.size() == lights.front().frames.size() && !light.frames.empty(),
             "room_view: the lights show different numbers of frames, or none");
     for (const ImageU8& frame : light.frames)
-      require(frame.size() == size && frame.channels() == 1,
+      require(frame.size() == size && (frame.channels() == 1 || frame.channels() == 3),
               "room_view: a projector frame is " + std::to_string(frame.width()) + "x" +
                   std::to_string(frame.height()) + "x" + std::to_string(frame.channels()) +
-                  ", the projector " + std::to_string(size.width) + "x" + std::to_string(size.height) + "x1");
+                  ", the projector " + std::to_string(size.width) + "x" + std::to_string(size.height) +
+                  ", in 1 channel or 3");
+    check_lens(light.lens);
     require(light.intensity >= 0 && light.blur_px >= 0 && light.gamma > 0,
             "room_view: a light's intensity or blur is negative, or its gamma not above zero");
   }
-  require(options.samples_per_axis >= 1 && options.samples_per_axis <= 16,
+  check_lens(options.lens);
+  require(options.crosstalk >= 0 && options.crosstalk < 0.5, "room_view: crosstalk not in [0, 0.5)");
+  require(options.samples_per_axis >= 1 && options.samples_per_axis <= internal::kMostPerAxis,
           "room_view: samples_per_axis not in 1..16");
   require(options.exposure >= 0 && options.brightest_grey > 0,
           "room_view: exposure is negative, or brightest_grey not above zero");
@@ -39,19 +51,40 @@ double brightest_level(const internal::SampledView& view, const std::vector<Room
   const ImageSize size = view.ambient_level.size();
   for (int y = 0; y < size.height; ++y)
     for (int x = 0; x < size.width; ++x) {
-      double level = view.ambient_level.at(x, y);
-      for (std::size_t l = 0; l < lights.size(); ++l) {
-        const internal::LightSample* sample = view.of_row(l, y) + std::ptrdiff_t(x) * view.samples_per_pixel;
-        for (int i = 0; i < view.samples_per_pixel; ++i, ++sample)
-          if (lights[l].projector.size().contains(Vec2(sample->u, sample->v))) level += sample->level;
-      }
-      brightest = std::max(brightest, level);
+      std::array<double, 3> level{};
+      for (int band = 0; band < view.bands; ++band)
+        level[std::size_t(band)] = view.ambient_level.at(x, y, band);
+      const std::size_t first = view.first_ray_of(x, y);
+      for (std::size_t l = 0; l < lights.size(); ++l)
+        for (std::size_t ray = first; ray < first + std::size_t(view.samples_per_pixel); ++ray) {
+          const internal::LightSample& sample = view.of_light[l][ray];
+          if (!lights[l].projector.size().contains(Vec2(sample.u, sample.v))) continue;
+          for (std::size_t band = 0; band < std::size_t(view.bands); ++band)
+            level[band] += sample.level * view.tint(ray, band);
+        }
+      brightest = std::max({brightest, level[0], level[1], level[2]});
     }
   require(brightest > 0, "room_view: no light reaches what the camera sees");
   return brightest;
 }
 
+ImageF discs_of(const ThinLens& lens, const Camera& camera, const ImageF& depth) {
+  ImageF radius(depth.size());
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  for (int y = 0; y < depth.height(); ++y)
+    for (int x = 0; x < depth.width(); ++x)
+      radius.at(x, y) =
+          float(internal::disc_radius(lens, camera, depth.at(x, y) > 0 ? depth.at(x, y) : kInfinity));
+  return radius;
+}
+
 }  // namespace
+
+double blur_disc(const ThinLens& lens, const Camera& device, double depth) {
+  check_lens(lens);
+  require(depth > 0, "blur_disc: the depth is not above zero");
+  return 2 * std::abs(internal::disc_radius(lens, device, depth));
+}
 
 RoomView room_view(const Room& room, const Camera& camera, const Motion& room_from_camera,
                    const std::vector<RoomLight>& lights, const RoomViewOptions& options) {
@@ -60,7 +93,8 @@ RoomView room_view(const Room& room, const Camera& camera, const Motion& room_fr
   std::vector<double> reach;
   for (const RoomLight& light : lights) {
     shown.push_back({light.frames, light.blur_px, light.gamma});
-    reach.push_back(double(internal::gaussian_kernel(light.blur_px).size()));
+    reach.push_back(double(internal::gaussian_kernel(light.blur_px).size()) +
+                    (light.lens.aperture > 0 ? internal::kDiscRadii.back() + 1 : 0));
   }
   internal::RoomSamples samples =
       internal::sample_room(room, camera, room_from_camera, lights, reach, options);
@@ -69,6 +103,9 @@ RoomView room_view(const Room& room, const Camera& camera, const Motion& room_fr
   sensor.exposure = options.exposure > 0 ? options.exposure
                                          : options.brightest_grey / brightest_level(samples.view, lights);
   sensor.blur_px = options.camera_blur_px;
+  if (options.lens.aperture > 0) sensor.discs = discs_of(options.lens, camera, samples.truth.depth);
+  sensor.channels = options.colour ? 3 : 1;
+  sensor.crosstalk = options.crosstalk;
   sensor.falloff = std::move(samples.falloff);
   sensor.noise = options.noise;
   sensor.gamma = options.gamma;

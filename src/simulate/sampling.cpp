@@ -43,6 +43,7 @@ SampledView sample_view(const World& world, int samples_per_axis, int threads) {
   view.ambient_level = ImageF(size);
   view.of_light.emplace_back(std::size_t(size.width) * std::size_t(size.height) * std::size_t(n * n),
                              LightSample{0, 0, 0});
+  view.discs.emplace_back();
 
   const int cells_x = ray_cells(size.width), cells_y = ray_cells(size.height);
   const float share = 1.f / float(n * n);

@@ -1,11 +1,14 @@
 #pragma once
 /// The camera's rays, followed once a view: what each sees, and which projector pixel lights it. All frames
 /// share it.
+#include <array>
 #include <vector>
 
 #include "procam/simulate/world.hpp"
 
 namespace procam::simulate::internal {
+
+constexpr int kMostPerAxis = 16;  ///< rays a pixel and axis
 
 /// One ray: at light 1 of projector pixel (u, v) its camera pixel gets `level` more.
 struct LightSample {
@@ -14,14 +17,22 @@ struct LightSample {
 
 struct SampledView {
   int samples_per_pixel = 0;
-  ImageF ambient_level;  ///< of each camera pixel, without projector light
+  int bands = 1;         ///< 3 where surfaces have colour
+  ImageF ambient_level;  ///< of each camera pixel, without projector light; a channel a band
   /// By light: samples_per_pixel a camera pixel, row by row; level 0: no light of this projector.
   std::vector<std::vector<LightSample>> of_light;
+  /// By light, likewise: radius of the disc that the light of a point of the picture fills there, projector
+  /// pixels; empty: all in focus.
+  std::vector<std::vector<float>> discs;
+  /// Likewise, all lights alike: the albedo by band, which is not in the levels then; empty: no colour.
+  std::vector<std::array<float, 3>> tints;
 
-  const LightSample* of_row(std::size_t light, int y) const {
-    return of_light[light].data() +
-           std::size_t(y) * std::size_t(ambient_level.width()) * std::size_t(samples_per_pixel);
+  std::size_t first_ray_of(int x, int y) const {
+    return (std::size_t(y) * std::size_t(ambient_level.width()) + std::size_t(x)) *
+           std::size_t(samples_per_pixel);
   }
+  /// Factor of a ray's level.
+  float tint(std::size_t ray, std::size_t band) const { return tints.empty() ? 1 : tints[ray][band]; }
 };
 
 /// One light. Levels are albedo * irradiance, averaged over the rays of a pixel.

@@ -63,7 +63,17 @@ Points3 hull_on(const Sphere& sphere) {
   return block(Vec3::Constant(-sphere.radius), Vec3::Constant(sphere.radius));
 }
 Points3 hull_on(const Cylinder& c) {
-  return block(Vec3(-c.radius, -c.radius, c.low), Vec3(c.radius, c.radius, c.high));
+  std::vector<double> longitudes = {c.longitude.from, c.longitude.to};  // and the outermost points between
+  for (int quarter = -4; quarter <= 4; ++quarter)
+    if (quarter * M_PI_2 > c.longitude.from && quarter * M_PI_2 < c.longitude.to)
+      longitudes.push_back(quarter * M_PI_2);
+  Vec3 low(c.radius, c.radius, c.low), high(-c.radius, -c.radius, c.high);
+  for (const double longitude : longitudes) {
+    const Vec2 rim = c.radius * Vec2(std::cos(longitude), std::sin(longitude));
+    low.head<2>() = low.head<2>().cwiseMin(rim);
+    high.head<2>() = high.head<2>().cwiseMax(rim);
+  }
+  return block(low, high);
 }
 
 bool is_arc(const Arc& arc) {
@@ -88,6 +98,26 @@ bool has_extent(const Cylinder& cylinder) {
 
 ShapeUv uv_of(const Shape& shape, const Vec3& point) {
   return std::visit([&](const auto& s) { return uv_on(s, point); }, shape);
+}
+
+std::optional<Rectangle> flat_bounds(const Shape& shape) {
+  if (const auto* rectangle = std::get_if<Rectangle>(&shape)) return *rectangle;
+  if (const auto* polygon = std::get_if<Polygon>(&shape)) return bounds_of(*polygon);
+  return std::nullopt;
+}
+
+bool is_convex(const Shape& shape) {
+  const auto* polygon = std::get_if<Polygon>(&shape);
+  if (polygon == nullptr) return std::holds_alternative<Rectangle>(shape);
+  const Points2& c = polygon->corners;
+  bool left = false, right = false;
+  for (std::size_t i = 0; i < c.size(); ++i) {
+    const Vec2 along = c[(i + 1) % c.size()] - c[i], next = c[(i + 2) % c.size()] - c[(i + 1) % c.size()];
+    const double turn = along.x() * next.y() - along.y() * next.x();
+    left = left || turn < 0;
+    right = right || turn > 0;
+  }
+  return !(left && right);
 }
 
 Points3 hull_of(const Shape& shape) {

@@ -111,6 +111,12 @@ struct ShapeUv {
 };
 ShapeUv uv_of(const Shape& shape, const Vec3& point);
 
+/// The rectangle round a flat shape, the shape itself if it is one; nullopt of round shapes.
+std::optional<Rectangle> flat_bounds(const Shape& shape);
+
+/// Of a flat shape: does it hold the line between any two of its points?
+bool is_convex(const Shape& shape);
+
 /// Corners of a convex body round the shape.
 Points3 hull_of(const Shape& shape);
 

@@ -92,6 +92,30 @@ TEST(Room, ShowsTheNearestAndOfOnePlaneTheLater) {
   EXPECT_THROW(room.index_of("floor"), Error);
 }
 
+TEST(Room, IsSeenThroughASlitThatIsThinnerThanAPixel) {
+  Room room;
+  room.ambient = 1;
+  // A comb: the slit from the right leaves the corners of most cells on the polygon.
+  room.bodies = {
+      {"wall", Rectangle{Vec2(-3, -3), Vec2(3, 3)}, Pose(so3_exp(Vec3(0.1, 0, 0.3)), Vec3(0, 0, 2))},
+      {"comb",
+       Polygon{{Vec2(-0.6, -0.5), Vec2(0.6, -0.5), Vec2(0.6, -0.0008), Vec2(-0.5, 0), Vec2(0.6, 0.0008),
+                Vec2(0.6, 0.5), Vec2(-0.6, 0.5)}},
+       Pose(so3_exp(Vec3(0.2, 0.1, 0.4)), Vec3(0, 0, 1))}};
+  const Camera camera = test::room_camera();
+  const RoomTruth truth = room_view(room, camera, Pose(), {}).truth;
+  int through = 0, wrong = 0;
+  for (int y = 100; y < 412; ++y)
+    for (int x = 100; x < 540; ++x) {
+      const auto hit = nearest_hit(room, {Vec3::Zero(), *camera.unproject(Vec2(x, y))});
+      const Vec3 on_comb = room.bodies[1].room_from_body.inverse() * hit->point_in_room;
+      through += hit->body == 0 && std::abs(on_comb.x()) < 0.5 && std::abs(on_comb.y()) < 0.4;
+      wrong += truth.body.at(x, y) != hit->body;
+    }
+  EXPECT_GT(through, 50);
+  EXPECT_LT(wrong, 10);  // rays that pass within 1e-3 px of the rim
+}
+
 TEST(Room, ABoxIsClosedAndReadsFromOutside) {
   const Pose room_from_box = lopsided_pose();
   const Vec3 size(0.3, 0.7, 0.2);

@@ -471,7 +471,7 @@ TEST(RoomView, RefusesWhatCannotBe) {
     return room_view(room, camera, room_from_camera(), lights, options);
   };
   EXPECT_THROW(view({room_light(ImageU8(390, 512))}), std::invalid_argument);
-  EXPECT_THROW(view({room_light(ImageU8(512, 390, 3))}), std::invalid_argument);
+  EXPECT_THROW(view({room_light(ImageU8(512, 390, 2))}), std::invalid_argument);
   RoomLight two = room_light();
   two.frames.push_back(two.frames[0]);
   EXPECT_THROW(view({room_light(), two}), std::invalid_argument);
@@ -481,6 +481,15 @@ TEST(RoomView, RefusesWhatCannotBe) {
   options = {};
   options.gamma = 0;
   EXPECT_THROW(view({room_light()}, options), std::invalid_argument);
+  options = {};
+  options.lens.aperture = -0.01;
+  EXPECT_THROW(view({room_light()}, options), std::invalid_argument);
+  options = {};
+  options.crosstalk = 0.5;
+  EXPECT_THROW(view({room_light()}, options), std::invalid_argument);
+  RoomLight unfocused = room_light();
+  unfocused.lens.focus = 0;
+  EXPECT_THROW(view({unfocused}), std::invalid_argument);
   room.ambient = 0;
   EXPECT_THROW(view({}), std::invalid_argument);  // no light at all
   room.bodies[0].paint = 1.2;

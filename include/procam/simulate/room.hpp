@@ -51,8 +51,8 @@ struct Cylinder {
 
 using Shape = std::variant<Rectangle, Polygon, Sphere, Cylinder>;
 
-/// A grey picture stretched over a body's u, v, its texels square tiles of one albedo: black + (white -
-/// black) * value / 255. The texel (0, 0) begins at u = v = 0. At most 2^24 texels.
+/// A picture, grey or red, green, blue, stretched over a body's u, v, its texels square tiles of one albedo:
+/// black + (white - black) * value / 255. The texel (0, 0) begins at u = v = 0. At most 2^24 texels.
 struct Picture {
   ImageU8 image;
   double white = 0.8, black = 0.06;

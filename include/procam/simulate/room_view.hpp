@@ -1,11 +1,20 @@
 #pragma once
 /// What a camera records in a room, lit by projectors and by the room's own light; and the truth beside it.
 ///
-///   light(u, v) = (frame / 255)^gamma_l * tent * gaussian(blur_l)                  (u, v) projector pixel
+///   light(u, v) = (frame / 255)^gamma_l * tent * disc_l * gaussian(blur_l)         (u, v) projector pixel
 ///   level       = albedo * (ambient + sum over lights: intensity * light * cos / d^2)
 ///                                                       mean over samples_per_axis^2 rays a pixel
-///   linear      = exposure * cos(field angle)^vignetting * (level * gaussian(camera_blur)) + noise
+///   linear      = exposure * cos(field angle)^vignetting * (level * disc * gaussian(camera_blur)) + noise
 ///   grey        = round(255 * (clamp(linear, 0, 255) / 255)^(1 / gamma))
+///
+/// Out of focus the light of a point fills a disc (ThinLens): exact on surfaces that are smooth over its
+/// width; at an outline what is farther is continued behind what is nearer as it looks beside it. Shadows
+/// stay sharp.
+///
+/// Colour: red, green and blue light, each with its own albedo where a picture has colour; a grey frame and
+/// the room's light are white. A colour camera's filters are not the lamp's: each channel sees `crosstalk` of
+/// the neighbouring colour (red - green - blue); a grey one sees all three alike. White is 1 in every
+/// channel.
 ///
 /// Light goes through the full lens model of the projector and throws shadows. Tiles of pictures and prints
 /// are integrated over each ray's share of the camera pixel, so their edges lie right to a few thousandths of
@@ -24,13 +33,27 @@
 
 namespace procam::simulate {
 
+/// A lens of which one distance is in focus. A point at depth z along the axis becomes a disc of
+///
+///   diameter = aperture f |1/z - 1/focus|   pixels,   f = sqrt(fx fy)
+///
+/// As f = image distance / pixel, this is exact for the thin lens. Discs of more than 48 pixels are drawn
+/// with 48.
+struct ThinLens {
+  double aperture = 0;  ///< diameter, metres: focal length / f-number; 0: all is in focus
+  double focus = 1;     ///< depth of the plane in focus, metres
+};
+/// The disc's diameter, pixels of the device (a camera, or a projector's inverse camera); depth > 0.
+double blur_disc(const ThinLens& lens, const Camera& device, double depth);
+
 struct RoomLight {
   Projector projector;
   Motion room_from_projector;
-  std::vector<ImageU8> frames;  ///< one channel, the projector's size
+  std::vector<ImageU8> frames;  ///< grey, or red, green, blue; the projector's size
   double intensity = 1;         ///< irradiance of full light at one metre, straight on
-  double blur_px = 0;           ///< sigma of the lens, projector pixels
-  double gamma = 1;             ///< light = (value / 255)^gamma
+  ThinLens lens = {};
+  double blur_px = 0;  ///< sigma of the lens in focus, projector pixels
+  double gamma = 1;    ///< light = (value / 255)^gamma
 };
 
 struct RoomViewOptions {
@@ -38,7 +61,10 @@ struct RoomViewOptions {
   /// (before vignetting and gamma) under the full light of all projectors.
   double exposure = 0;
   double brightest_grey = 200;
-  double camera_blur_px = 0;  ///< sigma of the camera's lens, camera pixels
+  bool colour = false;        ///< captures of three channels
+  double crosstalk = 0.1;     ///< share of a neighbouring colour's light, colour captures only
+  ThinLens lens = {};         ///< of the camera
+  double camera_blur_px = 0;  ///< sigma of the camera's lens in focus, camera pixels
   double vignetting = 0;      ///< power of the cosine of the field angle; 4: the natural law of a simple lens
   double gamma = 1;           ///< of the camera; 1: linear
   NoiseModel noise{0, 0};     ///< Gaussian; variance of the linear grey value

@@ -38,17 +38,17 @@ struct alignas(32) Four {
 };
 
 /// Which of four; a comparison with NaN holds for none.
-struct Which {
+struct Chosen {
   decltype(Four::Lanes{} < Four::Lanes{}) lanes;
 };
-PROCAM_ALWAYS_INLINE Which operator<(const Four& a, const Four& b) {
+PROCAM_ALWAYS_INLINE Chosen operator<(const Four& a, const Four& b) {
   return {a.lanes < b.lanes};
 }
-PROCAM_ALWAYS_INLINE Which operator&(const Which& a, const Which& b) {
+PROCAM_ALWAYS_INLINE Chosen operator&(const Chosen& a, const Chosen& b) {
   return {a.lanes & b.lanes};
 }
 /// `value` in those, 0 in the others.
-PROCAM_ALWAYS_INLINE Four where(const Which& these, const Four& value) {
+PROCAM_ALWAYS_INLINE Four only(const Chosen& these, const Four& value) {
   return these.lanes ? value.lanes : Four::Lanes{};
 }
 

@@ -24,10 +24,10 @@ constexpr double kGain = 1e-4, kNothing = 1e-18;
 constexpr double kInfinity = 1e12;
 
 /// `x` and `y` are offsets on the surface.
-PROCAM_ALWAYS_INLINE void add_landing(const Which& landed, const Four& x, const Four& y,
+PROCAM_ALWAYS_INLINE void add_landing(const Chosen& landed, const Four& x, const Four& y,
                                       LandingSums::Group& sums) {
-  const Four dx = where(landed, x), dy = where(landed, y), xx = dx * dx, yy = dy * dy;
-  sums.landed += where(landed, 1);
+  const Four dx = only(landed, x), dy = only(landed, y), xx = dx * dx, yy = dy * dy;
+  sums.landed += only(landed, 1);
   sums.x += dx;
   sums.y += dy;
   sums.xx += xx;
@@ -113,7 +113,7 @@ struct LandingSums::Loops {
     for (std::size_t i = 0; i < size; ++i) {
       Ray& ray = rays[i];
       const Four last = take_step(c, i);
-      ray.settled = where(last < kGain * ray.first + kNothing, ray.pending);
+      ray.settled = only(last < kGain * ray.first + kNothing, ray.pending);
       ray.pending = ray.pending - ray.settled;
       left += ray.pending;
     }

@@ -2,10 +2,11 @@
 
 # What compiles the libraries and tools (by g++, and by Clang, which takes half the time); what the tests need besides.
 # libopencv-dev brings OpenCV's CMake files; GLFW and OpenGL are for windows on a projector, and the library builds without
-# them; Xvfb is the screen that the tests look at.
+# them; Xvfb is the screen that the tests look at, Chromium the browser that shows the reports.
 build_packages=(g++ clang cmake ninja-build libeigen3-dev libopencv-dev libceres-dev nlohmann-json3-dev libpugixml-dev
   libcli11-dev libglfw3-dev libgl-dev)
-test_packages=(libgtest-dev libbenchmark-dev libclang-rt-dev clang-format clang-tidy xvfb libx11-dev libgl1-mesa-dri)
+test_packages=(libgtest-dev libbenchmark-dev libclang-rt-dev clang-format clang-tidy xvfb libx11-dev libgl1-mesa-dri
+  chromium)
 
 # install_packages PACKAGE...: installs those that are missing, and asks for no more rights than that needs.
 install_packages() {

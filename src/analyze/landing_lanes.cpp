@@ -6,13 +6,6 @@
 
 #include "procam/core/dual.hpp"
 
-// The loops run on the widest vectors that the machine has, chosen when the program starts.
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
-#define PROCAM_WIDEST_VECTORS __attribute__((target_clones("arch=x86-64-v3", "default")))
-#else
-#define PROCAM_WIDEST_VECTORS
-#endif
-
 namespace procam::analyze {
 namespace {
 
@@ -20,109 +13,160 @@ namespace {
 template <typename Model>
 constexpr bool kHasFormula = !std::is_same_v<Model, FisheyeDistortion>;
 
-/// Steps of Newton's method with the believed lens's Jacobian (chord steps): the lens is wrong by parts in a
-/// thousand, so each gains three digits.
-constexpr int kSteps = 3, kMoreSteps = 8;
-/// Squared residual on z = 1 before the last step, which gains two more digits at least: 1e-10 in the end, a
-/// ten-millionth of a pixel.
-constexpr double kConverged = 1e-16;
+/// Steps of Newton's method with the believed lens's Jacobian (chord steps). The lens is wrong by parts in a
+/// thousand, so each gains two to three digits: two, and more where these do not do.
+constexpr int kMoreSteps = 6;
+/// Before the last step the residual must be down to a hundredth of what the draw's lens and pixel moved the
+/// light by (squared: 1e-4). The last step shrinks it about as much again. Below 1e-9 on z = 1, two
+/// millionths of a pixel, it is done in any case.
+constexpr double kGain = 1e-4, kNothing = 1e-18;
+/// A ray that meets the surface only this far away, in depths of the projector, misses it.
+constexpr double kInfinity = 1e12;
 
-/// The place on the surface: t + s R d with z = 0, for every point's direction d = (x, y, 1).
-struct SurfaceRay {
-  double r00, r01, r02, r10, r11, r12, r20, r21, r22, tx, ty, tz;
-
-  explicit SurfaceRay(const Pose& surface_from_projector) {
-    const Mat3 r = surface_from_projector.rotation_matrix();
-    const Vec3& t = surface_from_projector.translation;
-    r00 = r(0, 0), r01 = r(0, 1), r02 = r(0, 2), r10 = r(1, 0), r11 = r(1, 1), r12 = r(1, 2);
-    r20 = r(2, 0), r21 = r(2, 1), r22 = r(2, 2), tx = t.x(), ty = t.y(), tz = t.z();
-  }
-};
-
-/// All points from `first` to `last`, each in registers from pixel to surface. Returns the largest squared
-/// residual before the last step.
-template <typename Model, int kNumSteps>
-PROCAM_WIDEST_VECTORS double follow_lanes(const LandingLanes& lanes, const Intrinsics& k,
-                                          const double* coefficients, const Pose& surface_from_projector,
-                                          const double* shift_x, const double* shift_y,
-                                          double* __restrict landed_x, double* __restrict landed_y,
-                                          double* __restrict range) {
-  const SurfaceRay ray(surface_from_projector);
-  const double inverse_fx = 1 / k.fx, inverse_fy = 1 / k.fy, cx = k.cx, cy = k.cy, skew = k.skew;
-  double c[Model::kNumCoefficients + 1] = {};
-  for (int i = 0; i < Model::kNumCoefficients; ++i) c[i] = coefficients[i];
-  const double *pixel_x = lanes.pixel_x.data(), *pixel_y = lanes.pixel_y.data(),
-               *start_x = lanes.start_x.data(), *start_y = lanes.start_y.data(),
-               *xx = lanes.inverse_xx.data(), *xy = lanes.inverse_xy.data(), *yx = lanes.inverse_yx.data(),
-               *yy = lanes.inverse_yy.data();
-  const std::size_t size = lanes.size();
-  double worst = 0;
-#pragma omp simd reduction(max : worst)
-  for (std::size_t i = 0; i < size; ++i) {
-    const double target_y = (pixel_y[i] + shift_y[i] - cy) * inverse_fy;
-    const double target_x = (pixel_x[i] + shift_x[i] - cx - skew * target_y) * inverse_fx;
-    double x = start_x[i], y = start_y[i], squared = 0;
-#pragma GCC unroll 8
-    for (int step = 0; step < kNumSteps; ++step) {
-      double image_x, image_y;
-      Model::formula(c, x, y, image_x, image_y);
-      const double error_x = image_x - target_x, error_y = image_y - target_y;
-      x -= xx[i] * error_x + xy[i] * error_y;
-      y -= yx[i] * error_x + yy[i] * error_y;
-      squared = error_x * error_x + error_y * error_y;
-    }
-    worst = worst > squared ? worst : squared;
-    const double s = -ray.tz / (ray.r20 * x + ray.r21 * y + ray.r22);
-    landed_x[i] = ray.tx + s * (ray.r00 * x + ray.r01 * y + ray.r02);
-    landed_y[i] = ray.ty + s * (ray.r10 * x + ray.r11 * y + ray.r12);
-    range[i] = s;
-  }
-  return worst;
+/// `x` and `y` are offsets on the surface.
+PROCAM_ALWAYS_INLINE void add_landing(const Chosen& landed, const Four& x, const Four& y,
+                                      LandingSums::Group& sums) {
+  const Four dx = only(landed, x), dy = only(landed, y), xx = dx * dx, yy = dy * dy;
+  sums.landed += only(landed, 1);
+  sums.x += dx;
+  sums.y += dy;
+  sums.xx += xx;
+  sums.xy += dx * dy;
+  sums.yy += yy;
+  sums.worst2 = larger(xx + yy, sums.worst2);
 }
 
-/// For points that all were reached.
-PROCAM_WIDEST_VECTORS void add_landings(std::size_t size, const double* __restrict intended_x,
-                                        const double* __restrict intended_y,
-                                        const double* __restrict landed_x, const double* __restrict landed_y,
-                                        double* __restrict landed, double* __restrict x, double* __restrict y,
-                                        double* __restrict xx, double* __restrict xy, double* __restrict yy,
-                                        double* __restrict worst2) {
-#pragma omp simd
-  for (std::size_t i = 0; i < size; ++i) {
-    const double dx = landed_x[i] - intended_x[i], dy = landed_y[i] - intended_y[i];
-    const double squared = dx * dx + dy * dy;
-    landed[i] += 1;
-    x[i] += dx;
-    y[i] += dy;
-    xx[i] += dx * dx;
-    xy[i] += dx * dy;
-    yy[i] += dy * dy;
-    worst2[i] = worst2[i] > squared ? worst2[i] : squared;
-  }
-}
-
-void follow_one(const LandingLanes& lanes, std::size_t i, LandingDraw& draw) {
-  const Vec2 pixel(lanes.pixel_x[i] + draw.shift_x[i], lanes.pixel_y[i] + draw.shift_y[i]);
+/// Exactly, wherever the light goes.
+std::optional<Vec2> landing_of(const LandingDraw& draw, const Vec2& pixel) {
   const auto ray = Projector{draw.lens}.emit(pixel);
   const auto hit =
       ray ? intersect(draw.surface_from_projector * *ray, Plane{Vec3::UnitZ(), 0}) : std::nullopt;
-  draw.range[i] = hit ? 1 : 0;
-  draw.landed_x[i] = hit ? hit->x() : 0;
-  draw.landed_y[i] = hit ? hit->y() : 0;
+  if (!hit) return std::nullopt;
+  return Vec2(hit->head<2>());
 }
 
 }  // namespace
 
+/// One draw's loops over all points. Each does one short chain of operations a point, so that the processor
+/// works on several points at once: the long chain from pixel to sums in one loop leaves half of it waiting.
+template <typename Model>
+struct LandingSums::Loops {
+  const LandingLanes::Group* points;
+  std::size_t size;
+  const LandingDraw& draw;
+  const PixelShift* shifts;
+  const Model& model;
+  Group* sums;
+  Ray* rays;
+
+  /// Adds all points whose steps converge and says whether all did.
+  PROCAM_ALWAYS_INLINE bool add() const {
+    Four c[Model::kNumCoefficients + 1];
+    for (std::size_t i = 0; i < Model::kNumCoefficients; ++i) c[i] = model.coefficients[i];
+    first_step(c);
+    bool all = last_step(c);
+    land();
+    if (all) return true;
+    for (int step = 0; step < kMoreSteps; ++step)
+      for (std::size_t i = 0; i < size; ++i) take_step(c, i);
+    all = last_step(c);
+    land();
+    return all;
+  }
+
+ private:
+  /// Returns the squared residual before it.
+  PROCAM_ALWAYS_INLINE static Four take_step(const Four* c, const LandingLanes::Group& point,
+                                             const Four& target_x, const Four& target_y, Four& x, Four& y) {
+    Four image_x, image_y;
+    Model::formula(c, x, y, image_x, image_y);
+    const Four error_x = image_x - target_x, error_y = image_y - target_y;
+    x = x - point.inverse_xx * error_x - point.inverse_xy * error_y;
+    y = y - point.inverse_yx * error_x - point.inverse_yy * error_y;
+    return error_x * error_x + error_y * error_y;
+  }
+  PROCAM_ALWAYS_INLINE Four take_step(const Four* c, std::size_t i) const {
+    Ray& ray = rays[i];
+    Four x = ray.x, y = ray.y;
+    const Four squared = take_step(c, points[i], ray.target_x, ray.target_y, x, y);
+    ray.x = x;
+    ray.y = y;
+    return squared;
+  }
+
+  PROCAM_ALWAYS_INLINE void first_step(const Four* c) const {
+    const Intrinsics& k = draw.lens.intrinsics;
+    const Four inverse_fx = 1 / k.fx, inverse_fy = 1 / k.fy, cx = k.cx, cy = k.cy, skew = k.skew;
+    for (std::size_t i = 0; i < size; ++i) {
+      const LandingLanes::Group& point = points[i];
+      const Four target_y = (point.pixel_y + shifts[i].y - cy) * inverse_fy;
+      const Four target_x = (point.pixel_x + shifts[i].x - cx - skew * target_y) * inverse_fx;
+      Four x = point.start_x, y = point.start_y;
+      const Four first = take_step(c, point, target_x, target_y, x, y);
+      rays[i] = {target_x, target_y, x, y, first, 1, 0};
+    }
+  }
+
+  /// Settles the rays that have converged; are none left?
+  PROCAM_ALWAYS_INLINE bool last_step(const Four* c) const {
+    Four left = 0;
+    for (std::size_t i = 0; i < size; ++i) {
+      Ray& ray = rays[i];
+      const Four last = take_step(c, i);
+      ray.settled = only(last < kGain * ray.first + kNothing, ray.pending);
+      ray.pending = ray.pending - ray.settled;
+      left += ray.pending;
+    }
+    return left[0] + left[1] + left[2] + left[3] == 0;
+  }
+
+  /// Adds the settled rays that meet the surface, t + s R d with z = 0.
+  PROCAM_ALWAYS_INLINE void land() const {
+    const Mat3 r = draw.surface_from_projector.rotation_matrix();
+    const Vec3& t = draw.surface_from_projector.translation;
+    const Four r00 = r(0, 0), r01 = r(0, 1), r02 = r(0, 2), r10 = r(1, 0), r11 = r(1, 1), r12 = r(1, 2),
+               r20 = r(2, 0), r21 = r(2, 1), r22 = r(2, 2), tx = t.x(), ty = t.y(), minus_tz = -t.z();
+    for (std::size_t i = 0; i < size; ++i) {
+      const Ray& ray = rays[i];
+      const Four s = minus_tz / (r20 * ray.x + r21 * ray.y + r22);
+      const Four x = tx + s * (r00 * ray.x + r01 * ray.y + r02) - points[i].intended_x;
+      const Four y = ty + s * (r10 * ray.x + r11 * ray.y + r12) - points[i].intended_y;
+      add_landing((0 < ray.settled) & (0 < s) & (s < kInfinity), x, y, sums[i]);
+    }
+  }
+};
+
+namespace {
+
+template <typename Loops>
+bool add_plain(const Loops& loops) {
+  return loops.add();
+}
+
+#ifdef PROCAM_WIDE_VECTORS
+template <typename Loops>
+PROCAM_WIDE_VECTORS bool add_wide(const Loops& loops) {
+  return loops.add();
+}
+
+template <typename Loops>
+bool add_all(const Loops& loops) {
+  static const bool wide = PROCAM_HAS_WIDE_VECTORS;
+  return wide ? add_wide(loops) : add_plain(loops);
+}
+#else
+template <typename Loops>
+bool add_all(const Loops& loops) {
+  return add_plain(loops);
+}
+#endif
+
+}  // namespace
+
 void LandingLanes::add(const Vec2& on_surface, const Camera& lens, const Vec2& pixel, const Vec3& bearing) {
-  intended_x.push_back(on_surface.x());
-  intended_y.push_back(on_surface.y());
-  pixel_x.push_back(pixel.x());
-  pixel_y.push_back(pixel.y());
   using D = Dual<2>;
-  D image_x(0.0), image_y(0.0);
   const D x(bearing.x() / bearing.z(), 0), y(bearing.y() / bearing.z(), 1);
-  start_x.push_back(x.a);
-  start_y.push_back(y.a);
+  D image_x = x, image_y = y;
   std::visit(
       [&](const auto& model) {
         using Model = std::decay_t<decltype(model)>;
@@ -134,58 +178,66 @@ void LandingLanes::add(const Vec2& on_surface, const Camera& lens, const Vec2& p
       },
       lens.distortion);
   const double determinant = image_x.v[0] * image_y.v[1] - image_x.v[1] * image_y.v[0];
-  inverse_xx.push_back(image_y.v[1] / determinant);
-  inverse_xy.push_back(-image_x.v[1] / determinant);
-  inverse_yx.push_back(-image_y.v[0] / determinant);
-  inverse_yy.push_back(image_x.v[0] / determinant);
+  const std::size_t lane = size_++ % Four::kSize;
+  if (lane == 0) groups.emplace_back();
+  Group& group = groups.back();
+  // The last one's copies fill up the last four.
+  for (std::size_t i = lane; i < Four::kSize; ++i) {
+    group.intended_x[i] = on_surface.x();
+    group.intended_y[i] = on_surface.y();
+    group.pixel_x[i] = pixel.x();
+    group.pixel_y[i] = pixel.y();
+    group.start_x[i] = x.a;
+    group.start_y[i] = y.a;
+    group.inverse_xx[i] = image_y.v[1] / determinant;
+    group.inverse_xy[i] = -image_x.v[1] / determinant;
+    group.inverse_yx[i] = -image_y.v[0] / determinant;
+    group.inverse_yy[i] = image_x.v[0] / determinant;
+  }
 }
 
-void follow_light(const LandingLanes& lanes, LandingDraw& draw) {
-  draw.landed_x.resize(lanes.size());
-  draw.landed_y.resize(lanes.size());
-  draw.range.resize(lanes.size());
-  const bool followed = std::visit(
+void LandingSums::add(const LandingLanes& lanes, const LandingDraw& draw,
+                      const std::vector<PixelShift>& shifts) {
+  const bool all = std::visit(
       [&](const auto& model) {
         using Model = std::decay_t<decltype(model)>;
         if constexpr (kHasFormula<Model>) {
-          const auto converges = [&](const auto& follow) {
-            return follow(lanes, draw.lens.intrinsics, model.coefficients.data(), draw.surface_from_projector,
-                          draw.shift_x.data(), draw.shift_y.data(), draw.landed_x.data(),
-                          draw.landed_y.data(), draw.range.data()) <= kConverged;
-          };
-          return converges(follow_lanes<Model, kSteps>) || converges(follow_lanes<Model, kMoreSteps>);
+          return add_all(Loops<Model>{lanes.groups.data(), lanes.groups.size(), draw, shifts.data(), model,
+                                      groups_.data(), rays_.data()});
         } else {
+          for (Ray& ray : rays_) ray.pending = 1;
           return false;
         }
       },
       draw.lens.distortion);
-  if (!followed)
-    for (std::size_t i = 0; i < lanes.size(); ++i) follow_one(lanes, i, draw);
-  draw.all_reached = std::all_of(draw.range.begin(), draw.range.end(), is_reached);
-}
-
-void LandingSums::add(const LandingLanes& lanes, const LandingDraw& draw) {
-  if (draw.all_reached) {
-    add_landings(lanes.size(), lanes.intended_x.data(), lanes.intended_y.data(), draw.landed_x.data(),
-                 draw.landed_y.data(), landed.data(), x.data(), y.data(), xx.data(), xy.data(), yy.data(),
-                 worst2.data());
-    return;
+  if (all) return;
+  for (std::size_t i = 0; i < lanes.size(); ++i) {
+    const std::size_t group = i / Four::kSize, lane = i % Four::kSize;
+    if (rays_[group].pending[lane] == 0) continue;
+    const LandingLanes::Group& point = lanes.groups[group];
+    const PixelShift& shift = shifts[group];
+    const auto place =
+        landing_of(draw, Vec2(point.pixel_x[lane] + shift.x[lane], point.pixel_y[lane] + shift.y[lane]));
+    if (!place) continue;
+    Four landed, dx, dy;
+    landed[lane] = 1;
+    dx[lane] = place->x() - point.intended_x[lane];
+    dy[lane] = place->y() - point.intended_y[lane];
+    add_landing(0 < landed, dx, dy, groups_[group]);
   }
-  for (std::size_t i = 0; i < lanes.size(); ++i)
-    if (is_reached(draw.range[i]))
-      add_landings(1, &lanes.intended_x[i], &lanes.intended_y[i], &draw.landed_x[i], &draw.landed_y[i],
-                   &landed[i], &x[i], &y[i], &xx[i], &xy[i], &yy[i], &worst2[i]);
 }
 
 void LandingSums::add(const LandingSums& other) {
-  for (std::size_t i = 0; i < landed.size(); ++i) {
-    landed[i] += other.landed[i];
-    x[i] += other.x[i];
-    y[i] += other.y[i];
-    xx[i] += other.xx[i];
-    xy[i] += other.xy[i];
-    yy[i] += other.yy[i];
-    worst2[i] = std::max(worst2[i], other.worst2[i]);
+  for (std::size_t i = 0; i < groups_.size(); ++i) {
+    Group& sum = groups_[i];
+    const Group& more = other.groups_[i];
+    sum.landed += more.landed;
+    sum.x += more.x;
+    sum.y += more.y;
+    sum.xx += more.xx;
+    sum.xy += more.xy;
+    sum.yy += more.yy;
+    sum.worst2 = larger(more.worst2, sum.worst2);
   }
 }
 

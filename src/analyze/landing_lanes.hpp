@@ -1,8 +1,9 @@
 #pragma once
-/// Many points of one surface, followed through a wrong chain at once: structure of arrays, no branch a
-/// point, so that the compiler turns each loop into vector instructions.
+/// Many points of one surface, followed through a wrong chain at once: four by four (four.hpp), no branch a
+/// point.
 #include <vector>
 
+#include "four.hpp"
 #include "light_chain.hpp"
 
 namespace procam::analyze {
@@ -10,42 +11,61 @@ namespace procam::analyze {
 /// What does not change from draw to draw: each point's place on the surface, its pixel, the normalised image
 /// point that the believed lens undistorts it to, and there the inverse of the lens model's Jacobian.
 struct LandingLanes {
-  std::vector<double> intended_x, intended_y;
-  std::vector<double> pixel_x, pixel_y;
-  std::vector<double> start_x, start_y;
-  std::vector<double> inverse_xx, inverse_xy, inverse_yx, inverse_yy;
+  struct Group {
+    Four intended_x, intended_y;
+    Four pixel_x, pixel_y;
+    Four start_x, start_y;
+    Four inverse_xx, inverse_xy, inverse_yx, inverse_yy;
+  };
+  std::vector<Group> groups;
 
-  std::size_t size() const { return pixel_x.size(); }
+  std::size_t size() const { return size_; }
   void add(const Vec2& on_surface, const Camera& lens, const Vec2& pixel, const Vec3& bearing);
+
+ private:
+  std::size_t size_ = 0;
 };
 
-/// One draw of everything, and where it takes the light.
+/// One draw of everything.
 struct LandingDraw {
   Camera lens;
   Pose surface_from_projector;
-  std::vector<double> shift_x, shift_y;  ///< of the pixels
-  /// Out: on the surface, metres, and how many times the ray's direction of z = 1 leads there.
-  std::vector<double> landed_x, landed_y, range;
-  bool all_reached = true;
+};
+/// Of four pixels.
+struct PixelShift {
+  Four x, y;
 };
 
-/// Does the light meet the surface in front of the projector, on this side of infinity?
-inline bool is_reached(double range) {
-  return range > 0 && range < 1e12;
-}
+/// Over draws, by point, of the offsets from the intended places. A draw whose light does not meet the
+/// surface in front of the projector, on this side of infinity, is missing in `landed` and has no part in the
+/// rest.
+class LandingSums {
+ public:
+  struct Group {
+    Four landed, x, y, xx, xy, yy, worst2;
+  };
 
-/// Fills landed_x, landed_y, range and all_reached.
-void follow_light(const LandingLanes& lanes, LandingDraw& draw);
-
-/// Over draws, by point, of the offsets from the intended places; draws that miss are counted by `landed`
-/// alone.
-struct LandingSums {
-  std::vector<double> landed, x, y, xx, xy, yy, worst2;
-
-  explicit LandingSums(std::size_t points)
-      : landed(points), x(points), y(points), xx(points), xy(points), yy(points), worst2(points) {}
-  void add(const LandingLanes& lanes, const LandingDraw& draw);
+  explicit LandingSums(std::size_t groups) : groups_(groups), rays_(groups) {}
+  /// Follows the light of every point through the draw; one shift a group.
+  void add(const LandingLanes& lanes, const LandingDraw& draw, const std::vector<PixelShift>& shifts);
   void add(const LandingSums& other);
+  double of(Four Group::*sum, std::size_t point) const {
+    return (groups_[point / Four::kSize].*sum)[point % Four::kSize];
+  }
+
+ private:
+  /// The draw in hand.
+  struct Ray {
+    Four target_x, target_y;  ///< where on z = 1 the lens must take it
+    Four x, y;                ///< its direction (x, y, 1) so far
+    Four first;               ///< squared residual before the first step
+    Four pending, settled;    ///< 1 or 0: still to be followed to its end; just followed
+  };
+  template <typename Model>
+  struct Loops;
+
+  std::vector<Group> groups_;
+  std::vector<Ray> rays_;
 };
 
 }  // namespace procam::analyze

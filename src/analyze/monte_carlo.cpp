@@ -17,6 +17,8 @@ namespace {
 constexpr int kPiece = 2048;
 /// Points followed together, so that all that a turn touches stays in the nearest cache.
 constexpr std::size_t kBlock = 128;
+/// Draws that stay in the second cache while all blocks pass.
+constexpr int kAtOnce = 32;
 
 /// Square roots of all covariances, so that a draw is root * (standard normal numbers).
 struct Distribution {
@@ -47,11 +49,15 @@ Distribution distribution_of(const LightPath& path, const ErrorSources& sources)
   return d;
 }
 
-/// One draw of the whole chain.
-struct Chain {
-  Camera lens;
-  Pose surface_from_projector;
-};
+/// Two independent standard normal numbers: Marsaglia's polar method. (std::normal_distribution is left open
+/// by the standard, and in libstdc++ by Clang takes a logarithm of 80 bits for every number.)
+Vec2 normal_pair(std::mt19937_64& random) {
+  for (;;) {
+    const auto uniform = [&] { return double(random() >> 11) * 0x1p-52 - 1; };  // [-1, 1)
+    const double x = uniform(), y = uniform(), s = x * x + y * y;
+    if (s > 0 && s < 1) return Vec2(x, y) * std::sqrt(-2 * std::log(s) / s);
+  }
+}
 
 class Drawing {
  public:
@@ -63,34 +69,34 @@ class Drawing {
   std::vector<LandingSums> draw(int piece, int count) const {
     std::seed_seq seeds{std::uint32_t(seed_), std::uint32_t(seed_ >> 32), std::uint32_t(piece)};
     std::mt19937_64 random(seeds);
-    std::vector<Chain> chains;
-    for (int i = 0; i < count; ++i) chains.push_back(draw_chain(random));
     std::vector<LandingSums> sums;
-    LandingDraw one;
-    for (const LandingLanes& lanes : blocks_) {
-      sums.emplace_back(lanes.size());
-      one.shift_x.assign(lanes.size(), 0);
-      one.shift_y.assign(lanes.size(), 0);
-      for (const Chain& chain : chains) {
-        one.lens = chain.lens;
-        one.surface_from_projector = chain.surface_from_projector;
-        if (distribution_.pixel_range > 0) shift_pixels(random, one);
-        follow_light(lanes, one);
-        sums.back().add(lanes, one);
-      }
+    std::vector<LandingDraw> draws;
+    std::vector<PixelShift> shifts;
+    for (const LandingLanes& lanes : blocks_) sums.emplace_back(lanes.groups.size());
+    for (int first = 0; first < count; first += kAtOnce) {
+      draws.resize(std::size_t(std::min(kAtOnce, count - first)));
+      for (LandingDraw& one : draws) draw_chain(random, one);
+      for (std::size_t block = 0; block < blocks_.size(); ++block)
+        for (const LandingDraw& one : draws) {
+          shifts.resize(blocks_[block].groups.size());
+          if (distribution_.pixel_range > 0) shift_pixels(random, shifts);
+          sums[block].add(blocks_[block], one, shifts);
+        }
     }
     return sums;
   }
 
  private:
-  Chain draw_chain(std::mt19937_64& random) const {
-    std::normal_distribution<double> normal;
+  void draw_chain(std::mt19937_64& random, LandingDraw& chain) const {
     const auto drawn = [&](const MatX& root) -> VecX {
       VecX z(root.cols());
-      for (Eigen::Index i = 0; i < z.size(); ++i) z[i] = normal(random);
+      for (Eigen::Index i = 0; i < z.size(); i += 2) {
+        const Eigen::Index size = std::min<Eigen::Index>(2, z.size() - i);
+        z.segment(i, size) = normal_pair(random).head(size);
+      }
       return root * z;
     };
-    Chain chain{path_.projector.projector.inverse_camera, Pose()};
+    chain.lens = path_.projector.projector.inverse_camera;
     Pose rig_from_projector = path_.projector.rig_from_projector, rig_from_surface = path_.rig_from_surface;
     if (distribution_.calibration) {
       const ChainErrors errors =
@@ -105,16 +111,16 @@ class Drawing {
     }
     rig_from_surface = rig_from_surface * se3_exp(Vec6(drawn(distribution_.surface)));
     chain.surface_from_projector = rig_from_surface.inverse() * rig_from_projector;
-    return chain;
   }
 
-  void shift_pixels(std::mt19937_64& random, LandingDraw& one) const {
+  void shift_pixels(std::mt19937_64& random, std::vector<PixelShift>& shifts) const {
     const double scale = distribution_.pixel_range / 4294967296.0;
-    for (std::size_t i = 0; i < one.shift_x.size(); ++i) {
-      const std::uint64_t bits = random();
-      one.shift_x[i] = (double(std::uint32_t(bits)) - 2147483647.5) * scale;
-      one.shift_y[i] = (double(std::uint32_t(bits >> 32)) - 2147483647.5) * scale;
-    }
+    for (PixelShift& shift : shifts)
+      for (std::size_t i = 0; i < Four::kSize; ++i) {
+        const std::uint64_t bits = random();
+        shift.x[i] = (double(std::uint32_t(bits)) - 2147483647.5) * scale;
+        shift.y[i] = (double(std::uint32_t(bits >> 32)) - 2147483647.5) * scale;
+      }
   }
 
   const LightPath& path_;
@@ -124,14 +130,16 @@ class Drawing {
 };
 
 LandingSpread spread_of(const LandingSums& sums, std::size_t i, int draws) {
+  using Sum = LandingSums::Group;
+  const auto sum = [&](Four Sum::*which) { return sums.of(which, i); };
   LandingSpread spread;
-  const double landed = sums.landed[i];
+  const double landed = sum(&Sum::landed);
   spread.missed = draws - int(landed);
   if (landed < 2) return spread;
-  spread.mean = Vec2(sums.x[i], sums.y[i]) / landed;
-  spread.covariance << sums.xx[i], sums.xy[i], sums.xy[i], sums.yy[i];
+  spread.mean = Vec2(sum(&Sum::x), sum(&Sum::y)) / landed;
+  spread.covariance << sum(&Sum::xx), sum(&Sum::xy), sum(&Sum::xy), sum(&Sum::yy);
   spread.covariance = (spread.covariance - landed * spread.mean * spread.mean.transpose()) / (landed - 1);
-  spread.worst = std::sqrt(sums.worst2[i]);
+  spread.worst = std::sqrt(sum(&Sum::worst2));
   return spread;
 }
 
@@ -177,7 +185,7 @@ std::vector<std::optional<LandingSpread>> monte_carlo_landing(const LightPath& p
   std::vector<std::optional<LandingSpread>> spreads(on_surface.size());
   std::size_t point = 0;
   for (std::size_t block = 0; block < blocks.size(); ++block) {
-    LandingSums sums(blocks[block].size());
+    LandingSums sums(blocks[block].groups.size());
     for (const std::vector<LandingSums>& piece : of_piece) sums.add(piece[block]);
     for (std::size_t i = 0; i < blocks[block].size(); ++i)
       spreads[places[point++]] = spread_of(sums, i, options.draws);

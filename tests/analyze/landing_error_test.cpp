@@ -138,10 +138,9 @@ INSTANTIATE_TEST_SUITE_P(Planes, ClosedForm,
                                            Place{1.6, 47}, Place{2.2, 47}, Place{1.2, 60}, Place{1.6, 60},
                                            Place{2.2, 60}));
 
-/// 20 000 draws: a sigma's relative standard error is 0.5 %, so 5 % is ten of them and what the test sees is
-/// first order's own error.
-TEST_P(ClosedForm, IsWhatMonteCarloFinds) {
-  const TiltedSurface world(GetParam().distance, GetParam().incidence_deg);
+/// Every source alone and all together, at three points: the sigmas that first order and `draws` draws find.
+void compare_closed_form(const Place& place, int draws, double tolerance) {
+  const TiltedSurface world(place.distance, place.incidence_deg);
   const LightPath path = world.path();
   ErrorSources all{world.rig.covariance, tilted_covariance(0.01, 0.5 * kDegree),
                    tilted_covariance(0.005, 0.2 * kDegree), lopsided_motion(true), 0.29};
@@ -154,9 +153,10 @@ TEST_P(ClosedForm, IsWhatMonteCarloFinds) {
   cases[4].pixel_sigma = all.pixel_sigma;
   cases[5] = all;
   const Points2 points = {world.middle, world.middle + Vec2(0.1, -0.07), world.middle + Vec2(-0.12, 0.09)};
+  double largest = 0;
   for (std::size_t i = 0; i < cases.size(); ++i) {
     MonteCarloOptions options;
-    options.draws = 20000;
+    options.draws = draws;
     options.seed = 11 + i;
     const auto drawn = monte_carlo_landing(path, cases[i], points, options);
     for (std::size_t p = 0; p < points.size(); ++p) {
@@ -164,14 +164,33 @@ TEST_P(ClosedForm, IsWhatMonteCarloFinds) {
       ASSERT_TRUE(closed && drawn[p]);
       EXPECT_TRUE(closed->first_order_holds());
       EXPECT_EQ(drawn[p]->missed, 0);
-      for (int axis = 0; axis < 2; ++axis)
-        EXPECT_NEAR(std::sqrt(drawn[p]->covariance(axis, axis) / closed->total.covariance(axis, axis)), 1,
-                    0.05)
-            << "case " << i << ", axis " << axis;
+      for (int axis = 0; axis < 2; ++axis) {
+        const double ratio =
+            std::sqrt(drawn[p]->covariance(axis, axis) / closed->total.covariance(axis, axis));
+        EXPECT_NEAR(ratio, 1, tolerance) << "case " << i << ", axis " << axis;
+        largest = std::max(largest, std::abs(ratio - 1));
+      }
       const double correlation = closed->total.covariance(0, 1), found = drawn[p]->covariance(0, 1);
       EXPECT_NEAR(found, correlation, 0.06 * closed->total.covariance.trace());
     }
   }
+  ::testing::Test::RecordProperty("largest_deviation_percent", std::to_string(100 * largest));
+}
+
+/// 20 000 draws: a sigma's relative standard error is 0.5 %, so 2.5 % is five of them; what first order
+/// leaves out is a tenth of that.
+TEST_P(ClosedForm, IsWhatMonteCarloFinds) {
+  compare_closed_form(GetParam(), 20000, 0.025);
+}
+
+/// A million: the standard error is 0.07 %, so 0.5 % is seven of them. 5 % is what is asked.
+class MillionDraws : public ::testing::TestWithParam<Place> {};
+INSTANTIATE_TEST_SUITE_P(Planes, MillionDraws,
+                         ::testing::Values(Place{1.2, 0}, Place{1.6, 0}, Place{2.2, 0}, Place{1.2, 47},
+                                           Place{1.6, 47}, Place{2.2, 47}, Place{1.2, 60}, Place{1.6, 60},
+                                           Place{2.2, 60}));
+TEST_P(MillionDraws, FindTheClosedForm) {
+  compare_closed_form(GetParam(), 1000000, 0.005);
 }
 
 TEST(LandingError, SaysWhereFirstOrderFails) {
@@ -183,6 +202,19 @@ TEST(LandingError, SaysWhereFirstOrderFails) {
   EXPECT_TRUE(landing_error(tilted.path(), sources, tilted.middle)->first_order_holds());
   sources.rig_pose = isotropic_pose_covariance(0.002, 8 * kDegree);
   EXPECT_FALSE(landing_error(tilted.path(), sources, tilted.middle)->first_order_holds());
+}
+
+/// However small the errors: 75 degrees is the limit itself.
+TEST(LandingError, WarnsBeyondSeventyFiveDegrees) {
+  ErrorSources sources;
+  sources.rig_pose = isotropic_pose_covariance(1e-5, 1e-5);
+  for (const double incidence_deg : {74.9, 75.1}) {
+    const TiltedSurface world(1.6, incidence_deg);
+    const auto error = landing_error(world.path(), sources, world.middle);
+    ASSERT_TRUE(error);
+    EXPECT_NEAR(error->incidence_deg, incidence_deg, 1e-6);
+    EXPECT_EQ(error->first_order_holds(), incidence_deg < 75);
+  }
 }
 
 /// The shift of the mean at 65 degrees, where first order has none. 200 000 draws: its standard error is
@@ -235,6 +267,53 @@ TEST(LandingError, HasNoAnswerWhereNoLightCanReach) {
   EXPECT_FALSE(landing_error(behind, {}, Vec2(0, 0)));
   const auto drawn = monte_carlo_landing(behind, {}, {Vec2(0, 0)});
   EXPECT_FALSE(drawn[0]);
+}
+
+/// What a drive adds is the rig's own error, of the size that twist and time make: sigma of the twist times
+/// the delay, twist times the delay's sigma.
+TEST(LandingError, SpreadOfADelayIsThatOfThePoseItLeaves) {
+  const TiltedSurface world(1.6, 47);
+  Vec6 twist_sigma, twist;
+  twist_sigma << 0.02, 0.03, 0.05, 0.1, 0.2, 0.04;
+  twist << 0.1, -0.2, 0.3, 0.4, -0.1, 0.2;
+  const auto covariance_of = [&](const ErrorSources& sources) {
+    return landing_error(world.path(), sources, world.middle)->total.covariance;
+  };
+  ErrorSources drive, pose;
+  drive.motion.predicted = true;
+  drive.motion.delay = 0.08;
+  drive.motion.twist_sigma = twist_sigma;
+  pose.rig_pose = (0.08 * twist_sigma).cwiseAbs2().asDiagonal();
+  EXPECT_LT((covariance_of(drive) - covariance_of(pose)).norm(), 1e-9 * covariance_of(pose).norm());
+
+  drive.motion = {};
+  drive.motion.predicted = true;
+  drive.motion.delay_sigma = 0.01;
+  drive.motion.twist = twist;
+  pose.rig_pose = 1e-4 * twist * twist.transpose();
+  EXPECT_LT((covariance_of(drive) - covariance_of(pose)).norm(), 1e-9 * covariance_of(pose).norm());
+}
+
+TEST(LandingError, TakesAPoseApartIntoPositionAndRotation) {
+  const TiltedSurface world(1.6, 47);
+  const auto covariance_of = [&](double position, double rotation) {
+    ErrorSources sources;
+    sources.map = isotropic_pose_covariance(position, rotation);
+    return *landing_error(world.path(), sources, world.middle + Vec2(0.1, -0.07));
+  };
+  const LandingError both = covariance_of(0.004, 0.01);
+  const std::vector<SourceError>& parts = both.sources.at(0).parts;
+  EXPECT_LT((parts.at(0).covariance - covariance_of(0.004, 0).total.covariance).norm(), 1e-15);
+  EXPECT_LT((parts.at(1).covariance - covariance_of(0, 0.01).total.covariance).norm(), 1e-15);
+}
+
+/// -2 log 0.05 = 5.9915, for two degrees of freedom; axes 3 and 1 mm, the longer one at 0.4 rad.
+TEST(LandingError, RegionHoldsNinetyFivePercent) {
+  const Mat2 turn = Eigen::Rotation2Dd(0.4).toRotationMatrix();
+  const Ellipse region = region95(turn * Vec2(9e-6, 1e-6).asDiagonal() * turn.transpose());
+  EXPECT_NEAR(region.semi_major, 3e-3 * std::sqrt(-2 * std::log(0.05)), 1e-12);
+  EXPECT_NEAR(region.semi_minor, 1e-3 * std::sqrt(-2 * std::log(0.05)), 1e-12);
+  EXPECT_NEAR(std::tan(region.angle), std::tan(0.4), 1e-9);
 }
 
 }  // namespace

@@ -49,7 +49,7 @@ const Fixture& fixture() {
 
 void BM_MonteCarloLandings(benchmark::State& state) {
   analyze::MonteCarloOptions options;
-  options.draws = 2000;
+  options.draws = 20000;
   options.threads = 1;
   for (auto _ : state)
     benchmark::DoNotOptimize(

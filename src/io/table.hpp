@@ -4,12 +4,9 @@
 #include <string>
 #include <vector>
 
-namespace procam::io {
+#include "trimmed.hpp"
 
-inline std::string trimmed(const std::string& text) {
-  const auto first = text.find_first_not_of(" \t\r"), last = text.find_last_not_of(" \t\r");
-  return first == std::string::npos ? "" : text.substr(first, last - first + 1);
-}
+namespace procam::io {
 
 inline std::vector<std::string> cells_of(const std::string& line) {
   std::vector<std::string> cells(1);

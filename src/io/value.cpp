@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "number.hpp"
+#include "trimmed.hpp"
 
 namespace procam::io {
 namespace {
@@ -32,11 +33,6 @@ const char* name_of_kind(Node::Kind kind) {
 [[noreturn]] void fail_kind(const Value& value, const std::string& wanted) {
   value.fail(std::string("it is ") + name_of_kind(value.node->kind) + " where " + wanted + " is expected",
              "see docs/file-formats.md for the fields");
-}
-
-std::string trimmed(const std::string& text) {
-  const std::size_t begin = text.find_first_not_of(kBlanks);
-  return begin == std::string::npos ? "" : text.substr(begin, text.find_last_not_of(kBlanks) - begin + 1);
 }
 
 double number_in(const Value& value, const std::string& text) {

@@ -114,8 +114,9 @@ void apply(Session& s, const json& step) {
     each_pixel(
         [&](Observation& o) { o.pixel = middle + step.at("factor").get<double>() * (o.pixel - middle); });
   } else if (op == "noise") {
-    each_pixel(
-        [&](Observation& o) { o.pixel += step.at("px").get<double>() * Vec2{s.normal(), s.normal()}; });
+    each_pixel([&](Observation& o) {
+      o.pixel += step.at("px").get<double>() * Vec2{s.normal(), s.normal()};
+    });
   } else if (op == "outliers") {
     std::uniform_real_distribution<double> share;
     each_pixel([&](Observation& o) {

@@ -15,7 +15,7 @@ jobs=$(nproc)
 
 build() {
   cmake --preset "$preset" && cmake --build --preset "$preset" -j "$jobs" --target \
-    simulate-captures calibrate-projector solve-surfaces render-to-image example_03_true_error
+    simulate-captures calibrate-projector solve-surfaces render-to-image evaluate-projection example_03_true_error
 }
 
 simulate() {
@@ -41,6 +41,11 @@ judge() {
   "$build/examples/example_03_true_error" "$out/session/truth.json" "$out/rig.json"
 }
 
+evaluate() {
+  "$tools/evaluate-projection" --rig "$out/rig.json" --truth "$out/session/truth.json" \
+    --report "$out/evaluation.html"
+}
+
 phase "Packages" install_packages "${build_packages[@]}"
 phase "Build" build
 phase "Simulate a capture session" simulate
@@ -48,11 +53,13 @@ phase "Calibrate camera and projector" calibrate
 phase "Solve the surfaces" solve
 phase "Render the projector's frame" render
 phase "Compare with the truth" judge
+phase "Project a sheet's corners on the sheet" evaluate
 
 cat <<END
 
 In $out:
   report.html  the calibration, one self-contained page
+  evaluation.html  where the corners of a sheet land, at 47 and 60 degrees
   frame.png    what the projector shows
   view.png     how it looks in the room
   rig.json, solved.json, session/  the calibrated rig, the solved surfaces, the captures with their truth

@@ -115,12 +115,14 @@ Outcome simulate_trial(const Flags& flags, Console& console, Diagnostics& diagno
     const SheetEvaluation& one = outcome.evaluation.results[i];
     outcome.verdict.push_back("On the sheet at " + one.sheet.name + " the corners land " + mm(one.median_mm) +
                               " from their places (median; " + mm(one.worst_mm) + " at worst).");
-    outcome.verdict.push_back(one.sheet.name + ": the calibration alone explains " +
-                              mm(true_pose.results[i].median_mm) + " (median), the marker's picture alone " +
-                              mm(true_calibration.results[i].median_mm) + ".");
+    outcome.verdict.push_back(
+        one.sheet.name + ": " + mm(true_calibration.results[i].median_mm) +
+        " with the true calibration (the marker's picture alone), " + mm(true_pose.results[i].median_mm) +
+        " with the true pose in place of the marker's, which takes back what camera and "
+        "projector have wrong in common.");
     const std::string at = "/sheets/" + std::to_string(i);
-    console.summary().set(at + "/calibration_alone_median_mm", true_pose.results[i].median_mm);
-    console.summary().set(at + "/marker_alone_median_mm", true_calibration.results[i].median_mm);
+    console.summary().set(at + "/with_true_pose_median_mm", true_pose.results[i].median_mm);
+    console.summary().set(at + "/with_true_calibration_median_mm", true_calibration.results[i].median_mm);
   }
   return outcome;
 }

@@ -52,7 +52,8 @@ SheetExperiment run_sheet_experiment(std::vector<Placement> placements,
     Placement& placement = placements[i];
     const analyze::Sheet& sheet = sheets[std::size_t(placement.sheet)];
     const Pose true_camera_from_sheet = true_projector_from_camera.inverse() * placement.projector_from_sheet;
-    map.markers = {{3, kMarkerShare * sheet.size.x(), Pose()}};
+    map.markers = {{3, kMarkerSize,
+                    Pose(Eigen::Quaterniond::Identity(), Vec3(0, 0.5 * sheet.size.y() + kMarkerBelow, 0))}};
     simulate::MarkerViewOptions view;
     view.noise = {noise_grey * noise_grey, 0};
     view.seed = seed + i;

@@ -1,5 +1,5 @@
 #pragma once
-/// The experiment of analyze/evaluation.hpp in a simulated room: each sheet carries a marker, the true camera
+/// The experiment of analyze/evaluation.hpp in a simulated room: below each sheet hangs a marker, the true camera
 /// takes a noisy picture of it, and the rig that is on trial says from that picture which pixels light the
 /// sheet's corners. The true projector sends their light.
 #include <functional>
@@ -16,8 +16,8 @@ struct SheetExperiment {
   int unseen = 0;  ///< placements whose marker the camera did not see, or not well enough
 };
 
-/// The marker's black square takes this share of the sheet's width.
-constexpr double kMarkerShare = 0.8;
+/// The marker's black square, and how far its middle hangs below the sheet's edge, metres.
+constexpr double kMarkerSize = 0.16, kMarkerBelow = 0.12;
 
 /// `truth` and `rig` have the same devices; the first camera and projector are used. `noise_grey`: sigma of
 /// the camera's noise, grey levels. `step` is called before each placement.

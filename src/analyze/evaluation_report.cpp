@@ -48,12 +48,12 @@ std::string distance_color(double distance) {
 /// The sheet as it stands, its corners as crosses, every landing as a dot; the offsets magnified where they
 /// would not show.
 std::string scatter(const Evaluation& evaluation, const SheetEvaluation& result) {
-  constexpr double kWidth = 520;
-  Vec2 half = 0.5 * result.sheet.size;
-  const double scale = (kWidth - 120) / (2 * half.x()),
-               magnified =
-                   std::max(1.0, round_step(0.12 * 2 * half.x() / std::max(1e-3 * result.worst_mm, 1e-9)));
-  const double height = 2 * half.y() * scale + 120;
+  constexpr double kWidth = 520, kRim = 30;
+  const Vec2 half = 0.5 * result.sheet.size;
+  const double magnified =
+      std::max(1.0, round_step(0.24 * half.x() / std::max(1e-3 * result.worst_mm, 1e-9)));
+  const Vec2 reach = half + Vec2::Constant(magnified * 1e-3 * result.worst_mm);
+  const double scale = (0.5 * kWidth - kRim) / reach.x(), height = 2 * (reach.y() * scale + kRim);
   const Vec2 middle(0.5 * kWidth, 0.5 * height);
   std::string content = rectangle("class=\"axis\"", middle - scale * half, 2 * scale * half);
   Marks corners;

@@ -91,12 +91,18 @@ TEST_F(ReportPages, TheEyeSeesErrorsAndBlankPages) {
   EXPECT_EQ(drawn_share(blank.screenshot), 0);
 }
 
-TEST_F(ReportPages, CalibrationAndPrediction) {
+TEST_F(ReportPages, CalibrationEvaluationAndPrediction) {
   const ToolRun calibrated =
       run_tool("calibrate-projector", "--captures " + std::string(PROCAM_E2E_SESSION) + " -o " +
                                           at("rig.json") + " --report " + at("calibration.html"));
   ASSERT_EQ(calibrated.exit_code, 0) << calibrated.err;
   expect_sound(folder_ / "calibration.html");
+
+  const ToolRun evaluated =
+      run_tool("evaluate-projection", "--original --truth " + std::string(PROCAM_E2E_SESSION) +
+                                          "/truth.json --report " + at("evaluation.html"));
+  ASSERT_EQ(evaluated.exit_code, 0) << evaluated.err;
+  expect_sound(folder_ / "evaluation.html");
 
   PlanarSurface sheet;
   sheet.content = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};

@@ -53,13 +53,13 @@ struct PoseThroughCamera {
 struct ErrorSources {
   NamedCovariance calibration;   ///< rig.covariance; empty: the rig is taken as exact
   Mat6 rig_pose = Mat6::Zero();  ///< of world_from_rig, right increment
-  /// Beside rig_pose, which then holds the image's and the marker map's share alone.
-  std::optional<PoseThroughCamera> through_camera;
-  Mat6 map = Mat6::Zero();  ///< of the surface's pose, right increment
+  Mat6 map = Mat6::Zero();       ///< of the surface's pose, right increment
   Motion motion;
   /// Half a pixel at most in either direction, all offsets alike: 1 / sqrt(12). 0 where content is drawn
   /// between pixels (procam's renderer does).
   double pixel_sigma = 0;
+  /// Beside rig_pose, which then holds the image's and the marker map's share alone.
+  std::optional<PoseThroughCamera> through_camera = std::nullopt;
 };
 
 /// Sets `rig_pose` and `through_camera` from where the camera saw its markers: `covariance` of

@@ -134,7 +134,7 @@ TEST(MeasuredPose, SharesTheCalibrationsErrorsWithTheLight) {
   const LightPath path = light_path(rig.projector(), "world", Pose(),
                                     camera_from_world.inverse() * rig.cameras[0].rig_from_camera.inverse());
   MatX by_lens = MatX::Zero(6, Eigen::Index(parameter_names(rig.cameras[0].camera).size()));
-  by_lens.col(0) << 1e-4, -2e-4, 5e-5, 2e-4, -1e-4, 9e-4;  // rotation, translation by fx
+  by_lens.col(0) << 6e-4, -9e-4, 2e-4, 2e-3, -1e-3, 6e-3;  // rotation, translation by fx
   ErrorSources together;
   together.calibration = rig.covariance;
   set_measured_pose(together, rig.cameras[0], 1e-7 * Mat6::Identity(), by_lens);
@@ -166,7 +166,7 @@ TEST(EvaluationPage, TellsTheTableAndTheVerdict) {
   evaluation.rig = rig;
   const std::string page = evaluation_report(evaluation, "A <b> title", {"First & foremost.", "Then this."});
   for (const char* words : {"A &lt;b&gt; title", "First &amp; foremost.", "Then this.", "47 degrees",
-                            "60 degrees", "top left", "physical x, y, cm", "id=\"rig\"", "magnified"})
+                            "60 degrees", "top left", "physical x, y, cm", "id=\"rig\"", "to scale"})
     EXPECT_NE(page.find(words), std::string::npos) << words;
   EXPECT_EQ(page.find("nan"), std::string::npos);
   EXPECT_LT(page.size(), 1000000u);

@@ -1,7 +1,7 @@
 #pragma once
-/// The experiment of analyze/evaluation.hpp in a simulated room: below each sheet hangs a marker, the true camera
-/// takes a noisy picture of it, and the rig that is on trial says from that picture which pixels light the
-/// sheet's corners. The true projector sends their light.
+/// The experiment of analyze/evaluation.hpp in a simulated room: below each sheet hangs a marker, the true
+/// camera takes a noisy picture of it, and the rig that is on trial says from that picture which pixels light
+/// the sheet's corners. The true projector sends their light.
 #include <functional>
 
 #include "procam/analyze/evaluation.hpp"

@@ -103,8 +103,7 @@ TEST(MonteCarlo, RefusesASingleDraw) {
 /// Draw by draw against the exact landing: lens errors as calibrations leave them, ten times and a hundred
 /// times them. What the worst of 4000 landings leaves undone, beside the rms movement: far less than a
 /// thousandth at the usual size, less than two at ten times. A hundred times is no calibration any more (a
-/// tenth of the focal length; lenses that fold within the picture): it must still be no more than what first
-/// order would miss there.
+/// tenth of the focal length; lenses that fold within the picture): a tenth is asked of it there.
 TEST(MonteCarlo, FollowsEveryDrawOfTheLens) {
   std::mt19937_64 random(5);
   std::normal_distribution<double> normal;

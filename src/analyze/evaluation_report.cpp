@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "causes.hpp"
 #include "html.hpp"
 #include "page.hpp"
 #include "procam/analyze/evaluation.hpp"
@@ -85,24 +86,6 @@ std::string scatter(const Evaluation& evaluation, const SheetEvaluation& result)
           "; orange up to 1.4 m, red to 1.9 m, violet beyond. Rings: medians.");
 }
 
-std::string cause_rows(const SheetEvaluation& result) {
-  if (result.causes.empty()) return "";
-  std::string rows;
-  for (const Cause& cause : result.causes)
-    rows += element("tr", "",
-                    element("td", "", escaped(cause.name)) +
-                        element("td", "class=\"n\"", significant(cause.rms_mm, 3)) +
-                        element("td", "class=\"n\"", significant(cause.without_mm, 3))) +
-            "\n";
-  return element("h3", "", "Predicted causes") +
-         element("div", "class=\"scroll\"",
-                 element("table", "",
-                         element("tr", "",
-                                 element("th", "", "Cause") + element("th", "class=\"n\"", "alone, mm") +
-                                     element("th", "class=\"n\"", "all but this, mm")) +
-                             "\n" + rows));
-}
-
 std::string key_figure(const std::string& value, const std::string& words) {
   return element("div", "", element("b", "", value) + element("span", "", words));
 }
@@ -127,7 +110,11 @@ std::string of_sheet_result(const Evaluation& evaluation, const SheetEvaluation&
                         significant(result.turn->rest_mm, 2) + " mm (rms) are left.");
   return element("div", "class=\"key\"", key) + "\n" + corner_table(result) + words + "\n" +
          element("div", "class=\"pair\"",
-                 scatter(evaluation, result) + element("div", "", cause_rows(result))) +
+                 scatter(evaluation, result) +
+                     element("div", "",
+                             result.causes.empty()
+                                 ? ""
+                                 : element("h3", "", "Predicted causes") + cause_table(result.causes))) +
          "\n";
 }
 

@@ -1,11 +1,28 @@
 #include <algorithm>
 #include <cmath>
 
+#include "causes.hpp"
 #include "html.hpp"
 #include "page.hpp"
 #include "procam/analyze/prediction.hpp"
 
 namespace procam::analyze {
+std::string cause_table(const std::vector<Cause>& causes) {
+  std::string rows;
+  for (const Cause& cause : causes)
+    rows += element("tr", "",
+                    element("td", "", escaped(cause.name)) +
+                        element("td", "class=\"n\"", significant(cause.rms_mm, 3)) +
+                        element("td", "class=\"n\"", significant(cause.without_mm, 3))) +
+            "\n";
+  return element("div", "class=\"scroll\"",
+                 element("table", "",
+                         element("tr", "",
+                                 element("th", "", "Cause") + element("th", "class=\"n\"", "alone, mm") +
+                                     element("th", "class=\"n\"", "all but this, mm")) +
+                             "\n" + rows));
+}
+
 namespace {
 
 std::string in_millimetres(double mm) {
@@ -91,22 +108,6 @@ std::string heat_map(const SurfacePrediction& prediction) {
           ". White: not lit.");
 }
 
-std::string cause_table(const SurfacePrediction& prediction) {
-  std::string rows;
-  for (const Cause& cause : prediction.causes)
-    rows += element("tr", "",
-                    element("td", "", escaped(cause.name)) +
-                        element("td", "class=\"n\"", significant(cause.rms_mm, 3)) +
-                        element("td", "class=\"n\"", significant(cause.without_mm, 3))) +
-            "\n";
-  return element("div", "class=\"scroll\"",
-                 element("table", "",
-                         element("tr", "",
-                                 element("th", "", "Cause") + element("th", "class=\"n\"", "alone, mm") +
-                                     element("th", "class=\"n\"", "all but this, mm")) +
-                             "\n" + rows));
-}
-
 std::string curve(const Sweep& sweep) {
   constexpr double kWidth = 340, kHeight = 190, kLeft = 44, kBottom = 34;
   if (sweep.values.size() < 2) return "";
@@ -166,7 +167,7 @@ std::string of_surface(const SurfacePrediction& prediction) {
          element("div", "class=\"pair\"",
                  heat_map(prediction) +
                      element("div", "",
-                             element("h3", "", "Causes") + cause_table(prediction) +
+                             element("h3", "", "Causes") + cause_table(prediction.causes) +
                                  element("p", "class=\"hint\"",
                                          "What would help most: " + escaped(prediction.advice) + "."))) +
          "\n" + element("h3", "", "What if (at the content's middle)") +

@@ -230,8 +230,9 @@ void read(const Value& value, T& out) {
       if (side != std::floor(side) || side < 1 || side > (1 << 20))
         value.fail("a side is not a whole number of pixels from 1 to 1048576", "give [width, height]");
     out = {int(size[0]), int(size[1])};
-  } else if constexpr (std::is_same_v<T, Points2>) {
-    for (const Value& row : value.items("point")) fill_row(row, 2, out.emplace_back());
+  } else if constexpr (std::is_same_v<T, Points2> || std::is_same_v<T, Points3>) {
+    for (const Value& row : value.items("point"))
+      fill_row(row, T::value_type::RowsAtCompileTime, out.emplace_back());
   } else if constexpr (std::is_base_of_v<Eigen::MatrixBase<T>, T>) {
     if constexpr (T::ColsAtCompileTime == 1) {
       fill_row(value, out.size(), out);
@@ -280,10 +281,10 @@ void write(T& value, Node& out, const std::string& path) {
     require(value.width >= 1 && value.height >= 1, path + ": the size is not positive");
     const double size[2] = {double(value.width), double(value.height)};
     write_row(size, 2, out);
-  } else if constexpr (std::is_same_v<T, Points2>) {
+  } else if constexpr (std::is_same_v<T, Points2> || std::is_same_v<T, Points3>) {
     out.kind = Node::Kind::kList;
     out.item_name = "point";
-    for (const Vec2& point : value) write_row(point, 2, out.children.emplace_back());
+    for (const auto& point : value) write_row(point, point.size(), out.children.emplace_back());
   } else if constexpr (std::is_base_of_v<Eigen::MatrixBase<T>, T>) {
     if constexpr (T::ColsAtCompileTime == 1) {
       write_row(value, value.size(), out);

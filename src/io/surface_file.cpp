@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <set>
 
+#include "procam/io/mesh_file.hpp"
 #include "shared_fields.hpp"
 
 namespace procam::io {
@@ -56,37 +57,105 @@ static void point_fields(Fields& f, Points2& content, Points2& at, std::vector<d
           "give every point of the surface a weight, or none");
 }
 
+static void place_fields(Fields& f, InRoom& place) {
+  const std::vector<std::string> frames{"world", "rig", "projector"};
+  const auto frame = std::size_t(std::find(frames.begin(), frames.end(), place.frame) - frames.begin());
+  require(frame < frames.size(), "save_surfaces: there is no frame '" + place.frame + "'");
+  place.frame = frames[f.choice("frame", frames, frame)];
+  f.field("frame_from_surface", place.frame_from_surface);
+}
+
+/// Two ends of a range, in the file's unit: `value` = `unit` * number.
+static void range_field(Fields& f, const char* name, double unit, double& first, double& last) {
+  Vec2 ends(first / unit, last / unit);
+  f.field(name, ends);
+  if (!f.reading()) return;
+  first = unit * ends.x();
+  last = unit * ends.y();
+}
+
+static void side_field(Fields& f, SeenFrom& side) {
+  side = SeenFrom(f.choice("seen_from", {"outside", "inside"}, std::size_t(side)));
+}
+
+static void shape_fields(Fields& f, Surface& surface, PlanarSurface& planar) {
+  point_fields<Metres>(f, planar.content, planar.points, surface.weights);
+}
+static void shape_fields(Fields& f, Surface& surface, PixelSurface& pixels) {
+  point_fields<Pixels>(f, pixels.content, pixels.pixels, surface.weights);
+}
+static void shape_fields(Fields& f, Surface&, GridSurface& grid) {
+  f.field("columns", grid.columns);
+  f.field("rows", grid.rows);
+  f.field("points_m", grid.points);
+}
+static void shape_fields(Fields& f, Surface&, BezierSurface& bezier) {
+  f.field("columns", bezier.columns);
+  f.field("rows", bezier.rows);
+  f.field("control_points_m", bezier.control_points);
+}
+static void shape_fields(Fields& f, Surface&, CylinderSurface& cylinder) {
+  f.field("radius_m", cylinder.radius);
+  range_field(f, "left_right_deg", kDegree, cylinder.left, cylinder.right);
+  range_field(f, "top_bottom_m", 1, cylinder.top, cylinder.bottom);
+  side_field(f, cylinder.seen_from);
+}
+static void shape_fields(Fields& f, Surface&, SphereSurface& sphere) {
+  f.field("radius_m", sphere.radius);
+  range_field(f, "left_right_deg", kDegree, sphere.left, sphere.right);
+  range_field(f, "top_bottom_deg", kDegree, sphere.top, sphere.bottom);
+  side_field(f, sphere.seen_from);
+}
+static void shape_fields(Fields& f, Surface&, MeshSurface& mesh) {
+  f.field("file", mesh.file);
+  f.field("metres_per_unit", mesh.metres_per_unit);
+  f.check(!mesh.file.empty(), "file", "it is empty", "name an .obj or .ply file");
+  f.check(mesh.metres_per_unit > 0, "metres_per_unit", "it is not positive",
+          "give e.g. 0.001 for a file in mm");
+}
+
+template <typename Geometry>
+static void geometry_fields(Fields& f, Surface& surface) {
+  Geometry geometry = f.reading() ? Geometry{} : std::get<Geometry>(surface.geometry);
+  if constexpr (std::is_base_of_v<InRoom, Geometry>) place_fields(f, geometry);
+  shape_fields(f, surface, geometry);
+  // A mesh's fault is its file's, told when that is read.
+  if constexpr (!std::is_same_v<Geometry, PlanarSurface> && !std::is_same_v<Geometry, PixelSurface> &&
+                !std::is_same_v<Geometry, MeshSurface>)
+    if (const char* fault = geometry.fault()) f.check(false, "kind", fault, "correct the surface's numbers");
+  surface.geometry = std::move(geometry);
+}
+
 static void fields(Fields& f, Surface& surface) {
   f.field("name", surface.name);
   f.check(!surface.name.empty(), "name", "it is empty", "give every surface a name");
-  const std::size_t kind = f.choice("kind", {"planar", "pixels"}, surface.geometry.index());
+  const std::size_t kind = f.choice(
+      "kind", {"planar", "pixels", "grid", "bezier", "cylinder", "sphere", "mesh"}, surface.geometry.index());
   f.optional("content", surface.content);
-  if (kind == 0) {
-    PlanarSurface planar = f.reading() ? PlanarSurface{} : std::get<PlanarSurface>(surface.geometry);
-    const std::vector<std::string> frames{"world", "rig", "projector"};
-    const auto frame = std::size_t(std::find(frames.begin(), frames.end(), planar.frame) - frames.begin());
-    require(frame < frames.size(), "save_surfaces: there is no frame '" + planar.frame + "'");
-    planar.frame = frames[f.choice("frame", frames, frame)];
-    f.field("frame_from_surface", planar.frame_from_surface);
-    point_fields<Metres>(f, planar.content, planar.points, surface.weights);
-    surface.geometry = planar;
-  } else {
-    PixelSurface pixels = f.reading() ? PixelSurface{} : std::get<PixelSurface>(surface.geometry);
-    point_fields<Pixels>(f, pixels.content, pixels.pixels, surface.weights);
-    surface.geometry = pixels;
-  }
+  constexpr void (*kFields[])(Fields&, Surface&) = {
+      geometry_fields<PlanarSurface>, geometry_fields<PixelSurface>,    geometry_fields<GridSurface>,
+      geometry_fields<BezierSurface>, geometry_fields<CylinderSurface>, geometry_fields<SphereSurface>,
+      geometry_fields<MeshSurface>};
+  static_assert(std::size(kFields) == std::variant_size_v<SurfaceGeometry>);
+  kFields[kind](f, surface);
 }
 
 static void fields(Fields& f, Placement& placement) {
-  if (f.choice("kind", {"planar", "pixels"}, placement.index()) == 0) {
+  const std::size_t kind = f.choice("kind", {"planar", "pixels", "mesh"}, placement.index());
+  if (kind == 0) {
     PlacedPlane plane = f.reading() ? PlacedPlane{} : std::get<PlacedPlane>(placement);
     f.field("plane_from_content", plane.plane_from_content);
     f.field("projector_from_surface", plane.projector_from_surface);
     placement = plane;
-  } else {
+  } else if (kind == 1) {
     PlacedPixels pixels = f.reading() ? PlacedPixels{} : std::get<PlacedPixels>(placement);
     f.field("pixel_from_content", pixels.pixel_from_content);
     placement = pixels;
+  } else {
+    // The triangles follow from the surface's definition (load_solved_surfaces).
+    PlacedMesh mesh = f.reading() ? PlacedMesh{} : std::get<PlacedMesh>(placement);
+    f.field("projector_from_surface", mesh.projector_from_surface);
+    placement = std::move(mesh);
   }
 }
 
@@ -108,7 +177,7 @@ static void fields(Fields& f, Diagnostic& diagnostic) {
 static void fields(Fields& f, SolvedSurface& solved) {
   f.field("surface", solved.surface);
   f.field("placement", solved.placement);
-  f.check(solved.placement.index() == solved.surface.geometry.index(), "placement",
+  f.check(solved.placement.index() == std::min<std::size_t>(solved.surface.geometry.index(), 2), "placement",
           "it is not of the surface's kind", "solve the surface again");
   f.field("rms", solved.rms);
   f.field("residuals", solved.residuals);
@@ -142,8 +211,19 @@ static void fields(Fields& f, SolvedSurfaceSet& set) {
   check_names(f, set.surfaces, [](const SolvedSurface& solved) { return solved.surface.name; });
 }
 
+/// Mesh files are named beside the file that names them.
+static void load_mesh_of(Surface& surface, const std::filesystem::path& path) {
+  auto* shape = std::get_if<MeshSurface>(&surface.geometry);
+  if (!shape) return;
+  Mesh mesh = load_mesh(path.parent_path() / shape->file);
+  for (Vec3& vertex : mesh.vertices) vertex *= shape->metres_per_unit;
+  shape->mesh = std::make_shared<const Mesh>(std::move(mesh));
+}
+
 SurfaceSet load_surfaces(const std::filesystem::path& path) {
-  return load_noun<SurfaceSet>(path, syntax_of(path));
+  SurfaceSet set = load_noun<SurfaceSet>(path, syntax_of(path));
+  for (Surface& surface : set.surfaces) load_mesh_of(surface, path);
+  return set;
 }
 
 void save_surfaces(const std::filesystem::path& path, const SurfaceSet& surfaces) {
@@ -151,7 +231,12 @@ void save_surfaces(const std::filesystem::path& path, const SurfaceSet& surfaces
 }
 
 SolvedSurfaceSet load_solved_surfaces(const std::filesystem::path& path) {
-  return load_noun<SolvedSurfaceSet>(path, syntax_of(path));
+  SolvedSurfaceSet set = load_noun<SolvedSurfaceSet>(path, syntax_of(path));
+  for (SolvedSurface& solved : set.surfaces) {
+    load_mesh_of(solved.surface, path);
+    if (auto* placed = std::get_if<PlacedMesh>(&solved.placement)) placed->mesh = mesh_of(solved.surface);
+  }
+  return set;
 }
 
 void save_solved_surfaces(const std::filesystem::path& path, const SolvedSurfaceSet& surfaces) {

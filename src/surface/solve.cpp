@@ -35,17 +35,22 @@ Pose projector_from_frame(const Surface& surface, const std::string& frame, cons
   return *projector_from_world;
 }
 
-SolvedSurface solve(const Surface& surface, const PlanarSurface& planar, const RigProjector& projector,
-                    const std::optional<Pose>& projector_from_world, const SolveOptions& options) {
+Pose projector_from(const Surface& surface, const InRoom& place, const RigProjector& projector,
+                    const std::optional<Pose>& projector_from_world) {
   const Pose projector_from_surface =
-      projector_from_frame(surface, planar.frame, projector, projector_from_world) *
-      planar.frame_from_surface;
+      projector_from_frame(surface, place.frame, projector, projector_from_world) * place.frame_from_surface;
   if (!projector_from_surface.is_finite())
     throw Error(ErrorKind::kInput, "surface '" + surface.name + "'", "its pose is not finite",
                 "correct the pose");
+  return projector_from_surface.normalized();
+}
+
+SolvedSurface solve(const Surface& surface, const PlanarSurface& planar, const RigProjector& projector,
+                    const std::optional<Pose>& projector_from_world, const SolveOptions& options) {
+  const Pose projector_from_surface = projector_from(surface, planar, projector, projector_from_world);
   const SolvedPairs pairs = solve_pairs(surface, planar.content, planar.points);
   SolvedSurface solved;
-  solved.placement = PlacedPlane{pairs.destination_from_content, projector_from_surface.normalized()};
+  solved.placement = PlacedPlane{pairs.destination_from_content, projector_from_surface};
   solved.rms = pairs.rms;
   solved.residuals = pairs.residuals;
   warn_of_outlying_pair(surface, planar.content, planar.points, 1e-3, "mm", options.smallest_outlier_mm,
@@ -65,6 +70,16 @@ SolvedSurface solve(const Surface& surface, const PixelSurface& pixel, const Rig
   return solved;
 }
 
+/// Every other shape says by itself where its content is.
+template <typename Shape>
+SolvedSurface solve(const Surface& surface, const Shape& shape, const RigProjector& projector,
+                    const std::optional<Pose>& projector_from_world, const SolveOptions&) {
+  SolvedSurface solved;
+  solved.placement =
+      PlacedMesh{mesh_of(surface), projector_from(surface, shape, projector, projector_from_world)};
+  return solved;
+}
+
 }  // namespace
 
 SolvedSurfaceSet solve_surfaces(const SurfaceSet& set, const RigProjector& projector,
@@ -81,8 +96,8 @@ SolvedSurfaceSet solve_surfaces(const SurfaceSet& set, const RigProjector& proje
         surface.geometry);
     solved.surface = surface;
     look_at(projector.projector, options, solved);
-    const auto* planar = std::get_if<PlanarSurface>(&surface.geometry);
-    if (planar && planar->frame == "world") result.projector_from_world = projector_from_world;
+    const InRoom* place = place_of(surface.geometry);
+    if (place && place->frame == "world") result.projector_from_world = projector_from_world;
     result.surfaces.push_back(std::move(solved));
   }
   return result;

@@ -3,36 +3,29 @@
 ///
 /// Content coordinates (u, v) are fractions of the content's area: (0, 0) its top-left corner, (1, 1) its
 /// bottom-right corner; an image of W x H pixels has pixel x = u W - 1/2, y = v H - 1/2. They do not change
-/// with the resolution. Surface frame: x right, y down as the content is read, z into the wall; content lives
-/// on z = 0, metres.
+/// with the resolution. Surface frame: x right, y down as the content is read, z into the wall, metres; on a
+/// plane, content lives on z = 0.
 ///
-/// A geometry is a closed set: one file or struct and one alternative in the variant each.
+/// The geometries are a closed set: one file in core/surface/ and one alternative in the variant each. Planes
+/// and pixel surfaces are drawn by their homography, all others as triangles (mesh_of).
 #include <optional>
 #include <string>
 #include <variant>
 
 #include "procam/core/error.hpp"
-#include "procam/core/pose.hpp"
+#include "procam/core/surface/bezier.hpp"
+#include "procam/core/surface/cylinder.hpp"
+#include "procam/core/surface/grid.hpp"
+#include "procam/core/surface/mesh.hpp"
+#include "procam/core/surface/pixels.hpp"
+#include "procam/core/surface/planar.hpp"
+#include "procam/core/surface/sphere.hpp"
+#include "procam/core/surface/tessellate.hpp"
 
 namespace procam {
 
-/// N >= 4 pairs of content coordinates and points on a placed plane. Works with any pose of the projector.
-struct PlanarSurface {
-  Points2 content;              ///< source (u, v)
-  Points2 points;               ///< destination, metres in the surface's own plane
-  std::string frame = "world";  ///< the frame the surface is placed in: "world", "rig", or "projector"
-  Pose frame_from_surface;
-};
-
-/// N >= 4 pairs of content coordinates and projector pixels, as clicked or dragged: a pure homography, right
-/// for one placement of the projector. The projector's lens is not applied: whoever dragged the corners saw
-/// it already.
-struct PixelSurface {
-  Points2 content;  ///< source (u, v)
-  Points2 pixels;   ///< destination, projector pixels
-};
-
-using SurfaceGeometry = std::variant<PlanarSurface, PixelSurface>;
+using SurfaceGeometry = std::variant<PlanarSurface, PixelSurface, GridSurface, BezierSurface, CylinderSurface,
+                                     SphereSurface, MeshSurface>;
 
 struct Surface {
   std::string name;
@@ -41,22 +34,53 @@ struct Surface {
   std::string content;          ///< file shown when the tool is given none; may be empty
 };
 
+/// Surfaces in the room hide each other as the projector sees them; where two lie together (closer than a
+/// thousandth of their distance), and for pixel surfaces, the later covers the earlier.
 struct SurfaceSet {
-  std::vector<Surface> surfaces;  ///< drawn in this order, later over earlier
+  std::vector<Surface> surfaces;
 };
 
-/// A planar surface, solved: content -> plane by a homography, plane -> pixel by the full projector model.
-struct PlacedPlane {
-  Mat3 plane_from_content = Mat3::Identity();  ///< (u, v, 1) -> metres on z = 0
-  Pose projector_from_surface;
-};
+/// How far triangles may be from a curved surface, metres.
+inline constexpr double kTessellationTolerance = 1e-4;
 
-/// A pixel surface, solved.
-struct PlacedPixels {
-  Mat3 pixel_from_content = Mat3::Identity();  ///< (u, v, 1) -> projector pixel
-};
+/// The triangles that a surface is drawn as; none for those drawn by homography. Throws Error(kInput) naming
+/// the surface and its fault for a shape that cannot be.
+inline std::shared_ptr<const Mesh> mesh_of(const Surface& surface) {
+  const auto refuse = [&](const std::string& why) {
+    throw Error(ErrorKind::kInput, "surface '" + surface.name + "'", why, "correct its definition");
+  };
+  return std::visit(
+      [&](const auto& shape) -> std::shared_ptr<const Mesh> {
+        using Shape = std::decay_t<decltype(shape)>;
+        if constexpr (std::is_same_v<Shape, PlanarSurface> || std::is_same_v<Shape, PixelSurface>) {
+          return nullptr;
+        } else {
+          if (const char* fault = shape.fault()) refuse(fault);
+          std::shared_ptr<const Mesh> mesh;
+          if constexpr (std::is_same_v<Shape, MeshSurface>)
+            mesh = shape.mesh;
+          else
+            mesh = std::make_shared<const Mesh>(tessellate(shape, kTessellationTolerance));
+          if (const auto fault = fault_of(*mesh)) refuse(*fault);
+          return mesh;
+        }
+      },
+      surface.geometry);
+}
 
-using Placement = std::variant<PlacedPlane, PlacedPixels>;
+/// Where it stands in the room; nullptr for a pixel surface.
+inline const InRoom* place_of(const SurfaceGeometry& geometry) {
+  return std::visit(
+      [](const auto& shape) -> const InRoom* {
+        if constexpr (std::is_base_of_v<InRoom, std::decay_t<decltype(shape)>>)
+          return &shape;
+        else
+          return nullptr;
+      },
+      geometry);
+}
+
+using Placement = std::variant<PlacedPlane, PlacedPixels, PlacedMesh>;
 
 /// How a surface looks from the projector.
 struct Visibility {

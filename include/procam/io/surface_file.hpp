@@ -2,6 +2,7 @@
 /// Surface files <-> SurfaceSet and SolvedSurfaceSet, in JSON or XML by the name's extension (.json, .xml):
 /// the same data in either syntax. The fields are listed in docs/file-formats.md and docs/schema/.
 ///
+/// Loading reads the mesh files that surfaces name (beside the surface file) and refuses unusable ones.
 /// Errors as for rig files (rig_file.hpp), with file, line and field in both syntaxes; another extension is
 /// Error(kUnsupported).
 #include <filesystem>

@@ -1,0 +1,70 @@
+#pragma once
+/// From a curved surface to triangles that are nowhere farther from it than told.
+#include "procam/core/error.hpp"
+#include "procam/core/mesh.hpp"
+
+namespace procam {
+
+/// A regular grid of triangles over (u, v): `shape.cells()` cells a side to begin with, doubled along u or v
+/// until the middle of every cell's side and diagonal lies within `tolerance` (metres) of shape.point()
+/// there. That bounds both the distance from the surface and how far content slides along it: for a surface
+/// with second derivatives K per uv^2 and cells of size h the error is K h^2 / 8, largest in those middles.
+/// Throws Error(kInput) where 2048 cells a side do not suffice: the shape is not smooth.
+template <typename Shape>
+Mesh tessellate(const Shape& shape, double tolerance) {
+  constexpr int kMostCells = 2048;
+  require(tolerance > 0, "tessellate: the tolerance must be positive");
+  int across = std::max(1, shape.cells()[0]), down = std::max(1, shape.cells()[1]);
+  Points3 points;
+  for (;;) {
+    points.clear();
+    for (int j = 0; j <= down; ++j)
+      for (int i = 0; i <= across; ++i)
+        points.push_back(shape.point(Vec2(double(i) / across, double(j) / down)));
+    const auto at = [&](int i, int j) -> const Vec3& {
+      return points[std::size_t(j) * std::size_t(across + 1) + std::size_t(i)];
+    };
+    const auto away = [&](double i, double j, const Vec3& a, const Vec3& b) {
+      return (shape.point(Vec2(i / across, j / down)) - 0.5 * (a + b)).norm();
+    };
+    double along_u = 0, along_v = 0, along_diagonal = 0;
+    for (int j = 0; j <= down; ++j)
+      for (int i = 0; i <= across; ++i) {
+        if (i < across) along_u = std::max(along_u, away(i + 0.5, j, at(i, j), at(i + 1, j)));
+        if (j < down) along_v = std::max(along_v, away(i, j + 0.5, at(i, j), at(i, j + 1)));
+        if (i < across && j < down)
+          along_diagonal = std::max(along_diagonal, away(i + 0.5, j + 0.5, at(i + 1, j), at(i, j + 1)));
+      }
+    const bool twisted = along_diagonal > tolerance && along_u <= tolerance && along_v <= tolerance;
+    if (!(along_u > tolerance) && !(along_v > tolerance) && !twisted) break;
+    if (along_u > tolerance || (twisted && along_u >= along_v)) across *= 2;
+    if (along_v > tolerance || (twisted && along_v >= along_u)) down *= 2;
+    if (across > kMostCells || down > kMostCells)
+      throw Error(
+          ErrorKind::kInput, "tessellate",
+          "2048 triangles a side do not follow the surface to " + std::to_string(1e3 * tolerance) + " mm",
+          "check its points and units, or ask for a coarser tolerance");
+  }
+  Mesh mesh;
+  for (int j = 0; j <= down; ++j)
+    for (int i = 0; i <= across; ++i) {
+      mesh.vertices.push_back(points[std::size_t(j) * std::size_t(across + 1) + std::size_t(i)]);
+      mesh.uv.emplace_back(double(i) / across, double(j) / down);
+    }
+  const auto add = [&](int a, int b, int c) {
+    // A cell side may have shrunk to a point, as at a sphere's pole.
+    const std::array<int, 3> triangle{a, b, c};
+    const double side = (mesh.vertices[std::size_t(a)] - mesh.vertices[std::size_t(b)]).squaredNorm() +
+                        (mesh.vertices[std::size_t(a)] - mesh.vertices[std::size_t(c)]).squaredNorm();
+    if (area_vector(mesh, triangle).norm() > 1e-9 * side) mesh.triangles.push_back(triangle);
+  };
+  for (int j = 0; j < down; ++j)
+    for (int i = 0; i < across; ++i) {
+      const int a = j * (across + 1) + i, b = a + 1, c = a + across + 1, d = c + 1;
+      add(a, b, c);
+      add(b, d, c);
+    }
+  return mesh;
+}
+
+}  // namespace procam

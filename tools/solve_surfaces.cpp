@@ -1,5 +1,6 @@
 /// solve-surfaces: surfaces.json + rig.json (+ pose.json) -> solved.json.
 #include <CLI/CLI.hpp>
+#include <filesystem>
 
 #include "common/cli.hpp"
 #include "common/room_frames.hpp"
@@ -30,13 +31,15 @@ void print_table(const SolvedSurfaceSet& solved, Console& console) {
   console.say(format("%-20s %8s %10s %16s %12s  %s", "surface", "covered", "incidence", "mm per pixel", "rms",
                      "remarks"));
   for (const SolvedSurface& surface : solved.surfaces) {
-    const bool planar = std::holds_alternative<PlacedPlane>(surface.placement);
+    const bool in_room = !std::holds_alternative<PlacedPixels>(surface.placement);
     const Visibility& look = surface.visibility;
-    const std::string incidence = planar ? format("%.1f deg", look.incidence_deg) : "-";
-    const std::string size = planar && look.mm_per_pixel_max > 0
+    const std::string incidence = in_room ? format("%.1f deg", look.incidence_deg) : "-";
+    const std::string size = in_room && look.mm_per_pixel_max > 0
                                  ? format("%.3f..%.3f", look.mm_per_pixel_min, look.mm_per_pixel_max)
                                  : "-";
-    const std::string rms = planar ? format("%.3f mm", 1e3 * surface.rms) : format("%.3f px", surface.rms);
+    const std::string rms = std::holds_alternative<PlacedMesh>(surface.placement) ? "-"
+                            : in_room ? format("%.3f mm", 1e3 * surface.rms)
+                                      : format("%.3f px", surface.rms);
     std::string remarks;
     for (const Diagnostic& item : surface.diagnostics.items)
       remarks += (remarks.empty() ? "" : ", ") + item.code;
@@ -51,11 +54,14 @@ void summarize(const SolvedSurfaceSet& solved, const Flags& flags, Summary& summ
   for (std::size_t i = 0; i < solved.surfaces.size(); ++i) {
     const SolvedSurface& surface = solved.surfaces[i];
     const std::string at = "/surfaces/" + std::to_string(i);
-    const bool planar = std::holds_alternative<PlacedPlane>(surface.placement);
     summary.set(at + "/name", surface.surface.name);
     summary.set(at + "/covered_share", surface.visibility.covered_share);
-    summary.set(at + (planar ? "/rms_mm" : "/rms_px"), (planar ? 1e3 : 1) * surface.rms);
-    if (!planar) continue;
+    if (std::holds_alternative<PlacedPlane>(surface.placement))
+      summary.set(at + "/rms_mm", 1e3 * surface.rms);
+    if (std::holds_alternative<PlacedPixels>(surface.placement)) {
+      summary.set(at + "/rms_px", surface.rms);
+      continue;
+    }
     summary.set(at + "/incidence_deg", surface.visibility.incidence_deg);
     summary.set(at + "/facing", surface.visibility.facing);
     summary.set(at + "/mm_per_pixel", std::vector<double>{surface.visibility.mm_per_pixel_min,
@@ -64,10 +70,25 @@ void summarize(const SolvedSurfaceSet& solved, const Flags& flags, Summary& summ
   summary.set("/files", std::vector<std::string>{flags.output});
 }
 
+/// Files are named beside the file that names them, which is now another one.
+std::string beside(const std::string& file, const std::string& from, const std::string& to) {
+  const std::filesystem::path path = file;
+  if (file.empty() || path.is_absolute()) return file;
+  const auto folder_of = [](const std::string& name) {
+    return std::filesystem::absolute(name).parent_path().lexically_normal();
+  };
+  return (folder_of(from) / path).lexically_normal().lexically_relative(folder_of(to)).generic_string();
+}
+
 ExitCode solve(const Flags& flags, Console& console) {
   const Rig rig = io::load_rig(flags.rig);
   const RigProjector& projector = rig.projector(flags.projector);
-  const SurfaceSet surfaces = io::load_surfaces(flags.surfaces);
+  SurfaceSet surfaces = io::load_surfaces(flags.surfaces);
+  for (Surface& surface : surfaces.surfaces) {
+    surface.content = beside(surface.content, flags.surfaces, flags.output);
+    if (auto* mesh = std::get_if<MeshSurface>(&surface.geometry))
+      mesh->file = beside(mesh->file, flags.surfaces, flags.output);
+  }
   std::optional<Pose> pose;
   if (!flags.pose.empty())
     pose = room_frames(rig, projector, io::load_pose(flags.pose)).get(projector.name, "world").pose;

@@ -65,9 +65,10 @@ static void place_fields(Fields& f, InRoom& place) {
   f.field("frame_from_surface", place.frame_from_surface);
 }
 
-/// Two ends of a range, in the file's unit: `value` = `unit` * number.
+/// Two ends of a range, in the file's unit: `value` = `unit` * number. Written to 1e-10 of the unit, so that
+/// 71 degrees stay 71.
 static void range_field(Fields& f, const char* name, double unit, double& first, double& last) {
-  Vec2 ends(first / unit, last / unit);
+  Vec2 ends(std::round(first / unit * 1e10) / 1e10, std::round(last / unit * 1e10) / 1e10);
   f.field(name, ends);
   if (!f.reading()) return;
   first = unit * ends.x();
@@ -211,18 +212,25 @@ static void fields(Fields& f, SolvedSurfaceSet& set) {
   check_names(f, set.surfaces, [](const SolvedSurface& solved) { return solved.surface.name; });
 }
 
-/// Mesh files are named beside the file that names them.
-static void load_mesh_of(Surface& surface, const std::filesystem::path& path) {
-  auto* shape = std::get_if<MeshSurface>(&surface.geometry);
-  if (!shape) return;
-  Mesh mesh = load_mesh(path.parent_path() / shape->file);
-  for (Vec3& vertex : mesh.vertices) vertex *= shape->metres_per_unit;
-  shape->mesh = std::make_shared<const Mesh>(std::move(mesh));
+/// Loads the mesh of a surface (named beside the file that names it) and, for a solved one, makes the
+/// triangles that it is drawn as. What is wrong is told with that file's name first.
+static void make_drawable(Surface& surface, Placement* placement, const std::filesystem::path& path) {
+  try {
+    if (auto* shape = std::get_if<MeshSurface>(&surface.geometry)) {
+      Mesh mesh = load_mesh(path.parent_path() / shape->file);
+      for (Vec3& vertex : mesh.vertices) vertex *= shape->metres_per_unit;
+      shape->mesh = std::make_shared<const Mesh>(std::move(mesh));
+    }
+    if (auto* placed = placement ? std::get_if<PlacedMesh>(placement) : nullptr)
+      placed->mesh = mesh_of(surface);
+  } catch (const Error& error) {
+    throw Error(error.kind(), path.string() + ": " + error.subject(), error.why(), error.next());
+  }
 }
 
 SurfaceSet load_surfaces(const std::filesystem::path& path) {
   SurfaceSet set = load_noun<SurfaceSet>(path, syntax_of(path));
-  for (Surface& surface : set.surfaces) load_mesh_of(surface, path);
+  for (Surface& surface : set.surfaces) make_drawable(surface, nullptr, path);
   return set;
 }
 
@@ -232,10 +240,7 @@ void save_surfaces(const std::filesystem::path& path, const SurfaceSet& surfaces
 
 SolvedSurfaceSet load_solved_surfaces(const std::filesystem::path& path) {
   SolvedSurfaceSet set = load_noun<SolvedSurfaceSet>(path, syntax_of(path));
-  for (SolvedSurface& solved : set.surfaces) {
-    load_mesh_of(solved.surface, path);
-    if (auto* placed = std::get_if<PlacedMesh>(&solved.placement)) placed->mesh = mesh_of(solved.surface);
-  }
+  for (SolvedSurface& solved : set.surfaces) make_drawable(solved.surface, &solved.placement, path);
   return set;
 }
 

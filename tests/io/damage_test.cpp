@@ -57,6 +57,7 @@ TEST_P(Damage, EveryTruncationIsRefusedWithTheFilesName) {
 
 TEST_P(Damage, ChangedBytesAreReadOrRefused) {
   const Scratch scratch;
+  scratch.write("roof.obj", test::kRoof);  // a surface names it
   const std::filesystem::path path = scratch / GetParam().file;
   GetParam().save(path);
   const std::string whole = read_file(path);

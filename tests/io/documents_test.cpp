@@ -28,6 +28,7 @@ struct Files {
 
   Files() {
     save_rig(scratch / "rig.json", test::example_rig());
+    scratch.write("roof.obj", test::kRoof);
     save_surfaces(scratch / "s.json", test::example_surfaces());
     save_surfaces(scratch / "s.xml", test::example_surfaces());
     rig_text = read_file(scratch / "rig.json");
@@ -173,9 +174,10 @@ INSTANTIATE_TEST_SUITE_P(BothSyntaxes, SurfaceFile, testing::Values("s.json", "s
 TEST_P(SurfaceFile, ReadsBackEveryFieldToTheLastDigit) {
   const Scratch scratch;
   const SurfaceSet set = test::example_surfaces();
+  scratch.write("roof.obj", test::kRoof);
   save_surfaces(scratch / GetParam(), set);
   const SurfaceSet loaded = load_surfaces(scratch / GetParam());
-  ASSERT_EQ(loaded.surfaces.size(), 2u);
+  ASSERT_EQ(loaded.surfaces.size(), set.surfaces.size());
   const auto& planar = std::get<PlanarSurface>(set.surfaces[0].geometry);
   const auto& loaded_planar = std::get<PlanarSurface>(loaded.surfaces[0].geometry);
   EXPECT_EQ(loaded.surfaces[0].name, "wall");
@@ -187,6 +189,15 @@ TEST_P(SurfaceFile, ReadsBackEveryFieldToTheLastDigit) {
   EXPECT_EQ(loaded_planar.frame_from_surface.matrix(), planar.frame_from_surface.matrix());
   EXPECT_EQ(std::get<PixelSurface>(loaded.surfaces[1].geometry).pixels,
             std::get<PixelSurface>(set.surfaces[1].geometry).pixels);
+  EXPECT_EQ(std::get<GridSurface>(loaded.surfaces[2].geometry).points,
+            std::get<GridSurface>(set.surfaces[2].geometry).points);
+  EXPECT_EQ(std::get<BezierSurface>(loaded.surfaces[3].geometry).rows, 3);
+  EXPECT_EQ(std::get<CylinderSurface>(loaded.surfaces[4].geometry).right, 71 * kDegree);
+  EXPECT_EQ(std::get<SphereSurface>(loaded.surfaces[5].geometry).seen_from, SeenFrom::kInside);
+  const auto roof = std::get<MeshSurface>(loaded.surfaces[6].geometry);
+  ASSERT_TRUE(roof.mesh);
+  EXPECT_LT((roof.mesh->vertices.at(1) - Vec3(0.7, 0.03, 0)).norm(), 1e-15);
+  EXPECT_EQ(roof.mesh->uv.at(2), Vec2(0.25, 1));
   // The other syntax holds the same data.
   save_surfaces(scratch / "again.json", loaded);
   save_surfaces(scratch / "direct.json", set);
@@ -196,9 +207,12 @@ TEST_P(SurfaceFile, ReadsBackEveryFieldToTheLastDigit) {
 TEST_P(SurfaceFile, ReadsBackSolvedSurfaces) {
   const Scratch scratch;
   const SolvedSurfaceSet set = test::example_solved_surfaces();
+  scratch.write("roof.obj", test::kRoof);
   save_solved_surfaces(scratch / GetParam(), set);
   const SolvedSurfaceSet loaded = load_solved_surfaces(scratch / GetParam());
-  ASSERT_EQ(loaded.surfaces.size(), 2u);
+  ASSERT_EQ(loaded.surfaces.size(), set.surfaces.size());
+  for (std::size_t i = 2; i < loaded.surfaces.size(); ++i)
+    EXPECT_TRUE(std::get<PlacedMesh>(loaded.surfaces[i].placement).mesh) << "drawn as triangles again";
   EXPECT_EQ(std::get<PlacedPlane>(loaded.surfaces[0].placement).plane_from_content,
             std::get<PlacedPlane>(set.surfaces[0].placement).plane_from_content);
   EXPECT_EQ(loaded.surfaces[0].corners_px, set.surfaces[0].corners_px);
@@ -208,6 +222,22 @@ TEST_P(SurfaceFile, ReadsBackSolvedSurfaces) {
   save_solved_surfaces(scratch / "again.json", loaded);
   save_solved_surfaces(scratch / "direct.json", set);
   EXPECT_EQ(read_file(scratch / "again.json"), read_file(scratch / "direct.json"));
+}
+
+TEST(SurfaceJson, RefusesShapesThatCannotBe) {
+  const Files f;
+  const auto refuses = [&](const std::string& from, const std::string& to, const std::string& why) {
+    EXPECT_ERROR(f.surfaces("s.json", from, to), kInput, why);
+  };
+  refuses("\"radius_m\": 0.43", "\"radius_m\": -0.43", "surfaces[4].kind: its radius is not positive");
+  refuses("[-50, 71]", "[71, -50]", "surfaces[4].kind: its angles do not grow");
+  refuses("[41, -67]", "[91, -67]", "surfaces[5].kind: its latitudes");
+  refuses("\"columns\": 3", "\"columns\": 4", "surfaces[2].kind: it does not have columns x rows points");
+  refuses("\"metres_per_unit\": 0.001", "\"metres_per_unit\": 0",
+          "surfaces[6].metres_per_unit: it is not positive");
+  refuses("\"inside\"", "\"insight\"",
+          "surfaces[5].seen_from: there is no 'insight' here; did you mean 'inside'?");
+  EXPECT_ERROR(f.surfaces("s.json", "roof.obj", "wall.obj"), kIo, "wall.obj");
 }
 
 TEST_P(SurfaceFile, NamesFileLineAndField) {

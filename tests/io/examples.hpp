@@ -74,8 +74,46 @@ inline SurfaceSet example_surfaces() {
   SurfaceSet set;
   set.surfaces = {{"wall", planar, {1, 2, 0.5, 1e-3, 4}, "bilder/<wand> & \"tür\".png"},
                   {"hand placed", pixels, {}, ""}};
+  const auto add = [&](const std::string& name, auto shape) {
+    shape.frame_from_surface = lopsided_pose(0.2);
+    set.surfaces.push_back({name, shape, {}, name + ".png"});
+  };
+  GridSurface curtain;
+  curtain.columns = 3;
+  curtain.rows = 2;
+  curtain.points = {{0, 0, 0.1},   {0.4, 0, 1.0 / 3}, {0.9, 0.1, 0},
+                    {0, 0.7, 0.1}, {0.5, 0.6, 0.2},   {1, 0.8, 0}};
+  add("curtain", curtain);
+  BezierSurface patch;
+  patch.columns = 2;
+  patch.rows = 3;
+  patch.control_points = curtain.points;
+  add("patch", patch);
+  CylinderSurface column;
+  column.radius = 0.43;
+  column.left = -50 * kDegree;
+  column.right = 71 * kDegree;
+  column.top = -0.2;
+  column.bottom = 0.9;
+  add("column", column);
+  SphereSurface dome;
+  dome.radius = 1.3;
+  dome.left = -80 * kDegree;
+  dome.right = 62.5 * kDegree;
+  dome.top = 41 * kDegree;
+  dome.bottom = -67 * kDegree;
+  dome.seen_from = SeenFrom::kInside;
+  add("dome", dome);
+  MeshSurface roof;
+  roof.file = "roof.obj";
+  roof.metres_per_unit = 0.001;
+  add("roof", roof);
   return set;
 }
+
+/// The file that the surface "roof" names, in mm.
+inline const char* const kRoof =
+    "v 0 0 200\nv 700 30 0\nv 0 900 200\nvt 0 1\nvt 1 1\nvt 0.25 0\nf 1/1 2/2 3/3\n";
 
 inline SolvedSurfaceSet example_solved_surfaces() {
   const SurfaceSet set = example_surfaces();
@@ -93,6 +131,14 @@ inline SolvedSurfaceSet example_solved_surfaces() {
   solved.projector = "beamer";
   solved.projector_from_world = lopsided_pose(-0.1);
   solved.surfaces = {wall, placed};
+  for (std::size_t i = 2; i < set.surfaces.size(); ++i)
+    solved.surfaces.push_back({set.surfaces[i],
+                               PlacedMesh{nullptr, lopsided_pose(0.3)},
+                               0,
+                               {},
+                               std::nullopt,
+                               {0.4, true, 31.5, 0.8, 1.9},
+                               {}});
   return solved;
 }
 

@@ -3,6 +3,7 @@
 ///
 /// Within a triangle the content coordinates are linear in the place on it (uv = sum b_i uv_i with the
 /// barycentric coordinates b_i). Either sense of the corners: both sides of a triangle are seen.
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <optional>

@@ -9,13 +9,14 @@ namespace procam {
 /// until the middle of every cell's side and diagonal lies within 3/4 of `tolerance` (metres) of
 /// shape.point() there. That bounds both the distance from the surface and how far content slides along it:
 /// over a cell a smooth surface is a quadratic, whose error inside a triangle is at most 4/3 of that at its
-/// sides' middles. Throws Error(kInput) where 2048 cells a side do not suffice: the shape is not smooth.
+/// sides' middles. Throws Error(kInput) where 1024 cells a side do not suffice: the shape is not smooth.
 template <typename Shape>
 Mesh tessellate(const Shape& shape, double tolerance) {
-  constexpr int kMostCells = 2048;
+  constexpr int kMostCells = 1024;
   require(tolerance > 0, "tessellate: the tolerance must be positive");
   const double at_middles = 0.75 * tolerance;
   int across = std::max(1, shape.cells()[0]), down = std::max(1, shape.cells()[1]);
+  int across_doubled = 0, down_doubled = 0;
   Points3 points;
   for (;;) {
     points.clear();
@@ -36,14 +37,19 @@ Mesh tessellate(const Shape& shape, double tolerance) {
         if (i < across && j < down)
           along_diagonal = std::max(along_diagonal, away(i + 0.5, j + 0.5, at(i + 1, j), at(i, j + 1)));
       }
-    const bool twisted = along_diagonal > at_middles && along_u <= at_middles && along_v <= at_middles;
+    // A twist, u v K, shrinks with either side: both in turn.
+    const bool twisted = along_diagonal > at_middles && !(along_u > at_middles) && !(along_v > at_middles);
     if (!(along_u > at_middles) && !(along_v > at_middles) && !twisted) break;
-    if (along_u > at_middles || (twisted && along_u >= along_v)) across *= 2;
-    if (along_v > at_middles || (twisted && along_v >= along_u)) down *= 2;
+    const bool split_u = along_u > at_middles || (twisted && across_doubled <= down_doubled);
+    const bool split_v = along_v > at_middles || (twisted && !split_u);
+    across_doubled += split_u;
+    down_doubled += split_v;
+    across *= split_u ? 2 : 1;
+    down *= split_v ? 2 : 1;
     if (across > kMostCells || down > kMostCells)
       throw Error(
           ErrorKind::kInput, "tessellate",
-          "2048 triangles a side do not follow the surface to " + std::to_string(1e3 * tolerance) + " mm",
+          "1024 triangles a side do not follow the surface to " + std::to_string(1e3 * tolerance) + " mm",
           "check its points and units, or ask for a coarser tolerance");
   }
   Mesh mesh;

@@ -80,6 +80,67 @@ TEST_F(DrawRoute, JsonAndXmlGiveTheSameFrame) {
   EXPECT_GT(lit, 2000);
 }
 
+TEST_F(DrawRoute, DrawsCurvedSurfacesAndMeshesFromTheirDefinitions) {
+  // A column and, half hidden by it, a mesh in mm; the solved file lies in another folder than they do.
+  CylinderSurface column;
+  column.frame = "projector";
+  column.radius = 0.12;
+  column.top = -0.1;
+  column.bottom = 0.15;
+  column.frame_from_surface = Pose(so3_exp<double>(Vec3(0.1, 0.2, 0)), Vec3(-0.1, -0.4, 1.6));
+  MeshSurface tent;
+  tent.frame = "projector";
+  tent.file = "shapes/tent.obj";
+  tent.metres_per_unit = 0.001;
+  tent.frame_from_surface = Pose(so3_exp<double>(Vec3(0, 0, 0.1)), Vec3(-0.1, -0.5, 1.9));
+  fs::create_directories(folder_ / "shapes");
+  fs::create_directories(folder_ / "solved");
+  std::ofstream(folder_ / "shapes/tent.obj")
+      << "v 0 0 100\nv 150 10 0\nv 300 0 90\nv 0 250 100\nv 150 260 0\nv 300 250 90\n"
+         "vt 0 1\nvt 0.5 1\nvt 1 1\nvt 0 0\nvt 0.5 0\nvt 1 0\nf 1/1 2/2 5/5 4/4\nf 2/2 3/3 6/6 5/5\n";
+  SurfaceSet set;
+  set.surfaces = {{"column", column, {}, "picture.png"}, {"tent", tent, {}, "picture.png"}};
+  io::save_surfaces(folder_ / "shapes.json", set);
+
+  const ToolRun solved = solve("shapes.json", "solved/shapes.json", "--json");
+  ASSERT_EQ(solved.exit_code, 0) << solved.err;
+  EXPECT_NE(solved.err.find("column"), std::string::npos) << solved.err;
+  EXPECT_LT(double(solved.json()["surfaces"][0]["incidence_deg"]), 40);
+  EXPECT_EQ(solved.json()["surfaces"][1].count("rms_mm"), 0u) << "nothing was fitted";
+  const ToolRun drawn =
+      run_tool("render-to-image", "--rig " + at("rig.json") + " --surfaces " + at("solved/shapes.json") +
+                                      " -o " + at("shapes.png") + " --preview " + at("seen.png"));
+  ASSERT_EQ(drawn.exit_code, 0) << drawn.err;
+
+  // The picture is green where 10 <= x < 70 of 90 and 20 <= y < 60 of 94, dark grey elsewhere.
+  const ImageU8 frame = io::load_image(folder_ / "shapes.png").image;
+  const Projector projector = NumericWorld().projector;
+  const auto green_at = [&](const Vec3& in_projector) {
+    const Vec2 pixel = *projector.pixel_lighting(in_projector);
+    return int(frame.at(int(std::lround(pixel.x())), int(std::lround(pixel.y())), 1));
+  };
+  for (const auto& [u, v, green] :
+       {std::tuple{0.3, 0.4, 220}, {0.6, 0.55, 220}, {0.05, 0.5, 40}, {0.5, 0.75, 40}})
+    EXPECT_EQ(green_at(column.frame_from_surface * column.point({u, v})), green) << u << " " << v;
+  EXPECT_EQ(green_at(tent.frame_from_surface * Vec3(0.2, 0.14, 0.03)), 220) << "beside the column";
+  EXPECT_EQ(green_at(tent.frame_from_surface * Vec3(0.28, 0.14, 0.078)), 40);
+}
+
+TEST_F(DrawRoute, RefusesAMeshWithoutTextureCoordinates) {
+  MeshSurface tent;
+  tent.frame = "projector";
+  tent.file = "tent.obj";
+  SurfaceSet set;
+  set.surfaces = {{"tent", tent, {}, "picture.png"}};
+  io::save_surfaces(folder_ / "shapes.json", set);
+  std::ofstream(folder_ / "tent.obj") << "v 0 0 1\nv 1 0 1\nv 0 1 1\nf 1 2 3\n";
+  const ToolRun run = solve("shapes.json", "solved.json");
+  EXPECT_EQ(run.exit_code, 3) << run.err;
+  EXPECT_NE(run.err.find("tent.obj:4"), std::string::npos) << run.err;
+  EXPECT_NE(run.err.find("texture coordinates"), std::string::npos) << run.err;
+  EXPECT_FALSE(fs::exists(folder_ / "solved.json"));
+}
+
 TEST_F(DrawRoute, AsksForThePoseOfTheWorld) {
   const ToolRun run = solve("surfaces.json", "solved.json");
   EXPECT_EQ(run.exit_code, 3);

@@ -1,23 +1,13 @@
 #include "procam/render/cpu.hpp"
 
 #include <Eigen/LU>
+#include <cstring>
 
-#include "footprint.hpp"
-#include "lens_map.hpp"
-#include "parallel.hpp"
+#include "plane_layer.hpp"
 
 namespace procam::render {
 
 namespace {
-
-constexpr int kTile = 32;  ///< pixels a side of one thread's turn; as large as lens pieces usefully are
-
-/// A scene item ready to draw.
-struct Layer {
-  Texture texture;
-  bool through_lens;            ///< rays (planes) or pixel positions (pixel surfaces)
-  Mat3 content_from_direction;  ///< q = M d; zero where nothing can be drawn (edge-on)
-};
 
 /// The inverse, scaled so that its entries are of order one (the sign kept); zero when the map is singular,
 /// as for a plane through the projector.
@@ -29,66 +19,13 @@ Mat3 inverse_or_zero(const Mat3& m) {
   return inverse / inverse.norm();
 }
 
-Layer make_layer(const SceneItem& item, const LightCurve& curve, int threads) {
-  Layer layer{Texture(item.content, curve, threads), false, Mat3::Zero()};
-  if (const auto* pixels = std::get_if<PlacedPixels>(&item.placement)) {
-    layer.content_from_direction = inverse_or_zero(pixels->pixel_from_content);
-  } else {
-    const PlacedPlane& plane = std::get<PlacedPlane>(item.placement);
-    Mat3 direction_from_plane = plane.projector_from_surface.rotation_matrix();
-    direction_from_plane.col(2) = plane.projector_from_surface.translation;
-    layer.through_lens = true;
-    layer.content_from_direction = inverse_or_zero(direction_from_plane * plane.plane_from_content);
-  }
-  return layer;
-}
-
-/// The light of one tile while it is drawn.
-struct TileLight {
-  PixelRect rect;
-  std::array<Rgba, kTile * kTile> light;
-
-  Rgba& at(int x, int y) { return light[std::size_t((y - rect.y0) * kTile + (x - rect.x0))]; }
-};
-
-void draw_pixel(const Layer& layer, const Footprint& footprint, bool whole, Rgba& light) {
-  Coverage covered;
-  if (!whole) {
-    whole = true;
-    for (const Eigen::RowVector3d& border : border_combinations()) {
-      const double side = border * footprint.centre;
-      const double reach =
-          0.5 * (std::abs(border * footprint.slope_x) + std::abs(border * footprint.slope_y));
-      if (side <= -reach) return;
-      whole = whole && side >= reach;
-    }
-    if (!whole) covered = coverage(footprint);
-    if (covered.area == 0) return;
-  }
-  const Rgba content = float(covered.area) * mean_content(layer.texture, footprint, whole, covered.centroid);
-  light = content + (1 - content[3]) * light;
-}
-
-/// Draws the part of a layer that falls on a rectangle with known directions.
-void draw_piece(const Layer& layer, const PixelRect& rect, const Patch& direction_from_pixel,
-                TileLight& tile) {
-  const Patch q = layer.content_from_direction * direction_from_pixel;
-  bool whole = true;
-  for (const Eigen::RowVector3d& border : border_combinations()) {
-    const Patch::Bounds bounds = q.bounds(border);
-    if (!(bounds.high > 0)) return;
-    whole = whole && bounds.low > 0;
-  }
-  const double ds = 2.0 / rect.width(), dt = 2.0 / rect.height();  // a pixel's step in s and t
-  for (int y = rect.y0; y < rect.y1; ++y) {
-    const Quadratic3 row = q.row(rect.t(y)), down = q.row_slope(rect.t(y));
-    for (int x = rect.x0; x < rect.x1; ++x) {
-      const double s = rect.s(x);
-      const Footprint footprint{row[0] + s * (row[1] + s * row[2]), ds * (row[1] + 2 * s * row[2]),
-                                dt * (down[0] + s * (down[1] + s * down[2]))};
-      draw_pixel(layer, footprint, whole, tile.at(x, y));
-    }
-  }
+PlaneView view_of(const SceneItem& item) {
+  if (const auto* pixels = std::get_if<PlacedPixels>(&item.placement))
+    return {inverse_or_zero(pixels->pixel_from_content), false, item.content.size()};
+  const PlacedPlane& plane = std::get<PlacedPlane>(item.placement);
+  Mat3 direction_from_plane = plane.projector_from_surface.rotation_matrix();
+  direction_from_plane.col(2) = plane.projector_from_surface.translation;
+  return {inverse_or_zero(direction_from_plane * plane.plane_from_content), true, item.content.size()};
 }
 
 void require_drawable(const Scene& scene, const Projector& projector, ImageView<std::uint8_t> frame) {
@@ -103,42 +40,147 @@ void require_drawable(const Scene& scene, const Projector& projector, ImageView<
   }
 }
 
+bool same_view(ViewU8 a, ViewU8 b) {
+  return a.data == b.data && a.size() == b.size() && a.channels == b.channels && a.stride == b.stride;
+}
+
+void to_frame(const Kernels& kernels, const LightCurve&, const Value* from, int count, std::uint8_t* to) {
+  kernels.values_to_rgb(from, count, to);
+}
+void to_frame(const Kernels&, const LightCurve& curve, const Light* from, int count, std::uint8_t* to) {
+  for (int i = 0; i < count; ++i, from += 4)
+    for (int k = 0; k < 3; ++k) *to++ = curve.value(from[k]);
+}
+
 }  // namespace
+
+/// Filled from back to front, a tile of the frame at a time.
+class CpuRenderer::State {
+ public:
+  explicit State(const RenderOptions& options)
+      : options_(options),
+        kernels_(options.wide_vectors ? best_kernels() : kPlainKernels),
+        curve_(options.linear_light),
+        workers_(options.threads) {}
+
+  RenderWork render(const Scene& scene, const Projector& projector, ImageView<std::uint8_t> frame) {
+    require_drawable(scene, projector, frame);
+    const RenderWork work = prepare(scene, projector);
+    const auto band = [&](int y) {
+      if (values_only())
+        draw_band<ValueTexture>(y, scene, frame);
+      else
+        draw_band<LightTexture>(y, scene, frame);
+    };
+    workers_.run(lens_.grid().down(), band);
+    return work;
+  }
+
+ private:
+  struct Item {
+    ViewU8 picture;
+    std::uint64_t revision = 0;
+    LightTexture light;  ///< this or the other, see values_only()
+    ValueTexture values;
+    PlaneLayer layer;
+
+    template <typename Texture>
+    const Texture& texture() const {
+      if constexpr (std::is_same_v<Texture, LightTexture>)
+        return light;
+      else
+        return values;
+    }
+  };
+
+  /// Plain interpolation of values needs no more than 8 bits.
+  bool values_only() const { return options_.filter == Filter::kBilinear && !options_.linear_light; }
+
+  RenderWork prepare(const Scene& scene, const Projector& projector) {
+    const bool same_lens = !lens_.update(projector, workers_);
+    items_.resize(scene.items.size());
+    RenderWork work;
+    for (std::size_t i = 0; i < items_.size(); ++i) {
+      const SceneItem& shown = scene.items[i];
+      Item& item = items_[i];
+      work.maps +=
+          item.layer.update(view_of(shown), lens_, same_lens, options_.filter == Filter::kArea, workers_);
+      const int levels = item.layer.levels();
+      if (same_view(shown.content, item.picture) && shown.content_revision == item.revision &&
+          (values_only() || levels <= item.light.levels()))
+        continue;
+      item.picture = shown.content;
+      item.revision = shown.content_revision;
+      if (values_only())
+        item.values.prepare(item.picture, workers_);
+      else
+        item.light.prepare(item.picture, curve_, levels, workers_);
+      ++work.contents;
+    }
+    return work;
+  }
+
+  template <typename Texture>
+  void draw_band(int y, const Scene& scene, ImageView<std::uint8_t> frame) const {
+    using Pixel = typename Texture::Pixel;
+    Tile<Pixel> tile;
+    tile.y = y;
+    for (tile.x = 0; tile.x < lens_.grid().across(); ++tile.x) {
+      tile.rect = lens_.grid().tile(tile.x, y);
+      // From the topmost that hides all below it.
+      std::size_t first = items_.size();
+      while (first > 0 && !hides<Texture>(items_[first - 1], tile.x, y)) --first;
+      if (first == 0)
+        fill(scene.background, tile);
+      else
+        --first;
+      for (std::size_t i = first; i < items_.size(); ++i)
+        items_[i].layer.draw(items_[i].template texture<Texture>(), kernels_, tile);
+      for (int row = 0; row < tile.rect.height(); ++row)
+        to_frame(kernels_, curve_, tile.row(row), tile.rect.width(),
+                 frame.row(tile.rect.y0 + row) + std::ptrdiff_t(tile.rect.x0) * 3);
+    }
+  }
+
+  template <typename Texture>
+  static bool hides(const Item& item, int tile_x, int tile_y) {
+    return item.template texture<Texture>().opaque() && item.layer.covers(tile_x, tile_y);
+  }
+
+  template <typename Pixel>
+  void fill(const std::uint8_t* background, Tile<Pixel>& tile) const {
+    Pixel colour[4];
+    for (int k = 0; k < 3; ++k) {
+      if constexpr (std::is_same_v<Pixel, Light>)
+        colour[k] = curve_.light(background[k]);
+      else
+        colour[k] = background[k];
+    }
+    colour[3] = std::is_same_v<Pixel, Light> ? Pixel(kFull) : Pixel(255);
+    for (std::size_t i = 0; i < tile.pixels.size(); i += 4) std::copy_n(colour, 4, &tile.pixels[i]);
+  }
+
+  RenderOptions options_;
+  const Kernels& kernels_;
+  LightCurve curve_;
+  Workers workers_;
+  LensMap lens_;
+  std::vector<Item> items_;
+};
+
+CpuRenderer::CpuRenderer(const RenderOptions& options) : state_(std::make_unique<State>(options)) {}
+CpuRenderer::CpuRenderer(CpuRenderer&&) noexcept = default;
+CpuRenderer& CpuRenderer::operator=(CpuRenderer&&) noexcept = default;
+CpuRenderer::~CpuRenderer() = default;
+
+RenderWork CpuRenderer::render(const Scene& scene, const Projector& projector,
+                               ImageView<std::uint8_t> frame) {
+  return state_->render(scene, projector, frame);
+}
 
 void render(const Scene& scene, const Projector& projector, ImageView<std::uint8_t> frame,
             const RenderOptions& options) {
-  require_drawable(scene, projector, frame);
-  const LightCurve curve(options.linear_light);
-  std::vector<Layer> layers;
-  bool any_through_lens = false;
-  for (const SceneItem& item : scene.items) {
-    layers.push_back(make_layer(item, curve, options.threads));
-    any_through_lens = any_through_lens || layers.back().through_lens;
-  }
-  const Rgba background(curve.light(scene.background[0]), curve.light(scene.background[1]),
-                        curve.light(scene.background[2]), 1);
-
-  const int tiles_across = (frame.width + kTile - 1) / kTile, tiles_down = (frame.height + kTile - 1) / kTile;
-  parallel_for(tiles_across * tiles_down, options.threads, [&](int turn) {
-    const int x0 = turn % tiles_across * kTile, y0 = turn / tiles_across * kTile;
-    TileLight tile{{x0, y0, std::min(x0 + kTile, frame.width), std::min(y0 + kTile, frame.height)}, {}};
-    tile.light.fill(background);
-
-    std::vector<LensPiece> pieces;
-    if (any_through_lens) pieces = lens_pieces(projector, tile.rect);
-    const Patch pixels = Patch::of_pixels(tile.rect);
-    for (const Layer& layer : layers) {
-      if (!layer.through_lens) draw_piece(layer, tile.rect, pixels, tile);
-      for (const LensPiece& piece : pieces)
-        if (layer.through_lens) draw_piece(layer, piece.rect, piece.direction_from_pixel, tile);
-    }
-
-    for (int y = tile.rect.y0; y < tile.rect.y1; ++y) {
-      std::uint8_t* to = frame.row(y) + std::ptrdiff_t(x0) * 3;
-      for (int x = x0; x < tile.rect.x1; ++x)
-        for (int channel = 0; channel < 3; ++channel) *to++ = curve.value(tile.at(x, y)[channel]);
-    }
-  });
+  CpuRenderer(options).render(scene, projector, frame);
 }
 
 ImageU8 render(const Scene& scene, const Projector& projector, const RenderOptions& options) {

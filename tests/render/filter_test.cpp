@@ -45,7 +45,7 @@ struct Psnr {
 Psnr psnr(const Projector& projector, const Sheet& sheet, const ImageU8& content) {
   Scene scene;
   scene.items.push_back({sheet.placement, content});
-  const ImageU8 frame = render::render(scene, projector, RenderOptions{false, 0});
+  const ImageU8 frame = render::render(scene, projector, options(false, 0));
   double error = 0, point_error = 0;
   int count = 0;
   for (int y = 0; y < frame.height(); ++y)
@@ -122,7 +122,7 @@ TEST(Filtering, AveragesLightNotNumbers) {
   scene.items.push_back({sheet.placement, content});
   const ImageU8 frame = render::render(scene, projector);
   EXPECT_NEAR(frame.at(540, 361), 188, 2);
-  EXPECT_NEAR(render::render(scene, projector, RenderOptions{false, 0}).at(540, 361), 128, 2);
+  EXPECT_NEAR(render::render(scene, projector, options(false, 0)).at(540, 361), 128, 2);
 }
 
 // cv::warpPerspective quantises positions to 1/32 pixel, so a steep picture differs by some values.
@@ -146,7 +146,7 @@ TEST(Filtering, AgreesWithOpenCVForAMildHomography) {
   const Projector projector = lopsided_projector();
   Scene scene;
   scene.items.push_back({placed, content});
-  const ImageU8 frame = render::render(scene, projector, RenderOptions{false, 0});
+  const ImageU8 frame = render::render(scene, projector, options(false, 0));
 
   const cv::Mat source(240, 320, CV_8UC3, const_cast<std::uint8_t*>(content.data()));
   const cv::Matx33d matrix(pixel_from_texel(0, 0), pixel_from_texel(0, 1), pixel_from_texel(0, 2),

@@ -10,9 +10,11 @@
 
 namespace procam::render {
 
-inline constexpr int kTile = 32;                 ///< pixels a side of the squares that are drawn at a time
-inline constexpr int kLanes = 8;                 ///< pixels that the kernels work on together
-inline constexpr int kRowRoom = kTile + kLanes;  ///< rows of pixels are written in whole groups
+/// The part of the frame that is drawn at a time: wide, as memory is read and written in long runs; low, so
+/// that it stays in the cache.
+inline constexpr int kTileWidth = 128, kTileHeight = 16;
+inline constexpr int kLanes = 8;                      ///< pixels that the kernels work on together
+inline constexpr int kRowRoom = kTileWidth + kLanes;  ///< rows of pixels are written in whole groups
 
 using Light = std::int16_t;
 using Value = std::uint8_t;
@@ -29,7 +31,7 @@ struct Points {
 /// tile's i-th pixel; (u, v) = (q_x, q_y) / q_z, and `down` is dq / d(pixel down) likewise.
 struct RowMap {
   float s0, ds;
-  float q[3][3], down[3][3];  ///< [power of s][x, y, z]
+  alignas(16) float q[12], down[12];  ///< [3 power of s + (x, y, z)], three to fill the vectors
 };
 
 /// Samples of one pixel: a regular grid of across x down points, spread over these shares of its sides.

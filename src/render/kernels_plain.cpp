@@ -11,7 +11,7 @@ void locate(const RowMap& row, int begin, int end, bool slopes, Points& points) 
   for (int i = begin; i < end; ++i) {
     const float s = row.s0 + float(i) * row.ds;
     float q[3];
-    for (int k = 0; k < 3; ++k) q[k] = row.q[0][k] + s * (row.q[1][k] + s * row.q[2][k]);
+    for (int k = 0; k < 3; ++k) q[k] = row.q[k] + s * (row.q[3 + k] + s * row.q[6 + k]);
     // Beyond the horizon (only under pixels that the content touches in part): somewhere at the border.
     const float inverse = 1.0f / (q[2] > 1e-9f ? q[2] : 1e-9f);
     const float u = q[0] * inverse, v = q[1] * inverse;
@@ -20,8 +20,8 @@ void locate(const RowMap& row, int begin, int end, bool slopes, Points& points) 
     if (!slopes) continue;
     float right[3], down[3];
     for (int k = 0; k < 3; ++k) {
-      right[k] = row.ds * (row.q[1][k] + (s + s) * row.q[2][k]);
-      down[k] = row.down[0][k] + s * (row.down[1][k] + s * row.down[2][k]);
+      right[k] = row.ds * (row.q[3 + k] + (s + s) * row.q[6 + k]);
+      down[k] = row.down[k] + s * (row.down[3 + k] + s * row.down[6 + k]);
     }
     points.u_x[i] = (right[0] - u * right[2]) * inverse;
     points.v_x[i] = (right[1] - v * right[2]) * inverse;

@@ -18,9 +18,9 @@ PROCAM_AVX2 inline __m256 times_plus(__m256 a, __m256 b, __m256 c) {
   return _mm256_add_ps(_mm256_mul_ps(a, b), c);
 }
 
-PROCAM_AVX2 inline __m256 quadratic(const float (&q)[3][3], int k, __m256 s) {
-  const __m256 slope = times_plus(s, _mm256_set1_ps(q[2][k]), _mm256_set1_ps(q[1][k]));
-  return times_plus(s, slope, _mm256_set1_ps(q[0][k]));
+PROCAM_AVX2 inline __m256 quadratic(const float (&q)[12], int k, __m256 s) {
+  const __m256 slope = times_plus(s, _mm256_set1_ps(q[6 + k]), _mm256_set1_ps(q[3 + k]));
+  return times_plus(s, slope, _mm256_set1_ps(q[k]));
 }
 
 PROCAM_AVX2 void locate(const RowMap& row, int begin, int end, bool slopes, Points& points) {
@@ -39,7 +39,7 @@ PROCAM_AVX2 void locate(const RowMap& row, int begin, int end, bool slopes, Poin
     __m256 right[3], down[3];
     for (int k = 0; k < 3; ++k) {
       right[k] =
-          _mm256_mul_ps(ds, times_plus(twice_s, _mm256_set1_ps(row.q[2][k]), _mm256_set1_ps(row.q[1][k])));
+          _mm256_mul_ps(ds, times_plus(twice_s, _mm256_set1_ps(row.q[6 + k]), _mm256_set1_ps(row.q[3 + k])));
       down[k] = quadratic(row.down, k, s);
     }
     const auto store = [&](float* to, __m256 of_q, __m256 position, __m256 of_depth) PROCAM_AVX2 {
@@ -76,6 +76,8 @@ PROCAM_AVX2 inline void find_cells(__m256 u, __m256 v, float steps, __m256i stri
   const __m256i x = _mm256_cvttps_epi32(u), y = _mm256_cvttps_epi32(v);
   _mm256_store_si256(reinterpret_cast<__m256i*>(cells.offset),
                      _mm256_add_epi32(_mm256_mullo_epi32(y, stride), x));
+  // Through memory: compilers take them from the vector one by one instead, which is slower.
+  __asm__("" : "+m"(cells.offset));
   const __m256 right = _mm256_sub_ps(u, _mm256_cvtepi32_ps(x)),
                down = _mm256_sub_ps(v, _mm256_cvtepi32_ps(y));
   cells.right = _mm256_cvttps_epi32(times_plus(right, _mm256_set1_ps(steps), _mm256_set1_ps(0.5f)));
@@ -112,8 +114,8 @@ PROCAM_AVX2 void sample_values(const TexelsView<Value>& texels, const Points& po
     find_cells(inside(_mm256_loadu_ps(points.u + i), last_u), inside(_mm256_loadu_ps(points.v + i), last_v),
                128.0f, stride, cells);
     // The two bytes 128 - right and right.
-    const __m256i shares = _mm256_add_epi32(_mm256_sub_epi32(_mm256_slli_epi32(cells.right, 8), cells.right),
-                                            _mm256_set1_epi32(128));
+    const __m256i shares = _mm256_or_si256(_mm256_slli_epi32(cells.right, 8),
+                                           _mm256_sub_epi32(_mm256_set1_epi32(128), cells.right));
     __m256i blended[2];
     for (int half = 0; half < 2; ++half) {
       const __m256i share = _mm256_shuffle_epi8(shares, spread[half]);
@@ -182,8 +184,8 @@ PROCAM_AVX2 void sample_light(const TexelsView<Light>& texels, const Taps& taps,
         find_cells(inside(mirrored(times_plus(dx, u_x, u_row), twice_u), last_u),
                    inside(mirrored(times_plus(dx, v_x, v_row), twice_v), last_v), 512.0f, stride, cells);
         // The two 16-bit numbers 512 - right and right.
-        const __m256i shares = _mm256_add_epi32(
-            _mm256_sub_epi32(_mm256_slli_epi32(cells.right, 16), cells.right), _mm256_set1_epi32(512));
+        const __m256i shares = _mm256_or_si256(_mm256_slli_epi32(cells.right, 16),
+                                               _mm256_sub_epi32(_mm256_set1_epi32(512), cells.right));
         sum[0] = add_sample<0>(upper, lower, cells, shares, sum[0]);
         sum[1] = add_sample<1>(upper, lower, cells, shares, sum[1]);
         sum[2] = add_sample<2>(upper, lower, cells, shares, sum[2]);

@@ -74,7 +74,9 @@ void add_tile(const Projector& projector, const PixelRect& rect, std::vector<Len
     const Mat3 normalized_from_pixel = projector.inverse_camera.intrinsics.matrix().inverse();
     pieces.push_back({rect, normalized_from_pixel * Patch::of_pixels(rect)});
   } else {
-    add(projector, rect, pieces);
+    // As large as pieces usefully are.
+    for (int x = rect.x0; x < rect.x1; x += 2 * kTileHeight)
+      add(projector, {x, rect.y0, std::min(x + 2 * kTileHeight, rect.x1), rect.y1}, pieces);
   }
 }
 

@@ -20,15 +20,15 @@ struct LensPiece {
   Patch direction_from_pixel;
 };
 
-/// The frame in tiles of kTile pixels a side.
+/// The frame in tiles of kTileWidth x kTileHeight pixels.
 struct TileGrid {
   ImageSize frame;
 
-  int across() const { return (frame.width + kTile - 1) / kTile; }
-  int down() const { return (frame.height + kTile - 1) / kTile; }
+  int across() const { return (frame.width + kTileWidth - 1) / kTileWidth; }
+  int down() const { return (frame.height + kTileHeight - 1) / kTileHeight; }
   PixelRect tile(int x, int y) const {
-    return {x * kTile, y * kTile, std::min((x + 1) * kTile, frame.width),
-            std::min((y + 1) * kTile, frame.height)};
+    return {x * kTileWidth, y * kTileHeight, std::min((x + 1) * kTileWidth, frame.width),
+            std::min((y + 1) * kTileHeight, frame.height)};
   }
 };
 

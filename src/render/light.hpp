@@ -26,7 +26,7 @@ class LightCurve {
 
   /// The nearest value. Light is looked up in steps of 1/8160, which makes up to 0.2 of a value in the
   /// darkest tenth and nothing elsewhere; light of a value gives that value.
-  Value value(Light light) const { return value_[std::size_t((light + kStep / 2) / kStep)]; }
+  Value value(Light light) const { return value_[unsigned(light + kStep / 2) / kStep]; }
 
  private:
   static constexpr int kStep = 4, kSteps = kFull / kStep + 1;

@@ -20,9 +20,9 @@ std::uint8_t class_of(const RowMap& row, int i) {
   const float s = row.s0 + float(i) * row.ds;
   float q[3], right[3], down[3];
   for (int k = 0; k < 3; ++k) {
-    q[k] = row.q[0][k] + s * (row.q[1][k] + s * row.q[2][k]);
-    right[k] = row.ds * (row.q[1][k] + 2 * s * row.q[2][k]);
-    down[k] = row.down[0][k] + s * (row.down[1][k] + s * row.down[2][k]);
+    q[k] = row.q[k] + s * (row.q[3 + k] + s * row.q[6 + k]);
+    right[k] = row.ds * (row.q[3 + k] + 2 * s * row.q[6 + k]);
+    down[k] = row.down[k] + s * (row.down[3 + k] + s * row.down[6 + k]);
   }
   // The borders u = 0, u = 1, v = 0, v = 1: q_x, q_z - q_x and so on, all positive inside. The second is how
   // much of it changes from the pixel's centre to its furthest corner.
@@ -43,21 +43,17 @@ std::uint8_t class_of(const RowMap& row, int i) {
 
 /// The classes of a tile's pixels.
 struct PlaneLayer::Classes {
-  std::uint8_t of[kTile][kTile] = {};
+  std::uint8_t of[kTileHeight][kTileWidth] = {};
 };
 
-RowMap PlaneLayer::Piece::row(int y, float width, float height, bool slopes) const {
-  const float scale[3] = {width, height, 1};
-  const float t = float(rect.t(y)), dt = 2.0f / float(rect.height());
+RowMap PlaneLayer::Piece::row(int y, const float (&scale)[12], bool slopes) const {
+  const float t = t0 + float(y) * dt;
   RowMap map;
-  map.ds = 2.0f / float(rect.width());
-  map.s0 = float(rect.s(0));
-  for (std::size_t i = 0; i < 3; ++i)
-    for (std::size_t k = 0; k < 3; ++k)
-      map.q[i][k] = scale[k] * (q[0][i][k] + t * (q[1][i][k] + t * q[2][i][k]));
+  map.s0 = s0;
+  map.ds = ds;
+  for (int n = 0; n < 12; ++n) map.q[n] = scale[n] * (q[0][n] + t * (q[1][n] + t * q[2][n]));
   if (slopes)
-    for (std::size_t i = 0; i < 3; ++i)
-      for (std::size_t k = 0; k < 3; ++k) map.down[i][k] = scale[k] * dt * (q[1][i][k] + 2 * t * q[2][i][k]);
+    for (int n = 0; n < 12; ++n) map.down[n] = scale[n] * dt * (q[1][n] + 2 * t * q[2][n]);
   return map;
 }
 
@@ -104,6 +100,7 @@ PlaneLayer::MapTile PlaneLayer::make_tile(const PixelRect& rect, const LensPiece
                                           bool area, Band& band) {
   MapTile tile;
   tile.first_piece = std::uint32_t(band.pieces.size());
+  constexpr float kScale[12] = {1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1};
   Classes classes;
   int filled_pixels = 0;
   struct Drawn {
@@ -126,13 +123,17 @@ PlaneLayer::MapTile PlaneLayer::make_tile(const PixelRect& rect, const LensPiece
     piece.rect = {r.x0 - rect.x0, r.y0 - rect.y0, r.x1 - rect.x0, r.y1 - rect.y0};
     for (std::size_t j = 0; j < 3; ++j)
       for (std::size_t i = 0; i < 3; ++i)
-        for (std::size_t k = 0; k < 3; ++k) piece.q[j][i][k] = float(q.c[j][i][Eigen::Index(k)]);
+        for (std::size_t k = 0; k < 3; ++k) piece.q[j][3 * i + k] = float(q.c[j][i][Eigen::Index(k)]);
+    piece.s0 = float(piece.rect.s(0));
+    piece.ds = 2.0f / float(piece.rect.width());
+    piece.t0 = float(piece.rect.t(0));
+    piece.dt = 2.0f / float(piece.rect.height());
     for (int y = piece.rect.y0; y < piece.rect.y1; ++y) {
       std::uint8_t* const row = classes.of[y];
       if (filled) {
         std::memset(row + piece.rect.x0, kFilled, std::size_t(piece.rect.width()));
       } else {
-        const RowMap map = piece.row(y, 1, 1, true);
+        const RowMap map = piece.row(y, kScale, true);
         for (int x = piece.rect.x0; x < piece.rect.x1; ++x) row[x] = class_of(map, x);
       }
       for (int x = piece.rect.x0; x < piece.rect.x1; ++x) filled_pixels += row[x] == kFilled;
@@ -161,8 +162,8 @@ PlaneLayer::MapTile PlaneLayer::make_tile(const PixelRect& rect, const LensPiece
     int full_end = full_begin;
     while (full_end < end && is(kFilled, full_end)) ++full_end;
     tile.drawn = true;
-    tile.spans[std::size_t(y)] = {std::uint8_t(begin), std::uint8_t(end), std::uint8_t(full_begin),
-                                  std::uint8_t(full_end), std::uint32_t(band.border.size())};
+    tile.spans[std::size_t(y)] = {std::uint16_t(begin), std::uint16_t(end), std::uint16_t(full_begin),
+                                  std::uint16_t(full_end), std::uint32_t(band.border.size())};
     for (int x = begin; x < end; ++x)
       if (x < full_begin || x >= full_end)
         band.border.push_back(Light(is(kTouched, x) ? std::lround(kFull * coverage(at(x, y)).area) : 0));
@@ -215,16 +216,17 @@ void PlaneLayer::draw(const Texture& texture, const Kernels& kernels,
     const Taps& taps = map->taps[std::size_t(y / kStrip)];
     const bool slopes = kLight && taps.across * taps.down > 1;
     const TexelsView<Pixel> level = texture.level(taps.level);
+    const float w = float(level.width), h = float(level.height);
+    const float scale[12] = {w, h, 1, w, h, 1, w, h, 1, 0, 0, 0};
     for (std::uint32_t n = 0; n < map->pieces; ++n) {
       const Piece& piece = band.pieces[map->first_piece + n];
       const int begin = std::max<int>(span.begin, piece.rect.x0),
                 end = std::min<int>(span.end, piece.rect.x1);
       if (y < piece.rect.y0 || y >= piece.rect.y1 || begin >= end) continue;
-      kernels.locate(piece.row(y, float(level.width), float(level.height), slopes), begin, end, slopes,
-                     points);
+      kernels.locate(piece.row(y, scale, slopes), begin, end, slopes, points);
     }
     Pixel* const there = tile.row(y) + 4 * span.begin;
-    const bool replaces = opaque && span.full_begin == 0 && span.full_end == kTile;
+    const bool replaces = opaque && span.full_begin == 0 && span.full_end == kTileWidth;
     Pixel* const to = replaces ? there : drawn;
     if constexpr (kLight)
       kernels.sample_light(level, taps, points, span.begin, count, to);

@@ -15,9 +15,9 @@ template <typename Pixel>
 struct Tile {
   PixelRect rect;
   int x = 0, y = 0;  ///< in the grid of tiles
-  alignas(32) std::array<Pixel, kTile * kTile * 4> pixels;
+  alignas(32) std::array<Pixel, kTileWidth * kTileHeight * 4> pixels;
 
-  Pixel* row(int down) { return pixels.data() + std::ptrdiff_t(down) * kTile * 4; }
+  Pixel* row(int down) { return pixels.data() + std::ptrdiff_t(down) * kTileWidth * 4; }
 };
 
 /// Where a surface is, as far as its pixels depend on it.
@@ -53,22 +53,24 @@ class PlaneLayer {
  private:
   static constexpr int kStrip = 8;  ///< rows of pixels that share their samples' grid
 
-  /// Content coordinates over a part of the tile, t^j s^i, as in Patch.
+  /// Content coordinates over a part of the tile: q[j][3 i + k] t^j s^i, as in Patch, s = s0 + x ds and
+  /// t = t0 + y dt.
   struct Piece {
     PixelRect rect;  ///< in the tile
-    std::array<std::array<std::array<float, 3>, 3>, 3> q;
-    RowMap row(int y, float width, float height, bool slopes) const;
+    float s0, ds, t0, dt;
+    alignas(16) float q[3][12] = {};
+    RowMap row(int y, const float (&scale)[12], bool slopes) const;
   };
   /// Pixels that the content touches, and those of them that it fills.
   struct Span {
-    std::uint8_t begin = 0, end = 0, full_begin = 0, full_end = 0;
+    std::uint16_t begin = 0, end = 0, full_begin = 0, full_end = 0;
     std::uint32_t first_border = 0;  ///< the shares of the others, from left to right
   };
   struct MapTile {
     bool drawn = false, whole = false;
     std::uint32_t first_piece = 0, pieces = 0;
-    std::array<Taps, kTile / kStrip> taps;
-    std::array<Span, kTile> spans;
+    std::array<Taps, kTileHeight / kStrip> taps;
+    std::array<Span, kTileHeight> spans;
   };
   struct Band {
     int first = 0;  ///< the tile of tiles[0]

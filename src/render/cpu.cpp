@@ -29,14 +29,14 @@ PlaneView view_of(const SceneItem& item) {
 }
 
 void require_drawable(const Scene& scene, const Projector& projector, ImageView<std::uint8_t> frame) {
-  require(frame.channels == 3 && frame.size() == projector.size() && !frame.empty(),
-          "render: the frame must have 3 channels and the projector's size");
+  if (!(frame.channels == 3 && frame.size() == projector.size() && !frame.empty()))
+    throw std::invalid_argument("render: the frame must have 3 channels and the projector's size");
   for (const SceneItem& item : scene.items) {
     const int channels = item.content.channels;
-    require(!item.content.empty() && (channels == 1 || channels == 3 || channels == 4),
-            "render: content must be a picture with 1, 3 or 4 channels, not " +
-                std::to_string(item.content.width) + "x" + std::to_string(item.content.height) + " with " +
-                std::to_string(channels));
+    if (!item.content.empty() && (channels == 1 || channels == 3 || channels == 4)) continue;
+    throw std::invalid_argument("render: content must be a picture with 1, 3 or 4 channels, not " +
+                                std::to_string(item.content.width) + "x" +
+                                std::to_string(item.content.height) + " with " + std::to_string(channels));
   }
 }
 
@@ -127,6 +127,7 @@ class CpuRenderer::State {
     tile.y = y;
     for (tile.x = 0; tile.x < lens_.grid().across(); ++tile.x) {
       tile.rect = lens_.grid().tile(tile.x, y);
+      fetch_ahead(tile.rect, frame);
       // From the topmost that hides all below it.
       std::size_t first = items_.size();
       while (first > 0 && !hides<Texture>(items_[first - 1], tile.x, y)) --first;
@@ -139,6 +140,15 @@ class CpuRenderer::State {
       for (int row = 0; row < tile.rect.height(); ++row)
         to_frame(kernels_, curve_, tile.row(row), tile.rect.width(),
                  frame.row(tile.rect.y0 + row) + std::ptrdiff_t(tile.rect.x0) * 3);
+    }
+  }
+
+  /// Asks for the memory that will be written when the tile is drawn.
+  static void fetch_ahead(const PixelRect& rect, ImageView<std::uint8_t> frame) {
+    constexpr int kLine = 64;  // bytes
+    for (int y = rect.y0; y < rect.y1; ++y) {
+      const std::uint8_t* const row = frame.row(y);
+      for (int i = rect.x0 * 3; i < rect.x1 * 3; i += kLine) __builtin_prefetch(row + i, 1);
     }
   }
 

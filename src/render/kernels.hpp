@@ -24,6 +24,8 @@ inline constexpr int kFull = 255 * 128;  ///< full light, and an alpha of 1
 /// that changes by one pixel to the right (x) and down (y).
 struct Points {
   alignas(32) float u[kRowRoom] = {}, v[kRowRoom] = {};
+  /// Texels from where a pixel looks to where one a little further down does: that memory is asked for ahead.
+  std::ptrdiff_t soon = 0;
   alignas(32) float u_x[kRowRoom] = {}, v_x[kRowRoom] = {}, u_y[kRowRoom] = {}, v_y[kRowRoom] = {};
 };
 

@@ -84,6 +84,13 @@ PROCAM_AVX2 inline void find_cells(__m256 u, __m256 v, float steps, __m256i stri
   cells.down = _mm256_cvttps_epi32(_mm256_mul_ps(down, _mm256_set1_ps(32768.0f)));
 }
 
+/// Asks for the memory of a texel and the one below. Wrong guesses (beyond the picture) do no harm.
+template <typename Pixel>
+PROCAM_AVX2 inline void fetch_ahead(const Pixel* upper, const Pixel* lower, std::ptrdiff_t texel) {
+  _mm_prefetch(reinterpret_cast<const char*>(upper + 4 * texel), _MM_HINT_T0);
+  _mm_prefetch(reinterpret_cast<const char*>(lower + 4 * texel), _MM_HINT_T0);
+}
+
 /// 2 x 2 pairs of Value texels: pixels i, i + 1 in the lower half, i + 4, i + 5 in the upper.
 PROCAM_AVX2 inline __m256i load_pairs(const Value* texels, const std::int32_t* offset) {
   const auto at = [&](int i) PROCAM_AVX2 {
@@ -113,6 +120,7 @@ PROCAM_AVX2 void sample_values(const TexelsView<Value>& texels, const Points& po
     Cells cells;
     find_cells(inside(_mm256_loadu_ps(points.u + i), last_u), inside(_mm256_loadu_ps(points.v + i), last_v),
                128.0f, stride, cells);
+    fetch_ahead(upper, lower, cells.offset[0] + points.soon);
     // The two bytes 128 - right and right.
     const __m256i shares = _mm256_or_si256(_mm256_slli_epi32(cells.right, 8),
                                            _mm256_sub_epi32(_mm256_set1_epi32(128), cells.right));
@@ -183,6 +191,7 @@ PROCAM_AVX2 void sample_light(const TexelsView<Light>& texels, const Taps& taps,
         Cells cells;
         find_cells(inside(mirrored(times_plus(dx, u_x, u_row), twice_u), last_u),
                    inside(mirrored(times_plus(dx, v_x, v_row), twice_v), last_v), 512.0f, stride, cells);
+        if (m == 0) fetch_ahead(upper, lower, cells.offset[0] + points.soon);
         // The two 16-bit numbers 512 - right and right.
         const __m256i shares = _mm256_or_si256(_mm256_slli_epi32(cells.right, 16),
                                                _mm256_sub_epi32(_mm256_set1_epi32(512), cells.right));

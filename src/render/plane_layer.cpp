@@ -6,6 +6,8 @@ namespace procam::render {
 
 namespace {
 
+constexpr float kRowsAhead = 3;  ///< how far ahead memory is asked for
+
 constexpr std::uint8_t kOutside = 0, kTouched = 1, kFilled = 2;
 
 Footprint footprint_at(const Patch& q, const PixelRect& rect, int x, int y) {
@@ -13,6 +15,11 @@ Footprint footprint_at(const Patch& q, const PixelRect& rect, int x, int y) {
   const Quadratic3 row = q.row(rect.t(y)), down = q.row_slope(rect.t(y));
   return {row[0] + s * (row[1] + s * row[2]), ds * (row[1] + 2 * s * row[2]),
           dt * (down[0] + s * (down[1] + s * down[2]))};
+}
+
+/// Within [-1, 1]; NaN too.
+double limited(double x) {
+  return x > -1 ? std::min(x, 1.0) : -1;
 }
 
 /// Is the pixel outside the content, touched by it or filled?
@@ -172,6 +179,12 @@ PlaneLayer::MapTile PlaneLayer::make_tile(const PixelRect& rect, const LensPiece
     band.pieces.resize(tile.first_piece);
     return tile;
   }
+  const Footprint middle = at(rect.width() / 2, rect.height() / 2);
+  if (middle.centre.z() > 0) {
+    const Vec3 step = middle.slope_y - middle.slope_y.z() / middle.centre.z() * middle.centre;
+    tile.u_down = float(limited(step.x() / middle.centre.z()));
+    tile.v_down = float(limited(step.y() / middle.centre.z()));
+  }
   if (!area) return tile;
 
   const int levels = levels_of(view_.content);
@@ -225,6 +238,8 @@ void PlaneLayer::draw(const Texture& texture, const Kernels& kernels,
       if (y < piece.rect.y0 || y >= piece.rect.y1 || begin >= end) continue;
       kernels.locate(piece.row(y, scale, slopes), begin, end, slopes, points);
     }
+    points.soon = std::ptrdiff_t(kRowsAhead * map->v_down * h) * level.stride +
+                  std::ptrdiff_t(kRowsAhead * map->u_down * w);
     Pixel* const there = tile.row(y) + 4 * span.begin;
     const bool replaces = opaque && span.full_begin == 0 && span.full_end == kTileWidth;
     Pixel* const to = replaces ? there : drawn;

@@ -68,6 +68,7 @@ class PlaneLayer {
   };
   struct MapTile {
     bool drawn = false, whole = false;
+    float u_down = 0, v_down = 0;  ///< change of (u, v), fractions of the content, by one pixel downwards
     std::uint32_t first_piece = 0, pieces = 0;
     std::array<Taps, kTileHeight / kStrip> taps;
     std::array<Span, kTileHeight> spans;

@@ -113,6 +113,31 @@ INSTANTIATE_TEST_SUITE_P(Scales, Filter,
                                          FilterCase{"five_texels_75", 1200, 75}),
                          [](const auto& tested) { return tested.param.name; });
 
+// What Filter::kBilinear promises: values as they stand, one sample at the pixel's centre.
+TEST(Filtering, BilinearIsOneSampleAtThePixelsCentre) {
+  const Projector projector = lopsided_projector();
+  const Sheet sheet = tilted_sheet(projector, 0.2, 0.211, 1.6, 60);
+  const ImageU8 content = zone_plate(900, 888);
+  Scene scene;
+  scene.items.push_back({sheet.placement, content});
+  RenderOptions bilinear_values = options(false, 0);
+  bilinear_values.filter = render::Filter::kBilinear;
+  const ImageU8 frame = render::render(scene, projector, bilinear_values);
+  int count = 0;
+  for (int y = 0; y < frame.height(); ++y)
+    for (int x = 0; x < frame.width(); ++x) {
+      const auto filled = [&](int dx, int dy) {
+        return supersampled(projector, sheet, content, x + dx, y + dy, 1).has_value();
+      };
+      if (!filled(-1, -1) || !filled(1, -1) || !filled(-1, 1) || !filled(1, 1)) continue;
+      const auto truth = supersampled(projector, sheet, content, x, y, 1);
+      // Half a value of rounding, and positions in 1/128 texel: half of that times 255 at the steepest.
+      ASSERT_NEAR(frame.at(x, y), *truth, 0.5 + 1.0 + 0.1) << x << " " << y;
+      ++count;
+    }
+  EXPECT_GT(count, 5000);
+}
+
 // Black and white lines finer than a pixel give half the light, which is value 188, as on the wall from afar.
 TEST(Filtering, AveragesLightNotNumbers) {
   const Projector projector = lopsided_projector();

@@ -1,24 +1,14 @@
 #include "procam/render/cpu.hpp"
 
 #include <Eigen/LU>
+#include <cstring>
 
-#include "footprint.hpp"
-#include "lens_map.hpp"
-#include "parallel.hpp"
-#include "room_layers.hpp"
+#include "plane_layer.hpp"
+#include "room_tile.hpp"
 
 namespace procam::render {
 
 namespace {
-
-constexpr int kTile = 32;  ///< pixels a side of one thread's turn; as large as lens pieces usefully are
-
-/// A scene item ready to draw.
-struct Layer {
-  Texture texture;
-  std::optional<RoomLayer> room;           ///< of what stands in the room
-  Mat3 content_from_pixel = Mat3::Zero();  ///< of a pixel surface
-};
 
 /// The inverse, scaled so that its entries are of order one (the sign kept); zero when the map is singular,
 /// as for a plane through the projector.
@@ -30,172 +20,291 @@ Mat3 inverse_or_zero(const Mat3& m) {
   return inverse / inverse.norm();
 }
 
-Layer make_layer(const SceneItem& item, const Projector& projector, const LightCurve& curve, int threads) {
-  Layer layer{Texture(item.content, curve, threads), std::nullopt};
+PlaneView view_of(const SceneItem& item) {
   if (const auto* pixels = std::get_if<PlacedPixels>(&item.placement))
-    layer.content_from_pixel = inverse_or_zero(pixels->pixel_from_content);
-  else if (const auto* plane = std::get_if<PlacedPlane>(&item.placement))
-    layer.room.emplace(*plane, projector, kTile);
-  else
-    layer.room.emplace(std::get<PlacedMesh>(item.placement), projector, kTile);
-  return layer;
-}
-
-/// The light of one tile while it is drawn.
-struct TileLight {
-  PixelRect rect;
-  std::array<Rgba, kTile * kTile> light;
-
-  Rgba& at(int x, int y) { return light[std::size_t((y - rect.y0) * kTile + (x - rect.x0))]; }
-};
-
-void draw_pixel(const Texture& texture, const Footprint& footprint, bool whole, Rgba& light) {
-  Coverage covered;
-  if (!whole) {
-    whole = true;
-    for (const Eigen::RowVector3d& border : border_combinations()) {
-      const double side = border * footprint.centre;
-      const double reach =
-          0.5 * (std::abs(border * footprint.slope_x) + std::abs(border * footprint.slope_y));
-      if (side <= -reach) return;
-      whole = whole && side >= reach;
-    }
-    if (!whole) covered = coverage(footprint);
-    if (covered.area == 0) return;
-  }
-  const Rgba content = float(covered.area) * mean_content(texture, footprint, whole, covered.centroid);
-  light = content + (1 - content[3]) * light;
-}
-
-/// Draws the part of a plane that falls on a rectangle with known homogeneous content coordinates.
-void draw_piece(const Texture& texture, const PixelRect& rect, const Patch& q, TileLight& tile) {
-  bool whole = true;
-  for (const Eigen::RowVector3d& border : border_combinations()) {
-    const Patch::Bounds bounds = q.bounds(border);
-    if (!(bounds.high > 0)) return;
-    whole = whole && bounds.low > 0;
-  }
-  const double ds = 2.0 / rect.width(), dt = 2.0 / rect.height();  // a pixel's step in s and t
-  for (int y = rect.y0; y < rect.y1; ++y) {
-    const Quadratic3 row = q.row(rect.t(y)), down = q.row_slope(rect.t(y));
-    for (int x = rect.x0; x < rect.x1; ++x) {
-      const double s = rect.s(x);
-      const Footprint footprint{row[0] + s * (row[1] + s * row[2]), ds * (row[1] + 2 * s * row[2]),
-                                dt * (down[0] + s * (down[1] + s * down[2]))};
-      draw_pixel(texture, footprint, whole, tile.at(x, y));
-    }
-  }
-}
-
-/// Can any of the plane's content be on the pieces?
-bool touches(const Facet& plane, const std::vector<LensPiece>& pieces) {
-  for (const LensPiece& piece : pieces) {
-    bool on_piece = true;
-    for (const Vec3& border : plane.borders)
-      on_piece = on_piece && piece.direction_from_pixel.bounds(border.transpose()).high > 0;
-    if (on_piece) return true;
-  }
-  return false;
-}
-
-/// Does plane `a` hide the later plane `b` all over the pieces (true), or b a (false, also where they lie
-/// together)? nullopt: now this, now that.
-std::optional<bool> hides(const Facet& a, const Facet& b, const std::vector<LensPiece>& pieces) {
-  const Eigen::RowVector3d ahead = ((1 - kTogether) * a.nearness - b.nearness).transpose();
-  bool somewhere = false, not_somewhere = false;
-  for (const LensPiece& piece : pieces) {
-    const Patch::Bounds bounds = piece.direction_from_pixel.bounds(ahead);
-    somewhere = somewhere || bounds.high > 0;
-    not_somewhere = not_somewhere || bounds.low <= 0;
-  }
-  if (somewhere && not_somewhere) return std::nullopt;
-  return somewhere;
-}
-
-/// Draws what stands in the room, `items` in the scene's order.
-void draw_room(const std::vector<RoomItem>& items, int turn, const std::vector<LensPiece>& pieces,
-               TileLight& tile) {
-  std::vector<RoomItem> back_to_front;
-  bool ordered = true;
-  for (const RoomItem& item : items) {
-    if (item.layer->boxes(turn).empty()) continue;
-    if (!item.layer->is_plane()) {
-      ordered = false;
-    } else if (!touches(item.layer->facets()[0], pieces)) {
-      continue;
-    }
-    back_to_front.push_back(item);
-  }
-  const std::vector<RoomItem> touching = back_to_front;
-  for (std::size_t i = 1; ordered && i < back_to_front.size(); ++i)
-    for (std::size_t j = i; ordered && j > 0; --j) {
-      RoomItem &before = back_to_front[j - 1], &item = back_to_front[j];
-      const auto hidden = hides(before.layer->facets()[0], item.layer->facets()[0], pieces);
-      ordered = hidden.has_value();
-      if (!ordered || !*hidden) break;
-      std::swap(before, item);
-    }
-  if (!ordered) return draw_cast(touching, turn, tile.rect, pieces, tile.light.data(), kTile);
-  for (const RoomItem& item : back_to_front)
-    for (const LensPiece& piece : pieces)
-      draw_piece(*item.texture, piece.rect,
-                 item.layer->facets()[0].content_from_direction * piece.direction_from_pixel, tile);
+    return {inverse_or_zero(pixels->pixel_from_content), false, item.content.size()};
+  const PlacedPlane& plane = std::get<PlacedPlane>(item.placement);
+  Mat3 direction_from_plane = plane.projector_from_surface.rotation_matrix();
+  direction_from_plane.col(2) = plane.projector_from_surface.translation;
+  return {inverse_or_zero(direction_from_plane * plane.plane_from_content), true, item.content.size()};
 }
 
 void require_drawable(const Scene& scene, const Projector& projector, ImageView<std::uint8_t> frame) {
-  require(frame.channels == 3 && frame.size() == projector.size() && !frame.empty(),
-          "render: the frame must have 3 channels and the projector's size");
+  if (!(frame.channels == 3 && frame.size() == projector.size() && !frame.empty()))
+    throw std::invalid_argument("render: the frame must have 3 channels and the projector's size");
   for (const SceneItem& item : scene.items) {
     const int channels = item.content.channels;
-    require(!item.content.empty() && (channels == 1 || channels == 3 || channels == 4),
-            "render: content must be a picture with 1, 3 or 4 channels, not " +
-                std::to_string(item.content.width) + "x" + std::to_string(item.content.height) + " with " +
-                std::to_string(channels));
+    if (!item.content.empty() && (channels == 1 || channels == 3 || channels == 4)) continue;
+    throw std::invalid_argument("render: content must be a picture with 1, 3 or 4 channels, not " +
+                                std::to_string(item.content.width) + "x" +
+                                std::to_string(item.content.height) + " with " + std::to_string(channels));
   }
+}
+
+bool same_view(ViewU8 a, ViewU8 b) {
+  return a.data == b.data && a.size() == b.size() && a.channels == b.channels && a.stride == b.stride;
+}
+
+void to_frame(const Kernels& kernels, const LightCurve&, const Value* from, int count, std::uint8_t* to) {
+  kernels.values_to_rgb(from, count, to);
+}
+void to_frame(const Kernels&, const LightCurve& curve, const Light* from, int count, std::uint8_t* to) {
+  for (int i = 0; i < count; ++i, from += 4)
+    for (int k = 0; k < 3; ++k) *to++ = curve.value(from[k]);
 }
 
 }  // namespace
 
+/// Filled from back to front, a tile of the frame at a time.
+class CpuRenderer::State {
+ public:
+  explicit State(const RenderOptions& options)
+      : options_(options),
+        kernels_(options.wide_vectors ? best_kernels() : kPlainKernels),
+        curve_(options.linear_light),
+        workers_(options.threads) {}
+
+  RenderWork render(const Scene& scene, const Projector& projector, ImageView<std::uint8_t> frame) {
+    require_drawable(scene, projector, frame);
+    const RenderWork work = prepare(scene, projector);
+    const auto band = [&](int y) {
+      if (values_only())
+        draw_band<ValueTexture>(y, scene, frame);
+      else
+        draw_band<LightTexture>(y, scene, frame);
+    };
+    workers_.run(lens_.grid().down(), band);
+    return work;
+  }
+
+ private:
+  /// What is drawn on a tile, one after the other: a plane, or surfaces of the room that hide each other.
+  struct Step {
+    std::size_t first_item = 0, count = 0;  ///< in Scratch::items
+    bool cast = false;
+  };
+  /// Kept by each band of tiles.
+  struct Scratch {
+    std::vector<std::size_t> items;
+    std::vector<Step> steps;
+    std::vector<RoomItem<LightTexture>> light;
+    std::vector<RoomItem<ValueTexture>> values;
+    std::unique_ptr<RoomTile> room;
+  };
+  struct Item {
+    ViewU8 picture;
+    std::uint64_t revision = 0;
+    LightTexture light;  ///< this or the other, see values_only()
+    ValueTexture values;
+    PlaneLayer layer;  ///< of planes and pixel surfaces
+    RoomLayer room;    ///< of planes and meshes
+    bool in_room = false, is_mesh = false;
+
+    template <typename Texture>
+    const Texture& texture() const {
+      if constexpr (std::is_same_v<Texture, LightTexture>)
+        return light;
+      else
+        return values;
+    }
+  };
+
+  /// Plain interpolation of values needs no more than 8 bits.
+  bool values_only() const { return options_.filter == Filter::kBilinear && !options_.linear_light; }
+
+  bool area() const { return options_.filter == Filter::kArea; }
+
+  RenderWork prepare(const Scene& scene, const Projector& projector) {
+    const bool same_lens = !lens_.update(projector, workers_);
+    items_.resize(scene.items.size());
+    scratch_.resize(std::size_t(lens_.grid().down()));
+    RenderWork work;
+    for (std::size_t i = 0; i < items_.size(); ++i) {
+      const SceneItem& shown = scene.items[i];
+      Item& item = items_[i];
+      const auto* mesh = std::get_if<PlacedMesh>(&shown.placement);
+      const auto* plane = std::get_if<PlacedPlane>(&shown.placement);
+      item.in_room = mesh || plane;
+      item.is_mesh = mesh != nullptr;
+      bool made = mesh ? item.room.update(*mesh, projector, same_lens)
+                       : item.layer.update(view_of(shown), lens_, same_lens, area(), workers_);
+      if (plane) made |= item.room.update(*plane, projector, same_lens);
+      work.maps += made;
+      // How far a mesh's content is minified is not known before it is drawn.
+      const int levels = !mesh ? item.layer.levels() : area() ? levels_of(shown.content.size()) : 1;
+      if (same_view(shown.content, item.picture) && shown.content_revision == item.revision &&
+          (values_only() || levels <= item.light.levels()))
+        continue;
+      item.picture = shown.content;
+      item.revision = shown.content_revision;
+      if (values_only())
+        item.values.prepare(item.picture, workers_);
+      else
+        item.light.prepare(item.picture, curve_, levels, workers_);
+      ++work.contents;
+    }
+    return work;
+  }
+
+  template <typename Texture>
+  void draw_band(int y, const Scene& scene, ImageView<std::uint8_t> frame) {
+    using Pixel = typename Texture::Pixel;
+    Tile<Pixel> tile;
+    tile.y = y;
+    Scratch& scratch = scratch_[std::size_t(y)];
+    for (tile.x = 0; tile.x < lens_.grid().across(); ++tile.x) {
+      tile.rect = lens_.grid().tile(tile.x, y);
+      fetch_ahead(tile.rect, frame);
+      plan(tile.x, y, scratch);
+      // From the last that hides all before it.
+      std::size_t first = scratch.steps.size();
+      while (first > 0 && !hides<Texture>(scratch, scratch.steps[first - 1], tile.x, y)) --first;
+      if (first == 0)
+        fill(scene.background, tile);
+      else
+        --first;
+      for (std::size_t i = first; i < scratch.steps.size(); ++i)
+        draw_step<Texture>(scratch, scratch.steps[i], tile);
+      for (int row = 0; row < tile.rect.height(); ++row)
+        to_frame(kernels_, curve_, tile.row(row), tile.rect.width(),
+                 frame.row(tile.rect.y0 + row) + std::ptrdiff_t(tile.rect.x0) * 3);
+    }
+  }
+
+  /// Asks for the memory that will be written when the tile is drawn.
+  static void fetch_ahead(const PixelRect& rect, ImageView<std::uint8_t> frame) {
+    constexpr int kLine = 64;  // bytes
+    for (int y = rect.y0; y < rect.y1; ++y) {
+      const std::uint8_t* const row = frame.row(y);
+      for (int i = rect.x0 * 3; i < rect.x1 * 3; i += kLine) __builtin_prefetch(row + i, 1);
+    }
+  }
+
+  /// The steps for a tile, back to front. Surfaces in the room hide each other by distance; pixel surfaces
+  /// stay in the scene's order.
+  void plan(int tile_x, int tile_y, Scratch& scratch) const {
+    scratch.items.clear();
+    scratch.steps.clear();
+    std::size_t run = 0;  // where the surfaces in the room begin that no pixel surface parts
+    const auto end_run = [&] {
+      const std::size_t count = scratch.items.size() - run;
+      if (count == 0) return;
+      if (order(tile_x, tile_y, &scratch.items[run], count))
+        for (std::size_t i = 0; i < count; ++i) scratch.steps.push_back({run + i, 1, false});
+      else
+        scratch.steps.push_back({run, count, true});
+      run += count;
+    };
+    for (std::size_t i = 0; i < items_.size(); ++i) {
+      const Item& item = items_[i];
+      if (item.is_mesh ? item.room.boxes(tile_x, tile_y).empty() : !item.layer.touches(tile_x, tile_y))
+        continue;
+      if (!item.in_room) end_run();
+      scratch.items.push_back(i);
+      if (item.in_room) continue;
+      scratch.steps.push_back({run, 1, false});
+      ++run;
+    }
+    end_run();
+  }
+
+  /// Sorts surfaces of the room back to front if that is one order all over the tile.
+  bool order(int tile_x, int tile_y, std::size_t* items, std::size_t count) const {
+    for (std::size_t i = 0; i < count; ++i)
+      if (items_[items[i]].is_mesh) return false;
+    // A handful. Nothing is moved before all pairs are known to have an order.
+    for (std::size_t i = 0; i < count; ++i)
+      for (std::size_t j = 0; j < i; ++j)
+        if (!is_hidden(items[i], items[j], tile_x, tile_y)) return false;
+    for (std::size_t i = 1; i < count; ++i)
+      for (std::size_t j = i; j > 0 && *is_hidden(items[j], items[j - 1], tile_x, tile_y); --j)
+        std::swap(items[j], items[j - 1]);
+    return true;
+  }
+
+  /// Does plane a lie behind plane b all over the tile? Where they lie together the earlier is behind.
+  /// nullopt: here a is, there b.
+  std::optional<bool> is_hidden(std::size_t a, std::size_t b, int tile_x, int tile_y) const {
+    const auto nearness = [&](std::size_t i) {
+      const float(&n)[3] = items_[i].room.facets()[0].nearness;
+      return Eigen::RowVector3d(double(n[0]), double(n[1]), double(n[2]));
+    };
+    const std::size_t later = std::max(a, b), earlier = std::min(a, b);
+    const Eigen::RowVector3d ahead = (1 - double(kTogether)) * nearness(earlier) - nearness(later);
+    bool earlier_somewhere = false, later_somewhere = false;
+    for (const LensPiece& piece : lens_.pieces(tile_x, tile_y)) {
+      const Patch::Bounds bounds = piece.direction_from_pixel.bounds(ahead);
+      earlier_somewhere |= bounds.high > 0;
+      later_somewhere |= bounds.low <= 0;
+    }
+    if (earlier_somewhere && later_somewhere) return std::nullopt;
+    return (earlier_somewhere ? later : earlier) == a;
+  }
+
+  template <typename Texture>
+  void draw_step(Scratch& scratch, const Step& step, Tile<typename Texture::Pixel>& tile) const {
+    if (!step.cast) {
+      const Item& item = items_[scratch.items[step.first_item]];
+      item.layer.draw(item.template texture<Texture>(), kernels_, tile);
+      return;
+    }
+    auto& items = [&]() -> auto& {
+      if constexpr (std::is_same_v<Texture, LightTexture>)
+        return scratch.light;
+      else
+        return scratch.values;
+    }
+    ();
+    items.clear();
+    for (std::size_t i = 0; i < step.count; ++i) {
+      const Item& item = items_[scratch.items[step.first_item + i]];
+      items.push_back({&item.room, &item.template texture<Texture>()});
+    }
+    if (!scratch.room) scratch.room = std::make_unique<RoomTile>();
+    scratch.room->draw(items, lens_.pieces(tile.x, tile.y), area(), kernels_, tile);
+  }
+
+  template <typename Texture>
+  bool hides(const Scratch& scratch, const Step& step, int tile_x, int tile_y) const {
+    const Item& item = items_[scratch.items[step.first_item]];
+    return !step.cast && item.template texture<Texture>().opaque() && item.layer.covers(tile_x, tile_y);
+  }
+
+  template <typename Pixel>
+  void fill(const std::uint8_t* background, Tile<Pixel>& tile) const {
+    Pixel colour[4];
+    for (int k = 0; k < 3; ++k) {
+      if constexpr (std::is_same_v<Pixel, Light>)
+        colour[k] = curve_.light(background[k]);
+      else
+        colour[k] = background[k];
+    }
+    colour[3] = std::is_same_v<Pixel, Light> ? Pixel(kFull) : Pixel(255);
+    for (std::size_t i = 0; i < tile.pixels.size(); i += 4) std::copy_n(colour, 4, &tile.pixels[i]);
+  }
+
+  RenderOptions options_;
+  const Kernels& kernels_;
+  LightCurve curve_;
+  Workers workers_;
+  LensMap lens_;
+  std::vector<Item> items_;
+  std::vector<Scratch> scratch_;
+};
+
+CpuRenderer::CpuRenderer(const RenderOptions& options) : state_(std::make_unique<State>(options)) {}
+CpuRenderer::CpuRenderer(CpuRenderer&&) noexcept = default;
+CpuRenderer& CpuRenderer::operator=(CpuRenderer&&) noexcept = default;
+CpuRenderer::~CpuRenderer() = default;
+
+RenderWork CpuRenderer::render(const Scene& scene, const Projector& projector,
+                               ImageView<std::uint8_t> frame) {
+  return state_->render(scene, projector, frame);
+}
+
 void render(const Scene& scene, const Projector& projector, ImageView<std::uint8_t> frame,
             const RenderOptions& options) {
-  require_drawable(scene, projector, frame);
-  const LightCurve curve(options.linear_light);
-  std::vector<Layer> layers;
-  bool any_through_lens = false;
-  for (const SceneItem& item : scene.items) {
-    layers.push_back(make_layer(item, projector, curve, options.threads));
-    any_through_lens = any_through_lens || layers.back().room;
-  }
-  const Rgba background(curve.light(scene.background[0]), curve.light(scene.background[1]),
-                        curve.light(scene.background[2]), 1);
-
-  const int tiles_across = (frame.width + kTile - 1) / kTile, tiles_down = (frame.height + kTile - 1) / kTile;
-  parallel_for(tiles_across * tiles_down, options.threads, [&](int turn) {
-    const int x0 = turn % tiles_across * kTile, y0 = turn / tiles_across * kTile;
-    TileLight tile{{x0, y0, std::min(x0 + kTile, frame.width), std::min(y0 + kTile, frame.height)}, {}};
-    tile.light.fill(background);
-
-    std::vector<LensPiece> pieces;
-    if (any_through_lens) pieces = lens_pieces(projector, tile.rect);
-    const Patch pixels = Patch::of_pixels(tile.rect);
-    std::vector<RoomItem> together;  // in the room, between two pixel surfaces
-    for (const Layer& layer : layers) {
-      if (layer.room) {
-        together.push_back({&*layer.room, &layer.texture});
-        continue;
-      }
-      draw_room(together, turn, pieces, tile);
-      together.clear();
-      draw_piece(layer.texture, tile.rect, layer.content_from_pixel * pixels, tile);
-    }
-    draw_room(together, turn, pieces, tile);
-
-    for (int y = tile.rect.y0; y < tile.rect.y1; ++y) {
-      std::uint8_t* to = frame.row(y) + std::ptrdiff_t(x0) * 3;
-      for (int x = x0; x < tile.rect.x1; ++x)
-        for (int channel = 0; channel < 3; ++channel) *to++ = curve.value(tile.at(x, y)[channel]);
-    }
-  });
+  CpuRenderer(options).render(scene, projector, frame);
 }
 
 ImageU8 render(const Scene& scene, const Projector& projector, const RenderOptions& options) {

@@ -3,7 +3,7 @@
 #include <Eigen/LU>
 
 #include "footprint.hpp"
-#include "parallel.hpp"
+#include "texture.hpp"
 
 namespace procam::render {
 
@@ -54,6 +54,25 @@ std::optional<Vec2> lighting_pixel(const Projector& projector, const Camera& cam
   return projector.pixel_lighting(*point);
 }
 
+/// Mean of the picture over the footprint, q_z = 1 everywhere; light 0..1.
+std::array<float, 3> mean_content(const LightTexture& picture, const Kernels& kernels, const Footprint& f) {
+  const TexelsView<Light> finest = picture.level(0);
+  const PixelSize size = pixel_size(f, Vec2::Zero(), {finest.width, finest.height});
+  const Taps taps = choose_taps(size, size, size, picture.levels());
+  const TexelsView<Light> level = picture.level(taps.level);
+  Points point;
+  const auto set = [&](const Vec3& q, float* u, float* v) {
+    *u = float(q.x() * level.width);
+    *v = float(q.y() * level.height);
+  };
+  set(f.centre, point.u, point.v);
+  set(f.slope_x, point.u_x, point.v_x);
+  set(f.slope_y, point.u_y, point.v_y);
+  Light mean[4 * kLanes];
+  kernels.sample_light(level, taps, point, 0, 1, mean);
+  return {float(mean[0]) / kFull, float(mean[1]) / kFull, float(mean[2]) / kFull};
+}
+
 }  // namespace
 
 std::optional<Viewpoint> facing_viewpoint(const Scene& scene, ImageSize size) {
@@ -97,7 +116,10 @@ ImageU8 preview(const Scene& scene, const Projector& projector, ViewU8 frame, co
   require(frame.channels == 3 && frame.size() == projector.size() && !frame.empty(),
           "preview: the frame must have 3 channels and the projector's size");
   const LightCurve curve(true);
-  const Texture light(frame, curve, options.threads);
+  const Kernels& kernels = options.wide_vectors ? best_kernels() : kPlainKernels;
+  Workers workers(options.threads);
+  LightTexture light;
+  light.prepare(frame, curve, levels_of(frame.size()), workers);
   const std::vector<PlanarItem> items = planar_items(scene);
   const Pose projector_from_camera = viewpoint.camera_from_projector.inverse();
   const Camera& camera = viewpoint.camera;
@@ -136,20 +158,24 @@ ImageU8 preview(const Scene& scene, const Projector& projector, ViewU8 frame, co
   };
 
   ImageU8 view(camera.size, 3);
-  parallel_for(view.height(), options.threads, [&](int y) {
+  workers.run(view.height(), [&](int y) {
     for (int x = 0; x < view.width(); ++x) {
-      Rgba seen = Rgba::Constant(kRoom);
+      std::array<float, 3> seen;
+      seen.fill(kRoom);
       if (const PlanarItem* item = nearest(Vec2(x, y))) {
-        seen = Rgba::Constant(kSurface);
+        seen.fill(kSurface);
         if (const auto footprint = frame_footprint(Vec2(x, y), item->plane_in_projector)) {
           const Coverage lit = coverage(*footprint);
-          if (lit.area > 0)
-            seen += float(lit.area) *
-                    (kBlackLevel + (1 - kSurface - kBlackLevel) *
-                                       mean_content(light, *footprint, lit.area == 1, lit.centroid));
+          if (lit.area > 0) {
+            const std::array<float, 3> content = mean_content(light, kernels, *footprint);
+            for (std::size_t k = 0; k < 3; ++k)
+              seen[k] += float(lit.area) * (kBlackLevel + (1 - kSurface - kBlackLevel) * content[k]);
+          }
         }
       }
-      for (int channel = 0; channel < 3; ++channel) view.at(x, y, channel) = curve.value(seen[channel]);
+      for (int k = 0; k < 3; ++k)
+        view.at(x, y, k) =
+            curve.value(Light(std::lround(float(kFull) * std::min(1.0f, seen[std::size_t(k)]))));
     }
   });
   return view;

@@ -1,0 +1,183 @@
+#include "room_layer.hpp"
+
+#include <Eigen/LU>
+#include <cmath>
+
+#include "footprint.hpp"
+
+namespace procam::render {
+
+namespace {
+
+/// The directions of the whole picture lie within `angle` of `axis` (unit).
+struct ViewCone {
+  Vec3 axis = Vec3::UnitZ();
+  double angle = kPi;
+
+  explicit ViewCone(const Projector& projector) {
+    const ImageSize size = projector.size();
+    std::vector<Vec3> rim;
+    Vec3 sum = Vec3::Zero();
+    constexpr int kSteps = 32;
+    for (int i = 0; i <= kSteps; ++i)
+      for (int j = 0; j <= kSteps; ++j) {
+        if (i != 0 && i != kSteps && j != 0 && j != kSteps) continue;
+        const auto ray =
+            projector.emit(Vec2(-1 + (size.width + 1.0) * i / kSteps, -1 + (size.height + 1.0) * j / kSteps));
+        if (!ray) return;  // part of the picture lies beyond the lens model: no cone is certain
+        rim.push_back(ray->direction.normalized());
+        sum += rim.back();
+      }
+    axis = sum.normalized();
+    double least = 1;
+    for (const Vec3& d : rim) least = std::min(least, d.dot(axis));
+    angle = std::acos(std::max(-1.0, least)) + 0.01;
+  }
+
+  /// Can light of the picture meet the ball?
+  bool meets(const Vec3& centre, double radius) const {
+    const double distance = centre.norm();
+    if (distance <= radius) return true;
+    const double to_centre = std::acos(std::max(-1.0, std::min(1.0, centre.dot(axis) / distance)));
+    return to_centre - std::asin(radius / distance) <= angle;
+  }
+};
+
+constexpr double kBoxMargin = 1.5;      ///< px: the pixel's own half, and the neighbours that tell an edge
+constexpr double kStraightWithin = 24;  ///< px: over which an edge may be taken as straight through any lens
+
+FacetBox box_of(const Projector& projector, const std::array<Vec3, 3>& corners,
+                const std::array<std::optional<Vec2>, 3>& pixels, int facet) {
+  const ImageSize size = projector.size();
+  if (!pixels[0] || !pixels[1] || !pixels[2]) return {0, 0, size.width, size.height, facet};
+  Vec2 low = pixels[0]->cwiseMin(*pixels[1]).cwiseMin(*pixels[2]);
+  Vec2 high = pixels[0]->cwiseMax(*pixels[1]).cwiseMax(*pixels[2]);
+  if ((high - low).maxCoeff() > kStraightWithin) {
+    // Lenses bend long edges: by what the middles are off, and half as much again.
+    double bend = 0;
+    for (std::size_t i = 0; i < 3; ++i) {
+      const Vec2 &a = *pixels[i], &b = *pixels[(i + 1) % 3];
+      const Vec3 &p = corners[i], &q = corners[(i + 1) % 3];
+      for (const double s : {0.25, 0.5, 0.75}) {
+        const auto between = projector.pixel_lighting((1 - s) * p + s * q);
+        if (!between) return {0, 0, size.width, size.height, facet};
+        const Vec2 along = b - a;
+        const double length = along.norm();
+        if (length > 0)
+          bend = std::max(bend,
+                          std::abs(along.x() * (*between - a).y() - along.y() * (*between - a).x()) / length);
+      }
+    }
+    low.array() -= 1.5 * bend;
+    high.array() += 1.5 * bend;
+  }
+  const auto whole = [](double v, int most) { return int(std::min(std::max(v, 0.0), double(most))); };
+  return {whole(std::floor(low.x() - kBoxMargin), size.width),
+          whole(std::floor(low.y() - kBoxMargin), size.height),
+          whole(std::ceil(high.x() + kBoxMargin) + 1, size.width),
+          whole(std::ceil(high.y() + kBoxMargin) + 1, size.height), facet};
+}
+
+bool same(const Pose& a, const Pose& b) {
+  return a.rotation.coeffs() == b.rotation.coeffs() && a.translation == b.translation;
+}
+
+void set(const Vec3& from, float (&to)[3]) {
+  for (int k = 0; k < 3; ++k) to[k] = float(from[k]);
+}
+
+}  // namespace
+
+bool RoomLayer::update(const PlacedPlane& placed, const Projector& projector, bool same_lens) {
+  const Pose& pose = placed.projector_from_surface;
+  if (same_lens && is_plane_ && placed.plane_from_content == plane_from_content_ &&
+      same(pose, projector_from_surface_))
+    return false;
+  is_plane_ = true;
+  mesh_.reset();
+  plane_from_content_ = placed.plane_from_content;
+  projector_from_surface_ = pose;
+  facets_.clear();
+  Mat3 direction_from_plane = pose.rotation_matrix();
+  direction_from_plane.col(2) = pose.translation;
+  const Mat3 direction_from_content = direction_from_plane * placed.plane_from_content;
+  const double scale = direction_from_content.norm();
+  everywhere_.clear();
+  if (std::abs(direction_from_content.determinant()) > 1e-15 * scale * scale * scale) {  // else edge-on
+    Facet facet;
+    facet.content_from_direction = direction_from_content.inverse();
+    set(direction_from_plane.inverse().row(2).transpose(), facet.nearness);
+    for (std::size_t i = 0; i < 4; ++i)
+      set((border_combinations()[i] * facet.content_from_direction).normalized().transpose(),
+          facet.borders[i]);
+    facets_.push_back(facet);
+    everywhere_.push_back({0, 0, projector.size().width, projector.size().height, 0});
+  }
+  return true;
+}
+
+bool RoomLayer::update(const PlacedMesh& placed, const Projector& projector, bool same_lens) {
+  if (same_lens && !is_plane_ && placed.mesh == mesh_ &&
+      same(placed.projector_from_surface, projector_from_surface_))
+    return false;
+  is_plane_ = false;
+  mesh_ = placed.mesh;
+  projector_from_surface_ = placed.projector_from_surface;
+  facets_.clear();
+  const Mesh& mesh = *placed.mesh;
+  const ViewCone cone(projector);
+  const Mat3 rotation = placed.projector_from_surface.rotation_matrix();
+  Points3 points;
+  points.reserve(mesh.vertices.size());
+  std::vector<std::optional<Vec2>> pixels;
+  pixels.reserve(mesh.vertices.size());
+  for (const Vec3& vertex : mesh.vertices) {
+    points.push_back(rotation * vertex + placed.projector_from_surface.translation);
+    pixels.push_back(projector.pixel_lighting(points.back()));
+  }
+  std::vector<FacetBox> boxes;
+  for (const auto& triangle : mesh.triangles) {
+    std::array<Vec3, 3> p;
+    std::array<std::optional<Vec2>, 3> px;
+    Mat3 uv;
+    for (std::size_t i = 0; i < 3; ++i) {
+      const auto corner = std::size_t(triangle[i]);
+      p[i] = points[corner];
+      px[i] = pixels[corner];
+      uv.col(Eigen::Index(i)) = mesh.uv[corner].homogeneous();
+    }
+    const Vec3 centre = (p[0] + p[1] + p[2]) / 3;
+    double radius = 0;
+    for (const Vec3& corner : p) radius = std::max(radius, (corner - centre).norm());
+    if (!cone.meets(centre, radius)) continue;
+    // Neighbours share an edge's cross product up to its sign, exactly: no ray slips between them.
+    const std::array<Vec3, 3> edges{p[1].cross(p[2]), p[2].cross(p[0]), p[0].cross(p[1])};
+    const double determinant = p[0].dot(edges[0]);
+    if (!(std::abs(determinant) > 1e-12 * p[0].norm() * edges[0].norm())) continue;  // edge-on
+    const FacetBox box = box_of(projector, p, px, int(facets_.size()));
+    if (box.x0 >= box.x1 || box.y0 >= box.y1) continue;
+    Facet facet;
+    for (std::size_t i = 0; i < 4; ++i)
+      set((determinant < 0 ? -1 : 1) * edges[std::min<std::size_t>(i, 2)].normalized(), facet.borders[i]);
+    Mat3 barycentric_from_direction;
+    barycentric_from_direction << edges[0].transpose(), edges[1].transpose(), edges[2].transpose();
+    facet.content_from_direction = uv * (barycentric_from_direction / determinant);
+    set(facet.content_from_direction.row(2).transpose(), facet.nearness);
+    facets_.push_back(facet);
+    boxes.push_back(box);
+  }
+  sort_into_tiles(boxes, projector.size());
+  return true;
+}
+
+void RoomLayer::sort_into_tiles(const std::vector<FacetBox>& boxes, ImageSize size) {
+  grid_ = {size};
+  tiles_.resize(std::size_t(grid_.across()) * std::size_t(grid_.down()));
+  for (std::vector<FacetBox>& tile : tiles_) tile.clear();
+  for (const FacetBox& box : boxes)
+    for (int y = box.y0 / kTileHeight; y <= (box.y1 - 1) / kTileHeight; ++y)
+      for (int x = box.x0 / kTileWidth; x <= (box.x1 - 1) / kTileWidth; ++x)
+        tiles_[std::size_t(y * grid_.across() + x)].push_back(box);
+}
+
+}  // namespace procam::render

@@ -1,0 +1,58 @@
+#pragma once
+/// A surface in the room as plane facets that rays meet: what is cast at where surfaces may hide each other.
+///
+/// A direction d meets a triangle with corners P_i where its homogeneous barycentric coordinates
+///
+///   b = [P_1 P_2 P_3]^-1 d
+///
+/// are all >= 0 (Olano and Greer, Triangle scan conversion using 2D homogeneous coordinates, 1997); 1 / sum b
+/// is then how many lengths of d away, and sum b_i (u_i, v_i, 1) the homogeneous content coordinates. Corners
+/// behind the projector need no clipping, and the lens is exact since d is. A planar surface is one facet
+/// with the four borders of its content.
+#include "lens_map.hpp"
+#include "procam/core/surface.hpp"
+
+namespace procam::render {
+
+/// Half-spaces of directions, content and nearness, all linear in d.
+struct Facet {
+  /// d is inside where border . d >= 0 for all four; unit vectors, so that floats do: an edge's place to
+  /// 1e-7.
+  float borders[4][3];
+  float nearness[3];            ///< nearness . d = 1 / distance in lengths of d
+  Mat3 content_from_direction;  ///< q
+};
+
+/// Pixels [x0, x1) x [y0, y1) that a facet may touch, and its place in the list.
+struct FacetBox {
+  int x0, y0, x1, y1, facet;
+};
+
+class RoomLayer {
+ public:
+  /// The facets of this placement, unless they are those kept and the lens map is `same_lens`. Returns
+  /// whether they were made.
+  bool update(const PlacedPlane& placed, const Projector& projector, bool same_lens);
+  bool update(const PlacedMesh& placed, const Projector& projector, bool same_lens);
+
+  bool is_plane() const { return is_plane_; }
+  const std::vector<Facet>& facets() const { return facets_; }
+  /// Those that may touch a tile.
+  const std::vector<FacetBox>& boxes(int tile_x, int tile_y) const {
+    return is_plane_ ? everywhere_ : tiles_[std::size_t(tile_y * grid_.across() + tile_x)];
+  }
+
+ private:
+  void sort_into_tiles(const std::vector<FacetBox>& boxes, ImageSize size);
+
+  bool is_plane_ = true;
+  Mat3 plane_from_content_ = Mat3::Zero();
+  std::shared_ptr<const Mesh> mesh_;
+  Pose projector_from_surface_;
+  TileGrid grid_{};
+  std::vector<Facet> facets_;
+  std::vector<FacetBox> everywhere_;           ///< of a plane
+  std::vector<std::vector<FacetBox>> tiles_;  ///< of a mesh
+};
+
+}  // namespace procam::render

@@ -1,9 +1,7 @@
 #include "procam/render/cpu.hpp"
 
 #include <Eigen/LU>
-#include <cstring>
 
-#include "plane_layer.hpp"
 #include "room_tile.hpp"
 
 namespace procam::render {
@@ -20,13 +18,29 @@ Mat3 inverse_or_zero(const Mat3& m) {
   return inverse / inverse.norm();
 }
 
-PlaneView view_of(const SceneItem& item) {
-  if (const auto* pixels = std::get_if<PlacedPixels>(&item.placement))
-    return {inverse_or_zero(pixels->pixel_from_content), false, item.content.size()};
-  const PlacedPlane& plane = std::get<PlacedPlane>(item.placement);
+PlaneView view_of(const PlacedPixels& pixels, ImageSize content) {
+  return {inverse_or_zero(pixels.pixel_from_content), false, content};
+}
+PlaneView view_of(const PlacedPlane& plane, ImageSize content) {
   Mat3 direction_from_plane = plane.projector_from_surface.rotation_matrix();
   direction_from_plane.col(2) = plane.projector_from_surface.translation;
-  return {inverse_or_zero(direction_from_plane * plane.plane_from_content), true, item.content.size()};
+  return {inverse_or_zero(direction_from_plane * plane.plane_from_content), true, content};
+}
+
+/// Does plane `a` hide the later plane `b` all over the pieces (true), or b a (false, also where they lie
+/// together)? nullopt: now this, now that.
+std::optional<bool> hides(const Facet& a, const Facet& b, const std::vector<LensPiece>& pieces) {
+  Eigen::RowVector3d ahead;
+  for (int k = 0; k < 3; ++k)
+    ahead[k] = (1 - double(kTogether)) * double(a.nearness[k]) - double(b.nearness[k]);
+  bool somewhere = false, not_somewhere = false;
+  for (const LensPiece& piece : pieces) {
+    const Patch::Bounds bounds = piece.direction_from_pixel.bounds(ahead);
+    somewhere = somewhere || bounds.high > 0;
+    not_somewhere = not_somewhere || bounds.low <= 0;
+  }
+  if (somewhere && not_somewhere) return std::nullopt;
+  return somewhere;
 }
 
 void require_drawable(const Scene& scene, const Projector& projector, ImageView<std::uint8_t> frame) {
@@ -55,7 +69,10 @@ void to_frame(const Kernels&, const LightCurve& curve, const Light* from, int co
 
 }  // namespace
 
-/// Filled from back to front, a tile of the frame at a time.
+/// A tile of the frame at a time is filled from back to front. Planes in the room are put in the order of
+/// their depth; where that changes within a tile, and where there are meshes, each pixel is cast at
+/// (room_tile.hpp). Pixel surfaces lie where the scene has them, and part what is in the room before them
+/// from what comes after.
 class CpuRenderer::State {
  public:
   explicit State(const RenderOptions& options)
@@ -67,39 +84,27 @@ class CpuRenderer::State {
   RenderWork render(const Scene& scene, const Projector& projector, ImageView<std::uint8_t> frame) {
     require_drawable(scene, projector, frame);
     const RenderWork work = prepare(scene, projector);
-    const auto band = [&](int y) {
+    workers_.run(lens_.grid().down(), [&](int y) {
       if (values_only())
         draw_band<ValueTexture>(y, scene, frame);
       else
         draw_band<LightTexture>(y, scene, frame);
-    };
-    workers_.run(lens_.grid().down(), band);
+    });
     return work;
   }
 
  private:
-  /// What is drawn on a tile, one after the other: a plane, or surfaces of the room that hide each other.
-  struct Step {
-    std::size_t first_item = 0, count = 0;  ///< in Scratch::items
-    bool cast = false;
-  };
-  /// Kept by each band of tiles.
-  struct Scratch {
-    std::vector<std::size_t> items;
-    std::vector<Step> steps;
-    std::vector<RoomItem<LightTexture>> light;
-    std::vector<RoomItem<ValueTexture>> values;
-    std::unique_ptr<RoomTile> room;
-  };
   struct Item {
     ViewU8 picture;
     std::uint64_t revision = 0;
     LightTexture light;  ///< this or the other, see values_only()
     ValueTexture values;
-    PlaneLayer layer;  ///< of planes and pixel surfaces
-    RoomLayer room;    ///< of planes and meshes
-    bool in_room = false, is_mesh = false;
+    PlacedMesh mesh;                ///< of a mesh: its pose and triangles as they were
+    PlaneLayer layer;               ///< of a plane or a pixel surface
+    std::optional<RoomLayer> room;  ///< of a plane or a mesh
 
+    bool is_mesh() const { return room && !room->is_plane(); }
+    bool touches(int x, int y) const { return is_mesh() ? !room->boxes(x, y).empty() : layer.touches(x, y); }
     template <typename Texture>
     const Texture& texture() const {
       if constexpr (std::is_same_v<Texture, LightTexture>)
@@ -109,29 +114,38 @@ class CpuRenderer::State {
     }
   };
 
-  /// Plain interpolation of values needs no more than 8 bits.
-  bool values_only() const { return options_.filter == Filter::kBilinear && !options_.linear_light; }
+  /// What is worked out for a tile; one a band, kept from frame to frame.
+  struct Plan {
+    std::vector<const Item*> steps;  ///< back to front; nullptr: cast at what comes before the next nullptr
+    std::vector<const Item*> group;  ///< in the room, between two pixel surfaces
+    std::vector<std::int8_t> order;  ///< [later, earlier]: the later one is drawn first
+    std::vector<RoomItem<LightTexture>> cast_light;
+    std::vector<RoomItem<ValueTexture>> cast_values;
+    std::unique_ptr<RoomTile> room;
+
+    template <typename Texture>
+    std::vector<RoomItem<Texture>>& cast() {
+      if constexpr (std::is_same_v<Texture, LightTexture>)
+        return cast_light;
+      else
+        return cast_values;
+    }
+  };
 
   bool area() const { return options_.filter == Filter::kArea; }
+  /// Plain interpolation of values needs no more than 8 bits.
+  bool values_only() const { return !area() && !options_.linear_light; }
 
   RenderWork prepare(const Scene& scene, const Projector& projector) {
     const bool same_lens = !lens_.update(projector, workers_);
+    plans_.resize(std::size_t(lens_.grid().down()));
     items_.resize(scene.items.size());
-    scratch_.resize(std::size_t(lens_.grid().down()));
     RenderWork work;
     for (std::size_t i = 0; i < items_.size(); ++i) {
       const SceneItem& shown = scene.items[i];
       Item& item = items_[i];
-      const auto* mesh = std::get_if<PlacedMesh>(&shown.placement);
-      const auto* plane = std::get_if<PlacedPlane>(&shown.placement);
-      item.in_room = mesh || plane;
-      item.is_mesh = mesh != nullptr;
-      bool made = mesh ? item.room.update(*mesh, projector, same_lens)
-                       : item.layer.update(view_of(shown), lens_, same_lens, area(), workers_);
-      if (plane) made |= item.room.update(*plane, projector, same_lens);
-      work.maps += made;
-      // How far a mesh's content is minified is not known before it is drawn.
-      const int levels = !mesh ? item.layer.levels() : area() ? levels_of(shown.content.size()) : 1;
+      work.maps += place(shown, projector, same_lens, item);
+      const int levels = item.is_mesh() ? levels_of(shown.content.size()) : item.layer.levels();
       if (same_view(shown.content, item.picture) && shown.content_revision == item.revision &&
           (values_only() || levels <= item.light.levels()))
         continue;
@@ -146,29 +160,140 @@ class CpuRenderer::State {
     return work;
   }
 
+  /// Returns whether anything had to be made.
+  bool place(const SceneItem& shown, const Projector& projector, bool same_lens, Item& item) {
+    const ImageSize content = shown.content.size();
+    if (const auto* mesh = std::get_if<PlacedMesh>(&shown.placement)) {
+      const Pose &a = mesh->projector_from_surface, &b = item.mesh.projector_from_surface;
+      if (same_lens && item.is_mesh() && mesh->mesh == item.mesh.mesh && a.translation == b.translation &&
+          a.rotation.coeffs() == b.rotation.coeffs())
+        return false;
+      item.mesh = *mesh;
+      item.room.emplace(*mesh, projector, lens_.grid());
+      return true;
+    }
+    const auto* plane = std::get_if<PlacedPlane>(&shown.placement);
+    const PlaneView view =
+        plane ? view_of(*plane, content) : view_of(std::get<PlacedPixels>(shown.placement), content);
+    const bool made = item.layer.update(view, lens_, same_lens, area(), workers_);
+    if (!plane)
+      item.room.reset();
+    else if (made || !item.room || item.is_mesh())
+      item.room.emplace(*plane, lens_.grid());
+    return made;
+  }
+
   template <typename Texture>
   void draw_band(int y, const Scene& scene, ImageView<std::uint8_t> frame) {
-    using Pixel = typename Texture::Pixel;
-    Tile<Pixel> tile;
+    Plan& plan = plans_[std::size_t(y)];
+    Tile<typename Texture::Pixel> tile;
     tile.y = y;
-    Scratch& scratch = scratch_[std::size_t(y)];
     for (tile.x = 0; tile.x < lens_.grid().across(); ++tile.x) {
       tile.rect = lens_.grid().tile(tile.x, y);
       fetch_ahead(tile.rect, frame);
-      plan(tile.x, y, scratch);
-      // From the last that hides all before it.
-      std::size_t first = scratch.steps.size();
-      while (first > 0 && !hides<Texture>(scratch, scratch.steps[first - 1], tile.x, y)) --first;
-      if (first == 0)
-        fill(scene.background, tile);
-      else
-        --first;
-      for (std::size_t i = first; i < scratch.steps.size(); ++i)
-        draw_step<Texture>(scratch, scratch.steps[i], tile);
+      find_steps(tile.x, y, plan);
+      std::size_t first = 0;
+      if (!find_first<Texture>(plan, tile.x, y, first)) fill(scene.background, tile);
+      for (std::size_t i = first; i < plan.steps.size(); ++i) {
+        if (plan.steps[i])
+          plan.steps[i]->layer.draw(plan.steps[i]->template texture<Texture>(), kernels_, tile);
+        else
+          i = cast(plan, i + 1, tile);
+      }
       for (int row = 0; row < tile.rect.height(); ++row)
         to_frame(kernels_, curve_, tile.row(row), tile.rect.width(),
                  frame.row(tile.rect.y0 + row) + std::ptrdiff_t(tile.rect.x0) * 3);
     }
+  }
+
+  /// The topmost step that hides all below it; false when there is none.
+  template <typename Texture>
+  static bool find_first(const Plan& plan, int x, int y, std::size_t& first) {
+    bool in_cast = false;
+    for (std::size_t i = plan.steps.size(); i-- > 0;) {
+      const Item* const step = plan.steps[i];
+      if (!step) {
+        in_cast = !in_cast;
+      } else if (!in_cast && step->texture<Texture>().opaque() && step->layer.covers(x, y)) {
+        first = i;
+        return true;
+      }
+    }
+    return false;
+  }
+
+  void find_steps(int x, int y, Plan& plan) const {
+    plan.steps.clear();
+    plan.group.clear();
+    for (const Item& item : items_) {
+      if (!item.touches(x, y)) continue;
+      if (item.room) {
+        plan.group.push_back(&item);
+        continue;
+      }
+      add_group(x, y, plan);
+      plan.steps.push_back(&item);
+    }
+    add_group(x, y, plan);
+  }
+
+  /// The group's steps: its planes by depth, or a cast. Empties it.
+  void add_group(int x, int y, Plan& plan) const {
+    std::vector<const Item*>& group = plan.group;
+    const std::size_t count = group.size();
+    const auto is_mesh = [](const Item* item) { return item->is_mesh(); };
+    bool ordered = std::none_of(group.begin(), group.end(), is_mesh) && find_order(x, y, plan);
+    const auto must_wait = [&](std::size_t i) {
+      for (std::size_t j = 0; j < count; ++j)
+        if (group[j] && j != i && plan.order[std::max(i, j) * count + std::min(i, j)] == (j > i ? 1 : -1))
+          return true;
+      return false;
+    };
+    for (std::size_t left = count; ordered && left > 0; --left) {
+      // The first in the scene's order that nothing left must come before. There is none where planes lie
+      // over each other in a ring.
+      std::size_t next = 0;
+      while (next < count && (!group[next] || must_wait(next))) ++next;
+      ordered = next < count;
+      if (!ordered) break;
+      plan.steps.push_back(group[next]);
+      group[next] = nullptr;
+    }
+    if (!ordered) {
+      plan.steps.push_back(nullptr);
+      for (const Item* const item : group)
+        if (item) plan.steps.push_back(item);
+      plan.steps.push_back(nullptr);
+    }
+    group.clear();
+  }
+
+  /// Which of each two overlapping planes is drawn first; false where that is not the same all over the tile.
+  bool find_order(int x, int y, Plan& plan) const {
+    const std::size_t count = plan.group.size();
+    plan.order.assign(count * count, 0);
+    for (std::size_t later = 1; later < count; ++later)
+      for (std::size_t earlier = 0; earlier < later; ++earlier) {
+        const Item &a = *plan.group[earlier], &b = *plan.group[later];
+        if (!a.layer.overlaps(b.layer, x, y)) continue;
+        const auto hidden = hides(a.room->facets()[0], b.room->facets()[0], lens_.pieces(x, y));
+        if (!hidden) return false;
+        plan.order[later * count + earlier] = *hidden ? 1 : -1;
+      }
+    return true;
+  }
+
+  /// Casts at the steps from `first` up to the next nullptr, whose place is returned.
+  template <typename Pixel>
+  std::size_t cast(Plan& plan, std::size_t first, Tile<Pixel>& tile) const {
+    using Texture = std::conditional_t<std::is_same_v<Pixel, Light>, LightTexture, ValueTexture>;
+    std::vector<RoomItem<Texture>>& items = plan.template cast<Texture>();
+    items.clear();
+    for (; plan.steps[first]; ++first)
+      items.push_back({&*plan.steps[first]->room, &plan.steps[first]->template texture<Texture>()});
+    if (!plan.room) plan.room = std::make_unique<RoomTile>();
+    plan.room->draw(items, lens_.pieces(tile.x, tile.y), area(), kernels_, tile);
+    return first;
   }
 
   /// Asks for the memory that will be written when the tile is drawn.
@@ -178,96 +303,6 @@ class CpuRenderer::State {
       const std::uint8_t* const row = frame.row(y);
       for (int i = rect.x0 * 3; i < rect.x1 * 3; i += kLine) __builtin_prefetch(row + i, 1);
     }
-  }
-
-  /// The steps for a tile, back to front. Surfaces in the room hide each other by distance; pixel surfaces
-  /// stay in the scene's order.
-  void plan(int tile_x, int tile_y, Scratch& scratch) const {
-    scratch.items.clear();
-    scratch.steps.clear();
-    std::size_t run = 0;  // where the surfaces in the room begin that no pixel surface parts
-    const auto end_run = [&] {
-      const std::size_t count = scratch.items.size() - run;
-      if (count == 0) return;
-      if (order(tile_x, tile_y, &scratch.items[run], count))
-        for (std::size_t i = 0; i < count; ++i) scratch.steps.push_back({run + i, 1, false});
-      else
-        scratch.steps.push_back({run, count, true});
-      run += count;
-    };
-    for (std::size_t i = 0; i < items_.size(); ++i) {
-      const Item& item = items_[i];
-      if (item.is_mesh ? item.room.boxes(tile_x, tile_y).empty() : !item.layer.touches(tile_x, tile_y))
-        continue;
-      if (!item.in_room) end_run();
-      scratch.items.push_back(i);
-      if (item.in_room) continue;
-      scratch.steps.push_back({run, 1, false});
-      ++run;
-    }
-    end_run();
-  }
-
-  /// Sorts surfaces of the room back to front if that is one order all over the tile.
-  bool order(int tile_x, int tile_y, std::size_t* items, std::size_t count) const {
-    for (std::size_t i = 0; i < count; ++i)
-      if (items_[items[i]].is_mesh) return false;
-    // A handful. Nothing is moved before all pairs are known to have an order.
-    for (std::size_t i = 0; i < count; ++i)
-      for (std::size_t j = 0; j < i; ++j)
-        if (!is_hidden(items[i], items[j], tile_x, tile_y)) return false;
-    for (std::size_t i = 1; i < count; ++i)
-      for (std::size_t j = i; j > 0 && *is_hidden(items[j], items[j - 1], tile_x, tile_y); --j)
-        std::swap(items[j], items[j - 1]);
-    return true;
-  }
-
-  /// Does plane a lie behind plane b all over the tile? Where they lie together the earlier is behind.
-  /// nullopt: here a is, there b.
-  std::optional<bool> is_hidden(std::size_t a, std::size_t b, int tile_x, int tile_y) const {
-    const auto nearness = [&](std::size_t i) {
-      const float(&n)[3] = items_[i].room.facets()[0].nearness;
-      return Eigen::RowVector3d(double(n[0]), double(n[1]), double(n[2]));
-    };
-    const std::size_t later = std::max(a, b), earlier = std::min(a, b);
-    const Eigen::RowVector3d ahead = (1 - double(kTogether)) * nearness(earlier) - nearness(later);
-    bool earlier_somewhere = false, later_somewhere = false;
-    for (const LensPiece& piece : lens_.pieces(tile_x, tile_y)) {
-      const Patch::Bounds bounds = piece.direction_from_pixel.bounds(ahead);
-      earlier_somewhere |= bounds.high > 0;
-      later_somewhere |= bounds.low <= 0;
-    }
-    if (earlier_somewhere && later_somewhere) return std::nullopt;
-    return (earlier_somewhere ? later : earlier) == a;
-  }
-
-  template <typename Texture>
-  void draw_step(Scratch& scratch, const Step& step, Tile<typename Texture::Pixel>& tile) const {
-    if (!step.cast) {
-      const Item& item = items_[scratch.items[step.first_item]];
-      item.layer.draw(item.template texture<Texture>(), kernels_, tile);
-      return;
-    }
-    auto& items = [&]() -> auto& {
-      if constexpr (std::is_same_v<Texture, LightTexture>)
-        return scratch.light;
-      else
-        return scratch.values;
-    }
-    ();
-    items.clear();
-    for (std::size_t i = 0; i < step.count; ++i) {
-      const Item& item = items_[scratch.items[step.first_item + i]];
-      items.push_back({&item.room, &item.template texture<Texture>()});
-    }
-    if (!scratch.room) scratch.room = std::make_unique<RoomTile>();
-    scratch.room->draw(items, lens_.pieces(tile.x, tile.y), area(), kernels_, tile);
-  }
-
-  template <typename Texture>
-  bool hides(const Scratch& scratch, const Step& step, int tile_x, int tile_y) const {
-    const Item& item = items_[scratch.items[step.first_item]];
-    return !step.cast && item.template texture<Texture>().opaque() && item.layer.covers(tile_x, tile_y);
   }
 
   template <typename Pixel>
@@ -289,7 +324,7 @@ class CpuRenderer::State {
   Workers workers_;
   LensMap lens_;
   std::vector<Item> items_;
-  std::vector<Scratch> scratch_;
+  std::vector<Plan> plans_;
 };
 
 CpuRenderer::CpuRenderer(const RenderOptions& options) : state_(std::make_unique<State>(options)) {}

@@ -114,6 +114,20 @@ int PlaneLayer::levels() const {
   return coarsest + 1;
 }
 
+bool PlaneLayer::overlaps(const PlaneLayer& other, int tile_x, int tile_y) const {
+  const MapTile *a = map_tile(tile_x, tile_y), *b = other.map_tile(tile_x, tile_y);
+  if (!a || !b) return false;
+  const auto meet = [](int begin, int end, int other_begin, int other_end) {
+    return std::max(begin, other_begin) < std::min(end, other_end);
+  };
+  for (std::size_t y = 0; y < a->spans.size(); ++y) {
+    const Span &p = a->spans[y], &q = b->spans[y];
+    if (meet(p.full_begin, p.full_end, q.begin, q.end) || meet(p.begin, p.end, q.full_begin, q.full_end))
+      return true;
+  }
+  return false;
+}
+
 void PlaneLayer::make_band(int y, const LensMap& lens, bool area) {
   Band& band = bands_[std::size_t(y)];
   band.tiles.clear();
@@ -143,11 +157,7 @@ PlaneLayer::MapTile PlaneLayer::make_tile(const PixelRect& rect, const LensPiece
   constexpr float kScale[12] = {1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1};
   Classes classes;
   int filled_pixels = 0;
-  struct Drawn {
-    Patch q;
-    PixelRect rect;
-  };
-  thread_local std::vector<Drawn> drawn;
+  std::vector<DrawnPiece>& drawn = band.drawn;
   drawn.clear();
   for (std::size_t n = 0; n < count; ++n) {
     const Patch q = view_.content_from_direction * pieces[n].direction_from_pixel;
@@ -183,7 +193,7 @@ PlaneLayer::MapTile PlaneLayer::make_tile(const PixelRect& rect, const LensPiece
   tile.whole = filled_pixels == rect.width() * rect.height();
 
   const auto at = [&](int x, int y) {
-    for (const Drawn& d : drawn)
+    for (const DrawnPiece& d : drawn)
       if (x >= d.rect.x0 && x < d.rect.x1 && y >= d.rect.y0 && y < d.rect.y1)
         return footprint_at(d.q, d.rect, x, y);
     return Footprint{Vec3(0.5, 0.5, 1), Vec3::Zero(), Vec3::Zero()};  // between pieces: nothing is drawn

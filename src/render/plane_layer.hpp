@@ -41,8 +41,11 @@ class PlaneLayer {
   /// The levels of the content's pyramid that are looked at.
   int levels() const;
 
-  /// Is any of it on this tile?
   bool touches(int tile_x, int tile_y) const { return map_tile(tile_x, tile_y) != nullptr; }
+
+  /// Is there a pixel of the tile that one of the two fills and the other touches?
+  bool overlaps(const PlaneLayer& other, int tile_x, int tile_y) const;
+
   /// Does the content hide all that lies under it on this tile, if it is opaque?
   bool covers(int tile_x, int tile_y) const {
     const MapTile* tile = map_tile(tile_x, tile_y);
@@ -75,8 +78,13 @@ class PlaneLayer {
     std::array<Taps, kTileHeight / kStrip> taps;
     std::array<Span, kTileHeight> spans;
   };
+  struct DrawnPiece {
+    Patch q;
+    PixelRect rect;  ///< in the tile
+  };
   struct Band {
-    int first = 0;  ///< the tile of tiles[0]
+    std::vector<DrawnPiece> drawn;  ///< of the tile that is being made
+    int first = 0;                  ///< the tile of tiles[0]
     std::vector<MapTile> tiles;
     std::vector<Piece> pieces;
     std::vector<Light> border;  ///< share of the pixel that is covered, of kFull

@@ -2,8 +2,7 @@
 
 #include <Eigen/LU>
 
-#include "footprint.hpp"
-#include "texture.hpp"
+#include "mean_content.hpp"
 
 namespace procam::render {
 
@@ -52,25 +51,6 @@ std::optional<Vec2> lighting_pixel(const Projector& projector, const Camera& cam
   const auto point = intersect(projector_from_camera * Ray{Vec3::Zero(), *bearing}, plane_in_projector);
   if (!point) return std::nullopt;
   return projector.pixel_lighting(*point);
-}
-
-/// Mean of the picture over the footprint, q_z = 1 everywhere; light 0..1.
-std::array<float, 3> mean_content(const LightTexture& picture, const Kernels& kernels, const Footprint& f) {
-  const TexelsView<Light> finest = picture.level(0);
-  const PixelSize size = pixel_size(f, Vec2::Zero(), {finest.width, finest.height});
-  const Taps taps = choose_taps(size, size, size, picture.levels());
-  const TexelsView<Light> level = picture.level(taps.level);
-  Points point;
-  const auto set = [&](const Vec3& q, float* u, float* v) {
-    *u = float(q.x() * level.width);
-    *v = float(q.y() * level.height);
-  };
-  set(f.centre, point.u, point.v);
-  set(f.slope_x, point.u_x, point.v_x);
-  set(f.slope_y, point.u_y, point.v_y);
-  Light mean[4 * kLanes];
-  kernels.sample_light(level, taps, point, 0, 1, mean);
-  return {float(mean[0]) / kFull, float(mean[1]) / kFull, float(mean[2]) / kFull};
 }
 
 }  // namespace
@@ -160,22 +140,18 @@ ImageU8 preview(const Scene& scene, const Projector& projector, ViewU8 frame, co
   ImageU8 view(camera.size, 3);
   workers.run(view.height(), [&](int y) {
     for (int x = 0; x < view.width(); ++x) {
-      std::array<float, 3> seen;
-      seen.fill(kRoom);
+      Rgba seen = Rgba::Constant(kRoom);
       if (const PlanarItem* item = nearest(Vec2(x, y))) {
-        seen.fill(kSurface);
+        seen = Rgba::Constant(kSurface);
         if (const auto footprint = frame_footprint(Vec2(x, y), item->plane_in_projector)) {
           const Coverage lit = coverage(*footprint);
-          if (lit.area > 0) {
-            const std::array<float, 3> content = mean_content(light, kernels, *footprint);
-            for (std::size_t k = 0; k < 3; ++k)
-              seen[k] += float(lit.area) * (kBlackLevel + (1 - kSurface - kBlackLevel) * content[k]);
-          }
+          if (lit.area > 0)
+            seen += float(lit.area) * (kBlackLevel + (1 - kSurface - kBlackLevel) *
+                                                         mean_content(light, kernels, *footprint, true));
         }
       }
       for (int k = 0; k < 3; ++k)
-        view.at(x, y, k) =
-            curve.value(Light(std::lround(float(kFull) * std::min(1.0f, seen[std::size_t(k)]))));
+        view.at(x, y, k) = curve.value(Light(std::lround(kFull * std::min(1.0f, seen[k]))));
     }
   });
   return view;

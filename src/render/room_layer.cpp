@@ -78,31 +78,18 @@ FacetBox box_of(const Projector& projector, const std::array<Vec3, 3>& corners,
           whole(std::ceil(high.y() + kBoxMargin) + 1, size.height), facet};
 }
 
-bool same(const Pose& a, const Pose& b) {
-  return a.rotation.coeffs() == b.rotation.coeffs() && a.translation == b.translation;
-}
-
 void set(const Vec3& from, float (&to)[3]) {
   for (int k = 0; k < 3; ++k) to[k] = float(from[k]);
 }
 
 }  // namespace
 
-bool RoomLayer::update(const PlacedPlane& placed, const Projector& projector, bool same_lens) {
+RoomLayer::RoomLayer(const PlacedPlane& placed, const TileGrid& grid) : is_plane_(true), grid_(grid) {
   const Pose& pose = placed.projector_from_surface;
-  if (same_lens && is_plane_ && placed.plane_from_content == plane_from_content_ &&
-      same(pose, projector_from_surface_))
-    return false;
-  is_plane_ = true;
-  mesh_.reset();
-  plane_from_content_ = placed.plane_from_content;
-  projector_from_surface_ = pose;
-  facets_.clear();
   Mat3 direction_from_plane = pose.rotation_matrix();
   direction_from_plane.col(2) = pose.translation;
   const Mat3 direction_from_content = direction_from_plane * placed.plane_from_content;
   const double scale = direction_from_content.norm();
-  everywhere_.clear();
   if (std::abs(direction_from_content.determinant()) > 1e-15 * scale * scale * scale) {  // else edge-on
     Facet facet;
     facet.content_from_direction = direction_from_content.inverse();
@@ -111,19 +98,12 @@ bool RoomLayer::update(const PlacedPlane& placed, const Projector& projector, bo
       set((border_combinations()[i] * facet.content_from_direction).normalized().transpose(),
           facet.borders[i]);
     facets_.push_back(facet);
-    everywhere_.push_back({0, 0, projector.size().width, projector.size().height, 0});
+    everywhere_.push_back({0, 0, grid.frame.width, grid.frame.height, 0});
   }
-  return true;
 }
 
-bool RoomLayer::update(const PlacedMesh& placed, const Projector& projector, bool same_lens) {
-  if (same_lens && !is_plane_ && placed.mesh == mesh_ &&
-      same(placed.projector_from_surface, projector_from_surface_))
-    return false;
-  is_plane_ = false;
-  mesh_ = placed.mesh;
-  projector_from_surface_ = placed.projector_from_surface;
-  facets_.clear();
+RoomLayer::RoomLayer(const PlacedMesh& placed, const Projector& projector, const TileGrid& grid)
+    : is_plane_(false), grid_(grid) {
   const Mesh& mesh = *placed.mesh;
   const ViewCone cone(projector);
   const Mat3 rotation = placed.projector_from_surface.rotation_matrix();
@@ -166,14 +146,11 @@ bool RoomLayer::update(const PlacedMesh& placed, const Projector& projector, boo
     facets_.push_back(facet);
     boxes.push_back(box);
   }
-  sort_into_tiles(boxes, projector.size());
-  return true;
+  sort_into_tiles(boxes);
 }
 
-void RoomLayer::sort_into_tiles(const std::vector<FacetBox>& boxes, ImageSize size) {
-  grid_ = {size};
+void RoomLayer::sort_into_tiles(const std::vector<FacetBox>& boxes) {
   tiles_.resize(std::size_t(grid_.across()) * std::size_t(grid_.down()));
-  for (std::vector<FacetBox>& tile : tiles_) tile.clear();
   for (const FacetBox& box : boxes)
     for (int y = box.y0 / kTileHeight; y <= (box.y1 - 1) / kTileHeight; ++y)
       for (int x = box.x0 / kTileWidth; x <= (box.x1 - 1) / kTileWidth; ++x)

@@ -30,10 +30,8 @@ struct FacetBox {
 
 class RoomLayer {
  public:
-  /// The facets of this placement, unless they are those kept and the lens map is `same_lens`. Returns
-  /// whether they were made.
-  bool update(const PlacedPlane& placed, const Projector& projector, bool same_lens);
-  bool update(const PlacedMesh& placed, const Projector& projector, bool same_lens);
+  RoomLayer(const PlacedPlane& placed, const TileGrid& grid);
+  RoomLayer(const PlacedMesh& placed, const Projector& projector, const TileGrid& grid);
 
   bool is_plane() const { return is_plane_; }
   const std::vector<Facet>& facets() const { return facets_; }
@@ -43,15 +41,12 @@ class RoomLayer {
   }
 
  private:
-  void sort_into_tiles(const std::vector<FacetBox>& boxes, ImageSize size);
+  void sort_into_tiles(const std::vector<FacetBox>& boxes);
 
-  bool is_plane_ = true;
-  Mat3 plane_from_content_ = Mat3::Zero();
-  std::shared_ptr<const Mesh> mesh_;
-  Pose projector_from_surface_;
-  TileGrid grid_{};
+  bool is_plane_;
+  TileGrid grid_;
   std::vector<Facet> facets_;
-  std::vector<FacetBox> everywhere_;           ///< of a plane
+  std::vector<FacetBox> everywhere_;          ///< of a plane
   std::vector<std::vector<FacetBox>> tiles_;  ///< of a mesh
 };
 

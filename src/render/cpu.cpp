@@ -2,23 +2,11 @@
 
 #include <Eigen/LU>
 
-#include "footprint.hpp"
-#include "lens_map.hpp"
-#include "parallel.hpp"
 #include "room_layers.hpp"
 
 namespace procam::render {
 
 namespace {
-
-constexpr int kTile = 32;  ///< pixels a side of one thread's turn; as large as lens pieces usefully are
-
-/// A scene item ready to draw.
-struct Layer {
-  Texture texture;
-  std::optional<RoomLayer> room;           ///< of what stands in the room
-  Mat3 content_from_pixel = Mat3::Zero();  ///< of a pixel surface
-};
 
 /// The inverse, scaled so that its entries are of order one (the sign kept); zero when the map is singular,
 /// as for a plane through the projector.
@@ -30,72 +18,13 @@ Mat3 inverse_or_zero(const Mat3& m) {
   return inverse / inverse.norm();
 }
 
-Layer make_layer(const SceneItem& item, const Projector& projector, const LightCurve& curve, int threads) {
-  Layer layer{Texture(item.content, curve, threads), std::nullopt};
-  if (const auto* pixels = std::get_if<PlacedPixels>(&item.placement))
-    layer.content_from_pixel = inverse_or_zero(pixels->pixel_from_content);
-  else if (const auto* plane = std::get_if<PlacedPlane>(&item.placement))
-    layer.room.emplace(*plane, projector, kTile);
-  else
-    layer.room.emplace(std::get<PlacedMesh>(item.placement), projector, kTile);
-  return layer;
+PlaneView view_of(const PlacedPixels& pixels, ImageSize content) {
+  return {inverse_or_zero(pixels.pixel_from_content), false, content};
 }
-
-/// The light of one tile while it is drawn.
-struct TileLight {
-  PixelRect rect;
-  std::array<Rgba, kTile * kTile> light;
-
-  Rgba& at(int x, int y) { return light[std::size_t((y - rect.y0) * kTile + (x - rect.x0))]; }
-};
-
-void draw_pixel(const Texture& texture, const Footprint& footprint, bool whole, Rgba& light) {
-  Coverage covered;
-  if (!whole) {
-    whole = true;
-    for (const Eigen::RowVector3d& border : border_combinations()) {
-      const double side = border * footprint.centre;
-      const double reach =
-          0.5 * (std::abs(border * footprint.slope_x) + std::abs(border * footprint.slope_y));
-      if (side <= -reach) return;
-      whole = whole && side >= reach;
-    }
-    if (!whole) covered = coverage(footprint);
-    if (covered.area == 0) return;
-  }
-  const Rgba content = float(covered.area) * mean_content(texture, footprint, whole, covered.centroid);
-  light = content + (1 - content[3]) * light;
-}
-
-/// Draws the part of a plane that falls on a rectangle with known homogeneous content coordinates.
-void draw_piece(const Texture& texture, const PixelRect& rect, const Patch& q, TileLight& tile) {
-  bool whole = true;
-  for (const Eigen::RowVector3d& border : border_combinations()) {
-    const Patch::Bounds bounds = q.bounds(border);
-    if (!(bounds.high > 0)) return;
-    whole = whole && bounds.low > 0;
-  }
-  const double ds = 2.0 / rect.width(), dt = 2.0 / rect.height();  // a pixel's step in s and t
-  for (int y = rect.y0; y < rect.y1; ++y) {
-    const Quadratic3 row = q.row(rect.t(y)), down = q.row_slope(rect.t(y));
-    for (int x = rect.x0; x < rect.x1; ++x) {
-      const double s = rect.s(x);
-      const Footprint footprint{row[0] + s * (row[1] + s * row[2]), ds * (row[1] + 2 * s * row[2]),
-                                dt * (down[0] + s * (down[1] + s * down[2]))};
-      draw_pixel(texture, footprint, whole, tile.at(x, y));
-    }
-  }
-}
-
-/// Can any of the plane's content be on the pieces?
-bool touches(const Facet& plane, const std::vector<LensPiece>& pieces) {
-  for (const LensPiece& piece : pieces) {
-    bool on_piece = true;
-    for (const Vec3& border : plane.borders)
-      on_piece = on_piece && piece.direction_from_pixel.bounds(border.transpose()).high > 0;
-    if (on_piece) return true;
-  }
-  return false;
+PlaneView view_of(const PlacedPlane& plane, ImageSize content) {
+  Mat3 direction_from_plane = plane.projector_from_surface.rotation_matrix();
+  direction_from_plane.col(2) = plane.projector_from_surface.translation;
+  return {inverse_or_zero(direction_from_plane * plane.plane_from_content), true, content};
 }
 
 /// Does plane `a` hide the later plane `b` all over the pieces (true), or b a (false, also where they lie
@@ -112,90 +41,301 @@ std::optional<bool> hides(const Facet& a, const Facet& b, const std::vector<Lens
   return somewhere;
 }
 
-/// Draws what stands in the room, `items` in the scene's order.
-void draw_room(const std::vector<RoomItem>& items, int turn, const std::vector<LensPiece>& pieces,
-               TileLight& tile) {
-  std::vector<RoomItem> back_to_front;
-  bool ordered = true;
-  for (const RoomItem& item : items) {
-    if (item.layer->boxes(turn).empty()) continue;
-    if (!item.layer->is_plane()) {
-      ordered = false;
-    } else if (!touches(item.layer->facets()[0], pieces)) {
-      continue;
-    }
-    back_to_front.push_back(item);
-  }
-  const std::vector<RoomItem> touching = back_to_front;
-  for (std::size_t i = 1; ordered && i < back_to_front.size(); ++i)
-    for (std::size_t j = i; ordered && j > 0; --j) {
-      RoomItem &before = back_to_front[j - 1], &item = back_to_front[j];
-      const auto hidden = hides(before.layer->facets()[0], item.layer->facets()[0], pieces);
-      ordered = hidden.has_value();
-      if (!ordered || !*hidden) break;
-      std::swap(before, item);
-    }
-  if (!ordered) return draw_cast(touching, turn, tile.rect, pieces, tile.light.data(), kTile);
-  for (const RoomItem& item : back_to_front)
-    for (const LensPiece& piece : pieces)
-      draw_piece(*item.texture, piece.rect,
-                 item.layer->facets()[0].content_from_direction * piece.direction_from_pixel, tile);
-}
-
 void require_drawable(const Scene& scene, const Projector& projector, ImageView<std::uint8_t> frame) {
-  require(frame.channels == 3 && frame.size() == projector.size() && !frame.empty(),
-          "render: the frame must have 3 channels and the projector's size");
+  if (!(frame.channels == 3 && frame.size() == projector.size() && !frame.empty()))
+    throw std::invalid_argument("render: the frame must have 3 channels and the projector's size");
   for (const SceneItem& item : scene.items) {
     const int channels = item.content.channels;
-    require(!item.content.empty() && (channels == 1 || channels == 3 || channels == 4),
-            "render: content must be a picture with 1, 3 or 4 channels, not " +
-                std::to_string(item.content.width) + "x" + std::to_string(item.content.height) + " with " +
-                std::to_string(channels));
+    if (!item.content.empty() && (channels == 1 || channels == 3 || channels == 4)) continue;
+    throw std::invalid_argument("render: content must be a picture with 1, 3 or 4 channels, not " +
+                                std::to_string(item.content.width) + "x" +
+                                std::to_string(item.content.height) + " with " + std::to_string(channels));
   }
+}
+
+bool same_view(ViewU8 a, ViewU8 b) {
+  return a.data == b.data && a.size() == b.size() && a.channels == b.channels && a.stride == b.stride;
+}
+
+void to_frame(const Kernels& kernels, const LightCurve&, const Value* from, int count, std::uint8_t* to) {
+  kernels.values_to_rgb(from, count, to);
+}
+void to_frame(const Kernels&, const LightCurve& curve, const Light* from, int count, std::uint8_t* to) {
+  for (int i = 0; i < count; ++i, from += 4)
+    for (int k = 0; k < 3; ++k) *to++ = curve.value(from[k]);
 }
 
 }  // namespace
 
-void render(const Scene& scene, const Projector& projector, ImageView<std::uint8_t> frame,
-            const RenderOptions& options) {
-  require_drawable(scene, projector, frame);
-  const LightCurve curve(options.linear_light);
-  std::vector<Layer> layers;
-  bool any_through_lens = false;
-  for (const SceneItem& item : scene.items) {
-    layers.push_back(make_layer(item, projector, curve, options.threads));
-    any_through_lens = any_through_lens || layers.back().room;
+/// A tile of the frame at a time is filled from back to front. Planes in the room are put in the order of
+/// their depth; where that changes within a tile, and where there are meshes, each pixel is cast at
+/// (room_layers.hpp). Pixel surfaces lie where the scene has them, and part what is in the room before them
+/// from what comes after.
+class CpuRenderer::State {
+ public:
+  explicit State(const RenderOptions& options)
+      : options_(options),
+        kernels_(options.wide_vectors ? best_kernels() : kPlainKernels),
+        curve_(options.linear_light),
+        workers_(options.threads) {}
+
+  RenderWork render(const Scene& scene, const Projector& projector, ImageView<std::uint8_t> frame) {
+    require_drawable(scene, projector, frame);
+    const RenderWork work = prepare(scene, projector);
+    workers_.run(lens_.grid().down(), [&](int y) {
+      if (values_only())
+        draw_band<ValueTexture>(y, scene, frame);
+      else
+        draw_band<LightTexture>(y, scene, frame);
+    });
+    return work;
   }
-  const Rgba background(curve.light(scene.background[0]), curve.light(scene.background[1]),
-                        curve.light(scene.background[2]), 1);
 
-  const int tiles_across = (frame.width + kTile - 1) / kTile, tiles_down = (frame.height + kTile - 1) / kTile;
-  parallel_for(tiles_across * tiles_down, options.threads, [&](int turn) {
-    const int x0 = turn % tiles_across * kTile, y0 = turn / tiles_across * kTile;
-    TileLight tile{{x0, y0, std::min(x0 + kTile, frame.width), std::min(y0 + kTile, frame.height)}, {}};
-    tile.light.fill(background);
+ private:
+  struct Item {
+    ViewU8 picture;
+    std::uint64_t revision = 0;
+    LightTexture light;  ///< this or the other, see values_only()
+    ValueTexture values;
+    PlacedMesh mesh;                ///< of a mesh: its pose and triangles as they were
+    PlaneLayer layer;               ///< of a plane or a pixel surface
+    std::optional<RoomLayer> room;  ///< of a plane or a mesh
 
-    std::vector<LensPiece> pieces;
-    if (any_through_lens) pieces = lens_pieces(projector, tile.rect);
-    const Patch pixels = Patch::of_pixels(tile.rect);
-    std::vector<RoomItem> together;  // in the room, between two pixel surfaces
-    for (const Layer& layer : layers) {
-      if (layer.room) {
-        together.push_back({&*layer.room, &layer.texture});
+    bool is_mesh() const { return room && !room->is_plane(); }
+    bool touches(int x, int y) const { return is_mesh() ? !room->boxes(x, y).empty() : layer.touches(x, y); }
+    template <typename Texture>
+    const Texture& texture() const {
+      if constexpr (std::is_same_v<Texture, LightTexture>)
+        return light;
+      else
+        return values;
+    }
+  };
+
+  /// What is worked out for a tile; one a band, kept from frame to frame.
+  struct Plan {
+    std::vector<const Item*> steps;  ///< back to front; nullptr: cast at what comes before the next nullptr
+    std::vector<const Item*> group;  ///< in the room, between two pixel surfaces
+    std::vector<std::int8_t> order;  ///< [later, earlier]: the later one is drawn first
+    std::vector<RoomItem<LightTexture>> cast_light;
+    std::vector<RoomItem<ValueTexture>> cast_values;
+
+    template <typename Texture>
+    std::vector<RoomItem<Texture>>& cast() {
+      if constexpr (std::is_same_v<Texture, LightTexture>)
+        return cast_light;
+      else
+        return cast_values;
+    }
+  };
+
+  bool area() const { return options_.filter == Filter::kArea; }
+  /// Plain interpolation of values needs no more than 8 bits.
+  bool values_only() const { return !area() && !options_.linear_light; }
+
+  RenderWork prepare(const Scene& scene, const Projector& projector) {
+    const bool same_lens = !lens_.update(projector, workers_);
+    plans_.resize(std::size_t(lens_.grid().down()));
+    items_.resize(scene.items.size());
+    RenderWork work;
+    for (std::size_t i = 0; i < items_.size(); ++i) {
+      const SceneItem& shown = scene.items[i];
+      Item& item = items_[i];
+      work.maps += place(shown, projector, same_lens, item);
+      const int levels = item.is_mesh() ? levels_of(shown.content.size()) : item.layer.levels();
+      if (same_view(shown.content, item.picture) && shown.content_revision == item.revision &&
+          (values_only() || levels <= item.light.levels()))
+        continue;
+      item.picture = shown.content;
+      item.revision = shown.content_revision;
+      if (values_only())
+        item.values.prepare(item.picture, workers_);
+      else
+        item.light.prepare(item.picture, curve_, levels, workers_);
+      ++work.contents;
+    }
+    return work;
+  }
+
+  /// Returns whether anything had to be made.
+  bool place(const SceneItem& shown, const Projector& projector, bool same_lens, Item& item) {
+    const ImageSize content = shown.content.size();
+    if (const auto* mesh = std::get_if<PlacedMesh>(&shown.placement)) {
+      const Pose &a = mesh->projector_from_surface, &b = item.mesh.projector_from_surface;
+      if (same_lens && item.is_mesh() && mesh->mesh == item.mesh.mesh && a.translation == b.translation &&
+          a.rotation.coeffs() == b.rotation.coeffs())
+        return false;
+      item.mesh = *mesh;
+      item.room.emplace(*mesh, projector, lens_.grid());
+      return true;
+    }
+    const auto* plane = std::get_if<PlacedPlane>(&shown.placement);
+    const PlaneView view =
+        plane ? view_of(*plane, content) : view_of(std::get<PlacedPixels>(shown.placement), content);
+    const bool made = item.layer.update(view, lens_, same_lens, area(), workers_);
+    if (!plane)
+      item.room.reset();
+    else if (made || !item.room || item.is_mesh())
+      item.room.emplace(*plane, lens_.grid());
+    return made;
+  }
+
+  template <typename Texture>
+  void draw_band(int y, const Scene& scene, ImageView<std::uint8_t> frame) {
+    Plan& plan = plans_[std::size_t(y)];
+    Tile<typename Texture::Pixel> tile;
+    tile.y = y;
+    for (tile.x = 0; tile.x < lens_.grid().across(); ++tile.x) {
+      tile.rect = lens_.grid().tile(tile.x, y);
+      fetch_ahead(tile.rect, frame);
+      find_steps(tile.x, y, plan);
+      std::size_t first = 0;
+      if (!find_first<Texture>(plan, tile.x, y, first)) fill(scene.background, tile);
+      for (std::size_t i = first; i < plan.steps.size(); ++i) {
+        if (plan.steps[i])
+          plan.steps[i]->layer.draw(plan.steps[i]->template texture<Texture>(), kernels_, tile);
+        else
+          i = cast(plan, i + 1, tile);
+      }
+      for (int row = 0; row < tile.rect.height(); ++row)
+        to_frame(kernels_, curve_, tile.row(row), tile.rect.width(),
+                 frame.row(tile.rect.y0 + row) + std::ptrdiff_t(tile.rect.x0) * 3);
+    }
+  }
+
+  /// The topmost step that hides all below it; false when there is none.
+  template <typename Texture>
+  static bool find_first(const Plan& plan, int x, int y, std::size_t& first) {
+    bool in_cast = false;
+    for (std::size_t i = plan.steps.size(); i-- > 0;) {
+      const Item* const step = plan.steps[i];
+      if (!step) {
+        in_cast = !in_cast;
+      } else if (!in_cast && step->texture<Texture>().opaque() && step->layer.covers(x, y)) {
+        first = i;
+        return true;
+      }
+    }
+    return false;
+  }
+
+  void find_steps(int x, int y, Plan& plan) const {
+    plan.steps.clear();
+    plan.group.clear();
+    for (const Item& item : items_) {
+      if (!item.touches(x, y)) continue;
+      if (item.room) {
+        plan.group.push_back(&item);
         continue;
       }
-      draw_room(together, turn, pieces, tile);
-      together.clear();
-      draw_piece(layer.texture, tile.rect, layer.content_from_pixel * pixels, tile);
+      add_group(x, y, plan);
+      plan.steps.push_back(&item);
     }
-    draw_room(together, turn, pieces, tile);
+    add_group(x, y, plan);
+  }
 
-    for (int y = tile.rect.y0; y < tile.rect.y1; ++y) {
-      std::uint8_t* to = frame.row(y) + std::ptrdiff_t(x0) * 3;
-      for (int x = x0; x < tile.rect.x1; ++x)
-        for (int channel = 0; channel < 3; ++channel) *to++ = curve.value(tile.at(x, y)[channel]);
+  /// The group's steps: its planes by depth, or a cast. Empties it.
+  void add_group(int x, int y, Plan& plan) const {
+    std::vector<const Item*>& group = plan.group;
+    const std::size_t count = group.size();
+    const auto is_mesh = [](const Item* item) { return item->is_mesh(); };
+    bool ordered = std::none_of(group.begin(), group.end(), is_mesh) && find_order(x, y, plan);
+    const auto must_wait = [&](std::size_t i) {
+      for (std::size_t j = 0; j < count; ++j)
+        if (group[j] && j != i && plan.order[std::max(i, j) * count + std::min(i, j)] == (j > i ? 1 : -1))
+          return true;
+      return false;
+    };
+    for (std::size_t left = count; ordered && left > 0; --left) {
+      // The first in the scene's order that nothing left must come before. There is none where planes lie
+      // over each other in a ring.
+      std::size_t next = 0;
+      while (next < count && (!group[next] || must_wait(next))) ++next;
+      ordered = next < count;
+      if (!ordered) break;
+      plan.steps.push_back(group[next]);
+      group[next] = nullptr;
     }
-  });
+    if (!ordered) {
+      plan.steps.push_back(nullptr);
+      for (const Item* const item : group)
+        if (item) plan.steps.push_back(item);
+      plan.steps.push_back(nullptr);
+    }
+    group.clear();
+  }
+
+  /// Which of each two overlapping planes is drawn first; false where that is not the same all over the tile.
+  bool find_order(int x, int y, Plan& plan) const {
+    const std::size_t count = plan.group.size();
+    plan.order.assign(count * count, 0);
+    for (std::size_t later = 1; later < count; ++later)
+      for (std::size_t earlier = 0; earlier < later; ++earlier) {
+        const Item &a = *plan.group[earlier], &b = *plan.group[later];
+        if (!a.layer.overlaps(b.layer, x, y)) continue;
+        const auto hidden = hides(a.room->facets()[0], b.room->facets()[0], lens_.pieces(x, y));
+        if (!hidden) return false;
+        plan.order[later * count + earlier] = *hidden ? 1 : -1;
+      }
+    return true;
+  }
+
+  /// Casts at the steps from `first` up to the next nullptr, whose place is returned.
+  template <typename Pixel>
+  std::size_t cast(Plan& plan, std::size_t first, Tile<Pixel>& tile) const {
+    using Texture = std::conditional_t<std::is_same_v<Pixel, Light>, LightTexture, ValueTexture>;
+    std::vector<RoomItem<Texture>>& items = plan.template cast<Texture>();
+    items.clear();
+    for (; plan.steps[first]; ++first)
+      items.push_back({&*plan.steps[first]->room, &plan.steps[first]->template texture<Texture>()});
+    draw_cast(items, lens_.pieces(tile.x, tile.y), kernels_, area(), tile);
+    return first;
+  }
+
+  /// Asks for the memory that will be written when the tile is drawn.
+  static void fetch_ahead(const PixelRect& rect, ImageView<std::uint8_t> frame) {
+    constexpr int kLine = 64;  // bytes
+    for (int y = rect.y0; y < rect.y1; ++y) {
+      const std::uint8_t* const row = frame.row(y);
+      for (int i = rect.x0 * 3; i < rect.x1 * 3; i += kLine) __builtin_prefetch(row + i, 1);
+    }
+  }
+
+  template <typename Pixel>
+  void fill(const std::uint8_t* background, Tile<Pixel>& tile) const {
+    Pixel colour[4];
+    for (int k = 0; k < 3; ++k) {
+      if constexpr (std::is_same_v<Pixel, Light>)
+        colour[k] = curve_.light(background[k]);
+      else
+        colour[k] = background[k];
+    }
+    colour[3] = std::is_same_v<Pixel, Light> ? Pixel(kFull) : Pixel(255);
+    for (std::size_t i = 0; i < tile.pixels.size(); i += 4) std::copy_n(colour, 4, &tile.pixels[i]);
+  }
+
+  RenderOptions options_;
+  const Kernels& kernels_;
+  LightCurve curve_;
+  Workers workers_;
+  LensMap lens_;
+  std::vector<Item> items_;
+  std::vector<Plan> plans_;
+};
+
+CpuRenderer::CpuRenderer(const RenderOptions& options) : state_(std::make_unique<State>(options)) {}
+CpuRenderer::CpuRenderer(CpuRenderer&&) noexcept = default;
+CpuRenderer& CpuRenderer::operator=(CpuRenderer&&) noexcept = default;
+CpuRenderer::~CpuRenderer() = default;
+
+RenderWork CpuRenderer::render(const Scene& scene, const Projector& projector,
+                               ImageView<std::uint8_t> frame) {
+  return state_->render(scene, projector, frame);
+}
+
+void render(const Scene& scene, const Projector& projector, ImageView<std::uint8_t> frame,
+            const RenderOptions& options) {
+  CpuRenderer(options).render(scene, projector, frame);
 }
 
 ImageU8 render(const Scene& scene, const Projector& projector, const RenderOptions& options) {

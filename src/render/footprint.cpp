@@ -1,5 +1,6 @@
 #include "footprint.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace procam::render {
@@ -9,10 +10,8 @@ namespace {
 /// Narrow side of the footprint in texels of the level that is sampled, at least (at most twice as many).
 /// Larger: closer to the exact mean; the number of samples grows with its square.
 constexpr double kNarrowTexels = 3;
-/// Samples along one side of a pixel, at most: beyond it (anisotropy over 5) a coarser level is used.
-constexpr int kMostSamples = 48;
 /// Samples a texel along each side.
-constexpr double kDensity = 1.5;
+constexpr double kDensity = 1.25;
 
 /// The width, in level-0 texels, over which samples are spread along one side of a pixel that is `texels`
 /// long. From sqrt(2) texels on the whole side: the mean of the area. Up to one texel zero: plain
@@ -21,55 +20,21 @@ double spread(double squared_texels) {
   return std::sqrt(squared_texels * std::min(1.0, std::max(0.0, squared_texels - 1)));
 }
 
-struct SampleGrid {
-  int level = 0;
-  int across = 1, down = 1;                 ///< samples along x and y
-  double share_across = 0, share_down = 0;  ///< of the pixel's side over which they are spread
-};
-
-/// `q` is where in the footprint the content's scale is taken.
-SampleGrid sample_grid(const Texture& texture, const Footprint& f, const Vec3& q) {
-  // d (content texel) / d (pixel), columns for x and y.
-  const double inverse = 1 / q.z();
-  const Vec2 uv = inverse * q.head<2>();
-  const Vec2 size(texture.width(), texture.height());
-  const Vec2 jx = inverse * size.cwiseProduct(f.slope_x.head<2>() - uv * f.slope_x.z());
-  const Vec2 jy = inverse * size.cwiseProduct(f.slope_y.head<2>() - uv * f.slope_y.z());
-  const double xx = jx.squaredNorm(), yy = jy.squaredNorm();
-  SampleGrid grid;
-  if (!(xx > 1) && !(yy > 1)) return grid;
-
-  const double xy = jx.dot(jy), half_difference = 0.5 * (xx - yy);
-  const double narrow_squared =
-      std::max(0.0, 0.5 * (xx + yy) - std::sqrt(half_difference * half_difference + xy * xy));
-  const double width_x = spread(xx), width_y = spread(yy);
-  const double widest = std::max(width_x, width_y);
-  while (grid.level + 1 < texture.levels() &&
-         (narrow_squared >= std::pow(2 * kNarrowTexels * double(1 << grid.level), 2) ||
-          kDensity * widest > kMostSamples * double(1 << grid.level)))
-    ++grid.level;
-
-  // A texel of level l is a mean over 2^l texels, and interpolating in it spreads it as a tent of that half
-  // width: 12 times their variance beyond level 0's is 3 (4^l - 1), which the samples need not add again.
-  const double texel = double(1 << grid.level);
-  const double already = 3 * (texel * texel - 1);
-  const auto spread_at_level = [&](double width, double squared_length, int& samples, double& share) {
-    const double rest = std::sqrt(std::max(0.0, width * width - already));
-    samples = std::min(kMostSamples, std::max(1, int(std::ceil(kDensity * rest / texel))));
-    share = squared_length > 0 ? rest / std::sqrt(squared_length) : 0;
-  };
-  spread_at_level(width_x, xx, grid.across, grid.share_across);
-  spread_at_level(width_y, yy, grid.down, grid.share_down);
-  return grid;
+/// The same in a level whose texels are `texel` long. A texel there is a mean over that many, and
+/// interpolating in it spreads it as a tent of that half width: 12 times their variance beyond level 0's is 3
+/// (texel^2 - 1), which the samples need not add again.
+double spread_at_level(double squared_texels, double texel) {
+  const double width = spread(squared_texels);
+  return std::sqrt(std::max(0.0, width * width - 3 * (texel * texel - 1)));
 }
 
-bool is_inside(const Vec3& q) {
-  return q.x() >= 0 && q.y() >= 0 && q.x() <= q.z() && q.y() <= q.z() && q.z() > 0;
+int samples(double spread_width, double texel) {
+  // Far beyond what is ever used, but within an int.
+  return 1 + int(std::min(1e6, std::ceil(std::max(0.0, kDensity * spread_width / texel - 1))));
 }
 
-Rgba sample(const Texture& texture, const Vec3& q, int level) {
-  const double inverse = 1 / q.z();
-  return texture.sample(float(q.x() * inverse), float(q.y() * inverse), level);
+float share(double squared_texels, double texel) {
+  return squared_texels > 0 ? float(spread_at_level(squared_texels, texel) / std::sqrt(squared_texels)) : 0;
 }
 
 }  // namespace
@@ -105,26 +70,34 @@ Coverage coverage(const Footprint& f) {
   return {std::min(1.0, 0.5 * twice_area), moment / (3 * twice_area)};
 }
 
-Rgba mean_content(const Texture& texture, const Footprint& f, bool whole, const Vec2& inside) {
-  const Vec3 q_inside = f.centre + inside.x() * f.slope_x + inside.y() * f.slope_y;
-  const SampleGrid grid = sample_grid(texture, f, q_inside);
-  if (whole && grid.across == 1 && grid.down == 1) return sample(texture, f.centre, grid.level);
+PixelSize pixel_size(const Footprint& f, const Vec2& at, ImageSize content) {
+  // d (content texel) / d (pixel), columns for x and y.
+  const Vec3 q = f.centre + at.x() * f.slope_x + at.y() * f.slope_y;
+  const double inverse = 1 / q.z();
+  const Vec2 uv = inverse * q.head<2>(), size(content.width, content.height);
+  const Vec2 jx = inverse * size.cwiseProduct(f.slope_x.head<2>() - uv * f.slope_x.z());
+  const Vec2 jy = inverse * size.cwiseProduct(f.slope_y.head<2>() - uv * f.slope_y.z());
+  const double xx = jx.squaredNorm(), yy = jy.squaredNorm(), xy = jx.dot(jy);
+  const double half_difference = 0.5 * (xx - yy);
+  return {xx, yy, std::max(0.0, 0.5 * (xx + yy) - std::sqrt(half_difference * half_difference + xy * xy))};
+}
 
-  Rgba sum = Rgba::Zero();
-  int count = 0;
-  const Vec3 step_x = f.slope_x * (grid.share_across / grid.across);
-  const Vec3 step_y = f.slope_y * (grid.share_down / grid.down);
-  Vec3 row = f.centre - 0.5 * (grid.across - 1) * step_x - 0.5 * (grid.down - 1) * step_y;
-  for (int j = 0; j < grid.down; ++j, row += step_y) {
-    Vec3 q = row;
-    for (int i = 0; i < grid.across; ++i, q += step_x) {
-      if (!whole && !is_inside(q)) continue;
-      sum += sample(texture, q, grid.level);
-      ++count;
-    }
+Taps choose_taps(const PixelSize& typical, const PixelSize& finest, const PixelSize& largest, int levels) {
+  Taps taps;
+  if (!(largest.xx > 1) && !(largest.yy > 1)) return taps;
+  for (;; ++taps.level) {
+    const double texel = double(1 << taps.level);
+    taps.across = samples(spread_at_level(largest.xx, texel), texel);
+    taps.down = samples(spread_at_level(largest.yy, texel), texel);
+    const bool enough = finest.narrow_squared < std::pow(2 * kNarrowTexels * texel, 2) &&
+                        double(taps.across) * taps.down <= kMostTaps;
+    if (enough || taps.level + 1 >= levels) break;
   }
-  if (count > 0) return sum / float(count);
-  return sample(texture, q_inside, grid.level);
+  taps.across = std::min(taps.across, kMostTaps);
+  taps.down = std::min(taps.down, kMostTaps / taps.across);
+  taps.share_across = share(typical.xx, double(1 << taps.level));
+  taps.share_down = share(typical.yy, double(1 << taps.level));
+  return taps;
 }
 
 }  // namespace procam::render

@@ -3,11 +3,11 @@
 /// content covers.
 ///
 /// Inside a pixel the homogeneous content coordinates q are taken as linear in the pixel position, which is
-/// exact for a pinhole. The samples lie on a regular grid in the pixel, one a texel or closer, in a pyramid
-/// level that is fine against the footprint's narrow side: a long footprint (grazing light) is averaged along
-/// its length and not blurred across.
+/// exact for a pinhole. The samples lie on a regular grid in the pixel, about one a texel, in a pyramid level
+/// that is fine against the footprint's narrow side: a long footprint (grazing light) is averaged along its
+/// length and not blurred across.
+#include "kernels.hpp"
 #include "patch.hpp"
-#include "texture.hpp"
 
 namespace procam::render {
 
@@ -32,8 +32,16 @@ struct Coverage {
 };
 Coverage coverage(const Footprint& footprint);
 
-/// Mean of the content over the footprint. `whole`: the pixel lies inside the content entirely; else samples
-/// outside are left out of the mean, and `inside` (dx, dy) stands in when none is inside.
-Rgba mean_content(const Texture& texture, const Footprint& footprint, bool whole, const Vec2& inside);
+/// How large pixels are in the content: squared lengths of their sides, and across, in texels.
+struct PixelSize {
+  double xx = 0, yy = 0;      ///< the side along x, along y
+  double narrow_squared = 0;  ///< the narrowest width of the parallelogram's ellipse
+};
+/// At (dx, dy) of the footprint, which must be in front of the horizon.
+PixelSize pixel_size(const Footprint& footprint, const Vec2& at, ImageSize content);
+
+/// The samples for pixels of about one size: `typical`, none of them finer than `finest` or larger than
+/// `largest`, from the finest `levels` of the pyramid.
+Taps choose_taps(const PixelSize& typical, const PixelSize& finest, const PixelSize& largest, int levels);
 
 }  // namespace procam::render

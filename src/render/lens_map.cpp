@@ -1,5 +1,10 @@
 #include "lens_map.hpp"
 
+#include <Eigen/LU>
+#include <optional>
+
+#include "procam/render/cpu.hpp"
+
 namespace procam::render {
 
 namespace {
@@ -64,17 +69,44 @@ void add(const Projector& projector, const PixelRect& rect, std::vector<LensPiec
   add(projector, {x, y, rect.x1, rect.y1}, pieces);
 }
 
-}  // namespace
-
-std::vector<LensPiece> lens_pieces(const Projector& projector, const PixelRect& rect) {
-  std::vector<LensPiece> pieces;
+void add_tile(const Projector& projector, const PixelRect& rect, std::vector<LensPiece>& pieces) {
   if (std::holds_alternative<NoDistortion>(projector.inverse_camera.distortion)) {
     const Mat3 normalized_from_pixel = projector.inverse_camera.intrinsics.matrix().inverse();
     pieces.push_back({rect, normalized_from_pixel * Patch::of_pixels(rect)});
   } else {
-    add(projector, rect, pieces);
+    // As large as pieces usefully are.
+    for (int x = rect.x0; x < rect.x1; x += 2 * kTileHeight)
+      add(projector, {x, rect.y0, std::min(x + 2 * kTileHeight, rect.x1), rect.y1}, pieces);
   }
-  return pieces;
+}
+
+bool same(const Projector& a, const Projector& b) {
+  const Camera &p = a.inverse_camera, &q = b.inverse_camera;
+  return p.size == q.size && p.intrinsics.to_array() == q.intrinsics.to_array() &&
+         p.distortion.index() == q.distortion.index() &&
+         std::visit(
+             [&](const auto& model) {
+               return model.coefficients ==
+                      std::get<std::decay_t<decltype(model)>>(q.distortion).coefficients;
+             },
+             p.distortion);
+}
+
+}  // namespace
+
+bool LensMap::update(const Projector& projector, Workers& workers) {
+  if (!pieces_.empty() && same(projector, projector_)) return false;
+  projector_ = projector;
+  const TileGrid tiles = grid();
+  pieces_.resize(std::size_t(tiles.across() * tiles.down()));
+  workers.run(tiles.down(), [&](int y) {
+    for (int x = 0; x < tiles.across(); ++x) {
+      std::vector<LensPiece>& pieces = pieces_[std::size_t(y * tiles.across() + x)];
+      pieces.clear();
+      add_tile(projector, tiles.tile(x, y), pieces);
+    }
+  });
+  return true;
 }
 
 }  // namespace procam::render

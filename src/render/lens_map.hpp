@@ -1,15 +1,16 @@
 #pragma once
-/// Pixel -> direction of its ray, over a rectangle of pixels, to kLensTolerancePx.
+/// Pixel -> direction of its ray, over a rectangle of pixels, to kLensTolerancePx (render/cpu.hpp).
 ///
 /// The inverse of a lens model takes an iteration a pixel. Its values at nine pixels carry a biquadratic
 /// through them, which is compared with the lens model forwards (a direct formula) where such polynomials err
 /// most; a rectangle that fails is quartered.
-#include <optional>
+#include <algorithm>
 #include <vector>
 
+#include "kernels.hpp"
 #include "patch.hpp"
 #include "procam/core/projector.hpp"
-#include "procam/render/cpu.hpp"
+#include "workers.hpp"
 
 namespace procam::render {
 
@@ -19,7 +20,33 @@ struct LensPiece {
   Patch direction_from_pixel;
 };
 
-/// The pieces that make up the rectangle, less the pixels that no ray leaves (outside the lens model).
-std::vector<LensPiece> lens_pieces(const Projector& projector, const PixelRect& rect);
+/// The frame in tiles of kTileWidth x kTileHeight pixels.
+struct TileGrid {
+  ImageSize frame;
+
+  int across() const { return (frame.width + kTileWidth - 1) / kTileWidth; }
+  int down() const { return (frame.height + kTileHeight - 1) / kTileHeight; }
+  PixelRect tile(int x, int y) const {
+    return {x * kTileWidth, y * kTileHeight, std::min((x + 1) * kTileWidth, frame.width),
+            std::min((y + 1) * kTileHeight, frame.height)};
+  }
+};
+
+/// The pieces of every tile of a projector's frame, kept as long as the projector does not change.
+class LensMap {
+ public:
+  /// Returns whether anything changed.
+  bool update(const Projector& projector, Workers& workers);
+
+  TileGrid grid() const { return {projector_.size()}; }
+  /// The pieces that make up the tile, less the pixels that no ray leaves (outside the lens model).
+  const std::vector<LensPiece>& pieces(int x, int y) const {
+    return pieces_[std::size_t(y * grid().across() + x)];
+  }
+
+ private:
+  Projector projector_;
+  std::vector<std::vector<LensPiece>> pieces_;
+};
 
 }  // namespace procam::render

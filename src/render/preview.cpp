@@ -2,8 +2,7 @@
 
 #include <Eigen/LU>
 
-#include "footprint.hpp"
-#include "parallel.hpp"
+#include "mean_content.hpp"
 
 namespace procam::render {
 
@@ -97,7 +96,10 @@ ImageU8 preview(const Scene& scene, const Projector& projector, ViewU8 frame, co
   require(frame.channels == 3 && frame.size() == projector.size() && !frame.empty(),
           "preview: the frame must have 3 channels and the projector's size");
   const LightCurve curve(true);
-  const Texture light(frame, curve, options.threads);
+  const Kernels& kernels = options.wide_vectors ? best_kernels() : kPlainKernels;
+  Workers workers(options.threads);
+  LightTexture light;
+  light.prepare(frame, curve, levels_of(frame.size()), workers);
   const std::vector<PlanarItem> items = planar_items(scene);
   const Pose projector_from_camera = viewpoint.camera_from_projector.inverse();
   const Camera& camera = viewpoint.camera;
@@ -136,7 +138,7 @@ ImageU8 preview(const Scene& scene, const Projector& projector, ViewU8 frame, co
   };
 
   ImageU8 view(camera.size, 3);
-  parallel_for(view.height(), options.threads, [&](int y) {
+  workers.run(view.height(), [&](int y) {
     for (int x = 0; x < view.width(); ++x) {
       Rgba seen = Rgba::Constant(kRoom);
       if (const PlanarItem* item = nearest(Vec2(x, y))) {
@@ -144,12 +146,12 @@ ImageU8 preview(const Scene& scene, const Projector& projector, ViewU8 frame, co
         if (const auto footprint = frame_footprint(Vec2(x, y), item->plane_in_projector)) {
           const Coverage lit = coverage(*footprint);
           if (lit.area > 0)
-            seen += float(lit.area) *
-                    (kBlackLevel + (1 - kSurface - kBlackLevel) *
-                                       mean_content(light, *footprint, lit.area == 1, lit.centroid));
+            seen += float(lit.area) * (kBlackLevel + (1 - kSurface - kBlackLevel) *
+                                                         mean_content(light, kernels, *footprint, true));
         }
       }
-      for (int channel = 0; channel < 3; ++channel) view.at(x, y, channel) = curve.value(seen[channel]);
+      for (int k = 0; k < 3; ++k)
+        view.at(x, y, k) = curve.value(Light(std::lround(kFull * std::min(1.0f, seen[k]))));
     }
   });
   return view;

@@ -3,7 +3,7 @@
 #include <Eigen/LU>
 #include <cmath>
 
-#include "footprint.hpp"
+#include "mean_content.hpp"
 
 namespace procam::render {
 
@@ -80,7 +80,7 @@ FacetBox box_of(const Projector& projector, const std::array<Vec3, 3>& corners,
 
 }  // namespace
 
-RoomLayer::RoomLayer(const PlacedPlane& placed, const Projector& projector, int tile_size) : is_plane_(true) {
+RoomLayer::RoomLayer(const PlacedPlane& placed, const TileGrid& grid) : is_plane_(true), grid_(grid) {
   Mat3 direction_from_plane = placed.projector_from_surface.rotation_matrix();
   direction_from_plane.col(2) = placed.projector_from_surface.translation;
   const Mat3 direction_from_content = direction_from_plane * placed.plane_from_content;
@@ -95,12 +95,12 @@ RoomLayer::RoomLayer(const PlacedPlane& placed, const Projector& projector, int 
       facet.borders[std::size_t(facet.border_count++)] = (border * facet.content_from_direction).transpose();
     facets_.push_back(facet);
   }
-  const ImageSize size = projector.size();
-  sort_into_tiles(lit ? std::vector<FacetBox>{{0, 0, size.width, size.height, 0}} : std::vector<FacetBox>{},
-                  size, tile_size);
+  const ImageSize size = grid.frame;
+  if (lit) plane_box_ = {{0, 0, size.width, size.height, 0}};
 }
 
-RoomLayer::RoomLayer(const PlacedMesh& placed, const Projector& projector, int tile_size) : is_plane_(false) {
+RoomLayer::RoomLayer(const PlacedMesh& placed, const Projector& projector, const TileGrid& grid)
+    : is_plane_(false), grid_(grid) {
   const Mesh& mesh = *placed.mesh;
   const ViewCone cone(projector);
   const Mat3 rotation = placed.projector_from_surface.rotation_matrix();
@@ -145,17 +145,15 @@ RoomLayer::RoomLayer(const PlacedMesh& placed, const Projector& projector, int t
     facets_.push_back(facet);
     boxes.push_back(box);
   }
-  sort_into_tiles(boxes, projector.size(), tile_size);
+  sort_into_tiles(boxes);
 }
 
-void RoomLayer::sort_into_tiles(const std::vector<FacetBox>& boxes, ImageSize size, int tile_size) {
-  const int across = (size.width + tile_size - 1) / tile_size,
-            down = (size.height + tile_size - 1) / tile_size;
-  tiles_.assign(std::size_t(across) * std::size_t(down), {});
+void RoomLayer::sort_into_tiles(const std::vector<FacetBox>& boxes) {
+  tiles_.assign(std::size_t(grid_.across()) * std::size_t(grid_.down()), {});
   for (const FacetBox& box : boxes)
-    for (int j = box.y0 / tile_size; j <= (box.y1 - 1) / tile_size; ++j)
-      for (int i = box.x0 / tile_size; i <= (box.x1 - 1) / tile_size; ++i)
-        tiles_[std::size_t(j * across + i)].push_back(box);
+    for (int j = box.y0 / kTileHeight; j <= (box.y1 - 1) / kTileHeight; ++j)
+      for (int i = box.x0 / kTileWidth; i <= (box.x1 - 1) / kTileWidth; ++i)
+        tiles_[std::size_t(j * grid_.across() + i)].push_back(box);
 }
 
 namespace {
@@ -187,31 +185,40 @@ bool inside(const Facet& facet, const Vec3& d) {
 }
 
 /// A tile and one pixel round it, to tell what ends at its rim.
+template <typename Texture>
 class CastTile {
  public:
-  CastTile(const std::vector<RoomItem>& items, int tile, const PixelRect& rect,
-           const std::vector<LensPiece>& pieces)
+  using Pixel = typename Texture::Pixel;
+
+  CastTile(const std::vector<RoomItem<Texture>>& items, const std::vector<LensPiece>& pieces,
+           const Kernels& kernels, bool area, Tile<Pixel>& tile)
       : items_(items),
+        kernels_(kernels),
+        area_(area),
         tile_(tile),
-        rect_(rect),
-        across_(rect.width() + 2),
-        rays_(std::size_t(across_ * (rect.height() + 2))),
+        rect_(tile.rect),
+        across_(rect_.width() + 2),
+        rays_(std::size_t(across_ * (rect_.height() + 2))),
         known_(rays_.size(), false),
         hits_(items.size(), std::vector<Hit>(rays_.size())) {
     for (const LensPiece& piece : pieces) follow(piece);
     for (std::size_t item = 0; item < items.size(); ++item) cast(item);
   }
 
-  void draw(Rgba* light, int pitch) {
+  void draw() {
+    constexpr float kUnit = std::is_same_v<Pixel, Light> ? float(kFull) : 255.0f;
     for (int y = rect_.y0; y < rect_.y1; ++y)
       for (int x = rect_.x0; x < rect_.x1; ++x) {
         const std::size_t at = place(x, y);
         if (!known_[at]) continue;
-        Rgba& pixel = light[(y - rect_.y0) * pitch + (x - rect_.x0)];
+        Pixel* const there = tile_.row(y - rect_.y0) + 4 * (x - rect_.x0);
+        Rgba pixel = Rgba(there[0], there[1], there[2], there[3]) / kUnit;
         if (is_even(x, y))
           draw_even(at, pixel);
         else
           draw_edge(x, y, at, pixel);
+        for (int k = 0; k < 4; ++k)
+          there[k] = Pixel(std::lround(kUnit * std::min(1.0f, std::max(0.0f, pixel[k]))));
       }
   }
 
@@ -242,7 +249,7 @@ class CastTile {
   void cast(std::size_t item) {
     const RoomLayer& layer = *items_[item].layer;
     std::vector<Hit>& hits = hits_[item];
-    for (const FacetBox& box : layer.boxes(tile_)) {
+    for (const FacetBox& box : layer.boxes(tile_.x, tile_.y)) {
       const Facet& facet = layer.facets()[std::size_t(box.facet)];
       const int x0 = std::max(box.x0, rect_.x0) - 1, x1 = std::min(box.x1, rect_.x1) + 1;
       const int y0 = std::max(box.y0, rect_.y0) - 1, y1 = std::min(box.y1, rect_.y1) + 1;
@@ -301,7 +308,7 @@ class CastTile {
       footprint.slope_x *= footprint.centre.z() / reach;
       footprint.slope_y *= footprint.centre.z() / reach;
     }
-    return mean_content(*items_[item].texture, footprint, true, Vec2::Zero());
+    return mean_content(*items_[item].texture, kernels_, footprint, area_);
   }
 
   struct Fragment {
@@ -343,7 +350,7 @@ class CastTile {
     std::vector<Shown> shown;
     candidates_.clear();
     for (std::size_t a = 0; a < items_.size(); ++a)
-      for (const FacetBox& box : items_[a].layer->boxes(tile_))
+      for (const FacetBox& box : items_[a].layer->boxes(tile_.x, tile_.y))
         if (x >= box.x0 && x < box.x1 && y >= box.y0 && y < box.y1) candidates_.push_back({a, box.facet, 0});
     std::array<std::vector<std::size_t>, 16> order;
     for (std::size_t k = 0; k < 16; ++k) {
@@ -381,8 +388,10 @@ class CastTile {
     light = sum + (1 - sum[3]) * light;
   }
 
-  const std::vector<RoomItem>& items_;
-  int tile_;
+  const std::vector<RoomItem<Texture>>& items_;
+  const Kernels& kernels_;
+  bool area_;
+  Tile<Pixel>& tile_;
   PixelRect rect_;
   int across_;
   std::vector<PixelRay> rays_;
@@ -393,9 +402,15 @@ class CastTile {
 
 }  // namespace
 
-void draw_cast(const std::vector<RoomItem>& items, int tile, const PixelRect& rect,
-               const std::vector<LensPiece>& pieces, Rgba* light, int pitch) {
-  CastTile(items, tile, rect, pieces).draw(light, pitch);
+template <typename Texture>
+void draw_cast(const std::vector<RoomItem<Texture>>& items, const std::vector<LensPiece>& pieces,
+               const Kernels& kernels, bool area, Tile<typename Texture::Pixel>& tile) {
+  CastTile<Texture>(items, pieces, kernels, area, tile).draw();
 }
+
+template void draw_cast(const std::vector<RoomItem<LightTexture>>&, const std::vector<LensPiece>&,
+                        const Kernels&, bool, Tile<Light>&);
+template void draw_cast(const std::vector<RoomItem<ValueTexture>>&, const std::vector<LensPiece>&,
+                        const Kernels&, bool, Tile<Value>&);
 
 }  // namespace procam::render

@@ -15,8 +15,8 @@
 #include <memory>
 
 #include "lens_map.hpp"
+#include "plane_layer.hpp"
 #include "procam/core/scene.hpp"
-#include "texture.hpp"
 
 namespace procam::render {
 
@@ -39,30 +39,36 @@ inline constexpr double kTogether = 1e-3;
 /// A surface made ready: its facets in the projector's frame, sorted into tiles.
 class RoomLayer {
  public:
-  RoomLayer(const PlacedPlane& placed, const Projector& projector, int tile_size);
-  RoomLayer(const PlacedMesh& placed, const Projector& projector, int tile_size);
+  RoomLayer(const PlacedPlane& placed, const TileGrid& grid);
+  RoomLayer(const PlacedMesh& placed, const Projector& projector, const TileGrid& grid);
 
   bool is_plane() const { return is_plane_; }
   const std::vector<Facet>& facets() const { return facets_; }
-  /// Those that may touch a tile, by its place row by row.
-  const std::vector<FacetBox>& boxes(int tile) const { return tiles_[std::size_t(tile)]; }
+  /// Those that may touch a tile.
+  const std::vector<FacetBox>& boxes(int tile_x, int tile_y) const {
+    return is_plane_ ? plane_box_ : tiles_[std::size_t(tile_y * grid_.across() + tile_x)];
+  }
 
  private:
-  void sort_into_tiles(const std::vector<FacetBox>& boxes, ImageSize size, int tile_size);
+  void sort_into_tiles(const std::vector<FacetBox>& boxes);
 
   bool is_plane_;
+  TileGrid grid_;
   std::vector<Facet> facets_;
-  std::vector<std::vector<FacetBox>> tiles_;
+  std::vector<FacetBox> plane_box_;           ///< of a plane: everywhere
+  std::vector<std::vector<FacetBox>> tiles_;  ///< of a mesh, row by row
 };
 
 /// A layer with what is shown on it.
+template <typename Texture>
 struct RoomItem {
   const RoomLayer* layer;
   const Texture* texture;
 };
 
-/// Casts at every pixel of a tile and draws what is there over `light` (row by row, `pitch` a row).
-void draw_cast(const std::vector<RoomItem>& items, int tile, const PixelRect& rect,
-               const std::vector<LensPiece>& pieces, Rgba* light, int pitch);
+/// Casts at every pixel of a tile and draws what is there over it. `area`: means over whole pixels.
+template <typename Texture>
+void draw_cast(const std::vector<RoomItem<Texture>>& items, const std::vector<LensPiece>& pieces,
+               const Kernels& kernels, bool area, Tile<typename Texture::Pixel>& tile);
 
 }  // namespace procam::render

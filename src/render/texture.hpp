@@ -1,49 +1,64 @@
 #pragma once
-/// Content ready to be sampled: light with premultiplied alpha, in a pyramid of area means.
-#include <Eigen/Core>
-#include <algorithm>
+/// Content ready to be sampled. Its memory is kept from one picture to the next of the same size.
 #include <vector>
 
+#include "kernels.hpp"
 #include "light.hpp"
 #include "procam/core/image.hpp"
+#include "workers.hpp"
 
 namespace procam::render {
 
-using Rgba = Eigen::Array4f;  ///< light 0..1, premultiplied by the alpha in the last place
+template <typename Pixel>
+struct Texels {
+  int width = 0, height = 0;
+  std::vector<Pixel> data;
 
-class Texture {
- public:
-  /// 1 (grey), 3 (RGB) or 4 (RGBA, straight alpha) channels.
-  Texture(ViewU8 image, const LightCurve& curve, int threads);
-
-  int levels() const { return int(levels_.size()); }
-  int width() const { return levels_[0].width; }
-  int height() const { return levels_[0].height; }
-
-  /// Bilinear at content coordinates (u, v), clamped to the content's border. Level l has half as many texels
-  /// a side as level l - 1 (rounded up), each the exact mean of its area.
-  Rgba sample(float u, float v, int level) const {
-    const Level& l = levels_[std::size_t(level)];
-    const float x = std::min(std::max(u * float(l.width) - 0.5f, 0.0f), float(l.width - 1));
-    const float y = std::min(std::max(v * float(l.height) - 0.5f, 0.0f), float(l.height - 1));
-    const int x0 = int(x), y0 = int(y);
-    const int x1 = std::min(x0 + 1, l.width - 1), y1 = std::min(y0 + 1, l.height - 1);
-    const float fx = x - float(x0), fy = y - float(y0);
-    const Rgba* upper = l.texels.data() + std::ptrdiff_t(y0) * l.width;
-    const Rgba* lower = l.texels.data() + std::ptrdiff_t(y1) * l.width;
-    const Rgba a = upper[x0] + fx * (upper[x1] - upper[x0]);
-    const Rgba b = lower[x0] + fx * (lower[x1] - lower[x0]);
-    return a + fy * (b - a);
+  void resize(int w, int h) {
+    width = w;
+    height = h;
+    data.resize(std::size_t(w + 1) * std::size_t(h + 1) * 4);
   }
+  Pixel* row(int y) { return data.data() + std::ptrdiff_t(y) * (width + 1) * 4; }
+  const Pixel* row(int y) const { return data.data() + std::ptrdiff_t(y) * (width + 1) * 4; }
+  TexelsView<Pixel> view() const { return {data.data(), width, height, width + 1}; }
+};
+
+/// Level l has half as many texels a side as level l - 1 (rounded up), each the exact mean of its area; the
+/// last has one.
+int levels_of(ImageSize size);
+
+/// Light in a pyramid of area means.
+class LightTexture {
+ public:
+  using Pixel = Light;
+
+  /// 1 (grey), 3 (RGB) or 4 (RGBA, straight alpha) channels; the finest `levels` of the pyramid.
+  void prepare(ViewU8 image, const LightCurve& curve, int levels, Workers& workers);
+
+  int levels() const { return levels_made_; }
+  TexelsView<Light> level(int l) const { return levels_[std::size_t(l)].view(); }
+  bool opaque() const { return opaque_; }
 
  private:
-  struct Level {
-    int width = 0, height = 0;
-    std::vector<Rgba> texels;
-  };
-  static Level half(const Level& fine, int threads);
+  std::vector<Texels<Light>> levels_;
+  int levels_made_ = 0;
+  bool opaque_ = true;
+};
 
-  std::vector<Level> levels_;
+/// Values as they stand, in one level.
+class ValueTexture {
+ public:
+  using Pixel = Value;
+
+  void prepare(ViewU8 image, Workers& workers);
+
+  TexelsView<Value> level(int) const { return texels_.view(); }
+  bool opaque() const { return opaque_; }
+
+ private:
+  Texels<Value> texels_;
+  bool opaque_ = true;
 };
 
 }  // namespace procam::render

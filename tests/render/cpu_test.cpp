@@ -37,7 +37,7 @@ TEST(Render, ShowsOneToOneContentUnchanged) {
   scene.background[0] = 10, scene.background[1] = 200, scene.background[2] = 31;
   scene.items.push_back({one_to_one(30, 20, content), content});
   for (const bool linear_light : {true, false}) {
-    const ImageU8 frame = render(scene, small_projector(), RenderOptions{linear_light, 2});
+    const ImageU8 frame = render(scene, small_projector(), options(linear_light, 2));
     for (int y = 0; y < frame.height(); ++y)
       for (int x = 0; x < frame.width(); ++x)
         for (int c = 0; c < 3; ++c) {
@@ -54,9 +54,9 @@ TEST(Render, DrawsTheSamePixelsWhateverTheNumberOfThreads) {
   Scene scene;
   scene.items.push_back({tilted_sheet(projector, 0.4, 0.3, 1.4, 55).placement, content});
   scene.items.push_back({tilted_sheet(projector, 0.1, 0.2, 1.2, 30, Vec2(400, 500)).placement, over});
-  const ImageU8 one = render(scene, projector, RenderOptions{true, 1});
+  const ImageU8 one = render(scene, projector, options(true, 1));
   for (const int threads : {2, 5}) {
-    const ImageU8 many = render(scene, projector, RenderOptions{true, threads});
+    const ImageU8 many = render(scene, projector, options(true, threads));
     EXPECT_TRUE(std::equal(one.data(), one.data() + 1024 * 768 * 3, many.data()));
   }
 }
@@ -67,7 +67,7 @@ TEST(Render, CoversExactlyTheAreaOfTheContent) {
   const ImageU8 white(3, 2, 1, 255);
   Scene scene;
   scene.items.push_back({sheet.placement, white});
-  const ImageU8 frame = render(scene, projector, RenderOptions{false, 0});
+  const ImageU8 frame = render(scene, projector, options(false, 0));
   double covered = 0, twice_area = 0;
   for (int y = 0; y < 768; ++y)
     for (int x = 0; x < 1024; ++x) covered += frame.at(x, y) / 255.0;
@@ -95,7 +95,7 @@ TEST(Render, PutsLaterSurfacesOverEarlierOnesAndBlendsAlphaInLight) {
   EXPECT_EQ(frame.at(15, 15), 255);
   EXPECT_EQ(frame.at(25, 15), 187);  // half the light: 255 * srgb(127/255)
   EXPECT_EQ(frame.at(35, 15), 0);
-  EXPECT_EQ(render(scene, small_projector(), RenderOptions{false, 1}).at(25, 15), 127);
+  EXPECT_EQ(render(scene, small_projector(), options(false, 1)).at(25, 15), 127);
 }
 
 TEST(Render, DrawsAnyNumberOfSurfaces) {

@@ -45,7 +45,7 @@ struct Psnr {
 Psnr psnr(const Projector& projector, const Sheet& sheet, const ImageU8& content) {
   Scene scene;
   scene.items.push_back({sheet.placement, content});
-  const ImageU8 frame = render::render(scene, projector, RenderOptions{false, 0});
+  const ImageU8 frame = render::render(scene, projector, options(false, 0));
   double error = 0, point_error = 0;
   int count = 0;
   for (int y = 0; y < frame.height(); ++y)
@@ -113,6 +113,31 @@ INSTANTIATE_TEST_SUITE_P(Scales, Filter,
                                          FilterCase{"five_texels_75", 1200, 75}),
                          [](const auto& tested) { return tested.param.name; });
 
+// What Filter::kBilinear promises: values as they stand, one sample at the pixel's centre.
+TEST(Filtering, BilinearIsOneSampleAtThePixelsCentre) {
+  const Projector projector = lopsided_projector();
+  const Sheet sheet = tilted_sheet(projector, 0.2, 0.211, 1.6, 60);
+  const ImageU8 content = zone_plate(900, 888);
+  Scene scene;
+  scene.items.push_back({sheet.placement, content});
+  RenderOptions bilinear_values = options(false, 0);
+  bilinear_values.filter = render::Filter::kBilinear;
+  const ImageU8 frame = render::render(scene, projector, bilinear_values);
+  int count = 0;
+  for (int y = 0; y < frame.height(); ++y)
+    for (int x = 0; x < frame.width(); ++x) {
+      const auto filled = [&](int dx, int dy) {
+        return supersampled(projector, sheet, content, x + dx, y + dy, 1).has_value();
+      };
+      if (!filled(-1, -1) || !filled(1, -1) || !filled(-1, 1) || !filled(1, 1)) continue;
+      const auto truth = supersampled(projector, sheet, content, x, y, 1);
+      // Half a value of rounding, and positions in 1/128 texel: half of that times 255 at the steepest.
+      ASSERT_NEAR(frame.at(x, y), *truth, 0.5 + 1.0 + 0.1) << x << " " << y;
+      ++count;
+    }
+  EXPECT_GT(count, 5000);
+}
+
 // Black and white lines finer than a pixel give half the light, which is value 188, as on the wall from afar.
 TEST(Filtering, AveragesLightNotNumbers) {
   const Projector projector = lopsided_projector();
@@ -122,7 +147,7 @@ TEST(Filtering, AveragesLightNotNumbers) {
   scene.items.push_back({sheet.placement, content});
   const ImageU8 frame = render::render(scene, projector);
   EXPECT_NEAR(frame.at(540, 361), 188, 2);
-  EXPECT_NEAR(render::render(scene, projector, RenderOptions{false, 0}).at(540, 361), 128, 2);
+  EXPECT_NEAR(render::render(scene, projector, options(false, 0)).at(540, 361), 128, 2);
 }
 
 // cv::warpPerspective quantises positions to 1/32 pixel, so a steep picture differs by some values.
@@ -146,7 +171,7 @@ TEST(Filtering, AgreesWithOpenCVForAMildHomography) {
   const Projector projector = lopsided_projector();
   Scene scene;
   scene.items.push_back({placed, content});
-  const ImageU8 frame = render::render(scene, projector, RenderOptions{false, 0});
+  const ImageU8 frame = render::render(scene, projector, options(false, 0));
 
   const cv::Mat source(240, 320, CV_8UC3, const_cast<std::uint8_t*>(content.data()));
   const cv::Matx33d matrix(pixel_from_texel(0, 0), pixel_from_texel(0, 1), pixel_from_texel(0, 2),

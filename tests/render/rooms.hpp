@@ -4,11 +4,19 @@
 
 #include "procam/core/projector.hpp"
 #include "procam/core/scene.hpp"
+#include "procam/render/cpu.hpp"
 
 namespace procam {
 
 inline double radians(double degrees) {
   return degrees * std::acos(-1.0) / 180;
+}
+
+inline render::RenderOptions options(bool linear_light, int threads) {
+  render::RenderOptions chosen;
+  chosen.linear_light = linear_light;
+  chosen.threads = threads;
+  return chosen;
 }
 
 /// Skewed, off-centre, its optical axis below the picture, as table-top projectors are.

@@ -10,6 +10,9 @@ namespace procam {
 struct SceneItem {
   Placement placement;
   ViewU8 content;  ///< 1, 3 (RGB) or 4 (RGBA, straight alpha) channels; must outlive the scene
+  /// Another number when the pixels in the same memory have changed (a video's frame number): who keeps
+  /// content from one frame to the next looks at this, not at the pixels.
+  std::uint64_t content_revision = 0;
 };
 
 struct Scene {

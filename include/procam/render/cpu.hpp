@@ -21,7 +21,12 @@
 /// interpolated bilinearly, and 1:1 on the pixel grid comes out unchanged. Edges of the content are
 /// antialiased by the exact share of the pixel that they cover. Content may carry straight alpha.
 ///
-/// Pixels: see docs/conventions.md. The same pixels come out whatever the number of threads.
+/// Frame after frame: a CpuRenderer keeps what does not change (docs/render.md says what each costs).
+///
+/// Pixels: see docs/conventions.md. The same pixels come out whatever the number of threads and whatever
+/// vectors the machine has.
+#include <memory>
+
 #include "procam/core/projector.hpp"
 #include "procam/core/scene.hpp"
 
@@ -30,17 +35,55 @@ namespace procam::render {
 /// How far the lens map used for drawing may be from the projector's model, in projector pixels.
 inline constexpr double kLensTolerancePx = 1e-3;
 
-struct RenderOptions {
-  /// Average light rather than numbers: 8-bit values are taken as sRGB, decoded, averaged, encoded. A wall
-  /// averages light, so fine black and white lines seen from afar keep their brightness only this way. Off
-  /// for content whose numbers are not colours (codes, masks), which is then averaged as it stands.
-  bool linear_light = true;
-  int threads = 0;  ///< 0: as many as the machine has
+enum class Filter {
+  kArea,      ///< the mean over the pixel's footprint: no aliasing
+  kBilinear,  ///< one sample at the pixel's centre, as most warps do: faster, and aliases where it minifies
 };
 
-/// Draws into a frame of the projector's size with 3 channels (RGB); every pixel is written.
-/// Throws std::invalid_argument for a frame of another shape or content that is empty or has 2 or more than 4
-/// channels.
+struct RenderOptions {
+  Filter filter = Filter::kArea;
+  /// Average light rather than numbers: 8-bit values are taken as sRGB, decoded, averaged, encoded. A wall
+  /// averages light, so fine black and white lines seen from afar keep their brightness only this way. Off
+  /// for content whose numbers are not colours (codes, masks), which is then averaged as it stands; with
+  /// Filter::kBilinear that is the fastest way to draw.
+  bool linear_light = true;
+  int threads = 0;           ///< 0: as many as the machine has
+  bool wide_vectors = true;  ///< off: plain code alone, slower, for comparing; the pixels are the same
+};
+
+/// What had to be made anew for a frame; nothing for a scene that stands still.
+struct RenderWork {
+  int contents = 0;  ///< pictures prepared for sampling
+  int maps = 0;      ///< surfaces whose way to the pixels was found
+};
+
+/// Draws frame after frame and keeps what the next one can use: pictures ready to be sampled, the lens map
+/// and every surface's warp map, threads and memory. Nothing is allocated for a frame that needs nothing
+/// anew, or whose new pictures have the size of the old; where pixels are cast at one by one (meshes, planes
+/// that cut each other) memory is taken and given back.
+///
+/// Items are recognised by their place in the scene. A picture is prepared again when its view points
+/// elsewhere or its content_revision differs; pixels changed behind an unchanged view and revision are not
+/// noticed. A surface that moves makes its own map again, and no other; a change of the projector's lens or
+/// size makes all.
+class CpuRenderer {
+ public:
+  explicit CpuRenderer(const RenderOptions& options = {});
+  CpuRenderer(CpuRenderer&&) noexcept;
+  CpuRenderer& operator=(CpuRenderer&&) noexcept;
+  ~CpuRenderer();
+
+  /// Draws into a frame of the projector's size with 3 channels (RGB); every pixel is written.
+  /// Throws std::invalid_argument for a frame of another shape or content that is empty or has 2 or more than
+  /// 4 channels.
+  RenderWork render(const Scene& scene, const Projector& projector, ImageView<std::uint8_t> frame);
+
+ private:
+  class State;
+  std::unique_ptr<State> state_;
+};
+
+/// One frame by a renderer of its own.
 void render(const Scene& scene, const Projector& projector, ImageView<std::uint8_t> frame,
             const RenderOptions& options = {});
 

@@ -1,0 +1,120 @@
+#include <algorithm>
+#include <cmath>
+
+#include "kernels.hpp"
+
+namespace procam::render {
+
+namespace {
+
+void locate(const RowMap& row, int begin, int end, bool slopes, Points& points) {
+  for (int i = begin; i < end; ++i) {
+    const float s = row.s0 + float(i) * row.ds;
+    float q[3];
+    for (int k = 0; k < 3; ++k) q[k] = row.q[k] + s * (row.q[3 + k] + s * row.q[6 + k]);
+    // Beyond the horizon (only under pixels that the content touches in part): somewhere at the border.
+    const float inverse = 1.0f / (q[2] > 1e-9f ? q[2] : 1e-9f);
+    const float u = q[0] * inverse, v = q[1] * inverse;
+    points.u[i] = u;
+    points.v[i] = v;
+    if (!slopes) continue;
+    float right[3], down[3];
+    for (int k = 0; k < 3; ++k) {
+      right[k] = row.ds * (row.q[3 + k] + (s + s) * row.q[6 + k]);
+      down[k] = row.down[k] + s * (row.down[3 + k] + s * row.down[6 + k]);
+    }
+    points.u_x[i] = (right[0] - u * right[2]) * inverse;
+    points.v_x[i] = (right[1] - v * right[2]) * inverse;
+    points.u_y[i] = (down[0] - u * down[2]) * inverse;
+    points.v_y[i] = (down[1] - v * down[2]) * inverse;
+  }
+}
+
+/// From the content's corner to texel centres, inside the first and last of them. NaN: the first.
+float inside(float position, int size) {
+  const float p = position - 0.5f;
+  const float low = p > 0 ? p : 0.0f;
+  return low < float(size - 1) ? low : float(size - 1);
+}
+
+/// Beyond a border, as far inside it.
+float mirrored(float position, int size) {
+  const float p = std::fabs(position), other = float(2 * size) - p;
+  return p < other ? p : other;
+}
+
+void sample_values(const TexelsView<Value>& texels, const Points& points, int begin, int count, Value* to) {
+  for (int i = begin; i < begin + count; ++i) {
+    const float u = inside(points.u[i], texels.width), v = inside(points.v[i], texels.height);
+    const int x = int(u), y = int(v);
+    const int right = int((u - float(x)) * 128.0f + 0.5f), down = int((v - float(y)) * 32768.0f);
+    const Value* upper = texels.data + (std::ptrdiff_t(y) * texels.stride + x) * 4;
+    const Value* lower = upper + std::ptrdiff_t(texels.stride) * 4;
+    for (int k = 0; k < 4; ++k) {
+      const auto blend = [&](const Value* row) {
+        return (128 - right) * std::int8_t(row[k]) + right * std::int8_t(row[k + 4]);
+      };
+      const int a = blend(upper), b = blend(lower);
+      *to++ = Value(((a + (((b - a) * down + 0x4000) >> 15) + 64) >> 7) ^ 0x80);
+    }
+  }
+}
+
+void sample_light(const TexelsView<Light>& texels, const Taps& taps, const Points& points, int begin,
+                  int count, Light* to) {
+  const float step_across = taps.share_across / float(taps.across),
+              step_down = taps.share_down / float(taps.down);
+  const float inverse = 1.0f / float(512 * taps.across * taps.down);
+  for (int i = begin; i < begin + count; ++i) {
+    std::int32_t sum[4] = {};
+    for (int n = 0; n < taps.down; ++n) {
+      const float dy = (float(n) - 0.5f * float(taps.down - 1)) * step_down;
+      const float u_row = points.u[i] + dy * points.u_y[i], v_row = points.v[i] + dy * points.v_y[i];
+      for (int m = 0; m < taps.across; ++m) {
+        const float dx = (float(m) - 0.5f * float(taps.across - 1)) * step_across;
+        const float u = inside(mirrored(u_row + dx * points.u_x[i], texels.width), texels.width);
+        const float v = inside(mirrored(v_row + dx * points.v_x[i], texels.height), texels.height);
+        const int x = int(u), y = int(v);
+        const int right = int((u - float(x)) * 512.0f + 0.5f), down = int((v - float(y)) * 32768.0f);
+        const Light* upper = texels.data + (std::ptrdiff_t(y) * texels.stride + x) * 4;
+        const Light* lower = upper + std::ptrdiff_t(texels.stride) * 4;
+        for (int k = 0; k < 4; ++k) {
+          const auto blend = [&](int j) {
+            return upper[j] + (((lower[j] - upper[j]) * down + 0x4000) >> 15);
+          };
+          sum[k] += (512 - right) * blend(k) + right * blend(k + 4);
+        }
+      }
+    }
+    for (int k = 0; k < 4; ++k) *to++ = Light(std::lrint(float(sum[k]) * inverse));
+  }
+}
+
+void values_over(const Value* drawn, int count, Value* there) {
+  for (int i = 0; i < 4 * count; i += 4)
+    for (int k = 0; k < 4; ++k) {
+      const int product = there[i + k] * (255 - drawn[i + 3]) + 128;  // / 255, rounded
+      there[i + k] = Value(std::min(255, drawn[i + k] + ((product + (product >> 8)) >> 8)));
+    }
+}
+
+void light_over(const Light* drawn, int count, Light* there) {
+  for (int i = 0; i < 4 * count; i += 4) {
+    const int rest = kFull - drawn[i + 3], share = rest + (rest >> 8);  // of 2^15
+    for (int k = 0; k < 4; ++k) {
+      const int sum = drawn[i + k] + ((there[i + k] * share + 0x4000) >> 15);
+      there[i + k] = Light(std::min(sum, kFull));
+    }
+  }
+}
+
+void values_to_rgb(const Value* from, int count, std::uint8_t* to) {
+  for (int i = 0; i < count; ++i, from += 4)
+    for (int k = 0; k < 3; ++k) *to++ = from[k];
+}
+
+}  // namespace
+
+const Kernels kPlainKernels{locate, sample_values, sample_light, values_over, light_over, values_to_rgb};
+
+}  // namespace procam::render

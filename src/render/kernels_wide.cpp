@@ -1,0 +1,274 @@
+#include "kernels.hpp"
+
+#if defined(__x86_64__)
+#include <immintrin.h>
+
+// Without fused multiply-add, which rounds otherwise than a product and a sum: the same bits as
+// kPlainKernels.
+#define PROCAM_AVX2 __attribute__((target("avx2")))
+#endif
+
+namespace procam::render {
+
+#if defined(__x86_64__)
+
+namespace {
+
+PROCAM_AVX2 inline __m256 times_plus(__m256 a, __m256 b, __m256 c) {
+  return _mm256_add_ps(_mm256_mul_ps(a, b), c);
+}
+
+PROCAM_AVX2 inline __m256 quadratic(const float (&q)[12], int k, __m256 s) {
+  const __m256 slope = times_plus(s, _mm256_set1_ps(q[6 + k]), _mm256_set1_ps(q[3 + k]));
+  return times_plus(s, slope, _mm256_set1_ps(q[k]));
+}
+
+PROCAM_AVX2 void locate(const RowMap& row, int begin, int end, bool slopes, Points& points) {
+  const __m256 ds = _mm256_set1_ps(row.ds);
+  for (int i = begin; i < end; i += kLanes) {
+    const __m256i index = _mm256_add_epi32(_mm256_set1_epi32(i), _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7));
+    const __m256 s = _mm256_add_ps(_mm256_set1_ps(row.s0), _mm256_mul_ps(_mm256_cvtepi32_ps(index), ds));
+    const __m256 depth = _mm256_max_ps(quadratic(row.q, 2, s), _mm256_set1_ps(1e-9f));
+    const __m256 inverse = _mm256_div_ps(_mm256_set1_ps(1), depth);
+    const __m256 u = _mm256_mul_ps(quadratic(row.q, 0, s), inverse);
+    const __m256 v = _mm256_mul_ps(quadratic(row.q, 1, s), inverse);
+    _mm256_storeu_ps(points.u + i, u);
+    _mm256_storeu_ps(points.v + i, v);
+    if (!slopes) continue;
+    const __m256 twice_s = _mm256_add_ps(s, s);
+    __m256 right[3], down[3];
+    for (int k = 0; k < 3; ++k) {
+      right[k] =
+          _mm256_mul_ps(ds, times_plus(twice_s, _mm256_set1_ps(row.q[6 + k]), _mm256_set1_ps(row.q[3 + k])));
+      down[k] = quadratic(row.down, k, s);
+    }
+    const auto store = [&](float* to, __m256 of_q, __m256 position, __m256 of_depth) PROCAM_AVX2 {
+      const __m256 slope = _mm256_sub_ps(of_q, _mm256_mul_ps(position, of_depth));
+      _mm256_storeu_ps(to + i, _mm256_mul_ps(slope, inverse));
+    };
+    store(points.u_x, right[0], u, right[2]);
+    store(points.v_x, right[1], v, right[2]);
+    store(points.u_y, down[0], u, down[2]);
+    store(points.v_y, down[1], v, down[2]);
+  }
+}
+
+/// From the content's corner to texel centres, inside the first and last of them. NaN: the first.
+PROCAM_AVX2 inline __m256 inside(__m256 position, __m256 last) {
+  const __m256 p = _mm256_sub_ps(position, _mm256_set1_ps(0.5f));
+  return _mm256_min_ps(_mm256_max_ps(p, _mm256_setzero_ps()), last);
+}
+
+/// Beyond a border, as far inside it.
+PROCAM_AVX2 inline __m256 mirrored(__m256 position, __m256 twice_size) {
+  const __m256 p = _mm256_andnot_ps(_mm256_set1_ps(-0.0f), position);
+  return _mm256_min_ps(p, _mm256_sub_ps(twice_size, p));
+}
+
+/// Eight positions as whole texels, and how far they are towards the next: in 1 / steps, rounded, to the
+/// right, and in 2^-15 downwards.
+struct Cells {
+  alignas(32) std::int32_t offset[kLanes];  ///< texels from the first
+  __m256i right, down;
+};
+
+PROCAM_AVX2 inline void find_cells(__m256 u, __m256 v, float steps, __m256i stride, Cells& cells) {
+  const __m256i x = _mm256_cvttps_epi32(u), y = _mm256_cvttps_epi32(v);
+  _mm256_store_si256(reinterpret_cast<__m256i*>(cells.offset),
+                     _mm256_add_epi32(_mm256_mullo_epi32(y, stride), x));
+  // Through memory: compilers take them from the vector one by one instead, which is slower.
+  __asm__("" : "+m"(cells.offset));
+  const __m256 right = _mm256_sub_ps(u, _mm256_cvtepi32_ps(x)),
+               down = _mm256_sub_ps(v, _mm256_cvtepi32_ps(y));
+  cells.right = _mm256_cvttps_epi32(times_plus(right, _mm256_set1_ps(steps), _mm256_set1_ps(0.5f)));
+  cells.down = _mm256_cvttps_epi32(_mm256_mul_ps(down, _mm256_set1_ps(32768.0f)));
+}
+
+/// Asks for the memory of a texel and the one below. Wrong guesses (beyond the picture) do no harm.
+template <typename Pixel>
+PROCAM_AVX2 inline void fetch_ahead(const Pixel* upper, const Pixel* lower, std::ptrdiff_t texel) {
+  _mm_prefetch(reinterpret_cast<const char*>(upper + 4 * texel), _MM_HINT_T0);
+  _mm_prefetch(reinterpret_cast<const char*>(lower + 4 * texel), _MM_HINT_T0);
+}
+
+/// 2 x 2 pairs of Value texels: pixels i, i + 1 in the lower half, i + 4, i + 5 in the upper.
+PROCAM_AVX2 inline __m256i load_pairs(const Value* texels, const std::int32_t* offset) {
+  const auto at = [&](int i) PROCAM_AVX2 {
+    return reinterpret_cast<const double*>(texels + std::ptrdiff_t(offset[i]) * 4);
+  };
+  const __m128d low = _mm_loadh_pd(_mm_load_sd(at(0)), at(1));
+  const __m128d high = _mm_loadh_pd(_mm_load_sd(at(4)), at(5));
+  return _mm256_castpd_si256(_mm256_set_m128d(high, low));
+}
+
+PROCAM_AVX2 inline __m256i twice(__m128i mask) {
+  return _mm256_broadcastsi128_si256(mask);
+}
+
+PROCAM_AVX2 void sample_values(const TexelsView<Value>& texels, const Points& points, int begin, int count,
+                               Value* to) {
+  const __m256 last_u = _mm256_set1_ps(float(texels.width - 1)),
+               last_v = _mm256_set1_ps(float(texels.height - 1));
+  const __m256i stride = _mm256_set1_epi32(texels.stride);
+  const __m256i interleave = twice(_mm_setr_epi8(0, 4, 1, 5, 2, 6, 3, 7, 8, 12, 9, 13, 10, 14, 11, 15));
+  // The first two bytes of each of two 32-bit numbers, four times each: pixels 0, 1 | 4, 5 and 2, 3 | 6, 7.
+  const __m256i spread[2] = {twice(_mm_setr_epi8(0, 1, 0, 1, 0, 1, 0, 1, 4, 5, 4, 5, 4, 5, 4, 5)),
+                             twice(_mm_setr_epi8(8, 9, 8, 9, 8, 9, 8, 9, 12, 13, 12, 13, 12, 13, 12, 13))};
+  const Value* upper = texels.data;
+  const Value* lower = texels.data + std::ptrdiff_t(texels.stride) * 4;
+  for (int i = begin; i < begin + count; i += kLanes, to += 4 * kLanes) {
+    Cells cells;
+    find_cells(inside(_mm256_loadu_ps(points.u + i), last_u), inside(_mm256_loadu_ps(points.v + i), last_v),
+               128.0f, stride, cells);
+    fetch_ahead(upper, lower, cells.offset[0] + points.soon);
+    // The two bytes 128 - right and right.
+    const __m256i shares = _mm256_or_si256(_mm256_slli_epi32(cells.right, 8),
+                                           _mm256_sub_epi32(_mm256_set1_epi32(128), cells.right));
+    __m256i blended[2];
+    for (int half = 0; half < 2; ++half) {
+      const __m256i share = _mm256_shuffle_epi8(shares, spread[half]);
+      const auto row = [&](const Value* texel_row) PROCAM_AVX2 {
+        const __m256i pairs = load_pairs(texel_row, cells.offset + 2 * half);
+        return _mm256_maddubs_epi16(share, _mm256_shuffle_epi8(pairs, interleave));
+      };
+      const __m256i a = row(upper), b = row(lower);
+      const __m256i down = _mm256_shuffle_epi8(cells.down, spread[half]);
+      const __m256i sum = _mm256_add_epi16(a, _mm256_mulhrs_epi16(_mm256_sub_epi16(b, a), down));
+      blended[half] = _mm256_srai_epi16(_mm256_add_epi16(sum, _mm256_set1_epi16(64)), 7);
+    }
+    const __m256i values = _mm256_packs_epi16(blended[0], blended[1]);
+    _mm256_storeu_si256(reinterpret_cast<__m256i*>(to),
+                        _mm256_xor_si256(values, _mm256_set1_epi8(char(0x80))));
+  }
+}
+
+/// Pairs of Light texels: pixel i in the lower half, i + 4 in the upper.
+PROCAM_AVX2 inline __m256i load_pairs(const Light* texels, const std::int32_t* offset) {
+  const auto at = [&](int i) PROCAM_AVX2 {
+    return _mm_loadu_si128(reinterpret_cast<const __m128i*>(texels + std::ptrdiff_t(offset[i]) * 4));
+  };
+  return _mm256_set_m128i(at(4), at(0));
+}
+
+/// Adds 512 times the bilinear samples at the cells of pixels kPixel and kPixel + 4.
+template <int kPixel>
+PROCAM_AVX2 inline __m256i add_sample(const Light* upper, const Light* lower, const Cells& cells,
+                                      __m256i shares, __m256i sum) {
+  const __m256i interleave = twice(_mm_setr_epi8(0, 1, 8, 9, 2, 3, 10, 11, 4, 5, 12, 13, 6, 7, 14, 15));
+  constexpr char k = 4 * kPixel;
+  const __m256i spread =
+      twice(_mm_setr_epi8(k, k + 1, k, k + 1, k, k + 1, k, k + 1, k, k + 1, k, k + 1, k, k + 1, k, k + 1));
+  const __m256i a = load_pairs(upper, cells.offset + kPixel), b = load_pairs(lower, cells.offset + kPixel);
+  const __m256i down = _mm256_shuffle_epi8(cells.down, spread);
+  const __m256i row = _mm256_add_epi16(a, _mm256_mulhrs_epi16(_mm256_sub_epi16(b, a), down));
+  const __m256i share = _mm256_shuffle_epi32(shares, kPixel * 0x55);
+  return _mm256_add_epi32(sum, _mm256_madd_epi16(_mm256_shuffle_epi8(row, interleave), share));
+}
+
+PROCAM_AVX2 void sample_light(const TexelsView<Light>& texels, const Taps& taps, const Points& points,
+                              int begin, int count, Light* to) {
+  const __m256 last_u = _mm256_set1_ps(float(texels.width - 1)),
+               last_v = _mm256_set1_ps(float(texels.height - 1));
+  const __m256 twice_u = _mm256_set1_ps(float(2 * texels.width)),
+               twice_v = _mm256_set1_ps(float(2 * texels.height));
+  const __m256i stride = _mm256_set1_epi32(texels.stride);
+  const float step_across = taps.share_across / float(taps.across),
+              step_down = taps.share_down / float(taps.down);
+  const __m256 inverse = _mm256_set1_ps(1.0f / float(512 * taps.across * taps.down));
+  const Light* upper = texels.data;
+  const Light* lower = texels.data + std::ptrdiff_t(texels.stride) * 4;
+  for (int i = begin; i < begin + count; i += kLanes, to += 4 * kLanes) {
+    const __m256 u_x = _mm256_loadu_ps(points.u_x + i), v_x = _mm256_loadu_ps(points.v_x + i);
+    const __m256 u_y = _mm256_loadu_ps(points.u_y + i), v_y = _mm256_loadu_ps(points.v_y + i);
+    __m256i sum[4] = {_mm256_setzero_si256(), _mm256_setzero_si256(), _mm256_setzero_si256(),
+                      _mm256_setzero_si256()};
+    for (int n = 0; n < taps.down; ++n) {
+      const __m256 dy = _mm256_set1_ps((float(n) - 0.5f * float(taps.down - 1)) * step_down);
+      const __m256 u_row = times_plus(dy, u_y, _mm256_loadu_ps(points.u + i));
+      const __m256 v_row = times_plus(dy, v_y, _mm256_loadu_ps(points.v + i));
+      for (int m = 0; m < taps.across; ++m) {
+        const __m256 dx = _mm256_set1_ps((float(m) - 0.5f * float(taps.across - 1)) * step_across);
+        Cells cells;
+        find_cells(inside(mirrored(times_plus(dx, u_x, u_row), twice_u), last_u),
+                   inside(mirrored(times_plus(dx, v_x, v_row), twice_v), last_v), 512.0f, stride, cells);
+        if (m == 0) fetch_ahead(upper, lower, cells.offset[0] + points.soon);
+        // The two 16-bit numbers 512 - right and right.
+        const __m256i shares = _mm256_or_si256(_mm256_slli_epi32(cells.right, 16),
+                                               _mm256_sub_epi32(_mm256_set1_epi32(512), cells.right));
+        sum[0] = add_sample<0>(upper, lower, cells, shares, sum[0]);
+        sum[1] = add_sample<1>(upper, lower, cells, shares, sum[1]);
+        sum[2] = add_sample<2>(upper, lower, cells, shares, sum[2]);
+        sum[3] = add_sample<3>(upper, lower, cells, shares, sum[3]);
+      }
+    }
+    const auto mean = [&](__m256i total) PROCAM_AVX2 {
+      return _mm256_cvtps_epi32(_mm256_mul_ps(_mm256_cvtepi32_ps(total), inverse));
+    };
+    const __m256i first = _mm256_packs_epi32(mean(sum[0]), mean(sum[1]));   // pixels 0, 1 | 4, 5
+    const __m256i second = _mm256_packs_epi32(mean(sum[2]), mean(sum[3]));  // 2, 3 | 6, 7
+    _mm256_storeu_si256(reinterpret_cast<__m256i*>(to), _mm256_permute2x128_si256(first, second, 0x20));
+    _mm256_storeu_si256(reinterpret_cast<__m256i*>(to + 16), _mm256_permute2x128_si256(first, second, 0x31));
+  }
+}
+
+PROCAM_AVX2 void values_over(const Value* drawn, int count, Value* there) {
+  const __m128i alpha = _mm_setr_epi8(6, 7, 6, 7, 6, 7, 6, 7, 14, 15, 14, 15, 14, 15, 14, 15);
+  int i = 0;
+  for (; i + 4 <= count; i += 4) {
+    const __m128i from = _mm_loadu_si128(reinterpret_cast<const __m128i*>(drawn + 4 * i));
+    __m128i* const to = reinterpret_cast<__m128i*>(there + 4 * i);
+    const __m256i wide = _mm256_cvtepu8_epi16(from), below = _mm256_cvtepu8_epi16(_mm_loadu_si128(to));
+    const __m256i rest = _mm256_sub_epi16(_mm256_set1_epi16(255), _mm256_shuffle_epi8(wide, twice(alpha)));
+    const __m256i product = _mm256_add_epi16(_mm256_mullo_epi16(below, rest), _mm256_set1_epi16(128));
+    const __m256i share = _mm256_srli_epi16(_mm256_add_epi16(product, _mm256_srli_epi16(product, 8)), 8);
+    const __m256i sum = _mm256_add_epi16(wide, share);
+    _mm_storeu_si128(to, _mm_packus_epi16(_mm256_castsi256_si128(sum), _mm256_extracti128_si256(sum, 1)));
+  }
+  kPlainKernels.values_over(drawn + 4 * i, count - i, there + 4 * i);
+}
+
+PROCAM_AVX2 void light_over(const Light* drawn, int count, Light* there) {
+  const __m128i alpha = _mm_setr_epi8(6, 7, 6, 7, 6, 7, 6, 7, 14, 15, 14, 15, 14, 15, 14, 15);
+  int i = 0;
+  for (; i + 4 <= count; i += 4) {
+    const __m256i from = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(drawn + 4 * i));
+    __m256i* const to = reinterpret_cast<__m256i*>(there + 4 * i);
+    const __m256i rest = _mm256_sub_epi16(_mm256_set1_epi16(kFull), _mm256_shuffle_epi8(from, twice(alpha)));
+    const __m256i share = _mm256_add_epi16(rest, _mm256_srai_epi16(rest, 8));
+    const __m256i sum = _mm256_adds_epi16(from, _mm256_mulhrs_epi16(_mm256_loadu_si256(to), share));
+    _mm256_storeu_si256(to, _mm256_min_epi16(sum, _mm256_set1_epi16(kFull)));
+  }
+  kPlainKernels.light_over(drawn + 4 * i, count - i, there + 4 * i);
+}
+
+PROCAM_AVX2 void values_to_rgb(const Value* from, int count, std::uint8_t* to) {
+  const __m256i colours = twice(_mm_setr_epi8(0, 1, 2, 4, 5, 6, 8, 9, 10, 12, 13, 14, -1, -1, -1, -1));
+  const __m256i together = _mm256_setr_epi32(0, 1, 2, 4, 5, 6, 3, 7);
+  int i = 0;
+  for (; i + kLanes <= count; i += kLanes, from += 4 * kLanes, to += 3 * kLanes) {
+    const __m256i pixels = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(from));
+    const __m256i bytes = _mm256_permutevar8x32_epi32(_mm256_shuffle_epi8(pixels, colours), together);
+    _mm_storeu_si128(reinterpret_cast<__m128i*>(to), _mm256_castsi256_si128(bytes));
+    _mm_storel_epi64(reinterpret_cast<__m128i*>(to + 16), _mm256_extracti128_si256(bytes, 1));
+  }
+  kPlainKernels.values_to_rgb(from, count - i, to);
+}
+
+constexpr Kernels kWideKernels{locate, sample_values, sample_light, values_over, light_over, values_to_rgb};
+
+}  // namespace
+
+const Kernels& best_kernels() {
+  static const bool wide = __builtin_cpu_supports("avx2");
+  return wide ? kWideKernels : kPlainKernels;
+}
+
+#else
+
+const Kernels& best_kernels() {
+  return kPlainKernels;
+}
+
+#endif
+
+}  // namespace procam::render

@@ -1,0 +1,107 @@
+#pragma once
+/// A planar or pixel surface in the frame: its warp map, kept while the surface stays where it is, and its
+/// drawing.
+#include <array>
+#include <vector>
+
+#include "footprint.hpp"
+#include "lens_map.hpp"
+#include "texture.hpp"
+
+namespace procam::render {
+
+/// A tile of the frame while it is drawn.
+template <typename Pixel>
+struct Tile {
+  PixelRect rect;
+  int x = 0, y = 0;  ///< in the grid of tiles
+  alignas(32) std::array<Pixel, kTileWidth * kTileHeight * 4> pixels;
+
+  Pixel* row(int down) { return pixels.data() + std::ptrdiff_t(down) * kTileWidth * 4; }
+};
+
+/// Where a surface is, as far as its pixels depend on it.
+struct PlaneView {
+  Mat3 content_from_direction;  ///< q = M d; zero where nothing can be drawn (edge-on)
+  bool through_lens;            ///< d are rays (planes) or pixel positions (pixel surfaces)
+  ImageSize content;
+
+  bool operator==(const PlaneView& other) const {
+    return content_from_direction == other.content_from_direction && through_lens == other.through_lens &&
+           content == other.content;
+  }
+};
+
+class PlaneLayer {
+ public:
+  /// The map for this view, unless it is the one kept and the lens map is `same_lens`. `area`: samples over
+  /// whole pixels, else one a pixel. Returns whether a map was made.
+  bool update(const PlaneView& view, const LensMap& lens, bool same_lens, bool area, Workers& workers);
+
+  /// The levels of the content's pyramid that are looked at.
+  int levels() const;
+
+  bool touches(int tile_x, int tile_y) const { return map_tile(tile_x, tile_y) != nullptr; }
+
+  /// Is there a pixel of the tile that one of the two fills and the other touches?
+  bool overlaps(const PlaneLayer& other, int tile_x, int tile_y) const;
+
+  /// Does the content hide all that lies under it on this tile, if it is opaque?
+  bool covers(int tile_x, int tile_y) const {
+    const MapTile* tile = map_tile(tile_x, tile_y);
+    return tile && tile->whole;
+  }
+
+  template <typename Texture>
+  void draw(const Texture& texture, const Kernels& kernels, Tile<typename Texture::Pixel>& tile) const;
+
+ private:
+  static constexpr int kStrip = 8;  ///< rows of pixels that share their samples' grid
+
+  /// Content coordinates over a part of the tile: q[j][3 i + k] t^j s^i, as in Patch, s = s0 + x ds and
+  /// t = t0 + y dt.
+  struct Piece {
+    PixelRect rect;  ///< in the tile
+    float s0, ds, t0, dt;
+    alignas(16) float q[3][12] = {};
+    RowMap row(int y, const float (&scale)[12], bool slopes) const;
+  };
+  /// Pixels that the content touches, and those of them that it fills.
+  struct Span {
+    std::uint16_t begin = 0, end = 0, full_begin = 0, full_end = 0;
+    std::uint32_t first_border = 0;  ///< the shares of the others, from left to right
+  };
+  struct MapTile {
+    bool drawn = false, whole = false;
+    float u_down = 0, v_down = 0;  ///< change of (u, v), fractions of the content, by one pixel downwards
+    std::uint32_t first_piece = 0, pieces = 0;
+    std::array<Taps, kTileHeight / kStrip> taps;
+    std::array<Span, kTileHeight> spans;
+  };
+  struct DrawnPiece {
+    Patch q;
+    PixelRect rect;  ///< in the tile
+  };
+  struct Band {
+    std::vector<DrawnPiece> drawn;  ///< of the tile that is being made
+    int first = 0;                  ///< the tile of tiles[0]
+    std::vector<MapTile> tiles;
+    std::vector<Piece> pieces;
+    std::vector<Light> border;  ///< share of the pixel that is covered, of kFull
+  };
+  struct Classes;
+
+  const MapTile* map_tile(int x, int y) const {
+    const Band& band = bands_[std::size_t(y)];
+    if (x < band.first || x >= band.first + int(band.tiles.size())) return nullptr;
+    const MapTile& tile = band.tiles[std::size_t(x - band.first)];
+    return tile.drawn ? &tile : nullptr;
+  }
+  void make_band(int y, const LensMap& lens, bool area);
+  MapTile make_tile(const PixelRect& rect, const LensPiece* pieces, std::size_t count, bool area, Band& band);
+
+  PlaneView view_{};
+  std::vector<Band> bands_;
+};
+
+}  // namespace procam::render

@@ -213,8 +213,18 @@ PROCAM_AVX2 void sample_light(const TexelsView<Light>& texels, const Taps& taps,
 
 PROCAM_AVX2 void values_over(const Value* drawn, int count, Value* there) {
   const __m128i alpha = _mm_setr_epi8(6, 7, 6, 7, 6, 7, 6, 7, 14, 15, 14, 15, 14, 15, 14, 15);
+  const __m256i but_alpha = _mm256_set1_epi32(0x00ffffff), all = _mm256_set1_epi8(-1);
   int i = 0;
-  for (; i + 4 <= count; i += 4) {
+  while (i + 4 <= count) {
+    // Most of what is drawn hides what is below.
+    if (i + kLanes <= count) {
+      const __m256i eight = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(drawn + 4 * i));
+      if (_mm256_testc_si256(_mm256_or_si256(eight, but_alpha), all)) {
+        _mm256_storeu_si256(reinterpret_cast<__m256i*>(there + 4 * i), eight);
+        i += kLanes;
+        continue;
+      }
+    }
     const __m128i from = _mm_loadu_si128(reinterpret_cast<const __m128i*>(drawn + 4 * i));
     __m128i* const to = reinterpret_cast<__m128i*>(there + 4 * i);
     const __m256i wide = _mm256_cvtepu8_epi16(from), below = _mm256_cvtepu8_epi16(_mm_loadu_si128(to));
@@ -223,6 +233,7 @@ PROCAM_AVX2 void values_over(const Value* drawn, int count, Value* there) {
     const __m256i share = _mm256_srli_epi16(_mm256_add_epi16(product, _mm256_srli_epi16(product, 8)), 8);
     const __m256i sum = _mm256_add_epi16(wide, share);
     _mm_storeu_si128(to, _mm_packus_epi16(_mm256_castsi256_si128(sum), _mm256_extracti128_si256(sum, 1)));
+    i += 4;
   }
   kPlainKernels.values_over(drawn + 4 * i, count - i, there + 4 * i);
 }

@@ -23,6 +23,17 @@ struct Facet {
   Mat3 content_from_direction;  ///< q
 };
 
+/// f . d
+inline float along(const float (&f)[3], const Vec3& d) {
+  return f[0] * float(d.x()) + f[1] * float(d.y()) + f[2] * float(d.z());
+}
+
+inline bool meets(const Facet& facet, const Vec3& d) {
+  for (const auto& border : facet.borders)
+    if (!(along(border, d) >= 0)) return false;
+  return along(facet.nearness, d) > 0;
+}
+
 /// Pixels [x0, x1) x [y0, y1) that a facet may touch, and its place in the list.
 struct FacetBox {
   int x0, y0, x1, y1, facet;
@@ -38,6 +49,17 @@ class RoomLayer {
   /// Those that may touch a tile.
   const std::vector<FacetBox>& boxes(int tile_x, int tile_y) const {
     return is_plane_ ? everywhere_ : tiles_[std::size_t(tile_y * grid_.across() + tile_x)];
+  }
+  /// The nearest facet that the ray d of a pixel meets; nullptr: none.
+  const Facet* nearest(int x, int y, const Vec3& d) const {
+    const Facet* found = nullptr;
+    for (const FacetBox& box : boxes(x / kTileWidth, y / kTileHeight)) {
+      const Facet& facet = facets_[std::size_t(box.facet)];
+      if (x >= box.x0 && x < box.x1 && y >= box.y0 && y < box.y1 && meets(facet, d) &&
+          (!found || along(facet.nearness, d) > along(found->nearness, d)))
+        found = &facet;
+    }
+    return found;
   }
 
  private:

@@ -23,16 +23,6 @@ constexpr SubPixels kSubPixels = [] {
   return places;
 }();
 
-float along(const float (&a)[3], const Vec3& d) {
-  return a[0] * float(d.x()) + a[1] * float(d.y()) + a[2] * float(d.z());
-}
-
-bool meets(const Facet& facet, const Vec3& d) {
-  for (const auto& border : facet.borders)
-    if (!(along(border, d) >= 0)) return false;
-  return along(facet.nearness, d) > 0;
-}
-
 /// Does item a, at its nearness, lie before item b?
 bool before(int a, float nearness_a, int b, float nearness_b) {
   if (std::abs(nearness_a - nearness_b) <= kTogether * std::max(nearness_a, nearness_b)) return a > b;

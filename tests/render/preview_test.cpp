@@ -43,7 +43,53 @@ TEST(Preview, ShowsTheContentUndistorted) {
     }
 }
 
-TEST(Preview, HasNoViewpointWithoutAPlane) {
+// A column before a wall, lit from the left: undistorted on both, and its shadow falls on the wall.
+TEST(Preview, ShowsCurvedSurfacesAndTheirShadows) {
+  const Projector projector = lopsided_projector(brown(-0.2));
+  CylinderSurface column;
+  column.radius = 0.08;
+  column.left = -1.2;
+  column.right = 1.2;
+  column.top = -0.25;
+  column.bottom = 0.25;
+  const Vec3 axis = projector.emit(Vec2(512, 380))->direction;
+  const Pose projector_from_column(Mat3::Identity(), 1.5 * axis);
+  PlacedPlane wall;
+  wall.plane_from_content << 1.2, 0, -0.6, 0, 0.9, -0.45, 0, 0, 1;
+  wall.projector_from_surface = Pose(Mat3::Identity(), 1.9 * axis);
+  const ImageU8 white(8, 6, 1, 255);
+  ImageU8 halves(80, 60, 3, 0);  // red and blue
+  for (int y = 0; y < 60; ++y)
+    for (int x = 0; x < 80; ++x) halves.at(x, y, x < 40 ? 0 : 2) = 255;
+  Scene scene;
+  scene.items = {{wall, white},
+                 {PlacedMesh{mesh_of(Surface{"column", column, {}, ""}), projector_from_column}, halves}};
+  const ImageU8 frame = render::render(scene, projector);
+  auto viewpoint = *render::facing_viewpoint(scene);
+  const Pose sideways(Mat3(Eigen::AngleAxisd(0.35, Vec3::UnitY())), Vec3(-0.5, 0, 0.1));
+  viewpoint.camera_from_projector = sideways * viewpoint.camera_from_projector;
+  const ImageU8 view = render::preview(scene, projector, frame, viewpoint);
+  const auto seen = [&](const Vec3& in_projector, int channel) {
+    const Vec2 p = *viewpoint.camera.project(viewpoint.camera_from_projector * in_projector);
+    return int(view.at(int(std::lround(p.x())), int(std::lround(p.y())), channel));
+  };
+  const Vec3 red = projector_from_column * column.point({0.47, 0.5}),
+             blue = projector_from_column * column.point({0.53, 0.5});
+  EXPECT_GT(seen(red, 0), 200);
+  EXPECT_LT(seen(red, 2), 110);
+  EXPECT_GT(seen(blue, 2), 200);
+  EXPECT_LT(seen(blue, 0), 110);
+  // On the wall, behind the column along the light, and beside that.
+  const Plane plane = Plane::of_xy(wall.projector_from_surface);
+  const auto behind = [&](double x) {
+    return *intersect(Ray{Vec3::Zero(), 1.5 * axis + Vec3(x, 0, 0)}, plane);
+  };
+  EXPECT_LT(seen(behind(-0.07), 1), 90) << "in the column's shadow";
+  EXPECT_GT(seen(behind(-0.1), 1), 200);
+  EXPECT_GT(seen(behind(0.1), 1), 200);
+}
+
+TEST(Preview, HasNoViewpointForPixelSurfacesAlone) {
   const ImageU8 content(4, 4, 1, 9);
   Scene scene;
   scene.items.push_back({PlacedPixels{}, content});

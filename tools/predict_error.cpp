@@ -197,8 +197,8 @@ ExitCode predict(const Flags& flags, Console& console) {
   summarize(predictions, console.summary());
   console.report(diagnostics);
   if (!flags.report.empty()) {
-    io::write_file_atomically(
-        flags.report, analyze::prediction_report(predictions, "Error of " + projector.name + "'s light"));
+    io::write_file_atomically(flags.report, analyze::prediction_report(
+                                                predictions, rig, "Error of " + projector.name + "'s light"));
     console.say("wrote " + flags.report);
   }
   return exit_code(diagnostics);

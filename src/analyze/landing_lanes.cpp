@@ -20,20 +20,25 @@ constexpr int kMoreSteps = 6;
 /// light by (squared: 1e-4). The last step shrinks it about as much again. Below 1e-9 on z = 1, two
 /// millionths of a pixel, it is done in any case.
 constexpr double kGain = 1e-4, kNothing = 1e-18;
+/// Draws whose numbers stay in the nearest cache while all points pass.
+constexpr std::size_t kDrawsAtOnce = 16;
 /// A ray that meets the surface only this far away, in depths of the projector, misses it.
 constexpr double kInfinity = 1e12;
 
 /// `x` and `y` are offsets on the surface.
+PROCAM_ALWAYS_INLINE void add_landing(const Four& x, const Four& y, LandingSums::Group& sums) {
+  const Four yy = y * y;
+  sums.x += x;
+  sums.y += y;
+  sums.xx += x * x;
+  sums.xy += x * y;
+  sums.yy += yy;
+  sums.worst2 = larger(x * x + yy, sums.worst2);
+}
 PROCAM_ALWAYS_INLINE void add_landing(const Chosen& landed, const Four& x, const Four& y,
                                       LandingSums::Group& sums) {
-  const Four dx = only(landed, x), dy = only(landed, y), xx = dx * dx, yy = dy * dy;
   sums.landed += only(landed, 1);
-  sums.x += dx;
-  sums.y += dy;
-  sums.xx += xx;
-  sums.xy += dx * dy;
-  sums.yy += yy;
-  sums.worst2 = larger(xx + yy, sums.worst2);
+  add_landing(only(landed, x), only(landed, y), sums);
 }
 
 /// Exactly, wherever the light goes.
@@ -47,117 +52,173 @@ std::optional<Vec2> landing_of(const LandingDraw& draw, const Vec2& pixel) {
 
 }  // namespace
 
-/// One draw's loops over all points. Each does one short chain of operations a point, so that the processor
-/// works on several points at once: the long chain from pixel to sums in one loop leaves half of it waiting.
+/// Group by group of points, the draws within, so that a group's sums stay in registers while the draws pass.
+/// Each loop over the draws does one short chain of operations, so that the processor works on several draws
+/// at once: the long chain from pixel to sums in one loop leaves half of it waiting.
 template <typename Model>
 struct LandingSums::Loops {
   const LandingLanes::Group* points;
   std::size_t size;
-  const LandingDraw& draw;
-  const PixelShift* shifts;
-  const Model& model;
+  const LandingDraw* draws;
+  std::size_t count;
+  const PixelShift* shifts;  ///< nullptr: none
   Group* sums;
-  Ray* rays;
 
-  /// Adds all points whose steps converge and says whether all did.
-  PROCAM_ALWAYS_INLINE bool add() const {
-    Four c[Model::kNumCoefficients + 1];
-    for (std::size_t i = 0; i < Model::kNumCoefficients; ++i) c[i] = model.coefficients[i];
-    first_step(c);
-    bool all = last_step(c);
-    land();
-    if (all) return true;
-    for (int step = 0; step < kMoreSteps; ++step)
-      for (std::size_t i = 0; i < size; ++i) take_step(c, i);
-    all = last_step(c);
-    land();
-    return all;
+  /// Adds all points whose steps converge; what is left goes to `left`.
+  PROCAM_ALWAYS_INLINE void add(std::vector<Left>& left) const {
+    Chain chains[kDrawsAtOnce];
+    for (std::size_t first = 0; first < count; first += kDrawsAtOnce) {
+      const std::size_t some = std::min(kDrawsAtOnce, count - first);
+      for (std::size_t i = 0; i < some; ++i) chains[i].set(draws[first + i]);
+      const auto shift = [&](std::size_t draw, std::size_t group) {
+        return shifts[(first + draw) * size + group];
+      };
+      const auto no_shift = [](std::size_t, std::size_t) { return PixelShift{}; };
+      for (std::size_t g = 0; g < size; ++g)
+        if (!(shifts ? add_quickly(chains, some, g, shift) : add_quickly(chains, some, g, no_shift)))
+          for (std::size_t i = 0; i < some; ++i) {
+            const Chosen open = shifts ? add_surely(chains[i], g, shift(i, g)) : add_surely(chains[i], g, {});
+            if (any(open)) left.push_back({first + i, g, only(open, 1)});
+          }
+    }
   }
 
  private:
-  /// Returns the squared residual before it.
-  PROCAM_ALWAYS_INLINE static Four take_step(const Four* c, const LandingLanes::Group& point,
-                                             const Four& target_x, const Four& target_y, Four& x, Four& y) {
-    Four image_x, image_y;
-    Model::formula(c, x, y, image_x, image_y);
-    const Four error_x = image_x - target_x, error_y = image_y - target_y;
-    x = x - point.inverse_xx * error_x - point.inverse_xy * error_y;
-    y = y - point.inverse_yx * error_x - point.inverse_yy * error_y;
-    return error_x * error_x + error_y * error_y;
-  }
-  PROCAM_ALWAYS_INLINE Four take_step(const Four* c, std::size_t i) const {
-    Ray& ray = rays[i];
-    Four x = ray.x, y = ray.y;
-    const Four squared = take_step(c, points[i], ray.target_x, ray.target_y, x, y);
-    ray.x = x;
-    ray.y = y;
-    return squared;
+  /// A draw, each number in all lanes.
+  struct Chain {
+    Four c[Model::kNumCoefficients + 1];
+    // Pixel (u, v) to z = 1: y = v / fy + y_0 and x = u / fx + x_y y + x_0.
+    Four inverse_fx, x_y, x_0, inverse_fy, y_0;
+    // The surface from the projector: R and t, and the row of R that is the surface's z by -1 / t.z.
+    Four r00, r01, r02, r10, r11, r12, z0, z1, z2, tx, ty;
+
+    PROCAM_ALWAYS_INLINE void set(const LandingDraw& draw) {
+      const Model& model = *std::get_if<Model>(&draw.lens.distortion);
+      for (std::size_t i = 0; i < Model::kNumCoefficients; ++i) c[i] = model.coefficients[i];
+      const Intrinsics& k = draw.lens.intrinsics;
+      inverse_fx = 1 / k.fx, x_y = -k.skew / k.fx, x_0 = -k.cx / k.fx;
+      inverse_fy = 1 / k.fy, y_0 = -k.cy / k.fy;
+      const Mat3 r = draw.surface_from_projector.rotation_matrix();
+      const Vec3& t = draw.surface_from_projector.translation;
+      r00 = r(0, 0), r01 = r(0, 1), r02 = r(0, 2), r10 = r(1, 0), r11 = r(1, 1), r12 = r(1, 2);
+      // In the surface's plane, the projector lights nothing of it.
+      const double near = t.z() == 0 ? 0 : -1 / t.z();
+      z0 = near * r(2, 0), z1 = near * r(2, 1), z2 = near * r(2, 2);
+      tx = t.x(), ty = t.y();
+    }
+  };
+
+  /// From a point's pixel through a chain.
+  struct Ray {
+    const LandingLanes::Group& point;
+    const Chain& chain;
+    Four target_x, target_y;  ///< where on z = 1 the lens must take it
+    Four x, y;                ///< its direction (x, y, 1) so far
+
+    PROCAM_ALWAYS_INLINE Ray(const LandingLanes::Group& of, const Chain& through, const PixelShift& shift)
+        : point(of), chain(through), x(of.start_x), y(of.start_y) {
+      target_y = (of.pixel_y + shift.y) * chain.inverse_fy + chain.y_0;
+      target_x = (of.pixel_x + shift.x) * chain.inverse_fx + (chain.x_y * target_y + chain.x_0);
+    }
+    PROCAM_ALWAYS_INLINE Ray(const LandingLanes::Group& of, const Chain& through, const Four& to_x,
+                             const Four& to_y, const Four& from_x, const Four& from_y)
+        : point(of), chain(through), target_x(to_x), target_y(to_y), x(from_x), y(from_y) {}
+    /// Returns the squared residual before it.
+    PROCAM_ALWAYS_INLINE Four take_step() {
+      Four image_x, image_y;
+      Model::formula(chain.c, x, y, image_x, image_y);
+      const Four error_x = image_x - target_x, error_y = image_y - target_y;
+      x = x - point.inverse_xx * error_x - point.inverse_xy * error_y;
+      y = y - point.inverse_yx * error_x - point.inverse_yy * error_y;
+      return error_x * error_x + error_y * error_y;
+    }
+  };
+
+  /// Where the ray (x, y, 1) meets the surface, beside the intended place: t + s R (x, y, 1) with z = 0.
+  struct Hit {
+    Chosen there;  ///< in front of the projector, and not at infinity
+    Four x, y;
+
+    PROCAM_ALWAYS_INLINE Hit(const LandingLanes::Group& point, const Chain& chain, const Four& ray_x,
+                             const Four& ray_y) {
+      const Four inverse = chain.z0 * ray_x + (chain.z1 * ray_y + chain.z2), s = 1 / inverse;
+      there = 1 / kInfinity < inverse;
+      x = s * (chain.r00 * ray_x + (chain.r01 * ray_y + chain.r02)) + (chain.tx - point.intended_x);
+      y = s * (chain.r10 * ray_x + (chain.r11 * ray_y + chain.r12)) + (chain.ty - point.intended_y);
+    }
+  };
+
+  /// With two steps. Adds nothing and says false unless they bring every draw of every point to its end on
+  /// the surface.
+  template <typename Shift>
+  PROCAM_ALWAYS_INLINE bool add_quickly(const Chain* chains, std::size_t some, std::size_t g,
+                                        const Shift& shift) const {
+    Four target_x[kDrawsAtOnce], target_y[kDrawsAtOnce], x[kDrawsAtOnce], y[kDrawsAtOnce];
+    Four enough[kDrawsAtOnce];
+    for (std::size_t i = 0; i < some; ++i) {
+      Ray ray(points[g], chains[i], shift(i, g));
+      enough[i] = kGain * ray.take_step() + kNothing;
+      target_x[i] = ray.target_x;
+      target_y[i] = ray.target_y;
+      x[i] = ray.x;
+      y[i] = ray.y;
+    }
+    Chosen open = 0 < Four(0);
+    for (std::size_t i = 0; i < some; ++i) {
+      Ray ray(points[g], chains[i], target_x[i], target_y[i], x[i], y[i]);
+      open = open | !(ray.take_step() < enough[i]);
+      x[i] = ray.x;
+      y[i] = ray.y;
+    }
+    Group sum = sums[g];
+    for (std::size_t i = 0; i < some; ++i) {
+      const Hit hit(points[g], chains[i], x[i], y[i]);
+      open = open | !hit.there;
+      add_landing(hit.x, hit.y, sum);
+    }
+    if (any(open)) return false;
+    sum.landed += double(some);
+    sums[g] = sum;
+    return true;
   }
 
-  PROCAM_ALWAYS_INLINE void first_step(const Four* c) const {
-    const Intrinsics& k = draw.lens.intrinsics;
-    const Four inverse_fx = 1 / k.fx, inverse_fy = 1 / k.fy, cx = k.cx, cy = k.cy, skew = k.skew;
-    for (std::size_t i = 0; i < size; ++i) {
-      const LandingLanes::Group& point = points[i];
-      const Four target_y = (point.pixel_y + shifts[i].y - cy) * inverse_fy;
-      const Four target_x = (point.pixel_x + shifts[i].x - cx - skew * target_y) * inverse_fx;
-      Four x = point.start_x, y = point.start_y;
-      const Four first = take_step(c, point, target_x, target_y, x, y);
-      rays[i] = {target_x, target_y, x, y, first, 1, 0};
+  /// With as many steps as it takes. Returns where they do not converge.
+  PROCAM_ALWAYS_INLINE Chosen add_surely(const Chain& chain, std::size_t g, const PixelShift& shift) const {
+    Ray ray(points[g], chain, shift);
+    const Four enough = kGain * ray.take_step() + kNothing;
+    Chosen open = !(ray.take_step() < enough);
+    if (any(open)) {
+      for (int step = 0; step < kMoreSteps; ++step) ray.take_step();
+      open = !(ray.take_step() < enough);
     }
-  }
-
-  /// Settles the rays that have converged; are none left?
-  PROCAM_ALWAYS_INLINE bool last_step(const Four* c) const {
-    Four left = 0;
-    for (std::size_t i = 0; i < size; ++i) {
-      Ray& ray = rays[i];
-      const Four last = take_step(c, i);
-      ray.settled = only(last < kGain * ray.first + kNothing, ray.pending);
-      ray.pending = ray.pending - ray.settled;
-      left += ray.pending;
-    }
-    return left[0] + left[1] + left[2] + left[3] == 0;
-  }
-
-  /// Adds the settled rays that meet the surface, t + s R d with z = 0.
-  PROCAM_ALWAYS_INLINE void land() const {
-    const Mat3 r = draw.surface_from_projector.rotation_matrix();
-    const Vec3& t = draw.surface_from_projector.translation;
-    const Four r00 = r(0, 0), r01 = r(0, 1), r02 = r(0, 2), r10 = r(1, 0), r11 = r(1, 1), r12 = r(1, 2),
-               r20 = r(2, 0), r21 = r(2, 1), r22 = r(2, 2), tx = t.x(), ty = t.y(), minus_tz = -t.z();
-    for (std::size_t i = 0; i < size; ++i) {
-      const Ray& ray = rays[i];
-      const Four s = minus_tz / (r20 * ray.x + r21 * ray.y + r22);
-      const Four x = tx + s * (r00 * ray.x + r01 * ray.y + r02) - points[i].intended_x;
-      const Four y = ty + s * (r10 * ray.x + r11 * ray.y + r12) - points[i].intended_y;
-      add_landing((0 < ray.settled) & (0 < s) & (s < kInfinity), x, y, sums[i]);
-    }
+    const Hit hit(points[g], chain, ray.x, ray.y);
+    add_landing(!open & hit.there, hit.x, hit.y, sums[g]);
+    return open;
   }
 };
 
 namespace {
 
-template <typename Loops>
-bool add_plain(const Loops& loops) {
-  return loops.add();
+template <typename Loops, typename Left>
+void add_plain(const Loops& loops, Left& left) {
+  loops.add(left);
 }
 
 #ifdef PROCAM_WIDE_VECTORS
-template <typename Loops>
-PROCAM_WIDE_VECTORS bool add_wide(const Loops& loops) {
-  return loops.add();
+template <typename Loops, typename Left>
+PROCAM_WIDE_VECTORS void add_wide(const Loops& loops, Left& left) {
+  loops.add(left);
 }
 
-template <typename Loops>
-bool add_all(const Loops& loops) {
+template <typename Loops, typename Left>
+void add_all(const Loops& loops, Left& left) {
   static const bool wide = PROCAM_HAS_WIDE_VECTORS;
-  return wide ? add_wide(loops) : add_plain(loops);
+  wide ? add_wide(loops, left) : add_plain(loops, left);
 }
 #else
-template <typename Loops>
-bool add_all(const Loops& loops) {
-  return add_plain(loops);
+template <typename Loops, typename Left>
+void add_all(const Loops& loops, Left& left) {
+  add_plain(loops, left);
 }
 #endif
 
@@ -196,35 +257,40 @@ void LandingLanes::add(const Vec2& on_surface, const Camera& lens, const Vec2& p
   }
 }
 
-void LandingSums::add(const LandingLanes& lanes, const LandingDraw& draw,
+void LandingSums::add(const LandingLanes& lanes, const std::vector<LandingDraw>& draws,
                       const std::vector<PixelShift>& shifts) {
-  const bool all = std::visit(
+  if (draws.empty()) return;
+  const std::size_t groups = lanes.groups.size();
+  require(shifts.empty() || shifts.size() == draws.size() * groups,
+          "LandingSums: one shift a draw and group, or none");
+  std::vector<Left> left;
+  std::visit(
       [&](const auto& model) {
         using Model = std::decay_t<decltype(model)>;
         if constexpr (kHasFormula<Model>) {
-          return add_all(Loops<Model>{lanes.groups.data(), lanes.groups.size(), draw, shifts.data(), model,
-                                      groups_.data(), rays_.data()});
+          add_all(Loops<Model>{lanes.groups.data(), groups, draws.data(), draws.size(),
+                               shifts.empty() ? nullptr : shifts.data(), groups_.data()},
+                  left);
         } else {
-          for (Ray& ray : rays_) ray.pending = 1;
-          return false;
+          for (std::size_t i = 0; i < draws.size(); ++i)
+            for (std::size_t g = 0; g < groups; ++g) left.push_back({i, g, 1});
         }
       },
-      draw.lens.distortion);
-  if (all) return;
-  for (std::size_t i = 0; i < lanes.size(); ++i) {
-    const std::size_t group = i / Four::kSize, lane = i % Four::kSize;
-    if (rays_[group].pending[lane] == 0) continue;
-    const LandingLanes::Group& point = lanes.groups[group];
-    const PixelShift& shift = shifts[group];
-    const auto place =
-        landing_of(draw, Vec2(point.pixel_x[lane] + shift.x[lane], point.pixel_y[lane] + shift.y[lane]));
-    if (!place) continue;
-    Four landed, dx, dy;
-    landed[lane] = 1;
-    dx[lane] = place->x() - point.intended_x[lane];
-    dy[lane] = place->y() - point.intended_y[lane];
-    add_landing(0 < landed, dx, dy, groups_[group]);
-  }
+      draws.front().lens.distortion);
+  for (const Left& one : left)
+    for (std::size_t lane = 0; lane < Four::kSize; ++lane) {
+      if (one.lanes[lane] == 0 || one.group * Four::kSize + lane >= lanes.size()) continue;
+      const LandingLanes::Group& point = lanes.groups[one.group];
+      const PixelShift moved = shifts.empty() ? PixelShift{} : shifts[one.draw * groups + one.group];
+      const auto place = landing_of(
+          draws[one.draw], Vec2(point.pixel_x[lane] + moved.x[lane], point.pixel_y[lane] + moved.y[lane]));
+      if (!place) continue;
+      Four landed = 0, dx = 0, dy = 0;
+      landed[lane] = 1;
+      dx[lane] = place->x() - point.intended_x[lane];
+      dy[lane] = place->y() - point.intended_y[lane];
+      add_landing(0 < landed, dx, dy, groups_[one.group]);
+    }
 }
 
 void LandingSums::add(const LandingSums& other) {

@@ -45,27 +45,26 @@ class LandingSums {
     Four landed, x, y, xx, xy, yy, worst2;
   };
 
-  explicit LandingSums(std::size_t groups) : groups_(groups), rays_(groups) {}
-  /// Follows the light of every point through the draw; one shift a group.
-  void add(const LandingLanes& lanes, const LandingDraw& draw, const std::vector<PixelShift>& shifts);
+  explicit LandingSums(std::size_t groups) : groups_(groups) {}
+  /// Follows the light of every point through every draw; the lenses are all of one model. `shifts`: of the
+  /// pixels, draw by draw one a group; empty where they do not move.
+  void add(const LandingLanes& lanes, const std::vector<LandingDraw>& draws,
+           const std::vector<PixelShift>& shifts);
   void add(const LandingSums& other);
   double of(Four Group::*sum, std::size_t point) const {
     return (groups_[point / Four::kSize].*sum)[point % Four::kSize];
   }
 
  private:
-  /// The draw in hand.
-  struct Ray {
-    Four target_x, target_y;  ///< where on z = 1 the lens must take it
-    Four x, y;                ///< its direction (x, y, 1) so far
-    Four first;               ///< squared residual before the first step
-    Four pending, settled;    ///< 1 or 0: still to be followed to its end; just followed
+  /// Must be followed to its end one by one: 1 in those lanes, 0 in the others.
+  struct Left {
+    std::size_t draw, group;
+    Four lanes;
   };
   template <typename Model>
   struct Loops;
 
   std::vector<Group> groups_;
-  std::vector<Ray> rays_;
 };
 
 }  // namespace procam::analyze

@@ -15,10 +15,10 @@ namespace {
 /// Draws in one piece of work: each has a generator of its own, so that no thread's share shows in the
 /// result.
 constexpr int kPiece = 2048;
-/// Points followed together, so that all that a turn touches stays in the nearest cache.
-constexpr std::size_t kBlock = 128;
-/// Draws that stay in the second cache while all blocks pass.
-constexpr int kAtOnce = 32;
+/// Points and draws that are followed together, so that what a turn touches stays in the near caches: the
+/// pixels' shifts above all.
+constexpr std::size_t kBlock = 512;
+constexpr int kAtOnce = 16;
 
 /// Square roots of all covariances, so that a draw is root * (standard normal numbers).
 struct Distribution {
@@ -76,12 +76,13 @@ class Drawing {
     for (int first = 0; first < count; first += kAtOnce) {
       draws.resize(std::size_t(std::min(kAtOnce, count - first)));
       for (LandingDraw& one : draws) draw_chain(random, one);
-      for (std::size_t block = 0; block < blocks_.size(); ++block)
-        for (const LandingDraw& one : draws) {
-          shifts.resize(blocks_[block].groups.size());
-          if (distribution_.pixel_range > 0) shift_pixels(random, shifts);
-          sums[block].add(blocks_[block], one, shifts);
+      for (std::size_t block = 0; block < blocks_.size(); ++block) {
+        if (distribution_.pixel_range > 0) {
+          shifts.resize(draws.size() * blocks_[block].groups.size());
+          shift_pixels(random, shifts);
         }
+        sums[block].add(blocks_[block], draws, shifts);
+      }
     }
     return sums;
   }
@@ -94,7 +95,7 @@ class Drawing {
         const Eigen::Index size = std::min<Eigen::Index>(2, z.size() - i);
         z.segment(i, size) = normal_pair(random).head(size);
       }
-      return root * z;
+      return root.lazyProduct(z);
     };
     chain.lens = path_.projector.projector.inverse_camera;
     Pose rig_from_projector = path_.projector.rig_from_projector, rig_from_surface = path_.rig_from_surface;

@@ -206,8 +206,12 @@ SurfacePrediction predict_surface(const std::string& name, const LightPath& path
   std::vector<const LandingError*> lit;
   for (const Vec2& content : prediction.content)
     prediction.grid.push_back(error_at(path, sources, plane_from_content, content));
-  for (const Vec2& corner : {Vec2(0, 0), Vec2(1, 0), Vec2(1, 1), Vec2(0, 1)})
+  const Vec2 corners[] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
+  for (const Vec2& corner : corners) {
     prediction.corners.push_back(error_at(path, sources, plane_from_content, corner));
+    if (const auto at = placed.apply(corner))
+      prediction.corners_in_rig.push_back(path.rig_from_surface * Vec3(at->x(), at->y(), 0));
+  }
   const auto note_worst = [&](const LandingError& error, const Vec2& content) {
     prediction.incidence_deg = std::max(prediction.incidence_deg, error.incidence_deg);
     if (1e3 * error.total.rms() <= prediction.worst_mm) return;
@@ -221,11 +225,13 @@ SurfacePrediction predict_surface(const std::string& name, const LightPath& path
     sum += squared(lit.back()->total);
     note_worst(*lit.back(), prediction.content[i]);
   }
+  const Pose projector_from_rig = path.projector.rig_from_projector.inverse();
+  const bool behind = std::all_of(prediction.corners_in_rig.begin(), prediction.corners_in_rig.end(),
+                                  [&](const Vec3& at) { return (projector_from_rig * at).z() <= 0; });
   if (lit.empty())
     throw Error(ErrorKind::kDegenerate, "surface '" + name + "'",
-                "the projector's picture lights no point of it",
+                behind ? "it lies behind the projector" : "the projector's picture lights no point of it",
                 "look at it with solve-surfaces; turn the projector or move the surface");
-  const Vec2 corners[] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
   for (int i = 0; i < 4; ++i)
     if (prediction.corners[std::size_t(i)]) note_worst(*prediction.corners[std::size_t(i)], corners[i]);
   prediction.lit_share = double(lit.size()) / double(prediction.grid.size());

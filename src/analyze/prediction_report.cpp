@@ -5,6 +5,8 @@
 #include "html.hpp"
 #include "page.hpp"
 #include "procam/analyze/prediction.hpp"
+#include "report_pictures.hpp"
+#include "report_style.hpp"
 
 namespace procam::analyze {
 std::string cause_table(const std::vector<Cause>& causes) {
@@ -66,9 +68,12 @@ std::string heat_map(const SurfacePrediction& prediction) {
                       heat(mm / prediction.worst_mm), in_millimetres(mm));
   }
   const double pixels_per_metre = prediction.size.x() > 0 ? map.x() / prediction.size.x() : 1;
-  // The worst 95 % region fills a spacing of four cells.
-  const double magnified = std::max(
-      1.0, round_step(1.6 * cell.x() / std::max(2.45e-3 * prediction.worst_mm * pixels_per_metre, 1e-12)));
+  // The largest bar and 95 % region together reach halfway to the next.
+  double reach = 1e-12;
+  for (const auto& error : prediction.grid)
+    if (error)
+      reach = std::max(reach, error->total.bias.norm() + region95(error->total.covariance).semi_major);
+  const double magnified = round_step(2 * std::min(cell.x(), cell.y()) / (reach * pixels_per_metre));
   Marks bias;
   for (int row = 2; row < prediction.rows; row += 4)
     for (int column = 2; column < prediction.columns; column += 4) {
@@ -79,15 +84,15 @@ std::string heat_map(const SurfacePrediction& prediction) {
       const Ellipse region = region95(error.total.covariance);
       const double scale = magnified * pixels_per_metre;
       const Vec2 centre = at + scale * error.total.bias;
-      content += element("ellipse",
-                         "class=\"frame\" fill=\"none\" cx=\"" + coordinate(centre.x()) + "\" cy=\"" +
-                             coordinate(centre.y()) + "\" rx=\"" + coordinate(scale * region.semi_major) +
-                             "\" ry=\"" + coordinate(scale * region.semi_minor) + "\" transform=\"rotate(" +
-                             fixed(region.angle / kDegree, 1) + " " + position(centre) + ")\"",
-                         "");
+      const std::string shape = " cx=\"" + coordinate(centre.x()) + "\" cy=\"" + coordinate(centre.y()) +
+                                "\" rx=\"" + coordinate(scale * region.semi_major) + "\" ry=\"" +
+                                coordinate(scale * region.semi_minor) + "\" transform=\"rotate(" +
+                                fixed(region.angle / kDegree, 1) + " " + position(centre) + ")\"";
+      for (const char* const layer : {"under", "over"})
+        content += element("ellipse", "class=\"" + std::string(layer) + "\"" + shape, "");
       bias.line(at, centre);
     }
-  content += bias.path("class=\"bar\"", "bias");
+  content += bias.path("class=\"under\"") + bias.path("class=\"over\"", "bias");
   content += rectangle("class=\"frame\"", Vec2(0, 0), map);
   // The scale below the map.
   const double y = map.y() + 14;
@@ -103,8 +108,7 @@ std::string heat_map(const SurfacePrediction& prediction) {
       "as it hangs (" +
           fixed(prediction.size.x(), 2) + " m by " + fixed(prediction.size.y(), 2) +
           " m). Bars: bias; ellipses: 95 % regions; " +
-          (magnified > 1 ? "both magnified " + shortest(magnified) + " times"
-                         : std::string("both to scale")) +
+          (magnified == 1 ? "both to scale" : "both drawn " + shortest(magnified) + " times as large") +
           ". White: not lit.");
 }
 
@@ -174,9 +178,24 @@ std::string of_surface(const SurfacePrediction& prediction) {
          element("div", "class=\"tiles\"", curves) + "\n";
 }
 
+std::string in_space(const std::vector<SurfacePrediction>& surfaces, const Rig& rig) {
+  std::vector<SpaceOutline> outlines;
+  for (std::size_t i = 0; i < surfaces.size(); ++i)
+    outlines.push_back({surfaces[i].surface + ", " + in_millimetres(surfaces[i].rms_mm) + " rms",
+                        surfaces[i].corners_in_rig, view_color(int(i))});
+  std::string names;
+  for (const SpaceOutline& outline : outlines)
+    names += (names.empty() ? "" : "; ") +
+             element("span", "class=\"note\"",
+                     element("span", "class=\"swatch\" style=\"background:" + outline.color + "\"", "") +
+                         escaped(outline.name));
+  return surfaces_in_space(rig, outlines, "The content on its surfaces: " + names + ". ");
+}
+
 }  // namespace
 
-std::string prediction_report(const std::vector<SurfacePrediction>& surfaces, const std::string& title) {
+std::string prediction_report(const std::vector<SurfacePrediction>& surfaces, const Rig& rig,
+                              const std::string& title) {
   require(!surfaces.empty(), "prediction_report: no surface");
   const auto worst = std::max_element(surfaces.begin(), surfaces.end(),
                                       [](const auto& a, const auto& b) { return a.rms_mm < b.rms_mm; });
@@ -190,7 +209,8 @@ std::string prediction_report(const std::vector<SurfacePrediction>& surfaces, co
                      "\n";
   for (const SurfacePrediction& surface : surfaces)
     body += section(escaped(surface.surface), of_surface(surface));
-  return page(title, body);
+  body += section("In space", in_space(surfaces, rig));
+  return page(title, body + element("script", "", kReportScript) + "\n");
 }
 
 }  // namespace procam::analyze

@@ -25,7 +25,7 @@ p { margin: 4px 0 12px; max-width: 95ch; }
 .verdict p { margin: 0; font-size: 17px; max-width: none; }
 .verdict ul { margin: 8px 0 0; padding-left: 20px; }
 .pass { color: var(--good); } .fail { color: var(--bad); font-weight: 600; } .warning { color: var(--warn); }
-.pass, .warning, .note { white-space: nowrap; }
+.pass, .warning, .note { white-space: nowrap; } p.warning { white-space: normal; }
 .key { display: grid; grid-template-columns: repeat(auto-fit, minmax(170px, 1fr)); gap: 12px; margin: 16px 0; }
 .key div { background: var(--card); border: 1px solid var(--line); border-radius: 6px; padding: 10px 14px; }
 .key b { display: block; font-size: 22px; font-weight: 600; font-variant-numeric: tabular-nums; }
@@ -50,7 +50,8 @@ figcaption b { color: var(--ink); }
 svg { display: block; width: 100%; height: auto; background: var(--card); border-radius: 6px; }
 /* Colours of views are attributes, which any rule of a style sheet overrides: none here may set them. */
 svg path:not([fill]), svg rect, svg circle { fill: none; }
-svg path, svg rect, svg circle { vector-effect: non-scaling-stroke; }
+svg ellipse { fill: none; }
+svg path, svg rect, svg circle, svg ellipse { vector-effect: non-scaling-stroke; }
 svg .frame { stroke: var(--soft); stroke-width: 1px; }
 svg .axis { stroke: var(--line); stroke-width: 1px; }
 svg .ring { stroke: var(--accent); stroke-width: 1.2px; stroke-dasharray: 5 3; }
@@ -65,6 +66,8 @@ svg .out { stroke: var(--bad); stroke-width: 1.8px; }
 svg .out.thin { stroke-width: 1px; stroke-dasharray: 3 2; }
 svg .unused { stroke: var(--soft); stroke-width: 1px; }
 svg .empty { fill: var(--tint); }
+/* On colours that are the same in light and dark. */
+svg .over { stroke: #14181b; stroke-width: 1.6px; } svg .under { stroke: #fff; stroke-width: 4px; stroke-opacity: .6; }
 svg .principal { stroke: var(--accent); stroke-width: 1.8px; }
 svg .accent { fill: var(--accent); }
 svg path.held { fill: var(--line); } svg path.held.taken { fill: var(--accent); }

@@ -133,9 +133,13 @@ TEST(MonteCarlo, FollowsEveryDrawOfTheLens) {
     VecX sigmas(parameters_of(lens).size());
     sigmas.setConstant(5e-4);
     sigmas.head<5>() << 2, 2, 3, 3, 0.5;
+    using Sum = LandingSums::Group;
     for (const double size : {1.0, 10.0, 100.0}) {
       double worst = 0, squared_movement = 0;
       int drawn = 0;
+      LandingSums one_by_one(lanes.groups.size()), at_once(lanes.groups.size());
+      std::vector<LandingDraw> draws;
+      std::vector<PixelShift> all_shifts;
       for (int i = 0; i < 40; ++i) {
         draw.lens = wrong_lens(lens, size * sigmas.unaryExpr([&](double s) { return s * normal(random); }));
         std::vector<PixelShift> shifts(lanes.groups.size());
@@ -144,8 +148,10 @@ TEST(MonteCarlo, FollowsEveryDrawOfTheLens) {
           shifts[p / 4].y[p % 4] = 0.02 * normal(random);
         }
         LandingSums sums(lanes.groups.size());
-        sums.add(lanes, draw, shifts);
-        using Sum = LandingSums::Group;
+        sums.add(lanes, {draw}, shifts);
+        one_by_one.add(sums);
+        draws.push_back(draw);
+        all_shifts.insert(all_shifts.end(), shifts.begin(), shifts.end());
         for (std::size_t p = 0; p < pixels.size(); ++p) {
           const auto believed = land(lens, pixels[p]),
                      exact =
@@ -161,6 +167,12 @@ TEST(MonteCarlo, FollowsEveryDrawOfTheLens) {
         }
       }
       EXPECT_GT(drawn, size < 100 ? 3900 : 1000);
+      at_once.add(lanes, draws, all_shifts);
+      for (std::size_t p = 0; p < pixels.size(); ++p)
+        for (const auto sum : {&Sum::landed, &Sum::x, &Sum::y, &Sum::xx, &Sum::xy, &Sum::yy, &Sum::worst2}) {
+          const double expected = one_by_one.of(sum, p);
+          EXPECT_NEAR(at_once.of(sum, p), expected, 1e-9 * (1 + std::abs(expected)));
+        }
       const double rms = std::sqrt(squared_movement / drawn);
       EXPECT_LT(worst, (size == 1 ? 5e-4 : size == 10 ? 2e-3 : 0.1) * rms) << name_of(model) << ", " << size;
     }

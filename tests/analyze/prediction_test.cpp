@@ -2,6 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+#include <set>
+
 #include "support/expect_error.hpp"
 #include "uncertain_rig.hpp"
 
@@ -47,6 +51,16 @@ TEST(Prediction, RanksTheCausesAndNamesTheChangeThatHelpsMost) {
     EXPECT_LT(wall.causes[i].without_mm, wall.rms_mm);
     squares += wall.causes[i].rms_mm * wall.causes[i].rms_mm;
   }
+  std::set<std::string> names;
+  for (const Cause& cause : wall.causes) names.insert(cause.name);
+  EXPECT_EQ(names, (std::set<std::string>{"calibration", "delay", "map: position", "rig pose: position",
+                                          "rig pose: rotation"}));
+  // The worst point may be a corner.
+  double worst = 0;
+  for (const auto* points : {&wall.grid, &wall.corners})
+    for (const auto& error : *points)
+      if (error) worst = std::max(worst, 1e3 * error->total.rms());
+  EXPECT_DOUBLE_EQ(wall.worst_mm, worst);
   // All parts are independent here: their squares add up.
   EXPECT_NEAR(std::sqrt(squares), wall.rms_mm, 1e-9 * wall.rms_mm);
   EXPECT_GE(wall.worst_mm, wall.rms_mm);
@@ -89,6 +103,24 @@ TEST(Prediction, SweepsPassThroughWhatIs) {
   }
 }
 
+TEST(Prediction, SweepsGoWhereTheirAxisSays) {
+  Room room;
+  const auto wall = predict_surface("wall", room.path(), room.plane_from_content, room.sources);
+  const auto curve = [&](const std::string& name) {
+    return *std::find_if(wall.sweeps.begin(), wall.sweeps.end(),
+                         [&](const Sweep& one) { return one.name == name; });
+  };
+  // Light that grazes lands much farther off than light that comes straight.
+  const Sweep incidence = curve("incidence");
+  EXPECT_GT(incidence.rms_mm.back(), 3 * incidence.rms_mm.front());
+  // The variance grows with the square of the sigma.
+  const Sweep sigma = curve("localisation sigma");
+  const auto grown = [&](std::size_t i) {
+    return std::pow(sigma.rms_mm[i], 2) - std::pow(sigma.rms_mm.front(), 2);
+  };
+  EXPECT_NEAR(grown(32) / grown(16), 4, 1e-6);
+}
+
 TEST(Prediction, SaysWhatIsNotLitAndRefusesADarkSurface) {
   Room room;
   Mat3 wide = room.plane_from_content;
@@ -97,24 +129,33 @@ TEST(Prediction, SaysWhatIsNotLitAndRefusesADarkSurface) {
   EXPECT_GT(wall.lit_share, 0.05);
   EXPECT_LT(wall.lit_share, 0.9);
   EXPECT_NE(wall.diagnostics.find("not_lit"), nullptr);
+  double squares = 0;
+  for (const auto& error : wall.grid)
+    if (error) squares += std::pow(1e3 * error->total.rms(), 2);
+  EXPECT_NEAR(wall.rms_mm, std::sqrt(squares / (wall.lit_share * double(wall.grid.size()))), 1e-9);
   Mat3 aside = room.plane_from_content;
   aside(0, 2) += 6;
   EXPECT_ERROR(predict_surface("wall", room.path(), aside, room.sources), kDegenerate, "lights no point");
+  LightPath behind = room.path();
+  behind.rig_from_surface.translation.z() -= 5;
+  EXPECT_ERROR(predict_surface("wall", behind, room.plane_from_content, room.sources), kDegenerate,
+               "behind the projector");
 }
 
 TEST(PredictionReport, IsOnePageThatEscapesItsNames) {
   Room room;
   const auto wall = predict_surface("wall <b>&", room.path(), room.plane_from_content, room.sources,
                                     MonteCarloOptions{100, 5, 0});
-  const std::string page = prediction_report({wall}, "Ward 3 & 4");
+  const std::string page = prediction_report({wall}, room.rig, "Ward 3 & 4");
   EXPECT_EQ(page.rfind("<!doctype html>", 0), 0u);
   EXPECT_TRUE(procam::test::contains(page, "wall &lt;b&gt;&amp;"));
   EXPECT_FALSE(procam::test::contains(page, "wall <b>"));
   EXPECT_TRUE(procam::test::contains(page, "Ward 3 &amp; 4"));
   EXPECT_FALSE(procam::test::contains(page, "nan"));
+  EXPECT_TRUE(procam::test::contains(page, "The rig and the surfaces in space"));
   EXPECT_FALSE(procam::test::contains(page, "http:") || procam::test::contains(page, "https:"));
   EXPECT_LT(page.size(), 200000u);
-  EXPECT_EQ(page, prediction_report({wall}, "Ward 3 & 4"));
+  EXPECT_EQ(page, prediction_report({wall}, room.rig, "Ward 3 & 4"));
 }
 
 }  // namespace

@@ -148,6 +148,11 @@ TEST_F(VerifyRoute, RefusesCapturesThatShowSomethingElse) {
   refused(3, "no board of light", wall, "seen", "gray");
   save("swapped", {seen[1], seen[0]});
   refused(3, "swapped", wall, "swapped");
+  Pose behind = simulate::rig_from_wall(world_);
+  behind.translation *= -1;
+  save_wall("behind.json", behind);
+  refused(3, "cannot reach the surface", "--surfaces " + at("behind.json") + " --picture " + at("marks.svg"));
+  EXPECT_FALSE(fs::exists(folder_ / "marks.svg"));
   save("unlit", {ImageU8(seen[0].size(), 1, 9), ImageU8(seen[0].size(), 1, 8)});
   refused(3, "same light", wall, "unlit");
   std::vector<ImageU8> corner = seen;  // all but one marker and what is round it is covered

@@ -30,6 +30,7 @@ struct Sweep {
 struct SurfacePrediction {
   std::string surface;
   Vec2 size = Vec2::Zero();  ///< of the content on the surface, along its middle lines, metres
+  Points3 corners_in_rig;    ///< of the content, in the order of `corners`
   int columns = 0, rows = 0;
   Points2 content;                                   ///< of the grid's points, row by row: fractions (u, v)
   std::vector<std::optional<LandingError>> grid;     ///< nullopt: not lit by the projector's picture
@@ -55,7 +56,9 @@ SurfacePrediction predict_surface(const std::string& name, const LightPath& path
                                   const Mat3& plane_from_content, const ErrorSources& sources,
                                   const std::optional<MonteCarloOptions>& draws = std::nullopt);
 
-/// One self-contained page: verdict, numbers, heat maps, causes, sweeps (as calibration_report()).
-std::string prediction_report(const std::vector<SurfacePrediction>& surfaces, const std::string& title);
+/// One self-contained page: verdict, numbers, heat maps, causes, sweeps, rig and surfaces in space (as
+/// calibration_report()).
+std::string prediction_report(const std::vector<SurfacePrediction>& surfaces, const Rig& rig,
+                              const std::string& title);
 
 }  // namespace procam::analyze

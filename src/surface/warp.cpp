@@ -110,11 +110,25 @@ void for_each_pixel(ImageSize size, const Visit& visit) {
     for (int x = 0; x < size.width; ++x) visit(x, y);
 }
 
-/// Where the middle of a triangle belongs, against the mean of its corners' pixels.
-void widen_error(const Projector& projector, const std::optional<Vec2>& exact,
-                 const std::array<Vec2, 3>& corners, double& largest) {
-  if (exact && projector.size().contains(*exact))
-    largest = std::max(largest, ((corners[0] + corners[1] + corners[2]) / 3 - *exact).norm());
+constexpr double kMeshErrorPx = 0.05;  ///< to which the triangles of curved surfaces are cut smaller
+
+/// How far linear interpolation between a triangle's pixels lies from `exact` (barycentric coordinates ->
+/// pixel), at worst over places inside it that belong into the picture.
+template <typename Exact>
+double interpolation_error(ImageSize picture, const std::array<Vec2, 3>& pixels, const Exact& exact) {
+  double longest = 0;
+  for (std::size_t i = 0; i < 3; ++i) longest = std::max(longest, (pixels[(i + 1) % 3] - pixels[i]).norm());
+  const int side = int(std::clamp(longest / 16, 1.0, 12.0));
+  double largest = 0;
+  for (int j = 0; j < side; ++j)
+    for (int i = 0; i + j < side; ++i) {
+      const double s = (i + 1.0 / 3) / side, t = (j + 1.0 / 3) / side;
+      const Vec3 b(1 - s - t, s, t);
+      const std::optional<Vec2> pixel = exact(b);
+      if (pixel && picture.contains(*pixel))
+        largest = std::max(largest, (b[0] * pixels[0] + b[1] * pixels[1] + b[2] * pixels[2] - *pixel).norm());
+    }
+  return largest;
 }
 
 /// A regular grid over content that is mapped by a formula.
@@ -135,11 +149,15 @@ WarpGrid mesh_over(const Projector& projector, const Placed& placed, const MeshG
       mesh.pixels.push_back(*pixel);
     }
   const auto add = [&](int a, int b, int c) {
-    const auto at = [](const Points2& points, int i) { return points[std::size_t(i)]; };
+    const auto at = [](const Points2& points, int i) -> const Vec2& { return points[std::size_t(i)]; };
     mesh.triangles.push_back({a, b, c});
-    const Vec2 middle = (at(mesh.content, a) + at(mesh.content, b) + at(mesh.content, c)) / 3;
-    widen_error(projector, lighting_pixel(projector, placed, middle),
-                {at(mesh.pixels, a), at(mesh.pixels, b), at(mesh.pixels, c)}, result.largest_error_px);
+    const double error = interpolation_error(
+        mesh.projector, {at(mesh.pixels, a), at(mesh.pixels, b), at(mesh.pixels, c)}, [&](const Vec3& w) {
+          return lighting_pixel(
+              projector, placed,
+              w[0] * at(mesh.content, a) + w[1] * at(mesh.content, b) + w[2] * at(mesh.content, c));
+        });
+    result.largest_error_px = std::max(result.largest_error_px, error);
   };
   for (int j = 0; j < grid.rows; ++j)
     for (int i = 0; i < grid.columns; ++i) {
@@ -152,40 +170,85 @@ WarpGrid mesh_over(const Projector& projector, const Placed& placed, const MeshG
   return result;
 }
 
-/// A mesh's own triangles, the farthest first, so that drawn in this order the nearer hide them.
+/// A mesh's own triangles, cut where interpolation would err, the farthest first, so that drawn in this order
+/// the nearer hide them.
+class MeshedTriangles {
+ public:
+  MeshedTriangles(const Projector& projector, const PlacedMesh& placed) : projector_(projector) {
+    WarpMesh& mesh = result_.mesh;
+    mesh.projector = projector.size();
+    const Mesh& shape = *placed.mesh;
+    std::vector<int> node;
+    for (std::size_t i = 0; i < shape.vertices.size(); ++i)
+      node.push_back(add_node(placed.projector_from_surface * shape.vertices[i], shape.uv[i]));
+    for (const std::array<int, 3>& corners : shape.triangles) {
+      std::array<int, 3> triangle;
+      for (std::size_t i = 0; i < 3; ++i) triangle[i] = node[std::size_t(corners[i])];
+      if (*std::min_element(triangle.begin(), triangle.end()) < 0) continue;
+      const double error = error_of(triangle);  // falls with the square of the size
+      cut(triangle, int(std::clamp(std::ceil(std::sqrt(error / kMeshErrorPx)), 1.0, 32.0)));
+    }
+    const auto distance = [&](const std::array<int, 3>& t) {
+      return (points_[std::size_t(t[0])] + points_[std::size_t(t[1])] + points_[std::size_t(t[2])]).norm();
+    };
+    std::stable_sort(mesh.triangles.begin(), mesh.triangles.end(),
+                     [&](const auto& a, const auto& b) { return distance(a) > distance(b); });
+  }
+
+  WarpGrid take() { return std::move(result_); }
+
+ private:
+  const Projector& projector_;
+  Points3 points_;  ///< in the projector's frame, one a node
+  WarpGrid result_;
+
+  /// -1 where no light goes.
+  int add_node(const Vec3& point_in_projector, const Vec2& uv) {
+    const std::optional<Vec2> pixel = projector_.pixel_lighting(point_in_projector);
+    if (!pixel) return -1;
+    points_.push_back(point_in_projector);
+    result_.mesh.content.push_back(uv);
+    result_.mesh.pixels.push_back(*pixel);
+    return int(points_.size()) - 1;
+  }
+  template <typename Points>
+  auto blend(const Points& points, const std::array<int, 3>& t, const Vec3& b) const {
+    return typename Points::value_type(b[0] * points[std::size_t(t[0])] + b[1] * points[std::size_t(t[1])] +
+                                       b[2] * points[std::size_t(t[2])]);
+  }
+  double error_of(const std::array<int, 3>& t) const {
+    const Points2& pixels = result_.mesh.pixels;
+    return interpolation_error(
+        projector_.size(), {pixels[std::size_t(t[0])], pixels[std::size_t(t[1])], pixels[std::size_t(t[2])]},
+        [&](const Vec3& b) { return projector_.pixel_lighting(blend(points_, t, b)); });
+  }
+  void add(const std::array<int, 3>& t) {
+    if (*std::min_element(t.begin(), t.end()) < 0) return;
+    result_.mesh.triangles.push_back(t);
+    result_.largest_error_px = std::max(result_.largest_error_px, error_of(t));
+  }
+  /// Into n^2 of the same shape.
+  void cut(const std::array<int, 3>& t, int n) {
+    std::vector<int> upper, lower;  // rows of nodes, at b_2 = (j - 1) / n and j / n
+    for (int j = 0; j <= n; ++j, upper = std::move(lower)) {
+      lower.clear();
+      for (int i = 0; i <= n - j; ++i) {
+        const Vec3 b(double(n - i - j) / n, double(i) / n, double(j) / n);
+        const int corner = b[0] == 1 ? t[0] : b[1] == 1 ? t[1] : b[2] == 1 ? t[2] : -1;
+        lower.push_back(corner >= 0 ? corner
+                                    : add_node(blend(points_, t, b), blend(result_.mesh.content, t, b)));
+      }
+      for (int i = 0; j > 0 && i <= n - j; ++i) {
+        const auto at = [](const std::vector<int>& row, int k) { return row[std::size_t(k)]; };
+        add({at(upper, i), at(upper, i + 1), at(lower, i)});
+        if (i < n - j) add({at(upper, i + 1), at(lower, i + 1), at(lower, i)});
+      }
+    }
+  }
+};
+
 WarpGrid mesh_over(const Projector& projector, const PlacedMesh& placed, const MeshGrid&) {
-  WarpGrid result;
-  WarpMesh& mesh = result.mesh;
-  mesh.projector = projector.size();
-  const Mesh& shape = *placed.mesh;
-  std::vector<int> node(shape.vertices.size(), -1);
-  Points3 points;  // in the projector's frame, of the vertices that light reaches
-  for (std::size_t i = 0; i < shape.vertices.size(); ++i) {
-    const Vec3 point = placed.projector_from_surface * shape.vertices[i];
-    const std::optional<Vec2> pixel = projector.pixel_lighting(point);
-    if (!pixel) continue;
-    node[i] = int(points.size());
-    points.push_back(point);
-    mesh.content.push_back(shape.uv[i]);
-    mesh.pixels.push_back(*pixel);
-  }
-  const auto middle = [&](const std::array<int, 3>& triangle) {
-    Vec3 sum = Vec3::Zero();
-    for (const int corner : triangle) sum += points[std::size_t(corner)] / 3;
-    return sum;
-  };
-  for (const std::array<int, 3>& corners : shape.triangles) {
-    std::array<int, 3> triangle;
-    for (std::size_t i = 0; i < 3; ++i) triangle[i] = node[std::size_t(corners[i])];
-    if (*std::min_element(triangle.begin(), triangle.end()) < 0) continue;
-    mesh.triangles.push_back(triangle);
-    std::array<Vec2, 3> pixels;
-    for (std::size_t i = 0; i < 3; ++i) pixels[i] = mesh.pixels[std::size_t(triangle[i])];
-    widen_error(projector, projector.pixel_lighting(middle(triangle)), pixels, result.largest_error_px);
-  }
-  std::stable_sort(mesh.triangles.begin(), mesh.triangles.end(),
-                   [&](const auto& a, const auto& b) { return middle(a).norm() > middle(b).norm(); });
-  return result;
+  return MeshedTriangles(projector, placed).take();
 }
 
 }  // namespace

@@ -184,15 +184,37 @@ TEST(WarpMap, OfAMeshIsItsNearestTriangle) {
 TEST(WarpMesh, OfAMeshIsItsOwnTrianglesTheFarthestFirst) {
   const Projector projector = warped_projector();
   const WarpGrid grid = warp_mesh(bulge(), projector);
-  ASSERT_EQ(grid.mesh.triangles.size(), 161u);
+  ASSERT_GE(grid.mesh.triangles.size(), 161u);
   EXPECT_GT(grid.largest_error_px, 0);
-  EXPECT_LT(grid.largest_error_px, 0.5);
+  EXPECT_LT(grid.largest_error_px, 0.1);
   const Vec2 small = grid.mesh.content[std::size_t(grid.mesh.triangles.back()[0])];
   EXPECT_GT(small.x(), 0.85) << "the small one before all others comes last";
-  for (std::size_t i = 0; i < grid.mesh.pixels.size(); ++i) {
+  for (std::size_t i = 0; i < bulge().mesh->vertices.size(); ++i) {
     const Vec3 point = bulge().projector_from_surface * bulge().mesh->vertices[i];
     EXPECT_LT((grid.mesh.pixels[i] - *projector.pixel_lighting(point)).norm(), 1e-12);
   }
+}
+
+// Long triangles reach far beyond the picture; what is in it counts all the same.
+TEST(WarpMesh, CutsLongTrianglesWhereTheyWouldErr) {
+  auto strip = std::make_shared<Mesh>();
+  for (const Vec2& uv : {Vec2(0, 0), Vec2(1, 0), Vec2(1, 1), Vec2(0, 1)}) {
+    strip->uv.push_back(uv);
+    strip->vertices.push_back({1.5 * uv.x() - 0.5, 1.1 * uv.y() - 0.9, 0.8 * uv.x()});
+  }
+  strip->triangles = {{0, 1, 2}, {0, 2, 3}};
+  const WarpGrid grid =
+      warp_mesh(PlacedMesh{strip, Pose(Mat3(Mat3::Identity()), Vec3(0, 0, 1.7))}, warped_projector());
+  EXPECT_GT(grid.mesh.triangles.size(), 50u);
+  EXPECT_GT(grid.largest_error_px, 0.001);
+  EXPECT_LT(grid.largest_error_px, 0.2);
+  double area = 0;
+  for (const auto& [a, b, c] : grid.mesh.triangles) {
+    const Vec2 s = grid.mesh.content[std::size_t(b)] - grid.mesh.content[std::size_t(a)];
+    const Vec2 t = grid.mesh.content[std::size_t(c)] - grid.mesh.content[std::size_t(a)];
+    area += 0.5 * std::abs(s.x() * t.y() - s.y() * t.x());
+  }
+  EXPECT_NEAR(area, 1, 1e-9);
 }
 
 TEST(WarpMesh, ItsCornersAreLitByTheirPixels) {

@@ -30,8 +30,8 @@ struct MeshGrid {
 
 struct WarpGrid {
   WarpMesh mesh;
-  /// How far, in projector pixels, linear interpolation puts the middle of a triangle from where it belongs,
-  /// at worst over the triangles whose middle belongs into the picture. It falls with the square of their
+  /// How far, in projector pixels, linear interpolation puts places between the corners from where they
+  /// belong, at worst over those that belong into the picture. It falls with the square of the triangles'
   /// size.
   double largest_error_px = 0;
 };

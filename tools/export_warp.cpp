@@ -143,9 +143,10 @@ void write_mesh(const Flags& flags, const Placement& placement, const Projector&
   console.summary().set("/triangles", int(mesh.triangles.size()));
   console.summary().set("/mesh_error_px", error_px);
   if (error_px > 0.25)
-    diagnostics.warn(
-        "coarse_mesh",
-        format("between the mesh's corners pixels lie up to %.2f aside", error_px) + "; give a finer --grid");
+    diagnostics.warn("coarse_mesh",
+                     format("between the mesh's corners pixels lie up to %.2f aside", error_px) +
+                         (std::holds_alternative<PlacedMesh>(placement) ? "; draw through a map instead"
+                                                                        : "; give a finer --grid"));
 }
 
 ExitCode export_warp(const Flags& flags, Console& console) {

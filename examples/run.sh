@@ -15,7 +15,8 @@ jobs=$(nproc)
 
 build() {
   cmake --preset "$preset" && cmake --build --preset "$preset" -j "$jobs" --target \
-    simulate-captures calibrate-projector solve-surfaces render-to-image evaluate-projection example_03_true_error
+    simulate-captures calibrate-projector solve-surfaces render-to-image export-warp export-camera evaluate-projection \
+    example_03_true_error
 }
 
 simulate() {
@@ -46,12 +47,18 @@ evaluate() {
     --report "$out/evaluation.html"
 }
 
+exchange() {
+  "$tools/export-warp" --rig "$out/rig.json" --surfaces "$out/solved.json" --surface wall -o "$out/wall_warp.png"
+  "$tools/export-camera" --rig "$out/rig.json" --for blender -o "$out/blender_camera.py"
+}
+
 phase "Packages" install_packages "${build_packages[@]}"
 phase "Build" build
 phase "Simulate a capture session" simulate
 phase "Calibrate camera and projector" calibrate
 phase "Solve the surfaces" solve
 phase "Render the projector's frame" render
+phase "Export the warp and the camera for other programs" exchange
 phase "Compare with the truth" judge
 phase "Project a sheet's corners on the sheet" evaluate
 
@@ -62,6 +69,7 @@ In $out:
   evaluation.html  where the corners of a sheet land, at 47 and 60 degrees
   frame.png    what the projector shows
   view.png     how it looks in the room
+  wall_warp.png, blender_camera.py  the same for programs that draw for themselves
   rig.json, solved.json, session/  the calibrated rig, the solved surfaces, the captures with their truth
 All of it took $SECONDS s.
 END

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "extension.hpp"
 #include "procam/io/files.hpp"
 
 namespace procam::io {
@@ -45,9 +46,7 @@ bool is_plain_text(std::string_view text) {
 }
 
 Syntax syntax_of(const std::filesystem::path& path) {
-  std::string extension = path.extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return char(c >= 'A' && c <= 'Z' ? c - 'A' + 'a' : c); });
+  const std::string extension = lower_extension(path);
   if (extension == ".json") return Syntax::kJson;
   if (extension == ".xml") return Syntax::kXml;
   throw Error(ErrorKind::kUnsupported, path.string(), "its name tells neither JSON nor XML",

@@ -6,6 +6,7 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "image_check.hpp"
+#include "image_decode.hpp"
 #include "procam/io/files.hpp"
 
 namespace procam::io {
@@ -31,37 +32,33 @@ void swap_blue_and_red(std::uint8_t* row, int width, int channels) {
     std::swap(row[std::ptrdiff_t(x) * channels], row[std::ptrdiff_t(x) * channels + 2]);
 }
 
-cv::Mat decode(const fs::path& path, const std::string& bytes) {
+}  // namespace
+
+cv::Mat decode_image(const std::string& bytes, const std::string& file) {
   const char* const next = "capture or copy the picture again";
+  const ImageCheck check = check_image(bytes);
+  if (check.format == ImageFormat::kUnknown)
+    throw Error(ErrorKind::kUnsupported, file, "it is not a PNG, JPEG, BMP or TIFF picture",
+                "convert it to PNG");
+  if (!check.damage.empty()) throw Error(ErrorKind::kInput, file, check.damage, next);
+  if (check.width < 1 || check.height < 1 || check.width > kLargestImage / check.height)
+    throw Error(
+        ErrorKind::kInput, file,
+        "its header claims " + std::to_string(check.width) + " x " + std::to_string(check.height) + " pixels",
+        "give a picture of at most " + std::to_string(kLargestImage) + " pixels");
   try {
     const QuietOpencv quiet;
     const cv::Mat encoded(1, int(bytes.size()), CV_8U, const_cast<char*>(bytes.data()));
     cv::Mat decoded = cv::imdecode(encoded, cv::IMREAD_UNCHANGED);
     if (!decoded.empty()) return decoded;
   } catch (const cv::Exception& exception) {
-    throw Error(ErrorKind::kInput, path.string(), "the picture cannot be decoded (" + exception.err + ")",
-                next);
+    throw Error(ErrorKind::kInput, file, "the picture cannot be decoded (" + exception.err + ")", next);
   }
-  throw Error(ErrorKind::kInput, path.string(), "the picture cannot be decoded: the file is damaged", next);
+  throw Error(ErrorKind::kInput, file, "the picture cannot be decoded: the file is damaged", next);
 }
 
-}  // namespace
-
 LoadedImage load_image(const fs::path& path) {
-  const std::string bytes = read_file(path);
-  const ImageCheck check = check_image(bytes);
-  if (check.format == ImageFormat::kUnknown)
-    throw Error(ErrorKind::kUnsupported, path.string(), "it is not a PNG, JPEG, BMP or TIFF picture",
-                "convert it to PNG");
-  if (!check.damage.empty())
-    throw Error(ErrorKind::kInput, path.string(), check.damage, "capture or copy the picture again");
-  if (check.width < 1 || check.height < 1 || check.width > kLargestImage / check.height)
-    throw Error(
-        ErrorKind::kInput, path.string(),
-        "its header claims " + std::to_string(check.width) + " x " + std::to_string(check.height) + " pixels",
-        "give a picture of at most " + std::to_string(kLargestImage) + " pixels");
-
-  const cv::Mat decoded = decode(path, bytes);
+  const cv::Mat decoded = decode_image(read_file(path), path.string());
   const int channels = decoded.channels(), depth = decoded.depth();
   if ((depth != CV_8U && depth != CV_16U) || (channels != 1 && channels != 3 && channels != 4))
     throw Error(

@@ -3,8 +3,8 @@
 #include <Eigen/LU>
 #include <cmath>
 
+#include "lighting.hpp"
 #include "procam/core/closed_form.hpp"
-#include "procam/core/homography.hpp"
 
 namespace procam::surface {
 
@@ -14,17 +14,6 @@ constexpr int kSamples = 128;  ///< a side of the content, for the covered share
 
 std::optional<Vec2> in_plane(const Mat3& destination_from_content, const Vec2& uv) {
   return Homography(destination_from_content).apply(uv);
-}
-
-/// Content position -> projector pixel; nullopt where no light can go.
-std::optional<Vec2> lighting_pixel(const Projector& projector, const PlacedPixels& placed, const Vec2& uv) {
-  (void)projector;
-  return in_plane(placed.pixel_from_content, uv);
-}
-std::optional<Vec2> lighting_pixel(const Projector& projector, const PlacedPlane& placed, const Vec2& uv) {
-  const std::optional<Vec2> p = in_plane(placed.plane_from_content, uv);
-  if (!p) return std::nullopt;
-  return projector.pixel_lighting(placed.projector_from_surface * Vec3(p->x(), p->y(), 0));
 }
 
 template <typename Placed>

@@ -1,0 +1,45 @@
+#pragma once
+/// A solved surface as tables: warp maps, maps of positions, warp meshes.
+///
+///   const WarpMap map = surface::warp_map(solved.placement, projector);
+///   const WarpMesh mesh = surface::warp_mesh(solved.placement, projector, {40, 24}).mesh;
+///
+/// The projector's full model is followed, lens and skew included; what lies behind the projector, beyond the
+/// horizon or outside the content is not shown, nor what its own nearer parts hide (other surfaces are not
+/// asked). The maps are exact at pixel centres, up to the 24 bits of
+/// their numbers. They agree with what render draws there.
+#include "procam/core/projector.hpp"
+#include "procam/core/surface.hpp"
+#include "procam/core/warp_map.hpp"
+
+namespace procam::surface {
+
+WarpMap warp_map(const Placement& placement, const Projector& projector);
+
+/// Where each pixel's light lands on the content: x, y, z in metres in the target frame, NaN in all three
+/// where the content is not shown. Throws Error(kUnsupported) for a pixel surface, which has no place in the
+/// room.
+ImageF position_map(const Placement& placement, const Projector& projector,
+                    const Pose& target_from_projector = Pose::identity());
+
+/// Cells of the content across and down; each becomes two triangles.
+struct MeshGrid {
+  int columns = 64;
+  int rows = 36;
+};
+
+struct WarpGrid {
+  WarpMesh mesh;
+  /// How far, in projector pixels, linear interpolation puts places between the corners from where they
+  /// belong, at worst over those that belong into the picture. It falls with the square of the triangles'
+  /// size.
+  double largest_error_px = 0;
+};
+
+/// Planes and pixel surfaces: a regular grid over the content; cells with a corner that no light can reach
+/// are left out. Curved surfaces and meshes: the triangles that they are made of (`grid` says nothing then),
+/// the farthest first, so that the nearer cover them. Throws std::invalid_argument unless there are 1 to 1024
+/// columns and rows.
+WarpGrid warp_mesh(const Placement& placement, const Projector& projector, const MeshGrid& grid = {});
+
+}  // namespace procam::surface

@@ -1,0 +1,21 @@
+#pragma once
+/// Content position -> projector pixel, for each way a surface may be placed.
+#include "procam/core/homography.hpp"
+#include "procam/core/projector.hpp"
+#include "procam/core/surface.hpp"
+
+namespace procam::surface {
+
+/// The pixel whose light shows a place of the content (it may lie outside the picture); nullopt where no
+/// light can go.
+inline std::optional<Vec2> lighting_pixel(const Projector&, const PlacedPixels& placed, const Vec2& uv) {
+  return Homography(placed.pixel_from_content).apply(uv);
+}
+inline std::optional<Vec2> lighting_pixel(const Projector& projector, const PlacedPlane& placed,
+                                          const Vec2& uv) {
+  const std::optional<Vec2> p = Homography(placed.plane_from_content).apply(uv);
+  if (!p) return std::nullopt;
+  return projector.pixel_lighting(placed.projector_from_surface * Vec3(p->x(), p->y(), 0));
+}
+
+}  // namespace procam::surface

@@ -1,0 +1,198 @@
+/// export-warp: solved.json + rig.json -> one surface's warp as a file for another program.
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+
+#include "common/cli.hpp"
+#include "common/utc_now.hpp"
+#include "procam/io/mpcdi.hpp"
+#include "procam/io/rig_file.hpp"
+#include "procam/io/surface_file.hpp"
+#include "procam/io/text.hpp"
+#include "procam/io/warp_file.hpp"
+#include "procam/io/world_axes.hpp"
+#include "procam/surface/warp.hpp"
+
+namespace procam::tools {
+namespace {
+
+struct Flags {
+  std::string rig, surfaces, surface, output;
+  std::optional<io::MpcdiProfile> profile;
+  std::optional<io::WorldUp> up;
+  std::optional<surface::MeshGrid> grid;
+};
+
+void declare(CLI::App& app, Flags& flags) {
+  app.add_option("--rig", flags.rig, "rig.json, as calibrate-projector writes it")->required();
+  app.add_option("--surfaces", flags.surfaces, "solved surfaces, as solve-surfaces writes them")->required();
+  app.add_option("--surface", flags.surface, "its name, for a file with several");
+  app.add_option("-o,--output", flags.output,
+                 "a map: .pfm, .png (16-bit ST map) or .exr; a mesh: .obj; or .mpcdi")
+      ->required();
+  add_parsed(
+      app, "--profile", [&](const std::string& text) { flags.profile = io::parse_mpcdi_profile(text); },
+      "of an .mpcdi: 2d (content a pixel), sl (shader lamp: frustum, place and positions) or a3 (positions) "
+      "[2d]");
+  add_parsed(
+      app, "--world-up", [&](const std::string& text) { flags.up = io::parse_world_up(text); },
+      "of an .mpcdi with positions: the world's upward axis, z (as in ROS), y or -y [z; -y where the "
+      "surfaces are not placed in a world and the rig is taken for it]");
+  add_parsed(
+      app, "--grid",
+      [&](const std::string& text) {
+        const ImageSize cells = io::parse_size(text);
+        if (cells.width > 1024 || cells.height > 1024)
+          throw Error(ErrorKind::kInput, "'" + text + "'", "it has more than 1024 cells a side",
+                      "give e.g. 64x36");
+        flags.grid = surface::MeshGrid{cells.width, cells.height};
+      },
+      "of an .obj of a plane: cells of the content across and down [64x36]");
+}
+
+std::string extension_of(const Flags& flags) {
+  std::string extension = std::filesystem::path(flags.output).extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return char(std::tolower(c)); });
+  return extension;
+}
+
+/// Flags that the file's kind would ignore are refused: whoever gave them expects something of them.
+void require_fitting_flags(const Flags& flags, const std::string& extension) {
+  const auto refuse = [](const char* flag, const char* extension_wanted) {
+    throw Error(ErrorKind::kInput, flag, std::string("it is for ") + extension_wanted + " files alone",
+                "leave it out, or name another output");
+  };
+  if (flags.profile && extension != ".mpcdi") refuse("--profile", ".mpcdi");
+  if (flags.up && extension != ".mpcdi") refuse("--world-up", ".mpcdi");
+  if (flags.grid && extension != ".obj") refuse("--grid", ".obj");
+}
+
+const SolvedSurface& pick(const SolvedSurfaceSet& solved, const std::string& name) {
+  std::string known;
+  for (const SolvedSurface& candidate : solved.surfaces) {
+    if (candidate.surface.name == name || (name.empty() && solved.surfaces.size() == 1)) return candidate;
+    known += (known.empty() ? "" : ", ") + candidate.surface.name;
+  }
+  throw Error(ErrorKind::kInput, name.empty() ? "solved surfaces" : "surface '" + name + "'",
+              name.empty() ? "there is not exactly one" : "there is none of that name",
+              "give --surface with one of: " + known);
+}
+
+double shown_share(const WarpMap& map) {
+  double shown = 0;
+  for (int y = 0; y < map.content.height(); ++y)
+    for (int x = 0; x < map.content.width(); ++x) shown += map.shows(x, y);
+  return shown / (double(map.content.width()) * map.content.height());
+}
+
+ImageF alpha_of(const WarpMap& map) {
+  ImageF alpha(map.size());
+  for (int y = 0; y < alpha.height(); ++y)
+    for (int x = 0; x < alpha.width(); ++x) alpha.at(x, y) = map.shows(x, y) ? 1.0f : 0.0f;
+  return alpha;
+}
+
+/// Where the projector stands in the axes of MPCDI files: x right, y up, z backward.
+Pose mpcdi_from_projector(const Flags& flags, const SolvedSurfaceSet& solved, const RigProjector& projector,
+                          Diagnostics& diagnostics) {
+  Pose world_from_projector = projector.rig_from_projector;
+  io::WorldUp up = io::WorldUp::kMinusY;
+  if (solved.projector_from_world) {
+    world_from_projector = solved.projector_from_world->inverse();
+    up = io::WorldUp::kZ;
+  } else {
+    diagnostics.note("rig_is_world",
+                     "no surface is placed in a world: the positions in the file are those of the rig");
+  }
+  const Mat3 mpcdi_from_world =
+      io::program_from_world({Vec3::UnitX(), Vec3::UnitY(), -Vec3::UnitZ()}, flags.up.value_or(up));
+  return Pose(mpcdi_from_world, Vec3::Zero()) * world_from_projector;
+}
+
+void write_mpcdi(const Flags& flags, const SolvedSurfaceSet& solved, const SolvedSurface& solved_surface,
+                 const RigProjector& projector, WarpMap map, Diagnostics& diagnostics) {
+  io::Mpcdi mpcdi;
+  mpcdi.profile = flags.profile.value_or(io::MpcdiProfile::k2d);
+  mpcdi.date = utc_now();
+  io::MpcdiRegion region;
+  region.buffer = region.id = projector.name;
+  region.size = projector.projector.size();
+  region.alpha = alpha_of(map);
+  if (mpcdi.profile == io::MpcdiProfile::k2d) {
+    region.warp = std::move(map);
+  } else {
+    const Pose file_from_projector = mpcdi_from_projector(flags, solved, projector, diagnostics);
+    region.positions =
+        surface::position_map(solved_surface.placement, projector.projector, file_from_projector);
+    if (mpcdi.profile == io::MpcdiProfile::kShaderLamps)
+      diagnostics.append(io::set_projector(region, projector.projector, file_from_projector));
+  }
+  mpcdi.regions.push_back(std::move(region));
+  io::save_mpcdi(flags.output, mpcdi);
+}
+
+void write_mesh(const Flags& flags, const Placement& placement, const Projector& projector, Console& console,
+                Diagnostics& diagnostics) {
+  const auto [mesh, error_px] =
+      surface::warp_mesh(placement, projector, flags.grid.value_or(surface::MeshGrid{}));
+  io::save_warp_mesh(flags.output, mesh);
+  console.say(
+      format("%zu triangles, between their corners right to %.3f px", mesh.triangles.size(), error_px));
+  console.summary().set("/triangles", int(mesh.triangles.size()));
+  console.summary().set("/mesh_error_px", error_px);
+  if (error_px > 0.25)
+    diagnostics.warn("coarse_mesh",
+                     format("between the mesh's corners pixels lie up to %.2f aside", error_px) +
+                         (std::holds_alternative<PlacedMesh>(placement) ? "; draw through a map instead"
+                                                                        : "; give a finer --grid"));
+}
+
+ExitCode export_warp(const Flags& flags, Console& console) {
+  const std::string extension = extension_of(flags);
+  require_fitting_flags(flags, extension);
+  const Rig rig = io::load_rig(flags.rig);
+  const SolvedSurfaceSet solved = io::load_solved_surfaces(flags.surfaces);
+  const RigProjector& projector = rig.projector(solved.projector);
+  const SolvedSurface& chosen = pick(solved, flags.surface);
+
+  Diagnostics diagnostics;
+  WarpMap map = surface::warp_map(chosen.placement, projector.projector);
+  const double share = shown_share(map);
+  if (share == 0)
+    throw Error(ErrorKind::kDegenerate, "surface '" + chosen.surface.name + "'",
+                "none of the projector's pixels shows anything of it",
+                "see what solve-surfaces says of it, and move the projector or the surface");
+  if (extension == ".obj")
+    write_mesh(flags, chosen.placement, projector.projector, console, diagnostics);
+  else if (extension == ".mpcdi")
+    write_mpcdi(flags, solved, chosen, projector, std::move(map), diagnostics);
+  else
+    io::save_warp_map(flags.output, map);
+
+  console.say(
+      format("%s: %.1f %% of the projector's pixels show it", chosen.surface.name.c_str(), 100 * share));
+  console.say("wrote " + flags.output);
+  console.report(diagnostics);
+  console.summary().set("/projector", projector.name);
+  console.summary().set("/surface", chosen.surface.name);
+  console.summary().set("/shown_share", share);
+  console.summary().set("/files", std::vector<std::string>{flags.output});
+  return exit_code(diagnostics);
+}
+
+}  // namespace
+}  // namespace procam::tools
+
+int main(int argc, char** argv) {
+  using namespace procam::tools;
+  Flags flags;
+  return run_tool(
+      argc, argv,
+      {"export-warp",
+       "writes a solved surface's warp for another program: a map, a mesh or an MPCDI archive.",
+       "export-warp --rig rig.json --surfaces solved.json --surface wall -o wall.mpcdi"},
+      [&](CLI::App& app) { declare(app, flags); },
+      [&](Console& console) { return export_warp(flags, console); });
+}

@@ -43,7 +43,6 @@ namespace procam {
 namespace {
 
 using render::CpuRenderer;
-using render::Filter;
 using render::RenderOptions;
 using render::RenderWork;
 
@@ -74,7 +73,7 @@ struct Stage {
   }
 };
 
-ImageU8 drawn(const Stage& stage, Filter filter, bool linear_light, int threads, bool wide_vectors) {
+ImageU8 drawn(const Stage& stage, render::Filter filter, bool linear_light, int threads, bool wide_vectors) {
   RenderOptions options;
   options.filter = filter;
   options.linear_light = linear_light;
@@ -90,14 +89,14 @@ bool equal(const ImageU8& a, const ImageU8& b) {
 
 TEST(CpuRenderer, DrawsTheSameBitsInPlainCodeInVectorsAndOnAnyNumberOfThreads) {
   const Stage stage;
-  for (const Filter filter : {Filter::kArea, Filter::kBilinear})
+  for (const render::Filter filter : {render::Filter::kArea, render::Filter::kBilinear})
     for (const bool linear_light : {true, false}) {
       const ImageU8 plain = drawn(stage, filter, linear_light, 1, false);
       EXPECT_TRUE(equal(drawn(stage, filter, linear_light, 1, true), plain));
       EXPECT_TRUE(equal(drawn(stage, filter, linear_light, 3, true), plain));
     }
-  EXPECT_FALSE(
-      equal(drawn(stage, Filter::kArea, true, 1, true), drawn(stage, Filter::kArea, false, 1, true)));
+  EXPECT_FALSE(equal(drawn(stage, render::Filter::kArea, true, 1, true),
+                     drawn(stage, render::Filter::kArea, false, 1, true)));
 }
 
 // Every size of the last group of pixels in a row, at each of the frame's borders.
@@ -109,7 +108,7 @@ TEST(CpuRenderer, DrawsTheSameBitsInNarrowFrames) {
     PlacedPixels placed;
     placed.pixel_from_content << width + 3, 0.2, -1.2, 0.3, 9, -1.4, 0.01, 0.02, 1;
     stage.scene.items = {{placed, content}};
-    for (const Filter filter : {Filter::kArea, Filter::kBilinear})
+    for (const render::Filter filter : {render::Filter::kArea, render::Filter::kBilinear})
       EXPECT_TRUE(equal(drawn(stage, filter, false, 1, true), drawn(stage, filter, false, 1, false)))
           << width;
   }
@@ -117,10 +116,10 @@ TEST(CpuRenderer, DrawsTheSameBitsInNarrowFrames) {
 
 TEST(CpuRenderer, AllocatesNothingForAFrameLikeTheLast) {
   Stage stage(0.7);
-  for (const Filter filter : {Filter::kArea, Filter::kBilinear}) {
+  for (const render::Filter filter : {render::Filter::kArea, render::Filter::kBilinear}) {
     RenderOptions options;
     options.filter = filter;
-    options.linear_light = filter == Filter::kArea;
+    options.linear_light = filter == render::Filter::kArea;
     options.threads = 2;
     CpuRenderer renderer(options);
     ImageU8 frame(stage.projector.size(), 3);

@@ -19,6 +19,10 @@ class Nonsense : public ::testing::Test {
     save_surface("behind.json", -1.8);
     nlohmann::json rig = nlohmann::json::parse(slurp(truth()));
     rig["covariance"]["names"] = {"projector.fx", "projector.fy"};
+    std::ofstream(folder_ / "singular.json")
+        << R"({"format": "procam-pose", "version": 1, "target": "projector", "source": "world",
+               "translation": [0, 0, 1], "rotation_xyzw": [0, 0, 0, 1], "covariance": [[1, 1, 1, 1, 1, 1],
+               [1, 1, 1, 1, 1, 1], [1, 1, 1, 1, 1, 1], [1, 1, 1, 1, 1, 1], [1, 1, 1, 1, 1, 1], [1, 1, 1, 1, 1, 1]]})";
     rig["covariance"]["matrix"] = {{1, 2}, {2, 1}};  // a correlation of 2
     std::ofstream(folder_ / "impossible.json") << rig.dump();
     rig["covariance"]["matrix"] = {{1, 0}, {0, -1}};
@@ -67,6 +71,7 @@ TEST_F(Nonsense, IsRefusedByPredictError) {
                   {call(truth(), "wall.json", " --delay 50"), 2, "the unit is missing"},
                   {call(at("impossible.json"), "wall.json", ""), 3, "not positive semi-definite"},
                   {call(at("negative.json"), "wall.json", ""), 3, "negative variance"},
+                  {call(truth(), "wall.json", " --pose " + at("singular.json")), 3, "it is singular"},
                   {call(truth(), "behind.json", ""), 4, "behind the projector"}});
 }
 

@@ -2,9 +2,9 @@
 /// What a person in the room would see: the placed surfaces with the frame's light on them.
 ///
 /// Each pixel of the view is followed to the nearest surface and from there to the projector's pixel that
-/// lights it, if no other surface of the scene stands in that light. A plane is shown as a grey patch a little
-/// larger than its content; where the projector's picture falls on it, black is not quite black. Geometry is
-/// exact; brightness is not (no falloff with distance and angle).
+/// lights it, if no other surface of the scene stands in that light. A plane is shown as a grey patch a
+/// little larger than its content; where the projector's picture falls on it, black is not quite black.
+/// Geometry is exact; brightness is not (no falloff with distance and angle).
 #include "procam/render/cpu.hpp"
 
 namespace procam::render {
@@ -15,8 +15,8 @@ struct Viewpoint {
   Pose camera_from_projector;
 };
 
-/// In front of the scene's surfaces, looking along their mean normal from the side they are read from, upright
-/// as they are read, far enough back to see all of them. nullopt when all are pixel surfaces.
+/// In front of the scene's surfaces, looking along their mean normal from the side they are read from,
+/// upright as they are read, far enough back to see all of them. nullopt when all are pixel surfaces.
 std::optional<Viewpoint> facing_viewpoint(const Scene& scene, ImageSize size = {960, 640});
 
 /// The view, RGB, of the camera's size. `frame` is what the projector shows (RGB, the projector's size).

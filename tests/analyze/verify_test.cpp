@@ -188,12 +188,29 @@ TEST(Verify, KeepsQuietAsOftenAsItSays) {
     world.draw_truth(random);
     const VerifyResult result = world.verified(options, random());
     EXPECT_EQ(result.degrees_of_freedom, 8);
+    EXPECT_EQ(result.alarm, result.chi2 > 15.507) << "the 95 % point of chi-square of 8";
     alarms += result.alarm;
     chi2 += result.chi2 / kDraws;
   }
   // 6 expected, standard deviation 2.4; the mean of chi-square of 8 has 0.37. Four of each: one run in 10^4.
+  EXPECT_GT(alarms, 0);  // none: one run in 500
   EXPECT_LT(alarms, 16);
   EXPECT_NEAR(chi2, 8, 1.5);
+}
+
+TEST(Verify, SaysWhereTheCorrectionRestsOnTheStatedBumpAlone) {
+  World world;
+  world.state_uncertainty();
+  std::mt19937_64 random(8);
+  world.draw_truth(random);
+  VerifyOptions options = correcting(Correct::kProjector);
+  EXPECT_FALSE(world.verified(options, 5).diagnostics.find("not_seen"));
+  options.bump_rotation_sigma = 1e-7;  // far below what a mark can tell
+  const VerifyResult result = world.verified(options, 5);
+  ASSERT_TRUE(result.diagnostics.find("not_seen"));
+  const std::string& words = result.diagnostics.find("not_seen")->message;
+  EXPECT_NE(words.find("turn about its x"), std::string::npos) << words;
+  EXPECT_EQ(words.find("shift along its x"), std::string::npos) << words;
 }
 
 TEST(Verify, StatesTheCorrectionsErrorHonestly) {

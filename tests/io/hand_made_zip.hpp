@@ -26,7 +26,7 @@ inline std::uint32_t zip_checksum(const std::string& bytes) {
 inline std::string hand_made_zip(const std::vector<ZipMember>& members) {
   std::string zip, directory;
   const auto put = [](std::string& to, std::uint64_t value, int count) {
-    for (int k = 0; k < count; ++k) to += char(value >> (8 * k) & 0xff);
+    for (int k = 0; k < count; ++k, value >>= 8) to += char(value & 0xff);
   };
   for (const ZipMember& member : members) {
     const auto about = [&](std::string& to) {  // the fields that both headers share

@@ -66,7 +66,7 @@ std::string ply(const std::string& coding) {
       } else if (i == 1) {
         text += bytes_of(&row[i], 8, swapped);
       } else if (i == 3) {
-        text += char(row[i]);
+        text += char(static_cast<unsigned char>(row[i]));
       } else {
         const float value = float(row[i]);
         text += bytes_of(&value, 4, swapped);
@@ -125,7 +125,7 @@ TEST(MeshFile, RefusesWithPlaceAndReason) {
   const std::string whole = ply("binary_little_endian");
   EXPECT_ERROR(ply_text(whole.substr(0, whole.size() - 3)), kInput, "m.ply, face 0: the file ends");
   std::string endless = whole;
-  endless[whole.size() - 17] = char(250);  // a face of 250 corners
+  endless[whole.size() - 17] = char(0xfa);  // a face of 250 corners
   EXPECT_ERROR(ply_text(endless), kInput, "a list claims 250 entries, more than the file holds");
   std::string nan = whole;
   const float not_a_number = std::numeric_limits<float>::quiet_NaN();

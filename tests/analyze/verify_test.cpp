@@ -200,11 +200,13 @@ TEST(Verify, KeepsQuietAsOftenAsItSays) {
 
 TEST(Verify, SaysWhereTheCorrectionRestsOnTheStatedBumpAlone) {
   World world;
-  world.state_uncertainty();
-  std::mt19937_64 random(8);
-  world.draw_truth(random);
+  Vec6 shifted;
+  shifted << 0, 0, 0, 0.015, -0.02, 0;
+  world.bump_projector(shifted);
   VerifyOptions options = correcting(Correct::kProjector);
-  EXPECT_FALSE(world.verified(options, 5).diagnostics.find("not_seen"));
+  const VerifyResult told = world.verified(options, 5);
+  ASSERT_TRUE(told.alarm);
+  EXPECT_FALSE(told.diagnostics.find("not_seen"));
   options.bump_rotation_sigma = 1e-7;  // far below what a mark can tell
   const VerifyResult result = world.verified(options, 5);
   ASSERT_TRUE(result.diagnostics.find("not_seen"));

@@ -250,39 +250,40 @@ void RoomTile::draw_edge(const std::vector<RoomItem<Texture>>& items, int x, int
   for (int c = 0; c < 4; ++c) there[c] = Pixel((sum[c] + kSub / 2) / kSub);
 }
 
-/// How the pixels of some rows look at an item's content: the same samples for all of them.
+/// How the pixels of a block look at an item's content: the same samples for all of them. At a curved
+/// surface's limb a few pixels hold very much of it; they may alias a little, rather than blur the others.
 template <typename Texture>
-Taps RoomTile::taps_of(const RoomItem<Texture>& item, const Hits& hits, int y0, int y1, int width) const {
-  constexpr int kEvery = 5;  // pixels
+Taps RoomTile::taps_of(const RoomItem<Texture>& item, const Hits& hits, const PixelRect& block) const {
+  constexpr double kMostOfTypical = 9;  // squared sides
   const TexelsView<typename Texture::Pixel> content = item.texture->level(0);
   PixelSize finest, largest, typical;
+  double log_xx = 0, log_yy = 0;
   int count = 0;
-  for (int y = y0; y < y1; y += 3)
-    for (int x = (y * 2) % kEvery; x < width; x += kEvery) {
+  for (int y = block.y0; y < block.y1; y += 3)
+    for (int x = block.x0 + y % 3; x < block.x1; x += 3) {
       const int at = place(x, y);
       if (hits.facet[at] < 0) continue;
       const Footprint f = footprint(item.layer->facets()[std::size_t(hits.facet[at])], at);
       const PixelSize size = pixel_size(f, Vec2::Zero(), {content.width, content.height});
-      if (count++ == 0) {
-        finest = largest = typical = size;
-        continue;
-      }
+      if (count++ == 0) finest = largest = size;
       finest.narrow_squared = std::min(finest.narrow_squared, size.narrow_squared);
       largest.xx = std::max(largest.xx, size.xx);
       largest.yy = std::max(largest.yy, size.yy);
-      typical.xx += size.xx;
-      typical.yy += size.yy;
+      log_xx += std::log(std::max(size.xx, 1e-12));
+      log_yy += std::log(std::max(size.yy, 1e-12));
     }
-  typical.xx /= std::max(1, count);
-  typical.yy /= std::max(1, count);
-  return count > 0 ? choose_taps(typical, finest, largest, levels_made(*item.texture)) : Taps{};
+  if (count == 0) return {};
+  typical.xx = std::exp(log_xx / count);
+  typical.yy = std::exp(log_yy / count);
+  largest.xx = std::min(largest.xx, kMostOfTypical * typical.xx);
+  largest.yy = std::min(largest.yy, kMostOfTypical * typical.yy);
+  return choose_taps(typical, finest, largest, levels_made(*item.texture));
 }
 
 /// The even pixels of a row; the others are marked in `edge`.
 template <typename Texture>
-void RoomTile::draw_row(const std::vector<RoomItem<Texture>>& items, const std::vector<Taps>& taps, int y,
-                        const bool (&edge)[kTileWidth], const Kernels& kernels,
-                        Tile<typename Texture::Pixel>& tile) {
+void RoomTile::draw_row(const std::vector<RoomItem<Texture>>& items, int y, const bool (&edge)[kTileWidth],
+                        const Kernels& kernels, Tile<typename Texture::Pixel>& tile) {
   using Pixel = typename Texture::Pixel;
   const int width = tile.rect.width(), items_count = int(items.size());
   const auto is_visible = [&](int a, int at) {
@@ -298,22 +299,26 @@ void RoomTile::draw_row(const std::vector<RoomItem<Texture>>& items, const std::
   Points points;
   for (int a = 0; a < items_count; ++a) {
     const RoomItem<Texture>& item = items[std::size_t(a)];
-    const TexelsView<Pixel> level = item.texture->level(taps[std::size_t(a)].level);
-    int begin = width, end = 0;
-    for (int x = 0; x < width; ++x) {
-      const int at = place(x, y);
-      if (edge[x] || !is_visible(a, at)) {
-        points.u[x] = points.v[x] = points.u_x[x] = points.v_x[x] = points.u_y[x] = points.v_y[x] = 0;
-        continue;
+    // From left to right: samples are written in whole groups, beyond the block's end as well.
+    for (int block = 0; block * kBlock < width; ++block) {
+      const Taps& taps = taps_[std::size_t(a * kBlocks + block)];
+      const TexelsView<Pixel> level = item.texture->level(taps.level);
+      int begin = width, end = 0;
+      for (int x = block * kBlock; x < std::min((block + 1) * kBlock, width); ++x) {
+        const int at = place(x, y);
+        if (edge[x] || !is_visible(a, at)) {
+          points.u[x] = points.v[x] = points.u_x[x] = points.v_x[x] = points.u_y[x] = points.v_y[x] = 0;
+          continue;
+        }
+        begin = std::min(begin, x);
+        end = x + 1;
+        look(footprint(item.layer->facets()[std::size_t(hits_[std::size_t(a)].facet[at])], at), level, x,
+             points);
       }
-      begin = std::min(begin, x);
-      end = x + 1;
-      look(footprint(item.layer->facets()[std::size_t(hits_[std::size_t(a)].facet[at])], at), level, x,
-           points);
+      if (begin < end)
+        sample(kernels, level, taps, points, begin, end - begin,
+               drawn.data() + (std::size_t(a) * kRowRoom + std::size_t(begin)) * 4);
     }
-    if (begin < end)
-      sample(kernels, level, taps[std::size_t(a)], points, begin, end - begin,
-             drawn.data() + (std::size_t(a) * kRowRoom + std::size_t(begin)) * 4);
   }
   for (int x = 0; x < width; ++x) {
     if (edge[x]) continue;
@@ -341,16 +346,18 @@ void RoomTile::draw(const std::vector<RoomItem<Texture>>& items, const std::vect
   for (const LensPiece& piece : pieces) follow(piece, tile.rect);
   if (hits_.size() < items.size()) hits_.resize(items.size());
   for (std::size_t a = 0; a < items.size(); ++a) cast(*items[a].layer, tile.x, tile.y, tile.rect, hits_[a]);
-  constexpr int kStrip = 8;
-  taps_.assign(items.size(), {});
+  taps_.assign(items.size() * kBlocks, {});
   for (int y = 0; y < tile.rect.height(); ++y) {
     if (area && y % kStrip == 0)
       for (std::size_t a = 0; a < items.size(); ++a)
-        taps_[a] =
-            taps_of(items[a], hits_[a], y, std::min(y + kStrip, tile.rect.height()), tile.rect.width());
+        for (int block = 0; block * kBlock < tile.rect.width(); ++block)
+          taps_[a * kBlocks + std::size_t(block)] =
+              taps_of(items[a], hits_[a],
+                      {block * kBlock, y, std::min((block + 1) * kBlock, tile.rect.width()),
+                       std::min(y + kStrip, tile.rect.height())});
     bool edge[kTileWidth] = {};
     for (int x = 0; x < tile.rect.width(); ++x) edge[x] = known(place(x, y)) && !is_even(items, place(x, y));
-    draw_row(items, taps_, y, edge, kernels, tile);
+    draw_row(items, y, edge, kernels, tile);
     for (int x = 0; x < tile.rect.width(); ++x)
       if (edge[x]) draw_edge(items, x, y, area, kernels, tile);
   }

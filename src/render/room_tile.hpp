@@ -33,6 +33,8 @@ class RoomTile {
  private:
   static constexpr int kAcross = kTileWidth + 2, kDown = kTileHeight + 2;  ///< a pixel more on each side
   static constexpr int kPixels = kAcross * kDown;
+  static constexpr int kBlock = 16, kStrip = 8;  ///< pixels, across and down, that share their samples
+  static constexpr int kBlocks = kTileWidth / kBlock;
 
   /// What one item shows, everywhere on the tile; facet -1: nothing.
   struct Hits {
@@ -54,10 +56,10 @@ class RoomTile {
   template <typename Texture>
   bool is_even(const std::vector<RoomItem<Texture>>& items, int at) const;
   template <typename Texture>
-  Taps taps_of(const RoomItem<Texture>& item, const Hits& hits, int y0, int y1, int width) const;
+  Taps taps_of(const RoomItem<Texture>& item, const Hits& hits, const PixelRect& block) const;
   template <typename Texture>
-  void draw_row(const std::vector<RoomItem<Texture>>& items, const std::vector<Taps>& taps, int y,
-                const bool (&edge)[kTileWidth], const Kernels& kernels, Tile<typename Texture::Pixel>& tile);
+  void draw_row(const std::vector<RoomItem<Texture>>& items, int y, const bool (&edge)[kTileWidth],
+                const Kernels& kernels, Tile<typename Texture::Pixel>& tile);
   template <typename Texture>
   void draw_edge(const std::vector<RoomItem<Texture>>& items, int x, int y, bool area, const Kernels& kernels,
                  Tile<typename Texture::Pixel>& tile);
@@ -75,7 +77,7 @@ class RoomTile {
   }
 
   std::vector<Fragment> fragments_, candidates_;
-  std::vector<Taps> taps_;
+  std::vector<Taps> taps_;          ///< [item, block]
   std::vector<Light> drawn_light_;  ///< a row of every item
   std::vector<Value> drawn_values_;
 };

@@ -312,6 +312,31 @@ TEST(RenderRoom, PlanesThatCutEachOtherShowTheNearerPart) {
   EXPECT_GT(greys, 500);
 }
 
+// The few pixels at a globe's limb hold very much of the content. Those beside them must not be blurred for
+// it.
+TEST(RenderRoom, IsSharpUpToTheLimbOfAGlobe) {
+  BallAndWall room;
+  room.ball.left = -2.1;
+  room.ball.right = 2.1;
+  ImageU8 stripes(600, 400, 1, 0);
+  for (int y = 0; y < 400; ++y)
+    for (int x = 0; x < 600; ++x) stripes.at(x, y) = (x / 40) % 2 ? 255 : 0;
+  Scene scene;
+  scene.items = {
+      {PlacedMesh{mesh_of(Surface{"ball", room.ball, {}, ""}), room.projector_from_ball}, stripes}};
+  const ImageU8 frame = render::render(scene, room.projector);
+  int grey_run = 0, longest = 0, whites = 0;
+  for (int y = 250; y < 490; ++y)
+    for (int x = 400; x < 640; ++x) {  // a square inside the ball's outline
+      const double light = light_of(frame.at(x, y));
+      grey_run = light > 0.02 && light < 0.98 ? grey_run + 1 : 0;
+      longest = std::max(longest, grey_run);
+      whites += light > 0.98;
+    }
+  EXPECT_GT(whites, 10000);
+  EXPECT_LE(longest, 4) << "pixels from black to white along a row";
+}
+
 TEST(RenderRoom, IsTheSamePictureOnAnyNumberOfThreads) {
   const BallAndWall room;
   Scene scene;

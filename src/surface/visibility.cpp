@@ -111,6 +111,9 @@ bool judge_side(const PlacedPlane& placed, const SolveOptions& options, Visibili
   return true;
 }
 
+/// Where light grazes a curved surface at more than 80 degrees a pixel's size says nothing of the rest.
+constexpr double kLimbCosine = 0.1736;
+
 /// A mesh is looked at where points are spread evenly over its area.
 struct MeshLook {
   double area = 0, reached = 0, in_front = 0, facing = 0;
@@ -148,7 +151,7 @@ MeshLook look_at_mesh(const Projector& projector, const PlacedMesh& placed, bool
         if (pixel) look.in_front += share;
         if (!pixel || !projector.size().contains(*pixel) || (reading_side_only && !(cosine > 0))) continue;
         look.reached += share;
-        measure_pixel(projector, point, right, down, visibility);
+        if (std::abs(cosine) > kLimbCosine) measure_pixel(projector, point, right, down, visibility);
         const double from_centre = (uv(0) + s * du + t * dv - Vec2(0.5, 0.5)).norm();
         if (from_centre < nearest_to_centre) {
           nearest_to_centre = from_centre;

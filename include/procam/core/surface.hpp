@@ -88,7 +88,9 @@ struct Visibility {
   bool facing = true;           ///< the projector stands on the side that content is read from
   double incidence_deg = 0;     ///< angle between light and surface normal at the content's centre
   double mm_per_pixel_min = 0;  ///< size of a projector pixel on the surface: the finest and
-  double mm_per_pixel_max = 0;  ///< the coarsest direction over the content (0 for pixel surfaces)
+  /// the coarsest direction over the content (0 for pixel surfaces; of curved surfaces and meshes where light
+  /// meets them at less than 80 degrees)
+  double mm_per_pixel_max = 0;
 };
 
 struct SolvedSurface {

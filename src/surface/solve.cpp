@@ -103,6 +103,18 @@ SolvedSurfaceSet solve_surfaces(const SurfaceSet& set, const RigProjector& proje
   return result;
 }
 
+void move_to(SolvedSurfaceSet& solved, const RigProjector& projector, const Pose& projector_from_world) {
+  require(projector_from_world.is_finite(), "move_to: the pose is not finite");
+  for (SolvedSurface& surface : solved.surfaces) {
+    const InRoom* place = place_of(surface.surface.geometry);
+    if (place == nullptr || place->frame != "world") continue;
+    const Pose moved = projector_from(surface.surface, *place, projector, projector_from_world);
+    if (auto* plane = std::get_if<PlacedPlane>(&surface.placement)) plane->projector_from_surface = moved;
+    if (auto* mesh = std::get_if<PlacedMesh>(&surface.placement)) mesh->projector_from_mesh = moved;
+    solved.projector_from_world = projector_from_world;
+  }
+}
+
 Diagnostics diagnostics_of(const SolvedSurfaceSet& solved) {
   Diagnostics all;
   for (const SolvedSurface& surface : solved.surfaces)

@@ -104,6 +104,38 @@ MotionState advanced(const MotionState& state, double seconds, const MotionModel
   return now;
 }
 
+MotionState mixed(const MotionState* states, const double* weights, int count, const MotionModel& model) {
+  const Pose middle_from_frame = states[0].pose.inverse();
+  Vec6 pose_mean = Vec6::Zero();
+  MotionState result;
+  for (int i = 0; i < count; ++i) {
+    pose_mean += weights[i] * se3_log(middle_from_frame * states[i].pose);
+    result.twist += weights[i] * states[i].twist;
+    result.rate += weights[i] * states[i].rate;
+  }
+  if (!(model.fade > 0)) result.rate.setZero();
+  result.pose = (states[0].pose * se3_exp(pose_mean)).normalized();
+  for (Mat6* block : {&result.pp, &result.pt, &result.pr, &result.tt, &result.tr, &result.rr})
+    block->setZero();
+  const bool accelerates = model.fade > 0;
+  for (int i = 0; i < count; ++i) {
+    const MotionState& s = states[i];
+    const double w = weights[i];
+    const Vec6 p = se3_log(middle_from_frame * s.pose) - pose_mean;
+    const Vec6 t = s.twist - result.twist;
+    result.pp += w * (s.pp + p * p.transpose());
+    result.pt += w * (s.pt + p * t.transpose());
+    result.tt += w * (s.tt + t * t.transpose());
+    if (!accelerates) continue;
+    const Vec6 r = s.rate - result.rate;
+    result.pr += w * (s.pr + p * r.transpose());
+    result.tr += w * (s.tr + t * r.transpose());
+    result.rr += w * (s.rr + r * r.transpose());
+    if (s.rr.isZero(0)) result.rr.diagonal() += w * model.surge;
+  }
+  return result;
+}
+
 Innovation innovation(const MotionState& state, const Pose& measured, const Mat6& noise) {
   Innovation result;
   result.xi = se3_log(state.pose.inverse() * measured);

@@ -29,6 +29,11 @@ MotionState start_motion(const Pose& measured, const Mat6& noise, const Vec6& tw
 /// `seconds` later; not negative.
 MotionState advanced(const MotionState& state, double seconds, const MotionModel& model);
 
+/// One state for several, weighted; the scatter between them is added to the covariance. For a model without
+/// acceleration the rate is forgotten; of a part that has none (its covariance is zero) the rate is unknown
+/// within model.surge.
+MotionState mixed(const MotionState* states, const double* weights, int count, const MotionModel& model);
+
 /// xi = log(T^^-1 T_measured) and how surprising it is.
 struct Innovation {
   Vec6 xi;

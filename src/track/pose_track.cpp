@@ -26,8 +26,8 @@ constexpr double kGate = 50;
 /// What is nearer than this to the prediction is no other place, however sure the filter is of itself.
 constexpr double kNearPosition = 0.03, kNearRotation = 0.03;
 
-/// Seconds in which the models' merits are forgotten.
-constexpr double kMeritMemory = 0.5;
+/// Seconds for which a way of moving lasts, on average.
+constexpr double kModelLasts = 1;
 
 /// Third differences until the scatter is believed, and over how many it is averaged.
 constexpr int kScatterFrom = 20, kScatterOver = 100;
@@ -44,7 +44,7 @@ Bank bank_of(const TrackOptions& options) {
   const Vec6 variance = acceleration.cwiseAbs2();
   // An acceleration of variance s^2 that lasts for tau is a walk of the twist by 2 s^2 tau a second.
   const double lasts = 0.4;
-  const MotionModel steady{variance * (2 * lasts) / 100, Vec6::Zero(), 0};
+  const MotionModel steady{variance * (2 * lasts) / 1000, Vec6::Zero(), 0};
   const MotionModel agile{variance * (2 * lasts), Vec6::Zero(), 0};
   const MotionModel accelerated{Vec6::Zero(), variance, lasts};
   Bank bank;
@@ -84,7 +84,7 @@ struct Measured {
 struct Kept {
   Measured measured;
   std::array<MotionState, kMostModels> states;
-  std::array<double, kMostModels> merit = {};  ///< log of the weight, up to a constant
+  std::array<double, kMostModels> weights = {};  ///< sum 1
 };
 
 /// One answer out of several: the mean in the tangent space of the heaviest, and the scatter of the models
@@ -95,18 +95,13 @@ struct Mixed {
   Mat6 covariance = Mat6::Zero();  ///< of the right increment
   Mat6 twist_covariance = Mat6::Zero();
 };
-Mixed mix(const std::array<MotionState, kMostModels>& states, const std::array<double, kMostModels>& merit,
+Mixed mix(const std::array<MotionState, kMostModels>& states, const std::array<double, kMostModels>& weight,
           int count) {
-  const double best = *std::max_element(merit.begin(), merit.begin() + count);
-  std::array<double, kMostModels> weight = {};
-  double sum = 0;
-  for (std::size_t i = 0; i < std::size_t(count); ++i) sum += weight[i] = std::exp(merit[i] - best);
   const Pose& middle = states[0].pose;
   std::array<Vec6, kMostModels> xi;
   Vec6 mean = Vec6::Zero();
   Mixed result;
   for (std::size_t i = 0; i < std::size_t(count); ++i) {
-    weight[i] /= sum;
     xi[i] = se3_log(middle.inverse() * states[i].pose);
     mean += weight[i] * xi[i];
     result.twist += weight[i] * states[i].twist;
@@ -366,22 +361,41 @@ Kept PoseTrack::Impl::start(const Measured& m, const Vec6& twist, const Mat6& tw
     MotionState& state = kept.states[std::size_t(i)];
     state = start_motion(m.pose, m.noise, twist, twist_covariance, bank.models[std::size_t(i)]);
     if (m.twist) state = updated_by_twist(state, *m.twist, m.twist_variance);
+    kept.weights[std::size_t(i)] = 1.0 / bank.count;
   }
   return kept;
 }
 
+/// One step of the interacting multiple models: mix, advance, weigh, update.
 Kept PoseTrack::Impl::next(const Kept& before, const Measured& m) const {
   Kept kept;
   kept.measured = m;
   const double h = m.time - before.measured.time;
-  for (std::size_t i = 0; i < std::size_t(bank.count); ++i) {
-    MotionState state = advanced(before.states[i], h, bank.models[i]);
-    kept.merit[i] =
-        before.merit[i] * std::exp(-h / kMeritMemory) + innovation(state, m.pose, m.noise).log_likelihood;
+  const auto count = std::size_t(bank.count);
+  const double stays = std::exp(-h / kModelLasts);
+  const double leaves = bank.count > 1 ? (1 - stays) / (bank.count - 1) : 0;
+  double best = -1e300;
+  for (std::size_t j = 0; j < count; ++j) {
+    std::array<double, kMostModels> from = {};
+    double sum = 0;
+    for (std::size_t i = 0; i < count; ++i)
+      sum += from[i] = before.weights[i] * (bank.count == 1 ? 1 : i == j ? stays : leaves);
+    for (std::size_t i = 0; i < count; ++i) from[i] /= sum;
+    MotionState state = bank.count == 1
+                            ? before.states[0]
+                            : mixed(before.states.data(), from.data(), bank.count, bank.models[j]);
+    state = advanced(state, h, bank.models[j]);
+    kept.weights[j] = std::log(sum) + innovation(state, m.pose, m.noise).log_likelihood;
+    best = std::max(best, kept.weights[j]);
     state = updated_by_pose(state, m.pose, m.noise);
     if (m.twist) state = updated_by_twist(state, *m.twist, m.twist_variance);
-    kept.states[i] = state;
+    kept.states[j] = state;
   }
+  double sum = 0;
+  // No model is given up for good.
+  for (std::size_t j = 0; j < count; ++j)
+    sum += kept.weights[j] = std::max(std::exp(kept.weights[j] - best), 1e-6);
+  for (std::size_t j = 0; j < count; ++j) kept.weights[j] /= sum;
   return kept;
 }
 
@@ -426,7 +440,7 @@ void PoseTrack::Impl::consider_other(const Measured& m, double arrival) {
     other = next(other, m);
   } else {
     drop_other();
-    const Mixed last = mix(history.newest().states, history.newest().merit, bank.count);
+    const Mixed last = mix(history.newest().states, history.newest().weights, bank.count);
     Vec6 unsure;
     unsure << Vec3::Constant(1), Vec3::Constant(1);
     other = start(m, last.twist, Mat6(unsure.asDiagonal()));
@@ -547,7 +561,7 @@ Mixed PoseTrack::Impl::at_kept(double time) const {
     std::array<MotionState, kMostModels> states;
     for (std::size_t i = 0; i < std::size_t(bank.count); ++i)
       states[i] = advanced(newest.states[i], h, bank.models[i]);
-    Mixed result = mix(states, newest.merit, bank.count);
+    Mixed result = mix(states, newest.weights, bank.count);
     if (options.prediction == Prediction::kNone) {
       // What stands still here moves there: the whole way is uncertain.
       const Vec6 way = se3_log(newest.measured.pose.inverse() * result.pose);
@@ -566,10 +580,10 @@ Mixed PoseTrack::Impl::at_kept(double time) const {
   }
   std::size_t after = history.size() - 1;
   while (after > 0 && history[after - 1].measured.time > time) --after;
-  const Mixed to = mix(history[after].states, history[after].merit, bank.count);
+  const Mixed to = mix(history[after].states, history[after].weights, bank.count);
   if (after == 0) return to;
   const Kept& before = history[after - 1];
-  const Mixed from = mix(before.states, before.merit, bank.count);
+  const Mixed from = mix(before.states, before.weights, bank.count);
   const double h = history[after].measured.time - before.measured.time;
   const double x = (time - before.measured.time) / h;
   // A cubic in the tangent space of the first, with both twists at its ends.

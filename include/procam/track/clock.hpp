@@ -26,9 +26,10 @@ namespace procam::track {
 struct ClockOptions {
   double window = 60;       ///< seconds of the sender's clock that the line is fitted to
   double max_drift = 5e-4;  ///< 500 ppm: NTP slews no faster, crystals are ten times better
-  /// A set clock is noticed when it moves by more than this; less passes for jitter or is absorbed as a new
-  /// minimum.
-  double jump = 0.1;
+  /// A set clock is noticed after `confirm` messages when it moved by more than this; a message that is later
+  /// than the fastest by more is doubtful. Less is absorbed: forwards at once, as a new minimum, backwards
+  /// after three bins (1/20 of the window) whose messages all stay above the line.
+  double jump = 0.2;
   int confirm = 5;  ///< messages in a row
   /// local - sender, for clocks that are known to agree (one machine, PTP): local_from_unix() when stamps are
   /// Unix time. Nothing is estimated then, and no constant delay is hidden.
@@ -67,19 +68,21 @@ class Clock {
   };
   static constexpr int kBins = 60;
 
+  Point& bin_at(int i) { return bins_[std::size_t((first_ + i) % kBins)]; }
   void restart(double stamp, double arrival);
   void take(double stamp, double lateness);
   void fit();
+  bool has_risen();
   double line(double stamp) const { return level_ + drift_ * (stamp - origin_); }
 
   ClockOptions options_;
   bool started_ = false;
-  double base_ = 0;                ///< arrival - stamp of the first message
-  std::array<Point, kBins> bins_;  ///< ring of minima
+  double base_ = 0;                     ///< arrival - stamp of the first message
+  std::array<Point, kBins> bins_ = {};  ///< ring: the least late message of each bin
   int first_ = 0, count_ = 0;
   double bin_end_ = 0;  ///< the newest bin takes stamps below this
   double origin_ = 0, level_ = 0, drift_ = 0, sigma_ = 0, jitter_ = 0, newest_ = 0;
-  std::array<Point, 16> doubtful_;  ///< in a row, agreeing with each other
+  Point doubtful_first_;  ///< of a row that agrees with itself
   int doubtful_count_ = 0;
   std::uint64_t jumps_ = 0;
 };

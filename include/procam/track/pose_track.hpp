@@ -12,7 +12,13 @@
 /// tracking filter performance for manned maneuvering targets", IEEE AES 6(4), 1970). The estimate is an
 /// error-state Kalman filter on SE(3) (Barfoot, "State Estimation for Robotics", 2017, chapter 8; J. Sola,
 /// "Quaternion kinematics for the error-state Kalman filter", 2017) with the errors of T on the right. A
-/// message's twist and gyro rate are measurements of v.
+/// message's twist and gyro rate are measurements of v. Several such filters (a steady twist, an agile one,
+/// an acceleration) run side by side as interacting multiple models (H. Blom, Y. Bar-Shalom, "The interacting
+/// multiple model algorithm for systems with Markovian switching coefficients", IEEE TAC 33(8), 1988).
+///
+/// How much the messages scatter is measured from their third differences, so that a localiser that states
+/// too much (AMCL: where the map may be wrong, not what differs from message to message) or nothing is
+/// filtered right. What it states beyond its scatter stays in the covariance that is handed out.
 ///
 /// Messages may come twice, late or in the wrong order: the filter keeps its last states and goes back as far
 /// as they reach. What it refuses or mends is counted in Faults.
@@ -34,7 +40,7 @@
 namespace procam::track {
 
 enum class Prediction {
-  kAuto,                  ///< both, weighted by how well each foretold the messages so far
+  kAuto,                  ///< all of them, weighted by how well each foretells the messages
   kConstantTwist,         ///< arcs and straight lines
   kConstantAcceleration,  ///< speeding up and braking
   kNone                   ///< the newest pose as it came: for comparison, and for what is already predicted
@@ -84,8 +90,8 @@ struct TrackedPose {
   double blend_left = 0;      ///< 1 right after the map jumped, 0 when the pose is where the messages say
 };
 
-/// Every message that add() got is counted in `taken`, `blended_in` or exactly one of the rest down to
-/// `foreign`; a refused message leaves no trace in the pose. The last four are events.
+/// Every message that add() got is counted in exactly one of `taken` .. `pending`; a refused message leaves
+/// no trace in the pose. The last four are events.
 struct Faults {
   std::uint64_t taken = 0;       ///< in order and believed
   std::uint64_t reordered = 0;   ///< overtaken by a newer one, put in its place and believed

@@ -16,7 +16,8 @@
 /// - An opened source has a picture: what is wrong with a file or a camera is told at opening.
 /// - All pictures of a source have one size and one number of channels: 1 (grey), 3 (RGB) or 4 (RGBA,
 /// straight
-///   alpha), 8 bits. Orientation notes in files are not applied.
+///   alpha), 8 bits. A picture's orientation note is not applied (as
+///   in io/images.hpp).
 /// - The view is valid until the next call of at() or the end of the source.
 /// - The same view with the same revision holds the same pixels; other pixels in the same memory come with
 ///   another revision. This is what a renderer needs to keep pictures from one frame to the next.
@@ -81,11 +82,13 @@ struct ContentOptions {
 ///
 ///   color   #rrggbb, #rrggbbaa
 ///   image   wall.png (png, jpg, jpeg, bmp, tif, tiff)
-///   images  FOLDER, shot_%04d.png, shots/*.png, each with @RATE behind it for other than 25 pictures a
-///           second: shots/*.png@12.5. A folder's and a pattern's files come in natural order (9 before 10),
-///           numbered ones from the first number that exists, up to the first gap.
-///   video   any other file, as OpenCV's videoio (FFmpeg) reads it; at its mean rate; no alpha, no sound
+///   images  FOLDER, shot_%04d.png, shots/*.png: a folder's and a pattern's files come in natural order (9
+///           before 10); numbered ones begin with the lowest number and may have no gap
+///   video   any other file, as OpenCV's videoio (FFmpeg) reads it: upright, without alpha or sound
 ///   camera  camera:0, camera:/dev/video2, rtsp://..., http://...
+///
+/// @RATE behind images and videos is their pictures a second: shots/*.png@12.5. Else it is 25 for images and
+/// the mean rate that its header tells for a video.
 ///
 /// Throws Error: kInput for text or a file that is wrong, kIo for a file that cannot be read, kDevice for a
 /// camera that cannot be opened or shows nothing.

@@ -110,7 +110,7 @@ std::vector<fs::path> numbered_files(const fs::path& folder, const Numbered& pat
   std::vector<fs::path> files;
   for (std::size_t i = 0; i < found.size(); ++i) {
     if (i > 0 && found[i].first != found[i - 1].first + 1)
-      throw Error(ErrorKind::kInput, found[i - 1].second.string(),
+      throw Error(ErrorKind::kInput, files.back().string(),
                   "the next picture of the sequence is missing, and number " +
                       std::to_string(found[i].first) + " is there",
                   "give all pictures, or name them by a pattern with * that may have gaps");

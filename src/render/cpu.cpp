@@ -18,13 +18,14 @@ Mat3 inverse_or_zero(const Mat3& m) {
   return inverse / inverse.norm();
 }
 
-PlaneView view_of(const PlacedPixels& pixels, ImageSize content) {
-  return {inverse_or_zero(pixels.pixel_from_content), false, content};
+PlaneView view_of(const PlacedPixels& pixels, const SceneItem& shown) {
+  return {inverse_or_zero(pixels.pixel_from_content), false, shown.content.size(), shown.mask.size()};
 }
-PlaneView view_of(const PlacedPlane& plane, ImageSize content) {
+PlaneView view_of(const PlacedPlane& plane, const SceneItem& shown) {
   Mat3 direction_from_plane = plane.projector_from_surface.rotation_matrix();
   direction_from_plane.col(2) = plane.projector_from_surface.translation;
-  return {inverse_or_zero(direction_from_plane * plane.plane_from_content), true, content};
+  return {inverse_or_zero(direction_from_plane * plane.plane_from_content), true, shown.content.size(),
+          shown.mask.size()};
 }
 
 /// Does plane `a` hide the later plane `b` all over the pieces (true), or b a (false, also where they lie
@@ -48,6 +49,9 @@ void require_drawable(const Scene& scene, const Projector& projector, ImageView<
     throw std::invalid_argument("render: the frame must have 3 channels and the projector's size");
   for (const SceneItem& item : scene.items) {
     const int channels = item.content.channels;
+    if (!item.mask.empty() && item.mask.channels != 1)
+      throw std::invalid_argument("render: a mask must have one channel, not " +
+                                  std::to_string(item.mask.channels));
     if (!item.content.empty() && (channels == 1 || channels == 3 || channels == 4)) continue;
     throw std::invalid_argument("render: content must be a picture with 1, 3 or 4 channels, not " +
                                 std::to_string(item.content.width) + "x" +
@@ -94,11 +98,23 @@ class CpuRenderer::State {
   }
 
  private:
-  struct Item {
-    ViewU8 picture;
+  /// A picture, ready to be sampled.
+  struct Shown {
+    ViewU8 view;
     std::uint64_t revision = 0;
     LightTexture light;  ///< this or the other, see values_only()
     ValueTexture values;
+
+    template <typename Texture>
+    const Texture& texture() const {
+      if constexpr (std::is_same_v<Texture, LightTexture>)
+        return light;
+      else
+        return values;
+    }
+  };
+  struct Item {
+    Shown picture, mask;
     PlacedMesh mesh;                ///< of a mesh: its pose and triangles as they were
     PlaneLayer layer;               ///< of a plane or a pixel surface
     std::optional<RoomLayer> room;  ///< of a plane or a mesh
@@ -107,10 +123,15 @@ class CpuRenderer::State {
     bool touches(int x, int y) const { return is_mesh() ? !room->boxes(x, y).empty() : layer.touches(x, y); }
     template <typename Texture>
     const Texture& texture() const {
-      if constexpr (std::is_same_v<Texture, LightTexture>)
-        return light;
-      else
-        return values;
+      return picture.texture<Texture>();
+    }
+    template <typename Texture>
+    const Texture* mask_texture() const {
+      return mask.view.empty() ? nullptr : &mask.texture<Texture>();
+    }
+    template <typename Texture>
+    bool opaque() const {
+      return texture<Texture>().opaque() && mask.view.empty();
     }
   };
 
@@ -145,24 +166,47 @@ class CpuRenderer::State {
       const SceneItem& shown = scene.items[i];
       Item& item = items_[i];
       work.maps += place(shown, projector, same_lens, item);
-      const int levels = item.is_mesh() ? levels_of(shown.content.size()) : item.layer.levels();
-      if (same_view(shown.content, item.picture) && shown.content_revision == item.revision &&
-          (values_only() || levels <= item.light.levels()))
-        continue;
-      item.picture = shown.content;
-      item.revision = shown.content_revision;
-      if (values_only())
-        item.values.prepare(item.picture, workers_);
+      work.contents += prepare(
+          shown.content, shown.content_revision,
+          item.is_mesh() ? levels_of(shown.content.size()) : item.layer.levels(),
+          [](ViewU8 view) { return view; }, item.picture);
+      if (!shown.mask.empty())
+        work.contents += prepare(
+            shown.mask, shown.mask_revision,
+            item.is_mesh() ? levels_of(shown.mask.size()) : item.layer.mask_levels(),
+            [&](ViewU8 view) { return as_alpha(view); }, item.mask);
       else
-        item.light.prepare(item.picture, curve_, levels, workers_);
-      ++work.contents;
+        item.mask.view = {};
     }
     return work;
   }
 
   /// Returns whether anything had to be made.
+  template <typename Convert>
+  bool prepare(ViewU8 view, std::uint64_t revision, int levels, const Convert& convert, Shown& ready) {
+    if (same_view(view, ready.view) && revision == ready.revision &&
+        (values_only() || levels <= ready.light.levels()))
+      return false;
+    ready.view = view;
+    ready.revision = revision;
+    if (values_only())
+      ready.values.prepare(convert(view), workers_);
+    else
+      ready.light.prepare(convert(view), curve_, levels, workers_);
+    return true;
+  }
+  /// A mask as the alpha of black; in memory that is used again.
+  ViewU8 as_alpha(ViewU8 mask) {
+    const std::size_t pixels = std::size_t(mask.width) * std::size_t(mask.height);
+    alpha_.assign(4 * pixels, 0);
+    std::uint8_t* to = alpha_.data() + 3;
+    for (int y = 0; y < mask.height; ++y)
+      for (int x = 0; x < mask.width; ++x, to += 4) *to = mask.at(x, y);
+    return {alpha_.data(), mask.width, mask.height, 4};
+  }
+
+  /// Returns whether anything had to be made.
   bool place(const SceneItem& shown, const Projector& projector, bool same_lens, Item& item) {
-    const ImageSize content = shown.content.size();
     if (const auto* mesh = std::get_if<PlacedMesh>(&shown.placement)) {
       const Pose &a = mesh->projector_from_surface, &b = item.mesh.projector_from_surface;
       if (same_lens && item.is_mesh() && mesh->mesh == item.mesh.mesh && a.translation == b.translation &&
@@ -174,7 +218,7 @@ class CpuRenderer::State {
     }
     const auto* plane = std::get_if<PlacedPlane>(&shown.placement);
     const PlaneView view =
-        plane ? view_of(*plane, content) : view_of(std::get<PlacedPixels>(shown.placement), content);
+        plane ? view_of(*plane, shown) : view_of(std::get<PlacedPixels>(shown.placement), shown);
     const bool made = item.layer.update(view, lens_, same_lens, area(), workers_);
     if (!plane)
       item.room.reset();
@@ -196,7 +240,8 @@ class CpuRenderer::State {
       if (!find_first<Texture>(plan, tile.x, y, first)) fill(scene.background, tile);
       for (std::size_t i = first; i < plan.steps.size(); ++i) {
         if (plan.steps[i])
-          plan.steps[i]->layer.draw(plan.steps[i]->template texture<Texture>(), kernels_, tile);
+          plan.steps[i]->layer.draw(plan.steps[i]->template texture<Texture>(),
+                                    plan.steps[i]->template mask_texture<Texture>(), kernels_, tile);
         else
           i = cast(plan, i + 1, tile);
       }
@@ -214,7 +259,7 @@ class CpuRenderer::State {
       const Item* const step = plan.steps[i];
       if (!step) {
         in_cast = !in_cast;
-      } else if (!in_cast && step->texture<Texture>().opaque() && step->layer.covers(x, y)) {
+      } else if (!in_cast && step->opaque<Texture>() && step->layer.covers(x, y)) {
         first = i;
         return true;
       }
@@ -290,7 +335,8 @@ class CpuRenderer::State {
     std::vector<RoomItem<Texture>>& items = plan.template cast<Texture>();
     items.clear();
     for (; plan.steps[first]; ++first)
-      items.push_back({&*plan.steps[first]->room, &plan.steps[first]->template texture<Texture>()});
+      items.push_back({&*plan.steps[first]->room, &plan.steps[first]->template texture<Texture>(),
+                       plan.steps[first]->template mask_texture<Texture>()});
     if (!plan.room) plan.room = std::make_unique<RoomTile>();
     plan.room->draw(items, lens_.pieces(tile.x, tile.y), area(), kernels_, tile);
     return first;
@@ -325,6 +371,7 @@ class CpuRenderer::State {
   LensMap lens_;
   std::vector<Item> items_;
   std::vector<Plan> plans_;
+  std::vector<std::uint8_t> alpha_;
 };
 
 CpuRenderer::CpuRenderer(const RenderOptions& options) : state_(std::make_unique<State>(options)) {}

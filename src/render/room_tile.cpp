@@ -58,23 +58,6 @@ void look(const Footprint& f, const TexelsView<Pixel>& level, int i, Points& poi
   points.v_y[i] = held((f.slope_y.y() - v * f.slope_y.z()) * inverse * level.height);
 }
 
-template <typename Pixel>
-void sample(const Kernels& kernels, const TexelsView<Pixel>& level, const Taps& taps, const Points& points,
-            int begin, int count, Pixel* to) {
-  if constexpr (std::is_same_v<Pixel, Light>)
-    kernels.sample_light(level, taps, points, begin, count, to);
-  else
-    kernels.sample_values(level, points, begin, count, to);
-}
-
-template <typename Pixel>
-void over(const Kernels& kernels, const Pixel* drawn, int count, Pixel* there) {
-  if constexpr (std::is_same_v<Pixel, Light>)
-    kernels.light_over(drawn, count, there);
-  else
-    kernels.values_over(drawn, count, there);
-}
-
 }  // namespace
 
 /// Change of the ray by one pixel: half the way between the neighbours, or as far as there are any.
@@ -237,6 +220,19 @@ void RoomTile::draw_edge(const std::vector<RoomItem<Texture>>& items, int x, int
     const TexelsView<Pixel> level = item.texture->level(taps.level);
     look(f, level, 0, points);
     sample(kernels, level, taps, points, 0, 1, drawn);
+    if (item.mask) {
+      Pixel alpha[4 * kLanes];
+      Taps mask_taps;
+      if (area) {
+        const TexelsView<Pixel> finest = item.mask->level(0);
+        const PixelSize size = pixel_size(f, Vec2::Zero(), {finest.width, finest.height});
+        mask_taps = choose_taps(size, size, size, levels_made(*item.mask));
+      }
+      const TexelsView<Pixel> mask_level = item.mask->level(mask_taps.level);
+      look(f, mask_level, 0, points);
+      sample(kernels, mask_level, mask_taps, points, 0, 1, alpha);
+      give_alpha(alpha, 1, drawn);
+    }
     std::copy_n(drawn, 4, s.light);
   }
   Pixel* const there = tile.row(y) + 4 * x;
@@ -253,9 +249,10 @@ void RoomTile::draw_edge(const std::vector<RoomItem<Texture>>& items, int x, int
 /// How the pixels of a block look at an item's content: the same samples for all of them. At a curved
 /// surface's limb a few pixels hold very much of it; they may alias a little, rather than blur the others.
 template <typename Texture>
-Taps RoomTile::taps_of(const RoomItem<Texture>& item, const Hits& hits, const PixelRect& block) const {
+Taps RoomTile::taps_of(const RoomLayer& layer, const Texture& texture, const Hits& hits,
+                       const PixelRect& block) const {
   constexpr double kMostOfTypical = 9;  // squared sides
-  const TexelsView<typename Texture::Pixel> content = item.texture->level(0);
+  const TexelsView<typename Texture::Pixel> content = texture.level(0);
   PixelSize finest, largest, typical;
   double log_xx = 0, log_yy = 0;
   int count = 0;
@@ -263,7 +260,7 @@ Taps RoomTile::taps_of(const RoomItem<Texture>& item, const Hits& hits, const Pi
     for (int x = block.x0 + y % 3; x < block.x1; x += 3) {
       const int at = place(x, y);
       if (hits.facet[at] < 0) continue;
-      const Footprint f = footprint(item.layer->facets()[std::size_t(hits.facet[at])], at);
+      const Footprint f = footprint(layer.facets()[std::size_t(hits.facet[at])], at);
       const PixelSize size = pixel_size(f, Vec2::Zero(), {content.width, content.height});
       if (count++ == 0) finest = largest = size;
       finest.narrow_squared = std::min(finest.narrow_squared, size.narrow_squared);
@@ -277,7 +274,7 @@ Taps RoomTile::taps_of(const RoomItem<Texture>& item, const Hits& hits, const Pi
   typical.yy = std::exp(log_yy / count);
   largest.xx = std::min(largest.xx, kMostOfTypical * typical.xx);
   largest.yy = std::min(largest.yy, kMostOfTypical * typical.yy);
-  return choose_taps(typical, finest, largest, levels_made(*item.texture));
+  return choose_taps(typical, finest, largest, levels_made(texture));
 }
 
 /// The even pixels of a row; the others are marked in `edge`.
@@ -289,7 +286,7 @@ void RoomTile::draw_row(const std::vector<RoomItem<Texture>>& items, int y, cons
   const auto is_visible = [&](int a, int at) {
     if (hits_[std::size_t(a)].facet[at] < 0) return false;
     for (int b = 0; b < items_count; ++b)
-      if (b != a && items[std::size_t(b)].texture->opaque() && hits_[std::size_t(b)].facet[at] >= 0 &&
+      if (b != a && items[std::size_t(b)].opaque() && hits_[std::size_t(b)].facet[at] >= 0 &&
           before(b, hits_[std::size_t(b)].nearness[at], a, hits_[std::size_t(a)].nearness[at]))
         return false;
     return true;
@@ -315,9 +312,19 @@ void RoomTile::draw_row(const std::vector<RoomItem<Texture>>& items, int y, cons
         look(footprint(item.layer->facets()[std::size_t(hits_[std::size_t(a)].facet[at])], at), level, x,
              points);
       }
-      if (begin < end)
-        sample(kernels, level, taps, points, begin, end - begin,
-               drawn.data() + (std::size_t(a) * kRowRoom + std::size_t(begin)) * 4);
+      if (begin >= end) continue;
+      Pixel* const to = drawn.data() + (std::size_t(a) * kRowRoom + std::size_t(begin)) * 4;
+      sample(kernels, level, taps, points, begin, end - begin, to);
+      if (!item.mask) continue;
+      const Taps& mask_taps = mask_taps_[std::size_t(a * kBlocks + block)];
+      const TexelsView<Pixel> mask_level = item.mask->level(mask_taps.level);
+      for (int x = begin; x < end; ++x)
+        if (const int at = place(x, y); !edge[x] && is_visible(a, at))
+          look(footprint(item.layer->facets()[std::size_t(hits_[std::size_t(a)].facet[at])], at), mask_level,
+               x, points);
+      Pixel alpha[kRowRoom * 4];
+      sample(kernels, mask_level, mask_taps, points, begin, end - begin, alpha);
+      give_alpha(alpha, end - begin, to);
     }
   }
   for (int x = 0; x < width; ++x) {
@@ -331,7 +338,7 @@ void RoomTile::draw_row(const std::vector<RoomItem<Texture>>& items, int y, cons
     for (std::size_t i = fragments_.size(); i > 0; --i) {
       const auto a = std::size_t(fragments_[i - 1].item);
       const Pixel* const from = drawn.data() + (a * kRowRoom + std::size_t(x)) * 4;
-      if (items[a].texture->opaque())
+      if (items[a].opaque())
         std::copy_n(from, 4, there);
       else
         over(kernels, from, 1, there);
@@ -347,14 +354,18 @@ void RoomTile::draw(const std::vector<RoomItem<Texture>>& items, const std::vect
   if (hits_.size() < items.size()) hits_.resize(items.size());
   for (std::size_t a = 0; a < items.size(); ++a) cast(*items[a].layer, tile.x, tile.y, tile.rect, hits_[a]);
   taps_.assign(items.size() * kBlocks, {});
+  mask_taps_.assign(items.size() * kBlocks, {});
   for (int y = 0; y < tile.rect.height(); ++y) {
     if (area && y % kStrip == 0)
       for (std::size_t a = 0; a < items.size(); ++a)
-        for (int block = 0; block * kBlock < tile.rect.width(); ++block)
-          taps_[a * kBlocks + std::size_t(block)] =
-              taps_of(items[a], hits_[a],
-                      {block * kBlock, y, std::min((block + 1) * kBlock, tile.rect.width()),
-                       std::min(y + kStrip, tile.rect.height())});
+        for (int block = 0; block * kBlock < tile.rect.width(); ++block) {
+          const RoomItem<Texture>& item = items[a];
+          const std::size_t n = a * kBlocks + std::size_t(block);
+          const PixelRect pixels{block * kBlock, y, std::min((block + 1) * kBlock, tile.rect.width()),
+                                 std::min(y + kStrip, tile.rect.height())};
+          taps_[n] = taps_of(*item.layer, *item.texture, hits_[a], pixels);
+          if (item.mask) mask_taps_[n] = taps_of(*item.layer, *item.mask, hits_[a], pixels);
+        }
     bool edge[kTileWidth] = {};
     for (int x = 0; x < tile.rect.width(); ++x) edge[x] = known(place(x, y)) && !is_even(items, place(x, y));
     draw_row(items, y, edge, kernels, tile);

@@ -19,6 +19,9 @@ template <typename Texture>
 struct RoomItem {
   const RoomLayer* layer;
   const Texture* texture;
+  const Texture* mask = nullptr;  ///< gives its alpha to the content
+
+  bool opaque() const { return texture->opaque() && !mask; }
 };
 
 /// Its memory is kept from tile to tile.
@@ -56,7 +59,8 @@ class RoomTile {
   template <typename Texture>
   bool is_even(const std::vector<RoomItem<Texture>>& items, int at) const;
   template <typename Texture>
-  Taps taps_of(const RoomItem<Texture>& item, const Hits& hits, const PixelRect& block) const;
+  Taps taps_of(const RoomLayer& layer, const Texture& texture, const Hits& hits,
+               const PixelRect& block) const;
   template <typename Texture>
   void draw_row(const std::vector<RoomItem<Texture>>& items, int y, const bool (&edge)[kTileWidth],
                 const Kernels& kernels, Tile<typename Texture::Pixel>& tile);
@@ -77,8 +81,8 @@ class RoomTile {
   }
 
   std::vector<Fragment> fragments_, candidates_;
-  std::vector<Taps> taps_;          ///< [item, block]
-  std::vector<Light> drawn_light_;  ///< a row of every item
+  std::vector<Taps> taps_, mask_taps_;  ///< [item, block]
+  std::vector<Light> drawn_light_;      ///< a row of every item
   std::vector<Value> drawn_values_;
 };
 

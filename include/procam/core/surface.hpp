@@ -12,6 +12,7 @@
 #include <string>
 #include <variant>
 
+#include "procam/core/content_layout.hpp"
 #include "procam/core/error.hpp"
 #include "procam/core/surface/bezier.hpp"
 #include "procam/core/surface/cylinder.hpp"
@@ -32,6 +33,8 @@ struct Surface {
   SurfaceGeometry geometry;
   std::vector<double> weights;  ///< one a pair, 1/sigma^2 up to a common factor; empty: all equal
   std::string content;          ///< file shown when the tool is given none; may be empty
+  ContentLayout layout = {};
+  ContentShape shape = {};
 };
 
 /// Surfaces in the room hide each other as the projector sees them; where two lie together (closer than a

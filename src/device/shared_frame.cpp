@@ -46,12 +46,14 @@ Error shared_error(const std::string& name, const std::string& why, const std::s
 
 std::string path_of(const std::string& name) {
   if (name.empty() || name.size() > 200 || name.find('/') != std::string::npos)
-    throw Error(ErrorKind::kInput, "shm:" + name, "it is no name for shared memory", "give a word, e.g. shm:wall");
+    throw Error(ErrorKind::kInput, "shm:" + name, "it is no name for shared memory",
+                "give a word, e.g. shm:wall");
   return "/" + name;
 }
 
 Slot& slot_of(void* memory, ImageSize size, std::uint64_t number) {
-  return *reinterpret_cast<Slot*>(static_cast<char*>(memory) + kHeader + (number % kSlots) * slot_bytes(size));
+  return *reinterpret_cast<Slot*>(static_cast<char*>(memory) + kHeader +
+                                  (number % kSlots) * slot_bytes(size));
 }
 char* pixels_of(Slot& slot) {
   return reinterpret_cast<char*>(&slot) + kHeader;
@@ -128,14 +130,16 @@ SharedFrameReader::SharedFrameReader(const std::string& name) : memory_(std::mak
   close(file);
   const auto* header = static_cast<const Header*>(data);
   bool good = data != MAP_FAILED && std::memcmp(header->magic, kMagic, sizeof kMagic) == 0 &&
-              header->channels == 3 && header->slots == kSlots && header->width < 65536 && header->height < 65536;
+              header->channels == 3 && header->slots == kSlots && header->width < 65536 &&
+              header->height < 65536;
   if (good) {
     memory_->size = {int(header->width), int(header->height)};
     good = total_bytes(memory_->size) == bytes;
   }
   if (!good) {
     if (data != MAP_FAILED) munmap(data, bytes);
-    throw shared_error(name, "it does not hold frames of procam", "name what project-live --output shm:NAME wrote");
+    throw shared_error(name, "it does not hold frames of procam",
+                       "name what project-live --output shm:NAME wrote");
   }
   memory_->data = data;
 }

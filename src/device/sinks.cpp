@@ -59,7 +59,8 @@ class StreamSink : public FrameSink {
   explicit StreamSink(const SinkOptions& options)
       : size_(options.size), bytes_(std::size_t(3 * size_.width) * std::size_t(size_.height)) {
     if (isatty(STDOUT_FILENO) != 0)
-      throw Error(ErrorKind::kDevice, "stdout", "it is a terminal, which shows no frames", "pipe it into a program");
+      throw Error(ErrorKind::kDevice, "stdout", "it is a terminal, which shows no frames",
+                  "pipe it into a program");
     // A reader that goes away is told by write(), not by a signal that ends the program.
     std::signal(SIGPIPE, SIG_IGN);
   }
@@ -101,7 +102,8 @@ class NoSink : public FrameSink {
 std::unique_ptr<FrameSink> open_sink(const std::string& text, const SinkOptions& options) {
   require(options.size.width > 0 && options.size.height > 0 && options.fps > 0, "open_sink: no size or rate");
   const std::size_t colon = text.find(':');
-  const std::string kind = text.substr(0, colon), rest = colon == std::string::npos ? "" : text.substr(colon + 1);
+  const std::string kind = text.substr(0, colon),
+                    rest = colon == std::string::npos ? "" : text.substr(colon + 1);
   if (kind == "frames" && !rest.empty()) return std::make_unique<FolderSink>(rest, options);
   if (kind == "video" && !rest.empty()) return internal::open_video(rest, options);
   if (kind == "shm" && !rest.empty()) return internal::open_shared(rest, options);

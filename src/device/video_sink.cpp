@@ -16,7 +16,8 @@ class VideoSink : public FrameSink {
     if (extension == ".mkv") codec = cv::VideoWriter::fourcc('F', 'F', 'V', '1');  // without loss
     if (extension == ".avi") codec = cv::VideoWriter::fourcc('M', 'J', 'P', 'G');
     if (codec == 0)
-      throw Error(ErrorKind::kUnsupported, file, "its name tells no kind of video", "name it .mp4, .mkv or .avi");
+      throw Error(ErrorKind::kUnsupported, file, "its name tells no kind of video",
+                  "name it .mp4, .mkv or .avi");
     if (!std::filesystem::is_directory(std::filesystem::absolute(file).parent_path()))
       throw Error(ErrorKind::kIo, file, "its folder does not exist", "make it first");
     // Whole or not at all under its name: a player cannot read an mp4 whose end was not written.

@@ -150,7 +150,8 @@ class Window : public FrameSink {
       glTexImage2D(GL_TEXTURE_2D, 0, grey ? GL_LUMINANCE8 : GL_RGB8, size_.width, size_.height, 0, format,
                    GL_UNSIGNED_BYTE, nullptr);
     texture_format_ = format;
-    glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, size_.width, size_.height, format, GL_UNSIGNED_BYTE, picture.data);
+    glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, size_.width, size_.height, format, GL_UNSIGNED_BYTE,
+                    picture.data);
   }
 
   double finish() {

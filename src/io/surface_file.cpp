@@ -238,6 +238,21 @@ void save_surfaces(const std::filesystem::path& path, const SurfaceSet& surfaces
   save_noun(path, syntax_of(path), surfaces);
 }
 
+std::string surfaces_to_text(SurfaceSet surfaces) {
+  Node document;
+  write(surfaces, document, "");
+  return to_json(document);
+}
+
+SurfaceSet surfaces_from_text(const std::string& text, const std::filesystem::path& beside) {
+  const std::string file = beside.string();
+  const Node document = parse_json(text, file);
+  SurfaceSet set{};
+  read(Value{&document, &file, ""}, set);
+  for (Surface& surface : set.surfaces) make_drawable(surface, nullptr, beside);
+  return set;
+}
+
 SolvedSurfaceSet load_solved_surfaces(const std::filesystem::path& path) {
   SolvedSurfaceSet set = load_noun<SolvedSurfaceSet>(path, syntax_of(path));
   for (SolvedSurface& solved : set.surfaces) make_drawable(solved.surface, &solved.placement, path);

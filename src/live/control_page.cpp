@@ -46,7 +46,8 @@ bool same_secret(std::string_view a, std::string_view b) {
 
 std::string token_of(std::string_view target, std::string_view authorization) {
   constexpr std::string_view kBearer = "Bearer ";
-  if (authorization.substr(0, kBearer.size()) == kBearer) return std::string(authorization.substr(kBearer.size()));
+  if (authorization.substr(0, kBearer.size()) == kBearer)
+    return std::string(authorization.substr(kBearer.size()));
   for (std::size_t at = target.find('?'); at != std::string_view::npos; at = target.find('&', at)) {
     const std::string_view rest = target.substr(++at);
     if (rest.substr(0, 6) == "token=") return std::string(rest.substr(6, rest.find('&') - 6));
@@ -112,7 +113,8 @@ std::optional<Command> to_command(std::string_view text) {
       good = point >= -1 && point < 100000;
       command.point = good ? int(point) : -1;
     }
-    if (key == "pixels" && value.is_array() && value.size() == 2 && value[0].is_number() && value[1].is_number()) {
+    if (key == "pixels" && value.is_array() && value.size() == 2 && value[0].is_number() &&
+        value[1].is_number()) {
       command.pixels = Vec2(value[0].get<double>(), value[1].get<double>());
       good = command.pixels.allFinite();
     }
@@ -127,8 +129,10 @@ std::string to_jpeg(const ImageU8& frame) {
                     const_cast<std::uint8_t*>(frame.data()));
   cv::Mat small = rgb, bgr;
   if (frame.width() > kViewWidth)
-    cv::resize(rgb, small, cv::Size(kViewWidth, std::max(1, int(std::lround(double(frame.height()) * kViewWidth / frame.width())))), 0,
-               0, cv::INTER_AREA);
+    cv::resize(rgb, small,
+               cv::Size(kViewWidth,
+                        std::max(1, int(std::lround(double(frame.height()) * kViewWidth / frame.width())))),
+               0, 0, cv::INTER_AREA);
   cv::cvtColor(small, bgr, frame.channels() == 3 ? cv::COLOR_RGB2BGR : cv::COLOR_GRAY2BGR);
   std::vector<std::uint8_t> bytes;
   cv::imencode(".jpg", bgr, bytes, {cv::IMWRITE_JPEG_QUALITY, 82});
@@ -150,10 +154,12 @@ class ControlPage::Server {
     beast::error_code failed;
     const asio::ip::address address = asio::ip::make_address(options.address, failed);
     if (failed || options.port < 0 || options.port > 65535)
-      throw Error(ErrorKind::kInput, what, "it is no address to listen on", "give e.g. 127.0.0.1:8737, or 0.0.0.0:8737");
+      throw Error(ErrorKind::kInput, what, "it is no address to listen on",
+                  "give e.g. 127.0.0.1:8737, or 0.0.0.0:8737");
     for (const unsigned char letter : token_)
       if (std::isalnum(letter) == 0 && letter != '-' && letter != '_')
-        throw Error(ErrorKind::kInput, what, "its token has other letters than a-z A-Z 0-9 - _", "give another token");
+        throw Error(ErrorKind::kInput, what, "its token has other letters than a-z A-Z 0-9 - _",
+                    "give another token");
     const tcp::endpoint wanted(address, static_cast<unsigned short>(options.port));
     acceptor_.open(wanted.protocol(), failed);
     if (!failed) acceptor_.set_option(asio::socket_base::reuse_address(true), failed);
@@ -174,7 +180,7 @@ class ControlPage::Server {
 
   std::string url() const {
     const bool any = endpoint_.address().is_unspecified();
-    const std::string host = any ? "localhost"
+    const std::string host = any                           ? "localhost"
                              : endpoint_.address().is_v6() ? "[" + endpoint_.address().to_string() + "]"
                                                            : endpoint_.address().to_string();
     return "http://" + host + ":" + std::to_string(endpoint_.port()) + "/?token=" + token_;
@@ -207,25 +213,15 @@ class ControlPage::Server {
   friend class Looker;
   friend class Request;
 
-  void accept() {
-    acceptor_.async_accept([this](beast::error_code failed, tcp::socket socket) {
-      if (!failed && connections_ < kMostConnections) std::make_shared<Request>(*this, std::move(socket))->read();
-      // Out of files: the next try must not spin.
-      if (failed && failed != asio::error::operation_aborted) {
-        auto later = std::make_shared<asio::steady_timer>(io_, std::chrono::milliseconds(100));
-        later->async_wait([this, later](beast::error_code) { accept(); });
-      } else if (!failed) {
-        accept();
-      }
-    });
-  }
+  void accept();
   void tick();
 
   /// Why a request is refused; nullptr when it is fine.
   const char* refusal(const http::fields& fields, std::string_view target) const {
     const std::string host(fields[http::field::host]);
     const std::string port = ":" + std::to_string(endpoint_.port());
-    if (is_loopback(endpoint_) && host != "localhost" + port && host != "127.0.0.1" + port && host != "[::1]" + port)
+    if (is_loopback(endpoint_) && host != "localhost" + port && host != "127.0.0.1" + port &&
+        host != "[::1]" + port)
       return "the Host is not this machine";
     const std::string origin(fields[http::field::origin]);
     if (!origin.empty() && origin != "http://" + host) return "the Origin is another site";
@@ -342,13 +338,14 @@ class ControlPage::Server::Looker : public std::enable_shared_from_this<Looker> 
   void write(bool is_text) {
     writing_ = true;
     socket_.text(is_text);
-    socket_.async_write(asio::buffer(message_), [self = shared_from_this()](beast::error_code failed, std::size_t) {
-      self->writing_ = false;
-      if (failed)
-        self->open_ = false;
-      else
-        self->send();
-    });
+    socket_.async_write(asio::buffer(message_),
+                        [self = shared_from_this()](beast::error_code failed, std::size_t) {
+                          self->writing_ = false;
+                          if (failed)
+                            self->open_ = false;
+                          else
+                            self->send();
+                        });
   }
 
   Server& server_;
@@ -361,7 +358,8 @@ class ControlPage::Server::Looker : public std::enable_shared_from_this<Looker> 
 
 class ControlPage::Server::Request : public std::enable_shared_from_this<Request> {
  public:
-  Request(Server& server, tcp::socket socket) : server_(server), stream_(std::move(socket)), buffer_(kMostHeader + kMostBody) {
+  Request(Server& server, tcp::socket socket)
+      : server_(server), stream_(std::move(socket)), buffer_(kMostHeader + kMostBody) {
     ++server_.connections_;
   }
   ~Request() { --server_.connections_; }
@@ -373,14 +371,16 @@ class ControlPage::Server::Request : public std::enable_shared_from_this<Request
     parser_->header_limit(kMostHeader);
     parser_->body_limit(kMostBody);
     stream_.expires_after(kPatience);
-    http::async_read(stream_, buffer_, *parser_, [self = shared_from_this()](beast::error_code failed, std::size_t) {
-      if (failed == http::error::body_limit) return self->answer(http::status::payload_too_large, "text/plain", "too large\n");
-      if (failed == http::error::header_limit)
-        return self->answer(http::status::request_header_fields_too_large, "text/plain", "too large\n");
-      if (failed == http::error::end_of_stream || failed == beast::error::timeout) return;
-      if (failed) return self->answer(http::status::bad_request, "text/plain", "no request\n");
-      self->handle();
-    });
+    http::async_read(
+        stream_, buffer_, *parser_, [self = shared_from_this()](beast::error_code failed, std::size_t) {
+          if (failed == http::error::body_limit)
+            return self->answer(http::status::payload_too_large, "text/plain", "too large\n");
+          if (failed == http::error::header_limit)
+            return self->answer(http::status::request_header_fields_too_large, "text/plain", "too large\n");
+          if (failed == http::error::end_of_stream || failed == beast::error::timeout) return;
+          if (failed) return self->answer(http::status::bad_request, "text/plain", "no request\n");
+          self->handle();
+        });
   }
 
  private:
@@ -391,14 +391,17 @@ class ControlPage::Server::Request : public std::enable_shared_from_this<Request
     if (const char* why = server_.refusal(request, target))
       return answer(http::status::forbidden, "text/plain", std::string("refused: ") + why + "\n");
     if (path == "/command") {
-      if (request.method() != http::verb::post) return answer(http::status::method_not_allowed, "text/plain", "POST it\n");
+      if (request.method() != http::verb::post)
+        return answer(http::status::method_not_allowed, "text/plain", "POST it\n");
       const bool good = server_.add(to_command(request.body()));
       return good ? answer(http::status::accepted, "text/plain", "accepted\n")
                   : answer(http::status::bad_request, "text/plain", "no command\n");
     }
-    if (request.method() != http::verb::get) return answer(http::status::method_not_allowed, "text/plain", "GET it\n");
+    if (request.method() != http::verb::get)
+      return answer(http::status::method_not_allowed, "text/plain", "GET it\n");
     if (path == "/ws") {
-      if (!websocket::is_upgrade(request)) return answer(http::status::upgrade_required, "text/plain", "a WebSocket\n");
+      if (!websocket::is_upgrade(request))
+        return answer(http::status::upgrade_required, "text/plain", "a WebSocket\n");
       stream_.expires_never();
       std::make_shared<Looker>(server_, std::move(stream_))->begin(request);
       return;
@@ -427,11 +430,12 @@ class ControlPage::Server::Request : public std::enable_shared_from_this<Request
     response_->set(http::field::content_type, type);
     response_->set(http::field::cache_control, "no-store");
     response_->set(http::field::x_frame_options, "DENY");
-    response_->set(http::field::referrer_policy, "no-referrer");
+    response_->set("Referrer-Policy", "no-referrer");
     response_->set("X-Content-Type-Options", "nosniff");
-    response_->set("Content-Security-Policy",
-                   "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src 'self' blob:; "
-                   "connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'");
+    response_->set(
+        "Content-Security-Policy",
+        "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src 'self' blob:; "
+        "connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'");
     response_->body() = body;
     response_->keep_alive(false);
     response_->prepare_payload();
@@ -448,6 +452,20 @@ class ControlPage::Server::Request : public std::enable_shared_from_this<Request
   std::optional<http::request_parser<http::string_body>> parser_;
   std::optional<http::response<http::string_body>> response_;
 };
+
+void ControlPage::Server::accept() {
+  acceptor_.async_accept([this](beast::error_code failed, tcp::socket socket) {
+    if (!failed && connections_ < kMostConnections)
+      std::make_shared<Request>(*this, std::move(socket))->read();
+    // Out of files: the next try must not spin.
+    if (failed && failed != asio::error::operation_aborted) {
+      auto later = std::make_shared<asio::steady_timer>(io_, std::chrono::milliseconds(100));
+      later->async_wait([this, later](beast::error_code) { accept(); });
+    } else if (!failed) {
+      accept();
+    }
+  });
+}
 
 void ControlPage::Server::tick() {
   timer_.expires_after(kStatusPeriod);

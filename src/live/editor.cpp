@@ -8,8 +8,8 @@ namespace {
 constexpr std::size_t kLongestName = 64;
 
 Error refuse(const Command& command, const std::string& why, const std::string& next) {
-  return Error(ErrorKind::kInput, command.verb + (command.surface.empty() ? "" : " '" + command.surface + "'"), why,
-               next);
+  return Error(ErrorKind::kInput,
+               command.verb + (command.surface.empty() ? "" : " '" + command.surface + "'"), why, next);
 }
 
 const SolvedSurface* find(const SolvedSurfaceSet& solved, const std::string& name) {
@@ -22,9 +22,11 @@ void require_name(const Command& command, const std::string& name, const Surface
   if (name.empty() || name.size() > kLongestName)
     throw refuse(command, "a surface needs a name of at most 64 letters", "give another name");
   for (const unsigned char letter : name)
-    if (letter < 0x20 || letter == 0x7f) throw refuse(command, "the name has letters that do not print", "give another name");
+    if (letter < 0x20 || letter == 0x7f)
+      throw refuse(command, "the name has letters that do not print", "give another name");
   for (const Surface& surface : surfaces.surfaces)
-    if (surface.name == name) throw refuse(command, "there is a surface '" + name + "' already", "give another name");
+    if (surface.name == name)
+      throw refuse(command, "there is a surface '" + name + "' already", "give another name");
 }
 
 /// The destination points of a surface; null for geometries without.
@@ -34,18 +36,21 @@ Points2* points_of(SurfaceGeometry& geometry) {
   return nullptr;
 }
 
-Vec2 on_plane(const Command& command, const Vec2& pixel, const Pose& projector_from_surface, const Projector& projector) {
+Vec2 on_plane(const Command& command, const Vec2& pixel, const Pose& projector_from_surface,
+              const Projector& projector) {
   // The plane z = 0 in the surface's own frame, met by the ray brought there.
   const std::optional<Ray> ray = projector.emit(pixel);
   std::optional<Vec3> met;
   if (ray) {
     const Pose surface_from_projector = projector_from_surface.inverse();
-    const Vec3 origin = surface_from_projector * ray->origin, direction = surface_from_projector.rotate(ray->direction);
+    const Vec3 origin = surface_from_projector * ray->origin,
+               direction = surface_from_projector.rotate(ray->direction);
     const double along = -origin.z() / direction.z();
     if (along > 0 && std::isfinite(along)) met = origin + along * direction;
   }
   if (!met || met->norm() > 1e4)
-    throw refuse(command, "the light of that pixel does not meet the surface's plane", "drop the corner on the surface");
+    throw refuse(command, "the light of that pixel does not meet the surface's plane",
+                 "drop the corner on the surface");
   return met->head<2>();
 }
 
@@ -64,7 +69,8 @@ Editor::Editor(SurfaceSet surfaces) : surfaces_(std::move(surfaces)) {}
 Surface& Editor::find(const std::string& name) {
   for (Surface& surface : surfaces_.surfaces)
     if (surface.name == name) return surface;
-  throw Error(ErrorKind::kInput, "surface '" + name + "'", "there is none of this name", "name one that is shown");
+  throw Error(ErrorKind::kInput, "surface '" + name + "'", "there is none of this name",
+              "name one that is shown");
 }
 
 void Editor::begin_step(const std::string& gesture) {
@@ -89,7 +95,8 @@ void Editor::apply(const Command& command, const Projector& projector, const Sol
       throw refuse(command, "this kind of surface has no corners to drag", "change its file");
     const int count = int(points->size());
     if (command.point >= count || command.point < (verb == "nudge" ? -1 : 0))
-      throw refuse(command, "it has no point " + std::to_string(command.point), "name 0 to " + std::to_string(count - 1));
+      throw refuse(command, "it has no point " + std::to_string(command.point),
+                   "name 0 to " + std::to_string(count - 1));
     const auto* plane = std::get_if<PlacedPlane>(&placed->placement);
     const std::vector<std::optional<Vec2>> shown = points_in_frame(*placed, projector);
     for (int i = 0; i < count; ++i) {
@@ -100,7 +107,8 @@ void Editor::apply(const Command& command, const Projector& projector, const Sol
           throw refuse(command, "that point is not in the projector's sight", "move it there first");
         pixel += *shown[std::size_t(i)];
       }
-      (*points)[std::size_t(i)] = plane == nullptr ? pixel : on_plane(command, pixel, plane->projector_from_surface, projector);
+      (*points)[std::size_t(i)] =
+          plane == nullptr ? pixel : on_plane(command, pixel, plane->projector_from_surface, projector);
     }
     begin_step(command.gesture);
     find(command.surface) = std::move(changed);
@@ -167,7 +175,8 @@ std::vector<std::optional<Vec2>> points_in_frame(const SolvedSurface& surface, c
   const auto* placed = std::get_if<PlacedPlane>(&surface.placement);
   if (plane != nullptr && placed != nullptr)
     for (const Vec2& point : plane->points)
-      shown.push_back(projector.pixel_lighting(placed->projector_from_surface * Vec3(point.x(), point.y(), 0)));
+      shown.push_back(
+          projector.pixel_lighting(placed->projector_from_surface * Vec3(point.x(), point.y(), 0)));
   return shown;
 }
 

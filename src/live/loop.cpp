@@ -16,7 +16,7 @@ constexpr std::size_t kMessages = 8;
 constexpr std::size_t kFrames = 4;
 
 const std::vector<std::string>& keys() {
-  static const std::vector<std::string> lines = {"h  these keys",        "g  grid",   "m  mask",
+  static const std::vector<std::string> lines = {"h  these keys",        "g  grid",         "m  mask",
                                                  "f  freeze, and go on", "n  next picture", "Esc  end"};
   return lines;
 }
@@ -56,6 +56,7 @@ class Loop {
       free_since = device::now_s();
       parts_.tick(metrics_);
     }
+    count_malformed();
     return metrics_;
   }
 
@@ -140,8 +141,9 @@ class Loop {
   bool same_names(const SurfaceSet& surfaces) const {
     if (parts_.editor == nullptr) return true;
     const std::vector<Surface>& now = parts_.editor->surfaces().surfaces;
-    return std::equal(now.begin(), now.end(), surfaces.surfaces.begin(), surfaces.surfaces.end(),
-                      [](const Surface& a, const Surface& b) { return a.name == b.name && a.content == b.content; });
+    return std::equal(
+        now.begin(), now.end(), surfaces.surfaces.begin(), surfaces.surfaces.end(),
+        [](const Surface& a, const Surface& b) { return a.name == b.name && a.content == b.content; });
   }
 
   bool show(Show next) {
@@ -160,7 +162,8 @@ class Loop {
       const auto known = {"content", "grid", "mask"};
       const auto found = std::find(known.begin(), known.end(), command.text);
       if (found == known.end())
-        throw Error(ErrorKind::kInput, "picture '" + command.text + "'", "there is none", "name content, grid or mask");
+        throw Error(ErrorKind::kInput, "picture '" + command.text + "'", "there is none",
+                    "name content, grid or mask");
       return turn_to(Picture(found - known.begin()));
     }
     if (command.verb == "freeze") {
@@ -172,9 +175,16 @@ class Loop {
       return;
     }
     if (parts_.editor == nullptr)
-      throw Error(ErrorKind::kInput, command.verb, "these surfaces cannot be changed here", "change their file");
+      throw Error(ErrorKind::kInput, command.verb, "these surfaces cannot be changed here",
+                  "change their file");
+    if (!command.text.empty() && (command.verb == "content" || command.verb == "add") &&
+        !may_be_shown(command.text))
+      throw Error(ErrorKind::kInput, "content '" + command.text + "'",
+                  "it is not among those that may be chosen",
+                  "put the file beside the surfaces file, or name it with --content");
     if (command.verb == "save") {
-      if (!parts_.save) throw Error(ErrorKind::kInput, "save", "no file was named", "start with --surfaces FILE");
+      if (!parts_.save)
+        throw Error(ErrorKind::kInput, "save", "no file was named", "start with --surfaces FILE");
       if (parts_.loader != nullptr)
         parts_.loader->expect([&] { parts_.save(parts_.editor->surfaces()); });
       else
@@ -188,6 +198,15 @@ class Loop {
     }
     parts_.editor->apply(command, parts_.projection.projector(), parts_.projection.solved());
     if (!show_edited()) parts_.editor->revoke();
+  }
+
+  /// A page is not to open any file or device of this machine.
+  bool may_be_shown(const std::string& content) const {
+    if (std::find(parts_.contents.begin(), parts_.contents.end(), content) != parts_.contents.end())
+      return true;
+    const std::vector<Surface>& now = parts_.editor->surfaces().surfaces;
+    return std::any_of(now.begin(), now.end(),
+                       [&](const Surface& surface) { return surface.content == content; });
   }
 
   /// The edited surfaces with the contents at hand; others are opened in the background.
@@ -264,7 +283,8 @@ class Loop {
     if (state == track::TrackState::kStale)
       say(drawn_.blanked ? "the pose is stale: the picture is black until poses come again"
                          : "the pose is stale: the picture stays where the robot was");
-    if (state == track::TrackState::kFresh) say(told_ == track::TrackState::kNone ? "poses arrive" : "poses arrive again");
+    if (state == track::TrackState::kFresh)
+      say(told_ == track::TrackState::kNone ? "poses arrive" : "poses arrive again");
     told_ = state;
   }
 
@@ -277,8 +297,9 @@ class Loop {
     status.frame = parts_.projection.frame_size();
     for (const SolvedSurface& surface : parts_.projection.solved().surfaces)
       status.surfaces.push_back({surface.surface.name, surface.surface.content,
-                                 parts_.editor != nullptr ? points_in_frame(surface, parts_.projection.projector())
-                                                          : std::vector<std::optional<Vec2>>{}});
+                                 parts_.editor != nullptr
+                                     ? points_in_frame(surface, parts_.projection.projector())
+                                     : std::vector<std::optional<Vec2>>{}});
     status.contents = parts_.contents;
     status.picture = parts_.projection.picture();
     status.frozen = frozen_;

@@ -11,18 +11,19 @@ constexpr double kShortest = 1e-6;
 
 void write(std::string& text, const char* name, const char* help, std::uint64_t count) {
   char line[256];
-  std::snprintf(line, sizeof line, "# HELP procam_%s %s\n# TYPE procam_%s counter\nprocam_%s %llu\n", name, help,
-                name, name, static_cast<unsigned long long>(count));
+  std::snprintf(line, sizeof line, "# HELP procam_%s %s\n# TYPE procam_%s counter\nprocam_%s %llu\n", name,
+                help, name, name, static_cast<unsigned long long>(count));
   text += line;
 }
 
 void write(std::string& text, const char* name, const char* help, const Durations& durations) {
   char line[256];
-  std::snprintf(line, sizeof line, "# HELP procam_%s_seconds %s\n# TYPE procam_%s_seconds summary\n", name, help,
-                name);
+  std::snprintf(line, sizeof line, "# HELP procam_%s_seconds %s\n# TYPE procam_%s_seconds summary\n", name,
+                help, name);
   text += line;
   for (const double q : {0.5, 0.9, 0.99}) {
-    std::snprintf(line, sizeof line, "procam_%s_seconds{quantile=\"%g\"} %.6g\n", name, q, durations.quantile(q));
+    std::snprintf(line, sizeof line, "procam_%s_seconds{quantile=\"%g\"} %.6g\n", name, q,
+                  durations.quantile(q));
     text += line;
   }
   std::snprintf(line, sizeof line, "procam_%s_seconds_sum %.9g\nprocam_%s_seconds_count %llu\n", name,
@@ -48,8 +49,7 @@ double Durations::quantile(double q) const {
   for (int bin = 0; bin < kBins; ++bin) {
     seen += bins_[std::size_t(bin)];
     // The bin's middle; no more than has been seen at all.
-    if (seen >= rank && seen > 0)
-      return std::min(largest_, kShortest * std::exp2((bin + 0.5) / kAnOctave));
+    if (seen >= rank && seen > 0) return std::min(largest_, kShortest * std::exp2((bin + 0.5) / kAnOctave));
   }
   return largest_;
 }

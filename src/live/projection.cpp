@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cstring>
 
+#include "procam/surface/lay_out.hpp"
 #include "procam/surface/solve.hpp"
 
 namespace procam::live {
@@ -49,6 +50,14 @@ void make_black(ImageView<std::uint8_t> frame) {
     std::memset(frame.row(y), 0, std::size_t(frame.width) * std::size_t(frame.channels));
 }
 
+/// What a layout does not change: where the surface is.
+void take_pose(const Placement& from, Placement& into) {
+  if (const auto* plane = std::get_if<PlacedPlane>(&from))
+    std::get<PlacedPlane>(into).projector_from_surface = plane->projector_from_surface;
+  if (const auto* mesh = std::get_if<PlacedMesh>(&from))
+    std::get<PlacedMesh>(into).projector_from_surface = mesh->projector_from_surface;
+}
+
 bool stands_in_world(const Surface& surface) {
   const InRoom* place = place_of(surface.geometry);
   return place != nullptr && place->frame == "world";
@@ -65,6 +74,13 @@ struct Projection::State {
   Picture picture = Picture::kContent;
   ImageU8 grid = grid_picture(), white = ImageU8(8, 8, 1, 255);
   Scene scene;
+  /// One a surface: how a picture of this size lies on it.
+  struct Laid {
+    ImageSize picture;
+    surface::LaidOut layout;
+    std::uint64_t number = 0;
+  };
+  std::vector<Laid> laid;
   /// One a surface: a number that no other content has had. Memory of one that is gone may come again with
   /// the next, and the renderer knows pictures by their memory and revision.
   std::vector<std::uint64_t> serials;
@@ -84,25 +100,38 @@ struct Projection::State {
     return (world_from_child * options.child_from_rig * projector.rig_from_projector).inverse().normalized();
   }
 
-  void add_item(const SolvedSurface& surface, std::size_t i, double content_time) {
-    device::ContentSource* content = show.contents[i].get();
-    if (content == nullptr && picture == Picture::kContent) return;
-    SceneItem& item = scene.items.emplace_back();
-    item.placement = surface.placement;
+  void add_item(std::size_t i, double content_time) {
+    ViewU8 shown;
+    std::uint64_t revision = 0;
     switch (picture) {
       case Picture::kContent: {
-        const device::ContentFrame frame = content->at(content_time);
-        item.content = frame.view;
-        item.content_revision = (serials[i] << 40) + frame.revision;
+        if (!show.contents[i]) return;
+        const device::ContentFrame frame = show.contents[i]->at(content_time);
+        shown = frame.view;
+        revision = (serials[i] << 40) + frame.revision;
         break;
       }
       case Picture::kGrid:
-        item.content = grid.view();
+        shown = grid.view();
         break;
       case Picture::kMask:
-        item.content = white.view();
+        shown = white.view();
         break;
     }
+    const Placement& placement = solved.surfaces[i].placement;
+    Laid& way = laid[i];
+    if (way.picture != shown.size()) {
+      way.layout = surface::lay_out(placement, solved.surfaces[i].surface, shown.size());
+      way.picture = shown.size();
+      way.number = next_serial++;
+    }
+    take_pose(placement, way.layout.placement);
+    SceneItem& item = scene.items.emplace_back();
+    item.placement = way.layout.placement;
+    item.content = way.layout.part(shown);
+    item.content_revision = revision;
+    item.mask = way.layout.mask;
+    item.mask_revision = way.number;
   }
 };
 
@@ -139,6 +168,7 @@ void Projection::set_show(Show show) {
                                            : state_->serials[std::size_t(same - before.begin())]);
   }
   state_->serials = std::move(serials);
+  state_->laid.assign(show.contents.size(), {});
   state_->show = std::move(show);
 }
 const Show& Projection::show() const {
@@ -183,11 +213,12 @@ DrawnFrame Projection::draw(double light_time, double content_time, ImageView<st
       waits = true;
       continue;
     }
-    s.add_item(surface, i, content_time);
+    s.add_item(i, content_time);
     const auto* plane = std::get_if<PlacedPlane>(&surface.placement);
     if (plane != nullptr && drawn.pose.state != track::TrackState::kNone && stands_in_world(surface.surface))
       drawn.pose_error =
-          std::max(drawn.pose_error, rms_of_light(*plane, s.solved.projector_from_world->inverse(), drawn.pose.covariance));
+          std::max(drawn.pose_error,
+                   rms_of_light(*plane, s.solved.projector_from_world->inverse(), drawn.pose.covariance));
   }
   if (s.scene.items.empty()) {
     drawn.blanked = drawn.blanked || waits;

@@ -12,7 +12,7 @@
 namespace procam::live {
 namespace {
 
-constexpr const char* kHeader = "{\"format\":\"procam-pose-log\",\"version\":1,\"run\":1}";
+constexpr const char* kHeader = "{\"format\":\"procam-pose-log\",\"version\":1,\"run\":\"";
 constexpr const char* kPictures[] = {"content", "grid", "mask"};
 /// A surface file may hold many surfaces; nothing else is long.
 constexpr std::size_t kLongestLine = std::size_t(1) << 26;
@@ -53,7 +53,8 @@ std::optional<RecordedFrame> read_frame(const std::string& line) {
   if (std::sscanf(line.c_str(),
                   "{\"frame\":%lld,\"light\":%lg,\"content\":%lg,\"fingerprint\":\"%16" SCNx64 "\"}%n",
                   &frame.number, &frame.light_time, &frame.content_time, &frame.fingerprint, &end) != 4 ||
-      std::size_t(end) != line.size() || !std::isfinite(frame.light_time) || !std::isfinite(frame.content_time))
+      std::size_t(end) != line.size() || !std::isfinite(frame.light_time) ||
+      !std::isfinite(frame.content_time))
     return std::nullopt;
   return frame;
 }
@@ -90,16 +91,23 @@ struct RunRecorder::State {
   void line(const std::string& text_of_line) { file << text_of_line << '\n'; }
   void flush() {
     file.flush();
-    if (!file) throw Error(ErrorKind::kIo, path.string(), "it cannot be written further", "free some of the disk");
+    if (!file)
+      throw Error(ErrorKind::kIo, path.string(), "it cannot be written further", "free some of the disk");
   }
 };
 
-RunRecorder::RunRecorder(const std::filesystem::path& path, SurfaceText text) : state_(std::make_unique<State>()) {
+RunRecorder::RunRecorder(const std::filesystem::path& path, SurfaceText text, const std::string& conditions)
+    : state_(std::make_unique<State>()) {
   state_->path = path;
   state_->text = std::move(text);
   state_->file.open(path, std::ios::binary);
-  if (!state_->file) throw Error(ErrorKind::kIo, path.string(), std::strerror(errno), "give a file that can be written");
-  state_->line(kHeader);
+  if (!state_->file)
+    throw Error(ErrorKind::kIo, path.string(), std::strerror(errno), "give a file that can be written");
+  std::string words = conditions;
+  // What would end the string or the line stands for nothing here.
+  for (char& letter : words)
+    if (letter == '"' || letter == '\\' || static_cast<unsigned char>(letter) < 0x20) letter = '_';
+  state_->line(kHeader + words + "\"}");
   state_->flush();
 }
 RunRecorder::~RunRecorder() = default;
@@ -125,7 +133,8 @@ void RunRecorder::record(const track::StampedPose& message) {
 
 void RunRecorder::record(const RecordedFrame& frame) {
   char line[160];
-  std::snprintf(line, sizeof line, "{\"frame\":%lld,\"light\":%.17g,\"content\":%.17g,\"fingerprint\":\"%016" PRIx64 "\"}",
+  std::snprintf(line, sizeof line,
+                "{\"frame\":%lld,\"light\":%.17g,\"content\":%.17g,\"fingerprint\":\"%016" PRIx64 "\"}",
                 frame.number, frame.light_time, frame.content_time, frame.fingerprint);
   state_->line(line);
   if (frame.light_time - state_->flushed < 1 && frame.light_time > state_->flushed) return;
@@ -135,13 +144,17 @@ void RunRecorder::record(const RecordedFrame& frame) {
 
 void read_run(const std::filesystem::path& path, const SurfaceText& text, const RunListener& listener) {
   std::ifstream file(path, std::ios::binary);
-  if (!file) throw Error(ErrorKind::kIo, path.string(), std::strerror(errno), "give a log that project-live --record wrote");
+  if (!file)
+    throw Error(ErrorKind::kIo, path.string(), std::strerror(errno),
+                "give a log that project-live --record wrote");
   std::string line;
   for (long long number = 1; std::getline(file, line); ++number) {
     if (file.eof()) break;  // its end was never written
     if (line.size() > kLongestLine) throw log_error(path, number, "it is longer than 64 MiB");
     if (number == 1) {
-      if (line != kHeader) throw log_error(path, 1, "it does not begin as a run does");
+      const std::optional<std::string> conditions = between(line, kHeader, "\"}");
+      if (!conditions) throw log_error(path, 1, "it does not begin as a run does");
+      listener.conditions(*conditions);
       continue;
     }
     if (line.rfind("{\"arrival\":", 0) == 0) {

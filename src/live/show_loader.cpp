@@ -91,7 +91,8 @@ struct ShowLoader::State {
     std::unique_lock<std::mutex> lock(mutex);
     FileState seen = known;
     while (!ends) {
-      woken.wait_for(lock, std::chrono::duration<double>(options.period_s), [&] { return ends || requested; });
+      woken.wait_for(lock, std::chrono::duration<double>(options.period_s),
+                     [&] { return ends || requested; });
       if (ends) return;
       if (requested) {
         SurfaceSet surfaces = std::move(*requested);

@@ -110,7 +110,7 @@ void move_to(SolvedSurfaceSet& solved, const RigProjector& projector, const Pose
     if (place == nullptr || place->frame != "world") continue;
     const Pose moved = projector_from(surface.surface, *place, projector, projector_from_world);
     if (auto* plane = std::get_if<PlacedPlane>(&surface.placement)) plane->projector_from_surface = moved;
-    if (auto* mesh = std::get_if<PlacedMesh>(&surface.placement)) mesh->projector_from_mesh = moved;
+    if (auto* mesh = std::get_if<PlacedMesh>(&surface.placement)) mesh->projector_from_surface = moved;
     solved.projector_from_world = projector_from_world;
   }
 }

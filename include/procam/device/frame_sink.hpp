@@ -51,9 +51,9 @@ class FrameSink {
 using WriteImage = std::function<void(const std::filesystem::path&, ViewU8)>;
 
 struct SinkOptions {
-  ImageSize size;      ///< of the frames: the projector's
-  double fps = 60;     ///< of a video
-  WriteImage write;    ///< for frames
+  ImageSize size;    ///< of the frames: the projector's
+  double fps = 60;   ///< of a video
+  WriteImage write;  ///< for frames
 };
 
 /// Opens a place for frames other than a window, by its text:

@@ -12,8 +12,8 @@
 ///                64  pixels, rows without gaps
 ///
 /// Frame n is in slot n modulo 3. A reader copies the slot of `newest` and looks at the slot's number before
-/// and after: equal to `newest` both times means a whole frame. The writer needs two more frames to come round
-/// to that slot.
+/// and after: equal to `newest` both times means a whole frame. The writer needs two more frames to come
+/// round to that slot.
 #include <cstdint>
 #include <memory>
 #include <optional>

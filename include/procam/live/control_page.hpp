@@ -20,10 +20,10 @@
 /// | POST /command | one command, JSON: for scripts |
 ///
 /// Every request needs the token, as ?token= or as "Authorization: Bearer". On loopback the Host must be one
-/// of loopback's names (a page elsewhere that has its name pointed here gets nothing), and an Origin, if there
-/// is one, must be this server. Headers are limited to 8 KB, bodies and messages to 16 KB, connections to 32
-/// and each request to ten seconds; what is over is refused or closed. The server has a thread of its own, and
-/// takes no more of the loop than handing over a pointer.
+/// of loopback's names (a page elsewhere that has its name pointed here gets nothing), and an Origin, if
+/// there is one, must be this server. Headers are limited to 8 KB, bodies and messages to 16 KB, connections
+/// to 32 and each request to ten seconds; what is over is refused or closed. The server has a thread of its
+/// own, and takes no more of the loop than handing over a pointer.
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -57,8 +57,8 @@ struct PageStatus {
   double frames_per_s = 0, frame_ms = 0;
   std::string pose_state;  ///< "fixed", "none", "fresh", "stale"
   double poses_per_s = 0, pose_age_ms = 0, delay_ms = 0;
-  double pose_error_mm = 0;            ///< of the light, predicted from the pose's covariance
-  std::vector<std::string> messages;   ///< the last ones for people, oldest first
+  double pose_error_mm = 0;           ///< of the light, predicted from the pose's covariance
+  std::vector<std::string> messages;  ///< the last ones for people, oldest first
 };
 
 class ControlPage {

@@ -26,7 +26,7 @@ struct Command {
   /// "undo", "redo"; the loop knows others (loop.hpp).
   std::string verb;
   std::string surface;
-  int point = -1;               ///< of the surface's pairs; -1 with "nudge": all of them
+  int point = -1;  ///< of the surface's pairs; -1 with "nudge": all of them
   Vec2 pixels = Vec2::Zero();
   std::string text;
   /// Moves that belong together (one drag) carry one name and are undone in one step; empty: a step of its

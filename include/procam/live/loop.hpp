@@ -1,8 +1,8 @@
 #pragma once
 /// The loop of a running show: poll, predict, place, draw, show, and listen to people in between.
 ///
-/// A frame that begins to be drawn at t is for the light of t + delay, delay being one number for the whole way
-/// from there to the wall (drawing, the window, the projector): live/delay.hpp measures it.
+/// A frame that begins to be drawn at t is for the light of t + delay, delay being one number for the whole
+/// way from there to the wall (drawing, the window, the projector): live/delay.hpp measures it.
 #include <functional>
 #include <string>
 #include <vector>
@@ -43,10 +43,10 @@ struct LoopParts {
   std::function<void(const Metrics&)> tick = [](const Metrics&) {};
 };
 
-/// Runs until the sink is closed, the time is over, or `tick` throws. Besides those of the Editor it knows the
-/// commands "save", "freeze" (and again: go on), "picture" ("content", "grid", "mask") and "help" (the keys,
-/// over the frame). Faults of poses, files, contents and people are told and survived; those of the sink and
-/// the recorder are thrown.
+/// Runs until the sink is closed, the time is over, or `tick` throws. Besides those of the Editor it knows
+/// the commands "save", "freeze" (and again: go on), "picture" ("content", "grid", "mask") and "help" (the
+/// keys, over the frame). Faults of poses, files, contents and people are told and survived; those of the
+/// sink and the recorder are thrown.
 Metrics run_loop(const LoopParts& parts, const LoopOptions& options);
 
 }  // namespace procam::live

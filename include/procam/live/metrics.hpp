@@ -26,18 +26,19 @@ class Durations {
 };
 
 struct Metrics {
-  std::uint64_t frames = 0;    ///< shown
-  std::uint64_t dropped = 0;   ///< whose time passed while another was drawn
-  std::uint64_t blanked = 0;   ///< shown black because the pose was stale
-  std::uint64_t reloads = 0;   ///< of the surfaces file that succeeded
+  std::uint64_t frames = 0;   ///< shown
+  std::uint64_t dropped = 0;  ///< whose time passed while another was drawn
+  std::uint64_t blanked = 0;  ///< shown black because the pose was stale
+  std::uint64_t reloads = 0;  ///< of the surfaces file that succeeded
   std::uint64_t failed_reloads = 0;
-  std::uint64_t poses = 0;     ///< arrived, good ones
-  std::uint64_t malformed = 0; ///< messages that were none
-  Durations draw;              ///< from the last look at the sources to the frame ready
-  Durations render;            ///< of that, the renderer
-  Durations jitter;            ///< between two frames' begins, from what it should be
-  Durations pose_age;          ///< from the moment that the newest pose speaks of to the light of the frame
-  Durations pose_to_frame;     ///< from a pose's arrival to the first frame with it ready, less that frame's render
+  std::uint64_t poses = 0;      ///< arrived, good ones
+  std::uint64_t malformed = 0;  ///< messages that were none
+  Durations draw;               ///< from the last look at the sources to the frame ready
+  Durations render;             ///< of that, the renderer
+  Durations jitter;             ///< between two frames' begins, from what it should be
+  Durations pose_age;           ///< from the moment that the newest pose speaks of to the light of the frame
+  Durations
+      pose_to_frame;  ///< from a pose's arrival to the first frame with it ready, less that frame's render
 };
 
 /// The text form that Prometheus and its kind read (exposition format 0.0.4): counters, and summaries with

@@ -6,8 +6,8 @@
 ///   projection.add(message);                                  // as poses come
 ///   projection.draw(now + delay, now - begin, frame);         // as frames are due
 ///
-/// The poses tell where the robot stands: world_from_child, the surfaces' "world" being the poses' frame. With
-/// the rig's place on it,
+/// The poses tell where the robot stands: world_from_child, the surfaces' "world" being the poses' frame.
+/// With the rig's place on it,
 ///
 ///   projector_from_world = (world_from_child(light) * child_from_rig * rig_from_projector)^-1,
 ///

@@ -1,11 +1,11 @@
 #pragma once
-/// A run recorded so that it can be shown again: everything that a frame depends on, in the order in which the
-/// loop took it, and every frame's fingerprint.
+/// A run recorded so that it can be shown again: everything that a frame depends on, in the order in which
+/// the loop took it, and every frame's fingerprint.
 ///
-/// JSON lines. The lines of poses are those of a pose log (track/pose_log.hpp, docs/live.md), so that the same
-/// file is a pose source ("log:run.log"); the others have a key that says what they are:
+/// JSON lines. The lines of poses are those of a pose log (track/pose_log.hpp, docs/live.md), so that the
+/// same file is a pose source ("log:run.log"); the others have a key that says what they are:
 ///
-///   {"format":"procam-pose-log","version":1,"run":{"projector":"left","width":1280,...}}
+///   {"format":"procam-pose-log","version":1,"run":"--projector left --predict auto ..."}
 ///   {"surfaces":{...}}                       the surface file's contents, whenever they changed
 ///   {"picture":"grid"}                       what the surfaces carry: "content", "grid" or "mask"
 ///   {"arrival":812.25,"stamp":...}           a pose
@@ -42,8 +42,8 @@ struct SurfaceText {
 
 class RunRecorder {
  public:
-  /// Throws Error(kIo).
-  RunRecorder(const std::filesystem::path& path, SurfaceText text);
+  /// `conditions` is what else the frames depend on, in words: the replay is told of it. Throws Error(kIo).
+  RunRecorder(const std::filesystem::path& path, SurfaceText text, const std::string& conditions);
   ~RunRecorder();
 
   void record(const SurfaceSet& surfaces);
@@ -59,6 +59,7 @@ class RunRecorder {
 
 /// Whom a run is read to, in its order.
 struct RunListener {
+  std::function<void(const std::string&)> conditions;
   std::function<void(SurfaceSet)> surfaces;
   std::function<void(Picture)> picture;
   std::function<void(const track::StampedPose&)> pose;

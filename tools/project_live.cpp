@@ -410,7 +410,7 @@ ExitCode show(const Flags& flags, Console& console) {
 
   std::vector<std::unique_ptr<track::PoseSource>> sources;
   live::Editor editor(first);
-  live::LoopParts parts{projection, *sink, {}};
+  live::LoopParts parts{projection, *sink};
   for (const std::string& text : flags.sources) {
     sources.push_back(track::open_pose_source(text));
     parts.sources.push_back(sources.back().get());

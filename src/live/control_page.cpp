@@ -434,7 +434,7 @@ class ControlPage::Server::Request : public std::enable_shared_from_this<Request
     response_->set("X-Content-Type-Options", "nosniff");
     response_->set(
         "Content-Security-Policy",
-        "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src 'self' blob:; "
+        "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src 'self' blob: data:; "
         "connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'");
     response_->body() = body;
     response_->keep_alive(false);

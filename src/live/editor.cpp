@@ -84,10 +84,10 @@ void Editor::begin_step(const std::string& gesture) {
 }
 
 void Editor::apply(const Command& command, const Projector& projector, const SolvedSurfaceSet& solved) {
-  if (!command.pixels.allFinite() || command.pixels.cwiseAbs().maxCoeff() > 1e5)
-    throw refuse(command, "the place is no number, or far away", "give a pixel of the frame");
   const std::string& verb = command.verb;
   if (verb == "move" || verb == "nudge") {
+    if (!command.pixels.allFinite() || command.pixels.cwiseAbs().maxCoeff() > 1e5)
+      throw refuse(command, "the place is no number, or far away", "give a pixel of the frame");
     Surface changed = find(command.surface);
     Points2* points = points_of(changed.geometry);
     const SolvedSurface* placed = live::find(solved, command.surface);

@@ -43,7 +43,7 @@ void Durations::add(double seconds) {
 }
 
 double Durations::quantile(double q) const {
-  if (count_ == 0) return 0;
+  if (count_ == 0 || q >= 1) return largest_;
   const auto rank = std::uint64_t(std::ceil(std::clamp(q, 0.0, 1.0) * double(count_)));
   std::uint64_t seen = 0;
   for (int bin = 0; bin < kBins; ++bin) {

@@ -28,15 +28,15 @@ struct LoopOptions {
 struct LoopParts {
   Projection& projection;
   device::FrameSink& sink;
-  std::vector<track::PoseSource*> sources;
+  std::vector<track::PoseSource*> sources = {};
   Editor* editor = nullptr;
   ShowLoader* loader = nullptr;
   ControlPage* page = nullptr;
   RunRecorder* recorder = nullptr;
   /// Writes the surfaces file; throws Error.
-  std::function<void(const SurfaceSet&)> save;
+  std::function<void(const SurfaceSet&)> save = {};
   /// What may be chosen as content at the page.
-  std::vector<std::string> contents;
+  std::vector<std::string> contents = {};
   /// Told of what happens, a sentence at a time: faults, recoveries, reloads.
   std::function<void(const std::string&)> say = [](const std::string&) {};
   /// Called between frames with the metrics so far; what it throws ends the loop.

@@ -193,8 +193,6 @@ TEST(Blend, TwoProjectorsOnAWallAddUpToOne) {
   const Shown white = shown(room, blend, 1, false), grey = shown(room, blend, 0.2, false);
   ASSERT_GT(white.by_two, 200);
   ASSERT_GT(white.places, 3 * white.by_two / 2);
-  std::printf("wall: worst %.5f sd %.6f of %d, by two %d; grey %.5f\n", white.worst, white.deviation,
-              white.places, white.by_two, grey.worst);
   EXPECT_NEAR(white.mean, 1, 1e-3);
   EXPECT_LT(white.worst, 0.01);      // measured 0.0055, where the two pictures' borders cross
   EXPECT_LT(white.deviation, 5e-4);  // 0.00018
@@ -225,7 +223,6 @@ TEST(Blend, BlackIsTheSameEverywhere) {
   room.lamps[1].black = 0.0025;
   const Blend blend = blend_maps(room.lit());
   const Shown black = shown(room, blend, 0, false), white = shown(room, blend, 1, false);
-  std::printf("black: mean %.5f worst %.4f; white worst %.5f\n", black.mean, black.worst, white.worst);
   EXPECT_NEAR(black.mean, 0.0065, 1e-4);
   EXPECT_LT(black.worst, 0.02);
   EXPECT_LT(white.worst, 0.01);
@@ -246,8 +243,6 @@ TEST(Blend, CompensationEvensOutDistanceAndIncidenceInACorner) {
   const Blend even = blend_maps(room.lit(), options);
   const Blend plain = blend_maps(room.lit());
   const Shown evened = shown(room, even, 1, true), uneven = shown(room, plain, 1, true);
-  std::printf("corner: evened worst %.4f sd %.5f (%d, by two %d); plain worst %.3f sd %.3f\n", evened.worst,
-              evened.deviation, evened.places, evened.by_two, uneven.worst, uneven.deviation);
   EXPECT_GT(evened.by_two, 200);
   EXPECT_GT(uneven.deviation, 0.1);
   EXPECT_LT(evened.deviation, 0.01);  // measured 0.0082, the darkest 1 % in it; plain 0.24
@@ -291,8 +286,6 @@ TEST(Blend, ShadowsAreFilledByTheOther) {
       ++filled;
       weak += sample(blend.maps[1].weight, *right) < 0.97;
     }
-  std::printf("post: wall worst %.4f sd %.5f (%d), post worst %.4f sd %.5f (%d); filled %d weak %d\n",
-              wall.worst, wall.deviation, wall.places, post.worst, post.deviation, post.places, filled, weak);
   ASSERT_GT(filled, 100);
   EXPECT_LT(weak, 0.1 * filled) << "at the shadow's border alone";
   // Pixels half on the post, half past it, can be right for one of the two.

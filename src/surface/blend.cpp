@@ -21,11 +21,11 @@ constexpr float kLeastReflectance = 0.01F;
 struct View {
   const Projector* projector = nullptr;
   ImageSize size;
-  std::vector<int> surface;            ///< by its place in the list of names; -1: none
-  std::vector<Eigen::Vector3f> point;  ///< in the projector's frame
-  std::vector<Eigen::Vector3f> area;   ///< the pixel's area there, along the normal; zero where not known
-  std::vector<float> from_shadow;      ///< px
-  std::vector<float> light;            ///< E
+  std::vector<int> surface;                                 ///< by its place in the list of names; -1: none
+  std::vector<Eigen::Vector3f> point;                       ///< in the projector's frame
+  std::vector<Eigen::Vector3f> area;                        ///< the pixel's area there, along the normal
+  std::vector<float> from_shadow;                           ///< px
+  std::vector<float> light;                                 ///< E
   std::vector<std::optional<Pose>> projector_from_surface;  ///< by the list of names
 
   std::size_t at(int x, int y) const { return std::size_t(y) * std::size_t(size.width) + std::size_t(x); }
@@ -37,9 +37,11 @@ struct View {
     return std::abs(a - b) <= float(kJump) * std::min(a, b);
   }
   double half_side() const { return 0.5 * std::min(size.width, size.height); }
-  double from_border(const Vec2& pixel) const {
-    return std::min(
-        {pixel.x() + 0.5, pixel.y() + 0.5, size.width - 0.5 - pixel.x(), size.height - 0.5 - pixel.y()});
+  /// d of a pixel, so far from a shadow: smooth, and falling to zero in proportion to the distance.
+  double distance(const Vec2& pixel, double to_shadow) const {
+    const double x = (pixel.x() + 0.5) / size.width, y = (pixel.y() + 0.5) / size.height;
+    const double t = std::min(1.0, to_shadow / half_side());
+    return 16 * x * (1 - x) * y * (1 - y) * t * (2 - t);
   }
 };
 
@@ -89,6 +91,12 @@ void find_areas(View& view) {
       view.area[i] = step(i, x > 0, x + 1 < view.size.width, 1)
                          .cross(step(i, y > 0, y + 1 < view.size.height, std::size_t(view.size.width)));
     }
+}
+
+/// A pixel without neighbours to tell its area is no better than one beside the surface.
+void drop_unknown_areas(View& view) {
+  for (std::size_t i = 0; i < view.surface.size(); ++i)
+    if (!(view.area[i].squaredNorm() > 0)) view.surface[i] = -1;
 }
 
 /// How far, along the surfaces, each pixel is from the border of a shadow: from pixels beside which something
@@ -155,22 +163,21 @@ View look(const LitBy& lit, const std::vector<std::string>& names, const BlendOp
                 view);
   }
   find_areas(view);
+  drop_unknown_areas(view);
   find_shadows(view);
   for (std::size_t i = 0; i < pixels; ++i) {
     if (!options.compensate || view.surface[i] < 0) {
       view.light[i] = 1;
       continue;
     }
-    const float range = view.range(i);
-    const float area = std::max(view.area[i].norm(), 1e-12F * range * range);
-    view.light[i] *= float(lit.brightness / double(pixels)) / area;
+    view.light[i] *= float(lit.brightness / double(pixels)) / view.area[i].norm();
   }
   return view;
 }
 
 /// What a projector does to a place of a surface.
 struct Reach {
-  double distance = 0;  ///< d, over half the shorter side; 0: its light does not get there
+  double distance = 0;  ///< d; 0: its light does not get there
   double light = 0;     ///< E there
 };
 
@@ -193,13 +200,14 @@ Reach reach(const View& view, int name, const Vec3& point) {
       light += weight * double(view.light[i]);
     }
   if (!(sum > 0)) return {};
-  return {std::min(from_shadow / sum, view.from_border(*pixel)) / view.half_side(), light / sum};
+  return {view.distance(*pixel, from_shadow / sum), light / sum};
 }
 
 /// The light of one projector's pixel and what the others do to its place.
 struct Sum {
   float weight = 1;  ///< w
   float black = 0;   ///< S
+  float most = 0;    ///< light that they can give together with these weights: the least of E / w
 };
 
 std::vector<Sum> sum_up(std::size_t own, const std::vector<View>& views,
@@ -211,8 +219,9 @@ std::vector<Sum> sum_up(std::size_t own, const std::vector<View>& views,
       const std::size_t i = view.at(x, y);
       const int name = view.surface[i];
       if (name < 0) continue;
-      const double d = std::min(double(view.from_shadow[i]), view.from_border(Vec2(x, y))) / view.half_side();
+      const double d = view.distance(Vec2(x, y), double(view.from_shadow[i]));
       double squares = d * d;
+      double least = double(view.light[i]) / squares;
       double black = projectors[own].black * double(view.light[i]);
       const Vec3 point = view.point[i].cast<double>(), normal = view.area[i].cast<double>();
       const Vec3 on_surface = view.projector_from_surface[std::size_t(name)]->inverse() * point;
@@ -225,11 +234,40 @@ std::vector<Sum> sum_up(std::size_t own, const std::vector<View>& views,
         const Reach reached = reach(views[j], name, *other * on_surface);
         if (!(reached.distance > 0)) continue;
         squares += reached.distance * reached.distance;
+        least = std::min(least, reached.light / (reached.distance * reached.distance));
         black += projectors[j].black * reached.light;
       }
-      sums[i] = {float(d * d / squares), float(black)};
+      sums[i] = {float(d * d / squares), float(black), float(least * squares)};
     }
   return sums;
+}
+
+/// Pixels of which only a part lies on a surface have their middle beside it: they take what their neighbours
+/// have.
+void fill_rim(const std::vector<int>& surface, BlendMap& map) {
+  const int width = map.weight.width(), height = map.weight.height();
+  const auto on = [&](int x, int y) {
+    return x >= 0 && y >= 0 && x < width && y < height &&
+           surface[std::size_t(y) * std::size_t(width) + std::size_t(x)] >= 0;
+  };
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x) {
+      if (on(x, y)) continue;
+      float weight = 0, gain = 0, lift = 0;
+      int count = 0;
+      for (int v = y - 1; v <= y + 1; ++v)
+        for (int u = x - 1; u <= x + 1; ++u)
+          if (on(u, v)) {
+            weight += map.weight.at(u, v);
+            gain += map.gain.at(u, v);
+            lift += map.lift.at(u, v);
+            ++count;
+          }
+      if (count == 0) continue;
+      map.weight.at(x, y) = weight / float(count);
+      map.gain.at(x, y) = gain / float(count);
+      map.lift.at(x, y) = lift / float(count);
+    }
 }
 
 double at_share(std::vector<float>& values, double share) {
@@ -281,8 +319,8 @@ Blend blend_maps(const std::vector<LitBy>& projectors, const BlendOptions& optio
       std::vector<float> possible;
       for (std::size_t p = 0; p < views.size(); ++p)
         for (std::size_t i = 0; i < sums[p].size(); ++i)
-          if (views[p].surface[i] >= 0 && group(views[p].surface[i]) == g && sums[p][i].weight > 0.1F)
-            possible.push_back(views[p].light[i] / sums[p][i].weight);
+          if (views[p].surface[i] >= 0 && group(views[p].surface[i]) == g)
+            possible.push_back(sums[p][i].most);
       if (possible.empty()) continue;
       const double darkest = at_share(possible, 0.01), brightest = at_share(possible, 0.99);
       level[g] = std::max(darkest, options.least_gain * brightest);
@@ -319,6 +357,7 @@ Blend blend_maps(const std::vector<LitBy>& projectors, const BlendOptions& optio
         map.lift.at(x, y) = float(lift);
         map.gain.at(x, y) = float(std::min(w * level[g] * (1 - black[g]) / full, 1 - lift));
       }
+    fill_rim(view.surface, map);
     blend.maps.push_back(std::move(map));
   }
   return blend;

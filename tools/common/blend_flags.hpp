@@ -22,7 +22,10 @@ struct BlendFlags {
   double compensate = 0;                       ///< least gain; 0: not compensated
   bool one_level = false;
 
-  bool given() const { return !others.empty() || compensate > 0; }
+  bool given() const {
+    return !others.empty() || compensate > 0 || !brightness.empty() || !black.empty() ||
+           !reflectance.empty() || one_level;
+  }
 };
 
 void declare_blend(CLI::App& app, BlendFlags& flags);

@@ -19,11 +19,13 @@
 ///
 ///   gain = w_i E_0 (1 - B) / ((1 - b_i) E_i),     lift = w_i (E_0 B - S) / ((1 - b_i) E_i).
 ///
-/// Weights: w_i = d_i^2 / sum d_j^2, d_i the distance in pixels of projector i (over half its picture's
-/// shorter side) to its picture's border or, along the surfaces, to the border of a shadow that one surface
-/// throws on another. So a projector's part comes down to zero, level, where its light ends, and steps
-/// nowhere; where it is alone it is 1. (After R. Raskar et al., Multi-projector displays using camera-based
-/// registration, 1999, whose feathering knows no shadows.)
+/// Weights: w_i = d_i^2 / sum d_j^2, with d_i = 16 x (1 - x) y (1 - y) t (2 - t) for a place at (x, y) of
+/// projector i's picture (0..1), t its distance from the border of a shadow that one surface throws on
+/// another, in pixels along the surfaces over half the picture's shorter side, at most 1. So a projector's
+/// part comes down to zero, level, where its light ends, and steps nowhere but where two pictures' borders
+/// cross; where it is alone it is 1. (After R. Raskar et al., Multi-projector displays using camera-based
+/// registration, 1999, whose feathering by the distance to the nearest border has creases, and knows no
+/// shadows.)
 #include <map>
 
 #include "procam/core/projector.hpp"
@@ -55,7 +57,7 @@ struct BlendOptions {
   std::map<std::string, ViewF> reflectance;
 };
 
-/// Of each of the projector's pixels, one channel each; where no surface is: 0, 1, 0.
+/// Of each of the projector's pixels, one channel each; where no surface is, nor beside the pixel: 0, 1, 0.
 struct BlendMap {
   ImageF weight, gain, lift;
 };

@@ -5,6 +5,7 @@
 #include <thread>
 
 #include "common/cli.hpp"
+#include "common/content_names.hpp"
 #include "common/room_frames.hpp"
 #include "procam/device/content_source.hpp"
 #include "procam/device/frame_source.hpp"
@@ -134,12 +135,7 @@ void identify(Console& console) {
 
 /// A file of a surface file is named beside it; colours, cameras and addresses are what they are.
 std::string resolve(const std::string& content, const fs::path& folder) {
-  if (content.empty() || content[0] == '#' || content.find("://") != std::string::npos) return content;
-  std::string kind, rest = content;
-  for (const device::ContentKind& known : device::content_kinds())
-    if (content.rfind(known.name + ":", 0) == 0) kind = known.name + ":", rest = content.substr(kind.size());
-  if (kind == "color:" || kind == "camera:") return content;
-  return kind + (fs::path(rest).is_absolute() ? fs::path(rest) : folder / rest).string();
+  return content_beside(folder / "surfaces.json", content);
 }
 
 /// --content over the surface file's own.
@@ -277,6 +273,7 @@ ExitCode replay(const Flags& flags, Console& console) {
     console.progress("frame", int(++frames), 0);
   };
   live::read_run(flags.replay, surface_text(flags.surfaces), listener);
+  sink->finish();
   console.say(format("%lld frames, %lld of them equal to the recorded ones bit for bit", frames, equal));
   console.summary().set("/frames", double(frames));
   console.summary().set("/equal", double(equal));
@@ -446,11 +443,13 @@ ExitCode show(const Flags& flags, Console& console) {
   };
   try {
     so_far = live::run_loop(parts, loop);
-  } catch (...) {  // Ctrl-C, a pipe that broke: what was measured is told all the same
+  } catch (...) {  // Ctrl-C, a pipe that broke: what was measured is told, and a video is kept, all the same
     tell(so_far, projection, console);
+    sink->finish();
     throw;
   }
   tell(so_far, projection, console);
+  sink->finish();
   return ExitCode::kOk;
 }
 

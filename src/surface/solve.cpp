@@ -89,6 +89,9 @@ SolvedSurfaceSet solve_surfaces(const SurfaceSet& set, const RigProjector& proje
   SolvedSurfaceSet result;
   result.projector = projector.name;
   for (const Surface& surface : set.surfaces) {
+    if (const auto fault = fault_of(surface.shape))
+      throw Error(ErrorKind::kInput, "surface '" + surface.name + "'", *fault,
+                  "correct its outline, holes and mask");
     SolvedSurface solved = std::visit(
         [&](const auto& geometry) {
           return solve(surface, geometry, projector, projector_from_world, options);

@@ -10,6 +10,7 @@
 
 #include "procam/device/content_source.hpp"
 #include "procam/device/frame_sink.hpp"
+#include "procam/device/video_file.hpp"
 #include "procam/io/images.hpp"
 
 namespace procam::device {
@@ -248,6 +249,40 @@ TEST_F(Content, EveryKindHasAName) {
     EXPECT_FALSE(kind.example.empty());
     EXPECT_NE(why(kind.name + ":/nowhere/at/all"), "it was taken") << kind.name;
   }
+}
+
+/// What is written is content again; a lossless file holds the very values.
+TEST_F(Content, VideosThatAreWrittenAreReadBack) {
+  ImageU8 frame(66, 38, 3);
+  for (const auto& [extension, tolerance] :
+       {std::pair(".mkv", 0), std::pair(".mp4", 12), std::pair(".avi", 12)}) {
+    const fs::path file = folder_ / (std::string("written") + extension);
+    VideoFile video(file, frame.size(), 20);
+    for (int n = 0; n < 5; ++n) {
+      for (int y = 0; y < frame.height(); ++y)
+        for (int x = 0; x < frame.width(); ++x) {
+          frame.at(x, y, 0) = std::uint8_t(40 * n);
+          frame.at(x, y, 1) = std::uint8_t(2 * x);
+          frame.at(x, y, 2) = std::uint8_t(3 * y + 20);
+        }
+      video.add(frame);
+    }
+    EXPECT_FALSE(fs::exists(file)) << "it is not finished";
+    video.finish();
+    const auto content = open_content(file.string(), options_);
+    EXPECT_NEAR(content->rate_hz(), 20, 1e-6) << extension;
+    const ContentFrame third = content->at(3 / 20.0);
+    ASSERT_EQ(third.view.size(), frame.size());
+    EXPECT_NEAR(third.view.at(33, 20, 0), 120, tolerance) << extension;
+    EXPECT_NEAR(third.view.at(33, 20, 1), 66, tolerance) << extension;
+    EXPECT_NEAR(third.view.at(33, 20, 2), 80, tolerance) << extension;
+    EXPECT_EQ(std::distance(fs::directory_iterator(folder_), {}), 1) << "something is left behind";
+    fs::remove(file);
+  }
+  EXPECT_THROW(VideoFile(folder_ / "a.mp4", {65, 38}, 20), Error);
+  EXPECT_THROW(VideoFile(folder_ / "a.webm", {64, 38}, 20), Error);
+  EXPECT_THROW(VideoFile(folder_ / "no" / "a.mp4", {64, 38}, 20), Error);
+  EXPECT_THROW(VideoFile(folder_ / "a.mp4", {64, 38}, 0), std::invalid_argument);
 }
 
 }  // namespace

@@ -75,6 +75,7 @@ TEST_F(Sink, AVideoHasAllFramesOrDoesNotExist) {
       sink->show_next(picture);
       EXPECT_FALSE(fs::exists(at("run.mkv"))) << "not under its name before it is whole";
     }
+    sink->finish();
   }
   cv::VideoCapture video(at("run.mkv"));
   EXPECT_NEAR(video.get(cv::CAP_PROP_FPS), 25, 0.1);
@@ -89,7 +90,7 @@ TEST_F(Sink, AVideoHasAllFramesOrDoesNotExist) {
   EXPECT_EQ(frames, 7);
   open_sink("video:" + at("none.mp4"), options_);
   EXPECT_TRUE(fs::exists(at("run.mkv")));
-  EXPECT_EQ(std::distance(fs::directory_iterator(folder_), {}), 1) << "no frames, no file";
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder_), {}), 1) << "not finished, no file";
 }
 
 TEST_F(Sink, SharedMemoryHasTheNewestFrame) {

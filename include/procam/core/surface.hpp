@@ -87,7 +87,8 @@ using Placement = std::variant<PlacedPlane, PlacedPixels, PlacedMesh>;
 
 /// How a surface looks from the projector.
 struct Visibility {
-  double covered_share = 0;     ///< of the content's area that falls inside the projector's picture, 0..1
+  double covered_share = 0;  ///< of the content's area (inside outline and mask) that falls inside
+  /// the projector's picture, 0..1
   bool facing = true;           ///< the projector stands on the side that content is read from
   double incidence_deg = 0;     ///< angle between light and surface normal at the content's centre
   double mm_per_pixel_min = 0;  ///< size of a projector pixel on the surface: the finest and

@@ -42,6 +42,9 @@ class FrameSink {
   /// The same for one of a moving picture: a window waits for the next refresh of its display (one, not the
   /// two after which whatever the driver shows is this picture).
   virtual double show_next(ViewU8 picture) { return show(picture); }
+  /// No more frames come: what was shown is where it belongs. A video file is not there without it. Throws
+  /// Error(kIo).
+  virtual void finish() {}
   /// Keeps the window responsive, and says what a person has asked of it since, each wish once and in order;
   /// call it while waiting.
   virtual Wish poll() { return Wish::kNone; }
@@ -59,7 +62,7 @@ struct SinkOptions {
 /// Opens a place for frames other than a window, by its text:
 ///
 ///   frames:FOLDER   FOLDER/frame_000000.png, ...; the folder is made
-///   video:FILE      .mp4, .mkv or .avi, as OpenCV's videoio (FFmpeg) writes it; whole when the sink is gone
+///   video:FILE      .mp4, .mkv or .avi (device/video_file.hpp)
 ///   stdout          rows of R G B, nothing between frames: ... | ffplay -f rawvideo -pixel_format rgb24
 ///                   -video_size WxH -
 ///   shm:NAME        shared memory /NAME (device/shared_frame.hpp): readers take the newest frame

@@ -30,9 +30,9 @@ struct SolveOptions {
 /// Any number of surfaces; an empty set gives an empty result.
 ///
 /// Throws Error naming the surface: kInput for an empty or repeated name, values that are not finite, lists
-/// of different lengths, an unknown frame, or frame "world" without `projector_from_world`; kNotEnoughData
-/// for fewer than four pairs; kDegenerate for collinear or repeated points and points on both sides of the
-/// horizon.
+/// of different lengths, an unknown frame, an outline with a fault, or frame "world" without
+/// `projector_from_world`; kNotEnoughData for fewer than four pairs; kDegenerate for collinear or repeated
+/// points and points on both sides of the horizon.
 ///
 /// Diagnostics, a surface each (`SolvedSurface::diagnostics`): failures "behind_projector" and "edge_on", no
 /// light can land; warnings "outside_picture", "partly_outside", "seen_from_behind", "grazing",

@@ -144,6 +144,12 @@ TEST(PoseWire, EveryBitOfABinaryMessageCounts) {
     EXPECT_EQ(parse_poses(good.substr(0, size)).malformed, 1u) << size;
 }
 
+TEST(PoseWire, ADatagramOfWrongLinesIsNotReadToItsEnd) {
+  std::string lines;
+  for (int i = 0; i < 30000; ++i) lines += "{\n";
+  EXPECT_EQ(parse_poses(lines).malformed, 16u);
+}
+
 TEST(PoseWire, AStreamMayBeCutAnywhere) {
   const std::string garbage = std::string("\x80\x90{no\xff\n", 7);
   const std::string stream = to_json_line(full_message()) + to_binary(bare_message()) + garbage +

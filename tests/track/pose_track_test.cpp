@@ -283,6 +283,10 @@ TEST(PoseTrack, CountsEveryFaultOnceAndByName) {
   run(1);
   EXPECT_EQ(track.faults().lost, 3u);
 
+  sequence = 3;  // the sender restarts
+  run(2);
+  EXPECT_EQ(track.faults().lost, 3u);
+
   StampedPose old = message_at(time - 1.1, drive(time - 1.1));
   old.stamp = *old.stamp + 0.001;  // not one that came
   old.arrival = time - 1.1 + 0.15;

@@ -12,7 +12,7 @@ namespace {
 
 /// A line through bins that span less has no slope worth telling from jitter.
 constexpr double kShortestSpan = 10;
-/// No message of so many bins touches the line: it has risen.
+/// No message of so many bins touches the line: it has risen. And what counts as a step at all, seconds.
 constexpr int kRisenBins = 3;
 constexpr double kSmallestRise = 0.01;
 
@@ -113,7 +113,8 @@ bool Clock::has_risen() {
 }
 
 ClockVerdict Clock::observe(double stamp, double arrival) {
-  require(std::isfinite(stamp) && std::isfinite(arrival), "Clock::observe: stamp or arrival is not finite");
+  if (!std::isfinite(stamp) || !std::isfinite(arrival))
+    throw std::invalid_argument("Clock::observe: stamp or arrival is not finite");
   if (options_.known_offset) {
     newest_ = stamp;
     started_ = true;
@@ -127,7 +128,10 @@ ClockVerdict Clock::observe(double stamp, double arrival) {
   }
   const double lateness = (arrival - stamp) - base_;
   const double above = lateness - line(stamp);
-  if (std::abs(above) > options_.jump) {
+  // No message was faster for seconds: one that is by more than the minima scatter has another clock.
+  const double below =
+      count_ > 2 * kRisenBins ? std::min(options_.jump, std::max(kSmallestRise, 8 * sigma_)) : options_.jump;
+  if (above > options_.jump || above < -below) {
     // Messages that queued up somewhere are late as well, by less and less; those of a set clock agree.
     if (doubtful_count_ == 0 || std::abs(lateness - doubtful_first_.lateness) > options_.jump / 2) {
       doubtful_count_ = 0;

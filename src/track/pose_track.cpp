@@ -270,6 +270,7 @@ struct PoseTrack::Impl {
   std::array<Seen, kSeen> seen;
   std::size_t seen_next = 0;
   std::optional<std::uint32_t> last_sequence;
+  std::optional<double> last_stamp;  ///< of the message with that number
   double last_arrival = 0;
 
   void add(const StampedPose& message);
@@ -305,14 +306,17 @@ void PoseTrack::Impl::count_lost(const StampedPose& message) {
   if (!message.sequence) return;
   if (last_sequence) {
     const auto ahead = std::int32_t(*message.sequence - *last_sequence);
-    constexpr std::int32_t kRestarted = 1000;  // further apart: the sender counts anew
-    if (ahead < 0 && ahead > -kRestarted) {
+    const bool newer = message.stamp && last_stamp && *message.stamp > *last_stamp;
+    constexpr std::int32_t kMostLost =
+        1000;  // more at once: the sender counts anew, as it does when it restarts
+    if (ahead < 0 && ahead > -kMostLost && !newer) {
       if (faults.lost > 0) --faults.lost;  // it was counted when it was overtaken
       return;
     }
-    if (ahead > 1 && ahead < kRestarted) faults.lost += std::uint64_t(ahead - 1);
+    if (ahead > 1 && ahead < kMostLost) faults.lost += std::uint64_t(ahead - 1);
   }
   last_sequence = message.sequence;
+  last_stamp = message.stamp;
 }
 
 Measured PoseTrack::Impl::measured(const StampedPose& message, double time) const {

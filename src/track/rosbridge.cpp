@@ -18,7 +18,7 @@ namespace asio = boost::asio;
 namespace beast = boost::beast;
 using asio::ip::tcp;
 using Failure = boost::system::error_code;
-using Socket = beast::websocket::stream<beast::tcp_stream>;
+using Socket = beast::websocket::stream<beast::tcp_stream, false>;  // no deflate
 
 constexpr std::size_t kLargestFrame = 1 << 20;
 

@@ -160,12 +160,22 @@ class TcpSource : public ThreadedSource {
                             [this](const Failure& failure, const tcp::resolver::results_type& found) {
                               if (failure) return again(failure.message());
                               socket_.emplace(io_);
+                              give_up_after_a_while();
                               asio::async_connect(
                                   *socket_, found,
                                   [this](const Failure& failed, const tcp::endpoint&) { connected(failed); });
                             });
   }
+  /// A host that swallows packets would hold the system's connect for minutes.
+  void give_up_after_a_while() {
+    timer_.expires_after(std::chrono::seconds(5));
+    timer_.async_wait([this](const Failure& failure) {
+      Failure ignored;
+      if (!failure && socket_) socket_->close(ignored);
+    });
+  }
   void connected(const Failure& failure) {
+    timer_.cancel();
     if (failure) return again("no connection to " + name_of(at_) + ": " + failure.message());
     back_off_.reset();
     socket_->set_option(asio::socket_base::keep_alive(true));

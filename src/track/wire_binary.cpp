@@ -126,10 +126,20 @@ void keep(StampedPose& message, Parsed& parsed) {
   parsed.poses.push_back(std::move(message));
 }
 
+/// A datagram with so many is read no further: 30000 wrong lines fit into one.
+constexpr std::uint64_t kMostMalformed = 16;
+
+/// Where a message may begin again: at a magic, or at a line that begins with a brace.
+std::size_t end_of_garbage(std::string_view bytes) {
+  const std::size_t magic = bytes.find(kMagic), line = bytes.find("\n{");
+  return std::min(magic, line == bytes.npos ? line : line + 1);
+}
+
 /// Takes what is whole off the front and returns how much that is; `ends`: nothing will follow.
 std::size_t take_messages(std::string_view bytes, bool ends, bool& skipping, Parsed& parsed) {
   std::size_t at = 0;
   while (at < bytes.size()) {
+    if (ends && parsed.malformed >= kMostMalformed) return bytes.size();
     const std::string_view rest = bytes.substr(at);
     const std::string_view start = rest.substr(0, kMagic.size());
     if (start == kMagic.substr(0, start.size())) {
@@ -165,18 +175,21 @@ std::size_t take_messages(std::string_view bytes, bool ends, bool& skipping, Par
       at += std::min(text, rest.size());
       continue;
     }
-    const std::size_t line_end = rest.find('\n');
     if (skipping || rest[0] != '{') {
       if (!skipping) refuse(parsed, "neither a JSON line nor a binary message");
       skipping = true;
-      const std::size_t magic = rest.find(kMagic, 1);
-      const std::size_t next = std::min(line_end == rest.npos ? rest.npos : line_end + 1, magic);
-      if (next == rest.npos)
-        return ends ? bytes.size() : bytes.size() - std::min(rest.size() - 1, kMagic.size() - 1);
+      const std::size_t next = end_of_garbage(rest);
+      if (next == rest.npos) {
+        if (ends) return bytes.size();
+        // The last bytes may be the beginning of an end.
+        const std::size_t kept = rest.back() == '\n' ? 1 : std::min(rest.size() - 1, kMagic.size() - 1);
+        return bytes.size() - kept;
+      }
+      if (rest[next] == '{') skipping = false;
       at += next;
-      if (next != magic) skipping = false;
       continue;
     }
+    const std::size_t line_end = rest.find('\n');
     if (line_end == rest.npos && !ends && rest.size() <= kLongestMessage) return at;
     const std::string_view line = rest.substr(0, line_end);
     StampedPose message;

@@ -26,9 +26,10 @@ namespace procam::track {
 struct ClockOptions {
   double window = 60;       ///< seconds of the sender's clock that the line is fitted to
   double max_drift = 5e-4;  ///< 500 ppm: NTP slews no faster, crystals are ten times better
-  /// A set clock is noticed after `confirm` messages when it moved by more than this; a message that is later
-  /// than the fastest by more is doubtful. Less is absorbed: forwards at once, as a new minimum, backwards
-  /// after three bins (1/20 of the window) whose messages all stay above the line.
+  /// A message that is later than the fastest by more than this is doubtful. After `confirm` of them that
+  /// agree over 2 * jump seconds the clock was set back by as much. Steps back by less are absorbed after
+  /// three bins (1/20 of the window) whose messages all stay above the line. Steps forward show as messages
+  /// faster than any: from 10 ms on, `confirm` of them are enough.
   double jump = 0.2;
   int confirm = 5;  ///< messages in a row
   /// local - sender, for clocks that are known to agree (one machine, PTP): local_from_unix() when stamps are

@@ -34,8 +34,8 @@ Parsed parse_psn(std::string_view datagram);
 /// told apart by their fields.
 Parsed parse_rosbridge(std::string_view text);
 
-/// A stream of JSON lines and binary messages, cut where it likes. Garbage is skipped up to the next line or
-/// magic and counted once a stretch.
+/// A stream of JSON lines and binary messages, cut where it likes. Garbage is skipped up to the next line
+/// that begins with a brace or the next magic, and counted once.
 class StreamParser {
  public:
   Parsed parse(std::string_view bytes);

@@ -97,14 +97,14 @@ class Window : public FrameSink {
       draw();
       glfwSwapBuffers(window_);
     }
-    return finish();
+    return shown();
   }
 
   double show_next(ViewU8 picture) override {
     upload(picture);
     draw();
     glfwSwapBuffers(window_);
-    return finish();
+    return shown();
   }
 
   Wish poll() override {
@@ -154,7 +154,7 @@ class Window : public FrameSink {
                     picture.data);
   }
 
-  double finish() {
+  double shown() {
     glFinish();
     const double time = now_s();
     if (glGetError() != GL_NO_ERROR)

@@ -254,7 +254,8 @@ class Loop {
       metrics_.draw.add(ready - now);
       if (newest_arrival_ > before)
         metrics_.pose_to_frame.add(ready - std::max(newest_arrival_, free_since) - drawn_.render_s);
-      if (drawn_.pose.state != track::TrackState::kNone) metrics_.pose_age.add(drawn_.pose.age);
+      if (drawn_.pose.state != track::TrackState::kNone && !drawn_.blanked)
+        metrics_.pose_age.add(drawn_.pose.age);
       if (parts_.recorder != nullptr) {
         recorded.fingerprint = fingerprint(*frame);
         parts_.recorder->record(recorded);

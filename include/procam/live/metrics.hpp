@@ -36,7 +36,8 @@ struct Metrics {
   Durations draw;               ///< from the last look at the sources to the frame ready
   Durations render;             ///< of that, the renderer
   Durations jitter;             ///< between two frames' begins, from what it should be
-  Durations pose_age;           ///< from the moment that the newest pose speaks of to the light of the frame
+  Durations pose_age;  ///< of frames that are not black: from the moment that the newest pose speaks of to
+                       ///< the light of the frame
   Durations
       pose_to_frame;  ///< from a pose's arrival to the first frame with it ready, less that frame's render
 };

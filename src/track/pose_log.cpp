@@ -12,7 +12,7 @@
 namespace procam::track {
 namespace {
 
-constexpr const char* kHeader = "{\"format\":\"procam-pose-log\",\"version\":1}";
+constexpr const char* kFirstLine = "{\"format\":\"procam-pose-log\",\"version\":1}";
 
 Error io_error(const std::filesystem::path& path, const char* next) {
   return {ErrorKind::kIo, path.string(), errno != 0 ? std::strerror(errno) : "input or output failed", next};
@@ -23,7 +23,7 @@ Error io_error(const std::filesystem::path& path, const char* next) {
 PoseLogWriter::PoseLogWriter(const std::filesystem::path& path) : path_(path) {
   errno = 0;
   file_.open(path, std::ios::binary | std::ios::trunc);
-  file_ << kHeader << '\n';
+  file_ << kFirstLine << '\n';
   flush();
 }
 void PoseLogWriter::write(const StampedPose& message) {
@@ -46,9 +46,9 @@ std::vector<StampedPose> read_pose_log(const std::filesystem::path& path) {
     throw Error(ErrorKind::kInput, path.string(), "it is empty", "give a log that was recorded");
   }
   if (!line.empty() && line.back() == '\r') line.pop_back();
-  if (line != kHeader)
+  if (line != kFirstLine)
     throw Error(ErrorKind::kInput, path.string() + ", line 1", "it is no pose log",
-                std::string("its first line must be ") + kHeader);
+                std::string("its first line must be ") + kFirstLine);
   std::vector<StampedPose> messages;
   for (int number = 2; std::getline(file, line); ++number) {
     const bool whole = !file.eof();

@@ -18,7 +18,7 @@ enum Flag : std::uint8_t {
   kHasRate = 8,
   kHasSequence = 16
 };
-constexpr std::size_t kHeader = 8, kShortest = 8 + 8 + 4 + 56 + 2 + 4;
+constexpr std::size_t kHeaderSize = 8, kShortest = 8 + 8 + 4 + 56 + 2 + 4;
 
 template <typename Unsigned>
 void put(std::string& bytes, Unsigned value, bool big = false) {
@@ -121,7 +121,7 @@ void refuse(Parsed& parsed, const char* why) {
   parsed.why = why;
 }
 
-void keep(StampedPose& message, Parsed& parsed) {
+void keep_checked(StampedPose& message, Parsed& parsed) {
   message.frame_from_child.rotation.normalize();
   parsed.poses.push_back(std::move(message));
 }
@@ -143,8 +143,8 @@ std::size_t take_messages(std::string_view bytes, bool ends, bool& skipping, Par
     const std::string_view rest = bytes.substr(at);
     const std::string_view start = rest.substr(0, kMagic.size());
     if (start == kMagic.substr(0, start.size())) {
-      std::size_t length = kHeader;
-      if (rest.size() >= kHeader) {
+      std::size_t length = kHeaderSize;
+      if (rest.size() >= kHeaderSize) {
         length = std::uint8_t(rest[6]) + 256u * std::uint8_t(rest[7]);
         if (length < kShortest || length > kLongestMessage) {
           if (!skipping) refuse(parsed, "a binary message of impossible length");
@@ -166,7 +166,7 @@ std::size_t take_messages(std::string_view bytes, bool ends, bool& skipping, Par
         continue;
       }
       skipping = false;
-      keep(message, parsed);
+      keep_checked(message, parsed);
       at += length;
       continue;
     }
@@ -199,7 +199,7 @@ std::size_t take_messages(std::string_view bytes, bool ends, bool& skipping, Par
       refuse(parsed, why);
       skipping = line_end == rest.npos;
     } else {
-      keep(message, parsed);
+      keep_checked(message, parsed);
     }
     at += line_end == rest.npos ? rest.size() : line_end + 1;
   }
@@ -321,7 +321,7 @@ void read_osc_message(std::string_view bytes, const std::optional<double>& bundl
   if (message.child.empty() || message.child.size() > 255 || message.frame.size() > 255)
     return refuse(parsed, "a frame's name is empty or longer than 255 bytes");
   if (const char* why = internal::why_malformed(message)) return refuse(parsed, why);
-  keep(message, parsed);
+  keep_checked(message, parsed);
 }
 
 void read_osc(std::string_view bytes, const std::optional<double>& stamp, int depth, Parsed& parsed) {
@@ -418,7 +418,7 @@ void read_tracker(std::uint32_t id, Bytes in, std::optional<double> stamp, Parse
   if (!has_position || !has_orientation) return refuse(parsed, "a tracker without position or orientation");
   message.stamp = stamp;
   if (const char* why = internal::why_malformed(message)) return refuse(parsed, why);
-  keep(message, parsed);
+  keep_checked(message, parsed);
 }
 
 void put_chunk(std::string& bytes, std::uint32_t id, const std::string& data, bool has_subchunks) {

@@ -12,7 +12,7 @@
 namespace procam::live {
 namespace {
 
-constexpr const char* kHeader = "{\"format\":\"procam-pose-log\",\"version\":1,\"run\":\"";
+constexpr const char* kHeader = "{\"format\":\"procam-run\",\"version\":1,\"conditions\":\"";
 constexpr const char* kPictures[] = {"content", "grid", "mask"};
 /// A surface file may hold many surfaces; nothing else is long.
 constexpr std::size_t kLongestLine = std::size_t(1) << 26;

@@ -1,5 +1,6 @@
 #include "procam/track/pose_log.hpp"
 
+#include <algorithm>
 #include <cerrno>
 #include <cmath>
 #include <cstdio>
@@ -13,6 +14,9 @@ namespace procam::track {
 namespace {
 
 constexpr const char* kFirstLine = "{\"format\":\"procam-pose-log\",\"version\":1}";
+/// A run (live/run_log.hpp) has lines of other kinds between the poses, and those of several sources in
+/// turns.
+constexpr const char* kRunBegins = "{\"format\":\"procam-run\",\"version\":1,";
 
 Error io_error(const std::filesystem::path& path, const char* next) {
   return {ErrorKind::kIo, path.string(), errno != 0 ? std::strerror(errno) : "input or output failed", next};
@@ -46,19 +50,21 @@ std::vector<StampedPose> read_pose_log(const std::filesystem::path& path) {
     throw Error(ErrorKind::kInput, path.string(), "it is empty", "give a log that was recorded");
   }
   if (!line.empty() && line.back() == '\r') line.pop_back();
-  if (line != kFirstLine)
+  const bool is_run = line.rfind(kRunBegins, 0) == 0;
+  if (line != kFirstLine && !is_run)
     throw Error(ErrorKind::kInput, path.string() + ", line 1", "it is no pose log",
                 std::string("its first line must be ") + kFirstLine);
   std::vector<StampedPose> messages;
   for (int number = 2; std::getline(file, line); ++number) {
     const bool whole = !file.eof();
     if (line.find_first_not_of(" \t\r") == line.npos) continue;
+    if (is_run && line.rfind("{\"arrival\":", 0) != 0) continue;
     StampedPose message;
     const char* why = line.size() > kLongestMessage ? "it is longer than 8192 bytes"
                                                     : internal::read_json_message(line, true, message);
     if (why == nullptr && (!std::isfinite(message.arrival) || std::abs(message.arrival) > 1e12))
       why = "arrival is not a time";
-    if (why == nullptr && !messages.empty() && message.arrival < messages.back().arrival)
+    if (why == nullptr && !is_run && !messages.empty() && message.arrival < messages.back().arrival)
       why = "it arrived before the line above it";
     if (why != nullptr) {
       if (!whole) break;  // the program ended while it wrote
@@ -68,6 +74,8 @@ std::vector<StampedPose> read_pose_log(const std::filesystem::path& path) {
     messages.push_back(std::move(message));
   }
   if (file.bad()) throw io_error(path, "give a log that can be read");
+  std::stable_sort(messages.begin(), messages.end(),
+                   [](const StampedPose& a, const StampedPose& b) { return a.arrival < b.arrival; });
   return messages;
 }
 

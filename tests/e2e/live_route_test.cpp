@@ -157,6 +157,11 @@ TEST_F(LiveRoute, ADriveIsShownAndShownAgain) {
   EXPECT_GT(std::count_if(late.data(), late.data() + values, [](std::uint8_t v) { return v > 0; }),
             values / 4);
   EXPECT_FALSE(std::equal(early.data(), early.data() + values, late.data()));
+  // The run's poses drive another show.
+  const ToolRun from_log = run_tool(
+      "project-live", show_ + "--pose-source log:" + at("run.log") + "@0 --output none --duration 500ms");
+  ASSERT_EQ(from_log.exit_code, 0) << from_log.err;
+  EXPECT_EQ(from_log.json()["poses"]["arrived"], live["poses"]["arrived"]);
   // Under other conditions other frames: said, and not passed for the same.
   const ToolRun other = run_tool("project-live", show_ + "--average-numbers --replay " + at("run.log"));
   EXPECT_EQ(other.exit_code, 5) << other.out;
@@ -246,7 +251,8 @@ TEST_F(LiveRoute, Soak) {
       robot = std::make_unique<Running>("simulate-robot",
                                         "--path walk --rate 200 --noise 3mm,0.2deg --delay 20ms --jitter 4ms "
                                         "--loss 5% --reorder 5% --duplicate 1% "
-                                        "--garbage 1% --duration 3600s --seed " +
+                                        "--garbage 1% --duration " +
+                                            std::to_string(int(restart_every) + 5) + "s --seed " +
                                             std::to_string(++restarts) + " --to udp:127.0.0.1:" + port,
                                         folder_ / "robot.txt");
     }

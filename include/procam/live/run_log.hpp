@@ -5,7 +5,7 @@
 /// JSON lines. The lines of poses are those of a pose log (track/pose_log.hpp, docs/live.md), so that the
 /// same file is a pose source ("log:run.log"); the others have a key that says what they are:
 ///
-///   {"format":"procam-pose-log","version":1,"run":"--projector left --predict auto ..."}
+///   {"format":"procam-run","version":1,"conditions":"projector left, predict auto, ..."}
 ///   {"surfaces":{...}}                       the surface file's contents, whenever they changed
 ///   {"picture":"grid"}                       what the surfaces carry: "content", "grid" or "mask"
 ///   {"arrival":812.25,"stamp":...}           a pose

@@ -206,7 +206,7 @@ TEST_F(Content, ADamagedPictureIsToldAndTheShowGoesOn) {
 
 TEST_F(Content, FilesThatAreNoVideosAreRefused) {
   std::ofstream(folder_ / "text.mp4") << "no video at all";
-  std::ofstream(folder_ / "empty.avi");
+  std::ofstream(folder_ / "empty.avi") << "";
   EXPECT_NE(why((folder_ / "text.mp4").string()).find("cannot open it as a video"), std::string::npos);
   EXPECT_NE(why((folder_ / "empty.avi").string()).find("cannot open"), std::string::npos);
   EXPECT_NE(why((folder_ / "none.mp4").string()).find("there is no such file"), std::string::npos);

@@ -2,8 +2,10 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <new>
 #include <opencv2/imgproc.hpp>
 #include <opencv2/videoio.hpp>
 #include <thread>
@@ -12,6 +14,23 @@
 #include "procam/device/frame_sink.hpp"
 #include "procam/device/video_file.hpp"
 #include "procam/io/images.hpp"
+
+namespace {
+/// Of one thread: sources may allocate in threads of their own.
+thread_local long allocations = 0;
+}  // namespace
+
+void* operator new(std::size_t size) {
+  ++allocations;
+  if (void* const memory = std::malloc(size == 0 ? 1 : size)) return memory;
+  throw std::bad_alloc();
+}
+void operator delete(void* memory) noexcept {
+  std::free(memory);
+}
+void operator delete(void* memory, std::size_t) noexcept {
+  std::free(memory);
+}
 
 namespace procam::device {
 namespace {
@@ -187,7 +206,7 @@ TEST_F(Content, ADamagedPictureIsToldAndTheShowGoesOn) {
 
 TEST_F(Content, FilesThatAreNoVideosAreRefused) {
   std::ofstream(folder_ / "text.mp4") << "no video at all";
-  std::ofstream(folder_ / "empty.avi");
+  std::ofstream(folder_ / "empty.avi") << "";
   EXPECT_NE(why((folder_ / "text.mp4").string()).find("cannot open it as a video"), std::string::npos);
   EXPECT_NE(why((folder_ / "empty.avi").string()).find("cannot open"), std::string::npos);
   EXPECT_NE(why((folder_ / "none.mp4").string()).find("there is no such file"), std::string::npos);
@@ -223,7 +242,7 @@ TEST_F(Content, ACameraThatVanishesKeepsItsLastPictureAndComesBack) {
 
 TEST_F(Content, ACameraThatIsNotThereIsADeviceError) {
   try {
-    open_content("camera:97", options_);
+    const auto camera = open_content("camera:97", options_);
     FAIL();
   } catch (const Error& error) {
     EXPECT_EQ(error.kind(), ErrorKind::kDevice);
@@ -279,10 +298,23 @@ TEST_F(Content, VideosThatAreWrittenAreReadBack) {
     EXPECT_EQ(std::distance(fs::directory_iterator(folder_), {}), 1) << "something is left behind";
     fs::remove(file);
   }
-  EXPECT_THROW(VideoFile(folder_ / "a.mp4", {65, 38}, 20), Error);
-  EXPECT_THROW(VideoFile(folder_ / "a.webm", {64, 38}, 20), Error);
-  EXPECT_THROW(VideoFile(folder_ / "no" / "a.mp4", {64, 38}, 20), Error);
-  EXPECT_THROW(VideoFile(folder_ / "a.mp4", {64, 38}, 0), std::invalid_argument);
+  EXPECT_THROW(const VideoFile refused(folder_ / "a.mp4", {65, 38}, 20), Error);
+  EXPECT_THROW(const VideoFile refused(folder_ / "a.webm", {64, 38}, 20), Error);
+  EXPECT_THROW(const VideoFile refused(folder_ / "no" / "a.mp4", {64, 38}, 20), Error);
+  EXPECT_THROW(const VideoFile refused(folder_ / "a.mp4", {64, 38}, 0), std::invalid_argument);
+}
+
+TEST_F(Content, AskingForAPictureAllocatesNothing) {
+  for (int i = 0; i < 7; ++i) picture("p" + std::to_string(i) + ".png", i);
+  const std::string file = video(7, 20);
+  for (const std::string& what : {std::string("#102030"), (folder_ / "p1.png").string(),
+                                  (folder_ / "p%d.png").string(), file, "camera:" + file}) {
+    options_.pace = what.rfind("camera", 0) == 0 ? Pace::kLive : Pace::kExact;
+    const auto content = open_content(what, options_);
+    const long before = allocations;
+    for (int n = 0; n < 30; ++n) content->at(n / 20.0);
+    EXPECT_EQ(allocations, before) << what;
+  }
 }
 
 }  // namespace

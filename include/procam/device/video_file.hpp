@@ -15,9 +15,9 @@ namespace procam::device {
 /// | .avi | Motion JPEG: as .mp4, every picture by itself |
 class VideoFile {
  public:
-  /// Throws Error(kUnsupported) for another extension, for .mp4 with an odd side, and where OpenCV has no such
-  /// encoder; Error(kIo) when the file cannot be written. std::invalid_argument for an empty size or a rate
-  /// outside 0.001 .. 1000 pictures a second.
+  /// Throws Error(kUnsupported) for another extension, for .mp4 with an odd side, and where OpenCV has no
+  /// such encoder; Error(kIo) when the file cannot be written. std::invalid_argument for an empty size or a
+  /// rate outside 0.001 .. 1000 pictures a second.
   VideoFile(const std::filesystem::path& path, ImageSize size, double rate_hz);
   ~VideoFile();
   VideoFile(VideoFile&&) noexcept;

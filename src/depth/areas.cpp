@@ -36,47 +36,60 @@ Extent extent_of(const Planes& planes, std::size_t plane, const RayTable& rays,
   return extent;
 }
 
-/// A cell is free where most of the pixel it falls on and its four neighbours bear the plane's label.
+/// A cell is free where most of the pixel it falls on and its four neighbours bear the plane's label (at the
+/// image's rim: that pixel).
 void fill(const Planes& planes, std::int16_t plane, const RayTable& rays, const Pose& camera_from_plane,
           PlaneRaster& raster) {
   const Mat3 r = camera_from_plane.rotation_matrix();
   const Image<std::int16_t>& labels = planes.labels;
   const int width = labels.width(), height = labels.height();
-  for (int j = 0; j < raster.free.height(); ++j)
+  const Mat3 k = rays.camera().intrinsics.matrix();
+  const bool pinhole = rays.is_pinhole();
+  const auto own = [&](int x, int y) {
+    return x >= 0 && y >= 0 && x < width && y < height && labels.at(x, y) == plane;
+  };
+  for (int j = 0; j < raster.free.height(); ++j) {
+    // Along a row the point, and K times it, move in equal steps.
+    const Vec2 first = raster.corner(0, j) + Vec2::Constant(0.5 * raster.cell);
+    const Vec3 point = r.leftCols<2>() * first + camera_from_plane.translation, step = raster.cell * r.col(0);
+    const Vec3 start = pinhole ? Vec3(k * point) : point, along = pinhole ? Vec3(k * step) : step;
+    std::uint8_t* const row = raster.free.row(j);
     for (int i = 0; i < raster.free.width(); ++i) {
-      const Vec2 at = raster.corner(i, j) + Vec2::Constant(0.5 * raster.cell);
-      const Vec3 p = r.leftCols<2>() * at + camera_from_plane.translation;
-      if (!(p.z() > 1e-3)) continue;
-      const Vec2 pixel = rays.pixel_of(p.x() / p.z(), p.y() / p.z());
-      if (!(pixel.x() > -0.5 && pixel.y() > -0.5 && pixel.x() < width - 0.5 && pixel.y() < height - 0.5))
-        continue;
-      const int x = int(pixel.x() + 0.5), y = int(pixel.y() + 0.5);
-      int own = 0, all = 0;
-      const auto look = [&](int a, int b) {
-        if (a < 0 || b < 0 || a >= width || b >= height) return;
-        ++all;
-        own += labels.at(a, b) == plane;
-      };
-      look(x, y);
-      look(x - 1, y);
-      look(x + 1, y);
-      look(x, y - 1);
-      look(x, y + 1);
-      raster.free.at(i, j) = 2 * own > all;
+      const double z = start.z() + i * along.z();
+      if (!(z > 1e-3)) continue;
+      double px = (start.x() + i * along.x()) / z, py = (start.y() + i * along.y()) / z;
+      if (!pinhole) {
+        const Vec2 pixel = rays.pixel_of(px, py);
+        px = pixel.x();
+        py = pixel.y();
+      }
+      if (!(px > -0.5 && py > -0.5 && px < width - 0.5 && py < height - 0.5)) continue;
+      const int x = int(px + 0.5), y = int(py + 0.5);
+      if (x > 0 && y > 0 && x + 1 < width && y + 1 < height) {
+        const std::int16_t* const at = labels.row(y) + x;
+        row[i] = (at[0] == plane) + (at[-1] == plane) + (at[1] == plane) + (at[-width] == plane) +
+                     (at[width] == plane) >=
+                 3;
+      } else {
+        row[i] = own(x, y);
+      }
     }
+  }
 }
 
 /// A cell whose neighbours all but two are free is a flaw of the depth image.
 void heal(ImageU8& free) {
   const ImageU8 before = free;
-  for (int j = 1; j + 1 < free.height(); ++j)
+  for (int j = 1; j + 1 < free.height(); ++j) {
+    const std::uint8_t *const above = before.row(j - 1), *const here = before.row(j),
+                              *const below = before.row(j + 1);
+    std::uint8_t* const out = free.row(j);
     for (int i = 1; i + 1 < free.width(); ++i) {
-      if (before.at(i, j)) continue;
-      int count = 0;
-      for (int b = -1; b <= 1; ++b)
-        for (int a = -1; a <= 1; ++a) count += before.at(i + a, j + b);
-      if (count >= 6) free.at(i, j) = 1;
+      const int count = above[i - 1] + above[i] + above[i + 1] + here[i - 1] + here[i + 1] + below[i - 1] +
+                        below[i] + below[i + 1];
+      out[i] = std::uint8_t(here[i] | (count >= 6));
     }
+  }
 }
 
 double twice_area(const Points2& loop) {

@@ -39,12 +39,13 @@ struct Sums {
 };
 
 /// Of a whole cell with all its readings: only the sums with p are new.
-Sums sums_of_whole(const float* q, std::ptrdiff_t stride, const float* u, const float* v,
-                   const RayTable& rays, const RayTable::CellRays& cell, float q0) {
+Sums sums_of_whole(const float* q, std::ptrdiff_t stride, int x0, int y0, const RayTable& rays,
+                   const RayTable::CellRays& cell, float q0) {
   using Lane = std::array<float, kCell>;
   Lane p_sum{}, xp_sum{}, yp_sum{}, pp_sum{};
   const auto fx = float(rays.camera().intrinsics.fx), u0 = float(cell.u), v0 = float(cell.v);
-  for (int row = 0; row < kCell; ++row, q += stride, u += stride, v += stride)
+  for (int row = 0; row < kCell; ++row, q += stride) {
+    const float *const u = rays.u_from(x0, y0 + row), *const v = rays.v_from(x0, y0 + row);
     for (std::size_t i = 0; i < kCell; ++i) {
       const float p = q[i] - q0;
       p_sum[i] += p;
@@ -52,6 +53,7 @@ Sums sums_of_whole(const float* q, std::ptrdiff_t stride, const float* u, const 
       xp_sum[i] += p * (fx * (u[i] - u0));
       yp_sum[i] += p * (fx * (v[i] - v0));
     }
+  }
   Sums s{kCell * kCell, cell.sx, cell.sy, cell.sxx, cell.sxy, cell.syy};
   for (std::size_t i = 0; i < kCell; ++i) {
     s.p += double(p_sum[i]);
@@ -177,9 +179,8 @@ CellGrid cell_grid(const DepthImage& image, const RayTable& rays, const PlaneOpt
           for (int x = x0; q0 <= 0 && x < std::min(x0 + kCell, width); ++x) q0 = grid.inverse_depth.at(x, y);
         if (q0 <= 0) continue;
       }
-      const Sums sums =
-          full ? sums_of_whole(q, width, rays.u_row(y0) + x0, rays.v_row(y0) + x0, rays, cell_rays, q0)
-               : sums_of_part(grid.inverse_depth, rays, cell_rays, x0, y0, q0);
+      const Sums sums = full ? sums_of_whole(q, width, x0, y0, rays, cell_rays, q0)
+                             : sums_of_part(grid.inverse_depth, rays, cell_rays, x0, y0, q0);
       grid.cells[std::size_t(grid.index(column, row))] =
           cell_of(sums, cell_rays, fx, double(q0), options.noise);
     }

@@ -17,7 +17,7 @@ constexpr double kExplains = 1.5;
 /// A cell within this many of those sigmas lies on the shape.
 constexpr double kOnShape = 3;
 /// So many cells say what a shape is as well as all of them, sooner.
-constexpr std::size_t kSamples = 300;
+constexpr std::size_t kSamples = 120;
 
 /// A cell as a point, and what it may be off along its ray.
 struct Sample {
@@ -59,7 +59,7 @@ double weight_of(double residual) {  // Huber's, at two sigmas
 
 /// Gauss-Newton on middle (and axis) and radius; derivatives are those of |out| - radius.
 void refine(const std::vector<Sample>& samples, Shape& shape) {
-  for (int step = 0; step < 12; ++step) {
+  for (int step = 0; step < 8; ++step) {
     const Vec3 a = shape.cylinder ? Vec3(shape.axis.unitOrthogonal()) : Vec3::UnitX();
     const Vec3 b = shape.cylinder ? Vec3(shape.axis.cross(a)) : Vec3::UnitY();
     // Parameters: middle along a, b and (sphere) z; radius; (cylinder) turns of the axis towards a and b.
@@ -98,7 +98,7 @@ void refine(const std::vector<Sample>& samples, Shape& shape) {
     shape.middle += d[0] * a + d[1] * b + (shape.cylinder ? Vec3::Zero() : Vec3(0, 0, d[2]));
     shape.radius += d[3];
     if (shape.cylinder) shape.axis = (shape.axis + d[4] * a + d[5] * b).normalized();
-    if (d.norm() < 1e-7) return;
+    if (d.norm() < 1e-5) return;
   }
 }
 

@@ -194,8 +194,14 @@ void PlaneMap::choose_content(MapPlane& plane) const {
 
 void PlaneMap::name_new(const Pose& world_from_camera) {
   std::vector<MapPlane*> fresh;
+  const auto settled = [&](const MapPlane& plane) {
+    Vec4 at;
+    at << plane.world_from_plane.translation, 1;
+    return at.dot(plane.in_world.covariance * at) < options_.settled * options_.settled ||
+           plane.seen >= 10 * options_.frames_to_believe;
+  };
   for (MapPlane& plane : planes_)
-    if (plane.name.empty() && plane.seen >= options_.frames_to_believe &&
+    if (plane.name.empty() && settled(plane) && plane.seen >= options_.frames_to_believe &&
         largest_rectangle(plane.raster, options_.least_side, options_.margin))
       fresh.push_back(&plane);
   const Pose camera_from_world = world_from_camera.inverse();

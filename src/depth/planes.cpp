@@ -69,31 +69,37 @@ double noise_factor(const CellGrid& grid, const std::vector<int>& cells, const M
                     const InverseDepthPlane& plane) {
   const double of_readings = plane.error / std::max(moments.n - 3, 1.0);
   double factor = of_readings;
-  for (const int block : {1, 4}) {
-    struct Mean {
-      double n = 0, sum = 0;
-    };
-    const int columns = grid.columns / block + 1;
-    std::vector<Mean> means(std::size_t(columns) * std::size_t(grid.rows / block + 1));
-    for (const int at : cells) {
-      const Cell& cell = grid.cells[std::size_t(at)];
-      const double r = (double(cell.q) - plane.at(double(cell.u), double(cell.v))) / double(cell.sigma);
-      Mean& mean = means[std::size_t((at / grid.columns / block) * columns + at % grid.columns / block)];
-      mean.n += cell.n;
-      mean.sum += cell.n * r;
-    }
-    double error = 0, count = 0;
-    for (const Mean& mean : means)
-      if (mean.n > 0) {
-        error += mean.sum * mean.sum / mean.n;
-        count += 1;
-      }
+  struct Mean {
+    double n = 0, sum = 0;
+  };
+  const auto judge = [&](double error, double count) {
     const double freedom = count - 3;
-    if (freedom < 3) continue;
+    if (freedom < 3) return;
     const double of_means = error / freedom;
     // Three sigmas of a mean square of this many: below, it is chance.
     if (of_means > of_readings * (1 + 3 * std::sqrt(2 / freedom))) factor = std::max(factor, of_means);
+  };
+  constexpr int kBlock = 4;
+  const int columns = grid.columns / kBlock + 1;
+  std::vector<Mean> blocks(std::size_t(columns) * std::size_t(grid.rows / kBlock + 1));
+  double error = 0;
+  for (const int at : cells) {
+    const Cell& cell = grid.cells[std::size_t(at)];
+    const double r = (double(cell.q) - plane.at(double(cell.u), double(cell.v))) / double(cell.sigma);
+    error += cell.n * r * r;
+    Mean& mean = blocks[std::size_t((at / grid.columns / kBlock) * columns + at % grid.columns / kBlock)];
+    mean.n += cell.n;
+    mean.sum += cell.n * r;
   }
+  judge(error, double(cells.size()));
+  error = 0;
+  double count = 0;
+  for (const Mean& mean : blocks)
+    if (mean.n > 0) {
+      error += mean.sum * mean.sum / mean.n;
+      count += 1;
+    }
+  judge(error, count);
   return factor;
 }
 
@@ -143,7 +149,8 @@ Mat3 rounding_covariance(const DepthImage& image, const RayTable& rays, const Ce
     sums[std::size_t(image.units.at(x, y) - low)] += w * Vec3(double(rays.u(x, y)), double(rays.v(x, y)), 1);
   });
   Mat3 middle = Mat3::Zero();
-  for (const Vec3& sum : sums) middle += sum * sum.transpose();
+  for (const Vec3& sum : sums)
+    if (sum.z() > 0) middle.noalias() += sum * sum.transpose();
   const double unit = image.metres_per_unit;
   return unit * unit / 12 * inverse_normal_matrix * middle * inverse_normal_matrix;
 }
@@ -207,7 +214,11 @@ class Labeller {
            const std::vector<Vec3>& planes, const DepthNoise& noise, Planes& out)
       : grid_(grid), rays_(rays), owner_(owner), planes_(planes), noise_(noise), out_(out) {}
 
+  /// Pixels by label, from 0.
+  const std::vector<int>& counts() const { return counts_; }
+
   void run() {
+    counts_.assign(out_.planes.size() + out_.curves.size(), 0);
     out_.labels = Image<std::int16_t>(rays_.size());
     for (int row = 0; row < grid_.rows; ++row)
       for (int column = 0; column < grid_.columns; ++column) label(column, row);
@@ -234,39 +245,51 @@ class Labeller {
       for (int y = y0; y < y1; ++y)
         for (int x = x0; x < x1; ++x)
           out_.labels.at(x, y) = grid_.inverse_depth.at(x, y) > 0 ? id : Planes::kNothing;
+      if (id >= 0) counts_[std::size_t(id)] += cell.n;
       return;
     }
     const bool inside = own >= 0 && candidates_ == 1;
     // Beside another surface less is theirs.
-    const float gates =
-        (inside ? 2.5f : 2.0f) * std::sqrt(cell.sigma * cell.sigma + cell.shared * cell.shared);
+    float gate = (inside ? 2.5f : 2.0f) * std::sqrt(cell.sigma * cell.sigma + cell.shared * cell.shared);
+    if (candidates_ > 0 && !(gate > 0)) gate = 2 * spread_at(x0, x1, y0, y1);
     for (int y = y0; y < y1; ++y) {
-      const float* const q = grid_.inverse_depth.row(y);
-      const float *const u = rays_.u_row(y), *const v = rays_.v_row(y);
-      std::int16_t* const label = out_.labels.row(y);
-      if (inside && x1 - x0 == kCell) {
-        const float a = a_[0], b = b_[0], c = c_[0], gate = gates;
-        const auto id = std::int16_t(own);
-        for (int x = x0; x < x0 + kCell; ++x) {
-          const float r = std::abs(q[x] - (a * u[x] + b * v[x] + c));
-          const std::int16_t near = r < gate ? id : Planes::kNone;
-          label[x] = q[x] > 0 ? near : Planes::kNothing;
-        }
-        continue;
+      const float* const q = grid_.inverse_depth.row(y) + x0;
+      const float *const u = rays_.u_from(x0, y), *const v = rays_.v_from(x0, y);
+      std::int16_t* const label = out_.labels.row(y) + x0;
+      if (candidates_ <= 1 && x1 - x0 == kCell)
+        label_row(q, u, v, gate, label);
+      else
+        label_mixed_row(q, u, v, gate, x1 - x0, label);
+    }
+  }
+
+  /// Eight pixels with one plane near them, or none.
+  void label_row(const float* q, const float* u, const float* v, float gate, std::int16_t* label) {
+    const bool any = candidates_ == 1;
+    const float a = a_[0], b = b_[0], c = c_[0], within = any ? gate : -1.0f;
+    const auto id = std::int16_t(any ? ids_[0] : 0);
+    int count = 0;
+    for (int i = 0; i < kCell; ++i) {
+      const bool near = std::abs(q[i] - (a * u[i] + b * v[i] + c)) < within;
+      const bool known = q[i] > 0;
+      const std::int16_t of_plane = near ? id : Planes::kNone;
+      label[i] = known ? of_plane : Planes::kNothing;
+      count += near && known;
+    }
+    if (any) counts_[std::size_t(ids_[0])] += count;
+  }
+
+  void label_mixed_row(const float* q, const float* u, const float* v, float gate, int width,
+                       std::int16_t* label) {
+    for (int i = 0; i < width; ++i) {
+      label[i] = q[i] > 0 ? Planes::kNone : Planes::kNothing;
+      if (!(q[i] > 0)) continue;
+      float best = gate;
+      for (std::size_t k = 0; k < candidates_; ++k) {
+        const float r = std::abs(q[i] - (a_[k] * u[i] + b_[k] * v[i] + c_[k]));
+        if (r < best) best = r, label[i] = std::int16_t(ids_[k]);
       }
-      for (int x = x0; x < x1; ++x) {
-        if (!(q[x] > 0)) {
-          label[x] = Planes::kNothing;
-          continue;
-        }
-        float best = gates > 0 ? gates : 2 * spread_at(q[x]);
-        std::int16_t id = Planes::kNone;
-        for (std::size_t k = 0; k < candidates_; ++k) {
-          const float r = std::abs(q[x] - (a_[k] * u[x] + b_[k] * v[x] + c_[k]));
-          if (r < best) best = r, id = std::int16_t(ids_[k]);
-        }
-        label[x] = id;
-      }
+      if (label[i] >= 0) ++counts_[std::size_t(label[i])];
     }
   }
 
@@ -281,7 +304,12 @@ class Labeller {
     c_[candidates_] = float(t.z());
     ++candidates_;
   }
-  float spread_at(float q) const {
+  /// Of a cell too empty to have a sigma of its own: at its nearest reading.
+  float spread_at(int x0, int x1, int y0, int y1) const {
+    float q = 0;
+    for (int y = y0; y < y1; ++y)
+      for (int x = x0; x < x1; ++x) q = std::max(q, grid_.inverse_depth.at(x, y));
+    if (!(q > 0)) return 0;
     const double z = 1 / double(q);
     return float(std::hypot(noise_.sigma(z), noise_.shared_sigma(z))) * q * q;
   }
@@ -292,6 +320,7 @@ class Labeller {
   const std::vector<Vec3>& planes_;
   const DepthNoise& noise_;
   Planes& out_;
+  std::vector<int> counts_;
   std::size_t candidates_ = 0;
   std::array<int, 4> ids_{};
   std::array<float, 4> a_{}, b_{}, c_{};
@@ -379,16 +408,12 @@ Planes find_planes(const DepthImage& image, const RayTable& rays, const PlaneOpt
     else if (owner <= kCurveOwner)
       owner = int(out.planes.size()) + (kCurveOwner - owner);
   }
-  Labeller(grid, rays, regions.owner, inverse_planes, options.noise, out).run();
+  Labeller labeller(grid, rays, regions.owner, inverse_planes, options.noise, out);
+  labeller.run();
 
-  for (int y = 0; y < rays.size().height; ++y) {
-    const std::int16_t* const row = out.labels.row(y);
-    for (int x = 0; x < rays.size().width; ++x)
-      if (row[x] >= 0) {
-        const auto i = std::size_t(row[x]);
-        ++(i < out.planes.size() ? out.planes[i].pixels : out.curves[i - out.planes.size()].pixels);
-      }
-  }
+  for (std::size_t i = 0; i < out.planes.size(); ++i) out.planes[i].pixels = labeller.counts()[i];
+  for (std::size_t i = 0; i < out.curves.size(); ++i)
+    out.curves[i].pixels = labeller.counts()[out.planes.size() + i];
   return out;
 }
 

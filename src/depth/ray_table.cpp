@@ -26,6 +26,7 @@ RayTable::RayTable(const Camera& camera) : camera_(camera) {
       v_.at(x, y) = ahead ? float(ray->y() / ray->z()) : std::numeric_limits<float>::quiet_NaN();
     }
 
+  separable_ = std::holds_alternative<NoDistortion>(camera.distortion) && k.skew == 0 && width >= kCell;
   columns_ = (width + kCell - 1) / kCell;
   rows_ = (height + kCell - 1) / kCell;
   for (int row = 0; row < rows_; ++row)

@@ -23,8 +23,10 @@ class RayTable {
 
   float u(int x, int y) const { return u_.at(x, y); }
   float v(int x, int y) const { return v_.at(x, y); }
-  const float* u_row(int y) const { return u_.row(y); }
-  const float* v_row(int y) const { return v_.row(y); }
+  /// A row's u and v from pixel x on. Without lens and skew all rows share one u, all columns one v, and 16
+  /// rows of the tables stay in the cache.
+  const float* u_from(int x, int y) const { return u_.row(separable_ ? 0 : y) + x; }
+  const float* v_from(int x, int y) const { return v_.row(y) + (separable_ ? 0 : x); }
 
   /// A cell's pixels about its middle, and their sums when all of them have a reading. `whole`: the cell has
   /// all its pixels, and each has a ray.
@@ -37,12 +39,14 @@ class RayTable {
     return cells_[std::size_t(row) * std::size_t(columns_) + std::size_t(column)];
   }
 
+  bool is_pinhole() const { return shift_.empty(); }
   /// The pixel of a ray, through the lens; far outside of the image it is only roughly right.
   Vec2 pixel_of(double u, double v) const;
 
  private:
   Camera camera_;
   int columns_ = 0, rows_ = 0;
+  bool separable_ = false;
   ImageF u_, v_;  ///< NaN where the lens model has no inverse
   std::vector<CellRays> cells_;
   // What the lens adds to the pinhole's pixel, on a lattice over the image; empty for a pinhole.

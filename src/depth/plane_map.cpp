@@ -194,16 +194,20 @@ void PlaneMap::choose_content(MapPlane& plane) const {
 
 void PlaneMap::name_new(const Pose& world_from_camera) {
   std::vector<MapPlane*> fresh;
-  const auto settled = [&](const MapPlane& plane) {
-    Vec4 at;
-    at << plane.world_from_plane.translation, 1;
-    return at.dot(plane.in_world.covariance * at) < options_.settled * options_.settled ||
-           plane.seen >= 10 * options_.frames_to_believe;
+  const auto settled = [&](const MapPlane& plane, const FreeRectangle& content) {
+    if (plane.seen >= 10 * options_.frames_to_believe) return true;
+    for (const Vec2& corner : {content.low, content.high}) {
+      Vec4 at;
+      at << plane.world_from_plane * Vec3(corner.x(), corner.y(), 0), 1;
+      if (!(at.dot(plane.in_world.covariance * at) < options_.settled * options_.settled)) return false;
+    }
+    return true;
   };
-  for (MapPlane& plane : planes_)
-    if (plane.name.empty() && settled(plane) && plane.seen >= options_.frames_to_believe &&
-        largest_rectangle(plane.raster, options_.least_side, options_.margin))
-      fresh.push_back(&plane);
+  for (MapPlane& plane : planes_) {
+    if (!plane.name.empty() || plane.seen < options_.frames_to_believe) continue;
+    const auto content = largest_rectangle(plane.raster, options_.least_side, options_.margin);
+    if (content && settled(plane, *content)) fresh.push_back(&plane);
+  }
   const Pose camera_from_world = world_from_camera.inverse();
   const auto bearing = [&](const MapPlane* plane) {
     const Vec3 at = camera_from_world * plane->world_from_plane.translation;

@@ -30,7 +30,8 @@ struct PlaneMapOptions {
   /// A plane seen less often has no name yet, nor one where nothing has stayed for about a third of `memory`:
   /// somebody's back is no surface.
   int frames_to_believe = 3;
-  /// Metres: nor one whose place is less certain, for ten times as many frames: its content would move.
+  /// Metres: nor one whose content's corners are less certain across it, for ten times as many frames: it
+  /// would move.
   double settled = 0.002;
   double memory = 1.5;    ///< seconds in which a cell's free share follows by 63 %
   double drift = 0.5e-3;  ///< metres and radians a square root second that a plane may be off more

@@ -22,7 +22,7 @@ class DetectSurfaces : public ::testing::Test {
           {name, simulate::Rectangle{-0.5 * size, 0.5 * size}, Pose(so3_exp(turn), at), 0.5});
     };
     plane("wall", Vec3(0, 0.1, 0), Vec3(0, 0, 2), Vec2(3, 2.4));
-    plane("floor", Vec3(-kPi / 2, 0, 0), Vec3(0, 1.1, 1.5), Vec2(3, 2));
+    plane("floor", Vec3(-kPi / 2, 0, 0), Vec3(0, 0.6, 1.5), Vec2(3, 2));
     simulate::DepthSensor sensor;
     depth_ = simulate::depth_view(room, sensor, Pose(), 3).mm;
     io::save_depth(folder_ / "depth.png", depth_);

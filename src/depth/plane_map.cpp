@@ -7,7 +7,7 @@ namespace procam::depth {
 namespace {
 
 /// Rasters end here; a plane is no larger than what is ever projected on.
-constexpr int kMostCells = 1 << 19;
+constexpr int kMostMapCells = 1 << 19;
 /// A cell's free share at which content leaves it, and at which it may come back.
 constexpr float kBlocked = 0.35f, kFree = 0.65f;
 /// Share of a content's cells that may be blocked before it gives way: single cells flicker at edges.
@@ -25,7 +25,7 @@ void extend(MapPlane& plane, const Vec2& low, const Vec2& high) {
   const int bottom = std::max(raster.free.height(), cells(high.y() - raster.low.y()) + 1);
   const long width = left + right, height = top + bottom;
   if ((left == 0 && top == 0 && right == raster.free.width() && bottom == raster.free.height()) ||
-      width * height > kMostCells)
+      width * height > kMostMapCells)
     return;
   ImageU8 free(int(width), int(height), 1);
   ImageF share(int(width), int(height), 1, -1.0f);

@@ -201,13 +201,7 @@ std::string to_json_line(const StampedPose& message) {
 // --- rosbridge
 // -------------------------------------------------------------------------------------------------------
 
-namespace {
-
-constexpr int kDeepest = 16;
-constexpr std::size_t kMostTransforms = 256;
-
-/// Before a tree is built of it: brackets outside of texts.
-bool is_shallow(std::string_view text) {
+bool internal::is_shallow(std::string_view text, int deepest) {
   int depth = 0;
   bool in_text = false;
   for (std::size_t i = 0; i < text.size(); ++i) {
@@ -217,7 +211,7 @@ bool is_shallow(std::string_view text) {
       if (c == '"') in_text = false;
     } else if (c == '"') {
       in_text = true;
-    } else if ((c == '{' || c == '[') && ++depth > kDeepest) {
+    } else if ((c == '{' || c == '[') && ++depth > deepest) {
       return false;
     } else if (c == '}' || c == ']') {
       --depth;
@@ -225,6 +219,11 @@ bool is_shallow(std::string_view text) {
   }
   return true;
 }
+
+namespace {
+
+constexpr int kDeepest = 16;
+constexpr std::size_t kMostTransforms = 256;
 
 /// nullptr where the path ends early.
 const json* field(const json* from, std::initializer_list<const char*> path) {
@@ -314,7 +313,7 @@ Parsed refused(const char* why) {
 Parsed parse_rosbridge(std::string_view text) {
   const std::size_t first = text.find_first_not_of(" \t\r\n");
   if (first == text.npos || text[first] != '{') return refused("it does not begin with {");
-  if (!is_shallow(text)) return refused("it is nested too deeply");
+  if (!internal::is_shallow(text, kDeepest)) return refused("it is nested too deeply");
   const json root = json::parse(text.begin(), text.end(), nullptr, false);
   if (root.is_discarded()) return refused("it is not JSON");
   const std::string op = text_at(&root, "op");

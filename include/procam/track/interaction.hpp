@@ -1,0 +1,135 @@
+#pragma once
+/// What content asks of people: is a hand on the surface, where does it point, who is in the zone, how often
+/// was the arm raised.
+///
+/// Points on a surface are metres in the surface's own plane (x right, y down as the content is read, z into
+/// the wall): surface_from_sensor = surface_from_world * world_from_sensor. State, where there is one, is a
+/// small value that is told the next thing with its time: no clock is read.
+#include <optional>
+#include <vector>
+
+#include "procam/core/ray.hpp"
+#include "procam/track/people.hpp"
+
+namespace procam::track {
+
+struct SurfacePoint {
+  Vec2 point = Vec2::Zero();  ///< the foot of the perpendicular
+  double distance = 0;  ///< in front of the surface; negative: inside the wall, which noise makes happen
+};
+SurfacePoint on_surface(const Vec3& point_in_sensor, const Pose& surface_from_sensor);
+
+/// From the head through the hand: of the lines that can be had from joints the one that people mean (K.
+/// Nickel, R. Stiefelhagen, "Visual recognition of pointing gestures for human-robot interaction", Image and
+/// Vision Computing 25(12), 2007). nullopt without both, or when they are closer than 0.2 m: a hand at the
+/// face points nowhere.
+std::optional<Ray> pointing_ray(const Skeleton& person, Side side);
+/// Where a ray meets the surface's plane; nullopt when it leads away from it.
+std::optional<Vec2> hit_on_surface(const Ray& ray_in_sensor, const Pose& surface_from_sensor);
+
+/// Metres from the polygon's edge, positive inside (even-odd); at least 3 corners (std::invalid_argument).
+double depth_inside(const Points2& polygon, const Vec2& point);
+
+struct ZoneOptions {
+  double margin = 0.03;    ///< hysteresis, metres: entered that far inside, left that far outside
+  double dwell = 1.0;      ///< seconds inside until it counts as meant
+  double patience = 0.25;  ///< seconds without a point until the zone is left
+};
+/// Enter, leave and dwell, each told once.
+class Zone {
+ public:
+  enum class Event { kNone, kEntered, kDwelled, kLeft };
+  explicit Zone(Points2 polygon, const ZoneOptions& options = {});
+
+  /// Times do not go back. nullopt: nothing was seen.
+  Event update(const std::optional<Vec2>& point, double time);
+  bool is_inside() const { return entered_.has_value(); }
+  /// Seconds since it was entered, as a share of the dwell, 0..1: what a ring around the hand shows.
+  double progress(double time) const;
+
+ private:
+  Points2 polygon_;
+  ZoneOptions options_;
+  std::optional<double> entered_;
+  double seen_ = 0;
+  bool has_dwelled_ = false;
+};
+
+struct TouchOptions {
+  double near = 0.06;  ///< metres from the surface at which a touch begins: a hand's joint is in its middle
+  double far = 0.12;   ///< and at which it ends
+};
+class Touch {
+ public:
+  explicit Touch(const TouchOptions& options = {}) : options_(options) {}
+  /// Whether the hand touches; nullopt (not seen) ends a touch.
+  bool update(const std::optional<SurfacePoint>& hand) {
+    is_touching_ = hand && hand->distance < (is_touching_ ? options_.far : options_.near);
+    return is_touching_;
+  }
+
+ private:
+  TouchOptions options_;
+  bool is_touching_ = false;
+};
+
+/// A forbidden zone: the first joint of anybody whose foot is inside the polygon and that is nearer to the
+/// surface than `height`, on either side. nullopt: nobody is there.
+std::optional<Vec2> trespass(const std::vector<TrackedPerson>& people, const Pose& surface_from_sensor,
+                             const Points2& polygon, double height);
+
+/// Shoulder abduction, radians: the angle between the trunk and the upper arm in the frontal plane, 0 hanging
+/// down, 90 degrees level. With d down the trunk (neck to pelvis) and l across the shoulders to the arm's
+/// side, square to d,
+///   angle = atan2(arm . l, arm . d).
+/// A depth camera's noise lies along its axis, which the frontal plane leaves out when the person faces it;
+/// the angle in space does not, and is 30 degrees too large for an arm that hangs. nullopt when a joint is
+/// missing, or the arm points out of the plane (less than 0.3 of it lies within).
+std::optional<double> abduction_angle(const Skeleton& person, Side side);
+
+struct ExerciseOptions {
+  double target = 80 * kDegree;  ///< reached: the repetition counts
+  double rest = 40 * kDegree;    ///< below it the next one begins
+};
+/// Counts how often an angle reaches its target, from rest to rest: an arm that trembles at the target counts
+/// once.
+class ExerciseCounter {
+ public:
+  enum class Event { kNone, kReached, kRested };
+  explicit ExerciseCounter(const ExerciseOptions& options = {});
+  Event update(const std::optional<double>& angle);
+  int count() const { return count_; }
+  /// The largest angle of this repetition so far, or of the last one.
+  double best() const { return best_; }
+
+ private:
+  ExerciseOptions options_;
+  bool is_armed_ = false;  ///< it must rest first
+  int count_ = 0;
+  double best_ = 0;
+};
+
+/// What a raised hand says.
+enum class HandSign {
+  kNone,   ///< it was not raised
+  kWave,   ///< "hello": it goes to and fro
+  kStill,  ///< "high five": it is held up
+};
+struct HandSignOptions {
+  /// Heights of the wrist below the neck, in lengths of the trunk (neck to pelvis).
+  double raised = 0.3, lowered = 0.5;
+  int settle = 3;  ///< frames after raising and before lowering that are left out
+  /// The wrist's way across, seen from its elbow, in trunks a frame. 0.0195 lies between the gestures of a
+  /// recording of four each: 0.023 to 0.047 for waves, 0.007 to 0.016 for hands held up.
+  double sway = 0.0195;
+};
+struct RaisedHand {
+  HandSign sign = HandSign::kNone;
+  int frames = 0;   ///< of the longest time that it was up
+  double sway = 0;  ///< as in the options
+};
+/// In pictures of one person, one after the other (10 to 30 a second), upright.
+RaisedHand read_hand(const std::vector<PixelSkeleton>& frames, Side side,
+                     const HandSignOptions& options = {});
+
+}  // namespace procam::track

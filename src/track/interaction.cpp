@@ -1,0 +1,167 @@
+#include "procam/track/interaction.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "procam/core/error.hpp"
+#include "procam/core/plane.hpp"
+
+namespace procam::track {
+
+SurfacePoint on_surface(const Vec3& point_in_sensor, const Pose& surface_from_sensor) {
+  const Vec3 p = surface_from_sensor * point_in_sensor;
+  return {p.head<2>(), -p.z()};
+}
+
+std::optional<Ray> pointing_ray(const Skeleton& person, Side side) {
+  const std::optional<Vec3> head = head_of(person), hand = hand_of(person, side);
+  if (!head || !hand || !((*hand - *head).norm() >= 0.2)) return std::nullopt;
+  return Ray{*head, (*hand - *head).normalized()};
+}
+
+std::optional<Vec2> hit_on_surface(const Ray& ray_in_sensor, const Pose& surface_from_sensor) {
+  const std::optional<Vec3> hit = intersect(surface_from_sensor * ray_in_sensor, Plane{Vec3::UnitZ(), 0});
+  if (!hit) return std::nullopt;
+  return Vec2(hit->head<2>());
+}
+
+double depth_inside(const Points2& polygon, const Vec2& point) {
+  require(polygon.size() >= 3, "depth_inside: a polygon has at least 3 corners");
+  bool is_inside = false;
+  double nearest = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0, j = polygon.size() - 1; i < polygon.size(); j = i++) {
+    const Vec2 &a = polygon[j], &b = polygon[i];
+    const Vec2 edge = b - a;
+    const double length2 = edge.squaredNorm();
+    const double s = length2 > 0 ? std::clamp((point - a).dot(edge) / length2, 0.0, 1.0) : 0.0;
+    nearest = std::min(nearest, (point - a - s * edge).norm());
+    if ((a.y() > point.y()) != (b.y() > point.y()) &&
+        point.x() < a.x() + (point.y() - a.y()) / (b.y() - a.y()) * (b.x() - a.x()))
+      is_inside = !is_inside;
+  }
+  return is_inside ? nearest : -nearest;
+}
+
+Zone::Zone(Points2 polygon, const ZoneOptions& options) : polygon_(std::move(polygon)), options_(options) {
+  require(polygon_.size() >= 3, "Zone: a polygon has at least 3 corners");
+  require(options.margin >= 0 && options.dwell >= 0 && options.patience >= 0, "ZoneOptions: negative");
+}
+
+Zone::Event Zone::update(const std::optional<Vec2>& point, double time) {
+  bool stays = entered_ && time - seen_ <= options_.patience;
+  if (point) {
+    const double depth = depth_inside(polygon_, *point);
+    seen_ = time;
+    stays = entered_ && depth >= -options_.margin;
+    if (!entered_ && depth >= options_.margin) {
+      entered_ = time;
+      has_dwelled_ = false;
+      return Event::kEntered;
+    }
+  }
+  if (!entered_) return Event::kNone;
+  if (!stays) {
+    entered_.reset();
+    return Event::kLeft;
+  }
+  if (!has_dwelled_ && time - *entered_ >= options_.dwell) {
+    has_dwelled_ = true;
+    return Event::kDwelled;
+  }
+  return Event::kNone;
+}
+
+double Zone::progress(double time) const {
+  if (!entered_) return 0;
+  return options_.dwell > 0 ? std::clamp((time - *entered_) / options_.dwell, 0.0, 1.0) : 1;
+}
+
+std::optional<Vec2> trespass(const std::vector<TrackedPerson>& people, const Pose& surface_from_sensor,
+                             const Points2& polygon, double height) {
+  for (const TrackedPerson& person : people)
+    for (const auto& seen : person.skeleton.joints) {
+      if (!seen) continue;
+      const SurfacePoint foot = on_surface(seen->position, surface_from_sensor);
+      if (std::abs(foot.distance) < height && depth_inside(polygon, foot.point) >= 0) return foot.point;
+    }
+  return std::nullopt;
+}
+
+std::optional<double> abduction_angle(const Skeleton& person, Side side) {
+  const Side other = side == Side::kLeft ? Side::kRight : Side::kLeft;
+  const auto shoulder = person.position(of_side(Joint::kLeftShoulder, side));
+  const auto across_from = person.position(of_side(Joint::kLeftShoulder, other));
+  const auto elbow = person.position(of_side(Joint::kLeftElbow, side));
+  const auto neck = person.position(Joint::kNeck), pelvis = person.position(Joint::kPelvis);
+  if (!shoulder || !across_from || !elbow || !neck || !pelvis) return std::nullopt;
+  const Vec3 trunk = *pelvis - *neck, arm = *elbow - *shoulder;
+  const double kShortest = 0.05;  // metres: joints on top of each other have no direction
+  if (!(trunk.norm() > kShortest) || !(arm.norm() > kShortest)) return std::nullopt;
+  const Vec3 down = trunk.normalized();
+  Vec3 across = *shoulder - *across_from;
+  across -= across.dot(down) * down;
+  if (!(across.norm() > kShortest)) return std::nullopt;
+  across.normalize();
+  const double along_across = arm.dot(across), along_down = arm.dot(down);
+  if (std::hypot(along_across, along_down) < 0.3 * arm.norm()) return std::nullopt;
+  return std::atan2(along_across, along_down);
+}
+
+ExerciseCounter::ExerciseCounter(const ExerciseOptions& options) : options_(options) {
+  require(options.rest < options.target, "ExerciseOptions: the rest must lie below the target");
+}
+
+ExerciseCounter::Event ExerciseCounter::update(const std::optional<double>& angle) {
+  if (!angle) return Event::kNone;
+  if (*angle < options_.rest) {
+    const bool has_returned = !is_armed_;
+    is_armed_ = true;
+    return has_returned ? Event::kRested : Event::kNone;
+  }
+  if (is_armed_ && *angle >= options_.target) {
+    is_armed_ = false;
+    ++count_;
+    best_ = *angle;
+    return Event::kReached;
+  }
+  if (!is_armed_ && count_ > 0) best_ = std::max(best_, *angle);
+  return Event::kNone;
+}
+
+RaisedHand read_hand(const std::vector<PixelSkeleton>& frames, Side side, const HandSignOptions& options) {
+  require(options.raised < options.lowered && options.settle >= 0 && options.sway > 0,
+          "HandSignOptions: a hand is raised above where it is lowered");
+  RaisedHand best;
+  std::vector<double> ways;  // of the wrist, from its elbow, while the hand is up
+  const auto finish = [&] {
+    const int settled = int(ways.size()) - 2 * options.settle;
+    if (settled >= 2 && int(ways.size()) > best.frames) {
+      double sum = 0;
+      for (int i = options.settle + 1; i < options.settle + settled; ++i)
+        sum += std::abs(ways[std::size_t(i)] - ways[std::size_t(i - 1)]);
+      best.frames = int(ways.size());
+      best.sway = sum / settled;
+      best.sign = best.sway > options.sway ? HandSign::kWave : HandSign::kStill;
+    }
+    ways.clear();
+  };
+  bool is_up = false;
+  for (const PixelSkeleton& person : frames) {
+    const auto neck = person.position(Joint::kNeck), pelvis = person.position(Joint::kPelvis);
+    const auto wrist = person.position(of_side(Joint::kLeftWrist, side));
+    const auto elbow = person.position(of_side(Joint::kLeftElbow, side));
+    if (!neck || !pelvis || !wrist || !elbow) continue;
+    const double trunk = (*pelvis - *neck).norm();
+    if (!(trunk > 1)) continue;
+    const double below = (wrist->y() - neck->y()) / trunk;
+    const bool was_up = is_up;
+    is_up = below < (is_up ? options.lowered : options.raised);
+    if (was_up && !is_up) finish();
+    if (is_up) ways.push_back((wrist->x() - elbow->x()) / trunk);
+  }
+  finish();
+  return best;
+}
+
+}  // namespace procam::track

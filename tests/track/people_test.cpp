@@ -1,0 +1,325 @@
+// People over time: identity, prediction, what content asks of them, and what keeps them out of the light.
+#include "procam/track/people.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <random>
+
+#include "procam/track/eye_safe.hpp"
+#include "procam/track/interaction.hpp"
+#include "support/lopsided.hpp"
+
+namespace procam::track {
+namespace {
+
+/// Pelvis, neck, head and hands about a place on the floor, as the sensor sees them.
+Skeleton person_at(const Vec3& pelvis) {
+  Skeleton person;
+  const auto put = [&](Joint joint, double x, double y, double z) {
+    person[joint] = SeenJoint<Vec3>{pelvis + Vec3(x, y, z), 0.9};
+  };
+  put(Joint::kPelvis, 0, 0, 0);
+  put(Joint::kNeck, 0.02, -0.52, 0.03);
+  put(Joint::kHead, 0.03, -0.74, -0.02);
+  put(Joint::kLeftHand, 0.31, 0.05, -0.12);
+  put(Joint::kRightHand, -0.28, 0.02, -0.15);
+  return person;
+}
+SkeletonFrame frame_at(double time, std::vector<Skeleton> people) {
+  SkeletonFrame frame;
+  frame.stamp = frame.arrival = time;
+  frame.people = std::move(people);
+  return frame;
+}
+
+TEST(PeopleTrack, KeepsTwoPeopleApartWhoPassEachOther) {
+  PeopleTrack track;
+  for (int i = 0; i <= 60; ++i) {
+    const double t = i / 20.0, s = t / 3;
+    std::vector<Skeleton> seen = {person_at(Vec3(-1 + 2 * s, 0.2, 2.2)),
+                                  person_at(Vec3(1.1 - 2 * s, 0.2, 2.6))};
+    // The tracker's order and ids mean nothing.
+    if (i % 3 == 0) std::swap(seen[0], seen[1]);
+    if (i == 31) seen.resize(1);  // one hides the other
+    track.add(frame_at(t, seen));
+    const auto people = track.at(t);
+    ASSERT_EQ(people.size(), i == 0 ? 2u : 2u);
+    // Number 1 was handed out first: to whoever came first in the first frame, which was swapped.
+    const TrackedPerson* first = find_person(people, 1);
+    ASSERT_NE(first, nullptr);
+    EXPECT_NEAR(body_of(first->skeleton)->z(), 2.6, 0.15) << i;
+  }
+}
+
+TEST(PeopleTrack, RefusesTeleportsUntilTheyAreBelieved) {
+  PeopleTrack track;
+  double t = 0;
+  for (int i = 0; i < 30; ++i, t += 1 / 30.0) track.add(frame_at(t, {person_at(Vec3(0.3, 0.1, 2))}));
+  const auto hand_error = [&](const Vec3& where) {
+    return (*hand_of(track.at(t).at(0).skeleton, Side::kLeft) - where).norm();
+  };
+  const Vec3 hand = *person_at(Vec3(0.3, 0.1, 2)).position(Joint::kLeftHand);
+  Skeleton glitch = person_at(Vec3(0.3, 0.1, 2));
+  const Vec3 elsewhere(-1.5, -0.8, 3.1);
+  glitch[Joint::kLeftHand]->position = elsewhere;
+  track.add(frame_at(t, {glitch}));
+  EXPECT_LT(hand_error(hand), 0.02);
+  EXPECT_EQ(track.faults().teleports, 1u);
+  // Here and there: no two agree.
+  for (int i = 0; i < 4; ++i) {
+    t += 1 / 30.0;
+    glitch[Joint::kLeftHand]->position = i % 2 == 0 ? elsewhere : Vec3(2, 1, 4);
+    track.add(frame_at(t, {glitch}));
+  }
+  EXPECT_EQ(track.faults().teleports, 5u);
+  // It stays: the fourth in a row is believed.
+  for (int i = 0; i < 4; ++i) {
+    t += 1 / 30.0;
+    glitch[Joint::kLeftHand]->position = elsewhere;
+    track.add(frame_at(t, {glitch}));
+  }
+  EXPECT_LT(hand_error(elsewhere), 0.02);
+  EXPECT_EQ(track.at(t).size(), 1u) << "one joint does not make somebody else";
+}
+
+TEST(PeopleTrack, CountsWhatItRefuses) {
+  PeopleTrack track;
+  const Skeleton person = person_at(Vec3(0, 0, 2));
+  EXPECT_TRUE(track.add(frame_at(1.0, {person})));
+  EXPECT_FALSE(track.add(frame_at(1.0, {person})));
+  SkeletonFrame late = frame_at(0.9, {person});
+  late.arrival = 1.01;
+  EXPECT_FALSE(track.add(late));
+  EXPECT_FALSE(track.add(frame_at(1.1, std::vector<Skeleton>(500, person))));
+  for (const double nonsense :
+       {std::numeric_limits<double>::quiet_NaN(), 1e30, -1e30, std::numeric_limits<double>::infinity()}) {
+    Skeleton broken = person;
+    broken[Joint::kHead]->position.y() = nonsense;
+    EXPECT_FALSE(track.add(frame_at(1.2, {broken})));
+  }
+  EXPECT_EQ(track.faults().repeated, 1u);
+  EXPECT_EQ(track.faults().late, 1u);
+  EXPECT_EQ(track.faults().refused, 5u);
+  EXPECT_NE(track.faults().why, "");
+  ASSERT_EQ(track.at(1.0).size(), 1u);
+  EXPECT_NEAR(track.at(1.5).at(0).age, 0.5, 1e-9);
+  EXPECT_TRUE(track.at(2.5).empty());
+}
+
+TEST(Players, KeepTheirSide) {
+  // The sensor stands beside the surface and looks at the people: its x runs the other way.
+  const Pose surface_from_sensor(Eigen::Quaterniond(Eigen::AngleAxisd(kPi, Vec3::UnitY())), Vec3(1, 0.4, 0));
+  PeopleTrack track;
+  Players players;
+  const SeatOptions seats{1.0, 0.2, 3};
+  const auto play = [&](double time, std::vector<Skeleton> seen) {
+    track.add(frame_at(time, std::move(seen)));
+    players = seat_players(track.at(time), surface_from_sensor, players, seats);
+  };
+  const Skeleton left = person_at(Vec3(0.6, 0, 2)), right = person_at(Vec3(-0.5, 0, 2.1));
+  play(0.0, {left, right});
+  EXPECT_FALSE(players.left || players.right) << "one sighting may be a phantom";
+  play(0.1, {left, right});
+  play(0.2, {right, left});
+  EXPECT_EQ(players.left, 1);
+  EXPECT_EQ(players.right, 2);
+  play(0.3, {left, person_at(Vec3(0.1, 0, 2.1))});  // leans over the middle by less than 0.2 m
+  EXPECT_EQ(players.right, 2);
+  for (int i = 0; i < 12; ++i) play(0.4 + 0.1 * i, {left});
+  EXPECT_EQ(players.left, 1);
+  EXPECT_FALSE(players.right);
+}
+
+/// A hand circles before a wall that is not aligned with the sensor, at up to 1 m/s; 30 skeletons a second
+/// with 5 mm of noise an axis, 1 % teleports; they speak of a moment 50 ms before they arrive, and are asked
+/// for at their arrival and between. Bounds are three times the spread between seeds away.
+TEST(Hand, IsWhereItIsAfterFiftyMilliseconds) {
+  const Pose surface_from_sensor = test::lopsided_pose();
+  for (const unsigned seed : {1u, 2u, 3u}) {
+    std::mt19937 random(seed);
+    std::normal_distribution<double> noise(0, 0.005);
+    std::uniform_real_distribution<double> chance(0, 1);
+    PeopleOptions options;
+    options.noise = 0.005;
+    options.delay = 0.05;
+    PeopleTrack track(options);
+    const auto hand_on_wall = [](double t) {
+      return Vec3(0.8 + 0.35 * std::sin(2.2 * t), 0.5 + 0.25 * std::sin(3.1 * t + 0.4), -0.05);
+    };
+    double squares = 0, squares_unpredicted = 0;
+    std::vector<double> errors;
+    for (int i = 0; i < 900; ++i) {
+      const double moment = i / 30.0, arrival = moment + 0.05;
+      const Vec3 truth = surface_from_sensor.inverse() * hand_on_wall(moment);
+      Skeleton seen;
+      seen[Joint::kPelvis] = SeenJoint<Vec3>{truth + Vec3(0.1, 0.6, 0.3), 1};
+      Vec3 measured = truth + Vec3(noise(random), noise(random), noise(random));
+      const Vec3 newest = measured;
+      if (chance(random) < 0.01) measured += Vec3(0.9, -0.7, 0.8);
+      seen[Joint::kRightHand] = SeenJoint<Vec3>{measured, 1};
+      SkeletonFrame frame = frame_at(moment + 1000, {seen});
+      frame.arrival = arrival;
+      track.add(frame);
+      if (i < 30) continue;
+      for (const double later : {0.0, 1 / 60.0}) {
+        const auto people = track.at(arrival + later);
+        ASSERT_EQ(people.size(), 1u);
+        const Vec2 paddle = on_surface(*hand_of(people[0].skeleton, Side::kRight), surface_from_sensor).point;
+        const Vec2 there = hand_on_wall(arrival + later).head<2>();
+        errors.push_back((paddle - there).norm());
+        squares += (paddle - there).squaredNorm();
+        squares_unpredicted += (on_surface(newest, surface_from_sensor).point - there).squaredNorm();
+      }
+    }
+    std::sort(errors.begin(), errors.end());
+    const double rms = std::sqrt(squares / double(errors.size()));
+    const double p95 = errors[errors.size() * 95 / 100];
+    const double rms_unpredicted = std::sqrt(squares_unpredicted / double(errors.size()));
+    RecordProperty("seed " + std::to_string(seed), std::to_string(1e3 * rms) + " mm rms, p95 " +
+                                                       std::to_string(1e3 * p95) + ", unpredicted " +
+                                                       std::to_string(1e3 * rms_unpredicted));
+    EXPECT_LT(rms, 0.015);
+    EXPECT_GT(rms_unpredicted, 2 * rms) << "without prediction it must look worse";
+    EXPECT_GT(track.faults().teleports, 0u);
+  }
+}
+
+TEST(Zone, EntersDwellsAndLeavesWithHysteresis) {
+  using Event = Zone::Event;
+  Zone zone({{0, 0}, {1, 0}, {1, 0.6}, {0, 0.6}}, {0.03, 1.0, 0.25});
+  EXPECT_EQ(zone.update(Vec2(0.5, -0.1), 0), Event::kNone);
+  EXPECT_EQ(zone.update(Vec2(0.5, 0.02), 0.1), Event::kNone) << "not yet far inside";
+  EXPECT_EQ(zone.update(Vec2(0.5, 0.04), 0.2), Event::kEntered);
+  EXPECT_EQ(zone.update(Vec2(0.5, -0.02), 0.3), Event::kNone) << "trembles at the edge";
+  EXPECT_EQ(zone.update(std::nullopt, 0.4), Event::kNone);
+  EXPECT_NEAR(zone.progress(0.7), 0.5, 1e-9);
+  EXPECT_EQ(zone.update(Vec2(0.6, 0.3), 1.2), Event::kDwelled);
+  EXPECT_EQ(zone.update(Vec2(0.6, 0.3), 1.3), Event::kNone) << "told once";
+  EXPECT_EQ(zone.update(Vec2(0.6, 0.7), 1.4), Event::kLeft);
+  EXPECT_EQ(zone.update(Vec2(0.6, 0.3), 1.5), Event::kEntered);
+  EXPECT_EQ(zone.update(std::nullopt, 1.8), Event::kLeft) << "out of sight";
+  EXPECT_NEAR(depth_inside({{0, 0}, {4, 0}, {0, 3}}, Vec2(2, 1.25)), 0.2, 1e-12);  // 3-4-5, its hypotenuse
+  EXPECT_NEAR(depth_inside({{0, 0}, {4, 0}, {0, 3}}, Vec2(-3, -4)), -5, 1e-12);
+}
+
+TEST(Pointing, HitsWhatHeadAndHandPointAt) {
+  const Pose surface_from_sensor = test::lopsided_pose();
+  const Vec3 target(0.7, 0.3, 0);
+  const Vec3 head(0.2, -0.1, -2.4), hand = head + 0.25 * (target - head);
+  Skeleton person;
+  person[Joint::kLeftEar] =
+      SeenJoint<Vec3>{surface_from_sensor.inverse() * Vec3(head + Vec3(0.07, 0, 0.01)), 1};
+  person[Joint::kRightEar] =
+      SeenJoint<Vec3>{surface_from_sensor.inverse() * Vec3(head - Vec3(0.07, 0, 0.01)), 1};
+  person[Joint::kLeftWrist] = SeenJoint<Vec3>{surface_from_sensor.inverse() * hand, 1};
+  const auto ray = pointing_ray(person, Side::kLeft);
+  ASSERT_TRUE(ray);
+  EXPECT_LT((*hit_on_surface(*ray, surface_from_sensor) - target.head<2>()).norm(), 1e-9);
+  EXPECT_FALSE(pointing_ray(person, Side::kRight));
+  EXPECT_FALSE(hit_on_surface(Ray{ray->origin, -ray->direction}, surface_from_sensor));
+  EXPECT_NEAR(on_surface(surface_from_sensor.inverse() * hand, surface_from_sensor).distance, -hand.z(),
+              1e-9);
+
+  Touch touch;
+  EXPECT_FALSE(touch.update(SurfacePoint{Vec2(0, 0), 0.08}));
+  EXPECT_TRUE(touch.update(SurfacePoint{Vec2(0, 0), 0.05}));
+  EXPECT_TRUE(touch.update(SurfacePoint{Vec2(0, 0), 0.08}));
+  EXPECT_FALSE(touch.update(SurfacePoint{Vec2(0, 0), 0.13}));
+  EXPECT_FALSE(touch.update(std::nullopt));
+}
+
+TEST(Exercise, CountsATremblingArmOnce) {
+  ExerciseCounter counter;
+  for (const double deg : {85.0, 90.0, 20.0, 60.0, 79.0, 81.0, 79.0, 82.0, 50.0, 81.0, 30.0, 85.0})
+    counter.update(deg * kDegree);
+  // The first was never at rest; the third time above 80 came without a rest.
+  EXPECT_EQ(counter.count(), 2);
+  counter.update(std::nullopt);
+  EXPECT_NEAR(counter.best(), 85 * kDegree, 1e-12);
+}
+
+TEST(ForbiddenZone, SeesAnyJoint) {
+  TrackedPerson person;
+  person.skeleton[Joint::kRightFoot] = SeenJoint<Vec3>{Vec3(0.4, 0.2, -0.3), 1};
+  const Points2 zone = {{0, 0}, {1, 0}, {1, 0.5}, {0, 0.5}};
+  ASSERT_TRUE(trespass({person}, Pose(), zone, 0.5));
+  EXPECT_FALSE(trespass({person}, Pose(), zone, 0.2));
+  EXPECT_FALSE(trespass({person}, Pose(Eigen::Quaterniond::Identity(), Vec3(0, 1, 0)), zone, 0.5));
+}
+
+// --- the light
+// -------------------------------------------------------------------------------------------------------
+
+Projector lopsided_projector() {
+  Projector projector;
+  projector.inverse_camera = {
+      {1024, 768}, test::lopsided_intrinsics(), BrownConrady{{-0.09, 0.02, 0.001, -0.0007, 0.01}}};
+  return projector;
+}
+
+/// No pixel whose light passes within the radius of the head's truth stays lit; and most of the picture does.
+TEST(EyeSafe, NoLightPassesThroughAHead) {
+  const Projector projector = lopsided_projector();
+  std::mt19937_64 random(5);
+  const EyeSafeOptions options;
+  for (int round = 0; round < 20; ++round) {
+    const Pose projector_from_sensor(so3_exp(test::random_vec3(random, 0.3)), test::random_vec3(random, 0.4));
+    TrackedPerson person;
+    person.age = test::uniform(random, 0, 0.1);
+    const Vec3 head(test::uniform(random, -0.6, 0.6), test::uniform(random, -0.5, 0.5),
+                    test::uniform(random, 1.5, 3));
+    person.skeleton[Joint::kHead] = SeenJoint<Vec3>{projector_from_sensor.inverse() * head, 1};
+    person.sigma[std::size_t(Joint::kHead)] = 0.01;
+    ImageU8 frame(1024, 768, 3, 255);
+    const Darkened done =
+        darken_heads(frame, projector, projector_from_sensor, {person}, 10.0, 10.05, options);
+    ASSERT_FALSE(done.is_dark) << done.why;
+    const double r = options.radius + options.margin + options.speed * person.age + 0.03;
+    std::size_t dark = 0, within = 0;
+    for (int y = 0; y < 768; y += 3)
+      for (int x = 0; x < 1024; x += 3) {
+        const Vec3 bearing = projector.emit(Vec2(x, y))->direction;
+        const bool hits = (head - bearing.dot(head) * bearing).norm() <= r;
+        within += hits;
+        dark += frame.at(x, y, 1) == 0;
+        if (hits) ASSERT_EQ(frame.at(x, y, 1), 0) << x << " " << y << " round " << round;
+      }
+    EXPECT_LE(dark, within * 1.1 + 400) << "more is dark than must be, round " << round;
+  }
+}
+
+TEST(EyeSafe, FailsDark) {
+  const Projector projector = lopsided_projector();
+  const auto darken = [&](std::vector<TrackedPerson> people, std::optional<double> newest,
+                          EyeSafeOptions options = {}) {
+    ImageU8 frame(1024, 768, 3, 200);
+    const Darkened done = darken_heads(frame, projector, Pose(), people, newest, 10, options);
+    const bool is_dark =
+        std::all_of(frame.data(), frame.data() + 1024 * 768 * 3, [](auto v) { return v == 0; });
+    EXPECT_EQ(is_dark, done.is_dark);
+    EXPECT_EQ(done.is_dark, *done.why != '\0');
+    return is_dark;
+  };
+  EXPECT_FALSE(darken({}, 9.9)) << "news of nobody is news";
+  EXPECT_TRUE(darken({}, 9.5));
+  EXPECT_TRUE(darken({}, std::nullopt));
+  EyeSafeOptions lit;
+  lit.dark_without_news = false;
+  EXPECT_FALSE(darken({}, std::nullopt, lit));
+
+  TrackedPerson person;
+  EXPECT_TRUE(darken({person}, 9.9)) << "somebody without a joint";
+  person.skeleton[Joint::kHead] = SeenJoint<Vec3>{Vec3(0.02, 0.05, 0.1), 1};
+  EXPECT_TRUE(darken({person}, 9.9)) << "a head at the lens";
+  person.skeleton[Joint::kHead]->position = Vec3(0.2, 0.3, -3);
+  EXPECT_FALSE(darken({person}, 9.9)) << "behind the projector";
+  person.skeleton[Joint::kHead]->position = Vec3(0, 0, 2);
+  person.age = 2;  // it may be anywhere by now
+  EXPECT_TRUE(darken({person}, 9.9));
+}
+
+}  // namespace
+}  // namespace procam::track

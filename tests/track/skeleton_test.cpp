@@ -1,0 +1,287 @@
+// Skeletons from bytes: real logs, and what strangers send.
+#include "procam/track/skeleton_reader.hpp"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <map>
+#include <random>
+#include <sstream>
+
+#include "procam/core/error.hpp"
+#include "procam/track/interaction.hpp"
+#include "support/expect_error.hpp"
+#include "support/test_data.hpp"
+
+namespace procam::track {
+namespace {
+
+/// The person a little right of the camera, left hand raised; lopsided on purpose.
+SkeletonFrame example() {
+  SkeletonFrame frame;
+  frame.stamp = 1700000000.25;
+  frame.frame = "kinect \"A\"";
+  Skeleton person;
+  person.id = 41;
+  person[Joint::kHead] = SeenJoint<Vec3>{Vec3(0.31, -0.52, 2.25), 0.75};
+  person[Joint::kLeftHand] = SeenJoint<Vec3>{Vec3(0.77, -0.63, 1.875), 0.5};
+  person[Joint::kRightFoot] = SeenJoint<Vec3>{Vec3(0.22, 1.14, 2.375), 1};
+  frame.people = {person, Skeleton()};
+  return frame;
+}
+
+TEST(SkeletonLine, ReadsBackWhatItWrites) {
+  const ParsedSkeletons parsed =
+      parse_skeletons(to_json_line(example()) + "\n" + to_json_line(SkeletonFrame()));
+  ASSERT_EQ(parsed.malformed, 0u) << parsed.why;
+  ASSERT_EQ(parsed.frames.size(), 2u);
+  const SkeletonFrame &read = parsed.frames[0], wrote = example();
+  EXPECT_EQ(read.stamp, wrote.stamp);
+  EXPECT_EQ(read.frame, wrote.frame);
+  ASSERT_EQ(read.people.size(), 2u);
+  EXPECT_EQ(read.people[0].id, 41);
+  EXPECT_FALSE(read.people[1].id);
+  for (std::size_t j = 0; j < kJointCount; ++j) {
+    const auto &a = read.people[0].joints[j], &b = wrote.people[0].joints[j];
+    ASSERT_EQ(a.has_value(), b.has_value()) << to_string(Joint(j));
+    if (!a) continue;
+    EXPECT_LT((a->position - b->position).norm(), 1e-8);
+    EXPECT_EQ(a->confidence, b->confidence);
+  }
+  // Nobody is news as well.
+  EXPECT_TRUE(parsed.frames[1].people.empty());
+  for (std::size_t j = 0; j < kJointCount; ++j) EXPECT_EQ(joint_of(to_string(Joint(j))), Joint(j));
+}
+
+TEST(SkeletonLine, AbsentJointsAreNeverZero) {
+  const ParsedSkeletons parsed = parse_skeletons(
+      R"({"people":[{"joints":{"left_hand":null,"right_hand":[0,0,0,0],"head":[0.1,0.2,2]}}]})");
+  ASSERT_EQ(parsed.frames.size(), 1u) << parsed.why;
+  const Skeleton& person = parsed.frames[0].people[0];
+  EXPECT_FALSE(person[Joint::kLeftHand]);
+  EXPECT_FALSE(person[Joint::kRightHand]);
+  EXPECT_TRUE(person[Joint::kHead]);
+}
+
+TEST(SkeletonLine, RefusesNonsenseWithWords) {
+  const auto why = [](const std::string& line) {
+    const ParsedSkeletons parsed = parse_skeletons(line);
+    EXPECT_TRUE(parsed.frames.empty()) << line;
+    EXPECT_EQ(parsed.malformed, 1u) << line;
+    return parsed.why;
+  };
+  const auto joint = [](const std::string& value) {
+    return R"({"people":[{"joints":{"head":)" + value + "}}]}";
+  };
+  EXPECT_NE(why(joint("[0,0,1e30]")).find("beyond 20 m"), std::string::npos);
+  EXPECT_NE(why(joint("[0,0,1e999]")), "");
+  EXPECT_NE(why(joint("[0,0,NaN]")), "");
+  EXPECT_NE(why(joint("[0,0]")), "");
+  EXPECT_NE(why(joint("[0,0,1,1,1]")), "");
+  EXPECT_NE(why(joint("[0,0,1,-0.5]")), "");
+  EXPECT_NE(why(joint("[0,0,\"1\"]")), "");
+  EXPECT_NE(why(R"({"people":[{"joints":{"left_wing":[0,0,1]}}]})").find("unknown"), std::string::npos);
+  EXPECT_NE(why(R"({"people":{}})"), "");
+  EXPECT_NE(why(R"({"stamp":1e300,"people":[]})"), "");
+  EXPECT_NE(why("{\"people\":" + std::string(5000, '[') + "}").find("deep"), std::string::npos);
+  std::string crowd = R"({"people":[)";
+  for (int i = 0; i < 500; ++i) crowd += std::string(i == 0 ? "" : ",") + R"({"joints":{"head":[0,0,2]}})";
+  EXPECT_NE(why(crowd + "]}").find("more than 16 people"), std::string::npos);
+}
+
+/// Bytes flipped, cut and doubled: no crash, no NaN, nothing beyond sanity gets through.
+TEST(SkeletonReaders, SurviveDamage) {
+  std::mt19937 random(11);
+  const auto number = [&](std::size_t below) { return std::size_t(random()) % below; };
+  std::string openpose = R"({"people":[{"pose_keypoints_2d":[)", world = R"({"worldLandmarks":[[)";
+  for (int i = 0; i < 75; ++i) openpose += std::string(i == 0 ? "" : ",") + "12.5";
+  for (int i = 0; i < 33; ++i)
+    world += std::string(i == 0 ? "" : ",") + R"({"x":0.1,"y":-0.2,"z":0.3,"visibility":0.9})";
+  std::string azure = R"({"frames":[{"timestamp_usec":5,"bodies":[{"body_id":1,"joint_positions":[)";
+  for (int i = 0; i < 32; ++i) azure += std::string(i == 0 ? "" : ",") + "[100,-200,2000]";
+  const std::vector<std::string> texts = {
+      to_json_line(example()), openpose + "]}]}", world + "]]}", azure + "]}]}]}",
+      "t_s,head_x_m,head_y_m,head_z_m,head_ok\n0,0.1,0.2,2,1\n0.1,nan,0.2,2,1\n0.2,0.1,0.2,2,0\n"};
+  for (int round = 0; round < 4000; ++round) {
+    std::string text = texts[number(texts.size())];
+    for (std::size_t hits = 1 + number(4); hits > 0; --hits) {
+      const std::size_t at = number(text.size());
+      switch (number(3)) {
+        case 0:
+          text[at] = char(random());
+          break;
+        case 1:
+          text.resize(at + 1);
+          break;
+        default:
+          text.insert(at, text.substr(at / 2, number(40)));
+      }
+    }
+    std::vector<SkeletonFrame> frames = parse_skeletons(text).frames;
+    for (SkeletonFrame& frame : parse_azure_kinect(text).frames) frames.push_back(std::move(frame));
+    try {
+      for (SkeletonFrame& frame : parse_skeleton_csv(text).frames) frames.push_back(std::move(frame));
+    } catch (const Error&) {
+    }
+    for (const SkeletonFrame& frame : frames) ASSERT_EQ(why_refused(frame), nullptr) << text;
+    for (const PixelSkeleton& person : parse_openpose(text).people)
+      for (const auto& seen : person.joints) ASSERT_TRUE(!seen || seen->position.allFinite());
+    for (const HipCentredPerson& person : parse_mediapipe(text).people)
+      for (const auto& seen : person.about_hips.joints) ASSERT_TRUE(!seen || seen->position.allFinite());
+  }
+}
+
+TEST(SkeletonCsv, TellsAbsentFromWrong) {
+  const std::string header =
+      "t_s,left_hand_x_m,left_hand_y_m,left_hand_z_m,left_hand_ok,comment,handRight_x_m,"
+      "handRight_y_m,handRight_z_m\n";
+  const ParsedSkeletons parsed = parse_skeleton_csv(header +
+                                                    "0.0,1,2,3,1,hello,-1,-2,4\n"
+                                                    "0.1,1,2,3,0,stale,nan,NaN,4\n"  // nobody
+                                                    "0.2,,,,1,empty,-1,-2,4\r\n"
+                                                    "0.3,1e30,2,3,1,far,-1,-2,4\n"
+                                                    "0.4,1,x,3,1,text,-1,-2,4\n"
+                                                    "0.5,1,2\n"
+                                                    ",1,2,3,1,no time,-1,-2,4\n");
+  EXPECT_EQ(parsed.malformed, 4u);
+  ASSERT_EQ(parsed.frames.size(), 3u);
+  EXPECT_EQ(*parsed.frames[0].people[0].position(Joint::kLeftHand), Vec3(1, 2, 3));
+  EXPECT_EQ(*parsed.frames[0].people[0].position(Joint::kRightHand), Vec3(-1, -2, 4));
+  EXPECT_TRUE(parsed.frames[1].people.empty());
+  EXPECT_FALSE(parsed.frames[2].people[0][Joint::kLeftHand]);
+  EXPECT_TRUE(parsed.frames[2].people[0][Joint::kRightHand]);
+  EXPECT_ERROR(parse_skeleton_csv("x,y\n1,2\n"), kInput, "t_s");
+  EXPECT_ERROR(read_skeleton_log("no/such/file.csv"), kIo, "no/such/file.csv");
+}
+
+// --- other makers' sets
+// -------------------------------------------------------------------------------------------------------
+
+TEST(JointSets, LeftStaysThePersonsOwn) {
+  // Facing the sensor a person's left is on its right: x > 0 in the optical frame.
+  std::vector<ForeignJoint> azure(32), kinect(25);
+  azure[8] = {Vec3(400, -100, 2000), 3};    // HAND_LEFT, mm
+  azure[15] = {Vec3(-400, -100, 2000), 1};  // HAND_RIGHT
+  azure[26] = {Vec3(0, 0, 0), 0};           // HEAD, not seen
+  const Skeleton a = from_joint_set(JointSet::kAzureKinect, azure);
+  EXPECT_EQ(*a.position(Joint::kLeftHand), Vec3(0.4, -0.1, 2));
+  EXPECT_EQ(a[Joint::kLeftHand]->confidence, 1);
+  EXPECT_LT(a[Joint::kRightHand]->confidence, 0.5);
+  EXPECT_FALSE(a[Joint::kHead]);
+  kinect[7] = {Vec3(-0.4, 0.1, 2), 2};  // HandLeft: x to the sensor's left, y up
+  const Skeleton k = from_joint_set(JointSet::kKinectV2, kinect);
+  EXPECT_EQ(*k.position(Joint::kLeftHand), Vec3(0.4, -0.1, 2));
+  EXPECT_FALSE(k[Joint::kPelvis]);
+  EXPECT_THROW(from_joint_set(JointSet::kKinectV2, azure), std::invalid_argument);
+}
+
+TEST(MediaPipe, IsAnchoredByTheFloor) {
+  std::string text = R"({"worldLandmarks":[[)";
+  std::string picture = R"(]],"landmarks":[[)";
+  for (int i = 0; i < 33; ++i) {
+    // Left ankle 0.81 m, left toes 0.9 m below the hips, the right foot raised.
+    const double y = i == 27 ? 0.81 : i == 31 ? 0.9 : i == 28 || i == 32 ? 0.5 : -0.1;
+    const std::string separator = i == 0 ? "" : ",";
+    text += separator + R"({"x":0.1,"y":)" + std::to_string(y) + R"(,"z":0.05,"visibility":0.9})";
+    picture += separator + R"({"x":)" + (i == 23 ? "0.5" : "0.4") + R"(,"y":0.6,"z":0})";
+  }
+  const HipCentredPeople parsed = parse_mediapipe(text + picture + "]]}");
+  ASSERT_EQ(parsed.people.size(), 1u) << parsed.why;
+  EXPECT_LT((*parsed.people[0].hips_in_picture - Vec2(0.45, 0.6)).norm(), 1e-12);
+  // A camera 1.2 m above the floor, tilted down by 10 degrees; hips truly at `hips`.
+  const double tilt = 10 * kDegree;
+  const Plane floor{Vec3(0, -std::cos(tilt), -std::sin(tilt)), 1.2};
+  const double lowest = floor.normal.dot(Vec3(0.1, 0.9, 0.05));  // the left toes
+  const Vec3 bearing = Vec3(0.2, 0.12, 1).normalized();
+  const auto person = anchored_on_floor(parsed.people[0].about_hips, bearing, floor);
+  ASSERT_TRUE(person);
+  EXPECT_NEAR(floor.signed_distance(*person->position(Joint::kLeftFoot)), 0, 1e-9);
+  EXPECT_GT(floor.signed_distance(*person->position(Joint::kRightFoot)), 0.3);
+  const Vec3 hips = *person->position(Joint::kLeftFoot) - Vec3(0.1, 0.9, 0.05);
+  EXPECT_LT(hips.cross(bearing).norm(), 1e-9);
+  EXPECT_NEAR(hips.norm(), -(1.2 + lowest) / floor.normal.dot(bearing), 1e-9);
+  EXPECT_FALSE(anchored_on_floor(parsed.people[0].about_hips, Vec3(0, -0.5, 1).normalized(), floor));
+  EXPECT_FALSE(anchored_on_floor(Skeleton(), bearing, floor));
+}
+
+// --- real recordings
+// -------------------------------------------------------------------------------------------------------
+
+/// An arm is raised sideways again and again. The frontal angle rises from 18..30 degrees to 93..113 and
+/// back: ten times by the left arm, ten by the right, once in the third log, whose later bump ends at 42
+/// degrees. The other arm stays below 40 throughout.
+TEST(Rehab, RepetitionsAreCountedThroughTheTracker) {
+  const struct {
+    const char* file;
+    Side side;
+    std::size_t frames;
+    int repetitions;
+  } logs[] = {{"rehab_abduction_left.csv", Side::kLeft, 509, 10},
+              {"rehab_abduction_right.csv", Side::kRight, 515, 10},
+              {"rehab_skeletonplayer.csv", Side::kRight, 146, 1}};
+  for (const auto& log : logs) {
+    PROCAM_REQUIRE_TEST_DATA(std::filesystem::path("skeleton") / log.file);
+    const auto file = test::test_data() / "skeleton" / log.file;
+    const std::vector<SkeletonFrame> frames = read_skeleton_log(file);
+    ASSERT_EQ(frames.size(), log.frames) << log.file;
+    PeopleTrack track;
+    ExerciseCounter exercised, other;
+    for (const SkeletonFrame& frame : frames) {
+      ASSERT_EQ(frame.people.size(), 1u);
+      EXPECT_FALSE(frame.people[0][Joint::kLeftFoot]) << "stale in every frame";
+      track.add(frame);
+      const std::vector<TrackedPerson> people = track.at(*frame.stamp);
+      ASSERT_EQ(people.size(), 1u);
+      EXPECT_EQ(people[0].number, 1);
+      for (const auto& seen : people[0].skeleton.joints) ASSERT_TRUE(!seen || seen->position.allFinite());
+      exercised.update(abduction_angle(people[0].skeleton, log.side));
+      other.update(abduction_angle(people[0].skeleton, log.side == Side::kLeft ? Side::kRight : Side::kLeft));
+    }
+    EXPECT_EQ(exercised.count(), log.repetitions) << log.file;
+    EXPECT_EQ(other.count(), 0) << log.file;
+    EXPECT_GT(exercised.best(), 85 * kDegree);
+    EXPECT_EQ(track.faults().refused, 0u);
+    RecordProperty(std::string(log.file) + " repeated", int(track.faults().repeated));
+    RecordProperty(std::string(log.file) + " teleports", int(track.faults().teleports));
+  }
+}
+
+TEST(OpenPose, GesturesAreToldApart) {
+  PROCAM_REQUIRE_TEST_DATA("skeleton/openpose_body25_gestures.csv");
+  // Each row becomes the JSON that OpenPose writes, and is read as such.
+  std::ifstream in(test::test_data() / "skeleton/openpose_body25_gestures.csv");
+  std::string line, cell;
+  std::getline(in, line);
+  std::map<std::string, std::vector<PixelSkeleton>> recordings;
+  while (std::getline(in, line)) {
+    std::istringstream cells(line);
+    std::string gesture, instance;
+    std::getline(cells, gesture, ',');
+    std::getline(cells, instance, ',');
+    std::getline(cells, cell, ',');
+    std::string json = R"({"version":1.3,"people":[{"person_id":[-1],"pose_keypoints_2d":[)";
+    for (int i = 0; i < 25; ++i) {
+      json += i == 0 ? "" : ",";
+      for (int axis = 0; axis < 2; ++axis) {
+        std::getline(cells, cell, ',');
+        json += cell + ",";
+      }
+      json += "0.8";
+    }
+    const PixelPeople read = parse_openpose(json + "]}]}");
+    ASSERT_EQ(read.people.size(), 1u) << read.why;
+    recordings[gesture + instance].push_back(read.people[0]);
+  }
+  ASSERT_EQ(recordings.size(), 8u);
+  for (const auto& [name, frames] : recordings) {
+    EXPECT_EQ(frames.size(), 92u);
+    const RaisedHand right = read_hand(frames, Side::kRight), left = read_hand(frames, Side::kLeft);
+    EXPECT_EQ(left.sign, HandSign::kNone) << name;  // everybody used the right
+    EXPECT_EQ(right.sign, name[0] == 'h' ? HandSign::kWave : HandSign::kStill)
+        << name << " sway " << right.sway;
+    RecordProperty(name, std::to_string(right.sway));
+  }
+}
+
+}  // namespace
+}  // namespace procam::track

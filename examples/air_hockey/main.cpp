@@ -31,7 +31,8 @@ namespace {
 using namespace procam;
 
 constexpr char kUsage[] =
-    "air_hockey [--players bots|people|log:FILE] [--sink video:FILE|frames:FOLDER|window:N|none] [--seconds "
+    "air_hockey [--players bots|people|log:FILE|udp:PORT] [--sink video:FILE|frames:FOLDER|window:N|none] "
+    "[--seconds "
     "20]\n"
     "           [--fps 60] [--seed 1] [--rig FILE --surfaces FILE] [--filter area|bilinear] [--snapshot "
     "FILE.png]\n"
@@ -221,10 +222,15 @@ int play(const std::map<std::string, std::string>& options) {
                 "set the display to the resolution that was calibrated");
 
   ImageU8 frame(projection.frame_size(), 3);
+  // Files have their own time; screens, and people who are there, have the clock's.
+  const bool is_real = is_window || players->is_live();
   const double begin = device::now_s();
   long frames = 0;
   for (double time = 0; time < seconds && match.phase() != hockey::Phase::kOver; ++frames) {
-    time = is_window ? device::now_s() - begin : double(frames) / fps;
+    if (is_real && !is_window)
+      while (device::now_s() - begin < double(frames) / fps)
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    time = is_real ? device::now_s() - begin : double(frames) / fps;
     light_time = time;
     const hockey::Match::Hands hands = players->hands(match, time);
     while (match.time() + hockey::Match::kStep <= time)

@@ -3,7 +3,7 @@
 #include "procam/core/error.hpp"
 #include "procam/core/se3.hpp"
 #include "procam/track/interaction.hpp"
-#include "procam/track/skeleton_reader.hpp"
+#include "procam/track/skeleton_source.hpp"
 
 namespace hockey {
 namespace {
@@ -119,11 +119,29 @@ class SimulatedPeople : public SeenPlayers {
   track::Players seats_;
 };
 
-/// A recording; it begins anew at its end. One person plays both sides, two a side each.
-class RecordedPeople : public SeenPlayers {
+/// One person who is alone plays both sides; two have a side each.
+class OneOrTwo : public SeenPlayers {
+ public:
+  using SeenPlayers::SeenPlayers;
+
+ protected:
+  Match::Hands hands_at(const Match& match, double time) {
+    const std::vector<track::TrackedPerson> now = people_.at(time);
+    if (now.size() == 1) return {hand(&now[0], Side::kLeft), hand(&now[0], Side::kRight)};
+    seats_ = track::seat_players(now, table_from_sensor_, seats_, {match.table().length / 2, 0.2, 3});
+    return {hand(track::find_person(now, seats_.left), Side::kLeft),
+            hand(track::find_person(now, seats_.right), Side::kRight)};
+  }
+
+ private:
+  track::Players seats_;
+};
+
+/// A recording; it begins anew at its end.
+class RecordedPeople : public OneOrTwo {
  public:
   RecordedPeople(const std::string& file, const Pose& world_from_table)
-      : SeenPlayers(world_from_table, {}), frames_(track::read_skeleton_log(file)) {}
+      : OneOrTwo(world_from_table, {}), frames_(track::read_skeleton_log(file)) {}
 
   Match::Hands hands(const Match& match, double time) override {
     for (; next_ < frames_.size() && frames_[next_].arrival - frames_.front().arrival + begin_ <= time;
@@ -133,18 +151,35 @@ class RecordedPeople : public SeenPlayers {
       people_.add(frame);
     }
     if (next_ == frames_.size()) next_ = 0, begin_ = time + 0.1;
-    const std::vector<track::TrackedPerson> now = people_.at(time);
-    if (now.size() == 1) return {hand(&now[0], Side::kLeft), hand(&now[0], Side::kRight)};
-    seats_ = track::seat_players(now, table_from_sensor_, seats_, {match.table().length / 2, 0.2, 3});
-    return {hand(track::find_person(now, seats_.left), Side::kLeft),
-            hand(track::find_person(now, seats_.right), Side::kRight)};
+    return hands_at(match, time);
   }
 
  private:
   std::vector<track::SkeletonFrame> frames_;
   std::size_t next_ = 0;
   double begin_ = 0;
-  track::Players seats_;
+};
+
+class LivePeople : public OneOrTwo {
+ public:
+  LivePeople(const std::string& source, const Pose& world_from_table)
+      : OneOrTwo(world_from_table, {}), source_(track::open_skeleton_source(source)) {}
+  bool is_live() const override { return true; }
+
+  Match::Hands hands(const Match& match, double time) override {
+    if (!begin_) begin_ = track::steady_now() - time;
+    source_->poll(arrived_);
+    for (track::SkeletonFrame& frame : arrived_) {
+      frame.arrival -= *begin_;
+      people_.add(frame);
+    }
+    return hands_at(match, time);
+  }
+
+ private:
+  std::unique_ptr<track::SkeletonSource> source_;
+  std::vector<track::SkeletonFrame> arrived_;
+  std::optional<double> begin_;
 };
 
 }  // namespace

@@ -1,38 +1,99 @@
 #pragma once
-/// Where a source's thread leaves what arrived, and whoever polls fetches it.
+/// Where a source's thread leaves what arrived, and whoever polls fetches it: poses or skeletons.
 #include <mutex>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "procam/core/error.hpp"
 #include "procam/track/pose_source.hpp"
+#include "procam/track/skeleton_reader.hpp"
 #include "procam/track/wire.hpp"
 
 namespace procam::track::internal {
 
-class Inbox {
+inline std::vector<StampedPose>& messages_of(Parsed& parsed) {
+  return parsed.poses;
+}
+inline std::vector<SkeletonFrame>& messages_of(ParsedSkeletons& parsed) {
+  return parsed.frames;
+}
+
+template <typename Message>
+class InboxOf {
  public:
-  explicit Inbox(const SourceOptions& options);
+  explicit InboxOf(const SourceOptions& options) : ring_(options.queue) {
+    require(options.queue > 0, "SourceOptions: the queue must hold at least one message");
+  }
 
   /// What `bytes` bytes held that arrived at `arrival`.
-  void put(Parsed&& parsed, double arrival, std::size_t bytes);
-  void put(StampedPose&& message);
-  void refuse(const std::string& why);
-  void poll(std::vector<StampedPose>& arrived);
+  template <typename ParsedMessages>
+  void put(ParsedMessages&& parsed, double arrival, std::size_t bytes) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    status_.bytes += bytes;
+    status_.malformed += parsed.malformed;
+    if (!parsed.why.empty()) status_.last_error = std::move(parsed.why);
+    for (Message& message : messages_of(parsed)) {
+      message.arrival = arrival;
+      keep(std::move(message));
+    }
+  }
+  void put(Message&& message) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    keep(std::move(message));
+  }
+  void refuse(const std::string& why) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    ++status_.malformed;
+    status_.last_error = why;
+  }
+  void poll(std::vector<Message>& arrived) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    arrived.resize(count_);
+    // Swapped: both sides keep the memory of their texts.
+    for (std::size_t i = 0; i < count_; ++i) std::swap(arrived[i], ring_[(first_ + i) % ring_.size()]);
+    count_ = 0;
+  }
 
-  SourceStatus status() const;
+  SourceStatus status() const {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    return status_;
+  }
   /// A peer came or went; the last one that goes says why.
-  void connected();
-  void disconnected(const std::string& why);
-  void failed(const std::string& why);
+  void connected() {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    ++peers_;
+    ++status_.connections;
+    status_.connected = true;
+  }
+  void disconnected(const std::string& why) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    --peers_;
+    status_.connected = peers_ > 0;
+    status_.last_error = why;
+  }
+  void failed(const std::string& why) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    status_.last_error = why;
+  }
 
  private:
-  void keep(StampedPose&& message);
+  void keep(Message&& message) {
+    ++status_.messages;
+    if (count_ == ring_.size()) {
+      first_ = (first_ + 1) % ring_.size();
+      --count_;
+      ++status_.dropped;
+    }
+    ring_[(first_ + count_++) % ring_.size()] = std::move(message);
+  }
 
   mutable std::mutex mutex_;
-  std::vector<StampedPose> ring_;
+  std::vector<Message> ring_;
   std::size_t first_ = 0, count_ = 0;
   SourceStatus status_;
   int peers_ = 0;
 };
+using Inbox = InboxOf<StampedPose>;
 
 }  // namespace procam::track::internal

@@ -113,20 +113,23 @@ class LogSource : public PoseSource {
 
 }  // namespace
 
-std::unique_ptr<PoseSource> internal::open_log(const std::string& rest, const SourceOptions&) {
-  std::string file = rest;
-  double speed = 1;
+internal::FileAndSpeed internal::parse_file_and_speed(const std::string& rest) {
+  FileAndSpeed result{rest, 1};
   const std::size_t at = rest.rfind('@');
-  if (at != rest.npos) {
-    char* end = nullptr;
-    const std::string text = rest.substr(at + 1);
-    speed = std::strtod(text.c_str(), &end);
-    if (text.empty() || *end != '\0' || !(speed >= 0 && std::isfinite(speed)))
-      throw Error(ErrorKind::kInput, "log '" + rest + "'", "'" + text + "' is no speed",
-                  "give e.g. @1, @2, or @0 for all at once");
-    file = rest.substr(0, at);
-  }
-  return std::make_unique<LogSource>(read_pose_log(file), speed);
+  if (at == rest.npos) return result;
+  char* end = nullptr;
+  const std::string text = rest.substr(at + 1);
+  result.speed = std::strtod(text.c_str(), &end);
+  if (text.empty() || *end != '\0' || !(result.speed >= 0 && std::isfinite(result.speed)))
+    throw Error(ErrorKind::kInput, "log '" + rest + "'", "'" + text + "' is no speed",
+                "give e.g. @1, @2, or @0 for all at once");
+  result.file = rest.substr(0, at);
+  return result;
+}
+
+std::unique_ptr<PoseSource> internal::open_log(const std::string& rest, const SourceOptions&) {
+  const FileAndSpeed log = parse_file_and_speed(rest);
+  return std::make_unique<LogSource>(read_pose_log(log.file), log.speed);
 }
 
 }  // namespace procam::track

@@ -41,12 +41,27 @@ asio::ip::address address_of(const HostPort& at) {
               "end the program that has it, or choose another");
 }
 
+/// What travels: who is to be handed what, and how a stream of it is cut.
+struct Poses {
+  using Source = PoseSource;
+  using Message = StampedPose;
+  using Parsed = track::Parsed;
+  using Stream = StreamParser;
+};
+struct Skeletons {
+  using Source = SkeletonSource;
+  using Message = SkeletonFrame;
+  using Parsed = ParsedSkeletons;
+  using Stream = SkeletonStream;
+};
+
 /// A source whose thread runs its io_context until the end.
-class ThreadedSource : public PoseSource {
+template <typename Wire>
+class ThreadedSource : public Wire::Source {
  public:
   explicit ThreadedSource(const SourceOptions& options) : inbox_(options) {}
-  ~ThreadedSource() override { stop(); }
-  void poll(std::vector<StampedPose>& arrived) override { inbox_.poll(arrived); }
+  ~ThreadedSource() override { this->stop(); }
+  void poll(std::vector<typename Wire::Message>& arrived) override { inbox_.poll(arrived); }
   SourceStatus status() const override { return inbox_.status(); }
 
  protected:
@@ -59,18 +74,23 @@ class ThreadedSource : public PoseSource {
     if (thread_.joinable()) thread_.join();
   }
 
-  Inbox inbox_;
+  InboxOf<typename Wire::Message> inbox_;
   asio::io_context io_{1};
 
  private:
   std::thread thread_;
 };
 
-class UdpSource : public ThreadedSource {
+template <typename Wire>
+class UdpSource : public ThreadedSource<Wire> {
+  using Base = ThreadedSource<Wire>;
+  using Base::inbox_;
+  using Base::io_;
+
  public:
-  using Parser = Parsed (*)(std::string_view);
+  using Parser = typename Wire::Parsed (*)(std::string_view);
   UdpSource(const HostPort& at, const asio::ip::address& group, Parser parser, const SourceOptions& options)
-      : ThreadedSource(options), parser_(parser), socket_(io_) {
+      : Base(options), parser_(parser), socket_(io_) {
     const bool joins = group.is_multicast();
     const udp::endpoint endpoint(joins ? asio::ip::address(asio::ip::address_v4::any()) : address_of(at),
                                  at.port);
@@ -86,9 +106,9 @@ class UdpSource : public ThreadedSource {
     socket_.set_option(udp::socket::receive_buffer_size(1 << 20), failure);
     inbox_.connected();
     wait();
-    start();
+    this->start();
   }
-  ~UdpSource() override { stop(); }
+  ~UdpSource() override { this->stop(); }
 
  private:
   void wait() {
@@ -117,8 +137,10 @@ class UdpSource : public ThreadedSource {
 };
 
 /// Reads a stream until it ends.
+template <typename Wire>
 class TcpReader {
  public:
+  using Inbox = InboxOf<typename Wire::Message>;
   TcpReader(tcp::socket socket, Inbox& inbox) : socket_(std::move(socket)), inbox_(inbox) {
     inbox_.connected();
   }
@@ -141,18 +163,23 @@ class TcpReader {
  private:
   tcp::socket socket_;
   Inbox& inbox_;
-  StreamParser parser_;
+  typename Wire::Stream parser_;
   std::array<char, 16384> bytes_;
 };
 
-class TcpSource : public ThreadedSource {
+template <typename Wire>
+class TcpSource : public ThreadedSource<Wire> {
+  using Base = ThreadedSource<Wire>;
+  using Base::inbox_;
+  using Base::io_;
+
  public:
   TcpSource(HostPort at, const SourceOptions& options)
-      : ThreadedSource(options), at_(std::move(at)), resolver_(io_), timer_(io_) {
+      : Base(options), at_(std::move(at)), resolver_(io_), timer_(io_) {
     connect();
-    start();
+    this->start();
   }
-  ~TcpSource() override { stop(); }
+  ~TcpSource() override { this->stop(); }
 
  private:
   void connect() {
@@ -179,7 +206,7 @@ class TcpSource : public ThreadedSource {
     if (failure) return again("no connection to " + name_of(at_) + ": " + failure.message());
     back_off_.reset();
     socket_->set_option(asio::socket_base::keep_alive(true));
-    reader_ = std::make_unique<TcpReader>(std::move(*socket_), inbox_);
+    reader_ = std::make_unique<TcpReader<Wire>>(std::move(*socket_), inbox_);
     reader_->read([this] { again({}); });
   }
   void again(const std::string& why) {
@@ -195,12 +222,17 @@ class TcpSource : public ThreadedSource {
   asio::steady_timer timer_;
   BackOff back_off_;
   std::optional<tcp::socket> socket_;
-  std::unique_ptr<TcpReader> reader_;
+  std::unique_ptr<TcpReader<Wire>> reader_;
 };
 
-class TcpListener : public ThreadedSource {
+template <typename Wire>
+class TcpListener : public ThreadedSource<Wire> {
+  using Base = ThreadedSource<Wire>;
+  using Base::inbox_;
+  using Base::io_;
+
  public:
-  TcpListener(const HostPort& at, const SourceOptions& options) : ThreadedSource(options), acceptor_(io_) {
+  TcpListener(const HostPort& at, const SourceOptions& options) : Base(options), acceptor_(io_) {
     const tcp::endpoint endpoint(address_of(at), at.port);
     Failure failure;
     acceptor_.open(endpoint.protocol(), failure);
@@ -210,9 +242,9 @@ class TcpListener : public ThreadedSource {
     if (!failure) acceptor_.listen(kMostSenders, failure);
     if (failure) cannot_listen("tcp " + name_of(at), failure);
     accept();
-    start();
+    this->start();
   }
-  ~TcpListener() override { stop(); }
+  ~TcpListener() override { this->stop(); }
 
  private:
   static constexpr int kMostSenders = 8;
@@ -223,7 +255,7 @@ class TcpListener : public ThreadedSource {
       if (failure) {
         inbox_.failed(failure.message());
       } else if (auto* seat = free_seat()) {
-        *seat = std::make_unique<TcpReader>(std::move(socket), inbox_);
+        *seat = std::make_unique<TcpReader<Wire>>(std::move(socket), inbox_);
         (*seat)->read([this, seat] { asio::post(io_, [seat] { seat->reset(); }); });
       } else {
         inbox_.failed("more than 8 senders: the last was sent away");
@@ -231,40 +263,57 @@ class TcpListener : public ThreadedSource {
       accept();
     });
   }
-  std::unique_ptr<TcpReader>* free_seat() {
+  std::unique_ptr<TcpReader<Wire>>* free_seat() {
     for (auto& seat : seats_)
       if (!seat) return &seat;
     return nullptr;
   }
 
   tcp::acceptor acceptor_;
-  std::array<std::unique_ptr<TcpReader>, kMostSenders> seats_;
+  std::array<std::unique_ptr<TcpReader<Wire>>, kMostSenders> seats_;
 };
+
+template <typename Wire>
+std::unique_ptr<typename Wire::Source> connect_to(const std::string& rest, const SourceOptions& options) {
+  HostPort at = parse_host_port(rest);
+  if (at.host.empty())
+    throw Error(ErrorKind::kInput, "tcp:" + rest, "the host is missing",
+                "give tcp:HOST:PORT, or tcp-listen:PORT where the sender connects");
+  return std::make_unique<TcpSource<Wire>>(std::move(at), options);
+}
 
 }  // namespace
 
 std::unique_ptr<PoseSource> open_udp(const std::string& rest, const SourceOptions& options) {
-  return std::make_unique<UdpSource>(parse_host_port(rest), asio::ip::address(), parse_poses, options);
+  return std::make_unique<UdpSource<Poses>>(parse_host_port(rest), asio::ip::address(), parse_poses, options);
 }
 std::unique_ptr<PoseSource> open_osc(const std::string& rest, const SourceOptions& options) {
-  return std::make_unique<UdpSource>(parse_host_port(rest), asio::ip::address(), parse_osc, options);
+  return std::make_unique<UdpSource<Poses>>(parse_host_port(rest), asio::ip::address(), parse_osc, options);
 }
 std::unique_ptr<PoseSource> open_psn(const std::string& rest, const SourceOptions& options) {
   HostPort at = parse_host_port(rest);
   if (at.host.empty()) at.host = "236.10.10.10";  // the standard's group
   const asio::ip::address address = address_of(at);
-  return std::make_unique<UdpSource>(at, address.is_multicast() ? address : asio::ip::address(), parse_psn,
-                                     options);
+  return std::make_unique<UdpSource<Poses>>(at, address.is_multicast() ? address : asio::ip::address(),
+                                            parse_psn, options);
 }
 std::unique_ptr<PoseSource> open_tcp(const std::string& rest, const SourceOptions& options) {
-  HostPort at = parse_host_port(rest);
-  if (at.host.empty())
-    throw Error(ErrorKind::kInput, "tcp:" + rest, "the host is missing",
-                "give tcp:HOST:PORT, or tcp-listen:PORT where the sender connects");
-  return std::make_unique<TcpSource>(std::move(at), options);
+  return connect_to<Poses>(rest, options);
 }
 std::unique_ptr<PoseSource> open_tcp_listener(const std::string& rest, const SourceOptions& options) {
-  return std::make_unique<TcpListener>(parse_host_port(rest), options);
+  return std::make_unique<TcpListener<Poses>>(parse_host_port(rest), options);
+}
+
+std::unique_ptr<SkeletonSource> open_skeletons_udp(const std::string& rest, const SourceOptions& options) {
+  return std::make_unique<UdpSource<Skeletons>>(parse_host_port(rest), asio::ip::address(), parse_skeletons,
+                                                options);
+}
+std::unique_ptr<SkeletonSource> open_skeletons_tcp(const std::string& rest, const SourceOptions& options) {
+  return connect_to<Skeletons>(rest, options);
+}
+std::unique_ptr<SkeletonSource> open_skeletons_tcp_listener(const std::string& rest,
+                                                            const SourceOptions& options) {
+  return std::make_unique<TcpListener<Skeletons>>(parse_host_port(rest), options);
 }
 
 }  // namespace procam::track::internal

@@ -1,0 +1,50 @@
+#pragma once
+/// Where skeletons come from: sockets and logs. As pose_source.hpp, with people instead of poses.
+///
+///   const auto source = track::open_skeleton_source("udp:9100");
+///   std::vector<SkeletonFrame> arrived;
+///   source->poll(arrived);                      // never waits
+///   for (const SkeletonFrame& frame : arrived) people.add(frame);
+///
+/// | text | what |
+/// |---|---|
+/// | udp:9100, udp:127.0.0.1:9100 | JSON lines in datagrams (docs/people.md) |
+/// | tcp:HOST:PORT | JSON lines as a stream; connects, and again when the connection ends |
+/// | tcp-listen:[ADDRESS:]PORT | the same, for senders that connect; up to 8 at a time |
+/// | log:FILE[@SPEED] | JSON lines or CSV: in recorded time, faster (@2), or all at once (@0) |
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "procam/track/pose_source.hpp"
+#include "procam/track/skeleton_reader.hpp"
+
+namespace procam::track {
+
+class SkeletonSource {
+ public:
+  virtual ~SkeletonSource() = default;
+
+  /// Replaces `arrived` by what came since the last call, in order of arrival. Never waits.
+  virtual void poll(std::vector<SkeletonFrame>& arrived) = 0;
+  virtual SourceStatus status() const = 0;
+};
+
+/// Throws Error(kInput) for a text that names no source or a log that is none, Error(kDevice) for a port that
+/// cannot be bound.
+std::unique_ptr<SkeletonSource> open_skeleton_source(const std::string& text,
+                                                     const SourceOptions& options = {});
+
+/// A stream of JSON lines, cut where it likes. A line longer than kLongestSkeletonLine is counted once and
+/// skipped.
+class SkeletonStream {
+ public:
+  ParsedSkeletons parse(std::string_view bytes);
+
+ private:
+  std::string rest_;
+  bool skipping_ = false;
+};
+
+}  // namespace procam::track

@@ -91,40 +91,35 @@ double PeopleTrack::distance(const Person& person, const Skeleton& seen, double 
 
 /// For each person seen, the index of the one known, or -1.
 std::vector<int> PeopleTrack::assign(const std::vector<Skeleton>& seen, double time) const {
-  // No pair costs as much as leaving both alone: then a pair beyond the gate is not made.
-  std::vector<std::vector<double>> cost(seen.size(), std::vector<double>(people_.size()));
+  // Square, so that being new and being gone are choices as well; a pair beyond the gate costs as much as
+  // both.
+  constexpr double kApart = 1e3;
+  const std::size_t n = std::max(seen.size(), people_.size());
+  std::vector<double> costs(n * n, kApart);
+  const auto cost = [&](std::size_t i, std::size_t k) -> double& { return costs[i * n + k]; };
   for (std::size_t i = 0; i < seen.size(); ++i)
     for (std::size_t k = 0; k < people_.size(); ++k) {
       const double d = distance(people_[k], seen[i], time);
-      // Out of sight one may walk on.
-      cost[i][k] = d <= options_.gate + 1.0 * (time - people_[k].seen) ? d : 1e3;
+      // Out of sight one may walk on, at 1 m/s.
+      if (d <= options_.gate + (time - people_[k].seen)) cost(i, k) = d;
     }
-  std::vector<int> match(seen.size(), -1);
-  std::vector<bool> is_taken(people_.size(), false);
-  for (;;) {
-    double best = 1e3;
-    std::size_t at = 0, who = 0;
-    for (std::size_t i = 0; i < seen.size(); ++i)
-      for (std::size_t k = 0; k < people_.size(); ++k)
-        if (match[i] < 0 && !is_taken[k] && cost[i][k] < best) best = cost[i][k], at = i, who = k;
-    if (best >= 1e3) break;
-    match[at] = int(who);
-    is_taken[who] = true;
-  }
-  // Nearest first is not yet the smallest sum: two who pass each other. For two people one exchange makes it
-  // so.
+  std::vector<std::size_t> match(n);
+  for (std::size_t i = 0; i < n; ++i) match[i] = i;
+  // Exchanges until none helps; for two people that is the smallest sum. Each makes the sum smaller, so it
+  // ends.
   for (bool is_better = true; is_better;) {
     is_better = false;
-    for (std::size_t i = 0; i < seen.size(); ++i)
-      for (std::size_t j = i + 1; j < seen.size(); ++j) {
-        if (match[i] < 0 || match[j] < 0) continue;
-        const auto a = std::size_t(match[i]), b = std::size_t(match[j]);
-        if (cost[i][b] + cost[j][a] + 1e-9 >= cost[i][a] + cost[j][b]) continue;
+    for (std::size_t i = 0; i < n; ++i)
+      for (std::size_t j = i + 1; j < n; ++j) {
+        if (cost(i, match[j]) + cost(j, match[i]) + 1e-9 >= cost(i, match[i]) + cost(j, match[j])) continue;
         std::swap(match[i], match[j]);
         is_better = true;
       }
   }
-  return match;
+  std::vector<int> result(seen.size(), -1);
+  for (std::size_t i = 0; i < seen.size(); ++i)
+    if (cost(i, match[i]) < kApart) result[i] = int(match[i]);
+  return result;
 }
 
 bool PeopleTrack::add(const SkeletonFrame& frame) {

@@ -70,8 +70,9 @@ Played play(std::uint64_t seed, double seconds) {
     played.worst = std::max(played.worst, trespass(match));
     EXPECT_FALSE(is_inside_obstacle(match.puck())) << "seed " << seed;
     EXPECT_TRUE(match.puck().allFinite());
-    if (!is_served && !is_hit)
+    if (!is_served && !is_hit) {
       EXPECT_LE(match.puck_speed().squaredNorm(), energy * (1 + 1e-12)) << "seed " << seed;
+    }
     // Stuck: it stays within a centimetre although it was hit within the last second.
     if (is_served || (match.puck() - place).norm() > 0.01 || match.time() - match.met_paddle() > 1)
       place = match.puck(), stuck = 0;
@@ -136,7 +137,9 @@ TEST(AirHockey, AnySpeedStaysOnTheTable) {
     match.step({Vec2(0.2, 0.5), Vec2(1.6, 0.5)});
     if (match.score(0) + match.score(1) != goals || match.squeezes() > 0) break;
     ASSERT_LT(trespass(match), 1e-9) << i;
-    if (!match.last_touch().by_paddle) ASSERT_NEAR(match.puck_speed().norm(), Vec2(170, 133).norm(), 1e-6);
+    if (!match.last_touch().by_paddle) {
+      ASSERT_NEAR(match.puck_speed().norm(), Vec2(170, 133).norm(), 1e-6);
+    }
   }
 }
 

@@ -296,7 +296,9 @@ TEST(EyeSafe, NoLightPassesThroughAHead) {
         const bool hits = (head - bearing.dot(head) * bearing).norm() <= r;
         within += hits;
         dark += frame.at(x, y, 1) == 0;
-        if (hits) ASSERT_EQ(frame.at(x, y, 1), 0) << x << " " << y << " round " << round;
+        if (hits) {
+          ASSERT_EQ(frame.at(x, y, 1), 0) << x << " " << y << " round " << round;
+        }
       }
     EXPECT_LE(dark, within * 1.1 + 400) << "more is dark than must be, round " << round;
   }

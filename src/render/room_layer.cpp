@@ -98,7 +98,7 @@ RoomLayer::RoomLayer(const PlacedPlane& placed, const TileGrid& grid) : is_plane
       set((border_combinations()[i] * facet.content_from_direction).normalized().transpose(),
           facet.borders[i]);
     facets_.push_back(facet);
-    everywhere_.push_back({0, 0, grid.frame.width, grid.frame.height, 0});
+    boxes_.push_back({0, 0, grid.frame.width, grid.frame.height, 0});
   }
 }
 
@@ -115,7 +115,6 @@ RoomLayer::RoomLayer(const PlacedMesh& placed, const Projector& projector, const
     points.push_back(rotation * vertex + placed.projector_from_surface.translation);
     pixels.push_back(projector.pixel_lighting(points.back()));
   }
-  std::vector<FacetBox> boxes;
   for (const auto& triangle : mesh.triangles) {
     std::array<Vec3, 3> p;
     std::array<std::optional<Vec2>, 3> px;
@@ -144,14 +143,14 @@ RoomLayer::RoomLayer(const PlacedMesh& placed, const Projector& projector, const
     facet.content_from_direction = uv * (barycentric_from_direction / determinant);
     set(facet.content_from_direction.row(2).transpose(), facet.nearness);
     facets_.push_back(facet);
-    boxes.push_back(box);
+    boxes_.push_back(box);
   }
-  sort_into_tiles(boxes);
+  sort_into_tiles();
 }
 
-void RoomLayer::sort_into_tiles(const std::vector<FacetBox>& boxes) {
+void RoomLayer::sort_into_tiles() {
   tiles_.resize(std::size_t(grid_.across()) * std::size_t(grid_.down()));
-  for (const FacetBox& box : boxes)
+  for (const FacetBox& box : boxes_)
     for (int y = box.y0 / kTileHeight; y <= (box.y1 - 1) / kTileHeight; ++y)
       for (int x = box.x0 / kTileWidth; x <= (box.x1 - 1) / kTileWidth; ++x)
         tiles_[std::size_t(y * grid_.across() + x)].push_back(box);

@@ -46,9 +46,11 @@ class RoomLayer {
 
   bool is_plane() const { return is_plane_; }
   const std::vector<Facet>& facets() const { return facets_; }
+  /// Where each may be.
+  const std::vector<FacetBox>& boxes() const { return boxes_; }
   /// Those that may touch a tile.
   const std::vector<FacetBox>& boxes(int tile_x, int tile_y) const {
-    return is_plane_ ? everywhere_ : tiles_[std::size_t(tile_y * grid_.across() + tile_x)];
+    return is_plane_ ? boxes_ : tiles_[std::size_t(tile_y * grid_.across() + tile_x)];
   }
   /// The nearest facet that the ray d of a pixel meets; nullptr: none.
   const Facet* nearest(int x, int y, const Vec3& d) const {
@@ -63,12 +65,12 @@ class RoomLayer {
   }
 
  private:
-  void sort_into_tiles(const std::vector<FacetBox>& boxes);
+  void sort_into_tiles();
 
   bool is_plane_;
   TileGrid grid_;
   std::vector<Facet> facets_;
-  std::vector<FacetBox> everywhere_;          ///< of a plane
+  std::vector<FacetBox> boxes_;
   std::vector<std::vector<FacetBox>> tiles_;  ///< of a mesh
 };
 

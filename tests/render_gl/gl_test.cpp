@@ -1,0 +1,277 @@
+/// GlRenderer draws what CpuRenderer draws: within 2 of 255 on 99.9 % of the pixels.
+#include "procam/render_gl/gl.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <random>
+
+#include "procam/io/images.hpp"
+#include "render/rooms.hpp"
+
+namespace procam {
+namespace {
+
+using render::CpuRenderer;
+using render::Filter;
+using render::RenderOptions;
+using render::RenderWork;
+using render_gl::GlRenderer;
+
+constexpr ImageSize kFrame{480, 320};
+constexpr int kMostApart = 2;         // of 255
+constexpr double kMostPixels = 1e-3;  // of the frame
+
+Projector projector(bool lens) {
+  Projector p{Camera{kFrame, {880, 861, 251.3, 402.6, 1.7}, NoDistortion{}}};
+  if (lens) p.inverse_camera.distortion = brown(-0.19);
+  return p;
+}
+
+/// Clouds, lines of one texel and hard edges; the last channel of four is a soft alpha.
+ImageU8 picture(int width, int height, int channels, unsigned seed) {
+  ImageU8 image(width, height, channels);
+  std::mt19937 random(seed);
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x)
+      for (int c = 0; c < channels; ++c) {
+        double value = 120 + 60 * std::sin(0.031 * x + c) * std::cos(0.023 * y - c);
+        if ((x / 37 + y / 29) % 3 == 0) value = (x + c * y) % 2 ? 250 : 5;
+        if ((x / 50 + y / 60) % 4 == 1) value += int(random() % 80) - 40;
+        image.at(x, y, c) = std::uint8_t(std::min(255.0, std::max(0.0, value)));
+        if (c == 3)
+          image.at(x, y, c) =
+              std::uint8_t(std::min(255, 20 + std::min({x, y, width - 1 - x, height - 1 - y})));
+      }
+  return image;
+}
+
+/// Draws by both, and says how they differ; the pictures are written where they do (PROCAM_TEST_OUTPUT, else
+/// the working directory).
+void expect_same(const ImageU8& gl, const ImageU8& cpu, const std::string& name) {
+  ASSERT_EQ(gl.size(), cpu.size());
+  int apart = 0, most = 0, lit = 0;
+  ImageU8 difference(gl.size(), 3);
+  for (int y = 0; y < gl.height(); ++y)
+    for (int x = 0; x < gl.width(); ++x) {
+      int worst = 0;
+      for (int c = 0; c < 3; ++c) {
+        const int d = std::abs(gl.at(x, y, c) - cpu.at(x, y, c));
+        difference.at(x, y, c) = std::uint8_t(std::min(255, 40 * d));
+        worst = std::max(worst, d);
+        lit += cpu.at(x, y, c) > 60;
+      }
+      apart += worst > kMostApart;
+      most = std::max(most, worst);
+    }
+  EXPECT_GT(lit, gl.width() * gl.height() / 10) << name << ": hardly anything is drawn";
+  EXPECT_LE(apart, kMostPixels * gl.width() * gl.height()) << name << ": at most " << most << " apart";
+  if (std::getenv("SHOW")) printf("%s: %d apart, most %d\n", name.c_str(), apart, most);
+  if (apart <= kMostPixels * gl.width() * gl.height()) return;
+  const char* const folder = std::getenv("PROCAM_TEST_OUTPUT");
+  const std::string path = (folder ? std::string(folder) + "/" : "") + "render_gl_" + name;
+  io::save_image(path + "_gl.png", gl);
+  io::save_image(path + "_cpu.png", cpu);
+  io::save_image(path + "_difference.png", difference);
+  ADD_FAILURE() << "see " << path << "_*.png (differences 40 times)";
+}
+
+RenderOptions drawn_with(Filter filter, bool linear_light) {
+  RenderOptions options;
+  options.filter = filter;
+  options.linear_light = linear_light;
+  return options;
+}
+
+GlRenderer& renderer(Filter filter, bool linear_light) {  // programs are compiled once
+  static GlRenderer renderers[] = {
+      GlRenderer(drawn_with(Filter::kArea, true)), GlRenderer(drawn_with(Filter::kArea, false)),
+      GlRenderer(drawn_with(Filter::kBilinear, true)), GlRenderer(drawn_with(Filter::kBilinear, false))};
+  return renderers[2 * (filter == Filter::kBilinear) + !linear_light];
+}
+
+/// By both filters, in light and in values, with a lens and without.
+void expect_same_by_all_means(const std::function<Scene(const Projector&)>& scene, const std::string& name) {
+  for (const bool lens : {false, true})
+    for (const Filter filter : {Filter::kArea, Filter::kBilinear})
+      for (const bool linear_light : {true, false}) {
+        const Projector p = projector(lens);
+        const Scene shown = scene(p);
+        ImageU8 gl(kFrame, 3);
+        renderer(filter, linear_light).render(shown, p, gl);
+        expect_same(gl, render::render(shown, p, drawn_with(filter, linear_light)),
+                    name + (lens ? "_lens" : "") + (filter == Filter::kArea ? "_area" : "_bilinear") +
+                        (linear_light ? "_light" : "_values"));
+      }
+}
+
+const ImageU8& large() {
+  static const ImageU8 image = picture(901, 660, 3, 1);
+  return image;
+}
+const ImageU8& small() {
+  static const ImageU8 image = picture(150, 120, 3, 2);
+  return image;
+}
+const ImageU8& glass() {
+  static const ImageU8 image = picture(333, 250, 4, 3);
+  return image;
+}
+
+Sheet sheet(const Projector& p, double width, double height, double distance, double incidence_deg,
+            const Vec2& middle = Vec2(250, 150)) {
+  return tilted_sheet(p, width, height, distance, incidence_deg, middle);
+}
+
+TEST(GlRenderer, DrawsPlanes) {
+  expect_same_by_all_means(
+      [](const Projector& p) {
+        Scene scene;
+        scene.background[0] = 20, scene.background[2] = 160;
+        scene.items = {{sheet(p, 0.7, 0.6, 1.6, 60).placement, large()}};
+        return scene;
+      },
+      "plane");
+}
+
+TEST(GlRenderer, DrawsPixelSurfaces) {
+  expect_same_by_all_means(
+      [](const Projector&) {
+        PlacedPixels placed;
+        placed.pixel_from_content << 410, 33, 40.3, -20, 260, 30.2, 0.1, 0.05, 1;
+        Scene scene;
+        scene.items = {{placed, large()}};
+        placed.pixel_from_content << 210, 33, -20.3, -20, 160, 210.2, 0.1, 0.05, 1;
+        scene.items.push_back({placed, glass()});
+        return scene;
+      },
+      "pixels");
+}
+
+Pose facing(const Projector& p, double distance, const Vec3& turn) {
+  const Mat3 rotation =
+      (Eigen::AngleAxisd(turn.x(), Vec3::UnitX()) * Eigen::AngleAxisd(turn.y(), Vec3::UnitY()) *
+       Eigen::AngleAxisd(turn.z(), Vec3::UnitZ()))
+          .toRotationMatrix();
+  return Pose(rotation, distance * p.emit(Vec2(250, 150))->direction);
+}
+
+template <typename Shape>
+void expect_same_on(const Shape& shape, const Pose& pose, const std::string& name) {
+  const auto mesh = mesh_of(Surface{name, shape, {}, ""});
+  expect_same_by_all_means(
+      [&](const Projector&) {
+        Scene scene;
+        scene.background[1] = 60;
+        scene.items = {{PlacedMesh{mesh, pose}, large()}};
+        return scene;
+      },
+      name);
+}
+
+TEST(GlRenderer, DrawsColumns) {
+  CylinderSurface column;
+  column.radius = 0.31;
+  column.left = -1.2;
+  column.right = 1.4;
+  column.top = -0.21;
+  column.bottom = 0.24;
+  expect_same_on(column, facing(projector(false), 1.7, {0.2, -0.15, 0.1}), "column");
+}
+
+TEST(GlRenderer, DrawsGlobes) {
+  SphereSurface globe;
+  globe.radius = 0.27;
+  globe.left = -2.1;
+  globe.right = 1.9;
+  globe.top = 1.3;
+  globe.bottom = -1.2;
+  expect_same_on(globe, facing(projector(false), 1.6, {0.3, 0.1, 0.2}), "globe");
+}
+
+TEST(GlRenderer, DrawsGridsAndBezierPatches) {
+  GridSurface grid;
+  grid.columns = 5;
+  grid.rows = 4;
+  BezierSurface bezier;
+  bezier.columns = 4;
+  bezier.rows = 3;
+  for (int j = 0; j < 4; ++j)
+    for (int i = 0; i < 5; ++i)
+      grid.points.emplace_back(0.17 * i - 0.4, 0.16 * j - 0.3, 0.05 * std::sin(1.3 * i + j));
+  for (int j = 0; j < 3; ++j)
+    for (int i = 0; i < 4; ++i)
+      bezier.control_points.emplace_back(0.24 * i - 0.4, 0.25 * j - 0.3, 0.15 * std::cos(1.9 * i - j));
+  expect_same_on(grid, facing(projector(false), 1.7, {0.3, 0.4, 0.1}), "grid");
+  expect_same_on(bezier, facing(projector(false), 1.6, {-0.3, 0.3, -0.1}), "bezier");
+}
+
+/// What a depth camera sees of a heap: steps between near and far, noise, and the projector's own corner
+/// behind it.
+std::shared_ptr<const Mesh> heap() {
+  constexpr int kAcross = 40, kDown = 30;
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> noise(-0.004, 0.004);
+  Mesh mesh;
+  for (int j = 0; j <= kDown; ++j)
+    for (int i = 0; i <= kAcross; ++i) {
+      const double u = double(i) / kAcross, v = double(j) / kDown;
+      const bool near = std::hypot(u - 0.4, v - 0.5) < 0.22;
+      mesh.vertices.emplace_back(1.1 * (u - 0.5), 0.8 * (v - 0.5), (near ? -0.3 : 0.0) + noise(random));
+      mesh.uv.emplace_back(u, v);
+    }
+  for (int j = 0; j < kDown; ++j)
+    for (int i = 0; i < kAcross; ++i) {
+      const int a = j * (kAcross + 1) + i, b = a + 1, c = a + kAcross + 1;
+      mesh.triangles.push_back({a, b, c});
+      mesh.triangles.push_back({c + 1, c, b});
+    }
+  // One large triangle that passes beside and behind the projector.
+  const int first = int(mesh.vertices.size());
+  mesh.vertices.emplace_back(-1.3, 0.9, -3.0);
+  mesh.vertices.emplace_back(2.1, 1.0, 0.4);
+  mesh.vertices.emplace_back(-1.4, 1.1, 0.5);
+  for (const Vec2& uv : {Vec2(0, 0), Vec2(1, 0), Vec2(0, 1)}) mesh.uv.push_back(uv);
+  mesh.triangles.push_back({first, first + 1, first + 2});
+  return std::make_shared<const Mesh>(mesh);
+}
+
+TEST(GlRenderer, DrawsMeshesWithStepsAndCornersBehindTheProjector) {
+  MeshSurface surface;
+  surface.mesh = heap();
+  expect_same_on(surface, facing(projector(false), 1.7, {0.3, -0.3, 0.1}), "heap");
+}
+
+/// A wall, a poster on it, a sheet that cuts through both, a glass globe before them, a heap behind, and a
+/// sticker in the middle of the list.
+Scene full_room(const Projector& p) {
+  Scene scene;
+  scene.background[0] = 40, scene.background[1] = 30, scene.background[2] = 90;
+  const Sheet wall = sheet(p, 1.3, 0.9, 2.0, 25);
+  Sheet poster = wall;
+  poster.placement.plane_from_content.leftCols<2>() *= 0.6;
+  SphereSurface globe;
+  globe.radius = 0.16;
+  globe.left = -kPi;
+  globe.right = kPi;
+  globe.top = kPi / 2;
+  globe.bottom = -kPi / 2;
+  PlacedPixels sticker;
+  sticker.pixel_from_content << 90, 10, 290, -8, 60, 40, 0, 0, 1;
+  scene.items = {
+      {wall.placement, large()},
+      {poster.placement, small()},
+      {sheet(p, 0.5, 0.6, 1.95, 50, Vec2(120, 160)).placement, small()},
+      {sticker, glass()},
+      {PlacedMesh{mesh_of(Surface{"globe", globe, {}, ""}), facing(p, 1.4, {0.4, 0.2, 0.1})}, glass()},
+      {PlacedMesh{heap(), facing(p, 2.3, {0.1, -0.3, 0.1})}, small()},
+      {sheet(p, 0.3, 0.3, 1.2, 15, Vec2(400, 260)).placement, glass()}};
+  return scene;
+}
+
+TEST(GlRenderer, DrawsWhatHidesWhat) {
+  expect_same_by_all_means(full_room, "room");
+}
+
+}  // namespace
+}  // namespace procam

@@ -59,17 +59,13 @@ class CpuRenderer::State {
   /// What is worked out for a tile; one a band, kept from frame to frame.
   struct Plan {
     TileSteps steps;
-    std::vector<RoomItem<LightTexture>> cast_light;
-    std::vector<RoomItem<ValueTexture>> cast_values;
-    std::unique_ptr<RoomTile> room;
-
-    template <typename Texture>
-    std::vector<RoomItem<Texture>>& cast() {
-      if constexpr (std::is_same_v<Texture, LightTexture>)
-        return cast_light;
-      else
-        return cast_values;
-    }
+    std::vector<CastItem> cast;
+    RoomCaster caster;
+    std::vector<const LightTexture*> lights;
+    std::vector<const ValueTexture*> values;
+    RoomRows<Light> light_rows;
+    RoomRows<Value> value_rows;
+    std::vector<std::vector<RoomTile>> tiles;  ///< [tile, cast]
   };
 
   bool area() const { return options_.filter == Filter::kArea; }
@@ -78,7 +74,9 @@ class CpuRenderer::State {
 
   RenderWork prepare(const Scene& scene, const Projector& projector) {
     const bool same_lens = !lens_.update(projector, workers_);
+    if (!same_lens) plans_.clear();
     plans_.resize(std::size_t(lens_.grid().down()));
+    for (Plan& plan : plans_) plan.tiles.resize(std::size_t(lens_.grid().across()));
     items_.resize(scene.items.size());
     layers_.resize(scene.items.size());
     RenderWork work;
@@ -110,14 +108,14 @@ class CpuRenderer::State {
       tile.rect = lens_.grid().tile(tile.x, y);
       fetch_ahead(tile.rect, frame);
       const std::vector<int>& steps = plan.steps.find(layers_, lens_, tile.x, y);
-      std::size_t first = 0;
+      std::size_t first = 0, casts = 0;
       if (!find_first<Texture>(steps, tile.x, y, first)) fill(scene.background, tile);
       for (std::size_t i = first; i < steps.size(); ++i) {
         const auto item = std::size_t(steps[i]);
         if (steps[i] != TileSteps::kCast)
           layers_[item].plane.draw(items_[item].template texture<Texture>(), kernels_, tile);
         else
-          i = cast(steps, i + 1, plan, tile);
+          i = cast(steps, i + 1, casts++, plan, tile);
       }
       for (int row = 0; row < tile.rect.height(); ++row)
         to_frame(kernels_, curve_, tile.row(row), tile.rect.width(),
@@ -141,19 +139,35 @@ class CpuRenderer::State {
     return false;
   }
 
-  /// Casts at the steps from `first` up to the next kCast, whose place is returned.
-  template <typename Pixel>
-  std::size_t cast(const std::vector<int>& steps, std::size_t first, Plan& plan, Tile<Pixel>& tile) const {
-    using Texture = std::conditional_t<std::is_same_v<Pixel, Light>, LightTexture, ValueTexture>;
-    std::vector<RoomItem<Texture>>& items = plan.template cast<Texture>();
-    items.clear();
+  /// Draws the `n`-th cast of a tile, which begins at step `first`; its kCast's place is returned.
+  template <typename Texture>
+  std::size_t draw_cast(const std::vector<int>& steps, std::size_t first, std::size_t n,
+                        std::vector<const Texture*>& textures, RoomRows<typename Texture::Pixel>& rows,
+                        Plan& plan, Tile<typename Texture::Pixel>& tile) const {
+    plan.cast.clear();
+    textures.clear();
     for (; steps[first] != TileSteps::kCast; ++first) {
       const auto item = std::size_t(steps[first]);
-      items.push_back({&*layers_[item].room, &items_[item].template texture<Texture>()});
+      const Texture& texture = items_[item].template texture<Texture>();
+      textures.push_back(&texture);
+      plan.cast.push_back({&*layers_[item].room, layers_[item].made, items_[item].picture.size(),
+                           std::max(1, items_[item].light.levels()), texture.opaque()});
     }
-    if (!plan.room) plan.room = std::make_unique<RoomTile>();
-    plan.room->draw(items, lens_.pieces(tile.x, tile.y), area(), kernels_, tile);
+    std::vector<RoomTile>& kept = plan.tiles[std::size_t(tile.x)];
+    if (kept.size() <= n) kept.resize(n + 1);
+    if (!kept[n].shows(plan.cast))
+      plan.caster.cast(plan.cast, lens_.pieces(tile.x, tile.y), area(), kernels_, tile.x, tile.y, tile.rect,
+                       kept[n]);
+    kept[n].draw(textures, kernels_, rows, tile);
     return first;
+  }
+  std::size_t cast(const std::vector<int>& steps, std::size_t first, std::size_t n, Plan& plan,
+                   Tile<Light>& tile) const {
+    return draw_cast(steps, first, n, plan.lights, plan.light_rows, plan, tile);
+  }
+  std::size_t cast(const std::vector<int>& steps, std::size_t first, std::size_t n, Plan& plan,
+                   Tile<Value>& tile) const {
+    return draw_cast(steps, first, n, plan.values, plan.value_rows, plan, tile);
   }
 
   /// Asks for the memory that will be written when the tile is drawn.

@@ -69,17 +69,19 @@ bool Layer::place(const SceneItem& shown, const Projector& projector, const Lens
       return false;
     mesh_ = *placed;
     room.emplace(*placed, projector, lens.grid());
+    ++made;
     return true;
   }
   const auto* placed = std::get_if<PlacedPlane>(&shown.placement);
   const PlaneView view =
       placed ? view_of(*placed, content) : view_of(std::get<PlacedPixels>(shown.placement), content);
-  const bool made = plane.update(view, lens, same_lens, area, workers);
+  const bool moved = plane.update(view, lens, same_lens, area, workers);
+  made += moved;
   if (!placed)
     room.reset();
-  else if (made || !room || is_mesh())
+  else if (moved || !room || is_mesh())
     room.emplace(*placed, lens.grid());
-  return made;
+  return moved;
 }
 
 const std::vector<int>& TileSteps::find(const std::vector<Layer>& layers, const LensMap& lens, int tile_x,

@@ -19,6 +19,7 @@ bool same_view(ViewU8 a, ViewU8 b);
 struct Layer {
   PlaneLayer plane;               ///< of a plane or a pixel surface
   std::optional<RoomLayer> room;  ///< of a plane or a mesh
+  std::uint64_t made = 0;         ///< how many times anything was
 
   /// Returns whether anything had to be made.
   bool place(const SceneItem& shown, const Projector& projector, const LensMap& lens, bool same_lens,

@@ -63,7 +63,6 @@ class PlaneLayer {
   const PlaneView& view() const { return view_; }
 
  private:
-
   /// Content coordinates over a part of the tile: q[j][3 i + k] t^j s^i, as in Patch, s = s0 + x ds and
   /// t = t0 + y dt.
   struct Piece {

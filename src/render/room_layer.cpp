@@ -100,6 +100,7 @@ RoomLayer::RoomLayer(const PlacedPlane& placed, const TileGrid& grid) : is_plane
     facets_.push_back(facet);
     boxes_.push_back({0, 0, grid.frame.width, grid.frame.height, 0});
   }
+  make_views();
 }
 
 RoomLayer::RoomLayer(const PlacedMesh& placed, const Projector& projector, const TileGrid& grid)
@@ -145,7 +146,17 @@ RoomLayer::RoomLayer(const PlacedMesh& placed, const Projector& projector, const
     facets_.push_back(facet);
     boxes_.push_back(box);
   }
+  make_views();
   sort_into_tiles();
+}
+
+void RoomLayer::make_views() {
+  views_.resize(std::max<std::size_t>(facets_.size(), 1));  // the kernels read the first in any case
+  for (std::size_t i = 0; i < facets_.size(); ++i) {
+    const Facet& facet = facets_[i];
+    for (int k = 0; k < 9; ++k) views_[i].content[k] = float(facet.content_from_direction(k / 3, k % 3));
+    std::copy_n(facet.nearness, 3, views_[i].nearness);
+  }
 }
 
 void RoomLayer::sort_into_tiles() {

@@ -14,12 +14,8 @@
 
 namespace procam::render {
 
-/// Half-spaces of directions, content and nearness, all linear in d.
-struct Facet {
-  /// d is inside where border . d >= 0 for all four; unit vectors, so that floats do: an edge's place to
-  /// 1e-7.
-  float borders[4][3];
-  float nearness[3];            ///< nearness . d = 1 / distance in lengths of d
+/// Unit borders, so that floats do: an edge's place to 1e-7. nearness . d = 1 / distance in lengths of d.
+struct Facet : Cone {
   Mat3 content_from_direction;  ///< q
 };
 
@@ -34,7 +30,7 @@ inline bool meets(const Facet& facet, const Vec3& d) {
   return along(facet.nearness, d) > 0;
 }
 
-/// Pixels [x0, x1) x [y0, y1) that a facet may touch, and its place in the list.
+/// Pixels [x0, x1) x [y0, y1) that a facet may touch, or whose neighbours it may; and its place in the list.
 struct FacetBox {
   int x0, y0, x1, y1, facet;
 };
@@ -45,7 +41,10 @@ class RoomLayer {
   RoomLayer(const PlacedMesh& placed, const Projector& projector, const TileGrid& grid);
 
   bool is_plane() const { return is_plane_; }
+  const TileGrid& grid() const { return grid_; }
   const std::vector<Facet>& facets() const { return facets_; }
+  /// As the kernels want them; of a mesh or a plane that is seen not from its edge.
+  const std::vector<FacetView>& views() const { return views_; }
   /// Where each may be.
   const std::vector<FacetBox>& boxes() const { return boxes_; }
   /// Those that may touch a tile.
@@ -65,11 +64,13 @@ class RoomLayer {
   }
 
  private:
+  void make_views();
   void sort_into_tiles();
 
   bool is_plane_;
   TileGrid grid_;
   std::vector<Facet> facets_;
+  std::vector<FacetView> views_;
   std::vector<FacetBox> boxes_;
   std::vector<std::vector<FacetBox>> tiles_;  ///< of a mesh
 };

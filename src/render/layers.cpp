@@ -68,7 +68,7 @@ bool Layer::place(const SceneItem& shown, const Projector& projector, const Lens
         a.rotation.coeffs() == b.rotation.coeffs())
       return false;
     mesh_ = *placed;
-    room.emplace(*placed, projector, lens.grid());
+    room.emplace(*placed, projector, lens.grid(), workers);
     ++made;
     return true;
   }

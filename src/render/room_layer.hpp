@@ -38,7 +38,7 @@ struct FacetBox {
 class RoomLayer {
  public:
   RoomLayer(const PlacedPlane& placed, const TileGrid& grid);
-  RoomLayer(const PlacedMesh& placed, const Projector& projector, const TileGrid& grid);
+  RoomLayer(const PlacedMesh& placed, const Projector& projector, const TileGrid& grid, Workers& workers);
 
   bool is_plane() const { return is_plane_; }
   const TileGrid& grid() const { return grid_; }

@@ -246,6 +246,7 @@ bool RoomCaster::is_even(const std::vector<CastItem>& items, int at) const {
 bool RoomCaster::is_visible(const std::vector<CastItem>& items, int item, int at) const {
   const Hits& own = hits_[std::size_t(item)];
   if (own.facet[at] < 0) return false;
+  if (items.size() == 1) return true;
   for (std::size_t b = 0; b < items.size(); ++b)
     if (int(b) != item && items[b].opaque && hits_[b].facet[at] >= 0 &&
         before(int(b), hits_[b].nearness[at], item, own.nearness[at]))
@@ -369,6 +370,17 @@ void RoomCaster::add_row(const std::vector<CastItem>& items, int y, int width, c
       to.points_.insert(to.points_.end(), looks.of[k] + begin, looks.of[k] + end);
   }
   std::size_t last = 0;  // the last run
+  const auto is_shown = [&](int x) { return !edge[x] && hits_[0].facet[ray_place(x, y)] >= 0; };
+  for (int x = 0; items.size() == 1 && x < width;) {
+    const bool shown = is_shown(x);
+    int end = x + 1;
+    while (end < width && is_shown(end) == shown) ++end;
+    to.runs_.push_back(std::uint16_t(end - x));
+    to.runs_.push_back(shown);
+    if (shown) to.runs_.push_back(0);
+    x = end;
+  }
+  if (items.size() == 1) return;
   for (int x = 0; x < width; ++x) {
     fragments_.clear();
     for (int a = 0; !edge[x] && a < int(items.size()); ++a)

@@ -193,27 +193,41 @@ ivec2 steps_of(ivec2 pixel) { return list(u_first_tile + tile_of(pixel)).xy; }
 
 const char* const kFacetBoxes = R"(
 uniform highp isampler2D u_lists;
+uniform highp sampler2D u_numbers;
 uniform int u_row_bits, u_first_box;
 uniform ivec2 u_frame;
 flat out int facet;
+flat out vec3 border_a, border_b, border_c, nearness_plane_of;
+ivec2 place(int at) { return ivec2(at & ((1 << u_row_bits) - 1), at >> u_row_bits); }
 void main() {
-  int at = u_first_box + gl_InstanceID;
-  ivec4 box = texelFetch(u_lists, ivec2(at & ((1 << u_row_bits) - 1), at >> u_row_bits), 0);
+  ivec4 box = texelFetch(u_lists, place(u_first_box + gl_InstanceID), 0);
   facet = box.z;
-  // Pixels [x0 - 1, x1 + 1), the neighbours that tell an edge, in a target with a rim of one pixel.
-  ivec2 low = ivec2(box.x & 0xffff, box.x >> 16), high = ivec2(box.y & 0xffff, box.y >> 16) + 2;
-  ivec2 corner = ivec2((gl_VertexID & 1) != 0 ? high.x : low.x, (gl_VertexID & 2) != 0 ? high.y : low.y);
+  vec4 a = texelFetch(u_numbers, place(kFacetTexels * facet), 0);
+  vec4 b = texelFetch(u_numbers, place(kFacetTexels * facet + 1), 0);
+  vec4 c = texelFetch(u_numbers, place(kFacetTexels * facet + 2), 0);
+  border_a = a.xyz;
+  border_b = b.xyz;
+  border_c = c.xyz;
+  nearness_plane_of = vec3(a.w, b.w, c.w);
+  // The target has a rim of one pixel. Only pixels whose middle is inside are hit: a pixel less than the box
+  // on each side (RoomCaster::find_hits), and at the frame's border the rim.
+  ivec2 low = ivec2(box.x & 0xffff, box.x >> 16), high = ivec2(box.y & 0xffff, box.y >> 16);
+  ivec2 begin = ivec2(low.x > 0 ? low.x + 2 : 0, low.y > 0 ? low.y + 2 : 0);
+  ivec2 end = ivec2(high.x < u_frame.x ? high.x : high.x + 2, high.y < u_frame.y ? high.y : high.y + 2);
+  ivec2 corner = ivec2((gl_VertexID & 1) != 0 ? end.x : begin.x, (gl_VertexID & 2) != 0 ? end.y : begin.y);
   gl_Position = vec4(2.0 * vec2(corner) / vec2(u_frame + 2) - 1.0, 0.0, 1.0);
 }
 )";
 
 const char* const kFindHits = R"(
 flat in int facet;
+flat in vec3 border_a, border_b, border_c, nearness_plane_of;
 layout(location = 0) out highp int hit;
 void main() {
   vec3 d;
-  float nearness;
-  if (!ray_of(ivec2(gl_FragCoord.xy) - 1, d) || !meets(facet, d, nearness)) discard;
+  if (!ray_of(ivec2(gl_FragCoord.xy) - 1, d)) discard;
+  float nearness = dot(nearness_plane_of, d);
+  if (dot(border_a, d) < 0.0 || dot(border_b, d) < 0.0 || dot(border_c, d) < 0.0 || !(nearness > 0.0)) discard;
   hit = facet;
   gl_FragDepth = 1.0 / (1.0 + nearness);
 }

@@ -10,12 +10,13 @@
 #include "procam/io/rig_file.hpp"
 #include "procam/io/surface_file.hpp"
 #include "procam/render/preview.hpp"
+#include "procam/render_gl/gl.hpp"
 
 namespace procam::tools {
 namespace {
 
 struct Flags {
-  std::string rig, surfaces, output, preview;
+  std::string rig, surfaces, output, preview, renderer = "cpu";
   std::vector<std::string> content;
   int threads = 0;
   bool encoded = false;
@@ -30,6 +31,9 @@ void declare(CLI::App& app, Flags& flags) {
   app.add_option("-o,--output", flags.output, "the projector's frame, .png")->required();
   app.add_option("--preview", flags.preview, "what a person facing the surfaces would see, .png");
   app.add_option("--threads", flags.threads, "0: as many as the machine has")->check(CLI::NonNegativeNumber);
+  app.add_option("--renderer", flags.renderer, "cpu, or gl for OpenGL without a window: the same picture")
+      ->check(CLI::IsMember({"cpu", "gl"}))
+      ->capture_default_str();
   app.add_flag("--average-numbers", flags.encoded,
                "average pixel values as they stand instead of the light they stand for (codes, masks)");
 }
@@ -93,7 +97,16 @@ ExitCode draw(const Flags& flags, Console& console) {
   render::RenderOptions options;
   options.threads = flags.threads;
   options.linear_light = !flags.encoded;
-  const ImageU8 frame = render::render(scene, projector, options);
+  ImageU8 frame(projector.size(), 3);
+  std::string drawn_by = "cpu";
+  if (flags.renderer == "gl") {
+    render_gl::GlRenderer renderer(options);
+    renderer.render(scene, projector, frame);
+    drawn_by = renderer.device();
+    console.say("drawn by " + drawn_by);
+  } else {
+    render::render(scene, projector, frame, options);
+  }
   std::optional<ImageU8> view;
   if (!flags.preview.empty()) {
     if (const auto viewpoint = render::facing_viewpoint(scene))
@@ -113,6 +126,7 @@ ExitCode draw(const Flags& flags, Console& console) {
   console.report(diagnostics);
   console.summary().set("/projector", solved.projector);
   console.summary().set("/surfaces", drawn);
+  console.summary().set("/renderer", drawn_by);
   console.summary().set("/files", written);
   for (const std::string& file : written) console.say("wrote " + file);
   return exit_code(diagnostics);

@@ -85,6 +85,7 @@ class KeptState {
     glGetIntegerv(GL_READ_FRAMEBUFFER_BINDING, &read_);
     glGetIntegerv(GL_VIEWPORT, viewport_);
     glGetBooleanv(GL_DEPTH_WRITEMASK, &depth_mask_);
+    for (std::size_t i = 0; i < kStencil.size(); ++i) glGetIntegerv(kStencil[i], &stencil_[i]);
     glGetIntegerv(GL_DEPTH_FUNC, &depth_function_);
     glGetBooleanv(GL_COLOR_WRITEMASK, colour_mask_);
     glGetFloatv(GL_DEPTH_CLEAR_VALUE, &depth_clear_);
@@ -105,6 +106,7 @@ class KeptState {
       if (has(i)) glDisable(kSwitches[i]);
     glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
     glDepthMask(GL_TRUE);
+    glStencilMask(0xff);
     glDepthRangef(0, 1);
     glBindBuffer(GL_PIXEL_UNPACK_BUFFER, 0);
     glBindBuffer(GL_PIXEL_PACK_BUFFER, 0);
@@ -119,6 +121,13 @@ class KeptState {
     glBindFramebuffer(GL_READ_FRAMEBUFFER, GLuint(read_));
     glViewport(viewport_[0], viewport_[1], viewport_[2], viewport_[3]);
     glDepthMask(depth_mask_);
+    for (std::size_t i = 0; i < kStencil.size(); i += 7) {
+      const GLenum face = i == 0 ? GL_FRONT : GL_BACK;
+      const auto* const kept = &stencil_[i];
+      glStencilFuncSeparate(face, GLenum(kept[0]), kept[1], GLuint(kept[2]));
+      glStencilOpSeparate(face, GLenum(kept[3]), GLenum(kept[4]), GLenum(kept[5]));
+      glStencilMaskSeparate(face, GLuint(kept[6]));
+    }
     glDepthFunc(GLenum(depth_function_));
     glColorMask(colour_mask_[0], colour_mask_[1], colour_mask_[2], colour_mask_[3]);
     glClearDepthf(depth_clear_);
@@ -147,6 +156,21 @@ class KeptState {
       GL_UNPACK_ALIGNMENT,    GL_UNPACK_ROW_LENGTH,  GL_UNPACK_SKIP_ROWS, GL_UNPACK_SKIP_PIXELS,
       GL_UNPACK_IMAGE_HEIGHT, GL_UNPACK_SKIP_IMAGES, GL_PACK_ALIGNMENT,   GL_PACK_ROW_LENGTH,
       GL_PACK_SKIP_ROWS,      GL_PACK_SKIP_PIXELS};
+  /// Of front faces, and of back faces.
+  static constexpr std::array<GLenum, 14> kStencil{GL_STENCIL_FUNC,
+                                                   GL_STENCIL_REF,
+                                                   GL_STENCIL_VALUE_MASK,
+                                                   GL_STENCIL_FAIL,
+                                                   GL_STENCIL_PASS_DEPTH_FAIL,
+                                                   GL_STENCIL_PASS_DEPTH_PASS,
+                                                   GL_STENCIL_WRITEMASK,
+                                                   GL_STENCIL_BACK_FUNC,
+                                                   GL_STENCIL_BACK_REF,
+                                                   GL_STENCIL_BACK_VALUE_MASK,
+                                                   GL_STENCIL_BACK_FAIL,
+                                                   GL_STENCIL_BACK_PASS_DEPTH_FAIL,
+                                                   GL_STENCIL_BACK_PASS_DEPTH_PASS,
+                                                   GL_STENCIL_BACK_WRITEMASK};
   /// The last two are desktop OpenGL's.
   static constexpr std::array<GLenum, 10> kSwitches{GL_BLEND,
                                                     GL_DEPTH_TEST,
@@ -166,6 +190,7 @@ class KeptState {
   GLboolean depth_mask_ = 0, colour_mask_[4] = {};
   GLfloat depth_clear_ = 1, depth_range_[2] = {};
   std::array<GLint, kStores.size()> stores_{};
+  std::array<GLint, kStencil.size()> stencil_{};
   std::array<bool, kSwitches.size()> on_{};
 };
 
@@ -213,9 +238,7 @@ class GlRenderer::State {
     const auto use = used();
     const KeptState kept;
     const RenderWork work = prepare(scene, projector);
-    on_card_->drawn.resize(frame.width, frame.height);
-    target(on_card_->drawn.name(), -1);
-    draw(scene, 0, false);
+    draw(scene);
     read(frame);
     return work;
   }
@@ -229,8 +252,8 @@ class GlRenderer::State {
     render::require_drawable(scene);
     const KeptState kept;
     const RenderWork work = prepare(scene, projector);
-    glBindFramebuffer(GL_DRAW_FRAMEBUFFER, kept.framebuffer());
-    draw(scene, rows, true);
+    draw(scene);
+    copy(kept.framebuffer(), rows);
     check("drawing");
     return work;
   }
@@ -243,33 +266,33 @@ class GlRenderer::State {
     std::vector<std::size_t> first_texel;  ///< of each level
     std::size_t first_facet = 0, facets = 0;
     bool new_content = false, new_map = false;
-    int layer = 0;  ///< of the hits (meshes) and taps
+    int layer = 0;  ///< of the hits and taps, where it is cast at
   };
 
   /// All that lives in the context.
   struct OnCard {
     Memory lists{kInt4, kListsUnit}, numbers{kFloat4, kNumbersUnit}, content{kShort4, kContentUnit},
         values{kByte, kValuesUnit};
-    Texels rays{kFloat4, kRaysUnit}, hits{kInt, kHitsUnit}, edges{kInt, kEdgesUnit}, taps{kInt4, kTapsUnit},
+    Texels rays{kFloat4, kRaysUnit}, hits{kInt2, kHitsUnit}, edges{kInt, kEdgesUnit}, taps{kInt4, kTapsUnit},
         drawn{kRgba, kTapsUnit};
     Framebuffer framebuffer;
-    Renderbuffer depth;
-    int depth_width = 0, depth_height = 0;
+    Pixels depth{GL_DEPTH_COMPONENT32F};
+    Pixels stencil{GL_DEPTH24_STENCIL8};  ///< 1 at edges
     VertexArray nothing;
-    Program find_hits, find_edges, choose_taps, draw, draw_edges;
+    Program find_hits, find_plane_hits, find_edges, choose_taps, draw, draw_edges, copy;
 
     OnCard() {
       const std::string common = kCommon;
       find_hits = linked(kFacetBoxes, common + kFindHits);
+      find_plane_hits = linked(kWholeFrame, common + kFindPlaneHits);
       find_edges = linked(kWholeFrame, common + kFindEdges);
       choose_taps = linked(kWholeFrame, common + kChooseTaps);
       draw = linked(kWholeFrame, common + kDraw);
+      copy = linked(kWholeFrame, kCopy);
       draw_edges = linked(kWholeFrame, "#define EDGES\n" + common + kDraw);
       GLuint name = 0;
       glGenFramebuffers(1, &name);
       framebuffer = Framebuffer(name);
-      glGenRenderbuffers(1, &name);
-      depth = Renderbuffer(name);
       glGenVertexArrays(1, &name);
       nothing = VertexArray(name);
     }
@@ -412,14 +435,6 @@ class GlRenderer::State {
     }
     moved_contents_ = true;
 
-    // Meshes have the first layers: the hits have no others.
-    meshes_ = 0;
-    for (std::size_t i = 0; i < items_.size(); ++i)
-      if (layers_[i].is_mesh()) items_[i].layer = meshes_++;
-    int taps_layers = meshes_;
-    for (std::size_t i = 0; i < items_.size(); ++i)
-      if (!layers_[i].is_mesh() && layers_[i].room) items_[i].layer = taps_layers++;
-
     const render::TileGrid grid = lens_.grid();
     lists_.clear();
     lists_.resize(items_.size() * kItemTexels);
@@ -430,7 +445,7 @@ class GlRenderer::State {
       lists_[i * kItemTexels] = {std::int32_t(item.first_facet),
                                  (item.light.opaque() ? kOpaque : 0) | (layer.is_mesh() ? kMesh : 0) |
                                      (through_lens ? 0 : kNotThroughLens),
-                                 item.light.levels(), item.layer};
+                                 item.light.levels(), 0};
       for (int l = 0; l < item.light.levels(); ++l) {
         const auto level = item.light.level(l);
         lists_[i * kItemTexels + 1 + std::size_t(l)] = {std::int32_t(item.first_texel[std::size_t(l)]),
@@ -442,6 +457,9 @@ class GlRenderer::State {
     cast_at_.assign(items_.size(), false);
     for (int y = 0; y < grid.down(); ++y)
       for (int x = 0; x < grid.across(); ++x) add_tile(x, y);
+    layers_cast_ = 0;
+    for (std::size_t i = 0; i < items_.size(); ++i)
+      if (cast_at_[i]) lists_[i * kItemTexels][3] = items_[i].layer = layers_cast_++;
     first_box_.assign(items_.size(), 0);
     for (std::size_t i = 0; i < items_.size(); ++i) {
       if (!layers_[i].is_mesh()) continue;
@@ -520,7 +538,7 @@ class GlRenderer::State {
   /// Draws into a texture, or one of its layers, from here on.
   void target(GLuint texture, int layer) const {
     glBindFramebuffer(GL_FRAMEBUFFER, on_card_->framebuffer.name());
-    glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_RENDERBUFFER, 0);
+    glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_DEPTH_STENCIL_ATTACHMENT, GL_RENDERBUFFER, 0);
     if (layer < 0)
       glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, texture, 0);
     else
@@ -551,7 +569,7 @@ class GlRenderer::State {
     on_card_->numbers.bind();
     on_card_->content.bind();
     on_card_->rays.bind();
-    if (meshes_ > 0) on_card_->hits.bind();
+    if (layers_cast_ > 0) on_card_->hits.bind();
   }
   static void uniform(const Program& program, const char* name, int value) {
     glUniform1i(glGetUniformLocation(program.name(), name), value);
@@ -561,26 +579,28 @@ class GlRenderer::State {
     const render::TileGrid grid = lens_.grid();
     const int width = grid.frame.width, height = grid.frame.height;
     OnCard& card = *on_card_;
-    if (meshes_ > 0) {
-      const bool lost = card.hits.resize(width + 2, height + 2, meshes_);
+    if (layers_cast_ > 0) {
+      const bool lost = card.hits.resize(width + 2, height + 2, layers_cast_);
       find_hits(new_lens || lost);
     }
+    if (layers_cast_ == 0) return;
     card.edges.resize(width, height);
+    card.stencil.resize(width, height);
     target(card.edges.name(), -1);
+    glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_DEPTH_STENCIL_ATTACHMENT, GL_RENDERBUFFER,
+                              card.stencil.name());
     glViewport(0, 0, width, height);
-    casts_ = std::find(cast_at_.begin(), cast_at_.end(), true) != cast_at_.end();
-    if (!casts_) {
-      const GLint none[4] = {0, 0, 0, 0};
-      glClearBufferiv(GL_COLOR, 0, none);
-      return;
-    }
+    const GLint none[4] = {0, 0, 0, 0};
+    glClearBufferiv(GL_COLOR, 0, none);
+    glClearBufferiv(GL_STENCIL, 0, none);
+    glEnable(GL_STENCIL_TEST);
+    glStencilFunc(GL_ALWAYS, 1, 0xff);
+    glStencilOp(GL_KEEP, GL_KEEP, GL_REPLACE);
     use(card.find_edges);
     glDrawArrays(GL_TRIANGLES, 0, 3);
+    glDisable(GL_STENCIL_TEST);
     if (!area()) return;
-    int layers = 0;
-    for (std::size_t i = 0; i < items_.size(); ++i)
-      if (cast_at_[i]) layers = std::max(layers, items_[i].layer + 1);
-    card.taps.resize(grid.across() * kBlocksAcross, grid.down() * kBlocksDown, layers);
+    card.taps.resize(grid.across() * kBlocksAcross, grid.down() * kBlocksDown, layers_cast_);
     use(card.choose_taps);
     glViewport(0, 0, card.taps.width(), card.taps.height());
     for (std::size_t i = 0; i < items_.size(); ++i) {
@@ -594,24 +614,26 @@ class GlRenderer::State {
   void find_hits(bool all) {
     OnCard& card = *on_card_;
     const int width = card.hits.width(), height = card.hits.height();
-    glBindRenderbuffer(GL_RENDERBUFFER, card.depth.name());
-    if (card.depth_width != width || card.depth_height != height)
-      glRenderbufferStorage(GL_RENDERBUFFER, GL_DEPTH_COMPONENT32F, width, height);
-    card.depth_width = width;
-    card.depth_height = height;
-    use(card.find_hits);
+    card.depth.resize(width, height);
     glViewport(0, 0, width, height);
-    glEnable(GL_DEPTH_TEST);
-    glDepthFunc(GL_LESS);
     for (std::size_t i = 0; i < items_.size(); ++i) {
-      // Another mesh's change may have given it another layer or other numbers for its facets.
+      // Another item's change may have given it another layer or other numbers for its facets.
       const Item& item = items_[i];
-      if (!layers_[i].is_mesh()) continue;
-      const std::pair<int, std::size_t> cast_for{item.layer, item.first_facet};
+      const std::pair<int, std::size_t> cast_for{cast_at_[i] ? item.layer : -1, item.first_facet};
       if (cast_for_.size() <= i) cast_for_.resize(i + 1, {-1, 0});
-      if (!all && !item.new_map && cast_for_[i] == cast_for) continue;
+      const bool same = !all && !item.new_map && cast_for_[i] == cast_for;
       cast_for_[i] = cast_for;
+      if (same || !cast_at_[i]) continue;
       target(card.hits.name(), item.layer);
+      if (!layers_[i].is_mesh()) {
+        use(card.find_plane_hits);
+        uniform(card.find_plane_hits, "u_facet", int(item.first_facet));
+        glDrawArrays(GL_TRIANGLES, 0, 3);
+        continue;
+      }
+      use(card.find_hits);
+      glEnable(GL_DEPTH_TEST);
+      glDepthFunc(GL_LESS);
       glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_RENDERBUFFER, card.depth.name());
       const GLint none[4] = {-1, 0, 0, 0};
       const GLfloat far = 1;
@@ -619,29 +641,50 @@ class GlRenderer::State {
       glClearBufferfv(GL_DEPTH, 0, &far);
       uniform(card.find_hits, "u_first_box", GLint(first_box_[i]));
       glDrawArraysInstanced(GL_TRIANGLE_STRIP, 0, 4, GLsizei(layers_[i].room->boxes().size()));
+      glDisable(GL_DEPTH_TEST);
     }
-    glDisable(GL_DEPTH_TEST);
   }
 
-  /// Into the framebuffer that is bound, upside down (a window) or not.
-  void draw(const Scene& scene, int rows, bool flip) const {
-    const OnCard& card = *on_card_;
+  /// Into `drawn`, first row first.
+  void draw(const Scene& scene) const {
+    OnCard& card = *on_card_;
     const ImageSize frame = lens_.grid().frame;
-    glViewport(0, flip ? rows - frame.height : 0, frame.width, frame.height);
-    for (const Program* program : {&card.draw, &card.draw_edges}) {
-      if (program == &card.draw_edges && !casts_) continue;
-      use(*program);
-      card.edges.bind();
+    card.drawn.resize(frame.width, frame.height);
+    target(card.drawn.name(), -1);
+    glViewport(0, 0, frame.width, frame.height);
+    if (layers_cast_ > 0) {
+      glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_DEPTH_STENCIL_ATTACHMENT, GL_RENDERBUFFER,
+                                card.stencil.name());
+      glEnable(GL_STENCIL_TEST);
+      glStencilOp(GL_KEEP, GL_KEEP, GL_KEEP);
+    }
+    for (const bool edges : {false, true}) {
+      if (edges && layers_cast_ == 0) continue;
+      glStencilFunc(GL_EQUAL, edges, 0xff);
+      const Program& program = edges ? card.draw_edges : card.draw;
+      use(program);
       card.values.bind();
-      if (casts_ && area()) card.taps.bind();
+      if (layers_cast_ > 0) card.edges.bind();
+      if (layers_cast_ > 0 && area()) card.taps.bind();
       const std::uint8_t* const b = scene.background;
-      glUniform3i(glGetUniformLocation(program->name(), "u_background"), curve_.light(b[0]),
+      glUniform3i(glGetUniformLocation(program.name(), "u_background"), curve_.light(b[0]),
                   curve_.light(b[1]), curve_.light(b[2]));
-      uniform(*program, "u_area", area());
-      uniform(*program, "u_flip", flip);
-      uniform(*program, "u_rows", rows);
+      uniform(program, "u_area", area());
       glDrawArrays(GL_TRIANGLES, 0, 3);
     }
+    glDisable(GL_STENCIL_TEST);
+  }
+
+  /// What was drawn, into the top left corner of a framebuffer.
+  void copy(GLuint framebuffer, int rows) const {
+    const ImageSize frame = lens_.grid().frame;
+    glBindFramebuffer(GL_DRAW_FRAMEBUFFER, framebuffer);
+    glViewport(0, rows - frame.height, frame.width, frame.height);
+    glUseProgram(on_card_->copy.name());
+    on_card_->drawn.bind();
+    uniform(on_card_->copy, "u_drawn", kTapsUnit);
+    uniform(on_card_->copy, "u_rows", rows);
+    glDrawArrays(GL_TRIANGLES, 0, 3);
   }
 
   void read(ImageView<std::uint8_t> frame) {
@@ -673,8 +716,8 @@ class GlRenderer::State {
   std::vector<std::size_t> first_box_;
   std::vector<std::pair<int, std::size_t>> cast_for_;
   std::vector<bool> cast_at_;  ///< items that are cast at on some tile
-  bool moved_contents_ = false, casts_ = false;
-  int meshes_ = 0;
+  bool moved_contents_ = false;
+  int layers_cast_ = 0;  ///< items of these
   std::vector<std::uint8_t> read_;
 };
 

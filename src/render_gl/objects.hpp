@@ -68,8 +68,8 @@ struct Format {
 };
 inline constexpr Format kInt4{GL_RGBA32I, GL_RGBA_INTEGER, GL_INT, 16},
     kShort4{GL_RGBA16I, GL_RGBA_INTEGER, GL_SHORT, 8}, kFloat4{GL_RGBA32F, GL_RGBA, GL_FLOAT, 16},
-    kInt{GL_R32I, GL_RED_INTEGER, GL_INT, 4}, kByte{GL_R8UI, GL_RED_INTEGER, GL_UNSIGNED_BYTE, 1},
-    kRgba{GL_RGBA8, GL_RGBA, GL_UNSIGNED_BYTE, 4};
+    kInt{GL_R32I, GL_RED_INTEGER, GL_INT, 4}, kInt2{GL_RG32I, GL_RG_INTEGER, GL_INT, 8},
+    kByte{GL_R8UI, GL_RED_INTEGER, GL_UNSIGNED_BYTE, 1}, kRgba{GL_RGBA8, GL_RGBA, GL_UNSIGNED_BYTE, 4};
 
 /// A texture of one level, read texel by texel. Its unit becomes the active one.
 class Texels {
@@ -122,6 +122,32 @@ class Texels {
   int unit_;
   Texture texture_;
   int width_ = 0, height_ = 0, layers_ = 0;
+};
+
+/// What is drawn to beside a texture, and never read.
+class Pixels {
+ public:
+  explicit Pixels(GLenum format) : format_(format) {}
+
+  void resize(int width, int height) {
+    if (buffer_.name() && width == width_ && height == height_) return;
+    GLuint name = 0;
+    glGenRenderbuffers(1, &name);
+    buffer_ = Renderbuffer(name);
+    width_ = width;
+    height_ = height;
+    GLint before = 0;
+    glGetIntegerv(GL_RENDERBUFFER_BINDING, &before);
+    glBindRenderbuffer(GL_RENDERBUFFER, name);
+    glRenderbufferStorage(GL_RENDERBUFFER, format_, width, height);
+    glBindRenderbuffer(GL_RENDERBUFFER, GLuint(before));
+  }
+  GLuint name() const { return buffer_.name(); }
+
+ private:
+  GLenum format_;
+  Renderbuffer buffer_;
+  int width_ = 0, height_ = 0;
 };
 
 /// Texels counted row by row: memory for the programs, of any length.

@@ -77,11 +77,10 @@ ivec4 level_of(int item, int level) { return list(kItemTexels * item + 1 + level
 
 // What an item in the room shows at a pixel: a facet (of all) and its nearness; -1: nothing.
 uniform highp isampler2DArray u_hits;
-int hit_of(ivec4 item, ivec2 pixel, vec3 d, out float nearness) {
-  if ((item.y & 2) == 0) return meets(item.x, d, nearness) ? item.x : -1;
-  int facet = texelFetch(u_hits, ivec3(pixel + 1, item.w), 0).x;
-  nearness = facet < 0 ? 0.0 : dot(nearness_plane(facet), d);
-  return facet;
+int hit_of(ivec4 item, ivec2 pixel, out float nearness) {
+  ivec2 hit = texelFetch(u_hits, ivec3(pixel + 1, item.w), 0).xy;
+  nearness = intBitsToFloat(hit.y);
+  return hit.x;
 }
 
 // Footprints (src/render/footprint.hpp): content coordinates over one pixel.
@@ -167,8 +166,6 @@ ivec4 sampled(int item, Taps taps, Footprint f, float least_depth) {
   vec2 size = vec2(level.yz);
   float inverse = 1.0 / max(f.centre.z, least_depth);
   vec2 uv = f.centre.xy * inverse, at = held(uv * size);
-  if (taps.across == 1 && taps.down == 1)
-    return ivec4(roundEven(vec4(bilinear(level, mirrored(at, size))) / 512.0));
   vec2 right = held((f.right.xy - uv * f.right.z) * inverse * size);
   vec2 down = held((f.down.xy - uv * f.down.z) * inverse * size);
   vec2 step_by = taps.shares / vec2(taps.across, taps.down);
@@ -222,41 +219,50 @@ void main() {
 const char* const kFindHits = R"(
 flat in int facet;
 flat in vec3 border_a, border_b, border_c, nearness_plane_of;
-layout(location = 0) out highp int hit;
+layout(location = 0) out highp ivec2 hit;
 void main() {
   vec3 d;
   if (!ray_of(ivec2(gl_FragCoord.xy) - 1, d)) discard;
   float nearness = dot(nearness_plane_of, d);
   if (dot(border_a, d) < 0.0 || dot(border_b, d) < 0.0 || dot(border_c, d) < 0.0 || !(nearness > 0.0)) discard;
-  hit = facet;
+  hit = ivec2(facet, floatBitsToInt(nearness));
   gl_FragDepth = 1.0 / (1.0 + nearness);
+}
+)";
+
+const char* const kFindPlaneHits = R"(
+uniform int u_facet;
+layout(location = 0) out highp ivec2 hit;
+void main() {
+  vec3 d;
+  float nearness;
+  bool met = ray_of(ivec2(gl_FragCoord.xy) - 1, d) && meets(u_facet, d, nearness);
+  hit = met ? ivec2(u_facet, floatBitsToInt(nearness)) : ivec2(-1, 0);
 }
 )";
 
 const char* const kFindEdges = R"(
 layout(location = 0) out highp int edges;
 
-// Do the pixel's neighbours see the same surfaces in the same order? (RoomTile::is_even)
-bool even(int first, int count, ivec2 pixel, vec3 d) {
-  for (int n = 0; n < 9; ++n) {
-    if (n == 4) continue;
-    ivec2 other = pixel + ivec2(n % 3, n / 3) - 1;
-    vec3 e;
-    if (!ray_of(other, e)) continue;
-    for (int a = 0; a < count; ++a) {
-      ivec4 item = item_of(list(first + a).x);
-      float mine_near, its_near;
-      int mine = hit_of(item, pixel, d, mine_near), its = hit_of(item, other, e, its_near);
-      if ((mine < 0) != (its < 0)) return false;
-      if (mine < 0) continue;
-      if (mine != its) {
-        float expected = dot(nearness_plane(mine), e);
-        if (!(abs(expected - its_near) <= 0.02 * its_near)) return false;
+// Do the pixel's neighbours see the same surfaces in the same order? (RoomCaster::is_even)
+bool even(int first, int count, ivec2 pixel) {
+  for (int a = 0; a < count; ++a) {
+    ivec4 item = item_of(list(first + a).x);
+    float mine_near, its_near, here, there;
+    int mine = hit_of(item, pixel, mine_near);
+    for (int n = 0; n < 9; ++n) {
+      ivec2 other = pixel + ivec2(n % 3, n / 3) - 1;
+      int its = hit_of(item, other, its_near);
+      vec3 d;
+      if (its != mine) {
+        if (!ray_of(other, d)) continue;
+        if (mine < 0 || its < 0) return false;
+        if (!(abs(dot(nearness_plane(mine), d) - its_near) <= 0.02 * its_near)) return false;
       }
+      if (mine < 0) continue;
       for (int b = 0; b < a; ++b) {
         ivec4 under = item_of(list(first + b).x);
-        float here, there;
-        if (hit_of(under, pixel, d, here) >= 0 && hit_of(under, other, e, there) >= 0 &&
+        if (hit_of(under, other, there) >= 0 && hit_of(under, pixel, here) >= 0 &&
             before(a, mine_near, b, here) != before(a, its_near, b, there))
           return false;
       }
@@ -269,16 +275,17 @@ void main() {
   ivec2 pixel = ivec2(gl_FragCoord.xy);
   edges = 0;
   vec3 d;
-  if (!ray_of(pixel, d)) return;
+  if (!ray_of(pixel, d)) discard;
   ivec2 steps = steps_of(pixel);
   int group = 0;
   for (int i = 0; i < steps.y; ++i) {
     ivec4 step_now = list(steps.x + i);
     if (step_now.x >= 0) continue;
-    if (!even(steps.x + i + 1, step_now.y, pixel, d)) edges |= 1 << min(group, kMostGroups - 1);
+    if (!even(steps.x + i + 1, step_now.y, pixel)) edges |= 1 << min(group, kMostGroups - 1);
     ++group;
     i += step_now.y;
   }
+  if (edges == 0) discard;
 }
 )";
 
@@ -286,7 +293,7 @@ const char* const kChooseTaps = R"(
 uniform int u_item;
 layout(location = 0) out highp ivec4 taps;
 
-void main() {  // RoomTile::taps_of; a fragment a block
+void main() {  // RoomCaster::taps_of; a fragment a block
   ivec2 block = ivec2(gl_FragCoord.xy), low = block * ivec2(16, 8), high = min(low + ivec2(16, 8), u_frame);
   ivec4 item = item_of(u_item);
   ivec2 content = level_of(u_item, 0).yz;
@@ -299,7 +306,7 @@ void main() {  // RoomTile::taps_of; a fragment a block
       float nearness;
       ivec2 pixel = ivec2(x, y);
       if (!ray_of(pixel, d)) continue;
-      int facet = hit_of(item, pixel, d, nearness);
+      int facet = hit_of(item, pixel, nearness);
       if (facet < 0) continue;
       Footprint f =
           footprint_of(facet, d, slope_of(pixel, ivec2(1, 0), d), slope_of(pixel, ivec2(0, 1), d));
@@ -317,9 +324,8 @@ void main() {  // RoomTile::taps_of; a fragment a block
 )";
 
 const char* const kDraw = R"(
-uniform bool u_area, u_flip;
+uniform bool u_area;
 uniform ivec3 u_background;
-uniform int u_rows;
 uniform highp isampler2D u_edges;
 uniform highp isampler2DArray u_taps;
 uniform highp usampler2D u_values;
@@ -399,7 +405,7 @@ ivec4 with_even(int first, int count, ivec2 pixel, vec3 d, vec3 right, vec3 down
   int met = 0;
   for (int a = 0; a < count; ++a) {
     float mine;
-    int item = list(first + a).x, facet = hit_of(item_of(item), pixel, d, mine);
+    int item = list(first + a).x, facet = hit_of(item_of(item), pixel, mine);
     if (facet < 0) continue;
     int at = min(met, kMostLayers - 1);
     if (met == kMostLayers && !before(a, mine, order[at], nearness[at])) continue;
@@ -430,7 +436,11 @@ ivec4 with_even(int first, int count, ivec2 pixel, vec3 d, vec3 right, vec3 down
 #ifdef EDGES
 const int kSub = 16, kMostShown = 24;
 
-// RoomTile::draw_edge
+vec2 place_of(int k) {  // in the pixel
+  return vec2((float(k) + 0.5) / 16.0, (float(4 * (k % 4) + k / 4) + 0.5) / 16.0) - 0.5;
+}
+
+// RoomCaster::add_edge, RoomTile::draw_edge
 ivec4 with_edge(int first, int count, ivec2 pixel, vec3 d, vec3 right, vec3 down, ivec4 there) {
   int shown_item[kMostShown], shown_facet[kMostShown], shown_count[kMostShown], shown = 0;
   vec2 shown_sum[kMostShown];
@@ -449,10 +459,17 @@ ivec4 with_edge(int first, int count, ivec2 pixel, vec3 d, vec3 right, vec3 down
       ivec4 box = list(step_now.y + i);
       ivec2 low = ivec2(box.x & 0xffff, box.x >> 16), high = ivec2(box.y & 0xffff, box.y >> 16);
       if (any(lessThan(pixel, low)) || any(greaterThanEqual(pixel, high))) continue;
+      int row = kFacetTexels * box.z;
+      vec4 p = number(row), q = number(row + 1), r = number(row + 2);
+      vec3 last = r.xyz, plane = vec3(p.w, q.w, r.w);
+      if ((item.y & 2) == 0) last = vec3(number(row + 3).w, number(row + 4).w, number(row + 5).w);
       for (int k = 0; k < kSub; ++k) {
-        vec2 at = vec2((float(k) + 0.5) / 16.0, (float(4 * (k % 4) + k / 4) + 0.5) / 16.0) - 0.5;
-        float mine;
-        if (!meets(box.z, d + at.x * right + at.y * down, mine) || !(mine > nearest[k])) continue;
+        vec2 at = place_of(k);
+        vec3 e = d + at.x * right + at.y * down;
+        float mine = dot(plane, e);
+        if (dot(p.xyz, e) < 0.0 || dot(q.xyz, e) < 0.0 || dot(r.xyz, e) < 0.0 || dot(last, e) < 0.0 ||
+            !(mine > nearest[k]))
+          continue;
         nearest[k] = mine;
         facets[k] = box.z;
       }
@@ -470,7 +487,7 @@ ivec4 with_edge(int first, int count, ivec2 pixel, vec3 d, vec3 right, vec3 down
         ++shown;
       }
       ++shown_count[s];
-      shown_sum[s] += vec2((float(k) + 0.5) / 16.0, (float(4 * (k % 4) + k / 4) + 0.5) / 16.0) - 0.5;
+      shown_sum[s] += place_of(k);
       int at = kMostLayers * k + met[k];
       for (; at > kMostLayers * k && before(a, nearest[k], shown_item[which[at - 1]], nearness[at - 1]);
            --at) {
@@ -507,13 +524,8 @@ ivec4 with_edge(int first, int count, ivec2 pixel, vec3 d, vec3 right, vec3 down
 
 void main() {
   ivec2 pixel = ivec2(gl_FragCoord.xy);
-  if (u_flip) pixel.y = u_rows - 1 - pixel.y;
-  if (any(lessThan(pixel, ivec2(0))) || any(greaterThanEqual(pixel, u_frame))) discard;
-  int edges = texelFetch(u_edges, pixel, 0).x;
 #ifdef EDGES
-  if (edges == 0) discard;
-#else
-  if (edges != 0) discard;
+  int edges = texelFetch(u_edges, pixel, 0).x;
 #endif
   vec3 d;
   bool seen = ray_of(pixel, d);
@@ -545,6 +557,16 @@ void main() {
   ivec3 at = (light.xyz + 2) / 4;  // LightCurve::value
   colour = vec4(vec3(texelFetch(u_values, place(at.x), 0).x, texelFetch(u_values, place(at.y), 0).x,
                      texelFetch(u_values, place(at.z), 0).x) / 255.0, 1.0);
+}
+)";
+
+const char* const kCopy = R"(
+uniform highp sampler2D u_drawn;
+uniform int u_rows;
+layout(location = 0) out vec4 colour;
+void main() {
+  ivec2 pixel = ivec2(gl_FragCoord.xy);
+  colour = texelFetch(u_drawn, ivec2(pixel.x, u_rows - 1 - pixel.y), 0);
 }
 )";
 

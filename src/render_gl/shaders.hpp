@@ -6,11 +6,13 @@ namespace procam::render_gl {
 extern const char* const kWholeFrame;  ///< vertices of one triangle that covers the framebuffer
 extern const char* const kFacetBoxes;  ///< vertices of the boxes of a mesh's facets
 
-extern const char* const kCommon;      ///< fragments: memory, rays, facets, footprints, samples
-extern const char* const kFindHits;    ///< which facet of a mesh each pixel meets
-extern const char* const kFindEdges;   ///< which pixels are cast at 16 times
-extern const char* const kChooseTaps;  ///< how a block of pixels looks at an item
-extern const char* const kDraw;        ///< a pixel's value; with EDGES defined, of those cast at 16 times
+extern const char* const kCommon;         ///< fragments: memory, rays, facets, footprints, samples
+extern const char* const kFindHits;       ///< which facet of a mesh each pixel meets
+extern const char* const kFindPlaneHits;  ///< and of a plane
+extern const char* const kFindEdges;      ///< which pixels are cast at 16 times
+extern const char* const kChooseTaps;     ///< how a block of pixels looks at an item
+extern const char* const kDraw;           ///< a pixel's value; with EDGES defined, of those cast at 16 times
+extern const char* const kCopy;           ///< into a window, whose rows are counted from below
 
 /// Numbers that the programs and the renderer share.
 inline constexpr int kListsUnit = 0, kNumbersUnit = 1, kContentUnit = 2, kRaysUnit = 3, kHitsUnit = 4,

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cstdlib>
+#include <functional>
 #include <random>
 
 #include "procam/io/images.hpp"
@@ -66,7 +67,6 @@ void expect_same(const ImageU8& gl, const ImageU8& cpu, const std::string& name)
     }
   EXPECT_GT(lit, gl.width() * gl.height() / 10) << name << ": hardly anything is drawn";
   EXPECT_LE(apart, kMostPixels * gl.width() * gl.height()) << name << ": at most " << most << " apart";
-  if (std::getenv("SHOW")) printf("%s: %d apart, most %d\n", name.c_str(), apart, most);
   if (apart <= kMostPixels * gl.width() * gl.height()) return;
   const char* const folder = std::getenv("PROCAM_TEST_OUTPUT");
   const std::string path = (folder ? std::string(folder) + "/" : "") + "render_gl_" + name;
@@ -83,26 +83,20 @@ RenderOptions drawn_with(Filter filter, bool linear_light) {
   return options;
 }
 
-GlRenderer& renderer(Filter filter, bool linear_light) {  // programs are compiled once
-  static GlRenderer renderers[] = {
-      GlRenderer(drawn_with(Filter::kArea, true)), GlRenderer(drawn_with(Filter::kArea, false)),
-      GlRenderer(drawn_with(Filter::kBilinear, true)), GlRenderer(drawn_with(Filter::kBilinear, false))};
-  return renderers[2 * (filter == Filter::kBilinear) + !linear_light];
-}
+using SceneFor = std::function<Scene(const Projector&)>;
 
-/// By both filters, in light and in values, with a lens and without.
-void expect_same_by_all_means(const std::function<Scene(const Projector&)>& scene, const std::string& name) {
-  for (const bool lens : {false, true})
-    for (const Filter filter : {Filter::kArea, Filter::kBilinear})
-      for (const bool linear_light : {true, false}) {
-        const Projector p = projector(lens);
-        const Scene shown = scene(p);
-        ImageU8 gl(kFrame, 3);
-        renderer(filter, linear_light).render(shown, p, gl);
-        expect_same(gl, render::render(shown, p, drawn_with(filter, linear_light)),
-                    name + (lens ? "_lens" : "") + (filter == Filter::kArea ? "_area" : "_bilinear") +
-                        (linear_light ? "_light" : "_values"));
-      }
+/// With a lens and without. (Drivers compile programs for each renderer: tests share one.)
+void expect_same_with(GlRenderer& renderer, const RenderOptions& options, const SceneFor& scene,
+                      const std::string& name) {
+  for (const bool lens : {false, true}) {
+    const Projector p = projector(lens);
+    const Scene shown = scene(p);
+    ImageU8 gl(kFrame, 3);
+    renderer.render(shown, p, gl);
+    expect_same(gl, render::render(shown, p, options),
+                name + (lens ? "_lens" : "") + (options.filter == Filter::kArea ? "_area" : "_bilinear") +
+                    (options.linear_light ? "_light" : "_values"));
+  }
 }
 
 const ImageU8& large() {
@@ -123,29 +117,21 @@ Sheet sheet(const Projector& p, double width, double height, double distance, do
   return tilted_sheet(p, width, height, distance, incidence_deg, middle);
 }
 
-TEST(GlRenderer, DrawsPlanes) {
-  expect_same_by_all_means(
-      [](const Projector& p) {
-        Scene scene;
-        scene.background[0] = 20, scene.background[2] = 160;
-        scene.items = {{sheet(p, 0.7, 0.6, 1.6, 60).placement, large()}};
-        return scene;
-      },
-      "plane");
+Scene plane(const Projector& p) {
+  Scene scene;
+  scene.background[0] = 20, scene.background[2] = 160;
+  scene.items = {{sheet(p, 0.7, 0.6, 1.6, 60).placement, large()}};
+  return scene;
 }
 
-TEST(GlRenderer, DrawsPixelSurfaces) {
-  expect_same_by_all_means(
-      [](const Projector&) {
-        PlacedPixels placed;
-        placed.pixel_from_content << 410, 33, 40.3, -20, 260, 30.2, 0.1, 0.05, 1;
-        Scene scene;
-        scene.items = {{placed, large()}};
-        placed.pixel_from_content << 210, 33, -20.3, -20, 160, 210.2, 0.1, 0.05, 1;
-        scene.items.push_back({placed, glass()});
-        return scene;
-      },
-      "pixels");
+Scene pixel_surfaces(const Projector&) {
+  PlacedPixels placed;
+  placed.pixel_from_content << 410, 33, 40.3, -20, 260, 30.2, 0.1, 0.05, 1;
+  Scene scene;
+  scene.items = {{placed, large()}};
+  placed.pixel_from_content << 210, 33, -20.3, -20, 160, 210.2, 0.1, 0.05, 1;
+  scene.items.push_back({placed, glass()});
+  return scene;
 }
 
 Pose facing(const Projector& p, double distance, const Vec3& turn) {
@@ -154,56 +140,6 @@ Pose facing(const Projector& p, double distance, const Vec3& turn) {
        Eigen::AngleAxisd(turn.z(), Vec3::UnitZ()))
           .toRotationMatrix();
   return Pose(rotation, distance * p.emit(Vec2(250, 150))->direction);
-}
-
-template <typename Shape>
-void expect_same_on(const Shape& shape, const Pose& pose, const std::string& name) {
-  const auto mesh = mesh_of(Surface{name, shape, {}, ""});
-  expect_same_by_all_means(
-      [&](const Projector&) {
-        Scene scene;
-        scene.background[1] = 60;
-        scene.items = {{PlacedMesh{mesh, pose}, large()}};
-        return scene;
-      },
-      name);
-}
-
-TEST(GlRenderer, DrawsColumns) {
-  CylinderSurface column;
-  column.radius = 0.31;
-  column.left = -1.2;
-  column.right = 1.4;
-  column.top = -0.21;
-  column.bottom = 0.24;
-  expect_same_on(column, facing(projector(false), 1.7, {0.2, -0.15, 0.1}), "column");
-}
-
-TEST(GlRenderer, DrawsGlobes) {
-  SphereSurface globe;
-  globe.radius = 0.27;
-  globe.left = -2.1;
-  globe.right = 1.9;
-  globe.top = 1.3;
-  globe.bottom = -1.2;
-  expect_same_on(globe, facing(projector(false), 1.6, {0.3, 0.1, 0.2}), "globe");
-}
-
-TEST(GlRenderer, DrawsGridsAndBezierPatches) {
-  GridSurface grid;
-  grid.columns = 5;
-  grid.rows = 4;
-  BezierSurface bezier;
-  bezier.columns = 4;
-  bezier.rows = 3;
-  for (int j = 0; j < 4; ++j)
-    for (int i = 0; i < 5; ++i)
-      grid.points.emplace_back(0.17 * i - 0.4, 0.16 * j - 0.3, 0.05 * std::sin(1.3 * i + j));
-  for (int j = 0; j < 3; ++j)
-    for (int i = 0; i < 4; ++i)
-      bezier.control_points.emplace_back(0.24 * i - 0.4, 0.25 * j - 0.3, 0.15 * std::cos(1.9 * i - j));
-  expect_same_on(grid, facing(projector(false), 1.7, {0.3, 0.4, 0.1}), "grid");
-  expect_same_on(bezier, facing(projector(false), 1.6, {-0.3, 0.3, -0.1}), "bezier");
 }
 
 /// What a depth camera sees of a heap: steps between near and far, noise, and the projector's own corner
@@ -236,10 +172,47 @@ std::shared_ptr<const Mesh> heap() {
   return std::make_shared<const Mesh>(mesh);
 }
 
-TEST(GlRenderer, DrawsMeshesWithStepsAndCornersBehindTheProjector) {
-  MeshSurface surface;
-  surface.mesh = heap();
-  expect_same_on(surface, facing(projector(false), 1.7, {0.3, -0.3, 0.1}), "heap");
+struct Shaped {
+  const char* name;
+  std::shared_ptr<const Mesh> mesh;
+  Pose projector_from_surface;
+};
+
+/// Every kind that is drawn as triangles.
+std::vector<Shaped> shapes() {
+  CylinderSurface column;
+  column.radius = 0.31;
+  column.left = -1.2;
+  column.right = 1.4;
+  column.top = -0.21;
+  column.bottom = 0.24;
+  SphereSurface globe;
+  globe.radius = 0.27;
+  globe.left = -2.1;
+  globe.right = 1.9;
+  globe.top = 1.3;
+  globe.bottom = -1.2;
+  GridSurface grid;
+  grid.columns = 5;
+  grid.rows = 4;
+  for (int j = 0; j < 4; ++j)
+    for (int i = 0; i < 5; ++i)
+      grid.points.emplace_back(0.17 * i - 0.4, 0.16 * j - 0.3, 0.05 * std::sin(1.3 * i + j));
+  BezierSurface bezier;
+  bezier.columns = 4;
+  bezier.rows = 3;
+  for (int j = 0; j < 3; ++j)
+    for (int i = 0; i < 4; ++i)
+      bezier.control_points.emplace_back(0.24 * i - 0.4, 0.25 * j - 0.3, 0.15 * std::cos(1.9 * i - j));
+  const Projector p = projector(false);
+  const auto triangles = [](const SurfaceGeometry& geometry) {
+    return mesh_of(Surface{"shape", geometry, {}, ""});
+  };
+  return {{"column", triangles(column), facing(p, 1.7, {0.2, -0.15, 0.1})},
+          {"globe", triangles(globe), facing(p, 1.6, {0.3, 0.1, 0.2})},
+          {"grid", triangles(grid), facing(p, 1.7, {0.3, 0.4, 0.1})},
+          {"bezier", triangles(bezier), facing(p, 1.6, {-0.3, 0.3, -0.1})},
+          {"heap", heap(), facing(p, 1.7, {0.3, -0.3, 0.1})}};
 }
 
 /// A wall, a poster on it, a sheet that cuts through both, a glass globe before them, a heap behind, and a
@@ -269,8 +242,81 @@ Scene full_room(const Projector& p) {
   return scene;
 }
 
-TEST(GlRenderer, DrawsWhatHidesWhat) {
-  expect_same_by_all_means(full_room, "room");
+void expect_every_kind_the_same(const RenderOptions& options) {
+  GlRenderer renderer(options);
+  expect_same_with(renderer, options, plane, "plane");
+  expect_same_with(renderer, options, pixel_surfaces, "pixels");
+  for (const Shaped& shape : shapes()) {
+    Scene scene;
+    scene.background[1] = 60;
+    scene.items = {{PlacedMesh{shape.mesh, shape.projector_from_surface}, large()}};
+    expect_same_with(
+        renderer, options, [&](const Projector&) { return scene; }, shape.name);
+  }
+  expect_same_with(renderer, options, full_room, "room");
+}
+
+TEST(GlRenderer, DrawsEveryKindOfSurfaceAveraged) {
+  expect_every_kind_the_same(drawn_with(Filter::kArea, true));
+}
+
+TEST(GlRenderer, DrawsEveryKindOfSurfaceInterpolated) {
+  expect_every_kind_the_same(drawn_with(Filter::kBilinear, true));
+}
+
+TEST(GlRenderer, DrawsValuesThatAreNoColours) {
+  for (const Filter filter : {Filter::kArea, Filter::kBilinear}) {
+    const RenderOptions options = drawn_with(filter, false);
+    GlRenderer renderer(options);
+    expect_same_with(renderer, options, full_room, "room");
+  }
+}
+
+// Each frame is compared with that of a CPU renderer that knows nothing of the frames before.
+TEST(GlRenderer, MakesAnewWhatChanged) {
+  Projector p = projector(true);
+  Scene scene = full_room(p);
+  ImageU8 poster = small();
+  scene.items[1].content = poster;
+  GlRenderer renderer;
+  const auto work = [&](const char* name) {
+    ImageU8 gl(p.size(), 3);
+    const RenderWork done = renderer.render(scene, p, gl);
+    expect_same(gl, render::render(scene, p), std::string("changed_") + name);
+    return std::make_pair(done.contents, done.maps);
+  };
+  EXPECT_EQ(work("first"), std::make_pair(7, 7));
+  EXPECT_EQ(work("nothing"), std::make_pair(0, 0));
+  std::get<PlacedMesh>(scene.items[4].placement).projector_from_surface.translation.x() += 0.03;
+  EXPECT_EQ(work("globe"), std::make_pair(0, 1));
+  std::get<PlacedPlane>(scene.items[2].placement).projector_from_surface.translation.y() -= 0.02;
+  EXPECT_EQ(work("sheet"), std::make_pair(0, 1));
+  const ImageU8 other = picture(150, 120, 3, 9);  // into the same memory
+  std::copy_n(other.data(), 150 * 120 * 3, poster.data());
+  ++scene.items[1].content_revision;
+  EXPECT_EQ(work("poster"), std::make_pair(1, 0));
+  scene.items[1].content = glass();  // another size, and no longer opaque
+  EXPECT_EQ(work("glass").first, 1);
+  scene.items.erase(scene.items.begin() + 2);
+  work("fewer");
+  p.inverse_camera.size = {400, 280};
+  EXPECT_EQ(work("smaller").second, 6);
+  p.inverse_camera.distortion = NoDistortion{};
+  EXPECT_EQ(work("pinhole").second, 6);
+}
+
+TEST(GlRenderer, RefusesWhatTheCpuRendererRefuses) {
+  GlRenderer renderer;
+  const Projector p = projector(false);
+  ImageU8 grey(kFrame, 1), other({10, 10}, 3), frame(kFrame, 3);
+  EXPECT_THROW(renderer.render({}, p, grey), std::invalid_argument);
+  EXPECT_THROW(renderer.render({}, p, other), std::invalid_argument);
+  const ImageU8 two(8, 8, 2);
+  Scene scene;
+  scene.items = {{PlacedPixels{}, two}};
+  EXPECT_THROW(renderer.render(scene, p, frame), std::invalid_argument);
+  EXPECT_THROW(renderer.draw({}, p, 1000), std::invalid_argument) << "it has no window";
+  EXPECT_FALSE(renderer.device().empty());
 }
 
 }  // namespace

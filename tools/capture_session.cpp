@@ -175,7 +175,7 @@ class Capture {
       case device::Wish::kGoOn:
         go_on_ = true;
         break;
-      case device::Wish::kNone:
+      default:
         break;
     }
   }

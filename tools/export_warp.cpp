@@ -4,6 +4,7 @@
 #include <cmath>
 #include <filesystem>
 
+#include "common/blend_flags.hpp"
 #include "common/cli.hpp"
 #include "common/utc_now.hpp"
 #include "procam/io/mpcdi.hpp"
@@ -18,6 +19,7 @@ namespace procam::tools {
 namespace {
 
 struct Flags {
+  BlendFlags blend;
   std::string rig, surfaces, surface, output;
   std::optional<io::MpcdiProfile> profile;
   std::optional<io::WorldUp> up;
@@ -49,6 +51,10 @@ void declare(CLI::App& app, Flags& flags) {
         flags.grid = surface::MeshGrid{cells.width, cells.height};
       },
       "of an .obj of a plane: cells of the content across and down [64x36]");
+  app.add_option(
+      "--blend", flags.blend.others,
+      "solved surfaces of another projector of the rig, once each: an .mpcdi's alpha is this projector's "
+      "share of the light");
 }
 
 std::string extension_of(const Flags& flags) {
@@ -67,6 +73,7 @@ void require_fitting_flags(const Flags& flags, const std::string& extension) {
   if (flags.profile && extension != ".mpcdi") refuse("--profile", ".mpcdi");
   if (flags.up && extension != ".mpcdi") refuse("--world-up", ".mpcdi");
   if (flags.grid && extension != ".obj") refuse("--grid", ".obj");
+  if (flags.blend.given() && extension != ".mpcdi") refuse("--blend", ".mpcdi");
 }
 
 const SolvedSurface& pick(const SolvedSurfaceSet& solved, const std::string& name) {
@@ -87,10 +94,14 @@ double shown_share(const WarpMap& map) {
   return shown / (double(map.content.width()) * map.content.height());
 }
 
-ImageF alpha_of(const WarpMap& map) {
+/// The surface's outline and holes, times this projector's share of the light.
+ImageF alpha_of(const WarpMap& map, const ContentShape& shape, const ImageF* weight) {
   ImageF alpha(map.size());
   for (int y = 0; y < alpha.height(); ++y)
-    for (int x = 0; x < alpha.width(); ++x) alpha.at(x, y) = map.shows(x, y) ? 1.0f : 0.0f;
+    for (int x = 0; x < alpha.width(); ++x) {
+      const bool shown = map.shows(x, y) && in_shape(shape, map.at(x, y));
+      alpha.at(x, y) = !shown ? 0.0f : weight ? weight->at(x, y) : 1.0f;
+    }
   return alpha;
 }
 
@@ -111,15 +122,18 @@ Pose mpcdi_from_projector(const Flags& flags, const SolvedSurfaceSet& solved, co
   return Pose(mpcdi_from_world, Vec3::Zero()) * world_from_projector;
 }
 
-void write_mpcdi(const Flags& flags, const SolvedSurfaceSet& solved, const SolvedSurface& solved_surface,
-                 const RigProjector& projector, WarpMap map, Diagnostics& diagnostics) {
+void write_mpcdi(const Flags& flags, const Rig& rig, const SolvedSurfaceSet& solved,
+                 const SolvedSurface& solved_surface, const RigProjector& projector, WarpMap map,
+                 Diagnostics& diagnostics) {
   io::Mpcdi mpcdi;
   mpcdi.profile = flags.profile.value_or(io::MpcdiProfile::k2d);
   mpcdi.date = utc_now();
   io::MpcdiRegion region;
   region.buffer = region.id = projector.name;
   region.size = projector.projector.size();
-  region.alpha = alpha_of(map);
+  std::optional<surface::BlendMap> blend;
+  if (flags.blend.given()) blend = blend_for(flags.blend, rig, solved, diagnostics);
+  region.alpha = alpha_of(map, solved_surface.surface.shape, blend ? &blend->weight : nullptr);
   if (mpcdi.profile == io::MpcdiProfile::k2d) {
     region.warp = std::move(map);
   } else {
@@ -167,7 +181,7 @@ ExitCode export_warp(const Flags& flags, Console& console) {
   if (extension == ".obj")
     write_mesh(flags, chosen.placement, projector.projector, console, diagnostics);
   else if (extension == ".mpcdi")
-    write_mpcdi(flags, solved, chosen, projector, std::move(map), diagnostics);
+    write_mpcdi(flags, rig, solved, chosen, projector, std::move(map), diagnostics);
   else
     io::save_warp_map(flags.output, map);
 

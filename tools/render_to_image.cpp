@@ -1,35 +1,65 @@
-/// render-to-image: solved.json + rig.json + pictures -> the projector's frame (and what the room looks
-/// like).
+/// render-to-image: solved.json + rig.json + content -> the projector's frame or a video of frames (and what
+/// the room looks like).
 #include <CLI/CLI.hpp>
-#include <deque>
+#include <cmath>
 #include <filesystem>
 #include <map>
 
+#include "common/blend_flags.hpp"
 #include "common/cli.hpp"
+#include "common/content_names.hpp"
+#include "procam/device/content_source.hpp"
+#include "procam/device/video_file.hpp"
 #include "procam/io/images.hpp"
+#include "procam/io/pfm.hpp"
 #include "procam/io/rig_file.hpp"
 #include "procam/io/surface_file.hpp"
 #include "procam/render/preview.hpp"
 #include "procam/render_gl/gl.hpp"
+#include "procam/surface/lay_out.hpp"
 
 namespace procam::tools {
 namespace {
 
 struct Flags {
-  std::string rig, surfaces, output, preview, renderer = "cpu";
-  std::vector<std::string> content;
+  std::string rig, surfaces, output, preview, weights, renderer = "cpu";
+  std::vector<std::string> content, fit, crop;
+  BlendFlags blend;
+  double time_s = 0, seconds = 0, rate_hz = 25, gamma = 0;
   int threads = 0;
   bool encoded = false;
 };
 
+std::string kinds_of_content() {
+  std::string text;
+  for (const device::ContentKind& kind : device::content_kinds())
+    text += (text.empty() ? "" : ", ") + kind.name + " (" + kind.example + ")";
+  return text;
+}
+
 void declare(CLI::App& app, Flags& flags) {
   app.add_option("--rig", flags.rig, "rig.json, as calibrate-projector writes it")->required();
   app.add_option("--surfaces", flags.surfaces, "solved surfaces, as solve-surfaces writes them")->required();
+  app.add_option("--content", flags.content,
+                 "SURFACE=WHAT, once a surface; else the surface file's own: " + kinds_of_content());
+  app.add_option("--fit", flags.fit, "SURFACE=stretch, contain or cover; else the surface file's own");
+  app.add_option("--crop", flags.crop,
+                 "SURFACE=LEFT,TOP,RIGHT,BOTTOM, fractions of the picture; else the surface file's own");
   app.add_option(
-      "--content", flags.content,
-      "SURFACE=PICTURE, once a surface (png, jpg, bmp, tif; alpha is kept); else the surface file's own");
-  app.add_option("-o,--output", flags.output, "the projector's frame, .png")->required();
+         "-o,--output", flags.output,
+         "the projector's frame, .png; with --seconds frames, frame_%04d.png, or a video: .mkv (lossless), "
+         ".mp4, .avi")
+      ->required();
+  app.add_option("--time", flags.time_s, "seconds since the content began, of the first frame [0]");
+  app.add_option("--seconds", flags.seconds, "how long frames are written")->check(CLI::Range(1e-3, 86400.0));
+  app.add_option("--fps", flags.rate_hz, "frames a second, with --seconds [25]")
+      ->check(CLI::Range(1e-3, 1e3));
   app.add_option("--preview", flags.preview, "what a person facing the surfaces would see, .png");
+  declare_blend(app, flags.blend);
+  app.add_option("--weights", flags.weights,
+                 "also the projector's share of the light in each pixel, .png (8 bits) or .pfm (floats)");
+  app.add_option("--gamma", flags.gamma, "of the projector, light = value^gamma; else sRGB")
+      ->check(CLI::Range(0.2, 5.0));
   app.add_option("--threads", flags.threads, "0: as many as the machine has")->check(CLI::NonNegativeNumber);
   app.add_option("--renderer", flags.renderer, "cpu, or gl for OpenGL without a window: the same picture")
       ->check(CLI::IsMember({"cpu", "gl"}))
@@ -38,95 +68,207 @@ void declare(CLI::App& app, Flags& flags) {
                "average pixel values as they stand instead of the light they stand for (codes, masks)");
 }
 
-/// Surface name -> picture file: from --content, else from the surface file (relative to it).
-std::map<std::string, std::string> content_files(const Flags& flags, const SolvedSurfaceSet& solved) {
-  std::map<std::string, std::string> files;
-  for (const SolvedSurface& surface : solved.surfaces) {
-    const std::filesystem::path file = surface.surface.content;
-    files[surface.surface.name] =
-        file.empty() ? "" : (std::filesystem::path(flags.surfaces).parent_path() / file).string();
+std::vector<std::string> names_of(const SolvedSurfaceSet& solved) {
+  std::vector<std::string> names;
+  for (const SolvedSurface& surface : solved.surfaces) names.push_back(surface.surface.name);
+  return names;
+}
+
+ContentLayout layout_of(const Surface& surface, const NamedTexts& fits, const NamedTexts& crops) {
+  ContentLayout layout = surface.layout;
+  if (const auto fit = fits.find(surface.name); fit != fits.end()) {
+    const std::map<std::string, Fit> known{
+        {"stretch", Fit::kStretch}, {"contain", Fit::kContain}, {"cover", Fit::kCover}};
+    const auto found = known.find(fit->second);
+    if (found == known.end())
+      throw Error(ErrorKind::kInput, "--fit " + surface.name + "=" + fit->second, "there is no such fit",
+                  "give stretch, contain or cover");
+    layout.fit = found->second;
   }
-  std::map<std::string, bool> given;
-  for (const std::string& item : flags.content) {
-    const std::size_t equals = item.find('=');
-    const std::string name = item.substr(0, equals);
-    const std::string what = "--content " + item;
-    if (equals == std::string::npos || equals == 0 || equals + 1 == item.size())
-      throw Error(ErrorKind::kInput, what, "it does not read SURFACE=PICTURE",
-                  "write e.g. --content wall=wall.png");
-    if (files.count(name) == 0) {
-      std::string known;
-      for (const auto& [surface, file] : files) known += (known.empty() ? "" : ", ") + surface;
-      throw Error(ErrorKind::kInput, what, "no surface is named '" + name + "'", "name one of: " + known);
+  if (const auto crop = crops.find(surface.name); crop != crops.end()) {
+    double left = 0, top = 0, right = 0, bottom = 0;
+    int end = -1;
+    const int read =
+        std::sscanf(crop->second.c_str(), "%lf,%lf,%lf,%lf%n", &left, &top, &right, &bottom, &end);
+    if (read != 4 || end != int(crop->second.size()) ||
+        !(left >= 0 && top >= 0 && right <= 1 && bottom <= 1 && left < right && top < bottom))
+      throw Error(ErrorKind::kInput, "--crop " + surface.name + "=" + crop->second,
+                  "it is not LEFT,TOP,RIGHT,BOTTOM with an area",
+                  "give fractions from 0 to 1: 0.25,0,0.75,1");
+    layout.crop_from = {left, top};
+    layout.crop_to = {right, bottom};
+  }
+  return layout;
+}
+
+/// What is shown on one surface.
+struct Shown {
+  std::unique_ptr<device::ContentSource> source;
+  surface::LaidOut laid;
+};
+
+/// The surfaces that have content, and the scene with their places; its pictures are set for each frame.
+struct Stage {
+  std::vector<Shown> shown;
+  Scene scene;
+  std::vector<std::string> drawn;
+
+  void show(double time_s) {
+    for (std::size_t i = 0; i < shown.size(); ++i) {
+      const device::ContentFrame frame = shown[i].source->at(time_s);
+      scene.items[i].content = shown[i].laid.part(frame.view);
+      scene.items[i].content_revision = frame.revision;
     }
-    if (given[name])
-      throw Error(ErrorKind::kInput, what, "the surface is given two pictures", "give one a surface");
-    given[name] = true;
-    files[name] = item.substr(equals + 1);
   }
-  return files;
+};
+
+Stage set_up(const Flags& flags, const SolvedSurfaceSet& solved, Console& console, Diagnostics& diagnostics) {
+  const std::vector<std::string> names = names_of(solved);
+  const NamedTexts given = named_texts("--content", flags.content, names, "wall=wall.png"),
+                   fits = named_texts("--fit", flags.fit, names, "wall=cover"),
+                   crops = named_texts("--crop", flags.crop, names, "wall=0.25,0,0.75,1");
+  device::ContentOptions options;
+  options.pace = device::Pace::kExact;
+  options.read = [&](const std::filesystem::path& file) {
+    io::LoadedImage loaded = io::load_image(file);
+    diagnostics.append(loaded.diagnostics);
+    return std::move(loaded.image);
+  };
+  Stage stage;
+  for (const SolvedSurface& one : solved.surfaces) {
+    Surface surface = one.surface;
+    const auto own = given.find(surface.name);
+    const std::string what =
+        own != given.end() ? own->second : content_beside(flags.surfaces, surface.content);
+    if (what.empty()) {
+      diagnostics.warn("no_content", "surface '" + surface.name +
+                                         "' has no content and stays dark; give --content " + surface.name +
+                                         "=picture.png");
+      continue;
+    }
+    surface.layout = layout_of(surface, fits, crops);
+    Shown shown{device::open_content(what, options), {}};
+    const ImageSize size = shown.source->at(flags.time_s).view.size();
+    shown.laid = surface::lay_out(one.placement, surface, size);
+    stage.drawn.push_back(surface.name);
+    stage.shown.push_back(std::move(shown));
+    console.say(surface.name + ": " + what + ", " + std::to_string(size.width) + "x" +
+                std::to_string(size.height));
+  }
+  for (const Shown& shown : stage.shown) {  // they stay where they are from here on
+    SceneItem item;
+    item.placement = shown.laid.placement;
+    item.mask = shown.laid.mask;
+    stage.scene.items.push_back(item);
+  }
+  return stage;
+}
+
+/// frame_%04d.png -> frame_0017.png; nullopt for a name without a number.
+std::optional<std::string> numbered(const std::string& pattern, int number) {
+  const std::size_t percent = pattern.find('%');
+  const std::size_t d =
+      percent == std::string::npos ? percent : pattern.find_first_not_of("0123456789", percent + 1);
+  if (d == std::string::npos || pattern[d] != 'd' || d > percent + 4) return std::nullopt;
+  const std::string digits = pattern.substr(percent + 1, d - percent - 1);
+  const int width = digits.empty() ? 1 : std::stoi(digits);
+  std::string text = std::to_string(number);
+  if (int(text.size()) < width) text.insert(0, std::size_t(width) - text.size(), '0');
+  return pattern.substr(0, percent) + text + pattern.substr(d + 1);
+}
+
+/// Where frames go, one after the other.
+class Output {
+ public:
+  Output(const Flags& flags, ImageSize size) : pattern_(flags.output), many_(flags.seconds > 0) {
+    if (many_ && !numbered(pattern_, 0)) video_.emplace(flags.output, size, flags.rate_hz);
+  }
+  void add(const ImageU8& frame) {
+    if (video_)
+      video_->add(frame);
+    else
+      io::save_image(many_ ? *numbered(pattern_, count_) : pattern_, frame);
+    ++count_;
+  }
+  void finish() {
+    if (video_) video_->finish();
+  }
+
+ private:
+  std::string pattern_;
+  bool many_;
+  int count_ = 0;
+  std::optional<device::VideoFile> video_;
+};
+
+void save_weights(const std::string& file, const surface::BlendMap& map) {
+  if (std::filesystem::path(file).extension() == ".pfm") return io::save_pfm(file, map.weight);
+  ImageU8 weights(map.weight.size());
+  for (int y = 0; y < weights.height(); ++y)
+    for (int x = 0; x < weights.width(); ++x)
+      weights.at(x, y) = std::uint8_t(std::lround(255 * map.weight.at(x, y)));
+  io::save_image(file, weights);
 }
 
 ExitCode draw(const Flags& flags, Console& console) {
   const Rig rig = io::load_rig(flags.rig);
   const SolvedSurfaceSet solved = io::load_solved_surfaces(flags.surfaces);
   const Projector& projector = rig.projector(solved.projector).projector;
-  const std::map<std::string, std::string> files = content_files(flags, solved);
-
-  std::deque<ImageU8> pictures;  // stay where they are while the scene looks at them
-  Scene scene;
   Diagnostics diagnostics;
-  std::vector<std::string> drawn;
-  for (const SolvedSurface& surface : solved.surfaces) {
-    const std::string& name = surface.surface.name;
-    const std::string& file = files.at(name);
-    if (file.empty()) {
-      diagnostics.warn("no_content", "surface '" + name + "' has no picture and stays dark; give --content " +
-                                         name + "=picture.png");
-      continue;
-    }
-    io::LoadedImage loaded = io::load_image(file);
-    diagnostics.append(loaded.diagnostics);
-    pictures.push_back(std::move(loaded.image));
-    scene.items.push_back({surface.placement, pictures.back().view()});
-    drawn.push_back(name);
-    console.say(name + ": " + file + ", " + std::to_string(pictures.back().width()) + "x" +
-                std::to_string(pictures.back().height()));
-  }
+  Stage stage = set_up(flags, solved, console, diagnostics);
+  std::optional<surface::BlendMap> blend;
+  if (flags.blend.given() || flags.gamma > 0 || !flags.weights.empty())
+    blend = blend_for(flags.blend, rig, solved, diagnostics);
 
   render::RenderOptions options;
   options.threads = flags.threads;
   options.linear_light = !flags.encoded;
-  ImageU8 frame(projector.size(), 3);
-  std::string drawn_by = "cpu";
+  std::optional<render::CpuRenderer> by_cpu;
+  std::optional<render_gl::GlRenderer> by_gl;
   if (flags.renderer == "gl") {
-    render_gl::GlRenderer renderer(options);
-    renderer.render(scene, projector, frame);
-    drawn_by = renderer.device();
-    console.say("drawn by " + drawn_by);
+    by_gl.emplace(options);
+    console.say("drawn by " + by_gl->device());
   } else {
-    render::render(scene, projector, frame, options);
+    by_cpu.emplace(options);
   }
+  ImageU8 frame(projector.size(), 3);
+  Output output(flags, projector.size());
+  const int frames = flags.seconds > 0 ? std::max(1, int(std::lround(flags.seconds * flags.rate_hz))) : 1;
   std::optional<ImageU8> view;
-  if (!flags.preview.empty()) {
-    if (const auto viewpoint = render::facing_viewpoint(scene))
-      view = render::preview(scene, projector, frame, *viewpoint, options);
+  for (int n = 0; n < frames; ++n) {
+    if (frames > 1) console.progress("frame", n + 1, frames);
+    stage.show(flags.time_s + n / flags.rate_hz);
+    if (by_gl)
+      by_gl->render(stage.scene, projector, frame);
     else
-      diagnostics.warn("no_preview",
-                       "no planar surface is drawn, so there is no room to look at: the preview is "
-                       "not written; place surfaces in metres to see them");
+      by_cpu->render(stage.scene, projector, frame);
+    if (n == 0 && !flags.preview.empty()) {
+      if (const auto viewpoint = render::facing_viewpoint(stage.scene))
+        view = render::preview(stage.scene, projector, frame, *viewpoint, options);
+      else
+        diagnostics.warn("no_preview",
+                         "no planar surface is drawn, so there is no room to look at: the preview is "
+                         "not written; place surfaces in metres to see them");
+    }
+    if (blend) surface::apply_blend(*blend, frame, flags.gamma);
+    output.add(frame);
   }
+  output.finish();
 
   std::vector<std::string> written{flags.output};
-  io::save_image(flags.output, frame);
   if (view) {
     io::save_image(flags.preview, *view);
     written.push_back(flags.preview);
   }
+  if (!flags.weights.empty()) {
+    save_weights(flags.weights, *blend);
+    written.push_back(flags.weights);
+  }
   console.report(diagnostics);
   console.summary().set("/projector", solved.projector);
-  console.summary().set("/surfaces", drawn);
-  console.summary().set("/renderer", drawn_by);
+  console.summary().set("/surfaces", stage.drawn);
+  console.summary().set("/renderer", by_gl ? by_gl->device() : "cpu");
+  console.summary().set("/frames", frames);
   console.summary().set("/files", written);
   for (const std::string& file : written) console.say("wrote " + file);
   return exit_code(diagnostics);
@@ -141,7 +283,9 @@ int main(int argc, char** argv) {
   return run_tool(
       argc, argv,
       {"render-to-image",
-       "draws pictures onto solved surfaces, through the projector's lens, into the frame it must show.",
+       "draws pictures, videos and colours onto solved surfaces, through the projector's lens, into the "
+       "frames it "
+       "must show; blends them with those of other projectors.",
        "render-to-image --rig rig.json --surfaces solved.json --content wall=picture.png -o frame.png"},
       [&](CLI::App& app) { declare(app, flags); }, [&](Console& console) { return draw(flags, console); });
 }

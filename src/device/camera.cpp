@@ -1,13 +1,12 @@
 #include <algorithm>
 #include <atomic>
-#include <opencv2/core/utils/logger.hpp>
 #include <opencv2/imgproc.hpp>
-#include <opencv2/videoio.hpp>
 #include <thread>
 
 #include "frame_queue.hpp"
 #include "procam/device/frame_sink.hpp"
 #include "procam/device/frame_source.hpp"
+#include "video_capture.hpp"
 
 namespace procam::device {
 namespace {
@@ -32,21 +31,8 @@ ImageU8 to_grey(const cv::Mat& picture, const std::string& name) {
 
 class Camera : public FrameSource {
  public:
-  Camera(const std::string& name, const CameraOptions& options) : name_(name) {
-    const bool is_number =
-        !name.empty() && name.size() < 5 &&
-        std::all_of(name.begin(), name.end(), [](unsigned char c) { return c >= '0' && c <= '9'; });
-    // OpenCV tells of every driver that it tries; what matters of that is in the error.
-    const auto level = cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
-    try {
-      if (is_number)
-        video_.open(std::stoi(name));
-      else
-        video_.open(name);
-    } catch (const cv::Exception&) {
-      video_.release();
-    }
-    cv::utils::logging::setLogLevel(level);
+  Camera(const std::string& name, const CameraOptions& options)
+      : name_(name), video_(internal::open_capture(name)) {
     if (!video_.isOpened()) throw camera_error(name, "it cannot be opened", kNext);
     if (options.size) {
       video_.set(cv::CAP_PROP_FRAME_WIDTH, options.size->width);

@@ -5,6 +5,7 @@
 #include <set>
 #include <thread>
 
+#include "content_files.hpp"
 #include "frame_queue.hpp"
 #include "procam/device/frame_sink.hpp"
 #include "procam/device/frame_source.hpp"
@@ -16,13 +17,7 @@ namespace fs = std::filesystem;
 
 constexpr std::chrono::milliseconds kBetweenLooks{5};
 
-bool is_picture(const fs::path& file) {
-  std::string extension = file.extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return char(c >= 'A' && c <= 'Z' ? c - 'A' + 'a' : c); });
-  static const std::set<std::string> known{".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff"};
-  return known.count(extension) != 0 && file.filename().string().front() != '.';
-}
+using internal::is_picture;
 
 class Folder : public FrameSource {
  public:

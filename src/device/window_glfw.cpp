@@ -1,6 +1,6 @@
 #include <algorithm>
+#include <deque>
 #include <string>
-#include <utility>
 
 #include "procam/device/frame_sink.hpp"
 // GLFW brings OpenGL's header with it.
@@ -58,8 +58,10 @@ class Window : public FrameSink {
       if (action != GLFW_PRESS) return;
       auto* self = static_cast<Window*>(glfwGetWindowUserPointer(window));
       self->close_ = self->close_ || key == GLFW_KEY_ESCAPE;
-      self->go_on_ =
-          self->go_on_ || key == GLFW_KEY_ENTER || key == GLFW_KEY_KP_ENTER || key == GLFW_KEY_SPACE;
+      const Wish wish = wish_of(key);
+      // A key that is hit twice before anybody listened is one wish.
+      if (wish != Wish::kNone && (self->wishes_.empty() || self->wishes_.back() != wish))
+        self->wishes_.push_back(wish);
     });
     glfwMakeContextCurrent(window_);
     glfwSwapInterval(1);
@@ -89,16 +91,70 @@ class Window : public FrameSink {
   ImageSize size() const override { return size_; }
 
   double show(ViewU8 picture) override {
-    require(picture.size() == size_ && picture.channels == 1,
-            "FrameSink: the picture has not the screen's size");
-    glPixelStorei(GL_UNPACK_ROW_LENGTH, GLint(picture.stride));
-    glTexImage2D(GL_TEXTURE_2D, 0, GL_LUMINANCE8, size_.width, size_.height, 0, GL_LUMINANCE,
-                 GL_UNSIGNED_BYTE, picture.data);
+    upload(picture);
     // Both buffers: whatever the driver shows next is this picture.
     for (int buffer = 0; buffer < 2; ++buffer) {
       draw();
       glfwSwapBuffers(window_);
     }
+    return shown();
+  }
+
+  double show_next(ViewU8 picture) override {
+    upload(picture);
+    draw();
+    glfwSwapBuffers(window_);
+    return shown();
+  }
+
+  Wish poll() override {
+    glfwPollEvents();
+    if (close_ || glfwWindowShouldClose(window_) == GLFW_TRUE) return Wish::kClose;
+    if (wishes_.empty()) return Wish::kNone;
+    const Wish wish = wishes_.front();
+    wishes_.pop_front();
+    return wish;
+  }
+
+ private:
+  static Wish wish_of(int key) {
+    switch (key) {
+      case GLFW_KEY_ENTER:
+      case GLFW_KEY_KP_ENTER:
+      case GLFW_KEY_SPACE:
+      case GLFW_KEY_N:
+        return Wish::kGoOn;
+      case GLFW_KEY_H:
+      case GLFW_KEY_F1:
+      case GLFW_KEY_SLASH:
+        return Wish::kHelp;
+      case GLFW_KEY_G:
+        return Wish::kGrid;
+      case GLFW_KEY_M:
+        return Wish::kMask;
+      case GLFW_KEY_F:
+        return Wish::kFreeze;
+      default:
+        return Wish::kNone;
+    }
+  }
+
+  void upload(ViewU8 picture) {
+    require(picture.size() == size_ && (picture.channels == 1 || picture.channels == 3),
+            "FrameSink: the picture has not the screen's size, or neither 1 nor 3 channels");
+    const bool grey = picture.channels == 1;
+    const GLenum format = grey ? GL_LUMINANCE : GL_RGB;
+    glPixelStorei(GL_UNPACK_ROW_LENGTH, GLint(picture.stride / picture.channels));
+    // Its memory is taken once: a new texture a frame costs half of the frame.
+    if (texture_format_ != format)
+      glTexImage2D(GL_TEXTURE_2D, 0, grey ? GL_LUMINANCE8 : GL_RGB8, size_.width, size_.height, 0, format,
+                   GL_UNSIGNED_BYTE, nullptr);
+    texture_format_ = format;
+    glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, size_.width, size_.height, format, GL_UNSIGNED_BYTE,
+                    picture.data);
+  }
+
+  double shown() {
     glFinish();
     const double time = now_s();
     if (glGetError() != GL_NO_ERROR)
@@ -107,13 +163,6 @@ class Window : public FrameSink {
     return time;
   }
 
-  Wish poll() override {
-    glfwPollEvents();
-    if (close_ || glfwWindowShouldClose(window_) == GLFW_TRUE) return Wish::kClose;
-    return std::exchange(go_on_, false) ? Wish::kGoOn : Wish::kNone;
-  }
-
- private:
   /// The texture's first row is the picture's top one.
   static void draw() {
     glClear(GL_COLOR_BUFFER_BIT);
@@ -128,7 +177,9 @@ class Window : public FrameSink {
   GLFWwindow* window_ = nullptr;
   ImageSize size_;
   GLuint texture_ = 0;
-  bool close_ = false, go_on_ = false;
+  GLenum texture_format_ = 0;  ///< of the memory it has
+  bool close_ = false;
+  std::deque<Wish> wishes_;
 };
 
 }  // namespace
@@ -144,6 +195,7 @@ std::vector<Display> displays() {
     display.number = int(number);
     const char* name = glfwGetMonitorName(monitor);
     display.name = name != nullptr ? name : "";
+    glfwGetMonitorPos(monitor, &display.x, &display.y);
     display.size = display.largest = {mode->width, mode->height};
     display.refresh_hz = mode->refreshRate;
     display.is_primary = monitor == glfwGetPrimaryMonitor();

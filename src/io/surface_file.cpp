@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <set>
 
+#include "procam/io/images.hpp"
 #include "procam/io/mesh_file.hpp"
 #include "shared_fields.hpp"
 
@@ -115,6 +116,66 @@ static void shape_fields(Fields& f, Surface&, MeshSurface& mesh) {
           "give e.g. 0.001 for a file in mm");
 }
 
+namespace {
+struct Ring {
+  Points2 corners;
+};
+
+/// What the file has in one group: how a picture lies there, and which part of the surface shows it.
+struct Shown {
+  ContentLayout layout;
+  ContentShape shape;
+};
+}  // namespace
+
+static void fields(Fields& f, Ring& ring) {
+  f.field("corners", ring.corners);
+}
+
+static void fields(Fields& f, Shown& shown) {
+  ContentLayout& layout = shown.layout;
+  if (f.reading() ? f.has("fit") : layout.fit != Fit::kStretch)
+    layout.fit = Fit(f.choice("fit", {"stretch", "contain", "cover"}, std::size_t(layout.fit)));
+  std::vector<double> crop;
+  if (layout.crop_from != Vec2(0, 0) || layout.crop_to != Vec2(1, 1))
+    crop = {layout.crop_from.x(), layout.crop_from.y(), layout.crop_to.x(), layout.crop_to.y()};
+  f.optional("crop", crop);
+  if (!crop.empty()) {
+    const char* const next = "give left, top, right, bottom, as fractions of the picture from 0 to 1";
+    f.check(crop.size() == 4, "crop", "it does not have 4 numbers", next);
+    crop.resize(4);
+    f.check(crop[0] >= 0 && crop[1] >= 0 && crop[2] <= 1 && crop[3] <= 1 && crop[0] < crop[2] &&
+                crop[1] < crop[3],
+            "crop", "it has no area, or goes beyond the picture", next);
+    layout.crop_from = {crop[0], crop[1]};
+    layout.crop_to = {crop[2], crop[3]};
+  }
+  ContentShape& shape = shown.shape;
+  f.optional("outline", shape.outline);
+  std::vector<Ring> holes;
+  for (const Points2& hole : shape.holes) holes.push_back({hole});
+  if (f.reading() ? f.has("holes") : !holes.empty()) f.list("holes", "hole", holes);
+  f.optional("mask", shape.mask_file);
+  if (f.reading())
+    for (Ring& hole : holes) shape.holes.push_back(std::move(hole.corners));
+  if (const auto fault = fault_of(shape))
+    f.check(false, shape.outline.empty() ? "holes" : "outline", *fault, "correct the corners");
+}
+
+/// Absent where it says no more than the default.
+static void layout_field(Fields& f, Surface& surface) {
+  const ContentLayout& layout = surface.layout;
+  const ContentShape& shape = surface.shape;
+  std::optional<Shown> shown;
+  if (layout.fit != Fit::kStretch || layout.crop_from != Vec2(0, 0) || layout.crop_to != Vec2(1, 1) ||
+      !shape.outline.empty() || !shape.holes.empty() || !shape.mask_file.empty())
+    shown = Shown{layout, shape};
+  f.optional("layout", shown);
+  if (!f.reading() || !shown) return;
+  surface.layout = shown->layout;
+  surface.shape = shown->shape;
+}
+
 template <typename Geometry>
 static void geometry_fields(Fields& f, Surface& surface) {
   Geometry geometry = f.reading() ? Geometry{} : std::get<Geometry>(surface.geometry);
@@ -133,6 +194,7 @@ static void fields(Fields& f, Surface& surface) {
   const std::size_t kind = f.choice(
       "kind", {"planar", "pixels", "grid", "bezier", "cylinder", "sphere", "mesh"}, surface.geometry.index());
   f.optional("content", surface.content);
+  layout_field(f, surface);
   constexpr void (*kFields[])(Fields&, Surface&) = {
       geometry_fields<PlanarSurface>, geometry_fields<PixelSurface>,    geometry_fields<GridSurface>,
       geometry_fields<BezierSurface>, geometry_fields<CylinderSurface>, geometry_fields<SphereSurface>,
@@ -212,10 +274,13 @@ static void fields(Fields& f, SolvedSurfaceSet& set) {
   check_names(f, set.surfaces, [](const SolvedSurface& solved) { return solved.surface.name; });
 }
 
-/// Loads the mesh of a surface (named beside the file that names it) and, for a solved one, makes the
-/// triangles that it is drawn as. What is wrong is told with that file's name first.
+/// Loads the mask and the mesh of a surface (named beside the file that names it) and, for a solved one,
+/// makes the triangles that it is drawn as. What is wrong is told with that file's name first.
 static void make_drawable(Surface& surface, Placement* placement, const std::filesystem::path& path) {
   try {
+    if (!surface.shape.mask_file.empty())
+      surface.shape.mask = std::make_shared<const ImageU8>(
+          to_gray(load_image(path.parent_path() / surface.shape.mask_file).image));
     if (auto* shape = std::get_if<MeshSurface>(&surface.geometry)) {
       Mesh mesh = load_mesh(path.parent_path() / shape->file);
       for (Vec3& vertex : mesh.vertices) vertex *= shape->metres_per_unit;
@@ -236,6 +301,21 @@ SurfaceSet load_surfaces(const std::filesystem::path& path) {
 
 void save_surfaces(const std::filesystem::path& path, const SurfaceSet& surfaces) {
   save_noun(path, syntax_of(path), surfaces);
+}
+
+std::string surfaces_to_text(SurfaceSet surfaces) {
+  Node document;
+  write(surfaces, document, "");
+  return to_json(document);
+}
+
+SurfaceSet surfaces_from_text(const std::string& text, const std::filesystem::path& beside) {
+  const std::string file = beside.string();
+  const Node document = parse_json(text, file);
+  SurfaceSet set{};
+  read(Value{&document, &file, ""}, set);
+  for (Surface& surface : set.surfaces) make_drawable(surface, nullptr, beside);
+  return set;
 }
 
 SolvedSurfaceSet load_solved_surfaces(const std::filesystem::path& path) {

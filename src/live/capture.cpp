@@ -101,7 +101,7 @@ std::vector<SeenLight> brightness_where_it_varies(const std::vector<CoarseFrame>
 
 /// Shows a code and finds it in the frames.
 std::optional<Delay> try_code(const Stand& stand, double unit_s, double longest_s, unsigned seed) {
-  constexpr int kParts = 24;
+  constexpr int kParts = 40;
   const ImageU8 black = flat(stand.screen.size(), 0), white = flat(stand.screen.size(), 255);
   std::vector<LightSwitch> switches;
   std::vector<CoarseFrame> frames;

@@ -61,6 +61,64 @@ double settled_after(const std::vector<LightSwitch>& switches, const std::vector
   return latest;
 }
 
+/// White time up to t, in seconds: the code's integral.
+class WhiteTime {
+ public:
+  explicit WhiteTime(const std::vector<LightSwitch>& switches) : switches_(switches) {
+    double sum = 0;
+    for (std::size_t i = 0; i < switches.size(); ++i) {
+      if (i > 0 && switches[i - 1].white) sum += switches[i].time_s - switches[i - 1].time_s;
+      before_.push_back(sum);
+    }
+  }
+  double operator()(double t) const {
+    const auto later = std::upper_bound(switches_.begin(), switches_.end(), t,
+                                        [](double time, const LightSwitch& s) { return time < s.time_s; });
+    if (later == switches_.begin()) return switches_.front().white ? 0 : t - switches_.front().time_s;
+    const auto i = std::size_t(later - switches_.begin()) - 1;
+    return before_[i] + (switches_[i].white ? t - switches_[i].time_s : 0);
+  }
+
+ private:
+  const std::vector<LightSwitch>& switches_;
+  std::vector<double> before_;
+};
+
+/// The delay to a fraction of a frame. A frame sums up light over its exposure e, so one that spans a switch
+/// is grey, and tells when:
+///   y_k = dark + step * share of white in [t_k - tau - e / 2, t_k - tau + e / 2].
+/// The (tau, e) of the least squares over all frames, dark and step being linear; the middle of the best tau
+/// where several are equally good.
+double refine(const std::vector<LightSwitch>& switches, const std::vector<SeenLight>& seen, double coarse,
+              double interval) {
+  const WhiteTime white(switches);
+  double y = 0, yy = 0;
+  for (const SeenLight& frame : seen) y += frame.level, yy += frame.level * frame.level;
+  const double n = double(seen.size());
+  constexpr int kSteps = 96, kExposures = 12;
+  double best = -1, sum = 0;
+  int count = 0;
+  for (int x = 1; x <= kExposures; ++x) {
+    const double exposure = interval * x / kExposures;
+    for (int i = -kSteps; i <= kSteps; ++i) {
+      const double tau = coarse + interval * i / kSteps;
+      double c = 0, cc = 0, yc = 0;
+      for (const SeenLight& frame : seen) {
+        const double middle = frame.time_s - tau;
+        const double share = (white(middle + exposure / 2) - white(middle - exposure / 2)) / exposure;
+        c += share, cc += share * share, yc += frame.level * share;
+      }
+      const double spread = (cc - c * c / n) * (yy - y * y / n);
+      const double explained = spread > 0 ? (yc - y * c / n) * (yc - y * c / n) / spread : 0;
+      if (explained < best - 1e-6) continue;
+      if (explained > best + 1e-6) best = explained, sum = 0, count = 0;
+      sum += tau;
+      ++count;
+    }
+  }
+  return count > 0 ? std::max(0.0, sum / count) : coarse;
+}
+
 }  // namespace
 
 std::optional<Delay> find_delay(const std::vector<LightSwitch>& switches, const std::vector<SeenLight>& seen,
@@ -87,6 +145,7 @@ std::optional<Delay> find_delay(const std::vector<LightSwitch>& switches, const 
   for (std::size_t i = 0; i < scores.size(); ++i)
     if (std::abs(double(i) * step - found.delay_s) > shortest && scores[i] > *best - kLeastLead)
       return std::nullopt;
+  found.delay_s = refine(switches, seen, found.delay_s, found.frame_interval_s);
   found.settled_s = settled_after(switches, seen, found.delay_s);
   return found;
 }

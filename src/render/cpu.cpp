@@ -41,8 +41,9 @@ class CpuRenderer::State {
   }
 
  private:
-  struct Item {
-    ViewU8 picture;
+  /// A picture, ready to be sampled.
+  struct Shown {
+    ViewU8 view;
     std::uint64_t revision = 0;
     LightTexture light;  ///< this or the other, see values_only()
     ValueTexture values;
@@ -54,6 +55,15 @@ class CpuRenderer::State {
       else
         return values;
     }
+    int levels() const { return std::max(1, light.levels()); }
+  };
+  struct Item {
+    Shown picture, mask;
+
+    template <typename Texture>
+    ItemTextures<Texture> textures() const {
+      return {&picture.texture<Texture>(), mask.view.empty() ? nullptr : &mask.texture<Texture>()};
+    }
   };
 
   /// What is worked out for a tile; one a band, kept from frame to frame.
@@ -61,8 +71,8 @@ class CpuRenderer::State {
     TileSteps steps;
     std::vector<CastItem> cast;
     RoomCaster caster;
-    std::vector<const LightTexture*> lights;
-    std::vector<const ValueTexture*> values;
+    std::vector<ItemTextures<LightTexture>> lights;
+    std::vector<ItemTextures<ValueTexture>> values;
     RoomRows<Light> light_rows;
     RoomRows<Value> value_rows;
     std::vector<std::vector<RoomTile>> tiles;  ///< [tile, cast]
@@ -84,19 +94,32 @@ class CpuRenderer::State {
       const SceneItem& shown = scene.items[i];
       Item& item = items_[i];
       work.maps += layers_[i].place(shown, projector, lens_, same_lens, area(), workers_);
-      const int levels = layers_[i].levels(shown.content.size());
-      if (same_view(shown.content, item.picture) && shown.content_revision == item.revision &&
-          (values_only() || levels <= item.light.levels()))
-        continue;
-      item.picture = shown.content;
-      item.revision = shown.content_revision;
-      if (values_only())
-        item.values.prepare(item.picture, workers_);
+      work.contents += prepare(
+          shown.content, shown.content_revision, layers_[i].levels(shown.content.size()),
+          [](ViewU8 view) { return view; }, item.picture);
+      if (!shown.mask.empty())
+        work.contents += prepare(
+            shown.mask, shown.mask_revision, layers_[i].mask_levels(shown.mask.size()),
+            [&](ViewU8 view) { return as_alpha(view, alpha_); }, item.mask);
       else
-        item.light.prepare(item.picture, curve_, levels, workers_);
-      ++work.contents;
+        item.mask.view = {};
     }
     return work;
+  }
+
+  /// Returns whether anything had to be made.
+  template <typename Convert>
+  bool prepare(ViewU8 view, std::uint64_t revision, int levels, const Convert& convert, Shown& ready) {
+    if (same_view(view, ready.view) && revision == ready.revision &&
+        (values_only() || levels <= ready.light.levels()))
+      return false;
+    ready.view = view;
+    ready.revision = revision;
+    if (values_only())
+      ready.values.prepare(convert(view), workers_);
+    else
+      ready.light.prepare(convert(view), curve_, levels, workers_);
+    return true;
   }
 
   template <typename Texture>
@@ -112,10 +135,12 @@ class CpuRenderer::State {
       if (!find_first<Texture>(steps, tile.x, y, first)) fill(scene.background, tile);
       for (std::size_t i = first; i < steps.size(); ++i) {
         const auto item = std::size_t(steps[i]);
-        if (steps[i] != TileSteps::kCast)
-          layers_[item].plane.draw(items_[item].template texture<Texture>(), kernels_, tile);
-        else
+        if (steps[i] == TileSteps::kCast) {
           i = cast(steps, i + 1, casts++, plan, tile);
+          continue;
+        }
+        const ItemTextures<Texture> textures = items_[item].template textures<Texture>();
+        layers_[item].plane.draw(*textures.content, textures.mask, kernels_, tile);
       }
       for (int row = 0; row < tile.rect.height(); ++row)
         to_frame(kernels_, curve_, tile.row(row), tile.rect.width(),
@@ -131,7 +156,7 @@ class CpuRenderer::State {
       const auto item = std::size_t(steps[i]);
       if (steps[i] == TileSteps::kCast) {
         in_cast = !in_cast;
-      } else if (!in_cast && items_[item].texture<Texture>().opaque() && layers_[item].plane.covers(x, y)) {
+      } else if (!in_cast && items_[item].textures<Texture>().opaque() && layers_[item].plane.covers(x, y)) {
         first = i;
         return true;
       }
@@ -142,16 +167,16 @@ class CpuRenderer::State {
   /// Draws the `n`-th cast of a tile, which begins at step `first`; its kCast's place is returned.
   template <typename Texture>
   std::size_t draw_cast(const std::vector<int>& steps, std::size_t first, std::size_t n,
-                        std::vector<const Texture*>& textures, RoomRows<typename Texture::Pixel>& rows,
+                        std::vector<ItemTextures<Texture>>& textures, RoomRows<typename Texture::Pixel>& rows,
                         Plan& plan, Tile<typename Texture::Pixel>& tile) const {
     plan.cast.clear();
     textures.clear();
     for (; steps[first] != TileSteps::kCast; ++first) {
       const auto item = std::size_t(steps[first]);
-      const Texture& texture = items_[item].template texture<Texture>();
-      textures.push_back(&texture);
-      plan.cast.push_back({&*layers_[item].room, layers_[item].made, items_[item].picture.size(),
-                           std::max(1, items_[item].light.levels()), texture.opaque()});
+      const Shown &picture = items_[item].picture, &mask = items_[item].mask;
+      textures.push_back(items_[item].template textures<Texture>());
+      plan.cast.push_back({&*layers_[item].room, layers_[item].made, picture.view.size(), picture.levels(),
+                           mask.view.size(), mask.levels(), textures.back().opaque()});
     }
     std::vector<RoomTile>& kept = plan.tiles[std::size_t(tile.x)];
     if (kept.size() <= n) kept.resize(n + 1);
@@ -200,6 +225,7 @@ class CpuRenderer::State {
   std::vector<Item> items_;
   std::vector<Layer> layers_;
   std::vector<Plan> plans_;
+  std::vector<std::uint8_t> alpha_;  ///< of a mask, while it is prepared
 };
 
 CpuRenderer::CpuRenderer(const RenderOptions& options) : state_(std::make_unique<State>(options)) {}

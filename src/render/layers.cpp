@@ -18,13 +18,14 @@ Mat3 inverse_or_zero(const Mat3& m) {
   return inverse / inverse.norm();
 }
 
-PlaneView view_of(const PlacedPixels& pixels, ImageSize content) {
-  return {inverse_or_zero(pixels.pixel_from_content), false, content};
+PlaneView view_of(const PlacedPixels& pixels, const SceneItem& shown) {
+  return {inverse_or_zero(pixels.pixel_from_content), false, shown.content.size(), shown.mask.size()};
 }
-PlaneView view_of(const PlacedPlane& plane, ImageSize content) {
+PlaneView view_of(const PlacedPlane& plane, const SceneItem& shown) {
   Mat3 direction_from_plane = plane.projector_from_surface.rotation_matrix();
   direction_from_plane.col(2) = plane.projector_from_surface.translation;
-  return {inverse_or_zero(direction_from_plane * plane.plane_from_content), true, content};
+  return {inverse_or_zero(direction_from_plane * plane.plane_from_content), true, shown.content.size(),
+          shown.mask.size()};
 }
 
 /// Does plane `a` hide the later plane `b` all over the pieces (true), or b a (false, also where they lie
@@ -48,6 +49,9 @@ std::optional<bool> hides(const Facet& a, const Facet& b, const std::vector<Lens
 void require_drawable(const Scene& scene) {
   for (const SceneItem& item : scene.items) {
     const int channels = item.content.channels;
+    if (!item.mask.empty() && item.mask.channels != 1)
+      throw std::invalid_argument("render: a mask must have one channel, not " +
+                                  std::to_string(item.mask.channels));
     if (!item.content.empty() && (channels == 1 || channels == 3 || channels == 4)) continue;
     throw std::invalid_argument("render: content must be a picture with 1, 3 or 4 channels, not " +
                                 std::to_string(item.content.width) + "x" +
@@ -59,9 +63,16 @@ bool same_view(ViewU8 a, ViewU8 b) {
   return a.data == b.data && a.size() == b.size() && a.channels == b.channels && a.stride == b.stride;
 }
 
+ViewU8 as_alpha(ViewU8 mask, std::vector<std::uint8_t>& memory) {
+  memory.assign(4 * std::size_t(mask.width) * std::size_t(mask.height), 0);
+  std::uint8_t* to = memory.data() + 3;
+  for (int y = 0; y < mask.height; ++y)
+    for (int x = 0; x < mask.width; ++x, to += 4) *to = mask.at(x, y);
+  return {memory.data(), mask.width, mask.height, 4};
+}
+
 bool Layer::place(const SceneItem& shown, const Projector& projector, const LensMap& lens, bool same_lens,
                   bool area, Workers& workers) {
-  const ImageSize content = shown.content.size();
   if (const auto* placed = std::get_if<PlacedMesh>(&shown.placement)) {
     const Pose &a = placed->projector_from_surface, &b = mesh_.projector_from_surface;
     if (same_lens && is_mesh() && placed->mesh == mesh_.mesh && a.translation == b.translation &&
@@ -74,7 +85,7 @@ bool Layer::place(const SceneItem& shown, const Projector& projector, const Lens
   }
   const auto* placed = std::get_if<PlacedPlane>(&shown.placement);
   const PlaneView view =
-      placed ? view_of(*placed, content) : view_of(std::get<PlacedPixels>(shown.placement), content);
+      placed ? view_of(*placed, shown) : view_of(std::get<PlacedPixels>(shown.placement), shown);
   const bool moved = plane.update(view, lens, same_lens, area, workers);
   made += moved;
   if (!placed)

@@ -10,10 +10,14 @@
 
 namespace procam::render {
 
-/// Throws std::invalid_argument for content that is empty or has 2 or more than 4 channels.
+/// Throws std::invalid_argument for content that is empty or has 2 or more than 4 channels, and for a mask
+/// with more than one.
 void require_drawable(const Scene& scene);
 
 bool same_view(ViewU8 a, ViewU8 b);
+
+/// A mask as the alpha of black, in `memory`.
+ViewU8 as_alpha(ViewU8 mask, std::vector<std::uint8_t>& memory);
 
 /// Where one item of the scene is; kept while it stays there.
 struct Layer {
@@ -31,6 +35,7 @@ struct Layer {
   }
   /// The levels of its content's pyramid that are looked at.
   int levels(ImageSize content) const { return is_mesh() ? levels_of(content) : plane.levels(); }
+  int mask_levels(ImageSize mask) const { return is_mesh() ? levels_of(mask) : plane.mask_levels(); }
 
  private:
   PlacedMesh mesh_;  ///< as it was

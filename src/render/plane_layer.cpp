@@ -106,11 +106,11 @@ bool PlaneLayer::update(const PlaneView& view, const LensMap& lens, bool same_le
   return true;
 }
 
-int PlaneLayer::levels() const {
+int PlaneLayer::levels_of_taps(std::array<Taps, kTileHeight / kStrip> MapTile::*taps_of) const {
   int coarsest = 0;
   for (const Band& band : bands_)
     for (const MapTile& tile : band.tiles)
-      for (const Taps& taps : tile.taps) coarsest = std::max(coarsest, taps.level);
+      for (const Taps& taps : tile.*taps_of) coarsest = std::max(coarsest, taps.level);
   return coarsest + 1;
 }
 
@@ -234,41 +234,61 @@ PlaneLayer::MapTile PlaneLayer::make_tile(const PixelRect& rect, const LensPiece
   }
   if (!area) return tile;
 
-  const int levels = levels_of(view_.content);
-  for (int strip = 0; strip * kStrip < rect.height(); ++strip) {
-    PixelSize finest, largest, typical;
-    bool any = false;
-    const int y0 = strip * kStrip, y1 = std::min(y0 + kStrip, rect.height()) - 1;
-    for (const int y : {y0, y1, (y0 + y1) / 2}) {
-      const Span& span = tile.spans[std::size_t(y)];
-      if (span.begin == span.end) continue;
-      for (const int x : {int(span.begin), span.end - 1, (span.begin + span.end) / 2}) {
-        const Footprint f = at(x, y);
-        if (!(f.centre.z() > 0)) continue;
-        typical = pixel_size(f, Vec2::Zero(), view_.content);
-        if (!any) finest = largest = typical;
-        any = true;
-        finest.narrow_squared = std::min(finest.narrow_squared, typical.narrow_squared);
-        largest.xx = std::max(largest.xx, typical.xx);
-        largest.yy = std::max(largest.yy, typical.yy);
+  const auto choose = [&](ImageSize content, std::array<Taps, kTileHeight / kStrip>& taps) {
+    const int levels = levels_of(content);
+    for (int strip = 0; strip * kStrip < rect.height(); ++strip) {
+      PixelSize finest, largest, typical;
+      bool any = false;
+      const int y0 = strip * kStrip, y1 = std::min(y0 + kStrip, rect.height()) - 1;
+      for (const int y : {y0, y1, (y0 + y1) / 2}) {
+        const Span& span = tile.spans[std::size_t(y)];
+        if (span.begin == span.end) continue;
+        for (const int x : {int(span.begin), span.end - 1, (span.begin + span.end) / 2}) {
+          const Footprint f = at(x, y);
+          if (!(f.centre.z() > 0)) continue;
+          typical = pixel_size(f, Vec2::Zero(), content);
+          if (!any) finest = largest = typical;
+          any = true;
+          finest.narrow_squared = std::min(finest.narrow_squared, typical.narrow_squared);
+          largest.xx = std::max(largest.xx, typical.xx);
+          largest.yy = std::max(largest.yy, typical.yy);
+        }
       }
+      if (any) taps[std::size_t(strip)] = choose_taps(typical, finest, largest, levels);
     }
-    if (any) tile.taps[std::size_t(strip)] = choose_taps(typical, finest, largest, levels);
-  }
+  };
+  choose(view_.content, tile.taps);
+  if (view_.mask.width > 0) choose(view_.mask, tile.mask_taps);
   return tile;
 }
 
+template <typename Pixel>
+void PlaneLayer::locate(const MapTile& map, const Band& band, int y, const TexelsView<Pixel>& level,
+                        bool slopes, const Kernels& kernels, Points& points) const {
+  const Span& span = map.spans[std::size_t(y)];
+  const float w = float(level.width), h = float(level.height);
+  const float scale[12] = {w, h, 1, w, h, 1, w, h, 1, 0, 0, 0};
+  for (std::uint32_t n = 0; n < map.pieces; ++n) {
+    const Piece& piece = band.pieces[map.first_piece + n];
+    const int begin = std::max<int>(span.begin, piece.rect.x0), end = std::min<int>(span.end, piece.rect.x1);
+    if (y < piece.rect.y0 || y >= piece.rect.y1 || begin >= end) continue;
+    kernels.locate(piece.row(y, scale, slopes), begin, end, slopes, points);
+  }
+  points.soon = std::ptrdiff_t(kRowsAhead * map.v_down * h) * level.stride +
+                std::ptrdiff_t(kRowsAhead * map.u_down * w);
+}
+
 template <typename Texture>
-void PlaneLayer::draw(const Texture& texture, const Kernels& kernels,
+void PlaneLayer::draw(const Texture& texture, const Texture* mask, const Kernels& kernels,
                       Tile<typename Texture::Pixel>& tile) const {
   using Pixel = typename Texture::Pixel;
   constexpr bool kLight = std::is_same_v<Pixel, Light>;
   const MapTile* const map = map_tile(tile.x, tile.y);
   if (!map) return;
   const Band& band = bands_[std::size_t(tile.y)];
-  const bool opaque = texture.opaque();
+  const bool opaque = texture.opaque() && !mask;
   Points points;
-  alignas(32) Pixel drawn[kRowRoom * 4];
+  alignas(32) Pixel drawn[kRowRoom * 4], alpha[kRowRoom * 4];
   for (int y = 0; y < tile.rect.height(); ++y) {
     const Span& span = map->spans[std::size_t(y)];
     const int count = span.end - span.begin;
@@ -276,50 +296,38 @@ void PlaneLayer::draw(const Texture& texture, const Kernels& kernels,
     const Taps& taps = map->taps[std::size_t(y / kStrip)];
     const bool slopes = kLight && taps.across * taps.down > 1;
     const TexelsView<Pixel> level = texture.level(taps.level);
-    const float w = float(level.width), h = float(level.height);
-    const float scale[12] = {w, h, 1, w, h, 1, w, h, 1, 0, 0, 0};
-    for (std::uint32_t n = 0; n < map->pieces; ++n) {
-      const Piece& piece = band.pieces[map->first_piece + n];
-      const int begin = std::max<int>(span.begin, piece.rect.x0),
-                end = std::min<int>(span.end, piece.rect.x1);
-      if (y < piece.rect.y0 || y >= piece.rect.y1 || begin >= end) continue;
-      kernels.locate(piece.row(y, scale, slopes), begin, end, slopes, points);
-    }
-    points.soon = std::ptrdiff_t(kRowsAhead * map->v_down * h) * level.stride +
-                  std::ptrdiff_t(kRowsAhead * map->u_down * w);
+    locate(*map, band, y, level, slopes, kernels, points);
     Pixel* const there = tile.row(y) + 4 * span.begin;
     const bool replaces = opaque && span.full_begin == 0 && span.full_end == kTileWidth;
     Pixel* const to = replaces ? there : drawn;
-    if constexpr (kLight)
-      kernels.sample_light(level, taps, points, span.begin, count, to);
-    else
-      kernels.sample_values(level, points, span.begin, count, to);
+    sample(kernels, level, taps, points, span.begin, count, to);
     if (replaces) continue;
+    if (mask) {
+      const Taps& mask_taps = map->mask_taps[std::size_t(y / kStrip)];
+      const TexelsView<Pixel> mask_level = mask->level(mask_taps.level);
+      locate(*map, band, y, mask_level, kLight && mask_taps.across * mask_taps.down > 1, kernels, points);
+      sample(kernels, mask_level, mask_taps, points, span.begin, count, alpha);
+      give_alpha(alpha, count, drawn);
+    }
 
-    const auto over = [&](const Pixel* from, int pixels, Pixel* onto) {
-      if constexpr (kLight)
-        kernels.light_over(from, pixels, onto);
-      else
-        kernels.values_over(from, pixels, onto);
-    };
     const int full = span.full_begin - span.begin, full_count = span.full_end - span.full_begin;
     if (opaque)
       std::copy_n(drawn + 4 * full, 4 * full_count, there + 4 * full);
     else
-      over(drawn + 4 * full, full_count, there + 4 * full);
+      over(kernels, drawn + 4 * full, full_count, there + 4 * full);
     if (full_count == count) continue;
     const Light* share = band.border.data() + span.first_border;
     for (int i = 0; i < count; ++i) {
       if (i >= full && i < full + full_count) continue;
       Pixel part[4];
       for (int k = 0; k < 4; ++k) part[k] = Pixel((drawn[4 * i + k] * *share + kFull / 2) / kFull);
-      over(part, 1, there + 4 * i);
+      over(kernels, part, 1, there + 4 * i);
       ++share;
     }
   }
 }
 
-template void PlaneLayer::draw(const LightTexture&, const Kernels&, Tile<Light>&) const;
-template void PlaneLayer::draw(const ValueTexture&, const Kernels&, Tile<Value>&) const;
+template void PlaneLayer::draw(const LightTexture&, const LightTexture*, const Kernels&, Tile<Light>&) const;
+template void PlaneLayer::draw(const ValueTexture&, const ValueTexture*, const Kernels&, Tile<Value>&) const;
 
 }  // namespace procam::render

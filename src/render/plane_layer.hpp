@@ -20,15 +20,42 @@ struct Tile {
   Pixel* row(int down) { return pixels.data() + std::ptrdiff_t(down) * kTileWidth * 4; }
 };
 
+/// `count` samples, of pixels (light) or values.
+template <typename Pixel>
+inline void sample(const Kernels& kernels, const TexelsView<Pixel>& level, const Taps& taps,
+                   const Points& points, int begin, int count, Pixel* to) {
+  if constexpr (std::is_same_v<Pixel, Light>)
+    kernels.sample_light(level, taps, points, begin, count, to);
+  else
+    kernels.sample_values(level, points, begin, count, to);
+}
+
+template <typename Pixel>
+inline void over(const Kernels& kernels, const Pixel* drawn, int count, Pixel* there) {
+  if constexpr (std::is_same_v<Pixel, Light>)
+    kernels.light_over(drawn, count, there);
+  else
+    kernels.values_over(drawn, count, there);
+}
+
+/// What was drawn keeps the share that the mask's alpha says.
+template <typename Pixel>
+inline void give_alpha(const Pixel* mask, int count, Pixel* drawn) {
+  constexpr int kWhole = std::is_same_v<Pixel, Light> ? kFull : 255;
+  for (int i = 0; i < count; ++i, drawn += 4)
+    for (int k = 0; k < 4; ++k) drawn[k] = Pixel((drawn[k] * int(mask[4 * i + 3]) + kWhole / 2) / kWhole);
+}
+
 /// Where a surface is, as far as its pixels depend on it.
 struct PlaneView {
   Mat3 content_from_direction;  ///< q = M d; zero where nothing can be drawn (edge-on)
   bool through_lens;            ///< d are rays (planes) or pixel positions (pixel surfaces)
   ImageSize content;
+  ImageSize mask = {};  ///< 0 x 0: none
 
   bool operator==(const PlaneView& other) const {
     return content_from_direction == other.content_from_direction && through_lens == other.through_lens &&
-           content == other.content;
+           content == other.content && mask == other.mask;
   }
 };
 
@@ -39,7 +66,8 @@ class PlaneLayer {
   bool update(const PlaneView& view, const LensMap& lens, bool same_lens, bool area, Workers& workers);
 
   /// The levels of the content's pyramid that are looked at.
-  int levels() const;
+  int levels() const { return levels_of_taps(&MapTile::taps); }
+  int mask_levels() const { return levels_of_taps(&MapTile::mask_taps); }
 
   bool touches(int tile_x, int tile_y) const { return map_tile(tile_x, tile_y) != nullptr; }
 
@@ -52,8 +80,10 @@ class PlaneLayer {
     return tile && tile->whole;
   }
 
+  /// `mask` (of PlaneView::mask's size; nullptr: none) gives its alpha to the content.
   template <typename Texture>
-  void draw(const Texture& texture, const Kernels& kernels, Tile<typename Texture::Pixel>& tile) const;
+  void draw(const Texture& texture, const Texture* mask, const Kernels& kernels,
+            Tile<typename Texture::Pixel>& tile) const;
 
   static constexpr int kStrip = 8;  ///< rows of pixels that share their samples' grid
   /// Of the strips of a tile that it touches.
@@ -80,7 +110,7 @@ class PlaneLayer {
     bool drawn = false, whole = false;
     float u_down = 0, v_down = 0;  ///< change of (u, v), fractions of the content, by one pixel downwards
     std::uint32_t first_piece = 0, pieces = 0;
-    std::array<Taps, kTileHeight / kStrip> taps;
+    std::array<Taps, kTileHeight / kStrip> taps, mask_taps;
     std::array<Span, kTileHeight> spans;
   };
   struct DrawnPiece {
@@ -102,6 +132,11 @@ class PlaneLayer {
     const MapTile& tile = band.tiles[std::size_t(x - band.first)];
     return tile.drawn ? &tile : nullptr;
   }
+  int levels_of_taps(std::array<Taps, kTileHeight / kStrip> MapTile::*taps) const;
+  /// Finds the places in a level where the pixels of a row look.
+  template <typename Pixel>
+  void locate(const MapTile& map, const Band& band, int y, const TexelsView<Pixel>& level, bool slopes,
+              const Kernels& kernels, Points& points) const;
   void make_band(int y, const LensMap& lens, bool area);
   MapTile make_tile(const PixelRect& rect, const LensPiece* pieces, std::size_t count, bool area, Band& band);
 

@@ -56,30 +56,13 @@ float* numbers(Points& points, int k) {
   return all[k];
 }
 
-template <typename Pixel>
-void sample(const Kernels& kernels, const TexelsView<Pixel>& level, const Taps& taps, const Points& points,
-            int begin, int count, Pixel* to) {
-  if constexpr (std::is_same_v<Pixel, Light>)
-    kernels.sample_light(level, taps, points, begin, count, to);
-  else
-    kernels.sample_values(level, points, begin, count, to);
-}
-
-template <typename Pixel>
-void over(const Kernels& kernels, const Pixel* drawn, int count, Pixel* there) {
-  if constexpr (std::is_same_v<Pixel, Light>)
-    kernels.light_over(drawn, count, there);
-  else
-    kernels.values_over(drawn, count, there);
-}
-
 }  // namespace
 
 // Drawing: what was cast, sampled.
 
 /// The even pixels of a row; `run` walks through runs_.
 template <typename Texture>
-void RoomTile::draw_row(const std::vector<const Texture*>& textures, int y, const std::uint16_t*& run,
+void RoomTile::draw_row(const std::vector<ItemTextures<Texture>>& textures, int y, const std::uint16_t*& run,
                         const Kernels& kernels, RoomRows<typename Texture::Pixel>& rows,
                         Tile<typename Texture::Pixel>& tile) const {
   using Pixel = typename Texture::Pixel;
@@ -91,15 +74,23 @@ void RoomTile::draw_row(const std::vector<const Texture*>& textures, int y, cons
     // From left to right: samples are written in whole groups, beyond the block's end as well.
     for (int begin = row.begin; begin < row.end;) {
       const int block = begin / kBlock, end = std::min<int>((block + 1) * kBlock, row.end);
-      const Taps& taps = taps_[(std::size_t(y / kStrip) * count + a) * kBlocks + std::size_t(block)];
-      const TexelsView<Pixel> level = textures[a]->level(taps.level);
-      const float size[2] = {float(level.width), float(level.height)};
-      const float* from = points_.data() + row.first + (begin - row.begin);
-      for (int k = 0; k < looks_; ++k, from += length) {
-        float* const to = numbers(rows.points, k) + begin;
-        for (int i = 0; i < end - begin; ++i) to[i] = from[i] * size[k % 2];
+      const std::size_t n = (std::size_t(y / kStrip) * count + a) * kBlocks + std::size_t(block);
+      const auto sample_block = [&](const Texture& texture, const Taps& taps, Pixel* into) {
+        const TexelsView<Pixel> level = texture.level(taps.level);
+        const float size[2] = {float(level.width), float(level.height)};
+        const float* from = points_.data() + row.first + (begin - row.begin);
+        for (int k = 0; k < looks_; ++k, from += length) {
+          float* const to = numbers(rows.points, k) + begin;
+          for (int i = 0; i < end - begin; ++i) to[i] = from[i] * size[k % 2];
+        }
+        sample(kernels, level, taps, rows.points, begin, end - begin, into);
+      };
+      sample_block(*textures[a].content, taps_[n], drawn + 4 * begin);
+      if (textures[a].mask) {
+        Pixel alpha[4 * (kBlock + kLanes)];
+        sample_block(*textures[a].mask, mask_taps_[n], alpha);
+        give_alpha(alpha, end - begin, drawn + 4 * begin);
       }
-      sample(kernels, level, taps, rows.points, begin, end - begin, drawn + 4 * begin);
       begin = end;
     }
   }
@@ -110,7 +101,7 @@ void RoomTile::draw_row(const std::vector<const Texture*>& textures, int y, cons
       const std::size_t a = *run++;
       const Pixel* const from = rows.drawn.data() + (a * kRowRoom + std::size_t(x)) * 4;
       Pixel* const there = tile.row(y) + 4 * x;
-      if (textures[a]->opaque())
+      if (textures[a].opaque())
         std::copy_n(from, 4 * pixels, there);
       else
         over(kernels, from, pixels, there);
@@ -120,18 +111,26 @@ void RoomTile::draw_row(const std::vector<const Texture*>& textures, int y, cons
 }
 
 template <typename Texture>
-void RoomTile::draw_edge(const std::vector<const Texture*>& textures, const Edge& edge,
+void RoomTile::draw_edge(const std::vector<ItemTextures<Texture>>& textures, const Edge& edge,
                          const Kernels& kernels, RoomRows<typename Texture::Pixel>& rows,
                          Tile<typename Texture::Pixel>& tile) const {
   using Pixel = typename Texture::Pixel;
   Pixel lights[kMostParts][4];
   for (std::uint32_t i = 0; i < edge.parts; ++i) {
     const Part& part = parts_[edge.first_part + i];
-    const TexelsView<Pixel> level = textures[std::size_t(part.item)]->level(part.taps.level);
-    const float size[2] = {float(level.width), float(level.height)};
-    for (int k = 0; k < 6; ++k) numbers(rows.points, k)[0] = part.looks[k] * size[k % 2];
-    Pixel drawn[4 * kLanes];
-    sample(kernels, level, part.taps, rows.points, 0, 1, drawn);
+    const auto sample_part = [&](const Texture& texture, const Taps& taps, Pixel* to) {
+      const TexelsView<Pixel> level = texture.level(taps.level);
+      const float size[2] = {float(level.width), float(level.height)};
+      for (int k = 0; k < 6; ++k) numbers(rows.points, k)[0] = part.looks[k] * size[k % 2];
+      sample(kernels, level, taps, rows.points, 0, 1, to);
+    };
+    const ItemTextures<Texture>& shown = textures[std::size_t(part.item)];
+    Pixel drawn[4 * kLanes], alpha[4 * kLanes];
+    sample_part(*shown.content, part.taps, drawn);
+    if (shown.mask) {
+      sample_part(*shown.mask, part.mask_taps, alpha);
+      give_alpha(alpha, 1, drawn);
+    }
     std::copy_n(drawn, 4, lights[i]);
   }
   Pixel* const there = tile.row(edge.y) + 4 * edge.x;
@@ -147,7 +146,7 @@ void RoomTile::draw_edge(const std::vector<const Texture*>& textures, const Edge
 }
 
 template <typename Texture>
-void RoomTile::draw(const std::vector<const Texture*>& textures, const Kernels& kernels,
+void RoomTile::draw(const std::vector<ItemTextures<Texture>>& textures, const Kernels& kernels,
                     RoomRows<typename Texture::Pixel>& rows, Tile<typename Texture::Pixel>& tile) const {
   rows.drawn.resize(textures.size() * kRowRoom * 4);
   const std::uint16_t* run = runs_.data();
@@ -155,9 +154,9 @@ void RoomTile::draw(const std::vector<const Texture*>& textures, const Kernels& 
   for (const Edge& edge : edges_) draw_edge(textures, edge, kernels, rows, tile);
 }
 
-template void RoomTile::draw(const std::vector<const LightTexture*>&, const Kernels&, RoomRows<Light>&,
+template void RoomTile::draw(const std::vector<ItemTextures<LightTexture>>&, const Kernels&, RoomRows<Light>&,
                              Tile<Light>&) const;
-template void RoomTile::draw(const std::vector<const ValueTexture*>&, const Kernels&, RoomRows<Value>&,
+template void RoomTile::draw(const std::vector<ItemTextures<ValueTexture>>&, const Kernels&, RoomRows<Value>&,
                              Tile<Value>&) const;
 
 // Casting.
@@ -311,24 +310,26 @@ void RoomCaster::add_edge(const std::vector<CastItem>& items, int x, int y, bool
     Footprint f{content_from_direction * (centre + where.x() * by_x + where.y() * by_y),
                 content_from_direction * by_x, content_from_direction * by_y};
     keep_in_front(f);
-    RoomTile::Part part{s.item, {}, {}};
-    if (area) {
-      const PixelSize size = pixel_size(f, Vec2::Zero(), item.content);
-      part.taps = choose_taps(size, size, size, item.levels);
-    }
+    RoomTile::Part part{s.item, {}, {}, {}};
+    const auto choose = [&](ImageSize content, int levels) {
+      const PixelSize size = pixel_size(f, Vec2::Zero(), content);
+      return choose_taps(size, size, size, levels);
+    };
+    if (area) part.taps = choose(item.content, item.levels);
+    if (area && item.mask.width > 0) part.mask_taps = choose(item.mask, item.mask_levels);
     look(f, part.looks);
     to.parts_.push_back(part);
   }
   to.edges_.back().parts = std::uint32_t(shown_count);
 }
 
-/// How the pixels of a block look at an item's content: the same samples for all of them. At a curved
+/// How the pixels of a block look at an item's content or mask: the same samples for all of them. At a curved
 /// surface's limb a few pixels hold very much of it; they may alias a little, rather than blur the others.
 /// `rows` is the strip's first.
-Taps RoomCaster::taps_of(const CastItem& item, const Hits& hits, const Looks* rows,
+Taps RoomCaster::taps_of(ImageSize content, int levels, const Hits& hits, const Looks* rows,
                          const PixelRect& block) const {
   constexpr double kMostOfTypical = 9;  // squared sides
-  const double width = item.content.width, height = item.content.height;
+  const double width = content.width, height = content.height;
   PixelSize finest, largest, typical;
   double log_xx = 0, log_yy = 0;
   int count = 0;
@@ -351,7 +352,7 @@ Taps RoomCaster::taps_of(const CastItem& item, const Hits& hits, const Looks* ro
   typical.yy = std::exp(log_yy / count);
   largest.xx = std::min(largest.xx, kMostOfTypical * typical.xx);
   largest.yy = std::min(largest.yy, kMostOfTypical * typical.yy);
-  return choose_taps(typical, finest, largest, item.levels);
+  return choose_taps(typical, finest, largest, levels);
 }
 
 /// The pixels of a row that are no edges: where they look, and what lies over what. looks_ begin with the
@@ -413,6 +414,7 @@ void RoomCaster::cast(const std::vector<CastItem>& items, const std::vector<Lens
   to.parts_.clear();
   to.orders_.clear();
   to.taps_.assign(std::size_t(RoomTile::kStrips) * items.size() * RoomTile::kBlocks, {});
+  to.mask_taps_ = to.taps_;
 
   std::fill(std::begin(rays_.x), std::end(rays_.x), std::numeric_limits<float>::quiet_NaN());
   for (const LensPiece& piece : pieces) follow(piece, rect);
@@ -431,11 +433,16 @@ void RoomCaster::cast(const std::vector<CastItem>& items, const std::vector<Lens
         for (int row = y; row < last; ++row)
           kernels.look(items[a].layer->views().data(), rays_, right_, down_, hits_[a], ray_place(0, row),
                        width, area, rows[row - y]);
-        for (int block = 0; area && block * RoomTile::kBlock < width; ++block)
-          to.taps_[(std::size_t(y / RoomTile::kStrip) * items.size() + a) * RoomTile::kBlocks +
-                   std::size_t(block)] =
-              taps_of(items[a], hits_[a], rows,
-                      {block * RoomTile::kBlock, y, std::min((block + 1) * RoomTile::kBlock, width), last});
+        for (int block = 0; area && block * RoomTile::kBlock < width; ++block) {
+          const CastItem& item = items[a];
+          const std::size_t n =
+              (std::size_t(y / RoomTile::kStrip) * items.size() + a) * RoomTile::kBlocks + std::size_t(block);
+          const PixelRect pixels{block * RoomTile::kBlock, y, std::min((block + 1) * RoomTile::kBlock, width),
+                                 last};
+          to.taps_[n] = taps_of(item.content, item.levels, hits_[a], rows, pixels);
+          if (item.mask.width > 0)
+            to.mask_taps_[n] = taps_of(item.mask, item.mask_levels, hits_[a], rows, pixels);
+        }
       }
     }
     bool edge[kTileWidth] = {}, steps[kTileWidth];

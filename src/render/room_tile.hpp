@@ -20,12 +20,23 @@ struct CastItem {
   std::uint64_t made = 0;  ///< another number when the layer was made anew
   ImageSize content;
   int levels = 1;  ///< of its pyramid
-  bool opaque = true;
+  ImageSize mask;  ///< 0 x 0: none
+  int mask_levels = 1;
+  bool opaque = true;  ///< the content is, and has no mask
 
   bool operator==(const CastItem& other) const {
     return layer == other.layer && made == other.made && content == other.content && levels == other.levels &&
-           opaque == other.opaque;
+           mask == other.mask && mask_levels == other.mask_levels && opaque == other.opaque;
   }
+};
+
+/// What a surface shows.
+template <typename Texture>
+struct ItemTextures {
+  const Texture* content = nullptr;
+  const Texture* mask = nullptr;  ///< gives its alpha to the content; nullptr: none
+
+  bool opaque() const { return content->opaque() && !mask; }
 };
 
 /// Memory to draw with, kept from tile to tile.
@@ -42,7 +53,7 @@ class RoomTile {
 
   /// Draws the items' textures over what is on the tile.
   template <typename Texture>
-  void draw(const std::vector<const Texture*>& textures, const Kernels& kernels,
+  void draw(const std::vector<ItemTextures<Texture>>& textures, const Kernels& kernels,
             RoomRows<typename Texture::Pixel>& rows, Tile<typename Texture::Pixel>& tile) const;
 
  private:
@@ -60,7 +71,7 @@ class RoomTile {
   /// What an edge pixel shows of one facet; content coordinates as fractions.
   struct Part {
     int item;
-    Taps taps;
+    Taps taps, mask_taps;
     float looks[6];
   };
   struct Edge {
@@ -69,18 +80,18 @@ class RoomTile {
     std::uint32_t first_order;  ///< 16 times: how many parts, and which, farthest first
   };
   template <typename Texture>
-  void draw_row(const std::vector<const Texture*>& textures, int y, const std::uint16_t*& run,
+  void draw_row(const std::vector<ItemTextures<Texture>>& textures, int y, const std::uint16_t*& run,
                 const Kernels& kernels, RoomRows<typename Texture::Pixel>& rows,
                 Tile<typename Texture::Pixel>& tile) const;
   template <typename Texture>
-  void draw_edge(const std::vector<const Texture*>& textures, const Edge& edge, const Kernels& kernels,
+  void draw_edge(const std::vector<ItemTextures<Texture>>& textures, const Edge& edge, const Kernels& kernels,
                  RoomRows<typename Texture::Pixel>& rows, Tile<typename Texture::Pixel>& tile) const;
 
   std::vector<CastItem> items_;
-  int looks_ = 2;                    ///< numbers a pixel: u, v, and with their slopes 6
-  std::vector<Row> rows_;            ///< [row, item]
-  std::vector<float> points_;        ///< fractions of the content
-  std::vector<Taps> taps_;           ///< [strip, item, block]
+  int looks_ = 2;                       ///< numbers a pixel: u, v, and with their slopes 6
+  std::vector<Row> rows_;               ///< [row, item]
+  std::vector<float> points_;           ///< fractions of the content
+  std::vector<Taps> taps_, mask_taps_;  ///< [strip, item, block]
   std::vector<std::uint16_t> runs_;  ///< a row's: how many pixels, how many items, and which, farthest first
   std::vector<Edge> edges_;          ///< row by row
   std::vector<Part> parts_;
@@ -110,7 +121,8 @@ class RoomCaster {
                  const Kernels& kernels, Hits& hits) const;
   bool is_even(const std::vector<CastItem>& items, int at) const;
   bool is_visible(const std::vector<CastItem>& items, int item, int at) const;
-  Taps taps_of(const CastItem& item, const Hits& hits, const Looks* rows, const PixelRect& block) const;
+  Taps taps_of(ImageSize content, int levels, const Hits& hits, const Looks* rows,
+               const PixelRect& block) const;
   void add_row(const std::vector<CastItem>& items, int y, int width, const bool (&edge)[kTileWidth],
                RoomTile& to);
   void add_edge(const std::vector<CastItem>& items, int x, int y, bool area, const PixelRect& rect,

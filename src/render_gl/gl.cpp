@@ -235,6 +235,7 @@ class GlRenderer::State {
     if (!(frame.channels == 3 && frame.size() == projector.size() && !frame.empty()))
       throw std::invalid_argument("render: the frame must have 3 channels and the projector's size");
     render::require_drawable(scene);
+    require_no_masks(scene);
     const auto use = used();
     const KeptState kept;
     const RenderWork work = prepare(scene, projector);
@@ -250,6 +251,7 @@ class GlRenderer::State {
       throw std::invalid_argument("draw: the framebuffer has " + std::to_string(rows) +
                                   " rows, less than the projector's frame");
     render::require_drawable(scene);
+    require_no_masks(scene);
     const KeptState kept;
     const RenderWork work = prepare(scene, projector);
     draw(scene);
@@ -268,6 +270,12 @@ class GlRenderer::State {
     bool new_content = false, new_map = false;
     int layer = 0;  ///< of the hits and taps, where it is cast at
   };
+
+  static void require_no_masks(const Scene& scene) {
+    for (const SceneItem& item : scene.items)
+      if (!item.mask.empty())
+        throw Error(ErrorKind::kUnsupported, "drawing by OpenGL", "a surface has a mask", "draw on the CPU");
+  }
 
   /// All that lives in the context.
   struct OnCard {

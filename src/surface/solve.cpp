@@ -89,6 +89,9 @@ SolvedSurfaceSet solve_surfaces(const SurfaceSet& set, const RigProjector& proje
   SolvedSurfaceSet result;
   result.projector = projector.name;
   for (const Surface& surface : set.surfaces) {
+    if (const auto fault = fault_of(surface.shape))
+      throw Error(ErrorKind::kInput, "surface '" + surface.name + "'", *fault,
+                  "correct its outline, holes and mask");
     SolvedSurface solved = std::visit(
         [&](const auto& geometry) {
           return solve(surface, geometry, projector, projector_from_world, options);
@@ -101,6 +104,18 @@ SolvedSurfaceSet solve_surfaces(const SurfaceSet& set, const RigProjector& proje
     result.surfaces.push_back(std::move(solved));
   }
   return result;
+}
+
+void move_to(SolvedSurfaceSet& solved, const RigProjector& projector, const Pose& projector_from_world) {
+  require(projector_from_world.is_finite(), "move_to: the pose is not finite");
+  for (SolvedSurface& surface : solved.surfaces) {
+    const InRoom* place = place_of(surface.surface.geometry);
+    if (place == nullptr || place->frame != "world") continue;
+    const Pose moved = projector_from(surface.surface, *place, projector, projector_from_world);
+    if (auto* plane = std::get_if<PlacedPlane>(&surface.placement)) plane->projector_from_surface = moved;
+    if (auto* mesh = std::get_if<PlacedMesh>(&surface.placement)) mesh->projector_from_surface = moved;
+    solved.projector_from_world = projector_from_world;
+  }
 }
 
 Diagnostics diagnostics_of(const SolvedSurfaceSet& solved) {

@@ -16,15 +16,27 @@ std::optional<Vec2> in_plane(const Mat3& destination_from_content, const Vec2& u
   return Homography(destination_from_content).apply(uv);
 }
 
+/// How much content there is at a place of the surface, 0..1.
+double alpha_at(const ContentShape& shape, const Vec2& uv) {
+  if (!in_shape(shape, uv)) return 0;
+  if (!shape.mask) return 1;
+  const ImageU8& mask = *shape.mask;
+  const auto texel = [](double at, int count) { return std::min(std::max(int(at * count), 0), count - 1); };
+  return mask.at(texel(uv.x(), mask.width()), texel(uv.y(), mask.height())) / 255.0;
+}
+
 template <typename Placed>
-double covered_share(const Projector& projector, const Placed& placed) {
-  int covered = 0;
+double covered_share(const Projector& projector, const Placed& placed, const ContentShape& shape) {
+  double covered = 0, whole = 0;
   for (int j = 0; j < kSamples; ++j)
     for (int i = 0; i < kSamples; ++i) {
-      const auto pixel = lighting_pixel(projector, placed, Vec2(i + 0.5, j + 0.5) / kSamples);
-      covered += pixel && projector.size().contains(*pixel);
+      const Vec2 uv = Vec2(i + 0.5, j + 0.5) / kSamples;
+      const double alpha = alpha_at(shape, uv);
+      whole += alpha;
+      const auto pixel = lighting_pixel(projector, placed, uv);
+      if (pixel && projector.size().contains(*pixel)) covered += alpha;
     }
-  return double(covered) / (kSamples * kSamples);
+  return whole > 0 ? covered / whole : 0;
 }
 
 template <typename Placed>
@@ -120,8 +132,8 @@ struct MeshLook {
 };
 
 /// `reading_side_only`: light reaches only what is turned towards the projector.
-MeshLook look_at_mesh(const Projector& projector, const PlacedMesh& placed, bool reading_side_only,
-                      Visibility& visibility) {
+MeshLook look_at_mesh(const Projector& projector, const PlacedMesh& placed, const ContentShape& shape,
+                      bool reading_side_only, Visibility& visibility) {
   const Mesh& mesh = *placed.mesh;
   double whole = 0;
   for (const auto& triangle : mesh.triangles) whole += area_vector(mesh, triangle).norm();
@@ -137,7 +149,7 @@ MeshLook look_at_mesh(const Projector& projector, const PlacedMesh& placed, bool
     const Vec3 into_wall =
         placed.projector_from_surface.rotate(Vec3((sense < 0 ? -1 : 1) * area / area.norm()));
     const int side = std::max(1, int(std::lround(kSamples * std::sqrt(area.norm() / whole))));
-    const double share = area.norm() / (0.5 * side * (side + 1));
+    const double whole_share = area.norm() / (0.5 * side * (side + 1));
     const Vec3 right = into_wall.unitOrthogonal(), down = into_wall.cross(right);
     for (int j = 0; j < side; ++j)
       for (int i = 0; i + j < side; ++i) {
@@ -145,6 +157,7 @@ MeshLook look_at_mesh(const Projector& projector, const PlacedMesh& placed, bool
         const Vec3 point = placed.projector_from_surface *
                            Vec3(corner(0) + s * (corner(1) - corner(0)) + t * (corner(2) - corner(0)));
         const double cosine = into_wall.dot(point) / point.norm();
+        const double share = whole_share * alpha_at(shape, uv(0) + s * du + t * dv);
         look.area += share;
         if (cosine > 0) look.facing += share;
         const auto pixel = projector.pixel_lighting(point);
@@ -185,7 +198,7 @@ void judge_coverage(const SolveOptions& options, bool in_front, SolvedSurface& s
 void look_at(const Projector& projector, const SolveOptions& options, SolvedSurface& solved) {
   const auto look = [&](const auto& placed) {
     solved.corners_px = corners(projector, placed);
-    solved.visibility.covered_share = covered_share(projector, placed);
+    solved.visibility.covered_share = covered_share(projector, placed, solved.surface.shape);
     bool in_front = solved.visibility.covered_share > 0;
     for (int j = 0; j <= 8 && !in_front; ++j)
       for (int i = 0; i <= 8 && !in_front; ++i)
@@ -193,13 +206,13 @@ void look_at(const Projector& projector, const SolveOptions& options, SolvedSurf
     judge_coverage(options, in_front, solved);
   };
   if (const auto* mesh = std::get_if<PlacedMesh>(&solved.placement)) {
-    MeshLook seen = look_at_mesh(projector, *mesh, true, solved.visibility);
+    MeshLook seen = look_at_mesh(projector, *mesh, solved.surface.shape, true, solved.visibility);
     solved.visibility.facing = seen.facing > 0;
     if (!solved.visibility.facing) {
-      seen = look_at_mesh(projector, *mesh, false, solved.visibility);
+      seen = look_at_mesh(projector, *mesh, solved.surface.shape, false, solved.visibility);
       warn_of_rear_projection(solved.diagnostics);
     }
-    solved.visibility.covered_share = seen.reached / seen.area;
+    solved.visibility.covered_share = seen.area > 0 ? seen.reached / seen.area : 0;
     judge_coverage(options, seen.in_front > 0, solved);
     warn_of_grazing(options, solved.visibility, solved.diagnostics);
     return;

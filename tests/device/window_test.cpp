@@ -69,8 +69,20 @@ TEST(Window, ShowsEveryPixelAsItIs) {
     EXPECT_EQ(different, 0) << "round " << round;
     EXPECT_EQ(window->poll(), Wish::kNone);
   }
+  // A moving picture in colour, frame by frame.
+  for (int round = 0; round < 4; ++round) {
+    ImageU8 colour(kScreen, 3);
+    for (int i = 0; i < 323 * 241 * 3; ++i) colour.data()[i] = std::uint8_t(random() & 0xff);
+    window->show_next(colour);
+    const ImageU8 seen = test::ScreenPixels(screen.name()).read(window->size());
+    int different = 0;
+    for (int y = 0; y < 241; ++y)
+      for (int x = 0; x < 323; ++x)
+        for (int c = 0; c < 3; ++c) different += seen.at(x, y, c) != colour.at(x, y, c);
+    EXPECT_EQ(different, 0) << "colour, round " << round;
+  }
   EXPECT_THROW(window->show(ImageU8(322, 241)), std::invalid_argument);
-  EXPECT_THROW(window->show(ImageU8(323, 241, 3)), std::invalid_argument);
+  EXPECT_THROW(window->show(ImageU8(323, 241, 4)), std::invalid_argument);
   EXPECT_THROW(open_window(1), Error);
 }
 
@@ -85,8 +97,11 @@ TEST(Window, HearsWhatIsTyped) {
   }
   window->show(ImageU8(kScreen));
   const test::ScreenPixels keyboard(screen.name());
-  for (const char* key : {"Return", "space"}) {
-    EXPECT_EQ(wish_after(key, keyboard, *window), Wish::kGoOn) << key;
+  const std::pair<const char*, Wish> keys[] = {
+      {"Return", Wish::kGoOn}, {"space", Wish::kGoOn}, {"n", Wish::kGoOn},  {"h", Wish::kHelp},
+      {"g", Wish::kGrid},      {"m", Wish::kMask},     {"f", Wish::kFreeze}};
+  for (const auto& [key, wish] : keys) {
+    EXPECT_EQ(wish_after(key, keyboard, *window), wish) << key;
     EXPECT_EQ(window->poll(), Wish::kNone) << key << " was told twice";
   }
   EXPECT_EQ(wish_after("Escape", keyboard, *window), Wish::kClose);

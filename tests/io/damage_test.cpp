@@ -6,6 +6,7 @@
 #include "examples.hpp"
 #include "procam/io/board_file.hpp"
 #include "procam/io/files.hpp"
+#include "procam/io/images.hpp"
 #include "procam/io/rig_file.hpp"
 #include "procam/io/surface_file.hpp"
 #include "scratch.hpp"
@@ -58,6 +59,7 @@ TEST_P(Damage, EveryTruncationIsRefusedWithTheFilesName) {
 TEST_P(Damage, ChangedBytesAreReadOrRefused) {
   const Scratch scratch;
   scratch.write("roof.obj", test::kRoof);  // a surface names it
+  save_image(scratch / "leaves.png", ImageU8(5, 3, 3, 200));
   const std::filesystem::path path = scratch / GetParam().file;
   GetParam().save(path);
   const std::string whole = read_file(path);

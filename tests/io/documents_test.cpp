@@ -5,6 +5,7 @@
 
 #include "examples.hpp"
 #include "procam/io/files.hpp"
+#include "procam/io/images.hpp"
 #include "procam/io/pose_file.hpp"
 #include "procam/io/rig_file.hpp"
 #include "procam/io/surface_file.hpp"
@@ -29,6 +30,7 @@ struct Files {
   Files() {
     save_rig(scratch / "rig.json", test::example_rig());
     scratch.write("roof.obj", test::kRoof);
+    save_image(scratch / "leaves.png", ImageU8(5, 3, 3, 200));
     save_surfaces(scratch / "s.json", test::example_surfaces());
     save_surfaces(scratch / "s.xml", test::example_surfaces());
     rig_text = read_file(scratch / "rig.json");
@@ -175,6 +177,7 @@ TEST_P(SurfaceFile, ReadsBackEveryFieldToTheLastDigit) {
   const Scratch scratch;
   const SurfaceSet set = test::example_surfaces();
   scratch.write("roof.obj", test::kRoof);
+  save_image(scratch / "leaves.png", ImageU8(5, 3, 3, 200));
   save_surfaces(scratch / GetParam(), set);
   const SurfaceSet loaded = load_surfaces(scratch / GetParam());
   ASSERT_EQ(loaded.surfaces.size(), set.surfaces.size());
@@ -198,6 +201,17 @@ TEST_P(SurfaceFile, ReadsBackEveryFieldToTheLastDigit) {
   ASSERT_TRUE(roof.mesh);
   EXPECT_LT((roof.mesh->vertices.at(1) - Vec3(0.7, 0.03, 0)).norm(), 1e-15);
   EXPECT_EQ(roof.mesh->uv.at(2), Vec2(0.25, 1));
+  const Surface &wall = set.surfaces[0], &loaded_wall = loaded.surfaces[0];
+  EXPECT_EQ(loaded_wall.layout.fit, Fit::kCover);
+  EXPECT_EQ(loaded_wall.layout.crop_from, wall.layout.crop_from);
+  EXPECT_EQ(loaded_wall.layout.crop_to, wall.layout.crop_to);
+  EXPECT_EQ(loaded_wall.shape.outline, wall.shape.outline);
+  EXPECT_EQ(loaded_wall.shape.holes, wall.shape.holes);
+  EXPECT_EQ(loaded.surfaces[1].layout.fit, Fit::kContain);
+  EXPECT_TRUE(loaded.surfaces[2].shape.is_whole());
+  ASSERT_TRUE(loaded.surfaces[6].shape.mask);
+  EXPECT_EQ(loaded.surfaces[6].shape.mask->size(), (ImageSize{5, 3}));
+  EXPECT_EQ(loaded.surfaces[6].shape.mask->channels(), 1);
   // The other syntax holds the same data.
   save_surfaces(scratch / "again.json", loaded);
   save_surfaces(scratch / "direct.json", set);
@@ -208,6 +222,7 @@ TEST_P(SurfaceFile, ReadsBackSolvedSurfaces) {
   const Scratch scratch;
   const SolvedSurfaceSet set = test::example_solved_surfaces();
   scratch.write("roof.obj", test::kRoof);
+  save_image(scratch / "leaves.png", ImageU8(5, 3, 3, 200));
   save_solved_surfaces(scratch / GetParam(), set);
   const SolvedSurfaceSet loaded = load_solved_surfaces(scratch / GetParam());
   ASSERT_EQ(loaded.surfaces.size(), set.surfaces.size());
@@ -237,6 +252,16 @@ TEST(SurfaceJson, RefusesShapesThatCannotBe) {
           "surfaces[6].metres_per_unit: it is not positive");
   refuses("\"inside\"", "\"insight\"",
           "surfaces[5].seen_from: there is no 'insight' here; did you mean 'inside'?");
+  EXPECT_ERROR(f.surfaces("s.json", "leaves.png", "twigs.png"), kIo, "twigs.png");
+  EXPECT_ERROR(f.surfaces("s.json", "\"cover\"", "\"covers\""), kInput, "there is no 'covers' here");
+  EXPECT_ERROR(f.surfaces("s.json", "[0.125, 0.25, 1, 0.875]", "[0.125, 0.25, 1]"), kInput,
+               "surfaces[0].layout.crop: it does not have 4 numbers");
+  EXPECT_ERROR(f.surfaces("s.json", "[0.125, 0.25, 1, 0.875]", "[0.125, 0.9, 1, 0.875]"), kInput,
+               "surfaces[0].layout.crop: it has no area");
+  EXPECT_ERROR(f.surfaces("s.json", "[0.75, 1]", "[0.25, 0]"), kInput,
+               "surfaces[0].layout.outline: the outline crosses or touches itself");
+  EXPECT_ERROR(f.surfaces("s.json", "[0.375, 0.3]", "[0.375, 1.3]"), kInput,
+               "surfaces[0].layout.outline: hole 0 has a corner outside 0 .. 1");
   EXPECT_ERROR(f.surfaces("s.json", "roof.obj", "wall.obj"), kIo, "wall.obj");
 }
 
@@ -252,8 +277,8 @@ TEST_P(SurfaceFile, NamesFileLineAndField) {
       loads("\"version\": 1", "version=\"1\"", "\"version\": 7", "version=\"7\""), kUnsupported,
       xml ? "s.xml:2: version: version 7 was written by a newer procam" : "s.json:3: version: version 7");
   EXPECT_ERROR(loads("[1.25, 0.01]", "1.25 0.01", "[1.25]", "1.25"), kInput,
-               xml ? "s.xml:8: surfaces[0].points[1].at_m: it has 1 numbers"
-                   : "s.json:16: surfaces[0].points[1].at_m: it has 1 numbers");
+               xml ? "s.xml:32: surfaces[0].points[1].at_m: it has 1 numbers"
+                   : "s.json:42: surfaces[0].points[1].at_m: it has 1 numbers");
   EXPECT_ERROR(loads("\"weight\": 2", "weight=\"2\"", "\"wieght\": 2", "wieght=\"2\""), kInput,
                "surfaces[0].points[1].wieght: unknown field 'wieght'; did you mean 'weight'?");
   EXPECT_ERROR(loads(", \"weight\": 2", " weight=\"2\"", "", ""), kInput, "4 of 5 points have a weight");

@@ -74,9 +74,15 @@ inline SurfaceSet example_surfaces() {
   SurfaceSet set;
   set.surfaces = {{"wall", planar, {1, 2, 0.5, 1e-3, 4}, "bilder/<wand> & \"tür\".png"},
                   {"hand placed", pixels, {}, ""}};
+  set.surfaces[0].layout = {Fit::kCover, {0.125, 0.25}, {1, 0.875}};
+  set.surfaces[0].shape.outline = {{0, 0.1}, {0.5, 0}, {1, 1.0 / 3}, {0.75, 1}};
+  set.surfaces[0].shape.holes = {{{0.25, 0.25}, {0.5, 0.25}, {0.375, 0.3}},
+                                 {{0.6, 0.5}, {0.7, 0.5}, {0.7, 0.75}}};
+  set.surfaces[1].layout.fit = Fit::kContain;
   const auto add = [&](const std::string& name, auto shape) {
     shape.frame_from_surface = lopsided_pose(0.2);
     set.surfaces.push_back({name, shape, {}, name + ".png"});
+    set.surfaces.back().layout.crop_to = {0.5, 0.75};
   };
   GridSurface curtain;
   curtain.columns = 3;
@@ -108,6 +114,7 @@ inline SurfaceSet example_surfaces() {
   roof.file = "roof.obj";
   roof.metres_per_unit = 0.001;
   add("roof", roof);
+  set.surfaces.back().shape.mask_file = "leaves.png";
   return set;
 }
 

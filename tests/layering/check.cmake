@@ -57,7 +57,8 @@ foreach(file IN LISTS files)
       list(APPEND problems "${file}: reaches into another folder (${included})")
     elseif(is_public AND included MATCHES "^ceres/" AND file MATCHES "^include/procam/calibrate/costs/")
       # The cost functors are the one place where Ceres is public.
-    elseif(is_public AND included MATCHES "^(opencv2?|nlohmann|CLI|ceres|yaml-cpp|GLFW|GL|EGL|GLES3|epoxy|X11)/|^(pugixml|opencv)")
+    elseif(is_public AND included MATCHES
+           "^(opencv2?|nlohmann|CLI|ceres|yaml-cpp|GLFW|GL|EGL|GLES3|epoxy|X11|boost)/|^(pugixml|opencv)")
       list(APPEND problems "${file}: a public header may not include ${included}")
     elseif(stage STREQUAL "core" AND included MATCHES "/" AND NOT included MATCHES "^Eigen/")
       list(APPEND problems "${file}: core needs Eigen alone, not ${included}")

@@ -220,5 +220,32 @@ TEST(SolveSurfaces, SeldomCallsOutAGoodPair) {
   EXPECT_LE(alarms, 6);
 }
 
+/// Half of it lies beyond the picture; an outline or a mask over the other half is reached as a whole.
+TEST(SolveSurfaces, CountsOnlyWhatTheOutlineAndTheMaskShow) {
+  PixelSurface half;
+  half.content = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
+  half.pixels = {{511.5, 100}, {1535.5, 100}, {1535.5, 500}, {511.5, 500}};
+  const auto share = [&](const ContentShape& shape) {
+    SurfaceSet set;
+    set.surfaces.push_back(named("half", half));
+    set.surfaces[0].shape = shape;
+    return solve_surfaces(set, lopsided()).surfaces[0].visibility.covered_share;
+  };
+  ContentShape shape;
+  EXPECT_NEAR(share(shape), 0.5, 0.01);
+  shape.outline = {{0.1, 0.1}, {0.49, 0.2}, {0.3, 0.9}};
+  EXPECT_EQ(share(shape), 1);
+  shape.outline.clear();
+  shape.holes = {{{0.0, 0.0}, {0.5, 0.0}, {0.5, 0.5}, {0.0, 0.5}}};
+  EXPECT_NEAR(share(shape), 1.0 / 3, 0.02);
+  shape.holes.clear();
+  auto mask = std::make_shared<ImageU8>(4, 1, 1, 51);  // a fifth on the right
+  mask->at(0, 0) = mask->at(1, 0) = 255;
+  shape.mask = mask;
+  EXPECT_NEAR(share(shape), 5.0 / 6, 0.01);
+  shape.holes = {{{0.3, 0.3}, {0.5, 0.5}, {0.3, 0.5}, {0.5, 0.3}}};
+  EXPECT_THROW(share(shape), Error);
+}
+
 }  // namespace
 }  // namespace procam

@@ -13,6 +13,10 @@ struct SceneItem {
   /// Another number when the pixels in the same memory have changed (a video's frame number): who keeps
   /// content from one frame to the next looks at this, not at the pixels.
   std::uint64_t content_revision = 0;
+  /// Alpha of the content, as if multiplied into its own, over the same area: one channel of any resolution,
+  /// (0, 0) .. (1, 1) from its corner to its corner as of the content. Empty: none. Must outlive the scene.
+  ViewU8 mask = {};
+  std::uint64_t mask_revision = 0;  ///< as content_revision
 };
 
 struct Scene {

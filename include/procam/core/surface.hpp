@@ -12,6 +12,7 @@
 #include <string>
 #include <variant>
 
+#include "procam/core/content_layout.hpp"
 #include "procam/core/error.hpp"
 #include "procam/core/surface/bezier.hpp"
 #include "procam/core/surface/cylinder.hpp"
@@ -32,6 +33,8 @@ struct Surface {
   SurfaceGeometry geometry;
   std::vector<double> weights;  ///< one a pair, 1/sigma^2 up to a common factor; empty: all equal
   std::string content;          ///< file shown when the tool is given none; may be empty
+  ContentLayout layout = {};
+  ContentShape shape = {};
 };
 
 /// Surfaces in the room hide each other as the projector sees them; where two lie together (closer than a
@@ -84,7 +87,8 @@ using Placement = std::variant<PlacedPlane, PlacedPixels, PlacedMesh>;
 
 /// How a surface looks from the projector.
 struct Visibility {
-  double covered_share = 0;     ///< of the content's area that falls inside the projector's picture, 0..1
+  double covered_share = 0;  ///< of the content's area (inside outline and mask) that falls inside
+  /// the projector's picture, 0..1
   bool facing = true;           ///< the projector stands on the side that content is read from
   double incidence_deg = 0;     ///< angle between light and surface normal at the content's centre
   double mm_per_pixel_min = 0;  ///< size of a projector pixel on the surface: the finest and

@@ -6,6 +6,8 @@
 /// live/checks.hpp.
 ///
 /// A sink is used by the thread that opened it.
+#include <filesystem>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -20,8 +22,12 @@ double now_s();
 /// A full-screen window takes the keyboard from the terminal, so it must hear what is typed there.
 enum class Wish {
   kNone,
-  kGoOn,  ///< Enter or space, told once
-  kClose  ///< Escape, or the window was closed: from then on
+  kGoOn,    ///< Enter, space or n
+  kHelp,    ///< h, ? or F1
+  kGrid,    ///< g
+  kMask,    ///< m
+  kFreeze,  ///< f
+  kClose    ///< Escape, or the window was closed: from then on
 };
 
 class FrameSink {
@@ -29,18 +35,47 @@ class FrameSink {
   virtual ~FrameSink() = default;
 
   virtual ImageSize size() const = 0;
-  /// Shows one picture (one channel, of size()) and returns the time at which it was handed to the screen;
-  /// light leaves the projector some time later. Throws std::invalid_argument for a picture of another size,
-  /// Error(kDevice) when the screen is gone.
+  /// Shows one picture (1 channel or RGB, of size()) and returns the time at which it was handed to the
+  /// screen; light leaves the projector some time later. Throws std::invalid_argument for a picture of
+  /// another size, Error(kDevice) when the screen is gone.
   virtual double show(ViewU8 picture) = 0;
-  /// Keeps the window responsive, and says what a person has asked of it since; call it while waiting.
-  virtual Wish poll() = 0;
+  /// The same for one of a moving picture: a window waits for the next refresh of its display (one, not the
+  /// two after which whatever the driver shows is this picture).
+  virtual double show_next(ViewU8 picture) { return show(picture); }
+  /// No more frames come: what was shown is where it belongs. A video file is not there without it. Throws
+  /// Error(kIo).
+  virtual void finish() {}
+  /// Keeps the window responsive, and says what a person has asked of it since, each wish once and in order;
+  /// call it while waiting.
+  virtual Wish poll() { return Wish::kNone; }
 };
+
+/// Writes a whole picture file; throws Error. (io::save_image: device knows no file formats.)
+using WriteImage = std::function<void(const std::filesystem::path&, ViewU8)>;
+
+struct SinkOptions {
+  ImageSize size;    ///< of the frames: the projector's
+  double fps = 60;   ///< of a video
+  WriteImage write;  ///< for frames
+};
+
+/// Opens a place for frames other than a window, by its text:
+///
+///   frames:FOLDER   FOLDER/frame_000000.png, ...; the folder is made
+///   video:FILE      .mp4, .mkv or .avi (device/video_file.hpp)
+///   stdout          rows of R G B, nothing between frames: ... | ffplay -f rawvideo -pixel_format rgb24
+///                   -video_size WxH -
+///   shm:NAME        shared memory /NAME (device/shared_frame.hpp): readers take the newest frame
+///   none            nowhere, for measuring
+///
+/// Throws Error(kInput) for other text, Error(kDevice) or Error(kIo) for what cannot be opened.
+std::unique_ptr<FrameSink> open_sink(const std::string& text, const SinkOptions& options);
 
 /// A screen that the machine drives.
 struct Display {
   int number = 0;  ///< as open_window() takes it
   std::string name;
+  int x = 0, y = 0;   ///< of its top-left pixel on the desktop
   ImageSize size;     ///< of the mode that runs now
   ImageSize largest;  ///< that it offers: a projector's own resolution, as a rule
   double refresh_hz = 0;
@@ -50,6 +85,10 @@ struct Display {
 /// Empty without a screen. Throws Error(kDevice) when the machine has no graphics, or procam was built
 /// without windows.
 std::vector<Display> displays();
+
+/// The display that a person means by its number ("1"), its name or a part of it that no other has
+/// ("EPSON"), or a place on the desktop that it shows ("1920,0"). Throws Error(kInput) listing them.
+const Display& find_display(const std::vector<Display>& list, const std::string& text);
 
 /// A window that fills the display in the mode that runs now. Throws Error(kDevice), saying what is missing.
 std::unique_ptr<FrameSink> open_window(int display_number);

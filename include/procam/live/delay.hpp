@@ -6,7 +6,8 @@
 ///   delay = argmax over tau of corr(y_k, c(t_k - tau)),
 /// the middle of the best lags, since the correlation only changes where some t_k - tau meets a switch.
 /// Irregular lengths make every other lag fit badly, so that a delay of several switches is found as well as
-/// a short one.
+/// a short one. Frames that span a switch are grey, by how far the exposure had got: from them the delay is
+/// known to a small part of a frame.
 #include <optional>
 #include <vector>
 
@@ -24,7 +25,7 @@ struct SeenLight {
 };
 
 struct Delay {
-  double delay_s = 0;
+  double delay_s = 0;  ///< from show() to the arrival of a frame whose exposure has its middle there
   /// Frames that arrive later than this after a switch showed the new picture alone: exposure, rolling
   /// shutter and jitter are in it, as far as they showed during the code. At least delay_s.
   double settled_s = 0;

@@ -30,9 +30,9 @@ struct SolveOptions {
 /// Any number of surfaces; an empty set gives an empty result.
 ///
 /// Throws Error naming the surface: kInput for an empty or repeated name, values that are not finite, lists
-/// of different lengths, an unknown frame, or frame "world" without `projector_from_world`; kNotEnoughData
-/// for fewer than four pairs; kDegenerate for collinear or repeated points and points on both sides of the
-/// horizon.
+/// of different lengths, an unknown frame, an outline with a fault, or frame "world" without
+/// `projector_from_world`; kNotEnoughData for fewer than four pairs; kDegenerate for collinear or repeated
+/// points and points on both sides of the horizon.
 ///
 /// Diagnostics, a surface each (`SolvedSurface::diagnostics`): failures "behind_projector" and "edge_on", no
 /// light can land; warnings "outside_picture", "partly_outside", "seen_from_behind", "grazing",
@@ -42,6 +42,11 @@ SolvedSurfaceSet solve_surfaces(const SurfaceSet& set, const RigProjector& proje
                                 const SolveOptions& options = {});
 
 /// All diagnostics of the set, each message beginning with its surface's name.
+/// The same surfaces from another pose of the projector: what stands in the world moves, homographies and
+/// meshes stay. For every frame of a drive: visibility, corners and remarks are left as they were solved, and
+/// nothing is allocated.
+void move_to(SolvedSurfaceSet& solved, const RigProjector& projector, const Pose& projector_from_world);
+
 Diagnostics diagnostics_of(const SolvedSurfaceSet& solved);
 
 }  // namespace procam::surface

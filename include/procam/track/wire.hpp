@@ -1,0 +1,55 @@
+#pragma once
+/// Poses as bytes: JSON lines, the binary form, OSC, PosiStageNet, rosbridge. Layouts are in docs/live.md.
+///
+/// Parsers take any bytes. What is no message is counted with its reason: not finite, a position beyond
+/// kFarthest, a quaternion whose length is off by more than 1 % (less is normalised), a covariance that is
+/// not symmetric or has a negative variance, a key twice or unknown, nesting deeper than the form has.
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "procam/track/stamped_pose.hpp"
+
+namespace procam::track {
+
+constexpr double kFarthest = 1e6;              ///< metres; m/s and rad/s for rates
+constexpr std::size_t kLongestMessage = 8192;  ///< bytes of one JSON line or binary message
+
+/// What a piece of bytes held. Arrivals are zero: the source sets them.
+struct Parsed {
+  std::vector<StampedPose> poses;
+  std::uint64_t malformed = 0;
+  std::string why;  ///< of the last malformed one
+};
+
+/// JSON lines and binary messages, in any mixture: one datagram.
+Parsed parse_poses(std::string_view datagram);
+/// An OSC message, or a bundle of them (its time tag is the stamp of those that have none).
+Parsed parse_osc(std::string_view datagram);
+/// A PosiStageNet packet. Names of trackers come in packets of their own and are not waited for: the child
+/// is "tracker ID".
+Parsed parse_psn(std::string_view datagram);
+/// One text frame of rosbridge: tf2_msgs/TFMessage, PoseWithCovarianceStamped, PoseStamped or Odometry,
+/// told apart by their fields.
+Parsed parse_rosbridge(std::string_view text);
+
+/// A stream of JSON lines and binary messages, cut where it likes. Garbage is skipped up to the next line
+/// that begins with a brace or the next magic, and counted once.
+class StreamParser {
+ public:
+  Parsed parse(std::string_view bytes);
+
+ private:
+  std::string rest_;
+  bool skipping_ = false;
+};
+
+/// What the parsers read back. JSON ends in a newline. OSC: without twist or covariance.
+std::string to_json_line(const StampedPose& message);
+std::string to_binary(const StampedPose& message);
+std::string to_osc(const StampedPose& message);
+/// Several trackers make one packet; IDs are taken from children named "tracker ID", else 0.
+std::string to_psn(const StampedPose& message);
+
+}  // namespace procam::track

@@ -1,0 +1,48 @@
+#include "video_capture.hpp"
+
+#include <algorithm>
+#include <opencv2/core/utils/logger.hpp>
+
+namespace procam::device::internal {
+
+cv::VideoCapture open_capture(const std::string& name) {
+  const bool is_number =
+      !name.empty() && name.size() < 5 &&
+      std::all_of(name.begin(), name.end(), [](unsigned char c) { return c >= '0' && c <= '9'; });
+  // OpenCV tells of every driver that it tries; what matters of that is in the caller's error.
+  const auto level = cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
+  cv::VideoCapture video;
+  try {
+    if (is_number)
+      video.open(std::stoi(name));
+    else
+      video.open(name);
+  } catch (const cv::Exception&) {
+    video.release();
+  }
+  cv::utils::logging::setLogLevel(level);
+  return video;
+}
+
+bool to_content(const cv::Mat& picture, ImageU8& content) {
+  const int channels = picture.channels();
+  if (picture.empty() || picture.depth() != CV_8U || (channels != 1 && channels != 3)) return false;
+  if (content.width() != picture.cols || content.height() != picture.rows || content.channels() != channels)
+    content = ImageU8(picture.cols, picture.rows, channels);
+  for (int y = 0; y < picture.rows; ++y) {
+    const std::uint8_t* from = picture.ptr<std::uint8_t>(y);
+    std::uint8_t* to = content.row(y);
+    if (channels == 1) {
+      std::copy_n(from, picture.cols, to);
+      continue;
+    }
+    for (int x = 0; x < picture.cols; ++x, from += 3, to += 3) {
+      to[0] = from[2];
+      to[1] = from[1];
+      to[2] = from[0];
+    }
+  }
+  return true;
+}
+
+}  // namespace procam::device::internal

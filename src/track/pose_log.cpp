@@ -1,0 +1,82 @@
+#include "procam/track/pose_log.hpp"
+
+#include <algorithm>
+#include <cerrno>
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+
+#include "procam/core/error.hpp"
+#include "procam/track/wire.hpp"
+#include "wire_json.hpp"
+
+namespace procam::track {
+namespace {
+
+constexpr const char* kFirstLine = "{\"format\":\"procam-pose-log\",\"version\":1}";
+/// A run (live/run_log.hpp) has lines of other kinds between the poses, and those of several sources in
+/// turns.
+constexpr const char* kRunBegins = "{\"format\":\"procam-run\",\"version\":1,";
+
+Error io_error(const std::filesystem::path& path, const char* next) {
+  return {ErrorKind::kIo, path.string(), errno != 0 ? std::strerror(errno) : "input or output failed", next};
+}
+
+}  // namespace
+
+PoseLogWriter::PoseLogWriter(const std::filesystem::path& path) : path_(path) {
+  errno = 0;
+  file_.open(path, std::ios::binary | std::ios::trunc);
+  file_ << kFirstLine << '\n';
+  flush();
+}
+void PoseLogWriter::write(const StampedPose& message) {
+  char arrival[48];
+  std::snprintf(arrival, sizeof arrival, "{\"arrival\":%.17g,", message.arrival);
+  file_ << arrival << to_json_line(message).substr(1);
+}
+void PoseLogWriter::flush() {
+  errno = 0;
+  file_.flush();
+  if (!file_) throw io_error(path_, "give a place that can be written and has room");
+}
+
+std::vector<StampedPose> read_pose_log(const std::filesystem::path& path) {
+  errno = 0;
+  std::ifstream file(path, std::ios::binary);
+  std::string line;
+  if (!std::getline(file, line)) {
+    if (!file.is_open() || errno != 0) throw io_error(path, "give a log that can be read");
+    throw Error(ErrorKind::kInput, path.string(), "it is empty", "give a log that was recorded");
+  }
+  if (!line.empty() && line.back() == '\r') line.pop_back();
+  const bool is_run = line.rfind(kRunBegins, 0) == 0;
+  if (line != kFirstLine && !is_run)
+    throw Error(ErrorKind::kInput, path.string() + ", line 1", "it is no pose log",
+                std::string("its first line must be ") + kFirstLine);
+  std::vector<StampedPose> messages;
+  for (int number = 2; std::getline(file, line); ++number) {
+    const bool whole = !file.eof();
+    if (line.find_first_not_of(" \t\r") == line.npos) continue;
+    if (is_run && line.rfind("{\"arrival\":", 0) != 0) continue;
+    StampedPose message;
+    const char* why = line.size() > kLongestMessage ? "it is longer than 8192 bytes"
+                                                    : internal::read_json_message(line, true, message);
+    if (why == nullptr && (!std::isfinite(message.arrival) || std::abs(message.arrival) > 1e12))
+      why = "arrival is not a time";
+    if (why == nullptr && !is_run && !messages.empty() && message.arrival < messages.back().arrival)
+      why = "it arrived before the line above it";
+    if (why != nullptr) {
+      if (!whole) break;  // the program ended while it wrote
+      throw Error(ErrorKind::kInput, path.string() + ", line " + std::to_string(number), why,
+                  "mend or remove the line");
+    }
+    messages.push_back(std::move(message));
+  }
+  if (file.bad()) throw io_error(path, "give a log that can be read");
+  std::stable_sort(messages.begin(), messages.end(),
+                   [](const StampedPose& a, const StampedPose& b) { return a.arrival < b.arrival; });
+  return messages;
+}
+
+}  // namespace procam::track

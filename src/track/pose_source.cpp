@@ -1,0 +1,132 @@
+#include "procam/track/pose_source.hpp"
+
+#include <cmath>
+#include <cstdlib>
+
+#include "inbox.hpp"
+#include "message_check.hpp"
+#include "procam/core/error.hpp"
+#include "procam/track/pose_log.hpp"
+#include "sources.hpp"
+
+namespace procam::track {
+
+const std::vector<PoseSourceKind>& pose_source_kinds() {
+  static const std::vector<PoseSourceKind> kinds = {
+      {"udp", "udp:[ADDRESS:]PORT", "JSON lines or binary messages in datagrams", internal::open_udp},
+      {"tcp", "tcp:HOST:PORT", "JSON lines or binary messages, connecting to the sender", internal::open_tcp},
+      {"tcp-listen", "tcp-listen:[ADDRESS:]PORT", "the same, the sender connects",
+       internal::open_tcp_listener},
+      {"osc", "osc:[ADDRESS:]PORT", "OSC, addresses that end in /pose", internal::open_osc},
+      {"psn", "psn:[GROUP:]PORT", "PosiStageNet 2, multicast", internal::open_psn},
+      {"rosbridge", "rosbridge:HOST:PORT[/TOPIC]", "ROS through rosbridge_server", internal::open_rosbridge},
+      {"log", "log:FILE[@SPEED]", "a recorded run", internal::open_log},
+  };
+  return kinds;
+}
+
+std::unique_ptr<PoseSource> open_pose_source(const std::string& text, const SourceOptions& options) {
+  const std::size_t colon = text.find(':');
+  std::string forms;
+  for (const PoseSourceKind& kind : pose_source_kinds()) {
+    if (colon != text.npos && text.compare(0, colon, kind.name) == 0)
+      return kind.open(text.substr(colon + 1), options);
+    forms += std::string(forms.empty() ? "" : ", ") + kind.form;
+  }
+  throw Error(ErrorKind::kInput, "pose source '" + text + "'", "no kind of source is called so",
+              "say one of " + forms);
+}
+
+internal::HostPort internal::parse_host_port(const std::string& text) {
+  HostPort result;
+  std::string port = text;
+  const std::size_t colon = text.rfind(':');
+  if (colon != text.npos) {
+    result.host = text.substr(0, colon);
+    port = text.substr(colon + 1);
+    if (result.host.size() > 1 && result.host.front() == '[' && result.host.back() == ']')
+      result.host = result.host.substr(1, result.host.size() - 2);
+  }
+  const bool digits = !port.empty() && port.size() <= 5 && port.find_first_not_of("0123456789") == port.npos;
+  const long number = digits ? std::strtol(port.c_str(), nullptr, 10) : -1;
+  if (number < 1 || number > 65535)
+    throw Error(ErrorKind::kInput, "'" + text + "'", "'" + port + "' is no port",
+                "give a number from 1 to 65535");
+  result.port = (unsigned short)(number);
+  return result;
+}
+
+struct PoseQueue::Impl {
+  explicit Impl(const SourceOptions& options) : inbox(options) { inbox.connected(); }
+  internal::Inbox inbox;
+};
+PoseQueue::PoseQueue(const SourceOptions& options) : impl_(std::make_unique<Impl>(options)) {}
+PoseQueue::~PoseQueue() = default;
+bool PoseQueue::push(StampedPose message) {
+  if (message.arrival == 0) message.arrival = steady_now();
+  if (const char* why = internal::why_malformed(message)) {
+    impl_->inbox.refuse(why);
+    return false;
+  }
+  message.frame_from_child.rotation.normalize();
+  impl_->inbox.put(std::move(message));
+  return true;
+}
+void PoseQueue::poll(std::vector<StampedPose>& arrived) {
+  impl_->inbox.poll(arrived);
+}
+SourceStatus PoseQueue::status() const {
+  return impl_->inbox.status();
+}
+
+namespace {
+
+/// A recorded run. No thread: what is due is known whenever somebody asks.
+class LogSource : public PoseSource {
+ public:
+  LogSource(std::vector<StampedPose> messages, double speed)
+      : messages_(std::move(messages)), speed_(speed), opened_(steady_now()) {
+    for (StampedPose& message : messages_)
+      if (speed_ > 0) message.arrival = opened_ + (message.arrival - first_) / speed_;
+  }
+  void poll(std::vector<StampedPose>& arrived) override {
+    arrived.clear();
+    const double now = steady_now();
+    for (; next_ < messages_.size() && (speed_ == 0 || messages_[next_].arrival <= now); ++next_)
+      arrived.push_back(messages_[next_]);
+  }
+  SourceStatus status() const override {
+    SourceStatus status;
+    status.connected = next_ < messages_.size();
+    status.messages = next_;
+    status.connections = 1;
+    return status;
+  }
+
+ private:
+  std::vector<StampedPose> messages_;
+  double speed_;
+  double opened_;
+  double first_ = messages_.empty() ? 0 : messages_.front().arrival;
+  std::size_t next_ = 0;
+};
+
+}  // namespace
+
+std::unique_ptr<PoseSource> internal::open_log(const std::string& rest, const SourceOptions&) {
+  std::string file = rest;
+  double speed = 1;
+  const std::size_t at = rest.rfind('@');
+  if (at != rest.npos) {
+    char* end = nullptr;
+    const std::string text = rest.substr(at + 1);
+    speed = std::strtod(text.c_str(), &end);
+    if (text.empty() || *end != '\0' || !(speed >= 0 && std::isfinite(speed)))
+      throw Error(ErrorKind::kInput, "log '" + rest + "'", "'" + text + "' is no speed",
+                  "give e.g. @1, @2, or @0 for all at once");
+    file = rest.substr(0, at);
+  }
+  return std::make_unique<LogSource>(read_pose_log(file), speed);
+}
+
+}  // namespace procam::track

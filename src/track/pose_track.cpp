@@ -1,0 +1,651 @@
+#include "procam/track/pose_track.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <vector>
+
+#include "message_check.hpp"
+#include "pose_filter.hpp"
+#include "procam/core/error.hpp"
+
+namespace procam::track {
+namespace {
+
+using internal::MotionModel;
+using internal::MotionState;
+
+constexpr int kMostModels = 3;
+constexpr std::size_t kKept = 128;  ///< messages: 0.6 s at 200 Hz
+constexpr std::size_t kSeen = 128;  ///< stamps in which duplicates are looked for
+constexpr double kLatest = 1;       ///< seconds behind the newest message: older ones say nothing of now
+
+/// chi-square of 6 degrees of freedom: 1 in 2 * 10^8 messages of Gaussian noise.
+constexpr double kGate = 50;
+/// What is nearer than this to the prediction is no other place, however sure the filter is of itself.
+constexpr double kNearPosition = 0.03, kNearRotation = 0.03;
+
+/// Seconds for which a way of moving lasts, on average.
+constexpr double kModelLasts = 1;
+
+/// Third differences until the scatter is believed, and over how many it is averaged.
+constexpr int kScatterFrom = 20, kScatterOver = 100;
+
+/// The bank of models for a choice. The twist of a robot that drives steadily walks slowly, of one that
+/// brakes or turns quickly; accelerations of wheels and of people's pushes last some tenths of a second.
+struct Bank {
+  std::array<MotionModel, kMostModels> models;
+  int count = 0;
+};
+Bank bank_of(const TrackOptions& options) {
+  Vec6 acceleration;
+  acceleration << Vec3::Constant(options.turn_acceleration), Vec3::Constant(options.acceleration);
+  const Vec6 variance = acceleration.cwiseAbs2();
+  // An acceleration of variance s^2 that lasts for tau is a walk of the twist by 2 s^2 tau a second.
+  const double lasts = 0.4;
+  const MotionModel steady{variance * (2 * lasts) / 1000, Vec6::Zero(), 0};
+  const MotionModel agile{variance * (2 * lasts), Vec6::Zero(), 0};
+  const MotionModel accelerated{Vec6::Zero(), variance, lasts};
+  Bank bank;
+  switch (options.prediction) {
+    case Prediction::kAuto:
+      bank.models = {steady, agile, accelerated};
+      bank.count = 3;
+      break;
+    case Prediction::kConstantTwist:
+      bank.models[0] = steady;
+      bank.models[1] = agile;
+      bank.count = 2;
+      break;
+    case Prediction::kConstantAcceleration:
+      bank.models[0] = accelerated;
+      bank.count = 1;
+      break;
+    case Prediction::kNone:
+      bank.models[0] = agile;
+      bank.count = 1;
+      break;
+  }
+  return bank;
+}
+
+/// A message as the filter takes it.
+struct Measured {
+  double time = 0;
+  Pose pose;
+  Mat6 noise;   ///< that differs from message to message; of the right increment
+  Mat6 common;  ///< the rest of what was stated: it moves slowly and cannot be filtered
+  std::optional<Vec6> twist;
+  Vec6 twist_variance;
+};
+
+/// A message and what the models made of it.
+struct Kept {
+  Measured measured;
+  std::array<MotionState, kMostModels> states;
+  std::array<double, kMostModels> weights = {};  ///< sum 1
+};
+
+/// One answer out of several: the mean in the tangent space of the heaviest, and the scatter of the models
+/// beside their own covariance.
+struct Mixed {
+  Pose pose;
+  Vec6 twist = Vec6::Zero();
+  Mat6 covariance = Mat6::Zero();  ///< of the right increment
+  Mat6 twist_covariance = Mat6::Zero();
+};
+Mixed mix(const std::array<MotionState, kMostModels>& states, const std::array<double, kMostModels>& weight,
+          int count) {
+  const Pose& middle = states[0].pose;
+  std::array<Vec6, kMostModels> xi;
+  Vec6 mean = Vec6::Zero();
+  Mixed result;
+  for (std::size_t i = 0; i < std::size_t(count); ++i) {
+    xi[i] = se3_log(middle.inverse() * states[i].pose);
+    mean += weight[i] * xi[i];
+    result.twist += weight[i] * states[i].twist;
+  }
+  result.pose = (middle * se3_exp(mean)).normalized();
+  for (std::size_t i = 0; i < std::size_t(count); ++i) {
+    const Vec6 apart = xi[i] - mean, twist_apart = states[i].twist - result.twist;
+    result.covariance += weight[i] * (states[i].pp + apart * apart.transpose());
+    result.twist_covariance += weight[i] * (states[i].tt + twist_apart * twist_apart.transpose());
+  }
+  return result;
+}
+
+/// What of a stated covariance is left when the scatter is taken away: its part without negative variances.
+Mat6 positive_part(const Mat6& m) {
+  const Eigen::SelfAdjointEigenSolver<Mat6> solver(m);
+  return solver.eigenvectors() * solver.eigenvalues().cwiseMax(0).asDiagonal() *
+         solver.eigenvectors().transpose();
+}
+
+/// The messages that are kept, oldest first.
+class History {
+ public:
+  History() : ring_(kKept) {}
+  bool empty() const { return count_ == 0; }
+  std::size_t size() const { return count_; }
+  Kept& operator[](std::size_t i) { return ring_[(first_ + i) % kKept]; }
+  const Kept& operator[](std::size_t i) const { return ring_[(first_ + i) % kKept]; }
+  const Kept& newest() const { return (*this)[count_ - 1]; }
+  void clear() { count_ = 0; }
+  /// Room for one at position i; the oldest goes when all is full.
+  std::size_t insert(std::size_t i) {
+    if (count_ == kKept) {
+      first_ = (first_ + 1) % kKept;
+      --count_;
+      --i;
+    }
+    ++count_;
+    for (std::size_t k = count_ - 1; k > i; --k) (*this)[k] = (*this)[k - 1];
+    return i;
+  }
+
+ private:
+  std::vector<Kept> ring_;
+  std::size_t first_ = 0, count_ = 0;
+};
+
+/// How much messages scatter from one to the next, from third differences: a motion whose acceleration does
+/// not change has none. With x_i at t_i and c_i = 1 / prod_{j != i} (t_i - t_j), sum c_i x_i is free of every
+/// quadratic, and of variance sigma^2 sum c_i^2 for independent noise.
+class Scatter {
+ public:
+  Scatter() { ratio_.setOnes(); }
+  bool known() const { return count_ >= kScatterFrom; }
+  /// Measured variance over the stated one, of each component.
+  const Vec6& ratio() const { return ratio_; }
+  void forget_row() { row_ = 0; }
+
+  void add(double time, const Pose& pose, const Vec6& stated_variance) {
+    for (std::size_t i = 0; i < 3; ++i) last_[i] = last_[i + 1];
+    last_[3] = {time, pose};
+    if (++row_ < 4 || last_[3].time - last_[0].time > 0.7) return;
+    std::array<double, 4> c = {};
+    double norm2 = 0;
+    for (std::size_t i = 0; i < 4; ++i) {
+      double product = 1;
+      for (std::size_t j = 0; j < 4; ++j)
+        if (j != i) product *= last_[i].time - last_[j].time;
+      if (product == 0) return;
+      c[i] = 1 / product;
+      norm2 += c[i] * c[i];
+    }
+    Vec6 difference = Vec6::Zero();
+    const Pose first = last_[1].pose.inverse();
+    for (std::size_t i = 0; i < 4; ++i)
+      if (i != 1) difference += c[i] * se3_log(first * last_[i].pose);
+    const Vec6 now = difference.cwiseAbs2() / norm2;
+    ++count_;
+    const double share = 1.0 / std::min(count_, kScatterOver);
+    for (Eigen::Index k = 0; k < 6; ++k) {
+      // One message that is far off does not make all the others doubtful.
+      const double seen = now[k] / stated_variance[k];
+      ratio_[k] += share * ((known() ? std::min(seen, 9 * ratio_[k]) : seen) - ratio_[k]);
+    }
+  }
+
+ private:
+  struct At {
+    double time = 0;
+    Pose pose;
+  };
+  std::array<At, 4> last_;
+  int row_ = 0, count_ = 0;
+  Vec6 ratio_;
+};
+
+double smooth_step(double x) {
+  return x * x * (3 - 2 * x);
+}
+
+}  // namespace
+
+Prediction parse_prediction(const std::string& text) {
+  for (const Prediction p :
+       {Prediction::kAuto, Prediction::kConstantTwist, Prediction::kConstantAcceleration, Prediction::kNone})
+    if (text == to_string(p)) return p;
+  throw Error(ErrorKind::kInput, "'" + text + "'", "no way to predict is called so",
+              "say auto, twist, acceleration or none");
+}
+const char* to_string(Prediction prediction) {
+  switch (prediction) {
+    case Prediction::kAuto:
+      return "auto";
+    case Prediction::kConstantTwist:
+      return "twist";
+    case Prediction::kConstantAcceleration:
+      return "acceleration";
+    case Prediction::kNone:
+      return "none";
+  }
+  return "unknown";
+}
+const char* to_string(TrackState state) {
+  switch (state) {
+    case TrackState::kNone:
+      return "none";
+    case TrackState::kFresh:
+      return "fresh";
+    case TrackState::kStale:
+      return "stale";
+  }
+  return "unknown";
+}
+
+struct PoseTrack::Impl {
+  explicit Impl(const TrackOptions& chosen) : options(chosen), bank(bank_of(chosen)), clock(chosen.clock) {
+    for (const double positive : {options.position_sigma, options.rotation_sigma, options.speed_sigma,
+                                  options.turn_sigma, options.acceleration, options.turn_acceleration,
+                                  options.max_speed, options.max_turn, options.stale_after})
+      require(positive > 0 && std::isfinite(positive),
+              "PoseTrack: sigmas, accelerations, speeds and stale_after must be positive");
+    require(std::isfinite(options.delay) && options.blend >= 0 && options.confirm >= 1,
+            "PoseTrack: the delay must be finite, the blend not negative, confirm at least 1");
+  }
+
+  TrackOptions options;
+  Bank bank;
+  Clock clock;
+  Faults faults;
+  History history;
+  Scatter scatter;
+  double asked = -1e300;  ///< the latest time that at() was asked for
+
+  /// Another place that messages agree on, not believed yet.
+  Kept other;
+  int other_count = 0;
+
+  /// What is handed out moves from where it was to where the messages say.
+  Pose blend_offset;  ///< new^-1 * old at blend_start
+  double blend_start = -1e300;
+
+  struct Seen {
+    std::optional<double> stamp;
+    std::optional<std::uint32_t> sequence;
+  };
+  std::array<Seen, kSeen> seen;
+  std::size_t seen_next = 0;
+  std::optional<std::uint32_t> last_sequence;
+  std::optional<double> last_stamp;  ///< of the message with that number
+  double last_arrival = 0;
+
+  void add(const StampedPose& message);
+  bool is_duplicate(const StampedPose& message);
+  void count_lost(const StampedPose& message);
+  Measured measured(const StampedPose& message, double time) const;
+  void place(const Measured& m, double arrival);
+  void place_reordered(const Measured& m);
+  void consider_other(const Measured& m, double arrival);
+  void drop_other();
+  void follow(const Kept& start, double arrival);
+  Kept start(const Measured& m, const Vec6& twist, const Mat6& twist_covariance) const;
+  Kept next(const Kept& before, const Measured& m) const;
+  bool fits(const Kept& before, const Measured& m) const;
+  Mixed at_kept(double time) const;
+  double blend_left(double time) const;
+  Pose shown(const Pose& pose, double time) const;
+};
+
+/// The same message again: both numbers where both have them.
+bool PoseTrack::Impl::is_duplicate(const StampedPose& message) {
+  if (!message.stamp && !message.sequence) return false;
+  for (const Seen& s : seen) {
+    if (!s.stamp && !s.sequence) continue;
+    if (s.stamp == message.stamp && s.sequence == message.sequence) return true;
+  }
+  seen[seen_next] = {message.stamp, message.sequence};
+  seen_next = (seen_next + 1) % kSeen;
+  return false;
+}
+
+void PoseTrack::Impl::count_lost(const StampedPose& message) {
+  if (!message.sequence) return;
+  if (last_sequence) {
+    const auto ahead = std::int32_t(*message.sequence - *last_sequence);
+    const bool newer = message.stamp && last_stamp && *message.stamp > *last_stamp;
+    constexpr std::int32_t kMostLost =
+        1000;  // more at once: the sender counts anew, as it does when it restarts
+    if (ahead < 0 && ahead > -kMostLost && !newer) {
+      if (faults.lost > 0) --faults.lost;  // it was counted when it was overtaken
+      return;
+    }
+    if (ahead > 1 && ahead < kMostLost) faults.lost += std::uint64_t(ahead - 1);
+  }
+  last_sequence = message.sequence;
+  last_stamp = message.stamp;
+}
+
+Measured PoseTrack::Impl::measured(const StampedPose& message, double time) const {
+  Measured m;
+  m.time = time;
+  m.pose = message.frame_from_child.normalized();
+  m.common.setZero();
+  Vec6 usual;
+  usual << Vec3::Constant(options.rotation_sigma), Vec3::Constant(options.position_sigma);
+  Mat6 stated = Mat6(usual.cwiseAbs2().asDiagonal());
+  if (message.covariance) {
+    const Mat6 ad = adjoint(m.pose.inverse());
+    stated = ad * *message.covariance * ad.transpose();
+  }
+  // A planar localiser states no variance of height or tilt: it knows them, and the filter needs a number.
+  stated.diagonal().array() += 1e-8;
+  m.noise = stated;
+  if (scatter.known()) {
+    const Vec6 scale = scatter.ratio().cwiseSqrt();
+    m.noise = scale.asDiagonal() * stated * scale.asDiagonal();
+    m.noise.diagonal().array() += 1e-10;
+    if (message.covariance) m.common = positive_part(stated - m.noise);
+  }
+  if (message.twist || message.angular_rate) {
+    constexpr double kUnmeasured = 1e6;
+    Vec6 twist = Vec6::Zero();
+    m.twist_variance.setConstant(kUnmeasured);
+    if (message.twist) {
+      twist = *message.twist;
+      m.twist_variance << Vec3::Constant(options.turn_sigma), Vec3::Constant(options.speed_sigma);
+      m.twist_variance = m.twist_variance.cwiseAbs2().eval();
+    }
+    if (message.angular_rate) {
+      twist.head<3>() = *message.angular_rate;
+      m.twist_variance.head<3>().setConstant(options.turn_sigma * options.turn_sigma);
+    }
+    m.twist = twist;
+  }
+  return m;
+}
+
+Kept PoseTrack::Impl::start(const Measured& m, const Vec6& twist, const Mat6& twist_covariance) const {
+  Kept kept;
+  kept.measured = m;
+  for (int i = 0; i < bank.count; ++i) {
+    MotionState& state = kept.states[std::size_t(i)];
+    state = start_motion(m.pose, m.noise, twist, twist_covariance, bank.models[std::size_t(i)]);
+    if (m.twist) state = updated_by_twist(state, *m.twist, m.twist_variance);
+    kept.weights[std::size_t(i)] = 1.0 / bank.count;
+  }
+  return kept;
+}
+
+/// One step of the interacting multiple models: mix, advance, weigh, update.
+Kept PoseTrack::Impl::next(const Kept& before, const Measured& m) const {
+  Kept kept;
+  kept.measured = m;
+  const double h = m.time - before.measured.time;
+  const auto count = std::size_t(bank.count);
+  const double stays = std::exp(-h / kModelLasts);
+  const double leaves = bank.count > 1 ? (1 - stays) / (bank.count - 1) : 0;
+  double best = -1e300;
+  for (std::size_t j = 0; j < count; ++j) {
+    std::array<double, kMostModels> from = {};
+    double sum = 0;
+    for (std::size_t i = 0; i < count; ++i)
+      sum += from[i] = before.weights[i] * (bank.count == 1 ? 1 : i == j ? stays : leaves);
+    for (std::size_t i = 0; i < count; ++i) from[i] /= sum;
+    MotionState state = bank.count == 1
+                            ? before.states[0]
+                            : mixed(before.states.data(), from.data(), bank.count, bank.models[j]);
+    state = advanced(state, h, bank.models[j]);
+    kept.weights[j] = std::log(sum) + innovation(state, m.pose, m.noise).log_likelihood;
+    best = std::max(best, kept.weights[j]);
+    state = updated_by_pose(state, m.pose, m.noise);
+    if (m.twist) state = updated_by_twist(state, *m.twist, m.twist_variance);
+    kept.states[j] = state;
+  }
+  double sum = 0;
+  // No model is given up for good.
+  for (std::size_t j = 0; j < count; ++j)
+    sum += kept.weights[j] = std::max(std::exp(kept.weights[j] - best), 1e-6);
+  for (std::size_t j = 0; j < count; ++j) kept.weights[j] /= sum;
+  return kept;
+}
+
+bool PoseTrack::Impl::fits(const Kept& before, const Measured& m) const {
+  const double h = m.time - before.measured.time;
+  const Vec6 moved = se3_log(before.measured.pose.inverse() * m.pose);
+  const double noise_turn = std::sqrt(m.noise.diagonal().head<3>().sum());
+  const double noise_move = std::sqrt(m.noise.diagonal().tail<3>().sum());
+  if (moved.head<3>().norm() > options.max_turn * h + kNearRotation + 8 * noise_turn) return false;
+  if (moved.tail<3>().norm() > options.max_speed * h + kNearPosition + 8 * noise_move) return false;
+  for (std::size_t i = 0; i < std::size_t(bank.count); ++i) {
+    const internal::Innovation seen_there =
+        innovation(advanced(before.states[i], h, bank.models[i]), m.pose, m.noise);
+    if (seen_there.chi2 < kGate) return true;
+    if (seen_there.xi.head<3>().norm() < kNearRotation && seen_there.xi.tail<3>().norm() < kNearPosition)
+      return true;
+  }
+  return false;
+}
+
+void PoseTrack::Impl::drop_other() {
+  faults.outliers += std::uint64_t(other_count);
+  faults.pending -= std::uint64_t(other_count);
+  other_count = 0;
+}
+
+void PoseTrack::Impl::follow(const Kept& from, double arrival) {
+  const double when = std::max(arrival, asked);
+  const Pose old = history.empty() ? from.measured.pose : shown(at_kept(when).pose, when);
+  const bool moves = !history.empty() && options.blend > 0;
+  history.clear();
+  history[history.insert(0)] = from;
+  scatter.forget_row();
+  blend_start = -1e300;
+  if (!moves) return;
+  blend_offset = at_kept(when).pose.inverse() * old;
+  blend_start = when;
+}
+
+void PoseTrack::Impl::consider_other(const Measured& m, double arrival) {
+  if (other_count > 0 && m.time >= other.measured.time && fits(other, m)) {
+    other = next(other, m);
+  } else {
+    drop_other();
+    const Mixed last = mix(history.newest().states, history.newest().weights, bank.count);
+    Vec6 unsure;
+    unsure << Vec3::Constant(1), Vec3::Constant(1);
+    other = start(m, last.twist, Mat6(unsure.asDiagonal()));
+  }
+  ++other_count;
+  ++faults.pending;
+  if (other_count < options.confirm) return;
+  faults.pending -= std::uint64_t(other_count);
+  faults.taken += std::uint64_t(other_count);
+  other_count = 0;
+  ++faults.map_jumps;
+  follow(other, arrival);
+}
+
+void PoseTrack::Impl::place_reordered(const Measured& m) {
+  std::size_t at = history.size();
+  while (at > 0 && history[at - 1].measured.time > m.time) --at;
+  if (at == 0 || history.newest().measured.time - m.time > kLatest) {
+    ++faults.late;
+    return;
+  }
+  if (!fits(history[at - 1], m)) {
+    ++faults.outliers;
+    return;
+  }
+  at = history.insert(at);
+  history[at] = next(history[at - 1], m);
+  for (std::size_t i = at + 1; i < history.size(); ++i)
+    history[i] = next(history[i - 1], Measured(history[i].measured));
+  scatter.forget_row();
+  ++faults.reordered;
+}
+
+void PoseTrack::Impl::place(const Measured& m, double arrival) {
+  const double gap = history.empty() ? 0 : m.time - history.newest().measured.time;
+  if (history.empty() || gap > std::max(2 * options.stale_after, 1.0)) {
+    // After a long silence the child may be anywhere.
+    drop_other();
+    Vec6 unsure;
+    unsure << Vec3::Constant(0.5), Vec3::Constant(0.5);
+    follow(start(m, Vec6::Zero(), Mat6(unsure.asDiagonal())), arrival);
+    ++faults.taken;
+    return;
+  }
+  if (gap < 0) return place_reordered(m);
+  if (!fits(history.newest(), m)) return consider_other(m, arrival);
+  drop_other();
+  const Kept after = next(history.newest(), m);
+  history[history.insert(history.size())] = after;
+  ++faults.taken;
+}
+
+void PoseTrack::Impl::add(const StampedPose& message) {
+  if (internal::why_malformed(message) != nullptr || !std::isfinite(message.arrival)) {
+    ++faults.invalid;
+    return;
+  }
+  if (options.frame.empty()) options.frame = message.frame;
+  if (options.child.empty()) options.child = message.child;
+  if (options.frame != message.frame || options.child != message.child) {
+    ++faults.foreign;
+    return;
+  }
+  if (is_duplicate(message)) {
+    ++faults.duplicated;
+    return;
+  }
+  count_lost(message);
+
+  double time = message.arrival - options.delay;
+  if (message.stamp) {
+    const ClockVerdict verdict = clock.observe(*message.stamp, message.arrival);
+    faults.clock_jumps = clock.estimate().jumps;
+    time = clock.time(*message.stamp) - options.delay;
+    // A known clock cannot be set: only the stamp can be wrong.
+    const bool impossible = options.clock.known_offset && std::abs(message.arrival - time) > 10;
+    if (verdict == ClockVerdict::kDoubtful || impossible) {
+      ++faults.doubtful;
+      return;
+    }
+  }
+  const std::uint64_t believed = faults.taken + faults.reordered;
+  const bool first = history.empty();
+  const Measured m = measured(message, time);
+  place(m, message.arrival);
+  if (faults.taken + faults.reordered == believed) return;
+  if (!first && message.arrival - last_arrival > options.stale_after) ++faults.stale;
+  last_arrival = message.arrival;
+  if (history.newest().measured.time == m.time) {
+    Vec6 usual;
+    usual << Vec3::Constant(options.rotation_sigma), Vec3::Constant(options.position_sigma);
+    Vec6 stated = usual.cwiseAbs2();
+    if (message.covariance) {
+      const Mat6 ad = adjoint(m.pose.inverse());
+      stated = (ad * *message.covariance * ad.transpose()).diagonal();
+    }
+    scatter.add(m.time, m.pose, stated.array() + 1e-8);
+  }
+}
+
+double PoseTrack::Impl::blend_left(double time) const {
+  if (!(options.blend > 0)) return 0;
+  const double x = (time - blend_start) / options.blend;
+  return x >= 1 ? 0 : 1 - smooth_step(std::max(x, 0.0));
+}
+
+Pose PoseTrack::Impl::shown(const Pose& pose, double time) const {
+  const double left = blend_left(time);
+  return left > 0 ? pose * se3_exp(Vec6(left * se3_log(blend_offset))) : pose;
+}
+
+/// At a time that some message is not newer than; history is not empty.
+Mixed PoseTrack::Impl::at_kept(double time) const {
+  const Kept& newest = history.newest();
+  const double age = time - newest.measured.time;
+  if (age >= 0) {
+    const double h = std::min(age, options.stale_after);
+    std::array<MotionState, kMostModels> states;
+    for (std::size_t i = 0; i < std::size_t(bank.count); ++i)
+      states[i] = advanced(newest.states[i], h, bank.models[i]);
+    Mixed result = mix(states, newest.weights, bank.count);
+    if (options.prediction == Prediction::kNone) {
+      // What stands still here moves there: the whole way is uncertain.
+      const Vec6 way = se3_log(newest.measured.pose.inverse() * result.pose);
+      result.pose = newest.measured.pose;
+      result.covariance += way * way.transpose();
+      result.twist.setZero();
+    }
+    if (age > h) {
+      const double frozen = age - h;
+      result.covariance +=
+          frozen * frozen * (result.twist * result.twist.transpose() + result.twist_covariance);
+      result.twist.setZero();
+    }
+    result.covariance += newest.measured.common;
+    return result;
+  }
+  std::size_t after = history.size() - 1;
+  while (after > 0 && history[after - 1].measured.time > time) --after;
+  const Mixed to = mix(history[after].states, history[after].weights, bank.count);
+  if (after == 0) return to;
+  const Kept& before = history[after - 1];
+  const Mixed from = mix(before.states, before.weights, bank.count);
+  const double h = history[after].measured.time - before.measured.time;
+  const double x = (time - before.measured.time) / h;
+  // A cubic in the tangent space of the first, with both twists at its ends.
+  const Vec6 way = se3_log(from.pose.inverse() * to.pose);
+  const double x2 = x * x, x3 = x2 * x;
+  const Vec6 xi = (3 * x2 - 2 * x3) * way + h * ((x - 2 * x2 + x3) * from.twist + (x3 - x2) * to.twist);
+  Mixed result;
+  result.pose = from.pose * se3_exp(xi);
+  result.twist = (1 - x) * from.twist + x * to.twist;
+  result.covariance = (1 - x) * from.covariance + x * to.covariance + (1 - x) * before.measured.common +
+                      x * history[after].measured.common;
+  return result;
+}
+
+PoseTrack::PoseTrack(const TrackOptions& options) : impl_(std::make_unique<Impl>(options)) {}
+PoseTrack::~PoseTrack() = default;
+PoseTrack::PoseTrack(PoseTrack&&) noexcept = default;
+PoseTrack& PoseTrack::operator=(PoseTrack&&) noexcept = default;
+
+void PoseTrack::add(const StampedPose& message) {
+  impl_->add(message);
+}
+
+TrackedPose PoseTrack::at(double time) const {
+  TrackedPose result;
+  if (impl_->history.empty() || !std::isfinite(time)) return result;
+  impl_->asked = std::max(impl_->asked, time);
+  const Mixed mixed = impl_->at_kept(time);
+  result.age = time - newest_time();
+  result.state = result.age > impl_->options.stale_after ? TrackState::kStale : TrackState::kFresh;
+  result.frame_from_child = impl_->shown(mixed.pose, time).normalized();
+  const Mat6 ad = adjoint(result.frame_from_child);
+  result.covariance = ad * mixed.covariance * ad.transpose();
+  result.covariance = (0.5 * (result.covariance + result.covariance.transpose())).eval();
+  result.twist = mixed.twist;
+  result.blend_left = impl_->blend_left(time);
+  return result;
+}
+
+const Faults& PoseTrack::faults() const {
+  return impl_->faults;
+}
+ClockEstimate PoseTrack::clock() const {
+  return impl_->clock.estimate();
+}
+const std::string& PoseTrack::frame() const {
+  return impl_->options.frame;
+}
+const std::string& PoseTrack::child() const {
+  return impl_->options.child;
+}
+Vec6 PoseTrack::noise() const {
+  Vec6 usual;
+  usual << Vec3::Constant(impl_->options.rotation_sigma), Vec3::Constant(impl_->options.position_sigma);
+  return impl_->history.empty() ? usual : Vec6(impl_->history.newest().measured.noise.diagonal().cwiseSqrt());
+}
+double PoseTrack::newest_time() const {
+  return impl_->history.empty() ? 0 : impl_->history.newest().measured.time;
+}
+
+}  // namespace procam::track

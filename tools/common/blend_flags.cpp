@@ -1,0 +1,125 @@
+#include "common/blend_flags.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "common/cli.hpp"
+#include "procam/io/images.hpp"
+#include "procam/io/surface_file.hpp"
+
+namespace procam::tools {
+
+NamedTexts named_texts(const std::string& flag, const std::vector<std::string>& items,
+                       const std::vector<std::string>& known, const std::string& example) {
+  NamedTexts texts;
+  for (const std::string& item : items) {
+    const std::size_t equals = item.find('=');
+    const std::string name = item.substr(0, equals), what = flag + " " + item;
+    if (equals == std::string::npos || equals == 0 || equals + 1 == item.size())
+      throw Error(ErrorKind::kInput, what, "it does not read NAME=VALUE",
+                  "write e.g. " + flag + " " + example);
+    if (std::find(known.begin(), known.end(), name) == known.end()) {
+      std::string list;
+      for (const std::string& one : known) list += (list.empty() ? "" : ", ") + one;
+      throw Error(ErrorKind::kInput, what, "none is named '" + name + "'", "name one of: " + list);
+    }
+    if (!texts.emplace(name, item.substr(equals + 1)).second)
+      throw Error(ErrorKind::kInput, what, "'" + name + "' is given twice", "give each name once");
+  }
+  return texts;
+}
+
+void declare_blend(CLI::App& app, BlendFlags& flags) {
+  app.add_option(
+      "--blend", flags.others,
+      "solved surfaces of another projector of the rig, once each: the frame takes its part of what they "
+      "show together");
+  app.add_option("--brightness", flags.brightness,
+                 "PROJECTOR=NUMBER, light of its white to a common factor (lumens), with --compensate [1]");
+  app.add_option(
+      "--black", flags.black,
+      "PROJECTOR=NUMBER, light of its black over that of its white: 0.001 for a contrast of 1000:1 [0]");
+  app.add_option(
+         "--compensate", flags.compensate,
+         "even out brightness for distance and angle, with the least share (0.05 to 1) of their light that "
+         "bright places keep, e.g. 0.3")
+      ->check(CLI::Range(0.05, 1.0));
+  app.add_flag("--one-level", flags.one_level,
+               "with --compensate: all surfaces alike, as the walls of a room");
+  app.add_option(
+      "--reflectance", flags.reflectance,
+      "SURFACE=PICTURE, with --compensate: how bright the surface is by itself, as photographed (sRGB) "
+      "over the content's area");
+}
+
+namespace {
+
+double number_of(const std::string& flag, const NamedTexts& texts, const std::string& name, double usual,
+                 double least, double most) {
+  const auto found = texts.find(name);
+  if (found == texts.end()) return usual;
+  double value = 0;
+  std::size_t end = 0;
+  try {
+    value = std::stod(found->second, &end);
+  } catch (const std::exception&) {
+    end = 0;
+  }
+  if (end != found->second.size() || !(value >= least && value <= most))
+    throw Error(ErrorKind::kInput, flag + " " + name + "=" + found->second, "it is no number that can be",
+                format("give a number from %g to %g", least, most));
+  return value;
+}
+
+ImageF light_of(const ImageU8& picture) {
+  const ImageU8 grey = io::to_gray(picture);
+  ImageF light(grey.size());
+  for (int y = 0; y < grey.height(); ++y)
+    for (int x = 0; x < grey.width(); ++x) {
+      const double value = grey.at(x, y) / 255.0;
+      light.at(x, y) = float(value <= 0.04045 ? value / 12.92 : std::pow((value + 0.055) / 1.055, 2.4));
+    }
+  return light;
+}
+
+}  // namespace
+
+surface::BlendMap blend_for(const BlendFlags& flags, const Rig& rig, const SolvedSurfaceSet& solved,
+                            Diagnostics& diagnostics) {
+  if (!flags.compensate && (!flags.brightness.empty() || flags.one_level || !flags.reflectance.empty()))
+    throw Error(ErrorKind::kInput, "--brightness, --one-level, --reflectance",
+                "they say nothing without --compensate", "add --compensate 0.3");
+  std::vector<SolvedSurfaceSet> sets{solved};
+  for (const std::string& file : flags.others) sets.push_back(io::load_solved_surfaces(file));
+  std::vector<std::string> projectors, surfaces;
+  for (const SolvedSurfaceSet& set : sets) {
+    if (std::find(projectors.begin(), projectors.end(), set.projector) != projectors.end())
+      throw Error(ErrorKind::kInput, "--blend", "two of the files are solved for '" + set.projector + "'",
+                  "give one a projector; solve-surfaces --projector names it");
+    projectors.push_back(set.projector);
+    for (const SolvedSurface& surface : set.surfaces) surfaces.push_back(surface.surface.name);
+  }
+  const NamedTexts brightness = named_texts("--brightness", flags.brightness, projectors, "left=2200"),
+                   black = named_texts("--black", flags.black, projectors, "left=0.001"),
+                   reflectance =
+                       named_texts("--reflectance", flags.reflectance, surfaces, "wall=wall_lit.png");
+  std::vector<surface::LitBy> lit;
+  for (const SolvedSurfaceSet& set : sets)
+    lit.push_back({rig.projector(set.projector).projector, &set,
+                   number_of("--brightness", brightness, set.projector, 1, 1e-6, 1e9),
+                   number_of("--black", black, set.projector, 0, 0, 0.5)});
+  surface::BlendOptions options;
+  options.compensate = flags.compensate > 0;
+  if (options.compensate) options.least_gain = flags.compensate;
+  options.one_level = flags.one_level;
+  std::map<std::string, ImageF> pictures;
+  for (const auto& [name, file] : reflectance) {
+    pictures[name] = light_of(io::load_image(file).image);
+    options.reflectance[name] = pictures[name];
+  }
+  surface::Blend blend = surface::blend_maps(lit, options);
+  diagnostics.append(blend.diagnostics);
+  return std::move(blend.maps.front());
+}
+
+}  // namespace procam::tools

@@ -1,0 +1,37 @@
+#pragma once
+/// The flags of the tools that blend several projectors.
+#include <CLI/CLI.hpp>
+
+#include "procam/core/rig.hpp"
+#include "procam/surface/blend.hpp"
+
+namespace procam::tools {
+
+/// "wall=cover": a name and what it is given.
+using NamedTexts = std::map<std::string, std::string>;
+
+/// Reads NAME=VALUE texts; `known` are the names there are, `example` goes into what is said of others.
+/// Throws Error(kInput).
+NamedTexts named_texts(const std::string& flag, const std::vector<std::string>& items,
+                       const std::vector<std::string>& known, const std::string& example);
+
+struct BlendFlags {
+  std::vector<std::string> others;             ///< solved surfaces of the other projectors
+  std::vector<std::string> brightness, black;  ///< PROJECTOR=NUMBER
+  std::vector<std::string> reflectance;        ///< SURFACE=PICTURE
+  double compensate = 0;                       ///< least gain; 0: not compensated
+  bool one_level = false;
+
+  bool given() const {
+    return !others.empty() || compensate > 0 || !brightness.empty() || !black.empty() ||
+           !reflectance.empty() || one_level;
+  }
+};
+
+void declare_blend(CLI::App& app, BlendFlags& flags);
+
+/// What the projector of `solved` must do; its weights are 1 where no other is given.
+surface::BlendMap blend_for(const BlendFlags& flags, const Rig& rig, const SolvedSurfaceSet& solved,
+                            Diagnostics& diagnostics);
+
+}  // namespace procam::tools

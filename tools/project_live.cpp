@@ -1,0 +1,484 @@
+/// project-live: rig + surfaces + contents + poses -> frames on a projector, as long as somebody looks.
+#include <CLI/CLI.hpp>
+#include <cmath>
+#include <filesystem>
+#include <thread>
+
+#include "common/cli.hpp"
+#include "common/content_names.hpp"
+#include "common/room_frames.hpp"
+#include "procam/device/content_source.hpp"
+#include "procam/device/frame_source.hpp"
+#include "procam/io/files.hpp"
+#include "procam/io/images.hpp"
+#include "procam/io/pose_file.hpp"
+#include "procam/io/rig_file.hpp"
+#include "procam/io/surface_file.hpp"
+#include "procam/io/text.hpp"
+#include "procam/live/capture.hpp"
+#include "procam/live/loop.hpp"
+#include "procam/live/overlay.hpp"
+
+namespace procam::tools {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Flags {
+  std::string rig, projector, surfaces, pose, mount;
+  std::vector<std::string> contents, sources;
+  std::string predict = "auto", frame, child;
+  std::optional<std::string> display;
+  std::string output;
+  bool list_displays = false, identify = false;
+  std::string delay = "0ms", camera;
+  double camera_delay = 0;
+  double fps = 0, duration = 0;
+  double source_delay = 0;
+  std::optional<double> blank_on_stale, freeze_on_stale;
+  std::string record, replay;
+  std::string control = "127.0.0.1:8737", token;
+  int threads = 0;
+  bool bilinear = false, encoded = false;
+};
+
+void declare(CLI::App& app, Flags& flags) {
+  const auto duration = [&](const char* name, double& into, const char* help) {
+    return add_parsed(
+        app, name, [&into](const std::string& text) { into = io::parse_duration(text); }, help);
+  };
+  app.add_option("--rig", flags.rig, "rig.json, as calibrate-projector writes it");
+  app.add_option("--projector", flags.projector, "its name, for a rig with several");
+  app.add_option("--surfaces", flags.surfaces,
+                 "surface definitions, .json or .xml: read again whenever the file changes");
+  app.add_option(
+      "--content", flags.contents,
+      "SURFACE=WHAT: a picture, a folder or pattern of pictures, a video, camera:0, #rrggbb; else the "
+      "surface file's own");
+  app.add_option("--pose-source", flags.sources,
+                 "where poses come from: udp:9000, tcp:HOST:PORT, tcp-listen:PORT, osc:PORT, psn:PORT, "
+                 "rosbridge:HOST:PORT, log:FILE");
+  app.add_option("--pose", flags.pose, "a pose.json instead, for a projector that stands still");
+  app.add_option(
+      "--mount", flags.mount,
+      "pose.json that places the rig, its projector or a camera on what the poses tell of ('base'); "
+      "default: they tell of the rig");
+  app.add_option("--frame", flags.frame,
+                 "the poses' parent frame, which is the surfaces' world (default: the first seen)");
+  app.add_option("--child", flags.child, "the poses' moving frame (default: the first seen)");
+  app.add_option("--predict", flags.predict, "to the moment of light: auto, twist, acceleration or none")
+      ->capture_default_str();
+  duration("--source-delay", flags.source_delay,
+           "from the moment that a pose speaks of to its arrival at the fastest, e.g. 40ms");
+  app.add_option("--display", flags.display,
+                 "full screen on it: number, name or a place on the desktop ('1920,0')");
+  app.add_option("--output", flags.output,
+                 "instead of a display: frames:FOLDER, video:FILE, stdout, shm:NAME or none");
+  app.add_flag("--list-displays", flags.list_displays, "say which displays there are, and end");
+  app.add_flag("--identify", flags.identify, "show each display its number for three seconds, and end");
+  app.add_option("--delay", flags.delay,
+                 "from a frame's begin to its light, e.g. 35ms; auto: measured with --camera before the show")
+      ->capture_default_str();
+  app.add_option("--camera", flags.camera, "camera that looks at the light, for --delay auto");
+  duration("--camera-delay", flags.camera_delay, "the camera's own share of what it measures");
+  app.add_option("--fps", flags.fps, "frames a second (default: the display's, or 60)")
+      ->check(CLI::Range(0.1, 1000.0));
+  duration("--duration", flags.duration, "end after it, e.g. 30s");
+  add_parsed(
+      app, "--blank-on-stale",
+      [&](const std::string& text) { flags.blank_on_stale = io::parse_duration(text); },
+      "black when no pose has come for so long, e.g. 500ms");
+  add_parsed(
+      app, "--freeze-on-stale",
+      [&](const std::string& text) { flags.freeze_on_stale = io::parse_duration(text); },
+      "drawn from where the robot was when no pose has come for so long (default: 500ms)");
+  app.add_option("--record", flags.record, "write the run to this log, for --replay");
+  app.add_option("--replay", flags.replay, "show a recorded run again, frame by frame, and compare");
+  app.add_option("--control", flags.control, "[ADDRESS:]PORT of the control page, or off")
+      ->capture_default_str();
+  app.add_option("--token", flags.token, "the control page's secret (default: a new one)");
+  app.add_option("--threads", flags.threads, "0: as many as the machine has")->check(CLI::NonNegativeNumber);
+  app.add_flag("--bilinear", flags.bilinear,
+               "one sample a pixel: faster, and aliases where content is minified");
+  app.add_flag("--average-numbers", flags.encoded, "average pixel values as they stand instead of the light");
+}
+
+std::string size_text(ImageSize size) {
+  return std::to_string(size.width) + "x" + std::to_string(size.height);
+}
+
+void list_displays(Console& console) {
+  std::vector<std::string> lines;
+  for (const device::Display& display : device::displays()) {
+    lines.push_back(format("%d: %s, %s at %d,%d, %.0f Hz%s", display.number, display.name.c_str(),
+                           size_text(display.size).c_str(), display.x, display.y, display.refresh_hz,
+                           display.is_primary ? ", primary" : ""));
+    console.say("display " + lines.back());
+  }
+  console.summary().set("/displays", lines);
+}
+
+void identify(Console& console) {
+  for (const device::Display& display : device::displays()) {
+    console.say(format("display %d: %s", display.number, display.name.c_str()));
+    const auto window = device::open_window(display.number);
+    ImageU8 picture(window->size(), 3, 40);
+    live::draw_words(picture, {std::to_string(display.number), display.name});
+    window->show(picture);
+    for (const double end = device::now_s() + 3;
+         device::now_s() < end && window->poll() != device::Wish::kClose;) {
+      console.progress("display", display.number, 0);
+      std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    }
+  }
+}
+
+/// A file of a surface file is named beside it; colours, cameras and addresses are what they are.
+std::string resolve(const std::string& content, const fs::path& folder) {
+  return content_beside(folder / "surfaces.json", content);
+}
+
+/// --content over the surface file's own.
+SurfaceSet with_contents(SurfaceSet set, const std::vector<std::string>& given) {
+  for (const std::string& item : given) {
+    const std::size_t equals = item.find('=');
+    const std::string what = "--content " + item;
+    if (equals == std::string::npos || equals == 0 || equals + 1 == item.size())
+      throw Error(ErrorKind::kInput, what, "it does not read SURFACE=WHAT",
+                  "write e.g. --content wall=wall.png");
+    const auto named = std::find_if(set.surfaces.begin(), set.surfaces.end(), [&](const Surface& surface) {
+      return surface.name == item.substr(0, equals);
+    });
+    if (named == set.surfaces.end())
+      throw Error(ErrorKind::kInput, what, "no surface is named so", "name one of the surfaces file");
+    // As typed, it is beside where the tool runs.
+    named->content = resolve(item.substr(equals + 1), fs::current_path());
+  }
+  return set;
+}
+
+std::vector<std::string> choices(const fs::path& folder, const SurfaceSet& set) {
+  std::vector<std::string> found;
+  std::error_code ignored;
+  for (const auto& entry : fs::directory_iterator(folder, ignored)) {
+    const std::string extension = entry.path().extension().string();
+    for (const char* known :
+         {".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".mp4", ".mkv", ".avi", ".mov", ".webm"})
+      if (extension == known && found.size() < 200) found.push_back(entry.path().filename().string());
+  }
+  std::sort(found.begin(), found.end(), io::natural_less);
+  for (const Surface& surface : set.surfaces)
+    if (!surface.content.empty() && std::find(found.begin(), found.end(), surface.content) == found.end())
+      found.push_back(surface.content);
+  for (const char* colour : {"#ffffff", "#ff0000", "#00ff00", "#0000ff"}) found.emplace_back(colour);
+  return found;
+}
+
+live::ProjectionOptions projection_options(const Flags& flags, const Rig& rig) {
+  const RigProjector& projector = rig.projector(flags.projector);
+  live::ProjectionOptions options;
+  options.projector = projector.name;
+  if (!flags.pose.empty())
+    options.projector_from_world =
+        room_frames(rig, projector, io::load_pose(flags.pose)).get(projector.name, "world").pose;
+  if (!flags.mount.empty()) {
+    FrameTree::Link mount = io::load_pose(flags.mount);
+    if (mount.target != "base" && mount.source != "base")
+      throw Error(ErrorKind::kInput, flags.mount, "it does not tell where anything is on 'base'",
+                  "give a pose between 'base' and the rig, its projector or a camera");
+    // room_frames() hangs a device's surroundings on the rig under the name "world".
+    (mount.target == "base" ? mount.target : mount.source) = "world";
+    options.child_from_rig = room_frames(rig, projector, std::move(mount)).get("world", "rig").pose;
+  }
+  options.track.frame = flags.frame;
+  options.track.child = flags.child;
+  options.track.prediction = track::parse_prediction(flags.predict);
+  options.track.delay = flags.source_delay;
+  if (flags.blank_on_stale) options.track.stale_after = *flags.blank_on_stale;
+  if (flags.freeze_on_stale) options.track.stale_after = *flags.freeze_on_stale;
+  options.blank_on_stale = flags.blank_on_stale.has_value();
+  render::RenderOptions drawing;
+  drawing.threads = flags.threads;
+  drawing.filter = flags.bilinear ? render::Filter::kBilinear : render::Filter::kArea;
+  drawing.linear_light = !flags.encoded;
+  auto renderer = std::make_shared<render::CpuRenderer>(drawing);
+  options.draw = [renderer](const Scene& scene, const Projector& through, ImageView<std::uint8_t> frame) {
+    return renderer->render(scene, through, frame);
+  };
+  return options;
+}
+
+/// What frames depend on besides what a log holds.
+std::string conditions(const Flags& flags, const live::ProjectionOptions& options) {
+  return format("projector %s, predict %s, source delay %g s, stale %g s%s, %s%s, rig %.16s",
+                options.projector.c_str(), flags.predict.c_str(), flags.source_delay,
+                options.track.stale_after, options.blank_on_stale ? " to black" : "",
+                flags.bilinear ? "bilinear" : "area", flags.encoded ? " of numbers" : "",
+                io::sha256_of_file(flags.rig).c_str()) +
+         (flags.pose.empty() ? "" : ", pose " + io::sha256_of_file(flags.pose).substr(0, 16)) +
+         (flags.mount.empty() ? "" : ", mount " + io::sha256_of_file(flags.mount).substr(0, 16));
+}
+
+device::ContentOptions content_options(device::Pace pace) {
+  device::ContentOptions options;
+  options.read = [](const fs::path& file) { return io::load_image(file).image; };
+  options.pace = pace;
+  return options;
+}
+
+live::SurfaceText surface_text(const std::string& file) {
+  return {[](const SurfaceSet& set) { return io::surfaces_to_text(set); },
+          [file](const std::string& text) { return io::surfaces_from_text(text, file); }};
+}
+
+ExitCode replay(const Flags& flags, Console& console) {
+  const Rig rig = io::load_rig(flags.rig);
+  live::ProjectionOptions options = projection_options(flags, rig);
+  const std::string given = conditions(flags, options);
+  live::Projection projection(rig, std::move(options));
+  device::SinkOptions sink_options;
+  sink_options.size = projection.frame_size();
+  sink_options.fps = flags.fps > 0 ? flags.fps : 60;
+  sink_options.write = io::save_image;
+  const auto sink = device::open_sink(flags.output.empty() ? "none" : flags.output, sink_options);
+  const fs::path folder = fs::absolute(flags.surfaces).parent_path();
+  std::map<std::string, std::shared_ptr<device::ContentSource>> opened;
+
+  ImageU8 frame(projection.frame_size(), 3);
+  long long frames = 0, equal = 0;
+  live::RunListener listener;
+  listener.conditions = [&](const std::string& recorded) {
+    if (recorded != given)
+      console.log("recorded under other conditions; frames may differ\n  then: " + recorded +
+                  "\n  now:  " + given);
+  };
+  listener.surfaces = [&](SurfaceSet set) {
+    live::Show show;
+    for (const Surface& surface : set.surfaces) {
+      std::shared_ptr<device::ContentSource>& content = opened[surface.content];
+      if (!content && !surface.content.empty())
+        content =
+            device::open_content(resolve(surface.content, folder), content_options(device::Pace::kExact));
+      show.contents.push_back(content);
+    }
+    show.surfaces = std::move(set);
+    projection.set_show(std::move(show));
+  };
+  listener.picture = [&](live::Picture picture) { projection.set_picture(picture); };
+  listener.pose = [&](const track::StampedPose& message) { projection.add(message); };
+  listener.frame = [&](const live::RecordedFrame& recorded) {
+    projection.draw(recorded.light_time, recorded.content_time, frame);
+    sink->show_next(frame);
+    equal += live::fingerprint(frame) == recorded.fingerprint ? 1 : 0;
+    console.progress("frame", int(++frames), 0);
+  };
+  live::read_run(flags.replay, surface_text(flags.surfaces), listener);
+  sink->finish();
+  console.say(format("%lld frames, %lld of them equal to the recorded ones bit for bit", frames, equal));
+  console.summary().set("/frames", double(frames));
+  console.summary().set("/equal", double(equal));
+  return frames == equal ? ExitCode::kOk : ExitCode::kGateFailed;
+}
+
+/// From a frame's show() to its light on the wall, seen by a camera.
+double measure(device::FrameSink& sink, const Flags& flags, Console& console) {
+  if (flags.camera.empty())
+    throw Error(ErrorKind::kInput, "--delay auto", "no camera looks at the light",
+                "give --camera, or the delay");
+  const auto camera = device::open_camera(flags.camera);
+  const live::Delay delay =
+      live::measure_delay({sink, *camera, [&] { console.progress("measuring the delay", 0, 0); }});
+  const double light = std::max(0.0, delay.delay_s - flags.camera_delay);
+  console.say(format(
+      "delay from the window to the light: %.1f ms (the camera saw it after %.1f ms; %.1f ms of them are "
+      "taken for its own)",
+      1e3 * light, 1e3 * delay.delay_s, 1e3 * flags.camera_delay));
+  return light;
+}
+
+void set(Summary& summary, const std::string& at, const live::Durations& durations) {
+  summary.set(at + "/p50", 1e3 * durations.quantile(0.5));
+  summary.set(at + "/p90", 1e3 * durations.quantile(0.9));
+  summary.set(at + "/p99", 1e3 * durations.quantile(0.99));
+  summary.set(at + "/largest", 1e3 * durations.largest());
+}
+
+void tell(const live::Metrics& m, const live::Projection& projection, Console& console) {
+  console.say(
+      format("%llu frames, %llu left out because their time had passed, %llu black for want of a pose",
+             (unsigned long long)m.frames, (unsigned long long)m.dropped, (unsigned long long)m.blanked));
+  const std::pair<const char*, const live::Durations*> rows[] = {{"draw", &m.draw},
+                                                                 {"render", &m.render},
+                                                                 {"jitter", &m.jitter},
+                                                                 {"pose_age", &m.pose_age},
+                                                                 {"pose_to_frame", &m.pose_to_frame}};
+  console.say(format("%-14s %9s %9s %9s %9s", "ms", "p50", "p90", "p99", "largest"));
+  for (const auto& [name, durations] : rows) {
+    console.say(format("%-14s %9.2f %9.2f %9.2f %9.2f", name, 1e3 * durations->quantile(0.5),
+                       1e3 * durations->quantile(0.9), 1e3 * durations->quantile(0.99),
+                       1e3 * durations->largest()));
+    set(console.summary(), std::string("/") + name + "_ms", *durations);
+  }
+  Summary& summary = console.summary();
+  summary.set("/frames", double(m.frames));
+  summary.set("/dropped", double(m.dropped));
+  summary.set("/blanked", double(m.blanked));
+  summary.set("/reloads", double(m.reloads));
+  summary.set("/failed_reloads", double(m.failed_reloads));
+  summary.set("/poses/arrived", double(m.poses));
+  summary.set("/poses/malformed", double(m.malformed));
+  const track::Faults& f = projection.track().faults();
+  const std::pair<const char*, std::uint64_t> faults[] = {
+      {"taken", f.taken},           {"reordered", f.reordered}, {"late", f.late},
+      {"duplicated", f.duplicated}, {"outliers", f.outliers},   {"doubtful", f.doubtful},
+      {"invalid", f.invalid},       {"foreign", f.foreign},     {"lost", f.lost},
+      {"stale", f.stale},           {"map_jumps", f.map_jumps}, {"clock_jumps", f.clock_jumps}};
+  std::string words;
+  for (const auto& [name, count] : faults) {
+    summary.set(std::string("/poses/") + name, double(count));
+    if (count > 0) words += format("%s%s %llu", words.empty() ? "" : ", ", name, (unsigned long long)count);
+  }
+  if (!words.empty())
+    console.say("poses: " + words + format(", malformed %llu", (unsigned long long)m.malformed));
+}
+
+std::pair<std::string, int> split_address(const std::string& text) {
+  const std::size_t colon = text.rfind(':');
+  const std::string port = colon == std::string::npos ? text : text.substr(colon + 1);
+  std::string address = colon == std::string::npos ? "127.0.0.1" : text.substr(0, colon);
+  if (address.size() > 2 && address.front() == '[') address = address.substr(1, address.size() - 2);
+  if (port.empty() || port.size() > 5 || port.find_first_not_of("0123456789") != std::string::npos)
+    throw Error(ErrorKind::kInput, "--control " + text, "it does not end in a port",
+                "give e.g. 8737, 0.0.0.0:8737 or off");
+  return {address, std::stoi(port)};
+}
+
+ExitCode show(const Flags& flags, Console& console) {
+  const Rig rig = io::load_rig(flags.rig);
+  live::ProjectionOptions options = projection_options(flags, rig);
+  const std::string recorded_conditions = conditions(flags, options);
+  live::Projection projection(rig, std::move(options));
+  const fs::path folder = fs::absolute(flags.surfaces).parent_path();
+
+  live::ShowLoaderOptions loading;
+  loading.surfaces = flags.surfaces;
+  loading.load = [&](const fs::path& file) { return with_contents(io::load_surfaces(file), flags.contents); };
+  // A frame of a run that is to be shown again waits for its picture.
+  const device::Pace pace = flags.record.empty() ? device::Pace::kLive : device::Pace::kExact;
+  loading.open = [&](const std::string& content) -> std::shared_ptr<device::ContentSource> {
+    return device::open_content(resolve(content, folder), content_options(pace));
+  };
+  const SurfaceSet first = loading.load(flags.surfaces);  // throws what is wrong with it
+  live::ShowLoader loader(loading);
+  live::LoadedShow loaded = loader.load_now();
+  for (const std::string& fault : loaded.faults) console.log(fault);
+  if (!loaded.show)
+    throw Error(ErrorKind::kInput, flags.surfaces, "it changed while it was read", "start again");
+  projection.set_show(std::move(*loaded.show));
+
+  device::SinkOptions sink_options;
+  sink_options.size = projection.frame_size();
+  sink_options.fps = flags.fps > 0 ? flags.fps : 60;
+  sink_options.write = io::save_image;
+  live::LoopOptions loop;
+  loop.fps = sink_options.fps;
+  loop.duration_s = flags.duration;
+  std::unique_ptr<device::FrameSink> sink;
+  if (flags.output.empty()) {
+    const std::vector<device::Display> list = device::displays();
+    std::string wanted = flags.display.value_or("");
+    for (const device::Display& display : list)
+      if (!flags.display && (!display.is_primary || list.size() == 1))
+        wanted = std::to_string(display.number);
+    const device::Display& display = device::find_display(list, wanted);
+    if (!(display.size == projection.frame_size()))
+      throw Error(ErrorKind::kDevice, "display " + std::to_string(display.number),
+                  "it shows " + size_text(display.size) + " and the projector was calibrated with " +
+                      size_text(projection.frame_size()),
+                  "set the display's mode to the projector's, or calibrate in this mode");
+    sink = device::open_window(display.number);
+    if (flags.fps <= 0 && display.refresh_hz > 0) loop.fps = display.refresh_hz;
+    console.say(
+        format("display %d: %s, %s", display.number, display.name.c_str(), size_text(display.size).c_str()));
+  } else {
+    sink = device::open_sink(flags.output, sink_options);
+  }
+  loop.delay_s = flags.delay == "auto" ? measure(*sink, flags, console) : io::parse_duration(flags.delay);
+
+  std::vector<std::unique_ptr<track::PoseSource>> sources;
+  live::Editor editor(first);
+  live::LoopParts parts{projection, *sink};
+  for (const std::string& text : flags.sources) {
+    sources.push_back(track::open_pose_source(text));
+    parts.sources.push_back(sources.back().get());
+  }
+  parts.editor = &editor;
+  parts.loader = &loader;
+  std::optional<live::RunRecorder> recorder;
+  if (!flags.record.empty())
+    parts.recorder = &recorder.emplace(flags.record, surface_text(flags.surfaces), recorded_conditions);
+  std::unique_ptr<live::ControlPage> page;
+  if (flags.control != "off") {
+    live::ControlOptions control;
+    std::tie(control.address, control.port) = split_address(flags.control);
+    control.token = flags.token;
+    page = std::make_unique<live::ControlPage>(control);
+    parts.page = page.get();
+    console.say("control page: " + page->url());
+  }
+  parts.save = [&](const SurfaceSet& set) { io::save_surfaces(flags.surfaces, set); };
+  parts.contents = choices(folder, first);
+  parts.say = [&](const std::string& sentence) { console.log(sentence); };
+  // A recorded run begins from what its log holds, digit by digit.
+  if (parts.recorder != nullptr) {
+    live::Show again = projection.show();
+    const live::SurfaceText text = surface_text(flags.surfaces);
+    again.surfaces = text.read(text.write(again.surfaces));
+    projection.set_show(std::move(again));
+  }
+  live::Metrics so_far;
+  parts.tick = [&](const live::Metrics& metrics) {
+    so_far = metrics;
+    if (metrics.frames % 16 == 0) console.progress("frame", int(metrics.frames), 0);
+  };
+  try {
+    so_far = live::run_loop(parts, loop);
+  } catch (...) {  // Ctrl-C, a pipe that broke: what was measured is told, and a video is kept, all the same
+    tell(so_far, projection, console);
+    sink->finish();
+    throw;
+  }
+  tell(so_far, projection, console);
+  sink->finish();
+  return ExitCode::kOk;
+}
+
+ExitCode run(const Flags& flags, Console& console) {
+  if (flags.list_displays) return list_displays(console), ExitCode::kOk;
+  if (flags.identify) return identify(console), ExitCode::kOk;
+  const auto need = [](const std::string& value, const char* flag) {
+    if (value.empty())
+      throw Error(ErrorKind::kInput, flag, "it is not given", "see project-live --help for a line to try");
+  };
+  need(flags.rig, "--rig");
+  need(flags.surfaces, "--surfaces");
+  return flags.replay.empty() ? show(flags, console) : replay(flags, console);
+}
+
+}  // namespace
+}  // namespace procam::tools
+
+int main(int argc, char** argv) {
+  using namespace procam::tools;
+  Flags flags;
+  return run_tool(
+      argc, argv,
+      {"project-live",
+       "projects onto surfaces while the robot moves: poses come in over the network, are predicted to the "
+       "moment of "
+       "light, and every frame is drawn for it. A control page shows the frame and moves corners.",
+       "project-live --rig rig.json --surfaces surfaces.json --content wall=picture.png --pose-source "
+       "udp:9000 "
+       "--blank-on-stale 500ms"},
+      [&](CLI::App& app) { declare(app, flags); }, [&](Console& console) { return run(flags, console); });
+}

@@ -90,6 +90,9 @@ class PlaneLayer {
   const std::array<Taps, kTileHeight / kStrip>& taps(int tile_x, int tile_y) const {
     return map_tile(tile_x, tile_y)->taps;
   }
+  const std::array<Taps, kTileHeight / kStrip>& mask_taps(int tile_x, int tile_y) const {
+    return map_tile(tile_x, tile_y)->mask_taps;
+  }
   const PlaneView& view() const { return view_; }
 
  private:

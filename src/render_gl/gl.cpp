@@ -29,7 +29,7 @@ using render::TileSteps;
 using Int4 = std::array<std::int32_t, 4>;
 using Float4 = std::array<float, 4>;
 
-constexpr int kOpaque = 1, kMesh = 2, kNotThroughLens = 4;  // as kCommon reads them
+constexpr int kOpaque = 1, kMesh = 2, kNotThroughLens = 4, kMasked = 8;  // as kCommon reads them
 
 std::int32_t bits(float value) {
   std::int32_t result = 0;
@@ -45,7 +45,8 @@ Program linked(const char* vertices, const std::string& fragments) {
   const std::string head = version +
                            "precision highp float;\nprecision highp int;\n"
                            "const int kFacetTexels = " +
-                           std::to_string(kFacetTexels) + ", kItemTexels = " + std::to_string(kItemTexels) +
+                           std::to_string(kFacetTexels) +
+                           ", kRecordTexels = " + std::to_string(kRecordTexels) +
                            ", kMostGroups = " + std::to_string(kMostGroups) + ";\n";
   Program program(glCreateProgram());
   std::array<Shader, 2> shaders{Shader(glCreateShader(GL_VERTEX_SHADER)),
@@ -235,7 +236,6 @@ class GlRenderer::State {
     if (!(frame.channels == 3 && frame.size() == projector.size() && !frame.empty()))
       throw std::invalid_argument("render: the frame must have 3 channels and the projector's size");
     render::require_drawable(scene);
-    require_no_masks(scene);
     const auto use = used();
     const KeptState kept;
     const RenderWork work = prepare(scene, projector);
@@ -251,7 +251,6 @@ class GlRenderer::State {
       throw std::invalid_argument("draw: the framebuffer has " + std::to_string(rows) +
                                   " rows, less than the projector's frame");
     render::require_drawable(scene);
-    require_no_masks(scene);
     const KeptState kept;
     const RenderWork work = prepare(scene, projector);
     draw(scene);
@@ -261,21 +260,27 @@ class GlRenderer::State {
   }
 
  private:
-  struct Item {
-    ViewU8 picture;
+  /// A picture, ready to be sampled.
+  struct Shown {
+    ViewU8 view;
     std::uint64_t revision = 0;
     render::LightTexture light;
     std::vector<std::size_t> first_texel;  ///< of each level
-    std::size_t first_facet = 0, facets = 0;
-    bool new_content = false, new_map = false;
-    int layer = 0;  ///< of the hits and taps, where it is cast at
-  };
+    bool is_new = false;
+    int layer = 0;  ///< of the taps, where it is cast at
 
-  static void require_no_masks(const Scene& scene) {
-    for (const SceneItem& item : scene.items)
-      if (!item.mask.empty())
-        throw Error(ErrorKind::kUnsupported, "drawing by OpenGL", "a surface has a mask", "draw on the CPU");
-  }
+    int levels() const { return view.empty() ? 0 : light.levels(); }
+  };
+  struct Item {
+    Shown picture, mask;
+    std::size_t first_facet = 0, facets = 0;
+    bool new_map = false;
+    int layer = 0;  ///< of the hits, where it is cast at
+
+    bool opaque() const { return picture.light.opaque() && mask.view.empty(); }
+    std::array<Shown*, 2> records() { return {&picture, &mask}; }
+    std::array<const Shown*, 2> records() const { return {&picture, &mask}; }
+  };
 
   /// All that lives in the context.
   struct OnCard {
@@ -340,20 +345,15 @@ class GlRenderer::State {
       Item& item = items_[i];
       item.new_map = layers_[i].place(shown, projector, lens_, !new_lens, area(), workers_);
       work.maps += item.new_map;
-      const int levels = layers_[i].levels(shown.content.size());
-      item.new_content = !(render::same_view(shown.content, item.picture) &&
-                           shown.content_revision == item.revision && levels <= item.light.levels());
-      new_lists = new_lists || item.new_map;
-      if (!item.new_content) continue;
-      const bool was_opaque = item.light.opaque();
-      const ImageSize size = item.picture.size();
-      const int were = item.light.levels();
-      item.picture = shown.content;
-      item.revision = shown.content_revision;
-      item.light.prepare(item.picture, curve_, levels, workers_);
-      new_lists = new_lists || was_opaque != item.light.opaque() || size != item.picture.size() ||
-                  were != item.light.levels();
-      ++work.contents;
+      const bool was_opaque = item.opaque();
+      const bool new_picture = prepare(
+          shown.content, shown.content_revision, layers_[i].levels(shown.content.size()),
+          [](ViewU8 view) { return view; }, item.picture);
+      const bool new_mask = prepare(
+          shown.mask, shown.mask_revision, layers_[i].mask_levels(shown.mask.size()),
+          [&](ViewU8 view) { return render::as_alpha(view, alpha_); }, item.mask);
+      work.contents += item.picture.is_new + item.mask.is_new;
+      new_lists = new_lists || item.new_map || new_picture || new_mask || was_opaque != item.opaque();
     }
     if (new_lens) write_rays();
     if (new_lists) {
@@ -364,6 +364,19 @@ class GlRenderer::State {
     if (new_lists) cast(new_lens);
     check("sending what is new");
     return work;
+  }
+
+  /// Returns whether its levels are others than before.
+  template <typename Convert>
+  bool prepare(ViewU8 view, std::uint64_t revision, int levels, const Convert& convert, Shown& ready) {
+    const ImageSize size = ready.view.size();
+    const int were = ready.levels();
+    ready.is_new = !view.empty() && !(render::same_view(view, ready.view) && revision == ready.revision &&
+                                      levels <= ready.light.levels());
+    ready.view = view;
+    ready.revision = revision;
+    if (ready.is_new) ready.light.prepare(convert(view), curve_, levels, workers_);
+    return size != view.size() || were != ready.levels();
   }
 
   /// Direction of each pixel's ray, and of those one beyond the frame; where there is a lens.
@@ -429,45 +442,58 @@ class GlRenderer::State {
   }
 
   void write_lists() {
-    // Where the levels of the contents lie.
+    // Where the levels of the contents and masks lie.
     content_texels_ = 0;
-    for (Item& item : items_) {
-      item.first_texel.clear();
-      for (int l = 0; l < item.light.levels(); ++l) {
-        const auto level = item.light.level(l);
-        item.first_texel.push_back(content_texels_);
-        const std::size_t texels = std::size_t(level.stride) * std::size_t(level.height + 1);
-        const std::size_t row = std::size_t(1) << row_bits_;
-        content_texels_ += (texels + row - 1) / row * row;
+    for (Item& item : items_)
+      for (Shown* const shown : item.records()) {
+        shown->first_texel.clear();
+        for (int l = 0; l < shown->levels(); ++l) {
+          const auto level = shown->light.level(l);
+          shown->first_texel.push_back(content_texels_);
+          const std::size_t texels = std::size_t(level.stride) * std::size_t(level.height + 1);
+          const std::size_t row = std::size_t(1) << row_bits_;
+          content_texels_ += (texels + row - 1) / row * row;
+        }
       }
-    }
     moved_contents_ = true;
 
     const render::TileGrid grid = lens_.grid();
     lists_.clear();
-    lists_.resize(items_.size() * kItemTexels);
+    lists_.resize(items_.size() * 2 * kRecordTexels);
     for (std::size_t i = 0; i < items_.size(); ++i) {
       const Item& item = items_[i];
       const Layer& layer = layers_[i];
       const bool through_lens = layer.room || layer.plane.view().through_lens;
-      lists_[i * kItemTexels] = {std::int32_t(item.first_facet),
-                                 (item.light.opaque() ? kOpaque : 0) | (layer.is_mesh() ? kMesh : 0) |
-                                     (through_lens ? 0 : kNotThroughLens),
-                                 item.light.levels(), 0};
-      for (int l = 0; l < item.light.levels(); ++l) {
-        const auto level = item.light.level(l);
-        lists_[i * kItemTexels + 1 + std::size_t(l)] = {std::int32_t(item.first_texel[std::size_t(l)]),
-                                                        level.width, level.height, level.stride};
+      for (std::size_t n = 0; n < 2; ++n) {
+        const Shown& shown = *item.records()[n];
+        Int4* const record = &lists_[(2 * i + n) * kRecordTexels];
+        record[0] = {0, 0, shown.levels(), 0};
+        for (int l = 0; l < shown.levels(); ++l) {
+          const auto level = shown.light.level(l);
+          record[1 + l] = {std::int32_t(shown.first_texel[std::size_t(l)]), level.width, level.height,
+                           level.stride};
+        }
       }
+      Int4& head = lists_[2 * i * kRecordTexels];
+      head[0] = std::int32_t(item.first_facet);
+      head[1] = (item.opaque() ? kOpaque : 0) | (layer.is_mesh() ? kMesh : 0) |
+                (through_lens ? 0 : kNotThroughLens) | (item.mask.view.empty() ? 0 : kMasked);
     }
     first_tile_ = lists_.size();
     lists_.resize(first_tile_ + std::size_t(grid.across()) * std::size_t(grid.down()));
     cast_at_.assign(items_.size(), false);
     for (int y = 0; y < grid.down(); ++y)
       for (int x = 0; x < grid.across(); ++x) add_tile(x, y);
+    // Those cast at have a layer of the hits, and the same of the taps; the taps of masks come after all
+    // these.
     layers_cast_ = 0;
     for (std::size_t i = 0; i < items_.size(); ++i)
-      if (cast_at_[i]) lists_[i * kItemTexels][3] = items_[i].layer = layers_cast_++;
+      if (cast_at_[i])
+        lists_[2 * i * kRecordTexels][3] = items_[i].layer = items_[i].picture.layer = layers_cast_++;
+    tap_layers_ = layers_cast_;
+    for (std::size_t i = 0; i < items_.size(); ++i)
+      if (cast_at_[i] && !items_[i].mask.view.empty())
+        lists_[(2 * i + 1) * kRecordTexels][3] = items_[i].mask.layer = tap_layers_++;
     first_box_.assign(items_.size(), 0);
     for (std::size_t i = 0; i < items_.size(); ++i) {
       if (!layers_[i].is_mesh()) continue;
@@ -490,8 +516,8 @@ class GlRenderer::State {
       if (step == TileSteps::kCast)
         in_cast = !in_cast;
       else
-        hidden = !in_cast && items_[std::size_t(step)].light.opaque() &&
-                 layers_[std::size_t(step)].plane.covers(x, y);
+        hidden =
+            !in_cast && items_[std::size_t(step)].opaque() && layers_[std::size_t(step)].plane.covers(x, y);
     }
     const std::size_t begin = lists_.size();
     for (std::size_t i = first; i < steps.size(); ++i) {
@@ -514,9 +540,10 @@ class GlRenderer::State {
     for (std::size_t at = begin; at < end; ++at) {
       const int cast = lists_[at][0] < 0 ? lists_[at][1] : -1;
       if (cast < 0) {
+        const auto item = std::size_t(lists_[at][0]);
         lists_[at][1] = std::int32_t(lists_.size());
-        for (const Taps& taps : layers_[std::size_t(lists_[at][0])].plane.taps(x, y))
-          lists_.push_back(packed(taps));
+        for (const Taps& taps : layers_[item].plane.taps(x, y)) lists_.push_back(packed(taps));
+        for (const Taps& taps : layers_[item].plane.mask_taps(x, y)) lists_.push_back(packed(taps));
         continue;
       }
       for (int n = 0; n < cast; ++n) {
@@ -532,14 +559,15 @@ class GlRenderer::State {
 
   void write_contents() {
     const bool lost = on_card_->content.reserve(content_texels_, row_bits_, most_rows_);
-    for (const Item& item : items_) {
-      if (!item.new_content && !moved_contents_ && !lost) continue;
-      for (int l = 0; l < item.light.levels(); ++l) {
-        const auto level = item.light.level(l);
-        on_card_->content.write(item.first_texel[std::size_t(l)],
-                                std::size_t(level.stride) * std::size_t(level.height + 1), level.data);
+    for (const Item& item : items_)
+      for (const Shown* const shown : item.records()) {
+        if (!shown->is_new && !moved_contents_ && !lost) continue;
+        for (int l = 0; l < shown->levels(); ++l) {
+          const auto level = shown->light.level(l);
+          on_card_->content.write(shown->first_texel[std::size_t(l)],
+                                  std::size_t(level.stride) * std::size_t(level.height + 1), level.data);
+        }
       }
-    }
     moved_contents_ = false;
   }
 
@@ -608,14 +636,17 @@ class GlRenderer::State {
     glDrawArrays(GL_TRIANGLES, 0, 3);
     glDisable(GL_STENCIL_TEST);
     if (!area()) return;
-    card.taps.resize(grid.across() * kBlocksAcross, grid.down() * kBlocksDown, layers_cast_);
+    card.taps.resize(grid.across() * kBlocksAcross, grid.down() * kBlocksDown, tap_layers_);
     use(card.choose_taps);
     glViewport(0, 0, card.taps.width(), card.taps.height());
     for (std::size_t i = 0; i < items_.size(); ++i) {
       if (!cast_at_[i]) continue;
-      target(card.taps.name(), items_[i].layer);
       uniform(card.choose_taps, "u_item", int(i));
-      glDrawArrays(GL_TRIANGLES, 0, 3);
+      for (int n = 0; n < (items_[i].mask.view.empty() ? 1 : 2); ++n) {
+        target(card.taps.name(), items_[i].records()[std::size_t(n)]->layer);
+        uniform(card.choose_taps, "u_record", 2 * int(i) + n);
+        glDrawArrays(GL_TRIANGLES, 0, 3);
+      }
     }
   }
 
@@ -725,7 +756,9 @@ class GlRenderer::State {
   std::vector<std::pair<int, std::size_t>> cast_for_;
   std::vector<bool> cast_at_;  ///< items that are cast at on some tile
   bool moved_contents_ = false;
-  int layers_cast_ = 0;  ///< items of these
+  int layers_cast_ = 0;              ///< items of these
+  int tap_layers_ = 0;               ///< their contents and masks
+  std::vector<std::uint8_t> alpha_;  ///< of a mask, while it is prepared
   std::vector<std::uint8_t> read_;
 };
 

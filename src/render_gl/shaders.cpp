@@ -70,10 +70,12 @@ bool before(int a, float near_a, int b, float near_b) {
   return near_a > near_b;
 }
 
-// Items: (first facet, 1 opaque | 2 mesh | 4 not through the lens, levels, layer), then a level each: (first
-// texel, width, height, texels a row).
-ivec4 item_of(int item) { return list(kItemTexels * item); }
-ivec4 level_of(int item, int level) { return list(kItemTexels * item + 1 + level); }
+// Items have two records, of the content and of the mask: (first facet, 1 opaque | 2 mesh | 4 not through the
+// lens | 8 masked, levels, layer of the hits and taps), of a mask (-, -, levels, layer of the taps), then a
+// level each: (first texel, width, height, texels a row).
+ivec4 record_of(int record) { return list(kRecordTexels * record); }
+ivec4 item_of(int item) { return record_of(2 * item); }
+ivec4 level_of(int record, int level) { return list(kRecordTexels * record + 1 + level); }
 
 // What an item in the room shows at a pixel: a facet (of all) and its nearness; -1: nothing.
 uniform highp isampler2DArray u_hits;
@@ -161,8 +163,8 @@ vec2 mirrored(vec2 position, vec2 size) {
   vec2 p = abs(position);
   return min(p, 2.0 * size - p);
 }
-ivec4 sampled(int item, Taps taps, Footprint f, float least_depth) {
-  ivec4 level = level_of(item, taps.level);
+ivec4 sampled(int record, Taps taps, Footprint f, float least_depth) {
+  ivec4 level = level_of(record, taps.level);
   vec2 size = vec2(level.yz);
   float inverse = 1.0 / max(f.centre.z, least_depth);
   vec2 uv = f.centre.xy * inverse, at = held(uv * size);
@@ -178,12 +180,23 @@ ivec4 sampled(int item, Taps taps, Footprint f, float least_depth) {
     }
   return ivec4(roundEven(vec4(sum) / float(512 * taps.across * taps.down)));
 }
+// An item's content, with the alpha of its mask. (A loop, since drivers write out each call.)
+ivec4 light_of(int item, Taps taps, Taps mask_taps, Footprint f, float least_depth) {
+  ivec4 light = ivec4(0);
+  int records = (item_of(item).y & 8) != 0 ? 2 : 1;
+  for (int n = 0; n < records; ++n) {
+    ivec4 drawn = sampled(2 * item + n, n == 0 ? taps : mask_taps, f, least_depth);
+    light = n == 0 ? drawn : (light * drawn.w + kFull / 2) / kFull;
+  }
+  return light;
+}
 ivec4 over(ivec4 drawn, ivec4 there) {
   int rest = kFull - drawn.w, part = rest + (rest >> 8);
   return min(drawn + ((there * part + 0x4000) >> 15), ivec4(kFull));
 }
 
-// A tile's steps: (first, count) in the lists. Each (item, taps, fills the tile, -) or, before `count` items
+// A tile's steps: (first, count) in the lists. Each (item, taps, fills the tile, -), the taps being the
+// content's two and the mask's two; or, before `count` items
 // (item, first box, boxes, -) that are cast at, (-1, count, -, -).
 ivec2 steps_of(ivec2 pixel) { return list(u_first_tile + tile_of(pixel)).xy; }
 )";
@@ -290,13 +303,13 @@ void main() {
 )";
 
 const char* const kChooseTaps = R"(
-uniform int u_item;
+uniform int u_item, u_record;
 layout(location = 0) out highp ivec4 taps;
 
 void main() {  // RoomCaster::taps_of; a fragment a block
   ivec2 block = ivec2(gl_FragCoord.xy), low = block * ivec2(16, 8), high = min(low + ivec2(16, 8), u_frame);
   ivec4 item = item_of(u_item);
-  ivec2 content = level_of(u_item, 0).yz;
+  ivec2 content = level_of(u_record, 0).yz;
   float finest = 0.0;
   vec2 largest = vec2(0.0), logs = vec2(0.0);
   int count = 0;
@@ -319,7 +332,7 @@ void main() {  // RoomCaster::taps_of; a fragment a block
   taps = pack_taps(kOneTap);
   if (count == 0) return;
   vec2 typical = exp(logs / float(count));
-  taps = pack_taps(choose_taps(typical, finest, min(largest, 9.0 * typical), item.z));
+  taps = pack_taps(choose_taps(typical, finest, min(largest, 9.0 * typical), record_of(u_record).z));
 }
 )";
 
@@ -392,7 +405,8 @@ ivec4 with_plane(ivec4 step_now, ivec2 pixel, vec3 d, vec3 right, vec3 down, boo
     if (!(high > 0.0)) return there;
     if (low < 0.0) part = coverage(f);
   }
-  ivec4 drawn = sampled(step_now.x, unpack_taps(list(step_now.y + (pixel.y % kTile.y) / 8)), f, 1e-9);
+  int taps = step_now.y + (pixel.y % kTile.y) / 8;
+  ivec4 drawn = light_of(step_now.x, unpack_taps(list(taps)), unpack_taps(list(taps + 2)), f, 1e-9);
   if (part < 1.0) drawn = (drawn * int(float(kFull) * part + 0.5) + kFull / 2) / kFull;
   return over(drawn, there);
 }
@@ -427,8 +441,12 @@ ivec4 with_even(int first, int count, ivec2 pixel, vec3 d, vec3 right, vec3 down
     Footprint f = footprint_of(facets[i], d, right, down);
     keep_in_front(f);
     ivec4 item = item_of(items[i]);
-    Taps taps = u_area ? unpack_taps(texelFetch(u_taps, ivec3(pixel / ivec2(16, 8), item.w), 0)) : kOneTap;
-    there = over(sampled(items[i], taps, f, 0.0), there);
+    Taps taps = kOneTap, mask_taps = kOneTap;
+    if (u_area) taps = unpack_taps(texelFetch(u_taps, ivec3(pixel / ivec2(16, 8), item.w), 0));
+    if (u_area && (item.y & 8) != 0)
+      mask_taps =
+          unpack_taps(texelFetch(u_taps, ivec3(pixel / ivec2(16, 8), record_of(2 * items[i] + 1).w), 0));
+    there = over(light_of(items[i], taps, mask_taps, f, 0.0), there);
   }
   return there;
 }
@@ -505,12 +523,12 @@ ivec4 with_edge(int first, int count, ivec2 pixel, vec3 d, vec3 right, vec3 down
     vec2 at = shown_sum[s] / float(shown_count[s]);
     Footprint f = footprint_of(shown_facet[s], d + at.x * right + at.y * down, right, down);
     keep_in_front(f);
-    Taps taps = kOneTap;
-    if (u_area) {
-      vec3 size = size_of(f, level_of(item, 0).yz);
-      taps = choose_taps(size.xy, size.z, size.xy, item_of(item).z);
+    Taps taps[2] = Taps[2](kOneTap, kOneTap);
+    for (int n = 0; u_area && n < ((item_of(item).y & 8) != 0 ? 2 : 1); ++n) {
+      vec3 size = size_of(f, level_of(2 * item + n, 0).yz);
+      taps[n] = choose_taps(size.xy, size.z, size.xy, record_of(2 * item + n).z);
     }
-    light[s] = sampled(item, taps, f, 0.0);
+    light[s] = light_of(item, taps[0], taps[1], f, 0.0);
   }
   ivec4 sum = ivec4(0);
   for (int k = 0; k < kSub; ++k) {

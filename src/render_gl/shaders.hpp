@@ -17,10 +17,10 @@ extern const char* const kCopy;           ///< into a window, whose rows are cou
 /// Numbers that the programs and the renderer share.
 inline constexpr int kListsUnit = 0, kNumbersUnit = 1, kContentUnit = 2, kRaysUnit = 3, kHitsUnit = 4,
                      kEdgesUnit = 5, kTapsUnit = 6, kValuesUnit = 7;
-inline constexpr int kFacetTexels = 6;   ///< in the numbers
-inline constexpr int kItemTexels = 20;   ///< in the lists: one, and one a level of the content
-inline constexpr int kMostGroups = 32;   ///< bits of the edges
-inline constexpr int kBlocksAcross = 8;  ///< of a tile, that share their samples: 16 x 8 pixels
+inline constexpr int kFacetTexels = 6;    ///< in the numbers
+inline constexpr int kRecordTexels = 20;  ///< in the lists: one, and one a level of the content or mask
+inline constexpr int kMostGroups = 32;    ///< bits of the edges
+inline constexpr int kBlocksAcross = 8;   ///< of a tile, that share their samples: 16 x 8 pixels
 inline constexpr int kBlocksDown = 2;
 
 }  // namespace procam::render_gl

@@ -19,12 +19,12 @@ using render::RenderOptions;
 using render::RenderWork;
 using render_gl::GlRenderer;
 
-constexpr ImageSize kFrame{480, 320};
-constexpr int kMostApart = 2;         // of 255
-constexpr double kMostPixels = 1e-3;  // of the frame
+constexpr ImageSize kFrame{240, 160};  // drawn without a graphics card, pixels are dear
+constexpr int kMostApart = 2;          // of 255
+constexpr double kMostPixels = 1e-3;   // of the frame
 
 Projector projector(bool lens) {
-  Projector p{Camera{kFrame, {880, 861, 251.3, 402.6, 1.7}, NoDistortion{}}};
+  Projector p{Camera{kFrame, {440, 430, 125.4, 201.1, 0.8}, NoDistortion{}}};
   if (lens) p.inverse_camera.distortion = brown(-0.19);
   return p;
 }
@@ -113,7 +113,7 @@ const ImageU8& glass() {
 }
 
 Sheet sheet(const Projector& p, double width, double height, double distance, double incidence_deg,
-            const Vec2& middle = Vec2(250, 150)) {
+            const Vec2& middle = Vec2(125, 75)) {
   return tilted_sheet(p, width, height, distance, incidence_deg, middle);
 }
 
@@ -126,10 +126,10 @@ Scene plane(const Projector& p) {
 
 Scene pixel_surfaces(const Projector&) {
   PlacedPixels placed;
-  placed.pixel_from_content << 410, 33, 40.3, -20, 260, 30.2, 0.1, 0.05, 1;
+  placed.pixel_from_content << 205, 16, 20.3, -10, 130, 15.2, 0.1, 0.05, 1;
   Scene scene;
   scene.items = {{placed, large()}};
-  placed.pixel_from_content << 210, 33, -20.3, -20, 160, 210.2, 0.1, 0.05, 1;
+  placed.pixel_from_content << 105, 16, -10.3, -10, 80, 105.2, 0.1, 0.05, 1;
   scene.items.push_back({placed, glass()});
   return scene;
 }
@@ -139,13 +139,13 @@ Pose facing(const Projector& p, double distance, const Vec3& turn) {
       (Eigen::AngleAxisd(turn.x(), Vec3::UnitX()) * Eigen::AngleAxisd(turn.y(), Vec3::UnitY()) *
        Eigen::AngleAxisd(turn.z(), Vec3::UnitZ()))
           .toRotationMatrix();
-  return Pose(rotation, distance * p.emit(Vec2(250, 150))->direction);
+  return Pose(rotation, distance * p.emit(Vec2(125, 75))->direction);
 }
 
 /// What a depth camera sees of a heap: steps between near and far, noise, and the projector's own corner
 /// behind it.
 std::shared_ptr<const Mesh> heap() {
-  constexpr int kAcross = 40, kDown = 30;
+  constexpr int kAcross = 24, kDown = 18;
   std::mt19937 random(5);
   std::uniform_real_distribution<double> noise(-0.004, 0.004);
   Mesh mesh;
@@ -230,15 +230,40 @@ Scene full_room(const Projector& p) {
   globe.top = kPi / 2;
   globe.bottom = -kPi / 2;
   PlacedPixels sticker;
-  sticker.pixel_from_content << 90, 10, 290, -8, 60, 40, 0, 0, 1;
+  sticker.pixel_from_content << 45, 5, 145, -4, 30, 20, 0, 0, 1;
   scene.items = {
       {wall.placement, large()},
       {poster.placement, small()},
-      {sheet(p, 0.5, 0.6, 1.95, 50, Vec2(120, 160)).placement, small()},
+      {sheet(p, 0.5, 0.6, 1.95, 50, Vec2(60, 80)).placement, small()},
       {sticker, glass()},
       {PlacedMesh{mesh_of(Surface{"globe", globe, {}, ""}), facing(p, 1.4, {0.4, 0.2, 0.1})}, glass()},
       {PlacedMesh{heap(), facing(p, 2.3, {0.1, -0.3, 0.1})}, small()},
-      {sheet(p, 0.3, 0.3, 1.2, 15, Vec2(400, 260)).placement, glass()}};
+      {sheet(p, 0.3, 0.3, 1.2, 15, Vec2(200, 130)).placement, glass()}};
+  return scene;
+}
+
+/// Soft and hard, and nowhere the same on both sides; in memory wider than its rows.
+ViewU8 mask() {
+  static const ImageU8 image = [] {
+    ImageU8 made(219, 85);
+    for (int y = 0; y < 85; ++y)
+      for (int x = 0; x < 219; ++x)
+        made.at(x, y) = std::uint8_t((x / 17 + y / 11) % 3 == 0 ? 255 : (x + 2 * y) % 256);
+    return made;
+  }();
+  return {image.data() + 3, 210, 85, 1, 219};
+}
+
+Scene masked_plane(const Projector& p) {
+  Scene scene = plane(p);
+  scene.items[0].mask = mask();
+  return scene;
+}
+
+/// Masks on a plane among others, one that is cut through, a pixel surface, a ball and a heap.
+Scene masked_room(const Projector& p) {
+  Scene scene = full_room(p);
+  for (const std::size_t i : {1, 2, 3, 4, 5}) scene.items[i].mask = mask();
   return scene;
 }
 
@@ -264,11 +289,21 @@ TEST(GlRenderer, DrawsEveryKindOfSurfaceInterpolated) {
   expect_every_kind_the_same(drawn_with(Filter::kBilinear, true));
 }
 
+// Of masked surfaces, too.
 TEST(GlRenderer, DrawsValuesThatAreNoColours) {
   for (const Filter filter : {Filter::kArea, Filter::kBilinear}) {
     const RenderOptions options = drawn_with(filter, false);
     GlRenderer renderer(options);
-    expect_same_with(renderer, options, full_room, "room");
+    expect_same_with(renderer, options, masked_room, "room");
+  }
+}
+
+TEST(GlRenderer, DrawsMasks) {
+  for (const Filter filter : {Filter::kArea, Filter::kBilinear}) {
+    const RenderOptions options = drawn_with(filter, true);
+    GlRenderer renderer(options);
+    expect_same_with(renderer, options, masked_plane, "masked_plane");
+    expect_same_with(renderer, options, masked_room, "masked_room");
   }
 }
 
@@ -297,9 +332,17 @@ TEST(GlRenderer, MakesAnewWhatChanged) {
   EXPECT_EQ(work("poster"), std::make_pair(1, 0));
   scene.items[1].content = glass();  // another size, and no longer opaque
   EXPECT_EQ(work("glass").first, 1);
+  ImageU8 alpha(30, 20, 1, 90);
+  scene.items[0].mask = scene.items[4].mask = alpha;
+  EXPECT_EQ(work("masked"), std::make_pair(2, 1));  // a mesh's map knows no pictures
+  alpha.at(7, 9) = 255;
+  ++scene.items[4].mask_revision;
+  EXPECT_EQ(work("mask").first, 1);
+  scene.items[0].mask = {};
+  EXPECT_EQ(work("unmasked"), std::make_pair(0, 1));
   scene.items.erase(scene.items.begin() + 2);
   work("fewer");
-  p.inverse_camera.size = {400, 280};
+  p.inverse_camera.size = {200, 140};
   EXPECT_EQ(work("smaller").second, 6);
   p.inverse_camera.distortion = NoDistortion{};
   EXPECT_EQ(work("pinhole").second, 6);

@@ -550,11 +550,35 @@ class GlRenderer::State {
         ++at;
         const auto item = std::size_t(lists_[at][0]);
         lists_[at][1] = std::int32_t(lists_.size());
-        for (const FacetBox& box : layers_[item].room->boxes(x, y))
-          lists_.push_back(packed_box(box, items_[item].first_facet));
-        lists_[at][2] = std::int32_t(lists_.size()) - lists_[at][1];
+        add_boxes(layers_[item].room->boxes(x, y), items_[item].first_facet, lens_.grid().tile(x, y));
       }
     }
+  }
+
+  /// For each block of a tile, the first of its boxes and their number; then these. (An edge pixel looks at
+  /// all of its block's, and a tile may hold a thousand.)
+  void add_boxes(const std::vector<FacetBox>& boxes, std::size_t first_facet, const render::PixelRect& tile) {
+    constexpr int kAcross = render::kTileWidth / kBlocksAcross, kDown = render::kTileHeight / kBlocksDown;
+    const std::size_t blocks = lists_.size();
+    lists_.resize(blocks + kBlocksAcross * kBlocksDown, Int4{0, 0, 0, 0});
+    const auto for_blocks = [&](const FacetBox& box, const auto& visit) {
+      const int x0 = std::max(box.x0 - tile.x0, 0) / kAcross, y0 = std::max(box.y0 - tile.y0, 0) / kDown;
+      const int x1 = std::min((box.x1 - tile.x0 + kAcross - 1) / kAcross, kBlocksAcross),
+                y1 = std::min((box.y1 - tile.y0 + kDown - 1) / kDown, kBlocksDown);
+      for (int y = y0; y < y1; ++y)
+        for (int x = x0; x < x1; ++x) visit(blocks + std::size_t(y * kBlocksAcross + x));
+    };
+    for (const FacetBox& box : boxes) for_blocks(box, [&](std::size_t block) { ++lists_[block][1]; });
+    std::size_t end = lists_.size();
+    for (std::size_t block = blocks; block < lists_.size(); ++block) {
+      lists_[block][0] = std::int32_t(end);
+      end += std::size_t(std::exchange(lists_[block][1], 0));
+    }
+    lists_.resize(end);
+    for (const FacetBox& box : boxes)
+      for_blocks(box, [&](std::size_t block) {
+        lists_[std::size_t(lists_[block][0] + lists_[block][1]++)] = packed_box(box, first_facet);
+      });
   }
 
   void write_contents() {

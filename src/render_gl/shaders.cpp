@@ -197,7 +197,7 @@ ivec4 over(ivec4 drawn, ivec4 there) {
 
 // A tile's steps: (first, count) in the lists. Each (item, taps, fills the tile, -), the taps being the
 // content's two and the mask's two; or, before `count` items
-// (item, first box, boxes, -) that are cast at, (-1, count, -, -).
+// (item, blocks, -, -) that are cast at, (-1, count, -, -).
 ivec2 steps_of(ivec2 pixel) { return list(u_first_tile + tile_of(pixel)).xy; }
 )";
 
@@ -473,8 +473,9 @@ ivec4 with_edge(int first, int count, ivec2 pixel, vec3 d, vec3 right, vec3 down
       facets[k] = -1;
       nearest[k] = 0.0;
     }
-    for (int i = 0; i < step_now.z; ++i) {
-      ivec4 box = list(step_now.y + i);
+    ivec2 block = pixel % kTile / ivec2(16, 8), boxes = list(step_now.y + 8 * block.y + block.x).xy;
+    for (int i = 0; i < boxes.y; ++i) {
+      ivec4 box = list(boxes.x + i);
       ivec2 low = ivec2(box.x & 0xffff, box.x >> 16), high = ivec2(box.y & 0xffff, box.y >> 16);
       if (any(lessThan(pixel, low)) || any(greaterThanEqual(pixel, high))) continue;
       int row = kFacetTexels * box.z;

@@ -67,21 +67,29 @@ function(procam_install_package)
 endfunction()
 
 # A stage's tests: tests/<name>/*.cpp become one program, each TEST its own ctest entry "<name>.Suite.Test".
-# SLOW and LONG (patterns of GoogleTest's filter, that share no test) label those that take minutes under sanitizers
-# and those that take minutes anywhere: `ctest -LE "slow|long"` omits both, tests/run.sh leaves the latter to
-# `ctest -L long`. (One label each: gtest_discover_tests() drops the second of a list.)
+# SLOW, LONG and FIRST are patterns of GoogleTest's filter that share no test. SLOW and LONG label those that take minutes
+# under sanitizers and those that take minutes anywhere: `ctest -LE "slow|long"` omits both, tests/run.sh leaves the latter
+# to `ctest -L long`. (One label each: gtest_discover_tests() drops the second of a list.) FIRST are begun before all
+# others: they take minutes, and little of a core.
 function(procam_test name)
-  cmake_parse_arguments(arg "" "SLOW;LONG" "SOURCES;LINK" ${ARGN})
+  cmake_parse_arguments(arg "" "SLOW;LONG;FIRST" "SOURCES;LINK" ${ARGN})
   add_executable(test_${name} ${arg_SOURCES})
   target_link_libraries(test_${name} PRIVATE ${arg_LINK} procam_warnings procam_test_support)
   set(discovery TEST_PREFIX ${name}. DISCOVERY_MODE PRE_TEST)
-  if(arg_SLOW)
-    gtest_discover_tests(test_${name} ${discovery} TEST_FILTER "-${arg_SLOW}:${arg_LONG}" PROPERTIES TIMEOUT 600)
-    gtest_discover_tests(test_${name} ${discovery} TEST_FILTER "${arg_SLOW}" PROPERTIES TIMEOUT 1500 LABELS slow)
+  set(others ${arg_SLOW} ${arg_LONG} ${arg_FIRST})
+  if(others)
+    list(JOIN others ":" others)
+    gtest_discover_tests(test_${name} ${discovery} TEST_FILTER "-${others}" PROPERTIES TIMEOUT 600)
   else()
     gtest_discover_tests(test_${name} ${discovery} PROPERTIES TIMEOUT 600)
   endif()
+  if(arg_SLOW)
+    gtest_discover_tests(test_${name} ${discovery} TEST_FILTER "${arg_SLOW}" PROPERTIES TIMEOUT 1500 LABELS slow)
+  endif()
   if(arg_LONG)
     gtest_discover_tests(test_${name} ${discovery} TEST_FILTER "${arg_LONG}" PROPERTIES TIMEOUT 3000 LABELS long)
+  endif()
+  if(arg_FIRST)
+    gtest_discover_tests(test_${name} ${discovery} TEST_FILTER "${arg_FIRST}" PROPERTIES TIMEOUT 3000 COST 1000)
   endif()
 endfunction()

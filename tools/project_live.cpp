@@ -7,16 +7,19 @@
 #include "common/cli.hpp"
 #include "common/content_names.hpp"
 #include "common/room_frames.hpp"
+#include "procam/detect/marker_edges.hpp"
 #include "procam/device/content_source.hpp"
 #include "procam/device/frame_source.hpp"
 #include "procam/io/files.hpp"
 #include "procam/io/images.hpp"
+#include "procam/io/marker_map_file.hpp"
 #include "procam/io/pose_file.hpp"
 #include "procam/io/rig_file.hpp"
 #include "procam/io/surface_file.hpp"
 #include "procam/io/text.hpp"
 #include "procam/live/capture.hpp"
 #include "procam/live/loop.hpp"
+#include "procam/live/marker_source.hpp"
 #include "procam/live/overlay.hpp"
 #include "procam/render_gl/gl.hpp"
 
@@ -31,6 +34,8 @@ struct Flags {
   std::string predict = "auto", frame, child;
   std::optional<std::string> display;
   std::string output;
+  std::string marker_camera, markers, marker_camera_name;
+  std::optional<MarkerMap> marker;
   bool list_displays = false, identify = false;
   std::string delay = "0ms", camera;
   double camera_delay = 0;
@@ -60,6 +65,15 @@ void declare(CLI::App& app, Flags& flags) {
   app.add_option("--pose-source", flags.sources,
                  "where poses come from: udp:9000, tcp:HOST:PORT, tcp-listen:PORT, osc:PORT, psn:PORT, "
                  "rosbridge:HOST:PORT, log:FILE");
+  app.add_option("--marker-camera", flags.marker_camera,
+                 "poses from what the rig's camera sees of a marker: its number, device or URL")
+      ->excludes(app.get_option("--pose-source"));
+  add_parsed(
+      app, "--marker", [&](const std::string& text) { flags.marker = io::parse_marker(text); },
+      "the marker, whose frame becomes the world: DICTIONARY:ID:SIZE, e.g. apriltag_36h11:3:160mm");
+  app.add_option("--markers", flags.markers, "markers.json: several markers and their places in the world");
+  app.add_option("--marker-camera-name", flags.marker_camera_name,
+                 "its name in the rig, for a rig with several cameras");
   app.add_option("--pose", flags.pose, "a pose.json instead, for a projector that stands still");
   app.add_option(
       "--mount", flags.mount,
@@ -372,6 +386,17 @@ std::pair<std::string, int> split_address(const std::string& text) {
   return {address, std::stoi(port)};
 }
 
+std::unique_ptr<track::PoseSource> see_markers(const Flags& flags, const Rig& rig) {
+  if (!flags.marker && flags.markers.empty())
+    throw Error(ErrorKind::kInput, "--marker-camera", "no marker is named", "give --marker or --markers");
+  const MarkerMap map = flags.marker ? *flags.marker : io::load_marker_map(flags.markers);
+  const RigCamera& camera = rig.camera(flags.marker_camera_name);
+  device::CameraOptions options;
+  options.size = camera.camera.size;
+  return std::make_unique<live::MarkerSource>(device::open_camera(flags.marker_camera, options), camera, map,
+                                              detect::marker_cells(map.dictionary));
+}
+
 ExitCode show(const Flags& flags, Console& console) {
   const Rig rig = io::load_rig(flags.rig);
   const Drawing drawing = drawing_by(flags);
@@ -429,10 +454,9 @@ ExitCode show(const Flags& flags, Console& console) {
   std::vector<std::unique_ptr<track::PoseSource>> sources;
   live::Editor editor(first);
   live::LoopParts parts{projection, *sink};
-  for (const std::string& text : flags.sources) {
-    sources.push_back(track::open_pose_source(text));
-    parts.sources.push_back(sources.back().get());
-  }
+  for (const std::string& text : flags.sources) sources.push_back(track::open_pose_source(text));
+  if (!flags.marker_camera.empty()) sources.push_back(see_markers(flags, rig));
+  for (const auto& source : sources) parts.sources.push_back(source.get());
   parts.editor = &editor;
   parts.loader = &loader;
   std::optional<live::RunRecorder> recorder;

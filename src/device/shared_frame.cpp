@@ -15,7 +15,7 @@ namespace procam::device {
 namespace {
 
 constexpr char kMagic[8] = {'P', 'R', 'O', 'C', 'A', 'M', 'F', '1'};
-constexpr std::uint32_t kSlots = 3;
+constexpr std::uint32_t kSharedSlots = 3;
 constexpr std::size_t kHeader = 64;
 
 struct Header {
@@ -37,7 +37,7 @@ std::size_t slot_bytes(ImageSize size) {
   return (kHeader + pixel_bytes(size) + 63) / 64 * 64;
 }
 std::size_t total_bytes(ImageSize size) {
-  return kHeader + kSlots * slot_bytes(size);
+  return kHeader + kSharedSlots * slot_bytes(size);
 }
 
 Error shared_error(const std::string& name, const std::string& why, const std::string& next) {
@@ -53,7 +53,7 @@ std::string path_of(const std::string& name) {
 
 Slot& slot_of(void* memory, ImageSize size, std::uint64_t number) {
   return *reinterpret_cast<Slot*>(static_cast<char*>(memory) + kHeader +
-                                  (number % kSlots) * slot_bytes(size));
+                                  (number % kSharedSlots) * slot_bytes(size));
 }
 char* pixels_of(Slot& slot) {
   return reinterpret_cast<char*>(&slot) + kHeader;
@@ -79,7 +79,7 @@ class SharedFrameSink : public FrameSink {
     header->width = std::uint32_t(size.width);
     header->height = std::uint32_t(size.height);
     header->channels = 3;
-    header->slots = kSlots;
+    header->slots = kSharedSlots;
     std::memcpy(header->magic, kMagic, sizeof kMagic);
   }
   ~SharedFrameSink() override {
@@ -130,7 +130,7 @@ SharedFrameReader::SharedFrameReader(const std::string& name) : memory_(std::mak
   close(file);
   const auto* header = static_cast<const Header*>(data);
   bool good = data != MAP_FAILED && std::memcmp(header->magic, kMagic, sizeof kMagic) == 0 &&
-              header->channels == 3 && header->slots == kSlots && header->width < 65536 &&
+              header->channels == 3 && header->slots == kSharedSlots && header->width < 65536 &&
               header->height < 65536;
   if (good) {
     memory_->size = {int(header->width), int(header->height)};

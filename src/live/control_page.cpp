@@ -27,7 +27,7 @@ using nlohmann::json;
 
 constexpr std::size_t kMostHeader = 8192, kMostBody = 16384, kMostConnections = 32, kMostCommands = 1000;
 constexpr int kViewWidth = 960;
-constexpr auto kPatience = std::chrono::seconds(10);
+constexpr auto kRequestPatience = std::chrono::seconds(10);
 constexpr auto kStatusPeriod = std::chrono::milliseconds(100);
 
 std::string random_token() {
@@ -370,7 +370,7 @@ class ControlPage::Server::Request : public std::enable_shared_from_this<Request
     parser_.emplace();
     parser_->header_limit(kMostHeader);
     parser_->body_limit(kMostBody);
-    stream_.expires_after(kPatience);
+    stream_.expires_after(kRequestPatience);
     http::async_read(
         stream_, buffer_, *parser_, [self = shared_from_this()](beast::error_code failed, std::size_t) {
           if (failed == http::error::body_limit)
@@ -439,7 +439,7 @@ class ControlPage::Server::Request : public std::enable_shared_from_this<Request
     response_->body() = body;
     response_->keep_alive(false);
     response_->prepare_payload();
-    stream_.expires_after(kPatience);
+    stream_.expires_after(kRequestPatience);
     http::async_write(stream_, *response_, [self = shared_from_this()](beast::error_code, std::size_t) {
       beast::error_code ignored;
       self->stream_.socket().shutdown(tcp::socket::shutdown_send, ignored);

@@ -35,7 +35,7 @@ bool is_black(ViewU8 frame) {
 /// What the renderer makes of the show when the projector stands there.
 ImageU8 reference(const Show& show, const RigProjector& projector, const Pose& projector_from_world) {
   const SolvedSurfaceSet solved = surface::solve_surfaces(show.surfaces, projector, projector_from_world);
-  Scene scene;
+  procam::Scene scene;
   for (std::size_t i = 0; i < solved.surfaces.size(); ++i)
     scene.items.push_back({solved.surfaces[i].placement, show.contents[i]->at(0).view});
   return render::render(scene, projector.projector);

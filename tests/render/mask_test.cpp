@@ -6,8 +6,6 @@
 namespace procam {
 namespace {
 
-using render::Filter;
-
 /// Two triangles with the corners of a sheet.
 PlacedMesh as_mesh(const Sheet& sheet) {
   Mesh mesh;
@@ -29,7 +27,7 @@ ImageU8 lopsided_mask() {
   return mask;
 }
 
-class Masks : public ::testing::TestWithParam<std::tuple<int, Filter, bool>> {};
+class Masks : public ::testing::TestWithParam<std::tuple<int, render::Filter, bool>> {};
 
 /// On content of one colour a mask is the same as its alpha in the content, on every kind of surface.
 TEST_P(Masks, AreTheContentsAlpha) {
@@ -70,7 +68,8 @@ TEST_P(Masks, AreTheContentsAlpha) {
 
 INSTANTIATE_TEST_SUITE_P(EverySurface, Masks,
                          ::testing::Combine(::testing::Values(0, 1, 2),
-                                            ::testing::Values(Filter::kArea, Filter::kBilinear),
+                                            ::testing::Values(render::Filter::kArea,
+                                                              render::Filter::kBilinear),
                                             ::testing::Bool()));
 
 TEST(Mask, LetsThroughWhatLiesBehind) {

@@ -1,0 +1,93 @@
+#pragma once
+/// Planes in a depth image, how well each is known, and what is curved instead.
+///
+/// A plane is linear in inverse depth: the point z (u, v, 1) lies on normal . x + offset = 0 when
+///
+///   1 / z = t . (u, v, 1),   t = -normal / offset
+///
+/// so that axial noise is the noise of a linear regression with weights 1 / (sigma(z) / z^2)^2, whose
+/// solution is unbiased (a fit of perpendicular distances is not) and whose covariance is the inverse of its
+/// normal matrix. Quantised disparities are evenly spaced there as well.
+///
+/// 1  moments of cells of 8 x 8 pixels; cells that no plane fits are left out
+/// 2  regions grow from the flattest blocks of 3 x 3 cells: a cell joins when its mean and slopes agree with
+///    the region's plane within noise; parts of one plane are joined
+/// 3  curved regions are told by the second-order part of their residuals, and joined into cylinders and
+///    spheres where one explains them
+/// 4  planes are fitted to cells that have no other surface beside them; borders are settled pixel by pixel
+///
+/// Region growing on cells in the spirit of P. F. Proenca, Y. Gao, "Fast cylinder and plane extraction from
+/// depth cameras for visual odometry" (CAPE), IROS 2018. The same image gives the same planes, bit for bit.
+#include <variant>
+#include <vector>
+
+#include "procam/core/plane.hpp"
+#include "procam/core/surface/cylinder.hpp"
+#include "procam/core/surface/sphere.hpp"
+#include "procam/depth/depth_image.hpp"
+#include "procam/depth/ray_table.hpp"
+
+namespace procam::depth {
+
+/// A plane and the covariance of (normal, offset). It has rank 3, nothing along the normal: two directions of
+/// the normal (radians) and the offset (metres).
+struct PlaneEstimate {
+  Plane plane;
+  Mat4 covariance = Mat4::Zero();
+};
+
+/// Two unit vectors across the normal: the directions in which it may turn.
+Eigen::Matrix<double, 3, 2> turns_of(const Vec3& normal);
+/// Covariance of (turn 1, turn 2, offset) along turns_of(plane.normal).
+Mat3 turn_covariance(const PlaneEstimate& estimate);
+/// target_from_source * estimate; the covariance is carried along, and a pose's own may be added.
+PlaneEstimate transformed(const Pose& target_from_source, const PlaneEstimate& estimate_in_source,
+                          const Mat6& pose_covariance = Mat6::Zero());
+/// How far `truth` is from the estimate: e^T C^-1 e over the three directions, chi-square with 3 degrees of
+/// freedom when the covariance is right (7.81 bounds 95 %).
+double squared_sigmas(const PlaneEstimate& estimate, const Plane& truth);
+
+struct PlaneOptions {
+  DepthNoise noise = DepthNoise::kinect_v1();
+  double nearest = 0.2, farthest = 8;  ///< readings outside are ignored, metres
+  double least_area = 0.04;            ///< square metres; what is smaller is no surface to project on
+  int least_cells = 9;                 ///< of 8 x 8 pixels: fewer have no normal to speak of
+  /// RMS of a region's second-order residual, in sigmas of what readings share (DepthNoise), from which it
+  /// may be curved: it is where a cylinder or sphere that turns by 12 degrees or more explains it better.
+  /// Three times as much is curved in any case. Lower finds flatter curves, and then takes the depth camera's
+  /// own distortion for one.
+  double curved_from = 0.45;
+};
+
+struct DetectedPlane {
+  PlaneEstimate estimate;  ///< camera frame, the normal towards the camera (offset > 0)
+  int pixels = 0;          ///< that bear its label
+  double area = 0;         ///< square metres that these cover
+  double rms = 0;          ///< of the readings, perpendicular to the plane, metres
+  /// Variance found over variance assumed, already part of the covariance. Far above 1: the noise model does
+  /// not suit the sensor.
+  double noise_factor = 1;
+  Vec3 middle = Vec3::Zero();  ///< of its pixels, on the plane
+};
+
+/// A part of a cylinder or of a sphere, in the camera's frame; `frame` of the surface is left at its default.
+struct DetectedCurve {
+  std::variant<CylinderSurface, SphereSurface> shape;
+  int pixels = 0;
+  double rms = 0;  ///< of cells of pixels, perpendicular, metres
+};
+
+struct Planes {
+  std::vector<DetectedPlane> planes;  ///< the largest in pixels first
+  std::vector<DetectedCurve> curves;
+  /// Places in `planes`, then planes.size() + places in `curves`; kCurved: curved, but no simple shape fits;
+  /// kNone: no surface; kNothing: no reading.
+  Image<std::int16_t> labels;
+  static constexpr std::int16_t kNothing = -1, kNone = -2, kCurved = -3;
+};
+
+/// Throws std::invalid_argument for an image that is not of the camera's size or options out of range. An
+/// image without a reading has no planes.
+Planes find_planes(const DepthImage& image, const RayTable& rays, const PlaneOptions& options = {});
+
+}  // namespace procam::depth

@@ -1,0 +1,420 @@
+#include "procam/depth/planes.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <numeric>
+
+#include "cells.hpp"
+#include "procam/core/se3.hpp"
+#include "regions.hpp"
+
+namespace procam::depth {
+namespace {
+
+using namespace internal;
+constexpr int kCell = RayTable::kCell;
+
+/// The cells of a region that have none but their own about them, so that no edge of another surface reaches
+/// into them, and all their readings: where some are missing because they were out of range, the rest is
+/// biased. All of the region's cells where those are too few.
+struct Core {
+  bool clear = true;  ///< nothing else reaches into the cells
+  std::vector<int> cells;
+};
+Core core_of(const CellGrid& grid, const std::vector<int>& owner, const Region& region, int id, int least) {
+  std::vector<int> core;
+  for (const int at : region.cells) {
+    const int column = at % grid.columns, row = at / grid.columns;
+    bool inside = grid.cells[std::size_t(at)].n >= kCell * kCell - 1;
+    for (int j = -1; j <= 1 && inside; ++j)
+      for (int i = -1; i <= 1 && inside; ++i) {
+        const int x = column + i, y = row + j;
+        if (x < 0 || y < 0 || x >= grid.columns || y >= grid.rows) continue;
+        inside = owner[std::size_t(grid.index(x, y))] == id;
+      }
+    if (inside) core.push_back(at);
+  }
+  return {int(core.size()) >= least, int(core.size()) >= least ? core : region.cells};
+}
+
+/// Cells that another surface reaches into in spite of all: their means lie beyond three and a half robust
+/// sigmas (of the median) of what the region's cells scatter. They are left out, and the plane fitted again.
+void drop_outliers(const CellGrid& grid, int least, std::vector<int>& cells, Moments& moments,
+                   InverseDepthPlane& plane) {
+  for (int round = 0; round < 3; ++round) {
+    std::vector<float> off;
+    for (const int at : cells) {
+      const Cell& cell = grid.cells[std::size_t(at)];
+      const double r = double(cell.q) - plane.at(double(cell.u), double(cell.v));
+      off.push_back(float(std::abs(r) * std::sqrt(double(cell.n)) / double(cell.sigma)));
+    }
+    std::vector<float> sorted = off;
+    const auto middle = sorted.begin() + std::ptrdiff_t(sorted.size() / 2);
+    std::nth_element(sorted.begin(), middle, sorted.end());
+    const float gate = 3.5f * std::max(1.4826f * *middle, 1.0f);
+    std::vector<int> kept;
+    for (std::size_t i = 0; i < cells.size(); ++i)
+      if (off[i] < gate) kept.push_back(cells[i]);
+    if (kept.size() == cells.size() || int(kept.size()) < std::max(least * 2 / 3, 4)) return;
+    cells = std::move(kept);
+    refit(grid, cells, moments, plane);
+  }
+}
+
+/// Variance found over variance assumed: of readings, or, where neighbours share more than chance, what the
+/// means of cells and of blocks of 4 x 4 of them show (batch means).
+double noise_factor(const CellGrid& grid, const std::vector<int>& cells, const Moments& moments,
+                    const InverseDepthPlane& plane) {
+  const double of_readings = plane.error / std::max(moments.n - 3, 1.0);
+  double factor = of_readings;
+  struct Mean {
+    double n = 0, sum = 0;
+  };
+  const auto judge = [&](double error, double count) {
+    const double freedom = count - 3;
+    if (freedom < 3) return;
+    const double of_means = error / freedom;
+    // Three sigmas of a mean square of this many: below, it is chance.
+    if (of_means > of_readings * (1 + 3 * std::sqrt(2 / freedom))) factor = std::max(factor, of_means);
+  };
+  constexpr int kBlock = 4;
+  const int columns = grid.columns / kBlock + 1;
+  std::vector<Mean> blocks(std::size_t(columns) * std::size_t(grid.rows / kBlock + 1));
+  double error = 0;
+  for (const int at : cells) {
+    const Cell& cell = grid.cells[std::size_t(at)];
+    const double r = (double(cell.q) - plane.at(double(cell.u), double(cell.v))) / double(cell.sigma);
+    error += cell.n * r * r;
+    Mean& mean = blocks[std::size_t((at / grid.columns / kBlock) * columns + at % grid.columns / kBlock)];
+    mean.n += cell.n;
+    mean.sum += cell.n * r;
+  }
+  judge(error, double(cells.size()));
+  error = 0;
+  double count = 0;
+  for (const Mean& mean : blocks)
+    if (mean.n > 0) {
+      error += mean.sum * mean.sum / mean.n;
+      count += 1;
+    }
+  judge(error, count);
+  return factor;
+}
+
+/// How far a narrow surface's cells may be off because of its borders, in sigmas of what readings share.
+/// Chosen so that simulated rooms (docs/depth.md) have 95 % of small planes in their 95 % region.
+constexpr double kAtBorder = 0.7;
+
+/// Plane and covariance from t of 1/z = t . r, and from t's covariance.
+PlaneEstimate estimate_of(const Vec3& t, const Mat3& covariance) {
+  const double length = t.norm();
+  const Vec3 direction = t / length;
+  PlaneEstimate out;
+  out.plane.normal = -direction;
+  out.plane.offset = 1 / length;
+  Eigen::Matrix<double, 4, 3> j;
+  j.topRows<3>() = -(Mat3::Identity() - direction * direction.transpose()) / length;
+  j.row(3) = -direction.transpose() / (length * length);
+  out.covariance = j * covariance * j.transpose();
+  return out;
+}
+
+/// What rounding to the image's unit adds to the covariance of t: an error of variance unit^2 / 12 in depth,
+/// shared by all readings of one value, since sensors have steps of their own, each rounded the same way
+/// every time. With s_i the sum of w r dq/dz over the readings of value i, and A the normal matrix:
+///   A^-1 (unit^2 / 12 sum_i s_i s_i^T) A^-1
+Mat3 rounding_covariance(const DepthImage& image, const RayTable& rays, const CellGrid& grid,
+                         const std::vector<int>& cells, const Mat3& inverse_normal_matrix) {
+  if (!image.units.data) return Mat3::Zero();
+  // One row of each cell stands for its eight.
+  const auto each = [&](const auto& visit) {
+    for (const int at : cells) {
+      const int x0 = at % grid.columns * kCell;
+      const int y = std::min(at / grid.columns * kCell + kCell / 2, image.units.height - 1);
+      for (int x = x0; x < std::min(x0 + kCell, image.units.width); ++x)
+        if (grid.inverse_depth.at(x, y) > 0) visit(grid.cells[std::size_t(at)], x, y);
+    }
+  };
+  int low = 65535, high = 0;
+  each([&](const Cell&, int x, int y) {
+    low = std::min<int>(low, image.units.at(x, y));
+    high = std::max<int>(high, image.units.at(x, y));
+  });
+  if (low > high) return Mat3::Zero();
+  Points3 sums(std::size_t(high - low) + 1, Vec3::Zero());
+  each([&](const Cell& cell, int x, int y) {
+    const double w = kCell * double(cell.q * cell.q) / double(cell.sigma * cell.sigma);
+    sums[std::size_t(image.units.at(x, y) - low)] += w * Vec3(double(rays.u(x, y)), double(rays.v(x, y)), 1);
+  });
+  Mat3 middle = Mat3::Zero();
+  for (const Vec3& sum : sums)
+    if (sum.z() > 0) middle.noalias() += sum * sum.transpose();
+  const double unit = image.metres_per_unit;
+  return unit * unit / 12 * inverse_normal_matrix * middle * inverse_normal_matrix;
+}
+
+/// Square metres that a pixel covers on a plane: z^3 / (offset fx fy).
+double pixel_area(double z, double offset, const Intrinsics& k) {
+  return z * z * z / (offset * k.fx * k.fy);
+}
+
+std::optional<DetectedPlane> plane_of(const DepthImage& image, const CellGrid& grid, const Regions& all,
+                                      std::size_t i, const RayTable& rays, const PlaneOptions& options) {
+  const Region& region = all.regions[i];
+  if (region.cells.empty()) return std::nullopt;  // taken by a curve
+  auto [clear, core] = core_of(grid, all.owner, region, int(i), options.least_cells);
+  Moments moments;
+  InverseDepthPlane plane;
+  refit(grid, core, moments, plane);
+  drop_outliers(grid, options.least_cells, core, moments, plane);
+  if (!(plane.t.norm() > 1e-9)) return std::nullopt;
+  DetectedPlane out;
+  out.noise_factor = noise_factor(grid, core, moments, plane);
+  if (!clear) {
+    // What reaches into a cell at the border moves its mean by a part of what the gates let through.
+    const Cell& cell = grid.cells[std::size_t(core.front())];
+    const double ratio = kAtBorder * double(cell.shared / cell.sigma);
+    out.noise_factor = std::max(out.noise_factor, 1 + cell.n * ratio * ratio);
+  }
+  const Mat3 a = moments.normal_matrix();
+  const Eigen::LDLT<Mat3> solver(a);
+  if (solver.info() != Eigen::Success || !solver.isPositive()) return std::nullopt;
+  const Mat3 inverse = solver.solve(Mat3::Identity());
+  out.estimate = estimate_of(
+      plane.t, out.noise_factor * inverse + rounding_covariance(image, rays, grid, core, inverse));
+  if (!out.estimate.covariance.allFinite()) return std::nullopt;
+  const double offset = out.estimate.plane.offset;
+  double squares = 0, count = 0;
+  for (const int at : core) {
+    const Cell& cell = grid.cells[std::size_t(at)];
+    const double q = double(cell.q), off = q - plane.at(double(cell.u), double(cell.v));
+    const double sigma2 = double(cell.sigma) * double(cell.sigma);
+    const double to_metres = offset / q;  // of a residual of inverse depth, across the plane
+    squares += (double(cell.error) * sigma2 + cell.n * off * off) * to_metres * to_metres;
+    count += cell.n;
+  }
+  out.rms = std::sqrt(squares / count);
+  for (const int at : region.cells) {
+    const Cell& cell = grid.cells[std::size_t(at)];
+    out.area += cell.n * pixel_area(1 / double(cell.q), offset, rays.camera().intrinsics);
+  }
+  if (out.area < options.least_area) return std::nullopt;
+  out.middle = Vec3(moments.wu / moments.w, moments.wv / moments.w, 1);
+  out.middle /= plane.t.dot(out.middle);
+  return out;
+}
+
+/// Labels of pixels: inside a region what lies within noise of its plane; at borders the nearest of the
+/// planes that meet there.
+class Labeller {
+ public:
+  Labeller(const CellGrid& grid, const RayTable& rays, const std::vector<int>& owner,
+           const std::vector<Vec3>& planes, const DepthNoise& noise, Planes& out)
+      : grid_(grid), rays_(rays), owner_(owner), planes_(planes), noise_(noise), out_(out) {}
+
+  /// Pixels by label, from 0.
+  const std::vector<int>& counts() const { return counts_; }
+
+  void run() {
+    counts_.assign(out_.planes.size() + out_.curves.size(), 0);
+    out_.labels = Image<std::int16_t>(rays_.size());
+    for (int row = 0; row < grid_.rows; ++row)
+      for (int column = 0; column < grid_.columns; ++column) label(column, row);
+  }
+
+ private:
+  void label(int column, int row) {
+    const int own = owner_[std::size_t(grid_.index(column, row))];
+    candidates_ = 0;
+    if (own >= 0) add(own);
+    for (int j = -1; j <= 1; ++j)
+      for (int i = -1; i <= 1; ++i) {
+        const int x = column + i, y = row + j;
+        if (x < 0 || y < 0 || x >= grid_.columns || y >= grid_.rows) continue;
+        const int other = owner_[std::size_t(grid_.index(x, y))];
+        if (other >= 0 && other < int(planes_.size())) add(other);
+      }
+    const int x0 = column * kCell, x1 = std::min(x0 + kCell, rays_.size().width);
+    const int y0 = row * kCell, y1 = std::min(y0 + kCell, rays_.size().height);
+    const Cell& cell = grid_.at(column, row);
+    // A whole cell of a curve or of something curved.
+    if (own >= int(planes_.size()) || own == kUnexplained) {
+      const auto id = std::int16_t(own == kUnexplained ? int(Planes::kCurved) : own);
+      for (int y = y0; y < y1; ++y)
+        for (int x = x0; x < x1; ++x)
+          out_.labels.at(x, y) = grid_.inverse_depth.at(x, y) > 0 ? id : Planes::kNothing;
+      if (id >= 0) counts_[std::size_t(id)] += cell.n;
+      return;
+    }
+    const bool inside = own >= 0 && candidates_ == 1;
+    // Beside another surface less is theirs.
+    float gate = (inside ? 2.5f : 2.0f) * std::sqrt(cell.sigma * cell.sigma + cell.shared * cell.shared);
+    if (candidates_ > 0 && !(gate > 0)) gate = 2 * spread_at(x0, x1, y0, y1);
+    for (int y = y0; y < y1; ++y) {
+      const float* const q = grid_.inverse_depth.row(y) + x0;
+      const float *const u = rays_.u_from(x0, y), *const v = rays_.v_from(x0, y);
+      std::int16_t* const label = out_.labels.row(y) + x0;
+      if (candidates_ <= 1 && x1 - x0 == kCell)
+        label_row(q, u, v, gate, label);
+      else
+        label_mixed_row(q, u, v, gate, x1 - x0, label);
+    }
+  }
+
+  /// Eight pixels with one plane near them, or none.
+  void label_row(const float* q, const float* u, const float* v, float gate, std::int16_t* label) {
+    const bool any = candidates_ == 1;
+    const float a = a_[0], b = b_[0], c = c_[0], within = any ? gate : -1.0f;
+    const auto id = std::int16_t(any ? ids_[0] : 0);
+    int count = 0;
+    for (int i = 0; i < kCell; ++i) {
+      const bool near = std::abs(q[i] - (a * u[i] + b * v[i] + c)) < within;
+      const bool known = q[i] > 0;
+      const std::int16_t of_plane = near ? id : Planes::kNone;
+      label[i] = known ? of_plane : Planes::kNothing;
+      count += near && known;
+    }
+    if (any) counts_[std::size_t(ids_[0])] += count;
+  }
+
+  void label_mixed_row(const float* q, const float* u, const float* v, float gate, int width,
+                       std::int16_t* label) {
+    for (int i = 0; i < width; ++i) {
+      label[i] = q[i] > 0 ? Planes::kNone : Planes::kNothing;
+      if (!(q[i] > 0)) continue;
+      float best = gate;
+      for (std::size_t k = 0; k < candidates_; ++k) {
+        const float r = std::abs(q[i] - (a_[k] * u[i] + b_[k] * v[i] + c_[k]));
+        if (r < best) best = r, label[i] = std::int16_t(ids_[k]);
+      }
+      if (label[i] >= 0) ++counts_[std::size_t(label[i])];
+    }
+  }
+
+  void add(int id) {
+    for (std::size_t k = 0; k < candidates_; ++k)
+      if (ids_[k] == id) return;
+    if (candidates_ == ids_.size() || id >= int(planes_.size())) return;
+    const Vec3& t = planes_[std::size_t(id)];
+    ids_[candidates_] = id;
+    a_[candidates_] = float(t.x());
+    b_[candidates_] = float(t.y());
+    c_[candidates_] = float(t.z());
+    ++candidates_;
+  }
+  /// Of a cell too empty to have a sigma of its own: at its nearest reading.
+  float spread_at(int x0, int x1, int y0, int y1) const {
+    float q = 0;
+    for (int y = y0; y < y1; ++y)
+      for (int x = x0; x < x1; ++x) q = std::max(q, grid_.inverse_depth.at(x, y));
+    if (!(q > 0)) return 0;
+    const double z = 1 / double(q);
+    return float(std::hypot(noise_.sigma(z), noise_.shared_sigma(z))) * q * q;
+  }
+
+  const CellGrid& grid_;
+  const RayTable& rays_;
+  const std::vector<int>& owner_;
+  const std::vector<Vec3>& planes_;
+  const DepthNoise& noise_;
+  Planes& out_;
+  std::vector<int> counts_;
+  std::size_t candidates_ = 0;
+  std::array<int, 4> ids_{};
+  std::array<float, 4> a_{}, b_{}, c_{};
+};
+
+void check(const DepthImage& image, const RayTable& rays, const PlaneOptions& options) {
+  require(image.size() == rays.size(), "find_planes: the image is of " + std::to_string(image.size().width) +
+                                           "x" + std::to_string(image.size().height) +
+                                           " pixels, the camera's of " + std::to_string(rays.size().width) +
+                                           "x" + std::to_string(rays.size().height));
+  require(options.nearest > 0 && options.farthest > options.nearest && options.farthest < 1e4,
+          "find_planes: the range must be 0 < nearest < farthest");
+  require(options.least_cells >= 4 && options.least_area >= 0 && options.curved_from > 0 &&
+              options.noise.shared >= 0,
+          "find_planes: least_cells must be 4 or more, the other options positive");
+}
+
+}  // namespace
+
+Eigen::Matrix<double, 3, 2> turns_of(const Vec3& normal) {
+  Eigen::Matrix<double, 3, 2> turns;
+  turns.col(0) = normal.unitOrthogonal();
+  turns.col(1) = normal.cross(turns.col(0));
+  return turns;
+}
+
+Mat3 turn_covariance(const PlaneEstimate& estimate) {
+  Eigen::Matrix<double, 3, 4> j = Eigen::Matrix<double, 3, 4>::Zero();
+  j.topLeftCorner<2, 3>() = turns_of(estimate.plane.normal).transpose();
+  j(2, 3) = 1;
+  return j * estimate.covariance * j.transpose();
+}
+
+PlaneEstimate transformed(const Pose& target_from_source, const PlaneEstimate& in_source,
+                          const Mat6& pose_covariance) {
+  PlaneEstimate out;
+  out.plane = target_from_source * in_source.plane;
+  Mat4 j = Mat4::Identity();
+  j.topLeftCorner<3, 3>() = target_from_source.rotation_matrix();
+  j.bottomLeftCorner<1, 3>() = -target_from_source.translation.transpose() * j.topLeftCorner<3, 3>();
+  out.covariance = j * in_source.covariance * j.transpose();
+  // A left increment [w, v] turns the normal by w x n and moves the offset by -n . v.
+  Eigen::Matrix<double, 4, 6> k = Eigen::Matrix<double, 4, 6>::Zero();
+  k.topLeftCorner<3, 3>() = -hat(out.plane.normal);
+  k.bottomRightCorner<1, 3>() = -out.plane.normal.transpose();
+  out.covariance += k * pose_covariance * k.transpose();
+  return out;
+}
+
+double squared_sigmas(const PlaneEstimate& estimate, const Plane& truth) {
+  const double side = truth.normal.dot(estimate.plane.normal) < 0 ? -1 : 1;
+  Vec3 e;
+  e.head<2>() = turns_of(estimate.plane.normal).transpose() * (side * truth.normal);
+  e.z() = side * truth.offset - estimate.plane.offset;
+  return e.dot(turn_covariance(estimate).ldlt().solve(e));
+}
+
+Planes find_planes(const DepthImage& image, const RayTable& rays, const PlaneOptions& options) {
+  check(image, rays, options);
+  const CellGrid grid = cell_grid(image, rays, options);
+  Regions regions = grow_regions(grid, options);
+  std::vector<Curve> curves = take_curves(grid, options, regions);
+
+  Planes out;
+  std::vector<std::optional<DetectedPlane>> found;
+  std::vector<int> order;
+  for (std::size_t i = 0; i < regions.regions.size(); ++i) {
+    found.push_back(plane_of(image, grid, regions, i, rays, options));
+    if (found.back()) order.push_back(int(i));
+  }
+  const auto readings = [&](int i) { return regions.regions[std::size_t(i)].moments.n; };
+  std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return readings(a) > readings(b); });
+  std::vector<int> place(regions.regions.size(), -1);
+  std::vector<Vec3> inverse_planes;
+  for (const int i : order) {
+    place[std::size_t(i)] = int(out.planes.size());
+    out.planes.push_back(*found[std::size_t(i)]);
+    const Plane& plane = out.planes.back().estimate.plane;
+    inverse_planes.push_back(-plane.normal / plane.offset);
+  }
+  for (Curve& curve : curves) out.curves.push_back(curve.curve);
+  for (int& owner : regions.owner) {
+    if (owner >= 0)
+      owner = place[std::size_t(owner)];
+    else if (owner <= kCurveOwner)
+      owner = int(out.planes.size()) + (kCurveOwner - owner);
+  }
+  Labeller labeller(grid, rays, regions.owner, inverse_planes, options.noise, out);
+  labeller.run();
+
+  for (std::size_t i = 0; i < out.planes.size(); ++i) out.planes[i].pixels = labeller.counts()[i];
+  for (std::size_t i = 0; i < out.curves.size(); ++i)
+    out.curves[i].pixels = labeller.counts()[out.planes.size() + i];
+  return out;
+}
+
+}  // namespace procam::depth

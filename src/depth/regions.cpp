@@ -1,0 +1,285 @@
+#include "regions.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <array>
+
+namespace procam::depth::internal {
+namespace {
+
+constexpr int kNone = -1;
+
+/// A region whose normal is less certain is dropped.
+constexpr double kLargestDoubt = 12 * kDegree;
+
+struct Seed {
+  float flatness;
+  int first;  ///< the block's upper left cell
+};
+
+/// Blocks of cells that regions start from: those that say most first, then what fits into narrow surfaces.
+struct Block {
+  int columns, rows, step;
+};
+constexpr Block kBlocks[] = {{3, 3, 2}, {3, 3, 1}, {4, 1, 1}, {1, 4, 1}};
+
+/// A block of flat, free cells that agree with one plane, or nothing.
+std::optional<Seed> seed_at(const CellGrid& grid, const std::vector<int>& owner, const Block& size,
+                            int column, int row) {
+  Moments block;
+  double own_errors = 0;
+  for (int j = 0; j < size.rows; ++j)
+    for (int i = 0; i < size.columns; ++i) {
+      const int at = grid.index(column + i, row + j);
+      const Cell& cell = grid.cells[std::size_t(at)];
+      if (!cell.flat || owner[std::size_t(at)] != kNone) return std::nullopt;
+      block += cell.moments;
+      own_errors += double(cell.error);
+    }
+  const InverseDepthPlane plane = fit(block);
+  for (int j = 0; j < size.rows; ++j)
+    for (int i = 0; i < size.columns; ++i)
+      if (!agrees(grid.at(column + i, row + j), plane.t)) return std::nullopt;
+  const double freedom = 3 * (size.rows * size.columns - 1);
+  return Seed{float((plane.error - own_errors) / freedom), grid.index(column, row)};
+}
+
+/// How far what readings share may turn the region's plane, radians: half of it over the region's extent in
+/// its narrower direction.
+double doubt(const CellGrid& grid, const Region& region) {
+  const Moments& m = region.moments;
+  const double u = m.wu / m.w, v = m.wv / m.w;
+  const double uu = m.wuu / m.w - u * u, uv = m.wuv / m.w - u * v, vv = m.wvv / m.w - v * v;
+  const double narrow = 0.5 * (uu + vv - std::sqrt((uu - vv) * (uu - vv) + 4 * uv * uv));
+  const double shared = double(grid.cells[std::size_t(region.cells.front())].shared);
+  return 0.5 * shared / (std::sqrt(std::max(narrow, 1e-12)) * region.plane.t.norm());
+}
+
+class Grower {
+ public:
+  Grower(const CellGrid& grid, const PlaneOptions& options) : grid_(grid), options_(options) {
+    regions_.owner.assign(grid.cells.size(), kNone);
+  }
+
+  Regions run() {
+    for (const Block& block : kBlocks) grow_from(block);
+    return std::move(regions_);
+  }
+
+ private:
+  void grow_from(const Block& block) {
+    std::vector<Seed> seeds;
+    for (int row = 0; row + block.rows <= grid_.rows; row += block.step)
+      for (int column = 0; column + block.columns <= grid_.columns; column += block.step)
+        if (const auto seed = seed_at(grid_, regions_.owner, block, column, row)) seeds.push_back(*seed);
+    std::sort(seeds.begin(), seeds.end(), [](const Seed& a, const Seed& b) {
+      return a.flatness != b.flatness ? a.flatness < b.flatness : a.first < b.first;
+    });
+    for (const Seed& seed : seeds) grow(block, seed.first);
+  }
+
+  void grow(const Block& block, int first) {
+    Region region;
+    const int id = int(regions_.regions.size());
+    for (int j = 0; j < block.rows; ++j)
+      for (int i = 0; i < block.columns; ++i)
+        if (regions_.owner[std::size_t(first + grid_.index(i, j))] != kNone) return;
+    for (int j = 0; j < block.rows; ++j)
+      for (int i = 0; i < block.columns; ++i) take(region, first + grid_.index(i, j), id);
+    region.plane = fit(region.moments);
+    flood(region, id);
+    // The plane of all cells knows better than that of the first which of them belong.
+    for (int round = 0; round < 2; ++round) {
+      const std::size_t before = region.cells.size();
+      refit(grid_, region.cells, region.moments, region.plane);
+      release(region, [&](const Cell& cell) { return !agrees(cell, region.plane.t); });
+      const bool same = region.cells.size() == before;
+      flood(region, id);
+      if (same && region.cells.size() == before) break;
+    }
+    refit(grid_, region.cells, region.moments, region.plane);
+    if (int(region.cells.size()) < options_.least_cells || doubt(grid_, region) > kLargestDoubt) {
+      release(region, [](const Cell&) { return true; });
+      return;
+    }
+    regions_.regions.push_back(std::move(region));
+  }
+
+  void take(Region& region, int at, int id) {
+    regions_.owner[std::size_t(at)] = id;
+    region.cells.push_back(at);
+    region.moments += grid_.cells[std::size_t(at)].moments;
+  }
+
+  template <typename Leaves>
+  void release(Region& region, const Leaves& leaves) {
+    region.cells.erase(std::remove_if(region.cells.begin(), region.cells.end(),
+                                      [&](int at) {
+                                        if (!leaves(grid_.cells[std::size_t(at)])) return false;
+                                        regions_.owner[std::size_t(at)] = kNone;
+                                        return true;
+                                      }),
+                       region.cells.end());
+  }
+
+  void flood(Region& region, int id) {
+    std::size_t next_fit = region.cells.size() + region.cells.size() / 2;
+    for (std::size_t head = 0; head < region.cells.size(); ++head) {
+      const int at = region.cells[head], column = at % grid_.columns;
+      const auto visit = [&](int neighbour) {
+        if (regions_.owner[std::size_t(neighbour)] != kNone) return;
+        const Cell& cell = grid_.cells[std::size_t(neighbour)];
+        if (cell.flat && agrees(cell, region.plane.t)) take(region, neighbour, id);
+      };
+      if (column > 0) visit(at - 1);
+      if (column + 1 < grid_.columns) visit(at + 1);
+      if (at >= grid_.columns) visit(at - grid_.columns);
+      if (at + grid_.columns < int(grid_.cells.size())) visit(at + grid_.columns);
+      if (region.cells.size() >= next_fit) {
+        region.plane = fit(region.moments);
+        next_fit = region.cells.size() + region.cells.size() / 2;
+      }
+    }
+  }
+
+  const CellGrid& grid_;
+  const PlaneOptions& options_;
+  Regions regions_;
+};
+
+/// RMS of the second-order part of the cells' residuals, in sigmas of what readings share; 0 where it is no
+/// more than their scatter.
+double second_order(const CellGrid& grid, const Region& region) {
+  const Moments& m = region.moments;
+  const double u0 = m.wu / m.w, v0 = m.wv / m.w;
+  const double scale = 1 / std::sqrt(std::max((m.wuu + m.wvv) / m.w - u0 * u0 - v0 * v0, 1e-12));
+  using Mat66 = Eigen::Matrix<double, 6, 6>;
+  Mat66 a = Mat66::Zero();
+  Vec6 b = Vec6::Zero();
+  double total = 0;
+  for (const int at : region.cells) {
+    const Cell& cell = grid.cells[std::size_t(at)];
+    const double x = scale * (double(cell.u) - u0), y = scale * (double(cell.v) - v0), n = cell.n;
+    const double r = (double(cell.q) - region.plane.at(double(cell.u), double(cell.v))) / double(cell.shared);
+    Vec6 basis;
+    basis << 1, x, y, x * x, x * y, y * y;
+    a.noalias() += n * basis * basis.transpose();
+    b += n * r * basis;
+    total += n * r * r;
+  }
+  const double n = std::max(m.n, 1.0);
+  const Mat3 a3 = a.topLeftCorner<3, 3>();
+  const Vec3 b3 = b.head<3>();
+  const double linear = total - b3.dot(a3.ldlt().solve(b3));
+  const double quadratic = total - b.dot(Mat66(a + 1e-9 * n * Mat66::Identity()).ldlt().solve(b));
+  const double freedom = std::max<double>(double(region.cells.size()) - 6, 3);
+  const double explained = linear - quadratic, scatter = std::max(quadratic / freedom, 1.0);
+  // F statistic of three parameters: 10 is beyond 1 in 10000 from 20 degrees of freedom.
+  return explained > 10 * 3 * scatter ? std::sqrt(explained / n) : 0;
+}
+
+/// Two parts of one plane: together they lie as flat as each alone. What is beside each other may differ by
+/// what neighbours share.
+void join(const CellGrid& grid, const PlaneOptions& options, Regions& all) {
+  constexpr double kBeside = 4;  ///< twice the RMS
+  auto& regions = all.regions;
+  std::vector<std::vector<char>> beside(regions.size(), std::vector<char>(regions.size()));
+  const auto touch = [&](std::size_t a, std::size_t b) {
+    const int i = all.owner[a], j = all.owner[b];
+    if (i >= 0 && j >= 0 && i != j)
+      beside[std::size_t(i)][std::size_t(j)] = beside[std::size_t(j)][std::size_t(i)] = 1;
+  };
+  for (int row = 0; row + 1 < grid.rows; ++row)
+    for (int column = 0; column + 1 < grid.columns; ++column) {
+      const auto at = std::size_t(grid.index(column, row));
+      touch(at, at + 1);
+      touch(at, at + std::size_t(grid.columns));
+    }
+  for (bool joined = true; joined;) {
+    joined = false;
+    for (std::size_t i = 0; i < regions.size() && !joined; ++i)
+      for (std::size_t j = i + 1; j < regions.size() && !joined; ++j) {
+        Moments both = regions[i].moments;
+        both += regions[j].moments;
+        const InverseDepthPlane plane = fit(both);
+        const double more = plane.error - regions[i].plane.error - regions[j].plane.error;
+        const Region& smaller = regions[i].moments.n < regions[j].moments.n ? regions[i] : regions[j];
+        // Mean square of what readings share over that of their noise, where the smaller part is.
+        const Cell& there = grid.cells[std::size_t(smaller.cells[smaller.cells.size() / 2])];
+        const double limit = double(there.shared * there.shared / (there.sigma * there.sigma));
+        if (more > (beside[i][j] ? kBeside : 1) * limit * smaller.moments.n) continue;
+        Region candidate{regions[i].cells, both, plane};
+        candidate.cells.insert(candidate.cells.end(), regions[j].cells.begin(), regions[j].cells.end());
+        candidate.bend = second_order(grid, candidate);
+        if (candidate.bend > std::max({options.curved_from, regions[i].bend, regions[j].bend})) continue;
+        regions[i] = std::move(candidate);
+        regions.erase(regions.begin() + std::ptrdiff_t(j));
+        for (std::size_t k = 0; k < beside.size(); ++k)
+          if (beside[j][k]) beside[i][k] = beside[k][i] = true;
+        beside.erase(beside.begin() + std::ptrdiff_t(j));
+        for (auto& row : beside) row.erase(row.begin() + std::ptrdiff_t(j));
+        joined = true;
+      }
+  }
+  std::fill(all.owner.begin(), all.owner.end(), kNone);
+  for (std::size_t i = 0; i < regions.size(); ++i)
+    for (const int at : regions[i].cells) all.owner[std::size_t(at)] = int(i);
+}
+
+/// Where two planes meet, the first grown took cells that lie nearer to the other: the border moves to where
+/// they cross.
+void settle_borders(const CellGrid& grid, Regions& all) {
+  const auto off = [&](const Cell& cell, int id) {
+    return std::abs(double(cell.q) - all.regions[std::size_t(id)].plane.at(double(cell.u), double(cell.v)));
+  };
+  for (int sweep = 0; sweep < 4; ++sweep) {
+    bool moved = false;
+    std::vector<int> now = all.owner;
+    for (int row = 0; row < grid.rows; ++row)
+      for (int column = 0; column < grid.columns; ++column) {
+        const int at = grid.index(column, row), own = all.owner[std::size_t(at)];
+        if (own < 0) continue;
+        const Cell& cell = grid.cells[std::size_t(at)];
+        int best = own;
+        double least = off(cell, own);
+        const auto visit = [&](bool inside, int neighbour) {
+          if (!inside) return;
+          const int other = all.owner[std::size_t(neighbour)];
+          if (other < 0 || other == own) return;
+          const double d = off(cell, other);
+          if (d < least) least = d, best = other;
+        };
+        visit(column > 0, at - 1);
+        visit(column + 1 < grid.columns, at + 1);
+        visit(row > 0, at - grid.columns);
+        visit(row + 1 < grid.rows, at + grid.columns);
+        if (best == own) continue;
+        now[std::size_t(at)] = best;
+        moved = true;
+      }
+    all.owner = now;
+    if (!moved) break;
+    for (Region& region : all.regions) region.cells.clear();
+    for (std::size_t at = 0; at < all.owner.size(); ++at)
+      if (all.owner[at] >= 0) all.regions[std::size_t(all.owner[at])].cells.push_back(int(at));
+    for (Region& region : all.regions) refit(grid, region.cells, region.moments, region.plane);
+  }
+}
+
+}  // namespace
+
+void refit(const CellGrid& grid, const std::vector<int>& cells, Moments& moments, InverseDepthPlane& plane) {
+  moments = {};
+  for (const int at : cells) moments += grid.cells[std::size_t(at)].moments;
+  plane = fit(moments);
+}
+
+Regions grow_regions(const CellGrid& grid, const PlaneOptions& options) {
+  Regions all = Grower(grid, options).run();
+  settle_borders(grid, all);
+  for (Region& region : all.regions) region.bend = second_order(grid, region);
+  join(grid, options, all);
+  return all;
+}
+
+}  // namespace procam::depth::internal

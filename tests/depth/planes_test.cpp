@@ -1,0 +1,220 @@
+#include "procam/depth/planes.hpp"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "rooms.hpp"
+
+namespace procam::depth {
+namespace {
+
+using test::add_score;
+using test::lopsided_sensor;
+using test::random_room;
+using test::Score;
+
+/// A view of planes, the nearest along each ray, without noise.
+ImageF view_of(const RayTable& rays, const std::vector<Plane>& planes) {
+  ImageF depth(rays.size());
+  for (int y = 0; y < rays.size().height; ++y)
+    for (int x = 0; x < rays.size().width; ++x) {
+      const Vec3 ray(double(rays.u(x, y)), double(rays.v(x, y)), 1);
+      double nearest = 100;
+      for (const Plane& plane : planes) {
+        const double z = -plane.offset / plane.normal.dot(ray);
+        if (z > 0) nearest = std::min(nearest, z);
+      }
+      depth.at(x, y) = float(nearest);
+    }
+  return depth;
+}
+
+const Camera kSmall{{160, 120}, {146, 151, 77.3, 63.1, 0.6}, BrownConrady{{0.05, -0.06, 0.001, -0.002, 0}}};
+
+TEST(Planes, WithoutNoiseAreExactThroughALensWithSkew) {
+  const RayTable rays(kSmall);
+  const std::vector<Plane> truth{{Vec3(-0.2, -0.1, -1).normalized(), 2.1},
+                                 {Vec3(0.05, -1, -0.1).normalized(), 0.5},
+                                 {Vec3(0.9, 0.1, -0.5).normalized(), 1.0}};
+  const Planes found = find_planes(DepthImage(view_of(rays, truth)), rays);
+  ASSERT_EQ(found.planes.size(), truth.size());
+  for (const Plane& plane : truth) {
+    double best = 1;
+    for (const DetectedPlane& detected : found.planes)
+      best = std::min(best, (detected.estimate.plane.normal - plane.normal).norm() +
+                                std::abs(detected.estimate.plane.offset - plane.offset));
+    EXPECT_LT(best, 1e-4);  // what the mean of 1 / (z + noise) is corrected by
+  }
+}
+
+TEST(Planes, LabelsMeetAtTheCrease) {
+  const RayTable rays(kSmall);
+  const std::vector<Plane> truth{{Vec3(0, 0, -1), 2.0}, {Vec3(0, -1, 0), 0.5}};
+  const Planes found = find_planes(DepthImage(view_of(rays, truth)), rays);
+  ASSERT_EQ(found.planes.size(), 2u);
+  int wrong = 0;
+  for (int y = 0; y < 120; ++y)
+    for (int x = 0; x < 160; ++x) {
+      const bool floor = rays.v(x, y) > 0.25f;  // they meet at y = 0.5, z = 2
+      const int label = found.labels.at(x, y);
+      const bool says_floor = label >= 0 && found.planes[std::size_t(label)].estimate.plane.normal.y() < -0.9;
+      wrong += label < 0 || says_floor != floor;
+    }
+  EXPECT_LE(wrong, 160);  // one row of pixels
+}
+
+TEST(Planes, OfSimulatedRoomsAreFoundAndTheirCovarianceIsHonest) {
+  Score score;
+  for (std::uint64_t seed = 1; seed <= 6; ++seed)
+    add_score(random_room(seed), lopsided_sensor(), seed, score);
+  EXPECT_GE(score.found, 0.9 * score.there);
+  EXPECT_LE(score.wrong, 0.06 * score.planes);
+  EXPECT_LT(Score::median(score.angles_deg), 0.1);
+  EXPECT_LT(Score::median(score.offsets), 0.002);
+  // Of about 40 planes 95 % lie inside; 5 or more outside happen in 2 of 100 draws of seeds (binomial).
+  EXPECT_GE(score.inside, int(score.angles_deg.size()) - 5);
+}
+
+TEST(ManyRooms, MeetWhatIsPromised) {
+  Score score;
+  for (std::uint64_t seed = 1; seed <= 200; ++seed)
+    add_score(random_room(seed), lopsided_sensor(), seed, score);
+  const double share = double(score.inside) / double(score.angles_deg.size());
+  RecordProperty("there", score.there);
+  RecordProperty("found", score.found);
+  RecordProperty("planes", score.planes);
+  RecordProperty("wrong", score.wrong);
+  RecordProperty("inside", std::to_string(share));
+  EXPECT_GE(score.found, 0.95 * score.there);
+  EXPECT_LE(score.wrong, 0.02 * score.planes);
+  EXPECT_LT(Score::median(score.angles_deg), 0.1);
+  EXPECT_LT(Score::median(score.offsets), 0.002);
+  EXPECT_GE(share, 0.93);
+  EXPECT_LE(share, 0.97);
+}
+
+TEST(Planes, AColumnIsACylinderAndABallASphere) {
+  const simulate::DepthSensor sensor = lopsided_sensor();
+  simulate::Room room;
+  room.bodies.push_back(test::hung("wall", Vec3(0, 3, 1), Vec3(0, -1, 0), Vec2(6, 4), 0.5));
+  room.bodies.push_back({"column", simulate::Cylinder{0.25, -1, 3},
+                         Pose(Eigen::Quaterniond::Identity(), Vec3(0.4, 1.8, 0)), 0.5});
+  room.bodies.push_back(
+      {"ball", simulate::Sphere{0.3}, Pose(Eigen::Quaterniond::Identity(), Vec3(-0.5, 1.7, 1)), 0.5});
+  const Pose room_from_camera = test::looking_at(Vec3(0, 0, 1.1), Vec3(0, 3, 1), 0.1);
+  const auto view = simulate::depth_view(room, sensor, room_from_camera, 5);
+  const Planes found = find_planes(DepthImage(view.mm.view(), 0.001), RayTable(sensor.camera));
+  ASSERT_EQ(found.planes.size(), 1u);  // the wall
+  ASSERT_EQ(found.curves.size(), 2u);
+  bool column = false, ball = false;
+  for (const DetectedCurve& curve : found.curves) {
+    if (const auto* c = std::get_if<CylinderSurface>(&curve.shape)) {
+      column = true;
+      EXPECT_NEAR(c->radius, 0.25, 0.015);
+      EXPECT_EQ(c->seen_from, SeenFrom::kOutside);
+      EXPECT_EQ(c->fault(), nullptr);
+      // The frame's y axis is the column's, downwards.
+      const Vec3 down = room_from_camera.rotate(c->frame_from_surface.rotate(Vec3::UnitY()));
+      EXPECT_LT(down.z(), -0.999);
+      const Vec3 middle = room_from_camera * (c->frame_from_surface * c->point(Vec2(0.5, 0.5)));
+      EXPECT_NEAR(middle.x(), 0.35, 0.05);  // its near side
+      EXPECT_LT(middle.y(), 1.6);
+    }
+    if (const auto* s = std::get_if<SphereSurface>(&curve.shape)) {
+      ball = true;
+      EXPECT_NEAR(s->radius, 0.3, 0.02);
+      EXPECT_LT((room_from_camera * s->frame_from_surface.translation - Vec3(-0.5, 1.7, 1)).norm(), 0.03);
+    }
+  }
+  EXPECT_TRUE(column && ball);
+}
+
+TEST(Planes, TheSameImageGivesTheSamePlanes) {
+  const simulate::DepthSensor sensor = lopsided_sensor({320, 240});
+  const auto seen = random_room(3);
+  const auto view = simulate::depth_view(seen.room, sensor, seen.room_from_camera, 3);
+  const RayTable rays(sensor.camera);
+  const Planes a = find_planes(DepthImage(view.mm.view(), 0.001), rays);
+  const Planes b = find_planes(DepthImage(view.mm.view(), 0.001), rays);
+  ASSERT_EQ(a.planes.size(), b.planes.size());
+  for (std::size_t i = 0; i < a.planes.size(); ++i) {
+    EXPECT_EQ(a.planes[i].estimate.plane.normal, b.planes[i].estimate.plane.normal);
+    EXPECT_EQ(a.planes[i].estimate.covariance, b.planes[i].estimate.covariance);
+  }
+  EXPECT_TRUE(std::equal(a.labels.data(), a.labels.data() + 320 * 240, b.labels.data()));
+}
+
+TEST(Planes, BadDepthHasNoPlanesAndNoNaN) {
+  const RayTable rays(kSmall);
+  const float nan = std::numeric_limits<float>::quiet_NaN(),
+              infinity = std::numeric_limits<float>::infinity();
+  for (const float value : {0.0f, -1.0f, nan, infinity, 1e30f, 1e-30f}) {
+    const Planes found = find_planes(DepthImage(ImageF(kSmall.size, 1, value)), rays);
+    EXPECT_TRUE(found.planes.empty()) << value;
+    EXPECT_EQ(found.labels.at(80, 60), Planes::kNothing);
+  }
+  // Noise that is no surface, with every kind of bad number in it.
+  std::mt19937_64 random(1);
+  ImageF wild(kSmall.size);
+  for (int y = 0; y < 120; ++y)
+    for (int x = 0; x < 160; ++x) {
+      const double u = procam::test::uniform(random, 0, 1);
+      wild.at(x, y) = u < 0.1 ? nan : u < 0.15 ? infinity : u < 0.2 ? -2.0f : float(0.3 + 5 * u);
+    }
+  EXPECT_TRUE(find_planes(DepthImage(wild), rays).planes.empty());
+  // A pixel wide, and no multiple of a cell.
+  for (const ImageSize size : {ImageSize{1, 1}, ImageSize{3, 200}, ImageSize{61, 45}}) {
+    const Camera camera{size, {50, 51, size.width / 2.0, size.height / 2.0, 0}, NoDistortion{}};
+    const Planes found = find_planes(DepthImage(ImageF(size, 1, 2.0f)), RayTable(camera));
+    for (const DetectedPlane& plane : found.planes) {
+      EXPECT_TRUE(plane.estimate.covariance.allFinite());
+      EXPECT_NEAR(plane.estimate.plane.offset, 2, 1e-4);
+    }
+  }
+}
+
+TEST(Planes, RefuseAnImageOfAnotherSize) {
+  EXPECT_THROW(find_planes(DepthImage(ImageF(160, 121)), RayTable(kSmall)), std::invalid_argument);
+  EXPECT_THROW(RayTable(Camera{{0, 4}, {}, NoDistortion{}}), std::invalid_argument);
+  const Image<std::uint16_t> units(160, 120);
+  EXPECT_THROW(DepthImage(units.view(), 0), std::invalid_argument);
+}
+
+TEST(PlaneEstimate, CarriesItsCovarianceThroughAnUncertainPose) {
+  // Against differences: plane and pose moved by small steps along each direction.
+  PlaneEstimate estimate;
+  estimate.plane = {Vec3(0.3, -0.5, -0.8).normalized(), 1.7};
+  const auto turns = turns_of(estimate.plane.normal);
+  Eigen::Matrix<double, 4, 3> spread = Eigen::Matrix<double, 4, 3>::Zero();
+  spread.topLeftCorner<3, 2>() = turns * (Mat2() << 0.01, 0.002, -0.003, 0.02).finished();
+  spread(3, 2) = 0.03;
+  spread(3, 0) = 0.004;
+  estimate.covariance = spread * spread.transpose();
+  const Pose pose = procam::test::lopsided_pose();
+  Vec6 sigma;
+  sigma << 0.01, 0.02, 0.03, 0.04, 0.05, 0.06;
+  const Mat6 of_pose = sigma.cwiseAbs2().asDiagonal();
+  const PlaneEstimate moved = transformed(pose, estimate, of_pose);
+  const double h = 1e-6;
+  const auto as_vector = [](const Plane& p) {
+    return Vec4(p.normal.x(), p.normal.y(), p.normal.z(), p.offset);
+  };
+  Mat4 expected = Mat4::Zero();
+  const auto add = [&](const Plane& a, double scale) {
+    const Vec4 d = (as_vector(a) - as_vector(moved.plane)) / h * scale;
+    expected += d * d.transpose();
+  };
+  for (int i = 0; i < 3; ++i) {
+    Plane p = estimate.plane;
+    p.normal += h * spread.col(i).head<3>();
+    p.offset += h * spread(3, i);
+    add(pose * p, 1);
+  }
+  for (int i = 0; i < 6; ++i) add((se3_exp(Vec6(h * Vec6::Unit(i))) * pose) * estimate.plane, sigma[i]);
+  EXPECT_LT((moved.covariance - expected).norm(), 1e-6);
+  EXPECT_NEAR(squared_sigmas(moved, moved.plane), 0, 1e-12);
+}
+
+}  // namespace
+}  // namespace procam::depth

@@ -1,0 +1,134 @@
+#pragma once
+/// Simulated rooms with the truth of each plane, and how well find_planes() did in them.
+#include <algorithm>
+#include <random>
+
+#include "../simulate/rooms.hpp"
+#include "procam/depth/planes.hpp"
+#include "procam/simulate/depth_view.hpp"
+#include "support/lopsided.hpp"
+
+namespace procam::depth::test {
+
+using procam::test::uniform;
+using simulate::test::hung;
+using simulate::test::looking_at;
+
+inline simulate::DepthSensor lopsided_sensor(ImageSize size = {640, 480}) {
+  const double k = size.width / 640.0;
+  simulate::DepthSensor sensor;
+  sensor.camera = {size,
+                   {585 * k, 579 * k, 317.2 * k, 243.1 * k, 0.4 * k},
+                   BrownConrady{{0.04, -0.08, 0.001, -0.0006, 0}}};
+  return sensor;
+}
+
+struct SeenRoom {
+  simulate::Room room;
+  Pose room_from_camera;
+};
+
+/// Walls, floor, ceiling, a table, two boxes and a column, z up.
+inline SeenRoom random_room(std::uint64_t seed) {
+  std::mt19937_64 random(seed);
+  const auto u = [&](double low, double high) { return uniform(random, low, high); };
+  SeenRoom out;
+  const double w = u(3, 6), d = u(3, 5), h = u(2.4, 3);
+  const Pose turn(so3_exp(Vec3(0, 0, u(-0.5, 0.5))), Vec3::Zero());
+  const auto add = [&](simulate::Body body) {
+    body.room_from_body = turn * body.room_from_body;
+    out.room.bodies.push_back(body);
+  };
+  add(hung("far wall", Vec3(0, d, h / 2), Vec3(0, -1, 0), Vec2(w, h), 0.6));
+  add(hung("left wall", Vec3(-w / 2, d / 2, h / 2), Vec3(1, 0, 0), Vec2(d, h), 0.6));
+  add(hung("right wall", Vec3(w / 2, d / 2, h / 2), Vec3(-1, 0, 0), Vec2(d, h), 0.6));
+  add(hung("floor", Vec3(0, d / 2, 0), Vec3(0, 0, 1), Vec2(w, d), 0.6));
+  add(hung("ceiling", Vec3(0, d / 2, h), Vec3(0, 0, -1), Vec2(w, d), 0.6));
+  const Vec3 table(u(-1, 1), u(1.5, d - 0.8), 0.74);
+  add(hung("table", table, Vec3(0, 0, 1), Vec2(u(0.8, 1.6), u(0.5, 0.9)), 0.6, u(-0.4, 0.4)));
+  for (int i = 0; i < 2; ++i) {
+    const Pose place(so3_exp(Vec3(0, 0, u(-1, 1))), Vec3(u(-1.5, 1.5), u(1.5, d - 1), 0));
+    for (const auto& face : simulate::box("box", place, Vec3(u(0.3, 0.8), u(0.3, 0.6), u(0.3, 1.2)), 0.6))
+      add(face);
+  }
+  add({"column", simulate::Cylinder{u(0.12, 0.35), 0, h},
+       Pose(Eigen::Quaterniond::Identity(), Vec3(u(-1.4, 1.4), u(1.5, d - 0.3), 0)), 0.6});
+  const Vec3 eye(u(-0.5, 0.5), u(-0.2, 0.4), u(0.8, 1.7));
+  out.room_from_camera = looking_at(eye, Vec3(u(-0.6, 0.6), 3, u(0.6, 1.4)), u(-0.08, 0.08));
+  return out;
+}
+
+struct Score {
+  int there = 0, found = 0;   ///< true planes of which 0.1 m2 or more are seen
+  int planes = 0, wrong = 0;  ///< reported ones
+  int inside = 0;             ///< truths in the 95 % region
+  std::vector<double> angles_deg, offsets;
+
+  static double median(std::vector<double> values) {
+    if (values.empty()) return 0;
+    const auto middle = values.begin() + std::ptrdiff_t(values.size() / 2);
+    std::nth_element(values.begin(), middle, values.end());
+    return *middle;
+  }
+};
+
+/// A reported plane is right when more than 70 % of its pixels are of one flat body, less than 5 degrees and
+/// 50 mm from it; it finds that body, and every other half of which it covers.
+inline void add_score(const SeenRoom& seen, const simulate::DepthSensor& sensor, std::uint64_t seed,
+                      Score& score) {
+  const simulate::DepthView view = simulate::depth_view(seen.room, sensor, seen.room_from_camera, seed);
+  const RayTable rays(sensor.camera);
+  const Planes found = find_planes(DepthImage(view.mm.view(), 0.001), rays);
+  const auto& bodies = seen.room.bodies;
+  const std::size_t n = bodies.size();
+  const Intrinsics& k = sensor.camera.intrinsics;
+  std::vector<double> area(n), pixels(n);
+  std::vector<Plane> truth;
+  for (const auto& body : bodies)
+    truth.push_back(seen.room_from_camera.inverse() * Plane::of_xy(body.room_from_body));
+  std::vector<std::vector<double>> shared(found.planes.size(), std::vector<double>(n + 1));
+  for (int y = 0; y < view.mm.height(); ++y)
+    for (int x = 0; x < view.mm.width(); ++x) {
+      const int body = view.body.at(x, y), label = found.labels.at(x, y);
+      if (body >= 0 && view.mm.at(x, y) > 0) {
+        const double z = double(view.true_metres.at(x, y));
+        area[std::size_t(body)] += z * z * z / (std::abs(truth[std::size_t(body)].offset) * k.fx * k.fy);
+        pixels[std::size_t(body)] += 1;
+      }
+      if (label >= 0 && label < int(found.planes.size()))
+        shared[std::size_t(label)][body < 0 ? n : std::size_t(body)] += 1;
+    }
+  const auto flat = [&](std::size_t b) {
+    return b < n && std::holds_alternative<simulate::Rectangle>(bodies[b].shape);
+  };
+  std::vector<char> got(n);
+  for (std::size_t i = 0; i < found.planes.size(); ++i) {
+    const DetectedPlane& plane = found.planes[i];
+    const auto most = std::size_t(std::max_element(shared[i].begin(), shared[i].end()) - shared[i].begin());
+    ++score.planes;
+    bool right = flat(most) && shared[i][most] > 0.7 * plane.pixels;
+    if (right) {
+      const Plane& t = truth[most];
+      const double side = plane.estimate.plane.normal.dot(t.normal) < 0 ? -1 : 1;
+      const double cosine = side * plane.estimate.plane.normal.dot(t.normal);
+      const double angle = std::acos(std::min(cosine, 1.0)) / kDegree;
+      right = angle < 5 && std::abs(t.signed_distance(plane.middle)) < 0.05;
+      if (right) {
+        score.angles_deg.push_back(angle);
+        score.offsets.push_back(std::abs(side * t.offset - plane.estimate.plane.offset));
+        score.inside += squared_sigmas(plane.estimate, t) < 7.81;  // 95 % of chi-square with 3
+        got[most] = 1;
+        for (std::size_t b = 0; b < n; ++b)
+          if (shared[i][b] > 0.5 * pixels[b]) got[b] = 1;
+      }
+    }
+    score.wrong += !right;
+  }
+  for (std::size_t b = 0; b < n; ++b)
+    if (flat(b) && area[b] >= 0.1) {
+      ++score.there;
+      score.found += got[b];
+    }
+}
+
+}  // namespace procam::depth::test

@@ -1,0 +1,91 @@
+/// detect-surfaces as a person runs it: a simulated depth image to surfaces that solve-surfaces takes, and
+/// bad images refused in three parts.
+#include <gtest/gtest.h>
+
+#include "e2e/tool_runner.hpp"
+#include "procam/io/depth_file.hpp"
+#include "procam/io/images.hpp"
+#include "procam/io/surface_file.hpp"
+#include "procam/simulate/depth_view.hpp"
+
+namespace procam::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+class DetectSurfaces : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    simulate::Room room;
+    const auto plane = [&](const std::string& name, const Vec3& turn, const Vec3& at, const Vec2& size) {
+      room.bodies.push_back(
+          {name, simulate::Rectangle{-0.5 * size, 0.5 * size}, Pose(so3_exp(turn), at), 0.5});
+    };
+    plane("wall", Vec3(0, 0.1, 0), Vec3(0, 0, 2), Vec2(3, 2.4));
+    plane("floor", Vec3(-kPi / 2, 0, 0), Vec3(0, 0.6, 1.5), Vec2(3, 2));
+    simulate::DepthSensor sensor;
+    depth_ = simulate::depth_view(room, sensor, Pose(), 3).mm;
+    io::save_depth(folder_ / "depth.png", depth_);
+  }
+  ToolRun run(const std::string& depth, const std::string& more = "") const {
+    return run_tool("detect-surfaces", "--json --depth " + at(depth) + " --gravity 0,1,0 -o " +
+                                           at("out.json") + " --preview " + at("seen.png") + " " + more);
+  }
+  std::string at(const std::string& name) const { return (folder_ / name).string(); }
+  void expect_refused(const ToolRun& run, int exit_code, const std::string& why) const {
+    EXPECT_EQ(run.exit_code, exit_code) << run.err;
+    for (const std::string& part : std::vector<std::string>{"why:", why, "next:"})
+      EXPECT_NE(run.err.find(part), std::string::npos) << "no '" << part << "' in: " << run.err;
+    EXPECT_FALSE(fs::exists(folder_ / "out.json"));
+  }
+
+  ScratchFolder folder_;
+  Image<std::uint16_t> depth_;
+  const std::string camera_ = "--intrinsics 585,585,319.5,239.5";
+};
+
+TEST_F(DetectSurfaces, WritesNamedSurfacesAndAPreview) {
+  const ToolRun found = run("depth.png", camera_);
+  ASSERT_EQ(found.exit_code, 0) << found.err;
+  const SurfaceSet set = io::load_surfaces(folder_ / "out.json");
+  ASSERT_EQ(set.surfaces.size(), 2u);
+  EXPECT_EQ(set.surfaces[0].name, "wall_1");
+  EXPECT_EQ(set.surfaces[1].name, "floor");
+  const auto& wall = std::get<PlanarSurface>(set.surfaces[0].geometry);
+  EXPECT_EQ(wall.frame, "rig");
+  const Vec3 into = wall.frame_from_surface.rotate(Vec3::UnitZ());
+  EXPECT_NEAR(into.x(), std::sin(0.1), 1e-3);
+  EXPECT_EQ(found.json()["surfaces"][0]["kind"], "wall");
+  const ImageU8 preview = io::load_image(folder_ / "seen.png").image;
+  EXPECT_GT(preview.width(), 1280);  // the image at twice its size, and a legend
+  EXPECT_GE(preview.height(), 960);
+}
+
+TEST_F(DetectSurfaces, RefusesBadDepthInThreeParts) {
+  expect_refused(run("depth.png", camera_ + " --scale 1m"), 2, "cannot be that long");
+  expect_refused(run("depth.png", camera_ + " --scale 0.01mm"), 3, "median depth");
+  expect_refused(run("depth.png", camera_ + " --scale 1"), 2, "the unit is missing");
+  expect_refused(run("depth.png", "--intrinsics 0,585,319.5,239.5"), 3, "not positive");
+  expect_refused(run("depth.png", "--rig " + std::string(PROCAM_E2E_SESSION) + "/truth.json"), 3, "640x480");
+  expect_refused(run("absent.png", camera_), 3, "absent.png");
+
+  io::save_depth(folder_ / "zero.png", Image<std::uint16_t>(640, 480));
+  expect_refused(run("zero.png", camera_), 4, "all are zero");
+  io::save_image(folder_ / "eight.png", ImageU8(640, 480, 1, 100));
+  expect_refused(run("eight.png", camera_), 3, "not 16 bits");
+  const std::string bytes = slurp(folder_ / "depth.png");
+  std::ofstream(folder_ / "cut.png", std::ios::binary) << bytes.substr(0, bytes.size() / 2);
+  expect_refused(run("cut.png", camera_), 3, "cut");
+  Image<std::uint16_t> noise(640, 480);
+  unsigned state = 1;
+  for (int y = 0; y < 480; ++y)
+    for (int x = 0; x < 640; ++x) {
+      state = state * 1664525u + 1013904223u;
+      noise.at(x, y) = std::uint16_t(500 + (state >> 16) % 4000);
+    }
+  io::save_depth(folder_ / "noise.png", noise);
+  expect_refused(run("noise.png", camera_), 4, "free rectangle");
+}
+
+}  // namespace
+}  // namespace procam::test

@@ -1,0 +1,220 @@
+/// detect-surfaces: a depth image + a camera -> surfaces.json.
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+
+#include "common/cli.hpp"
+#include "common/surface_preview.hpp"
+#include "procam/io/depth_file.hpp"
+#include "procam/io/files.hpp"
+#include "procam/io/images.hpp"
+#include "procam/io/opencv_calibration.hpp"
+#include "procam/io/rig_file.hpp"
+#include "procam/io/surface_file.hpp"
+#include "procam/io/text.hpp"
+
+namespace procam::tools {
+namespace {
+
+struct Flags {
+  std::string depth, intrinsics, rig, camera, sensor = "kinect-v1", output, preview;
+  double scale = 0.001;
+  std::optional<Vec3> gravity;
+};
+
+/// "525,525,319.5,239.5": plain numbers between commas; empty where it is anything else.
+std::vector<double> numbers_of(const std::string& text) {
+  std::vector<double> out;
+  std::size_t at = 0;
+  while (at <= text.size()) {
+    const std::size_t comma = std::min(text.find(',', at), text.size());
+    const std::string part = text.substr(at, comma - at);
+    char* end = nullptr;
+    const double value = std::strtod(part.c_str(), &end);
+    if (part.empty() || *end != 0 || !std::isfinite(value)) return {};
+    out.push_back(value);
+    at = comma + 1;
+  }
+  return out;
+}
+
+void declare(CLI::App& app, Flags& flags) {
+  app.add_option("--depth", flags.depth, "16-bit depth image, .png")->required();
+  add_parsed(
+      app, "--scale",
+      [&](const std::string& text) {
+        flags.scale = io::parse_length(text);
+        if (!(flags.scale > 0 && flags.scale < 1))
+          throw Error(ErrorKind::kInput, "'" + text + "'", "one step of the image cannot be that long",
+                      "give the unit of its numbers, e.g. 1mm, or 0.2mm for 1/5000 m");
+      },
+      "Unit of the image's numbers, e.g. 1mm (the default) or 0.2mm");
+  auto* intrinsics = app.add_option("--intrinsics", flags.intrinsics,
+                                    "The depth camera: rig.json with one camera (as calibrate-camera writes "
+                                    "it), an OpenCV .xml or .yml, or fx,fy,cx,cy in pixels");
+  auto* rig = app.add_option(
+      "--rig", flags.rig, "rig.json: surfaces are placed in its frame; the depth camera is --camera of it");
+  app.add_option("--camera", flags.camera, "The depth camera's name, for a file with several");
+  add_parsed(
+      app, "--gravity",
+      [&](const std::string& text) {
+        const std::vector<double> g = numbers_of(text);
+        if (g.size() != 3 || !(Vec3(g[0], g[1], g[2]).norm() > 1e-6))
+          throw Error(ErrorKind::kInput, "'" + text + "'", "it is not a direction",
+                      "give three numbers, e.g. 0,1,0 for a level camera (x right, y down, z forward)");
+        flags.gravity = Vec3(g[0], g[1], g[2]);
+      },
+      "Which way things fall in the camera's frame: x,y,z of any length; walls, floor, ceiling and tables "
+      "are "
+      "told apart by it");
+  app.add_option("--sensor", flags.sensor, "Noise: kinect-v1 (structured light, stereo) or tof")
+      ->check(CLI::IsMember({"kinect-v1", "tof"}));
+  app.add_option("-o,--output", flags.output, "surface definitions to write, .json or .xml")->required();
+  app.add_option("--preview", flags.preview, "Also draw what was found, .png");
+  app.callback([intrinsics, rig] {
+    if (intrinsics->count() + rig->count() == 0) throw CLI::RequiredError("--intrinsics or --rig");
+  });
+}
+
+/// The depth camera, and where it stands in the rig.
+RigCamera camera_of(const Flags& flags, ImageSize size) {
+  RigCamera out;
+  if (!flags.rig.empty()) out = io::load_rig(flags.rig).camera(flags.camera);
+  const std::string& text = flags.intrinsics;
+  std::string source = flags.rig;
+  if (!text.empty()) {
+    source = text;
+    const std::vector<double> k = numbers_of(text);
+    const std::string extension = std::filesystem::path(text).extension().string();
+    if (k.size() == 4 || k.size() == 5) {
+      if (!(k[0] > 0 && k[1] > 0))
+        throw Error(ErrorKind::kInput, "--intrinsics", "the focal lengths are not positive",
+                    "give fx,fy,cx,cy in pixels, e.g. 525,525,319.5,239.5");
+      out.camera = {size, {k[0], k[1], k[2], k[3], k.size() == 5 ? k[4] : 0}, NoDistortion{}};
+    } else if (extension == ".xml" || extension == ".yml" || extension == ".yaml") {
+      // Of the projector beside it nothing is used.
+      out.camera = io::load_opencv_calibration(text, {1920, 1080}, 0.001).camera().camera;
+    } else {
+      out.camera = io::load_rig(text).camera(flags.rig.empty() ? flags.camera : "").camera;
+    }
+  }
+  if (out.camera.size != size)
+    throw Error(ErrorKind::kInput, flags.depth,
+                "it has " + io::format_size(size) + " pixels, the camera of " + source + " " +
+                    io::format_size(out.camera.size),
+                "give the depth camera's own calibration, in the mode of the image");
+  return out;
+}
+
+void check_depths(const Flags& flags, const depth::DepthImage& image) {
+  std::vector<float> depths;
+  for (int y = 0; y < image.size().height; ++y)
+    for (int x = 0; x < image.size().width; ++x)
+      if (const float z = image.at(x, y); z > 0) depths.push_back(z);
+  if (depths.empty())
+    throw Error(ErrorKind::kNotEnoughData, flags.depth, "no pixel has a depth (all are zero)",
+                "check that the camera's depth stream runs and that nothing covers it");
+  const auto middle = depths.begin() + std::ptrdiff_t(depths.size() / 2);
+  std::nth_element(depths.begin(), middle, depths.end());
+  if (*middle < 0.1f || *middle > 15)
+    throw Error(ErrorKind::kInput, flags.depth,
+                format("its median depth would be %.4g m at %s a step", double(*middle),
+                       io::format_length(flags.scale).c_str()),
+                "give the unit of its numbers by --scale, e.g. 1mm, or 0.2mm for 1/5000 m");
+}
+
+void report(const depth::Planes& planes, const depth::RoomSurfaces& room, const Flags& flags,
+            Console& console) {
+  console.say(format("%-12s %16s %9s %10s %12s %8s", "surface", "free", "area", "distance", "sigma", "rms"));
+  Summary& summary = console.summary();
+  for (std::size_t i = 0; i < room.set.surfaces.size(); ++i) {
+    const std::string& name = room.set.surfaces[i].name;
+    const std::string at = "/surfaces/" + std::to_string(i);
+    summary.set(at + "/name", name);
+    if (i >= room.areas.size()) {
+      const Vec2 radius_and_rms = std::visit(
+          [&](const auto& shape) {
+            if constexpr (std::is_same_v<std::decay_t<decltype(shape)>, CylinderSurface> ||
+                          std::is_same_v<std::decay_t<decltype(shape)>, SphereSurface>)
+              return Vec2(shape.radius, 0);
+            else
+              return Vec2(0, 0);
+          },
+          room.set.surfaces[i].geometry);
+      summary.set(at + "/radius", radius_and_rms.x());
+      console.say(format("%-12s radius %.3f m", name.c_str(), radius_and_rms.x()));
+      continue;
+    }
+    const depth::SurfaceArea& area = room.areas[i];
+    const depth::DetectedPlane& plane = planes.planes[std::size_t(area.plane)];
+    const Vec2 size = area.area.rectangle->size();
+    const double sigma = std::sqrt(std::max(plane.estimate.covariance(3, 3), 0.0));
+    console.say(format("%-12s %6.2f x %5.2f m %6.2f m2 %8.3f m %9.2f mm %5.1f mm", name.c_str(), size.x(),
+                       size.y(), area.area.area, plane.estimate.plane.offset, 1e3 * sigma, 1e3 * plane.rms));
+    summary.set(at + "/kind", depth::to_string(area.kind));
+    summary.set(at + "/size", std::vector<double>{size.x(), size.y()});
+    summary.set(at + "/area", area.area.area);
+    const Vec3& n = plane.estimate.plane.normal;
+    summary.set(at + "/normal_in_camera", std::vector<double>{n.x(), n.y(), n.z()});
+    summary.set(at + "/offset", plane.estimate.plane.offset);
+    summary.set(at + "/offset_sigma", sigma);
+    summary.set(at + "/rms", plane.rms);
+  }
+  std::vector<std::string> files{flags.output};
+  if (!flags.preview.empty()) files.push_back(flags.preview);
+  summary.set("/files", files);
+}
+
+ExitCode detect(const Flags& flags, Console& console) {
+  const Image<std::uint16_t> units = io::load_depth(flags.depth);
+  const depth::DepthImage image(units.view(), flags.scale);
+  const RigCamera camera = camera_of(flags, units.size());
+  check_depths(flags, image);
+  io::require_writable(flags.output);
+  if (!flags.preview.empty()) io::require_writable(flags.preview);
+
+  const depth::RayTable rays(camera.camera);
+  depth::PlaneOptions options;
+  if (flags.sensor == "tof") options.noise = depth::DepthNoise::time_of_flight();
+  const depth::Planes planes = depth::find_planes(image, rays, options);
+  depth::SurfaceOptions placing;
+  placing.frame_from_camera = camera.rig_from_camera;
+  if (flags.gravity) placing.up_in_camera = -flags.gravity->normalized();
+  const depth::RoomSurfaces room = depth::surfaces_from_planes(planes, image, rays, placing);
+  if (!flags.preview.empty()) io::save_image(flags.preview, surface_preview(planes, room, image, rays));
+  if (room.set.surfaces.empty())
+    throw Error(ErrorKind::kNotEnoughData, flags.depth,
+                format("none of its %d planes has a free rectangle of %.0f mm sides",
+                       int(planes.planes.size()), 1e3 * placing.area.least_side),
+                "move closer to a wall, or clear it; --preview draws what was seen");
+  io::save_surfaces(flags.output, room.set);
+
+  report(planes, room, flags, console);
+  Diagnostics diagnostics;
+  if (!flags.gravity)
+    diagnostics.note(
+        "gravity_unknown",
+        "planes are not told apart as walls, floor and tables, and content is upright as the camera "
+        "is held; give --gravity");
+  console.report(diagnostics);
+  console.say("wrote " + flags.output);
+  return ExitCode::kOk;
+}
+
+}  // namespace
+}  // namespace procam::tools
+
+int main(int argc, char** argv) {
+  using namespace procam::tools;
+  Flags flags;
+  return run_tool(
+      argc, argv,
+      {"detect-surfaces",
+       "finds walls, floor, tables and columns in a depth image, and the largest free rectangle on each: "
+       "surfaces "
+       "that content can be put on.",
+       "detect-surfaces --depth frame.png --scale 1mm --intrinsics 525,525,319.5,239.5 --gravity 0,1,0 "
+       "-o surfaces.json --preview seen.png"},
+      [&](CLI::App& app) { declare(app, flags); }, [&](Console& console) { return detect(flags, console); });
+}

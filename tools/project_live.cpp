@@ -21,6 +21,7 @@
 #include "procam/live/loop.hpp"
 #include "procam/live/marker_source.hpp"
 #include "procam/live/overlay.hpp"
+#include "procam/render_gl/gl.hpp"
 
 namespace procam::tools {
 namespace {
@@ -43,6 +44,7 @@ struct Flags {
   std::optional<double> blank_on_stale, freeze_on_stale;
   std::string record, replay;
   std::string control = "127.0.0.1:8737", token;
+  std::string renderer = "cpu";
   int threads = 0;
   bool bilinear = false, encoded = false;
 };
@@ -112,6 +114,9 @@ void declare(CLI::App& app, Flags& flags) {
       ->capture_default_str();
   app.add_option("--token", flags.token, "the control page's secret (default: a new one)");
   app.add_option("--threads", flags.threads, "0: as many as the machine has")->check(CLI::NonNegativeNumber);
+  app.add_option("--renderer", flags.renderer, "cpu, or gl for OpenGL: the same picture")
+      ->check(CLI::IsMember({"cpu", "gl"}))
+      ->capture_default_str();
   app.add_flag("--bilinear", flags.bilinear,
                "one sample a pixel: faster, and aliases where content is minified");
   app.add_flag("--average-numbers", flags.encoded, "average pixel values as they stand instead of the light");
@@ -188,7 +193,27 @@ std::vector<std::string> choices(const fs::path& folder, const SurfaceSet& set) 
   return found;
 }
 
-live::ProjectionOptions projection_options(const Flags& flags, const Rig& rig) {
+struct Drawing {
+  live::DrawScene draw;
+  std::string by;  ///< cpu, or the driver's words for who draws
+};
+
+Drawing drawing_by(const Flags& flags) {
+  render::RenderOptions options;
+  options.threads = flags.threads;
+  options.filter = flags.bilinear ? render::Filter::kBilinear : render::Filter::kArea;
+  options.linear_light = !flags.encoded;
+  const auto with = [](auto renderer) {
+    return [renderer](const Scene& scene, const Projector& through, ImageView<std::uint8_t> frame) {
+      return renderer->render(scene, through, frame);
+    };
+  };
+  if (flags.renderer == "cpu") return {with(std::make_shared<render::CpuRenderer>(options)), "cpu"};
+  auto renderer = std::make_shared<render_gl::GlRenderer>(options);
+  return {with(renderer), renderer->device()};
+}
+
+live::ProjectionOptions projection_options(const Flags& flags, const Rig& rig, const Drawing& drawing) {
   const RigProjector& projector = rig.projector(flags.projector);
   live::ProjectionOptions options;
   options.projector = projector.name;
@@ -211,23 +236,16 @@ live::ProjectionOptions projection_options(const Flags& flags, const Rig& rig) {
   if (flags.blank_on_stale) options.track.stale_after = *flags.blank_on_stale;
   if (flags.freeze_on_stale) options.track.stale_after = *flags.freeze_on_stale;
   options.blank_on_stale = flags.blank_on_stale.has_value();
-  render::RenderOptions drawing;
-  drawing.threads = flags.threads;
-  drawing.filter = flags.bilinear ? render::Filter::kBilinear : render::Filter::kArea;
-  drawing.linear_light = !flags.encoded;
-  auto renderer = std::make_shared<render::CpuRenderer>(drawing);
-  options.draw = [renderer](const Scene& scene, const Projector& through, ImageView<std::uint8_t> frame) {
-    return renderer->render(scene, through, frame);
-  };
+  options.draw = drawing.draw;
   return options;
 }
 
 /// What frames depend on besides what a log holds.
-std::string conditions(const Flags& flags, const live::ProjectionOptions& options) {
-  return format("projector %s, predict %s, source delay %g s, stale %g s%s, %s%s, rig %.16s",
+std::string conditions(const Flags& flags, const live::ProjectionOptions& options, const Drawing& drawing) {
+  return format("projector %s, predict %s, source delay %g s, stale %g s%s, %s%s by %s, rig %.16s",
                 options.projector.c_str(), flags.predict.c_str(), flags.source_delay,
                 options.track.stale_after, options.blank_on_stale ? " to black" : "",
-                flags.bilinear ? "bilinear" : "area", flags.encoded ? " of numbers" : "",
+                flags.bilinear ? "bilinear" : "area", flags.encoded ? " of numbers" : "", drawing.by.c_str(),
                 io::sha256_of_file(flags.rig).c_str()) +
          (flags.pose.empty() ? "" : ", pose " + io::sha256_of_file(flags.pose).substr(0, 16)) +
          (flags.mount.empty() ? "" : ", mount " + io::sha256_of_file(flags.mount).substr(0, 16));
@@ -247,8 +265,9 @@ live::SurfaceText surface_text(const std::string& file) {
 
 ExitCode replay(const Flags& flags, Console& console) {
   const Rig rig = io::load_rig(flags.rig);
-  live::ProjectionOptions options = projection_options(flags, rig);
-  const std::string given = conditions(flags, options);
+  const Drawing drawing = drawing_by(flags);
+  live::ProjectionOptions options = projection_options(flags, rig, drawing);
+  const std::string given = conditions(flags, options, drawing);
   live::Projection projection(rig, std::move(options));
   device::SinkOptions sink_options;
   sink_options.size = projection.frame_size();
@@ -380,8 +399,10 @@ std::unique_ptr<track::PoseSource> see_markers(const Flags& flags, const Rig& ri
 
 ExitCode show(const Flags& flags, Console& console) {
   const Rig rig = io::load_rig(flags.rig);
-  live::ProjectionOptions options = projection_options(flags, rig);
-  const std::string recorded_conditions = conditions(flags, options);
+  const Drawing drawing = drawing_by(flags);
+  if (drawing.by != "cpu") console.say("drawn by " + drawing.by);
+  live::ProjectionOptions options = projection_options(flags, rig, drawing);
+  const std::string recorded_conditions = conditions(flags, options, drawing);
   live::Projection projection(rig, std::move(options));
   const fs::path folder = fs::absolute(flags.surfaces).parent_path();
 

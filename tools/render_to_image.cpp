@@ -15,13 +15,14 @@
 #include "procam/io/rig_file.hpp"
 #include "procam/io/surface_file.hpp"
 #include "procam/render/preview.hpp"
+#include "procam/render_gl/gl.hpp"
 #include "procam/surface/lay_out.hpp"
 
 namespace procam::tools {
 namespace {
 
 struct Flags {
-  std::string rig, surfaces, output, preview, weights;
+  std::string rig, surfaces, output, preview, weights, renderer = "cpu";
   std::vector<std::string> content, fit, crop;
   BlendFlags blend;
   double time_s = 0, seconds = 0, rate_hz = 25, gamma = 0;
@@ -60,6 +61,9 @@ void declare(CLI::App& app, Flags& flags) {
   app.add_option("--gamma", flags.gamma, "of the projector, light = value^gamma; else sRGB")
       ->check(CLI::Range(0.2, 5.0));
   app.add_option("--threads", flags.threads, "0: as many as the machine has")->check(CLI::NonNegativeNumber);
+  app.add_option("--renderer", flags.renderer, "cpu, or gl for OpenGL without a window: the same picture")
+      ->check(CLI::IsMember({"cpu", "gl"}))
+      ->capture_default_str();
   app.add_flag("--average-numbers", flags.encoded,
                "average pixel values as they stand instead of the light they stand for (codes, masks)");
 }
@@ -219,7 +223,14 @@ ExitCode draw(const Flags& flags, Console& console) {
   render::RenderOptions options;
   options.threads = flags.threads;
   options.linear_light = !flags.encoded;
-  render::CpuRenderer renderer(options);
+  std::optional<render::CpuRenderer> by_cpu;
+  std::optional<render_gl::GlRenderer> by_gl;
+  if (flags.renderer == "gl") {
+    by_gl.emplace(options);
+    console.say("drawn by " + by_gl->device());
+  } else {
+    by_cpu.emplace(options);
+  }
   ImageU8 frame(projector.size(), 3);
   Output output(flags, projector.size());
   const int frames = flags.seconds > 0 ? std::max(1, int(std::lround(flags.seconds * flags.rate_hz))) : 1;
@@ -227,7 +238,10 @@ ExitCode draw(const Flags& flags, Console& console) {
   for (int n = 0; n < frames; ++n) {
     if (frames > 1) console.progress("frame", n + 1, frames);
     stage.show(flags.time_s + n / flags.rate_hz);
-    renderer.render(stage.scene, projector, frame);
+    if (by_gl)
+      by_gl->render(stage.scene, projector, frame);
+    else
+      by_cpu->render(stage.scene, projector, frame);
     if (n == 0 && !flags.preview.empty()) {
       if (const auto viewpoint = render::facing_viewpoint(stage.scene))
         view = render::preview(stage.scene, projector, frame, *viewpoint, options);
@@ -253,6 +267,7 @@ ExitCode draw(const Flags& flags, Console& console) {
   console.report(diagnostics);
   console.summary().set("/projector", solved.projector);
   console.summary().set("/surfaces", stage.drawn);
+  console.summary().set("/renderer", by_gl ? by_gl->device() : "cpu");
   console.summary().set("/frames", frames);
   console.summary().set("/files", written);
   for (const std::string& file : written) console.say("wrote " + file);

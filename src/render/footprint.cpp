@@ -77,7 +77,11 @@ PixelSize pixel_size(const Footprint& f, const Vec2& at, ImageSize content) {
   const Vec2 uv = inverse * q.head<2>(), size(content.width, content.height);
   const Vec2 jx = inverse * size.cwiseProduct(f.slope_x.head<2>() - uv * f.slope_x.z());
   const Vec2 jy = inverse * size.cwiseProduct(f.slope_y.head<2>() - uv * f.slope_y.z());
-  const double xx = jx.squaredNorm(), yy = jy.squaredNorm(), xy = jx.dot(jy);
+  return pixel_size(jx, jy);
+}
+
+PixelSize pixel_size(const Vec2& right, const Vec2& down) {
+  const double xx = right.squaredNorm(), yy = down.squaredNorm(), xy = right.dot(down);
   const double half_difference = 0.5 * (xx - yy);
   return {xx, yy, std::max(0.0, 0.5 * (xx + yy) - std::sqrt(half_difference * half_difference + xy * xy))};
 }

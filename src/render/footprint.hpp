@@ -40,6 +40,9 @@ struct PixelSize {
 /// At (dx, dy) of the footprint, which must be in front of the horizon.
 PixelSize pixel_size(const Footprint& footprint, const Vec2& at, ImageSize content);
 
+/// With sides of these many texels.
+PixelSize pixel_size(const Vec2& right, const Vec2& down);
+
 /// The samples for pixels of about one size: `typical`, none of them finer than `finest` or larger than
 /// `largest`, from the finest `levels` of the pyramid.
 Taps choose_taps(const PixelSize& typical, const PixelSize& finest, const PixelSize& largest, int levels);

@@ -52,6 +52,38 @@ struct TexelsView {
   int stride = 0;  ///< texels
 };
 
+/// The rays of a tile's pixels, and of one pixel more on each side, row by row; NaN: none.
+inline constexpr int kRayAcross = kTileWidth + 2, kRayDown = kTileHeight + 2;
+inline constexpr int kRayRoom = kRayAcross * kRayDown + kLanes;
+constexpr int ray_place(int x, int y) {  ///< of a pixel, in the tile
+  return (y + 1) * kRayAcross + x + 1;
+}
+inline constexpr int kNeighbours[] = {-kRayAcross - 1, -kRayAcross, -kRayAcross + 1, -1, 1,
+                                      kRayAcross - 1,  kRayAcross,  kRayAcross + 1};
+struct Rays {
+  float x[kRayRoom], y[kRayRoom], z[kRayRoom];
+};
+
+/// Half-spaces of directions d, with 0 on their borders: d is inside where all are >= 0. And nearness . d.
+struct Cone {
+  float borders[4][3];
+  float nearness[3];
+};
+/// What a surface shows at each of those rays; facet -1: nothing, and nearness 0.
+struct Hits {
+  float nearness[kRayRoom];
+  std::int32_t facet[kRayRoom];
+};
+/// What a facet shows: content coordinates q = M d, row by row, and nearness . d.
+struct FacetView {
+  float content[9];
+  float nearness[3];
+};
+/// Where the pixels of a row look, as fractions of the content, as in Points.
+struct Looks {
+  alignas(32) float of[6][kRowRoom];  ///< u, v, u_x, v_x, u_y, v_y
+};
+
 struct Kernels {
   /// Fills pixels [begin, end) of `points`, and some after them; the slopes only if asked for.
   void (*locate)(const RowMap& row, int begin, int end, bool slopes, Points& points);
@@ -65,6 +97,18 @@ struct Kernels {
   void (*light_over)(const Light* drawn, int count, Light* there);
   /// The colours as 3 bytes a pixel; exactly count of them.
   void (*values_to_rgb)(const Value* from, int count, std::uint8_t* to);
+  /// Where rays of `rows` rows of `width` rays, the first at `first`, are in the cone and it is nearer than
+  /// what they hit, they hit it; rays right of these may as well.
+  void (*cast)(const Cone& cone, std::int32_t facet, const Rays& rays, int first, int width, int rows,
+               Hits& hits);
+  /// Is each of `count` pixels one of whose neighbours shows nothing, or another part of the surface behind
+  /// or before it (by over `step` of its nearness)? Or shows it nothing, and a neighbour does? NaN: no
+  /// neighbour.
+  void (*find_steps)(const FacetView* facets, const Rays& rays, const Hits& hits, int first, int count,
+                     float step, bool* edge);
+  /// Where `count` pixels look that hit something.
+  void (*look)(const FacetView* facets, const Rays& rays, const Rays& right, const Rays& down,
+               const Hits& hits, int first, int count, bool slopes, Looks& looks);
 };
 
 extern const Kernels kPlainKernels;

@@ -113,8 +113,80 @@ void values_to_rgb(const Value* from, int count, std::uint8_t* to) {
     for (int k = 0; k < 3; ++k) *to++ = from[k];
 }
 
+float dot(const float* f, float x, float y, float z) {
+  return f[0] * x + f[1] * y + f[2] * z;
+}
+
+void cast(const Cone& cone, std::int32_t facet, const Rays& rays, int first, int width, int rows,
+          Hits& hits) {
+  for (int row = 0; row < rows; ++row, first += kRayAcross)
+    for (int at = first; at < first + width; ++at) {  // NaN compares false
+      const float x = rays.x[at], y = rays.y[at], z = rays.z[at];
+      if (!(dot(cone.borders[0], x, y, z) >= 0 && dot(cone.borders[1], x, y, z) >= 0 &&
+            dot(cone.borders[2], x, y, z) >= 0 && dot(cone.borders[3], x, y, z) >= 0))
+        continue;
+      const float nearness = dot(cone.nearness, x, y, z);
+      if (!(nearness > hits.nearness[at])) continue;
+      hits.nearness[at] = nearness;
+      hits.facet[at] = facet;
+    }
+}
+
+void find_steps(const FacetView* facets, const Rays& rays, const Hits& hits, int first, int count, float step,
+                bool* edge) {
+  for (int at = first; at < first + count; ++at, ++edge) {
+    *edge = false;
+    const std::int32_t mine = hits.facet[at];
+    for (const int by : kNeighbours) {
+      const int other = at + by;
+      const std::int32_t its = hits.facet[other];
+      const float x = rays.x[other], y = rays.y[other], z = rays.z[other];
+      if (!(x == x) || mine == its) continue;
+      const float expected = mine < 0 ? 0.0f : dot(facets[mine].nearness, x, y, z);
+      const float its_nearness = hits.nearness[other];
+      if (mine < 0 || its < 0 || !(std::fabs(expected - its_nearness) <= step * its_nearness)) *edge = true;
+    }
+  }
+}
+
+void look(const FacetView* facets, const Rays& rays, const Rays& right, const Rays& down, const Hits& hits,
+          int first, int count, bool slopes, Looks& looks) {
+  for (int i = 0; i < count; ++i) {
+    const int at = first + i;
+    if (hits.facet[at] < 0) {
+      for (auto& row : looks.of) row[i] = 0;
+      continue;
+    }
+    const float* const m = facets[hits.facet[at]].content;
+    const auto of = [&](const Rays& d, float(&q)[3]) {
+      for (int k = 0; k < 3; ++k) q[k] = dot(m + 3 * k, d.x[at], d.y[at], d.z[at]);
+    };
+    float q[3], q_x[3], q_y[3];
+    of(rays, q);
+    const float inverse = 1.0f / q[2], u = q[0] * inverse, v = q[1] * inverse;
+    // Far beyond the content nothing changes any more, but floats must hold it.
+    const auto held = [](float value) {
+      const float above = value > -1e6f ? value : -1e6f;
+      return above < 1e6f ? above : 1e6f;
+    };
+    looks.of[0][i] = held(u);
+    looks.of[1][i] = held(v);
+    if (!slopes) continue;
+    of(right, q_x);
+    of(down, q_y);
+    // Where light grazes, a step of a pixel may pass the horizon: keep to the way there.
+    const float reach = 0.5f * (std::fabs(q_x[2]) + std::fabs(q_y[2])), most = 0.9f * q[2];
+    const float scale = reach > most ? most / reach * inverse : inverse;
+    looks.of[2][i] = held((q_x[0] - u * q_x[2]) * scale);
+    looks.of[3][i] = held((q_x[1] - v * q_x[2]) * scale);
+    looks.of[4][i] = held((q_y[0] - u * q_y[2]) * scale);
+    looks.of[5][i] = held((q_y[1] - v * q_y[2]) * scale);
+  }
+}
+
 }  // namespace
 
-const Kernels kPlainKernels{locate, sample_values, sample_light, values_over, light_over, values_to_rgb};
+const Kernels kPlainKernels{locate,        sample_values, sample_light, values_over, light_over,
+                            values_to_rgb, cast,          find_steps,   look};
 
 }  // namespace procam::render

@@ -265,7 +265,117 @@ PROCAM_AVX2 void values_to_rgb(const Value* from, int count, std::uint8_t* to) {
   kPlainKernels.values_to_rgb(from, count - i, to);
 }
 
-constexpr Kernels kWideKernels{locate, sample_values, sample_light, values_over, light_over, values_to_rgb};
+struct Wide3 {
+  __m256 x, y, z;
+};
+PROCAM_AVX2 inline Wide3 load(const Rays& rays, int at) {
+  return {_mm256_loadu_ps(rays.x + at), _mm256_loadu_ps(rays.y + at), _mm256_loadu_ps(rays.z + at)};
+}
+PROCAM_AVX2 inline __m256 dot(__m256 a, __m256 b, __m256 c, const Wide3& d) {
+  return _mm256_add_ps(_mm256_add_ps(_mm256_mul_ps(a, d.x), _mm256_mul_ps(b, d.y)), _mm256_mul_ps(c, d.z));
+}
+PROCAM_AVX2 inline __m256 dot(const float (&f)[3], const Wide3& d) {
+  return dot(_mm256_set1_ps(f[0]), _mm256_set1_ps(f[1]), _mm256_set1_ps(f[2]), d);
+}
+
+PROCAM_AVX2 void cast(const Cone& cone, std::int32_t facet, const Rays& rays, int first, int width, int rows,
+                      Hits& hits) {
+  const __m256 zero = _mm256_setzero_ps();
+  const __m256 name = _mm256_castsi256_ps(_mm256_set1_epi32(facet));
+  for (int row = 0; row < rows; ++row, first += kRayAcross)
+    for (int at = first; at < first + width; at += kLanes) {
+      const Wide3 d = load(rays, at);
+      const auto inside = [&](const float(&border)[3])
+                              PROCAM_AVX2 { return _mm256_cmp_ps(dot(border, d), zero, _CMP_GE_OQ); };
+      const __m256 before = _mm256_loadu_ps(hits.nearness + at), nearness = dot(cone.nearness, d);
+      const __m256 within = _mm256_and_ps(_mm256_and_ps(inside(cone.borders[0]), inside(cone.borders[1])),
+                                          _mm256_and_ps(inside(cone.borders[2]), inside(cone.borders[3])));
+      const __m256 nearer = _mm256_and_ps(within, _mm256_cmp_ps(nearness, before, _CMP_GT_OQ));
+      if (_mm256_testz_ps(nearer, nearer)) continue;
+      _mm256_storeu_ps(hits.nearness + at, _mm256_blendv_ps(before, nearness, nearer));
+      float* const names = reinterpret_cast<float*>(hits.facet + at);
+      _mm256_storeu_ps(names, _mm256_blendv_ps(_mm256_loadu_ps(names), name, nearer));
+    }
+}
+
+/// Number k of the facets' views.
+PROCAM_AVX2 inline __m256 gather(const FacetView* facets, __m256i facet, int k) {
+  constexpr int kNumbers = sizeof(FacetView) / sizeof(float);
+  return _mm256_i32gather_ps(facets->content + k, _mm256_mullo_epi32(facet, _mm256_set1_epi32(kNumbers)), 4);
+}
+
+PROCAM_AVX2 void find_steps(const FacetView* facets, const Rays& rays, const Hits& hits, int first, int count,
+                            float step, bool* edge) {
+  const __m256 within = _mm256_set1_ps(step), sign = _mm256_set1_ps(-0.0f);
+  for (int i = 0; i < count; i += kLanes) {
+    const int at = first + i;
+    const __m256i mine = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(hits.facet + at));
+    const __m256i shown = _mm256_max_epi32(mine, _mm256_setzero_si256());
+    const __m256 a = gather(facets, shown, 9), b = gather(facets, shown, 10), c = gather(facets, shown, 11);
+    __m256 steps = _mm256_setzero_ps();
+    for (const int by : kNeighbours) {
+      const int other = at + by;
+      const __m256i its = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(hits.facet + other));
+      const __m256 same = _mm256_castsi256_ps(_mm256_cmpeq_epi32(mine, its));
+      const Wide3 d = load(rays, other);
+      const __m256 nearness = _mm256_loadu_ps(hits.nearness + other);
+      const __m256 apart = _mm256_andnot_ps(sign, _mm256_sub_ps(dot(a, b, c, d), nearness));
+      const __m256 smooth = _mm256_cmp_ps(apart, _mm256_mul_ps(within, nearness), _CMP_LE_OQ);
+      // The sign of either says that it shows nothing; blends look at the sign alone.
+      const __m256 nothing = _mm256_castsi256_ps(_mm256_or_si256(mine, its));
+      const __m256 differs = _mm256_blendv_ps(_mm256_andnot_ps(smooth, sign), sign, nothing);
+      const __m256 known = _mm256_cmp_ps(d.x, d.x, _CMP_ORD_Q);
+      steps = _mm256_or_ps(steps, _mm256_and_ps(_mm256_andnot_ps(same, differs), known));
+    }
+    const int mask = _mm256_movemask_ps(steps);
+    for (int k = 0; k < kLanes && i + k < count; ++k) edge[i + k] = (mask >> k & 1) != 0;
+  }
+}
+
+PROCAM_AVX2 inline __m256 held(__m256 value) {
+  return _mm256_min_ps(_mm256_max_ps(value, _mm256_set1_ps(-1e6f)), _mm256_set1_ps(1e6f));
+}
+
+PROCAM_AVX2 void look(const FacetView* facets, const Rays& rays, const Rays& right, const Rays& down,
+                      const Hits& hits, int first, int count, bool slopes, Looks& looks) {
+  const __m256 sign = _mm256_set1_ps(-0.0f);
+  for (int i = 0; i < count; i += kLanes) {
+    const int at = first + i;
+    const __m256i facet = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(hits.facet + at));
+    const __m256 nothing = _mm256_castsi256_ps(_mm256_srai_epi32(facet, 31));
+    const __m256i shown = _mm256_max_epi32(facet, _mm256_setzero_si256());
+    __m256 m[9];
+    for (int k = 0; k < 9; ++k) m[k] = gather(facets, shown, k);
+    const auto of = [&](const Wide3& d, int k)
+                        PROCAM_AVX2 { return dot(m[3 * k], m[3 * k + 1], m[3 * k + 2], d); };
+    const auto store = [&](int k, __m256 value) PROCAM_AVX2 {
+      _mm256_storeu_ps(looks.of[k] + i, _mm256_andnot_ps(nothing, held(value)));
+    };
+    const Wide3 d = load(rays, at);
+    const __m256 depth = of(d, 2), inverse = _mm256_div_ps(_mm256_set1_ps(1), depth);
+    const __m256 u = _mm256_mul_ps(of(d, 0), inverse), v = _mm256_mul_ps(of(d, 1), inverse);
+    store(0, u);
+    store(1, v);
+    if (!slopes) continue;
+    const Wide3 by_x = load(right, at), by_y = load(down, at);
+    const __m256 depth_x = of(by_x, 2), depth_y = of(by_y, 2);
+    const __m256 reach = _mm256_mul_ps(_mm256_set1_ps(0.5f), _mm256_add_ps(_mm256_andnot_ps(sign, depth_x),
+                                                                           _mm256_andnot_ps(sign, depth_y)));
+    const __m256 most = _mm256_mul_ps(_mm256_set1_ps(0.9f), depth);
+    const __m256 shorter = _mm256_mul_ps(_mm256_div_ps(most, reach), inverse);
+    const __m256 scale = _mm256_blendv_ps(inverse, shorter, _mm256_cmp_ps(reach, most, _CMP_GT_OQ));
+    const auto slope = [&](const Wide3& by, int k, __m256 position, __m256 of_depth) PROCAM_AVX2 {
+      return _mm256_mul_ps(_mm256_sub_ps(of(by, k), _mm256_mul_ps(position, of_depth)), scale);
+    };
+    store(2, slope(by_x, 0, u, depth_x));
+    store(3, slope(by_x, 1, v, depth_x));
+    store(4, slope(by_y, 0, u, depth_y));
+    store(5, slope(by_y, 1, v, depth_y));
+  }
+}
+
+constexpr Kernels kWideKernels{locate,        sample_values, sample_light, values_over, light_over,
+                               values_to_rgb, cast,          find_steps,   look};
 
 }  // namespace
 

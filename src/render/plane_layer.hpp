@@ -85,9 +85,17 @@ class PlaneLayer {
   void draw(const Texture& texture, const Texture* mask, const Kernels& kernels,
             Tile<typename Texture::Pixel>& tile) const;
 
- private:
   static constexpr int kStrip = 8;  ///< rows of pixels that share their samples' grid
+  /// Of the strips of a tile that it touches.
+  const std::array<Taps, kTileHeight / kStrip>& taps(int tile_x, int tile_y) const {
+    return map_tile(tile_x, tile_y)->taps;
+  }
+  const std::array<Taps, kTileHeight / kStrip>& mask_taps(int tile_x, int tile_y) const {
+    return map_tile(tile_x, tile_y)->mask_taps;
+  }
+  const PlaneView& view() const { return view_; }
 
+ private:
   /// Content coordinates over a part of the tile: q[j][3 i + k] t^j s^i, as in Patch, s = s0 + x ds and
   /// t = t0 + y dt.
   struct Piece {

@@ -81,7 +81,8 @@ std::vector<Looked> look_at(const Scene& scene) {
 /// The surfaces of the scene as somebody at `viewer_from_projector` sees them, whose picture is that of a
 /// projector standing there.
 std::vector<RoomLayer> layers_seen(const Scene& scene, const Projector& viewer,
-                                   const Pose& viewer_from_projector, bool planes_with_margin) {
+                                   const Pose& viewer_from_projector, bool planes_with_margin,
+                                   Workers& workers) {
   std::vector<RoomLayer> layers;
   for (const SceneItem& item : scene.items) {
     if (const auto* plane = std::get_if<PlacedPlane>(&item.placement)) {
@@ -91,7 +92,7 @@ std::vector<RoomLayer> layers_seen(const Scene& scene, const Projector& viewer,
     }
     if (const auto* mesh = std::get_if<PlacedMesh>(&item.placement)) {
       const PlacedMesh seen{mesh->mesh, viewer_from_projector * mesh->projector_from_surface};
-      layers.emplace_back(seen, viewer, TileGrid{viewer.size()});
+      layers.emplace_back(seen, viewer, TileGrid{viewer.size()}, workers);
     }
   }
   return layers;
@@ -159,9 +160,11 @@ ImageU8 preview(const Scene& scene, const Projector& projector, ViewU8 frame, co
   const Pose projector_from_camera = viewpoint.camera_from_projector.inverse();
   const Camera& camera = viewpoint.camera;
   // The grey round one content must not hide another: it is looked for where there is nothing else.
-  const std::vector<RoomLayer> seen = layers_seen(scene, {camera}, viewpoint.camera_from_projector, false),
-                               margins = layers_seen(scene, {camera}, viewpoint.camera_from_projector, true),
-                               lit = layers_seen(scene, projector, Pose::identity(), false);
+  const std::vector<RoomLayer> seen = layers_seen(scene, {camera}, viewpoint.camera_from_projector, false,
+                                                  workers),
+                               margins = layers_seen(scene, {camera}, viewpoint.camera_from_projector, true,
+                                                     workers),
+                               lit = layers_seen(scene, projector, Pose::identity(), false, workers);
 
   /// Where the light that falls on the plane at this place of the view comes from.
   struct Source {

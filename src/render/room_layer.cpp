@@ -98,60 +98,98 @@ RoomLayer::RoomLayer(const PlacedPlane& placed, const TileGrid& grid) : is_plane
       set((border_combinations()[i] * facet.content_from_direction).normalized().transpose(),
           facet.borders[i]);
     facets_.push_back(facet);
-    everywhere_.push_back({0, 0, grid.frame.width, grid.frame.height, 0});
+    boxes_.push_back({0, 0, grid.frame.width, grid.frame.height, 0});
   }
+  make_views();
 }
 
-RoomLayer::RoomLayer(const PlacedMesh& placed, const Projector& projector, const TileGrid& grid)
+RoomLayer::RoomLayer(const PlacedMesh& placed, const Projector& projector, const TileGrid& grid,
+                     Workers& workers)
     : is_plane_(false), grid_(grid) {
+  constexpr std::size_t kAtOnce = 4096;  // vertices or triangles a turn
   const Mesh& mesh = *placed.mesh;
   const ViewCone cone(projector);
   const Mat3 rotation = placed.projector_from_surface.rotation_matrix();
-  Points3 points;
-  points.reserve(mesh.vertices.size());
-  std::vector<std::optional<Vec2>> pixels;
-  pixels.reserve(mesh.vertices.size());
-  for (const Vec3& vertex : mesh.vertices) {
-    points.push_back(rotation * vertex + placed.projector_from_surface.translation);
-    pixels.push_back(projector.pixel_lighting(points.back()));
-  }
-  std::vector<FacetBox> boxes;
-  for (const auto& triangle : mesh.triangles) {
-    std::array<Vec3, 3> p;
-    std::array<std::optional<Vec2>, 3> px;
-    Mat3 uv;
-    for (std::size_t i = 0; i < 3; ++i) {
-      const auto corner = std::size_t(triangle[i]);
-      p[i] = points[corner];
-      px[i] = pixels[corner];
-      uv.col(Eigen::Index(i)) = mesh.uv[corner].homogeneous();
+  const std::size_t vertices = mesh.vertices.size(), triangles = mesh.triangles.size();
+  Points3 points(vertices);
+  std::vector<std::optional<Vec2>> pixels(vertices);
+  workers.run(int((vertices + kAtOnce - 1) / kAtOnce), [&](int turn) {
+    const std::size_t first = std::size_t(turn) * kAtOnce;
+    for (std::size_t i = first; i < std::min(first + kAtOnce, vertices); ++i) {
+      points[i] = rotation * mesh.vertices[i] + placed.projector_from_surface.translation;
+      pixels[i] = projector.pixel_lighting(points[i]);
     }
-    const Vec3 centre = (p[0] + p[1] + p[2]) / 3;
-    double radius = 0;
-    for (const Vec3& corner : p) radius = std::max(radius, (corner - centre).norm());
-    if (!cone.meets(centre, radius)) continue;
-    // Neighbours share an edge's cross product up to its sign, exactly: no ray slips between them.
-    const std::array<Vec3, 3> edges{p[1].cross(p[2]), p[2].cross(p[0]), p[0].cross(p[1])};
-    const double determinant = p[0].dot(edges[0]);
-    if (!(std::abs(determinant) > 1e-12 * p[0].norm() * edges[0].norm())) continue;  // edge-on
-    const FacetBox box = box_of(projector, p, px, int(facets_.size()));
-    if (box.x0 >= box.x1 || box.y0 >= box.y1) continue;
-    Facet facet;
-    for (std::size_t i = 0; i < 4; ++i)
-      set((determinant < 0 ? -1 : 1) * edges[std::min<std::size_t>(i, 2)].normalized(), facet.borders[i]);
-    Mat3 barycentric_from_direction;
-    barycentric_from_direction << edges[0].transpose(), edges[1].transpose(), edges[2].transpose();
-    facet.content_from_direction = uv * (barycentric_from_direction / determinant);
-    set(facet.content_from_direction.row(2).transpose(), facet.nearness);
-    facets_.push_back(facet);
-    boxes.push_back(box);
+  });
+
+  struct Part {
+    std::vector<Facet> facets;
+    std::vector<FacetBox> boxes;
+  };
+  std::vector<Part> parts((triangles + kAtOnce - 1) / kAtOnce);
+  workers.run(int(parts.size()), [&](int turn) {
+    Part& part = parts[std::size_t(turn)];
+    const std::size_t first = std::size_t(turn) * kAtOnce, last = std::min(first + kAtOnce, triangles);
+    part.facets.reserve(last - first);
+    part.boxes.reserve(last - first);
+    for (std::size_t n = first; n < last; ++n) {
+      std::array<Vec3, 3> p;
+      std::array<std::optional<Vec2>, 3> px;
+      Mat3 uv;
+      for (std::size_t i = 0; i < 3; ++i) {
+        const auto corner = std::size_t(mesh.triangles[n][i]);
+        p[i] = points[corner];
+        px[i] = pixels[corner];
+        uv.col(Eigen::Index(i)) = mesh.uv[corner].homogeneous();
+      }
+      const FacetBox box = box_of(projector, p, px, int(part.facets.size()));
+      if (box.x0 >= box.x1 || box.y0 >= box.y1) continue;
+      if (!px[0] || !px[1] || !px[2]) {  // its box is the whole frame
+        const Vec3 centre = (p[0] + p[1] + p[2]) / 3;
+        double radius = 0;
+        for (const Vec3& corner : p) radius = std::max(radius, (corner - centre).norm());
+        if (!cone.meets(centre, radius)) continue;
+      }
+      // Neighbours share an edge's cross product up to its sign, exactly: no ray slips between them.
+      const std::array<Vec3, 3> edges{p[1].cross(p[2]), p[2].cross(p[0]), p[0].cross(p[1])};
+      const double determinant = p[0].dot(edges[0]);
+      if (!(std::abs(determinant) > 1e-12 * p[0].norm() * edges[0].norm())) continue;  // edge-on
+      Facet facet;
+      for (std::size_t i = 0; i < 4; ++i)
+        set((determinant < 0 ? -1 : 1) * edges[std::min<std::size_t>(i, 2)].normalized(), facet.borders[i]);
+      Mat3 barycentric_from_direction;
+      barycentric_from_direction << edges[0].transpose(), edges[1].transpose(), edges[2].transpose();
+      facet.content_from_direction = uv * (barycentric_from_direction / determinant);
+      set(facet.content_from_direction.row(2).transpose(), facet.nearness);
+      part.facets.push_back(facet);
+      part.boxes.push_back(box);
+    }
+  });
+  facets_.reserve(triangles);
+  boxes_.reserve(triangles);
+  for (const Part& part : parts) {
+    const int before = int(facets_.size());
+    facets_.insert(facets_.end(), part.facets.begin(), part.facets.end());
+    for (FacetBox box : part.boxes) {
+      box.facet += before;
+      boxes_.push_back(box);
+    }
   }
-  sort_into_tiles(boxes);
+  make_views();
+  sort_into_tiles();
 }
 
-void RoomLayer::sort_into_tiles(const std::vector<FacetBox>& boxes) {
+void RoomLayer::make_views() {
+  views_.resize(std::max<std::size_t>(facets_.size(), 1));  // the kernels read the first in any case
+  for (std::size_t i = 0; i < facets_.size(); ++i) {
+    const Facet& facet = facets_[i];
+    for (int k = 0; k < 9; ++k) views_[i].content[k] = float(facet.content_from_direction(k / 3, k % 3));
+    std::copy_n(facet.nearness, 3, views_[i].nearness);
+  }
+}
+
+void RoomLayer::sort_into_tiles() {
   tiles_.resize(std::size_t(grid_.across()) * std::size_t(grid_.down()));
-  for (const FacetBox& box : boxes)
+  for (const FacetBox& box : boxes_)
     for (int y = box.y0 / kTileHeight; y <= (box.y1 - 1) / kTileHeight; ++y)
       for (int x = box.x0 / kTileWidth; x <= (box.x1 - 1) / kTileWidth; ++x)
         tiles_[std::size_t(y * grid_.across() + x)].push_back(box);

@@ -14,12 +14,8 @@
 
 namespace procam::render {
 
-/// Half-spaces of directions, content and nearness, all linear in d.
-struct Facet {
-  /// d is inside where border . d >= 0 for all four; unit vectors, so that floats do: an edge's place to
-  /// 1e-7.
-  float borders[4][3];
-  float nearness[3];            ///< nearness . d = 1 / distance in lengths of d
+/// Unit borders, so that floats do: an edge's place to 1e-7. nearness . d = 1 / distance in lengths of d.
+struct Facet : Cone {
   Mat3 content_from_direction;  ///< q
 };
 
@@ -34,7 +30,7 @@ inline bool meets(const Facet& facet, const Vec3& d) {
   return along(facet.nearness, d) > 0;
 }
 
-/// Pixels [x0, x1) x [y0, y1) that a facet may touch, and its place in the list.
+/// Pixels [x0, x1) x [y0, y1) that a facet may touch, or whose neighbours it may; and its place in the list.
 struct FacetBox {
   int x0, y0, x1, y1, facet;
 };
@@ -42,13 +38,18 @@ struct FacetBox {
 class RoomLayer {
  public:
   RoomLayer(const PlacedPlane& placed, const TileGrid& grid);
-  RoomLayer(const PlacedMesh& placed, const Projector& projector, const TileGrid& grid);
+  RoomLayer(const PlacedMesh& placed, const Projector& projector, const TileGrid& grid, Workers& workers);
 
   bool is_plane() const { return is_plane_; }
+  const TileGrid& grid() const { return grid_; }
   const std::vector<Facet>& facets() const { return facets_; }
+  /// As the kernels want them; of a mesh or a plane that is seen not from its edge.
+  const std::vector<FacetView>& views() const { return views_; }
+  /// Where each may be.
+  const std::vector<FacetBox>& boxes() const { return boxes_; }
   /// Those that may touch a tile.
   const std::vector<FacetBox>& boxes(int tile_x, int tile_y) const {
-    return is_plane_ ? everywhere_ : tiles_[std::size_t(tile_y * grid_.across() + tile_x)];
+    return is_plane_ ? boxes_ : tiles_[std::size_t(tile_y * grid_.across() + tile_x)];
   }
   /// The nearest facet that the ray d of a pixel meets; nullptr: none.
   const Facet* nearest(int x, int y, const Vec3& d) const {
@@ -63,12 +64,14 @@ class RoomLayer {
   }
 
  private:
-  void sort_into_tiles(const std::vector<FacetBox>& boxes);
+  void make_views();
+  void sort_into_tiles();
 
   bool is_plane_;
   TileGrid grid_;
   std::vector<Facet> facets_;
-  std::vector<FacetBox> everywhere_;          ///< of a plane
+  std::vector<FacetView> views_;
+  std::vector<FacetBox> boxes_;
   std::vector<std::vector<FacetBox>> tiles_;  ///< of a mesh
 };
 

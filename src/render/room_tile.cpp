@@ -29,13 +29,6 @@ bool before(int a, float nearness_a, int b, float nearness_b) {
   return nearness_a > nearness_b;
 }
 
-int levels_made(const LightTexture& texture) {
-  return texture.levels();
-}
-int levels_made(const ValueTexture&) {
-  return 1;
-}
-
 /// Where light grazes, a step of a pixel may pass the horizon: keep to the way there.
 void keep_in_front(Footprint& f) {
   const double reach = 0.5 * (std::abs(f.slope_x.z()) + std::abs(f.slope_y.z())), most = 0.9 * f.centre.z();
@@ -44,81 +37,188 @@ void keep_in_front(Footprint& f) {
   f.slope_y *= most / reach;
 }
 
-/// The i-th of `points` looks at the footprint's middle, in a level of the content.
-template <typename Pixel>
-void look(const Footprint& f, const TexelsView<Pixel>& level, int i, Points& points) {
+/// Where a footprint's middle looks, as fractions of the content.
+void look(const Footprint& f, float (&looks)[6]) {
   const double inverse = 1 / f.centre.z(), u = f.centre.x() * inverse, v = f.centre.y() * inverse;
   // Far beyond the content nothing changes any more, but floats must hold it.
   const auto held = [](double value) { return float(std::min(std::max(value, -1e6), 1e6)); };
-  points.u[i] = held(u * level.width);
-  points.v[i] = held(v * level.height);
-  points.u_x[i] = held((f.slope_x.x() - u * f.slope_x.z()) * inverse * level.width);
-  points.v_x[i] = held((f.slope_x.y() - v * f.slope_x.z()) * inverse * level.height);
-  points.u_y[i] = held((f.slope_y.x() - u * f.slope_y.z()) * inverse * level.width);
-  points.v_y[i] = held((f.slope_y.y() - v * f.slope_y.z()) * inverse * level.height);
+  looks[0] = held(u);
+  looks[1] = held(v);
+  looks[2] = held((f.slope_x.x() - u * f.slope_x.z()) * inverse);
+  looks[3] = held((f.slope_x.y() - v * f.slope_x.z()) * inverse);
+  looks[4] = held((f.slope_y.x() - u * f.slope_y.z()) * inverse);
+  looks[5] = held((f.slope_y.y() - v * f.slope_y.z()) * inverse);
+}
+
+/// Numbers of Points in the order of Looks.
+float* numbers(Points& points, int k) {
+  float* const all[6] = {points.u, points.v, points.u_x, points.v_x, points.u_y, points.v_y};
+  return all[k];
 }
 
 }  // namespace
 
-/// Change of the ray by one pixel: half the way between the neighbours, or as far as there are any.
-Vec3 RoomTile::slope(int at, int step) const {
-  const bool forward = known(at + step), backward = known(at - step);
-  const Vec3 difference = ray(forward ? at + step : at) - ray(backward ? at - step : at);
-  return forward && backward ? Vec3(0.5 * difference) : difference;
+// Drawing: what was cast, sampled.
+
+/// The even pixels of a row; `run` walks through runs_.
+template <typename Texture>
+void RoomTile::draw_row(const std::vector<ItemTextures<Texture>>& textures, int y, const std::uint16_t*& run,
+                        const Kernels& kernels, RoomRows<typename Texture::Pixel>& rows,
+                        Tile<typename Texture::Pixel>& tile) const {
+  using Pixel = typename Texture::Pixel;
+  const std::size_t count = textures.size();
+  for (std::size_t a = 0; a < count; ++a) {
+    const Row& row = rows_[std::size_t(y) * count + a];
+    const int length = row.end - row.begin;
+    Pixel* const drawn = rows.drawn.data() + a * kRowRoom * 4;
+    // From left to right: samples are written in whole groups, beyond the block's end as well.
+    for (int begin = row.begin; begin < row.end;) {
+      const int block = begin / kBlock, end = std::min<int>((block + 1) * kBlock, row.end);
+      const std::size_t n = (std::size_t(y / kStrip) * count + a) * kBlocks + std::size_t(block);
+      const auto sample_block = [&](const Texture& texture, const Taps& taps, Pixel* into) {
+        const TexelsView<Pixel> level = texture.level(taps.level);
+        const float size[2] = {float(level.width), float(level.height)};
+        const float* from = points_.data() + row.first + (begin - row.begin);
+        for (int k = 0; k < looks_; ++k, from += length) {
+          float* const to = numbers(rows.points, k) + begin;
+          for (int i = 0; i < end - begin; ++i) to[i] = from[i] * size[k % 2];
+        }
+        sample(kernels, level, taps, rows.points, begin, end - begin, into);
+      };
+      sample_block(*textures[a].content, taps_[n], drawn + 4 * begin);
+      if (textures[a].mask) {
+        Pixel alpha[4 * (kBlock + kLanes)];
+        sample_block(*textures[a].mask, mask_taps_[n], alpha);
+        give_alpha(alpha, end - begin, drawn + 4 * begin);
+      }
+      begin = end;
+    }
+  }
+  for (int x = 0; x < tile.rect.width();) {
+    const int pixels = run[0], shown = run[1];
+    run += 2;
+    for (int i = 0; i < shown; ++i) {
+      const std::size_t a = *run++;
+      const Pixel* const from = rows.drawn.data() + (a * kRowRoom + std::size_t(x)) * 4;
+      Pixel* const there = tile.row(y) + 4 * x;
+      if (textures[a].opaque())
+        std::copy_n(from, 4 * pixels, there);
+      else
+        over(kernels, from, pixels, there);
+    }
+    x += pixels;
+  }
 }
 
-Footprint RoomTile::footprint(const Facet& facet, int at) const {
-  Footprint f{facet.content_from_direction * ray(at), facet.content_from_direction * slope(at, 1),
-              facet.content_from_direction * slope(at, kAcross)};
-  keep_in_front(f);
-  return f;
+template <typename Texture>
+void RoomTile::draw_edge(const std::vector<ItemTextures<Texture>>& textures, const Edge& edge,
+                         const Kernels& kernels, RoomRows<typename Texture::Pixel>& rows,
+                         Tile<typename Texture::Pixel>& tile) const {
+  using Pixel = typename Texture::Pixel;
+  Pixel lights[kMostParts][4];
+  for (std::uint32_t i = 0; i < edge.parts; ++i) {
+    const Part& part = parts_[edge.first_part + i];
+    const auto sample_part = [&](const Texture& texture, const Taps& taps, Pixel* to) {
+      const TexelsView<Pixel> level = texture.level(taps.level);
+      const float size[2] = {float(level.width), float(level.height)};
+      for (int k = 0; k < 6; ++k) numbers(rows.points, k)[0] = part.looks[k] * size[k % 2];
+      sample(kernels, level, taps, rows.points, 0, 1, to);
+    };
+    const ItemTextures<Texture>& shown = textures[std::size_t(part.item)];
+    Pixel drawn[4 * kLanes], alpha[4 * kLanes];
+    sample_part(*shown.content, part.taps, drawn);
+    if (shown.mask) {
+      sample_part(*shown.mask, part.mask_taps, alpha);
+      give_alpha(alpha, 1, drawn);
+    }
+    std::copy_n(drawn, 4, lights[i]);
+  }
+  Pixel* const there = tile.row(edge.y) + 4 * edge.x;
+  const std::uint8_t* order = orders_.data() + edge.first_order;
+  int sum[4] = {};
+  for (int k = 0; k < kSub; ++k) {
+    Pixel light[4];
+    std::copy_n(there, 4, light);
+    for (int left = *order++; left > 0; --left) over(kernels, lights[*order++], 1, light);
+    for (int c = 0; c < 4; ++c) sum[c] += light[c];
+  }
+  for (int c = 0; c < 4; ++c) there[c] = Pixel((sum[c] + kSub / 2) / kSub);
 }
+
+template <typename Texture>
+void RoomTile::draw(const std::vector<ItemTextures<Texture>>& textures, const Kernels& kernels,
+                    RoomRows<typename Texture::Pixel>& rows, Tile<typename Texture::Pixel>& tile) const {
+  rows.drawn.resize(textures.size() * kRowRoom * 4);
+  const std::uint16_t* run = runs_.data();
+  for (int y = 0; y < tile.rect.height(); ++y) draw_row(textures, y, run, kernels, rows, tile);
+  for (const Edge& edge : edges_) draw_edge(textures, edge, kernels, rows, tile);
+}
+
+template void RoomTile::draw(const std::vector<ItemTextures<LightTexture>>&, const Kernels&, RoomRows<Light>&,
+                             Tile<Light>&) const;
+template void RoomTile::draw(const std::vector<ItemTextures<ValueTexture>>&, const Kernels&, RoomRows<Value>&,
+                             Tile<Value>&) const;
+
+// Casting.
 
 /// The rays of a piece; at the tile's rim also of the pixel beyond it.
-void RoomTile::follow(const LensPiece& piece, const PixelRect& rect) {
+void RoomCaster::follow(const LensPiece& piece, const PixelRect& rect) {
   const PixelRect& r = piece.rect;
   const int x0 = r.x0 - (r.x0 == rect.x0), x1 = r.x1 + (r.x1 == rect.x1);
   const int y0 = r.y0 - (r.y0 == rect.y0), y1 = r.y1 + (r.y1 == rect.y1);
   for (int y = y0; y < y1; ++y) {
     const Quadratic3 row = piece.direction_from_pixel.row(r.t(y));
-    int at = place(x0 - rect.x0, y - rect.y0);
+    int at = ray_place(x0 - rect.x0, y - rect.y0);
     for (int x = x0; x < x1; ++x, ++at) {
       const double s = r.s(x);
       const Vec3 d = row[0] + s * (row[1] + s * row[2]);
-      x_[at] = float(d.x());
-      y_[at] = float(d.y());
-      z_[at] = float(d.z());
+      rays_.x[at] = float(d.x());
+      rays_.y[at] = float(d.y());
+      rays_.z[at] = float(d.z());
     }
   }
 }
 
-void RoomTile::cast(const RoomLayer& layer, int tile_x, int tile_y, const PixelRect& rect, Hits& hits) {
+/// Change of the ray by one pixel: half the way between the neighbours, or as far as there are any.
+void RoomCaster::find_slopes(const PixelRect& rect) {
+  const auto find = [&](int step, Rays& slopes) {
+    const auto find_along = [&](const float* along, float* slope) {
+      for (int y = 0; y < rect.height(); ++y)
+        for (int at = ray_place(0, y); at < ray_place(rect.width(), y); ++at) {
+          const float here = along[at];
+          const bool forward = along[at + step] == along[at + step],
+                     backward = along[at - step] == along[at - step];
+          const float difference = (forward ? along[at + step] : here) - (backward ? along[at - step] : here);
+          slope[at] = forward && backward ? 0.5f * difference : difference;
+        }
+    };
+    find_along(rays_.x, slopes.x);
+    find_along(rays_.y, slopes.y);
+    find_along(rays_.z, slopes.z);
+  };
+  find(1, right_);
+  find(kRayAcross, down_);
+}
+
+void RoomCaster::find_hits(const RoomLayer& layer, int tile_x, int tile_y, const PixelRect& rect,
+                           const Kernels& kernels, Hits& hits) const {
   std::fill(std::begin(hits.nearness), std::end(hits.nearness), 0.0f);
   std::fill(std::begin(hits.facet), std::end(hits.facet), -1);
+  const ImageSize frame = layer.grid().frame;
   for (const FacetBox& box : layer.boxes(tile_x, tile_y)) {
-    const Facet& f = layer.facets()[std::size_t(box.facet)];
-    const int x0 = std::max(box.x0, rect.x0) - rect.x0 - 1, x1 = std::min(box.x1, rect.x1) - rect.x0 + 1;
-    const int y0 = std::max(box.y0, rect.y0) - rect.y0 - 1, y1 = std::min(box.y1, rect.y1) - rect.y0 + 1;
-    const auto& b = f.borders;
-    const auto& n = f.nearness;
-    for (int y = y0; y < y1; ++y) {
-      const int begin = place(x0, y), end = place(x1, y);
-      for (int at = begin; at < end; ++at) {  // without a branch, for vectors; NaN compares false
-        const float x = x_[at], down = y_[at], z = z_[at];
-        const float e0 = b[0][0] * x + b[0][1] * down + b[0][2] * z,
-                    e1 = b[1][0] * x + b[1][1] * down + b[1][2] * z,
-                    e2 = b[2][0] * x + b[2][1] * down + b[2][2] * z,
-                    e3 = b[3][0] * x + b[3][1] * down + b[3][2] * z;
-        const float nearness = n[0] * x + n[1] * down + n[2] * z;
-        const bool nearer = (e0 >= 0) & (e1 >= 0) & (e2 >= 0) & (e3 >= 0) & (nearness > hits.nearness[at]);
-        hits.nearness[at] = nearer ? nearness : hits.nearness[at];
-        hits.facet[at] = nearer ? box.facet : hits.facet[at];
-      }
-    }
+    // Only pixels whose middle is inside are hit: a pixel less than the box on each side, and at the frame's
+    // border a pixel more.
+    const int x0 = std::max(box.x0 + (box.x0 > 0 ? 1 : -1), rect.x0 - 1) - rect.x0,
+              x1 = std::min(box.x1 - (box.x1 < frame.width ? 1 : -1), rect.x1 + 1) - rect.x0;
+    const int y0 = std::max(box.y0 + (box.y0 > 0 ? 1 : -1), rect.y0 - 1) - rect.y0,
+              y1 = std::min(box.y1 - (box.y1 < frame.height ? 1 : -1), rect.y1 + 1) - rect.y0;
+    if (x0 < x1 && y0 < y1)
+      kernels.cast(layer.facets()[std::size_t(box.facet)], box.facet, rays_, ray_place(x0, y0), x1 - x0,
+                   y1 - y0, hits);
   }
 }
 
-void RoomTile::nearest_first(std::vector<Fragment>& fragments) {  // a handful
+void RoomCaster::nearest_first(std::vector<Fragment>& fragments) {  // a handful
   for (std::size_t i = 1; i < fragments.size(); ++i)
     for (std::size_t j = i; j > 0 && before(fragments[j].item, fragments[j].nearness, fragments[j - 1].item,
                                             fragments[j - 1].nearness);
@@ -126,43 +226,41 @@ void RoomTile::nearest_first(std::vector<Fragment>& fragments) {  // a handful
       std::swap(fragments[j], fragments[j - 1]);
 }
 
-/// Do the pixel's neighbours see the same surfaces in the same order?
-template <typename Texture>
-bool RoomTile::is_even(const std::vector<RoomItem<Texture>>& items, int at) const {
-  for (const int step : {-kAcross - 1, -kAcross, -kAcross + 1, -1, 1, kAcross - 1, kAcross, kAcross + 1}) {
+/// Do the pixel's neighbours see the same surfaces in the same order? Each surface by itself goes on smoothly
+/// (Kernels::find_steps).
+bool RoomCaster::is_even(const std::vector<CastItem>& items, int at) const {
+  for (const int step : kNeighbours) {
     const int other = at + step;
     if (!known(other)) continue;
-    for (std::size_t a = 0; a < items.size(); ++a) {
-      const std::int32_t mine = hits_[a].facet[at], its = hits_[a].facet[other];
-      if ((mine < 0) != (its < 0)) return false;
-      if (mine < 0) continue;
-      const float nearness = hits_[a].nearness[at], its_nearness = hits_[a].nearness[other];
-      if (mine != its) {
-        // The same smooth surface, or one part of it before another?
-        const float expected = along(items[a].layer->facets()[std::size_t(mine)].nearness, ray(other));
-        if (!(std::abs(expected - its_nearness) <= kStep * its_nearness)) return false;
-      }
+    for (std::size_t a = 1; a < items.size(); ++a)
       for (std::size_t b = 0; b < a; ++b)
-        if (hits_[b].facet[at] >= 0 && hits_[b].facet[other] >= 0 &&
-            before(int(a), nearness, int(b), hits_[b].nearness[at]) !=
-                before(int(a), its_nearness, int(b), hits_[b].nearness[other]))
+        if (hits_[a].facet[at] >= 0 && hits_[b].facet[at] >= 0 &&
+            before(int(a), hits_[a].nearness[at], int(b), hits_[b].nearness[at]) !=
+                before(int(a), hits_[a].nearness[other], int(b), hits_[b].nearness[other]))
           return false;
-    }
   }
   return true;
 }
 
-template <typename Texture>
-void RoomTile::draw_edge(const std::vector<RoomItem<Texture>>& items, int x, int y, bool area,
-                         const Kernels& kernels, Tile<typename Texture::Pixel>& tile) {
-  using Pixel = typename Texture::Pixel;
-  const int at = place(x, y);
-  const Vec3 centre = ray(at), right = slope(at, 1), down = slope(at, kAcross);
+bool RoomCaster::is_visible(const std::vector<CastItem>& items, int item, int at) const {
+  const Hits& own = hits_[std::size_t(item)];
+  if (own.facet[at] < 0) return false;
+  if (items.size() == 1) return true;
+  for (std::size_t b = 0; b < items.size(); ++b)
+    if (int(b) != item && items[b].opaque && hits_[b].facet[at] >= 0 &&
+        before(int(b), hits_[b].nearness[at], item, own.nearness[at]))
+      return false;
+  return true;
+}
+
+void RoomCaster::add_edge(const std::vector<CastItem>& items, int x, int y, bool area, const PixelRect& rect,
+                          int tile_x, int tile_y, RoomTile& to) {
+  const int at = ray_place(x, y);
+  const Vec3 centre = ray(at), by_x = right(at), by_y = down(at);
   candidates_.clear();
   for (std::size_t a = 0; a < items.size(); ++a)
-    for (const FacetBox& box : items[a].layer->boxes(tile.x, tile.y))
-      if (x + tile.rect.x0 >= box.x0 && x + tile.rect.x0 < box.x1 && y + tile.rect.y0 >= box.y0 &&
-          y + tile.rect.y0 < box.y1)
+    for (const FacetBox& box : items[a].layer->boxes(tile_x, tile_y))
+      if (x + rect.x0 >= box.x0 && x + rect.x0 < box.x1 && y + rect.y0 >= box.y0 && y + rect.y0 < box.y1)
         candidates_.push_back({int(a), box.facet, 0});
 
   // What each sub-pixel meets, nearest first. Each facet is looked at once, about the middle of where it is
@@ -170,16 +268,15 @@ void RoomTile::draw_edge(const std::vector<RoomItem<Texture>>& items, int x, int
   struct Shown {
     int item, facet, count;
     Vec2 sum;
-    Pixel light[4];
   };
-  constexpr std::size_t kMost = 24;  // more facets than that in one pixel: the rest are left out
+  constexpr std::size_t kMost = RoomTile::kMostParts;
   Shown shown[kMost];
   std::size_t shown_count = 0;
-  std::uint8_t order[kSub][kMost];
-  std::size_t met[kSub] = {};
+  to.edges_.push_back({std::uint8_t(x), std::uint8_t(y), std::uint32_t(to.parts_.size()), 0,
+                       std::uint32_t(to.orders_.size())});
   for (std::size_t k = 0; k < kSub; ++k) {
     const Vec2 where(kSubPixels.x[k], kSubPixels.y[k]);
-    const Vec3 d = centre + where.x() * right + where.y() * down;
+    const Vec3 d = centre + where.x() * by_x + where.y() * by_y;
     fragments_.clear();
     for (const Fragment& candidate : candidates_) {
       const Facet& facet = items[std::size_t(candidate.item)].layer->facets()[std::size_t(candidate.facet)];
@@ -191,77 +288,58 @@ void RoomTile::draw_edge(const std::vector<RoomItem<Texture>>& items, int x, int
         fragments_.back() = fragment;
     }
     nearest_first(fragments_);
+    const std::size_t head = to.orders_.size();
+    to.orders_.push_back(0);
     for (const Fragment& f : fragments_) {
       std::size_t i = 0;
       while (i < shown_count && (shown[i].item != f.item || shown[i].facet != f.facet)) ++i;
       if (i == kMost) continue;
-      if (i == shown_count) shown[shown_count++] = {f.item, f.facet, 0, Vec2::Zero(), {}};
+      if (i == shown_count) shown[shown_count++] = {f.item, f.facet, 0, Vec2::Zero()};
       shown[i].sum += where;
       ++shown[i].count;
-      order[k][met[k]++] = std::uint8_t(i);
+      to.orders_.push_back(std::uint8_t(i));
+      ++to.orders_[head];
     }
+    std::reverse(to.orders_.begin() + std::ptrdiff_t(head) + 1, to.orders_.end());
   }
   for (std::size_t i = 0; i < shown_count; ++i) {
-    Shown& s = shown[i];
-    const RoomItem<Texture>& item = items[std::size_t(s.item)];
-    const Facet& facet = item.layer->facets()[std::size_t(s.facet)];
+    const Shown& s = shown[i];
+    const CastItem& item = items[std::size_t(s.item)];
+    const Mat3& content_from_direction = item.layer->facets()[std::size_t(s.facet)].content_from_direction;
     const Vec2 where = s.sum / s.count;
-    Footprint f{facet.content_from_direction * (centre + where.x() * right + where.y() * down),
-                facet.content_from_direction * right, facet.content_from_direction * down};
+    Footprint f{content_from_direction * (centre + where.x() * by_x + where.y() * by_y),
+                content_from_direction * by_x, content_from_direction * by_y};
     keep_in_front(f);
-    Taps taps;
-    if (area) {
-      const TexelsView<Pixel> finest = item.texture->level(0);
-      const PixelSize size = pixel_size(f, Vec2::Zero(), {finest.width, finest.height});
-      taps = choose_taps(size, size, size, levels_made(*item.texture));
-    }
-    Points points;
-    Pixel drawn[4 * kLanes];
-    const TexelsView<Pixel> level = item.texture->level(taps.level);
-    look(f, level, 0, points);
-    sample(kernels, level, taps, points, 0, 1, drawn);
-    if (item.mask) {
-      Pixel alpha[4 * kLanes];
-      Taps mask_taps;
-      if (area) {
-        const TexelsView<Pixel> finest = item.mask->level(0);
-        const PixelSize size = pixel_size(f, Vec2::Zero(), {finest.width, finest.height});
-        mask_taps = choose_taps(size, size, size, levels_made(*item.mask));
-      }
-      const TexelsView<Pixel> mask_level = item.mask->level(mask_taps.level);
-      look(f, mask_level, 0, points);
-      sample(kernels, mask_level, mask_taps, points, 0, 1, alpha);
-      give_alpha(alpha, 1, drawn);
-    }
-    std::copy_n(drawn, 4, s.light);
+    RoomTile::Part part{s.item, {}, {}, {}};
+    const auto choose = [&](ImageSize content, int levels) {
+      const PixelSize size = pixel_size(f, Vec2::Zero(), content);
+      return choose_taps(size, size, size, levels);
+    };
+    if (area) part.taps = choose(item.content, item.levels);
+    if (area && item.mask.width > 0) part.mask_taps = choose(item.mask, item.mask_levels);
+    look(f, part.looks);
+    to.parts_.push_back(part);
   }
-  Pixel* const there = tile.row(y) + 4 * x;
-  int sum[4] = {};
-  for (std::size_t k = 0; k < kSub; ++k) {
-    Pixel light[4];
-    std::copy_n(there, 4, light);
-    for (std::size_t i = met[k]; i > 0; --i) over(kernels, shown[order[k][i - 1]].light, 1, light);
-    for (int c = 0; c < 4; ++c) sum[c] += light[c];
-  }
-  for (int c = 0; c < 4; ++c) there[c] = Pixel((sum[c] + kSub / 2) / kSub);
+  to.edges_.back().parts = std::uint32_t(shown_count);
 }
 
-/// How the pixels of a block look at an item's content: the same samples for all of them. At a curved
+/// How the pixels of a block look at an item's content or mask: the same samples for all of them. At a curved
 /// surface's limb a few pixels hold very much of it; they may alias a little, rather than blur the others.
-template <typename Texture>
-Taps RoomTile::taps_of(const RoomLayer& layer, const Texture& texture, const Hits& hits,
-                       const PixelRect& block) const {
+/// `rows` is the strip's first.
+Taps RoomCaster::taps_of(ImageSize content, int levels, const Hits& hits, const Looks* rows,
+                         const PixelRect& block) const {
   constexpr double kMostOfTypical = 9;  // squared sides
-  const TexelsView<typename Texture::Pixel> content = texture.level(0);
+  const double width = content.width, height = content.height;
   PixelSize finest, largest, typical;
   double log_xx = 0, log_yy = 0;
   int count = 0;
   for (int y = block.y0; y < block.y1; y += 3)
     for (int x = block.x0 + y % 3; x < block.x1; x += 3) {
-      const int at = place(x, y);
-      if (hits.facet[at] < 0) continue;
-      const Footprint f = footprint(layer.facets()[std::size_t(hits.facet[at])], at);
-      const PixelSize size = pixel_size(f, Vec2::Zero(), {content.width, content.height});
+      if (hits.facet[ray_place(x, y)] < 0) continue;
+      const Looks& looks = rows[y - block.y0];
+      const Vec2 right(width * looks.of[2][x], height * looks.of[3][x]),
+          down(width * looks.of[4][x], height * looks.of[5][x]);
+      const PixelSize size = pixel_size(right, down);
       if (count++ == 0) finest = largest = size;
       finest.narrow_squared = std::min(finest.narrow_squared, size.narrow_squared);
       largest.xx = std::max(largest.xx, size.xx);
@@ -274,109 +352,111 @@ Taps RoomTile::taps_of(const RoomLayer& layer, const Texture& texture, const Hit
   typical.yy = std::exp(log_yy / count);
   largest.xx = std::min(largest.xx, kMostOfTypical * typical.xx);
   largest.yy = std::min(largest.yy, kMostOfTypical * typical.yy);
-  return choose_taps(typical, finest, largest, levels_made(texture));
+  return choose_taps(typical, finest, largest, levels);
 }
 
-/// The even pixels of a row; the others are marked in `edge`.
-template <typename Texture>
-void RoomTile::draw_row(const std::vector<RoomItem<Texture>>& items, int y, const bool (&edge)[kTileWidth],
-                        const Kernels& kernels, Tile<typename Texture::Pixel>& tile) {
-  using Pixel = typename Texture::Pixel;
-  const int width = tile.rect.width(), items_count = int(items.size());
-  const auto is_visible = [&](int a, int at) {
-    if (hits_[std::size_t(a)].facet[at] < 0) return false;
-    for (int b = 0; b < items_count; ++b)
-      if (b != a && items[std::size_t(b)].opaque() && hits_[std::size_t(b)].facet[at] >= 0 &&
-          before(b, hits_[std::size_t(b)].nearness[at], a, hits_[std::size_t(a)].nearness[at]))
-        return false;
-    return true;
-  };
-  std::vector<Pixel>& drawn = drawn_pixels<Pixel>();
-  drawn.resize(items.size() * kRowRoom * 4);
-  Points points;
-  for (int a = 0; a < items_count; ++a) {
-    const RoomItem<Texture>& item = items[std::size_t(a)];
-    // From left to right: samples are written in whole groups, beyond the block's end as well.
-    for (int block = 0; block * kBlock < width; ++block) {
-      const Taps& taps = taps_[std::size_t(a * kBlocks + block)];
-      const TexelsView<Pixel> level = item.texture->level(taps.level);
-      int begin = width, end = 0;
-      for (int x = block * kBlock; x < std::min((block + 1) * kBlock, width); ++x) {
-        const int at = place(x, y);
-        if (edge[x] || !is_visible(a, at)) {
-          points.u[x] = points.v[x] = points.u_x[x] = points.v_x[x] = points.u_y[x] = points.v_y[x] = 0;
-          continue;
-        }
-        begin = std::min(begin, x);
-        end = x + 1;
-        look(footprint(item.layer->facets()[std::size_t(hits_[std::size_t(a)].facet[at])], at), level, x,
-             points);
-      }
-      if (begin >= end) continue;
-      Pixel* const to = drawn.data() + (std::size_t(a) * kRowRoom + std::size_t(begin)) * 4;
-      sample(kernels, level, taps, points, begin, end - begin, to);
-      if (!item.mask) continue;
-      const Taps& mask_taps = mask_taps_[std::size_t(a * kBlocks + block)];
-      const TexelsView<Pixel> mask_level = item.mask->level(mask_taps.level);
-      for (int x = begin; x < end; ++x)
-        if (const int at = place(x, y); !edge[x] && is_visible(a, at))
-          look(footprint(item.layer->facets()[std::size_t(hits_[std::size_t(a)].facet[at])], at), mask_level,
-               x, points);
-      Pixel alpha[kRowRoom * 4];
-      sample(kernels, mask_level, mask_taps, points, begin, end - begin, alpha);
-      give_alpha(alpha, end - begin, to);
-    }
+/// The pixels of a row that are no edges: where they look, and what lies over what. looks_ begin with the
+/// row's.
+void RoomCaster::add_row(const std::vector<CastItem>& items, int y, int width, const bool (&edge)[kTileWidth],
+                         RoomTile& to) {
+  const int looked = y % RoomTile::kStrip;
+  for (std::size_t a = 0; a < items.size(); ++a) {
+    int begin = 0, end = width;
+    const auto is_drawn = [&](int x) { return !edge[x] && is_visible(items, int(a), ray_place(x, y)); };
+    while (begin < end && !is_drawn(begin)) ++begin;
+    while (begin < end && !is_drawn(end - 1)) --end;
+    to.rows_.push_back({std::uint8_t(begin), std::uint8_t(end), std::uint32_t(to.points_.size())});
+    const Looks& looks = looks_[a * RoomTile::kStrip + std::size_t(looked)];
+    for (int k = 0; k < to.looks_; ++k)
+      to.points_.insert(to.points_.end(), looks.of[k] + begin, looks.of[k] + end);
   }
+  std::size_t last = 0;  // the last run
+  const auto is_shown = [&](int x) { return !edge[x] && hits_[0].facet[ray_place(x, y)] >= 0; };
+  for (int x = 0; items.size() == 1 && x < width;) {
+    const bool shown = is_shown(x);
+    int end = x + 1;
+    while (end < width && is_shown(end) == shown) ++end;
+    to.runs_.push_back(std::uint16_t(end - x));
+    to.runs_.push_back(shown);
+    if (shown) to.runs_.push_back(0);
+    x = end;
+  }
+  if (items.size() == 1) return;
   for (int x = 0; x < width; ++x) {
-    if (edge[x]) continue;
-    const int at = place(x, y);
     fragments_.clear();
-    for (int a = 0; a < items_count; ++a)
-      if (is_visible(a, at)) fragments_.push_back({a, 0, hits_[std::size_t(a)].nearness[at]});
+    for (int a = 0; !edge[x] && a < int(items.size()); ++a)
+      if (is_visible(items, a, ray_place(x, y)))
+        fragments_.push_back({a, 0, hits_[std::size_t(a)].nearness[ray_place(x, y)]});
     nearest_first(fragments_);
-    Pixel* const there = tile.row(y) + 4 * x;
-    for (std::size_t i = fragments_.size(); i > 0; --i) {
-      const auto a = std::size_t(fragments_[i - 1].item);
-      const Pixel* const from = drawn.data() + (a * kRowRoom + std::size_t(x)) * 4;
-      if (items[a].opaque())
-        std::copy_n(from, 4, there);
-      else
-        over(kernels, from, 1, there);
+    const std::size_t count = fragments_.size();
+    bool same = x > 0 && to.runs_[last + 1] == count;
+    for (std::size_t i = 0; same && i < count; ++i)
+      same = to.runs_[last + 2 + i] == fragments_[count - 1 - i].item;
+    if (same) {
+      ++to.runs_[last];
+      continue;
     }
+    last = to.runs_.size();
+    to.runs_.push_back(1);
+    to.runs_.push_back(std::uint16_t(count));
+    for (std::size_t i = count; i > 0; --i) to.runs_.push_back(std::uint16_t(fragments_[i - 1].item));
   }
 }
 
-template <typename Texture>
-void RoomTile::draw(const std::vector<RoomItem<Texture>>& items, const std::vector<LensPiece>& pieces,
-                    bool area, const Kernels& kernels, Tile<typename Texture::Pixel>& tile) {
-  std::fill(std::begin(x_), std::end(x_), std::numeric_limits<float>::quiet_NaN());
-  for (const LensPiece& piece : pieces) follow(piece, tile.rect);
+void RoomCaster::cast(const std::vector<CastItem>& items, const std::vector<LensPiece>& pieces, bool area,
+                      const Kernels& kernels, int tile_x, int tile_y, const PixelRect& rect, RoomTile& to) {
+  to.items_ = items;
+  to.looks_ = area ? 6 : 2;
+  to.rows_.clear();
+  to.points_.clear();
+  to.runs_.clear();
+  to.edges_.clear();
+  to.parts_.clear();
+  to.orders_.clear();
+  to.taps_.assign(std::size_t(RoomTile::kStrips) * items.size() * RoomTile::kBlocks, {});
+  to.mask_taps_ = to.taps_;
+
+  std::fill(std::begin(rays_.x), std::end(rays_.x), std::numeric_limits<float>::quiet_NaN());
+  for (const LensPiece& piece : pieces) follow(piece, rect);
+  find_slopes(rect);
   if (hits_.size() < items.size()) hits_.resize(items.size());
-  for (std::size_t a = 0; a < items.size(); ++a) cast(*items[a].layer, tile.x, tile.y, tile.rect, hits_[a]);
-  taps_.assign(items.size() * kBlocks, {});
-  mask_taps_.assign(items.size() * kBlocks, {});
-  for (int y = 0; y < tile.rect.height(); ++y) {
-    if (area && y % kStrip == 0)
-      for (std::size_t a = 0; a < items.size(); ++a)
-        for (int block = 0; block * kBlock < tile.rect.width(); ++block) {
-          const RoomItem<Texture>& item = items[a];
-          const std::size_t n = a * kBlocks + std::size_t(block);
-          const PixelRect pixels{block * kBlock, y, std::min((block + 1) * kBlock, tile.rect.width()),
-                                 std::min(y + kStrip, tile.rect.height())};
-          taps_[n] = taps_of(*item.layer, *item.texture, hits_[a], pixels);
-          if (item.mask) mask_taps_[n] = taps_of(*item.layer, *item.mask, hits_[a], pixels);
+  if (looks_.size() < items.size() * RoomTile::kStrip) looks_.resize(items.size() * RoomTile::kStrip);
+  for (std::size_t a = 0; a < items.size(); ++a)
+    find_hits(*items[a].layer, tile_x, tile_y, rect, kernels, hits_[a]);
+
+  const int width = rect.width();
+  for (int y = 0; y < rect.height(); ++y) {
+    if (y % RoomTile::kStrip == 0) {
+      const int last = std::min(y + RoomTile::kStrip, rect.height());
+      for (std::size_t a = 0; a < items.size(); ++a) {
+        Looks* const rows = &looks_[a * RoomTile::kStrip];
+        for (int row = y; row < last; ++row)
+          kernels.look(items[a].layer->views().data(), rays_, right_, down_, hits_[a], ray_place(0, row),
+                       width, area, rows[row - y]);
+        for (int block = 0; area && block * RoomTile::kBlock < width; ++block) {
+          const CastItem& item = items[a];
+          const std::size_t n =
+              (std::size_t(y / RoomTile::kStrip) * items.size() + a) * RoomTile::kBlocks + std::size_t(block);
+          const PixelRect pixels{block * RoomTile::kBlock, y, std::min((block + 1) * RoomTile::kBlock, width),
+                                 last};
+          to.taps_[n] = taps_of(item.content, item.levels, hits_[a], rows, pixels);
+          if (item.mask.width > 0)
+            to.mask_taps_[n] = taps_of(item.mask, item.mask_levels, hits_[a], rows, pixels);
         }
-    bool edge[kTileWidth] = {};
-    for (int x = 0; x < tile.rect.width(); ++x) edge[x] = known(place(x, y)) && !is_even(items, place(x, y));
-    draw_row(items, y, edge, kernels, tile);
-    for (int x = 0; x < tile.rect.width(); ++x)
-      if (edge[x]) draw_edge(items, x, y, area, kernels, tile);
+      }
+    }
+    bool edge[kTileWidth] = {}, steps[kTileWidth];
+    for (std::size_t a = 0; a < items.size(); ++a) {
+      kernels.find_steps(items[a].layer->views().data(), rays_, hits_[a], ray_place(0, y), width, kStep,
+                         steps);
+      for (int x = 0; x < width; ++x) edge[x] = edge[x] || steps[x];
+    }
+    for (int x = 0; x < width; ++x)
+      edge[x] = known(ray_place(x, y)) && (edge[x] || (items.size() > 1 && !is_even(items, ray_place(x, y))));
+    add_row(items, y, width, edge, to);
+    for (int x = 0; x < width; ++x)
+      if (edge[x]) add_edge(items, x, y, area, rect, tile_x, tile_y, to);
   }
 }
-
-template void RoomTile::draw(const std::vector<RoomItem<LightTexture>>&, const std::vector<LensPiece>&, bool,
-                             const Kernels&, Tile<Light>&);
-template void RoomTile::draw(const std::vector<RoomItem<ValueTexture>>&, const std::vector<LensPiece>&, bool,
-                             const Kernels&, Tile<Value>&);
 
 }  // namespace procam::render

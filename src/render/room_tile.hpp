@@ -14,76 +14,125 @@ namespace procam::render {
 /// Share of the distance within which two surfaces lie together, and the later one shows.
 inline constexpr float kTogether = 1e-3f;
 
-/// A layer with what is shown on it.
-template <typename Texture>
-struct RoomItem {
-  const RoomLayer* layer;
-  const Texture* texture;
-  const Texture* mask = nullptr;  ///< gives its alpha to the content
+/// A surface as far as it matters where its pixels lie and look.
+struct CastItem {
+  const RoomLayer* layer = nullptr;
+  std::uint64_t made = 0;  ///< another number when the layer was made anew
+  ImageSize content;
+  int levels = 1;  ///< of its pyramid
+  ImageSize mask;  ///< 0 x 0: none
+  int mask_levels = 1;
+  bool opaque = true;  ///< the content is, and has no mask
 
-  bool opaque() const { return texture->opaque() && !mask; }
+  bool operator==(const CastItem& other) const {
+    return layer == other.layer && made == other.made && content == other.content && levels == other.levels &&
+           mask == other.mask && mask_levels == other.mask_levels && opaque == other.opaque;
+  }
 };
 
-/// Its memory is kept from tile to tile.
+/// What a surface shows.
+template <typename Texture>
+struct ItemTextures {
+  const Texture* content = nullptr;
+  const Texture* mask = nullptr;  ///< gives its alpha to the content; nullptr: none
+
+  bool opaque() const { return content->opaque() && !mask; }
+};
+
+/// Memory to draw with, kept from tile to tile.
+template <typename Pixel>
+struct RoomRows {
+  std::vector<Pixel> drawn;  ///< a row of every item
+  Points points;
+};
+
+/// What was cast at a tile: kept as long as its surfaces stay where they are.
 class RoomTile {
  public:
-  /// Draws the items (in the scene's order) over what is on the tile. `area`: the mean over pixels, else one
-  /// sample each.
+  bool shows(const std::vector<CastItem>& items) const { return items == items_; }
+
+  /// Draws the items' textures over what is on the tile.
   template <typename Texture>
-  void draw(const std::vector<RoomItem<Texture>>& items, const std::vector<LensPiece>& pieces, bool area,
-            const Kernels& kernels, Tile<typename Texture::Pixel>& tile);
+  void draw(const std::vector<ItemTextures<Texture>>& textures, const Kernels& kernels,
+            RoomRows<typename Texture::Pixel>& rows, Tile<typename Texture::Pixel>& tile) const;
 
  private:
-  static constexpr int kAcross = kTileWidth + 2, kDown = kTileHeight + 2;  ///< a pixel more on each side
-  static constexpr int kPixels = kAcross * kDown;
+  friend class RoomCaster;
   static constexpr int kBlock = 16, kStrip = 8;  ///< pixels, across and down, that share their samples
-  static constexpr int kBlocks = kTileWidth / kBlock;
+  static constexpr int kBlocks = kTileWidth / kBlock, kStrips = kTileHeight / kStrip;
+  static constexpr int kSub = 16;        ///< casts for an edge pixel
+  static constexpr int kMostParts = 24;  ///< facets in one; the rest are left out
 
-  /// What one item shows, everywhere on the tile; facet -1: nothing.
-  struct Hits {
-    float nearness[kPixels];
-    std::int32_t facet[kPixels];
+  /// One item in a row: pixels [begin, end) look at points_ from `first` on, all u, then all v, and so on.
+  struct Row {
+    std::uint8_t begin = 0, end = 0;
+    std::uint32_t first = 0;
   };
+  /// What an edge pixel shows of one facet; content coordinates as fractions.
+  struct Part {
+    int item;
+    Taps taps, mask_taps;
+    float looks[6];
+  };
+  struct Edge {
+    std::uint8_t x, y;
+    std::uint32_t first_part, parts;
+    std::uint32_t first_order;  ///< 16 times: how many parts, and which, farthest first
+  };
+  template <typename Texture>
+  void draw_row(const std::vector<ItemTextures<Texture>>& textures, int y, const std::uint16_t*& run,
+                const Kernels& kernels, RoomRows<typename Texture::Pixel>& rows,
+                Tile<typename Texture::Pixel>& tile) const;
+  template <typename Texture>
+  void draw_edge(const std::vector<ItemTextures<Texture>>& textures, const Edge& edge, const Kernels& kernels,
+                 RoomRows<typename Texture::Pixel>& rows, Tile<typename Texture::Pixel>& tile) const;
+
+  std::vector<CastItem> items_;
+  int looks_ = 2;                       ///< numbers a pixel: u, v, and with their slopes 6
+  std::vector<Row> rows_;               ///< [row, item]
+  std::vector<float> points_;           ///< fractions of the content
+  std::vector<Taps> taps_, mask_taps_;  ///< [strip, item, block]
+  std::vector<std::uint16_t> runs_;  ///< a row's: how many pixels, how many items, and which, farthest first
+  std::vector<Edge> edges_;          ///< row by row
+  std::vector<Part> parts_;
+  std::vector<std::uint8_t> orders_;
+};
+
+/// Casts at tiles. Its memory is kept from tile to tile.
+class RoomCaster {
+ public:
+  /// The items are in the scene's order. `area`: the mean over pixels, else one sample each.
+  void cast(const std::vector<CastItem>& items, const std::vector<LensPiece>& pieces, bool area,
+            const Kernels& kernels, int tile_x, int tile_y, const PixelRect& rect, RoomTile& to);
+
+ private:
   struct Fragment {
     int item, facet;
     float nearness;
   };
 
-  static int place(int x, int y) { return (y + 1) * kAcross + x + 1; }  ///< of a pixel, in the tile
-  Vec3 ray(int at) const { return {double(x_[at]), double(y_[at]), double(z_[at])}; }
-  bool known(int at) const { return x_[at] == x_[at]; }
-  Vec3 slope(int at, int step) const;
-  Footprint footprint(const Facet& facet, int at) const;
+  Vec3 ray(int at) const { return {double(rays_.x[at]), double(rays_.y[at]), double(rays_.z[at])}; }
+  Vec3 right(int at) const { return {double(right_.x[at]), double(right_.y[at]), double(right_.z[at])}; }
+  Vec3 down(int at) const { return {double(down_.x[at]), double(down_.y[at]), double(down_.z[at])}; }
+  bool known(int at) const { return rays_.x[at] == rays_.x[at]; }
   void follow(const LensPiece& piece, const PixelRect& rect);
-  void cast(const RoomLayer& layer, int tile_x, int tile_y, const PixelRect& rect, Hits& hits);
-  template <typename Texture>
-  bool is_even(const std::vector<RoomItem<Texture>>& items, int at) const;
-  template <typename Texture>
-  Taps taps_of(const RoomLayer& layer, const Texture& texture, const Hits& hits,
+  void find_slopes(const PixelRect& rect);
+  void find_hits(const RoomLayer& layer, int tile_x, int tile_y, const PixelRect& rect,
+                 const Kernels& kernels, Hits& hits) const;
+  bool is_even(const std::vector<CastItem>& items, int at) const;
+  bool is_visible(const std::vector<CastItem>& items, int item, int at) const;
+  Taps taps_of(ImageSize content, int levels, const Hits& hits, const Looks* rows,
                const PixelRect& block) const;
-  template <typename Texture>
-  void draw_row(const std::vector<RoomItem<Texture>>& items, int y, const bool (&edge)[kTileWidth],
-                const Kernels& kernels, Tile<typename Texture::Pixel>& tile);
-  template <typename Texture>
-  void draw_edge(const std::vector<RoomItem<Texture>>& items, int x, int y, bool area, const Kernels& kernels,
-                 Tile<typename Texture::Pixel>& tile);
+  void add_row(const std::vector<CastItem>& items, int y, int width, const bool (&edge)[kTileWidth],
+               RoomTile& to);
+  void add_edge(const std::vector<CastItem>& items, int x, int y, bool area, const PixelRect& rect,
+                int tile_x, int tile_y, RoomTile& to);
   static void nearest_first(std::vector<Fragment>& fragments);
 
-  float x_[kPixels], y_[kPixels], z_[kPixels];  ///< the rays' directions; NaN: none
-  std::vector<Hits> hits_;
-
-  template <typename Pixel>
-  std::vector<Pixel>& drawn_pixels() {
-    if constexpr (std::is_same_v<Pixel, Light>)
-      return drawn_light_;
-    else
-      return drawn_values_;
-  }
-
+  Rays rays_, right_, down_;  ///< directions, and their changes by one pixel; NaN: none
+  std::vector<Hits> hits_;    ///< [item]
+  std::vector<Looks> looks_;  ///< [row of a strip, item]
   std::vector<Fragment> fragments_, candidates_;
-  std::vector<Taps> taps_, mask_taps_;  ///< [item, block]
-  std::vector<Light> drawn_light_;      ///< a row of every item
-  std::vector<Value> drawn_values_;
 };
 
 }  // namespace procam::render

@@ -61,6 +61,29 @@ class DrawRoute : public ::testing::Test {
   SurfaceSet surfaces_;
 };
 
+TEST_F(DrawRoute, OpenGlDrawsTheFrameThatTheCpuDraws) {
+  ASSERT_EQ(solve("surfaces.json", "solved.json", "--pose " + at("pose.json")).exit_code, 0);
+  const std::string content = "wall=" + at("picture.png");
+  ASSERT_EQ(render("solved.json", "cpu.png", content).exit_code, 0);
+  const ToolRun drawn = render("solved.json", "gl.png", content + " --renderer gl");
+  if (drawn.exit_code != 0) {  // refused in three parts, and nothing written
+    EXPECT_NE(drawn.err.find("draw on the CPU"), std::string::npos) << drawn.err;
+    EXPECT_FALSE(std::filesystem::exists(folder_ / "gl.png"));
+    GTEST_SKIP() << drawn.err;
+  }
+  const ImageU8 cpu = io::load_image(folder_ / "cpu.png").image,
+                gl = io::load_image(folder_ / "gl.png").image;
+  ASSERT_EQ(cpu.size(), gl.size());
+  int apart = 0, lit = 0;
+  for (int y = 0; y < cpu.height(); ++y)
+    for (int x = 0; x < cpu.width(); ++x) {
+      apart += std::abs(cpu.at(x, y, 1) - gl.at(x, y, 1)) > 2;
+      lit += cpu.at(x, y, 1) > 100;
+    }
+  EXPECT_GT(lit, 1000);
+  EXPECT_LE(apart, 1e-3 * cpu.width() * cpu.height());
+}
+
 TEST_F(DrawRoute, JsonAndXmlGiveTheSameFrame) {
   const std::string pose = "--pose " + at("pose.json");
   for (const std::string syntax : {"json", "xml"}) {

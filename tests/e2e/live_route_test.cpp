@@ -166,6 +166,17 @@ TEST_F(LiveRoute, ADriveIsShownAndShownAgain) {
   const ToolRun other = run_tool("project-live", show_ + "--average-numbers --replay " + at("run.log"));
   EXPECT_EQ(other.exit_code, 5) << other.out;
   EXPECT_NE(other.err.find("other conditions"), std::string::npos) << other.err;
+  // OpenGL is another condition; where there is none, that is said.
+  const ToolRun by_gl =
+      run_tool("project-live", show_ + "--renderer gl --pose-source log:" + at("run.log") +
+                                   "@0 --output none --duration 200ms --record " + at("gl.log"));
+  if (by_gl.exit_code != 0) {
+    EXPECT_NE(by_gl.err.find("draw on the CPU"), std::string::npos) << by_gl.err;
+    return;
+  }
+  EXPECT_GT(by_gl.json()["frames"].get<double>(), 0);
+  const ToolRun by_cpu = run_tool("project-live", show_ + "--replay " + at("gl.log"));
+  EXPECT_NE(by_cpu.err.find("other conditions"), std::string::npos) << by_cpu.err;
 }
 
 TEST_F(LiveRoute, WhatIsWrongIsSaid) {

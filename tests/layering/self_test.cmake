@@ -31,9 +31,13 @@ expect(pugixml_in_public include/procam/io/rig_file.hpp "#include <pugixml.hpp>"
   "a public header may not include pugixml.hpp")
 expect(window_in_public include/procam/device/frame_sink.hpp "#include <GLFW/glfw3.h>"
   "a public header may not include GLFW/glfw3.h")
+expect(gl_in_public include/procam/render_gl/gl.hpp "#include <epoxy/gl.h>"
+  "a public header may not include epoxy/gl.h")
+expect(two_renderers src/render_gl/gl.cpp "#include \"render/layers.hpp\"" "1 files keep to the arrows")
+expect(anothers_body src/live/loop.cpp "#include \"render/layers.hpp\"" "reaches into another folder")
 expect(ceres_outside_the_costs include/procam/calibrate/bundle.hpp "#include <ceres/problem.h>"
   "a public header may not include ceres/problem.h")
-expect(core_with_more_than_eigen include/procam/core/ray.hpp "#include <boost/optional.hpp>"
+expect(core_with_more_than_eigen include/procam/core/ray.hpp "#include <fmt/format.h>"
   "core needs Eigen alone")
 expect(side_door src/match/join.cpp "#include \"../detect/corners.hpp\"" "reaches into another folder")
 expect(unknown_stage src/misc/join.cpp "#include <vector>" "stage 'misc' has no arrows")

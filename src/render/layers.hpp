@@ -1,0 +1,65 @@
+#pragma once
+/// A scene's surfaces in a projector's frame, and the order in which they are drawn: what every renderer
+/// shares.
+#include <optional>
+#include <vector>
+
+#include "plane_layer.hpp"
+#include "procam/core/scene.hpp"
+#include "room_layer.hpp"
+
+namespace procam::render {
+
+/// Throws std::invalid_argument for content that is empty or has 2 or more than 4 channels, and for a mask
+/// with more than one.
+void require_drawable(const Scene& scene);
+
+bool same_view(ViewU8 a, ViewU8 b);
+
+/// A mask as the alpha of black, in `memory`.
+ViewU8 as_alpha(ViewU8 mask, std::vector<std::uint8_t>& memory);
+
+/// Where one item of the scene is; kept while it stays there.
+struct Layer {
+  PlaneLayer plane;               ///< of a plane or a pixel surface
+  std::optional<RoomLayer> room;  ///< of a plane or a mesh
+  std::uint64_t made = 0;         ///< how many times anything was
+
+  /// Returns whether anything had to be made.
+  bool place(const SceneItem& shown, const Projector& projector, const LensMap& lens, bool same_lens,
+             bool area, Workers& workers);
+
+  bool is_mesh() const { return room && !room->is_plane(); }
+  bool touches(int tile_x, int tile_y) const {
+    return is_mesh() ? !room->boxes(tile_x, tile_y).empty() : plane.touches(tile_x, tile_y);
+  }
+  /// The levels of its content's pyramid that are looked at.
+  int levels(ImageSize content) const { return is_mesh() ? levels_of(content) : plane.levels(); }
+  int mask_levels(ImageSize mask) const { return is_mesh() ? levels_of(mask) : plane.mask_levels(); }
+
+ private:
+  PlacedMesh mesh_;  ///< as it was
+};
+
+/// What is drawn on a tile, back to front. Planes in the room are put in the order of their depth; where that
+/// changes within the tile, and where there are meshes, all are cast at (room_tile.hpp). Pixel surfaces lie
+/// where the scene has them, and part what is in the room before them from what comes after.
+///
+/// Its memory is kept from tile to tile.
+class TileSteps {
+ public:
+  static constexpr int kCast = -1;
+
+  /// Items, by their places in the scene; cast at is what lies between two kCast.
+  const std::vector<int>& find(const std::vector<Layer>& layers, const LensMap& lens, int tile_x, int tile_y);
+
+ private:
+  void add_group(const std::vector<Layer>& layers, const LensMap& lens, int x, int y);
+  bool find_order(const std::vector<Layer>& layers, const LensMap& lens, int x, int y);
+
+  std::vector<int> steps_;
+  std::vector<int> group_;          ///< in the room, between two pixel surfaces
+  std::vector<std::int8_t> order_;  ///< [later, earlier]: the later one is drawn first
+};
+
+}  // namespace procam::render

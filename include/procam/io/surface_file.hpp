@@ -14,8 +14,8 @@ namespace procam::io {
 SurfaceSet load_surfaces(const std::filesystem::path& path);
 void save_surfaces(const std::filesystem::path& path, const SurfaceSet& surfaces);
 
-/// The JSON form as text, for logs, and back; files that it names are beside the file `beside`, which need not
-/// exist.
+/// The JSON form as text, for logs, and back; files that it names are beside the file `beside`, which need
+/// not exist.
 std::string surfaces_to_text(SurfaceSet surfaces);
 SurfaceSet surfaces_from_text(const std::string& text, const std::filesystem::path& beside);
 

@@ -7,6 +7,7 @@
 #include "message_check.hpp"
 #include "procam/core/error.hpp"
 #include "procam/track/pose_log.hpp"
+#include "recorded.hpp"
 #include "sources.hpp"
 
 namespace procam::track {
@@ -79,40 +80,6 @@ SourceStatus PoseQueue::status() const {
   return impl_->inbox.status();
 }
 
-namespace {
-
-/// A recorded run. No thread: what is due is known whenever somebody asks.
-class LogSource : public PoseSource {
- public:
-  LogSource(std::vector<StampedPose> messages, double speed)
-      : messages_(std::move(messages)), speed_(speed), opened_(steady_now()) {
-    for (StampedPose& message : messages_)
-      if (speed_ > 0) message.arrival = opened_ + (message.arrival - first_) / speed_;
-  }
-  void poll(std::vector<StampedPose>& arrived) override {
-    arrived.clear();
-    const double now = steady_now();
-    for (; next_ < messages_.size() && (speed_ == 0 || messages_[next_].arrival <= now); ++next_)
-      arrived.push_back(messages_[next_]);
-  }
-  SourceStatus status() const override {
-    SourceStatus status;
-    status.connected = next_ < messages_.size();
-    status.messages = next_;
-    status.connections = 1;
-    return status;
-  }
-
- private:
-  std::vector<StampedPose> messages_;
-  double speed_;
-  double opened_;
-  double first_ = messages_.empty() ? 0 : messages_.front().arrival;
-  std::size_t next_ = 0;
-};
-
-}  // namespace
-
 internal::FileAndSpeed internal::parse_file_and_speed(const std::string& rest) {
   FileAndSpeed result{rest, 1};
   const std::size_t at = rest.rfind('@');
@@ -129,7 +96,7 @@ internal::FileAndSpeed internal::parse_file_and_speed(const std::string& rest) {
 
 std::unique_ptr<PoseSource> internal::open_log(const std::string& rest, const SourceOptions&) {
   const FileAndSpeed log = parse_file_and_speed(rest);
-  return std::make_unique<LogSource>(read_pose_log(log.file), log.speed);
+  return std::make_unique<internal::Recorded<StampedPose, PoseSource>>(read_pose_log(log.file), log.speed);
 }
 
 }  // namespace procam::track

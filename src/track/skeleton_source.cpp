@@ -1,41 +1,10 @@
 #include "procam/track/skeleton_source.hpp"
 
 #include "procam/core/error.hpp"
+#include "recorded.hpp"
 #include "sources.hpp"
 
 namespace procam::track {
-namespace {
-
-/// A recorded run, due in its own time from the moment that it was opened.
-class SkeletonLog : public SkeletonSource {
- public:
-  explicit SkeletonLog(const internal::FileAndSpeed& log)
-      : frames_(read_skeleton_log(log.file)), speed_(log.speed) {
-    const double opened = steady_now(), first = frames_.front().arrival;
-    if (speed_ > 0)
-      for (SkeletonFrame& frame : frames_) frame.arrival = opened + (frame.arrival - first) / speed_;
-  }
-  void poll(std::vector<SkeletonFrame>& arrived) override {
-    arrived.clear();
-    const double now = steady_now();
-    for (; next_ < frames_.size() && (speed_ == 0 || frames_[next_].arrival <= now); ++next_)
-      arrived.push_back(frames_[next_]);
-  }
-  SourceStatus status() const override {
-    SourceStatus status;
-    status.connected = next_ < frames_.size();
-    status.messages = next_;
-    status.connections = 1;
-    return status;
-  }
-
- private:
-  std::vector<SkeletonFrame> frames_;
-  double speed_;
-  std::size_t next_ = 0;
-};
-
-}  // namespace
 
 std::unique_ptr<SkeletonSource> open_skeleton_source(const std::string& text, const SourceOptions& options) {
   const std::size_t colon = text.find(':');
@@ -43,7 +12,11 @@ std::unique_ptr<SkeletonSource> open_skeleton_source(const std::string& text, co
   if (kind == "udp") return internal::open_skeletons_udp(rest, options);
   if (kind == "tcp") return internal::open_skeletons_tcp(rest, options);
   if (kind == "tcp-listen") return internal::open_skeletons_tcp_listener(rest, options);
-  if (kind == "log") return std::make_unique<SkeletonLog>(internal::parse_file_and_speed(rest));
+  if (kind == "log") {
+    const internal::FileAndSpeed log = internal::parse_file_and_speed(rest);
+    return std::make_unique<internal::Recorded<SkeletonFrame, SkeletonSource>>(read_skeleton_log(log.file),
+                                                                               log.speed);
+  }
   throw Error(ErrorKind::kInput, "skeleton source '" + text + "'", "no kind of source is called so",
               "say one of udp:[ADDRESS:]PORT, tcp:HOST:PORT, tcp-listen:[ADDRESS:]PORT, log:FILE[@SPEED]");
 }

@@ -19,6 +19,7 @@
 
 #include "procam/render/cpu.hpp"
 #include "render/rooms.hpp"
+#include "wall_of_triangles.hpp"
 
 namespace {
 
@@ -101,30 +102,6 @@ Scene mosaic(int n, const Projector& p, ViewU8 content) {
 Scene one_surface(double degrees, const Projector& p, ViewU8 content) {
   Scene scene;
   scene.items.push_back({sheet_at(degrees, p).placement, content});
-  return scene;
-}
-
-/// The wall of one_surface() as a little over 100 000 triangles, with a bump in it.
-Scene wall_of_triangles(double degrees, const Projector& p, ViewU8 content) {
-  constexpr int kAcross = 260, kDown = 195;
-  const Sheet sheet = sheet_at(degrees, p);
-  Mesh mesh;
-  for (int j = 0; j <= kDown; ++j)
-    for (int i = 0; i <= kAcross; ++i) {
-      const Vec2 uv(double(i) / kAcross, double(j) / kDown), at = sheet.plane_point(uv.x(), uv.y());
-      mesh.vertices.emplace_back(at.x(), at.y(), -0.05 * std::exp(-20 * (uv - Vec2(0.4, 0.5)).squaredNorm()));
-      mesh.uv.push_back(uv);
-    }
-  for (int j = 0; j < kDown; ++j)
-    for (int i = 0; i < kAcross; ++i) {
-      const int a = j * (kAcross + 1) + i, b = a + 1, c = a + kAcross + 1;
-      mesh.triangles.push_back({a, b, c});
-      mesh.triangles.push_back({b, c + 1, c});
-    }
-  Scene scene;
-  scene.items.push_back(
-      {PlacedMesh{std::make_shared<const Mesh>(std::move(mesh)), sheet.placement.projector_from_surface},
-       content});
   return scene;
 }
 
@@ -387,7 +364,7 @@ int main(int argc, char** argv) {
     add(of + "60 RGB with lens, moving", 1, changing(scene, lens, filter, light, [](SceneItem& item) {
           std::get<PlacedPlane>(item.placement).projector_from_surface.translation.x() += 1e-7;
         }));
-    const Scene triangles = wall_of_triangles(60, pinhole, view_of(rgb));
+    const Scene triangles = wall_of_triangles(sheet_at(60, pinhole), view_of(rgb));
     add(of + "100k triangles", 1, procam_draws(triangles, pinhole, filter, light, 1));
     add(of + "100k triangles moving", 1, changing(triangles, pinhole, filter, light, [](SceneItem& item) {
           std::get<PlacedMesh>(item.placement).projector_from_surface.translation.x() += 1e-7;

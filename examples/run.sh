@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # See procam work, from nothing on Debian 12 and without any hardware:   examples/run.sh [OUT]
 # Installs missing packages, builds what that takes, simulates the captures of an office projector, calibrates it, solves two
-# surfaces, renders the projector's frame, and prints the true error in millimetres. Pictures and report: OUT (out/).
+# surfaces, renders the projector's frame, drives past a wall, and prints the true error in millimetres. Pictures, a
+# video and reports: OUT (out/).
 # PROCAM_PRESET names another configure preset to build and use (quick, which is release by Clang).
 set -euo pipefail
 mkdir -p "${1:-$(dirname "${BASH_SOURCE[0]}")/../out}"
@@ -16,7 +17,7 @@ jobs=$(nproc)
 build() {
   cmake --preset "$preset" && cmake --build --preset "$preset" -j "$jobs" --target \
     simulate-captures calibrate-projector solve-surfaces render-to-image export-warp export-camera evaluate-projection \
-    example_03_true_error
+    example_03_true_error example_04_drive
 }
 
 simulate() {
@@ -42,6 +43,11 @@ judge() {
   "$build/examples/example_03_true_error" "$out/session/truth.json" "$out/rig.json"
 }
 
+drive() {
+  "$build/examples/example_04_drive" "$out/session/truth.json" "$out/rig.json" examples/data/test_card.png \
+    "$out/drive.mp4" "$out/drive.png"
+}
+
 evaluate() {
   "$tools/evaluate-projection" --rig "$out/rig.json" --truth "$out/session/truth.json" \
     --report "$out/evaluation.html"
@@ -60,6 +66,7 @@ phase "Solve the surfaces" solve
 phase "Render the projector's frame" render
 phase "Export the warp and the camera for other programs" exchange
 phase "Compare with the truth" judge
+phase "Drive past a wall" drive
 phase "Project a sheet's corners on the sheet" evaluate
 
 cat <<END
@@ -69,6 +76,7 @@ In $out:
   evaluation.html  where the corners of a sheet land, at 47 and 60 degrees
   frame.png    what the projector shows
   view.png     how it looks in the room
+  drive.mp4    a robot drives past a wall: drawn for the newest pose, and for the moment of light
   wall_warp.png, blender_camera.py  the same for programs that draw for themselves
   rig.json, solved.json, session/  the calibrated rig, the solved surfaces, the captures with their truth
 All of it took $SECONDS s.

@@ -16,13 +16,8 @@ Mat6 symmetric(const Mat6& m) {
 
 MotionState step(const MotionState& s, double h, const MotionModel& model) {
   // Integrals of an acceleration that fades: of a once (k1) and twice (k2) over the step.
-  double kept = 0, k1 = 0, k2 = 0;
-  if (model.fade > 0) {
-    const double x = h / model.fade;
-    kept = std::exp(-x);
-    k1 = model.fade * -std::expm1(-x);
-    k2 = model.fade * (h - k1);
-  }
+  const double x = h / model.fade, kept = std::exp(-x);
+  const double k1 = model.fade * -std::expm1(-x), k2 = model.fade * (h - k1);
   const Vec6 increment = s.twist * h + s.rate * k2;
   const Pose after_from_before = se3_exp(Vec6(-increment));
   const Mat6 ad = adjoint(after_from_before);
@@ -47,16 +42,14 @@ MotionState step(const MotionState& s, double h, const MotionModel& model) {
   n.pp.diagonal() += walk * (h * h * h / 3);
   n.pt.diagonal() += walk * (h * h / 2);
   n.tt.diagonal() += walk * h;
-  if (model.fade > 0) {
-    const Vec6 jerk = model.surge * (2 / model.fade);  // so that the acceleration's variance stays `surge`
-    const double h2 = h * h, h3 = h2 * h;
-    n.pp.diagonal() += jerk * (h3 * h2 / 20);
-    n.pt.diagonal() += jerk * (h2 * h2 / 8);
-    n.pr.diagonal() += jerk * (h3 / 6);
-    n.tt.diagonal() += jerk * (h3 / 3);
-    n.tr.diagonal() += jerk * (h2 / 2);
-    n.rr.diagonal() += jerk * h;
-  }
+  const Vec6 jerk = model.surge * (2 / model.fade);  // so that the acceleration's variance stays `surge`
+  const double h2 = h * h, h3 = h2 * h;
+  n.pp.diagonal() += jerk * (h3 * h2 / 20);
+  n.pt.diagonal() += jerk * (h2 * h2 / 8);
+  n.pr.diagonal() += jerk * (h3 / 6);
+  n.tt.diagonal() += jerk * (h3 / 3);
+  n.tr.diagonal() += jerk * (h2 / 2);
+  n.rr.diagonal() += jerk * h;
   return n;
 }
 
@@ -113,25 +106,31 @@ MotionState mixed(const MotionState* states, const double* weights, int count, c
     result.twist += weights[i] * states[i].twist;
     result.rate += weights[i] * states[i].rate;
   }
-  if (!(model.fade > 0)) result.rate.setZero();
   result.pose = (states[0].pose * se3_exp(pose_mean)).normalized();
   for (Mat6* block : {&result.pp, &result.pt, &result.pr, &result.tt, &result.tr, &result.rr})
     block->setZero();
-  const bool accelerates = model.fade > 0;
   for (int i = 0; i < count; ++i) {
     const MotionState& s = states[i];
     const double w = weights[i];
     const Vec6 p = se3_log(middle_from_frame * s.pose) - pose_mean;
     const Vec6 t = s.twist - result.twist;
+    const Vec6 r = s.rate - result.rate;
     result.pp += w * (s.pp + p * p.transpose());
     result.pt += w * (s.pt + p * t.transpose());
     result.tt += w * (s.tt + t * t.transpose());
-    if (!accelerates) continue;
-    const Vec6 r = s.rate - result.rate;
     result.pr += w * (s.pr + p * r.transpose());
     result.tr += w * (s.tr + t * r.transpose());
     result.rr += w * (s.rr + r * r.transpose());
-    if (s.rr.isZero(0)) result.rr.diagonal() += w * model.surge;
+    for (Eigen::Index k = 0; k < 6; ++k)
+      if (s.rr(k, k) == 0) result.rr(k, k) += w * model.surge[k];
+  }
+  for (Eigen::Index k = 0; k < 6; ++k) {
+    if (model.surge[k] > 0) continue;
+    result.rate[k] = 0;
+    result.pr.col(k).setZero();
+    result.tr.col(k).setZero();
+    result.rr.col(k).setZero();
+    result.rr.row(k).setZero();
   }
   return result;
 }

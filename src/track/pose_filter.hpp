@@ -8,11 +8,11 @@
 
 namespace procam::track::internal {
 
-/// How the twist changes. Without `fade` the acceleration is zero and the twist walks at random.
+/// How the twist changes. A component without `surge` has no acceleration, and its twist walks at random.
 struct MotionModel {
   Vec6 walk = Vec6::Zero();   ///< variance that the twist gains a second: (rad/s)^2/s, (m/s)^2/s
   Vec6 surge = Vec6::Zero();  ///< variance of the acceleration: (rad/s^2)^2, (m/s^2)^2
-  double fade = 0;            ///< seconds after which an acceleration has faded to 1/e
+  double fade = 1;            ///< seconds after which an acceleration has faded to 1/e
 };
 
 struct MotionState {
@@ -29,9 +29,9 @@ MotionState start_motion(const Pose& measured, const Mat6& noise, const Vec6& tw
 /// `seconds` later; not negative.
 MotionState advanced(const MotionState& state, double seconds, const MotionModel& model);
 
-/// One state for several, weighted; the scatter between them is added to the covariance. For a model without
-/// acceleration the rate is forgotten; of a part that has none (its covariance is zero) the rate is unknown
-/// within model.surge.
+/// One state for several, weighted; the scatter between them is added to the covariance. Of components that
+/// accelerate in no way in `model` the rate is forgotten; of a part in which they do not (their variance is
+/// zero) the rate is unknown within model.surge.
 MotionState mixed(const MotionState* states, const double* weights, int count, const MotionModel& model);
 
 /// xi = log(T^^-1 T_measured) and how surprising it is.

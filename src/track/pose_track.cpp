@@ -16,7 +16,7 @@ namespace {
 using internal::MotionModel;
 using internal::MotionState;
 
-constexpr int kMostModels = 3;
+constexpr int kMostModels = 9;
 constexpr std::size_t kKept = 128;  ///< messages: 0.6 s at 200 Hz
 constexpr std::size_t kSeen = 128;  ///< stamps in which duplicates are looked for
 constexpr double kLatest = 1;       ///< seconds behind the newest message: older ones say nothing of now
@@ -27,46 +27,56 @@ constexpr double kGate = 50;
 constexpr double kNearPosition = 0.03, kNearRotation = 0.03;
 
 /// Seconds for which a way of moving lasts, on average.
-constexpr double kModelLasts = 1;
+constexpr double kModelLasts = 3;
 
 /// Third differences until the scatter is believed, and over how many it is averaged.
 constexpr int kScatterFrom = 20, kScatterOver = 100;
 
-/// The bank of models for a choice. The twist of a robot that drives steadily walks slowly, of one that
-/// brakes or turns quickly; accelerations of wheels and of people's pushes last some tenths of a second.
+/// The bank of models for a choice. Turning and moving each have their own way of changing, and every pair of
+/// ways is a model: a robot that brakes on a straight line turns as steadily as before, and noise of its
+/// rotation, which is what moves the light most, stays filtered.
 struct Bank {
   std::array<MotionModel, kMostModels> models;
   int count = 0;
+  int side = 1;  ///< ways of moving; the model of turning i and moving k is i * side + k
 };
 Bank bank_of(const TrackOptions& options) {
-  Vec6 acceleration;
-  acceleration << Vec3::Constant(options.turn_acceleration), Vec3::Constant(options.acceleration);
-  const Vec6 variance = acceleration.cwiseAbs2();
-  // An acceleration of variance s^2 that lasts for tau is a walk of the twist by 2 s^2 tau a second.
-  const double lasts = 0.4;
-  const MotionModel steady{variance * (2 * lasts) / 1000, Vec6::Zero(), 0};
-  const MotionModel agile{variance * (2 * lasts), Vec6::Zero(), 0};
-  const MotionModel accelerated{Vec6::Zero(), variance, lasts};
-  Bank bank;
+  /// Shares of the square of what the robot can do.
+  struct Way {
+    double walk, surge;
+  };
+  // The twist of what drives steadily (or stands) walks slowly; accelerations of wheels and of people's
+  // pushes last some tenths of a second; what stops at a wall or jumps off walks by all it can.
+  constexpr Way steady{1e-4, 0}, accelerated{0, 0.15}, sudden{1, 0}, able{0, 1};
+  constexpr double kLasts = 0.4;  // seconds, of an acceleration
+  std::vector<Way> ways;
   switch (options.prediction) {
     case Prediction::kAuto:
-      bank.models = {steady, agile, accelerated};
-      bank.count = 3;
+      ways = {steady, accelerated, sudden};
       break;
     case Prediction::kConstantTwist:
-      bank.models[0] = steady;
-      bank.models[1] = agile;
-      bank.count = 2;
+      ways = {steady, sudden};
       break;
     case Prediction::kConstantAcceleration:
-      bank.models[0] = accelerated;
-      bank.count = 1;
+      ways = {able};
       break;
     case Prediction::kNone:
-      bank.models[0] = agile;
-      bank.count = 1;
+      ways = {sudden};
       break;
   }
+  const double turn2 = options.turn_acceleration * options.turn_acceleration;
+  const double move2 = options.acceleration * options.acceleration;
+  Bank bank;
+  bank.side = int(ways.size());
+  for (const Way& turning : ways)
+    for (const Way& moving : ways) {
+      MotionModel& model = bank.models[std::size_t(bank.count++)];
+      // An acceleration of variance s^2 that lasts for tau is a walk of the twist by 2 s^2 tau a second.
+      model.walk << Vec3::Constant(turning.walk * turn2 * 2 * kLasts),
+          Vec3::Constant(moving.walk * move2 * 2 * kLasts);
+      model.surge << Vec3::Constant(turning.surge * turn2), Vec3::Constant(moving.surge * move2);
+      model.fade = kLasts;
+    }
   return bank;
 }
 
@@ -377,13 +387,18 @@ Kept PoseTrack::Impl::next(const Kept& before, const Measured& m) const {
   const double h = m.time - before.measured.time;
   const auto count = std::size_t(bank.count);
   const double stays = std::exp(-h / kModelLasts);
-  const double leaves = bank.count > 1 ? (1 - stays) / (bank.count - 1) : 0;
+  const double leaves = bank.side > 1 ? (1 - stays) / (bank.side - 1) : 0;
+  const auto side = std::size_t(bank.side);
+  // Turning and moving change their ways each by itself.
+  const auto passes = [&](std::size_t i, std::size_t j) {
+    return (i / side == j / side ? stays : leaves) * (i % side == j % side ? stays : leaves);
+  };
   double best = -1e300;
   for (std::size_t j = 0; j < count; ++j) {
     std::array<double, kMostModels> from = {};
     double sum = 0;
     for (std::size_t i = 0; i < count; ++i)
-      sum += from[i] = before.weights[i] * (bank.count == 1 ? 1 : i == j ? stays : leaves);
+      sum += from[i] = before.weights[i] * (bank.count == 1 ? 1 : passes(i, j));
     for (std::size_t i = 0; i < count; ++i) from[i] /= sum;
     MotionState state = bank.count == 1
                             ? before.states[0]

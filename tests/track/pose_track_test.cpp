@@ -48,6 +48,17 @@ Drive arc() {
 Drive from_rest_to_rest() {
   return Drive(test::lopsided_pose(), std::vector<Leg>(10, Leg{driving(60, 1), 3, true}), 100);
 }
+/// To and fro along a wall by 0.6 m in 2.5 s without turning: rotation that is only noise has to stay
+/// filtered.
+Drive along_the_wall() {
+  std::vector<Leg> legs;
+  for (int i = 0; i < 10; ++i)
+    legs.push_back({(Vec6() << 0, 0, 0, 0, i % 2 ? -0.6 : 0.6, 0).finished(), 2.5, true});
+  return Drive(test::lopsided_pose(), legs, 100);
+}
+Drive standing() {
+  return Drive(test::lopsided_pose(), {simulate::constant_twist(Vec6::Zero(), 25)}, 100);
+}
 /// 0.5 m/s and 30 degrees/s at once, and to rest at once: what no robot does and no filter foresees.
 Drive stop_and_go() {
   std::vector<Leg> legs;
@@ -144,6 +155,7 @@ struct DriveCase {
   const char* name;
   Drive (*drive)();
   Noise noise;
+  double without_mm;  ///< at least, by the newest pose: so much there is to mend
   double times_smaller;
   double covered;  ///< at least: stated with 95 %
 };
@@ -158,23 +170,27 @@ TEST_P(LightOnTheWall, StaysWhereItBelongsByPrediction) {
   std::printf("| %s | %.0f mm, %.1f deg | %.0f mm | %.1f mm | %.1fx | %.0f mm | %.0f mm | %.1f %%, %.2f |\n",
               c.name, 1e3 * c.noise.position, c.noise.rotation_deg, without.rms_mm, with.rms_mm,
               without.rms_mm / with.rms_mm, without.p95_mm, with.p95_mm, 100 * with.covered, with.squared);
-  // 100 ms of 0.5 m/s and of 30 degrees/s at 2 m, and the wait for the next message.
-  EXPECT_GT(without.rms_mm, 80);
+  EXPECT_GT(without.rms_mm, c.without_mm);
   EXPECT_GT(without.rms_mm, c.times_smaller * with.rms_mm);
   EXPECT_GE(with.covered, c.covered);
 }
 // Messages and seeds are fixed; over other seeds the rms moves by some 3 %, and each bound leaves 8 %.
 INSTANTIATE_TEST_SUITE_P(
     Drives, LightOnTheWall,
-    ::testing::Values(DriveCase{"arc", arc, {0.002, 0.1}, 15, 0.95},
-                      DriveCase{"arc", arc, {0.005, 0.2}, 7, 0.95},
-                      DriveCase{"arc", arc, {0.010, 0.5}, 6, 0.95},
-                      DriveCase{"arc", arc, {0.020, 1}, 4, 0.95},
-                      DriveCase{"rest to rest", from_rest_to_rest, {0.002, 0.1}, 5, 0.92},
-                      DriveCase{"rest to rest", from_rest_to_rest, {0.005, 0.2}, 3.5, 0.92},
-                      DriveCase{"rest to rest", from_rest_to_rest, {0.010, 0.5}, 2.2, 0.92},
-                      DriveCase{"stop and go", stop_and_go, {0.002, 0.1}, 2, 0.85},
-                      DriveCase{"stop and go", stop_and_go, {0.005, 0.2}, 2, 0.85}));
+    // 80 mm: 100 ms of 0.5 m/s and of 30 degrees/s at 2 m, and the wait for the next message.
+    ::testing::Values(DriveCase{"arc", arc, {0.002, 0.1}, 80, 29, 0.95},
+                      DriveCase{"arc", arc, {0.005, 0.2}, 80, 17.4, 0.95},
+                      DriveCase{"arc", arc, {0.010, 0.5}, 80, 8.8, 0.95},
+                      DriveCase{"arc", arc, {0.020, 1}, 80, 5.3, 0.95},
+                      DriveCase{"rest to rest", from_rest_to_rest, {0.002, 0.1}, 80, 6.7, 0.92},
+                      DriveCase{"rest to rest", from_rest_to_rest, {0.005, 0.2}, 80, 4.4, 0.92},
+                      DriveCase{"rest to rest", from_rest_to_rest, {0.010, 0.5}, 80, 2.6, 0.92},
+                      DriveCase{"along the wall", along_the_wall, {0.002, 0.1}, 30, 4.3, 0.9},
+                      DriveCase{"along the wall", along_the_wall, {0.005, 0.2}, 30, 2.6, 0.9},
+                      DriveCase{"along the wall", along_the_wall, {0.010, 0.5}, 30, 1.9, 0.9},
+                      DriveCase{"standing", standing, {0.005, 0.2}, 10, 1.75, 0.9},
+                      DriveCase{"stop and go", stop_and_go, {0.002, 0.1}, 80, 2.9, 0.85},
+                      DriveCase{"stop and go", stop_and_go, {0.005, 0.2}, 80, 2.3, 0.85}));
 
 TEST(PoseTrack, AGyroHelpsWhereTheRobotTurnsAtOnce) {
   const Outcome without = drive_along(stop_and_go(), {0.005, 0.5}, Prediction::kAuto);

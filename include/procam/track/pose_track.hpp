@@ -12,9 +12,10 @@
 /// tracking filter performance for manned maneuvering targets", IEEE AES 6(4), 1970). The estimate is an
 /// error-state Kalman filter on SE(3) (Barfoot, "State Estimation for Robotics", 2017, chapter 8; J. Sola,
 /// "Quaternion kinematics for the error-state Kalman filter", 2017) with the errors of T on the right. A
-/// message's twist and gyro rate are measurements of v. Several such filters (a steady twist, an agile one,
-/// an acceleration) run side by side as interacting multiple models (H. Blom, Y. Bar-Shalom, "The interacting
-/// multiple model algorithm for systems with Markovian switching coefficients", IEEE TAC 33(8), 1988).
+/// message's twist and gyro rate are measurements of v. Nine such filters (turning and moving each steady,
+/// accelerating or sudden) run side by side as interacting multiple models (H. Blom, Y. Bar-Shalom, "The
+/// interacting multiple model algorithm for systems with Markovian switching coefficients", IEEE TAC 33(8),
+/// 1988).
 ///
 /// How much the messages scatter is measured from their third differences, so that a localiser that states
 /// too much (AMCL: where the map may be wrong, not what differs from message to message) or nothing is

@@ -210,7 +210,10 @@ void write_unreal(const View& view, ImageSize render, SettingsText& text) {
            "actor.set_actor_rotation(unreal.Rotator(roll=@, pitch=@, yaw=@), False)");
 }
 
-void write_godot(const View& view, ImageSize render, SettingsText& text) {
+/// Godot 3 refuses a smaller size (scene/3d/camera.cpp, Camera::set_size) and looks elsewhere.
+constexpr double kLeastGodot3Size = 0.1;
+
+void write_godot(const View& view, ImageSize render, SettingsText& text, Diagnostics& diagnostics) {
   const double size = view.clip.near * view.size.height / view.k.fy;
   text.line(
       "# Godot 4 (GDScript, Camera3D; Godot 3: Camera, and Transform for Transform3D). World: x right,");
@@ -219,6 +222,14 @@ void write_godot(const View& view, ImageSize render, SettingsText& text) {
   text.line(
       "# near plane, frustum_offset in the near plane: positive moves the picture's area right and upwards.");
   text.line("# Render in a viewport of " + size_text(render) + " pixels.");
+  if (size < kLeastGodot3Size) {
+    char centimetres[16];
+    std::snprintf(centimetres, sizeof centimetres, "%.0fcm",
+                  std::ceil(100 * view.clip.near * kLeastGodot3Size / size));
+    const std::string advice = std::string("Godot 3 takes no size below 0.1 m: there, --near ") + centimetres;
+    diagnostics.note("godot_3_size", advice);
+    text.line("# " + advice + ".");
+  }
   text.line("camera.projection = Camera3D.PROJECTION_FRUSTUM");
   text.line("camera.keep_aspect = Camera3D.KEEP_HEIGHT");
   text.set("near", {view.clip.near}, "camera.near = @");
@@ -353,7 +364,7 @@ CameraSettings camera_settings(CameraProgram program, const RigProjector& projec
       write_unreal(view, settings.render_size, text);
       break;
     case CameraProgram::kGodot:
-      write_godot(view, settings.render_size, text);
+      write_godot(view, settings.render_size, text, settings.diagnostics);
       break;
     case CameraProgram::kBlender:
       write_blender(view, text);

@@ -257,6 +257,17 @@ TEST(CameraSettings, DrawsTheProjectorsSizeWherePixelsAreSquareOrMayBeOblong) {
   EXPECT_TRUE(oblong.diagnostics.find("render_size"));
 }
 
+// Its camera keeps the size it had, and looks elsewhere.
+TEST(CameraSettings, SaysWhatGodot3WillNotTake) {
+  const auto settings_with = [](double near) {
+    return camera_settings(CameraProgram::kGodot, shifted_projector(), Pose(), WorldUp::kZ, {near, 100});
+  };
+  const CameraSettings near = settings_with(0.1);
+  ASSERT_TRUE(near.diagnostics.find("godot_3_size"));
+  EXPECT_TRUE(test::contains(near.text, "--near 25cm")) << near.text;  // 0.1 m * 1846.2 / 768 = 0.2404 m
+  EXPECT_FALSE(settings_with(0.25).diagnostics.find("godot_3_size"));
+}
+
 // The same room with another axis upwards gives the same picture.
 TEST(CameraSettings, WorldUpTurnsTheRoomUpright) {
   const Vec3 ahead_left_up(3, 1, 0.5);  // ROS: x forward, y left, z up

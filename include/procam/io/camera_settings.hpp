@@ -34,7 +34,7 @@ struct CameraSettings {
   std::string text;
   std::map<std::string, std::vector<double>> values;  ///< the numbers of the text, by their name there
   ImageSize render_size;                              ///< the picture to draw, at least the projector's
-  Diagnostics diagnostics;  ///< warnings "skew_lost", "distortion_lost", note "render_size"
+  Diagnostics diagnostics;  ///< warnings "skew_lost", "distortion_lost", notes "render_size", "godot_3_size"
 };
 
 /// Throws std::invalid_argument for clip planes that are not 0 < near < far < infinity.

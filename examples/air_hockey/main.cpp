@@ -17,6 +17,7 @@
 #include <thread>
 
 #include "game.hpp"
+#include "procam/io/depth_file.hpp"
 #include "procam/io/images.hpp"
 #include "procam/io/pose_file.hpp"
 #include "procam/io/rig_file.hpp"
@@ -30,6 +31,7 @@ using namespace procam;
 constexpr char kUsage[] =
     R"(air_hockey [--players bots|people|keys|log:FILE|replay:FILE|udp:PORT|...] [--missing pause|bot]
            [--sensor FILE|table] [--sensor-delay MS] [--delay MS] [--rig FILE] [--surfaces FILE]
+           [--depth FILE.png --depth-camera NAME]
            [--sink video:FILE|frames:FOLDER|window:N|shm:NAME|none] [--content NAME]
            [--seconds 20] [--fps 60] [--seed 1] [--record FILE] [--filter area|bilinear] [--snapshot FILE.png]
   --players   bots; people: bots seen by a simulated skeleton tracker; keys: W A S D and the arrows, in a window;
@@ -41,6 +43,8 @@ constexpr char kUsage[] =
   --sensor-delay, --delay  from a moment to its skeleton's arrival; from a frame's begin to its light
   --surfaces  planar surfaces: "table", perhaps "scoreboard". What else lies on the table's plane or meets it, and
               holes in the table's shape, reflect the puck
+  --depth     16-bit picture in millimetres of the table with nobody before it, by the rig's camera --depth-camera:
+              what protrudes reflects the puck
   --content   not the projector's frame but the contents, for project-live: shared memory NAME_table and
               NAME_scoreboard
   --seconds   0: until somebody has won or the window is closed
@@ -59,7 +63,8 @@ Options parse(int argc, char** argv) {
                      {"snapshot", ""},    {"sensor", ""},
                      {"delay", "0"},      {"sensor-delay", "50"},
                      {"content", ""},     {"missing", "pause"},
-                     {"record", ""}};
+                     {"record", ""},      {"depth", ""},
+                     {"depth-camera", ""}};
   for (int i = 1; i < argc; i += 2) {
     const std::string name = argv[i];
     if (name.rfind("--", 0) != 0 || options.count(name.substr(2)) == 0 || i + 1 == argc)
@@ -140,8 +145,20 @@ std::unique_ptr<device::FrameSink> open_sink(const Options& options, ImageSize s
 
 int play(const Options& options) {
   const Rig rig = options.at("rig").empty() ? hockey::example_rig() : io::load_rig(options.at("rig"));
-  const hockey::Wall wall = hockey::read_wall(
+  hockey::Wall wall = hockey::read_wall(
       options.at("surfaces").empty() ? hockey::example_wall() : io::load_surfaces(options.at("surfaces")));
+  if (!options.at("depth").empty()) {
+    const Image<std::uint16_t> seen = io::load_depth(options.at("depth"));
+    const RigCamera& camera = rig.camera(options.at("depth-camera"));
+    if (seen.size() != camera.camera.size)
+      throw Error(ErrorKind::kInput, options.at("depth"), "it has not the size of the rig's camera",
+                  "name the camera that took it with --depth-camera");
+    const std::vector<hockey::Segment> found =
+        hockey::obstacles_in(depth::DepthImage(seen.view(), 0.001), camera.camera,
+                             camera.rig_from_camera.inverse() * wall.world_from_table, wall.table);
+    wall.table.obstacles.insert(wall.table.obstacles.end(), found.begin(), found.end());
+    std::printf("depth: %zu edges of obstacles\n", found.size());
+  }
   const double fps = number(options, "fps", 1, 500), seconds = number(options, "seconds", 0, 1e6);
   const double delay = 1e-3 * number(options, "delay", 0, 1000);
   hockey::GameOptions game_options;

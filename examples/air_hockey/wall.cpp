@@ -1,6 +1,7 @@
 #include "wall.hpp"
 
 #include "procam/core/se3.hpp"
+#include "procam/depth/areas.hpp"
 #include "procam/surface/solve.hpp"
 
 namespace hockey {
@@ -76,6 +77,39 @@ SurfaceSet example_wall() {
            rectangle("scoreboard", world_from_wall, {0.6, -0.26}, {1.2, -0.1}),
            rectangle("picture frame", world_from_wall, {0.84, 0.14}, {0.99, 0.24}),
            rectangle("switch", world_from_wall, {0.86, 0.8}, {0.94, 0.88})}};
+}
+
+std::vector<Segment> obstacles_in(const depth::DepthImage& image, const Camera& camera,
+                                  const Pose& camera_from_table, const Table& table) {
+  require(image.size() == camera.size, "obstacles_in: the depth image has not the camera's size");
+  constexpr double kCell = 0.01, kLowest = 0.025, kHighest = 0.3, kLeastPart = 4e-4;
+  const Pose table_from_camera = camera_from_table.inverse();
+  depth::PlaneRaster raster;
+  raster.cell = kCell;
+  // A border of free cells around, so that what hangs over the edge has an outline as well.
+  raster.low = Vec2(-2 * kCell, -2 * kCell);
+  raster.free = ImageU8(int(table.length / kCell) + 4, int(table.width / kCell) + 4);
+  // Readings are farther apart than cells where the camera is coarse: each fills what it spans.
+  const double per_metre = 0.5 / std::min(camera.intrinsics.fx, camera.intrinsics.fy);
+  for (int y = 0; y < camera.size.height; ++y)
+    for (int x = 0; x < camera.size.width; ++x) {
+      const float z = image.at(x, y);
+      const auto bearing = z > 0 ? camera.unproject(Vec2(x, y)) : std::nullopt;
+      if (!bearing || !(bearing->z() > 0.05)) continue;
+      const Vec3 p = table_from_camera * Vec3(z / bearing->z() * *bearing);
+      if (!(-p.z() > kLowest && -p.z() < kHighest)) continue;
+      const double reach = std::max(0.5 * kCell, per_metre * z);
+      const auto cell = [&](double at, double low) { return int(std::floor((at - low) / kCell)); };
+      for (int j = cell(p.y() - reach, raster.low.y()); j <= cell(p.y() + reach, raster.low.y()); ++j)
+        for (int i = cell(p.x() - reach, raster.low.x()); i <= cell(p.x() + reach, raster.low.x()); ++i)
+          if (i > 0 && j > 0 && i + 1 < raster.free.width() && j + 1 < raster.free.height())
+            raster.free.at(i, j) = 1;
+    }
+  std::vector<Segment> segments;
+  for (const depth::PlaneOutline& part : depth::outlines_of(raster, kLeastPart))
+    for (std::size_t i = 0; i < part.outer.size(); ++i)
+      segments.push_back({part.outer[i], part.outer[(i + 1) % part.outer.size()]});
+  return segments;
 }
 
 Wall read_wall(const SurfaceSet& set) {

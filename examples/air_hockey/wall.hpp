@@ -4,6 +4,7 @@
 #include "procam/core/pose.hpp"
 #include "procam/core/rig.hpp"
 #include "procam/core/surface.hpp"
+#include "procam/depth/depth_image.hpp"
 
 namespace hockey {
 
@@ -19,6 +20,13 @@ struct Wall {
 /// - walls that meet it: edges of other planes within 5 cm of it, and the lines where they cross it.
 /// Throws procam::Error for surfaces without a planar table.
 Wall read_wall(const procam::SurfaceSet& set);
+
+/// What protrudes from the table, by one look at it with a depth camera, nobody before it: outlines of
+/// whatever stands 2.5 to 30 cm out, by the foot of the perpendicular, 1 cm fine. Smaller than 4 cm^2 is
+/// noise. Nothing is known where the camera does not see the table. `camera_from_table` is exact to about a
+/// centimetre.
+std::vector<Segment> obstacles_in(const procam::depth::DepthImage& image, const procam::Camera& camera,
+                                  const procam::Pose& camera_from_table, const Table& table);
 
 /// An office projector with a bent lens and its lens shift.
 procam::Rig example_rig();

@@ -84,7 +84,8 @@ int run(const Options& options) {
       source->poll(arrived);
       for (const track::SkeletonFrame& seen : arrived) room.add(seen);
     }
-    room.draw(time, frame.view());
+    room.advance(time);
+    room.draw(frame.view());
     trespasses += room.is_forbidden() && !was_forbidden ? 1 : 0;
     was_forbidden = room.is_forbidden();
     sink->show_next(frame);

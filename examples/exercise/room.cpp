@@ -85,7 +85,7 @@ void Room::add(const track::SkeletonFrame& frame) {
   people_.add(frame);
 }
 
-void Room::draw(double time, Picture frame) {
+void Room::advance(double time) {
   time_ = time;
   const std::vector<track::TrackedPerson> people = people_.at(time);
   feedback_.angle = people.empty() ? std::nullopt : track::abduction_angle(people[0].skeleton, options_.side);
@@ -94,7 +94,10 @@ void Room::draw(double time, Picture frame) {
   feedback_.best = counter_.best();
   feedback_.since_reached = time - reached_;
   trespasser_ = track::trespass(people, room_from_zone(options_.side).inverse(), kZone, options_.zone_height);
-  projection_->draw(time, time, frame);
+}
+
+void Room::draw(Picture frame) {
+  projection_->draw(time_, time_, frame);
 }
 
 }  // namespace exercise

@@ -21,8 +21,10 @@ class Room {
   explicit Room(const RoomOptions& options);
 
   void add(const procam::track::SkeletonFrame& frame);
-  /// The frame of the projector for a moment of the skeletons' clock.
-  void draw(double time, Picture frame);
+  /// To a moment of the skeletons' clock.
+  void advance(double time);
+  /// The frame of the projector for that moment.
+  void draw(Picture frame);
 
   procam::ImageSize frame_size() const;
   const Feedback& feedback() const { return feedback_; }

@@ -232,5 +232,85 @@ TEST_F(HockeyRoute, TheHandMovesThePaddleWhileTheRobotDrives) {
   EXPECT_LT(median, 0.04);
 }
 
+/// What strangers send to the port: nobody is believed to be away because of it.
+TEST_F(HockeyRoute, BadSkeletonsLeaveAPictureThatIsSafe) {
+  const std::string skeletons = free_udp_port(), name = "procam_bad_" + std::to_string(getpid());
+  io::save_pose(at("pose.json"), {"world", "rig", {world_from_base(0), Mat6::Zero()}});
+  Running show(
+      "project-live",
+      "--rig " + at("rig.json") + " --surfaces " + at("wall.json") + " --content table=#ffffff --pose " +
+          at("pose.json") + " --people udp:127.0.0.1:" + skeletons + " --sensor " + at("sensor.json") +
+          " --people-to table=udp:127.0.0.1:9 --fps 30 --control off --json --duration 5s --output shm:" +
+          name,
+      at("bad.json"));
+  UdpSocket sender(skeletons);
+  std::mt19937 random(5);
+  const auto head_at = [](const std::string& joint) {
+    return "{\"people\":[{\"joints\":{\"head\":" + joint + "}}]}\n";
+  };
+  std::string crowd = "{\"people\":[";
+  for (int i = 0; i < 500; ++i) crowd += std::string(i ? "," : "") + "{\"joints\":{\"head\":[0,0,2]}}";
+  crowd += "]}\n";
+  const std::vector<std::string> nonsense = {head_at("[NaN,0,2]"),    head_at("[1e30,0,2]"),
+                                             head_at("[1e999,0,2]"),  head_at("[0,0]"),
+                                             head_at("\"here\""),     crowd,
+                                             std::string(60000, '['), "\xff\xfe\0\1",
+                                             "{\"people\":{}}\n",     std::string()};
+  std::unique_ptr<device::SharedFrameReader> reader;
+  const double begin = now_s();
+  double lit_bad = 0, dark_good = 0, frames_bad = 0, frames_good = 0, lit_heads = 0;
+  std::uint64_t last = 0;
+  double next = 0;
+  while (show.is_running() && now_s() - begin < 20) {
+    if (!reader) {
+      try {
+        reader = std::make_unique<device::SharedFrameReader>(name);
+        next = now_s();
+      } catch (const Error&) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(5));
+        continue;
+      }
+    }
+    const double since = now_s() - next;
+    for (int i = 0; i < 5; ++i) sender.send(nonsense[random() % nonsense.size()]);
+    const bool is_good = since > 2;
+    if (is_good) {
+      track::SkeletonFrame frame = seen(0, random);
+      frame.stamp.reset();
+      // Now and then the head leaps through the room.
+      if (random() % 9 == 0) frame.people[0][Joint::kHead]->position = Vec3(-2, 1, 4);
+      sender.send(track::to_json_line(frame));
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    const auto picture = reader->newest(last);
+    if (!picture) continue;
+    last = picture->number;
+    const int values = 800 * 500 * 3;
+    const bool is_lit = *std::max_element(picture->image.data(), picture->image.data() + values) > 0;
+    if (!is_good && since < 1.9) ++frames_bad, lit_bad += is_lit;
+    if (since < 2.6) continue;
+    ++frames_good;
+    dark_good += !is_lit;
+    const auto head = lamp_.projector.inverse_camera.project(world_from_projector(0).inverse() *
+                                                             (world_from_table_ * head_on_table_));
+    lit_heads += picture->image.at(int(head->x()), int(head->y()), 1) > 0;
+  }
+  ASSERT_EQ(show.wait(), 0) << slurp(at("bad.json.err"));
+  const auto told = nlohmann::json::parse(slurp(at("bad.json")));
+  EXPECT_GT(told["people"]["malformed"].get<double>(), 200);
+  EXPECT_GT(told["people"]["teleports"].get<double>(), 0);
+  EXPECT_GT(told["people"]["frames"].get<double>(), 20);
+  EXPECT_GT(frames_bad, 10);
+  EXPECT_EQ(lit_bad, 0) << "nonsense is no news of people";
+  EXPECT_GT(frames_good, 10);
+  EXPECT_LT(dark_good, 0.2 * frames_good) << "and does not drown what is told";
+  EXPECT_EQ(lit_heads, 0);
+  EXPECT_EQ(run_tool("project-live", "--rig " + at("rig.json") + " --surfaces " + at("wall.json") +
+                                         " --output none --control off --people udp:127.0.0.1:0")
+                .exit_code,
+            3)
+      << "without --sensor";
+}
+
 }  // namespace
 }  // namespace procam::test

@@ -6,6 +6,7 @@
 
 #include "common/cli.hpp"
 #include "common/content_names.hpp"
+#include "common/people_flags.hpp"
 #include "common/room_frames.hpp"
 #include "procam/detect/marker_edges.hpp"
 #include "procam/device/content_source.hpp"
@@ -47,6 +48,7 @@ struct Flags {
   std::string renderer = "cpu";
   int threads = 0;
   bool bilinear = false, encoded = false;
+  PeopleFlags people;
 };
 
 void declare(CLI::App& app, Flags& flags) {
@@ -58,10 +60,10 @@ void declare(CLI::App& app, Flags& flags) {
   app.add_option("--projector", flags.projector, "its name, for a rig with several");
   app.add_option("--surfaces", flags.surfaces,
                  "surface definitions, .json or .xml: read again whenever the file changes");
-  app.add_option(
-      "--content", flags.contents,
-      "SURFACE=WHAT: a picture, a folder or pattern of pictures, a video, camera:0, #rrggbb; else the "
-      "surface file's own");
+  app.add_option("--content", flags.contents,
+                 "SURFACE=WHAT: a picture, a folder or pattern of pictures, a video, camera:0, shm:NAME, "
+                 "#rrggbb; else the "
+                 "surface file's own");
   app.add_option("--pose-source", flags.sources,
                  "where poses come from: udp:9000, tcp:HOST:PORT, tcp-listen:PORT, osc:PORT, psn:PORT, "
                  "rosbridge:HOST:PORT, log:FILE");
@@ -108,6 +110,7 @@ void declare(CLI::App& app, Flags& flags) {
       app, "--freeze-on-stale",
       [&](const std::string& text) { flags.freeze_on_stale = io::parse_duration(text); },
       "drawn from where the robot was when no pose has come for so long (default: 500ms)");
+  declare(app, flags.people);
   app.add_option("--record", flags.record, "write the run to this log, for --replay");
   app.add_option("--replay", flags.replay, "show a recorded run again, frame by frame, and compare");
   app.add_option("--control", flags.control, "[ADDRESS:]PORT of the control page, or off")
@@ -403,6 +406,17 @@ ExitCode show(const Flags& flags, Console& console) {
   if (drawing.by != "cpu") console.say("drawn by " + drawing.by);
   live::ProjectionOptions options = projection_options(flags, rig, drawing);
   const std::string recorded_conditions = conditions(flags, options, drawing);
+  std::unique_ptr<ShowPeople> people;
+  if (!flags.people.source.empty()) {
+    if (!flags.record.empty())
+      throw Error(ErrorKind::kInput, "--record", "a run with --people cannot be shown again bit for bit",
+                  "leave one of them out");
+    people = std::make_unique<ShowPeople>(flags.people, rig, rig.projector(flags.projector),
+                                          [&](const std::string& sentence) { console.log(sentence); });
+    options.over = [&](const live::Projection& through, double light_time, ImageView<std::uint8_t> frame) {
+      people->over(through, light_time, frame);
+    };
+  }
   live::Projection projection(rig, std::move(options));
   const fs::path folder = fs::absolute(flags.surfaces).parent_path();
 
@@ -484,16 +498,19 @@ ExitCode show(const Flags& flags, Console& console) {
   live::Metrics so_far;
   parts.tick = [&](const live::Metrics& metrics) {
     so_far = metrics;
+    if (people) people->take(projection);
     if (metrics.frames % 16 == 0) console.progress("frame", int(metrics.frames), 0);
   };
   try {
     so_far = live::run_loop(parts, loop);
   } catch (...) {  // Ctrl-C, a pipe that broke: what was measured is told, and a video is kept, all the same
     tell(so_far, projection, console);
+    if (people) people->tell(console);
     sink->finish();
     throw;
   }
   tell(so_far, projection, console);
+  if (people) people->tell(console);
   sink->finish();
   return ExitCode::kOk;
 }

@@ -53,9 +53,14 @@ void centred(cv::Mat& image, const std::string& text, cv::Point2d middle, double
 
 }  // namespace
 
-TableArtist::TableArtist(const Table& table, procam::ImageSize size) : felt_(size, 3) {
+procam::ImageSize table_size(const Table& table, double pixels_per_metre) {
+  return {int(std::lround(table.length * pixels_per_metre)),
+          int(std::lround(table.width * pixels_per_metre))};
+}
+
+TableArtist::TableArtist(const Table& table, procam::ImageSize size) : bare_(size, 3), felt_(size, 3) {
   const Scale scale = scale_of(table, size.width, size.height);
-  cv::Mat felt = as_mat(felt_.view());
+  cv::Mat felt = as_mat(bare_.view());
   for (int y = 0; y < felt.rows; ++y)
     for (int x = 0; x < felt.cols; ++x) {
       const double u = 2.0 * x / felt.cols - 1, v = 2.0 * y / felt.rows - 1;
@@ -95,11 +100,37 @@ TableArtist::TableArtist(const Table& table, procam::ImageSize size) : felt_(siz
            cv::LINE_8, kShift);
 }
 
+void TableArtist::draw_felt(const Match& match) {
+  cv::Mat felt = as_mat(felt_.view());
+  as_mat(bare_.view()).copyTo(felt);
+  for (int side = 0; side < 2; ++side)
+    centred(felt, std::to_string(match.score(side)), {(0.25 + 0.5 * side) * felt.cols, 0.5 * felt.rows},
+            0.3 * felt.rows, 0.22 * (side == 0 ? kLeft : kRight));
+  score_ = {match.score(0), match.score(1)};
+}
+
 void TableArtist::draw(const Match& match, Picture picture) {
   const Table& table = match.table();
   const Scale scale = scale_of(table, picture.width, picture.height);
   cv::Mat image = as_mat(picture);
-  as_mat(felt_.view()).copyTo(image);
+  const cv::Mat felt = as_mat(felt_.view());
+  if (score_[0] != match.score(0) || score_[1] != match.score(1) || picture_ != picture.data) {
+    draw_felt(match);
+    touched_ = {{0, 0, image.cols, image.rows}};
+    picture_ = picture.data;
+  }
+  for (const auto& [x, y, width, height] : touched_) {
+    const cv::Rect part(x, y, width, height);
+    felt(part).copyTo(image(part));
+  }
+  touched_.clear();
+  const auto touch = [&](const Vec2& centre, double r) {
+    const int x = int((centre.x() - r) * scale.x) - 3, y = int((centre.y() - r) * scale.y) - 3;
+    const cv::Rect part = cv::Rect(x, y, int(2 * r * scale.x) + 8, int(2 * r * scale.y) + 8) &
+                          cv::Rect(0, 0, image.cols, image.rows);
+    if (!part.empty()) touched_.push_back({part.x, part.y, part.width, part.height});
+  };
+
   // A time that has gone back, or a serve, begins a new trail.
   const bool is_new = drawn_ < 0 || (trail_[0] - match.puck()).norm() > 0.3;
   if (is_new) trail_.fill(match.puck());
@@ -107,31 +138,33 @@ void TableArtist::draw(const Match& match, Picture picture) {
   trail_[0] = match.puck();
   drawn_ = match.time();
 
-  centred(image, std::to_string(match.score(0)), {0.25 * image.cols, 0.5 * image.rows}, 0.3 * image.rows,
-          0.22 * kLeft);
-  centred(image, std::to_string(match.score(1)), {0.75 * image.cols, 0.5 * image.rows}, 0.3 * image.rows,
-          0.22 * kRight);
-
   for (std::size_t i = trail_.size(); i-- > 1;) {
     const double fresh = 1 - double(i) / double(trail_.size());
     cv::line(image, scale.at(trail_[i]), scale.at(trail_[i - 1]),
              cv::Scalar(40, 70, 120) * (0.25 + 0.75 * fresh),
              scale.thickness(2 * table.puck * (0.2 + 0.7 * fresh)), cv::LINE_AA, kShift);
+    touch((trail_[i] + trail_[i - 1]) / 2, (trail_[i] - trail_[i - 1]).norm() / 2 + table.puck);
   }
-  const Touch& touch = match.last_touch();
-  const double since = match.time() - touch.time;
-  if (touch.time >= 0 && since < 0.25)
-    disc(image, scale, touch.point, 0.02 + 0.35 * since, (1 - 4 * since) * cv::Scalar(255, 240, 170),
+  const Touch& blow = match.last_touch();
+  const double since = match.time() - blow.time;
+  if (blow.time >= 0 && since < 0.25) {
+    disc(image, scale, blow.point, 0.02 + 0.35 * since, (1 - 4 * since) * cv::Scalar(255, 240, 170),
          scale.thickness(0.006));
+    touch(blow.point, 0.03 + 0.35 * since);
+  }
   disc(image, scale, match.puck(), table.puck * 1.1, cv::Scalar(60, 80, 110));
   disc(image, scale, match.puck(), table.puck, kWhite);
   disc(image, scale, match.puck(), table.puck * 0.72, cv::Scalar(205, 215, 230));
   disc(image, scale, match.puck(), table.puck * 0.6, kWhite);
-  paddle(image, scale, match.paddle(0), table.paddle, kLeft);
-  paddle(image, scale, match.paddle(1), table.paddle, kRight);
+  touch(match.puck(), table.puck * 1.2);
+  for (int side = 0; side < 2; ++side) {
+    paddle(image, scale, match.paddle(side), table.paddle, side == 0 ? kLeft : kRight);
+    touch(match.paddle(side), table.paddle * 1.2);
+  }
 
   if (match.phase() == Phase::kPlaying) return;
   image *= 0.45;
+  touched_ = {{0, 0, image.cols, image.rows}};
   const bool is_over = match.phase() == Phase::kOver, left_won = match.score(0) > match.score(1);
   const std::string text = is_over ? (left_won ? "LEFT WINS" : "RIGHT WINS")
                            : match.countdown() > 0
@@ -141,7 +174,10 @@ void TableArtist::draw(const Match& match, Picture picture) {
           is_over ? (left_won ? kLeft : kRight) : kWhite);
 }
 
-void draw_scoreboard(const Match& match, Picture picture) {
+bool ScoreboardArtist::draw(const Match& match, Picture picture) {
+  const long now = (long(match.time()) * 100 + match.score(0)) * 100 + match.score(1);
+  if (now == shown_) return false;
+  shown_ = now;
   cv::Mat image = as_mat(picture);
   image.setTo(cv::Scalar(6, 10, 20));
   const double h = image.rows, w = image.cols;
@@ -152,6 +188,7 @@ void draw_scoreboard(const Match& match, Picture picture) {
   const std::string time =
       std::to_string(seconds / 60) + (seconds % 60 < 10 ? ":0" : ":") + std::to_string(seconds % 60);
   centred(image, time, {0.5 * w, 0.5 * h}, 0.3 * h, cv::Scalar(190, 205, 225));
+  return true;
 }
 
 }  // namespace hockey

@@ -7,18 +7,37 @@ namespace hockey {
 
 using Picture = procam::ImageView<std::uint8_t>;
 
-/// What does not move is drawn once; a frame is a copy of it and some discs.
+/// Of the table at so many pixels a metre.
+procam::ImageSize table_size(const Table& table, double pixels_per_metre);
+inline constexpr procam::ImageSize kScoreboard{600, 160};
+
+/// What does not move is drawn once. A frame restores what the one before has drawn over, and draws what
+/// moves: it is always given the same picture.
 class TableArtist {
  public:
   TableArtist(const Table& table, procam::ImageSize size);
   void draw(const Match& match, Picture picture);
 
  private:
-  procam::ImageU8 felt_;
-  std::array<Vec2, 24> trail_;  ///< of the puck, newest first
+  void draw_felt(const Match& match);
+
+  procam::ImageU8 bare_;                 ///< felt and lines
+  procam::ImageU8 felt_;                 ///< with the score on it
+  std::array<Vec2, 24> trail_;           ///< of the puck, newest first
+  std::array<int, 2> score_ = {-1, -1};  ///< that is drawn on the felt
   double drawn_ = -1;
+  /// What to restore before the next frame: empty, a part, or all of it.
+  const std::uint8_t* picture_ = nullptr;
+  std::vector<std::array<int, 4>> touched_;  ///< x, y, width, height
 };
 
-void draw_scoreboard(const Match& match, Picture picture);
+/// Draws when what it shows has changed, and says whether.
+class ScoreboardArtist {
+ public:
+  bool draw(const Match& match, Picture picture);
+
+ private:
+  long shown_ = -1;
+};
 
 }  // namespace hockey

@@ -3,7 +3,6 @@
 #include "procam/core/error.hpp"
 #include "procam/core/se3.hpp"
 #include "procam/track/interaction.hpp"
-#include "procam/track/skeleton_source.hpp"
 
 namespace hockey {
 namespace {
@@ -22,14 +21,14 @@ class Bots : public Players {
   Bot left_, right_;
 };
 
-/// A skeleton sensor above the table that looks at the people.
+/// A skeleton sensor that looks at the people, or a program that tells of them in the table's own metres.
 class SeenPlayers : public Players {
  public:
-  explicit SeenPlayers(const Pose& world_from_table, const track::PeopleOptions& options)
-      : people_(options),
-        table_from_sensor_(so3_exp(Vec3(0, kPi, 0)) * so3_exp(Vec3(-0.2, 0.03, 0.01)),
-                           Vec3(0.92, -0.35, -0.03)),
-        world_from_sensor_(world_from_table * table_from_sensor_) {}
+  explicit SeenPlayers(const Seat& seat) : people_(seat.people), world_from_sensor_(seat.world_from_table) {
+    if (!seat.world_from_sensor) return;
+    table_from_sensor_ = seat.world_from_table.inverse() * *seat.world_from_sensor;
+    world_from_sensor_ = *seat.world_from_sensor;
+  }
   const track::PeopleTrack* people() const override { return &people_; }
   Pose world_from_sensor() const override { return world_from_sensor_; }
 
@@ -43,14 +42,18 @@ class SeenPlayers : public Players {
   }
 
   track::PeopleTrack people_;
-  Pose table_from_sensor_, world_from_sensor_;
+  Pose table_from_sensor_;
+  Pose world_from_sensor_;
 };
 
 /// Two bots, as a depth camera sees them: 30 skeletons a second, 6 mm of noise, 50 ms late.
 class SimulatedPeople : public SeenPlayers {
  public:
   SimulatedPeople(const Pose& world_from_table, std::uint64_t seed)
-      : SeenPlayers(world_from_table, options()), left_(0, seed), right_(1, seed), random_(seed) {}
+      : SeenPlayers({world_from_table, example_world_from_sensor(world_from_table), options()}),
+        left_(0, seed),
+        right_(1, seed),
+        random_(seed) {}
 
   Match::Hands hands(const Match& match, double time) override {
     // People are no faster than their arms.
@@ -140,8 +143,8 @@ class OneOrTwo : public SeenPlayers {
 /// A recording; it begins anew at its end.
 class RecordedPeople : public OneOrTwo {
  public:
-  RecordedPeople(const std::string& file, const Pose& world_from_table)
-      : OneOrTwo(world_from_table, {}), frames_(track::read_skeleton_log(file)) {}
+  RecordedPeople(const std::string& file, const Seat& seat)
+      : OneOrTwo(seat), frames_(track::read_skeleton_log(file)) {}
 
   Match::Hands hands(const Match& match, double time) override {
     for (; next_ < frames_.size() && frames_[next_].arrival - frames_.front().arrival + begin_ <= time;
@@ -162,15 +165,14 @@ class RecordedPeople : public OneOrTwo {
 
 class LivePeople : public OneOrTwo {
  public:
-  LivePeople(const std::string& source, const Pose& world_from_table)
-      : OneOrTwo(world_from_table, {}), source_(track::open_skeleton_source(source)) {}
+  LivePeople(std::unique_ptr<track::SkeletonSource> source, const Seat& seat, double begin)
+      : OneOrTwo(seat), source_(std::move(source)), begin_(begin) {}
   bool is_live() const override { return true; }
 
   Match::Hands hands(const Match& match, double time) override {
-    if (!begin_) begin_ = track::steady_now() - time;
     source_->poll(arrived_);
     for (track::SkeletonFrame& frame : arrived_) {
-      frame.arrival -= *begin_;
+      frame.arrival -= begin_;
       people_.add(frame);
     }
     return hands_at(match, time);
@@ -178,19 +180,66 @@ class LivePeople : public OneOrTwo {
 
  private:
   std::unique_ptr<track::SkeletonSource> source_;
+  double begin_;
   std::vector<track::SkeletonFrame> arrived_;
-  std::optional<double> begin_;
+};
+
+class Keyboard : public Players {
+ public:
+  explicit Keyboard(KeyIsDown is_down) : is_down_(std::move(is_down)) {}
+  bool is_live() const override { return true; }
+
+  Match::Hands hands(const Match& match, double time) override {
+    using device::Key;
+    static constexpr Key kKeys[2][4] = {{Key::kA, Key::kD, Key::kW, Key::kS},
+                                        {Key::kLeft, Key::kRight, Key::kUp, Key::kDown}};
+    constexpr double kSpeed = 1.4;  // m/s: quick enough to defend, slow enough to aim
+    const double dt = std::clamp(time - time_, 0.0, 0.1), half = match.table().length / 2;
+    time_ = time;
+    for (int side = 0; side < 2; ++side) {
+      const auto& keys = kKeys[side];
+      const auto down = [&](int key) { return is_down_(keys[key]) ? 1.0 : 0.0; };
+      const Vec2 way(down(1) - down(0), down(3) - down(2));
+      std::optional<Vec2>& hand = hands_[std::size_t(side)];
+      if (!hand && way != Vec2(0, 0)) hand = match.paddle(side);
+      if (!hand || way == Vec2(0, 0)) continue;
+      *hand += kSpeed * dt * way.normalized();
+      // It stays where its paddle can follow, so that turning round is felt at once.
+      const double r = match.table().paddle;
+      hand->x() = std::clamp(hand->x(), side == 0 ? r : half + r, side == 0 ? half - r : 2 * half - r);
+      hand->y() = std::clamp(hand->y(), r, match.table().width - r);
+    }
+    return hands_;
+  }
+
+ private:
+  KeyIsDown is_down_;
+  Match::Hands hands_;
+  double time_ = 0;
 };
 
 }  // namespace
 
-std::unique_ptr<Players> open_players(const std::string& text, const Pose& world_from_table,
-                                      std::uint64_t seed) {
-  if (text == "bots") return std::make_unique<Bots>(seed);
-  if (text == "people") return std::make_unique<SimulatedPeople>(world_from_table, seed);
-  if (text.rfind("log:", 0) == 0) return std::make_unique<RecordedPeople>(text.substr(4), world_from_table);
-  throw Error(ErrorKind::kInput, "players '" + text + "'", "there is no such kind",
-              "say bots, people or log:FILE");
+Pose example_world_from_sensor(const Pose& world_from_table) {
+  return world_from_table *
+         Pose(so3_exp(Vec3(0, kPi, 0)) * so3_exp(Vec3(-0.2, 0.03, 0.01)), Vec3(0.92, -0.35, -0.03));
+}
+
+std::unique_ptr<Players> bots(std::uint64_t seed) {
+  return std::make_unique<Bots>(seed);
+}
+std::unique_ptr<Players> simulated_people(const Pose& world_from_table, std::uint64_t seed) {
+  return std::make_unique<SimulatedPeople>(world_from_table, seed);
+}
+std::unique_ptr<Players> keyboard(KeyIsDown is_down) {
+  return std::make_unique<Keyboard>(std::move(is_down));
+}
+std::unique_ptr<Players> recorded_people(const std::string& file, const Seat& seat) {
+  return std::make_unique<RecordedPeople>(file, seat);
+}
+std::unique_ptr<Players> live_people(std::unique_ptr<track::SkeletonSource> source, const Seat& seat,
+                                     double begin) {
+  return std::make_unique<LivePeople>(std::move(source), seat, begin);
 }
 
 }  // namespace hockey

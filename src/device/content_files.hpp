@@ -11,6 +11,8 @@ std::unique_ptr<ContentSource> open_video(const std::string& file, double rate_h
                                           const ContentOptions& options);
 std::unique_ptr<ContentSource> open_live(const std::string& camera, const ContentOptions& options);
 
+std::unique_ptr<ContentSource> open_shared_content(const std::string& name, const ContentOptions& options);
+
 /// By its extension, of those that a reader of pictures can be expected to know.
 bool is_picture(const std::filesystem::path& file);
 

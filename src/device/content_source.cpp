@@ -106,7 +106,7 @@ struct Kind {
 };
 
 // One row a kind.
-constexpr std::array<Kind, 5> kKinds{{
+constexpr std::array<Kind, 6> kKinds{{
     {"color", "#ff8000", [](const std::string& what) { return begins_with(what, "#") && !exists(what); },
      open_color},
     {"camera", "camera:0",
@@ -114,6 +114,7 @@ constexpr std::array<Kind, 5> kKinds{{
        return begins_with(what, "rtsp://") || begins_with(what, "http://") || begins_with(what, "https://");
      },
      internal::open_live},
+    {"shm", "shm:game", [](const std::string&) { return false; }, internal::open_shared_content},
     {"images", "shots/*.png@12.5", looks_like_images, open_images},
     {"image", "wall.png", [](const std::string& what) { return internal::is_picture(what); }, open_image},
     {"video", "clip.mp4", [](const std::string&) { return true; }, open_video},

@@ -116,15 +116,19 @@ std::unique_ptr<FrameSink> internal::open_shared(const std::string& name, const 
 }
 
 struct SharedFrameReader::Memory {
+  std::string path;
+  ino_t object = 0;  ///< tells a new one under the same name
   void* data = nullptr;
   ImageSize size;
 };
 
 SharedFrameReader::SharedFrameReader(const std::string& name) : memory_(std::make_unique<Memory>()) {
-  const int file = shm_open(path_of(name).c_str(), O_RDONLY, 0);
+  memory_->path = path_of(name);
+  const int file = shm_open(memory_->path.c_str(), O_RDONLY, 0);
   if (file < 0) throw shared_error(name, std::strerror(errno), "start what writes it first");
   struct stat about {};
   fstat(file, &about);
+  memory_->object = about.st_ino;
   const std::size_t bytes = std::size_t(about.st_size);
   void* data = bytes < kHeader ? MAP_FAILED : mmap(nullptr, bytes, PROT_READ, MAP_SHARED, file, 0);
   close(file);
@@ -152,21 +156,38 @@ ImageSize SharedFrameReader::size() const {
   return memory_->size;
 }
 
-std::optional<SharedFrame> SharedFrameReader::newest(std::uint64_t after) const {
-  SharedFrame frame;
-  frame.image = ImageU8(memory_->size, 3);
+bool SharedFrameReader::is_orphan() const {
+  const int file = shm_open(memory_->path.c_str(), O_RDONLY, 0);
+  if (file < 0) return true;
+  struct stat about {};
+  const bool is_known = fstat(file, &about) == 0 && about.st_ino == memory_->object;
+  close(file);
+  return !is_known;
+}
+
+bool SharedFrameReader::read_newest(std::uint64_t after, SharedFrame& into) const {
+  if (into.image.size() != memory_->size || into.image.channels() != 3)
+    into.image = ImageU8(memory_->size, 3);
   // A writer that overtakes a copy makes it void; five times in a row only one that never rests.
   for (int attempt = 0; attempt < 5; ++attempt) {
-    frame.number = static_cast<Header*>(memory_->data)->newest.load(std::memory_order_acquire);
-    if (frame.number <= after) return std::nullopt;
-    Slot& slot = slot_of(memory_->data, memory_->size, frame.number);
-    if (slot.number.load(std::memory_order_acquire) != frame.number) continue;
-    std::memcpy(frame.image.data(), pixels_of(slot), pixel_bytes(memory_->size));
-    frame.time_s = slot.time_s;
+    const std::uint64_t number = static_cast<Header*>(memory_->data)->newest.load(std::memory_order_acquire);
+    if (number <= after) return false;
+    Slot& slot = slot_of(memory_->data, memory_->size, number);
+    if (slot.number.load(std::memory_order_acquire) != number) continue;
+    std::memcpy(into.image.data(), pixels_of(slot), pixel_bytes(memory_->size));
+    into.time_s = slot.time_s;
     std::atomic_thread_fence(std::memory_order_acquire);
-    if (slot.number.load(std::memory_order_relaxed) == frame.number) return frame;
+    if (slot.number.load(std::memory_order_relaxed) != number) continue;
+    into.number = number;
+    return true;
   }
-  return std::nullopt;
+  return false;
+}
+
+std::optional<SharedFrame> SharedFrameReader::newest(std::uint64_t after) const {
+  SharedFrame frame;
+  if (!read_newest(after, frame)) return std::nullopt;
+  return frame;
 }
 
 }  // namespace procam::device

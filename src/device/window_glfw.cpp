@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <deque>
 #include <string>
 
@@ -114,6 +115,12 @@ class Window : public FrameSink {
     const Wish wish = wishes_.front();
     wishes_.pop_front();
     return wish;
+  }
+
+  bool is_down(Key key) const override {
+    static constexpr std::array<int, 8> kCodes = {GLFW_KEY_W,    GLFW_KEY_A,     GLFW_KEY_S,  GLFW_KEY_D,
+                                                  GLFW_KEY_LEFT, GLFW_KEY_RIGHT, GLFW_KEY_UP, GLFW_KEY_DOWN};
+    return glfwGetKey(window_, kCodes[std::size_t(key)]) == GLFW_PRESS;
   }
 
  private:

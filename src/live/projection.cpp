@@ -184,6 +184,12 @@ void Projection::add(const track::StampedPose& message) {
 const track::PoseTrack& Projection::track() const {
   return state_->track;
 }
+std::optional<Pose> Projection::projector_from_world(double time) const {
+  if (state_->options.projector_from_world) return state_->options.projector_from_world;
+  const track::TrackedPose pose = state_->track.at(time);
+  if (pose.state == track::TrackState::kNone) return std::nullopt;
+  return state_->projector_from_world(pose.frame_from_child);
+}
 
 void Projection::set_picture(Picture picture) {
   state_->picture = picture;
@@ -227,6 +233,7 @@ DrawnFrame Projection::draw(double light_time, double content_time, ImageView<st
   }
   const auto begin = std::chrono::steady_clock::now();
   s.options.draw(s.scene, s.projector.projector, frame);
+  if (s.options.over) s.options.over(*this, light_time, frame);
   drawn.render_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   return drawn;
 }

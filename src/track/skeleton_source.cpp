@@ -10,6 +10,7 @@ std::unique_ptr<SkeletonSource> open_skeleton_source(const std::string& text, co
   const std::size_t colon = text.find(':');
   const std::string kind = text.substr(0, colon), rest = colon == text.npos ? "" : text.substr(colon + 1);
   if (kind == "udp") return internal::open_skeletons_udp(rest, options);
+  if (kind == "vmc") return internal::open_skeletons_vmc(rest, options);
   if (kind == "tcp") return internal::open_skeletons_tcp(rest, options);
   if (kind == "tcp-listen") return internal::open_skeletons_tcp_listener(rest, options);
   if (kind == "log") {
@@ -18,7 +19,8 @@ std::unique_ptr<SkeletonSource> open_skeleton_source(const std::string& text, co
                                                                                log.speed);
   }
   throw Error(ErrorKind::kInput, "skeleton source '" + text + "'", "no kind of source is called so",
-              "say one of udp:[ADDRESS:]PORT, tcp:HOST:PORT, tcp-listen:[ADDRESS:]PORT, log:FILE[@SPEED]");
+              "say one of udp:[ADDRESS:]PORT, tcp:HOST:PORT, tcp-listen:[ADDRESS:]PORT, vmc:[ADDRESS:]PORT, "
+              "log:FILE[@SPEED]");
 }
 
 ParsedSkeletons SkeletonStream::parse(std::string_view bytes) {

@@ -6,10 +6,12 @@
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/ip/udp.hpp>
 #include <boost/asio/steady_timer.hpp>
+#include <functional>
 #include <thread>
 
 #include "inbox.hpp"
 #include "procam/core/error.hpp"
+#include "procam/track/vmc.hpp"
 #include "sources.hpp"
 
 namespace procam::track::internal {
@@ -88,9 +90,9 @@ class UdpSource : public ThreadedSource<Wire> {
   using Base::io_;
 
  public:
-  using Parser = typename Wire::Parsed (*)(std::string_view);
+  using Parser = std::function<typename Wire::Parsed(std::string_view)>;
   UdpSource(const HostPort& at, const asio::ip::address& group, Parser parser, const SourceOptions& options)
-      : Base(options), parser_(parser), socket_(io_) {
+      : Base(options), parser_(std::move(parser)), socket_(io_) {
     const bool joins = group.is_multicast();
     const udp::endpoint endpoint(joins ? asio::ip::address(asio::ip::address_v4::any()) : address_of(at),
                                  at.port);
@@ -307,6 +309,11 @@ std::unique_ptr<PoseSource> open_tcp_listener(const std::string& rest, const Sou
 std::unique_ptr<SkeletonSource> open_skeletons_udp(const std::string& rest, const SourceOptions& options) {
   return std::make_unique<UdpSource<Skeletons>>(parse_host_port(rest), asio::ip::address(), parse_skeletons,
                                                 options);
+}
+std::unique_ptr<SkeletonSource> open_skeletons_vmc(const std::string& rest, const SourceOptions& options) {
+  return std::make_unique<UdpSource<Skeletons>>(
+      parse_host_port(rest), asio::ip::address(),
+      [reader = VmcReader()](std::string_view datagram) mutable { return reader.parse(datagram); }, options);
 }
 std::unique_ptr<SkeletonSource> open_skeletons_tcp(const std::string& rest, const SourceOptions& options) {
   return connect_to<Skeletons>(rest, options);

@@ -17,6 +17,7 @@ std::unique_ptr<PoseSource> open_rosbridge(const std::string& rest, const Source
 std::unique_ptr<PoseSource> open_log(const std::string& rest, const SourceOptions& options);
 
 std::unique_ptr<SkeletonSource> open_skeletons_udp(const std::string& rest, const SourceOptions& options);
+std::unique_ptr<SkeletonSource> open_skeletons_vmc(const std::string& rest, const SourceOptions& options);
 std::unique_ptr<SkeletonSource> open_skeletons_tcp(const std::string& rest, const SourceOptions& options);
 std::unique_ptr<SkeletonSource> open_skeletons_tcp_listener(const std::string& rest,
                                                             const SourceOptions& options);

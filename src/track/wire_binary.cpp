@@ -4,6 +4,7 @@
 
 #include "message_check.hpp"
 #include "procam/track/wire.hpp"
+#include "wire_bytes.hpp"
 #include "wire_json.hpp"
 
 namespace procam::track {
@@ -37,42 +38,7 @@ void put_float(std::string& bytes, double value, bool big) {
   put(bytes, bits, big);
 }
 
-/// Reads to the end and not beyond it: from then on everything is zero and `bad` is set.
-struct Bytes {
-  std::string_view rest;
-  bool bad = false;
-
-  std::string_view take(std::size_t count) {
-    if (bad || count > rest.size()) {
-      bad = true;
-      return {};
-    }
-    const std::string_view taken = rest.substr(0, count);
-    rest.remove_prefix(count);
-    return taken;
-  }
-  template <typename Unsigned>
-  Unsigned number(bool big = false) {
-    const std::string_view bytes = take(sizeof(Unsigned));
-    Unsigned value = 0;
-    for (std::size_t i = 0; i < bytes.size(); ++i)
-      value = Unsigned(value |
-                       Unsigned(Unsigned(std::uint8_t(bytes[i])) << (8 * (big ? bytes.size() - 1 - i : i))));
-    return value;
-  }
-  double real64(bool big = false) {
-    const auto bits = number<std::uint64_t>(big);
-    double value = 0;
-    std::memcpy(&value, &bits, sizeof value);
-    return value;
-  }
-  double real32(bool big = false) {
-    const auto bits = number<std::uint32_t>(big);
-    float value = 0;
-    std::memcpy(&value, &bits, sizeof value);
-    return double(value);
-  }
-};
+using internal::Bytes;
 
 std::uint32_t crc32(std::string_view bytes) {
   boost::crc_32_type crc;
@@ -258,18 +224,6 @@ std::string to_binary(const StampedPose& message) {
 namespace {
 
 constexpr double kUnixInNtp = 2208988800.0;  // seconds from 1900 to 1970
-constexpr int kDeepestBundle = 4;
-
-std::string_view osc_text(Bytes& in) {
-  const std::size_t end = in.rest.find('\0');
-  if (in.bad || end == in.rest.npos) {
-    in.bad = true;
-    return {};
-  }
-  const std::string_view text = in.rest.substr(0, end);
-  in.take((end / 4 + 1) * 4);
-  return text;
-}
 
 /// 64 bits of NTP time; 1 means "now".
 std::optional<double> osc_time(std::uint64_t tag) {
@@ -279,8 +233,8 @@ std::optional<double> osc_time(std::uint64_t tag) {
 
 void read_osc_message(std::string_view bytes, const std::optional<double>& bundle_stamp, Parsed& parsed) {
   Bytes in{bytes};
-  std::string_view address = osc_text(in);
-  const std::string_view types = osc_text(in);
+  std::string_view address = in.osc_text();
+  const std::string_view types = in.osc_text();
   constexpr std::string_view kEnd = "/pose";
   if (in.bad || address.empty() || address[0] != '/') return refuse(parsed, "it is no OSC message");
   if (address.size() < kEnd.size() || address.substr(address.size() - kEnd.size()) != kEnd)
@@ -325,10 +279,10 @@ void read_osc_message(std::string_view bytes, const std::optional<double>& bundl
 }
 
 void read_osc(std::string_view bytes, const std::optional<double>& stamp, int depth, Parsed& parsed) {
-  constexpr std::string_view kBundle("#bundle\0", 8);
-  if (bytes.substr(0, kBundle.size()) != kBundle) return read_osc_message(bytes, stamp, parsed);
-  if (depth == kDeepestBundle) return refuse(parsed, "OSC bundles are nested too deeply");
-  Bytes in{bytes.substr(kBundle.size())};
+  if (bytes.substr(0, internal::kOscBundle.size()) != internal::kOscBundle)
+    return read_osc_message(bytes, stamp, parsed);
+  if (depth == internal::kDeepestOscBundle) return refuse(parsed, "OSC bundles are nested too deeply");
+  Bytes in{bytes.substr(internal::kOscBundle.size())};
   const std::optional<double> bundle_stamp = osc_time(in.number<std::uint64_t>(true));
   if (in.bad) return refuse(parsed, "an OSC bundle is cut short");
   while (!in.rest.empty()) {

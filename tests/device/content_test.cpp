@@ -1,5 +1,6 @@
 /// Content sources: every picture is grey with its own brightness, so that it says which one it is.
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <chrono>
 #include <cstdlib>
@@ -247,6 +248,49 @@ TEST_F(Content, ACameraThatIsNotThereIsADeviceError) {
   } catch (const Error& error) {
     EXPECT_EQ(error.kind(), ErrorKind::kDevice);
   }
+}
+
+/// Another program's frames: the newest, one that was started again, and one that is gone.
+TEST_F(Content, SharedMemoryIsTheNewestFrameOfAnotherProgram) {
+  const std::string name = "procam_content_" + std::to_string(getpid());
+  EXPECT_EQ(why("shm:" + name).find("it was taken"), std::string::npos) << "nobody writes";
+  SinkOptions writing;
+  writing.size = {33, 21};
+  auto writer = open_sink("shm:" + name, writing);
+  options_.camera_patience_s = 0.05;
+  EXPECT_NE(why("shm:" + name).find("no frame has been written"), std::string::npos);
+  writer->show(ImageU8(writing.size, 3, 7));
+  const auto content = open_content("shm:" + name, options_);
+  const ContentFrame first = content->at(0), same = content->at(5);
+  EXPECT_EQ(first.view.at(32, 20, 2), 7);
+  EXPECT_EQ(first.revision, same.revision);
+  for (std::uint8_t value = 8; value < 13; ++value) writer->show(ImageU8(writing.size, 3, value));
+  const long before = allocations;
+  const ContentFrame newest = content->at(0);
+  EXPECT_EQ(allocations, before);
+  EXPECT_EQ(newest.view.at(32, 20, 2), 12);
+  EXPECT_NE(newest.revision, first.revision);
+  EXPECT_FALSE(content->fault());
+
+  const auto wait_for = [&](auto holds) {
+    const double deadline = now_s() + 5;
+    while (!holds() && now_s() < deadline) std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    return holds();
+  };
+  writer.reset();
+  EXPECT_TRUE(wait_for([&] { return content->at(0).view.at(0, 0, 0) == 12 && content->fault(); }));
+  writer = open_sink("shm:" + name, writing);
+  writer->show(ImageU8(writing.size, 3, 200));
+  EXPECT_TRUE(wait_for([&] { return content->at(0).view.at(0, 0, 0) == 200; })) << "it was not found again";
+  EXPECT_FALSE(content->fault());
+  writer.reset();
+  writing.size = {40, 21};
+  writer = open_sink("shm:" + name, writing);
+  writer->show(ImageU8(writing.size, 3, 90));
+  EXPECT_TRUE(wait_for([&] {
+    return content->at(0).view.size() == ImageSize{33, 21} && content->fault() &&
+           std::string(content->fault()->what()).find("another size") != std::string::npos;
+  }));
 }
 
 TEST_F(Content, AFunctionSaysWhenItsPictureChanges) {

@@ -104,6 +104,27 @@ TEST(Window, HearsWhatIsTyped) {
     EXPECT_EQ(wish_after(key, keyboard, *window), wish) << key;
     EXPECT_EQ(window->poll(), Wish::kNone) << key << " was told twice";
   }
+  // Keys that are held are no wishes, and several may be down at once.
+  const std::pair<const char*, Key> held[] = {{"w", Key::kW},   {"a", Key::kA},       {"s", Key::kS},
+                                              {"d", Key::kD},   {"Left", Key::kLeft}, {"Right", Key::kRight},
+                                              {"Up", Key::kUp}, {"Down", Key::kDown}};
+  const auto until = [&](Key key, bool is_down) {
+    for (int i = 0; i < 100 && window->is_down(key) != is_down; ++i) {
+      EXPECT_EQ(window->poll(), Wish::kNone);
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+    return window->is_down(key) == is_down;
+  };
+  for (const auto& [name, key] : held) {
+    EXPECT_FALSE(window->is_down(key)) << name;
+    keyboard.press(name);
+    EXPECT_TRUE(until(key, true)) << name;
+  }
+  EXPECT_TRUE(window->is_down(Key::kW));
+  for (const auto& [name, key] : held) {
+    keyboard.release(name);
+    EXPECT_TRUE(until(key, false)) << name;
+  }
   EXPECT_EQ(wish_after("Escape", keyboard, *window), Wish::kClose);
   EXPECT_EQ(window->poll(), Wish::kClose);
 }

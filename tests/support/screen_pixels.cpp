@@ -35,7 +35,7 @@ ImageU8 ScreenPixels::read(ImageSize size) const {
   return picture;
 }
 
-void ScreenPixels::press(const std::string& key) const {
+void ScreenPixels::send(const std::string& key, bool is_press) const {
   Display* display = connection_->display;
   const Window root = DefaultRootWindow(display);
   Window parent = 0, same_root = 0, *windows = nullptr;
@@ -43,13 +43,14 @@ void ScreenPixels::press(const std::string& key) const {
   XQueryTree(display, root, &same_root, &parent, &windows, &count);
   if (count == 0) throw std::runtime_error("the X display has no window");
   XKeyEvent event = {};
-  event.type = KeyPress;
+  event.type = is_press ? KeyPress : KeyRelease;
   event.display = display;
   event.window = windows[count - 1];
   event.root = root;
   event.same_screen = True;
   event.keycode = XKeysymToKeycode(display, XStringToKeysym(key.c_str()));
-  XSendEvent(display, event.window, True, KeyPressMask, reinterpret_cast<XEvent*>(&event));
+  XSendEvent(display, event.window, True, is_press ? KeyPressMask : KeyReleaseMask,
+             reinterpret_cast<XEvent*>(&event));
   XFlush(display);
   XFree(windows);
 }

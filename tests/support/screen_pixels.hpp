@@ -19,9 +19,11 @@ class ScreenPixels {
   /// The screen's top left part, R G B.
   ImageU8 read(ImageSize size) const;
   /// Sends the topmost window a key, named as X names it ("Return").
-  void press(const std::string& key) const;
+  void press(const std::string& key) const { send(key, true); }
+  void release(const std::string& key) const { send(key, false); }
 
  private:
+  void send(const std::string& key, bool is_press) const;
   struct Connection;
   std::unique_ptr<Connection> connection_;
 };

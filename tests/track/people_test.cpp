@@ -10,6 +10,7 @@
 
 #include "procam/track/eye_safe.hpp"
 #include "procam/track/interaction.hpp"
+#include "procam/track/silhouette.hpp"
 #include "support/lopsided.hpp"
 
 namespace procam::track {
@@ -332,6 +333,92 @@ TEST(EyeSafe, FailsDark) {
   person.skeleton[Joint::kHead]->position = Vec3(0, 0, 2);
   person.age = 2;  // it may be anywhere by now
   EXPECT_TRUE(darken({person}, 9.9));
+}
+
+/// A wall 3 m away, a ball before it, seen by a depth camera beside the projector.
+struct DepthScene {
+  Camera camera{{160, 120}, {140, 137, 77.3, 61.9, 0.3}, {}};
+  Pose projector_from_camera{so3_exp(Vec3(0.03, -0.08, 0.02)), Vec3(0.22, -0.06, 0.03)};
+  Vec3 ball{0.2, -0.1, 2.0};  ///< in the projector's frame
+  double radius = 0.15;
+  ImageF background{160, 120}, depth{160, 120};
+
+  DepthScene() {
+    for (int y = 0; y < 120; ++y)
+      for (int x = 0; x < 160; ++x) {
+        const Vec3 way = *camera.unproject(Vec2(x, y));
+        const double wall = 3.0;
+        background.at(x, y) = float(wall);
+        const Vec3 centre = projector_from_camera.inverse() * ball;
+        const double along = way.dot(centre), off = centre.squaredNorm() - along * along;
+        depth.at(x, y) =
+            off < radius * radius ? float((along - std::sqrt(radius * radius - off)) * way.z()) : float(wall);
+      }
+  }
+  ImageU8 darkened(double age, Darkened* told = nullptr) const {
+    ImageU8 frame(1024, 768, 3, 255);
+    const Darkened done = darken_silhouettes(frame, lopsided_projector(), projector_from_camera,
+                                             {camera, depth.view(), background.view()}, age);
+    if (told != nullptr) *told = done;
+    return frame;
+  }
+  /// Shares of lit pixels whose light meets the ball, or passes it by more than `far` metres.
+  std::pair<double, double> lit(const ImageU8& frame, double far) const {
+    const Projector projector = lopsided_projector();
+    double on_ball = 0, lit_on_ball = 0, beside = 0, lit_beside = 0;
+    for (int y = 0; y < 768; y += 4)
+      for (int x = 0; x < 1024; x += 4) {
+        const Vec3 way = projector.emit(Vec2(x, y))->direction;
+        const double off = (ball - way.dot(ball) * way).norm();
+        if (off < radius) ++on_ball, lit_on_ball += frame.at(x, y, 0) > 0;
+        if (off > radius + far) ++beside, lit_beside += frame.at(x, y, 0) > 0;
+      }
+    return {lit_on_ball / on_ball, lit_beside / beside};
+  }
+};
+
+TEST(Silhouette, WhateverIsBeforeTheWallIsDark) {
+  const DepthScene scene;
+  Darkened told;
+  const auto [on_ball, beside] = scene.lit(scene.darkened(0.05, &told), 0.4);
+  EXPECT_FALSE(told.is_dark);
+  EXPECT_GT(told.heads, 5);
+  EXPECT_EQ(on_ball, 0);
+  EXPECT_EQ(beside, 1) << "the rest has light";
+  // What moves on is given room.
+  const auto count = [](const ImageU8& frame) {
+    return std::count(frame.data(), frame.data() + 1024 * 768 * 3, 0);
+  };
+  EXPECT_GT(count(scene.darkened(0.2)), count(scene.darkened(0.0)) * 3 / 2);
+}
+
+TEST(Silhouette, FailsDark) {
+  DepthScene scene;
+  Darkened told;
+  scene.darkened(0.4, &told);
+  EXPECT_TRUE(told.is_dark) << "old";
+  scene.darkened(std::numeric_limits<double>::quiet_NaN(), &told);
+  EXPECT_TRUE(told.is_dark);
+  // A black coat returns nothing: where the ball was there are no readings.
+  DepthScene coat = scene;
+  for (int i = 0; i < 160 * 120; ++i)
+    if (coat.depth.data()[i] < 2.9f) coat.depth.data()[i] = i % 2 == 0 ? 0.0f : -1.0f;
+  EXPECT_EQ(coat.lit(coat.darkened(0.05), 0.4).first, 0);
+  // No reading at all: every ray that the camera sees is dark.
+  DepthScene blind = scene;
+  std::fill_n(blind.depth.data(), 160 * 120, std::numeric_limits<float>::quiet_NaN());
+  EXPECT_EQ(blind.lit(blind.darkened(0.05), 0.0).first, 0);
+  // Single missing readings, as every depth camera has them, cost nothing.
+  DepthScene speckled = scene;
+  for (int i = 0; i < 160 * 120; i += 7) speckled.depth.data()[i] = 0;
+  EXPECT_EQ(speckled.lit(speckled.darkened(0.05), 0.4).second, 1);
+  EXPECT_EQ(speckled.lit(speckled.darkened(0.05), 0.4).first, 0);
+  DepthScene near = scene;
+  near.depth.at(80, 60) = 0.05f;
+  near.darkened(0.2, &told);
+  EXPECT_TRUE(told.is_dark) << "at the lens";
+  scene.depth = ImageF(16, 12);
+  EXPECT_THROW(scene.darkened(0.05), std::invalid_argument);
 }
 
 }  // namespace

@@ -3,13 +3,17 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
+#include <cstring>
 #include <fstream>
+#include <limits>
 #include <map>
 #include <random>
 #include <sstream>
 
 #include "procam/core/error.hpp"
 #include "procam/track/interaction.hpp"
+#include "procam/track/vmc.hpp"
 #include "support/expect_error.hpp"
 #include "support/test_data.hpp"
 
@@ -173,6 +177,130 @@ TEST(JointSets, LeftStaysThePersonsOwn) {
   EXPECT_EQ(*k.position(Joint::kLeftHand), Vec3(0.4, -0.1, 2));
   EXPECT_FALSE(k[Joint::kPelvis]);
   EXPECT_THROW(from_joint_set(JointSet::kKinectV2, azure), std::invalid_argument);
+}
+
+// --- VMC, written as its specification says: OSC 1.0 messages, big-endian, texts padded to four bytes
+
+std::string osc_padded(std::string text) {
+  text.append(4 - text.size() % 4, '\0');
+  return text;
+}
+std::string big_endian(std::uint32_t value) {
+  return {char(value >> 24), char(value >> 16 & 255), char(value >> 8 & 255), char(value & 255)};
+}
+std::string vmc_pose(const std::string& address, const std::string& name, const std::array<float, 7>& pose) {
+  std::string bytes = osc_padded(address) + osc_padded(",sfffffff") + osc_padded(name);
+  for (const float value : pose) {
+    std::uint32_t bits = 0;
+    std::memcpy(&bits, &value, sizeof bits);
+    bytes += big_endian(bits);
+  }
+  return bytes;
+}
+std::string bone(const std::string& name, float x, float y, float z, const std::array<float, 4>& turn) {
+  return vmc_pose("/VMC/Ext/Bone/Pos", name, {x, y, z, turn[0], turn[1], turn[2], turn[3]});
+}
+std::string bundle(const std::vector<std::string>& messages) {
+  std::string bytes = std::string("#bundle\0", 8) + big_endian(0) + big_endian(1);
+  for (const std::string& message : messages) bytes += big_endian(std::uint32_t(message.size())) + message;
+  return bytes;
+}
+constexpr std::array<float, 4> kStraight = {0, 0, 0, 1};
+/// Unity's Euler(0, 0, 90), which takes right to up.
+constexpr std::array<float, 4> kUpwards = {0, 0, 0.70710678f, 0.70710678f};
+
+/// An avatar that stands 2 m ahead and looks along z, whose own left is at -x; without UpperChest and Neck.
+/// The left arm is lifted at the shoulder by `arm`.
+std::vector<std::string> avatar(const std::array<float, 4>& arm) {
+  return {vmc_pose("/VMC/Ext/Root/Pos", "root", {0.5f, 0.1f, 2, 0, 0, 0, 1}),
+          bone("Hips", 0, 0.9f, 0, kStraight),
+          bone("Spine", 0, 0.1f, 0, kStraight),
+          bone("Chest", 0, 0.2f, 0.02f, kStraight),
+          bone("Head", 0, 0.3f, 0, kStraight),
+          bone("LeftUpperArm", -0.2f, 0.15f, 0, arm),
+          bone("LeftLowerArm", -0.3f, 0, 0, kStraight),
+          bone("LeftHand", -0.25f, 0, 0, kStraight),
+          bone("LeftMiddleProximal", -0.1f, 0, 0, kStraight),
+          bone("RightUpperLeg", 0.1f, -0.05f, 0, kStraight)};
+}
+
+TEST(Vmc, BonesAreChainedIntoTheOpticalFrame) {
+  VmcReader reader;
+  EXPECT_TRUE(reader.parse(bundle(avatar(kStraight))).frames.empty()) << "nothing tells that it is whole";
+  // Its second frame comes with the first one's end; from then on each comes at once.
+  EXPECT_EQ(reader.parse(bundle(avatar(kStraight))).frames.size(), 2u);
+  const ParsedSkeletons parsed = reader.parse(bundle(avatar(kUpwards)));
+  EXPECT_EQ(parsed.malformed, 0u) << parsed.why;
+  ASSERT_EQ(parsed.frames.size(), 1u);
+  ASSERT_EQ(parsed.frames[0].people.size(), 1u);
+  const Skeleton& person = parsed.frames[0].people[0];
+  const auto expect_at = [&](Joint joint, const Vec3& where) {
+    ASSERT_TRUE(person[joint]) << to_string(joint);
+    EXPECT_LT((person[joint]->position - where).norm(), 1e-6) << to_string(joint);
+  };
+  expect_at(Joint::kPelvis, Vec3(0.5, -1.0, 2));
+  expect_at(Joint::kChest, Vec3(0.5, -1.3, 2.02));
+  expect_at(Joint::kHead, Vec3(0.5, -1.69, 2.02));
+  expect_at(Joint::kLeftShoulder, Vec3(0.3, -1.45, 2.02));
+  // Turned from right to up, what lies to the left hangs down: 0.3, then 0.25, then half of 0.1.
+  expect_at(Joint::kLeftElbow, Vec3(0.3, -1.15, 2.02));
+  expect_at(Joint::kLeftWrist, Vec3(0.3, -0.9, 2.02));
+  expect_at(Joint::kLeftHand, Vec3(0.3, -0.85, 2.02));
+  expect_at(Joint::kRightHip, Vec3(0.6, -0.95, 2));
+  EXPECT_FALSE(person[Joint::kRightWrist]);
+  EXPECT_FALSE(person[Joint::kNeck]);
+}
+
+TEST(Vmc, FramesComeInAnyNumberOfDatagrams) {
+  VmcReader reader;
+  reader.parse(bundle(avatar(kStraight)));
+  reader.parse(bundle(avatar(kStraight)));
+  std::size_t frames = 0;
+  for (int round = 0; round < 3; ++round)
+    for (const std::string& message : avatar(kUpwards)) frames += reader.parse(message).frames.size();
+  EXPECT_EQ(frames, 3u);
+  // Faces and times are nobody's joints; an avatar that is gone is news.
+  EXPECT_EQ(reader.parse(osc_padded("/VMC/Ext/Blend/Apply") + osc_padded(",")).malformed, 0u);
+  const ParsedSkeletons gone = reader.parse(osc_padded("/VMC/Ext/OK") + osc_padded(",i") + big_endian(0));
+  ASSERT_EQ(gone.frames.size(), 1u);
+  EXPECT_TRUE(gone.frames[0].people.empty());
+}
+
+TEST(Vmc, RefusesWhatIsNoPose) {
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  for (const std::string& bytes :
+       {bone("Hips", nan, 0, 0, kStraight), bone("Hips", 1e30f, 0, 0, kStraight),
+        bone("Hips", 0, 0, 0, {0, 0, 0, 0}), bone("Hips", 0, 0, 0, kStraight).substr(0, 50),
+        std::string("junk"), std::string(),
+        osc_padded("/tracking/trackers/1") + osc_padded(",f") + big_endian(0),
+        osc_padded("/VMC/Ext/Bone/Pos") + osc_padded(",sf") + osc_padded("Hips") + big_endian(0),
+        bundle({bone("Hips", 0, 1, 0, kStraight)}).substr(0, 60),
+        bundle({bundle({bundle({bundle({bundle({})})})})})}) {
+    VmcReader reader;
+    const ParsedSkeletons parsed = reader.parse(bytes);
+    EXPECT_EQ(parsed.malformed, 1u);
+    EXPECT_NE(parsed.why, "");
+    EXPECT_TRUE(parsed.frames.empty());
+  }
+  // Rotations alone, all positions zero.
+  VmcReader reader;
+  const std::vector<std::string> flat = {bone("Hips", 0, 0, 0, kUpwards), bone("Spine", 0, 0, 0, kUpwards),
+                                         bone("Head", 0, 0, 0, kStraight)};
+  reader.parse(bundle(flat));
+  const ParsedSkeletons parsed = reader.parse(bundle(flat));
+  EXPECT_TRUE(parsed.frames.empty());
+  EXPECT_NE(parsed.why.find("rotations alone"), std::string::npos) << parsed.why;
+  // Any damage, and whole frames after it.
+  std::mt19937 random(3);
+  const std::string whole = bundle(avatar(kUpwards));
+  for (int i = 0; i < 3000; ++i) {
+    std::string damaged = whole;
+    for (int k = 0; k < 4; ++k) damaged[random() % damaged.size()] = char(random());
+    damaged.resize(random() % (damaged.size() + 1));
+    for (const SkeletonFrame& frame : reader.parse(damaged).frames) EXPECT_EQ(why_refused(frame), nullptr);
+  }
+  reader.parse(whole);
+  EXPECT_GE(reader.parse(whole).frames.size(), 1u);
 }
 
 TEST(MediaPipe, IsAnchoredByTheFloor) {

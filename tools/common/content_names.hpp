@@ -11,7 +11,7 @@ namespace procam::tools {
 inline std::string with_content_file(const std::string& what,
                                      const std::function<std::string(const std::string&)>& change) {
   if (what.empty() || what[0] == '#' || what.find("://") != std::string::npos) return what;
-  for (const char* kind : {"color:", "camera:"})
+  for (const char* kind : {"color:", "camera:", "shm:"})
     if (what.rfind(kind, 0) == 0) return what;
   for (const std::string kind : {"image:", "images:", "video:"})
     if (what.rfind(kind, 0) == 0) return kind + change(what.substr(kind.size()));

@@ -1,6 +1,6 @@
 #pragma once
 /// What is shown on a surface, as time goes by: a colour, a picture, a sequence of pictures, a video, a
-/// camera, or whatever a function draws.
+/// camera, another program, or whatever a function draws.
 ///
 ///   ContentOptions options;
 ///   options.read = [](const std::filesystem::path& file) { return io::load_image(file).image; };
@@ -86,6 +86,8 @@ struct ContentOptions {
 ///           before 10); numbered ones begin with the lowest number and may have no gap
 ///   video   any other file, as OpenCV's videoio (FFmpeg) reads it: upright, without alpha or sound
 ///   camera  camera:0, camera:/dev/video2, rtsp://..., http://...
+///   shm     shm:NAME, what another program writes there (shared_frame.hpp): live, the newest frame. A writer
+///           that was started again is found again within a second, if its frames have the same size
 ///
 /// @RATE behind images and videos is their pictures a second: shots/*.png@12.5. Else it is 25 for images and
 /// the mean rate that its header tells for a video.

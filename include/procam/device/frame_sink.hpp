@@ -30,6 +30,9 @@ enum class Wish {
   kClose    ///< Escape, or the window was closed: from then on
 };
 
+/// Keys of a game on the wall; none of them is a wish.
+enum class Key { kW, kA, kS, kD, kLeft, kRight, kUp, kDown };
+
 class FrameSink {
  public:
   virtual ~FrameSink() = default;
@@ -48,6 +51,8 @@ class FrameSink {
   /// Keeps the window responsive, and says what a person has asked of it since, each wish once and in order;
   /// call it while waiting.
   virtual Wish poll() { return Wish::kNone; }
+  /// Whether a key is held down, as of the last poll(). Files have no keys.
+  virtual bool is_down(Key) const { return false; }
 };
 
 /// Writes a whole picture file; throws Error. (io::save_image: device knows no file formats.)

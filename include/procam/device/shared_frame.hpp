@@ -29,7 +29,7 @@ struct SharedFrame {
   ImageU8 image;
 };
 
-/// Reads what a sink "shm:NAME" writes.
+/// Reads what a sink "shm:NAME" writes. As content: open_content("shm:NAME") (content_source.hpp).
 class SharedFrameReader {
  public:
   /// Throws Error(kDevice) when there is no such memory or it holds something else.
@@ -41,6 +41,10 @@ class SharedFrameReader {
   ImageSize size() const;
   /// The newest frame if its number is above `after`; nullopt otherwise.
   std::optional<SharedFrame> newest(std::uint64_t after = 0) const;
+  /// The same into a frame whose memory is used again; false: there is none, and its pixels may be torn.
+  bool read_newest(std::uint64_t after, SharedFrame& into) const;
+  /// The writer has gone, or another has begun anew under the name: no more frames come here.
+  bool is_orphan() const;
 
  private:
   struct Memory;

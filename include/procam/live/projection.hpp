@@ -48,6 +48,10 @@ enum class Picture {
 /// Draws a scene into the projector's frame, as render::CpuRenderer does.
 using DrawScene = std::function<render::RenderWork(const Scene&, const Projector&, ImageView<std::uint8_t>)>;
 
+class Projection;
+/// What is drawn over every frame that has light in it, last, for the light of a time: an eye-safe mask.
+using DrawOver = std::function<void(const Projection&, double light_time, ImageView<std::uint8_t>)>;
+
 struct ProjectionOptions {
   std::string projector;  ///< its name in the rig; may be empty when the rig has one
   /// A projector that stands still: no poses are awaited. Without it, surfaces in the world stay dark until a
@@ -58,6 +62,7 @@ struct ProjectionOptions {
   /// When no news has come for track.stale_after: black (true), or drawn from where the robot was then.
   bool blank_on_stale = false;
   DrawScene draw;  ///< empty: a CpuRenderer of its own
+  DrawOver over;   ///< may be empty
 };
 
 struct DrawnFrame {
@@ -91,6 +96,8 @@ class Projection {
 
   void add(const track::StampedPose& message);
   const track::PoseTrack& track() const;
+  /// Where the projector stands at a time; nullopt before the first pose.
+  std::optional<Pose> projector_from_world(double time) const;
 
   void set_picture(Picture picture);
   Picture picture() const;

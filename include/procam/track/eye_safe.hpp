@@ -33,7 +33,7 @@ struct EyeSafeOptions {
 
 struct Darkened {
   bool is_dark = false;  ///< the whole picture
-  int heads = 0;         ///< darkened
+  int heads = 0;         ///< darkened; of silhouettes, blocks of readings
   const char* why = "";  ///< the whole picture is dark
 };
 

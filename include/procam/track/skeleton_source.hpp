@@ -11,6 +11,7 @@
 /// | udp:9100, udp:127.0.0.1:9100 | JSON lines in datagrams (docs/people.md) |
 /// | tcp:HOST:PORT | JSON lines as a stream; connects, and again when the connection ends |
 /// | tcp-listen:[ADDRESS:]PORT | the same, for senders that connect; up to 8 at a time |
+/// | vmc:39539 | Virtual Motion Capture protocol: one person, as an avatar (vmc.hpp) |
 /// | log:FILE[@SPEED] | JSON lines or CSV: in recorded time, faster (@2), or all at once (@0) |
 #include <memory>
 #include <string>

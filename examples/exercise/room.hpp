@@ -1,0 +1,44 @@
+#pragma once
+/// A place to exercise: a sensor that sees the person, a floor that shows how it goes, and a zone beside it
+/// that nobody may reach into.
+#include <memory>
+
+#include "feedback.hpp"
+#include "procam/live/projection.hpp"
+#include "procam/track/people.hpp"
+
+namespace exercise {
+
+struct RoomOptions {
+  procam::track::Side side = procam::track::Side::kLeft;
+  procam::track::ExerciseOptions exercise;
+  double zone_height = 2;  ///< metres above the floor up to which the zone is forbidden
+};
+
+/// The sensor's frame is the room's. Both surfaces are read by a person who faces the sensor.
+class Room {
+ public:
+  explicit Room(const RoomOptions& options);
+
+  void add(const procam::track::SkeletonFrame& frame);
+  /// To a moment of the skeletons' clock.
+  void advance(double time);
+  /// The frame of the projector for that moment.
+  void draw(Picture frame);
+
+  procam::ImageSize frame_size() const;
+  const Feedback& feedback() const { return feedback_; }
+  bool is_forbidden() const { return trespasser_.has_value(); }
+  const procam::track::PeopleTrack& people() const { return people_; }
+
+ private:
+  RoomOptions options_;
+  procam::track::PeopleTrack people_;
+  procam::track::ExerciseCounter counter_;
+  Feedback feedback_;
+  std::optional<Vec2> trespasser_;
+  double time_ = 0, reached_ = -10;
+  std::unique_ptr<procam::live::Projection> projection_;
+};
+
+}  // namespace exercise

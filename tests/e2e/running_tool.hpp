@@ -1,0 +1,74 @@
+#pragma once
+/// Tools on their way, beside the test.
+#include <netinet/in.h>
+#include <signal.h>
+#include <sys/prctl.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include "tool_runner.hpp"
+
+namespace procam::test {
+
+namespace fs = std::filesystem;
+
+/// A port that was free a moment ago.
+inline std::string free_udp_port() {
+  const int handle = socket(AF_INET, SOCK_DGRAM, 0);
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  bind(handle, reinterpret_cast<sockaddr*>(&address), sizeof address);
+  socklen_t size = sizeof address;
+  getsockname(handle, reinterpret_cast<sockaddr*>(&address), &size);
+  close(handle);
+  return std::to_string(ntohs(address.sin_port));
+}
+
+/// A tool by its name, or any program by its absolute path, on its way.
+class Running {
+ public:
+  Running(const std::string& tool, const std::string& arguments, const fs::path& out,
+          const std::string& variables = "") {
+    process_ = fork();
+    if (process_ == 0) {
+      prctl(PR_SET_PDEATHSIG, SIGKILL);
+      const std::string program = tool[0] == '/' ? tool : std::string(PROCAM_TOOLS) + "/" + tool;
+      const std::string line = "exec env " + variables + " " + program + " " + arguments + " >" +
+                               out.string() + " 2>" + out.string() + ".err </dev/null";
+      execl("/bin/sh", "sh", "-c", line.c_str(), static_cast<char*>(nullptr));
+      _exit(127);
+    }
+  }
+  ~Running() {
+    if (process_ > 0) {
+      kill(process_, SIGKILL);
+      waitpid(process_, nullptr, 0);
+    }
+  }
+  Running(const Running&) = delete;
+  Running& operator=(const Running&) = delete;
+  bool is_running() {
+    if (process_ > 0 && waitpid(process_, &status_, WNOHANG) == process_) process_ = -1;
+    return process_ > 0;
+  }
+  int wait() {
+    if (process_ > 0) waitpid(process_, &status_, 0);
+    process_ = -1;
+    return WIFEXITED(status_) ? WEXITSTATUS(status_) : 128 + WTERMSIG(status_);
+  }
+  void tell(int signal) { kill(process_, signal); }
+  /// Resident memory, bytes.
+  double memory() const {
+    std::ifstream file("/proc/" + std::to_string(process_) + "/statm");
+    double total = 0, resident = 0;
+    file >> total >> resident;
+    return resident * double(sysconf(_SC_PAGESIZE));
+  }
+
+ private:
+  pid_t process_ = -1;
+  int status_ = 0;
+};
+
+}  // namespace procam::test

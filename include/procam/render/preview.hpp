@@ -6,18 +6,9 @@
 /// little larger than its content; where the projector's picture falls on it, black is not quite black.
 /// Geometry is exact; brightness is not (no falloff with distance and angle).
 #include "procam/render/cpu.hpp"
+#include "procam/render/viewpoint.hpp"
 
 namespace procam::render {
-
-/// Where a person stands, relative to the projector.
-struct Viewpoint {
-  Camera camera;
-  Pose camera_from_projector;
-};
-
-/// In front of the scene's surfaces, looking along their mean normal from the side they are read from,
-/// upright as they are read, far enough back to see all of them. nullopt when all are pixel surfaces.
-std::optional<Viewpoint> facing_viewpoint(const Scene& scene, ImageSize size = {960, 640});
 
 /// The view, RGB, of the camera's size. `frame` is what the projector shows (RGB, the projector's size).
 /// Pixel surfaces have no place in the room and are left out. Throws std::invalid_argument for a frame of

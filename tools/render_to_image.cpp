@@ -48,10 +48,10 @@ void declare(CLI::App& app, Flags& flags) {
   app.add_option("--fit", flags.fit, "SURFACE=stretch, contain or cover; else the surface file's own");
   app.add_option("--crop", flags.crop,
                  "SURFACE=LEFT,TOP,RIGHT,BOTTOM, fractions of the picture; else the surface file's own");
-  app.add_option(
-         "-o,--output", flags.output,
-         "the projector's frame, .png; with --seconds frames, frame_%04d.png, or a video: .mkv (lossless), "
-         ".mp4, .avi")
+  app.add_option("-o,--output", flags.output,
+                 "the projector's frame, .png, or its light as floats, .exr; with --seconds frames, "
+                 "frame_%04d.png or "
+                 ".exr, or a video: .mkv (lossless), .mp4, .avi")
       ->required();
   app.add_option("--time", flags.time_s, "seconds since the content began, of the first frame [0]");
   app.add_option("--seconds", flags.seconds, "how long frames are written")->check(CLI::Range(1e-3, 86400.0));
@@ -185,6 +185,12 @@ class AnyRenderer {
     else
       cpu_->render(scene, projector, frame);
   }
+  void render(const Scene& scene, const Projector& projector, ImageF& light) {
+    if (gl_)
+      throw Error(ErrorKind::kUnsupported, "an .exr by --renderer gl",
+                  "OpenGL's frames have 8 bits a channel", "leave --renderer gl out, or write .png");
+    cpu_->render(scene, projector, light);
+  }
 
  private:
   std::optional<render::CpuRenderer> cpu_;
@@ -263,8 +269,19 @@ std::optional<std::string> numbered(const std::string& pattern, int number) {
 class Output {
  public:
   Output(const Flags& flags, ImageSize size) : pattern_(flags.output), many_(flags.seconds > 0) {
+    std::string extension = std::filesystem::path(pattern_).extension().string();
+    holds_light_ = extension == ".exr" || extension == ".EXR";
+    if (holds_light_ && many_ && !numbered(pattern_, 0))
+      throw Error(ErrorKind::kInput, pattern_, "an .exr holds one frame, and --seconds makes several",
+                  "number them: frame_%04d.exr");
+    if (holds_light_ && flags.gamma > 0)
+      throw Error(ErrorKind::kInput, "--gamma with an .exr", "it holds light, not a projector's values",
+                  "leave --gamma out");
     if (many_ && !numbered(pattern_, 0)) video_.emplace(flags.output, size, flags.rate_hz);
   }
+  /// Frames of floats, linear.
+  bool holds_light() const { return holds_light_; }
+  void add(const ImageF& light) { io::save_light(many_ ? *numbered(pattern_, count_++) : pattern_, light); }
   void add(const ImageU8& frame) {
     if (video_)
       video_->add(frame);
@@ -278,7 +295,7 @@ class Output {
 
  private:
   std::string pattern_;
-  bool many_;
+  bool many_, holds_light_ = false;
   int count_ = 0;
   std::optional<device::VideoFile> video_;
 };
@@ -336,13 +353,17 @@ ExitCode draw(const Flags& flags, Console& console) {
   }
   ImageU8 frame(projector.size(), 3);
   Output output(flags, projector.size());
+  ImageF light;
+  if (output.holds_light()) light = ImageF(projector.size(), 3);
   const int frames = flags.seconds > 0 ? std::max(1, int(std::lround(flags.seconds * flags.rate_hz))) : 1;
   std::optional<ImageU8> view;
   for (int n = 0; n < frames; ++n) {
     if (frames > 1) console.progress("frame", n + 1, frames);
     stage.show(flags.time_s + n / flags.rate_hz);
-    renderer.render(viewer ? viewer->scene(stage.scene) : stage.scene, projector, frame);
-    if (n == 0 && !flags.preview.empty()) {
+    const Scene& scene = viewer ? viewer->scene(stage.scene) : stage.scene;
+    const bool looked_at = n == 0 && !flags.preview.empty();
+    if (!output.holds_light() || looked_at) renderer.render(scene, projector, frame);
+    if (looked_at) {
       const Scene& room = viewer ? viewer->room() : stage.scene;
       const auto viewpoint =
           viewer ? std::optional(for_a_page(viewer->eye())) : render::facing_viewpoint(room);
@@ -353,8 +374,14 @@ ExitCode draw(const Flags& flags, Console& console) {
                          "no planar surface is drawn, so there is no room to look at: the preview is "
                          "not written; place surfaces in metres to see them");
     }
-    if (blend) surface::apply_blend(*blend, frame, flags.gamma);
-    output.add(frame);
+    if (output.holds_light()) {
+      renderer.render(scene, projector, light);
+      if (blend) surface::apply_blend(*blend, light);
+      output.add(light);
+    } else {
+      if (blend) surface::apply_blend(*blend, frame, flags.gamma);
+      output.add(frame);
+    }
   }
   output.finish();
 

@@ -7,7 +7,7 @@ namespace procam::render {
 
 namespace {
 
-constexpr double kMargin = 0.2;  ///< of a plane's size, seen round it on each side
+constexpr double kSeenRound = 0.2;  ///< of a plane's size, seen round it on each side
 
 /// A surface as somebody who looks for a place to stand sees it, in the projector's frame.
 struct Looked {
@@ -24,8 +24,8 @@ Looked look_at(const PlacedPlane& placed) {
   looked.centre = at(placed, 0.5, 0.5);
   looked.into_wall = placed.projector_from_surface.rotate(Vec3::UnitZ());
   looked.down = (at(placed, 0.5, 1) - at(placed, 0.5, 0)).normalized();
-  for (const double u : {-kMargin, 1 + kMargin})
-    for (const double v : {-kMargin, 1 + kMargin}) looked.outline.push_back(at(placed, u, v));
+  for (const double u : {-kSeenRound, 1 + kSeenRound})
+    for (const double v : {-kSeenRound, 1 + kSeenRound}) looked.outline.push_back(at(placed, u, v));
   return looked;
 }
 

@@ -79,7 +79,7 @@ struct ViewerScene {
   ViewerScene& operator=(const ViewerScene&) = delete;
 
   std::vector<ImageU8> masks;  ///< outlines and holes as the eye sees them
-  ImageU8 unseen, black;       ///< what the last item, a sheet over the whole frame, leaves dark
+  ImageU8 unseen, black;       ///< what the last item, a sheet over the frame, leaves dark
 };
 
 /// Made anew when the eye, the projector or the room moves; a scene that is drawn for a moving eye every

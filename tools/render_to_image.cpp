@@ -126,9 +126,9 @@ struct Stage {
   }
 };
 
-/// `file` is the one that names the surfaces' content.
-Stage set_up(const Flags& flags, const SolvedSurfaceSet& solved, const std::string& file, Console& console,
-             Diagnostics& diagnostics) {
+/// The surfaces' content is named in the file `named_in`.
+Stage set_up(const Flags& flags, const SolvedSurfaceSet& solved, const std::string& named_in,
+             Console& console, Diagnostics& diagnostics) {
   const std::vector<std::string> names = names_of(solved);
   const NamedTexts given = named_texts("--content", flags.content, names, "wall=wall.png"),
                    fits = named_texts("--fit", flags.fit, names, "wall=cover"),
@@ -144,7 +144,7 @@ Stage set_up(const Flags& flags, const SolvedSurfaceSet& solved, const std::stri
   for (const SolvedSurface& one : solved.surfaces) {
     Surface surface = one.surface;
     const auto own = given.find(surface.name);
-    const std::string what = own != given.end() ? own->second : content_beside(file, surface.content);
+    const std::string what = own != given.end() ? own->second : content_beside(named_in, surface.content);
     if (what.empty()) {
       diagnostics.warn("no_content", "surface '" + surface.name +
                                          "' has no content and stays dark; give --content " + surface.name +

@@ -178,7 +178,9 @@ TEST_F(ExchangeRoute, PositionsHoldAllSurfaces) {
       EXPECT_EQ(there, post_there || wall.shows(x, y));
       EXPECT_FALSE(post_there && wall.shows(x, y)) << "the post hides the wall";
       EXPECT_EQ(both.alpha->at(x, y), there ? 1 : 0);
-      if (post_there) EXPECT_EQ(both.positions->at(x, y, 2), one.positions->at(x, y, 2));
+      if (post_there) {
+        EXPECT_EQ(both.positions->at(x, y, 2), one.positions->at(x, y, 2));
+      }
       of_post += post_there;
       of_wall += wall.shows(x, y);
     }

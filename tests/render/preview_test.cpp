@@ -110,7 +110,9 @@ TEST(Preview, FallsOffWithDistanceAndAngle) {
     const double irradiance = std::abs(point.dot(normal)) / std::pow(point.norm(), 3);
     if (white.at(x, y, 1) == 255) continue;  // brighter than the picture is exposed for
     ++compared;
-    if (per_irradiance > 0) EXPECT_NEAR(light / irradiance / per_irradiance, 1, 0.03) << u;
+    if (per_irradiance > 0) {
+      EXPECT_NEAR(light / irradiance / per_irradiance, 1, 0.03) << u;
+    }
     per_irradiance = light / irradiance;
   }
   EXPECT_GE(compared, 2);

@@ -318,7 +318,9 @@ TEST(NearestSurfaces, AreTheNearestThatAreThere) {
   const auto nearest = nearest_surfaces(set, projector);
   for (int y = 0; y < 96; ++y)
     for (int x = 0; x < 128; ++x)
-      if (expected(false, x, y) >= 0) ASSERT_EQ(nearest.at(x, y), expected(false, x, y) + 1);
+      if (expected(false, x, y) >= 0) {
+        ASSERT_EQ(nearest.at(x, y), expected(false, x, y) + 1);
+      }
 }
 
 }  // namespace

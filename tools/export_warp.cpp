@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <limits>
 
 #include "common/blend_flags.hpp"
 #include "common/cli.hpp"
@@ -29,7 +30,8 @@ struct Flags {
 void declare(CLI::App& app, Flags& flags) {
   app.add_option("--rig", flags.rig, "rig.json, as calibrate-projector writes it")->required();
   app.add_option("--surfaces", flags.surfaces, "solved surfaces, as solve-surfaces writes them")->required();
-  app.add_option("--surface", flags.surface, "its name, for a file with several");
+  app.add_option("--surface", flags.surface,
+                 "its name, for a file with several; an .mpcdi of positions takes all without it");
   app.add_option("-o,--output", flags.output,
                  "a map: .pfm, .png (16-bit ST map) or .exr; a mesh: .obj; or .mpcdi")
       ->required();
@@ -83,26 +85,56 @@ const SolvedSurface& pick(const SolvedSurfaceSet& solved, const std::string& nam
     known += (known.empty() ? "" : ", ") + candidate.surface.name;
   }
   throw Error(ErrorKind::kInput, name.empty() ? "solved surfaces" : "surface '" + name + "'",
-              name.empty() ? "there is not exactly one" : "there is none of that name",
-              "give --surface with one of: " + known);
+              name.empty() ? "there is not exactly one, and such a file holds the coordinates of one content"
+                           : "there is none of that name",
+              "give --surface with one of: " + known +
+                  (name.empty() ? "; an .mpcdi of positions (--profile sl or a3) holds all of them" : ""));
 }
 
-double shown_share(const WarpMap& map) {
-  double shown = 0;
-  for (int y = 0; y < map.content.height(); ++y)
-    for (int x = 0; x < map.content.width(); ++x) shown += map.shows(x, y);
-  return shown / (double(map.content.width()) * map.content.height());
+/// What is exported: one surface, or all of them (nullptr).
+using Chosen = const SolvedSurface*;
+using Nearest = Image<std::int16_t>;
+
+bool is_of(Chosen chosen, const SolvedSurfaceSet& solved, int nearest) {
+  return nearest >= 0 && (!chosen || chosen == &solved.surfaces[std::size_t(nearest)]);
 }
 
-/// The surface's outline and holes, times this projector's share of the light.
-ImageF alpha_of(const WarpMap& map, const ContentShape& shape, const ImageF* weight) {
-  ImageF alpha(map.size());
+/// Where the light meets them first, times this projector's share of it.
+ImageF alpha_of(Chosen chosen, const SolvedSurfaceSet& solved, const Nearest& nearest, const ImageF* weight) {
+  ImageF alpha(nearest.size());
   for (int y = 0; y < alpha.height(); ++y)
     for (int x = 0; x < alpha.width(); ++x) {
-      const bool shown = map.shows(x, y) && in_shape(shape, map.at(x, y));
+      const bool shown = is_of(chosen, solved, nearest.at(x, y));
       alpha.at(x, y) = !shown ? 0.0f : weight ? weight->at(x, y) : 1.0f;
     }
   return alpha;
+}
+
+/// A surface's map without what other surfaces hide, as outline and holes do nothing to a map.
+WarpMap map_before_others(const SolvedSurface& chosen, const SolvedSurfaceSet& solved, const Nearest& nearest,
+                          const Projector& projector) {
+  WarpMap map = surface::warp_map(chosen.placement, projector);
+  for (int y = 0; y < nearest.height(); ++y)
+    for (int x = 0; x < nearest.width(); ++x)
+      if (nearest.at(x, y) >= 0 && !is_of(&chosen, solved, nearest.at(x, y)))
+        std::fill_n(&map.content.at(x, y), 3, 0.0f);
+  return map;
+}
+
+/// Where in the room the light lands: of each surface where it is the nearest.
+ImageF positions_of(Chosen chosen, const SolvedSurfaceSet& solved, const Nearest& nearest,
+                    const Projector& projector, const Pose& file_from_projector) {
+  ImageF positions(projector.size(), 3, std::numeric_limits<float>::quiet_NaN());
+  for (std::size_t i = 0; i < solved.surfaces.size(); ++i) {
+    const SolvedSurface& one = solved.surfaces[i];
+    // A pixel surface has no place in the room: alone it is refused, among others it is left out.
+    if (chosen ? chosen != &one : std::holds_alternative<PlacedPixels>(one.placement)) continue;
+    const ImageF own = surface::position_map(one.placement, projector, file_from_projector);
+    for (int y = 0; y < nearest.height(); ++y)
+      for (int x = 0; x < nearest.width(); ++x)
+        if (nearest.at(x, y) == int(i)) std::copy_n(&own.at(x, y), 3, &positions.at(x, y));
+  }
+  return positions;
 }
 
 /// Where the projector stands in the axes of MPCDI files: x right, y up, z backward.
@@ -122,9 +154,8 @@ Pose mpcdi_from_projector(const Flags& flags, const SolvedSurfaceSet& solved, co
   return Pose(mpcdi_from_world, Vec3::Zero()) * world_from_projector;
 }
 
-void write_mpcdi(const Flags& flags, const Rig& rig, const SolvedSurfaceSet& solved,
-                 const SolvedSurface& solved_surface, const RigProjector& projector, WarpMap map,
-                 Diagnostics& diagnostics) {
+void write_mpcdi(const Flags& flags, const Rig& rig, const SolvedSurfaceSet& solved, Chosen chosen,
+                 const Nearest& nearest, const RigProjector& projector, Diagnostics& diagnostics) {
   io::Mpcdi mpcdi;
   mpcdi.profile = flags.profile.value_or(io::MpcdiProfile::k2d);
   mpcdi.date = utc_now();
@@ -133,13 +164,12 @@ void write_mpcdi(const Flags& flags, const Rig& rig, const SolvedSurfaceSet& sol
   region.size = projector.projector.size();
   std::optional<surface::BlendMap> blend;
   if (flags.blend.given()) blend = blend_for(flags.blend, rig, solved, diagnostics);
-  region.alpha = alpha_of(map, solved_surface.surface.shape, blend ? &blend->weight : nullptr);
+  region.alpha = alpha_of(chosen, solved, nearest, blend ? &blend->weight : nullptr);
   if (mpcdi.profile == io::MpcdiProfile::k2d) {
-    region.warp = std::move(map);
+    region.warp = map_before_others(*chosen, solved, nearest, projector.projector);
   } else {
     const Pose file_from_projector = mpcdi_from_projector(flags, solved, projector, diagnostics);
-    region.positions =
-        surface::position_map(solved_surface.placement, projector.projector, file_from_projector);
+    region.positions = positions_of(chosen, solved, nearest, projector.projector, file_from_projector);
     if (mpcdi.profile == io::MpcdiProfile::kShaderLamps)
       diagnostics.append(io::set_projector(region, projector.projector, file_from_projector));
   }
@@ -169,28 +199,32 @@ ExitCode export_warp(const Flags& flags, Console& console) {
   const Rig rig = io::load_rig(flags.rig);
   const SolvedSurfaceSet solved = io::load_solved_surfaces(flags.surfaces);
   const RigProjector& projector = rig.projector(solved.projector);
-  const SolvedSurface& chosen = pick(solved, flags.surface);
+  const bool positions = flags.profile && *flags.profile != io::MpcdiProfile::k2d;
+  const Chosen chosen = positions && flags.surface.empty() ? nullptr : &pick(solved, flags.surface);
+  const std::string what = chosen ? chosen->surface.name : "all surfaces";
 
   Diagnostics diagnostics;
-  WarpMap map = surface::warp_map(chosen.placement, projector.projector);
-  const double share = shown_share(map);
+  const Nearest nearest = surface::nearest_surfaces(solved, projector.projector);
+  double share = 0;
+  for (int y = 0; y < nearest.height(); ++y)
+    for (int x = 0; x < nearest.width(); ++x) share += is_of(chosen, solved, nearest.at(x, y));
+  share /= double(nearest.width()) * nearest.height();
   if (share == 0)
-    throw Error(ErrorKind::kDegenerate, "surface '" + chosen.surface.name + "'",
+    throw Error(ErrorKind::kDegenerate, chosen ? "surface '" + what + "'" : what,
                 "none of the projector's pixels shows anything of it",
                 "see what solve-surfaces says of it, and move the projector or the surface");
   if (extension == ".obj")
-    write_mesh(flags, chosen.placement, projector.projector, console, diagnostics);
+    write_mesh(flags, chosen->placement, projector.projector, console, diagnostics);
   else if (extension == ".mpcdi")
-    write_mpcdi(flags, rig, solved, chosen, projector, std::move(map), diagnostics);
+    write_mpcdi(flags, rig, solved, chosen, nearest, projector, diagnostics);
   else
-    io::save_warp_map(flags.output, map);
+    io::save_warp_map(flags.output, map_before_others(*chosen, solved, nearest, projector.projector));
 
-  console.say(
-      format("%s: %.1f %% of the projector's pixels show it", chosen.surface.name.c_str(), 100 * share));
+  console.say(format("%s: %.1f %% of the projector's pixels show it", what.c_str(), 100 * share));
   console.say("wrote " + flags.output);
   console.report(diagnostics);
   console.summary().set("/projector", projector.name);
-  console.summary().set("/surface", chosen.surface.name);
+  console.summary().set("/surface", what);
   console.summary().set("/shown_share", share);
   console.summary().set("/files", std::vector<std::string>{flags.output});
   return exit_code(diagnostics);

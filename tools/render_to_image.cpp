@@ -8,6 +8,7 @@
 #include "common/blend_flags.hpp"
 #include "common/cli.hpp"
 #include "common/content_names.hpp"
+#include "common/viewer_flags.hpp"
 #include "procam/device/content_source.hpp"
 #include "procam/device/video_file.hpp"
 #include "procam/io/images.hpp"
@@ -15,6 +16,7 @@
 #include "procam/io/rig_file.hpp"
 #include "procam/io/surface_file.hpp"
 #include "procam/render/preview.hpp"
+#include "procam/render/viewer.hpp"
 #include "procam/render_gl/gl.hpp"
 #include "procam/surface/lay_out.hpp"
 
@@ -25,6 +27,7 @@ struct Flags {
   std::string rig, surfaces, output, preview, weights, renderer = "cpu";
   std::vector<std::string> content, fit, crop;
   BlendFlags blend;
+  ViewerFlags viewer;
   double time_s = 0, seconds = 0, rate_hz = 25, gamma = 0;
   int threads = 0;
   bool encoded = false;
@@ -45,16 +48,17 @@ void declare(CLI::App& app, Flags& flags) {
   app.add_option("--fit", flags.fit, "SURFACE=stretch, contain or cover; else the surface file's own");
   app.add_option("--crop", flags.crop,
                  "SURFACE=LEFT,TOP,RIGHT,BOTTOM, fractions of the picture; else the surface file's own");
-  app.add_option(
-         "-o,--output", flags.output,
-         "the projector's frame, .png; with --seconds frames, frame_%04d.png, or a video: .mkv (lossless), "
-         ".mp4, .avi")
+  app.add_option("-o,--output", flags.output,
+                 "the projector's frame, .png, or its light as floats, .exr; with --seconds frames, "
+                 "frame_%04d.png or "
+                 ".exr, or a video: .mkv (lossless), .mp4, .avi")
       ->required();
   app.add_option("--time", flags.time_s, "seconds since the content began, of the first frame [0]");
   app.add_option("--seconds", flags.seconds, "how long frames are written")->check(CLI::Range(1e-3, 86400.0));
   app.add_option("--fps", flags.rate_hz, "frames a second, with --seconds [25]")
       ->check(CLI::Range(1e-3, 1e3));
   app.add_option("--preview", flags.preview, "what a person facing the surfaces would see, .png");
+  declare_viewer(app, flags.viewer);
   declare_blend(app, flags.blend);
   app.add_option("--weights", flags.weights,
                  "also the projector's share of the light in each pixel, .png (8 bits) or .pfm (floats)");
@@ -122,7 +126,9 @@ struct Stage {
   }
 };
 
-Stage set_up(const Flags& flags, const SolvedSurfaceSet& solved, Console& console, Diagnostics& diagnostics) {
+/// The surfaces' content is named in the file `named_in`.
+Stage set_up(const Flags& flags, const SolvedSurfaceSet& solved, const std::string& named_in,
+             Console& console, Diagnostics& diagnostics) {
   const std::vector<std::string> names = names_of(solved);
   const NamedTexts given = named_texts("--content", flags.content, names, "wall=wall.png"),
                    fits = named_texts("--fit", flags.fit, names, "wall=cover"),
@@ -138,8 +144,7 @@ Stage set_up(const Flags& flags, const SolvedSurfaceSet& solved, Console& consol
   for (const SolvedSurface& one : solved.surfaces) {
     Surface surface = one.surface;
     const auto own = given.find(surface.name);
-    const std::string what =
-        own != given.end() ? own->second : content_beside(flags.surfaces, surface.content);
+    const std::string what = own != given.end() ? own->second : content_beside(named_in, surface.content);
     if (what.empty()) {
       diagnostics.warn("no_content", "surface '" + surface.name +
                                          "' has no content and stays dark; give --content " + surface.name +
@@ -164,6 +169,89 @@ Stage set_up(const Flags& flags, const SolvedSurfaceSet& solved, Console& consol
   return stage;
 }
 
+/// One of the renderers, and what it keeps from frame to frame.
+class AnyRenderer {
+ public:
+  AnyRenderer(const std::string& name, const render::RenderOptions& options) {
+    if (name == "gl")
+      gl_.emplace(options);
+    else
+      cpu_.emplace(options);
+  }
+  std::string device() const { return gl_ ? gl_->device() : "cpu"; }
+  void render(const Scene& scene, const Projector& projector, ImageU8& frame) {
+    if (gl_)
+      gl_->render(scene, projector, frame);
+    else
+      cpu_->render(scene, projector, frame);
+  }
+  void render(const Scene& scene, const Projector& projector, ImageF& light) {
+    if (gl_)
+      throw Error(ErrorKind::kUnsupported, "an .exr by --renderer gl",
+                  "OpenGL's frames have 8 bits a channel", "leave --renderer gl out, or write .png");
+    cpu_->render(scene, projector, light);
+  }
+
+ private:
+  std::optional<render::CpuRenderer> cpu_;
+  std::optional<render_gl::GlRenderer> gl_;
+};
+
+/// The real surfaces as they stand in the room; they have no content of their own.
+Scene real_surfaces(const SolvedSurfaceSet& solved, std::vector<surface::LaidOut>& laid) {
+  static const ImageU8 grey(1, 1, 1, 128);
+  Scene room;
+  for (const SolvedSurface& one : solved.surfaces) {
+    Surface surface = one.surface;
+    surface.layout = {};
+    laid.push_back(surface::lay_out(one.placement, surface, grey.size()));
+  }
+  for (const surface::LaidOut& one : laid) {
+    SceneItem item;
+    item.placement = one.placement;
+    item.content = grey;
+    item.mask = one.mask;
+    room.items.push_back(item);
+  }
+  return room;
+}
+
+/// Draws the virtual things for the eye and projects that picture onto the real surfaces.
+class ForViewer {
+ public:
+  ForViewer(const Flags& flags, const RigProjector& projector, const SolvedSurfaceSet& real,
+            const render::RenderOptions& options, Diagnostics& diagnostics)
+      : room_(real_surfaces(real, laid_)), from_eye_(flags.renderer, options) {
+    const auto eye =
+        render::viewer_eye(eye_in_projector(flags.viewer, projector, real), room_, projector.projector);
+    if (!eye)
+      throw Error(ErrorKind::kDegenerate, "--viewer",
+                  "none of the projector's light lands on a surface that this eye could see",
+                  "check the eye's place, its frame and its units, and that the surfaces are lit");
+    diagnostics.append(eye->diagnostics);
+    eye_ = eye->viewpoint;
+    shown_ = render::viewer_scene(room_, projector.projector, eye_, options);
+  }
+
+  const Scene& room() const { return room_; }
+  const render::Viewpoint& eye() const { return eye_; }
+  /// Of the light that lands, what the eye sees.
+  double seen_share() const { return shown_.seen_share; }
+  const Scene& scene(const Scene& things) {
+    from_eye_.render(render::seen_from(eye_.camera_from_projector, things), Projector{eye_.camera},
+                     shown_.picture);
+    shown_.picture_changed();
+    return shown_.scene;
+  }
+
+ private:
+  std::vector<surface::LaidOut> laid_;  ///< their masks
+  Scene room_;
+  AnyRenderer from_eye_;
+  render::Viewpoint eye_;
+  render::ViewerScene shown_;
+};
+
 /// frame_%04d.png -> frame_0017.png; nullopt for a name without a number.
 std::optional<std::string> numbered(const std::string& pattern, int number) {
   const std::size_t percent = pattern.find('%');
@@ -181,8 +269,19 @@ std::optional<std::string> numbered(const std::string& pattern, int number) {
 class Output {
  public:
   Output(const Flags& flags, ImageSize size) : pattern_(flags.output), many_(flags.seconds > 0) {
+    std::string extension = std::filesystem::path(pattern_).extension().string();
+    holds_light_ = extension == ".exr" || extension == ".EXR";
+    if (holds_light_ && many_ && !numbered(pattern_, 0))
+      throw Error(ErrorKind::kInput, pattern_, "an .exr holds one frame, and --seconds makes several",
+                  "number them: frame_%04d.exr");
+    if (holds_light_ && flags.gamma > 0)
+      throw Error(ErrorKind::kInput, "--gamma with an .exr", "it holds light, not a projector's values",
+                  "leave --gamma out");
     if (many_ && !numbered(pattern_, 0)) video_.emplace(flags.output, size, flags.rate_hz);
   }
+  /// Frames of floats, linear.
+  bool holds_light() const { return holds_light_; }
+  void add(const ImageF& light) { io::save_light(many_ ? *numbered(pattern_, count_++) : pattern_, light); }
   void add(const ImageU8& frame) {
     if (video_)
       video_->add(frame);
@@ -196,10 +295,24 @@ class Output {
 
  private:
   std::string pattern_;
-  bool many_;
+  bool many_, holds_light_ = false;
   int count_ = 0;
   std::optional<device::VideoFile> video_;
 };
+
+/// The same view with no more pixels than are looked at.
+render::Viewpoint for_a_page(render::Viewpoint viewpoint) {
+  constexpr int kMostAcross = 1280;
+  Camera& camera = viewpoint.camera;
+  const double scale = std::min(1.0, double(kMostAcross) / camera.size.width);
+  camera.size = {int(std::ceil(scale * camera.size.width)), int(std::ceil(scale * camera.size.height))};
+  Intrinsics& k = camera.intrinsics;
+  k.fx *= scale;
+  k.fy *= scale;
+  k.cx = scale * (k.cx + 0.5) - 0.5;
+  k.cy = scale * (k.cy + 0.5) - 0.5;
+  return viewpoint;
+}
 
 void save_weights(const std::string& file, const surface::BlendMap& map) {
   if (std::filesystem::path(file).extension() == ".pfm") return io::save_pfm(file, map.weight);
@@ -211,11 +324,15 @@ void save_weights(const std::string& file, const surface::BlendMap& map) {
 }
 
 ExitCode draw(const Flags& flags, Console& console) {
+  check_viewer(flags.viewer);
   const Rig rig = io::load_rig(flags.rig);
   const SolvedSurfaceSet solved = io::load_solved_surfaces(flags.surfaces);
-  const Projector& projector = rig.projector(solved.projector).projector;
+  const RigProjector& of_rig = rig.projector(solved.projector);
+  const Projector& projector = of_rig.projector;
   Diagnostics diagnostics;
-  Stage stage = set_up(flags, solved, console, diagnostics);
+  Stage stage = flags.viewer.given() ? set_up(flags, solve_things(flags.viewer, of_rig, solved),
+                                              flags.viewer.things, console, diagnostics)
+                                     : set_up(flags, solved, flags.surfaces, console, diagnostics);
   std::optional<surface::BlendMap> blend;
   if (flags.blend.given() || flags.gamma > 0 || !flags.weights.empty())
     blend = blend_for(flags.blend, rig, solved, diagnostics);
@@ -223,35 +340,48 @@ ExitCode draw(const Flags& flags, Console& console) {
   render::RenderOptions options;
   options.threads = flags.threads;
   options.linear_light = !flags.encoded;
-  std::optional<render::CpuRenderer> by_cpu;
-  std::optional<render_gl::GlRenderer> by_gl;
-  if (flags.renderer == "gl") {
-    by_gl.emplace(options);
-    console.say("drawn by " + by_gl->device());
-  } else {
-    by_cpu.emplace(options);
+  AnyRenderer renderer(flags.renderer, options);
+  if (flags.renderer == "gl") console.say("drawn by " + renderer.device());
+  std::optional<ForViewer> viewer;
+  if (flags.viewer.given()) {
+    viewer.emplace(flags, of_rig, solved, options, diagnostics);
+    const ImageSize size = viewer->eye().camera.size;
+    console.say(format("the viewer's picture: %dx%d; of the light on the surfaces %.1f %% is in sight",
+                       size.width, size.height, 100 * viewer->seen_share()));
+    console.summary().set("/viewer/seen_share", viewer->seen_share());
+    console.summary().set("/viewer/picture", std::vector<double>{double(size.width), double(size.height)});
   }
   ImageU8 frame(projector.size(), 3);
   Output output(flags, projector.size());
+  ImageF light;
+  if (output.holds_light()) light = ImageF(projector.size(), 3);
   const int frames = flags.seconds > 0 ? std::max(1, int(std::lround(flags.seconds * flags.rate_hz))) : 1;
   std::optional<ImageU8> view;
   for (int n = 0; n < frames; ++n) {
     if (frames > 1) console.progress("frame", n + 1, frames);
     stage.show(flags.time_s + n / flags.rate_hz);
-    if (by_gl)
-      by_gl->render(stage.scene, projector, frame);
-    else
-      by_cpu->render(stage.scene, projector, frame);
-    if (n == 0 && !flags.preview.empty()) {
-      if (const auto viewpoint = render::facing_viewpoint(stage.scene))
-        view = render::preview(stage.scene, projector, frame, *viewpoint, options);
+    const Scene& scene = viewer ? viewer->scene(stage.scene) : stage.scene;
+    const bool looked_at = n == 0 && !flags.preview.empty();
+    if (!output.holds_light() || looked_at) renderer.render(scene, projector, frame);
+    if (looked_at) {
+      const Scene& room = viewer ? viewer->room() : stage.scene;
+      const auto viewpoint =
+          viewer ? std::optional(for_a_page(viewer->eye())) : render::facing_viewpoint(room);
+      if (viewpoint)
+        view = render::preview(room, projector, frame, *viewpoint, options);
       else
         diagnostics.warn("no_preview",
                          "no planar surface is drawn, so there is no room to look at: the preview is "
                          "not written; place surfaces in metres to see them");
     }
-    if (blend) surface::apply_blend(*blend, frame, flags.gamma);
-    output.add(frame);
+    if (output.holds_light()) {
+      renderer.render(scene, projector, light);
+      if (blend) surface::apply_blend(*blend, light);
+      output.add(light);
+    } else {
+      if (blend) surface::apply_blend(*blend, frame, flags.gamma);
+      output.add(frame);
+    }
   }
   output.finish();
 
@@ -267,7 +397,7 @@ ExitCode draw(const Flags& flags, Console& console) {
   console.report(diagnostics);
   console.summary().set("/projector", solved.projector);
   console.summary().set("/surfaces", stage.drawn);
-  console.summary().set("/renderer", by_gl ? by_gl->device() : "cpu");
+  console.summary().set("/renderer", renderer.device());
   console.summary().set("/frames", frames);
   console.summary().set("/files", written);
   for (const std::string& file : written) console.say("wrote " + file);

@@ -5,6 +5,7 @@
 #include <opencv2/core/utils/logger.hpp>
 #include <opencv2/imgcodecs.hpp>
 
+#include "exr.hpp"
 #include "image_check.hpp"
 #include "image_decode.hpp"
 #include "procam/io/files.hpp"
@@ -128,6 +129,14 @@ void save_image(const fs::path& path, ViewU8 image) {
     throw Error(ErrorKind::kUnsupported, path.string(), "pictures are written as PNG",
                 "give it a name that ends in .png");
   write_file_atomically(path, encode_png(image));
+}
+
+void save_light(const fs::path& path, ViewF light) {
+  const std::string extension = path.extension().string();
+  if (extension != ".exr" && extension != ".EXR")
+    throw Error(ErrorKind::kUnsupported, path.string(), "light is written as OpenEXR",
+                "give it a name that ends in .exr");
+  write_file_atomically(path, encode_exr(light));
 }
 
 }  // namespace procam::io

@@ -14,6 +14,15 @@ void to_frame(const Kernels&, const LightCurve& curve, const Light* from, int co
   for (int i = 0; i < count; ++i, from += 4)
     for (int k = 0; k < 3; ++k) *to++ = curve.value(from[k]);
 }
+/// Light, or numbers as they stand, as shares of the whole.
+void to_frame(const Kernels&, const LightCurve&, const Value* from, int count, float* to) {
+  for (int i = 0; i < count; ++i, from += 4)
+    for (int k = 0; k < 3; ++k) *to++ = float(from[k]) / 255.0f;
+}
+void to_frame(const Kernels&, const LightCurve&, const Light* from, int count, float* to) {
+  for (int i = 0; i < count; ++i, from += 4)
+    for (int k = 0; k < 3; ++k) *to++ = float(from[k]) / float(kFull);
+}
 
 }  // namespace
 
@@ -26,7 +35,8 @@ class CpuRenderer::State {
         curve_(options.linear_light),
         workers_(options.threads) {}
 
-  RenderWork render(const Scene& scene, const Projector& projector, ImageView<std::uint8_t> frame) {
+  template <typename Number>
+  RenderWork render(const Scene& scene, const Projector& projector, ImageView<Number> frame) {
     if (!(frame.channels == 3 && frame.size() == projector.size() && !frame.empty()))
       throw std::invalid_argument("render: the frame must have 3 channels and the projector's size");
     require_drawable(scene);
@@ -122,8 +132,8 @@ class CpuRenderer::State {
     return true;
   }
 
-  template <typename Texture>
-  void draw_band(int y, const Scene& scene, ImageView<std::uint8_t> frame) {
+  template <typename Texture, typename Number>
+  void draw_band(int y, const Scene& scene, ImageView<Number> frame) {
     Plan& plan = plans_[std::size_t(y)];
     Tile<typename Texture::Pixel> tile;
     tile.y = y;
@@ -196,10 +206,11 @@ class CpuRenderer::State {
   }
 
   /// Asks for the memory that will be written when the tile is drawn.
-  static void fetch_ahead(const PixelRect& rect, ImageView<std::uint8_t> frame) {
-    constexpr int kLine = 64;  // bytes
+  template <typename Number>
+  static void fetch_ahead(const PixelRect& rect, ImageView<Number> frame) {
+    constexpr int kLine = 64 / int(sizeof(Number));  // of memory
     for (int y = rect.y0; y < rect.y1; ++y) {
-      const std::uint8_t* const row = frame.row(y);
+      const Number* const row = frame.row(y);
       for (int i = rect.x0 * 3; i < rect.x1 * 3; i += kLine) __builtin_prefetch(row + i, 1);
     }
   }
@@ -235,6 +246,9 @@ CpuRenderer::~CpuRenderer() = default;
 
 RenderWork CpuRenderer::render(const Scene& scene, const Projector& projector,
                                ImageView<std::uint8_t> frame) {
+  return state_->render(scene, projector, frame);
+}
+RenderWork CpuRenderer::render(const Scene& scene, const Projector& projector, ImageView<float> frame) {
   return state_->render(scene, projector, frame);
 }
 

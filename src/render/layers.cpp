@@ -76,7 +76,7 @@ bool Layer::place(const SceneItem& shown, const Projector& projector, const Lens
   if (const auto* placed = std::get_if<PlacedMesh>(&shown.placement)) {
     const Pose &a = placed->projector_from_surface, &b = mesh_.projector_from_surface;
     if (same_lens && is_mesh() && placed->mesh == mesh_.mesh && a.translation == b.translation &&
-        a.rotation.coeffs() == b.rotation.coeffs())
+        a.rotation.coeffs() == b.rotation.coeffs() && placed->content_from_point == mesh_.content_from_point)
       return false;
     mesh_ = *placed;
     room.emplace(*placed, projector, lens.grid(), workers);

@@ -1,6 +1,8 @@
 #include "procam/render/preview.hpp"
 
 #include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
 
 #include "mean_content.hpp"
 #include "room_layer.hpp"
@@ -13,69 +15,12 @@ constexpr double kMargin = 0.2;                    ///< of the content's size, s
 constexpr float kRoom = 0.012f, kSurface = 0.06f;  ///< light of what the projector does not reach
 constexpr float kBlackLevel = 0.03f;               ///< what a projector's black adds
 
-/// A surface as somebody who looks for a place to stand sees it, in the projector's frame.
-struct Looked {
-  Vec3 centre = Vec3::Zero(), into_wall = Vec3::Zero(), down = Vec3::Zero();
-  Points3 outline;  ///< what must be in the picture
-};
-
 /// The content's area and kMargin of its size round it.
 PlacedPlane with_margin(PlacedPlane placed) {
   Mat3 wider;
   wider << 1 + 2 * kMargin, 0, -kMargin, 0, 1 + 2 * kMargin, -kMargin, 0, 0, 1;
   placed.plane_from_content *= wider;
   return placed;
-}
-
-Looked look_at(const PlacedPlane& placed) {
-  const auto at = [](const PlacedPlane& plane, double u, double v) {
-    const Vec2 point = (plane.plane_from_content * Vec3(u, v, 1)).hnormalized();
-    return plane.projector_from_surface * Vec3(point.x(), point.y(), 0);
-  };
-  Looked looked;
-  looked.centre = at(placed, 0.5, 0.5);
-  looked.into_wall = placed.projector_from_surface.rotate(Vec3::UnitZ());
-  looked.down = (at(placed, 0.5, 1) - at(placed, 0.5, 0)).normalized();
-  const PlacedPlane shown = with_margin(placed);
-  for (const double u : {0.0, 1.0})
-    for (const double v : {0.0, 1.0}) looked.outline.push_back(at(shown, u, v));
-  return looked;
-}
-
-/// Means over its area.
-Looked look_at(const PlacedMesh& placed) {
-  const Mesh& mesh = *placed.mesh;
-  Looked looked;
-  double whole = 0;
-  for (const auto& triangle : mesh.triangles) {
-    const auto corner = [&](std::size_t i) { return mesh.vertices[std::size_t(triangle[i])]; };
-    const auto uv = [&](std::size_t i) { return mesh.uv[std::size_t(triangle[i])]; };
-    const Vec3 area = area_vector(mesh, triangle);
-    const Vec2 a = uv(1) - uv(0), b = uv(2) - uv(0);
-    const double sense = a.x() * b.y() - a.y() * b.x();
-    if (sense == 0) continue;  // shows one line of the content
-    whole += area.norm();
-    looked.centre += area.norm() / 3 * (corner(0) + corner(1) + corner(2));
-    looked.into_wall += (sense < 0 ? -1 : 1) * area;
-    // The step in space for a step in v: point = corner + (a, b)^-1 (u, v).
-    const Vec3 along_v = (a.x() * (corner(2) - corner(0)) - b.x() * (corner(1) - corner(0))) / sense;
-    looked.down += area.norm() * along_v.normalized();
-  }
-  const Pose& pose = placed.projector_from_surface;
-  looked.centre = pose * Vec3(looked.centre / std::max(whole, 1e-300));
-  looked.into_wall = pose.rotate(looked.into_wall) / std::max(whole, 1e-300);
-  looked.down = pose.rotate(looked.down) / std::max(whole, 1e-300);
-  for (const Vec3& vertex : mesh.vertices) looked.outline.push_back(pose * vertex);
-  return looked;
-}
-
-std::vector<Looked> look_at(const Scene& scene) {
-  std::vector<Looked> result;
-  for (const SceneItem& item : scene.items) {
-    if (const auto* plane = std::get_if<PlacedPlane>(&item.placement)) result.push_back(look_at(*plane));
-    if (const auto* mesh = std::get_if<PlacedMesh>(&item.placement)) result.push_back(look_at(*mesh));
-  }
-  return result;
 }
 
 /// The surfaces of the scene as somebody at `viewer_from_projector` sees them, whose picture is that of a
@@ -98,55 +43,58 @@ std::vector<RoomLayer> layers_seen(const Scene& scene, const Projector& viewer,
   return layers;
 }
 
-/// The plane of the nearest facet that the ray meets.
-std::optional<Plane> nearest_plane(const std::vector<RoomLayer>& layers, int x, int y, const Vec3& ray) {
+/// The plane of the nearest facet that the ray meets; of a plane's margin where there is nothing else: the
+/// grey round one content must not hide another.
+struct Met {
+  Plane plane;
+  int layer;  ///< margins are counted after the surfaces
+};
+std::optional<Met> nearest_plane(const std::vector<RoomLayer>& surfaces,
+                                 const std::vector<RoomLayer>& margins, int x, int y, const Vec3& ray) {
   const Facet* found = nullptr;
-  for (const RoomLayer& layer : layers) {
-    const Facet* facet = layer.nearest(x, y, ray);
-    if (facet && (!found || along(facet->nearness, ray) > along(found->nearness, ray))) found = facet;
+  int of = 0, count = 0;
+  for (const auto* layers : {&surfaces, &margins}) {
+    if (found) break;
+    for (const RoomLayer& layer : *layers) {
+      const Facet* facet = layer.nearest(x, y, ray);
+      if (facet && (!found || along(facet->nearness, ray) > along(found->nearness, ray))) {
+        found = facet;
+        of = count;
+      }
+      ++count;
+    }
   }
   if (!found) return std::nullopt;
   const Vec3 nearness(double(found->nearness[0]), double(found->nearness[1]), double(found->nearness[2]));
-  return Plane{nearness.normalized(), -1 / nearness.norm()};  // nearness . x = 1 on it
+  return Met{Plane{nearness.normalized(), -1 / nearness.norm()}, of};  // nearness . x = 1 on it
+}
+
+/// What full light makes of a place: its cosine over the squared distance, as in simulate.
+double irradiance(const Vec3& point_in_projector, const Vec3& unit_normal_in_projector) {
+  const double range = point_in_projector.norm();
+  return std::abs(point_in_projector.dot(unit_normal_in_projector)) / (range * range * range);
+}
+
+/// The irradiance that the picture is exposed for: a tenth of what the projector lights is brighter.
+double exposed_for(const std::vector<RoomLayer>& lit, const Projector& projector) {
+  constexpr int kSteps = 48;
+  std::vector<double> found;
+  const ImageSize size = projector.size();
+  for (int j = 0; j < kSteps; ++j)
+    for (int i = 0; i < kSteps; ++i) {
+      const int x = size.width * (2 * i + 1) / (2 * kSteps), y = size.height * (2 * j + 1) / (2 * kSteps);
+      const auto ray = projector.emit(Vec2(x, y));
+      const auto met = ray ? nearest_plane(lit, {}, x, y, ray->direction) : std::nullopt;
+      const auto point = met ? intersect(*ray, met->plane) : std::nullopt;
+      if (point) found.push_back(irradiance(*point, met->plane.normal));
+    }
+  if (found.empty()) return 1;
+  const auto at = found.begin() + std::ptrdiff_t(found.size() * 9 / 10);
+  std::nth_element(found.begin(), at, found.end());
+  return *at;
 }
 
 }  // namespace
-
-std::optional<Viewpoint> facing_viewpoint(const Scene& scene, ImageSize size) {
-  const std::vector<Looked> items = look_at(scene);
-  if (items.empty()) return std::nullopt;
-  Vec3 centre = Vec3::Zero(), forward = Vec3::Zero(), down = Vec3::Zero();
-  for (const Looked& item : items) {
-    centre += item.centre / double(items.size());
-    forward += item.into_wall;
-    down += item.down;
-  }
-  if (forward.norm() < 1e-3) forward = items.front().into_wall;  // they face each other
-  if (forward.norm() < 1e-3) forward = centre;                   // it faces all ways, as a globe does
-  forward.normalize();
-  down -= down.dot(forward) * forward;
-  if (down.norm() < 1e-3) down = forward.unitOrthogonal();
-  down.normalize();
-  Mat3 camera_from_projector_rotation;
-  camera_from_projector_rotation << down.cross(forward).transpose(), down.transpose(), forward.transpose();
-
-  Viewpoint viewpoint;
-  viewpoint.camera.size = size;
-  Intrinsics& k = viewpoint.camera.intrinsics;
-  k.fx = k.fy = 1.2 * size.width;
-  k.cx = 0.5 * (size.width - 1);
-  k.cy = 0.5 * (size.height - 1);
-  double distance = 0.1;
-  for (const Looked& item : items)
-    for (const Vec3& point : item.outline) {
-      const Vec3 corner = camera_from_projector_rotation * (point - centre);
-      distance = std::max({distance, k.fx * std::abs(corner.x()) / (0.5 * size.width) - corner.z(),
-                           k.fy * std::abs(corner.y()) / (0.5 * size.height) - corner.z()});
-    }
-  viewpoint.camera_from_projector =
-      Pose(camera_from_projector_rotation, Vec3(0, 0, distance) - camera_from_projector_rotation * centre);
-  return viewpoint;
-}
 
 ImageU8 preview(const Scene& scene, const Projector& projector, ViewU8 frame, const Viewpoint& viewpoint,
                 const RenderOptions& options) {
@@ -159,7 +107,6 @@ ImageU8 preview(const Scene& scene, const Projector& projector, ViewU8 frame, co
   light.prepare(frame, curve, levels_of(frame.size()), workers);
   const Pose projector_from_camera = viewpoint.camera_from_projector.inverse();
   const Camera& camera = viewpoint.camera;
-  // The grey round one content must not hide another: it is looked for where there is nothing else.
   const std::vector<RoomLayer> seen = layers_seen(scene, {camera}, viewpoint.camera_from_projector, false,
                                                   workers),
                                margins = layers_seen(scene, {camera}, viewpoint.camera_from_projector, true,
@@ -202,21 +149,71 @@ ImageU8 preview(const Scene& scene, const Projector& projector, ViewU8 frame, co
     return Footprint{uv(centre), uv(right) - uv(left), uv(bottom) - uv(top)};
   };
 
-  ImageU8 view(camera.size, 3);
-  workers.run(view.height(), [&](int y) {
-    for (int x = 0; x < view.width(); ++x) {
-      Rgba shown = Rgba::Constant(kRoom);
-      const std::optional<Vec3> bearing = camera.unproject(Vec2(x, y));
-      std::optional<Plane> plane = bearing ? nearest_plane(seen, x, y, *bearing) : std::nullopt;
-      if (!plane && bearing) plane = nearest_plane(margins, x, y, *bearing);
-      if (plane) {
-        shown = Rgba::Constant(kSurface);
-        if (const auto footprint = frame_footprint(Vec2(x, y), *plane)) {
-          const Coverage reached = coverage(*footprint);
-          if (reached.area > 0)
-            shown += float(reached.area) * (kBlackLevel + (1 - kSurface - kBlackLevel) *
-                                                              mean_content(light, kernels, *footprint, true));
-        }
+  const double full = exposed_for(lit, projector);
+  const ImageSize size = camera.size;
+  /// What a place of the view shows, and what tells it from its neighbours.
+  struct Shown {
+    Rgba colour;
+    int layer;  ///< -1: nothing
+    bool is_lit;
+    double depth;
+  };
+  const auto look = [&](const Vec2& at, int x, int y) {
+    Shown shown{Rgba::Constant(kRoom), -1, false, 0};
+    const std::optional<Vec3> bearing = camera.unproject(at);
+    const auto met = bearing ? nearest_plane(seen, margins, x, y, *bearing) : std::nullopt;
+    const auto point = met ? intersect(Ray{Vec3::Zero(), *bearing}, met->plane) : std::nullopt;
+    if (!point) return shown;
+    shown.layer = met->layer;
+    shown.depth = point->z();
+    // The room's own light comes from all sides, a little more of it from behind the person.
+    const double facing = std::abs(bearing->normalized().dot(met->plane.normal));
+    shown.colour = Rgba::Constant(kSurface * float(0.6 + 0.4 * facing));
+    const auto footprint = frame_footprint(at, met->plane);
+    if (!footprint) return shown;
+    const Coverage reached = coverage(*footprint);
+    shown.is_lit = reached.area > 0;
+    const double bright =
+        irradiance(projector_from_camera * *point, projector_from_camera.rotate(met->plane.normal)) / full;
+    if (shown.is_lit)
+      shown.colour +=
+          float(reached.area * bright) *
+          (kBlackLevel + (1 - kSurface - kBlackLevel) * mean_content(light, kernels, *footprint, true));
+    return shown;
+  };
+
+  std::vector<Shown> middles(std::size_t(size.width) * std::size_t(size.height));
+  workers.run(size.height, [&](int y) {
+    for (int x = 0; x < size.width; ++x)
+      middles[std::size_t(y) * std::size_t(size.width) + std::size_t(x)] = look(Vec2(x, y), x, y);
+  });
+  const auto is_edge = [&](int x, int y) {
+    constexpr double kStep = 0.03;  // share of the depth
+    const auto at = [&](int i, int j) -> const Shown& {
+      return middles[std::size_t(j) * std::size_t(size.width) + std::size_t(i)];
+    };
+    const Shown& here = at(x, y);
+    for (int j = std::max(0, y - 1); j <= std::min(size.height - 1, y + 1); ++j)
+      for (int i = std::max(0, x - 1); i <= std::min(size.width - 1, x + 1); ++i) {
+        const Shown& there = at(i, j);
+        if (there.layer != here.layer || there.is_lit != here.is_lit ||
+            std::abs(there.depth - here.depth) > kStep * here.depth)
+          return true;
+      }
+    return false;
+  };
+  ImageU8 view(size, 3);
+  workers.run(size.height, [&](int y) {
+    constexpr int kSide = 4;  // looks across and down in a pixel that holds an edge
+    for (int x = 0; x < size.width; ++x) {
+      Rgba shown = middles[std::size_t(y) * std::size_t(size.width) + std::size_t(x)].colour.min(1.0f);
+      if (is_edge(x, y)) {
+        shown.setZero();
+        for (int j = 0; j < kSide; ++j)
+          for (int i = 0; i < kSide; ++i)
+            shown +=
+                look(Vec2(x + (i + 0.5) / kSide - 0.5, y + (j + 0.5) / kSide - 0.5), x, y).colour.min(1.0f) /
+                float(kSide * kSide);
       }
       for (int k = 0; k < 3; ++k)
         view.at(x, y, k) = curve.value(Light(std::lround(kFull * std::min(1.0f, shown[k]))));

@@ -139,7 +139,9 @@ RoomLayer::RoomLayer(const PlacedMesh& placed, const Projector& projector, const
         const auto corner = std::size_t(mesh.triangles[n][i]);
         p[i] = points[corner];
         px[i] = pixels[corner];
-        uv.col(Eigen::Index(i)) = mesh.uv[corner].homogeneous();
+        uv.col(Eigen::Index(i)) = placed.content_from_point
+                                      ? Vec3(*placed.content_from_point * mesh.vertices[corner].homogeneous())
+                                      : Vec3(mesh.uv[corner].homogeneous());
       }
       const FacetBox box = box_of(projector, p, px, int(part.facets.size()));
       if (box.x0 >= box.x1 || box.y0 >= box.y1) continue;
@@ -158,8 +160,9 @@ RoomLayer::RoomLayer(const PlacedMesh& placed, const Projector& projector, const
         set((determinant < 0 ? -1 : 1) * edges[std::min<std::size_t>(i, 2)].normalized(), facet.borders[i]);
       Mat3 barycentric_from_direction;
       barycentric_from_direction << edges[0].transpose(), edges[1].transpose(), edges[2].transpose();
-      facet.content_from_direction = uv * (barycentric_from_direction / determinant);
-      set(facet.content_from_direction.row(2).transpose(), facet.nearness);
+      barycentric_from_direction /= determinant;
+      facet.content_from_direction = uv * barycentric_from_direction;
+      set(barycentric_from_direction.colwise().sum().transpose(), facet.nearness);
       part.facets.push_back(facet);
       part.boxes.push_back(box);
     }

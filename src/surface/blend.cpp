@@ -394,4 +394,15 @@ void apply_blend(const BlendMap& map, ImageView<std::uint8_t> frame, double gamm
   }
 }
 
+void apply_blend(const BlendMap& map, ImageView<float> frame) {
+  require(frame.channels == 3 && frame.size() == map.gain.size(),
+          "apply_blend: the frame must have 3 channels and the map's size");
+  for (int y = 0; y < frame.height; ++y)
+    for (int x = 0; x < frame.width; ++x)
+      for (int k = 0; k < 3; ++k) {
+        float& light = frame.at(x, y, k);
+        light = std::min(1.0F, std::max(0.0F, map.gain.at(x, y) * light + map.lift.at(x, y)));
+      }
+}
+
 }  // namespace procam::surface

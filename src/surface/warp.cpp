@@ -287,6 +287,31 @@ ImageF position_map(const Placement& placement, const Projector& projector,
   return map;
 }
 
+Image<std::int16_t> nearest_surfaces(const SolvedSurfaceSet& solved, const Projector& projector) {
+  constexpr float kTogether = 1e-3F;
+  require(solved.surfaces.size() < 32768, "nearest_surfaces: more than 32767 surfaces");
+  Image<std::int16_t> nearest(projector.size(), 1, std::int16_t(-1));
+  ImageF range(projector.size(), 1, std::numeric_limits<float>::infinity());
+  for (std::size_t i = 0; i < solved.surfaces.size(); ++i) {
+    const SolvedSurface& one = solved.surfaces[i];
+    const bool in_room = !std::holds_alternative<PlacedPixels>(one.placement);
+    const WarpMap map = warp_map(one.placement, projector);
+    ImageF positions;
+    if (in_room) positions = position_map(one.placement, projector);
+    for_each_pixel(projector.size(), [&](int x, int y) {
+      if (!map.shows(x, y) || !in_shape(one.surface.shape, map.at(x, y))) return;
+      float here = std::numeric_limits<float>::infinity();  // of a pixel surface: all that follow cover it
+      if (in_room) {
+        here = std::hypot(positions.at(x, y, 0), positions.at(x, y, 1), positions.at(x, y, 2));
+        if (!(here <= (1 + kTogether) * range.at(x, y))) return;
+      }
+      range.at(x, y) = here;
+      nearest.at(x, y) = std::int16_t(i);
+    });
+  }
+  return nearest;
+}
+
 WarpGrid warp_mesh(const Placement& placement, const Projector& projector, const MeshGrid& grid) {
   require(grid.columns >= 1 && grid.rows >= 1 && grid.columns <= 1024 && grid.rows <= 1024,
           "warp_mesh: a grid of " + std::to_string(grid.columns) + " x " + std::to_string(grid.rows) +

@@ -1,6 +1,8 @@
 /// render-to-image and export-warp with every kind of content, fits, outlines, videos and two projectors.
 #include <gtest/gtest.h>
 
+#include <cstring>
+
 #include "e2e/tool_runner.hpp"
 #include "procam/io/images.hpp"
 #include "procam/io/rig_file.hpp"
@@ -62,6 +64,35 @@ class ContentRoute : public ::testing::Test {
   const Pose in_rig_ = Pose(so3_exp<double>(Vec3(0.05, 0.2, -0.03)), Vec3(-0.55, -0.85, 1.9));
   Surface wall_;
 };
+
+// Light as floats: what the .png's values stand for, before they are rounded.
+TEST_F(ContentRoute, FramesOfLightAreExr) {
+  solve("left", "solved.json");
+  const std::string content = "--content wall=#804020 ";
+  ASSERT_EQ(render(content + "-o " + at("values.png")).exit_code, 0);
+  const ToolRun light = render(content + "-o " + at("light.exr") + " --preview " + at("seen.png"));
+  ASSERT_EQ(light.exit_code, 0) << light.err;
+  EXPECT_TRUE(fs::exists(folder_ / "seen.png"));
+  const std::string file = slurp(folder_ / "light.exr");
+  const ImageU8 values = io::load_image(folder_ / "values.png").image;
+  EXPECT_EQ(values.at(values.width() / 2, values.height() / 2, 0), 0x80);
+  // Uncompressed: the last row's blue, green and red planes end the file.
+  const auto row = [&](int y, int plane, int x) {
+    float number = 0;
+    const std::size_t from_end = std::size_t(values.height() - y) * (8 + 12 * std::size_t(values.width())) -
+                                 8 - 4 * (std::size_t(plane) * std::size_t(values.width()) + std::size_t(x));
+    std::memcpy(&number, file.data() + file.size() - from_end, 4);
+    return double(number);
+  };
+  const int x = values.width() / 2, y = values.height() / 2;
+  EXPECT_NEAR(row(y, 2, x), 0.21586, 5e-5) << "red 0x80";
+  EXPECT_NEAR(row(y, 0, x), 0.01444, 5e-5) << "blue 0x20";
+  ASSERT_EQ(render(content + "--seconds 0.1 --fps 20 -o " + at("l_%02d.exr")).exit_code, 0);
+  EXPECT_TRUE(fs::exists(folder_ / "l_01.exr"));
+  EXPECT_NE(render(content + "--seconds 0.1 -o " + at("l.exr")).exit_code, 0);
+  EXPECT_NE(render(content + "--gamma 2.2 -o " + at("l.exr")).exit_code, 0);
+  EXPECT_NE(render(content + "--renderer gl -o " + at("l.exr")).exit_code, 0);
+}
 
 TEST_F(ContentRoute, SequencesBecomeFramesAndVideos) {
   solve("left", "solved.json");

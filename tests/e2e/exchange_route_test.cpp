@@ -146,6 +146,48 @@ TEST_F(ExchangeRoute, ShaderLampPutsItsPositionsUnderItsOwnLight) {
   EXPECT_TRUE(io::load_mpcdi(folder_ / "a3.mpcdi").regions[0].positions);
 }
 
+// Two walls in one buffer: each pixel has the place where its light lands first.
+TEST_F(ExchangeRoute, PositionsHoldAllSurfaces) {
+  SurfaceSet set = io::load_surfaces(folder_ / "surfaces.json");
+  Surface post = set.surfaces[0];
+  post.name = "post";
+  auto& plane = std::get<PlanarSurface>(post.geometry);
+  plane.points = {{0.1, 0.1}, {0.2, 0.1}, {0.2, 0.6}, {0.1, 0.6}};
+  plane.frame_from_surface.translation -=
+      0.3 * (plane.frame_from_surface.translation - projector_from_world_.inverse().translation);
+  set.surfaces = {post, set.surfaces[0]};
+  io::save_surfaces(folder_ / "surfaces.json", set);
+  ASSERT_EQ(run_tool("solve-surfaces", "--rig " + at("rig.json") + " --surfaces " + at("surfaces.json") +
+                                           " --pose " + at("pose.json") + " -o " + at("solved.json"))
+                .exit_code,
+            0);
+  const ToolRun all = export_warp("all.mpcdi", "--profile a3");
+  if (all.exit_code == 3 && all.err.find("libzip") != std::string::npos)
+    GTEST_SKIP() << "built without libzip";
+  ASSERT_EQ(all.exit_code, 0) << all.err;
+  ASSERT_EQ(export_warp("post.mpcdi", "--profile a3 --surface post").exit_code, 0);
+  ASSERT_EQ(export_warp("wall.pfm", "--surface wall").exit_code, 0);
+  const auto both = io::load_mpcdi(folder_ / "all.mpcdi").regions[0],
+             one = io::load_mpcdi(folder_ / "post.mpcdi").regions[0];
+  const WarpMap wall = io::load_warp_map(folder_ / "wall.pfm");
+  int of_post = 0, of_wall = 0;
+  for (int y = 0; y < 120; ++y)
+    for (int x = 0; x < 160; ++x) {
+      const bool there = std::isfinite(both.positions->at(x, y, 0)),
+                 post_there = std::isfinite(one.positions->at(x, y, 0));
+      EXPECT_EQ(there, post_there || wall.shows(x, y));
+      EXPECT_FALSE(post_there && wall.shows(x, y)) << "the post hides the wall";
+      EXPECT_EQ(both.alpha->at(x, y), there ? 1 : 0);
+      if (post_there) {
+        EXPECT_EQ(both.positions->at(x, y, 2), one.positions->at(x, y, 2));
+      }
+      of_post += post_there;
+      of_wall += wall.shows(x, y);
+    }
+  EXPECT_GT(of_post, 100);
+  EXPECT_GT(of_wall, 500);
+}
+
 TEST_F(ExchangeRoute, ExportWarpSaysWhatItCannotDo) {
   const auto refuse = [&](const std::string& output, const std::string& more, const std::string& why,
                           int code = 3) {

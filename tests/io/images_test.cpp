@@ -150,5 +150,22 @@ TEST(Images, GrayIsLumaAndWhiteStaysWhite) {
   for (int x = 0; x < 4; ++x) EXPECT_EQ(gray.at(x, 0), expected[x]);
 }
 
+TEST(SaveLight, IsReadByOpenExrToTheLastBit) {
+  ::setenv("OPENCV_IO_ENABLE_OPENEXR", "1", 1);
+  const Scratch scratch;
+  ImageF light(13, 7, 3);
+  for (int y = 0; y < 7; ++y)
+    for (int x = 0; x < 13; ++x)
+      for (int c = 0; c < 3; ++c) light.at(x, y, c) = float(x + 20 * y + 200 * c) / 700.0f;
+  save_light(scratch / "x.exr", light);
+  const cv::Mat read = cv::imread((scratch / "x.exr").string(), cv::IMREAD_UNCHANGED);
+  ASSERT_EQ(read.type(), CV_32FC3);
+  ASSERT_EQ(read.size(), cv::Size(13, 7));
+  for (int y = 0; y < 7; ++y)
+    for (int x = 0; x < 13; ++x)
+      for (int c = 0; c < 3; ++c) ASSERT_EQ(read.at<cv::Vec3f>(y, x)[2 - c], light.at(x, y, c));
+  EXPECT_THROW(save_light(scratch / "x.png", light), Error);
+}
+
 }  // namespace
 }  // namespace procam::io

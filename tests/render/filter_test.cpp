@@ -199,5 +199,40 @@ TEST(Filtering, AgreesWithOpenCVForAMildHomography) {
   EXPECT_LT(sum / count, 0.3);
 }
 
+// Light is what 8-bit frames are made of, finer; numbers come out as they went in.
+TEST(RenderLight, IsTheFramesLightBeforeItIsRounded) {
+  const Projector projector = lopsided_projector(brown(-0.19));
+  ImageU8 picture(256, 16, 3);
+  for (int y = 0; y < 16; ++y)
+    for (int x = 0; x < 256; ++x)
+      for (int c = 0; c < 3; ++c) picture.at(x, y, c) = std::uint8_t((x + 50 * c) % 256);
+  for (const bool linear_light : {true, false})
+    for (const render::Filter filter : {render::Filter::kArea, render::Filter::kBilinear}) {
+      render::RenderOptions chosen = options(linear_light, 1);
+      chosen.filter = filter;
+      Scene scene;
+      scene.items.push_back({tilted_sheet(projector, 0.6, 0.4, 1.6, 30).placement, picture});
+      scene.background[1] = 77;
+      const ImageU8 values = render::render(scene, projector, chosen);
+      ImageF light(projector.size(), 3, -1.0f);
+      render::CpuRenderer(chosen).render(scene, projector, light);
+      const auto encoded = [](double l) {
+        return 255 * (l <= 0.0031308 ? 12.92 * l : 1.055 * std::pow(l, 1 / 2.4) - 0.055);
+      };
+      double worst = 0;
+      bool finer = false;
+      for (int y = 0; y < values.height(); ++y)
+        for (int x = 0; x < values.width(); ++x)
+          for (int c = 0; c < 3; ++c) {
+            const double l = double(light.at(x, y, c)), value = linear_light ? encoded(l) : 255 * l;
+            worst = std::max(worst, std::abs(value - values.at(x, y, c)));
+            finer = finer || std::abs(value - std::round(value)) > 0.2;
+          }
+      EXPECT_LT(worst, linear_light ? 0.71 : 0.52) << "rounded to 8 bits, by steps of 1/8160 of the light";
+      EXPECT_EQ(finer, linear_light || filter == render::Filter::kArea);
+      EXPECT_NEAR(double(light.at(3, 3, 1)), linear_light ? light_of(77) : 77 / 255.0, 4e-5);
+    }
+}
+
 }  // namespace
 }  // namespace procam

@@ -89,6 +89,35 @@ TEST(Preview, ShowsCurvedSurfacesAndTheirShadows) {
   EXPECT_GT(seen(behind(0.1), 1), 200);
 }
 
+// A white sheet at 60 degrees: its light falls with cos / d^2.
+TEST(Preview, FallsOffWithDistanceAndAngle) {
+  const Projector projector = lopsided_projector(brown(-0.2));
+  const Sheet sheet = tilted_sheet(projector, 1.2, 0.5, 1.6, 60);
+  const ImageU8 one(1, 1, 3, 255);
+  Scene scene;
+  scene.items.push_back({sheet.placement, one});
+  const auto viewpoint = *render::facing_viewpoint(scene);
+  const ImageU8 white = render::preview(scene, projector, ImageU8(projector.size(), 3, 255), viewpoint),
+                black = render::preview(scene, projector, ImageU8(projector.size(), 3, 0), viewpoint);
+  const Vec3 normal = sheet.placement.projector_from_surface.rotate(Vec3::UnitZ());
+  double per_irradiance = 0;
+  int compared = 0;
+  for (const double u : {0.3, 0.5, 0.62}) {
+    const Vec3 point = sheet.in_projector(u, 0.5);
+    const Vec2 p = *viewpoint.camera.project(viewpoint.camera_from_projector * point);
+    const int x = int(std::lround(p.x())), y = int(std::lround(p.y()));
+    const double light = light_of(white.at(x, y, 1)) - light_of(black.at(x, y, 1));
+    const double irradiance = std::abs(point.dot(normal)) / std::pow(point.norm(), 3);
+    if (white.at(x, y, 1) == 255) continue;  // brighter than the picture is exposed for
+    ++compared;
+    if (per_irradiance > 0) {
+      EXPECT_NEAR(light / irradiance / per_irradiance, 1, 0.03) << u;
+    }
+    per_irradiance = light / irradiance;
+  }
+  EXPECT_GE(compared, 2);
+}
+
 TEST(Preview, HasNoViewpointForPixelSurfacesAlone) {
   const ImageU8 content(4, 4, 1, 9);
   Scene scene;

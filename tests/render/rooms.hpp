@@ -66,6 +66,15 @@ inline Sheet tilted_sheet(const Projector& projector, double width, double heigh
   return sheet;
 }
 
+/// So many pixels inside the picture's border.
+struct PixelMargin {
+  double px;
+  bool holds(ImageSize size, const Vec2& pixel) const {
+    return pixel.x() >= px && pixel.y() >= px && pixel.x() <= size.width - 1 - px &&
+           pixel.y() <= size.height - 1 - px;
+  }
+};
+
 /// sRGB value -> light, 0..1 (IEC 61966-2-1).
 inline double light_of(double value) {
   const double v = value / 255;

@@ -264,6 +264,30 @@ Scene masked_room(const Projector& p) {
   return scene;
 }
 
+/// Upright slats, now near, now far, of two or three pixels each: hardly a pixel but holds an edge, and each
+/// slat shows all of its content and mask.
+Scene masked_slats(const Projector& p) {
+  Mesh mesh;
+  constexpr int kSlats = 80;
+  for (int i = 0; i < kSlats; ++i) {
+    const double x = 0.0096 * (i - kSlats / 2), z = i % 2 == 0 ? 0.0 : 0.25;
+    const int first = int(mesh.vertices.size());
+    for (const double v : {0.0, 1.0})
+      for (const double u : {0.0, 1.0}) {
+        mesh.vertices.emplace_back(x + 0.011 * u, 0.5 * v - 0.3, z);
+        mesh.uv.emplace_back(u, v);
+      }
+    mesh.triangles.push_back({first, first + 1, first + 2});
+    mesh.triangles.push_back({first + 1, first + 3, first + 2});
+  }
+  Scene scene;
+  scene.background[0] = 40, scene.background[2] = 120;
+  scene.items = {{PlacedMesh{std::make_shared<const Mesh>(mesh), facing(p, 1.6, {0.05, 0.1, 0.12})}, large()},
+                 {sheet(p, 0.9, 0.5, 2.1, 20).placement, small()}};
+  scene.items[0].mask = scene.items[1].mask = mask();
+  return scene;
+}
+
 /// Drivers compile programs for each renderer, and without a card frames are slow: one renderer, each scene
 /// once.
 void expect_every_kind_the_same(const RenderOptions& options, bool lens) {
@@ -280,6 +304,7 @@ void expect_every_kind_the_same(const RenderOptions& options, bool lens) {
   expect_same_with(renderer, options, lens, full_room, "room");
   expect_same_with(renderer, options, lens, masked_plane, "masked_plane");
   expect_same_with(renderer, options, lens, masked_room, "masked_room");
+  expect_same_with(renderer, options, lens, masked_slats, "masked_slats");
 }
 
 TEST(GlRenderer, DrawsEveryKindOfSurfaceAveraged) {

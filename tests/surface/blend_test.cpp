@@ -362,6 +362,9 @@ TEST(Blend, IsAppliedToLightAndEncodedForTheProjector) {
   EXPECT_EQ(frame.at(255, 0), 189);  // sRGB of 0.51
   EXPECT_EQ(frame.at(0, 0), 25);     // of 0.01
   EXPECT_THROW(surface::apply_blend(map, frame, -1), std::invalid_argument);
+  ImageF light(256, 1, 3, 0.4F);  // stays light
+  surface::apply_blend(map, light);
+  EXPECT_FLOAT_EQ(light.at(255, 0, 2), 0.21F);
 }
 
 }  // namespace

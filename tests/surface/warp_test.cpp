@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "procam/core/homography.hpp"
@@ -268,6 +269,58 @@ TEST(WarpMesh, ErrorFallsWithTheSquareOfTheCells) {
 TEST(WarpMesh, RefusesAnEmptyOrAbsurdGrid) {
   for (const MeshGrid grid : {MeshGrid{0, 4}, MeshGrid{4, -1}, MeshGrid{5000, 4}})
     EXPECT_THROW(warp_mesh(dragged_quad(), warped_projector(), grid), std::invalid_argument);
+}
+
+// A small sheet before the large one, a poster on that, a hole, and a dragged quad between them in the list.
+TEST(NearestSurfaces, AreTheNearestThatAreThere) {
+  const Projector projector = warped_projector();
+  const auto solved = [](const char* name, const Placement& placement) {
+    SolvedSurface one;
+    one.surface.name = name;
+    one.placement = placement;
+    return one;
+  };
+  PlacedPlane poster = tilted_plane(), near = tilted_plane();
+  poster.plane_from_content.leftCols<2>() *= 0.4;
+  near.projector_from_surface.translation *= 0.8;
+  near.plane_from_content.leftCols<2>() *= 0.3;
+  SolvedSurface holed = solved("near", near);
+  holed.surface.shape.holes = {Points2{{0.2, 0.3}, {0.9, 0.3}, {0.9, 0.8}, {0.2, 0.8}}};
+  SolvedSurfaceSet set;
+  set.surfaces = {holed, solved("wall", tilted_plane()), solved("poster", poster)};
+  const auto expected = [&](bool quad_hides_all, int x, int y) {
+    const auto covered = [&](const PlacedPlane& placed) {
+      const auto uv = content_by_landing(projector, placed, Vec2(x, y));
+      return uv && inside(*uv) ? uv : std::nullopt;
+    };
+    if (quad_hides_all) return 3;
+    const auto uv = covered(near);
+    if (uv && in_shape(holed.surface.shape, *uv)) return 0;
+    return covered(poster) ? 2 : covered(tilted_plane()) ? 1 : -1;
+  };
+  int of[5] = {};
+  const auto compare = [&](bool with_quad) {
+    const WarpMap quad = warp_map(dragged_quad(), projector);
+    const auto nearest = nearest_surfaces(set, projector);
+    for (int y = 0; y < 96; ++y)
+      for (int x = 0; x < 128; ++x) {
+        ASSERT_EQ(nearest.at(x, y), expected(with_quad && quad.shows(x, y), x, y)) << x << " " << y;
+        ++of[nearest.at(x, y) + 1];
+      }
+  };
+  compare(false);
+  for (int i = 0; i < 4; ++i) EXPECT_GT(of[i], 50) << i;
+  set.surfaces.push_back(solved("quad", dragged_quad()));
+  compare(true);
+  EXPECT_GT(of[4], 1000);
+  // Listed first, it is covered by all.
+  std::rotate(set.surfaces.begin(), set.surfaces.begin() + 3, set.surfaces.end());
+  const auto nearest = nearest_surfaces(set, projector);
+  for (int y = 0; y < 96; ++y)
+    for (int x = 0; x < 128; ++x)
+      if (expected(false, x, y) >= 0) {
+        ASSERT_EQ(nearest.at(x, y), expected(false, x, y) + 1);
+      }
 }
 
 }  // namespace

@@ -35,4 +35,8 @@ std::string encode_png(ViewU8 image);
 /// Writes a PNG, at once or not at all. Throws Error(kUnsupported) unless the name ends in .png.
 void save_image(const std::filesystem::path& path, ViewU8 image);
 
+/// Writes R G B light as an OpenEXR picture of 32-bit floats, uncompressed, linear, at once or not at all.
+/// Throws Error(kUnsupported) unless the name ends in .exr.
+void save_light(const std::filesystem::path& path, ViewF light);
+
 }  // namespace procam::io

@@ -78,6 +78,10 @@ class CpuRenderer {
   /// 4 channels.
   RenderWork render(const Scene& scene, const Projector& projector, ImageView<std::uint8_t> frame);
 
+  /// The same as light, 0 dark .. 1 full, in steps of 1/32640; with linear_light off the content's numbers as
+  /// they stand.
+  RenderWork render(const Scene& scene, const Projector& projector, ImageView<float> frame);
+
  private:
   class State;
   std::unique_ptr<State> state_;

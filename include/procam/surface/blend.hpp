@@ -75,4 +75,7 @@ Blend blend_maps(const std::vector<LitBy>& projectors, const BlendOptions& optio
 /// a projector that makes light of values as value^gamma; 0: as sRGB.
 void apply_blend(const BlendMap& map, ImageView<std::uint8_t> frame, double gamma = 0);
 
+/// The same for a frame of light, 0..1, which stays light.
+void apply_blend(const BlendMap& map, ImageView<float> frame);
+
 }  // namespace procam::surface

@@ -6,8 +6,10 @@
 ///
 /// The projector's full model is followed, lens and skew included; what lies behind the projector, beyond the
 /// horizon or outside the content is not shown, nor what its own nearer parts hide (other surfaces are not
-/// asked). The maps are exact at pixel centres, up to the 24 bits of
+/// asked: see nearest_surfaces). The maps are exact at pixel centres, up to the 24 bits of
 /// their numbers. They agree with what render draws there.
+#include <cstdint>
+
 #include "procam/core/projector.hpp"
 #include "procam/core/surface.hpp"
 #include "procam/core/warp_map.hpp"
@@ -21,6 +23,12 @@ WarpMap warp_map(const Placement& placement, const Projector& projector);
 /// room.
 ImageF position_map(const Placement& placement, const Projector& projector,
                     const Pose& target_from_projector = Pose::identity());
+
+/// Which surface the light of each pixel meets first, by its place in the set; -1: none. As renderers have
+/// it: by distance, of two that lie together (within a thousandth of it) the later; a pixel surface covers
+/// what is before it in the set and is covered by what comes after. Outside its outline and in its holes a
+/// surface is not there.
+Image<std::int16_t> nearest_surfaces(const SolvedSurfaceSet& solved, const Projector& projector);
 
 /// Cells of the content across and down; each becomes two triangles.
 struct MeshGrid {

@@ -61,23 +61,25 @@ constexpr int ray_place(int x, int y) {  ///< of a pixel, in the tile
 inline constexpr int kNeighbours[] = {-kRayAcross - 1, -kRayAcross, -kRayAcross + 1, -1, 1,
                                       kRayAcross - 1,  kRayAcross,  kRayAcross + 1};
 struct Rays {
-  float x[kRayRoom], y[kRayRoom], z[kRayRoom];
+  alignas(32) float x[kRayRoom], y[kRayRoom], z[kRayRoom];
 };
 
-/// Half-spaces of directions d, with 0 on their borders: d is inside where all are >= 0. And nearness . d.
-struct Cone {
+/// A part of a plane that rays d meet: inside where borders . d >= 0 for all (of a triangle three, of a
+/// plane's content four), nearness . d = 1 / distance in lengths of d, content coordinates q = content d.
+struct Facet {
   float borders[4][3];
   float nearness[3];
+  float content[3][3];
+};
+/// Pixels [x0, x1) x [y0, y1) whose middles a facet may touch, also just outside the frame.
+struct FacetBox {
+  std::int16_t x0, y0, x1, y1;
+  std::int32_t facet;
 };
 /// What a surface shows at each of those rays; facet -1: nothing, and nearness 0.
 struct Hits {
-  float nearness[kRayRoom];
+  alignas(32) float nearness[kRayRoom];
   std::int32_t facet[kRayRoom];
-};
-/// What a facet shows: content coordinates q = M d, row by row, and nearness . d.
-struct FacetView {
-  float content[9];
-  float nearness[3];
 };
 /// Where the pixels of a row look, as fractions of the content, as in Points.
 struct Looks {
@@ -97,18 +99,23 @@ struct Kernels {
   void (*light_over)(const Light* drawn, int count, Light* there);
   /// The colours as 3 bytes a pixel; exactly count of them.
   void (*values_to_rgb)(const Value* from, int count, std::uint8_t* to);
-  /// Where rays of `rows` rows of `width` rays, the first at `first`, are in the cone and it is nearer than
-  /// what they hit, they hit it; rays right of these may as well.
-  void (*cast)(const Cone& cone, std::int32_t facet, const Rays& rays, int first, int width, int rows,
-               Hits& hits);
+  /// `count` rays from place `first` on; d(s) = q, s as in the map.
+  void (*follow)(const RowMap& row, int first, int count, Rays& rays);
+  /// Change of `count` rays towards the one `step` places on: half the way between the neighbours, or as far
+  /// as there are any.
+  void (*find_slopes)(const Rays& rays, int step, int first, int count, Rays& slopes);
+  /// Finds what the rays of the tile that begins at pixel (x, y) hit, its rim's as well: of each the nearest
+  /// facet, or the first of those. Looks at the first `borders` borders.
+  void (*cast)(const Facet* facets, int borders, const FacetBox* boxes, std::size_t count, int x, int y,
+               const Rays& rays, Hits& hits);
   /// Is each of `count` pixels one of whose neighbours shows nothing, or another part of the surface behind
-  /// or before it (by over `step` of its nearness)? Or shows it nothing, and a neighbour does? NaN: no
-  /// neighbour.
-  void (*find_steps)(const FacetView* facets, const Rays& rays, const Hits& hits, int first, int count,
+  /// or before it, by over `step` of its nearness, and of what the pixel's facet would have there? Or shows
+  /// it nothing, and a neighbour does? NaN: no neighbour.
+  void (*find_steps)(const Facet* facets, const Rays& rays, const Hits& hits, int first, int count,
                      float step, bool* edge);
   /// Where `count` pixels look that hit something.
-  void (*look)(const FacetView* facets, const Rays& rays, const Rays& right, const Rays& down,
-               const Hits& hits, int first, int count, bool slopes, Looks& looks);
+  void (*look)(const Facet* facets, const Rays& rays, const Rays& right, const Rays& down, const Hits& hits,
+               int first, int count, bool slopes, Looks& looks);
 };
 
 extern const Kernels kPlainKernels;

@@ -1,3 +1,6 @@
+#include <algorithm>
+#include <cstddef>
+
 #include "kernels.hpp"
 
 #if defined(__x86_64__)
@@ -278,49 +281,129 @@ PROCAM_AVX2 inline __m256 dot(const float (&f)[3], const Wide3& d) {
   return dot(_mm256_set1_ps(f[0]), _mm256_set1_ps(f[1]), _mm256_set1_ps(f[2]), d);
 }
 
-PROCAM_AVX2 void cast(const Cone& cone, std::int32_t facet, const Rays& rays, int first, int width, int rows,
-                      Hits& hits) {
+/// Of the eight from `begin` on, those before `end`.
+PROCAM_AVX2 inline __m256i before_end(int begin, int end) {
+  return _mm256_cmpgt_epi32(_mm256_set1_epi32(end - begin), _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7));
+}
+
+PROCAM_AVX2 void follow(const RowMap& row, int first, int count, Rays& rays) {
+  for (int i = 0; i < count; i += kLanes) {
+    const __m256i index = _mm256_add_epi32(_mm256_set1_epi32(i), _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7));
+    const __m256 s = times_plus(_mm256_cvtepi32_ps(index), _mm256_set1_ps(row.ds), _mm256_set1_ps(row.s0));
+    const __m256i wanted = before_end(i, count);  // what follows may be another piece's
+    _mm256_maskstore_ps(rays.x + first + i, wanted, quadratic(row.q, 0, s));
+    _mm256_maskstore_ps(rays.y + first + i, wanted, quadratic(row.q, 1, s));
+    _mm256_maskstore_ps(rays.z + first + i, wanted, quadratic(row.q, 2, s));
+  }
+}
+
+PROCAM_AVX2 void find_slopes(const Rays& rays, int step, int first, int count, Rays& slopes) {
+  for (int at = first; at < first + count; at += kLanes) {
+    const Wide3 here = load(rays, at), ahead = load(rays, at + step), back = load(rays, at - step);
+    const __m256 forward = _mm256_cmp_ps(ahead.x, ahead.x, _CMP_ORD_Q),
+                 backward = _mm256_cmp_ps(back.x, back.x, _CMP_ORD_Q);
+    const __m256 share =
+        _mm256_blendv_ps(_mm256_set1_ps(1), _mm256_set1_ps(0.5f), _mm256_and_ps(forward, backward));
+    const auto store = [&](float* to, __m256 h, __m256 a, __m256 b) PROCAM_AVX2 {
+      const __m256 difference =
+          _mm256_sub_ps(_mm256_blendv_ps(h, a, forward), _mm256_blendv_ps(h, b, backward));
+      _mm256_storeu_ps(to + at, _mm256_mul_ps(share, difference));
+    };
+    store(slopes.x, here.x, ahead.x, back.x);
+    store(slopes.y, here.y, ahead.y, back.y);
+    store(slopes.z, here.z, ahead.z, back.z);
+  }
+}
+
+template <int kBorders>
+PROCAM_AVX2 void cast_at(const Facet* facets, const FacetBox* boxes, std::size_t count, int x, int y,
+                         const Rays& rays, Hits& hits) {
+  constexpr std::size_t kAhead = 6;
   const __m256 zero = _mm256_setzero_ps();
-  const __m256 name = _mm256_castsi256_ps(_mm256_set1_epi32(facet));
-  for (int row = 0; row < rows; ++row, first += kRayAcross)
-    for (int at = first; at < first + width; at += kLanes) {
-      const Wide3 d = load(rays, at);
-      const auto inside = [&](const float(&border)[3])
-                              PROCAM_AVX2 { return _mm256_cmp_ps(dot(border, d), zero, _CMP_GE_OQ); };
-      const __m256 before = _mm256_loadu_ps(hits.nearness + at), nearness = dot(cone.nearness, d);
-      const __m256 within = _mm256_and_ps(_mm256_and_ps(inside(cone.borders[0]), inside(cone.borders[1])),
-                                          _mm256_and_ps(inside(cone.borders[2]), inside(cone.borders[3])));
-      const __m256 nearer = _mm256_and_ps(within, _mm256_cmp_ps(nearness, before, _CMP_GT_OQ));
-      if (_mm256_testz_ps(nearer, nearer)) continue;
-      _mm256_storeu_ps(hits.nearness + at, _mm256_blendv_ps(before, nearness, nearer));
-      float* const names = reinterpret_cast<float*>(hits.facet + at);
-      _mm256_storeu_ps(names, _mm256_blendv_ps(_mm256_loadu_ps(names), name, nearer));
+  for (std::size_t n = 0; n < count; ++n) {
+    if (n + kAhead < count) {
+      const char* const soon = reinterpret_cast<const char*>(facets + boxes[n + kAhead].facet);
+      _mm_prefetch(soon, _MM_HINT_T0);
+      _mm_prefetch(soon + offsetof(Facet, content), _MM_HINT_T0);
     }
+    const FacetBox& box = boxes[n];
+    const Facet& facet = facets[box.facet];
+    const __m256 name = _mm256_castsi256_ps(_mm256_set1_epi32(box.facet));
+    const int x0 = std::max(box.x0 - x, -1), x1 = std::min(box.x1 - x, kTileWidth + 1);
+    const int y0 = std::max(box.y0 - y, -1), y1 = std::min(box.y1 - y, kTileHeight + 1);
+    for (int from = x0; from < x1; from += kLanes) {
+      const __m256 in_box = _mm256_castsi256_ps(before_end(from, x1));
+      int at = ray_place(from, y0);
+      for (int row = y0; row < y1; ++row, at += kRayAcross) {
+        const Wide3 d = load(rays, at);
+        __m256 inside = dot(facet.borders[0], d);
+        for (int k = 1; k < kBorders; ++k) inside = _mm256_min_ps(inside, dot(facet.borders[k], d));
+        const __m256 before = _mm256_loadu_ps(hits.nearness + at), nearness = dot(facet.nearness, d);
+        const __m256 nearer = _mm256_and_ps(_mm256_and_ps(in_box, _mm256_cmp_ps(inside, zero, _CMP_GE_OQ)),
+                                            _mm256_cmp_ps(nearness, before, _CMP_GT_OQ));
+        if (_mm256_testz_ps(nearer, nearer)) continue;
+        _mm256_storeu_ps(hits.nearness + at, _mm256_blendv_ps(before, nearness, nearer));
+        float* const names = reinterpret_cast<float*>(hits.facet + at);
+        _mm256_storeu_ps(names, _mm256_blendv_ps(_mm256_loadu_ps(names), name, nearer));
+      }
+    }
+  }
 }
 
-/// Number k of the facets' views.
-PROCAM_AVX2 inline __m256 gather(const FacetView* facets, __m256i facet, int k) {
-  constexpr int kNumbers = sizeof(FacetView) / sizeof(float);
-  return _mm256_i32gather_ps(facets->content + k, _mm256_mullo_epi32(facet, _mm256_set1_epi32(kNumbers)), 4);
+PROCAM_AVX2 void cast(const Facet* facets, int borders, const FacetBox* boxes, std::size_t count, int x,
+                      int y, const Rays& rays, Hits& hits) {
+  if (borders == 3)
+    cast_at<3>(facets, boxes, count, x, y, rays, hits);
+  else
+    cast_at<4>(facets, boxes, count, x, y, rays, hits);
 }
 
-PROCAM_AVX2 void find_steps(const FacetView* facets, const Rays& rays, const Hits& hits, int first, int count,
+/// Number k of the facets.
+PROCAM_AVX2 inline __m256 gather(const Facet* facets, __m256i facet, std::size_t k) {
+  constexpr int kNumbers = sizeof(Facet) / sizeof(float);
+  const float* const first = reinterpret_cast<const float*>(facets) + k;
+  return _mm256_i32gather_ps(first, _mm256_mullo_epi32(facet, _mm256_set1_epi32(kNumbers)), 4);
+}
+constexpr std::size_t kNearnessAt = offsetof(Facet, nearness) / sizeof(float),
+                      kContentAt = offsetof(Facet, content) / sizeof(float);
+
+/// Are all neighbours of eight pixels, and these, no further than `step` of any from another?
+PROCAM_AVX2 inline bool all_together(const float* nearness, __m256 step) {
+  __m256 least = _mm256_loadu_ps(nearness), most = least;
+  for (const int by : kNeighbours) {
+    const __m256 other = _mm256_loadu_ps(nearness + by);
+    least = _mm256_min_ps(least, other);
+    most = _mm256_max_ps(most, other);
+  }
+  const __m256 apart = _mm256_cmp_ps(_mm256_sub_ps(most, least), _mm256_mul_ps(step, least), _CMP_GT_OQ);
+  return _mm256_testz_ps(apart, apart) != 0;
+}
+
+PROCAM_AVX2 void find_steps(const Facet* facets, const Rays& rays, const Hits& hits, int first, int count,
                             float step, bool* edge) {
   const __m256 within = _mm256_set1_ps(step), sign = _mm256_set1_ps(-0.0f);
   for (int i = 0; i < count; i += kLanes) {
     const int at = first + i;
+    if (all_together(hits.nearness + at, within)) {
+      for (int k = i; k < std::min(i + kLanes, count); ++k) edge[k] = false;
+      continue;
+    }
     const __m256i mine = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(hits.facet + at));
     const __m256i shown = _mm256_max_epi32(mine, _mm256_setzero_si256());
-    const __m256 a = gather(facets, shown, 9), b = gather(facets, shown, 10), c = gather(facets, shown, 11);
+    const __m256 a = gather(facets, shown, kNearnessAt), b = gather(facets, shown, kNearnessAt + 1),
+                 c = gather(facets, shown, kNearnessAt + 2);
+    const __m256 here = _mm256_loadu_ps(hits.nearness + at);
     __m256 steps = _mm256_setzero_ps();
     for (const int by : kNeighbours) {
       const int other = at + by;
       const __m256i its = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(hits.facet + other));
       const __m256 same = _mm256_castsi256_ps(_mm256_cmpeq_epi32(mine, its));
       const Wide3 d = load(rays, other);
-      const __m256 nearness = _mm256_loadu_ps(hits.nearness + other);
-      const __m256 apart = _mm256_andnot_ps(sign, _mm256_sub_ps(dot(a, b, c, d), nearness));
-      const __m256 smooth = _mm256_cmp_ps(apart, _mm256_mul_ps(within, nearness), _CMP_LE_OQ);
+      const __m256 nearness = _mm256_loadu_ps(hits.nearness + other), most = _mm256_mul_ps(within, nearness);
+      const auto is_smooth = [&](__m256 expected) PROCAM_AVX2 {
+        return _mm256_cmp_ps(_mm256_andnot_ps(sign, _mm256_sub_ps(expected, nearness)), most, _CMP_LE_OQ);
+      };
+      const __m256 smooth = _mm256_or_ps(is_smooth(here), is_smooth(dot(a, b, c, d)));
       // The sign of either says that it shows nothing; blends look at the sign alone.
       const __m256 nothing = _mm256_castsi256_ps(_mm256_or_si256(mine, its));
       const __m256 differs = _mm256_blendv_ps(_mm256_andnot_ps(smooth, sign), sign, nothing);
@@ -336,7 +419,7 @@ PROCAM_AVX2 inline __m256 held(__m256 value) {
   return _mm256_min_ps(_mm256_max_ps(value, _mm256_set1_ps(-1e6f)), _mm256_set1_ps(1e6f));
 }
 
-PROCAM_AVX2 void look(const FacetView* facets, const Rays& rays, const Rays& right, const Rays& down,
+PROCAM_AVX2 void look(const Facet* facets, const Rays& rays, const Rays& right, const Rays& down,
                       const Hits& hits, int first, int count, bool slopes, Looks& looks) {
   const __m256 sign = _mm256_set1_ps(-0.0f);
   for (int i = 0; i < count; i += kLanes) {
@@ -345,7 +428,7 @@ PROCAM_AVX2 void look(const FacetView* facets, const Rays& rays, const Rays& rig
     const __m256 nothing = _mm256_castsi256_ps(_mm256_srai_epi32(facet, 31));
     const __m256i shown = _mm256_max_epi32(facet, _mm256_setzero_si256());
     __m256 m[9];
-    for (int k = 0; k < 9; ++k) m[k] = gather(facets, shown, k);
+    for (std::size_t k = 0; k < 9; ++k) m[k] = gather(facets, shown, kContentAt + k);
     const auto of = [&](const Wide3& d, int k)
                         PROCAM_AVX2 { return dot(m[3 * k], m[3 * k + 1], m[3 * k + 2], d); };
     const auto store = [&](int k, __m256 value) PROCAM_AVX2 {
@@ -374,8 +457,8 @@ PROCAM_AVX2 void look(const FacetView* facets, const Rays& rays, const Rays& rig
   }
 }
 
-constexpr Kernels kWideKernels{locate,        sample_values, sample_light, values_over, light_over,
-                               values_to_rgb, cast,          find_steps,   look};
+constexpr Kernels kWideKernels{locate, sample_values, sample_light, values_over, light_over, values_to_rgb,
+                               follow, find_slopes,   cast,         find_steps,  look};
 
 }  // namespace
 

@@ -78,8 +78,11 @@ bool Layer::place(const SceneItem& shown, const Projector& projector, const Lens
     if (same_lens && is_mesh() && placed->mesh == mesh_.mesh && a.translation == b.translation &&
         a.rotation.coeffs() == b.rotation.coeffs())
       return false;
+    if (is_mesh())
+      room->move(*placed, projector, lens.grid(), workers);
+    else
+      room.emplace(*placed, projector, lens.grid(), workers);
     mesh_ = *placed;
-    room.emplace(*placed, projector, lens.grid(), workers);
     ++made;
     return true;
   }

@@ -31,7 +31,7 @@ struct Layer {
 
   bool is_mesh() const { return room && !room->is_plane(); }
   bool touches(int tile_x, int tile_y) const {
-    return is_mesh() ? !room->boxes(tile_x, tile_y).empty() : plane.touches(tile_x, tile_y);
+    return is_mesh() ? room->boxes(tile_x, tile_y).count > 0 : plane.touches(tile_x, tile_y);
   }
   /// The levels of its content's pyramid that are looked at.
   int levels(ImageSize content) const { return is_mesh() ? levels_of(content) : plane.levels(); }

@@ -162,60 +162,26 @@ template void RoomTile::draw(const std::vector<ItemTextures<ValueTexture>>&, con
 // Casting.
 
 /// The rays of a piece; at the tile's rim also of the pixel beyond it.
-void RoomCaster::follow(const LensPiece& piece, const PixelRect& rect) {
+void RoomCaster::follow(const LensPiece& piece, const PixelRect& rect, const Kernels& kernels) {
   const PixelRect& r = piece.rect;
   const int x0 = r.x0 - (r.x0 == rect.x0), x1 = r.x1 + (r.x1 == rect.x1);
   const int y0 = r.y0 - (r.y0 == rect.y0), y1 = r.y1 + (r.y1 == rect.y1);
+  RowMap map{float(r.s(x0)), float(2.0 / r.width()), {}, {}};
   for (int y = y0; y < y1; ++y) {
     const Quadratic3 row = piece.direction_from_pixel.row(r.t(y));
-    int at = ray_place(x0 - rect.x0, y - rect.y0);
-    for (int x = x0; x < x1; ++x, ++at) {
-      const double s = r.s(x);
-      const Vec3 d = row[0] + s * (row[1] + s * row[2]);
-      rays_.x[at] = float(d.x());
-      rays_.y[at] = float(d.y());
-      rays_.z[at] = float(d.z());
-    }
+    for (int power = 0; power < 3; ++power)
+      for (int k = 0; k < 3; ++k) map.q[3 * power + k] = float(row[std::size_t(power)][k]);
+    kernels.follow(map, ray_place(x0 - rect.x0, y - rect.y0), x1 - x0, rays_);
   }
-}
-
-/// Change of the ray by one pixel: half the way between the neighbours, or as far as there are any.
-void RoomCaster::find_slopes(const PixelRect& rect) {
-  const auto find = [&](int step, Rays& slopes) {
-    const auto find_along = [&](const float* along, float* slope) {
-      for (int y = 0; y < rect.height(); ++y)
-        for (int at = ray_place(0, y); at < ray_place(rect.width(), y); ++at) {
-          const float here = along[at];
-          const bool forward = along[at + step] == along[at + step],
-                     backward = along[at - step] == along[at - step];
-          const float difference = (forward ? along[at + step] : here) - (backward ? along[at - step] : here);
-          slope[at] = forward && backward ? 0.5f * difference : difference;
-        }
-    };
-    find_along(rays_.x, slopes.x);
-    find_along(rays_.y, slopes.y);
-    find_along(rays_.z, slopes.z);
-  };
-  find(1, right_);
-  find(kRayAcross, down_);
 }
 
 void RoomCaster::find_hits(const RoomLayer& layer, int tile_x, int tile_y, const PixelRect& rect,
                            const Kernels& kernels, Hits& hits) const {
   std::fill(std::begin(hits.nearness), std::end(hits.nearness), 0.0f);
   std::fill(std::begin(hits.facet), std::end(hits.facet), -1);
-  const ImageSize frame = layer.grid().frame;
-  for (const FacetBox& box : layer.boxes(tile_x, tile_y)) {
-    // Only pixels whose middle is inside are hit: a pixel less than the box on each side, and at the frame's
-    // border a pixel more.
-    const int x0 = std::max(box.x0 + (box.x0 > 0 ? 1 : -1), rect.x0 - 1) - rect.x0,
-              x1 = std::min(box.x1 - (box.x1 < frame.width ? 1 : -1), rect.x1 + 1) - rect.x0;
-    const int y0 = std::max(box.y0 + (box.y0 > 0 ? 1 : -1), rect.y0 - 1) - rect.y0,
-              y1 = std::min(box.y1 - (box.y1 < frame.height ? 1 : -1), rect.y1 + 1) - rect.y0;
-    if (x0 < x1 && y0 < y1)
-      kernels.cast(layer.facets()[std::size_t(box.facet)], box.facet, rays_, ray_place(x0, y0), x1 - x0,
-                   y1 - y0, hits);
-  }
+  const FacetBoxes boxes = layer.boxes(tile_x, tile_y);
+  kernels.cast(layer.facets().data(), layer.borders(), boxes.data, boxes.count, rect.x0, rect.y0, rays_,
+               hits);
 }
 
 void RoomCaster::nearest_first(std::vector<Fragment>& fragments) {  // a handful
@@ -253,15 +219,35 @@ bool RoomCaster::is_visible(const std::vector<CastItem>& items, int item, int at
   return true;
 }
 
-void RoomCaster::add_edge(const std::vector<CastItem>& items, int x, int y, bool area, const PixelRect& rect,
-                          int tile_x, int tile_y, RoomTile& to) {
+/// What the sub-pixels hit.
+void RoomCaster::find_sub_hits(const RoomLayer& layer, const Kernels& kernels, int x, int y, int tile_x,
+                               int tile_y) {
+  sub_boxes_.clear();
+  for (const FacetBox& box : layer.boxes(tile_x, tile_y))
+    if (RoomLayer::touches(box, x, y)) sub_boxes_.push_back({0, 0, kSub, 1, box.facet});
+  std::fill_n(sub_hits_.nearness + ray_place(0, 0), kSub, 0.0f);
+  std::fill_n(sub_hits_.facet + ray_place(0, 0), kSub, -1);
+  kernels.cast(layer.facets().data(), layer.borders(), sub_boxes_.data(), sub_boxes_.size(), 0, 0, sub_rays_,
+               sub_hits_);
+}
+
+void RoomCaster::add_edge(const std::vector<CastItem>& items, const Kernels& kernels, int x, int y, bool area,
+                          const PixelRect& rect, int tile_x, int tile_y, RoomTile& to) {
   const int at = ray_place(x, y);
-  const Vec3 centre = ray(at), by_x = right(at), by_y = down(at);
-  candidates_.clear();
-  for (std::size_t a = 0; a < items.size(); ++a)
-    for (const FacetBox& box : items[a].layer->boxes(tile_x, tile_y))
-      if (x + rect.x0 >= box.x0 && x + rect.x0 < box.x1 && y + rect.y0 >= box.y0 && y + rect.y0 < box.y1)
-        candidates_.push_back({int(a), box.facet, 0});
+  const Vec3 centre = ray(at), by_x = slope(at, 1), by_y = slope(at, kRayAcross);
+  for (int k = 0; k < kSub; ++k) {
+    const Vec3 d = centre + kSubPixels.x[k] * by_x + kSubPixels.y[k] * by_y;
+    sub_rays_.x[ray_place(k, 0)] = float(d.x());
+    sub_rays_.y[ray_place(k, 0)] = float(d.y());
+    sub_rays_.z[ray_place(k, 0)] = float(d.z());
+  }
+  for (std::vector<Fragment>& met : sub_fragments_) met.clear();
+  for (std::size_t a = 0; a < items.size(); ++a) {
+    find_sub_hits(*items[a].layer, kernels, x + rect.x0, y + rect.y0, tile_x, tile_y);
+    for (int k = 0; k < kSub; ++k)
+      if (const int facet = sub_hits_.facet[ray_place(k, 0)]; facet >= 0)
+        sub_fragments_[k].push_back({int(a), facet, sub_hits_.nearness[ray_place(k, 0)]});
+  }
 
   // What each sub-pixel meets, nearest first. Each facet is looked at once, about the middle of where it is
   // met.
@@ -274,28 +260,16 @@ void RoomCaster::add_edge(const std::vector<CastItem>& items, int x, int y, bool
   std::size_t shown_count = 0;
   to.edges_.push_back({std::uint8_t(x), std::uint8_t(y), std::uint32_t(to.parts_.size()), 0,
                        std::uint32_t(to.orders_.size())});
-  for (std::size_t k = 0; k < kSub; ++k) {
-    const Vec2 where(kSubPixels.x[k], kSubPixels.y[k]);
-    const Vec3 d = centre + where.x() * by_x + where.y() * by_y;
-    fragments_.clear();
-    for (const Fragment& candidate : candidates_) {
-      const Facet& facet = items[std::size_t(candidate.item)].layer->facets()[std::size_t(candidate.facet)];
-      if (!meets(facet, d)) continue;
-      const Fragment fragment{candidate.item, candidate.facet, along(facet.nearness, d)};
-      if (fragments_.empty() || fragments_.back().item != fragment.item)
-        fragments_.push_back(fragment);
-      else if (fragment.nearness > fragments_.back().nearness)
-        fragments_.back() = fragment;
-    }
-    nearest_first(fragments_);
+  for (int k = 0; k < kSub; ++k) {
+    nearest_first(sub_fragments_[k]);
     const std::size_t head = to.orders_.size();
     to.orders_.push_back(0);
-    for (const Fragment& f : fragments_) {
+    for (const Fragment& f : sub_fragments_[k]) {
       std::size_t i = 0;
       while (i < shown_count && (shown[i].item != f.item || shown[i].facet != f.facet)) ++i;
       if (i == kMost) continue;
       if (i == shown_count) shown[shown_count++] = {f.item, f.facet, 0, Vec2::Zero()};
-      shown[i].sum += where;
+      shown[i].sum += Vec2(kSubPixels.x[k], kSubPixels.y[k]);
       ++shown[i].count;
       to.orders_.push_back(std::uint8_t(i));
       ++to.orders_[head];
@@ -305,7 +279,9 @@ void RoomCaster::add_edge(const std::vector<CastItem>& items, int x, int y, bool
   for (std::size_t i = 0; i < shown_count; ++i) {
     const Shown& s = shown[i];
     const CastItem& item = items[std::size_t(s.item)];
-    const Mat3& content_from_direction = item.layer->facets()[std::size_t(s.facet)].content_from_direction;
+    const auto& content = item.layer->facets()[std::size_t(s.facet)].content;
+    Mat3 content_from_direction;
+    for (int k = 0; k < 9; ++k) content_from_direction(k / 3, k % 3) = double(content[k / 3][k % 3]);
     const Vec2 where = s.sum / s.count;
     Footprint f{content_from_direction * (centre + where.x() * by_x + where.y() * by_y),
                 content_from_direction * by_x, content_from_direction * by_y};
@@ -417,8 +393,11 @@ void RoomCaster::cast(const std::vector<CastItem>& items, const std::vector<Lens
   to.mask_taps_ = to.taps_;
 
   std::fill(std::begin(rays_.x), std::end(rays_.x), std::numeric_limits<float>::quiet_NaN());
-  for (const LensPiece& piece : pieces) follow(piece, rect);
-  find_slopes(rect);
+  for (const LensPiece& piece : pieces) follow(piece, rect, kernels);
+  for (int y = 0; area && y < rect.height(); ++y) {
+    kernels.find_slopes(rays_, 1, ray_place(0, y), rect.width(), right_);
+    kernels.find_slopes(rays_, kRayAcross, ray_place(0, y), rect.width(), down_);
+  }
   if (hits_.size() < items.size()) hits_.resize(items.size());
   if (looks_.size() < items.size() * RoomTile::kStrip) looks_.resize(items.size() * RoomTile::kStrip);
   for (std::size_t a = 0; a < items.size(); ++a)
@@ -431,7 +410,7 @@ void RoomCaster::cast(const std::vector<CastItem>& items, const std::vector<Lens
       for (std::size_t a = 0; a < items.size(); ++a) {
         Looks* const rows = &looks_[a * RoomTile::kStrip];
         for (int row = y; row < last; ++row)
-          kernels.look(items[a].layer->views().data(), rays_, right_, down_, hits_[a], ray_place(0, row),
+          kernels.look(items[a].layer->facets().data(), rays_, right_, down_, hits_[a], ray_place(0, row),
                        width, area, rows[row - y]);
         for (int block = 0; area && block * RoomTile::kBlock < width; ++block) {
           const CastItem& item = items[a];
@@ -447,7 +426,7 @@ void RoomCaster::cast(const std::vector<CastItem>& items, const std::vector<Lens
     }
     bool edge[kTileWidth] = {}, steps[kTileWidth];
     for (std::size_t a = 0; a < items.size(); ++a) {
-      kernels.find_steps(items[a].layer->views().data(), rays_, hits_[a], ray_place(0, y), width, kStep,
+      kernels.find_steps(items[a].layer->facets().data(), rays_, hits_[a], ray_place(0, y), width, kStep,
                          steps);
       for (int x = 0; x < width; ++x) edge[x] = edge[x] || steps[x];
     }
@@ -455,7 +434,7 @@ void RoomCaster::cast(const std::vector<CastItem>& items, const std::vector<Lens
       edge[x] = known(ray_place(x, y)) && (edge[x] || (items.size() > 1 && !is_even(items, ray_place(x, y))));
     add_row(items, y, width, edge, to);
     for (int x = 0; x < width; ++x)
-      if (edge[x]) add_edge(items, x, y, area, rect, tile_x, tile_y, to);
+      if (edge[x]) add_edge(items, kernels, x, y, area, rect, tile_x, tile_y, to);
   }
 }
 

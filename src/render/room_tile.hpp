@@ -112,11 +112,14 @@ class RoomCaster {
   };
 
   Vec3 ray(int at) const { return {double(rays_.x[at]), double(rays_.y[at]), double(rays_.z[at])}; }
-  Vec3 right(int at) const { return {double(right_.x[at]), double(right_.y[at]), double(right_.z[at])}; }
-  Vec3 down(int at) const { return {double(down_.x[at]), double(down_.y[at]), double(down_.z[at])}; }
   bool known(int at) const { return rays_.x[at] == rays_.x[at]; }
-  void follow(const LensPiece& piece, const PixelRect& rect);
-  void find_slopes(const PixelRect& rect);
+  /// Change of the ray of a pixel by one of `step` places.
+  Vec3 slope(int at, int step) const {
+    const bool forward = known(at + step), backward = known(at - step);
+    return (forward && backward ? 0.5 : 1.0) *
+           (ray(forward ? at + step : at) - ray(backward ? at - step : at));
+  }
+  void follow(const LensPiece& piece, const PixelRect& rect, const Kernels& kernels);
   void find_hits(const RoomLayer& layer, int tile_x, int tile_y, const PixelRect& rect,
                  const Kernels& kernels, Hits& hits) const;
   bool is_even(const std::vector<CastItem>& items, int at) const;
@@ -125,14 +128,20 @@ class RoomCaster {
                const PixelRect& block) const;
   void add_row(const std::vector<CastItem>& items, int y, int width, const bool (&edge)[kTileWidth],
                RoomTile& to);
-  void add_edge(const std::vector<CastItem>& items, int x, int y, bool area, const PixelRect& rect,
-                int tile_x, int tile_y, RoomTile& to);
+  void add_edge(const std::vector<CastItem>& items, const Kernels& kernels, int x, int y, bool area,
+                const PixelRect& rect, int tile_x, int tile_y, RoomTile& to);
+  void find_sub_hits(const RoomLayer& layer, const Kernels& kernels, int x, int y, int tile_x, int tile_y);
   static void nearest_first(std::vector<Fragment>& fragments);
 
-  Rays rays_, right_, down_;  ///< directions, and their changes by one pixel; NaN: none
+  Rays rays_, right_, down_;  ///< directions, and (area) their changes by one pixel; x NaN: none
   std::vector<Hits> hits_;    ///< [item]
   std::vector<Looks> looks_;  ///< [row of a strip, item]
-  std::vector<Fragment> fragments_, candidates_;
+  std::vector<Fragment> fragments_;
+  // Of an edge pixel's sub-pixels; rays and hits in the first row.
+  std::vector<Fragment> sub_fragments_[RoomTile::kSub];
+  Rays sub_rays_;
+  Hits sub_hits_;
+  std::vector<FacetBox> sub_boxes_;
 };
 
 }  // namespace procam::render

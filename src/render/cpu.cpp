@@ -71,6 +71,7 @@ class CpuRenderer::State {
     TileSteps steps;
     std::vector<CastItem> cast;
     RoomCaster caster;
+    RoomTile moving;
     std::vector<ItemTextures<LightTexture>> lights;
     std::vector<ItemTextures<ValueTexture>> values;
     RoomRows<Light> light_rows;
@@ -180,10 +181,16 @@ class CpuRenderer::State {
     }
     std::vector<RoomTile>& kept = plan.tiles[std::size_t(tile.x)];
     if (kept.size() <= n) kept.resize(n + 1);
-    if (!kept[n].shows(plan.cast))
-      plan.caster.cast(plan.cast, lens_.pieces(tile.x, tile.y), area(), kernels_, tile.x, tile.y, tile.rect,
-                       kept[n]);
-    kept[n].draw(textures, kernels_, rows, tile);
+    if (kept[n].shows(plan.cast)) {
+      kept[n].draw(textures, kernels_, rows, tile);
+      return first;
+    }
+    // What stays is kept from the second frame on. What moves in every frame is not: that would be written to
+    // memory for nothing.
+    RoomTile& cast = kept[n].expects(plan.cast) ? kept[n] : plan.moving;
+    plan.caster.cast(plan.cast, lens_.pieces(tile.x, tile.y), area(), kernels_, tile.x, tile.y, tile.rect,
+                     cast);
+    cast.draw(textures, kernels_, rows, tile);
     return first;
   }
   std::size_t cast(const std::vector<int>& steps, std::size_t first, std::size_t n, Plan& plan,

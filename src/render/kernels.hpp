@@ -5,6 +5,7 @@
 /// Two kinds of pixel, both RGBA, premultiplied:
 ///   Light: 16 bits, 0..kFull. What is averaged: light, or values as they stand times 128.
 ///   Value: 8 bits, 0..255. For plain interpolation of values, as fast as it goes.
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 
@@ -19,6 +20,8 @@ inline constexpr int kRowRoom = kTileWidth + kLanes;  ///< rows of pixels are wr
 using Light = std::int16_t;
 using Value = std::uint8_t;
 inline constexpr int kFull = 255 * 128;  ///< full light, and an alpha of 1
+
+inline constexpr float kRowsAhead = 3;  ///< how far ahead memory is asked for
 
 /// Where a row of pixels looks into the content, in texels of one level from the content's corner, and how
 /// that changes by one pixel to the right (x) and down (y).
@@ -81,6 +84,27 @@ struct Hits {
   alignas(32) float nearness[kRayRoom];
   std::int32_t facet[kRayRoom];
 };
+/// A bit for each pixel of a tile's row.
+static_assert(kTileWidth == 128);
+struct RowBits {
+  std::uint64_t words[2] = {};
+
+  bool operator[](int x) const { return (words[x / 64] >> (x % 64) & 1) != 0; }
+  void set(int x) { words[x / 64] |= std::uint64_t(1) << (x % 64); }
+  RowBits operator&(const RowBits& other) const {
+    return {{words[0] & other.words[0], words[1] & other.words[1]}};
+  }
+  RowBits operator~() const { return {{~words[0], ~words[1]}}; }
+  /// The first of [x, end) that is set; end: none.
+  int first(int x, int end) const {
+    while (x < end) {
+      const std::uint64_t left = words[x / 64] >> (x % 64);
+      if (left != 0) return std::min(x + __builtin_ctzll(left), end);
+      x = (x / 64 + 1) * 64;
+    }
+    return end;
+  }
+};
 /// Where the pixels of a row look, as fractions of the content, as in Points.
 struct Looks {
   alignas(32) float of[6][kRowRoom];  ///< u, v, u_x, v_x, u_y, v_y
@@ -108,12 +132,12 @@ struct Kernels {
   /// facet, or the first of those. Looks at the first `borders` borders.
   void (*cast)(const Facet* facets, int borders, const FacetBox* boxes, std::size_t count, int x, int y,
                const Rays& rays, Hits& hits);
-  /// Is each of `count` pixels one of whose neighbours shows nothing, or another part of the surface behind
-  /// or before it, by over `step` of its nearness, and of what the pixel's facet would have there? Or shows
-  /// it nothing, and a neighbour does? NaN: no neighbour.
+  /// Which of `count` pixels hit something; and which are edges: pixels one of whose neighbours shows
+  /// nothing, or another part of the surface behind or before it, by over `step` of its nearness, and of what
+  /// the pixel's facet would have there. Or that show nothing, and a neighbour does. NaN: no neighbour.
   void (*find_steps)(const Facet* facets, const Rays& rays, const Hits& hits, int first, int count,
-                     float step, bool* edge);
-  /// Where `count` pixels look that hit something.
+                     float step, RowBits& met, RowBits& edges);
+  /// Where `count` pixels look; 0 where they hit nothing.
   void (*look)(const Facet* facets, const Rays& rays, const Rays& right, const Rays& down, const Hits& hits,
                int first, int count, bool slopes, Looks& looks);
 };

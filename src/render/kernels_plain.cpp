@@ -161,10 +161,12 @@ void cast(const Facet* facets, int borders, const FacetBox* boxes, std::size_t c
 }
 
 void find_steps(const Facet* facets, const Rays& rays, const Hits& hits, int first, int count, float step,
-                bool* edge) {
-  for (int at = first; at < first + count; ++at, ++edge) {
-    *edge = false;
+                RowBits& met, RowBits& edges) {
+  for (int i = 0; i < count; ++i) {
+    const int at = first + i;
     const std::int32_t mine = hits.facet[at];
+    if (mine >= 0) met.set(i);
+    if (!(rays.x[at] == rays.x[at])) continue;
     for (const int by : kNeighbours) {
       const int other = at + by;
       const std::int32_t its = hits.facet[other];
@@ -175,7 +177,7 @@ void find_steps(const Facet* facets, const Rays& rays, const Hits& hits, int fir
       };
       if (mine < 0 || its < 0 ||
           (!is_smooth(hits.nearness[at]) && !is_smooth(dot(facets[mine].nearness, x, y, z))))
-        *edge = true;
+        edges.set(i);
     }
   }
 }

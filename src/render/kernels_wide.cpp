@@ -277,8 +277,11 @@ PROCAM_AVX2 inline Wide3 load(const Rays& rays, int at) {
 PROCAM_AVX2 inline __m256 dot(__m256 a, __m256 b, __m256 c, const Wide3& d) {
   return _mm256_add_ps(_mm256_add_ps(_mm256_mul_ps(a, d.x), _mm256_mul_ps(b, d.y)), _mm256_mul_ps(c, d.z));
 }
-PROCAM_AVX2 inline __m256 dot(const float (&f)[3], const Wide3& d) {
-  return dot(_mm256_set1_ps(f[0]), _mm256_set1_ps(f[1]), _mm256_set1_ps(f[2]), d);
+PROCAM_AVX2 inline Wide3 everywhere(const float (&f)[3]) {
+  return {_mm256_set1_ps(f[0]), _mm256_set1_ps(f[1]), _mm256_set1_ps(f[2])};
+}
+PROCAM_AVX2 inline __m256 dot(const Wide3& f, const Wide3& d) {
+  return dot(f.x, f.y, f.z, d);
 }
 
 /// Of the eight from `begin` on, those before `end`.
@@ -331,18 +334,23 @@ PROCAM_AVX2 void cast_at(const Facet* facets, const FacetBox* boxes, std::size_t
     const __m256 name = _mm256_castsi256_ps(_mm256_set1_epi32(box.facet));
     const int x0 = std::max(box.x0 - x, -1), x1 = std::min(box.x1 - x, kTileWidth + 1);
     const int y0 = std::max(box.y0 - y, -1), y1 = std::min(box.y1 - y, kTileHeight + 1);
+    // Once: for all that compilers know, the hits lie where the facets do.
+    Wide3 borders[kBorders];
+    for (int k = 0; k < kBorders; ++k) borders[k] = everywhere(facet.borders[k]);
+    const Wide3 plane = everywhere(facet.nearness);
     for (int from = x0; from < x1; from += kLanes) {
       const __m256 in_box = _mm256_castsi256_ps(before_end(from, x1));
       int at = ray_place(from, y0);
       for (int row = y0; row < y1; ++row, at += kRayAcross) {
         const Wide3 d = load(rays, at);
-        __m256 inside = dot(facet.borders[0], d);
-        for (int k = 1; k < kBorders; ++k) inside = _mm256_min_ps(inside, dot(facet.borders[k], d));
-        const __m256 before = _mm256_loadu_ps(hits.nearness + at), nearness = dot(facet.nearness, d);
-        const __m256 nearer = _mm256_and_ps(_mm256_and_ps(in_box, _mm256_cmp_ps(inside, zero, _CMP_GE_OQ)),
-                                            _mm256_cmp_ps(nearness, before, _CMP_GT_OQ));
+        __m256 inside = dot(borders[0], d);
+        for (int k = 1; k < kBorders; ++k) inside = _mm256_min_ps(inside, dot(borders[k], d));
+        const __m256 outside = _mm256_cmp_ps(inside, zero, _CMP_NGE_UQ);  // or no ray
+        const __m256 nearness = _mm256_andnot_ps(outside, _mm256_and_ps(in_box, dot(plane, d)));
+        const __m256 before = _mm256_loadu_ps(hits.nearness + at);
+        const __m256 nearer = _mm256_cmp_ps(nearness, before, _CMP_GT_OQ);
         if (_mm256_testz_ps(nearer, nearer)) continue;
-        _mm256_storeu_ps(hits.nearness + at, _mm256_blendv_ps(before, nearness, nearer));
+        _mm256_storeu_ps(hits.nearness + at, _mm256_max_ps(nearness, before));
         float* const names = reinterpret_cast<float*>(hits.facet + at);
         _mm256_storeu_ps(names, _mm256_blendv_ps(_mm256_loadu_ps(names), name, nearer));
       }
@@ -364,8 +372,7 @@ PROCAM_AVX2 inline __m256 gather(const Facet* facets, __m256i facet, std::size_t
   const float* const first = reinterpret_cast<const float*>(facets) + k;
   return _mm256_i32gather_ps(first, _mm256_mullo_epi32(facet, _mm256_set1_epi32(kNumbers)), 4);
 }
-constexpr std::size_t kNearnessAt = offsetof(Facet, nearness) / sizeof(float),
-                      kContentAt = offsetof(Facet, content) / sizeof(float);
+constexpr std::size_t kNearnessAt = offsetof(Facet, nearness) / sizeof(float);
 
 /// Are all neighbours of eight pixels, and these, no further than `step` of any from another?
 PROCAM_AVX2 inline bool all_together(const float* nearness, __m256 step) {
@@ -380,15 +387,17 @@ PROCAM_AVX2 inline bool all_together(const float* nearness, __m256 step) {
 }
 
 PROCAM_AVX2 void find_steps(const Facet* facets, const Rays& rays, const Hits& hits, int first, int count,
-                            float step, bool* edge) {
+                            float step, RowBits& met, RowBits& edges) {
   const __m256 within = _mm256_set1_ps(step), sign = _mm256_set1_ps(-0.0f);
   for (int i = 0; i < count; i += kLanes) {
     const int at = first + i;
-    if (all_together(hits.nearness + at, within)) {
-      for (int k = i; k < std::min(i + kLanes, count); ++k) edge[k] = false;
-      continue;
-    }
     const __m256i mine = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(hits.facet + at));
+    const int here_only = _mm256_movemask_ps(_mm256_castsi256_ps(before_end(i, count)));
+    const auto add = [&](__m256 which, RowBits& to) PROCAM_AVX2 {
+      to.words[i / 64] |= std::uint64_t(_mm256_movemask_ps(which) & here_only) << (i % 64);
+    };
+    add(_mm256_castsi256_ps(_mm256_xor_si256(mine, _mm256_set1_epi32(-1))), met);
+    if (all_together(hits.nearness + at, within)) continue;
     const __m256i shown = _mm256_max_epi32(mine, _mm256_setzero_si256());
     const __m256 a = gather(facets, shown, kNearnessAt), b = gather(facets, shown, kNearnessAt + 1),
                  c = gather(facets, shown, kNearnessAt + 2);
@@ -410,9 +419,32 @@ PROCAM_AVX2 void find_steps(const Facet* facets, const Rays& rays, const Hits& h
       const __m256 known = _mm256_cmp_ps(d.x, d.x, _CMP_ORD_Q);
       steps = _mm256_or_ps(steps, _mm256_and_ps(_mm256_andnot_ps(same, differs), known));
     }
-    const int mask = _mm256_movemask_ps(steps);
-    for (int k = 0; k < kLanes && i + k < count; ++k) edge[i + k] = (mask >> k & 1) != 0;
+    const __m256 x = _mm256_loadu_ps(rays.x + at);
+    add(_mm256_and_ps(steps, _mm256_cmp_ps(x, x, _CMP_ORD_Q)), edges);
   }
+}
+
+/// The contents of eight pixels' facets, each number of all together; anything where there is none.
+PROCAM_AVX2 inline void load_contents(const Facet* facets, const std::int32_t* facet, __m256 (&m)[9]) {
+  const float* from[kLanes];
+  for (int i = 0; i < kLanes; ++i) from[i] = facets[std::max(facet[i], 0)].content[0];
+  const auto load_four = [&](int k, __m256(&to)[4]) PROCAM_AVX2 {
+    for (int i = 0; i < 4; ++i)
+      to[i] = _mm256_set_m128(_mm_loadu_ps(from[i + 4] + k), _mm_loadu_ps(from[i] + k));
+    const __m256 a = _mm256_unpacklo_ps(to[0], to[1]), b = _mm256_unpackhi_ps(to[0], to[1]);
+    const __m256 c = _mm256_unpacklo_ps(to[2], to[3]), d = _mm256_unpackhi_ps(to[2], to[3]);
+    to[0] = _mm256_shuffle_ps(a, c, 0x44);
+    to[1] = _mm256_shuffle_ps(a, c, 0xee);
+    to[2] = _mm256_shuffle_ps(b, d, 0x44);
+    to[3] = _mm256_shuffle_ps(b, d, 0xee);
+  };
+  __m256 first[4], second[4], third[4];
+  load_four(0, first);
+  load_four(4, second);
+  load_four(5, third);
+  std::copy_n(first, 4, m);
+  std::copy_n(second, 4, m + 4);
+  m[8] = third[3];
 }
 
 PROCAM_AVX2 inline __m256 held(__m256 value) {
@@ -426,9 +458,12 @@ PROCAM_AVX2 void look(const Facet* facets, const Rays& rays, const Rays& right, 
     const int at = first + i;
     const __m256i facet = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(hits.facet + at));
     const __m256 nothing = _mm256_castsi256_ps(_mm256_srai_epi32(facet, 31));
-    const __m256i shown = _mm256_max_epi32(facet, _mm256_setzero_si256());
+    if (_mm256_movemask_ps(nothing) == 0xff) {
+      for (int k = 0; k < (slopes ? 6 : 2); ++k) _mm256_storeu_ps(looks.of[k] + i, _mm256_setzero_ps());
+      continue;
+    }
     __m256 m[9];
-    for (std::size_t k = 0; k < 9; ++k) m[k] = gather(facets, shown, kContentAt + k);
+    load_contents(facets, hits.facet + at, m);
     const auto of = [&](const Wide3& d, int k)
                         PROCAM_AVX2 { return dot(m[3 * k], m[3 * k + 1], m[3 * k + 2], d); };
     const auto store = [&](int k, __m256 value) PROCAM_AVX2 {

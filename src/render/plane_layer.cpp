@@ -6,8 +6,6 @@ namespace procam::render {
 
 namespace {
 
-constexpr float kRowsAhead = 3;  ///< how far ahead memory is asked for
-
 constexpr std::uint8_t kOutside = 0, kTouched = 1, kFilled = 2;
 
 Footprint footprint_at(const Patch& q, const PixelRect& rect, int x, int y) {

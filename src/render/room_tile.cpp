@@ -71,13 +71,24 @@ void RoomTile::draw_row(const std::vector<ItemTextures<Texture>>& textures, int 
     const Row& row = rows_[std::size_t(y) * count + a];
     const int length = row.end - row.begin;
     Pixel* const drawn = rows.drawn.data() + a * kRowRoom * 4;
+    // What is wanted ahead: where the row below looks, about as far from here as the row above.
+    const Row& above = rows_[std::size_t(std::max(y - 1, 0)) * count + a];
+    const int both = std::max(row.begin, above.begin);
+    float ahead[2] = {};
+    for (int k = 0; k < 2 && both < std::min(row.end, above.end); ++k)
+      ahead[k] = points_[row.first + std::size_t(k * length + both - row.begin)] -
+                 points_[above.first + std::size_t(k * (above.end - above.begin) + both - above.begin)];
     // From left to right: samples are written in whole groups, beyond the block's end as well.
     for (int begin = row.begin; begin < row.end;) {
-      const int block = begin / kBlock, end = std::min<int>((block + 1) * kBlock, row.end);
+      const int block = begin / kBlock;
+      const int end =
+          looks_ > 2 ? std::min<int>((block + 1) * kBlock, row.end) : row.end;  // the same samples
       const std::size_t n = (std::size_t(y / kStrip) * count + a) * kBlocks + std::size_t(block);
       const auto sample_block = [&](const Texture& texture, const Taps& taps, Pixel* into) {
         const TexelsView<Pixel> level = texture.level(taps.level);
         const float size[2] = {float(level.width), float(level.height)};
+        rows.points.soon = std::ptrdiff_t(kRowsAhead * ahead[1] * size[1]) * level.stride +
+                           std::ptrdiff_t(kRowsAhead * ahead[0] * size[0]);
         const float* from = points_.data() + row.first + (begin - row.begin);
         for (int k = 0; k < looks_; ++k, from += length) {
           float* const to = numbers(rows.points, k) + begin;
@@ -87,7 +98,7 @@ void RoomTile::draw_row(const std::vector<ItemTextures<Texture>>& textures, int 
       };
       sample_block(*textures[a].content, taps_[n], drawn + 4 * begin);
       if (textures[a].mask) {
-        Pixel alpha[4 * (kBlock + kLanes)];
+        Pixel alpha[4 * kRowRoom];
         sample_block(*textures[a].mask, mask_taps_[n], alpha);
         give_alpha(alpha, end - begin, drawn + 4 * begin);
       }
@@ -307,7 +318,7 @@ Taps RoomCaster::taps_of(ImageSize content, int levels, const Hits& hits, const 
   constexpr double kMostOfTypical = 9;  // squared sides
   const double width = content.width, height = content.height;
   PixelSize finest, largest, typical;
-  double log_xx = 0, log_yy = 0;
+  double product_xx = 1, product_yy = 1;  // of 18 at most: no overflow
   int count = 0;
   for (int y = block.y0; y < block.y1; y += 3)
     for (int x = block.x0 + y % 3; x < block.x1; x += 3) {
@@ -320,47 +331,54 @@ Taps RoomCaster::taps_of(ImageSize content, int levels, const Hits& hits, const 
       finest.narrow_squared = std::min(finest.narrow_squared, size.narrow_squared);
       largest.xx = std::max(largest.xx, size.xx);
       largest.yy = std::max(largest.yy, size.yy);
-      log_xx += std::log(std::max(size.xx, 1e-12));
-      log_yy += std::log(std::max(size.yy, 1e-12));
+      product_xx *= std::min(std::max(size.xx, 1e-12), 1e16);
+      product_yy *= std::min(std::max(size.yy, 1e-12), 1e16);
     }
   if (count == 0) return {};
-  typical.xx = std::exp(log_xx / count);
-  typical.yy = std::exp(log_yy / count);
+  typical.xx = std::pow(product_xx, 1.0 / count);
+  typical.yy = std::pow(product_yy, 1.0 / count);
   largest.xx = std::min(largest.xx, kMostOfTypical * typical.xx);
   largest.yy = std::min(largest.yy, kMostOfTypical * typical.yy);
   return choose_taps(typical, finest, largest, levels);
 }
 
-/// The pixels of a row that are no edges: where they look, and what lies over what. looks_ begin with the
+/// Where a row's items look, from the first to the last pixel that they are drawn at. looks_ begin with the
 /// row's.
-void RoomCaster::add_row(const std::vector<CastItem>& items, int y, int width, const bool (&edge)[kTileWidth],
+void RoomCaster::add_row(const std::vector<CastItem>& items, int y, int width, const RowBits& edges,
                          RoomTile& to) {
-  const int looked = y % RoomTile::kStrip;
   for (std::size_t a = 0; a < items.size(); ++a) {
     int begin = 0, end = width;
-    const auto is_drawn = [&](int x) { return !edge[x] && is_visible(items, int(a), ray_place(x, y)); };
+    const auto is_drawn = [&](int x) {
+      return !edges[x] && (items.size() == 1 ? met_[x] : is_visible(items, int(a), ray_place(x, y)));
+    };
     while (begin < end && !is_drawn(begin)) ++begin;
     while (begin < end && !is_drawn(end - 1)) --end;
     to.rows_.push_back({std::uint8_t(begin), std::uint8_t(end), std::uint32_t(to.points_.size())});
-    const Looks& looks = looks_[a * RoomTile::kStrip + std::size_t(looked)];
+    const Looks& looks = looks_[a * RoomTile::kStrip + std::size_t(y % RoomTile::kStrip)];
     for (int k = 0; k < to.looks_; ++k)
       to.points_.insert(to.points_.end(), looks.of[k] + begin, looks.of[k] + end);
   }
-  std::size_t last = 0;  // the last run
-  const auto is_shown = [&](int x) { return !edge[x] && hits_[0].facet[ray_place(x, y)] >= 0; };
-  for (int x = 0; items.size() == 1 && x < width;) {
-    const bool shown = is_shown(x);
-    int end = x + 1;
-    while (end < width && is_shown(end) == shown) ++end;
-    to.runs_.push_back(std::uint16_t(end - x));
-    to.runs_.push_back(shown);
-    if (shown) to.runs_.push_back(0);
-    x = end;
+}
+
+/// What lies over what in a row, less the edges.
+void RoomCaster::add_runs(const std::vector<CastItem>& items, int y, int width, const RowBits& edges,
+                          RoomTile& to) {
+  if (items.size() == 1) {
+    const RowBits shown = met_ & ~edges, hidden = ~shown;
+    for (int x = 0; x < width;) {
+      const bool is_shown = shown[x];
+      const int end = (is_shown ? hidden : shown).first(x, width);
+      to.runs_.push_back(std::uint16_t(end - x));
+      to.runs_.push_back(is_shown);
+      if (is_shown) to.runs_.push_back(0);
+      x = end;
+    }
+    return;
   }
-  if (items.size() == 1) return;
+  std::size_t last = 0;  // the last run
   for (int x = 0; x < width; ++x) {
     fragments_.clear();
-    for (int a = 0; !edge[x] && a < int(items.size()); ++a)
+    for (int a = 0; !edges[x] && a < int(items.size()); ++a)
       if (is_visible(items, a, ray_place(x, y)))
         fragments_.push_back({a, 0, hits_[std::size_t(a)].nearness[ray_place(x, y)]});
     nearest_first(fragments_);
@@ -382,6 +400,7 @@ void RoomCaster::add_row(const std::vector<CastItem>& items, int y, int width, c
 void RoomCaster::cast(const std::vector<CastItem>& items, const std::vector<LensPiece>& pieces, bool area,
                       const Kernels& kernels, int tile_x, int tile_y, const PixelRect& rect, RoomTile& to) {
   to.items_ = items;
+  to.cast_ = true;
   to.looks_ = area ? 6 : 2;
   to.rows_.clear();
   to.points_.clear();
@@ -424,17 +443,17 @@ void RoomCaster::cast(const std::vector<CastItem>& items, const std::vector<Lens
         }
       }
     }
-    bool edge[kTileWidth] = {}, steps[kTileWidth];
-    for (std::size_t a = 0; a < items.size(); ++a) {
+    met_ = {};
+    RowBits edges;
+    for (std::size_t a = 0; a < items.size(); ++a)
       kernels.find_steps(items[a].layer->facets().data(), rays_, hits_[a], ray_place(0, y), width, kStep,
-                         steps);
-      for (int x = 0; x < width; ++x) edge[x] = edge[x] || steps[x];
-    }
-    for (int x = 0; x < width; ++x)
-      edge[x] = known(ray_place(x, y)) && (edge[x] || (items.size() > 1 && !is_even(items, ray_place(x, y))));
-    add_row(items, y, width, edge, to);
-    for (int x = 0; x < width; ++x)
-      if (edge[x]) add_edge(items, kernels, x, y, area, rect, tile_x, tile_y, to);
+                         met_, edges);
+    for (int x = 0; items.size() > 1 && x < width; ++x)
+      if (!edges[x] && known(ray_place(x, y)) && !is_even(items, ray_place(x, y))) edges.set(x);
+    add_row(items, y, width, edges, to);
+    add_runs(items, y, width, edges, to);
+    for (int x = edges.first(0, width); x < width; x = edges.first(x + 1, width))
+      add_edge(items, kernels, x, y, area, rect, tile_x, tile_y, to);
   }
 }
 

@@ -49,7 +49,14 @@ struct RoomRows {
 /// What was cast at a tile: kept as long as its surfaces stay where they are.
 class RoomTile {
  public:
-  bool shows(const std::vector<CastItem>& items) const { return items == items_; }
+  bool shows(const std::vector<CastItem>& items) const { return cast_ && items == items_; }
+  /// Are these the items that it was to show the last time? From now on they are.
+  bool expects(const std::vector<CastItem>& items) {
+    if (items == items_) return true;
+    items_ = items;
+    cast_ = false;
+    return false;
+  }
 
   /// Draws the items' textures over what is on the tile.
   template <typename Texture>
@@ -88,6 +95,7 @@ class RoomTile {
                  RoomRows<typename Texture::Pixel>& rows, Tile<typename Texture::Pixel>& tile) const;
 
   std::vector<CastItem> items_;
+  bool cast_ = false;                   ///< at them; else nothing below counts
   int looks_ = 2;                       ///< numbers a pixel: u, v, and with their slopes 6
   std::vector<Row> rows_;               ///< [row, item]
   std::vector<float> points_;           ///< fractions of the content
@@ -126,8 +134,8 @@ class RoomCaster {
   bool is_visible(const std::vector<CastItem>& items, int item, int at) const;
   Taps taps_of(ImageSize content, int levels, const Hits& hits, const Looks* rows,
                const PixelRect& block) const;
-  void add_row(const std::vector<CastItem>& items, int y, int width, const bool (&edge)[kTileWidth],
-               RoomTile& to);
+  void add_row(const std::vector<CastItem>& items, int y, int width, const RowBits& edges, RoomTile& to);
+  void add_runs(const std::vector<CastItem>& items, int y, int width, const RowBits& edges, RoomTile& to);
   void add_edge(const std::vector<CastItem>& items, const Kernels& kernels, int x, int y, bool area,
                 const PixelRect& rect, int tile_x, int tile_y, RoomTile& to);
   void find_sub_hits(const RoomLayer& layer, const Kernels& kernels, int x, int y, int tile_x, int tile_y);
@@ -136,6 +144,7 @@ class RoomCaster {
   Rays rays_, right_, down_;  ///< directions, and (area) their changes by one pixel; x NaN: none
   std::vector<Hits> hits_;    ///< [item]
   std::vector<Looks> looks_;  ///< [row of a strip, item]
+  RowBits met_;               ///< by the only item, in the row
   std::vector<Fragment> fragments_;
   // Of an edge pixel's sub-pixels; rays and hits in the first row.
   std::vector<Fragment> sub_fragments_[RoomTile::kSub];

@@ -231,6 +231,7 @@ ExitCode draw(const Flags& flags, Console& console) {
   } else {
     by_cpu.emplace(options);
   }
+  render::require_drawable(projector.size());
   ImageU8 frame(projector.size(), 3);
   Output output(flags, projector.size());
   const int frames = flags.seconds > 0 ? std::max(1, int(std::lround(flags.seconds * flags.rate_hz))) : 1;

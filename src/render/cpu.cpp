@@ -29,7 +29,7 @@ class CpuRenderer::State {
   RenderWork render(const Scene& scene, const Projector& projector, ImageView<std::uint8_t> frame) {
     if (!(frame.channels == 3 && frame.size() == projector.size() && !frame.empty()))
       throw std::invalid_argument("render: the frame must have 3 channels and the projector's size");
-    require_drawable(scene);
+    require_drawable(scene, projector.size());
     const RenderWork work = prepare(scene, projector);
     workers_.run(lens_.grid().down(), [&](int y) {
       if (values_only())
@@ -251,6 +251,7 @@ void render(const Scene& scene, const Projector& projector, ImageView<std::uint8
 }
 
 ImageU8 render(const Scene& scene, const Projector& projector, const RenderOptions& options) {
+  require_drawable(projector.size());
   ImageU8 frame(projector.size(), 3);
   render(scene, projector, frame.view(), options);
   return frame;

@@ -11,8 +11,8 @@
 namespace procam::render {
 
 /// Throws std::invalid_argument for content that is empty or has 2 or more than 4 channels, and for a mask
-/// with more than one.
-void require_drawable(const Scene& scene);
+/// with more than one; Error(kInput) for sizes that are not drawn (render/cpu.hpp).
+void require_drawable(const Scene& scene, ImageSize frame);
 
 bool same_view(ViewU8 a, ViewU8 b);
 

@@ -235,7 +235,7 @@ class GlRenderer::State {
   RenderWork render(const Scene& scene, const Projector& projector, ImageView<std::uint8_t> frame) {
     if (!(frame.channels == 3 && frame.size() == projector.size() && !frame.empty()))
       throw std::invalid_argument("render: the frame must have 3 channels and the projector's size");
-    render::require_drawable(scene);
+    render::require_drawable(scene, projector.size());
     const auto use = used();
     const KeptState kept;
     const RenderWork work = prepare(scene, projector);
@@ -250,7 +250,7 @@ class GlRenderer::State {
     if (!(rows >= projector.size().height))
       throw std::invalid_argument("draw: the framebuffer has " + std::to_string(rows) +
                                   " rows, less than the projector's frame");
-    render::require_drawable(scene);
+    render::require_drawable(scene, projector.size());
     const KeptState kept;
     const RenderWork work = prepare(scene, projector);
     draw(scene);

@@ -121,6 +121,9 @@ struct Kernels {
   /// What was drawn over what was there.
   void (*values_over)(const Value* drawn, int count, Value* there);
   void (*light_over)(const Light* drawn, int count, Light* there);
+  /// What was drawn keeps the share that the mask's alpha says.
+  void (*values_alpha)(const Value* mask, int count, Value* drawn);
+  void (*light_alpha)(const Light* mask, int count, Light* drawn);
   /// The colours as 3 bytes a pixel; exactly count of them.
   void (*values_to_rgb)(const Value* from, int count, std::uint8_t* to);
   /// `count` rays from place `first` on; d(s) = q, s as in the map.

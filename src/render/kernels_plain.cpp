@@ -108,6 +108,12 @@ void light_over(const Light* drawn, int count, Light* there) {
   }
 }
 
+template <int kWhole, typename Pixel>
+void give_alpha_plainly(const Pixel* mask, int count, Pixel* drawn) {
+  for (int i = 0; i < count; ++i, mask += 4, drawn += 4)
+    for (int k = 0; k < 4; ++k) drawn[k] = Pixel((drawn[k] * int(mask[3]) + kWhole / 2) / kWhole);
+}
+
 void values_to_rgb(const Value* from, int count, std::uint8_t* to) {
   for (int i = 0; i < count; ++i, from += 4)
     for (int k = 0; k < 3; ++k) *to++ = from[k];
@@ -219,7 +225,18 @@ void look(const Facet* facets, const Rays& rays, const Rays& right, const Rays& 
 
 }  // namespace
 
-const Kernels kPlainKernels{locate, sample_values, sample_light, values_over, light_over, values_to_rgb,
-                            follow, find_slopes,   cast,         find_steps,  look};
+const Kernels kPlainKernels{locate,
+                            sample_values,
+                            sample_light,
+                            values_over,
+                            light_over,
+                            give_alpha_plainly<255>,
+                            give_alpha_plainly<kFull>,
+                            values_to_rgb,
+                            follow,
+                            find_slopes,
+                            cast,
+                            find_steps,
+                            look};
 
 }  // namespace procam::render

@@ -255,6 +255,64 @@ PROCAM_AVX2 void light_over(const Light* drawn, int count, Light* there) {
   kPlainKernels.light_over(drawn + 4 * i, count - i, there + 4 * i);
 }
 
+PROCAM_AVX2 void values_alpha(const Value* mask, int count, Value* drawn) {
+  const __m128i alpha = _mm_setr_epi8(6, 7, 6, 7, 6, 7, 6, 7, 14, 15, 14, 15, 14, 15, 14, 15);
+  const __m256i only_alpha = _mm256_set1_epi32(int(0xff000000)), all = _mm256_set1_epi8(-1);
+  int i = 0;
+  while (i + 4 <= count) {
+    // Most of a mask hides all or nothing.
+    if (i + kLanes <= count) {
+      const __m256i eight = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(mask + 4 * i));
+      const bool none = _mm256_testz_si256(eight, only_alpha) != 0;
+      if (none) _mm256_storeu_si256(reinterpret_cast<__m256i*>(drawn + 4 * i), _mm256_setzero_si256());
+      if (none || _mm256_testc_si256(_mm256_or_si256(eight, _mm256_andnot_si256(only_alpha, all)), all)) {
+        i += kLanes;
+        continue;
+      }
+    }
+    __m128i* const to = reinterpret_cast<__m128i*>(drawn + 4 * i);
+    const __m256i share = _mm256_shuffle_epi8(
+        _mm256_cvtepu8_epi16(_mm_loadu_si128(reinterpret_cast<const __m128i*>(mask + 4 * i))), twice(alpha));
+    const __m256i product = _mm256_mullo_epi16(_mm256_cvtepu8_epi16(_mm_loadu_si128(to)), share);
+    const __m256i sum = _mm256_add_epi16(product, _mm256_set1_epi16(127));
+    // / 255: exact for 16 bits.
+    const __m256i kept = _mm256_srli_epi16(_mm256_mulhi_epu16(sum, _mm256_set1_epi16(short(0x8081))), 7);
+    _mm_storeu_si128(to, _mm_packus_epi16(_mm256_castsi256_si128(kept), _mm256_extracti128_si256(kept, 1)));
+    i += 4;
+  }
+  kPlainKernels.values_alpha(mask + 4 * i, count - i, drawn + 4 * i);
+}
+
+PROCAM_AVX2 void light_alpha(const Light* mask, int count, Light* drawn) {
+  const __m256i only_alpha = _mm256_set1_epi64x(std::int64_t(0xffff000000000000u));
+  const __m256i full = _mm256_and_si256(only_alpha, _mm256_set1_epi16(kFull));
+  int i = 0;
+  for (; i + 4 <= count; i += 4) {
+    __m256i* const to = reinterpret_cast<__m256i*>(drawn + 4 * i);
+    const __m256i alphas =
+        _mm256_and_si256(only_alpha, _mm256_loadu_si256(reinterpret_cast<const __m256i*>(mask + 4 * i)));
+    // Most of a mask hides all or nothing.
+    if (_mm256_testz_si256(alphas, alphas)) {
+      _mm256_storeu_si256(to, alphas);
+      continue;
+    }
+    const __m256i differs = _mm256_xor_si256(alphas, full);
+    if (_mm256_testz_si256(differs, differs)) continue;
+    const __m256i from = _mm256_loadu_si256(to);
+    const __m256i shares = _mm256_shufflehi_epi16(_mm256_shufflelo_epi16(alphas, 0xff), 0xff);
+    const auto keep = [](__m128i light, __m128i share) PROCAM_AVX2 {
+      const __m256i product = _mm256_mullo_epi32(_mm256_cvtepi16_epi32(light), _mm256_cvtepi16_epi32(share));
+      // / 128, and / 255: below 2^24, where division of floats has the right whole part.
+      const __m256i by_128 = _mm256_srli_epi32(_mm256_add_epi32(product, _mm256_set1_epi32(kFull / 2)), 7);
+      return _mm256_cvttps_epi32(_mm256_div_ps(_mm256_cvtepi32_ps(by_128), _mm256_set1_ps(255)));
+    };
+    const __m256i low = keep(_mm256_castsi256_si128(from), _mm256_castsi256_si128(shares));
+    const __m256i high = keep(_mm256_extracti128_si256(from, 1), _mm256_extracti128_si256(shares, 1));
+    _mm256_storeu_si256(to, _mm256_permute4x64_epi64(_mm256_packs_epi32(low, high), 0xd8));
+  }
+  kPlainKernels.light_alpha(mask + 4 * i, count - i, drawn + 4 * i);
+}
+
 PROCAM_AVX2 void values_to_rgb(const Value* from, int count, std::uint8_t* to) {
   const __m256i colours = twice(_mm_setr_epi8(0, 1, 2, 4, 5, 6, 8, 9, 10, 12, 13, 14, -1, -1, -1, -1));
   const __m256i together = _mm256_setr_epi32(0, 1, 2, 4, 5, 6, 3, 7);
@@ -492,8 +550,9 @@ PROCAM_AVX2 void look(const Facet* facets, const Rays& rays, const Rays& right, 
   }
 }
 
-constexpr Kernels kWideKernels{locate, sample_values, sample_light, values_over, light_over, values_to_rgb,
-                               follow, find_slopes,   cast,         find_steps,  look};
+constexpr Kernels kWideKernels{locate,       sample_values, sample_light,  values_over, light_over,
+                               values_alpha, light_alpha,   values_to_rgb, follow,      find_slopes,
+                               cast,         find_steps,    look};
 
 }  // namespace
 

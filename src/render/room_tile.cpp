@@ -100,7 +100,7 @@ void RoomTile::draw_row(const std::vector<ItemTextures<Texture>>& textures, int 
       if (textures[a].mask) {
         Pixel alpha[4 * kRowRoom];
         sample_block(*textures[a].mask, mask_taps_[n], alpha);
-        give_alpha(alpha, end - begin, drawn + 4 * begin);
+        give_alpha(kernels, alpha, end - begin, drawn + 4 * begin);
       }
       begin = end;
     }
@@ -140,7 +140,7 @@ void RoomTile::draw_edge(const std::vector<ItemTextures<Texture>>& textures, con
     sample_part(*shown.content, part.taps, drawn);
     if (shown.mask) {
       sample_part(*shown.mask, part.mask_taps, alpha);
-      give_alpha(alpha, 1, drawn);
+      give_alpha(kernels, alpha, 1, drawn);
     }
     std::copy_n(drawn, 4, lights[i]);
   }

@@ -50,6 +50,12 @@ void look(const Footprint& f, float (&looks)[6]) {
   looks[5] = held((f.slope_y.y() - v * f.slope_y.z()) * inverse);
 }
 
+/// Asks for memory that is read soon.
+void fetch_numbers(const float* numbers, int count) {
+  constexpr int kLine = 16;  // of them
+  for (int i = 0; i < count; i += kLine) __builtin_prefetch(numbers + i);
+}
+
 /// Numbers of Points in the order of Looks.
 float* numbers(Points& points, int k) {
   float* const all[6] = {points.u, points.v, points.u_x, points.v_x, points.u_y, points.v_y};
@@ -78,6 +84,8 @@ void RoomTile::draw_row(const std::vector<ItemTextures<Texture>>& textures, int 
     for (int k = 0; k < 2 && both < std::min(row.end, above.end); ++k)
       ahead[k] = points_[row.first + std::size_t(k * length + both - row.begin)] -
                  points_[above.first + std::size_t(k * (above.end - above.begin) + both - above.begin)];
+    if (const std::size_t next = std::size_t(y + 1) * count + a; next < rows_.size())
+      fetch_numbers(points_.data() + rows_[next].first, looks_ * (rows_[next].end - rows_[next].begin));
     // From left to right: samples are written in whole groups, beyond the block's end as well.
     for (int begin = row.begin; begin < row.end;) {
       const int block = begin / kBlock;

@@ -68,7 +68,7 @@ struct RenderWork {
 /// Draws frame after frame and keeps what the next one can use: pictures ready to be sampled, the lens map
 /// and every surface's warp map, threads and memory. Nothing is allocated for a frame that needs nothing
 /// anew, or whose new pictures have the size of the old; where pixels are cast at one by one (meshes, planes
-/// that cut each other) memory is taken and given back.
+/// that cut each other) memory is taken until there is enough.
 ///
 /// Items are recognised by their place in the scene. A picture is prepared again when its view points
 /// elsewhere or its content_revision differs; pixels changed behind an unchanged view and revision are not

@@ -280,6 +280,7 @@ ExitCode replay(const Flags& flags, Console& console) {
   const fs::path folder = fs::absolute(flags.surfaces).parent_path();
   std::map<std::string, std::shared_ptr<device::ContentSource>> opened;
 
+  render::require_drawable(projection.frame_size());
   ImageU8 frame(projection.frame_size(), 3);
   long long frames = 0, equal = 0;
   live::RunListener listener;

@@ -351,6 +351,7 @@ ExitCode draw(const Flags& flags, Console& console) {
     console.summary().set("/viewer/seen_share", viewer->seen_share());
     console.summary().set("/viewer/picture", std::vector<double>{double(size.width), double(size.height)});
   }
+  render::require_drawable(projector.size());
   ImageU8 frame(projector.size(), 3);
   Output output(flags, projector.size());
   ImageF light;

@@ -39,7 +39,7 @@ class CpuRenderer::State {
   RenderWork render(const Scene& scene, const Projector& projector, ImageView<Number> frame) {
     if (!(frame.channels == 3 && frame.size() == projector.size() && !frame.empty()))
       throw std::invalid_argument("render: the frame must have 3 channels and the projector's size");
-    require_drawable(scene);
+    require_drawable(scene, projector.size());
     const RenderWork work = prepare(scene, projector);
     workers_.run(lens_.grid().down(), [&](int y) {
       if (values_only())
@@ -81,6 +81,7 @@ class CpuRenderer::State {
     TileSteps steps;
     std::vector<CastItem> cast;
     RoomCaster caster;
+    RoomTile moving;
     std::vector<ItemTextures<LightTexture>> lights;
     std::vector<ItemTextures<ValueTexture>> values;
     RoomRows<Light> light_rows;
@@ -190,10 +191,16 @@ class CpuRenderer::State {
     }
     std::vector<RoomTile>& kept = plan.tiles[std::size_t(tile.x)];
     if (kept.size() <= n) kept.resize(n + 1);
-    if (!kept[n].shows(plan.cast))
-      plan.caster.cast(plan.cast, lens_.pieces(tile.x, tile.y), area(), kernels_, tile.x, tile.y, tile.rect,
-                       kept[n]);
-    kept[n].draw(textures, kernels_, rows, tile);
+    if (kept[n].shows(plan.cast)) {
+      kept[n].draw(textures, kernels_, rows, tile);
+      return first;
+    }
+    // What stays is kept from the second frame on. What moves in every frame is not: that would be written to
+    // memory for nothing.
+    RoomTile& cast = kept[n].expects(plan.cast) ? kept[n] : plan.moving;
+    plan.caster.cast(plan.cast, lens_.pieces(tile.x, tile.y), area(), kernels_, tile.x, tile.y, tile.rect,
+                     cast);
+    cast.draw(textures, kernels_, rows, tile);
     return first;
   }
   std::size_t cast(const std::vector<int>& steps, std::size_t first, std::size_t n, Plan& plan,
@@ -258,6 +265,7 @@ void render(const Scene& scene, const Projector& projector, ImageView<std::uint8
 }
 
 ImageU8 render(const Scene& scene, const Projector& projector, const RenderOptions& options) {
+  require_drawable(projector.size());
   ImageU8 frame(projector.size(), 3);
   render(scene, projector, frame.view(), options);
   return frame;

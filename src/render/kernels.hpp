@@ -5,6 +5,7 @@
 /// Two kinds of pixel, both RGBA, premultiplied:
 ///   Light: 16 bits, 0..kFull. What is averaged: light, or values as they stand times 128.
 ///   Value: 8 bits, 0..255. For plain interpolation of values, as fast as it goes.
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 
@@ -19,6 +20,8 @@ inline constexpr int kRowRoom = kTileWidth + kLanes;  ///< rows of pixels are wr
 using Light = std::int16_t;
 using Value = std::uint8_t;
 inline constexpr int kFull = 255 * 128;  ///< full light, and an alpha of 1
+
+inline constexpr float kRowsAhead = 3;  ///< how far ahead memory is asked for
 
 /// Where a row of pixels looks into the content, in texels of one level from the content's corner, and how
 /// that changes by one pixel to the right (x) and down (y).
@@ -61,23 +64,49 @@ constexpr int ray_place(int x, int y) {  ///< of a pixel, in the tile
 inline constexpr int kNeighbours[] = {-kRayAcross - 1, -kRayAcross, -kRayAcross + 1, -1, 1,
                                       kRayAcross - 1,  kRayAcross,  kRayAcross + 1};
 struct Rays {
-  float x[kRayRoom], y[kRayRoom], z[kRayRoom];
+  alignas(32) float x[kRayRoom], y[kRayRoom], z[kRayRoom];
 };
 
-/// Half-spaces of directions d, with 0 on their borders: d is inside where all are >= 0. And nearness . d.
-struct Cone {
+/// A part of a plane that rays d meet: inside where borders . d >= 0 for all (of a triangle three, of a
+/// plane's content four), nearness . d = 1 / distance in lengths of d, content coordinates q = content d.
+struct Facet {
   float borders[4][3];
   float nearness[3];
+  float content[3][3];
+};
+/// Pixels [x0, x1) x [y0, y1) whose middles a facet may touch, also just outside the frame.
+struct FacetBox {
+  std::int16_t x0, y0, x1, y1;
+  std::int32_t facet;
 };
 /// What a surface shows at each of those rays; facet -1: nothing, and nearness 0.
 struct Hits {
-  float nearness[kRayRoom];
+  alignas(32) float nearness[kRayRoom];
   std::int32_t facet[kRayRoom];
 };
-/// What a facet shows: content coordinates q = M d, row by row, and nearness . d.
-struct FacetView {
-  float content[9];
-  float nearness[3];
+/// Share of a step that is none whatever the facets say: on a mesh of crumbs theirs is no surface's direction.
+inline constexpr float kLevel = 0.125f;
+
+/// A bit for each pixel of a tile's row.
+static_assert(kTileWidth == 128);
+struct RowBits {
+  std::uint64_t words[2] = {};
+
+  bool operator[](int x) const { return (words[x / 64] >> (x % 64) & 1) != 0; }
+  void set(int x) { words[x / 64] |= std::uint64_t(1) << (x % 64); }
+  RowBits operator&(const RowBits& other) const {
+    return {{words[0] & other.words[0], words[1] & other.words[1]}};
+  }
+  RowBits operator~() const { return {{~words[0], ~words[1]}}; }
+  /// The first of [x, end) that is set; end: none.
+  int first(int x, int end) const {
+    while (x < end) {
+      const std::uint64_t left = words[x / 64] >> (x % 64);
+      if (left != 0) return std::min(x + __builtin_ctzll(left), end);
+      x = (x / 64 + 1) * 64;
+    }
+    return end;
+  }
 };
 /// Where the pixels of a row look, as fractions of the content, as in Points.
 struct Looks {
@@ -95,20 +124,29 @@ struct Kernels {
   /// What was drawn over what was there.
   void (*values_over)(const Value* drawn, int count, Value* there);
   void (*light_over)(const Light* drawn, int count, Light* there);
+  /// What was drawn keeps the share that the mask's alpha says.
+  void (*values_alpha)(const Value* mask, int count, Value* drawn);
+  void (*light_alpha)(const Light* mask, int count, Light* drawn);
   /// The colours as 3 bytes a pixel; exactly count of them.
   void (*values_to_rgb)(const Value* from, int count, std::uint8_t* to);
-  /// Where rays of `rows` rows of `width` rays, the first at `first`, are in the cone and it is nearer than
-  /// what they hit, they hit it; rays right of these may as well.
-  void (*cast)(const Cone& cone, std::int32_t facet, const Rays& rays, int first, int width, int rows,
-               Hits& hits);
-  /// Is each of `count` pixels one of whose neighbours shows nothing, or another part of the surface behind
-  /// or before it (by over `step` of its nearness)? Or shows it nothing, and a neighbour does? NaN: no
-  /// neighbour.
-  void (*find_steps)(const FacetView* facets, const Rays& rays, const Hits& hits, int first, int count,
-                     float step, bool* edge);
-  /// Where `count` pixels look that hit something.
-  void (*look)(const FacetView* facets, const Rays& rays, const Rays& right, const Rays& down,
-               const Hits& hits, int first, int count, bool slopes, Looks& looks);
+  /// `count` rays from place `first` on; d(s) = q, s as in the map.
+  void (*follow)(const RowMap& row, int first, int count, Rays& rays);
+  /// Change of `count` rays towards the one `step` places on: half the way between the neighbours, or as far
+  /// as there are any.
+  void (*find_slopes)(const Rays& rays, int step, int first, int count, Rays& slopes);
+  /// Finds what the rays of the tile that begins at pixel (x, y) hit, its rim's as well: of each the nearest
+  /// facet, or the first of those. Looks at the first `borders` borders.
+  void (*cast)(const Facet* facets, int borders, const FacetBox* boxes, std::size_t count, int x, int y,
+               const Rays& rays, Hits& hits);
+  /// Which of `count` pixels hit something; and which are edges: pixels one of whose neighbours shows
+  /// nothing, or another part of the surface behind or before it, by over `kLevel * step` of its nearness and
+  /// by over `step` of what the pixel's facet would have there. Or that show nothing, and a neighbour does.
+  /// NaN: no neighbour.
+  void (*find_steps)(const Facet* facets, const Rays& rays, const Hits& hits, int first, int count,
+                     float step, RowBits& met, RowBits& edges);
+  /// Where `count` pixels look; 0 where they hit nothing.
+  void (*look)(const Facet* facets, const Rays& rays, const Rays& right, const Rays& down, const Hits& hits,
+               int first, int count, bool slopes, Looks& looks);
 };
 
 extern const Kernels kPlainKernels;

@@ -108,6 +108,12 @@ void light_over(const Light* drawn, int count, Light* there) {
   }
 }
 
+template <int kWhole, typename Pixel>
+void give_alpha_plainly(const Pixel* mask, int count, Pixel* drawn) {
+  for (int i = 0; i < count; ++i, mask += 4, drawn += 4)
+    for (int k = 0; k < 4; ++k) drawn[k] = Pixel((drawn[k] * int(mask[3]) + kWhole / 2) / kWhole);
+}
+
 void values_to_rgb(const Value* from, int count, std::uint8_t* to) {
   for (int i = 0; i < count; ++i, from += 4)
     for (int k = 0; k < 3; ++k) *to++ = from[k];
@@ -117,39 +123,73 @@ float dot(const float* f, float x, float y, float z) {
   return f[0] * x + f[1] * y + f[2] * z;
 }
 
-void cast(const Cone& cone, std::int32_t facet, const Rays& rays, int first, int width, int rows,
-          Hits& hits) {
-  for (int row = 0; row < rows; ++row, first += kRayAcross)
-    for (int at = first; at < first + width; ++at) {  // NaN compares false
-      const float x = rays.x[at], y = rays.y[at], z = rays.z[at];
-      if (!(dot(cone.borders[0], x, y, z) >= 0 && dot(cone.borders[1], x, y, z) >= 0 &&
-            dot(cone.borders[2], x, y, z) >= 0 && dot(cone.borders[3], x, y, z) >= 0))
-        continue;
-      const float nearness = dot(cone.nearness, x, y, z);
-      if (!(nearness > hits.nearness[at])) continue;
-      hits.nearness[at] = nearness;
-      hits.facet[at] = facet;
-    }
+void follow(const RowMap& row, int first, int count, Rays& rays) {
+  const float* const q = row.q;
+  for (int i = 0; i < count; ++i) {
+    const float s = row.s0 + float(i) * row.ds;
+    rays.x[first + i] = q[0] + s * (q[3] + s * q[6]);
+    rays.y[first + i] = q[1] + s * (q[4] + s * q[7]);
+    rays.z[first + i] = q[2] + s * (q[5] + s * q[8]);
+  }
 }
 
-void find_steps(const FacetView* facets, const Rays& rays, const Hits& hits, int first, int count, float step,
-                bool* edge) {
-  for (int at = first; at < first + count; ++at, ++edge) {
-    *edge = false;
+void find_slopes(const Rays& rays, int step, int first, int count, Rays& slopes) {
+  for (int at = first; at < first + count; ++at) {
+    const bool forward = rays.x[at + step] == rays.x[at + step],
+               backward = rays.x[at - step] == rays.x[at - step];
+    const int ahead = forward ? at + step : at, back = backward ? at - step : at;
+    const float share = forward && backward ? 0.5f : 1.0f;
+    slopes.x[at] = share * (rays.x[ahead] - rays.x[back]);
+    slopes.y[at] = share * (rays.y[ahead] - rays.y[back]);
+    slopes.z[at] = share * (rays.z[ahead] - rays.z[back]);
+  }
+}
+
+void cast(const Facet* facets, int borders, const FacetBox* boxes, std::size_t count, int x, int y,
+          const Rays& rays, Hits& hits) {
+  for (std::size_t n = 0; n < count; ++n) {
+    const FacetBox& box = boxes[n];
+    const Facet& facet = facets[box.facet];
+    const int x0 = std::max(box.x0 - x, -1), x1 = std::min(box.x1 - x, kTileWidth + 1);
+    const int y0 = std::max(box.y0 - y, -1), y1 = std::min(box.y1 - y, kTileHeight + 1);
+    for (int row = y0; row < y1; ++row)
+      for (int at = ray_place(x0, row); at < ray_place(x1, row); ++at) {  // NaN compares false
+        bool inside = true;
+        for (int k = 0; k < borders && inside; ++k)
+          inside = dot(facet.borders[k], rays.x[at], rays.y[at], rays.z[at]) >= 0;
+        if (!inside) continue;
+        const float nearness = dot(facet.nearness, rays.x[at], rays.y[at], rays.z[at]);
+        if (!(nearness > hits.nearness[at])) continue;
+        hits.nearness[at] = nearness;
+        hits.facet[at] = box.facet;
+      }
+  }
+}
+
+void find_steps(const Facet* facets, const Rays& rays, const Hits& hits, int first, int count, float step,
+                RowBits& met, RowBits& edges) {
+  for (int i = 0; i < count; ++i) {
+    const int at = first + i;
     const std::int32_t mine = hits.facet[at];
+    if (mine >= 0) met.set(i);
+    if (!(rays.x[at] == rays.x[at])) continue;
     for (const int by : kNeighbours) {
       const int other = at + by;
       const std::int32_t its = hits.facet[other];
       const float x = rays.x[other], y = rays.y[other], z = rays.z[other];
       if (!(x == x) || mine == its) continue;
-      const float expected = mine < 0 ? 0.0f : dot(facets[mine].nearness, x, y, z);
-      const float its_nearness = hits.nearness[other];
-      if (mine < 0 || its < 0 || !(std::fabs(expected - its_nearness) <= step * its_nearness)) *edge = true;
+      const auto is_smooth = [&](float nearness, float within) {
+        return std::fabs(nearness - hits.nearness[other]) <= within * hits.nearness[other];
+      };
+      if (mine < 0 || its < 0 ||
+          (!is_smooth(hits.nearness[at], kLevel * step) &&
+           !is_smooth(dot(facets[mine].nearness, x, y, z), step)))
+        edges.set(i);
     }
   }
 }
 
-void look(const FacetView* facets, const Rays& rays, const Rays& right, const Rays& down, const Hits& hits,
+void look(const Facet* facets, const Rays& rays, const Rays& right, const Rays& down, const Hits& hits,
           int first, int count, bool slopes, Looks& looks) {
   for (int i = 0; i < count; ++i) {
     const int at = first + i;
@@ -157,9 +197,9 @@ void look(const FacetView* facets, const Rays& rays, const Rays& right, const Ra
       for (auto& row : looks.of) row[i] = 0;
       continue;
     }
-    const float* const m = facets[hits.facet[at]].content;
+    const Facet& facet = facets[hits.facet[at]];
     const auto of = [&](const Rays& d, float(&q)[3]) {
-      for (int k = 0; k < 3; ++k) q[k] = dot(m + 3 * k, d.x[at], d.y[at], d.z[at]);
+      for (int k = 0; k < 3; ++k) q[k] = dot(facet.content[k], d.x[at], d.y[at], d.z[at]);
     };
     float q[3], q_x[3], q_y[3];
     of(rays, q);
@@ -186,7 +226,18 @@ void look(const FacetView* facets, const Rays& rays, const Rays& right, const Ra
 
 }  // namespace
 
-const Kernels kPlainKernels{locate,        sample_values, sample_light, values_over, light_over,
-                            values_to_rgb, cast,          find_steps,   look};
+const Kernels kPlainKernels{locate,
+                            sample_values,
+                            sample_light,
+                            values_over,
+                            light_over,
+                            give_alpha_plainly<255>,
+                            give_alpha_plainly<kFull>,
+                            values_to_rgb,
+                            follow,
+                            find_slopes,
+                            cast,
+                            find_steps,
+                            look};
 
 }  // namespace procam::render

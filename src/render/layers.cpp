@@ -2,6 +2,7 @@
 
 #include <Eigen/LU>
 
+#include "procam/render/cpu.hpp"
 #include "room_tile.hpp"
 
 namespace procam::render {
@@ -46,8 +47,25 @@ std::optional<bool> hides(const Facet& a, const Facet& b, const std::vector<Lens
 
 }  // namespace
 
-void require_drawable(const Scene& scene) {
+void require_drawable(ImageSize frame) {
+  if (std::max(frame.width, frame.height) <= kLongestFrameSide) return;
+  throw Error(
+      ErrorKind::kInput, "frame",
+      "the projector has " + std::to_string(frame.width) + " x " + std::to_string(frame.height) + " pixels",
+      "give one of at most " + std::to_string(kLongestFrameSide) + " pixels a side");
+}
+
+void require_drawable(const Scene& scene, ImageSize frame) {
+  require_drawable(frame);
+  const auto require_size = [](ViewU8 view, const char* what) {
+    if (std::int64_t(view.width) * view.height > kLargestContent)
+      throw Error(ErrorKind::kInput, what,
+                  "it has " + std::to_string(view.width) + " x " + std::to_string(view.height) + " pixels",
+                  "give a picture of at most " + std::to_string(kLargestContent) + " pixels");
+  };
   for (const SceneItem& item : scene.items) {
+    require_size(item.content, "content");
+    require_size(item.mask, "mask");
     const int channels = item.content.channels;
     if (!item.mask.empty() && item.mask.channels != 1)
       throw std::invalid_argument("render: a mask must have one channel, not " +
@@ -78,8 +96,11 @@ bool Layer::place(const SceneItem& shown, const Projector& projector, const Lens
     if (same_lens && is_mesh() && placed->mesh == mesh_.mesh && a.translation == b.translation &&
         a.rotation.coeffs() == b.rotation.coeffs() && placed->content_from_point == mesh_.content_from_point)
       return false;
+    if (is_mesh())
+      room->move(*placed, projector, lens.grid(), workers);
+    else
+      room.emplace(*placed, projector, lens.grid(), workers);
     mesh_ = *placed;
-    room.emplace(*placed, projector, lens.grid(), workers);
     ++made;
     return true;
   }

@@ -11,8 +11,8 @@
 namespace procam::render {
 
 /// Throws std::invalid_argument for content that is empty or has 2 or more than 4 channels, and for a mask
-/// with more than one.
-void require_drawable(const Scene& scene);
+/// with more than one; Error(kInput) for sizes that are not drawn (render/cpu.hpp).
+void require_drawable(const Scene& scene, ImageSize frame);
 
 bool same_view(ViewU8 a, ViewU8 b);
 
@@ -31,7 +31,7 @@ struct Layer {
 
   bool is_mesh() const { return room && !room->is_plane(); }
   bool touches(int tile_x, int tile_y) const {
-    return is_mesh() ? !room->boxes(tile_x, tile_y).empty() : plane.touches(tile_x, tile_y);
+    return is_mesh() ? room->boxes(tile_x, tile_y).count > 0 : plane.touches(tile_x, tile_y);
   }
   /// The levels of its content's pyramid that are looked at.
   int levels(ImageSize content) const { return is_mesh() ? levels_of(content) : plane.levels(); }

@@ -6,8 +6,6 @@ namespace procam::render {
 
 namespace {
 
-constexpr float kRowsAhead = 3;  ///< how far ahead memory is asked for
-
 constexpr std::uint8_t kOutside = 0, kTouched = 1, kFilled = 2;
 
 Footprint footprint_at(const Patch& q, const PixelRect& rect, int x, int y) {
@@ -307,7 +305,7 @@ void PlaneLayer::draw(const Texture& texture, const Texture* mask, const Kernels
       const TexelsView<Pixel> mask_level = mask->level(mask_taps.level);
       locate(*map, band, y, mask_level, kLight && mask_taps.across * mask_taps.down > 1, kernels, points);
       sample(kernels, mask_level, mask_taps, points, span.begin, count, alpha);
-      give_alpha(alpha, count, drawn);
+      give_alpha(kernels, alpha, count, drawn);
     }
 
     const int full = span.full_begin - span.begin, full_count = span.full_end - span.full_begin;

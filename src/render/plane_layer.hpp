@@ -38,12 +38,11 @@ inline void over(const Kernels& kernels, const Pixel* drawn, int count, Pixel* t
     kernels.values_over(drawn, count, there);
 }
 
-/// What was drawn keeps the share that the mask's alpha says.
-template <typename Pixel>
-inline void give_alpha(const Pixel* mask, int count, Pixel* drawn) {
-  constexpr int kWhole = std::is_same_v<Pixel, Light> ? kFull : 255;
-  for (int i = 0; i < count; ++i, drawn += 4)
-    for (int k = 0; k < 4; ++k) drawn[k] = Pixel((drawn[k] * int(mask[4 * i + 3]) + kWhole / 2) / kWhole);
+inline void give_alpha(const Kernels& kernels, const Value* mask, int count, Value* drawn) {
+  kernels.values_alpha(mask, count, drawn);
+}
+inline void give_alpha(const Kernels& kernels, const Light* mask, int count, Light* drawn) {
+  kernels.light_alpha(mask, count, drawn);
 }
 
 /// Where a surface is, as far as its pixels depend on it.

@@ -2,15 +2,14 @@
 
 #include <Eigen/LU>
 #include <cmath>
+#include <limits>
 
 #include "footprint.hpp"
 
 namespace procam::render {
 
-namespace {
-
 /// The directions of the whole picture lie within `angle` of `axis` (unit).
-struct ViewCone {
+struct RoomLayer::ViewCone {
   Vec3 axis = Vec3::UnitZ();
   double angle = kPi;
 
@@ -43,43 +42,23 @@ struct ViewCone {
   }
 };
 
-constexpr double kBoxMargin = 1.5;      ///< px: the pixel's own half, and the neighbours that tell an edge
-constexpr double kStraightWithin = 24;  ///< px: over which an edge may be taken as straight through any lens
+namespace {
 
-FacetBox box_of(const Projector& projector, const std::array<Vec3, 3>& corners,
-                const std::array<std::optional<Vec2>, 3>& pixels, int facet) {
-  const ImageSize size = projector.size();
-  if (!pixels[0] || !pixels[1] || !pixels[2]) return {0, 0, size.width, size.height, facet};
-  Vec2 low = pixels[0]->cwiseMin(*pixels[1]).cwiseMin(*pixels[2]);
-  Vec2 high = pixels[0]->cwiseMax(*pixels[1]).cwiseMax(*pixels[2]);
-  if ((high - low).maxCoeff() > kStraightWithin) {
-    // Lenses bend long edges: by what the middles are off, and half as much again.
-    double bend = 0;
-    for (std::size_t i = 0; i < 3; ++i) {
-      const Vec2 &a = *pixels[i], &b = *pixels[(i + 1) % 3];
-      const Vec3 &p = corners[i], &q = corners[(i + 1) % 3];
-      for (const double s : {0.25, 0.5, 0.75}) {
-        const auto between = projector.pixel_lighting((1 - s) * p + s * q);
-        if (!between) return {0, 0, size.width, size.height, facet};
-        const Vec2 along = b - a;
-        const double length = along.norm();
-        if (length > 0)
-          bend = std::max(bend,
-                          std::abs(along.x() * (*between - a).y() - along.y() * (*between - a).x()) / length);
-      }
-    }
-    low.array() -= 1.5 * bend;
-    high.array() += 1.5 * bend;
-  }
-  const auto whole = [](double v, int most) { return int(std::min(std::max(v, 0.0), double(most))); };
-  return {whole(std::floor(low.x() - kBoxMargin), size.width),
-          whole(std::floor(low.y() - kBoxMargin), size.height),
-          whole(std::ceil(high.x() + kBoxMargin) + 1, size.width),
-          whole(std::ceil(high.y() + kBoxMargin) + 1, size.height), facet};
-}
+/// px: over which an edge may be taken as straight through any lens, to the margin.
+constexpr double kStraightWithin = 24;
+constexpr float kBoxMargin = 0.02f;  ///< px: what floats make, and
+constexpr float kBoxBend = 0.3f;     ///< what a lens does
 
 void set(const Vec3& from, float (&to)[3]) {
   for (int k = 0; k < 3; ++k) to[k] = float(from[k]);
+}
+
+std::int16_t whole(float v, int most) {
+  return std::int16_t(std::min(std::max(v, -1.0f), float(most)));
+}
+
+FacetBox whole_frame(ImageSize frame) {
+  return {-1, -1, std::int16_t(frame.width + 1), std::int16_t(frame.height + 1), 0};
 }
 
 }  // namespace
@@ -90,112 +69,170 @@ RoomLayer::RoomLayer(const PlacedPlane& placed, const TileGrid& grid) : is_plane
   direction_from_plane.col(2) = pose.translation;
   const Mat3 direction_from_content = direction_from_plane * placed.plane_from_content;
   const double scale = direction_from_content.norm();
-  if (std::abs(direction_from_content.determinant()) > 1e-15 * scale * scale * scale) {  // else edge-on
-    Facet facet;
-    facet.content_from_direction = direction_from_content.inverse();
-    set(direction_from_plane.inverse().row(2).transpose(), facet.nearness);
-    for (std::size_t i = 0; i < 4; ++i)
-      set((border_combinations()[i] * facet.content_from_direction).normalized().transpose(),
-          facet.borders[i]);
-    facets_.push_back(facet);
-    boxes_.push_back({0, 0, grid.frame.width, grid.frame.height, 0});
-  }
-  make_views();
+  if (!(std::abs(direction_from_content.determinant()) > 1e-15 * scale * scale * scale)) return;  // edge-on
+  Facet facet;
+  const Mat3 content_from_direction = direction_from_content.inverse();
+  set(direction_from_plane.inverse().row(2).transpose(), facet.nearness);
+  for (int k = 0; k < 3; ++k) set(content_from_direction.row(k).transpose(), facet.content[k]);
+  for (std::size_t i = 0; i < 4; ++i)  // unit borders, so that floats do: an edge's place to 1e-7
+    set((border_combinations()[i] * content_from_direction).normalized().transpose(), facet.borders[i]);
+  facets_.push_back(facet);
+  boxes_.push_back(whole_frame(grid.frame));
 }
 
-RoomLayer::RoomLayer(const PlacedMesh& placed, const Projector& projector, const TileGrid& grid,
-                     Workers& workers)
-    : is_plane_(false), grid_(grid) {
-  constexpr std::size_t kAtOnce = 4096;  // vertices or triangles a turn
-  const Mesh& mesh = *placed.mesh;
+void RoomLayer::move(const PlacedMesh& placed, const Projector& projector, const TileGrid& grid,
+                     Workers& workers) {
+  constexpr std::size_t kLeastAtOnce = 4096, kMostParts = 32;
+  grid_ = grid;
+  place_corners(placed, projector, workers);
+
+  const std::size_t triangles = placed.mesh->triangles.size();
+  const std::size_t parts = std::min((triangles + kLeastAtOnce - 1) / kLeastAtOnce, kMostParts);
+  facets_.resize(triangles);
+  boxes_.resize(triangles);
+  parts_.resize(parts);
   const ViewCone cone(projector);
+  workers.run(int(parts), [&](int turn) {
+    const auto n = std::size_t(turn);
+    parts_[n].first = triangles * n / parts;
+    parts_[n].last = triangles * (n + 1) / parts;
+    set_up(placed, projector, cone, parts_[n]);
+  });
+  sort_into_tiles(workers);
+}
+
+void RoomLayer::place_corners(const PlacedMesh& placed, const Projector& projector, Workers& workers) {
+  constexpr std::size_t kAtOnce = 4096;
+  const Points3& vertices = placed.mesh->vertices;
   const Mat3 rotation = placed.projector_from_surface.rotation_matrix();
-  const std::size_t vertices = mesh.vertices.size(), triangles = mesh.triangles.size();
-  Points3 points(vertices);
-  std::vector<std::optional<Vec2>> pixels(vertices);
-  workers.run(int((vertices + kAtOnce - 1) / kAtOnce), [&](int turn) {
+  const Vec3 translation = placed.projector_from_surface.translation;
+  corners_.resize(vertices.size());
+  pixels_.resize(vertices.size());
+  workers.run(int((vertices.size() + kAtOnce - 1) / kAtOnce), [&](int turn) {
     const std::size_t first = std::size_t(turn) * kAtOnce;
-    for (std::size_t i = first; i < std::min(first + kAtOnce, vertices); ++i) {
-      points[i] = rotation * mesh.vertices[i] + placed.projector_from_surface.translation;
-      pixels[i] = projector.pixel_lighting(points[i]);
+    for (std::size_t i = first; i < std::min(first + kAtOnce, vertices.size()); ++i) {
+      corners_[i] = rotation * vertices[i] + translation;
+      const auto pixel = projector.pixel_lighting(corners_[i]);
+      const float x = pixel ? float(pixel->x()) : std::numeric_limits<float>::quiet_NaN();
+      const float y = pixel ? float(pixel->y()) : x;
+      pixels_[i] = {x, y, -x, -y};
     }
   });
+}
 
-  struct Part {
-    std::vector<Facet> facets;
-    std::vector<FacetBox> boxes;
-  };
-  std::vector<Part> parts((triangles + kAtOnce - 1) / kAtOnce);
-  workers.run(int(parts.size()), [&](int turn) {
-    Part& part = parts[std::size_t(turn)];
-    const std::size_t first = std::size_t(turn) * kAtOnce, last = std::min(first + kAtOnce, triangles);
-    part.facets.reserve(last - first);
-    part.boxes.reserve(last - first);
-    for (std::size_t n = first; n < last; ++n) {
-      std::array<Vec3, 3> p;
-      std::array<std::optional<Vec2>, 3> px;
-      Mat3 uv;
-      for (std::size_t i = 0; i < 3; ++i) {
-        const auto corner = std::size_t(mesh.triangles[n][i]);
-        p[i] = points[corner];
-        px[i] = pixels[corner];
-        uv.col(Eigen::Index(i)) = placed.content_from_point
-                                      ? Vec3(*placed.content_from_point * mesh.vertices[corner].homogeneous())
-                                      : Vec3(mesh.uv[corner].homogeneous());
+FacetBox RoomLayer::box_of(const Projector& projector, const ViewCone& cone,
+                           const std::array<int, 3>& triangle) const {
+  const ImageSize frame = grid_.frame;
+  const auto pixel = [&](std::size_t i) -> const CornerPixel& { return pixels_[std::size_t(triangle[i])]; };
+  const CornerPixel &a = pixel(0), &b = pixel(1), &c = pixel(2);
+  const auto corner = [&](std::size_t i) -> const Vec3& { return corners_[std::size_t(triangle[i])]; };
+  const float sum = a.x + b.x + c.x;
+  if (sum != sum) {  // a corner is nowhere in the picture
+    const Vec3 centre = (corner(0) + corner(1) + corner(2)) / 3;
+    double radius = 0;
+    for (std::size_t i = 0; i < 3; ++i) radius = std::max(radius, (corner(i) - centre).norm());
+    return cone.meets(centre, radius) ? whole_frame(frame) : FacetBox{};
+  }
+  const auto least = [](float p, float q, float r) { return std::min(std::min(p, q), r); };
+  const float x0 = least(a.x, b.x, c.x), y0 = least(a.y, b.y, c.y);
+  const float x1 = -least(a.minus_x, b.minus_x, c.minus_x), y1 = -least(a.minus_y, b.minus_y, c.minus_y);
+  const bool straight = std::holds_alternative<NoDistortion>(projector.inverse_camera.distortion);
+  float margin = straight ? kBoxMargin : kBoxMargin + kBoxBend;
+  if (!straight && std::max(x1 - x0, y1 - y0) > kStraightWithin) {
+    // Lenses bend long edges: by what the middles are off, and half as much again.
+    double bend = 0;
+    for (std::size_t i = 0; i < 3; ++i) {
+      const CornerPixel &p = pixel(i), &q = pixel((i + 1) % 3);
+      const Vec2 start(double(p.x), double(p.y)), along(double(q.x - p.x), double(q.y - p.y));
+      const double length = along.norm();
+      for (const double s : {0.25, 0.5, 0.75}) {
+        const auto between = projector.pixel_lighting((1 - s) * corner(i) + s * corner((i + 1) % 3));
+        if (!between) return whole_frame(frame);
+        const Vec2 off = *between - start;
+        if (length > 0) bend = std::max(bend, std::abs(along.x() * off.y() - along.y() * off.x()) / length);
       }
-      const FacetBox box = box_of(projector, p, px, int(part.facets.size()));
-      if (box.x0 >= box.x1 || box.y0 >= box.y1) continue;
-      if (!px[0] || !px[1] || !px[2]) {  // its box is the whole frame
-        const Vec3 centre = (p[0] + p[1] + p[2]) / 3;
-        double radius = 0;
-        for (const Vec3& corner : p) radius = std::max(radius, (corner - centre).norm());
-        if (!cone.meets(centre, radius)) continue;
-      }
-      // Neighbours share an edge's cross product up to its sign, exactly: no ray slips between them.
-      const std::array<Vec3, 3> edges{p[1].cross(p[2]), p[2].cross(p[0]), p[0].cross(p[1])};
-      const double determinant = p[0].dot(edges[0]);
-      if (!(std::abs(determinant) > 1e-12 * p[0].norm() * edges[0].norm())) continue;  // edge-on
-      Facet facet;
-      for (std::size_t i = 0; i < 4; ++i)
-        set((determinant < 0 ? -1 : 1) * edges[std::min<std::size_t>(i, 2)].normalized(), facet.borders[i]);
-      Mat3 barycentric_from_direction;
-      barycentric_from_direction << edges[0].transpose(), edges[1].transpose(), edges[2].transpose();
-      barycentric_from_direction /= determinant;
-      facet.content_from_direction = uv * barycentric_from_direction;
-      set(barycentric_from_direction.colwise().sum().transpose(), facet.nearness);
-      part.facets.push_back(facet);
-      part.boxes.push_back(box);
     }
+    margin += 1.5f * float(bend);
+  }
+  return {whole(std::ceil(x0 - margin), frame.width + 1), whole(std::ceil(y0 - margin), frame.height + 1),
+          whole(std::floor(x1 + margin) + 1, frame.width + 1),
+          whole(std::floor(y1 + margin) + 1, frame.height + 1), 0};
+}
+
+template <typename Visit>
+void RoomLayer::for_tiles(const FacetBox& box, const Visit& visit) const {
+  const int x0 = std::max(box.x0 - 1, 0) / kTileWidth,
+            x1 = std::min<int>(box.x1, grid_.frame.width - 1) / kTileWidth;
+  const int y0 = std::max(box.y0 - 1, 0) / kTileHeight,
+            y1 = std::min<int>(box.y1, grid_.frame.height - 1) / kTileHeight;
+  for (int y = y0; y <= y1; ++y)
+    for (int x = x0; x <= x1; ++x) visit(std::size_t(y * grid_.across() + x));
+}
+
+void RoomLayer::set_up(const PlacedMesh& placed, const Projector& projector, const ViewCone& cone,
+                       Part& part) {
+  const Mesh& mesh = *placed.mesh;
+  part.boxes = 0;
+  part.in_tile.assign(std::size_t(grid_.across()) * std::size_t(grid_.down()), 0);
+  for (std::size_t n = part.first; n < part.last; ++n) {
+    const std::array<int, 3>& triangle = mesh.triangles[n];
+    FacetBox box = box_of(projector, cone, triangle);
+    if (box.x0 >= box.x1 || box.y0 >= box.y1) continue;
+    const auto corner = [&](std::size_t i) { return std::size_t(triangle[i]); };
+    const Vec3 &p = corners_[corner(0)], &q = corners_[corner(1)], &r = corners_[corner(2)];
+    // Neighbours share an edge's cross product up to its sign, exactly: no ray slips between them.
+    const std::array<Vec3, 3> edges{q.cross(r), r.cross(p), p.cross(q)};
+    const double determinant = p.dot(edges[0]);
+    if (!(determinant * determinant > 1e-24 * p.squaredNorm() * edges[0].squaredNorm())) continue;  // edge-on
+    const double sign = determinant < 0 ? -1 : 1, inverse = 1 / determinant;
+    Facet& facet = facets_[n];
+    for (int i = 0; i < 4; ++i) set(sign * edges[std::min<std::size_t>(std::size_t(i), 2)], facet.borders[i]);
+    set((edges[0] + edges[1] + edges[2]) * inverse, facet.nearness);
+    if (placed.content_from_point) {
+      std::array<Vec3, 3> content;
+      for (std::size_t i = 0; i < 3; ++i)
+        content[i] = *placed.content_from_point * mesh.vertices[corner(i)].homogeneous();
+      for (int k = 0; k < 3; ++k)
+        set((content[0][k] * edges[0] + content[1][k] * edges[1] + content[2][k] * edges[2]) * inverse,
+            facet.content[k]);
+    } else {
+      for (int k = 0; k < 2; ++k)
+        set((mesh.uv[corner(0)][k] * edges[0] + mesh.uv[corner(1)][k] * edges[1] +
+             mesh.uv[corner(2)][k] * edges[2]) *
+                inverse,
+            facet.content[k]);
+      std::copy_n(facet.nearness, 3, facet.content[2]);
+    }
+    box.facet = std::int32_t(n);
+    boxes_[part.first + part.boxes++] = box;
+    for_tiles(box, [&](std::size_t tile) { ++part.in_tile[tile]; });
+  }
+}
+
+/// By counting. A tile's boxes are in the order of their facets.
+void RoomLayer::sort_into_tiles(Workers& workers) {
+  const std::size_t tiles = std::size_t(grid_.across()) * std::size_t(grid_.down());
+  tile_ends_.resize(tiles + 1);
+  std::uint32_t end = 0;
+  for (std::size_t tile = 0; tile < tiles; ++tile) {
+    tile_ends_[tile] = end;
+    for (Part& part : parts_) end += std::exchange(part.in_tile[tile], end);
+  }
+  tile_ends_[tiles] = end;
+  tile_boxes_.resize(end);
+  workers.run(int(parts_.size()), [&](int turn) {
+    Part& part = parts_[std::size_t(turn)];
+    for (std::size_t i = part.first; i < part.first + part.boxes; ++i)
+      for_tiles(boxes_[i], [&](std::size_t tile) { tile_boxes_[part.in_tile[tile]++] = boxes_[i]; });
   });
-  facets_.reserve(triangles);
-  boxes_.reserve(triangles);
-  for (const Part& part : parts) {
-    const int before = int(facets_.size());
-    facets_.insert(facets_.end(), part.facets.begin(), part.facets.end());
-    for (FacetBox box : part.boxes) {
-      box.facet += before;
-      boxes_.push_back(box);
-    }
+  // Together.
+  std::size_t count = 0;
+  for (const Part& part : parts_) {
+    const auto first = boxes_.begin() + std::ptrdiff_t(part.first);
+    if (count < part.first) std::copy_n(first, part.boxes, boxes_.begin() + std::ptrdiff_t(count));
+    count += part.boxes;
   }
-  make_views();
-  sort_into_tiles();
-}
-
-void RoomLayer::make_views() {
-  views_.resize(std::max<std::size_t>(facets_.size(), 1));  // the kernels read the first in any case
-  for (std::size_t i = 0; i < facets_.size(); ++i) {
-    const Facet& facet = facets_[i];
-    for (int k = 0; k < 9; ++k) views_[i].content[k] = float(facet.content_from_direction(k / 3, k % 3));
-    std::copy_n(facet.nearness, 3, views_[i].nearness);
-  }
-}
-
-void RoomLayer::sort_into_tiles() {
-  tiles_.resize(std::size_t(grid_.across()) * std::size_t(grid_.down()));
-  for (const FacetBox& box : boxes_)
-    for (int y = box.y0 / kTileHeight; y <= (box.y1 - 1) / kTileHeight; ++y)
-      for (int x = box.x0 / kTileWidth; x <= (box.x1 - 1) / kTileWidth; ++x)
-        tiles_[std::size_t(y * grid_.across() + x)].push_back(box);
+  boxes_.resize(count);
 }
 
 }  // namespace procam::render

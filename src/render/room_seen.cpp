@@ -53,13 +53,9 @@ void RoomSeen::find_nearest_on(int tile_x, int tile_y) {
   for (std::size_t layer = 0; layer < layers_.size(); ++layer) {
     std::fill(std::begin(hits.nearness), std::end(hits.nearness), 0.0f);
     std::fill(std::begin(hits.facet), std::end(hits.facet), -1);
-    for (const FacetBox& box : layers_[layer].boxes(tile_x, tile_y)) {
-      const int x0 = std::max(box.x0, rect.x0) - rect.x0, x1 = std::min(box.x1, rect.x1) - rect.x0;
-      const int y0 = std::max(box.y0, rect.y0) - rect.y0, y1 = std::min(box.y1, rect.y1) - rect.y0;
-      if (x0 < x1 && y0 < y1)
-        kernels.cast(layers_[layer].facets()[std::size_t(box.facet)], box.facet, rays, ray_place(x0, y0),
-                     x1 - x0, y1 - y0, hits);
-    }
+    const FacetBoxes boxes = layers_[layer].boxes(tile_x, tile_y);
+    kernels.cast(layers_[layer].facets().data(), layers_[layer].borders(), boxes.data, boxes.count, rect.x0,
+                 rect.y0, rays, hits);
     for (int y = 0; y < rect.height(); ++y)
       for (int x = 0; x < rect.width(); ++x) {
         const int at = ray_place(x, y);
@@ -76,7 +72,8 @@ void RoomSeen::find_nearest_on(int tile_x, int tile_y) {
 bool RoomSeen::is_there(std::size_t layer, const Facet& facet, const Vec3& d) const {
   const ViewU8& mask = masks_[layer];
   if (mask.empty()) return true;
-  const Vec3 q = facet.content_from_direction * d;
+  const Vec3 q(double(along(facet.content[0], d)), double(along(facet.content[1], d)),
+               double(along(facet.content[2], d)));
   const auto texel = [&](double share, int count) {
     return int(std::min(std::max(share * count, 0.0), count - 1.0));
   };

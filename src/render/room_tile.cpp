@@ -50,6 +50,12 @@ void look(const Footprint& f, float (&looks)[6]) {
   looks[5] = held((f.slope_y.y() - v * f.slope_y.z()) * inverse);
 }
 
+/// Asks for memory that is read soon.
+void fetch_numbers(const float* numbers, int count) {
+  constexpr int kLine = 16;  // of them
+  for (int i = 0; i < count; i += kLine) __builtin_prefetch(numbers + i);
+}
+
 /// Numbers of Points in the order of Looks.
 float* numbers(Points& points, int k) {
   float* const all[6] = {points.u, points.v, points.u_x, points.v_x, points.u_y, points.v_y};
@@ -71,13 +77,26 @@ void RoomTile::draw_row(const std::vector<ItemTextures<Texture>>& textures, int 
     const Row& row = rows_[std::size_t(y) * count + a];
     const int length = row.end - row.begin;
     Pixel* const drawn = rows.drawn.data() + a * kRowRoom * 4;
+    // What is wanted ahead: where the row below looks, about as far from here as the row above.
+    const Row& above = rows_[std::size_t(std::max(y - 1, 0)) * count + a];
+    const int both = std::max(row.begin, above.begin);
+    float ahead[2] = {};
+    for (int k = 0; k < 2 && both < std::min(row.end, above.end); ++k)
+      ahead[k] = points_[row.first + std::size_t(k * length + both - row.begin)] -
+                 points_[above.first + std::size_t(k * (above.end - above.begin) + both - above.begin)];
+    if (const std::size_t next = std::size_t(y + 1) * count + a; next < rows_.size())
+      fetch_numbers(points_.data() + rows_[next].first, looks_ * (rows_[next].end - rows_[next].begin));
     // From left to right: samples are written in whole groups, beyond the block's end as well.
     for (int begin = row.begin; begin < row.end;) {
-      const int block = begin / kBlock, end = std::min<int>((block + 1) * kBlock, row.end);
+      const int block = begin / kBlock;
+      const int end =
+          looks_ > 2 ? std::min<int>((block + 1) * kBlock, row.end) : row.end;  // the same samples
       const std::size_t n = (std::size_t(y / kStrip) * count + a) * kBlocks + std::size_t(block);
       const auto sample_block = [&](const Texture& texture, const Taps& taps, Pixel* into) {
         const TexelsView<Pixel> level = texture.level(taps.level);
         const float size[2] = {float(level.width), float(level.height)};
+        rows.points.soon = std::ptrdiff_t(kRowsAhead * ahead[1] * size[1]) * level.stride +
+                           std::ptrdiff_t(kRowsAhead * ahead[0] * size[0]);
         const float* from = points_.data() + row.first + (begin - row.begin);
         for (int k = 0; k < looks_; ++k, from += length) {
           float* const to = numbers(rows.points, k) + begin;
@@ -87,9 +106,9 @@ void RoomTile::draw_row(const std::vector<ItemTextures<Texture>>& textures, int 
       };
       sample_block(*textures[a].content, taps_[n], drawn + 4 * begin);
       if (textures[a].mask) {
-        Pixel alpha[4 * (kBlock + kLanes)];
+        Pixel alpha[4 * kRowRoom];
         sample_block(*textures[a].mask, mask_taps_[n], alpha);
-        give_alpha(alpha, end - begin, drawn + 4 * begin);
+        give_alpha(kernels, alpha, end - begin, drawn + 4 * begin);
       }
       begin = end;
     }
@@ -129,7 +148,7 @@ void RoomTile::draw_edge(const std::vector<ItemTextures<Texture>>& textures, con
     sample_part(*shown.content, part.taps, drawn);
     if (shown.mask) {
       sample_part(*shown.mask, part.mask_taps, alpha);
-      give_alpha(alpha, 1, drawn);
+      give_alpha(kernels, alpha, 1, drawn);
     }
     std::copy_n(drawn, 4, lights[i]);
   }
@@ -162,60 +181,26 @@ template void RoomTile::draw(const std::vector<ItemTextures<ValueTexture>>&, con
 // Casting.
 
 /// The rays of a piece; at the tile's rim also of the pixel beyond it.
-void RoomCaster::follow(const LensPiece& piece, const PixelRect& rect) {
+void RoomCaster::follow(const LensPiece& piece, const PixelRect& rect, const Kernels& kernels) {
   const PixelRect& r = piece.rect;
   const int x0 = r.x0 - (r.x0 == rect.x0), x1 = r.x1 + (r.x1 == rect.x1);
   const int y0 = r.y0 - (r.y0 == rect.y0), y1 = r.y1 + (r.y1 == rect.y1);
+  RowMap map{float(r.s(x0)), float(2.0 / r.width()), {}, {}};
   for (int y = y0; y < y1; ++y) {
     const Quadratic3 row = piece.direction_from_pixel.row(r.t(y));
-    int at = ray_place(x0 - rect.x0, y - rect.y0);
-    for (int x = x0; x < x1; ++x, ++at) {
-      const double s = r.s(x);
-      const Vec3 d = row[0] + s * (row[1] + s * row[2]);
-      rays_.x[at] = float(d.x());
-      rays_.y[at] = float(d.y());
-      rays_.z[at] = float(d.z());
-    }
+    for (int power = 0; power < 3; ++power)
+      for (int k = 0; k < 3; ++k) map.q[3 * power + k] = float(row[std::size_t(power)][k]);
+    kernels.follow(map, ray_place(x0 - rect.x0, y - rect.y0), x1 - x0, rays_);
   }
-}
-
-/// Change of the ray by one pixel: half the way between the neighbours, or as far as there are any.
-void RoomCaster::find_slopes(const PixelRect& rect) {
-  const auto find = [&](int step, Rays& slopes) {
-    const auto find_along = [&](const float* along, float* slope) {
-      for (int y = 0; y < rect.height(); ++y)
-        for (int at = ray_place(0, y); at < ray_place(rect.width(), y); ++at) {
-          const float here = along[at];
-          const bool forward = along[at + step] == along[at + step],
-                     backward = along[at - step] == along[at - step];
-          const float difference = (forward ? along[at + step] : here) - (backward ? along[at - step] : here);
-          slope[at] = forward && backward ? 0.5f * difference : difference;
-        }
-    };
-    find_along(rays_.x, slopes.x);
-    find_along(rays_.y, slopes.y);
-    find_along(rays_.z, slopes.z);
-  };
-  find(1, right_);
-  find(kRayAcross, down_);
 }
 
 void RoomCaster::find_hits(const RoomLayer& layer, int tile_x, int tile_y, const PixelRect& rect,
                            const Kernels& kernels, Hits& hits) const {
   std::fill(std::begin(hits.nearness), std::end(hits.nearness), 0.0f);
   std::fill(std::begin(hits.facet), std::end(hits.facet), -1);
-  const ImageSize frame = layer.grid().frame;
-  for (const FacetBox& box : layer.boxes(tile_x, tile_y)) {
-    // Only pixels whose middle is inside are hit: a pixel less than the box on each side, and at the frame's
-    // border a pixel more.
-    const int x0 = std::max(box.x0 + (box.x0 > 0 ? 1 : -1), rect.x0 - 1) - rect.x0,
-              x1 = std::min(box.x1 - (box.x1 < frame.width ? 1 : -1), rect.x1 + 1) - rect.x0;
-    const int y0 = std::max(box.y0 + (box.y0 > 0 ? 1 : -1), rect.y0 - 1) - rect.y0,
-              y1 = std::min(box.y1 - (box.y1 < frame.height ? 1 : -1), rect.y1 + 1) - rect.y0;
-    if (x0 < x1 && y0 < y1)
-      kernels.cast(layer.facets()[std::size_t(box.facet)], box.facet, rays_, ray_place(x0, y0), x1 - x0,
-                   y1 - y0, hits);
-  }
+  const FacetBoxes boxes = layer.boxes(tile_x, tile_y);
+  kernels.cast(layer.facets().data(), layer.borders(), boxes.data, boxes.count, rect.x0, rect.y0, rays_,
+               hits);
 }
 
 void RoomCaster::nearest_first(std::vector<Fragment>& fragments) {  // a handful
@@ -253,15 +238,35 @@ bool RoomCaster::is_visible(const std::vector<CastItem>& items, int item, int at
   return true;
 }
 
-void RoomCaster::add_edge(const std::vector<CastItem>& items, int x, int y, bool area, const PixelRect& rect,
-                          int tile_x, int tile_y, RoomTile& to) {
+/// What the sub-pixels hit.
+void RoomCaster::find_sub_hits(const RoomLayer& layer, const Kernels& kernels, int x, int y, int tile_x,
+                               int tile_y) {
+  sub_boxes_.clear();
+  for (const FacetBox& box : layer.boxes(tile_x, tile_y))
+    if (RoomLayer::touches(box, x, y)) sub_boxes_.push_back({0, 0, kSub, 1, box.facet});
+  std::fill_n(sub_hits_.nearness + ray_place(0, 0), kSub, 0.0f);
+  std::fill_n(sub_hits_.facet + ray_place(0, 0), kSub, -1);
+  kernels.cast(layer.facets().data(), layer.borders(), sub_boxes_.data(), sub_boxes_.size(), 0, 0, sub_rays_,
+               sub_hits_);
+}
+
+void RoomCaster::add_edge(const std::vector<CastItem>& items, const Kernels& kernels, int x, int y, bool area,
+                          const PixelRect& rect, int tile_x, int tile_y, RoomTile& to) {
   const int at = ray_place(x, y);
-  const Vec3 centre = ray(at), by_x = right(at), by_y = down(at);
-  candidates_.clear();
-  for (std::size_t a = 0; a < items.size(); ++a)
-    for (const FacetBox& box : items[a].layer->boxes(tile_x, tile_y))
-      if (x + rect.x0 >= box.x0 && x + rect.x0 < box.x1 && y + rect.y0 >= box.y0 && y + rect.y0 < box.y1)
-        candidates_.push_back({int(a), box.facet, 0});
+  const Vec3 centre = ray(at), by_x = slope(at, 1), by_y = slope(at, kRayAcross);
+  for (int k = 0; k < kSub; ++k) {
+    const Vec3 d = centre + kSubPixels.x[k] * by_x + kSubPixels.y[k] * by_y;
+    sub_rays_.x[ray_place(k, 0)] = float(d.x());
+    sub_rays_.y[ray_place(k, 0)] = float(d.y());
+    sub_rays_.z[ray_place(k, 0)] = float(d.z());
+  }
+  for (std::vector<Fragment>& met : sub_fragments_) met.clear();
+  for (std::size_t a = 0; a < items.size(); ++a) {
+    find_sub_hits(*items[a].layer, kernels, x + rect.x0, y + rect.y0, tile_x, tile_y);
+    for (int k = 0; k < kSub; ++k)
+      if (const int facet = sub_hits_.facet[ray_place(k, 0)]; facet >= 0)
+        sub_fragments_[k].push_back({int(a), facet, sub_hits_.nearness[ray_place(k, 0)]});
+  }
 
   // What each sub-pixel meets, nearest first. Each facet is looked at once, about the middle of where it is
   // met.
@@ -274,28 +279,16 @@ void RoomCaster::add_edge(const std::vector<CastItem>& items, int x, int y, bool
   std::size_t shown_count = 0;
   to.edges_.push_back({std::uint8_t(x), std::uint8_t(y), std::uint32_t(to.parts_.size()), 0,
                        std::uint32_t(to.orders_.size())});
-  for (std::size_t k = 0; k < kSub; ++k) {
-    const Vec2 where(kSubPixels.x[k], kSubPixels.y[k]);
-    const Vec3 d = centre + where.x() * by_x + where.y() * by_y;
-    fragments_.clear();
-    for (const Fragment& candidate : candidates_) {
-      const Facet& facet = items[std::size_t(candidate.item)].layer->facets()[std::size_t(candidate.facet)];
-      if (!meets(facet, d)) continue;
-      const Fragment fragment{candidate.item, candidate.facet, along(facet.nearness, d)};
-      if (fragments_.empty() || fragments_.back().item != fragment.item)
-        fragments_.push_back(fragment);
-      else if (fragment.nearness > fragments_.back().nearness)
-        fragments_.back() = fragment;
-    }
-    nearest_first(fragments_);
+  for (int k = 0; k < kSub; ++k) {
+    nearest_first(sub_fragments_[k]);
     const std::size_t head = to.orders_.size();
     to.orders_.push_back(0);
-    for (const Fragment& f : fragments_) {
+    for (const Fragment& f : sub_fragments_[k]) {
       std::size_t i = 0;
       while (i < shown_count && (shown[i].item != f.item || shown[i].facet != f.facet)) ++i;
       if (i == kMost) continue;
       if (i == shown_count) shown[shown_count++] = {f.item, f.facet, 0, Vec2::Zero()};
-      shown[i].sum += where;
+      shown[i].sum += Vec2(kSubPixels.x[k], kSubPixels.y[k]);
       ++shown[i].count;
       to.orders_.push_back(std::uint8_t(i));
       ++to.orders_[head];
@@ -305,7 +298,9 @@ void RoomCaster::add_edge(const std::vector<CastItem>& items, int x, int y, bool
   for (std::size_t i = 0; i < shown_count; ++i) {
     const Shown& s = shown[i];
     const CastItem& item = items[std::size_t(s.item)];
-    const Mat3& content_from_direction = item.layer->facets()[std::size_t(s.facet)].content_from_direction;
+    const auto& content = item.layer->facets()[std::size_t(s.facet)].content;
+    Mat3 content_from_direction;
+    for (int k = 0; k < 9; ++k) content_from_direction(k / 3, k % 3) = double(content[k / 3][k % 3]);
     const Vec2 where = s.sum / s.count;
     Footprint f{content_from_direction * (centre + where.x() * by_x + where.y() * by_y),
                 content_from_direction * by_x, content_from_direction * by_y};
@@ -331,7 +326,7 @@ Taps RoomCaster::taps_of(ImageSize content, int levels, const Hits& hits, const 
   constexpr double kMostOfTypical = 9;  // squared sides
   const double width = content.width, height = content.height;
   PixelSize finest, largest, typical;
-  double log_xx = 0, log_yy = 0;
+  double product_xx = 1, product_yy = 1;  // of 18 at most: no overflow
   int count = 0;
   for (int y = block.y0; y < block.y1; y += 3)
     for (int x = block.x0 + y % 3; x < block.x1; x += 3) {
@@ -344,47 +339,54 @@ Taps RoomCaster::taps_of(ImageSize content, int levels, const Hits& hits, const 
       finest.narrow_squared = std::min(finest.narrow_squared, size.narrow_squared);
       largest.xx = std::max(largest.xx, size.xx);
       largest.yy = std::max(largest.yy, size.yy);
-      log_xx += std::log(std::max(size.xx, 1e-12));
-      log_yy += std::log(std::max(size.yy, 1e-12));
+      product_xx *= std::min(std::max(size.xx, 1e-12), 1e16);
+      product_yy *= std::min(std::max(size.yy, 1e-12), 1e16);
     }
   if (count == 0) return {};
-  typical.xx = std::exp(log_xx / count);
-  typical.yy = std::exp(log_yy / count);
+  typical.xx = std::pow(product_xx, 1.0 / count);
+  typical.yy = std::pow(product_yy, 1.0 / count);
   largest.xx = std::min(largest.xx, kMostOfTypical * typical.xx);
   largest.yy = std::min(largest.yy, kMostOfTypical * typical.yy);
   return choose_taps(typical, finest, largest, levels);
 }
 
-/// The pixels of a row that are no edges: where they look, and what lies over what. looks_ begin with the
+/// Where a row's items look, from the first to the last pixel that they are drawn at. looks_ begin with the
 /// row's.
-void RoomCaster::add_row(const std::vector<CastItem>& items, int y, int width, const bool (&edge)[kTileWidth],
+void RoomCaster::add_row(const std::vector<CastItem>& items, int y, int width, const RowBits& edges,
                          RoomTile& to) {
-  const int looked = y % RoomTile::kStrip;
   for (std::size_t a = 0; a < items.size(); ++a) {
     int begin = 0, end = width;
-    const auto is_drawn = [&](int x) { return !edge[x] && is_visible(items, int(a), ray_place(x, y)); };
+    const auto is_drawn = [&](int x) {
+      return !edges[x] && (items.size() == 1 ? met_[x] : is_visible(items, int(a), ray_place(x, y)));
+    };
     while (begin < end && !is_drawn(begin)) ++begin;
     while (begin < end && !is_drawn(end - 1)) --end;
     to.rows_.push_back({std::uint8_t(begin), std::uint8_t(end), std::uint32_t(to.points_.size())});
-    const Looks& looks = looks_[a * RoomTile::kStrip + std::size_t(looked)];
+    const Looks& looks = looks_[a * RoomTile::kStrip + std::size_t(y % RoomTile::kStrip)];
     for (int k = 0; k < to.looks_; ++k)
       to.points_.insert(to.points_.end(), looks.of[k] + begin, looks.of[k] + end);
   }
-  std::size_t last = 0;  // the last run
-  const auto is_shown = [&](int x) { return !edge[x] && hits_[0].facet[ray_place(x, y)] >= 0; };
-  for (int x = 0; items.size() == 1 && x < width;) {
-    const bool shown = is_shown(x);
-    int end = x + 1;
-    while (end < width && is_shown(end) == shown) ++end;
-    to.runs_.push_back(std::uint16_t(end - x));
-    to.runs_.push_back(shown);
-    if (shown) to.runs_.push_back(0);
-    x = end;
+}
+
+/// What lies over what in a row, less the edges.
+void RoomCaster::add_runs(const std::vector<CastItem>& items, int y, int width, const RowBits& edges,
+                          RoomTile& to) {
+  if (items.size() == 1) {
+    const RowBits shown = met_ & ~edges, hidden = ~shown;
+    for (int x = 0; x < width;) {
+      const bool is_shown = shown[x];
+      const int end = (is_shown ? hidden : shown).first(x, width);
+      to.runs_.push_back(std::uint16_t(end - x));
+      to.runs_.push_back(is_shown);
+      if (is_shown) to.runs_.push_back(0);
+      x = end;
+    }
+    return;
   }
-  if (items.size() == 1) return;
+  std::size_t last = 0;  // the last run
   for (int x = 0; x < width; ++x) {
     fragments_.clear();
-    for (int a = 0; !edge[x] && a < int(items.size()); ++a)
+    for (int a = 0; !edges[x] && a < int(items.size()); ++a)
       if (is_visible(items, a, ray_place(x, y)))
         fragments_.push_back({a, 0, hits_[std::size_t(a)].nearness[ray_place(x, y)]});
     nearest_first(fragments_);
@@ -406,6 +408,7 @@ void RoomCaster::add_row(const std::vector<CastItem>& items, int y, int width, c
 void RoomCaster::cast(const std::vector<CastItem>& items, const std::vector<LensPiece>& pieces, bool area,
                       const Kernels& kernels, int tile_x, int tile_y, const PixelRect& rect, RoomTile& to) {
   to.items_ = items;
+  to.cast_ = true;
   to.looks_ = area ? 6 : 2;
   to.rows_.clear();
   to.points_.clear();
@@ -417,8 +420,11 @@ void RoomCaster::cast(const std::vector<CastItem>& items, const std::vector<Lens
   to.mask_taps_ = to.taps_;
 
   std::fill(std::begin(rays_.x), std::end(rays_.x), std::numeric_limits<float>::quiet_NaN());
-  for (const LensPiece& piece : pieces) follow(piece, rect);
-  find_slopes(rect);
+  for (const LensPiece& piece : pieces) follow(piece, rect, kernels);
+  for (int y = 0; area && y < rect.height(); ++y) {
+    kernels.find_slopes(rays_, 1, ray_place(0, y), rect.width(), right_);
+    kernels.find_slopes(rays_, kRayAcross, ray_place(0, y), rect.width(), down_);
+  }
   if (hits_.size() < items.size()) hits_.resize(items.size());
   if (looks_.size() < items.size() * RoomTile::kStrip) looks_.resize(items.size() * RoomTile::kStrip);
   for (std::size_t a = 0; a < items.size(); ++a)
@@ -431,7 +437,7 @@ void RoomCaster::cast(const std::vector<CastItem>& items, const std::vector<Lens
       for (std::size_t a = 0; a < items.size(); ++a) {
         Looks* const rows = &looks_[a * RoomTile::kStrip];
         for (int row = y; row < last; ++row)
-          kernels.look(items[a].layer->views().data(), rays_, right_, down_, hits_[a], ray_place(0, row),
+          kernels.look(items[a].layer->facets().data(), rays_, right_, down_, hits_[a], ray_place(0, row),
                        width, area, rows[row - y]);
         for (int block = 0; area && block * RoomTile::kBlock < width; ++block) {
           const CastItem& item = items[a];
@@ -445,17 +451,17 @@ void RoomCaster::cast(const std::vector<CastItem>& items, const std::vector<Lens
         }
       }
     }
-    bool edge[kTileWidth] = {}, steps[kTileWidth];
-    for (std::size_t a = 0; a < items.size(); ++a) {
-      kernels.find_steps(items[a].layer->views().data(), rays_, hits_[a], ray_place(0, y), width, kStep,
-                         steps);
-      for (int x = 0; x < width; ++x) edge[x] = edge[x] || steps[x];
-    }
-    for (int x = 0; x < width; ++x)
-      edge[x] = known(ray_place(x, y)) && (edge[x] || (items.size() > 1 && !is_even(items, ray_place(x, y))));
-    add_row(items, y, width, edge, to);
-    for (int x = 0; x < width; ++x)
-      if (edge[x]) add_edge(items, x, y, area, rect, tile_x, tile_y, to);
+    met_ = {};
+    RowBits edges;
+    for (std::size_t a = 0; a < items.size(); ++a)
+      kernels.find_steps(items[a].layer->facets().data(), rays_, hits_[a], ray_place(0, y), width, kStep,
+                         met_, edges);
+    for (int x = 0; items.size() > 1 && x < width; ++x)
+      if (!edges[x] && known(ray_place(x, y)) && !is_even(items, ray_place(x, y))) edges.set(x);
+    add_row(items, y, width, edges, to);
+    add_runs(items, y, width, edges, to);
+    for (int x = edges.first(0, width); x < width; x = edges.first(x + 1, width))
+      add_edge(items, kernels, x, y, area, rect, tile_x, tile_y, to);
   }
 }
 

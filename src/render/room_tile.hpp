@@ -49,7 +49,14 @@ struct RoomRows {
 /// What was cast at a tile: kept as long as its surfaces stay where they are.
 class RoomTile {
  public:
-  bool shows(const std::vector<CastItem>& items) const { return items == items_; }
+  bool shows(const std::vector<CastItem>& items) const { return cast_ && items == items_; }
+  /// Are these the items that it was to show the last time? From now on they are.
+  bool expects(const std::vector<CastItem>& items) {
+    if (items == items_) return true;
+    items_ = items;
+    cast_ = false;
+    return false;
+  }
 
   /// Draws the items' textures over what is on the tile.
   template <typename Texture>
@@ -88,6 +95,7 @@ class RoomTile {
                  RoomRows<typename Texture::Pixel>& rows, Tile<typename Texture::Pixel>& tile) const;
 
   std::vector<CastItem> items_;
+  bool cast_ = false;                   ///< at them; else nothing below counts
   int looks_ = 2;                       ///< numbers a pixel: u, v, and with their slopes 6
   std::vector<Row> rows_;               ///< [row, item]
   std::vector<float> points_;           ///< fractions of the content
@@ -112,27 +120,37 @@ class RoomCaster {
   };
 
   Vec3 ray(int at) const { return {double(rays_.x[at]), double(rays_.y[at]), double(rays_.z[at])}; }
-  Vec3 right(int at) const { return {double(right_.x[at]), double(right_.y[at]), double(right_.z[at])}; }
-  Vec3 down(int at) const { return {double(down_.x[at]), double(down_.y[at]), double(down_.z[at])}; }
   bool known(int at) const { return rays_.x[at] == rays_.x[at]; }
-  void follow(const LensPiece& piece, const PixelRect& rect);
-  void find_slopes(const PixelRect& rect);
+  /// Change of the ray of a pixel by one of `step` places.
+  Vec3 slope(int at, int step) const {
+    const bool forward = known(at + step), backward = known(at - step);
+    return (forward && backward ? 0.5 : 1.0) *
+           (ray(forward ? at + step : at) - ray(backward ? at - step : at));
+  }
+  void follow(const LensPiece& piece, const PixelRect& rect, const Kernels& kernels);
   void find_hits(const RoomLayer& layer, int tile_x, int tile_y, const PixelRect& rect,
                  const Kernels& kernels, Hits& hits) const;
   bool is_even(const std::vector<CastItem>& items, int at) const;
   bool is_visible(const std::vector<CastItem>& items, int item, int at) const;
   Taps taps_of(ImageSize content, int levels, const Hits& hits, const Looks* rows,
                const PixelRect& block) const;
-  void add_row(const std::vector<CastItem>& items, int y, int width, const bool (&edge)[kTileWidth],
-               RoomTile& to);
-  void add_edge(const std::vector<CastItem>& items, int x, int y, bool area, const PixelRect& rect,
-                int tile_x, int tile_y, RoomTile& to);
+  void add_row(const std::vector<CastItem>& items, int y, int width, const RowBits& edges, RoomTile& to);
+  void add_runs(const std::vector<CastItem>& items, int y, int width, const RowBits& edges, RoomTile& to);
+  void add_edge(const std::vector<CastItem>& items, const Kernels& kernels, int x, int y, bool area,
+                const PixelRect& rect, int tile_x, int tile_y, RoomTile& to);
+  void find_sub_hits(const RoomLayer& layer, const Kernels& kernels, int x, int y, int tile_x, int tile_y);
   static void nearest_first(std::vector<Fragment>& fragments);
 
-  Rays rays_, right_, down_;  ///< directions, and their changes by one pixel; NaN: none
+  Rays rays_, right_, down_;  ///< directions, and (area) their changes by one pixel; x NaN: none
   std::vector<Hits> hits_;    ///< [item]
   std::vector<Looks> looks_;  ///< [row of a strip, item]
-  std::vector<Fragment> fragments_, candidates_;
+  RowBits met_;               ///< by the only item, in the row
+  std::vector<Fragment> fragments_;
+  // Of an edge pixel's sub-pixels; rays and hits in the first row.
+  std::vector<Fragment> sub_fragments_[RoomTile::kSub];
+  Rays sub_rays_;
+  Hits sub_hits_;
+  std::vector<FacetBox> sub_boxes_;
 };
 
 }  // namespace procam::render

@@ -1,9 +1,21 @@
 #include "workers.hpp"
 
 #include <algorithm>
+#include <chrono>
 #include <utility>
 
 namespace procam::render {
+
+namespace {
+
+/// Returns once it is done, or after a moment: going to sleep and being woken takes as long.
+template <typename Done>
+void stay_awake_until(const Done& done) {
+  const auto end = std::chrono::steady_clock::now() + std::chrono::microseconds(100);
+  while (!done() && std::chrono::steady_clock::now() < end) std::this_thread::yield();
+}
+
+}  // namespace
 
 Workers::Workers(int threads) {
   if (threads <= 0) threads = int(std::max(1u, std::thread::hardware_concurrency()));
@@ -14,6 +26,7 @@ Workers::~Workers() {
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     leaving_ = true;
+    ++calls_;
   }
   begun_.notify_all();
   for (std::thread& other : others_) other.join();
@@ -23,8 +36,14 @@ void Workers::run(const Loop& loop) {
   std::unique_lock<std::mutex> lock(mutex_);
   loop_ = loop;
   next_ = 0;
-  if (loop.count > 1) begun_.notify_all();
+  if (loop.count > 1) {
+    ++calls_;
+    begun_.notify_all();
+  }
   take_turns(lock);
+  lock.unlock();
+  stay_awake_until([this] { return working_ == 0; });
+  lock.lock();
   ended_.wait(lock, [this] { return working_ == 0; });
   loop_ = {};
   if (failure_) std::rethrow_exception(std::exchange(failure_, nullptr));
@@ -53,6 +72,12 @@ void Workers::take_turns(std::unique_lock<std::mutex>& lock) {
 void Workers::serve() {
   std::unique_lock<std::mutex> lock(mutex_);
   while (true) {
+    const unsigned seen = calls_;
+    if (!leaving_ && next_ >= loop_.count) {
+      lock.unlock();
+      stay_awake_until([&] { return calls_ != seen; });
+      lock.lock();
+    }
     begun_.wait(lock, [this] { return leaving_ || next_ < loop_.count; });
     if (leaving_) return;
     take_turns(lock);

@@ -1,5 +1,6 @@
 #pragma once
 /// Threads that stay for many loops, so that a frame starts none and allocates nothing.
+#include <atomic>
 #include <condition_variable>
 #include <exception>
 #include <mutex>
@@ -36,8 +37,9 @@ class Workers {
   std::mutex mutex_;
   std::condition_variable begun_, ended_;
   Loop loop_;
-  int next_ = 0;     ///< the turn to take next
-  int working_ = 0;  ///< threads in a turn
+  int next_ = 0;                    ///< the turn to take next
+  std::atomic<int> working_{0};     ///< threads in a turn
+  std::atomic<unsigned> calls_{0};  ///< of the others
   bool leaving_ = false;
   std::exception_ptr failure_;
   std::vector<std::thread> others_;

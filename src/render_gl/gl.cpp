@@ -235,7 +235,7 @@ class GlRenderer::State {
   RenderWork render(const Scene& scene, const Projector& projector, ImageView<std::uint8_t> frame) {
     if (!(frame.channels == 3 && frame.size() == projector.size() && !frame.empty()))
       throw std::invalid_argument("render: the frame must have 3 channels and the projector's size");
-    render::require_drawable(scene);
+    render::require_drawable(scene, projector.size());
     const auto use = used();
     const KeptState kept;
     const RenderWork work = prepare(scene, projector);
@@ -250,7 +250,7 @@ class GlRenderer::State {
     if (!(rows >= projector.size().height))
       throw std::invalid_argument("draw: the framebuffer has " + std::to_string(rows) +
                                   " rows, less than the projector's frame");
-    render::require_drawable(scene);
+    render::require_drawable(scene, projector.size());
     const KeptState kept;
     const RenderWork work = prepare(scene, projector);
     draw(scene);
@@ -403,10 +403,10 @@ class GlRenderer::State {
   }
 
   static void add_numbers(const render::Facet& facet, std::vector<Float4>& to) {
-    const Mat3& m = facet.content_from_direction;
+    const auto& m = facet.content;
     const auto& b = facet.borders;
     for (int k = 0; k < 3; ++k) to.push_back({b[k][0], b[k][1], b[k][2], facet.nearness[k]});
-    for (int k = 0; k < 3; ++k) to.push_back({float(m(k, 0)), float(m(k, 1)), float(m(k, 2)), b[3][k]});
+    for (int k = 0; k < 3; ++k) to.push_back({m[k][0], m[k][1], m[k][2], b[3][k]});
   }
 
   /// Facets of all items; those of a plane or pixel surface are one.
@@ -430,15 +430,18 @@ class GlRenderer::State {
         for (const render::Facet& facet : layer.room->facets()) add_numbers(facet, numbers_);
       } else if (!layer.is_mesh()) {
         render::Facet facet{};
-        facet.content_from_direction = layer.plane.view().content_from_direction;
+        const Mat3& m = layer.plane.view().content_from_direction;
+        for (int k = 0; k < 9; ++k) facet.content[k / 3][k % 3] = float(m(k / 3, k % 3));
         add_numbers(facet, numbers_);
       }
       on_card_->numbers.write(items_[i].first_facet * kFacetTexels, numbers_.size(), numbers_.data());
     }
   }
 
+  /// One more on each side: corners of packed boxes are not below 0.
   static Int4 packed_box(const FacetBox& box, std::size_t first_facet) {
-    return {box.x0 | box.y0 << 16, box.x1 | box.y1 << 16, std::int32_t(first_facet) + box.facet, 0};
+    return {(box.x0 + 1) | (box.y0 + 1) << 16, (box.x1 + 1) | (box.y1 + 1) << 16,
+            std::int32_t(first_facet) + box.facet, 0};
   }
 
   void write_lists() {
@@ -557,14 +560,16 @@ class GlRenderer::State {
 
   /// For each block of a tile, the first of its boxes and their number; then these. (An edge pixel looks at
   /// all of its block's, and a tile may hold a thousand.)
-  void add_boxes(const std::vector<FacetBox>& boxes, std::size_t first_facet, const render::PixelRect& tile) {
+  void add_boxes(const render::FacetBoxes& boxes, std::size_t first_facet, const render::PixelRect& tile) {
     constexpr int kAcross = render::kTileWidth / kBlocksAcross, kDown = render::kTileHeight / kBlocksDown;
     const std::size_t blocks = lists_.size();
     lists_.resize(blocks + kBlocksAcross * kBlocksDown, Int4{0, 0, 0, 0});
     const auto for_blocks = [&](const FacetBox& box, const auto& visit) {
-      const int x0 = std::max(box.x0 - tile.x0, 0) / kAcross, y0 = std::max(box.y0 - tile.y0, 0) / kDown;
-      const int x1 = std::min((box.x1 - tile.x0 + kAcross - 1) / kAcross, kBlocksAcross),
-                y1 = std::min((box.y1 - tile.y0 + kDown - 1) / kDown, kBlocksDown);
+      // A pixel may be touched whose middle is not.
+      const int x0 = std::max(box.x0 - 1 - tile.x0, 0) / kAcross,
+                y0 = std::max(box.y0 - 1 - tile.y0, 0) / kDown;
+      const int x1 = std::min((box.x1 - tile.x0) / kAcross + 1, kBlocksAcross),
+                y1 = std::min((box.y1 - tile.y0) / kDown + 1, kBlocksDown);
       for (int y = y0; y < y1; ++y)
         for (int x = x0; x < x1; ++x) visit(blocks + std::size_t(y * kBlocksAcross + x));
     };
@@ -703,7 +708,7 @@ class GlRenderer::State {
       glClearBufferiv(GL_COLOR, 0, none);
       glClearBufferfv(GL_DEPTH, 0, &far);
       uniform(card.find_hits, "u_first_box", GLint(first_box_[i]));
-      glDrawArraysInstanced(GL_TRIANGLE_STRIP, 0, 4, GLsizei(layers_[i].room->boxes().size()));
+      glDrawArraysInstanced(GL_TRIANGLE_STRIP, 0, 4, GLsizei(layers_[i].room->boxes().count));
       glDisable(GL_DEPTH_TEST);
     }
   }

@@ -219,11 +219,8 @@ void main() {
   border_b = b.xyz;
   border_c = c.xyz;
   nearness_plane_of = vec3(a.w, b.w, c.w);
-  // The target has a rim of one pixel. Only pixels whose middle is inside are hit: a pixel less than the box
-  // on each side (RoomCaster::find_hits), and at the frame's border the rim.
-  ivec2 low = ivec2(box.x & 0xffff, box.x >> 16), high = ivec2(box.y & 0xffff, box.y >> 16);
-  ivec2 begin = ivec2(low.x > 0 ? low.x + 2 : 0, low.y > 0 ? low.y + 2 : 0);
-  ivec2 end = ivec2(high.x < u_frame.x ? high.x : high.x + 2, high.y < u_frame.y ? high.y : high.y + 2);
+  // The target has a rim of one pixel, as the boxes have.
+  ivec2 begin = ivec2(box.x & 0xffff, box.x >> 16), end = ivec2(box.y & 0xffff, box.y >> 16);
   ivec2 corner = ivec2((gl_VertexID & 1) != 0 ? end.x : begin.x, (gl_VertexID & 2) != 0 ? end.y : begin.y);
   gl_Position = vec4(2.0 * vec2(corner) / vec2(u_frame + 2) - 1.0, 0.0, 1.0);
 }
@@ -270,7 +267,9 @@ bool even(int first, int count, ivec2 pixel) {
       if (its != mine) {
         if (!ray_of(other, d)) continue;
         if (mine < 0 || its < 0) return false;
-        if (!(abs(dot(nearness_plane(mine), d) - its_near) <= 0.02 * its_near)) return false;
+        float most = 0.02 * its_near, level = 0.0025 * its_near;  // kStep, kLevel * kStep
+        if (!(abs(mine_near - its_near) <= level) && !(abs(dot(nearness_plane(mine), d) - its_near) <= most))
+          return false;
       }
       if (mine < 0) continue;
       for (int b = 0; b < a; ++b) {
@@ -477,7 +476,7 @@ ivec4 with_edge(int first, int count, ivec2 pixel, vec3 d, vec3 right, vec3 down
     for (int i = 0; i < boxes.y; ++i) {
       ivec4 box = list(boxes.x + i);
       ivec2 low = ivec2(box.x & 0xffff, box.x >> 16), high = ivec2(box.y & 0xffff, box.y >> 16);
-      if (any(lessThan(pixel, low)) || any(greaterThanEqual(pixel, high))) continue;
+      if (any(lessThan(pixel + 2, low)) || any(greaterThanEqual(pixel, high))) continue;
       int row = kFacetTexels * box.z;
       vec4 p = number(row), q = number(row + 1), r = number(row + 2);
       vec3 last = r.xyz, plane = vec3(p.w, q.w, r.w);

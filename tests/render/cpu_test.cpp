@@ -170,5 +170,31 @@ TEST(Render, RefusesFramesAndContentOfAnotherShape) {
   EXPECT_THROW(render(scene, projector), std::invalid_argument);
 }
 
+// No memory lies behind these views: what is refused is not looked at.
+TEST(Render, RefusesWhatIsTooLargeBeforeTakingMemory) {
+  const auto refusal = [](const Scene& scene, const Projector& projector) -> std::string {
+    try {
+      render(scene, projector);
+    } catch (const Error& error) {
+      EXPECT_EQ(error.kind(), ErrorKind::kInput);
+      return error.what();
+    }
+    return "drawn";
+  };
+  Projector projector = small_projector();
+  std::uint8_t pixel[4] = {};
+  Scene scene;
+  scene.items.push_back({PlacedPixels{}, ViewU8(pixel, 100000, 100000, 3)});
+  EXPECT_EQ(refusal(scene, projector),
+            "content: it has 100000 x 100000 pixels; give a picture of at most 268435456 pixels");
+  scene.items[0].content = ViewU8(pixel, 1, 1, 3);
+  scene.items[0].mask = ViewU8(pixel, 2, 268435455, 1);
+  EXPECT_EQ(refusal(scene, projector),
+            "mask: it has 2 x 268435455 pixels; give a picture of at most 268435456 pixels");
+  projector.inverse_camera.size = {65536, 65536};
+  EXPECT_EQ(refusal(Scene{}, projector),
+            "frame: the projector has 65536 x 65536 pixels; give one of at most 16384 pixels a side");
+}
+
 }  // namespace
 }  // namespace procam

@@ -253,6 +253,123 @@ TEST(RenderRoom, IsSharpUpToTheLimbOfAGlobe) {
   EXPECT_LE(longest, 4) << "pixels from black to white along a row";
 }
 
+/// Triangles without any order: small and large, slivers, across and behind the projector, in and out of its
+/// picture, through each other.
+Mesh scattered_triangles(std::mt19937_64& random) {
+  std::uniform_real_distribution<double> any(0, 1), either(-1, 1);
+  Mesh mesh;
+  for (int i = 0; i < 90; ++i) {
+    const double distance = 0.5 + 3 * any(random), size = std::pow(10.0, -2.5 + 2.3 * any(random));
+    const Vec3 direction = Vec3(0.5 * either(random), 0.4 * either(random) - 0.2, i % 9 == 0 ? -0.3 : 1);
+    Vec3 corner[3];
+    for (Vec3& p : corner)
+      p = distance * (direction + size * Vec3(either(random), either(random), either(random)));
+    if (i % 5 == 1) corner[2] = corner[1] + 0.02 * (corner[2] - corner[1]);  // a sliver
+    if (i % 10 == 3) corner[0] = -corner[0];                                 // from before to behind
+    if (i == 77) {  // before all others; its upper edge, seen through a lens, bows out beyond its corners
+      corner[0] = 0.3 * Vec3(-0.34, -0.3, 1);
+      corner[1] = 0.3 * Vec3(0.5, -0.3, 1);
+      corner[2] = 0.3 * Vec3(0.1, -0.2, 1);
+    }
+    const int first = int(mesh.vertices.size());
+    for (const Vec3& p : corner) {
+      mesh.vertices.push_back(p);
+      mesh.uv.emplace_back(0.1 + 0.8 * any(random), 0.1 + 0.8 * any(random));
+    }
+    mesh.triangles.push_back({first, first + 1, first + 2});
+  }
+  return mesh;
+}
+
+/// The triangle that a ray meets first, and the content coordinates there (Moeller and Trumbore, 1997).
+struct Met {
+  int triangle = -1;
+  Vec2 uv = Vec2::Zero();
+};
+Met first_met(const Mesh& mesh, const Vec3& d) {
+  Met met;
+  double nearest = 1e9;
+  for (std::size_t n = 0; n < mesh.triangles.size(); ++n) {
+    const auto corner = [&](std::size_t k) { return std::size_t(mesh.triangles[n][k]); };
+    const Vec3 p = mesh.vertices[corner(0)], by_b = mesh.vertices[corner(1)] - p,
+               by_c = mesh.vertices[corner(2)] - p;
+    const Vec3 across = d.cross(by_c), up = (-p).cross(by_b);
+    const double inverse = 1 / by_b.dot(across), b = inverse * (-p).dot(across), c = inverse * d.dot(up);
+    const double distance = inverse * by_c.dot(up);
+    if (!(b >= 0 && c >= 0 && b + c <= 1 && distance > 0 && distance < nearest)) continue;
+    nearest = distance;
+    met = {int(n), (1 - b - c) * mesh.uv[corner(0)] + b * mesh.uv[corner(1)] + c * mesh.uv[corner(2)]};
+  }
+  return met;
+}
+
+TEST(RenderRoom, ShowsTheTrianglesThatRaysMeet) {
+  constexpr int kTexels = 64;
+  ImageU8 ramps(kTexels, kTexels, 3, 255);  // u in red, v in green
+  for (int y = 0; y < kTexels; ++y)
+    for (int x = 0; x < kTexels; ++x)
+      ramps.at(x, y, 0) = std::uint8_t(4 * x), ramps.at(x, y, 1) = std::uint8_t(4 * y);
+  // Not whole tiles; the last with a lens that bends lines by tens of pixels.
+  const Projector projectors[] = {{Camera{{301, 187}, {350, 331, 120.3, 140.6, 2.1}, NoDistortion{}}},
+                                  {Camera{{301, 187}, {350, 331, 120.3, 140.6, 2.1}, brown(-0.35)}}};
+  for (const Projector& projector : projectors)
+    for (const unsigned seed : {1u, 2u, 3u}) {
+      std::mt19937_64 random(seed);
+      const Mesh mesh = scattered_triangles(random);
+      Scene scene;
+      scene.items.push_back({PlacedMesh{std::make_shared<const Mesh>(mesh), Pose::identity()}, ramps});
+      render::RenderOptions chosen = options(false, 1);
+      chosen.filter = render::Filter::kBilinear;
+      const ImageU8 frame = render::render(scene, projector, chosen);
+
+      int compared = 0, lit = 0, wrong = 0;
+      for (int y = 0; y < frame.height(); ++y)
+        for (int x = y % 3; x < frame.width(); x += 3) {
+          // Pixels that show one triangle, or nothing, all over.
+          const auto met_at = [&](double dx, double dy) {
+            return first_met(mesh, projector.emit(Vec2(x + dx, y + dy))->direction);
+          };
+          const Met met = met_at(0, 0);
+          bool same = true;
+          for (const double dy : {-0.6, -0.2, 0.2, 0.6})
+            for (const double dx : {-0.6, -0.2, 0.2, 0.6})
+              same = same && met_at(dx, dy).triangle == met.triangle;
+          if (!same) continue;
+          ++compared;
+          lit += met.triangle >= 0;
+          const Vec3 expected = met.triangle < 0 ? Vec3(0, 0, 0)
+                                                 : Vec3(4 * (kTexels * met.uv.x() - 0.5),
+                                                        4 * (kTexels * met.uv.y() - 0.5), 255);
+          for (int k = 0; k < 3; ++k) wrong += std::abs(frame.at(x, y, k) - expected[k]) > 2;
+        }
+      EXPECT_GT(compared, 13000) << seed;
+      EXPECT_GT(lit, 2600) << seed;
+      EXPECT_EQ(wrong, 0) << "of " << compared << ", seed " << seed;
+
+      // The same bits from plain code, and from a renderer that had it elsewhere before, and kept it; masked.
+      ImageU8 mask(40, 1, 1);
+      for (int x = 0; x < 40; ++x) mask.at(x, 0) = std::uint8_t(std::clamp(16 * (x - 12), 0, 255));
+      scene.items[0].mask = mask;
+      for (const render::Filter filter : {render::Filter::kBilinear, render::Filter::kArea}) {
+        chosen.filter = filter;
+        const ImageU8 wide = render::render(scene, projector, chosen);
+        render::RenderOptions plain = chosen;
+        plain.wide_vectors = false;
+        plain.threads = 3;
+        render::CpuRenderer renderer(plain);
+        ImageU8 again(projector.size(), 3);
+        Scene elsewhere = scene;
+        std::get<PlacedMesh>(elsewhere.items[0].placement).projector_from_surface.translation.z() += 0.7;
+        renderer.render(elsewhere, projector, again.view());
+        for (int times = 0; times < 3; ++times) {
+          renderer.render(scene, projector, again.view());
+          EXPECT_TRUE(std::equal(wide.data(), wide.data() + wide.width() * wide.height() * 3, again.data()))
+              << "seed " << seed << ", frame " << times;
+        }
+      }
+    }
+}
+
 TEST(RenderRoom, IsTheSamePictureOnAnyNumberOfThreads) {
   const BallAndWall room;
   Scene scene;

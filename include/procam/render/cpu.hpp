@@ -25,6 +25,7 @@
 ///
 /// Pixels: see docs/conventions.md. The same pixels come out whatever the number of threads and whatever
 /// vectors the machine has.
+#include <cstdint>
 #include <memory>
 
 #include "procam/core/projector.hpp"
@@ -34,6 +35,13 @@ namespace procam::render {
 
 /// How far the lens map used for drawing may be from the projector's model, in projector pixels.
 inline constexpr double kLensTolerancePx = 1e-3;
+
+/// The longest side of a frame, and the most pixels of a content or mask, that are drawn: some 2 GB of light.
+inline constexpr int kLongestFrameSide = 16384;
+inline constexpr std::int64_t kLargestContent = std::int64_t(1) << 28;
+
+/// Throws Error(kInput) for a larger frame; call it before taking memory for one.
+void require_drawable(ImageSize frame);
 
 enum class Filter {
   kArea,      ///< the mean over the pixel's footprint: no aliasing
@@ -60,12 +68,12 @@ struct RenderWork {
 /// Draws frame after frame and keeps what the next one can use: pictures ready to be sampled, the lens map
 /// and every surface's warp map, threads and memory. Nothing is allocated for a frame that needs nothing
 /// anew, or whose new pictures have the size of the old; where pixels are cast at one by one (meshes, planes
-/// that cut each other) memory is taken and given back.
+/// that cut each other) memory is taken until there is enough.
 ///
 /// Items are recognised by their place in the scene. A picture is prepared again when its view points
 /// elsewhere or its content_revision differs; pixels changed behind an unchanged view and revision are not
 /// noticed. A surface that moves makes its own map again, and no other; a change of the projector's lens or
-/// size makes all.
+/// size makes all. What was cast at one by one is kept from the second frame on that shows it.
 class CpuRenderer {
  public:
   explicit CpuRenderer(const RenderOptions& options = {});
@@ -75,7 +83,7 @@ class CpuRenderer {
 
   /// Draws into a frame of the projector's size with 3 channels (RGB); every pixel is written.
   /// Throws std::invalid_argument for a frame of another shape or content that is empty or has 2 or more than
-  /// 4 channels.
+  /// 4 channels, and Error(kInput) for more than the largest of either.
   RenderWork render(const Scene& scene, const Projector& projector, ImageView<std::uint8_t> frame);
 
   /// The same as light, 0 dark .. 1 full, in steps of 1/32640; with linear_light off the content's numbers as

@@ -130,7 +130,8 @@ PclPlanes segment(const pcl::PointCloud<pcl::PointXYZ>::Ptr& cloud, const PclSet
 
 void pcl_planes(benchmark::State& state, const Frame& frame) {
   if (frame.units.empty()) return state.SkipWithError("no test data");
-  const auto cloud = cloud_of(DepthImage(frame.units.view(), frame.unit), RayTable(frame.camera));
+  const RayTable rays(frame.camera);
+  const auto cloud = cloud_of(DepthImage(frame.units.view(), frame.unit), rays);
   std::size_t planes = 0;
   for (auto _ : state) planes = segment(cloud, kExample).planes.size();
   state.counters["planes"] = double(planes);
@@ -145,7 +146,7 @@ void pcl_quality(benchmark::State& state, const PclSettings& settings) {
     for (std::size_t i = 0; i < found.planes.size(); ++i) {
       const std::vector<float>& c = found.planes[i].values;
       DetectedPlane plane;
-      const Vec3 normal(double(c[0]), double(c[1]), double(c[2]));
+      const Vec3 normal = Eigen::Vector3f(c[0], c[1], c[2]).cast<double>();
       const double side = c[3] < 0 ? -1 : 1;  // towards the camera
       plane.estimate.plane = {side * normal / normal.norm(), side * double(c[3]) / normal.norm()};
       plane.estimate.covariance.setIdentity();  // it states none

@@ -67,7 +67,9 @@ void declare(CLI::App& app, Flags& flags) {
   add_parsed(
       app, "--scale",
       [&](const std::string& text) {
-        flags.unpack = text == "sun" ? unpack_sun : text == "nyu" ? unpack_nyu : nullptr;
+        flags.unpack = nullptr;
+        if (text == "sun") flags.unpack = unpack_sun;
+        if (text == "nyu") flags.unpack = unpack_nyu;
         if (flags.unpack) return;
         flags.scale = io::parse_length(text);
         if (!(flags.scale > 0 && flags.scale < 1))

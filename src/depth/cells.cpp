@@ -89,9 +89,12 @@ void InverseRows::read(int row) {
     float* const out = rows_.data() + std::size_t(y - y0_) * std::size_t(stride_);
     if (y >= rays_.size().height) {
       std::fill_n(out, stride_, 0.0f);
-    } else if (image_.units.data) {
+      continue;
+    }
+    if (image_.units.data) {
+      const auto unit = float(image_.metres_per_unit);
       invert(y, image_.units.row(y), [&](const std::uint16_t* in, int count, float* to) {
-        kernels.invert_units(in, count, float(image_.metres_per_unit), nearest_, farthest_, to);
+        kernels.invert_units(in, count, unit, nearest_, farthest_, to);
       });
     } else {
       invert(y, image_.metres.row(y), [&](const float* in, int count, float* to) {

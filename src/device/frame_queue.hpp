@@ -23,9 +23,9 @@ class NewestFrames {
     arrived_.notify_one();
   }
   /// No more frames will come; told to the one who asks for them, after those at hand.
-  void fail(std::exception_ptr error) {
+  void fail(const std::exception_ptr& error) {
     const std::lock_guard<std::mutex> lock(mutex_);
-    error_ = std::move(error);
+    error_ = error;
     arrived_.notify_one();
   }
   std::optional<Frame> next(double after_s, double timeout_s) {

@@ -129,6 +129,9 @@ RigCamera camera_of(const Flags& flags, ImageSize size) {
     source = text;
     const std::vector<double> k = numbers_of(text);
     const std::string extension = std::filesystem::path(text).extension().string();
+    if (std::count(text.begin(), text.end(), ',') >= 3 && k.empty())
+      throw Error(ErrorKind::kInput, "--intrinsics " + text, "not all of it are numbers",
+                  "give fx,fy,cx,cy in pixels, e.g. 525,525,319.5,239.5");
     if (k.size() == 4 || k.size() == 5) {
       if (!(k[0] > 0 && k[1] > 0))
         throw Error(ErrorKind::kInput, "--intrinsics", "the focal lengths are not positive",

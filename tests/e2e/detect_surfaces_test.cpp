@@ -92,7 +92,7 @@ TEST_F(DetectSurfaces, RefusesBadDepthInThreeParts) {
 TEST_F(DetectSurfaces, PlacesThemInTheWorldByAPose) {
   std::ofstream(at("pose.json"))
       << R"({"format": "procam-pose", "version": 1, "target": "world", "source": "rig",
-    "translation": [0.5, -1, 2], "quaternion": [0, 0, 0.7071067811865476, 0.7071067811865476]})";
+    "translation": [0.5, -1, 2], "rotation_xyzw": [0, 0, 0.7071067811865476, 0.7071067811865476]})";
   const ToolRun in_rig = run("depth.png", camera_);
   ASSERT_EQ(in_rig.exit_code, 0) << in_rig.err;
   const SurfaceSet before = io::load_surfaces(folder_ / "out.json");

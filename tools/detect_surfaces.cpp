@@ -5,11 +5,13 @@
 #include <filesystem>
 
 #include "common/cli.hpp"
+#include "common/room_frames.hpp"
 #include "common/surface_preview.hpp"
 #include "procam/io/depth_file.hpp"
 #include "procam/io/files.hpp"
 #include "procam/io/images.hpp"
 #include "procam/io/opencv_calibration.hpp"
+#include "procam/io/pose_file.hpp"
 #include "procam/io/rig_file.hpp"
 #include "procam/io/surface_file.hpp"
 #include "procam/io/text.hpp"
@@ -18,8 +20,9 @@ namespace procam::tools {
 namespace {
 
 struct Flags {
-  std::string depth, intrinsics, rig, camera, sensor = "kinect-v1", output, preview;
-  double scale = 0.001;
+  std::string depth, intrinsics, rig, camera, pose, sensor = "kinect-v1", output, preview;
+  double scale = 0.001, one_within = 0;
+  void (*unpack)(Image<std::uint16_t>&) = nullptr;
   std::optional<Vec3> gravity;
 };
 
@@ -39,17 +42,43 @@ std::vector<double> numbers_of(const std::string& text) {
   return out;
 }
 
+/// SUN RGB-D turns the bits of its millimetres by three.
+void unpack_sun(Image<std::uint16_t>& depth) {
+  for (int y = 0; y < depth.height(); ++y)
+    for (int x = 0; x < depth.width(); ++x) {
+      std::uint16_t& value = depth.at(x, y);
+      value = std::uint16_t(value >> 3 | value << 13);
+    }
+}
+
+/// NYU Depth's raw frames are disparities of the first Kinect: z = 351.3 / (1092.5 - value) metres, 2047
+/// where there is none (the data set's own toolbox).
+void unpack_nyu(Image<std::uint16_t>& depth) {
+  for (int y = 0; y < depth.height(); ++y)
+    for (int x = 0; x < depth.width(); ++x) {
+      std::uint16_t& value = depth.at(x, y);
+      const double metres = value < 1092 ? 351.3 / (1092.5 - value) : 0;
+      value = metres < 20 ? std::uint16_t(std::lround(1000 * metres)) : std::uint16_t(0);
+    }
+}
+
 void declare(CLI::App& app, Flags& flags) {
   app.add_option("--depth", flags.depth, "16-bit depth image, .png")->required();
   add_parsed(
       app, "--scale",
       [&](const std::string& text) {
+        flags.unpack = nullptr;
+        if (text == "sun") flags.unpack = unpack_sun;
+        if (text == "nyu") flags.unpack = unpack_nyu;
+        if (flags.unpack) return;
         flags.scale = io::parse_length(text);
         if (!(flags.scale > 0 && flags.scale < 1))
           throw Error(ErrorKind::kInput, "'" + text + "'", "one step of the image cannot be that long",
                       "give the unit of its numbers, e.g. 1mm, or 0.2mm for 1/5000 m");
       },
-      "Unit of the image's numbers, e.g. 1mm (the default) or 0.2mm");
+      "Unit of the image's numbers, e.g. 1mm (the default) or 0.2mm; sun or nyu for what SUN RGB-D and the "
+      "raw "
+      "NYU Depth frames pack");
   auto* intrinsics = app.add_option("--intrinsics", flags.intrinsics,
                                     "The depth camera: rig.json with one camera (as calibrate-camera writes "
                                     "it), an OpenCV .xml or .yml, or fx,fy,cx,cy in pixels");
@@ -68,6 +97,19 @@ void declare(CLI::App& app, Flags& flags) {
       "Which way things fall in the camera's frame: x,y,z of any length; walls, floor, ceiling and tables "
       "are "
       "told apart by it");
+  app.add_option(
+      "--pose", flags.pose,
+      "pose.json that places the rig or its camera in the world: surfaces come in the world's frame");
+  add_parsed(
+      app, "--one-within",
+      [&](const std::string& text) {
+        flags.one_within = io::parse_length(text);
+        if (!(flags.one_within >= 0 && flags.one_within <= 1))
+          throw Error(ErrorKind::kInput, "'" + text + "'", "it is not between 0 and 1 m", "give e.g. 40mm");
+      },
+      "What lies this near to a common plane is one surface, e.g. 40mm for a door and its wall (default: "
+      "what "
+      "the sensor cannot tell apart)");
   app.add_option("--sensor", flags.sensor, "Noise: kinect-v1 (structured light, stereo) or tof")
       ->check(CLI::IsMember({"kinect-v1", "tof"}));
   app.add_option("-o,--output", flags.output, "surface definitions to write, .json or .xml")->required();
@@ -87,6 +129,9 @@ RigCamera camera_of(const Flags& flags, ImageSize size) {
     source = text;
     const std::vector<double> k = numbers_of(text);
     const std::string extension = std::filesystem::path(text).extension().string();
+    if (std::count(text.begin(), text.end(), ',') >= 3 && k.empty())
+      throw Error(ErrorKind::kInput, "--intrinsics " + text, "not all of it are numbers",
+                  "give fx,fy,cx,cy in pixels, e.g. 525,525,319.5,239.5");
     if (k.size() == 4 || k.size() == 5) {
       if (!(k[0] > 0 && k[1] > 0))
         throw Error(ErrorKind::kInput, "--intrinsics", "the focal lengths are not positive",
@@ -105,6 +150,18 @@ RigCamera camera_of(const Flags& flags, ImageSize size) {
                     io::format_size(out.camera.size),
                 "give the depth camera's own calibration, in the mode of the image");
   return out;
+}
+
+Pose world_from_camera(const Flags& flags, const RigCamera& camera) {
+  Rig rig;
+  if (!flags.rig.empty()) rig = io::load_rig(flags.rig);
+  if (rig.cameras.empty()) rig.cameras.push_back(camera);  // alone it is the rig
+  FrameTree::Link pose = io::load_pose(flags.pose);
+  for (std::string* name : {&pose.target, &pose.source})
+    if (*name == "camera") *name = camera.name;
+  RigProjector projector;
+  if (rig.projectors.size() == 1) projector = rig.projectors.front();
+  return room_frames(rig, projector, pose).get("world", "rig").pose * camera.rig_from_camera;
 }
 
 void check_depths(const Flags& flags, const depth::DepthImage& image) {
@@ -167,7 +224,8 @@ void report(const depth::Planes& planes, const depth::RoomSurfaces& room, const 
 }
 
 ExitCode detect(const Flags& flags, Console& console) {
-  const Image<std::uint16_t> units = io::load_depth(flags.depth);
+  Image<std::uint16_t> units = io::load_depth(flags.depth);
+  if (flags.unpack) flags.unpack(units);
   const depth::DepthImage image(units.view(), flags.scale);
   const RigCamera camera = camera_of(flags, units.size());
   check_depths(flags, image);
@@ -176,10 +234,15 @@ ExitCode detect(const Flags& flags, Console& console) {
 
   const depth::RayTable rays(camera.camera);
   depth::PlaneOptions options;
+  options.one_within = flags.one_within;
   if (flags.sensor == "tof") options.noise = depth::DepthNoise::time_of_flight();
   const depth::Planes planes = depth::find_planes(image, rays, options);
   depth::SurfaceOptions placing;
   placing.frame_from_camera = camera.rig_from_camera;
+  if (!flags.pose.empty()) {
+    placing.frame = "world";
+    placing.frame_from_camera = world_from_camera(flags, camera);
+  }
   if (flags.gravity) placing.up_in_camera = -flags.gravity->normalized();
   const depth::RoomSurfaces room = depth::surfaces_from_planes(planes, image, rays, placing);
   if (!flags.preview.empty()) io::save_image(flags.preview, surface_preview(planes, room, image, rays));

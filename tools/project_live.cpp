@@ -2,10 +2,12 @@
 #include <CLI/CLI.hpp>
 #include <cmath>
 #include <filesystem>
+#include <map>
 #include <thread>
 
 #include "common/cli.hpp"
 #include "common/content_names.hpp"
+#include "common/depth_room.hpp"
 #include "common/people_flags.hpp"
 #include "common/room_frames.hpp"
 #include "procam/detect/marker_edges.hpp"
@@ -37,6 +39,7 @@ struct Flags {
   std::string output;
   std::string marker_camera, markers, marker_camera_name;
   std::optional<MarkerMap> marker;
+  DepthRoomFlags room;
   bool list_displays = false, identify = false;
   std::string delay = "0ms", camera;
   double camera_delay = 0;
@@ -58,12 +61,14 @@ void declare(CLI::App& app, Flags& flags) {
   };
   app.add_option("--rig", flags.rig, "rig.json, as calibrate-projector writes it");
   app.add_option("--projector", flags.projector, "its name, for a rig with several");
-  app.add_option("--surfaces", flags.surfaces,
-                 "surface definitions, .json or .xml: read again whenever the file changes");
+  app.add_option(
+      "--surfaces", flags.surfaces,
+      "surface definitions, .json or .xml: read again whenever the file changes; or "
+      "depth:watch:FOLDER, depth:folder:FOLDER, depth:camera:NUMBER: as the rig's depth camera sees them");
+  declare_depth_room(app, flags.room);
   app.add_option("--content", flags.contents,
                  "SURFACE=WHAT: a picture, a folder or pattern of pictures, a video, camera:0, shm:NAME, "
-                 "#rrggbb; else the "
-                 "surface file's own");
+                 "#rrggbb; else the surface file's own");
   app.add_option("--pose-source", flags.sources,
                  "where poses come from: udp:9000, tcp:HOST:PORT, tcp-listen:PORT, osc:PORT, psn:PORT, "
                  "rosbridge:HOST:PORT, log:FILE");
@@ -160,23 +165,44 @@ std::string resolve(const std::string& content, const fs::path& folder) {
   return content_beside(folder / "surfaces.json", content);
 }
 
-/// --content over the surface file's own.
-SurfaceSet with_contents(SurfaceSet set, const std::vector<std::string>& given) {
+/// --content: what each named surface shows.
+std::map<std::string, std::string> given_contents(const std::vector<std::string>& given) {
+  std::map<std::string, std::string> contents;
   for (const std::string& item : given) {
     const std::size_t equals = item.find('=');
-    const std::string what = "--content " + item;
     if (equals == std::string::npos || equals == 0 || equals + 1 == item.size())
-      throw Error(ErrorKind::kInput, what, "it does not read SURFACE=WHAT",
+      throw Error(ErrorKind::kInput, "--content " + item, "it does not read SURFACE=WHAT",
                   "write e.g. --content wall=wall.png");
-    const auto named = std::find_if(set.surfaces.begin(), set.surfaces.end(), [&](const Surface& surface) {
-      return surface.name == item.substr(0, equals);
-    });
-    if (named == set.surfaces.end())
-      throw Error(ErrorKind::kInput, what, "no surface is named so", "name one of the surfaces file");
     // As typed, it is beside where the tool runs.
-    named->content = resolve(item.substr(equals + 1), fs::current_path());
+    contents[item.substr(0, equals)] = resolve(item.substr(equals + 1), fs::current_path());
+  }
+  return contents;
+}
+
+/// Over the surface file's own.
+SurfaceSet with_contents(SurfaceSet set, const std::map<std::string, std::string>& given) {
+  for (const auto& item : given) {
+    const auto named = std::find_if(set.surfaces.begin(), set.surfaces.end(),
+                                    [&](const Surface& surface) { return surface.name == item.first; });
+    if (named == set.surfaces.end())
+      throw Error(ErrorKind::kInput, "--content " + item.first, "no surface is named so",
+                  "name one of the surfaces file");
+    named->content = item.second;
   }
   return set;
+}
+
+/// Of a room that is seen by and by: those that are there.
+SurfaceSet with_contents_there(SurfaceSet set, const std::map<std::string, std::string>& given) {
+  for (Surface& surface : set.surfaces)
+    if (const auto content = given.find(surface.name); content != given.end())
+      surface.content = content->second;
+  return set;
+}
+
+/// Beside which contents are found.
+fs::path folder_of(const std::string& surfaces) {
+  return is_depth_room(surfaces) ? fs::current_path() : fs::absolute(surfaces).parent_path();
 }
 
 std::vector<std::string> choices(const fs::path& folder, const SurfaceSet& set) {
@@ -277,7 +303,7 @@ ExitCode replay(const Flags& flags, Console& console) {
   sink_options.fps = flags.fps > 0 ? flags.fps : 60;
   sink_options.write = io::save_image;
   const auto sink = device::open_sink(flags.output.empty() ? "none" : flags.output, sink_options);
-  const fs::path folder = fs::absolute(flags.surfaces).parent_path();
+  const fs::path folder = folder_of(flags.surfaces);
   std::map<std::string, std::shared_ptr<device::ContentSource>> opened;
 
   render::require_drawable(projection.frame_size());
@@ -418,12 +444,24 @@ ExitCode show(const Flags& flags, Console& console) {
       people->over(through, light_time, frame);
     };
   }
+  const bool in_room = is_depth_room(flags.surfaces);
+  std::unique_ptr<live::RoomWatch> room;
+  if (in_room) {
+    // Without poses the rig stands still and is the world.
+    const bool rig_is_world = flags.sources.empty() && flags.marker_camera.empty() && flags.pose.empty();
+    if (rig_is_world)
+      options.projector_from_world = rig.projector(flags.projector).rig_from_projector.inverse();
+    room = watch_room(flags.surfaces, flags.room, rig, options, rig_is_world);
+  }
   live::Projection projection(rig, std::move(options));
-  const fs::path folder = fs::absolute(flags.surfaces).parent_path();
+  const fs::path folder = folder_of(flags.surfaces);
 
   live::ShowLoaderOptions loading;
-  loading.surfaces = flags.surfaces;
-  loading.load = [&](const fs::path& file) { return with_contents(io::load_surfaces(file), flags.contents); };
+  const std::map<std::string, std::string> contents = given_contents(flags.contents);
+  if (!in_room) loading.surfaces = flags.surfaces;
+  loading.load = [&](const fs::path& file) {
+    return in_room ? SurfaceSet{} : with_contents(io::load_surfaces(file), contents);
+  };
   // A frame of a run that is to be shown again waits for its picture.
   const device::Pace pace = flags.record.empty() ? device::Pace::kLive : device::Pace::kExact;
   loading.open = [&](const std::string& content) -> std::shared_ptr<device::ContentSource> {
@@ -472,8 +510,10 @@ ExitCode show(const Flags& flags, Console& console) {
   for (const std::string& text : flags.sources) sources.push_back(track::open_pose_source(text));
   if (!flags.marker_camera.empty()) sources.push_back(see_markers(flags, rig));
   for (const auto& source : sources) parts.sources.push_back(source.get());
-  parts.editor = &editor;
+  if (!in_room) parts.editor = &editor;
   parts.loader = &loader;
+  parts.room = room.get();
+  parts.with_contents = [&](SurfaceSet set) { return with_contents_there(std::move(set), contents); };
   std::optional<live::RunRecorder> recorder;
   if (!flags.record.empty())
     parts.recorder = &recorder.emplace(flags.record, surface_text(flags.surfaces), recorded_conditions);
@@ -486,7 +526,7 @@ ExitCode show(const Flags& flags, Console& console) {
     parts.page = page.get();
     console.say("control page: " + page->url());
   }
-  parts.save = [&](const SurfaceSet& set) { io::save_surfaces(flags.surfaces, set); };
+  if (!in_room) parts.save = [&](const SurfaceSet& set) { io::save_surfaces(flags.surfaces, set); };
   parts.contents = choices(folder, first);
   parts.say = [&](const std::string& sentence) { console.log(sentence); };
   // A recorded run begins from what its log holds, digit by digit.

@@ -1,7 +1,10 @@
 #pragma once
 /// A depth image in cells of 8 x 8 pixels: what the rest is computed from.
+#include <algorithm>
+#include <array>
 #include <vector>
 
+#include "pixels.hpp"
 #include "procam/depth/planes.hpp"
 
 namespace procam::depth::internal {
@@ -32,11 +35,26 @@ struct InverseDepthPlane {
   double at(double u, double v) const { return t.x() * u + t.y() * v + t.z(); }
 };
 /// Weighted least squares. All zero when the readings do not determine a plane.
-InverseDepthPlane fit(const Moments& moments);
+inline InverseDepthPlane fit(const Moments& m) {
+  InverseDepthPlane out;
+  if (!(m.w > 0)) return out;
+  // Slopes about the mean, in closed form; the rest follows from it.
+  const double u = m.wu / m.w, v = m.wv / m.w, q = m.wq / m.w;
+  const double cuu = m.wuu - m.wu * u, cuv = m.wuv - m.wu * v, cvv = m.wvv - m.wv * v;
+  const double cuq = m.wuq - m.wu * q, cvq = m.wvq - m.wv * q, cqq = m.wqq - m.wq * q;
+  const double det = cuu * cvv - cuv * cuv;
+  if (!(det > 1e-12 * cuu * cvv) || !(cuu > 0)) return out;
+  const double gu = (cvv * cuq - cuv * cvq) / det, gv = (cuu * cvq - cuv * cuq) / det;
+  out.t = Vec3(gu, gv, q - gu * u - gv * v);
+  out.error = std::max(0.0, cqq - gu * cuq - gv * cvq);
+  return out;
+}
 
-struct Cell {
-  int n = 0;             ///< readings
-  bool flat = false;     ///< a plane fits it, and most of its pixels have a reading
+/// All but the moments lies in one line of the cache.
+struct alignas(64) Cell {
+  int n = 0;          ///< readings
+  bool flat = false;  ///< a plane fits it, and most of its pixels have a reading
+  std::uint16_t column = 0;
   float u = 0, v = 0;    ///< mean ray of its readings
   float q = 0;           ///< its own plane there
   float gu = 0, gv = 0;  ///< the slopes of its own plane
@@ -50,15 +68,44 @@ struct Cell {
 struct CellGrid {
   int columns = 0, rows = 0;
   std::vector<Cell> cells;
-  ImageF inverse_depth;  ///< 1 / z; 0 where there is no reading
 
   int index(int column, int row) const { return row * columns + column; }
   const Cell& at(int column, int row) const { return cells[std::size_t(index(column, row))]; }
 };
 
+/// Inverse depths of the rows of pixels of one row of cells, 0 where there is no reading: worked out when
+/// they are needed, which is sooner done than fetching them from memory.
+class InverseRows {
+ public:
+  InverseRows(const DepthImage& image, const RayTable& rays, const PlaneOptions& options);
+
+  void read(int row);
+  float at(int x, int y) const { return rows_[std::size_t(y - y0_) * std::size_t(stride_) + std::size_t(x)]; }
+  /// The pixels of a cell of the row that was read. What lies outside of the image has no reading.
+  CellInput cell(int column) const;
+
+ private:
+  const DepthImage& image_;
+  const RayTable& rays_;
+  float nearest_, farthest_;
+  int stride_, y0_ = 0;
+  std::vector<float> rows_;
+  mutable std::array<float, std::size_t(2) * RayTable::kCell * RayTable::kCell>
+      cut_{};  ///< rays of a cut cell
+};
+
 CellGrid cell_grid(const DepthImage& image, const RayTable& rays, const PlaneOptions& options);
 
 /// Do a cell's mean and slopes agree with a plane, within noise?
-bool agrees(const Cell& cell, const Vec3& t);
+inline bool agrees(const Cell& cell, const Vec3& t) {
+  // Three sigmas of the mean and of each slope. What the readings share bends a cell by half of it.
+  constexpr float kGate = 3 * 3;
+  const float own = cell.sigma * cell.sigma / float(cell.n), shared = cell.shared * cell.shared;
+  const float a = float(t.x()), b = float(t.y());
+  const float mean = cell.q - (a * cell.u + b * cell.v + float(t.z()));
+  const float du = cell.gu - a, dv = cell.gv - b, slope_gate = kGate * (own + 0.25f * shared);
+  return mean * mean < kGate * (own + shared) && du * du * cell.vu < slope_gate &&
+         dv * dv * cell.vv < slope_gate;
+}
 
 }  // namespace procam::depth::internal

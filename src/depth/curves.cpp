@@ -14,6 +14,8 @@ constexpr double kLeastTurn = 12 * kDegree;
 constexpr double kLeastRadius = 0.03, kLargestRadius = 20;
 /// RMS of the cells, in sigmas of what readings share, at which a shape explains them.
 constexpr double kExplains = 1.5;
+/// And at which nothing will.
+constexpr double kHopeless = 3;
 /// A cell within this many of those sigmas lies on the shape.
 constexpr double kOnShape = 3;
 /// So many cells say what a shape is as well as all of them, sooner.
@@ -57,15 +59,26 @@ double weight_of(double residual) {  // Huber's, at two sigmas
   return size < 2 ? 1 : 2 / size;
 }
 
-/// Gauss-Newton on middle (and axis) and radius; derivatives are those of |out| - radius.
-void refine(const std::vector<Sample>& samples, Shape& shape) {
+double clipped_square(double residual) {
+  return std::min(residual * residual, 100.0);
+}
+
+/// Gauss-Newton on middle (and axis) and radius; derivatives are those of |out| - radius. Parameters: middle
+/// along a, b; then (cylinder) turns of the axis towards a and b, or (sphere) middle along z; radius.
+/// False as soon as it is plain that no such shape explains the samples.
+template <bool kCylinder>
+bool refine(const std::vector<Sample>& samples, Shape& shape) {
+  constexpr int kSize = kCylinder ? 5 : 4;
+  constexpr double kStill = 0.999;  ///< of the squares are left after a step that changed nothing to speak of
+  using Matrix = Eigen::Matrix<double, kSize, kSize>;
+  using Vector = Eigen::Matrix<double, kSize, 1>;
+  double before = 0;
   for (int step = 0; step < 8; ++step) {
-    const Vec3 a = shape.cylinder ? Vec3(shape.axis.unitOrthogonal()) : Vec3::UnitX();
-    const Vec3 b = shape.cylinder ? Vec3(shape.axis.cross(a)) : Vec3::UnitY();
-    // Parameters: middle along a, b and (sphere) z; radius; (cylinder) turns of the axis towards a and b.
-    using Mat66 = Eigen::Matrix<double, 6, 6>;
-    Mat66 h = Mat66::Zero();
-    Vec6 g = Vec6::Zero();
+    const Vec3 a = kCylinder ? Vec3(shape.axis.unitOrthogonal()) : Vec3::UnitX();
+    const Vec3 b = kCylinder ? Vec3(shape.axis.cross(a)) : Vec3::UnitY();
+    Matrix h = Matrix::Zero();
+    Vector g = Vector::Zero();
+    double squares = 0;
     for (const Sample& s : samples) {
       const Vec3 out = shape.from_axis(s.point);
       const double length = out.norm();
@@ -73,33 +86,40 @@ void refine(const std::vector<Sample>& samples, Shape& shape) {
       const Vec3 n = out / length;
       const double scale = 1 / (s.sigma * std::max(std::abs(n.dot(s.ray)), 0.2));
       const double r = (length - shape.radius) * scale, w = weight_of(r);
-      Vec6 j = Vec6::Zero();
+      squares += clipped_square(r);
+      Vector j;
       j[0] = -n.dot(a);
       j[1] = -n.dot(b);
-      j[3] = -1;
-      if (shape.cylinder) {
+      if constexpr (kCylinder) {
         const double along = shape.axis.dot(s.point - shape.middle);
-        j[4] = -along * n.dot(a);
-        j[5] = -along * n.dot(b);
+        j[2] = along * j[0];
+        j[3] = along * j[1];
       } else {
         j[2] = -n.z();
       }
+      j[kSize - 1] = -1;
       j *= scale;
-      h.noalias() += w * j * j.transpose();
-      g += w * r * j;
+      for (int row = 0; row < kSize; ++row) {
+        const double of_row = w * j[row];
+        for (int column = 0; column <= row; ++column) h(row, column) += of_row * j[column];
+        g[row] += of_row * r;
+      }
     }
-    if (shape.cylinder)
-      h(2, 2) = 1;
-    else
-      h(4, 4) = h(5, 5) = 1;
+    // The linear start is near where one exists: what two steps do not bring close, none does.
+    if (step >= 2 && squares > kHopeless * kHopeless * double(samples.size())) return false;
+    if (step >= 2 && squares > kStill * before) return true;
+    before = squares;
     h.diagonal() *= 1 + 1e-9;
-    const Vec6 d = -h.ldlt().solve(g);
-    if (!d.allFinite()) return;
-    shape.middle += d[0] * a + d[1] * b + (shape.cylinder ? Vec3::Zero() : Vec3(0, 0, d[2]));
-    shape.radius += d[3];
-    if (shape.cylinder) shape.axis = (shape.axis + d[4] * a + d[5] * b).normalized();
-    if (d.norm() < 1e-5) return;
+    const Vector d = -h.ldlt().solve(g);  // of the lower half
+    if (!d.allFinite()) return true;
+    shape.middle += d[0] * a + d[1] * b;
+    if constexpr (kCylinder)
+      shape.axis = (shape.axis + d[2] * a + d[3] * b).normalized();
+    else
+      shape.middle.z() += d[2];
+    shape.radius += d[kSize - 1];
   }
+  return true;
 }
 
 /// Kasa's linear fit of a circle or sphere, |p|^2 = 2 c . p + k, in the directions of `basis`.
@@ -146,16 +166,15 @@ std::optional<Fit> fit_shape(const std::vector<Sample>& samples, bool cylinder) 
   }
   auto shape = start(samples, cylinder, axis);
   if (!shape) return std::nullopt;
-  refine(samples, *shape);
+  if (!(cylinder ? refine<true>(samples, *shape) : refine<false>(samples, *shape))) return std::nullopt;
   if (!(shape->radius > kLeastRadius && shape->radius < kLargestRadius) || !shape->middle.allFinite())
     return std::nullopt;
   Fit out{*shape};
   double squares = 0, metres = 0, side = 0;
   Vec3 middle = Vec3::Zero();
   for (const Sample& s : samples) {
-    const double r = std::min(std::abs(shape->residual(s)), 10.0);
     const Vec3 n = shape->from_axis(s.point).normalized();
-    squares += r * r;
+    squares += clipped_square(shape->residual(s));
     metres += std::pow(shape->from_axis(s.point).norm() - shape->radius, 2);
     side -= n.dot(s.ray);
     middle += n;
@@ -228,6 +247,7 @@ std::vector<Sample> samples_of(const CellGrid& grid, const std::vector<int>& cel
   for (const int at : cells) taken[std::size_t(at)] = 1;
   std::vector<Sample> samples;
   const std::size_t step = cells.size() / kSamples + 1;
+  samples.reserve(cells.size() / step + 1);
   for (std::size_t k = 0; k < cells.size(); k += step) {
     const int at = cells[k];
     samples.push_back(sample_of(grid.cells[std::size_t(at)]));
@@ -255,29 +275,38 @@ std::vector<Curve> take_curves(const CellGrid& grid, const PlaneOptions& options
   std::vector<Curve> curves;
   if (std::none_of(regions.begin(), regions.end(), [](const Region& r) { return r.bend > 0; })) return curves;
 
-  // Which regions lie beside which, across a gap of up to three cells.
+  // Which regions lie beside which, across a gap of up to three cells; worked out for those that are asked
+  // for.
   const std::size_t n = regions.size();
-  std::vector<char> beside(n * n);
-  for (int row = 0; row < grid.rows; ++row)
-    for (int column = 0; column < grid.columns; ++column) {
-      const int own = all.owner[std::size_t(grid.index(column, row))];
-      if (own < 0) continue;
-      for (int j = 0; j <= 3; ++j)
-        for (int i = j == 0 ? 1 : -3; i <= 3; ++i) {
-          const int x = column + i, y = row + j;
-          if (x < 0 || x >= grid.columns || y >= grid.rows) continue;
-          const int other = all.owner[std::size_t(grid.index(x, y))];
-          if (other < 0 || other == own) continue;
-          beside[std::size_t(own) * n + std::size_t(other)] = 1;
-          beside[std::size_t(other) * n + std::size_t(own)] = 1;
-        }
+  std::vector<std::vector<char>> beside(n);
+  const auto beside_of = [&](std::size_t k) -> const std::vector<char>& {
+    if (!beside[k].empty()) return beside[k];
+    beside[k].resize(n);
+    for (const int at : regions[k].cells) {
+      const int column = at % grid.columns, row = at / grid.columns;
+      const auto look = [&](int reach) {  // is there any other?
+        bool any = false;
+        const int right = std::min(column + reach, grid.columns - 1),
+                  low = std::min(row + reach, grid.rows - 1);
+        for (int y = std::max(row - reach, 0); y <= low; ++y)
+          for (int x = std::max(column - reach, 0); x <= right; ++x) {
+            const int other = all.owner[std::size_t(grid.index(x, y))];
+            any = any || other != int(k);
+            if (other >= 0) beside[k][std::size_t(other)] = 1;
+          }
+        return any;
+      };
+      if (look(1)) look(3);  // from inside nothing is nearer than from the border
     }
+    return beside[k];
+  };
   const auto take_all = [&](std::vector<std::size_t>& group, const auto& wanted) {
-    for (std::size_t head = 0; head < group.size(); ++head)
+    for (std::size_t head = 0; head < group.size(); ++head) {
+      const std::vector<char>& near = beside_of(group[head]);
       for (std::size_t k = 0; k < n; ++k)
-        if (beside[group[head] * n + k] && std::find(group.begin(), group.end(), k) == group.end() &&
-            wanted(k))
+        if (near[k] && std::find(group.begin(), group.end(), k) == group.end() && wanted(k))
           group.push_back(k);
+    }
   };
   const auto cells_of = [&](const std::vector<std::size_t>& group) {
     std::vector<int> cells;
@@ -313,14 +342,17 @@ std::vector<Curve> take_curves(const CellGrid& grid, const PlaneOptions& options
     // What is beside and lies on it belongs to it, curved by itself or not.
     const auto on_shape = [&](std::size_t k) {
       if (gone[k]) return false;
+      const std::vector<int>& cells = regions[k].cells;
+      const std::size_t step = cells.size() / kSamples + 1;
       std::size_t count = 0;
-      for (const int at : regions[k].cells)
-        count += std::abs(best->shape.residual(sample_of(grid.cells[std::size_t(at)]))) < kOnShape;
-      return double(count) > 0.7 * double(regions[k].cells.size());
+      for (std::size_t i = 0; i < cells.size(); i += step)
+        count += std::abs(best->shape.residual(sample_of(grid.cells[std::size_t(cells[i])]))) < kOnShape;
+      return double(count * step) > 0.7 * double(cells.size());
     };
-    for (std::size_t before = 0; before != group.size();) {
-      before = group.size();
+    for (;;) {
+      const std::size_t before = group.size();
       take_all(group, on_shape);
+      if (group.size() == before) break;
       const auto again = fit_shape(samples_of(grid, cells_of(group)), best->shape.cylinder);
       if (again && again->rms_sigmas < kExplains) best = again;
     }

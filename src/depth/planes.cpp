@@ -16,6 +16,17 @@ namespace {
 using namespace internal;
 constexpr int kCell = RayTable::kCell;
 
+/// Are all of the cell's neighbours (and itself) of this owner?
+bool is_alone(const CellGrid& grid, const std::vector<int>& owner, int column, int row, int id) {
+  const int left = std::max(column - 1, 0), right = std::min(column + 1, grid.columns - 1);
+  for (int y = std::max(row - 1, 0); y <= std::min(row + 1, grid.rows - 1); ++y) {
+    const int* const of_row = owner.data() + grid.index(0, y);
+    for (int x = left; x <= right; ++x)
+      if (of_row[x] != id) return false;
+  }
+  return true;
+}
+
 /// The cells of a region that have none but their own about them, so that no edge of another surface reaches
 /// into them, and all their readings: where some are missing because they were out of range, the rest is
 /// biased. All of the region's cells where those are too few.
@@ -27,14 +38,8 @@ Core core_of(const CellGrid& grid, const std::vector<int>& owner, const Region& 
   std::vector<int> core;
   for (const int at : region.cells) {
     const int column = at % grid.columns, row = at / grid.columns;
-    bool inside = grid.cells[std::size_t(at)].n >= kCell * kCell - 1;
-    for (int j = -1; j <= 1 && inside; ++j)
-      for (int i = -1; i <= 1 && inside; ++i) {
-        const int x = column + i, y = row + j;
-        if (x < 0 || y < 0 || x >= grid.columns || y >= grid.rows) continue;
-        inside = owner[std::size_t(grid.index(x, y))] == id;
-      }
-    if (inside) core.push_back(at);
+    if (grid.cells[std::size_t(at)].n >= kCell * kCell - 1 && is_alone(grid, owner, column, row, id))
+      core.push_back(at);
   }
   return {int(core.size()) >= least, int(core.size()) >= least ? core : region.cells};
 }
@@ -45,10 +50,11 @@ void drop_outliers(const CellGrid& grid, int least, std::vector<int>& cells, Mom
                    InverseDepthPlane& plane) {
   for (int round = 0; round < 3; ++round) {
     std::vector<float> off;
+    off.reserve(cells.size());
     for (const int at : cells) {
       const Cell& cell = grid.cells[std::size_t(at)];
       const double r = double(cell.q) - plane.at(double(cell.u), double(cell.v));
-      off.push_back(float(std::abs(r) * std::sqrt(double(cell.n)) / double(cell.sigma)));
+      off.push_back(std::abs(float(r)) * std::sqrt(float(cell.n)) / cell.sigma);
     }
     std::vector<float> sorted = off;
     const auto middle = sorted.begin() + std::ptrdiff_t(sorted.size() / 2);
@@ -125,33 +131,56 @@ PlaneEstimate estimate_of(const Vec3& t, const Mat3& covariance) {
 /// shared by all readings of one value, since sensors have steps of their own, each rounded the same way
 /// every time. With s_i the sum of w r dq/dz over the readings of value i, and A the normal matrix:
 ///   A^-1 (unit^2 / 12 sum_i s_i s_i^T) A^-1
-Mat3 rounding_covariance(const DepthImage& image, const RayTable& rays, const CellGrid& grid,
-                         const std::vector<int>& cells, const Mat3& inverse_normal_matrix) {
+Mat3 rounding_covariance(const DepthImage& image, const RayTable& rays, const PlaneOptions& options,
+                         const CellGrid& grid, const std::vector<int>& cells,
+                         const Mat3& inverse_normal_matrix) {
   if (!image.units.data) return Mat3::Zero();
-  // One row of each cell stands for its eight.
-  const auto each = [&](const auto& visit) {
-    for (const int at : cells) {
-      const int x0 = at % grid.columns * kCell;
-      const int y = std::min(at / grid.columns * kCell + kCell / 2, image.units.height - 1);
-      for (int x = x0; x < std::min(x0 + kCell, image.units.width); ++x)
-        if (grid.inverse_depth.at(x, y) > 0) visit(grid.cells[std::size_t(at)], x, y);
-    }
-  };
-  int low = 65535, high = 0;
-  each([&](const Cell&, int x, int y) {
-    low = std::min<int>(low, image.units.at(x, y));
-    high = std::max<int>(high, image.units.at(x, y));
-  });
-  if (low > high) return Mat3::Zero();
-  Points3 sums(std::size_t(high - low) + 1, Vec3::Zero());
-  each([&](const Cell& cell, int x, int y) {
-    const double w = kCell * double(cell.q * cell.q) / double(cell.sigma * cell.sigma);
-    sums[std::size_t(image.units.at(x, y) - low)] += w * Vec3(double(rays.u(x, y)), double(rays.v(x, y)), 1);
-  });
-  Mat3 middle = Mat3::Zero();
-  for (const Vec3& sum : sums)
-    if (sum.z() > 0) middle.noalias() += sum * sum.transpose();
   const double unit = image.metres_per_unit;
+  const int least = std::max(int(std::ceil(options.nearest / unit)), 1),
+            most = int(std::min(options.farthest / unit, 65535.0));
+  // One row of each cell stands for its eight.
+  struct Row {
+    const std::uint16_t* units;
+    const float *u, *v;
+    int count;
+  };
+  const auto row_of = [&](int at) {
+    const int x0 = at % grid.columns * kCell;
+    const int y = std::min(at / grid.columns * kCell + kCell / 2, image.units.height - 1);
+    return Row{image.units.row(y) + x0, rays.u_from(x0, y), rays.v_from(x0, y),
+               std::min(kCell, image.units.width - x0)};
+  };
+  int low = most, high = least;
+  for (const int at : cells) {
+    const Row row = row_of(at);
+    for (int i = 0; i < row.count; ++i) {
+      const int value = row.units[i];
+      low = std::min(low, value < least ? most : value);
+      high = std::max(high, value > most ? least : value);
+    }
+  }
+  if (low > high) return Mat3::Zero();
+  struct Sum {
+    float u = 0, v = 0, one = 0;
+  };
+  std::vector<Sum> sums(std::size_t(high - low) + 1);
+  for (const int at : cells) {
+    const Row row = row_of(at);
+    const Cell& cell = grid.cells[std::size_t(at)];
+    const float w = kCell * cell.q * cell.q / (cell.sigma * cell.sigma);
+    for (int i = 0; i < row.count; ++i) {
+      const int value = row.units[i];
+      if (value < low || value > high || std::isnan(row.u[i])) continue;
+      Sum& sum = sums[std::size_t(value - low)];
+      sum.u += w * row.u[i], sum.v += w * row.v[i], sum.one += w;
+    }
+  }
+  Mat3 middle = Mat3::Zero();
+  for (const Sum& sum : sums) {
+    if (!(sum.one > 0)) continue;
+    const Vec3 s(double(sum.u), double(sum.v), double(sum.one));
+    middle.noalias() += s * s.transpose();
+  }
   return unit * unit / 12 * inverse_normal_matrix * middle * inverse_normal_matrix;
 }
 
@@ -183,11 +212,12 @@ std::optional<DetectedPlane> plane_of(const DepthImage& image, const CellGrid& g
   if (solver.info() != Eigen::Success || !solver.isPositive()) return std::nullopt;
   const Mat3 inverse = solver.solve(Mat3::Identity());
   out.estimate = estimate_of(
-      plane.t, out.noise_factor * inverse + rounding_covariance(image, rays, grid, core, inverse));
+      plane.t, out.noise_factor * inverse + rounding_covariance(image, rays, options, grid, core, inverse));
   if (!out.estimate.covariance.allFinite()) return std::nullopt;
   const double offset = out.estimate.plane.offset;
   double squares = 0, count = 0;
-  for (const int at : core) {
+  // Where steps are part of it, all cells tell how flat it is.
+  for (const int at : options.one_within > 0 ? region.cells : core) {
     const Cell& cell = grid.cells[std::size_t(at)];
     const double q = double(cell.q), off = q - plane.at(double(cell.u), double(cell.v));
     const double sigma2 = double(cell.sigma) * double(cell.sigma);
@@ -210,9 +240,16 @@ std::optional<DetectedPlane> plane_of(const DepthImage& image, const CellGrid& g
 /// planes that meet there.
 class Labeller {
  public:
-  Labeller(const CellGrid& grid, const RayTable& rays, const std::vector<int>& owner,
-           const std::vector<Vec3>& planes, const DepthNoise& noise, Planes& out)
-      : grid_(grid), rays_(rays), owner_(owner), planes_(planes), noise_(noise), out_(out) {}
+  Labeller(const CellGrid& grid, const DepthImage& image, const RayTable& rays, const std::vector<int>& owner,
+           const std::vector<Vec3>& planes, const PlaneOptions& options, Planes& out)
+      : grid_(grid),
+        inverse_(image, rays, options),
+        rays_(rays),
+        owner_(owner),
+        planes_(planes),
+        noise_(options.noise),
+        within_(float(options.one_within)),
+        out_(out) {}
 
   /// Pixels by label, from 0.
   const std::vector<int>& counts() const { return counts_; }
@@ -220,110 +257,88 @@ class Labeller {
   void run() {
     counts_.assign(out_.planes.size() + out_.curves.size(), 0);
     out_.labels = Image<std::int16_t>(rays_.size());
-    for (int row = 0; row < grid_.rows; ++row)
-      for (int column = 0; column < grid_.columns; ++column) label(column, row);
+    for (int row = 0; row < grid_.rows; ++row) {
+      inverse_.read(row);
+      for (int column = 0; column < grid_.columns; ++column) label(inverse_.cell(column), column, row);
+    }
   }
 
  private:
-  void label(int column, int row) {
+  void label(const CellInput& input, int column, int row) {
     const int own = owner_[std::size_t(grid_.index(column, row))];
-    candidates_ = 0;
+    of_.count = 0;
     if (own >= 0) add(own);
-    for (int j = -1; j <= 1; ++j)
-      for (int i = -1; i <= 1; ++i) {
-        const int x = column + i, y = row + j;
-        if (x < 0 || y < 0 || x >= grid_.columns || y >= grid_.rows) continue;
-        const int other = owner_[std::size_t(grid_.index(x, y))];
-        if (other >= 0 && other < int(planes_.size())) add(other);
-      }
-    const int x0 = column * kCell, x1 = std::min(x0 + kCell, rays_.size().width);
-    const int y0 = row * kCell, y1 = std::min(y0 + kCell, rays_.size().height);
+    if (!is_alone(grid_, owner_, column, row, own)) add_neighbours(column, row, own);
     const Cell& cell = grid_.at(column, row);
-    // A whole cell of a curve or of something curved.
+    std::int16_t rest = Planes::kNone;
     if (own >= int(planes_.size()) || own == kUnexplained) {
-      const auto id = std::int16_t(own == kUnexplained ? int(Planes::kCurved) : own);
-      for (int y = y0; y < y1; ++y)
-        for (int x = x0; x < x1; ++x)
-          out_.labels.at(x, y) = grid_.inverse_depth.at(x, y) > 0 ? id : Planes::kNothing;
-      if (id >= 0) counts_[std::size_t(id)] += cell.n;
-      return;
+      // A whole cell of a curve or of something curved.
+      rest = own == kUnexplained ? Planes::kCurved : std::int16_t(own);
+      of_.count = 0;
+      if (rest >= 0) counts_[std::size_t(rest)] += cell.n;
     }
-    const bool inside = own >= 0 && candidates_ == 1;
+    const bool inside = own >= 0 && of_.count == 1;
     // Beside another surface less is theirs.
-    float gate = (inside ? 2.5f : 2.0f) * std::sqrt(cell.sigma * cell.sigma + cell.shared * cell.shared);
-    if (candidates_ > 0 && !(gate > 0)) gate = 2 * spread_at(x0, x1, y0, y1);
-    for (int y = y0; y < y1; ++y) {
-      const float* const q = grid_.inverse_depth.row(y) + x0;
-      const float *const u = rays_.u_from(x0, y), *const v = rays_.v_from(x0, y);
-      std::int16_t* const label = out_.labels.row(y) + x0;
-      if (candidates_ <= 1 && x1 - x0 == kCell)
-        label_row(q, u, v, gate, label);
-      else
-        label_mixed_row(q, u, v, gate, x1 - x0, label);
+    of_.gate = (inside ? 2.5f : 2.0f) * std::sqrt(cell.sigma * cell.sigma + cell.shared * cell.shared);
+    if (of_.count > 0 && !(of_.gate > 0)) of_.gate = 2 * spread_at(input);
+    if (own >= 0 && of_.count > 0)
+      of_.gate = std::max(of_.gate, within_ * cell.q * float(planes_[std::size_t(own)].norm()));
+    const int x0 = column * kCell, y0 = row * kCell;
+    const int width = std::min(kCell, rays_.size().width - x0),
+              rows = std::min(kCell, rays_.size().height - y0);
+    std::array<int, kMostCandidates> pixels{};
+    if (width == kCell) {
+      kernels_.label(input, rows, of_, rest, Planes::kNothing, out_.labels.row(y0) + x0, rays_.size().width,
+                     pixels);
+    } else {
+      std::array<std::int16_t, std::size_t(kCell) * kCell> labels{};
+      kernels_.label(input, rows, of_, rest, Planes::kNothing, labels.data(), kCell, pixels);
+      for (int y = 0; y < rows; ++y)
+        std::copy_n(labels.data() + std::ptrdiff_t(y) * kCell, width, out_.labels.row(y0 + y) + x0);
     }
+    for (std::size_t k = 0; k < of_.count; ++k) counts_[std::size_t(of_.id[k])] += pixels[k];
   }
 
-  /// Eight pixels with one plane near them, or none.
-  void label_row(const float* q, const float* u, const float* v, float gate, std::int16_t* label) {
-    const bool any = candidates_ == 1;
-    const float a = a_[0], b = b_[0], c = c_[0], within = any ? gate : -1.0f;
-    const auto id = std::int16_t(any ? ids_[0] : 0);
-    int count = 0;
-    for (int i = 0; i < kCell; ++i) {
-      const bool near = std::abs(q[i] - (a * u[i] + b * v[i] + c)) < within;
-      const bool known = q[i] > 0;
-      const std::int16_t of_plane = near ? id : Planes::kNone;
-      label[i] = known ? of_plane : Planes::kNothing;
-      count += near && known;
-    }
-    if (any) counts_[std::size_t(ids_[0])] += count;
-  }
-
-  void label_mixed_row(const float* q, const float* u, const float* v, float gate, int width,
-                       std::int16_t* label) {
-    for (int i = 0; i < width; ++i) {
-      label[i] = q[i] > 0 ? Planes::kNone : Planes::kNothing;
-      if (!(q[i] > 0)) continue;
-      float best = gate;
-      for (std::size_t k = 0; k < candidates_; ++k) {
-        const float r = std::abs(q[i] - (a_[k] * u[i] + b_[k] * v[i] + c_[k]));
-        if (r < best) best = r, label[i] = std::int16_t(ids_[k]);
+  void add_neighbours(int column, int row, int own) {
+    const int left = std::max(column - 1, 0), right = std::min(column + 1, grid_.columns - 1);
+    for (int y = std::max(row - 1, 0); y <= std::min(row + 1, grid_.rows - 1); ++y)
+      for (int x = left; x <= right; ++x) {
+        const int other = owner_[std::size_t(grid_.index(x, y))];
+        if (other >= 0 && other != own) add(other);
       }
-      if (label[i] >= 0) ++counts_[std::size_t(label[i])];
-    }
   }
-
   void add(int id) {
-    for (std::size_t k = 0; k < candidates_; ++k)
-      if (ids_[k] == id) return;
-    if (candidates_ == ids_.size() || id >= int(planes_.size())) return;
+    for (std::size_t k = 0; k < of_.count; ++k)
+      if (of_.id[k] == id) return;
+    if (of_.count == kMostCandidates || id >= int(planes_.size())) return;
     const Vec3& t = planes_[std::size_t(id)];
-    ids_[candidates_] = id;
-    a_[candidates_] = float(t.x());
-    b_[candidates_] = float(t.y());
-    c_[candidates_] = float(t.z());
-    ++candidates_;
+    of_.id[of_.count] = id;
+    of_.a[of_.count] = float(t.x());
+    of_.b[of_.count] = float(t.y());
+    of_.c[of_.count] = float(t.z());
+    ++of_.count;
   }
   /// Of a cell too empty to have a sigma of its own: at its nearest reading.
-  float spread_at(int x0, int x1, int y0, int y1) const {
+  float spread_at(const CellInput& input) const {
     float q = 0;
-    for (int y = y0; y < y1; ++y)
-      for (int x = x0; x < x1; ++x) q = std::max(q, grid_.inverse_depth.at(x, y));
+    for (int y = 0; y < kCell; ++y)
+      for (int x = 0; x < kCell; ++x) q = std::max(q, input.q.begin[y * input.q.stride + x]);
     if (!(q > 0)) return 0;
     const double z = 1 / double(q);
     return float(std::hypot(noise_.sigma(z), noise_.shared_sigma(z))) * q * q;
   }
 
   const CellGrid& grid_;
+  InverseRows inverse_;
   const RayTable& rays_;
   const std::vector<int>& owner_;
   const std::vector<Vec3>& planes_;
   const DepthNoise& noise_;
+  const float within_;  ///< metres from its plane that a pixel may be in any case
   Planes& out_;
+  const PixelKernels& kernels_ = pixel_kernels();
   std::vector<int> counts_;
-  std::size_t candidates_ = 0;
-  std::array<int, 4> ids_{};
-  std::array<float, 4> a_{}, b_{}, c_{};
+  Candidates of_;
 };
 
 void check(const DepthImage& image, const RayTable& rays, const PlaneOptions& options) {
@@ -334,7 +349,7 @@ void check(const DepthImage& image, const RayTable& rays, const PlaneOptions& op
   require(options.nearest > 0 && options.farthest > options.nearest && options.farthest < 1e4,
           "find_planes: the range must be 0 < nearest < farthest");
   require(options.least_cells >= 4 && options.least_area >= 0 && options.curved_from > 0 &&
-              options.noise.shared >= 0,
+              options.one_within >= 0 && options.noise.shared >= 0,
           "find_planes: least_cells must be 4 or more, the other options positive");
 }
 
@@ -383,6 +398,7 @@ Planes find_planes(const DepthImage& image, const RayTable& rays, const PlaneOpt
   const CellGrid grid = cell_grid(image, rays, options);
   Regions regions = grow_regions(grid, options);
   std::vector<Curve> curves = take_curves(grid, options, regions);
+  if (options.one_within > 0) join_within(grid, options.one_within, regions);
 
   Planes out;
   std::vector<std::optional<DetectedPlane>> found;
@@ -408,7 +424,7 @@ Planes find_planes(const DepthImage& image, const RayTable& rays, const PlaneOpt
     else if (owner <= kCurveOwner)
       owner = int(out.planes.size()) + (kCurveOwner - owner);
   }
-  Labeller labeller(grid, rays, regions.owner, inverse_planes, options.noise, out);
+  Labeller labeller(grid, image, rays, regions.owner, inverse_planes, options, out);
   labeller.run();
 
   for (std::size_t i = 0; i < out.planes.size(); ++i) out.planes[i].pixels = labeller.counts()[i];

@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <array>
+#include <numeric>
 
 namespace procam::depth::internal {
 namespace {
@@ -26,13 +27,16 @@ constexpr Block kBlocks[] = {{3, 3, 2}, {3, 3, 1}, {4, 1, 1}, {1, 4, 1}};
 /// A block of flat, free cells that agree with one plane, or nothing.
 std::optional<Seed> seed_at(const CellGrid& grid, const std::vector<int>& owner, const Block& size,
                             int column, int row) {
+  for (int j = 0; j < size.rows; ++j)
+    for (int i = 0; i < size.columns; ++i) {
+      const int at = grid.index(column + i, row + j);
+      if (owner[std::size_t(at)] != kNone || !grid.cells[std::size_t(at)].flat) return std::nullopt;
+    }
   Moments block;
   double own_errors = 0;
   for (int j = 0; j < size.rows; ++j)
     for (int i = 0; i < size.columns; ++i) {
-      const int at = grid.index(column + i, row + j);
-      const Cell& cell = grid.cells[std::size_t(at)];
-      if (!cell.flat || owner[std::size_t(at)] != kNone) return std::nullopt;
+      const Cell& cell = grid.at(column + i, row + j);
       block += cell.moments;
       own_errors += double(cell.error);
     }
@@ -125,7 +129,7 @@ class Grower {
   void flood(Region& region, int id) {
     std::size_t next_fit = region.cells.size() + region.cells.size() / 2;
     for (std::size_t head = 0; head < region.cells.size(); ++head) {
-      const int at = region.cells[head], column = at % grid_.columns;
+      const int at = region.cells[head], column = grid_.cells[std::size_t(at)].column;
       const auto visit = [&](int neighbour) {
         if (regions_.owner[std::size_t(neighbour)] != kNone) return;
         const Cell& cell = grid_.cells[std::size_t(neighbour)];
@@ -154,19 +158,29 @@ double second_order(const CellGrid& grid, const Region& region) {
   const double u0 = m.wu / m.w, v0 = m.wv / m.w;
   const double scale = 1 / std::sqrt(std::max((m.wuu + m.wvv) / m.w - u0 * u0 - v0 * v0, 1e-12));
   using Mat66 = Eigen::Matrix<double, 6, 6>;
-  Mat66 a = Mat66::Zero();
+  // Sums of n x^i y^j, by their names, and of n r x^i y^j.
+  double s = 0, x1 = 0, y1 = 0, xx = 0, xy = 0, yy = 0, xxx = 0, xxy = 0, xyy = 0, yyy = 0;
+  double x4 = 0, x3y = 0, xxyy = 0, xy3 = 0, y4 = 0;
   Vec6 b = Vec6::Zero();
   double total = 0;
   for (const int at : region.cells) {
     const Cell& cell = grid.cells[std::size_t(at)];
     const double x = scale * (double(cell.u) - u0), y = scale * (double(cell.v) - v0), n = cell.n;
     const double r = (double(cell.q) - region.plane.at(double(cell.u), double(cell.v))) / double(cell.shared);
-    Vec6 basis;
-    basis << 1, x, y, x * x, x * y, y * y;
-    a.noalias() += n * basis * basis.transpose();
-    b += n * r * basis;
+    const double nx = n * x, ny = n * y, nxx = nx * x, nxy = nx * y, nyy = ny * y;
+    s += n, x1 += nx, y1 += ny, xx += nxx, xy += nxy, yy += nyy;
+    xxx += nxx * x, xxy += nxx * y, xyy += nyy * x, yyy += nyy * y;
+    x4 += nxx * x * x, x3y += nxx * x * y, xxyy += nxx * y * y, xy3 += nyy * y * x, y4 += nyy * y * y;
+    b[0] += n * r, b[1] += nx * r, b[2] += ny * r, b[3] += nxx * r, b[4] += nxy * r, b[5] += nyy * r;
     total += n * r * r;
   }
+  Mat66 a;
+  a << s, x1, y1, xx, xy, yy,        //
+      x1, xx, xy, xxx, xxy, xyy,     //
+      y1, xy, yy, xxy, xyy, yyy,     //
+      xx, xxx, xxy, x4, x3y, xxyy,   //
+      xy, xxy, xyy, x3y, xxyy, xy3,  //
+      yy, xyy, yyy, xxyy, xy3, y4;
   const double n = std::max(m.n, 1.0);
   const Mat3 a3 = a.topLeftCorner<3, 3>();
   const Vec3 b3 = b.head<3>();
@@ -184,6 +198,7 @@ void join(const CellGrid& grid, const PlaneOptions& options, Regions& all) {
   constexpr double kBeside = 4;  ///< twice the RMS
   auto& regions = all.regions;
   std::vector<std::vector<char>> beside(regions.size(), std::vector<char>(regions.size()));
+  std::vector<std::vector<char>> refused = beside;  // [i][j], i < j
   const auto touch = [&](std::size_t a, std::size_t b) {
     const int i = all.owner[a], j = all.owner[b];
     if (i >= 0 && j >= 0 && i != j)
@@ -199,6 +214,8 @@ void join(const CellGrid& grid, const PlaneOptions& options, Regions& all) {
     joined = false;
     for (std::size_t i = 0; i < regions.size() && !joined; ++i)
       for (std::size_t j = i + 1; j < regions.size() && !joined; ++j) {
+        if (refused[i][j]) continue;
+        refused[i][j] = 1;  // unless they are joined: then all is forgotten about the one that they become
         Moments both = regions[i].moments;
         both += regions[j].moments;
         const InverseDepthPlane plane = fit(both);
@@ -214,10 +231,14 @@ void join(const CellGrid& grid, const PlaneOptions& options, Regions& all) {
         if (candidate.bend > std::max({options.curved_from, regions[i].bend, regions[j].bend})) continue;
         regions[i] = std::move(candidate);
         regions.erase(regions.begin() + std::ptrdiff_t(j));
-        for (std::size_t k = 0; k < beside.size(); ++k)
+        for (std::size_t k = 0; k < beside.size(); ++k) {
           if (beside[j][k]) beside[i][k] = beside[k][i] = true;
-        beside.erase(beside.begin() + std::ptrdiff_t(j));
-        for (auto& row : beside) row.erase(row.begin() + std::ptrdiff_t(j));
+          refused[i][k] = refused[k][i] = 0;
+        }
+        for (auto* const matrix : {&beside, &refused}) {
+          matrix->erase(matrix->begin() + std::ptrdiff_t(j));
+          for (auto& row : *matrix) row.erase(row.begin() + std::ptrdiff_t(j));
+        }
         joined = true;
       }
   }
@@ -233,19 +254,24 @@ void settle_borders(const CellGrid& grid, Regions& all) {
     return std::abs(double(cell.q) - all.regions[std::size_t(id)].plane.at(double(cell.u), double(cell.v)));
   };
   for (int sweep = 0; sweep < 4; ++sweep) {
-    bool moved = false;
-    std::vector<int> now = all.owner;
+    std::vector<std::pair<int, int>> moves;
     for (int row = 0; row < grid.rows; ++row)
       for (int column = 0; column < grid.columns; ++column) {
         const int at = grid.index(column, row), own = all.owner[std::size_t(at)];
         if (own < 0) continue;
+        if (row > 0 && column > 0 && row + 1 < grid.rows && column + 1 < grid.columns) {
+          const int* const here = all.owner.data() + at;
+          if (here[-1] == own && here[1] == own && here[-grid.columns] == own && here[grid.columns] == own)
+            continue;
+        }
         const Cell& cell = grid.cells[std::size_t(at)];
         int best = own;
-        double least = off(cell, own);
+        double least = -1;
         const auto visit = [&](bool inside, int neighbour) {
           if (!inside) return;
           const int other = all.owner[std::size_t(neighbour)];
           if (other < 0 || other == own) return;
+          if (least < 0) least = off(cell, own);
           const double d = off(cell, other);
           if (d < least) least = d, best = other;
         };
@@ -253,16 +279,22 @@ void settle_borders(const CellGrid& grid, Regions& all) {
         visit(column + 1 < grid.columns, at + 1);
         visit(row > 0, at - grid.columns);
         visit(row + 1 < grid.rows, at + grid.columns);
-        if (best == own) continue;
-        now[std::size_t(at)] = best;
-        moved = true;
+        if (best != own) moves.emplace_back(at, best);
       }
-    all.owner = now;
-    if (!moved) break;
-    for (Region& region : all.regions) region.cells.clear();
+    if (moves.empty()) break;
+    std::vector<char> changed(all.regions.size());
+    for (const auto& [at, to] : moves) {
+      int& of = all.owner[std::size_t(at)];
+      changed[std::size_t(of)] = changed[std::size_t(to)] = 1;
+      of = to;
+    }
+    for (std::size_t i = 0; i < changed.size(); ++i)
+      if (changed[i]) all.regions[i].cells.clear();
     for (std::size_t at = 0; at < all.owner.size(); ++at)
-      if (all.owner[at] >= 0) all.regions[std::size_t(all.owner[at])].cells.push_back(int(at));
-    for (Region& region : all.regions) refit(grid, region.cells, region.moments, region.plane);
+      if (all.owner[at] >= 0 && changed[std::size_t(all.owner[at])])
+        all.regions[std::size_t(all.owner[at])].cells.push_back(int(at));
+    for (std::size_t i = 0; i < changed.size(); ++i)
+      if (changed[i]) refit(grid, all.regions[i].cells, all.regions[i].moments, all.regions[i].plane);
   }
 }
 
@@ -272,6 +304,45 @@ void refit(const CellGrid& grid, const std::vector<int>& cells, Moments& moments
   moments = {};
   for (const int at : cells) moments += grid.cells[std::size_t(at)].moments;
   plane = fit(moments);
+}
+
+void join_within(const CellGrid& grid, double distance, Regions& all) {
+  constexpr double kNearlyAll = 0.9;
+  auto& regions = all.regions;
+  const auto lies_within = [&](const Region& region, const InverseDepthPlane& plane) {
+    // Across the plane, a residual of inverse depth is z / |t| times it in metres.
+    const double to_distance = 1 / plane.t.norm();
+    std::size_t count = 0;
+    for (const int at : region.cells) {
+      const Cell& cell = grid.cells[std::size_t(at)];
+      const double off = double(cell.q) - plane.at(double(cell.u), double(cell.v));
+      count += std::abs(off) * to_distance < distance * double(cell.q);
+    }
+    return double(count) >= kNearlyAll * double(region.cells.size());
+  };
+  std::vector<std::size_t> order(regions.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return regions[a].cells.size() > regions[b].cells.size();
+  });
+  for (bool joined = true; joined;) {
+    joined = false;
+    for (std::size_t a = 0; a < order.size(); ++a)
+      for (std::size_t b = a + 1; b < order.size(); ++b) {
+        Region &one = regions[order[a]], &other = regions[order[b]];
+        if (one.cells.empty() || other.cells.empty()) continue;
+        Moments both = one.moments;
+        both += other.moments;
+        const InverseDepthPlane plane = fit(both);
+        if (!(plane.t.norm() > 1e-9) || !lies_within(one, plane) || !lies_within(other, plane)) continue;
+        for (const int at : other.cells) all.owner[std::size_t(at)] = int(order[a]);
+        one.cells.insert(one.cells.end(), other.cells.begin(), other.cells.end());
+        one.moments = both;
+        one.plane = plane;
+        other.cells.clear();
+        joined = true;
+      }
+  }
 }
 
 Regions grow_regions(const CellGrid& grid, const PlaneOptions& options) {

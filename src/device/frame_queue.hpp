@@ -12,27 +12,29 @@
 
 namespace procam::device::internal {
 
-class FrameQueue {
+/// Of SeenFrame or SeenDepth.
+template <typename Frame>
+class NewestFrames {
  public:
-  void push(SeenFrame frame) {
+  void push(Frame frame) {
     const std::lock_guard<std::mutex> lock(mutex_);
     frames_.push_back(std::move(frame));
     if (frames_.size() > FrameSource::kNewest) frames_.pop_front();
     arrived_.notify_one();
   }
   /// No more frames will come; told to the one who asks for them, after those at hand.
-  void fail(std::exception_ptr error) {
+  void fail(const std::exception_ptr& error) {
     const std::lock_guard<std::mutex> lock(mutex_);
-    error_ = std::move(error);
+    error_ = error;
     arrived_.notify_one();
   }
-  std::optional<SeenFrame> next(double after_s, double timeout_s) {
+  std::optional<Frame> next(double after_s, double timeout_s) {
     const auto deadline = std::chrono::steady_clock::now() + std::chrono::duration<double>(timeout_s);
     std::unique_lock<std::mutex> lock(mutex_);
     while (true) {
       while (!frames_.empty() && !(frames_.front().time_s > after_s)) frames_.pop_front();
       if (!frames_.empty()) {
-        SeenFrame frame = std::move(frames_.front());
+        Frame frame = std::move(frames_.front());
         frames_.pop_front();
         return frame;
       }
@@ -45,8 +47,10 @@ class FrameQueue {
  private:
   std::mutex mutex_;
   std::condition_variable arrived_;
-  std::deque<SeenFrame> frames_;
+  std::deque<Frame> frames_;
   std::exception_ptr error_;
 };
+
+using FrameQueue = NewestFrames<SeenFrame>;
 
 }  // namespace procam::device::internal

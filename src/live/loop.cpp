@@ -4,6 +4,8 @@
 #include <chrono>
 #include <cstdio>
 #include <deque>
+#include <map>
+#include <set>
 #include <thread>
 
 #include "procam/live/overlay.hpp"
@@ -119,6 +121,7 @@ class Loop {
           say(error.what());
         }
       }
+    watch_room();
     if (parts_.loader == nullptr) return;
     if (std::optional<LoadedShow> loaded = parts_.loader->take()) {
       for (const std::string& fault : loaded->faults) say(fault);
@@ -130,6 +133,14 @@ class Loop {
         const SurfaceSet surfaces = loaded->show->surfaces;
         // Corners may have been dragged since contents were asked for: only those are news then.
         if (!from_file && parts_.editor != nullptr) loaded->show->surfaces = parts_.editor->surfaces();
+        if (parts_.room != nullptr) {
+          for (auto kept = of_room_.begin(); kept != of_room_.end();)  // asked for again when it is missed
+            kept = kept->second ? std::next(kept) : of_room_.erase(kept);
+          for (std::size_t i = 0; i < loaded->show->contents.size(); ++i)
+            of_room_[loaded->show->surfaces.surfaces[i].content] = loaded->show->contents[i];
+          show_of(parts_.projection.show().surfaces);
+          return;
+        }
         if (show(std::move(*loaded->show)) && from_file) {
           if (parts_.editor != nullptr) parts_.editor->replace(surfaces);
           say("surfaces read again");
@@ -210,21 +221,41 @@ class Loop {
   }
 
   /// The edited surfaces with the contents at hand; others are opened in the background.
-  bool show_edited() {
+  bool show_edited() { return show_of(parts_.editor->surfaces()); }
+  bool show_of(const SurfaceSet& surfaces) {
     const Show& before = parts_.projection.show();
     Show next;
-    next.surfaces = parts_.editor->surfaces();
-    bool missing = false;
+    next.surfaces = surfaces;
+    SurfaceSet missing;
     for (const Surface& surface : next.surfaces.surfaces) {
       std::shared_ptr<device::ContentSource> content;
       for (std::size_t i = 0; i < before.contents.size() && !content; ++i)
         if (before.surfaces.surfaces[i].content == surface.content) content = before.contents[i];
-      missing = missing || (!content && !surface.content.empty());
+      // What a part of a room showed may come back.
+      const auto kept = of_room_.find(surface.content);
+      if (!content && kept != of_room_.end()) content = kept->second;
+      if (!content && !surface.content.empty() && kept == of_room_.end()) missing.surfaces.push_back(surface);
       next.contents.push_back(std::move(content));
     }
     if (!show(std::move(next))) return false;
-    if (missing && parts_.loader != nullptr) parts_.loader->request(parts_.editor->surfaces());
+    if (!missing.surfaces.empty() && parts_.loader != nullptr) {
+      if (parts_.room != nullptr)  // asked for once: surfaces come more often than contents open
+        for (const Surface& surface : missing.surfaces) of_room_[surface.content] = nullptr;
+      parts_.loader->request(surfaces);
+    }
     return true;
+  }
+
+  /// Surfaces as the depth camera sees them now.
+  void watch_room() {
+    if (parts_.room == nullptr) return;
+    std::optional<RoomNews> news = parts_.room->take();
+    if (!news) return;
+    for (const std::string& words : news->words) say(words);
+    if (!news->surfaces) return;
+    for (const Surface& surface : news->surfaces->surfaces)
+      if (seen_in_room_.insert(surface.name).second) say("sees " + surface.name);
+    show_of(parts_.with_contents(std::move(*news->surfaces)));
   }
 
   void take_poses() {
@@ -233,6 +264,7 @@ class Loop {
       for (const track::StampedPose& message : arrived_) {
         if (parts_.recorder != nullptr) parts_.recorder->record(message);
         parts_.projection.add(message);
+        if (parts_.room != nullptr) parts_.room->add(message);
         newest_arrival_ = std::max(newest_arrival_, message.arrival);
         ++metrics_.poses;
       }
@@ -344,6 +376,8 @@ class Loop {
   std::shared_ptr<ImageU8> shown_;
   std::vector<track::StampedPose> arrived_;
   std::deque<std::string> messages_;
+  std::map<std::string, std::shared_ptr<device::ContentSource>> of_room_;  ///< null: on its way, or in vain
+  std::set<std::string> seen_in_room_;
   DrawnFrame drawn_;
   track::TrackState told_ = track::TrackState::kNone;
   double begin_ = 0, newest_arrival_ = 0, published_ = 0;

@@ -143,6 +143,33 @@ TEST(RealFrames, BasementOfNyu) {
                1);
 }
 
+/// What people call one surface may be several to a sensor: a door and the wall around it (sun, 67 mm apart),
+/// a board with what hangs on it (tum), a row of cabinets (nyu).
+void expect_one(const Frame& frame, double within) {
+  const Image<std::uint16_t> depth = unpacked(frame);
+  const DepthImage image(depth.view(), frame.unit);
+  const RayTable rays(Camera{depth.size(), frame.intrinsics, NoDistortion{}});
+  PlaneOptions options;
+  EXPECT_FALSE(match(find_planes(image, rays, options), image, rays, frame.baselines[0]).direct);
+  options.one_within = within;
+  const Planes found = find_planes(image, rays, options);
+  EXPECT_TRUE(match(found, image, rays, frame.baselines[0]).direct) << frame.file;
+  // The step shows.
+  for (const DetectedPlane& plane : found.planes)
+    if (same(plane.estimate.plane, frame.baselines[0])) EXPECT_GT(plane.rms, 0.008);
+}
+
+TEST(RealFrames, WhatIsOneWithinATolerance) {
+  PROCAM_REQUIRE_TEST_DATA("rgbd/sun");
+  const Intrinsics usual{525, 525, 319.5, 239.5, 0};
+  expect_one({"rgbd/sun/SUN_depth.png", 0.001, usual, {{"right", Vec3(-0.998, 0.031, -0.057), 0.622}}}, 0.04);
+  expect_one({"rgbd/tum/TUM_depth.png", 0.0002, usual, {{"board", Vec3(-0.020, 0.472, -0.881), 2.653}}},
+             0.05);
+  expect_one(
+      {"rgbd/nyu/NYU_depth_raw11bit.png", 0.001, usual, {{"cabinet", Vec3(-0.460, 0.249, -0.852), 2.466}}},
+      0.08);
+}
+
 const Frame kTunnel{"rgbd/cape/depth_0.png",
                     0.001,
                     {575.93, 576.41, 315.15, 230.59, 0},
@@ -171,6 +198,12 @@ TEST(RealFrames, TheTunnelsWallIsOneCylinder) {
   for (const DetectedPlane& plane : found.planes)
     if (plane.estimate.plane.normal.y() > -0.8) others += plane.pixels;
   EXPECT_LT(others, depth.width() * depth.height() / 10);
+  // Nor does a tolerance flatten it.
+  PlaneOptions options;
+  options.one_within = 0.08;
+  const Planes again = find_planes(DepthImage(depth.view(), 0.001), rays, options);
+  EXPECT_EQ(again.curves.size(), found.curves.size());
+  EXPECT_EQ(again.planes.size(), found.planes.size());
 }
 
 }  // namespace

@@ -73,12 +73,14 @@ struct Score {
 };
 
 /// A reported plane is right when more than 70 % of its pixels are of one flat body, less than 5 degrees and
-/// 50 mm from it; it finds that body, and every other half of which it covers.
-inline void add_score(const SeenRoom& seen, const simulate::DepthSensor& sensor, std::uint64_t seed,
-                      Score& score) {
+/// 50 mm from it; it finds that body, and every other half of which it covers. `find` makes Planes of a
+/// DepthImage and a RayTable.
+template <typename Find>
+void add_score(const SeenRoom& seen, const simulate::DepthSensor& sensor, std::uint64_t seed, Score& score,
+               const Find& find) {
   const simulate::DepthView view = simulate::depth_view(seen.room, sensor, seen.room_from_camera, seed);
   const RayTable rays(sensor.camera);
-  const Planes found = find_planes(DepthImage(view.mm.view(), 0.001), rays);
+  const Planes found = find(DepthImage(view.mm.view(), 0.001), rays);
   const auto& bodies = seen.room.bodies;
   const std::size_t n = bodies.size();
   const Intrinsics& k = sensor.camera.intrinsics;
@@ -129,6 +131,12 @@ inline void add_score(const SeenRoom& seen, const simulate::DepthSensor& sensor,
       ++score.there;
       score.found += got[b];
     }
+}
+
+inline void add_score(const SeenRoom& seen, const simulate::DepthSensor& sensor, std::uint64_t seed,
+                      Score& score) {
+  add_score(seen, sensor, seed, score,
+            [](const DepthImage& image, const RayTable& rays) { return find_planes(image, rays); });
 }
 
 }  // namespace procam::depth::test

@@ -2,6 +2,8 @@
 /// bad images refused in three parts.
 #include <gtest/gtest.h>
 
+#include <fstream>
+
 #include "e2e/tool_runner.hpp"
 #include "procam/io/depth_file.hpp"
 #include "procam/io/images.hpp"
@@ -85,6 +87,45 @@ TEST_F(DetectSurfaces, RefusesBadDepthInThreeParts) {
     }
   io::save_depth(folder_ / "noise.png", noise);
   expect_refused(run("noise.png", camera_), 4, "free rectangle");
+}
+
+TEST_F(DetectSurfaces, PlacesThemInTheWorldByAPose) {
+  std::ofstream(at("pose.json"))
+      << R"({"format": "procam-pose", "version": 1, "target": "world", "source": "rig",
+    "translation": [0.5, -1, 2], "rotation_xyzw": [0, 0, 0.7071067811865476, 0.7071067811865476]})";
+  const ToolRun in_rig = run("depth.png", camera_);
+  ASSERT_EQ(in_rig.exit_code, 0) << in_rig.err;
+  const SurfaceSet before = io::load_surfaces(folder_ / "out.json");
+  const ToolRun in_world = run("depth.png", camera_ + " --pose " + at("pose.json"));
+  ASSERT_EQ(in_world.exit_code, 0) << in_world.err;
+  const SurfaceSet after = io::load_surfaces(folder_ / "out.json");
+  const auto &rig = std::get<PlanarSurface>(before.surfaces[0].geometry),
+             &world = std::get<PlanarSurface>(after.surfaces[0].geometry);
+  EXPECT_EQ(world.frame, "world");
+  const Pose world_from_rig(so3_exp(Vec3(0, 0, kPi / 2)), Vec3(0.5, -1, 2));
+  EXPECT_LT(
+      (world.frame_from_surface.translation - world_from_rig * rig.frame_from_surface.translation).norm(),
+      1e-9);
+}
+
+TEST_F(DetectSurfaces, UnpacksWhatOtherProgramsPacked) {
+  Image<std::uint16_t> sun = depth_, nyu = depth_;
+  for (int y = 0; y < depth_.height(); ++y)
+    for (int x = 0; x < depth_.width(); ++x) {
+      const int mm = depth_.at(x, y);
+      sun.at(x, y) = std::uint16_t(mm << 3 | mm >> 13);
+      nyu.at(x, y) = mm > 0 ? std::uint16_t(std::lround(1092.5 - 351300.0 / mm)) : std::uint16_t(2047);
+    }
+  io::save_depth(folder_ / "sun.png", sun);
+  io::save_depth(folder_ / "nyu.png", nyu);
+  for (const std::string name : {"sun", "nyu"}) {
+    const ToolRun found = run(name + ".png", camera_ + " --scale " + name);
+    ASSERT_EQ(found.exit_code, 0) << found.err;
+    const SurfaceSet set = io::load_surfaces(folder_ / "out.json");
+    ASSERT_EQ(set.surfaces.size(), 2u) << name;
+    const auto& wall = std::get<PlanarSurface>(set.surfaces[0].geometry);
+    EXPECT_NEAR(wall.frame_from_surface.rotate(Vec3::UnitZ()).x(), std::sin(0.1), 5e-3) << name;
+  }
 }
 
 }  // namespace

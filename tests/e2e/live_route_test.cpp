@@ -6,9 +6,11 @@
 #include <chrono>
 #include <thread>
 
+#include "procam/io/depth_file.hpp"
 #include "procam/io/images.hpp"
 #include "procam/io/rig_file.hpp"
 #include "procam/io/surface_file.hpp"
+#include "procam/simulate/depth_view.hpp"
 #include "running_tool.hpp"
 #include "support/lopsided.hpp"
 #include "support/virtual_screen.hpp"
@@ -118,6 +120,59 @@ TEST_F(LiveRoute, ADriveIsShownAndShownAgain) {
   EXPECT_NE(by_cpu.err.find("other conditions"), std::string::npos) << by_cpu.err;
 }
 
+/// Surfaces from a depth camera on a rig that stands still: found, named, lit; and dark when it is lost.
+TEST_F(LiveRoute, SurfacesComeFromADepthCamera) {
+  Rig rig = io::load_rig(at("rig.json"));
+  rig.projectors[0].rig_from_projector = Pose(so3_exp(Vec3(0.02, -0.03, 0.01)), Vec3(0.05, -0.02, 0.03));
+  RigCamera eye;
+  eye.name = "depth";
+  eye.camera = {{320, 240}, {292, 289, 158.6, 121.5, 0.2}, NoDistortion{}};
+  eye.rig_from_camera = Pose(so3_exp(Vec3(-0.01, 0.04, 0.02)), Vec3(-0.04, 0.03, 0));
+  rig.cameras.push_back(eye);
+  io::save_rig(at("room.json"), rig);
+  simulate::Room room;
+  room.bodies.push_back({"wall", simulate::Rectangle{Vec2(-2, -1.5), Vec2(2, 1.0)},
+                         Pose(so3_exp(Vec3(0.03, 0.1, 0)), Vec3(0, 0, 2)), 0.5});
+  simulate::DepthSensor sensor;
+  sensor.camera = eye.camera;
+  fs::create_directory(at("depth"));
+  std::vector<Image<std::uint16_t>> made;
+  for (std::uint64_t seed = 1; seed <= 4; ++seed)
+    made.push_back(simulate::depth_view(room, sensor, eye.rig_from_camera, seed).mm);
+  Running show("project-live",
+               "--rig " + at("room.json") + " --surfaces depth:watch:" + at("depth") + " --content wall_1=" +
+                   at("picture.png") + " --control off --json --output frames:" + at("seen") +
+                   " --fps 8 --duration 9s --blank-on-stale 1s",
+               folder_ / "live.json");
+  const auto begin = steady_clock::now();
+  for (int i = 0; steady_clock::now() - begin < std::chrono::seconds(6) && show.is_running(); ++i) {
+    // As drivers should: under another name first.
+    io::save_depth(folder_ / "next.png", made[std::size_t(i) % made.size()]);
+    fs::rename(at("next.png"), at("depth/" + std::to_string(i) + ".png"));
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  }
+  ASSERT_EQ(show.wait(), 0) << slurp(at("live.json.err"));
+  const std::string said = slurp(at("live.json.err"));
+  EXPECT_NE(said.find("sees wall_1"), std::string::npos) << said;
+  EXPECT_NE(said.find("silent"), std::string::npos) << said;
+  // Lit in between, dark at the end.
+  std::vector<double> lit;
+  for (const auto& entry : fs::directory_iterator(at("seen"))) {
+    const ImageU8 frame = io::load_image(entry.path()).image;
+    const std::ptrdiff_t values = std::ptrdiff_t(320) * 200 * 3;
+    lit.push_back(
+        double(std::count_if(frame.data(), frame.data() + values, [](std::uint8_t v) { return v > 0; })) /
+        double(values));
+    if (entry.path().filename() == "frame_000000.png") EXPECT_EQ(lit.back(), 0);
+  }
+  EXPECT_GT(*std::max_element(lit.begin(), lit.end()), 0.5);
+  const int last = int(read(at("live.json"))["frames"].get<double>()) - 1;
+  char name[32];
+  std::snprintf(name, sizeof name, "seen/frame_%06d.png", last);
+  const ImageU8 end = io::load_image(at(name)).image;
+  EXPECT_TRUE(std::all_of(end.data(), end.data() + 320 * 200 * 3, [](std::uint8_t v) { return v == 0; }));
+}
+
 TEST_F(LiveRoute, WhatIsWrongIsSaid) {
   EXPECT_EQ(run_tool("project-live", "--surfaces x.json").exit_code, 3);
   EXPECT_EQ(run_tool("project-live", show_ + "--output tape:x").exit_code, 3);
@@ -127,6 +182,18 @@ TEST_F(LiveRoute, WhatIsWrongIsSaid) {
   const std::string no_page = show_.substr(0, show_.find("--control"));
   EXPECT_EQ(run_tool("project-live", no_page + "--output none --control 99999").exit_code, 3);
   EXPECT_EQ(run_tool("project-live", show_ + "--output none --predict tarot").exit_code, 3);
+  const std::string by_depth = "--control off --output none --rig " + at("rig.json") + " --surfaces depth:";
+  EXPECT_EQ(run_tool("project-live", by_depth + "radar:1").exit_code, 3);  // the rig has no camera either
+  RigCamera eye;
+  eye.name = "depth";
+  eye.camera = {{32, 24}, {29, 29, 15.8, 12.1, 0.2}, NoDistortion{}};
+  Rig seeing = io::load_rig(at("rig.json"));
+  seeing.cameras.push_back(eye);
+  io::save_rig(at("rig.json"), seeing);
+  EXPECT_EQ(run_tool("project-live", by_depth + "radar:1").exit_code, 3);
+  EXPECT_EQ(run_tool("project-live", by_depth + "watch:" + at("nowhere")).exit_code, 6);
+  EXPECT_EQ(run_tool("project-live", by_depth + "folder:" + at("nowhere")).exit_code, 6);
+  EXPECT_EQ(run_tool("project-live", by_depth + "camera:97").exit_code, 6);
   std::ofstream(at("run.log")) << "{\"format\":\"procam-pose-log\",\"version\":1}\n";
   EXPECT_EQ(run_tool("project-live", show_ + "--replay " + at("run.log")).exit_code, 3);
 }

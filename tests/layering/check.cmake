@@ -17,7 +17,7 @@ set(arrows_render core)
 set(arrows_render_gl core render)
 set(arrows_analyze core calibrate)
 set(arrows_simulate core pattern render)
-set(arrows_live core track detect surface render device)
+set(arrows_live core track detect surface depth render device)
 set(stages core pattern match surface depth detect device io calibrate track render render_gl analyze simulate live)
 
 set(problems)

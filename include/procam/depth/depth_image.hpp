@@ -49,7 +49,10 @@ struct DepthNoise {
     const double s = a + (b + c * z) * z;
     return s > 1e-4 ? s : 1e-4;
   }
-  double shared_sigma(double z) const { return std::hypot(shared * sigma(z), shared_floor); }
+  double shared_sigma(double z) const {
+    const double s = shared * sigma(z);
+    return std::sqrt(s * s + shared_floor * shared_floor);
+  }
 
   /// Structured light of the first Kinect: disparities of sigma 1/2 unit make 1.425e-3 z^2 (K. Khoshelham,
   /// S. O. Elberink, "Accuracy and resolution of Kinect depth data for indoor mapping applications", Sensors

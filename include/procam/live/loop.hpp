@@ -12,6 +12,7 @@
 #include "procam/live/editor.hpp"
 #include "procam/live/metrics.hpp"
 #include "procam/live/projection.hpp"
+#include "procam/live/room_watch.hpp"
 #include "procam/live/run_log.hpp"
 #include "procam/live/show_loader.hpp"
 #include "procam/track/pose_source.hpp"
@@ -31,6 +32,9 @@ struct LoopParts {
   std::vector<track::PoseSource*> sources = {};
   Editor* editor = nullptr;
   ShowLoader* loader = nullptr;
+  RoomWatch* room = nullptr;  ///< where the surfaces come from, instead of a file
+  /// What of the room is shown with which content.
+  std::function<SurfaceSet(SurfaceSet)> with_contents = [](SurfaceSet set) { return set; };
   ControlPage* page = nullptr;
   RunRecorder* recorder = nullptr;
   /// Writes the surfaces file; throws Error.

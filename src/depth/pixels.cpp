@@ -1,0 +1,178 @@
+#include "pixels.hpp"
+
+#include <cstring>
+
+#if !defined(__GNUC__)
+#error "procam::depth is written in the vector types of GCC and Clang"
+#endif
+#define PROCAM_INTO_KERNEL inline __attribute__((always_inline))
+
+namespace procam::depth::internal {
+namespace {
+
+using Floats = float __attribute__((vector_size(32)));
+using Ints = std::int32_t __attribute__((vector_size(32)));
+using Shorts = std::int16_t __attribute__((vector_size(16)));
+using Units = std::uint16_t __attribute__((vector_size(16)));
+
+template <typename To, typename From>
+PROCAM_INTO_KERNEL void load(const From* from, To& to) {
+  std::memcpy(&to, from, sizeof to);
+}
+
+/// 1 / z into `out` where z is in range. Comparisons with NaN hold for none.
+PROCAM_INTO_KERNEL void invert(const Floats& z, float nearest, float farthest, float* out) {
+  const Floats one = Floats{} + 1.0f, zero{};
+  const Ints good = (z >= nearest) & (z <= farthest);
+  const Floats safe = good ? z : one;
+  const Floats q = one / safe;
+  const Floats kept = good ? q : zero;
+  std::memcpy(out, &kept, sizeof kept);
+}
+
+PROCAM_INTO_KERNEL void invert_units(const std::uint16_t* in, int count, float unit, float nearest,
+                                     float farthest, float* out) {
+  for (int i = 0; i < count; i += kLanes) {
+    Units units;
+    load(in + i, units);
+    const Floats z = unit * __builtin_convertvector(__builtin_convertvector(units, Ints), Floats);
+    invert(z, nearest, farthest, out + i);
+  }
+}
+
+PROCAM_INTO_KERNEL void invert_metres(const float* in, int count, float nearest, float farthest, float* out) {
+  for (int i = 0; i < count; i += kLanes) {
+    Floats z;
+    load(in + i, z);
+    invert(z, nearest, farthest, out + i);
+  }
+}
+
+PROCAM_INTO_KERNEL double total(const Floats& lanes) {
+  double sum = 0;
+  for (std::size_t i = 0; i < kLanes; ++i) sum += double(lanes[i]);
+  return sum;
+}
+
+PROCAM_INTO_KERNEL bool sum_whole(const CellInput& cell, const SumsAbout& about, Sums& sums) {
+  Floats p_sum{}, xp_sum{}, yp_sum{}, pp_sum{};
+  Ints holes{};
+  for (int row = 0; row < kLanes; ++row) {
+    Floats q, u, v;
+    load(cell.q.begin + row * cell.q.stride, q);
+    load(cell.u.begin + row * cell.u.stride, u);
+    load(cell.v.begin + row * cell.v.stride, v);
+    holes |= q <= 0.0f;
+    const Floats p = q - about.q0;
+    p_sum += p;
+    pp_sum += p * p;
+    xp_sum += p * (about.focal * (u - about.u0));
+    yp_sum += p * (about.focal * (v - about.v0));
+  }
+  std::array<std::int64_t, 4> any{};
+  std::memcpy(any.data(), &holes, sizeof holes);
+  if ((any[0] | any[1] | any[2] | any[3]) != 0) return false;
+  sums.p = total(p_sum);
+  sums.xp = total(xp_sum);
+  sums.yp = total(yp_sum);
+  sums.pp = total(pp_sum);
+  return true;
+}
+
+PROCAM_INTO_KERNEL void sum_some(const CellInput& cell, const SumsAbout& about, Sums& sums) {
+  const Floats zero{}, one = zero + 1.0f;
+  Floats n{}, x_sum{}, y_sum{}, xx{}, xy{}, yy{}, p_sum{}, xp{}, yp{}, pp{};
+  for (int row = 0; row < kLanes; ++row) {
+    Floats q, u, v;
+    load(cell.q.begin + row * cell.q.stride, q);
+    load(cell.u.begin + row * cell.u.stride, u);
+    load(cell.v.begin + row * cell.v.stride, v);
+    const Ints known = q > zero;
+    // A pixel without a ray has NaN there, and no reading.
+    const Floats all_x = about.focal * (u - about.u0), all_y = about.focal * (v - about.v0);
+    const Floats all_p = q - about.q0;
+    const Floats x = known ? all_x : zero, y = known ? all_y : zero, p = known ? all_p : zero;
+    n += known ? one : zero;
+    x_sum += x, y_sum += y, xx += x * x, xy += x * y, yy += y * y;
+    p_sum += p, xp += x * p, yp += y * p, pp += p * p;
+  }
+  sums = {total(n),  total(x_sum), total(y_sum), total(xx), total(xy),
+          total(yy), total(p_sum), total(xp),    total(yp), total(pp)};
+}
+
+PROCAM_INTO_KERNEL void label(const CellInput& cell, int rows, const Candidates& of, std::int16_t none,
+                              std::int16_t nothing, std::int16_t* labels, std::ptrdiff_t label_stride,
+                              std::array<int, kMostCandidates>& pixels) {
+  std::array<Ints, kMostCandidates> counts{};
+  const Floats zero{};
+  const Ints no_plane = Ints{} + none, no_reading = Ints{} + nothing;
+  for (int row = 0; row < rows; ++row) {
+    Floats q, u, v;
+    load(cell.q.begin + row * cell.q.stride, q);
+    load(cell.u.begin + row * cell.u.stride, u);
+    load(cell.v.begin + row * cell.v.stride, v);
+    Floats best = zero + of.gate;
+    Ints label = no_plane;
+    for (std::size_t k = 0; k < of.count; ++k) {
+      const Floats off = q - (of.a[k] * u + of.b[k] * v + of.c[k]);
+      const Floats away = off < zero ? -off : off;
+      const Ints nearer = away < best;
+      const Ints id = Ints{} + of.id[k];
+      best = nearer ? away : best;
+      label = nearer ? id : label;
+    }
+    const Ints known = q > zero;
+    label = known ? label : no_reading;
+    for (std::size_t k = 0; k < of.count; ++k) counts[k] -= label == of.id[k];
+    const Shorts narrow = __builtin_convertvector(label, Shorts);
+    std::memcpy(labels + row * label_stride, &narrow, sizeof narrow);
+  }
+  for (std::size_t k = 0; k < of.count; ++k)
+    for (std::size_t i = 0; i < kLanes; ++i) pixels[k] += counts[k][i];
+}
+
+// The same for each kind of processor: what is inlined may use what the function around it may.
+#define PROCAM_PIXEL_KERNELS(NAME, TARGET)                                                                  \
+  struct NAME {                                                                                             \
+    TARGET static void units(const std::uint16_t* in, int count, float unit, float nearest, float farthest, \
+                             float* out) {                                                                  \
+      invert_units(in, count, unit, nearest, farthest, out);                                                \
+    }                                                                                                       \
+    TARGET static void metres(const float* in, int count, float nearest, float farthest, float* out) {      \
+      invert_metres(in, count, nearest, farthest, out);                                                     \
+    }                                                                                                       \
+    TARGET static bool whole(const CellInput& cell, const SumsAbout& about, Sums& out) {                    \
+      return sum_whole(cell, about, out);                                                                   \
+    }                                                                                                       \
+    TARGET static void some(const CellInput& cell, const SumsAbout& about, Sums& out) {                     \
+      sum_some(cell, about, out);                                                                           \
+    }                                                                                                       \
+    TARGET static void labels(const CellInput& cell, int rows, const Candidates& of, std::int16_t none,     \
+                              std::int16_t nothing, std::int16_t* out, std::ptrdiff_t stride,               \
+                              std::array<int, kMostCandidates>& pixels) {                                   \
+      label(cell, rows, of, none, nothing, out, stride, pixels);                                            \
+    }                                                                                                       \
+    static constexpr PixelKernels all() { return {units, metres, whole, some, labels}; }                    \
+  }
+
+PROCAM_PIXEL_KERNELS(AnyProcessor, );
+#if defined(__x86_64__)
+// Without fused multiply-add, which rounds otherwise than a product and a sum.
+PROCAM_PIXEL_KERNELS(WithAvx2, __attribute__((target("avx2"))));
+#endif
+#undef PROCAM_PIXEL_KERNELS
+
+}  // namespace
+
+const PixelKernels& pixel_kernels() {
+  static constexpr PixelKernels any = AnyProcessor::all();
+#if defined(__x86_64__)
+  static constexpr PixelKernels wide = WithAvx2::all();
+  static const bool has_avx2 = __builtin_cpu_supports("avx2");
+  return has_avx2 ? wide : any;
+#else
+  return any;
+#endif
+}
+
+}  // namespace procam::depth::internal

@@ -1,0 +1,30 @@
+#pragma once
+/// `--surfaces depth:SOURCE`: surfaces as a depth camera of the rig sees them, while the show runs.
+#include <memory>
+
+#include "procam/live/projection.hpp"
+#include "procam/live/room_watch.hpp"
+
+namespace CLI {
+class App;
+}
+
+namespace procam::tools {
+
+struct DepthRoomFlags {
+  std::string camera;
+  double scale = 0.001, delay = 0;
+  std::optional<Vec3> up;
+};
+void declare_depth_room(CLI::App& app, DepthRoomFlags& flags);
+
+/// Does it begin with "depth:"?
+bool is_depth_room(const std::string& surfaces);
+
+/// As the projection places the rig: by poses, or where it stands still; the loss of the camera is handled as
+/// that of the poses is.
+std::unique_ptr<live::RoomWatch> watch_room(const std::string& surfaces, const DepthRoomFlags& flags,
+                                            const Rig& rig, const live::ProjectionOptions& projection,
+                                            bool rig_is_world);
+
+}  // namespace procam::tools

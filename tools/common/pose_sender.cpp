@@ -148,7 +148,8 @@ class TcpServer : public Sender {
 std::unique_ptr<PoseSender> open_pose_sender(const std::string& text, bool binary) {
   const std::size_t colon = text.find(':');
   const std::string kind = text.substr(0, colon), rest = colon == text.npos ? "" : text.substr(colon + 1);
-  const Encode encode = binary ? track::to_binary : track::to_json_line;
+  const Encode encode = binary ? Encode(track::to_binary)
+                               : [](const track::StampedPose& pose) { return track::to_json_line(pose); };
   if (kind == "udp") return std::make_unique<UdpSender>(target_of(rest, "127.0.0.1"), encode);
   if (kind == "osc") return std::make_unique<UdpSender>(target_of(rest, "127.0.0.1"), track::to_osc);
   if (kind == "psn") return std::make_unique<UdpSender>(target_of(rest, "236.10.10.10"), track::to_psn);

@@ -2,23 +2,19 @@
 // recording, or bots.
 //
 //   air_hockey                                        20 s of bots into air_hockey.mkv
-//   air_hockey --players people --sink video:a.mp4    bots whose hands go through a simulated skeleton
-//   tracker air_hockey --players keys --missing bot --sink window:0 --seconds 0 air_hockey --players udp:9101
-//   --sensor table --content hockey --surfaces wall.json --seconds 0
-//                                                     the game as content of project-live (docs/people.md)
+//   air_hockey --players people --sink video:a.mp4    bots whose hands a simulated tracker of skeletons sees
+//   air_hockey --players keys --missing bot --sink window:0 --seconds 0
+//   air_hockey --help                                 the rest, and the game as content of project-live
 //
 // Built in the project's tree, and by itself on the installed package (CMakeLists.txt beside this file).
 #include <chrono>
 #include <cstdio>
-#include <cstdlib>
-#include <map>
-#include <stdexcept>
 #include <string>
 #include <thread>
 
+#include "../common/command_line.hpp"
 #include "game.hpp"
 #include "procam/io/depth_file.hpp"
-#include "procam/io/images.hpp"
 #include "procam/io/pose_file.hpp"
 #include "procam/io/rig_file.hpp"
 #include "procam/io/surface_file.hpp"
@@ -27,6 +23,9 @@
 namespace {
 
 using namespace procam;
+using examples::is_first;
+using examples::number;
+using examples::Options;
 
 constexpr char kUsage[] =
     R"(air_hockey [--players bots|people|keys|log:FILE|replay:FILE|udp:PORT|...] [--missing pause|bot]
@@ -51,47 +50,6 @@ constexpr char kUsage[] =
   --record    the match, for replay, which says whether it came out the same bit for bit
   --snapshot  the last frame as a picture
 )";
-
-using Options = std::map<std::string, std::string>;
-
-/// --name value pairs; a name that is not known is told.
-Options parse(int argc, char** argv) {
-  Options options = {{"players", "bots"}, {"sink", "video:air_hockey.mkv"},
-                     {"seconds", "20"},   {"fps", "60"},
-                     {"seed", "1"},       {"rig", ""},
-                     {"surfaces", ""},    {"filter", "area"},
-                     {"snapshot", ""},    {"sensor", ""},
-                     {"delay", "0"},      {"sensor-delay", "50"},
-                     {"content", ""},     {"missing", "pause"},
-                     {"record", ""},      {"depth", ""},
-                     {"depth-camera", ""}};
-  for (int i = 1; i < argc; i += 2) {
-    const std::string name = argv[i];
-    if (name.rfind("--", 0) != 0 || options.count(name.substr(2)) == 0 || i + 1 == argc)
-      throw Error(ErrorKind::kInput, "'" + name + "'",
-                  i + 1 == argc ? "it has no value" : "there is no such option",
-                  std::string("usage:\n") + kUsage);
-    options[name.substr(2)] = argv[i + 1];
-  }
-  return options;
-}
-double number(const Options& options, const std::string& name, double least, double most) {
-  char* end = nullptr;
-  const std::string& text = options.at(name);
-  const double value = std::strtod(text.c_str(), &end);
-  if (text.empty() || *end != '\0' || !(value >= least && value <= most))
-    throw Error(ErrorKind::kInput, "--" + name + " " + text, "it is not a number that makes sense here",
-                "give one from " + std::to_string(least) + " to " + std::to_string(most));
-  return value;
-}
-bool is_first(const Options& options, const std::string& name, const std::string& first,
-              const std::string& second) {
-  const std::string& text = options.at(name);
-  if (text != first && text != second)
-    throw Error(ErrorKind::kInput, "--" + name + " " + text, "there is no such choice",
-                "say " + first + " or " + second);
-  return text == first;
-}
 
 hockey::Seat read_seat(const Options& options, const Pose& world_from_table) {
   hockey::Seat seat{world_from_table, std::nullopt, {}};
@@ -127,22 +85,6 @@ std::unique_ptr<hockey::Players> open_players(const Options& options, const hock
   return hockey::live_people(track::open_skeleton_source(text), seat, begin);
 }
 
-std::unique_ptr<device::FrameSink> open_sink(const Options& options, ImageSize size, double fps) {
-  const std::string& where = options.at("sink");
-  device::SinkOptions sink_options;
-  sink_options.size = size;
-  sink_options.fps = fps;
-  sink_options.write = [](const std::filesystem::path& file, ViewU8 picture) {
-    io::save_image(file, picture);
-  };
-  auto sink = where.rfind("window:", 0) == 0 ? device::open_window(std::atoi(where.c_str() + 7))
-                                             : device::open_sink(where, sink_options);
-  if (sink->size() != size)
-    throw Error(ErrorKind::kDevice, where, "the screen has not the projector's size",
-                "set the display to the resolution that was calibrated");
-  return sink;
-}
-
 int play(const Options& options) {
   const Rig rig = options.at("rig").empty() ? hockey::example_rig() : io::load_rig(options.at("rig"));
   hockey::Wall wall = hockey::read_wall(
@@ -172,7 +114,8 @@ int play(const Options& options) {
   if (is_content) {
     stage = hockey::content_stage(options.at("content"), wall);
   } else {
-    std::unique_ptr<device::FrameSink> sink = open_sink(options, rig.projector().projector.size(), fps);
+    std::unique_ptr<device::FrameSink> sink =
+        examples::open_sink(options.at("sink"), rig.projector().projector.size(), fps);
     if (options.at("sink").rfind("window:", 0) == 0) window = sink.get();
     stage = hockey::projected_stage(
         wall, rig,
@@ -233,17 +176,23 @@ int play(const Options& options) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  try {
-    if (argc == 2 && (std::string(argv[1]) == "--help" || std::string(argv[1]) == "-h")) {
-      std::fputs(kUsage, stdout);
-      return 0;
-    }
-    return play(parse(argc, argv));
-  } catch (const Error& error) {
-    std::fprintf(stderr, "air_hockey: %s\n", error.what());
-    return error.kind() == ErrorKind::kDevice ? 6 : 3;
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "air_hockey: %s\n", error.what());
-    return 1;
-  }
+  return examples::run_main(argc, argv, "air_hockey", kUsage,
+                            {{"players", "bots"},
+                             {"sink", "video:air_hockey.mkv"},
+                             {"seconds", "20"},
+                             {"fps", "60"},
+                             {"seed", "1"},
+                             {"rig", ""},
+                             {"surfaces", ""},
+                             {"filter", "area"},
+                             {"snapshot", ""},
+                             {"sensor", ""},
+                             {"delay", "0"},
+                             {"sensor-delay", "50"},
+                             {"content", ""},
+                             {"missing", "pause"},
+                             {"record", ""},
+                             {"depth", ""},
+                             {"depth-camera", ""}},
+                            play);
 }

@@ -1,6 +1,5 @@
 /// The game as content of a running show: a robot drives, a sensor on it sees a player, project-live keeps
 /// the head dark and tells the game of the hand, and the light of the paddle lands where the hand is.
-#include <arpa/inet.h>
 #include <gtest/gtest.h>
 
 #include <atomic>
@@ -18,32 +17,13 @@
 #include "procam/track/skeleton_reader.hpp"
 #include "procam/track/wire.hpp"
 #include "running_tool.hpp"
+#include "support/udp.hpp"
 
 namespace procam::test {
 namespace {
 
 using device::now_s;
 using track::Joint;
-
-class UdpSocket {
- public:
-  explicit UdpSocket(const std::string& port) {
-    handle_ = socket(AF_INET, SOCK_DGRAM, 0);
-    to_.sin_family = AF_INET;
-    to_.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    to_.sin_port = htons(static_cast<std::uint16_t>(std::stoi(port)));
-  }
-  ~UdpSocket() { close(handle_); }
-  UdpSocket(const UdpSocket&) = delete;
-  UdpSocket& operator=(const UdpSocket&) = delete;
-  void send(const std::string& bytes) {
-    sendto(handle_, bytes.data(), bytes.size(), 0, reinterpret_cast<const sockaddr*>(&to_), sizeof to_);
-  }
-
- private:
-  int handle_;
-  sockaddr_in to_{};
-};
 
 /// A robot that sways before a wall, with a projector and a skeleton sensor.
 class HockeyRoute : public testing::Test {
@@ -140,7 +120,7 @@ TEST_F(HockeyRoute, TheHandMovesThePaddleWhileTheRobotDrives) {
   std::atomic<bool> ends{false};
   std::thread world([&] {
     std::mt19937 random(11);
-    UdpSocket robot(poses), sensor(skeletons);
+    UdpSender robot(poses), sensor(skeletons);
     double next_pose = now_s(), next_skeleton = now_s();
     while (!ends) {
       const double now = now_s();
@@ -243,7 +223,7 @@ TEST_F(HockeyRoute, BadSkeletonsLeaveAPictureThatIsSafe) {
           " --people-to table=udp:127.0.0.1:9 --fps 30 --control off --json --duration 5s --output shm:" +
           name,
       at("bad.json"));
-  UdpSocket sender(skeletons);
+  UdpSender sender(skeletons);
   std::mt19937 random(5);
   const auto head_at = [](const std::string& joint) {
     return "{\"people\":[{\"joints\":{\"head\":" + joint + "}}]}\n";

@@ -13,6 +13,7 @@
 #include "procam/simulate/depth_view.hpp"
 #include "running_tool.hpp"
 #include "support/lopsided.hpp"
+#include "support/udp.hpp"
 #include "support/virtual_screen.hpp"
 #ifdef PROCAM_TEST_SCREEN
 #include "support/screen_pixels.hpp"

@@ -1,9 +1,7 @@
 #pragma once
 /// Tools on their way, beside the test.
-#include <netinet/in.h>
 #include <signal.h>
 #include <sys/prctl.h>
-#include <sys/socket.h>
 #include <unistd.h>
 
 #include "tool_runner.hpp"
@@ -11,19 +9,6 @@
 namespace procam::test {
 
 namespace fs = std::filesystem;
-
-/// A port that was free a moment ago.
-inline std::string free_udp_port() {
-  const int handle = socket(AF_INET, SOCK_DGRAM, 0);
-  sockaddr_in address{};
-  address.sin_family = AF_INET;
-  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  bind(handle, reinterpret_cast<sockaddr*>(&address), sizeof address);
-  socklen_t size = sizeof address;
-  getsockname(handle, reinterpret_cast<sockaddr*>(&address), &size);
-  close(handle);
-  return std::to_string(ntohs(address.sin_port));
-}
 
 /// A tool by its name, or any program by its absolute path, on its way.
 class Running {

@@ -1,8 +1,5 @@
 // From a hand to the light of its paddle on the simulated wall, through a real socket.
-#include <arpa/inet.h>
 #include <gtest/gtest.h>
-#include <sys/socket.h>
-#include <unistd.h>
 
 #include <chrono>
 #include <random>
@@ -11,6 +8,7 @@
 #include "air_hockey/stage.hpp"
 #include "procam/core/se3.hpp"
 #include "procam/track/skeleton_reader.hpp"
+#include "support/udp.hpp"
 
 namespace hockey {
 namespace {
@@ -21,37 +19,10 @@ using track::SkeletonFrame;
 
 constexpr double kSensorDelay = 0.05;
 
-/// Datagrams to a port of this machine that was free a moment ago.
-class Sender {
- public:
-  Sender() : handle_(socket(AF_INET, SOCK_DGRAM, 0)) {
-    const int other = socket(AF_INET, SOCK_DGRAM, 0);
-    to_.sin_family = AF_INET;
-    to_.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    bind(other, reinterpret_cast<sockaddr*>(&to_), sizeof to_);
-    socklen_t size = sizeof to_;
-    getsockname(other, reinterpret_cast<sockaddr*>(&to_), &size);
-    close(other);
-  }
-  ~Sender() { close(handle_); }
-  Sender(const Sender&) = delete;
-  Sender& operator=(const Sender&) = delete;
-  std::string port() const { return std::to_string(ntohs(to_.sin_port)); }
-  void send(const std::string& bytes) {
-    sendto(handle_, bytes.data(), bytes.size(), 0, reinterpret_cast<const sockaddr*>(&to_), sizeof to_);
-    ++sent;
-  }
-  std::uint64_t sent = 0;
-
- private:
-  int handle_;
-  sockaddr_in to_{};
-};
-
 /// What a socket received, with arrivals in the simulation's time.
 class SimulatedArrivals : public track::SkeletonSource {
  public:
-  explicit SimulatedArrivals(const Sender& sender)
+  explicit SimulatedArrivals(const test::UdpSender& sender)
       : sender_(sender), socket_(track::open_skeleton_source("udp:127.0.0.1:" + sender.port())) {}
   void poll(std::vector<SkeletonFrame>& arrived) override {
     arrived.clear();
@@ -60,7 +31,7 @@ class SimulatedArrivals : public track::SkeletonSource {
       socket_->poll(some);
       arrived.insert(arrived.end(), some.begin(), some.end());
       taken_ += some.size();
-      if (taken_ + socket_->status().malformed >= sender_.sent) break;
+      if (taken_ + socket_->status().malformed >= sender_.sent()) break;
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
     }
     for (SkeletonFrame& frame : arrived) frame.arrival = frame.stamp.value_or(0) + kSensorDelay;
@@ -68,7 +39,7 @@ class SimulatedArrivals : public track::SkeletonSource {
   track::SourceStatus status() const override { return socket_->status(); }
 
  private:
-  const Sender& sender_;
+  const test::UdpSender& sender_;
   std::unique_ptr<track::SkeletonSource> socket_;
   std::uint64_t taken_ = 0;
 };
@@ -125,7 +96,7 @@ Measured play(unsigned seed, double noise, bool predicts) {
   const auto hand = [](double t) {
     return Vec3(0.44 + 0.22 * std::sin(2.2 * t), 0.5 + 0.25 * std::sin(3.1 * t + 0.4), -0.05);
   };
-  Sender sender;
+  test::UdpSender sender(test::free_udp_port());
   Seat seat{wall.world_from_table, world_from_sensor, {}};
   seat.people.delay = predicts ? kSensorDelay : 0;
   seat.people.noise = noise;

@@ -129,13 +129,22 @@ RigCamera camera_of(const Flags& flags, ImageSize size) {
     source = text;
     const std::vector<double> k = numbers_of(text);
     const std::string extension = std::filesystem::path(text).extension().string();
-    if (std::count(text.begin(), text.end(), ',') >= 3 && k.empty())
-      throw Error(ErrorKind::kInput, "--intrinsics " + text, "not all of it are numbers",
-                  "give fx,fy,cx,cy in pixels, e.g. 525,525,319.5,239.5");
+    const auto commas = std::count(text.begin(), text.end(), ',');
+    if ((commas >= 3 && k.empty()) || (!k.empty() && k.size() != 4 && k.size() != 5))
+      throw Error(
+          ErrorKind::kInput, "--intrinsics " + text,
+          k.empty() ? "not all of it are numbers" : "these are " + std::to_string(k.size()) + " numbers",
+          "give fx,fy,cx,cy in pixels, e.g. 525,525,319.5,239.5");
     if (k.size() == 4 || k.size() == 5) {
       if (!(k[0] > 0 && k[1] > 0))
         throw Error(ErrorKind::kInput, "--intrinsics", "the focal lengths are not positive",
                     "give fx,fy,cx,cy in pixels, e.g. 525,525,319.5,239.5");
+      // A picture that was cut out of a larger one may have it outside, but not by more than its own size.
+      if (std::abs(k[2] / size.width - 0.5) > 1.5 || std::abs(k[3] / size.height - 0.5) > 1.5)
+        throw Error(
+            ErrorKind::kInput, "--intrinsics " + text,
+            "the principal point lies far outside the picture of " + io::format_size(size) + " pixels",
+            "give fx,fy,cx,cy in this order, in the mode of the image");
       out.camera = {size, {k[0], k[1], k[2], k[3], k.size() == 5 ? k[4] : 0}, NoDistortion{}};
     } else if (extension == ".xml" || extension == ".yml" || extension == ".yaml") {
       // Of the projector beside it nothing is used.

@@ -142,8 +142,11 @@ int play(const Options& options) {
   hockey::Game game(wall.table, std::move(players), game_options);
 
   long frames = 0;
-  for (double time = 0; (seconds == 0 || time < seconds) && !game.is_over() && !stage->is_closed();
-       ++frames) {
+  const auto goes_on = [&](double time) {
+    return (seconds == 0 || time < seconds) && !game.is_over() && !stage->is_closed() &&
+           !examples::is_told_to_end();
+  };
+  for (double time = 0; goes_on(time); ++frames) {
     if (is_real && window == nullptr)
       while (device::now_s() - begin < double(frames) / fps)
         std::this_thread::sleep_for(std::chrono::milliseconds(1));

@@ -1,6 +1,8 @@
 #pragma once
 /// What the mains of the larger examples share: "--name value" pairs, each with a default, a place for
-/// frames, and exit codes as the tools have them.
+/// frames, an end that loses nothing, and exit codes as the tools have them.
+#include <signal.h>
+
 #include <cstdio>
 #include <cstdlib>
 #include <map>
@@ -62,8 +64,18 @@ inline std::unique_ptr<device::FrameSink> open_sink(const std::string& where, Im
   return sink;
 }
 
+namespace internal {
+inline volatile sig_atomic_t told_to_end = 0;
+}
+
+/// By Ctrl-C, or as a service ends a program. Loops ask it, so that videos, recordings and shared memory are
+/// finished and taken away as at any other end.
+inline bool is_told_to_end() {
+  return internal::told_to_end != 0;
+}
+
 /// Prints the usage for --help; else calls run(options), and turns what it throws into a sentence and an exit
-/// code.
+/// code; 130 where is_told_to_end().
 template <typename Run>
 int run_main(int argc, char** argv, const char* name, const char* usage, const Options& defaults,
              const Run& run) {
@@ -72,7 +84,12 @@ int run_main(int argc, char** argv, const char* name, const char* usage, const O
       std::fputs(usage, stdout);
       return 0;
     }
-    return run(read_options(argc, argv, defaults, usage));
+    struct sigaction action {};
+    action.sa_handler = [](int) { internal::told_to_end = 1; };
+    action.sa_flags = int(SA_RESETHAND);  // the second one ends it at once
+    for (const int signal : {SIGINT, SIGTERM}) sigaction(signal, &action, nullptr);
+    const int code = run(read_options(argc, argv, defaults, usage));
+    return is_told_to_end() ? 130 : code;
   } catch (const Error& error) {
     std::fprintf(stderr, "%s: %s\n", name, error.what());
     return error.kind() == ErrorKind::kDevice ? 6 : 3;

@@ -197,6 +197,10 @@ TEST_F(HockeyRoute, TheHandMovesThePaddleWhileTheRobotDrives) {
   if (const char* kept = std::getenv("PROCAM_KEEP_PICTURES"); kept != nullptr && !picture.empty())
     io::save_image(fs::path(kept) / "hockey_route.png", picture);
   ASSERT_EQ(show.wait(), 0) << slurp(at("show.json.err"));
+  game.tell(SIGTERM);
+  EXPECT_EQ(game.wait(), 130);
+  EXPECT_FALSE(
+      fs::exists("/dev/shm/" + name + "_table"));  // each match would leave some of the machine's memory
   const auto told = nlohmann::json::parse(slurp(at("show.json")));
   EXPECT_GT(told["people"]["told"].get<double>(), 120) << slurp(at("show.json.err"));
   ASSERT_GT(frames, 40);

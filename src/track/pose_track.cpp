@@ -7,16 +7,17 @@
 #include <vector>
 
 #include "message_check.hpp"
-#include "pose_filter.hpp"
+#include "motion_bank.hpp"
 #include "procam/core/error.hpp"
+#include "scatter.hpp"
 
 namespace procam::track {
 namespace {
 
-using internal::MotionModel;
-using internal::MotionState;
+using internal::Kept;
+using internal::Measured;
+using internal::Mixed;
 
-constexpr int kMostModels = 9;
 constexpr std::size_t kKept = 128;  ///< messages: 0.6 s at 200 Hz
 constexpr std::size_t kSeen = 128;  ///< stamps in which duplicates are looked for
 constexpr double kLatest = 1;       ///< seconds behind the newest message: older ones say nothing of now
@@ -25,105 +26,6 @@ constexpr double kLatest = 1;       ///< seconds behind the newest message: olde
 constexpr double kGate = 50;
 /// What is nearer than this to the prediction is no other place, however sure the filter is of itself.
 constexpr double kNearPosition = 0.03, kNearRotation = 0.03;
-
-/// Seconds for which a way of moving lasts, on average.
-constexpr double kModelLasts = 3;
-
-/// Third differences until the scatter is believed, and over how many it is averaged.
-constexpr int kScatterFrom = 20, kScatterOver = 100;
-
-/// The bank of models for a choice. Turning and moving each have their own way of changing, and every pair of
-/// ways is a model: a robot that brakes on a straight line turns as steadily as before, and noise of its
-/// rotation, which is what moves the light most, stays filtered.
-struct Bank {
-  std::array<MotionModel, kMostModels> models;
-  int count = 0;
-  int side = 1;  ///< ways of moving; the model of turning i and moving k is i * side + k
-};
-Bank bank_of(const TrackOptions& options) {
-  /// Shares of the square of what the robot can do.
-  struct Way {
-    double walk, surge;
-  };
-  // The twist of what drives steadily (or stands) walks slowly; accelerations of wheels and of people's
-  // pushes last some tenths of a second; what stops at a wall or jumps off walks by all it can.
-  constexpr Way steady{1e-4, 0}, accelerated{0, 0.15}, sudden{1, 0}, able{0, 1};
-  constexpr double kLasts = 0.4;  // seconds, of an acceleration
-  std::vector<Way> ways;
-  switch (options.prediction) {
-    case Prediction::kAuto:
-      ways = {steady, accelerated, sudden};
-      break;
-    case Prediction::kConstantTwist:
-      ways = {steady, sudden};
-      break;
-    case Prediction::kConstantAcceleration:
-      ways = {able};
-      break;
-    case Prediction::kNone:
-      ways = {sudden};
-      break;
-  }
-  const double turn2 = options.turn_acceleration * options.turn_acceleration;
-  const double move2 = options.acceleration * options.acceleration;
-  Bank bank;
-  bank.side = int(ways.size());
-  for (const Way& turning : ways)
-    for (const Way& moving : ways) {
-      MotionModel& model = bank.models[std::size_t(bank.count++)];
-      // An acceleration of variance s^2 that lasts for tau is a walk of the twist by 2 s^2 tau a second.
-      model.walk << Vec3::Constant(turning.walk * turn2 * 2 * kLasts),
-          Vec3::Constant(moving.walk * move2 * 2 * kLasts);
-      model.surge << Vec3::Constant(turning.surge * turn2), Vec3::Constant(moving.surge * move2);
-      model.fade = kLasts;
-    }
-  return bank;
-}
-
-/// A message as the filter takes it.
-struct Measured {
-  double time = 0;
-  Pose pose;
-  Mat6 noise;   ///< that differs from message to message; of the right increment
-  Mat6 common;  ///< the rest of what was stated: it moves slowly and cannot be filtered
-  std::optional<Vec6> twist;
-  Vec6 twist_variance;
-};
-
-/// A message and what the models made of it.
-struct Kept {
-  Measured measured;
-  std::array<MotionState, kMostModels> states;
-  std::array<double, kMostModels> weights = {};  ///< sum 1
-};
-
-/// One answer out of several: the mean in the tangent space of the heaviest, and the scatter of the models
-/// beside their own covariance.
-struct Mixed {
-  Pose pose;
-  Vec6 twist = Vec6::Zero();
-  Mat6 covariance = Mat6::Zero();  ///< of the right increment
-  Mat6 twist_covariance = Mat6::Zero();
-};
-Mixed mix(const std::array<MotionState, kMostModels>& states, const std::array<double, kMostModels>& weight,
-          int count) {
-  const Pose& middle = states[0].pose;
-  std::array<Vec6, kMostModels> xi;
-  Vec6 mean = Vec6::Zero();
-  Mixed result;
-  for (std::size_t i = 0; i < std::size_t(count); ++i) {
-    xi[i] = se3_log(middle.inverse() * states[i].pose);
-    mean += weight[i] * xi[i];
-    result.twist += weight[i] * states[i].twist;
-  }
-  result.pose = (middle * se3_exp(mean)).normalized();
-  for (std::size_t i = 0; i < std::size_t(count); ++i) {
-    const Vec6 apart = xi[i] - mean, twist_apart = states[i].twist - result.twist;
-    result.covariance += weight[i] * (states[i].pp + apart * apart.transpose());
-    result.twist_covariance += weight[i] * (states[i].tt + twist_apart * twist_apart.transpose());
-  }
-  return result;
-}
 
 /// What of a stated covariance is left when the scatter is taken away: its part without negative variances.
 Mat6 positive_part(const Mat6& m) {
@@ -157,55 +59,6 @@ class History {
  private:
   std::vector<Kept> ring_;
   std::size_t first_ = 0, count_ = 0;
-};
-
-/// How much messages scatter from one to the next, from third differences: a motion whose acceleration does
-/// not change has none. With x_i at t_i and c_i = 1 / prod_{j != i} (t_i - t_j), sum c_i x_i is free of every
-/// quadratic, and of variance sigma^2 sum c_i^2 for independent noise.
-class Scatter {
- public:
-  Scatter() { ratio_.setOnes(); }
-  bool known() const { return count_ >= kScatterFrom; }
-  /// Measured variance over the stated one, of each component.
-  const Vec6& ratio() const { return ratio_; }
-  void forget_row() { row_ = 0; }
-
-  void add(double time, const Pose& pose, const Vec6& stated_variance) {
-    for (std::size_t i = 0; i < 3; ++i) last_[i] = last_[i + 1];
-    last_[3] = {time, pose};
-    if (++row_ < 4 || last_[3].time - last_[0].time > 0.7) return;
-    std::array<double, 4> c = {};
-    double norm2 = 0;
-    for (std::size_t i = 0; i < 4; ++i) {
-      double product = 1;
-      for (std::size_t j = 0; j < 4; ++j)
-        if (j != i) product *= last_[i].time - last_[j].time;
-      if (product == 0) return;
-      c[i] = 1 / product;
-      norm2 += c[i] * c[i];
-    }
-    Vec6 difference = Vec6::Zero();
-    const Pose first = last_[1].pose.inverse();
-    for (std::size_t i = 0; i < 4; ++i)
-      if (i != 1) difference += c[i] * se3_log(first * last_[i].pose);
-    const Vec6 now = difference.cwiseAbs2() / norm2;
-    ++count_;
-    const double share = 1.0 / std::min(count_, kScatterOver);
-    for (Eigen::Index k = 0; k < 6; ++k) {
-      // One message that is far off does not make all the others doubtful.
-      const double seen = now[k] / stated_variance[k];
-      ratio_[k] += share * ((known() ? std::min(seen, 9 * ratio_[k]) : seen) - ratio_[k]);
-    }
-  }
-
- private:
-  struct At {
-    double time = 0;
-    Pose pose;
-  };
-  std::array<At, 4> last_;
-  int row_ = 0, count_ = 0;
-  Vec6 ratio_;
 };
 
 double smooth_step(double x) {
@@ -247,7 +100,7 @@ const char* to_string(TrackState state) {
 }
 
 struct PoseTrack::Impl {
-  explicit Impl(const TrackOptions& chosen) : options(chosen), bank(bank_of(chosen)), clock(chosen.clock) {
+  explicit Impl(const TrackOptions& chosen) : options(chosen), bank(chosen), clock(chosen.clock) {
     for (const double positive : {options.position_sigma, options.rotation_sigma, options.speed_sigma,
                                   options.turn_sigma, options.acceleration, options.turn_acceleration,
                                   options.max_speed, options.max_turn, options.stale_after})
@@ -258,11 +111,11 @@ struct PoseTrack::Impl {
   }
 
   TrackOptions options;
-  Bank bank;
+  internal::MotionBank bank;
   Clock clock;
   Faults faults;
   History history;
-  Scatter scatter;
+  internal::Scatter scatter;
   double asked = -1e300;  ///< the latest time that at() was asked for
 
   /// Another place that messages agree on, not believed yet.
@@ -292,8 +145,6 @@ struct PoseTrack::Impl {
   void consider_other(const Measured& m, double arrival);
   void drop_other();
   void follow(const Kept& start, double arrival);
-  Kept start(const Measured& m, const Vec6& twist, const Mat6& twist_covariance) const;
-  Kept next(const Kept& before, const Measured& m) const;
   bool fits(const Kept& before, const Measured& m) const;
   Mixed at_kept(double time) const;
   double blend_left(double time) const;
@@ -368,56 +219,6 @@ Measured PoseTrack::Impl::measured(const StampedPose& message, double time) cons
   return m;
 }
 
-Kept PoseTrack::Impl::start(const Measured& m, const Vec6& twist, const Mat6& twist_covariance) const {
-  Kept kept;
-  kept.measured = m;
-  for (int i = 0; i < bank.count; ++i) {
-    MotionState& state = kept.states[std::size_t(i)];
-    state = start_motion(m.pose, m.noise, twist, twist_covariance, bank.models[std::size_t(i)]);
-    if (m.twist) state = updated_by_twist(state, *m.twist, m.twist_variance);
-    kept.weights[std::size_t(i)] = 1.0 / bank.count;
-  }
-  return kept;
-}
-
-/// One step of the interacting multiple models: mix, advance, weigh, update.
-Kept PoseTrack::Impl::next(const Kept& before, const Measured& m) const {
-  Kept kept;
-  kept.measured = m;
-  const double h = m.time - before.measured.time;
-  const auto count = std::size_t(bank.count);
-  const double stays = std::exp(-h / kModelLasts);
-  const double leaves = bank.side > 1 ? (1 - stays) / (bank.side - 1) : 0;
-  const auto side = std::size_t(bank.side);
-  // Turning and moving change their ways each by itself.
-  const auto passes = [&](std::size_t i, std::size_t j) {
-    return (i / side == j / side ? stays : leaves) * (i % side == j % side ? stays : leaves);
-  };
-  double best = -1e300;
-  for (std::size_t j = 0; j < count; ++j) {
-    std::array<double, kMostModels> from = {};
-    double sum = 0;
-    for (std::size_t i = 0; i < count; ++i)
-      sum += from[i] = before.weights[i] * (bank.count == 1 ? 1 : passes(i, j));
-    for (std::size_t i = 0; i < count; ++i) from[i] /= sum;
-    MotionState state = bank.count == 1
-                            ? before.states[0]
-                            : mixed(before.states.data(), from.data(), bank.count, bank.models[j]);
-    state = advanced(state, h, bank.models[j]);
-    kept.weights[j] = std::log(sum) + innovation(state, m.pose, m.noise).log_likelihood;
-    best = std::max(best, kept.weights[j]);
-    state = updated_by_pose(state, m.pose, m.noise);
-    if (m.twist) state = updated_by_twist(state, *m.twist, m.twist_variance);
-    kept.states[j] = state;
-  }
-  double sum = 0;
-  // No model is given up for good.
-  for (std::size_t j = 0; j < count; ++j)
-    sum += kept.weights[j] = std::max(std::exp(kept.weights[j] - best), 1e-6);
-  for (std::size_t j = 0; j < count; ++j) kept.weights[j] /= sum;
-  return kept;
-}
-
 bool PoseTrack::Impl::fits(const Kept& before, const Measured& m) const {
   const double h = m.time - before.measured.time;
   const Vec6 moved = se3_log(before.measured.pose.inverse() * m.pose);
@@ -425,14 +226,7 @@ bool PoseTrack::Impl::fits(const Kept& before, const Measured& m) const {
   const double noise_move = std::sqrt(m.noise.diagonal().tail<3>().sum());
   if (moved.head<3>().norm() > options.max_turn * h + kNearRotation + 8 * noise_turn) return false;
   if (moved.tail<3>().norm() > options.max_speed * h + kNearPosition + 8 * noise_move) return false;
-  for (std::size_t i = 0; i < std::size_t(bank.count); ++i) {
-    const internal::Innovation seen_there =
-        innovation(advanced(before.states[i], h, bank.models[i]), m.pose, m.noise);
-    if (seen_there.chi2 < kGate) return true;
-    if (seen_there.xi.head<3>().norm() < kNearRotation && seen_there.xi.tail<3>().norm() < kNearPosition)
-      return true;
-  }
-  return false;
+  return bank.expects(before, m, kGate, kNearRotation, kNearPosition);
 }
 
 void PoseTrack::Impl::drop_other() {
@@ -456,13 +250,13 @@ void PoseTrack::Impl::follow(const Kept& from, double arrival) {
 
 void PoseTrack::Impl::consider_other(const Measured& m, double arrival) {
   if (other_count > 0 && m.time >= other.measured.time && fits(other, m)) {
-    other = next(other, m);
+    other = bank.next(other, m);
   } else {
     drop_other();
-    const Mixed last = mix(history.newest().states, history.newest().weights, bank.count);
+    const Mixed last = bank.after(history.newest(), 0);
     Vec6 unsure;
     unsure << Vec3::Constant(1), Vec3::Constant(1);
-    other = start(m, last.twist, Mat6(unsure.asDiagonal()));
+    other = bank.start(m, last.twist, Mat6(unsure.asDiagonal()));
   }
   ++other_count;
   ++faults.pending;
@@ -486,9 +280,9 @@ void PoseTrack::Impl::place_reordered(const Measured& m) {
     return;
   }
   at = history.insert(at);
-  history[at] = next(history[at - 1], m);
+  history[at] = bank.next(history[at - 1], m);
   for (std::size_t i = at + 1; i < history.size(); ++i)
-    history[i] = next(history[i - 1], Measured(history[i].measured));
+    history[i] = bank.next(history[i - 1], Measured(history[i].measured));
   scatter.forget_row();
   ++faults.reordered;
 }
@@ -500,14 +294,14 @@ void PoseTrack::Impl::place(const Measured& m, double arrival) {
     drop_other();
     Vec6 unsure;
     unsure << Vec3::Constant(0.5), Vec3::Constant(0.5);
-    follow(start(m, Vec6::Zero(), Mat6(unsure.asDiagonal())), arrival);
+    follow(bank.start(m, Vec6::Zero(), Mat6(unsure.asDiagonal())), arrival);
     ++faults.taken;
     return;
   }
   if (gap < 0) return place_reordered(m);
   if (!fits(history.newest(), m)) return consider_other(m, arrival);
   drop_other();
-  const Kept after = next(history.newest(), m);
+  const Kept after = bank.next(history.newest(), m);
   history[history.insert(history.size())] = after;
   ++faults.taken;
 }
@@ -577,10 +371,7 @@ Mixed PoseTrack::Impl::at_kept(double time) const {
   const double age = time - newest.measured.time;
   if (age >= 0) {
     const double h = std::min(age, options.stale_after);
-    std::array<MotionState, kMostModels> states;
-    for (std::size_t i = 0; i < std::size_t(bank.count); ++i)
-      states[i] = advanced(newest.states[i], h, bank.models[i]);
-    Mixed result = mix(states, newest.weights, bank.count);
+    Mixed result = bank.after(newest, h);
     if (options.prediction == Prediction::kNone) {
       // What stands still here moves there: the whole way is uncertain.
       const Vec6 way = se3_log(newest.measured.pose.inverse() * result.pose);
@@ -599,10 +390,10 @@ Mixed PoseTrack::Impl::at_kept(double time) const {
   }
   std::size_t after = history.size() - 1;
   while (after > 0 && history[after - 1].measured.time > time) --after;
-  const Mixed to = mix(history[after].states, history[after].weights, bank.count);
+  const Mixed to = bank.after(history[after], 0);
   if (after == 0) return to;
   const Kept& before = history[after - 1];
-  const Mixed from = mix(before.states, before.weights, bank.count);
+  const Mixed from = bank.after(before, 0);
   const double h = history[after].measured.time - before.measured.time;
   const double x = (time - before.measured.time) / h;
   // A cubic in the tangent space of the first, with both twists at its ends.

@@ -31,7 +31,7 @@ class CpuRenderer::State {
  public:
   explicit State(const RenderOptions& options)
       : options_(options),
-        kernels_(options.wide_vectors ? best_kernels() : kPlainKernels),
+        kernels_(kernels_for(options.vector_bits)),
         curve_(options.linear_light),
         workers_(options.threads) {}
 
@@ -232,7 +232,11 @@ class CpuRenderer::State {
         colour[k] = background[k];
     }
     colour[3] = std::is_same_v<Pixel, Light> ? Pixel(kFull) : Pixel(255);
-    for (std::size_t i = 0; i < tile.pixels.size(); i += 4) std::copy_n(colour, 4, &tile.pixels[i]);
+    // Each time as much as there is already.
+    Pixel* const pixels = tile.pixels.data();
+    std::copy_n(colour, 4, pixels);
+    for (std::size_t n = 4; n < tile.pixels.size(); n *= 2)
+      std::copy_n(pixels, std::min(n, tile.pixels.size() - n), pixels + n);
   }
 
   RenderOptions options_;

@@ -1,6 +1,6 @@
 #pragma once
-/// The work on rows of pixels, once in plain C++ and once in the vectors that many machines have (AVX2). Both
-/// give the same bits; which of them runs is chosen when the program runs.
+/// The work on rows of pixels: in plain C++, in vectors of 256 bits (AVX2) and, where most time goes, of 512
+/// (AVX-512 with VBMI and VNNI). All give the same bits; which of them runs is chosen when the program runs.
 ///
 /// Two kinds of pixel, both RGBA, premultiplied:
 ///   Light: 16 bits, 0..kFull. What is averaged: light, or values as they stand times 128.
@@ -39,6 +39,15 @@ struct RowMap {
   alignas(16) float q[12], down[12];  ///< [3 power of s + (x, y, z)], three to fill the vectors
 };
 
+/// Beyond the horizon (only under pixels that the content touches in part) q_z is taken as this: somewhere at
+/// the border.
+inline constexpr float kLeastDepth = 1e-9f;
+
+/// Is q linear in s, as without a lens? Then the squares' products add nothing, to the bit.
+inline bool is_straight(const RowMap& row) {
+  return row.q[6] == 0 && row.q[7] == 0 && row.q[8] == 0;
+}
+
 /// Samples of one pixel: a regular grid of across x down points, spread over these shares of its sides.
 struct Taps {
   int level = 0;
@@ -53,6 +62,18 @@ struct TexelsView {
   const Pixel* data = nullptr;  ///< 4 a texel; Values less 128, as signed bytes are
   int width = 0, height = 0;
   int stride = 0;  ///< texels
+};
+
+/// Positions in these parts of a texel fit 32 bits and rows of texels 16, if this holds.
+inline constexpr float kStepsAcross = 128, kStepsDown = 65536;
+inline bool has_short_sides(const TexelsView<Value>& texels) {
+  return texels.height < 32768 && texels.stride < 32768;
+}
+
+/// Where the pixels of a row look: texels from the first; the two bytes 128 - right and right, of 128; and in
+/// the lower 16 bits how far down, of 2^15.
+struct RowCells {
+  alignas(64) std::int32_t offset[kTileWidth], shares[kTileWidth], down[kTileWidth];
 };
 
 /// The rays of a tile's pixels, and of one pixel more on each side, row by row; NaN: none.
@@ -117,9 +138,12 @@ struct Looks {
 struct Kernels {
   /// Fills pixels [begin, end) of `points`, and some after them; the slopes only if asked for.
   void (*locate)(const RowMap& row, int begin, int end, bool slopes, Points& points);
-  /// Writes count pixels to `to`, rounded up to a multiple of kLanes, from points [begin, begin + count).
+  /// Writes count pixels to `to`, or up to the next multiple of kLanes, from points [begin, begin + count).
   void (*sample_values)(const TexelsView<Value>& texels, const Points& points, int begin, int count,
                         Value* to);
+  /// What locate and sample_values do for pixels [begin, end); pixel `begin` to `to`. `soon` as in Points.
+  void (*map_values)(const TexelsView<Value>& texels, const RowMap& row, std::ptrdiff_t soon, int begin,
+                     int end, Value* to);
   void (*sample_light)(const TexelsView<Light>& texels, const Taps& taps, const Points& points, int begin,
                        int count, Light* to);
   /// What was drawn over what was there.
@@ -150,8 +174,18 @@ struct Kernels {
                int first, int count, bool slopes, Looks& looks);
 };
 
-extern const Kernels kPlainKernels;
+/// Kernels::map_values by others of the kernels.
+void map_in_two_steps(const Kernels& kernels, const TexelsView<Value>& texels, const RowMap& row,
+                      std::ptrdiff_t soon, int begin, int end, Value* to);
+
+extern const Kernels kPlainKernels, kWideKernels;
+/// Replaces those of kWideKernels that there are in vectors of 512 bits.
+void use_widest(Kernels& kernels);
+/// Those for vectors of at most so many bits, of those that this machine has; 0: plain code.
+const Kernels& kernels_for(int vector_bits);
 /// The best this machine has.
-const Kernels& best_kernels();
+inline const Kernels& best_kernels() {
+  return kernels_for(512);
+}
 
 }  // namespace procam::render

@@ -12,8 +12,7 @@ void locate(const RowMap& row, int begin, int end, bool slopes, Points& points) 
     const float s = row.s0 + float(i) * row.ds;
     float q[3];
     for (int k = 0; k < 3; ++k) q[k] = row.q[k] + s * (row.q[3 + k] + s * row.q[6 + k]);
-    // Beyond the horizon (only under pixels that the content touches in part): somewhere at the border.
-    const float inverse = 1.0f / (q[2] > 1e-9f ? q[2] : 1e-9f);
+    const float inverse = 1.0f / (q[2] > kLeastDepth ? q[2] : kLeastDepth);
     const float u = q[0] * inverse, v = q[1] * inverse;
     points.u[i] = u;
     points.v[i] = v;
@@ -37,6 +36,12 @@ float inside(float position, int size) {
   return low < float(size - 1) ? low : float(size - 1);
 }
 
+/// The nearest whole number, of two the even one.
+int nearest(float x) {
+  constexpr float kWholeOnly = 3 << 22;  // so large that floats have no fractions
+  return int((x + kWholeOnly) - kWholeOnly);
+}
+
 /// Beyond a border, as far inside it.
 float mirrored(float position, int size) {
   const float p = std::fabs(position), other = float(2 * size) - p;
@@ -47,7 +52,7 @@ void sample_values(const TexelsView<Value>& texels, const Points& points, int be
   for (int i = begin; i < begin + count; ++i) {
     const float u = inside(points.u[i], texels.width), v = inside(points.v[i], texels.height);
     const int x = int(u), y = int(v);
-    const int right = int((u - float(x)) * 128.0f + 0.5f), down = int((v - float(y)) * 32768.0f);
+    const int right = nearest((u - float(x)) * 128.0f), down = int((v - float(y)) * 32768.0f);
     const Value* upper = texels.data + (std::ptrdiff_t(y) * texels.stride + x) * 4;
     const Value* lower = upper + std::ptrdiff_t(texels.stride) * 4;
     for (int k = 0; k < 4; ++k) {
@@ -58,6 +63,11 @@ void sample_values(const TexelsView<Value>& texels, const Points& points, int be
       *to++ = Value(((a + (((b - a) * down + 0x4000) >> 15) + 64) >> 7) ^ 0x80);
     }
   }
+}
+
+void map_values(const TexelsView<Value>& texels, const RowMap& row, std::ptrdiff_t soon, int begin, int end,
+                Value* to) {
+  map_in_two_steps(kPlainKernels, texels, row, soon, begin, end, to);
 }
 
 void sample_light(const TexelsView<Light>& texels, const Taps& taps, const Points& points, int begin,
@@ -75,7 +85,7 @@ void sample_light(const TexelsView<Light>& texels, const Taps& taps, const Point
         const float u = inside(mirrored(u_row + dx * points.u_x[i], texels.width), texels.width);
         const float v = inside(mirrored(v_row + dx * points.v_x[i], texels.height), texels.height);
         const int x = int(u), y = int(v);
-        const int right = int((u - float(x)) * 512.0f + 0.5f), down = int((v - float(y)) * 32768.0f);
+        const int right = nearest((u - float(x)) * 512.0f), down = int((v - float(y)) * 32768.0f);
         const Light* upper = texels.data + (std::ptrdiff_t(y) * texels.stride + x) * 4;
         const Light* lower = upper + std::ptrdiff_t(texels.stride) * 4;
         for (int k = 0; k < 4; ++k) {
@@ -228,6 +238,7 @@ void look(const Facet* facets, const Rays& rays, const Rays& right, const Rays& 
 
 const Kernels kPlainKernels{locate,
                             sample_values,
+                            map_values,
                             sample_light,
                             values_over,
                             light_over,

@@ -261,26 +261,36 @@ PlaneLayer::MapTile PlaneLayer::make_tile(const PixelRect& rect, const LensPiece
 }
 
 template <typename Pixel>
-void PlaneLayer::locate(const MapTile& map, const Band& band, int y, const TexelsView<Pixel>& level,
-                        bool slopes, const Kernels& kernels, Points& points) const {
+void PlaneLayer::sample_row(const MapTile& map, const Band& band, int y, const TexelsView<Pixel>& level,
+                            const Taps& taps, const Kernels& kernels, Points& points, Pixel* to) const {
+  constexpr bool kLight = std::is_same_v<Pixel, Light>;
   const Span& span = map.spans[std::size_t(y)];
   const float w = float(level.width), h = float(level.height);
   const float scale[12] = {w, h, 1, w, h, 1, w, h, 1, 0, 0, 0};
+  const bool slopes = kLight && taps.across * taps.down > 1;
+  const std::ptrdiff_t soon = std::ptrdiff_t(kRowsAhead * map.v_down * h) * level.stride +
+                              std::ptrdiff_t(kRowsAhead * map.u_down * w);
+  // From left to right: pixels are written in whole groups, beyond a piece's end as well.
   for (std::uint32_t n = 0; n < map.pieces; ++n) {
     const Piece& piece = band.pieces[map.first_piece + n];
     const int begin = std::max<int>(span.begin, piece.rect.x0), end = std::min<int>(span.end, piece.rect.x1);
     if (y < piece.rect.y0 || y >= piece.rect.y1 || begin >= end) continue;
-    kernels.locate(piece.row(y, scale, slopes), begin, end, slopes, points);
+    const RowMap row = piece.row(y, scale, slopes);
+    if constexpr (kLight)
+      kernels.locate(row, begin, end, slopes, points);
+    else
+      kernels.map_values(level, row, soon, begin, end, to + 4 * (begin - span.begin));
   }
-  points.soon = std::ptrdiff_t(kRowsAhead * map.v_down * h) * level.stride +
-                std::ptrdiff_t(kRowsAhead * map.u_down * w);
+  if constexpr (kLight) {
+    points.soon = soon;
+    kernels.sample_light(level, taps, points, span.begin, span.end - span.begin, to);
+  }
 }
 
 template <typename Texture>
 void PlaneLayer::draw(const Texture& texture, const Texture* mask, const Kernels& kernels,
                       Tile<typename Texture::Pixel>& tile) const {
   using Pixel = typename Texture::Pixel;
-  constexpr bool kLight = std::is_same_v<Pixel, Light>;
   const MapTile* const map = map_tile(tile.x, tile.y);
   if (!map) return;
   const Band& band = bands_[std::size_t(tile.y)];
@@ -292,19 +302,14 @@ void PlaneLayer::draw(const Texture& texture, const Texture* mask, const Kernels
     const int count = span.end - span.begin;
     if (count == 0) continue;
     const Taps& taps = map->taps[std::size_t(y / kStrip)];
-    const bool slopes = kLight && taps.across * taps.down > 1;
-    const TexelsView<Pixel> level = texture.level(taps.level);
-    locate(*map, band, y, level, slopes, kernels, points);
     Pixel* const there = tile.row(y) + 4 * span.begin;
     const bool replaces = opaque && span.full_begin == 0 && span.full_end == kTileWidth;
     Pixel* const to = replaces ? there : drawn;
-    sample(kernels, level, taps, points, span.begin, count, to);
+    sample_row(*map, band, y, texture.level(taps.level), taps, kernels, points, to);
     if (replaces) continue;
     if (mask) {
       const Taps& mask_taps = map->mask_taps[std::size_t(y / kStrip)];
-      const TexelsView<Pixel> mask_level = mask->level(mask_taps.level);
-      locate(*map, band, y, mask_level, kLight && mask_taps.across * mask_taps.down > 1, kernels, points);
-      sample(kernels, mask_level, mask_taps, points, span.begin, count, alpha);
+      sample_row(*map, band, y, mask->level(mask_taps.level), mask_taps, kernels, points, alpha);
       give_alpha(kernels, alpha, count, drawn);
     }
 

@@ -135,10 +135,10 @@ class PlaneLayer {
     return tile.drawn ? &tile : nullptr;
   }
   int levels_of_taps(std::array<Taps, kTileHeight / kStrip> MapTile::*taps) const;
-  /// Finds the places in a level where the pixels of a row look.
+  /// Writes the samples of a row's pixels that the content touches. `points`: memory that it may use.
   template <typename Pixel>
-  void locate(const MapTile& map, const Band& band, int y, const TexelsView<Pixel>& level, bool slopes,
-              const Kernels& kernels, Points& points) const;
+  void sample_row(const MapTile& map, const Band& band, int y, const TexelsView<Pixel>& level,
+                  const Taps& taps, const Kernels& kernels, Points& points, Pixel* to) const;
   void make_band(int y, const LensMap& lens, bool area);
   MapTile make_tile(const PixelRect& rect, const LensPiece* pieces, std::size_t count, bool area, Band& band);
 

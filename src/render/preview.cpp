@@ -101,7 +101,7 @@ ImageU8 preview(const Scene& scene, const Projector& projector, ViewU8 frame, co
   require(frame.channels == 3 && frame.size() == projector.size() && !frame.empty(),
           "preview: the frame must have 3 channels and the projector's size");
   const LightCurve curve(true);
-  const Kernels& kernels = options.wide_vectors ? best_kernels() : kPlainKernels;
+  const Kernels& kernels = kernels_for(options.vector_bits);
   Workers workers(options.threads);
   LightTexture light;
   light.prepare(frame, curve, levels_of(frame.size()), workers);

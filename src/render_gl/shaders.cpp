@@ -149,7 +149,7 @@ ivec4 bilinear(ivec4 level, vec2 position) {  // 512 times the light
   vec2 p = min(max(position - 0.5, vec2(0.0)), vec2(level.yz - 1));
   ivec2 cell = ivec2(p);
   vec2 part = p - vec2(cell);
-  int right = int(part.x * float(u_right_steps) + 0.5) * (512 / u_right_steps);
+  int right = int(roundEven(part.x * float(u_right_steps))) * (512 / u_right_steps);
   int down = int(part.y * 32768.0);
   int upper = level.x + cell.y * level.w + cell.x, lower = upper + level.w;
   return (512 - right) * mixed(texel(upper), texel(lower), down) +

@@ -7,16 +7,19 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// By plain code and by vectors, which must be the same to the bit.
+// By plain code and by vectors of each width, which must be the same to the bit.
 TEST(Golden, EverySurfaceAndFilterByTheCpu) {
   for (const GoldenScene& golden : golden_scenes()) {
     const ImageU8 drawn = render::render(golden.scene, golden.projector, golden.options);
     if (golden_update()) io::save_image(fs::path(PROCAM_GOLDEN) / (golden.name + ".png"), drawn);
     expect_golden(golden.name, "cpu", drawn);
-    render::RenderOptions plain = golden.options;
-    plain.wide_vectors = false;
-    const ImageU8 by_plain_code = render::render(golden.scene, golden.projector, plain);
-    EXPECT_TRUE(std::equal(drawn.data(), drawn.data() + 160 * 120 * 3, by_plain_code.data())) << golden.name;
+    for (const int bits : {0, 256}) {
+      render::RenderOptions narrower = golden.options;
+      narrower.vector_bits = bits;
+      const ImageU8 other = render::render(golden.scene, golden.projector, narrower);
+      EXPECT_TRUE(std::equal(drawn.data(), drawn.data() + 160 * 120 * 3, other.data()))
+          << golden.name << ", " << bits << " bits";
+    }
   }
 }
 

@@ -73,12 +73,12 @@ struct Stage {
   }
 };
 
-ImageU8 drawn(const Stage& stage, render::Filter filter, bool linear_light, int threads, bool wide_vectors) {
+ImageU8 drawn(const Stage& stage, render::Filter filter, bool linear_light, int threads, int vector_bits) {
   RenderOptions options;
   options.filter = filter;
   options.linear_light = linear_light;
   options.threads = threads;
-  options.wide_vectors = wide_vectors;
+  options.vector_bits = vector_bits;
   return render::render(stage.scene, stage.projector, options);
 }
 
@@ -91,12 +91,13 @@ TEST(CpuRenderer, DrawsTheSameBitsInPlainCodeInVectorsAndOnAnyNumberOfThreads) {
   const Stage stage;
   for (const render::Filter filter : {render::Filter::kArea, render::Filter::kBilinear})
     for (const bool linear_light : {true, false}) {
-      const ImageU8 plain = drawn(stage, filter, linear_light, 1, false);
-      EXPECT_TRUE(equal(drawn(stage, filter, linear_light, 1, true), plain));
-      EXPECT_TRUE(equal(drawn(stage, filter, linear_light, 3, true), plain));
+      const ImageU8 plain = drawn(stage, filter, linear_light, 1, 0);
+      EXPECT_TRUE(equal(drawn(stage, filter, linear_light, 1, 256), plain));
+      EXPECT_TRUE(equal(drawn(stage, filter, linear_light, 1, 512), plain));
+      EXPECT_TRUE(equal(drawn(stage, filter, linear_light, 3, 512), plain));
     }
-  EXPECT_FALSE(equal(drawn(stage, render::Filter::kArea, true, 1, true),
-                     drawn(stage, render::Filter::kArea, false, 1, true)));
+  EXPECT_FALSE(equal(drawn(stage, render::Filter::kArea, true, 1, 512),
+                     drawn(stage, render::Filter::kArea, false, 1, 512)));
 }
 
 // Every size of the last group of pixels in a row, at each of the frame's borders.
@@ -109,8 +110,9 @@ TEST(CpuRenderer, DrawsTheSameBitsInNarrowFrames) {
     placed.pixel_from_content << width + 3, 0.2, -1.2, 0.3, 9, -1.4, 0.01, 0.02, 1;
     stage.scene.items = {{placed, content}};
     for (const render::Filter filter : {render::Filter::kArea, render::Filter::kBilinear})
-      EXPECT_TRUE(equal(drawn(stage, filter, false, 1, true), drawn(stage, filter, false, 1, false)))
-          << width;
+      for (const int bits : {256, 512})
+        EXPECT_TRUE(equal(drawn(stage, filter, false, 1, bits), drawn(stage, filter, false, 1, 0)))
+            << width << ", " << bits << " bits";
   }
 }
 

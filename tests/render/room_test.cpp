@@ -354,7 +354,7 @@ TEST(RenderRoom, ShowsTheTrianglesThatRaysMeet) {
         chosen.filter = filter;
         const ImageU8 wide = render::render(scene, projector, chosen);
         render::RenderOptions plain = chosen;
-        plain.wide_vectors = false;
+        plain.vector_bits = 0;
         plain.threads = 3;
         render::CpuRenderer renderer(plain);
         ImageU8 again(projector.size(), 3);

@@ -55,8 +55,10 @@ struct RenderOptions {
   /// for content whose numbers are not colours (codes, masks), which is then averaged as it stands; with
   /// Filter::kBilinear that is the fastest way to draw.
   bool linear_light = true;
-  int threads = 0;           ///< 0: as many as the machine has
-  bool wide_vectors = true;  ///< off: plain code alone, slower, for comparing; the pixels are the same
+  int threads = 0;  ///< 0: as many as the machine has
+  /// Vectors of at most so many bits, of those that the machine has: 512 (AVX-512), 256 (AVX2) or 0 (plain
+  /// code). Fewer are slower; for comparing, as the pixels are the same.
+  int vector_bits = 512;
 };
 
 /// What had to be made anew for a frame; nothing for a scene that stands still.

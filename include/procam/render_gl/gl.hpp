@@ -31,7 +31,7 @@ enum class Context {
 /// the same rules (content_revision, places in the scene). Belongs to one thread at a time.
 class GlRenderer {
  public:
-  /// Of the options, `threads` are those that prepare pictures and maps; `wide_vectors` has no meaning here.
+  /// Of the options, `threads` are those that prepare pictures and maps; `vector_bits` have no meaning here.
   explicit GlRenderer(const render::RenderOptions& options = {}, Context context = Context::kOwn);
   GlRenderer(GlRenderer&&) noexcept;
   GlRenderer& operator=(GlRenderer&&) noexcept;

@@ -63,7 +63,9 @@ void unpack_nyu(Image<std::uint16_t>& depth) {
 }
 
 void declare(CLI::App& app, Flags& flags) {
-  app.add_option("--depth", flags.depth, "16-bit depth image, .png")->required();
+  app.add_option("--depth", flags.depth,
+                 "depth image: 16 bits (.png, .tif), or floats in metres (.tif, .pfm)")
+      ->required();
   add_parsed(
       app, "--scale",
       [&](const std::string& text) {
@@ -185,9 +187,11 @@ void check_depths(const Flags& flags, const depth::DepthImage& image) {
   std::nth_element(depths.begin(), middle, depths.end());
   if (*middle < 0.1f || *middle > 15)
     throw Error(ErrorKind::kInput, flags.depth,
-                format("its median depth would be %.4g m at %s a step", double(*middle),
-                       io::format_length(flags.scale).c_str()),
-                "give the unit of its numbers by --scale, e.g. 1mm, or 0.2mm for 1/5000 m");
+                image.units.data ? format("its median depth would be %.4g m at %s a step", double(*middle),
+                                          io::format_length(flags.scale).c_str())
+                                 : format("its median depth would be %.4g m", double(*middle)),
+                image.units.data ? "give the unit of its numbers by --scale, e.g. 1mm, or 0.2mm for 1/5000 m"
+                                 : "floats must be metres");
 }
 
 void report(const depth::Planes& planes, const depth::RoomSurfaces& room, const Flags& flags,
@@ -233,10 +237,16 @@ void report(const depth::Planes& planes, const depth::RoomSurfaces& room, const 
 }
 
 ExitCode detect(const Flags& flags, Console& console) {
-  Image<std::uint16_t> units = io::load_depth(flags.depth);
-  if (flags.unpack) flags.unpack(units);
-  const depth::DepthImage image(units.view(), flags.scale);
-  const RigCamera camera = camera_of(flags, units.size());
+  DepthPixels pixels = io::load_depth_pixels(flags.depth);
+  if (flags.unpack) {
+    auto* units = std::get_if<Image<std::uint16_t>>(&pixels);
+    if (units == nullptr)
+      throw Error(ErrorKind::kInput, flags.depth, "its pixels are floats, in which nothing is packed",
+                  "leave --scale out: floats are metres");
+    flags.unpack(*units);
+  }
+  const depth::DepthImage image(pixels, flags.scale);
+  const RigCamera camera = camera_of(flags, image.size());
   check_depths(flags, image);
   io::require_writable(flags.output);
   if (!flags.preview.empty()) io::require_writable(flags.preview);

@@ -64,7 +64,7 @@ void declare(CLI::App& app, Flags& flags) {
   app.add_option(
       "--surfaces", flags.surfaces,
       "surface definitions, .json or .xml: read again whenever the file changes; or "
-      "depth:watch:FOLDER, depth:folder:FOLDER, depth:camera:NUMBER: as the rig's depth camera sees them");
+      "depth:watch:FOLDER, depth:folder:FOLDER, depth:openni2:[URI]: as the rig's depth camera sees them");
   declare_depth_room(app, flags.room);
   app.add_option("--content", flags.contents,
                  "SURFACE=WHAT: a picture, a folder or pattern of pictures, a video, camera:0, shm:NAME, "

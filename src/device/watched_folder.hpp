@@ -19,8 +19,9 @@ namespace procam::device::internal {
 template <typename Source, typename Frame, typename Read>
 class WatchedFolder : public Source {
  public:
-  WatchedFolder(std::filesystem::path folder, Read read, double patience_s)
-      : folder_(std::move(folder)), read_(std::move(read)), patience_s_(patience_s) {
+  WatchedFolder(std::filesystem::path folder, Read read, double patience_s,
+                bool (*is_wanted)(const std::filesystem::path&) = is_picture)
+      : folder_(std::move(folder)), read_(std::move(read)), patience_s_(patience_s), is_wanted_(is_wanted) {
     for (const std::filesystem::path& file : pictures()) done_.insert(file);
     listener_ = std::thread([this] { listen(); });
   }
@@ -49,7 +50,7 @@ class WatchedFolder : public Source {
     std::error_code error;
     for (std::filesystem::directory_iterator entry(folder_, error), end; !error && entry != end;
          entry.increment(error))
-      if (is_picture(entry->path())) found.push_back(entry->path());
+      if (is_wanted_(entry->path())) found.push_back(entry->path());
     if (error)
       throw Error(ErrorKind::kDevice, "folder " + folder_.string(), "cannot read it: " + error.message(),
                   "name the folder into which the camera's pictures come");
@@ -116,6 +117,7 @@ class WatchedFolder : public Source {
   std::filesystem::path folder_;
   Read read_;
   double patience_s_;
+  bool (*is_wanted_)(const std::filesystem::path&);
   std::set<std::filesystem::path> done_;
   std::map<std::filesystem::path, Arrival> arriving_;
   NewestFrames<Frame> queue_;

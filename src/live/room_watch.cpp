@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <cmath>
 #include <mutex>
 #include <thread>
 
@@ -41,14 +42,21 @@ void RoomView::add(const track::StampedPose& message) {
   track_.add(message);
 }
 
+double RoomView::time_of(const device::SeenDepth& seen) {
+  if (!seen.stamp_s || !std::isfinite(*seen.stamp_s)) return seen.time_s;
+  if (clock_.observe(*seen.stamp_s, seen.time_s) == track::ClockVerdict::kDoubtful) return seen.time_s;
+  return std::min(clock_.time(*seen.stamp_s), seen.time_s);
+}
+
 std::optional<SurfaceSet> RoomView::look(const device::SeenDepth& seen) {
-  if (seen.units.size() != rays_.size())
+  const ImageSize size = size_of(seen.pixels);
+  if (size != rays_.size())
     throw Error(ErrorKind::kInput, "depth camera " + options_.camera.name,
-                "its pictures have " + std::to_string(seen.units.width()) + "x" +
-                    std::to_string(seen.units.height()) + " pixels, the rig file says " +
-                    std::to_string(rays_.size().width) + "x" + std::to_string(rays_.size().height),
+                "its pictures have " + std::to_string(size.width) + "x" + std::to_string(size.height) +
+                    " pixels, the rig file says " + std::to_string(rays_.size().width) + "x" +
+                    std::to_string(rays_.size().height),
                 "set its mode to that of the rig file, or name the right camera of the rig");
-  const double time = seen.time_s - options_.delay;
+  const double time = time_of(seen) - options_.delay;
   if (looked_ > 0 && !(time > last_time_)) return std::nullopt;
   PoseWithCovariance world_from_rig;
   if (options_.world_from_rig) {
@@ -64,7 +72,7 @@ std::optional<SurfaceSet> RoomView::look(const device::SeenDepth& seen) {
   }
   const PoseWithCovariance world_from_camera =
       compose(world_from_rig, {options_.camera.rig_from_camera, Mat6::Zero()});
-  const depth::DepthImage image(seen.units.view(), options_.metres_per_unit);
+  const depth::DepthImage image(seen.pixels, seen.metres_per_unit.value_or(options_.metres_per_unit));
   map_.update(depth::find_planes(image, rays_, options_.planes), image, rays_, world_from_camera, time);
   last_time_ = time;
   ++looked_;

@@ -6,6 +6,7 @@
 #include <fstream>
 #include <thread>
 
+#include "procam/device/depth_source.hpp"
 #include "procam/device/frame_sink.hpp"
 #include "procam/device/frame_source.hpp"
 #include "procam/io/files.hpp"
@@ -98,6 +99,28 @@ TEST_F(WatchedFolder, MustExist) {
   const auto source = watch_folder(folder_, read);
   fs::remove_all(folder_);
   EXPECT_THROW(source->next(0, 5), Error) << "the folder went away";
+}
+
+TEST_F(WatchedFolder, HoldsDepthInUnitsAndInMetres) {
+  const auto kind_of = [](const fs::path& file) {
+    return file.extension() == ".pfm" ? DepthPixels(ImageF(4, 3, 1, 1.25f)) : Image<std::uint16_t>(4, 3);
+  };
+  append("2.pfm", "p");
+  append("10.png", "p");
+  append("notes.txt", "p");
+  const auto played = open_depth("folder:" + folder_.string() + "@1000", {kind_of, {}});
+  auto first = played->next(0, 5);
+  ASSERT_TRUE(first);
+  EXPECT_EQ(std::get<ImageF>(first->pixels).at(3, 2), 1.25f) << "2 comes before 10";
+  const auto second = played->next(first->time_s, 5);
+  ASSERT_TRUE(second);
+  EXPECT_EQ(second->pixels.index(), 0u);
+  EXPECT_FALSE(second->metres_per_unit);
+  const auto watched = open_depth("watch:" + folder_.string(), {kind_of, {}});
+  append("11.pfm", "p");
+  const auto arrived = watched->next(0, 5);
+  ASSERT_TRUE(arrived);
+  EXPECT_EQ(arrived->pixels.index(), 1u);
 }
 
 }  // namespace

@@ -2,11 +2,13 @@
 /// bad images refused in three parts.
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <fstream>
 
 #include "e2e/tool_runner.hpp"
 #include "procam/io/depth_file.hpp"
 #include "procam/io/images.hpp"
+#include "procam/io/pfm.hpp"
 #include "procam/io/surface_file.hpp"
 #include "procam/simulate/depth_view.hpp"
 
@@ -61,6 +63,27 @@ TEST_F(DetectSurfaces, WritesNamedSurfacesAndAPreview) {
   const ImageU8 preview = io::load_image(folder_ / "seen.png").image;
   EXPECT_GT(preview.width(), 1280);  // the image at twice its size, and a legend
   EXPECT_GE(preview.height(), 960);
+}
+
+TEST_F(DetectSurfaces, TakesFloatsInMetres) {
+  ImageF metres(640, 480);
+  for (int y = 0; y < 480; ++y)
+    for (int x = 0; x < 640; ++x)
+      metres.at(x, y) = depth_.at(x, y) > 0 ? 1e-3f * float(depth_.at(x, y)) : std::nanf("");
+  io::save_pfm(folder_ / "depth.pfm", metres.view());
+  ASSERT_EQ(run("depth.png", camera_).exit_code, 0);
+  const SurfaceSet from_units = io::load_surfaces(folder_ / "out.json");
+  const ToolRun found = run("depth.pfm", camera_);
+  ASSERT_EQ(found.exit_code, 0) << found.err;
+  const SurfaceSet from_metres = io::load_surfaces(folder_ / "out.json");
+  ASSERT_EQ(from_metres.surfaces.size(), from_units.surfaces.size());
+  for (std::size_t i = 0; i < from_units.surfaces.size(); ++i) {
+    const auto& a = std::get<PlanarSurface>(from_units.surfaces[i].geometry).frame_from_surface;
+    const auto& b = std::get<PlanarSurface>(from_metres.surfaces[i].geometry).frame_from_surface;
+    EXPECT_LT((a.translation - b.translation).norm(), 1e-3);
+  }
+  fs::remove(folder_ / "out.json");
+  expect_refused(run("depth.pfm", camera_ + " --scale sun"), 3, "nothing is packed");
 }
 
 TEST_F(DetectSurfaces, RefusesBadDepthInThreeParts) {

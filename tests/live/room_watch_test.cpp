@@ -248,7 +248,7 @@ TEST(RoomWatch, ACameraThatIsLostIsToldAndComesBack) {
     for (int i = 0; i < 600 && !done(); ++i) {
       if (feeds) {
         const std::lock_guard<std::mutex> lock(shared.mutex);
-        if (shared.pictures.empty()) shared.pictures.push_back({picture.units, device::now_s()});
+        if (shared.pictures.empty()) shared.pictures.push_back({picture.pixels, device::now_s()});
       }
       if (auto news = watch.take()) {
         words.insert(words.end(), news->words.begin(), news->words.end());

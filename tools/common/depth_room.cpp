@@ -24,7 +24,7 @@ void declare_depth_room(CLI::App& app, DepthRoomFlags& flags) {
           throw Error(ErrorKind::kInput, "'" + text + "'", "one step of a depth picture cannot be that long",
                       "give the unit of its numbers, e.g. 1mm, or 0.2mm for 1/5000 m");
       },
-      "unit of its numbers (default: 1mm)");
+      "unit of a depth picture's 16-bit numbers, where no sensor states it (default: 1mm)");
   add_parsed(
       app, "--depth-delay",
       [&](const std::string& text) {
@@ -68,9 +68,11 @@ std::unique_ptr<live::RoomWatch> watch_room(const std::string& surfaces, const D
   options.lost_after = projection.track.stale_after;
   options.blank_on_loss = projection.blank_on_stale;
   const std::string source = surfaces.substr(std::string(kBeginning).size());
-  return std::make_unique<live::RoomWatch>(
-      [source] { return device::open_depth(source, [](const auto& file) { return io::load_depth(file); }); },
-      options);
+  device::DepthOptions opening;
+  opening.read = [](const auto& file) { return io::load_depth_pixels(file); };
+  opening.size = options.room.camera.camera.size;
+  return std::make_unique<live::RoomWatch>([source, opening] { return device::open_depth(source, opening); },
+                                           options);
 }
 
 }  // namespace procam::tools

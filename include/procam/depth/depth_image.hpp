@@ -6,7 +6,7 @@
 #include <cmath>
 #include <cstdint>
 
-#include "procam/core/image.hpp"
+#include "procam/core/depth_pixels.hpp"
 
 namespace procam::depth {
 
@@ -24,6 +24,10 @@ struct DepthImage {
   explicit DepthImage(ViewF depth) : metres(depth) {
     require(depth.channels == 1, "DepthImage: a depth image has one channel");
   }
+  /// Of pixels that outlive it; the unit is that of 16-bit ones.
+  DepthImage(const DepthPixels& pixels, double unit)
+      : DepthImage(pixels.index() == 0 ? DepthImage(std::get<0>(pixels).view(), unit)
+                                       : DepthImage(std::get<1>(pixels).view())) {}
 
   ImageSize size() const { return units.data ? units.size() : metres.size(); }
   /// Metres; 0 where nothing was measured.

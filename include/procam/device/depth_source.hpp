@@ -1,15 +1,13 @@
 #pragma once
-/// Where depth pictures come from, as they are: 16-bit numbers of a stated unit (depth/depth_image.hpp says
-/// what they mean).
+/// Where depth pictures come from, as they are (core/depth_pixels.hpp).
 ///
 ///   watch:FOLDER        files that appear there from now on, written by whatever drives the sensor
 ///   folder:FOLDER[@HZ]  those that are there, in natural order, once through at 30 or HZ a second
-///   camera:NUMBER       an OpenNI2 sensor where this OpenCV has that driver, else a camera that delivers 16
-///                       bits
+///   openni2:            the first sensor that OpenNI2 knows (Kinect, Xtion, Astra and their kin)
+///   openni2:URI         the one of that URI, or a recording (.oni), once through
 ///
 /// Every source listens on a thread of its own, so that a picture's time is that of its arrival, and holds
 /// the newest few.
-#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <memory>
@@ -17,13 +15,16 @@
 #include <string>
 #include <vector>
 
-#include "procam/core/image.hpp"
+#include "procam/core/depth_pixels.hpp"
 
 namespace procam::device {
 
 struct SeenDepth {
-  Image<std::uint16_t> units;
+  DepthPixels pixels;
   double time_s = 0;  ///< of arrival, clock of now_s()
+  /// Of the exposure, by the sensor's own clock, which began at any time and may start again: seconds.
+  std::optional<double> stamp_s = {};
+  std::optional<double> metres_per_unit = {};  ///< where the sensor states it
 };
 
 class DepthSource {
@@ -31,23 +32,30 @@ class DepthSource {
   virtual ~DepthSource() = default;
 
   /// The oldest picture at hand that arrived after `after_s`; waits for one up to `timeout_s`, then nullopt.
-  /// Throws Error(kDevice) when the sensor is gone or its file cannot be read, and at a folder's end.
+  /// Throws Error(kDevice) when the sensor is gone or its file cannot be read, and at a folder's or a
+  /// recording's end.
   virtual std::optional<SeenDepth> next(double after_s, double timeout_s) = 0;
 };
 
-/// Reads a whole depth picture (io::load_depth); throws Error for one that is damaged or not complete yet.
-using ReadDepth = std::function<Image<std::uint16_t>(const std::filesystem::path&)>;
+/// Reads a whole depth picture (io::load_depth_pixels); throws Error for one that is damaged or not complete
+/// yet.
+using ReadDepth = std::function<DepthPixels(const std::filesystem::path&)>;
+
+struct DepthOptions {
+  ReadDepth read;                 ///< of files
+  std::optional<ImageSize> size;  ///< a sensor is asked for pictures of this size
+};
 
 /// One row of the table.
 struct DepthKind {
   const char* name;
   const char* form;
-  std::unique_ptr<DepthSource> (*open)(const std::string& rest, const ReadDepth& read);
+  std::unique_ptr<DepthSource> (*open)(const std::string& rest, const DepthOptions& options);
 };
 const std::vector<DepthKind>& depth_kinds();
 
 /// Opens a source by its text. Throws Error(kInput) for a text that names none, Error(kDevice) for one that
-/// cannot be opened.
-std::unique_ptr<DepthSource> open_depth(const std::string& what, const ReadDepth& read);
+/// cannot be opened, Error(kUnsupported) for a sensor where procam was built without OpenNI2.
+std::unique_ptr<DepthSource> open_depth(const std::string& what, const DepthOptions& options);
 
 }  // namespace procam::device

@@ -2,11 +2,12 @@
 /// A depth camera on the rig, as the source of the surfaces: what it sees becomes named planes that keep
 /// their names and places while the robot drives and people pass (depth/plane_map.hpp).
 ///
-///   RoomWatch watch([&] { return device::open_depth("watch:depth", io::load_depth); }, options);
+///   RoomWatch watch([&] { return device::open_depth("watch:depth", {io::load_depth_pixels}); }, options);
 ///   watch.add(message);                       // as poses come
 ///   if (auto news = watch.take()) ...         // surfaces to show from now on, sentences for people
 ///
-/// A picture that arrived at t shows the room of t - delay, seen from
+/// A picture that arrived at t shows the room of t - delay (of one that its sensor stamped, t is freed of the
+/// jitter on its way: track/clock.hpp), seen from
 ///   world_from_camera = world_from_child(t - delay) * child_from_rig * rig_from_camera.
 ///
 /// All work is done on a thread of its own, at the camera's pace; where that is faster, pictures are passed
@@ -24,9 +25,9 @@
 namespace procam::live {
 
 struct RoomOptions {
-  RigCamera camera;  ///< the depth camera
-  double metres_per_unit = 0.001;
-  double delay = 0;  ///< from a picture's exposure to its arrival, seconds
+  RigCamera camera;                ///< the depth camera
+  double metres_per_unit = 0.001;  ///< where the sensor does not state it
+  double delay = 0;                ///< from a picture's exposure to its arrival, seconds
   /// A rig that stands still: no poses are awaited.
   std::optional<Pose> world_from_rig;
   Pose child_from_rig;        ///< the rig's place on what the poses tell of
@@ -55,10 +56,13 @@ class RoomView {
   int homeless() const { return homeless_; }  ///< passed over for want of a pose
 
  private:
+  double time_of(const device::SeenDepth& seen);
+
   RoomOptions options_;
   depth::RayTable rays_;
   depth::PlaneMap map_;
   track::PoseTrack track_;
+  track::Clock clock_;  ///< of a sensor that stamps its pictures
   double last_time_ = 0;
   int looked_ = 0, homeless_ = 0;
   SurfaceSet told_;

@@ -7,6 +7,7 @@
 
 #include "common/cli.hpp"
 #include "common/content_names.hpp"
+#include "common/dark_words.hpp"
 #include "common/depth_room.hpp"
 #include "common/people_flags.hpp"
 #include "common/room_frames.hpp"
@@ -440,12 +441,21 @@ ExitCode show(const Flags& flags, Console& console) {
                   "leave one of them out");
     people = std::make_unique<ShowPeople>(flags.people, rig, rig.projector(flags.projector),
                                           [&](const std::string& sentence) { console.log(sentence); });
-    options.over = [&](const live::Projection& through, double light_time, ImageView<std::uint8_t> frame) {
-      people->over(through, light_time, frame);
-    };
   }
   const bool in_room = is_depth_room(flags.surfaces);
+  if (flags.room.silhouettes && !in_room)
+    throw Error(ErrorKind::kInput, "--silhouettes", "no depth camera sees the room",
+                "give --surfaces depth:SOURCE");
+  if (flags.room.silhouettes && !flags.record.empty())
+    throw Error(ErrorKind::kInput, "--record", "a run with --silhouettes cannot be shown again bit for bit",
+                "leave one of them out");
   std::unique_ptr<live::RoomWatch> room;
+  DarkWords silhouettes([&](const std::string& sentence) { console.log(sentence); });
+  if (people || flags.room.silhouettes)
+    options.over = [&](const live::Projection& through, double light_time, ImageView<std::uint8_t> frame) {
+      if (people) people->over(through, light_time, frame);
+      if (flags.room.silhouettes) silhouettes.tell(room->darken(frame, through, light_time));
+    };
   if (in_room) {
     // Without poses the rig stands still and is the world.
     const bool rig_is_world = flags.sources.empty() && flags.marker_camera.empty() && flags.pose.empty();

@@ -4,9 +4,11 @@
 #include <atomic>
 #include <chrono>
 #include <cmath>
+#include <limits>
 #include <mutex>
 #include <thread>
 
+#include "procam/depth/room_depth.hpp"
 #include "procam/device/frame_sink.hpp"
 
 namespace procam::live {
@@ -48,6 +50,23 @@ double RoomView::time_of(const device::SeenDepth& seen) {
   return std::min(clock_.time(*seen.stamp_s), seen.time_s);
 }
 
+std::shared_ptr<const RoomSilhouettes> RoomView::find(const depth::DepthImage& image,
+                                                      const Pose& world_from_camera, double time) const {
+  depth::RoomDepthOptions room;
+  room.within = options_.silhouettes->nearer;
+  const ImageF background = depth::room_depth(map_, image, rays_, world_from_camera, room);
+  ImageF metres;
+  if (image.units.data) {
+    metres = ImageF(image.size().width, image.size().height);
+    for (int y = 0; y < metres.height(); ++y)
+      for (int x = 0; x < metres.width(); ++x) metres.at(x, y) = image.at(x, y);
+  }
+  const track::DepthView view{options_.camera.camera, image.units.data ? metres.view() : image.metres,
+                              background.view()};
+  return std::make_shared<const RoomSilhouettes>(
+      RoomSilhouettes{track::find_silhouettes(view, *options_.silhouettes), world_from_camera, time});
+}
+
 std::optional<SurfaceSet> RoomView::look(const device::SeenDepth& seen) {
   const ImageSize size = size_of(seen.pixels);
   if (size != rays_.size())
@@ -76,6 +95,7 @@ std::optional<SurfaceSet> RoomView::look(const device::SeenDepth& seen) {
   map_.update(depth::find_planes(image, rays_, options_.planes), image, rays_, world_from_camera, time);
   last_time_ = time;
   ++looked_;
+  if (options_.silhouettes) silhouettes_ = find(image, world_from_camera.pose, time);
   SurfaceSet now = map_.surfaces();
   if (!is_news(told_, now, options_.news_from)) return std::nullopt;
   told_ = now;
@@ -89,9 +109,10 @@ struct RoomWatch::State {
   RoomWatchOptions options;
   std::unique_ptr<device::DepthSource> source;
   RoomView view;
-  std::mutex mutex;  ///< of the two below
+  std::mutex mutex;  ///< of the three below
   std::vector<track::StampedPose> poses;
   RoomNews news;
+  std::shared_ptr<const RoomSilhouettes> silhouettes;
   std::atomic<bool> ends{false};
   std::thread thread;
 
@@ -150,6 +171,10 @@ struct RoomWatch::State {
     }
     last_good = device::now_s();
     last_fault.clear();
+    if (view.silhouettes()) {
+      const std::lock_guard<std::mutex> lock(mutex);
+      silhouettes = view.silhouettes();
+    }
     if (lost) {
       lost = false;
       tell(view.map().surfaces(), "the depth camera sees again");
@@ -193,6 +218,32 @@ std::optional<RoomNews> RoomWatch::take() {
   const std::unique_lock<std::mutex> lock(state_->mutex, std::try_to_lock);
   if (!lock || (!state_->news.surfaces && state_->news.words.empty())) return std::nullopt;
   return std::exchange(state_->news, {});
+}
+
+track::Darkened RoomWatch::darken(ImageView<std::uint8_t> frame, const Projection& projection,
+                                  double light_time) const {
+  std::shared_ptr<const RoomSilhouettes> newest;
+  {
+    const std::lock_guard<std::mutex> lock(state_->mutex);
+    newest = state_->silhouettes;
+  }
+  return darken_before_room(frame, projection, light_time, newest.get(),
+                            state_->options.room.silhouettes.value_or(track::SilhouetteOptions{}));
+}
+
+track::Darkened darken_before_room(ImageView<std::uint8_t> frame, const Projection& projection,
+                                   double light_time, const RoomSilhouettes* seen,
+                                   const track::SilhouetteOptions& options) {
+  // A place that is not finite darkens all, and so does an age that is none.
+  constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+  Pose projector_from_camera(Eigen::Quaterniond::Identity(), Vec3::Constant(kUnknown));
+  const auto projector_from_world = projection.projector_from_world(light_time);
+  if (seen != nullptr && projector_from_world)
+    projector_from_camera = *projector_from_world * seen->world_from_camera;
+  static const track::Silhouettes nobody;
+  return track::darken_silhouettes(frame, projection.projector(), projector_from_camera,
+                                   seen != nullptr ? seen->in_camera : nobody,
+                                   seen != nullptr ? light_time - seen->time : kUnknown, options);
 }
 
 }  // namespace procam::live

@@ -14,9 +14,14 @@
 #include "procam/device/frame_sink.hpp"
 #include "procam/simulate/depth_view.hpp"
 #include "procam/simulate/drive.hpp"
+#include "support/room_stage.hpp"
 
 namespace procam::live {
 namespace {
+
+using test::middle_of;
+using test::quarters;
+using test::Walker;
 
 /// A wall 3.2 m ahead of where the robot begins, a floor and a table; z up.
 struct SmallRoom {
@@ -57,54 +62,6 @@ struct SmallRoom {
 std::vector<simulate::Body> somebody_at(double x) {
   return simulate::box("somebody", Pose(Eigen::Quaterniond::Identity(), Vec3(x, 2.0, 0)),
                        Vec3(0.45, 0.3, 1.75), 0.5);
-}
-
-/// Red, green / blue, white: they meet in the middle, which is found to a part of a pixel.
-ImageU8 quarters() {
-  ImageU8 picture(64, 64, 3);
-  for (int y = 0; y < 64; ++y)
-    for (int x = 0; x < 64; ++x) {
-      picture.at(x, y, 0) = x < 32 && y < 32 ? 255 : x >= 32 && y >= 32 ? 255 : 0;
-      picture.at(x, y, 1) = x >= 32 ? 255 : 0;
-      picture.at(x, y, 2) = y >= 32 ? 255 : 0;
-    }
-  return picture;
-}
-
-/// Where green begins along rows and blue along columns: two lines that cross in the middle.
-std::optional<Vec2> middle_of(const ImageU8& frame) {
-  // The border lies where half the light is: at 188 of 255 (sRGB).
-  constexpr double kHalf = 187.5;
-  const auto crossings = [&](int channel, bool along_x) {
-    Points2 found;
-    const int lines = along_x ? frame.height() : frame.width(),
-              length = along_x ? frame.width() : frame.height();
-    for (int line = 4; line + 4 < lines; ++line)
-      for (int i = 1; i + 2 < length; ++i) {
-        const auto value = [&](int at, int c) {
-          return double(along_x ? frame.at(at, line, c) : frame.at(line, at, c));
-        };
-        const double a = value(i, channel), b = value(i + 1, channel);
-        const bool lit = value(i - 1, 0) + value(i - 1, 1) + value(i - 1, 2) > 200;
-        if (!lit || !(a < kHalf && b >= kHalf)) continue;
-        const double at = i + (kHalf - a) / (b - a);
-        found.push_back(along_x ? Vec2(at, line) : Vec2(line, at));
-      }
-    return found;
-  };
-  const auto line_of = [](const Points2& points) {
-    Vec2 mean = Vec2::Zero();
-    for (const Vec2& p : points) mean += p / double(points.size());
-    Mat2 spread = Mat2::Zero();
-    for (const Vec2& p : points) spread += (p - mean) * (p - mean).transpose();
-    const double turn = 0.5 * std::atan2(2 * spread(0, 1), spread(0, 0) - spread(1, 1));
-    const Vec2 normal(-std::sin(turn), std::cos(turn));
-    return Vec3(normal.x(), normal.y(), -normal.dot(mean));
-  };
-  const Points2 upright = crossings(1, true), level = crossings(2, false);
-  if (upright.size() < 8 || level.size() < 8) return std::nullopt;
-  const Vec3 crossing = line_of(upright).cross(line_of(level));
-  return Vec2(crossing.head<2>() / crossing.z());
 }
 
 TEST(RoomView, LightStaysWhereItIsOnTheWallWhileTheRobotDrivesAndSomebodyPasses) {
@@ -183,6 +140,74 @@ TEST(RoomView, LightStaysWhereItIsOnTheWallWhileTheRobotDrivesAndSomebodyPasses)
   EXPECT_GT(lit, 35);
   EXPECT_GT(told, 0);
   EXPECT_EQ(last.count("table_1"), 1u);
+}
+
+TEST(RoomView, WhoeverWalksThroughIsKeptOutOfTheLightWhileTheRobotTurns) {
+  const SmallRoom world;
+  constexpr double kDelay = 0.03, kLightAfter = 0.09;  // seconds: of depth, and from exposure to light
+  RoomOptions options = world.options();
+  options.delay = kDelay;
+  options.silhouettes.emplace();
+  RoomView view(options);
+  ProjectionOptions drawing;
+  drawing.track.prediction = track::Prediction::kConstantTwist;
+  Projection projection(world.rig, drawing);
+  const std::shared_ptr<device::ContentSource> white = device::still_content(ImageU8(8, 8, 3, 255));
+  const auto robot = [](double time) {  // turns by up to 14 degrees/s
+    return simulate::test::looking_at(Vec3(0.1 * std::sin(time), 0.6, 1.3),
+                                      Vec3(0.55 * std::sin(1.1 * time), 3.2, 1.35));
+  };
+  const auto walker = [](double time) { return Walker{Vec3(-1.6 + 1.1 * (time - 4), 2.4, 0)}; };
+  ImageU8 frame(projection.frame_size(), 3);
+  long on_walker = 0, lit_on_walker = 0, beside = 0, lit_beside = 0, empty = 0, lit_empty = 0;
+  for (int i = 0; i <= 68; ++i) {
+    const double time = 0.1 * i;
+    for (int k = 0; k < 3; ++k) {
+      const double stamp = time - 0.1 + (k + 1) / 30.0;
+      if (stamp < 0) continue;
+      view.add(message(stamp + 1, robot(stamp)));
+      projection.add(message(stamp + 1, robot(stamp)));
+    }
+    const bool is_there = time > 4;
+    const auto bodies = is_there ? walker(time).bodies() : std::vector<simulate::Body>();
+    if (auto surfaces = view.look(world.seen(robot(time), time + 1 + kDelay, bodies, std::uint64_t(i) + 1))) {
+      Show show;
+      for (Surface& surface : surfaces->surfaces) {
+        surface.content = "white";
+        show.contents.push_back(white);
+      }
+      show.surfaces = std::move(*surfaces);
+      projection.set_show(std::move(show));
+    }
+    if (time < 3.5) continue;  // the room is known by then
+    const double light = time + 1 + kLightAfter;
+    projection.draw(light, time, frame.view());
+    const ImageU8 all = frame;
+    const track::Darkened done = darken_before_room(frame, projection, light, view.silhouettes().get());
+    ASSERT_FALSE(done.is_dark) << done.why;
+    const Pose world_from_lamp = robot(time + kLightAfter) * world.rig.projectors[0].rig_from_projector;
+    const Walker then = walker(time + kLightAfter);
+    for (int y = 0; y < frame.height(); y += 3)
+      for (int x = 0; x < frame.width(); x += 3) {
+        if (all.at(x, y, 0) == 0) continue;
+        const bool lit = frame.at(x, y, 0) > 0;
+        const auto ray = projection.projector().inverse_camera.unproject(Vec2(x, y));
+        const double off = then.clearance(world_from_lamp.translation, world_from_lamp.rotate(*ray));
+        if (!is_there) ++empty, lit_empty += lit;
+        if (is_there && off < 0) ++on_walker, lit_on_walker += lit;
+        if (is_there && off > 0.5) ++beside, lit_beside += lit;
+      }
+  }
+  EXPECT_GT(on_walker, 2000);
+  EXPECT_EQ(lit_on_walker, 0);
+  EXPECT_GT(beside, 20000);
+  EXPECT_GT(double(lit_beside) / double(beside), 0.97);
+  EXPECT_GT(double(lit_empty) / double(empty), 0.97);
+  // Without news of depth, and without a pose, all is dark.
+  EXPECT_TRUE(darken_before_room(frame, projection, 9, view.silhouettes().get()).is_dark);
+  EXPECT_TRUE(darken_before_room(frame, projection, 7.9, nullptr).is_dark);
+  Projection nowhere(world.rig, drawing);
+  EXPECT_TRUE(darken_before_room(frame, nowhere, 7.9, view.silhouettes().get()).is_dark);
 }
 
 TEST(RoomView, PassesPicturesOverWithoutAPoseAndRefusesOtherSizes) {

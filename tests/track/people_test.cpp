@@ -357,8 +357,8 @@ struct DepthScene {
   }
   ImageU8 darkened(double age, Darkened* told = nullptr) const {
     ImageU8 frame(1024, 768, 3, 255);
-    const Darkened done = darken_silhouettes(frame, lopsided_projector(), projector_from_camera,
-                                             {camera, depth.view(), background.view()}, age);
+    const Silhouettes seen = find_silhouettes({camera, depth.view(), background.view()});
+    const Darkened done = darken_silhouettes(frame, lopsided_projector(), projector_from_camera, seen, age);
     if (told != nullptr) *told = done;
     return frame;
   }
@@ -414,11 +414,41 @@ TEST(Silhouette, FailsDark) {
   EXPECT_EQ(speckled.lit(speckled.darkened(0.05), 0.4).second, 1);
   EXPECT_EQ(speckled.lit(speckled.darkened(0.05), 0.4).first, 0);
   DepthScene near = scene;
-  near.depth.at(80, 60) = 0.05f;
+  for (int i = 0; i < 3; ++i) near.depth.at(80 + i, 60) = 0.05f;
   near.darkened(0.2, &told);
   EXPECT_TRUE(told.is_dark) << "at the lens";
   scene.depth = ImageF(16, 12);
   EXPECT_THROW(scene.darkened(0.05), std::invalid_argument);
+}
+
+TEST(Silhouette, GapsCountWhereAHeadFitsIn) {
+  const Camera camera{{640, 480}, {585, 581, 317.2, 241.7, 0.4}, {}};
+  const ImageF wall(640, 480, 1, 3.0f);
+  const SilhouetteOptions options;
+  const auto with_gap = [&](int x0, int width, int y0, int height) {
+    ImageF depth = wall;
+    for (int y = y0; y < y0 + height; ++y)
+      for (int x = x0; x < x0 + width; ++x) depth.at(x, y) = 0;
+    return find_silhouettes({camera, depth.view(), wall.view()}, options);
+  };
+  // An emitter's shadow beside somebody: no head of 0.12 m is so narrow before a wall at 3 m (23 pixels).
+  EXPECT_TRUE(with_gap(200, 12, 0, 480).unseen.empty());
+  // A coat: anywhere from where a head fills the gap's narrower side, 80 pixels, on.
+  const Silhouettes coat = with_gap(200, 80, 120, 200);
+  ASSERT_FALSE(coat.unseen.empty());
+  EXPECT_TRUE(coat.seen.empty());
+  for (const Silhouettes::Unseen& unseen : coat.unseen) {
+    EXPECT_NEAR(unseen.from, 581 * 0.12 / 80, 0.12);
+    EXPECT_EQ(unseen.to, 3.0);
+  }
+  // A narrow end of a wide gap stays narrow.
+  ImageF keyhole = wall;
+  for (int y = 100; y < 400; ++y)
+    for (int x = 300; x < (y < 200 ? 400 : 308); ++x) keyhole.at(x, y) = 0;
+  const Silhouettes seen = find_silhouettes({camera, keyhole.view(), wall.view()}, options);
+  EXPECT_FALSE(seen.unseen.empty());
+  for (const Silhouettes::Unseen& unseen : seen.unseen)
+    EXPECT_LT(unseen.way.y(), (204 - 241.7) / 581) << "below the wide part";
 }
 
 }  // namespace

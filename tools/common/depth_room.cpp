@@ -46,6 +46,9 @@ void declare_depth_room(CLI::App& app, DepthRoomFlags& flags) {
         flags.up = up;
       },
       "which way is up in the world, x,y,z (default: 0,0,1; without poses 0,-1,0, the rig's)");
+  app.add_flag("--silhouettes", flags.silhouettes,
+               "with --surfaces depth: whatever comes before the room is kept out of the light, people as a "
+               "whole; dark while depth is silent");
 }
 
 bool is_depth_room(const std::string& surfaces) {
@@ -65,6 +68,7 @@ std::unique_ptr<live::RoomWatch> watch_room(const std::string& surfaces, const D
     options.room.world_from_rig =
         (rig.projector(projection.projector).rig_from_projector * *projection.projector_from_world).inverse();
   options.room.map.up_in_world = flags.up.value_or(rig_is_world ? Vec3(0, -1, 0) : Vec3(0, 0, 1));
+  if (flags.silhouettes) options.room.silhouettes.emplace();
   options.lost_after = projection.track.stale_after;
   options.blank_on_loss = projection.blank_on_stale;
   const std::string source = surfaces.substr(std::string(kBeginning).size());

@@ -2,6 +2,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include "common/dark_words.hpp"
 #include "common/pose_sender.hpp"
 #include "common/room_frames.hpp"
 #include "procam/io/pose_file.hpp"
@@ -59,10 +60,9 @@ struct ShowPeople::State {
   std::unique_ptr<track::SkeletonSource> source;
   live::RoomPeople people;
   std::vector<Destination> destinations;
-  std::function<void(const std::string&)> say;
+  DarkWords words;
   std::vector<track::SkeletonFrame> arrived;
   std::uint64_t frames = 0, told = 0;
-  std::string dark_for;
 };
 
 ShowPeople::ShowPeople(const PeopleFlags& flags, const Rig& rig, const RigProjector& projector,
@@ -81,11 +81,10 @@ ShowPeople::ShowPeople(const PeopleFlags& flags, const Rig& rig, const RigProjec
   state_ = std::make_unique<State>(State{track::open_skeleton_source(flags.source),
                                          std::move(people),
                                          std::move(destinations),
-                                         std::move(say),
+                                         DarkWords(std::move(say)),
                                          {},
                                          0,
-                                         0,
-                                         {}});
+                                         0});
 }
 ShowPeople::~ShowPeople() = default;
 
@@ -105,11 +104,7 @@ void ShowPeople::take(const live::Projection& projection) {
 
 void ShowPeople::over(const live::Projection& projection, double light_time, ImageView<std::uint8_t> frame) {
   take(projection);
-  const track::Darkened done = state_->people.darken(frame, projection, light_time);
-  if (done.why == state_->dark_for) return;
-  if (done.is_dark) state_->say(std::string("the picture is dark: ") + done.why);
-  if (!done.is_dark) state_->say("the picture is lit again");
-  state_->dark_for = done.why;
+  state_->words.tell(state_->people.darken(frame, projection, light_time));
 }
 
 void ShowPeople::tell(Console& console) const {

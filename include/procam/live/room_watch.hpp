@@ -20,7 +20,9 @@
 #include "procam/core/rig.hpp"
 #include "procam/depth/plane_map.hpp"
 #include "procam/device/depth_source.hpp"
+#include "procam/live/projection.hpp"
 #include "procam/track/pose_track.hpp"
+#include "procam/track/silhouette.hpp"
 
 namespace procam::live {
 
@@ -37,7 +39,23 @@ struct RoomOptions {
   /// A corner of some content moved by more than this, metres: told. Less changes no pixel, and every change
   /// is work for the loop.
   double news_from = 2e-4;
+  /// Whatever comes before the room is told (RoomView::silhouettes()), to be kept out of the light.
+  std::optional<track::SilhouetteOptions> silhouettes;
 };
+
+/// What came before the room at a time, as the depth camera then stood.
+struct RoomSilhouettes {
+  track::Silhouettes in_camera;
+  Pose world_from_camera;
+  double time = 0;  ///< of the exposure, local clock
+};
+
+/// Blackens whatever came before the room, for the light of a time: through the room, so that it holds while
+/// the robot turns. All of the frame for silhouettes that are null or old, and while where the rig stands is
+/// not known (track/silhouette.hpp).
+track::Darkened darken_before_room(ImageView<std::uint8_t> frame, const Projection& projection,
+                                   double light_time, const RoomSilhouettes* seen,
+                                   const track::SilhouetteOptions& options = {});
 
 /// The part without clock and thread: the same calls in the same order give the same surfaces.
 class RoomView {
@@ -51,12 +69,17 @@ class RoomView {
   /// than the camera's.
   std::optional<SurfaceSet> look(const device::SeenDepth& seen);
 
+  /// Of the last picture that the map took; null unless asked for, and before there is one.
+  const std::shared_ptr<const RoomSilhouettes>& silhouettes() const { return silhouettes_; }
+
   const depth::PlaneMap& map() const { return map_; }
   int looked() const { return looked_; }      ///< pictures that the map took
   int homeless() const { return homeless_; }  ///< passed over for want of a pose
 
  private:
   double time_of(const device::SeenDepth& seen);
+  std::shared_ptr<const RoomSilhouettes> find(const depth::DepthImage& image, const Pose& world_from_camera,
+                                              double time) const;
 
   RoomOptions options_;
   depth::RayTable rays_;
@@ -66,6 +89,7 @@ class RoomView {
   double last_time_ = 0;
   int looked_ = 0, homeless_ = 0;
   SurfaceSet told_;
+  std::shared_ptr<const RoomSilhouettes> silhouettes_;
 };
 
 struct RoomWatchOptions {
@@ -91,6 +115,9 @@ class RoomWatch {
   void add(const track::StampedPose& message);
   /// What is new, if anything; never waits.
   std::optional<RoomNews> take();
+  /// darken_before_room() by the newest depth.
+  track::Darkened darken(ImageView<std::uint8_t> frame, const Projection& projection,
+                         double light_time) const;
 
  private:
   struct State;

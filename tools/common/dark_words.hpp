@@ -1,0 +1,24 @@
+#pragma once
+/// Says once when the picture goes dark for people's sake, and when it is lit again.
+#include <functional>
+#include <string>
+
+#include "procam/track/eye_safe.hpp"
+
+namespace procam::tools {
+
+class DarkWords {
+ public:
+  explicit DarkWords(std::function<void(const std::string&)> say) : say_(std::move(say)) {}
+  void tell(const track::Darkened& done) {
+    if (done.why == dark_for_) return;
+    say_(done.is_dark ? std::string("the picture is dark: ") + done.why : "the picture is lit again");
+    dark_for_ = done.why;
+  }
+
+ private:
+  std::function<void(const std::string&)> say_;
+  std::string dark_for_;
+};
+
+}  // namespace procam::tools

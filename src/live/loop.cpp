@@ -294,6 +294,12 @@ class Loop {
       }
       if (help_) draw_words(*frame, keys());
       shown_ = frame;
+      held_.reset();
+    } else {
+      // The picture is held, people walk on: what was dark stays so, and the mask follows them.
+      if (!held_) held_ = shown_;
+      std::copy_n(held_->data(), std::ptrdiff_t(held_->width()) * held_->height() * 3, frame->data());
+      if (parts_.projection.draw_over(now + options_.delay_s, *frame)) shown_ = frame;
     }
     parts_.sink.show_next(*shown_);
     ++metrics_.frames;
@@ -373,7 +379,7 @@ class Loop {
   const LoopOptions options_;
   Metrics metrics_;
   std::deque<std::shared_ptr<ImageU8>> frames_;
-  std::shared_ptr<ImageU8> shown_;
+  std::shared_ptr<ImageU8> shown_, held_;
   std::vector<track::StampedPose> arrived_;
   std::deque<std::string> messages_;
   std::map<std::string, std::shared_ptr<device::ContentSource>> of_room_;  ///< null: on its way, or in vain

@@ -191,6 +191,12 @@ std::optional<Pose> Projection::projector_from_world(double time) const {
   return state_->projector_from_world(pose.frame_from_child);
 }
 
+bool Projection::draw_over(double light_time, ImageView<std::uint8_t> frame) const {
+  if (!state_->options.over) return false;
+  state_->options.over(*this, light_time, frame);
+  return true;
+}
+
 void Projection::set_picture(Picture picture) {
   state_->picture = picture;
 }
@@ -233,7 +239,7 @@ DrawnFrame Projection::draw(double light_time, double content_time, ImageView<st
   }
   const auto begin = std::chrono::steady_clock::now();
   s.options.draw(s.scene, s.projector.projector, frame);
-  if (s.options.over) s.options.over(*this, light_time, frame);
+  draw_over(light_time, frame);
   drawn.render_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   return drawn;
 }

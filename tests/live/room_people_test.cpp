@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "live_world.hpp"
+#include "procam/live/loop.hpp"
 
 namespace procam::live {
 namespace {
@@ -139,6 +140,41 @@ TEST(RoomPeople, AMapJumpDoesNotLightAHead) {
     const auto pixel = drive.projection->projector().inverse_camera.project(projector_from_world * head);
     EXPECT_EQ(drive.frame.at(int(pixel->x()), int(pixel->y()), 2), 0) << i;
   }
+}
+
+TEST(RoomPeople, AHeldPictureIsDarkWherePeopleAreNow) {
+  ProjectionOptions options;
+  options.projector_from_world = Pose();
+  int row = 120;
+  options.over = [&](const Projection&, double, ImageView<std::uint8_t> frame) {
+    std::fill_n(frame.row(row), frame.width * 3, std::uint8_t(0));
+  };
+  Projection projection(small_rig(), options);
+  projection.set_show(small_show());
+  KeptFrames sink(projection.frame_size());
+  const auto lit = [&](int y) {
+    const ImageU8 frame = sink.last();
+    return std::any_of(frame.row(y), frame.row(y) + frame.width() * 3, [](std::uint8_t v) { return v > 0; });
+  };
+  LoopParts parts{projection, sink};
+  parts.tick = [&](const Metrics& metrics) {
+    if (metrics.frames == 2) {
+      EXPECT_TRUE(!lit(120) && lit(140));
+      sink.wish(device::Wish::kFreeze);
+    }
+    if (metrics.frames == 5) row = 140;
+    if (metrics.frames == 8) {
+      EXPECT_TRUE(!lit(120) && !lit(140) && lit(130));
+      row = 130;
+    }
+    if (metrics.frames == 10) {
+      EXPECT_TRUE(!lit(120) && lit(140) && !lit(130));
+      sink.wish(device::Wish::kClose);
+    }
+  };
+  LoopOptions loop;
+  loop.fps = 200;
+  EXPECT_GE(run_loop(parts, loop).frames, 10u);
 }
 
 }  // namespace

@@ -99,6 +99,10 @@ class Projection {
   /// Where the projector stands at a time; nullopt before the first pose.
   std::optional<Pose> projector_from_world(double time) const;
 
+  /// Draws over a frame again, for the light of another time (ProjectionOptions::over): of a picture that is
+  /// held, a mask goes on. false: there is nothing to draw over it.
+  bool draw_over(double light_time, ImageView<std::uint8_t> frame) const;
+
   void set_picture(Picture picture);
   Picture picture() const;
 

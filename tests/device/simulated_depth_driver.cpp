@@ -28,7 +28,8 @@ constexpr const char* kUri = "simulated/depth";
 OniVideoMode kModes[] = {{ONI_PIXEL_FORMAT_SHIFT_9_2, 320, 240, 60},
                          {ONI_PIXEL_FORMAT_DEPTH_1_MM, 320, 240, 30},
                          {ONI_PIXEL_FORMAT_DEPTH_100_UM, 320, 240, 30},
-                         {ONI_PIXEL_FORMAT_DEPTH_1_MM, 160, 120, 30}};
+                         {ONI_PIXEL_FORMAT_DEPTH_1_MM, 160, 120, 30},
+                         {ONI_PIXEL_FORMAT_DEPTH_1_MM, 640, 480, 30}};
 
 template <typename Value>
 OniStatus put(const Value& value, void* data, int* size) {
@@ -150,7 +151,7 @@ class Device : public oni::driver::DeviceBase {
   }
 
  private:
-  OniSensorInfo info_{ONI_SENSOR_DEPTH, 4, kModes};
+  OniSensorInfo info_{ONI_SENSOR_DEPTH, int(std::size(kModes)), kModes};
   std::mutex mutex_;
   std::set<Stream*> streams_;
 };

@@ -163,7 +163,7 @@ void write_mpcdi(const Flags& flags, const Rig& rig, const SolvedSurfaceSet& sol
   region.buffer = region.id = projector.name;
   region.size = projector.projector.size();
   std::optional<surface::BlendMap> blend;
-  if (flags.blend.given()) blend = blend_for(flags.blend, rig, solved, diagnostics);
+  if (flags.blend.given()) blend = std::move(blend_for(flags.blend, rig, solved, diagnostics).maps.front());
   region.alpha = alpha_of(chosen, solved, nearest, blend ? &blend->weight : nullptr);
   if (mpcdi.profile == io::MpcdiProfile::k2d) {
     region.warp = map_before_others(*chosen, solved, nearest, projector.projector);

@@ -15,9 +15,9 @@
 #include "procam/io/pfm.hpp"
 #include "procam/io/rig_file.hpp"
 #include "procam/io/surface_file.hpp"
-#include "procam/render/preview.hpp"
 #include "procam/render/viewer.hpp"
 #include "procam/render_gl/gl.hpp"
+#include "procam/simulate/preview.hpp"
 #include "procam/surface/lay_out.hpp"
 
 namespace procam::tools {
@@ -108,6 +108,8 @@ ContentLayout layout_of(const Surface& surface, const NamedTexts& fits, const Na
 /// What is shown on one surface.
 struct Shown {
   std::unique_ptr<device::ContentSource> source;
+  Surface surface;
+  ImageSize size;  ///< of the pictures
   surface::LaidOut laid;
 };
 
@@ -152,8 +154,9 @@ Stage set_up(const Flags& flags, const SolvedSurfaceSet& solved, const std::stri
       continue;
     }
     surface.layout = layout_of(surface, fits, crops);
-    Shown shown{device::open_content(what, options), {}};
+    Shown shown{device::open_content(what, options), surface, {}, {}};
     const ImageSize size = shown.source->at(flags.time_s).view.size();
+    shown.size = size;
     shown.laid = surface::lay_out(one.placement, surface, size);
     stage.drawn.push_back(surface.name);
     stage.shown.push_back(std::move(shown));
@@ -300,6 +303,52 @@ class Output {
   std::optional<device::VideoFile> video_;
 };
 
+/// What the other projectors show while `stage` is on, and the lamps of all, in the frame of the first. For a
+/// viewer's picture others have scenes of their own: `stage` is nullptr, and the first shines alone.
+std::vector<simulate::RoomLight> lights_of(const Flags& flags, const Rig& rig, const SolvedSurfaceSet& solved,
+                                           const std::optional<Blending>& blending, const Stage* stage,
+                                           ImageU8 frame, const render::RenderOptions& options) {
+  // Unless --black says what it is: enough for the picture's reach to show.
+  constexpr double kBlack = 0.02;
+  const RigProjector& first = rig.projector(solved.projector);
+  std::vector<simulate::RoomLight> lights;
+  const auto add = [&](std::size_t i, const RigProjector& of_rig, ImageU8 shown) {
+    if (blending) surface::apply_blend(blending->maps[i], shown, flags.gamma);
+    // The same light falls on fewer square metres where pixels are small.
+    const auto density = [](const Projector& projector) {
+      const Intrinsics& k = projector.inverse_camera.intrinsics;
+      return k.fx * k.fy / (double(projector.size().width) * projector.size().height);
+    };
+    simulate::RoomLight light{
+        of_rig.projector, first.rig_from_projector.inverse() * of_rig.rig_from_projector, {std::move(shown)}};
+    light.intensity = density(of_rig.projector) / density(first.projector) *
+                      (blending ? blending->brightness[i] / blending->brightness[0] : 1);
+    light.gamma = flags.gamma > 0 ? flags.gamma : simulate::kSrgb;
+    light.black = blending && blending->black[i] > 0 ? blending->black[i] : kBlack;
+    lights.push_back(std::move(light));
+  };
+  add(0, first, std::move(frame));
+  if (!stage || !blending) return lights;
+  for (std::size_t i = 1; i < blending->sets.size(); ++i) {
+    Scene scene;
+    std::vector<surface::LaidOut> laid;
+    laid.reserve(stage->shown.size());  // scenes look at the masks
+    for (std::size_t k = 0; k < stage->shown.size(); ++k)
+      for (const SolvedSurface& one : blending->sets[i].surfaces) {
+        if (one.surface.name != stage->drawn[k]) continue;
+        laid.push_back(surface::lay_out(one.placement, stage->shown[k].surface, stage->shown[k].size));
+        SceneItem item = stage->scene.items[k];
+        item.placement = laid.back().placement;
+        item.mask = laid.back().mask;
+        scene.items.push_back(item);
+        break;
+      }
+    const RigProjector& other = rig.projector(blending->sets[i].projector);
+    add(i, other, render::render(scene, other.projector, options));
+  }
+  return lights;
+}
+
 /// The same view with no more pixels than are looked at.
 render::Viewpoint for_a_page(render::Viewpoint viewpoint) {
   constexpr int kMostAcross = 1280;
@@ -333,9 +382,10 @@ ExitCode draw(const Flags& flags, Console& console) {
   Stage stage = flags.viewer.given() ? set_up(flags, solve_things(flags.viewer, of_rig, solved),
                                               flags.viewer.things, console, diagnostics)
                                      : set_up(flags, solved, flags.surfaces, console, diagnostics);
-  std::optional<surface::BlendMap> blend;
+  std::optional<Blending> blending;
   if (flags.blend.given() || flags.gamma > 0 || !flags.weights.empty())
-    blend = blend_for(flags.blend, rig, solved, diagnostics);
+    blending = blend_for(flags.blend, rig, solved, diagnostics);
+  const surface::BlendMap* blend = blending ? &blending->maps.front() : nullptr;
 
   render::RenderOptions options;
   options.threads = flags.threads;
@@ -358,23 +408,30 @@ ExitCode draw(const Flags& flags, Console& console) {
   if (output.holds_light()) light = ImageF(projector.size(), 3);
   const int frames = flags.seconds > 0 ? std::max(1, int(std::lround(flags.seconds * flags.rate_hz))) : 1;
   std::optional<ImageU8> view;
+  const auto look = [&](const ImageU8& shown) -> std::optional<ImageU8> {
+    std::vector<surface::LaidOut> laid;
+    const Scene surfaces = real_surfaces(solved, laid);
+    const auto eye = viewer ? std::optional(for_a_page(viewer->eye())) : render::facing_viewpoint(surfaces);
+    if (!eye) {
+      diagnostics.warn("no_preview",
+                       "all surfaces are given in projector pixels, so there is no room to look at: the "
+                       "preview is not written; place surfaces in metres to see them");
+      return std::nullopt;
+    }
+    simulate::PreviewOptions preview;
+    preview.threads = flags.threads;
+    return simulate::preview(
+        simulate::room_of(surfaces),
+        lights_of(flags, rig, solved, blending, viewer ? nullptr : &stage, shown, options), eye->camera,
+        eye->camera_from_projector.inverse(), preview);
+  };
   for (int n = 0; n < frames; ++n) {
     if (frames > 1) console.progress("frame", n + 1, frames);
     stage.show(flags.time_s + n / flags.rate_hz);
     const Scene& scene = viewer ? viewer->scene(stage.scene) : stage.scene;
     const bool looked_at = n == 0 && !flags.preview.empty();
     if (!output.holds_light() || looked_at) renderer.render(scene, projector, frame);
-    if (looked_at) {
-      const Scene& room = viewer ? viewer->room() : stage.scene;
-      const auto viewpoint =
-          viewer ? std::optional(for_a_page(viewer->eye())) : render::facing_viewpoint(room);
-      if (viewpoint)
-        view = render::preview(room, projector, frame, *viewpoint, options);
-      else
-        diagnostics.warn("no_preview",
-                         "no planar surface is drawn, so there is no room to look at: the preview is "
-                         "not written; place surfaces in metres to see them");
-    }
+    if (looked_at) view = look(frame);
     if (output.holds_light()) {
       renderer.render(scene, projector, light);
       if (blend) surface::apply_blend(*blend, light);

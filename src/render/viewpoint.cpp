@@ -8,6 +8,7 @@ namespace procam::render {
 namespace {
 
 constexpr double kSeenRound = 0.2;  ///< of a plane's size, seen round it on each side
+constexpr double kMeshRound = 1.1;  ///< what is seen of a mesh's place, over its reach from its middle
 
 /// A surface as somebody who looks for a place to stand sees it, in the projector's frame.
 struct Looked {
@@ -52,7 +53,8 @@ Looked look_at(const PlacedMesh& placed) {
   looked.centre = pose * Vec3(looked.centre / std::max(whole, 1e-300));
   looked.into_wall = pose.rotate(looked.into_wall) / std::max(whole, 1e-300);
   looked.down = pose.rotate(looked.down) / std::max(whole, 1e-300);
-  for (const Vec3& vertex : mesh.vertices) looked.outline.push_back(pose * vertex);
+  for (const Vec3& vertex : mesh.vertices)
+    looked.outline.push_back(looked.centre + kMeshRound * (pose * vertex - looked.centre));
   return looked;
 }
 

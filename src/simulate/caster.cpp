@@ -9,7 +9,7 @@ PreparedRoom::PreparedRoom(const Room& source) : room(&source) {
   require(source.ambient >= 0, "simulate: the room's ambient light is negative");
   for (std::size_t i = 0; i < source.bodies.size(); ++i) {
     const Body& body = source.bodies[i];
-    check_shape(body.name, body.shape);
+    check_body(body);
     require(body.room_from_body.is_finite(), "simulate: the place of body '" + body.name + "' is not finite");
     paints.emplace_back(body);
     Points3& hull = hulls_in_room.emplace_back(hull_of(body.shape));
@@ -24,10 +24,13 @@ Caster::Caster(const PreparedRoom& room, const Pose& room_from_eye) : room_from_
     const Pose body_from_eye = body.room_from_body.inverse() * room_from_eye;
     const Mat3 axes = body_from_eye.rotation_matrix().transpose();
     Seen& seen = seen_.emplace_back();
-    seen.shape = &body.shape;
-    seen.rectangle = std::get_if<Rectangle>(&body.shape);
+    seen.body = &body;
+    seen.rectangle = body.cutout ? nullptr : std::get_if<Rectangle>(&body.shape);
+    const auto* mesh = body.cutout ? nullptr : std::get_if<TriangleMesh>(&body.shape);
+    seen.mesh = mesh ? &mesh->tree() : nullptr;
+    seen.backdrop = body.backdrop;
     seen.bounds = flat_bounds(body.shape);
-    seen.convex = is_convex(body.shape);
+    seen.convex = !body.cutout && is_convex(body.shape);
     if (!seen.bounds)
       for (const Vec3& corner : hull_of(body.shape))
         seen.hull_in_eye.push_back(body_from_eye.inverse() * corner);
@@ -78,7 +81,7 @@ Caster::Across Caster::across(const Seen& seen, const CellRays& directions) {
       inside = inside && within[j] > 0;
     }
     if (inside && seen.rectangle == nullptr)
-      inside = seen.convex && covers(std::get<Polygon>(*seen.shape), x / w, y / w);
+      inside = seen.convex && covers(std::get<Polygon>(seen.body->shape), x / w, y / w);
     across.nearness[k] = w;
   }
   const bool none = beyond[0] || beyond[1] || beyond[2] || beyond[3] || beyond[4];
@@ -90,33 +93,42 @@ std::optional<int> Caster::first_of(const CellRays& directions, const Candidates
   constexpr std::size_t kMost = 12;
   std::array<Across, kMost> met;
   if (candidates.size() > kMost) return std::nullopt;
-  std::optional<std::size_t> first;
-  bool any = false;
-  for (std::size_t i = 0; i < candidates.size(); ++i) {
-    met[i] = across(seen_[candidates[i]], directions);
-    any = any || met[i].met != Share::kNone;
-    if (met[i].met == Share::kAll && (!first || met[i].nearness[0] * (1 + 1e-7) > met[*first].nearness[0]))
-      first = i;
-  }
-  if (!any) return -1;
-  if (!first) return std::nullopt;
-  // Nothing else may be met before it; in one plane the later body wins, as in nearest().
-  for (std::size_t i = 0; i < candidates.size(); ++i) {
-    if (i == *first || met[i].met == Share::kNone) continue;
-    for (std::size_t k = 0; k < 4; ++k) {
-      const double other = met[i].nearness[k], mine = met[*first].nearness[k];
-      if (!(i < *first ? mine * (1 + 1e-7) > other : other * (1 + 1e-7) <= mine)) return std::nullopt;
+  for (std::size_t i = 0; i < candidates.size(); ++i) met[i] = across(seen_[candidates[i]], directions);
+  // Backdrops are behind all else.
+  for (const bool backdrop : {false, true}) {
+    const auto is_asked = [&](std::size_t i) {
+      return seen_[candidates[i]].backdrop == backdrop && met[i].met != Share::kNone;
+    };
+    std::optional<std::size_t> first;
+    bool any = false;
+    for (std::size_t i = 0; i < candidates.size(); ++i) {
+      if (!is_asked(i)) continue;
+      any = true;
+      if (met[i].met == Share::kAll && (!first || met[i].nearness[0] * (1 + 1e-7) > met[*first].nearness[0]))
+        first = i;
     }
+    if (!any) continue;
+    if (!first) return std::nullopt;
+    // Nothing else may be met before it; in one plane the later body wins, as in nearest().
+    for (std::size_t i = 0; i < candidates.size(); ++i) {
+      if (i == *first || !is_asked(i)) continue;
+      for (std::size_t k = 0; k < 4; ++k) {
+        const double other = met[i].nearness[k], mine = met[*first].nearness[k];
+        if (!(i < *first ? mine * (1 + 1e-7) > other : other * (1 + 1e-7) <= mine)) return std::nullopt;
+      }
+    }
+    return int(candidates[*first]);
   }
-  return int(candidates[*first]);
+  return -1;
 }
 
-Share Caster::hidden(const CellRays& points, const Candidates& candidates) const {
-  constexpr double kBefore = 1 + 1e-6;  // of 1 / s, as in is_hidden()
+Share Caster::hidden(const CellRays& points, int of_body, const Candidates& candidates) const {
+  const double least = seen_[std::size_t(of_body)].backdrop ? 0 : 1 + 1e-6;  // of 1 / s, as in is_hidden()
   Share share = Share::kNone;
   for (const std::uint16_t i : candidates) {
+    if (seen_[i].backdrop) continue;
     const Across body = across(seen_[i], points);
-    const auto before = [](double nearness) { return nearness > kBefore; };
+    const auto before = [least](double nearness) { return nearness > least; };
     if (body.met == Share::kNone || std::none_of(body.nearness.begin(), body.nearness.end(), before))
       continue;
     if (body.met == Share::kAll && std::all_of(body.nearness.begin(), body.nearness.end(), before))

@@ -31,7 +31,7 @@ struct PreparedRoom {
 struct BodyHit {
   int body = -1;
   double s = 0;  ///< point in the eye's frame = s * direction
-  Vec3 point_in_body = Vec3::Zero();
+  Spot spot_in_body = {};
 };
 
 /// Four directions round a cell. What holds for them holds for all rays between (positive combinations), as
@@ -49,18 +49,31 @@ class Caster {
   BodyHit nearest(const Vec3& direction_in_eye, const Candidates& candidates) const {
     BodyHit hit;
     double limit = std::numeric_limits<double>::infinity();
+    bool on_backdrop = false;
     for (const std::uint16_t i : candidates) {
-      const Meeting met = meet_body(seen_[i], direction_in_eye, limit);
-      if (!met.met()) continue;
-      hit = {int(i), met.s, met.point};
+      const Seen& seen = seen_[i];
+      if (hit.body >= 0 && seen.backdrop != on_backdrop) {
+        if (seen.backdrop) continue;
+        limit = std::numeric_limits<double>::infinity();
+      }
+      const Meeting met = meet_body(seen, direction_in_eye, limit);
+      if (!met.met()) {
+        if (on_backdrop) limit = hit.s * (1 + 1e-7);
+        continue;
+      }
+      hit = {int(i), met.s, met.spot};
+      on_backdrop = seen.backdrop;
       limit = met.s * (1 + 1e-7);  // in one plane the later body wins
     }
     return hit;
   }
-  /// Does anything stand between the eye and a point (not on the point's own surface)?
-  bool is_hidden(const Vec3& point_in_eye, const Candidates& candidates) const {
+  /// Does anything stand between the eye and a point of a body (not the point's own surface)? A backdrop's
+  /// point is hidden by what lies behind it as well.
+  bool is_hidden(const Vec3& point_in_eye, int of_body, const Candidates& candidates) const {
+    const bool backdrop = seen_[std::size_t(of_body)].backdrop;
+    const double to = backdrop ? std::numeric_limits<double>::infinity() : 1 - 1e-6;
     for (const std::uint16_t i : candidates)
-      if (meet_body(seen_[i], point_in_eye, 1 - 1e-6).met()) return true;
+      if (hides(seen_[i], point_in_eye, to)) return true;
     return false;
   }
 
@@ -68,7 +81,7 @@ class Caster {
   /// differ.
   std::optional<int> first_of(const CellRays& directions_in_eye, const Candidates& candidates) const;
   /// is_hidden() for the points between four.
-  Share hidden(const CellRays& points_in_eye, const Candidates& candidates) const;
+  Share hidden(const CellRays& points_in_eye, int of_body, const Candidates& candidates) const;
 
   const Pose& room_from_eye() const { return room_from_eye_; }
   const Vec3& eye_in_body(int body) const { return seen_[std::size_t(body)].eye_in_body; }
@@ -84,10 +97,12 @@ class Caster {
 
  private:
   struct Seen {
-    const Shape* shape;
-    const Rectangle* rectangle;       ///< the shape, if it is one
+    const Body* body;
+    const Rectangle* rectangle;  ///< the whole body, if it is one
+    const MeshTree* mesh;        ///< likewise
+    bool backdrop;
     std::optional<Rectangle> bounds;  ///< of a flat shape
-    bool convex;                      ///< of a flat shape
+    bool convex;                      ///< of a flat body
     Points3 hull_in_eye;              ///< of a round shape
     Vec3 x_in_eye, y_in_eye, z_in_eye;
     Vec3 eye_in_body;
@@ -95,14 +110,19 @@ class Caster {
     Vec3 in_body(const Vec3& d) const { return Vec3(x_in_eye.dot(d), y_in_eye.dot(d), z_in_eye.dot(d)); }
   };
   static Meeting meet_body(const Seen& seen, const Vec3& d, double to) {
-    if (seen.rectangle == nullptr) return meet(*seen.shape, seen.eye_in_body, seen.in_body(d), 0, to);
+    if (seen.rectangle == nullptr) return meet(*seen.body, seen.eye_in_body, seen.in_body(d), 0, to);
     // As meet_flat(), but most rays that miss are done after the first line.
     const double s = -seen.eye_in_body.z() / seen.z_in_eye.dot(d);
     if (!(s > 0 && s < to)) return {};
     const double x = seen.eye_in_body.x() + s * seen.x_in_eye.dot(d);
     const double y = seen.eye_in_body.y() + s * seen.y_in_eye.dot(d);
     if (!covers(*seen.rectangle, x, y)) return {};
-    return {s, Vec3(x, y, 0)};
+    return {s, {Vec3(x, y, 0)}};
+  }
+  static bool hides(const Seen& seen, const Vec3& d, double to) {
+    if (seen.backdrop) return false;
+    if (seen.mesh != nullptr) return seen.mesh->meets(seen.eye_in_body, seen.in_body(d), 0, to);
+    return meet_body(seen, d, to).met();
   }
 
   /// Which of a cell's rays meet a flat body, and 1 / s of its plane along the four. Of a round body: nothing

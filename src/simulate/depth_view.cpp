@@ -49,14 +49,14 @@ TrueDepth true_depth(const Room& room, const DepthSensor& sensor, const Pose& ro
         const BodyHit hit = eye.nearest(*direction, candidates[std::size_t(tile)]);
         if (hit.body < 0) continue;
         const Vec3 point = hit.s * *direction;
-        const Vec3 normal = outward(room.bodies[std::size_t(hit.body)].shape, hit.point_in_body);
+        const Vec3 normal = outward(room.bodies[std::size_t(hit.body)].shape, hit.spot_in_body);
         const double toward_eye = normal.dot(eye.in_body(hit.body, *direction));
-        const double toward_emitter = normal.dot(hit.point_in_body - emitter.eye_in_body(hit.body));
+        const double toward_emitter = normal.dot(hit.spot_in_body.point - emitter.eye_in_body(hit.body));
         truth.body.at(x, y) = std::int16_t(hit.body);
         truth.depth.at(x, y) = float(point.z());
         truth.angle.at(x, y) = float(std::acos(std::min(std::abs(toward_eye), 1.0)));
         truth.shadowed.at(x, y) = toward_eye * toward_emitter <= 0 ||
-                                  emitter.is_hidden(point - sensor.emitter_in_camera, prepared.all);
+                                  emitter.is_hidden(point - sensor.emitter_in_camera, hit.body, prepared.all);
       }
   });
   return truth;

@@ -11,13 +11,14 @@
 #include "defocus.hpp"
 #include "parallel.hpp"
 #include "procam/core/image.hpp"
+#include "tone.hpp"
 
 namespace procam::simulate::internal {
 
 /// What a projector shows and how its lens and lamp turn it into light.
 struct ShownFrames {
   const std::vector<ImageU8>& frames;
-  double blur_px = 0, gamma = 1;
+  double blur_px = 0, gamma = 1, black = 0;
 };
 
 /// One camera channel's light of one frame: the sum of its red, green and blue light by these weights. A grey
@@ -43,7 +44,8 @@ class LightField {
     height_ = shown.frames[0].height() + 2 * pad_;
     levels_.resize(std::size_t(width_) * std::size_t(height_) * kPlanes);
     std::array<float, 256> light_of;
-    for (std::size_t i = 0; i < 256; ++i) light_of[i] = float(std::pow(double(i) / 255, shown.gamma));
+    for (std::size_t i = 0; i < 256; ++i)
+      light_of[i] = float(shown.black + (1 - shown.black) * light_of_value(double(i) / 255, shown.gamma));
 
     const std::size_t count = planes.size();
     std::vector<ImageF> blurred(count);

@@ -59,14 +59,14 @@ bool PreparedPaint::is_coloured() const {
   return coloured(front_) || coloured(back_);
 }
 
-Bands PreparedPaint::albedo(bool front, const Vec3& point, const Footprint& share) const {
+Bands PreparedPaint::albedo(bool front, const Spot& spot, const Footprint& share) const {
   const Side& side = front ? front_ : back_;
   const auto without_colour = [](double albedo) { return Bands{albedo, albedo, albedo}; };
   if (const auto* paper = std::get_if<Paper>(&side))
     return without_colour(
-        paper->albedo(point.head<2>(), box_of(share.across.head<2>(), share.down.head<2>())));
+        paper->albedo(spot.point.head<2>(), box_of(share.across.head<2>(), share.down.head<2>())));
   if (const auto* print = std::get_if<Print>(&side)) {
-    const ShapeUv at = uv_of(*shape_, point);
+    const ShapeUv at = uv_of(*shape_, spot);
     const Vec2 texels(print->channels[0].width(), print->channels[0].height());
     const Vec2 middle = at.uv.cwiseProduct(texels);
     const Vec2 half =

@@ -28,7 +28,7 @@ class PreparedPaint {
   bool is_coloured() const;
   /// Mean over a ray's share of the camera pixel: over the box of the same variance along each axis of the
   /// drawing.
-  Bands albedo(bool front, const Vec3& point, const Footprint& share) const;
+  Bands albedo(bool front, const Spot& spot, const Footprint& share) const;
 
  private:
   struct Print {

@@ -129,7 +129,7 @@ ImageU8 develop(const ImageF& levels, const Sensor& sensor, std::uint64_t number
     }
     for (float& value : row) value = std::min(std::max(value, 0.f), 255.f);
     if (sensor.gamma != 1)
-      for (float& value : row) value = 255 * std::pow(value / 255, float(1 / sensor.gamma));
+      for (float& value : row) value = 255 * value_of_light(value / 255, sensor.gamma);
     std::transform(row.begin(), row.end(), grey.row(y),
                    [](float value) { return std::uint8_t(value + 0.5f); });
   }

@@ -1,5 +1,7 @@
 #include "procam/simulate/room.hpp"
 
+#include <Eigen/LU>
+
 #include "caster.hpp"
 #include "marker_print.hpp"
 
@@ -28,6 +30,19 @@ struct PointAt {
     return Vec3(c.radius * std::cos(longitude), c.radius * std::sin(longitude),
                 c.low + uv.y() * (c.high - c.low));
   }
+  Vec3 operator()(const TriangleMesh& shape) const {
+    const Mesh& mesh = shape.mesh();
+    for (const std::array<int, 3>& triangle : mesh.triangles) {
+      const auto at = [&](std::size_t k) -> const Vec2& { return mesh.uv[std::size_t(triangle[k])]; };
+      Mat2 uv_by_sides;
+      uv_by_sides << at(1) - at(0), at(2) - at(0);
+      const Vec2 b = uv_by_sides.inverse() * (uv - at(0));  // not finite where u, v have no area
+      if (!(b.minCoeff() >= -1e-9 && b.sum() <= 1 + 1e-9)) continue;
+      const auto corner = [&](std::size_t k) { return mesh.vertices[std::size_t(triangle[k])]; };
+      return (1 - b.sum()) * corner(0) + b.x() * corner(1) + b.y() * corner(2);
+    }
+    throw std::invalid_argument("point_at: no triangle of the mesh has these u, v");
+  }
 };
 
 }  // namespace
@@ -42,34 +57,49 @@ int Room::index_of(const std::string& name) const {
               known.empty() ? "add bodies to the room" : "name one of: " + known);
 }
 
+TriangleMesh::TriangleMesh(std::shared_ptr<const Mesh> mesh) {
+  require(mesh != nullptr, "TriangleMesh: there is no mesh");
+  if (const auto fault = fault_of(*mesh))
+    throw Error(ErrorKind::kInput, "a body of triangles", *fault, "correct the mesh");
+  tree_ = std::make_shared<const internal::MeshTree>(std::move(mesh));
+}
+
+const Mesh& TriangleMesh::mesh() const {
+  return tree_->mesh();
+}
+
 std::optional<RoomHit> nearest_hit(const Room& room, const Ray& ray_in_room) {
   RoomHit nearest;
-  double limit = std::numeric_limits<double>::infinity();
-  Vec3 point_in_body;
-  for (std::size_t i = 0; i < room.bodies.size(); ++i) {
-    const Body& body = room.bodies[i];
-    internal::check_shape(body.name, body.shape);
-    const Ray ray = body.room_from_body.inverse() * ray_in_room;
-    const internal::Meeting met = internal::meet(body.shape, ray.origin, ray.direction, 0, limit);
-    if (!met.met()) continue;
-    nearest.body = int(i);
-    nearest.lengths = met.s;
-    point_in_body = met.point;
-    limit = met.s * (1 + 1e-7);
+  internal::Spot spot;
+  for (const bool backdrop : {false, true}) {
+    double limit = std::numeric_limits<double>::infinity();
+    for (std::size_t i = 0; i < room.bodies.size(); ++i) {
+      const Body& body = room.bodies[i];
+      if (body.backdrop != backdrop) continue;
+      internal::check_body(body);
+      const Ray ray = body.room_from_body.inverse() * ray_in_room;
+      const internal::Meeting met = internal::meet(body, ray.origin, ray.direction, 0, limit);
+      if (!met.met()) continue;
+      nearest.body = int(i);
+      nearest.lengths = met.s;
+      spot = met.spot;
+      limit = met.s * (1 + 1e-7);
+    }
+    if (!std::isfinite(limit)) continue;
+    const Body& body = room.bodies[std::size_t(nearest.body)];
+    const Vec3 outward = body.room_from_body.rotate(internal::outward(body.shape, spot));
+    nearest.front = outward.dot(ray_in_room.direction) < 0;
+    nearest.normal_in_room = nearest.front ? outward : Vec3(-outward);
+    nearest.point_in_room = body.room_from_body * spot.point;
+    nearest.uv = internal::uv_of(body.shape, spot).uv;
+    return nearest;
   }
-  if (!std::isfinite(limit)) return std::nullopt;
-  const Body& body = room.bodies[std::size_t(nearest.body)];
-  const Vec3 outward = body.room_from_body.rotate(internal::outward(body.shape, point_in_body));
-  nearest.front = outward.dot(ray_in_room.direction) < 0;
-  nearest.normal_in_room = nearest.front ? outward : Vec3(-outward);
-  nearest.point_in_room = body.room_from_body * point_in_body;
-  nearest.uv = internal::uv_of(body.shape, point_in_body).uv;
-  return nearest;
+  return std::nullopt;
 }
 
 Vec3 point_at(const Body& body, const Vec2& uv) {
   require(uv.minCoeff() >= 0 && uv.maxCoeff() <= 1, "point_at: u or v outside 0..1");
-  internal::check_shape(body.name, body.shape);
+  internal::check_body(body);
   return body.room_from_body * std::visit(PointAt{uv}, body.shape);
 }
 

@@ -51,6 +51,14 @@ struct FlatPoints {
   std::array<Point, kMost> points;
 };
 
+/// What a pixel's centre meets, for the plane that stands for all of the pixel.
+struct CentrePlane {
+  Eigen::Vector3f normal_in_room, smooth_normal_in_room;  ///< against the ray
+  std::int32_t facet = -1;
+  bool front = true;
+  bool waits = false;  ///< for the second pass
+};
+
 /// How one light falls on a flat body within a cell.
 struct FlatLight {
   Share hidden;       ///< all: dark
@@ -89,6 +97,7 @@ class RoomTracer {
 
   int bands() const { return camera_tiles_.rows(); }
 
+  /// All rays of a band; where `options.adaptive` and not all is flat, its centres alone.
   void trace_band(int band) {
     const int first = band * kCameraTile, end = std::min(first + kCameraTile, camera_.size.height);
     // With a rolling shutter, tiles belong to the moment of the band's middle.
@@ -107,36 +116,33 @@ class RoomTracer {
       moving_lights = light_candidates(middle, light_slack);
     }
     const Eyes& middle = still_ ? eyes_.front() : moving[moving.size() / 2];
-    const std::vector<Candidates> tiles =
-        camera_tiles_.candidates(room_, middle.camera.room_from_eye(), band, band + 1, camera_slack);
     const std::vector<std::vector<Candidates>>& in_light = still_ ? light_candidates_ : moving_lights;
+    for_cells(band, middle, camera_slack,
+              [&](const PixelBox& box, const RayCell& cell, const Candidates& candidates) {
+                if (still_ && trace_flat(box, cell, eyes_.front(), candidates, in_light)) return;
+                for (int row = box.y; row < box.y_end; ++row)
+                  for (int column = box.x; column < box.x_end; ++column) {
+                    const Eyes& eyes = still_ ? eyes_.front() : moving[std::size_t(row - first)];
+                    note_truth(column, row, cell, eyes, candidates, in_light);
+                    if (centres_.empty()) trace_pixel(column, row, cell, eyes, candidates, in_light);
+                  }
+              });
+  }
 
-    const int cells_x = ray_cells(camera_.size.width);
-    std::vector<RayNode> above = ray_node_row(camera_, first / kRayCell);
-    std::vector<double> falloff_above = falloff_of(above);
-    for (int cell_y = first / kRayCell; cell_y * kRayCell < end; ++cell_y) {
-      std::vector<RayNode> below = ray_node_row(camera_, cell_y + 1);
-      std::vector<double> falloff_below = falloff_of(below);
-      const int y_end = std::min((cell_y + 1) * kRayCell, end);
-      for (int cell_x = 0; cell_x < cells_x; ++cell_x) {
-        const std::size_t i = std::size_t(cell_x);
-        const RayCell cell{above[i], above[i + 1], below[i], below[i + 1]};
-        if (!cell.valid()) continue;  // beyond the lens: black
-        const int x = cell_x * kRayCell, x_end = std::min(x + kRayCell, camera_.size.width);
-        const PixelBox box{x, x_end, cell_y * kRayCell, y_end};
-        if (!samples_.falloff.empty())
-          note_falloff(box, falloff_above[i], falloff_above[i + 1], falloff_below[i], falloff_below[i + 1]);
-        const Candidates& candidates = tiles[std::size_t(x / kCameraTile)];
-        if (candidates.empty()) continue;
-        if (still_ && trace_flat(box, cell, eyes_.front(), candidates, in_light)) continue;
-        for (int row = box.y; row < box.y_end; ++row)
-          for (int column = box.x; column < box.x_end; ++column)
-            trace_pixel(column, row, cell, still_ ? eyes_.front() : moving[std::size_t(row - first)],
-                        candidates, in_light);
-      }
-      above.swap(below);
-      falloff_above.swap(falloff_below);
-    }
+  bool is_adaptive() const { return !centres_.empty(); }
+  /// After trace_band() of all bands: the rays that wait.
+  void refine_band(int band) {
+    const Eyes& eyes = eyes_.front();
+    for_cells(band, eyes, {}, [&](const PixelBox& box, const RayCell& cell, const Candidates& candidates) {
+      for (int y = box.y; y < box.y_end; ++y)
+        for (int x = box.x; x < box.x_end; ++x) {
+          if (!centre_at(x, y).waits) continue;
+          if (is_edge(x, y, eyes, cell))
+            trace_pixel(x, y, cell, eyes, candidates, light_candidates_);
+          else if (samples_.truth.body.at(x, y) >= 0)
+            trace_plane(x, y, cell, eyes);
+        }
+    });
   }
 
   RoomSamples take() { return std::move(samples_); }
@@ -153,6 +159,41 @@ class RoomTracer {
   std::vector<Eyes> eyes_;                                 ///< one, when nothing moves
   std::vector<std::vector<Candidates>> light_candidates_;  ///< by light and tile, likewise
   RoomSamples samples_;
+  std::vector<CentrePlane> centres_;  ///< of all pixels; empty: all rays are cast
+  std::vector<ImageU8> reached_;      ///< by light, then too: 1 where it reaches the pixel's centre
+
+  CentrePlane& centre_at(int x, int y) {
+    return centres_[std::size_t(y) * std::size_t(camera_.size.width) + std::size_t(x)];
+  }
+
+  /// Calls visit(box, cell, candidates) for the cells of a band in which something may be met.
+  template <typename Visit>
+  void for_cells(int band, const Eyes& eyes, const Slack& slack, const Visit& visit) {
+    const int first = band * kCameraTile, end = std::min(first + kCameraTile, camera_.size.height);
+    const std::vector<Candidates> tiles =
+        camera_tiles_.candidates(room_, eyes.camera.room_from_eye(), band, band + 1, slack);
+    const int cells_x = ray_cells(camera_.size.width);
+    std::vector<RayNode> above = ray_node_row(camera_, first / kRayCell);
+    std::vector<double> falloff_above = falloff_of(above);
+    for (int cell_y = first / kRayCell; cell_y * kRayCell < end; ++cell_y) {
+      std::vector<RayNode> below = ray_node_row(camera_, cell_y + 1);
+      std::vector<double> falloff_below = falloff_of(below);
+      const int y_end = std::min((cell_y + 1) * kRayCell, end);
+      for (int cell_x = 0; cell_x < cells_x; ++cell_x) {
+        const std::size_t i = std::size_t(cell_x);
+        const RayCell cell{above[i], above[i + 1], below[i], below[i + 1]};
+        if (!cell.valid()) continue;  // beyond the lens: black
+        const int x = cell_x * kRayCell, x_end = std::min(x + kRayCell, camera_.size.width);
+        const PixelBox box{x, x_end, cell_y * kRayCell, y_end};
+        if (!samples_.falloff.empty())
+          note_falloff(box, falloff_above[i], falloff_above[i + 1], falloff_below[i], falloff_below[i + 1]);
+        const Candidates& candidates = tiles[std::size_t(x / kCameraTile)];
+        if (!candidates.empty()) visit(box, cell, candidates);
+      }
+      above.swap(below);
+      falloff_above.swap(falloff_below);
+    }
+  }
 
   void make_room(ImageSize size) {
     const std::size_t rays = std::size_t(options_.samples_per_axis) * std::size_t(options_.samples_per_axis);
@@ -169,6 +210,10 @@ class RoomTracer {
     samples_.truth.depth = ImageF(size);
     samples_.truth.point_in_room = ImageF(size, 3);
     samples_.truth.light.assign(lights_.size(), {ImageF(size, 2), ImageU8(size)});
+    if (options_.adaptive && still_) {
+      centres_.resize(pixels);
+      reached_.assign(lights_.size(), ImageU8(size));
+    }
   }
 
   static int bands_of(const PreparedRoom& room) {
@@ -207,17 +252,31 @@ class RoomTracer {
                                    const Vec3& point_in_camera,
                                    const std::vector<Candidates>& in_light) const {
     const LightEye& eye = eyes.lights[l];
-    const Vec3 to_light = eye.caster.eye_in_body(hit.body) - hit.point_in_body;
+    const Vec3 to_light = eye.caster.eye_in_body(hit.body) - hit.spot_in_body.point;
     const double closing = normal.dot(to_light);
     if (!(closing > 0)) return std::nullopt;
     const Vec3 point_in_light = eye.light_from_camera * point_in_camera;
     const std::optional<Vec2> pixel = lights_[l].projector.pixel_lighting(point_in_light);
     if (!pixel || !light_tiles_[l].contains(*pixel)) return std::nullopt;
-    if (eye.caster.is_hidden(point_in_light, in_light[std::size_t(light_tiles_[l].at(*pixel))]))
+    if (eye.caster.is_hidden(point_in_light, hit.body, in_light[std::size_t(light_tiles_[l].at(*pixel))]))
       return std::nullopt;
     const double distance2 = to_light.squaredNorm();
     return Arriving{*pixel, lights_[l].intensity * closing / (distance2 * std::sqrt(distance2)),
                     point_in_light.z()};
+  }
+
+  /// The side of a body that a ray meets, in the body's frame.
+  struct Facing {
+    bool front;
+    Vec3 normal, smooth_normal;  ///< against the ray: of the shape, and of what light falls on
+  };
+  Facing facing_of(const BodyHit& hit, const Vec3& direction_in_body) const {
+    const Shape& shape = room_.room->bodies[std::size_t(hit.body)].shape;
+    const Vec3 normal = outward(shape, hit.spot_in_body);
+    const bool front = normal.dot(direction_in_body) < 0;
+    const double side = front ? 1 : -1;
+    if (hit.spot_in_body.facet < 0) return {front, side * normal, side * normal};
+    return {front, side * normal, side * smooth_outward(shape, hit.spot_in_body)};
   }
 
   double share_of_ray() const { return 1.0 / samples_.view.samples_per_pixel; }
@@ -252,19 +311,105 @@ class RoomTracer {
       const BodyHit hit = eyes.camera.nearest(direction, candidates);
       if (hit.body < 0) continue;
       const Vec3 in_body = eyes.camera.in_body(hit.body, direction);
-      Vec3 normal = outward(room_.room->bodies[std::size_t(hit.body)].shape, hit.point_in_body);
-      const bool front = normal.dot(in_body) < 0;
-      if (!front) normal = -normal;
+      const Facing facing = facing_of(hit, in_body);
+      const bool front = facing.front;
       const PreparedPaint& paint = room_.paints[std::size_t(hit.body)];
-      const Footprint share =
-          paint.is_plain(front) ? Footprint{} : footprint(hit, normal, in_body, eyes.camera, cell, 1.0 / n);
+      const Footprint share = paint.is_plain(front)
+                                  ? Footprint{}
+                                  : footprint(hit, facing.normal, in_body, eyes.camera, cell, 1.0 / n);
       const double level =
-          note_albedo(x, y, first + std::size_t(k), paint.albedo(front, hit.point_in_body, share));
+          note_albedo(x, y, first + std::size_t(k), paint.albedo(front, hit.spot_in_body, share));
       for (std::size_t l = 0; l < lights_.size(); ++l)
-        if (const auto light = arriving(l, eyes, hit, normal, hit.s * direction, in_light[l]))
+        if (const auto light = arriving(l, eyes, hit, facing.smooth_normal, hit.s * direction, in_light[l]))
           note_light(l, first + std::size_t(k), level, *light);
     }
-    note_truth(x, y, cell, eyes, candidates, in_light);
+  }
+
+  /// Does a pixel beside this one see another body, another bend of it, or another light?
+  bool is_edge(int x, int y, const Eyes& eyes, const RayCell& cell) {
+    constexpr float kBend = 0.1f;     // of the step to the next pixel, off the plane
+    constexpr double kGrazing = 0.1;  // cosine
+    const RoomTruth& truth = samples_.truth;
+    const int body = truth.body.at(x, y);
+    const Eigen::Vector3f normal = centre_at(x, y).normal_in_room;
+    const auto point = [&](int i, int j) {
+      return Eigen::Map<const Eigen::Vector3f>(&truth.point_in_room.at(i, j));
+    };
+    if (body >= 0) {
+      const Vec3 direction = centre_of(x, y, cell);
+      const Vec3 in_room = eyes.camera.room_from_eye().rotate(direction);
+      if (std::abs(normal.cast<double>().dot(in_room)) < kGrazing * direction.norm()) return true;
+    }
+    for (int j = std::max(y - 1, 0); j <= std::min(y + 1, camera_.size.height - 1); ++j)
+      for (int i = std::max(x - 1, 0); i <= std::min(x + 1, camera_.size.width - 1); ++i) {
+        if (truth.body.at(i, j) != body) return true;
+        for (const ImageU8& reached : reached_)
+          if (reached.at(i, j) != reached.at(x, y)) return true;
+        if (body < 0) continue;
+        const Eigen::Vector3f step = point(i, j) - point(x, y);
+        if (std::abs(normal.dot(step)) > kBend * step.norm()) return true;
+      }
+    return false;
+  }
+  /// All rays of a pixel on the plane that its centre meets, with the light that reaches the centre.
+  void trace_plane(int x, int y, const RayCell& cell, const Eyes& eyes) {
+    const CentrePlane& plane = centre_at(x, y);
+    const int body = samples_.truth.body.at(x, y), n = options_.samples_per_axis;
+    const std::size_t pixel = std::size_t(y) * std::size_t(camera_.size.width) + std::size_t(x);
+    const std::size_t first = samples_.view.first_ray_of(x, y);
+    const Eigen::Quaterniond eye_from_room = eyes.camera.room_from_eye().rotation.conjugate();
+    const Vec3 normal = eye_from_room * plane.normal_in_room.cast<double>();
+    const auto direction_at = [&](double across, double down) {  // of the pixel, 0..1
+      return cell.direction((x % kRayCell + across) / kRayCell, (y % kRayCell + down) / kRayCell);
+    };
+    const Vec3 middle = direction_at(0.5, 0.5);
+    const double height = double(samples_.truth.depth.at(x, y)) / middle.z() * normal.dot(middle);
+    const auto length_of = [&](const Vec3& direction) { return height / normal.dot(direction); };
+
+    const PreparedPaint& paint = room_.paints[std::size_t(body)];
+    const bool plain = paint.is_plain(plane.front);
+    Footprint share;
+    if (!plain)
+      share = footprint({body, length_of(middle), {}}, eyes.camera.in_body(body, normal),
+                        eyes.camera.in_body(body, middle), eyes.camera, cell, 1.0 / n);
+    std::array<double, kMostPerAxis * kMostPerAxis> levels;
+    for (int k = 0; k < n * n; ++k) {
+      Spot spot;
+      if (!plain) {
+        const Vec3 direction = direction_at((k % n + 0.5) / n, (k / n + 0.5) / n);
+        spot = {eyes.camera.eye_in_body(body) + eyes.camera.in_body(body, length_of(direction) * direction),
+                plane.facet};
+      }
+      levels[std::size_t(k)] =
+          note_albedo(x, y, first + std::size_t(k), paint.albedo(plane.front, spot, share));
+    }
+    // The light's pixel and strength at the middle and half a pixel beside it; linear between.
+    for (std::size_t l = 0; l < lights_.size(); ++l) {
+      if (reached_[l].data()[pixel] == 0) continue;
+      const LightEye& light = eyes.lights[l];
+      const Vec3 smooth_normal =
+          light.light_rotation * (eye_from_room * plane.smooth_normal_in_room.cast<double>());
+      const auto arrives = [&](double across, double down) -> std::optional<Arriving> {
+        const Vec3 direction = direction_at(across, down);
+        const Vec3 point = light.light_from_camera * Vec3(length_of(direction) * direction);
+        const std::optional<Vec2> lit = lights_[l].projector.pixel_lighting(point);
+        if (!lit) return std::nullopt;
+        const double distance2 = point.squaredNorm();
+        const double closing = std::max(-smooth_normal.dot(point), 0.0);
+        return Arriving{*lit, lights_[l].intensity * closing / (distance2 * std::sqrt(distance2)), point.z()};
+      };
+      const auto at = arrives(0.5, 0.5), right = arrives(1, 0.5), below = arrives(0.5, 1);
+      if (!at || !right || !below) continue;
+      for (int k = 0; k < n * n; ++k) {
+        const double across = 2 * ((k % n + 0.5) / n - 0.5), down = 2 * ((k / n + 0.5) / n - 0.5);
+        const auto between = [&](const auto& a, const auto& b, const auto& c) {
+          return a + across * (b - a) + down * (c - a);
+        };
+        note_light(l, first + std::size_t(k), levels[std::size_t(k)],
+                   {between(at->projector_pixel, right->projector_pixel, below->projector_pixel),
+                    between(at->irradiance, right->irradiance, below->irradiance), at->depth});
+      }
+    }
   }
 
   /// The pixel's sides, laid along the surface: dp = s (dd - d (n dd) / (n d)).
@@ -295,12 +440,11 @@ class RoomTracer {
     Footprint share;
     Bands albedo;
     if (paint.is_plain(front)) {
-      albedo = paint.albedo(front, Vec3::Zero(), share);
+      albedo = paint.albedo(front, {}, share);
     } else {
       const Vec3 middle = cell.direction(0.5, 0.5);
       const double s = eyes.camera.lengths_to_plane(body, middle);
-      share = footprint({body, s, Vec3::Zero()}, normal, eyes.camera.in_body(body, middle), eyes.camera, cell,
-                        1.0 / n);
+      share = footprint({body, s, {}}, normal, eyes.camera.in_body(body, middle), eyes.camera, cell, 1.0 / n);
     }
     // n x n rays a pixel over the cell, use(x, y, number within the pixel, point in the camera's frame).
     const auto each_point = [&](int n_of_pixel, const auto& use) {
@@ -319,7 +463,8 @@ class RoomTracer {
     };
     FlatPoints rays, centres;
     each_point(n, [&](int x, int y, std::size_t k, const Vec3& point) {
-      if (!paint.is_plain(front)) albedo = paint.albedo(front, eye + eyes.camera.in_body(body, point), share);
+      if (!paint.is_plain(front))
+        albedo = paint.albedo(front, {eye + eyes.camera.in_body(body, point)}, share);
       const std::size_t ray = samples_.view.first_ray_of(x, y) + k;
       rays.points[rays.count++] = {point, ray, note_albedo(x, y, ray, albedo)};
     });
@@ -365,7 +510,7 @@ class RoomTracer {
     if (beyond_lens > 0 || !tiles.contains(low) || !tiles.contains(high) || tiles.at(low) != tiles.at(high))
       return {Share::kSome, true};
     const Candidates& shade = in_light[std::size_t(tiles.at(low))];
-    return {eye.caster.hidden(in_this_light, shade), false, height, &shade};
+    return {eye.caster.hidden(in_this_light, body, shade), false, height, &shade};
   }
 
   /// use(point, what arrives there) for the points that the light reaches.
@@ -384,7 +529,7 @@ class RoomTracer {
                                           FisheyeDistortion>) {  // which has no formula for known points
               if (!light.one_by_one) {
                 const Vec3 p = eye.light_rotation * point + eye.light_from_camera.translation;
-                if (light.hidden == Share::kSome && eye.caster.is_hidden(p, *light.shade)) continue;
+                if (light.hidden == Share::kSome && eye.caster.is_hidden(p, body, *light.shade)) continue;
                 const double nearness = 1 / p.z(), distance2 = p.squaredNorm();
                 Vec2 distorted;
                 Model::formula(model.coefficients.data(), p.x() * nearness, p.y() * nearness, distorted.x(),
@@ -394,7 +539,7 @@ class RoomTracer {
                 continue;
               }
             }
-            const BodyHit hit{body, 1, eyes.camera.eye_in_body(body) + eyes.camera.in_body(body, point)};
+            const BodyHit hit{body, 1, {eyes.camera.eye_in_body(body) + eyes.camera.in_body(body, point)}};
             if (const auto one = arriving(l, eyes, hit, normal, point, in_light)) use(seen.points[i], *one);
           }
         },
@@ -429,13 +574,19 @@ class RoomTracer {
                   const std::vector<std::vector<Candidates>>& in_light) {
     const Vec3 direction = centre_of(x, y, cell);
     const BodyHit hit = eyes.camera.nearest(direction, candidates);
+    if (is_adaptive()) centre_at(x, y).waits = true;
     if (hit.body < 0) return;
     const Vec3 point = hit.s * direction;
     note_seen(x, y, hit.body, point, eyes);
-    Vec3 normal = outward(room_.room->bodies[std::size_t(hit.body)].shape, hit.point_in_body);
-    if (normal.dot(eyes.camera.in_body(hit.body, direction)) > 0) normal = -normal;
+    const Facing facing = facing_of(hit, eyes.camera.in_body(hit.body, direction));
+    if (is_adaptive()) {
+      const Pose& room_from_body = room_.room->bodies[std::size_t(hit.body)].room_from_body;
+      centre_at(x, y) = {room_from_body.rotate(facing.normal).cast<float>(),
+                         room_from_body.rotate(facing.smooth_normal).cast<float>(), hit.spot_in_body.facet,
+                         facing.front, true};
+    }
     for (std::size_t l = 0; l < lights_.size(); ++l)
-      if (const auto light = arriving(l, eyes, hit, normal, point, in_light[l]))
+      if (const auto light = arriving(l, eyes, hit, facing.smooth_normal, point, in_light[l]))
         note_truth_light(std::size_t(y) * std::size_t(camera_.size.width) + std::size_t(x), l, *light);
   }
   void note_seen(int x, int y, int body, const Vec3& point_in_camera, const Eyes& eyes) {
@@ -446,6 +597,7 @@ class RoomTracer {
     for (int c = 0; c < 3; ++c) truth.point_in_room.at(x, y, c) = float(in_room[c]);
   }
   void note_truth_light(std::size_t pixel, std::size_t l, const Arriving& light) {
+    if (is_adaptive()) reached_[l].data()[pixel] = 1;
     if (!lights_[l].projector.size().contains(light.projector_pixel)) return;
     ProjectorMap& map = samples_.truth.light[l];
     map.lit.data()[pixel] = 1;
@@ -463,6 +615,10 @@ RoomSamples sample_room(const Room& room, const Camera& camera, const Motion& ro
   parallel_for(tracer.bands(), options.threads, [&](int begin, int end) {
     for (int band = begin; band < end; ++band) tracer.trace_band(band);
   });
+  if (tracer.is_adaptive())
+    parallel_for(tracer.bands(), options.threads, [&](int begin, int end) {
+      for (int band = begin; band < end; ++band) tracer.refine_band(band);
+    });
   return tracer.take();
 }
 

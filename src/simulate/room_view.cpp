@@ -30,8 +30,9 @@ void check_view(const std::vector<RoomLight>& lights, const RoomViewOptions& opt
                   ", the projector " + std::to_string(size.width) + "x" + std::to_string(size.height) +
                   ", in 1 channel or 3");
     check_lens(light.lens);
-    require(light.intensity >= 0 && light.blur_px >= 0 && light.gamma > 0,
-            "room_view: a light's intensity or blur is negative, or its gamma not above zero");
+    require(
+        light.intensity >= 0 && light.blur_px >= 0 && light.gamma >= 0 && light.black >= 0 && light.black < 1,
+        "room_view: a light's intensity, blur or gamma is negative, or its black not in [0, 1)");
   }
   check_lens(options.lens);
   require(options.crosstalk >= 0 && options.crosstalk < 0.5, "room_view: crosstalk not in [0, 0.5)");
@@ -39,8 +40,8 @@ void check_view(const std::vector<RoomLight>& lights, const RoomViewOptions& opt
           "room_view: samples_per_axis not in 1..16");
   require(options.exposure >= 0 && options.brightest_grey > 0,
           "room_view: exposure is negative, or brightest_grey not above zero");
-  require(options.camera_blur_px >= 0 && options.vignetting >= 0 && options.gamma > 0,
-          "room_view: blur or vignetting is negative, or gamma not above zero");
+  require(options.camera_blur_px >= 0 && options.vignetting >= 0 && options.gamma >= 0,
+          "room_view: blur, vignetting or gamma is negative");
   require(options.noise.at_black >= 0 && options.noise.per_level >= 0, "room_view: negative noise variance");
   require(std::isfinite(options.time) && std::isfinite(options.row_time), "room_view: a time is not finite");
 }
@@ -92,7 +93,7 @@ RoomView room_view(const Room& room, const Camera& camera, const Motion& room_fr
   std::vector<internal::ShownFrames> shown;
   std::vector<double> reach;
   for (const RoomLight& light : lights) {
-    shown.push_back({light.frames, light.blur_px, light.gamma});
+    shown.push_back({light.frames, light.blur_px, light.gamma, light.black});
     reach.push_back(double(internal::gaussian_kernel(light.blur_px).size()) +
                     (light.lens.aperture > 0 ? internal::kDiscRadii.back() + 1 : 0));
   }

@@ -14,21 +14,23 @@ Rectangle bounds_of(const Polygon& polygon) {
   return bounds;
 }
 
-ShapeUv uv_on(const Rectangle& r, const Vec3& p) {
+ShapeUv uv_on(const Rectangle& r, const Spot& spot) {
+  const Vec3& p = spot.point;
   const Vec2 scale = (r.high - r.low).cwiseInverse();
   ShapeUv at;
   at.uv = (p.head<2>() - r.low).cwiseProduct(scale);
   at.uv_by_point << scale.x(), 0, 0, 0, scale.y(), 0;
   return at;
 }
-ShapeUv uv_on(const Polygon& polygon, const Vec3& p) {
-  return uv_on(bounds_of(polygon), p);
+ShapeUv uv_on(const Polygon& polygon, const Spot& spot) {
+  return uv_on(bounds_of(polygon), spot);
 }
 /// How the longitude grows with the point.
 Eigen::RowVector3d turn(const Vec3& p) {
   return Eigen::RowVector3d(-p.y(), p.x(), 0) / std::max(p.x() * p.x() + p.y() * p.y(), 1e-18);
 }
-ShapeUv uv_on(const Sphere& sphere, const Vec3& p) {
+ShapeUv uv_on(const Sphere& sphere, const Spot& spot) {
+  const Vec3& p = spot.point;
   const double span = sphere.latitude.to - sphere.latitude.from;
   ShapeUv at;
   at.uv = Vec2(share_of(sphere.longitude, longitude_of(p)),
@@ -37,12 +39,20 @@ ShapeUv uv_on(const Sphere& sphere, const Vec3& p) {
   at.uv_by_point.row(1) = Eigen::RowVector3d(0, 0, 1) / (std::max(std::hypot(p.x(), p.y()), 1e-9) * span);
   return at;
 }
-ShapeUv uv_on(const Cylinder& cylinder, const Vec3& p) {
+ShapeUv uv_on(const Cylinder& cylinder, const Spot& spot) {
+  const Vec3& p = spot.point;
   const double height = cylinder.high - cylinder.low;
   ShapeUv at;
   at.uv = Vec2(share_of(cylinder.longitude, longitude_of(p)), (p.z() - cylinder.low) / height);
   at.uv_by_point.row(0) = turn(p) / (cylinder.longitude.to - cylinder.longitude.from);
   at.uv_by_point.row(1) = Eigen::RowVector3d(0, 0, 1 / height);
+  return at;
+}
+ShapeUv uv_on(const TriangleMesh& shape, const Spot& spot) {
+  const std::size_t corner = std::size_t(shape.tree().corners(spot.facet)[0]);
+  ShapeUv at;
+  at.uv_by_point = shape.tree().uv_by_point(spot.facet);
+  at.uv = shape.mesh().uv[corner] + at.uv_by_point * (spot.point - shape.mesh().vertices[corner]);
   return at;
 }
 
@@ -75,6 +85,9 @@ Points3 hull_on(const Cylinder& c) {
   }
   return block(low, high);
 }
+Points3 hull_on(const TriangleMesh& shape) {
+  return block(shape.tree().bounds().min(), shape.tree().bounds().max());
+}
 
 bool is_arc(const Arc& arc) {
   return arc.from < arc.to && arc.from >= -2 * M_PI && arc.to <= arc.from + 2 * M_PI + 1e-12 &&
@@ -93,11 +106,30 @@ bool has_extent(const Sphere& sphere) {
 bool has_extent(const Cylinder& cylinder) {
   return cylinder.radius > 0 && cylinder.low < cylinder.high && is_arc(cylinder.longitude);
 }
+bool has_extent(const TriangleMesh&) {
+  return true;  // checked when it was made
+}
 
 }  // namespace
 
-ShapeUv uv_of(const Shape& shape, const Vec3& point) {
-  return std::visit([&](const auto& s) { return uv_on(s, point); }, shape);
+ShapeUv uv_of(const Shape& shape, const Spot& spot) {
+  return std::visit([&](const auto& s) { return uv_on(s, spot); }, shape);
+}
+
+bool is_there(const Body& body, const Spot& spot) {
+  if (!body.cutout) return true;
+  const Cutout& cutout = *body.cutout;
+  const Vec3 q = cutout.mask_from_uv * uv_of(body.shape, spot).uv.homogeneous();
+  if (!(q.z() > 0)) return false;
+  const ImageU8& mask = cutout.mask;
+  const double x = std::clamp(q.x() / q.z() * mask.width() - 0.5, 0.0, mask.width() - 1.0);
+  const double y = std::clamp(q.y() / q.z() * mask.height() - 0.5, 0.0, mask.height() - 1.0);
+  const int x0 = int(x), y0 = int(y);
+  const int x1 = std::min(x0 + 1, mask.width() - 1), y1 = std::min(y0 + 1, mask.height() - 1);
+  const double s = x - x0, t = y - y0;
+  return (1 - t) * ((1 - s) * mask.at(x0, y0) + s * mask.at(x1, y0)) +
+             t * ((1 - s) * mask.at(x0, y1) + s * mask.at(x1, y1)) >=
+         127.5;
 }
 
 std::optional<Rectangle> flat_bounds(const Shape& shape) {
@@ -124,9 +156,12 @@ Points3 hull_of(const Shape& shape) {
   return std::visit([](const auto& s) { return hull_on(s); }, shape);
 }
 
-void check_shape(const std::string& name, const Shape& shape) {
-  require(std::visit([](const auto& s) { return has_extent(s); }, shape),
-          "simulate: body '" + name + "' has no extent, or an arc that is empty or more than a turn");
+void check_body(const Body& body) {
+  require(std::visit([](const auto& s) { return has_extent(s); }, body.shape),
+          "simulate: body '" + body.name + "' has no extent, or an arc that is empty or more than a turn");
+  require(!body.cutout || (!body.cutout->mask.empty() && body.cutout->mask.channels() == 1 &&
+                           body.cutout->mask_from_uv.allFinite()),
+          "simulate: the cutout of body '" + body.name + "' has no mask of one channel, or is not finite");
 }
 
 }  // namespace procam::simulate::internal

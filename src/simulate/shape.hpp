@@ -4,14 +4,21 @@
 #include <cmath>
 #include <limits>
 
+#include "mesh_tree.hpp"
 #include "procam/simulate/room.hpp"
 
 namespace procam::simulate::internal {
 
+/// A point of a shape, and of a mesh the facet that it lies on.
+struct Spot {
+  Vec3 point = Vec3::Zero();
+  int facet = -1;
+};
+
 /// s is infinite where nothing is met.
 struct Meeting {
   double s = std::numeric_limits<double>::infinity();
-  Vec3 point = Vec3::Zero();
+  Spot spot = {};
 
   bool met() const { return s < std::numeric_limits<double>::infinity(); }
 };
@@ -60,7 +67,7 @@ Meeting meet_flat(const Flat& shape, const Vec3& eye, const Vec3& direction, dou
   if (!(s > from && s < to)) return {};
   const double x = eye.x() + s * direction.x(), y = eye.y() + s * direction.y();
   if (!covers(shape, x, y)) return {};
-  return {s, Vec3(x, y, 0)};
+  return {s, {Vec3(x, y, 0)}};
 }
 /// Both roots of a s^2 + 2 b s + c = 0, the nearer first.
 template <typename Round>
@@ -72,7 +79,7 @@ Meeting meet_round(const Round& shape, double a, double b, double c, const Vec3&
   for (const double s : {(-b - root) / a, (-b + root) / a}) {
     if (!(s > from && s < to)) continue;
     const Vec3 point = eye + s * direction;
-    if (covers(shape, point)) return {s, point};
+    if (covers(shape, point)) return {s, {point}};
   }
   return {};
 }
@@ -92,16 +99,28 @@ inline Meeting meet(const Cylinder& shape, const Vec3& eye, const Vec3& d, doubl
   return meet_round(shape, flat.squaredNorm(), e.dot(flat), e.squaredNorm() - shape.radius * shape.radius,
                     eye, d, from, to);
 }
+inline Meeting meet(const TriangleMesh& shape, const Vec3& eye, const Vec3& d, double from, double to) {
+  const MeshTree::Found found = shape.tree().first(eye, d, from, to);
+  if (found.facet < 0) return {};
+  return {found.s, {eye + found.s * d, found.facet}};
+}
 inline Meeting meet(const Shape& shape, const Vec3& eye, const Vec3& d, double from, double to) {
   if (const auto* rectangle = std::get_if<Rectangle>(&shape)) return meet(*rectangle, eye, d, from, to);
   return std::visit([&](const auto& s) { return meet(s, eye, d, from, to); }, shape);
 }
 
-/// Unit normal of the painted side at a point of the shape.
-inline Vec3 outward(const Shape& shape, const Vec3& point) {
-  if (std::holds_alternative<Sphere>(shape)) return point.normalized();
-  if (std::holds_alternative<Cylinder>(shape)) return Vec3(point.x(), point.y(), 0).normalized();
+/// Unit normal of the painted side at a spot of the shape.
+inline Vec3 outward(const Shape& shape, const Spot& spot) {
+  const Vec3& p = spot.point;
+  if (std::holds_alternative<Sphere>(shape)) return p.normalized();
+  if (std::holds_alternative<Cylinder>(shape)) return Vec3(p.x(), p.y(), 0).normalized();
+  if (const auto* mesh = std::get_if<TriangleMesh>(&shape)) return mesh->tree().normal(spot.facet);
   return Vec3(0, 0, -1);
+}
+/// Of the surface that light falls on: of a mesh, the one that its facets stand for.
+inline Vec3 smooth_outward(const Shape& shape, const Spot& spot) {
+  const auto* mesh = std::get_if<TriangleMesh>(&shape);
+  return mesh ? mesh->tree().smooth_normal(spot.facet, spot.point) : outward(shape, spot);
 }
 
 /// u and v at a point of the shape, and how they grow with it.
@@ -109,7 +128,17 @@ struct ShapeUv {
   Vec2 uv;
   Mat23 uv_by_point;
 };
-ShapeUv uv_of(const Shape& shape, const Vec3& point);
+ShapeUv uv_of(const Shape& shape, const Spot& spot);
+
+/// Is the body there, at a spot of its shape?
+bool is_there(const Body& body, const Spot& spot);
+
+/// The first point eye + s * direction on the body with from < s < to.
+inline Meeting meet(const Body& body, const Vec3& eye, const Vec3& d, double from, double to) {
+  Meeting met = meet(body.shape, eye, d, from, to);
+  while (met.met() && !is_there(body, met.spot)) met = meet(body.shape, eye, d, met.s * (1 + 1e-12), to);
+  return met;
+}
 
 /// The rectangle round a flat shape, the shape itself if it is one; nullopt of round shapes.
 std::optional<Rectangle> flat_bounds(const Shape& shape);
@@ -120,7 +149,7 @@ bool is_convex(const Shape& shape);
 /// Corners of a convex body round the shape.
 Points3 hull_of(const Shape& shape);
 
-/// Throws std::invalid_argument for a shape without extent or an arc out of range.
-void check_shape(const std::string& name, const Shape& shape);
+/// Throws std::invalid_argument for a shape without extent, an arc out of range, or a cutout without a mask.
+void check_body(const Body& body);
 
 }  // namespace procam::simulate::internal

@@ -175,6 +175,22 @@ TEST_F(ContentRoute, TwoProjectorsShareTheWall) {
   };
   EXPECT_EQ(range(left), std::pair(0, 255));
   EXPECT_EQ(range(right), std::pair(0, 255));
+  // Who looks at the wall sees both: no step, and no fall where one hands over to the other.
+  const auto wall_seen = [&](const std::string& with) {
+    const ToolRun seen = render(with + "-o " + at("l.png") + " --preview " + at("seen.png"));
+    EXPECT_EQ(seen.exit_code, 0) << seen.err;
+    const ImageU8 view = io::load_image(folder_ / "seen.png").image;
+    std::pair<int, int> ends(255, 0);
+    for (int x = view.width() / 5; x < view.width() * 4 / 5;
+         ++x) {  // the wall, of a picture 1.4 times as wide
+      const int value = view.at(x, view.height() / 2, 1);
+      ends = {std::min(ends.first, value), std::max(ends.second, value)};
+    }
+    return ends;
+  };
+  const auto both = wall_seen("--blend " + at("right.json") + blend), alone = wall_seen("");
+  EXPECT_GT(both.first, both.second - 12);
+  EXPECT_LT(alone.first, 100) << "of " << alone.second;
   run = run_tool("export-warp", "--rig " + at("rig.json") + " --surfaces " + at("solved.json") + " --blend " +
                                     at("right.json") + " -o " + at("wall.png"));
   EXPECT_EQ(run.exit_code, 3);

@@ -134,6 +134,15 @@ TEST_F(DrawRoute, DrawsCurvedSurfacesAndMeshesFromTheirDefinitions) {
       run_tool("render-to-image", "--rig " + at("rig.json") + " --surfaces " + at("solved/shapes.json") +
                                       " -o " + at("shapes.png") + " --preview " + at("seen.png"));
   ASSERT_EQ(drawn.exit_code, 0) << drawn.err;
+  const ImageU8 seen = io::load_image(folder_ / "seen.png").image;
+  int lit = 0, dark = 0;  // no surface of these is flat, and still there is somebody who looks at them
+  for (int y = 0; y < seen.height(); ++y)
+    for (int x = 0; x < seen.width(); ++x) {
+      lit += seen.at(x, y, 1) > 120 && seen.at(x, y, 0) < 100;
+      dark += seen.at(x, y, 1) < 80;
+    }
+  EXPECT_GT(lit, seen.width() * seen.height() / 20);
+  EXPECT_GT(dark, seen.width() * seen.height() / 20);
 
   // The picture is green where 10 <= x < 70 of 90 and 20 <= y < 60 of 94, dark grey elsewhere.
   const ImageU8 frame = io::load_image(folder_ / "shapes.png").image;

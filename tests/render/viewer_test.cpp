@@ -365,5 +365,29 @@ TEST(Viewer, SaysWhereItsPictureEnds) {
   EXPECT_LT(drawn.scene.seen_share, 0.99);
 }
 
+TEST(Viewpoint, IsNowhereForPixelSurfacesAlone) {
+  const ImageU8 content(4, 4, 1, 9);
+  Scene scene;
+  scene.items.push_back({PlacedPixels{}, content});
+  EXPECT_FALSE(render::facing_viewpoint(scene));
+}
+
+TEST(Viewpoint, SeesAllOfASurfaceThatIsNotFlat) {
+  for (const Shaped& shape : shaped()) {
+    Scene scene;
+    const PlacedMesh placed{mesh_of(Surface{shape.name, shape.geometry, {}, ""}),
+                            shape.projector_from_surface};
+    scene.items.push_back(real(placed));
+    const auto viewpoint = render::facing_viewpoint(scene);
+    ASSERT_TRUE(viewpoint) << shape.name;
+    for (const Vec3& vertex : placed.mesh->vertices) {
+      const auto pixel = viewpoint->camera.project(viewpoint->camera_from_projector *
+                                                   (placed.projector_from_surface * vertex));
+      ASSERT_TRUE(pixel) << shape.name;
+      EXPECT_TRUE((PixelMargin{8}.holds(viewpoint->camera.size, *pixel))) << shape.name;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace procam

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "../support/lopsided.hpp"
+#include "procam/core/surface.hpp"
 #include "rooms.hpp"
 
 namespace procam::simulate {
@@ -12,6 +13,16 @@ using procam::test::lopsided_pose;
 using procam::test::random_vec3;
 using procam::test::uniform;
 
+/// Bilinear in u and v by pieces, all of 0..1.
+std::shared_ptr<const Mesh> bent_sheet() {
+  GridSurface sheet;
+  sheet.columns = 3;
+  sheet.rows = 2;
+  sheet.points = {{-0.3, -0.2, 0.1}, {0.1, -0.25, 0},   {0.4, -0.2, 0.2},
+                  {-0.3, 0.3, 0},    {0.12, 0.33, 0.1}, {0.5, 0.3, 0.3}};
+  return mesh_of(Surface{"sheet", sheet, {}, ""});
+}
+
 /// One body of every shape, whole and in part.
 std::vector<Body> every_shape() {
   const Pose place = lopsided_pose();
@@ -20,7 +31,8 @@ std::vector<Body> every_shape() {
           {"sphere", Sphere{0.37}, place},
           {"dome", Sphere{0.37, {-0.4, 2.2}, {0.2, 1.3}}, place},
           {"tube", Cylinder{0.21, -0.3, 0.4}, place},
-          {"niche", Cylinder{0.21, -0.3, 0.4, {2.1, 4.4}}, place}};
+          {"niche", Cylinder{0.21, -0.3, 0.4, {2.1, 4.4}}, place},
+          {"mesh", TriangleMesh(bent_sheet()), place}};
 }
 
 TEST(Room, FindsAgainThePointOfEveryUv) {

@@ -479,7 +479,7 @@ TEST(RoomView, RefusesWhatCannotBe) {
   options.samples_per_axis = 0;
   EXPECT_THROW(view({room_light()}, options), std::invalid_argument);
   options = {};
-  options.gamma = 0;
+  options.gamma = -1;
   EXPECT_THROW(view({room_light()}, options), std::invalid_argument);
   options = {};
   options.lens.aperture = -0.01;

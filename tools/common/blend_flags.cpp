@@ -84,12 +84,14 @@ ImageF light_of(const ImageU8& picture) {
 
 }  // namespace
 
-surface::BlendMap blend_for(const BlendFlags& flags, const Rig& rig, const SolvedSurfaceSet& solved,
-                            Diagnostics& diagnostics) {
+Blending blend_for(const BlendFlags& flags, const Rig& rig, const SolvedSurfaceSet& solved,
+                   Diagnostics& diagnostics) {
   if (!flags.compensate && (!flags.brightness.empty() || flags.one_level || !flags.reflectance.empty()))
     throw Error(ErrorKind::kInput, "--brightness, --one-level, --reflectance",
                 "they say nothing without --compensate", "add --compensate 0.3");
-  std::vector<SolvedSurfaceSet> sets{solved};
+  Blending blending;
+  std::vector<SolvedSurfaceSet>& sets = blending.sets;
+  sets.push_back(solved);
   for (const std::string& file : flags.others) sets.push_back(io::load_solved_surfaces(file));
   std::vector<std::string> projectors, surfaces;
   for (const SolvedSurfaceSet& set : sets) {
@@ -104,10 +106,12 @@ surface::BlendMap blend_for(const BlendFlags& flags, const Rig& rig, const Solve
                    reflectance =
                        named_texts("--reflectance", flags.reflectance, surfaces, "wall=wall_lit.png");
   std::vector<surface::LitBy> lit;
-  for (const SolvedSurfaceSet& set : sets)
-    lit.push_back({rig.projector(set.projector).projector, &set,
-                   number_of("--brightness", brightness, set.projector, 1, 1e-6, 1e9),
-                   number_of("--black", black, set.projector, 0, 0, 0.5)});
+  for (const SolvedSurfaceSet& set : sets) {
+    blending.brightness.push_back(number_of("--brightness", brightness, set.projector, 1, 1e-6, 1e9));
+    blending.black.push_back(number_of("--black", black, set.projector, 0, 0, 0.5));
+    lit.push_back(
+        {rig.projector(set.projector).projector, &set, blending.brightness.back(), blending.black.back()});
+  }
   surface::BlendOptions options;
   options.compensate = flags.compensate > 0;
   if (options.compensate) options.least_gain = flags.compensate;
@@ -119,7 +123,8 @@ surface::BlendMap blend_for(const BlendFlags& flags, const Rig& rig, const Solve
   }
   surface::Blend blend = surface::blend_maps(lit, options);
   diagnostics.append(blend.diagnostics);
-  return std::move(blend.maps.front());
+  blending.maps = std::move(blend.maps);
+  return blending;
 }
 
 }  // namespace procam::tools

@@ -9,18 +9,25 @@
 ///   Sphere               about the origin; longitude = atan2(y, x), latitude = asin(z / radius).
 ///                        u along the longitude, v along the latitude, from `from` to `to`
 ///   Cylinder             about the z axis from z = low to z = high; u along the longitude, v along z
+///   TriangleMesh         any shape: scans, grids, Bezier patches (mesh_of(), core/surface.hpp); its own u, v
 ///
 /// Where two bodies lie in one plane (a sheet on a wall), the later in the list shows.
+#include <memory>
 #include <optional>
 #include <string>
 #include <variant>
 #include <vector>
 
 #include "procam/core/marker.hpp"
+#include "procam/core/mesh.hpp"
 #include "procam/core/ray.hpp"
 #include "procam/simulate/world.hpp"
 
 namespace procam::simulate {
+
+namespace internal {
+class MeshTree;
+}
 
 struct Rectangle {
   Vec2 low = Vec2::Zero(), high = Vec2::Ones();  ///< metres
@@ -49,7 +56,24 @@ struct Cylinder {
   Arc longitude = {};
 };
 
-using Shape = std::variant<Rectangle, Polygon, Sphere, Cylinder>;
+/// Triangles, both sides of which are seen. The painted side is the one from which u grows to the right and v
+/// down; where u, v say nothing, the one from which a triangle's corners run clockwise. Light falls as on the
+/// smooth surface that they stand for: where triangles meet at less than 30 degrees, the normal is
+/// interpolated between their corners; sharper edges stay sharp. Copies share the mesh and the tree over it
+/// by which a ray finds its triangle.
+class TriangleMesh {
+ public:
+  /// Throws Error(kInput) with the fault of a mesh that cannot be (fault_of).
+  explicit TriangleMesh(std::shared_ptr<const Mesh> mesh);
+
+  const Mesh& mesh() const;
+  const internal::MeshTree& tree() const { return *tree_; }
+
+ private:
+  std::shared_ptr<const internal::MeshTree> tree_;
+};
+
+using Shape = std::variant<Rectangle, Polygon, Sphere, Cylinder, TriangleMesh>;
 
 /// A picture, grey or red, green, blue, stretched over a body's u, v, its texels square tiles of one albedo:
 /// black + (white - black) * value / 255. The texel (0, 0) begins at u = v = 0. At most 2^24 texels.
@@ -62,6 +86,15 @@ struct Picture {
 /// only).
 using Paint = std::variant<double, Picture, PrintedBoard>;
 
+/// Holes and an outline: the body is there where the mask, one channel, linear between the middles of its
+/// texels, is one half or more.
+struct Cutout {
+  ImageU8 mask;
+  /// A homography from the shape's u, v to those of the mask, (0, 0) .. (1, 1) from corner to corner; nothing
+  /// is there where its third number is not positive.
+  Mat3 mask_from_uv = Mat3::Identity();
+};
+
 struct Body {
   std::string name;
   Shape shape;
@@ -70,6 +103,10 @@ struct Body {
   /// Albedo of the other side: of planes the side z > 0, of spheres and cylinders the inner one. None: as
   /// this side.
   std::optional<double> back_albedo = {};
+  std::optional<Cutout> cutout = {};
+  /// Behind everything, at whatever distance: seen and lit where eye and light meet nothing else, it hides
+  /// nothing. The wall round a sheet, of which nobody knows how far it goes on.
+  bool backdrop = false;
 };
 
 struct Room {
@@ -84,16 +121,17 @@ struct RoomHit {
   int body = 0;        ///< number in the list
   double lengths = 0;  ///< of the ray's direction, from its origin
   Vec3 point_in_room = Vec3::Zero();
-  Vec3 normal_in_room = Vec3::UnitZ();  ///< unit, towards the ray's origin
+  Vec3 normal_in_room = Vec3::UnitZ();  ///< unit, towards the ray's origin; of a mesh, its triangle's
   Vec2 uv = Vec2::Zero();
   bool front = true;  ///< the painted side: z < 0 of planes, the outer of spheres and cylinders
 };
 
 /// The first thing on the ray's way; nullopt when there is none. Throws std::invalid_argument for a shape
-/// without extent.
+/// without extent or a cutout without a mask of one channel.
 std::optional<RoomHit> nearest_hit(const Room& room, const Ray& ray_in_room);
 
-/// A body's point at u, v: the other way round. Throws std::invalid_argument outside [0, 1].
+/// A body's point at u, v: the other way round. Throws std::invalid_argument outside [0, 1], and where no
+/// triangle of a mesh has them.
 Vec3 point_at(const Body& body, const Vec2& uv);
 
 /// The six faces of a block from the origin of its frame to `size`, "NAME -x" .. "NAME +z", printed sides

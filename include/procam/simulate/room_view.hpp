@@ -1,7 +1,8 @@
 #pragma once
 /// What a camera records in a room, lit by projectors and by the room's own light; and the truth beside it.
 ///
-///   light(u, v) = (frame / 255)^gamma_l * tent * disc_l * gaussian(blur_l)         (u, v) projector pixel
+///   light(u, v) = (black + (1 - black) (frame / 255)^gamma_l) * tent * disc_l * gaussian(blur_l)
+///                                                                                  (u, v) projector pixel
 ///   level       = albedo * (ambient + sum over lights: intensity * light * cos / d^2)
 ///                                                       mean over samples_per_axis^2 rays a pixel
 ///   linear      = exposure * cos(field angle)^vignetting * (level * disc * gaussian(camera_blur)) + noise
@@ -46,6 +47,9 @@ struct ThinLens {
 /// The disc's diameter, pixels of the device (a camera, or a projector's inverse camera); depth > 0.
 double blur_disc(const ThinLens& lens, const Camera& device, double depth);
 
+/// As a gamma: the curve of sRGB (IEC 61966-2-1).
+inline constexpr double kSrgb = 0;
+
 struct RoomLight {
   Projector projector;
   Motion room_from_projector;
@@ -53,7 +57,8 @@ struct RoomLight {
   double intensity = 1;         ///< irradiance of full light at one metre, straight on
   ThinLens lens = {};
   double blur_px = 0;  ///< sigma of the lens in focus, projector pixels
-  double gamma = 1;    ///< light = (value / 255)^gamma
+  double gamma = 1;    ///< light = (value / 255)^gamma; kSrgb
+  double black = 0;    ///< light of value 0: 0.001 for a contrast of 1000 : 1
 };
 
 struct RoomViewOptions {
@@ -66,13 +71,17 @@ struct RoomViewOptions {
   ThinLens lens = {};         ///< of the camera
   double camera_blur_px = 0;  ///< sigma of the camera's lens in focus, camera pixels
   double vignetting = 0;      ///< power of the cosine of the field angle; 4: the natural law of a simple lens
-  double gamma = 1;           ///< of the camera; 1: linear
+  double gamma = 1;           ///< of the camera; 1: linear; kSrgb
   NoiseModel noise{0, 0};     ///< Gaussian; variance of the linear grey value
   std::uint64_t seed = 0;     ///< of the noise
   int samples_per_axis = 2;   ///< rays a camera pixel, squared
-  int threads = 0;            ///< 0: as many as the machine has. The result does not depend on it
-  double time = 0;            ///< of the first row, seconds
-  double row_time = 0;        ///< from one row to the next, seconds; 0: all rows at once
+  /// Cast all rays only where a neighbouring pixel sees another body, bend or light; elsewhere one, and the
+  /// others are followed on the plane that it meets. With bodies that are not flat several times as fast;
+  /// what is thinner than a pixel may be missed. Not with a rolling shutter.
+  bool adaptive = false;
+  int threads = 0;      ///< 0: as many as the machine has. The result does not depend on it
+  double time = 0;      ///< of the first row, seconds
+  double row_time = 0;  ///< from one row to the next, seconds; 0: all rows at once
 };
 
 /// What the centre of each pixel sees.

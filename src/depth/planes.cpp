@@ -4,7 +4,6 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
-#include <numeric>
 
 #include "cells.hpp"
 #include "procam/core/se3.hpp"
@@ -217,7 +216,7 @@ std::optional<DetectedPlane> plane_of(const DepthImage& image, const CellGrid& g
   const double offset = out.estimate.plane.offset;
   double squares = 0, count = 0;
   // Where steps are part of it, all cells tell how flat it is.
-  for (const int at : options.one_within > 0 ? region.cells : core) {
+  for (const int at : core) {
     const Cell& cell = grid.cells[std::size_t(at)];
     const double q = double(cell.q), off = q - plane.at(double(cell.u), double(cell.v));
     const double sigma2 = double(cell.sigma) * double(cell.sigma);
@@ -248,7 +247,6 @@ class Labeller {
         owner_(owner),
         planes_(planes),
         noise_(options.noise),
-        within_(float(options.one_within)),
         out_(out) {}
 
   /// Pixels by label, from 0.
@@ -281,8 +279,6 @@ class Labeller {
     // Beside another surface less is theirs.
     of_.gate = (inside ? 2.5f : 2.0f) * std::sqrt(cell.sigma * cell.sigma + cell.shared * cell.shared);
     if (of_.count > 0 && !(of_.gate > 0)) of_.gate = 2 * spread_at(input);
-    if (own >= 0 && of_.count > 0)
-      of_.gate = std::max(of_.gate, within_ * cell.q * float(planes_[std::size_t(own)].norm()));
     const int x0 = column * kCell, y0 = row * kCell;
     const int width = std::min(kCell, rays_.size().width - x0),
               rows = std::min(kCell, rays_.size().height - y0);
@@ -334,7 +330,6 @@ class Labeller {
   const std::vector<int>& owner_;
   const std::vector<Vec3>& planes_;
   const DepthNoise& noise_;
-  const float within_;  ///< metres from its plane that a pixel may be in any case
   Planes& out_;
   const PixelKernels& kernels_ = pixel_kernels();
   std::vector<int> counts_;
@@ -349,7 +344,7 @@ void check(const DepthImage& image, const RayTable& rays, const PlaneOptions& op
   require(options.nearest > 0 && options.farthest > options.nearest && options.farthest < 1e4,
           "find_planes: the range must be 0 < nearest < farthest");
   require(options.least_cells >= 4 && options.least_area >= 0 && options.curved_from > 0 &&
-              options.one_within >= 0 && options.noise.shared >= 0,
+              options.noise.shared >= 0,
           "find_planes: least_cells must be 4 or more, the other options positive");
 }
 
@@ -398,7 +393,6 @@ Planes find_planes(const DepthImage& image, const RayTable& rays, const PlaneOpt
   const CellGrid grid = cell_grid(image, rays, options);
   Regions regions = grow_regions(grid, options);
   std::vector<Curve> curves = take_curves(grid, options, regions);
-  if (options.one_within > 0) join_within(grid, options.one_within, regions);
 
   Planes out;
   std::vector<std::optional<DetectedPlane>> found;

@@ -3,7 +3,6 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <array>
-#include <numeric>
 
 namespace procam::depth::internal {
 namespace {
@@ -304,45 +303,6 @@ void refit(const CellGrid& grid, const std::vector<int>& cells, Moments& moments
   moments = {};
   for (const int at : cells) moments += grid.cells[std::size_t(at)].moments;
   plane = fit(moments);
-}
-
-void join_within(const CellGrid& grid, double distance, Regions& all) {
-  constexpr double kNearlyAll = 0.9;
-  auto& regions = all.regions;
-  const auto lies_within = [&](const Region& region, const InverseDepthPlane& plane) {
-    // Across the plane, a residual of inverse depth is z / |t| times it in metres.
-    const double to_distance = 1 / plane.t.norm();
-    std::size_t count = 0;
-    for (const int at : region.cells) {
-      const Cell& cell = grid.cells[std::size_t(at)];
-      const double off = double(cell.q) - plane.at(double(cell.u), double(cell.v));
-      count += std::abs(off) * to_distance < distance * double(cell.q);
-    }
-    return double(count) >= kNearlyAll * double(region.cells.size());
-  };
-  std::vector<std::size_t> order(regions.size());
-  std::iota(order.begin(), order.end(), 0);
-  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-    return regions[a].cells.size() > regions[b].cells.size();
-  });
-  for (bool joined = true; joined;) {
-    joined = false;
-    for (std::size_t a = 0; a < order.size(); ++a)
-      for (std::size_t b = a + 1; b < order.size(); ++b) {
-        Region &one = regions[order[a]], &other = regions[order[b]];
-        if (one.cells.empty() || other.cells.empty()) continue;
-        Moments both = one.moments;
-        both += other.moments;
-        const InverseDepthPlane plane = fit(both);
-        if (!(plane.t.norm() > 1e-9) || !lies_within(one, plane) || !lies_within(other, plane)) continue;
-        for (const int at : other.cells) all.owner[std::size_t(at)] = int(order[a]);
-        one.cells.insert(one.cells.end(), other.cells.begin(), other.cells.end());
-        one.moments = both;
-        one.plane = plane;
-        other.cells.clear();
-        joined = true;
-      }
-  }
 }
 
 Regions grow_regions(const CellGrid& grid, const PlaneOptions& options) {

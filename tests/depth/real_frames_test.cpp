@@ -198,6 +198,12 @@ TEST(RealFrames, TheTunnelsWallIsOneCylinderAndStaysSo) {
   expect_main(seen, {floor});
   expect_sound(seen);
   // Bands of main planes would cut it into slabs.
+  const auto most = [](const Planes& found) {
+    int pixels = 0;
+    for (const DetectedCurve& curve : found.curves) pixels = std::max(pixels, curve.pixels);
+    return pixels;
+  };
+  EXPECT_EQ(most(seen.main.planes), most(seen.fine));
   for (const Planes* const found : {&seen.fine, &seen.main.planes}) {
     ASSERT_FALSE(found->curves.empty());
     const auto largest = std::max_element(found->curves.begin(), found->curves.end(),

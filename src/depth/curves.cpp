@@ -154,6 +154,7 @@ struct Fit {
   bool outside = true;
 };
 
+/// Nothing where no such shape explains the samples.
 std::optional<Fit> fit_shape(const std::vector<Sample>& samples, bool cylinder) {
   Vec3 axis = Vec3::UnitY();
   if (cylinder) {
@@ -171,16 +172,17 @@ std::optional<Fit> fit_shape(const std::vector<Sample>& samples, bool cylinder) 
     return std::nullopt;
   Fit out{*shape};
   double squares = 0, metres = 0, side = 0;
+  for (const Sample& s : samples) squares += clipped_square(shape->residual(s));
+  out.rms_sigmas = std::sqrt(squares / double(samples.size()));
+  if (!(out.rms_sigmas < kExplains)) return std::nullopt;
   Vec3 middle = Vec3::Zero();
   for (const Sample& s : samples) {
     const Vec3 n = shape->from_axis(s.point).normalized();
-    squares += clipped_square(shape->residual(s));
     metres += std::pow(shape->from_axis(s.point).norm() - shape->radius, 2);
     side -= n.dot(s.ray);
     middle += n;
   }
   const auto count = double(samples.size());
-  out.rms_sigmas = std::sqrt(squares / count);
   out.rms = std::sqrt(metres / count);
   out.outside = side > 0;
   std::vector<double> cosines;
@@ -241,16 +243,24 @@ DetectedCurve curve_of(const Fit& fit, const std::vector<Sample>& samples) {
   return out;
 }
 
-/// Samples of the cells with normals of blocks of 5 x 5 of them.
-std::vector<Sample> samples_of(const CellGrid& grid, const std::vector<int>& cells) {
-  std::vector<char> taken(grid.cells.size());
-  for (const int at : cells) taken[std::size_t(at)] = 1;
+/// Samples of the cells, without normals.
+std::vector<Sample> points_of(const CellGrid& grid, const std::vector<int>& cells) {
   std::vector<Sample> samples;
   const std::size_t step = cells.size() / kSamples + 1;
   samples.reserve(cells.size() / step + 1);
-  for (std::size_t k = 0; k < cells.size(); k += step) {
-    const int at = cells[k];
-    samples.push_back(sample_of(grid.cells[std::size_t(at)]));
+  for (std::size_t k = 0; k < cells.size(); k += step)
+    samples.push_back(sample_of(grid.cells[std::size_t(cells[k])]));
+  return samples;
+}
+
+/// And with normals of blocks of 5 x 5 cells.
+std::vector<Sample> samples_of(const CellGrid& grid, const std::vector<int>& cells) {
+  std::vector<char> taken(grid.cells.size());
+  for (const int at : cells) taken[std::size_t(at)] = 1;
+  std::vector<Sample> samples = points_of(grid, cells);
+  const std::size_t step = cells.size() / kSamples + 1;
+  for (std::size_t k = 0; k < samples.size(); ++k) {
+    const int at = cells[k * step];
     const int column = at % grid.columns, row = at / grid.columns;
     Moments block;
     int count = 0;
@@ -263,7 +273,7 @@ std::vector<Sample> samples_of(const CellGrid& grid, const std::vector<int>& cel
         ++count;
       }
     const Vec3 t = fit(block).t;
-    if (count >= 10 && t.norm() > 0) samples.back().normal = -t.normalized();
+    if (count >= 10 && t.norm() > 0) samples[k].normal = -t.normalized();
   }
   return samples;
 }
@@ -331,7 +341,7 @@ std::vector<Curve> take_curves(const CellGrid& grid, const PlaneOptions& options
       const std::vector<Sample> samples = samples_of(grid, cells_of(group));
       for (const bool cylinder : {true, false}) {
         const auto found = fit_shape(samples, cylinder);
-        if (found && found->rms_sigmas < kExplains && found->turn > kLeastTurn &&
+        if (found && found->turn > kLeastTurn &&
             (!best || found->rms_sigmas < 0.8 * best->rms_sigmas))
           best = found;
       }
@@ -354,10 +364,10 @@ std::vector<Curve> take_curves(const CellGrid& grid, const PlaneOptions& options
       take_all(group, on_shape);
       if (group.size() == before) break;
       const auto again = fit_shape(samples_of(grid, cells_of(group)), best->shape.cylinder);
-      if (again && again->rms_sigmas < kExplains) best = again;
+      if (again) best = again;
     }
     const std::vector<int> cells = cells_of(group);
-    curves.push_back({curve_of(*best, samples_of(grid, cells)), cells});
+    curves.push_back({curve_of(*best, points_of(grid, cells)), cells});
     for (const std::size_t k : group) gone[k] = 1;
     for (const int at : cells) all.owner[std::size_t(at)] = kCurveOwner - int(curves.size() - 1);
   }

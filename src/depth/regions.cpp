@@ -92,15 +92,20 @@ class Grower {
     region.plane = fit(region.moments);
     flood(region, id);
     // The plane of all cells knows better than that of the first which of them belong.
+    // Its moments are the sum over its cells in their order, until some are released.
+    region.plane = fit(region.moments);
     for (int round = 0; round < 2; ++round) {
       const std::size_t before = region.cells.size();
-      refit(grid_, region.cells, region.moments, region.plane);
       release(region, [&](const Cell& cell) { return !agrees(cell, region.plane.t); });
       const bool same = region.cells.size() == before;
+      const InverseDepthPlane plane = region.plane;
+      if (!same) refit(grid_, region.cells, region.moments, region.plane);
+      // What joins next is judged by the plane that the others were.
+      region.plane = plane;
       flood(region, id);
+      region.plane = fit(region.moments);
       if (same && region.cells.size() == before) break;
     }
-    refit(grid_, region.cells, region.moments, region.plane);
     if (int(region.cells.size()) < options_.least_cells || doubt(grid_, region) > kLargestDoubt) {
       release(region, [](const Cell&) { return true; });
       return;

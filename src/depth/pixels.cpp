@@ -140,11 +140,16 @@ PROCAM_INTO_KERNEL void label(const CellInput& cell, int rows, const Candidates&
                               std::array<int, kMostCandidates>& pixels) {
   static_assert(kMostCandidates == 4);
   switch (of.count) {
-    case 0: return label_of<0>(cell, rows, of, none, nothing, labels, label_stride, pixels);
-    case 1: return label_of<1>(cell, rows, of, none, nothing, labels, label_stride, pixels);
-    case 2: return label_of<2>(cell, rows, of, none, nothing, labels, label_stride, pixels);
-    case 3: return label_of<3>(cell, rows, of, none, nothing, labels, label_stride, pixels);
-    default: return label_of<4>(cell, rows, of, none, nothing, labels, label_stride, pixels);
+    case 0:
+      return label_of<0>(cell, rows, of, none, nothing, labels, label_stride, pixels);
+    case 1:
+      return label_of<1>(cell, rows, of, none, nothing, labels, label_stride, pixels);
+    case 2:
+      return label_of<2>(cell, rows, of, none, nothing, labels, label_stride, pixels);
+    case 3:
+      return label_of<3>(cell, rows, of, none, nothing, labels, label_stride, pixels);
+    default:
+      return label_of<4>(cell, rows, of, none, nothing, labels, label_stride, pixels);
   }
 }
 

@@ -15,17 +15,6 @@ namespace {
 using namespace internal;
 constexpr int kCell = RayTable::kCell;
 
-/// Are all of the cell's neighbours (and itself) of this owner?
-bool is_alone(const CellGrid& grid, const std::vector<int>& owner, int column, int row, int id) {
-  const int left = std::max(column - 1, 0), right = std::min(column + 1, grid.columns - 1);
-  for (int y = std::max(row - 1, 0); y <= std::min(row + 1, grid.rows - 1); ++y) {
-    const int* const of_row = owner.data() + grid.index(0, y);
-    for (int x = left; x <= right; ++x)
-      if (of_row[x] != id) return false;
-  }
-  return true;
-}
-
 /// The cells of a region that have none but their own about them, so that no edge of another surface reaches
 /// into them, and all their readings: where some are missing because they were out of range, the rest is
 /// biased. All of the region's cells where those are too few.
@@ -33,13 +22,10 @@ struct Core {
   bool clear = true;  ///< nothing else reaches into the cells
   std::vector<int> cells;
 };
-Core core_of(const CellGrid& grid, const std::vector<int>& owner, const Region& region, int id, int least) {
+Core core_of(const CellGrid& grid, const std::vector<char>& alone, const Region& region, int least) {
   std::vector<int> core;
-  for (const int at : region.cells) {
-    const int column = at % grid.columns, row = at / grid.columns;
-    if (grid.cells[std::size_t(at)].n >= kCell * kCell - 1 && is_alone(grid, owner, column, row, id))
-      core.push_back(at);
-  }
+  for (const int at : region.cells)
+    if (alone[std::size_t(at)] && grid.cells[std::size_t(at)].n >= kCell * kCell - 1) core.push_back(at);
   return {int(core.size()) >= least, int(core.size()) >= least ? core : region.cells};
 }
 
@@ -188,11 +174,11 @@ double pixel_area(double z, double offset, const Intrinsics& k) {
   return z * z * z / (offset * k.fx * k.fy);
 }
 
-std::optional<DetectedPlane> plane_of(const DepthImage& image, const CellGrid& grid, const Regions& all,
-                                      std::size_t i, const RayTable& rays, const PlaneOptions& options) {
-  const Region& region = all.regions[i];
+std::optional<DetectedPlane> plane_of(const DepthImage& image, const CellGrid& grid,
+                                      const std::vector<char>& alone, const Region& region,
+                                      const RayTable& rays, const PlaneOptions& options) {
   if (region.cells.empty()) return std::nullopt;  // taken by a curve
-  auto [clear, core] = core_of(grid, all.owner, region, int(i), options.least_cells);
+  auto [clear, core] = core_of(grid, alone, region, options.least_cells);
   Moments moments;
   InverseDepthPlane plane;
   refit(grid, core, moments, plane);
@@ -245,6 +231,7 @@ class Labeller {
         inverse_(image, rays, options),
         rays_(rays),
         owner_(owner),
+        alone_(alone_cells(grid, owner)),
         planes_(planes),
         noise_(options.noise),
         out_(out) {}
@@ -266,7 +253,7 @@ class Labeller {
     const int own = owner_[std::size_t(grid_.index(column, row))];
     of_.count = 0;
     if (own >= 0) add(own);
-    if (!is_alone(grid_, owner_, column, row, own)) add_neighbours(column, row, own);
+    if (!alone_[std::size_t(grid_.index(column, row))]) add_neighbours(column, row, own);
     const Cell& cell = grid_.at(column, row);
     std::int16_t rest = Planes::kNone;
     if (own >= int(planes_.size()) || own == kUnexplained) {
@@ -328,6 +315,7 @@ class Labeller {
   InverseRows inverse_;
   const RayTable& rays_;
   const std::vector<int>& owner_;
+  const std::vector<char> alone_;
   const std::vector<Vec3>& planes_;
   const DepthNoise& noise_;
   Planes& out_;
@@ -397,8 +385,9 @@ Planes find_planes(const DepthImage& image, const RayTable& rays, const PlaneOpt
   Planes out;
   std::vector<std::optional<DetectedPlane>> found;
   std::vector<int> order;
+  const std::vector<char> alone = alone_cells(grid, regions.owner);
   for (std::size_t i = 0; i < regions.regions.size(); ++i) {
-    found.push_back(plane_of(image, grid, regions, i, rays, options));
+    found.push_back(plane_of(image, grid, alone, regions.regions[i], rays, options));
     if (found.back()) order.push_back(int(i));
   }
   const auto readings = [&](int i) { return regions.regions[std::size_t(i)].moments.n; };

@@ -257,40 +257,51 @@ void settle_borders(const CellGrid& grid, Regions& all) {
   const auto off = [&](const Cell& cell, int id) {
     return std::abs(double(cell.q) - all.regions[std::size_t(id)].plane.at(double(cell.u), double(cell.v)));
   };
+  // Cells that have another beside them; after a sweep these, and those beside a cell that moved.
+  std::vector<int> borders;
+  std::vector<char> listed(all.owner.size());
+  const auto list = [&](int at) {
+    if (listed[std::size_t(at)]) return;
+    listed[std::size_t(at)] = 1;
+    borders.push_back(at);
+  };
+  const std::vector<char> alone = alone_cells(grid, all.owner);
+  for (std::size_t at = 0; at < all.owner.size(); ++at)
+    if (all.owner[at] >= 0 && !alone[at]) list(int(at));
   for (int sweep = 0; sweep < 4; ++sweep) {
     std::vector<std::pair<int, int>> moves;
-    for (int row = 0; row < grid.rows; ++row)
-      for (int column = 0; column < grid.columns; ++column) {
-        const int at = grid.index(column, row), own = all.owner[std::size_t(at)];
-        if (own < 0) continue;
-        if (row > 0 && column > 0 && row + 1 < grid.rows && column + 1 < grid.columns) {
-          const int* const here = all.owner.data() + at;
-          if (here[-1] == own && here[1] == own && here[-grid.columns] == own && here[grid.columns] == own)
-            continue;
-        }
-        const Cell& cell = grid.cells[std::size_t(at)];
-        int best = own;
-        double least = -1;
-        const auto visit = [&](bool inside, int neighbour) {
-          if (!inside) return;
-          const int other = all.owner[std::size_t(neighbour)];
-          if (other < 0 || other == own) return;
-          if (least < 0) least = off(cell, own);
-          const double d = off(cell, other);
-          if (d < least) least = d, best = other;
-        };
-        visit(column > 0, at - 1);
-        visit(column + 1 < grid.columns, at + 1);
-        visit(row > 0, at - grid.columns);
-        visit(row + 1 < grid.rows, at + grid.columns);
-        if (best != own) moves.emplace_back(at, best);
-      }
+    for (const int at : borders) {
+      if (all.owner[std::size_t(at)] < 0) continue;
+      const int column = grid.cells[std::size_t(at)].column, row = at / grid.columns,
+                own = all.owner[std::size_t(at)];
+      const Cell& cell = grid.cells[std::size_t(at)];
+      int best = own;
+      double least = -1;
+      const auto visit = [&](bool inside, int neighbour) {
+        if (!inside) return;
+        const int other = all.owner[std::size_t(neighbour)];
+        if (other < 0 || other == own) return;
+        if (least < 0) least = off(cell, own);
+        const double d = off(cell, other);
+        if (d < least) least = d, best = other;
+      };
+      visit(column > 0, at - 1);
+      visit(column + 1 < grid.columns, at + 1);
+      visit(row > 0, at - grid.columns);
+      visit(row + 1 < grid.rows, at + grid.columns);
+      if (best != own) moves.emplace_back(at, best);
+    }
     if (moves.empty()) break;
     std::vector<char> changed(all.regions.size());
     for (const auto& [at, to] : moves) {
       int& of = all.owner[std::size_t(at)];
       changed[std::size_t(of)] = changed[std::size_t(to)] = 1;
       of = to;
+      const int column = grid.cells[std::size_t(at)].column;
+      if (column > 0) list(at - 1);
+      if (column + 1 < grid.columns) list(at + 1);
+      if (at >= grid.columns) list(at - grid.columns);
+      if (at + grid.columns < int(all.owner.size())) list(at + grid.columns);
     }
     for (std::size_t i = 0; i < changed.size(); ++i)
       if (changed[i]) all.regions[i].cells.clear();
@@ -303,6 +314,30 @@ void settle_borders(const CellGrid& grid, Regions& all) {
 }
 
 }  // namespace
+
+std::vector<char> alone_cells(const CellGrid& grid, const std::vector<int>& owner) {
+  const auto columns = std::size_t(grid.columns), rows = std::size_t(grid.rows);
+  // Along rows first, then across; plain loops over rows, which compilers turn into vectors.
+  std::vector<char> along(columns * rows), out(columns * rows);
+  for (std::size_t row = 0; row < rows; ++row) {
+    const int* const own = owner.data() + row * columns;
+    char* const to = along.data() + row * columns;
+    for (std::size_t x = 0; x + 1 < columns; ++x) to[x] = own[x] == own[x + 1];
+    to[columns - 1] = 1;
+    for (std::size_t x = columns - 1; x > 0; --x) to[x] = char(to[x] & to[x - 1]);
+  }
+  for (std::size_t row = 0; row < rows; ++row) {
+    const std::size_t up = row > 0 ? row - 1 : row, down = row + 1 < rows ? row + 1 : row;
+    const int *const own = owner.data() + row * columns, *const above = owner.data() + up * columns,
+                     *const below = owner.data() + down * columns;
+    const char *const here = along.data() + row * columns, *const at_above = along.data() + up * columns,
+                      *const at_below = along.data() + down * columns;
+    char* const to = out.data() + row * columns;
+    for (std::size_t x = 0; x < columns; ++x)
+      to[x] = char(here[x] & at_above[x] & at_below[x] & char(own[x] == above[x]) & char(own[x] == below[x]));
+  }
+  return out;
+}
 
 void refit(const CellGrid& grid, const std::vector<int>& cells, Moments& moments, InverseDepthPlane& plane) {
   moments = {};

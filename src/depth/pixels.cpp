@@ -1,5 +1,6 @@
 #include "pixels.hpp"
 
+#include <atomic>
 #include <cstring>
 
 #if !defined(__GNUC__)
@@ -186,15 +187,34 @@ PROCAM_PIXEL_KERNELS(WithAvx2, __attribute__((target("avx2"))));
 
 }  // namespace
 
-const PixelKernels& pixel_kernels() {
+namespace {
+
+const PixelKernels* kernels_for(PixelPath path) {
   static constexpr PixelKernels any = AnyProcessor::all();
+  if (path == PixelPath::kAnyProcessor) return &any;
 #if defined(__x86_64__)
   static constexpr PixelKernels wide = WithAvx2::all();
-  static const bool has_avx2 = __builtin_cpu_supports("avx2");
-  return has_avx2 ? wide : any;
-#else
-  return any;
+  if (__builtin_cpu_supports("avx2")) return &wide;
 #endif
+  return nullptr;
+}
+
+std::atomic<const PixelKernels*>& chosen_kernels() {
+  static std::atomic<const PixelKernels*> chosen{
+      kernels_for(PixelPath::kAvx2) ? kernels_for(PixelPath::kAvx2) : kernels_for(PixelPath::kAnyProcessor)};
+  return chosen;
+}
+
+}  // namespace
+
+const PixelKernels& pixel_kernels() {
+  return *chosen_kernels().load(std::memory_order_relaxed);
+}
+
+bool use_pixel_kernels(PixelPath path) {
+  const PixelKernels* const kernels = kernels_for(path);
+  if (kernels) chosen_kernels().store(kernels, std::memory_order_relaxed);
+  return kernels != nullptr;
 }
 
 }  // namespace procam::depth::internal

@@ -4,6 +4,7 @@
 
 #include <limits>
 
+#include "pixels.hpp"
 #include "rooms.hpp"
 
 namespace procam::depth {
@@ -92,6 +93,50 @@ TEST(ManyRooms, MeetWhatIsPromised) {
   EXPECT_LT(Score::median(score.offsets), 0.002);
   EXPECT_GE(share, 0.93);
   EXPECT_LE(share, 0.97);
+}
+
+/// A frame with a lens, noise and holes, its last row and column of cells cut, by either instruction set:
+/// 16-bit readings and floats.
+TEST(Planes, AreTheSameBitsByEveryInstructionSet) {
+  using internal::PixelPath;
+  const simulate::DepthSensor sensor = lopsided_sensor({637, 475});
+  const auto seen = random_room(4);
+  const simulate::DepthView view = simulate::depth_view(seen.room, sensor, seen.room_from_camera, 4);
+  ImageF metres(view.mm.size());
+  for (int y = 0; y < metres.height(); ++y)
+    for (int x = 0; x < metres.width(); ++x) metres.at(x, y) = 0.001f * float(view.mm.at(x, y));
+  Camera pinhole = sensor.camera;
+  pinhole.distortion = NoDistortion{};
+  pinhole.intrinsics.skew = 0;
+  for (const Camera& camera : {sensor.camera, pinhole})
+    for (const bool of_units : {true, false}) {
+      const RayTable rays(camera);
+      const DepthImage image = of_units ? DepthImage(view.mm.view(), 0.001) : DepthImage(metres.view());
+      ASSERT_TRUE(internal::use_pixel_kernels(PixelPath::kAnyProcessor));
+      const Planes any = find_planes(image, rays);
+      if (!internal::use_pixel_kernels(PixelPath::kAvx2)) GTEST_SKIP() << "this processor has no AVX2";
+      const Planes wide = find_planes(image, rays);
+      ASSERT_GE(any.planes.size(), 3u);
+      ASSERT_EQ(any.planes.size(), wide.planes.size());
+      ASSERT_EQ(any.curves.size(), wide.curves.size());
+      for (std::size_t i = 0; i < any.planes.size(); ++i) {
+        const DetectedPlane &a = any.planes[i], &b = wide.planes[i];
+        EXPECT_EQ(a.estimate.plane.normal, b.estimate.plane.normal);
+        EXPECT_EQ(a.estimate.plane.offset, b.estimate.plane.offset);
+        EXPECT_EQ(a.estimate.covariance, b.estimate.covariance);
+        EXPECT_EQ(a.pixels, b.pixels);
+        EXPECT_EQ(a.area, b.area);
+        EXPECT_EQ(a.rms, b.rms);
+      }
+      for (std::size_t i = 0; i < any.curves.size(); ++i) {
+        EXPECT_EQ(any.curves[i].pixels, wide.curves[i].pixels);
+        EXPECT_EQ(any.curves[i].rms, wide.curves[i].rms);
+      }
+      int different = 0;
+      for (int y = 0; y < any.labels.height(); ++y)
+        for (int x = 0; x < any.labels.width(); ++x) different += any.labels.at(x, y) != wide.labels.at(x, y);
+      EXPECT_EQ(different, 0);
+    }
 }
 
 TEST(MainPlanes, OfSimulatedRoomsAreTheTrueOnes) {

@@ -226,7 +226,7 @@ std::optional<DetectedPlane> plane_of(const DepthImage& image, const CellGrid& g
 class Labeller {
  public:
   Labeller(const CellGrid& grid, const DepthImage& image, const RayTable& rays, const std::vector<int>& owner,
-           const std::vector<Vec3>& planes, const PlaneOptions& options, Planes& out)
+           const std::vector<Eigen::Vector3f>& planes, const PlaneOptions& options, Planes& out)
       : grid_(grid),
         inverse_(image, rays, options),
         rays_(rays),
@@ -294,11 +294,11 @@ class Labeller {
     for (std::size_t k = 0; k < of_.count; ++k)
       if (of_.id[k] == id) return;
     if (of_.count == kMostCandidates || id >= int(planes_.size())) return;
-    const Vec3& t = planes_[std::size_t(id)];
+    const Eigen::Vector3f& t = planes_[std::size_t(id)];
     of_.id[of_.count] = id;
-    of_.a[of_.count] = float(t.x());
-    of_.b[of_.count] = float(t.y());
-    of_.c[of_.count] = float(t.z());
+    of_.a[of_.count] = t.x();
+    of_.b[of_.count] = t.y();
+    of_.c[of_.count] = t.z();
     ++of_.count;
   }
   /// Of a cell too empty to have a sigma of its own: at its nearest reading.
@@ -316,7 +316,7 @@ class Labeller {
   const RayTable& rays_;
   const std::vector<int>& owner_;
   const std::vector<char> alone_;
-  const std::vector<Vec3>& planes_;
+  const std::vector<Eigen::Vector3f>& planes_;
   const DepthNoise& noise_;
   Planes& out_;
   const PixelKernels& kernels_ = pixel_kernels();
@@ -393,12 +393,12 @@ Planes find_planes(const DepthImage& image, const RayTable& rays, const PlaneOpt
   const auto readings = [&](int i) { return regions.regions[std::size_t(i)].moments.n; };
   std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return readings(a) > readings(b); });
   std::vector<int> place(regions.regions.size(), -1);
-  std::vector<Vec3> inverse_planes;
+  std::vector<Eigen::Vector3f> inverse_planes;
   for (const int i : order) {
     place[std::size_t(i)] = int(out.planes.size());
     out.planes.push_back(*found[std::size_t(i)]);
     const Plane& plane = out.planes.back().estimate.plane;
-    inverse_planes.push_back(-plane.normal / plane.offset);
+    inverse_planes.emplace_back((-plane.normal / plane.offset).cast<float>());
   }
   for (Curve& curve : curves) out.curves.push_back(curve.curve);
   for (int& owner : regions.owner) {

@@ -322,10 +322,10 @@ std::vector<char> alone_cells(const CellGrid& grid, const std::vector<int>& owne
   for (std::size_t row = 0; row < rows; ++row) {
     const int* const own = owner.data() + row * columns;
     char* const to = along.data() + row * columns;
-    const auto joined = [own](std::size_t x) { return own[x] == own[x + 1]; };
-    to[0] = columns < 2 || joined(0);
+    const auto joined = [own](std::size_t x) { return int(own[x] == own[x + 1]); };
+    to[0] = char(columns < 2 ? 1 : joined(0));
     for (std::size_t x = 1; x + 1 < columns; ++x) to[x] = char(joined(x - 1) & joined(x));
-    if (columns > 1) to[columns - 1] = joined(columns - 2);
+    if (columns > 1) to[columns - 1] = char(joined(columns - 2));
   }
   for (std::size_t row = 0; row < rows; ++row) {
     const std::size_t up = row > 0 ? row - 1 : row, down = row + 1 < rows ? row + 1 : row;

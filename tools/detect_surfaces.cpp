@@ -7,6 +7,7 @@
 #include "common/cli.hpp"
 #include "common/room_frames.hpp"
 #include "common/surface_preview.hpp"
+#include "procam/depth/main_planes.hpp"
 #include "procam/io/depth_file.hpp"
 #include "procam/io/files.hpp"
 #include "procam/io/images.hpp"
@@ -21,7 +22,8 @@ namespace {
 
 struct Flags {
   std::string depth, intrinsics, rig, camera, pose, sensor = "kinect-v1", output, preview;
-  double scale = 0.001, one_within = 0;
+  double scale = 0.001;
+  bool main_planes = false;
   void (*unpack)(Image<std::uint16_t>&) = nullptr;
   std::optional<Vec3> gravity;
 };
@@ -102,16 +104,9 @@ void declare(CLI::App& app, Flags& flags) {
   app.add_option(
       "--pose", flags.pose,
       "pose.json that places the rig or its camera in the world: surfaces come in the world's frame");
-  add_parsed(
-      app, "--one-within",
-      [&](const std::string& text) {
-        flags.one_within = io::parse_length(text);
-        if (!(flags.one_within >= 0 && flags.one_within <= 1))
-          throw Error(ErrorKind::kInput, "'" + text + "'", "it is not between 0 and 1 m", "give e.g. 40mm");
-      },
-      "What lies this near to a common plane is one surface, e.g. 40mm for a door and its wall (default: "
-      "what "
-      "the sensor cannot tell apart)");
+  app.add_flag("--main-planes", flags.main_planes,
+               "Few large planes as a person names them: a door and its wall are one (default: all that the "
+               "sensor can tell apart); their sigma and rms hold the steps");
   app.add_option("--sensor", flags.sensor, "Noise: kinect-v1 (structured light, stereo) or tof")
       ->check(CLI::IsMember({"kinect-v1", "tof"}));
   app.add_option("-o,--output", flags.output, "surface definitions to write, .json or .xml")->required();
@@ -253,9 +248,9 @@ ExitCode detect(const Flags& flags, Console& console) {
 
   const depth::RayTable rays(camera.camera);
   depth::PlaneOptions options;
-  options.one_within = flags.one_within;
   if (flags.sensor == "tof") options.noise = depth::DepthNoise::time_of_flight();
-  const depth::Planes planes = depth::find_planes(image, rays, options);
+  depth::Planes planes = depth::find_planes(image, rays, options);
+  if (flags.main_planes) planes = depth::main_planes(planes, image, rays).planes;
   depth::SurfaceOptions placing;
   placing.frame_from_camera = camera.rig_from_camera;
   if (!flags.pose.empty()) {

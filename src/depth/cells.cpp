@@ -13,18 +13,18 @@ constexpr double kFlatVariance = 4;
 /// Readings that a cell needs for slopes of its own.
 constexpr int kLeastReadings = 24;
 
-/// The cell's own plane, its noise, and its sums for regions.
-Cell cell_of(const Sums& s, const RayTable::CellRays& rays, double fx, double q0, const DepthNoise& noise) {
-  Cell cell;
+/// The cell's own plane, its noise, and its sums for regions, into a cell of which nothing is known.
+void fill(const Sums& s, const RayTable::CellRays& rays, double fx, double one_fxth, double q0,
+          const DepthNoise& noise, Cell& cell) {
   cell.n = int(s.n);
-  if (cell.n < kLeastReadings) return cell;
-  const double one_nth = 1 / s.n, one_fxth = 1 / fx;
+  if (cell.n < kLeastReadings) return;
+  const double one_nth = 1 / s.n;
   const double mx = s.x * one_nth, my = s.y * one_nth, mp = s.p * one_nth;
   const double cxx = s.xx - s.x * mx, cxy = s.xy - s.x * my, cyy = s.yy - s.y * my;
   const double cxp = s.xp - s.x * mp, cyp = s.yp - s.y * mp, cpp = s.pp - s.p * mp;
   const double det = cxx * cyy - cxy * cxy;
   // Readings in one row or column only have no slope across it.
-  if (!(det > 1e-3 * s.n * s.n)) return cell;
+  if (!(det > 1e-3 * s.n * s.n)) return;
   const double one_detth = 1 / det;
   const double gx = (cyy * cxp - cxy * cyp) * one_detth, gy = (cxx * cyp - cxy * cxp) * one_detth;
   const double residual = std::max(0.0, cpp - gx * cxp - gy * cyp);
@@ -60,7 +60,6 @@ Cell cell_of(const Sums& s, const RayTable::CellRays& rays, double fx, double q0
   m.wuq = w * (s.xp * one_fxth + q0 * su + u * sq);
   m.wvq = w * (s.yp * one_fxth + q0 * sv + v * sq);
   m.wqq = w * (s.pp + 2 * q0 * s.p + s.n * q0 * q0);
-  return cell;
 }
 
 }  // namespace
@@ -77,6 +76,12 @@ void InverseRows::read(int row) {
   const int width = rays_.size().width, whole = width / kCell * kCell, rest = width - whole;
   const PixelKernels& kernels = pixel_kernels();
   y0_ = row * kCell;
+  u_ = v_ = {};
+  if (width >= kCell && y0_ + kCell <= rays_.size().height) {
+    u_ = {rays_.u_from(0, y0_), rays_.u_from(0, y0_ + 1) - rays_.u_from(0, y0_)};
+    v_ = {rays_.v_from(0, y0_), rays_.v_from(0, y0_ + 1) - rays_.v_from(0, y0_)};
+    v_step_ = rays_.v_from(kCell - 1, y0_) == v_.begin ? 0 : kCell;
+  }
   const auto invert = [&](int y, const auto* in, const auto& kernel) {
     float* const out = rows_.data() + std::size_t(y - y0_) * std::size_t(stride_);
     kernel(in, whole, out);
@@ -115,10 +120,8 @@ void InverseRows::read(int row) {
 CellInput InverseRows::cell(int column) const {
   const int x0 = column * kCell, y1 = std::min(y0_ + kCell, rays_.size().height);
   const CellRows q{rows_.data() + x0, stride_};
-  if (x0 + kCell <= rays_.size().width && y0_ + kCell <= rays_.size().height) {
-    const float *const u = rays_.u_from(x0, y0_), *const v = rays_.v_from(x0, y0_);
-    return {q, {u, rays_.u_from(x0, y0_ + 1) - u}, {v, rays_.v_from(x0, y0_ + 1) - v}};
-  }
+  if (x0 + kCell <= rays_.size().width && u_.begin)
+    return {q, {u_.begin + x0, u_.stride}, {v_.begin + column * v_step_, v_.stride}};
   constexpr std::ptrdiff_t kPixels = std::ptrdiff_t(kCell) * kCell;
   for (int y = y0_; y < y1; ++y)
     for (int x = x0; x < std::min(x0 + kCell, rays_.size().width); ++x) {
@@ -131,15 +134,15 @@ CellInput InverseRows::cell(int column) const {
 
 CellGrid cell_grid(const DepthImage& image, const RayTable& rays, const PlaneOptions& options) {
   CellGrid grid{rays.columns(), rays.rows(), {}};
-  grid.cells.resize(std::size_t(grid.columns) * std::size_t(grid.rows));
-  const double focal = rays.camera().intrinsics.fx;
+  grid.cells.reserve(std::size_t(grid.columns) * std::size_t(grid.rows));
+  const double focal = rays.camera().intrinsics.fx, one_focalth = 1 / focal;
   const PixelKernels& kernels = pixel_kernels();
   InverseRows inverse(image, rays, options);
   for (int row = 0; row < grid.rows; ++row) {
     inverse.read(row);
     for (int column = 0; column < grid.columns; ++column) {
       const RayTable::CellRays& cell_rays = rays.cell(column, row);
-      Cell& cell = grid.cells[std::size_t(grid.index(column, row))];
+      Cell& cell = grid.cells.emplace_back();  // in the order of their indices
       const CellInput input = inverse.cell(column);
       SumsAbout about{float(focal), float(cell_rays.u), float(cell_rays.v), 0};
       about.q0 = input.q.begin[(kCell / 2) * input.q.stride + kCell / 2];
@@ -150,7 +153,7 @@ CellGrid cell_grid(const DepthImage& image, const RayTable& rays, const PlaneOpt
         if (about.q0 <= 0) continue;
         kernels.sum_some(input, about, sums);
       }
-      cell = cell_of(sums, cell_rays, focal, double(about.q0), options.noise);
+      fill(sums, cell_rays, focal, one_focalth, double(about.q0), options.noise, cell);
       cell.column = std::uint16_t(column);
     }
   }

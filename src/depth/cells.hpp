@@ -90,6 +90,9 @@ class InverseRows {
   float nearest_, farthest_;
   int stride_, y0_ = 0;
   std::vector<float> rows_;
+  // Rays of the row of cells that was read, from its first pixel; empty for a row that is cut.
+  CellRows u_, v_;
+  std::ptrdiff_t v_step_ = 0;  ///< from one cell's v to the next one's
   mutable std::array<float, std::size_t(2) * RayTable::kCell * RayTable::kCell>
       cut_{};  ///< rays of a cut cell
 };

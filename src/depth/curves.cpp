@@ -154,6 +154,35 @@ struct Fit {
   bool outside = true;
 };
 
+/// The shape refined on the samples; nothing where no such shape explains them.
+std::optional<Fit> fit_from(const std::vector<Sample>& samples, Shape shape) {
+  if (!(shape.cylinder ? refine<true>(samples, shape) : refine<false>(samples, shape))) return std::nullopt;
+  if (!(shape.radius > kLeastRadius && shape.radius < kLargestRadius) || !shape.middle.allFinite())
+    return std::nullopt;
+  Fit out{shape};
+  double squares = 0, metres = 0, side = 0;
+  for (const Sample& s : samples) squares += clipped_square(shape.residual(s));
+  out.rms_sigmas = std::sqrt(squares / double(samples.size()));
+  if (!(out.rms_sigmas < kExplains)) return std::nullopt;
+  Vec3 middle = Vec3::Zero();
+  for (const Sample& s : samples) {
+    const Vec3 n = shape.from_axis(s.point).normalized();
+    metres += std::pow(shape.from_axis(s.point).norm() - shape.radius, 2);
+    side -= n.dot(s.ray);
+    middle += n;
+  }
+  const auto count = double(samples.size());
+  out.rms = std::sqrt(metres / count);
+  out.outside = side > 0;
+  std::vector<double> cosines;
+  middle.normalize();
+  for (const Sample& s : samples) cosines.push_back(shape.from_axis(s.point).normalized().dot(middle));
+  std::nth_element(cosines.begin(), cosines.begin() + std::ptrdiff_t(cosines.size() / 20), cosines.end());
+  out.turn = 2 * std::acos(std::clamp(cosines[cosines.size() / 20], -1.0, 1.0));
+  return out;
+}
+
+/// From nothing but the samples, which have normals.
 std::optional<Fit> fit_shape(const std::vector<Sample>& samples, bool cylinder) {
   Vec3 axis = Vec3::UnitY();
   if (cylinder) {
@@ -164,31 +193,8 @@ std::optional<Fit> fit_shape(const std::vector<Sample>& samples, bool cylinder) 
     if (eigen.info() != Eigen::Success || !(eigen.eigenvalues()[1] > 0)) return std::nullopt;
     axis = eigen.eigenvectors().col(0);
   }
-  auto shape = start(samples, cylinder, axis);
-  if (!shape) return std::nullopt;
-  if (!(cylinder ? refine<true>(samples, *shape) : refine<false>(samples, *shape))) return std::nullopt;
-  if (!(shape->radius > kLeastRadius && shape->radius < kLargestRadius) || !shape->middle.allFinite())
-    return std::nullopt;
-  Fit out{*shape};
-  double squares = 0, metres = 0, side = 0;
-  Vec3 middle = Vec3::Zero();
-  for (const Sample& s : samples) {
-    const Vec3 n = shape->from_axis(s.point).normalized();
-    squares += clipped_square(shape->residual(s));
-    metres += std::pow(shape->from_axis(s.point).norm() - shape->radius, 2);
-    side -= n.dot(s.ray);
-    middle += n;
-  }
-  const auto count = double(samples.size());
-  out.rms_sigmas = std::sqrt(squares / count);
-  out.rms = std::sqrt(metres / count);
-  out.outside = side > 0;
-  std::vector<double> cosines;
-  middle.normalize();
-  for (const Sample& s : samples) cosines.push_back(shape->from_axis(s.point).normalized().dot(middle));
-  std::nth_element(cosines.begin(), cosines.begin() + std::ptrdiff_t(cosines.size() / 20), cosines.end());
-  out.turn = 2 * std::acos(std::clamp(cosines[cosines.size() / 20], -1.0, 1.0));
-  return out;
+  const std::optional<Shape> shape = start(samples, cylinder, axis);
+  return shape ? fit_from(samples, *shape) : std::nullopt;
 }
 
 /// The part of the shape that the samples lie on, in a frame that is read upright by the camera.
@@ -241,16 +247,24 @@ DetectedCurve curve_of(const Fit& fit, const std::vector<Sample>& samples) {
   return out;
 }
 
-/// Samples of the cells with normals of blocks of 5 x 5 of them.
-std::vector<Sample> samples_of(const CellGrid& grid, const std::vector<int>& cells) {
-  std::vector<char> taken(grid.cells.size());
-  for (const int at : cells) taken[std::size_t(at)] = 1;
+/// Samples of the cells, without normals.
+std::vector<Sample> points_of(const CellGrid& grid, const std::vector<int>& cells) {
   std::vector<Sample> samples;
   const std::size_t step = cells.size() / kSamples + 1;
   samples.reserve(cells.size() / step + 1);
-  for (std::size_t k = 0; k < cells.size(); k += step) {
-    const int at = cells[k];
-    samples.push_back(sample_of(grid.cells[std::size_t(at)]));
+  for (std::size_t k = 0; k < cells.size(); k += step)
+    samples.push_back(sample_of(grid.cells[std::size_t(cells[k])]));
+  return samples;
+}
+
+/// And with normals of blocks of 5 x 5 cells.
+std::vector<Sample> samples_of(const CellGrid& grid, const std::vector<int>& cells) {
+  std::vector<char> taken(grid.cells.size());
+  for (const int at : cells) taken[std::size_t(at)] = 1;
+  std::vector<Sample> samples = points_of(grid, cells);
+  const std::size_t step = cells.size() / kSamples + 1;
+  for (std::size_t k = 0; k < samples.size(); ++k) {
+    const int at = cells[k * step];
     const int column = at % grid.columns, row = at / grid.columns;
     Moments block;
     int count = 0;
@@ -263,7 +277,7 @@ std::vector<Sample> samples_of(const CellGrid& grid, const std::vector<int>& cel
         ++count;
       }
     const Vec3 t = fit(block).t;
-    if (count >= 10 && t.norm() > 0) samples.back().normal = -t.normalized();
+    if (count >= 10 && t.norm() > 0) samples[k].normal = -t.normalized();
   }
   return samples;
 }
@@ -278,25 +292,22 @@ std::vector<Curve> take_curves(const CellGrid& grid, const PlaneOptions& options
   // Which regions lie beside which, across a gap of up to three cells; worked out for those that are asked
   // for.
   const std::size_t n = regions.size();
+  const std::vector<char> alone = alone_cells(grid, all.owner);
   std::vector<std::vector<char>> beside(n);
   const auto beside_of = [&](std::size_t k) -> const std::vector<char>& {
     if (!beside[k].empty()) return beside[k];
     beside[k].resize(n);
+    constexpr int kReach = 3;
     for (const int at : regions[k].cells) {
+      if (alone[std::size_t(at)]) continue;  // nothing is nearer to it than to the border
       const int column = at % grid.columns, row = at / grid.columns;
-      const auto look = [&](int reach) {  // is there any other?
-        bool any = false;
-        const int right = std::min(column + reach, grid.columns - 1),
-                  low = std::min(row + reach, grid.rows - 1);
-        for (int y = std::max(row - reach, 0); y <= low; ++y)
-          for (int x = std::max(column - reach, 0); x <= right; ++x) {
-            const int other = all.owner[std::size_t(grid.index(x, y))];
-            any = any || other != int(k);
-            if (other >= 0) beside[k][std::size_t(other)] = 1;
-          }
-        return any;
-      };
-      if (look(1)) look(3);  // from inside nothing is nearer than from the border
+      const int right = std::min(column + kReach, grid.columns - 1),
+                low = std::min(row + kReach, grid.rows - 1);
+      for (int y = std::max(row - kReach, 0); y <= low; ++y)
+        for (int x = std::max(column - kReach, 0); x <= right; ++x) {
+          const int other = all.owner[std::size_t(grid.index(x, y))];
+          if (other >= 0) beside[k][std::size_t(other)] = 1;
+        }
     }
     return beside[k];
   };
@@ -331,8 +342,7 @@ std::vector<Curve> take_curves(const CellGrid& grid, const PlaneOptions& options
       const std::vector<Sample> samples = samples_of(grid, cells_of(group));
       for (const bool cylinder : {true, false}) {
         const auto found = fit_shape(samples, cylinder);
-        if (found && found->rms_sigmas < kExplains && found->turn > kLeastTurn &&
-            (!best || found->rms_sigmas < 0.8 * best->rms_sigmas))
+        if (found && found->turn > kLeastTurn && (!best || found->rms_sigmas < 0.8 * best->rms_sigmas))
           best = found;
       }
       if (best || group.size() == 1) break;
@@ -353,11 +363,11 @@ std::vector<Curve> take_curves(const CellGrid& grid, const PlaneOptions& options
       const std::size_t before = group.size();
       take_all(group, on_shape);
       if (group.size() == before) break;
-      const auto again = fit_shape(samples_of(grid, cells_of(group)), best->shape.cylinder);
-      if (again && again->rms_sigmas < kExplains) best = again;
+      const auto again = fit_from(points_of(grid, cells_of(group)), best->shape);
+      if (again) best = again;
     }
     const std::vector<int> cells = cells_of(group);
-    curves.push_back({curve_of(*best, samples_of(grid, cells)), cells});
+    curves.push_back({curve_of(*best, points_of(grid, cells)), cells});
     for (const std::size_t k : group) gone[k] = 1;
     for (const int at : cells) all.owner[std::size_t(at)] = kCurveOwner - int(curves.size() - 1);
   }

@@ -1,5 +1,6 @@
 #include "pixels.hpp"
 
+#include <atomic>
 #include <cstring>
 
 #if !defined(__GNUC__)
@@ -100,35 +101,57 @@ PROCAM_INTO_KERNEL void sum_some(const CellInput& cell, const SumsAbout& about, 
           total(yy), total(p_sum), total(xp),    total(yp), total(pp)};
 }
 
-PROCAM_INTO_KERNEL void label(const CellInput& cell, int rows, const Candidates& of, std::int16_t none,
-                              std::int16_t nothing, std::int16_t* labels, std::ptrdiff_t label_stride,
-                              std::array<int, kMostCandidates>& pixels) {
-  std::array<Ints, kMostCandidates> counts{};
-  const Floats zero{};
+/// For so many candidates: with the number known, all that is needed stays in registers.
+template <std::size_t kCount>
+PROCAM_INTO_KERNEL void label_of(const CellInput& cell, int rows, const Candidates& of, std::int16_t none,
+                                 std::int16_t nothing, std::int16_t* labels, std::ptrdiff_t label_stride,
+                                 std::array<int, kMostCandidates>& pixels) {
+  std::array<Ints, kCount + 1> counts{};
+  const Floats zero{}, gate = zero + of.gate;
   const Ints no_plane = Ints{} + none, no_reading = Ints{} + nothing;
   for (int row = 0; row < rows; ++row) {
-    Floats q, u, v;
+    Floats q;
     load(cell.q.begin + row * cell.q.stride, q);
-    load(cell.u.begin + row * cell.u.stride, u);
-    load(cell.v.begin + row * cell.v.stride, v);
-    Floats best = zero + of.gate;
-    Ints label = no_plane;
-    for (std::size_t k = 0; k < of.count; ++k) {
-      const Floats off = q - (of.a[k] * u + of.b[k] * v + of.c[k]);
-      const Floats away = off < zero ? -off : off;
-      const Ints nearer = away < best;
-      const Ints id = Ints{} + of.id[k];
-      best = nearer ? away : best;
-      label = nearer ? id : label;
-    }
     const Ints known = q > zero;
+    Ints label = no_plane;
+    if constexpr (kCount > 0) {
+      Floats u, v, best = gate;
+      load(cell.u.begin + row * cell.u.stride, u);
+      load(cell.v.begin + row * cell.v.stride, v);
+      for (std::size_t k = 0; k < kCount; ++k) {
+        const Floats off = q - (of.a[k] * u + of.b[k] * v + of.c[k]);
+        const Floats away = off < zero ? -off : off;
+        const Ints nearer = away < best;
+        const Ints id = Ints{} + of.id[k];
+        best = nearer ? away : best;
+        label = nearer ? id : label;
+      }
+    }
     label = known ? label : no_reading;
-    for (std::size_t k = 0; k < of.count; ++k) counts[k] -= label == of.id[k];
+    for (std::size_t k = 0; k < kCount; ++k) counts[k] -= label == of.id[k];
     const Shorts narrow = __builtin_convertvector(label, Shorts);
     std::memcpy(labels + row * label_stride, &narrow, sizeof narrow);
   }
-  for (std::size_t k = 0; k < of.count; ++k)
+  for (std::size_t k = 0; k < kCount; ++k)
     for (std::size_t i = 0; i < kLanes; ++i) pixels[k] += counts[k][i];
+}
+
+PROCAM_INTO_KERNEL void label(const CellInput& cell, int rows, const Candidates& of, std::int16_t none,
+                              std::int16_t nothing, std::int16_t* labels, std::ptrdiff_t label_stride,
+                              std::array<int, kMostCandidates>& pixels) {
+  static_assert(kMostCandidates == 4);
+  switch (of.count) {
+    case 0:
+      return label_of<0>(cell, rows, of, none, nothing, labels, label_stride, pixels);
+    case 1:
+      return label_of<1>(cell, rows, of, none, nothing, labels, label_stride, pixels);
+    case 2:
+      return label_of<2>(cell, rows, of, none, nothing, labels, label_stride, pixels);
+    case 3:
+      return label_of<3>(cell, rows, of, none, nothing, labels, label_stride, pixels);
+    default:
+      return label_of<4>(cell, rows, of, none, nothing, labels, label_stride, pixels);
+  }
 }
 
 // The same for each kind of processor: what is inlined may use what the function around it may.
@@ -164,15 +187,34 @@ PROCAM_PIXEL_KERNELS(WithAvx2, __attribute__((target("avx2"))));
 
 }  // namespace
 
-const PixelKernels& pixel_kernels() {
+namespace {
+
+const PixelKernels* kernels_for(PixelPath path) {
   static constexpr PixelKernels any = AnyProcessor::all();
+  if (path == PixelPath::kAnyProcessor) return &any;
 #if defined(__x86_64__)
   static constexpr PixelKernels wide = WithAvx2::all();
-  static const bool has_avx2 = __builtin_cpu_supports("avx2");
-  return has_avx2 ? wide : any;
-#else
-  return any;
+  if (__builtin_cpu_supports("avx2")) return &wide;
 #endif
+  return nullptr;
+}
+
+std::atomic<const PixelKernels*>& chosen_kernels() {
+  static std::atomic<const PixelKernels*> chosen{
+      kernels_for(PixelPath::kAvx2) ? kernels_for(PixelPath::kAvx2) : kernels_for(PixelPath::kAnyProcessor)};
+  return chosen;
+}
+
+}  // namespace
+
+const PixelKernels& pixel_kernels() {
+  return *chosen_kernels().load(std::memory_order_relaxed);
+}
+
+bool use_pixel_kernels(PixelPath path) {
+  const PixelKernels* const kernels = kernels_for(path);
+  if (kernels) chosen_kernels().store(kernels, std::memory_order_relaxed);
+  return kernels != nullptr;
 }
 
 }  // namespace procam::depth::internal

@@ -57,6 +57,11 @@ struct PixelKernels {
                 std::int16_t nothing, std::int16_t* labels, std::ptrdiff_t label_stride,
                 std::array<int, kMostCandidates>& pixels);
 };
+/// Those that suit this processor, or were last asked for by use_pixel_kernels().
 const PixelKernels& pixel_kernels();
+
+enum class PixelPath { kAnyProcessor, kAvx2 };
+/// For tests, which compare them. False, and nothing changes, where this processor cannot run them.
+bool use_pixel_kernels(PixelPath path);
 
 }  // namespace procam::depth::internal

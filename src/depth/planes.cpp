@@ -4,7 +4,6 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
-#include <numeric>
 
 #include "cells.hpp"
 #include "procam/core/se3.hpp"
@@ -16,17 +15,6 @@ namespace {
 using namespace internal;
 constexpr int kCell = RayTable::kCell;
 
-/// Are all of the cell's neighbours (and itself) of this owner?
-bool is_alone(const CellGrid& grid, const std::vector<int>& owner, int column, int row, int id) {
-  const int left = std::max(column - 1, 0), right = std::min(column + 1, grid.columns - 1);
-  for (int y = std::max(row - 1, 0); y <= std::min(row + 1, grid.rows - 1); ++y) {
-    const int* const of_row = owner.data() + grid.index(0, y);
-    for (int x = left; x <= right; ++x)
-      if (of_row[x] != id) return false;
-  }
-  return true;
-}
-
 /// The cells of a region that have none but their own about them, so that no edge of another surface reaches
 /// into them, and all their readings: where some are missing because they were out of range, the rest is
 /// biased. All of the region's cells where those are too few.
@@ -34,13 +22,10 @@ struct Core {
   bool clear = true;  ///< nothing else reaches into the cells
   std::vector<int> cells;
 };
-Core core_of(const CellGrid& grid, const std::vector<int>& owner, const Region& region, int id, int least) {
+Core core_of(const CellGrid& grid, const std::vector<char>& alone, const Region& region, int least) {
   std::vector<int> core;
-  for (const int at : region.cells) {
-    const int column = at % grid.columns, row = at / grid.columns;
-    if (grid.cells[std::size_t(at)].n >= kCell * kCell - 1 && is_alone(grid, owner, column, row, id))
-      core.push_back(at);
-  }
+  for (const int at : region.cells)
+    if (alone[std::size_t(at)] && grid.cells[std::size_t(at)].n >= kCell * kCell - 1) core.push_back(at);
   return {int(core.size()) >= least, int(core.size()) >= least ? core : region.cells};
 }
 
@@ -189,11 +174,11 @@ double pixel_area(double z, double offset, const Intrinsics& k) {
   return z * z * z / (offset * k.fx * k.fy);
 }
 
-std::optional<DetectedPlane> plane_of(const DepthImage& image, const CellGrid& grid, const Regions& all,
-                                      std::size_t i, const RayTable& rays, const PlaneOptions& options) {
-  const Region& region = all.regions[i];
+std::optional<DetectedPlane> plane_of(const DepthImage& image, const CellGrid& grid,
+                                      const std::vector<char>& alone, const Region& region,
+                                      const RayTable& rays, const PlaneOptions& options) {
   if (region.cells.empty()) return std::nullopt;  // taken by a curve
-  auto [clear, core] = core_of(grid, all.owner, region, int(i), options.least_cells);
+  auto [clear, core] = core_of(grid, alone, region, options.least_cells);
   Moments moments;
   InverseDepthPlane plane;
   refit(grid, core, moments, plane);
@@ -217,7 +202,7 @@ std::optional<DetectedPlane> plane_of(const DepthImage& image, const CellGrid& g
   const double offset = out.estimate.plane.offset;
   double squares = 0, count = 0;
   // Where steps are part of it, all cells tell how flat it is.
-  for (const int at : options.one_within > 0 ? region.cells : core) {
+  for (const int at : core) {
     const Cell& cell = grid.cells[std::size_t(at)];
     const double q = double(cell.q), off = q - plane.at(double(cell.u), double(cell.v));
     const double sigma2 = double(cell.sigma) * double(cell.sigma);
@@ -241,14 +226,14 @@ std::optional<DetectedPlane> plane_of(const DepthImage& image, const CellGrid& g
 class Labeller {
  public:
   Labeller(const CellGrid& grid, const DepthImage& image, const RayTable& rays, const std::vector<int>& owner,
-           const std::vector<Vec3>& planes, const PlaneOptions& options, Planes& out)
+           const std::vector<Eigen::Vector3f>& planes, const PlaneOptions& options, Planes& out)
       : grid_(grid),
         inverse_(image, rays, options),
         rays_(rays),
         owner_(owner),
+        alone_(alone_cells(grid, owner)),
         planes_(planes),
         noise_(options.noise),
-        within_(float(options.one_within)),
         out_(out) {}
 
   /// Pixels by label, from 0.
@@ -268,7 +253,7 @@ class Labeller {
     const int own = owner_[std::size_t(grid_.index(column, row))];
     of_.count = 0;
     if (own >= 0) add(own);
-    if (!is_alone(grid_, owner_, column, row, own)) add_neighbours(column, row, own);
+    if (!alone_[std::size_t(grid_.index(column, row))]) add_neighbours(column, row, own);
     const Cell& cell = grid_.at(column, row);
     std::int16_t rest = Planes::kNone;
     if (own >= int(planes_.size()) || own == kUnexplained) {
@@ -281,8 +266,6 @@ class Labeller {
     // Beside another surface less is theirs.
     of_.gate = (inside ? 2.5f : 2.0f) * std::sqrt(cell.sigma * cell.sigma + cell.shared * cell.shared);
     if (of_.count > 0 && !(of_.gate > 0)) of_.gate = 2 * spread_at(input);
-    if (own >= 0 && of_.count > 0)
-      of_.gate = std::max(of_.gate, within_ * cell.q * float(planes_[std::size_t(own)].norm()));
     const int x0 = column * kCell, y0 = row * kCell;
     const int width = std::min(kCell, rays_.size().width - x0),
               rows = std::min(kCell, rays_.size().height - y0);
@@ -311,11 +294,11 @@ class Labeller {
     for (std::size_t k = 0; k < of_.count; ++k)
       if (of_.id[k] == id) return;
     if (of_.count == kMostCandidates || id >= int(planes_.size())) return;
-    const Vec3& t = planes_[std::size_t(id)];
+    const Eigen::Vector3f& t = planes_[std::size_t(id)];
     of_.id[of_.count] = id;
-    of_.a[of_.count] = float(t.x());
-    of_.b[of_.count] = float(t.y());
-    of_.c[of_.count] = float(t.z());
+    of_.a[of_.count] = t.x();
+    of_.b[of_.count] = t.y();
+    of_.c[of_.count] = t.z();
     ++of_.count;
   }
   /// Of a cell too empty to have a sigma of its own: at its nearest reading.
@@ -332,9 +315,9 @@ class Labeller {
   InverseRows inverse_;
   const RayTable& rays_;
   const std::vector<int>& owner_;
-  const std::vector<Vec3>& planes_;
+  const std::vector<char> alone_;
+  const std::vector<Eigen::Vector3f>& planes_;
   const DepthNoise& noise_;
-  const float within_;  ///< metres from its plane that a pixel may be in any case
   Planes& out_;
   const PixelKernels& kernels_ = pixel_kernels();
   std::vector<int> counts_;
@@ -349,7 +332,7 @@ void check(const DepthImage& image, const RayTable& rays, const PlaneOptions& op
   require(options.nearest > 0 && options.farthest > options.nearest && options.farthest < 1e4,
           "find_planes: the range must be 0 < nearest < farthest");
   require(options.least_cells >= 4 && options.least_area >= 0 && options.curved_from > 0 &&
-              options.one_within >= 0 && options.noise.shared >= 0,
+              options.noise.shared >= 0,
           "find_planes: least_cells must be 4 or more, the other options positive");
 }
 
@@ -398,24 +381,24 @@ Planes find_planes(const DepthImage& image, const RayTable& rays, const PlaneOpt
   const CellGrid grid = cell_grid(image, rays, options);
   Regions regions = grow_regions(grid, options);
   std::vector<Curve> curves = take_curves(grid, options, regions);
-  if (options.one_within > 0) join_within(grid, options.one_within, regions);
 
   Planes out;
   std::vector<std::optional<DetectedPlane>> found;
   std::vector<int> order;
+  const std::vector<char> alone = alone_cells(grid, regions.owner);
   for (std::size_t i = 0; i < regions.regions.size(); ++i) {
-    found.push_back(plane_of(image, grid, regions, i, rays, options));
+    found.push_back(plane_of(image, grid, alone, regions.regions[i], rays, options));
     if (found.back()) order.push_back(int(i));
   }
   const auto readings = [&](int i) { return regions.regions[std::size_t(i)].moments.n; };
   std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return readings(a) > readings(b); });
   std::vector<int> place(regions.regions.size(), -1);
-  std::vector<Vec3> inverse_planes;
+  std::vector<Eigen::Vector3f> inverse_planes;
   for (const int i : order) {
     place[std::size_t(i)] = int(out.planes.size());
     out.planes.push_back(*found[std::size_t(i)]);
     const Plane& plane = out.planes.back().estimate.plane;
-    inverse_planes.push_back(-plane.normal / plane.offset);
+    inverse_planes.emplace_back((-plane.normal / plane.offset).cast<float>());
   }
   for (Curve& curve : curves) out.curves.push_back(curve.curve);
   for (int& owner : regions.owner) {

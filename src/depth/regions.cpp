@@ -3,7 +3,6 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <array>
-#include <numeric>
 
 namespace procam::depth::internal {
 namespace {
@@ -93,15 +92,20 @@ class Grower {
     region.plane = fit(region.moments);
     flood(region, id);
     // The plane of all cells knows better than that of the first which of them belong.
+    // Its moments are the sum over its cells in their order, until some are released.
+    region.plane = fit(region.moments);
     for (int round = 0; round < 2; ++round) {
       const std::size_t before = region.cells.size();
-      refit(grid_, region.cells, region.moments, region.plane);
       release(region, [&](const Cell& cell) { return !agrees(cell, region.plane.t); });
       const bool same = region.cells.size() == before;
+      const InverseDepthPlane plane = region.plane;
+      if (!same) refit(grid_, region.cells, region.moments, region.plane);
+      // What joins next is judged by the plane that the others were.
+      region.plane = plane;
       flood(region, id);
+      region.plane = fit(region.moments);
       if (same && region.cells.size() == before) break;
     }
-    refit(grid_, region.cells, region.moments, region.plane);
     if (int(region.cells.size()) < options_.least_cells || doubt(grid_, region) > kLargestDoubt) {
       release(region, [](const Cell&) { return true; });
       return;
@@ -253,40 +257,51 @@ void settle_borders(const CellGrid& grid, Regions& all) {
   const auto off = [&](const Cell& cell, int id) {
     return std::abs(double(cell.q) - all.regions[std::size_t(id)].plane.at(double(cell.u), double(cell.v)));
   };
+  // Cells that have another beside them; after a sweep these, and those beside a cell that moved.
+  std::vector<int> borders;
+  std::vector<char> listed(all.owner.size());
+  const auto list = [&](int at) {
+    if (listed[std::size_t(at)]) return;
+    listed[std::size_t(at)] = 1;
+    borders.push_back(at);
+  };
+  const std::vector<char> alone = alone_cells(grid, all.owner);
+  for (std::size_t at = 0; at < all.owner.size(); ++at)
+    if (all.owner[at] >= 0 && !alone[at]) list(int(at));
   for (int sweep = 0; sweep < 4; ++sweep) {
     std::vector<std::pair<int, int>> moves;
-    for (int row = 0; row < grid.rows; ++row)
-      for (int column = 0; column < grid.columns; ++column) {
-        const int at = grid.index(column, row), own = all.owner[std::size_t(at)];
-        if (own < 0) continue;
-        if (row > 0 && column > 0 && row + 1 < grid.rows && column + 1 < grid.columns) {
-          const int* const here = all.owner.data() + at;
-          if (here[-1] == own && here[1] == own && here[-grid.columns] == own && here[grid.columns] == own)
-            continue;
-        }
-        const Cell& cell = grid.cells[std::size_t(at)];
-        int best = own;
-        double least = -1;
-        const auto visit = [&](bool inside, int neighbour) {
-          if (!inside) return;
-          const int other = all.owner[std::size_t(neighbour)];
-          if (other < 0 || other == own) return;
-          if (least < 0) least = off(cell, own);
-          const double d = off(cell, other);
-          if (d < least) least = d, best = other;
-        };
-        visit(column > 0, at - 1);
-        visit(column + 1 < grid.columns, at + 1);
-        visit(row > 0, at - grid.columns);
-        visit(row + 1 < grid.rows, at + grid.columns);
-        if (best != own) moves.emplace_back(at, best);
-      }
+    for (const int at : borders) {
+      if (all.owner[std::size_t(at)] < 0) continue;
+      const int column = grid.cells[std::size_t(at)].column, row = at / grid.columns,
+                own = all.owner[std::size_t(at)];
+      const Cell& cell = grid.cells[std::size_t(at)];
+      int best = own;
+      double least = -1;
+      const auto visit = [&](bool inside, int neighbour) {
+        if (!inside) return;
+        const int other = all.owner[std::size_t(neighbour)];
+        if (other < 0 || other == own) return;
+        if (least < 0) least = off(cell, own);
+        const double d = off(cell, other);
+        if (d < least) least = d, best = other;
+      };
+      visit(column > 0, at - 1);
+      visit(column + 1 < grid.columns, at + 1);
+      visit(row > 0, at - grid.columns);
+      visit(row + 1 < grid.rows, at + grid.columns);
+      if (best != own) moves.emplace_back(at, best);
+    }
     if (moves.empty()) break;
     std::vector<char> changed(all.regions.size());
     for (const auto& [at, to] : moves) {
       int& of = all.owner[std::size_t(at)];
       changed[std::size_t(of)] = changed[std::size_t(to)] = 1;
       of = to;
+      const int column = grid.cells[std::size_t(at)].column;
+      if (column > 0) list(at - 1);
+      if (column + 1 < grid.columns) list(at + 1);
+      if (at >= grid.columns) list(at - grid.columns);
+      if (at + grid.columns < int(all.owner.size())) list(at + grid.columns);
     }
     for (std::size_t i = 0; i < changed.size(); ++i)
       if (changed[i]) all.regions[i].cells.clear();
@@ -300,49 +315,35 @@ void settle_borders(const CellGrid& grid, Regions& all) {
 
 }  // namespace
 
+std::vector<char> alone_cells(const CellGrid& grid, const std::vector<int>& owner) {
+  const auto columns = std::size_t(grid.columns), rows = std::size_t(grid.rows);
+  // Along rows first, then across; plain loops over rows, which compilers turn into vectors.
+  std::vector<char> along(columns * rows), out(columns * rows);
+  for (std::size_t row = 0; row < rows; ++row) {
+    const int* const own = owner.data() + row * columns;
+    char* const to = along.data() + row * columns;
+    const auto joined = [own](std::size_t x) { return int(own[x] == own[x + 1]); };
+    to[0] = char(columns < 2 ? 1 : joined(0));
+    for (std::size_t x = 1; x + 1 < columns; ++x) to[x] = char(joined(x - 1) & joined(x));
+    if (columns > 1) to[columns - 1] = char(joined(columns - 2));
+  }
+  for (std::size_t row = 0; row < rows; ++row) {
+    const std::size_t up = row > 0 ? row - 1 : row, down = row + 1 < rows ? row + 1 : row;
+    const int *const own = owner.data() + row * columns, *const above = owner.data() + up * columns,
+                     *const below = owner.data() + down * columns;
+    const char *const here = along.data() + row * columns, *const at_above = along.data() + up * columns,
+                      *const at_below = along.data() + down * columns;
+    char* const to = out.data() + row * columns;
+    for (std::size_t x = 0; x < columns; ++x)
+      to[x] = char(here[x] & at_above[x] & at_below[x] & char(own[x] == above[x]) & char(own[x] == below[x]));
+  }
+  return out;
+}
+
 void refit(const CellGrid& grid, const std::vector<int>& cells, Moments& moments, InverseDepthPlane& plane) {
   moments = {};
   for (const int at : cells) moments += grid.cells[std::size_t(at)].moments;
   plane = fit(moments);
-}
-
-void join_within(const CellGrid& grid, double distance, Regions& all) {
-  constexpr double kNearlyAll = 0.9;
-  auto& regions = all.regions;
-  const auto lies_within = [&](const Region& region, const InverseDepthPlane& plane) {
-    // Across the plane, a residual of inverse depth is z / |t| times it in metres.
-    const double to_distance = 1 / plane.t.norm();
-    std::size_t count = 0;
-    for (const int at : region.cells) {
-      const Cell& cell = grid.cells[std::size_t(at)];
-      const double off = double(cell.q) - plane.at(double(cell.u), double(cell.v));
-      count += std::abs(off) * to_distance < distance * double(cell.q);
-    }
-    return double(count) >= kNearlyAll * double(region.cells.size());
-  };
-  std::vector<std::size_t> order(regions.size());
-  std::iota(order.begin(), order.end(), 0);
-  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-    return regions[a].cells.size() > regions[b].cells.size();
-  });
-  for (bool joined = true; joined;) {
-    joined = false;
-    for (std::size_t a = 0; a < order.size(); ++a)
-      for (std::size_t b = a + 1; b < order.size(); ++b) {
-        Region &one = regions[order[a]], &other = regions[order[b]];
-        if (one.cells.empty() || other.cells.empty()) continue;
-        Moments both = one.moments;
-        both += other.moments;
-        const InverseDepthPlane plane = fit(both);
-        if (!(plane.t.norm() > 1e-9) || !lies_within(one, plane) || !lies_within(other, plane)) continue;
-        for (const int at : other.cells) all.owner[std::size_t(at)] = int(order[a]);
-        one.cells.insert(one.cells.end(), other.cells.begin(), other.cells.end());
-        one.moments = both;
-        one.plane = plane;
-        other.cells.clear();
-        joined = true;
-      }
-  }
 }
 
 Regions grow_regions(const CellGrid& grid, const PlaneOptions& options) {

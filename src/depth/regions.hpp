@@ -19,8 +19,8 @@ struct Regions {
 /// Grown, parts of one plane joined, and each told plane from curved.
 Regions grow_regions(const CellGrid& grid, const PlaneOptions& options);
 
-/// Regions of which nearly all cells lie within `distance` of one plane become one; the emptied ones stay.
-void join_within(const CellGrid& grid, double distance, Regions& regions);
+/// For every cell: are it and all its neighbours of one owner? Edges of the image are no neighbours.
+std::vector<char> alone_cells(const CellGrid& grid, const std::vector<int>& owner);
 
 /// The region's plane and moments from these cells.
 void refit(const CellGrid& grid, const std::vector<int>& cells, Moments& moments, InverseDepthPlane& plane);

@@ -1,9 +1,10 @@
-#include "procam/depth/planes.hpp"
+#include "procam/depth/main_planes.hpp"
 
 #include <gtest/gtest.h>
 
 #include <limits>
 
+#include "pixels.hpp"
 #include "rooms.hpp"
 
 namespace procam::depth {
@@ -92,6 +93,106 @@ TEST(ManyRooms, MeetWhatIsPromised) {
   EXPECT_LT(Score::median(score.offsets), 0.002);
   EXPECT_GE(share, 0.93);
   EXPECT_LE(share, 0.97);
+}
+
+/// A frame with a lens, noise and holes, its last row and column of cells cut, by either instruction set:
+/// 16-bit readings and floats.
+TEST(Planes, AreTheSameBitsByEveryInstructionSet) {
+  using internal::PixelPath;
+  const simulate::DepthSensor sensor = lopsided_sensor({637, 475});
+  const auto seen = random_room(4);
+  const simulate::DepthView view = simulate::depth_view(seen.room, sensor, seen.room_from_camera, 4);
+  ImageF metres(view.mm.size());
+  for (int y = 0; y < metres.height(); ++y)
+    for (int x = 0; x < metres.width(); ++x) metres.at(x, y) = 0.001f * float(view.mm.at(x, y));
+  Camera pinhole = sensor.camera;
+  pinhole.distortion = NoDistortion{};
+  pinhole.intrinsics.skew = 0;
+  for (const Camera& camera : {sensor.camera, pinhole})
+    for (const bool of_units : {true, false}) {
+      const RayTable rays(camera);
+      const DepthImage image = of_units ? DepthImage(view.mm.view(), 0.001) : DepthImage(metres.view());
+      ASSERT_TRUE(internal::use_pixel_kernels(PixelPath::kAnyProcessor));
+      const Planes any = find_planes(image, rays);
+      if (!internal::use_pixel_kernels(PixelPath::kAvx2)) GTEST_SKIP() << "this processor has no AVX2";
+      const Planes wide = find_planes(image, rays);
+      ASSERT_GE(any.planes.size(), 3u);
+      ASSERT_EQ(any.planes.size(), wide.planes.size());
+      ASSERT_EQ(any.curves.size(), wide.curves.size());
+      for (std::size_t i = 0; i < any.planes.size(); ++i) {
+        const DetectedPlane &a = any.planes[i], &b = wide.planes[i];
+        EXPECT_EQ(a.estimate.plane.normal, b.estimate.plane.normal);
+        EXPECT_EQ(a.estimate.plane.offset, b.estimate.plane.offset);
+        EXPECT_EQ(a.estimate.covariance, b.estimate.covariance);
+        EXPECT_EQ(a.pixels, b.pixels);
+        EXPECT_EQ(a.area, b.area);
+        EXPECT_EQ(a.rms, b.rms);
+      }
+      for (std::size_t i = 0; i < any.curves.size(); ++i) {
+        EXPECT_EQ(any.curves[i].pixels, wide.curves[i].pixels);
+        EXPECT_EQ(any.curves[i].rms, wide.curves[i].rms);
+      }
+      int different = 0;
+      for (int y = 0; y < any.labels.height(); ++y)
+        for (int x = 0; x < any.labels.width(); ++x) different += any.labels.at(x, y) != wide.labels.at(x, y);
+      EXPECT_EQ(different, 0);
+    }
+}
+
+TEST(MainPlanes, OfSimulatedRoomsAreTheTrueOnes) {
+  Score fine, main;
+  for (std::uint64_t seed = 301; seed <= 303; ++seed) {
+    add_score(random_room(seed), lopsided_sensor(), seed, fine);
+    add_score(random_room(seed), lopsided_sensor(), seed, main,
+              [](const DepthImage& image, const RayTable& rays) {
+                return main_planes(find_planes(image, rays), image, rays).planes;
+              });
+  }
+  // A box that stands near a wall may become part of it (six times in 200 rooms).
+  EXPECT_GE(main.found, fine.found - 2);
+  EXPECT_LE(main.wrong, fine.wrong + 1);
+  EXPECT_LT(Score::median(main.offsets), 0.002);
+}
+
+TEST(MainPlanes, TakeADoorWithItsWallAndNothingElse) {
+  const simulate::DepthSensor sensor = lopsided_sensor();
+  simulate::Room room;
+  room.bodies.push_back(test::hung("wall", Vec3(0, 3, 1), Vec3(0, -1, 0), Vec2(6, 4), 0.5));
+  room.bodies.push_back(test::hung("door", Vec3(0.5, 2.965, 1), Vec3(0, -1, 0), Vec2(1.1, 2.2), 0.5));
+  room.bodies.push_back(test::hung("board", Vec3(-0.8, 2.6, 1), Vec3(0, -1, 0), Vec2(0.8, 1), 0.5));
+  const Pose room_from_camera = test::looking_at(Vec3(0, 1, 1.1), Vec3(0.1, 3, 1), 0.1);
+  const simulate::DepthView view = simulate::depth_view(room, sensor, room_from_camera, 5);
+  const DepthImage image(view.mm.view(), 0.001);
+  const RayTable rays(sensor.camera);
+  const Planes fine = find_planes(image, rays);
+  ASSERT_EQ(fine.planes.size(), 3u);
+  const MainPlanes main = main_planes(fine, image, rays);
+  ASSERT_EQ(main.planes.planes.size(), 2u);
+  EXPECT_EQ(main.members[0].size(), 2u);
+  ASSERT_EQ(main.members[1].size(), 1u);
+  const DetectedPlane &both = main.planes.planes[0], &board = fine.planes[std::size_t(main.members[1][0])];
+  EXPECT_EQ(main.planes.planes[1].estimate.plane.offset, board.estimate.plane.offset);
+  // Between the two; the step is in its rms, and each of the two within what it is said to be uncertain by.
+  EXPECT_GT(both.rms, 0.008);
+  for (const int member : main.members[0]) {
+    const PlaneEstimate& one = fine.planes[std::size_t(member)].estimate;
+    EXPECT_LT(std::abs(one.plane.offset - both.estimate.plane.offset), 0.06);
+    EXPECT_LT(squared_sigmas(both.estimate, one.plane), 7.81);
+  }
+}
+
+TEST(MainPlanes, RefuseOtherSizesAndOptionsOutOfRange) {
+  const Camera camera{{64, 48}, {60, 61, 30, 24, 0}, NoDistortion{}};
+  const RayTable rays(camera);
+  const Image<std::uint16_t> nothing(ImageSize{64, 48}), other(ImageSize{48, 64});
+  const DepthImage image(nothing.view(), 0.001);
+  const Planes none = find_planes(image, rays);
+  const MainPlanes empty = main_planes(none, image, rays);
+  EXPECT_TRUE(empty.planes.planes.empty());
+  EXPECT_EQ(empty.planes.labels.at(3, 4), Planes::kNothing);
+  EXPECT_THROW(main_planes(none, DepthImage(other.view(), 0.001), rays), std::invalid_argument);
+  EXPECT_THROW(main_planes(none, image, rays, {0.0, 0.0}), std::invalid_argument);
+  EXPECT_THROW(main_planes(none, image, rays, {0.01, 0.004, 6, 0}), std::invalid_argument);
 }
 
 TEST(Planes, AColumnIsACylinderAndABallASphere) {

@@ -51,10 +51,7 @@ struct PlaneOptions {
   DepthNoise noise = DepthNoise::kinect_v1();
   double nearest = 0.2, farthest = 8;  ///< readings outside are ignored, metres
   double least_area = 0.04;            ///< square metres; what is smaller is no surface to project on
-  /// Metres: planes whose parts all lie this near to a common one are that one, as a door is of its wall; the
-  /// steps show in its rms, and not in its covariance. 0: only what noise cannot tell apart is one plane.
-  double one_within = 0;
-  int least_cells = 9;  ///< of 8 x 8 pixels: fewer have no normal to speak of
+  int least_cells = 9;                 ///< of 8 x 8 pixels: fewer have no normal to speak of
   /// RMS of a region's second-order residual, in sigmas of what readings share (DepthNoise), from which it
   /// may be curved: it is where a cylinder or sphere that turns by 12 degrees or more explains it better.
   /// Three times as much is curved in any case. Lower finds flatter curves, and then takes the depth camera's

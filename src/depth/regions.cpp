@@ -23,14 +23,8 @@ struct Block {
 };
 constexpr Block kBlocks[] = {{3, 3, 2}, {3, 3, 1}, {4, 1, 1}, {1, 4, 1}};
 
-/// A block of flat, free cells that agree with one plane, or nothing.
-std::optional<Seed> seed_at(const CellGrid& grid, const std::vector<int>& owner, const Block& size,
-                            int column, int row) {
-  for (int j = 0; j < size.rows; ++j)
-    for (int i = 0; i < size.columns; ++i) {
-      const int at = grid.index(column + i, row + j);
-      if (owner[std::size_t(at)] != kNone || !grid.cells[std::size_t(at)].flat) return std::nullopt;
-    }
+/// A block of cells that agree with one plane, or nothing.
+std::optional<Seed> seed_at(const CellGrid& grid, const Block& size, int column, int row) {
   Moments block;
   double own_errors = 0;
   for (int j = 0; j < size.rows; ++j)
@@ -62,6 +56,8 @@ class Grower {
  public:
   Grower(const CellGrid& grid, const PlaneOptions& options) : grid_(grid), options_(options) {
     regions_.owner.assign(grid.cells.size(), kNone);
+    flat_.reserve(grid.cells.size());
+    for (const Cell& cell : grid.cells) flat_.push_back(cell.flat);
   }
 
   Regions run() {
@@ -70,11 +66,28 @@ class Grower {
   }
 
  private:
+  /// Where blocks begin of which all cells are flat and free. Plain loops, which compilers turn into vectors.
+  std::vector<char> free_blocks(const Block& block) const {
+    std::vector<char> out(flat_.size());
+    for (std::size_t at = 0; at < out.size(); ++at) out[at] = char(flat_[at] & (regions_.owner[at] == kNone));
+    const auto and_with_next = [&](int steps, std::size_t stride) {
+      // In place: what lies ahead has not been changed yet.
+      for (int i = 1; i < steps; ++i)
+        for (std::size_t at = 0; at + stride < out.size(); ++at) out[at] = char(out[at] & out[at + stride]);
+    };
+    and_with_next(block.columns, 1);
+    and_with_next(block.rows, std::size_t(grid_.columns));
+    return out;
+  }
+
   void grow_from(const Block& block) {
     std::vector<Seed> seeds;
+    const std::vector<char> is_free = free_blocks(block);
     for (int row = 0; row + block.rows <= grid_.rows; row += block.step)
-      for (int column = 0; column + block.columns <= grid_.columns; column += block.step)
-        if (const auto seed = seed_at(grid_, regions_.owner, block, column, row)) seeds.push_back(*seed);
+      for (int column = 0; column + block.columns <= grid_.columns; column += block.step) {
+        if (!is_free[std::size_t(grid_.index(column, row))]) continue;
+        if (const auto seed = seed_at(grid_, block, column, row)) seeds.push_back(*seed);
+      }
     std::sort(seeds.begin(), seeds.end(), [](const Seed& a, const Seed& b) {
       return a.flatness != b.flatness ? a.flatness < b.flatness : a.first < b.first;
     });
@@ -136,8 +149,8 @@ class Grower {
       const int at = region.cells[head], column = grid_.cells[std::size_t(at)].column;
       const auto visit = [&](int neighbour) {
         if (regions_.owner[std::size_t(neighbour)] != kNone) return;
-        const Cell& cell = grid_.cells[std::size_t(neighbour)];
-        if (cell.flat && agrees(cell, region.plane.t)) take(region, neighbour, id);
+        if (flat_[std::size_t(neighbour)] && agrees(grid_.cells[std::size_t(neighbour)], region.plane.t))
+          take(region, neighbour, id);
       };
       if (column > 0) visit(at - 1);
       if (column + 1 < grid_.columns) visit(at + 1);
@@ -152,6 +165,7 @@ class Grower {
 
   const CellGrid& grid_;
   const PlaneOptions& options_;
+  std::vector<char> flat_;  ///< of each cell, where they lie close together
   Regions regions_;
 };
 

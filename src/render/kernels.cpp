@@ -31,12 +31,4 @@ const Kernels& kernels_for(int vector_bits) {
   return kPlainKernels;
 }
 
-void map_in_two_steps(const Kernels& kernels, const TexelsView<Value>& texels, const RowMap& row,
-                      std::ptrdiff_t soon, int begin, int end, Value* to) {
-  Points points;
-  points.soon = soon;
-  kernels.locate(row, begin, end, false, points);
-  kernels.sample_values(texels, points, begin, end - begin, to);
-}
-
 }  // namespace procam::render

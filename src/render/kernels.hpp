@@ -72,8 +72,14 @@ inline bool has_short_sides(const TexelsView<Value>& texels) {
 
 /// Where the pixels of a row look: texels from the first; the two bytes 128 - right and right, of 128; and in
 /// the lower 16 bits how far down, of 2^15.
+constexpr int kCellRoom = kTileWidth + 16;  ///< they are found and read in whole groups
 struct RowCells {
-  alignas(64) std::int32_t offset[kTileWidth], shares[kTileWidth], down[kTileWidth];
+  alignas(64) std::int32_t offset[kCellRoom], shares[kCellRoom], down[kCellRoom];
+
+  /// [begin, end) look at the first texel.
+  void clear(int begin, int end) {
+    for (std::int32_t* const numbers : {offset, shares, down}) std::fill(numbers + begin, numbers + end, 0);
+  }
 };
 
 /// The rays of a tile's pixels, and of one pixel more on each side, row by row; NaN: none.
@@ -141,9 +147,14 @@ struct Kernels {
   /// Writes count pixels to `to`, or up to the next multiple of kLanes, from points [begin, begin + count).
   void (*sample_values)(const TexelsView<Value>& texels, const Points& points, int begin, int count,
                         Value* to);
-  /// What locate and sample_values do for pixels [begin, end); pixel `begin` to `to`. `soon` as in Points.
-  void (*map_values)(const TexelsView<Value>& texels, const RowMap& row, std::ptrdiff_t soon, int begin,
-                     int end, Value* to);
+  /// What locate and sample_values do, in loops that the processor looks ahead in. First where pixels
+  /// [begin, end) look, into the cells from `at` on, and some after them, all in the picture. (u, v) of the
+  /// row are in 1 / kStepsAcross and 1 / kStepsDown of a texel.
+  void (*find_cells)(const TexelsView<Value>& texels, const RowMap& row, int begin, int end, int at,
+                     RowCells& cells);
+  /// Then as sample_values. `soon` as in Points. Reads cells up to the next multiple of 16.
+  void (*sample_cells)(const TexelsView<Value>& texels, const RowCells& cells, std::ptrdiff_t soon, int count,
+                       Value* to);
   void (*sample_light)(const TexelsView<Light>& texels, const Taps& taps, const Points& points, int begin,
                        int count, Light* to);
   /// What was drawn over what was there.
@@ -173,10 +184,6 @@ struct Kernels {
   void (*look)(const Facet* facets, const Rays& rays, const Rays& right, const Rays& down, const Hits& hits,
                int first, int count, bool slopes, Looks& looks);
 };
-
-/// Kernels::map_values by others of the kernels.
-void map_in_two_steps(const Kernels& kernels, const TexelsView<Value>& texels, const RowMap& row,
-                      std::ptrdiff_t soon, int begin, int end, Value* to);
 
 extern const Kernels kPlainKernels, kWideKernels;
 /// Replaces those of kWideKernels that there are in vectors of 512 bits.

@@ -48,16 +48,34 @@ float mirrored(float position, int size) {
   return p < other ? p : other;
 }
 
-void sample_values(const TexelsView<Value>& texels, const Points& points, int begin, int count, Value* to) {
-  for (int i = begin; i < begin + count; ++i) {
-    const float u = inside(points.u[i], texels.width), v = inside(points.v[i], texels.height);
-    const int x = int(u), y = int(v);
-    const int right = nearest((u - float(x)) * 128.0f), down = int((v - float(y)) * 32768.0f);
-    const Value* upper = texels.data + (std::ptrdiff_t(y) * texels.stride + x) * 4;
+void add_cell(const TexelsView<Value>& texels, float u_from_corner, float v_from_corner, int at,
+              RowCells& cells) {
+  const float u = inside(u_from_corner, texels.width), v = inside(v_from_corner, texels.height);
+  const int x = int(u), y = int(v);
+  const int right = nearest((u - float(x)) * kStepsAcross);
+  cells.offset[at] = y * texels.stride + x;
+  cells.shares[at] = (128 - right) | right << 8;
+  cells.down[at] = int((v - float(y)) * 32768.0f);
+}
+
+void find_cells(const TexelsView<Value>& texels, const RowMap& row, int begin, int end, int at,
+                RowCells& cells) {
+  Points points;
+  locate(row, begin, end, false, points);
+  // Powers of two: exact.
+  for (int i = begin; i < end; ++i)
+    add_cell(texels, points.u[i] / kStepsAcross, points.v[i] / kStepsDown, at++, cells);
+}
+
+void sample_cells(const TexelsView<Value>& texels, const RowCells& cells, std::ptrdiff_t, int count,
+                  Value* to) {
+  for (int i = 0; i < count; ++i) {
+    const int left = cells.shares[i] & 255, right = cells.shares[i] >> 8, down = cells.down[i];
+    const Value* upper = texels.data + std::ptrdiff_t(cells.offset[i]) * 4;
     const Value* lower = upper + std::ptrdiff_t(texels.stride) * 4;
     for (int k = 0; k < 4; ++k) {
       const auto blend = [&](const Value* row) {
-        return (128 - right) * std::int8_t(row[k]) + right * std::int8_t(row[k + 4]);
+        return left * std::int8_t(row[k]) + right * std::int8_t(row[k + 4]);
       };
       const int a = blend(upper), b = blend(lower);
       *to++ = Value(((a + (((b - a) * down + 0x4000) >> 15) + 64) >> 7) ^ 0x80);
@@ -65,9 +83,10 @@ void sample_values(const TexelsView<Value>& texels, const Points& points, int be
   }
 }
 
-void map_values(const TexelsView<Value>& texels, const RowMap& row, std::ptrdiff_t soon, int begin, int end,
-                Value* to) {
-  map_in_two_steps(kPlainKernels, texels, row, soon, begin, end, to);
+void sample_values(const TexelsView<Value>& texels, const Points& points, int begin, int count, Value* to) {
+  RowCells cells;
+  for (int i = 0; i < count; ++i) add_cell(texels, points.u[begin + i], points.v[begin + i], i, cells);
+  sample_cells(texels, cells, points.soon, count, to);
 }
 
 void sample_light(const TexelsView<Light>& texels, const Taps& taps, const Points& points, int begin,
@@ -238,7 +257,8 @@ void look(const Facet* facets, const Rays& rays, const Rays& right, const Rays& 
 
 const Kernels kPlainKernels{locate,
                             sample_values,
-                            map_values,
+                            find_cells,
+                            sample_cells,
                             sample_light,
                             values_over,
                             light_over,

@@ -97,7 +97,7 @@ PROCAM_AVX2 inline __m256i shares_of(__m256i right) {
 }
 
 PROCAM_AVX2 inline void store(__m256i eight, std::int32_t* to) {
-  _mm256_store_si256(reinterpret_cast<__m256i*>(to), eight);
+  _mm256_storeu_si256(reinterpret_cast<__m256i*>(to), eight);
 }
 PROCAM_AVX2 inline __m256i load(const std::int32_t* from) {
   return _mm256_load_si256(reinterpret_cast<const __m256i*>(from));
@@ -132,33 +132,37 @@ PROCAM_AVX2 void sample_cells(const TexelsView<Value>& texels, const RowCells& c
   }
 }
 
-PROCAM_AVX2 void sample_values(const TexelsView<Value>& texels, const Points& points, int begin, int count,
-                               Value* to) {
+PROCAM_AVX2 void find_long_cells(const TexelsView<Value>& texels, const Points& points, int begin, int count,
+                                 float steps_across, float steps_down, int at, RowCells& cells) {
+  const __m256 of_u = _mm256_set1_ps(1 / steps_across), of_v = _mm256_set1_ps(1 / steps_down);
   const __m256 last_u = _mm256_set1_ps(float(texels.width - 1)),
                last_v = _mm256_set1_ps(float(texels.height - 1));
   const __m256i stride = _mm256_set1_epi32(texels.stride);
-  RowCells cells;
   for (int i = 0; i < count; i += kLanes) {
     Cells found;
-    find_cells(inside(_mm256_loadu_ps(points.u + begin + i), last_u),
-               inside(_mm256_loadu_ps(points.v + begin + i), last_v), kStepsAcross, stride, found);
-    store(load(found.offset), cells.offset + i);
-    store(shares_of(found.right), cells.shares + i);
-    store(found.down, cells.down + i);
+    find_cells(inside(_mm256_mul_ps(_mm256_loadu_ps(points.u + begin + i), of_u), last_u),
+               inside(_mm256_mul_ps(_mm256_loadu_ps(points.v + begin + i), of_v), last_v), kStepsAcross,
+               stride, found);
+    store(load(found.offset), cells.offset + at + i);
+    store(shares_of(found.right), cells.shares + at + i);
+    store(found.down, cells.down + at + i);
   }
+}
+
+PROCAM_AVX2 void sample_values(const TexelsView<Value>& texels, const Points& points, int begin, int count,
+                               Value* to) {
+  RowCells cells;
+  find_long_cells(texels, points, begin, count, 1, 1, 0, cells);
   sample_cells(texels, cells, points.soon, count, to);
 }
 
-/// Of a picture of short sides. u in 1 / kStepsAcross and v in 1 / kStepsDown of a texel.
+/// Of a picture of short sides.
 template <bool kStraight>
 PROCAM_AVX2 void find_short_cells(const TexelsView<Value>& texels, const RowMap& row, int begin, int count,
-                                  RowCells& cells) {
+                                  int at, RowCells& cells) {
   __m256 q[3][3];
-  for (int power = 0; power < 3; ++power) {
-    q[power][0] = _mm256_set1_ps(kStepsAcross * row.q[3 * power]);
-    q[power][1] = _mm256_set1_ps(kStepsDown * row.q[3 * power + 1]);
-    q[power][2] = _mm256_set1_ps(row.q[3 * power + 2]);
-  }
+  for (int power = 0; power < 3; ++power)
+    for (int k = 0; k < 3; ++k) q[power][k] = _mm256_set1_ps(row.q[3 * power + k]);
   const __m256 ds = _mm256_set1_ps(row.ds), s0 = _mm256_set1_ps(row.s0);
   const __m256 last_u = _mm256_set1_ps(kStepsAcross * float(texels.width - 1)),
                last_v = _mm256_set1_ps(kStepsDown * float(texels.height - 1));
@@ -174,21 +178,23 @@ PROCAM_AVX2 void find_short_cells(const TexelsView<Value>& texels, const RowMap&
     const __m256i u = _mm256_cvtps_epi32(inside(_mm256_mul_ps(along(0), inverse), last_u, kStepsAcross));
     const __m256i v = _mm256_cvttps_epi32(inside(_mm256_mul_ps(along(1), inverse), last_v, kStepsDown));
     // The upper half of v, whole texels, times the stride.
-    store(_mm256_add_epi32(_mm256_madd_epi16(v, stride), _mm256_srli_epi32(u, 7)), cells.offset + i);
-    store(shares_of(_mm256_and_si256(u, _mm256_set1_epi32(127))), cells.shares + i);
-    store(_mm256_srli_epi16(v, 1), cells.down + i);
+    store(_mm256_add_epi32(_mm256_madd_epi16(v, stride), _mm256_srli_epi32(u, 7)), cells.offset + at + i);
+    store(shares_of(_mm256_and_si256(u, _mm256_set1_epi32(127))), cells.shares + at + i);
+    store(_mm256_srli_epi16(v, 1), cells.down + at + i);
   }
 }
 
-PROCAM_AVX2 void map_values(const TexelsView<Value>& texels, const RowMap& row, std::ptrdiff_t soon,
-                            int begin, int end, Value* to) {
-  if (!has_short_sides(texels)) return map_in_two_steps(kWideKernels, texels, row, soon, begin, end, to);
-  RowCells cells;
-  if (is_straight(row))
-    find_short_cells<true>(texels, row, begin, end - begin, cells);
-  else
-    find_short_cells<false>(texels, row, begin, end - begin, cells);
-  sample_cells(texels, cells, soon, end - begin, to);
+PROCAM_AVX2 void find_row_cells(const TexelsView<Value>& texels, const RowMap& row, int begin, int end,
+                                int at, RowCells& cells) {
+  if (!has_short_sides(texels)) {
+    Points points;
+    locate(row, begin, end, false, points);
+    find_long_cells(texels, points, begin, end - begin, kStepsAcross, kStepsDown, at, cells);
+  } else if (is_straight(row)) {
+    find_short_cells<true>(texels, row, begin, end - begin, at, cells);
+  } else {
+    find_short_cells<false>(texels, row, begin, end - begin, at, cells);
+  }
 }
 
 /// Pairs of Light texels: pixel i in the lower half, i + 4 in the upper.
@@ -380,9 +386,9 @@ PROCAM_AVX2 void values_to_rgb(const Value* from, int count, std::uint8_t* to) {
 
 using namespace wide;
 
-const Kernels kWideKernels{locate,      sample_values, map_values,  sample_light,  values_over,
-                           light_over,  values_alpha,  light_alpha, values_to_rgb, follow,
-                           find_slopes, cast,          find_steps,  look};
+const Kernels kWideKernels{locate,      sample_values, find_row_cells, sample_cells, sample_light,
+                           values_over, light_over,    values_alpha,   light_alpha,  values_to_rgb,
+                           follow,      find_slopes,   cast,           find_steps,   look};
 
 }  // namespace procam::render
 

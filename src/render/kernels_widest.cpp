@@ -55,11 +55,11 @@ class Finder {
     const __m512i u = _mm512_cvtps_epi32(inside(u_from_corner, kStepsAcross, last_u_));
     const __m512i v = _mm512_cvttps_epi32(inside(v_from_corner, kStepsDown, last_v_));
     // The upper half of v, whole texels, times the stride.
-    _mm512_store_si512(cells.offset + first, _mm512_dpwssd_epi32(_mm512_srli_epi32(u, 7), v, stride_));
+    _mm512_storeu_si512(cells.offset + first, _mm512_dpwssd_epi32(_mm512_srli_epi32(u, 7), v, stride_));
     const __m512i right = _mm512_and_si512(u, _mm512_set1_epi32(127));
-    _mm512_store_si512(cells.shares + first,
-                       _mm512_dpwssd_epi32(_mm512_set1_epi32(128), right, _mm512_set1_epi32(255)));
-    _mm512_store_si512(cells.down + first, _mm512_srli_epi16(v, 1));
+    _mm512_storeu_si512(cells.shares + first,
+                        _mm512_dpwssd_epi32(_mm512_set1_epi32(128), right, _mm512_set1_epi32(255)));
+    _mm512_storeu_si512(cells.down + first, _mm512_srli_epi16(v, 1));
   }
 
  private:
@@ -134,15 +134,12 @@ PROCAM_AVX512 void sample_values(const TexelsView<Value>& texels, const Points& 
 }
 
 template <bool kStraight>
-PROCAM_AVX512 void find_cells(const TexelsView<Value>& texels, const RowMap& row, int begin, int count,
-                              RowCells& cells) {
+PROCAM_AVX512 void find_short_cells(const TexelsView<Value>& texels, const RowMap& row, int begin, int count,
+                                    int at, RowCells& cells) {
   const Finder finder(texels);
   __m512 q[3][3];
-  for (int power = 0; power < 3; ++power) {
-    q[power][0] = _mm512_set1_ps(kStepsAcross * row.q[3 * power]);
-    q[power][1] = _mm512_set1_ps(kStepsDown * row.q[3 * power + 1]);
-    q[power][2] = _mm512_set1_ps(row.q[3 * power + 2]);
-  }
+  for (int power = 0; power < 3; ++power)
+    for (int k = 0; k < 3; ++k) q[power][k] = _mm512_set1_ps(row.q[3 * power + k]);
   const __m512 ds = _mm512_set1_ps(row.ds), s0 = _mm512_set1_ps(row.s0);
   const __m512 lanes = _mm512_setr_ps(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
   const auto along = [&](__m512 s, int k) PROCAM_AVX512 {
@@ -151,20 +148,18 @@ PROCAM_AVX512 void find_cells(const TexelsView<Value>& texels, const RowMap& row
   for (int i = 0; i < count; i += kMany) {
     const __m512 s = times_plus(_mm512_add_ps(_mm512_set1_ps(float(begin + i)), lanes), ds, s0);
     const __m512 inverse = inverse_of(_mm512_max_ps(along(s, 2), _mm512_set1_ps(kLeastDepth)));
-    finder.find(_mm512_mul_ps(along(s, 0), inverse), _mm512_mul_ps(along(s, 1), inverse), cells, i);
+    finder.find(_mm512_mul_ps(along(s, 0), inverse), _mm512_mul_ps(along(s, 1), inverse), cells, at + i);
   }
 }
 
-PROCAM_AVX512 void map_values(const TexelsView<Value>& texels, const RowMap& row, std::ptrdiff_t soon,
-                              int begin, int end, Value* to) {
-  if (end - begin < kMany || !has_short_sides(texels))
-    return kWideKernels.map_values(texels, row, soon, begin, end, to);
-  RowCells cells;
-  if (is_straight(row))
-    find_cells<true>(texels, row, begin, end - begin, cells);
+PROCAM_AVX512 void find_cells(const TexelsView<Value>& texels, const RowMap& row, int begin, int end, int at,
+                              RowCells& cells) {
+  if (!has_short_sides(texels))
+    kWideKernels.find_cells(texels, row, begin, end, at, cells);
+  else if (is_straight(row))
+    find_short_cells<true>(texels, row, begin, end - begin, at, cells);
   else
-    find_cells<false>(texels, row, begin, end - begin, cells);
-  sample_cells(texels, cells, soon, end - begin, to);
+    find_short_cells<false>(texels, row, begin, end - begin, at, cells);
 }
 
 PROCAM_AVX512 void values_over(const Value* drawn, int count, Value* there) {
@@ -214,7 +209,8 @@ PROCAM_AVX512 void values_to_rgb(const Value* from, int count, std::uint8_t* to)
 
 void use_widest(Kernels& kernels) {
   kernels.sample_values = sample_values;
-  kernels.map_values = map_values;
+  kernels.find_cells = find_cells;
+  kernels.sample_cells = sample_cells;
   kernels.values_over = values_over;
   kernels.values_to_rgb = values_to_rgb;
 }

@@ -266,24 +266,34 @@ void PlaneLayer::sample_row(const MapTile& map, const Band& band, int y, const T
   constexpr bool kLight = std::is_same_v<Pixel, Light>;
   const Span& span = map.spans[std::size_t(y)];
   const float w = float(level.width), h = float(level.height);
-  const float scale[12] = {w, h, 1, w, h, 1, w, h, 1, 0, 0, 0};
+  const float across = kLight ? w : kStepsAcross * w, down = kLight ? h : kStepsDown * h;
+  const float scale[12] = {across, down, 1, across, down, 1, across, down, 1, 0, 0, 0};
   const bool slopes = kLight && taps.across * taps.down > 1;
   const std::ptrdiff_t soon = std::ptrdiff_t(kRowsAhead * map.v_down * h) * level.stride +
                               std::ptrdiff_t(kRowsAhead * map.u_down * w);
+  RowCells cells;
+  int found = 0;
   // From left to right: pixels are written in whole groups, beyond a piece's end as well.
   for (std::uint32_t n = 0; n < map.pieces; ++n) {
     const Piece& piece = band.pieces[map.first_piece + n];
     const int begin = std::max<int>(span.begin, piece.rect.x0), end = std::min<int>(span.end, piece.rect.x1);
     if (y < piece.rect.y0 || y >= piece.rect.y1 || begin >= end) continue;
     const RowMap row = piece.row(y, scale, slopes);
-    if constexpr (kLight)
+    if constexpr (kLight) {
       kernels.locate(row, begin, end, slopes, points);
-    else
-      kernels.map_values(level, row, soon, begin, end, to + 4 * (begin - span.begin));
+    } else {
+      cells.clear(found, begin - span.begin);  // between pieces nothing is drawn
+      kernels.find_cells(level, row, begin, end, begin - span.begin, cells);
+      found = end - span.begin;
+    }
   }
+  const int count = span.end - span.begin;
   if constexpr (kLight) {
     points.soon = soon;
-    kernels.sample_light(level, taps, points, span.begin, span.end - span.begin, to);
+    kernels.sample_light(level, taps, points, span.begin, count, to);
+  } else {
+    cells.clear(found, (count + 15) / 16 * 16);
+    kernels.sample_cells(level, cells, soon, count, to);
   }
 }
 

@@ -1,6 +1,8 @@
 /// render-to-image: solved.json + rig.json + content -> the projector's frame or a video of frames (and what
 /// the room looks like).
 #include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <filesystem>
 #include <map>
@@ -11,6 +13,7 @@
 #include "common/viewer_flags.hpp"
 #include "procam/device/content_source.hpp"
 #include "procam/device/video_file.hpp"
+#include "procam/io/files.hpp"
 #include "procam/io/images.hpp"
 #include "procam/io/pfm.hpp"
 #include "procam/io/rig_file.hpp"
@@ -372,7 +375,26 @@ void save_weights(const std::string& file, const surface::BlendMap& map) {
   io::save_image(file, weights);
 }
 
+/// Before long work: what is written at its end can be.
+void check_pictures(const Flags& flags) {
+  const auto check = [](const std::string& file, std::initializer_list<const char*> kinds) {
+    if (file.empty()) return;
+    std::string kind = std::filesystem::path(file).extension().string(), names;
+    std::transform(kind.begin(), kind.end(), kind.begin(),
+                   [](unsigned char c) { return char(std::tolower(c)); });
+    for (const char* const known : kinds) {
+      if (kind == known) return io::require_writable(file);
+      names += (names.empty() ? "" : " or ") + std::string(known);
+    }
+    throw Error(ErrorKind::kInput, file, "pictures of this kind are not written here",
+                "give it a name that ends in " + names);
+  };
+  check(flags.preview, {".png"});
+  check(flags.weights, {".png", ".pfm"});
+}
+
 ExitCode draw(const Flags& flags, Console& console) {
+  check_pictures(flags);
   check_viewer(flags.viewer);
   const Rig rig = io::load_rig(flags.rig);
   const SolvedSurfaceSet solved = io::load_solved_surfaces(flags.surfaces);

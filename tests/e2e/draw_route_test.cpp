@@ -200,6 +200,17 @@ TEST_F(DrawRoute, RefusesContentForASurfaceThatIsNotThere) {
   EXPECT_FALSE(fs::exists(folder_ / "frame.png"));
 }
 
+// A long video is not drawn for nothing.
+TEST_F(DrawRoute, RefusesWhatItCouldNotWriteInTheEndBeforeItDraws) {
+  ASSERT_EQ(solve("surfaces.json", "solved.json", "--pose " + at("pose.json")).exit_code, 0);
+  for (const std::string& more : {" --preview " + at("view.jpg"), " --preview " + at("nowhere/view.png"),
+                                  " --weights " + at("weights.txt")}) {
+    const ToolRun run = render("solved.json", "frame.png", "wall=" + at("picture.png") + more);
+    EXPECT_EQ(run.exit_code, 3) << more;
+    EXPECT_FALSE(std::filesystem::exists(folder_ / "frame.png")) << more;
+  }
+}
+
 TEST_F(DrawRoute, RefusesADamagedPicture) {
   ASSERT_EQ(solve("surfaces.json", "solved.json", "--pose " + at("pose.json")).exit_code, 0);
   const std::string bytes = slurp(folder_ / "picture.png");

@@ -80,8 +80,12 @@ class Openni2Depth : public DepthListener,
 
  private:
   void open(const std::string& uri, const DepthOptions& options) {
-    if (device_.open(uri.empty() ? openni::ANY_DEVICE : uri.c_str()) != openni::STATUS_OK)
+    if (device_.open(uri.empty() ? openni::ANY_DEVICE : uri.c_str()) != openni::STATUS_OK) {
+      if (uri.size() > 4 && uri.compare(uri.size() - 4, 4, ".oni") == 0)
+        throw depth_error(name_, "the recording cannot be opened (" + words_of_openni2() + ")",
+                          "check its name, and that OpenNI2 wrote it to its end");
       throw depth_error(name_, "it cannot be opened (" + words_of_openni2() + "); " + sensors_there(), kLook);
+    }
     uri_ = device_.getDeviceInfo().getUri();
     if (stream_.create(device_, openni::SENSOR_DEPTH) != openni::STATUS_OK)
       throw depth_error(name_, "it has no depth stream: " + words_of_openni2(), "name another sensor");

@@ -49,6 +49,18 @@ bool same(const Plane& plane, const Baseline& baseline) {
   return angle_deg(plane, baseline) < 2 && (off < 0.015 || off < 0.02 * baseline.offset);
 }
 
+/// Calls visit(point) for every second pixel's readings in a plane's band, as the baselines were found.
+template <typename Visit>
+void for_band(const DepthImage& image, const RayTable& rays, const Plane& plane, const Visit& visit) {
+  for (int y = 0; y < rays.size().height; y += 2)
+    for (int x = 0; x < rays.size().width; x += 2) {
+      const double z = double(image.at(x, y));
+      if (z < 0.3 || z > 6) continue;
+      const Vec3 p = z * Vec3(double(rays.u(x, y)), double(rays.v(x, y)), 1);
+      if (std::abs(plane.signed_distance(p)) < 0.010 + 0.004 * z * z) visit(p);
+    }
+}
+
 /// What the baseline's own rule makes of a plane: the points within its band, wherever they are, fitted,
 /// again until nothing changes. It joins a door to its wall, which find_planes() keeps apart.
 Plane by_band(const DepthImage& image, const RayTable& rays, Plane plane) {
@@ -56,16 +68,11 @@ Plane by_band(const DepthImage& image, const RayTable& rays, Plane plane) {
     Vec3 sum = Vec3::Zero();
     Mat3 squares = Mat3::Zero();
     double n = 0;
-    for (int y = 0; y < rays.size().height; y += 2)
-      for (int x = 0; x < rays.size().width; x += 2) {
-        const double z = double(image.at(x, y));
-        if (z < 0.3 || z > 6) continue;
-        const Vec3 p = z * Vec3(double(rays.u(x, y)), double(rays.v(x, y)), 1);
-        if (std::abs(plane.signed_distance(p)) > 0.010 + 0.004 * z * z) continue;
-        sum += p;
-        squares += p * p.transpose();
-        n += 1;
-      }
+    for_band(image, rays, plane, [&](const Vec3& p) {
+      sum += p;
+      squares += p * p.transpose();
+      n += 1;
+    });
     const Vec3 mean = sum / n;
     const Eigen::SelfAdjointEigenSolver<Mat3> eigen(squares / n - mean * mean.transpose());
     Vec3 normal = eigen.eigenvectors().col(0);
@@ -75,16 +82,10 @@ Plane by_band(const DepthImage& image, const RayTable& rays, Plane plane) {
   return plane;
 }
 
-/// Every second pixel's readings in a plane's band: what the baseline's RANSAC looks for most of.
+/// What the baseline's RANSAC looks for most of.
 int readings_in_band(const DepthImage& image, const RayTable& rays, const Plane& plane) {
   int count = 0;
-  for (int y = 0; y < rays.size().height; y += 2)
-    for (int x = 0; x < rays.size().width; x += 2) {
-      const double z = double(image.at(x, y));
-      if (z < 0.3 || z > 6) continue;
-      const Vec3 p = z * Vec3(double(rays.u(x, y)), double(rays.v(x, y)), 1);
-      count += std::abs(plane.signed_distance(p)) < 0.010 + 0.004 * z * z;
-    }
+  for_band(image, rays, plane, [&](const Vec3&) { ++count; });
   return count;
 }
 

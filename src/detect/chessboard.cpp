@@ -8,43 +8,98 @@
 #include <string>
 
 #include "corner_fit.hpp"
+#include "corner_grid.hpp"
 #include "fit_verdict.hpp"
 
 namespace procam::detect {
 namespace {
 
-/// Corner positions row by row.
-struct Grid {
-  int columns = 0, rows = 0;
-  Points2 points;
-
-  const Vec2& at(int column, int row) const { return points[std::size_t(row * columns + column)]; }
-  Vec2& at(int column, int row) { return points[std::size_t(row * columns + column)]; }
-};
+using Grid = CornerGrid;
 
 std::string counts(int columns, int rows) {
   return std::to_string(columns) + "x" + std::to_string(rows);
+}
+
+/// Quarter turn: the new row runs down the old columns' reverse.
+void turn_quarter(Grid& grid) {
+  Grid turned{grid.rows, grid.columns, grid.points};
+  for (int r = 0; r < turned.rows; ++r)
+    for (int c = 0; c < turned.columns; ++c) turned.at(c, r) = grid.at(r, grid.rows - 1 - c);
+  grid = turned;
+}
+
+/// Of the quadrilateral between its four corners, twice.
+double area(const Grid& grid) {
+  const Vec2 a = grid.at(grid.columns - 1, grid.rows - 1) - grid.at(0, 0),
+             b = grid.at(0, grid.rows - 1) - grid.at(grid.columns - 1, 0);
+  return std::abs(a.x() * b.y() - a.y() * b.x());
 }
 
 /// A picture to search, and how its pixels map to the original's: original = scale * pixel + (scale - 1) / 2.
 struct SearchPicture {
   cv::Mat pixels;
   int scale = 1;
+
+  Vec2 in_original(const Vec2& pixel) const { return scale * pixel + 0.5 * (scale - 1) * Vec2::Ones(); }
 };
 
-Grid grid_from(const std::vector<cv::Point2f>& corners, int columns, int rows, int scale) {
+SearchPicture reduced(const cv::Mat& image, int scale) {
+  if (scale == 1) return {image, 1};
+  SearchPicture small{{}, scale};
+  cv::resize(image, small.pixels, cv::Size(image.cols / scale, image.rows / scale), 0, 0, cv::INTER_AREA);
+  return small;
+}
+
+/// The smallest power of two that leaves an image of at most `pixels`.
+int scale_for(const cv::Mat& image, double pixels) {
+  int scale = 1;
+  while (double(image.cols) * image.rows > pixels * scale * scale) scale *= 2;
+  return scale;
+}
+
+Grid grid_from(const std::vector<cv::Point2f>& corners, int columns, int rows, const SearchPicture& picture) {
   Grid grid{columns, rows, {}};
-  for (const cv::Point2f& c : corners)
-    grid.points.push_back(scale * Vec2(c.x, c.y) + 0.5 * (scale - 1) * Vec2::Ones());
+  for (const cv::Point2f& c : corners) grid.points.push_back(picture.in_original(Vec2(c.x, c.y)));
   return grid;
 }
 
-/// Half the size where that leaves squares large enough: four times as fast, and less noise.
+/// Large enough for squares of a hundredth of the image's width.
+constexpr double kQuickPixels = 1.4e6;
+
+/// Half the size where that leaves squares large enough: four times as fast, and less noise. Never more than
+/// kQuickPixels.
 SearchPicture quick_look(const cv::Mat& image) {
-  if (std::min(image.cols, image.rows) < 700) return {image, 1};
-  SearchPicture half{{}, 2};
-  cv::resize(image, half.pixels, cv::Size(image.cols / 2, image.rows / 2), 0, 0, cv::INTER_AREA);
-  return half;
+  const int half = std::min(image.cols, image.rows) < 700 ? 1 : 2;
+  return reduced(image, std::max(half, scale_for(image, kQuickPixels)));
+}
+
+/// Every grid of corners, at the first scale at which the board is one of them; else those of all scales.
+/// First at a size at which a search is fast, then at half of it, where blur is narrower, then at larger ones
+/// for small squares.
+struct GridSearch {
+  std::optional<Grid> asked;
+  std::vector<Grid> others;
+};
+
+GridSearch search_grids(const cv::Mat& image, const Chessboard& board) {
+  const int first = scale_for(image, kQuickPixels);
+  std::vector<int> scales{first, 2 * first};
+  for (int scale = first / 2; scale >= 1; scale /= 2) scales.push_back(scale);
+  GridSearch search;
+  for (const int scale : scales) {
+    const SearchPicture picture = reduced(image, scale);
+    for (Grid& grid : find_corner_grids(picture.pixels)) {
+      for (Vec2& p : grid.points) p = picture.in_original(p);
+      if (grid.columns != board.columns) turn_quarter(grid);
+      const bool counts_fit = grid.columns == board.columns && grid.rows == board.rows;
+      if (!counts_fit)
+        search.others.push_back(std::move(grid));
+      else if (!search.asked || area(*search.asked) < area(grid))
+        search.asked = std::move(grid);
+    }
+    if (search.asked) break;
+  }
+  return search;
 }
 
 /// The print's reflectance, roughly: the picture divided by its grey-level closing, which fills what is
@@ -64,19 +119,21 @@ SearchPicture reflectance(const SearchPicture& picture) {
   return {ratio, picture.scale};
 }
 
-/// Quick looks first; each later one finds some boards that the earlier ones miss.
-std::optional<Grid> find_asked(const cv::Mat& image, const Chessboard& board) {
+/// By OpenCV's sectors, which find some boards with blurred or covered corners. Quick looks first; each later
+/// one finds some boards that the earlier ones miss.
+std::optional<Grid> find_by_sectors(const cv::Mat& image, const Chessboard& board) {
+  constexpr double kFullPixels = 6e6;
   const auto search = [&](const SearchPicture& picture, int flags) -> std::optional<Grid> {
     std::vector<cv::Point2f> corners;
     if (!cv::findChessboardCornersSB(picture.pixels, cv::Size(board.columns, board.rows), corners, flags))
       return std::nullopt;
-    return grid_from(corners, board.columns, board.rows, picture.scale);
+    return grid_from(corners, board.columns, board.rows, picture);
   };
-  const SearchPicture quick = quick_look(image), full{image, 1};
+  const SearchPicture quick = quick_look(image), full = reduced(image, scale_for(image, kFullPixels));
   if (auto grid = search(quick, cv::CALIB_CB_NORMALIZE_IMAGE)) return grid;
   const SearchPicture quick_reflectance = reflectance(quick);
   if (auto grid = search(quick_reflectance, 0)) return grid;
-  if (quick.scale > 1) {
+  if (quick.scale > full.scale) {
     if (auto grid = search(full, cv::CALIB_CB_NORMALIZE_IMAGE)) return grid;
     if (auto grid = search(reflectance(full), 0)) return grid;
   }
@@ -98,7 +155,7 @@ std::optional<Grid> find_any(const cv::Mat& image, const Chessboard& board) {
     const int flags = cv::CALIB_CB_NORMALIZE_IMAGE | cv::CALIB_CB_LARGER;
     if (!cv::findChessboardCornersSB(quick.pixels, cv::Size(columns, rows), corners, flags, meta)) continue;
     if (!best || int(corners.size()) > int(best->points.size()))
-      best = grid_from(corners, meta.cols, meta.rows, quick.scale);
+      best = grid_from(corners, meta.cols, meta.rows, quick);
   }
   return best;
 }
@@ -112,14 +169,6 @@ void turn_half(Grid& grid) {
 void mirror(Grid& grid) {
   for (int r = 0; r < grid.rows; ++r)
     std::reverse(grid.points.begin() + r * grid.columns, grid.points.begin() + (r + 1) * grid.columns);
-}
-
-/// Quarter turn of a grid with equal counts: the new row runs down the old columns' reverse.
-void turn_quarter(Grid& grid) {
-  Grid turned = grid;
-  for (int r = 0; r < grid.rows; ++r)
-    for (int c = 0; c < grid.columns; ++c) turned.at(c, r) = grid.at(r, grid.rows - 1 - c);
-  grid = turned;
 }
 
 Vec2 along_rows(const Grid& grid) {
@@ -197,44 +246,75 @@ PrintQuality print_quality(const Fits& fits, int columns) {
   return {median(contrasts), median(residuals)};
 }
 
-/// Does the printed pattern go on beyond a rim, so that the found corners are part of a larger board? `inner`
-/// and `rim` index two neighbouring lines of corners.
-template <typename At>
-bool continues(const ViewU8& image, const At& at, int count, double window_share, const PrintQuality& print) {
+/// Median over the fitted ones; 0 without any.
+template <typename Value>
+double median_of(const std::vector<const CornerFit*>& fits, Value value) {
+  std::vector<double> values;
+  for (const CornerFit* fit : fits) values.push_back(value(*fit));
+  if (values.empty()) return 0;
+  const auto middle = values.begin() + std::ptrdiff_t(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+/// Contrast in units of the light on the corner: the same in projector light and in room light.
+double relative_contrast(const CornerFit& fit) {
+  return std::abs(fit.contrast) / std::max(fit.mean, 1.0);
+}
+
+/// Does the printed pattern continue beyond a rim, so that the found corners are part of a larger board?
+/// `index(i, k)` numbers the corners of the rim (k = 0) and of the lines inside it.
+///
+/// On the line beyond the rim of a whole board each crossing has three light quarters. Fitted by the model
+/// of a corner it has half a corner's contrast or less, unless light ends there as well; then the residual is
+/// a tenth of the contrast or more. Both are compared with the nearest corners, which are lit alike: the
+/// border of a projected frame may cross the board.
+template <typename Index>
+bool continues(const ViewU8& image, const Grid& grid, const Fits& fits, const Index& index, int count,
+               double window_share) {
+  constexpr double kMinContrast = 0.7, kMaxResidual = 2.5, kMinShare = 0.8;
   int seen = 0;
   for (int i = 0; i < count; ++i) {
+    const auto at = [&](int along, int inwards) { return grid.points[index(along, inwards)]; };
     CornerNeighbourhood around;
-    const Vec2 rim = at(i, 0), inner = at(i, 1), next = at(i, 2);
-    around.corner = 3 * rim - 3 * inner + next;
-    around.e_x = around.corner - rim;
+    around.corner = 3 * at(i, 0) - 3 * at(i, 1) + at(i, 2);
+    around.e_x = around.corner - at(i, 0);
     const int lo = std::max(i - 1, 0), hi = std::min(i + 1, count - 1);
     around.e_y = (at(hi, 0) - at(lo, 0)) / (hi - lo);
     const auto fit = fit_corner(image, around, window_share);
-    // The rim of the print is a crossing with three light quarters: the model does not fit there.
-    if (fit && std::abs(fit->contrast) > 0.7 * std::abs(print.light_first) &&
-        fit->residual < 2.5 * print.residual)
+    if (!fit) continue;
+    std::vector<const CornerFit*> nearest;
+    for (int along = lo; along <= hi; ++along)
+      for (int inwards = 0; inwards < 2; ++inwards)
+        if (const auto& other = fits[index(along, inwards)]) nearest.push_back(&*other);
+    const double residual = median_of(nearest, [](const CornerFit& f) { return f.residual; });
+    if (!nearest.empty() && relative_contrast(*fit) > kMinContrast * median_of(nearest, relative_contrast) &&
+        fit->residual < kMaxResidual * residual)
       ++seen;
   }
-  return seen > 0.8 * count;
+  return seen > kMinShare * count;
 }
 
 /// Counts of the whole board where it is larger than the grid by a line or more on some side.
-std::optional<std::string> larger_board(const ViewU8& image, const Grid& g, double share,
-                                        const PrintQuality& print) {
-  const auto left = [&](int i, int k) { return g.at(k, i); };
-  const auto right = [&](int i, int k) { return g.at(g.columns - 1 - k, i); };
-  const auto top = [&](int i, int k) { return g.at(i, k); };
-  const auto bottom = [&](int i, int k) { return g.at(i, g.rows - 1 - k); };
+std::optional<std::string> larger_board(const ViewU8& image, const Grid& g, const Fits& fits, double share) {
+  const auto left = [&](int i, int k) { return std::size_t(i * g.columns + k); };
+  const auto right = [&](int i, int k) { return std::size_t((i + 1) * g.columns - 1 - k); };
+  const auto top = [&](int i, int k) { return std::size_t(k * g.columns + i); };
+  const auto bottom = [&](int i, int k) { return std::size_t((g.rows - 1 - k) * g.columns + i); };
   const int more_columns =
-      continues(image, left, g.rows, share, print) + continues(image, right, g.rows, share, print);
+      continues(image, g, fits, left, g.rows, share) + continues(image, g, fits, right, g.rows, share);
   const int more_rows =
-      continues(image, top, g.columns, share, print) + continues(image, bottom, g.columns, share, print);
+      continues(image, g, fits, top, g.columns, share) + continues(image, g, fits, bottom, g.columns, share);
   if (more_columns + more_rows == 0) return std::nullopt;
   return "at least " + counts(g.columns + more_columns, g.rows + more_rows);
 }
 
-void explain_missing(const cv::Mat& image, const Chessboard& board, Diagnostics& diagnostics) {
-  const auto other = find_any(image, board);
+void explain_missing(const cv::Mat& image, const Chessboard& board, const std::vector<Grid>& others,
+                     Diagnostics& diagnostics) {
+  const auto largest = std::max_element(others.begin(), others.end(), [](const Grid& a, const Grid& b) {
+    return a.points.size() < b.points.size();
+  });
+  const auto other = largest != others.end() ? std::optional(*largest) : find_any(image, board);
   const std::string asked = counts(board.columns, board.rows);
   if (other && other->columns * other->rows > 9) {
     // Printed counts are named the way round that resembles the question.
@@ -273,9 +353,16 @@ Detections detect_chessboard(const ViewU8& image, const Chessboard& board, const
   const cv::Mat pixels(image.height, image.width, CV_8U, const_cast<std::uint8_t*>(image.data),
                        std::size_t(image.stride));
 
-  std::optional<Grid> grid = find_asked(pixels, board);
+  GridSearch search = search_grids(pixels, board);
+  // Within a larger grid the sectors would find a part of it.
+  const bool within_larger = std::any_of(search.others.begin(), search.others.end(), [&](const Grid& other) {
+    return std::min(other.columns, other.rows) >= std::min(board.columns, board.rows) &&
+           std::max(other.columns, other.rows) >= std::max(board.columns, board.rows);
+  });
+  std::optional<Grid> grid = std::move(search.asked);
+  if (!grid && !within_larger) grid = find_by_sectors(pixels, board);
   if (!grid) {
-    explain_missing(pixels, board, result.diagnostics);
+    explain_missing(pixels, board, search.others, result.diagnostics);
     return result;
   }
   order_by_image(*grid);
@@ -283,7 +370,7 @@ Detections detect_chessboard(const ViewU8& image, const Chessboard& board, const
   fit_corners(image, *grid, options.window_share);
   Fits fits = fit_corners(image, *grid, options.window_share);
   const PrintQuality print = print_quality(fits, board.columns);
-  if (const auto found = larger_board(image, *grid, options.window_share, print)) {
+  if (const auto found = larger_board(image, *grid, fits, options.window_share)) {
     result.diagnostics.warn("board_counts_differ", "the pattern goes on beyond the " +
                                                        counts(board.columns, board.rows) +
                                                        " inner corners that were asked; there are " + *found +

@@ -167,6 +167,7 @@ std::optional<CornerFit> fit_corner(const ViewU8& image, const CornerNeighbourho
   fit.corner = p.head<2>();
   fit.covariance = inverse.topLeftCorner<2, 2>() * std::max(variance, 1. / 12);
   fit.contrast = 2 * p[kB];
+  fit.mean = p[kA];
   fit.blur = p[kBlur];
   fit.residual = std::sqrt(variance);
   if (!(fit.covariance.allFinite() && fit.covariance.determinant() > 0)) return std::nullopt;

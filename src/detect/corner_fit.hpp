@@ -21,6 +21,7 @@ struct CornerFit {
   Vec2 corner;
   Mat2 covariance;      ///< pixel^2
   double contrast = 0;  ///< 2 b: light minus dark; positive where the square at (+x, +y) is light
+  double mean = 0;      ///< a: between light and dark
   double blur = 0;      ///< s, pixels
   double residual = 0;  ///< RMS of the fit, grey levels
 };

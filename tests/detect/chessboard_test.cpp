@@ -6,6 +6,8 @@
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
+#include <random>
+#include <tuple>
 
 #include "rendered_board.hpp"
 #include "support/test_data.hpp"
@@ -138,6 +140,98 @@ TEST(Chessboard, IsFoundWhereTheProjectorLightsOnlyAPartOfIt) {
     double nearest = 1e9;  // 7x9 may be read from either end
     for (const Vec2& t : truth) nearest = std::min(nearest, (t - o.pixel).norm());
     EXPECT_LT(nearest, 1.0);
+  }
+}
+
+/// One half of the image in projector light, the other in room light of that share; the border runs through
+/// `point` along `angle`, as sharp as the scene's blur.
+ImageU8 with_frame_border(const ImageU8& image, const BoardScene& scene, const Vec2& point, double angle,
+                          double room_share, double noise, std::mt19937& random) {
+  std::normal_distribution<double> normal(0, noise);
+  const Vec2 across(std::cos(angle), std::sin(angle));
+  ImageU8 lit = image;
+  for (int y = 0; y < image.height(); ++y)
+    for (int x = 0; x < image.width(); ++x) {
+      const double side = std::erf(across.dot(Vec2(x, y) - point) / (std::sqrt(2.) * scene.blur_px));
+      const double light = 0.5 * (1 + side) + 0.5 * (1 - side) * room_share;
+      lit.at(x, y) = std::uint8_t(std::lround(std::clamp(image.at(x, y) * light + normal(random), 0., 255.)));
+    }
+  return lit;
+}
+
+struct BorderScene {
+  BoardScene scene;
+  ImageU8 evenly_lit;
+};
+
+std::vector<BorderScene> border_scenes() {
+  std::vector<BorderScene> scenes;
+  for (const auto& [columns, rows, turn] : {std::tuple(9, 6, 0.1), std::tuple(7, 9, 1.3)}) {
+    BoardScene scene;
+    scene.board = {columns, rows, 0.06};
+    scene.camera_from_board = scene.facing(Vec3(0.35, -0.3, turn), Vec3(0.02, -0.015, 1.4));
+    scene.noise = 0;
+    scenes.push_back({scene, test::render(scene)});
+  }
+  return scenes;
+}
+
+/// Borders of every direction through every part of the board, room light of 5 to 50 %, noise of 0.5 to 2.5
+/// grey levels. Returns how many times the board was found; fails where other counts were reported.
+int found_across_borders(int borders, unsigned seed) {
+  const std::vector<BorderScene> scenes = border_scenes();
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> unit(0, 1);
+  int found_all = 0;
+  for (int i = 0; i < borders; ++i) {
+    const auto& [scene, evenly_lit] = scenes[std::size_t(i) % scenes.size()];
+    const Chessboard& board = scene.board;
+    // Every second border is parallel to a rim of the print and near it, where a line of crossings of light
+    // and print is most alike a line of corners.
+    const bool at_rim = i / 2 % 2 == 0;
+    const double along = (board.columns + 1) * unit(random) - 1, down = (board.rows + 1) * unit(random) - 1;
+    const double beyond = unit(random) * 2 - 1.5;  // of the rim corners, in squares
+    const Vec3 in_board =
+        board.square_size * (at_rim ? Vec3(along, board.rows - 1 + beyond, 0) : Vec3(along, down, 0));
+    const Vec3 next = in_board + board.square_size * Vec3(1, 0, 0);
+    const Vec2 point = *scene.camera.project(scene.camera_from_board * in_board),
+               row = *scene.camera.project(scene.camera_from_board * next) - point;
+    double angle = 2 * M_PI * unit(random);
+    if (at_rim) angle = std::atan2(row.y(), row.x()) + (unit(random) < 0.5 ? 0.5 : -0.5) * M_PI;
+    const double room_share = std::exp(std::log(0.05) + unit(random) * std::log(10.)),
+                 noise = 0.5 + 2 * unit(random);
+    const ImageU8 image = with_frame_border(evenly_lit, scene, point, angle, room_share, noise, random);
+    const Detections found = detect_chessboard(image, board);
+    const Diagnostic* other_counts = found.diagnostics.find("board_counts_differ");
+    EXPECT_EQ(other_counts, nullptr) << "border " << i << ": " << other_counts->message;
+    found_all += !found.observations.empty();
+  }
+  return found_all;
+}
+
+TEST(Chessboard, IsFoundWithItsCountsAcrossTheBorderOfAProjectedFrame) {
+  EXPECT_GE(found_across_borders(40, 5), 39);
+}
+
+/// In the long run.
+TEST(ThousandBorders, LeaveTheCountsOfTheBoardAsTheyAre) {
+  EXPECT_GE(found_across_borders(1000, 6), 990);
+}
+
+TEST(Chessboard, ThatIsLargerIsReportedAcrossTheBorderOfAProjectedFrame) {
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> unit(0, 1);
+  for (const auto& [scene, evenly_lit] : border_scenes()) {
+    const Chessboard smaller{scene.board.columns, scene.board.rows - 1, scene.board.square_size};
+    for (int i = 0; i < 8; ++i) {
+      const Vec2 middle = *scene.camera.project(scene.camera_from_board *
+                                                (scene.board.square_size * Vec3(3 + unit(random), 2.5, 0)));
+      const ImageU8 image =
+          with_frame_border(evenly_lit, scene, middle, 2 * M_PI * unit(random), 0.3, 1, random);
+      const Detections found = detect_chessboard(image, smaller);
+      EXPECT_TRUE(found.observations.empty()) << i;
+      EXPECT_NE(found.diagnostics.find("board_counts_differ"), nullptr) << i;
+    }
   }
 }
 

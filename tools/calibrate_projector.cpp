@@ -6,6 +6,7 @@
 #include <map>
 #include <optional>
 
+#include "common/calibration_input.hpp"
 #include "common/cli.hpp"
 #include "common/known_before.hpp"
 #include "common/rig_words.hpp"
@@ -22,6 +23,7 @@
 #include "procam/io/board_file.hpp"
 #include "procam/io/files.hpp"
 #include "procam/io/images.hpp"
+#include "procam/io/observations_file.hpp"
 #include "procam/io/opencv_calibration.hpp"
 #include "procam/io/point_pairs_file.hpp"
 #include "procam/io/rig_file.hpp"
@@ -34,9 +36,11 @@ namespace fs = std::filesystem;
 
 struct Flags {
   fs::path captures, points, output, report, truth, check;
-  io::Session stated;          ///< what session.json need not say
-  double wall = 2;             ///< metres
-  double metres_per_unit = 0;  ///< of an OpenCV file to check
+  fs::path observations, write_observations;
+  std::vector<Device> cameras;  ///< of a table of observations
+  io::Session stated;           ///< what session.json need not say
+  double wall = 2;              ///< metres
+  double metres_per_unit = 0;   ///< of an OpenCV file to check
   fs::path mirror_view;
   std::optional<Board> mirror_board;
   double mirror_depth = 0;  ///< metres
@@ -97,27 +101,65 @@ calibrate::MirrorView read_mirror(const Flags& flags, SessionPlan& session) {
   return {*flags.mirror_board, detect::detect_board(grey, *flags.mirror_board), flags.mirror_depth};
 }
 
-ExitCode calibrate_session(const Flags& flags, Console& console) {
-  for (const fs::path& file : {flags.output, flags.report})
-    if (!file.empty()) io::require_writable(file);
+CalibrationInput read_captures(const Flags& flags, std::optional<calibrate::MirrorView>& mirror,
+                               Console& console) {
   SessionPlan session = open_session(flags.captures, flags.stated);
-  std::optional<calibrate::MirrorView> mirror;
   if (!flags.mirror_view.empty()) mirror = read_mirror(flags, session);
-  Rig truth;
-  if (!flags.truth.empty()) truth = io::load_rig(flags.truth);
-  const SessionContents contents = read_session(session, [&](const std::string& view, int done, int total) {
+  SessionContents contents = read_session(session, [&](const std::string& view, int done, int total) {
     console.progress("reading " + view, done, total);
   });
-  const Correspondences& correspondences = contents.correspondences;
+  std::string sizes;
+  for (const PlannedProjector& projector : session.projectors)
+    sizes += (sizes.empty() ? "" : " ") + (session.projectors.size() > 1 ? projector.name + "=" : "") +
+             io::format_size(projector.size);
+  return {std::move(contents.correspondences),
+          std::move(contents.inputs),
+          {{"pattern", session.projectors.front().pattern->text()},
+           {"projector-size", sizes},
+           {"step", std::to_string(session.step)},
+           {"board", io::format_board(session.board)}},
+          int(session.views.size()),
+          (flags.captures.filename().empty() ? flags.captures.parent_path() : flags.captures)
+              .filename()
+              .string()};
+}
+
+/// --observations, with the sizes that flags give.
+CalibrationInput read_table(const Flags& flags) {
+  std::vector<Device> devices = flags.cameras;
+  if (flags.stated.projector_size)
+    devices.push_back({"projector", DeviceKind::kProjector, *flags.stated.projector_size});
+  for (const auto& [name, size] : flags.stated.projectors)
+    devices.push_back({name, DeviceKind::kProjector, size});
+  CalibrationInput input = read_observations(flags.observations, devices, flags.stated.board);
+  if (input.correspondences.devices.back().kind != DeviceKind::kProjector)
+    throw Error(ErrorKind::kInput, flags.observations.string(), "the projector's size is not given",
+                "give --projector-size 1024x768; for a camera alone, use calibrate-camera");
+  return input;
+}
+
+ExitCode calibrate_session(const Flags& flags, Console& console) {
+  for (const fs::path& file : {flags.output, flags.report, flags.write_observations})
+    if (!file.empty()) io::require_writable(file);
+  Rig truth;
+  if (!flags.truth.empty()) truth = io::load_rig(flags.truth);
+  std::optional<calibrate::MirrorView> mirror;
+  const CalibrationInput input =
+      flags.observations.empty() ? read_captures(flags, mirror, console) : read_table(flags);
+  const Correspondences& correspondences = input.correspondences;
+  if (!flags.write_observations.empty()) io::save_observations(flags.write_observations, correspondences);
+  std::vector<Device> projectors;
+  for (const Device& device : correspondences.devices)
+    if (device.kind == DeviceKind::kProjector) projectors.push_back(device);
 
   calibrate::Options options;
   options.holdout = flags.holdout;
   options.light_read_at_corners = true;  // as all patterns of the table that cover the print are read
-  if (session.projectors.size() > 1 && (flags.sheet.throw_ratio || !flags.sheet.lens_shift.empty()))
+  if (projectors.size() > 1 && (flags.sheet.throw_ratio || !flags.sheet.lens_shift.empty()))
     throw Error(ErrorKind::kUnsupported, "--throw-ratio, --lens-shift",
                 "the session has several projectors, and they say nothing of which one",
                 "leave them out: with a board before every projector they are not needed");
-  options.projector.priors = priors_of(flags.sheet, session.projectors.front().size);
+  options.projector.priors = priors_of(flags.sheet, projectors.front().size);
   if (flags.keep_outliers) options.outlier_sigmas = 0;
   options.board_shape = board_shapes().at(flags.board_shape);
   set_lens_model(flags.camera_model, flags.free, options.camera);
@@ -143,15 +185,8 @@ ExitCode calibrate_session(const Flags& flags, Console& console) {
   rig.provenance.tool = "calibrate-projector";
   rig.provenance.version = PROCAM_VERSION;
   rig.provenance.created = utc_now();
-  rig.provenance.inputs = contents.inputs;
-  std::string sizes;
-  for (const PlannedProjector& projector : session.projectors)
-    sizes += (sizes.empty() ? "" : " ") + (session.projectors.size() > 1 ? projector.name + "=" : "") +
-             io::format_size(projector.size);
-  rig.provenance.options = {{"pattern", session.projectors.front().pattern->text()},
-                            {"projector-size", sizes},
-                            {"step", std::to_string(session.step)},
-                            {"board", io::format_board(session.board)}};
+  rig.provenance.inputs = input.inputs;
+  rig.provenance.options = input.options;
   for (const std::string& name : flags.free) rig.provenance.options["free " + name] = "yes";
   rig.provenance.options["board-shape"] = flags.board_shape;
   rig.provenance.options["camera-model"] = flags.camera_model;
@@ -179,8 +214,7 @@ ExitCode calibrate_session(const Flags& flags, Console& console) {
   io::save_rig(flags.output, rig);
   if (!flags.report.empty()) {
     analyze::ReportInput extra;
-    extra.title = flags.captures.filename().empty() ? flags.captures.parent_path().filename().string()
-                                                    : flags.captures.filename().string();
+    extra.title = input.title;
     extra.predicted = predicted;
     extra.next_view = next;
     if (!flags.truth.empty())
@@ -191,13 +225,13 @@ ExitCode calibrate_session(const Flags& flags, Console& console) {
   }
 
   console.report(result.diagnostics);
-  console.say(format("views      %d of %zu used", rig.quality.views_used, session.views.size()));
+  console.say(format("views      %d of %d used", rig.quality.views_used, input.views));
   console.say("RMS        " + by_device(result, result.rms_px) +
               format(", joint %.3f px", result.joint_rms_px));
   console.say("           outliers included: " + by_device(result, result.rms_all_px) +
               format(", joint %.3f px", result.joint_rms_all_px));
   console.summary().set("/views_used", rig.quality.views_used);
-  console.summary().set("/views", int(session.views.size()));
+  console.summary().set("/views", input.views);
   for (std::size_t d = 0; d < result.devices.size(); ++d) {
     const std::string& device = result.devices[d].name;
     int found = 0, used = 0;
@@ -330,9 +364,76 @@ ExitCode check_file(const Flags& flags, Console& console) {
   return exit_code(diagnostics);
 }
 
+/// What the program can work on, and the other options that have a meaning then; with `allows` they are the
+/// only ones, without it all but those in `refuses`.
+struct InputKind {
+  const char* name;
+  bool needs_output;
+  std::vector<std::string> allows, refuses;
+};
+
+const std::vector<InputKind>& input_kinds() {
+  static const std::vector<InputKind> kinds{
+      {"--captures", true, {}, {"--camera-size", "--unit"}},
+      {"--observations",
+       true,
+       {},
+       {"--pattern", "--step", "--mirror-view", "--mirror-board", "--mirror-depth", "--unit"}},
+      {"--points",
+       true,
+       {"--projector-size", "--throw-ratio", "--lens-shift", "--square-pixels", "--free", "--keep-outliers",
+        "--wall", "--truth", "--output"},
+       {}},
+      {"--check", false, {"--projector-size", "--unit"}, {}},
+  };
+  return kinds;
+}
+
+/// An option that would be ignored is a usage error.
+void require_one_input(const CLI::App& app, const Flags& flags) {
+  const InputKind* given = nullptr;
+  for (const InputKind& kind : input_kinds()) {
+    if (app.get_option(kind.name)->count() == 0) continue;
+    if (given != nullptr)
+      throw CLI::ValidationError(kind.name, std::string("cannot be used together with ") + given->name);
+    given = &kind;
+  }
+  if (given == nullptr)
+    throw CLI::RequiredError(
+        "--captures DIR, --observations FILE or --points FILE with -o rig.json, or --check FILE,");
+  if (given->needs_output && flags.output.empty())
+    throw CLI::RequiredError(std::string("-o rig.json with ") + given->name);
+  const auto contains = [](const std::vector<std::string>& names, const std::string& name) {
+    return std::find(names.begin(), names.end(), name) != names.end();
+  };
+  const std::vector<std::string> always{given->name, "--json", "--help", "--version"};
+  for (const CLI::Option* option : app.get_options()) {
+    const std::string name = "--" + (option->get_lnames().empty() ? "" : option->get_lnames().front());
+    const bool used = contains(always, name) || (given->allows.empty() ? !contains(given->refuses, name)
+                                                                       : contains(given->allows, name));
+    if (option->count() > 0 && !used)
+      throw CLI::ValidationError(name, std::string("has no effect with ") + given->name);
+  }
+  const bool frees_k3 = std::find(flags.free.begin(), flags.free.end(), "k3") != flags.free.end();
+  if (frees_k3 && !flags.points.empty())
+    throw CLI::ValidationError("--free k3",
+                               "has no effect with --points: a few points estimate no distortion");
+}
+
 void declare(CLI::App& app, Flags& flags) {
-  auto* captures = app.add_option("--captures", flags.captures,
-                                  "Folder with one sub-folder of numbered frames a board pose");
+  app.add_option("--captures", flags.captures, "Folder with one sub-folder of numbered frames a board pose");
+  app.add_option(
+      "--observations", flags.observations,
+      "Instead of captures: a table of board points and pixels, .csv or .npy (docs/file-formats.md)");
+  add_parsed(
+      app, "--camera-size",
+      [&](const std::string& text) { flags.cameras.push_back(parse_device(text, DeviceKind::kCamera)); },
+      "Size of the camera's images, where the table of observations does not give it; of several cameras "
+      "one for each: left=1280x1024")
+      ->trigger_on_parse()
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeLast);
+  app.add_option("--write-observations", flags.write_observations,
+                 "Also write the points and pixels that were found, as --observations reads them");
   app.add_option("--pattern", flags.stated.pattern,
                  "What was projected, if session.json does not say (default gray): " + pattern_help());
   add_parsed(
@@ -354,10 +455,9 @@ void declare(CLI::App& app, Flags& flags) {
       "The printed board, e.g. chessboard:7x9:75mm (inner corners), or its board file (.json)");
   app.add_option("--step", flags.stated.step, "Stripe width of the finest pattern in projector pixels")
       ->check(CLI::Range(1, 1024));
-  auto* points =
-      app.add_option("--points", flags.points,
-                     "Instead of captures: a list of the room's points, a line x,y,z (metres),u,v (pixels) "
-                     "for each; at least six not on one wall, or four with a data sheet's values");
+  app.add_option("--points", flags.points,
+                 "Instead of captures: a list of the room's points, a line x,y,z (metres),u,v (pixels) "
+                 "for each; at least six not on one wall, or four with a data sheet's values");
   add_parsed(
       app, "--throw-ratio",
       [&](const std::string& text) { flags.sheet.throw_ratio = io::parse_uncertain(text); },
@@ -375,11 +475,10 @@ void declare(CLI::App& app, Flags& flags) {
       "and "
       "down, e.g. 0,0.5 or 0+-0.01,0.5+-0.02");
   app.add_flag("--square-pixels", flags.sheet.square_pixels, "Known of the projector: fx = fy");
-  auto* known_camera =
-      app.add_option("--known-camera", flags.known_camera,
-                     "Rig file of the camera (from calibrate-camera): its lens is kept within the file's "
-                     "sigmas, or as it is where the file has none");
-  auto* output = app.add_option("-o,--output", flags.output, "Rig file to write");
+  app.add_option("--known-camera", flags.known_camera,
+                 "Rig file of the camera (from calibrate-camera): its lens is kept within the file's "
+                 "sigmas, or as it is where the file has none");
+  app.add_option("-o,--output", flags.output, "Rig file to write");
   app.add_option("--free", flags.free, "Also estimate skew, which is held at zero otherwise, or k3")
       ->check(CLI::IsMember({"skew", "k3"}))
       ->delimiter(',');
@@ -423,19 +522,12 @@ void declare(CLI::App& app, Flags& flags) {
       ->needs(mirror);
   app.add_option("--truth", flags.truth,
                  "A rig file known to be true (a simulation's): report the distance to it");
-  auto* check = app.add_option("--check", flags.check,
-                               "Only check a rig file or an OpenCV calibration (xml, yml) for sanity");
+  app.add_option("--check", flags.check,
+                 "Only check a rig file or an OpenCV calibration (xml, yml) for sanity");
   add_parsed(
       app, "--unit", [&](const std::string& text) { flags.metres_per_unit = io::parse_length(text); },
       "Unit of an OpenCV file's translation (default 1mm)");
-  check->excludes(captures)->excludes(output)->excludes(points);
-  points->excludes(captures)->needs(output);
-  known_camera->needs(captures);
-  captures->needs(output);
-  app.callback([captures, points, check] {
-    if (captures->count() + points->count() + check->count() == 0)
-      throw CLI::RequiredError("--captures DIR or --points FILE with -o rig.json, or --check FILE,");
-  });
+  app.callback([&app, &flags] { require_one_input(app, flags); });
 }
 
 }  // namespace

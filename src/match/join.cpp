@@ -64,6 +64,11 @@ std::vector<Observation> light_at(const std::map<int, Observation>& corners, con
   return light;
 }
 
+/// J C J^T is symmetric up to rounding; from here on exactly, so that a file's three numbers hold all of it.
+void make_symmetric(Mat2& covariance) {
+  covariance = 0.5 * (covariance + covariance.transpose().eval());
+}
+
 }  // namespace
 
 BoardView combine(const std::string& name, const std::vector<Device>& devices,
@@ -124,7 +129,9 @@ Correspondences join(const Board& board, const std::vector<Device>& devices,
         joined.diagnostics.items.push_back(remark);
       }
       seen.observations.push_back(detections.observations);
+      for (Observation& o : seen.observations.back()) make_symmetric(o.covariance);
     }
+    for (LightPoint& light : seen.light_points) make_symmetric(light.camera_covariance);
     std::size_t most = 0;
     std::string saw;
     for (std::size_t d = 0; d < devices.size(); ++d) {

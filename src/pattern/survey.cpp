@@ -5,6 +5,8 @@
 #include <cmath>
 #include <cstdlib>
 
+#include "noise_classes.hpp"
+
 namespace procam::pattern {
 namespace {
 
@@ -18,45 +20,36 @@ std::string text_of(ImageSize size) {
   return std::to_string(size.width) + "x" + std::to_string(size.height);
 }
 
-/// How often pattern + inverse of two bits differ by a given amount, per class of brightness.
+/// Second differences of noise by size, per class of brightness.
 class NoiseHistogram {
  public:
-  void add(int sum, int other_sum) {
-    const int difference = std::abs(sum - other_sum);
-    if (difference < kLargest)
-      ++counts_[std::size_t((sum + other_sum) / (4 * kLevels))][std::size_t(difference)];
+  /// `grey`: the mean of the pixels in `difference`.
+  void add(double grey, int difference) {
+    const int size = std::abs(difference);
+    if (size < kLargest) ++counts_[std::size_t(std::lround(grey / NoiseModel::kSpacing))][std::size_t(size)];
   }
 
-  /// Line through the classes' variances. A difference of two sums carries four pixels' noise.
-  NoiseModel fit() const {
-    double n = 0, x = 0, y = 0, xx = 0, xy = 0;
-    for (std::size_t bin = 0; bin < counts_.size(); ++bin) {
-      double weight = 0;
-      const double variance = clipped_variance(counts_[bin], weight) / 4.0;
-      const double grey = (double(bin) + 0.5) * kLevels;
-      if (weight < 200) continue;
-      n += weight, x += weight * grey, y += weight * variance;
-      xx += weight * grey * grey, xy += weight * grey * variance;
+  NoiseModel fit(double squared_coefficients) const {
+    NoiseClasses classes;
+    for (int knot = 0; knot < NoiseModel::kKnots; ++knot) {
+      double& weight = classes.weights[std::size_t(knot)];
+      classes.variances[std::size_t(knot)] =
+          clipped_variance(counts_[std::size_t(knot)], weight) / squared_coefficients;
+      if (weight < kFewest) weight = 0;
     }
-    constexpr double kQuantisation = 1.0 / 12.0;
-    NoiseModel noise;
-    if (n == 0) return noise;
-    const double spread = xx - x * x / n;
-    noise.per_level = spread > 0 ? std::max(0.0, (xy - x * y / n) / spread) : 0.0;
-    noise.at_black = std::max(kQuantisation, (y - noise.per_level * x) / n);
-    return noise;
+    return noise_model(classes);
   }
 
  private:
-  static constexpr int kLevels = 8;
-  static constexpr int kLargest = 64;
+  static constexpr int kLargest = 256;
+  static constexpr double kFewest = 100;  // the variance is then known to 15 %
   using Counts = std::array<long, kLargest>;
 
   /// Mean square within four standard deviations: things that moved are not noise.
   static double clipped_variance(const Counts& counts, double& weight) {
     double variance = 0;
     int limit = kLargest;
-    for (int round = 0; round < 4; ++round) {
+    for (int round = 0; round < 8; ++round) {
       double sum = 0;
       weight = 0;
       for (int d = 0; d < limit; ++d)
@@ -67,8 +60,69 @@ class NoiseHistogram {
     return variance;
   }
 
-  std::array<Counts, 256 / kLevels> counts_ = {};
+  std::array<Counts, NoiseModel::kKnots> counts_ = {};
 };
+
+/// A pixel and its neighbours in x in a pair of captures.
+struct Run {
+  static constexpr int kReach = 3;        ///< pixels to either side
+  const std::uint8_t *pattern, *inverse;  ///< of the middle pixel
+
+  /// Sum of pattern - inverse.
+  int difference() const {
+    int sum = 0;
+    for (int i = -kReach; i <= kReach; ++i) sum += pattern[i] - inverse[i];
+    return sum;
+  }
+};
+
+/// Measures the noise where neither of two successive bits has an edge: there the brighter captures of both
+/// bits show the same light, and so do the darker ones. Light that other surfaces scatter varies with the
+/// pattern but smoothly over the image, so the second difference in space of the difference in time is noise
+/// alone, with coefficients 1, -2, 1 on both captures. It is nearly uncorrelated with the sums that decide
+/// which capture is the brighter, so that this choice does not bias it.
+class NoiseSurvey {
+ public:
+  /// `ends`: the white and the black capture.
+  void add(const Run& bit, const Run& next, const Run& ends) {
+    const double flat = kFlat * ends.difference();
+    const int first = bit.difference(), second = next.difference();
+    if (std::abs(first) < flat || std::abs(second) < flat) return;
+    add(first > 0 ? bit.pattern : bit.inverse, second > 0 ? next.pattern : next.inverse);
+    add(first > 0 ? bit.inverse : bit.pattern, second > 0 ? next.inverse : next.pattern);
+  }
+  NoiseModel fit() const { return histogram_.fit(2 * (1 + 4 + 1)); }
+
+ private:
+  /// An edge within the run's middle three pixels, or one so blurred that it reaches them, leaves less.
+  static constexpr double kFlat = 0.93;
+
+  void add(const std::uint8_t* a, const std::uint8_t* b) {
+    const int sum = a[-1] + a[0] + a[1] + b[-1] + b[0] + b[1];
+    if (sum >= 6 * 250) return;  // saturated grey values have no noise
+    histogram_.add(sum / 6.0, (a[-1] - b[-1]) - 2 * (a[0] - b[0]) + (a[1] - b[1]));
+  }
+
+  NoiseHistogram histogram_;
+};
+
+NoiseModel measure_noise(const std::vector<ViewU8>& captures, int step_x, int step_y) {
+  const int pairs = int(captures.size()) / 2 - 1;
+  NoiseSurvey noise;
+  for (int y = step_y / 2; y < captures[0].height; y += step_y)
+    for (int x = std::max(Run::kReach, step_x / 2); x + Run::kReach < captures[0].width; x += step_x) {
+      const auto run = [&](int i) {
+        return Run{captures[std::size_t(2 * i)].row(y) + x, captures[std::size_t(2 * i + 1)].row(y) + x};
+      };
+      for (int pair = 0; pair + 1 < pairs; ++pair) noise.add(run(pair), run(pair + 1), run(pairs));
+    }
+  return noise.fit();
+}
+
+/// Pattern and inverse together are white and black where a pixel sees one stripe. On an edge, or where all
+/// light is scattered, both show the middle between them, which a camera gamma of up to 2.8 makes brighter by
+/// 0.56 of the contrast in sum. Two captures of one frame miss white and black by the whole contrast.
+constexpr double kBroken = 0.7;
 
 }  // namespace
 
@@ -107,30 +161,28 @@ Survey survey_captures(const std::vector<ViewU8>& captures, const GrayCode& gray
   const int step_y = std::max(1, white.height / 32);
   const int step_x = std::max(1, white.width / 128);
 
-  NoiseHistogram histogram;
+  const auto sum_of = [&](int pair, int x, int y) {
+    return captures[std::size_t(2 * pair)].at(x, y) + captures[std::size_t(2 * pair + 1)].at(x, y);
+  };
+
+  Survey survey;
+  survey.noise = measure_noise(captures, step_x, step_y);
   std::vector<long> broken(std::size_t(pairs), 0);
   std::vector<int> contrasts;
-  long pixels = 0, darker = 0, saturated = 0;
-  std::vector<int> sums(std::size_t(std::max(pairs, 0)));
+  long pixels = 0, darker = 0, saturated = 0, clear = 0;
   for (int y = step_y / 2; y < white.height; y += step_y) {
     for (int x = step_x / 2; x < white.width; x += step_x) {
       const int total = white.at(x, y) + black.at(x, y), contrast = white.at(x, y) - black.at(x, y);
       ++pixels;
       darker += contrast <= -min_contrast;
-      const bool lit = contrast >= min_contrast;
-      if (lit) {
-        contrasts.push_back(contrast);
-        saturated += white.at(x, y) == 255;
-      }
-      for (int pair = 0; pair < pairs; ++pair) {
-        const int sum =
-            captures[std::size_t(2 * pair)].at(x, y) + captures[std::size_t(2 * pair + 1)].at(x, y);
-        sums[std::size_t(pair)] = sum;
-        // Pattern and inverse together are the white and the black frame; scattered light makes up for small
-        // gaps.
-        broken[std::size_t(pair)] += lit && std::abs(sum - total) > std::max(8, contrast / 3);
-        if (pair > 0) histogram.add(sum, sums[std::size_t(pair - 1)]);
-      }
+      if (contrast < min_contrast) continue;
+      contrasts.push_back(contrast);
+      saturated += white.at(x, y) == 255;
+      // Four captures' noise must not look like a broken pair.
+      if (kBroken * contrast < 3 * std::sqrt(4 * survey.noise.variance(0.5 * total))) continue;
+      ++clear;
+      for (int pair = 0; pair < pairs; ++pair)
+        broken[std::size_t(pair)] += std::abs(sum_of(pair, x, y) - total) > kBroken * contrast;
     }
   }
 
@@ -143,8 +195,6 @@ Survey survey_captures(const std::vector<ViewU8>& captures, const GrayCode& gray
                 "check the order of the frames: white comes before black, at the end");
   }
 
-  Survey survey;
-  survey.noise = histogram.fit();
   Diagnostics& diagnostics = survey.diagnostics;
   if (lit_pixels * 100 < pixels) {
     diagnostics.warn("unlit",
@@ -167,12 +217,12 @@ Survey survey_captures(const std::vector<ViewU8>& captures, const GrayCode& gray
                                       " of the lit pixels, which shifts stripe edges; lower the exposure");
   }
   for (int pair = 0; pair < pairs; ++pair) {
-    if (broken[std::size_t(pair)] * 2 > lit_pixels) {
+    if (broken[std::size_t(pair)] * 2 > clear) {
       diagnostics.fail(
           "pair_not_complementary",
           "The captures of " + frame_name(gray_code, 2 * pair) + " and " +
               frame_name(gray_code, 2 * pair + 1) + " do not add up to white and black over " +
-              percent(double(broken[std::size_t(pair)]) / double(lit_pixels)) +
+              percent(double(broken[std::size_t(pair)]) / double(clear)) +
               " of the lit pixels: a frame is missing, repeated or out of order; capture this pose again");
     }
   }

@@ -92,6 +92,29 @@ TEST(Decode, MeasuresTheNoise) {
   EXPECT_NEAR(map.noise.variance(10), 0.6 + 0.3 + 1.0 / 12, 0.25 * 1.0);
 }
 
+TEST(Decode, MeasuresNoiseThatIsLargestInDarkPixels) {
+  test::GrayCodeWorld world;
+  world.gamma = 2.0;  // the black frame is at 42, the white one at 179
+  world.noise_at_black = 40, world.noise_per_level = -0.2;
+  const DecodedMap map = decode(test::views_of(test::capture_all(world, frames(kSmall))), kSmall);
+  EXPECT_LT(map.noise.per_level, -0.15);
+  // As above; and clipping at four deviations must not eat into the larger noise.
+  EXPECT_NEAR(map.noise.variance(42), 40 - 8.4, 0.15 * 31.6);
+  EXPECT_NEAR(map.noise.variance(179), 40 - 35.8, 0.25 * 4.2);
+  EXPECT_GT(map.noise.variance(255), 0);
+}
+
+TEST(Decode, TakesACamerasToneCurveForNoBrokenPair) {
+  // Edges so wide that half of the pixels of the finest bits show the middle of white and black in both
+  // captures, which a camera gamma makes brighter than half of their sum.
+  test::GrayCodeWorld world;
+  world.gamma = 2.2, world.projector_blur = 2.5, world.noise_at_black = 4;
+  world.black_level = 0.5, world.white_level = 60;
+  const DecodedMap map = decode(test::views_of(test::capture_all(world, frames(kSmall))), kSmall);
+  const Diagnostic* found = map.diagnostics.find("pair_not_complementary");
+  EXPECT_EQ(found, nullptr) << found->message;
+}
+
 TEST(Decode, SaysHowManyFramesItExpected) {
   std::vector<ImageU8> captures = frames(GrayCode{{1024, 768}, 1});
   captures.pop_back();

@@ -23,6 +23,7 @@ struct GrayCodeWorld {
   double dark_albedo = 0.12;     ///< of the printed squares, white being 1
   double black_level = 7, white_level = 125;
   double noise_at_black = 0, noise_per_level = 0;  ///< variance in grey levels^2
+  double gamma = 1;  ///< of the camera: grey values are 255 (light / 255)^(1 / gamma), then noise
   unsigned seed = 1;
 
   Vec2 projector_pixel(const Vec2& camera_pixel) const {
@@ -110,7 +111,8 @@ inline ImageU8 capture(const GrayCodeWorld& world, const ViewU8& frame, unsigned
       for (int j = 0; j < kSub; ++j)
         for (int i = 0; i < kSub; ++i) sum += double(fine.at(x * kSub + i, y * kSub + j));
       double grey = sum / (kSub * kSub);
-      grey += unit(random) * std::sqrt(world.noise_at_black + world.noise_per_level * grey);
+      if (world.gamma != 1) grey = 255 * std::pow(grey / 255, 1 / world.gamma);
+      grey += unit(random) * std::sqrt(std::max(0.0, world.noise_at_black + world.noise_per_level * grey));
       image.at(x, y) = std::uint8_t(std::clamp(std::lround(grey), 0L, 255L));
     }
   return image;

@@ -5,6 +5,8 @@
 /// Stripe c of `step` projector pixels covers the pixels c*step .. c*step + step-1, so with pixel centres at
 /// integers its centre lies at c*step + (step-1)/2 and its lower boundary at c*step - 1/2.
 #include <algorithm>
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 
@@ -15,12 +17,25 @@
 namespace procam {
 
 /// Variance of a camera pixel's grey value I in grey levels^2: at_black + per_level * I (read noise and shot
-/// noise).
+/// noise), and a measured departure from that line, for cameras whose grey values are not proportional to
+/// light. With I = E^(1/gamma) the noise of E is scaled by dI/dE, so dark pixels are the noisiest and
+/// per_level is negative.
 struct NoiseModel {
+  static constexpr int kSpacing = 16;  ///< of the departure's knots, grey levels
+  static constexpr int kKnots = 256 / kSpacing + 1;
+  static constexpr double kRounding = 1.0 / 12;  ///< variance of rounding to whole grey levels
+
   double at_black = 0.5;
   double per_level = 0.02;
+  std::array<double, kKnots> departure = {};  ///< at 0, kSpacing, ... 256; linear between
 
-  double variance(double grey) const { return at_black + per_level * grey; }
+  double variance(double grey) const {
+    const double knot = std::clamp(grey / kSpacing, 0.0, double(kKnots - 1));
+    const int below = std::min(int(knot), kKnots - 2);
+    const double more = departure[std::size_t(below)] * (below + 1 - knot) +
+                        departure[std::size_t(below + 1)] * (knot - below);
+    return std::max(kRounding, at_black + per_level * grey + more);
+  }
 };
 
 struct DecodedMap {

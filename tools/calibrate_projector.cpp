@@ -21,10 +21,10 @@
 #include "procam/calibrate/points.hpp"
 #include "procam/detect/detect_board.hpp"
 #include "procam/io/board_file.hpp"
+#include "procam/io/calibration_file.hpp"
 #include "procam/io/files.hpp"
 #include "procam/io/images.hpp"
 #include "procam/io/observations_file.hpp"
-#include "procam/io/opencv_calibration.hpp"
 #include "procam/io/point_pairs_file.hpp"
 #include "procam/io/rig_file.hpp"
 #include "procam/io/text.hpp"
@@ -340,18 +340,13 @@ ExitCode calibrate_points(const Flags& flags, Console& console) {
   return exit_code(result.diagnostics);
 }
 
-/// --check: the gates alone, on a rig file or on an OpenCV calibration.
+/// --check: the gates alone, on a rig file or on another program's calibration.
 ExitCode check_file(const Flags& flags, Console& console) {
-  Rig rig;
-  if (flags.check.extension() == ".json") {
-    rig = io::load_rig(flags.check);
-  } else {
-    if (!flags.stated.projector_size)
-      throw Error(ErrorKind::kInput, flags.check.string(),
-                  "an OpenCV file does not state the projector's size", "give --projector-size 1024x768");
-    rig = io::load_opencv_calibration(flags.check, *flags.stated.projector_size,
-                                      flags.metres_per_unit > 0 ? flags.metres_per_unit : 1e-3);
-  }
+  io::CalibrationContext context;
+  context.projector_size = flags.stated.projector_size;
+  if (!flags.cameras.empty()) context.camera_size = flags.cameras.front().size;
+  if (flags.metres_per_unit > 0) context.metres_per_unit = flags.metres_per_unit;
+  const Rig rig = io::load_calibration(flags.check, context);
   const std::vector<Gate> gates = calibrate::check_rig(rig);
   for (const RigCamera& camera : rig.cameras) say_lens(console, camera.name, camera.camera, rig.covariance);
   for (const RigProjector& projector : rig.projectors)
@@ -384,7 +379,7 @@ const std::vector<InputKind>& input_kinds() {
        {"--projector-size", "--throw-ratio", "--lens-shift", "--square-pixels", "--free", "--keep-outliers",
         "--wall", "--truth", "--output"},
        {}},
-      {"--check", false, {"--projector-size", "--unit"}, {}},
+      {"--check", false, {"--camera-size", "--projector-size", "--unit"}, {}},
   };
   return kinds;
 }
@@ -428,8 +423,8 @@ void declare(CLI::App& app, Flags& flags) {
   add_parsed(
       app, "--camera-size",
       [&](const std::string& text) { flags.cameras.push_back(parse_device(text, DeviceKind::kCamera)); },
-      "Size of the camera's images, where the table of observations does not give it; of several cameras "
-      "one for each: left=1280x1024")
+      "Size of the camera's images, where a table of observations or a calibration to check does not give "
+      "it; of several cameras one for each: left=1280x1024")
       ->trigger_on_parse()
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeLast);
   app.add_option("--write-observations", flags.write_observations,
@@ -476,8 +471,9 @@ void declare(CLI::App& app, Flags& flags) {
       "down, e.g. 0,0.5 or 0+-0.01,0.5+-0.02");
   app.add_flag("--square-pixels", flags.sheet.square_pixels, "Known of the projector: fx = fy");
   app.add_option("--known-camera", flags.known_camera,
-                 "Rig file of the camera (from calibrate-camera): its lens is kept within the file's "
-                 "sigmas, or as it is where the file has none");
+                 "Rig file of the camera (from calibrate-camera), or another program's calibration of it "
+                 "(docs/exchange.md): its lens is kept within the file's sigmas, or as it is where the file "
+                 "has none");
   app.add_option("-o,--output", flags.output, "Rig file to write");
   app.add_option("--free", flags.free, "Also estimate skew, which is held at zero otherwise, or k3")
       ->check(CLI::IsMember({"skew", "k3"}))
@@ -522,11 +518,12 @@ void declare(CLI::App& app, Flags& flags) {
       ->needs(mirror);
   app.add_option("--truth", flags.truth,
                  "A rig file known to be true (a simulation's): report the distance to it");
-  app.add_option("--check", flags.check,
-                 "Only check a rig file or an OpenCV calibration (xml, yml) for sanity");
+  app.add_option(
+      "--check", flags.check,
+      "Only check a calibration: a rig file, or one of OpenCV, ROS, Kalibr and others (docs/exchange.md)");
   add_parsed(
       app, "--unit", [&](const std::string& text) { flags.metres_per_unit = io::parse_length(text); },
-      "Unit of an OpenCV file's translation (default 1mm)");
+      "Unit of the translation in another program's file (default 1mm)");
   app.callback([&app, &flags] { require_one_input(app, flags); });
 }
 

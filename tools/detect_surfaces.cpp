@@ -8,10 +8,10 @@
 #include "common/room_frames.hpp"
 #include "common/surface_preview.hpp"
 #include "procam/depth/main_planes.hpp"
+#include "procam/io/calibration_file.hpp"
 #include "procam/io/depth_file.hpp"
 #include "procam/io/files.hpp"
 #include "procam/io/images.hpp"
-#include "procam/io/opencv_calibration.hpp"
 #include "procam/io/pose_file.hpp"
 #include "procam/io/rig_file.hpp"
 #include "procam/io/surface_file.hpp"
@@ -83,9 +83,10 @@ void declare(CLI::App& app, Flags& flags) {
       "Unit of the image's numbers, e.g. 1mm (the default) or 0.2mm; sun or nyu for what SUN RGB-D and the "
       "raw "
       "NYU Depth frames pack");
-  auto* intrinsics = app.add_option("--intrinsics", flags.intrinsics,
-                                    "The depth camera: rig.json with one camera (as calibrate-camera writes "
-                                    "it), an OpenCV .xml or .yml, or fx,fy,cx,cy in pixels");
+  auto* intrinsics =
+      app.add_option("--intrinsics", flags.intrinsics,
+                     "The depth camera: rig.json with one camera (as calibrate-camera writes "
+                     "it), a calibration of OpenCV, ROS, Kalibr and others, or fx,fy,cx,cy in pixels");
   auto* rig = app.add_option(
       "--rig", flags.rig, "rig.json: surfaces are placed in its frame; the depth camera is --camera of it");
   app.add_option("--camera", flags.camera, "The depth camera's name, for a file with several");
@@ -125,7 +126,6 @@ RigCamera camera_of(const Flags& flags, ImageSize size) {
   if (!text.empty()) {
     source = text;
     const std::vector<double> k = numbers_of(text);
-    const std::string extension = std::filesystem::path(text).extension().string();
     const auto commas = std::count(text.begin(), text.end(), ',');
     if ((commas >= 3 && k.empty()) || (!k.empty() && k.size() != 4 && k.size() != 5))
       throw Error(
@@ -143,11 +143,11 @@ RigCamera camera_of(const Flags& flags, ImageSize size) {
             "the principal point lies far outside the picture of " + io::format_size(size) + " pixels",
             "give fx,fy,cx,cy in this order, in the mode of the image");
       out.camera = {size, {k[0], k[1], k[2], k[3], k.size() == 5 ? k[4] : 0}, NoDistortion{}};
-    } else if (extension == ".xml" || extension == ".yml" || extension == ".yaml") {
-      // Of the projector beside it nothing is used.
-      out.camera = io::load_opencv_calibration(text, {1920, 1080}, 0.001).camera().camera;
     } else {
-      out.camera = io::load_rig(text).camera(flags.rig.empty() ? flags.camera : "").camera;
+      io::CalibrationContext context;
+      context.camera_size = size;
+      context.projector_size = size;  // of what the file may hold beside the camera
+      out.camera = io::load_calibration(text, context).camera(flags.rig.empty() ? flags.camera : "").camera;
     }
   }
   if (out.camera.size != size)

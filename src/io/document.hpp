@@ -19,7 +19,7 @@ struct Node {
     kString,
     kList,
     kObject,
-    kText,    ///< XML, which has no types: text that is a string, a number or numbers as its reader asks
+    kText,    ///< XML and YAML, which have no types: text that is a string, a number or numbers as its reader asks
     kElement  ///< XML: a list or an object as its reader asks
   };
 
@@ -41,6 +41,8 @@ constexpr int kDeepestNode = 32;
 Node parse_json(std::string_view bytes, const std::string& file);
 /// The root element's name becomes the member "format", its attributes and children the further members.
 Node parse_xml(std::string_view bytes, const std::string& file);
+/// The part of YAML that calibrations use (yaml.cpp); scalars become kText.
+Node parse_yaml(std::string_view bytes, const std::string& file);
 
 std::string to_json(const Node& document);
 /// The document's member "format" names the root element.

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "procam/io/rig_file.hpp"
+#include "procam/io/calibration_file.hpp"
 
 namespace procam::tools {
 
@@ -32,9 +32,12 @@ calibrate::KnownLens read_known_camera(const std::filesystem::path& file,
   if (std::count_if(devices.begin(), devices.end(), is_camera) > 1)
     throw Error(ErrorKind::kUnsupported, "--known-camera", "the session has several cameras",
                 "leave it out: all of them are calibrated from the session");
-  const Rig rig = io::load_rig(file);
-  const RigCamera& camera = rig.camera();
   const ImageSize size = devices.front().size;
+  io::CalibrationContext context;
+  context.camera_size = size;
+  context.projector_size = devices.back().size;  // of what the file may hold beside the camera
+  const Rig rig = io::load_calibration(file, context);
+  const RigCamera& camera = rig.camera();
   if (camera.camera.size != size)
     throw Error(ErrorKind::kInput, file.string(),
                 "its camera has images of " + io::format_size(camera.camera.size) + ", the session of " +

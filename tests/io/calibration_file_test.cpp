@@ -1,0 +1,194 @@
+#include "procam/io/calibration_file.hpp"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "examples.hpp"
+#include "procam/io/files.hpp"
+#include "procam/io/rig_file.hpp"
+#include "scratch.hpp"
+#include "support/test_data.hpp"
+
+namespace procam::io {
+namespace {
+
+using test::Scratch;
+
+/// Written by hand as the programs write them, with one lens in all of them: fx != fy, off-centre.
+std::filesystem::path golden(const std::string& name) {
+  return std::filesystem::path(PROCAM_SOURCE_DIR) / "tests/io/golden" / name;
+}
+
+const std::vector<double> kTerms{-0.2125, 0.0625, 0.00125, -0.0005, 0.015625};
+
+void expect_golden_camera(const Camera& camera, std::vector<double> coefficients, double skew = 0) {
+  EXPECT_EQ(camera.size, (ImageSize{1280, 960}));
+  EXPECT_EQ(camera.intrinsics.fx, 1401.125);
+  EXPECT_EQ(camera.intrinsics.fy, 1398.75);
+  EXPECT_EQ(camera.intrinsics.cx, 633.25);
+  EXPECT_EQ(camera.intrinsics.cy, 501.5);
+  EXPECT_EQ(camera.intrinsics.skew, skew);
+  EXPECT_EQ(coefficients_of(camera.distortion), coefficients);
+}
+
+/// x_2 = R x_1 + T in millimetres: (1, 2, 3) m -> (-2 + 0.1, 1 - 0.6, 3 + 0.25) m.
+void expect_golden_pose(const Pose& second_from_first) {
+  EXPECT_LT((second_from_first * Vec3(1, 2, 3) - Vec3(-1.9, 0.4, 3.25)).norm(), 1e-12);
+}
+
+TEST(CalibrationFile, ReadsOpencvsCalibrationSample) {
+  const Rig rig = load_calibration(golden("opencv_camera.yml"));
+  expect_golden_camera(rig.camera().camera, kTerms);
+  EXPECT_STREQ(name_of(rig.camera().camera.distortion), "brown_conrady");
+  EXPECT_EQ(rig.quality.rms_px.at("camera"), 0.25);
+  EXPECT_TRUE(rig.projectors.empty());
+  const Rig fisheye = load_calibration(golden("opencv_tutorial.xml"));
+  expect_golden_camera(fisheye.camera().camera, {-0.2125, 0.0625, 0.00125, -0.0005});
+  EXPECT_STREQ(name_of(fisheye.camera().camera.distortion), "fisheye");
+}
+
+TEST(CalibrationFile, ReadsOpencvsStereoSampleWithItsTwoFiles) {
+  CalibrationContext context;
+  context.camera_size = ImageSize{1280, 960};
+  context.projector_size = ImageSize{1024, 768};
+  const Rig rig = load_calibration(golden("intrinsics.yml"), context);
+  expect_golden_camera(rig.camera().camera, {-0.2125, 0.0625, 0, 0, 0, 0, 0, 0.125});
+  EXPECT_STREQ(name_of(rig.camera().camera.distortion), "rational");
+  const Camera& projector = rig.projector().projector.inverse_camera;
+  EXPECT_EQ(projector.size, (ImageSize{1024, 768}));
+  EXPECT_EQ(projector.intrinsics.fx, 1890.5);
+  EXPECT_EQ(projector.intrinsics.cy, 850.75);
+  expect_golden_pose(rig.projector_from_camera());
+
+  EXPECT_ERROR(load_calibration(golden("intrinsics.yml")), kInput, "give --camera-size");
+  const Scratch scratch;
+  const auto alone = scratch.write("intrinsics.yml", read_file(golden("intrinsics.yml")));
+  EXPECT_ERROR(load_calibration(alone, context), kInput, "the field 'R' is missing");
+}
+
+TEST(CalibrationFile, ReadsRosCameraInfo) {
+  expect_golden_camera(load_calibration(golden("ros_camera_info.yaml")).camera().camera, kTerms);
+  const Rig message = load_calibration(golden("ros_camera_info_message.yaml"));
+  expect_golden_camera(message.camera().camera, {-0.2125, 0.0625, 0.00125, -0.0005});
+  EXPECT_STREQ(name_of(message.camera().camera.distortion), "fisheye");
+}
+
+TEST(CalibrationFile, ReadsKalibrsChainInMetres) {
+  const Rig rig = load_calibration(golden("kalibr_camchain.yaml"));
+  ASSERT_EQ(rig.cameras.size(), 3u);
+  expect_golden_camera(rig.camera("cam0").camera, {-0.2125, 0.0625, 0.00125, -0.0005, 0});
+  EXPECT_EQ(coefficients_of(rig.camera("cam1").camera.distortion),
+            (std::vector<double>{0.011, -0.022, 0.033, -0.044}));
+  EXPECT_EQ(rig.camera("cam1").camera.size, (ImageSize{640, 480}));
+  EXPECT_TRUE(std::holds_alternative<NoDistortion>(rig.camera("cam2").camera.distortion));
+  const Pose cam1_from_rig = rig.camera("cam1").rig_from_camera.inverse(),
+             cam2_from_rig = rig.camera("cam2").rig_from_camera.inverse();
+  expect_golden_pose(cam1_from_rig);
+  EXPECT_LT((cam2_from_rig * Vec3(1, 2, 3) - Vec3(-1.9, 0.4, 5.25)).norm(), 1e-12);
+}
+
+TEST(CalibrationFile, ReadsProjectorCameraPrograms) {
+  CalibrationContext context;
+  context.projector_size = ImageSize{1024, 768};
+  context.camera_size = ImageSize{1280, 960};
+  const Rig rig = load_calibration(golden("procamcalib.yml"), context);
+  expect_golden_camera(rig.camera().camera, {-0.2125, 0.0625, 0.00125, -0.0005, 0});
+  expect_golden_pose(rig.projector_from_camera());
+  EXPECT_EQ(rig.quality.rms_px.at("projector"), 0.25);
+
+  const Rig plain = load_calibration(golden("plain.json"));
+  expect_golden_camera(plain.camera().camera, kTerms, 0.75);
+  expect_golden_pose(plain.projector_from_camera());
+  EXPECT_EQ(plain.projector().projector.size(), (ImageSize{1024, 768}));
+  EXPECT_EQ(plain.projector().projector.inverse_camera.intrinsics.cy, 850.75);
+  context.metres_per_unit = 1;
+  EXPECT_NEAR(load_calibration(golden("plain.json"), context).projector_from_camera().translation.y(), -600,
+              1e-9);
+}
+
+TEST(CalibrationFile, ReadsTheFileThatCameWithTheCaptures) {
+  PROCAM_REQUIRE_TEST_DATA("graycode/upstream_calibration_result.xml");
+  const std::filesystem::path path = test::test_data() / "graycode/upstream_calibration_result.xml";
+  CalibrationContext context;
+  context.projector_size = ImageSize{1024, 768};
+  const Rig rig = load_calibration(path, context);
+  EXPECT_EQ(rig.camera().camera.size, (ImageSize{1280, 1024}));
+  EXPECT_EQ(rig.projector().projector.inverse_camera.intrinsics.fx, 3953.6715586677710);
+  EXPECT_EQ(rig.projector().projector.inverse_camera.intrinsics.cy, 1357.8282322407788);
+  EXPECT_NEAR(rig.projector_from_camera().translation.y(), -0.63045718819563251, 1e-12);
+  EXPECT_NEAR(rig.quality.rms_px.at("camera"), 0.8566, 1e-4);
+}
+
+TEST(CalibrationFile, ReadsARigFileWhole) {
+  const Scratch scratch;
+  save_rig(scratch / "rig.json", test::example_rig());
+  const Rig rig = load_calibration(scratch / "rig.json");
+  EXPECT_EQ(rig.covariance.names, test::example_rig().covariance.names);
+  EXPECT_EQ(rig.projectors.size(), test::example_rig().projectors.size());
+}
+
+TEST(CalibrationFile, NamesFileLineAndField) {
+  const Scratch scratch;
+  const std::string ros = read_file(golden("ros_camera_info.yaml")),
+                    kalibr = read_file(golden("kalibr_camchain.yaml"));
+  const auto load = [&](std::string text, const std::string& from, const std::string& to) {
+    const std::size_t at = text.find(from);
+    if (at != std::string::npos) text.replace(at, from.size(), to);
+    return load_calibration(scratch.write("c.yaml", text));
+  };
+  EXPECT_ERROR(load(ros, "1401.125", "-1401.125"), kInput, "c.yaml:4: camera_matrix");
+  EXPECT_ERROR(load(ros, "1401.125", ".nan"), kInput, "camera_matrix.data[0]");
+  EXPECT_ERROR(load(ros, "1401.125, ", ""), kInput, "it has 8 numbers where its rows and columns make 9");
+  EXPECT_ERROR(load(ros, "plumb_bob", "plum_bob"), kUnsupported, "did you mean 'plumb_bob'");
+  EXPECT_ERROR(load(ros, "camera_matrix", "matrix"), kInput, "no calibration is recognised");
+  EXPECT_ERROR(load(ros, "image_width", "width_of_image"), kInput, "size of the camera's image");
+  EXPECT_ERROR(load(ros, "cols: 5", "cols: 500000000"), kInput, "no number of rows or columns");
+  EXPECT_ERROR(load(ros, "rows: 3\n", "rows: 3\n  rows: 3\n"), kInput, "c.yaml:6: the field 'rows' is given");
+  EXPECT_ERROR(load(kalibr, "pinhole", "omni"), kUnsupported, "pinhole-radtan");
+  EXPECT_ERROR(load(kalibr, "[0.0, -1.0, 0.0, 0.1]", "[0.0, -1.0, 0.1, 0.1]"), kInput,
+               "c.yaml:10: cam1.T_cn_cnm1: it is not a rigid transform");
+  EXPECT_ERROR(load(kalibr, "equidistant", "fov"), kUnsupported, "no lens model 'fov'");
+  EXPECT_ERROR(load("", "", ""), kInput, "it is empty");
+  EXPECT_ERROR(load("a photograph", "", ""), kInput, "c.yaml:1");
+  EXPECT_ERROR(load("a: &x [1]\nb: *x\n", "", ""), kInput, "anchors");
+  EXPECT_ERROR(load("K: [1, 2", "", ""), kInput, "does not end");
+  EXPECT_ERROR(load("{\"K\": [1, 2, 3, 4, 5]}", "", ""), kInput, "c.yaml:1: K: it is not 3x3 numbers but 5");
+  EXPECT_ERROR(load_calibration(scratch / "absent.xml"), kIo, "No such file");
+}
+
+/// Fixed seed. Damage is refused or still reads as finite numbers; nothing but procam::Error comes out. Deep
+/// nesting and long lists are refused as well.
+TEST(CalibrationFile, SurvivesDamage) {
+  const Scratch scratch;
+  CalibrationContext context;
+  context.camera_size = context.projector_size = ImageSize{1024, 768};
+  std::mt19937 random(5);
+  for (const char* const name : {"opencv_camera.yml", "opencv_tutorial.xml", "ros_camera_info.yaml",
+                                 "kalibr_camchain.yaml", "plain.json", "procamcalib.yml"}) {
+    const std::string whole = read_file(golden(name));
+    for (int trial = 0; trial < 400; ++trial) {
+      std::string damaged = whole;
+      if (trial % 2 == 0)
+        damaged.resize(random() % whole.size());
+      else
+        for (int hit = 0; hit < 1 + trial % 3; ++hit) damaged[random() % damaged.size()] = char(random());
+      try {
+        const Rig rig = load_calibration(scratch.write("c.yml", damaged), context);
+        EXPECT_TRUE(parameters_of(rig.camera().camera).allFinite());
+      } catch (const Error&) {
+      }
+    }
+  }
+  const auto load = [&](const std::string& text) { return load_calibration(scratch.write("c.yml", text)); };
+  EXPECT_ERROR(load("K: " + std::string(100000, '[') + std::string(100000, ']')), kInput, "nested deeper");
+  std::string nested;
+  for (int i = 0; i < 100; ++i) nested += std::string(std::size_t(i), ' ') + "a:\n";
+  EXPECT_ERROR(load(nested), kInput, "nested deeper");
+  std::string fields;
+  for (int i = 0; i < 20000; ++i) fields += "a" + std::to_string(i) + ": 1\n";
+  EXPECT_ERROR(load(fields), kInput, "too many fields");
+}
+
+}  // namespace
+}  // namespace procam::io

@@ -245,6 +245,13 @@ Detections project(const Detections& in_camera, const Board& board, const BoardP
 
 }  // namespace
 
+ImageU8 readable_area(const Detections& in_camera, const Board& board, const BoardArtwork& artwork,
+                      const BoardLightOptions& options) {
+  const auto place = BoardPlace::fit(in_camera, board);
+  if (!place) return ImageU8(in_camera.image_size, 1, 0);
+  return Print(*place, in_camera, board, artwork, options.border_px).area();
+}
+
 Detections project_board(const Detections& in_camera, const Board& board, const BoardArtwork& artwork,
                          const DecodedMap& decoded, const std::vector<StripeEdge>& edges,
                          const BoardLightOptions& options) {

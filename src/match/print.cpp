@@ -10,6 +10,9 @@ namespace procam::match {
 namespace {
 
 constexpr int kRounds = 10;
+constexpr int kBlock = 16;  ///< camera pixels that are looked at together
+/// From where an edge begins to where it is (camera pixels).
+constexpr int kEdgeLength = 4;
 /// What corners err by and what lenses bend, in pitches: with few corners the second has no say.
 constexpr double kPlaceSigma = 0.005, kBendSigma = 0.05;
 
@@ -122,9 +125,15 @@ Print::Print(const BoardPlace& place, const Detections& in_camera, const Board& 
   const ArtworkIndex index(artwork);
   const ImageSize size = in_camera.image_size;
   ImageU8 tone(size, 1, kOff);
-  for (int y = 0; y < size.height; ++y)
-    for (int x = 0; x < size.width; ++x)
-      if (const auto at = place_at(Vec2(x, y))) tone.at(x, y) = index.is_dark(*at * pitch) ? kDark : kLight;
+  for (int y0 = 0; y0 < size.height; y0 += kBlock)
+    for (int x0 = 0; x0 < size.width; x0 += kBlock) {
+      const int x1 = std::min(x0 + kBlock, size.width), y1 = std::min(y0 + kBlock, size.height);
+      if (!may_hold_print(x0, y0)) continue;
+      for (int y = y0; y < y1; ++y)
+        for (int x = x0; x < x1; ++x)
+          if (const auto at = place_at(Vec2(x, y)))
+            tone.at(x, y) = index.is_dark(*at * pitch) ? kDark : kLight;
+    }
   // Between a marker's modules little paper is farther from a border than that. On the light side half the
   // distance will do: dark print sends ten times less across.
   const bool fine = is_coded(board);
@@ -141,6 +150,29 @@ Print::Print(const BoardPlace& place, const Detections& in_camera, const Board& 
   };
   for (int y = 0; y < size.height; ++y)
     for (int x = 0; x < size.width; ++x) clear_.at(x, y) = is_clear(x, y) ? 1 : 0;
+}
+
+bool Print::may_hold_print(int x0, int y0) const {
+  Vec2 low, high;
+  for (int i = 0; i < 4; ++i) {
+    const auto at = place_.at(Vec2(x0 + (i & 1) * kBlock, y0 + (i >> 1) * kBlock));
+    if (!at) return true;
+    low = i == 0 ? *at : Vec2(low.cwiseMin(*at)), high = i == 0 ? *at : Vec2(high.cwiseMax(*at));
+  }
+  const Vec2 margin = high - low;
+  return ((low - margin).array() < high_.array()).all() && ((high + margin).array() > low_.array()).all();
+}
+
+ImageU8 Print::area() const {
+  const ImageSize size = clear_.size();
+  ImageU8 area(size, 1, 0);
+  for (int y = 0; y < size.height; ++y)
+    for (int x = 0; x < size.width; ++x) {
+      if (clear_.at(x, y) == 0) continue;
+      for (int i = 0; i <= std::min(kEdgeLength, x); ++i) area.at(x - i, y) = 1;
+      for (int j = 1; j <= std::min(kEdgeLength, y); ++j) area.at(x, y - j) = 1;
+    }
+  return area;
 }
 
 std::optional<Vec2> Print::place_at(const Vec2& pixel) const {

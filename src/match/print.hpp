@@ -47,7 +47,14 @@ class Print {
   std::optional<Vec2> place_at(const Vec2& pixel) const;
   bool clear(const Vec2& pixel) const;
 
+  /// 1 at the pixels from which an edge on clear print may begin, towards larger x or y.
+  ImageU8 area() const;
+
  private:
+  /// Could the block of pixels from (x0, y0) on see the area? The map bends little over a block: no farther
+  /// than the block's own size beyond its corners.
+  bool may_hold_print(int x0, int y0) const;
+
   BoardPlace place_;
   Vec2 low_, high_;
   ImageU8 clear_;  ///< 1 where it is

@@ -148,6 +148,53 @@ TEST(StripeEdges, ComeFromTheCoarserBitsWhereTheFinestCannotBeRead) {
   EXPECT_LT(errors.largest, 1.5) << "a wrong boundary";
 }
 
+TEST(StripeEdges, AreFittedOverTheirOwnWidth) {
+  // A defocused projector: edges rise over six camera pixels, the finest stripes keep 5 % of their contrast;
+  // a camera with a tone curve, whose dark pixels are the noisiest. Two neighbouring pixels differ by two
+  // standard deviations at most.
+  test::GrayCodeWorld world;
+  world.projector_blur = 1.3;
+  world.gamma = 2.0;
+  world.black_level = 3, world.white_level = 28;
+  world.noise_at_black = 32, world.noise_per_level = -0.28;
+  const Errors errors = measure(world);
+  RecordProperty("edges", std::to_string(errors.count)),
+      RecordProperty("spread", std::to_string(errors.spread));
+  RecordProperty("bias", std::to_string(errors.bias)),
+      RecordProperty("largest", std::to_string(errors.largest));
+  RecordProperty("normalised", std::to_string(errors.normalised));
+  // Of 14 000 boundaries half belong to the finest bit, a quarter of them to the next one.
+  EXPECT_GT(errors.count, 6000u);
+  EXPECT_LT(std::abs(errors.bias), 0.01);
+  EXPECT_LT(errors.spread, 0.35);
+  EXPECT_LT(errors.largest, 3) << "a wrong boundary";
+  EXPECT_GT(errors.normalised, 0.5);
+  EXPECT_LT(errors.normalised, 1.3);
+}
+
+TEST(StripeEdges, StayWithinTheAreaThatIsAskedFor) {
+  const test::GrayCodeWorld world;
+  const std::vector<ImageU8> captures = test::capture_all(world, frames(kGrayCode));
+  const std::vector<ViewU8> views = test::views_of(captures);
+  const DecodedMap map = decode(views, kGrayCode);
+  const std::vector<StripeEdge> all = stripe_edges(views, map, kGrayCode);
+  ImageU8 area(world.camera, 1, 0);
+  for (int y = 20; y < 70; ++y)
+    for (int x = 40; x < 120; ++x) area.at(x, y) = 1;
+  StripeEdgeOptions options;
+  options.area = area;
+  const std::vector<StripeEdge> within = stripe_edges(views, map, kGrayCode, options);
+  const auto inside = [&](const StripeEdge& edge) {
+    return area.at(int(std::floor(edge.camera_pixel.x())), int(std::floor(edge.camera_pixel.y()))) != 0;
+  };
+  EXPECT_GT(within.size(), 3000u);
+  EXPECT_NEAR(double(within.size()), double(std::count_if(all.begin(), all.end(), inside)), 150);
+  EXPECT_GT(std::count_if(within.begin(), within.end(), inside), long(within.size()) - 150);
+  const ImageU8 other(world.camera.width, world.camera.height - 1);
+  options.area = other;
+  EXPECT_THROW(stripe_edges(views, map, kGrayCode, options), std::invalid_argument);
+}
+
 TEST(StripeEdges, RefuseAMapOfOtherCaptures) {
   const std::vector<ImageU8> shown = frames(kGrayCode);
   const std::vector<ViewU8> views = test::views_of(shown);

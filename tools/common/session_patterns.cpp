@@ -77,9 +77,14 @@ class GrayPattern : public SessionPattern {
                                    "a part of it");
       }
     }
-    if (!in_camera.observations.empty())
-      in_projector = match::project_board(in_camera, board, detect::board_artwork(board), decoded,
-                                          pattern::stripe_edges(captures, decoded, gray_code_));
+    if (!in_camera.observations.empty()) {
+      const BoardArtwork artwork = detect::board_artwork(board);
+      const ImageU8 area = match::readable_area(in_camera, board, artwork);
+      pattern::StripeEdgeOptions options;
+      options.area = area;
+      in_projector = match::project_board(in_camera, board, artwork, decoded,
+                                          pattern::stripe_edges(captures, decoded, gray_code_, options));
+    }
     in_camera.diagnostics.append(decoded.diagnostics);
     return {view_name, {in_camera, in_projector}};
   }

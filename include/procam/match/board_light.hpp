@@ -15,6 +15,7 @@
 
 #include "procam/core/board_artwork.hpp"
 #include "procam/core/decoded_map.hpp"
+#include "procam/core/image.hpp"
 #include "procam/core/light_map.hpp"
 #include "procam/core/observation.hpp"
 #include "procam/core/stripe_edge.hpp"
@@ -27,6 +28,12 @@ struct BoardLightOptions {
   /// boards with markers, which leave little clear paper.
   double border_px = 3;
 };
+
+/// Where project_board() looks for stripe edges: 1 at the camera pixels on the board from which an edge clear
+/// of printed borders may begin, 0 elsewhere. As StripeEdgeOptions::area it saves the edges that would be
+/// dropped. All zero if `in_camera` holds fewer than four points.
+ImageU8 readable_area(const Detections& in_camera, const Board& board, const BoardArtwork& artwork,
+                      const BoardLightOptions& options = {});
 
 /// The projector pixels of the board's points, as if the projector had seen the board: image_size is the
 /// projector's, point indices those of `in_camera`. The covariance is that of the map at the corner (from the

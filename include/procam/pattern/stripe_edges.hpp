@@ -7,8 +7,8 @@
 ///   D(x) = (pattern_b - inverse_b) / (pattern_b + inverse_b - 2 black)
 /// runs from -1 to 1 or back, free of the surface's albedo, and the edge is where it crosses zero. A sharp
 /// edge seen through blur makes D(x) = 2 Phi((x - edge) / blur) - 1, so u = Phi^-1((1 + D)/2) is a straight
-/// line whatever the blur; the edge is the zero of a line fitted to u over two to four samples, weighted by
-/// their noise.
+/// line whatever the blur; the edge is the zero of a line fitted to u over the edge's own width (two samples
+/// of a sharp edge, up to nine of a defocused one), weighted by their noise.
 ///
 /// Bit b of two neighbouring pixels tells a boundary apart from all others of that bit as soon as the coarser
 /// bits are decided on both sides. The finer ones need not be: a camera that does not resolve the finest
@@ -30,7 +30,8 @@ struct StripeEdgeOptions {
   /// Codes of the two sides of an edge may differ by this many stripes. More than one only where the camera
   /// samples more coarsely than the projector; larger jumps are taken for the border of a surface.
   int max_code_jump = 4;
-  /// D must change by this many standard deviations across the edge.
+  /// The slope of u across the edge must stand out of its noise by this many standard deviations: stripes
+  /// that blur has made unreadable yield no edges.
   double min_step_sigmas = 5.0;
   /// Edges expected to be less certain than this are left out (camera pixels).
   double max_sigma_px = 0.5;
@@ -38,6 +39,8 @@ struct StripeEdgeOptions {
   /// pixel, blur shifts the zero by blur^2 g towards the darker side. That is put back, and counts
   /// as uncertainty too.
   double camera_blur_px = 0.8;
+  /// Only edges whose first pixel is not zero here; all of them if empty. Of the captures' size.
+  ViewU8 area;
 };
 
 /// All edges of both axes, row-major in the camera for the columns, then for the rows. Each axis is scanned

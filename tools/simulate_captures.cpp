@@ -5,6 +5,7 @@
 #include <system_error>
 
 #include "common/cli.hpp"
+#include "common/conditions_flags.hpp"
 #include "common/session_files.hpp"
 #include "common/session_patterns.hpp"
 #include "procam/core/se3.hpp"
@@ -34,6 +35,7 @@ struct Flags {
   std::optional<Board> board;
   int views = 0;  ///< 0: all
   int cameras = 1, projectors = 1;
+  std::vector<std::string> settings;
   std::string output;
   bool force = false;
   bool markers = false;
@@ -51,6 +53,9 @@ void declare(CLI::App& app, Flags& flags) {
       app, "--board", [&](const std::string& text) { flags.board = io::read_board(text); },
       "the printed board instead of the level's chessboard, e.g. charuco:7x5:45mm:33mm:5x5_100; of one with "
       "markers every third view shows the camera only a part");
+  app.add_option("--set", flags.settings,
+                 "change the level's conditions, KEY=VALUE,...: " + conditions_help())
+      ->delimiter(',');
   app.add_option("-o,--output", flags.output,
                  "folder to make: view_00/frame_00.png ..., session.json, truth.json")
       ->required();
@@ -130,6 +135,10 @@ class FolderInTheMaking {
   fs::path place_, work_;
 };
 
+simulate::Conditions conditions(const Flags& flags) {
+  return with_settings(simulate::level_conditions(flags.level), flags.settings);
+}
+
 void write_view(const simulate::Session& session, std::size_t view, const std::vector<ImageU8>& frames,
                 const fs::path& folder) {
   fs::create_directory(folder);
@@ -161,10 +170,22 @@ void write_marker_view(const simulate::Session& session, const fs::path& folder)
 
 void save_truth(Rig truth, const Flags& flags, const std::string& pattern, const fs::path& folder) {
   truth.provenance.tool = "simulate-captures";
-  truth.provenance.options = {{"seed", std::to_string(flags.seed)},
-                              {"level", simulate::to_string(flags.level)},
-                              {"pattern", pattern}};
+  truth.provenance.options["seed"] = std::to_string(flags.seed);
+  truth.provenance.options["level"] = simulate::to_string(flags.level);
+  truth.provenance.options["pattern"] = pattern;
+  for (const std::string& setting : flags.settings) {
+    std::string& all = truth.provenance.options["set"];
+    all += (all.empty() ? "" : ",") + setting;
+  }
   io::save_rig(folder / "truth.json", truth);
+}
+
+/// What is wrong with each view, beside the seed and the level in truth.json.
+Rig with_defects(Rig truth, const simulate::Session& session, std::size_t views, int frames) {
+  for (std::size_t view = 0; view < std::min(views, session.defects.size()); ++view)
+    if (const std::string text = simulate::description(session.defects[view], frames); !text.empty())
+      truth.provenance.options[numbered("view", view)] = text;
+  return truth;
 }
 
 /// The wall as a surface of the room, placed in the rig; what is shown there spans a quarter of its distance.
@@ -223,7 +244,7 @@ ExitCode simulate_fleet(const Flags& flags, Console& console) {
                                           : "--check",
                 "it is simulated for one camera and one projector", "leave out --cameras and --projectors");
   const simulate::Fleet fleet =
-      simulate::make_fleet(flags.level, flags.seed, flags.cameras, flags.projectors);
+      simulate::make_fleet(flags.level, flags.seed, flags.cameras, flags.projectors, conditions(flags));
   const std::vector<ImageU8> frames = pattern->frames();
   const std::size_t views =
       flags.views > 0 ? std::min(std::size_t(flags.views), fleet.views.size()) : fleet.views.size();
@@ -262,7 +283,7 @@ ExitCode simulate_captures(const Flags& flags, Console& console) {
   std::optional<simulate::BoardPrint> print;
   if (flags.board) print = simulate::BoardPrint{*flags.board, detect::board_artwork(*flags.board)};
   const simulate::Session session =
-      simulate::make_session(flags.level, flags.seed, pattern->on_blank_paper(), print);
+      simulate::make_session(flags.level, flags.seed, pattern->on_blank_paper(), print, conditions(flags));
   const std::vector<ImageU8> projector_frames = pattern->frames();
   const std::size_t views =
       flags.views > 0 ? std::min(std::size_t(flags.views), session.views.size()) : session.views.size();
@@ -273,8 +294,9 @@ ExitCode simulate_captures(const Flags& flags, Console& console) {
   }
   if (flags.markers) write_marker_view(session, folder.path());
   if (!flags.check.empty()) write_check(session, flags, folder.path() / "check");
-  io::save_session(folder.path(), {pattern->text(), projector_size, session.board().layout, {}});
-  save_truth(session.rig(), flags, pattern->text(), folder.path());
+  io::save_session(folder.path(), {pattern->text(), projector_size, session.stated_board, {}});
+  save_truth(with_defects(session.rig(), session, views, pattern->frame_count()), flags, pattern->text(),
+             folder.path());
   console.progress("views", int(views), int(views));
   folder.finish();
 

@@ -207,6 +207,18 @@ double parse_angle(const std::string& text) {
   return parse_quantity("angle", text, kAngleUnits, "write a number and deg or rad, e.g. 30deg");
 }
 
+double parse_pixels(const std::string& text) {
+  return parse_quantity("pixels", text, kPixelUnits, "write a number and px, e.g. 3px");
+}
+
+double parse_share(const std::string& text) {
+  const bool percent = !text.empty() && text.back() == '%';
+  const std::optional<double> value =
+      parse_number(std::string_view(text).substr(0, text.size() - std::size_t(percent)));
+  if (!value || !std::isfinite(*value)) fail("number", text, "it is not a number", "write e.g. 0.04 or 4%");
+  return percent ? *value / 100 : *value;
+}
+
 double parse_duration(const std::string& text) {
   return parse_quantity("duration", text, kDurationUnits, "write a number and ms or s, e.g. 50ms");
 }

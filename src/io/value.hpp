@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "document.hpp"
+#include "procam/io/text.hpp"
 
 namespace procam::io {
 
@@ -29,8 +30,5 @@ struct Value {
 
 /// Edits (insert, delete, replace, swap of neighbours) from a to b.
 int edit_distance(const std::string& a, const std::string& b);
-
-/// "did you mean 'fx'? known here: fx, fy" for a name that is not among the known ones.
-std::string suggest(const std::string& name, const std::vector<std::string>& known);
 
 }  // namespace procam::io

@@ -64,4 +64,36 @@ ImageF convolve(const ImageF& image, const std::vector<float>& kernel) {
   return result;
 }
 
+ImageF low_pass(const ImageF& image, double sigma) {
+  constexpr int kBlock = 16;
+  const int columns = (image.width() + kBlock - 1) / kBlock, rows = (image.height() + kBlock - 1) / kBlock;
+  ImageF means(columns, rows);
+  for (int row = 0; row < rows; ++row) {
+    const int end_y = std::min((row + 1) * kBlock, image.height());
+    for (int column = 0; column < columns; ++column) {
+      const int begin_x = column * kBlock, end_x = std::min(begin_x + kBlock, image.width());
+      double sum = 0;
+      for (int y = row * kBlock; y < end_y; ++y)
+        for (int x = begin_x; x < end_x; ++x) sum += image.at(x, y);
+      means.at(column, row) = float(sum / (double(end_x - begin_x) * (end_y - row * kBlock)));
+    }
+  }
+  const ImageF smooth = convolve(means, gaussian_kernel(sigma / kBlock));
+  ImageF result(image.size());
+  for (int y = 0; y < image.height(); ++y) {
+    const float v = std::clamp((float(y) + 0.5f) / kBlock - 0.5f, 0.f, float(rows - 1));
+    const int above = std::min(int(v), std::max(rows - 2, 0)), below = std::min(above + 1, rows - 1);
+    const float down = v - float(above);
+    float* out = result.row(y);
+    for (int x = 0; x < image.width(); ++x) {
+      const float u = std::clamp((float(x) + 0.5f) / kBlock - 0.5f, 0.f, float(columns - 1));
+      const int left = std::min(int(u), std::max(columns - 2, 0)), right = std::min(left + 1, columns - 1);
+      const float across = u - float(left);
+      out[x] = (1 - down) * ((1 - across) * smooth.at(left, above) + across * smooth.at(right, above)) +
+               down * ((1 - across) * smooth.at(left, below) + across * smooth.at(right, below));
+    }
+  }
+  return result;
+}
+
 }  // namespace procam::simulate::internal

@@ -12,4 +12,8 @@ std::vector<float> gaussian_kernel(double sigma);
 /// One-channel image * kernel along x and y. Beyond the border the outermost pixels repeat.
 ImageF convolve(const ImageF& image, const std::vector<float>& kernel);
 
+/// One-channel image * Gaussian of many pixels: of the means of 16x16 pixels, linear between. For sigma above
+/// 32 pixels.
+ImageF low_pass(const ImageF& image, double sigma);
+
 }  // namespace procam::simulate::internal

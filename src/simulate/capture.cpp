@@ -22,6 +22,11 @@ void check(const World& world, const std::vector<ImageU8>& frames, const Capture
           "capture: samples_per_axis not in 1..16");
   require(options.camera_blur_px >= 0 && options.projector_blur_px >= 0, "capture: negative blur");
   require(options.noise.at_black >= 0 && options.noise.per_level >= 0, "capture: negative noise variance");
+  require(options.projector_lens.aperture >= 0 && options.projector_lens.focus > 0,
+          "capture: the projector's aperture is negative, or its focus not before it");
+  require(options.indirect >= 0 && options.glare >= 0 && options.glare < 1,
+          "capture: negative indirect light, or glare not in [0, 1)");
+  require(options.vignetting >= 0 && options.gamma > 0, "capture: negative vignetting, or gamma not above 0");
   require(options.crosstalk >= 0 && options.crosstalk < 0.5, "capture: crosstalk not in [0, 0.5)");
   require(options.brightest_grey > 0, "capture: brightest_grey must be above zero");
 }
@@ -46,12 +51,16 @@ std::vector<ImageU8> capture(const World& world, const std::vector<ImageU8>& pro
                              const CaptureOptions& options) {
   check(world, projector_frames, options);
   const double gain = exposure(world, options.brightest_grey);
-  const internal::SampledView view = internal::sample_view(world, options.samples_per_axis, options.threads);
+  internal::SampledView view = internal::sample_view(world, options);
   internal::Sensor sensor;
   sensor.exposure = gain;
   sensor.blur_px = options.camera_blur_px;
   sensor.channels = projector_frames.empty() ? 1 : projector_frames.front().channels();
   sensor.crosstalk = options.crosstalk;
+  sensor.indirect = options.indirect;
+  sensor.glare = options.glare;
+  sensor.falloff = std::move(view.falloff);
+  sensor.gamma = options.gamma;
   sensor.noise = options.noise;
   sensor.seed = options.seed;
   return internal::record(view, {{projector_frames, options.projector_blur_px}}, projector_frames.size(),

@@ -46,7 +46,7 @@ bool shares_of(int number, const ImageF& signed_radius, ImageF& shares) {
     for (int x = 0; x < shares.width(); ++x) {
       const float radius = signed_radius.at(x, y);
       const bool this_side = number == 0 || (number > 0) == (radius > 0);
-      shares.at(x, y) = this_side ? disc_mix(std::abs(radius)).share(std::abs(number)) : 0;
+      shares.at(x, y) = this_side ? disc_mix(std::abs(radius), kDiscRadii).share(std::abs(number)) : 0;
       any = any || shares.at(x, y) > 0;
     }
   return any;
@@ -125,13 +125,6 @@ double disc_radius(const ThinLens& lens, const Camera& device, double depth) {
   const double focal_length = std::sqrt(device.intrinsics.fx * device.intrinsics.fy);
   const double radius = 0.5 * lens.aperture * focal_length * (1 / depth - 1 / lens.focus);
   return std::clamp(radius, -kDiscRadii.back(), kDiscRadii.back());
-}
-
-DiscMix disc_mix(double radius) {
-  const auto above = std::upper_bound(kDiscRadii.begin(), kDiscRadii.end() - 1, radius);
-  const double a = *(above - 1), b = *above;
-  return {int(above - kDiscRadii.begin()) - 1,
-          float(std::min((radius * radius - a * a) / (b * b - a * a), 1.0))};
 }
 
 DiscKernel disc_kernel(double radius) {

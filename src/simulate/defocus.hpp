@@ -3,11 +3,12 @@
 ///
 /// Discs are drawn at a few radii, each with the exact variance radius^2 / 4 an axis on the pixel grid; a
 /// radius between two of them is a mixture with its variance.
+#include <algorithm>
 #include <array>
 #include <utility>
 
 #include "procam/core/image.hpp"
-#include "procam/simulate/room_view.hpp"
+#include "procam/simulate/thin_lens.hpp"
 
 namespace procam::simulate::internal {
 
@@ -18,14 +19,22 @@ constexpr int kDiscs = int(kDiscRadii.size());
 /// Radius of the disc, pixels, positive for what is nearer than the focus; at most the largest radius.
 double disc_radius(const ThinLens& lens, const Camera& device, double depth);
 
-/// The number below a radius 0 .. the largest, and the share of the next.
+/// The number below a radius and the share of the next: radii in ascending order, what is beyond takes the
+/// nearest.
 struct DiscMix {
   int disc;
   float share_of_next;
 
   float share(int of) const { return of == disc ? 1 - share_of_next : of == disc + 1 ? share_of_next : 0; }
 };
-DiscMix disc_mix(double radius);
+template <typename Radii>
+DiscMix disc_mix(double radius, const Radii& radii) {
+  if (radii.size() < 2) return {0, 0};
+  const auto above = std::upper_bound(radii.begin() + 1, radii.end() - 1, radius);
+  const double a = *(above - 1), b = *above;
+  return {int(above - radii.begin()) - 1,
+          float(std::clamp((radius * radius - a * a) / (b * b - a * a), 0.0, 1.0))};
+}
 
 /// Weights over (2 reach + 1)^2 pixels, sum 1.
 struct DiscKernel {

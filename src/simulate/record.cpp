@@ -48,14 +48,16 @@ std::vector<ImageF> gather_light(const SampledView& view, const std::vector<Show
       add(l, Field(lights[l], planes, {}, threads), [](std::size_t) { return 1.f; });
       continue;
     }
-    std::array<bool, kDiscs> used{};
+    const std::vector<double>& radii = view.disc_radii;
+    std::vector<bool> used(radii.size() + 1);
     for (std::size_t ray = 0; ray < view.discs[l].size(); ++ray)
       if (view.of_light[l][ray].level > 0)
-        for (const int disc : {0, 1}) used[std::size_t(disc_mix(view.discs[l][ray]).disc + disc)] = true;
-    for (int disc = 0; disc < kDiscs; ++disc)
+        for (const int disc : {0, 1})
+          used[std::size_t(disc_mix(view.discs[l][ray], radii).disc + disc)] = true;
+    for (int disc = 0; disc < int(radii.size()); ++disc)
       if (used[std::size_t(disc)])
-        add(l, Field(lights[l], planes, disc_kernel(kDiscRadii[std::size_t(disc)]), threads),
-            [&](std::size_t ray) { return disc_mix(view.discs[l][ray]).share(disc); });
+        add(l, Field(lights[l], planes, disc_kernel(radii[std::size_t(disc)]), threads),
+            [&](std::size_t ray) { return disc_mix(view.discs[l][ray], radii).share(disc); });
   }
   return levels;
 }
@@ -106,9 +108,40 @@ std::vector<ImageF> levels_of(const SampledView& view, const std::vector<ShownFr
   return sum;
 }
 
+/// Widths of the light that surfaces and the lens scatter, in image widths.
+constexpr double kIndirectWidth = 0.06, kGlareWidth = 0.15;
+
+/// What reaches the sensor through the lens.
+ImageF through_lens(ImageF levels, const ImageF& albedo, const Sensor& sensor,
+                    const std::vector<float>& kernel) {
+  const std::ptrdiff_t pixels = std::ptrdiff_t(levels.width()) * levels.height();
+  if (sensor.indirect > 0) {
+    const ImageF around = low_pass(levels, kIndirectWidth * levels.width());
+    for (std::ptrdiff_t i = 0; i < pixels; ++i)
+      levels.data()[i] += float(sensor.indirect) * albedo.data()[i] * around.data()[i];
+  }
+  if (!(sensor.glare > 0)) return convolve(levels, kernel);
+  const ImageF veil = low_pass(levels, kGlareWidth * levels.width());
+  ImageF seen = convolve(levels, kernel);
+  for (std::ptrdiff_t i = 0; i < pixels; ++i)
+    seen.data()[i] += float(sensor.glare) * (veil.data()[i] - seen.data()[i]);
+  return seen;
+}
+
+/// The grey value of every thousandth linear level; empty for a linear sensor.
+constexpr int kCurveSteps = 1000;
+std::vector<std::uint8_t> curve_of(double gamma) {
+  std::vector<std::uint8_t> curve;
+  if (gamma == 1) return curve;
+  for (int i = 0; i <= 255 * kCurveSteps; ++i)
+    curve.push_back(std::uint8_t(255 * value_of_light(float(i) / (255 * kCurveSteps), gamma) + 0.5f));
+  return curve;
+}
+
 /// Exposure, noise, the sensor's curve, 8 bits. Every (number, row) has a random stream of its own, so
 /// threads change nothing.
-ImageU8 develop(const ImageF& levels, const Sensor& sensor, std::uint64_t number) {
+ImageU8 develop(const ImageF& levels, const Sensor& sensor, const std::vector<std::uint8_t>& curve,
+                std::uint64_t number) {
   const std::vector<float>& normal = normal_table();
   const bool noisy = sensor.noise.at_black > 0 || sensor.noise.per_level > 0;
   ImageU8 grey(levels.size());
@@ -128,10 +161,12 @@ ImageU8 develop(const ImageF& levels, const Sensor& sensor, std::uint64_t number
       }
     }
     for (float& value : row) value = std::min(std::max(value, 0.f), 255.f);
-    if (sensor.gamma != 1)
-      for (float& value : row) value = 255 * value_of_light(value / 255, sensor.gamma);
-    std::transform(row.begin(), row.end(), grey.row(y),
-                   [](float value) { return std::uint8_t(value + 0.5f); });
+    if (curve.empty())
+      std::transform(row.begin(), row.end(), grey.row(y),
+                     [](float value) { return std::uint8_t(value + 0.5f); });
+    else
+      std::transform(row.begin(), row.end(), grey.row(y),
+                     [&](float value) { return curve[std::size_t(value * kCurveSteps + 0.5f)]; });
   }
   return grey;
 }
@@ -150,6 +185,7 @@ ImageU8 interleaved(const ImageU8* channels, int count) {
 std::vector<ImageU8> record(const SampledView& view, const std::vector<ShownFrames>& lights,
                             std::size_t count, const Sensor& sensor, int threads) {
   const std::vector<float> kernel = gaussian_kernel(sensor.blur_px);
+  const std::vector<std::uint8_t> curve = curve_of(sensor.gamma);
   const std::size_t channels = std::size_t(sensor.channels);
   std::vector<ImageU8> developed(count * channels);
   for (std::size_t first = 0; first < developed.size(); first += kMostPlanes) {
@@ -158,7 +194,8 @@ std::vector<ImageU8> record(const SampledView& view, const std::vector<ShownFram
     if (!sensor.discs.empty()) defocus(levels, sensor.discs, threads);
     parallel_for(int(levels.size()), threads, [&](int part, int part_end) {
       for (std::size_t i = std::size_t(part); i < std::size_t(part_end); ++i)
-        developed[first + i] = develop(convolve(levels[i], kernel), sensor, first + i);
+        developed[first + i] = develop(through_lens(std::move(levels[i]), view.albedo, sensor, kernel),
+                                       sensor, curve, first + i);
     });
   }
   if (channels == 1) return developed;

@@ -15,6 +15,8 @@ struct Sensor {
   double blur_px = 0;
   int channels = 1;      ///< 3: red, green, blue
   double crosstalk = 0;  ///< share of a neighbouring colour's light
+  double indirect = 0;   ///< light that surfaces reflect onto each other, share; needs the view's albedo
+  double glare = 0;      ///< light that the lens scatters over the image, share
   ImageF falloff;        ///< factor of each pixel; empty: none
   NoiseModel noise{0, 0};
   double gamma = 1;

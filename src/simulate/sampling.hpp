@@ -4,7 +4,8 @@
 #include <array>
 #include <vector>
 
-#include "procam/simulate/world.hpp"
+#include "defocus.hpp"
+#include "procam/simulate/capture.hpp"
 
 namespace procam::simulate::internal {
 
@@ -24,7 +25,11 @@ struct SampledView {
   /// By light, likewise: radius of the disc that the light of a point of the picture fills there, projector
   /// pixels; empty: all in focus.
   std::vector<std::vector<float>> discs;
-  /// Likewise, all lights alike: the albedo by band, which is not in the levels then; empty: no colour.
+  /// The radii that are drawn; a disc between two of them is a mixture.
+  std::vector<double> disc_radii{kDiscRadii.begin(), kDiscRadii.end()};
+  ImageF albedo;   ///< mean of each camera pixel; empty where nobody needs it
+  ImageF falloff;  ///< of the camera's vignetting, factor of each pixel; empty: none
+  /// As of_light, all lights alike: the albedo by band, which is not in the levels then; empty: no colour.
   std::vector<std::array<float, 3>> tints;
 
   std::size_t first_ray_of(int x, int y) const {
@@ -36,6 +41,6 @@ struct SampledView {
 };
 
 /// One light. Levels are albedo * irradiance, averaged over the rays of a pixel.
-SampledView sample_view(const World& world, int samples_per_axis, int threads);
+SampledView sample_view(const World& world, const CaptureOptions& options);
 
 }  // namespace procam::simulate::internal

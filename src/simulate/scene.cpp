@@ -58,9 +58,10 @@ std::optional<Lighting> Scene::lighting(const Hit& hit) const {
       if (on_sheet(Vec2((a + s * (b - a)).head<2>()))) return std::nullopt;
     }
   }
-  const std::optional<Vec2> pixel = projector_.pixel_lighting(projector_from_camera_ * hit.point_in_camera);
+  const Vec3 point_in_projector = projector_from_camera_ * hit.point_in_camera;
+  const std::optional<Vec2> pixel = projector_.pixel_lighting(point_in_projector);
   if (!pixel) return std::nullopt;
-  return Lighting{*pixel, closing / (distance2 * std::sqrt(distance2))};
+  return Lighting{*pixel, closing / (distance2 * std::sqrt(distance2)), point_in_projector.z()};
 }
 
 }  // namespace procam::simulate::internal

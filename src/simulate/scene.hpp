@@ -16,6 +16,7 @@ struct Hit {
 struct Lighting {
   Vec2 projector_pixel;   ///< may lie outside the picture
   double irradiance = 0;  ///< of full light: cos / d^2
+  double depth = 0;       ///< along the projector's axis, metres
 };
 
 class Scene {

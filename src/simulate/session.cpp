@@ -93,6 +93,12 @@ const Recipe& recipe_of(Level level) {
   throw std::invalid_argument("simulate: no recipe for this level");
 }
 
+/// Takes as many random numbers from any range, so that one condition does not move the others.
+double draw(const Range& range, Random& random) {
+  const double size = random.uniform(range.low, range.high), sign = random.uniform(-1, 1);
+  return range.either_sign && sign < 0 ? -size : size;
+}
+
 Camera vary(const Lens& lens, Random& random) {
   Intrinsics k = lens.intrinsics;
   const double zoom = random.uniform(0.97, 1.03);  // both focal lengths: pixels stay almost square
@@ -111,14 +117,28 @@ Vec3 vary(const Vec3& v, double by, Random& random) {
   return v + Vec3(x, y, z);
 }
 
-/// Camera and projector look at the same place: the middle of the projector's picture falls on the camera's
-/// axis amid the working distances, or `aside` metres right of it.
-Rig make_rig(const Recipe& recipe, double aside, Random& random) {
+/// Terms that the recipe's lens does not have.
+Camera with_more_terms(Camera lens, const std::optional<Range>& skew_px, const std::optional<Range>& k3,
+                       Random& random) {
+  const double drawn_skew = draw(skew_px.value_or(Range{}), random),
+               drawn_k3 = draw(k3.value_or(Range{}), random);
+  if (skew_px) lens.intrinsics.skew = drawn_skew;
+  if (k3) std::get<BrownConrady>(lens.distortion).coefficients[4] = drawn_k3;
+  return lens;
+}
+
+/// Camera and projector look at the same point: the middle of the projected frame falls on the camera's axis
+/// in the middle of the working distances, or `offset` metres right of it.
+Rig make_rig(const Recipe& recipe, double offset, const Conditions& conditions, Random& random,
+             Random& random_terms) {
   Rig rig;
-  rig.cameras.push_back({"camera", vary(recipe.camera, random), Pose::identity()});
-  const Projector projector{vary(recipe.projector, random)};
+  const Camera camera = with_more_terms(vary(recipe.camera, random), conditions.camera_skew_px,
+                                        conditions.camera_k3, random_terms);
+  rig.cameras.push_back({"camera", camera, Pose::identity()});
+  const Projector projector{with_more_terms(vary(recipe.projector, random), conditions.projector_skew_px,
+                                            conditions.projector_k3, random_terms)};
   const Vec3 position = vary(recipe.projector_in_camera, 0.03, random);
-  const Vec3 target = vary(Vec3(aside, 0, 0.5 * (recipe.nearest + recipe.farthest)), 0.04, random);
+  const Vec3 target = vary(Vec3(offset, 0, 0.5 * (recipe.nearest + recipe.farthest)), 0.04, random);
   const Vec2 middle(0.5 * (projector.size().width - 1), 0.5 * (projector.size().height - 1));
   const std::optional<Ray> ray = projector.emit(middle);
   require(ray.has_value(), "simulate: the recipe's projector lens does not reach its picture's middle");
@@ -273,7 +293,106 @@ void add_blank_paper(const Recipe& recipe, World& world, const Eigen::AlignedBox
   world.ambient = std::max(world.ambient, kLitRoom);
 }
 
+/// 2 J1(x) / x by its power series, for x up to 4: the contrast that a disc of radius r leaves of a sine of
+/// period p is that of x = 2 pi r / p.
+double disc_transfer(double x) {
+  double term = 1, sum = 1;
+  for (int k = 1; k < 20; ++k) {
+    term *= -0.25 * x * x / (double(k) * (k + 1));
+    sum += term;
+  }
+  return sum;
+}
+
+/// The lens that leaves this contrast of stripes of two pixels at the depth that is most out of focus.
+ThinLens defocused_lens(double finest_contrast, double focus, double nearest, double farthest,
+                        double focal_px, double blur_px) {
+  constexpr double kPeriod = 4;
+  // Samples 1, 1, 0, 0, linear between: the fundamental's amplitude by its mean; a Gaussian's transfer.
+  const double in_focus = 1.146 * std::exp(-2 * kPi * kPi * blur_px * blur_px / (kPeriod * kPeriod));
+  double low = 0, high = 3.8;  // before the first zero of the disc's transfer
+  for (int i = 0; i < 50; ++i) {
+    const double middle = 0.5 * (low + high);
+    (in_focus * disc_transfer(middle) > finest_contrast ? low : high) = middle;
+  }
+  const double radius = low * kPeriod / (2 * kPi);
+  const double off_focus = std::max(std::abs(1 / nearest - 1 / focus), std::abs(1 / farthest - 1 / focus));
+  return {2 * radius / (focal_px * off_focus), focus};
+}
+
+void check(const Conditions& c) {
+  require(c.finest_contrast > 0 && c.finest_contrast <= 1, "make_session: finest_contrast not in (0, 1]");
+  require(c.gamma.low > 0 && c.white.low > 0 && c.overexposure > 0 && c.print_scale > 0 &&
+              c.noise_factor >= 0 && c.moved_by.low >= 0,
+          "make_session: gamma, white, overexposure, print_scale, noise_factor or moved_by out of range");
+  require(c.views >= 0 && c.dark_views >= 0 && c.overexposed_views >= 0 && c.moved_views >= 0 &&
+              c.stale_views >= 0,
+          "make_session: a negative number of views");
+}
+
+/// Mostly along the sheet, as somebody touches it.
+Pose draw_move(const Range& distance, Random& random) {
+  const double direction = random.uniform(0, 2 * kPi), out = random.uniform(-0.3, 0.3);
+  const double length = random.uniform(distance.low, distance.high);
+  const Vec3 along = Vec3(std::cos(direction), std::sin(direction), out).normalized();
+  const double x = random.uniform(-1, 1), y = random.uniform(-1, 1), z = random.uniform(-1, 1);
+  const Vec3 axis = Vec3(x, y, z + 2).normalized();
+  constexpr double kAnglePerLength = 100 * kDegree;  // 0.1 degrees a millimetre
+  return Pose(Eigen::Quaterniond(Eigen::AngleAxisd(kAnglePerLength * length, axis)), length * along);
+}
+
+/// Every kind of mistake in views of its own, as far as there are views; a dark view may be partly lit too.
+std::vector<ViewDefects> draw_defects(const Conditions& c, int views, Random& random) {
+  std::vector<int> order;
+  for (int i = 0; i < views; ++i) order.push_back(i);
+  for (int i = views - 1; i > 0; --i)
+    std::swap(order[std::size_t(i)], order[std::size_t(random.uniform(0, i + 1))]);
+  std::vector<ViewDefects> defects(static_cast<std::size_t>(views));
+  std::size_t next = 0;
+  const auto in_views = [&](int count, const auto& spoil) {
+    for (int i = 0; i < count && next < order.size(); ++i) spoil(defects[std::size_t(order[next++])]);
+  };
+  in_views(c.moved_views, [&](ViewDefects& d) {
+    const double share = random.uniform(0.15, 0.85);
+    d.moved = ViewDefects::Move{share, draw_move(c.moved_by, random)};
+  });
+  in_views(c.stale_views, [&](ViewDefects& d) { d.stale = random.uniform(0.1, 0.9); });
+  in_views(c.overexposed_views, [&](ViewDefects& d) { d.white = c.overexposure; });
+  in_views(c.dark_views, [&](ViewDefects& d) { d.white = draw(c.white, random); });
+  return defects;
+}
+
+BoardArtwork scaled(BoardArtwork artwork, double factor) {
+  const auto scale = [&](ArtworkRectangle& r) { r.low *= factor, r.high *= factor; };
+  for (ArtworkRectangle& rectangle : artwork.rectangles) scale(rectangle);
+  for (ArtworkDisc& disc : artwork.discs) disc.centre *= factor, disc.radius *= factor;
+  scale(artwork.sheet);
+  return artwork;
+}
+
 }  // namespace
+
+Conditions level_conditions(Level level) {
+  Conditions c;
+  if (level == Level::kEasy) return c;
+  c.camera_skew_px = c.projector_skew_px = Range{1, 5, true};
+  c.camera_k3 = Range{0.01, 0.03, true};
+  c.projector_k3 = Range{0.02, 0.06, true};
+  c.gamma = {1.8, 2.2};
+  c.vignetting = 4;
+  c.indirect = 0.1;
+  c.glare = 0.04;
+  c.finest_contrast = 0.2;
+  // A full well of 8000 and of 2500 electrons, read noise of 0.3 % and 0.6 % of full scale.
+  c.noise = NoiseModel{0.6, 0.032};
+  if (level == Level::kPaper) return c;
+  c.noise = NoiseModel{2.3, 0.10};
+  c.camera_k3 = Range{0.005, 0.015};  // the other sign would fold this lens inside its image
+  c.views = 12;
+  c.dark_views = 4;
+  c.overexposed_views = c.moved_views = c.stale_views = 1;
+  return c;
+}
 
 const char* to_string(Level level) {
   return recipe_of(level).name;
@@ -293,18 +412,31 @@ ImageSize projector_size(Level level) {
 Session make_session(Level level, std::uint64_t seed,
                      const std::optional<Eigen::AlignedBox2d>& on_blank_paper,
                      const std::optional<BoardPrint>& print) {
+  return make_session(level, seed, on_blank_paper, print, level_conditions(level));
+}
+
+Session make_session(Level level, std::uint64_t seed,
+                     const std::optional<Eigen::AlignedBox2d>& on_blank_paper,
+                     const std::optional<BoardPrint>& print, const Conditions& conditions) {
+  check(conditions);
   const Recipe& recipe = recipe_of(level);
   Random random(seed, std::uint64_t(level), 0);
+  Random random_conditions(seed, std::uint64_t(level), 11);  // the poses do not depend on conditions
   World world;
   world.board = recipe.board;
   if (print) {
     world.board.layout = print->layout;
     world.board.artwork = print->artwork;
   }
+  const Board stated_board = world.board.layout;
+  if (conditions.print_scale != 1) {
+    world.board.layout = procam::scaled(world.board.layout, conditions.print_scale);
+    world.board.artwork = scaled(world.board.artwork, conditions.print_scale);
+  }
   // Print and light share the camera's image: the light's place is half a print right of the axis.
   const ArtworkRectangle dark = print_of(world.board.layout);
   const double print_width = dark.high.x() - dark.low.x() + 2 * world.board.margin;
-  world.rig = make_rig(recipe, on_blank_paper ? 0.5 * print_width : 0, random);
+  world.rig = make_rig(recipe, on_blank_paper ? 0.5 * print_width : 0, conditions, random, random_conditions);
   world.ambient = recipe.ambient;
   const Vec3 wall_normal = vary(Vec3(0.08, -0.05, -1), 0.03, random).normalized();
   world.wall_in_rig = {wall_normal, -wall_normal.z() * (recipe.farthest + 0.7)};
@@ -313,6 +445,23 @@ Session make_session(Level level, std::uint64_t seed,
   session.level = level;
   session.capture = recipe.capture;
   session.capture.seed = seed;
+  session.stated_board = stated_board;
+  session.capture.gamma = draw(conditions.gamma, random_conditions);
+  session.capture.vignetting = conditions.vignetting;
+  session.capture.indirect = conditions.indirect;
+  session.capture.glare = conditions.glare;
+  if (conditions.noise) session.capture.noise = *conditions.noise;
+  session.capture.noise.at_black *= conditions.noise_factor * conditions.noise_factor;
+  session.capture.noise.per_level *= conditions.noise_factor * conditions.noise_factor;
+  const double focus_share = random_conditions.uniform(0.35, 0.65);
+  if (conditions.finest_contrast < 1) {
+    const double nearest = 0.9 * recipe.nearest;
+    const double farthest = (on_blank_paper ? kReach : 1.1) * recipe.farthest;
+    const double focus = 1 / (focus_share / nearest + (1 - focus_share) / farthest);
+    session.capture.projector_lens =
+        defocused_lens(conditions.finest_contrast, focus, nearest, farthest, recipe.projector.intrinsics.fx,
+                       session.capture.projector_blur_px);
+  }
   if (on_blank_paper) add_blank_paper(recipe, world, *on_blank_paper);
   Placing placing;
   const ImageSize projector_size = recipe.projector.size;
@@ -329,7 +478,10 @@ Session make_session(Level level, std::uint64_t seed,
   }
   // Golden sections spread distances and tilt directions evenly, however many views there are.
   const double distance_start = random.uniform(0, 1), tilt_start = random.uniform(0, 1);
-  const int views = on_blank_paper ? kViewsOfLightPoints : recipe.views;
+  const int views = on_blank_paper         ? kViewsOfLightPoints
+                    : conditions.views > 0 ? conditions.views
+                                           : recipe.views;
+  session.defects = draw_defects(conditions, views, random_conditions);
   for (int view = 0; view < views; ++view) {
     const double turn = distance_start + view * 0.6180339887498949;
     placing.distance = recipe.nearest + (recipe.farthest - recipe.nearest) * (turn - std::floor(turn));
@@ -371,7 +523,24 @@ std::vector<ImageU8> capture_view(const Session& session, std::size_t view,
   require(view < session.views.size(), "capture_view: there is no view " + std::to_string(view));
   CaptureOptions options = session.capture;
   options.seed = Random(session.capture.seed, view, 1).next();
-  return capture(session.views[view], frames, options);
+  const ViewDefects defects = session.defects.empty() ? ViewDefects{} : session.defects.at(view);
+  if (defects.white) options.brightest_grey = 255 * *defects.white;
+  std::vector<ImageU8> shown = frames;
+  const int count = int(frames.size());
+  if (defects.stale && count > 1) {
+    const auto stale = std::size_t(frame_at(*defects.stale, count));
+    shown[stale] = shown[stale - 1];
+  }
+  const World& world = session.views[view];
+  if (!defects.moved || count < 2) return capture(world, shown, options);
+  const std::ptrdiff_t first_moved = frame_at(defects.moved->share, count);
+  std::vector<ImageU8> captures = capture(world, {shown.begin(), shown.begin() + first_moved}, options);
+  World moved = world;
+  moved.rig_from_board = world.rig_from_board * defects.moved->board_from_moved;
+  options.seed = Random(options.seed, 1, 0).next();
+  for (ImageU8& image : capture(moved, {shown.begin() + first_moved, shown.end()}, options))
+    captures.push_back(std::move(image));
+  return captures;
 }
 
 }  // namespace procam::simulate

@@ -154,7 +154,8 @@ TEST_P(SimulatedSessions, TruthLiesInsideThreeReportedSigmas) {
   const simulate::Level level = GetParam().level;
   const bool with_peers = GetParam().seeds > 1;  // OpenCV searches for minutes for a board half in the dark
   for (std::uint64_t seed = 1; seed <= GetParam().seeds; ++seed) {
-    const simulate::Session session = simulate::make_session(level, seed);
+    const simulate::Session session =
+        simulate::make_session(level, seed, {}, {}, simulate::plain_conditions());
     const Seen seen = look_at(session, "gray", with_peers);
     const calibrate::CalibrationResult result = calibrate::calibrate_rig(seen.data, options_for(level));
     EXPECT_TRUE(result.rig.quality.passed()) << "seed " << seed;
@@ -198,7 +199,8 @@ TEST_P(PatternSessions, TruthLiesInsideThreeReportedSigmas) {
   const auto pattern = tools::make_pattern(which.pattern, simulate::projector_size(which.level));
   std::optional<simulate::BoardPrint> print;
   if (which.board) print = simulate::BoardPrint{*which.board, detect::board_artwork(*which.board)};
-  const simulate::Session session = simulate::make_session(which.level, 2, pattern->on_blank_paper(), print);
+  const simulate::Session session =
+      simulate::make_session(which.level, 2, pattern->on_blank_paper(), print, simulate::plain_conditions());
   const calibrate::CalibrationResult result =
       calibrate::calibrate_rig(look_at(session, which.pattern).data, options_for(which.level));
   EXPECT_TRUE(result.rig.quality.passed());
@@ -228,8 +230,8 @@ TEST_P(PatternSessions, TruthLiesInsideThreeReportedSigmas) {
 /// picture's middle. `seed` moves everything else.
 simulate::Session paper_like_set(std::uint64_t seed) {
   const auto pattern = tools::make_pattern("chessboard", simulate::projector_size(simulate::Level::kPaper));
-  simulate::Session session =
-      simulate::make_session(simulate::Level::kPaper, seed, pattern->on_blank_paper());
+  simulate::Session session = simulate::make_session(simulate::Level::kPaper, seed, pattern->on_blank_paper(),
+                                                     {}, simulate::plain_conditions());
   for (simulate::World& view : session.views) {
     Intrinsics& k = view.rig.projectors.front().projector.inverse_camera.intrinsics;
     k.cx = 671;

@@ -25,7 +25,7 @@ constexpr double kBumpDeg = 0.2;
 class VerifyRoute : public ::testing::Test {
  protected:
   void SetUp() override {
-    session_ = simulate::make_session(simulate::Level::kPaper, 7);
+    session_ = simulate::make_session(simulate::Level::kPaper, 7, {}, {}, simulate::plain_conditions());
     session_.capture.samples_per_axis = 2;
     world_ = simulate::with_bare_wall(session_.views.front());
     io::save_rig(folder_ / "rig.json", world_.rig);

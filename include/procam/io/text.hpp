@@ -4,6 +4,7 @@
 /// Parsing throws Error(kInput) that quotes the text and says what was expected. What format_x() writes,
 /// parse_x() reads back as the same value.
 #include <string>
+#include <vector>
 
 #include "procam/core/board.hpp"
 #include "procam/core/types.hpp"
@@ -20,6 +21,11 @@ std::string format_length(double metres);
 
 /// "30deg", "0.5rad" -> radians. The unit is required.
 double parse_angle(const std::string& text);
+
+/// "3px", "-1.5px" -> pixels. The unit is required.
+double parse_pixels(const std::string& text);
+/// "4%" or "0.04" -> 0.04; any finite number.
+double parse_share(const std::string& text);
 
 /// "50ms", "0.05s" -> seconds. The unit is required.
 double parse_duration(const std::string& text);
@@ -38,6 +44,9 @@ struct Uncertain {
   double value = 0, sigma = 0;
 };
 Uncertain parse_uncertain(const std::string& text);
+
+/// "did you mean 'fx'? known here: fx, fy" for a name that is not among the known ones.
+std::string suggest(const std::string& name, const std::vector<std::string>& known);
 
 /// How a board's lengths are typed: each with its metric unit, or as projector pixels ("64px"), for boards of
 /// light.

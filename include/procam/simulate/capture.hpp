@@ -1,9 +1,18 @@
 #pragma once
 /// What the camera records while the projector shows its frames.
 ///
-///   light(u, v)  = frame * tent * gaussian(projector_blur_px)          * is convolution, (u, v) projector
-///   pixel level        = exposure * albedo * (ambient + light * cos / d^2)   mean over samples_per_axis^2
-///   rays a pixel grey         = round(clamp(level * gaussian(camera_blur_px) + noise, 0, 255))
+///   light(u, v) = frame * tent * disc(depth) * gaussian(projector_blur_px)
+///                                                  * is convolution, (u, v) projector pixel
+///   direct      = albedo * (ambient + light * cos / d^2)     mean over samples_per_axis^2 rays a pixel
+///   level       = direct + indirect * albedo * (direct * wide_i)
+///   seen        = (1 - glare) * (level * gaussian(camera_blur_px)) + glare * (level * wide_g)
+///   linear      = exposure * cos(field angle)^vignetting * seen + noise
+///   grey        = round(255 * (clamp(linear, 0, 255) / 255)^(1 / gamma))
+///
+/// wide_i and wide_g are Gaussians of 0.06 and 0.15 times the image's width, wide_i normalised to 1: light
+/// that surfaces reflect onto each other, as a share of the mean light around, and light that the camera's
+/// lens scatters over the whole image (veiling glare, ISO 9358). Noise is that of the sensor, before the
+/// curve: with a gamma above 1 it is largest in dark pixels.
 ///
 /// A projector pixel is a tent (linear interpolation between pixel centres), the light of a square pixel
 /// through a lens in focus. Edges of the chessboard are integrated over each ray's share of the camera pixel,
@@ -17,6 +26,7 @@
 #include <vector>
 
 #include "procam/core/decoded_map.hpp"
+#include "procam/simulate/thin_lens.hpp"
 #include "procam/simulate/world.hpp"
 
 namespace procam::simulate {
@@ -27,11 +37,17 @@ struct CaptureOptions {
   double brightest_grey = 200;
   double camera_blur_px = 0;     ///< sigma of the camera's lens, camera pixels
   double projector_blur_px = 0;  ///< sigma of the projector's lens, projector pixels
-  NoiseModel noise{0, 0};        ///< Gaussian; variance of a grey value
-  double crosstalk = 0.1;        ///< share of a neighbouring colour's light, colour frames only
-  std::uint64_t seed = 0;        ///< of the noise
-  int samples_per_axis = 3;      ///< rays a camera pixel, squared
-  int threads = 0;               ///< 0: as many as the machine has. The result does not depend on it
+  ThinLens projector_lens =
+      {};                    ///< defocus of the projector with depth; its blur in focus is projector_blur_px
+  double indirect = 0;       ///< light that surfaces reflect onto each other, share
+  double glare = 0;          ///< light that the camera's lens scatters over its image, share
+  double vignetting = 0;     ///< power of the cosine of the field angle; 4: the natural law of a simple lens
+  double gamma = 1;          ///< of the camera; 1: linear
+  NoiseModel noise{0, 0};    ///< Gaussian; variance of the linear grey value
+  double crosstalk = 0.1;    ///< share of a neighbouring colour's light, colour frames only
+  std::uint64_t seed = 0;    ///< of the noise
+  int samples_per_axis = 3;  ///< rays a camera pixel, squared
+  int threads = 0;           ///< 0: as many as the machine has. The result does not depend on it
 };
 
 /// One capture a projector frame (one channel or three, all alike; the projector's size, 0 dark .. 255 full

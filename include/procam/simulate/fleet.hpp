@@ -26,6 +26,8 @@ struct Fleet {
 /// Throws std::invalid_argument unless there is one of each at least, Error(kNotConverged) when no board pose
 /// is found that the devices cover.
 Fleet make_fleet(Level level, std::uint64_t seed, int cameras, int projectors);
+/// Under other conditions than the level's; no view has defects of its own.
+Fleet make_fleet(Level level, std::uint64_t seed, int cameras, int projectors, const Conditions& conditions);
 
 /// What one camera records of one projector's frames in one view.
 std::vector<ImageU8> capture_pair(const Fleet& fleet, std::size_t view, std::size_t camera,

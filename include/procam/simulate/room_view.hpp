@@ -31,21 +31,9 @@
 #include "procam/core/projector.hpp"
 #include "procam/simulate/motion.hpp"
 #include "procam/simulate/room.hpp"
+#include "procam/simulate/thin_lens.hpp"
 
 namespace procam::simulate {
-
-/// A lens of which one distance is in focus. A point at depth z along the axis becomes a disc of
-///
-///   diameter = aperture f |1/z - 1/focus|   pixels,   f = sqrt(fx fy)
-///
-/// As f = image distance / pixel, this is exact for the thin lens. Discs of more than 48 pixels are drawn
-/// with 48.
-struct ThinLens {
-  double aperture = 0;  ///< diameter, metres: focal length / f-number; 0: all is in focus
-  double focus = 1;     ///< depth of the plane in focus, metres
-};
-/// The disc's diameter, pixels of the device (a camera, or a projector's inverse camera); depth > 0.
-double blur_disc(const ThinLens& lens, const Camera& device, double depth);
 
 /// As a gamma: the curve of sRGB (IEC 61966-2-1).
 inline constexpr double kSrgb = 0;

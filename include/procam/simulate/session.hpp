@@ -2,13 +2,15 @@
 /// Whole calibration sessions from a seed: a rig, a board in several poses, and how it was photographed.
 ///
 ///   easy   in focus, little noise and distortion; camera 1280x1024, board 10x7
-///   paper  the rig of an office projector on a table: picture above the axis (principal point near the
-///   bottom edge),
-///          camera 1280x960 with moderate distortion, noise of 2 grey levels; board 9x6
-///   hard   strong barrel distortion, skew, projector lens distorted too and its axis below the picture, out
-///   of focus,
-///          noise of 4 grey levels, grey print, room light; every third board partly outside the projector's
-///          picture; board 7x9 (odd x odd: a detector may turn it by 180 degrees)
+///   paper  the rig of an office projector on a table: frame above the axis (principal point near the bottom
+///          edge), camera 1280x960 with moderate distortion; board 9x6
+///   hard   strong barrel distortion, projector lens distorted too and its axis below the frame, blurred,
+///          grey print, room light; every third board partly outside the projected frame, so that its border
+///          crosses the print; board 7x9 (odd x odd: a detector may turn it by 180 degrees)
+///
+/// Levels paper and hard violate what calibration assumes (level_conditions(), conditions.hpp): skew, k3, the
+/// camera's gamma with noise before it, vignetting, indirect light, glare and defocus; hard also has views
+/// that are dark, overexposed, with a board that moved and with a stale frame.
 ///
 /// A pattern that needs blank paper beside the print (a projected chessboard) gets sheets with it, in 18
 /// poses and in a lit room: the print need not lie in the projector's picture then.
@@ -25,6 +27,7 @@
 #include <string>
 
 #include "procam/simulate/capture.hpp"
+#include "procam/simulate/conditions.hpp"
 
 namespace procam::simulate {
 
@@ -36,10 +39,15 @@ Level level_named(const std::string& name);
 /// The size of the level's projector picture.
 ImageSize projector_size(Level level);
 
+/// The level's departures from what calibration assumes: none for easy.
+Conditions level_conditions(Level level);
+
 struct Session {
   Level level = Level::kEasy;
   std::vector<World> views;  ///< one a board pose; the same rig, board and wall in each
   CaptureOptions capture;
+  std::vector<ViewDefects> defects;  ///< of each view; empty: none has any
+  Board stated_board;                ///< as its user believes it to be: print_scale is not in it
 
   const Rig& rig() const { return views.front().rig; }
   const PrintedBoard& board() const { return views.front().board; }
@@ -52,10 +60,14 @@ struct BoardPrint {
 };
 
 /// `on_blank_paper` is the part of the projector's picture that lands on blank paper in every view. Throws
-/// Error(kNotConverged) when no poses are found that camera and projector both cover.
+/// Error(kNotConverged) when no poses are found that camera and projector both cover, std::invalid_argument
+/// for conditions out of range. Without conditions: those of the level.
 Session make_session(Level level, std::uint64_t seed,
                      const std::optional<Eigen::AlignedBox2d>& on_blank_paper = std::nullopt,
                      const std::optional<BoardPrint>& print = std::nullopt);
+Session make_session(Level level, std::uint64_t seed,
+                     const std::optional<Eigen::AlignedBox2d>& on_blank_paper,
+                     const std::optional<BoardPrint>& print, const Conditions& conditions);
 
 /// The captures of one view while the projector shows `frames`. Noise differs from view to view.
 std::vector<ImageU8> capture_view(const Session& session, std::size_t view,

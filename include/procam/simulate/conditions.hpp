@@ -1,0 +1,77 @@
+#pragma once
+/// How far a simulated session departs from what calibration assumes: lenses with more terms, a camera with a
+/// response curve, scattered light, defocus, and mistakes in single views.
+///
+///   Conditions conditions = level_conditions(Level::kPaper);   // session.hpp
+///   conditions.glare = 0;                                      // a study of one factor
+///   Session session = make_session(Level::kPaper, 7, {}, {}, conditions);
+///
+/// The seed draws from every range; a range of one value fixes it. plain_conditions() have none of these
+/// effects.
+#include <optional>
+#include <string>
+
+#include "procam/core/decoded_map.hpp"
+#include "procam/core/pose.hpp"
+
+namespace procam::simulate {
+
+struct Range {
+  double low = 0, high = 0;
+  bool either_sign = false;  ///< low .. high or -high .. -low
+};
+
+struct Conditions {
+  // Lenses; none: as in the level's recipe.
+  std::optional<Range> camera_skew_px, projector_skew_px;  ///< K(0, 1)
+  std::optional<Range> camera_k3, projector_k3;            ///< of the Brown-Conrady lens
+
+  // Light and sensor (capture.hpp).
+  Range gamma{1, 1};      ///< of the camera
+  double vignetting = 0;  ///< power of the cosine of the field angle
+  double indirect = 0;    ///< light that surfaces reflect onto each other, share of the mean light around
+  double glare = 0;       ///< light that the camera's lens scatters over its image, share
+  /// Contrast of projected stripes of two pixels (Gray code's finest) where the projector is most out of
+  /// focus within the level's working distances: (max - min) / (max + min). 1: in focus everywhere.
+  double finest_contrast = 1;
+  std::optional<NoiseModel> noise;  ///< of the linear grey value; none: as in the level's recipe
+  double noise_factor = 1;          ///< on the standard deviation of the noise
+
+  // Views.
+  int views = 0;            ///< 0: as in the level's recipe
+  int dark_views = 0;       ///< underexposed ones
+  Range white{0.22, 0.35};  ///< their white paper, share of full scale in linear light
+  int overexposed_views = 0;
+  double overexposure = 1.6;     ///< their white paper, as a multiple of full scale
+  int moved_views = 0;           ///< the board moves once during the sequence
+  Range moved_by{0.003, 0.015};  ///< metres; it rotates by 0.1 degrees a millimetre as well
+  int stale_views = 0;           ///< one capture still shows the frame before
+  double print_scale = 1;        ///< true size of the print / size that the session states
+};
+
+/// None of these effects: a linear camera without scattered light, lenses and views as in the recipe.
+inline Conditions plain_conditions() {
+  return {};
+}
+
+/// What is wrong with one view.
+struct ViewDefects {
+  std::optional<double> white;  ///< share of full scale of the brightest corner of the sheet, linear light
+  /// At `share` of the sequence, 0 .. 1, the board moves to rig_from_board * board_from_moved.
+  struct Move {
+    double share = 0.5;
+    Pose board_from_moved;
+  };
+  std::optional<Move> moved;
+  std::optional<double> stale;  ///< at this share of the sequence
+
+  bool empty() const { return !white && !moved && !stale; }
+};
+
+/// The frame at a share of a sequence, 1 .. frames - 1; 0 for a single frame.
+int frame_at(double share, int frames);
+
+/// "white at 27 % of full scale, board moved by 7.1 mm before frame 12"; empty for none.
+std::string description(const ViewDefects& defects, int frames);
+
+}  // namespace procam::simulate

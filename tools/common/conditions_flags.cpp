@@ -1,0 +1,118 @@
+#include "common/conditions_flags.hpp"
+
+#include <functional>
+
+#include "procam/core/error.hpp"
+#include "procam/io/text.hpp"
+
+namespace procam::tools {
+namespace {
+
+using simulate::Conditions;
+using simulate::Range;
+
+struct Setting {
+  const char* key;
+  const char* example;
+  const char* help;
+  std::function<void(Conditions&, const std::string&)> apply;
+};
+
+Range fixed(double value) {
+  return {value, value};
+}
+
+int parse_count(const std::string& text) {
+  const double value = io::parse_share(text);
+  if (!(value >= 0 && value <= 1000 && value == double(int(value))))
+    throw Error(ErrorKind::kInput, "'" + text + "'", "it is not a number of views",
+                "write a number such as 2");
+  return int(value);
+}
+
+const std::vector<Setting>& settings_table() {
+  static const std::vector<Setting> table{
+      {"skew", "3px", "skew of camera and projector, K(0,1)",
+       [](Conditions& c, const std::string& text) {
+         c.camera_skew_px = c.projector_skew_px = fixed(io::parse_pixels(text));
+       }},
+      {"camera-skew", "3px", "of the camera alone",
+       [](Conditions& c, const std::string& text) { c.camera_skew_px = fixed(io::parse_pixels(text)); }},
+      {"projector-skew", "3px", "of the projector alone",
+       [](Conditions& c, const std::string& text) { c.projector_skew_px = fixed(io::parse_pixels(text)); }},
+      {"k3", "0.02", "sixth-order radial distortion of camera and projector",
+       [](Conditions& c, const std::string& text) {
+         c.camera_k3 = c.projector_k3 = fixed(io::parse_share(text));
+       }},
+      {"camera-k3", "0.02", "of the camera alone",
+       [](Conditions& c, const std::string& text) { c.camera_k3 = fixed(io::parse_share(text)); }},
+      {"projector-k3", "0.02", "of the projector alone",
+       [](Conditions& c, const std::string& text) { c.projector_k3 = fixed(io::parse_share(text)); }},
+      {"gamma", "2.2", "of the camera; 1: linear",
+       [](Conditions& c, const std::string& text) { c.gamma = fixed(io::parse_share(text)); }},
+      {"noise", "2", "factor on the sensor's noise; 0: none",
+       [](Conditions& c, const std::string& text) { c.noise_factor = io::parse_share(text); }},
+      {"vignetting", "4", "power of the cosine of the field angle",
+       [](Conditions& c, const std::string& text) { c.vignetting = io::parse_share(text); }},
+      {"indirect", "10%", "light that surfaces reflect onto each other",
+       [](Conditions& c, const std::string& text) { c.indirect = io::parse_share(text); }},
+      {"glare", "4%", "light that the camera's lens scatters over its image",
+       [](Conditions& c, const std::string& text) { c.glare = io::parse_share(text); }},
+      {"contrast", "20%",
+       "of projected stripes of two pixels where the projector is most out of focus; 100%: in focus",
+       [](Conditions& c, const std::string& text) { c.finest_contrast = io::parse_share(text); }},
+      {"dark-views", "2", "number of underexposed views",
+       [](Conditions& c, const std::string& text) { c.dark_views = parse_count(text); }},
+      {"white", "25%", "their white paper, share of full scale in linear light",
+       [](Conditions& c, const std::string& text) { c.white = fixed(io::parse_share(text)); }},
+      {"overexposed-views", "1", "number of overexposed views",
+       [](Conditions& c, const std::string& text) { c.overexposed_views = parse_count(text); }},
+      {"overexposure", "160%", "their white paper",
+       [](Conditions& c, const std::string& text) { c.overexposure = io::parse_share(text); }},
+      {"moved-views", "1", "number of views in which the board moves during the sequence",
+       [](Conditions& c, const std::string& text) { c.moved_views = parse_count(text); }},
+      {"moved", "8mm", "by this distance",
+       [](Conditions& c, const std::string& text) { c.moved_by = fixed(io::parse_length(text)); }},
+      {"stale-views", "1", "number of views in which one capture shows the frame before",
+       [](Conditions& c, const std::string& text) { c.stale_views = parse_count(text); }},
+      {"print-scale", "98%", "true size of the print / size that session.json states",
+       [](Conditions& c, const std::string& text) { c.print_scale = io::parse_share(text); }},
+  };
+  return table;
+}
+
+}  // namespace
+
+std::string conditions_help() {
+  std::string help = "plain (every effect off)";
+  for (const Setting& setting : settings_table())
+    help += std::string(", ") + setting.key + "=" + setting.example + " (" + setting.help + ")";
+  return help;
+}
+
+Conditions with_settings(Conditions conditions, const std::vector<std::string>& settings) {
+  for (const std::string& text : settings) {
+    if (text == "plain") {
+      conditions = simulate::plain_conditions();
+      continue;
+    }
+    const std::size_t equal = text.find('=');
+    const std::string key = text.substr(0, equal);
+    std::vector<std::string> known{"plain"};
+    const Setting* found = nullptr;
+    for (const Setting& setting : settings_table()) {
+      known.push_back(setting.key);
+      if (key == setting.key) found = &setting;
+    }
+    if (found == nullptr)
+      throw Error(ErrorKind::kInput, "setting '" + text + "'", "there is no key '" + key + "'",
+                  io::suggest(key, known));
+    if (equal == std::string::npos)
+      throw Error(ErrorKind::kInput, "setting '" + text + "'", "it has no value",
+                  std::string("write ") + found->key + "=" + found->example);
+    found->apply(conditions, text.substr(equal + 1));
+  }
+  return conditions;
+}
+
+}  // namespace procam::tools

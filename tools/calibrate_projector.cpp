@@ -13,7 +13,6 @@
 #include "common/say_choices.hpp"
 #include "common/session_reader.hpp"
 #include "common/utc_now.hpp"
-#include "procam/analyze/light_error.hpp"
 #include "procam/analyze/report.hpp"
 #include "procam/calibrate/calibrate.hpp"
 #include "procam/calibrate/gates.hpp"
@@ -40,7 +39,8 @@ struct Flags {
   std::vector<Device> cameras;  ///< of a table of observations
   io::Session stated;           ///< what session.json need not say
   double wall = 2;              ///< metres
-  double metres_per_unit = 0;   ///< of an OpenCV file to check
+  analyze::AcceptedError accepted;
+  double metres_per_unit = 0;  ///< of an OpenCV file to check
   fs::path mirror_view;
   std::optional<Board> mirror_board;
   double mirror_depth = 0;  ///< metres
@@ -99,6 +99,98 @@ calibrate::MirrorView read_mirror(const Flags& flags, SessionPlan& session) {
   session.through_mirror = true;
   const ImageU8 grey = io::to_gray(io::load_image(flags.mirror_view).image);
   return {*flags.mirror_board, detect::detect_board(grey, *flags.mirror_board), flags.mirror_depth};
+}
+
+/// What follows every calibration of camera and projector: predicted errors and their check, the view to add
+/// next, the files, and the words. The rig's provenance is set before.
+ExitCode conclude(const Flags& flags, Console& console, calibrate::CalibrationResult& result,
+                  const CalibrationInput& input, const Rig& truth) {
+  Rig& rig = result.rig;
+  const std::vector<analyze::LightErrors> predicted = predicted_errors(rig, flags.wall);
+  check_predicted_errors(rig, predicted, flags.accepted, rig.quality.gates, result.diagnostics);
+
+  console.progress("the view to add next", 99, 100);
+  const auto worst = std::max_element(predicted.begin(), predicted.end(), [&](const auto& a, const auto& b) {
+    return a.of(flags.accepted.located).rms_mm < b.of(flags.accepted.located).rms_mm;
+  });
+  std::optional<analyze::NextView> next;
+  if (worst != predicted.end())
+    next = analyze::advise_next_view(result, flags.wall, worst->externally.projector, flags.accepted.located);
+
+  io::save_rig(flags.output, rig);
+  if (!flags.report.empty()) {
+    analyze::ReportInput extra;
+    extra.title = input.title;
+    extra.predicted = predicted;
+    extra.accepted = flags.accepted;
+    extra.next_view = next;
+    if (!flags.truth.empty())
+      for (const RigProjector& projector : rig.projectors)
+        extra.truth.push_back(analyze::true_light_errors(rig, truth, flags.wall,
+                                                         rig.projectors.size() > 1 ? projector.name : ""));
+    io::write_file_atomically(flags.report,
+                              analyze::calibration_report(result, input.correspondences, extra));
+  }
+
+  say_result(console, rig, rig.quality, predicted, flags.accepted, next.has_value());
+  say_remarks(console, result.diagnostics);
+  console.say(format("views      %d of %d used", rig.quality.views_used, input.views));
+  console.say("RMS        " + by_device(result, result.rms_px) +
+              format(", joint %.3f px", result.joint_rms_px));
+  console.say("           outliers included: " + by_device(result, result.rms_all_px) +
+              format(", joint %.3f px", result.joint_rms_all_px));
+  console.summary().set("/views_used", rig.quality.views_used);
+  console.summary().set("/views", input.views);
+  for (std::size_t d = 0; d < result.devices.size(); ++d) {
+    const std::string& device = result.devices[d].name;
+    int found = 0, used = 0;
+    for (const calibrate::Residual& r : result.residuals) {
+      found += r.device == int(d);
+      used += r.device == int(d) && r.used;
+    }
+    console.summary().set("/points_found/" + device, found);
+    console.summary().set("/points_used/" + device, used);
+    console.summary().set("/rms_px/" + device, result.rms_px[d]);
+    console.summary().set("/rms_all_px/" + device, result.rms_all_px[d]);
+    if (!flags.holdout) continue;
+    console.summary().set("/holdout_px/" + device, result.holdout_px[d]);
+    console.summary().set("/holdout_all_px/" + device, result.holdout_all_px[d]);
+  }
+  console.summary().set("/rms_px/joint", result.joint_rms_px);
+  console.summary().set("/rms_all_px/joint", result.joint_rms_all_px);
+  if (flags.holdout)
+    console.say("held out   " + by_device(result, result.holdout_px) +
+                "; each view predicted by a solve without it");
+  if (flags.holdout) console.say("           outliers included: " + by_device(result, result.holdout_all_px));
+  for (const RigCamera& camera : rig.cameras) say_lens(console, camera.name, camera.camera, rig.covariance);
+  for (const RigProjector& projector : rig.projectors)
+    say_lens(console, projector.name, projector.projector.inverse_camera, rig.covariance);
+  for (const RigProjector& device : rig.projectors) {
+    const Projector& projector = device.projector;
+    console.say(
+        format("optics     %sthrow ratio %.2f, lens shift %+.0f %% of the width, %+.0f %% of the height",
+               said_of(rig, device).c_str(), projector.throw_ratio(), 100 * projector.lens_shift().x(),
+               100 * projector.lens_shift().y()));
+    console.summary().set(of_projector(rig, "", device, "/throw_ratio"), projector.throw_ratio());
+    console.summary().set(of_projector(rig, "", device, "/lens_shift"),
+                          std::vector<double>{projector.lens_shift().x(), projector.lens_shift().y()});
+  }
+  if (result.shape.free) {
+    console.say(format("board      not flat: %.2f mm along and %.2f mm off its plane (rms), at most %.2f mm",
+                       1e3 * result.shape.in_plane_rms, 1e3 * result.shape.out_of_plane_rms,
+                       1e3 * result.shape.largest));
+    console.summary().set("/board/in_plane_rms_mm", 1e3 * result.shape.in_plane_rms);
+    console.summary().set("/board/out_of_plane_rms_mm", 1e3 * result.shape.out_of_plane_rms);
+    console.summary().set("/board/largest_mm", 1e3 * result.shape.largest);
+  }
+  console.summary().set("/board/free_shape", result.shape.free);
+  say_lens_models(console, result, flags.wall);
+  say_views(console, result, next, flags.accepted.located);
+  if (!flags.truth.empty()) say_truth(console, rig, truth, flags.wall);
+  say_gates(console, rig.quality.gates);
+  console.say("written    " + flags.output.string() +
+              (flags.report.empty() ? "" : ", " + flags.report.string()));
+  return exit_code(result.diagnostics);
 }
 
 CalibrationInput read_captures(const Flags& flags, std::optional<calibrate::MirrorView>& mirror,
@@ -201,88 +293,7 @@ ExitCode calibrate_session(const Flags& flags, Console& console) {
     rig.provenance.inputs.push_back(
         {flags.mirror_view.filename().string(), io::sha256_of_file(flags.mirror_view)});
   }
-  std::vector<analyze::LightError> predicted;
-  for (const RigProjector& projector : rig.projectors)
-    predicted.push_back(analyze::predicted_light_error(rig, flags.wall, projector.name));
-
-  console.progress("the view to add next", 99, 100);
-  const auto worst = std::max_element(predicted.begin(), predicted.end(),
-                                      [](const auto& a, const auto& b) { return a.rms_mm < b.rms_mm; });
-  const std::optional<analyze::NextView> next = analyze::advise_next_view(
-      result, flags.wall, rig.projectors[std::size_t(worst - predicted.begin())].name);
-
-  io::save_rig(flags.output, rig);
-  if (!flags.report.empty()) {
-    analyze::ReportInput extra;
-    extra.title = input.title;
-    extra.predicted = predicted;
-    extra.next_view = next;
-    if (!flags.truth.empty())
-      for (const RigProjector& projector : rig.projectors)
-        extra.truth.push_back(analyze::true_light_error(rig, truth, flags.wall,
-                                                        rig.projectors.size() > 1 ? projector.name : ""));
-    io::write_file_atomically(flags.report, analyze::calibration_report(result, correspondences, extra));
-  }
-
-  console.report(result.diagnostics);
-  console.say(format("views      %d of %d used", rig.quality.views_used, input.views));
-  console.say("RMS        " + by_device(result, result.rms_px) +
-              format(", joint %.3f px", result.joint_rms_px));
-  console.say("           outliers included: " + by_device(result, result.rms_all_px) +
-              format(", joint %.3f px", result.joint_rms_all_px));
-  console.summary().set("/views_used", rig.quality.views_used);
-  console.summary().set("/views", input.views);
-  for (std::size_t d = 0; d < result.devices.size(); ++d) {
-    const std::string& device = result.devices[d].name;
-    int found = 0, used = 0;
-    for (const calibrate::Residual& r : result.residuals) {
-      found += r.device == int(d);
-      used += r.device == int(d) && r.used;
-    }
-    console.summary().set("/points_found/" + device, found);
-    console.summary().set("/points_used/" + device, used);
-    console.summary().set("/rms_px/" + device, result.rms_px[d]);
-    console.summary().set("/rms_all_px/" + device, result.rms_all_px[d]);
-    if (!flags.holdout) continue;
-    console.summary().set("/holdout_px/" + device, result.holdout_px[d]);
-    console.summary().set("/holdout_all_px/" + device, result.holdout_all_px[d]);
-  }
-  console.summary().set("/rms_px/joint", result.joint_rms_px);
-  console.summary().set("/rms_all_px/joint", result.joint_rms_all_px);
-  if (flags.holdout)
-    console.say("held out   " + by_device(result, result.holdout_px) +
-                "; each view predicted by a solve without it");
-  if (flags.holdout) console.say("           outliers included: " + by_device(result, result.holdout_all_px));
-  for (const RigCamera& camera : rig.cameras) say_lens(console, camera.name, camera.camera, rig.covariance);
-  for (const RigProjector& projector : rig.projectors)
-    say_lens(console, projector.name, projector.projector.inverse_camera, rig.covariance);
-  for (const RigProjector& device : rig.projectors) {
-    const Projector& projector = device.projector;
-    console.say(
-        format("optics     %sthrow ratio %.2f, lens shift %+.0f %% of the width, %+.0f %% of the height",
-               said_of(rig, device).c_str(), projector.throw_ratio(), 100 * projector.lens_shift().x(),
-               100 * projector.lens_shift().y()));
-    console.summary().set(of_projector(rig, "", device, "/throw_ratio"), projector.throw_ratio());
-    console.summary().set(of_projector(rig, "", device, "/lens_shift"),
-                          std::vector<double>{projector.lens_shift().x(), projector.lens_shift().y()});
-  }
-  say_predicted_light(console, rig, predicted);
-  if (result.shape.free) {
-    console.say(format("board      not flat: %.2f mm along and %.2f mm off its plane (rms), at most %.2f mm",
-                       1e3 * result.shape.in_plane_rms, 1e3 * result.shape.out_of_plane_rms,
-                       1e3 * result.shape.largest));
-    console.summary().set("/board/in_plane_rms_mm", 1e3 * result.shape.in_plane_rms);
-    console.summary().set("/board/out_of_plane_rms_mm", 1e3 * result.shape.out_of_plane_rms);
-    console.summary().set("/board/largest_mm", 1e3 * result.shape.largest);
-  }
-  console.summary().set("/board/free_shape", result.shape.free);
-  say_lens_models(console, result, flags.wall);
-  say_views(console, result, next);
-  if (!flags.truth.empty()) say_truth(console, rig, truth, flags.wall);
-  say_gates(console, rig.quality.gates);
-  console.say("written    " + flags.output.string() +
-              (flags.report.empty() ? "" : ", " + flags.report.string()));
-  return exit_code(result.diagnostics);
+  return conclude(flags, console, result, input, truth);
 }
 
 /// --points: a projector alone, in the room's frame.
@@ -309,20 +320,23 @@ ExitCode calibrate_points(const Flags& flags, Console& console) {
                     utc_now(),
                     {{"projector-size", io::format_size(picture)}},
                     {{flags.points.filename().string(), io::sha256_of_file(flags.points)}}};
+  const std::vector<analyze::LightErrors> predicted = predicted_errors(rig, flags.wall);
+  check_predicted_errors(rig, predicted, flags.accepted, rig.quality.gates, result.diagnostics);
   io::save_rig(flags.output, rig);
 
-  console.report(result.diagnostics);
+  say_result(console, rig, rig.quality, predicted, flags.accepted, false);
+  say_remarks(console, result.diagnostics);
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     const calibrate::PairResidual& pair = result.pairs[i];
     console.say(format(
         "%-24s %7.2f %7.2f px%s",
         pairs[i].name.empty() ? format("pair %zu", i + 1).c_str() : pairs[i].name.substr(0, 24).c_str(),
         pair.residual.x(), pair.residual.y(),
-        !pair.used      ? "  left out"
-        : pair.left_out ? format("  (%.2f when left out)", pair.left_out->norm()).c_str()
+        !pair.used      ? "  rejected"
+        : pair.left_out ? format("  (%.2f when held out)", pair.left_out->norm()).c_str()
                         : ""));
   }
-  console.say(format("RMS        %.2f px; one coordinate's sigma %.2f px; left out in turn %.2f px",
+  console.say(format("RMS        %.2f px; one coordinate's sigma %.2f px; held out in turn %.2f px",
                      result.rms_px, result.sigma_px, result.left_out_px));
   console.summary().set("/rms_px", result.rms_px);
   console.summary().set("/sigma_px", result.sigma_px);
@@ -333,7 +347,6 @@ ExitCode calibrate_points(const Flags& flags, Console& console) {
   const std::string names[] = {"rig_from_projector.tx", "rig_from_projector.ty", "rig_from_projector.tz"};
   console.say(format("place      %.3f, %.3f, %.3f m in the room", place.x(), place.y(), place.z()));
   console.summary().set("/place_m", std::vector<double>{place.x(), place.y(), place.z()});
-  say_predicted_light(console, rig, {analyze::predicted_light_error(rig, flags.wall)});
   if (!flags.truth.empty()) say_truth(console, rig, truth, flags.wall);
   say_gates(console, rig.quality.gates);
   console.say("written    " + flags.output.string());
@@ -347,14 +360,18 @@ ExitCode check_file(const Flags& flags, Console& console) {
   if (!flags.cameras.empty()) context.camera_size = flags.cameras.front().size;
   if (flags.metres_per_unit > 0) context.metres_per_unit = flags.metres_per_unit;
   const Rig rig = io::load_calibration(flags.check, context);
-  const std::vector<Gate> gates = calibrate::check_rig(rig);
+  RigQuality quality;
+  quality.gates = calibrate::check_rig(rig);
+  const std::vector<analyze::LightErrors> predicted = predicted_errors(rig, flags.wall);
+  Diagnostics diagnostics;
+  for (const Gate& gate : quality.gates)
+    if (!gate.passed) diagnostics.fail("gate_failed", gate.name + ": " + gate.detail);
+  check_predicted_errors(rig, predicted, flags.accepted, quality.gates, diagnostics);
+  say_result(console, rig, quality, predicted, flags.accepted, false);
   for (const RigCamera& camera : rig.cameras) say_lens(console, camera.name, camera.camera, rig.covariance);
   for (const RigProjector& projector : rig.projectors)
     say_lens(console, projector.name, projector.projector.inverse_camera, rig.covariance);
-  say_gates(console, gates);
-  Diagnostics diagnostics;
-  for (const Gate& gate : gates)
-    if (!gate.passed) diagnostics.fail("gate_failed", gate.name + ": " + gate.detail);
+  say_gates(console, quality.gates);
   console.summary().add(diagnostics);
   return exit_code(diagnostics);
 }
@@ -377,9 +394,12 @@ const std::vector<InputKind>& input_kinds() {
       {"--points",
        true,
        {"--projector-size", "--throw-ratio", "--lens-shift", "--square-pixels", "--free", "--keep-outliers",
-        "--wall", "--truth", "--output"},
+        "--wall", "--accept", "--truth", "--output"},
        {}},
-      {"--check", false, {"--camera-size", "--projector-size", "--unit"}, {}},
+      {"--check",
+       false,
+       {"--camera-size", "--projector-size", "--unit", "--wall", "--accept", "--surface-located"},
+       {}},
   };
   return kinds;
 }
@@ -502,7 +522,25 @@ void declare(CLI::App& app, Flags& flags) {
         if (!(flags.wall > 0))
           throw Error(ErrorKind::kInput, "--wall " + text, "a distance must be positive", "give e.g. 2m");
       },
-      "Distance of the wall on which the error is stated (default 2m)");
+      "Distance of the wall for which errors are predicted (default 2m)");
+  add_parsed(
+      app, "--accept",
+      [&](const std::string& text) {
+        flags.accepted.rms_mm = 1e3 * io::parse_length(text);
+        if (!(flags.accepted.rms_mm > 0))
+          throw Error(ErrorKind::kInput, "--accept " + text, "an error must be positive", "give e.g. 5mm");
+      },
+      "Largest predicted error (RMS) on that wall that passes the quality check (default 5mm: markers and "
+      "localisers place a surface to 5 to 10 mm)");
+  app.add_option(
+         "--surface-located", flags.accepted.located,
+         "How you will locate surfaces: by the rig's camera (markers, boards), where errors of camera "
+         "and projector cancel in part, or externally (a map, a localiser, a tape measure). Decides "
+         "which error is checked and which the next view reduces; both are reported")
+      ->transform(CLI::CheckedTransformer(std::map<std::string, analyze::SurfaceLocated>{
+          {"camera", analyze::SurfaceLocated::kByCamera},
+          {"externally", analyze::SurfaceLocated::kExternally}}))
+      ->default_str("externally");
   auto* mirror =
       app.add_option("--mirror-view", flags.mirror_view,
                      "The session was captured in a flat mirror: a picture of the board that lies on "

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "html.hpp"
+#include "light_error_model.hpp"
 #include "procam/calibrate/next_view.hpp"
 
 namespace procam::analyze {
@@ -104,7 +105,7 @@ std::vector<Place> places(const CalibrationResult& result, const RigProjector& p
 std::string words_of(const Place& place, const std::string& projector) {
   std::string where = towards(place.in_picture, 0.5, "middle");
   if (where != "middle" && where.find(' ') == std::string::npos) where += " part";
-  std::string words = metres(place.distance) + " away, in the " + where + " of " + projector + "'s picture, ";
+  std::string words = metres(place.distance) + " away, in the " + where + " of " + projector + "'s frame, ";
   if (!place.nearest) return words + "facing the camera";
   const std::string side = towards(*place.nearest, 0.5, "");
   words += "tilted " + fixed(kTiltDeg, 0) + " degrees";
@@ -123,29 +124,32 @@ struct Spot {
 }  // namespace
 
 std::optional<NextView> advise_next_view(const CalibrationResult& result, double wall,
-                                         const std::string& projector) {
+                                         const std::string& projector, SurfaceLocated located) {
   const RigProjector& device = result.rig.projector(projector);
   const std::vector<Place> candidates = places(result, device);
   std::vector<Pose> poses;
   for (const Place& place : candidates) poses.push_back(place.rig_from_board);
   const auto covariances = calibrate::covariance_with_view(result, poses);
-  std::optional<NextView> best;
-  const LightError now = predicted_light_error(result.rig, wall, device.name);
-  Rig rig = result.rig;
+  auto model = light_error_model(result.rig, wall, device.name, located);
+  if (!model) model = light_error_model(result.rig, wall, device.name, SurfaceLocated::kExternally);
+  double smallest_mm = model->rms_mm(result.rig.covariance);
+  std::optional<std::size_t> best;
   for (std::size_t i = 0; i < candidates.size(); ++i) {
     if (!covariances[i]) continue;
-    rig.covariance = *covariances[i];
-    const LightError then = predicted_light_error(rig, wall, device.name);
-    if (then.rms_mm < (best ? best->then : now).rms_mm)
-      best = NextView{candidates[i].rig_from_board, candidates[i].distance,
-                      words_of(candidates[i], device.name), now, then};
+    const double mm = model->rms_mm(*covariances[i]);
+    if (mm < smallest_mm) smallest_mm = mm, best = i;
   }
-  return best;
+  if (!best) return std::nullopt;
+  Rig rig = result.rig;
+  rig.covariance = *covariances[*best];
+  return NextView{
+      candidates[*best].rig_from_board, candidates[*best].distance, words_of(candidates[*best], device.name),
+      predicted_light_errors(result.rig, wall, device.name), predicted_light_errors(rig, wall, device.name)};
 }
 
 std::vector<std::string> view_verdicts(const CalibrationResult& result) {
   constexpr double kFew = 0.5;           // of what the fullest view has
-  constexpr double kAmid = 0.35;         // of the way to the picture's corners
+  constexpr double kCentral = 0.35;      // of the half diagonal
   constexpr double kParallelDeg = 5;     // between the boards
   constexpr double kSameDistance = 0.1;  // of the distance
   constexpr double kLittle = 0.25;       // of an equal share
@@ -177,8 +181,9 @@ std::vector<std::string> view_verdicts(const CalibrationResult& result) {
       else if (spot.used < kFew * fullest[d])
         wrong.push_back("few points for " + name + " (" + std::to_string(spot.used) + ", others up to " +
                         std::to_string(fullest[d]) + ")");
-      else if (spot.reach < kAmid)
-        wrong.push_back("all amid " + name + "'s picture");
+      else if (spot.reach < kCentral)
+        wrong.push_back("all points near the centre of " + name +
+                        "'s image; move the board towards the edges");
     }
     for (std::size_t other = 0; other < v; ++other) {
       const calibrate::ViewResult& earlier = result.views[other];
@@ -194,7 +199,7 @@ std::vector<std::string> view_verdicts(const CalibrationResult& result) {
     }
     const double equal = 1.0 / std::max(1, result.rig.quality.views_used);
     if (view.share < kLittle * equal)
-      wrong.push_back("adds little (" + fixed(100 * view.share, 1) + " % of what all views tell)");
+      wrong.push_back("contributes only " + fixed(100 * view.share, 1) + " % of the total information");
     std::string verdict;
     for (const std::string& one : wrong) verdict += (verdict.empty() ? "" : "; ") + one;
     verdicts.push_back(verdict.empty() ? "fine" : verdict);

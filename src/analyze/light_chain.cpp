@@ -25,16 +25,10 @@ std::vector<std::string> projector_names(const NamedCovariance& calibration, con
 
 }  // namespace
 
-std::optional<ChainDerivatives> chain_derivatives(const LightPath& path, const Vec2& on_surface) {
+std::optional<PixelDerivatives> pixel_derivatives(const Camera& lens, const Vec3& point) {
   using D = Dual<3 + kMostLensParameters>;
-  const Camera& lens = path.projector.projector.inverse_camera;
-  const Pose projector_from_rig = path.projector.rig_from_projector.inverse();
-  const Vec3 in_surface(on_surface.x(), on_surface.y(), 0);
-  const Vec3 in_rig = path.rig_from_surface * in_surface;
-  const Vec3 in_projector = projector_from_rig * in_rig;
-
-  Vec3T<D> point;
-  for (int i = 0; i < 3; ++i) point[i] = D(in_projector[i], i);
+  Vec3T<D> variable;
+  for (int i = 0; i < 3; ++i) variable[i] = D(point[i], i);
   const VecX parameters = parameters_of(lens);
   std::vector<D> lens_parameters;
   for (int i = 0; i < int(parameters.size()); ++i) lens_parameters.emplace_back(parameters[i], 3 + i);
@@ -42,21 +36,29 @@ std::optional<ChainDerivatives> chain_derivatives(const LightPath& path, const V
       [&](const auto& model) {
         return project<std::decay_t<decltype(model)>>(IntrinsicsT<D>::from_array(lens_parameters.data()),
                                                       lens_parameters.data() + Intrinsics::kNumParameters,
-                                                      point);
+                                                      variable);
       },
       lens.distortion);
   if (!projected) return std::nullopt;
-  Mat23 by_point;  // of the pixel
-  MatX pixel_by_lens(2, parameters.size());
+  PixelDerivatives pixel{Vec2((*projected)[0].a, (*projected)[1].a), {}, MatX(2, parameters.size())};
   for (int i = 0; i < 2; ++i) {
-    by_point.row(i) = (*projected)[i].v.head<3>().transpose();
-    pixel_by_lens.row(i) = (*projected)[i].v.segment(3, parameters.size()).transpose();
+    pixel.by_point.row(i) = (*projected)[i].v.head<3>().transpose();
+    pixel.by_lens.row(i) = (*projected)[i].v.segment(3, parameters.size()).transpose();
   }
-  const Mat23 by_point_in_rig = by_point * projector_from_rig.rotation_matrix();
+  return pixel;
+}
+
+std::optional<ChainDerivatives> chain_derivatives(const LightPath& path, const Vec2& on_surface) {
+  const Pose projector_from_rig = path.projector.rig_from_projector.inverse();
+  const Vec3 in_surface(on_surface.x(), on_surface.y(), 0);
+  const Vec3 in_rig = path.rig_from_surface * in_surface;
+  const auto pixel = pixel_derivatives(path.projector.projector.inverse_camera, projector_from_rig * in_rig);
+  if (!pixel) return std::nullopt;
+  const Mat23 by_point_in_rig = pixel->by_point * projector_from_rig.rotation_matrix();
   const Mat23 by_point_in_surface = by_point_in_rig * path.rig_from_surface.rotation_matrix();
 
   ChainDerivatives chain;
-  chain.pixel = Vec2((*projected)[0].a, (*projected)[1].a);
+  chain.pixel = pixel->pixel;
   const Vec3 axis = path.rig_from_surface.rotate(Vec3::UnitZ());
   const Vec3 light = (in_rig - path.projector.rig_from_projector.translation).normalized();
   chain.incidence_deg = std::acos(std::min(std::abs(axis.dot(light)), 1.0)) / kDegree;
@@ -65,7 +67,7 @@ std::optional<ChainDerivatives> chain_derivatives(const LightPath& path, const V
   if (!std::isfinite(determinant) || std::abs(determinant) <= 1e-12 * by_offset.squaredNorm())
     return std::nullopt;
   chain.by_pixel = by_offset.inverse();
-  chain.by_lens = -chain.by_pixel * pixel_by_lens;
+  chain.by_lens = -chain.by_pixel * pixel->by_lens;
   // exp(-xi) q = q + q x rotation - translation;  exp(xi) X = X - X x rotation + translation.
   Eigen::Matrix<double, 3, 6> point_by_rig, point_by_surface;
   point_by_rig << hat(in_rig), -Mat3::Identity();
@@ -111,7 +113,7 @@ MatX calibration_covariance(const NamedCovariance& calibration, const RigProject
 }
 
 CalibrationErrors::CalibrationErrors(const LightPath& path, const ErrorSources& sources) {
-  std::vector<std::string> names = projector_names(sources.calibration, path.projector);
+  names = projector_names(sources.calibration, path.projector);
   lens = Eigen::Index(names.size()) - 6;
   if (!path.through_mount) names.resize(std::size_t(lens));
   rig_by_camera.resize(6, 0);

@@ -27,6 +27,16 @@ struct ChainDerivatives {
   Eigen::Matrix<double, 2, 6> by_surface;
 };
 
+/// How the pixel of a point moves with the point (optical frame) and with the lens.
+struct PixelDerivatives {
+  Vec2 pixel;
+  Mat23 by_point;
+  MatX by_lens;  ///< 2 x number of lens parameters
+};
+
+/// nullopt where the lens cannot image the point.
+std::optional<PixelDerivatives> pixel_derivatives(const Camera& lens, const Vec3& point);
+
 /// nullopt where no light of the projector reaches the point.
 std::optional<ChainDerivatives> chain_derivatives(const LightPath& path, const Vec2& on_surface);
 
@@ -43,7 +53,8 @@ MatX calibration_covariance(const NamedCovariance& calibration, const RigProject
 /// All that the calibration has wrong, as one vector: the projector's lens parameters, its mount's increment,
 /// and what moves the rig's pose through its camera.
 struct CalibrationErrors {
-  MatX covariance;  ///< 0 where the rig's file names none
+  std::vector<std::string> names;  ///< of the parameters, as in the rig's file
+  MatX covariance;                 ///< 0 where the rig's file names none
   Eigen::Index lens = 0;
   Eigen::Matrix<double, 6, Eigen::Dynamic> rig_by_camera;  ///< the rig's increment by the last of them
 

@@ -29,10 +29,10 @@ std::string numbers(const CalibrationResult& result, const ReportInput& input) {
   std::string devices;
   for (const Device& device : result.devices) devices += device_numbers(result, device);
   return element("div", "class=\"pair\"", "\n" + devices) + "\n" +
-         element(
-             "p", "class=\"hint\"",
-             "Sigma: one standard deviation; “held”: kept at its start, not solved for. Rotation: rotation "
-             "vector. Check the distance between the devices with a tape measure.") +
+         element("p", "class=\"hint\"",
+                 "Sigma: one standard deviation; “fixed”: kept at its initial value, not estimated. "
+                 "Rotation: rotation "
+                 "vector. Check the distance between the devices with a tape measure.") +
          "\n" + element("h3", "", "Fit") + "\n" + residual_numbers(result) + wall_errors(input);
 }
 
@@ -54,20 +54,19 @@ std::string calibration_report(const CalibrationResult& result, const Correspond
 
   const std::string body =
       element("p", "class=\"kicker\"", "Calibration report") + "\n" +
-      element("h1", "", escaped(input.title)) + "\n" + verdict(result) + key_figures(result, input) +
-      section("Numbers", numbers(result, input)) + section("Gates", gate_table(result.rig.quality)) +
-      section("Remarks", diagnostic_list(result.diagnostics)) +
-      section("Views", next_view(input.next_view) + view_table(result)) +
-      section("Lens models",
-              lens_alternatives(result, input.predicted.empty() ? 2 : input.predicted.front().distance)) +
-      section("Scatter of the residuals",
-              each_device(result, [&](int d) { return residual_scatter(result, d); })) +
+      element("h1", "", escaped(input.title)) + "\n" + verdict(result, input) + key_figures(result, input) +
+      next_view(input.next_view, input.accepted.located) +
+      section("Rig in space", rig_in_space(result, correspondences.board, input.next_view)) +
       section(
           "Coverage",
           each_device(result, [&](int d) { return coverage(result, correspondences, d, input.next_view); })) +
+      section("Quality checks", gate_table(result.rig.quality)) +
+      section("Warnings and notes", diagnostic_list(result.diagnostics)) +
+      section("Numbers", numbers(result, input)) + section("Views", view_table(result)) +
+      section("Lens models", lens_alternatives(result)) +
+      section("Residuals", each_device(result, [&](int d) { return residual_scatter(result, d); })) +
       section("The board's shape", board_shape(result, correspondences.board)) +
-      section("Rig in space", rig_in_space(result, correspondences.board, input.next_view)) +
-      section("Residuals in the picture", quivers) +
+      section("Residuals in the image", quivers) +
       section("Where this comes from", provenance_section(result.rig.provenance));
   return page(input.title, body + element("script", "", kReportScript) + "\n");
 }

@@ -10,19 +10,9 @@ namespace {
 
 constexpr double kBarsWidth = 560, kRowHeight = 24, kNames = 190, kNumbers = 190;
 
-std::string predicted_on_wall(const calibrate::LensAlternative& alternative, double wall,
-                              const std::string& device) {
-  const Rig& rig = alternative.rig;
-  if (rig.projectors.empty() || rig.covariance.empty()) return "-";
-  const bool its_own = std::any_of(rig.projectors.begin(), rig.projectors.end(),
-                                   [&](const RigProjector& p) { return p.name == device; });
-  return significant(predicted_light_error(rig, wall, its_own ? device : rig.projectors.front().name).rms_mm,
-                     3);
-}
-
 }  // namespace
 
-std::string lens_alternatives(const calibrate::CalibrationResult& result, double wall) {
+std::string lens_alternatives(const calibrate::CalibrationResult& result) {
   std::string pictures;
   for (std::size_t d = 0; d < result.devices.size(); ++d) {
     const std::string& name = result.devices[d].name;
@@ -38,10 +28,9 @@ std::string lens_alternatives(const calibrate::CalibrationResult& result, double
     for (const auto* one : rows)
       if (std::isfinite(one->error())) longest = std::max(longest, std::min(one->error(), 3 * usual));
     const double unit = (kBarsWidth - kNames - kNumbers) / std::max(longest, 1e-12);
-    std::string content =
-        label(Vec2(0, 14), "class=\"tick\"", "lens model") +
-        label(Vec2(kNames, 14), "class=\"tick\"", "error on views left out") +
-        label(Vec2(kBarsWidth, 14), "class=\"tick\" text-anchor=\"end\"", "px, and mm on the wall");
+    std::string content = label(Vec2(0, 14), "class=\"tick\"", "lens model") +
+                          label(Vec2(kNames, 14), "class=\"tick\"", "error on held-out views") +
+                          label(Vec2(kBarsWidth, 14), "class=\"tick\" text-anchor=\"end\"", "px");
     double y = 22;
     for (const auto* one : rows) {
       const bool known = std::isfinite(one->error());
@@ -54,22 +43,17 @@ std::string lens_alternatives(const calibrate::CalibrationResult& result, double
                          element("title", "", escaped(one->model)));
       content += label(Vec2(0, y + 16), std::string("class=\"tick") + (one->chosen ? " accent\"" : "\""),
                        one->model + (one->chosen ? " \u2713" : ""));
-      content += label(Vec2(kBarsWidth, y + 16), "class=\"tick\" text-anchor=\"end\"",
-                       known ? pixels(one->holdout_px) + (one->error() > longest ? " (cut), " : ", ") +
-                                   predicted_on_wall(*one, wall, name)
-                             : one->ruled_out);
+      content +=
+          label(Vec2(kBarsWidth, y + 16), "class=\"tick\" text-anchor=\"end\"",
+                known ? pixels(one->holdout_px) + (one->error() > longest ? " (cut)" : "") : one->ruled_out);
       y += kRowHeight;
     }
     pictures +=
         figure(svg(box(Vec2::Zero(), Vec2(kBarsWidth, y + 4)), "Lens models of " + name, content),
                element("b", "", escaped(name)) +
-                   ": bars: RMS error on views left out, all devices, relative to the usual model's; "
-                   "beside them the "
-                   "device's own in pixels, and the RMS error of the light by noise alone, on a wall at " +
-                   fixed(wall, 2) +
-                   "\u00a0m (a model that lacks a term does not know what it misses). The usual "
-                   "model stays unless one "
-                   "with more terms is better by 5 % and by more than chance.");
+                   ": bars: RMS error on held-out views, all devices, relative to the usual model's; beside "
+                   "them the device's own in pixels. The usual model stays unless one with more terms is "
+                   "better by 5 % and by more than chance.");
   }
   if (pictures.empty()) return "";
   return element("div", "class=\"pair\"", "\n" + pictures) + "\n";

@@ -26,9 +26,8 @@ std::string residual_quivers(const calibrate::CalibrationResult& result, int dev
 /// it. Nothing for a board that was taken as printed.
 std::string board_shape(const calibrate::CalibrationResult& result, const Board& board);
 
-/// The lens models that were tried, as bars of their error on views left out, with what each would have meant
-/// on a wall at that distance. Nothing when none were.
-std::string lens_alternatives(const calibrate::CalibrationResult& result, double wall);
+/// The lens models that were tried, as bars of their error on held-out views. Nothing when none were.
+std::string lens_alternatives(const calibrate::CalibrationResult& result);
 
 /// The rig and the boards in space, projected along a fixed direction; the page's script turns it. `next` is
 /// where the board should come next.

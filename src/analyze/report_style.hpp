@@ -21,7 +21,7 @@ p { margin: 4px 0 12px; max-width: 95ch; }
 .hint, figcaption { color: var(--soft); font-size: 13px; }
 .scroll + .hint { margin-top: 8px; }
 .verdict { border-left: 6px solid var(--good); background: var(--card); padding: 14px 18px; }
-.verdict.failed { border-color: var(--bad); }
+.verdict.failed { border-color: var(--bad); } .verdict.imprecise { border-color: var(--warn); }
 .verdict p { margin: 0; font-size: 17px; max-width: none; }
 .verdict ul { margin: 8px 0 0; padding-left: 20px; }
 .pass { color: var(--good); } .fail { color: var(--bad); font-weight: 600; } .warning { color: var(--warn); }

@@ -55,14 +55,14 @@ double at_or_nan(const std::vector<double>& values, std::size_t index) {
 }
 
 struct Count {
-  int used = 0, left_out = 0;
+  int used = 0, rejected = 0;
 };
 
 /// Observations of a device, of one view or (negative) of all.
 Count count_of(const CalibrationResult& result, std::size_t device, int view = -1) {
   Count count;
   for (const Residual& r : result.residuals)
-    if (r.device == int(device) && (view < 0 || r.view == view)) ++(r.used ? count.used : count.left_out);
+    if (r.device == int(device) && (view < 0 || r.view == view)) ++(r.used ? count.used : count.rejected);
   return count;
 }
 
@@ -70,9 +70,21 @@ std::string plural(std::size_t n, const std::string& noun) {
   return std::to_string(n) + " " + noun + (n == 1 ? "" : "s");
 }
 
+/// " Predicted error: 29 mm RMS at 2 m, surface located externally (accepted: 5 mm)."
+std::string predicted_in_words(const Rig& rig, const ReportInput& input) {
+  std::string words;
+  for (const LightErrors& errors : input.predicted) {
+    const LightError& error = errors.of(input.accepted.located);
+    words += " Predicted error" + (rig.projectors.size() > 1 ? " of " + escaped(error.projector) : "") +
+             ": " + element("b", "", in_words(error)) + " (accepted: " + shortest(input.accepted.rms_mm) +
+             " mm).";
+  }
+  return words;
+}
+
 }  // namespace
 
-std::string verdict(const CalibrationResult& result) {
+std::string verdict(const CalibrationResult& result, const ReportInput& input) {
   std::string problems;
   std::size_t failed = 0;
   for (const Gate& gate : result.rig.quality.gates)
@@ -90,24 +102,32 @@ std::string verdict(const CalibrationResult& result) {
                         "allow more iterations.") +
                 "\n";
   const std::size_t gates = result.rig.quality.gates.size();
-  if (problems.empty()) {
-    const std::string words =
-        gates == 0 ? "The solve converged; no gates were checked."
-                   : "All " + plural(gates, "gate") + " hold, and the solve converged: the rig may be used.";
-    return element("section", "class=\"verdict\"",
-                   element("p", "", element("strong", "class=\"pass\"", "Passed.") + " " + words)) +
+  const auto box = [](const std::string& frame, const std::string& color, const std::string& word,
+                      const std::string& words, const std::string& list) {
+    return element("section", "class=\"verdict" + frame + "\"",
+                   element("p", "", element("strong", "class=\"" + color + "\"", word) + " " + words) +
+                       (list.empty() ? "" : "\n" + element("ul", "", "\n" + list))) +
            "\n";
-  }
+  };
+  const std::string headline = predicted_in_words(result.rig, input);
+  if (problems.empty())
+    return box("", "pass", "Passed.",
+               (gates == 0 ? "The solve converged; no quality checks were made."
+                           : "All " + plural(gates, "quality check") + " passed, and the solve converged.") +
+                   headline,
+               "");
+  const bool other_failures = std::any_of(
+      result.diagnostics.items.begin(), result.diagnostics.items.end(),
+      [](const Diagnostic& d) { return d.severity == Severity::kFailure && d.code != "gate_failed"; });
+  if (result.converged && !other_failures && only_predicted_error_failed(result.rig.quality))
+    return box(" imprecise", "warning", "Usable, but imprecise.",
+               "The other " + plural(gates - failed, "quality check") + " passed." + headline + " " +
+                   (input.next_view ? "Add the view below." : "Add views."),
+               "");
   std::string words = "The solve did not end well.";
-  if (failed > 0)
-    words = std::to_string(failed) + " of " + plural(gates, "gate") + (failed == 1 ? " does" : " do") +
-            " not hold.";
-  return element("section", "class=\"verdict failed\"",
-                 element("p", "",
-                         element("strong", "class=\"fail\"", "Failed.") + " " + words +
-                             " Do not rely on this rig before this is settled:") +
-                     "\n" + element("ul", "", "\n" + problems)) +
-         "\n";
+  if (failed > 0) words = std::to_string(failed) + " of " + plural(gates, "quality check") + " failed.";
+  return box(" failed", "fail", "Failed.",
+             words + " Do not rely on this rig before this is fixed:", problems);
 }
 
 std::string key_figures(const CalibrationResult& result, const ReportInput& input) {
@@ -115,24 +135,32 @@ std::string key_figures(const CalibrationResult& result, const ReportInput& inpu
   const auto tile = [&](const std::string& figure, const std::string& words) {
     out += element("div", "", element("b", "", figure) + element("span", "", escaped(words))) + "\n";
   };
+  const auto of = [&](const LightError& error) {
+    return result.rig.projectors.size() > 1 ? " of " + error.projector : std::string();
+  };
+  const auto error_tiles = [&](const std::string& kind, const LightErrors& errors) {
+    const auto add = [&](const LightError& error) {
+      tile(significant(error.rms_mm, 2) + " mm",
+           kind + " error" + of(error) + " at " + shortest(error.distance) +
+               "\u00a0m (RMS), surface located " + to_string(error.located));
+    };
+    const LightError& selected = errors.of(input.accepted.located);
+    add(selected);
+    if (selected.located == SurfaceLocated::kByCamera)
+      add(errors.externally);
+    else if (errors.by_camera)
+      add(*errors.by_camera);
+  };
+  for (const LightErrors& errors : input.predicted) error_tiles("predicted", errors);
+  for (const LightErrors& errors : input.truth) error_tiles("true", errors);
   tile(std::to_string(result.rig.quality.views_used) + " of " + std::to_string(result.views.size()),
        "views used");
   tile(pixels(result.joint_rms_px) + " px", "RMS over all devices");
   if (!result.holdout_px.empty()) {
     const auto worst = std::max_element(result.holdout_px.begin(), result.holdout_px.end());
     const std::size_t device = std::size_t(worst - result.holdout_px.begin());
-    tile(pixels(*worst) + " px", "on views held out, " + result.devices[device].name + " (the worst)");
+    tile(pixels(*worst) + " px", "error on held-out views, " + result.devices[device].name + " (the worst)");
   }
-  const auto of = [&](const LightError& error) {
-    return result.rig.projectors.size() > 1 ? " of " + error.projector : std::string();
-  };
-  for (const LightError& error : input.predicted)
-    tile(significant(error.rms_mm, 3) + " mm", "RMS error of the light" + of(error) +
-                                                   " predicted on a wall at " + fixed(error.distance, 2) +
-                                                   "\u00a0m");
-  for (const LightError& error : input.truth)
-    tile(significant(error.rms_mm, 3) + " mm",
-         "true RMS error of the light" + of(error) + " on a wall at " + fixed(error.distance, 2) + "\u00a0m");
   return element("div", "class=\"key\"", "\n" + out) + "\n";
 }
 
@@ -143,13 +171,13 @@ class NumberRows {
  public:
   explicit NumberRows(const NamedCovariance& covariance) : covariance_(covariance) {}
 
-  /// Sigma of a named parameter; zero when it was held.
+  /// Sigma of a named parameter; zero when it was fixed.
   double sigma(const std::string& name) const { return covariance_.sigma(name); }
 
   /// A value without digits beyond its sigma's second.
   void add(const std::string& name, double value, double sigma, int decimals, const std::string& unit) {
     const int shown = decimals_for(sigma, decimals);
-    std::string spread = "held";
+    std::string spread = "fixed";
     if (covariance_.empty() || !std::isfinite(sigma))
       spread = "-";
     else if (sigma > 0)
@@ -244,8 +272,8 @@ std::string device_numbers(const CalibrationResult& result, const Device& device
   if (device.name == first) return out;  // it carries the rig's frame
   NumberRows of_pose(rig.covariance);
   add_pose(of_pose, rig.covariance, device.name, pose, first);
-  return out + block("Place of " + device.name, "In the frame of " + first + " (x right, y down, z forward)",
-                     of_pose);
+  return out + block("Position of " + device.name,
+                     "In the frame of " + first + " (x right, y down, z forward)", of_pose);
 }
 
 std::string residual_numbers(const CalibrationResult& result) {
@@ -254,21 +282,21 @@ std::string residual_numbers(const CalibrationResult& result) {
   for (std::size_t d = 0; d < result.devices.size(); ++d) {
     const Count count = count_of(result, d);
     all.used += count.used;
-    all.left_out += count.left_out;
+    all.rejected += count.rejected;
     const bool noisy = d < result.noise.size();
     rows +=
         row(cell(escaped(result.devices[d].name)) + number_cell(std::to_string(count.used)) +
-            number_cell(std::to_string(count.left_out)) + number_cell(pixels(at_or_nan(result.rms_px, d))) +
+            number_cell(std::to_string(count.rejected)) + number_cell(pixels(at_or_nan(result.rms_px, d))) +
             number_cell(pixels(at_or_nan(result.holdout_px, d))) +
             number_cell(noisy ? significant(result.noise[d].scale, 3) : "-") +
             number_cell(noisy ? pixels(result.noise[d].floor_px) : "-"));
   }
   rows += row(cell(element("b", "", "all")) + number_cell(std::to_string(all.used)) +
-              number_cell(std::to_string(all.left_out)) + number_cell(pixels(result.joint_rms_px)) +
+              number_cell(std::to_string(all.rejected)) + number_cell(pixels(result.joint_rms_px)) +
               number_cell("-") + number_cell("-") + number_cell("-"));
   return table({{"device", false},
                 {"points used", true},
-                {"left out", true},
+                {"rejected", true},
                 {"RMS, px", true},
                 {"held-out, px", true},
                 {"noise scale", true},
@@ -276,62 +304,84 @@ std::string residual_numbers(const CalibrationResult& result) {
                rows) +
          hint(
              "RMS: root of the mean squared length of the residuals used. Held-out: the same on each view, "
-             "predicted by a solve without it. Noise scale: what the residuals say of the detector's own "
-             "sigmas (1: right); noise floor: what comes on top, from the board, the lens model, the "
-             "light. " +
+             "predicted by a solve without it. Noise scale: observed over stated corner noise (1: as "
+             "stated). "
+             "Noise floor: additional error from board, lens model and light. " +
              plural(std::size_t(std::max(result.iterations, 0)), "iteration") + ".");
 }
 
 std::string wall_errors(const ReportInput& input) {
   std::string rows;
   std::set<std::string> projectors;
-  for (const LightError& error : input.predicted) projectors.insert(error.projector);
-  const auto add = [&](const std::string& kind, const LightError& error, bool mean) {
-    const std::string whose = projectors.size() > 1 ? ", " + escaped(error.projector) : "";
-    rows += row(cell(kind + whose) + number_cell(fixed(error.distance, 2)) +
-                number_cell(mean ? significant(error.mean_mm, 3) : "-") +
-                number_cell(significant(error.rms_mm, 3)) + number_cell(significant(error.worst_mm, 3)));
+  for (const LightErrors& errors : input.predicted) projectors.insert(errors.externally.projector);
+  const auto add = [&](const std::string& kind, const LightErrors& errors, bool mean) {
+    const auto add_row = [&](const LightError& error) {
+      const std::string whose = projectors.size() > 1 ? ", " + escaped(error.projector) : "";
+      const bool by_camera = error.located == SurfaceLocated::kByCamera;
+      rows +=
+          row(cell(kind + whose) + cell(to_string(error.located)) + number_cell(fixed(error.distance, 2)) +
+              number_cell(by_camera ? fixed(100 * error.share, 0) : "-") +
+              number_cell(significant(error.rms_mm, 2)) +
+              number_cell(mean ? significant(error.mean_mm, 2) : "-") +
+              number_cell(significant(error.worst_mm, 2)));
+    };
+    add_row(errors.externally);
+    if (errors.by_camera) add_row(*errors.by_camera);
   };
-  for (const LightError& error : input.predicted) add("predicted", error, false);
-  for (const LightError& error : input.truth) add("true", error, true);
+  for (const LightErrors& errors : input.predicted) add("predicted", errors, false);
+  for (const LightErrors& errors : input.truth) add("true", errors, true);
   if (rows.empty()) return "";
-  return element("h3", "", "Light on a wall") + "\n" +
+  return element("h3", "", "Error on a wall") + "\n" +
          table({{"error", false},
+                {"surface located", false},
                 {"wall at, m", true},
-                {"mean, mm", true},
+                {"seen by camera, %", true},
                 {"RMS, mm", true},
-                {"worst, mm", true}},
+                {"mean, mm", true},
+                {"max, mm", true}},
                rows) +
          hint(
-             "How far from its place light lands on a wall across the projector's axis, over a grid that "
-             "spans the picture. Predicted: one sigma, from the covariance of lens and pose" +
-             std::string(!input.truth.empty() ? "; true: against the rig that is known to be right." : "."));
+             "Distance between projected and intended point on a wall across the projector's axis, over a "
+             "grid that spans the frame. Located externally: the wall is known in the rig's frame, e.g. from "
+             "a "
+             "map and a localiser. Located by camera: the rig's camera measures the wall's pose from points "
+             "of known geometry (markers, a board); errors shared by camera and projector cancel, and only "
+             "what the camera sees counts. Detection noise and errors of map or localiser are not included. "
+             "Predicted: one sigma, from the covariance of the rig" +
+             std::string(!input.truth.empty() ? "; true: against the true rig." : "."));
 }
 
 std::string gate_table(const RigQuality& quality) {
-  if (quality.gates.empty()) return hint("No gates were checked.");
-  std::string rows;
+  if (quality.gates.empty()) return hint("No quality checks were made.");
+  std::string failed, passed;
   for (const Gate& gate : quality.gates)
-    rows += row(element("td", gate.passed ? "class=\"pass\"" : "class=\"fail\"",
-                        gate.passed ? "✓ passed" : "✗ failed") +
-                cell(escaped(gate.name)) + cell(escaped(gate.detail)));
-  return table({{"", false}, {"gate", false}, {"measured", false}}, rows);
+    (gate.passed ? passed : failed) += row(element("td", gate.passed ? "class=\"pass\"" : "class=\"fail\"",
+                                                   gate.passed ? "✓ passed" : "✗ failed") +
+                                           cell(escaped(gate.name)) + cell(escaped(gate.detail)));
+  return table({{"", false}, {"quality check", false}, {"measured", false}}, failed + passed);
 }
 
 std::string diagnostic_list(const Diagnostics& diagnostics) {
-  if (diagnostics.items.empty()) return hint("None.");
-  std::vector<Diagnostic> items = diagnostics.items;
-  std::stable_sort(items.begin(), items.end(), [](const Diagnostic& a, const Diagnostic& b) {
-    return int(a.severity) > int(b.severity);
-  });
   const char* classes[] = {"note", "warning", "fail"};
   const char* words[] = {"note", "warning", "failure"};
-  std::string rows;
-  for (const Diagnostic& d : items)
-    rows +=
-        row(element("td", std::string("class=\"") + classes[int(d.severity)] + "\"", words[int(d.severity)]) +
+  std::string by_severity[3];
+  std::size_t notes = 0;
+  for (const Diagnostic& d : diagnostics.items) {
+    if (d.code == "gate_failed") continue;  // in the table of quality checks
+    const auto severity = std::size_t(d.severity);
+    notes += d.severity == Severity::kNote;
+    by_severity[severity] +=
+        row(element("td", std::string("class=\"") + classes[severity] + "\"", words[severity]) +
             cell(escaped(d.message)) + element("td", "class=\"mono\"", escaped(d.code)));
-  return table({{"", false}, {"message", false}, {"code", false}}, rows);
+  }
+  const std::vector<Column> columns = {{"", false}, {"message", false}, {"code", false}};
+  const std::string urgent = by_severity[2] + by_severity[1];
+  std::string out = urgent.empty() ? hint("No warnings.") : table(columns, urgent);
+  if (notes > 0)
+    out += element("details", "",
+                   element("summary", "", plural(notes, "note")) + "\n" + table(columns, by_severity[0])) +
+           "\n";
+  return out;
 }
 
 std::string view_table(const CalibrationResult& result) {
@@ -355,23 +405,30 @@ std::string view_table(const CalibrationResult& result) {
     for (std::size_t d = 0; d < result.devices.size(); ++d) {
       const Count count = count_of(result, d, int(v));
       cells += number_cell(std::to_string(count.used) +
-                           (count.left_out > 0 ? " (" + std::to_string(count.left_out) + " out)" : ""));
+                           (count.rejected > 0 ? " (" + std::to_string(count.rejected) + " rejected)" : ""));
       cells += number_cell(count.used > 0 ? pixels(at_or_nan(view.rms_px, d)) : "-");
       if (held_out) cells += number_cell(pixels(at_or_nan(view.holdout_px, d)));
     }
     cells += number_cell(view.used ? fixed(100 * view.share, 1) : "-");
     rows += row(cells + cell(escaped(verdicts[v])) + cell(escaped(view.note)));
   }
-  return table(columns, rows) + hint("Share: how much of what all views tell of the devices this one tells.");
+  return table(columns, rows) + hint("Share: fraction of the total information contributed by this view.");
 }
 
-std::string next_view(const std::optional<NextView>& next) {
+std::string next_view(const std::optional<NextView>& next, SurfaceLocated located) {
   if (!next) return "";
+  const LightError &now = next->now.of(located), &then = next->then.of(located);
+  std::string words = "predicted error at " + shortest(now.distance) + "\u00a0m, surface located " +
+                      to_string(now.located) + ": " + significant(now.rms_mm, 2) + " → " +
+                      significant(then.rms_mm, 2) + "\u00a0mm RMS";
+  if (next->now.by_camera && next->then.by_camera) {
+    const bool by_camera = now.located == SurfaceLocated::kByCamera;
+    words += std::string(" (located ") + (by_camera ? "externally" : "by camera") + ": " +
+             significant((by_camera ? next->now.externally : *next->now.by_camera).rms_mm, 2) + " → " +
+             significant((by_camera ? next->then.externally : *next->then.by_camera).rms_mm, 2) + ")";
+  }
   return element("p", "",
-                 element("b", "", "Add next") + ": the board " + escaped(next->words) +
-                     ". The light on a wall at " + fixed(next->now.distance, 2) +
-                     "\u00a0m is then predicted to land within " + significant(next->then.rms_mm, 3) +
-                     "\u00a0mm RMS, instead of " + significant(next->now.rms_mm, 3) + "\u00a0mm.") +
+                 element("b", "", "Add next") + ": the board " + escaped(next->words) + "; " + words + ".") +
          "\n";
 }
 

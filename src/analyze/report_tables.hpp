@@ -7,7 +7,7 @@
 namespace procam::analyze {
 
 /// Did it pass, and if not: which gate, why, and what to do.
-std::string verdict(const calibrate::CalibrationResult& result);
+std::string verdict(const calibrate::CalibrationResult& result, const ReportInput& input);
 
 /// The four or five figures that most readers come for.
 std::string key_figures(const calibrate::CalibrationResult& result, const ReportInput& input);
@@ -18,15 +18,16 @@ std::string device_numbers(const calibrate::CalibrationResult& result, const Dev
 /// RMS, held-out error and noise by device.
 std::string residual_numbers(const calibrate::CalibrationResult& result);
 
-/// Millimetres on a wall; empty when the input has none.
+/// Millimetres on a wall, surface located externally and by camera; empty when the input has none.
 std::string wall_errors(const ReportInput& input);
 
 std::string gate_table(const RigQuality& quality);
+/// Failures (but of quality checks, which have their own table) and warnings, then the notes, folded.
 std::string diagnostic_list(const Diagnostics& diagnostics);
 std::string view_table(const calibrate::CalibrationResult& result);
 
 /// What to capture next, and what it would bring; empty when nothing is known to help.
-std::string next_view(const std::optional<NextView>& next);
+std::string next_view(const std::optional<NextView>& next, SurfaceLocated located);
 std::string provenance_section(const Provenance& provenance);
 
 }  // namespace procam::analyze

@@ -55,9 +55,9 @@ TEST_P(NextViewOfRigs, ShrinksTheErrorAsSaidAndMoreThanOneAtRandom) {
     const calibrate::CalibrationResult result = solved(world, which.at_corners);
     const auto next = advise_next_view(result, kWall);
     ASSERT_TRUE(next.has_value());
-    EXPECT_LT(next->then.rms_mm, next->now.rms_mm);
+    EXPECT_LT(next->then.externally.rms_mm, next->now.externally.rms_mm);
     const double captured = captured_mm(world, next->rig_from_board, which.at_corners);
-    ratios.push_back(captured / next->then.rms_mm);
+    ratios.push_back(captured / next->then.externally.rms_mm);
     sum += ratios.back();
     std::vector<double> at_random;
     for (const Pose& pose : NumericWorld::make(5, 2900 + seed).camera_from_board)
@@ -155,7 +155,7 @@ TEST(NextView, SaysWhereItIs) {
     EXPECT_NE(next->words.find(metres), std::string::npos) << next->words;
     const auto pixel = world.projector.pixel_lighting(world.projector_from_camera * at);
     ASSERT_TRUE(pixel.has_value());
-    const auto says = [&](const char* word) { return next->words.find(word) < next->words.find("picture"); };
+    const auto says = [&](const char* word) { return next->words.find(word) < next->words.find("frame"); };
     EXPECT_EQ(says("left"), pixel->x() < 1024 * 0.4) << next->words;
     EXPECT_EQ(says("right"), pixel->x() > 1024 * 0.6) << next->words;
     EXPECT_EQ(says("upper"), pixel->y() < 768 * 0.4) << next->words;

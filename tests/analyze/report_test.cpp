@@ -36,11 +36,11 @@ Session session_of(int views, bool holdout) {
   options.holdout = holdout;
   session.result = calibrate::calibrate_rig(session.data, options);
   session.input.title = "wall & floor";
-  session.input.predicted = {predicted_light_error(session.result.rig, 2.0)};
+  session.input.predicted = {predicted_light_errors(session.result.rig, 2.0)};
   Rig truth;
   truth.cameras.push_back({"camera", world.camera, Pose()});
   truth.projectors.push_back({"projector", world.projector, world.projector_from_camera.inverse()});
-  session.input.truth = {true_light_error(session.result.rig, truth, 2.0)};
+  session.input.truth = {true_light_errors(session.result.rig, truth, 2.0)};
   session.result.rig.provenance = {
       "calibrate-projector", "0.1.0", "2024-05-06T07:08:09Z", {{"step", "4"}}, {{"a/<1>.png", "00ff"}}};
   return session;
@@ -110,7 +110,7 @@ TEST(Report, OpensWithTheVerdict) {
   ASSERT_TRUE(good_session().result.rig.quality.passed());
   EXPECT_TRUE(holds(page, "Passed.</strong> All " +
                               std::to_string(good_session().result.rig.quality.gates.size()) +
-                              " gates hold"));
+                              " quality checks passed"));
   EXPECT_LT(page.find("Passed."), page.find("<table"));
   EXPECT_FALSE(holds(page, "class=\"verdict failed\""));
 }
@@ -121,10 +121,55 @@ TEST(Report, OfAFailedGateSaysWhyAndWhatToDo) {
   session.result.rig.quality.gates[3].detail = "fx/fy 1.3 > 1.04: switch <keystone> off";
   const std::string page = page_of(session);
   EXPECT_TRUE(holds(page, "Failed.</strong> 1 of " + std::to_string(session.result.rig.quality.gates.size()) +
-                              " gates does not hold."));
+                              " quality checks failed."));
   EXPECT_TRUE(holds(page, "<b>" + session.result.rig.quality.gates[3].name +
                               "</b>: fx/fy 1.3 &gt; 1.04: switch &lt;keystone&gt; off</li>"));
   EXPECT_FALSE(holds(page, "Passed."));
+}
+
+/// The rig's numbers are sound, the error is too large: amber, with the way out.
+TEST(Report, OfAnImpreciseRigSaysThatItIsUsableAndNamesTheNextView) {
+  Session session = good_session();
+  session.input.accepted.rms_mm = 0.01;
+  session.result.rig.quality.gates.push_back(
+      predicted_error_check(session.result.rig, session.input.predicted.front(), session.input.accepted));
+  session.input.next_view =
+      NextView{Pose(), 0.9, "0.90 m away", session.input.predicted.front(), session.input.predicted.front()};
+  const std::string page = page_of(session);
+  EXPECT_TRUE(holds(page, "Usable, but imprecise.</strong>"));
+  EXPECT_TRUE(holds(page, "(accepted: 0.01 mm). Add the view below."));
+  EXPECT_TRUE(holds(page, "class=\"verdict imprecise\""));
+  EXPECT_FALSE(holds(page, "Passed."));
+  EXPECT_FALSE(holds(page, "Failed."));
+  session.result.rig.quality.gates[3].passed = false;  // now its numbers are suspect
+  EXPECT_TRUE(holds(page_of(session), "Failed.</strong> 2 of"));
+}
+
+/// Both kinds are there; the first figure of the page is the one that was selected.
+TEST(Report, LeadsWithTheErrorThatWasSelected) {
+  Session session = good_session();
+  const auto first_figure = [](const std::string& page) {
+    const std::size_t key = page.find("class=\"key\""), from = page.find("<span>", key) + 6;
+    return page.substr(from, page.find("</span>", from) - from);
+  };
+  EXPECT_EQ(first_figure(page_of(session)), "predicted error at 2\u00a0m (RMS), surface located externally");
+  session.input.accepted.located = SurfaceLocated::kByCamera;
+  EXPECT_EQ(first_figure(page_of(session)), "predicted error at 2\u00a0m (RMS), surface located by camera");
+}
+
+/// Thirty notes do not push the figures down: they come after, folded, every one of them.
+TEST(Report, FoldsNotes) {
+  Session session = good_session();
+  for (int i = 0; i < 30; ++i)
+    session.result.diagnostics.note("row_range", "decoded row codes 2.." + std::to_string(700 + i));
+  session.result.diagnostics.warn("saturated", "too bright");
+  const std::string page = page_of(session);
+  const std::size_t figure = page.find("<figure"), warning = page.find("too bright"),
+                    folded = page.find("<details>"), note = page.find("decoded row codes 2..700");
+  EXPECT_LT(figure, warning);
+  EXPECT_LT(warning, folded);
+  EXPECT_LT(folded, note);
+  EXPECT_LT(page.find("decoded row codes 2..729"), page.find("</details>", folded));
 }
 
 TEST(Report, OfASolveThatDidNotConvergeFails) {
@@ -158,7 +203,7 @@ TEST(Report, HasEveryNumberWithItsSigma) {
     }
   }
   EXPECT_EQ(rows, 16);  // fx fy cx cy k1 k2 p1 p2 of both: skew and k3 are held
-  EXPECT_TRUE(holds(page, "<tr><td>skew</td><td class=\"n\">0.00</td><td class=\"n\">held</td>"));
+  EXPECT_TRUE(holds(page, "<tr><td>skew</td><td class=\"n\">0.00</td><td class=\"n\">fixed</td>"));
 
   const Projector& projector = rig.projector().projector;
   const double sigma_throw = rig.covariance.sigma("projector.fx") / 1024,
@@ -168,14 +213,16 @@ TEST(Report, HasEveryNumberWithItsSigma) {
   EXPECT_TRUE(holds(
       page, row_of("lens shift down", 100 * projector.lens_shift().y(), sigma_shift, decimals(sigma_shift))));
   const auto px = [](double value) { return with_decimals(value, 3); };
-  const auto mm = [](double value) { return with_decimals(value, 2 - int(std::floor(std::log10(value)))); };
+  const auto mm = [](double value) { return with_decimals(value, 1 - int(std::floor(std::log10(value)))); };
   for (std::size_t d = 0; d < 2; ++d) {
     EXPECT_TRUE(holds(page, "<td class=\"n\">" + px(session.result.rms_px[d]) + "</td><td class=\"n\">" +
                                 px(session.result.holdout_px[d]) + "</td>"));
   }
   EXPECT_TRUE(holds(page, "<b>" + px(session.result.joint_rms_px) + " px</b>"));
-  EXPECT_TRUE(holds(page, "<b>" + mm(session.input.predicted[0].rms_mm) + " mm</b>"));
-  EXPECT_TRUE(holds(page, "<b>" + mm(session.input.truth.front().rms_mm) + " mm</b>"));
+  for (const LightErrors& errors : {session.input.predicted[0], session.input.truth[0]}) {
+    EXPECT_TRUE(holds(page, "<b>" + mm(errors.externally.rms_mm) + " mm</b>"));
+    EXPECT_TRUE(holds(page, "<b>" + mm(errors.by_camera.value().rms_mm) + " mm</b>"));
+  }
 }
 
 /// The page's sigmas of the rotation vector and the origin are the spread of rigs drawn from the covariance,
@@ -249,7 +296,7 @@ TEST(Report, KeepsOutliersVisible) {
   const std::string page = page_of(good_session());
   EXPECT_TRUE(holds(page, "<title>view_2, point 7: "));
   EXPECT_TRUE(holds(page, "<title>view_3, point 20: "));
-  EXPECT_TRUE(holds(page, "53 (1 out)"));
+  EXPECT_TRUE(holds(page, "53 (1 rejected)"));
 }
 
 TEST(Report, DrawsEveryUsedBoardOnce) {
@@ -272,7 +319,7 @@ TEST(Report, PrintsADashForWhatIsNotANumber) {
   session.result.residuals[6].pixel.y() = inf;
   session.result.rig.covariance.matrix.setConstant(nan);
   session.result.rig.projectors[0].projector.inverse_camera.intrinsics.cx = nan;
-  session.input.predicted = {{2.0, 0, nan, nan}};
+  session.input.predicted = {{{2.0, 0, nan, nan}, std::nullopt}};
   const std::string page = page_of(session);
   EXPECT_FALSE(prints_nan(page));
   EXPECT_TRUE(holds(page, "<b>- px</b>"));

@@ -154,6 +154,47 @@ TEST(Cli, FailedGatesEndWith5AndStandInTheSummary) {
   EXPECT_TRUE(contains(run.out, "\"severity\": \"failure\"")) << run.out;
 }
 
+/// As of thirty views: a line a kind with the medians; the view that differs is named; warnings stay whole.
+TEST(Cli, SummarisesNotesOfOneKindAndNamesTheOddOnes) {
+  const ToolRun run = run_with({"--json"}, [](Console& console) {
+    Diagnostics diagnostics;
+    for (int i = 0; i < 10; ++i) {
+      const std::string subject = "view 'pose " + std::to_string(i) + "', projector: ";
+      diagnostics.note("share", subject + std::to_string(i == 7 ? 3.5 : 41.5 + 0.25 * i).substr(0, 4) +
+                                    " % of the pixels decoded");
+      diagnostics.note("range", subject + "decoded rows " + std::to_string(2 + i % 2) + "..763 of 0..767");
+      diagnostics.warn("dark", subject + "too dark by " + std::to_string(i));
+    }
+    diagnostics.note("lens", "camera: k3 helps");
+    diagnostics.note("lens", "projector: k3 helps");
+    diagnostics.note("rows", "two rows");
+    console.report(diagnostics);
+    return ExitCode::kOk;
+  });
+  EXPECT_EQ(
+      run.err.rfind("note: 10 views: 42.5 % of the pixels decoded (medians); far from them: view 'pose 7', "
+                    "projector: 3.50 % of the pixels decoded\n"
+                    "note: 10 views: decoded rows 3..763 of 0..767 (medians)\n"
+                    "warning: view 'pose 0', projector: too dark by 0\n",
+                    0),
+      0u)
+      << run.err;
+  EXPECT_TRUE(
+      contains(run.err, "too dark by 9\nnote: camera: k3 helps\nnote: projector: k3 helps\nnote: two rows\n"))
+      << run.err;
+  // The summary holds every one.
+  EXPECT_TRUE(contains(run.out, "'pose 4', projector: 42.5 % of")) << run.out;
+  EXPECT_TRUE(contains(run.out, "'pose 8', projector: decoded rows 2..763")) << run.out;
+}
+
+TEST(Cli, TwoDigits) {
+  EXPECT_EQ(two_digits(0.00623), "0.0062");
+  EXPECT_EQ(two_digits(0.38956), "0.39");
+  EXPECT_EQ(two_digits(1.57), "1.6");
+  EXPECT_EQ(two_digits(29.31), "29");
+  EXPECT_EQ(two_digits(1234.5), "1234");
+}
+
 TEST(Summary, WritesNullForWhatIsNotFinite) {
   Summary summary;
   summary.set("/sigma", std::numeric_limits<double>::quiet_NaN());

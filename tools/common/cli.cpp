@@ -4,6 +4,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cmath>
 #include <csignal>
 #include <cstdarg>
 #include <cstdio>
@@ -11,6 +12,8 @@
 #include <exception>
 #include <iostream>
 #include <nlohmann/json.hpp>
+
+#include "common/note_groups.hpp"
 
 namespace procam::tools {
 namespace {
@@ -193,8 +196,7 @@ void Console::log(const std::string& line) {
 }
 
 void Console::report(const Diagnostics& diagnostics) {
-  for (const Diagnostic& item : diagnostics.items)
-    log(std::string(to_string(item.severity)) + ": " + item.message);
+  for (const std::string& line : lines_for_people(diagnostics)) log(line);
   summary_.add(diagnostics);
 }
 
@@ -220,6 +222,12 @@ std::string format(const char* pattern, ...) {
   std::vsnprintf(text, sizeof text, pattern, arguments);
   va_end(arguments);
   return text;
+}
+
+std::string two_digits(double value) {
+  const double size = std::abs(value);
+  if (!(size >= 1e-4 && size < 1e6)) return format("%.2g", value);
+  return format("%.*f", std::max(1 - int(std::floor(std::log10(size))), 0), value);
 }
 
 CLI::Option* add_parsed(CLI::App& app, const std::string& flag,

@@ -86,7 +86,7 @@ class Console {
   void say(const std::string& line);
   /// One line on stderr.
   void log(const std::string& line);
-  /// Logs every remark and puts it into the summary.
+  /// Logs the remarks, notes of one kind in one line (note_groups.hpp), and puts every one into the summary.
   void report(const Diagnostics& diagnostics);
   /// "step 3/5" on one line that overwrites itself; silent when stderr is no terminal. This is where Ctrl-C
   /// takes hold (it throws, so that temporary files are removed); call it between the steps of long work.
@@ -105,6 +105,9 @@ class Console {
 
 /// printf into a string, for the numbers of a line to say(); cut after 511 characters.
 std::string format(const char* pattern, ...) __attribute__((format(printf, 1, 2)));
+
+/// A number with two significant digits, without an exponent where it is of ordinary size: "0.0062", "120".
+std::string two_digits(double value);
 
 /// A flag whose text `parse` understands ("25mm", "1024x768"). A procam::Error from `parse` becomes a usage
 /// error that names the flag. Returns the option, for ->required() and friends.

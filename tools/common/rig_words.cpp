@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/note_groups.hpp"
 #include "procam/core/se3.hpp"
 
 namespace procam::tools {
@@ -40,30 +41,85 @@ void say_lens(Console& console, const std::string& device, const Camera& lens,
   console.say(line + " px");
 }
 
+void say_remarks(Console& console, const Diagnostics& diagnostics) {
+  Diagnostics rest;
+  for (const Diagnostic& item : diagnostics.items)
+    if (item.code != "gate_failed") rest.items.push_back(item);
+  for (const std::string& line : lines_for_people(rest)) console.log(line);
+  console.summary().add(diagnostics);
+}
+
 void say_gates(Console& console, const std::vector<Gate>& gates) {
   int failed = 0;
   for (const Gate& gate : gates) {
     if (gate.passed) continue;
     ++failed;
-    console.say("gate FAILED  " + gate.name + ": " + gate.detail);
+    console.say("check FAILED " + gate.name + ": " + gate.detail);
   }
-  console.say(failed == 0
-                  ? format("gates      all %zu passed", gates.size())
-                  : format("gates      %d of %zu failed: do not trust this rig", failed, gates.size()));
+  console.say(failed == 0 ? format("checks     all %zu quality checks passed", gates.size())
+                          : format("checks     %d of %zu quality checks failed", failed, gates.size()));
   console.summary().set("/gates/failed", failed);
   console.summary().set("/gates/total", int(gates.size()));
 }
 
-void say_predicted_light(Console& console, const Rig& rig,
-                         const std::vector<analyze::LightError>& predicted) {
+std::vector<analyze::LightErrors> predicted_errors(const Rig& rig, double wall) {
+  std::vector<analyze::LightErrors> errors;
+  for (const RigProjector& projector : rig.projectors) {
+    if (!rig.covariance.index_of(projector.name + ".fx")) return {};
+    errors.push_back(analyze::predicted_light_errors(rig, wall, projector.name));
+  }
+  return errors;
+}
+
+void check_predicted_errors(const Rig& rig, const std::vector<analyze::LightErrors>& predicted,
+                            const analyze::AcceptedError& accepted, std::vector<Gate>& gates,
+                            Diagnostics& diagnostics) {
+  for (const analyze::LightErrors& errors : predicted) {
+    gates.push_back(analyze::predicted_error_check(rig, errors, accepted));
+    if (!gates.back().passed) diagnostics.fail("gate_failed", gates.back().name + ": " + gates.back().detail);
+  }
+}
+
+void say_result(Console& console, const Rig& rig, const RigQuality& quality,
+                const std::vector<analyze::LightErrors>& predicted, const analyze::AcceptedError& accepted,
+                bool next_view) {
+  const bool imprecise = analyze::only_predicted_error_failed(quality);
+  const char* const verdict = quality.passed() ? "passed" : imprecise ? "usable, but" : "do not use";
+  console.summary().set("/result", quality.passed() ? "passed" : imprecise ? "imprecise" : "failed");
+  if (predicted.empty()) {
+    console.say(format("result     %s; the rig states no uncertainty, so no error is predicted", verdict));
+    return;
+  }
   for (std::size_t i = 0; i < predicted.size(); ++i) {
     const RigProjector& device = rig.projectors[i];
-    console.say(format(
-        "wall       at %g m the light %sis predicted to land within %.3f mm rms (worst corner %.3f mm)",
-        predicted[i].distance, said_of(rig, device).c_str(), predicted[i].rms_mm, predicted[i].worst_mm));
-    console.summary().set("/wall/distance_m", predicted[i].distance);
-    console.summary().set(of_projector(rig, "/wall", device, "/rms_mm"), predicted[i].rms_mm);
-    console.summary().set(of_projector(rig, "/wall", device, "/worst_mm"), predicted[i].worst_mm);
+    const analyze::LightErrors& errors = predicted[i];
+    const analyze::LightError& selected = errors.of(accepted.located);
+    std::string line = i == 0 ? format("result     %s%s ", verdict, imprecise ? "" : ":") : "           ";
+    line += said_of(rig, device) + "predicted error " + analyze::in_words(selected) +
+            format(" (accepted: %g mm)", accepted.rms_mm);
+    if (i + 1 == predicted.size() && imprecise) line += next_view ? ": add the view below" : ": add views";
+    console.say(line);
+    const analyze::LightError* other = &errors.externally;
+    if (selected.located == analyze::SurfaceLocated::kExternally)
+      other = errors.by_camera ? &*errors.by_camera : nullptr;
+    if (other != nullptr) console.say("           " + analyze::in_words(*other));
+    if (errors.by_camera && errors.by_camera->share < 1)
+      console.say(format("           (the part of the frame that %s sees there: %.0f %%)",
+                         errors.by_camera->camera.c_str(), 100 * errors.by_camera->share));
+    if (!errors.by_camera && !rig.cameras.empty())
+      console.say("           no camera of the rig sees the frame there, so none can locate the surface");
+    Summary& summary = console.summary();
+    const auto field = [&](const char* name) { return of_projector(rig, "/wall", device, name); };
+    summary.set("/wall/distance_m", selected.distance);
+    summary.set("/wall/accepted_mm", accepted.rms_mm);
+    summary.set("/wall/surface_located", analyze::to_string(accepted.located));
+    summary.set(field("/rms_mm"), errors.externally.rms_mm);
+    summary.set(field("/worst_mm"), errors.externally.worst_mm);
+    if (!errors.by_camera) continue;
+    summary.set(field("/by_camera/rms_mm"), errors.by_camera->rms_mm);
+    summary.set(field("/by_camera/worst_mm"), errors.by_camera->worst_mm);
+    summary.set(field("/by_camera/camera"), errors.by_camera->camera);
+    summary.set(field("/by_camera/share"), errors.by_camera->share);
   }
 }
 
@@ -95,13 +151,17 @@ void say_truth(Console& console, const Rig& rig, const Rig& truth, double wall) 
   }
   for (const RigProjector& projector : rig.projectors) {
     const std::string name = rig.projectors.size() > 1 ? projector.name : "";
-    const analyze::LightError error = analyze::true_light_error(rig, truth, wall, name);
-    console.say(
-        format("truth      light %son a wall at %g m is off by %.3f mm on average (rms %.3f, worst %.3f)",
-               said_of(rig, projector).c_str(), wall, error.mean_mm, error.rms_mm, error.worst_mm));
-    console.summary().set(of_projector(rig, "/truth", projector, "/mean_mm"), error.mean_mm);
-    console.summary().set(of_projector(rig, "/truth", projector, "/rms_mm"), error.rms_mm);
-    console.summary().set(of_projector(rig, "/truth", projector, "/worst_mm"), error.worst_mm);
+    const analyze::LightErrors errors = analyze::true_light_errors(rig, truth, wall, name);
+    const auto say = [&](const analyze::LightError& error, const std::string& group) {
+      console.say(format("truth      %serror %s (mean %s, max %s mm)", said_of(rig, projector).c_str(),
+                         analyze::in_words(error).c_str(), two_digits(error.mean_mm).c_str(),
+                         two_digits(error.worst_mm).c_str()));
+      console.summary().set(of_projector(rig, "/truth", projector, group + "/mean_mm"), error.mean_mm);
+      console.summary().set(of_projector(rig, "/truth", projector, group + "/rms_mm"), error.rms_mm);
+      console.summary().set(of_projector(rig, "/truth", projector, group + "/worst_mm"), error.worst_mm);
+    };
+    say(errors.externally, "");
+    if (errors.by_camera) say(*errors.by_camera, "/by_camera");
   }
   console.say(format("truth      %d of %d parameters inside 3 sigma", inside, total));
   console.summary().set("/truth/parameters_inside_3_sigma", inside);

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "common/cli.hpp"
-#include "procam/analyze/light_error.hpp"
+#include "procam/analyze/accept.hpp"
 #include "procam/core/rig.hpp"
 
 namespace procam::tools {
@@ -17,10 +17,21 @@ std::string said_of(const Rig& rig, const RigProjector& projector);
 
 void say_lens(Console& console, const std::string& device, const Camera& lens,
               const NamedCovariance& covariance);
+/// Logs all remarks but failed checks, which say_gates() lists; the summary gets every one.
+void say_remarks(Console& console, const Diagnostics& diagnostics);
 void say_gates(Console& console, const std::vector<Gate>& gates);
-/// How far the light is predicted to be off on the wall, of every projector in the rig's order.
-void say_predicted_light(Console& console, const Rig& rig, const std::vector<analyze::LightError>& predicted);
-/// The true light of every projector against the estimated, and how many parameters lie inside three sigmas.
+/// The predicted errors of every projector, in the rig's order; none where the rig has no covariance of one.
+std::vector<analyze::LightErrors> predicted_errors(const Rig& rig, double wall);
+/// Adds the check on the predicted error of each projector to `gates`; a failed one to `diagnostics` too.
+void check_predicted_errors(const Rig& rig, const std::vector<analyze::LightErrors>& predicted,
+                            const analyze::AcceptedError& accepted, std::vector<Gate>& gates,
+                            Diagnostics& diagnostics);
+/// The headline: may the rig be used, and its predicted error of the kind that was selected; below it the
+/// other kind. `next` points to the view that was advised, where there is one.
+void say_result(Console& console, const Rig& rig, const RigQuality& quality,
+                const std::vector<analyze::LightErrors>& predicted, const analyze::AcceptedError& accepted,
+                bool next_view);
+/// The true errors of every projector, and how many parameters lie inside three sigmas.
 void say_truth(Console& console, const Rig& rig, const Rig& truth, double wall);
 
 }  // namespace procam::tools

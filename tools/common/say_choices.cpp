@@ -13,16 +13,15 @@ void say_lens_models(Console& console, const calibrate::CalibrationResult& resul
     const std::string& device = result.devices[std::size_t(one.device)].name;
     const int row = rows[one.device]++;
     if (row == 0)
-      console.say(
-          format("%-31s terms   left out, px    wall, mm (by noise alone)", (device + "'s lens").c_str()));
+      console.say(format("%-31s terms   error on held-out views, px", (device + "'s lens").c_str()));
     const bool known = !one.by_view.empty();
     double mm = 0;  // of the projector that it serves worst
     if (known)
       for (const RigProjector& projector : one.rig.projectors)
         mm = std::max(mm, analyze::predicted_light_error(one.rig, wall, projector.name).rms_mm);
-    const std::string note = one.chosen ? "taken" : one.ruled_out;
+    const std::string note = one.chosen ? "selected" : one.ruled_out;
     console.say(format("  %-29s %5d", one.model.c_str(), one.terms) +
-                (known ? format("%15.3f %10.3f   ", one.holdout_px, mm) : format("%29s", "")) + note);
+                (known ? format("%13.3f   ", one.holdout_px) : format("%16s", "")) + note);
     const std::string at = "/lens_models/" + device + "/" + std::to_string(row) + "/";
     console.summary().set(at + "model", one.model);
     console.summary().set(at + "terms", one.terms);
@@ -37,7 +36,7 @@ void say_lens_models(Console& console, const calibrate::CalibrationResult& resul
 }
 
 void say_views(Console& console, const calibrate::CalibrationResult& result,
-               const std::optional<analyze::NextView>& next) {
+               const std::optional<analyze::NextView>& next, analyze::SurfaceLocated located) {
   const std::vector<std::string> verdicts = analyze::view_verdicts(result);
   for (std::size_t v = 0; v < verdicts.size(); ++v) {
     if (verdicts[v] != "fine")
@@ -48,10 +47,17 @@ void say_views(Console& console, const calibrate::CalibrationResult& result,
     console.summary().set(at + "verdict", verdicts[v]);
   }
   if (!next) return;
-  console.say(format("add next   the board %s: predicted error %.3f -> %.3f mm", next->words.c_str(),
-                     next->now.rms_mm, next->then.rms_mm));
+  const analyze::LightError &now = next->now.of(located), &then = next->then.of(located);
+  console.say(format("add next   the board %s: predicted error %s -> %s mm (surface located %s)",
+                     next->words.c_str(), two_digits(now.rms_mm).c_str(), two_digits(then.rms_mm).c_str(),
+                     analyze::to_string(then.located)));
   console.summary().set("/next_view/words", next->words);
-  console.summary().set("/next_view/rms_mm", next->then.rms_mm);
+  console.summary().set("/next_view/surface_located", analyze::to_string(then.located));
+  console.summary().set("/next_view/rms_mm", then.rms_mm);
+  if (next->then.by_camera) {
+    console.summary().set("/next_view/externally_rms_mm", next->then.externally.rms_mm);
+    console.summary().set("/next_view/by_camera_rms_mm", next->then.by_camera->rms_mm);
+  }
 }
 
 }  // namespace procam::tools

@@ -11,8 +11,8 @@ namespace procam::tools {
 /// The lens models that were tried, device by device.
 void say_lens_models(Console& console, const calibrate::CalibrationResult& result, double wall);
 
-/// What is wrong with each view that is not fine, and which to add.
+/// What is wrong with each view that is not fine, and which to add; `located` is the error it reduces.
 void say_views(Console& console, const calibrate::CalibrationResult& result,
-               const std::optional<analyze::NextView>& next);
+               const std::optional<analyze::NextView>& next, analyze::SurfaceLocated located);
 
 }  // namespace procam::tools

@@ -2,14 +2,15 @@
 /// The report of a calibration: one HTML page for the person who must decide whether to use the rig.
 ///
 /// The page is complete in itself: no file, font, script or address outside it, so it works from a stick,
-/// prints, and can be mailed. It opens with the verdict and what to do, then the numbers with their sigmas,
-/// then pictures (inline SVG) in which wrong views, wrong lenses and thin coverage show. Everything is
+/// prints, and can be mailed. It opens with the verdict, the predicted error and what to do, then the checks,
+/// the views, figures (inline SVG) in which wrong views, wrong lenses and thin coverage show, and the
+/// parameters with their sigmas. Notes are folded at the end. Everything is
 /// readable without script; script only turns the picture of the rig.
 #include <string>
 #include <vector>
 
+#include "procam/analyze/accept.hpp"
 #include "procam/analyze/advice.hpp"
-#include "procam/analyze/light_error.hpp"
 #include "procam/calibrate/result.hpp"
 
 namespace procam::analyze {
@@ -17,9 +18,10 @@ namespace procam::analyze {
 /// What a report may hold beyond the calibration itself.
 struct ReportInput {
   std::string title = "Projector calibration";
-  std::vector<LightError> predicted;  ///< from the covariance, one a distance and projector
-  std::optional<NextView> next_view;  ///< drawn and said
-  std::vector<LightError> truth;      ///< where the true rig is known (a simulated session)
+  std::vector<LightErrors> predicted;  ///< from the covariance, one a distance and projector
+  AcceptedError accepted;              ///< the kind of error that leads the page, and its limit
+  std::optional<NextView> next_view;   ///< drawn and described
+  std::vector<LightErrors> truth;      ///< where the true rig is known (a simulated session)
 };
 
 /// The page as UTF-8 text. The same input gives the same text, byte by byte, in every locale; a number that

@@ -1,0 +1,30 @@
+#pragma once
+/// The quality check on the predicted error itself. The other checks (calibrate/gates.hpp) ask whether the
+/// numbers of a rig are possible; this one asks whether they are known well enough for the user's surface.
+/// It stands here because the error needs light_error.hpp, which knows walls and is no part of calibration.
+#include <string>
+
+#include "procam/analyze/light_error.hpp"
+
+namespace procam::analyze {
+
+/// The largest predicted error that the user accepts.
+struct AcceptedError {
+  /// RMS, millimetres. Markers, localisers and hand-measured maps place a surface to some 5 to 10 mm: below
+  /// 5 mm the calibration is not the largest error.
+  double rms_mm = 5;
+  /// Externally is the larger of the two errors in nearly all rigs, so it is the safe one to check.
+  SurfaceLocated located = SurfaceLocated::kExternally;
+};
+
+/// Whether the rig's predicted error (RMS) is accepted. Both errors are in its detail. Named "predicted
+/// error", after the projector where the rig has several.
+Gate predicted_error_check(const Rig& rig, const LightErrors& predicted, const AcceptedError& accepted);
+
+/// Does the rig fail for its predicted error alone? Then its numbers are sound, and more views make it good.
+bool only_predicted_error_failed(const RigQuality& quality);
+
+/// "29 mm RMS at 2 m, surface located externally"
+std::string in_words(const LightError& error);
+
+}  // namespace procam::analyze

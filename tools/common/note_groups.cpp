@@ -1,0 +1,127 @@
+#include "common/note_groups.hpp"
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <cstdlib>
+#include <set>
+#include <sstream>
+#include <utility>
+
+namespace procam::tools {
+namespace {
+
+constexpr std::size_t kMinGroup = 3, kMaxNamed = 3;
+constexpr double kFarDeviations = 5, kFarShare = 0.1;
+
+/// A text taken apart: the words around its numbers, and these.
+struct Template {
+  std::string subject;             ///< "view 'a', projector: "; may be empty
+  std::vector<std::string> words;  ///< one more than numbers
+  std::vector<double> numbers;
+
+  bool same_kind(const Template& other) const { return words == other.words; }
+};
+
+Template taken_apart(const std::string& message) {
+  Template text;
+  std::size_t at = 0;
+  if (message.rfind("view ", 0) == 0 && message.find(": ") != std::string::npos) at = message.find(": ") + 2;
+  text.subject = message.substr(0, at);
+  text.words.emplace_back();
+  const auto digit = [&](std::size_t i) { return i < message.size() && std::isdigit(message[i]) != 0; };
+  while (at < message.size()) {
+    if (!digit(at)) {
+      text.words.back() += message[at++];
+      continue;
+    }
+    std::size_t end = at;
+    while (digit(end) || (message[end] == '.' && digit(end + 1))) ++end;
+    text.numbers.push_back(std::strtod(message.substr(at, end - at).c_str(), nullptr));
+    text.words.emplace_back();
+    at = end;
+  }
+  return text;
+}
+
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + long(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+std::string line(const Diagnostic& item) {
+  return std::string(to_string(item.severity)) + ": " + item.message;
+}
+
+std::string group_line(const std::vector<const Diagnostic*>& group, const std::vector<Template>& texts) {
+  const std::size_t numbers = texts.front().numbers.size();
+  std::vector<double> middles;
+  double largest = 0;
+  for (std::size_t n = 0; n < numbers; ++n) {
+    std::vector<double> values;
+    for (const Template& text : texts) values.push_back(text.numbers[n]);
+    middles.push_back(median(values));
+    largest = std::max(largest, middles.back());
+  }
+  std::set<std::size_t> far;
+  bool alike = true;
+  for (std::size_t n = 0; n < numbers; ++n) {
+    std::vector<double> deviations;
+    for (const Template& text : texts) deviations.push_back(std::abs(text.numbers[n] - middles[n]));
+    const double limit = std::max(kFarDeviations * median(deviations), kFarShare * largest);
+    for (std::size_t i = 0; i < deviations.size(); ++i) {
+      alike = alike && deviations[i] == 0;
+      if (deviations[i] > limit) far.insert(i);
+    }
+  }
+  std::ostringstream out;
+  out << "note: " << group.size() << (texts.front().subject.empty() ? " times: " : " views: ");
+  for (std::size_t n = 0; n <= numbers; ++n) {
+    out << texts.front().words[n];
+    if (n < numbers) out << middles[n];
+  }
+  if (!alike) out << " (medians)";
+  std::size_t named = 0;
+  for (const std::size_t i : far) {
+    if (named == kMaxNamed) {
+      out << "; and " << far.size() - named << " more";
+      break;
+    }
+    out << (named++ == 0 ? "; far from them: " : "; ") << group[i]->message;
+  }
+  return out.str();
+}
+
+}  // namespace
+
+std::vector<std::string> lines_for_people(const Diagnostics& diagnostics) {
+  const std::vector<Diagnostic>& items = diagnostics.items;
+  std::vector<Template> texts;
+  for (const Diagnostic& item : items) texts.push_back(taken_apart(item.message));
+  std::vector<std::string> lines;
+  std::vector<char> done(items.size(), 0);
+  for (std::size_t i = 0; i < items.size(); ++i) {
+    if (done[i]) continue;
+    std::vector<std::size_t> members{i};
+    for (std::size_t j = i + 1; items[i].severity == Severity::kNote && j < items.size(); ++j)
+      if (items[j].severity == Severity::kNote && items[j].code == items[i].code &&
+          texts[j].same_kind(texts[i]))
+        members.push_back(j);
+    if (members.size() < kMinGroup) {
+      lines.push_back(line(items[i]));
+      continue;
+    }
+    std::vector<const Diagnostic*> group;
+    std::vector<Template> of_group;
+    for (const std::size_t member : members) {
+      done[member] = 1;
+      group.push_back(&items[member]);
+      of_group.push_back(texts[member]);
+    }
+    lines.push_back(group_line(group, of_group));
+  }
+  return lines;
+}
+
+}  // namespace procam::tools

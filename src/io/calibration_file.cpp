@@ -14,7 +14,7 @@ namespace {
 
 using Names = std::vector<const char*>;
 
-constexpr const char* kNext =
+constexpr const char* kNextCalibration =
     "give K (or camera_matrix), D (or distortion_coefficients) and the image's size; docs/exchange.md lists "
     "the formats";
 
@@ -45,10 +45,10 @@ Numbers numbers_of(const Value& value) {
   if (const auto data = find(value, {"data"}); data && is_group(value)) {
     const auto side = [&](const Names& names) {
       const auto found = find(value, names);
-      if (!found) value.fail("its number of " + std::string(names.front()) + " is missing", kNext);
+      if (!found) value.fail("its number of " + std::string(names.front()) + " is missing", kNextCalibration);
       const double number = found->number();
       if (number != std::floor(number) || number < 1 || number > double(kMaxNumbers))
-        found->fail("it is no number of rows or columns", kNext);
+        found->fail("it is no number of rows or columns", kNextCalibration);
       return std::size_t(number);
     };
     out.rows = side({"rows"});
@@ -57,7 +57,7 @@ Numbers numbers_of(const Value& value) {
     if (out.values.size() != out.rows * out.columns)
       data->fail("it has " + std::to_string(out.values.size()) + " numbers where its rows and columns make " +
                      std::to_string(out.rows * out.columns),
-                 kNext);
+                 kNextCalibration);
     return out;
   }
   const bool of_rows = value.node->kind == Node::Kind::kList && !value.node->children.empty() &&
@@ -68,11 +68,13 @@ Numbers numbers_of(const Value& value) {
   }
   for (const Value& row : value.items("row")) {
     const std::vector<double> numbers = row.numbers();
-    if (out.rows > 0 && numbers.size() != out.columns) row.fail("its rows have different lengths", kNext);
+    if (out.rows > 0 && numbers.size() != out.columns)
+      row.fail("its rows have different lengths", kNextCalibration);
     out.columns = numbers.size();
     ++out.rows;
     out.values.insert(out.values.end(), numbers.begin(), numbers.end());
-    if (out.values.size() > kMaxNumbers) value.fail("it is too large for a calibration's matrix", kNext);
+    if (out.values.size() > kMaxNumbers)
+      value.fail("it is too large for a calibration's matrix", kNextCalibration);
   }
   return out;
 }
@@ -86,7 +88,7 @@ MatX matrix_of(const Value& value, std::size_t rows, std::size_t columns) {
         "it is not " + wanted + " numbers" +
             (found.rows > 0 ? " but " + std::to_string(found.rows) + "x" + std::to_string(found.columns)
                             : " but " + std::to_string(found.values.size())),
-        kNext);
+        kNextCalibration);
   MatX out{Eigen::Index(rows), Eigen::Index(columns)};
   for (std::size_t i = 0; i < found.values.size(); ++i)
     out(Eigen::Index(i / columns), Eigen::Index(i % columns)) = found.values[i];
@@ -101,17 +103,17 @@ Intrinsics intrinsics_of(const Value& value) {
   } else {
     const Mat3 matrix = matrix_of(value, 3, 3);
     if (matrix(1, 0) != 0 || matrix(2, 0) != 0 || matrix(2, 1) != 0 || matrix(2, 2) != 1)
-      value.fail("it is not [fx skew cx; 0 fy cy; 0 0 1]", kNext);
+      value.fail("it is not [fx skew cx; 0 fy cy; 0 0 1]", kNextCalibration);
     k = Intrinsics::from_matrix(matrix);
   }
-  if (!(k.fx > 0 && k.fy > 0)) value.fail("its focal lengths are not positive", kNext);
+  if (!(k.fx > 0 && k.fy > 0)) value.fail("its focal lengths are not positive", kNextCalibration);
   return k;
 }
 
 /// A whole number of pixels.
 int side_of(const Value& value, double number) {
   if (number != std::floor(number) || number < 1 || number > (1 << 20))
-    value.fail("it is not a whole number of pixels from 1 to 1048576", kNext);
+    value.fail("it is not a whole number of pixels from 1 to 1048576", kNextCalibration);
   return int(number);
 }
 
@@ -121,13 +123,13 @@ std::optional<ImageSize> size_of(const Value& camera) {
   if (width && height) return ImageSize{side_of(*width, width->number()), side_of(*height, height->number())};
   if (const auto size = find(camera, {"image_size", "imageSize", "size", "resolution"})) {
     const std::vector<double> sides = numbers_of(*size).values;
-    if (sides.size() != 2) size->fail("it is not a width and a height", kNext);
+    if (sides.size() != 2) size->fail("it is not a width and a height", kNextCalibration);
     return ImageSize{side_of(*size, sides[0]), side_of(*size, sides[1])};
   }
   if (const auto shape = find(camera, {"img_shape"})) {  // as numpy counts: rows, columns (, channels)
     const std::vector<double> sides = numbers_of(*shape).values;
     if (sides.size() != 2 && sides.size() != 3)
-      shape->fail("it is not the rows and columns of an image", kNext);
+      shape->fail("it is not the rows and columns of an image", kNextCalibration);
     return ImageSize{side_of(*shape, sides[1]), side_of(*shape, sides[0])};
   }
   return std::nullopt;
@@ -183,7 +185,8 @@ Distortion distortion_of(const std::optional<Value>& coefficients, const std::op
   if (fisheye) {
     if (found.size() != 4)
       (coefficients ? *coefficients : *model)
-          .fail("an equidistant lens has 4 coefficients, not " + std::to_string(found.size()), kNext);
+          .fail("an equidistant lens has 4 coefficients, not " + std::to_string(found.size()),
+                kNextCalibration);
     return with_coefficients(FisheyeDistortion{}, found);
   }
   if (found.size() > most) {
@@ -196,7 +199,8 @@ Distortion distortion_of(const std::optional<Value>& coefficients, const std::op
   if (std::all_of(found.begin(), found.end(), is_zero)) return NoDistortion{};
   if (found.size() < 4 && found.size() != 2)
     coefficients->fail(
-        "it has " + std::to_string(found.size()) + " coefficients where k1 k2 p1 p2 are the least", kNext);
+        "it has " + std::to_string(found.size()) + " coefficients where k1 k2 p1 p2 are the least",
+        kNextCalibration);
   found.resize(8, 0.0);
   if (std::all_of(found.begin() + 5, found.end(), is_zero))
     return with_coefficients(BrownConrady{}, {found.begin(), found.begin() + 5});
@@ -225,13 +229,13 @@ Camera camera_of(const Value& value, const std::optional<ImageSize>& given, cons
   } else {
     const auto number = [&](const char* name) {
       const auto found = find(value, {name});
-      if (!found) value.fail(std::string("the field '") + name + "' is missing", kNext);
+      if (!found) value.fail(std::string("the field '") + name + "' is missing", kNextCalibration);
       return found->number();
     };
     const auto skew = find(value, {"skew"});
     camera.intrinsics = {number("fx"), number("fy"), number("cx"), number("cy"), skew ? skew->number() : 0};
     if (!(camera.intrinsics.fx > 0 && camera.intrinsics.fy > 0))
-      value.fail("its focal lengths are not positive", kNext);
+      value.fail("its focal lengths are not positive", kNextCalibration);
   }
   camera.size = required_size(size_of(value), given, value, device);
   const auto fisheye = find(value, {"fisheye_model"});
@@ -246,7 +250,7 @@ Pose pose_of(const Value& rotation, const Value& translation, double metres_per_
   if ((r * r.transpose() - Mat3::Identity()).norm() > 1e-6 || r.determinant() < 0)
     rotation.fail("it is not a rotation", "give R as stereoCalibrate returns it: x_2 = R x_1 + T");
   const std::vector<double> t = numbers_of(translation).values;
-  if (t.size() != 3) translation.fail("it does not have 3 numbers", kNext);
+  if (t.size() != 3) translation.fail("it does not have 3 numbers", kNextCalibration);
   return Pose(r, metres_per_unit * Vec3(t[0], t[1], t[2]));
 }
 
@@ -303,7 +307,7 @@ const std::vector<PairNames>& pair_names() {
   return names;
 }
 
-Value require_member(const Value& object, const Names& names, const char* next = kNext) {
+Value require_member(const Value& object, const Names& names, const char* next = kNextCalibration) {
   const auto found = find(object, names);
   if (!found) object.fail(std::string("the field '") + names.front() + "' is missing", next);
   return *found;
@@ -387,7 +391,7 @@ Rig load_calibration(const std::filesystem::path& path, const CalibrationContext
   const std::string bytes = read_file(path, kLargestDocument), file = path.string();
   const Node document = parse_any(bytes, file);
   const Value root{&document, &file, ""};
-  if (!is_group(root)) root.fail("it is no calibration", kNext);
+  if (!is_group(root)) root.fail("it is no calibration", kNextCalibration);
   const auto format = find(root, {"format"});
   if (format && document.kind == Node::Kind::kObject) return load_rig(path);
 
@@ -420,7 +424,7 @@ Rig load_calibration(const std::filesystem::path& path, const CalibrationContext
     std::string names;
     for (const Value& member : root.members())
       if (names.size() < 100) names += (names.empty() ? "" : ", ") + member.node->name.substr(0, 30);
-    root.fail("no calibration is recognised among its fields (" + names + ")", kNext);
+    root.fail("no calibration is recognised among its fields (" + names + ")", kNextCalibration);
   }
   if (rig.provenance.tool.empty()) rig.provenance.tool = "another program";
   rig.provenance.inputs = {{file, sha256(bytes)}};

@@ -19,10 +19,11 @@ constexpr std::string_view kMagic("\x93NUMPY", 6);
 constexpr std::size_t kMaxHeader = 65536;
 constexpr std::size_t kMaxValues = std::size_t(1) << 27;  // a gigabyte of doubles
 constexpr double kMaxExact = 9007199254740992.0;          // 2^53: above it integers are no doubles
-constexpr const char* kNext = "write it with numpy.save() from a float64 array in C order";
+constexpr const char* kNextNpy = "write it with numpy.save() from a float64 array in C order";
 
-[[noreturn]] void fail(const std::string& file, const std::string& why, ErrorKind kind = ErrorKind::kInput) {
-  throw Error(kind, file, why, kNext);
+[[noreturn]] void fail_npy(const std::string& file, const std::string& why,
+                           ErrorKind kind = ErrorKind::kInput) {
+  throw Error(kind, file, why, kNextNpy);
 }
 
 /// One number's type: '<f8' and the like.
@@ -33,7 +34,7 @@ struct NumberType {
 
 NumberType number_type(const std::string& text, const std::string& file) {
   const auto unsupported = [&](const std::string& why) {
-    fail(file, "its numbers have the type '" + text.substr(0, 16) + "': " + why, ErrorKind::kUnsupported);
+    fail_npy(file, "its numbers have the type '" + text.substr(0, 16) + "': " + why, ErrorKind::kUnsupported);
   };
   if (text.size() < 3) unsupported("that is none of bool, integer and float");
   const char order = text[0];
@@ -92,15 +93,15 @@ class Header {
       else if (key == "shape")
         read_shape();
       else
-        fail(file_, "its header has an unknown field '" + key.substr(0, 32) + "'");
+        fail_npy(file_, "its header has an unknown field '" + key.substr(0, 32) + "'");
       if (!accept(',')) {
         expect('}');
         break;
       }
     }
-    if (fields.empty() || !has_shape_) fail(file_, "its header states no type or no shape");
+    if (fields.empty() || !has_shape_) fail_npy(file_, "its header states no type or no shape");
     if (fortran_order_ && shape.size() > 1)
-      fail(file_, "it is stored in Fortran order; procam reads C order", ErrorKind::kUnsupported);
+      fail_npy(file_, "it is stored in Fortran order; procam reads C order", ErrorKind::kUnsupported);
   }
 
   std::vector<Field> fields;
@@ -123,15 +124,15 @@ class Header {
   }
   void expect(char wanted) {
     if (!accept(wanted))
-      fail(file_, std::string("its header is damaged: '") + wanted + "' is expected at byte " +
-                      std::to_string(at_) + " of it");
+      fail_npy(file_, std::string("its header is damaged: '") + wanted + "' is expected at byte " +
+                          std::to_string(at_) + " of it");
   }
   std::string quoted() {
     skip_blanks();
     const char quote = at_ < text_.size() ? text_[at_] : '\0';
-    if (quote != '\'' && quote != '"') fail(file_, "its header is damaged: a text in quotes is expected");
+    if (quote != '\'' && quote != '"') fail_npy(file_, "its header is damaged: a text in quotes is expected");
     const std::size_t end = text_.find(quote, at_ + 1);
-    if (end == std::string_view::npos) fail(file_, "its header is damaged: a text does not end");
+    if (end == std::string_view::npos) fail_npy(file_, "its header is damaged: a text does not end");
     std::string out(text_.substr(at_ + 1, end - at_ - 1));
     at_ = end + 1;
     return out;
@@ -156,10 +157,10 @@ class Header {
       field.type = number_type(quoted(), file_);
       accept(',');
       if (!accept(')'))
-        fail(file_, "its field '" + field.name.substr(0, 32) + "' holds arrays", ErrorKind::kUnsupported);
-      if (field.name.empty() || fields.size() >= 64) fail(file_, "its header has fields without a name");
+        fail_npy(file_, "its field '" + field.name.substr(0, 32) + "' holds arrays", ErrorKind::kUnsupported);
+      if (field.name.empty() || fields.size() >= 64) fail_npy(file_, "its header has fields without a name");
       for (const Field& other : fields)
-        if (other.name == field.name) fail(file_, "two of its fields are called '" + field.name + "'");
+        if (other.name == field.name) fail_npy(file_, "two of its fields are called '" + field.name + "'");
       fields.push_back(field);
       if (!accept(',')) {
         expect(']');
@@ -176,9 +177,9 @@ class Header {
       std::size_t side = 0;
       const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), side);
       if (digits.empty() || error != std::errc() || end != digits.data() + digits.size())
-        fail(file_, "its shape is no list of whole numbers");
+        fail_npy(file_, "its shape is no list of whole numbers");
       shape.push_back(side);
-      if (shape.size() > 3) fail(file_, "it has more than three dimensions", ErrorKind::kUnsupported);
+      if (shape.size() > 3) fail_npy(file_, "it has more than three dimensions", ErrorKind::kUnsupported);
       if (!accept(',')) {
         expect(')');
         break;
@@ -196,16 +197,16 @@ std::size_t little_endian(std::string_view bytes) {
 }  // namespace
 
 NpyArray parse_npy(std::string_view bytes, const std::string& name) {
-  if (bytes.substr(0, kMagic.size()) != kMagic || bytes.size() < 10) fail(name, "it is no .npy file");
+  if (bytes.substr(0, kMagic.size()) != kMagic || bytes.size() < 10) fail_npy(name, "it is no .npy file");
   const int version = static_cast<unsigned char>(bytes[6]);
   if (version < 1 || version > 3)
-    fail(name, "its format version is " + std::to_string(version) + "; 1 to 3 are read",
-         ErrorKind::kUnsupported);
+    fail_npy(name, "its format version is " + std::to_string(version) + "; 1 to 3 are read",
+             ErrorKind::kUnsupported);
   const std::size_t length_bytes = version == 1 ? 2 : 4, begin = 8 + length_bytes;
-  if (bytes.size() < begin) fail(name, "it is cut short");
+  if (bytes.size() < begin) fail_npy(name, "it is cut short");
   const std::size_t length = little_endian(bytes.substr(8, length_bytes));
-  if (length > kMaxHeader) fail(name, "its header claims " + std::to_string(length) + " bytes");
-  if (bytes.size() - begin < length) fail(name, "it is cut short in its header");
+  if (length > kMaxHeader) fail_npy(name, "its header claims " + std::to_string(length) + " bytes");
+  if (bytes.size() - begin < length) fail_npy(name, "it is cut short in its header");
   const Header header(bytes.substr(begin, length), name);
 
   NpyArray array;
@@ -213,19 +214,19 @@ NpyArray parse_npy(std::string_view bytes, const std::string& name) {
   std::size_t count = 1, record = 0;
   for (const std::size_t side : header.shape) {
     if (side > kMaxValues || (side > 0 && count > kMaxValues / side))
-      fail(name, "it claims more than " + std::to_string(kMaxValues) + " values");
+      fail_npy(name, "it claims more than " + std::to_string(kMaxValues) + " values");
     count *= side;
   }
   for (const Field& field : header.fields) record += field.type.bytes;
   if (count * header.fields.size() > kMaxValues)
-    fail(name, "it claims more than " + std::to_string(kMaxValues) + " values");
+    fail_npy(name, "it claims more than " + std::to_string(kMaxValues) + " values");
   const std::string_view data = bytes.substr(begin + length);
   if (data.size() != count * record)
-    fail(name, "it holds " + std::to_string(data.size()) + " bytes of numbers where its header states " +
-                   std::to_string(count * record));
+    fail_npy(name, "it holds " + std::to_string(data.size()) + " bytes of numbers where its header states " +
+                       std::to_string(count * record));
   if (!header.fields.front().name.empty()) {
     if (header.shape.size() != 1)
-      fail(name, "its records are no list (one dimension)", ErrorKind::kUnsupported);
+      fail_npy(name, "its records are no list (one dimension)", ErrorKind::kUnsupported);
     for (const Field& field : header.fields) array.columns.push_back(field.name);
     array.shape = {count, header.fields.size()};
   }
@@ -235,7 +236,7 @@ NpyArray parse_npy(std::string_view bytes, const std::string& name) {
     for (const Field& field : header.fields) {
       const double value = number_at(at, field.type);
       if (field.type.kind != 'f' && std::abs(value) > kMaxExact)
-        fail(name, "value " + std::to_string(i) + " is an integer beyond 2^53");
+        fail_npy(name, "value " + std::to_string(i) + " is an integer beyond 2^53");
       array.values.push_back(value);
       at += field.type.bytes;
     }

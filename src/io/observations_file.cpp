@@ -24,7 +24,7 @@ namespace {
 constexpr std::size_t kMaxFile = std::size_t(512) << 20;
 constexpr std::size_t kMaxRows = 5'000'000;
 constexpr double kDefaultSigma = 0.1;  // pixels, as Observation::covariance begins
-constexpr const char* kNext =
+constexpr const char* kNextTable =
     "give the columns view, device, point (or x, y, z), u, v and, where known, sigma; see "
     "docs/file-formats.md";
 
@@ -49,7 +49,8 @@ struct Table {
   ObservationsContext stated;  ///< by the file itself
 };
 
-[[noreturn]] void fail(const std::string& where, const std::string& why, const std::string& next = kNext) {
+[[noreturn]] void fail_table(const std::string& where, const std::string& why,
+                             const std::string& next = kNextTable) {
   throw Error(ErrorKind::kInput, where, why, next);
 }
 
@@ -60,20 +61,20 @@ std::array<int, kColumns> find_columns(const std::vector<std::string>& names, co
   for (std::size_t i = 0; i < names.size(); ++i) {
     const auto known = std::find(kNames.begin(), kNames.end(), names[i]);
     if (known == kNames.end())
-      fail(where, "there is no column '" + names[i].substr(0, 40) + "'",
-           suggest(names[i], {kNames.begin(), kNames.end()}));
+      fail_table(where, "there is no column '" + names[i].substr(0, 40) + "'",
+                 suggest(names[i], {kNames.begin(), kNames.end()}));
     int& place = at[std::size_t(known - kNames.begin())];
-    if (place >= 0) fail(where, "the column '" + names[i] + "' stands there twice");
+    if (place >= 0) fail_table(where, "the column '" + names[i] + "' stands there twice");
     place = int(i);
   }
   for (const Column column : {kView, kDevice, kU, kV})
-    if (at[column] < 0) fail(where, std::string("the column '") + kNames[column] + "' is missing");
+    if (at[column] < 0) fail_table(where, std::string("the column '") + kNames[column] + "' is missing");
   const int positions = (at[kX] >= 0) + (at[kY] >= 0) + (at[kZ] >= 0);
   const int covariances = (at[kVarU] >= 0) + (at[kCovUV] >= 0) + (at[kVarV] >= 0);
   if ((at[kPoint] >= 0) == (positions > 0) || (positions != 0 && positions != 3))
-    fail(where, "a point is named by the column 'point' or by the columns x, y and z");
+    fail_table(where, "a point is named by the column 'point' or by the columns x, y and z");
   if ((covariances != 0 && covariances != 3) || (covariances > 0 && at[kSigma] >= 0))
-    fail(where, "the uncertainty is the column 'sigma' or the columns var_u, cov_uv and var_v");
+    fail_table(where, "the uncertainty is the column 'sigma' or the columns var_u, cov_uv and var_v");
   return at;
 }
 
@@ -85,21 +86,23 @@ Row read_row(const std::array<int, kColumns>& at, const std::string& where, Numb
   row.pixel = Vec2(number(kU), number(kV));
   if (at[kPoint] >= 0) {
     const double point = number(kPoint);
-    if (point != std::floor(point) || std::abs(point) > 1e9) fail(where, "column point is no whole number");
+    if (point != std::floor(point) || std::abs(point) > 1e9)
+      fail_table(where, "column point is no whole number");
     row.point = int(point);
   } else {
     row.position = Vec3(number(kX), number(kY), number(kZ));
   }
   if (at[kSigma] >= 0) {
     const double sigma = number(kSigma);
-    if (!(sigma > 1e-6 && sigma < 1e3)) fail(where, "column sigma is not between 0.000001 and 1000 pixels");
+    if (!(sigma > 1e-6 && sigma < 1e3))
+      fail_table(where, "column sigma is not between 0.000001 and 1000 pixels");
     row.covariance = sigma * sigma * Mat2::Identity();
   }
   if (at[kVarU] >= 0) {
     const double uu = number(kVarU), uv = number(kCovUV), vv = number(kVarV);
     row.covariance << uu, uv, uv, vv;
     if (!(uu > 1e-12 && vv > 1e-12 && uu < 1e6 && vv < 1e6 && uu * vv - uv * uv > 1e-9 * uu * vv))
-      fail(where, "var_u, cov_uv, var_v are no covariance of pixels: it is to be positive definite");
+      fail_table(where, "var_u, cov_uv, var_v are no covariance of pixels: it is to be positive definite");
   }
   return row;
 }
@@ -117,7 +120,7 @@ void read_statement(const std::string& comment, const std::string& where, Observ
     }
     const std::size_t blank = value.find_last_of(" \t");
     if (blank == std::string::npos)
-      fail(where, "it does not give a name and a size", "write e.g. # camera: left 1280x1024");
+      fail_table(where, "it does not give a name and a size", "write e.g. # camera: left 1280x1024");
     stated.devices.push_back({trimmed(value.substr(0, blank)),
                               keyword == "camera" ? DeviceKind::kCamera : DeviceKind::kProjector,
                               parse_size(value.substr(blank + 1))});
@@ -152,15 +155,16 @@ Table table_of_csv(const std::string& text, const std::string& name) {
       continue;
     }
     if (cells.size() != columns)
-      fail(where, "it has " + std::to_string(cells.size()) + " columns where the first line names " +
-                      std::to_string(columns));
+      fail_table(where, "it has " + std::to_string(cells.size()) + " columns where the first line names " +
+                            std::to_string(columns));
     if (table.rows.size() >= kMaxRows)
-      fail(name, "it has more than " + std::to_string(kMaxRows) + " rows", "give one session a file");
+      fail_table(name, "it has more than " + std::to_string(kMaxRows) + " rows", "give one session a file");
     const auto number = [&](Column column) {
       const std::string& cell = cells[std::size_t(at[column])];
       const auto value = parse_number(cell);
       if (!value)
-        fail(where, std::string("column ") + kNames[column] + " is no number: '" + cell.substr(0, 40) + "'");
+        fail_table(where,
+                   std::string("column ") + kNames[column] + " is no number: '" + cell.substr(0, 40) + "'");
       return *value;
     };
     Row row = read_row(at, where, number);
@@ -169,7 +173,7 @@ Table table_of_csv(const std::string& text, const std::string& name) {
     if (at[kCamera] >= 0) row.camera = cells[std::size_t(at[kCamera])];
     for (const Column column : {kView, kDevice})
       if (cells[std::size_t(at[column])].empty())
-        fail(where, std::string("column ") + kNames[column] + " is empty");
+        fail_table(where, std::string("column ") + kNames[column] + " is empty");
     table.rows.push_back(std::move(row));
   }
   return table;
@@ -177,13 +181,13 @@ Table table_of_csv(const std::string& text, const std::string& name) {
 
 Table table_of_npy(const NpyArray& array, const std::string& name) {
   if (array.shape.size() != 2)
-    fail(name, "it is no table: it has " + std::to_string(array.shape.size()) + " dimensions");
+    fail_table(name, "it is no table: it has " + std::to_string(array.shape.size()) + " dimensions");
   const std::size_t columns = array.shape[1], rows = array.shape[0];
   std::vector<std::string> names = array.columns;
   if (names.empty()) {
     if (columns < 5 || columns > 8)
-      fail(name, "an array of " + std::to_string(columns) + " columns has no meaning here",
-           "give view, device, point, u, v [, sigma] or view, device, x, y, z, u, v [, sigma]");
+      fail_table(name, "an array of " + std::to_string(columns) + " columns has no meaning here",
+                 "give view, device, point, u, v [, sigma] or view, device, x, y, z, u, v [, sigma]");
     names = {"view", "device"};
     if (columns <= 6)
       names.emplace_back("point");
@@ -192,20 +196,21 @@ Table table_of_npy(const NpyArray& array, const std::string& name) {
     names.insert(names.end(), {"u", "v"});
     if (columns % 2 == 0) names.emplace_back("sigma");
   }
-  if (rows > kMaxRows) fail(name, "it has more than " + std::to_string(kMaxRows) + " rows");
+  if (rows > kMaxRows) fail_table(name, "it has more than " + std::to_string(kMaxRows) + " rows");
   const std::array<int, kColumns> at = find_columns(names, name);
   Table table{name, at[kX] >= 0, {}, {}};
   for (std::size_t r = 0; r < rows; ++r) {
     const std::string where = name + ", row " + std::to_string(r);
     const auto number = [&](Column column) {
       const double value = array.values[r * columns + std::size_t(at[column])];
-      if (!std::isfinite(value)) fail(where, std::string("column ") + kNames[column] + " is not finite");
+      if (!std::isfinite(value))
+        fail_table(where, std::string("column ") + kNames[column] + " is not finite");
       return value;
     };
     const auto index = [&](Column column) -> std::string {
       const double value = number(column);
       if (value != std::floor(value) || value < 0 || value > 1e6)
-        fail(where, std::string("column ") + kNames[column] + " is no whole number from 0");
+        fail_table(where, std::string("column ") + kNames[column] + " is no whole number from 0");
       return std::to_string(int(value));
     };
     Row row = read_row(at, where, number);
@@ -228,10 +233,10 @@ std::vector<Device> devices_of(const Table& table, const ObservationsContext& co
   });
   for (std::size_t i = 0; i < all.size(); ++i)
     for (std::size_t j = 0; j < i; ++j)
-      if (all[i].name == all[j].name) fail(table.name, "two devices are called '" + all[i].name + "'");
+      if (all[i].name == all[j].name) fail_table(table.name, "two devices are called '" + all[i].name + "'");
   if (all.empty() || all.front().kind != DeviceKind::kCamera)
-    fail(table.name, "the size of the camera's images is not given",
-         "give --camera-size 1280x1024, or the line \"# camera: camera 1280x1024\"");
+    fail_table(table.name, "the size of the camera's images is not given",
+               "give --camera-size 1280x1024, or the line \"# camera: camera 1280x1024\"");
   return all;
 }
 
@@ -245,9 +250,9 @@ int device_index(const std::vector<Device>& devices, const std::string& text, co
   const auto number = parse_number(text);
   if (number && *number == std::floor(*number) && *number >= 0 && *number < double(devices.size()))
     return int(*number);
-  fail(where, "no size is given for the device '" + text.substr(0, 40) + "' (known: " + names + ")",
-       "give --camera-size or --projector-size " + text.substr(0, 40) +
-           "=1024x768, or a line \"# projector: " + text.substr(0, 40) + " 1024x768\"");
+  fail_table(where, "no size is given for the device '" + text.substr(0, 40) + "' (known: " + names + ")",
+             "give --camera-size or --projector-size " + text.substr(0, 40) +
+                 "=1024x768, or a line \"# projector: " + text.substr(0, 40) + " 1024x768\"");
 }
 
 /// Values of one coordinate, sorted, each once (to a micrometre).
@@ -265,12 +270,12 @@ Board board_of_grid(const Table& table) {
   const std::string next = "give --board, e.g. chessboard:7x9:75mm, and points by their index or position";
   const std::vector<double> x = grid_lines(table.rows, 0), y = grid_lines(table.rows, 1);
   if (x.size() < 2 || y.size() < 2 || x.size() > 1000 || y.size() > 1000)
-    fail(table.name, "its positions are no grid of rows and columns", next);
+    fail_table(table.name, "its positions are no grid of rows and columns", next);
   const double step = (x.back() - x.front()) / double(x.size() - 1);
   for (const auto* lines : {&x, &y})
     for (std::size_t i = 0; i < lines->size(); ++i)
       if (std::abs((*lines)[i] - double(i) * step) > 0.01 * step)
-        fail(table.name, "its positions are no square grid that begins at 0, 0", next);
+        fail_table(table.name, "its positions are no square grid that begins at 0, 0", next);
   return Chessboard{int(x.size()), int(y.size()), step};
 }
 
@@ -289,8 +294,8 @@ class PointFinder {
         for (const int i : cell->second)
           if ((points_[std::size_t(i)] - position).norm() < 0.01 * pitch_) return i;
       }
-    fail(where, "the board has no point at its x, y, z",
-         "give positions in metres, x along a row from the board's first point, z = 0");
+    fail_table(where, "the board has no point at its x, y, z",
+               "give positions in metres, x along a row from the board's first point, z = 0");
   }
 
  private:
@@ -310,14 +315,14 @@ void check_pixel(const Row& row, const Device& device) {
   if (row.pixel.x() >= -0.5 - kRim && row.pixel.x() <= right + kRim && row.pixel.y() >= -0.5 - kRim &&
       row.pixel.y() <= bottom + kRim)
     return;
-  fail(row.where,
-       "its pixel " + format_number(row.pixel.x()) + ", " + format_number(row.pixel.y()) + " is outside " +
-           device.name + "'s " + format_size(device.size),
-       "check the sizes, and that u runs to the right and v downwards");
+  fail_table(row.where,
+             "its pixel " + format_number(row.pixel.x()) + ", " + format_number(row.pixel.y()) +
+                 " is outside " + device.name + "'s " + format_size(device.size),
+             "check the sizes, and that u runs to the right and v downwards");
 }
 
 Correspondences correspondences_of(Table table, const ObservationsContext& context) {
-  if (table.rows.empty()) fail(table.name, "it has no row");
+  if (table.rows.empty()) fail_table(table.name, "it has no row");
   Correspondences data;
   data.devices = devices_of(table, context);
   if (context.board)
@@ -327,7 +332,7 @@ Correspondences correspondences_of(Table table, const ObservationsContext& conte
   else if (table.by_position)
     data.board = board_of_grid(table);
   else
-    fail(table.name, "the board is not given", "give --board, e.g. chessboard:7x9:75mm");
+    fail_table(table.name, "the board is not given", "give --board, e.g. chessboard:7x9:75mm");
   const int points = int(points_in_board(data.board).size());
   const PointFinder finder(data.board);
   const std::size_t cameras =
@@ -354,21 +359,21 @@ Correspondences correspondences_of(Table table, const ObservationsContext& conte
     Observation o{row.point, row.pixel, row.covariance};
     if (table.by_position) o.point = finder.index_of(row.position, row.where);
     if (o.point >= points)
-      fail(row.where,
-           "point " + std::to_string(o.point) + " is not on the board " + format_board(data.board) + " of " +
-               std::to_string(points) + " points",
-           "points count from 0, row by row");
+      fail_table(row.where,
+                 "point " + std::to_string(o.point) + " is not on the board " + format_board(data.board) +
+                     " of " + std::to_string(points) + " points",
+                 "points count from 0, row by row");
     if (device.kind == DeviceKind::kProjector && o.point >= 0) {
       if (!row.camera.empty())
         o.camera = device_index(data.devices, row.camera, row.where);
       else if (cameras > 1)
-        fail(row.where, "there are several cameras, and the row does not name the one that read it",
-             "add the column 'camera'");
+        fail_table(row.where, "there are several cameras, and the row does not name the one that read it",
+                   "add the column 'camera'");
       if (data.devices[std::size_t(o.camera)].kind != DeviceKind::kCamera)
-        fail(row.where, "'" + row.camera + "' is no camera");
+        fail_table(row.where, "'" + row.camera + "' is no camera");
     }
     if (!seen.insert({at->second, d, o.camera, o.point}).second)
-      fail(row.where, "the view has this point of this device already", "give every point once");
+      fail_table(row.where, "the view has this point of this device already", "give every point once");
     if (o.point >= 0) {
       data.views[at->second].observations[std::size_t(d)].push_back(o);
       continue;
@@ -378,8 +383,8 @@ Correspondences correspondences_of(Table table, const ObservationsContext& conte
       point.cameras.emplace_back(d, &row);
     } else {
       if (point.projector != nullptr)
-        fail(row.where, "two projectors show this point",
-             "give points of each projector numbers of their own");
+        fail_table(row.where, "two projectors show this point",
+                   "give points of each projector numbers of their own");
       point.projector = &row;
       point.device = d;
     }
@@ -388,10 +393,10 @@ Correspondences correspondences_of(Table table, const ObservationsContext& conte
     for (auto at = shown[v].rbegin(); at != shown[v].rend(); ++at) {
       const Shown& point = at->second;
       if (point.projector == nullptr || point.cameras.empty())
-        fail(point.projector != nullptr ? point.projector->where : point.cameras.front().second->where,
-             "point " + std::to_string(at->first) +
-                 " of the pattern needs a row of the projector and one of "
-                 "a camera in its view");
+        fail_table(point.projector != nullptr ? point.projector->where : point.cameras.front().second->where,
+                   "point " + std::to_string(at->first) +
+                       " of the pattern needs a row of the projector and one of "
+                       "a camera in its view");
       for (const auto& [camera, row] : point.cameras)
         data.views[v].light_points.push_back(
             {point.device, point.projector->pixel, camera, row->pixel, row->covariance});

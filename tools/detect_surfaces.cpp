@@ -108,7 +108,9 @@ void declare(CLI::App& app, Flags& flags) {
   app.add_flag("--main-planes", flags.main_planes,
                "Few large planes as a person names them: a door and its wall are one (default: all that the "
                "sensor can tell apart); their sigma and rms hold the steps");
-  app.add_option("--sensor", flags.sensor, "Noise: kinect-v1 (structured light, stereo) or tof")
+  app.add_option("--sensor", flags.sensor,
+                 "Noise: kinect-v1 (structured light, stereo) or tof (time of flight); a warning where the "
+                 "image shows another")
       ->check(CLI::IsMember({"kinect-v1", "tof"}));
   app.add_option("-o,--output", flags.output, "surface definitions to write, .json or .xml")->required();
   app.add_option("--preview", flags.preview, "Also draw what was found, .png");
@@ -189,6 +191,96 @@ void check_depths(const Flags& flags, const depth::DepthImage& image) {
                                  : "floats must be metres");
 }
 
+/// The kinds of sensor that --sensor knows.
+struct Sensor {
+  const char* name;
+  depth::DepthNoise noise;
+};
+std::vector<Sensor> sensors() {
+  return {{"kinect-v1", depth::DepthNoise::kinect_v1()}, {"tof", depth::DepthNoise::time_of_flight()}};
+}
+
+/// The noise of the image against the model of --sensor, and against the others where it does not fit.
+struct SensorCheck {
+  double ratio = 0;   ///< measured over predicted
+  std::string fault;  ///< empty where the model fits
+  std::string next;
+};
+
+SensorCheck check_sensor(const depth::Planes& planes, const depth::DepthImage& image,
+                         const depth::RayTable& rays, const Flags& flags) {
+  // Frames of real sensors have 0.6 to 1.1 by their own model. Up to 2.5 may be a noisy one, unless another
+  // kind explains the image.
+  constexpr double kDoubtful = 1.5, kTooMuch = 2.5;
+  SensorCheck out{planes.noise_ratio, "", ""};
+  const auto off = [](double ratio) { return std::abs(std::log(ratio)); };
+  if (!(out.ratio > 0) || !(off(out.ratio) > std::log(kDoubtful))) return out;
+  std::string others, better;
+  for (const Sensor& sensor : sensors()) {
+    if (sensor.name == flags.sensor) continue;
+    const double ratio = depth::noise_ratio(image, rays, sensor.noise);
+    others += format("; %s: %.1f times", sensor.name, ratio);
+    if (ratio > 0 && off(ratio) < 0.5 * off(out.ratio)) better = sensor.name;
+  }
+  if (better.empty() && !(off(out.ratio) > std::log(kTooMuch))) return out;
+  out.fault =
+      format("its readings vary by %.1f times the noise of --sensor %s", out.ratio, flags.sensor.c_str()) +
+      others;
+  out.next = better.empty()
+                 ? "check --scale and --sensor (kinect-v1: structured light and stereo; tof: time of flight)"
+                 : "give --sensor " + better;
+  return out;
+}
+
+void report_planes(const depth::Planes& planes, const depth::RoomSurfaces& room, Console& console) {
+  Summary& summary = console.summary();
+  std::vector<std::string> names(planes.planes.size());
+  for (const depth::SurfaceArea& area : room.areas) names[std::size_t(area.plane)] = area.name;
+  for (std::size_t i = 0; i < planes.planes.size(); ++i) {
+    const depth::DetectedPlane& plane = planes.planes[i];
+    const Plane& at_camera = plane.estimate.plane;
+    const char* const kind = depth::to_string(room.kinds[i]);
+    const double sigma = std::sqrt(std::max(plane.estimate.covariance(3, 3), 0.0));
+    const std::string at = "/planes/" + std::to_string(i);
+    summary.set(at + "/state", depth::to_string(room.states[i]));
+    if (!names[i].empty()) summary.set(at + "/surface", names[i]);
+    summary.set(at + "/kind", kind);
+    summary.set(at + "/area", plane.area);
+    summary.set(at + "/pixels", plane.pixels);
+    const Vec3 &n = at_camera.normal, &m = plane.middle;
+    summary.set(at + "/normal_in_camera", std::vector<double>{n.x(), n.y(), n.z()});
+    summary.set(at + "/middle_in_camera", std::vector<double>{m.x(), m.y(), m.z()});
+    summary.set(at + "/offset", at_camera.offset);
+    summary.set(at + "/offset_sigma", sigma);
+    summary.set(at + "/rms", plane.rms);
+    summary.set(at + "/noise_rms", plane.noise_rms);
+    if (names[i].empty())
+      console.say(format("%-12s %16s %6.2f m2 %8.3f m %9.2f mm %5.1f mm", format("(%s)", kind).c_str(),
+                         "none", plane.area, at_camera.offset, 1e3 * sigma, 1e3 * plane.rms));
+  }
+}
+
+/// Surfaces that lie on their planes less exactly than is usual.
+void warn_of_states(const depth::Planes& planes, const depth::RoomSurfaces& room, Diagnostics& diagnostics) {
+  for (const depth::SurfaceArea& area : room.areas) {
+    const depth::DetectedPlane& plane = planes.planes[std::size_t(area.plane)];
+    const double rms = 1e3 * plane.rms, noise = 1e3 * plane.noise_rms;
+    const depth::PlaneState state = room.states[std::size_t(area.plane)];
+    if (state == depth::PlaneState::kUneven)
+      diagnostics.warn(
+          "surface_uneven",
+          format("%s is not flat: its readings are %.0f mm rms from its plane, and noise explains "
+                 "%.0f mm; content on it is displaced by as much; look at it in --preview",
+                 area.name.c_str(), rms, noise));
+    if (state == depth::PlaneState::kNoisy)
+      diagnostics.warn(
+          "surface_noisy",
+          format("%s: readings of %.0f mm rms at %.1f m do not show whether it is flat; go closer "
+                 "to check it",
+                 area.name.c_str(), rms, plane.middle.z()));
+  }
+}
+
 void report(const depth::Planes& planes, const depth::RoomSurfaces& room, const Flags& flags,
             Console& console) {
   console.say(format("%-12s %16s %9s %10s %12s %8s", "surface", "free", "area", "distance", "sigma", "rms"));
@@ -218,6 +310,7 @@ void report(const depth::Planes& planes, const depth::RoomSurfaces& room, const 
     console.say(format("%-12s %6.2f x %5.2f m %6.2f m2 %8.3f m %9.2f mm %5.1f mm", name.c_str(), size.x(),
                        size.y(), area.area.area, plane.estimate.plane.offset, 1e3 * sigma, 1e3 * plane.rms));
     summary.set(at + "/kind", depth::to_string(area.kind));
+    summary.set(at + "/state", depth::to_string(room.states[std::size_t(area.plane)]));
     summary.set(at + "/size", std::vector<double>{size.x(), size.y()});
     summary.set(at + "/area", area.area.area);
     const Vec3& n = plane.estimate.plane.normal;
@@ -248,7 +341,8 @@ ExitCode detect(const Flags& flags, Console& console) {
 
   const depth::RayTable rays(camera.camera);
   depth::PlaneOptions options;
-  if (flags.sensor == "tof") options.noise = depth::DepthNoise::time_of_flight();
+  for (const Sensor& sensor : sensors())
+    if (sensor.name == flags.sensor) options.noise = sensor.noise;
   depth::Planes planes = depth::find_planes(image, rays, options);
   if (flags.main_planes) planes = depth::main_planes(planes, image, rays).planes;
   depth::SurfaceOptions placing;
@@ -260,6 +354,10 @@ ExitCode detect(const Flags& flags, Console& console) {
   if (flags.gravity) placing.up_in_camera = -flags.gravity->normalized();
   const depth::RoomSurfaces room = depth::surfaces_from_planes(planes, image, rays, placing);
   if (!flags.preview.empty()) io::save_image(flags.preview, surface_preview(planes, room, image, rays));
+  const SensorCheck sensor = check_sensor(planes, image, rays, flags);
+  if (room.set.surfaces.empty() && !sensor.fault.empty())
+    throw Error(ErrorKind::kNotEnoughData, flags.depth, "no surface is found, and " + sensor.fault,
+                sensor.next);
   if (room.set.surfaces.empty())
     throw Error(ErrorKind::kNotEnoughData, flags.depth,
                 format("none of its %d planes has a free rectangle of %.0f mm sides",
@@ -268,7 +366,13 @@ ExitCode detect(const Flags& flags, Console& console) {
   io::save_surfaces(flags.output, room.set);
 
   report(planes, room, flags, console);
+  report_planes(planes, room, console);
+  console.summary().set("/sensor/model", flags.sensor);
+  console.summary().set("/sensor/noise_ratio", sensor.ratio);
+  console.summary().set("/sensor/fits", sensor.fault.empty());
   Diagnostics diagnostics;
+  if (!sensor.fault.empty()) diagnostics.warn("sensor_noise", sensor.fault + "; " + sensor.next);
+  warn_of_states(planes, room, diagnostics);
   if (!flags.gravity)
     diagnostics.note(
         "gravity_unknown",

@@ -62,6 +62,85 @@ void fill(const Sums& s, const RayTable::CellRays& rays, double fx, double one_f
   m.wqq = w * (s.pp + 2 * q0 * s.p + s.n * q0 * q0);
 }
 
+/// The ratio of measured to predicted noise (Planes::noise_ratio): 0 where fewer than 30 cells show it.
+double noise_ratio_of(const CellGrid& grid) {
+  constexpr int kWhole = 40;           // readings: fewer, and an edge is near
+  constexpr std::size_t kFewest = 30;  // cells
+  // Of 61 degrees of freedom the lower quartile of the mean square is at 0.874 (chi-square).
+  constexpr double kLowerQuartile = 0.874;
+  std::vector<float> squares;
+  squares.reserve(grid.cells.size());
+  for (const Cell& cell : grid.cells)
+    if (cell.n >= kWhole) squares.push_back(cell.error / float(cell.n - 3));
+  if (squares.size() < kFewest) return 0;
+  const auto quartile = squares.begin() + std::ptrdiff_t(squares.size() / 4);
+  std::nth_element(squares.begin(), quartile, squares.end());
+  return std::sqrt(double(*quartile) / kLowerQuartile);
+}
+
+/// What means of cells err by, over what they may share by the noise model (DepthNoise::shared_sigma()
+/// without its floor): from three flat cells in a row, whose inverse depths lie on a line where they show one
+/// plane. With r what the middle one is off that line, r^2 has 3/2 of one mean's variance. The lower quartile
+/// over the image, since triples across an edge only add large ones. 1 where too few triples say more.
+double shared_ratio_of(const CellGrid& grid, double shared) {
+  constexpr int kGap = 6;                    // cells: bands of quantised depth are narrower than twice that
+  constexpr std::size_t kFewest = 60;        // triples
+  constexpr double kLowerQuartile = 0.1015;  // of chi-square with one degree of freedom
+  if (!(shared > 0)) return 1;
+  std::vector<float> squares;
+  squares.reserve(grid.cells.size() / 2);
+  const auto add = [&](const Cell& a, const Cell& b, const Cell& c, float share) {
+    if (!a.flat || !b.flat || !c.flat) return;
+    const float off = b.q - a.q - share * (c.q - a.q), expected = float(shared) * b.sigma;
+    const float square = off * off / (1.5f * expected * expected);
+    if (square < 16) squares.push_back(square);  // beyond four sigmas it is no plane
+  };
+  for (int row = 0; row < grid.rows; row += 2)
+    for (int column = 0; column < grid.columns; column += 2) {
+      const Cell& b = grid.at(column, row);
+      if (!b.flat) continue;
+      if (column >= kGap && column + kGap < grid.columns) {
+        const Cell &a = grid.at(column - kGap, row), &c = grid.at(column + kGap, row);
+        add(a, b, c, (b.u - a.u) / (c.u - a.u));
+      }
+      if (row >= kGap && row + kGap < grid.rows) {
+        const Cell &a = grid.at(column, row - kGap), &c = grid.at(column, row + kGap);
+        add(a, b, c, (b.v - a.v) / (c.v - a.v));
+      }
+    }
+  if (squares.size() < kFewest) return 1;
+  const auto quartile = squares.begin() + std::ptrdiff_t(squares.size() / 4);
+  std::nth_element(squares.begin(), quartile, squares.end());
+  return std::sqrt(double(*quartile) / kLowerQuartile);
+}
+
+/// Cells as if the sensor's noise were `ratio` times its model; what they share is left as it is.
+void scale_noise(double ratio, CellGrid& grid) {
+  const double by_squareth = 1 / (ratio * ratio);
+  for (Cell& cell : grid.cells) {
+    if (cell.n < kLeastReadings) continue;
+    cell.sigma *= float(ratio);
+    cell.error *= float(by_squareth);
+    cell.flat = double(cell.error) < kFlatVariance * (cell.n - 3);
+    Moments& m = cell.moments;
+    for (double* const sum : {&m.w, &m.wu, &m.wv, &m.wuu, &m.wuv, &m.wvv, &m.wq, &m.wuq, &m.wvq, &m.wqq})
+      *sum *= by_squareth;
+  }
+}
+
+/// The noise by what this image shows, where that is clearly something else than the model.
+void measure_noise(const DepthNoise& noise, CellGrid& grid) {
+  grid.noise_ratio = noise_ratio_of(grid);
+  // Real structured light shows 0.6 to 1.7. Noise that is clearly below averages; twice what was measured
+  // leaves room for what spans more than three cells.
+  constexpr double kAverages = 0.45, kMargin = 2;
+  const double shared_ratio = shared_ratio_of(grid, noise.shared);
+  if (shared_ratio < kAverages) grid.shared_ratio = kMargin * shared_ratio;
+  // Sensors of one kind differ by this much; beyond, cells of true planes would not count as flat.
+  constexpr double kNoisier = 1.2, kNoisiest = 4;
+  if (grid.noise_ratio > kNoisier) scale_noise(std::min(grid.noise_ratio, kNoisiest), grid);
+}
+
 }  // namespace
 
 InverseRows::InverseRows(const DepthImage& image, const RayTable& rays, const PlaneOptions& options)
@@ -157,6 +236,7 @@ CellGrid cell_grid(const DepthImage& image, const RayTable& rays, const PlaneOpt
       cell.column = std::uint16_t(column);
     }
   }
+  measure_noise(options.noise, grid);
   return grid;
 }
 

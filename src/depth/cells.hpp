@@ -68,6 +68,8 @@ struct alignas(64) Cell {
 struct CellGrid {
   int columns = 0, rows = 0;
   std::vector<Cell> cells;
+  double noise_ratio = 0;   ///< as in Planes
+  double shared_ratio = 1;  ///< what cells share, as measured, over Cell::shared; 1: no less
 
   int index(int column, int row) const { return row * columns + column; }
   const Cell& at(int column, int row) const { return cells[std::size_t(index(column, row))]; }
@@ -97,6 +99,8 @@ class InverseRows {
       cut_{};  ///< rays of a cut cell
 };
 
+/// Sigmas and weights are by the noise model. Where the readings vary clearly more than it predicts
+/// (noise_ratio), they are by what was measured.
 CellGrid cell_grid(const DepthImage& image, const RayTable& rays, const PlaneOptions& options);
 
 /// Do a cell's mean and slopes agree with a plane, within noise?

@@ -219,6 +219,8 @@ std::vector<Found> search(const Planes& fine, const DepthImage& image, const Ray
       found.plane.estimate.plane = fitted->plane;
       found.plane.estimate.covariance = covariance_of_steps(*fitted, best.sums);
       const Vec3 mean = best.sums.sum / best.sums.w;
+      if (const auto k = std::size_t(largest - inside.begin()); k < fine.planes.size())
+        found.plane.noise_rms = fine.planes[k].noise_rms;
       found.plane.middle = mean - fitted->plane.signed_distance(mean) * fitted->plane.normal;
       out.push_back(std::move(found));
     }
@@ -308,6 +310,7 @@ MainPlanes main_planes(const Planes& fine, const DepthImage& image, const RayTab
       out.planes.curves.push_back(fine.curves[k]);
       out.planes.curves.back().pixels = left[planes + k];
     }
+  out.planes.noise_ratio = fine.noise_ratio;
   out.planes.labels = Image<std::int16_t>(rays.size());
   for (int y = 0; y < rays.size().height; ++y)
     for (int x = 0; x < rays.size().width; ++x) {

@@ -200,7 +200,7 @@ std::optional<DetectedPlane> plane_of(const DepthImage& image, const CellGrid& g
       plane.t, out.noise_factor * inverse + rounding_covariance(image, rays, options, grid, core, inverse));
   if (!out.estimate.covariance.allFinite()) return std::nullopt;
   const double offset = out.estimate.plane.offset;
-  double squares = 0, count = 0;
+  double squares = 0, noise_squares = 0, count = 0;
   // Where steps are part of it, all cells tell how flat it is.
   for (const int at : core) {
     const Cell& cell = grid.cells[std::size_t(at)];
@@ -208,9 +208,11 @@ std::optional<DetectedPlane> plane_of(const DepthImage& image, const CellGrid& g
     const double sigma2 = double(cell.sigma) * double(cell.sigma);
     const double to_metres = offset / q;  // of a residual of inverse depth, across the plane
     squares += (double(cell.error) * sigma2 + cell.n * off * off) * to_metres * to_metres;
+    noise_squares += cell.n * sigma2 * to_metres * to_metres;
     count += cell.n;
   }
   out.rms = std::sqrt(squares / count);
+  out.noise_rms = std::sqrt(noise_squares / count);
   for (const int at : region.cells) {
     const Cell& cell = grid.cells[std::size_t(at)];
     out.area += cell.n * pixel_area(1 / double(cell.q), offset, rays.camera().intrinsics);
@@ -376,6 +378,13 @@ double squared_sigmas(const PlaneEstimate& estimate, const Plane& truth) {
   return e.dot(turn_covariance(estimate).ldlt().solve(e));
 }
 
+double noise_ratio(const DepthImage& image, const RayTable& rays, const DepthNoise& noise) {
+  PlaneOptions options;
+  options.noise = noise;
+  check(image, rays, options);
+  return cell_grid(image, rays, options).noise_ratio;
+}
+
 Planes find_planes(const DepthImage& image, const RayTable& rays, const PlaneOptions& options) {
   check(image, rays, options);
   const CellGrid grid = cell_grid(image, rays, options);
@@ -383,6 +392,7 @@ Planes find_planes(const DepthImage& image, const RayTable& rays, const PlaneOpt
   std::vector<Curve> curves = take_curves(grid, options, regions);
 
   Planes out;
+  out.noise_ratio = grid.noise_ratio;
   std::vector<std::optional<DetectedPlane>> found;
   std::vector<int> order;
   const std::vector<char> alone = alone_cells(grid, regions.owner);

@@ -11,6 +11,10 @@ constexpr int kNone = -1;
 
 /// A region whose normal is less certain is dropped.
 constexpr double kLargestDoubt = 12 * kDegree;
+/// Cells without a border that a region has whose normal is believed by the measured noise.
+constexpr int kInnerCells = 4;
+/// Of a chi-square over its 24 or more degrees of freedom 2.5 is five sigmas away.
+constexpr double kBetweenCells = 2.5;
 
 struct Seed {
   float flatness;
@@ -119,11 +123,43 @@ class Grower {
       region.plane = fit(region.moments);
       if (same && region.cells.size() == before) break;
     }
-    if (int(region.cells.size()) < options_.least_cells || doubt(grid_, region) > kLargestDoubt) {
+    if (int(region.cells.size()) < options_.least_cells || is_doubtful(region)) {
       release(region, [](const Cell&) { return true; });
       return;
     }
     regions_.regions.push_back(std::move(region));
+  }
+
+  /// Where the image shows that its noise averages, that is believed of regions that show the same, and not
+  /// of strips: cells at a border mix the depths of both sides, and a strip of them is a plane that is not
+  /// there.
+  bool is_doubtful(const Region& region) const {
+    const double by_model = doubt(grid_, region);
+    if (!(by_model > kLargestDoubt)) return false;
+    return by_model * grid_.shared_ratio > kLargestDoubt || inner_cells(region) < kInnerCells ||
+           between_cells(region) > kBetweenCells;
+  }
+  /// Mean square of what the cells' own planes are off the region's, in units of what noise that averages
+  /// makes of it.
+  double between_cells(const Region& region) const {
+    double within = 0;
+    for (const int at : region.cells) within += double(grid_.cells[std::size_t(at)].error);
+    return (region.plane.error - within) / (3.0 * double(region.cells.size() - 1));
+  }
+  /// Cells that have only the region's own on their four sides.
+  int inner_cells(const Region& region) const {
+    const int id = regions_.owner[std::size_t(region.cells.front())];
+    int count = 0;
+    for (const int at : region.cells) {
+      const int column = grid_.cells[std::size_t(at)].column;
+      const auto own = [&](bool inside, int neighbour) {
+        return inside && regions_.owner[std::size_t(neighbour)] == id;
+      };
+      count += own(column > 0, at - 1) && own(column + 1 < grid_.columns, at + 1) &&
+               own(at >= grid_.columns, at - grid_.columns) &&
+               own(at + grid_.columns < int(grid_.cells.size()), at + grid_.columns);
+    }
+    return count;
   }
 
   void take(Region& region, int at, int id) {

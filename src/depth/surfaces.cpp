@@ -33,6 +33,13 @@ double bearing(const Vec3& middle) {
   return std::atan2(middle.x(), middle.z());
 }
 
+PlaneState state(const DetectedPlane& plane, bool has_rectangle) {
+  constexpr double kWorstRms = 0.02;
+  if (!has_rectangle) return PlaneState::kNoFreeRectangle;
+  if (!(plane.rms > kWorstRms)) return PlaneState::kFree;
+  return plane.rms > 2 * plane.noise_rms ? PlaneState::kUneven : PlaneState::kNoisy;
+}
+
 /// Letters by kind, numbers by place; a kind that is there once and stands for itself needs no number.
 std::string name_of(const std::string& kind, int number, int count) {
   if (count == 1 && (kind == "floor" || kind == "ceiling")) return kind;
@@ -44,6 +51,11 @@ std::string name_of(const std::string& kind, int number, int count) {
 const char* to_string(PlaneKind kind) {
   constexpr std::array<const char*, 6> kNames{"plane", "wall", "floor", "ceiling", "table", "slope"};
   return kNames[std::size_t(kind)];
+}
+
+const char* to_string(PlaneState state) {
+  constexpr std::array<const char*, 4> kNames{"free", "uneven", "noisy", "no_free_rectangle"};
+  return kNames[std::size_t(state)];
 }
 
 std::vector<PlaneKind> kinds_of(const Planes& planes, const DepthImage& image, const RayTable& rays,
@@ -158,6 +170,7 @@ RoomSurfaces surfaces_from_planes(const Planes& planes, const DepthImage& image,
   std::vector<SurfaceArea> areas;
   for (std::size_t i = 0; i < planes.planes.size(); ++i) {
     SurfaceArea area{"", out.kinds[i], int(i), area_of(planes, i, rays, up, options.area)};
+    out.states.push_back(state(planes.planes[i], area.area.rectangle.has_value()));
     if (!area.area.rectangle) continue;
     areas.push_back(std::move(area));
   }

@@ -65,6 +65,43 @@ TEST_F(DetectSurfaces, WritesNamedSurfacesAndAPreview) {
   EXPECT_GE(preview.height(), 960);
 }
 
+TEST_F(DetectSurfaces, ListsEveryPlaneWithItsState) {
+  simulate::Room room;
+  const auto plane = [&](const std::string& name, const Vec3& at, const Vec2& size) {
+    room.bodies.push_back(
+        {name, simulate::Rectangle{-0.5 * size, 0.5 * size}, Pose(Eigen::Quaterniond::Identity(), at), 0.5});
+  };
+  plane("wall", Vec3(0, 0, 2.5), Vec2(3.4, 2.6));
+  plane("board", Vec3(0.1, 0.3, 1.6), Vec2(1.3, 0.17));  // narrower than any content
+  const simulate::DepthSensor sensor;
+  io::save_depth(folder_ / "board.png", simulate::depth_view(room, sensor, Pose(), 3).mm);
+  const ToolRun found = run("board.png", camera_);
+  ASSERT_EQ(found.exit_code, 0) << found.err;
+  const auto json = found.json();
+  ASSERT_EQ(json["surfaces"].size(), 1u);
+  EXPECT_EQ(json["surfaces"][0]["state"], "free");
+  ASSERT_EQ(json["planes"].size(), 2u);
+  EXPECT_EQ(json["planes"][0]["state"], "free");
+  EXPECT_EQ(json["planes"][0]["surface"], "wall_1");
+  EXPECT_EQ(json["planes"][1]["state"], "no_free_rectangle");
+  EXPECT_FALSE(json["planes"][1].contains("surface"));
+  EXPECT_NEAR(json["planes"][1]["offset"].get<double>(), 1.6, 0.01);
+  EXPECT_NEAR(json["planes"][1]["area"].get<double>(), 1.3 * 0.17, 0.05);
+}
+
+TEST_F(DetectSurfaces, NamesTheSensorThatTheNoiseFits) {
+  const ToolRun own = run("depth.png", camera_);
+  ASSERT_EQ(own.exit_code, 0) << own.err;
+  EXPECT_TRUE(own.json()["sensor"]["fits"].get<bool>());
+  EXPECT_EQ(own.err.find("sensor"), std::string::npos) << own.err;
+  const ToolRun other = run("depth.png", camera_ + " --sensor tof");
+  ASSERT_EQ(other.exit_code, 0) << other.err;
+  EXPECT_FALSE(other.json()["sensor"]["fits"].get<bool>());
+  EXPECT_NE(other.err.find("give --sensor kinect-v1"), std::string::npos) << other.err;
+  // And its planes are found all the same.
+  EXPECT_EQ(other.json()["surfaces"].size(), 2u);
+}
+
 TEST_F(DetectSurfaces, TakesFloatsInMetres) {
   ImageF metres(640, 480);
   for (int y = 0; y < 480; ++y)
@@ -111,7 +148,7 @@ TEST_F(DetectSurfaces, RefusesBadDepthInThreeParts) {
       noise.at(x, y) = std::uint16_t(500 + (state >> 16) % 4000);
     }
   io::save_depth(folder_ / "noise.png", noise);
-  expect_refused(run("noise.png", camera_), 4, "free rectangle");
+  expect_refused(run("noise.png", camera_), 4, "times the noise of --sensor kinect-v1");
 }
 
 TEST_F(DetectSurfaces, PlacesThemInTheWorldByAPose) {

@@ -46,11 +46,24 @@ struct SurfaceArea {
   PlaneArea area;
 };
 
+/// What a plane is good for. Beyond 20 mm of RMS a warning is due: where projector and camera look at a
+/// surface under 45 degrees to each other, light lands as far from its place as the surface is from its
+/// plane.
+enum class PlaneState {
+  kFree,             ///< it has a free rectangle
+  kUneven,           ///< likewise, but its RMS is above 20 mm, and more than twice what the noise explains
+  kNoisy,            ///< likewise, but its RMS is above 20 mm because of the noise: unevenness cannot be seen
+  kNoFreeRectangle,  ///< narrower than AreaOptions::least_side, or covered: no surface
+};
+/// "free", "uneven", "noisy", "no_free_rectangle".
+const char* to_string(PlaneState state);
+
 struct RoomSurfaces {
   /// Planes by their free rectangle, content (0, 0) .. (1, 1) on it, read upright; then curves.
   SurfaceSet set;
   std::vector<SurfaceArea> areas;  ///< of the planes in the set, in its order
   std::vector<PlaneKind> kinds;    ///< of every plane
+  std::vector<PlaneState> states;  ///< of every plane
   std::vector<CornerLine> corners;
 };
 

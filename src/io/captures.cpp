@@ -131,11 +131,53 @@ ImageU8 without_alpha(ImageU8 image) {
 
 }  // namespace
 
-CaptureFolder load_capture_folder(const fs::path& folder, int expected_frames, int channels) {
+std::optional<ImageSize> common_image_size(const std::vector<fs::path>& folders) {
+  std::vector<std::pair<ImageSize, int>> counts;
+  for (const fs::path& folder : folders)
+    for (const fs::path& file : images_in(folder)) {
+      const std::optional<ImageSize> size = image_size(file);
+      if (!size) continue;
+      auto at = std::find_if(counts.begin(), counts.end(), [&](const auto& c) { return c.first == *size; });
+      if (at == counts.end()) at = counts.insert(at, {*size, 0});
+      ++at->second;
+    }
+  if (counts.empty()) return std::nullopt;
+  return std::max_element(counts.begin(), counts.end(),
+                          [](const auto& a, const auto& b) { return a.second < b.second; })
+      ->first;
+}
+
+/// Moves images of another size from `files` into one warning.
+static void reject_sizes(const fs::path& folder, ImageSize size, std::vector<fs::path>& files,
+                         Diagnostics& diagnostics) {
+  std::string names;
+  int count = 0;
+  const auto other = [&](const fs::path& file) {
+    const std::optional<ImageSize> found = image_size(file);
+    if (!found || *found == size) return false;
+    constexpr int kMaxNames = 3;
+    if (++count <= kMaxNames)
+      names += (names.empty() ? "" : ", ") + file.filename().string() + " (" + format_size(*found) + ")";
+    return true;
+  };
+  files.erase(std::remove_if(files.begin(), files.end(), other), files.end());
+  if (count == 0) return;
+  const std::string more = count > 3 ? " and " + std::to_string(count - 3) + " more" : "";
+  diagnostics.warn("image_size_differs", folder.string() + ": rejected for their size: " + names + more +
+                                             "; the camera's other images are " + format_size(size));
+}
+
+CaptureFolder load_capture_folder(const fs::path& folder, int expected_frames, int channels,
+                                  const std::optional<ImageSize>& common_size) {
   require(expected_frames > 0, "load_capture_folder: no frames are expected");
   require(channels == 1 || channels == 3, "load_capture_folder: frames have one channel or three");
   CaptureFolder captures;
   captures.files = images_in(folder);
+  if (common_size) reject_sizes(folder, *common_size, captures.files, captures.diagnostics);
+  if (!captures.diagnostics.items.empty() && int(captures.files.size()) < expected_frames) {
+    captures.files.clear();
+    return captures;
+  }
   const std::vector<fs::path>& files = captures.files;
   if (files.empty())
     fail(folder, "there is no image in the folder", "give a folder of numbered png, jpg, bmp or tif files");

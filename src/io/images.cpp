@@ -1,6 +1,7 @@
 #include "procam/io/images.hpp"
 
 #include <algorithm>
+#include <fstream>
 #include <opencv2/core.hpp>
 #include <opencv2/core/utils/logger.hpp>
 #include <opencv2/imgcodecs.hpp>
@@ -56,6 +57,38 @@ cv::Mat decode_image(const std::string& bytes, const std::string& file) {
     throw Error(ErrorKind::kInput, file, "the picture cannot be decoded (" + exception.err + ")", next);
   }
   throw Error(ErrorKind::kInput, file, "the picture cannot be decoded: the file is damaged", next);
+}
+
+std::optional<ImageSize> image_size(const fs::path& path) {
+  try {
+    // A PNG's size is in its first 24 bytes, a JPEG's behind its thumbnail and notes, a TIFF's anywhere.
+    std::string head(std::size_t(64) << 10, '\0');
+    std::ifstream file(path, std::ios::binary);
+    file.read(head.data(), 32);
+    head.resize(std::size_t(file.gcount()));
+    ImageCheck check = check_image(head);
+    if (check.format == ImageFormat::kPng && head.size() >= 24) {
+      const auto side = [&](std::size_t at) {
+        long long value = 0;
+        for (std::size_t i = at; i < at + 4; ++i) value = value << 8 | static_cast<unsigned char>(head[i]);
+        return value;
+      };
+      check.width = side(16);
+      check.height = side(20);
+    } else if (check.format == ImageFormat::kJpeg || check.format == ImageFormat::kTiff) {
+      const std::size_t begin = head.size();
+      head.resize(std::size_t(64) << 10);
+      file.read(&head[begin], std::streamsize(head.size() - begin));
+      head.resize(begin + std::size_t(file.gcount()));
+      check = check_image(head);
+      if (check.width < 1 || check.height < 1) check = check_image(read_file(path));
+    }
+    if (check.width < 1 || check.height < 1 || check.width > kLargestImage / check.height)
+      return std::nullopt;
+    return ImageSize{int(check.width), int(check.height)};
+  } catch (const Error&) {
+    return std::nullopt;
+  }
 }
 
 LoadedImage load_image(const fs::path& path) {

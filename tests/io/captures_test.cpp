@@ -92,6 +92,30 @@ TEST(CaptureFolder, RefusesFramesThatDoNotBelongTogether) {
   EXPECT_ERROR(load_capture_folder(unnumbered.path(), 2), kInput, "white.png: the image has no number");
 }
 
+TEST(CaptureFolder, RejectsImagesOfAnotherSizeByName) {
+  const Scratch scratch;
+  for (const int i : {1, 2, 3}) save_frame(scratch, "f" + std::to_string(i) + ".png", i);
+  save_frame(scratch, "thumbnail.png", 4, {3, 2});
+  const CaptureFolder captures = load_capture_folder(scratch.path(), 3, 1, ImageSize{6, 4});
+  EXPECT_EQ(captures.frames.size(), 3u);
+  ASSERT_NE(captures.diagnostics.find("image_size_differs"), nullptr);
+  EXPECT_NE(captures.diagnostics.find("image_size_differs")->message.find("thumbnail.png (3x2)"),
+            std::string::npos);
+  save_frame(scratch, "f2.png", 2, {4, 6});
+  const CaptureFolder short_of_one = load_capture_folder(scratch.path(), 3, 1, ImageSize{6, 4});
+  EXPECT_TRUE(short_of_one.frames.empty());
+  EXPECT_NE(short_of_one.diagnostics.items.front().message.find("f2.png (4x6), thumbnail.png"),
+            std::string::npos);
+
+  const Scratch other;
+  for (const int i : {1, 2, 3, 4}) save_frame(other, "f" + std::to_string(i) + ".png", i, {8, 5});
+  EXPECT_EQ(common_image_size({scratch.path(), other.path()}), (ImageSize{8, 5}));
+  EXPECT_EQ(common_image_size({scratch.path()}), (ImageSize{6, 4}));
+  other.write("broken.png", "no image");
+  const Scratch empty;
+  EXPECT_EQ(common_image_size({empty.path()}), std::nullopt);
+}
+
 TEST(CaptureFolder, RefusesATruncatedFrameByName) {
   const Scratch scratch;
   save_frame(scratch, "f1.png", 1);

@@ -17,46 +17,61 @@ constexpr std::size_t kViewsBeforeGivingUp = 3;
 /// Sizes of the cameras' frames as they become known.
 using CameraSizes = std::vector<std::optional<ImageSize>>;
 
+int camera_of(const SessionPlan& plan, const io::Stack& stack) {
+  if (stack.camera.empty()) return 0;
+  return int(std::find(plan.cameras.begin(), plan.cameras.end(), stack.camera) - plan.cameras.begin());
+}
+
 match::Reading read_stack(const SessionPlan& plan, const PlannedView& view, const io::Stack& stack,
                           std::vector<InputFile>& inputs, CameraSizes& sizes) {
   const auto by_name = [&](const PlannedProjector& p) {
     return stack.projector.empty() || p.name == stack.projector;
   };
   const auto projector = std::find_if(plan.projectors.begin(), plan.projectors.end(), by_name);
-  const auto camera = stack.camera.empty()
-                          ? plan.cameras.begin()
-                          : std::find(plan.cameras.begin(), plan.cameras.end(), stack.camera);
+  match::Reading reading;
+  reading.camera = camera_of(plan, stack);
+  reading.projector = int(plan.cameras.size()) + int(projector - plan.projectors.begin());
+  std::optional<ImageSize>& size = sizes[std::size_t(reading.camera)];
   io::CaptureFolder captures = io::load_capture_folder(stack.folder, projector->pattern->frame_count(),
-                                                       projector->pattern->channels());
+                                                       projector->pattern->channels(), size);
+  reading.in_camera.diagnostics = captures.diagnostics;
+  if (captures.frames.empty()) {  // of another size, and named in the diagnostics
+    reading.in_camera.image_size = size.value();
+    reading.in_projector.image_size = projector->size;
+    return reading;
+  }
   if (plan.through_mirror)
     for (ImageU8& frame : captures.frames) turn_left_to_right(frame);
   for (const fs::path& file : captures.files)
     inputs.push_back({file.lexically_relative(plan.folder).generic_string(), io::sha256_of_file(file)});
   const std::vector<ViewU8> frames(captures.frames.begin(), captures.frames.end());
   match::BoardView seen = projector->pattern->read(view.name, frames, plan.board);
-
-  match::Reading reading;
-  reading.camera = int(camera - plan.cameras.begin());
-  reading.projector = int(plan.cameras.size()) + int(projector - plan.projectors.begin());
   reading.in_camera = std::move(seen.detections[kCameraDevice]);
   reading.in_projector = std::move(seen.detections[kProjectorDevice]);
   reading.light_points = std::move(seen.light_points);
   reading.in_camera.diagnostics.append(captures.diagnostics);
-  std::optional<ImageSize>& size = sizes[std::size_t(reading.camera)];
-  if (size && *size != frames.front().size())
-    throw Error(ErrorKind::kInput, "its frames",
-                "they are " + io::format_size(frames.front().size()) + ", those of the other views " +
-                    io::format_size(*size),
-                "capture all views with one camera in one mode");
   size = frames.front().size();
   return reading;
+}
+
+/// The size of most of each camera's images.
+CameraSizes common_sizes(const SessionPlan& plan) {
+  std::vector<std::vector<fs::path>> folders(plan.cameras.size());
+  for (const PlannedView& view : plan.views)
+    for (const io::Stack& stack : view.stacks)
+      folders[std::size_t(camera_of(plan, stack))].push_back(stack.folder);
+  CameraSizes sizes;
+  for (const auto& of_camera : folders) sizes.push_back(io::common_image_size(of_camera));
+  return sizes;
 }
 
 /// A board missed in one view is a warning; one found nowhere is a wrong --board or no board at all.
 void require_board_somewhere(const SessionPlan& plan, const std::vector<std::vector<match::Reading>>& views) {
   for (const auto& readings : views)
     for (const match::Reading& reading : readings)
-      if (!reading.in_camera.observations.empty()) return;
+      if (!reading.in_camera.observations.empty() ||
+          reading.in_camera.diagnostics.find("image_size_differs") != nullptr)  // it was not looked at
+        return;
   const Diagnostics& diagnostics = views.front().front().in_camera.diagnostics;
   const Diagnostic* reason = nullptr;
   for (const char* code : {"board_counts_differ", "board_dictionary_differs", "board_ids_differ",
@@ -149,7 +164,7 @@ SessionPlan open_session(const fs::path& folder, const io::Session& stated) {
 SessionContents read_session(const SessionPlan& plan, const ReadingProgress& progress) {
   SessionContents contents;
   std::vector<std::vector<match::Reading>> readings;
-  CameraSizes sizes(plan.cameras.size());
+  CameraSizes sizes = common_sizes(plan);
   for (std::size_t i = 0; i < plan.views.size(); ++i) {
     const PlannedView& view = plan.views[i];
     if (progress) progress(view.name, int(i), int(plan.views.size()));

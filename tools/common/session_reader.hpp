@@ -52,8 +52,9 @@ struct SessionContents {
 };
 
 /// Reads and joins all views: cameras first among the devices, then projectors. A board missed in one view is
-/// a remark; one found in none of the first three views is an Error(kInput), as are views of two sizes and
-/// whatever is wrong with a view's files.
+/// a remark; one found in none of the first three views is an Error(kInput), as is whatever is wrong with a
+/// view's files. An image whose size is not that of most of its camera's images is rejected by name; a view
+/// that then has too few frames is rejected with it.
 SessionContents read_session(const SessionPlan& plan, const ReadingProgress& progress = {});
 
 /// The devices of a session with one of each, in the order of kCameraDevice, kProjectorDevice.

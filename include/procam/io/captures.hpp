@@ -34,10 +34,17 @@ struct CaptureFolder {
 };
 
 /// Reads the numbered images (png, jpg, bmp, tif) of a folder; the number is the last run of digits in the
-/// name. Other files are left alone. Throws Error(kInput) for: no image, an image without a number, two
-/// series or two files of one number, a gap (naming the missing file), another count than expected, frames of
-/// two sizes, a damaged frame, a grey frame where `channels` is 3; Error(kIo) when the folder cannot be read.
-CaptureFolder load_capture_folder(const std::filesystem::path& folder, int expected_frames, int channels = 1);
+/// name. Other files are left alone. With `size`, images of another size are rejected and named in a warning
+/// ("image_size_differs"); where fewer than `expected_frames` remain then, there are no frames. Throws
+/// Error(kInput) for: no image, an image without a number, two series or two files of one number, a gap
+/// (naming the missing file), another count than expected, frames of two sizes, a damaged frame, a grey frame
+/// where `channels` is 3; Error(kIo) when the folder cannot be read.
+CaptureFolder load_capture_folder(const std::filesystem::path& folder, int expected_frames, int channels = 1,
+                                  const std::optional<ImageSize>& size = {});
+
+/// The size that most images in the folders have, by their headers; the first one's among equals, nullopt
+/// without a readable image.
+std::optional<ImageSize> common_image_size(const std::vector<std::filesystem::path>& folders);
 
 /// The sub-folders that hold images, or folders with images, in natural order of their names. Throws
 /// Error(kInput) when there is none, Error(kIo) when the folder cannot be read.

@@ -6,6 +6,7 @@
 /// damage inside the coded data of a JPEG cannot be told from its picture.) Pixels are those of the sensor:
 /// an orientation note in the file is not applied.
 #include <filesystem>
+#include <optional>
 #include <string>
 
 #include "procam/core/image.hpp"
@@ -24,6 +25,10 @@ constexpr long long kLargestImage = 1LL << 28;
 /// 16-bit pictures are reduced by v / 257, rounded. Throws Error(kIo) when the file cannot be read,
 /// Error(kInput) when it is damaged, cut short or too large, Error(kUnsupported) for another format or depth.
 LoadedImage load_image(const std::filesystem::path& path);
+
+/// Width and height as the file's header states them, without decoding; nullopt where it is no such image or
+/// cannot be read (load_image() says why).
+std::optional<ImageSize> image_size(const std::filesystem::path& path);
 
 /// Grey from R G B (A ignored): ITU-R BT.601 luma, 0.299 R + 0.587 G + 0.114 B, rounded. One channel is
 /// copied.

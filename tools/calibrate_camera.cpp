@@ -93,9 +93,12 @@ ExitCode calibrate_alone(const Flags& flags, Console& console) {
   for (const std::string& name : flags.free) rig.provenance.options["free " + name] = "yes";
   io::save_rig(flags.output, rig);
 
+  const bool passed = rig.quality.passed();
+  console.say(format("result     %s: RMS %.3f px (outliers included: %.3f), %d of %zu images used",
+                     passed ? "passed" : "do not use", result.rms_px[0], result.rms_all_px[0],
+                     rig.quality.views_used, files.size()));
+  console.summary().set("/result", passed ? "passed" : "failed");
   console.report(result.diagnostics);
-  console.say(format("%d of %zu images used, RMS %.3f px (outliers included: %.3f)", rig.quality.views_used,
-                     files.size(), result.rms_px[0], result.rms_all_px[0]));
   console.summary().set("/views_used", rig.quality.views_used);
   console.summary().set("/views", int(files.size()));
   console.summary().set("/rms_px", result.rms_px[0]);
@@ -110,7 +113,7 @@ ExitCode calibrate_alone(const Flags& flags, Console& console) {
     console.summary().set("/camera/sigma/" + names[i], sigma);
   }
   for (const Gate& gate : rig.quality.gates)
-    if (!gate.passed) console.say("gate FAILED  " + gate.name + ": " + gate.detail);
+    if (!gate.passed) console.say("check FAILED " + gate.name + ": " + gate.detail);
   console.say("wrote " + flags.output.string());
   return exit_code(result.diagnostics);
 }

@@ -15,8 +15,10 @@ bool is_predicted_error(const Gate& gate) {
 }  // namespace
 
 std::string in_words(const LightError& error) {
-  return significant(error.rms_mm, 2) + " mm RMS at " + shortest(error.distance) + " m, surface located " +
-         to_string(error.located);
+  const std::string words = significant(error.rms_mm, 2) + " mm RMS at " + shortest(error.distance) +
+                            " m, surface located " + to_string(error.located);
+  if (!(error.share < 1)) return words;
+  return words + ", over the " + fixed(100 * error.share, 0) + " % of the frame that it sees";
 }
 
 Gate predicted_error_check(const Rig& rig, const LightErrors& predicted, const AcceptedError& accepted) {

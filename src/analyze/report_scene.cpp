@@ -292,8 +292,8 @@ std::string rig_in_space(const CalibrationResult& result, const Board& board,
   }
   return finished(
       scene, viewpoint, bodies, {near, far, axis}, "The rig and the boards in space",
-      "Look for a rig like the one on the bench, boards at several distances, tilted about both axes, "
-      "inside both cones." +
+      "Check: does this look like your set-up? Boards should be at several distances, tilted about both axes "
+      "and inside both fields of view." +
           std::string(next ? " Dashed: the view to add next." : ""));
 }
 

@@ -243,8 +243,8 @@ void tell_shape(const ShapedSolution& shaped, CalibrationResult& result) {
     result.diagnostics.note("board_shape",
                             "the board is not flat: its points lie " + millimetres(shape.in_plane_rms) +
                                 " along and " + millimetres(shape.out_of_plane_rms) +
-                                " off its plane (rms), at most " + millimetres(shape.largest) +
-                                "; allowing for it takes the error on views left out from " +
+                                " off its plane (RMS), max " + millimetres(shape.largest) +
+                                "; modelling the board's shape reduces the held-out error from " +
                                 px(shape.holdout_flat_px) + " to " + px(shape.holdout_free_px));
 }
 
@@ -383,8 +383,8 @@ CalibrationResult run(const Correspondences& given, const std::optional<KnownLen
   if (result.sigmas_from_views)
     result.diagnostics.note(
         "sigmas_from_views",
-        "the views scatter " + times(std::sqrt(result.variance_ratio)) +
-            " as far as their noise explains; the sigmas are those of the views (jackknife)");
+        "views disagree " + times(std::sqrt(result.variance_ratio)) +
+            " more than detection noise predicts; uncertainties are from a leave-one-view-out jackknife");
   tell_lenses(std::move(alternatives), result);
   for (const std::string& sentence : in_words(open, data)) result.diagnostics.warn("hardly_known", sentence);
   tell_shape(shaped, result);

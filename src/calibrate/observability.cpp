@@ -138,7 +138,7 @@ std::vector<std::string> in_words(const std::vector<HardlyKnown>& parameters, co
     sentences.push_back(names + " of " + data.devices[std::size_t(first.device)].name +
                         (first.at_prior
                              ? " cannot be told from these views, kept near zero as any lens's (sigma "
-                             : " hardly known (sigma ") +
+                             : " poorly constrained (1 sigma: ") +
                         spreads + "); " + first.motion);
   }
   return sentences;

@@ -26,7 +26,8 @@ struct HardlyKnown {
 std::vector<HardlyKnown> hardly_known(const Solution& solution, const Correspondences& data,
                                       const NamedCovariance& covariance);
 
-/// "k1, k2 of camera hardly known: its points reach 31 % of the way ...": one sentence a device and motion.
+/// "k1, k2 of camera poorly constrained: its points reach 31 % of the way ...": one sentence a device and
+/// motion.
 std::vector<std::string> in_words(const std::vector<HardlyKnown>& parameters, const Correspondences& data);
 
 }  // namespace procam::calibrate

@@ -222,8 +222,7 @@ func _initialize():
 	quit()
 )");
   // Godot writes its logs into the folder it is started in.
-  ASSERT_TRUE(is_run("cd " + folder_.string() + " && DISPLAY=" + screen.name() +
-                     " XDG_DATA_HOME=" + at("data") +
+  ASSERT_TRUE(is_run("cd " + at(".") + " && DISPLAY=" + screen.name() + " XDG_DATA_HOME=" + at("data") +
                      " timeout 60 godot3 --video-driver GLES2 --audio-driver Dummy -s " + at("show.gd")))
       << said();
   EXPECT_EQ(said().find("set_size: Condition"), std::string::npos) << said();

@@ -104,6 +104,8 @@ TEST(CalibrateCamera, ReachesTheKnownResidualOnPhotographs) {
                                                        " --board chessboard:9x6:25mm --json -o " +
                                                        (folder / "camera.json").string());
   ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_EQ(run.json().at("result"), "passed");
+  EXPECT_EQ(run.err.rfind("result     passed: RMS 0.", 0), 0u) << run.err;  // before any note
   const Rig rig = io::load_rig(folder / "camera.json");
   EXPECT_EQ(rig.quality.views_used, 13);
   EXPECT_LT(rig.quality.rms_px.at("camera"), 0.195);  // OpenCV's

@@ -103,9 +103,6 @@ void say_result(Console& console, const Rig& rig, const RigQuality& quality,
     if (selected.located == analyze::SurfaceLocated::kExternally)
       other = errors.by_camera ? &*errors.by_camera : nullptr;
     if (other != nullptr) console.say("           " + analyze::in_words(*other));
-    if (errors.by_camera && errors.by_camera->share < 1)
-      console.say(format("           (the part of the frame that %s sees there: %.0f %%)",
-                         errors.by_camera->camera.c_str(), 100 * errors.by_camera->share));
     if (!errors.by_camera && !rig.cameras.empty())
       console.say("           no camera of the rig sees the frame there, so none can locate the surface");
     Summary& summary = console.summary();

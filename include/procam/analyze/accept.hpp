@@ -24,7 +24,7 @@ Gate predicted_error_check(const Rig& rig, const LightErrors& predicted, const A
 /// Does the rig fail for its predicted error alone? Then its numbers are sound, and more views make it good.
 bool only_predicted_error_failed(const RigQuality& quality);
 
-/// "29 mm RMS at 2 m, surface located externally"
+/// "29 mm RMS at 2 m, surface located externally"; of a camera that does not see all of the frame its share.
 std::string in_words(const LightError& error);
 
 }  // namespace procam::analyze

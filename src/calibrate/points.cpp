@@ -14,6 +14,7 @@
 #include <cstdio>
 #include <random>
 
+#include "common_error.hpp"
 #include "procam/calibrate/costs/lens_prior.hpp"
 #include "procam/calibrate/costs/se3_manifold.hpp"
 #include "procam/calibrate/gates.hpp"
@@ -247,6 +248,7 @@ std::vector<PointsFit> starts(const PointsProblem& problem, std::string& why) {
 struct PointsEquations {
   std::vector<int> free;  ///< positions in parameters_of(lens)
   MatX by_unknowns;
+  MatX by_point;                         ///< of the pairs' rows
   std::vector<std::size_t> pair_of_row;  ///< of the first 2 * used rows
   int priors = 0;
 };
@@ -267,11 +269,12 @@ PointsEquations linearise(const PointsProblem& problem, const PointsFit& fit, co
   pose_to_block(fit.device_from_world, pose.data());
   pose_to_block(Pose(), identity.data());
   using TwoRows = Eigen::Matrix<double, 2, Eigen::Dynamic, Eigen::RowMajor>;
-  TwoRows by_lens(2, lens.size()), by_pose(2, kPoseBlockSize);
+  TwoRows by_lens(2, lens.size()), by_pose(2, kPoseBlockSize), by_point(2, 3);
+  out.by_point = MatX::Zero(Eigen::Index(out.pair_of_row.size()), 3);
   for (std::size_t row = 0; row < out.pair_of_row.size(); row += 2) {
     const PointPair& pair = problem.pairs[out.pair_of_row[row]];
     const double* parameters[] = {lens.data(), pose.data(), identity.data(), pair.point_in_world.data()};
-    double* derivatives[] = {by_lens.data(), by_pose.data(), nullptr, nullptr};
+    double* derivatives[] = {by_lens.data(), by_pose.data(), nullptr, by_point.data()};
     Vec2 residual;
     if (!reprojection_cost(fit.lens.distortion, pair.pixel, Mat2::Identity() / sigma_px)
              ->Evaluate(parameters, residual.data(), derivatives))
@@ -279,6 +282,7 @@ PointsEquations linearise(const PointsProblem& problem, const PointsFit& fit, co
     for (Eigen::Index k = 0; k < free; ++k)
       out.by_unknowns.block<2, 1>(Eigen::Index(row), k) = by_lens.col(out.free[std::size_t(k)]);
     out.by_unknowns.block<2, 6>(Eigen::Index(row), free) = by_pose.leftCols<6>();
+    out.by_point.middleRows<2>(Eigen::Index(row)) = by_point;
   }
   for (int p = 0; p < out.priors; ++p) {
     const LensPrior& prior = problem.options.lens.priors[std::size_t(p)];
@@ -345,6 +349,53 @@ double robust_sigma(const PointsProblem& problem, const PointsFit& fit, const st
   return std::max(std::sqrt(*middle / (2 * std::log(2.0)) / share), 1e-6);
 }
 
+/// The fit and what is known of it when points share their board's error.
+struct SharedFit {
+  PointsFit fit;
+  SharedError error;
+};
+
+/// Least squares with the boards' errors allowed for, from `start`; nullopt where there are no boards, or
+/// where their errors explain no more than chance does.
+std::optional<SharedFit> fit_with_boards(const PointsProblem& problem, const PointsFit& start,
+                                         const std::vector<char>& used) {
+  constexpr double kSignificant = 9;  // three sigma: once in 700 sets of independent points
+  constexpr int kSteps = 8;
+  const std::vector<int> boards = boards_of(problem.pairs);
+  if (boards.empty()) return std::nullopt;
+  std::optional<SharedFit> shared;
+  PointsFit fit = start;
+  for (int step = 0; step < kSteps; ++step) {
+    const PointsEquations linear = linearise(problem, fit, used, 1);
+    SharedErrorEquations equations{
+        linear.by_unknowns, VecX::Zero(linear.by_unknowns.rows()), linear.by_point, {}, {}};
+    for (std::size_t row = 0; row < linear.pair_of_row.size(); row += 2) {
+      const std::size_t i = linear.pair_of_row[row];
+      const auto r = residual_of(fit, problem.pairs[i]);
+      if (!r) return std::nullopt;
+      equations.residuals.segment<2>(Eigen::Index(row)) = *r;
+      equations.points.push_back(problem.pairs[i].point_in_world);
+      equations.boards.push_back(boards[i]);
+    }
+    VecX lens = parameters_of(fit.lens);
+    for (int p = 0; p < linear.priors; ++p) {
+      const LensPrior& prior = problem.options.lens.priors[std::size_t(p)];
+      equations.residuals[Eigen::Index(linear.pair_of_row.size()) + p] =
+          (prior_weights(prior, fit.lens).dot(lens) - prior.value) / prior.sigma;
+    }
+    const auto error = estimate_shared_error(equations);
+    if (!error || !(error->likelihood_gain > kSignificant) || !error->step.allFinite()) return std::nullopt;
+    shared = SharedFit{fit, *error};
+    if (error->step.cwiseAbs().cwiseQuotient(error->covariance.diagonal().cwiseSqrt()).maxCoeff() < 1e-3)
+      return shared;
+    for (std::size_t k = 0; k < linear.free.size(); ++k) lens[linear.free[k]] += error->step[Eigen::Index(k)];
+    fit.lens = with_parameters(fit.lens, lens);
+    fit.device_from_world = (se3_exp(Vec6(error->step.tail<6>())) * fit.device_from_world).normalized();
+    if (!(fit.lens.intrinsics.fx > 0) || !(fit.lens.intrinsics.fy > 0)) return std::nullopt;
+  }
+  return shared;
+}
+
 }  // namespace
 
 PointsResult calibrate_from_points(const Device& device, const std::vector<PointPair>& pairs,
@@ -409,8 +460,12 @@ PointsResult calibrate_from_points(const Device& device, const std::vector<Point
     if (settled) break;
   }
 
-  PointsResult result;
   const int redundant = redundancy(problem, used, free);
+  const std::optional<SharedFit> shared =
+      redundant >= kTellingRedundancy ? fit_with_boards(problem, *best, used) : std::nullopt;
+  if (shared) best = shared->fit;
+
+  PointsResult result;
   double sum2 = 0;
   int count = 0;
   for (std::size_t i = 0; i < pairs.size(); ++i) {
@@ -428,20 +483,37 @@ PointsResult calibrate_from_points(const Device& device, const std::vector<Point
     result.pairs.push_back(pair);
   }
   result.rms_px = std::sqrt(sum2 / std::max(count, 1));
-  result.sigma_px = redundant >= kTellingRedundancy ? std::sqrt(sum2 / redundant) : options.sigma_px;
+  result.sigma_px = shared                            ? shared->error.pixel_sigma
+                    : redundant >= kTellingRedundancy ? std::sqrt(sum2 / redundant)
+                                                      : options.sigma_px;
 
   const PointsEquations linear = linearise(problem, *best, used, result.sigma_px);
   NamedCovariance covariance{unknown_names(problem, best->lens, linear.free), {}};
-  covariance.matrix = covariance_of(linear, covariance.names, device.name);
+  covariance.matrix =
+      shared ? shared->error.covariance : covariance_of(linear, covariance.names, device.name);
+  if (shared) {
+    result.board_error = shared->error.board_sigma;
+    char millimetres[32];
+    std::snprintf(millimetres, sizeof millimetres, "%.1f mm", 1e3 * result.board_error);
+    result.diagnostics.note("board_error",
+                            "points that lie on one board share an error of its pose and scale, " +
+                                std::string(millimetres) +
+                                " (rms displacement a motion): they count as one measurement of the board");
+  }
   // The residual of a pair left out is (I - H)^-1 r, H its block of the hat matrix (Cook and Weisberg, 1982).
   double left2 = 0;
   int left = 0;
   for (std::size_t row = 0; row < linear.pair_of_row.size(); row += 2) {
-    const MatX j = linear.by_unknowns.middleRows(Eigen::Index(row), 2);
-    const Mat2 rest = Mat2::Identity() - j * covariance.matrix * j.transpose();
-    if (!(rest.determinant() > 1e-6)) continue;
     PairResidual& pair = result.pairs[linear.pair_of_row[row]];
-    pair.left_out = Vec2(rest.inverse() * pair.residual);
+    if (shared) {  // without its whole board
+      pair.left_out = shared->error.left_out[row / 2];
+      if (!pair.left_out) continue;
+    } else {
+      const MatX j = linear.by_unknowns.middleRows(Eigen::Index(row), 2);
+      const Mat2 rest = Mat2::Identity() - j * covariance.matrix * j.transpose();
+      if (!(rest.determinant() > 1e-6)) continue;
+      pair.left_out = Vec2(rest.inverse() * pair.residual);
+    }
     left2 += pair.left_out->squaredNorm();
     ++left;
   }

@@ -10,6 +10,11 @@
 /// the priors as residuals, and pairs that do not fit left out and named (a mistyped number, two points
 /// swapped).
 ///
+/// Points on boards (runs of six or more in one plane, as a camera's poses of a board give them) share the
+/// error of their board's pose and scale. Where three boards or more are found and their points' residuals
+/// show it, that error is estimated and allowed for; left-out residuals are then those without the whole
+/// board. Errors that all boards share (of the camera that placed them) stay unseen.
+///
 /// Errors: kNotEnoughData (says how many points or which prior would do), kDegenerate (names the parameters
 /// that points and priors leave open), kNotConverged; std::invalid_argument for numbers that are not finite.
 #include <string>
@@ -35,7 +40,8 @@ struct PointsOptions {
 struct PairResidual {
   Vec2 residual = Vec2::Zero();  ///< projected - stated, pixels
   bool used = true;
-  /// What a solve without this pair misses it by; unset where the others do not determine the answer.
+  /// What a solve without this pair (or without its board) misses it by; unset where the others do not
+  /// determine the answer.
   std::optional<Vec2> left_out;
 };
 
@@ -45,6 +51,9 @@ struct PointsResult {
   double rms_px = 0;       ///< sqrt(mean |residual|^2) over the pairs used
   double left_out_px = 0;  ///< the same of PairResidual::left_out; zero when there is none
   double sigma_px = 0;     ///< of one coordinate: as the residuals say, or as stated
+  /// Metres: rms displacement of a board's points by each of its motions, where three boards or more were
+  /// found among the points and share errors; else 0.
+  double board_error = 0;
   Diagnostics diagnostics;
 };
 

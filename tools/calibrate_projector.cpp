@@ -38,6 +38,7 @@ struct Flags {
   fs::path observations, write_observations;
   std::vector<Device> cameras;  ///< of a table of observations
   io::Session stated;           ///< what session.json need not say
+  ShownFlags shown;             ///< of a session of photographs
   double wall = 2;              ///< metres
   analyze::AcceptedError accepted;
   double metres_per_unit = 0;  ///< of an OpenCV file to check
@@ -195,7 +196,7 @@ ExitCode conclude(const Flags& flags, Console& console, calibrate::CalibrationRe
 
 CalibrationInput read_captures(const Flags& flags, std::optional<calibrate::MirrorView>& mirror,
                                Console& console) {
-  SessionPlan session = open_session(flags.captures, flags.stated);
+  SessionPlan session = open_session(flags.captures, flags.stated, flags.shown);
   if (!flags.mirror_view.empty()) mirror = read_mirror(flags, session);
   SessionContents contents = read_session(session, [&](const std::string& view, int done, int total) {
     console.progress("reading " + view, done, total);
@@ -206,7 +207,7 @@ CalibrationInput read_captures(const Flags& flags, std::optional<calibrate::Mirr
              io::format_size(projector.size);
   return {std::move(contents.correspondences),
           std::move(contents.inputs),
-          {{"pattern", session.projectors.front().pattern->text()},
+          {{"pattern", pattern_text(session)},
            {"projector-size", sizes},
            {"step", std::to_string(session.step)},
            {"board", io::format_board(session.board)}},
@@ -390,7 +391,8 @@ const std::vector<InputKind>& input_kinds() {
       {"--observations",
        true,
        {},
-       {"--pattern", "--step", "--mirror-view", "--mirror-board", "--mirror-depth", "--unit"}},
+       {"--pattern", "--step", "--shown", "--upright", "--mirror-view", "--mirror-board", "--mirror-depth",
+        "--unit"}},
       {"--points",
        true,
        {"--projector-size", "--throw-ratio", "--lens-shift", "--square-pixels", "--free", "--keep-outliers",
@@ -470,6 +472,14 @@ void declare(CLI::App& app, Flags& flags) {
       "The printed board, e.g. chessboard:7x9:75mm (inner corners), or its board file (.json)");
   app.add_option("--step", flags.stated.step, "Stripe width of the finest pattern in projector pixels")
       ->check(CLI::Range(1, 1024));
+  app.add_option(
+      "--shown", flags.shown.shown,
+      "The session holds one photograph a view that shows the printed and a projected chessboard: "
+      "the frame that the projector showed in all views, or a shown.json that names what it showed "
+      "in each (default: shown.json of the session)");
+  app.add_flag("--upright", flags.shown.upright,
+               "The projector's frame appears upright in the photographs; needed for projected chessboards "
+               "with two odd or two even counts");
   app.add_option("--points", flags.points,
                  "Instead of captures: a list of the room's points, a line x,y,z (metres),u,v (pixels) "
                  "for each; at least six not on one wall, or four with a data sheet's values");

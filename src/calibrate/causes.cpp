@@ -110,6 +110,45 @@ std::optional<double> rms_in_order(const Correspondences& data, const UsedMask& 
   return own->rms_px;
 }
 
+/// The view whose projected board this view fits: light points with the projector pixels that the same points
+/// have in another view, on the board's pose that the camera gives. The best of all views, nullopt when none
+/// explains the light.
+std::optional<std::string> shown_in_other_view(const Correspondences& data, const UsedMask& everything,
+                                               const Solution& solution, int view, int device,
+                                               double explained) {
+  std::optional<std::string> best;
+  double best_px = explained;
+  // Backwards from the view itself: of views that showed the same, the last one before it is named.
+  const int views = int(data.views.size());
+  for (int back = 1; back < views; ++back) {
+    const int v = (view - back + views) % views;
+    std::map<int, Vec2> shown;
+    for (const LightPoint& light : data.views[std::size_t(v)].light_points)
+      if (light.projector == device && light.point >= 0) shown[light.point] = light.projector_pixel;
+    Correspondences other = data;
+    UsedMask mask = everything;
+    int moved = 0;
+    std::size_t at = other.views[std::size_t(view)].observations[std::size_t(device)].size();
+    for (LightPoint& light : other.views[std::size_t(view)].light_points) {
+      if (light.projector != device) continue;
+      const auto found = shown.find(light.point);
+      char& used = mask[std::size_t(view)][std::size_t(device)][at++];
+      if (found == shown.end()) {
+        used = 0;
+        continue;
+      }
+      moved += used != 0 && (found->second - light.projector_pixel).norm() > kSamePixel;
+      light.projector_pixel = found->second;
+    }
+    if (moved < 6) continue;
+    const Spread spread = spread_of(other, solution.state(), mask, device, view);
+    if (2 * spread.count < moved || spread.rms_px >= best_px) continue;
+    best_px = spread.rms_px;
+    best = data.views[std::size_t(v)].name;
+  }
+  return best;
+}
+
 }  // namespace
 
 std::string cause_of_disagreement(const Correspondences& data, const UsedMask& everything,
@@ -129,6 +168,11 @@ std::string cause_of_disagreement(const Correspondences& data, const UsedMask& e
       return (projects ? "its light is that of view " : "its picture is that of view ") + data.views[v].name +
              ": stale frames; wait for the picture to change before each capture, and capture the view again";
   }
+  if (projects && posing_camera(data, solution.used, std::size_t(view)) >= 0)
+    if (const auto earlier = shown_in_other_view(data, everything, solution, view, device, explained))
+      return "its light is what was shown in view " + *earlier +
+             ": a stale frame, the projector had not changed yet; wait for the picture to change before each "
+             "photograph, and take the view again";
   if (const auto twin = exchanged_with(data, everything, solution, view, device, explained))
     return "its pictures are those of " + *twin +
            ": the folders of two cameras were exchanged; put each camera's frames into its own folder";

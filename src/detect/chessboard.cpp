@@ -215,11 +215,11 @@ CornerNeighbourhood neighbourhood(const Grid& grid, int column, int row) {
 
 using Fits = std::vector<std::optional<CornerFit>>;
 
-Fits fit_corners(const ViewU8& image, Grid& grid, double window_share) {
+Fits fit_corners(const ViewU8& image, Grid& grid, double window_share, FitEffort effort = FitEffort::kFull) {
   Fits fits;
   for (int r = 0; r < grid.rows; ++r)
     for (int c = 0; c < grid.columns; ++c)
-      fits.push_back(fit_corner(image, neighbourhood(grid, c, r), window_share));
+      fits.push_back(fit_corner(image, neighbourhood(grid, c, r), window_share, effort));
   for (std::size_t i = 0; i < fits.size(); ++i)
     if (fits[i]) grid.points[i] = fits[i]->corner;
   return fits;
@@ -262,51 +262,121 @@ double relative_contrast(const CornerFit& fit) {
   return std::abs(fit.contrast) / std::max(fit.mean, 1.0);
 }
 
-/// Does the printed pattern continue beyond a rim, so that the found corners are part of a larger board?
-/// `index(i, k)` numbers the corners of the rim (k = 0) and of the lines inside it.
-///
+/// A rim of a grid: `index(i, k)` numbers its corners (k = 0) and those of the lines inside it, `count` each.
+struct Rim {
+  enum Side { kLeft, kRight, kTop, kBottom } side;
+  int columns, rows;
+
+  Rim(Side of, const Grid& grid) : side(of), columns(grid.columns), rows(grid.rows) {}
+  int count() const { return is_column() ? rows : columns; }
+  bool is_column() const { return side == kLeft || side == kRight; }
+  std::size_t index(int i, int k) const {
+    if (side == kLeft) return std::size_t(i * columns + k);
+    if (side == kRight) return std::size_t((i + 1) * columns - 1 - k);
+    return std::size_t((side == kTop ? k : rows - 1 - k) * columns + i);
+  }
+};
+constexpr Rim::Side kSides[] = {Rim::kLeft, Rim::kRight, Rim::kTop, Rim::kBottom};
+
+/// The line of crossings beyond a rim, one for each of the rim's corners.
+struct LineBeyond {
+  Points2 points;            ///< fitted, or predicted where there is no crossing
+  int alike = 0, clean = 0;  ///< as contrasted as the nearest corners; and fitted as well as these
+};
+
 /// On the line beyond the rim of a whole board each crossing has three light quarters. Fitted by the model
 /// of a corner it has half a corner's contrast or less, unless light ends there as well; then the residual is
 /// a tenth of the contrast or more. Both are compared with the nearest corners, which are lit alike: the
 /// border of a projected frame may cross the board.
-template <typename Index>
-bool continues(const ViewU8& image, const Grid& grid, const Fits& fits, const Index& index, int count,
-               double window_share) {
-  constexpr double kMinContrast = 0.7, kMaxResidual = 2.5, kMinShare = 0.8;
-  int seen = 0;
-  for (int i = 0; i < count; ++i) {
-    const auto at = [&](int along, int inwards) { return grid.points[index(along, inwards)]; };
+LineBeyond line_beyond(const ViewU8& image, const Grid& grid, const Fits& fits, const Rim& rim,
+                       double window_share) {
+  constexpr double kMinContrast = 0.7, kMaxResidual = 2.5;
+  LineBeyond line;
+  for (int i = 0; i < rim.count(); ++i) {
+    const auto at = [&](int along, int inwards) { return grid.points[rim.index(along, inwards)]; };
     CornerNeighbourhood around;
     around.corner = 3 * at(i, 0) - 3 * at(i, 1) + at(i, 2);
     around.e_x = around.corner - at(i, 0);
-    const int lo = std::max(i - 1, 0), hi = std::min(i + 1, count - 1);
+    const int lo = std::max(i - 1, 0), hi = std::min(i + 1, rim.count() - 1);
     around.e_y = (at(hi, 0) - at(lo, 0)) / (hi - lo);
-    const auto fit = fit_corner(image, around, window_share);
+    const auto fit = fit_corner(image, around, window_share, FitEffort::kRaster);
+    line.points.push_back(fit ? fit->corner : around.corner);
     if (!fit) continue;
     std::vector<const CornerFit*> nearest;
     for (int along = lo; along <= hi; ++along)
       for (int inwards = 0; inwards < 2; ++inwards)
-        if (const auto& other = fits[index(along, inwards)]) nearest.push_back(&*other);
-    const double residual = median_of(nearest, [](const CornerFit& f) { return f.residual; });
-    if (!nearest.empty() && relative_contrast(*fit) > kMinContrast * median_of(nearest, relative_contrast) &&
-        fit->residual < kMaxResidual * residual)
-      ++seen;
+        if (const auto& other = fits[rim.index(along, inwards)]) nearest.push_back(&*other);
+    if (nearest.empty() || relative_contrast(*fit) <= kMinContrast * median_of(nearest, relative_contrast))
+      continue;
+    ++line.alike;
+    line.clean += fit->residual < kMaxResidual * median_of(
+                                                     nearest, [](const CornerFit& f) { return f.residual; });
   }
-  return seen > kMinShare * count;
+  return line;
 }
 
 /// Counts of the whole board where it is larger than the grid by a line or more on some side.
-std::optional<std::string> larger_board(const ViewU8& image, const Grid& g, const Fits& fits, double share) {
-  const auto left = [&](int i, int k) { return std::size_t(i * g.columns + k); };
-  const auto right = [&](int i, int k) { return std::size_t((i + 1) * g.columns - 1 - k); };
-  const auto top = [&](int i, int k) { return std::size_t(k * g.columns + i); };
-  const auto bottom = [&](int i, int k) { return std::size_t((g.rows - 1 - k) * g.columns + i); };
-  const int more_columns =
-      continues(image, g, fits, left, g.rows, share) + continues(image, g, fits, right, g.rows, share);
-  const int more_rows =
-      continues(image, g, fits, top, g.columns, share) + continues(image, g, fits, bottom, g.columns, share);
+std::optional<std::string> larger_board(const ViewU8& image, const Grid& grid, const Fits& fits,
+                                        double window_share) {
+  constexpr double kMinShare = 0.8;
+  int more_columns = 0, more_rows = 0;
+  for (const Rim::Side side : kSides) {
+    const Rim rim(side, grid);
+    const bool continues = line_beyond(image, grid, fits, rim, window_share).clean > kMinShare * rim.count();
+    (rim.is_column() ? more_columns : more_rows) += continues;
+  }
   if (more_columns + more_rows == 0) return std::nullopt;
-  return "at least " + counts(g.columns + more_columns, g.rows + more_rows);
+  return "at least " + counts(grid.columns + more_columns, grid.rows + more_rows);
+}
+
+Grid with_line(const Grid& grid, const Rim& rim, const Points2& line) {
+  Grid larger{grid.columns + rim.is_column(), grid.rows + !rim.is_column(), {}};
+  const int left = rim.side == Rim::kLeft, top = rim.side == Rim::kTop;
+  for (int r = 0; r < larger.rows; ++r)
+    for (int c = 0; c < larger.columns; ++c) {
+      const bool inside = c >= left && c - left < grid.columns && r >= top && r - top < grid.rows;
+      larger.points.push_back(inside ? grid.at(c - left, r - top)
+                                     : line[std::size_t(rim.is_column() ? r : c)]);
+    }
+  return larger;
+}
+
+/// A part of the board, extended line by line where the print continues: in dim light noise hides corners
+/// from the search that a fit over the whole window measures, and on the border of a projected frame it is
+/// the light's edge that does. nullopt where it does not continue up to the board's counts.
+std::optional<Grid> extended(const ViewU8& image, Grid grid, const Chessboard& board, double window_share) {
+  constexpr double kMinShare = 0.6;
+  while (grid.columns < board.columns || grid.rows < board.rows) {
+    Grid refined = grid;
+    fit_corners(image, refined, window_share, FitEffort::kRaster);
+    const Fits fits = fit_corners(image, refined, window_share, FitEffort::kRaster);
+    std::optional<Grid> best;
+    double best_score = 0;
+    for (const Rim::Side side : kSides) {
+      const Rim rim(side, refined);
+      if (rim.is_column() ? grid.columns >= board.columns : grid.rows >= board.rows) continue;
+      const LineBeyond line = line_beyond(image, refined, fits, rim, window_share);
+      const double score = double(line.alike + line.clean) / rim.count();
+      if (line.alike < kMinShare * rim.count() || score <= best_score) continue;
+      best = with_line(refined, rim, line.points);
+      best_score = score;
+    }
+    if (!best) return std::nullopt;
+    grid = std::move(*best);
+  }
+  return grid;
+}
+
+/// Of all grids that may be a part of the board, the first that extends to it, the largest first.
+std::optional<Grid> extended(const ViewU8& image, std::vector<Grid> parts, const Chessboard& board,
+                             double window_share) {
+  std::sort(parts.begin(), parts.end(),
+            [](const Grid& a, const Grid& b) { return a.points.size() > b.points.size(); });
+  for (Grid& part : parts)
+    for (int turns = 0; turns < 2; ++turns, turn_quarter(part))
+      if (part.columns <= board.columns && part.rows <= board.rows)
+        if (auto grid = extended(image, part, board, window_share)) return grid;
+  return std::nullopt;
 }
 
 void explain_missing(const cv::Mat& image, const Chessboard& board, const std::vector<Grid>& others,
@@ -360,6 +430,7 @@ Detections detect_chessboard(const ViewU8& image, const Chessboard& board, const
            std::max(other.columns, other.rows) >= std::max(board.columns, board.rows);
   });
   std::optional<Grid> grid = std::move(search.asked);
+  if (!grid) grid = extended(image, search.others, board, options.window_share);
   if (!grid && !within_larger) grid = find_by_sectors(pixels, board);
   if (!grid) {
     explain_missing(pixels, board, search.others, result.diagnostics);
@@ -367,7 +438,7 @@ Detections detect_chessboard(const ViewU8& image, const Chessboard& board, const
   }
   order_by_image(*grid);
   // The second round has the first one's precise neighbours for the bending of the edges.
-  fit_corners(image, *grid, options.window_share);
+  fit_corners(image, *grid, options.window_share, FitEffort::kRaster);
   Fits fits = fit_corners(image, *grid, options.window_share);
   const PrintQuality print = print_quality(fits, board.columns);
   if (const auto found = larger_board(image, *grid, fits, options.window_share)) {

@@ -26,8 +26,12 @@ struct CornerFit {
   double residual = 0;  ///< RMS of the fit, grey levels
 };
 
+/// Of a large window: a raster of its pixels, a few hundredths of a pixel off; or every pixel near its edges
+/// and a raster of the flat ones, as precise as all of them.
+enum class FitEffort { kRaster, kFull };
+
 /// nullopt where the window leaves the image or there is no such crossing.
 std::optional<CornerFit> fit_corner(const ViewU8& image, const CornerNeighbourhood& around,
-                                    double window_share);
+                                    double window_share, FitEffort effort = FitEffort::kFull);
 
 }  // namespace procam::detect

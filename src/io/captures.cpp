@@ -252,13 +252,19 @@ std::vector<Stack> list_stacks(const fs::path& view_folder, const std::vector<st
   return stacks;
 }
 
+std::vector<fs::path> list_images(const fs::path& folder) {
+  return images_in(folder);
+}
+
 std::vector<fs::path> list_views(const fs::path& session_folder) {
   const std::vector<fs::path> views = list(session_folder, [](const fs::directory_entry& entry) {
     return entry.is_directory() && holds_frames(entry.path(), 2);
   });
   if (views.empty())
     fail(session_folder, "none of its sub-folders holds images",
-         "give a session folder with one sub-folder of numbered images a board pose");
+         "give a session folder with one sub-folder of numbered images a board pose; for one photograph a "
+         "view "
+         "that shows a printed and a projected board, give --shown (docs/patterns.md)");
   return views;
 }
 

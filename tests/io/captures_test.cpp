@@ -4,6 +4,7 @@
 
 #include "procam/io/files.hpp"
 #include "procam/io/images.hpp"
+#include "procam/io/shown_file.hpp"
 #include "scratch.hpp"
 
 namespace procam::io {
@@ -169,6 +170,25 @@ TEST(Session, StatesSeveralProjectorsByName) {
   scratch.write("session.json", R"({"format": "procam-session", "version": 1, "projector_size": [8, 6],
  "projectors": {"left": [1024, 768]}})");
   EXPECT_ERROR(load_session(scratch.path()), kInput, "session.json:2: projectors: there is a projector_size");
+}
+
+TEST(Shown, ReadsBackAndNamesWhatContradicts) {
+  const Scratch scratch;
+  const ShownInViews shown{true,
+                           {{"view_00.png", "left"}, {"view_01", "frame.png"}},
+                           {},
+                           {{"left", {7, 5, Vec2(31.5, 20.25), 44}}}};
+  save_shown(scratch / "shown.json", shown);
+  const ShownInViews read = load_shown(scratch / "shown.json");
+  EXPECT_TRUE(read.upright);
+  EXPECT_EQ(read.views, shown.views);
+  EXPECT_EQ(read.boards.at("left").first_corner, Vec2(31.5, 20.25));
+  EXPECT_EQ(read.boards.at("left").rows, 5);
+  EXPECT_ERROR(load_shown(scratch.write("a.json", R"({"format": "procam-shown", "version": 1})")), kInput,
+               "neither views nor all_views");
+  EXPECT_ERROR(load_shown(scratch.write("b.json", R"({"format": "procam-shown", "version": 1,
+"all_views": "f.png", "boards": {"x": {"columns": 7, "rows": 5, "first_corner": [1, 2], "step": 0}}})")),
+               kInput, "b.json:2: boards.x.step: it is not positive");
 }
 
 TEST(Session, ReadsBackAndMayBeAbsentOrPartial) {

@@ -12,6 +12,7 @@
 #include "procam/io/marker_map_file.hpp"
 #include "procam/io/pose_file.hpp"
 #include "procam/io/rig_file.hpp"
+#include "procam/io/shown_file.hpp"
 #include "procam/io/surface_file.hpp"
 #include "scratch.hpp"
 
@@ -137,6 +138,9 @@ TEST(Schema, DescribesExactlyWhatIsWritten) {
   save_session(scratch.path(), {"gray", ImageSize{1024, 768}, Board(Chessboard{7, 9, 0.075}), 2});
   std::filesystem::create_directory(scratch / "several");
   save_session(scratch / "several", {"gray", {}, {}, {}, {{"left", {1024, 768}}, {"right", {1280, 800}}}});
+  save_shown(scratch / "shown.json",
+             {true, {{"view_00.png", "left"}}, {}, {{"left", {7, 5, Vec2(31.5, 20.5), 44}}}});
+  save_shown(scratch / "shown_all.json", {false, {}, "projected.png", {}});
   save_marker_map(scratch / "markers.json", test::example_markers());
 
   std::vector<std::string> boards;
@@ -152,6 +156,7 @@ TEST(Schema, DescribesExactlyWhatIsWritten) {
       {"solved-surfaces", {"solved-surfaces.json", "solved-weighted.json"}},
       {"pose", {"pose.json"}},
       {"session", {"session.json", "several/session.json"}},
+      {"shown", {"shown.json", "shown_all.json"}},
       {"board", boards}};
   for (const auto& [name, written] : files) {
     const json schema = schema_of(name);

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "procam/io/files.hpp"
+#include "procam/io/images.hpp"
 #include "procam/io/text.hpp"
 
 namespace procam::tools {
@@ -63,6 +64,37 @@ CameraSizes common_sizes(const SessionPlan& plan) {
   CameraSizes sizes;
   for (const auto& of_camera : folders) sizes.push_back(io::common_image_size(of_camera));
   return sizes;
+}
+
+/// The first photograph's size is the camera's; others are rejected and named.
+match::Reading read_photograph(const SessionPlan& plan, const PhotographedView& view,
+                               std::vector<InputFile>& inputs, CameraSizes& sizes) {
+  std::optional<ImageSize>& size = sizes.front();
+  match::Reading reading;
+  reading.projector = 1;
+  reading.in_projector.image_size = plan.projectors.front().size;
+  std::vector<ImageU8> images;
+  for (const fs::path& file : {view.photograph, view.unlit}) {
+    if (file.empty()) continue;
+    images.push_back(io::to_gray(io::load_image(file).image));
+    if (plan.through_mirror) turn_left_to_right(images.back());
+    if (!size) size = images.back().size();
+    if (images.back().size() != *size) {
+      reading.in_camera.image_size = *size;
+      reading.in_camera.diagnostics.warn(
+          "image_size_differs", file.filename().string() + " is rejected: it is " +
+                                    io::format_size(images.back().size()) + ", the other images are " +
+                                    io::format_size(*size));
+      return reading;
+    }
+    inputs.push_back({file.lexically_relative(plan.folder).generic_string(), io::sha256_of_file(file)});
+  }
+  match::BoardView seen = read_shown_view(*plan.shown, view, images.front(),
+                                          images.size() > 1 ? images.back() : ImageU8(), plan.board);
+  reading.in_camera = std::move(seen.detections[kCameraDevice]);
+  reading.in_projector = std::move(seen.detections[kProjectorDevice]);
+  reading.light_points = std::move(seen.light_points);
+  return reading;
 }
 
 /// A board missed in one view is a warning; one found nowhere is a wrong --board or no board at all.
@@ -130,7 +162,7 @@ void turn_left_to_right(ImageU8& image) {
                        image.row(y) + right * channels);
 }
 
-SessionPlan open_session(const fs::path& folder, const io::Session& stated) {
+SessionPlan open_session(const fs::path& folder, const io::Session& stated, const ShownFlags& shown) {
   const io::Session stored = io::load_session(folder).value_or(io::Session{});
   const auto ask = [&](const std::string& what, const std::string& flag) {
     return Error(ErrorKind::kInput, folder.string(), "neither a flag nor session.json states the " + what,
@@ -142,10 +174,27 @@ SessionPlan open_session(const fs::path& folder, const io::Session& stated) {
   const io::Session& says_size = flags_say ? stated : stored;
   std::map<std::string, ImageSize> sizes = says_size.projectors;
   if (says_size.projector_size) sizes["projector"] = *says_size.projector_size;
-  if (sizes.empty()) throw ask("projector's size", "--projector-size 1024x768");
   const auto board = stated.board ? stated.board : stored.board;
+  if (board && sizes.size() < 2) {
+    plan.shown = plan_shown_views(
+        folder, shown, sizes.empty() ? std::nullopt : std::optional(sizes.begin()->second), *board);
+    if (plan.shown && sizes.empty()) sizes["projector"] = plan.shown->projector_size;
+  }
+  if (!plan.shown && shown.upright)
+    throw Error(ErrorKind::kInput, "--upright", "it has no effect on sessions of several frames a view",
+                "leave it out, or name what was shown in each photograph with --shown");
+  if (plan.shown && (!stated.pattern.empty() || stated.step))
+    throw Error(ErrorKind::kInput, "--pattern, --step", "they have no effect on sessions of photographs",
+                "leave them out: shown.json names what was shown");
+  if (sizes.empty()) throw ask("projector's size", "--projector-size 1024x768");
   if (!board) throw ask("board", "--board chessboard:7x9:75mm");
   plan.board = *board;
+  if (plan.shown) {
+    plan.projectors.push_back({sizes.begin()->first, sizes.begin()->second, nullptr});
+    for (const PhotographedView& view : plan.shown->views) plan.views.push_back({view.name, {}});
+    plan.cameras = {"camera"};
+    return plan;
+  }
   plan.step = (stated.step ? stated.step : stored.step).value_or(1);
   const std::string pattern = !stated.pattern.empty()   ? stated.pattern
                               : !stored.pattern.empty() ? stored.pattern
@@ -164,11 +213,16 @@ SessionPlan open_session(const fs::path& folder, const io::Session& stated) {
 SessionContents read_session(const SessionPlan& plan, const ReadingProgress& progress) {
   SessionContents contents;
   std::vector<std::vector<match::Reading>> readings;
-  CameraSizes sizes = common_sizes(plan);
+  CameraSizes sizes = plan.shown ? CameraSizes(1) : common_sizes(plan);
   for (std::size_t i = 0; i < plan.views.size(); ++i) {
     const PlannedView& view = plan.views[i];
     if (progress) progress(view.name, int(i), int(plan.views.size()));
     readings.emplace_back();
+    if (plan.shown) try {
+        readings.back().push_back(read_photograph(plan, plan.shown->views[i], contents.inputs, sizes));
+      } catch (const Error& error) {
+        throw Error(error.kind(), "view " + view.name + ", " + error.subject(), error.why(), error.next());
+      }
     for (const io::Stack& stack : view.stacks) try {
         readings.back().push_back(read_stack(plan, view, stack, contents.inputs, sizes));
       } catch (const Error& error) {
@@ -184,6 +238,10 @@ SessionContents read_session(const SessionPlan& plan, const ReadingProgress& pro
     views.push_back(match::combine(plan.views[i].name, devices, readings[i]));
   contents.correspondences = match::join(plan.board, devices, views);
   return contents;
+}
+
+std::string pattern_text(const SessionPlan& plan) {
+  return plan.shown ? "shown" : plan.projectors.front().pattern->text();
 }
 
 std::vector<Device> session_devices(ImageSize camera_size, ImageSize projector_size) {

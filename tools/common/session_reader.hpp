@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "common/session_patterns.hpp"
+#include "common/shown_views.hpp"
 #include "procam/core/rig.hpp"
 #include "procam/io/captures.hpp"
 
@@ -16,7 +17,7 @@ namespace procam::tools {
 struct PlannedProjector {
   std::string name;
   ImageSize size;
-  std::unique_ptr<SessionPattern> pattern;
+  std::unique_ptr<SessionPattern> pattern;  ///< none in sessions of photographs
 };
 
 struct PlannedView {
@@ -32,7 +33,8 @@ struct SessionPlan {
   int step = 1;
   Board board;
   std::vector<PlannedView> views;
-  bool through_mirror = false;  ///< turn every frame left to right before it is read (core/mirror.hpp)
+  std::optional<ShownViews> shown;  ///< a session of one photograph a view; then `views` have no stacks
+  bool through_mirror = false;      ///< turn every frame left to right before it is read (core/mirror.hpp)
 };
 
 /// u -> width - 1 - u.
@@ -41,7 +43,11 @@ void turn_left_to_right(ImageU8& image);
 /// `stated` (flags) first, then session.json; without either the pattern is "gray". Throws Error(kInput)
 /// naming the flag that would answer what neither says, and for folders that do not tell which device they
 /// belong to.
-SessionPlan open_session(const std::filesystem::path& folder, const io::Session& stated);
+SessionPlan open_session(const std::filesystem::path& folder, const io::Session& stated,
+                         const ShownFlags& shown = {});
+
+/// As --pattern states it; of photographs "shown".
+std::string pattern_text(const SessionPlan& plan);
 
 /// Called before each view is read: name, number done, number of all.
 using ReadingProgress = std::function<void(const std::string& view, int done, int total)>;

@@ -51,6 +51,7 @@ struct LightPoint {
   int camera = 0;  ///< index into Correspondences::devices
   Vec2 camera_pixel = Vec2::Zero();
   Mat2 camera_covariance = Mat2::Identity() * 0.01;  ///< pixel^2: what the detector believes
+  int point = -1;  ///< its number in what was shown; -1 unless views can be compared by it
 };
 
 /// One placement of the board: what each device saw or lit of it.

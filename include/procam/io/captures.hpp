@@ -46,6 +46,10 @@ CaptureFolder load_capture_folder(const std::filesystem::path& folder, int expec
 /// without a readable image.
 std::optional<ImageSize> common_image_size(const std::vector<std::filesystem::path>& folders);
 
+/// The images (png, jpg, bmp, tif) of a folder in natural order of their names. Throws Error(kIo) when it
+/// cannot be read.
+std::vector<std::filesystem::path> list_images(const std::filesystem::path& folder);
+
 /// The sub-folders that hold images, or folders with images, in natural order of their names. Throws
 /// Error(kInput) when there is none, Error(kIo) when the folder cannot be read.
 std::vector<std::filesystem::path> list_views(const std::filesystem::path& session_folder);

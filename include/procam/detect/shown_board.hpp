@@ -1,0 +1,31 @@
+#pragma once
+/// The inner corners of a chessboard that a projector shows, in a photograph that may show a printed
+/// chessboard as well (one with other counts). Print and light are told apart by their counts.
+///
+/// Which corner is the first is settled by one of two statements:
+///   - one count odd, the other even: the colour of the square outside the first corner, from the frame;
+///   - any counts: the projector's frame appears upright in the photograph, its rows to the right and its
+///     columns down, within 90 degrees.
+/// The colour decides where both are given and counts allow it.
+#include <optional>
+
+#include "procam/detect/chessboard.hpp"
+
+namespace procam::detect {
+
+struct ShownBoardOptions {
+  std::optional<bool> light_first = std::nullopt;  ///< of the frame (pattern/shown_board.hpp)
+  bool upright = false;
+  ChessboardOptions chessboard = {};
+};
+
+/// Do these statements settle the first corner of a board with such counts?
+bool order_is_settled(const Chessboard& layout, const ShownBoardOptions& options);
+
+/// Observations numbered row by row as the frame has its corners; remarks as for detect_chessboard().
+/// Corners whose window holds the border of the print, of the sheet or of the frame are rejected by their
+/// residual. `layout` in any unit. Throws std::invalid_argument when the order is not settled.
+Detections detect_shown_board(const ViewU8& photograph, const Chessboard& layout,
+                              const ShownBoardOptions& options);
+
+}  // namespace procam::detect

@@ -6,6 +6,9 @@
 #include <system_error>
 
 #include "common/cli.hpp"
+#include "common/identical_files.hpp"
+#include "common/lens_flags.hpp"
+#include "common/say_choices.hpp"
 #include "common/utc_now.hpp"
 #include "procam/calibrate/calibrate.hpp"
 #include "procam/detect/detect_board.hpp"
@@ -24,7 +27,8 @@ namespace fs = std::filesystem;
 struct Flags {
   fs::path images, output;
   std::optional<Board> board;
-  std::vector<std::string> free;
+  std::string model = kAutoModel;
+  std::vector<std::string> free, fixed;
 };
 
 void declare(CLI::App& app, Flags& flags) {
@@ -35,7 +39,12 @@ void declare(CLI::App& app, Flags& flags) {
       "The printed board, e.g. chessboard:7x9:75mm (inner corners)")
       ->required();
   app.add_option("-o,--output", flags.output, "Rig file to write")->required();
-  app.add_option("--free", flags.free, "Also estimate skew or k3, which are held at zero otherwise")
+  app.add_option("--camera-model", flags.model, std::string("The lens: ") + kLensModelHelp + " or fisheye")
+      ->capture_default_str();
+  app.add_option("--free", flags.free, "Accepted for older scripts: skew and k3 are estimated anyway")
+      ->check(CLI::IsMember({"skew", "k3"}))
+      ->delimiter(',');
+  app.add_option("--fix", flags.fixed, "Keep skew or k3 at zero, for a program that has none")
       ->check(CLI::IsMember({"skew", "k3"}))
       ->delimiter(',');
 }
@@ -80,17 +89,17 @@ ExitCode calibrate_alone(const Flags& flags, Console& console) {
   std::vector<InputFile> inputs;
   const Correspondences correspondences = read_views(flags, files, console, inputs);
   calibrate::Options options;
-  for (const std::string& name : flags.free)
-    options.camera.held.erase(std::remove(options.camera.held.begin(), options.camera.held.end(), name),
-                              options.camera.held.end());
+  set_lens_model(flags.model, flags.fixed, options.camera);
   calibrate::CalibrationResult result = calibrate::calibrate_camera(correspondences, options);
   Rig& rig = result.rig;
   rig.provenance.tool = "calibrate-camera";
   rig.provenance.version = PROCAM_VERSION;
   rig.provenance.created = utc_now();
   rig.provenance.inputs = inputs;
+  warn_of_identical_files(inputs, result.diagnostics);
   rig.provenance.options = {{"board", io::format_board(*flags.board)}};
-  for (const std::string& name : flags.free) rig.provenance.options["free " + name] = "yes";
+  rig.provenance.options["camera-model"] = flags.model;
+  for (const std::string& name : flags.fixed) rig.provenance.options["fix " + name] = "yes";
   io::save_rig(flags.output, rig);
 
   const bool passed = rig.quality.passed();
@@ -108,10 +117,11 @@ ExitCode calibrate_alone(const Flags& flags, Console& console) {
   const std::vector<std::string> names = parameter_names(camera);
   for (std::size_t i = 0; i < names.size(); ++i) {
     const double value = values[Eigen::Index(i)], sigma = rig.covariance.sigma("camera." + names[i]);
-    console.say(format("%-6s %12.5f +- %.5f%s", names[i].c_str(), value, sigma, sigma > 0 ? "" : "  held"));
+    console.say(format("%-6s %12.5f +- %.5f%s", names[i].c_str(), value, sigma, sigma > 0 ? "" : "  fixed"));
     console.summary().set("/camera/" + names[i], value);
     console.summary().set("/camera/sigma/" + names[i], sigma);
   }
+  say_lens_models(console, result, 0);
   for (const Gate& gate : rig.quality.gates)
     if (!gate.passed) console.say("check FAILED " + gate.name + ": " + gate.detail);
   console.say("wrote " + flags.output.string());

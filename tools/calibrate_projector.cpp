@@ -8,7 +8,9 @@
 
 #include "common/calibration_input.hpp"
 #include "common/cli.hpp"
+#include "common/identical_files.hpp"
 #include "common/known_before.hpp"
+#include "common/lens_flags.hpp"
 #include "common/rig_words.hpp"
 #include "common/say_choices.hpp"
 #include "common/session_reader.hpp"
@@ -49,29 +51,11 @@ struct Flags {
   bool keep_outliers = false;
   std::string board_shape = "auto";
   std::string camera_model = "auto", projector_model = "auto";
-  std::vector<std::string> free;  ///< parameters to estimate that are held otherwise
-  DataSheet sheet;                ///< of the projector
+  std::vector<std::string> free;   ///< with --points: parameters to estimate that are fixed otherwise
+  std::vector<std::string> fixed;  ///< parameters that stay zero
+  DataSheet sheet;                 ///< of the projector
   fs::path known_camera;
 };
-
-const char* const kAutoModel = "auto";
-
-/// The lens to estimate: the one that was named, or whichever predicts left-out views better. `--free k3` is
-/// the name of a model as well.
-void set_lens_model(const std::string& name, const std::vector<std::string>& free,
-                    calibrate::LensOptions& lens) {
-  const auto frees = [&](const char* parameter) {
-    return std::find(free.begin(), free.end(), parameter) != free.end();
-  };
-  if (frees("skew"))
-    lens.held.erase(std::remove(lens.held.begin(), lens.held.end(), "skew"), lens.held.end());
-  if (name != kAutoModel)
-    lens.use(calibrate::lens_model_named(name));
-  else if (frees("k3"))
-    lens.use(calibrate::lens_model_named("brown-conrady:k1,k2,p1,p2,k3"));
-  else
-    lens.choose = true;
-}
 
 const std::map<std::string, calibrate::BoardShape>& board_shapes() {
   static const std::map<std::string, calibrate::BoardShape> names{{"auto", calibrate::BoardShape::kAuto},
@@ -255,8 +239,8 @@ ExitCode calibrate_session(const Flags& flags, Console& console) {
   options.projector.priors = priors_of(flags.sheet, projectors.front().size);
   if (flags.keep_outliers) options.outlier_sigmas = 0;
   options.board_shape = board_shapes().at(flags.board_shape);
-  set_lens_model(flags.camera_model, flags.free, options.camera);
-  set_lens_model(flags.projector_model, flags.free, options.projector);
+  set_lens_model(flags.camera_model, flags.fixed, options.camera);
+  set_lens_model(flags.projector_model, flags.fixed, options.projector);
   options.progress = [&](const std::string& step, double share) {
     console.progress(step, int(100 * share), 100);
   };
@@ -279,8 +263,9 @@ ExitCode calibrate_session(const Flags& flags, Console& console) {
   rig.provenance.version = PROCAM_VERSION;
   rig.provenance.created = utc_now();
   rig.provenance.inputs = input.inputs;
+  warn_of_identical_files(input.inputs, result.diagnostics);
   rig.provenance.options = input.options;
-  for (const std::string& name : flags.free) rig.provenance.options["free " + name] = "yes";
+  for (const std::string& name : flags.fixed) rig.provenance.options["fix " + name] = "yes";
   rig.provenance.options["board-shape"] = flags.board_shape;
   rig.provenance.options["camera-model"] = flags.camera_model;
   rig.provenance.options["projector-model"] = flags.projector_model;
@@ -505,16 +490,19 @@ void declare(CLI::App& app, Flags& flags) {
                  "(docs/exchange.md): its lens is kept within the file's sigmas, or as it is where the file "
                  "has none");
   app.add_option("-o,--output", flags.output, "Rig file to write");
-  app.add_option("--free", flags.free, "Also estimate skew, which is held at zero otherwise, or k3")
+  app.add_option("--free", flags.free,
+                 "With --points: also estimate skew. Boards estimate skew and k3 anyway")
       ->check(CLI::IsMember({"skew", "k3"}))
       ->delimiter(',');
-  const std::string models =
-      "auto (whichever predicts left-out views better), none, brown-conrady, brown-conrady:k1,k2 (those "
-      "terms "
-      "alone), rational";
-  app.add_option("--camera-model", flags.camera_model, "The camera's lens: " + models + " or fisheye")
+  app.add_option("--fix", flags.fixed,
+                 "Keep skew or k3 of camera and projector at zero, for a program that has none")
+      ->check(CLI::IsMember({"skew", "k3"}))
+      ->delimiter(',');
+  app.add_option("--camera-model", flags.camera_model,
+                 std::string("The camera's lens: ") + kLensModelHelp + " or fisheye")
       ->capture_default_str();
-  app.add_option("--projector-model", flags.projector_model, "The projector's lens: " + models)
+  app.add_option("--projector-model", flags.projector_model,
+                 std::string("The projector's lens: ") + kLensModelHelp)
       ->capture_default_str();
   app.add_option("--report", flags.report, "Also write a self-contained HTML page");
   app.add_option("--board-shape", flags.board_shape,

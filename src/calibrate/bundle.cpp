@@ -32,7 +32,7 @@ struct Blocks {
   std::vector<std::vector<double>> lenses;
   std::vector<PoseBlock> devices, boards;
   Points3 points;
-  std::unique_ptr<ceres::LossFunction> loss;  ///< one for all residuals; none: plain least squares
+  std::vector<std::unique_ptr<ceres::LossFunction>> losses;  ///< by view; null: plain least squares
   std::unique_ptr<ceres::Problem> problem;
 };
 
@@ -67,7 +67,13 @@ std::unique_ptr<Blocks> build(const Correspondences& data, const UsedMask& used,
   for (const Pose& pose : state.rig_from_board) blocks->boards.push_back(block_from_pose(pose));
   blocks->points = state.points_in_board;
 
-  if (options.huber_sigmas > 0) blocks->loss = std::make_unique<ceres::HuberLoss>(options.huber_sigmas);
+  for (const double weight : view_weights(used, options)) {
+    std::unique_ptr<ceres::LossFunction> loss;
+    if (options.huber_sigmas > 0) loss = std::make_unique<ceres::HuberLoss>(options.huber_sigmas);
+    if (weight != 1)
+      loss = std::make_unique<ceres::ScaledLoss>(loss.release(), weight, ceres::TAKE_OWNERSHIP);
+    blocks->losses.push_back(std::move(loss));
+  }
   ceres::Problem::Options how;
   how.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
   how.disable_all_safety_checks = true;  // of the pointers given, a tenth of a small solve
@@ -89,7 +95,7 @@ std::unique_ptr<Blocks> build(const Correspondences& data, const UsedMask& used,
         of_residual.push_back(blocks->boards[v].data());
         if (m.observation != nullptr)
           of_residual.push_back(blocks->points[std::size_t(m.observation->point)].data());
-        problem.AddResidualBlock(cost.release(), blocks->loss.get(), of_residual);
+        problem.AddResidualBlock(cost.release(), blocks->losses[v].get(), of_residual);
       }
 
   for (std::size_t d = 0; d < num_devices; ++d) {

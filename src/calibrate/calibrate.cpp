@@ -1,5 +1,6 @@
 #include "procam/calibrate/calibrate.hpp"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -7,11 +8,15 @@
 #include "causes.hpp"
 #include "joined.hpp"
 #include "lens_choice.hpp"
+#include "normal_equations.hpp"
 #include "observability.hpp"
+#include "pose_groups.hpp"
 #include "procam/calibrate/bundle.hpp"
 #include "procam/calibrate/gates.hpp"
 #include "procam/calibrate/uncertainty.hpp"
+#include "procam/core/se3.hpp"
 #include "rig_covariance.hpp"
+#include "rig_motion.hpp"
 #include "shape.hpp"
 #include "solve.hpp"
 #include "start.hpp"
@@ -65,12 +70,15 @@ void require_consistent(const Correspondences& data) {
   }
 }
 
-/// Error of each device on a view that the solve did not see, its board pose taken from its first camera
-/// alone.
+/// Error of each device on a view that the solve did not see, nor others of its pose; its board pose taken
+/// from its first camera alone.
 void hold_out(const Correspondences& data, const UsedMask& everything, const Solution& full, int view,
               ViewResult& result) {
   UsedMask without = full.used;
-  for (auto& of_device : without[std::size_t(view)]) std::fill(of_device.begin(), of_device.end(), char(0));
+  const std::vector<int>& groups = full.options.pose_groups;
+  for (std::size_t v = 0; v < without.size(); ++v)
+    if (groups[v] == groups[std::size_t(view)])
+      for (auto& of_device : without[v]) std::fill(of_device.begin(), of_device.end(), char(0));
   const UsedMask only =
       only_view(full.used, std::size_t(view), posing_camera(data, full.used, std::size_t(view)));
   BundleState state = bundle_adjust(data, without, full.state(), full.options).state;
@@ -79,6 +87,50 @@ void hold_out(const Correspondences& data, const UsedMask& everything, const Sol
     result.holdout_px.push_back(spread_of(data, state, full.used, int(d), view).rms_px);
     result.holdout_all_px.push_back(spread_of(data, state, everything, int(d), view).rms_px);
   }
+}
+
+/// By device: the RMS that views may have which the solve has not seen, by the rig's own covariance C. With
+/// l_i the columns of its Cholesky factor as changes of the parameters, the boards' poses following what the
+/// cameras see, and dr_i what they change of a point's residual r:
+///   sqrt(mean over points of |r|^2 + sum_i |dr_i|^2)
+/// Zero where the cameras alone do not determine the boards' poses.
+std::vector<double> expected_holdout(const Correspondences& data, const Solution& solution,
+                                     const NamedCovariance& covariance) {
+  const BundleState& state = solution.state();
+  const CommonParameters common(data, solution.used, state, solution.options);
+  UsedMask cameras = solution.used;
+  for (auto& view : cameras)
+    for (std::size_t d = 0; d < view.size(); ++d)
+      if (data.devices[d].kind != DeviceKind::kCamera) std::fill(view[d].begin(), view[d].end(), char(0));
+  NormalEquations seen;
+  try {
+    seen = normal_equations(data, cameras, state, solution.options, common);
+  } catch (const Error&) {  // a view whose camera alone does not determine the board's pose
+    return std::vector<double>(data.devices.size(), 0);
+  }
+  const MatX factor = Eigen::LLT<MatX>(covariance.matrix).matrixL();
+  std::vector<double> squares(data.devices.size(), 0), counts(data.devices.size(), 0);
+  for (Eigen::Index i = -1; i < factor.cols(); ++i) {
+    VecX step = VecX::Zero(common.size());
+    if (i >= 0) step.head(factor.rows()) = factor.col(i);
+    BundleState moved = common.moved(state, step);
+    for (std::size_t v = 0; v < data.views.size(); ++v) {
+      if (!seen.views[v].used) continue;
+      const Vec6 follows = -(seen.views[v].pose_by_common * step);
+      moved.rig_from_board[v] = (se3_exp<double>(follows) * state.rig_from_board[v]).normalized();
+      for (std::size_t d = 0; d < data.devices.size(); ++d)
+        for (const Measurement& m : measurements_of(data, int(v), int(d))) {
+          if (!solution.used[v][d][std::size_t(m.index)]) continue;
+          const auto at = reprojection_residual(state, m), then = reprojection_residual(moved, m);
+          if (!at || !then) continue;
+          squares[d] += i < 0 ? at->squaredNorm() : (*then - *at).squaredNorm();
+          counts[d] += i < 0;
+        }
+    }
+  }
+  for (std::size_t d = 0; d < squares.size(); ++d)
+    squares[d] = counts[d] > 0 ? std::sqrt(squares[d] / counts[d]) : 0;
+  return squares;
 }
 
 /// The board as printed, or as the views see it.
@@ -99,7 +151,7 @@ constexpr int kViewsForShape = 4;
 ShapedSolution solve_with_shape(const Correspondences& data, const Start& start, const Options& options) {
   ShapedSolution flat{
       data, solve(data, start.state, start.bundle_options, start.first, start.used, options), {}, {}};
-  const int views = int(std::count(start.view_used.begin(), start.view_used.end(), true));
+  const int views = count_groups(start.used, start.bundle_options.pose_groups);
   // Where the detectors' own covariances explain every residual, nothing is left for a shape to explain.
   bool unexplained = false;
   for (const ResidualNoise& noise : flat.solution.options.noise) unexplained |= noise.floor_px > 0;
@@ -113,8 +165,13 @@ ShapedSolution solve_with_shape(const Correspondences& data, const Start& start,
   free.turned = settle_order_by_shape(free.data, flat.solution.used, state, flat.solution.options);
   BundleOptions with_shape = flat.solution.options;
   with_shape.board_sigma = board_sigma(points_in_board(data.board));
-  // From all points again: those that the flat board left out are the ones that tell the shape.
-  free.solution = solve(free.data, state, with_shape, start.first, start.used, options);
+  try {
+    // From all points again: those that the flat board rejected are the ones that show the shape.
+    free.solution = solve(free.data, state, with_shape, start.first, start.used, options);
+  } catch (const Error&) {
+    if (options.board_shape == BoardShape::kFree) throw;
+    return flat;
+  }
   free.shape = measure_shape(points_in_board(data.board), free.solution.state().points_in_board);
 
   UsedMask judged = free.solution.used;
@@ -215,10 +272,13 @@ CalibrationResult describe(const Correspondences& data, const Start& start, cons
     rig.quality.rms_px[data.devices[d].name] = result.rms_px.back();
   }
   for (const ViewResult& view : result.views) rig.quality.views_used += view.used;
+  const std::optional<RigMotion> motion = rig_motion(data, solution);
+  if (motion) result.diagnostics.warn("device_moved", description(*motion, data));
   for (std::size_t d = 1; d < data.devices.size(); ++d) {
     const std::string moved = moved_device(data, start.used, solution, int(d));
     if (!moved.empty()) result.diagnostics.warn("device_moved", moved);
-    const std::string resampled = resampled_picture(data, solution, int(d));
+    // What a motion leaves in the residuals looks like anything, also like a periodic pattern.
+    const std::string resampled = motion ? "" : resampled_picture(data, solution, int(d));
     if (!resampled.empty()) result.diagnostics.warn("picture_resampled", resampled);
   }
   return result;
@@ -282,24 +342,18 @@ Gate shape_gate(const Correspondences& data, const EstimatedShape& shape) {
                         ": mount the sheet on a stiff flat plate, and check the square's size both ways")};
 }
 
-int agreeing_views(const Start& start, const Solution& solution) {
-  int views = 0;
-  for (std::size_t v = 0; v < start.view_used.size(); ++v)
-    views += start.view_used[v] && takes_part(solution.used, v);
-  return views;
-}
-
 /// What is known of the devices: by the normal equations, and to be told.
 struct Sigmas {
   BundleCovariance formal;
   HonestCovariance honest;
 };
 
-Sigmas sigmas_of(const ShapedSolution& shaped, const Start& start) {
+Sigmas sigmas_of(const ShapedSolution& shaped) {
   const Solution& solution = shaped.solution;
   BundleUncertainty both = bundle_uncertainty(shaped.data, solution.used, solution.state(), solution.options);
   Sigmas sigmas;
-  sigmas.honest = honest_covariance(both.formal.devices, both.jackknife, agreeing_views(start, solution));
+  sigmas.honest = honest_covariance(both.formal.devices, both.jackknife,
+                                    count_groups(solution.used, solution.options.pose_groups));
   sigmas.formal = std::move(both.formal);
   return sigmas;
 }
@@ -314,24 +368,59 @@ void begin_again(const Solution& solution, Start& start) {
   start.bundle_options.priors = solution.options.priors;
 }
 
+/// What the user knows of a lens, and what is known of any; of the latter the variance over `weight`.
+std::vector<LensPrior> lens_priors(const LensOptions& of_user, const Camera& lens, double weight) {
+  std::vector<LensPrior> priors = of_user.priors;
+  for (LensPrior& prior : known_of_any_lens(lens)) {
+    prior.sigma /= std::sqrt(weight);
+    priors.push_back(std::move(prior));
+  }
+  return priors;
+}
+
+/// From what find_start left to what is to be solved for: `options` decides what is fixed, and every lens
+/// that is not known gets what is known of any.
+void free_lenses(const Correspondences& data, const Options& options, bool camera_known, Start& start) {
+  start.bundle_options.priors.resize(data.devices.size());
+  for (std::size_t d = camera_known ? 1 : 0; d < data.devices.size(); ++d) {
+    const LensOptions& lens =
+        data.devices[d].kind == DeviceKind::kCamera ? options.camera : options.projector;
+    start.bundle_options.held[d] = lens.held;
+    start.bundle_options.priors[d] = lens_priors(lens, start.state.lenses[d], 1);
+  }
+}
+
 /// Distortion that the views say little about would be noise, and the light's error between and beyond them:
-/// it gets what is known of any lens as a prior, and all is solved again. Returns everything hardly known:
-/// what the prior holds, and what else is left open by the sigmas that are told.
+/// what is known of any lens keeps it near zero. Where the views scatter more than their noise explains, they
+/// say less than the normal equations take them to say, by variance_ratio, and the priors weigh as much more;
+/// radial terms of a rational lens get theirs only here. Returns all parameters that are poorly constrained:
+/// distortion kept by its prior, and what else the reported sigmas leave open.
 std::vector<HardlyKnown> hold_near_prior(ShapedSolution& shaped, Sigmas& sigmas, Start& start,
-                                         const Options& options) {
+                                         bool camera_known, const Options& options) {
   std::vector<HardlyKnown> all;
-  for (HardlyKnown& parameter : hardly_known(shaped.solution, shaped.data, sigmas.formal.devices)) {
-    if (!parameter.distortion) continue;
+  bool again = false;
+  for (HardlyKnown& parameter : hardly_known(shaped.solution, shaped.data, sigmas.honest.devices)) {
+    if (!parameter.distortion || (camera_known && parameter.device == 0)) continue;
     parameter.at_prior = true;
+    again |= sigmas.honest.inflated ||
+             std::holds_alternative<RationalDistortion>(
+                 shaped.solution.state().lenses[std::size_t(parameter.device)].distortion);
     all.push_back(std::move(parameter));
   }
-  if (!all.empty()) {
+  if (again) {
     begin_again(shaped.solution, start);
-    start.bundle_options.priors.resize(shaped.data.devices.size());
-    for (const HardlyKnown& parameter : all)
-      start.bundle_options.priors[std::size_t(parameter.device)].push_back(parameter.beforehand);
+    const double weight = sigmas.honest.inflated ? sigmas.honest.variance_ratio : 1;
+    for (std::size_t d = camera_known ? 1 : 0; d < shaped.data.devices.size(); ++d)
+      start.bundle_options.priors[d] =
+          lens_priors(shaped.data.devices[d].kind == DeviceKind::kCamera ? options.camera : options.projector,
+                      start.state.lenses[d], weight);
+    for (const HardlyKnown& parameter : all) {
+      const auto d = std::size_t(parameter.device);
+      if (std::holds_alternative<RationalDistortion>(start.state.lenses[d].distortion))
+        start.bundle_options.priors[d].push_back(parameter.beforehand);
+    }
     shaped = solve_with_shape(shaped.data, start, options);
-    sigmas = sigmas_of(shaped, start);
+    sigmas = sigmas_of(shaped);
   }
   const std::size_t held = all.size();
   for (const HardlyKnown& parameter : hardly_known(shaped.solution, shaped.data, sigmas.honest.devices))
@@ -340,6 +429,14 @@ std::vector<HardlyKnown> hold_near_prior(ShapedSolution& shaped, Sigmas& sigmas,
         }))
       all.push_back(parameter);
   return all;
+}
+
+/// The usual models instead of others that were chosen.
+void reject_chosen(std::vector<LensAlternative>& alternatives, const std::string& why) {
+  for (LensAlternative& one : alternatives) {
+    if (one.chosen && one.model != kUsualLensModel) one.ruled_out = why;
+    one.chosen = one.model == kUsualLensModel;
+  }
 }
 
 void tell_lenses(std::vector<LensAlternative> alternatives, CalibrationResult& result) {
@@ -357,22 +454,52 @@ void tell_lenses(std::vector<LensAlternative> alternatives, CalibrationResult& r
   result.lens_alternatives = std::move(alternatives);
 }
 
+/// Few views predict another one badly, which the sigmas say as well. A held-out error that they explain is
+/// no sign of a wrong model.
+void allow_for_sigmas(const std::vector<double>& expected, CalibrationResult& result) {
+  // Of an RMS of few views, all off by the same parameters' error, twice the expectation is common.
+  constexpr double kExplainedBySigmas = 2;
+  for (std::size_t d = 0; d < result.devices.size(); ++d)
+    for (Gate& gate : result.rig.quality.gates) {
+      if (gate.passed || gate.name != result.devices[d].name + " held-out error") continue;
+      if (result.holdout_px[d] > kExplainedBySigmas * expected[d]) continue;
+      gate.passed = true;
+      gate.detail = px(result.holdout_px[d]) + " on views held out; the sigmas explain " + px(expected[d]);
+    }
+}
+
 CalibrationResult run(const Correspondences& given, const std::optional<KnownLens>& known_camera,
                       const Options& options) {
   require_consistent(given);
   Correspondences ordered = given;
-  Start start = find_start(ordered, known_camera, options);  // settles the order of symmetric boards
+  // Skew and k3 are small: a start does without them, and settles the order of symmetric boards.
+  Options of_start = options;
+  for (LensOptions* lens : {&of_start.camera, &of_start.projector})
+    lens->held.insert(lens->held.end(), {"skew", "k3"});
+  Start start = find_start(ordered, known_camera, of_start);
+  free_lenses(ordered, options, known_camera.has_value(), start);
+  start.bundle_options.pose_groups = pose_groups(ordered);
   ShapedSolution shaped = solve_with_shape(ordered, start, options);
   Solution chosen;
   std::vector<LensAlternative> alternatives =
       choose_lenses(shaped.data, start.used, shaped.solution, options, known_camera.has_value(), chosen);
-  if (chosen.options.held != shaped.solution.options.held) {
+  const bool another = std::any_of(alternatives.begin(), alternatives.end(), [](const LensAlternative& one) {
+    return one.chosen && one.model != kUsualLensModel;
+  });
+  if (another) {
+    const Start before = start;
     begin_again(chosen, start);
-    shaped = solve_with_shape(shaped.data, start, options);
+    try {
+      shaped = solve_with_shape(shaped.data, start, options);
+    } catch (const Error& error) {  // good enough to be judged, not to be solved to the end
+      start = before;
+      reject_chosen(alternatives, error.why());
+    }
   }
   report(options, "covariance", 0.75);
-  Sigmas sigmas = sigmas_of(shaped, start);
-  const std::vector<HardlyKnown> open = hold_near_prior(shaped, sigmas, start, options);
+  Sigmas sigmas = sigmas_of(shaped);
+  const std::vector<HardlyKnown> open =
+      hold_near_prior(shaped, sigmas, start, known_camera.has_value(), options);
   const Correspondences& data = shaped.data;
   const Solution& solution = shaped.solution;
   CalibrationResult result = describe(data, start, solution, sigmas.formal);
@@ -388,6 +515,8 @@ CalibrationResult run(const Correspondences& given, const std::optional<KnownLen
   tell_lenses(std::move(alternatives), result);
   for (const std::string& sentence : in_words(open, data)) result.diagnostics.warn("hardly_known", sentence);
   tell_shape(shaped, result);
+  const std::string repeated = repeated_poses(data, solution.used, solution.options.pose_groups);
+  if (!repeated.empty()) result.diagnostics.warn("repeated_poses", repeated);
 
   if (options.holdout) {
     std::vector<int> counted(data.devices.size(), 0);
@@ -415,6 +544,7 @@ CalibrationResult run(const Correspondences& given, const std::optional<KnownLen
   }
 
   result.rig.quality.gates = check_rig(result.rig);
+  if (options.holdout) allow_for_sigmas(expected_holdout(data, solution, sigmas.honest.devices), result);
   int behind = 0;  // the board's printed side faces away from the camera: a mirrored order of corners
   for (const ViewResult& view : result.views)
     if (view.used && view.rig_from_board.rotate(Vec3::UnitZ()).dot(view.rig_from_board.translation) <= 0)

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <set>
 
 #include "procam/calibrate/lens_model.hpp"
 #include "procam/calibrate/uncertainty.hpp"
@@ -16,6 +18,8 @@ namespace {
 constexpr double kLensGain = 0.95;
 /// Beyond this many sigmas an observation is a blunder, and no worse for being further off.
 constexpr double kWorst = 5;
+/// Tangential terms beyond this stand in for a wrong principal point: no lens has them (GateLimits).
+constexpr double kImplausibleTangential = 0.01;
 constexpr double kRoughTolerance = 1e-8;  ///< of a model's cost: enough to judge by
 
 const LensOptions& lens_options(const Options& options, DeviceKind kind) {
@@ -30,6 +34,10 @@ struct LensTrial {
   LeftOut left_out;
   LensAlternative told;
 };
+
+int group_of(const BundleOptions& options, std::size_t view) {
+  return options.pose_groups.empty() ? int(view) : options.pose_groups[view];
+}
 
 double mean(const std::vector<double>& values) {
   double sum = 0;
@@ -46,15 +54,19 @@ double error_of_difference(const std::vector<double>& a, const std::vector<doubl
   return n > 1 ? std::sqrt(sum / (n * (n - 1))) : 0;
 }
 
-/// Squared residuals of left-out views: in units of `variance` (by device), blunders capped.
+/// Mean squared residuals of left-out views, in units of `variance` (by device), blunders capped; those of a
+/// pose group together.
 std::vector<double> squares_by_view(const Correspondences& data, const UsedMask& all,
                                     const Solution& solution, const std::vector<double>& variance,
                                     const LeftOut& states) {
-  std::vector<double> squares;
+  struct Sum {
+    double squares = 0;
+    int count = 0;
+  };
+  std::map<int, Sum> groups;
   for (std::size_t v = 0; v < states.size(); ++v) {
     if (!states[v]) continue;
-    double sum = 0;
-    int count = 0;
+    auto& [sum, count] = groups[group_of(solution.options, v)];
     for (std::size_t d = 0; d < data.devices.size(); ++d) {
       if (solution.left_out[v][d]) continue;
       for (const Measurement& m : measurements_of(data, int(v), int(d))) {
@@ -64,14 +76,19 @@ std::vector<double> squares_by_view(const Correspondences& data, const UsedMask&
         ++count;
       }
     }
-    if (count > 0) squares.push_back(sum / count);
   }
+  std::vector<double> squares;
+  for (const auto& [group, sum] : groups)
+    if (sum.count > 0) squares.push_back(sum.squares / sum.count);
   return squares;
 }
 
-std::size_t views_left(const LeftOut& states) {
-  return std::size_t(
-      std::count_if(states.begin(), states.end(), [](const auto& s) { return s.has_value(); }));
+/// Groups of views that can be left out.
+std::size_t groups_left(const BundleOptions& options, const LeftOut& states) {
+  std::set<int> groups;
+  for (std::size_t v = 0; v < states.size(); ++v)
+    if (states[v]) groups.insert(group_of(options, v));
+  return groups.size();
 }
 
 /// RMS of a device on left-out views, over what the solution uses, pixels.
@@ -90,7 +107,7 @@ double left_out_rms(const Correspondences& data, const Solution& solution, std::
 
 /// The solution with one device's lens in another model.
 LensTrial try_lens(const Correspondences& data, const Solution& solution, std::size_t device,
-                   const LensModel& model) {
+                   const LensModel& model, const std::vector<LensPrior>& by_user) {
   LensTrial trial{solution.state(), solution.options, {}, {}};
   trial.told.device = int(device);
   trial.told.model = model.name;
@@ -98,6 +115,10 @@ LensTrial try_lens(const Correspondences& data, const Solution& solution, std::s
   trial.state.lenses[device] = in_model(trial.state.lenses[device], model);
   trial.options.held[device] = held_in(model, solution.options.held[device]);
   trial.options.tolerance = kRoughTolerance;
+  trial.options.priors.resize(data.devices.size());
+  trial.options.priors[device] = by_user;
+  for (LensPrior& prior : known_of_any_lens(trial.state.lenses[device]))
+    trial.options.priors[device].push_back(std::move(prior));
   try {
     const BundleResult bundle = bundle_adjust(data, solution.used, trial.state, trial.options);
     trial.state = bundle.state;
@@ -118,17 +139,34 @@ LensTrial try_lens(const Correspondences& data, const Solution& solution, std::s
   return trial;
 }
 
+double largest_tangential(const Camera& lens) {
+  const std::vector<std::string> names = coefficient_names(lens.distortion);
+  const std::vector<double> values = coefficients_of(lens.distortion);
+  double largest = 0;
+  for (std::size_t i = 0; i < names.size(); ++i)
+    if (names[i][0] == 'p') largest = std::max(largest, std::abs(values[i]));
+  return largest;
+}
+
 /// The usual model, unless others predict the views better by kLensGain and by more than the difference's
 /// standard error; then the one with the fewest terms within a standard error of the best (L. Breiman et al.,
 /// "Classification and Regression Trees", 1984, section 3.4.3). Never one with fewer terms than the usual:
 /// left-out views hardly tell what it lacks, its sigmas not at all, and the light shows it beyond the views
-/// (measured: docs/calibration.md). Terms that the views cannot tell are kept by a prior instead
-/// (observability.hpp).
+/// (measured: docs/calibration.md). Terms that the views do not determine are kept near zero by what is known
+/// of any lens instead. The exception is a tangential term that no lens has: then the model without them is
+/// taken if it predicts the views as well, to a standard error.
 std::size_t choose(const std::vector<LensTrial>& trials, std::size_t usual) {
   const auto& of_usual = trials[usual].told.by_view;
   const auto possible = [&](std::size_t i) {
     return trials[i].told.ruled_out.empty() && trials[i].told.terms >= trials[usual].told.terms;
   };
+  if (largest_tangential(trials[usual].state.lenses[std::size_t(trials[usual].told.device)]) >
+      kImplausibleTangential)
+    for (std::size_t i = 0; i < trials.size(); ++i)
+      if (trials[i].told.model == kWithoutTangential && trials[i].told.ruled_out.empty() &&
+          mean(trials[i].told.by_view) <=
+              mean(of_usual) + error_of_difference(trials[i].told.by_view, of_usual))
+        return i;
   std::size_t best = usual;
   for (std::size_t i = 0; i < trials.size(); ++i)
     if (possible(i) && mean(trials[i].told.by_view) < mean(trials[best].told.by_view)) best = i;
@@ -164,15 +202,16 @@ std::vector<LensAlternative> choose_lenses(const Correspondences& data, const Us
     std::size_t usual = 0;
     for (const LensModel& model : lens_ladder(next.state().lenses[d], kind)) {
       if (model.name == kUsualLensModel) usual = trials.size();
-      trials.push_back(try_lens(data, next, d, model));
+      trials.push_back(try_lens(data, next, d, model, lens_options(options, kind).priors));
     }
-    if (views_left(trials[usual].left_out) < 2) continue;  // too few views to leave one out
+    if (groups_left(next.options, trials[usual].left_out) < 2) continue;  // too few views to leave one out
     std::vector<double> variance;
     for (std::size_t i = 0; i < data.devices.size(); ++i)
       variance.push_back(std::max(std::pow(left_out_rms(data, next, i, trials[usual].left_out), 2), 1e-12));
     for (LensTrial& trial : trials) {
       trial.told.by_view = squares_by_view(data, all, next, variance, trial.left_out);
-      if (trial.told.ruled_out.empty() && trial.told.by_view.size() != views_left(trials[usual].left_out))
+      if (trial.told.ruled_out.empty() &&
+          trial.told.by_view.size() != groups_left(next.options, trials[usual].left_out))
         trial.told.ruled_out = "not determined once a view is left out";
     }
     const std::size_t chosen = choose(trials, usual);

@@ -80,8 +80,8 @@ LensModel lens_model_named(const std::string& name) {
 
 std::vector<LensModel> lens_ladder(const Camera& lens, DeviceKind kind) {
   std::vector<LensModel> ladder;
-  for (const char* name : {"none", "brown-conrady:k1", "brown-conrady:k1,k2", "brown-conrady",
-                           "brown-conrady:k1,k2,p1,p2,k3", "rational"})
+  for (const char* name :
+       {"none", "brown-conrady:k1,k2", kWithoutTangential, "brown-conrady", kUsualLensModel, "rational"})
     ladder.push_back(lens_model_named(name));
   if (kind == DeviceKind::kCamera && widest_angle(lens) > kWideAngle)
     ladder.push_back(lens_model_named("fisheye"));

@@ -23,6 +23,31 @@ std::vector<LensPrior> lens_shift_prior(const Vec2& shift, double sigma, ImageSi
           {{{"cy", 1}}, 0.5 * (picture.height - 1) + shift.y() * picture.height, sigma * picture.height}};
 }
 
+std::vector<LensPrior> known_of_any_lens(const Camera& lens) {
+  // One sigma each; see the header.
+  constexpr double kSkewShare = 0.005, kTangential = 0.005, kCornerShare = 0.15, kHighOrderShare = 0.05;
+  const bool fisheye = std::holds_alternative<FisheyeDistortion>(lens.distortion);
+  const bool rational = std::holds_alternative<RationalDistortion>(lens.distortion);
+  double corner = 0;
+  for (const double x : {-0.5, lens.size.width - 0.5})
+    for (const double y : {-0.5, lens.size.height - 0.5})
+      corner = std::max(corner, lens.intrinsics.normalized_from_pixel(Vec2(x, y)).norm());
+  std::vector<LensPrior> known{{{{"skew", 1}}, 0, kSkewShare * lens.intrinsics.fx}};
+  for (const std::string& name : coefficient_names(lens.distortion)) {
+    if (name == "p1" || name == "p2") {
+      known.push_back({{{name, 1}}, 0, kTangential});
+    } else if (name[0] == 'k' && !rational) {
+      const int order = name[1] - '0';
+      // The distorted radius of a fisheye is about the angle.
+      known.push_back({{{name, 1}},
+                       0,
+                       (order < 3 ? kCornerShare : kHighOrderShare) /
+                           std::pow(fisheye ? std::min(corner, 1.5) : corner, 2 * order)});
+    }
+  }
+  return known;
+}
+
 std::vector<LensPrior> known_lens_priors(const KnownLens& known) {
   const std::vector<std::string> all = parameter_names(known.lens);
   const VecX values = parameters_of(known.lens);

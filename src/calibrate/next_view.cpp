@@ -161,6 +161,8 @@ std::vector<std::optional<NamedCovariance>> covariance_with_view(const Calibrati
   one.board = solved.data.board;
   one.devices = solved.data.devices;
   BundleState there = solved.state;
+  BundleOptions alone = solved.options;
+  alone.pose_groups.clear();
   for (std::size_t i = 0; i < rig_from_board.size(); ++i) {
     there.rig_from_board = {rig_from_board[i]};
     const auto view = view_at(usual, solved, there);
@@ -168,7 +170,7 @@ std::vector<std::optional<NamedCovariance>> covariance_with_view(const Calibrati
     one.views = {*view};
     add_corners_share(one, there);
     try {
-      const NormalEquations next = normal_equations(one, use_all(one), there, solved.options, common);
+      const NormalEquations next = normal_equations(one, use_all(one), there, alone, common);
       const MatX gain =
           marginal_information(equations.information + next.views.front().information, n) - before;
       all[i] = NamedCovariance{to_rig.rig_names,

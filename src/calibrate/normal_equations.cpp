@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "procam/calibrate/costs/se3_manifold.hpp"
 #include "procam/core/cholesky.hpp"
@@ -153,6 +154,25 @@ BundleState CommonParameters::moved(const BundleState& state, const VecX& step) 
   return out;
 }
 
+std::vector<ViewEquations> by_pose_group(const NormalEquations& equations, const BundleOptions& options) {
+  if (options.pose_groups.empty()) return equations.views;
+  std::map<int, ViewEquations> groups;
+  for (std::size_t v = 0; v < equations.views.size(); ++v) {
+    const ViewEquations& view = equations.views[v];
+    if (!view.used) continue;
+    ViewEquations& group = groups[options.pose_groups[v]];
+    if (group.used) {
+      group.information += view.information;
+      group.gradient += view.gradient;
+    } else {
+      group = view;
+    }
+  }
+  std::vector<ViewEquations> all;
+  for (auto& [number, group] : groups) all.push_back(std::move(group));
+  return all;
+}
+
 NormalEquations normal_equations(const Correspondences& data, const UsedMask& used,
                                  const BundleState& solution, const BundleOptions& options,
                                  const CommonParameters& common) {
@@ -161,6 +181,7 @@ NormalEquations normal_equations(const Correspondences& data, const UsedMask& us
   NormalEquations all;
   all.information = MatX::Zero(n, n);
   all.diagonal = VecX::Zero(n);
+  const std::vector<double> view_weight = view_weights(used, options);
   for (std::size_t v = 0; v < data.views.size(); ++v) {
     MatX information = MatX::Zero(n, n);
     Eigen::Matrix<double, 6, Eigen::Dynamic> cross = MatX::Zero(6, n);
@@ -190,6 +211,8 @@ NormalEquations normal_equations(const Correspondences& data, const UsedMask& us
         pose_gradient += l->by_pose.transpose() * l->residual;
       }
     if (view.used) {
+      information *= view_weight[v], cross *= view_weight[v], gradient *= view_weight[v],
+          pose *= view_weight[v], pose_gradient *= view_weight[v];
       // Radians and metres compare after scaling each to its own information.
       const Vec6 scale = pose.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
       const Cholesky factors(Mat6(scale.asDiagonal() * pose * scale.asDiagonal()));

@@ -41,6 +41,10 @@ struct NormalEquations {
   VecX diagonal;     ///< of the same before poses were eliminated
 };
 
+/// Of the views of each pose group together (BundleOptions::pose_groups), `information`, `gradient` and
+/// `used` alone; in the order of the groups' numbers.
+std::vector<ViewEquations> by_pose_group(const NormalEquations& equations, const BundleOptions& options);
+
 /// Weighed as the solver weighs them, robust loss included.
 /// Throws Error(kDegenerate) naming a view whose pose its measurements do not determine.
 NormalEquations normal_equations(const Correspondences& data, const UsedMask& used,

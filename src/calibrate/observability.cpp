@@ -92,10 +92,11 @@ std::vector<HardlyKnown> hardly_known(const Solution& solution, const Correspond
         beforehand = centre * lens.size.height;
       } else if (name == "p1" || name == "p2") {
         beforehand = kTangential;
-      } else if (name == "k1" || name == "k2" || name == "k3") {
+      } else if (name == "k1" || name == "k2") {
         beforehand = kCornerShare / std::pow(seen.corner, 2 * (name[1] - '0'));
       } else {
-        continue;  // skew and the further terms of larger models, which only those who ask for them estimate
+        continue;  // skew, k3 and the further terms of larger models are small or trade off against the
+                   // others
       }
       if (!(one.sigma > kSayLittle * beforehand)) continue;
       one.beforehand = {{{name, 1.0}}, one.distortion ? 0 : value, beforehand};

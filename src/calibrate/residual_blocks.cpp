@@ -3,6 +3,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <array>
+#include <map>
 
 #include "procam/calibrate/costs/light_point.hpp"
 #include "procam/calibrate/costs/reprojection.hpp"
@@ -114,6 +115,22 @@ std::unique_ptr<ceres::CostFunction> reprojection_cost(const Distortion& model, 
 const std::vector<LensPrior>& priors_of(const BundleOptions& options, std::size_t device) {
   static const std::vector<LensPrior> none;
   return options.priors.empty() ? none : options.priors[device];
+}
+
+std::vector<double> view_weights(const UsedMask& used, const BundleOptions& options) {
+  std::vector<double> weights(used.size(), 1);
+  if (options.pose_groups.empty()) return weights;
+  require(options.pose_groups.size() == used.size(), "bundle: pose_groups must have a number for every view");
+  std::map<int, int> members;
+  const auto takes_part = [&](std::size_t v) {
+    return std::any_of(used[v].begin(), used[v].end(), [](const std::vector<char>& of_device) {
+      return std::find(of_device.begin(), of_device.end(), char(1)) != of_device.end();
+    });
+  };
+  for (std::size_t v = 0; v < used.size(); ++v) members[options.pose_groups[v]] += takes_part(v);
+  for (std::size_t v = 0; v < used.size(); ++v)
+    weights[v] = 1.0 / std::max(1, members[options.pose_groups[v]]);
+  return weights;
 }
 
 std::optional<Mat2> carry_of(const BundleState& state, const Measurement& m) {

@@ -43,6 +43,10 @@ std::unique_ptr<ceres::CostFunction> reprojection_cost(const Distortion& model, 
 /// A device's priors; none when the options have none.
 const std::vector<LensPrior>& priors_of(const BundleOptions& options, std::size_t device);
 
+/// By view: what its residuals' squares weigh, 1 / (views of its pose group that take part). All 1 without
+/// groups.
+std::vector<double> view_weights(const UsedMask& used, const BundleOptions& options);
+
 /// Positions in parameters_of(lens) of the names in `held`, ascending; names of another model are ignored.
 std::vector<int> held_parameters(const Camera& lens, const std::vector<std::string>& held);
 

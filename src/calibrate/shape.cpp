@@ -72,10 +72,14 @@ std::vector<std::optional<BundleState>> views_left_out(const Correspondences& da
   for (std::size_t v = 0; v < without.size(); ++v) {
     if (!without[v]) continue;
     const int camera = posing_camera(data, judged, v);
-    if (camera < 0)
+    try {
+      if (camera < 0)
+        without[v].reset();
+      else
+        without[v] = bundle_adjust(data, only_view(judged, v, camera), *without[v], pose_only).state;
+    } catch (const Error&) {  // a lens that without this view cannot project its points
       without[v].reset();
-    else
-      without[v] = bundle_adjust(data, only_view(judged, v, camera), *without[v], pose_only).state;
+    }
   }
   return without;
 }
@@ -84,25 +88,25 @@ std::optional<double> predicted_holdout(const Correspondences& data, const UsedM
                                         const UsedMask& judged, const BundleState& solution,
                                         const BundleOptions& options) {
   const auto without = views_left_out(data, used, judged, solution, options);
-  double sum = 0;
-  int views = 0;
+  const std::vector<double> weights = view_weights(used, options);
+  double sum = 0, views = 0;
   for (std::size_t v = 0; v < without.size(); ++v) {
     if (!without[v]) continue;
     const Spread spread = spread_of(data, *without[v], judged, -1, int(v));
     if (spread.count == 0) continue;
-    sum += spread.rms_px;
-    ++views;
+    sum += weights[v] * spread.rms_px;
+    views += weights[v];
   }
-  if (views == 0) return std::nullopt;
+  if (!(views > 0)) return std::nullopt;
   return sum / views;
 }
 
 double explained_by_shape(const Correspondences& flat_data, const Solution& flat,
                           const Correspondences& free_data, const Solution& free) {
-  double flat_squares = 0, free_squares = 0;
-  int count = 0, views = 0;
+  const std::vector<double> weights = view_weights(flat.used, flat.options);
+  double flat_squares = 0, free_squares = 0, count = 0, views = 0;
   for (std::size_t v = 0; v < flat_data.views.size(); ++v) {
-    const int before = count;
+    bool counts = false;
     for (std::size_t d = 0; d < flat_data.devices.size(); ++d) {
       const auto flat_all = measurements_of(flat_data, int(v), int(d)),
                  free_all = measurements_of(free_data, int(v), int(d));
@@ -112,12 +116,13 @@ double explained_by_shape(const Correspondences& flat_data, const Solution& flat
                    b = judged_residual(free.state(), free_all[i]);
         if (!a || !b) continue;
         const Mat2 information = flat.options.noise[d].covariance(a->covariance).inverse();
-        flat_squares += a->residual.dot(information * a->residual);
-        free_squares += b->residual.dot(information * b->residual);
-        ++count;
+        flat_squares += weights[v] * a->residual.dot(information * a->residual);
+        free_squares += weights[v] * b->residual.dot(information * b->residual);
+        count += weights[v];
+        counts = true;
       }
     }
-    views += count > before;
+    if (counts) views += weights[v];
   }
   const double freedom = 3 * double(flat.state().points_in_board.size()) - 7,
                rest = 2.0 * count - 6.0 * views - freedom;

@@ -19,15 +19,16 @@ double board_sigma(const Points3& printed);
 std::vector<int> settle_order_by_shape(Correspondences& data, const UsedMask& used, BundleState& state,
                                        const BundleOptions& options);
 
-/// By view: the solution that has not seen it (first order), its board pose taken from what `judged` names of
-/// its first camera alone. nullopt for a view that takes no part, and for one without which the rest is not
-/// determined.
+/// By view: the solution that has not seen it or its pose (first order), its board pose taken from what
+/// `judged` names of its first camera alone. nullopt for a view that takes no part, and for one without which
+/// the rest is not determined.
 std::vector<std::optional<BundleState>> views_left_out(const Correspondences& data, const UsedMask& used,
                                                        const UsedMask& judged, const BundleState& solution,
                                                        const BundleOptions& options);
 
-/// Mean over views of the RMS of what `judged` names in a view that the solution has not seen (first order),
-/// its board pose taken from its first camera alone. nullopt when no view can be left out.
+/// Mean over views (over groups of views that repeat one pose) of the RMS of what `judged` names in a view
+/// that the solution has not seen (first order), its board pose taken from its first camera alone. nullopt
+/// when no view can be left out.
 std::optional<double> predicted_holdout(const Correspondences& data, const UsedMask& used,
                                         const UsedMask& judged, const BundleState& solution,
                                         const BundleOptions& options);

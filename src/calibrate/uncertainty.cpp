@@ -5,6 +5,7 @@
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numeric>
 
 #include "normal_equations.hpp"
@@ -103,11 +104,13 @@ BundleCovariance formal_covariance(const CommonParameters& common, const NormalE
   return covariance;
 }
 
-Jackknife jackknife_of(const CommonParameters& common, const NormalEquations& equations) {
+/// `groups`: what is left out in turn (by_pose_group).
+Jackknife jackknife_of(const CommonParameters& common, const NormalEquations& equations,
+                       const std::vector<ViewEquations>& groups) {
   const VecX scale = equations.diagonal.cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
   const Eigen::LLT<MatX> factors(MatX(scale.asDiagonal() * equations.information * scale.asDiagonal()));
-  const auto views = std::count_if(equations.views.begin(), equations.views.end(),
-                                   [](const ViewEquations& view) { return view.used; });
+  const auto views =
+      std::count_if(groups.begin(), groups.end(), [](const ViewEquations& group) { return group.used; });
   Jackknife both;
   if (factors.info() != Eigen::Success || views < 3) return both;
 
@@ -125,7 +128,7 @@ Jackknife jackknife_of(const CommonParameters& common, const NormalEquations& eq
     const VecX step = scale.asDiagonal() * VecX(factors.matrixU().solve(whitened));
     covariance += share * step.head(n) * step.head(n).transpose();
   };
-  for (const ViewEquations& view : equations.views) {
+  for (const ViewEquations& view : groups) {
     if (!view.used) continue;
     const auto times_leverage = [&](const VecX& x) {
       const VecX unscaled = scale.asDiagonal() * factors.matrixU().solve(x);
@@ -150,7 +153,8 @@ BundleUncertainty bundle_uncertainty(const Correspondences& data, const UsedMask
                                      const BundleState& solution, const BundleOptions& options) {
   const CommonParameters common(data, used, solution, options);
   const NormalEquations equations = normal_equations(data, used, solution, options, common);
-  return {formal_covariance(common, equations), jackknife_of(common, equations)};
+  return {formal_covariance(common, equations),
+          jackknife_of(common, equations, by_pose_group(equations, options))};
 }
 
 BundleCovariance bundle_covariance(const Correspondences& data, const UsedMask& used,
@@ -165,17 +169,30 @@ std::vector<std::optional<BundleState>> leave_one_view_out(const Correspondences
   const CommonParameters common(data, used, solution, options);
   const NormalEquations equations = normal_equations(data, used, solution, options, common);
   const VecX scale = equations.diagonal.cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
-  std::vector<std::optional<BundleState>> states;
-  for (const ViewEquations& view : equations.views) {
-    states.emplace_back();
-    if (!view.used) continue;
+  const auto without = [&](const ViewEquations& left_out) -> std::optional<BundleState> {
     const Eigen::LDLT<MatX> factors(
-        MatX(scale.asDiagonal() * (equations.information - view.information) * scale.asDiagonal()));
-    if (factors.info() != Eigen::Success || !(factors.vectorD().minCoeff() > 1e-10)) continue;
-    // At the optimum all gradients cancel, so the rest of the views pull by -g_v.
-    const VecX step = scale.asDiagonal() * factors.solve(VecX(scale.asDiagonal() * view.gradient));
-    if (step.allFinite()) states.back() = common.moved(solution, step);
+        MatX(scale.asDiagonal() * (equations.information - left_out.information) * scale.asDiagonal()));
+    if (factors.info() != Eigen::Success || !(factors.vectorD().minCoeff() > 1e-10)) return std::nullopt;
+    // At the optimum all gradients cancel, so the rest of the views pull by -g.
+    const VecX step = scale.asDiagonal() * factors.solve(VecX(scale.asDiagonal() * left_out.gradient));
+    return step.allFinite() ? std::optional(common.moved(solution, step)) : std::nullopt;
+  };
+  std::vector<std::optional<BundleState>> states(equations.views.size());
+  if (options.pose_groups.empty()) {
+    for (std::size_t v = 0; v < states.size(); ++v)
+      if (equations.views[v].used) states[v] = without(equations.views[v]);
+    return states;
   }
+  const std::vector<ViewEquations> groups = by_pose_group(equations, options);
+  std::map<int, std::size_t> position;  // in `groups`, by the group's number
+  for (std::size_t v = 0; v < states.size(); ++v)
+    if (equations.views[v].used) position.emplace(options.pose_groups[v], 0);
+  std::size_t next = 0;
+  for (auto& [number, at] : position) at = next++;
+  std::vector<std::optional<BundleState>> by_group;
+  for (const ViewEquations& group : groups) by_group.push_back(without(group));
+  for (std::size_t v = 0; v < states.size(); ++v)
+    if (equations.views[v].used) states[v] = by_group[position.at(options.pose_groups[v])];
   return states;
 }
 

@@ -40,7 +40,8 @@ TEST(LensModel, SaysWhatItEstimates) {
   const LensModel two = lens_model_named("brown-conrady:k1,k2");
   EXPECT_EQ(two.terms(), 2);
   EXPECT_EQ(two.held, (std::vector<std::string>{"p1", "p2", "k3"}));
-  EXPECT_EQ(lens_model_named(kUsualLensModel).held, std::vector<std::string>{"k3"});
+  EXPECT_TRUE(lens_model_named(kUsualLensModel).held.empty());
+  EXPECT_EQ(lens_model_named("brown-conrady").held, std::vector<std::string>{"k3"});
   EXPECT_THROW(lens_model_named("brown-conrady:k9"), Error);
   EXPECT_THROW(lens_model_named("barrel"), Error);
 }
@@ -75,19 +76,60 @@ TEST(LensChoice, DoesNotHurtWhereTheUsualModelIsRight) {
   EXPECT_LT(chosen2, 1.1 * 1.1 * fixed2);
 }
 
-/// A projector with k3, which its light uses to the corner: the usual four terms leave many times the noise.
-TEST(LensChoice, TakesTheTermsThatALensNeeds) {
-  NumericWorld world;
-  world.projector.inverse_camera.distortion = BrownConrady{{-0.05, 0.03, -0.0006, 0.0009, -1.0}};
-  world.camera_sigma_px = 0.01, world.projector_sigma_px = 0.01;
-  world.place_boards(10, 5);
-  const Correspondences data = world.correspondences(6);
-  Options fixed = to_choose();
-  fixed.camera.choose = fixed.projector.choose = false;
-  const CalibrationResult result = calibrate_rig(data, to_choose());
-  EXPECT_EQ(taken(result, 1), "brown-conrady:k1,k2,p1,p2,k3");
-  ASSERT_NE(result.diagnostics.find("lens_model"), nullptr);
-  EXPECT_LT(off_mm(result, world), off_mm(calibrate_rig(data, fixed), world));
+/// A rig with skew of 2 and 4 px and k3 of 2 % at the images' corners.
+NumericWorld skewed_rig(std::uint64_t seed) {
+  NumericWorld world = NumericWorld::make_rig(10, seed, 0.02, 0.02);
+  const auto distort = [](Camera& lens, double skew, double k3) {
+    lens.intrinsics.skew = skew;
+    std::vector<double> coefficients = coefficients_of(lens.distortion);
+    coefficients[4] = k3;
+    lens.distortion = with_coefficients(lens.distortion, coefficients);
+  };
+  distort(world.camera, -2, 0.3);
+  distort(world.projector.inverse_camera, 4, -0.6);
+  return world;
+}
+
+/// Largest error of a lens parameter that was estimated, in its sigmas.
+double worst_lens_parameter(const CalibrationResult& result, const NumericWorld& world) {
+  double worst = 0;
+  const auto judge = [&](const std::string& device, const Camera& found, const Camera& truth) {
+    const VecX error = parameters_of(found) - parameters_of(truth);
+    for (Eigen::Index i = 0; i < error.size(); ++i) {
+      const double sigma = result.rig.covariance.sigma(device + "." + parameter_names(truth)[std::size_t(i)]);
+      if (sigma > 0) worst = std::max(worst, std::abs(error[i]) / sigma);
+    }
+  };
+  judge("camera", result.rig.camera().camera, world.camera);
+  judge("projector", result.rig.projector().projector.inverse_camera, world.projector.inverse_camera);
+  return worst;
+}
+
+/// Every one of three rigs: 20 parameters within four sigmas (one of 60 lies beyond by chance in 0.4 % of
+/// runs; the seeds are fixed). With skew and k3 fixed at zero the light is many times as far off, parameters
+/// are many sigmas off, and nothing says so.
+TEST(LensChoice, EstimatesSkewAndK3WithoutAHint) {
+  for (std::uint64_t seed = 70; seed < 73; ++seed) {
+    const NumericWorld world = skewed_rig(seed);
+    const Correspondences data = world.correspondences(seed);
+    Options fixed = to_choose();
+    fixed.camera.choose = fixed.projector.choose = false;
+    fixed.camera.held = fixed.projector.held = {"skew", "k3"};
+    const CalibrationResult result = calibrate_rig(data, to_choose()), without = calibrate_rig(data, fixed);
+    EXPECT_LT(worst_lens_parameter(result, world), 4) << seed;
+    EXPECT_LT(3 * off_mm(result, world), off_mm(without, world)) << seed;
+    EXPECT_EQ(taken(result, 0), kUsualLensModel);
+    EXPECT_EQ(taken(result, 1), kUsualLensModel);
+  }
+}
+
+/// What a lens's skew does to the residuals is not the sheet's shape.
+TEST(LensChoice, TakesSkewForSkewAndNotForABentBoard) {
+  Options options = to_choose();
+  options.board_shape = BoardShape::kAuto;
+  const CalibrationResult result = calibrate_rig(skewed_rig(74).correspondences(75), options);
+  EXPECT_FALSE(result.shape.free);
+  EXPECT_NEAR(result.rig.projector().projector.inverse_camera.intrinsics.skew, 4, 0.5);
 }
 
 /// Light and camera both wide, so that boards reach far off the axis.
@@ -116,7 +158,7 @@ TEST(LensChoice, LeavesANamedModelAlone) {
   EXPECT_EQ(taken(result, 1), "");
   EXPECT_GT(result.rig.covariance.sigma("projector.k1"), 0);
   EXPECT_EQ(result.rig.covariance.sigma("projector.k2"), 0);
-  EXPECT_EQ(result.rig.covariance.sigma("projector.skew"), 0);
+  EXPECT_GT(result.rig.covariance.sigma("projector.skew"), 0);
 }
 
 }  // namespace

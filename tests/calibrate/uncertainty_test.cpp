@@ -202,5 +202,42 @@ TEST(BundleCovariance, KnowsTheBoardPosesToo) {
   EXPECT_GE(inside, 48);
 }
 
+/// Every view of a session three times: copies say nothing new. Rig and sigmas are those of the single views,
+/// and the repetition is reported. (Counted as views of their own, copies make sigmas sqrt(3) too small.)
+TEST(RepeatedPoses, CountAsOneView) {
+  const NumericWorld world = NumericWorld::make(6, 31, 0.08, 0.12);
+  const Correspondences once = world.correspondences(32);
+  Correspondences thrice = once;
+  for (const std::string again : {"_b", "_c"})
+    for (const View& view : once.views) {
+      thrice.views.push_back(view);
+      thrice.views.back().name += again;
+    }
+  const CalibrationResult single = calibrate_rig(once, flat()), copied = calibrate_rig(thrice, flat());
+  ASSERT_EQ(copied.rig.covariance.names, single.rig.covariance.names);
+  const VecX ratio = copied.rig.covariance.matrix.diagonal()
+                         .cwiseQuotient(single.rig.covariance.matrix.diagonal())
+                         .cwiseSqrt();
+  EXPECT_GT(ratio.minCoeff(), 0.95);
+  EXPECT_LT(ratio.maxCoeff(), 1.05);
+  EXPECT_EQ(single.diagnostics.find("repeated_poses"), nullptr);
+  const Diagnostic* remark = copied.diagnostics.find("repeated_poses");
+  ASSERT_NE(remark, nullptr);
+  EXPECT_NE(remark->message.find("18 views show 6 poses"), std::string::npos) << remark->message;
+  EXPECT_NE(remark->message.find("view_0, view_0_b and view_0_c"), std::string::npos) << remark->message;
+}
+
+/// A whole group is held out: a copy that stays would predict the view that went.
+TEST(RepeatedPoses, AreHeldOutTogether) {
+  const NumericWorld world = NumericWorld::make(5, 33, 0.1, 0.15);
+  const Correspondences once = world.correspondences(34);
+  Correspondences twice = once;
+  for (const View& view : once.views) twice.views.push_back(view);
+  Options options = flat();
+  options.holdout = true;
+  const CalibrationResult single = calibrate_rig(once, options), copied = calibrate_rig(twice, options);
+  EXPECT_NEAR(copied.holdout_px[1], single.holdout_px[1], 0.02 * single.holdout_px[1]);
+}
+
 }  // namespace
 }  // namespace procam::calibrate

@@ -28,7 +28,7 @@ void say_lens_models(Console& console, const calibrate::CalibrationResult& resul
     if (known) {
       console.summary().set(at + "holdout_px", one.holdout_px);
       console.summary().set(at + "holdout_error", one.error());
-      console.summary().set(at + "wall_rms_mm", mm);
+      if (!one.rig.projectors.empty()) console.summary().set(at + "wall_rms_mm", mm);
     }
     if (!one.ruled_out.empty()) console.summary().set(at + "ruled_out", one.ruled_out);
     console.summary().set(at + "chosen", one.chosen);

@@ -8,7 +8,7 @@
 
 namespace procam::tools {
 
-/// The lens models that were tried, device by device.
+/// The lens models that were tried, device by device; `wall` is of no use without a projector.
 void say_lens_models(Console& console, const calibrate::CalibrationResult& result, double wall);
 
 /// What is wrong with each view that is not fine, and which to add; `located` is the error it reduces.

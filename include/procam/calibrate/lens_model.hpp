@@ -17,16 +17,19 @@ struct LensModel {
   int terms() const { return int(coefficient_names(distortion).size()) - int(held.size()); }
 };
 
-/// k1,k2,p1,p2: serves nearly every lens.
-inline constexpr char kUsualLensModel[] = "brown-conrady";
+/// All five terms, within what is known of any lens (lens_prior.hpp): serves nearly every lens.
+inline constexpr char kUsualLensModel[] = "brown-conrady:k1,k2,p1,p2,k3";
+/// The same without p1,p2.
+inline constexpr char kWithoutTangential[] = "brown-conrady:k1,k2,k3";
 
 /// The model of a name: a distortion's, with the estimated coefficients after a colon where not all of them
-/// are ("brown-conrady:k1,k2"). "brown-conrady" alone is the usual k1,k2,p1,p2. Throws Error(kUnsupported)
+/// are ("brown-conrady:k1,k2"). "brown-conrady" alone is k1,k2,p1,p2. Throws Error(kUnsupported)
 /// for another distortion, Error(kInput) for a coefficient that it lacks.
 LensModel lens_model_named(const std::string& name);
 
-/// What a lens may be, from the fewest terms to the most: none; k1; k1,k2; with p1,p2 (the usual); with k3;
-/// rational; for a camera that sees further than 35 degrees off its axis, fisheye.
+/// What a lens may be, from the fewest terms to the most: none; k1,k2; k1,k2,k3; k1,k2,p1,p2; all five (the
+/// usual); rational; for a camera that sees further than 35 degrees off its axis, fisheye. Skew is estimated
+/// in all of them.
 std::vector<LensModel> lens_ladder(const Camera& lens, DeviceKind kind);
 
 /// The same lens in another model, near enough to begin with: coefficients of the same name are kept, a

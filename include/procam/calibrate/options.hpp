@@ -11,19 +11,20 @@
 
 namespace procam::calibrate {
 
-/// One kind of device's lens: its model, and which of its parameters stay at their start (zero).
+/// One kind of device's lens: its model, and which of its parameters are fixed at zero.
 struct LensOptions {
   Distortion model = BrownConrady{};
-  /// Skew is not observable beside a free rotation for ordinary sensors and DMDs; k3 trades off against k2
-  /// unless the field of view is wide, and then extrapolates badly: both are held unless the user frees them.
-  std::vector<std::string> held = {"skew", "k3"};
-  /// Whichever of lens_ladder() predicts left-out views better by enough; `model` and the coefficients in
-  /// `held` must then be the usual ones, and are where the choice begins.
+  /// None by default: skew and k3 are estimated, within what is known of any lens (known_of_any_lens below).
+  /// Estimated where they are zero they cost a few percent of accuracy; fixed where they are not, the other
+  /// parameters absorb them and end many sigmas off (measured: docs/calibration.md).
+  std::vector<std::string> held = {};
+  /// Whichever of lens_ladder() predicts held-out views better by enough; `model` and the coefficients in
+  /// `held` must then be the default ones, and are where the choice begins.
   bool choose = false;
   /// What is known beforehand: a data sheet's throw ratio, square pixels.
   std::vector<LensPrior> priors = {};
 
-  /// Estimates the lens in that model; skew stays held or free as it is.
+  /// Estimates the lens in that model; skew stays fixed or free as it is.
   void use(const LensModel& lens) {
     choose = false;
     model = lens.distortion;

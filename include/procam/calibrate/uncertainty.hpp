@@ -6,7 +6,8 @@
 /// sheet that bends anew, light that moves an edge) comes a whole view at a time, and then C is several times
 /// too small.
 ///
-/// Jackknife: leave each view out in turn, and take the spread of the answers (B. Efron, "The Jackknife, the
+/// Jackknife: leave each view out in turn (each group of views that repeat one pose together:
+/// BundleOptions::pose_groups), and take the spread of the answers (B. Efron, "The Jackknife, the
 /// Bootstrap and Other Resampling Plans", 1982). The solves are one Newton step each, in closed form: with
 /// S_v and g_v the view's own share of normal matrix and gradient, S = L L^T and M_v = L^-1 S_v L^-T,
 ///   theta_v - theta = (S - S_v)^-1 g_v = L^-T (I - M_v)^-1 L^-1 g_v
@@ -37,9 +38,9 @@ struct BundleCovariance {
 BundleCovariance bundle_covariance(const Correspondences& correspondences, const UsedMask& used,
                                    const BundleState& solution, const BundleOptions& options);
 
-/// The solution without each view in turn (lenses, device poses, shape; the board poses stay as they were),
-/// to first order. nullopt for a view that takes no part, and for one without which the rest is not
-/// determined.
+/// The solution without each view in turn, and without those that repeat its pose (lenses, device poses,
+/// shape; the board poses stay as they were), to first order. nullopt for a view that takes no part, and for
+/// one without which the rest is not determined.
 std::vector<std::optional<BundleState>> leave_one_view_out(const Correspondences& correspondences,
                                                            const UsedMask& used, const BundleState& solution,
                                                            const BundleOptions& options);

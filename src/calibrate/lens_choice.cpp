@@ -7,6 +7,7 @@
 
 #include "procam/calibrate/lens_model.hpp"
 #include "procam/calibrate/uncertainty.hpp"
+#include "residual_blocks.hpp"
 #include "rig_covariance.hpp"
 #include "shape.hpp"
 
@@ -35,10 +36,6 @@ struct LensTrial {
   LensAlternative told;
 };
 
-int group_of(const BundleOptions& options, std::size_t view) {
-  return options.pose_groups.empty() ? int(view) : options.pose_groups[view];
-}
-
 double mean(const std::vector<double>& values) {
   double sum = 0;
   for (const double value : values) sum += value;
@@ -66,7 +63,7 @@ std::vector<double> squares_by_view(const Correspondences& data, const UsedMask&
   std::map<int, Sum> groups;
   for (std::size_t v = 0; v < states.size(); ++v) {
     if (!states[v]) continue;
-    auto& [sum, count] = groups[group_of(solution.options, v)];
+    auto& [sum, count] = groups[pose_group(solution.options, v)];
     for (std::size_t d = 0; d < data.devices.size(); ++d) {
       if (solution.left_out[v][d]) continue;
       for (const Measurement& m : measurements_of(data, int(v), int(d))) {
@@ -87,7 +84,7 @@ std::vector<double> squares_by_view(const Correspondences& data, const UsedMask&
 std::size_t groups_left(const BundleOptions& options, const LeftOut& states) {
   std::set<int> groups;
   for (std::size_t v = 0; v < states.size(); ++v)
-    if (states[v]) groups.insert(group_of(options, v));
+    if (states[v]) groups.insert(pose_group(options, v));
   return groups.size();
 }
 
@@ -139,6 +136,10 @@ LensTrial try_lens(const Correspondences& data, const Solution& solution, std::s
   return trial;
 }
 
+const Camera& lens_of(const LensTrial& trial) {
+  return trial.state.lenses[std::size_t(trial.told.device)];
+}
+
 double largest_tangential(const Camera& lens) {
   const std::vector<std::string> names = coefficient_names(lens.distortion);
   const std::vector<double> values = coefficients_of(lens.distortion);
@@ -158,10 +159,11 @@ double largest_tangential(const Camera& lens) {
 std::size_t choose(const std::vector<LensTrial>& trials, std::size_t usual) {
   const auto& of_usual = trials[usual].told.by_view;
   const auto possible = [&](std::size_t i) {
-    return trials[i].told.ruled_out.empty() && trials[i].told.terms >= trials[usual].told.terms;
+    return trials[i].told.ruled_out.empty() &&
+           (trials[i].told.terms >= trials[usual].told.terms ||
+            std::holds_alternative<FisheyeDistortion>(lens_of(trials[i]).distortion));
   };
-  if (largest_tangential(trials[usual].state.lenses[std::size_t(trials[usual].told.device)]) >
-      kImplausibleTangential)
+  if (largest_tangential(lens_of(trials[usual])) > kImplausibleTangential)
     for (std::size_t i = 0; i < trials.size(); ++i)
       if (trials[i].told.model == kWithoutTangential && trials[i].told.ruled_out.empty() &&
           mean(trials[i].told.by_view) <=

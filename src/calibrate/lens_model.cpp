@@ -23,13 +23,17 @@ std::vector<std::string> split(const std::string& text) {
   return parts;
 }
 
-/// The largest angle off the axis of the picture's corners.
+/// The largest angle off the axis of the image's corners; of a corner that a lens model does not reach, the
+/// pinhole's.
 double widest_angle(const Camera& lens) {
+  const auto angle = [&](const Vec2& pixel) {
+    const auto bearing = lens.unproject(pixel);
+    return bearing ? std::acos(std::clamp(bearing->z(), -1.0, 1.0))
+                   : std::atan(lens.intrinsics.normalized_from_pixel(pixel).norm());
+  };
   double widest = 0;
   for (const double x : {-0.5, lens.size.width - 0.5})
-    for (const double y : {-0.5, lens.size.height - 0.5})
-      if (const auto bearing = lens.unproject(Vec2(x, y)))
-        widest = std::max(widest, std::acos(std::clamp(bearing->z(), -1.0, 1.0)));
+    for (const double y : {-0.5, lens.size.height - 0.5}) widest = std::max(widest, angle(Vec2(x, y)));
   return widest;
 }
 

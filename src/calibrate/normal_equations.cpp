@@ -160,7 +160,7 @@ std::vector<ViewEquations> by_pose_group(const NormalEquations& equations, const
   for (std::size_t v = 0; v < equations.views.size(); ++v) {
     const ViewEquations& view = equations.views[v];
     if (!view.used) continue;
-    ViewEquations& group = groups[options.pose_groups[v]];
+    ViewEquations& group = groups[pose_group(options, v)];
     if (group.used) {
       group.information += view.information;
       group.gradient += view.gradient;

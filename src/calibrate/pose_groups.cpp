@@ -10,7 +10,7 @@
 namespace procam::calibrate {
 namespace {
 
-constexpr double kSameShare = 0.01;  ///< of the image's width
+constexpr double kSameShare = 0.0025;  ///< of the image's width: 3 px of 1280
 constexpr int kMinShared = 6;
 
 bool same_pose(const Correspondences& data, std::size_t a, std::size_t b) {

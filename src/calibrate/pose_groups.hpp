@@ -8,9 +8,9 @@
 namespace procam::calibrate {
 
 /// By view: the number of its group, counted from 0 in the order of the first views. Two views belong
-/// together when the points that both have lie within 1 % of the image's width of each other (RMS) in every
-/// camera that has six of them or more: then their corners share paper, light and place within a pixel, and
-/// what disturbs one view disturbs the other likewise. Groups are chains of such pairs.
+/// together when the points that both have lie within 0.25 % of the image's width of each other (RMS) in
+/// every camera that has six of them or more: then their corners share paper, light and place within a pixel,
+/// and what disturbs one view disturbs the other likewise. Groups are chains of such pairs.
 std::vector<int> pose_groups(const Correspondences& data);
 
 /// Groups of which a view takes part.

@@ -117,19 +117,25 @@ const std::vector<LensPrior>& priors_of(const BundleOptions& options, std::size_
   return options.priors.empty() ? none : options.priors[device];
 }
 
+int pose_group(const BundleOptions& options, std::size_t view) {
+  const int named = int(options.pose_groups.size());
+  if (int(view) < named) return options.pose_groups[view];
+  const auto largest = std::max_element(options.pose_groups.begin(), options.pose_groups.end());
+  return (named == 0 ? 0 : *largest + 1) + int(view) - named;
+}
+
 std::vector<double> view_weights(const UsedMask& used, const BundleOptions& options) {
   std::vector<double> weights(used.size(), 1);
   if (options.pose_groups.empty()) return weights;
-  require(options.pose_groups.size() == used.size(), "bundle: pose_groups must have a number for every view");
   std::map<int, int> members;
   const auto takes_part = [&](std::size_t v) {
     return std::any_of(used[v].begin(), used[v].end(), [](const std::vector<char>& of_device) {
       return std::find(of_device.begin(), of_device.end(), char(1)) != of_device.end();
     });
   };
-  for (std::size_t v = 0; v < used.size(); ++v) members[options.pose_groups[v]] += takes_part(v);
+  for (std::size_t v = 0; v < used.size(); ++v) members[pose_group(options, v)] += takes_part(v);
   for (std::size_t v = 0; v < used.size(); ++v)
-    weights[v] = 1.0 / std::max(1, members[options.pose_groups[v]]);
+    weights[v] = 1.0 / std::max(1, members[pose_group(options, v)]);
   return weights;
 }
 

@@ -43,6 +43,9 @@ std::unique_ptr<ceres::CostFunction> reprojection_cost(const Distortion& model, 
 /// A device's priors; none when the options have none.
 const std::vector<LensPrior>& priors_of(const BundleOptions& options, std::size_t device);
 
+/// The number of a view's group; views beyond BundleOptions::pose_groups are groups of their own.
+int pose_group(const BundleOptions& options, std::size_t view);
+
 /// By view: what its residuals' squares weigh, 1 / (views of its pose group that take part). All 1 without
 /// groups.
 std::vector<double> view_weights(const UsedMask& used, const BundleOptions& options);

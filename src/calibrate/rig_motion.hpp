@@ -22,11 +22,12 @@ struct RigMotion {
 ///   u = sum_A g_v[p],   V = sum_A S_v[p,p] - (sum_A S_v[p,:]) S^-1 (sum_A S_v[:,p]),   d = -V^-1 u
 /// and lowers the cost by u^T V^-1 u, six times the views' own variance ratio when nothing moved (a score
 /// test: C. R. Rao, "Large sample tests of statistical hypotheses", 1948). The ratio is measured with the
-/// step allowed for, from the gradients r_v of the device's pose that remain in each view,
-///   ratio = sum r_v^T S_v[p,p]^-1 r_v / (its expectation under independent noise),
-/// so that F = (u^T V^-1 u / 6) / ratio
+/// step allowed for, from the gradients r_v of the device's pose that remain in each view, over its
+/// expectation under independent noise: of all six directions together, sum r_v^T S_v[p,p]^-1 r_v, or of the
+/// step's own, sum (d^T r_v)^2, whichever is larger. So
+///   F = (u^T V^-1 u / 6) / ratio
 /// holds for views that disagree more than their noise explains, too. Returns the instant of the largest F
-/// where that exceeds what chance gives in about one of a thousand sessions.
+/// where that exceeds what chance gives in less than one of a hundred sessions of such views.
 std::optional<RigMotion> rig_motion(const Correspondences& data, const Solution& solution);
 
 /// The same as a sentence: what moved, when, by how much, what to do.

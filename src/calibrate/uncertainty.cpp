@@ -9,6 +9,7 @@
 #include <numeric>
 
 #include "normal_equations.hpp"
+#include "residual_blocks.hpp"
 
 namespace procam::calibrate {
 namespace {
@@ -186,13 +187,13 @@ std::vector<std::optional<BundleState>> leave_one_view_out(const Correspondences
   const std::vector<ViewEquations> groups = by_pose_group(equations, options);
   std::map<int, std::size_t> position;  // in `groups`, by the group's number
   for (std::size_t v = 0; v < states.size(); ++v)
-    if (equations.views[v].used) position.emplace(options.pose_groups[v], 0);
+    if (equations.views[v].used) position.emplace(pose_group(options, v), 0);
   std::size_t next = 0;
   for (auto& [number, at] : position) at = next++;
   std::vector<std::optional<BundleState>> by_group;
   for (const ViewEquations& group : groups) by_group.push_back(without(group));
   for (std::size_t v = 0; v < states.size(); ++v)
-    if (equations.views[v].used) states[v] = by_group[position.at(options.pose_groups[v])];
+    if (equations.views[v].used) states[v] = by_group[position.at(pose_group(options, v))];
   return states;
 }
 

@@ -80,7 +80,7 @@ TEST(Fleet, SigmasAreHonestForEveryDevice) {
       EXPECT_LT(analyze::true_light_error(result.rig, fleet.rig, 2, name).rms_mm,
                 4 * analyze::predicted_light_error(result.rig, 2, name).rms_mm);
   }
-  EXPECT_EQ(count, 6 * (2 * 8 + 2 * 8 + 3 * 6));
+  EXPECT_EQ(count, 6 * (2 * 10 + 2 * 10 + 3 * 6));
   EXPECT_NEAR(sum / count, 1, 0.5);
 }
 

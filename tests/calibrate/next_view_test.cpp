@@ -55,7 +55,7 @@ TEST_P(NextView, TellsWhatTheSessionKnowsOnceItIsCaptured) {
     EXPECT_NEAR(told->sigma(name) / with.sigma(name), 1, 1e-5) << name;
     EXPECT_LT(told->sigma(name), 0.99999 * result.rig.covariance.sigma(name)) << name;
   }
-  EXPECT_EQ(compared, 16);
+  EXPECT_EQ(compared, 20);
 }
 INSTANTIATE_TEST_SUITE_P(Boards, NextView, ::testing::Values(BoardShape::kFlat, BoardShape::kFree),
                          [](const auto& board) {

@@ -4,6 +4,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 
+#include "procam/analyze/light_error.hpp"
 #include "procam/calibrate/calibrate.hpp"
 #include "support/numeric_world.hpp"
 
@@ -52,8 +53,11 @@ TEST(BoardShape, OfABentSheetIsFoundAndHelps) {
   const CalibrationResult as_printed = calibrate_rig(data, flat);
   EXPECT_FALSE(as_printed.shape.free);
   EXPECT_GT(as_printed.rms_all_px[0], 2 * automatic.rms_all_px[0]);
+  Rig true_rig;
+  true_rig.cameras.push_back({"camera", world.camera, Pose()});
+  true_rig.projectors.push_back({"projector", world.projector, world.projector_from_camera.inverse()});
   const auto error = [&](const CalibrationResult& result) {
-    return std::abs(result.rig.projector().projector.inverse_camera.intrinsics.fx - 1880);
+    return analyze::true_light_error(result.rig, true_rig, 2).rms_mm;
   };
   EXPECT_LT(error(automatic), error(as_printed));
 }

@@ -54,7 +54,8 @@ struct BundleOptions {
   double board_sigma = 0;
   /// By view: the number of its group. Views of a group repeat one pose of the board: what disturbs one of
   /// them (paper, light, the corner's place within a pixel) disturbs all alike, so that together they weigh
-  /// as one view, 1 / (views of the group that take part) each. Empty: every view is a group of its own.
+  /// as one view, 1 / (views of the group that take part) each. Views beyond the list are groups of their
+  /// own.
   std::vector<int> pose_groups = {};
   /// Beyond this many sigmas a residual's pull grows linearly only (Huber). Zero: plain least squares.
   double huber_sigmas = 3;

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <array>
 #include <cstring>
+#include <map>
 
 #include "mesh_reader.hpp"
 #include "number.hpp"
@@ -65,8 +66,14 @@ class PlyReader {
       else
         skip(element);
     }
+    if (!has_uv_ && corner_uv_.empty())
+      refuse_mesh(
+          name_,
+          "its vertices have no texture coordinates (s, t) and its faces no texcoord, so content has no "
+          "place on it",
+          "unwrap the mesh in the program that made it and export it with texture coordinates");
     if (mesh.triangles.empty()) refuse_mesh(name_, "it has no face");
-    return mesh;
+    return corner_uv_.empty() ? mesh : split_at_seams(mesh);
   }
 
  private:
@@ -198,13 +205,10 @@ class PlyReader {
       for (std::size_t k = 0; k < element.properties.size(); ++k)
         for (const char* name : kNames[i])
           if (name && element.properties[k].name == name && !element.properties[k].count) places[i] = k;
-      if (places[i] == element.properties.size())
-        refuse_mesh(name_,
-                    std::string("its vertices have no ") +
-                        (i < 3 ? kNames[i][0] : "texture coordinates (s, t)") +
-                        (i < 3 ? "" : ", so content has no place on it"),
-                    "unwrap the mesh in the program that made it and export it with texture coordinates");
+      if (i < 3 && places[i] == element.properties.size())
+        refuse_mesh(name_, std::string("its vertices have no ") + kNames[i][0]);
     }
+    has_uv_ = places[3] < element.properties.size() && places[4] < element.properties.size();
     element_ = element.name;
     std::vector<double> list, row(element.properties.size());
     for (index_ = 0; index_ < element.count; ++index_) {
@@ -215,31 +219,75 @@ class PlyReader {
           row[k] = value(element.properties[k].type);
       }
       mesh.vertices.emplace_back(row[places[0]], row[places[1]], row[places[2]]);
-      mesh.uv.emplace_back(row[places[3]], 1 - row[places[4]]);
+      mesh.uv.push_back(has_uv_ ? Vec2(row[places[3]], 1 - row[places[4]]) : Vec2(0, 0));
     }
   }
 
   void read_faces(const PlyElement& element, Mesh& mesh) {
     element_ = element.name;
-    std::vector<double> list;
+    bool has_texcoord = false;
+    for (const PlyProperty& property : element.properties) has_texcoord |= is_texcoord(property);
+    std::vector<double> list, texcoord;
     std::vector<int> corners;
-    for (index_ = 0; index_ < element.count; ++index_)
+    for (index_ = 0; index_ < element.count; ++index_) {
+      corners.clear();
+      texcoord.clear();
       for (const PlyProperty& property : element.properties) {
         if (!property.count) {
           value(property.type);
           continue;
         }
         read_list(property, list);
+        if (is_texcoord(property)) texcoord = list;
         if (property.name != "vertex_indices" && property.name != "vertex_index") continue;
         if (list.size() < 3) refuse_mesh(where(), "a face needs three corners");
-        corners.clear();
         for (const double corner : list) {
           if (!(corner >= 0) || !(corner < double(mesh.vertices.size())))
             refuse_mesh(where(), "there is no vertex " + format_number(corner) + " before it");
           corners.push_back(int(corner));
         }
-        add_fan(corners, where(), mesh);
       }
+      if (corners.empty()) continue;
+      add_fan(corners, where(), mesh);
+      if (!has_texcoord) continue;
+      if (texcoord.size() != 2 * corners.size())
+        refuse_mesh(where(),
+                    "it has " + std::to_string(texcoord.size()) + " texture coordinates for " +
+                        std::to_string(corners.size()) + " corners",
+                    "export the mesh again with an s and a t for every corner of every face");
+      const auto uv = [&](std::size_t corner) {
+        return Vec2(texcoord[2 * corner], 1 - texcoord[2 * corner + 1]);
+      };
+      for (std::size_t i = 2; i < corners.size(); ++i)  // as add_fan() makes the triangles
+        corner_uv_.insert(corner_uv_.end(), {uv(0), uv(i - 1), uv(i)});
+    }
+  }
+
+  static bool is_texcoord(const PlyProperty& property) {
+    return property.count && property.name == "texcoord";
+  }
+
+  /// A mesh whose faces bring their own texture coordinates (MeshLab's "texcoord"): a vertex for every place
+  /// that has others in another face.
+  Mesh split_at_seams(const Mesh& mesh) const {
+    Mesh out;
+    std::map<std::array<double, 3>, int> known;  // vertex, u, v
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+      std::array<int, 3> triangle{};
+      for (std::size_t k = 0; k < 3; ++k) {
+        const int vertex = mesh.triangles[t][k];
+        const Vec2& uv = corner_uv_[3 * t + k];
+        const auto [at, is_new] =
+            known.try_emplace({double(vertex), uv.x(), uv.y()}, int(out.vertices.size()));
+        if (is_new) {
+          out.vertices.push_back(mesh.vertices[std::size_t(vertex)]);
+          out.uv.push_back(uv);
+        }
+        triangle[k] = at->second;
+      }
+      out.triangles.push_back({triangle[0], triangle[1], triangle[2]});
+    }
+    return out;
   }
 
   std::string where() const { return name_ + ", " + element_ + " " + std::to_string(index_); }
@@ -252,6 +300,8 @@ class PlyReader {
   std::vector<PlyElement> elements_;
   std::string element_;
   std::size_t index_ = 0;
+  bool has_uv_ = false;          ///< of the vertices
+  std::vector<Vec2> corner_uv_;  ///< of the faces: three a triangle, or none
 };
 
 }  // namespace

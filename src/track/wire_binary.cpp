@@ -369,7 +369,11 @@ void read_tracker(std::uint32_t id, Bytes in, std::optional<double> stamp, Parse
     }
   }
   if (in.bad) return refuse(parsed, "a PosiStageNet chunk is cut short");
-  if (!has_position || !has_orientation) return refuse(parsed, "a tracker without position or orientation");
+  if (!has_position) return refuse(parsed, "a tracker without a position");
+  if (!has_orientation)
+    return refuse(parsed,
+                  "a tracker sends a position without an orientation, and a pose needs both: let the "
+                  "server send orientations too");
   message.stamp = stamp;
   if (const char* why = internal::why_malformed(message)) return refuse(parsed, why);
   keep_checked(message, parsed);

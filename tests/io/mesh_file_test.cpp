@@ -161,5 +161,31 @@ TEST(MeshFile, SaysOfTheCornellBoxThatItHasNoTextureCoordinates) {
                "the face has no texture coordinates, so content has no place on it");
 }
 
+/// MeshLab's "wedge" coordinates: a list of s, t for every corner of every face, here as its ASCII export.
+TEST(MeshFile, ReadsTextureCoordinatesOfPlyFaces) {
+  const Scratch scratch;
+  const std::string head =
+      "ply\nformat ascii 1.0\ncomment VCGLIB generated\nelement vertex 4\nproperty float x\n"
+      "property float y\nproperty float z\nelement face 2\nproperty list uchar int vertex_indices\n"
+      "property list uchar float texcoord\nproperty int texnumber\nend_header\n"
+      "0 0 0\n2 0 0\n2 1 0\n0 1 0.5\n";
+  const Mesh mesh = load_mesh(
+      scratch.write("m.ply", head + "3 0 1 2 6 0 0 0.5 0 0.5 1 0\n3 0 2 3 6 0 0 0.75 1 0.25 0.875 0\n"));
+  ASSERT_EQ(mesh.triangles.size(), 2u);
+  // Vertex 0 has one place in both faces, vertex 2 two: a seam.
+  EXPECT_EQ(mesh.vertices.size(), 5u);
+  const auto corner = [&](int triangle, int k) {
+    return std::size_t(mesh.triangles[std::size_t(triangle)][std::size_t(k)]);
+  };
+  EXPECT_EQ(corner(0, 0), corner(1, 0));
+  EXPECT_EQ(mesh.vertices[corner(0, 2)], mesh.vertices[corner(1, 1)]);
+  EXPECT_EQ(mesh.uv[corner(0, 2)], Vec2(0.5, 0));
+  EXPECT_EQ(mesh.uv[corner(1, 1)], Vec2(0.75, 0));
+  EXPECT_EQ(mesh.vertices[corner(1, 2)], Vec3(0, 1, 0.5));
+  EXPECT_EQ(mesh.uv[corner(1, 2)], Vec2(0.25, 0.125));
+  EXPECT_ERROR(load_mesh(scratch.write("m.ply", head + "3 0 1 2 4 0 0 0.5 0 0\n3 0 2 3 0 0\n")), kInput,
+               "face 0: it has 4 texture coordinates for 3 corners");
+}
+
 }  // namespace
 }  // namespace procam::io

@@ -233,6 +233,20 @@ TEST(PoseWire, PosiStageNetIsReadBack) {
   expect_same_pose(standard.poses[0].frame_from_child, Pose(so3_exp(Vec3(0, 0.5, 0)), Vec3(1, 2, -0.5)),
                    1e-6);
   EXPECT_EQ(parse_psn(std::string("\x56\x67\x00\x80", 4)).malformed, 0u);  // names: not waited for
+
+  // The same tracker without its orientation: no pose that only looks complete.
+  const std::string without_orientation(
+      "\x55\x67\x34\x80"
+      "\x00\x00\x0c\x00\x40\x42\x0f\x00\x00\x00\x00\x00\x02\x03\x07\x01"
+      "\x01\x00\x20\x80"
+      "\x01\x00\x1c\x80"
+      "\x00\x00\x0c\x00\x00\x00\x80\x3f\x00\x00\x00\x40\x00\x00\x00\xbf"
+      "\x01\x00\x08\x00\x00\x00\x00\x00\x00\x00\x00\x00",
+      56);
+  const Parsed bare = parse_psn(without_orientation);
+  EXPECT_TRUE(bare.poses.empty());
+  EXPECT_EQ(bare.malformed, 1u);
+  EXPECT_NE(bare.why.find("a position without an orientation"), std::string::npos) << bare.why;
 }
 
 const char* const kOdometry = R"({"op":"publish","topic":"/odom","msg":{

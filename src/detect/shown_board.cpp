@@ -6,7 +6,7 @@ namespace procam::detect {
 namespace {
 
 /// Edges of light are made of pixels, as in detect_projected_board().
-constexpr double kRasterSigmaPx = 0.005;
+constexpr double kShownCornerSigmaPx = 0.005;
 
 bool ends_differ(const Chessboard& layout) {
   return (layout.columns + layout.rows) % 2 == 1;
@@ -65,7 +65,7 @@ Detections detect_shown_board(const ViewU8& photograph, const Chessboard& layout
     }
   }
   for (Observation& point : found.observations)
-    point.covariance += kRasterSigmaPx * kRasterSigmaPx * Mat2::Identity();
+    point.covariance += kShownCornerSigmaPx * kShownCornerSigmaPx * Mat2::Identity();
   return found;
 }
 

@@ -530,14 +530,16 @@ void declare(CLI::App& app, Flags& flags) {
       },
       "Largest predicted error (RMS) on that wall that passes the quality check (default 5mm: markers and "
       "localisers place a surface to 5 to 10 mm)");
-  app.add_option(
-         "--surface-located", flags.accepted.located,
-         "How you will locate surfaces: by the rig's camera (markers, boards), where errors of camera "
-         "and projector cancel in part, or externally (a map, a localiser, a tape measure). Decides "
-         "which error is checked and which the next view reduces; both are reported")
-      ->transform(CLI::CheckedTransformer(std::map<std::string, analyze::SurfaceLocated>{
-          {"camera", analyze::SurfaceLocated::kByCamera},
-          {"externally", analyze::SurfaceLocated::kExternally}}))
+  app.add_option_function<std::string>(
+         "--surface-located",
+         [&](const std::string& text) {
+           flags.accepted.located =
+               text == "camera" ? analyze::SurfaceLocated::kByCamera : analyze::SurfaceLocated::kExternally;
+         },
+         "How you will locate surfaces: by the rig's camera (markers, boards), where errors that camera and "
+         "projector share cancel, or externally (a map, a localiser, a tape measure). Decides which error is "
+         "checked and which the next view reduces; both are reported")
+      ->check(CLI::IsMember({"camera", "externally"}))
       ->default_str("externally");
   auto* mirror =
       app.add_option("--mirror-view", flags.mirror_view,

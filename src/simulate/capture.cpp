@@ -27,6 +27,9 @@ void check(const World& world, const std::vector<ImageU8>& frames, const Capture
   require(options.indirect >= 0 && options.glare >= 0 && options.glare < 1,
           "capture: negative indirect light, or glare not in [0, 1)");
   require(options.vignetting >= 0 && options.gamma > 0, "capture: negative vignetting, or gamma not above 0");
+  require(options.faults.empty() || options.faults.size() == frames.size(),
+          "capture: faults for another number of frames");
+  require(options.spot >= 0 && options.spot_radius_px > 0, "capture: spot or its radius out of range");
   require(options.crosstalk >= 0 && options.crosstalk < 0.5, "capture: crosstalk not in [0, 0.5)");
   require(options.brightest_grey > 0, "capture: brightest_grey must be above zero");
 }
@@ -61,6 +64,10 @@ std::vector<ImageU8> capture(const World& world, const std::vector<ImageU8>& pro
   sensor.glare = options.glare;
   sensor.falloff = std::move(view.falloff);
   sensor.gamma = options.gamma;
+  sensor.faults = options.faults;
+  sensor.spot = options.spot;
+  sensor.spot_radius_px = options.spot_radius_px;
+  sensor.spot_at = options.spot_at;
   sensor.noise = options.noise;
   sensor.seed = options.seed;
   return internal::record(view, {{projector_frames, options.projector_blur_px}}, projector_frames.size(),

@@ -26,6 +26,11 @@ std::string description(const ViewDefects& defects, int frames) {
     const int frame = frame_at(*defects.stale, frames);
     add("capture %d shows frame %d", frame, frame - 1);
   }
+  if (defects.missing && frames > 1) add("frame %d is missing", frame_at(*defects.missing, frames));
+  if (defects.torn && frames > 1) {
+    const int frame = frame_at(*defects.torn, frames);
+    add("capture %d shows frame %d in its lower rows", frame - 1, frame);
+  }
   return text;
 }
 

@@ -128,6 +128,46 @@ ImageF through_lens(ImageF levels, const ImageF& albedo, const Sensor& sensor,
   return seen;
 }
 
+/// The image moved by `shift`, linear between pixels; beyond the border the outermost pixels repeat.
+ImageF shifted(const ImageF& image, const Vec2& shift) {
+  ImageF result(image.size());
+  const float left = float(shift.x() - std::floor(shift.x())), top = float(shift.y() - std::floor(shift.y()));
+  const int dx = int(std::floor(shift.x())), dy = int(std::floor(shift.y()));
+  const auto at = [&](int x, int y) {
+    return image.at(std::clamp(x, 0, image.width() - 1), std::clamp(y, 0, image.height() - 1));
+  };
+  for (int y = 0; y < image.height(); ++y)
+    for (int x = 0; x < image.width(); ++x) {
+      const int u = x - dx, v = y - dy;
+      result.at(x, y) = (1 - top) * ((1 - left) * at(u, v) + left * at(u - 1, v)) +
+                        top * ((1 - left) * at(u, v - 1) + left * at(u - 1, v - 1));
+    }
+  return result;
+}
+
+/// The sensor's levels with the reflection of a lamp and what this frame suffers.
+ImageF spoiled(ImageF levels, const Sensor& sensor, std::size_t frame) {
+  if (sensor.spot > 0) {
+    const double top = 255 * sensor.spot / sensor.exposure;
+    const int reach = int(4 * sensor.spot_radius_px);
+    const int x0 = int(sensor.spot_at.x()), y0 = int(sensor.spot_at.y());
+    for (int y = std::max(0, y0 - reach); y < std::min(levels.height(), y0 + reach); ++y)
+      for (int x = std::max(0, x0 - reach); x < std::min(levels.width(), x0 + reach); ++x)
+        levels.at(x, y) += float(top * std::exp(-0.5 * (Vec2(x, y) - sensor.spot_at).squaredNorm() /
+                                                (sensor.spot_radius_px * sensor.spot_radius_px)));
+  }
+  if (sensor.faults.empty()) return levels;
+  const FrameFault& fault = sensor.faults.at(frame);
+  if (fault.blur_px > 0) levels = convolve(levels, gaussian_kernel(fault.blur_px));
+  if (fault.shift_px != Vec2::Zero()) levels = shifted(levels, fault.shift_px);
+  for (int y = 0; y < levels.height(); ++y) {
+    const double wave = std::sin(2 * kPi * (y / fault.ripple_rows + fault.ripple_phase));
+    const float factor = float(fault.gain * (1 + fault.ripple * wave));
+    for (int x = 0; x < levels.width(); ++x) levels.at(x, y) *= factor;
+  }
+  return levels;
+}
+
 /// The grey value of every thousandth linear level; empty for a linear sensor.
 constexpr int kCurveSteps = 1000;
 std::vector<std::uint8_t> curve_of(double gamma) {
@@ -194,8 +234,10 @@ std::vector<ImageU8> record(const SampledView& view, const std::vector<ShownFram
     if (!sensor.discs.empty()) defocus(levels, sensor.discs, threads);
     parallel_for(int(levels.size()), threads, [&](int part, int part_end) {
       for (std::size_t i = std::size_t(part); i < std::size_t(part_end); ++i)
-        developed[first + i] = develop(through_lens(std::move(levels[i]), view.albedo, sensor, kernel),
-                                       sensor, curve, first + i);
+        developed[first + i] =
+            develop(spoiled(through_lens(std::move(levels[i]), view.albedo, sensor, kernel), sensor,
+                            (first + i) / channels),
+                    sensor, curve, first + i);
     });
   }
   if (channels == 1) return developed;

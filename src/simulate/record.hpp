@@ -5,6 +5,7 @@
 
 #include "light_field.hpp"
 #include "procam/core/decoded_map.hpp"
+#include "procam/simulate/capture.hpp"
 #include "sampling.hpp"
 
 namespace procam::simulate::internal {
@@ -18,6 +19,9 @@ struct Sensor {
   double indirect = 0;   ///< light that surfaces reflect onto each other, share; needs the view's albedo
   double glare = 0;      ///< light that the lens scatters over the image, share
   ImageF falloff;        ///< factor of each pixel; empty: none
+  std::vector<FrameFault> faults;  ///< one a frame; empty: none
+  double spot = 0, spot_radius_px = 1;
+  Vec2 spot_at = Vec2::Zero();
   NoiseModel noise{0, 0};
   double gamma = 1;
   std::uint64_t seed = 0;

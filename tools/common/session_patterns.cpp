@@ -12,6 +12,7 @@
 #include "procam/pattern/gray_code.hpp"
 #include "procam/pattern/phase_shift.hpp"
 #include "procam/pattern/projected_board.hpp"
+#include "procam/pattern/sequence_check.hpp"
 #include "procam/pattern/stripe_edges.hpp"
 
 namespace procam::tools {
@@ -51,6 +52,13 @@ ImageU8 in_room_light(const std::vector<ViewU8>& captures) {
   return image;
 }
 
+/// The check of the sequence names the cause of what decode() remarks on: the whole image's contrast, where
+/// the wall counts as much as the board, and pairs that do not complement each other.
+bool is_replaced_by(const pattern::SequenceCheck& sequence, const std::string& code) {
+  if (code == "low_contrast" || code == "saturated") return sequence.has_lit_board;
+  return code == "pair_not_complementary" && !sequence.diagnostics.items.empty();
+}
+
 class GrayPattern : public SessionPattern {
  public:
   explicit GrayPattern(const pattern::GrayCode& gray_code) : gray_code_(gray_code) {}
@@ -77,7 +85,10 @@ class GrayPattern : public SessionPattern {
                                    "a part of it");
       }
     }
-    if (!in_camera.observations.empty()) {
+    Points2 corners;
+    for (const Observation& corner : in_camera.observations) corners.push_back(corner.pixel);
+    const pattern::SequenceCheck sequence = pattern::check_sequence(captures, gray_code_, corners);
+    if (!in_camera.observations.empty() && !sequence.decoding_is_wrong) {
       const BoardArtwork artwork = detect::board_artwork(board);
       const ImageU8 area = match::readable_area(in_camera, board, artwork);
       pattern::StripeEdgeOptions options;
@@ -85,7 +96,13 @@ class GrayPattern : public SessionPattern {
       in_projector = match::project_board(in_camera, board, artwork, decoded,
                                           pattern::stripe_edges(captures, decoded, gray_code_, options));
     }
-    in_camera.diagnostics.append(decoded.diagnostics);
+    for (const Diagnostic& remark : decoded.diagnostics.items)
+      if (!is_replaced_by(sequence, remark.code)) in_camera.diagnostics.items.push_back(remark);
+    in_camera.diagnostics.append(sequence.diagnostics);
+    if (sequence.decoding_is_wrong && !in_camera.observations.empty())
+      in_camera.diagnostics.note(
+          "projector_rejected",
+          "its frames do not belong together, so that only the camera's corners are used");
     return {view_name, {in_camera, in_projector}};
   }
 

@@ -31,6 +31,16 @@
 
 namespace procam::simulate {
 
+/// What one capture of a sequence suffers.
+struct FrameFault {
+  double gain = 1;               ///< on the exposure
+  Vec2 shift_px = Vec2::Zero();  ///< of the whole image
+  double blur_px = 0;            ///< sigma, beside camera_blur_px
+  /// Brightness over the rows, 1 + amplitude sin(2 pi (row / rows + phase)): mains light and a rolling
+  /// shutter.
+  double ripple = 0, ripple_rows = 300, ripple_phase = 0;
+};
+
 struct CaptureOptions {
   /// Grey level of the brightest corner of the sheet under full projector light: sets the exposure of the
   /// view.
@@ -38,16 +48,20 @@ struct CaptureOptions {
   double camera_blur_px = 0;     ///< sigma of the camera's lens, camera pixels
   double projector_blur_px = 0;  ///< sigma of the projector's lens, projector pixels
   ThinLens projector_lens =
-      {};                    ///< defocus of the projector with depth; its blur in focus is projector_blur_px
-  double indirect = 0;       ///< light that surfaces reflect onto each other, share
-  double glare = 0;          ///< light that the camera's lens scatters over its image, share
-  double vignetting = 0;     ///< power of the cosine of the field angle; 4: the natural law of a simple lens
-  double gamma = 1;          ///< of the camera; 1: linear
-  NoiseModel noise{0, 0};    ///< Gaussian; variance of the linear grey value
-  double crosstalk = 0.1;    ///< share of a neighbouring colour's light, colour frames only
-  std::uint64_t seed = 0;    ///< of the noise
-  int samples_per_axis = 3;  ///< rays a camera pixel, squared
-  int threads = 0;           ///< 0: as many as the machine has. The result does not depend on it
+      {};                  ///< defocus of the projector with depth; its blur in focus is projector_blur_px
+  double indirect = 0;     ///< light that surfaces reflect onto each other, share
+  double glare = 0;        ///< light that the camera's lens scatters over its image, share
+  double vignetting = 0;   ///< power of the cosine of the field angle; 4: the natural law of a simple lens
+  double gamma = 1;        ///< of the camera; 1: linear
+  NoiseModel noise{0, 0};  ///< Gaussian; variance of the linear grey value
+  std::vector<FrameFault> faults = {};  ///< one a frame; empty: none
+  /// A lamp's reflection, a Gaussian: `spot` times full scale in its middle.
+  double spot = 0, spot_radius_px = 25;
+  Vec2 spot_at = Vec2::Zero();  ///< camera pixel
+  double crosstalk = 0.1;       ///< share of a neighbouring colour's light, colour frames only
+  std::uint64_t seed = 0;       ///< of the noise
+  int samples_per_axis = 3;     ///< rays a camera pixel, squared
+  int threads = 0;              ///< 0: as many as the machine has. The result does not depend on it
 };
 
 /// One capture a projector frame (one channel or three, all alike; the projector's size, 0 dark .. 255 full

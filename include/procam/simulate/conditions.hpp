@@ -46,7 +46,19 @@ struct Conditions {
   int moved_views = 0;           ///< the board moves once during the sequence
   Range moved_by{0.003, 0.015};  ///< metres; it rotates by 0.1 degrees a millimetre as well
   int stale_views = 0;           ///< one capture still shows the frame before
-  double print_scale = 1;        ///< true size of the print / size that the session states
+  int missing_views = 0;         ///< one frame is missing, so that all later captures show the next frame
+  int torn_views = 0;            ///< one capture shows the next frame in its lower rows
+
+  // Faults of every view's sequence; 0: none.
+  double auto_exposure = 0;       ///< 1: the exposure keeps the image's mean; less: this power of it
+  double flicker = 0;             ///< amplitude over the rows, and from frame to frame
+  double shake_px = 0;            ///< sigma of each frame's shift, an axis
+  double drift_px = 0;            ///< of the camera's image over the sequence (stabiliser, soft tripod)
+  double projector_drift_px = 0;  ///< of the projected frame over the sequence, projector pixels
+  double focus_drift_px = 0;      ///< sigma of the camera's blur at the start, none at the end
+  double spot = 0;                ///< reflection of a lamp on the board, multiple of full scale
+
+  double print_scale = 1;  ///< true size of the print / size that the session states
 };
 
 /// None of these effects: a linear camera without scattered light, lenses and views as in the recipe.
@@ -63,9 +75,9 @@ struct ViewDefects {
     Pose board_from_moved;
   };
   std::optional<Move> moved;
-  std::optional<double> stale;  ///< at this share of the sequence
+  std::optional<double> stale, missing, torn;  ///< at this share of the sequence
 
-  bool empty() const { return !white && !moved && !stale; }
+  bool empty() const { return !white && !moved && !stale && !missing && !torn; }
 };
 
 /// The frame at a share of a sequence, 1 .. frames - 1; 0 for a single frame.

@@ -47,6 +47,7 @@ struct Session {
   std::vector<World> views;  ///< one a board pose; the same rig, board and wall in each
   CaptureOptions capture;
   std::vector<ViewDefects> defects;  ///< of each view; empty: none has any
+  Conditions conditions;             ///< that it was made with
   Board stated_board;                ///< as its user believes it to be: print_scale is not in it
 
   const Rig& rig() const { return views.front().rig; }

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <map>
 #include <optional>
+#include <set>
 
 #include "common/calibration_input.hpp"
 #include "common/cli.hpp"
@@ -119,7 +120,15 @@ ExitCode conclude(const Flags& flags, Console& console, calibrate::CalibrationRe
 
   say_result(console, rig, rig.quality, predicted, flags.accepted, next.has_value());
   say_remarks(console, result.diagnostics);
-  console.say(format("views      %d of %d used", rig.quality.views_used, input.views));
+  std::string by_views;
+  for (std::size_t d = 0; d < result.devices.size(); ++d) {
+    std::set<int> views;
+    for (const calibrate::Residual& r : result.residuals)
+      if (r.used && r.device == int(d)) views.insert(r.view);
+    by_views += (d > 0 ? ", " : "") + result.devices[d].name + " " + std::to_string(views.size());
+    console.summary().set("/views_used_by/" + result.devices[d].name, int(views.size()));
+  }
+  console.say(format("views      %d of %d used (%s)", rig.quality.views_used, input.views, by_views.c_str()));
   console.say("RMS        " + by_device(result, result.rms_px) +
               format(", joint %.3f px", result.joint_rms_px));
   console.say("           outliers included: " + by_device(result, result.rms_all_px) +

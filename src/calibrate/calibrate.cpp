@@ -329,6 +329,33 @@ Gate agreement_gate(const Correspondences& data, const Start& start, const Solut
   return gate;
 }
 
+/// A device that few views read is calibrated by few views, however many the other devices have.
+Gate views_gate(const Correspondences& data, const Solution& solution) {
+  Gate gate{"views read", true, ""};
+  int views = 0;
+  std::vector<int> of_device(data.devices.size());
+  for (std::size_t v = 0; v < data.views.size(); ++v) {
+    bool any = false;
+    for (std::size_t d = 0; d < data.devices.size(); ++d) {
+      const bool used = count_used(solution.used, v, d) > 0;
+      of_device[d] += used, any = any || used;
+    }
+    views += any;
+  }
+  std::string few;
+  for (std::size_t d = 0; d < data.devices.size(); ++d) {
+    gate.detail += (d > 0 ? ", " : "") + data.devices[d].name + " " + std::to_string(of_device[d]) + " of " +
+                   std::to_string(views);
+    if (2 * of_device[d] >= views) continue;
+    few += (few.empty() ? "" : " and ") + data.devices[d].name;
+  }
+  gate.passed = few.empty();
+  if (!gate.passed)
+    gate.detail += ": fewer than half of the views hold points of " + few +
+                   "; the views' remarks give the cause, capture them again";
+  return gate;
+}
+
 /// A board that is bent by more than a few sigmas of what a printed sheet does is no board to calibrate with.
 constexpr double kLargestBend = 5;
 
@@ -555,6 +582,7 @@ CalibrationResult run(const Correspondences& given, const std::optional<KnownLen
        behind == 0 ? "all"
                    : std::to_string(behind) +
                          " seen from behind: the order of their corners is mirrored; do not flip images"});
+  result.rig.quality.gates.push_back(views_gate(data, solution));
   result.rig.quality.gates.push_back(agreement_gate(data, start, solution));
   if (shaped.shape.free) result.rig.quality.gates.push_back(shape_gate(data, shaped.shape));
   for (const Gate& gate : result.rig.quality.gates)

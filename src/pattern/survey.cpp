@@ -124,6 +124,41 @@ NoiseModel measure_noise(const std::vector<ViewU8>& captures, int step_x, int st
 /// 0.56 of the contrast in sum. Two captures of one frame miss white and black by the whole contrast.
 constexpr double kBroken = 0.7;
 
+/// Stripes that keep less than this of their contrast (rms) yield hardly an edge.
+constexpr double kReadable = 0.3;
+
+/// Counts the finest bits of each axis that blur makes unreadable. One of them costs little: its edges are
+/// half of all, and the others define the same smooth map. `stripes` are the sums of (pattern - inverse)^2 by
+/// pair, `in_focus` what they would be without blur.
+void remark_on_focus(const std::vector<double>& stripes, double in_focus, const GrayCode& gray_code,
+                     Diagnostics& diagnostics) {
+  if (!(in_focus > 0)) return;
+  int first = 0;
+  for (const StripeAxis axis : {StripeAxis::kColumn, StripeAxis::kRow}) {
+    const int bits = bit_count(gray_code, axis);
+    const auto contrast = [&](int bit) {
+      return std::sqrt(std::max(0.0, stripes[std::size_t(first + bits - 1 - bit)] / in_focus));
+    };
+    int blurred = 0;
+    while (blurred < bits && contrast(blurred) < kReadable) ++blurred;
+    // Where no stripe has contrast, frames are wrong rather than blurred.
+    if (blurred > 0 && blurred < bits) {
+      const int width = 2 * gray_code.step;  // of the finest bit's stripes
+      const std::string text =
+          std::string(axis == StripeAxis::kColumn ? "column" : "row") + " stripes of " +
+          std::to_string(width << (blurred - 1)) + " projector pixels and less keep " +
+          percent(contrast(blurred - 1)) +
+          " of their contrast: the projector or the camera is out of focus, or the camera too coarse";
+      if (blurred == 1)
+        diagnostics.note("stripes_blurred", text + "; the wider ones are used");
+      else
+        diagnostics.warn("stripes_blurred", text + "; focus again, or show wider stripes with --step " +
+                                                std::to_string(gray_code.step << (blurred - 1)));
+    }
+    first += bits;
+  }
+}
+
 }  // namespace
 
 void check_captures(const std::vector<ViewU8>& captures, const GrayCode& gray_code) {
@@ -161,14 +196,13 @@ Survey survey_captures(const std::vector<ViewU8>& captures, const GrayCode& gray
   const int step_y = std::max(1, white.height / 32);
   const int step_x = std::max(1, white.width / 128);
 
-  const auto sum_of = [&](int pair, int x, int y) {
-    return captures[std::size_t(2 * pair)].at(x, y) + captures[std::size_t(2 * pair + 1)].at(x, y);
-  };
-
   Survey survey;
   survey.noise = measure_noise(captures, step_x, step_y);
   std::vector<long> broken(std::size_t(pairs), 0);
   std::vector<int> contrasts;
+  // Sums of (pattern - inverse)^2 without noise, and of what stripes in focus would give.
+  std::vector<double> stripes(std::size_t(pairs), 0);
+  double in_focus = 0;
   long pixels = 0, darker = 0, saturated = 0, clear = 0;
   for (int y = step_y / 2; y < white.height; y += step_y) {
     for (int x = step_x / 2; x < white.width; x += step_x) {
@@ -181,8 +215,14 @@ Survey survey_captures(const std::vector<ViewU8>& captures, const GrayCode& gray
       // Four captures' noise must not look like a broken pair.
       if (kBroken * contrast < 3 * std::sqrt(4 * survey.noise.variance(0.5 * total))) continue;
       ++clear;
-      for (int pair = 0; pair < pairs; ++pair)
-        broken[std::size_t(pair)] += std::abs(sum_of(pair, x, y) - total) > kBroken * contrast;
+      in_focus += double(contrast) * contrast;
+      for (int pair = 0; pair < pairs; ++pair) {
+        const int p = captures[std::size_t(2 * pair)].at(x, y),
+                  q = captures[std::size_t(2 * pair + 1)].at(x, y);
+        broken[std::size_t(pair)] += std::abs(p + q - total) > kBroken * contrast;
+        stripes[std::size_t(pair)] +=
+            double(p - q) * (p - q) - survey.noise.variance(p) - survey.noise.variance(q);
+      }
     }
   }
 
@@ -226,6 +266,7 @@ Survey survey_captures(const std::vector<ViewU8>& captures, const GrayCode& gray
               " of the lit pixels: a frame is missing, repeated or out of order; capture this pose again");
     }
   }
+  remark_on_focus(stripes, in_focus, gray_code, diagnostics);
   return survey;
 }
 

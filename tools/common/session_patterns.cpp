@@ -95,6 +95,7 @@ class GrayPattern : public SessionPattern {
       options.area = area;
       in_projector = match::project_board(in_camera, board, artwork, decoded,
                                           pattern::stripe_edges(captures, decoded, gray_code_, options));
+      for (Diagnostic& remark : in_projector.diagnostics.items) name_blur(decoded.diagnostics, remark);
     }
     for (const Diagnostic& remark : decoded.diagnostics.items)
       if (!is_replaced_by(sequence, remark.code)) in_camera.diagnostics.items.push_back(remark);
@@ -107,6 +108,16 @@ class GrayPattern : public SessionPattern {
   }
 
  private:
+  /// More light does not help where the stripes are out of focus.
+  static void name_blur(const Diagnostics& decoded, Diagnostic& remark) {
+    const Diagnostic* blurred = decoded.find("stripes_blurred");
+    if (blurred == nullptr || blurred->severity == Severity::kNote) return;
+    if (remark.code == "board_not_lit")
+      remark.message = "too few stripes are read on the board: " + blurred->message;
+    else if (remark.code == "corners_not_lit")
+      remark.message += "; " + blurred->message;
+  }
+
   pattern::GrayCode gray_code_;
 };
 

@@ -1,8 +1,13 @@
 #include "common/session_reader.hpp"
 
 #include <algorithm>
+#include <atomic>
+#include <exception>
 #include <map>
+#include <mutex>
 #include <optional>
+#include <thread>
+#include <utility>
 
 #include "procam/io/files.hpp"
 #include "procam/io/images.hpp"
@@ -13,7 +18,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kViewsBeforeGivingUp = 3;
+constexpr int kViewsBeforeGivingUp = 3;
+constexpr int kViewsAtATime = 4;  // a view of 42 frames of 18 megapixels takes 0.8 GB
 
 /// Sizes of the cameras' frames as they become known.
 using CameraSizes = std::vector<std::optional<ImageSize>>;
@@ -152,6 +158,63 @@ std::vector<Device> devices_of(const SessionPlan& plan, const CameraSizes& sizes
   return devices;
 }
 
+/// What one view holds, or why it cannot be read.
+struct ReadView {
+  std::vector<match::Reading> readings;
+  std::vector<InputFile> inputs;
+  CameraSizes sizes;
+  std::exception_ptr error;
+};
+
+ReadView read_view(const SessionPlan& plan, std::size_t number, const CameraSizes& sizes) {
+  const PlannedView& view = plan.views[number];
+  ReadView read;
+  read.sizes = sizes;
+  try {
+    if (plan.shown) try {
+        read.readings.push_back(read_photograph(plan, plan.shown->views[number], read.inputs, read.sizes));
+      } catch (const Error& error) {
+        throw Error(error.kind(), "view " + view.name + ", " + error.subject(), error.why(), error.next());
+      }
+    for (const io::Stack& stack : view.stacks) try {
+        read.readings.push_back(read_stack(plan, view, stack, read.inputs, read.sizes));
+      } catch (const Error& error) {
+        const std::string place = stack.folder.lexically_relative(plan.folder).generic_string();
+        throw Error(error.kind(), "view " + place + ", " + error.subject(), error.why(), error.next());
+      }
+  } catch (...) {
+    read.error = std::current_exception();
+  }
+  return read;
+}
+
+/// The views [begin, end), several at a time: none depends on another, so that the result is the same on any
+/// number of cores. A view that cannot be read ends the reading.
+std::vector<ReadView> read_views(const SessionPlan& plan, int begin, int end, const CameraSizes& sizes,
+                                 const ReadingProgress& progress) {
+  std::vector<ReadView> views(std::size_t(end - begin));
+  const int cores = int(std::max(1u, std::thread::hardware_concurrency()));
+  const int members = std::min({cores, kViewsAtATime, end - begin});
+  std::mutex reporting;
+  std::atomic<int> next{begin};
+  std::atomic<bool> failed{false};
+  const auto work = [&] {
+    for (int i = next++; i < end && !failed; i = next++) {
+      if (progress) {
+        const std::lock_guard<std::mutex> lock(reporting);
+        progress(plan.views[std::size_t(i)].name, i, int(plan.views.size()));
+      }
+      ReadView& read = views[std::size_t(i - begin)] = read_view(plan, std::size_t(i), sizes);
+      if (read.error) failed = true;
+    }
+  };
+  std::vector<std::thread> team;
+  for (int member = 1; member < members; ++member) team.emplace_back(work);
+  work();
+  for (std::thread& member : team) member.join();
+  return views;
+}
+
 }  // namespace
 
 void turn_left_to_right(ImageU8& image) {
@@ -214,22 +277,17 @@ SessionContents read_session(const SessionPlan& plan, const ReadingProgress& pro
   SessionContents contents;
   std::vector<std::vector<match::Reading>> readings;
   CameraSizes sizes = plan.shown ? CameraSizes(1) : common_sizes(plan);
-  for (std::size_t i = 0; i < plan.views.size(); ++i) {
-    const PlannedView& view = plan.views[i];
-    if (progress) progress(view.name, int(i), int(plan.views.size()));
-    readings.emplace_back();
-    if (plan.shown) try {
-        readings.back().push_back(read_photograph(plan, plan.shown->views[i], contents.inputs, sizes));
-      } catch (const Error& error) {
-        throw Error(error.kind(), "view " + view.name + ", " + error.subject(), error.why(), error.next());
-      }
-    for (const io::Stack& stack : view.stacks) try {
-        readings.back().push_back(read_stack(plan, view, stack, contents.inputs, sizes));
-      } catch (const Error& error) {
-        const std::string place = stack.folder.lexically_relative(plan.folder).generic_string();
-        throw Error(error.kind(), "view " + place + ", " + error.subject(), error.why(), error.next());
-      }
-    if (readings.size() == kViewsBeforeGivingUp) require_board_somewhere(plan, readings);
+  const int count = int(plan.views.size()), first = std::min(count, kViewsBeforeGivingUp);
+  const int alone = plan.shown ? std::min(count, 1) : 0;  // the first photograph fixes the size of all
+  for (const auto& [begin, end] : {std::pair(0, alone), std::pair(alone, first), std::pair(first, count)}) {
+    for (ReadView& view : read_views(plan, begin, end, sizes, progress)) {
+      if (view.error) std::rethrow_exception(view.error);
+      readings.push_back(std::move(view.readings));
+      contents.inputs.insert(contents.inputs.end(), view.inputs.begin(), view.inputs.end());
+      for (std::size_t c = 0; c < sizes.size(); ++c)
+        if (view.sizes[c]) sizes[c] = view.sizes[c];
+    }
+    if (end == kViewsBeforeGivingUp) require_board_somewhere(plan, readings);
   }
   require_board_somewhere(plan, readings);
   const std::vector<Device> devices = devices_of(plan, sizes);

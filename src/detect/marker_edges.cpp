@@ -5,6 +5,7 @@
 #include <iterator>
 #include <opencv2/aruco.hpp>
 
+#include "marker_model.hpp"
 #include "marker_warp.hpp"
 
 namespace procam::detect {
@@ -58,23 +59,43 @@ double area(const Corners& c) {
   return 0.5 * std::abs(a.x() * b.y() - a.y() * b.x());
 }
 
+/// A marker of cells too small for edges: all of its pixels at once. The detector's corners where that fails.
+SeenMarker refine_small(const ViewU8& image, const MarkerCells& codes, int id, const Corners& start,
+                        const Camera* lens) {
+  constexpr double kCoarseSigma = 1;  // pixels: a detector's corners, with its bias
+  if (const auto fit = fit_model(image, codes, id, start, lens))
+    return {id, fit->corners, fit->covariance, {}, false};
+  return {id, start, Eigen::Matrix<double, 8, 8>::Identity() * kCoarseSigma * kCoarseSigma, {}, true};
+}
+
+/// Pixels a cell, on the shortest side.
+double cell_px(const MarkerCells& codes, const Corners& c) {
+  double side = (c[3] - c[0]).norm();
+  for (std::size_t i = 0; i < 3; ++i) side = std::min(side, (c[i + 1] - c[i]).norm());
+  return side / (codes.per_side + 2);
+}
+
 /// The edges where the warp expects them, the warp that they imply, and once more from there.
 SeenMarker refine(const ViewU8& image, const MarkerCells& codes, int id, const Corners& start,
                   const Camera* lens) {
-  constexpr double kCoarseSigma = 1;  // pixels: a detector's corners, with its bias
-  SeenMarker marker{id, start, Eigen::Matrix<double, 8, 8>::Identity() * kCoarseSigma * kCoarseSigma, {}};
+  // Below, few edges keep clear of their neighbours' blur, and those that do say little.
+  constexpr double kEnoughForEdges = 4.5;
+  if (cell_px(codes, start) < kEnoughForEdges)
+    if (SeenMarker small = refine_small(image, codes, id, start, lens); !small.coarse) return small;
+  SeenMarker marker;
+  marker.id = id;
   std::optional<MarkerWarp> warp = MarkerWarp::through(start, lens);
   for (int round = 0; round < 2 && warp; ++round) {
     std::vector<MarkerEdge> edges = find_edges(image, codes, id, *warp);
     const std::optional<WarpFit> fit = fit_warp(edges, *warp);
-    if (!fit) return marker;
+    if (!fit) return refine_small(image, codes, id, start, lens);
     warp = fit->warp;
     if (round == 0) continue;
     marker.edges = std::move(edges);
     marker.covariance = fit->corner_covariance;
     for (std::size_t i = 0; i < 4; ++i) marker.corners[i] = *fit->warp(marker_corners()[i]);
   }
-  return marker;
+  return warp ? marker : refine_small(image, codes, id, start, lens);
 }
 
 }  // namespace

@@ -150,9 +150,37 @@ std::vector<State> minima(const Problem& problem, const std::vector<Pose>& start
   return found;
 }
 
+/// How firmly the stated variances are believed, in degrees of freedom: two residuals of one small marker do
+/// not show that they are twice as large (the mean of a scaled inverse chi-square prior).
+constexpr double kBelief = 8;
+
+/// What to do about two poses, for the view at hand.
+std::string against_second_pose(const Problem& problem, const Pose& camera_from_world) {
+  double steepest = 0;
+  std::string coarse;
+  for (const Sighting& s : problem.sightings) {
+    const Pose camera_from_marker = camera_from_world * s.placed->world_from_marker;
+    const double cosine =
+        camera_from_marker.rotate(Vec3::UnitZ()).dot(camera_from_marker.translation.normalized());
+    steepest = std::max(steepest, std::acos(std::clamp(cosine, -1.0, 1.0)));
+    if (s.seen->coarse) coarse += (coarse.empty() ? "" : ", ") + std::to_string(s.seen->id);
+  }
+  std::string next;
+  if (!coarse.empty())
+    next = "marker " + coarse +
+           " is too small or blurred for its edges (marker_coarse): go closer, focus, or print it larger";
+  else if (steepest < 20 * kDegree)
+    next = "look at the marker from the side (20 to 60 degrees; now " + format(steepest / kDegree, 0) +
+           ") or from closer";
+  else
+    next = "go closer or print the marker larger (the view from the side, " + format(steepest / kDegree, 0) +
+           " degrees, is good)";
+  return next + ", or add a marker in another plane";
+}
+
 /// The second pose and its odds, where the covariance of the first does not already span both.
-void weigh_second(const std::vector<State>& states, double scale, const LocateOptions& options,
-                  LocateResult& result) {
+void weigh_second(const std::vector<State>& states, double scale, const Problem& problem,
+                  const LocateOptions& options, LocateResult& result) {
   if (states.size() < 2) return;
   const Vec6 between = se3_log(states[1].camera_from_world * states[0].camera_from_world.inverse());
   constexpr double kFiveSigmas2 = 25;
@@ -161,8 +189,7 @@ void weigh_second(const std::vector<State>& states, double scale, const LocateOp
   result.other = states[1].camera_from_world;
   result.other_odds = ratio / (1 + ratio);
   const double degrees = between.head<3>().norm() / kDegree;
-  const char* const next =
-      "look at the marker from the side (20 to 60 degrees) or from closer, or add a marker in another plane";
+  const std::string next = against_second_pose(problem, states[0].camera_from_world);
   if (result.other_odds > options.largest_odds)
     throw Error(ErrorKind::kDegenerate, "pose from the markers",
                 "a second pose, turned by " + format(degrees, 1) + " degrees, fits almost as well (odds " +
@@ -208,10 +235,10 @@ LocateResult locate(const MarkerDetections& detections, const Camera& camera, co
 
   LocateResult result;
   result.camera_from_world = best.camera_from_world;
-  const int freedom = problem.residual_count() - 6 - int(problem.sightings.size());
-  result.chi2_per_dof = best.cost / std::max(1, freedom);
-  const double scale = std::max(1.0, result.chi2_per_dof);
-  weigh_second(states, scale, options, result);
+  const int freedom = problem.freedom();
+  result.chi2_per_dof = best.cost / freedom;
+  const double scale = std::max(1.0, (best.cost + kBelief) / (freedom + kBelief));
+  weigh_second(states, scale, problem, options, result);
   result.covariance = scale * Cholesky(best.information).inverse();
   result.covariance = 0.5 * (result.covariance + result.covariance.transpose()).eval();
   result.by_lens = sensitivity_to_lens(problem, best);
@@ -222,7 +249,7 @@ LocateResult locate(const MarkerDetections& detections, const Camera& camera, co
     const std::string name = "marker " + std::to_string(marker.id);
     if (agrees[m]) {
       marker.edge_rms_px = edge_error(problem, best, used++);
-      if (all[m].seen->edges.empty())
+      if (all[m].seen->coarse)
         result.diagnostics.warn("marker_coarse", name +
                                                      " is too small or blurred for its edges: its corners "
                                                      "alone are used; go closer, focus, or print it larger");

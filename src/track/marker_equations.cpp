@@ -80,6 +80,33 @@ bool uses_edges(const Problem& problem, const Sighting& sighting) {
   return !problem.corners_only && !sighting.seen->edges.empty();
 }
 
+/// Rows of the eight coordinates to rows of variance 1 without correlations: by the inverse of C = L L^T's
+/// factor. Opposite corners of a small marker err together, and what tells its two poses apart is in the
+/// rest. A start does without.
+void whiten(const Eigen::Matrix<double, 8, 8>& covariance, std::vector<Row>& rows) {
+  Eigen::Matrix<double, 8, 8> factor = Eigen::Matrix<double, 8, 8>::Zero();
+  for (Eigen::Index j = 0; j < 8; ++j) {
+    const double pivot = covariance(j, j) - factor.row(j).head(j).squaredNorm();
+    if (!(pivot > 1e-12 * covariance(j, j))) return;  // no covariance: the variances alone
+    factor(j, j) = std::sqrt(pivot);
+    for (Eigen::Index i = j + 1; i < 8; ++i)
+      factor(i, j) = (covariance(i, j) - factor.row(i).head(j).dot(factor.row(j).head(j))) / factor(j, j);
+  }
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    for (std::size_t k = 0; k < i; ++k) {
+      const double share = factor(Eigen::Index(i), Eigen::Index(k));
+      rows[i].by_pose -= share * rows[k].by_pose;
+      rows[i].by_nuisance -= share * rows[k].by_nuisance;
+      rows[i].residual -= share * rows[k].residual;
+    }
+    const double by = 1 / factor(Eigen::Index(i), Eigen::Index(i));
+    rows[i].by_pose *= by;
+    rows[i].by_nuisance *= by;
+    rows[i].residual *= by;
+    rows[i].weight = 1;
+  }
+}
+
 std::optional<std::vector<Row>> rows_of(const Problem& problem, const Sighting& sighting,
                                         const Pose& camera_from_world, const Nuisance& nuisance) {
   const Placement placement = place(problem, sighting, camera_from_world, nuisance);
@@ -105,12 +132,12 @@ std::optional<std::vector<Row>> rows_of(const Problem& problem, const Sighting& 
     if (!pixel) return std::nullopt;
     for (Eigen::Index axis = 0; axis < 2; ++axis) {
       const Eigen::Index k = 2 * Eigen::Index(i) + axis;
-      // One variance for all corners: their correlations matter little where corners alone are used.
       if (!add(row_of(problem, placement, marker_corners()[i], Vec2::Unit(axis),
                       sighting.seen->corners[i][axis] - (*pixel)[axis], sighting.seen->covariance(k, k), 0)))
         return std::nullopt;
     }
   }
+  if (!problem.corners_only) whiten(sighting.seen->covariance, rows);
   return rows;
 }
 
@@ -180,11 +207,11 @@ Reduced reduce(const Equations& equations, double damping) {
 
 }  // namespace
 
-int Problem::residual_count() const {
-  int count = 0;
+int Problem::freedom() const {
+  int count = -6;
   for (const Sighting& sighting : sightings)
-    count += uses_edges(*this, sighting) ? int(sighting.seen->edges.size()) : 8;
-  return count;
+    count += uses_edges(*this, sighting) ? int(sighting.seen->edges.size()) - 1 : 8;
+  return std::max(1, count);
 }
 
 std::optional<State> solve(const Problem& problem, const Pose& start) {

@@ -35,7 +35,8 @@ struct Problem {
   bool corners_only = false;      ///< a quicker start; edges are left aside
   std::vector<double> weights;    ///< a marker each; empty: 1
 
-  int residual_count() const;
+  /// Degrees of freedom: residuals less the pose and each marker's spread where edges show it; 1 or more.
+  int freedom() const;
 };
 
 /// Levenberg-Marquardt; nullopt when a marker cannot be projected from the start, or nothing converges.

@@ -190,14 +190,29 @@ TEST(Markers, WhatAHandCoversIsLeftOut) {
   }
 }
 
-TEST(Markers, OneTooSmallForEdgesSaysSo) {
+TEST(Markers, OneTooSmallForEdgesIsFittedAsAWhole) {
   const Camera camera = lopsided_camera();
   std::mt19937_64 random(5);
-  const Pose pose = random_pose(random, 5.5);  // 26 px wide, cells of 3 px
-  const MarkerDetections found = detect_marker_edges(render(camera, pose, 1.3, 1), apriltag(), {camera});
-  if (found.markers.empty()) GTEST_SKIP() << "the installed detector does not read it";
-  EXPECT_TRUE(found.markers[0].edges.empty());
-  EXPECT_GE(found.markers[0].covariance(0, 0), 0.5);
+  int read = 0;
+  double chi2 = 0;
+  for (int i = 0; i < 8; ++i) {
+    const Pose pose = random_pose(random, 5.5);  // 26 px wide, cells of 3 px
+    const MarkerDetections found =
+        detect_marker_edges(render(camera, pose, 1.0, std::uint64_t(i)), apriltag(), {camera});
+    if (found.markers.empty()) continue;
+    ++read;
+    const SeenMarker& marker = found.markers[0];
+    EXPECT_TRUE(marker.edges.empty() && !marker.coarse);
+    Eigen::Matrix<double, 8, 1> error;
+    for (std::size_t k = 0; k < 4; ++k) {
+      error.segment<2>(2 * Eigen::Index(k)) = marker.corners[k] - true_corners(camera, pose)[k];
+      EXPECT_LT(error.segment<2>(2 * Eigen::Index(k)).norm(), 0.2);  // the detector's are off by 0.5
+    }
+    chi2 += error.dot(marker.covariance.ldlt().solve(error));
+  }
+  ASSERT_GE(read, 4);
+  // 8 numbers each: chi-square, mean 8 and sigma 4 a marker; 5 sigma (false alarm 1e-5 with the skew).
+  EXPECT_LT(chi2, 8 * read + 5 * 4 * std::sqrt(read));
 }
 
 TEST(Markers, NothingFoundIsSaid) {
@@ -247,7 +262,7 @@ TEST(MarkersOnPhotographs, FindsAll71GoldMarkers) {
       }
     images[{image, dictionary}].push_back(gold);
   }
-  int found = 0, total = 0, with_edges = 0;
+  int found = 0, total = 0, with_edges = 0, fitted = 0;
   double worst = 0;
   Vec2 mean = Vec2::Zero();
   for (const auto& [name, golds] : images) {
@@ -264,6 +279,7 @@ TEST(MarkersOnPhotographs, FindsAll71GoldMarkers) {
         if (marker.id != gold.id) continue;
         ++found;
         with_edges += !marker.edges.empty();
+        fitted += !marker.coarse;
         for (std::size_t k = 0; k < 4; ++k) {
           worst = std::max(worst, (marker.corners[k] - gold.corners[k]).norm());
           mean += (marker.corners[k] - gold.corners[k]) / (4 * 71.0);
@@ -273,9 +289,9 @@ TEST(MarkersOnPhotographs, FindsAll71GoldMarkers) {
   }
   EXPECT_EQ(total, 71);
   EXPECT_EQ(found, 71);
-  std::cout << found << " of " << total << " found, " << with_edges << " by edges, worst corner " << worst
-            << " px, mean offset " << mean.transpose() << " px\n";
-  EXPECT_GE(with_edges, 55);  // the others are 17 to 25 px wide: their cells have no two pixels to spare
+  std::cout << found << " of " << total << " found, " << with_edges << " by edges, " << fitted
+            << " fitted, worst corner " << worst << " px, mean offset " << mean.transpose() << " px\n";
+  EXPECT_GE(fitted, 60);  // to edges, or where cells are small to all pixels
   // Theirs are whole pixels of the contour inside the black: up to 0.7 px inwards, 0.7 px by rounding, and
   // their own tolerance of 1 px.
   EXPECT_LT(worst, 2.4);

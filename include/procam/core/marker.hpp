@@ -46,9 +46,11 @@ struct SeenMarker {
   int id = 0;
   std::array<Vec2, 4> corners;  ///< pixels, clockwise from the print's own top left
   Eigen::Matrix<double, 8, 8> covariance = Eigen::Matrix<double, 8, 8>::Zero();  ///< x0 y0 x1 ... y3, pixel^2
-  /// What the corners were computed from; empty when the marker is too small or blurred for edges: then the
-  /// corners are the detector's, with a covariance to match.
+  /// What the corners were computed from; empty when the marker is too small or blurred for edges of its own:
+  /// then the corners are those of a fit to all its pixels.
   std::vector<MarkerEdge> edges;
+  /// That failed as well: the corners are the detector's, with a covariance to match.
+  bool coarse = false;
 };
 
 struct MarkerDetections {

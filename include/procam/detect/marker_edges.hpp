@@ -13,6 +13,9 @@
 /// number that moves all edges towards white or black (ink spread, gamma, exposure), robustly: what a hand
 /// covers is left out. The corners are where it puts the square's corners; procam's pixel convention (integer
 /// centres) holds whatever the installed detector's bias, which only says where to look.
+///
+/// A marker whose cells are below 4.5 pixels has few such edges. It is fitted as a whole, known cells, blur,
+/// light and gamma to all its pixels, and has corners with their covariance but no edges.
 #include <filesystem>
 #include <optional>
 

@@ -59,8 +59,8 @@ struct LocateResult {
 };
 
 /// Remarks: "marker_left_out" names a moved marker, "second_pose" gives odds above 1/1000, "map_disagrees"
-/// says that the residuals are above what image and map promise, "marker_coarse" that a marker was too small
-/// or blurred for edges.
+/// says that the residuals are above what image and map promise, "marker_coarse" that neither edges nor
+/// pixels of a marker could be fitted and the detector's corners are used.
 ///
 /// Throws Error kNotEnoughData when no marker of the map is seen, kDegenerate when the markers contradict
 /// each other without a majority or when the second pose cannot be excluded, kNotConverged; and

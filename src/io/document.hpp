@@ -19,7 +19,8 @@ struct Node {
     kString,
     kList,
     kObject,
-    kText,    ///< XML and YAML, which have no types: text that is a string, a number or numbers as its reader asks
+    kText,    ///< XML and YAML, which have no types: text that is a string, a number or numbers as its reader
+              ///< asks
     kElement  ///< XML: a list or an object as its reader asks
   };
 

@@ -9,7 +9,7 @@ namespace {
 
 using test::NumericWorld;
 
-Options flat() {
+Options flat_board() {
   Options options;
   options.board_shape = BoardShape::kFlat;
   return options;
@@ -34,7 +34,7 @@ TEST(RigMotion, IsReportedWithItsInstant) {
     const CalibrationResult result = calibrate_rig(
         moved_from(world, from, Pose(so3_exp<double>(Vec3(0.0004, -0.0008, 0.0002)), Vec3(0.002, 0, 0.001)),
                    50 + seed),
-        flat());
+        flat_board());
     const Diagnostic* remark = result.diagnostics.find("device_moved");
     ASSERT_NE(remark, nullptr) << seed;
     EXPECT_NE(remark->message.find("projector stands elsewhere from view view_" + std::to_string(from)),
@@ -57,7 +57,7 @@ TEST(RigMotion, IsNotSeenWhereNothingMoved) {
       if (seed % 2 == 1)
         for (Observation& o : view.observations[1]) o.pixel += offset;
     }
-    alarms += calibrate_rig(data, flat()).diagnostics.find("device_moved") != nullptr;
+    alarms += calibrate_rig(data, flat_board()).diagnostics.find("device_moved") != nullptr;
   }
   EXPECT_LE(alarms, 1);
 }

@@ -15,7 +15,7 @@ namespace procam {
 namespace {
 
 const pattern::GrayCode kGrayCode{{1024, 768}, 1};
-const Chessboard kBoard{10, 7, 0.05};
+const Chessboard kWorldBoard{10, 7, 0.05};
 
 struct Capture {
   std::vector<cv::Mat> images;
@@ -57,10 +57,10 @@ TEST_P(DefocusedCaptures, GiveEveryLitCornerItsProjectorPixel) {
   const Capture capture = load(GetParam());
   const DecodedMap decoded = pattern::decode(capture.frames, kGrayCode);
   EXPECT_EQ(decoded.diagnostics.find("pair_not_complementary"), nullptr);
-  const Detections seen = detect::detect_chessboard(capture.frames[40], kBoard);
+  const Detections seen = detect::detect_chessboard(capture.frames[40], kWorldBoard);
   ASSERT_GE(seen.observations.size(), 60u);
   const Detections projected =
-      match::project_board(seen, kBoard, detect::board_artwork(kBoard), decoded,
+      match::project_board(seen, kWorldBoard, detect::board_artwork(kWorldBoard), decoded,
                            pattern::stripe_edges(capture.frames, decoded, kGrayCode));
 
   // The board has two orders of its corners.

@@ -50,11 +50,7 @@ std::string cause(const Session& session, std::size_t view) {
   for (const Observation& corner : board_in_camera(session.views[view])) corners.push_back(corner.pixel);
   const pattern::SequenceCheck check =
       pattern::check_sequence({captures.begin(), captures.end()}, gray_code, corners);
-  if (std::getenv("PROCAM_SHOW"))
-    std::printf("    gamma %.2f (%.2f) noise %.3f scattered %.3f %s\n", check.gamma, session.capture.gamma,
-                check.noise, check.scattered, description(session.defects[view], 42).c_str());
   if (check.diagnostics.items.empty()) return "";
-  if (std::getenv("PROCAM_SHOW")) std::printf("    %s\n", check.diagnostics.items.front().message.c_str());
   return check.diagnostics.items.front().code;
 }
 

@@ -88,6 +88,41 @@ TEST(LocateOnImages, LightLandsWithinHalfAMillimetreAtTwoMetres) {
   EXPECT_GT(corners, 5 * edges);
 }
 
+/// Cells of 2.2 to 3.2 pixels, tilted by 20 to 57 degrees: which way shows in the pixels, though in no cell's
+/// edge.
+TEST(LocateOnImages, SmallMarkersHaveOnePose) {
+  const Camera camera{{360, 300}, {905, 893, 171, 166, 0.7}, BrownConrady{{-0.18, 0.07, 0.0011, -0.0008, 0}}};
+  const MarkerMap map = one_marker();
+  std::mt19937_64 random(23);
+  const auto uniform = [&](double low, double high) {
+    return std::uniform_real_distribution<double>(low, high)(random);
+  };
+  int located = 0;
+  double chi2 = 0;
+  for (int i = 0; i < 12; ++i) {
+    const double tilt = uniform(0.35, 1), way = uniform(0, 2 * kPi);
+    const Pose truth(
+        so3_exp(Vec3(tilt * std::cos(way), tilt * std::sin(way), 0)) * so3_exp(Vec3(0, 0, uniform(-3, 3))),
+        Vec3(uniform(-0.3, 0.3), uniform(-0.3, 0.3), 900 * 0.16 / 8 / uniform(2.2, 3.2)));
+    simulate::MarkerViewOptions options;
+    options.blur_px = uniform(0.6, 1.0);
+    options.seed = std::uint64_t(i);
+    const ImageU8 image = simulate::marker_view(camera, truth, map.markers, codes(), options);
+    const MarkerDetections found = detect::detect_marker_edges(image, codes(), {camera});
+    if (found.markers.empty()) continue;  // the installed detector does not read every one
+    EXPECT_TRUE(found.markers[0].edges.empty());
+    const LocateResult seen = locate(found, camera, map);
+    EXPECT_EQ(seen.diagnostics.find("marker_coarse"), nullptr);
+    const Vec6 xi = se3_log(truth * seen.camera_from_world.inverse());
+    EXPECT_LT(xi.head<3>().norm(), 0.05);
+    chi2 += xi.dot(seen.covariance.ldlt().solve(xi));
+    ++located;
+  }
+  ASSERT_GE(located, 6);
+  // 6 numbers each: sigma sqrt(12) a pose; 5 sigma (false alarm 1e-5 with the skew).
+  EXPECT_LT(chi2, 6 * located + 5 * std::sqrt(12.0 * located));
+}
+
 TEST(LocateOnImages, CovarianceIsHonest) {
   const Camera camera{{360, 300}, {905, 893, 171, 166, 0.7}, BrownConrady{{-0.18, 0.07, 0.0011, -0.0008, 0}}};
   const MarkerMap map = one_marker();

@@ -149,6 +149,26 @@ TEST(Locate, RefusesAPoseThatTheOtherTiltExplainsAsWell) {
   EXPECT_NE(error.why().find("second pose"), std::string::npos) << error.what();
 }
 
+TEST(Locate, AdviceFitsTheView) {
+  const Camera camera = wall_camera();
+  const auto advice = [&](const Pose& pose, bool coarse) {
+    MarkerDetections seen = sightings(camera, pose, small_marker(), 0.3, 2);
+    for (SeenMarker& marker : seen.markers) {
+      marker.covariance = 4 * Eigen::Matrix<double, 8, 8>::Identity();
+      marker.edges.clear();
+      marker.coarse = coarse;
+    }
+    return error_of([&] { locate(seen, camera, small_marker()); }).next();
+  };
+  EXPECT_NE(advice(kFarOff, true).find("marker_coarse"), std::string::npos);
+  const Pose straight_on(so3_exp(Vec3(0.1, -0.1, 0.3)), Vec3(0.1, 0.05, 3));
+  EXPECT_NE(advice(straight_on, false).find("from the side"), std::string::npos)
+      << advice(straight_on, false);
+  const Pose from_the_side(so3_exp(Vec3(0.5, -0.5, 0.3)), Vec3(0.1, 0.05, 3));
+  EXPECT_NE(advice(from_the_side, false).find("print the marker larger"), std::string::npos)
+      << advice(from_the_side, false);
+}
+
 TEST(Locate, TakesTheRightTiltWhereTheImageIsGoodEnough) {
   const Camera camera = wall_camera();
   // 40 seeds: the odds that a wrong tilt gets less than the allowed share are far below 1e-6 at this noise.

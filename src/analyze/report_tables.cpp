@@ -342,9 +342,9 @@ std::string wall_errors(const ReportInput& input) {
                rows) +
          hint(
              "Distance between projected and intended point on a wall across the projector's axis, over a "
-             "grid that spans the frame. Located externally: the wall is known in the rig's frame, e.g. from "
-             "a "
-             "map and a localiser. Located by camera: the rig's camera measures the wall's pose from points "
+             "grid that spans the frame. Located externally: the wall is known in the rig's frame, e.g. "
+             "from a map and a localiser. Located by camera: the rig's camera measures the wall's pose from "
+             "points "
              "of known geometry (markers, a board); errors shared by camera and projector cancel, and only "
              "what the camera sees counts. Detection noise and errors of map or localiser are not included. "
              "Predicted: one sigma, from the covariance of the rig" +

@@ -231,6 +231,12 @@ std::optional<CornerFit> fit_corner(const ViewU8& image, const CornerNeighbourho
     samples = window.samples(image, sampling);
     fitted = descend(model, fitted->p, square);
   }
+  // Of an edge much sharper than the raster's step the raster has too few pixels: its fit may not converge,
+  // or end beside the edge, where every pixel of the window is needed.
+  if (!fitted && sampling.stride > 1) {
+    samples = window.samples(image, {});
+    fitted = descend(model, first_guess(model, around), square);
+  }
   if (!fitted || !((fitted->p.head<2>() - around.corner).norm() < 0.3 * square)) return std::nullopt;
 
   CornerFit fit;

@@ -223,7 +223,9 @@ TEST(ViewVerdicts, NameWhatIsWrong) {
   EXPECT_EQ(verdicts[0], "fine");
   double share = 0;
   for (const auto& view : result.views) share += view.share;
-  EXPECT_NEAR(share, 1, 1e-6);
+  // What is known of any lens beforehand is the rest.
+  EXPECT_LE(share, 1 + 1e-6);
+  EXPECT_GT(share, 0.95);
 }
 
 }  // namespace

@@ -100,7 +100,7 @@ TEST(ObservationsRoute, OptionsWithoutEffectAreRefused) {
   expect("--points p.csv -o r.json --free k3", "--free k3: has no effect with --points");
   expect("--observations o.csv -o r.json --step 2", "--step: has no effect with --observations");
   expect("--captures c -o r.json --unit 1mm", "--unit: has no effect with --captures");
-  expect("--check r.json --wall 3m", "--wall: has no effect with --check");
+  expect("--check r.json --holdout", "--holdout: has no effect with --check");
   expect("--captures c --points p.csv -o r.json", "cannot be used together");
   expect("--observations o.csv", "-o rig.json");
 }

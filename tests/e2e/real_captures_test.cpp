@@ -105,8 +105,8 @@ TEST(RealCaptures, ThePredictedErrorIsCheckedForTheSurfaceOfTheUser) {
   EXPECT_EQ(run.exit_code, 0) << run.out << run.err;
   EXPECT_EQ(run.out.rfind("result     passed: predicted error ", 0), 0u) << run.out;
   EXPECT_NE(run.out.find("surface located externally"), std::string::npos) << run.out;
-  // 5 boards with 3 kinds of decoding notes: a line for each kind.
-  EXPECT_LE(std::count(run.err.begin(), run.err.end(), '\n'), 12) << run.err;
+  // 5 boards with 3 kinds of decoding notes: a line for each kind, not 15; 10 more of what is special here.
+  EXPECT_LE(std::count(run.err.begin(), run.err.end(), '\n'), 13) << run.err;
   EXPECT_NE(run.err.find("note: 5 views: decoded row codes "), std::string::npos) << run.err;
 
   EXPECT_EQ(run_tool("calibrate-projector", "--check " + rig).exit_code, 5);

@@ -14,7 +14,7 @@ std::string of_projector(const Rig& rig, const std::string& group, const RigProj
 }
 
 std::string said_of(const Rig& rig, const RigProjector& projector) {
-  return rig.projectors.size() > 1 ? "of " + projector.name + " " : "";
+  return rig.projectors.size() > 1 ? projector.name + ": " : "";
 }
 
 namespace {

@@ -12,7 +12,7 @@ namespace procam::tools {
 /// Where a figure of one projector goes in the summary: "/wall/rms_mm", or "/wall/left/rms_mm" of several.
 std::string of_projector(const Rig& rig, const std::string& group, const RigProjector& projector,
                          const std::string& figure);
-/// "of left " where there are several projectors.
+/// "left: " where there are several projectors.
 std::string said_of(const Rig& rig, const RigProjector& projector);
 
 void say_lens(Console& console, const std::string& device, const Camera& lens,

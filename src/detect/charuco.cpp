@@ -123,7 +123,7 @@ Detections detect_charuco(const ViewU8& image, const CharucoBoard& board, const 
   if (const int left_out = in_picture - int(result.observations.size()); left_out > 0)
     result.diagnostics.warn("corners_left_out",
                             std::to_string(left_out) + " of " + std::to_string(in_picture) +
-                                " corners in the picture could not be refined and are left out: blur, "
+                                " corners in the image could not be refined and are rejected: blur, "
                                 "glare, a cover, or the image's rim beside them");
   return result;
 }

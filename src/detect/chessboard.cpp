@@ -463,7 +463,7 @@ Detections detect_chessboard(const ViewU8& image, const Chessboard& board, const
   if (left_out > 0)
     result.diagnostics.warn("corners_left_out",
                             std::to_string(left_out) + " of " + std::to_string(board.size()) +
-                                " corners could not be refined and are left out: blur, glare, a "
+                                " corners could not be refined and are rejected: blur, glare, a "
                                 "cover, or the image's rim beside them");
   return result;
 }

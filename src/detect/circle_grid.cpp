@@ -201,7 +201,7 @@ Detections detect_circle_grid(const ViewU8& image, const CircleGrid& board,
   if (const std::size_t left_out = fits.size() - result.observations.size(); left_out > 0)
     result.diagnostics.warn("circles_left_out", std::to_string(left_out) + " of " +
                                                     std::to_string(fits.size()) +
-                                                    " circles could not be refined and are left out: blur, "
+                                                    " circles could not be refined and are rejected: blur, "
                                                     "glare, a cover, or the image's rim beside them");
   return result;
 }

@@ -79,7 +79,7 @@ Detections detect_marker_grid(const ViewU8& image, const MarkerGrid& board, cons
   if (const std::size_t left_out = markers->markers.size() - refined.size(); left_out > 0)
     result.diagnostics.warn("markers_left_out", std::to_string(left_out) + " of " +
                                                     std::to_string(markers->markers.size()) +
-                                                    " markers could not be refined and are left out: blur, "
+                                                    " markers could not be refined and are rejected: blur, "
                                                     "glare, a cover, or too little light paper round them");
   return result;
 }

@@ -468,6 +468,25 @@ Course course(const Series& series, int& at) {
   return step < drift ? Course::kStep : Course::kDrift;
 }
 
+/// Sequence::broken() of every pair, over the bands that are seen, less what the noise of dim rows breaks in
+/// all pairs alike: the median over the pairs, as long as that is a minority of the pixels.
+std::vector<std::vector<double>> broken_beyond_noise(const Sequence& sequence, int pairs,
+                                                     const std::vector<Pixel>& shown) {
+  constexpr double kMaxByNoise = 0.33;
+  std::vector<std::vector<double>> known(static_cast<std::size_t>(pairs));
+  for (int pair = 0; pair < pairs; ++pair)
+    for (const double share : sequence.broken(2 * pair, 2 * pair + 1, shown))
+      if (share >= 0) known[std::size_t(pair)].push_back(share);  // the same bands in every pair
+  for (std::size_t band = 0; !known.empty() && band < known.front().size(); ++band) {
+    std::vector<double> shares;
+    for (const std::vector<double>& of_pair : known) shares.push_back(of_pair[band]);
+    const double usual = median(shares);
+    if (usual > kMaxByNoise) continue;
+    for (std::vector<double>& of_pair : known) of_pair[band] = std::max(of_pair[band] - usual, 0.0);
+  }
+  return known;
+}
+
 }  // namespace
 
 SequenceCheck check_sequence(const std::vector<ViewU8>& captures, const GrayCode& gray_code,
@@ -534,12 +553,10 @@ SequenceCheck check_sequence(const std::vector<ViewU8>& captures, const GrayCode
   };
   // Captures that show another frame. Where the print moved, its borders break a pair too, but not most of
   // it.
+  const std::vector<std::vector<double>> broken = broken_beyond_noise(sequence, pairs, shown);
   for (int pair = 0; pair < pairs; ++pair) {
     const int a = 2 * pair, b = a + 1;
-    const std::vector<double> bands = sequence.broken(a, b, shown);
-    std::vector<double> known;
-    for (const double share : bands)
-      if (share >= 0) known.push_back(share);
+    const std::vector<double>& known = broken[std::size_t(pair)];
     if (known.empty()) continue;
     const auto wrong = std::count_if(known.begin(), known.end(), [](double share) { return share > 0.33; });
     if (wrong == 0) continue;

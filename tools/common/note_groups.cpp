@@ -11,7 +11,7 @@
 namespace procam::tools {
 namespace {
 
-constexpr std::size_t kMinGroup = 3, kMaxNamed = 3;
+constexpr std::size_t kMinGroup = 3, kMaxNamed = 3, kMaxViews = 20;
 constexpr double kFarDeviations = 5, kFarShare = 0.1;
 
 /// A text taken apart: the words around its numbers, and these.
@@ -54,6 +54,22 @@ std::string line(const Diagnostic& item) {
   return std::string(to_string(item.severity)) + ": " + item.message;
 }
 
+/// "view_00" of "view 'view_00', camera: " and of "view view_00: ".
+std::string view_name(const std::string& subject) {
+  const std::size_t quote = subject.find('\''), end = subject.find('\'', quote + 1);
+  if (end != std::string::npos) return subject.substr(quote + 1, end - quote - 1);
+  return subject.size() > 7 ? subject.substr(5, subject.size() - 7) : "";
+}
+
+/// " (view_00, view_03)": of warnings, each of which asks for something to be done about its view.
+std::string names_of_views(const std::vector<Template>& texts) {
+  std::string names;
+  for (std::size_t i = 0; i < texts.size() && i < kMaxViews; ++i)
+    names += (i > 0 ? ", " : " (") + view_name(texts[i].subject);
+  if (texts.size() > kMaxViews) names += " and " + std::to_string(texts.size() - kMaxViews) + " more";
+  return names + ")";
+}
+
 std::string group_line(const std::vector<const Diagnostic*>& group, const std::vector<Template>& texts) {
   const std::size_t numbers = texts.front().numbers.size();
   std::vector<double> middles;
@@ -76,7 +92,10 @@ std::string group_line(const std::vector<const Diagnostic*>& group, const std::v
     }
   }
   std::ostringstream out;
-  out << "note: " << group.size() << (texts.front().subject.empty() ? " times: " : " views: ");
+  const Severity severity = group.front()->severity;
+  const bool of_views = !texts.front().subject.empty();
+  out << to_string(severity) << ": " << group.size() << (of_views ? " views" : " times")
+      << (of_views && severity == Severity::kWarning ? names_of_views(texts) : "") << ": ";
   for (std::size_t n = 0; n <= numbers; ++n) {
     out << texts.front().words[n];
     if (n < numbers) out << middles[n];
@@ -104,8 +123,10 @@ std::vector<std::string> lines_for_people(const Diagnostics& diagnostics) {
   for (std::size_t i = 0; i < items.size(); ++i) {
     if (done[i]) continue;
     std::vector<std::size_t> members{i};
-    for (std::size_t j = i + 1; items[i].severity == Severity::kNote && j < items.size(); ++j)
-      if (items[j].severity == Severity::kNote && items[j].code == items[i].code &&
+    const bool may_have_others = items[i].severity == Severity::kNote ||
+                                 (items[i].severity == Severity::kWarning && !texts[i].subject.empty());
+    for (std::size_t j = i + 1; may_have_others && j < items.size(); ++j)
+      if (items[j].severity == items[i].severity && items[j].code == items[i].code &&
           texts[j].same_kind(texts[i]))
         members.push_back(j);
     if (members.size() < kMinGroup) {

@@ -1,5 +1,5 @@
 #pragma once
-/// Notes for people: one line per kind instead of one per view.
+/// Remarks for people: one line per kind instead of one per view.
 #include <string>
 #include <vector>
 
@@ -7,9 +7,9 @@
 
 namespace procam::tools {
 
-/// The lines to print of all remarks, in their order. Warnings and failures stay as they are. Three or more
-/// notes of one code whose texts differ only in numbers and in the leading "view ...: " become one line with
-/// their number and the median of each number,
+/// The lines to print of all remarks, in their order. Failures stay as they are. Three or more notes, or
+/// warnings of views (which are all named), of one code whose texts differ only in numbers and in the leading
+/// "view ...: " become one line with their number and the median of each number,
 ///
 ///   note: 30 views: decoded row codes 2..763 of 0..767 (medians); far from them: view 'a', projector:
 ///   decoded row codes 300..412 of 0..767

@@ -222,18 +222,24 @@ class Sequence {
   /// nullopt where the edges do not determine a shift.
   std::optional<PairFit> fit(int pair, const std::vector<EdgePixel>& edges) const {
     if (edges.size() < 100) return std::nullopt;
-    // The whole pixel first: by the least squared difference, every third pixel of shift.
+    // The whole pixel first: by the least squared difference, every third pixel of shift. No shift, unless
+    // one explains clearly more: along a straight border all shifts are alike, and noise would choose one.
     constexpr int kSearch = 12, kStep = 3;
+    constexpr double kClearly = 0.8;
     const std::size_t stride = 1 + edges.size() / 400;
     int best_x = 0, best_y = 0;
-    double best = 1e300;
+    const auto squares_at = [&](int dx, int dy) {
+      double squares = 0;
+      for (std::size_t i = 0; i < edges.size(); i += stride) {
+        const double d = sum(pair, edges[i].at.x + dx, edges[i].at.y + dy) - edges[i].level;
+        squares += std::min(d * d, 0.04 * edges[i].level * edges[i].level);
+      }
+      return squares;
+    };
+    double best = kClearly * squares_at(0, 0);
     for (int dy = -kSearch; dy <= kSearch; dy += kStep)
       for (int dx = -kSearch; dx <= kSearch; dx += kStep) {
-        double squares = 0;
-        for (std::size_t i = 0; i < edges.size(); i += stride) {
-          const double d = sum(pair, edges[i].at.x + dx, edges[i].at.y + dy) - edges[i].level;
-          squares += std::min(d * d, 0.04 * edges[i].level * edges[i].level);
-        }
+        const double squares = squares_at(dx, dy);
         if (squares < best) best = squares, best_x = dx, best_y = dy;
       }
     PairFit found;
@@ -551,6 +557,9 @@ SequenceCheck check_sequence(const std::vector<ViewU8>& captures, const GrayCode
     found.warn(code, message);
     check.decoding_is_wrong = true;
   };
+  // Where white is at full scale, a pair cannot sum to white and black, in the brighter rows alone.
+  constexpr double kClipped = 0.1;
+  const Sequence::Clipping clipping = sequence.clipping(lit);
   // Captures that show another frame. Where the print moved, its borders break a pair too, but not most of
   // it.
   const std::vector<std::vector<double>> broken = broken_beyond_noise(sequence, pairs, shown);
@@ -586,7 +595,7 @@ SequenceCheck check_sequence(const std::vector<ViewU8>& captures, const GrayCode
       const double below = std::accumulate(middle, known.end(), 0.0) / double(known.size() - border);
       torn = torn || (std::min(above, below) < 0.06 && std::max(above, below) > 0.25);
     }
-    if (torn) {
+    if (torn && clipping.share <= kClipped) {
       warn_wrong("torn_frame", "The captures of " + frame_name(gray_code, a) + " and " +
                                    frame_name(gray_code, b) +
                                    " complement each other in a part of their rows only: a capture shows two "
@@ -595,8 +604,7 @@ SequenceCheck check_sequence(const std::vector<ViewU8>& captures, const GrayCode
       return check;
     }
   }
-  const Sequence::Clipping clipping = sequence.clipping(lit);
-  if (clipping.share > 0.1) {
+  if (clipping.share > kClipped) {
     found.warn("overexposed",
                "White is at full scale over " + format("%.0f %%", 100 * clipping.share) +
                    " of the lit pixels, which shifts edges of print and stripes; lower the exposure");

@@ -292,14 +292,11 @@ class YamlReader {
     if (quote == '"' || quote == '\'') {
       std::string out;
       for (++at; at < text.size(); ++at) {
-        if (text[at] == '\\' && quote == '"' && at + 1 < text.size())
-          out += text[++at];
-        else if (text[at] == quote && quote == '\'' && at + 1 < text.size() && text[at + 1] == quote)
-          out += text[++at];
-        else if (text[at] == quote)
-          return ++at, out;
-        else
-          out += text[at];
+        const bool has_next = at + 1 < text.size();
+        const bool escaped = (text[at] == '\\' && quote == '"' && has_next) ||
+                             (text[at] == quote && quote == '\'' && has_next && text[at + 1] == quote);
+        if (!escaped && text[at] == quote) return ++at, out;
+        out += text[escaped ? ++at : at];
       }
       fail(line, "a text in quotes does not end on its line", "close the quotes");
     }

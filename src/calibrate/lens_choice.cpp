@@ -80,7 +80,7 @@ std::vector<double> squares_by_view(const Correspondences& data, const UsedMask&
   return squares;
 }
 
-/// Groups of views that can be left out.
+/// Groups of views that can be held out.
 std::size_t groups_left(const BundleOptions& options, const LeftOut& states) {
   std::set<int> groups;
   for (std::size_t v = 0; v < states.size(); ++v)

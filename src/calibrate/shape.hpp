@@ -28,7 +28,7 @@ std::vector<std::optional<BundleState>> views_left_out(const Correspondences& da
 
 /// Mean over views (over groups of views that repeat one pose) of the RMS of what `judged` names in a view
 /// that the solution has not seen (first order), its board pose taken from its first camera alone. nullopt
-/// when no view can be left out.
+/// when no view can be held out.
 std::optional<double> predicted_holdout(const Correspondences& data, const UsedMask& used,
                                         const UsedMask& judged, const BundleState& solution,
                                         const BundleOptions& options);

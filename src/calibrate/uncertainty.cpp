@@ -105,7 +105,7 @@ BundleCovariance formal_covariance(const CommonParameters& common, const NormalE
   return covariance;
 }
 
-/// `groups`: what is left out in turn (by_pose_group).
+/// `groups`: held out in turn (by_pose_group).
 Jackknife jackknife_of(const CommonParameters& common, const NormalEquations& equations,
                        const std::vector<ViewEquations>& groups) {
   const VecX scale = equations.diagonal.cwiseMax(1e-300).cwiseSqrt().cwiseInverse();

@@ -1,6 +1,6 @@
 #pragma once
 /// The inner corners of a chessboard that a projector shows, in a photograph that may show a printed
-/// chessboard as well (one with other counts). Print and light are told apart by their counts.
+/// chessboard as well (one with other counts). Their counts distinguish print and projection.
 ///
 /// Which corner is the first is settled by one of two statements:
 ///   - one count odd, the other even: the colour of the square outside the first corner, from the frame;

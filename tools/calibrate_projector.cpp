@@ -169,15 +169,8 @@ ExitCode conclude(const Flags& flags, Console& console, calibrate::CalibrationRe
     console.summary().set(of_projector(rig, "", device, "/lens_shift"),
                           std::vector<double>{projector.lens_shift().x(), projector.lens_shift().y()});
   }
-  if (result.shape.free) {
-    console.say(format("board      not flat: %.2f mm along and %.2f mm off its plane (rms), at most %.2f mm",
-                       1e3 * result.shape.in_plane_rms, 1e3 * result.shape.out_of_plane_rms,
-                       1e3 * result.shape.largest));
-    console.summary().set("/board/in_plane_rms_mm", 1e3 * result.shape.in_plane_rms);
-    console.summary().set("/board/out_of_plane_rms_mm", 1e3 * result.shape.out_of_plane_rms);
-    console.summary().set("/board/largest_mm", 1e3 * result.shape.largest);
-  }
-  console.summary().set("/board/free_shape", result.shape.free);
+  say_board_shape(console, result);
+  say_size_to_measure(console, result);
   say_lens_models(console, result, flags.wall);
   say_views(console, result, next, flags.accepted.located);
   if (!flags.truth.empty()) say_truth(console, rig, truth, flags.wall);
@@ -356,7 +349,7 @@ ExitCode check_file(const Flags& flags, Console& console) {
   if (flags.metres_per_unit > 0) context.metres_per_unit = flags.metres_per_unit;
   const Rig rig = io::load_calibration(flags.check, context);
   RigQuality quality;
-  quality.gates = calibrate::check_rig(rig);
+  quality.gates = calibrate::check_stored_rig(rig);
   const std::vector<analyze::LightErrors> predicted = predicted_errors(rig, flags.wall);
   Diagnostics diagnostics;
   for (const Gate& gate : quality.gates)
@@ -382,6 +375,7 @@ struct InputKind {
 const std::vector<InputKind>& input_kinds() {
   static const std::vector<InputKind> kinds{
       {"--captures", true, {}, {"--camera-size", "--unit"}},
+      {"--decoded", true, {}, {"--camera-size", "--unit", "--pattern", "--step", "--shown", "--upright"}},
       {"--observations",
        true,
        {},
@@ -411,7 +405,8 @@ void require_one_input(const CLI::App& app, const Flags& flags) {
   }
   if (given == nullptr)
     throw CLI::RequiredError(
-        "--captures DIR, --observations FILE or --points FILE with -o rig.json, or --check FILE,");
+        "--captures DIR, --decoded DIR, --observations FILE or --points FILE with -o rig.json, or --check "
+        "FILE,");
   if (given->needs_output && flags.output.empty())
     throw CLI::RequiredError(std::string("-o rig.json with ") + given->name);
   const auto contains = [](const std::vector<std::string>& names, const std::string& name) {
@@ -433,6 +428,15 @@ void require_one_input(const CLI::App& app, const Flags& flags) {
 
 void declare(CLI::App& app, Flags& flags) {
   app.add_option("--captures", flags.captures, "Folder with one sub-folder of numbered frames a board pose");
+  app.add_option_function<std::string>(
+      "--decoded",
+      [&](const std::string& folder) {
+        flags.captures = folder;
+        flags.stated.pattern = kDecodedMaps;
+      },
+      "Instead of captures: a folder with one sub-folder a board pose of what another program has decoded: "
+      "white.png, columns.npy and rows.npy (or .pfm, or map.npy with both), projector pixels with the "
+      "centre of the top-left one at 0, 0 and NaN where undecoded (docs/patterns.md)");
   app.add_option(
       "--observations", flags.observations,
       "Instead of captures: a table of board points and pixels, .csv or .npy (docs/file-formats.md)");
@@ -457,8 +461,7 @@ void declare(CLI::App& app, Flags& flags) {
           flags.stated.projectors[text.substr(0, equals)] = io::parse_size(text.substr(equals + 1));
       },
       "Size of the projected picture, e.g. 1024x768; of several projectors one for each, with the name of "
-      "its "
-      "folder: left=1024x768")
+      "its folder: left=1024x768")
       ->trigger_on_parse()
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeLast);
   add_parsed(
@@ -491,8 +494,7 @@ void declare(CLI::App& app, Flags& flags) {
                                   io::parse_uncertain(text.substr(comma + 1))};
       },
       "Known of the projector: how far its axis lies from the picture's centre, in widths and heights, right "
-      "and "
-      "down, e.g. 0,0.5 or 0+-0.01,0.5+-0.02");
+      "and down, e.g. 0,0.5 or 0+-0.01,0.5+-0.02");
   app.add_flag("--square-pixels", flags.sheet.square_pixels, "Known of the projector: fx = fy");
   app.add_option("--known-camera", flags.known_camera,
                  "Rig file of the camera (from calibrate-camera), or another program's calibration of it "

@@ -417,6 +417,7 @@ ExitCode capture_session(const Flags& flags, Console& console) {
   const io::Session session = describe_session(*pattern, display.size, flags.board, flags.step);
   make_folder(flags.output);
   require_same_session(flags.output, session);
+  pattern->save_files(flags.output);
   io::save_session(flags.output, session);
   console.say("projector  display " + std::to_string(display.number) + " (" + display.name + "), " +
               pattern->describe());

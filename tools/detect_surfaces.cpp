@@ -81,8 +81,7 @@ void declare(CLI::App& app, Flags& flags) {
                       "give the unit of its numbers, e.g. 1mm, or 0.2mm for 1/5000 m");
       },
       "Unit of the image's numbers, e.g. 1mm (the default) or 0.2mm; sun or nyu for what SUN RGB-D and the "
-      "raw "
-      "NYU Depth frames pack");
+      "raw NYU Depth frames pack");
   auto* intrinsics =
       app.add_option("--intrinsics", flags.intrinsics,
                      "The depth camera: rig.json with one camera (as calibrate-camera writes "
@@ -100,8 +99,7 @@ void declare(CLI::App& app, Flags& flags) {
         flags.gravity = Vec3(g[0], g[1], g[2]);
       },
       "Which way things fall in the camera's frame: x,y,z of any length; walls, floor, ceiling and tables "
-      "are "
-      "told apart by it");
+      "are distinguished by it");
   app.add_option(
       "--pose", flags.pose,
       "pose.json that places the rig or its camera in the world: surfaces come in the world's frame");
@@ -393,8 +391,7 @@ int main(int argc, char** argv) {
       argc, argv,
       {"detect-surfaces",
        "finds walls, floor, tables and columns in a depth image, and the largest free rectangle on each: "
-       "surfaces "
-       "that content can be put on.",
+       "surfaces that content can be put on.",
        "detect-surfaces --depth frame.png --scale 1mm --intrinsics 525,525,319.5,239.5 --gravity 0,1,0 "
        "-o surfaces.json --preview seen.png"},
       [&](CLI::App& app) { declare(app, flags); }, [&](Console& console) { return detect(flags, console); });

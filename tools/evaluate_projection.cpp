@@ -328,8 +328,8 @@ int main(int argc, char** argv) {
       argc, argv,
       {"evaluate-projection",
        "says how far from their places the corners of a sheet of paper land when they are projected on it, "
-       "at 47 "
-       "and 60 degrees and 1.2 to 2.2 m: simulated from a calibration and the truth, or measured with a "
+       "at 47 and 60 degrees and 1.2 to 2.2 m: simulated from a "
+       "calibration and the truth, or measured with a "
        "ruler.",
        "evaluate-projection --rig rig.json --truth session/truth.json --report evaluation.html"},
       [&](CLI::App& app) { declare(app, flags); },

@@ -68,6 +68,10 @@ Board rounded(const Board& board) {
       b.diameter = rounded(b.diameter);
       return b;
     }
+    Board operator()(AprilGrid b) const {
+      b.tag_size = rounded(b.tag_size);
+      return b;
+    }
   };
   return std::visit(Visitor(), board);
 }

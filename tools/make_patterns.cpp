@@ -49,6 +49,7 @@ ExitCode make_patterns(const Flags& flags, Console& console) {
     console.progress("pictures", int(i), int(frames.size()));
     io::save_image(flags.output / numbered("show", i, ".png"), frames[i]);
   }
+  pattern->save_files(flags.output);
   io::save_session(flags.output, session);
   console.say(pattern->describe() + ": " + flags.output.string());
   console.say(
@@ -71,8 +72,7 @@ int main(int argc, char** argv) {
       argc, argv,
       {"make-patterns",
        "Writes the pictures that a projector shows for a calibration session, for those who show and capture "
-       "them by "
-       "other means than capture-session.",
+       "them by other means than capture-session.",
        "make-patterns --pattern gray --projector-size 1024x768 --board chessboard:7x9:75mm -o session"},
       [&](CLI::App& app) { declare(app, flags); },
       [&](Console& console) { return make_patterns(flags, console); });

@@ -253,6 +253,7 @@ ExitCode simulate_fleet(const Flags& flags, Console& console) {
     console.progress("views", int(view), int(views));
     write_fleet_view(fleet, view, frames, folder.path() / numbered("view", view));
   }
+  pattern->save_files(folder.path());
   io::Session session{pattern->text(), {}, fleet.world.board.layout, {}};
   if (flags.projectors == 1)
     session.projector_size = projector_size;
@@ -294,6 +295,7 @@ ExitCode simulate_captures(const Flags& flags, Console& console) {
   }
   if (flags.markers) write_marker_view(session, folder.path());
   if (!flags.check.empty()) write_check(session, flags, folder.path() / "check");
+  pattern->save_files(folder.path());
   io::save_session(folder.path(), {pattern->text(), projector_size, session.stated_board, {}});
   save_truth(with_defects(session.rig(), session, views, pattern->frame_count()), flags, pattern->text(),
              folder.path());

@@ -14,6 +14,7 @@
 #include "procam/io/text.hpp"
 #include "procam/simulate/drive.hpp"
 #include "procam/track/pose_log.hpp"
+#include "procam/track/trajectory_file.hpp"
 #include "procam/track/wire.hpp"
 
 namespace procam::tools {
@@ -49,7 +50,8 @@ void declare(CLI::App& app, Flags& flags) {
   app.add_option(
       "--path", flags.path,
       "circle:RADIUS (negative turns right), walk (arcs from rest to rest, at random), waypoints:FILE "
-      "(lines of 'time x y yaw_deg', rests at each), trajectory:FILE (TUM: 'time x y z qx qy qz qw'); "
+      "(lines of 'time x y yaw_deg', rests at each), trajectory:FILE (TUM, EuRoC, rosbag CSV, or KITTI as "
+      "poses.txt+times.txt: docs/live.md); "
       "default circle:0.95m");
   add_parsed(
       app, "--speed", [&](const std::string& text) { flags.speed = io::parse_speed(text).length; },
@@ -118,29 +120,26 @@ std::vector<std::vector<double>> read_numbers(const std::string& file, std::size
   return rows;
 }
 
-/// From waypoint to waypoint, or along the recorded poses at their times.
-simulate::Drive drive_of_file(const std::string& file, bool rests) {
-  const auto rows =
-      rests ? read_numbers(file, 4, "time x y yaw_deg") : read_numbers(file, 8, "time x y z qx qy qz qw");
+/// From waypoint to waypoint.
+simulate::Drive drive_of_waypoints(const std::string& file) {
   std::vector<simulate::Waypoint> waypoints;
-  for (const auto& row : rows) {
-    Pose pose;
-    if (rests) {
-      pose = Pose(so3_exp(Vec3(0, 0, row[3] * M_PI / 180)), Vec3(row[1], row[2], 0));
-    } else {
-      pose = Pose(Eigen::Quaterniond(row[7], row[4], row[5], row[6]), Vec3(row[1], row[2], row[3]));
-      if (std::abs(pose.rotation.norm() - 1) > 0.01)
-        throw Error(ErrorKind::kInput, file, "a quaternion's length is not 1",
-                    "give qx qy qz qw of unit length");
-    }
-    waypoints.push_back({pose.normalized(), row[0] - rows.front()[0]});
-  }
-  if (rests) return simulate::drive_through(waypoints);
+  const auto rows = read_numbers(file, 4, "time x y yaw_deg");
+  for (const auto& row : rows)
+    waypoints.push_back(
+        {Pose(so3_exp(Vec3(0, 0, row[3] * M_PI / 180)), Vec3(row[1], row[2], 0)), row[0] - rows.front()[0]});
+  return simulate::drive_through(waypoints);
+}
+
+/// Along the recorded poses at their times.
+simulate::Drive drive_of_trajectory(const std::string& file) {
+  const std::vector<track::StampedPose> poses = track::read_trajectory(file).poses;
+  if (poses.size() < 2)
+    throw Error(ErrorKind::kNotEnoughData, file, "it holds fewer than two poses", "give a path");
   std::vector<simulate::Leg> legs;
-  for (std::size_t i = 1; i < waypoints.size(); ++i)
-    legs.push_back({se3_log(waypoints[i - 1].world_from_rig.inverse() * waypoints[i].world_from_rig),
-                    waypoints[i].time - waypoints[i - 1].time, false});
-  return simulate::Drive(waypoints.front().world_from_rig, legs);
+  for (std::size_t i = 1; i < poses.size(); ++i)
+    legs.push_back({se3_log(poses[i - 1].frame_from_child.inverse() * poses[i].frame_from_child),
+                    *poses[i].stamp - *poses[i - 1].stamp, false});
+  return simulate::Drive(poses.front().frame_from_child, legs);
 }
 
 /// Arcs from rest to rest; the peak of a leg's speed is 15/8 of its mean.
@@ -177,7 +176,8 @@ simulate::Drive drive_of(const Flags& flags) {
                                              flags.duration * flags.speed / (2 * M_PI * std::abs(radius)))});
   }
   if (kind == "walk" && rest.empty()) return random_walk(flags.speed, flags.duration, flags.localiser.seed);
-  if (kind == "waypoints" || kind == "trajectory") return drive_of_file(rest, kind == "waypoints");
+  if (kind == "waypoints") return drive_of_waypoints(rest);
+  if (kind == "trajectory") return drive_of_trajectory(rest);
   throw Error(ErrorKind::kInput, "--path " + flags.path, "no path is called so",
               "say circle:RADIUS, walk, waypoints:FILE or trajectory:FILE");
 }

@@ -393,8 +393,7 @@ int main(int argc, char** argv) {
       {"verify-projection",
        "Looks with the rig's camera whether the projector's light still lands where the rig file says: "
        "millimetres a mark, an alarm when something has moved (exit 5), and the correction of the "
-       "projector's "
-       "place or the surface's pose.",
+       "projector's place or the surface's pose.",
        "verify-projection --rig rig.json --surfaces surfaces.json --surface wall --captures check/view_00"},
       [&](CLI::App& app) { declare(app, flags); },
       [&](Console& console) { return verify_projection(flags, console); });

@@ -3,10 +3,15 @@
 /// point.
 #include <vector>
 
-#include "four.hpp"
 #include "light_chain.hpp"
+#include "procam/core/detail/four.hpp"
 
 namespace procam::analyze {
+
+using detail::any;
+using detail::Chosen;
+using detail::Four;
+using detail::only;
 
 /// What does not change from draw to draw: each point's place on the surface, its pixel, the normalised image
 /// point that the believed lens undistorts it to, and there the inverse of the lens model's Jacobian.

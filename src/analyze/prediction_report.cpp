@@ -104,8 +104,7 @@ std::string heat_map(const SurfacePrediction& prediction) {
       svg("-6 -6 732 " + coordinate(map.y() + 54),
           "Error over " + prediction.surface + ", at worst " + in_millimetres(prediction.worst_mm), content),
       "Root mean square distance between where the light is meant to land and where it lands, over the "
-      "content "
-      "as it hangs (" +
+      "content as it hangs (" +
           fixed(prediction.size.x(), 2) + " m by " + fixed(prediction.size.y(), 2) +
           " m). Bars: bias; ellipses: 95 % regions; " +
           (magnified == 1 ? "both to scale" : "both drawn " + shortest(magnified) + " times as large") +

@@ -32,7 +32,8 @@ std::string numbers(const CalibrationResult& result, const ReportInput& input) {
          element("p", "class=\"hint\"",
                  "Sigma: one standard deviation; “fixed”: kept at its initial value, not estimated. "
                  "Rotation: rotation "
-                 "vector. Check the distance between the devices with a tape measure.") +
+                 "vector. " +
+                     escaped(result.size_to_measure)) +
          "\n" + element("h3", "", "Fit") + "\n" + residual_numbers(result) + wall_errors(input);
 }
 

@@ -126,6 +126,16 @@ DrawnSheet sheet_of(const MarkerGrid& board) {
   return sheet;
 }
 
+DrawnSheet sheet_of(const AprilGrid& board) {
+  const double tag = board.tag_size, gap = board.gap(), step = tag + gap;
+  DrawnSheet sheet{rectangle_in_board(-gap, -gap, board.columns * step, board.rows * step), {}};
+  for (int id = 0; id < board.marker_count(); ++id) {
+    const Vec2 first = board.marker_in_board(id);
+    sheet.dark.push_back(rectangle_in_board(first.x(), first.y(), first.x() + tag, first.y() + tag));
+  }
+  return sheet;
+}
+
 /// Its circles as octagons.
 DrawnSheet sheet_of(const CircleGrid& board) {
   const Vec3 last = board.point_in_board(board.size() - 1);

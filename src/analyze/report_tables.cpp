@@ -305,8 +305,7 @@ std::string residual_numbers(const CalibrationResult& result) {
          hint(
              "RMS: root of the mean squared length of the residuals used. Held-out: the same on each view, "
              "predicted by a solve without it. Noise scale: observed over stated corner noise (1: as "
-             "stated). "
-             "Noise floor: additional error from board, lens model and light. " +
+             "stated). Noise floor: additional error from board, lens model and light. " +
              plural(std::size_t(std::max(result.iterations, 0)), "iteration") + ".");
 }
 
@@ -344,8 +343,8 @@ std::string wall_errors(const ReportInput& input) {
              "Distance between projected and intended point on a wall across the projector's axis, over a "
              "grid that spans the frame. Located externally: the wall is known in the rig's frame, e.g. "
              "from a map and a localiser. Located by camera: the rig's camera measures the wall's pose from "
-             "points "
-             "of known geometry (markers, a board); errors shared by camera and projector cancel, and only "
+             "points of known geometry (markers, a board); errors "
+             "shared by camera and projector cancel, and only "
              "what the camera sees counts. Detection noise and errors of map or localiser are not included. "
              "Predicted: one sigma, from the covariance of the rig" +
              std::string(!input.truth.empty() ? "; true: against the true rig." : "."));

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <optional>
 
 #include "causes.hpp"
 #include "joined.hpp"
@@ -11,6 +12,7 @@
 #include "normal_equations.hpp"
 #include "observability.hpp"
 #include "pose_groups.hpp"
+#include "printed_size.hpp"
 #include "procam/calibrate/bundle.hpp"
 #include "procam/calibrate/gates.hpp"
 #include "procam/calibrate/uncertainty.hpp"
@@ -21,6 +23,7 @@
 #include "shape.hpp"
 #include "solve.hpp"
 #include "start.hpp"
+#include "term_averaging.hpp"
 
 namespace procam::calibrate {
 namespace {
@@ -89,33 +92,46 @@ void hold_out(const Correspondences& data, const UsedMask& everything, const Sol
   }
 }
 
-/// By device: the RMS that views may have which the solve has not seen, by the rig's own covariance C. With
-/// l_i the columns of its Cholesky factor as changes of the parameters, the boards' poses following what the
+/// By device: the RMS that views may have which the solve has not seen. View v is held out with its pose
+/// group g, so that what the others know counts: with S the information of all views on the common
+/// parameters,
+///   C_v = variance_ratio (S - S_g)^-1,
+/// l_i the columns of a factor of C_v as changes of the parameters, the board's pose following what the
 /// cameras see, and dr_i what they change of a point's residual r:
 ///   sqrt(mean over points of |r|^2 + sum_i |dr_i|^2)
-/// Zero where the cameras alone do not determine the boards' poses.
+/// Of few views, the last one known makes S - S_g several times smaller than S. Zero where the cameras alone
+/// do not determine the boards' poses, or the other views not the parameters.
 std::vector<double> expected_holdout(const Correspondences& data, const Solution& solution,
-                                     const NamedCovariance& covariance) {
+                                     double variance_ratio) {
   const BundleState& state = solution.state();
   const CommonParameters common(data, solution.used, state, solution.options);
   UsedMask cameras = solution.used;
   for (auto& view : cameras)
     for (std::size_t d = 0; d < view.size(); ++d)
       if (data.devices[d].kind != DeviceKind::kCamera) std::fill(view[d].begin(), view[d].end(), char(0));
-  NormalEquations seen;
+  NormalEquations seen, all;
   try {
     seen = normal_equations(data, cameras, state, solution.options, common);
+    all = normal_equations(data, solution.used, state, solution.options, common);
   } catch (const Error&) {  // a view whose camera alone does not determine the board's pose
     return std::vector<double>(data.devices.size(), 0);
   }
-  const MatX factor = Eigen::LLT<MatX>(covariance.matrix).matrixL();
   std::vector<double> squares(data.devices.size(), 0), counts(data.devices.size(), 0);
-  for (Eigen::Index i = -1; i < factor.cols(); ++i) {
-    VecX step = VecX::Zero(common.size());
-    if (i >= 0) step.head(factor.rows()) = factor.col(i);
-    BundleState moved = common.moved(state, step);
-    for (std::size_t v = 0; v < data.views.size(); ++v) {
-      if (!seen.views[v].used) continue;
+  for (std::size_t v = 0; v < data.views.size(); ++v) {
+    if (!seen.views[v].used) continue;
+    MatX others = all.information;
+    for (std::size_t other = 0; other < data.views.size(); ++other)
+      if (all.views[other].used && pose_group(solution.options, other) == pose_group(solution.options, v))
+        others -= all.views[other].information;
+    const VecX scale = all.information.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+    const Eigen::LLT<MatX> factors(MatX(scale.asDiagonal() * others * scale.asDiagonal()));
+    if (factors.info() != Eigen::Success) return std::vector<double>(data.devices.size(), 0);
+    const MatX factor =
+        std::sqrt(variance_ratio) *
+        (scale.asDiagonal() * MatX(factors.matrixU().solve(MatX::Identity(others.rows(), others.cols()))));
+    for (Eigen::Index i = -1; i < factor.cols(); ++i) {
+      const VecX step = i < 0 ? VecX(VecX::Zero(common.size())) : VecX(factor.col(i));
+      BundleState moved = common.moved(state, step);
       const Vec6 follows = -(seen.views[v].pose_by_common * step);
       moved.rig_from_board[v] = (se3_exp<double>(follows) * state.rig_from_board[v]).normalized();
       for (std::size_t d = 0; d < data.devices.size(); ++d)
@@ -482,18 +498,15 @@ void tell_lenses(std::vector<LensAlternative> alternatives, CalibrationResult& r
   result.lens_alternatives = std::move(alternatives);
 }
 
-/// Few views predict another one badly, which the sigmas say as well. A held-out error that they explain is
-/// no sign of a wrong model.
-void allow_for_sigmas(const std::vector<double>& expected, CalibrationResult& result) {
-  // Of an RMS of few views, all off by the same parameters' error, twice the expectation is common.
-  constexpr double kExplainedBySigmas = 2;
-  for (std::size_t d = 0; d < result.devices.size(); ++d)
-    for (Gate& gate : result.rig.quality.gates) {
-      if (gate.passed || gate.name != result.devices[d].name + " held-out error") continue;
-      if (result.holdout_px[d] > kExplainedBySigmas * expected[d]) continue;
-      gate.passed = true;
-      gate.detail = px(result.holdout_px[d]) + " on views held out; the sigmas explain " + px(expected[d]);
-    }
+/// Failures of the captures are failures of the rig that was made from them: the file is marked, and no
+/// summary says that all checks passed. Nothing where there are none.
+std::optional<Gate> captures_gate(const Diagnostics& of_captures) {
+  int failures = 0;
+  for (const Diagnostic& remark : of_captures.items) failures += remark.severity == Severity::kFailure;
+  if (failures == 0) return std::nullopt;
+  return Gate{"captures", false,
+              std::to_string(failures) + (failures == 1 ? " failure" : " failures") +
+                  " in the captures: the remarks name view and cause; capture these views again"};
 }
 
 CalibrationResult run(const Correspondences& given, const std::optional<KnownLens>& known_camera,
@@ -529,6 +542,7 @@ CalibrationResult run(const Correspondences& given, const std::optional<KnownLen
   const std::vector<HardlyKnown> open =
       hold_near_prior(shaped, sigmas, start, known_camera.has_value(), options);
   const Correspondences& data = shaped.data;
+  average_terms(data, options, shaped.solution, sigmas.honest.devices);
   const Solution& solution = shaped.solution;
   CalibrationResult result = describe(data, start, solution, sigmas.formal);
   result.solved = {data, solution.used, solution.state(), solution.options};
@@ -545,6 +559,7 @@ CalibrationResult run(const Correspondences& given, const std::optional<KnownLen
   tell_shape(shaped, result);
   const std::string repeated = repeated_poses(data, solution.used, solution.options.pose_groups);
   if (!repeated.empty()) result.diagnostics.warn("repeated_poses", repeated);
+  result.size_to_measure = printed_size_to_measure(data.board);
 
   if (options.holdout) {
     std::vector<int> counted(data.devices.size(), 0);
@@ -571,8 +586,13 @@ CalibrationResult run(const Correspondences& given, const std::optional<KnownLen
       result.rig.quality.holdout_px[data.devices[d].name] = result.holdout_px[d];
   }
 
+  if (options.holdout) {
+    const std::vector<double> expected =
+        expected_holdout(data, solution, sigmas.honest.inflated ? sigmas.honest.variance_ratio : 1);
+    for (std::size_t d = 0; d < expected.size(); ++d)
+      if (expected[d] > 0) result.rig.quality.expected_holdout_px[data.devices[d].name] = expected[d];
+  }
   result.rig.quality.gates = check_rig(result.rig);
-  if (options.holdout) allow_for_sigmas(expected_holdout(data, solution, sigmas.honest.devices), result);
   int behind = 0;  // the board's printed side faces away from the camera: a mirrored order of corners
   for (const ViewResult& view : result.views)
     if (view.used && view.rig_from_board.rotate(Vec3::UnitZ()).dot(view.rig_from_board.translation) <= 0)
@@ -585,6 +605,7 @@ CalibrationResult run(const Correspondences& given, const std::optional<KnownLen
   result.rig.quality.gates.push_back(views_gate(data, solution));
   result.rig.quality.gates.push_back(agreement_gate(data, start, solution));
   if (shaped.shape.free) result.rig.quality.gates.push_back(shape_gate(data, shaped.shape));
+  if (const auto gate = captures_gate(given.diagnostics)) result.rig.quality.gates.push_back(*gate);
   for (const Gate& gate : result.rig.quality.gates)
     if (!gate.passed) result.diagnostics.fail("gate_failed", gate.name + ": " + gate.detail);
   report(options, "done", 1);

@@ -193,8 +193,7 @@ std::string cause_of_disagreement(const Correspondences& data, const UsedMask& e
              (projects ? " between the camera's picture and the patterns, or a lens"
                        : " between the cameras' pictures, or a lens") +
              " was zoomed or refocused; hold it "
-             "still, "
-             "leave the lenses alone, and capture the view again";
+             "still, leave the lenses alone, and capture the view again";
   }
   return "its points are not where this board would have them in " + name +
          ": another board, a lens that was zoomed or refocused, or frames of another capture";
@@ -203,29 +202,35 @@ std::string cause_of_disagreement(const Correspondences& data, const UsedMask& e
 std::string moved_device(const Correspondences& data, const UsedMask& everything, const Solution& solution,
                          int device) {
   if (device == 0) return "";
+  const auto d = std::size_t(device);
   const double explained = kExplained * usual_rms(data, solution, device);
-  std::vector<Pose> motions;
+  // One motion of the device for all of its rejected views: the boards stay with the cameras. A motion of its
+  // own for each view would fit anything, and is poorly constrained by one board.
+  UsedMask elsewhere = only_view(solution.used, data.views.size());  // no view yet
+  int views = 0;
   std::string names;
   for (std::size_t v = 0; v < data.views.size(); ++v) {
-    if (!solution.left_out[v][std::size_t(device)] || !takes_part(solution.used, v)) continue;
-    const auto own = try_own_pose(data, everything, solution, int(v), device);
-    if (!own || own->rms_px > explained) return "";
-    // device_from_board as it is now, against what the rig has it be.
-    const Pose& device_from_rig = solution.state().device_from_rig[std::size_t(device)];
-    motions.push_back(device_from_rig * own->rig_from_board *
-                      (device_from_rig * solution.state().rig_from_board[v]).inverse());
+    if (!solution.left_out[v][d] || !takes_part(solution.used, v)) continue;
+    if (data.views[v].observations[d].size() < 6) continue;
+    elsewhere[v] = solution.used[v];
+    elsewhere[v][d] = everything[v][d];
+    ++views;
     names += (names.empty() ? "" : ", ") + data.views[v].name;
   }
-  if (motions.size() < 2) return "";
-  // A turn is known better than the shift it trades off against.
-  const Vec3 first = se3_log(motions.front()).head<3>();
-  for (const Pose& motion : motions)
-    if ((se3_log(motion).head<3>() - first).norm() > 0.3 * first.norm() + 1e-3) return "";
-  return data.devices[std::size_t(device)].name + " stands elsewhere in views " + names + ", by " +
-         amount(motions.front()) +
+  if (views < 2) return "";
+  BundleOptions options = hold_devices(solution.options, solution.state());
+  options.hold_pose[d] = false;
+  BundleState moved;
+  try {
+    moved = bundle_adjust(data, elsewhere, solution.state(), options).state;
+  } catch (const Error&) {
+    return "";
+  }
+  if (spread_of(data, moved, elsewhere, device).rms_px > explained) return "";
+  const Pose motion = moved.device_from_rig[d] * solution.state().device_from_rig[d].inverse();
+  return data.devices[d].name + " stands elsewhere in views " + names + ", by " + amount(motion) +
          ": it was moved against the camera, or its lens was shifted; fix both to each other and capture "
-         "these "
-         "views again";
+         "these views again";
 }
 
 std::string resampled_picture(const Correspondences& data, const Solution& solution, int device) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <limits>
 
 namespace procam::depth::internal {
 namespace {
@@ -11,13 +12,13 @@ constexpr int kCell = RayTable::kCell;
 /// 61 degrees of freedom stays below 1.7 in 9999 of 10000; sensors may be twice as noisy as their model.
 constexpr double kFlatVariance = 4;
 /// Readings that a cell needs for slopes of its own.
-constexpr int kLeastReadings = 24;
+constexpr int kMinCellReadings = 24;
 
 /// The cell's own plane, its noise, and its sums for regions, into a cell of which nothing is known.
 void fill(const Sums& s, const RayTable::CellRays& rays, double fx, double one_fxth, double q0,
           const DepthNoise& noise, Cell& cell) {
   cell.n = int(s.n);
-  if (cell.n < kLeastReadings) return;
+  if (cell.n < kMinCellReadings) return;
   const double one_nth = 1 / s.n;
   const double mx = s.x * one_nth, my = s.y * one_nth, mp = s.p * one_nth;
   const double cxx = s.xx - s.x * mx, cxy = s.xy - s.x * my, cyy = s.yy - s.y * my;
@@ -41,7 +42,7 @@ void fill(const Sums& s, const RayTable::CellRays& rays, double fx, double one_f
   cell.vu = float(cxx * one_nth * one_fxth * one_fxth);
   cell.vv = float(cyy * one_nth * one_fxth * one_fxth);
   cell.sigma = float(sigma);
-  cell.shared = float(noise.shared_sigma(z) * raw * raw);
+  cell.shared = cell.shared_model = float(noise.shared_sigma(z) * raw * raw);
   cell.error = float(residual * w);
   cell.flat = residual * w < kFlatVariance * (s.n - 3);
   // About the cell's middle first, then moved: small differences stay exact.
@@ -118,13 +119,29 @@ double shared_ratio_of(const CellGrid& grid, double shared) {
 void scale_noise(double ratio, CellGrid& grid) {
   const double by_squareth = 1 / (ratio * ratio);
   for (Cell& cell : grid.cells) {
-    if (cell.n < kLeastReadings) continue;
+    if (cell.n < kMinCellReadings) continue;
+    Moments& m = cell.moments;
+    // The bias of 1 / z is by the noise that there is.
+    const double more = (ratio * ratio - 1) * double(cell.sigma) * double(cell.sigma) / double(cell.q);
+    cell.q -= float(more);
+    m.wqq += more * (more * m.w - 2 * m.wq);
+    m.wuq -= more * m.wu;
+    m.wvq -= more * m.wv;
+    m.wq -= more * m.w;
     cell.sigma *= float(ratio);
     cell.error *= float(by_squareth);
     cell.flat = double(cell.error) < kFlatVariance * (cell.n - 3);
-    Moments& m = cell.moments;
     for (double* const sum : {&m.w, &m.wu, &m.wv, &m.wuu, &m.wuv, &m.wvv, &m.wq, &m.wuq, &m.wvq, &m.wqq})
       *sum *= by_squareth;
+  }
+}
+
+/// What cells share is this share of the model's; the floor stays, which is of the sensor's calibration.
+void share_less(const DepthNoise& noise, double share, CellGrid& grid) {
+  for (Cell& cell : grid.cells) {
+    if (cell.n < kMinCellReadings) continue;
+    const double q = double(cell.q);
+    cell.shared = float(std::hypot(share * noise.shared * noise.sigma(1 / q), noise.shared_floor) * q * q);
   }
 }
 
@@ -132,10 +149,12 @@ void scale_noise(double ratio, CellGrid& grid) {
 void measure_noise(const DepthNoise& noise, CellGrid& grid) {
   grid.noise_ratio = noise_ratio_of(grid);
   // Real structured light shows 0.6 to 1.7. Noise that is clearly below averages; twice what was measured
-  // leaves room for what spans more than three cells.
-  constexpr double kAverages = 0.45, kMargin = 2;
+  // leaves room for what spans more than three cells. Quantised readings form bands whose means agree within
+  // the band; they vary less within a cell than the model predicts.
+  constexpr double kAverages = 0.45, kMargin = 2, kQuantised = 0.8;
   const double shared_ratio = shared_ratio_of(grid, noise.shared);
-  if (shared_ratio < kAverages) grid.shared_ratio = kMargin * shared_ratio;
+  grid.averages = shared_ratio < kAverages && grid.noise_ratio > kQuantised;
+  if (grid.averages) share_less(noise, kMargin * shared_ratio, grid);
   // Sensors of one kind differ by this much; beyond, cells of true planes would not count as flat.
   constexpr double kNoisier = 1.2, kNoisiest = 4;
   if (grid.noise_ratio > kNoisier) scale_noise(std::min(grid.noise_ratio, kNoisiest), grid);
@@ -196,6 +215,20 @@ void InverseRows::read(int row) {
   }
 }
 
+float InverseRows::least() const {
+  constexpr float kNone = std::numeric_limits<float>::max();
+  std::array<float, 2 * kCell> least;  // independent, which compilers turn into vectors
+  least.fill(kNone);
+  const std::size_t row = std::size_t(stride_);
+  for (std::size_t y = 0; y < kCell; y += kCell / 2)
+    for (std::size_t x = 0; x + least.size() <= row; x += least.size())
+      for (std::size_t i = 0; i < least.size(); ++i) {
+        const float q = rows_[y * row + x + i], known = q > 0 ? q : kNone;
+        least[i] = known < least[i] ? known : least[i];
+      }
+  return *std::min_element(least.begin(), least.end());
+}
+
 CellInput InverseRows::cell(int column) const {
   const int x0 = column * kCell, y1 = std::min(y0_ + kCell, rays_.size().height);
   const CellRows q{rows_.data() + x0, stride_};
@@ -217,8 +250,10 @@ CellGrid cell_grid(const DepthImage& image, const RayTable& rays, const PlaneOpt
   const double focal = rays.camera().intrinsics.fx, one_focalth = 1 / focal;
   const PixelKernels& kernels = pixel_kernels();
   InverseRows inverse(image, rays, options);
+  float least_q = std::numeric_limits<float>::max();
   for (int row = 0; row < grid.rows; ++row) {
     inverse.read(row);
+    least_q = std::min(least_q, inverse.least());
     for (int column = 0; column < grid.columns; ++column) {
       const RayTable::CellRays& cell_rays = rays.cell(column, row);
       Cell& cell = grid.cells.emplace_back();  // in the order of their indices
@@ -237,6 +272,7 @@ CellGrid cell_grid(const DepthImage& image, const RayTable& rays, const PlaneOpt
     }
   }
   measure_noise(options.noise, grid);
+  grid.farthest = 1 / double(least_q);
   return grid;
 }
 

@@ -2,6 +2,7 @@
 /// A depth image in cells of 8 x 8 pixels: what the rest is computed from.
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <vector>
 
 #include "pixels.hpp"
@@ -26,6 +27,13 @@ struct Moments {
     return a;
   }
 };
+
+/// Standard deviation of the readings' rays (u, v) in the direction in which it is the least.
+inline double narrow_extent(const Moments& m) {
+  const double u = m.wu / m.w, v = m.wv / m.w;
+  const double uu = m.wuu / m.w - u * u, uv = m.wuv / m.w - u * v, vv = m.wvv / m.w - v * v;
+  return std::sqrt(std::max(0.5 * (uu + vv - std::sqrt((uu - vv) * (uu - vv) + 4 * uv * uv)), 1e-12));
+}
 
 /// A plane as t of 1/z = t . (u, v, 1).
 struct InverseDepthPlane {
@@ -55,21 +63,25 @@ struct alignas(64) Cell {
   int n = 0;          ///< readings
   bool flat = false;  ///< a plane fits it, and most of its pixels have a reading
   std::uint16_t column = 0;
-  float u = 0, v = 0;    ///< mean ray of its readings
-  float q = 0;           ///< its own plane there
-  float gu = 0, gv = 0;  ///< the slopes of its own plane
-  float vu = 0, vv = 0;  ///< variance of u, v
-  float sigma = 0;       ///< of one reading of inverse depth
-  float shared = 0;      ///< of what its readings may be off together
-  float error = 0;       ///< sum of squared residuals of its own plane, in units of sigma^2
-  Moments moments;       ///< weight 1 / sigma^2
+  float u = 0, v = 0;      ///< mean ray of its readings
+  float q = 0;             ///< its own plane there
+  float gu = 0, gv = 0;    ///< the slopes of its own plane
+  float vu = 0, vv = 0;    ///< variance of u, v
+  float sigma = 0;         ///< of one reading of inverse depth
+  float shared = 0;        ///< of what its readings may be off together, as measured
+  float shared_model = 0;  ///< the same by the noise model
+  float error = 0;         ///< sum of squared residuals of its own plane, in units of sigma^2
+  Moments moments;         ///< weight 1 / sigma^2
 };
 
 struct CellGrid {
   int columns = 0, rows = 0;
   std::vector<Cell> cells;
-  double noise_ratio = 0;   ///< as in Planes
-  double shared_ratio = 1;  ///< what cells share, as measured, over Cell::shared; 1: no less
+  double noise_ratio = 0;  ///< as in Planes
+  double farthest = 0;     ///< reading, metres
+  /// The image shows that the errors of cells' means average (white noise): Cell::shared is what was
+  /// measured.
+  bool averages = false;
 
   int index(int column, int row) const { return row * columns + column; }
   const Cell& at(int column, int row) const { return cells[std::size_t(index(column, row))]; }
@@ -83,6 +95,8 @@ class InverseRows {
 
   void read(int row);
   float at(int x, int y) const { return rows_[std::size_t(y - y0_) * std::size_t(stride_) + std::size_t(x)]; }
+  /// The least inverse depth of the row of cells that was read, of two of its rows of pixels.
+  float least() const;
   /// The pixels of a cell of the row that was read. What lies outside of the image has no reading.
   CellInput cell(int column) const;
 

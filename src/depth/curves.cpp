@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <numeric>
+#include <utility>
 
 #include "regions.hpp"
 
@@ -55,9 +56,10 @@ struct Shape {
   }
 };
 
-constexpr double kMostSquare = 100;
+/// Beyond four sigmas a cell is of something else.
+constexpr double kMaxSquare = 16;
 double clipped_square(double residual) {
-  return std::min(residual * residual, kMostSquare);
+  return std::min(residual * residual, kMaxSquare);
 }
 
 /// Four samples beside each other, which the processor works on two at a time: most of the time of finding
@@ -120,7 +122,7 @@ bool refine(const std::vector<Sample>& samples, Shape& shape) {
       const Four scale = (length > 1e-9).select(s.one_sigmath / cosine, 0);
       const Four r = (length - shape.radius) * scale;
       const Four w = (2 / r.abs()).min(1);  // Huber's, at two sigmas
-      squares4 += r.square().min(kMostSquare);
+      squares4 += r.square().min(kMaxSquare);
       std::array<Four, kSize> j;
       j[0] = -dot(out, a) * scale;
       j[1] = -dot(out, b) * scale;
@@ -376,17 +378,35 @@ std::vector<Curve> take_curves(const CellGrid& grid, const PlaneOptions& options
     if (gone[first] || !(regions[first].bend > options.curved_from)) continue;
     std::vector<std::size_t> group{first};
     take_all(group, [&](std::size_t k) { return !gone[k] && regions[k].bend > options.curved_from; });
-    // All of them together, and if nothing explains that, the first alone.
-    std::optional<Fit> best;
-    for (;;) {
-      const std::vector<Sample> samples = samples_of(grid, cells_of(group));
+    // All of them together. Where nothing explains that, the first alone; and, where noise averages and
+    // limits are so narrow that no shape explains a column with a ball before it, the first with one other.
+    // Of these the one that most of the group's cells lie on.
+    const auto fit_of = [&](const std::vector<std::size_t>& members) {
+      const std::vector<Sample> samples = samples_of(grid, cells_of(members));
+      std::optional<Fit> best;
       for (const bool cylinder : {true, false}) {
         const auto found = fit_shape(samples, cylinder);
         if (found && found->turn > kLeastTurn && (!best || found->rms_sigmas < 0.8 * best->rms_sigmas))
           best = found;
       }
-      if (best || group.size() == 1) break;
-      group.resize(1);
+      return best;
+    };
+    std::optional<Fit> best = fit_of(group);
+    if (!best && group.size() > 1) {
+      const std::vector<Sample> samples = points_of(grid, cells_of(group));
+      const std::vector<std::size_t> all_of_group = std::exchange(group, {first});
+      std::ptrdiff_t most = -1;
+      for (std::size_t k = 0; k < (grid.averages ? all_of_group.size() : 1); ++k) {
+        std::vector<std::size_t> members{first};
+        if (k > 0) members.push_back(all_of_group[k]);
+        const std::optional<Fit> fit = fit_of(members);
+        if (!fit) continue;
+        const auto count = std::count_if(samples.begin(), samples.end(), [&](const Sample& s) {
+          return std::abs(fit->shape.residual(s)) < kOnShape;
+        });
+        if (count <= most) continue;
+        most = count, best = fit, group = members;
+      }
     }
     if (!best) continue;
     // What is beside and lies on it belongs to it, curved by itself or not.

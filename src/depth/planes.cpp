@@ -14,19 +14,34 @@ namespace {
 
 using namespace internal;
 constexpr int kCell = RayTable::kCell;
+/// Readings of a cell: fewer, and an edge is near.
+constexpr int kFewestOfClear = 40;
 
-/// The cells of a region that have none but their own about them, so that no edge of another surface reaches
-/// into them, and all their readings: where some are missing because they were out of range, the rest is
-/// biased. All of the region's cells where those are too few.
-struct Core {
-  bool clear = true;  ///< nothing else reaches into the cells
-  std::vector<int> cells;
+/// Are some of a cell's readings missing because they are beyond the farthest that the sensor gives? The mean
+/// of the rest is too near, at 2.5 sigmas by 0.02 of them. Only where the noise averages: quantised readings
+/// of something far have few values, of which one is the farthest.
+bool is_cut(const CellGrid& grid, const Cell& cell) {
+  const double z = 1 / double(cell.q);
+  return grid.averages && cell.n < kCell * kCell && z + 2.5 * double(cell.sigma) * z * z > grid.farthest;
+}
+
+/// The cells of a region whose readings are not cut, and of them those that have only the region's own around
+/// them, so that no edge of another surface reaches into them.
+struct CellsOfRegion {
+  std::vector<int> whole, clear;
 };
-Core core_of(const CellGrid& grid, const std::vector<char>& alone, const Region& region, int least) {
-  std::vector<int> core;
-  for (const int at : region.cells)
-    if (alone[std::size_t(at)] && grid.cells[std::size_t(at)].n >= kCell * kCell - 1) core.push_back(at);
-  return {int(core.size()) >= least, int(core.size()) >= least ? core : region.cells};
+CellsOfRegion cells_of(const CellGrid& grid, const std::vector<char>& alone, const Region& region) {
+  CellsOfRegion out;
+  for (const int at : region.cells) {
+    const Cell& cell = grid.cells[std::size_t(at)];
+    if (is_cut(grid, cell)) continue;
+    out.whole.push_back(at);
+    // Noise that averages is no less random where some readings are lost. Else lost readings are those out of
+    // range or of a border.
+    if (alone[std::size_t(at)] && cell.n >= (grid.averages ? kFewestOfClear : kCell * kCell - 1))
+      out.clear.push_back(at);
+  }
+  return out;
 }
 
 /// Cells that another surface reaches into in spite of all: their means lie beyond three and a half robust
@@ -174,31 +189,83 @@ double pixel_area(double z, double offset, const Intrinsics& k) {
   return z * z * z / (offset * k.fx * k.fy);
 }
 
+/// How far structure in the residuals may rotate the plane, radians. Where noise averages, cells differ from
+/// the plane by their own noise. What they differ by beyond it comes from something else: readings of a
+/// neighbour at the border, a step, a curve. It rotates the plane at most by its RMS over the region's extent
+/// in the narrower direction.
+double structured_rotation(const CellGrid& grid, const std::vector<int>& cells, const Moments& moments,
+                           const InverseDepthPlane& plane) {
+  double within = 0;
+  for (const int at : cells) within += double(grid.cells[std::size_t(at)].error);
+  const double between = (plane.error - within) / (3.0 * double(cells.size() - 1));
+  const Cell& cell = grid.cells[std::size_t(cells.front())];
+  const double rms = double(cell.sigma) * std::sqrt(3 * std::max(between - 1, 0.0) / cell.n);
+  return rms / (narrow_extent(moments) * plane.t.norm());
+}
+
+/// The larger standard deviation of the normal, radians.
+double normal_sigma(const PlaneEstimate& estimate) {
+  const Mat2 c = turn_covariance(estimate).topLeftCorner<2, 2>();
+  const double half = 0.5 * c.trace();
+  return std::sqrt(half + std::sqrt(std::max(half * half - c.determinant(), 0.0)));
+}
+
+/// Where the noise averages, the uncertainty of a normal is known: a plane whose normal is not determined to
+/// 5 degrees at two sigmas is rejected.
+constexpr double kLargestNormalSigma = 2.5 * kDegree;
+/// And what structure may rotate it by, at three sigmas of the same.
+constexpr double kLargestStructuredRotation = 3 * kLargestNormalSigma;
+
+/// A plane fitted to some cells of a region.
+struct CellsFit {
+  std::vector<int> cells;
+  Moments moments;
+  InverseDepthPlane plane;
+  double noise_factor = 1;
+  PlaneEstimate estimate;
+};
+
+/// Nothing where the cells do not determine a plane.
+std::optional<CellsFit> fit_cells(const DepthImage& image, const CellGrid& grid, std::vector<int> cells,
+                                  bool are_clear, const RayTable& rays, const PlaneOptions& options) {
+  if (int(cells.size()) < options.least_cells) return std::nullopt;
+  CellsFit out{std::move(cells), {}, {}, 1, {}};
+  refit(grid, out.cells, out.moments, out.plane);
+  drop_outliers(grid, options.least_cells, out.cells, out.moments, out.plane);
+  if (!(out.plane.t.norm() > 1e-9)) return std::nullopt;
+  if (grid.averages &&
+      structured_rotation(grid, out.cells, out.moments, out.plane) > kLargestStructuredRotation)
+    return std::nullopt;
+  out.noise_factor = noise_factor(grid, out.cells, out.moments, out.plane);
+  if (!are_clear) {
+    // What reaches into a cell at the border moves its mean by a part of what the gates let through.
+    const Cell& cell = grid.cells[std::size_t(out.cells.front())];
+    const double ratio = kAtBorder * double(cell.shared / cell.sigma);
+    out.noise_factor = std::max(out.noise_factor, 1 + cell.n * ratio * ratio);
+  }
+  const Eigen::LDLT<Mat3> solver(out.moments.normal_matrix());
+  if (solver.info() != Eigen::Success || !solver.isPositive()) return std::nullopt;
+  const Mat3 inverse = solver.solve(Mat3::Identity());
+  out.estimate =
+      estimate_of(out.plane.t, out.noise_factor * inverse +
+                                   rounding_covariance(image, rays, options, grid, out.cells, inverse));
+  if (!out.estimate.covariance.allFinite()) return std::nullopt;
+  if (grid.averages && normal_sigma(out.estimate) > kLargestNormalSigma) return std::nullopt;
+  return out;
+}
+
 std::optional<DetectedPlane> plane_of(const DepthImage& image, const CellGrid& grid,
                                       const std::vector<char>& alone, const Region& region,
                                       const RayTable& rays, const PlaneOptions& options) {
   if (region.cells.empty()) return std::nullopt;  // taken by a curve
-  auto [clear, core] = core_of(grid, alone, region, options.least_cells);
-  Moments moments;
-  InverseDepthPlane plane;
-  refit(grid, core, moments, plane);
-  drop_outliers(grid, options.least_cells, core, moments, plane);
-  if (!(plane.t.norm() > 1e-9)) return std::nullopt;
+  const CellsOfRegion of_region = cells_of(grid, alone, region);
+  std::optional<CellsFit> fit = fit_cells(image, grid, of_region.clear, true, rays, options);
+  if (!fit) fit = fit_cells(image, grid, of_region.whole, false, rays, options);
+  if (!fit) return std::nullopt;
+  const auto& [core, moments, plane, factor, estimate] = *fit;
   DetectedPlane out;
-  out.noise_factor = noise_factor(grid, core, moments, plane);
-  if (!clear) {
-    // What reaches into a cell at the border moves its mean by a part of what the gates let through.
-    const Cell& cell = grid.cells[std::size_t(core.front())];
-    const double ratio = kAtBorder * double(cell.shared / cell.sigma);
-    out.noise_factor = std::max(out.noise_factor, 1 + cell.n * ratio * ratio);
-  }
-  const Mat3 a = moments.normal_matrix();
-  const Eigen::LDLT<Mat3> solver(a);
-  if (solver.info() != Eigen::Success || !solver.isPositive()) return std::nullopt;
-  const Mat3 inverse = solver.solve(Mat3::Identity());
-  out.estimate = estimate_of(
-      plane.t, out.noise_factor * inverse + rounding_covariance(image, rays, options, grid, core, inverse));
-  if (!out.estimate.covariance.allFinite()) return std::nullopt;
+  out.noise_factor = factor;
+  out.estimate = estimate;
   const double offset = out.estimate.plane.offset;
   double squares = 0, noise_squares = 0, count = 0;
   // Where steps are part of it, all cells tell how flat it is.

@@ -47,13 +47,9 @@ std::optional<Seed> seed_at(const CellGrid& grid, const Block& size, int column,
 
 /// How far what readings share may turn the region's plane, radians: half of it over the region's extent in
 /// its narrower direction.
-double doubt(const CellGrid& grid, const Region& region) {
-  const Moments& m = region.moments;
-  const double u = m.wu / m.w, v = m.wv / m.w;
-  const double uu = m.wuu / m.w - u * u, uv = m.wuv / m.w - u * v, vv = m.wvv / m.w - v * v;
-  const double narrow = 0.5 * (uu + vv - std::sqrt((uu - vv) * (uu - vv) + 4 * uv * uv));
-  const double shared = double(grid.cells[std::size_t(region.cells.front())].shared);
-  return 0.5 * shared / (std::sqrt(std::max(narrow, 1e-12)) * region.plane.t.norm());
+double doubt(const CellGrid& grid, const Region& region, float Cell::*sigma) {
+  const double shared = double(grid.cells[std::size_t(region.cells.front())].*sigma);
+  return 0.5 * shared / (narrow_extent(region.moments) * region.plane.t.norm());
 }
 
 class Grower {
@@ -134,9 +130,8 @@ class Grower {
   /// of strips: cells at a border mix the depths of both sides, and a strip of them is a plane that is not
   /// there.
   bool is_doubtful(const Region& region) const {
-    const double by_model = doubt(grid_, region);
-    if (!(by_model > kLargestDoubt)) return false;
-    return by_model * grid_.shared_ratio > kLargestDoubt || inner_cells(region) < kInnerCells ||
+    if (!(doubt(grid_, region, &Cell::shared_model) > kLargestDoubt)) return false;
+    return doubt(grid_, region, &Cell::shared) > kLargestDoubt || inner_cells(region) < kInnerCells ||
            between_cells(region) > kBetweenCells;
   }
   /// Mean square of what the cells' own planes are off the region's, in units of what noise that averages
@@ -250,6 +245,8 @@ double second_order(const CellGrid& grid, const Region& region) {
 /// what neighbours share.
 void join(const CellGrid& grid, const PlaneOptions& options, Regions& all) {
   constexpr double kBeside = 4;  ///< twice the RMS
+  /// Of chi-square with the 3 degrees of freedom that a plane has, 1 in 10000 is above.
+  constexpr double kSamePlane = 21.1;
   auto& regions = all.regions;
   std::vector<std::vector<char>> beside(regions.size(), std::vector<char>(regions.size()));
   std::vector<std::vector<char>> refused = beside;  // [i][j], i < j
@@ -278,7 +275,15 @@ void join(const CellGrid& grid, const PlaneOptions& options, Regions& all) {
         // Mean square of what readings share over that of their noise, where the smaller part is.
         const Cell& there = grid.cells[std::size_t(smaller.cells[smaller.cells.size() / 2])];
         const double limit = double(there.shared * there.shared / (there.sigma * there.sigma));
-        if (more > (beside[i][j] ? kBeside : 1) * limit * smaller.moments.n) continue;
+        double allowed = (beside[i][j] ? kBeside : 1) * limit * smaller.moments.n;
+        // Parts in different places, of noise that averages: one plane where their covariances say so, beside
+        // the floor.
+        if (grid.averages && !beside[i][j]) {
+          const double floor =
+              options.noise.shared_floor * double(there.q) * double(there.q) / double(there.sigma);
+          allowed = std::min(allowed, kSamePlane + floor * floor * smaller.moments.n);
+        }
+        if (more > allowed) continue;
         Region candidate{regions[i].cells, both, plane};
         candidate.cells.insert(candidate.cells.end(), regions[j].cells.begin(), regions[j].cells.end());
         candidate.bend = second_order(grid, candidate);

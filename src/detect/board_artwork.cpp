@@ -13,11 +13,12 @@ void add_rectangle(BoardArtwork& art, double left, double top, double right, dou
 
 /// The border and the dark modules, as runs along rows.
 void add_marker(BoardArtwork& art, const MarkerCodes& codes, int id, const Vec2& first, double size) {
-  const int modules = codes.bits + 2;
+  const int modules = codes.modules();
   const std::string& code = codes.codes[std::size_t(id)];
   const auto dark = [&](int x, int y) {
-    if (x < 1 || y < 1 || x > codes.bits || y > codes.bits) return true;
-    return code[std::size_t((y - 1) * codes.bits + x - 1)] == '0';
+    const int column = x - codes.border, row = y - codes.border;
+    if (column < 0 || row < 0 || column >= codes.bits || row >= codes.bits) return true;
+    return code[std::size_t(row * codes.bits + column)] == '0';
   };
   // Edges by one formula, so that neighbours share theirs to the last bit.
   const auto edge = [&](int axis, int i) { return first[axis] + size * i / modules; };
@@ -64,7 +65,7 @@ BoardArtwork draw(const MarkerGrid& board) {
   const MarkerCodes codes = marker_codes(board.dictionary);
   for (int id = 0; id < board.marker_count(); ++id)
     add_marker(art, codes, id, board.marker_in_board(id), board.marker_size);
-  const double rim = std::max(board.gap, board.marker_size / (codes.bits + 2));
+  const double rim = std::max(board.gap, board.marker_size / codes.modules());
   const Vec2 last = board.marker_in_board(board.marker_count() - 1);
   art.sheet = {Vec2(-rim, -rim), last + (board.marker_size + rim) * Vec2::Ones()};
   return art;
@@ -79,6 +80,24 @@ BoardArtwork draw(const CircleGrid& board) {
   }
   const double rim = 0.5 * board.diameter + 0.5 * board.spacing;
   art.sheet = {Vec2(-rim, -rim), high + rim * Vec2::Ones()};
+  return art;
+}
+
+BoardArtwork draw(const AprilGrid& board) {
+  BoardArtwork art;
+  MarkerCodes codes = marker_codes(AprilGrid::kDictionary);
+  codes.border = AprilGrid::kBorder;
+  for (int id = 0; id < board.marker_count(); ++id)
+    add_marker(art, codes, id, board.marker_in_board(id), board.tag_size);
+  const double pitch = board.tag_size + board.gap();
+  for (int row = 0; row <= board.rows; ++row)
+    for (int column = 0; column <= board.columns; ++column) {
+      const Vec2 corner = pitch * Vec2(column, row);
+      add_rectangle(art, corner.x() - board.gap(), corner.y() - board.gap(), corner.x(), corner.y());
+    }
+  const ArtworkRectangle print = print_of(Board(board));
+  const Vec2 rim = Vec2::Constant(board.gap());
+  art.sheet = {print.low - rim, print.high + rim};
   return art;
 }
 

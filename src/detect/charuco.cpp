@@ -1,78 +1,8 @@
 #include "procam/detect/charuco.hpp"
 
-#include <algorithm>
-#include <cmath>
-
-#include "corner_fit.hpp"
-#include "fit_verdict.hpp"
-#include "marker_board.hpp"
+#include "coded_corners.hpp"
 
 namespace procam::detect {
-namespace {
-
-/// What the model leaves of a clean picture, as a share of the contrast.
-constexpr double kModelResidual = 0.01;
-/// Flat paper where a corner should be, as a share of the usual contrast.
-constexpr double kLeastContrast = 0.35;
-/// A corner this far from where its neighbours put it, in squares, is something else.
-constexpr double kOutOfPlace = 0.2;
-/// Corners weigh more in the map than markers, which are found to a pixel.
-constexpr double kCornerWeight = 100;
-
-/// `blur`: of the picture, pixels; the markers blur out that far.
-std::optional<CornerNeighbourhood> neighbourhood(const BoardMap& map, const Vec2& p,
-                                                 const CharucoBoard& board, double blur) {
-  const double s = board.square_size;
-  const auto here = map.at(p), left = map.at(p - Vec2(s, 0)), right = map.at(p + Vec2(s, 0)),
-             up = map.at(p - Vec2(0, s)), down = map.at(p + Vec2(0, s));
-  if (!here || !left || !right || !up || !down) return std::nullopt;
-  CornerNeighbourhood around;
-  around.corner = *here;
-  around.e_x = 0.5 * (*right - *left);
-  around.e_y = 0.5 * (*down - *up);
-  around.e_xx = *right - 2 * *here + *left;
-  around.e_yy = *down - 2 * *here + *up;
-  // The marker begins this far from both edges.
-  const double margin = 0.5 * (1 - board.marker_size / s);
-  const double square = std::max(1.0, std::min(around.e_x.norm(), around.e_y.norm()));
-  around.clear = std::max(margin - 2 * blur / square, 0.4 * margin);
-  return around;
-}
-
-double median(std::vector<double>& v) {
-  std::nth_element(v.begin(), v.begin() + std::ptrdiff_t(v.size() / 2), v.end());
-  return v[v.size() / 2];
-}
-
-using Fits = std::vector<std::optional<CornerFit>>;
-
-/// Fits that cannot be corners of this print are dropped: wrong colours, faint, or worse than most.
-void drop_strangers(const CharucoBoard& board, Fits& fits) {
-  std::vector<double> contrasts, residuals;
-  for (std::size_t i = 0; i < fits.size(); ++i) {
-    if (!fits[i]) continue;
-    const int column = int(i) % (board.columns - 1), row = int(i) / (board.columns - 1);
-    // contrast is positive where the square at (+x, +y) is light; from here on where it is as printed.
-    if (!board.is_light(column + 1, row + 1)) fits[i]->contrast *= -1;
-    contrasts.push_back(fits[i]->contrast);
-    residuals.push_back(fits[i]->residual);
-  }
-  if (contrasts.empty()) return;
-  // Covered corners may be the most, and are faint: the usual contrast is that of the better quarter.
-  std::sort(contrasts.begin(), contrasts.end());
-  const double contrast = contrasts[3 * contrasts.size() / 4];
-  residuals.clear();
-  for (auto& fit : fits) {
-    if (fit && fit->contrast < kLeastContrast * std::max(contrast, 10.0)) fit.reset();
-    if (fit) residuals.push_back(fit->residual);
-  }
-  if (residuals.empty()) return;
-  const double residual = std::max(median(residuals), kModelResidual * contrast);
-  for (auto& fit : fits)
-    if (fit && fit->residual > kWorstResidual * residual) fit.reset();
-}
-
-}  // namespace
 
 Detections detect_charuco(const ViewU8& image, const CharucoBoard& board, const CharucoOptions& options) {
   require(!image.empty() && image.channels == 1, "detect_charuco: needs an image with one channel");
@@ -81,50 +11,16 @@ Detections detect_charuco(const ViewU8& image, const CharucoBoard& board, const 
   result.image_size = image.size();
   const auto markers = find_board_markers(image, {"ChArUco board", board}, result.diagnostics);
   if (!markers) return result;
-
-  BoardMap map = markers->map;
-  Fits fits;
-  int in_picture = 0;
-  double blur = 0.7;
-  // The second round knows from the first one's corners where the others are, and how the lens bends.
-  for (int round = 0; round < 2; ++round) {
-    fits.assign(std::size_t(board.size()), std::nullopt);
-    in_picture = 0;
-    for (int i = 0; i < board.size(); ++i) {
-      const auto around = neighbourhood(map, board.point_in_board(i).head<2>(), board, blur);
-      if (!around) continue;
-      const Vec2& p = around->corner;
-      if (p.x() < 0 || p.y() < 0 || p.x() > image.width - 1 || p.y() > image.height - 1) continue;
-      ++in_picture;
-      auto fit = fit_corner(image, *around, options.window_share);
-      if (fit && (fit->corner - p).norm() < kOutOfPlace * std::min(around->e_x.norm(), around->e_y.norm()))
-        fits[std::size_t(i)] = fit;
-    }
-    drop_strangers(board, fits);
-    if (round > 0) break;
-    Points2 in_board = markers->in_board, pixels = markers->pixels;
-    std::vector<double> weights(pixels.size(), 1), blurs;
-    for (std::size_t i = 0; i < fits.size(); ++i) {
-      if (!fits[i]) continue;
-      in_board.push_back(board.point_in_board(int(i)).head<2>());
-      pixels.push_back(fits[i]->corner);
-      weights.push_back(kCornerWeight);
-      blurs.push_back(fits[i]->blur);
-    }
-    if (!blurs.empty()) blur = median(blurs);
-    if (const auto better = BoardMap::fit(in_board, pixels, image.size(), weights)) map = *better;
-  }
-
+  CodedCorners corners;
+  corners.square = board.square_size;
+  // The marker begins this far from both edges.
+  corners.margin = 0.5 * (1 - board.marker_size / board.square_size);
   for (int i = 0; i < board.size(); ++i) {
-    const auto& fit = fits[std::size_t(i)];
-    if (fit && std::sqrt(fit->covariance.trace() / 2) <= options.max_sigma_px)
-      result.observations.push_back({i, fit->corner, fit->covariance});
+    corners.points.push_back(board.point_in_board(i).head<2>());
+    const int column = i % (board.columns - 1), row = i / (board.columns - 1);
+    corners.light_beyond.push_back(board.is_light(column + 1, row + 1));
   }
-  if (const int left_out = in_picture - int(result.observations.size()); left_out > 0)
-    result.diagnostics.warn("corners_left_out",
-                            std::to_string(left_out) + " of " + std::to_string(in_picture) +
-                                " corners in the image could not be refined and are rejected: blur, "
-                                "glare, a cover, or the image's rim beside them");
+  find_coded_corners(image, *markers, corners, options.window_share, options.max_sigma_px, result);
   return result;
 }
 

@@ -65,6 +65,8 @@ Grid grid_from(const std::vector<cv::Point2f>& corners, int columns, int rows, c
 
 /// Large enough for squares of a hundredth of the image's width.
 constexpr double kQuickPixels = 1.4e6;
+/// And of a twentieth of it.
+constexpr double kGlancePixels = 1e5;
 
 /// Half the size where that leaves squares large enough: four times as fast, and less noise. Never more than
 /// kQuickPixels.
@@ -74,19 +76,26 @@ SearchPicture quick_look(const cv::Mat& image) {
 }
 
 /// Every grid of corners, at the first scale at which the board is one of them; else those of all scales.
-/// First at a size at which a search is fast, then at half of it, where blur is narrower, then at larger ones
-/// for small squares.
+/// First at sizes at which a search is fast, then at larger ones for small squares.
 struct GridSearch {
   std::optional<Grid> asked;
   std::vector<Grid> others;
 };
 
-GridSearch search_grids(const cv::Mat& image, const Chessboard& board) {
+/// Sizes at which to search: a board that fills the picture shows at a small one, at once.
+std::vector<int> search_scales(const cv::Mat& image) {
   const int first = scale_for(image, kQuickPixels);
-  std::vector<int> scales{first, 2 * first};
+  std::vector<int> scales;
+  for (int scale = scale_for(image, kGlancePixels); scale > first; scale /= 2) scales.push_back(scale);
+  for (const int scale : {first, 2 * first})
+    if (std::count(scales.begin(), scales.end(), scale) == 0) scales.push_back(scale);
   for (int scale = first / 2; scale >= 1; scale /= 2) scales.push_back(scale);
+  return scales;
+}
+
+GridSearch search_grids(const cv::Mat& image, const Chessboard& board) {
   GridSearch search;
-  for (const int scale : scales) {
+  for (const int scale : search_scales(image)) {
     const SearchPicture picture = reduced(image, scale);
     for (Grid& grid : find_corner_grids(picture.pixels)) {
       for (Vec2& p : grid.points) p = picture.in_original(p);
@@ -215,11 +224,16 @@ CornerNeighbourhood neighbourhood(const Grid& grid, int column, int row) {
 
 using Fits = std::vector<std::optional<CornerFit>>;
 
-Fits fit_corners(const ViewU8& image, Grid& grid, double window_share, FitEffort effort = FitEffort::kFull) {
+/// `before`: earlier fits of the same corners, to start from.
+Fits fit_corners(const ViewU8& image, Grid& grid, double window_share, FitEffort effort,
+                 const Fits& before = {}) {
   Fits fits;
   for (int r = 0; r < grid.rows; ++r)
-    for (int c = 0; c < grid.columns; ++c)
-      fits.push_back(fit_corner(image, neighbourhood(grid, c, r), window_share, effort));
+    for (int c = 0; c < grid.columns; ++c) {
+      const bool known = !before.empty() && before[fits.size()];
+      fits.push_back(fit_corner(image, neighbourhood(grid, c, r), window_share, effort,
+                                known ? &*before[fits.size()] : nullptr));
+    }
   for (std::size_t i = 0; i < fits.size(); ++i)
     if (fits[i]) grid.points[i] = fits[i]->corner;
   return fits;
@@ -291,6 +305,8 @@ struct LineBeyond {
 LineBeyond line_beyond(const ViewU8& image, const Grid& grid, const Fits& fits, const Rim& rim,
                        double window_share) {
   constexpr double kMinContrast = 0.7, kMaxResidual = 2.5;
+  // Before the fit, at the predicted place. A light quarter too many halves it, and leaves less by the mean.
+  constexpr double kMinContrastBefore = 0.55;
   LineBeyond line;
   for (int i = 0; i < rim.count(); ++i) {
     const auto at = [&](int along, int inwards) { return grid.points[rim.index(along, inwards)]; };
@@ -299,15 +315,18 @@ LineBeyond line_beyond(const ViewU8& image, const Grid& grid, const Fits& fits, 
     around.e_x = around.corner - at(i, 0);
     const int lo = std::max(i - 1, 0), hi = std::min(i + 1, rim.count() - 1);
     around.e_y = (at(hi, 0) - at(lo, 0)) / (hi - lo);
-    const auto fit = fit_corner(image, around, window_share, FitEffort::kRaster);
-    line.points.push_back(fit ? fit->corner : around.corner);
-    if (!fit) continue;
+    line.points.push_back(around.corner);
     std::vector<const CornerFit*> nearest;
     for (int along = lo; along <= hi; ++along)
       for (int inwards = 0; inwards < 2; ++inwards)
         if (const auto& other = fits[rim.index(along, inwards)]) nearest.push_back(&*other);
-    if (nearest.empty() || relative_contrast(*fit) <= kMinContrast * median_of(nearest, relative_contrast))
-      continue;
+    if (nearest.empty()) continue;
+    const double contrast = median_of(nearest, relative_contrast);
+    around.min_contrast = kMinContrastBefore * contrast;
+    const auto fit = fit_corner(image, around, window_share, FitEffort::kGlance);
+    if (!fit) continue;
+    line.points.back() = fit->corner;
+    if (relative_contrast(*fit) <= kMinContrast * contrast) continue;
     ++line.alike;
     line.clean += fit->residual < kMaxResidual * median_of(
                                                      nearest, [](const CornerFit& f) { return f.residual; });
@@ -438,8 +457,8 @@ Detections detect_chessboard(const ViewU8& image, const Chessboard& board, const
   }
   order_by_image(*grid);
   // The second round has the first one's precise neighbours for the bending of the edges.
-  fit_corners(image, *grid, options.window_share, FitEffort::kRaster);
-  Fits fits = fit_corners(image, *grid, options.window_share);
+  const Fits first_round = fit_corners(image, *grid, options.window_share, FitEffort::kRaster);
+  Fits fits = fit_corners(image, *grid, options.window_share, FitEffort::kFull, first_round);
   const PrintQuality print = print_quality(fits, board.columns);
   if (const auto found = larger_board(image, *grid, fits, options.window_share)) {
     result.diagnostics.warn("board_counts_differ", "the pattern goes on beyond the " +

@@ -3,12 +3,16 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <vector>
 
 #include "procam/core/cholesky.hpp"
+#include "procam/core/detail/four.hpp"
 
 namespace procam::detect {
 namespace {
+
+using procam::detail::Eight;
 
 constexpr int kParameters = 11;
 using Parameters = Eigen::Matrix<double, kParameters, 1>;
@@ -16,8 +20,38 @@ using Normal = Eigen::Matrix<double, kParameters, kParameters>;
 // Order of the parameters: corner, edge angles, blur, then the light that enters linearly.
 enum { kX, kY, kAngleRow, kAngleColumn, kBlur, kA, kAx, kAy, kB, kBx, kBy };
 
-struct Sample {
-  double x, y, grey;
+/// Pixels, eight by eight, as seen from one of them: in whole floats. The last one's copies fill up the last
+/// eight.
+class Samples {
+ public:
+  struct Group {
+    Eight x, y, grey;
+  };
+  Samples() = default;
+  explicit Samples(const Vec2& near) : origin_(near.array().round()) {}
+  const Vec2& origin() const { return origin_; }
+  void add(int x, int y, float grey) {
+    const std::size_t lane = size_++ % Eight::kSize;
+    if (lane == 0) groups_.emplace_back();
+    for (std::size_t i = lane; i < Eight::kSize; ++i) {
+      groups_.back().x[i] = float(x - origin_.x());
+      groups_.back().y[i] = float(y - origin_.y());
+      groups_.back().grey[i] = grey;
+    }
+  }
+  std::size_t size() const { return size_; }
+  const std::vector<Group>& groups() const { return groups_; }
+  /// Of the last group, which lanes are copies.
+  Eight filling() const {
+    Eight filling(0);
+    for (std::size_t i = (size_ - 1) % Eight::kSize + 1; i < Eight::kSize; ++i) filling[i] = 1;
+    return filling;
+  }
+
+ private:
+  Vec2 origin_ = Vec2::Zero();
+  std::vector<Group> groups_;
+  std::size_t size_ = 0;
 };
 
 /// Which pixels of a window are taken. A window of many pixels is almost all flat: there a few pixels tell
@@ -49,37 +83,47 @@ struct Window {
   /// Of the whole parallelogram.
   double pixels() const { return 4 * std::abs(det) * share_x * share_y; }
 
-  std::vector<Sample> samples(const ViewU8& image, const Sampling& sampling) const {
+  Samples samples(const ViewU8& image, const Sampling& sampling) const {
     const double length_x = around.e_x.norm(), length_y = around.e_y.norm();
-    std::vector<Sample> all;
-    for (int y = y0; y <= y1; ++y)
-      for (int x = x0; x <= x1; ++x) {
-        const Vec2 d = Vec2(x, y) - around.corner;
-        const double a = (d.x() * around.e_y.y() - d.y() * around.e_y.x()) / det;
-        const double b = (d.y() * around.e_x.x() - d.x() * around.e_x.y()) / det;
-        if (std::abs(a) > share_x || std::abs(b) > share_y) continue;
-        if (std::min(std::abs(a), std::abs(b)) > around.clear) continue;
-        const bool on_raster = x % sampling.stride == 0 && y % sampling.stride == 0;
+    const Vec2 a_by(around.e_y.y() / det, -around.e_y.x() / det),
+        b_by(-around.e_x.y() / det, around.e_x.x() / det);
+    Samples all(around.corner);
+    const auto first = [&](int from) {
+      return from + (sampling.stride - from % sampling.stride) % sampling.stride;
+    };
+    for (int y = y0; y <= y1; ++y) {
+      const bool raster_row = y % sampling.stride == 0;
+      if (!raster_row && sampling.band <= 0) continue;
+      const int step = sampling.band <= 0 ? sampling.stride : 1;
+      const double dy = y - around.corner.y();
+      for (int x = step == 1 ? x0 : first(x0); x <= x1; x += step) {
+        const double dx = x - around.corner.x();
+        const double a = std::abs(dx * a_by.x() + dy * a_by.y()), b = std::abs(dx * b_by.x() + dy * b_by.y());
+        if (a > share_x || b > share_y || std::min(a, b) > around.clear) continue;
+        const bool on_raster = raster_row && x % sampling.stride == 0;
         // Along a grid direction, so farther than across the edge: the band is not narrower than stated.
-        const bool near_edge = std::min(std::abs(a) * length_x, std::abs(b) * length_y) <= sampling.band;
-        if (on_raster || near_edge) all.push_back({double(x), double(y), double(image.at(x, y))});
+        const bool near_edge = std::min(a * length_x, b * length_y) <= sampling.band;
+        if (on_raster || near_edge) all.add(x, y, image.at(x, y));
       }
+    }
     return all;
   }
 };
 
 /// One of the two edges: signed distance and its derivatives. A line through the corner, bent by `bend`.
 struct Edge {
-  double cosine, sine, bend;
+  float cosine, sine, bend;
 
-  Edge(double angle, double b) : cosine(std::cos(angle)), sine(std::sin(angle)), bend(b) {}
+  Edge(double angle, double b)
+      : cosine(float(std::cos(angle))), sine(float(std::sin(angle))), bend(float(b)) {}
   struct Value {
-    double distance, by_dx, by_dy, by_angle;
+    Eight distance, by_dx, by_dy, by_angle;
   };
-  Value at(double dx, double dy) const {
-    const double along = cosine * dx + sine * dy, across = -sine * dx + cosine * dy;
-    return {across - 0.5 * bend * along * along, -sine - bend * along * cosine, cosine - bend * along * sine,
-            -along - bend * along * across};
+  PROCAM_ALWAYS_INLINE Value at(const Eight& dx, const Eight& dy) const {
+    const Eight along = cosine * dx + sine * dy, across = cosine * dy - sine * dx;
+    const Eight bent = bend * along;
+    return {across - 0.5f * bent * along, -sine - bent * cosine, cosine - bent * sine,
+            -1 * along - bent * across};
   }
 };
 
@@ -93,66 +137,139 @@ double bend_of(const Vec2& e, const Vec2& e2) {
   return (e.x() * e2.y() - e.y() * e2.x()) / (length * length * length);
 }
 
-/// erf(x) to 1.5e-7 (M. Abramowitz and I. Stegun, Handbook of Mathematical Functions, 7.1.26): a
-/// hundred-thousandth of a grey level. The Gaussian is needed for its slope anyway.
-struct Step {
-  double erf, gauss;
+/// exp(-z) for z >= 0, to 2e-7 of it down to e^-60: 2^n exp(r), |r| <= ln(2) / 2, by the series of exp(r).
+PROCAM_ALWAYS_INLINE Eight exponential_of_minus(const Eight& z) {
+  using Bits = std::int32_t __attribute__((vector_size(32)));
+  constexpr float kLn2 = 0.693147181f, kToWhole = 12582912;  // 1.5 * 2^23: whole numbers
+  const Eight y = larger(-1 * z, -60);
+  const Eight shifted = y * (1 / kLn2) + kToWhole;
+  const Eight r = y - (shifted - kToWhole) * kLn2;
+  Eight series = 1.f / 5040;
+  for (const float coefficient : {1.f / 720, 1.f / 120, 1.f / 24, 1.f / 6, 0.5f, 1.f, 1.f})
+    series = series * r + coefficient;
+  // The whole number's last bits are those of n: added to the exponent.
+  return Eight::Native(Bits(series.lanes) + (Bits(shifted.lanes) << 23));
+}
 
-  explicit Step(double x) {
-    const double t = 1 / (1 + 0.3275911 * std::abs(x));
-    gauss = x * x < 40 ? std::exp(-x * x) : 0;
-    const double tail =
-        t * (0.254829592 + t * (-0.284496736 + t * (1.421413741 + t * (-1.453152027 + t * 1.061405429))));
-    erf = std::copysign(1 - tail * gauss, x);
+/// erf(x) to 4e-7 (M. Abramowitz and I. Stegun, Handbook of Mathematical Functions, 7.1.26, to 1.5e-7): less
+/// than a ten-thousandth of a grey level. The Gaussian is needed for its slope anyway.
+struct Step {
+  Eight erf, gauss;
+
+  PROCAM_ALWAYS_INLINE explicit Step(const Eight& x) : gauss(exponential_of_minus(x * x)) {
+    const Eight t = 1 / (1 + 0.3275911f * larger(x, -1 * x));
+    const Eight tail =
+        t *
+        (0.254829592f + t * (-0.284496736f + t * (1.421413741f + t * (-1.453152027f + t * 1.061405429f))));
+    const Eight size = 1 - tail * gauss;
+    erf = x.lanes < 0 ? -size.lanes : size.lanes;
   }
 };
 
 struct Model {
-  const std::vector<Sample>& samples;
+  const Samples& samples;
   double bend_row, bend_column;
 
-  /// Sum of squared residuals; fills the normal equations when asked.
-  double evaluate(const Parameters& p, Normal* jtj, Parameters* jtr) const {
+  /// Sum of squared residuals; fills the normal equations.
+  double evaluate(const Parameters& p, Normal& jtj, Parameters& jtr) const;
+
+  /// The parameters' derivatives, then the residual: the products of all pairs.
+  static constexpr int kRows = kParameters + 1;
+  using Products = double[kRows][kRows];
+  PROCAM_ALWAYS_INLINE void add(const Parameters& p, Products& products) const {
+    // As many as stay in the nearest cache.
+    constexpr std::size_t kAtOnce = 16;
+    Eight rows[kRows][kAtOnce];
     const Edge row(p[kAngleRow], bend_row), column(p[kAngleColumn], bend_column);
-    const double k = 1 / (std::sqrt(2.0) * p[kBlur]);
-    if (jtj != nullptr) jtj->setZero(), jtr->setZero();
-    double sum = 0;
-    for (const Sample& s : samples) {
-      const double dx = s.x - p[kX], dy = s.y - p[kY];
-      const Edge::Value r = row.at(dx, dy), c = column.at(dx, dy);
-      // Across the row's edge the y side is positive; across the column's edge the x side is (hence the
-      // sign).
-      const double kr = k * r.distance, kc = k * c.distance;
-      const Step step_r(kr), step_c(kc);
-      const double er = step_r.erf, ec = -step_c.erf;
-      const double a = p[kA] + p[kAx] * dx + p[kAy] * dy, b = p[kB] + p[kBx] * dx + p[kBy] * dy;
-      const double residual = a + b * er * ec - s.grey;
-      sum += residual * residual;
-      if (jtj == nullptr) continue;
-      const double slope = 2 / std::sqrt(M_PI) * k;
-      const double dr = b * ec * slope * step_r.gauss, dc = -b * er * slope * step_c.gauss;
-      const double by_dx = p[kAx] + p[kBx] * er * ec + dr * r.by_dx + dc * c.by_dx;
-      const double by_dy = p[kAy] + p[kBy] * er * ec + dr * r.by_dy + dc * c.by_dy;
-      const double j[kParameters] = {-by_dx,
-                                     -by_dy,
-                                     dr * r.by_angle,
-                                     dc * c.by_angle,
-                                     -(dr * r.distance + dc * c.distance) / p[kBlur],
-                                     1,
-                                     dx,
-                                     dy,
-                                     er * ec,
-                                     er * ec * dx,
-                                     er * ec * dy};
-      for (int i = 0; i < kParameters; ++i) {
-        for (int other = 0; other <= i; ++other) (*jtj)(other, i) += j[other] * j[i];
-        (*jtr)[i] += residual * j[i];
+    const std::vector<Samples::Group>& groups = samples.groups();
+    for (std::size_t begin = 0; begin < groups.size(); begin += kAtOnce) {
+      const std::size_t count = std::min(kAtOnce, groups.size() - begin);
+      for (std::size_t g = 0; g < count; ++g) differentiate(p, row, column, groups[begin + g], rows, g);
+      if (begin + count == groups.size()) {
+        const Eight kept = 1 - samples.filling();
+        for (auto& one : rows) one[count - 1] = kept * one[count - 1];
       }
+      multiply(rows, count, products);
     }
-    if (jtj != nullptr) jtj->triangularView<Eigen::StrictlyLower>() = jtj->transpose();
-    return sum;
+  }
+
+ private:
+  template <std::size_t kCount>
+  PROCAM_ALWAYS_INLINE void differentiate(const Parameters& p, const Edge& row, const Edge& column,
+                                          const Samples::Group& s, Eight (&out)[kRows][kCount],
+                                          std::size_t g) const {
+    const auto of = [&](int parameter) { return float(p[parameter]); };
+    const float k = float(1 / (std::sqrt(2.0) * p[kBlur])), slope = float(2 / std::sqrt(M_PI)) * k;
+    const Eight dx = s.x - float(p[kX] - samples.origin().x()),
+                dy = s.y - float(p[kY] - samples.origin().y());
+    const Edge::Value r = row.at(dx, dy), c = column.at(dx, dy);
+    // Across the row's edge the y side is positive; across the column's edge the x side is (hence the sign).
+    const Step step_r(k * r.distance), step_c(k * c.distance);
+    const Eight er = step_r.erf, ec = -1 * step_c.erf, both = er * ec;
+    const Eight a = of(kA) + of(kAx) * dx + of(kAy) * dy, b = of(kB) + of(kBx) * dx + of(kBy) * dy;
+    const Eight dr = b * ec * slope * step_r.gauss, dc = -1 * b * er * slope * step_c.gauss;
+    out[kX][g] = -1 * (of(kAx) + of(kBx) * both + dr * r.by_dx + dc * c.by_dx);
+    out[kY][g] = -1 * (of(kAy) + of(kBy) * both + dr * r.by_dy + dc * c.by_dy);
+    out[kAngleRow][g] = dr * r.by_angle;
+    out[kAngleColumn][g] = dc * c.by_angle;
+    out[kBlur][g] = (-1 / of(kBlur)) * (dr * r.distance + dc * c.distance);
+    out[kA][g] = 1;
+    out[kAx][g] = dx;
+    out[kAy][g] = dy;
+    out[kB][g] = both;
+    out[kBx][g] = both * dx;
+    out[kBy][g] = both * dy;
+    out[kParameters][g] = a + b * both - s.grey;
+  }
+
+  /// Adds rows * rows^T, lower triangle: three by three, so that the sums stay in registers.
+  template <std::size_t kCount>
+  static PROCAM_ALWAYS_INLINE void multiply(const Eight (&rows)[kRows][kCount], std::size_t count,
+                                            Products& products) {
+    constexpr int kTile = 3;
+    static_assert(kRows % kTile == 0, "rows come in whole tiles");
+    for (int i = 0; i < kRows; i += kTile)
+      for (int j = 0; j <= i; j += kTile) {
+        Eight sums[kTile][kTile] = {{0, 0, 0}, {0, 0, 0}, {0, 0, 0}};
+        for (std::size_t g = 0; g < count; ++g)
+          for (int di = 0; di < kTile; ++di)
+            for (int dj = 0; dj < kTile; ++dj) sums[di][dj] += rows[i + di][g] * rows[j + dj][g];
+        for (int di = 0; di < kTile; ++di)
+          for (int dj = 0; dj < kTile; ++dj) {
+            double sum = 0;
+            for (std::size_t lane = 0; lane < Eight::kSize; ++lane) sum += double(sums[di][dj][lane]);
+            products[i + di][j + dj] += sum;
+          }
+      }
   }
 };
+
+void add_plain(const Model& model, const Parameters& p, Model::Products& products) {
+  model.add(p, products);
+}
+#ifdef PROCAM_WIDE_VECTORS
+PROCAM_WIDE_VECTORS void add_wide(const Model& model, const Parameters& p, Model::Products& products) {
+  model.add(p, products);
+}
+void add_all(const Model& model, const Parameters& p, Model::Products& products) {
+  static const bool wide = PROCAM_HAS_WIDE_VECTORS;
+  wide ? add_wide(model, p, products) : add_plain(model, p, products);
+}
+#else
+void add_all(const Model& model, const Parameters& p, Model::Products& products) {
+  add_plain(model, p, products);
+}
+#endif
+
+double Model::evaluate(const Parameters& p, Normal& jtj, Parameters& jtr) const {
+  Products products = {};
+  add_all(*this, p, products);
+  for (int i = 0; i < kParameters; ++i) {
+    for (int j = 0; j <= i; ++j) jtj(i, j) = jtj(j, i) = products[i][j];
+    jtr[i] = products[kParameters][i];
+  }
+  return products[kParameters][kParameters];
+}
 
 /// Starts the light: a and b by least squares for the first corner and blur.
 Parameters first_guess(const Model& model, const CornerNeighbourhood& around) {
@@ -164,7 +281,7 @@ Parameters first_guess(const Model& model, const CornerNeighbourhood& around) {
   p[kB] = 1;
   Normal jtj;
   Parameters jtr;
-  model.evaluate(p, &jtj, &jtr);
+  model.evaluate(p, jtj, jtr);
   Mat2 n;
   n << jtj(kA, kA), jtj(kB, kA), jtj(kB, kA), jtj(kB, kB);
   const Vec2 light = -n.inverse() * Vec2(jtr[kA], jtr[kB]);
@@ -173,31 +290,40 @@ Parameters first_guess(const Model& model, const CornerNeighbourhood& around) {
   return p;
 }
 
-/// Levenberg's iterations from `p` on; nullopt where they do not converge.
+/// Levenberg's iterations from `p` on; nullopt where they do not converge, or lead to another corner.
 struct Fitted {
   Parameters p;
   Normal jtj;
   double sum = 0;
 };
-std::optional<Fitted> descend(const Model& model, const Parameters& start, double square) {
+struct Patience {
+  int iterations;
+  double step;     ///< of the corner, that ends them, pixels
+  double damping;  ///< of the first, relative to the diagonal
+};
+std::optional<Fitted> descend(const Model& model, const Parameters& start, double square,
+                              const Patience& patience) {
   Fitted at{start, {}, 0};
   Parameters jtr;
-  at.sum = model.evaluate(at.p, &at.jtj, &jtr);
-  double damping = 1e-3;
-  for (int iteration = 0; iteration < 50; ++iteration) {
+  at.sum = model.evaluate(at.p, at.jtj, jtr);
+  double damping = patience.damping;
+  for (int iteration = 0; iteration < patience.iterations; ++iteration) {
     Normal damped = at.jtj;
     damped.diagonal() += damping * at.jtj.diagonal();
     const Parameters step = -Cholesky(damped).solve(jtr);
-    Fitted trial;
+    Fitted trial = at;
     Parameters trial_jtr;
     trial.p = at.p + step;
     trial.p[kBlur] = std::clamp(trial.p[kBlur], 0.2, 0.5 * square);
-    trial.sum = model.evaluate(trial.p, &trial.jtj, &trial_jtr);
-    if (trial.sum <= at.sum) {
+    // The last step changes neither the sum nor the normal equations by what matters.
+    if (step.head<2>().norm() < patience.step) return trial;
+    trial.sum = model.evaluate(trial.p, trial.jtj, trial_jtr);
+    // A sum of floats is known to a millionth.
+    if (trial.sum <= at.sum * (1 + 1e-6)) {
       at = trial;
       jtr = trial_jtr;
       damping = std::max(damping * 0.1, 1e-9);
-      if (step.head<2>().norm() < 1e-5) return at;
+      if ((at.p.head<2>() - start.head<2>()).norm() > square) return std::nullopt;
     } else {
       damping *= 10;
       // A good start may already be the minimum to rounding: then no step lowers the sum.
@@ -210,38 +336,66 @@ std::optional<Fitted> descend(const Model& model, const Parameters& start, doubl
 /// From this many pixels on a window is fitted on a raster first, then on its edges.
 constexpr double kManyPixels = 1600;
 constexpr double kRasterPixels = 700;
+/// The same where the question is whether there is a crossing.
+constexpr double kManyForGlance = 600, kPixelsForGlance = 300;
+constexpr Patience kQuick{15, 1e-3, 1e-3}, kPatient{50, 1e-4, 1e-3};
+/// Eight sigmas of the blur from the edge nothing is left of it; the start may be `off` pixels off.
+double band_of(const Parameters& p, double off) {
+  return 4 * p[kBlur] + off;
+}
 
 }  // namespace
 
 std::optional<CornerFit> fit_corner(const ViewU8& image, const CornerNeighbourhood& around,
-                                    double window_share, FitEffort effort) {
+                                    double window_share, FitEffort effort, const CornerFit* before) {
   const Window window(around, window_share);
   if (!window.usable(image)) return std::nullopt;
   const double square = std::min(around.e_x.norm(), around.e_y.norm());
+  const double bend_row = bend_of(around.e_x, around.e_xx), bend_column = bend_of(around.e_y, around.e_yy);
+  const bool quick = effort != FitEffort::kFull, glance = effort == FitEffort::kGlance;
+  const Patience& patience = quick ? kQuick : kPatient;
   Sampling sampling;
-  if (window.pixels() > kManyPixels)
-    sampling.stride = int(std::ceil(std::sqrt(window.pixels() / kRasterPixels)));
-  std::vector<Sample> samples = window.samples(image, sampling);
-  if (samples.size() < 2 * kParameters) return std::nullopt;
-  Model model{samples, bend_of(around.e_x, around.e_xx), bend_of(around.e_y, around.e_yy)};
-  auto fitted = descend(model, first_guess(model, around), square);
-  if (fitted && sampling.stride > 1 && effort == FitEffort::kFull) {
-    // Four sigmas of the blur from the edge nothing is left of it; the start may be a raster's step off.
-    sampling.band = 4 * fitted->p[kBlur] + sampling.stride;
+  if (window.pixels() > (glance ? kManyForGlance : kManyPixels))
+    sampling.stride =
+        int(std::ceil(std::sqrt(window.pixels() / (glance ? kPixelsForGlance : kRasterPixels))));
+  Samples samples;
+  std::optional<Fitted> fitted;
+  const auto fit_to_edges = [&](const Parameters& start, double off) {
+    // Near the minimum its step is that of Gauss and Newton.
+    constexpr double kHardlyDamped = 1e-7;
+    if (sampling.stride > 1) sampling.band = band_of(start, off);
     samples = window.samples(image, sampling);
-    fitted = descend(model, fitted->p, square);
+    if (samples.size() >= 2 * kParameters)
+      fitted = descend(Model{samples, bend_row, bend_column}, start, square,
+                       {patience.iterations, patience.step, kHardlyDamped});
+    else
+      fitted.reset();
+  };
+  if (before != nullptr && !quick) {
+    fit_to_edges(before->parameters, 1);
+  } else {
+    samples = window.samples(image, sampling);
+    if (samples.size() < 2 * kParameters) return std::nullopt;
+    const Model model{samples, bend_row, bend_column};
+    const Parameters start = first_guess(model, around);
+    if (2 * std::abs(start[kB]) < around.min_contrast * start[kA]) return std::nullopt;
+    fitted = descend(model, start, square, patience);
+    if (fitted && sampling.stride > 1 && !quick) fit_to_edges(fitted->p, sampling.stride);
   }
   // Of an edge much sharper than the raster's step the raster has too few pixels: its fit may not converge,
   // or end beside the edge, where every pixel of the window is needed.
-  if (!fitted && sampling.stride > 1) {
+  if (!fitted && (sampling.stride > 1 || before != nullptr)) {
     samples = window.samples(image, {});
-    fitted = descend(model, first_guess(model, around), square);
+    if (samples.size() < 2 * kParameters) return std::nullopt;
+    const Model model{samples, bend_row, bend_column};
+    fitted = descend(model, first_guess(model, around), square, patience);
   }
   if (!fitted || !((fitted->p.head<2>() - around.corner).norm() < 0.3 * square)) return std::nullopt;
 
   CornerFit fit;
   const double variance = fitted->sum / double(samples.size() - kParameters);
   const Normal inverse = Cholesky(fitted->jtj).inverse();
+  fit.parameters = fitted->p;
   fit.corner = fitted->p.head<2>();
   fit.covariance = inverse.topLeftCorner<2, 2>() * std::max(variance, 1. / 12);
   fit.contrast = 2 * fitted->p[kB];

@@ -14,7 +14,8 @@ struct CornerNeighbourhood {
   Vec2 corner;                                    ///< first estimate, pixels
   Vec2 e_x, e_y;                                  ///< one square along the row and the column
   Vec2 e_xx = Vec2::Zero(), e_yy = Vec2::Zero();  ///< second derivatives: lens and perspective bend the edges
-  double clear = 1;  ///< pixels farther than this from both edges, in squares, show something else
+  double min_contrast = 0;  ///< light minus dark by their mean: with less at `corner`, there is no crossing
+  double clear = 1;         ///< pixels farther than this from both edges, in squares, show something else
 };
 
 struct CornerFit {
@@ -24,14 +25,18 @@ struct CornerFit {
   double mean = 0;      ///< a: between light and dark
   double blur = 0;      ///< s, pixels
   double residual = 0;  ///< RMS of the fit, grey levels
+  Eigen::Matrix<double, 11, 1> parameters;  ///< of the model, for a further fit to start from
 };
 
-/// Of a large window: a raster of its pixels, a few hundredths of a pixel off; or every pixel near its edges
-/// and a raster of the flat ones, as precise as all of them.
-enum class FitEffort { kRaster, kFull };
+/// Of a large window: a coarse raster of its pixels, for whether there is a crossing; a raster, a few
+/// hundredths of a pixel off; or every pixel near its edges and a raster of the flat ones, as precise as all
+/// of them.
+enum class FitEffort { kGlance, kRaster, kFull };
 
-/// nullopt where the window leaves the image or there is no such crossing.
+/// nullopt where the window leaves the image or there is no such crossing. A full fit may start from one
+/// `before` it.
 std::optional<CornerFit> fit_corner(const ViewU8& image, const CornerNeighbourhood& around,
-                                    double window_share, FitEffort effort = FitEffort::kFull);
+                                    double window_share, FitEffort effort = FitEffort::kFull,
+                                    const CornerFit* before = nullptr);
 
 }  // namespace procam::detect

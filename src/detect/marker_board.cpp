@@ -91,7 +91,7 @@ std::optional<BoardMarkers> find_board_markers(const ViewU8& image, const Marker
     diagnostics.warn("board_not_found",
                      "no marker of the " + layout.noun + " (" + dictionary +
                          ") was found; check the dictionary, that markers are at least " +
-                         std::to_string(3 * (layout.codes.bits + 2)) +
+                         std::to_string(3 * layout.codes.modules()) +
                          " pixels wide, sharp and not saturated, with light paper round them");
     return std::nullopt;
   }

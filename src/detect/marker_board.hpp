@@ -5,6 +5,7 @@
 
 #include "board_map.hpp"
 #include "marker_finder.hpp"
+#include "procam/core/board.hpp"
 #include "procam/core/error.hpp"
 
 namespace procam::detect {
@@ -20,6 +21,12 @@ struct MarkerLayout {
   MarkerLayout(const std::string& name, const Layout& board)
       : dictionary(board.dictionary), noun(name), marker_size(board.marker_size) {
     for (int id = 0; id < board.marker_count(); ++id) first.push_back(board.marker_in_board(id));
+  }
+  explicit MarkerLayout(const AprilGrid& board)
+      : dictionary(AprilGrid::kDictionary), noun("AprilGrid"), marker_size(board.tag_size) {
+    for (int id = 0; id < board.marker_count(); ++id) first.push_back(board.marker_in_board(id));
+    codes.border = AprilGrid::kBorder;
+    codes.corners_touched = true;
   }
 
   /// Corner 0 .. 3, clockwise from the top left.

@@ -86,12 +86,13 @@ SeenMarker refine(const ViewU8& image, const MarkerCells& codes, int id, const C
   marker.id = id;
   std::optional<MarkerWarp> warp = MarkerWarp::through(start, lens);
   for (int round = 0; round < 2 && warp; ++round) {
-    std::vector<MarkerEdge> edges = find_edges(image, codes, id, *warp);
-    const std::optional<WarpFit> fit = fit_warp(edges, *warp);
+    FoundEdges found = find_edges(image, codes, id, *warp);
+    const std::optional<WarpFit> fit = fit_warp(found.edges, *warp);
     if (!fit) return refine_small(image, codes, id, start, lens);
     warp = fit->warp;
     if (round == 0) continue;
-    marker.edges = std::move(edges);
+    believe_misfit(*fit, found.blur, found.edges);
+    marker.edges = std::move(found.edges);
     marker.covariance = fit->corner_covariance;
     for (std::size_t i = 0; i < 4; ++i) marker.corners[i] = *fit->warp(marker_corners()[i]);
   }

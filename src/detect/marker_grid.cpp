@@ -42,7 +42,7 @@ Detections detect_marker_grid(const ViewU8& image, const MarkerGrid& board, cons
   if (!markers) return result;
 
   EdgeSurroundings around;
-  around.modules = layout.codes.bits + 2;
+  around.modules = layout.codes.modules();
   around.inside = options.window_modules;
   // The neighbour's edge begins a gap away.
   around.outside = std::min(options.window_modules, 0.5 * board.gap / (board.marker_size / around.modules));

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <opencv2/aruco.hpp>
+#include <opencv2/imgproc.hpp>
+#include <optional>
 
 #include "marker_finder.hpp"
 
@@ -54,23 +56,104 @@ MarkerCodes marker_codes(MarkerDictionary dictionary) {
   return codes;
 }
 
+namespace {
+
+using Quad = std::vector<cv::Point2f>;
+
+cv::Ptr<cv::aruco::DetectorParameters> parameters_for(const cv::Mat& pixels, const MarkerCodes& codes) {
+  auto parameters = cv::aruco::DetectorParameters::create();
+  // Modules of two pixels can be read, however large the picture is.
+  const double smallest_perimeter = 4 * 2.0 * codes.modules();
+  parameters->minMarkerPerimeterRate =
+      std::min(0.03, smallest_perimeter / std::max(pixels.cols, pixels.rows));
+  parameters->markerBorderBits = codes.border;
+  return parameters;
+}
+
+FoundMarker found_at(int id, const Quad& quad) {
+  FoundMarker marker;
+  marker.id = id;
+  for (std::size_t c = 0; c < 4; ++c) marker.corners[c] = Vec2(quad[c].x, quad[c].y);
+  return marker;
+}
+
+/// By OpenCV's outlines of dark areas.
+std::vector<FoundMarker> find_outlined(const cv::Mat& pixels, const MarkerCodes& codes) {
+  std::vector<Quad> corners;
+  std::vector<int> ids;
+  cv::aruco::detectMarkers(pixels, as_opencv(codes), corners, ids, parameters_for(pixels, codes));
+  std::vector<FoundMarker> found;
+  for (std::size_t i = 0; i < ids.size(); ++i) found.push_back(found_at(ids[i], corners[i]));
+  return found;
+}
+
+/// The marker that fills a quadrilateral, its corners from the marker's own top left; nullopt where none
+/// does.
+std::optional<FoundMarker> read_marker(const cv::Mat& pixels, Quad quad, const MarkerCodes& codes,
+                                       const cv::aruco::Dictionary& dictionary) {
+  constexpr int kCell = 6;
+  constexpr double kWrongBorder = 0.1, kCorrected = 0.6;  // shares; the second of what the code can correct
+  const float side = float(kCell * codes.modules());
+  const Quad upright{{0, 0}, {side, 0}, {side, side}, {0, side}};
+  cv::Mat patch, cells;
+  cv::warpPerspective(pixels, patch, cv::getPerspectiveTransform(quad, upright),
+                      cv::Size(int(side), int(side)), cv::INTER_LINEAR);
+  const double threshold = cv::threshold(patch, cells, 0, 255, cv::THRESH_BINARY | cv::THRESH_OTSU);
+  cv::resize(patch, cells, cv::Size(codes.modules(), codes.modules()), 0, 0, cv::INTER_AREA);
+  cv::Mat bits(codes.bits, codes.bits, CV_8U);
+  int light_border = 0, border = 0;
+  for (int y = 0; y < codes.modules(); ++y)
+    for (int x = 0; x < codes.modules(); ++x) {
+      const bool light = cells.at<unsigned char>(y, x) > threshold;
+      const int column = x - codes.border, row = y - codes.border;
+      if (column >= 0 && row >= 0 && column < codes.bits && row < codes.bits)
+        bits.at<unsigned char>(row, column) = light;
+      else
+        ++border, light_border += light;
+    }
+  int id = 0, rotation = 0;
+  if (light_border > kWrongBorder * border || !dictionary.identify(bits, id, rotation, kCorrected))
+    return std::nullopt;
+  std::rotate(quad.begin(), quad.begin() + (4 - rotation) % 4, quad.end());
+  return found_at(id, quad);
+}
+
+/// Dark areas that touch at their corners have one outline. Each is made smaller by some pixels, until blur
+/// no longer joins them; its outline is made larger again and read in the image as it is. A marker that
+/// several radii show is taken once.
+std::vector<FoundMarker> find_touching(const cv::Mat& pixels, const MarkerCodes& codes) {
+  const cv::Ptr<cv::aruco::Dictionary> dictionary = as_opencv(codes);
+  std::vector<FoundMarker> all;
+  for (const int radius : {1, 2, 3, 5}) {
+    cv::Mat smaller;
+    cv::dilate(pixels, smaller,
+               cv::getStructuringElement(cv::MORPH_ELLIPSE, cv::Size(2 * radius + 1, 2 * radius + 1)));
+    std::vector<Quad> quads, others;
+    std::vector<int> ids;
+    cv::aruco::detectMarkers(smaller, dictionary, quads, ids, parameters_for(smaller, codes), others);
+    quads.insert(quads.end(), others.begin(), others.end());
+    for (Quad& quad : quads) {
+      const cv::Point2f middle = 0.25f * (quad[0] + quad[1] + quad[2] + quad[3]);
+      // Both edges of a corner move by the radius, the corner by sqrt(2) of it.
+      for (cv::Point2f& corner : quad)
+        corner +=
+            float(std::sqrt(2.0) * radius / std::max(cv::norm(corner - middle), 1.0)) * (corner - middle);
+      const auto marker = read_marker(pixels, quad, codes, *dictionary);
+      if (marker &&
+          std::none_of(all.begin(), all.end(), [&](const FoundMarker& m) { return m.id == marker->id; }))
+        all.push_back(*marker);
+    }
+  }
+  return all;
+}
+
+}  // namespace
+
 std::vector<FoundMarker> find_markers(const ViewU8& image, const MarkerCodes& codes) {
   const cv::Mat pixels(image.height, image.width, CV_8U, const_cast<std::uint8_t*>(image.data),
                        std::size_t(image.stride));
-  auto parameters = cv::aruco::DetectorParameters::create();
-  // Modules of two pixels can be read, however large the picture is.
-  const double smallest_perimeter = 4 * 2.0 * (codes.bits + 2);
-  parameters->minMarkerPerimeterRate =
-      std::min(0.03, smallest_perimeter / std::max(image.width, image.height));
-  std::vector<std::vector<cv::Point2f>> corners;
-  std::vector<int> ids;
-  cv::aruco::detectMarkers(pixels, as_opencv(codes), corners, ids, parameters);
-  std::vector<FoundMarker> found;
-  for (std::size_t i = 0; i < ids.size(); ++i) {
-    FoundMarker& marker = found.emplace_back();
-    marker.id = ids[i];
-    for (std::size_t c = 0; c < 4; ++c) marker.corners[c] = Vec2(corners[i][c].x, corners[i][c].y);
-  }
+  std::vector<FoundMarker> found =
+      codes.corners_touched ? find_touching(pixels, codes) : find_outlined(pixels, codes);
   std::stable_sort(found.begin(), found.end(),
                    [](const FoundMarker& a, const FoundMarker& b) { return a.id < b.id; });
   return found;
@@ -127,7 +210,7 @@ std::vector<Marker> detect_markers(const ViewU8& image, const MarkerCodes& codes
                                    const MarkerOptions& options) {
   require(!image.empty() && image.channels == 1, "detect_markers: needs an image with one channel");
   EdgeSurroundings around;
-  around.modules = codes.bits + 2;
+  around.modules = codes.modules();
   around.inside = around.outside = options.window_modules;
   std::vector<Marker> markers;
   for (const FoundMarker& found : find_markers(image, codes))

@@ -40,6 +40,20 @@ void turn_quarter(Detections& found, const Chessboard& layout) {
 
 }  // namespace
 
+void number_upright(Detections& found, const Chessboard& layout) {
+  if (found.observations.size() < 4) return;
+  if (layout.columns != layout.rows) {
+    if (uprightness(found, layout) < 0) turn_half(found, layout);
+    return;
+  }
+  Detections best = found;
+  for (int i = 0; i < 3; ++i) {
+    turn_quarter(found, layout);
+    if (uprightness(found, layout) > uprightness(best, layout)) best = found;
+  }
+  found = best;
+}
+
 bool order_is_settled(const Chessboard& layout, const ShownBoardOptions& options) {
   return options.upright || (ends_differ(layout) && options.light_first);
 }
@@ -53,16 +67,7 @@ Detections detect_shown_board(const ViewU8& photograph, const Chessboard& layout
     // detect_chessboard() begins beside a dark square.
     if (*options.light_first) turn_half(found, layout);
   } else {
-    if (layout.columns == layout.rows) {
-      Detections best = found;
-      for (int i = 0; i < 3; ++i) {
-        turn_quarter(found, layout);
-        if (uprightness(found, layout) > uprightness(best, layout)) best = found;
-      }
-      found = best;
-    } else if (uprightness(found, layout) < 0) {
-      turn_half(found, layout);
-    }
+    number_upright(found, layout);
   }
   for (Observation& point : found.observations)
     point.covariance += kShownCornerSigmaPx * kShownCornerSigmaPx * Mat2::Identity();

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <set>
 
+#include "procam/core/parallel.hpp"
 #include "procam/io/files.hpp"
 #include "procam/io/images.hpp"
 #include "procam/io/text.hpp"
@@ -188,9 +189,14 @@ CaptureFolder load_capture_folder(const fs::path& folder, int expected_frames, i
              " (" + files.front().filename().string() + " to " + files.back().filename().string() + ")",
          "check the pattern, the projector size and whether frames are missing at the begin or the end");
 
+  std::vector<LoadedImage> images(files.size());
+  parallel_for(int(files.size()), 0, [&](int begin, int end) {
+    for (int i = begin; i < end; ++i) images[std::size_t(i)] = load_image(files[std::size_t(i)]);
+  });
   bool reduced = false, colour = false;
-  for (const fs::path& file : files) {
-    LoadedImage loaded = load_image(file);
+  for (std::size_t i = 0; i < files.size(); ++i) {
+    const fs::path& file = files[i];
+    LoadedImage& loaded = images[i];
     reduced |= loaded.diagnostics.find("reduced_to_8_bit") != nullptr;
     if (channels == 3) {
       if (loaded.image.channels() < 3)
@@ -263,8 +269,7 @@ std::vector<fs::path> list_views(const fs::path& session_folder) {
   if (views.empty())
     fail(session_folder, "none of its sub-folders holds images",
          "give a session folder with one sub-folder of numbered images a board pose; for one photograph a "
-         "view "
-         "that shows a printed and a projected board, give --shown (docs/patterns.md)");
+         "view that shows a printed and a projected board, give --shown (docs/patterns.md)");
   return views;
 }
 

@@ -7,20 +7,33 @@
 
 namespace procam::io {
 
+/// Eight bytes at a time (M. E. Kounavis and F. L. Berry, "A systematic approach to building high performance
+/// software-based CRC generators", 2005): tables[k][n] is what the byte n becomes k bytes later.
 std::uint32_t crc32(std::string_view bytes) {
-  static const std::array<std::uint32_t, 256> table = [] {
-    std::array<std::uint32_t, 256> t{};
+  using Tables = std::array<std::array<std::uint32_t, 256>, 8>;
+  static const Tables tables = [] {
+    Tables t{};
     for (std::uint32_t n = 0; n < 256; ++n) {
       std::uint32_t c = n;
       for (int k = 0; k < 8; ++k) c = (c & 1) ? 0xedb88320u ^ (c >> 1) : c >> 1;
-      t[n] = c;
+      t[0][n] = c;
     }
+    for (std::size_t later = 1; later < t.size(); ++later)
+      for (std::size_t n = 0; n < 256; ++n)
+        t[later][n] = t[0][t[later - 1][n] & 0xff] ^ (t[later - 1][n] >> 8);
     return t;
   }();
   std::uint32_t c = 0xffffffffu;
-  for (const char byte : bytes) c = table[(c ^ static_cast<unsigned char>(byte)) & 0xff] ^ (c >> 8);
+  const auto* byte = reinterpret_cast<const unsigned char*>(bytes.data());
+  std::size_t left = bytes.size();
+  for (; left >= 8; left -= 8, byte += 8)
+    c = tables[7][(c ^ byte[0]) & 0xff] ^ tables[6][((c >> 8) ^ byte[1]) & 0xff] ^
+        tables[5][((c >> 16) ^ byte[2]) & 0xff] ^ tables[4][(c >> 24) ^ byte[3]] ^ tables[3][byte[4]] ^
+        tables[2][byte[5]] ^ tables[1][byte[6]] ^ tables[0][byte[7]];
+  for (; left > 0; --left, ++byte) c = tables[0][(c ^ *byte) & 0xff] ^ (c >> 8);
   return c ^ 0xffffffffu;
 }
+
 namespace {
 
 const char* const kCutShort = "the file is cut short";

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <fstream>
+#include <mutex>
 #include <opencv2/core.hpp>
 #include <opencv2/core/utils/logger.hpp>
 #include <opencv2/imgcodecs.hpp>
@@ -16,16 +17,34 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// OpenCV's codecs log to stderr; a library does not. Restores the level on the way out.
+/// OpenCV's codecs log to stderr; a library does not. The last of those that exist at a time restores the
+/// level: images are read by several threads.
 class QuietOpencv {
  public:
-  QuietOpencv() : before_(cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT)) {}
+  QuietOpencv() {
+    const std::lock_guard<std::mutex> lock(mutex());
+    if (count()++ == 0) before() = cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
+  }
   QuietOpencv(const QuietOpencv&) = delete;
   QuietOpencv& operator=(const QuietOpencv&) = delete;
-  ~QuietOpencv() { cv::utils::logging::setLogLevel(before_); }
+  ~QuietOpencv() {
+    const std::lock_guard<std::mutex> lock(mutex());
+    if (--count() == 0) cv::utils::logging::setLogLevel(before());
+  }
 
  private:
-  cv::utils::logging::LogLevel before_;
+  static std::mutex& mutex() {
+    static std::mutex one;
+    return one;
+  }
+  static int& count() {
+    static int existing = 0;
+    return existing;
+  }
+  static cv::utils::logging::LogLevel& before() {
+    static cv::utils::logging::LogLevel level{};
+    return level;
+  }
 };
 
 /// Blue and red change places; three channels or four. Own inverse.

@@ -286,6 +286,11 @@ class PointFinder {
     for (std::size_t i = 0; i < points_.size(); ++i) by_cell_[cell_of(points_[i])].push_back(int(i));
   }
   int index_of(const Vec3& position, const std::string& where) const {
+    if (std::abs(position.z()) > 0.01 * pitch_)
+      fail_table(
+          where, "its z is " + format_number(position.z()) + " m, and boards are flat",
+          "give each plane of a target with several planes as a view of its own, with positions in that "
+          "plane (z = 0)");
     const auto [cx, cy] = cell_of(position);
     for (int dy = -1; dy <= 1; ++dy)
       for (int dx = -1; dx <= 1; ++dx) {
@@ -319,6 +324,11 @@ void check_pixel(const Row& row, const Device& device) {
              "its pixel " + format_number(row.pixel.x()) + ", " + format_number(row.pixel.y()) +
                  " is outside " + device.name + "'s " + format_size(device.size),
              "check the sizes, and that u runs to the right and v downwards");
+}
+
+/// Numbers of the pattern's points in files, -1, -2, ..., and in memory, 0, 1, ...: each is the other's.
+int pattern_point(int number) {
+  return -1 - number;
 }
 
 Correspondences correspondences_of(Table table, const ObservationsContext& context) {
@@ -398,10 +408,37 @@ Correspondences correspondences_of(Table table, const ObservationsContext& conte
                        " of the pattern needs a row of the projector and one of "
                        "a camera in its view");
       for (const auto& [camera, row] : point.cameras)
-        data.views[v].light_points.push_back(
-            {point.device, point.projector->pixel, camera, row->pixel, row->covariance});
+        data.views[v].light_points.push_back({point.device, point.projector->pixel, camera, row->pixel,
+                                              row->covariance, pattern_point(at->first)});
     }
   return data;
+}
+
+/// The numbers of a view's light points in a file. A point of the pattern keeps its number in all views, so
+/// that views can be compared by it; points of several projectors follow each other, then those without a
+/// number. Cameras that see the same point share its number.
+std::vector<int> light_numbers(const Correspondences& data, const View& view) {
+  const int cameras = int(std::count_if(data.devices.begin(), data.devices.end(),
+                                        [](const Device& d) { return d.kind == DeviceKind::kCamera; }));
+  int block = 0;  // longer than any projector's numbers
+  for (const View& other : data.views)
+    for (const LightPoint& light : other.light_points) block = std::max(block, light.point + 1);
+  std::map<std::pair<int, int>, const LightPoint*> first;  // by number and camera: the one that has it
+  std::vector<int> numbers;
+  int next = block * (int(data.devices.size()) - cameras);
+  for (const LightPoint& light : view.light_points) {
+    int number = block * (light.projector - cameras) + light.point;
+    bool free = light.point >= 0;
+    for (std::size_t d = 0; free && d < data.devices.size(); ++d) {
+      const auto taken = first.find({number, int(d)});
+      if (taken == first.end()) continue;
+      free = int(d) != light.camera && taken->second->projector_pixel == light.projector_pixel;
+    }
+    if (!free) number = next++;
+    first[{number, light.camera}] = &light;
+    numbers.push_back(pattern_point(number));
+  }
+  return numbers;
 }
 
 /// A name that a cell can hold.
@@ -420,12 +457,14 @@ void for_each_row(const Correspondences& data, const Write& write) {
       for (const Observation& o : data.views[v].observations[d])
         write(v, int(d), data.devices[d].kind == DeviceKind::kCamera ? int(d) : o.camera, o.point, o.pixel,
               o.covariance);
-    int point = 0;
-    for (const LightPoint& light : data.views[v].light_points) {
-      --point;
-      write(v, light.projector, light.camera, point, light.projector_pixel,
-            Mat2(kDefaultSigma * kDefaultSigma * Mat2::Identity()));
-      write(v, light.camera, light.camera, point, light.camera_pixel, light.camera_covariance);
+    const std::vector<int> numbers = light_numbers(data, data.views[v]);
+    std::set<int> written;
+    for (std::size_t i = 0; i < numbers.size(); ++i) {
+      const LightPoint& light = data.views[v].light_points[i];
+      if (written.insert(numbers[i]).second)
+        write(v, light.projector, light.camera, numbers[i], light.projector_pixel,
+              Mat2(kDefaultSigma * kDefaultSigma * Mat2::Identity()));
+      write(v, light.camera, light.camera, numbers[i], light.camera_pixel, light.camera_covariance);
     }
   }
 }

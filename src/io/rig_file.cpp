@@ -72,6 +72,8 @@ static void fields(Fields& f, RigQuality& quality) {
   f.field("views_used", quality.views_used);
   f.map("rms_px", quality.rms_px);
   f.map("holdout_px", quality.holdout_px);
+  const bool expected = f.reading() ? f.has("expected_holdout_px") : !quality.expected_holdout_px.empty();
+  if (expected) f.map("expected_holdout_px", quality.expected_holdout_px);
   f.list("gates", "gate", quality.gates);
 }
 

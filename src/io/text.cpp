@@ -78,6 +78,9 @@ const BoardKind kBoardKinds[] = {
     {"asymmetric-circles",
      "write asymmetric-circles:COLUMNSxROWS:SPACING:DIAMETER with SPACING from row to row, e.g. "
      "asymmetric-circles:4x11:20mm:12mm"},
+    {"aprilgrid",
+     "write aprilgrid:COLUMNSxROWS:TAG:SPACING with the counts of tags and the spacing as a share of a tag, "
+     "e.g. aprilgrid:6x6:88mm:0.3"},
 };
 
 /// The parts of a board's text, each taken once and complained about in its own words.
@@ -95,7 +98,8 @@ class BoardText {
     std::string names;
     for (const BoardKind& kind : kBoardKinds) names += (names.empty() ? "" : ", ") + std::string(kind.name);
     fail("board", text_, "there is no board of kind '" + parts_[0] + "'",
-         "the kinds are " + names + "; " + kBoardKinds[0].form + ", or name a board file (.json)");
+         "the kinds are " + names + "; " + kBoardKinds[0].form +
+             ", or name a board file (.json, or a target of Kalibr, .yaml)");
   }
 
   const std::string& kind() const { return parts_[0]; }
@@ -121,6 +125,11 @@ class BoardText {
     } catch (const Error& error) {
       refuse("its " + std::string(what) + " is no length: " + error.why());
     }
+  }
+  double share(std::size_t part, const char* what) const {
+    const auto number = parse_number(parts_[part]);
+    if (!number) refuse("its " + std::string(what) + " is no number");
+    return *number;
   }
   MarkerDictionary dictionary(std::size_t part) const {
     if (const auto found = marker_dictionary_named(parts_[part])) return *found;
@@ -162,6 +171,10 @@ struct BoardWriter {
   std::string operator()(const CircleGrid& b) const {
     return (b.asymmetric ? "asymmetric-circles:" : "circles:") + counts(b.columns, b.rows) + ":" +
            length(b.spacing) + ":" + length(b.diameter);
+  }
+  std::string operator()(const AprilGrid& b) const {
+    return "aprilgrid:" + counts(b.columns, b.rows) + ":" + length(b.tag_size) + ":" +
+           format_number(b.spacing);
   }
 };
 
@@ -284,6 +297,8 @@ Board parse_board(const std::string& text, BoardUnit unit) {
     }
     spec.require_parts(4, 4);
     const auto [columns, rows] = spec.counts();
+    if (spec.kind() == "aprilgrid")
+      return AprilGrid{columns, rows, spec.length(2, "tag size"), spec.share(3, "spacing")};
     return CircleGrid{columns, rows, spec.length(2, "spacing"), spec.length(3, "diameter"),
                       spec.kind() == "asymmetric-circles"};
   };

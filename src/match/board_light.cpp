@@ -4,10 +4,11 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <map>
 #include <optional>
 #include <string>
-#include <tuple>
+#include <unordered_map>
 
 #include "print.hpp"
 #include "procam/core/homography.hpp"
@@ -127,7 +128,7 @@ AxisLight light_along(StripeAxis axis, const std::vector<Measured>& measured, co
                       const Homography& projector_from_camera) {
   const int row = axis == StripeAxis::kColumn ? 0 : 1;
   AxisLight light;
-  std::map<std::tuple<int, int, int>, int> groups;  // stripe and pitch
+  std::unordered_map<std::int64_t, int> groups;  // by stripe and pitch
   for (const Measured& one : measured) {
     if (one.axis != axis || !print.clear(one.camera_pixel)) continue;
     const auto at = print.place_at(one.camera_pixel);
@@ -143,7 +144,8 @@ AxisLight light_along(StripeAxis axis, const std::vector<Measured>& measured, co
           projector_from_camera.jacobian(one.camera_pixel)(row, *one.scan == ScanAxis::kCameraX ? 0 : 1));
     if (!(sample.sigma > 0)) continue;
     sample.stripe = one.stripe;
-    const auto key = std::tuple(sample.stripe, int(std::floor(at->x())), int(std::floor(at->y())));
+    const auto key = (std::int64_t(sample.stripe) << 40) + (std::int64_t(std::floor(at->y())) << 20) +
+                     std::int64_t(std::floor(at->x()));
     sample.group = groups.emplace(key, int(groups.size())).first->second;
     light.samples.push_back(sample);
   }

@@ -137,19 +137,40 @@ Print::Print(const BoardPlace& place, const Detections& in_camera, const Board& 
   // Between a marker's modules little paper is farther from a border than that. On the light side half the
   // distance will do: dark print sends ten times less across.
   const bool fine = is_coded(board);
-  const auto is_clear = [&](int x, int y) {
-    const std::uint8_t here = tone.at(x, y);
-    const double clear_px = fine && here == kLight ? 0.5 * border_px : border_px;
-    const int reach = int(std::floor(clear_px));
-    if (here == kOff || x < reach || y < reach || x + reach >= size.width || y + reach >= size.height)
-      return false;
-    for (int j = -reach; j <= reach; ++j)
-      for (int i = -reach; i <= reach; ++i)
-        if (i * i + j * j <= clear_px * clear_px && tone.at(x + i, y + j) != here) return false;
-    return true;
+  // To how many pixels of a row to either side of a pixel the tone is the same, as far as it matters.
+  const int reach = int(std::floor(border_px));
+  ImageU8 alike(size);
+  for (int y = 0; y < size.height; ++y) {
+    const std::uint8_t* row = tone.row(y);
+    std::uint8_t* out = alike.row(y);
+    for (int x = 0, run = 0; x < size.width; ++x) {
+      run = x > 0 && row[x] == row[x - 1] ? std::min(run + 1, reach) : 0;
+      out[x] = std::uint8_t(run);
+    }
+    for (int x = size.width - 1, run = 0; x >= 0; --x) {
+      run = x + 1 < size.width && row[x] == row[x + 1] ? std::min(run + 1, reach) : 0;
+      out[x] = std::min(out[x], std::uint8_t(run));
+    }
+  }
+  const auto half_widths = [](double clear_px) {
+    std::vector<int> widths;
+    for (int j = 0; j <= int(std::floor(clear_px)); ++j)
+      widths.push_back(int(std::floor(std::sqrt(clear_px * clear_px - j * j))));
+    return widths;
   };
+  const std::vector<int> of_dark = half_widths(border_px),
+                         of_light = half_widths(fine ? 0.5 * border_px : border_px);
   for (int y = 0; y < size.height; ++y)
-    for (int x = 0; x < size.width; ++x) clear_.at(x, y) = is_clear(x, y) ? 1 : 0;
+    for (int x = 0; x < size.width; ++x) {
+      const std::uint8_t here = tone.at(x, y);
+      if (here == kOff) continue;
+      const std::vector<int>& widths = here == kLight ? of_light : of_dark;
+      const int rows = int(widths.size()) - 1;
+      bool clear = x >= rows && y >= rows && x + rows < size.width && y + rows < size.height;
+      for (int j = -rows; clear && j <= rows; ++j)
+        clear = tone.at(x, y + j) == here && alike.at(x, y + j) >= widths[std::size_t(std::abs(j))];
+      clear_.at(x, y) = clear ? 1 : 0;
+    }
 }
 
 bool Print::may_hold_print(int x0, int y0) const {

@@ -28,6 +28,8 @@ class SmoothField {
   SmoothField(const Vec2& low, const Vec2& high, double spacing);
 
   int size() const { return count_[0] * count_[1]; }
+  /// Splines farther apart in their numbers do not overlap.
+  int band_width() const { return 3 * count_[0] + 4; }
   void fit(const std::vector<FieldSample>& samples, int group_count);
 
   double value(const Vec2& at) const;
@@ -40,10 +42,10 @@ class SmoothField {
  private:
   struct Support {
     int first[2];
-    double weight[2][4];
-    double slope[2][4];
+    double fraction[2];  ///< of a knot interval
   };
   Support support(const Vec2& at) const;
+  double value(const Support& s) const;
   VecX basis(const Vec2& at) const;
   MatX bending() const;
 

@@ -11,9 +11,10 @@ namespace procam::pattern {
 /// The smallest difference of pattern and inverse that stands out of the noise, per pixel. Both are near the
 /// middle between white and black there, so the variance of the difference is 2 * noise.variance((white +
 /// black) / 2).
-inline void noise_thresholds(const std::uint8_t* __restrict white, const std::uint8_t* __restrict black,
-                             int width, const NoiseModel& noise, double sigmas,
-                             std::uint8_t* __restrict threshold) {
+inline __attribute__((always_inline)) void noise_thresholds(const std::uint8_t* __restrict white,
+                                                            const std::uint8_t* __restrict black, int width,
+                                                            const NoiseModel& noise, double sigmas,
+                                                            std::uint8_t* __restrict threshold) {
   const float at_black = float(2.0 * noise.at_black * sigmas * sigmas);
   const float per_level = float(noise.per_level * sigmas * sigmas);
   for (int x = 0; x < width; ++x) {

@@ -8,13 +8,7 @@
 namespace procam::pattern {
 namespace {
 
-/// Compiled twice, the right one chosen when the program loads: 32 pixels an instruction where the processor
-/// has AVX2. Address sanitizer cannot live with such a choice at load time.
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_ADDRESS__)
-#define PROCAM_FOR_EACH_PROCESSOR __attribute__((target_clones("avx2", "default"), flatten))
-#else
-#define PROCAM_FOR_EACH_PROCESSOR
-#endif
+#define PROCAM_ALWAYS_INLINE inline __attribute__((always_inline))
 
 constexpr int kBlockPixels = 8192;  ///< twelve byte arrays of this size fill a fifth of a 512 KiB cache
 
@@ -34,8 +28,8 @@ struct BlockCodes {
 /// Appends kBits bits, whose pairs follow each other from `pair`, to one byte of every pixel's code. Several
 /// bits in one pass keep the sums in registers; the loop has no branch, for the compiler's vectors.
 template <int kBits>
-void push_bits(const ViewU8* pair, int y, int pixels, std::uint8_t* __restrict byte,
-               std::uint8_t* __restrict last, std::uint8_t* __restrict weakest) {
+PROCAM_ALWAYS_INLINE void push_bits(const ViewU8* pair, int y, int pixels, std::uint8_t* __restrict byte,
+                                    std::uint8_t* __restrict last, std::uint8_t* __restrict weakest) {
   const std::uint8_t* pattern[kBits];
   const std::uint8_t* inverse[kBits];
   for (int i = 0; i < kBits; ++i) pattern[i] = pair[2 * i].row(y), inverse[i] = pair[2 * i + 1].row(y);
@@ -55,8 +49,8 @@ void push_bits(const ViewU8* pair, int y, int pixels, std::uint8_t* __restrict b
 }
 
 /// Reads the bits of one axis, whose first pair is captures[first], for `pixels` pixels from row y on.
-PROCAM_FOR_EACH_PROCESSOR void read_block(const std::vector<ViewU8>& captures, int first, int bits, int y,
-                                          int pixels, BlockCodes& codes) {
+PROCAM_ALWAYS_INLINE void read_block(const std::vector<ViewU8>& captures, int first, int bits, int y,
+                                     int pixels, BlockCodes& codes) {
   std::fill(codes.high.begin(), codes.high.end(), std::uint8_t(0));
   std::fill(codes.low.begin(), codes.low.end(), std::uint8_t(0));
   std::fill(codes.last.begin(), codes.last.end(), std::uint8_t(0));
@@ -87,11 +81,11 @@ PROCAM_FOR_EACH_PROCESSOR void read_block(const std::vector<ViewU8>& captures, i
 
 /// Decides which axes of which pixels are lit and readable; notes the white-black contrast and the weaker
 /// axis's bit.
-PROCAM_FOR_EACH_PROCESSOR void judge_block(const std::uint8_t* __restrict white,
-                                           const std::uint8_t* __restrict black, int width, int min_contrast,
-                                           const std::uint8_t* __restrict threshold, BlockCodes& column_codes,
-                                           BlockCodes& row_codes, std::uint8_t* __restrict contrast,
-                                           std::uint8_t* __restrict weakest) {
+PROCAM_ALWAYS_INLINE void judge_block(const std::uint8_t* __restrict white,
+                                      const std::uint8_t* __restrict black, int width, int min_contrast,
+                                      const std::uint8_t* __restrict threshold, BlockCodes& column_codes,
+                                      BlockCodes& row_codes, std::uint8_t* __restrict contrast,
+                                      std::uint8_t* __restrict weakest) {
   const std::uint8_t* __restrict column = column_codes.weakest.data();
   const std::uint8_t* __restrict row = row_codes.weakest.data();
   std::uint8_t* __restrict column_decided = column_codes.decided.data();
@@ -109,8 +103,8 @@ PROCAM_FOR_EACH_PROCESSOR void judge_block(const std::uint8_t* __restrict white,
 }
 
 /// Joins the bytes; returns the number of decided codes beyond the projector.
-PROCAM_FOR_EACH_PROCESSOR long write_codes(const BlockCodes& codes, int width, int count,
-                                           std::int16_t* __restrict out) {
+PROCAM_ALWAYS_INLINE long write_codes(const BlockCodes& codes, int width, int count,
+                                      std::int16_t* __restrict out) {
   const std::uint8_t* high = codes.high.data();
   const std::uint8_t* low = codes.low.data();
   const std::uint8_t* decided = codes.decided.data();
@@ -133,11 +127,56 @@ void fit_size(Image<T>& image, ImageSize size) {
   if (image.size() != size || image.channels() != 1) image = Image<T>(size);
 }
 
-int count_decoded(const std::int16_t* columns, const std::int16_t* rows, int width) {
+PROCAM_ALWAYS_INLINE int count_decoded(const std::int16_t* columns, const std::int16_t* rows, int width) {
   int count = 0;
   for (int x = 0; x < width; ++x) count += (columns[x] | rows[x]) >= 0;
   return count;
 }
+
+/// Block by block through all frames: each frame is read once, in runs that the memory can fetch ahead, and
+/// what the bits add up to stays in the second cache. Rows with gaps between them are blocks of their own.
+PROCAM_ALWAYS_INLINE CodeCounts decode_blocks(const std::vector<ViewU8>& captures, const GrayCode& gray_code,
+                                              const DecodeOptions& options, DecodedMap& map) {
+  const int column_bits = bit_count(gray_code, StripeAxis::kColumn),
+            row_bits = bit_count(gray_code, StripeAxis::kRow);
+  const int column_count = stripe_count(gray_code, StripeAxis::kColumn);
+  const int row_count = stripe_count(gray_code, StripeAxis::kRow);
+  const ViewU8& white = captures[captures.size() - 2];
+  const ViewU8& black = captures[captures.size() - 1];
+  const int width = white.width;
+  const bool contiguous = std::all_of(captures.begin(), captures.end(),
+                                      [&](const ViewU8& frame) { return frame.stride == width; });
+  const int block_rows = contiguous ? std::max(1, kBlockPixels / width) : 1;
+  BlockCodes column(width * block_rows), row(width * block_rows);
+  std::vector<std::uint8_t> threshold(std::size_t(width) * std::size_t(block_rows), 0);
+  CodeCounts counts;
+  for (int y = 0; y < white.height; y += block_rows) {
+    const int pixels = width * std::min(block_rows, white.height - y);
+    read_block(captures, 0, column_bits, y, pixels, column);
+    read_block(captures, 2 * column_bits, row_bits, y, pixels, row);
+    noise_thresholds(white.row(y), black.row(y), pixels, map.noise, options.bit_sigmas, threshold.data());
+    judge_block(white.row(y), black.row(y), pixels, options.min_contrast, threshold.data(), column, row,
+                map.contrast.row(y), map.weakest_bit.row(y));
+    counts.outside[0] += write_codes(column, pixels, column_count, map.columns.row(y));
+    counts.outside[1] += write_codes(row, pixels, row_count, map.rows.row(y));
+    counts.decoded += count_decoded(map.columns.row(y), map.rows.row(y), pixels);
+  }
+  return counts;
+}
+
+CodeCounts decode_plain(const std::vector<ViewU8>& captures, const GrayCode& gray_code,
+                        const DecodeOptions& options, DecodedMap& map) {
+  return decode_blocks(captures, gray_code, options, map);
+}
+
+#if defined(__x86_64__)
+/// The same in vectors of 32 pixels.
+__attribute__((target("avx2"))) CodeCounts decode_wide(const std::vector<ViewU8>& captures,
+                                                       const GrayCode& gray_code,
+                                                       const DecodeOptions& options, DecodedMap& map) {
+  return decode_blocks(captures, gray_code, options, map);
+}
+#endif
 
 }  // namespace
 
@@ -149,7 +188,6 @@ DecodedMap decode(const std::vector<ViewU8>& captures, const GrayCode& gray_code
   Survey survey = survey_captures(captures, gray_code, options.min_contrast);
 
   const ImageSize camera = captures[0].size();
-  const int width = camera.width;
   DecodedMap map = std::move(reuse);
   map.projector_size = gray_code.projector_size;
   map.step = gray_code.step;
@@ -160,31 +198,12 @@ DecodedMap decode(const std::vector<ViewU8>& captures, const GrayCode& gray_code
   map.noise = survey.noise;
   map.diagnostics = std::move(survey.diagnostics);
 
-  const int column_bits = bit_count(gray_code, StripeAxis::kColumn),
-            row_bits = bit_count(gray_code, StripeAxis::kRow);
-  const int column_count = stripe_count(gray_code, StripeAxis::kColumn);
-  const int row_count = stripe_count(gray_code, StripeAxis::kRow);
-  const ViewU8& white = captures[captures.size() - 2];
-  const ViewU8& black = captures[captures.size() - 1];
-  // Block by block through all frames: each frame is read once, in runs that the memory can fetch ahead, and
-  // what the bits add up to stays in the second cache. Rows with gaps between them are blocks of their own.
-  const bool contiguous = std::all_of(captures.begin(), captures.end(),
-                                      [&](const ViewU8& frame) { return frame.stride == width; });
-  const int block_rows = contiguous ? std::max(1, kBlockPixels / width) : 1;
-  BlockCodes column(width * block_rows), row(width * block_rows);
-  std::vector<std::uint8_t> threshold(std::size_t(width) * std::size_t(block_rows), 0);
-  CodeCounts counts;
-  for (int y = 0; y < camera.height; y += block_rows) {
-    const int pixels = width * std::min(block_rows, camera.height - y);
-    read_block(captures, 0, column_bits, y, pixels, column);
-    read_block(captures, 2 * column_bits, row_bits, y, pixels, row);
-    noise_thresholds(white.row(y), black.row(y), pixels, map.noise, options.bit_sigmas, threshold.data());
-    judge_block(white.row(y), black.row(y), pixels, options.min_contrast, threshold.data(), column, row,
-                map.contrast.row(y), map.weakest_bit.row(y));
-    counts.outside[0] += write_codes(column, pixels, column_count, map.columns.row(y));
-    counts.outside[1] += write_codes(row, pixels, row_count, map.rows.row(y));
-    counts.decoded += count_decoded(map.columns.row(y), map.rows.row(y), pixels);
-  }
+#if defined(__x86_64__)
+  const bool wide = __builtin_cpu_supports("avx2");
+  const CodeCounts counts = (wide ? decode_wide : decode_plain)(captures, gray_code, options, map);
+#else
+  const CodeCounts counts = decode_plain(captures, gray_code, options, map);
+#endif
   remark_on_codes(map, gray_code, counts);
   return map;
 }

@@ -32,16 +32,21 @@ ArtworkRectangle with_light(const Board& layout) {
 
 }  // namespace
 
-ProjectedBoard projected_board(ImageSize size, const Board& layout, const BoardArtwork& artwork,
-                               bool colour) {
+ProjectedBoard projected_board(ImageSize size, const Board& layout, const BoardArtwork& artwork, bool colour,
+                               bool upright) {
   const auto refuse = [&](const std::string& why, const std::string& next) {
     throw Error(ErrorKind::kInput, "projected board", why, next);
   };
   if (const std::string why = flaw(layout); !why.empty()) refuse(why, "give other counts and sizes");
-  if (looks_same_turned(layout))
+  const bool is_chessboard = std::holds_alternative<Chessboard>(layout);
+  if (upright && !is_chessboard)
+    refuse("it is no chessboard, and 'upright' numbers the corners of one", "leave 'upright' out");
+  if (looks_same_turned(layout) && !upright)
     refuse("it looks the same after half a turn",
-           "of a chessboard's two counts make one odd and the other even; of staggered circles give an odd "
-           "number of rows");
+           is_chessboard
+               ? "make one of its two counts odd and the other even; or, if the frame appears upright in "
+                 "the images, add ':upright'"
+               : "of staggered circles give an odd number of rows");
   const ArtworkRectangle needed = with_light(layout), print = print_of(layout);
   const Vec2 extent = needed.high - needed.low;
   if (extent.x() > size.width || extent.y() > size.height)
@@ -57,7 +62,7 @@ ProjectedBoard projected_board(ImageSize size, const Board& layout, const BoardA
   // Pixel borders lie at halves.
   const Vec2 free = Vec2(size.width, size.height) - (print.high - print.low);
   const Vec2 first(std::floor(0.5 * free.x()) - 0.5, std::floor(0.5 * free.y()) - 0.5);
-  return {size, layout, artwork, first - print.low, colour};
+  return {size, layout, artwork, first - print.low, colour, upright};
 }
 
 Points2 point_pixels(const ProjectedBoard& board) {

@@ -127,7 +127,7 @@ class CpuRenderer::State {
     ready.view = view;
     ready.revision = revision;
     if (values_only())
-      ready.values.prepare(convert(view), workers_);
+      ready.values.prepare(convert(view), kernels_, workers_);
     else
       ready.light.prepare(convert(view), curve_, levels, workers_);
     return true;

@@ -46,11 +46,15 @@ Coverage coverage(const Footprint& f) {
   std::size_t count = 4;
   for (const Eigen::RowVector3d& border : border_combinations()) {
     const double at_centre = border * f.centre, along_x = border * f.slope_x, along_y = border * f.slope_y;
-    const auto side = [&](const Vec2& d) { return at_centre + d.x() * along_x + d.y() * along_y; };
+    if (at_centre >= 0.5 * (std::abs(along_x) + std::abs(along_y))) continue;  // cuts nothing off
+    std::array<double, 8> sides;
+    for (std::size_t i = 0; i < count; ++i)
+      sides[i] = at_centre + polygon[i].x() * along_x + polygon[i].y() * along_y;
     std::size_t kept = 0;
     for (std::size_t i = 0; i < count; ++i) {
-      const Vec2 &a = polygon[i], &b = polygon[(i + 1) % count];
-      const double side_a = side(a), side_b = side(b);
+      const std::size_t next = i + 1 < count ? i + 1 : 0;
+      const Vec2 &a = polygon[i], &b = polygon[next];
+      const double side_a = sides[i], side_b = sides[next];
       if (side_a >= 0) clipped[kept++] = a;
       if ((side_a >= 0) != (side_b >= 0)) clipped[kept++] = a + side_a / (side_a - side_b) * (b - a);
     }
@@ -61,7 +65,7 @@ Coverage coverage(const Footprint& f) {
   double twice_area = 0;
   Vec2 moment = Vec2::Zero();
   for (std::size_t i = 0; i < count; ++i) {
-    const Vec2 &a = polygon[i], &b = polygon[(i + 1) % count];
+    const Vec2 &a = polygon[i], &b = polygon[i + 1 < count ? i + 1 : 0];
     const double cross = a.x() * b.y() - a.y() * b.x();
     twice_area += cross;
     moment += cross * (a + b);

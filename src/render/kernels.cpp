@@ -17,15 +17,24 @@ bool has_avx512() {
 }  // namespace
 #endif
 
-const Kernels& kernels_for(int vector_bits) {
+bool gathers_fast() {
+#if defined(__x86_64__)
+  return __builtin_cpu_is("intel") != 0;
+#else
+  return false;
+#endif
+}
+
+const Kernels& kernels_for([[maybe_unused]] int vector_bits, [[maybe_unused]] bool gathers) {
 #if defined(__x86_64__)
   static const bool wide = has_avx2(), widest = wide && has_avx512();
-  static const Kernels widest_kernels = [] {
+  const auto make_widest = [](bool by_gathers) {
     Kernels kernels = kWideKernels;
-    use_widest(kernels);
+    use_widest(kernels, by_gathers);
     return kernels;
-  }();
-  if (vector_bits >= 512 && widest) return widest_kernels;
+  };
+  static const Kernels loading = make_widest(false), gathering = make_widest(true);
+  if (vector_bits >= 512 && widest) return gathers ? gathering : loading;
   if (vector_bits >= 256 && wide) return kWideKernels;
 #endif
   return kPlainKernels;

@@ -122,10 +122,21 @@ struct RowBits {
 
   bool operator[](int x) const { return (words[x / 64] >> (x % 64) & 1) != 0; }
   void set(int x) { words[x / 64] |= std::uint64_t(1) << (x % 64); }
+  void set(int begin, int end) {
+    for (const int word : {0, 1}) {
+      const int first = std::max(begin - 64 * word, 0), last = std::min(end - 64 * word, 64);
+      if (first < last) words[word] |= ~std::uint64_t(0) >> (64 - (last - first)) << first;
+    }
+  }
   RowBits operator&(const RowBits& other) const {
     return {{words[0] & other.words[0], words[1] & other.words[1]}};
   }
   RowBits operator~() const { return {{~words[0], ~words[1]}}; }
+  /// One after the last that is set; 0: none.
+  int end() const {
+    if (words[1] != 0) return 128 - __builtin_clzll(words[1]);
+    return words[0] != 0 ? 64 - __builtin_clzll(words[0]) : 0;
+  }
   /// The first of [x, end) that is set; end: none.
   int first(int x, int end) const {
     while (x < end) {
@@ -165,6 +176,8 @@ struct Kernels {
   void (*light_alpha)(const Light* mask, int count, Light* drawn);
   /// The colours as 3 bytes a pixel; exactly count of them.
   void (*values_to_rgb)(const Value* from, int count, std::uint8_t* to);
+  /// 3 bytes a texel as opaque texels of a TexelsView; exactly count of them.
+  void (*rgb_to_texels)(const std::uint8_t* from, int count, Value* to);
   /// `count` rays from place `first` on; d(s) = q, s as in the map.
   void (*follow)(const RowMap& row, int first, int count, Rays& rays);
   /// Change of `count` rays towards the one `step` places on: half the way between the neighbours, or as far
@@ -186,10 +199,14 @@ struct Kernels {
 };
 
 extern const Kernels kPlainKernels, kWideKernels;
-/// Replaces those of kWideKernels that there are in vectors of 512 bits.
-void use_widest(Kernels& kernels);
+/// Replaces those of kWideKernels that there are in vectors of 512 bits. `gathers`: texels are read by gather
+/// instructions, else one by one.
+void use_widest(Kernels& kernels, bool gathers);
+/// Does this machine gather faster than it loads one by one? Intel's do; AMD's split a gather into more steps
+/// than the loads take (a frame takes 1.25 times as long on Zen 4).
+bool gathers_fast();
 /// Those for vectors of at most so many bits, of those that this machine has; 0: plain code.
-const Kernels& kernels_for(int vector_bits);
+const Kernels& kernels_for(int vector_bits, bool gathers = gathers_fast());
 /// The best this machine has.
 inline const Kernels& best_kernels() {
   return kernels_for(512);

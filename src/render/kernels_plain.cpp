@@ -148,6 +148,13 @@ void values_to_rgb(const Value* from, int count, std::uint8_t* to) {
     for (int k = 0; k < 3; ++k) *to++ = from[k];
 }
 
+void rgb_to_texels(const std::uint8_t* from, int count, Value* to) {
+  for (int i = 0; i < count; ++i) {
+    for (int k = 0; k < 3; ++k) *to++ = Value(*from++ ^ 0x80);
+    *to++ = 255 ^ 0x80;
+  }
+}
+
 float dot(const float* f, float x, float y, float z) {
   return f[0] * x + f[1] * y + f[2] * z;
 }
@@ -265,6 +272,7 @@ const Kernels kPlainKernels{locate,
                             give_alpha_plainly<255>,
                             give_alpha_plainly<kFull>,
                             values_to_rgb,
+                            rgb_to_texels,
                             follow,
                             find_slopes,
                             cast,

@@ -167,9 +167,10 @@ PROCAM_AVX2 void find_short_cells(const TexelsView<Value>& texels, const RowMap&
   const __m256 last_u = _mm256_set1_ps(kStepsAcross * float(texels.width - 1)),
                last_v = _mm256_set1_ps(kStepsDown * float(texels.height - 1));
   const __m256i stride = _mm256_set1_epi32(texels.stride << 16);
-  const __m256 lanes = _mm256_setr_ps(0, 1, 2, 3, 4, 5, 6, 7);
+  __m256 pixel = _mm256_add_ps(_mm256_set1_ps(float(begin)), _mm256_setr_ps(0, 1, 2, 3, 4, 5, 6, 7));
   for (int i = 0; i < count; i += kLanes) {
-    const __m256 s = times_plus(_mm256_add_ps(_mm256_set1_ps(float(begin + i)), lanes), ds, s0);
+    const __m256 s = times_plus(pixel, ds, s0);
+    pixel = _mm256_add_ps(pixel, _mm256_set1_ps(kLanes));
     const auto along = [&](int k) PROCAM_AVX2 {
       return times_plus(s, kStraight ? q[1][k] : times_plus(s, q[2][k], q[1][k]), q[0][k]);
     };
@@ -380,15 +381,32 @@ PROCAM_AVX2 void values_to_rgb(const Value* from, int count, std::uint8_t* to) {
   kPlainKernels.values_to_rgb(from, count - i, to);
 }
 
+PROCAM_AVX2 void rgb_to_texels(const std::uint8_t* from, int count, Value* to) {
+  const __m256i colours = twice(_mm_setr_epi8(0, 1, 2, -1, 3, 4, 5, -1, 6, 7, 8, -1, 9, 10, 11, -1));
+  // Alpha is 0 so far.
+  const __m256i signs = _mm256_set1_epi32(0x7f808080);
+  int i = 0;
+  // The second load ends four bytes after the eighth texel.
+  for (; i + kLanes + 2 <= count; i += kLanes, from += 3 * kLanes, to += 4 * kLanes) {
+    const __m128i* const low = reinterpret_cast<const __m128i*>(from);
+    const __m128i* const high = reinterpret_cast<const __m128i*>(from + 12);
+    const __m256i bytes = _mm256_set_m128i(_mm_loadu_si128(high), _mm_loadu_si128(low));
+    _mm256_storeu_si256(reinterpret_cast<__m256i*>(to),
+                        _mm256_xor_si256(_mm256_shuffle_epi8(bytes, colours), signs));
+  }
+  kPlainKernels.rgb_to_texels(from, count - i, to);
+}
+
 }  // namespace
 
 }  // namespace wide
 
 using namespace wide;
 
-const Kernels kWideKernels{locate,      sample_values, find_row_cells, sample_cells, sample_light,
-                           values_over, light_over,    values_alpha,   light_alpha,  values_to_rgb,
-                           follow,      find_slopes,   cast,           find_steps,   look};
+const Kernels kWideKernels{locate,       sample_values, find_row_cells, sample_cells,
+                           sample_light, values_over,   light_over,     values_alpha,
+                           light_alpha,  values_to_rgb, rgb_to_texels,  follow,
+                           find_slopes,  cast,          find_steps,     look};
 
 }  // namespace procam::render
 

@@ -73,10 +73,25 @@ class Finder {
   __m512i stride_;
 };
 
+/// A texel and the one right of it, for each of eight pixels.
+template <bool kGathers>
+PROCAM_AVX512 inline __m512i load_pairs(const Value* texels, const std::int32_t* offset) {
+  if constexpr (kGathers)
+    return _mm512_i32gather_epi64(_mm256_load_si256(reinterpret_cast<const __m256i*>(offset)), texels, 4);
+  const auto two = [&](int i) PROCAM_AVX512 {
+    const auto at = [&](int j) PROCAM_AVX512 {
+      return reinterpret_cast<const double*>(texels + std::ptrdiff_t(offset[j]) * 4);
+    };
+    return _mm_loadh_pd(_mm_load_sd(at(i)), at(i + 1));
+  };
+  const __m256d low = _mm256_set_m128d(two(2), two(0)), high = _mm256_set_m128d(two(6), two(4));
+  return _mm512_castpd_si512(_mm512_insertf64x4(_mm512_castpd256_pd512(low), high, 1));
+}
+
 /// Bilinear samples of pixels [kFirst, kFirst + 8) of many, 16 bits a channel.
-template <int kFirst>
-PROCAM_AVX512 inline __m512i blended(const Value* upper, const Value* lower, __m256i offset, __m512i shares,
-                                     __m512i down) {
+template <int kFirst, bool kGathers>
+PROCAM_AVX512 inline __m512i blended(const Value* upper, const Value* lower, const std::int32_t* offset,
+                                     __m512i shares, __m512i down) {
   const __m512i interleave =
       _mm512_broadcast_i32x4(_mm_setr_epi8(0, 4, 1, 5, 2, 6, 3, 7, 8, 12, 9, 13, 10, 14, 11, 15));
   // The lower half of a pixel's 32 bits for each of its four channels.
@@ -87,13 +102,14 @@ PROCAM_AVX512 inline __m512i blended(const Value* upper, const Value* lower, __m
   const __m512i share = _mm512_permutexvar_epi16(spread, shares);
   const __m512i below = _mm512_permutexvar_epi16(spread, down);
   const __m512i a =
-      _mm512_maddubs_epi16(share, _mm512_shuffle_epi8(_mm512_i32gather_epi64(offset, upper, 4), interleave));
+      _mm512_maddubs_epi16(share, _mm512_shuffle_epi8(load_pairs<kGathers>(upper, offset), interleave));
   const __m512i b =
-      _mm512_maddubs_epi16(share, _mm512_shuffle_epi8(_mm512_i32gather_epi64(offset, lower, 4), interleave));
+      _mm512_maddubs_epi16(share, _mm512_shuffle_epi8(load_pairs<kGathers>(lower, offset), interleave));
   const __m512i sum = _mm512_add_epi16(a, _mm512_mulhrs_epi16(_mm512_sub_epi16(b, a), below));
   return _mm512_mulhrs_epi16(sum, _mm512_set1_epi16(256));  // / 128, rounded
 }
 
+template <bool kGathers>
 PROCAM_AVX512 void sample_cells(const TexelsView<Value>& texels, const RowCells& cells, std::ptrdiff_t soon,
                                 int count, Value* to) {
   const Value* const upper = texels.data;
@@ -105,11 +121,8 @@ PROCAM_AVX512 void sample_cells(const TexelsView<Value>& texels, const RowCells&
       _mm_prefetch(reinterpret_cast<const char*>(ahead + (lower - upper)), _MM_HINT_T0);
     }
     const __m512i shares = _mm512_load_si512(cells.shares + i), down = _mm512_load_si512(cells.down + i);
-    const auto offset = [&](int first) PROCAM_AVX512 {
-      return _mm256_load_si256(reinterpret_cast<const __m256i*>(cells.offset + i + first));
-    };
-    const __m512i first = blended<0>(upper, lower, offset(0), shares, down);
-    const __m512i second = blended<8>(upper, lower, offset(8), shares, down);
+    const __m512i first = blended<0, kGathers>(upper, lower, cells.offset + i, shares, down);
+    const __m512i second = blended<8, kGathers>(upper, lower, cells.offset + i + 8, shares, down);
     const __m512i order = _mm512_setr_epi64(0, 2, 4, 6, 1, 3, 5, 7);
     const __m512i values = _mm512_permutexvar_epi64(order, _mm512_packs_epi16(first, second));
     _mm512_mask_storeu_epi32(to + 4 * i, first_of(count - i),
@@ -117,6 +130,7 @@ PROCAM_AVX512 void sample_cells(const TexelsView<Value>& texels, const RowCells&
   }
 }
 
+template <bool kGathers>
 PROCAM_AVX512 void sample_values(const TexelsView<Value>& texels, const Points& points, int begin, int count,
                                  Value* to) {
   if (count < kMany || !has_short_sides(texels))
@@ -130,7 +144,7 @@ PROCAM_AVX512 void sample_values(const TexelsView<Value>& texels, const Points& 
     finder.find(_mm512_mul_ps(u, _mm512_set1_ps(kStepsAcross)), _mm512_mul_ps(v, _mm512_set1_ps(kStepsDown)),
                 cells, i);
   }
-  sample_cells(texels, cells, points.soon, count, to);
+  sample_cells<kGathers>(texels, cells, points.soon, count, to);
 }
 
 template <bool kStraight>
@@ -141,12 +155,14 @@ PROCAM_AVX512 void find_short_cells(const TexelsView<Value>& texels, const RowMa
   for (int power = 0; power < 3; ++power)
     for (int k = 0; k < 3; ++k) q[power][k] = _mm512_set1_ps(row.q[3 * power + k]);
   const __m512 ds = _mm512_set1_ps(row.ds), s0 = _mm512_set1_ps(row.s0);
-  const __m512 lanes = _mm512_setr_ps(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
+  __m512 pixel = _mm512_add_ps(_mm512_set1_ps(float(begin)),
+                               _mm512_setr_ps(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15));
   const auto along = [&](__m512 s, int k) PROCAM_AVX512 {
     return times_plus(s, kStraight ? q[1][k] : times_plus(s, q[2][k], q[1][k]), q[0][k]);
   };
   for (int i = 0; i < count; i += kMany) {
-    const __m512 s = times_plus(_mm512_add_ps(_mm512_set1_ps(float(begin + i)), lanes), ds, s0);
+    const __m512 s = times_plus(pixel, ds, s0);
+    pixel = _mm512_add_ps(pixel, _mm512_set1_ps(kMany));
     const __m512 inverse = inverse_of(_mm512_max_ps(along(s, 2), _mm512_set1_ps(kLeastDepth)));
     finder.find(_mm512_mul_ps(along(s, 0), inverse), _mm512_mul_ps(along(s, 1), inverse), cells, at + i);
   }
@@ -207,10 +223,10 @@ PROCAM_AVX512 void values_to_rgb(const Value* from, int count, std::uint8_t* to)
 
 }  // namespace
 
-void use_widest(Kernels& kernels) {
-  kernels.sample_values = sample_values;
+void use_widest(Kernels& kernels, bool gathers) {
+  kernels.sample_values = gathers ? sample_values<true> : sample_values<false>;
   kernels.find_cells = find_cells;
-  kernels.sample_cells = sample_cells;
+  kernels.sample_cells = gathers ? sample_cells<true> : sample_cells<false>;
   kernels.values_over = values_over;
   kernels.values_to_rgb = values_to_rgb;
 }

@@ -37,9 +37,9 @@ std::optional<bool> hides(const Facet& a, const Facet& b, const std::vector<Lens
     ahead[k] = (1 - double(kTogether)) * double(a.nearness[k]) - double(b.nearness[k]);
   bool somewhere = false, not_somewhere = false;
   for (const LensPiece& piece : pieces) {
-    const Patch::Bounds bounds = piece.direction_from_pixel.bounds(ahead);
-    somewhere = somewhere || bounds.high > 0;
-    not_somewhere = not_somewhere || bounds.low <= 0;
+    const auto [low, high] = bounds(ahead, piece.direction_from_pixel.bernstein());
+    somewhere = somewhere || high > 0;
+    not_somewhere = not_somewhere || low <= 0;
   }
   if (somewhere && not_somewhere) return std::nullopt;
   return somewhere;

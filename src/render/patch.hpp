@@ -3,6 +3,7 @@
 /// t^j, s and t from -1 to 1 across the rectangle. Exact for the linear maps of a pinhole; for lenses the
 /// maker checks it.
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <array>
 
 #include "procam/core/types.hpp"
@@ -76,21 +77,35 @@ struct Patch {
     return result;
   }
 
-  /// The smallest and largest Bernstein coefficient of a component combination: the field's values lie
-  /// between them over the whole rectangle (the convex hull property).
-  struct Bounds {
-    double low, high;
-  };
-  Bounds bounds(const Eigen::RowVector3d& combination) const {
-    // In one variable on [-1, 1]: b = (c0 - c1 + c2, c0 - c2, c0 + c1 + c2).
-    Mat3 b;  // rows: j, columns: i
-    for (int j = 0; j < 3; ++j)
-      for (int i = 0; i < 3; ++i) b(j, i) = combination * c[std::size_t(j)][std::size_t(i)];
-    Mat3 bernstein_from_power;
-    bernstein_from_power << 1, -1, 1, 1, 0, -1, 1, 1, 1;
-    const Mat3 coefficients = bernstein_from_power * b * bernstein_from_power.transpose();
-    return {coefficients.minCoeff(), coefficients.maxCoeff()};
+  /// The Bernstein coefficients: the field's values over the whole rectangle lie in their convex hull.
+  std::array<Vec3, 9> bernstein() const {
+    // In one variable on [-1, 1]: (c0 - c1 + c2, c0 - c2, c0 + c1 + c2).
+    const auto from_power = [](const Vec3& c0, const Vec3& c1, const Vec3& c2) {
+      const Vec3 even = c0 + c2;
+      return Quadratic3{even - c1, c0 - c2, even + c1};
+    };
+    std::array<Quadratic3, 3> rows;
+    for (std::size_t j = 0; j < 3; ++j) rows[j] = from_power(c[j][0], c[j][1], c[j][2]);
+    std::array<Vec3, 9> coefficients;
+    for (std::size_t i = 0; i < 3; ++i) {
+      const Quadratic3 down = from_power(rows[0][i], rows[1][i], rows[2][i]);
+      for (std::size_t j = 0; j < 3; ++j) coefficients[3 * j + i] = down[j];
+    }
+    return coefficients;
   }
 };
+
+/// Between which values a combination of the components lies, of a field with these Bernstein coefficients.
+struct Bounds {
+  double low, high;
+};
+inline Bounds bounds(const Eigen::RowVector3d& combination, const std::array<Vec3, 9>& bernstein) {
+  Bounds result{combination * bernstein[0], combination * bernstein[0]};
+  for (std::size_t n = 1; n < bernstein.size(); ++n) {
+    const double value = combination * bernstein[n];
+    result = {std::min(result.low, value), std::max(result.high, value)};
+  }
+  return result;
+}
 
 }  // namespace procam::render

@@ -1,6 +1,7 @@
 #include "plane_layer.hpp"
 
-#include <cstring>
+#include <limits>
+#include <utility>
 
 namespace procam::render {
 
@@ -26,63 +27,90 @@ struct Margins {
   float low[4], high[4];
 };
 
-Margins margins_at(const RowMap& row, int i) {
-  const float s = row.s0 + float(i) * row.ds;
-  float q[3], right[3], down[3];
-  for (int k = 0; k < 3; ++k) {
-    q[k] = row.q[k] + s * (row.q[3 + k] + s * row.q[6 + k]);
-    right[k] = row.ds * (row.q[3 + k] + 2 * s * row.q[6 + k]);
-    down[k] = row.down[k] + s * (row.down[3 + k] + s * row.down[6 + k]);
+/// Those of a row's pixels.
+class RowMargins {
+ public:
+  explicit RowMargins(const RowMap& row) : s0_(row.s0), ds_(row.ds) {
+    const auto combine = [](const float(&of)[12], float(&to)[3][4]) {
+      for (int power = 0; power < 3; ++power) {
+        const float* from = of + 3 * power;
+        to[power][0] = from[0];
+        to[power][1] = from[2] - from[0];
+        to[power][2] = from[1];
+        to[power][3] = from[2] - from[1];
+      }
+    };
+    combine(row.q, q_);
+    combine(row.down, down_);
+    square_term_ = std::fabs(row.q[6]) + std::fabs(row.q[7]) + std::fabs(row.q[8]);
   }
-  Margins margins;
-  for (int k = 0; k < 2; ++k) {
-    const float reach = 0.5f * (std::fabs(right[k]) + std::fabs(down[k]));
-    const float other = 0.5f * (std::fabs(right[2] - right[k]) + std::fabs(down[2] - down[k]));
-    margins.low[2 * k] = q[k] - reach;
-    margins.high[2 * k] = q[k] + reach;
-    margins.low[2 * k + 1] = q[2] - q[k] - other;
-    margins.high[2 * k + 1] = q[2] - q[k] + other;
+
+  Margins at(int i) const {
+    const float s = s0_ + float(i) * ds_;
+    Margins margins;
+    for (int k = 0; k < 4; ++k) {
+      const float value = q_[0][k] + s * (q_[1][k] + s * q_[2][k]);
+      const float right = ds_ * (q_[1][k] + 2 * s * q_[2][k]);
+      const float down = down_[0][k] + s * (down_[1][k] + s * down_[2][k]);
+      const float reach = 0.5f * (std::fabs(right) + std::fabs(down));
+      margins.low[k] = value - reach;
+      margins.high[k] = value + reach;
+    }
+    return margins;
   }
-  return margins;
-}
+
+  /// How far margins of `count` pixels may leave the line between those of the first and the last.
+  float bend(int count) const {
+    // A quadratic leaves the line between two ends by at most a quarter of its square term times the squared
+    // distance; margins combine two of three, and the slopes in them bend less.
+    const float step = count > 1 ? ds_ * float(count) : 0;
+    return step * step * square_term_;
+  }
+
+ private:
+  float s0_, ds_, square_term_;
+  float q_[3][4], down_[3][4];
+};
 
 /// Are pixels with margins between a and b, give or take `bend`, all outside, all filled, or touched (some
 /// may be)?
 std::uint8_t class_of(const Margins& a, const Margins& b, float bend) {
-  bool outside = false, filled = true;
+  // All four without a branch, in one vector.
+  int outside = 0, filled = 1;
   for (int k = 0; k < 4; ++k) {
-    outside = outside || !(std::max(a.high[k], b.high[k]) + bend > 0);
-    filled = filled && std::min(a.low[k], b.low[k]) - bend >= 0;
+    outside |= !(std::max(a.high[k], b.high[k]) + bend > 0);
+    filled &= std::min(a.low[k], b.low[k]) - bend >= 0;
   }
-  return outside ? kOutside : filled ? kFilled : kTouched;
+  return outside != 0 ? kOutside : filled != 0 ? kFilled : kTouched;
 }
 
-/// Pixels [begin, end) of a row, in groups where nothing happens between the ends.
-void classify(const RowMap& row, int begin, int end, std::uint8_t* classes) {
-  // A quadratic leaves the line between two ends by at most a quarter of its square term times the squared
-  // distance; margins combine two of three, and the slopes in them bend less.
-  const float step = row.ds * float(kLanes);
-  const float bend = step * step * (std::fabs(row.q[6]) + std::fabs(row.q[7]) + std::fabs(row.q[8]));
-  for (int i = begin; i < end; i += kLanes) {
-    const int last = std::min(i + kLanes, end) - 1;
-    const std::uint8_t all = class_of(margins_at(row, i), margins_at(row, last), bend);
-    for (int x = i; x <= last; ++x) {
-      if (all != kTouched) {
-        classes[x] = all;
-        continue;
-      }
-      const Margins own = margins_at(row, x);
-      classes[x] = class_of(own, own, 0);
-    }
+/// Of a tile's row.
+struct RowClasses {
+  RowBits touched, filled;  ///< what is filled is touched as well
+
+  void set(int begin, int end, std::uint8_t all) {
+    if (all >= kTouched) touched.set(begin, end);
+    if (all == kFilled) filled.set(begin, end);
   }
+};
+
+/// Pixels [begin, end) of a row, whose ends have these margins: all together where nothing happens between
+/// the ends, else half by half.
+void classify(const RowMargins& row, int begin, int end, const Margins& at_begin, const Margins& at_end,
+              RowClasses& classes) {
+  const std::uint8_t all = class_of(at_begin, at_end, row.bend(end - begin));
+  if (all != kTouched || end - begin == 1) return classes.set(begin, end, all);
+  const int middle = (begin + end) / 2;
+  const bool two = end - begin == 2;
+  classify(row, begin, middle, at_begin, two ? at_begin : row.at(middle - 1), classes);
+  classify(row, middle, end, two ? at_end : row.at(middle), at_end, classes);
+}
+
+void classify_row(const RowMargins& row, int begin, int end, RowClasses& classes) {
+  classify(row, begin, end, row.at(begin), row.at(end - 1), classes);
 }
 
 }  // namespace
-
-/// The classes of a tile's pixels.
-struct PlaneLayer::Classes {
-  std::uint8_t of[kTileHeight][kTileWidth] = {};
-};
 
 RowMap PlaneLayer::Piece::row(int y, const float (&scale)[12], bool slopes) const {
   const float t = t0 + float(y) * dt;
@@ -153,18 +181,20 @@ PlaneLayer::MapTile PlaneLayer::make_tile(const PixelRect& rect, const LensPiece
   MapTile tile;
   tile.first_piece = std::uint32_t(band.pieces.size());
   constexpr float kScale[12] = {1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1};
-  Classes classes;
   int filled_pixels = 0;
   std::vector<DrawnPiece>& drawn = band.drawn;
   drawn.clear();
   for (std::size_t n = 0; n < count; ++n) {
     const Patch q = view_.content_from_direction * pieces[n].direction_from_pixel;
-    bool filled = true, outside = false;
-    for (const Eigen::RowVector3d& border : border_combinations()) {
-      const Patch::Bounds bounds = q.bounds(border);
-      outside = outside || !(bounds.high > 0);
-      filled = filled && bounds.low > 0;
+    // How far inside each border, as Margins: bounds over the piece.
+    constexpr double kFar = std::numeric_limits<double>::infinity();
+    Eigen::Array4d low = Eigen::Array4d::Constant(kFar), high = -low;
+    for (const Vec3& b : q.bernstein()) {
+      const Eigen::Array4d inside(b.x(), b.z() - b.x(), b.y(), b.z() - b.y());
+      low = low.min(inside);
+      high = high.max(inside);
     }
+    const bool filled = (low > 0).all(), outside = !(high > 0).all();
     if (outside) continue;
     Piece piece;
     const PixelRect& r = pieces[n].rect;
@@ -176,19 +206,24 @@ PlaneLayer::MapTile PlaneLayer::make_tile(const PixelRect& rect, const LensPiece
     piece.ds = 2.0f / float(piece.rect.width());
     piece.t0 = float(piece.rect.t(0));
     piece.dt = 2.0f / float(piece.rect.height());
-    for (int y = piece.rect.y0; y < piece.rect.y1; ++y) {
-      std::uint8_t* const row = classes.of[y];
-      if (filled)
-        std::fill(row + piece.rect.x0, row + piece.rect.x1, kFilled);
-      else
-        classify(piece.row(y, kScale, true), piece.rect.x0, piece.rect.x1, row);
-    }
     filled_pixels += filled ? piece.rect.width() * piece.rect.height() : 0;
     band.pieces.push_back(piece);
-    drawn.push_back({q, piece.rect});
+    drawn.push_back({q, piece.rect, filled});
   }
+  if (drawn.empty()) return tile;
   tile.pieces = std::uint32_t(drawn.size());
   tile.whole = filled_pixels == rect.width() * rect.height();
+  std::array<RowClasses, kTileHeight> classes;
+  for (std::size_t n = 0; n < drawn.size() && !tile.whole; ++n) {
+    const PixelRect& r = drawn[n].rect;
+    for (int y = r.y0; y < r.y1; ++y) {
+      RowClasses& row = classes[std::size_t(y)];
+      if (drawn[n].filled)
+        row.set(r.x0, r.x1, kFilled);
+      else
+        classify_row(RowMargins(band.pieces[tile.first_piece + n].row(y, kScale, true)), r.x0, r.x1, row);
+    }
+  }
 
   const auto at = [&](int x, int y) {
     for (const DrawnPiece& d : drawn)
@@ -203,22 +238,17 @@ PlaneLayer::MapTile PlaneLayer::make_tile(const PixelRect& rect, const LensPiece
       span.full_end = span.end = std::uint16_t(rect.width());
       continue;
     }
-    const std::uint8_t* const row = classes.of[y];
-    const auto is = [&](std::uint8_t wanted, int x) { return row[x] >= wanted; };
-    int begin = 0, end = rect.width();
-    while (begin < end && !is(kTouched, begin)) ++begin;
-    if (begin == end) continue;
-    while (!is(kTouched, end - 1)) --end;
-    int full_begin = begin;
-    while (full_begin < end && !is(kFilled, full_begin)) ++full_begin;
-    int full_end = full_begin;
-    while (full_end < end && is(kFilled, full_end)) ++full_end;
+    const RowClasses& row = classes[std::size_t(y)];
+    const int width = rect.width(), begin = row.touched.first(0, width);
+    if (begin == width) continue;
+    const int end = row.touched.end(), full_begin = row.filled.first(begin, end),
+              full_end = (~row.filled).first(full_begin, end);
     tile.drawn = true;
     span = {std::uint16_t(begin), std::uint16_t(end), std::uint16_t(full_begin), std::uint16_t(full_end),
             std::uint32_t(band.border.size())};
-    for (int x = begin; x < end; ++x)
-      if (x < full_begin || x >= full_end)
-        band.border.push_back(Light(is(kTouched, x) ? std::lround(kFull * coverage(at(x, y)).area) : 0));
+    for (const auto& [first, last] : {std::pair(begin, full_begin), std::pair(full_end, end)})
+      for (int x = first; x < last; ++x)
+        band.border.push_back(Light(row.touched[x] ? std::lround(kFull * coverage(at(x, y)).area) : 0));
   }
   if (!tile.drawn) {
     band.pieces.resize(tile.first_piece);
@@ -262,7 +292,8 @@ PlaneLayer::MapTile PlaneLayer::make_tile(const PixelRect& rect, const LensPiece
 
 template <typename Pixel>
 void PlaneLayer::sample_row(const MapTile& map, const Band& band, int y, const TexelsView<Pixel>& level,
-                            const Taps& taps, const Kernels& kernels, Points& points, Pixel* to) const {
+                            const Taps& taps, const Kernels& kernels, RowMemory<Pixel>& memory,
+                            Pixel* to) const {
   constexpr bool kLight = std::is_same_v<Pixel, Light>;
   const Span& span = map.spans[std::size_t(y)];
   const float w = float(level.width), h = float(level.height);
@@ -271,7 +302,6 @@ void PlaneLayer::sample_row(const MapTile& map, const Band& band, int y, const T
   const bool slopes = kLight && taps.across * taps.down > 1;
   const std::ptrdiff_t soon = std::ptrdiff_t(kRowsAhead * map.v_down * h) * level.stride +
                               std::ptrdiff_t(kRowsAhead * map.u_down * w);
-  RowCells cells;
   int found = 0;
   // From left to right: pixels are written in whole groups, beyond a piece's end as well.
   for (std::uint32_t n = 0; n < map.pieces; ++n) {
@@ -280,20 +310,20 @@ void PlaneLayer::sample_row(const MapTile& map, const Band& band, int y, const T
     if (y < piece.rect.y0 || y >= piece.rect.y1 || begin >= end) continue;
     const RowMap row = piece.row(y, scale, slopes);
     if constexpr (kLight) {
-      kernels.locate(row, begin, end, slopes, points);
+      kernels.locate(row, begin, end, slopes, memory);
     } else {
-      cells.clear(found, begin - span.begin);  // between pieces nothing is drawn
-      kernels.find_cells(level, row, begin, end, begin - span.begin, cells);
+      memory.clear(found, begin - span.begin);  // between pieces nothing is drawn
+      kernels.find_cells(level, row, begin, end, begin - span.begin, memory);
       found = end - span.begin;
     }
   }
   const int count = span.end - span.begin;
   if constexpr (kLight) {
-    points.soon = soon;
-    kernels.sample_light(level, taps, points, span.begin, count, to);
+    memory.soon = soon;
+    kernels.sample_light(level, taps, memory, span.begin, count, to);
   } else {
-    cells.clear(found, (count + 15) / 16 * 16);
-    kernels.sample_cells(level, cells, soon, count, to);
+    memory.clear(found, (count + 15) / 16 * 16);
+    kernels.sample_cells(level, memory, soon, count, to);
   }
 }
 
@@ -305,7 +335,7 @@ void PlaneLayer::draw(const Texture& texture, const Texture* mask, const Kernels
   if (!map) return;
   const Band& band = bands_[std::size_t(tile.y)];
   const bool opaque = texture.opaque() && !mask;
-  Points points;
+  RowMemory<Pixel> memory;
   alignas(32) Pixel drawn[kRowRoom * 4], alpha[kRowRoom * 4];
   for (int y = 0; y < tile.rect.height(); ++y) {
     const Span& span = map->spans[std::size_t(y)];
@@ -315,11 +345,11 @@ void PlaneLayer::draw(const Texture& texture, const Texture* mask, const Kernels
     Pixel* const there = tile.row(y) + 4 * span.begin;
     const bool replaces = opaque && span.full_begin == 0 && span.full_end == kTileWidth;
     Pixel* const to = replaces ? there : drawn;
-    sample_row(*map, band, y, texture.level(taps.level), taps, kernels, points, to);
+    sample_row(*map, band, y, texture.level(taps.level), taps, kernels, memory, to);
     if (replaces) continue;
     if (mask) {
       const Taps& mask_taps = map->mask_taps[std::size_t(y / kStrip)];
-      sample_row(*map, band, y, mask->level(mask_taps.level), mask_taps, kernels, points, alpha);
+      sample_row(*map, band, y, mask->level(mask_taps.level), mask_taps, kernels, memory, alpha);
       give_alpha(kernels, alpha, count, drawn);
     }
 
@@ -330,12 +360,11 @@ void PlaneLayer::draw(const Texture& texture, const Texture* mask, const Kernels
       over(kernels, drawn + 4 * full, full_count, there + 4 * full);
     if (full_count == count) continue;
     const Light* share = band.border.data() + span.first_border;
-    for (int i = 0; i < count; ++i) {
-      if (i >= full && i < full + full_count) continue;
-      Pixel part[4];
-      for (int k = 0; k < 4; ++k) part[k] = Pixel((drawn[4 * i + k] * *share + kFull / 2) / kFull);
-      over(kernels, part, 1, there + 4 * i);
-      ++share;
+    // What the border's pixels show of it, left and right of those that are filled.
+    for (const auto& [first, last] : {std::pair(0, full), std::pair(full + full_count, count)}) {
+      for (int i = first; i < last; ++i, ++share)
+        for (int k = 0; k < 4; ++k) drawn[4 * i + k] = Pixel((drawn[4 * i + k] * *share + kFull / 2) / kFull);
+      over(kernels, drawn + 4 * first, last - first, there + 4 * first);
     }
   }
 }

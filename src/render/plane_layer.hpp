@@ -2,6 +2,7 @@
 /// A planar or pixel surface in the frame: its warp map, kept while the surface stays where it is, and its
 /// drawing.
 #include <array>
+#include <type_traits>
 #include <vector>
 
 #include "footprint.hpp"
@@ -118,6 +119,7 @@ class PlaneLayer {
   struct DrawnPiece {
     Patch q;
     PixelRect rect;  ///< in the tile
+    bool filled;
   };
   struct Band {
     std::vector<DrawnPiece> drawn;  ///< of the tile that is being made
@@ -126,7 +128,6 @@ class PlaneLayer {
     std::vector<Piece> pieces;
     std::vector<Light> border;  ///< share of the pixel that is covered, of kFull
   };
-  struct Classes;
 
   const MapTile* map_tile(int x, int y) const {
     const Band& band = bands_[std::size_t(y)];
@@ -135,10 +136,13 @@ class PlaneLayer {
     return tile.drawn ? &tile : nullptr;
   }
   int levels_of_taps(std::array<Taps, kTileHeight / kStrip> MapTile::*taps) const;
-  /// Writes the samples of a row's pixels that the content touches. `points`: memory that it may use.
+  /// Where a row's pixels look.
+  template <typename Pixel>
+  using RowMemory = std::conditional_t<std::is_same_v<Pixel, Light>, Points, RowCells>;
+  /// Writes the samples of a row's pixels that the content touches. `memory`: it may be used.
   template <typename Pixel>
   void sample_row(const MapTile& map, const Band& band, int y, const TexelsView<Pixel>& level,
-                  const Taps& taps, const Kernels& kernels, Points& points, Pixel* to) const;
+                  const Taps& taps, const Kernels& kernels, RowMemory<Pixel>& memory, Pixel* to) const;
   void make_band(int y, const LensMap& lens, bool area);
   MapTile make_tile(const PixelRect& rect, const LensPiece* pieces, std::size_t count, bool area, Band& band);
 

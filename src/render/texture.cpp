@@ -128,10 +128,11 @@ void LightTexture::prepare(ViewU8 image, const LightCurve& curve, int levels, Wo
   for (std::size_t l = 1; l < std::size_t(levels); ++l) halve(levels_[l - 1], levels_[l], workers);
 }
 
-void ValueTexture::prepare(ViewU8 image, Workers& workers) {
+void ValueTexture::prepare(ViewU8 image, const Kernels& kernels, Workers& workers) {
   opaque_ = is_opaque(image, workers);
   texels_.resize(image.width, image.height);
   fill(texels_, workers, [&](int y, Value* row) {
+    if (image.channels == 3) return kernels.rgb_to_texels(image.row(y), image.width, row);
     convert_row(image, y, row, [&](Value r, Value g, Value b, int alpha, Value* to) {
       const auto premultiplied = [&](Value v) {
         return Value((alpha == 255 ? int(v) : (v * alpha + 127) / 255) ^ 0x80);

@@ -51,7 +51,7 @@ class ValueTexture {
  public:
   using Pixel = Value;
 
-  void prepare(ViewU8 image, Workers& workers);
+  void prepare(ViewU8 image, const Kernels& kernels, Workers& workers);
 
   TexelsView<Value> level(int) const { return texels_.view(); }
   bool opaque() const { return opaque_; }

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "parallel.hpp"
+#include "procam/core/parallel.hpp"
 
 namespace procam::simulate::internal {
 namespace {

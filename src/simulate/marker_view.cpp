@@ -117,8 +117,8 @@ ImageU8 marker_view(const Camera& camera, const Pose& camera_from_world,
                     const std::vector<PlacedMarker>& markers, const MarkerCells& codes,
                     const MarkerViewOptions& options) {
   require(options.blur_px >= 0 && options.rim_cells >= 0 && options.noise.at_black >= 0 &&
-              options.noise.per_level >= 0,
-          "marker_view: negative blur, rim or noise");
+              options.noise.per_level >= 0 && options.gamma > 0 && options.glare >= 0,
+          "marker_view: negative blur, rim, noise, gamma or glare");
   std::vector<Sheet> sheets;
   for (const PlacedMarker& marker : markers) {
     require(marker.size > 0, "marker_view: the size of a marker is not positive");
@@ -151,14 +151,19 @@ ImageU8 marker_view(const Camera& camera, const Pose& camera_from_world,
 
   const ImageF levels =
       gather(internal::convolve(cells, internal::gaussian_kernel(kFine * options.blur_px)), size);
+  double mean = 0;
+  for (int y = 0; y < size.height; ++y)
+    for (int x = 0; x < size.width; ++x) mean += levels.at(x, y) / (double(size.width) * size.height);
   const std::vector<float>& normal = internal::normal_table();
   ImageU8 grey(size);
   for (int y = 0; y < size.height; ++y) {
     internal::Random random(options.seed, 0, std::uint64_t(y));
     for (int x = 0; x < size.width; ++x) {
-      const double level = levels.at(x, y);
+      const double level = (1 - options.glare) * levels.at(x, y) + options.glare * mean;
       const double noisy = level + std::sqrt(options.noise.variance(level)) * normal[random.next() & 0xffff];
-      grey.at(x, y) = std::uint8_t(std::clamp(noisy, 0.0, 255.0) + 0.5);
+      const double linear = std::clamp(noisy, 0.0, 255.0);
+      grey.at(x, y) =
+          std::uint8_t((options.gamma == 1 ? linear : 255 * std::pow(linear / 255, 1 / options.gamma)) + 0.5);
     }
   }
   return grey;

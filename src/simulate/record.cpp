@@ -8,7 +8,7 @@
 #include "blur.hpp"
 #include "defocus.hpp"
 #include "noise.hpp"
-#include "parallel.hpp"
+#include "procam/core/parallel.hpp"
 
 namespace procam::simulate::internal {
 namespace {

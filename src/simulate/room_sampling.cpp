@@ -5,7 +5,7 @@
 
 #include "caster.hpp"
 #include "defocus.hpp"
-#include "parallel.hpp"
+#include "procam/core/parallel.hpp"
 #include "procam/core/se3.hpp"
 #include "ray_grid.hpp"
 

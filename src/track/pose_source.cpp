@@ -2,11 +2,14 @@
 
 #include <cmath>
 #include <cstdlib>
+#include <filesystem>
+#include <fstream>
 
 #include "inbox.hpp"
 #include "message_check.hpp"
 #include "procam/core/error.hpp"
 #include "procam/track/pose_log.hpp"
+#include "procam/track/trajectory_file.hpp"
 #include "recorded.hpp"
 #include "sources.hpp"
 
@@ -21,7 +24,7 @@ const std::vector<PoseSourceKind>& pose_source_kinds() {
       {"osc", "osc:[ADDRESS:]PORT", "OSC, addresses that end in /pose", internal::open_osc},
       {"psn", "psn:[GROUP:]PORT", "PosiStageNet 2, multicast", internal::open_psn},
       {"rosbridge", "rosbridge:HOST:PORT[/TOPIC]", "ROS through rosbridge_server", internal::open_rosbridge},
-      {"log", "log:FILE[@SPEED]", "a recorded run", internal::open_log},
+      {"log", "log:FILE[@SPEED]", "a recorded run, or a trajectory of another program", internal::open_log},
   };
   return kinds;
 }
@@ -94,9 +97,24 @@ internal::FileAndSpeed internal::parse_file_and_speed(const std::string& rest) {
   return result;
 }
 
+namespace {
+
+/// Logs and runs of procam are lines of JSON.
+bool is_pose_log(const std::string& file) {
+  std::ifstream stream(file, std::ios::binary);
+  char first = 0;
+  return !(stream >> first) || first == '{';
+}
+
+}  // namespace
+
 std::unique_ptr<PoseSource> internal::open_log(const std::string& rest, const SourceOptions&) {
   const FileAndSpeed log = parse_file_and_speed(rest);
-  return std::make_unique<internal::Recorded<StampedPose, PoseSource>>(read_pose_log(log.file), log.speed);
+  std::error_code ignored;
+  const bool exists = std::filesystem::exists(log.file, ignored);
+  const bool own = is_pose_log(log.file) && (exists || log.file.find('+') == log.file.npos);
+  return std::make_unique<internal::Recorded<StampedPose, PoseSource>>(
+      own ? read_pose_log(log.file) : read_trajectory(log.file).poses, log.speed);
 }
 
 }  // namespace procam::track

@@ -218,8 +218,7 @@ std::string to_binary(const StampedPose& message) {
   return bytes;
 }
 
-// --- OSC 1.0: big-endian, everything padded to four bytes
-// ------------------------------------------------------------
+// --- OSC 1.0: big-endian, everything padded to four bytes ---
 
 namespace {
 
@@ -320,8 +319,7 @@ std::string to_osc(const StampedPose& message) {
   return bytes;
 }
 
-// --- PosiStageNet 2: little-endian chunks of (id, length, has_subchunks)
-// ---------------------------------------------
+// --- PosiStageNet 2: little-endian chunks of (id, length, has_subchunks) ---
 
 namespace {
 

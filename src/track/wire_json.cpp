@@ -198,8 +198,7 @@ std::string to_json_line(const StampedPose& message) {
   return text + "}\n";
 }
 
-// --- rosbridge
-// -------------------------------------------------------------------------------------------------------
+// --- rosbridge ---
 
 bool internal::is_shallow(std::string_view text, int deepest) {
   int depth = 0;
@@ -269,8 +268,6 @@ std::string text_at(const json* object, const char* name) {
   return text;
 }
 
-/// ROS: [translation, rotation] about axes of the frame, at the child's origin. The left increment turns
-/// about the frame's origin instead: translation = shift + [t]x rotation. All zero, or -1 first: unknown.
 bool take_covariance(const json* rows, StampedPose& message) {
   if (rows == nullptr) return true;
   if (!rows->is_array() || rows->size() != 36) return false;
@@ -280,12 +277,7 @@ bool take_covariance(const json* rows, StampedPose& message) {
     if (!value.is_number()) return false;
     ros(i / 6, i % 6) = value.get<double>();
   }
-  if (ros.isZero(0) || ros(0, 0) == -1) return true;
-  Mat6 left_from_ros = Mat6::Zero();
-  left_from_ros.topRightCorner<3, 3>().setIdentity();
-  left_from_ros.bottomLeftCorner<3, 3>().setIdentity();
-  left_from_ros.bottomRightCorner<3, 3>() = hat(message.frame_from_child.translation);
-  message.covariance = left_from_ros * ros * left_from_ros.transpose();
+  message.covariance = internal::covariance_from_ros(ros, message.frame_from_child.translation);
   return true;
 }
 
@@ -309,6 +301,15 @@ Parsed refused(const char* why) {
 }
 
 }  // namespace
+
+std::optional<Mat6> internal::covariance_from_ros(const Mat6& ros, const Vec3& translation) {
+  if (ros.isZero(0) || ros(0, 0) == -1) return std::nullopt;
+  Mat6 left_from_ros = Mat6::Zero();
+  left_from_ros.topRightCorner<3, 3>().setIdentity();
+  left_from_ros.bottomLeftCorner<3, 3>().setIdentity();
+  left_from_ros.bottomRightCorner<3, 3>() = hat(translation);
+  return left_from_ros * ros * left_from_ros.transpose();
+}
 
 Parsed parse_rosbridge(std::string_view text) {
   const std::size_t first = text.find_first_not_of(" \t\r\n");

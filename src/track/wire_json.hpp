@@ -1,5 +1,6 @@
 #pragma once
 /// One JSON pose message, and where a log keeps its arrival; what every JSON of strangers is asked first.
+#include <optional>
 #include <string_view>
 
 #include "procam/track/stamped_pose.hpp"
@@ -11,5 +12,10 @@ const char* read_json_message(std::string_view line, bool in_log, StampedPose& m
 
 /// Before a tree is built of it: brackets outside of texts open no deeper than that.
 bool is_shallow(std::string_view text, int deepest);
+
+/// ROS: [translation, rotation] about axes of the frame, at the child's origin, which is at `translation`.
+/// The left increment rotates about the frame's origin instead: its translation = shift + [t]x rotation.
+/// nullopt where ROS states none: all zero, or -1 first.
+std::optional<Mat6> covariance_from_ros(const Mat6& ros, const Vec3& translation);
 
 }  // namespace procam::track::internal

@@ -116,6 +116,45 @@ TEST(CalibrateRig, HeldOutErrorIsThatOfTheNoise) {
   EXPECT_LT(result.holdout_px[1], 1.5 * 0.15 * std::sqrt(2));
 }
 
+/// The others of four or five views predict one badly, as their sigmas do. By three times the RMS, the check
+/// failed in 11 of 60 such sessions, in 8 of which the light was off by less than 1.2 sigmas.
+TEST(CalibrateRig, FewSoundViewsPassTheHeldOutCheck) {
+  int beyond_plain_rule = 0;
+  Options options;
+  options.holdout = true;
+  options.board_shape = BoardShape::kFlat;
+  for (std::uint64_t seed = 0; seed < 12; ++seed) {
+    const NumericWorld world = NumericWorld::make_rig(4 + int(seed % 2), 30000 + seed, 0.05, 0.08);
+    const CalibrationResult result = calibrate_rig(world.correspondences(seed + 3), options);
+    for (const Gate& gate : result.rig.quality.gates)
+      if (gate.name.find("held-out") != std::string::npos) EXPECT_TRUE(gate.passed) << seed << gate.detail;
+    for (const auto& [device, px] : result.rig.quality.holdout_px)
+      beyond_plain_rule += px > 3 * result.rig.quality.rms_px.at(device);
+  }
+  EXPECT_GE(beyond_plain_rule, 1);
+}
+
+/// A failure that reading the captures found marks the rig itself: whoever reads the file later sees it.
+TEST(CalibrateRig, FailuresOfTheCapturesMarkTheRig) {
+  Correspondences data = NumericWorld::make(6, 3, 0.05, 0.08).correspondences(1);
+  EXPECT_TRUE(calibrate_rig(data).rig.quality.passed());
+  data.diagnostics.fail("pair_not_complementary", "view 'view_2', camera: two frames are exchanged");
+  const CalibrationResult result = calibrate_rig(data);
+  EXPECT_FALSE(result.rig.quality.passed());
+  ASSERT_EQ(result.rig.quality.gates.back().name, "captures");
+  EXPECT_NE(result.rig.quality.gates.back().detail.find("1 failure in the captures"), std::string::npos);
+}
+
+/// The board's scale is in no image; what to measure names a length that a ruler shows.
+TEST(CalibrateRig, NamesTheLengthToMeasureOnTheBoard) {
+  const NumericWorld world = NumericWorld::make(6, 3, 0.05, 0.08);  // chessboard:9x6:35mm
+  const std::string words = calibrate_rig(world.correspondences(1)).size_to_measure;
+  EXPECT_NE(words.find("8 squares in a line must be 280 mm"), std::string::npos) << words;
+  NumericWorld markers = NumericWorld::make_with(MarkerGrid{4, 3, 0.04, 0.01}, 6, 3, 0.05, 0.08);
+  const std::string apart = calibrate_rig(markers.correspondences(1)).size_to_measure;
+  EXPECT_NE(apart.find("must be 190 mm apart"), std::string::npos) << apart;
+}
+
 TEST(CalibrateRig, RefusesTooFewViewsAndParallelBoards) {
   try {
     calibrate_rig(NumericWorld::make(2, 1).correspondences(1));

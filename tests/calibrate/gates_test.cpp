@@ -67,6 +67,32 @@ TEST(Gates, EachFiresForItsReasonAlone) {
   EXPECT_EQ(failed(rig), "[projector focal length known]");
 }
 
+/// Few views predict another one badly, and their sigmas are as large: that is no wrong model. The same
+/// figures without sigmas, or with small ones, fail.
+TEST(Gates, HeldOutErrorMayBeAsLargeAsTheSigmasExplain) {
+  Rig rig = good_rig();
+  rig.quality.holdout_px["projector"] = 0.5;
+  rig.quality.expected_holdout_px["projector"] = 0.42;  // 1.2 sigmas
+  EXPECT_EQ(failed(rig), "");
+  rig.quality.expected_holdout_px["projector"] = 0.33;
+  EXPECT_EQ(failed(rig), "[projector held-out error]");
+}
+
+/// A rig from a file keeps the failures that only its calibration could see; checks that the numbers decide
+/// are made again.
+TEST(Gates, OfAStoredRigKeepWhatOnlyItsCalibrationSaw) {
+  Rig rig = good_rig();
+  rig.quality.gates = {{"camera RMS", false, "of an older limit"},
+                       {"predicted error", false, "of another wall"},
+                       {"views agree", true, "all"}};
+  std::string names;
+  for (const Gate& gate : check_stored_rig(rig)) names += gate.passed ? "" : "[" + gate.name + "]";
+  EXPECT_EQ(names, "");
+  rig.quality.gates.push_back({"captures", false, "1 failure in the captures"});
+  for (const Gate& gate : check_stored_rig(rig)) names += gate.passed ? "" : "[" + gate.name + "]";
+  EXPECT_EQ(names, "[captures]");
+}
+
 TEST(Gates, SayWhatToDo) {
   Rig rig = good_rig();
   rig.projectors[0].projector.inverse_camera.intrinsics.cy = 1358;

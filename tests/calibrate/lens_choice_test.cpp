@@ -3,6 +3,8 @@
 
 #include <cmath>
 #include <random>
+#include <set>
+#include <string>
 
 #include "procam/analyze/light_error.hpp"
 #include "procam/calibrate/calibrate.hpp"
@@ -147,6 +149,29 @@ TEST(LensChoice, TakesAFisheyeForOne) {
         Vec3(test::uniform(random, -0.5, 0.25), test::uniform(random, -0.35, 0.2),
              test::uniform(random, 0.4, 0.7)));
   EXPECT_EQ(taken(calibrate_rig(world.correspondences(6), to_choose()), 0), "fisheye");
+}
+
+/// Small boards in three to five views do not determine eight terms: trials whose equations are singular,
+/// which do not converge, or which fold back once a view is held out are ruled out with their reason, and the
+/// calibration goes on with the usual model.
+TEST(LensChoice, FallsBackWhereATrialCannotBeEvaluated) {
+  std::set<std::string> reasons;
+  for (std::uint64_t seed = 0; seed < 5; ++seed) {
+    const NumericWorld world =
+        NumericWorld::make_with(Chessboard{4, 3, 0.03}, 3 + int(seed % 3), 300 + seed, 0.05, 0.08);
+    CalibrationResult result;
+    ASSERT_NO_THROW(result = calibrate_rig(world.correspondences(seed), to_choose())) << seed;
+    for (const LensAlternative& one : result.lens_alternatives) {
+      if (one.model == "rational") reasons.insert(one.ruled_out);
+      if (!one.chosen) continue;
+      EXPECT_EQ(one.model, kUsualLensModel) << seed;
+      EXPECT_TRUE(std::isfinite(one.holdout_px)) << seed;
+    }
+    EXPECT_TRUE(std::isfinite(off_mm(result, world))) << seed;
+  }
+  for (const char* reason :
+       {"not determined by these views", "not determined once a view is left out", "did not converge"})
+    EXPECT_EQ(reasons.count(reason), 1u) << reason;
 }
 
 /// What the user names is not put to the vote.

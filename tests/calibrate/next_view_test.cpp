@@ -41,6 +41,8 @@ TEST_P(NextView, TellsWhatTheSessionKnowsOnceItIsCaptured) {
   if (GetParam() == BoardShape::kFree) world.bend_board();
   Options options;
   options.board_shape = GetParam();
+  // Averaging over these terms is in what is known of the rig, not in the session's normal equations.
+  options.camera.held = options.projector.held = {"skew", "k3"};
   const CalibrationResult result = calibrate_rig(world.correspondences(3), options);
   ASSERT_EQ(result.shape.free, GetParam() == BoardShape::kFree);
   ASSERT_FALSE(result.sigmas_from_views);
@@ -55,7 +57,7 @@ TEST_P(NextView, TellsWhatTheSessionKnowsOnceItIsCaptured) {
     EXPECT_NEAR(told->sigma(name) / with.sigma(name), 1, 1e-5) << name;
     EXPECT_LT(told->sigma(name), 0.99999 * result.rig.covariance.sigma(name)) << name;
   }
-  EXPECT_EQ(compared, 20);
+  EXPECT_EQ(compared, 16);
 }
 INSTANTIATE_TEST_SUITE_P(Boards, NextView, ::testing::Values(BoardShape::kFlat, BoardShape::kFree),
                          [](const auto& board) {

@@ -43,6 +43,21 @@ TEST(RigMotion, IsReportedWithItsInstant) {
   }
 }
 
+/// Moved by 5 mm half way, so that the views of one half are rejected: one motion of the projector explains
+/// them all. Seen from each view alone these motions differ by millimetres and tenths of a degree.
+TEST(RigMotion, IsReportedWhereItsViewsAreRejected) {
+  const Pose motion(Eigen::Quaterniond::Identity(), Vec3(0.8, 0.5, 0.33).normalized() * 0.005);
+  for (const std::uint64_t seed : {0, 5, 6, 8}) {
+    const NumericWorld world = NumericWorld::make_rig(7, 7007 + 97 * seed, 0.05, 0.08);
+    const CalibrationResult result = calibrate_rig(moved_from(world, 3, motion, seed + 1), flat_board());
+    EXPECT_NE(result.diagnostics.find("view_left_out"), nullptr) << seed;
+    const Diagnostic* remark = result.diagnostics.find("device_moved");
+    ASSERT_NE(remark, nullptr) << seed;
+    EXPECT_NE(remark->message.find("projector stands elsewhere in views"), std::string::npos)
+        << remark->message;
+  }
+}
+
 /// Nothing moved in forty sessions, half of which have views that are off by more than their noise, each by
 /// an offset of its own. One false alarm is allowed: at a rate of 0.2 % two come up in 0.3 % of runs.
 TEST(RigMotion, IsNotSeenWhereNothingMoved) {

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "procam/depth/main_planes.hpp"
 #include "procam/depth/surfaces.hpp"
 #include "rooms.hpp"
 
@@ -138,6 +139,47 @@ TEST(Surfaces, AreNamedPlacedAndFree) {
     EXPECT_GT((a - b).norm(), 0.5);
   }
   EXPECT_TRUE(meets);
+}
+
+/// A wall with a panel across half of the view, `step` before it, seen from `distance`.
+simulate::DepthView stepped_wall(const simulate::DepthSensor& sensor, double distance, double step) {
+  simulate::Room room;
+  room.bodies.push_back(test::hung("wall", Vec3(0, distance, 1), Vec3(0, -1, 0), Vec2(8, 5), 0.5));
+  if (step > 0)
+    room.bodies.push_back(
+        test::hung("panel", Vec3(0.1, distance - step, 1), Vec3(0, -1, 0), Vec2(0.55 * distance, 5), 0.5));
+  return simulate::depth_view(room, sensor, test::looking_at(Vec3(0.1, 0, 1.1), Vec3(0, 3, 1), 0.1), 5);
+}
+
+/// By main planes, which steps are part of, of a sensor whose noise is 3 mm: half of the readings lie some 20
+/// mm before the plane, half behind it.
+TEST(Surfaces, OfASteppedWallAreUneven) {
+  simulate::DepthSensor sensor = test::lopsided_sensor();
+  sensor.axial_noise = 0.2;
+  sensor.disparity_step = 0;
+  PlaneOptions options;
+  options.noise = DepthNoise::time_of_flight();
+  const RayTable rays(sensor.camera);
+  const auto states_of = [&](double step) {
+    const simulate::DepthView view = stepped_wall(sensor, 3.2, step);
+    const DepthImage image(view.mm.view(), 0.001);
+    const Planes planes = main_planes(find_planes(image, rays, options), image, rays).planes;
+    return surfaces_from_planes(planes, image, rays).states;
+  };
+  EXPECT_EQ(states_of(0.06), std::vector<PlaneState>{PlaneState::kUneven});
+  EXPECT_EQ(states_of(0), std::vector<PlaneState>{PlaneState::kFree});
+}
+
+TEST(Surfaces, OfAFarWallAreNoisy) {
+  simulate::DepthSensor sensor = test::lopsided_sensor();
+  sensor.farthest = 7;
+  const RayTable rays(sensor.camera);
+  for (const double distance : {4.3, 2.5}) {  // a reading's sigma is 30 mm there, 10 mm here
+    const simulate::DepthView view = stepped_wall(sensor, distance, 0);
+    const DepthImage image(view.mm.view(), 0.001);
+    const RoomSurfaces found = surfaces_from_planes(find_planes(image, rays), image, rays);
+    EXPECT_EQ(found.states, std::vector<PlaneState>{distance > 4 ? PlaneState::kNoisy : PlaneState::kFree});
+  }
 }
 
 TEST(Kinds, ATableAloneIsNoFloor) {

@@ -65,6 +65,15 @@ TEST(Planes, LabelsMeetAtTheCrease) {
   EXPECT_LE(wrong, 160);  // one row of pixels
 }
 
+void record(const Score& score) {
+  ::testing::Test::RecordProperty("there", score.there);
+  ::testing::Test::RecordProperty("found", score.found);
+  ::testing::Test::RecordProperty("determined", score.determined);
+  ::testing::Test::RecordProperty("determined_found", score.determined_found);
+  ::testing::Test::RecordProperty("planes", score.planes);
+  ::testing::Test::RecordProperty("wrong", score.wrong);
+}
+
 TEST(Planes, OfSimulatedRoomsAreFoundAndTheirCovarianceIsHonest) {
   Score score;
   for (std::uint64_t seed = 1; seed <= 6; ++seed)
@@ -77,20 +86,44 @@ TEST(Planes, OfSimulatedRoomsAreFoundAndTheirCovarianceIsHonest) {
   EXPECT_GE(score.inside, int(score.angles_deg.size()) - 5);
 }
 
-/// Noise above the model's, clutter, walls that end, a camera held at an angle. Without the measured noise 80
-/// % of these planes are found. 11 false ones of 80 would be a share of 5 % at 1 in 1000 (binomial).
+/// Noise above the model's, clutter, walls that end, a camera held at an angle. Over 200 such rooms 95.8 % of
+/// the planes that the readings determine are found and 0.7 % of the reported ones are false: of 153, 4 or
+/// more false ones happen in 2 of 100 draws (binomial). By the noise model's limits it is 90 % and 5 false
+/// ones here.
 TEST(Planes, OfHardRoomsAreFoundByTheMeasuredNoise) {
   Score score;
-  for (std::uint64_t seed = 41; seed <= 50; ++seed)
+  for (std::uint64_t seed = 81; seed <= 100; ++seed)
     add_score(test::hard_room(seed), test::hard_sensor(seed), seed, score);
-  RecordProperty("there", score.there);
-  RecordProperty("found", score.found);
-  RecordProperty("planes", score.planes);
-  RecordProperty("wrong", score.wrong);
+  record(score);
   EXPECT_GE(score.found, 0.9 * score.there);
-  EXPECT_LE(score.wrong, 10);
+  EXPECT_GE(score.determined_found, 0.93 * score.determined);
+  EXPECT_LE(score.wrong, 3);
   EXPECT_LT(Score::median(score.angles_deg), 0.2);
   EXPECT_LT(Score::median(score.offsets), 0.004);
+}
+
+/// A wall of which a part of the readings lies beyond the sensor's range: the mean of the others is too near,
+/// by 0.1 m where half of them are missing.
+TEST(Planes, BeyondTheRangeAreNotFoundTooNear) {
+  for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+    simulate::DepthSensor sensor = lopsided_sensor();
+    sensor.axial_noise = 1.5;
+    sensor.farthest = 7;
+    simulate::Room room;
+    room.bodies.push_back(test::hung("far", Vec3(0, 6.95, 1), Vec3(0.1, -1, 0), Vec2(9, 4), 0.5));
+    room.bodies.push_back(test::hung("near", Vec3(-1, 2.5, 1), Vec3(0.3, -1, 0), Vec2(2, 4), 0.5));
+    const Pose room_from_camera = test::looking_at(Vec3(0, 0, 1.1), Vec3(0.1, 3, 1), 0.1);
+    const simulate::DepthView view = simulate::depth_view(room, sensor, room_from_camera, seed);
+    const Planes found = find_planes(DepthImage(view.mm.view(), 0.001), RayTable(sensor.camera));
+    ASSERT_GE(found.planes.size(), 1u);
+    for (const DetectedPlane& plane : found.planes) {
+      const bool is_far = plane.middle.z() > 4;
+      const Plane truth =
+          room_from_camera.inverse() * Plane::of_xy(room.bodies[is_far ? 0 : 1].room_from_body);
+      // One in 10000 of chi-square with 3 degrees of freedom.
+      EXPECT_LT(squared_sigmas(plane.estimate, truth), 21.1) << seed << " at " << plane.middle.z();
+    }
+  }
 }
 
 TEST(Planes, NoiseRatioTellsKindsOfSensorsApart) {
@@ -116,16 +149,27 @@ TEST(ManyRooms, MeetWhatIsPromised) {
   for (std::uint64_t seed = 1; seed <= 200; ++seed)
     add_score(random_room(seed), lopsided_sensor(), seed, score);
   const double share = double(score.inside) / double(score.angles_deg.size());
-  RecordProperty("there", score.there);
-  RecordProperty("found", score.found);
-  RecordProperty("planes", score.planes);
-  RecordProperty("wrong", score.wrong);
+  record(score);
   RecordProperty("inside", std::to_string(share));
   EXPECT_GE(score.found, 0.95 * score.there);
   EXPECT_LE(score.wrong, 0.02 * score.planes);
   EXPECT_LT(Score::median(score.angles_deg), 0.1);
   EXPECT_LT(Score::median(score.offsets), 0.002);
   EXPECT_GE(share, 0.93);
+  EXPECT_LE(share, 0.97);
+}
+
+/// Seeds that no rule was chosen on. 842 planes of which the readings determine 779; 8 in 1000 false ones.
+TEST(ManyRooms, ThatAreHardMeetWhatIsPromised) {
+  Score score;
+  for (std::uint64_t seed = 201; seed <= 300; ++seed)
+    add_score(test::hard_room(seed), test::hard_sensor(seed), seed, score);
+  record(score);
+  EXPECT_GE(score.found, 0.92 * score.there);
+  EXPECT_GE(score.determined_found, 0.95 * score.determined);
+  EXPECT_LE(score.wrong, 0.015 * score.planes);
+  const double share = double(score.inside) / double(score.angles_deg.size());
+  EXPECT_GE(share, 0.92);
   EXPECT_LE(share, 0.97);
 }
 

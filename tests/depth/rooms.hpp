@@ -1,7 +1,10 @@
 #pragma once
 /// Simulated rooms with the truth of each plane, and how well find_planes() did in them.
 #include <algorithm>
+#include <limits>
 #include <random>
+
+#include <Eigen/LU>
 
 #include "../simulate/rooms.hpp"
 #include "procam/depth/planes.hpp"
@@ -122,9 +125,10 @@ inline SeenRoom hard_room(std::uint64_t seed) {
 }
 
 struct Score {
-  int there = 0, found = 0;   ///< true planes of which 0.1 m2 or more are seen
-  int planes = 0, wrong = 0;  ///< reported ones
-  int inside = 0;             ///< truths in the 95 % region
+  int there = 0, found = 0;                  ///< true planes of which 0.1 m2 or more are seen
+  int determined = 0, determined_found = 0;  ///< of these, those that the readings determine
+  int planes = 0, wrong = 0;                 ///< reported ones
+  int inside = 0;                            ///< truths in the 95 % region
   std::vector<double> angles_deg, offsets;
 
   static double median(std::vector<double> values) {
@@ -134,6 +138,23 @@ struct Score {
     return *middle;
   }
 };
+
+/// The angle that white noise of the sensor leaves a plane uncertain by, radians: the larger standard
+/// deviation of the normal, from the inverse of its normal matrix in inverse depth.
+inline double normal_bound(const Plane& plane, const Mat3& information) {
+  const Vec3 t = -plane.normal / plane.offset;
+  const auto turns = turns_of(t.normalized());
+  const Mat2 c = turns.transpose() * information.inverse() * turns / t.squaredNorm();
+  const double half = 0.5 * c.trace();
+  const double square = half + std::sqrt(std::max(half * half - c.determinant(), 0.0));
+  return square > 0 ? std::sqrt(square) : std::numeric_limits<double>::infinity();
+}
+
+/// The readings determine a plane when they hold as many as 9 cells that lie 4 pixels or more inside of what
+/// is seen of it (farther than the sensor's lateral noise reaches), and these leave its normal less than 2
+/// degrees uncertain (5 degrees at 99 %).
+inline constexpr double kDeterminedReadings = 9 * 64, kDeterminedNormal = 2 * kDegree;
+inline constexpr int kBesideAnother = 4;
 
 /// Coplanar bodies (a wall left and right of a door) are one plane. A reported plane is right when more than
 /// 70 % of its pixels are of one flat body, less than 5 degrees and 50 mm from it; it finds that body, and
@@ -162,15 +183,34 @@ void add_score(const SeenRoom& seen, const simulate::DepthSensor& sensor, std::u
           (truth[a].normal - truth[b].normal).norm() + std::abs(truth[a].offset - truth[b].offset) < 1e-9)
         first[b] = a;
   }
+  const auto body_at = [&](int x, int y) {
+    const int body = view.body.at(x, y);
+    return body < 0 ? -1 : int(first[std::size_t(body)]);
+  };
+  const auto is_inside = [&](int x, int y, int body) {
+    for (int d = -kBesideAnother; d <= kBesideAnother; ++d)
+      if (body_at(std::clamp(x + d, 0, view.mm.width() - 1), y) != body ||
+          body_at(x, std::clamp(y + d, 0, view.mm.height() - 1)) != body)
+        return false;
+    return true;
+  };
+  std::vector<double> inside(n);
+  std::vector<Mat3> information(n, Mat3::Zero());
   std::vector<std::vector<double>> shared(found.planes.size(), std::vector<double>(n + 1));
   for (int y = 0; y < view.mm.height(); ++y)
     for (int x = 0; x < view.mm.width(); ++x) {
-      const int seen_body = view.body.at(x, y), label = found.labels.at(x, y);
-      const int body = seen_body < 0 ? -1 : int(first[std::size_t(seen_body)]);
+      const int body = body_at(x, y), label = found.labels.at(x, y);
       if (body >= 0 && view.mm.at(x, y) > 0) {
         const double z = double(view.true_metres.at(x, y));
         area[std::size_t(body)] += z * z * z / (std::abs(truth[std::size_t(body)].offset) * k.fx * k.fy);
         pixels[std::size_t(body)] += 1;
+        if (is_inside(x, y, body)) {
+          const double sigma =
+              sensor.axial_noise * simulate::axial_sigma(z, double(view.angle.at(x, y))) / (z * z);
+          const Vec3 ray(double(rays.u(x, y)), double(rays.v(x, y)), 1);
+          information[std::size_t(body)] += ray * ray.transpose() / (sigma * sigma);
+          inside[std::size_t(body)] += 1;
+        }
       }
       if (label >= 0 && label < int(found.planes.size()))
         shared[std::size_t(label)][body < 0 ? n : std::size_t(body)] += 1;
@@ -202,6 +242,10 @@ void add_score(const SeenRoom& seen, const simulate::DepthSensor& sensor, std::u
     if (flat(b) && area[b] >= 0.1) {
       ++score.there;
       score.found += got[b];
+      const bool is_determined =
+          inside[b] >= kDeterminedReadings && normal_bound(truth[b], information[b]) < kDeterminedNormal;
+      score.determined += is_determined;
+      score.determined_found += is_determined && got[b];
     }
 }
 

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>
+#include <cstdint>
 
 #include "procam/detect/detect_board.hpp"
 #include "rendered_artwork.hpp"
@@ -24,6 +25,7 @@ const Kind kKinds[] = {
     {"CharucoMarkerFirst", CharucoBoard{8, 6, 0.03, 0.021, MarkerDictionary::k4x4_50, true}, true},
     {"AprilTags", MarkerGrid{4, 5, 0.03, 0.008, MarkerDictionary::kAprilTag36h11}, true},
     {"ArucoMarkers", MarkerGrid{3, 2, 0.03, 0.01, MarkerDictionary::k4x4_50}, true},
+    {"AprilGrid", AprilGrid{4, 3, 0.03, 0.3}, true},
     {"Circles", CircleGrid{7, 9, 0.025, 0.015, false}, false},
     {"AsymmetricCircles", CircleGrid{4, 11, 0.02, 0.014, true}, false},
 };
@@ -116,6 +118,29 @@ TEST_P(EveryBoard, IsNotFoundOnBlankPaper) {
   EXPECT_TRUE(found.observations.empty());
   EXPECT_NE(found.diagnostics.find("board_not_found"), nullptr);
   EXPECT_THROW(detect_board(ViewU8(), scene.board), std::invalid_argument);
+}
+
+/// Kalibr's print: id 0 (code d5d628584, its first bit at the top left, set bits light) at the bottom left; a
+/// border of two modules; a dark square at each corner.
+TEST(AprilGridBoard, IsDrawnAsKalibrPrintsIt) {
+  const AprilGrid grid{3, 2, 0.1, 0.3};
+  const BoardArtwork art = detect::board_artwork(grid);
+  const auto dark = [&](double x, double y) { return art.is_dark(Vec2(x, y)); };
+  const std::uint64_t code = 0xd5d628584;
+  for (int row = 0; row < 10; ++row)
+    for (int column = 0; column < 10; ++column) {
+      const int x = column - 2, y = row - 2;
+      const bool border = x < 0 || y < 0 || x > 5 || y > 5;
+      EXPECT_EQ(dark(0.01 * column + 0.005, 0.13 + 0.01 * row + 0.005),
+                border || ((code >> (35 - 6 * y - x)) & 1) == 0)
+          << column << ", " << row;
+    }
+  for (const auto& [x, y] : {std::pair(-0.015, -0.015), std::pair(0.115, 0.115), std::pair(0.375, 0.245)})
+    EXPECT_TRUE(dark(x, y)) << x << ", " << y;
+  EXPECT_FALSE(dark(0.115, 0.05));
+  EXPECT_EQ(grid.marker_in_board(0), Vec2(0, 0.13));
+  EXPECT_EQ(grid.marker_in_board(5), Vec2(0.26, 0));
+  EXPECT_LT((grid.point_in_board(6 * 2 + 3) - Vec3(0.23, 0.13, 0)).norm(), 1e-12);
 }
 
 TEST(MarkerBoards, NameWhatIsThereInstead) {

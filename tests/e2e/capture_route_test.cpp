@@ -165,9 +165,11 @@ TEST_F(Stage, CapturesASessionThatCalibratesTruly) {
   EXPECT_TRUE(fs::exists(fs::path(session()) / "coverage.png"));
 
   io::save_rig(scratch_ / "truth.json", stage_rig());
-  const ToolRun calibrated = run_tool("calibrate-projector", "--json --captures " + session() + " --truth " +
-                                                                 (scratch_ / "truth.json").string() + " -o " +
-                                                                 (scratch_ / "rig.json").string());
+  // Three views of 80 x 60 projector pixels predict up to 14 mm: no session for 5 mm, but for this route.
+  const ToolRun calibrated =
+      run_tool("calibrate-projector", "--json --accept 50mm --captures " + session() + " --truth " +
+                                          (scratch_ / "truth.json").string() + " -o " +
+                                          (scratch_ / "rig.json").string());
   EXPECT_EQ(calibrated.exit_code, 0) << calibrated.err;
   std::printf("%s", calibrated.err.c_str());
   // Time runs as it likes here, so no two runs are alike: 0.2 to 1.1 mm were seen, where a projector pixel

@@ -64,6 +64,8 @@ TEST(RealCaptures, JackknifeAgreesWithWholeRefits) {
   stated.board = io::read_board("chessboard:7x9:75mm");
   calibrate::Options options;
   options.light_read_at_corners = true;
+  // Averaged terms are no refit's: the solution that the closed form differentiates is the one without them.
+  options.camera.held = options.projector.held = {"skew", "k3"};
   const calibrate::CalibrationResult result = calibrate::calibrate_rig(
       tools::read_session(tools::open_session(test_data() / "graycode", stated)).correspondences, options);
   EXPECT_TRUE(result.sigmas_from_views);
@@ -105,8 +107,9 @@ TEST(RealCaptures, ThePredictedErrorIsCheckedForTheSurfaceOfTheUser) {
   EXPECT_EQ(run.exit_code, 0) << run.out << run.err;
   EXPECT_EQ(run.out.rfind("result     passed: predicted error ", 0), 0u) << run.out;
   EXPECT_NE(run.out.find("surface located externally"), std::string::npos) << run.out;
-  // 5 boards with 3 kinds of decoding notes: a line for each kind, not 15; 10 more of what is special here.
-  EXPECT_LE(std::count(run.err.begin(), run.err.end(), '\n'), 13) << run.err;
+  // 5 boards with 3 kinds of decoding notes: a line for each kind, not 15; 11 more of what is special here
+  // (glare that differs by two between two views, poorly constrained terms).
+  EXPECT_LE(std::count(run.err.begin(), run.err.end(), '\n'), 14) << run.err;
   EXPECT_NE(run.err.find("note: 5 views: decoded row codes "), std::string::npos) << run.err;
 
   EXPECT_EQ(run_tool("calibrate-projector", "--check " + rig).exit_code, 5);

@@ -21,6 +21,32 @@ TEST(BoardFile, HoldsEveryKindToTheLastDigit) {
   }
 }
 
+/// As Kalibr's own examples are written.
+TEST(BoardFile, ReadsTheTargetsOfKalibr) {
+  const Scratch scratch;
+  const auto read = [&](const std::string& text) {
+    return read_board(scratch.write("target.yaml", text).string());
+  };
+  const std::string grid =
+      "target_type: 'aprilgrid' #gridtype\n"
+      "tagCols: 6               #number of apriltags\n"
+      "tagRows: 5               #number of apriltags\n"
+      "tagSize: 0.088           #size of apriltag, edge to edge [m]\n"
+      "tagSpacing: 0.3          #ratio of space between tags to tagSize\n";
+  EXPECT_EQ(read(grid), Board(AprilGrid{6, 5, 0.088, 0.3}));
+  EXPECT_EQ(format_board(read(grid)), "aprilgrid:6x5:88mm:0.3");
+  EXPECT_EQ(read(grid + "codeOffset: 0\n"), read(grid));
+  EXPECT_ERROR(read(grid + "codeOffset: 30\n"), kUnsupported, "codeOffset");
+  EXPECT_EQ(read("target_type: 'checkerboard'\ntargetCols: 6\ntargetRows: 7\nrowSpacingMeters: 0.06\n"
+                 "colSpacingMeters: 0.06\n"),
+            Board(Chessboard{6, 7, 0.06}));
+  EXPECT_ERROR(read("target_type: 'circlegrid'\n"), kUnsupported, "no target of type 'circlegrid'");
+  EXPECT_ERROR(read("target_type: 'aprilgrid'\ntagCols: 6\n"), kInput, "its tagRows is missing");
+  EXPECT_ERROR(read("tagCols: 6\n"), kInput, "its target_type is missing");
+  EXPECT_ERROR(parse_board("aprilgrid:6x5:88mm:26mm"), kInput, "its spacing is no number");
+  EXPECT_ERROR(parse_board("aprilgrid:6x5:88mm:3"), kInput, "its spacing is not a share of the tag");
+}
+
 TEST(BoardFile, RefusesABoardThatNobodyCanPrint) {
   const Scratch scratch;
   const auto refuse = [&](const std::string& fields, const std::string& why) {

@@ -4,6 +4,7 @@
 
 #include "procam/io/files.hpp"
 #include "procam/io/images.hpp"
+#include "procam/io/pattern_file.hpp"
 #include "procam/io/shown_file.hpp"
 #include "scratch.hpp"
 
@@ -189,6 +190,41 @@ TEST(Shown, ReadsBackAndNamesWhatContradicts) {
   EXPECT_ERROR(load_shown(scratch.write("b.json", R"({"format": "procam-shown", "version": 1,
 "all_views": "f.png", "boards": {"x": {"columns": 7, "rows": 5, "first_corner": [1, 2], "step": 0}}})")),
                kInput, "b.json:2: boards.x.step: it is not positive");
+}
+
+TEST(PatternFile, ReadsBackAndNamesTheFrameThatIsWrong) {
+  using Kind = SequenceFrame::Kind;
+  const Scratch scratch;
+  save_pattern(scratch / "pattern.json", {4,
+                                          {0, 128},
+                                          {{Kind::kGray, StripeAxis::kRow, 3, true},
+                                           {Kind::kPhase, StripeAxis::kColumn, 0, false, 18.5, 2},
+                                           {Kind::kWhite}}});
+  const FrameSequence read = load_pattern(scratch / "pattern.json");
+  EXPECT_EQ(read.step, 4);
+  EXPECT_EQ(read.offset[1], 128);
+  ASSERT_EQ(read.frames.size(), 3u);
+  EXPECT_EQ(read.frames[0].axis, StripeAxis::kRow);
+  EXPECT_TRUE(read.frames[0].bit == 3 && read.frames[0].inverse);
+  EXPECT_EQ(read.frames[1].kind, Kind::kPhase);
+  EXPECT_EQ(read.frames[1].period, 18.5);
+  EXPECT_NEAR(read.frames[1].phase, 2, 1e-15);
+  EXPECT_EQ(read.frames[2].kind, Kind::kWhite);
+
+  const auto refused = [&](const std::string& fields, const std::string& part) {
+    const std::string start = R"({"format": "procam-pattern", "version": 1,)";
+    EXPECT_ERROR(load_pattern(scratch.write("bad.json", start + "\n" + fields + "}")), kInput, part);
+  };
+  refused(R"("frames": [{"kind": "white"}, {"kind": "grey"}])", "frames[1].kind: there is no 'grey' here");
+  refused(R"("frames": [{"kind": "gray", "axis": "columns"}])",
+          "bad.json:2: frames[0]: the field 'bit' is missing");
+  refused(R"("frames": [{"kind": "gray", "axis": "columns", "bit": 0, "period": 3}])",
+          "unknown field 'period'");
+  refused(R"("frames": [{"kind": "phase", "axis": "rows", "period": 16, "phase": 0}])",
+          "did you mean 'phase_deg'");
+  refused(R"("frames": [{"kind": "phase", "axis": "rows", "period": 1, "phase_deg": 0}])", "it is below 2");
+  refused(R"("offset": [0, 0.5], "frames": [{"kind": "white"}])", "offset: it is not two whole numbers");
+  refused(R"("frames": [])", "frames: there is none");
 }
 
 TEST(Session, ReadsBackAndMayBeAbsentOrPartial) {

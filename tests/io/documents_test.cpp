@@ -63,6 +63,7 @@ TEST(RigFile, ReadsBackEveryFieldToTheLastDigit) {
   EXPECT_EQ(loaded.covariance.matrix, rig.covariance.matrix);
   EXPECT_EQ(loaded.quality.rms_px, rig.quality.rms_px);
   EXPECT_EQ(loaded.quality.holdout_px, rig.quality.holdout_px);
+  EXPECT_EQ(loaded.quality.expected_holdout_px, rig.quality.expected_holdout_px);
   EXPECT_FALSE(loaded.quality.passed());
   EXPECT_EQ(loaded.provenance.options, rig.provenance.options);
   EXPECT_EQ(loaded.provenance.inputs[0].sha256, rig.provenance.inputs[0].sha256);

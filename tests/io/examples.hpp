@@ -30,7 +30,8 @@ inline std::vector<Board> example_boards() {
           CharucoBoard{6, 4, 0.025, 0.018, MarkerDictionary::kArucoOriginal, true},
           MarkerGrid{4, 5, 0.03, 1.0 / 128, MarkerDictionary::kAprilTag36h11},
           CircleGrid{7, 9, 0.025, 0.0151, false},
-          CircleGrid{4, 11, 0.02, 0.012, true}};
+          CircleGrid{4, 11, 0.02, 0.012, true},
+          AprilGrid{6, 5, 0.088, 0.3}};
 }
 
 inline Rig example_rig() {
@@ -51,6 +52,7 @@ inline Rig example_rig() {
   rig.quality.views_used = 5;
   rig.quality.rms_px = {{"left", 0.21}, {"beamer", 0.25}};
   rig.quality.holdout_px = {{"beamer", 0.28}};
+  rig.quality.expected_holdout_px = {{"beamer", 0.31}};
   rig.quality.gates = {
       {"camera_rms", true, "0.21 px, at most 0.30 px"},
       {"views", false, "5 views, at least 6: show the board in more places, nearer and farther, and turned"}};

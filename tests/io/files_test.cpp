@@ -1,4 +1,5 @@
 #include "procam/io/files.hpp"
+#include "sha256.hpp"
 
 #include <gtest/gtest.h>
 #include <sys/stat.h>
@@ -71,6 +72,18 @@ TEST(Sha256, MatchesTheVectorsOfTheStandard) {
             "cdc76e5c9914fb9281a1c7e284d73e67f1809a48a497200e046d39ccc7112cd0");
   const Scratch scratch;
   EXPECT_EQ(sha256_of_file(scratch.write("abc", "abc")), sha256("abc"));
+}
+
+// Where the processor has instructions for it, both ways are tried on it.
+TEST(Sha256, IsTheSameByEveryWayToComputeIt) {
+  for (const std::size_t length : {0, 1, 55, 56, 63, 64, 65, 127, 128, 1000, 4096}) {
+    std::string bytes(length, ' ');
+    for (std::size_t i = 0; i < length; ++i) bytes[i] = char(i * i * 37 + i / 3);
+    for (const CompressBlocks way : ways_to_compress())
+      EXPECT_EQ(sha256(bytes, way), sha256(bytes, ways_to_compress().front())) << length;
+  }
+  EXPECT_EQ(sha256(std::string(1000000, 'a'), ways_to_compress().front()),
+            "cdc76e5c9914fb9281a1c7e284d73e67f1809a48a497200e046d39ccc7112cd0");
 }
 
 TEST(NaturalOrder, CountsAsPeopleDo) {

@@ -4,6 +4,8 @@
 
 #include <Eigen/LU>
 #include <random>
+#include <set>
+#include <tuple>
 
 #include "procam/io/npy.hpp"
 #include "scratch.hpp"
@@ -43,6 +45,7 @@ TEST(Observations, AreReadByTheNamesOfTheirColumns) {
   const LightPoint& light = data.views[1].light_points[0];
   EXPECT_EQ(light.projector, 1);
   EXPECT_EQ(light.projector_pixel, Vec2(12, 13));
+  EXPECT_EQ(light.point, 3);  // -4 in the file
   EXPECT_EQ(light.camera_pixel, Vec2(14, 15));
   EXPECT_EQ(light.camera_covariance, Mat2(0.25 * Mat2::Identity()));
 }
@@ -76,6 +79,34 @@ TEST(Observations, FindPointsByPosition) {
                "line 3: the board has no point at its x, y, z");
   EXPECT_ERROR(parse_observations(text + "0,0,0.031,0,0,9,9\n", "o.csv", {{}, devices}), kInput,
                "no square grid");
+  // A target of several planes: each is a board of its own.
+  EXPECT_ERROR(parse_observations(text + "0,0,0.02,0.02,0.05,9,9\n", "o.csv", {{}, devices}), kInput,
+               "line 14: its z is 0.05 m, and boards are flat; give each plane");
+}
+
+/// Views are compared by the points of the pattern (a stale frame shows those of another view): their numbers
+/// survive a file, also where two cameras see the same point and views show different parts of the pattern.
+TEST(Observations, KeepTheNumbersOfThePatternsPoints) {
+  Correspondences data;
+  data.board = Chessboard{4, 3, 0.02};
+  data.devices = {{"left", DeviceKind::kCamera, {640, 480}},
+                  {"right", DeviceKind::kCamera, {640, 480}},
+                  {"beamer", DeviceKind::kProjector, {1024, 768}}};
+  const auto light = [](int camera, int point) {
+    return LightPoint{2,    Vec2(10 + point, 20), camera, Vec2(30 + camera, 40 + point), Mat2::Identity(),
+                      point};
+  };
+  data.views = {{"a", {{}, {}, {}}, {light(0, 7), light(1, 7), light(1, 2)}},
+                {"b", {{}, {}, {}}, {light(0, 2)}}};
+  const Correspondences read = parse_observations(format_observations(data), "o.csv");
+  std::set<std::tuple<std::size_t, int, int, double>> expected, found;  // view, camera, point, pixel
+  for (const bool original : {true, false}) {
+    const Correspondences& one = original ? data : read;
+    for (std::size_t v = 0; v < one.views.size(); ++v)
+      for (const LightPoint& l : one.views[v].light_points)
+        (original ? expected : found).insert({v, l.camera, l.point, l.camera_pixel.y()});
+  }
+  EXPECT_EQ(found, expected);
 }
 
 /// Two cameras, two projectors, light points, covariances that are no circles.

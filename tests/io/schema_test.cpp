@@ -10,6 +10,7 @@
 #include "procam/io/board_file.hpp"
 #include "procam/io/captures.hpp"
 #include "procam/io/marker_map_file.hpp"
+#include "procam/io/pattern_file.hpp"
 #include "procam/io/pose_file.hpp"
 #include "procam/io/rig_file.hpp"
 #include "procam/io/shown_file.hpp"
@@ -141,6 +142,12 @@ TEST(Schema, DescribesExactlyWhatIsWritten) {
   save_shown(scratch / "shown.json",
              {true, {{"view_00.png", "left"}}, {}, {{"left", {7, 5, Vec2(31.5, 20.5), 44}}}});
   save_shown(scratch / "shown_all.json", {false, {}, "projected.png", {}});
+  using Kind = SequenceFrame::Kind;
+  save_pattern(scratch / "pattern.json", {2,
+                                          {0, 128},
+                                          {{Kind::kGray, StripeAxis::kRow, 3, true},
+                                           {Kind::kPhase, StripeAxis::kColumn, 0, false, 18.5, 2},
+                                           {Kind::kIgnored}}});
   save_marker_map(scratch / "markers.json", test::example_markers());
 
   std::vector<std::string> boards;
@@ -157,6 +164,7 @@ TEST(Schema, DescribesExactlyWhatIsWritten) {
       {"pose", {"pose.json"}},
       {"session", {"session.json", "several/session.json"}},
       {"shown", {"shown.json", "shown_all.json"}},
+      {"pattern", {"pattern.json"}},
       {"board", boards}};
   for (const auto& [name, written] : files) {
     const json schema = schema_of(name);

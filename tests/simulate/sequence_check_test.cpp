@@ -4,9 +4,11 @@
 #include <gtest/gtest.h>
 
 #include <cstdio>
+#include <fstream>
 #include <functional>
 #include <map>
 
+#include "procam/pattern/phase_shift.hpp"
 #include "procam/simulate/session.hpp"
 
 namespace procam::simulate {
@@ -25,6 +27,10 @@ std::vector<Broken> all_kinds() {
        [](Conditions& c) {
          c.gamma = {2.6, 2.6};
        }},
+      {"dark", "",
+       [](Conditions& c) {
+         c.dark_views = 99, c.white = {0.22, 0.22};
+       }},
       {"moved", "board_moved", [](Conditions& c) { c.moved_views = 99; }},
       {"stale", "stale_frame", [](Conditions& c) { c.stale_views = 99; }},
       {"missing", "frame_missing", [](Conditions& c) { c.missing_views = 99; }},
@@ -38,20 +44,61 @@ std::vector<Broken> all_kinds() {
       {"focus_drift", "focus_drift", [](Conditions& c) { c.focus_drift_px = 2; }},
       {"spot", "highlight", [](Conditions& c) { c.spot = 3; }},
       {"glare", "scattered_light", [](Conditions& c) { c.glare = 0.4; }},
-      {"noise", "noisy", [](Conditions& c) { c.noise_factor = 5; }},
+      {"noise", "noisy",
+       [](Conditions& c) {
+         c.noise = NoiseModel{400, 0};
+       }},
   };
 }
 
-/// What is said of a view: the first remark's code.
-std::string cause(const Session& session, std::size_t view) {
+/// Without mistakes in single views.
+Conditions sound_conditions(Level level) {
+  Conditions conditions = level_conditions(level);
+  conditions.dark_views = conditions.overexposed_views = conditions.moved_views = conditions.stale_views = 0;
+  return conditions;
+}
+
+/// Where the board is in the last captures, as a detector finds it.
+Points2 corners_at_end(const Session& session, std::size_t view) {
+  World world = session.views[view];
+  if (!session.defects.empty() && session.defects[view].moved)
+    world.rig_from_board = world.rig_from_board * session.defects[view].moved->board_from_moved;
+  Points2 corners;
+  for (const Observation& corner : board_in_camera(world)) corners.push_back(corner.pixel);
+  return corners;
+}
+
+pattern::SequenceCheck check(const Session& session, std::size_t view) {
   const pattern::GrayCode gray_code{session.rig().projector().projector.size()};
   const std::vector<ImageU8> captures = capture_view(session, view, pattern::frames(gray_code));
-  Points2 corners;
-  for (const Observation& corner : board_in_camera(session.views[view])) corners.push_back(corner.pixel);
-  const pattern::SequenceCheck check =
-      pattern::check_sequence({captures.begin(), captures.end()}, gray_code, corners);
-  if (check.diagnostics.items.empty()) return "";
-  return check.diagnostics.items.front().code;
+  return pattern::check_sequence({captures.begin(), captures.end()}, gray_code,
+                                 corners_at_end(session, view));
+}
+
+/// The first remark's code; empty without remarks.
+std::string cause(const pattern::SequenceCheck& check) {
+  return check.diagnostics.items.empty() ? "" : check.diagnostics.items.front().code;
+}
+
+/// Does the row of this code in the table of docs/troubleshooting.md quote the message? "..." in the quote
+/// stands for any text.
+bool is_quoted(const std::string& code, const std::string& message) {
+  std::ifstream page(std::string(PROCAM_SOURCE_DIR) + "/docs/troubleshooting.md");
+  for (std::string row; std::getline(page, row);) {
+    if (row.rfind("|", 0) != 0 || row.find("`" + code + "`") == std::string::npos) continue;
+    const std::size_t begin = row.find('"') + 1, end = row.find('"', begin);
+    std::string quote = row.substr(begin, end - begin);
+    std::size_t at = 0;
+    for (std::size_t part = 0; part != std::string::npos;) {
+      const std::size_t next = quote.find("...", part);
+      const std::string text = quote.substr(part, next == std::string::npos ? next : next - part);
+      at = message.find(text, at);
+      if (at == std::string::npos) return false;
+      part = next == std::string::npos ? next : next + 3;
+    }
+    return true;
+  }
+  return false;
 }
 
 struct KindCase {
@@ -67,16 +114,16 @@ TEST_P(BrokenSequences, AreNamedByTheirCause) {
     std::map<std::string, int> counts;  // by code
     int right = 0, all = 0;
     for (std::uint64_t seed = GetParam().first_seed; seed <= GetParam().last_seed; ++seed) {
-      Conditions conditions = level_conditions(GetParam().level);
-      conditions.dark_views = conditions.overexposed_views = conditions.moved_views = conditions.stale_views =
-          0;
+      Conditions conditions = sound_conditions(GetParam().level);
       kind.spoil(conditions);
       Session session = make_session(GetParam().level, seed, {}, {}, conditions);
       session.capture.samples_per_axis = 1;
       for (std::size_t view = 0; view < GetParam().views; ++view, ++all) {
-        const std::string found = cause(session, view);
-        ++counts[found];
-        right += found == kind.code;
+        const pattern::SequenceCheck found = check(session, view);
+        ++counts[cause(found)];
+        right += cause(found) == kind.code;
+        for (const Diagnostic& remark : found.diagnostics.items)
+          EXPECT_TRUE(is_quoted(remark.code, remark.message)) << remark.code << ": " << remark.message;
       }
     }
     std::string text;
@@ -94,6 +141,46 @@ INSTANTIATE_TEST_SUITE_P(ManySeeds, BrokenSequences,
                          testing::Values(KindCase{Level::kEasy, 11, 15, 2},
                                          KindCase{Level::kPaper, 11, 15, 4},
                                          KindCase{Level::kHard, 11, 15, 4}));
+
+TEST(ComplementaryFrames, AreFoundInAnyPattern) {
+  const auto gray = pattern::complementary_frames(pattern::frames(pattern::GrayCode{{200, 120}}));
+  EXPECT_EQ(gray.frames, 32);
+  ASSERT_EQ(gray.pairs.size(), 15u);
+  EXPECT_EQ(gray.pairs[4], (std::array<int, 2>{8, 9}));
+  EXPECT_EQ(gray.white, 30);
+  EXPECT_EQ(gray.black, 31);
+  const auto waves = pattern::complementary_frames(pattern::frames(pattern::PhaseShift{{200, 120}}));
+  EXPECT_EQ(2 * waves.pairs.size(), std::size_t(waves.frames));
+  EXPECT_EQ(waves.pairs[1], (std::array<int, 2>{1, 5}));   // of eight steps
+  EXPECT_EQ(waves.pairs[4], (std::array<int, 2>{8, 10}));  // of four
+  EXPECT_FALSE(waves.white || waves.black);
+}
+
+TEST(PhaseShiftSequence, IsCheckedAsGrayCodeIs) {
+  const std::vector<Broken> kinds{
+      {"sound", "", [](Conditions&) {}},
+      {"moved", "board_moved",
+       [](Conditions& c) {
+         c.moved_views = 99, c.moved_by = {0.01, 0.01};
+       }},
+      {"stale", "stale_frame", [](Conditions& c) { c.stale_views = 99; }},
+      {"saturated", "overexposed", [](Conditions& c) { c.overexposed_views = 99; }},
+      {"flicker", "flicker", [](Conditions& c) { c.flicker = 0.12; }},
+  };
+  for (const Broken& kind : kinds) {
+    Conditions conditions = sound_conditions(Level::kPaper);
+    kind.spoil(conditions);
+    Session session = make_session(Level::kPaper, 5, {}, {}, conditions);
+    session.capture.samples_per_axis = 1;
+    const pattern::PhaseShift waves{session.rig().projector().projector.size()};
+    const std::vector<ImageU8> frames = pattern::frames(waves), captures = capture_view(session, 1, frames);
+    const pattern::SequenceCheck found =
+        pattern::check_sequence({captures.begin(), captures.end()}, pattern::complementary_frames(frames),
+                                corners_at_end(session, 1));
+    EXPECT_EQ(cause(found), kind.code) << kind.name;
+    EXPECT_EQ(found.decoding_is_wrong, cause(found) == "board_moved" || cause(found) == "stale_frame");
+  }
+}
 
 }  // namespace
 }  // namespace procam::simulate

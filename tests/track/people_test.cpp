@@ -262,8 +262,7 @@ TEST(ForbiddenZone, SeesAnyJoint) {
   EXPECT_FALSE(trespass({person}, Pose(Eigen::Quaterniond::Identity(), Vec3(0, 1, 0)), zone, 0.5));
 }
 
-// --- the light
-// -------------------------------------------------------------------------------------------------------
+// --- the light ---
 
 Projector lopsided_projector() {
   Projector projector;

@@ -218,8 +218,7 @@ TEST(PoseSource, TextsThatNameNoneAreRefusedInThreeParts) {
   }
 }
 
-// --- people
-// -------------------------------------------------------------------------------------------------------
+// --- people ---
 
 std::string skeleton_line(double x) {
   SkeletonFrame frame;

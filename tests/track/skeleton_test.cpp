@@ -158,8 +158,7 @@ TEST(SkeletonCsv, TellsAbsentFromWrong) {
   EXPECT_ERROR(read_skeleton_log("no/such/file.csv"), kIo, "no/such/file.csv");
 }
 
-// --- other makers' sets
-// -------------------------------------------------------------------------------------------------------
+// --- other makers' sets ---
 
 TEST(JointSets, LeftStaysThePersonsOwn) {
   // Facing the sensor a person's left is on its right: x > 0 in the optical frame.
@@ -332,8 +331,7 @@ TEST(MediaPipe, IsAnchoredByTheFloor) {
   EXPECT_FALSE(anchored_on_floor(Skeleton(), bearing, floor));
 }
 
-// --- real recordings
-// -------------------------------------------------------------------------------------------------------
+// --- real recordings ---
 
 /// An arm is raised sideways again and again. The frontal angle rises from 18..30 degrees to 93..113 and
 /// back: ten times by the left arm, ten by the right, once in the third log, whose later bump ends at 42

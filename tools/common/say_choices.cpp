@@ -60,4 +60,21 @@ void say_views(Console& console, const calibrate::CalibrationResult& result,
   }
 }
 
+void say_board_shape(Console& console, const calibrate::CalibrationResult& result) {
+  if (result.shape.free) {
+    console.say(format("board      not flat: %.2f mm along and %.2f mm off its plane (rms), at most %.2f mm",
+                       1e3 * result.shape.in_plane_rms, 1e3 * result.shape.out_of_plane_rms,
+                       1e3 * result.shape.largest));
+    console.summary().set("/board/in_plane_rms_mm", 1e3 * result.shape.in_plane_rms);
+    console.summary().set("/board/out_of_plane_rms_mm", 1e3 * result.shape.out_of_plane_rms);
+    console.summary().set("/board/largest_mm", 1e3 * result.shape.largest);
+  }
+  console.summary().set("/board/free_shape", result.shape.free);
+}
+
+void say_size_to_measure(Console& console, const calibrate::CalibrationResult& result) {
+  console.say("measure    " + result.size_to_measure);
+  console.summary().set("/board/size_to_measure", result.size_to_measure);
+}
+
 }  // namespace procam::tools

@@ -15,4 +15,10 @@ void say_lens_models(Console& console, const calibrate::CalibrationResult& resul
 void say_views(Console& console, const calibrate::CalibrationResult& result,
                const std::optional<analyze::NextView>& next, analyze::SurfaceLocated located);
 
+/// The shape of a board that is not flat.
+void say_board_shape(Console& console, const calibrate::CalibrationResult& result);
+
+/// The measurement of the board that images cannot replace.
+void say_size_to_measure(Console& console, const calibrate::CalibrationResult& result);
+
 }  // namespace procam::tools

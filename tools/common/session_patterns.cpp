@@ -1,14 +1,20 @@
 #include "common/session_patterns.hpp"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <cstdio>
+#include <regex>
 
 #include "procam/detect/board_artwork.hpp"
 #include "procam/detect/detect_board.hpp"
 #include "procam/detect/projected_board.hpp"
+#include "procam/detect/shown_board.hpp"
 #include "procam/io/board_file.hpp"
+#include "procam/io/pattern_file.hpp"
 #include "procam/io/text.hpp"
 #include "procam/match/board_light.hpp"
+#include "procam/pattern/frame_sequence.hpp"
 #include "procam/pattern/gray_code.hpp"
 #include "procam/pattern/phase_shift.hpp"
 #include "procam/pattern/projected_board.hpp"
@@ -17,6 +23,8 @@
 
 namespace procam::tools {
 namespace {
+
+const char* const kPatternFile = "pattern.json";
 
 [[noreturn]] void refuse(const std::string& text, const std::string& why, const std::string& next) {
   throw Error(ErrorKind::kInput, "pattern '" + text + "'", why, next);
@@ -59,6 +67,95 @@ bool is_replaced_by(const pattern::SequenceCheck& sequence, const std::string& c
   return code == "pair_not_complementary" && !sequence.diagnostics.items.empty();
 }
 
+/// The cause that the sequence shows, and that the view keeps its camera corners without the projector's.
+void add_remarks(const pattern::SequenceCheck& sequence, Detections& in_camera) {
+  in_camera.diagnostics.append(sequence.diagnostics);
+  if (sequence.decoding_is_wrong && !in_camera.observations.empty())
+    in_camera.diagnostics.note(
+        "projector_rejected",
+        "its frames do not belong together, so that only the camera's corners are used");
+}
+
+Points2 pixels_of(const Detections& detections) {
+  Points2 pixels;
+  for (const Observation& corner : detections.observations) pixels.push_back(corner.pixel);
+  return pixels;
+}
+
+/// More light does not help where the stripes are out of focus.
+void name_blur(const Diagnostics& decoded, Diagnostic& remark) {
+  const Diagnostic* blurred = decoded.find("stripes_blurred");
+  if (blurred == nullptr || blurred->severity == Severity::kNote) return;
+  if (remark.code == "board_not_lit")
+    remark.message = "too few stripes are read on the board: " + blurred->message;
+  else if (remark.code == "corners_not_lit")
+    remark.message += "; " + blurred->message;
+}
+
+/// How captures of Gray code are read that were not shown by procam.
+struct GrayReading {
+  /// Pattern and inverse are two measurements: else nothing of the sequence can be checked by their sum.
+  bool has_inverses = true;
+  std::array<int, 2> offset = {0, 0};  ///< of the codes, projector pixels
+  ImageSize projector_size;
+};
+
+/// Where white is no brighter than black the sequence may tell why.
+DecodedMap decode(const std::vector<ViewU8>& captures, const pattern::GrayCode& gray_code,
+                  const pattern::DecodeOptions& options, const GrayReading& how) {
+  try {
+    return pattern::decode(captures, gray_code, options);
+  } catch (const Error& error) {
+    if (!how.has_inverses || int(captures.size()) != pattern::frame_count(gray_code)) throw;
+    const pattern::SequenceCheck sequence = pattern::check_sequence(captures, gray_code, {});
+    if (sequence.diagnostics.items.empty()) throw;
+    throw Error(error.kind(), "Gray-code captures", sequence.diagnostics.items.front().message,
+                "capture this view again");
+  }
+}
+
+match::BoardView read_gray(const std::string& view_name, const std::vector<ViewU8>& captures,
+                           const pattern::GrayCode& gray_code, const Board& board, const GrayReading& how) {
+  pattern::StripeEdgeOptions options;
+  if (!how.has_inverses) {
+    // P - (white + black - P) has three times the variance of P - inverse.
+    options.decode.bit_sigmas *= std::sqrt(3.0);
+    options.min_step_sigmas *= std::sqrt(3.0);
+  }
+  DecodedMap decoded = decode(captures, gray_code, options.decode, how);
+  require_size_fits(decoded);
+  const ViewU8& white = captures[captures.size() - 2];
+  Detections in_camera = detect::detect_board(white, board), in_projector;
+  in_projector.image_size = how.projector_size;
+  if (in_camera.observations.empty()) {
+    // Light that ends on the board is an edge through its print, many times as bright on one side.
+    Detections unlit = detect::detect_board(in_room_light(captures), board);
+    if (!unlit.observations.empty()) {
+      in_camera = std::move(unlit);
+      in_camera.diagnostics.note("board_in_room_light",
+                                 "the board was found by the room's light alone: the projector's lights "
+                                 "a part of it");
+    }
+  }
+  pattern::SequenceCheck sequence;
+  if (how.has_inverses) sequence = pattern::check_sequence(captures, gray_code, pixels_of(in_camera));
+  if (!in_camera.observations.empty() && !sequence.decoding_is_wrong) {
+    const BoardArtwork artwork = detect::board_artwork(board);
+    const ImageU8 area = match::readable_area(in_camera, board, artwork);
+    options.area = area;
+    std::vector<StripeEdge> edges = pattern::stripe_edges(captures, decoded, gray_code, options);
+    for (StripeEdge& edge : edges)
+      edge.projector_coordinate -= how.offset[edge.axis == StripeAxis::kColumn ? 0 : 1];
+    decoded.projector_size = how.projector_size;
+    in_projector = match::project_board(in_camera, board, artwork, decoded, edges);
+    for (Diagnostic& remark : in_projector.diagnostics.items) name_blur(decoded.diagnostics, remark);
+  }
+  for (const Diagnostic& remark : decoded.diagnostics.items)
+    if (!is_replaced_by(sequence, remark.code)) in_camera.diagnostics.items.push_back(remark);
+  add_remarks(sequence, in_camera);
+  return {view_name, {in_camera, in_projector}};
+}
+
 class GrayPattern : public SessionPattern {
  public:
   explicit GrayPattern(const pattern::GrayCode& gray_code) : gray_code_(gray_code) {}
@@ -70,54 +167,10 @@ class GrayPattern : public SessionPattern {
 
   match::BoardView read(const std::string& view_name, const std::vector<ViewU8>& captures,
                         const Board& board) const override {
-    const DecodedMap decoded = pattern::decode(captures, gray_code_);
-    require_size_fits(decoded);
-    const ViewU8& white = captures[captures.size() - 2];
-    Detections in_camera = detect::detect_board(white, board), in_projector;
-    in_projector.image_size = gray_code_.projector_size;
-    if (in_camera.observations.empty()) {
-      // Light that ends on the board is an edge through its print, many times as bright on one side.
-      Detections unlit = detect::detect_board(in_room_light(captures), board);
-      if (!unlit.observations.empty()) {
-        in_camera = std::move(unlit);
-        in_camera.diagnostics.note("board_in_room_light",
-                                   "the board was found by the room's light alone: the projector's lights "
-                                   "a part of it");
-      }
-    }
-    Points2 corners;
-    for (const Observation& corner : in_camera.observations) corners.push_back(corner.pixel);
-    const pattern::SequenceCheck sequence = pattern::check_sequence(captures, gray_code_, corners);
-    if (!in_camera.observations.empty() && !sequence.decoding_is_wrong) {
-      const BoardArtwork artwork = detect::board_artwork(board);
-      const ImageU8 area = match::readable_area(in_camera, board, artwork);
-      pattern::StripeEdgeOptions options;
-      options.area = area;
-      in_projector = match::project_board(in_camera, board, artwork, decoded,
-                                          pattern::stripe_edges(captures, decoded, gray_code_, options));
-      for (Diagnostic& remark : in_projector.diagnostics.items) name_blur(decoded.diagnostics, remark);
-    }
-    for (const Diagnostic& remark : decoded.diagnostics.items)
-      if (!is_replaced_by(sequence, remark.code)) in_camera.diagnostics.items.push_back(remark);
-    in_camera.diagnostics.append(sequence.diagnostics);
-    if (sequence.decoding_is_wrong && !in_camera.observations.empty())
-      in_camera.diagnostics.note(
-          "projector_rejected",
-          "its frames do not belong together, so that only the camera's corners are used");
-    return {view_name, {in_camera, in_projector}};
+    return read_gray(view_name, captures, gray_code_, board, {true, {0, 0}, gray_code_.projector_size});
   }
 
  private:
-  /// More light does not help where the stripes are out of focus.
-  static void name_blur(const Diagnostics& decoded, Diagnostic& remark) {
-    const Diagnostic* blurred = decoded.find("stripes_blurred");
-    if (blurred == nullptr || blurred->severity == Severity::kNote) return;
-    if (remark.code == "board_not_lit")
-      remark.message = "too few stripes are read on the board: " + blurred->message;
-    else if (remark.code == "corners_not_lit")
-      remark.message += "; " + blurred->message;
-  }
-
   pattern::GrayCode gray_code_;
 };
 
@@ -127,10 +180,40 @@ std::unique_ptr<SessionPattern> make_gray(const std::string& parameters, ImageSi
   return std::make_unique<GrayPattern>(pattern::GrayCode{projector_size, step});
 }
 
+/// Flat light by the last two pairs of frames alone, before which a board may have moved.
+ImageU8 last_light(const std::vector<ViewU8>& captures, const pattern::ComplementaryFrames& frames) {
+  ImageU8 mean(captures.front().size());
+  const auto &a = frames.pairs[frames.pairs.size() - 2], &b = frames.pairs.back();
+  for (int y = 0; y < mean.height(); ++y)
+    for (int x = 0; x < mean.width(); ++x) {
+      int sum = 2;
+      for (const int frame : {a[0], a[1], b[0], b[1]}) sum += captures[std::size_t(frame)].at(x, y);
+      mean.at(x, y) = std::uint8_t(sum / 4);
+    }
+  return mean;
+}
+
+match::BoardView read_light_map(const std::string& view_name, const std::vector<ViewU8>& captures,
+                                const pattern::ComplementaryFrames& frames, const LightMap& light,
+                                const ViewU8& flat_lit, const Board& board) {
+  Detections in_camera = detect::detect_board(flat_lit, board), in_projector;
+  in_projector.image_size = light.projector_size;
+  const pattern::SequenceCheck sequence = pattern::check_sequence(captures, frames, pixels_of(in_camera));
+  if (sequence.decoding_is_wrong) in_camera = detect::detect_board(last_light(captures, frames), board);
+  if (!in_camera.observations.empty() && !sequence.decoding_is_wrong)
+    in_projector = match::project_board(in_camera, board, detect::board_artwork(board), light);
+  for (const Diagnostic& remark : light.diagnostics.items)
+    if (remark.code != "pair_not_complementary" || sequence.diagnostics.items.empty())
+      in_camera.diagnostics.items.push_back(remark);
+  add_remarks(sequence, in_camera);
+  return {view_name, {in_camera, in_projector}};
+}
+
 /// Phase shift, its waves numbered by coarser waves or by Gray code.
 class PhasePattern : public SessionPattern {
  public:
-  explicit PhasePattern(const pattern::PhaseShift& shown) : shown_(shown) {}
+  explicit PhasePattern(const pattern::PhaseShift& shown)
+      : shown_(shown), complementary_(pattern::complementary_frames(pattern::frames(shown))) {}
 
   std::string text() const override {
     const bool gray = shown_.wave_number == pattern::WaveNumber::kGrayCode;
@@ -142,17 +225,69 @@ class PhasePattern : public SessionPattern {
 
   match::BoardView read(const std::string& view_name, const std::vector<ViewU8>& captures,
                         const Board& board) const override {
-    const LightMap light = pattern::decode(captures, shown_);
-    Detections in_camera = detect::detect_board(pattern::flat_light(captures, shown_), board), in_projector;
-    in_projector.image_size = shown_.projector_size;
-    if (!in_camera.observations.empty())
-      in_projector = match::project_board(in_camera, board, detect::board_artwork(board), light);
-    in_camera.diagnostics.append(light.diagnostics);
-    return {view_name, {in_camera, in_projector}};
+    return read_light_map(view_name, captures, complementary_, pattern::decode(captures, shown_),
+                          pattern::flat_light(captures, shown_), board);
   }
 
  private:
   pattern::PhaseShift shown_;
+  pattern::ComplementaryFrames complementary_;
+};
+
+/// Another program's frames, by their description.
+class DescribedPattern : public SessionPattern {
+ public:
+  DescribedPattern(const FrameSequence& sequence, ImageSize projector_size)
+      : sequence_(sequence), projector_size_(projector_size) {
+    pattern::require_decodable(sequence, projector_size);
+  }
+
+  std::string text() const override { return kPatternFile; }
+  std::string describe() const override { return pattern::describe(sequence_, projector_size_); }
+  std::vector<ImageU8> frames() const override { return pattern::frames(sequence_, projector_size_); }
+  int frame_count() const override { return int(sequence_.frames.size()); }
+  void save_files(const std::filesystem::path& session_folder) const override {
+    io::save_pattern(session_folder / kPatternFile, sequence_);
+  }
+
+  match::BoardView read(const std::string& view_name, const std::vector<ViewU8>& captures,
+                        const Board& board) const override {
+    if (!pattern::is_gray_code(sequence_))
+      return read_light_map(view_name, captures, pattern::complementary_frames(frames()),
+                            pattern::decode(captures, sequence_, projector_size_),
+                            pattern::flat_light(captures, sequence_, projector_size_), board);
+    const pattern::GrayCaptures ordered = pattern::gray_captures(captures, sequence_, projector_size_);
+    match::BoardView view =
+        read_gray(view_name, ordered.captures, ordered.gray_code, board,
+                  {ordered.has_all_inverses,
+                   {sequence_.offset[0] * sequence_.step, sequence_.offset[1] * sequence_.step},
+                   projector_size_});
+    for (Detections& detections : view.detections)
+      for (Diagnostic& remark : detections.diagnostics.items)
+        remark.message = with_original_numbers(remark.message, ordered.original);
+    return view;
+  }
+
+ private:
+  /// "frame 20 (row bit 9)": the number in procam's order becomes that of the capture.
+  static std::string with_original_numbers(const std::string& text, const std::vector<int>& original) {
+    static const std::regex number("frame ([0-9]+) \\(");
+    std::string renumbered;
+    auto rest = text.cbegin();
+    for (std::sregex_iterator match(text.begin(), text.end(), number), end; match != end; ++match) {
+      const std::size_t shown = std::size_t(std::stoul((*match)[1]));
+      renumbered.append(rest, text.cbegin() + match->position());
+      renumbered += "frame ";
+      if (shown < original.size() && original[shown] >= 0)
+        renumbered += std::to_string(original[shown]) + " ";
+      renumbered += "(";
+      rest = text.cbegin() + match->position() + match->length();
+    }
+    return renumbered.append(rest, text.cend());
+  }
+
+  FrameSequence sequence_;
+  ImageSize projector_size_;
 };
 
 std::unique_ptr<SessionPattern> make_waves(const std::string& name, const std::string& parameters,
@@ -191,7 +326,8 @@ class BoardOfLight : public SessionPattern {
   BoardOfLight(const char* name, const pattern::ProjectedBoard& shown) : name_(name), shown_(shown) {}
 
   std::string text() const override {
-    return std::string(name_) + ":" + layout_text(shown_.layout) + (shown_.colour ? ":colour" : "");
+    return std::string(name_) + ":" + layout_text(shown_.layout) + (shown_.upright ? ":upright" : "") +
+           (shown_.colour ? ":colour" : "");
   }
   std::string describe() const override {
     return std::to_string(frame_count()) + " frames for " + io::format_size(shown_.projector_size) +
@@ -215,6 +351,12 @@ class BoardOfLight : public SessionPattern {
     match::BoardView view{view_name, {detect::detect_board(light.flat_lit, board), {}}, light.points};
     view.detections[kProjectorDevice].image_size = shown_.projector_size;
     view.detections[kProjectorDevice].diagnostics = light.diagnostics;
+    if (shown_.colour) return view;
+    Detections& in_camera = view.detections[kCameraDevice];
+    const pattern::SequenceCheck sequence =
+        pattern::check_flat_and_board(captures[0], captures[1], pixels_of(in_camera));
+    add_remarks(sequence, in_camera);
+    if (sequence.decoding_is_wrong) view.light_points.clear();
     return view;
   }
   std::optional<SeenLight> read_light(const std::vector<ViewU8>& captures) const override {
@@ -261,7 +403,8 @@ class BoardOfLight : public SessionPattern {
     return light;
   }
   void find_points(const ViewU8& board_lit, SeenLight& light) const {
-    const Detections found = detect::detect_projected_board(board_lit, light.flat_lit, shown_.layout);
+    Detections found = detect::detect_projected_board(board_lit, light.flat_lit, shown_.layout);
+    if (shown_.upright) detect::number_upright(found, std::get<Chessboard>(shown_.layout));
     for (Diagnostic remark : found.diagnostics.items) {
       remark.message = std::string("the projected ") + name_ + ": " + remark.message;
       light.diagnostics.items.push_back(remark);
@@ -277,15 +420,19 @@ class BoardOfLight : public SessionPattern {
 };
 
 /// "12x9:64px" as the board of that kind, projector pixels for metres; without parameters the one that fills
-/// the picture. A last part "colour" makes one colour frame of two.
+/// the picture. A last part "colour" makes one colour frame of two; "upright" before it states that the frame
+/// appears upright in the images.
 std::unique_ptr<SessionPattern> make_light(const char* name, const std::string& kind,
                                            const std::string& parameters, ImageSize projector_size,
                                            const Board& filling) {
   std::string typed = parameters;
-  const std::string colour = "colour";
-  const bool in_colour = typed == colour || (typed.size() > colour.size() &&
-                                             typed.substr(typed.size() - colour.size() - 1) == ":" + colour);
-  if (in_colour) typed.resize(typed == colour ? 0 : typed.size() - colour.size() - 1);
+  const auto take_last = [&](const std::string& word) {
+    const bool has = typed == word || (typed.size() > word.size() &&
+                                       typed.substr(typed.size() - word.size() - 1) == ":" + word);
+    if (has) typed.resize(typed == word ? 0 : typed.size() - word.size() - 1);
+    return has;
+  };
+  const bool in_colour = take_last("colour"), upright = take_last("upright");
   const std::string next =
       std::string("give e.g. ") + name + ":" + layout_text(filling) + ", or " + name + " alone";
   Board layout = filling;
@@ -296,7 +443,8 @@ std::unique_ptr<SessionPattern> make_light(const char* name, const std::string& 
   }
   try {
     return std::make_unique<BoardOfLight>(
-        name, pattern::projected_board(projector_size, layout, detect::board_artwork(layout), in_colour));
+        name,
+        pattern::projected_board(projector_size, layout, detect::board_artwork(layout), in_colour, upright));
   } catch (const Error& error) {
     refuse(name + (":" + parameters), error.why(), error.next());
   }
@@ -334,6 +482,12 @@ const std::vector<PatternRow>& pattern_table() {
 }
 
 std::unique_ptr<SessionPattern> make_pattern(const std::string& text, ImageSize projector_size, int step) {
+  if (const std::filesystem::path file(text); file.extension() == ".json") try {
+      return std::make_unique<DescribedPattern>(io::load_pattern(file), projector_size);
+    } catch (const Error& error) {
+      if (error.subject().find(file.string()) == 0) throw;
+      throw Error(error.kind(), file.string() + ", " + error.subject(), error.why(), error.next());
+    }
   const std::size_t colon = text.find(':');
   const std::string name = text.substr(0, colon);
   for (const PatternRow& row : pattern_table())
@@ -341,14 +495,14 @@ std::unique_ptr<SessionPattern> make_pattern(const std::string& text, ImageSize 
       return row.make(colon == std::string::npos ? "" : text.substr(colon + 1), projector_size, step);
   std::string known;
   for (const PatternRow& row : pattern_table()) known += (known.empty() ? "" : ", ") + std::string(row.name);
-  refuse(text, "there is no such pattern", "use one of: " + known);
+  refuse(text, "there is no such pattern", "use one of: " + known + ", or a pattern file (.json)");
 }
 
 std::string pattern_help() {
   std::string help;
   for (const PatternRow& row : pattern_table())
     help += (help.empty() ? "" : " | ") + std::string(row.name) + " (" + row.about + ")";
-  return help;
+  return help + " | FILE.json (another program's frames, described: docs/patterns.md)";
 }
 
 }  // namespace procam::tools

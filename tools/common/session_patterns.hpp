@@ -5,6 +5,7 @@
 /// To add one: a class that implements SessionPattern and one row in the table, both in session_patterns.cpp.
 /// Every tool that shows, simulates or reads a session then knows it, and tests/tools tries what it shows.
 #include <Eigen/Geometry>
+#include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
@@ -36,6 +37,10 @@ class SessionPattern {
   /// What the projector shows, the projector's size, in the order of capture.
   virtual std::vector<ImageU8> frames() const = 0;
   virtual int frame_count() const = 0;
+  /// Files beside session.json that text() names; most patterns have none.
+  virtual void save_files(const std::filesystem::path& session_folder) const {
+    static_cast<void>(session_folder);
+  }
   /// Of the frames and of their captures: 1, grey, or 3, colour.
   virtual int channels() const { return 1; }
   /// The part of the picture that must land on blank paper beside the print; none where the print may be lit.
@@ -62,7 +67,8 @@ struct PatternRow {
 
 const std::vector<PatternRow>& pattern_table();
 
-/// "gray", or a name with parameters after a colon. Throws Error(kInput) with the names there are.
+/// "gray", a name with parameters after a colon, or a pattern file (.json, io/pattern_file.hpp). Throws
+/// Error(kInput) with the names there are.
 std::unique_ptr<SessionPattern> make_pattern(const std::string& text, ImageSize projector_size, int step = 1);
 
 /// The table as help for --pattern: "gray (...) | phase (...)".

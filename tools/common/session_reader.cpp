@@ -9,9 +9,14 @@
 #include <thread>
 #include <utility>
 
+#include "procam/detect/board_artwork.hpp"
+#include "procam/detect/detect_board.hpp"
+#include "procam/io/decoded_view.hpp"
 #include "procam/io/files.hpp"
 #include "procam/io/images.hpp"
 #include "procam/io/text.hpp"
+#include "procam/match/board_light.hpp"
+#include "procam/pattern/decoded_pixels.hpp"
 
 namespace procam::tools {
 namespace {
@@ -29,6 +34,44 @@ int camera_of(const SessionPlan& plan, const io::Stack& stack) {
   return int(std::find(plan.cameras.begin(), plan.cameras.end(), stack.camera) - plan.cameras.begin());
 }
 
+template <typename T>
+void turn_rows(Image<T>& image) {
+  const int channels = image.channels();
+  for (int y = 0; y < image.height(); ++y)
+    for (int left = 0, right = image.width() - 1; left < right; ++left, --right)
+      std::swap_ranges(image.row(y) + left * channels, image.row(y) + (left + 1) * channels,
+                       image.row(y) + right * channels);
+}
+
+/// What another program has decoded, in place of frames.
+void read_decoded(const SessionPlan& plan, const io::Stack& stack, ImageSize projector_size,
+                  std::vector<InputFile>& inputs, std::optional<ImageSize>& size, match::Reading& reading) {
+  io::DecodedView view = io::load_decoded_view(stack.folder);
+  if (!size) size = view.white.size();
+  reading.in_camera.image_size = *size;
+  reading.in_projector.image_size = projector_size;
+  if (view.white.size() != *size) {
+    reading.in_camera.diagnostics.warn("image_size_differs",
+                                       view.files.front().filename().string() + " is rejected: it is " +
+                                           io::format_size(view.white.size()) + ", the other images are " +
+                                           io::format_size(*size));
+    return;
+  }
+  if (plan.through_mirror) {
+    turn_left_to_right(view.white);
+    turn_left_to_right(view.pixels);
+  }
+  for (const fs::path& file : view.files)
+    inputs.push_back({file.lexically_relative(plan.folder).generic_string(), io::sha256_of_file(file)});
+  const LightMap light = pattern::light_map(view.pixels, view.white, projector_size);
+  reading.in_camera = detect::detect_board(view.white, plan.board);
+  if (!reading.in_camera.observations.empty())
+    reading.in_projector =
+        match::project_board(reading.in_camera, plan.board, detect::board_artwork(plan.board), light);
+  reading.in_camera.diagnostics.append(light.diagnostics);
+  reading.in_camera.diagnostics.append(view.diagnostics);
+}
+
 match::Reading read_stack(const SessionPlan& plan, const PlannedView& view, const io::Stack& stack,
                           std::vector<InputFile>& inputs, CameraSizes& sizes) {
   const auto by_name = [&](const PlannedProjector& p) {
@@ -39,6 +82,10 @@ match::Reading read_stack(const SessionPlan& plan, const PlannedView& view, cons
   reading.camera = camera_of(plan, stack);
   reading.projector = int(plan.cameras.size()) + int(projector - plan.projectors.begin());
   std::optional<ImageSize>& size = sizes[std::size_t(reading.camera)];
+  if (plan.decoded) {
+    read_decoded(plan, stack, projector->size, inputs, size, reading);
+    return reading;
+  }
   io::CaptureFolder captures = io::load_capture_folder(stack.folder, projector->pattern->frame_count(),
                                                        projector->pattern->channels(), size);
   reading.in_camera.diagnostics = captures.diagnostics;
@@ -218,11 +265,11 @@ std::vector<ReadView> read_views(const SessionPlan& plan, int begin, int end, co
 }  // namespace
 
 void turn_left_to_right(ImageU8& image) {
-  const int channels = image.channels();
-  for (int y = 0; y < image.height(); ++y)
-    for (int left = 0, right = image.width() - 1; left < right; ++left, --right)
-      std::swap_ranges(image.row(y) + left * channels, image.row(y) + (left + 1) * channels,
-                       image.row(y) + right * channels);
+  turn_rows(image);
+}
+
+void turn_left_to_right(ImageF& image) {
+  turn_rows(image);
 }
 
 SessionPlan open_session(const fs::path& folder, const io::Session& stated, const ShownFlags& shown) {
@@ -259,12 +306,17 @@ SessionPlan open_session(const fs::path& folder, const io::Session& stated, cons
     return plan;
   }
   plan.step = (stated.step ? stated.step : stored.step).value_or(1);
-  const std::string pattern = !stated.pattern.empty()   ? stated.pattern
-                              : !stored.pattern.empty() ? stored.pattern
-                                                        : "gray";
+  std::string pattern = !stated.pattern.empty()   ? stated.pattern
+                        : !stored.pattern.empty() ? stored.pattern
+                                                  : "gray";
+  // session.json names a file beside it.
+  if (stated.pattern.empty() && fs::path(pattern).extension() == ".json")
+    pattern = (folder / pattern).string();
+  if (fs::path(pattern).extension() == ".json") plan.pattern_file = pattern;
+  plan.decoded = pattern == kDecodedMaps;
   std::vector<std::string> projector_names;
   for (const auto& [name, size] : sizes) {
-    plan.projectors.push_back({name, size, make_pattern(pattern, size, plan.step)});
+    plan.projectors.push_back({name, size, plan.decoded ? nullptr : make_pattern(pattern, size, plan.step)});
     projector_names.push_back(name);
   }
   for (const fs::path& view : io::list_views(folder))
@@ -275,6 +327,8 @@ SessionPlan open_session(const fs::path& folder, const io::Session& stated, cons
 
 SessionContents read_session(const SessionPlan& plan, const ReadingProgress& progress) {
   SessionContents contents;
+  if (!plan.pattern_file.empty())
+    contents.inputs.push_back({plan.pattern_file.filename().string(), io::sha256_of_file(plan.pattern_file)});
   std::vector<std::vector<match::Reading>> readings;
   CameraSizes sizes = plan.shown ? CameraSizes(1) : common_sizes(plan);
   const int count = int(plan.views.size()), first = std::min(count, kViewsBeforeGivingUp);
@@ -299,7 +353,7 @@ SessionContents read_session(const SessionPlan& plan, const ReadingProgress& pro
 }
 
 std::string pattern_text(const SessionPlan& plan) {
-  return plan.shown ? "shown" : plan.projectors.front().pattern->text();
+  return plan.shown ? "shown" : plan.decoded ? kDecodedMaps : plan.projectors.front().pattern->text();
 }
 
 std::vector<Device> session_devices(ImageSize camera_size, ImageSize projector_size) {

@@ -17,7 +17,7 @@ namespace procam::tools {
 struct PlannedProjector {
   std::string name;
   ImageSize size;
-  std::unique_ptr<SessionPattern> pattern;  ///< none in sessions of photographs
+  std::unique_ptr<SessionPattern> pattern;  ///< none in sessions of photographs and of decoded maps
 };
 
 struct PlannedView {
@@ -31,22 +31,27 @@ struct SessionPlan {
   std::vector<std::string> cameras;  ///< natural order; the first one's frame will be the rig's
   std::vector<PlannedProjector> projectors;
   int step = 1;
+  std::filesystem::path pattern_file;  ///< of another program's frames (io/pattern_file.hpp); empty: none
   Board board;
   std::vector<PlannedView> views;
   std::optional<ShownViews> shown;  ///< a session of one photograph a view; then `views` have no stacks
+  bool decoded = false;             ///< views hold decoded maps (io/decoded_view.hpp) instead of frames
   bool through_mirror = false;      ///< turn every frame left to right before it is read (core/mirror.hpp)
 };
 
+constexpr const char* kDecodedMaps = "decoded";
+
 /// u -> width - 1 - u.
 void turn_left_to_right(ImageU8& image);
+void turn_left_to_right(ImageF& image);
 
 /// `stated` (flags) first, then session.json; without either the pattern is "gray". Throws Error(kInput)
 /// naming the flag that would answer what neither says, and for folders that do not tell which device they
-/// belong to.
+/// belong to. The pattern kDecodedMaps stands for views that another program has decoded.
 SessionPlan open_session(const std::filesystem::path& folder, const io::Session& stated,
                          const ShownFlags& shown = {});
 
-/// As --pattern states it; of photographs "shown".
+/// As --pattern states it; of photographs "shown", of decoded maps "decoded".
 std::string pattern_text(const SessionPlan& plan);
 
 /// Called before each view is read: name, number done, number of all.

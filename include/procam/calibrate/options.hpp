@@ -14,9 +14,10 @@ namespace procam::calibrate {
 /// One kind of device's lens: its model, and which of its parameters are fixed at zero.
 struct LensOptions {
   Distortion model = BrownConrady{};
-  /// None by default: skew and k3 are estimated, within what is known of any lens (known_of_any_lens below).
-  /// Estimated where they are zero they cost a few percent of accuracy; fixed where they are not, the other
-  /// parameters absorb them and end many sigmas off (measured: docs/calibration.md).
+  /// None by default: skew and k3 are estimated, within what is known of any lens (known_of_any_lens), and
+  /// averaged over the case that they are zero or smaller than these views can tell (a mixture of priors).
+  /// Fixed where they are not zero, the other parameters absorb them and end many sigmas off (measured:
+  /// docs/calibration.md).
   std::vector<std::string> held = {};
   /// Whichever of lens_ladder() predicts held-out views better by enough; `model` and the coefficients in
   /// `held` must then be the default ones, and are where the choice begins.

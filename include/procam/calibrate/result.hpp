@@ -103,6 +103,8 @@ struct CalibrationResult {
   bool sigmas_from_views = false;  ///< the rig's covariance does
   int iterations = 0;
   bool converged = false;
+  /// The measurement of the printed board that shows its scale, as a sentence: no image does.
+  std::string size_to_measure;
   Diagnostics diagnostics;
 };
 

@@ -156,7 +156,47 @@ struct CircleGrid {
   }
 };
 
-using Board = std::variant<Chessboard, CharucoBoard, MarkerGrid, CircleGrid>;
+/// Kalibr's AprilGrid: AprilTags 36h11 with a black border of two modules, and dark squares in the gaps that
+/// touch the tags' corners, so that each corner is a crossing of two edges like a chessboard's. Its points
+/// are the tags' corners, row by row from the top: index = row * 2 columns + column.
+///
+/// Ids count from the bottom left tag, row by row upwards, as Kalibr prints them.
+struct AprilGrid {
+  static constexpr MarkerDictionary kDictionary = MarkerDictionary::kAprilTag36h11;
+  static constexpr int kBorder = 2;  ///< modules
+
+  int columns = 0;      ///< tags a row
+  int rows = 0;         ///< rows of tags
+  double tag_size = 0;  ///< metres, with the black border
+  double spacing = 0;   ///< of neighbouring tags, as a share of tag_size (Kalibr's tagSpacing)
+
+  double gap() const { return spacing * tag_size; }
+  int size() const { return 4 * columns * rows; }
+  Vec3 point_in_board(int index) const {
+    const auto place = [&](int i) { return (i / 2) * (tag_size + gap()) + (i % 2) * tag_size; };
+    return Vec3(place(index % (2 * columns)), place(index / (2 * columns)), 0);
+  }
+  int marker_count() const { return columns * rows; }
+  /// The tag's top-left corner.
+  Vec2 marker_in_board(int id) const {
+    return (tag_size + gap()) * Vec2(id % columns, rows - 1 - id / columns);
+  }
+  bool looks_same_turned() const { return false; }
+  bool is_coded() const { return true; }
+  AprilGrid scaled(double factor) const { return {columns, rows, tag_size * factor, spacing}; }
+  std::string flaw() const {
+    if (columns < 1 || rows < 1) return "its counts are not two whole numbers of at least 1 tag";
+    if (!(tag_size > 0)) return "its tags have no positive size";
+    if (!(spacing >= 0.05 && spacing <= 1)) return "its spacing is not a share of the tag from 0.05 to 1";
+    if (marker_count() > info_of(kDictionary).count) return "its dictionary has too few tags";
+    return "";
+  }
+  bool operator==(const AprilGrid& o) const {
+    return columns == o.columns && rows == o.rows && tag_size == o.tag_size && spacing == o.spacing;
+  }
+};
+
+using Board = std::variant<Chessboard, CharucoBoard, MarkerGrid, CircleGrid, AprilGrid>;
 
 /// All points in the board's frame, metres, by point index.
 inline Points3 points_in_board(const Board& board) {

@@ -59,6 +59,10 @@ inline ArtworkRectangle print_of(const Board& board) {
       const Vec2 radius = Vec2::Constant(0.5 * b.diameter);
       return {-radius, high + radius};
     }
+    ArtworkRectangle operator()(const AprilGrid& b) const {
+      const Vec2 gap = Vec2::Constant(b.gap());
+      return {-gap, b.point_in_board(b.size() - 1).head<2>() + gap};
+    }
   };
   return std::visit(Visitor{}, board);
 }
@@ -70,6 +74,7 @@ inline double pitch_of(const Board& board) {
     double operator()(const CharucoBoard& b) const { return b.square_size; }
     double operator()(const MarkerGrid& b) const { return b.marker_size + b.gap; }
     double operator()(const CircleGrid& b) const { return b.spacing; }
+    double operator()(const AprilGrid& b) const { return b.tag_size + b.gap(); }
   };
   return std::visit(Visitor{}, board);
 }

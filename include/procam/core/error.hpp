@@ -3,8 +3,7 @@
 ///
 /// - A caller's bug (broken precondition): std::invalid_argument, through require().
 /// - No answer for this element (behind the lens, parallel ray): std::optional, no message.
-/// - A person must act (file, too few views, degenerate layout): procam::Error, whose message has three
-/// parts:
+/// - A person must act (file, too few views, degenerate layout): procam::Error, whose message has three parts:
 ///   what (with file, line or view), why, and what to do next.
 /// - Success with remarks: Diagnostics travel inside the result. Libraries never print.
 #include <stdexcept>

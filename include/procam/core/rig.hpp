@@ -50,6 +50,9 @@ struct RigQuality {
   int views_used = 0;
   std::map<std::string, double> rms_px;      ///< by device name
   std::map<std::string, double> holdout_px;  ///< by device name; empty when not asked for
+  /// By device name: the held-out error that the rig's covariance explains (1 sigma of its parameters, with
+  /// the residuals of the fit). Absent where it cannot be computed.
+  std::map<std::string, double> expected_holdout_px;
   std::vector<Gate> gates;
 
   bool passed() const {

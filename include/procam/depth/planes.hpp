@@ -16,6 +16,11 @@
 ///    spheres where one explains them
 /// 4  planes are fitted to cells that have no other surface beside them; borders are settled pixel by pixel
 ///
+/// Where the image shows that errors of neighbouring readings average (white noise, not quantised), limits
+/// are by the measured noise; cells at the end of the range are rejected, since their farther readings are
+/// missing; and a plane is rejected whose normal the readings do not determine to 5 degrees (two sigmas), or
+/// whose residuals have a structure that may rotate it by 7.5 degrees (a strip that mixes two surfaces).
+///
 /// Region growing on cells in the spirit of P. F. Proenca, Y. Gao, "Fast cylinder and plane extraction from
 /// depth cameras for visual odometry" (CAPE), IROS 2018. The same image gives the same planes, bit for bit.
 #include <variant>

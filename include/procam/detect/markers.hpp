@@ -22,6 +22,11 @@ struct MarkerCodes {
   /// How many wrong bits may be mended.
   int correctable_bits = 0;
   std::vector<std::string> codes;
+  int border = 1;  ///< dark modules round the code
+  /// Other dark squares touch the markers' corners (AprilGrid).
+  bool corners_touched = false;
+
+  int modules() const { return bits + 2 * border; }
 };
 
 /// ArUco's as OpenCV draws them; AprilTags as their authors' pictures stand, which is half a turn from

@@ -11,7 +11,8 @@ namespace procam::io {
 Board load_board(const std::filesystem::path& path);
 void save_board(const std::filesystem::path& path, const Board& board);
 
-/// What `--board` takes: a text as parse_board() reads it, or the name of a board file (.json).
+/// What `--board` takes: a text as parse_board() reads it, or the name of a board file (.json) or of Kalibr's
+/// description of a target (.yaml: aprilgrid, checkerboard).
 Board read_board(const std::string& text_or_file);
 
 }  // namespace procam::io

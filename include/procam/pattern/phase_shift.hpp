@@ -20,7 +20,7 @@
 #include "procam/core/decoded_map.hpp"
 #include "procam/core/image.hpp"
 #include "procam/core/light_map.hpp"
-#include "procam/pattern/gray_code.hpp"
+#include "procam/pattern/frame_sequence.hpp"
 
 namespace procam::pattern {
 
@@ -34,21 +34,14 @@ struct PhaseShift {
   WaveNumber wave_number = WaveNumber::kCoarserWaves;
 };
 
+/// The frames as a list, which is decoded by pattern/frame_sequence.hpp. Throws std::invalid_argument for a
+/// period that is odd, below 4, or longer than the frame, as do the functions below.
+FrameSequence sequence(const PhaseShift& phase_shift);
 int frame_count(const PhaseShift& phase_shift);
-/// One channel, projector_size. Throws std::invalid_argument for a period that is odd, below 4, or longer
-/// than the picture, as do the functions below.
+/// One channel, projector_size.
 std::vector<ImageU8> frames(const PhaseShift& phase_shift);
 /// "32 frames for 1024x768 (8 steps of 16 px waves, 4 steps each of 2 coarser waves)".
 std::string describe(const PhaseShift& phase_shift);
-
-struct PhaseOptions {
-  double min_modulation = 2;  ///< grey levels of B below which a pixel counts as unlit
-  double max_sigma_px = 1;    ///< projector pixels; what is less certain is left out
-  /// A wave's number counts as known when the coarser estimate is certain to this many standard deviations:
-  /// 1 in 15000 of the faintest pixels that pass is wrong by a wave.
-  double wave_sigmas = 4;
-  int saturated = 254;  ///< a pixel that reaches this grey in any step is refused: its wave is cut off
-};
 
 /// Reads the map back. The noise is measured: the fourth harmonic of the eight steps is noise alone.
 /// Throws procam::Error (kInput) if the number of captures, their sizes or channels are wrong. Remarks:

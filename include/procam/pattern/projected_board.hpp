@@ -9,8 +9,8 @@
 ///
 /// The layout is a board like any other, with projector pixels for metres. Straight edges lie between pixels,
 /// so that a pixel is dark or light; where the rim of a disc runs through a pixel, it is as light as its
-/// share. A board of which one picture cannot tell the two ends apart is refused: a projector may hang upside
-/// down.
+/// share. A board whose two ends look alike in an image is refused, as a projector may hang upside down; of a
+/// chessboard the statement that the frame appears upright in the images settles it.
 #include <Eigen/Geometry>
 #include <string>
 #include <vector>
@@ -26,13 +26,14 @@ struct ProjectedBoard {
   BoardArtwork artwork;  ///< what is dark of it
   Vec2 origin;           ///< the projector pixel of the layout's origin
   bool colour = false;
+  bool upright = false;  ///< the frame appears upright in the images, within 90 degrees (equal counts: 45)
 };
 
 /// In the middle of the picture. `artwork` is detect::board_artwork(layout). Throws Error(kInput) when half a
 /// pitch of light (a gap and a module at least round markers) does not fit round it, when it looks the same
-/// turned, or when its edges do not fall between pixels.
+/// turned and is no upright chessboard, or when its edges do not fall between pixels.
 ProjectedBoard projected_board(ImageSize projector_size, const Board& layout, const BoardArtwork& artwork,
-                               bool colour = false);
+                               bool colour = false, bool upright = false);
 
 /// The projector pixels of the layout's points, by point index.
 Points2 point_pixels(const ProjectedBoard& board);

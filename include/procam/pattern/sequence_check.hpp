@@ -7,14 +7,23 @@
 ///
 ///   S_k(p) = a_k R(p - d_k) + c_k laplace R(p) + b_k,   S_k = P_k + Q_k,  R = W + B
 ///
-/// d_k on the print and off it: a board that moved, a camera that shook or drifted, a projector that moved;
-/// c_k: the camera's focus; white stripes by W: exposure that changes from frame to frame or over the rows; a
-/// sum that differs by the whole contrast: a capture that shows another frame, in all rows or in a part of
-/// them. The camera's response is estimated first, from pixels that see a frame and its inverse alike:
-/// 2 ((P + Q) / 2)^gamma = W^gamma + B^gamma.
+/// d_k of the print, beside a background that rests or moves with it: a board that moved, a camera that
+/// moved, shook or drifted. c_k: the camera's focus. a_k: an exposure that follows the light (all frames are
+/// half white, so a_k is one number and not 1, and black is brighter than black stripes) or flicker (it
+/// differs from frame to frame, or over the rows). A sum that differs by the stripes' contrast where a
+/// capture equals the capture before or after: a stale or a torn frame. The camera's response is estimated
+/// first, from pixels that see a frame and its inverse alike: 2 ((P + Q) / 2)^gamma = W^gamma + B^gamma.
 ///
-/// Thresholds are multiples of what the cause does to decoding: a quarter pixel of motion, a twentieth of
+/// A projector that moves is seen in the stripes: every edge of a coarse bit is in the middle of a finer
+/// bit's stripe, and its offset is the motion between the captures of the two bits.
+///
+/// Any pattern whose frames come in complementary pairs is checked so: Gray code (pattern and inverse), phase
+/// shift (steps half a wave apart). Without a white and a black frame the last pairs take their place.
+///
+/// Thresholds are multiples of what the cause does to decoding: a quarter pixel of motion, 2.5 % of
 /// brightness.
+#include <array>
+#include <optional>
 #include <vector>
 
 #include "procam/core/error.hpp"
@@ -43,5 +52,26 @@ struct SequenceCheck {
 /// empty: the board was not found, and print cannot be told from background.
 SequenceCheck check_sequence(const std::vector<ViewU8>& captures, const GrayCode& gray_code,
                              const Points2& on_board);
+
+/// Of a pattern's frames, two that sum to full light at every pixel, in the order of the first one's number,
+/// and the frames that are white and black all over.
+struct ComplementaryFrames {
+  std::vector<std::array<int, 2>> pairs;
+  std::optional<int> white, black;
+  int frames = 0;  ///< number of the pattern's frames
+};
+ComplementaryFrames complementary_frames(const std::vector<ImageU8>& frames);
+
+/// The same for any pattern; without frame_missing, noisy and scattered_light, which need Gray code. Nothing
+/// is found with fewer than six pairs. Throws std::invalid_argument for captures of another number, size or
+/// number of channels.
+SequenceCheck check_sequence(const std::vector<ViewU8>& captures, const ComplementaryFrames& frames,
+                             const Points2& on_board);
+
+/// The two captures of a projected board, under flat light and under the board
+/// (pattern/projected_board.hpp): the print is in the same light in both, so that it looks the same.
+/// "stale_frame", "overexposed", "board_moved", "camera_moved", "exposure_changes". Throws
+/// std::invalid_argument unless both have one channel and one size.
+SequenceCheck check_flat_and_board(const ViewU8& flat_lit, const ViewU8& board_lit, const Points2& on_board);
 
 }  // namespace procam::pattern

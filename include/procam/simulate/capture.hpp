@@ -1,8 +1,8 @@
 #pragma once
 /// What the camera records while the projector shows its frames.
 ///
-///   light(u, v) = frame * tent * disc(depth) * gaussian(projector_blur_px)
-///                                                  * is convolution, (u, v) projector pixel
+///   light(u, v) = frame * tent * disc(depth) * gaussian(projector_blur_px)     here * is convolution;
+///                                                                              (u, v) projector pixel
 ///   direct      = albedo * (ambient + light * cos / d^2)     mean over samples_per_axis^2 rays a pixel
 ///   level       = direct + indirect * albedo * (direct * wide_i)
 ///   seen        = (1 - glare) * (level * gaussian(camera_blur_px)) + glare * (level * wide_g)

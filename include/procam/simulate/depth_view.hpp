@@ -3,8 +3,7 @@
 ///
 /// In this order, a pixel at true depth z whose surface is turned by theta (0: facing the camera):
 ///
-///   edges    reads the depth at a place moved by N(0, sigma_l^2) an axis, where another surface begins
-///   there:
+///   edges    reads the depth at a position moved by N(0, sigma_l^2) an axis, where another surface begins:
 ///            sigma_l = 0.8 + 0.035 theta / (pi/2 - theta) [pixels]
 ///   axial    z + N(0, sigma_z^2), sigma_z = 0.0012 + 0.0019 (z - 0.4)^2
 ///            + 0.0001 / sqrt(z) * theta^2 / (pi/2 - theta)^2 [metres]

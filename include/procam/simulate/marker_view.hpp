@@ -1,7 +1,8 @@
 #pragma once
 /// What a camera records of markers that hang on a wall.
 ///
-///   level = lamp * albedo, box-filtered over each pixel;   grey = round(clamp(level * gaussian + noise))
+///   level = lamp * albedo, blurred and gathered over each pixel, with noise
+///   grey  = round(255 (clamp((1 - glare) level + glare * mean level) / 255)^(1 / gamma))
 ///
 /// The wall is everything that no sheet covers. Every sheet is a black square with its cells on a white rim.
 /// Borders of cells are integrated over each ray's share of the pixel, so they lie right to a few thousandths
@@ -21,9 +22,11 @@ struct MarkerViewOptions {
   double white_grey = 200, black_grey = 18, wall_grey = 120;  ///< in the image's middle
   /// Light falls off to the right and to the bottom by this share over the image.
   double falloff = 0.3;
-  double rim_cells = 1.5;  ///< white paper round the black square, cells
-  double blur_px = 0.7;    ///< sigma of the lens
-  NoiseModel noise{2.0, 0.01};
+  double rim_cells = 1.5;       ///< white paper round the black square, cells
+  double blur_px = 0.7;         ///< sigma of the lens
+  NoiseModel noise{2.0, 0.01};  ///< of the linear level
+  double gamma = 1;             ///< of the camera; the greys above are linear
+  double glare = 0;             ///< light that the lens scatters over the image, share
   std::uint64_t seed = 0;
 };
 

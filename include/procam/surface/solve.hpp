@@ -41,12 +41,12 @@ SolvedSurfaceSet solve_surfaces(const SurfaceSet& set, const RigProjector& proje
                                 const std::optional<Pose>& projector_from_world = std::nullopt,
                                 const SolveOptions& options = {});
 
-/// All diagnostics of the set, each message beginning with its surface's name.
 /// The same surfaces from another pose of the projector: what stands in the world moves, homographies and
 /// meshes stay. For every frame of a drive: visibility, corners and remarks are left as they were solved, and
 /// nothing is allocated.
 void move_to(SolvedSurfaceSet& solved, const RigProjector& projector, const Pose& projector_from_world);
 
+/// All diagnostics of the set, each message beginning with its surface's name.
 Diagnostics diagnostics_of(const SolvedSurfaceSet& solved);
 
 }  // namespace procam::surface

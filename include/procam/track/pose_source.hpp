@@ -18,7 +18,8 @@
 /// | osc:[ADDRESS:]PORT | OSC 1.0 over UDP, addresses that end in /pose |
 /// | psn:PORT, psn:GROUP:PORT | PosiStageNet 2, multicast group 236.10.10.10 unless stated |
 /// | rosbridge:HOST:PORT[/TOPIC] | ROS through rosbridge_server: /tf, /amcl_pose, /odom unless stated |
-/// | log:FILE[@SPEED] | a recorded run: in recorded time, faster (@2), or all at once (@0) |
+/// | log:FILE[@SPEED] | a recorded run, or a trajectory (trajectory_file.hpp): in recorded time, faster (@2),
+/// or all at once (@0) |
 ///
 /// A port without an address listens on every interface: the localiser of a robot is often another computer.
 /// State 127.0.0.1 where it is not.

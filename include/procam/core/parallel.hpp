@@ -1,12 +1,12 @@
 #pragma once
-/// Shares a range of rows or frames out over threads.
+/// Shares a range of rows or frames out over threads. Whoever includes it links Threads::Threads.
 #include <algorithm>
 #include <atomic>
 #include <exception>
 #include <thread>
 #include <vector>
 
-namespace procam::simulate::internal {
+namespace procam {
 
 /// Calls work(begin, end) on consecutive parts of [0, count), at most `threads` (0: the machine's) at a time,
 /// several parts a thread: what is slow in one place holds nobody up. The first part's exception is thrown
@@ -39,4 +39,4 @@ void parallel_for(int count, int threads, const Work& work) {
     if (error) std::rethrow_exception(error);
 }
 
-}  // namespace procam::simulate::internal
+}  // namespace procam

@@ -1,10 +1,10 @@
 #pragma once
-/// Four doubles that are worked on together. The compiler turns each operation into what the function around
-/// it may use: one AVX instruction, or two of SSE.
+/// Four doubles, or eight floats, that are worked on together. The compiler turns each operation into what
+/// the function around it may use: one AVX instruction, or two of SSE.
 #include <cstddef>
 
 #if !defined(__GNUC__)
-#error "procam::analyze is written in the vector types of GCC and Clang"
+#error "procam is written in the vector types of GCC and Clang"
 #endif
 #define PROCAM_ALWAYS_INLINE inline __attribute__((always_inline))
 // What lets a function use wide vectors and fused multiply-add (Intel since 2013, AMD since 2015), and the
@@ -22,39 +22,42 @@
 #define PROCAM_FUSE
 #endif
 
-namespace procam::analyze {
+namespace procam::detail {
 
 /// Not zero unless it is said.
-struct alignas(32) Four {
-  static constexpr std::size_t kSize = 4;
-  using Lanes = double __attribute__((vector_size(32)));
-  Lanes lanes;
+template <typename T>
+struct alignas(32) Lanes {
+  static constexpr std::size_t kSize = 32 / sizeof(T);
+  using Native = T __attribute__((vector_size(32)));
+  Native lanes;
 
-  Four() = default;
-  PROCAM_ALWAYS_INLINE Four(const Lanes& each) : lanes(each) {}
-  PROCAM_ALWAYS_INLINE Four(double all) : lanes{all, all, all, all} {}
-  double& operator[](std::size_t lane) { return reinterpret_cast<double*>(this)[lane]; }
-  double operator[](std::size_t lane) const { return lanes[lane]; }
+  Lanes() = default;
+  PROCAM_ALWAYS_INLINE Lanes(const Native& each) : lanes(each) {}
+  PROCAM_ALWAYS_INLINE Lanes(T all) : lanes(Native{} + all) {}
+  T& operator[](std::size_t lane) { return reinterpret_cast<T*>(this)[lane]; }
+  T operator[](std::size_t lane) const { return lanes[lane]; }
 
-  friend PROCAM_ALWAYS_INLINE Four operator+(const Four& a, const Four& b) {
+  friend PROCAM_ALWAYS_INLINE Lanes operator+(const Lanes& a, const Lanes& b) {
     PROCAM_FUSE return a.lanes + b.lanes;
   }
-  friend PROCAM_ALWAYS_INLINE Four operator-(const Four& a, const Four& b) {
+  friend PROCAM_ALWAYS_INLINE Lanes operator-(const Lanes& a, const Lanes& b) {
     PROCAM_FUSE return a.lanes - b.lanes;
   }
-  friend PROCAM_ALWAYS_INLINE Four operator*(const Four& a, const Four& b) {
+  friend PROCAM_ALWAYS_INLINE Lanes operator*(const Lanes& a, const Lanes& b) {
     PROCAM_FUSE return a.lanes * b.lanes;
   }
-  friend PROCAM_ALWAYS_INLINE Four operator/(const Four& a, const Four& b) { return a.lanes / b.lanes; }
-  PROCAM_ALWAYS_INLINE Four& operator+=(const Four& b) { return *this = *this + b; }
-  friend PROCAM_ALWAYS_INLINE Four larger(const Four& a, const Four& b) {
+  friend PROCAM_ALWAYS_INLINE Lanes operator/(const Lanes& a, const Lanes& b) { return a.lanes / b.lanes; }
+  PROCAM_ALWAYS_INLINE Lanes& operator+=(const Lanes& b) { return *this = *this + b; }
+  friend PROCAM_ALWAYS_INLINE Lanes larger(const Lanes& a, const Lanes& b) {
     return a.lanes > b.lanes ? a.lanes : b.lanes;
   }
 };
+using Four = Lanes<double>;
+using Eight = Lanes<float>;
 
 /// Which of four; a comparison with NaN holds for none.
 struct Chosen {
-  decltype(Four::Lanes{} < Four::Lanes{}) lanes;
+  decltype(Four::Native{} < Four::Native{}) lanes;
 };
 PROCAM_ALWAYS_INLINE Chosen operator<(const Four& a, const Four& b) {
   return {a.lanes < b.lanes};
@@ -73,7 +76,7 @@ PROCAM_ALWAYS_INLINE bool any(const Chosen& a) {
 }
 /// `value` in those, 0 in the others.
 PROCAM_ALWAYS_INLINE Four only(const Chosen& these, const Four& value) {
-  return these.lanes ? value.lanes : Four::Lanes{};
+  return these.lanes ? value.lanes : Four::Native{};
 }
 
-}  // namespace procam::analyze
+}  // namespace procam::detail

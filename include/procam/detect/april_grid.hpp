@@ -1,0 +1,23 @@
+#pragma once
+/// Corners of Kalibr's AprilGrid in one image. Each tag says which one it is, so any part of the board is
+/// enough. A tag's corner touches a dark square and is refined as the crossing of two edges by the model of
+/// detect/chessboard.hpp; no corner depends on how well a tag was found.
+#include "procam/core/image.hpp"
+#include "procam/core/observation.hpp"
+
+namespace procam::detect {
+
+struct AprilGridOptions {
+  /// Half the refinement window, as a share of what is uniform round a corner: the tag's border of two
+  /// modules, or the gap where that is narrower. The rest is room for blur.
+  double window_share = 0.7;
+  /// A corner whose own sigma is larger than this many pixels is rejected.
+  double max_sigma_px = 0.5;
+};
+
+/// The corners that show, each with its covariance; those that are covered or outside the image are absent.
+/// Diagnostics and exceptions as for detect_charuco().
+Detections detect_april_grid(const ViewU8& image, const AprilGrid& board,
+                             const AprilGridOptions& options = {});
+
+}  // namespace procam::detect

@@ -42,7 +42,10 @@ function(procam_component name)
 
   install(TARGETS ${target} EXPORT procam-${name}
     ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
-  install(DIRECTORY ${PROJECT_SOURCE_DIR}/include/procam/${name} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/procam)
+  # A backend (render_gl) has its header in the folder of the component that it draws for.
+  if(IS_DIRECTORY ${PROJECT_SOURCE_DIR}/include/procam/${name})
+    install(DIRECTORY ${PROJECT_SOURCE_DIR}/include/procam/${name} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/procam)
+  endif()
   install(EXPORT procam-${name} NAMESPACE procam:: DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/procam)
 
   # What the package file needs to know: the components below this one, and the packages it asks for.

@@ -7,7 +7,6 @@
 #include <set>
 #include <system_error>
 
-#include "common/calibration_input.hpp"
 #include "common/cli.hpp"
 #include "common/identical_files.hpp"
 #include "common/lens_flags.hpp"
@@ -19,11 +18,12 @@
 #include "procam/detect/detect_board.hpp"
 #include "procam/io/board_file.hpp"
 #include "procam/io/files.hpp"
-#include "procam/io/images.hpp"
-#include "procam/io/observations_file.hpp"
+#include "procam/io/image/images.hpp"
 #include "procam/io/rig_file.hpp"
+#include "procam/io/session/observations_file.hpp"
 #include "procam/io/text.hpp"
-#include "procam/match/join.hpp"
+#include "procam/session/calibration_input.hpp"
+#include "procam/session/join.hpp"
 
 namespace procam::tools {
 namespace {
@@ -56,7 +56,9 @@ void declare(CLI::App& app, Flags& flags) {
                     ->excludes(images);
   add_parsed(
       app, "--camera-size",
-      [&](const std::string& text) { flags.cameras.push_back(parse_device(text, DeviceKind::kCamera)); },
+      [&](const std::string& text) {
+        flags.cameras.push_back(session::parse_device(text, DeviceKind::kCamera));
+      },
       "Size of the camera's images, where a table does not give it; of several cameras one for each: "
       "left=1280x1024")
       ->trigger_on_parse()
@@ -128,11 +130,11 @@ ImageSize common_size(const std::vector<fs::path>& files) {
       ->first;
 }
 
-CalibrationInput read_images(const Flags& flags, Console& console) {
+session::CalibrationInput read_images(const Flags& flags, Console& console) {
   const std::vector<fs::path> files = images_in(flags.images);
   const ImageSize size = common_size(files);
-  CalibrationInput input;
-  std::vector<match::BoardView> views;
+  session::CalibrationInput input;
+  std::vector<session::BoardView> views;
   for (std::size_t i = 0; i < files.size(); ++i) {
     const std::string name = files[i].filename().string();
     console.progress("reading " + name, int(i), int(files.size()));
@@ -148,7 +150,7 @@ CalibrationInput read_images(const Flags& flags, Console& console) {
                                                         ", the other images are " + io::format_size(size));
     views.push_back({name, {rejected}});
   }
-  input.correspondences = match::join(*flags.board, {{"camera", DeviceKind::kCamera, size}}, views);
+  input.correspondences = session::join(*flags.board, {{"camera", DeviceKind::kCamera, size}}, views);
   input.options["board"] = io::format_board(*flags.board);
   input.views = int(files.size());
   input.title =
@@ -159,9 +161,9 @@ CalibrationInput read_images(const Flags& flags, Console& console) {
 ExitCode calibrate_alone(const Flags& flags, Console& console) {
   for (const fs::path& file : {flags.output, flags.report, flags.write_observations})
     if (!file.empty()) io::require_writable(file);
-  const CalibrationInput input = flags.observations.empty()
-                                     ? read_images(flags, console)
-                                     : read_observations(flags.observations, flags.cameras, flags.board);
+  const session::CalibrationInput input =
+      flags.observations.empty() ? read_images(flags, console)
+                                 : session::read_observations(flags.observations, flags.cameras, flags.board);
   if (!flags.write_observations.empty())
     io::save_observations(flags.write_observations, input.correspondences);
   calibrate::Options options;

@@ -7,14 +7,12 @@
 #include <optional>
 #include <set>
 
-#include "common/calibration_input.hpp"
 #include "common/cli.hpp"
 #include "common/identical_files.hpp"
 #include "common/known_before.hpp"
 #include "common/lens_flags.hpp"
 #include "common/rig_words.hpp"
 #include "common/say_choices.hpp"
-#include "common/session_reader.hpp"
 #include "common/utc_now.hpp"
 #include "procam/analyze/report.hpp"
 #include "procam/calibrate/calibrate.hpp"
@@ -23,13 +21,15 @@
 #include "procam/calibrate/points.hpp"
 #include "procam/detect/detect_board.hpp"
 #include "procam/io/board_file.hpp"
-#include "procam/io/calibration_file.hpp"
+#include "procam/io/exchange/calibration_file.hpp"
 #include "procam/io/files.hpp"
-#include "procam/io/images.hpp"
-#include "procam/io/observations_file.hpp"
-#include "procam/io/point_pairs_file.hpp"
+#include "procam/io/image/images.hpp"
 #include "procam/io/rig_file.hpp"
+#include "procam/io/session/observations_file.hpp"
+#include "procam/io/session/point_pairs_file.hpp"
 #include "procam/io/text.hpp"
+#include "procam/session/calibration_input.hpp"
+#include "procam/session/reader.hpp"
 
 namespace procam::tools {
 namespace {
@@ -41,7 +41,7 @@ struct Flags {
   fs::path observations, write_observations;
   std::vector<Device> cameras;  ///< of a table of observations
   io::Session stated;           ///< what session.json need not say
-  ShownFlags shown;             ///< of a session of photographs
+  session::ShownFlags shown;    ///< of a session of photographs
   double wall = 2;              ///< metres
   analyze::AcceptedError accepted;
   double metres_per_unit = 0;  ///< of an OpenCV file to check
@@ -75,7 +75,7 @@ std::string by_device(const calibrate::CalibrationResult& result, const std::vec
 }
 
 /// The board on the mirror in the picture as taken; the session's frames are to be turned.
-calibrate::MirrorView read_mirror(const Flags& flags, SessionPlan& session) {
+calibrate::MirrorView read_mirror(const Flags& flags, session::SessionPlan& session) {
   if (!flags.mirror_board)
     throw Error(ErrorKind::kInput, flags.mirror_view.string(), "the board on the mirror is not stated",
                 "give --mirror-board chessboard:6x5:20mm, the board that lies on the mirror's surface");
@@ -90,7 +90,7 @@ calibrate::MirrorView read_mirror(const Flags& flags, SessionPlan& session) {
 /// What follows every calibration of camera and projector: predicted errors and their check, the view to add
 /// next, the files, and the words. The rig's provenance is set before.
 ExitCode conclude(const Flags& flags, Console& console, calibrate::CalibrationResult& result,
-                  const CalibrationInput& input, const Rig& truth) {
+                  const session::CalibrationInput& input, const Rig& truth) {
   Rig& rig = result.rig;
   const std::vector<analyze::LightErrors> predicted = predicted_errors(rig, flags.wall);
   check_predicted_errors(rig, predicted, flags.accepted, rig.quality.gates, result.diagnostics);
@@ -180,20 +180,21 @@ ExitCode conclude(const Flags& flags, Console& console, calibrate::CalibrationRe
   return exit_code(result.diagnostics);
 }
 
-CalibrationInput read_captures(const Flags& flags, std::optional<calibrate::MirrorView>& mirror,
-                               Console& console) {
-  SessionPlan session = open_session(flags.captures, flags.stated, flags.shown);
+session::CalibrationInput read_captures(const Flags& flags, std::optional<calibrate::MirrorView>& mirror,
+                                        Console& console) {
+  session::SessionPlan session = session::open_session(flags.captures, flags.stated, flags.shown);
   if (!flags.mirror_view.empty()) mirror = read_mirror(flags, session);
-  SessionContents contents = read_session(session, [&](const std::string& view, int done, int total) {
-    console.progress("reading " + view, done, total);
-  });
+  session::SessionContents contents =
+      session::read_session(session, [&](const std::string& view, int done, int total) {
+        console.progress("reading " + view, done, total);
+      });
   std::string sizes;
-  for (const PlannedProjector& projector : session.projectors)
+  for (const session::PlannedProjector& projector : session.projectors)
     sizes += (sizes.empty() ? "" : " ") + (session.projectors.size() > 1 ? projector.name + "=" : "") +
              io::format_size(projector.size);
   return {std::move(contents.correspondences),
           std::move(contents.inputs),
-          {{"pattern", pattern_text(session)},
+          {{"pattern", session::pattern_text(session)},
            {"projector-size", sizes},
            {"step", std::to_string(session.step)},
            {"board", io::format_board(session.board)}},
@@ -204,13 +205,14 @@ CalibrationInput read_captures(const Flags& flags, std::optional<calibrate::Mirr
 }
 
 /// --observations, with the sizes that flags give.
-CalibrationInput read_table(const Flags& flags) {
+session::CalibrationInput read_table(const Flags& flags) {
   std::vector<Device> devices = flags.cameras;
   if (flags.stated.projector_size)
     devices.push_back({"projector", DeviceKind::kProjector, *flags.stated.projector_size});
   for (const auto& [name, size] : flags.stated.projectors)
     devices.push_back({name, DeviceKind::kProjector, size});
-  CalibrationInput input = read_observations(flags.observations, devices, flags.stated.board);
+  session::CalibrationInput input =
+      session::read_observations(flags.observations, devices, flags.stated.board);
   if (input.correspondences.devices.back().kind != DeviceKind::kProjector)
     throw Error(ErrorKind::kInput, flags.observations.string(), "the projector's size is not given",
                 "give --projector-size 1024x768; for a camera alone, use calibrate-camera");
@@ -223,7 +225,7 @@ ExitCode calibrate_session(const Flags& flags, Console& console) {
   Rig truth;
   if (!flags.truth.empty()) truth = io::load_rig(flags.truth);
   std::optional<calibrate::MirrorView> mirror;
-  const CalibrationInput input =
+  const session::CalibrationInput input =
       flags.observations.empty() ? read_captures(flags, mirror, console) : read_table(flags);
   const Correspondences& correspondences = input.correspondences;
   if (!flags.write_observations.empty()) io::save_observations(flags.write_observations, correspondences);
@@ -427,12 +429,13 @@ void require_one_input(const CLI::App& app, const Flags& flags) {
 }
 
 void declare(CLI::App& app, Flags& flags) {
-  app.add_option("--captures", flags.captures, "Folder with one sub-folder of numbered frames a board pose");
+  app.add_option("--captures", flags.captures,
+                 "Folder with one sub-folder of session::numbered frames a board pose");
   app.add_option_function<std::string>(
       "--decoded",
       [&](const std::string& folder) {
         flags.captures = folder;
-        flags.stated.pattern = kDecodedMaps;
+        flags.stated.pattern = session::kDecodedMaps;
       },
       "Instead of captures: a folder with one sub-folder a board pose of what another program has decoded: "
       "white.png, columns.npy and rows.npy (or .pfm, or map.npy with both), projector pixels with the "
@@ -442,15 +445,18 @@ void declare(CLI::App& app, Flags& flags) {
       "Instead of captures: a table of board points and pixels, .csv or .npy (docs/file-formats.md)");
   add_parsed(
       app, "--camera-size",
-      [&](const std::string& text) { flags.cameras.push_back(parse_device(text, DeviceKind::kCamera)); },
+      [&](const std::string& text) {
+        flags.cameras.push_back(session::parse_device(text, DeviceKind::kCamera));
+      },
       "Size of the camera's images, where a table of observations or a calibration to check does not give "
       "it; of several cameras one for each: left=1280x1024")
       ->trigger_on_parse()
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeLast);
   app.add_option("--write-observations", flags.write_observations,
                  "Also write the points and pixels that were found, as --observations reads them");
-  app.add_option("--pattern", flags.stated.pattern,
-                 "What was projected, if session.json does not say (default gray): " + pattern_help());
+  app.add_option(
+      "--pattern", flags.stated.pattern,
+      "What was projected, if session.json does not say (default gray): " + session::pattern_help());
   add_parsed(
       app, "--projector-size",
       [&](const std::string& text) {

@@ -7,14 +7,14 @@
 #include <filesystem>
 
 #include "common/cli.hpp"
-#include "common/session_files.hpp"
-#include "common/session_patterns.hpp"
-#include "common/session_reader.hpp"
 #include "procam/io/board_file.hpp"
-#include "procam/io/images.hpp"
+#include "procam/io/image/images.hpp"
 #include "procam/io/text.hpp"
-#include "procam/live/capture.hpp"
-#include "procam/live/coverage.hpp"
+#include "procam/session/capture.hpp"
+#include "procam/session/coverage.hpp"
+#include "procam/session/files.hpp"
+#include "procam/session/patterns.hpp"
+#include "procam/session/reader.hpp"
 
 namespace procam::tools {
 namespace {
@@ -68,7 +68,8 @@ void declare(CLI::App& app, Flags& flags) {
   app.add_option("--display", flags.display,
                  "number of the projector's display (default: the one that is not primary)");
   app.add_flag("--list-displays", flags.list_displays, "say which displays there are, and end");
-  app.add_option("--pattern", flags.pattern, "What is projected: " + pattern_help())->capture_default_str();
+  app.add_option("--pattern", flags.pattern, "What is projected: " + session::pattern_help())
+      ->capture_default_str();
   app.add_option("--step", flags.step, "Gray code's stripe width in projector pixels")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
@@ -121,7 +122,7 @@ std::unique_ptr<device::FrameSource> open_source(const Flags& flags) {
 /// The session while it is captured.
 class Capture {
  public:
-  Capture(const Flags& flags, Console& console, const SessionPattern& pattern, const Board& board,
+  Capture(const Flags& flags, Console& console, const session::SessionPattern& pattern, const Board& board,
           device::FrameSink& screen, device::FrameSource& source)
       : flags_(flags),
         console_(console),
@@ -130,7 +131,7 @@ class Capture {
         pictures_(pattern.frames()),
         screen_(screen),
         stand_{screen, source, [this] { tick(); }},
-        shutter_(stand_, live::ShutterOptions{}),
+        shutter_(stand_, session::ShutterOptions{}),
         projector_(screen.size()) {
     shutter_.options().single_shot = flags.single_shot;
     if (flags.single_shot) shutter_.options().patience_s = 0;  // a person takes the time it takes
@@ -145,13 +146,13 @@ class Capture {
       }
     }
     for (int view = 0; view < flags_.views; ++view)
-      if (!is_complete(flags_.output, std::size_t(view))) capture_view(view);
+      if (!session::is_complete(flags_.output, std::size_t(view))) capture_view(view);
     // Views of earlier runs, too.
     camera_.reset();
-    projector_ = live::Coverage(screen_.size());
+    projector_ = session::Coverage(screen_.size());
     for (int view = 0; view < flags_.views; ++view) {
       console_.progress("coverage", view, flags_.views);
-      const fs::path folder = flags_.output / numbered("view", std::size_t(view));
+      const fs::path folder = flags_.output / session::numbered("view", std::size_t(view));
       add_coverage(
           read(io::load_capture_folder(folder, pattern_.frame_count()).frames, folder.filename().string()));
     }
@@ -187,15 +188,15 @@ class Capture {
   /// Delay, then light.
   void check() {
     now_doing("finding the camera's delay", 0, 1);
-    const live::Delay delay = live::measure_delay(stand_);
-    shutter_.options() = live::shutter_options(delay);
+    const session::Delay delay = session::measure_delay(stand_);
+    shutter_.options() = session::shutter_options(delay);
     console_.say(
         format("delay      %.0f ms from showing to seeing, settled after %.0f ms; a frame every %.0f ms",
                1000 * delay.delay_s, 1000 * delay.settled_s, 1000 * delay.frame_interval_s));
     now_doing("checking the light", 0, 1);
-    const fs::path folder = make_checks_folder(flags_.output);
-    const live::LightReport report =
-        live::check_light(shutter_, [&](const std::string& name, const ImageU8& frame) {
+    const fs::path folder = session::make_checks_folder(flags_.output);
+    const session::LightReport report =
+        session::check_light(shutter_, [&](const std::string& name, const ImageU8& frame) {
           io::save_image(folder / (name + ".png"), frame);
           tick();
         });
@@ -209,7 +210,7 @@ class Capture {
                           report.tone.gamma, 100 * report.tone.drift));
     if (report.native.diagnostics.find("not_checked") == nullptr && report.tone.gamma > 0)
       console_.say(format("pixels     one-pixel squares beat by %.1f %% (scaling or keystone: above %.0f %%)",
-                          100 * report.native.beat, 100 * live::NativeCheck::kLargestBeat));
+                          100 * report.native.beat, 100 * session::NativeCheck::kLargestBeat));
     console_.report(light_);
     Summary& summary = console_.summary();
     summary.set("/delay/delay_ms", 1000 * delay.delay_s);
@@ -228,9 +229,9 @@ class Capture {
   /// Until its board is found; what was captured in vain is set aside.
   void capture_view(int view) {
     constexpr int kTries = 3;
-    ViewInTheMaking files(flags_.output, std::size_t(view));
+    session::ViewInTheMaking files(flags_.output, std::size_t(view));
     bool in_place = goes_on(files);
-    const std::string name = numbered("view", std::size_t(view));
+    const std::string name = session::numbered("view", std::size_t(view));
     for (int attempt = 0; attempt < kTries; ++attempt) {
       if (!in_place) wait_for_pose(view);
       in_place = false;
@@ -238,16 +239,16 @@ class Capture {
       std::vector<ImageU8> frames;
       for (int i = 0; i < files.kept(); ++i) frames.push_back(io::load_image(files.frame_file(i)).image);
       try {
-        const match::BoardView seen = read(frames, name);
-        if (!seen.detections[kCameraDevice].observations.empty()) {
+        const session::BoardView seen = read(frames, name);
+        if (!seen.detections[session::kCameraDevice].observations.empty()) {
           files.finish();
           add_coverage(seen);
-          console_.say(name +
-                       format(": %zu board points", seen.detections[kCameraDevice].observations.size()));
+          console_.say(name + format(": %zu board points",
+                                     seen.detections[session::kCameraDevice].observations.size()));
           say_coverage();
           return;
         }
-        console_.report(seen.detections[kCameraDevice].diagnostics);
+        console_.report(seen.detections[session::kCameraDevice].diagnostics);
       } catch (const Error& unreadable) {
         if (unreadable.kind() != ErrorKind::kInput) throw;
         console_.say(name + ": " + unreadable.what());
@@ -262,7 +263,7 @@ class Capture {
   }
 
   /// An earlier run's part of a view is of use while the board has not moved since.
-  bool goes_on(ViewInTheMaking& files) {
+  bool goes_on(session::ViewInTheMaking& files) {
     shutter_.forget();
     if (files.kept() == 0) return false;
     if (files.kept() > pattern_.frame_count()) {
@@ -275,7 +276,7 @@ class Capture {
     const ImageU8 now = shutter_.take(pictures_[std::size_t(last)]).image;
     const ImageU8 then = io::load_image(files.frame_file(last)).image;
     if (now.size() == then.size() &&
-        live::compare(now, then, shutter_.options().noise).share <= kSharesMoved) {
+        session::compare(now, then, shutter_.options().noise).share <= kSharesMoved) {
       console_.say(
           format("going on after %d frames of an earlier run: the board has not moved", files.kept()));
       return true;
@@ -287,11 +288,11 @@ class Capture {
     return false;
   }
 
-  void take_frames(const std::string& name, ViewInTheMaking& files) {
+  void take_frames(const std::string& name, session::ViewInTheMaking& files) {
     double unsteady = 0;
     int rejected_of_frame = 0;
-    shutter_.on_rejected = [&](const ImageU8& frame, live::Rejected why) {
-      const bool torn = why == live::Rejected::kTorn;
+    shutter_.on_rejected = [&](const ImageU8& frame, session::Rejected why) {
+      const bool torn = why == session::Rejected::kTorn;
       ++(torn ? torn_ : stale_);
       // Light that flickers would fill the disk.
       constexpr int kKeptAFrame = 4;
@@ -299,12 +300,12 @@ class Capture {
     };
     while (files.kept() < pattern_.frame_count()) {
       now_doing(name + " frame", files.kept(), pattern_.frame_count());
-      const live::TakenFrame taken = shutter_.take(pictures_[std::size_t(files.kept())]);
+      const session::TakenFrame taken = shutter_.take(pictures_[std::size_t(files.kept())]);
       files.keep(taken.image);
       rejected_of_frame = 0;
       if (!taken.steady) unsteady = std::max(unsteady, taken.unsteady);
     }
-    shutter_.on_rejected = [](const ImageU8&, live::Rejected) {};
+    shutter_.on_rejected = [](const ImageU8&, session::Rejected) {};
     shutter_.forget();
     if (unsteady > 0) {
       Diagnostics remark;
@@ -347,28 +348,28 @@ class Capture {
     }
   }
 
-  match::BoardView read(const std::vector<ImageU8>& frames, const std::string& name) const {
+  session::BoardView read(const std::vector<ImageU8>& frames, const std::string& name) const {
     return pattern_.read(name, {frames.begin(), frames.end()}, board_);
   }
 
-  void add_coverage(const match::BoardView& seen) {
+  void add_coverage(const session::BoardView& seen) {
     Points2 in_camera, in_projector;
-    for (const Observation& point : seen.detections[kCameraDevice].observations)
+    for (const Observation& point : seen.detections[session::kCameraDevice].observations)
       in_camera.push_back(point.pixel);
-    for (const Observation& point : seen.detections[kProjectorDevice].observations)
+    for (const Observation& point : seen.detections[session::kProjectorDevice].observations)
       in_projector.push_back(point.pixel);
     for (const LightPoint& point : seen.light_points) {
       in_camera.push_back(point.camera_pixel);
       in_projector.push_back(point.projector_pixel);
     }
-    if (!camera_) camera_ = live::Coverage(seen.detections[kCameraDevice].image_size);
+    if (!camera_) camera_ = session::Coverage(seen.detections[session::kCameraDevice].image_size);
     camera_->add(in_camera);
     projector_.add(in_projector);
   }
 
   void say_coverage() {
     if (!camera_) return;
-    io::save_image(flags_.output / "coverage.png", live::draw({&*camera_, &projector_}));
+    io::save_image(flags_.output / "coverage.png", session::draw({&*camera_, &projector_}));
     std::string line = format("coverage   camera %.0f %%, projector %.0f %%", 100 * camera_->share(),
                               100 * projector_.share());
     if (const std::string part = projector_.emptiest_part(); !part.empty())
@@ -382,15 +383,15 @@ class Capture {
 
   const Flags& flags_;
   Console& console_;
-  const SessionPattern& pattern_;
+  const session::SessionPattern& pattern_;
   const Board& board_;
   std::vector<ImageU8> pictures_;
   device::FrameSink& screen_;
-  live::Stand stand_;
-  live::Shutter shutter_;
+  session::Stand stand_;
+  session::Shutter shutter_;
   Diagnostics light_;
-  std::optional<live::Coverage> camera_;
-  live::Coverage projector_;
+  std::optional<session::Coverage> camera_;
+  session::Coverage projector_;
   std::string doing_;
   int done_ = 0, total_ = 1;
   bool go_on_ = false;  ///< asked for in the window
@@ -407,16 +408,16 @@ ExitCode capture_session(const Flags& flags, Console& console) {
   if (flags.output.empty()) throw CLI::RequiredError("--output");
 
   const device::Display display = choose_display(flags.display);
-  const auto pattern = make_pattern(flags.pattern, display.size, flags.step);
+  const auto pattern = session::make_pattern(flags.pattern, display.size, flags.step);
   if (pattern->channels() != 1)
     throw Error(
         ErrorKind::kUnsupported, "pattern '" + pattern->text() + "'",
         "pictures are shown and captured in grey here",
         "use the pair of frames (without ':colour'), or show the picture that make-patterns writes and "
         "capture it by other means");
-  const io::Session session = describe_session(*pattern, display.size, flags.board, flags.step);
-  make_folder(flags.output);
-  require_same_session(flags.output, session);
+  const io::Session session = session::describe_session(*pattern, display.size, flags.board, flags.step);
+  session::make_folder(flags.output);
+  session::require_same_session(flags.output, session);
   pattern->save_files(flags.output);
   io::save_session(flags.output, session);
   console.say("projector  display " + std::to_string(display.number) + " (" + display.name + "), " +

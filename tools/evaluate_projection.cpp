@@ -7,8 +7,8 @@
 #include "common/cli.hpp"
 #include "common/sheet_experiment.hpp"
 #include "procam/io/files.hpp"
-#include "procam/io/measured_corners_file.hpp"
 #include "procam/io/rig_file.hpp"
+#include "procam/io/session/measured_corners_file.hpp"
 #include "procam/io/text.hpp"
 
 namespace procam::tools {

@@ -3,7 +3,7 @@
 
 #include "common/cli.hpp"
 #include "common/room_frames.hpp"
-#include "procam/io/camera_settings.hpp"
+#include "procam/io/exchange/camera_settings.hpp"
 #include "procam/io/files.hpp"
 #include "procam/io/pose_file.hpp"
 #include "procam/io/rig_file.hpp"

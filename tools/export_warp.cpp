@@ -8,12 +8,12 @@
 #include "common/blend_flags.hpp"
 #include "common/cli.hpp"
 #include "common/utc_now.hpp"
-#include "procam/io/mpcdi.hpp"
+#include "procam/io/exchange/mpcdi.hpp"
+#include "procam/io/exchange/warp_file.hpp"
+#include "procam/io/exchange/world_axes.hpp"
 #include "procam/io/rig_file.hpp"
 #include "procam/io/surface_file.hpp"
 #include "procam/io/text.hpp"
-#include "procam/io/warp_file.hpp"
-#include "procam/io/world_axes.hpp"
 #include "procam/surface/warp.hpp"
 
 namespace procam::tools {

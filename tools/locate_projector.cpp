@@ -6,7 +6,7 @@
 #include "common/raster.hpp"
 #include "procam/detect/marker_edges.hpp"
 #include "procam/io/files.hpp"
-#include "procam/io/images.hpp"
+#include "procam/io/image/images.hpp"
 #include "procam/io/marker_map_file.hpp"
 #include "procam/io/pose_file.hpp"
 #include "procam/io/rig_file.hpp"

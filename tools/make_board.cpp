@@ -7,7 +7,7 @@
 #include "common/cli.hpp"
 #include "procam/detect/board_artwork.hpp"
 #include "procam/io/board_file.hpp"
-#include "procam/io/board_sheet.hpp"
+#include "procam/io/sheet/board_sheet.hpp"
 #include "procam/io/text.hpp"
 
 namespace procam::tools {

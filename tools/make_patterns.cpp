@@ -4,12 +4,12 @@
 #include <system_error>
 
 #include "common/cli.hpp"
-#include "common/session_files.hpp"
-#include "common/session_patterns.hpp"
 #include "procam/io/board_file.hpp"
-#include "procam/io/captures.hpp"
-#include "procam/io/images.hpp"
+#include "procam/io/image/images.hpp"
+#include "procam/io/session/captures.hpp"
 #include "procam/io/text.hpp"
+#include "procam/session/files.hpp"
+#include "procam/session/patterns.hpp"
 
 namespace procam::tools {
 namespace {
@@ -25,7 +25,8 @@ struct Flags {
 };
 
 void declare(CLI::App& app, Flags& flags) {
-  app.add_option("--pattern", flags.pattern, "What is projected: " + pattern_help())->capture_default_str();
+  app.add_option("--pattern", flags.pattern, "What is projected: " + session::pattern_help())
+      ->capture_default_str();
   add_parsed(
       app, "--projector-size", [&](const std::string& text) { flags.projector_size = io::parse_size(text); },
       "the projector's own resolution, e.g. 1024x768")
@@ -40,14 +41,15 @@ void declare(CLI::App& app, Flags& flags) {
 }
 
 ExitCode make_patterns(const Flags& flags, Console& console) {
-  const auto pattern = make_pattern(flags.pattern, flags.projector_size, flags.step);
-  const io::Session session = describe_session(*pattern, flags.projector_size, flags.board, flags.step);
-  make_folder(flags.output);
-  require_same_session(flags.output, session);
+  const auto pattern = session::make_pattern(flags.pattern, flags.projector_size, flags.step);
+  const io::Session session =
+      session::describe_session(*pattern, flags.projector_size, flags.board, flags.step);
+  session::make_folder(flags.output);
+  session::require_same_session(flags.output, session);
   const std::vector<ImageU8> frames = pattern->frames();
   for (std::size_t i = 0; i < frames.size(); ++i) {
     console.progress("pictures", int(i), int(frames.size()));
-    io::save_image(flags.output / numbered("show", i, ".png"), frames[i]);
+    io::save_image(flags.output / session::numbered("show", i, ".png"), frames[i]);
   }
   pattern->save_files(flags.output);
   io::save_session(flags.output, session);

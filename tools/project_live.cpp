@@ -15,17 +15,17 @@
 #include "procam/device/content_source.hpp"
 #include "procam/device/frame_source.hpp"
 #include "procam/io/files.hpp"
-#include "procam/io/images.hpp"
+#include "procam/io/image/images.hpp"
 #include "procam/io/marker_map_file.hpp"
 #include "procam/io/pose_file.hpp"
 #include "procam/io/rig_file.hpp"
 #include "procam/io/surface_file.hpp"
 #include "procam/io/text.hpp"
-#include "procam/live/capture.hpp"
-#include "procam/live/loop.hpp"
-#include "procam/live/marker_source.hpp"
-#include "procam/live/overlay.hpp"
-#include "procam/render_gl/gl.hpp"
+#include "procam/render/gl.hpp"
+#include "procam/session/capture.hpp"
+#include "procam/show/loop.hpp"
+#include "procam/show/marker_source.hpp"
+#include "procam/show/overlay.hpp"
 
 namespace procam::tools {
 namespace {
@@ -151,7 +151,7 @@ void identify(Console& console) {
     console.say(format("display %d: %s", display.number, display.name.c_str()));
     const auto window = device::open_window(display.number);
     ImageU8 picture(window->size(), 3, 40);
-    live::draw_words(picture, {std::to_string(display.number), display.name});
+    show::draw_words(picture, {std::to_string(display.number), display.name});
     window->show(picture);
     for (const double end = device::now_s() + 3;
          device::now_s() < end && window->poll() != device::Wish::kClose;) {
@@ -224,7 +224,7 @@ std::vector<std::string> choices(const fs::path& folder, const SurfaceSet& set) 
 }
 
 struct Drawing {
-  live::DrawScene draw;
+  show::DrawScene draw;
   std::string by;  ///< cpu, or the driver's words for who draws
 };
 
@@ -243,9 +243,9 @@ Drawing drawing_by(const Flags& flags) {
   return {with(renderer), renderer->device()};
 }
 
-live::ProjectionOptions projection_options(const Flags& flags, const Rig& rig, const Drawing& drawing) {
+show::ProjectionOptions projection_options(const Flags& flags, const Rig& rig, const Drawing& drawing) {
   const RigProjector& projector = rig.projector(flags.projector);
-  live::ProjectionOptions options;
+  show::ProjectionOptions options;
   options.projector = projector.name;
   if (!flags.pose.empty())
     options.projector_from_world =
@@ -271,7 +271,7 @@ live::ProjectionOptions projection_options(const Flags& flags, const Rig& rig, c
 }
 
 /// What frames depend on besides what a log holds.
-std::string conditions(const Flags& flags, const live::ProjectionOptions& options, const Drawing& drawing) {
+std::string conditions(const Flags& flags, const show::ProjectionOptions& options, const Drawing& drawing) {
   return format("projector %s, predict %s, source delay %g s, stale %g s%s, %s%s by %s, rig %.16s",
                 options.projector.c_str(), flags.predict.c_str(), flags.source_delay,
                 options.track.stale_after, options.blank_on_stale ? " to black" : "",
@@ -288,7 +288,7 @@ device::ContentOptions content_options(device::Pace pace) {
   return options;
 }
 
-live::SurfaceText surface_text(const std::string& file) {
+show::SurfaceText surface_text(const std::string& file) {
   return {[](const SurfaceSet& set) { return io::surfaces_to_text(set); },
           [file](const std::string& text) { return io::surfaces_from_text(text, file); }};
 }
@@ -296,9 +296,9 @@ live::SurfaceText surface_text(const std::string& file) {
 ExitCode replay(const Flags& flags, Console& console) {
   const Rig rig = io::load_rig(flags.rig);
   const Drawing drawing = drawing_by(flags);
-  live::ProjectionOptions options = projection_options(flags, rig, drawing);
+  show::ProjectionOptions options = projection_options(flags, rig, drawing);
   const std::string given = conditions(flags, options, drawing);
-  live::Projection projection(rig, std::move(options));
+  show::Projection projection(rig, std::move(options));
   device::SinkOptions sink_options;
   sink_options.size = projection.frame_size();
   sink_options.fps = flags.fps > 0 ? flags.fps : 60;
@@ -310,14 +310,14 @@ ExitCode replay(const Flags& flags, Console& console) {
   render::require_drawable(projection.frame_size());
   ImageU8 frame(projection.frame_size(), 3);
   long long frames = 0, equal = 0;
-  live::RunListener listener;
+  show::RunListener listener;
   listener.conditions = [&](const std::string& recorded) {
     if (recorded != given)
       console.log("recorded under other conditions; frames may differ\n  then: " + recorded +
                   "\n  now:  " + given);
   };
   listener.surfaces = [&](SurfaceSet set) {
-    live::Show show;
+    show::Show show;
     for (const Surface& surface : set.surfaces) {
       std::shared_ptr<device::ContentSource>& content = opened[surface.content];
       if (!content && !surface.content.empty())
@@ -328,15 +328,15 @@ ExitCode replay(const Flags& flags, Console& console) {
     show.surfaces = std::move(set);
     projection.set_show(std::move(show));
   };
-  listener.picture = [&](live::Picture picture) { projection.set_picture(picture); };
+  listener.picture = [&](show::Picture picture) { projection.set_picture(picture); };
   listener.pose = [&](const track::StampedPose& message) { projection.add(message); };
-  listener.frame = [&](const live::RecordedFrame& recorded) {
+  listener.frame = [&](const show::RecordedFrame& recorded) {
     projection.draw(recorded.light_time, recorded.content_time, frame);
     sink->show_next(frame);
-    equal += live::fingerprint(frame) == recorded.fingerprint ? 1 : 0;
+    equal += show::fingerprint(frame) == recorded.fingerprint ? 1 : 0;
     console.progress("frame", int(++frames), 0);
   };
-  live::read_run(flags.replay, surface_text(flags.surfaces), listener);
+  show::read_run(flags.replay, surface_text(flags.surfaces), listener);
   sink->finish();
   console.say(format("%lld frames, %lld of them equal to the recorded ones bit for bit", frames, equal));
   console.summary().set("/frames", double(frames));
@@ -350,8 +350,8 @@ double measure(device::FrameSink& sink, const Flags& flags, Console& console) {
     throw Error(ErrorKind::kInput, "--delay auto", "no camera looks at the light",
                 "give --camera, or the delay");
   const auto camera = device::open_camera(flags.camera);
-  const live::Delay delay =
-      live::measure_delay({sink, *camera, [&] { console.progress("measuring the delay", 0, 0); }});
+  const session::Delay delay =
+      session::measure_delay({sink, *camera, [&] { console.progress("measuring the delay", 0, 0); }});
   const double light = std::max(0.0, delay.delay_s - flags.camera_delay);
   console.say(format(
       "delay from the window to the light: %.1f ms (the camera saw it after %.1f ms; %.1f ms of them are "
@@ -360,18 +360,18 @@ double measure(device::FrameSink& sink, const Flags& flags, Console& console) {
   return light;
 }
 
-void set(Summary& summary, const std::string& at, const live::Durations& durations) {
+void set(Summary& summary, const std::string& at, const show::Durations& durations) {
   summary.set(at + "/p50", 1e3 * durations.quantile(0.5));
   summary.set(at + "/p90", 1e3 * durations.quantile(0.9));
   summary.set(at + "/p99", 1e3 * durations.quantile(0.99));
   summary.set(at + "/largest", 1e3 * durations.largest());
 }
 
-void tell(const live::Metrics& m, const live::Projection& projection, Console& console) {
+void tell(const show::Metrics& m, const show::Projection& projection, Console& console) {
   console.say(
       format("%llu frames, %llu left out because their time had passed, %llu black for want of a pose",
              (unsigned long long)m.frames, (unsigned long long)m.dropped, (unsigned long long)m.blanked));
-  const std::pair<const char*, const live::Durations*> rows[] = {{"draw", &m.draw},
+  const std::pair<const char*, const show::Durations*> rows[] = {{"draw", &m.draw},
                                                                  {"render", &m.render},
                                                                  {"jitter", &m.jitter},
                                                                  {"pose_age", &m.pose_age},
@@ -424,7 +424,7 @@ std::unique_ptr<track::PoseSource> see_markers(const Flags& flags, const Rig& ri
   const RigCamera& camera = rig.camera(flags.marker_camera_name);
   device::CameraOptions options;
   options.size = camera.camera.size;
-  return std::make_unique<live::MarkerSource>(device::open_camera(flags.marker_camera, options), camera, map,
+  return std::make_unique<show::MarkerSource>(device::open_camera(flags.marker_camera, options), camera, map,
                                               detect::marker_cells(map.dictionary));
 }
 
@@ -432,7 +432,7 @@ ExitCode show(const Flags& flags, Console& console) {
   const Rig rig = io::load_rig(flags.rig);
   const Drawing drawing = drawing_by(flags);
   if (drawing.by != "cpu") console.say("drawn by " + drawing.by);
-  live::ProjectionOptions options = projection_options(flags, rig, drawing);
+  show::ProjectionOptions options = projection_options(flags, rig, drawing);
   const std::string recorded_conditions = conditions(flags, options, drawing);
   std::unique_ptr<ShowPeople> people;
   if (!flags.people.source.empty()) {
@@ -449,10 +449,10 @@ ExitCode show(const Flags& flags, Console& console) {
   if (flags.room.silhouettes && !flags.record.empty())
     throw Error(ErrorKind::kInput, "--record", "a run with --silhouettes cannot be shown again bit for bit",
                 "leave one of them out");
-  std::unique_ptr<live::RoomWatch> room;
+  std::unique_ptr<show::RoomWatch> room;
   DarkWords silhouettes([&](const std::string& sentence) { console.log(sentence); });
   if (people || flags.room.silhouettes)
-    options.over = [&](const live::Projection& through, double light_time, ImageView<std::uint8_t> frame) {
+    options.over = [&](const show::Projection& through, double light_time, ImageView<std::uint8_t> frame) {
       if (people) people->over(through, light_time, frame);
       if (flags.room.silhouettes) silhouettes.tell(room->darken(frame, through, light_time));
     };
@@ -463,10 +463,10 @@ ExitCode show(const Flags& flags, Console& console) {
       options.projector_from_world = rig.projector(flags.projector).rig_from_projector.inverse();
     room = watch_room(flags.surfaces, flags.room, rig, options, rig_is_world);
   }
-  live::Projection projection(rig, std::move(options));
+  show::Projection projection(rig, std::move(options));
   const fs::path folder = folder_of(flags.surfaces);
 
-  live::ShowLoaderOptions loading;
+  show::ShowLoaderOptions loading;
   const std::map<std::string, std::string> contents = given_contents(flags.contents);
   if (!in_room) loading.surfaces = flags.surfaces;
   loading.load = [&](const fs::path& file) {
@@ -478,8 +478,8 @@ ExitCode show(const Flags& flags, Console& console) {
     return device::open_content(resolve(content, folder), content_options(pace));
   };
   const SurfaceSet first = loading.load(flags.surfaces);  // throws what is wrong with it
-  live::ShowLoader loader(loading);
-  live::LoadedShow loaded = loader.load_now();
+  show::ShowLoader loader(loading);
+  show::LoadedShow loaded = loader.load_now();
   for (const std::string& fault : loaded.faults) console.log(fault);
   if (!loaded.show)
     throw Error(ErrorKind::kInput, flags.surfaces, "it changed while it was read", "start again");
@@ -489,7 +489,7 @@ ExitCode show(const Flags& flags, Console& console) {
   sink_options.size = projection.frame_size();
   sink_options.fps = flags.fps > 0 ? flags.fps : 60;
   sink_options.write = io::save_image;
-  live::LoopOptions loop;
+  show::LoopOptions loop;
   loop.fps = sink_options.fps;
   loop.duration_s = flags.duration;
   std::unique_ptr<device::FrameSink> sink;
@@ -515,8 +515,8 @@ ExitCode show(const Flags& flags, Console& console) {
   loop.delay_s = flags.delay == "auto" ? measure(*sink, flags, console) : io::parse_duration(flags.delay);
 
   std::vector<std::unique_ptr<track::PoseSource>> sources;
-  live::Editor editor(first);
-  live::LoopParts parts{projection, *sink};
+  show::Editor editor(first);
+  show::LoopParts parts{projection, *sink};
   for (const std::string& text : flags.sources) sources.push_back(track::open_pose_source(text));
   if (!flags.marker_camera.empty()) sources.push_back(see_markers(flags, rig));
   for (const auto& source : sources) parts.sources.push_back(source.get());
@@ -524,15 +524,15 @@ ExitCode show(const Flags& flags, Console& console) {
   parts.loader = &loader;
   parts.room = room.get();
   parts.with_contents = [&](SurfaceSet set) { return with_contents_there(std::move(set), contents); };
-  std::optional<live::RunRecorder> recorder;
+  std::optional<show::RunRecorder> recorder;
   if (!flags.record.empty())
     parts.recorder = &recorder.emplace(flags.record, surface_text(flags.surfaces), recorded_conditions);
-  std::unique_ptr<live::ControlPage> page;
+  std::unique_ptr<show::ControlPage> page;
   if (flags.control != "off") {
-    live::ControlOptions control;
+    show::ControlOptions control;
     std::tie(control.address, control.port) = split_address(flags.control);
     control.token = flags.token;
-    page = std::make_unique<live::ControlPage>(control);
+    page = std::make_unique<show::ControlPage>(control);
     parts.page = page.get();
     console.say("control page: " + page->url());
   }
@@ -541,19 +541,19 @@ ExitCode show(const Flags& flags, Console& console) {
   parts.say = [&](const std::string& sentence) { console.log(sentence); };
   // A recorded run begins from what its log holds, digit by digit.
   if (parts.recorder != nullptr) {
-    live::Show again = projection.show();
-    const live::SurfaceText text = surface_text(flags.surfaces);
+    show::Show again = projection.show();
+    const show::SurfaceText text = surface_text(flags.surfaces);
     again.surfaces = text.read(text.write(again.surfaces));
     projection.set_show(std::move(again));
   }
-  live::Metrics so_far;
-  parts.tick = [&](const live::Metrics& metrics) {
+  show::Metrics so_far;
+  parts.tick = [&](const show::Metrics& metrics) {
     so_far = metrics;
     if (people) people->take(projection);
     if (metrics.frames % 16 == 0) console.progress("frame", int(metrics.frames), 0);
   };
   try {
-    so_far = live::run_loop(parts, loop);
+    so_far = show::run_loop(parts, loop);
   } catch (...) {  // Ctrl-C, a pipe that broke: what was measured is told, and a video is kept, all the same
     tell(so_far, projection, console);
     if (people) people->tell(console);

@@ -6,19 +6,19 @@
 
 #include "common/cli.hpp"
 #include "common/conditions_flags.hpp"
-#include "common/session_files.hpp"
-#include "common/session_patterns.hpp"
-#include "procam/core/se3.hpp"
+#include "procam/core/geometry/se3.hpp"
 #include "procam/detect/board_artwork.hpp"
 #include "procam/detect/marker_edges.hpp"
 #include "procam/io/board_file.hpp"
-#include "procam/io/captures.hpp"
-#include "procam/io/images.hpp"
+#include "procam/io/image/images.hpp"
 #include "procam/io/marker_map_file.hpp"
 #include "procam/io/pose_file.hpp"
 #include "procam/io/rig_file.hpp"
+#include "procam/io/session/captures.hpp"
 #include "procam/io/surface_file.hpp"
 #include "procam/io/text.hpp"
+#include "procam/session/files.hpp"
+#include "procam/session/patterns.hpp"
 #include "procam/simulate/fleet.hpp"
 #include "procam/simulate/marker_view.hpp"
 #include "procam/simulate/session.hpp"
@@ -48,7 +48,8 @@ void declare(CLI::App& app, Flags& flags) {
   add_parsed(
       app, "--level", [&](const std::string& text) { flags.level = simulate::level_named(text); },
       "easy | paper | hard (default easy)");
-  app.add_option("--pattern", flags.pattern, "What is projected: " + pattern_help())->capture_default_str();
+  app.add_option("--pattern", flags.pattern, "What is projected: " + session::pattern_help())
+      ->capture_default_str();
   add_parsed(
       app, "--board", [&](const std::string& text) { flags.board = io::read_board(text); },
       "the printed board instead of the level's chessboard, e.g. charuco:7x5:45mm:33mm:5x5_100; of one with "
@@ -144,7 +145,7 @@ void write_view(const simulate::Session& session, std::size_t view, const std::v
   fs::create_directory(folder);
   const std::vector<ImageU8> captures = simulate::capture_view(session, view, frames);
   for (std::size_t frame = 0; frame < captures.size(); ++frame)
-    io::save_image(folder / numbered("frame", frame, ".png"), captures[frame]);
+    io::save_image(folder / session::numbered("frame", frame, ".png"), captures[frame]);
   io::save_pose(folder / "truth_pose.json",
                 {"rig", "board", PoseWithCovariance{session.views[view].rig_from_board}});
 }
@@ -184,7 +185,7 @@ void save_truth(Rig truth, const Flags& flags, const std::string& pattern, const
 Rig with_defects(Rig truth, const simulate::Session& session, std::size_t views, int frames) {
   for (std::size_t view = 0; view < std::min(views, session.defects.size()); ++view)
     if (const std::string text = simulate::description(session.defects[view], frames); !text.empty())
-      truth.provenance.options[numbered("view", view)] = text;
+      truth.provenance.options[session::numbered("view", view)] = text;
   return truth;
 }
 
@@ -203,13 +204,13 @@ SurfaceSet wall_of(const simulate::World& world) {
 /// A board of light on the bare wall, after somebody has bumped the projector.
 void write_check(const simulate::Session& session, const Flags& flags, const fs::path& folder) {
   simulate::World world = simulate::with_bare_wall(session.views.front());
-  const auto pattern = make_pattern(flags.check, world.rig.projector().projector.size());
+  const auto pattern = session::make_pattern(flags.check, world.rig.projector().projector.size());
   Pose& place = world.rig.projectors.front().rig_from_projector;
   place = place * Pose(so3_exp(Vec3(flags.bump * Vec3(0.7, -0.6, 0.38).normalized())), Vec3::Zero());
   fs::create_directory(folder);
   const std::vector<ImageU8> captures = simulate::capture(world, pattern->frames(), session.capture);
   for (std::size_t frame = 0; frame < captures.size(); ++frame)
-    io::save_image(folder / numbered("frame", frame, ".png"), captures[frame]);
+    io::save_image(folder / session::numbered("frame", frame, ".png"), captures[frame]);
   io::save_session(folder, {pattern->text(), world.rig.projector().projector.size(), {}, {}});
   io::save_surfaces(folder / "surfaces.json", wall_of(world));
   save_truth(world.rig, flags, pattern->text(), folder);
@@ -223,10 +224,10 @@ void write_fleet_view(const simulate::Fleet& fleet, std::size_t view, const std:
       fs::path stack = folder;
       if (fleet.rig.projectors.size() > 1) stack /= fleet.rig.projectors[p].name;
       if (fleet.rig.cameras.size() > 1) stack /= fleet.rig.cameras[c].name;
-      make_folder(stack);
+      session::make_folder(stack);
       const std::vector<ImageU8> captures = simulate::capture_pair(fleet, view, c, p, frames);
       for (std::size_t frame = 0; frame < captures.size(); ++frame)
-        io::save_image(stack / numbered("frame", frame, ".png"), captures[frame]);
+        io::save_image(stack / session::numbered("frame", frame, ".png"), captures[frame]);
     }
   io::save_pose(folder / "truth_pose.json",
                 {"rig", "board", PoseWithCovariance{fleet.views[view].rig_from_board}});
@@ -235,7 +236,7 @@ void write_fleet_view(const simulate::Fleet& fleet, std::size_t view, const std:
 /// --cameras, --projectors: a session of several devices.
 ExitCode simulate_fleet(const Flags& flags, Console& console) {
   const ImageSize projector_size = simulate::projector_size(flags.level);
-  const auto pattern = make_pattern(flags.pattern, projector_size);
+  const auto pattern = session::make_pattern(flags.pattern, projector_size);
   if (pattern->on_blank_paper() || flags.markers || flags.board || !flags.check.empty())
     throw Error(ErrorKind::kUnsupported,
                 pattern->on_blank_paper() ? "pattern '" + flags.pattern + "'"
@@ -251,7 +252,7 @@ ExitCode simulate_fleet(const Flags& flags, Console& console) {
   FolderInTheMaking folder(flags.output, flags.force);
   for (std::size_t view = 0; view < views; ++view) {
     console.progress("views", int(view), int(views));
-    write_fleet_view(fleet, view, frames, folder.path() / numbered("view", view));
+    write_fleet_view(fleet, view, frames, folder.path() / session::numbered("view", view));
   }
   pattern->save_files(folder.path());
   io::Session session{pattern->text(), {}, fleet.world.board.layout, {}};
@@ -280,7 +281,7 @@ ExitCode simulate_fleet(const Flags& flags, Console& console) {
 ExitCode simulate_captures(const Flags& flags, Console& console) {
   if (flags.cameras > 1 || flags.projectors > 1) return simulate_fleet(flags, console);
   const ImageSize projector_size = simulate::projector_size(flags.level);
-  const auto pattern = make_pattern(flags.pattern, projector_size);
+  const auto pattern = session::make_pattern(flags.pattern, projector_size);
   std::optional<simulate::BoardPrint> print;
   if (flags.board) print = simulate::BoardPrint{*flags.board, detect::board_artwork(*flags.board)};
   const simulate::Session session =
@@ -291,7 +292,7 @@ ExitCode simulate_captures(const Flags& flags, Console& console) {
   FolderInTheMaking folder(flags.output, flags.force);
   for (std::size_t view = 0; view < views; ++view) {
     console.progress("views", int(view), int(views));
-    write_view(session, view, projector_frames, folder.path() / numbered("view", view));
+    write_view(session, view, projector_frames, folder.path() / session::numbered("view", view));
   }
   if (flags.markers) write_marker_view(session, folder.path());
   if (!flags.check.empty()) write_check(session, flags, folder.path() / "check");

@@ -6,17 +6,17 @@
 
 #include "common/cli.hpp"
 #include "common/room_frames.hpp"
-#include "common/session_patterns.hpp"
 #include "common/utc_now.hpp"
+#include "procam/session/patterns.hpp"
 
 #include "procam/analyze/error_sources.hpp"
 #include "procam/analyze/verify.hpp"
 #include "procam/detect/marker_edges.hpp"
-#include "procam/io/captures.hpp"
 #include "procam/io/files.hpp"
 #include "procam/io/marker_map_file.hpp"
 #include "procam/io/pose_file.hpp"
 #include "procam/io/rig_file.hpp"
+#include "procam/io/session/captures.hpp"
 #include "procam/io/surface_file.hpp"
 #include "procam/io/text.hpp"
 #include "procam/surface/solve.hpp"
@@ -96,7 +96,7 @@ void declare(CLI::App& app, Flags& flags) {
 }
 
 struct Captures {
-  SeenLight light;
+  session::ProjectedBoardPoints light;
   std::string pattern;
   std::vector<InputFile> inputs;
 };
@@ -114,7 +114,7 @@ std::string pattern_of(const Flags& flags) {
 
 Captures read_captures(const Flags& flags, const RigProjector& projector, const RigCamera& camera) {
   Captures captures{{}, pattern_of(flags), {}};
-  const auto pattern = make_pattern(captures.pattern, projector.projector.size());
+  const auto pattern = session::make_pattern(captures.pattern, projector.projector.size());
   if (!pattern->on_blank_paper())
     throw Error(ErrorKind::kInput, "pattern '" + captures.pattern + "'", "it is no board of light",
                 "show one of chessboard, charuco, markers, circles (charuco: any part of it is enough)");

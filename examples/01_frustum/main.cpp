@@ -5,9 +5,9 @@
 // lights the pixel that the projector model says: off-centre, skewed, half pixels and all.
 #include <iostream>
 
-#include "procam/core/frustum.hpp"
-#include "procam/core/projector.hpp"
-#include "procam/core/se3.hpp"
+#include "procam/core/geometry/se3.hpp"
+#include "procam/core/lens/frustum.hpp"
+#include "procam/core/lens/projector.hpp"
 
 using namespace procam;
 

@@ -13,9 +13,9 @@
 #include <iostream>
 
 #include "procam/device/video_file.hpp"
-#include "procam/io/images.hpp"
+#include "procam/io/image/images.hpp"
 #include "procam/io/rig_file.hpp"
-#include "procam/live/projection.hpp"
+#include "procam/show/projection.hpp"
 #include "procam/simulate/drive.hpp"
 #include "procam/simulate/room_view.hpp"
 
@@ -52,19 +52,19 @@ simulate::Drive robot() {
   return simulate::Drive(Pose(), {leg(0.3, 1.5), leg(-0.6, 2.25), leg(0.6, 2.25), leg(-0.3, 1.5)});
 }
 
-live::Projection projection(const Rig& rig, const Pose& world_from_wall, const ImageU8& picture,
+show::Projection projection(const Rig& rig, const Pose& world_from_wall, const ImageU8& picture,
                             track::Prediction prediction) {
-  live::ProjectionOptions options;
+  show::ProjectionOptions options;
   options.track.prediction = prediction;
   options.track.delay = kLocaliserDelay;
-  live::Projection projection(rig, options);
+  show::Projection projection(rig, options);
   PlanarSurface poster;
   poster.frame = "world";
   poster.frame_from_surface = world_from_wall;
   poster.content = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
   for (const Vec2& corner : poster.content)
     poster.points.push_back((corner - Vec2(0.5, 0.5)).cwiseProduct(kPoster));
-  live::Show show;
+  show::Show show;
   show.surfaces.surfaces = {{"poster", poster, {}, ""}};
   show.contents = {device::still_content(picture)};
   projection.set_show(std::move(show));
@@ -138,7 +138,7 @@ int main(int argc, char** argv) try {
   localiser.seed = 3;
   const std::vector<simulate::LocalisedPose> messages = localise(drive, localiser);
 
-  std::array<live::Projection, 2> projections{projection(rig, wall, picture, track::Prediction::kNone),
+  std::array<show::Projection, 2> projections{projection(rig, wall, picture, track::Prediction::kNone),
                                               projection(rig, wall, picture, track::Prediction::kAuto)};
   std::array<double, 2> sums{0, 0};
   std::size_t arrived = 0;
@@ -167,11 +167,11 @@ int main(int argc, char** argv) try {
       message.frame = "world";
       message.child = "rig";
       message.frame_from_child = messages[arrived].measured;
-      for (live::Projection& projection : projections) projection.add(message);
+      for (show::Projection& projection : projections) projection.add(message);
     }
     const Pose world_from_rig = drive.world_from_rig(light);
     for (int i = 0; i < 2; ++i) {
-      const live::DrawnFrame drawn = projections[i].draw(light, light, frame);
+      const show::DrawnFrame drawn = projections[i].draw(light, light, frame);
       errors[i] = squared_error(truth, rig, world_from_rig, drawn.pose.frame_from_child, wall);
       std::vector<simulate::RoomLight> lamp(1);
       lamp[0].projector = truth.projector().projector;

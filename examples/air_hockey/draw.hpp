@@ -1,7 +1,7 @@
 #pragma once
 /// The table and the scoreboard as pictures, RGB.
 #include "match.hpp"
-#include "procam/core/image.hpp"
+#include "procam/core/base/image.hpp"
 
 namespace hockey {
 

@@ -6,7 +6,7 @@
 #include <fstream>
 #include <sstream>
 
-#include "procam/core/error.hpp"
+#include "procam/core/base/error.hpp"
 
 namespace hockey {
 namespace {

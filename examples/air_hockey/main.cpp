@@ -14,7 +14,7 @@
 
 #include "../common/command_line.hpp"
 #include "game.hpp"
-#include "procam/io/depth_file.hpp"
+#include "procam/io/image/depth_file.hpp"
 #include "procam/io/pose_file.hpp"
 #include "procam/io/rig_file.hpp"
 #include "procam/io/surface_file.hpp"

@@ -24,7 +24,7 @@
 #include <random>
 #include <vector>
 
-#include "procam/core/types.hpp"
+#include "procam/core/base/types.hpp"
 
 namespace hockey {
 

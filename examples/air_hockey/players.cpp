@@ -1,7 +1,7 @@
 #include "players.hpp"
 
-#include "procam/core/error.hpp"
-#include "procam/core/se3.hpp"
+#include "procam/core/base/error.hpp"
+#include "procam/core/geometry/se3.hpp"
 #include "procam/track/interaction.hpp"
 
 namespace hockey {

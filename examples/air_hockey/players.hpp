@@ -5,7 +5,7 @@
 #include <string>
 
 #include "match.hpp"
-#include "procam/core/pose.hpp"
+#include "procam/core/geometry/pose.hpp"
 #include "procam/device/frame_sink.hpp"
 #include "procam/track/people.hpp"
 #include "procam/track/skeleton_source.hpp"

@@ -2,7 +2,7 @@
 
 #include "draw.hpp"
 #include "procam/device/content_source.hpp"
-#include "procam/live/projection.hpp"
+#include "procam/show/projection.hpp"
 #include "procam/track/eye_safe.hpp"
 
 namespace hockey {
@@ -30,13 +30,13 @@ class ProjectedStage : public Stage {
   ProjectedStage(const Wall& wall, const Rig& rig, render::Filter filter,
                  std::unique_ptr<device::FrameSink> sink)
       : renderer_(rendering(filter)), sink_(std::move(sink)) {
-    live::ProjectionOptions drawing;
+    show::ProjectionOptions drawing;
     drawing.projector_from_world = rig.projector().rig_from_projector.inverse();
     drawing.draw = [this](const Scene& scene, const Projector& projector, Picture frame) {
       return renderer_.render(scene, projector, frame);
     };
     // Over everything that is lit: nobody looks into the lamp.
-    drawing.over = [this](const live::Projection& projection, double light_time, Picture frame) {
+    drawing.over = [this](const show::Projection& projection, double light_time, Picture frame) {
       if (const track::PeopleTrack* people = game_->players().people())
         track::darken_heads(
             frame, projection.projector(),
@@ -44,13 +44,13 @@ class ProjectedStage : public Stage {
             light_time);
     };
     const Pose projector_from_table = *drawing.projector_from_world * wall.world_from_table;
-    projection_ = std::make_unique<live::Projection>(rig, drawing);
+    projection_ = std::make_unique<show::Projection>(rig, drawing);
 
     // The content of the surfaces: whoever asks for the table's picture gets the match as it stands.
     const double scale = pixels_per_metre(projection_->projector(), projector_from_table, wall.table);
     const ImageSize size = table_size(wall.table, scale);
     artist_ = std::make_unique<TableArtist>(wall.table, size);
-    live::Show show;
+    show::Show show;
     show.surfaces = wall.lit;
     for (const Surface& surface : wall.lit.surfaces) {
       if (surface.name == "table")
@@ -87,7 +87,7 @@ class ProjectedStage : public Stage {
   render::CpuRenderer renderer_;
   std::unique_ptr<TableArtist> artist_;
   ScoreboardArtist scoreboard_;
-  std::unique_ptr<live::Projection> projection_;
+  std::unique_ptr<show::Projection> projection_;
   std::unique_ptr<device::FrameSink> sink_;
   ImageU8 frame_;
   const Game* game_ = nullptr;

@@ -1,6 +1,6 @@
 #include "wall.hpp"
 
-#include "procam/core/se3.hpp"
+#include "procam/core/geometry/se3.hpp"
 #include "procam/depth/areas.hpp"
 #include "procam/surface/solve.hpp"
 

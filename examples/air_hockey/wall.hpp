@@ -1,9 +1,9 @@
 #pragma once
 /// The table where it hangs: from surfaces to what the puck meets.
 #include "match.hpp"
-#include "procam/core/pose.hpp"
-#include "procam/core/rig.hpp"
-#include "procam/core/surface.hpp"
+#include "procam/core/geometry/pose.hpp"
+#include "procam/core/rig/rig.hpp"
+#include "procam/core/surface/surface.hpp"
 #include "procam/depth/depth_image.hpp"
 
 namespace hockey {

@@ -9,9 +9,9 @@
 #include <memory>
 #include <string>
 
-#include "procam/core/error.hpp"
+#include "procam/core/base/error.hpp"
 #include "procam/device/frame_sink.hpp"
-#include "procam/io/images.hpp"
+#include "procam/io/image/images.hpp"
 
 namespace procam::examples {
 

@@ -2,7 +2,7 @@
 /// What somebody who exercises sees on the floor, as pictures of surfaces whose size is known in metres.
 #include <optional>
 
-#include "procam/core/image.hpp"
+#include "procam/core/base/image.hpp"
 #include "procam/track/interaction.hpp"
 
 namespace exercise {

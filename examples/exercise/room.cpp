@@ -1,6 +1,6 @@
 #include "room.hpp"
 
-#include "procam/core/se3.hpp"
+#include "procam/core/geometry/se3.hpp"
 #include "procam/track/eye_safe.hpp"
 
 namespace exercise {
@@ -55,14 +55,14 @@ Rig projector_above() {
 Room::Room(const RoomOptions& options) : options_(options), counter_(options.exercise) {
   feedback_.side = options.side;
   feedback_.options = options.exercise;
-  live::ProjectionOptions drawing;
+  show::ProjectionOptions drawing;
   const Rig rig = projector_above();
   drawing.projector_from_world = rig.projector().rig_from_projector.inverse();
-  drawing.over = [this](const live::Projection& projection, double time, Picture frame) {
+  drawing.over = [this](const show::Projection& projection, double time, Picture frame) {
     track::darken_heads(frame, projection.projector(), *projection.projector_from_world(time), people_, time);
   };
-  projection_ = std::make_unique<live::Projection>(rig, drawing);
-  live::Show show;
+  projection_ = std::make_unique<show::Projection>(rig, drawing);
+  show::Show show;
   show.surfaces = {{on_floor("feedback", room_from_floor(0.7, 0.75), kFeedbackSize),
                     on_floor("zone", room_from_zone(options.side), kZoneSize)}};
   show.contents = {device::drawn_content(picture_of(kFeedbackSize), 3,

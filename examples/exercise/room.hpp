@@ -4,7 +4,7 @@
 #include <memory>
 
 #include "feedback.hpp"
-#include "procam/live/projection.hpp"
+#include "procam/show/projection.hpp"
 #include "procam/track/people.hpp"
 
 namespace exercise {
@@ -38,7 +38,7 @@ class Room {
   Feedback feedback_;
   std::optional<Vec2> trespasser_;
   double time_ = 0, reached_ = -10;
-  std::unique_ptr<procam::live::Projection> projection_;
+  std::unique_ptr<procam::show::Projection> projection_;
 };
 
 }  // namespace exercise

@@ -1,7 +1,7 @@
 #pragma once
 /// Convex polygons in a plane, corners in order with the inside to the right of each side in a frame whose y
 /// axis points down (top left, top right, bottom right, bottom left).
-#include "procam/core/types.hpp"
+#include "procam/core/base/types.hpp"
 
 namespace procam::analyze {
 

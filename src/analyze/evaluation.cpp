@@ -6,9 +6,9 @@
 
 #include "causes.hpp"
 #include "light_chain.hpp"
-#include "procam/core/cholesky.hpp"
-#include "procam/core/closed_form.hpp"
-#include "procam/core/se3.hpp"
+#include "procam/core/base/cholesky.hpp"
+#include "procam/core/base/closed_form.hpp"
+#include "procam/core/geometry/se3.hpp"
 
 namespace procam::analyze {
 namespace {

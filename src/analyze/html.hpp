@@ -2,7 +2,7 @@
 /// Words of the report page: text that is escaped, numbers without locale or NaN, shapes of SVG.
 #include <string>
 
-#include "procam/core/types.hpp"
+#include "procam/core/base/types.hpp"
 
 namespace procam::analyze {
 

@@ -3,8 +3,8 @@
 #include <cmath>
 
 #include "light_chain.hpp"
-#include "procam/core/closed_form.hpp"
-#include "procam/core/se3.hpp"
+#include "procam/core/base/closed_form.hpp"
+#include "procam/core/geometry/se3.hpp"
 
 namespace procam::analyze {
 namespace {

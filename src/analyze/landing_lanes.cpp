@@ -4,7 +4,7 @@
 #include <cmath>
 #include <type_traits>
 
-#include "procam/core/dual.hpp"
+#include "procam/core/base/dual.hpp"
 
 namespace procam::analyze {
 namespace {

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "light_chain.hpp"
-#include "procam/core/detail/four.hpp"
+#include "procam/core/base/detail/four.hpp"
 
 namespace procam::analyze {
 

@@ -3,8 +3,8 @@
 #include <Eigen/Eigenvalues>
 #include <cmath>
 
-#include "procam/core/dual.hpp"
-#include "procam/core/se3.hpp"
+#include "procam/core/base/dual.hpp"
+#include "procam/core/geometry/se3.hpp"
 
 namespace procam::analyze {
 namespace {

@@ -6,7 +6,7 @@
 
 #include "light_chain.hpp"
 #include "light_error_model.hpp"
-#include "procam/core/se3.hpp"
+#include "procam/core/geometry/se3.hpp"
 
 namespace procam::analyze {
 namespace {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "procam/core/plane.hpp"
+#include "procam/core/geometry/plane.hpp"
 
 namespace procam::analyze {
 namespace {

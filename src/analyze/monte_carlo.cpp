@@ -7,7 +7,7 @@
 
 #include "landing_lanes.hpp"
 #include "light_chain.hpp"
-#include "procam/core/se3.hpp"
+#include "procam/core/geometry/se3.hpp"
 
 namespace procam::analyze {
 namespace {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "procam/core/closed_form.hpp"
+#include "procam/core/base/closed_form.hpp"
 
 namespace procam::analyze {
 

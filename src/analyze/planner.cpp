@@ -5,7 +5,7 @@
 
 #include "convex.hpp"
 #include "html.hpp"
-#include "procam/core/closed_form.hpp"
+#include "procam/core/base/closed_form.hpp"
 
 namespace procam::analyze {
 namespace {

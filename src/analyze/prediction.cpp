@@ -6,8 +6,8 @@
 #include "causes.hpp"
 #include "html.hpp"
 #include "light_chain.hpp"
-#include "procam/core/homography.hpp"
-#include "procam/core/se3.hpp"
+#include "procam/core/geometry/homography.hpp"
+#include "procam/core/geometry/se3.hpp"
 
 namespace procam::analyze {
 namespace {

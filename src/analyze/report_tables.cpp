@@ -6,7 +6,7 @@
 #include <set>
 
 #include "html.hpp"
-#include "procam/core/se3.hpp"
+#include "procam/core/geometry/se3.hpp"
 #include "report_pictures.hpp"
 
 namespace procam::analyze {

@@ -7,7 +7,7 @@
 #include "html.hpp"
 #include "most_probable.hpp"
 #include "procam/analyze/error_sources.hpp"
-#include "procam/core/closed_form.hpp"
+#include "procam/core/base/closed_form.hpp"
 
 namespace procam::analyze {
 namespace {

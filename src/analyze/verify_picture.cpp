@@ -3,7 +3,7 @@
 
 #include "html.hpp"
 #include "procam/analyze/verify.hpp"
-#include "procam/core/closed_form.hpp"
+#include "procam/core/base/closed_form.hpp"
 
 namespace procam::analyze {
 namespace {

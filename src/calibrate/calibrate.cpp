@@ -16,7 +16,7 @@
 #include "procam/calibrate/bundle.hpp"
 #include "procam/calibrate/gates.hpp"
 #include "procam/calibrate/uncertainty.hpp"
-#include "procam/core/se3.hpp"
+#include "procam/core/geometry/se3.hpp"
 #include "residual_blocks.hpp"
 #include "rig_covariance.hpp"
 #include "rig_motion.hpp"

@@ -5,7 +5,7 @@
 #include <cstdio>
 #include <map>
 
-#include "procam/core/se3.hpp"
+#include "procam/core/geometry/se3.hpp"
 
 namespace procam::calibrate {
 namespace {

@@ -12,7 +12,7 @@
 #include <optional>
 #include <vector>
 
-#include "procam/core/observation.hpp"
+#include "procam/core/rig/observation.hpp"
 
 namespace procam::calibrate {
 

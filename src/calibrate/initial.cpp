@@ -5,7 +5,7 @@
 #include <Eigen/QR>
 #include <cmath>
 
-#include "procam/core/error.hpp"
+#include "procam/core/base/error.hpp"
 
 namespace procam::calibrate {
 

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "procam/core/error.hpp"
+#include "procam/core/base/error.hpp"
 
 namespace procam::calibrate {
 

@@ -7,8 +7,8 @@
 #include "joined.hpp"
 #include "normal_equations.hpp"
 #include "place_camera.hpp"
-#include "procam/core/mirror.hpp"
-#include "procam/core/se3.hpp"
+#include "procam/core/geometry/mirror.hpp"
+#include "procam/core/geometry/se3.hpp"
 #include "solve.hpp"
 
 namespace procam::calibrate {

@@ -5,8 +5,8 @@
 #include <map>
 
 #include "procam/calibrate/costs/se3_manifold.hpp"
-#include "procam/core/cholesky.hpp"
-#include "procam/core/covariance.hpp"
+#include "procam/core/base/cholesky.hpp"
+#include "procam/core/geometry/covariance.hpp"
 #include "residual_blocks.hpp"
 
 namespace procam::calibrate {

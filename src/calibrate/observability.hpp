@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "procam/core/covariance.hpp"
+#include "procam/core/geometry/covariance.hpp"
 #include "solve.hpp"
 
 namespace procam::calibrate {

@@ -5,8 +5,8 @@
 
 #include "joined.hpp"
 #include "procam/calibrate/initial.hpp"
-#include "procam/core/homography_fit.hpp"
-#include "procam/core/planar_pose.hpp"
+#include "procam/core/geometry/homography_fit.hpp"
+#include "procam/core/geometry/planar_pose.hpp"
 
 namespace procam::calibrate {
 namespace {

@@ -19,7 +19,7 @@
 #include "procam/calibrate/costs/se3_manifold.hpp"
 #include "procam/calibrate/gates.hpp"
 #include "procam/calibrate/initial.hpp"
-#include "procam/core/se3.hpp"
+#include "procam/core/geometry/se3.hpp"
 #include "quiet_log.hpp"
 #include "residual_blocks.hpp"
 

@@ -4,7 +4,7 @@
 /// factor.
 #include <string>
 
-#include "procam/core/board.hpp"
+#include "procam/core/board/board.hpp"
 
 namespace procam::calibrate {
 

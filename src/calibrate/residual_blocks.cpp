@@ -8,8 +8,8 @@
 #include "procam/calibrate/costs/light_point.hpp"
 #include "procam/calibrate/costs/reprojection.hpp"
 #include "procam/calibrate/costs/shared_corner.hpp"
-#include "procam/core/closed_form.hpp"
-#include "procam/core/dual.hpp"
+#include "procam/core/base/closed_form.hpp"
+#include "procam/core/base/dual.hpp"
 
 namespace procam::calibrate {
 namespace {

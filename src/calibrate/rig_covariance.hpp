@@ -1,8 +1,8 @@
 #pragma once
 /// Private to calibrate: a bundle's state as a rig.
 #include "procam/calibrate/bundle.hpp"
-#include "procam/core/covariance.hpp"
-#include "procam/core/rig.hpp"
+#include "procam/core/geometry/covariance.hpp"
+#include "procam/core/rig/rig.hpp"
 
 namespace procam::calibrate {
 

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "normal_equations.hpp"
-#include "procam/core/se3.hpp"
+#include "procam/core/geometry/se3.hpp"
 #include "residual_blocks.hpp"
 
 namespace procam::calibrate {

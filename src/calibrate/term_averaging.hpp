@@ -16,7 +16,7 @@
 /// follow by their regression on these terms, K = C_xS V^-1:
 ///   C' = C + K (M - V) K^T
 #include "procam/calibrate/options.hpp"
-#include "procam/core/covariance.hpp"
+#include "procam/core/geometry/covariance.hpp"
 #include "solve.hpp"
 
 namespace procam::calibrate {

@@ -6,7 +6,7 @@
 #include <array>
 
 #include "cells.hpp"
-#include "procam/core/se3.hpp"
+#include "procam/core/geometry/se3.hpp"
 #include "regions.hpp"
 
 namespace procam::depth {

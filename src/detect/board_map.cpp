@@ -2,8 +2,8 @@
 
 #include <cmath>
 
-#include "procam/core/cholesky.hpp"
-#include "procam/core/homography_fit.hpp"
+#include "procam/core/base/cholesky.hpp"
+#include "procam/core/geometry/homography_fit.hpp"
 
 namespace procam::detect {
 namespace {

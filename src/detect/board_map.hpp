@@ -10,8 +10,8 @@
 #include <optional>
 #include <vector>
 
-#include "procam/core/homography.hpp"
-#include "procam/core/types.hpp"
+#include "procam/core/base/types.hpp"
+#include "procam/core/geometry/homography.hpp"
 
 namespace procam::detect {
 

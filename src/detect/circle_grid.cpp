@@ -11,8 +11,8 @@
 #include "board_map.hpp"
 #include "disc_fit.hpp"
 #include "fit_verdict.hpp"
-#include "procam/core/cholesky.hpp"
-#include "procam/core/homography_fit.hpp"
+#include "procam/core/base/cholesky.hpp"
+#include "procam/core/geometry/homography_fit.hpp"
 
 namespace procam::detect {
 namespace {

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "marker_board.hpp"
-#include "procam/core/observation.hpp"
+#include "procam/core/rig/observation.hpp"
 
 namespace procam::detect {
 

@@ -6,8 +6,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "procam/core/cholesky.hpp"
-#include "procam/core/detail/four.hpp"
+#include "procam/core/base/cholesky.hpp"
+#include "procam/core/base/detail/four.hpp"
 
 namespace procam::detect {
 namespace {

@@ -3,8 +3,8 @@
 /// detect/chessboard.hpp.
 #include <optional>
 
-#include "procam/core/image.hpp"
-#include "procam/core/types.hpp"
+#include "procam/core/base/image.hpp"
+#include "procam/core/base/types.hpp"
 
 namespace procam::detect {
 

@@ -16,7 +16,7 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
-#include "procam/core/types.hpp"
+#include "procam/core/base/types.hpp"
 
 namespace procam::detect {
 

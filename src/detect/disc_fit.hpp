@@ -2,8 +2,8 @@
 /// The last step of circle detection: a blurred dark ellipse. Equation in detect/circle_grid.hpp.
 #include <optional>
 
-#include "procam/core/image.hpp"
-#include "procam/core/types.hpp"
+#include "procam/core/base/image.hpp"
+#include "procam/core/base/types.hpp"
 
 namespace procam::detect {
 

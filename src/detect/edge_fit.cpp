@@ -5,7 +5,7 @@
 #include <cmath>
 #include <vector>
 
-#include "procam/core/cholesky.hpp"
+#include "procam/core/base/cholesky.hpp"
 
 namespace procam::detect {
 namespace {

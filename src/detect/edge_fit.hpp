@@ -8,8 +8,8 @@
 /// they lie: nothing is interpolated, so no pixel phase pulls the edge.
 #include <optional>
 
-#include "procam/core/image.hpp"
-#include "procam/core/types.hpp"
+#include "procam/core/base/image.hpp"
+#include "procam/core/base/types.hpp"
 
 namespace procam::detect {
 

@@ -2,7 +2,7 @@
 /// One short piece of a straight edge between dark and light, fitted to the pixels themselves.
 #include <optional>
 
-#include "procam/core/image.hpp"
+#include "procam/core/base/image.hpp"
 
 namespace procam::detect {
 

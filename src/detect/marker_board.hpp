@@ -5,8 +5,8 @@
 
 #include "board_map.hpp"
 #include "marker_finder.hpp"
-#include "procam/core/board.hpp"
-#include "procam/core/error.hpp"
+#include "procam/core/base/error.hpp"
+#include "procam/core/board/board.hpp"
 
 namespace procam::detect {
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "procam/core/cholesky.hpp"
+#include "procam/core/base/cholesky.hpp"
 
 namespace procam::detect {
 namespace {

@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include "edge_profile.hpp"
-#include "procam/core/cholesky.hpp"
-#include "procam/core/homography_fit.hpp"
+#include "procam/core/base/cholesky.hpp"
+#include "procam/core/geometry/homography_fit.hpp"
 
 namespace procam::detect {
 namespace {

@@ -2,10 +2,10 @@
 /// The edges of one marker, and the homography that explains them.
 #include <functional>
 
-#include "procam/core/camera.hpp"
-#include "procam/core/homography.hpp"
-#include "procam/core/image.hpp"
-#include "procam/core/marker.hpp"
+#include "procam/core/base/image.hpp"
+#include "procam/core/board/marker.hpp"
+#include "procam/core/geometry/homography.hpp"
+#include "procam/core/lens/camera.hpp"
 
 namespace procam::detect {
 

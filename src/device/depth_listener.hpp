@@ -5,7 +5,7 @@
 #include <thread>
 
 #include "frame_queue.hpp"
-#include "procam/core/error.hpp"
+#include "procam/core/base/error.hpp"
 #include "procam/device/depth_source.hpp"
 
 namespace procam::device::internal {

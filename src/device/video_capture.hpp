@@ -3,7 +3,7 @@
 #include <opencv2/videoio.hpp>
 #include <string>
 
-#include "procam/core/image.hpp"
+#include "procam/core/base/image.hpp"
 
 namespace procam::device::internal {
 

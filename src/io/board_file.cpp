@@ -2,11 +2,11 @@
 
 #include <cmath>
 
-#include "document.hpp"
-#include "fields.hpp"
+#include "document/document.hpp"
+#include "document/fields.hpp"
+#include "document/value.hpp"
 #include "procam/io/files.hpp"
 #include "procam/io/text.hpp"
-#include "value.hpp"
 
 namespace procam::io {
 namespace {

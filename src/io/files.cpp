@@ -8,7 +8,7 @@
 #include <cerrno>
 #include <cstring>
 
-#include "procam/core/error.hpp"
+#include "procam/core/base/error.hpp"
 
 namespace procam::io {
 namespace {

@@ -3,9 +3,9 @@
 #include <charconv>
 #include <set>
 
-#include "procam/core/marker_dictionary.hpp"
+#include "document/shared_fields.hpp"
+#include "procam/core/board/marker_dictionary.hpp"
 #include "procam/io/text.hpp"
-#include "shared_fields.hpp"
 
 namespace procam::io {
 

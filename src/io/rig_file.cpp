@@ -2,7 +2,7 @@
 
 #include <set>
 
-#include "shared_fields.hpp"
+#include "document/shared_fields.hpp"
 
 namespace procam::io {
 

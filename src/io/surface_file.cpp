@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <set>
 
-#include "procam/io/images.hpp"
-#include "procam/io/mesh_file.hpp"
-#include "shared_fields.hpp"
+#include "document/shared_fields.hpp"
+#include "procam/io/image/images.hpp"
+#include "procam/io/mesh/mesh_file.hpp"
 
 namespace procam::io {
 namespace {

@@ -7,8 +7,8 @@
 #include <string_view>
 #include <vector>
 
-#include "number.hpp"
-#include "procam/core/error.hpp"
+#include "document/number.hpp"
+#include "procam/core/base/error.hpp"
 
 namespace procam::io {
 namespace {

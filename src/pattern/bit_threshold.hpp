@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstdint>
 
-#include "procam/core/decoded_map.hpp"
+#include "procam/core/rig/decoded_map.hpp"
 
 namespace procam::pattern {
 

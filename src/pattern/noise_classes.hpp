@@ -2,7 +2,7 @@
 /// The noise of classes of brightness -> NoiseModel.
 #include <array>
 
-#include "procam/core/decoded_map.hpp"
+#include "procam/core/rig/decoded_map.hpp"
 
 namespace procam::pattern {
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "procam/core/artwork_index.hpp"
+#include "procam/core/board/artwork_index.hpp"
 
 namespace procam::pattern {
 namespace {

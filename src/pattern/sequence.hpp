@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "procam/core/image.hpp"
-#include "procam/core/types.hpp"
+#include "procam/core/base/image.hpp"
+#include "procam/core/base/types.hpp"
 
 namespace procam::pattern::internal {
 

@@ -3,8 +3,8 @@
 /// for, how noisy are they, what deserves a remark.
 #include <vector>
 
-#include "procam/core/decoded_map.hpp"
-#include "procam/core/image.hpp"
+#include "procam/core/base/image.hpp"
+#include "procam/core/rig/decoded_map.hpp"
 #include "procam/pattern/gray_code.hpp"
 
 namespace procam::pattern {

@@ -2,8 +2,8 @@
 /// The camera's noise from the steps of a wave.
 #include <vector>
 
-#include "procam/core/decoded_map.hpp"
-#include "procam/core/image.hpp"
+#include "procam/core/base/image.hpp"
+#include "procam/core/rig/decoded_map.hpp"
 
 namespace procam::pattern {
 

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "plane_layer.hpp"
-#include "procam/core/scene.hpp"
+#include "procam/core/surface/scene.hpp"
 #include "room_layer.hpp"
 
 namespace procam::render {

@@ -9,7 +9,7 @@
 
 #include "kernels.hpp"
 #include "patch.hpp"
-#include "procam/core/projector.hpp"
+#include "procam/core/lens/projector.hpp"
 #include "workers.hpp"
 
 namespace procam::render {

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <array>
 
-#include "procam/core/types.hpp"
+#include "procam/core/base/types.hpp"
 
 namespace procam::render {
 

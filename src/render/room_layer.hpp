@@ -10,7 +10,7 @@
 /// behind the projector need no clipping, and the lens is exact since d is. A planar surface is one facet
 /// with the four borders of its content.
 #include "lens_map.hpp"
-#include "procam/core/surface.hpp"
+#include "procam/core/surface/surface.hpp"
 
 namespace procam::render {
 

@@ -1,8 +1,8 @@
 #pragma once
 /// What of a room a device sees at each of its pixels: the nearest facet. For the questions of visibility
 /// between a projector and an eye.
-#include "procam/core/projector.hpp"
-#include "procam/core/scene.hpp"
+#include "procam/core/lens/projector.hpp"
+#include "procam/core/surface/scene.hpp"
 #include "room_layer.hpp"
 #include "workers.hpp"
 

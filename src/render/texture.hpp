@@ -4,7 +4,7 @@
 
 #include "kernels.hpp"
 #include "light.hpp"
-#include "procam/core/image.hpp"
+#include "procam/core/base/image.hpp"
 #include "workers.hpp"
 
 namespace procam::render {

@@ -1,6 +1,6 @@
 #pragma once
 /// Gaussian blur on the pixel grid.
-#include "procam/core/image.hpp"
+#include "procam/core/base/image.hpp"
 
 namespace procam::simulate::internal {
 

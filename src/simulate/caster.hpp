@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "paint.hpp"
-#include "procam/core/camera.hpp"
+#include "procam/core/lens/camera.hpp"
 #include "shape.hpp"
 
 namespace procam::simulate::internal {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "procam/core/parallel.hpp"
+#include "procam/core/base/parallel.hpp"
 
 namespace procam::simulate::internal {
 namespace {

@@ -7,7 +7,7 @@
 #include <array>
 #include <utility>
 
-#include "procam/core/image.hpp"
+#include "procam/core/base/image.hpp"
 #include "procam/simulate/thin_lens.hpp"
 
 namespace procam::simulate::internal {

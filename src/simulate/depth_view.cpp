@@ -5,7 +5,7 @@
 
 #include "caster.hpp"
 #include "noise.hpp"
-#include "procam/core/parallel.hpp"
+#include "procam/core/base/parallel.hpp"
 
 namespace procam::simulate {
 namespace {

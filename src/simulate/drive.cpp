@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "noise.hpp"
-#include "procam/core/error.hpp"
+#include "procam/core/base/error.hpp"
 
 namespace procam::simulate {
 namespace {

@@ -5,8 +5,8 @@
 #include <string>
 
 #include "noise.hpp"
-#include "procam/core/closed_form.hpp"
-#include "procam/core/se3.hpp"
+#include "procam/core/base/closed_form.hpp"
+#include "procam/core/geometry/se3.hpp"
 
 namespace procam::simulate {
 namespace {

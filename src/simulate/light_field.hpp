@@ -9,8 +9,8 @@
 
 #include "blur.hpp"
 #include "defocus.hpp"
-#include "procam/core/image.hpp"
-#include "procam/core/parallel.hpp"
+#include "procam/core/base/image.hpp"
+#include "procam/core/base/parallel.hpp"
 #include "tone.hpp"
 
 namespace procam::simulate::internal {

@@ -1,7 +1,7 @@
 #pragma once
 /// A marker as a picture of one texel a cell.
-#include "procam/core/image.hpp"
-#include "procam/core/marker.hpp"
+#include "procam/core/base/image.hpp"
+#include "procam/core/board/marker.hpp"
 
 namespace procam::simulate::internal {
 

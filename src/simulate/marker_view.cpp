@@ -6,7 +6,7 @@
 #include "blur.hpp"
 #include "marker_print.hpp"
 #include "noise.hpp"
-#include "procam/core/se3.hpp"
+#include "procam/core/geometry/se3.hpp"
 #include "summed_picture.hpp"
 
 namespace procam::simulate {

@@ -10,7 +10,7 @@
 #include <memory>
 #include <vector>
 
-#include "procam/core/mesh.hpp"
+#include "procam/core/geometry/mesh.hpp"
 
 namespace procam::simulate::internal {
 

@@ -2,7 +2,7 @@
 /// What the printed side of a sheet reflects.
 #include <optional>
 
-#include "procam/core/artwork_index.hpp"
+#include "procam/core/board/artwork_index.hpp"
 #include "procam/simulate/world.hpp"
 
 namespace procam::simulate::internal {

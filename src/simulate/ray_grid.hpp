@@ -4,7 +4,7 @@
 /// node of a row is exact, the others come from those by a cubic.
 #include <vector>
 
-#include "procam/core/camera.hpp"
+#include "procam/core/lens/camera.hpp"
 
 namespace procam::simulate::internal {
 

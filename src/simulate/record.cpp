@@ -8,7 +8,7 @@
 #include "blur.hpp"
 #include "defocus.hpp"
 #include "noise.hpp"
-#include "procam/core/parallel.hpp"
+#include "procam/core/base/parallel.hpp"
 
 namespace procam::simulate::internal {
 namespace {

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "light_field.hpp"
-#include "procam/core/decoded_map.hpp"
+#include "procam/core/rig/decoded_map.hpp"
 #include "procam/simulate/capture.hpp"
 #include "sampling.hpp"
 

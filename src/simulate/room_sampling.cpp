@@ -5,8 +5,8 @@
 
 #include "caster.hpp"
 #include "defocus.hpp"
-#include "procam/core/parallel.hpp"
-#include "procam/core/se3.hpp"
+#include "procam/core/base/parallel.hpp"
+#include "procam/core/geometry/se3.hpp"
 #include "ray_grid.hpp"
 
 namespace procam::simulate::internal {

@@ -4,7 +4,7 @@
 
 #include "defocus.hpp"
 #include "paper.hpp"
-#include "procam/core/parallel.hpp"
+#include "procam/core/base/parallel.hpp"
 #include "ray_grid.hpp"
 #include "scene.hpp"
 

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "noise.hpp"
-#include "procam/core/closed_form.hpp"
+#include "procam/core/base/closed_form.hpp"
 
 namespace procam::simulate {
 namespace {

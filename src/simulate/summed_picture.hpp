@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "procam/core/image.hpp"
+#include "procam/core/base/image.hpp"
 
 namespace procam::simulate::internal {
 

@@ -3,7 +3,7 @@
 #include <Eigen/LU>
 #include <map>
 
-#include "procam/core/homography.hpp"
+#include "procam/core/geometry/homography.hpp"
 #include "shape_mask.hpp"
 
 namespace procam::surface {

@@ -1,8 +1,8 @@
 #pragma once
 /// Content position -> projector pixel, for each way a surface may be placed.
-#include "procam/core/homography.hpp"
-#include "procam/core/projector.hpp"
-#include "procam/core/surface.hpp"
+#include "procam/core/geometry/homography.hpp"
+#include "procam/core/lens/projector.hpp"
+#include "procam/core/surface/surface.hpp"
 
 namespace procam::surface {
 

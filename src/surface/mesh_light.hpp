@@ -4,8 +4,8 @@
 #include <array>
 #include <vector>
 
-#include "procam/core/projector.hpp"
-#include "procam/core/surface.hpp"
+#include "procam/core/lens/projector.hpp"
+#include "procam/core/surface/surface.hpp"
 
 namespace procam::surface {
 

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "procam/core/homography_fit.hpp"
+#include "procam/core/geometry/homography_fit.hpp"
 
 namespace procam::surface {
 

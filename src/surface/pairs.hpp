@@ -1,6 +1,6 @@
 #pragma once
 /// One surface's pairs -> its homography, its residuals, and the pair that does not fit.
-#include "procam/core/surface.hpp"
+#include "procam/core/surface/surface.hpp"
 #include "procam/surface/solve.hpp"
 
 namespace procam::surface {

@@ -1,6 +1,6 @@
 #pragma once
 /// Outline, holes and mask as alpha.
-#include "procam/core/content_layout.hpp"
+#include "procam/core/surface/content_layout.hpp"
 
 namespace procam::surface {
 

@@ -1,6 +1,6 @@
 #pragma once
 /// How a placed surface looks from the projector.
-#include "procam/core/projector.hpp"
+#include "procam/core/lens/projector.hpp"
 #include "procam/surface/solve.hpp"
 
 namespace procam::surface {

@@ -4,7 +4,7 @@
 #include <chrono>
 #include <cmath>
 
-#include "procam/core/error.hpp"
+#include "procam/core/base/error.hpp"
 #include "procam/track/stamped_pose.hpp"
 
 namespace procam::track {

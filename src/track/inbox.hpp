@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "procam/core/error.hpp"
+#include "procam/core/base/error.hpp"
 #include "procam/track/pose_source.hpp"
 #include "procam/track/skeleton_reader.hpp"
 #include "procam/track/wire.hpp"

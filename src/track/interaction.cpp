@@ -4,8 +4,8 @@
 #include <cmath>
 #include <limits>
 
-#include "procam/core/error.hpp"
-#include "procam/core/plane.hpp"
+#include "procam/core/base/error.hpp"
+#include "procam/core/geometry/plane.hpp"
 
 namespace procam::track {
 

@@ -5,8 +5,8 @@
 #include <cstdio>
 
 #include "marker_equations.hpp"
-#include "procam/core/cholesky.hpp"
-#include "procam/core/planar_pose.hpp"
+#include "procam/core/base/cholesky.hpp"
+#include "procam/core/geometry/planar_pose.hpp"
 
 namespace procam::track {
 namespace {

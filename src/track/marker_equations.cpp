@@ -2,8 +2,8 @@
 
 #include <cmath>
 
-#include "procam/core/cholesky.hpp"
-#include "procam/core/dual.hpp"
+#include "procam/core/base/cholesky.hpp"
+#include "procam/core/base/dual.hpp"
 
 namespace procam::track::internal {
 namespace {

@@ -3,9 +3,9 @@
 #include <optional>
 #include <vector>
 
-#include "procam/core/camera.hpp"
-#include "procam/core/marker.hpp"
-#include "procam/core/se3.hpp"
+#include "procam/core/board/marker.hpp"
+#include "procam/core/geometry/se3.hpp"
+#include "procam/core/lens/camera.hpp"
 
 namespace procam::track::internal {
 

@@ -3,8 +3,8 @@
 ///
 /// Errors act on the right, in the child's frame: T = T^ exp(xi), v = v^ + dv, a = a^ + da. The covariance is
 /// kept in its 6x6 blocks: products of that size are unrolled and never ask for memory.
-#include "procam/core/se3.hpp"
-#include "procam/core/types.hpp"
+#include "procam/core/base/types.hpp"
+#include "procam/core/geometry/se3.hpp"
 
 namespace procam::track::internal {
 

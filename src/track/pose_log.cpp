@@ -6,7 +6,7 @@
 #include <cstdio>
 #include <cstring>
 
-#include "procam/core/error.hpp"
+#include "procam/core/base/error.hpp"
 #include "procam/track/wire.hpp"
 #include "wire_json.hpp"
 
@@ -14,7 +14,7 @@ namespace procam::track {
 namespace {
 
 constexpr const char* kFirstLine = "{\"format\":\"procam-pose-log\",\"version\":1}";
-/// A run (live/run_log.hpp) has lines of other kinds between the poses, and those of several sources in
+/// A run (show/run_log.hpp) has lines of other kinds between the poses, and those of several sources in
 /// turns.
 constexpr const char* kRunBegins = "{\"format\":\"procam-run\",\"version\":1,";
 

@@ -7,7 +7,7 @@
 
 #include "inbox.hpp"
 #include "message_check.hpp"
-#include "procam/core/error.hpp"
+#include "procam/core/base/error.hpp"
 #include "procam/track/pose_log.hpp"
 #include "procam/track/trajectory_file.hpp"
 #include "recorded.hpp"

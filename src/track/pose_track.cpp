@@ -8,7 +8,7 @@
 
 #include "message_check.hpp"
 #include "motion_bank.hpp"
-#include "procam/core/error.hpp"
+#include "procam/core/base/error.hpp"
 #include "scatter.hpp"
 
 namespace procam::track {

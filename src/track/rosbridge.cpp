@@ -8,7 +8,7 @@
 #include <thread>
 
 #include "inbox.hpp"
-#include "procam/core/error.hpp"
+#include "procam/core/base/error.hpp"
 #include "sources.hpp"
 
 namespace procam::track::internal {

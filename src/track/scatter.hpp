@@ -2,8 +2,8 @@
 #include <algorithm>
 #include <array>
 
-#include "procam/core/se3.hpp"
-#include "procam/core/types.hpp"
+#include "procam/core/base/types.hpp"
+#include "procam/core/geometry/se3.hpp"
 
 namespace procam::track::internal {
 

@@ -4,7 +4,7 @@
 #include <fstream>
 #include <iterator>
 
-#include "procam/core/error.hpp"
+#include "procam/core/base/error.hpp"
 #include "procam/track/skeleton_reader.hpp"
 
 namespace procam::track {

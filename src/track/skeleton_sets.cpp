@@ -4,7 +4,7 @@
 #include <limits>
 
 #include "joint_sets.hpp"
-#include "procam/core/error.hpp"
+#include "procam/core/base/error.hpp"
 #include "procam/track/skeleton_reader.hpp"
 
 namespace procam::track {

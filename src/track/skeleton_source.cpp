@@ -1,6 +1,6 @@
 #include "procam/track/skeleton_source.hpp"
 
-#include "procam/core/error.hpp"
+#include "procam/core/base/error.hpp"
 #include "recorded.hpp"
 #include "sources.hpp"
 

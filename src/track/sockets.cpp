@@ -10,7 +10,7 @@
 #include <thread>
 
 #include "inbox.hpp"
-#include "procam/core/error.hpp"
+#include "procam/core/base/error.hpp"
 #include "procam/track/vmc.hpp"
 #include "sources.hpp"
 

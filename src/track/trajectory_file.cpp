@@ -10,7 +10,7 @@
 #include <optional>
 
 #include "message_check.hpp"
-#include "procam/core/error.hpp"
+#include "procam/core/base/error.hpp"
 #include "wire_json.hpp"
 
 namespace procam::track {

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "procam/core/se3.hpp"
+#include "procam/core/geometry/se3.hpp"
 #include "support/lopsided.hpp"
 #include "uncertain_rig.hpp"
 

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "procam/analyze/monte_carlo.hpp"
-#include "procam/core/closed_form.hpp"
+#include "procam/core/base/closed_form.hpp"
 #include "support/expect_error.hpp"
 #include "uncertain_rig.hpp"
 

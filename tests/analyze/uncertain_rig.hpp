@@ -1,6 +1,6 @@
 #pragma once
 /// A lopsided rig whose parameters have a correlated covariance of realistic size.
-#include "procam/core/rig.hpp"
+#include "procam/core/rig/rig.hpp"
 #include "support/numeric_world.hpp"
 
 namespace procam::test {

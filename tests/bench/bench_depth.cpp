@@ -11,7 +11,7 @@
 
 #include "depth/rooms.hpp"
 #include "procam/depth/surfaces.hpp"
-#include "procam/io/depth_file.hpp"
+#include "procam/io/image/depth_file.hpp"
 #include "support/test_data.hpp"
 
 #ifdef PROCAM_BENCH_PCL

@@ -8,7 +8,7 @@
 #include <opencv2/imgproc.hpp>
 #include <random>
 
-#include "procam/core/homography_fit.hpp"
+#include "procam/core/geometry/homography_fit.hpp"
 
 namespace {
 

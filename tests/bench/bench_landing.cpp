@@ -8,7 +8,7 @@
 #include <opencv2/core/utility.hpp>
 
 #include "procam/analyze/monte_carlo.hpp"
-#include "procam/core/se3.hpp"
+#include "procam/core/geometry/se3.hpp"
 
 namespace {
 

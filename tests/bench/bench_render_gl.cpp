@@ -13,7 +13,7 @@
 #include <cstdio>
 #include <random>
 
-#include "procam/render_gl/gl.hpp"
+#include "procam/render/gl.hpp"
 #include "render/rooms.hpp"
 #include "wall_of_triangles.hpp"
 

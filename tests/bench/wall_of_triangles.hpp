@@ -3,7 +3,7 @@
 #include <cmath>
 #include <memory>
 
-#include "procam/core/scene.hpp"
+#include "procam/core/surface/scene.hpp"
 #include "render/rooms.hpp"
 
 namespace procam {

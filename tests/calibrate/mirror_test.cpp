@@ -5,7 +5,7 @@
 
 #include "procam/analyze/light_error.hpp"
 #include "procam/calibrate/calibrate.hpp"
-#include "procam/core/mirror.hpp"
+#include "procam/core/geometry/mirror.hpp"
 #include "support/numeric_world.hpp"
 
 namespace procam::calibrate {

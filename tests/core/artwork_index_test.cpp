@@ -1,4 +1,4 @@
-#include "procam/core/artwork_index.hpp"
+#include "procam/core/board/artwork_index.hpp"
 
 #include <gtest/gtest.h>
 

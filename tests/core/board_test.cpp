@@ -1,4 +1,4 @@
-#include "procam/core/board.hpp"
+#include "procam/core/board/board.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,8 +1,8 @@
-#include "procam/core/camera.hpp"
+#include "procam/core/lens/camera.hpp"
 
 #include <gtest/gtest.h>
 
-#include "procam/core/dual.hpp"
+#include "procam/core/base/dual.hpp"
 #include "support/lopsided.hpp"
 
 namespace procam {

@@ -1,4 +1,4 @@
-#include "procam/core/cholesky.hpp"
+#include "procam/core/base/cholesky.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "procam/core/closed_form.hpp"
+#include "procam/core/base/closed_form.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "procam/core/covariance.hpp"
+#include "procam/core/geometry/covariance.hpp"
 
 #include <gtest/gtest.h>
 

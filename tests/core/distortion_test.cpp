@@ -1,10 +1,10 @@
-#include "procam/core/distortion.hpp"
+#include "procam/core/lens/distortion.hpp"
 
 #include <gtest/gtest.h>
 
 #include <limits>
 
-#include "procam/core/camera.hpp"
+#include "procam/core/lens/camera.hpp"
 #include "support/lopsided.hpp"
 
 namespace procam {

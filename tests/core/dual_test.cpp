@@ -1,8 +1,8 @@
-#include "procam/core/dual.hpp"
+#include "procam/core/base/dual.hpp"
 
 #include <gtest/gtest.h>
 
-#include "procam/core/pose.hpp"
+#include "procam/core/geometry/pose.hpp"
 
 namespace procam {
 namespace {

@@ -1,4 +1,4 @@
-#include "procam/core/error.hpp"
+#include "procam/core/base/error.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "procam/core/frame_tree.hpp"
+#include "procam/core/geometry/frame_tree.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,8 +1,8 @@
-#include "procam/core/frustum.hpp"
+#include "procam/core/lens/frustum.hpp"
 
 #include <gtest/gtest.h>
 
-#include "procam/core/camera.hpp"
+#include "procam/core/lens/camera.hpp"
 #include "support/lopsided.hpp"
 
 namespace procam {

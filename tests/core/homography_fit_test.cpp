@@ -1,11 +1,11 @@
-#include "procam/core/homography_fit.hpp"
+#include "procam/core/geometry/homography_fit.hpp"
 
 #include <gtest/gtest.h>
 
 #include <Eigen/Eigenvalues>
 #include <random>
 
-#include "procam/core/homography_robust.hpp"
+#include "procam/core/geometry/homography_robust.hpp"
 #include "support/homographies.hpp"
 
 namespace procam {

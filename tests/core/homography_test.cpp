@@ -1,4 +1,4 @@
-#include "procam/core/homography.hpp"
+#include "procam/core/geometry/homography.hpp"
 
 #include <gtest/gtest.h>
 

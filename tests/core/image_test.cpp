@@ -1,4 +1,4 @@
-#include "procam/core/image.hpp"
+#include "procam/core/base/image.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "procam/core/intrinsics.hpp"
+#include "procam/core/lens/intrinsics.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "procam/core/planar_pose.hpp"
+#include "procam/core/geometry/planar_pose.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "procam/core/plane.hpp"
+#include "procam/core/geometry/plane.hpp"
 
 #include <gtest/gtest.h>
 

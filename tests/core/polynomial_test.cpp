@@ -1,4 +1,4 @@
-#include "procam/core/distortion/polynomial.hpp"
+#include "procam/core/lens/distortion/polynomial.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "procam/core/pose.hpp"
+#include "procam/core/geometry/pose.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "procam/core/projector.hpp"
+#include "procam/core/lens/projector.hpp"
 
 #include <gtest/gtest.h>
 

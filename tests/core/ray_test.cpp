@@ -1,4 +1,4 @@
-#include "procam/core/ray.hpp"
+#include "procam/core/geometry/ray.hpp"
 
 #include <gtest/gtest.h>
 

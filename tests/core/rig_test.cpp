@@ -1,4 +1,4 @@
-#include "procam/core/rig.hpp"
+#include "procam/core/rig/rig.hpp"
 
 #include <gtest/gtest.h>
 

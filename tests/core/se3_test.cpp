@@ -1,8 +1,8 @@
-#include "procam/core/se3.hpp"
+#include "procam/core/geometry/se3.hpp"
 
 #include <gtest/gtest.h>
 
-#include "procam/core/dual.hpp"
+#include "procam/core/base/dual.hpp"
 #include "support/lopsided.hpp"
 
 namespace procam {

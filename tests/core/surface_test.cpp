@@ -1,5 +1,5 @@
 /// Laws for every surface that is drawn as triangles; the list comes from the variant.
-#include "procam/core/surface.hpp"
+#include "procam/core/surface/surface.hpp"
 
 #include <gtest/gtest.h>
 

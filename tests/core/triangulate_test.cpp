@@ -1,4 +1,4 @@
-#include "procam/core/triangulate.hpp"
+#include "procam/core/geometry/triangulate.hpp"
 
 #include <gtest/gtest.h>
 

@@ -5,7 +5,7 @@
 #include <Eigen/Eigenvalues>
 
 #include "procam/depth/main_planes.hpp"
-#include "procam/io/depth_file.hpp"
+#include "procam/io/image/depth_file.hpp"
 #include "support/test_data.hpp"
 
 namespace procam::depth {

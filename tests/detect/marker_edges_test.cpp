@@ -11,7 +11,7 @@
 #include <random>
 #include <sstream>
 
-#include "procam/core/se3.hpp"
+#include "procam/core/geometry/se3.hpp"
 #include "procam/simulate/marker_view.hpp"
 #include "support/test_data.hpp"
 

@@ -6,10 +6,10 @@
 #include <opencv2/imgproc.hpp>
 #include <random>
 
-#include "procam/core/board.hpp"
-#include "procam/core/camera.hpp"
-#include "procam/core/image.hpp"
-#include "procam/core/se3.hpp"
+#include "procam/core/base/image.hpp"
+#include "procam/core/board/board.hpp"
+#include "procam/core/geometry/se3.hpp"
+#include "procam/core/lens/camera.hpp"
 
 namespace procam::test {
 

@@ -14,7 +14,7 @@
 #include "procam/device/content_source.hpp"
 #include "procam/device/frame_sink.hpp"
 #include "procam/device/video_file.hpp"
-#include "procam/io/images.hpp"
+#include "procam/io/image/images.hpp"
 
 namespace {
 /// Of one thread: sources may allocate in threads of their own.

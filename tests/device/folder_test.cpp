@@ -10,7 +10,7 @@
 #include "procam/device/frame_sink.hpp"
 #include "procam/device/frame_source.hpp"
 #include "procam/io/files.hpp"
-#include "procam/io/images.hpp"
+#include "procam/io/image/images.hpp"
 
 namespace procam::device {
 namespace {

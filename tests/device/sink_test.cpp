@@ -13,7 +13,7 @@
 
 #include "procam/device/frame_sink.hpp"
 #include "procam/device/shared_frame.hpp"
-#include "procam/io/images.hpp"
+#include "procam/io/image/images.hpp"
 
 namespace procam::device {
 namespace {

@@ -5,7 +5,7 @@
 #include <fstream>
 
 #include "e2e/tool_runner.hpp"
-#include "procam/io/images.hpp"
+#include "procam/io/image/images.hpp"
 #include "procam/io/rig_file.hpp"
 
 namespace procam::test {

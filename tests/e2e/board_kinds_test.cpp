@@ -5,8 +5,8 @@
 #include <Eigen/LU>
 #include <map>
 
-#include "common/session_patterns.hpp"
 #include "procam/detect/board_artwork.hpp"
+#include "procam/session/patterns.hpp"
 #include "procam/simulate/capture.hpp"
 #include "small_stage.hpp"
 
@@ -39,18 +39,18 @@ class BoardKinds : public ::testing::TestWithParam<KindCase> {};
 TEST_P(BoardKinds, GetTheLightThatFallsOnTheirPoints) {
   const KindCase& which = GetParam();
   const simulate::World world = stage_with(which.board, which.shift);
-  const auto pattern = tools::make_pattern(which.pattern, kStageProjector);
+  const auto pattern = session::make_pattern(which.pattern, kStageProjector);
   simulate::CaptureOptions options;
   options.camera_blur_px = 0.5;
   options.projector_blur_px = 0.3;
   options.noise = {1, 0.01};
   options.seed = 5;
   const std::vector<ImageU8> images = simulate::capture(world, pattern->frames(), options);
-  const match::BoardView view = pattern->read("view", {images.begin(), images.end()}, which.board);
+  const session::BoardView view = pattern->read("view", {images.begin(), images.end()}, which.board);
   std::map<int, Vec2> truth;
   for (const Observation& o : simulate::board_in_projector(world)) truth[o.point] = o.pixel;
   double squares = 0, scores = 0;
-  const std::vector<Observation>& lit = view.detections[tools::kProjectorDevice].observations;
+  const std::vector<Observation>& lit = view.detections[session::kProjectorDevice].observations;
   for (const Observation& o : lit) {
     ASSERT_EQ(truth.count(o.point), 1u) << o.point;
     const Vec2 error = o.pixel - truth[o.point];
@@ -59,7 +59,8 @@ TEST_P(BoardKinds, GetTheLightThatFallsOnTheirPoints) {
   }
   const double n = 2 * double(lit.size());
   std::printf("%s: %zu points of %zu seen, rms %.3f px, score %.2f\n", which.name, lit.size(),
-              view.detections[tools::kCameraDevice].observations.size(), std::sqrt(squares / n), scores / n);
+              view.detections[session::kCameraDevice].observations.size(), std::sqrt(squares / n),
+              scores / n);
   EXPECT_GE(lit.size(), which.least);
   if (which.shift != 0) {
     EXPECT_LT(lit.size(), points_in_board(which.board).size());

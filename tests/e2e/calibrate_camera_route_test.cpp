@@ -5,9 +5,9 @@
 #include <fstream>
 
 #include "e2e/tool_runner.hpp"
-#include "procam/io/images.hpp"
-#include "procam/io/observations_file.hpp"
+#include "procam/io/image/images.hpp"
 #include "procam/io/rig_file.hpp"
+#include "procam/io/session/observations_file.hpp"
 #include "support/numeric_world.hpp"
 #include "support/test_data.hpp"
 

@@ -2,8 +2,8 @@
 #include <gtest/gtest.h>
 
 #include "e2e/tool_runner.hpp"
-#include "procam/io/observations_file.hpp"
 #include "procam/io/rig_file.hpp"
+#include "procam/io/session/observations_file.hpp"
 #include "support/numeric_world.hpp"
 
 namespace procam::test {

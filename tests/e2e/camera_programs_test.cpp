@@ -7,8 +7,8 @@
 #include <sstream>
 
 #include "e2e/tool_runner.hpp"
-#include "procam/core/se3.hpp"
-#include "procam/io/images.hpp"
+#include "procam/core/geometry/se3.hpp"
+#include "procam/io/image/images.hpp"
 #include "procam/io/pose_file.hpp"
 #include "procam/io/rig_file.hpp"
 #include "support/lopsided.hpp"

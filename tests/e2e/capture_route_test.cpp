@@ -6,9 +6,9 @@
 #include <chrono>
 #include <thread>
 
-#include "procam/io/captures.hpp"
-#include "procam/io/images.hpp"
+#include "procam/io/image/images.hpp"
 #include "procam/io/rig_file.hpp"
+#include "procam/io/session/captures.hpp"
 #include "procam/pattern/gray_code.hpp"
 #include "small_stage.hpp"
 #include "support/virtual_screen.hpp"

@@ -6,12 +6,12 @@
 #include <limits>
 
 #include "e2e/tool_runner.hpp"
-#include "procam/io/captures.hpp"
 #include "procam/io/files.hpp"
-#include "procam/io/images.hpp"
-#include "procam/io/npy.hpp"
-#include "procam/io/pattern_file.hpp"
-#include "procam/io/pfm.hpp"
+#include "procam/io/image/images.hpp"
+#include "procam/io/image/npy.hpp"
+#include "procam/io/image/pfm.hpp"
+#include "procam/io/session/captures.hpp"
+#include "procam/io/session/pattern_file.hpp"
 
 namespace procam::test {
 namespace {

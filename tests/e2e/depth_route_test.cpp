@@ -8,10 +8,10 @@
 #include <fstream>
 #include <thread>
 
-#include "procam/core/se3.hpp"
+#include "procam/core/geometry/se3.hpp"
 #include "procam/device/frame_sink.hpp"
-#include "procam/io/depth_file.hpp"
-#include "procam/io/images.hpp"
+#include "procam/io/image/depth_file.hpp"
+#include "procam/io/image/images.hpp"
 #include "procam/io/rig_file.hpp"
 #include "procam/simulate/depth_view.hpp"
 #include "procam/track/wire.hpp"

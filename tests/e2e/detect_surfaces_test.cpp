@@ -6,9 +6,9 @@
 #include <fstream>
 
 #include "e2e/tool_runner.hpp"
-#include "procam/io/depth_file.hpp"
-#include "procam/io/images.hpp"
-#include "procam/io/pfm.hpp"
+#include "procam/io/image/depth_file.hpp"
+#include "procam/io/image/images.hpp"
+#include "procam/io/image/pfm.hpp"
 #include "procam/io/surface_file.hpp"
 #include "procam/simulate/depth_view.hpp"
 

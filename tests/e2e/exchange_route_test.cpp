@@ -4,13 +4,13 @@
 #include <cmath>
 
 #include "e2e/tool_runner.hpp"
-#include "procam/core/se3.hpp"
-#include "procam/io/images.hpp"
-#include "procam/io/mpcdi.hpp"
+#include "procam/core/geometry/se3.hpp"
+#include "procam/io/exchange/mpcdi.hpp"
+#include "procam/io/exchange/warp_file.hpp"
+#include "procam/io/image/images.hpp"
 #include "procam/io/pose_file.hpp"
 #include "procam/io/rig_file.hpp"
 #include "procam/io/surface_file.hpp"
-#include "procam/io/warp_file.hpp"
 
 namespace procam::test {
 namespace {

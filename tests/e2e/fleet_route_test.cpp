@@ -5,10 +5,10 @@
 #include <random>
 #include <set>
 
-#include "procam/core/se3.hpp"
-#include "procam/io/captures.hpp"
-#include "procam/io/images.hpp"
+#include "procam/core/geometry/se3.hpp"
+#include "procam/io/image/images.hpp"
 #include "procam/io/rig_file.hpp"
+#include "procam/io/session/captures.hpp"
 #include "procam/pattern/gray_code.hpp"
 #include "procam/simulate/capture.hpp"
 #include "tool_runner.hpp"

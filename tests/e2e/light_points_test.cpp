@@ -6,8 +6,8 @@
 #include <cstdio>
 #include <map>
 
-#include "common/session_reader.hpp"
 #include "procam/detect/board_artwork.hpp"
+#include "procam/session/reader.hpp"
 #include "procam/simulate/session.hpp"
 
 namespace procam::test {
@@ -38,7 +38,7 @@ struct Errors {
 
 TEST_P(LightPoints, LieWhereTheLightFalls) {
   const LightCase& which = GetParam();
-  const auto pattern = tools::make_pattern(which.pattern, simulate::projector_size(which.level));
+  const auto pattern = session::make_pattern(which.pattern, simulate::projector_size(which.level));
   // Light of which a part is enough stands beside a print of which a part is enough.
   const Board charuco = CharucoBoard{6, 5, 0.06, 0.045, MarkerDictionary::k4x4_50};
   std::optional<simulate::BoardPrint> sheet;
@@ -52,7 +52,7 @@ TEST_P(LightPoints, LieWhereTheLightFalls) {
   std::size_t points = 0, corners = 0, corners_seen = 0;
   for (std::size_t v = 0; v < which.views; ++v) {
     const std::vector<ImageU8> images = simulate::capture_view(session, v, frames);
-    const match::BoardView view =
+    const session::BoardView view =
         pattern->read("view", {images.begin(), images.end()}, session.board().layout);
     points += view.light_points.size();
     for (const LightPoint& point : view.light_points) {
@@ -64,8 +64,8 @@ TEST_P(LightPoints, LieWhereTheLightFalls) {
     for (const Observation& corner : simulate::board_in_camera(session.views[v]))
       printed[corner.point] = corner.pixel;
     corners_seen += printed.size();
-    corners += view.detections[tools::kCameraDevice].observations.size();
-    for (const Observation& corner : view.detections[tools::kCameraDevice].observations)
+    corners += view.detections[session::kCameraDevice].observations.size();
+    for (const Observation& corner : view.detections[session::kCameraDevice].observations)
       print.add(corner.pixel - printed.at(corner.point), corner.covariance);
   }
   std::printf(

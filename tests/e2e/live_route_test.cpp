@@ -6,8 +6,8 @@
 #include <chrono>
 #include <thread>
 
-#include "procam/io/depth_file.hpp"
-#include "procam/io/images.hpp"
+#include "procam/io/image/depth_file.hpp"
+#include "procam/io/image/images.hpp"
 #include "procam/io/rig_file.hpp"
 #include "procam/io/surface_file.hpp"
 #include "procam/simulate/depth_view.hpp"

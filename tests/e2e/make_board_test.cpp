@@ -3,7 +3,7 @@
 
 #include "procam/detect/detect_board.hpp"
 #include "procam/io/board_file.hpp"
-#include "procam/io/images.hpp"
+#include "procam/io/image/images.hpp"
 #include "tool_runner.hpp"
 
 namespace procam {

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cstdio>
 
-#include "procam/core/mirror.hpp"
-#include "procam/io/images.hpp"
+#include "procam/core/geometry/mirror.hpp"
+#include "procam/io/image/images.hpp"
 #include "procam/io/rig_file.hpp"
 #include "procam/pattern/gray_code.hpp"
 #include "procam/simulate/capture.hpp"

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "e2e/tool_runner.hpp"
-#include "procam/core/se3.hpp"
+#include "procam/core/geometry/se3.hpp"
 #include "procam/io/surface_file.hpp"
 
 namespace procam::test {

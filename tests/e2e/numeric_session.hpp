@@ -3,9 +3,9 @@
 #include <Eigen/LU>
 #include <random>
 
-#include "common/session_reader.hpp"
 #include "procam/detect/board_artwork.hpp"
 #include "procam/pattern/projected_board.hpp"
+#include "procam/session/reader.hpp"
 #include "procam/simulate/session.hpp"
 
 namespace procam::test {
@@ -35,8 +35,8 @@ class Noise {
 inline Correspondences printed_corners(const simulate::Session& session, double sigma, Noise& noise) {
   Correspondences data;
   data.board = session.board().layout;
-  data.devices =
-      tools::session_devices(session.rig().camera().camera.size, session.rig().projector().projector.size());
+  data.devices = session::session_devices(session.rig().camera().camera.size,
+                                          session.rig().projector().projector.size());
   for (const simulate::World& world : session.views) {
     View view{"view_" + std::to_string(data.views.size()), {simulate::board_in_camera(world), {}}};
     for (Observation& corner : view.observations[0]) {
@@ -82,7 +82,7 @@ inline Correspondences numeric_chessboards(const simulate::Session& session, con
   for (std::size_t v = 0; v < data.views.size(); ++v)
     for (const Vec2& pixel : shown)
       if (const auto seen = simulate::camera_pixel_of_light(session.views[v], pixel))
-        data.views[v].light_points.push_back({tools::kProjectorDevice, pixel, tools::kCameraDevice,
+        data.views[v].light_points.push_back({session::kProjectorDevice, pixel, session::kCameraDevice,
                                               *seen + noise(sigma.light_px),
                                               sigma.light_px * sigma.light_px * Mat2::Identity()});
   return data;

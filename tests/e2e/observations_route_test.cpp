@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include "e2e/tool_runner.hpp"
-#include "procam/io/observations_file.hpp"
 #include "procam/io/rig_file.hpp"
+#include "procam/io/session/observations_file.hpp"
 
 namespace procam::test {
 namespace {

@@ -5,7 +5,7 @@
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "procam/core/plane.hpp"
+#include "procam/core/geometry/plane.hpp"
 
 namespace procam::test {
 namespace {

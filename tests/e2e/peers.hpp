@@ -6,7 +6,7 @@
 
 #include "procam/calibrate/bundle.hpp"
 #include "procam/calibrate/options.hpp"
-#include "procam/core/image.hpp"
+#include "procam/core/base/image.hpp"
 #include "procam/simulate/session.hpp"
 
 namespace procam::test {

@@ -34,7 +34,7 @@ class Peers : public ::testing::TestWithParam<PeerCase> {};
 TEST_P(Peers, LeaveTheLightFartherFromTheTruth) {
   const PeerCase& which = GetParam();
   const auto pattern =
-      tools::make_pattern(which.gray_code ? "gray" : "chessboard", simulate::projector_size(which.level));
+      session::make_pattern(which.gray_code ? "gray" : "chessboard", simulate::projector_size(which.level));
   calibrate::Options options;
   options.light_read_at_corners = which.gray_code;
   double ours2 = 0, opencv2 = 0, opencv_given_ours2 = 0, told2 = 0;

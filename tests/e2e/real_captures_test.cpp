@@ -5,14 +5,14 @@
 #include <cmath>
 #include <map>
 
-#include "common/session_reader.hpp"
 #include "e2e/tool_runner.hpp"
 #include "procam/calibrate/calibrate.hpp"
 #include "procam/calibrate/uncertainty.hpp"
 #include "procam/detect/chessboard.hpp"
 #include "procam/io/board_file.hpp"
-#include "procam/io/images.hpp"
-#include "procam/match/join.hpp"
+#include "procam/io/image/images.hpp"
+#include "procam/session/join.hpp"
+#include "procam/session/reader.hpp"
 #include "support/test_data.hpp"
 
 namespace procam::test {
@@ -67,7 +67,8 @@ TEST(RealCaptures, JackknifeAgreesWithWholeRefits) {
   // Averaged terms are no refit's: the solution that the closed form differentiates is the one without them.
   options.camera.held = options.projector.held = {"skew", "k3"};
   const calibrate::CalibrationResult result = calibrate::calibrate_rig(
-      tools::read_session(tools::open_session(test_data() / "graycode", stated)).correspondences, options);
+      session::read_session(session::open_session(test_data() / "graycode", stated)).correspondences,
+      options);
   EXPECT_TRUE(result.sigmas_from_views);
   const auto& [data, used, state, bundle_options] = result.solved;
   std::map<std::string, double> variance;
@@ -134,17 +135,17 @@ TEST(RealCaptures, GateFiresOnThePublishedCalibrationOfThem) {
 /// 13 pairs, 640x480; the square's side is not known and taken as 25 mm.
 Correspondences stereo_chessboards() {
   const Chessboard board{9, 6, 0.025};
-  std::vector<match::BoardView> views;
+  std::vector<session::BoardView> views;
   for (const char* number : {"01", "02", "03", "04", "05", "06", "07", "08", "09", "11", "12", "13", "14"}) {
-    match::BoardView& view = views.emplace_back(match::BoardView{number, {}});
+    session::BoardView& view = views.emplace_back(session::BoardView{number, {}});
     for (const char* side : {"left", "right"}) {
       const auto file = test_data() / "chessboard" / (side + std::string(number) + ".jpg");
       view.detections.push_back(detect::detect_chessboard(io::to_gray(io::load_image(file).image), board));
     }
   }
   const ImageSize size{640, 480};
-  return match::join(board, {{"left", DeviceKind::kCamera, size}, {"right", DeviceKind::kCamera, size}},
-                     views);
+  return session::join(board, {{"left", DeviceKind::kCamera, size}, {"right", DeviceKind::kCamera, size}},
+                       views);
 }
 
 TEST(StereoChessboards, AreExplainedBetterThanByOpenCVAndBetterStillWithTheirShape) {

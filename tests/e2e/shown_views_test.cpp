@@ -9,11 +9,11 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
-#include "common/session_reader.hpp"
 #include "procam/calibrate/calibrate.hpp"
-#include "procam/io/images.hpp"
+#include "procam/io/image/images.hpp"
 #include "procam/io/rig_file.hpp"
-#include "procam/io/shown_file.hpp"
+#include "procam/io/session/shown_file.hpp"
+#include "procam/session/reader.hpp"
 #include "procam/simulate/session.hpp"
 #include "support/test_data.hpp"
 #include "tool_runner.hpp"
@@ -71,8 +71,8 @@ TEST(ShownViews, CalibrateAProjectorAndNameTheStaleOne) {
   const SimulatedViews views(simulate::Level::kEasy, 3, scratch / "session");
   io::Session stated;
   stated.board = views.session.board().layout;
-  const tools::SessionContents contents =
-      tools::read_session(tools::open_session(scratch / "session", stated));
+  const session::SessionContents contents =
+      session::read_session(session::open_session(scratch / "session", stated));
   const Correspondences& data = contents.correspondences;
   ASSERT_EQ(data.views.size(), SimulatedViews::kViews);
   for (const View& view : data.views) {
@@ -182,7 +182,7 @@ TEST_P(WorldOfPhotographs, IsCalibratedAsItIs) {
   const fs::path world = test_data() / folder;
   const json truth = json::parse(slurp(world / "truth.json"));
   const ScratchFolder scratch;
-  tools::ShownFlags shown{world / "projected_0.png", true};  // one frame was shown in all views
+  session::ShownFlags shown{world / "projected_0.png", true};  // one frame was shown in all views
   if (fs::exists(world / "projected_1.png")) {
     shown = {scratch / "shown.json", false};
     write_shown(world, shown.shown);
@@ -190,8 +190,8 @@ TEST_P(WorldOfPhotographs, IsCalibratedAsItIs) {
   io::Session stated;
   stated.board = Chessboard{9, 6, 0.036};
   stated.projector_size = ImageSize{1024, 768};
-  const tools::SessionPlan plan = tools::open_session(world, stated, shown);
-  const Correspondences data = tools::read_session(plan).correspondences;
+  const session::SessionPlan plan = session::open_session(world, stated, shown);
+  const Correspondences data = session::read_session(plan).correspondences;
   ASSERT_EQ(data.views.size(), truth["views"].size()) << "a view without its printed board";
 
   // Detections against the truth.

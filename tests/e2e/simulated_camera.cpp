@@ -18,7 +18,7 @@
 #include <thread>
 #include <vector>
 
-#include "procam/io/images.hpp"
+#include "procam/io/image/images.hpp"
 #include "procam/simulate/capture.hpp"
 #include "procam/simulate/world.hpp"
 #include "small_stage.hpp"

@@ -5,13 +5,13 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/session_reader.hpp"
 #include "peers.hpp"
 #include "procam/analyze/light_error.hpp"
 #include "procam/calibrate/calibrate.hpp"
 #include "procam/detect/board_artwork.hpp"
 #include "procam/pattern/gray_code.hpp"
 #include "procam/pattern/projected_board.hpp"
+#include "procam/session/reader.hpp"
 #include "procam/simulate/session.hpp"
 
 namespace procam::test {
@@ -27,7 +27,7 @@ struct Seen {
 
 /// Print and light of a pair of captures as OpenCV finds them: the light in what the pattern takes away.
 /// Which of the light's corners is the first, it is told by procam's.
-View opencv_view_of_pair(const match::BoardView& found, const std::vector<ViewU8>& captures,
+View opencv_view_of_pair(const session::BoardView& found, const std::vector<ViewU8>& captures,
                          const Chessboard& print, const Chessboard& light) {
   const ViewU8 &lit = captures[0], &with_pattern = captures[1];
   ImageU8 difference(lit.size());
@@ -55,10 +55,10 @@ View opencv_view_of_pair(const match::BoardView& found, const std::vector<ViewU8
 Seen look_at(const simulate::Session& session, const std::string& pattern_text = "gray",
              bool for_peers = false) {
   const ImageSize projector_size = session.rig().projector().projector.size();
-  const auto pattern = tools::make_pattern(pattern_text, projector_size);
+  const auto pattern = session::make_pattern(pattern_text, projector_size);
   const Board board = session.board().layout;
   Seen seen{{}, session, {}, {}};
-  std::vector<match::BoardView> views;
+  std::vector<session::BoardView> views;
   for (std::size_t v = 0; v < session.views.size(); ++v) {
     const std::vector<ImageU8> images = simulate::capture_view(session, v, pattern->frames());
     const std::vector<ViewU8> captures(images.begin(), images.end());
@@ -78,8 +78,8 @@ Seen look_at(const simulate::Session& session, const std::string& pattern_text =
     seen.decoded.push_back(
         pattern::decode(captures, {projector_size}, pattern::DecodeOptions{5, /*bit_sigmas=*/0}));
   }
-  seen.data =
-      match::join(board, tools::session_devices(session.rig().camera().camera.size, projector_size), views);
+  seen.data = session::join(
+      board, session::session_devices(session.rig().camera().camera.size, projector_size), views);
   seen.own_corners.board = board;
   seen.own_corners.devices = seen.data.devices;
   seen.session.views.clear();
@@ -194,7 +194,7 @@ class PatternSessions : public ::testing::TestWithParam<PatternCase> {};
 /// one rig are correlated, well under 3 %; that many are let pass.
 TEST_P(PatternSessions, TruthLiesInsideThreeReportedSigmas) {
   const PatternCase& which = GetParam();
-  const auto pattern = tools::make_pattern(which.pattern, simulate::projector_size(which.level));
+  const auto pattern = session::make_pattern(which.pattern, simulate::projector_size(which.level));
   std::optional<simulate::BoardPrint> print;
   if (which.board) print = simulate::BoardPrint{*which.board, detect::board_artwork(*which.board)};
   const simulate::Session session =
@@ -227,7 +227,7 @@ TEST_P(PatternSessions, TruthLiesInsideThreeReportedSigmas) {
 /// A printed and a projected board in 18 views, the light of a projector whose axis lies far from its
 /// picture's middle. `seed` moves everything else.
 simulate::Session paper_like_set(std::uint64_t seed) {
-  const auto pattern = tools::make_pattern("chessboard", simulate::projector_size(simulate::Level::kPaper));
+  const auto pattern = session::make_pattern("chessboard", simulate::projector_size(simulate::Level::kPaper));
   simulate::Session session = simulate::make_session(simulate::Level::kPaper, seed, pattern->on_blank_paper(),
                                                      {}, simulate::plain_conditions());
   for (simulate::World& view : session.views) {

@@ -3,7 +3,7 @@
 /// while a real window shows pictures.
 #include <array>
 
-#include "procam/core/se3.hpp"
+#include "procam/core/geometry/se3.hpp"
 #include "procam/simulate/world.hpp"
 
 namespace procam::test {

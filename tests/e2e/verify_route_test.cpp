@@ -4,15 +4,15 @@
 
 #include <fstream>
 
-#include "common/session_patterns.hpp"
 #include "e2e/tool_runner.hpp"
 #include "procam/analyze/light_error.hpp"
-#include "procam/core/se3.hpp"
+#include "procam/core/geometry/se3.hpp"
 #include "procam/detect/board_artwork.hpp"
-#include "procam/io/images.hpp"
+#include "procam/io/image/images.hpp"
 #include "procam/io/marker_map_file.hpp"
 #include "procam/io/rig_file.hpp"
 #include "procam/io/surface_file.hpp"
+#include "procam/session/patterns.hpp"
 #include "procam/simulate/session.hpp"
 
 namespace procam::test {
@@ -46,9 +46,9 @@ class VerifyRoute : public ::testing::Test {
     io::save_surfaces(folder_ / name, {{{"wall", plane, {}, ""}}});
   }
   std::vector<ImageU8> capture(const std::string& pattern) const {
-    return simulate::capture(world_,
-                             tools::make_pattern(pattern, world_.rig.projector().projector.size())->frames(),
-                             session_.capture);
+    return simulate::capture(
+        world_, session::make_pattern(pattern, world_.rig.projector().projector.size())->frames(),
+        session_.capture);
   }
   void save(const std::string& name, const std::vector<ImageU8>& images) const {
     fs::create_directories(folder_ / name);

@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "e2e/tool_runner.hpp"
-#include "procam/io/images.hpp"
+#include "procam/io/image/images.hpp"
 #include "procam/io/rig_file.hpp"
 #include "procam/io/surface_file.hpp"
 #include "support/numeric_world.hpp"

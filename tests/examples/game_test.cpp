@@ -8,8 +8,8 @@
 
 #include "air_hockey/draw.hpp"
 #include "air_hockey/stage.hpp"
-#include "procam/core/error.hpp"
-#include "procam/core/se3.hpp"
+#include "procam/core/base/error.hpp"
+#include "procam/core/geometry/se3.hpp"
 
 namespace hockey {
 namespace {

@@ -6,7 +6,7 @@
 #include <thread>
 
 #include "air_hockey/stage.hpp"
-#include "procam/core/se3.hpp"
+#include "procam/core/geometry/se3.hpp"
 #include "procam/track/skeleton_reader.hpp"
 #include "support/udp.hpp"
 

@@ -1,4 +1,4 @@
-#include "procam/io/board_sheet.hpp"
+#include "procam/io/sheet/board_sheet.hpp"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <sstream>
 
 #include "procam/io/files.hpp"
-#include "procam/io/images.hpp"
+#include "procam/io/image/images.hpp"
 #include "procam/io/text.hpp"
 #include "scratch.hpp"
 

@@ -1,4 +1,4 @@
-#include "procam/io/calibration_file.hpp"
+#include "procam/io/exchange/calibration_file.hpp"
 
 #include <gtest/gtest.h>
 

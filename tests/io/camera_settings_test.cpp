@@ -1,6 +1,6 @@
 // Each program's own formula, restated from its source or manual, puts points of the room onto the pixels
 // that procam's projector lights them with.
-#include "procam/io/camera_settings.hpp"
+#include "procam/io/exchange/camera_settings.hpp"
 
 #include <gtest/gtest.h>
 

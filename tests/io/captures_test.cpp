@@ -1,11 +1,11 @@
-#include "procam/io/captures.hpp"
+#include "procam/io/session/captures.hpp"
 
 #include <gtest/gtest.h>
 
 #include "procam/io/files.hpp"
-#include "procam/io/images.hpp"
-#include "procam/io/pattern_file.hpp"
-#include "procam/io/shown_file.hpp"
+#include "procam/io/image/images.hpp"
+#include "procam/io/session/pattern_file.hpp"
+#include "procam/io/session/shown_file.hpp"
 #include "scratch.hpp"
 
 namespace procam::io {

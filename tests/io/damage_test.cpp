@@ -6,7 +6,7 @@
 #include "examples.hpp"
 #include "procam/io/board_file.hpp"
 #include "procam/io/files.hpp"
-#include "procam/io/images.hpp"
+#include "procam/io/image/images.hpp"
 #include "procam/io/rig_file.hpp"
 #include "procam/io/surface_file.hpp"
 #include "scratch.hpp"

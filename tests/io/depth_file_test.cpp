@@ -1,5 +1,5 @@
 /// Depth images in files: 16 bits as they are, floats in metres, and nothing else.
-#include "procam/io/depth_file.hpp"
+#include "procam/io/image/depth_file.hpp"
 
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -9,7 +9,7 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "procam/io/files.hpp"
-#include "procam/io/pfm.hpp"
+#include "procam/io/image/pfm.hpp"
 #include "support/expect_error.hpp"
 
 namespace procam::io {

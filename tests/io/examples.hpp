@@ -2,11 +2,11 @@
 /// Lopsided example nouns that use every field of their files.
 #include <vector>
 
-#include "procam/core/board.hpp"
-#include "procam/core/frame_tree.hpp"
-#include "procam/core/marker.hpp"
-#include "procam/core/rig.hpp"
-#include "procam/core/surface.hpp"
+#include "procam/core/board/board.hpp"
+#include "procam/core/board/marker.hpp"
+#include "procam/core/geometry/frame_tree.hpp"
+#include "procam/core/rig/rig.hpp"
+#include "procam/core/surface/surface.hpp"
 
 namespace procam::test {
 

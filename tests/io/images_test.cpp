@@ -1,4 +1,4 @@
-#include "procam/io/images.hpp"
+#include "procam/io/image/images.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "procam/io/measured_corners_file.hpp"
+#include "procam/io/session/measured_corners_file.hpp"
 
 #include <gtest/gtest.h>
 

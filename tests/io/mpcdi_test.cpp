@@ -1,4 +1,4 @@
-#include "procam/io/mpcdi.hpp"
+#include "procam/io/exchange/mpcdi.hpp"
 
 #include <gtest/gtest.h>
 
@@ -8,8 +8,8 @@
 
 #include "hand_made_zip.hpp"
 #include "procam/io/files.hpp"
-#include "procam/io/images.hpp"
-#include "procam/io/pfm.hpp"
+#include "procam/io/image/images.hpp"
+#include "procam/io/image/pfm.hpp"
 #include "scratch.hpp"
 #include "support/lopsided.hpp"
 #include "support/test_data.hpp"

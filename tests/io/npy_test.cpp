@@ -1,4 +1,4 @@
-#include "procam/io/npy.hpp"
+#include "procam/io/image/npy.hpp"
 
 #include <gtest/gtest.h>
 

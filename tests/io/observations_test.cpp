@@ -1,4 +1,4 @@
-#include "procam/io/observations_file.hpp"
+#include "procam/io/session/observations_file.hpp"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <set>
 #include <tuple>
 
-#include "procam/io/npy.hpp"
+#include "procam/io/image/npy.hpp"
 #include "scratch.hpp"
 
 namespace procam::io {

@@ -1,4 +1,4 @@
-#include "procam/io/pfm.hpp"
+#include "procam/io/image/pfm.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "procam/io/point_pairs_file.hpp"
+#include "procam/io/session/point_pairs_file.hpp"
 
 #include <gtest/gtest.h>
 

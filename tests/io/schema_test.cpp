@@ -8,12 +8,12 @@
 
 #include "examples.hpp"
 #include "procam/io/board_file.hpp"
-#include "procam/io/captures.hpp"
 #include "procam/io/marker_map_file.hpp"
-#include "procam/io/pattern_file.hpp"
 #include "procam/io/pose_file.hpp"
 #include "procam/io/rig_file.hpp"
-#include "procam/io/shown_file.hpp"
+#include "procam/io/session/captures.hpp"
+#include "procam/io/session/pattern_file.hpp"
+#include "procam/io/session/shown_file.hpp"
 #include "procam/io/surface_file.hpp"
 #include "scratch.hpp"
 

@@ -1,4 +1,4 @@
-#include "procam/io/warp_file.hpp"
+#include "procam/io/exchange/warp_file.hpp"
 
 #include <gtest/gtest.h>
 
@@ -6,8 +6,8 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "procam/io/files.hpp"
-#include "procam/io/images.hpp"
-#include "procam/io/pfm.hpp"
+#include "procam/io/image/images.hpp"
+#include "procam/io/image/pfm.hpp"
 #include "scratch.hpp"
 
 namespace procam::io {

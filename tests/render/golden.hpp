@@ -10,7 +10,7 @@
 #include <cstdlib>
 #include <filesystem>
 
-#include "procam/io/images.hpp"
+#include "procam/io/image/images.hpp"
 
 namespace procam {
 

@@ -2,8 +2,8 @@
 /// A lopsided projector and tilted sheets in front of it.
 #include <cmath>
 
-#include "procam/core/projector.hpp"
-#include "procam/core/scene.hpp"
+#include "procam/core/lens/projector.hpp"
+#include "procam/core/surface/scene.hpp"
 #include "procam/render/cpu.hpp"
 
 namespace procam {

@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "../support/lopsided.hpp"
-#include "procam/core/surface.hpp"
+#include "procam/core/surface/surface.hpp"
 #include "procam/simulate/depth_view.hpp"
 #include "rooms.hpp"
 

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "../support/lopsided.hpp"
-#include "procam/core/surface.hpp"
+#include "procam/core/surface/surface.hpp"
 #include "rooms.hpp"
 
 namespace procam::simulate {

@@ -1,6 +1,6 @@
 #pragma once
 /// A lopsided world for the tests: nothing centred, nothing square, every parameter alive.
-#include "procam/core/se3.hpp"
+#include "procam/core/geometry/se3.hpp"
 #include "procam/simulate/capture.hpp"
 
 namespace procam::simulate::test {

@@ -4,7 +4,7 @@
 
 #include <string>
 
-#include "procam/core/error.hpp"
+#include "procam/core/base/error.hpp"
 
 namespace procam::test {
 

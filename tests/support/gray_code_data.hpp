@@ -5,7 +5,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <vector>
 
-#include "procam/core/image.hpp"
+#include "procam/core/base/image.hpp"
 #include "support/test_data.hpp"
 
 namespace procam::test {

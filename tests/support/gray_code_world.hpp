@@ -8,8 +8,8 @@
 #include <random>
 #include <vector>
 
-#include "procam/core/image.hpp"
-#include "procam/core/types.hpp"
+#include "procam/core/base/image.hpp"
+#include "procam/core/base/types.hpp"
 
 namespace procam::test {
 

@@ -4,7 +4,7 @@
 
 #include <string>
 
-#include "procam/core/homography.hpp"
+#include "procam/core/geometry/homography.hpp"
 
 namespace procam::test {
 

@@ -3,8 +3,8 @@
 /// axis.
 #include <random>
 
-#include "procam/core/camera.hpp"
-#include "procam/core/se3.hpp"
+#include "procam/core/geometry/se3.hpp"
+#include "procam/core/lens/camera.hpp"
 
 namespace procam::test {
 

@@ -5,10 +5,10 @@
 #include <set>
 #include <string>
 
-#include "procam/core/observation.hpp"
-#include "procam/core/plane.hpp"
-#include "procam/core/rig.hpp"
-#include "procam/core/se3.hpp"
+#include "procam/core/geometry/plane.hpp"
+#include "procam/core/geometry/se3.hpp"
+#include "procam/core/rig/observation.hpp"
+#include "procam/core/rig/rig.hpp"
 
 namespace procam::test {
 

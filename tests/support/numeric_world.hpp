@@ -3,10 +3,10 @@
 /// everywhere.
 #include <random>
 
-#include "procam/core/observation.hpp"
-#include "procam/core/plane.hpp"
-#include "procam/core/rig.hpp"
-#include "procam/core/se3.hpp"
+#include "procam/core/geometry/plane.hpp"
+#include "procam/core/geometry/se3.hpp"
+#include "procam/core/rig/observation.hpp"
+#include "procam/core/rig/rig.hpp"
 #include "support/lopsided.hpp"
 
 namespace procam::test {

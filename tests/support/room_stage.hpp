@@ -4,7 +4,7 @@
 #include <optional>
 #include <vector>
 
-#include "procam/core/image.hpp"
+#include "procam/core/base/image.hpp"
 #include "procam/simulate/room.hpp"
 
 namespace procam::test {

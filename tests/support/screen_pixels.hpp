@@ -4,7 +4,7 @@
 #include <memory>
 #include <string>
 
-#include "procam/core/image.hpp"
+#include "procam/core/base/image.hpp"
 
 namespace procam::test {
 

@@ -8,7 +8,7 @@
 #include <fstream>
 #include <string>
 
-#include "procam/core/image.hpp"
+#include "procam/core/base/image.hpp"
 
 namespace procam::test {
 

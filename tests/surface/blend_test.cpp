@@ -6,7 +6,7 @@
 
 #include <cmath>
 
-#include "procam/core/se3.hpp"
+#include "procam/core/geometry/se3.hpp"
 
 namespace procam {
 namespace {

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <random>
 
-#include "procam/core/homography.hpp"
+#include "procam/core/geometry/homography.hpp"
 #include "render/rooms.hpp"
 
 namespace procam {

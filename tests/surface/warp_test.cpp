@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "procam/core/homography.hpp"
-#include "procam/core/se3.hpp"
+#include "procam/core/geometry/homography.hpp"
+#include "procam/core/geometry/se3.hpp"
 #include "support/expect_error.hpp"
 
 namespace procam::surface {

@@ -5,9 +5,9 @@
 #include <opencv2/imgproc.hpp>
 
 #include "marker_sightings.hpp"
-#include "procam/core/planar_pose.hpp"
-#include "procam/core/plane.hpp"
-#include "procam/core/projector.hpp"
+#include "procam/core/geometry/planar_pose.hpp"
+#include "procam/core/geometry/plane.hpp"
+#include "procam/core/lens/projector.hpp"
 #include "procam/detect/marker_edges.hpp"
 #include "procam/simulate/marker_view.hpp"
 #include "procam/track/locate.hpp"

@@ -2,9 +2,9 @@
 /// Markers as an image would show them, without an image: edges at their exact pixels plus Gaussian noise.
 #include <random>
 
-#include "procam/core/camera.hpp"
-#include "procam/core/marker.hpp"
-#include "procam/core/se3.hpp"
+#include "procam/core/board/marker.hpp"
+#include "procam/core/geometry/se3.hpp"
+#include "procam/core/lens/camera.hpp"
 
 namespace procam::test {
 

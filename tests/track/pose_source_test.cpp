@@ -17,7 +17,7 @@
 #include <functional>
 #include <thread>
 
-#include "procam/core/error.hpp"
+#include "procam/core/base/error.hpp"
 #include "procam/track/skeleton_source.hpp"
 #include "procam/track/wire.hpp"
 #include "support/expect_error.hpp"

@@ -8,7 +8,7 @@
 #include <new>
 
 #include "../support/lopsided.hpp"
-#include "procam/core/error.hpp"
+#include "procam/core/base/error.hpp"
 #include "procam/simulate/drive.hpp"
 
 // Counted, so that a test can say that nothing was asked for.

@@ -11,7 +11,7 @@
 #include <random>
 #include <sstream>
 
-#include "procam/core/error.hpp"
+#include "procam/core/base/error.hpp"
 #include "procam/track/interaction.hpp"
 #include "procam/track/vmc.hpp"
 #include "support/expect_error.hpp"

@@ -7,7 +7,7 @@
 
 #include <fstream>
 
-#include "procam/core/se3.hpp"
+#include "procam/core/geometry/se3.hpp"
 #include "procam/track/pose_source.hpp"
 #include "support/expect_error.hpp"
 

@@ -8,7 +8,7 @@
 #include <limits>
 
 #include "../support/lopsided.hpp"
-#include "procam/core/covariance.hpp"
+#include "procam/core/geometry/covariance.hpp"
 #include "procam/track/pose_log.hpp"
 #include "procam/track/pose_source.hpp"
 

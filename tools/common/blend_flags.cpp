@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "common/cli.hpp"
-#include "procam/io/images.hpp"
+#include "procam/io/image/images.hpp"
 #include "procam/io/surface_file.hpp"
 
 namespace procam::tools {

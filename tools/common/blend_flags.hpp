@@ -2,7 +2,7 @@
 /// The flags of the tools that blend several projectors.
 #include <CLI/CLI.hpp>
 
-#include "procam/core/rig.hpp"
+#include "procam/core/rig/rig.hpp"
 #include "procam/surface/blend.hpp"
 
 namespace procam::tools {

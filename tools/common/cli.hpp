@@ -16,7 +16,7 @@
 #include <string>
 #include <vector>
 
-#include "procam/core/error.hpp"
+#include "procam/core/base/error.hpp"
 
 namespace CLI {
 class App;

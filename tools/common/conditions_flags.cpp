@@ -2,7 +2,7 @@
 
 #include <functional>
 
-#include "procam/core/error.hpp"
+#include "procam/core/base/error.hpp"
 #include "procam/io/text.hpp"
 
 namespace procam::tools {

@@ -4,7 +4,7 @@
 #include <sstream>
 
 #include "common/cli.hpp"
-#include "procam/io/depth_file.hpp"
+#include "procam/io/image/depth_file.hpp"
 #include "procam/io/text.hpp"
 
 namespace procam::tools {
@@ -55,10 +55,10 @@ bool is_depth_room(const std::string& surfaces) {
   return surfaces.rfind(kBeginning, 0) == 0;
 }
 
-std::unique_ptr<live::RoomWatch> watch_room(const std::string& surfaces, const DepthRoomFlags& flags,
-                                            const Rig& rig, const live::ProjectionOptions& projection,
+std::unique_ptr<show::RoomWatch> watch_room(const std::string& surfaces, const DepthRoomFlags& flags,
+                                            const Rig& rig, const show::ProjectionOptions& projection,
                                             bool rig_is_world) {
-  live::RoomWatchOptions options;
+  show::RoomWatchOptions options;
   options.room.camera = rig.camera(flags.camera);
   options.room.metres_per_unit = flags.scale;
   options.room.delay = flags.delay;
@@ -75,7 +75,7 @@ std::unique_ptr<live::RoomWatch> watch_room(const std::string& surfaces, const D
   device::DepthOptions opening;
   opening.read = [](const auto& file) { return io::load_depth_pixels(file); };
   opening.size = options.room.camera.camera.size;
-  return std::make_unique<live::RoomWatch>([source, opening] { return device::open_depth(source, opening); },
+  return std::make_unique<show::RoomWatch>([source, opening] { return device::open_depth(source, opening); },
                                            options);
 }
 

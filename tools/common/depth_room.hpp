@@ -2,8 +2,8 @@
 /// `--surfaces depth:SOURCE`: surfaces as a depth camera of the rig sees them, while the show runs.
 #include <memory>
 
-#include "procam/live/projection.hpp"
-#include "procam/live/room_watch.hpp"
+#include "procam/show/projection.hpp"
+#include "procam/show/room_watch.hpp"
 
 namespace CLI {
 class App;
@@ -24,8 +24,8 @@ bool is_depth_room(const std::string& surfaces);
 
 /// As the projection places the rig: by poses, or where it stands still; the loss of the camera is handled as
 /// that of the poses is.
-std::unique_ptr<live::RoomWatch> watch_room(const std::string& surfaces, const DepthRoomFlags& flags,
-                                            const Rig& rig, const live::ProjectionOptions& projection,
+std::unique_ptr<show::RoomWatch> watch_room(const std::string& surfaces, const DepthRoomFlags& flags,
+                                            const Rig& rig, const show::ProjectionOptions& projection,
                                             bool rig_is_world);
 
 }  // namespace procam::tools

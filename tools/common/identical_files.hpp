@@ -2,8 +2,8 @@
 /// The same file given twice.
 #include <vector>
 
-#include "procam/core/error.hpp"
-#include "procam/core/rig.hpp"
+#include "procam/core/base/error.hpp"
+#include "procam/core/rig/rig.hpp"
 
 namespace procam::tools {
 

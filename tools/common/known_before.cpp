@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "procam/io/calibration_file.hpp"
+#include "procam/io/exchange/calibration_file.hpp"
 
 namespace procam::tools {
 

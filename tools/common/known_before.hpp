@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "procam/calibrate/lens_prior.hpp"
-#include "procam/core/observation.hpp"
+#include "procam/core/rig/observation.hpp"
 #include "procam/io/text.hpp"
 
 namespace procam::tools {

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "procam/core/error.hpp"
+#include "procam/core/base/error.hpp"
 
 namespace procam::tools {
 

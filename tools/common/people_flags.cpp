@@ -7,13 +7,13 @@
 #include "common/room_frames.hpp"
 #include "procam/io/pose_file.hpp"
 #include "procam/io/text.hpp"
-#include "procam/live/room_people.hpp"
+#include "procam/show/room_people.hpp"
 #include "procam/track/skeleton_source.hpp"
 
 namespace procam::tools {
 namespace {
 
-live::PeopleSensor place_of_sensor(const std::string& file, const Rig& rig, const RigProjector& projector) {
+show::PeopleSensor place_of_sensor(const std::string& file, const Rig& rig, const RigProjector& projector) {
   if (file.empty())
     throw Error(
         ErrorKind::kInput, "--people", "where their sensor stands is not known",
@@ -25,11 +25,11 @@ live::PeopleSensor place_of_sensor(const std::string& file, const Rig& rig, cons
   if (link.target == "world" || link.source == "world") {
     FrameTree frames;
     frames.set(link.target, link.source, link.target_from_source);
-    return {live::PeopleSensor::Stands::kInWorld, frames.get("world", "sensor").pose};
+    return {show::PeopleSensor::Stands::kInWorld, frames.get("world", "sensor").pose};
   }
   // room_frames() hangs a device's surroundings on the rig under the name "world".
   (link.target == "sensor" ? link.target : link.source) = "world";
-  return {live::PeopleSensor::Stands::kOnRig,
+  return {show::PeopleSensor::Stands::kOnRig,
           room_frames(rig, projector, std::move(link)).get(projector.name, "world").pose};
 }
 
@@ -58,7 +58,7 @@ struct ShowPeople::State {
     std::unique_ptr<PoseSender> sender;
   };
   std::unique_ptr<track::SkeletonSource> source;
-  live::RoomPeople people;
+  show::RoomPeople people;
   std::vector<Destination> destinations;
   DarkWords words;
   std::vector<track::SkeletonFrame> arrived;
@@ -69,7 +69,7 @@ ShowPeople::ShowPeople(const PeopleFlags& flags, const Rig& rig, const RigProjec
                        std::function<void(const std::string&)> say) {
   track::PeopleOptions options;
   options.delay = flags.delay;
-  live::RoomPeople people(place_of_sensor(flags.sensor, rig, projector), options);
+  show::RoomPeople people(place_of_sensor(flags.sensor, rig, projector), options);
   std::vector<State::Destination> destinations;
   for (const std::string& item : flags.to) {
     const std::size_t equals = item.find("=udp:");
@@ -88,7 +88,7 @@ ShowPeople::ShowPeople(const PeopleFlags& flags, const Rig& rig, const RigProjec
 }
 ShowPeople::~ShowPeople() = default;
 
-void ShowPeople::take(const live::Projection& projection) {
+void ShowPeople::take(const show::Projection& projection) {
   State& s = *state_;
   s.source->poll(s.arrived);
   for (const track::SkeletonFrame& frame : s.arrived) {
@@ -102,7 +102,7 @@ void ShowPeople::take(const live::Projection& projection) {
   }
 }
 
-void ShowPeople::over(const live::Projection& projection, double light_time, ImageView<std::uint8_t> frame) {
+void ShowPeople::over(const show::Projection& projection, double light_time, ImageView<std::uint8_t> frame) {
   take(projection);
   state_->words.tell(state_->people.darken(frame, projection, light_time));
 }

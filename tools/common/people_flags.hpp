@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "common/cli.hpp"
-#include "procam/core/rig.hpp"
-#include "procam/live/projection.hpp"
+#include "procam/core/rig/rig.hpp"
+#include "procam/show/projection.hpp"
 
 namespace procam::tools {
 
@@ -27,9 +27,9 @@ class ShowPeople {
   ~ShowPeople();
 
   /// Takes what has arrived and tells the contents.
-  void take(const live::Projection& projection);
+  void take(const show::Projection& projection);
   /// The same, and blackens heads: ProjectionOptions::over.
-  void over(const live::Projection& projection, double light_time, ImageView<std::uint8_t> frame);
+  void over(const show::Projection& projection, double light_time, ImageView<std::uint8_t> frame);
   void tell(Console& console) const;
 
  private:

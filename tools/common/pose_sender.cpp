@@ -9,7 +9,7 @@
 #include <list>
 #include <optional>
 
-#include "procam/core/error.hpp"
+#include "procam/core/base/error.hpp"
 #include "procam/track/wire.hpp"
 
 namespace procam::tools {

@@ -3,7 +3,7 @@
 #include <array>
 #include <cstdint>
 
-#include "procam/core/image.hpp"
+#include "procam/core/base/image.hpp"
 
 namespace procam::tools {
 

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "common/note_groups.hpp"
-#include "procam/core/se3.hpp"
+#include "procam/core/geometry/se3.hpp"
 
 namespace procam::tools {
 

@@ -5,7 +5,7 @@
 
 #include "common/cli.hpp"
 #include "procam/analyze/accept.hpp"
-#include "procam/core/rig.hpp"
+#include "procam/core/rig/rig.hpp"
 
 namespace procam::tools {
 

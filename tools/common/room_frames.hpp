@@ -1,7 +1,7 @@
 #pragma once
 /// The rig in the room: the devices' places and a pose file, in one tree of frames.
-#include "procam/core/frame_tree.hpp"
-#include "procam/core/rig.hpp"
+#include "procam/core/geometry/frame_tree.hpp"
+#include "procam/core/rig/rig.hpp"
 
 namespace procam::tools {
 

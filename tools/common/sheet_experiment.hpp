@@ -5,7 +5,7 @@
 #include <functional>
 
 #include "procam/analyze/evaluation.hpp"
-#include "procam/core/rig.hpp"
+#include "procam/core/rig/rig.hpp"
 
 namespace procam::tools {
 

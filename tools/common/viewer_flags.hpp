@@ -2,8 +2,8 @@
 /// Content with depth for one viewer: where the eye is, and the things that are seen (render/viewer.hpp).
 #include <string>
 
-#include "procam/core/rig.hpp"
-#include "procam/core/surface.hpp"
+#include "procam/core/rig/rig.hpp"
+#include "procam/core/surface/surface.hpp"
 
 namespace CLI {
 class App;

@@ -18,10 +18,10 @@
 #include <string>
 #include <vector>
 
-#include "procam/core/covariance.hpp"
-#include "procam/core/plane.hpp"
-#include "procam/core/rig.hpp"
-#include "procam/core/surface.hpp"
+#include "procam/core/geometry/covariance.hpp"
+#include "procam/core/geometry/plane.hpp"
+#include "procam/core/rig/rig.hpp"
+#include "procam/core/surface/surface.hpp"
 
 namespace procam::analyze {
 
@@ -80,7 +80,7 @@ struct LightPath {
       true;  ///< the surface stands in the world or the rig: the projector's place in it does
 };
 
-/// `frame` is the surface's: "world", "rig" or "projector" (core/surface.hpp). Throws Error(kInput) for
+/// `frame` is the surface's: "world", "rig" or "projector" (core/surface/surface.hpp). Throws Error(kInput) for
 /// another frame, or "world" without the rig's pose.
 LightPath light_path(const RigProjector& projector, const std::string& frame, const Pose& frame_from_surface,
                      const std::optional<Pose>& world_from_rig = std::nullopt);

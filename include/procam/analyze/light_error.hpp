@@ -37,7 +37,7 @@
 #include <optional>
 #include <string>
 
-#include "procam/core/rig.hpp"
+#include "procam/core/rig/rig.hpp"
 
 namespace procam::analyze {
 

@@ -24,8 +24,8 @@
 /// capitals alone), and ISO 9241-303 for at least 16 minutes of arc (20 to 22 preferred).
 #include <optional>
 
-#include "procam/core/error.hpp"
-#include "procam/core/projector.hpp"
+#include "procam/core/base/error.hpp"
+#include "procam/core/lens/projector.hpp"
 
 namespace procam::analyze {
 

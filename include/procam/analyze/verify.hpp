@@ -29,9 +29,9 @@
 #include <string>
 #include <vector>
 
-#include "procam/core/observation.hpp"
-#include "procam/core/rig.hpp"
-#include "procam/core/surface.hpp"
+#include "procam/core/rig/observation.hpp"
+#include "procam/core/rig/rig.hpp"
+#include "procam/core/surface/surface.hpp"
 
 namespace procam::analyze {
 

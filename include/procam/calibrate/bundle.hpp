@@ -11,9 +11,9 @@
 #include <vector>
 
 #include "procam/calibrate/lens_prior.hpp"
-#include "procam/core/camera.hpp"
-#include "procam/core/observation.hpp"
-#include "procam/core/pose.hpp"
+#include "procam/core/geometry/pose.hpp"
+#include "procam/core/lens/camera.hpp"
+#include "procam/core/rig/observation.hpp"
 
 namespace procam::calibrate {
 

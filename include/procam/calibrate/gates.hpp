@@ -3,7 +3,7 @@
 /// focal length wrong by two has been published with an RMS of 0.86.
 #include <vector>
 
-#include "procam/core/rig.hpp"
+#include "procam/core/rig/rig.hpp"
 
 namespace procam::calibrate {
 

@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "procam/core/camera.hpp"
-#include "procam/core/pose.hpp"
+#include "procam/core/geometry/pose.hpp"
+#include "procam/core/lens/camera.hpp"
 
 namespace procam::calibrate {
 

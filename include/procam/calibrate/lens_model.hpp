@@ -3,8 +3,8 @@
 #include <string>
 #include <vector>
 
-#include "procam/core/camera.hpp"
-#include "procam/core/observation.hpp"
+#include "procam/core/lens/camera.hpp"
+#include "procam/core/rig/observation.hpp"
 
 namespace procam::calibrate {
 

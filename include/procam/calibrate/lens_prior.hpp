@@ -5,8 +5,8 @@
 #include <utility>
 #include <vector>
 
-#include "procam/core/camera.hpp"
-#include "procam/core/covariance.hpp"
+#include "procam/core/geometry/covariance.hpp"
+#include "procam/core/lens/camera.hpp"
 
 namespace procam::calibrate {
 

@@ -2,7 +2,7 @@
 /// A projector whose light the camera sees only in a flat mirror.
 ///
 /// The whole session was captured through one mirror that did not move, and its pictures were turned left to
-/// right: calibrate_rig() then finds the projector before the mirrored camera (core/mirror.hpp), exactly as
+/// right: calibrate_rig() then finds the projector before the mirrored camera (core/geometry/mirror.hpp), exactly as
 /// if that one stood there. Where the camera itself stands, no picture of the mirror's contents can tell: any
 /// mirror plane with the camera at its counterpart shows the same. (With the mirror unknown it takes three of
 /// its poses: P. Sturm and T. Bonfort, "How to compute the pose of an object without a direct view?",
@@ -10,7 +10,7 @@
 /// K. Takahashi et al., CVPR 2012.) So the mirror is measured: it carries a board on its surface, which the
 /// camera sees directly.
 #include "procam/calibrate/result.hpp"
-#include "procam/core/plane.hpp"
+#include "procam/core/geometry/plane.hpp"
 
 namespace procam::calibrate {
 

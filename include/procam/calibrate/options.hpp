@@ -7,7 +7,7 @@
 
 #include "procam/calibrate/lens_model.hpp"
 #include "procam/calibrate/lens_prior.hpp"
-#include "procam/core/distortion.hpp"
+#include "procam/core/lens/distortion.hpp"
 
 namespace procam::calibrate {
 
@@ -48,7 +48,7 @@ struct Options {
   LensOptions projector;
   BoardShape board_shape = BoardShape::kAuto;
   /// The projector's pixels were read off its light at the corners that their camera found, as
-  /// match::project_board does it: then the corners' errors are in both, and are counted once.
+  /// pattern::project_board does it: then the corners' errors are in both, and are counted once.
   bool light_read_at_corners = false;
   /// An observation further than this from its projection (in scaled sigmas, both axes together) is left out,
   /// with its reason. Under Gaussian noise 5 happens once in 270 000 observations. Zero keeps all.

@@ -21,8 +21,8 @@
 #include <vector>
 
 #include "procam/calibrate/options.hpp"
-#include "procam/core/observation.hpp"
-#include "procam/core/rig.hpp"
+#include "procam/core/rig/observation.hpp"
+#include "procam/core/rig/rig.hpp"
 
 namespace procam::calibrate {
 

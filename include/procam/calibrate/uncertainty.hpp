@@ -20,7 +20,7 @@
 #include <vector>
 
 #include "procam/calibrate/bundle.hpp"
-#include "procam/core/covariance.hpp"
+#include "procam/core/geometry/covariance.hpp"
 
 namespace procam::calibrate {
 

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <cstdint>
 
-#include "procam/core/depth_pixels.hpp"
+#include "procam/core/base/depth_pixels.hpp"
 
 namespace procam::depth {
 

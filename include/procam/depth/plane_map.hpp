@@ -19,7 +19,7 @@
 /// becomes the largest rectangle that is free inside its first place, and goes back when that is free again.
 #include <string>
 
-#include "procam/core/covariance.hpp"
+#include "procam/core/geometry/covariance.hpp"
 #include "procam/depth/surfaces.hpp"
 
 namespace procam::depth {

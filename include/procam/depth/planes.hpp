@@ -26,7 +26,7 @@
 #include <variant>
 #include <vector>
 
-#include "procam/core/plane.hpp"
+#include "procam/core/geometry/plane.hpp"
 #include "procam/core/surface/cylinder.hpp"
 #include "procam/core/surface/sphere.hpp"
 #include "procam/depth/depth_image.hpp"

@@ -2,8 +2,8 @@
 /// Where every pixel of a depth camera looks, through its lens, worked out once per camera.
 ///
 /// A pixel's ray is (u, v, 1): its point is z (u, v, 1), z the depth.
-#include "procam/core/camera.hpp"
-#include "procam/core/image.hpp"
+#include "procam/core/base/image.hpp"
+#include "procam/core/lens/camera.hpp"
 
 namespace procam::depth {
 

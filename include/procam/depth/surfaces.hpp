@@ -7,7 +7,7 @@
 ///   io::save_surfaces("surfaces.json", room.set);
 #include <string>
 
-#include "procam/core/surface.hpp"
+#include "procam/core/surface/surface.hpp"
 #include "procam/depth/areas.hpp"
 
 namespace procam::depth {

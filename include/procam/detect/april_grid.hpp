@@ -2,8 +2,8 @@
 /// Corners of Kalibr's AprilGrid in one image. Each tag says which one it is, so any part of the board is
 /// enough. A tag's corner touches a dark square and is refined as the crossing of two edges by the model of
 /// detect/chessboard.hpp; no corner depends on how well a tag was found.
-#include "procam/core/image.hpp"
-#include "procam/core/observation.hpp"
+#include "procam/core/base/image.hpp"
+#include "procam/core/rig/observation.hpp"
 
 namespace procam::detect {
 

@@ -1,8 +1,8 @@
 #pragma once
 /// The drawing of a board. It is made here, beside the detectors, because it is their other half: what is
 /// printed and what is looked for come from the same marker codes and the same layout.
-#include "procam/core/board.hpp"
-#include "procam/core/board_artwork.hpp"
+#include "procam/core/board/board.hpp"
+#include "procam/core/board/board_artwork.hpp"
 
 namespace procam::detect {
 

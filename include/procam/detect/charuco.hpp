@@ -2,8 +2,8 @@
 /// Inner corners of a ChArUco board in one image. Its markers say which corner is which, so any part of the
 /// board is enough; each corner is then refined by the model of detect/chessboard.hpp, over a cross of pixels
 /// that leaves the markers aside. No corner depends on how well a marker was found.
-#include "procam/core/image.hpp"
-#include "procam/core/observation.hpp"
+#include "procam/core/base/image.hpp"
+#include "procam/core/rig/observation.hpp"
 
 namespace procam::detect {
 

@@ -17,8 +17,8 @@
 ///     one image cannot tell. The first corner is the one towards the image's top left; calibrate settles the
 ///     order between views by the residual.
 /// A 7x9 board turned by a quarter is a 9x7 board: both are found, each in its own right-handed order.
-#include "procam/core/image.hpp"
-#include "procam/core/observation.hpp"
+#include "procam/core/base/image.hpp"
+#include "procam/core/rig/observation.hpp"
 
 namespace procam::detect {
 

@@ -12,8 +12,8 @@
 /// (homography and a simple lens, fitted to all centres), the centre of its ellipse is compared with the
 /// mapped centre, and the difference is added. `diameter` must therefore be the printed one: the correction
 /// grows with its square.
-#include "procam/core/image.hpp"
-#include "procam/core/observation.hpp"
+#include "procam/core/base/image.hpp"
+#include "procam/core/rig/observation.hpp"
 
 namespace procam::detect {
 

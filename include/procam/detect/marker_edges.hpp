@@ -19,10 +19,10 @@
 #include <filesystem>
 #include <optional>
 
-#include "procam/core/camera.hpp"
-#include "procam/core/image.hpp"
-#include "procam/core/marker.hpp"
-#include "procam/core/marker_dictionary.hpp"
+#include "procam/core/base/image.hpp"
+#include "procam/core/board/marker.hpp"
+#include "procam/core/board/marker_dictionary.hpp"
+#include "procam/core/lens/camera.hpp"
 
 namespace procam::detect {
 

@@ -10,9 +10,9 @@
 #include <string>
 #include <vector>
 
-#include "procam/core/image.hpp"
-#include "procam/core/marker_dictionary.hpp"
-#include "procam/core/types.hpp"
+#include "procam/core/base/image.hpp"
+#include "procam/core/base/types.hpp"
+#include "procam/core/board/marker_dictionary.hpp"
 
 namespace procam::detect {
 

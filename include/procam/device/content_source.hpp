@@ -17,7 +17,7 @@
 /// - All pictures of a source have one size and one number of channels: 1 (grey), 3 (RGB) or 4 (RGBA,
 /// straight
 ///   alpha), 8 bits. A picture's orientation note is not applied (as
-///   in io/images.hpp).
+///   in io/image/images.hpp).
 /// - The view is valid until the next call of at() or the end of the source.
 /// - The same view with the same revision holds the same pixels; other pixels in the same memory come with
 ///   another revision. This is what a renderer needs to keep pictures from one frame to the next.
@@ -39,8 +39,8 @@
 #include <string>
 #include <vector>
 
-#include "procam/core/error.hpp"
-#include "procam/core/image.hpp"
+#include "procam/core/base/error.hpp"
+#include "procam/core/base/image.hpp"
 
 namespace procam::device {
 

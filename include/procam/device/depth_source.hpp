@@ -1,5 +1,5 @@
 #pragma once
-/// Where depth pictures come from, as they are (core/depth_pixels.hpp).
+/// Where depth pictures come from, as they are (core/base/depth_pixels.hpp).
 ///
 ///   watch:FOLDER        files that appear there from now on, written by whatever drives the sensor
 ///   folder:FOLDER[@HZ]  those that are there, in natural order, once through at 30 or HZ a second
@@ -15,7 +15,7 @@
 #include <string>
 #include <vector>
 
-#include "procam/core/depth_pixels.hpp"
+#include "procam/core/base/depth_pixels.hpp"
 
 namespace procam::device {
 

@@ -3,7 +3,7 @@
 ///
 /// Pixels are exact: picture pixel (x, y) lights screen pixel (x, y), unscaled, 0 dark .. 255 full light.
 /// What the projector does with its input afterwards (scaling, keystone) cannot be known here; see
-/// live/checks.hpp.
+/// session/checks.hpp.
 ///
 /// A sink is used by the thread that opened it.
 #include <filesystem>
@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "procam/core/image.hpp"
+#include "procam/core/base/image.hpp"
 
 namespace procam::device {
 

@@ -19,7 +19,7 @@
 #include <optional>
 #include <string>
 
-#include "procam/core/image.hpp"
+#include "procam/core/base/image.hpp"
 
 namespace procam::device {
 

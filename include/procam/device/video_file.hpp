@@ -3,8 +3,8 @@
 #include <filesystem>
 #include <memory>
 
-#include "procam/core/error.hpp"
-#include "procam/core/image.hpp"
+#include "procam/core/base/error.hpp"
+#include "procam/core/base/image.hpp"
 
 namespace procam::device {
 

@@ -3,7 +3,7 @@
 #include <filesystem>
 #include <string>
 
-#include "procam/core/board.hpp"
+#include "procam/core/board/board.hpp"
 
 namespace procam::io {
 

@@ -10,7 +10,7 @@
 #include <filesystem>
 #include <string>
 
-#include "procam/core/marker.hpp"
+#include "procam/core/board/marker.hpp"
 
 namespace procam::io {
 

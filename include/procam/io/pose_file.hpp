@@ -8,7 +8,7 @@
 /// drops into a FrameTree: frames.set(link.target, link.source, link.target_from_source).
 #include <filesystem>
 
-#include "procam/core/frame_tree.hpp"
+#include "procam/core/geometry/frame_tree.hpp"
 
 namespace procam::io {
 

@@ -5,7 +5,7 @@
 /// matrices a row a line: files of two calibrations can be compared by eye.
 #include <filesystem>
 
-#include "procam/core/rig.hpp"
+#include "procam/core/rig/rig.hpp"
 
 namespace procam::io {
 

@@ -7,7 +7,7 @@
 /// Error(kUnsupported).
 #include <filesystem>
 
-#include "procam/core/surface.hpp"
+#include "procam/core/surface/surface.hpp"
 
 namespace procam::io {
 

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "procam/core/board.hpp"
-#include "procam/core/types.hpp"
+#include "procam/core/base/types.hpp"
+#include "procam/core/board/board.hpp"
 
 namespace procam::io {
 

@@ -10,8 +10,8 @@
 ///   d = c(x-1) - 2 c(x) + c(x+1)   has variance 6 sigma^2.
 /// The median of |d| in classes of brightness gives sigma by brightness: dark print is noisier than light
 /// paper. Codes in whole stripes have at least the error of their rounding, width / sqrt(12).
-#include "procam/core/image.hpp"
-#include "procam/core/light_map.hpp"
+#include "procam/core/base/image.hpp"
+#include "procam/core/rig/light_map.hpp"
 
 namespace procam::pattern {
 

@@ -1,5 +1,5 @@
 #pragma once
-/// Frames of a FrameSequence (core/frame_sequence.hpp) and the way back, for the patterns of other programs:
+/// Frames of a FrameSequence (core/rig/frame_sequence.hpp) and the way back, for the patterns of other programs:
 /// any order of Gray-code bits, with or without inverses; any number of phase steps and of wave lengths.
 ///
 /// Gray code is brought into the order of pattern/gray_code.hpp, whose decoder, stripe edges and checks serve
@@ -19,9 +19,9 @@
 #include <string>
 #include <vector>
 
-#include "procam/core/frame_sequence.hpp"
-#include "procam/core/image.hpp"
-#include "procam/core/light_map.hpp"
+#include "procam/core/base/image.hpp"
+#include "procam/core/rig/frame_sequence.hpp"
+#include "procam/core/rig/light_map.hpp"
 #include "procam/pattern/gray_code.hpp"
 
 namespace procam::pattern {

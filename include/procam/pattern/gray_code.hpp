@@ -11,10 +11,10 @@
 #include <string>
 #include <vector>
 
-#include "procam/core/decoded_map.hpp"
-#include "procam/core/image.hpp"
-#include "procam/core/stripe_edge.hpp"
-#include "procam/core/types.hpp"
+#include "procam/core/base/image.hpp"
+#include "procam/core/base/types.hpp"
+#include "procam/core/rig/decoded_map.hpp"
+#include "procam/core/rig/stripe_edge.hpp"
 
 namespace procam::pattern {
 

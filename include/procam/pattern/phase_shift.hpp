@@ -17,9 +17,9 @@
 #include <string>
 #include <vector>
 
-#include "procam/core/decoded_map.hpp"
-#include "procam/core/image.hpp"
-#include "procam/core/light_map.hpp"
+#include "procam/core/base/image.hpp"
+#include "procam/core/rig/decoded_map.hpp"
+#include "procam/core/rig/light_map.hpp"
 #include "procam/pattern/frame_sequence.hpp"
 
 namespace procam::pattern {

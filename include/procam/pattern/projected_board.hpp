@@ -15,8 +15,8 @@
 #include <string>
 #include <vector>
 
-#include "procam/core/board_artwork.hpp"
-#include "procam/core/image.hpp"
+#include "procam/core/base/image.hpp"
+#include "procam/core/board/board_artwork.hpp"
 
 namespace procam::pattern {
 

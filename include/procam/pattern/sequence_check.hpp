@@ -26,8 +26,8 @@
 #include <optional>
 #include <vector>
 
-#include "procam/core/error.hpp"
-#include "procam/core/image.hpp"
+#include "procam/core/base/error.hpp"
+#include "procam/core/base/image.hpp"
 #include "procam/pattern/gray_code.hpp"
 
 namespace procam::pattern {

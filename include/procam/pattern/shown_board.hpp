@@ -6,9 +6,9 @@
 #include <optional>
 #include <string>
 
-#include "procam/core/board.hpp"
-#include "procam/core/image.hpp"
-#include "procam/core/types.hpp"
+#include "procam/core/base/image.hpp"
+#include "procam/core/base/types.hpp"
+#include "procam/core/board/board.hpp"
 
 namespace procam::pattern {
 

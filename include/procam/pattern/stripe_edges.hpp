@@ -18,9 +18,9 @@
 /// hundredths of one.
 #include <vector>
 
-#include "procam/core/decoded_map.hpp"
-#include "procam/core/image.hpp"
-#include "procam/core/stripe_edge.hpp"
+#include "procam/core/base/image.hpp"
+#include "procam/core/rig/decoded_map.hpp"
+#include "procam/core/rig/stripe_edge.hpp"
 #include "procam/pattern/gray_code.hpp"
 
 namespace procam::pattern {

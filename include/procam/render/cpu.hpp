@@ -28,8 +28,8 @@
 #include <cstdint>
 #include <memory>
 
-#include "procam/core/projector.hpp"
-#include "procam/core/scene.hpp"
+#include "procam/core/lens/projector.hpp"
+#include "procam/core/surface/scene.hpp"
 
 namespace procam::render {
 

@@ -31,7 +31,7 @@
 ///
 /// A real surface that is not among `room` is not known to be there. Pixel surfaces have no place in the room
 /// and are left out.
-#include "procam/core/projector.hpp"
+#include "procam/core/lens/projector.hpp"
 #include "procam/render/cpu.hpp"
 #include "procam/render/viewpoint.hpp"
 

@@ -1,7 +1,7 @@
 #pragma once
 /// Where somebody stands, relative to the projector, and what a scene is from there.
-#include "procam/core/camera.hpp"
-#include "procam/core/scene.hpp"
+#include "procam/core/lens/camera.hpp"
+#include "procam/core/surface/scene.hpp"
 
 namespace procam::render {
 

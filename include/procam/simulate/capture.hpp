@@ -25,7 +25,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "procam/core/decoded_map.hpp"
+#include "procam/core/rig/decoded_map.hpp"
 #include "procam/simulate/thin_lens.hpp"
 #include "procam/simulate/world.hpp"
 

@@ -11,8 +11,8 @@
 #include <optional>
 #include <string>
 
-#include "procam/core/decoded_map.hpp"
-#include "procam/core/pose.hpp"
+#include "procam/core/geometry/pose.hpp"
+#include "procam/core/rig/decoded_map.hpp"
 
 namespace procam::simulate {
 

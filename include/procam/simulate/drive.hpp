@@ -10,7 +10,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "procam/core/se3.hpp"
+#include "procam/core/geometry/se3.hpp"
 #include "procam/simulate/motion.hpp"
 
 namespace procam::simulate {

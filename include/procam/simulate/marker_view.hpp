@@ -10,10 +10,10 @@
 #include <cstdint>
 #include <vector>
 
-#include "procam/core/camera.hpp"
-#include "procam/core/decoded_map.hpp"
-#include "procam/core/image.hpp"
-#include "procam/core/marker.hpp"
+#include "procam/core/base/image.hpp"
+#include "procam/core/board/marker.hpp"
+#include "procam/core/lens/camera.hpp"
+#include "procam/core/rig/decoded_map.hpp"
 #include "procam/simulate/world.hpp"
 
 namespace procam::simulate {

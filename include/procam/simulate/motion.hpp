@@ -4,7 +4,7 @@
 #include <type_traits>
 #include <utility>
 
-#include "procam/core/pose.hpp"
+#include "procam/core/geometry/pose.hpp"
 
 namespace procam::simulate {
 

@@ -10,7 +10,7 @@
 /// anything borders on anything, and an exposure such that a tenth of what the projectors' full light falls
 /// on would be brighter than white. So distance and incidence (cos / d^2), shadows, spilled light, overlaps
 /// and a projector's black are seen as the room shows them; everything is in focus unless a light has a lens.
-#include "procam/core/scene.hpp"
+#include "procam/core/surface/scene.hpp"
 #include "procam/simulate/room_view.hpp"
 
 namespace procam::simulate {

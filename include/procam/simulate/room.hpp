@@ -9,7 +9,7 @@
 ///   Sphere               about the origin; longitude = atan2(y, x), latitude = asin(z / radius).
 ///                        u along the longitude, v along the latitude, from `from` to `to`
 ///   Cylinder             about the z axis from z = low to z = high; u along the longitude, v along z
-///   TriangleMesh         any shape: scans, grids, Bezier patches (mesh_of(), core/surface.hpp); its own u, v
+///   TriangleMesh         any shape: scans, grids, Bezier patches (mesh_of(), core/surface/surface.hpp); its own u, v
 ///
 /// Where two bodies lie in one plane (a sheet on a wall), the later in the list shows.
 #include <memory>
@@ -18,9 +18,9 @@
 #include <variant>
 #include <vector>
 
-#include "procam/core/marker.hpp"
-#include "procam/core/mesh.hpp"
-#include "procam/core/ray.hpp"
+#include "procam/core/board/marker.hpp"
+#include "procam/core/geometry/mesh.hpp"
+#include "procam/core/geometry/ray.hpp"
 #include "procam/simulate/world.hpp"
 
 namespace procam::simulate {

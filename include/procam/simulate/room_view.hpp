@@ -27,8 +27,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "procam/core/decoded_map.hpp"
-#include "procam/core/projector.hpp"
+#include "procam/core/lens/projector.hpp"
+#include "procam/core/rig/decoded_map.hpp"
 #include "procam/simulate/motion.hpp"
 #include "procam/simulate/room.hpp"
 #include "procam/simulate/thin_lens.hpp"

@@ -1,6 +1,6 @@
 #pragma once
 /// Defocus of cameras and projectors.
-#include "procam/core/camera.hpp"
+#include "procam/core/lens/camera.hpp"
 
 namespace procam::simulate {
 

@@ -9,10 +9,10 @@
 #include <optional>
 #include <vector>
 
-#include "procam/core/board_artwork.hpp"
-#include "procam/core/image.hpp"
-#include "procam/core/observation.hpp"
-#include "procam/core/rig.hpp"
+#include "procam/core/base/image.hpp"
+#include "procam/core/board/board_artwork.hpp"
+#include "procam/core/rig/observation.hpp"
+#include "procam/core/rig/rig.hpp"
 
 namespace procam::simulate {
 

@@ -28,8 +28,8 @@
 /// shadows.)
 #include <map>
 
-#include "procam/core/projector.hpp"
-#include "procam/core/surface.hpp"
+#include "procam/core/lens/projector.hpp"
+#include "procam/core/surface/surface.hpp"
 
 namespace procam::surface {
 

@@ -10,7 +10,7 @@
 /// surface's homography or its mesh's uv once. It holds for all pictures of one size; while the surface
 /// moves, only laid.placement's pose changes. What is not covered by the picture (Fit::kContain) is not
 /// there: what lies behind it shows.
-#include "procam/core/surface.hpp"
+#include "procam/core/surface/surface.hpp"
 
 namespace procam::surface {
 

@@ -4,13 +4,13 @@
 ///
 ///   SolvedSurfaceSet solved = surface::solve_surfaces(set, rig.projector(), projector_from_world);
 ///
-/// The homography is the weighted least-squares one of core/homography_fit.hpp: content -> the surface's own
+/// The homography is the weighted least-squares one of core/geometry/homography_fit.hpp: content -> the surface's own
 /// plane (metres), or content -> projector pixels. Its denominators are positive in front of the horizon.
 /// Placement: projector_from_surface = projector_from_frame * frame_from_surface, for frame "projector" (the
 /// identity), "rig" (the rig's own pose) or "world" (`projector_from_world`). Pixels, frames: see
 /// docs/conventions.md.
-#include "procam/core/rig.hpp"
-#include "procam/core/surface.hpp"
+#include "procam/core/rig/rig.hpp"
+#include "procam/core/surface/surface.hpp"
 
 namespace procam::surface {
 

@@ -10,9 +10,9 @@
 /// their numbers. They agree with what render draws there.
 #include <cstdint>
 
-#include "procam/core/projector.hpp"
-#include "procam/core/surface.hpp"
-#include "procam/core/warp_map.hpp"
+#include "procam/core/lens/projector.hpp"
+#include "procam/core/surface/surface.hpp"
+#include "procam/core/surface/warp_map.hpp"
 
 namespace procam::surface {
 

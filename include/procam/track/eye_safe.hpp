@@ -17,8 +17,8 @@
 /// seen.
 ///
 /// It is a courtesy to eyes, not a safety device: what the sensor does not see is not kept out of the light.
-#include "procam/core/image.hpp"
-#include "procam/core/projector.hpp"
+#include "procam/core/base/image.hpp"
+#include "procam/core/lens/projector.hpp"
 #include "procam/track/people.hpp"
 
 namespace procam::track {

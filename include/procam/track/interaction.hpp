@@ -8,7 +8,7 @@
 #include <optional>
 #include <vector>
 
-#include "procam/core/ray.hpp"
+#include "procam/core/geometry/ray.hpp"
 #include "procam/track/people.hpp"
 
 namespace procam::track {

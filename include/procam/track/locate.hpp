@@ -20,9 +20,9 @@
 #include <string>
 #include <vector>
 
-#include "procam/core/frame_tree.hpp"
-#include "procam/core/marker.hpp"
-#include "procam/core/rig.hpp"
+#include "procam/core/board/marker.hpp"
+#include "procam/core/geometry/frame_tree.hpp"
+#include "procam/core/rig/rig.hpp"
 
 namespace procam::track {
 

@@ -24,7 +24,7 @@
 #include <string>
 #include <vector>
 
-#include "procam/core/pose.hpp"
+#include "procam/core/geometry/pose.hpp"
 #include "procam/track/clock.hpp"
 #include "procam/track/skeleton.hpp"
 

@@ -24,7 +24,7 @@
 ///
 /// As darken_heads(), it is a courtesy to eyes: light that the depth camera does not see stays lit, and so
 /// does what is hidden behind what it sees by more than the margin.
-#include "procam/core/camera.hpp"
+#include "procam/core/lens/camera.hpp"
 #include "procam/track/eye_safe.hpp"
 
 namespace procam::track {

@@ -14,7 +14,7 @@
 #include <string_view>
 #include <vector>
 
-#include "procam/core/types.hpp"
+#include "procam/core/base/types.hpp"
 
 namespace procam::track {
 

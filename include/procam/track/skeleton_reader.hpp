@@ -14,8 +14,8 @@
 #include <string_view>
 #include <vector>
 
-#include "procam/core/camera.hpp"
-#include "procam/core/plane.hpp"
+#include "procam/core/geometry/plane.hpp"
+#include "procam/core/lens/camera.hpp"
 #include "procam/track/skeleton.hpp"
 
 namespace procam::track {

@@ -9,8 +9,8 @@
 #include <optional>
 #include <string>
 
-#include "procam/core/se3.hpp"
-#include "procam/core/types.hpp"
+#include "procam/core/base/types.hpp"
+#include "procam/core/geometry/se3.hpp"
 
 namespace procam::track {
 

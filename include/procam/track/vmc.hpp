@@ -21,7 +21,7 @@
 #include <bitset>
 #include <string_view>
 
-#include "procam/core/pose.hpp"
+#include "procam/core/geometry/pose.hpp"
 #include "procam/track/skeleton_reader.hpp"
 
 namespace procam::track {

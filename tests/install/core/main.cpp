@@ -1,5 +1,5 @@
 // Light of a projector with lens shift, on a wall two metres away: there and back again.
-#include "procam/core/projector.hpp"
+#include "procam/core/lens/projector.hpp"
 
 int main() {
   const procam::Projector projector{{{1024, 768}, {1880, 1893, 502, 855, 0.4}, procam::NoDistortion{}}};

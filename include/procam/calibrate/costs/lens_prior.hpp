@@ -2,7 +2,7 @@
 /// The cost of a lens that departs from what was known of it: (weights . lens - value) / sigma. Block: lens.
 #include <ceres/cost_function.h>
 
-#include "procam/core/types.hpp"
+#include "procam/core/base/types.hpp"
 
 namespace procam::calibrate {
 

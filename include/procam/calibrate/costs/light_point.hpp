@@ -19,7 +19,7 @@
 #include <vector>
 
 #include "procam/calibrate/costs/reprojection.hpp"
-#include "procam/core/plane.hpp"
+#include "procam/core/geometry/plane.hpp"
 
 namespace procam::calibrate {
 

@@ -2,7 +2,7 @@
 /// A board point is where it was printed, give or take:  residual = (point - printed) / sigma.
 #include <ceres/sized_cost_function.h>
 
-#include "procam/core/types.hpp"
+#include "procam/core/base/types.hpp"
 
 namespace procam::calibrate {
 

@@ -14,8 +14,8 @@
 #include <array>
 
 #include "procam/calibrate/costs/se3_manifold.hpp"
-#include "procam/core/camera.hpp"
-#include "procam/core/dual.hpp"
+#include "procam/core/base/dual.hpp"
+#include "procam/core/lens/camera.hpp"
 
 namespace procam::calibrate {
 

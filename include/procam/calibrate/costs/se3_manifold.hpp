@@ -11,7 +11,7 @@
 
 #include <Eigen/Core>
 
-#include "procam/core/se3.hpp"
+#include "procam/core/geometry/se3.hpp"
 
 namespace procam::calibrate {
 

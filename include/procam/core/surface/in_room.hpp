@@ -2,7 +2,7 @@
 /// Where a surface stands: what all surfaces with metres have in common.
 #include <string>
 
-#include "procam/core/pose.hpp"
+#include "procam/core/geometry/pose.hpp"
 
 namespace procam {
 

@@ -3,7 +3,7 @@
 #include <memory>
 #include <optional>
 
-#include "procam/core/mesh.hpp"
+#include "procam/core/geometry/mesh.hpp"
 #include "procam/core/surface/in_room.hpp"
 
 namespace procam {

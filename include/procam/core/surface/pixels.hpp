@@ -1,6 +1,6 @@
 #pragma once
 /// A surface given in the projector's own pixels.
-#include "procam/core/types.hpp"
+#include "procam/core/base/types.hpp"
 
 namespace procam {
 

@@ -1,7 +1,7 @@
 #pragma once
 /// From a curved surface to triangles that are nowhere farther from it than told.
-#include "procam/core/error.hpp"
-#include "procam/core/mesh.hpp"
+#include "procam/core/base/error.hpp"
+#include "procam/core/geometry/mesh.hpp"
 
 namespace procam {
 

@@ -1,0 +1,118 @@
+#pragma once
+/// Surfaces: where content belongs in the room, and where it ends up once solved.
+///
+/// Content coordinates (u, v) are fractions of the content's area: (0, 0) its top-left corner, (1, 1) its
+/// bottom-right corner; an image of W x H pixels has pixel x = u W - 1/2, y = v H - 1/2. They do not change
+/// with the resolution. Surface frame: x right, y down as the content is read, z into the wall, metres; on a
+/// plane, content lives on z = 0.
+///
+/// The geometries are a closed set: one file in core/surface/ and one alternative in the variant each. Planes
+/// and pixel surfaces are drawn by their homography, all others as triangles (mesh_of).
+#include <optional>
+#include <string>
+#include <variant>
+
+#include "procam/core/base/error.hpp"
+#include "procam/core/surface/bezier.hpp"
+#include "procam/core/surface/content_layout.hpp"
+#include "procam/core/surface/cylinder.hpp"
+#include "procam/core/surface/grid.hpp"
+#include "procam/core/surface/mesh.hpp"
+#include "procam/core/surface/pixels.hpp"
+#include "procam/core/surface/planar.hpp"
+#include "procam/core/surface/sphere.hpp"
+#include "procam/core/surface/tessellate.hpp"
+
+namespace procam {
+
+using SurfaceGeometry = std::variant<PlanarSurface, PixelSurface, GridSurface, BezierSurface, CylinderSurface,
+                                     SphereSurface, MeshSurface>;
+
+struct Surface {
+  std::string name;
+  SurfaceGeometry geometry;
+  std::vector<double> weights;  ///< one a pair, 1/sigma^2 up to a common factor; empty: all equal
+  std::string content;          ///< file shown when the tool is given none; may be empty
+  ContentLayout layout = {};
+  ContentShape shape = {};
+};
+
+/// Surfaces in the room hide each other as the projector sees them; where two lie together (closer than a
+/// thousandth of their distance), and for pixel surfaces, the later covers the earlier.
+struct SurfaceSet {
+  std::vector<Surface> surfaces;
+};
+
+/// How far triangles may be from a curved surface, metres.
+inline constexpr double kTessellationTolerance = 1e-4;
+
+/// The triangles that a surface is drawn as; none for those drawn by homography. Throws Error(kInput) naming
+/// the surface and its fault for a shape that cannot be.
+inline std::shared_ptr<const Mesh> mesh_of(const Surface& surface) {
+  const auto refuse = [&](const std::string& why) {
+    throw Error(ErrorKind::kInput, "surface '" + surface.name + "'", why, "correct its definition");
+  };
+  return std::visit(
+      [&](const auto& shape) -> std::shared_ptr<const Mesh> {
+        using Shape = std::decay_t<decltype(shape)>;
+        if constexpr (std::is_same_v<Shape, PlanarSurface> || std::is_same_v<Shape, PixelSurface>) {
+          return nullptr;
+        } else {
+          if (const char* fault = shape.fault()) refuse(fault);
+          std::shared_ptr<const Mesh> mesh;
+          if constexpr (std::is_same_v<Shape, MeshSurface>)
+            mesh = shape.mesh;
+          else
+            mesh = std::make_shared<const Mesh>(tessellate(shape, kTessellationTolerance));
+          if (const auto fault = fault_of(*mesh)) refuse(*fault);
+          return mesh;
+        }
+      },
+      surface.geometry);
+}
+
+/// Where it stands in the room; nullptr for a pixel surface.
+inline const InRoom* place_of(const SurfaceGeometry& geometry) {
+  return std::visit(
+      [](const auto& shape) -> const InRoom* {
+        if constexpr (std::is_base_of_v<InRoom, std::decay_t<decltype(shape)>>)
+          return &shape;
+        else
+          return nullptr;
+      },
+      geometry);
+}
+
+using Placement = std::variant<PlacedPlane, PlacedPixels, PlacedMesh>;
+
+/// How a surface looks from the projector.
+struct Visibility {
+  double covered_share = 0;  ///< of the content's area (inside outline and mask) that falls inside
+  /// the projector's picture, 0..1
+  bool facing = true;           ///< the projector stands on the side that content is read from
+  double incidence_deg = 0;     ///< angle between light and surface normal at the content's centre
+  double mm_per_pixel_min = 0;  ///< size of a projector pixel on the surface: the finest and
+  /// the coarsest direction over the content (0 for pixel surfaces; of curved surfaces and meshes where light
+  /// meets them at less than 80 degrees)
+  double mm_per_pixel_max = 0;
+};
+
+struct SolvedSurface {
+  Surface surface;
+  Placement placement;
+  double rms = 0;                 ///< of the homography's pairs: metres (planar) or pixels
+  std::vector<double> residuals;  ///< a pair each, same unit
+  std::optional<Points2>
+      corners_px;  ///< projector pixels of the content's corners (0,0) (1,0) (1,1) (0,1), if all exist
+  Visibility visibility;
+  Diagnostics diagnostics;
+};
+
+/// Surfaces solved for one placement of one projector; complete in itself.
+struct SolvedSurfaceSet {
+  std::string projector;                     ///< its name in the rig
+  std::optional<Pose> projector_from_world;  ///< absent when no surface needed it
+  std::vector<SolvedSurface> surfaces;
+};
+
+}  // namespace procam

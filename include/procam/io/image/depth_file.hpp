@@ -1,0 +1,21 @@
+#pragma once
+/// Depth images in files.
+#include <cstdint>
+#include <filesystem>
+
+#include "procam/core/base/depth_pixels.hpp"
+
+namespace procam::io {
+
+/// A 16-bit PNG or TIFF of one channel, as it is: the unit of its numbers is in no file. Throws Error(kIo)
+/// when the file cannot be read, Error(kInput) when it is damaged, cut short or too large,
+/// Error(kUnsupported) for pictures of other pixels.
+Image<std::uint16_t> load_depth(const std::filesystem::path& path);
+
+/// The same, and floats in metres: a TIFF of 32-bit floats or a PFM, of one channel.
+DepthPixels load_depth_pixels(const std::filesystem::path& path);
+
+/// Written at once or not at all, as PNG. Throws Error(kUnsupported) unless the name ends in .png.
+void save_depth(const std::filesystem::path& path, ImageView<const std::uint16_t> depth);
+
+}  // namespace procam::io

@@ -1,0 +1,47 @@
+#pragma once
+/// Pictures in files <-> 8-bit pixels in memory, channels in the order grey | R G B | R G B A.
+///
+/// Reads PNG, JPEG, BMP and TIFF by their contents, whatever the name says. A picture whose file is cut short
+/// or damaged is refused: a half-decoded frame would look like a dark one. (PNG is checked to the last bit;
+/// damage inside the coded data of a JPEG cannot be told from its picture.) Pixels are those of the sensor:
+/// an orientation note in the file is not applied.
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "procam/core/base/image.hpp"
+
+namespace procam::io {
+
+struct LoadedImage {
+  ImageU8 image;
+  Diagnostics diagnostics;  ///< "reduced_to_8_bit" when the file has 16 bits a channel
+};
+
+/// Largest picture read, in pixels: a header that claims more is taken for damage, not for a reason to
+/// allocate.
+constexpr long long kLargestImage = 1LL << 28;
+
+/// 16-bit pictures are reduced by v / 257, rounded. Throws Error(kIo) when the file cannot be read,
+/// Error(kInput) when it is damaged, cut short or too large, Error(kUnsupported) for another format or depth.
+LoadedImage load_image(const std::filesystem::path& path);
+
+/// Width and height as the file's header states them, without decoding; nullopt where it is no such image or
+/// cannot be read (load_image() says why).
+std::optional<ImageSize> image_size(const std::filesystem::path& path);
+
+/// Grey from R G B (A ignored): ITU-R BT.601 luma, 0.299 R + 0.587 G + 0.114 B, rounded. One channel is
+/// copied.
+ImageU8 to_gray(ViewU8 image);
+
+/// The picture as the bytes of a PNG file; the same pixels give the same bytes.
+std::string encode_png(ViewU8 image);
+
+/// Writes a PNG, at once or not at all. Throws Error(kUnsupported) unless the name ends in .png.
+void save_image(const std::filesystem::path& path, ViewU8 image);
+
+/// Writes R G B light as an OpenEXR picture of 32-bit floats, uncompressed, linear, at once or not at all.
+/// Throws Error(kUnsupported) unless the name ends in .exr.
+void save_light(const std::filesystem::path& path, ViewF light);
+
+}  // namespace procam::io

@@ -1,0 +1,49 @@
+#pragma once
+/// What a running show measures of itself: counts, and durations with their percentiles.
+#include <array>
+#include <cstdint>
+#include <string>
+
+namespace procam::show {
+
+/// Durations in bins that grow by a twentieth of an octave, from 1 us to 1000 s: percentiles are right to
+/// 1.8 %, whatever came, in 5 KB. Shorter ones count as 1 us, longer as 1000 s.
+class Durations {
+ public:
+  void add(double seconds);
+  std::uint64_t count() const { return count_; }
+  double mean() const { return count_ == 0 ? 0 : sum_ / double(count_); }
+  double largest() const { return largest_; }
+  double sum() const { return sum_; }
+  /// The duration that the share `q` (0..1) of all does not exceed; 0 without any.
+  double quantile(double q) const;
+
+ private:
+  static constexpr int kAnOctave = 20, kBins = 30 * kAnOctave;
+  std::array<std::uint64_t, kBins> bins_ = {};
+  std::uint64_t count_ = 0;
+  double sum_ = 0, largest_ = 0;
+};
+
+struct Metrics {
+  std::uint64_t frames = 0;   ///< shown
+  std::uint64_t dropped = 0;  ///< whose time passed while another was drawn
+  std::uint64_t blanked = 0;  ///< shown black because the pose was stale
+  std::uint64_t reloads = 0;  ///< of the surfaces file that succeeded
+  std::uint64_t failed_reloads = 0;
+  std::uint64_t poses = 0;      ///< arrived, good ones
+  std::uint64_t malformed = 0;  ///< messages that were none
+  Durations draw;               ///< from the last look at the sources to the frame ready
+  Durations render;             ///< of that, the renderer
+  Durations jitter;             ///< between two frames' begins, from what it should be
+  Durations pose_age;  ///< of frames that are not black: from the moment that the newest pose speaks of to
+                       ///< the light of the frame
+  Durations
+      pose_to_frame;  ///< from a pose's arrival to the first frame with it ready, less that frame's render
+};
+
+/// The text form that Prometheus and its kind read (exposition format 0.0.4): counters, and summaries with
+/// quantiles 0.5, 0.9, 0.99.
+std::string to_prometheus(const Metrics& metrics);
+
+}  // namespace procam::show

@@ -1,0 +1,117 @@
+#pragma once
+/// From poses, surfaces and contents to a frame, for one moment of light.
+///
+///   Projection projection(rig, options);
+///   projection.set_show(show);
+///   projection.add(message);                                  // as poses come
+///   projection.draw(now + delay, now - begin, frame);         // as frames are due
+///
+/// The poses tell where the robot stands: world_from_child, the surfaces' "world" being the poses' frame.
+/// With the rig's place on it,
+///
+///   projector_from_world = (world_from_child(light) * child_from_rig * rig_from_projector)^-1,
+///
+/// predicted to the moment at which the frame's light leaves the projector (track/pose_track.hpp).
+///
+/// The frame depends on what went in and the two times alone: the same calls in the same order give the same
+/// frames, bit for bit. No clock is read here, nothing waits, and nothing is allocated for a frame in which
+/// nothing but the pose changes (docs/render.md tells what a renderer keeps).
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "procam/core/rig/rig.hpp"
+#include "procam/core/surface/scene.hpp"
+#include "procam/core/surface/surface.hpp"
+#include "procam/device/content_source.hpp"
+#include "procam/render/cpu.hpp"
+#include "procam/track/pose_track.hpp"
+
+namespace procam::show {
+
+/// What is shown: surfaces, and the content of each.
+struct Show {
+  SurfaceSet surfaces;
+  /// One a surface; null: it stays dark.
+  std::vector<std::shared_ptr<device::ContentSource>> contents;
+};
+
+/// What the surfaces carry.
+enum class Picture {
+  kContent,
+  kGrid,  ///< a grid with the surface's outline, for aligning
+  kMask   ///< white: where light goes at all
+};
+
+/// Draws a scene into the projector's frame, as render::CpuRenderer does.
+using DrawScene = std::function<render::RenderWork(const Scene&, const Projector&, ImageView<std::uint8_t>)>;
+
+class Projection;
+/// What is drawn over every frame that has light in it, last, for the light of a time: an eye-safe mask.
+using DrawOver = std::function<void(const Projection&, double light_time, ImageView<std::uint8_t>)>;
+
+struct ProjectionOptions {
+  std::string projector;  ///< its name in the rig; may be empty when the rig has one
+  /// A projector that stands still: no poses are awaited. Without it, surfaces in the world stay dark until a
+  /// pose has come.
+  std::optional<Pose> projector_from_world;
+  Pose child_from_rig;  ///< the rig's place on what the poses tell of
+  track::TrackOptions track;
+  /// When no news has come for track.stale_after: black (true), or drawn from where the robot was then.
+  bool blank_on_stale = false;
+  DrawScene draw;  ///< empty: a CpuRenderer of its own
+  DrawOver over;   ///< may be empty
+};
+
+struct DrawnFrame {
+  track::TrackedPose pose;  ///< world_from_child at the light; kNone for a projector that stands still
+  bool blanked = false;     ///< black because the pose is stale or has never come
+  double render_s = 0;      ///< spent in the renderer
+  /// Root mean square distance of the light from its place that the pose's covariance foretells, metres: the
+  /// largest over the centres of the plane surfaces in the world. To first order, for a point p on a plane
+  /// with normal n lit along d, all in the world, and the pose's left increment [w, v]:
+  ///   shift = (I - d n^T / (n . d)) (w x p + v).
+  double pose_error = 0;
+};
+
+class Projection {
+ public:
+  /// Throws Error(kInput) for a projector that the rig does not have.
+  Projection(const Rig& rig, ProjectionOptions options);
+  ~Projection();
+  Projection(Projection&&) noexcept;
+  Projection& operator=(Projection&&) noexcept;
+
+  ImageSize frame_size() const;
+  const Projector& projector() const;
+
+  /// Throws Error when the surfaces cannot be solved (surface/solve.hpp), and std::invalid_argument unless
+  /// there is a content or null for each; the show from before goes on then.
+  void set_show(Show show);
+  const Show& show() const;
+  /// As they were last drawn.
+  const SolvedSurfaceSet& solved() const;
+
+  void add(const track::StampedPose& message);
+  const track::PoseTrack& track() const;
+  /// Where the projector stands at a time; nullopt before the first pose.
+  std::optional<Pose> projector_from_world(double time) const;
+
+  /// Draws over a frame again, for the light of another time (ProjectionOptions::over): of a picture that is
+  /// held, a mask goes on. false: there is nothing to draw over it.
+  bool draw_over(double light_time, ImageView<std::uint8_t> frame) const;
+
+  void set_picture(Picture picture);
+  Picture picture() const;
+
+  /// Draws into a frame of frame_size() with 3 channels.
+  DrawnFrame draw(double light_time, double content_time, ImageView<std::uint8_t> frame);
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace procam::show

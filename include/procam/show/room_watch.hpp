@@ -1,0 +1,127 @@
+#pragma once
+/// A depth camera on the rig, as the source of the surfaces: what it sees becomes named planes that keep
+/// their names and places while the robot drives and people pass (depth/plane_map.hpp).
+///
+///   RoomWatch watch([&] { return device::open_depth("watch:depth", {io::load_depth_pixels}); }, options);
+///   watch.add(message);                       // as poses come
+///   if (auto news = watch.take()) ...         // surfaces to show from now on, sentences for people
+///
+/// A picture that arrived at t shows the room of t - delay (of one that its sensor stamped, t is freed of the
+/// jitter on its way: track/clock.hpp), seen from
+///   world_from_camera = world_from_child(t - delay) * child_from_rig * rig_from_camera.
+///
+/// All work is done on a thread of its own, at the camera's pace; where that is faster, pictures are passed
+/// over. A camera that is gone is opened again every second.
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "procam/core/rig/rig.hpp"
+#include "procam/depth/plane_map.hpp"
+#include "procam/device/depth_source.hpp"
+#include "procam/show/projection.hpp"
+#include "procam/track/pose_track.hpp"
+#include "procam/track/silhouette.hpp"
+
+namespace procam::show {
+
+struct RoomOptions {
+  RigCamera camera;                ///< the depth camera
+  double metres_per_unit = 0.001;  ///< where the sensor does not state it
+  double delay = 0;                ///< from a picture's exposure to its arrival, seconds
+  /// A rig that stands still: no poses are awaited.
+  std::optional<Pose> world_from_rig;
+  Pose child_from_rig;        ///< the rig's place on what the poses tell of
+  track::TrackOptions track;  ///< as of the projection
+  depth::PlaneOptions planes;
+  depth::PlaneMapOptions map;
+  /// A corner of some content moved by more than this, metres: told. Less changes no pixel, and every change
+  /// is work for the loop.
+  double news_from = 2e-4;
+  /// Whatever comes before the room is told (RoomView::silhouettes()), to be kept out of the light.
+  std::optional<track::SilhouetteOptions> silhouettes;
+};
+
+/// What came before the room at a time, as the depth camera then stood.
+struct RoomSilhouettes {
+  track::Silhouettes in_camera;
+  Pose world_from_camera;
+  double time = 0;  ///< of the exposure, local clock
+};
+
+/// Blackens whatever came before the room, for the light of a time: through the room, so that it holds while
+/// the robot turns. All of the frame for silhouettes that are null or old, and while where the rig stands is
+/// not known (track/silhouette.hpp).
+track::Darkened darken_before_room(ImageView<std::uint8_t> frame, const Projection& projection,
+                                   double light_time, const RoomSilhouettes* seen,
+                                   const track::SilhouetteOptions& options = {});
+
+/// The part without clock and thread: the same calls in the same order give the same surfaces.
+class RoomView {
+ public:
+  /// Throws std::invalid_argument for a camera without pixels or options out of range.
+  explicit RoomView(const RoomOptions& options);
+
+  void add(const track::StampedPose& message);
+  /// The surfaces of the world, when they are not as they were told last; nullopt also where no fresh pose is
+  /// known for the picture, which is passed over then. Throws Error(kInput) for a picture of another size
+  /// than the camera's.
+  std::optional<SurfaceSet> look(const device::SeenDepth& seen);
+
+  /// Of the last picture that the map took; null unless asked for, and before there is one.
+  const std::shared_ptr<const RoomSilhouettes>& silhouettes() const { return silhouettes_; }
+
+  const depth::PlaneMap& map() const { return map_; }
+  int looked() const { return looked_; }      ///< pictures that the map took
+  int homeless() const { return homeless_; }  ///< passed over for want of a pose
+
+ private:
+  double time_of(const device::SeenDepth& seen);
+  std::shared_ptr<const RoomSilhouettes> find(const depth::DepthImage& image, const Pose& world_from_camera,
+                                              double time) const;
+
+  RoomOptions options_;
+  depth::RayTable rays_;
+  depth::PlaneMap map_;
+  track::PoseTrack track_;
+  track::Clock clock_;  ///< of a sensor that stamps its pictures
+  double last_time_ = 0;
+  int looked_ = 0, homeless_ = 0;
+  SurfaceSet told_;
+  std::shared_ptr<const RoomSilhouettes> silhouettes_;
+};
+
+struct RoomWatchOptions {
+  RoomOptions room;
+  double lost_after = 0.5;     ///< seconds without a picture that could be placed
+  bool blank_on_loss = false;  ///< no surfaces then; else they stay where they are
+};
+
+struct RoomNews {
+  std::optional<SurfaceSet> surfaces;  ///< frame "world", without contents
+  std::vector<std::string> words;      ///< what people should know
+};
+
+class RoomWatch {
+ public:
+  using Open = std::function<std::unique_ptr<device::DepthSource>()>;
+  /// Opens the camera at once and throws what that throws; later faults are told and survived.
+  RoomWatch(Open open, const RoomWatchOptions& options);
+  ~RoomWatch();
+  RoomWatch(const RoomWatch&) = delete;
+  RoomWatch& operator=(const RoomWatch&) = delete;
+
+  void add(const track::StampedPose& message);
+  /// What is new, if anything; never waits.
+  std::optional<RoomNews> take();
+  /// darken_before_room() by the newest depth.
+  track::Darkened darken(ImageView<std::uint8_t> frame, const Projection& projection,
+                         double light_time) const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace procam::show

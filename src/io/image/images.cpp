@@ -1,0 +1,194 @@
+#include "procam/io/image/images.hpp"
+
+#include <algorithm>
+#include <fstream>
+#include <mutex>
+#include <opencv2/core.hpp>
+#include <opencv2/core/utils/logger.hpp>
+#include <opencv2/imgcodecs.hpp>
+
+#include "image/exr.hpp"
+#include "image/image_check.hpp"
+#include "image/image_decode.hpp"
+#include "procam/io/files.hpp"
+
+namespace procam::io {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// OpenCV's codecs log to stderr; a library does not. The last of those that exist at a time restores the
+/// level: images are read by several threads.
+class QuietOpencv {
+ public:
+  QuietOpencv() {
+    const std::lock_guard<std::mutex> lock(mutex());
+    if (count()++ == 0) before() = cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
+  }
+  QuietOpencv(const QuietOpencv&) = delete;
+  QuietOpencv& operator=(const QuietOpencv&) = delete;
+  ~QuietOpencv() {
+    const std::lock_guard<std::mutex> lock(mutex());
+    if (--count() == 0) cv::utils::logging::setLogLevel(before());
+  }
+
+ private:
+  static std::mutex& mutex() {
+    static std::mutex one;
+    return one;
+  }
+  static int& count() {
+    static int existing = 0;
+    return existing;
+  }
+  static cv::utils::logging::LogLevel& before() {
+    static cv::utils::logging::LogLevel level{};
+    return level;
+  }
+};
+
+/// Blue and red change places; three channels or four. Own inverse.
+void swap_blue_and_red(std::uint8_t* row, int width, int channels) {
+  for (int x = 0; x < width; ++x)
+    std::swap(row[std::ptrdiff_t(x) * channels], row[std::ptrdiff_t(x) * channels + 2]);
+}
+
+}  // namespace
+
+cv::Mat decode_image(const std::string& bytes, const std::string& file) {
+  const char* const next = "capture or copy the picture again";
+  const ImageCheck check = check_image(bytes);
+  if (check.format == ImageFormat::kUnknown)
+    throw Error(ErrorKind::kUnsupported, file, "it is not a PNG, JPEG, BMP or TIFF picture",
+                "convert it to PNG");
+  if (!check.damage.empty()) throw Error(ErrorKind::kInput, file, check.damage, next);
+  if (check.width < 1 || check.height < 1 || check.width > kLargestImage / check.height)
+    throw Error(
+        ErrorKind::kInput, file,
+        "its header claims " + std::to_string(check.width) + " x " + std::to_string(check.height) + " pixels",
+        "give a picture of at most " + std::to_string(kLargestImage) + " pixels");
+  try {
+    const QuietOpencv quiet;
+    const cv::Mat encoded(1, int(bytes.size()), CV_8U, const_cast<char*>(bytes.data()));
+    cv::Mat decoded = cv::imdecode(encoded, cv::IMREAD_UNCHANGED);
+    if (!decoded.empty()) return decoded;
+  } catch (const cv::Exception& exception) {
+    throw Error(ErrorKind::kInput, file, "the picture cannot be decoded (" + exception.err + ")", next);
+  }
+  throw Error(ErrorKind::kInput, file, "the picture cannot be decoded: the file is damaged", next);
+}
+
+std::optional<ImageSize> image_size(const fs::path& path) {
+  try {
+    // A PNG's size is in its first 24 bytes, a JPEG's behind its thumbnail and notes, a TIFF's anywhere.
+    std::string head(std::size_t(64) << 10, '\0');
+    std::ifstream file(path, std::ios::binary);
+    file.read(head.data(), 32);
+    head.resize(std::size_t(file.gcount()));
+    ImageCheck check = check_image(head);
+    if (check.format == ImageFormat::kPng && head.size() >= 24) {
+      const auto side = [&](std::size_t at) {
+        long long value = 0;
+        for (std::size_t i = at; i < at + 4; ++i) value = value << 8 | static_cast<unsigned char>(head[i]);
+        return value;
+      };
+      check.width = side(16);
+      check.height = side(20);
+    } else if (check.format == ImageFormat::kJpeg || check.format == ImageFormat::kTiff) {
+      const std::size_t begin = head.size();
+      head.resize(std::size_t(64) << 10);
+      file.read(&head[begin], std::streamsize(head.size() - begin));
+      head.resize(begin + std::size_t(file.gcount()));
+      check = check_image(head);
+      if (check.width < 1 || check.height < 1) check = check_image(read_file(path));
+    }
+    if (check.width < 1 || check.height < 1 || check.width > kLargestImage / check.height)
+      return std::nullopt;
+    return ImageSize{int(check.width), int(check.height)};
+  } catch (const Error&) {
+    return std::nullopt;
+  }
+}
+
+LoadedImage load_image(const fs::path& path) {
+  const cv::Mat decoded = decode_image(read_file(path), path.string());
+  const int channels = decoded.channels(), depth = decoded.depth();
+  if ((depth != CV_8U && depth != CV_16U) || (channels != 1 && channels != 3 && channels != 4))
+    throw Error(
+        ErrorKind::kUnsupported, path.string(),
+        "its pixels are " + cv::typeToString(decoded.type()) + ", not 8 or 16 bits in 1, 3 or 4 channels",
+        "convert it to an 8-bit PNG");
+  LoadedImage out;
+  out.image = ImageU8(decoded.cols, decoded.rows, channels);
+  for (int y = 0; y < decoded.rows; ++y) {
+    std::uint8_t* const row = out.image.row(y);
+    const std::ptrdiff_t count = std::ptrdiff_t(decoded.cols) * channels;
+    if (depth == CV_8U) {
+      std::copy_n(decoded.ptr<std::uint8_t>(y), count, row);
+    } else {
+      const auto* wide = decoded.ptr<std::uint16_t>(y);
+      for (std::ptrdiff_t i = 0; i < count; ++i) row[i] = std::uint8_t((wide[i] + 128) / 257);
+    }
+    if (channels >= 3) swap_blue_and_red(row, decoded.cols, channels);
+  }
+  if (depth == CV_16U)
+    out.diagnostics.note("reduced_to_8_bit", path.string() +
+                                                 ": 16 bits a channel were reduced to 8; pictures of a "
+                                                 "10- or 12-bit camera should fill the 16 bits");
+  return out;
+}
+
+ImageU8 to_gray(ViewU8 image) {
+  require(image.channels == 1 || image.channels == 3 || image.channels == 4,
+          "to_gray: the image has " + std::to_string(image.channels) + " channels, not 1, 3 or 4");
+  ImageU8 gray(image.width, image.height);
+  for (int y = 0; y < image.height; ++y) {
+    const std::uint8_t* in = image.row(y);
+    std::uint8_t* out = gray.row(y);
+    if (image.channels == 1) {
+      std::copy_n(in, image.width, out);
+      continue;
+    }
+    // The weights in 16 bits; they add up to 65536, so white stays white.
+    for (int x = 0; x < image.width; ++x, in += image.channels)
+      out[x] = std::uint8_t((19595u * in[0] + 38470u * in[1] + 7471u * in[2] + 32768u) >> 16);
+  }
+  return gray;
+}
+
+std::string encode_png(ViewU8 image) {
+  require(!image.empty() && (image.channels == 1 || image.channels == 3 || image.channels == 4),
+          "encode_png: the image is empty or has not 1, 3 or 4 channels");
+  cv::Mat mat(image.height, image.width, CV_8UC(image.channels));
+  for (int y = 0; y < image.height; ++y) {
+    std::copy_n(image.row(y), std::ptrdiff_t(image.width) * image.channels, mat.ptr<std::uint8_t>(y));
+    if (image.channels >= 3) swap_blue_and_red(mat.ptr<std::uint8_t>(y), image.width, image.channels);
+  }
+  std::vector<std::uint8_t> bytes;
+  // Stated, so that another version's default does not change files: the level is a middle way between time
+  // and size.
+  if (!cv::imencode(
+          ".png", mat, bytes,
+          {cv::IMWRITE_PNG_COMPRESSION, 3, cv::IMWRITE_PNG_STRATEGY, cv::IMWRITE_PNG_STRATEGY_DEFAULT}))
+    throw Error(ErrorKind::kIo, "PNG picture", "the encoder refused it",
+                "report this with the picture's size");
+  return std::string(bytes.begin(), bytes.end());
+}
+
+void save_image(const fs::path& path, ViewU8 image) {
+  std::string extension = path.extension().string();
+  if (extension != ".png" && extension != ".PNG")
+    throw Error(ErrorKind::kUnsupported, path.string(), "pictures are written as PNG",
+                "give it a name that ends in .png");
+  write_file_atomically(path, encode_png(image));
+}
+
+void save_light(const fs::path& path, ViewF light) {
+  const std::string extension = path.extension().string();
+  if (extension != ".exr" && extension != ".EXR")
+    throw Error(ErrorKind::kUnsupported, path.string(), "light is written as OpenEXR",
+                "give it a name that ends in .exr");
+  write_file_atomically(path, encode_exr(light));
+}
+
+}  // namespace procam::io

@@ -1,0 +1,508 @@
+#include "procam/session/patterns.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <regex>
+
+#include "procam/detect/board_artwork.hpp"
+#include "procam/detect/detect_board.hpp"
+#include "procam/detect/projected_board.hpp"
+#include "procam/detect/shown_board.hpp"
+#include "procam/io/board_file.hpp"
+#include "procam/io/session/pattern_file.hpp"
+#include "procam/io/text.hpp"
+#include "procam/pattern/board_light.hpp"
+#include "procam/pattern/frame_sequence.hpp"
+#include "procam/pattern/gray_code.hpp"
+#include "procam/pattern/phase_shift.hpp"
+#include "procam/pattern/projected_board.hpp"
+#include "procam/pattern/sequence_check.hpp"
+#include "procam/pattern/stripe_edges.hpp"
+
+namespace procam::session {
+namespace {
+
+const char* const kPatternFile = "pattern.json";
+
+[[noreturn]] void refuse(const std::string& text, const std::string& why, const std::string& next) {
+  throw Error(ErrorKind::kInput, "pattern '" + text + "'", why, next);
+}
+
+/// The reader of a map must have the projector's true size, or every coordinate is wrong by a scale.
+void require_size_fits(const DecodedMap& decoded) {
+  if (const Diagnostic* wrong_size = decoded.diagnostics.find("projector_size"))
+    throw Error(ErrorKind::kInput, "projector size " + io::format_size(decoded.projector_size),
+                wrong_size->message, "give the size of the picture that was shown");
+}
+
+/// What Gray code's frames show without the projector's light, stretched to all grey levels: of a bit's frame
+/// and its inverse one at least leaves a pixel unlit. The darker of the two, over all bits.
+ImageU8 in_room_light(const std::vector<ViewU8>& captures) {
+  const ViewU8& first = captures.front();
+  std::vector<int> sums(std::size_t(first.width) * std::size_t(first.height));
+  for (std::size_t i = 0; i + 3 < captures.size(); i += 2)
+    for (int y = 0; y < first.height; ++y) {
+      const std::uint8_t *frame = captures[i].row(y), *inverse = captures[i + 1].row(y);
+      int* sum = &sums[std::size_t(y) * std::size_t(first.width)];
+      for (int x = 0; x < first.width; ++x) sum[x] += std::min(frame[x], inverse[x]);
+    }
+  std::vector<int> sorted = sums;
+  const auto bright = sorted.begin() + long(0.999 * double(sorted.size() - 1));
+  std::nth_element(sorted.begin(), bright, sorted.end());
+  ImageU8 image(first.width, first.height);
+  for (int y = 0; y < first.height; ++y)
+    for (int x = 0; x < first.width; ++x)
+      image.at(x, y) =
+          std::uint8_t(std::min(255, 255 * sums[std::size_t(y) * std::size_t(first.width) + std::size_t(x)] /
+                                         std::max(*bright, 1)));
+  return image;
+}
+
+/// The check of the sequence names the cause of what decode() remarks on: the whole image's contrast, where
+/// the wall counts as much as the board, and pairs that do not complement each other.
+bool is_replaced_by(const pattern::SequenceCheck& sequence, const std::string& code) {
+  if (code == "low_contrast" || code == "saturated") return sequence.has_lit_board;
+  return code == "pair_not_complementary" && !sequence.diagnostics.items.empty();
+}
+
+/// The cause that the sequence shows, and that the view keeps its camera corners without the projector's.
+void add_remarks(const pattern::SequenceCheck& sequence, Detections& in_camera) {
+  in_camera.diagnostics.append(sequence.diagnostics);
+  if (sequence.decoding_is_wrong && !in_camera.observations.empty())
+    in_camera.diagnostics.note(
+        "projector_rejected",
+        "its frames do not belong together, so that only the camera's corners are used");
+}
+
+Points2 pixels_of(const Detections& detections) {
+  Points2 pixels;
+  for (const Observation& corner : detections.observations) pixels.push_back(corner.pixel);
+  return pixels;
+}
+
+/// More light does not help where the stripes are out of focus.
+void name_blur(const Diagnostics& decoded, Diagnostic& remark) {
+  const Diagnostic* blurred = decoded.find("stripes_blurred");
+  if (blurred == nullptr || blurred->severity == Severity::kNote) return;
+  if (remark.code == "board_not_lit")
+    remark.message = "too few stripes are read on the board: " + blurred->message;
+  else if (remark.code == "corners_not_lit")
+    remark.message += "; " + blurred->message;
+}
+
+/// How captures of Gray code are read that were not shown by procam.
+struct GrayReading {
+  /// Pattern and inverse are two measurements: else nothing of the sequence can be checked by their sum.
+  bool has_inverses = true;
+  std::array<int, 2> offset = {0, 0};  ///< of the codes, projector pixels
+  ImageSize projector_size;
+};
+
+/// Where white is no brighter than black the sequence may tell why.
+DecodedMap decode(const std::vector<ViewU8>& captures, const pattern::GrayCode& gray_code,
+                  const pattern::DecodeOptions& options, const GrayReading& how) {
+  try {
+    return pattern::decode(captures, gray_code, options);
+  } catch (const Error& error) {
+    if (!how.has_inverses || int(captures.size()) != pattern::frame_count(gray_code)) throw;
+    const pattern::SequenceCheck sequence = pattern::check_sequence(captures, gray_code, {});
+    if (sequence.diagnostics.items.empty()) throw;
+    throw Error(error.kind(), "Gray-code captures", sequence.diagnostics.items.front().message,
+                "capture this view again");
+  }
+}
+
+session::BoardView read_gray(const std::string& view_name, const std::vector<ViewU8>& captures,
+                             const pattern::GrayCode& gray_code, const Board& board, const GrayReading& how) {
+  pattern::StripeEdgeOptions options;
+  if (!how.has_inverses) {
+    // P - (white + black - P) has three times the variance of P - inverse.
+    options.decode.bit_sigmas *= std::sqrt(3.0);
+    options.min_step_sigmas *= std::sqrt(3.0);
+  }
+  DecodedMap decoded = decode(captures, gray_code, options.decode, how);
+  require_size_fits(decoded);
+  const ViewU8& white = captures[captures.size() - 2];
+  Detections in_camera = detect::detect_board(white, board), in_projector;
+  in_projector.image_size = how.projector_size;
+  if (in_camera.observations.empty()) {
+    // Light that ends on the board is an edge through its print, many times as bright on one side.
+    Detections unlit = detect::detect_board(in_room_light(captures), board);
+    if (!unlit.observations.empty()) {
+      in_camera = std::move(unlit);
+      in_camera.diagnostics.note("board_in_room_light",
+                                 "the board was found by the room's light alone: the projector's lights "
+                                 "a part of it");
+    }
+  }
+  pattern::SequenceCheck sequence;
+  if (how.has_inverses) sequence = pattern::check_sequence(captures, gray_code, pixels_of(in_camera));
+  if (!in_camera.observations.empty() && !sequence.decoding_is_wrong) {
+    const BoardArtwork artwork = detect::board_artwork(board);
+    const ImageU8 area = pattern::readable_area(in_camera, board, artwork);
+    options.area = area;
+    std::vector<StripeEdge> edges = pattern::stripe_edges(captures, decoded, gray_code, options);
+    for (StripeEdge& edge : edges)
+      edge.projector_coordinate -= how.offset[edge.axis == StripeAxis::kColumn ? 0 : 1];
+    decoded.projector_size = how.projector_size;
+    in_projector = pattern::project_board(in_camera, board, artwork, decoded, edges);
+    for (Diagnostic& remark : in_projector.diagnostics.items) name_blur(decoded.diagnostics, remark);
+  }
+  for (const Diagnostic& remark : decoded.diagnostics.items)
+    if (!is_replaced_by(sequence, remark.code)) in_camera.diagnostics.items.push_back(remark);
+  add_remarks(sequence, in_camera);
+  return {view_name, {in_camera, in_projector}};
+}
+
+class GrayPattern : public SessionPattern {
+ public:
+  explicit GrayPattern(const pattern::GrayCode& gray_code) : gray_code_(gray_code) {}
+
+  std::string text() const override { return "gray"; }
+  std::string describe() const override { return pattern::describe(gray_code_); }
+  std::vector<ImageU8> frames() const override { return pattern::frames(gray_code_); }
+  int frame_count() const override { return pattern::frame_count(gray_code_); }
+
+  session::BoardView read(const std::string& view_name, const std::vector<ViewU8>& captures,
+                          const Board& board) const override {
+    return read_gray(view_name, captures, gray_code_, board, {true, {0, 0}, gray_code_.projector_size});
+  }
+
+ private:
+  pattern::GrayCode gray_code_;
+};
+
+std::unique_ptr<SessionPattern> make_gray(const std::string& parameters, ImageSize projector_size, int step) {
+  if (!parameters.empty())
+    refuse("gray:" + parameters, "Gray code takes no parameters", "give --pattern gray, and --step");
+  return std::make_unique<GrayPattern>(pattern::GrayCode{projector_size, step});
+}
+
+/// Flat light by the last two pairs of frames alone, before which a board may have moved.
+ImageU8 last_light(const std::vector<ViewU8>& captures, const pattern::ComplementaryFrames& frames) {
+  ImageU8 mean(captures.front().size());
+  const auto &a = frames.pairs[frames.pairs.size() - 2], &b = frames.pairs.back();
+  for (int y = 0; y < mean.height(); ++y)
+    for (int x = 0; x < mean.width(); ++x) {
+      int sum = 2;
+      for (const int frame : {a[0], a[1], b[0], b[1]}) sum += captures[std::size_t(frame)].at(x, y);
+      mean.at(x, y) = std::uint8_t(sum / 4);
+    }
+  return mean;
+}
+
+session::BoardView read_light_map(const std::string& view_name, const std::vector<ViewU8>& captures,
+                                  const pattern::ComplementaryFrames& frames, const LightMap& light,
+                                  const ViewU8& flat_lit, const Board& board) {
+  Detections in_camera = detect::detect_board(flat_lit, board), in_projector;
+  in_projector.image_size = light.projector_size;
+  const pattern::SequenceCheck sequence = pattern::check_sequence(captures, frames, pixels_of(in_camera));
+  if (sequence.decoding_is_wrong) in_camera = detect::detect_board(last_light(captures, frames), board);
+  if (!in_camera.observations.empty() && !sequence.decoding_is_wrong)
+    in_projector = pattern::project_board(in_camera, board, detect::board_artwork(board), light);
+  for (const Diagnostic& remark : light.diagnostics.items)
+    if (remark.code != "pair_not_complementary" || sequence.diagnostics.items.empty())
+      in_camera.diagnostics.items.push_back(remark);
+  add_remarks(sequence, in_camera);
+  return {view_name, {in_camera, in_projector}};
+}
+
+/// Phase shift, its waves numbered by coarser waves or by Gray code.
+class PhasePattern : public SessionPattern {
+ public:
+  explicit PhasePattern(const pattern::PhaseShift& shown)
+      : shown_(shown), complementary_(pattern::complementary_frames(pattern::frames(shown))) {}
+
+  std::string text() const override {
+    const bool gray = shown_.wave_number == pattern::WaveNumber::kGrayCode;
+    return (gray ? "gray+phase:" : "phase:") + std::to_string(shown_.period) + "px";
+  }
+  std::string describe() const override { return pattern::describe(shown_); }
+  std::vector<ImageU8> frames() const override { return pattern::frames(shown_); }
+  int frame_count() const override { return pattern::frame_count(shown_); }
+
+  session::BoardView read(const std::string& view_name, const std::vector<ViewU8>& captures,
+                          const Board& board) const override {
+    return read_light_map(view_name, captures, complementary_, pattern::decode(captures, shown_),
+                          pattern::flat_light(captures, shown_), board);
+  }
+
+ private:
+  pattern::PhaseShift shown_;
+  pattern::ComplementaryFrames complementary_;
+};
+
+/// Another program's frames, by their description.
+class DescribedPattern : public SessionPattern {
+ public:
+  DescribedPattern(const FrameSequence& sequence, ImageSize projector_size)
+      : sequence_(sequence), projector_size_(projector_size) {
+    pattern::require_decodable(sequence, projector_size);
+  }
+
+  std::string text() const override { return kPatternFile; }
+  std::string describe() const override { return pattern::describe(sequence_, projector_size_); }
+  std::vector<ImageU8> frames() const override { return pattern::frames(sequence_, projector_size_); }
+  int frame_count() const override { return int(sequence_.frames.size()); }
+  void save_files(const std::filesystem::path& session_folder) const override {
+    io::save_pattern(session_folder / kPatternFile, sequence_);
+  }
+
+  session::BoardView read(const std::string& view_name, const std::vector<ViewU8>& captures,
+                          const Board& board) const override {
+    if (!pattern::is_gray_code(sequence_))
+      return read_light_map(view_name, captures, pattern::complementary_frames(frames()),
+                            pattern::decode(captures, sequence_, projector_size_),
+                            pattern::flat_light(captures, sequence_, projector_size_), board);
+    const pattern::GrayCaptures ordered = pattern::gray_captures(captures, sequence_, projector_size_);
+    session::BoardView view =
+        read_gray(view_name, ordered.captures, ordered.gray_code, board,
+                  {ordered.has_all_inverses,
+                   {sequence_.offset[0] * sequence_.step, sequence_.offset[1] * sequence_.step},
+                   projector_size_});
+    for (Detections& detections : view.detections)
+      for (Diagnostic& remark : detections.diagnostics.items)
+        remark.message = with_original_numbers(remark.message, ordered.original);
+    return view;
+  }
+
+ private:
+  /// "frame 20 (row bit 9)": the number in procam's order becomes that of the capture.
+  static std::string with_original_numbers(const std::string& text, const std::vector<int>& original) {
+    static const std::regex number("frame ([0-9]+) \\(");
+    std::string renumbered;
+    auto rest = text.cbegin();
+    for (std::sregex_iterator match(text.begin(), text.end(), number), end; match != end; ++match) {
+      const std::size_t shown = std::size_t(std::stoul((*match)[1]));
+      renumbered.append(rest, text.cbegin() + match->position());
+      renumbered += "frame ";
+      if (shown < original.size() && original[shown] >= 0)
+        renumbered += std::to_string(original[shown]) + " ";
+      renumbered += "(";
+      rest = text.cbegin() + match->position() + match->length();
+    }
+    return renumbered.append(rest, text.cend());
+  }
+
+  FrameSequence sequence_;
+  ImageSize projector_size_;
+};
+
+std::unique_ptr<SessionPattern> make_waves(const std::string& name, const std::string& parameters,
+                                           ImageSize projector_size, pattern::WaveNumber wave_number) {
+  pattern::PhaseShift shown{projector_size};
+  shown.wave_number = wave_number;
+  int used = 0;
+  const bool read =
+      parameters.empty() || (std::sscanf(parameters.c_str(), "%dpx%n", &shown.period, &used) == 1 &&
+                             std::size_t(used) == parameters.size());
+  if (!read || shown.period < 4 || shown.period % 2 != 0 ||
+      shown.period > std::min(projector_size.width, projector_size.height))
+    refuse(name + ":" + parameters, "its wave is no even number of pixels, 4px up to the picture's height",
+           "give e.g. " + name + ":16px, or " + name + " alone");
+  return std::make_unique<PhasePattern>(shown);
+}
+
+std::unique_ptr<SessionPattern> make_phase(const std::string& parameters, ImageSize projector_size, int) {
+  return make_waves("phase", parameters, projector_size, pattern::WaveNumber::kCoarserWaves);
+}
+
+std::unique_ptr<SessionPattern> make_gray_phase(const std::string& parameters, ImageSize projector_size,
+                                                int) {
+  return make_waves("gray+phase", parameters, projector_size, pattern::WaveNumber::kGrayCode);
+}
+
+/// A board's counts and lengths as they are typed after the pattern's name.
+std::string layout_text(const Board& layout) {
+  const std::string text = io::format_board(layout, io::BoardUnit::kPixel);
+  return text.substr(text.find(':') + 1);
+}
+
+/// A board of light beside the print.
+class BoardOfLight : public SessionPattern {
+ public:
+  BoardOfLight(const char* name, const pattern::ProjectedBoard& shown) : name_(name), shown_(shown) {}
+
+  std::string text() const override {
+    return std::string(name_) + ":" + layout_text(shown_.layout) + (shown_.upright ? ":upright" : "") +
+           (shown_.colour ? ":colour" : "");
+  }
+  std::string describe() const override {
+    return std::to_string(frame_count()) + " frames for " + io::format_size(shown_.projector_size) +
+           (shown_.colour ? " (flat light in red, " : " (flat, ") + name_ + " of " +
+           layout_text(shown_.layout) + (shown_.colour ? " in blue)" : ")");
+  }
+  std::vector<ImageU8> frames() const override { return pattern::frames(shown_); }
+  int frame_count() const override { return pattern::frame_count(shown_); }
+  int channels() const override { return shown_.colour ? 3 : 1; }
+  std::optional<Eigen::AlignedBox2d> on_blank_paper() const override {
+    Eigen::AlignedBox2d area = pattern::area_needed(shown_);
+    if (!is_coded(shown_.layout)) return area;
+    // Any part will do: most of it makes a good view.
+    const Vec2 less = 0.5 * (1 - kShareOnPaper) * area.sizes();
+    return Eigen::AlignedBox2d(area.min() + less, area.max() - less);
+  }
+
+  session::BoardView read(const std::string& view_name, const std::vector<ViewU8>& captures,
+                          const Board& board) const override {
+    const ProjectedBoardPoints light = light_of(captures);
+    session::BoardView view{view_name, {detect::detect_board(light.flat_lit, board), {}}, light.points};
+    view.detections[kProjectorDevice].image_size = shown_.projector_size;
+    view.detections[kProjectorDevice].diagnostics = light.diagnostics;
+    if (shown_.colour) return view;
+    Detections& in_camera = view.detections[kCameraDevice];
+    const pattern::SequenceCheck sequence =
+        pattern::check_flat_and_board(captures[0], captures[1], pixels_of(in_camera));
+    add_remarks(sequence, in_camera);
+    if (sequence.decoding_is_wrong) view.light_points.clear();
+    return view;
+  }
+  std::optional<ProjectedBoardPoints> read_light(const std::vector<ViewU8>& captures) const override {
+    if (!shown_.colour) require_light_in_order(captures[0], captures[1]);
+    return light_of(captures);
+  }
+
+ private:
+  static constexpr double kShareOnPaper = 0.8;
+
+  static ImageU8 channel_of(const ViewU8& image, int channel) {
+    ImageU8 one(image.size());
+    for (int y = 0; y < image.height; ++y)
+      for (int x = 0; x < image.width; ++x) one.at(x, y) = image.at(x, y, channel);
+    return one;
+  }
+  /// Of the pair flat, board: the dark shapes take light away and nothing adds any.
+  static void require_light_in_order(const ViewU8& flat_lit, const ViewU8& board_lit) {
+    constexpr int kChange = 12;  // grey levels, well above a camera's noise
+    constexpr double kLeastShare = 1e-3;
+    int darker = 0, brighter = 0;
+    for (int y = 0; y < flat_lit.height; ++y)
+      for (int x = 0; x < flat_lit.width; ++x) {
+        const int change = int(flat_lit.at(x, y)) - int(board_lit.at(x, y));
+        darker += change > kChange;
+        brighter += -change > kChange;
+      }
+    const double pixels = double(flat_lit.width) * flat_lit.height;
+    if (std::max(darker, brighter) < kLeastShare * pixels)
+      throw Error(ErrorKind::kInput, "the captures",
+                  "both pictures show the same light: none of the pattern's",
+                  "check that the projector is on and shows it, that the camera sees it, and the exposure");
+    if (brighter > darker)
+      throw Error(
+          ErrorKind::kInput, "the captures",
+          "the second picture is brighter than the first, which shows flat light: they are swapped, or "
+          "the room's light has changed",
+          "keep the order of make-patterns' pictures (flat first), and the room's light as it is");
+  }
+  ProjectedBoardPoints light_of(const std::vector<ViewU8>& captures) const {
+    ProjectedBoardPoints light;
+    light.flat_lit = channel_of(captures[0], 0);
+    find_points(shown_.colour ? channel_of(captures[0], 2) : channel_of(captures[1], 0), light);
+    return light;
+  }
+  void find_points(const ViewU8& board_lit, ProjectedBoardPoints& light) const {
+    Detections found = detect::detect_projected_board(board_lit, light.flat_lit, shown_.layout);
+    if (shown_.upright) detect::number_upright(found, std::get<Chessboard>(shown_.layout));
+    for (Diagnostic remark : found.diagnostics.items) {
+      remark.message = std::string("the projected ") + name_ + ": " + remark.message;
+      light.diagnostics.items.push_back(remark);
+    }
+    const Points2 pixels = pattern::point_pixels(shown_);
+    for (const Observation& point : found.observations)
+      light.points.push_back(
+          {kProjectorDevice, pixels[std::size_t(point.point)], kCameraDevice, point.pixel, point.covariance});
+  }
+
+  const char* name_;
+  pattern::ProjectedBoard shown_;
+};
+
+/// "12x9:64px" as the board of that kind, projector pixels for metres; without parameters the one that fills
+/// the picture. A last part "colour" makes one colour frame of two; "upright" before it states that the frame
+/// appears upright in the images.
+std::unique_ptr<SessionPattern> make_light(const char* name, const std::string& kind,
+                                           const std::string& parameters, ImageSize projector_size,
+                                           const Board& filling) {
+  std::string typed = parameters;
+  const auto take_last = [&](const std::string& word) {
+    const bool has = typed == word || (typed.size() > word.size() &&
+                                       typed.substr(typed.size() - word.size() - 1) == ":" + word);
+    if (has) typed.resize(typed == word ? 0 : typed.size() - word.size() - 1);
+    return has;
+  };
+  const bool in_colour = take_last("colour"), upright = take_last("upright");
+  const std::string next =
+      std::string("give e.g. ") + name + ":" + layout_text(filling) + ", or " + name + " alone";
+  Board layout = filling;
+  try {
+    if (!typed.empty()) layout = io::parse_board(kind + ":" + typed, io::BoardUnit::kPixel);
+  } catch (const Error& error) {
+    refuse(name + (":" + parameters), error.why(), next);
+  }
+  try {
+    return std::make_unique<BoardOfLight>(
+        name,
+        pattern::projected_board(projector_size, layout, detect::board_artwork(layout), in_colour, upright));
+  } catch (const Error& error) {
+    refuse(name + (":" + parameters), error.why(), error.next());
+  }
+}
+
+std::unique_ptr<SessionPattern> make_chessboard(const std::string& parameters, ImageSize size, int) {
+  return make_light("chessboard", "chessboard", parameters, size, pattern::chessboard_filling(size));
+}
+std::unique_ptr<SessionPattern> make_charuco(const std::string& parameters, ImageSize size, int) {
+  return make_light("charuco", "charuco", parameters, size, pattern::charuco_filling(size));
+}
+std::unique_ptr<SessionPattern> make_markers(const std::string& parameters, ImageSize size, int) {
+  return make_light("markers", "markers", parameters, size, pattern::markers_filling(size));
+}
+std::unique_ptr<SessionPattern> make_circles(const std::string& parameters, ImageSize size, int) {
+  return make_light("circles", "asymmetric-circles", parameters, size, pattern::circles_filling(size));
+}
+
+}  // namespace
+
+const std::vector<PatternRow>& pattern_table() {
+  static const std::vector<PatternRow> table{
+      {"gray", "stripes in black and white, 42 frames for 1024x768; the most robust", make_gray},
+      {"phase", "cosine waves, 32 frames for 1024x768; needs a projector or camera without clipped greys",
+       make_phase},
+      {"gray+phase", "both, 46 frames for 1024x768; for cameras that cannot tell the waves' number otherwise",
+       make_gray_phase},
+      {"chessboard", "a chessboard of light beside the print, 2 frames, or 1 with chessboard:colour",
+       make_chessboard},
+      {"charuco", "the same with markers: a part of it on the paper is enough", make_charuco},
+      {"markers", "a grid of markers of light beside the print; a part is enough", make_markers},
+      {"circles", "staggered discs of light beside the print, all on the paper", make_circles},
+  };
+  return table;
+}
+
+std::unique_ptr<SessionPattern> make_pattern(const std::string& text, ImageSize projector_size, int step) {
+  if (const std::filesystem::path file(text); file.extension() == ".json") try {
+      return std::make_unique<DescribedPattern>(io::load_pattern(file), projector_size);
+    } catch (const Error& error) {
+      if (error.subject().find(file.string()) == 0) throw;
+      throw Error(error.kind(), file.string() + ", " + error.subject(), error.why(), error.next());
+    }
+  const std::size_t colon = text.find(':');
+  const std::string name = text.substr(0, colon);
+  for (const PatternRow& row : pattern_table())
+    if (name == row.name)
+      return row.make(colon == std::string::npos ? "" : text.substr(colon + 1), projector_size, step);
+  std::string known;
+  for (const PatternRow& row : pattern_table()) known += (known.empty() ? "" : ", ") + std::string(row.name);
+  refuse(text, "there is no such pattern", "use one of: " + known + ", or a pattern file (.json)");
+}
+
+std::string pattern_help() {
+  std::string help;
+  for (const PatternRow& row : pattern_table())
+    help += (help.empty() ? "" : " | ") + std::string(row.name) + " (" + row.about + ")";
+  return help + " | FILE.json (another program's frames, described: docs/patterns.md)";
+}
+
+}  // namespace procam::session

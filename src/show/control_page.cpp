@@ -1,0 +1,507 @@
+#include "procam/show/control_page.hpp"
+
+#include <atomic>
+#include <boost/asio.hpp>
+#include <boost/beast.hpp>
+#include <chrono>
+#include <deque>
+#include <mutex>
+#include <nlohmann/json.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+#include <random>
+#include <set>
+#include <thread>
+
+#include "control_page_html.hpp"
+
+namespace procam::show {
+namespace {
+
+namespace asio = boost::asio;
+namespace beast = boost::beast;
+namespace http = beast::http;
+namespace websocket = beast::websocket;
+using tcp = asio::ip::tcp;
+using nlohmann::json;
+
+constexpr std::size_t kMostHeader = 8192, kMostBody = 16384, kMostConnections = 32, kMostCommands = 1000;
+constexpr int kViewWidth = 960;
+constexpr auto kRequestPatience = std::chrono::seconds(10);
+constexpr auto kStatusPeriod = std::chrono::milliseconds(100);
+
+std::string random_token() {
+  std::random_device random;
+  std::string token;
+  for (int i = 0; i < 32; ++i) token += "0123456789abcdef"[random() % 16];
+  return token;
+}
+
+/// In a time that tells nothing of where they differ.
+bool same_secret(std::string_view a, std::string_view b) {
+  unsigned different = unsigned(a.size() != b.size());
+  for (std::size_t i = 0; i < a.size(); ++i) different |= unsigned(a[i] ^ (i < b.size() ? b[i] : 0));
+  return different == 0;
+}
+
+std::string token_of(std::string_view target, std::string_view authorization) {
+  constexpr std::string_view kBearer = "Bearer ";
+  if (authorization.substr(0, kBearer.size()) == kBearer)
+    return std::string(authorization.substr(kBearer.size()));
+  for (std::size_t at = target.find('?'); at != std::string_view::npos; at = target.find('&', at)) {
+    const std::string_view rest = target.substr(++at);
+    if (rest.substr(0, 6) == "token=") return std::string(rest.substr(6, rest.find('&') - 6));
+  }
+  return "";
+}
+
+/// Text of files and people: what is no UTF-8 is replaced, not thrown at.
+std::string to_text(const json& document) {
+  return document.dump(-1, ' ', false, json::error_handler_t::replace);
+}
+
+json finite(double value) {
+  return std::isfinite(value) ? json(value) : json(nullptr);
+}
+
+json to_json(const PageStatus& status) {
+  json surfaces = json::array();
+  for (const PageSurface& surface : status.surfaces) {
+    json points = json::array();
+    for (const auto& point : surface.points)
+      points.push_back(point && point->allFinite() ? json{point->x(), point->y()} : json(nullptr));
+    surfaces.push_back({{"name", surface.name}, {"content", surface.content}, {"points", std::move(points)}});
+  }
+  constexpr const char* kPictures[] = {"content", "grid", "mask"};
+  return {{"frame", {status.frame.width, status.frame.height}},
+          {"surfaces", std::move(surfaces)},
+          {"contents", status.contents},
+          {"picture", kPictures[int(status.picture)]},
+          {"frozen", status.frozen},
+          {"blanked", status.blanked},
+          {"unsaved", status.unsaved},
+          {"can_undo", status.can_undo},
+          {"can_redo", status.can_redo},
+          {"frames_per_s", finite(status.frames_per_s)},
+          {"frame_ms", finite(status.frame_ms)},
+          {"pose_state", status.pose_state},
+          {"poses_per_s", finite(status.poses_per_s)},
+          {"pose_age_ms", finite(status.pose_age_ms)},
+          {"delay_ms", finite(status.delay_ms)},
+          {"pose_error_mm", finite(status.pose_error_mm)},
+          {"messages", status.messages}};
+}
+
+/// nullopt for what is no command.
+std::optional<Command> to_command(std::string_view text) {
+  const json document = json::parse(text.begin(), text.end(), nullptr, false);
+  if (!document.is_object()) return std::nullopt;
+  Command command;
+  for (const auto& [key, value] : document.items()) {
+    const auto take = [&value = value](std::string& into) {
+      if (!value.is_string()) return false;
+      into = value.get<std::string>();
+      return into.size() <= 1024;
+    };
+    bool good = false;
+    if (key == "do") good = take(command.verb);
+    if (key == "surface") good = take(command.surface);
+    if (key == "text") good = take(command.text);
+    if (key == "gesture") good = take(command.gesture);
+    if (key == "point" && value.is_number_integer()) {
+      const auto point = value.get<std::int64_t>();
+      good = point >= -1 && point < 100000;
+      command.point = good ? int(point) : -1;
+    }
+    if (key == "pixels" && value.is_array() && value.size() == 2 && value[0].is_number() &&
+        value[1].is_number()) {
+      command.pixels = Vec2(value[0].get<double>(), value[1].get<double>());
+      good = command.pixels.allFinite();
+    }
+    if (!good) return std::nullopt;
+  }
+  if (command.verb.empty()) return std::nullopt;
+  return command;
+}
+
+std::string to_jpeg(const ImageU8& frame) {
+  const cv::Mat rgb(frame.height(), frame.width(), frame.channels() == 3 ? CV_8UC3 : CV_8UC1,
+                    const_cast<std::uint8_t*>(frame.data()));
+  cv::Mat small = rgb, bgr;
+  if (frame.width() > kViewWidth)
+    cv::resize(rgb, small,
+               cv::Size(kViewWidth,
+                        std::max(1, int(std::lround(double(frame.height()) * kViewWidth / frame.width())))),
+               0, 0, cv::INTER_AREA);
+  cv::cvtColor(small, bgr, frame.channels() == 3 ? cv::COLOR_RGB2BGR : cv::COLOR_GRAY2BGR);
+  std::vector<std::uint8_t> bytes;
+  cv::imencode(".jpg", bgr, bytes, {cv::IMWRITE_JPEG_QUALITY, 82});
+  return {bytes.begin(), bytes.end()};
+}
+
+bool is_loopback(const tcp::endpoint& endpoint) {
+  return endpoint.address().is_loopback();
+}
+
+}  // namespace
+
+/// All of it runs in the one thread of `io`, but for what `mutex` guards.
+class ControlPage::Server {
+ public:
+  explicit Server(const ControlOptions& options)
+      : token_(options.token.empty() ? random_token() : options.token), acceptor_(io_), timer_(io_) {
+    const std::string what = "control page " + options.address + ":" + std::to_string(options.port);
+    beast::error_code failed;
+    const asio::ip::address address = asio::ip::make_address(options.address, failed);
+    if (failed || options.port < 0 || options.port > 65535)
+      throw Error(ErrorKind::kInput, what, "it is no address to listen on",
+                  "give e.g. 127.0.0.1:8737, or 0.0.0.0:8737");
+    for (const unsigned char letter : token_)
+      if (std::isalnum(letter) == 0 && letter != '-' && letter != '_')
+        throw Error(ErrorKind::kInput, what, "its token has other letters than a-z A-Z 0-9 - _",
+                    "give another token");
+    const tcp::endpoint wanted(address, static_cast<unsigned short>(options.port));
+    acceptor_.open(wanted.protocol(), failed);
+    if (!failed) acceptor_.set_option(asio::socket_base::reuse_address(true), failed);
+    if (!failed) acceptor_.bind(wanted, failed);
+    if (!failed) acceptor_.listen(asio::socket_base::max_listen_connections, failed);
+    if (failed)
+      throw Error(ErrorKind::kDevice, what, failed.message(), "give another port, or 0 for a free one");
+    endpoint_ = acceptor_.local_endpoint();
+    accept();
+    tick();
+    thread_ = std::thread([this] { io_.run(); });
+  }
+
+  ~Server() {
+    io_.stop();
+    thread_.join();
+  }
+
+  std::string url() const {
+    const bool any = endpoint_.address().is_unspecified();
+    const std::string host = any                           ? "localhost"
+                             : endpoint_.address().is_v6() ? "[" + endpoint_.address().to_string() + "]"
+                                                           : endpoint_.address().to_string();
+    return "http://" + host + ":" + std::to_string(endpoint_.port()) + "/?token=" + token_;
+  }
+
+  std::vector<Command> take() {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    return std::exchange(commands_, {});
+  }
+  void publish(const PageStatus& status) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    status_ = status;
+    ++status_number_;
+  }
+  void publish_metrics(std::string text) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    metrics_ = std::move(text);
+  }
+  bool wants_frame() const { return wants_frame_; }
+  void publish(std::shared_ptr<const ImageU8> frame) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    frame_ = std::move(frame);
+    ++frame_number_;
+    wants_frame_ = false;
+  }
+
+ private:
+  class Looker;
+  class Request;
+  friend class Looker;
+  friend class Request;
+
+  void accept();
+  void tick();
+
+  /// Why a request is refused; nullptr when it is fine.
+  const char* refusal(const http::fields& fields, std::string_view target) const {
+    const std::string host(fields[http::field::host]);
+    const std::string port = ":" + std::to_string(endpoint_.port());
+    if (is_loopback(endpoint_) && host != "localhost" + port && host != "127.0.0.1" + port &&
+        host != "[::1]" + port)
+      return "the Host is not this machine";
+    const std::string origin(fields[http::field::origin]);
+    if (!origin.empty() && origin != "http://" + host) return "the Origin is another site";
+    if (!same_secret(token_of(target, std::string(fields[http::field::authorization])), token_))
+      return "the token is missing or wrong";
+    return nullptr;
+  }
+
+  bool add(std::optional<Command> command) {
+    if (!command) return false;
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (commands_.size() >= kMostCommands) return false;
+    commands_.push_back(std::move(*command));
+    return true;
+  }
+  const std::string& status_text() {
+    std::optional<PageStatus> changed;
+    {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      if (status_text_number_ != status_number_) changed = status_;
+      status_text_number_ = status_number_;
+    }
+    if (changed || status_text_.empty()) status_text_ = to_text(to_json(changed ? *changed : PageStatus{}));
+    return status_text_;
+  }
+  const std::string& jpeg() {
+    std::shared_ptr<const ImageU8> changed;
+    {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      if (jpeg_number_ != frame_number_) changed = std::exchange(frame_, nullptr);
+      if (changed) jpeg_number_ = frame_number_;
+    }
+    if (changed) jpeg_ = to_jpeg(*changed);
+    return jpeg_;
+  }
+
+  const std::string token_;
+  // What requests and lookers use at their end comes before `io_`, whose end is theirs.
+  std::set<Looker*> lookers_;
+  std::size_t connections_ = 0;
+  std::string status_text_, jpeg_;
+  std::uint64_t status_text_number_ = 0, jpeg_number_ = 0;
+
+  std::mutex mutex_;
+  std::vector<Command> commands_;
+  PageStatus status_;
+  std::uint64_t status_number_ = 0;
+  std::string metrics_;
+  std::shared_ptr<const ImageU8> frame_;
+  std::uint64_t frame_number_ = 0;
+  std::atomic<bool> wants_frame_{true};
+
+  asio::io_context io_{1};
+  tcp::acceptor acceptor_;
+  asio::steady_timer timer_;
+  tcp::endpoint endpoint_;
+  std::thread thread_;
+};
+
+/// One who has a WebSocket open.
+class ControlPage::Server::Looker : public std::enable_shared_from_this<Looker> {
+ public:
+  Looker(Server& server, beast::tcp_stream stream) : server_(server), socket_(std::move(stream)) {
+    ++server_.connections_;
+    server_.lookers_.insert(this);
+  }
+  ~Looker() {
+    --server_.connections_;
+    server_.lookers_.erase(this);
+  }
+  Looker(const Looker&) = delete;
+  Looker& operator=(const Looker&) = delete;
+
+  void begin(const http::request<http::string_body>& request) {
+    socket_.set_option(websocket::stream_base::timeout::suggested(beast::role_type::server));
+    socket_.read_message_max(kMostBody);
+    socket_.async_accept(request, [self = shared_from_this()](beast::error_code failed) {
+      if (failed) return;
+      self->open_ = true;
+      self->read();
+    });
+  }
+
+  bool is_ready_for_frame() const { return open_ && has_seen_; }
+
+  /// Sends what is new: the status first, a frame when the last one has been seen.
+  void send() {
+    if (!open_ || writing_) return;
+    if (status_sent_ != server_.status_text_number_ || status_sent_ == 0) {
+      message_ = server_.status_text();
+      status_sent_ = std::max<std::uint64_t>(1, server_.status_text_number_);
+      write(true);
+    } else if (has_seen_ && frame_sent_ != server_.jpeg_number_ && !server_.jpeg_.empty()) {
+      message_ = server_.jpeg_;
+      frame_sent_ = server_.jpeg_number_;
+      has_seen_ = false;
+      write(false);
+    }
+  }
+
+ private:
+  void read() {
+    socket_.async_read(buffer_, [self = shared_from_this()](beast::error_code failed, std::size_t) {
+      if (failed) return;  // gone: nobody holds it any more
+      const std::string text = beast::buffers_to_string(self->buffer_.data());
+      self->buffer_.consume(self->buffer_.size());
+      if (text == "seen")
+        self->has_seen_ = true;
+      else if (!self->server_.add(to_command(text)))
+        return self->socket_.async_close(websocket::close_code::policy_error, [self](beast::error_code) {});
+      self->read();
+    });
+  }
+  void write(bool is_text) {
+    writing_ = true;
+    socket_.text(is_text);
+    socket_.async_write(asio::buffer(message_),
+                        [self = shared_from_this()](beast::error_code failed, std::size_t) {
+                          self->writing_ = false;
+                          if (failed)
+                            self->open_ = false;
+                          else
+                            self->send();
+                        });
+  }
+
+  Server& server_;
+  websocket::stream<beast::tcp_stream> socket_;
+  beast::flat_buffer buffer_;
+  std::string message_;
+  bool open_ = false, writing_ = false, has_seen_ = true;
+  std::uint64_t status_sent_ = 0, frame_sent_ = 0;
+};
+
+class ControlPage::Server::Request : public std::enable_shared_from_this<Request> {
+ public:
+  Request(Server& server, tcp::socket socket)
+      : server_(server), stream_(std::move(socket)), buffer_(kMostHeader + kMostBody) {
+    ++server_.connections_;
+  }
+  ~Request() { --server_.connections_; }
+  Request(const Request&) = delete;
+  Request& operator=(const Request&) = delete;
+
+  void read() {
+    parser_.emplace();
+    parser_->header_limit(kMostHeader);
+    parser_->body_limit(kMostBody);
+    stream_.expires_after(kRequestPatience);
+    http::async_read(
+        stream_, buffer_, *parser_, [self = shared_from_this()](beast::error_code failed, std::size_t) {
+          if (failed == http::error::body_limit)
+            return self->answer(http::status::payload_too_large, "text/plain", "too large\n");
+          if (failed == http::error::header_limit)
+            return self->answer(http::status::request_header_fields_too_large, "text/plain", "too large\n");
+          if (failed == http::error::end_of_stream || failed == beast::error::timeout) return;
+          if (failed) return self->answer(http::status::bad_request, "text/plain", "no request\n");
+          self->handle();
+        });
+  }
+
+ private:
+  void handle() {
+    const http::request<http::string_body>& request = parser_->get();
+    const std::string target(request.target());
+    const std::string path = target.substr(0, target.find('?'));
+    if (const char* why = server_.refusal(request, target))
+      return answer(http::status::forbidden, "text/plain", std::string("refused: ") + why + "\n");
+    if (path == "/command") {
+      if (request.method() != http::verb::post)
+        return answer(http::status::method_not_allowed, "text/plain", "POST it\n");
+      const bool good = server_.add(to_command(request.body()));
+      return good ? answer(http::status::accepted, "text/plain", "accepted\n")
+                  : answer(http::status::bad_request, "text/plain", "no command\n");
+    }
+    if (request.method() != http::verb::get)
+      return answer(http::status::method_not_allowed, "text/plain", "GET it\n");
+    if (path == "/ws") {
+      if (!websocket::is_upgrade(request))
+        return answer(http::status::upgrade_required, "text/plain", "a WebSocket\n");
+      stream_.expires_never();
+      std::make_shared<Looker>(server_, std::move(stream_))->begin(request);
+      return;
+    }
+    if (path == "/") return answer(http::status::ok, "text/html; charset=utf-8", kControlPageHtml);
+    if (path == "/status") return answer(http::status::ok, "application/json", server_.status_text());
+    if (path == "/metrics") {
+      std::string text;
+      {
+        const std::lock_guard<std::mutex> lock(server_.mutex_);
+        text = server_.metrics_;
+      }
+      return answer(http::status::ok, "text/plain; version=0.0.4", text);
+    }
+    if (path == "/frame.jpg") {
+      const std::string& picture = server_.jpeg();
+      return picture.empty() ? answer(http::status::service_unavailable, "text/plain", "no frame yet\n")
+                             : answer(http::status::ok, "image/jpeg", picture);
+    }
+    answer(http::status::not_found, "text/plain", "there is no such page\n");
+  }
+
+  void answer(http::status status, const char* type, const std::string& body) {
+    response_.emplace(status, 11);
+    response_->set(http::field::content_type, type);
+    response_->set(http::field::cache_control, "no-store");
+    response_->set(http::field::x_frame_options, "DENY");
+    response_->set("Referrer-Policy", "no-referrer");
+    response_->set("X-Content-Type-Options", "nosniff");
+    response_->set("Content-Security-Policy",
+                   "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src "
+                   "'self' blob: data:; "
+                   "connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'");
+    response_->body() = body;
+    response_->keep_alive(false);
+    response_->prepare_payload();
+    stream_.expires_after(kRequestPatience);
+    http::async_write(stream_, *response_, [self = shared_from_this()](beast::error_code, std::size_t) {
+      beast::error_code ignored;
+      self->stream_.socket().shutdown(tcp::socket::shutdown_send, ignored);
+    });
+  }
+
+  Server& server_;
+  beast::tcp_stream stream_;
+  beast::flat_buffer buffer_;
+  std::optional<http::request_parser<http::string_body>> parser_;
+  std::optional<http::response<http::string_body>> response_;
+};
+
+void ControlPage::Server::accept() {
+  acceptor_.async_accept([this](beast::error_code failed, tcp::socket socket) {
+    if (!failed && connections_ < kMostConnections)
+      std::make_shared<Request>(*this, std::move(socket))->read();
+    // Out of files: the next try must not spin.
+    if (failed && failed != asio::error::operation_aborted) {
+      auto later = std::make_shared<asio::steady_timer>(io_, std::chrono::milliseconds(100));
+      later->async_wait([this, later](beast::error_code) { accept(); });
+    } else if (!failed) {
+      accept();
+    }
+  });
+}
+
+void ControlPage::Server::tick() {
+  timer_.expires_after(kStatusPeriod);
+  timer_.async_wait([this](beast::error_code failed) {
+    if (failed) return;
+    // A pointer ten times a second costs the loop nothing, and whoever asks for a frame gets a new one.
+    wants_frame_ = true;
+    if (!lookers_.empty()) {
+      status_text();
+      bool wanted = false;
+      for (Looker* looker : lookers_) wanted = wanted || looker->is_ready_for_frame();
+      if (wanted) jpeg();
+      for (Looker* looker : lookers_) looker->send();
+    }
+    tick();
+  });
+}
+
+ControlPage::ControlPage(const ControlOptions& options) : server_(std::make_unique<Server>(options)) {}
+ControlPage::~ControlPage() = default;
+std::string ControlPage::url() const {
+  return server_->url();
+}
+std::vector<Command> ControlPage::take() {
+  return server_->take();
+}
+void ControlPage::publish(const PageStatus& status) {
+  server_->publish(status);
+}
+void ControlPage::publish_metrics(std::string prometheus_text) {
+  server_->publish_metrics(std::move(prometheus_text));
+}
+bool ControlPage::wants_frame() const {
+  return server_->wants_frame();
+}
+void ControlPage::publish(std::shared_ptr<const ImageU8> frame) {
+  server_->publish(std::move(frame));
+}
+
+}  // namespace procam::show

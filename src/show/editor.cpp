@@ -1,0 +1,183 @@
+#include "procam/show/editor.hpp"
+
+#include <algorithm>
+
+namespace procam::show {
+namespace {
+
+constexpr std::size_t kLongestName = 64;
+
+Error refuse(const Command& command, const std::string& why, const std::string& next) {
+  return Error(ErrorKind::kInput,
+               command.verb + (command.surface.empty() ? "" : " '" + command.surface + "'"), why, next);
+}
+
+const SolvedSurface* find(const SolvedSurfaceSet& solved, const std::string& name) {
+  for (const SolvedSurface& surface : solved.surfaces)
+    if (surface.surface.name == name) return &surface;
+  return nullptr;
+}
+
+void require_name(const Command& command, const std::string& name, const SurfaceSet& surfaces) {
+  if (name.empty() || name.size() > kLongestName)
+    throw refuse(command, "a surface needs a name of at most 64 letters", "give another name");
+  for (const unsigned char letter : name)
+    if (letter < 0x20 || letter == 0x7f)
+      throw refuse(command, "the name has letters that do not print", "give another name");
+  for (const Surface& surface : surfaces.surfaces)
+    if (surface.name == name)
+      throw refuse(command, "there is a surface '" + name + "' already", "give another name");
+}
+
+/// The destination points of a surface; null for geometries without.
+Points2* points_of(SurfaceGeometry& geometry) {
+  if (auto* pixels = std::get_if<PixelSurface>(&geometry)) return &pixels->pixels;
+  if (auto* plane = std::get_if<PlanarSurface>(&geometry)) return &plane->points;
+  return nullptr;
+}
+
+Vec2 on_plane(const Command& command, const Vec2& pixel, const Pose& projector_from_surface,
+              const Projector& projector) {
+  // The plane z = 0 in the surface's own frame, met by the ray brought there.
+  const std::optional<Ray> ray = projector.emit(pixel);
+  std::optional<Vec3> met;
+  if (ray) {
+    const Pose surface_from_projector = projector_from_surface.inverse();
+    const Vec3 origin = surface_from_projector * ray->origin,
+               direction = surface_from_projector.rotate(ray->direction);
+    const double along = -origin.z() / direction.z();
+    if (along > 0 && std::isfinite(along)) met = origin + along * direction;
+  }
+  if (!met || met->norm() > 1e4)
+    throw refuse(command, "the light of that pixel does not meet the surface's plane",
+                 "drop the corner on the surface");
+  return met->head<2>();
+}
+
+PixelSurface in_the_middle(ImageSize size) {
+  PixelSurface surface;
+  surface.content = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
+  for (const Vec2& uv : surface.content)
+    surface.pixels.push_back(Vec2((0.25 + 0.5 * uv.x()) * size.width, (0.25 + 0.5 * uv.y()) * size.height));
+  return surface;
+}
+
+}  // namespace
+
+Editor::Editor(SurfaceSet surfaces) : surfaces_(std::move(surfaces)) {}
+
+Surface& Editor::find(const std::string& name) {
+  for (Surface& surface : surfaces_.surfaces)
+    if (surface.name == name) return surface;
+  throw Error(ErrorKind::kInput, "surface '" + name + "'", "there is none of this name",
+              "name one that is shown");
+}
+
+void Editor::begin_step(const std::string& gesture) {
+  last_ = surfaces_;
+  const bool same_step = !gesture.empty() && gesture == gesture_ && !before_.empty();
+  gesture_ = gesture;
+  if (same_step) return;
+  before_.push_back(surfaces_);
+  if (before_.size() > kMostSteps) before_.erase(before_.begin());
+  after_.clear();
+}
+
+void Editor::apply(const Command& command, const Projector& projector, const SolvedSurfaceSet& solved) {
+  const std::string& verb = command.verb;
+  if (verb == "move" || verb == "nudge") {
+    if (!command.pixels.allFinite() || command.pixels.cwiseAbs().maxCoeff() > 1e5)
+      throw refuse(command, "the place is no number, or far away", "give a pixel of the frame");
+    Surface changed = find(command.surface);
+    Points2* points = points_of(changed.geometry);
+    const SolvedSurface* placed = show::find(solved, command.surface);
+    if (points == nullptr || placed == nullptr)
+      throw refuse(command, "this kind of surface has no corners to drag", "change its file");
+    const int count = int(points->size());
+    if (command.point >= count || command.point < (verb == "nudge" ? -1 : 0))
+      throw refuse(command, "it has no point " + std::to_string(command.point),
+                   "name 0 to " + std::to_string(count - 1));
+    const auto* plane = std::get_if<PlacedPlane>(&placed->placement);
+    const std::vector<std::optional<Vec2>> shown = points_in_frame(*placed, projector);
+    for (int i = 0; i < count; ++i) {
+      if (command.point >= 0 && i != command.point) continue;
+      Vec2 pixel = command.pixels;
+      if (verb == "nudge") {
+        if (std::size_t(i) >= shown.size() || !shown[std::size_t(i)])
+          throw refuse(command, "that point is not in the projector's sight", "move it there first");
+        pixel += *shown[std::size_t(i)];
+      }
+      (*points)[std::size_t(i)] =
+          plane == nullptr ? pixel : on_plane(command, pixel, plane->projector_from_surface, projector);
+    }
+    begin_step(command.gesture);
+    find(command.surface) = std::move(changed);
+  } else if (verb == "add") {
+    require_name(command, command.surface, surfaces_);
+    if (surfaces_.surfaces.size() >= kMostSurfaces)
+      throw refuse(command, "there are 64 surfaces already", "remove one first");
+    begin_step("");
+    surfaces_.surfaces.push_back({command.surface, in_the_middle(projector.size()), {}, command.text});
+  } else if (verb == "remove") {
+    const Surface* gone = &find(command.surface);
+    begin_step("");
+    surfaces_.surfaces.erase(surfaces_.surfaces.begin() + (gone - surfaces_.surfaces.data()));
+  } else if (verb == "rename") {
+    Surface& renamed = find(command.surface);
+    require_name(command, command.text, surfaces_);
+    begin_step("");
+    renamed.name = command.text;
+  } else if (verb == "content") {
+    Surface& changed = find(command.surface);
+    begin_step("");
+    changed.content = command.text;
+  } else {
+    throw refuse(command, "there is no such command", "see docs/live.md");
+  }
+  unsaved_ = true;
+}
+
+void Editor::revoke() {
+  if (!last_) return;
+  surfaces_ = std::move(*last_);
+  last_.reset();
+}
+
+void Editor::replace(SurfaceSet surfaces) {
+  begin_step("");
+  surfaces_ = std::move(surfaces);
+  unsaved_ = false;
+}
+
+bool Editor::undo() {
+  if (before_.empty()) return false;
+  after_.push_back(std::move(surfaces_));
+  surfaces_ = std::move(before_.back());
+  before_.pop_back();
+  gesture_.clear();
+  return unsaved_ = true;
+}
+
+bool Editor::redo() {
+  if (after_.empty()) return false;
+  before_.push_back(std::move(surfaces_));
+  surfaces_ = std::move(after_.back());
+  after_.pop_back();
+  gesture_.clear();
+  return unsaved_ = true;
+}
+
+std::vector<std::optional<Vec2>> points_in_frame(const SolvedSurface& surface, const Projector& projector) {
+  std::vector<std::optional<Vec2>> shown;
+  if (const auto* pixels = std::get_if<PixelSurface>(&surface.surface.geometry))
+    shown.assign(pixels->pixels.begin(), pixels->pixels.end());
+  const auto* plane = std::get_if<PlanarSurface>(&surface.surface.geometry);
+  const auto* placed = std::get_if<PlacedPlane>(&surface.placement);
+  if (plane != nullptr && placed != nullptr)
+    for (const Vec2& point : plane->points)
+      shown.push_back(
+          projector.pixel_lighting(placed->projector_from_surface * Vec3(point.x(), point.y(), 0)));
+  return shown;
+}
+
+}  // namespace procam::show

@@ -1,0 +1,401 @@
+#include "procam/show/loop.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <deque>
+#include <map>
+#include <set>
+#include <thread>
+
+#include "procam/show/overlay.hpp"
+
+namespace procam::show {
+namespace {
+
+constexpr std::size_t kMessages = 8;
+/// A frame on its way to the page may be held by the server while the next ones are drawn.
+constexpr std::size_t kFrames = 4;
+
+const std::vector<std::string>& keys() {
+  static const std::vector<std::string> lines = {"h  these keys",        "g  grid",         "m  mask",
+                                                 "f  freeze, and go on", "n  next picture", "Esc  end"};
+  return lines;
+}
+
+class Loop {
+ public:
+  Loop(const LoopParts& parts, const LoopOptions& options) : parts_(parts), options_(options) {
+    for (std::size_t i = 0; i < kFrames; ++i)
+      frames_.push_back(std::make_shared<ImageU8>(parts.projection.frame_size(), 3));
+    if (parts_.recorder != nullptr) {
+      parts_.recorder->record(parts_.projection.show().surfaces);
+      parts_.recorder->record(parts_.projection.picture());
+    }
+  }
+
+  Metrics run() {
+    begin_ = device::now_s();
+    double due = begin_;
+    double free_since = begin_;
+    while (!closed_ && (options_.duration_s <= 0 || device::now_s() - begin_ < options_.duration_s)) {
+      wait_until(due);
+      if (closed_) break;
+      listen();
+      const double now = device::now_s();
+      if (options_.fps > 0) {
+        const double period = 1 / options_.fps;
+        const double late = now - due;
+        if (metrics_.frames > 0) metrics_.jitter.add(std::abs(late));
+        // Frames whose time has passed are left out, so that the next is on time again.
+        const double passed = std::max(0.0, std::floor(late / period));
+        metrics_.dropped += std::uint64_t(passed);
+        due += period * (1 + passed);
+      } else {
+        due = now;
+      }
+      draw(now, free_since);
+      free_since = device::now_s();
+      parts_.tick(metrics_);
+    }
+    count_malformed();
+    return metrics_;
+  }
+
+ private:
+  void say(const std::string& message) {
+    parts_.say(message);
+    messages_.push_back(message);
+    if (messages_.size() > kMessages) messages_.pop_front();
+  }
+
+  /// Sleeps, and listens to the window's keys.
+  void wait_until(double due) {
+    while (true) {
+      hear(parts_.sink.poll());
+      const double left = due - device::now_s();
+      if (closed_ || left <= 0) return;
+      std::this_thread::sleep_for(std::chrono::duration<double>(std::min(left, 0.02)));
+    }
+  }
+
+  void hear(device::Wish wish) {
+    for (; wish != device::Wish::kNone; wish = parts_.sink.poll()) {
+      switch (wish) {
+        case device::Wish::kClose:
+          closed_ = true;
+          return;
+        case device::Wish::kGrid:
+          turn_to(parts_.projection.picture() == Picture::kGrid ? Picture::kContent : Picture::kGrid);
+          break;
+        case device::Wish::kMask:
+          turn_to(parts_.projection.picture() == Picture::kMask ? Picture::kContent : Picture::kMask);
+          break;
+        case device::Wish::kGoOn:
+          turn_to(Picture((int(parts_.projection.picture()) + 1) % 3));
+          break;
+        case device::Wish::kFreeze:
+          frozen_ = !frozen_;
+          break;
+        case device::Wish::kHelp:
+          help_ = !help_;
+          break;
+        case device::Wish::kNone:
+          break;
+      }
+    }
+  }
+
+  void turn_to(Picture picture) {
+    parts_.projection.set_picture(picture);
+    if (parts_.recorder != nullptr) parts_.recorder->record(picture);
+  }
+
+  /// People and files.
+  void listen() {
+    if (parts_.page != nullptr)
+      for (const Command& command : parts_.page->take()) {
+        try {
+          obey(command);
+        } catch (const Error& error) {
+          say(error.what());
+        }
+      }
+    watch_room();
+    if (parts_.loader == nullptr) return;
+    if (std::optional<LoadedShow> loaded = parts_.loader->take()) {
+      for (const std::string& fault : loaded->faults) say(fault);
+      if (loaded->from_file) ++(loaded->show ? metrics_.reloads : metrics_.failed_reloads);
+      if (!loaded->show) {
+        say("the surfaces from before stay");
+      } else if (loaded->from_file || same_names(loaded->show->surfaces)) {
+        const bool from_file = loaded->from_file;
+        const SurfaceSet surfaces = loaded->show->surfaces;
+        // Corners may have been dragged since contents were asked for: only those are news then.
+        if (!from_file && parts_.editor != nullptr) loaded->show->surfaces = parts_.editor->surfaces();
+        if (parts_.room != nullptr) {
+          for (auto kept = of_room_.begin(); kept != of_room_.end();)  // asked for again when it is missed
+            kept = kept->second ? std::next(kept) : of_room_.erase(kept);
+          for (std::size_t i = 0; i < loaded->show->contents.size(); ++i)
+            of_room_[loaded->show->surfaces.surfaces[i].content] = loaded->show->contents[i];
+          show_of(parts_.projection.show().surfaces);
+          return;
+        }
+        if (show(std::move(*loaded->show)) && from_file) {
+          if (parts_.editor != nullptr) parts_.editor->replace(surfaces);
+          say("surfaces read again");
+        }
+      }
+    }
+  }
+
+  bool same_names(const SurfaceSet& surfaces) const {
+    if (parts_.editor == nullptr) return true;
+    const std::vector<Surface>& now = parts_.editor->surfaces().surfaces;
+    return std::equal(
+        now.begin(), now.end(), surfaces.surfaces.begin(), surfaces.surfaces.end(),
+        [](const Surface& a, const Surface& b) { return a.name == b.name && a.content == b.content; });
+  }
+
+  bool show(Show next) {
+    try {
+      parts_.projection.set_show(std::move(next));
+    } catch (const Error& error) {
+      say(std::string(error.what()) + "; the surfaces from before stay");
+      return false;
+    }
+    if (parts_.recorder != nullptr) parts_.recorder->record(parts_.projection.show().surfaces);
+    return true;
+  }
+
+  void obey(const Command& command) {
+    if (command.verb == "picture") {
+      const auto known = {"content", "grid", "mask"};
+      const auto found = std::find(known.begin(), known.end(), command.text);
+      if (found == known.end())
+        throw Error(ErrorKind::kInput, "picture '" + command.text + "'", "there is none",
+                    "name content, grid or mask");
+      return turn_to(Picture(found - known.begin()));
+    }
+    if (command.verb == "freeze") {
+      frozen_ = !frozen_;
+      return;
+    }
+    if (command.verb == "help") {
+      help_ = !help_;
+      return;
+    }
+    if (parts_.editor == nullptr)
+      throw Error(ErrorKind::kInput, command.verb, "these surfaces cannot be changed here",
+                  "change their file");
+    if (!command.text.empty() && (command.verb == "content" || command.verb == "add") &&
+        !may_be_shown(command.text))
+      throw Error(ErrorKind::kInput, "content '" + command.text + "'",
+                  "it is not among those that may be chosen",
+                  "put the file beside the surfaces file, or name it with --content");
+    if (command.verb == "save") {
+      if (!parts_.save)
+        throw Error(ErrorKind::kInput, "save", "no file was named", "start with --surfaces FILE");
+      if (parts_.loader != nullptr)
+        parts_.loader->expect([&] { parts_.save(parts_.editor->surfaces()); });
+      else
+        parts_.save(parts_.editor->surfaces());
+      parts_.editor->mark_saved();
+      return say("surfaces saved");
+    }
+    if (command.verb == "undo" || command.verb == "redo") {
+      if (command.verb == "undo" ? parts_.editor->undo() : parts_.editor->redo()) show_edited();
+      return;
+    }
+    parts_.editor->apply(command, parts_.projection.projector(), parts_.projection.solved());
+    if (!show_edited()) parts_.editor->revoke();
+  }
+
+  /// A page is not to open any file or device of this machine.
+  bool may_be_shown(const std::string& content) const {
+    if (std::find(parts_.contents.begin(), parts_.contents.end(), content) != parts_.contents.end())
+      return true;
+    const std::vector<Surface>& now = parts_.editor->surfaces().surfaces;
+    return std::any_of(now.begin(), now.end(),
+                       [&](const Surface& surface) { return surface.content == content; });
+  }
+
+  /// The edited surfaces with the contents at hand; others are opened in the background.
+  bool show_edited() { return show_of(parts_.editor->surfaces()); }
+  bool show_of(const SurfaceSet& surfaces) {
+    const Show& before = parts_.projection.show();
+    Show next;
+    next.surfaces = surfaces;
+    SurfaceSet missing;
+    for (const Surface& surface : next.surfaces.surfaces) {
+      std::shared_ptr<device::ContentSource> content;
+      for (std::size_t i = 0; i < before.contents.size() && !content; ++i)
+        if (before.surfaces.surfaces[i].content == surface.content) content = before.contents[i];
+      // What a part of a room showed may come back.
+      const auto kept = of_room_.find(surface.content);
+      if (!content && kept != of_room_.end()) content = kept->second;
+      if (!content && !surface.content.empty() && kept == of_room_.end()) missing.surfaces.push_back(surface);
+      next.contents.push_back(std::move(content));
+    }
+    if (!show(std::move(next))) return false;
+    if (!missing.surfaces.empty() && parts_.loader != nullptr) {
+      if (parts_.room != nullptr)  // asked for once: surfaces come more often than contents open
+        for (const Surface& surface : missing.surfaces) of_room_[surface.content] = nullptr;
+      parts_.loader->request(surfaces);
+    }
+    return true;
+  }
+
+  /// Surfaces as the depth camera sees them now.
+  void watch_room() {
+    if (parts_.room == nullptr) return;
+    std::optional<RoomNews> news = parts_.room->take();
+    if (!news) return;
+    for (const std::string& words : news->words) say(words);
+    if (!news->surfaces) return;
+    for (const Surface& surface : news->surfaces->surfaces)
+      if (seen_in_room_.insert(surface.name).second) say("sees " + surface.name);
+    show_of(parts_.with_contents(std::move(*news->surfaces)));
+  }
+
+  void take_poses() {
+    for (track::PoseSource* source : parts_.sources) {
+      source->poll(arrived_);
+      for (const track::StampedPose& message : arrived_) {
+        if (parts_.recorder != nullptr) parts_.recorder->record(message);
+        parts_.projection.add(message);
+        if (parts_.room != nullptr) parts_.room->add(message);
+        newest_arrival_ = std::max(newest_arrival_, message.arrival);
+        ++metrics_.poses;
+      }
+    }
+  }
+
+  void draw(double now, double free_since) {
+    const double before = newest_arrival_;
+    take_poses();
+    std::shared_ptr<ImageU8>& frame = unheld_frame();
+    if (!frozen_ || metrics_.frames == 0) {
+      RecordedFrame recorded;
+      recorded.number = (long long)metrics_.frames;
+      recorded.light_time = now + options_.delay_s;
+      recorded.content_time = now - begin_;
+      drawn_ = parts_.projection.draw(recorded.light_time, recorded.content_time, *frame);
+      const double ready = device::now_s();
+      metrics_.render.add(drawn_.render_s);
+      metrics_.draw.add(ready - now);
+      if (newest_arrival_ > before)
+        metrics_.pose_to_frame.add(ready - std::max(newest_arrival_, free_since) - drawn_.render_s);
+      if (drawn_.pose.state != track::TrackState::kNone && !drawn_.blanked)
+        metrics_.pose_age.add(drawn_.pose.age);
+      if (parts_.recorder != nullptr) {
+        recorded.fingerprint = fingerprint(*frame);
+        parts_.recorder->record(recorded);
+      }
+      if (help_) draw_words(*frame, keys());
+      shown_ = frame;
+      held_.reset();
+    } else {
+      // The picture is held, people walk on: what was dark stays so, and the mask follows them.
+      if (!held_) held_ = shown_;
+      std::copy_n(held_->data(), std::ptrdiff_t(held_->width()) * held_->height() * 3, frame->data());
+      if (parts_.projection.draw_over(now + options_.delay_s, *frame)) shown_ = frame;
+    }
+    parts_.sink.show_next(*shown_);
+    ++metrics_.frames;
+    metrics_.blanked += drawn_.blanked ? 1 : 0;
+    tell_state();
+    publish(now);
+  }
+
+  /// A frame that neither the page holds nor is shown while the picture is frozen.
+  std::shared_ptr<ImageU8>& unheld_frame() {
+    for (std::shared_ptr<ImageU8>& frame : frames_)
+      if (frame.use_count() == 1) return frame;
+    frames_.push_back(std::make_shared<ImageU8>(parts_.projection.frame_size(), 3));
+    return frames_.back();
+  }
+
+  void tell_state() {
+    const track::TrackState state = drawn_.pose.state;
+    if (state == told_) return;
+    if (state == track::TrackState::kStale)
+      say(drawn_.blanked ? "the pose is stale: the picture is black until poses come again"
+                         : "the pose is stale: the picture stays where the robot was");
+    if (state == track::TrackState::kFresh)
+      say(told_ == track::TrackState::kNone ? "poses arrive" : "poses arrive again");
+    told_ = state;
+  }
+
+  void publish(double now) {
+    if (parts_.page == nullptr) return;
+    if (parts_.page->wants_frame()) parts_.page->publish(shown_);
+    const double since = now - published_;
+    if (since < 0.1) return;
+    PageStatus status;
+    status.frame = parts_.projection.frame_size();
+    for (const SolvedSurface& surface : parts_.projection.solved().surfaces)
+      status.surfaces.push_back({surface.surface.name, surface.surface.content,
+                                 parts_.editor != nullptr
+                                     ? points_in_frame(surface, parts_.projection.projector())
+                                     : std::vector<std::optional<Vec2>>{}});
+    status.contents = parts_.contents;
+    status.picture = parts_.projection.picture();
+    status.frozen = frozen_;
+    status.blanked = drawn_.blanked;
+    if (parts_.editor != nullptr) {
+      status.unsaved = parts_.editor->is_unsaved();
+      status.can_undo = parts_.editor->can_undo();
+      status.can_redo = parts_.editor->can_redo();
+    }
+    // Rates over the last second or so.
+    if (published_ > 0) {
+      const double share = std::min(1.0, since);
+      frames_per_s_ += share * (double(metrics_.frames - frames_then_) / since - frames_per_s_);
+      poses_per_s_ += share * (double(metrics_.poses - poses_then_) / since - poses_per_s_);
+    }
+    frames_then_ = metrics_.frames;
+    poses_then_ = metrics_.poses;
+    status.frames_per_s = frames_per_s_;
+    status.frame_ms = 1e3 * drawn_.render_s;
+    status.pose_state = parts_.sources.empty() ? "fixed" : track::to_string(drawn_.pose.state);
+    status.poses_per_s = poses_per_s_;
+    status.pose_age_ms = 1e3 * drawn_.pose.age;
+    status.delay_ms = 1e3 * options_.delay_s;
+    status.pose_error_mm = 1e3 * drawn_.pose_error;
+    status.messages.assign(messages_.begin(), messages_.end());
+    count_malformed();
+    parts_.page->publish(status);
+    parts_.page->publish_metrics(to_prometheus(metrics_));
+    published_ = now;
+  }
+
+  void count_malformed() {
+    metrics_.malformed = 0;
+    for (const track::PoseSource* source : parts_.sources) metrics_.malformed += source->status().malformed;
+  }
+
+  const LoopParts& parts_;
+  const LoopOptions options_;
+  Metrics metrics_;
+  std::deque<std::shared_ptr<ImageU8>> frames_;
+  std::shared_ptr<ImageU8> shown_, held_;
+  std::vector<track::StampedPose> arrived_;
+  std::deque<std::string> messages_;
+  std::map<std::string, std::shared_ptr<device::ContentSource>> of_room_;  ///< null: on its way, or in vain
+  std::set<std::string> seen_in_room_;
+  DrawnFrame drawn_;
+  track::TrackState told_ = track::TrackState::kNone;
+  double begin_ = 0, newest_arrival_ = 0, published_ = 0;
+  double frames_per_s_ = 0, poses_per_s_ = 0;
+  std::uint64_t frames_then_ = 0, poses_then_ = 0;
+  bool closed_ = false, frozen_ = false, help_ = false;
+};
+
+}  // namespace
+
+Metrics run_loop(const LoopParts& parts, const LoopOptions& options) {
+  return Loop(parts, options).run();
+}
+
+}  // namespace procam::show

@@ -1,0 +1,96 @@
+#include "procam/show/marker_source.hpp"
+
+#include <atomic>
+#include <mutex>
+#include <thread>
+
+#include "procam/core/geometry/covariance.hpp"
+#include "procam/detect/marker_edges.hpp"
+#include "procam/track/locate.hpp"
+
+namespace procam::show {
+
+struct MarkerSource::State {
+  std::unique_ptr<device::FrameSource> frames;
+  RigCamera camera;
+  MarkerMap map;
+  MarkerCells cells;
+  track::PoseQueue queue;
+  std::atomic<bool> ends{false}, connected{true};
+  std::mutex mutex;  ///< of the two below
+  std::uint64_t without = 0;
+  std::string why;
+  std::thread thread;
+
+  void run() {
+    double after = 0;
+    while (!ends) {
+      try {
+        // Only the newest is of use: what arrived while the last one was looked at is passed over.
+        std::optional<device::SeenFrame> frame = frames->next(after, 0.1);
+        while (auto newer = frame ? frames->next(frame->time_s, 0) : std::nullopt) frame = std::move(newer);
+        if (!frame) continue;
+        after = frame->time_s;
+        look_at(*frame);
+      } catch (const Error& error) {
+        const std::lock_guard<std::mutex> lock(mutex);
+        ++without;
+        why = error.what();
+        // A camera that is gone stays so; a frame without markers is followed by others.
+        if (error.kind() == ErrorKind::kDevice) {
+          connected = false;
+          return;
+        }
+      }
+    }
+  }
+
+  void look_at(const device::SeenFrame& frame) {
+    if (frame.image.size() != camera.camera.size)
+      throw Error(ErrorKind::kInput, "camera", "its frames are not of the size it was calibrated with",
+                  "set its mode to that of the rig file");
+    const MarkerDetections seen = detect::detect_marker_edges(frame.image, cells, {camera.camera});
+    const track::LocateResult located = track::locate(seen, camera.camera, map);
+    const PoseWithCovariance rig_from_world =
+        compose({camera.rig_from_camera, Mat6::Zero()}, {located.camera_from_world, located.covariance});
+    const PoseWithCovariance world_from_rig = inverse(rig_from_world);
+    track::StampedPose message;
+    message.arrival = frame.time_s;
+    message.frame = "world";
+    message.child = "rig";
+    message.frame_from_child = world_from_rig.pose.normalized();
+    message.covariance = world_from_rig.covariance;
+    queue.push(std::move(message));
+  }
+};
+
+MarkerSource::MarkerSource(std::unique_ptr<device::FrameSource> frames, const RigCamera& camera,
+                           const MarkerMap& map, const MarkerCells& cells)
+    : state_(std::make_unique<State>()) {
+  require(frames != nullptr, "MarkerSource: no frames");
+  state_->frames = std::move(frames);
+  state_->camera = camera;
+  state_->map = map;
+  state_->cells = cells;
+  state_->thread = std::thread([state = state_.get()] { state->run(); });
+}
+
+MarkerSource::~MarkerSource() {
+  state_->ends = true;
+  state_->thread.join();
+}
+
+void MarkerSource::poll(std::vector<track::StampedPose>& arrived) {
+  state_->queue.poll(arrived);
+}
+
+track::SourceStatus MarkerSource::status() const {
+  track::SourceStatus status = state_->queue.status();
+  const std::lock_guard<std::mutex> lock(state_->mutex);
+  status.connected = state_->connected;
+  status.malformed += state_->without;
+  if (!state_->why.empty()) status.last_error = state_->why;
+  return status;
+}
+
+}  // namespace procam::show

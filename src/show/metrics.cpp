@@ -1,0 +1,75 @@
+#include "procam/show/metrics.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+namespace procam::show {
+namespace {
+
+constexpr double kShortest = 1e-6;
+
+void write(std::string& text, const char* name, const char* help, std::uint64_t count) {
+  char line[256];
+  std::snprintf(line, sizeof line, "# HELP procam_%s %s\n# TYPE procam_%s counter\nprocam_%s %llu\n", name,
+                help, name, name, static_cast<unsigned long long>(count));
+  text += line;
+}
+
+void write(std::string& text, const char* name, const char* help, const Durations& durations) {
+  char line[256];
+  std::snprintf(line, sizeof line, "# HELP procam_%s_seconds %s\n# TYPE procam_%s_seconds summary\n", name,
+                help, name);
+  text += line;
+  for (const double q : {0.5, 0.9, 0.99}) {
+    std::snprintf(line, sizeof line, "procam_%s_seconds{quantile=\"%g\"} %.6g\n", name, q,
+                  durations.quantile(q));
+    text += line;
+  }
+  std::snprintf(line, sizeof line, "procam_%s_seconds_sum %.9g\nprocam_%s_seconds_count %llu\n", name,
+                durations.sum(), name, static_cast<unsigned long long>(durations.count()));
+  text += line;
+}
+
+}  // namespace
+
+void Durations::add(double seconds) {
+  if (!(seconds >= 0)) seconds = 0;
+  const double octaves = std::log2(std::max(seconds, kShortest) / kShortest);
+  ++bins_[std::size_t(std::min(kBins - 1, int(octaves * kAnOctave)))];
+  ++count_;
+  sum_ += seconds;
+  largest_ = std::max(largest_, seconds);
+}
+
+double Durations::quantile(double q) const {
+  if (count_ == 0 || q >= 1) return largest_;
+  const auto rank = std::uint64_t(std::ceil(std::clamp(q, 0.0, 1.0) * double(count_)));
+  std::uint64_t seen = 0;
+  for (int bin = 0; bin < kBins; ++bin) {
+    seen += bins_[std::size_t(bin)];
+    // The bin's middle; no more than has been seen at all.
+    if (seen >= rank && seen > 0) return std::min(largest_, kShortest * std::exp2((bin + 0.5) / kAnOctave));
+  }
+  return largest_;
+}
+
+std::string to_prometheus(const Metrics& m) {
+  std::string text;
+  write(text, "frames_total", "Frames shown.", m.frames);
+  write(text, "frames_dropped_total", "Frames whose time passed while another was drawn.", m.dropped);
+  write(text, "frames_blanked_total", "Frames shown black because the pose was stale.", m.blanked);
+  write(text, "reloads_total", "Times the surfaces file was read anew.", m.reloads);
+  write(text, "reloads_failed_total", "Times the surfaces file could not be used.", m.failed_reloads);
+  write(text, "poses_total", "Good pose messages.", m.poses);
+  write(text, "poses_malformed_total", "Messages that were no pose.", m.malformed);
+  write(text, "draw", "From the last look at the pose sources to the frame ready.", m.draw);
+  write(text, "render", "The renderer's part of it.", m.render);
+  write(text, "frame_jitter", "Between the begins of two frames, from what it should be.", m.jitter);
+  write(text, "pose_age", "From the moment the newest pose speaks of to the light.", m.pose_age);
+  write(text, "pose_to_frame", "From a pose's arrival to the first frame with it, less the renderer's part.",
+        m.pose_to_frame);
+  return text;
+}
+
+}  // namespace procam::show

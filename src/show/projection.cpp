@@ -1,0 +1,247 @@
+#include "procam/show/projection.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cstring>
+
+#include "procam/surface/lay_out.hpp"
+#include "procam/surface/solve.hpp"
+
+namespace procam::show {
+namespace {
+
+/// Lines, a frame, and a cross from corner to corner: what is bent, turned or mirrored is seen at once.
+ImageU8 grid_picture() {
+  constexpr int kSize = 641, kStep = 80;
+  ImageU8 picture(kSize, kSize, 3);
+  for (int y = 0; y < kSize; ++y)
+    for (int x = 0; x < kSize; ++x) {
+      const bool edge = x < 8 || y < 8 || x >= kSize - 8 || y >= kSize - 8;
+      const bool line = x % kStep < 3 || y % kStep < 3;
+      const bool cross = std::abs(x - y) < 3 || std::abs(x + y - kSize + 1) < 3;
+      // The content's first quarter is marked, so that a turned surface shows.
+      const bool first = x < kSize / 4 && y < kSize / 4;
+      std::uint8_t* pixel = picture.row(y) + 3 * x;
+      pixel[0] = edge || line ? 255 : (cross ? 200 : (first ? 90 : 20));
+      pixel[1] = edge ? 160 : (line ? 255 : (cross ? 60 : 20));
+      pixel[2] = edge ? 0 : (line ? 255 : (cross ? 60 : 20));
+    }
+  return picture;
+}
+
+double rms_of_light(const PlacedPlane& plane, const Pose& world_from_projector, const Mat6& covariance) {
+  const Vec3 h = plane.plane_from_content * Vec3(0.5, 0.5, 1);
+  if (!(std::abs(h.z()) > 0)) return 0;
+  const Vec3 in_projector = plane.projector_from_surface * Vec3(h.x() / h.z(), h.y() / h.z(), 0);
+  const Vec3 p = world_from_projector * in_projector;
+  const Vec3 d = world_from_projector.rotate(in_projector);
+  const Vec3 n = world_from_projector.rotate(plane.projector_from_surface.rotate(Vec3::UnitZ()));
+  if (!(std::abs(n.dot(d)) > 1e-6 * d.norm())) return 0;  // edge-on: no light on it
+  Eigen::Matrix<double, 3, 6> moved;
+  moved << 0, p.z(), -p.y(), 1, 0, 0,  //
+      -p.z(), 0, p.x(), 0, 1, 0,       //
+      p.y(), -p.x(), 0, 0, 0, 1;
+  const Eigen::Matrix<double, 3, 6> shift = (Mat3::Identity() - d * n.transpose() / n.dot(d)) * moved;
+  return std::sqrt(std::max(0.0, (shift * covariance * shift.transpose()).trace()));
+}
+
+void make_black(ImageView<std::uint8_t> frame) {
+  for (int y = 0; y < frame.height; ++y)
+    std::memset(frame.row(y), 0, std::size_t(frame.width) * std::size_t(frame.channels));
+}
+
+/// What a layout does not change: where the surface is.
+void take_pose(const Placement& from, Placement& into) {
+  if (const auto* plane = std::get_if<PlacedPlane>(&from))
+    std::get<PlacedPlane>(into).projector_from_surface = plane->projector_from_surface;
+  if (const auto* mesh = std::get_if<PlacedMesh>(&from))
+    std::get<PlacedMesh>(into).projector_from_surface = mesh->projector_from_surface;
+}
+
+bool stands_in_world(const Surface& surface) {
+  const InRoom* place = place_of(surface.geometry);
+  return place != nullptr && place->frame == "world";
+}
+
+}  // namespace
+
+struct Projection::State {
+  RigProjector projector;
+  ProjectionOptions options;
+  track::PoseTrack track;
+  Show show;
+  SolvedSurfaceSet solved;
+  Picture picture = Picture::kContent;
+  ImageU8 grid = grid_picture(), white = ImageU8(8, 8, 1, 255);
+  Scene scene;
+  /// One a surface: how a picture of this size lies on it.
+  struct Laid {
+    ImageSize picture;
+    surface::LaidOut layout;
+    std::uint64_t number = 0;
+  };
+  std::vector<Laid> laid;
+  /// One a surface: a number that no other content has had. Memory of one that is gone may come again with
+  /// the next, and the renderer knows pictures by their memory and revision.
+  std::vector<std::uint64_t> serials;
+  std::uint64_t next_serial = 1;
+
+  State(const Rig& rig, ProjectionOptions given)
+      : projector(rig.projector(given.projector)), options(std::move(given)), track(options.track) {
+    if (!options.draw) {
+      auto renderer = std::make_shared<render::CpuRenderer>();
+      options.draw = [renderer](const Scene& drawn, const Projector& through, ImageView<std::uint8_t> frame) {
+        return renderer->render(drawn, through, frame);
+      };
+    }
+  }
+
+  Pose projector_from_world(const Pose& world_from_child) const {
+    return (world_from_child * options.child_from_rig * projector.rig_from_projector).inverse().normalized();
+  }
+
+  void add_item(std::size_t i, double content_time) {
+    ViewU8 shown;
+    std::uint64_t revision = 0;
+    switch (picture) {
+      case Picture::kContent: {
+        if (!show.contents[i]) return;
+        const device::ContentFrame frame = show.contents[i]->at(content_time);
+        shown = frame.view;
+        revision = (serials[i] << 40) + frame.revision;
+        break;
+      }
+      case Picture::kGrid:
+        shown = grid.view();
+        break;
+      case Picture::kMask:
+        shown = white.view();
+        break;
+    }
+    const Placement& placement = solved.surfaces[i].placement;
+    Laid& way = laid[i];
+    if (way.picture != shown.size()) {
+      way.layout = surface::lay_out(placement, solved.surfaces[i].surface, shown.size());
+      way.picture = shown.size();
+      way.number = next_serial++;
+    }
+    take_pose(placement, way.layout.placement);
+    SceneItem& item = scene.items.emplace_back();
+    item.placement = way.layout.placement;
+    item.content = way.layout.part(shown);
+    item.content_revision = revision;
+    item.mask = way.layout.mask;
+    item.mask_revision = way.number;
+  }
+};
+
+Projection::Projection(const Rig& rig, ProjectionOptions options)
+    : state_(std::make_unique<State>(rig, std::move(options))) {
+  state_->solved.projector = state_->projector.name;
+}
+Projection::~Projection() = default;
+Projection::Projection(Projection&&) noexcept = default;
+Projection& Projection::operator=(Projection&&) noexcept = default;
+
+ImageSize Projection::frame_size() const {
+  return state_->projector.projector.size();
+}
+const Projector& Projection::projector() const {
+  return state_->projector.projector;
+}
+
+void Projection::set_show(Show show) {
+  require(show.contents.size() == show.surfaces.surfaces.size(),
+          "Projection: give a content, or null, for each surface");
+  // Where the projector stands is of no matter for what is kept of the solution; draw() moves it there.
+  Pose somewhere;
+  if (state_->options.projector_from_world)
+    somewhere = *state_->options.projector_from_world;
+  else if (state_->solved.projector_from_world)
+    somewhere = *state_->solved.projector_from_world;
+  state_->solved = surface::solve_surfaces(show.surfaces, state_->projector, somewhere);
+  std::vector<std::uint64_t> serials;
+  for (const auto& content : show.contents) {
+    const auto& before = state_->show.contents;
+    const auto same = std::find(before.begin(), before.end(), content);
+    serials.push_back(same == before.end() ? state_->next_serial++
+                                           : state_->serials[std::size_t(same - before.begin())]);
+  }
+  state_->serials = std::move(serials);
+  state_->laid.assign(show.contents.size(), {});
+  state_->show = std::move(show);
+}
+const Show& Projection::show() const {
+  return state_->show;
+}
+const SolvedSurfaceSet& Projection::solved() const {
+  return state_->solved;
+}
+
+void Projection::add(const track::StampedPose& message) {
+  state_->track.add(message);
+}
+const track::PoseTrack& Projection::track() const {
+  return state_->track;
+}
+std::optional<Pose> Projection::projector_from_world(double time) const {
+  if (state_->options.projector_from_world) return state_->options.projector_from_world;
+  const track::TrackedPose pose = state_->track.at(time);
+  if (pose.state == track::TrackState::kNone) return std::nullopt;
+  return state_->projector_from_world(pose.frame_from_child);
+}
+
+bool Projection::draw_over(double light_time, ImageView<std::uint8_t> frame) const {
+  if (!state_->options.over) return false;
+  state_->options.over(*this, light_time, frame);
+  return true;
+}
+
+void Projection::set_picture(Picture picture) {
+  state_->picture = picture;
+}
+Picture Projection::picture() const {
+  return state_->picture;
+}
+
+DrawnFrame Projection::draw(double light_time, double content_time, ImageView<std::uint8_t> frame) {
+  State& s = *state_;
+  DrawnFrame drawn;
+  bool placed = s.options.projector_from_world.has_value();
+  if (placed) {
+    surface::move_to(s.solved, s.projector, *s.options.projector_from_world);
+  } else {
+    drawn.pose = s.track.at(light_time);
+    placed = drawn.pose.state != track::TrackState::kNone;
+    if (placed) surface::move_to(s.solved, s.projector, s.projector_from_world(drawn.pose.frame_from_child));
+    drawn.blanked = drawn.pose.state == track::TrackState::kStale && s.options.blank_on_stale;
+  }
+
+  s.scene.items.clear();
+  bool waits = false;
+  for (std::size_t i = 0; i < s.solved.surfaces.size() && !drawn.blanked; ++i) {
+    const SolvedSurface& surface = s.solved.surfaces[i];
+    if (!placed && stands_in_world(surface.surface)) {
+      waits = true;
+      continue;
+    }
+    s.add_item(i, content_time);
+    const auto* plane = std::get_if<PlacedPlane>(&surface.placement);
+    if (plane != nullptr && drawn.pose.state != track::TrackState::kNone && stands_in_world(surface.surface))
+      drawn.pose_error =
+          std::max(drawn.pose_error,
+                   rms_of_light(*plane, s.solved.projector_from_world->inverse(), drawn.pose.covariance));
+  }
+  if (s.scene.items.empty()) {
+    drawn.blanked = drawn.blanked || waits;
+    make_black(frame);
+    return drawn;
+  }
+  const auto begin = std::chrono::steady_clock::now();
+  s.options.draw(s.scene, s.projector.projector, frame);
+  draw_over(light_time, frame);
+  drawn.render_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  return drawn;
+}
+
+}  // namespace procam::show

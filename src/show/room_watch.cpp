@@ -1,0 +1,263 @@
+#include "procam/show/room_watch.hpp"
+
+#ifdef __linux__
+#include <sys/resource.h>
+#endif
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cmath>
+#include <limits>
+#include <mutex>
+#include <thread>
+
+#include "procam/depth/room_depth.hpp"
+#include "procam/device/frame_sink.hpp"
+
+namespace procam::show {
+namespace {
+
+/// Where a plane's content lies in the world.
+Points3 corners_of(const Surface& surface) {
+  const auto& plane = std::get<PlanarSurface>(surface.geometry);
+  Points3 corners;
+  for (const Vec2& p : plane.points) corners.push_back(plane.frame_from_surface * Vec3(p.x(), p.y(), 0));
+  return corners;
+}
+
+bool is_news(const SurfaceSet& told, const SurfaceSet& now, double distance) {
+  if (told.surfaces.size() != now.surfaces.size()) return true;
+  for (std::size_t i = 0; i < now.surfaces.size(); ++i) {
+    if (told.surfaces[i].name != now.surfaces[i].name) return true;
+    const Points3 before = corners_of(told.surfaces[i]), after = corners_of(now.surfaces[i]);
+    for (std::size_t k = 0; k < after.size(); ++k)
+      if ((after[k] - before[k]).norm() > distance) return true;
+  }
+  return false;
+}
+
+/// Where cores are few, depth pictures are passed over rather than frames of the show. Of this thread; a
+/// refusal costs frames and no more.
+void let_the_show_go_first() {
+#ifdef __linux__
+  constexpr int kNicer = 5;  // a third of the share that a thread of the show has
+  setpriority(PRIO_PROCESS, 0, kNicer);
+#endif
+}
+
+}  // namespace
+
+RoomView::RoomView(const RoomOptions& options)
+    : options_(options), rays_(options.camera.camera), map_(options.map), track_(options.track) {
+  require(options.delay >= 0 && options.news_from >= 0, "RoomView: delay and news_from must not be negative");
+}
+
+void RoomView::add(const track::StampedPose& message) {
+  track_.add(message);
+}
+
+double RoomView::time_of(const device::SeenDepth& seen) {
+  if (!seen.stamp_s || !std::isfinite(*seen.stamp_s)) return seen.time_s;
+  if (clock_.observe(*seen.stamp_s, seen.time_s) == track::ClockVerdict::kDoubtful) return seen.time_s;
+  return std::min(clock_.time(*seen.stamp_s), seen.time_s);
+}
+
+std::shared_ptr<const RoomSilhouettes> RoomView::find(const depth::DepthImage& image,
+                                                      const Pose& world_from_camera, double time) const {
+  depth::RoomDepthOptions room;
+  room.within = options_.silhouettes->nearer;
+  const ImageF background = depth::room_depth(map_, image, rays_, world_from_camera, room);
+  ImageF metres;
+  if (image.units.data) {
+    metres = ImageF(image.size().width, image.size().height);
+    for (int y = 0; y < metres.height(); ++y)
+      for (int x = 0; x < metres.width(); ++x) metres.at(x, y) = image.at(x, y);
+  }
+  const track::DepthView view{options_.camera.camera, image.units.data ? metres.view() : image.metres,
+                              background.view()};
+  return std::make_shared<const RoomSilhouettes>(
+      RoomSilhouettes{track::find_silhouettes(view, *options_.silhouettes), world_from_camera, time});
+}
+
+std::optional<SurfaceSet> RoomView::look(const device::SeenDepth& seen) {
+  const ImageSize size = size_of(seen.pixels);
+  if (size != rays_.size())
+    throw Error(ErrorKind::kInput, "depth camera " + options_.camera.name,
+                "its pictures have " + std::to_string(size.width) + "x" + std::to_string(size.height) +
+                    " pixels, the rig file says " + std::to_string(rays_.size().width) + "x" +
+                    std::to_string(rays_.size().height),
+                "set its mode to that of the rig file, or name the right camera of the rig");
+  const double time = time_of(seen) - options_.delay;
+  if (looked_ > 0 && !(time > last_time_)) return std::nullopt;
+  PoseWithCovariance world_from_rig;
+  if (options_.world_from_rig) {
+    world_from_rig.pose = *options_.world_from_rig;
+  } else {
+    const track::TrackedPose child = track_.at(time);
+    if (child.state != track::TrackState::kFresh) {
+      ++homeless_;
+      return std::nullopt;
+    }
+    world_from_rig =
+        compose({child.frame_from_child, child.covariance}, {options_.child_from_rig, Mat6::Zero()});
+  }
+  const PoseWithCovariance world_from_camera =
+      compose(world_from_rig, {options_.camera.rig_from_camera, Mat6::Zero()});
+  const depth::DepthImage image(seen.pixels, seen.metres_per_unit.value_or(options_.metres_per_unit));
+  map_.update(depth::find_planes(image, rays_, options_.planes), image, rays_, world_from_camera, time);
+  last_time_ = time;
+  ++looked_;
+  if (options_.silhouettes) silhouettes_ = find(image, world_from_camera.pose, time);
+  SurfaceSet now = map_.surfaces();
+  if (!is_news(told_, now, options_.news_from)) return std::nullopt;
+  told_ = now;
+  return now;
+}
+
+struct RoomWatch::State {
+  State(Open how, const RoomWatchOptions& what) : open(std::move(how)), options(what), view(what.room) {}
+
+  Open open;
+  RoomWatchOptions options;
+  std::unique_ptr<device::DepthSource> source;
+  RoomView view;
+  std::mutex mutex;  ///< of the three below
+  std::vector<track::StampedPose> poses;
+  RoomNews news;
+  std::shared_ptr<const RoomSilhouettes> silhouettes;
+  std::atomic<bool> ends{false};
+  std::thread thread;
+
+  // The thread's own.
+  bool lost = false;
+  double last_good = 0;
+  std::string last_fault;
+
+  void tell(std::optional<SurfaceSet> surfaces, const std::string& words = "") {
+    const std::lock_guard<std::mutex> lock(mutex);
+    if (surfaces) news.surfaces = std::move(surfaces);
+    if (!words.empty()) news.words.push_back(words);
+  }
+  /// Once, however often it happens.
+  void tell_fault(const std::string& words) {
+    if (words != last_fault) tell(std::nullopt, words);
+    last_fault = words;
+  }
+
+  void run() {
+    let_the_show_go_first();
+    double after = 0;
+    last_good = device::now_s();
+    while (!ends) {
+      try {
+        if (!source) source = open();
+        std::optional<device::SeenDepth> seen = source->next(after, 0.1);
+        while (auto newer = seen ? source->next(seen->time_s, 0) : std::nullopt) seen = std::move(newer);
+        if (seen) {
+          after = seen->time_s;
+          look(*seen);
+        }
+      } catch (const std::exception& error) {
+        tell_fault(error.what());
+        source.reset();
+        for (int i = 0; i < 20 && !ends; ++i) {
+          watch_for_loss();
+          std::this_thread::sleep_for(std::chrono::milliseconds(50));
+        }
+      }
+      watch_for_loss();
+    }
+  }
+
+  void look(const device::SeenDepth& seen) {
+    std::vector<track::StampedPose> arrived;
+    {
+      const std::lock_guard<std::mutex> lock(mutex);
+      arrived.swap(poses);
+    }
+    for (const track::StampedPose& message : arrived) view.add(message);
+    const int before = view.looked();
+    std::optional<SurfaceSet> surfaces = view.look(seen);
+    if (view.looked() == before) {
+      if (view.homeless() > 0) tell_fault("depth pictures come without a fresh pose: they are passed over");
+      return;
+    }
+    last_good = device::now_s();
+    last_fault.clear();
+    if (view.silhouettes()) {
+      const std::lock_guard<std::mutex> lock(mutex);
+      silhouettes = view.silhouettes();
+    }
+    if (lost) {
+      lost = false;
+      tell(view.map().surfaces(), "the depth camera sees again");
+    } else if (surfaces) {
+      tell(std::move(surfaces));
+    }
+  }
+
+  void watch_for_loss() {
+    if (lost || device::now_s() - last_good < options.lost_after) return;
+    lost = true;
+    if (options.blank_on_loss)
+      tell(SurfaceSet{}, "the depth camera is silent: its surfaces are black until it sees again");
+    else
+      tell(std::nullopt, "the depth camera is silent: its surfaces stay where they are");
+  }
+};
+
+RoomWatch::RoomWatch(Open open, const RoomWatchOptions& options)
+    : state_(std::make_unique<State>(std::move(open), options)) {
+  require(options.lost_after > 0, "RoomWatch: lost_after must be positive");
+  state_->source = state_->open();
+  state_->thread = std::thread([state = state_.get()] { state->run(); });
+}
+
+RoomWatch::~RoomWatch() {
+  state_->ends = true;
+  state_->thread.join();
+}
+
+void RoomWatch::add(const track::StampedPose& message) {
+  const std::lock_guard<std::mutex> lock(state_->mutex);
+  // Without pictures nobody fetches them: the newest are enough.
+  constexpr std::size_t kMost = 4096;
+  if (state_->poses.size() >= kMost)
+    state_->poses.erase(state_->poses.begin(), state_->poses.begin() + std::ptrdiff_t(kMost / 2));
+  state_->poses.push_back(message);
+}
+
+std::optional<RoomNews> RoomWatch::take() {
+  const std::unique_lock<std::mutex> lock(state_->mutex, std::try_to_lock);
+  if (!lock || (!state_->news.surfaces && state_->news.words.empty())) return std::nullopt;
+  return std::exchange(state_->news, {});
+}
+
+track::Darkened RoomWatch::darken(ImageView<std::uint8_t> frame, const Projection& projection,
+                                  double light_time) const {
+  std::shared_ptr<const RoomSilhouettes> newest;
+  {
+    const std::lock_guard<std::mutex> lock(state_->mutex);
+    newest = state_->silhouettes;
+  }
+  return darken_before_room(frame, projection, light_time, newest.get(),
+                            state_->options.room.silhouettes.value_or(track::SilhouetteOptions{}));
+}
+
+track::Darkened darken_before_room(ImageView<std::uint8_t> frame, const Projection& projection,
+                                   double light_time, const RoomSilhouettes* seen,
+                                   const track::SilhouetteOptions& options) {
+  // A place that is not finite darkens all, and so does an age that is none.
+  constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+  Pose projector_from_camera(Eigen::Quaterniond::Identity(), Vec3::Constant(kUnknown));
+  const auto projector_from_world = projection.projector_from_world(light_time);
+  if (seen != nullptr && projector_from_world)
+    projector_from_camera = *projector_from_world * seen->world_from_camera;
+  static const track::Silhouettes nobody;
+  return track::darken_silhouettes(frame, projection.projector(), projector_from_camera,
+                                   seen != nullptr ? seen->in_camera : nobody,
+                                   seen != nullptr ? light_time - seen->time : kUnknown, options);
+}
+
+}  // namespace procam::show

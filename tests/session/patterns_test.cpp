@@ -1,0 +1,181 @@
+#include "procam/session/patterns.hpp"
+
+#include <gtest/gtest.h>
+
+#include <functional>
+
+#include "procam/simulate/session.hpp"
+
+namespace procam::session {
+namespace {
+
+const ImageSize kProjector{1024, 768};
+
+TEST(PatternTable, EachRowStatesItselfAndShowsAsManyFramesAsItSays) {
+  for (const PatternRow& row : pattern_table()) {
+    const auto pattern = make_pattern(row.name, kProjector);
+    EXPECT_EQ(make_pattern(pattern->text(), kProjector)->text(), pattern->text());
+    EXPECT_EQ(pattern->text().rfind(row.name, 0), 0u) << pattern->text();
+    const std::vector<ImageU8> frames = pattern->frames();
+    EXPECT_EQ(int(frames.size()), pattern->frame_count()) << row.name;
+    for (const ImageU8& frame : frames)
+      ASSERT_TRUE(frame.size() == kProjector && frame.channels() == pattern->channels());
+    EXPECT_NE(pattern->describe().find(std::to_string(frames.size()) + " frames for 1024x768"),
+              std::string::npos);
+    EXPECT_NE(pattern_help().find(row.name), std::string::npos);
+  }
+}
+
+TEST(PatternTable, TakesParametersAfterAColon) {
+  EXPECT_EQ(make_pattern("phase:20px", kProjector)->text(), "phase:20px");
+  EXPECT_EQ(make_pattern("chessboard:9x6:70px", kProjector)->text(), "chessboard:9x6:70px");
+  for (const char* text :
+       {"charuco:9x7:80px:56px:5x5_100", "markers:6x5:72px:30px:apriltag_36h11", "circles:5x7:80px:70.5px"})
+    EXPECT_EQ(make_pattern(text, kProjector)->text(), text);
+  EXPECT_EQ(make_pattern("gray", kProjector, 4)->frame_count(), 34);
+}
+
+TEST(PatternTable, ShowsBoardsOfLightInOneColourFrameWhenAsked) {
+  for (const char* name : {"chessboard", "charuco", "markers", "circles"}) {
+    const auto one = make_pattern(std::string(name) + ":colour", kProjector),
+               pair = make_pattern(name, kProjector);
+    EXPECT_EQ(one->text(), pair->text() + ":colour");
+    EXPECT_EQ(make_pattern(one->text(), kProjector)->text(), one->text());
+    EXPECT_EQ(one->frame_count(), 1);
+    EXPECT_EQ(one->channels(), 3);
+    EXPECT_EQ(pair->channels(), 1);
+    EXPECT_NE(one->describe().find("1 frames for 1024x768"), std::string::npos);
+  }
+}
+
+/// Both counts odd, or equal: only with the statement that settles the first corner.
+TEST(PatternTable, TakesAmbiguousChessboardsThatAreUpright) {
+  for (const char* text : {"chessboard:9x7:64px:upright", "chessboard:8x8:64px:upright:colour"})
+    EXPECT_EQ(make_pattern(text, kProjector)->text(), text);
+  try {
+    make_pattern("chessboard:9x7:64px", kProjector);
+    FAIL() << "a board without a first corner was taken";
+  } catch (const Error& error) {
+    EXPECT_NE(error.next().find("':upright'"), std::string::npos) << error.next();
+  }
+  EXPECT_THROW(make_pattern("circles:7x11:64px:56px:upright", kProjector), Error);
+}
+
+TEST(PatternTable, LetsBoardsWithMarkersLeaveThePaper) {
+  const auto area = [](const char* text) {
+    return make_pattern(text, kProjector)->on_blank_paper()->volume();
+  };
+  EXPECT_LT(area("markers"), 0.75 * 1024 * 768);
+  EXPECT_LT(area("charuco"), 0.75 * 1024 * 768);
+  EXPECT_GT(area("circles"), 0.75 * 1024 * 768);
+  EXPECT_FALSE(make_pattern("gray", kProjector)->on_blank_paper());
+}
+
+TEST(PatternTable, NamesWhatItKnowsAndRefusesTheRest) {
+  try {
+    make_pattern("moire", kProjector);
+    FAIL() << "an unknown pattern was taken";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.kind(), ErrorKind::kInput);
+    for (const PatternRow& row : pattern_table())
+      EXPECT_NE(error.next().find(row.name), std::string::npos) << row.name;
+  }
+  for (const char* text :
+       {"gray:3", "phase:7px", "phase:16", "phase:900px", "gray+phase:16px2", "chessboard:12",
+        "chessboard:12x9:64mm", "chessboard:12x9:640px", "chessboard:12x9:64px:red", "markers:10x7:64px:32px",
+        "markers:10x7:0.1m:0.05m:4x4_250", "charuco:15x11:64px:49px:4x4_250", "charuco:9x7:80px:56m:5x5_100",
+        "circles:7x10:64px:56px", "circles:7x11:64px:100px", ""})
+    EXPECT_THROW(make_pattern(text, kProjector), Error) << text;
+}
+
+/// The corners of one simulated view, read as calibrate-projector reads it.
+struct ReadView {
+  session::BoardView view;
+  std::vector<Observation> truth;  ///< in the camera, where the board is at the end
+};
+
+ReadView read_view(const SessionPattern& pattern, const std::function<void(simulate::Conditions&)>& spoil) {
+  using namespace simulate;
+  Conditions conditions = level_conditions(Level::kPaper);
+  spoil(conditions);
+  Session session = make_session(Level::kPaper, 8, pattern.on_blank_paper(), {}, conditions);
+  session.capture.samples_per_axis = 1;
+  constexpr std::size_t kView = 3;
+  const std::vector<ImageU8> captures = capture_view(session, kView, pattern.frames());
+  World world = session.views[kView];
+  if (session.defects[kView].moved)
+    world.rig_from_board = world.rig_from_board * session.defects[kView].moved->board_from_moved;
+  return {pattern.read("03", {captures.begin(), captures.end()}, session.stated_board),
+          board_in_camera(world)};
+}
+
+/// Some 0.03 px of corners under noise; the smallest motion below is 2 px.
+void expect_corners(const ReadView& read) {
+  const std::vector<Observation>& corners = read.view.detections[0].observations;
+  ASSERT_EQ(corners.size(), read.truth.size());
+  for (std::size_t i = 0; i < corners.size(); ++i)
+    EXPECT_LT((corners[i].pixel - read.truth[i].pixel).norm(), 0.3) << i;
+}
+
+TEST(GrayPattern, KeepsTheCameraCornersOfAViewWhoseFramesDoNotFitTogether) {
+  const auto pattern = make_pattern("gray", kProjector);
+  const std::vector<std::pair<const char*, std::function<void(simulate::Conditions&)>>> kinds{
+      {"stale_frame", [](simulate::Conditions& c) { c.stale_views = 99; }},
+      {"torn_frame", [](simulate::Conditions& c) { c.torn_views = 99; }},
+      {"board_moved",
+       [](simulate::Conditions& c) {
+         c.moved_views = 99, c.moved_by = {0.008, 0.008};
+       }},
+      {"", [](simulate::Conditions&) {}}};
+  for (const auto& [code, spoil] : kinds) {
+    SCOPED_TRACE(code);
+    const ReadView read = read_view(*pattern, spoil);
+    const Diagnostics& remarks = read.view.detections[0].diagnostics;
+    expect_corners(read);
+    const bool sound = std::string(code).empty();
+    EXPECT_EQ(read.view.detections[1].observations.empty(), !sound);
+    EXPECT_EQ(remarks.find("projector_rejected") == nullptr, sound);
+    EXPECT_TRUE(sound || remarks.find(code) != nullptr);
+    EXPECT_EQ(remarks.find("pair_not_complementary"), nullptr);
+  }
+}
+
+TEST(PhasePattern, KeepsTheCameraCornersOfAMovedBoardAtItsLastPosition) {
+  const auto pattern = make_pattern("phase", kProjector);
+  const ReadView read = read_view(*pattern, [](simulate::Conditions& c) {
+    c.moved_views = 99, c.moved_by = {0.012, 0.012};
+  });
+  EXPECT_NE(read.view.detections[0].diagnostics.find("board_moved"), nullptr);
+  expect_corners(read);
+  EXPECT_TRUE(read.view.detections[1].observations.empty());
+}
+
+TEST(ChessboardPattern, NamesWhatHappenedBetweenItsTwoCaptures) {
+  const auto pattern = make_pattern("chessboard", kProjector);
+  const std::vector<std::pair<const char*, std::function<void(simulate::Conditions&)>>> kinds{
+      {"stale_frame", [](simulate::Conditions& c) { c.stale_views = 99; }},
+      {"board_moved",
+       [](simulate::Conditions& c) {
+         c.moved_views = 99, c.moved_by = {0.012, 0.012};
+       }},
+      {"exposure_changes", [](simulate::Conditions& c) { c.auto_exposure = 0.8; }},
+      {"", [](simulate::Conditions&) {}}};
+  const std::vector<const char*> all{"stale_frame", "board_moved", "camera_moved", "overexposed",
+                                     "exposure_changes"};
+  for (const auto& [code, spoil] : kinds) {
+    SCOPED_TRACE(code);
+    const ReadView read = read_view(*pattern, spoil);
+    const Diagnostics& remarks = read.view.detections[0].diagnostics;
+    for (const char* possible : all)
+      EXPECT_EQ(remarks.find(possible) != nullptr, std::string(possible) == code) << possible;
+    if (std::string(code) == "stale_frame" || std::string(code) == "board_moved") {
+      EXPECT_TRUE(read.view.light_points.empty());
+    }
+    if (std::string(code).empty()) {
+      EXPECT_FALSE(read.view.light_points.empty());
+    }
+  }
+}
+
+}  // namespace
+}  // namespace procam::session

@@ -1,0 +1,233 @@
+/// The control page in a real browser, and before people who should not be there.
+#include "procam/show/control_page.hpp"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <boost/asio.hpp>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "live_world.hpp"
+#include "procam/show/loop.hpp"
+#include "support/browser.hpp"
+
+namespace procam::show {
+namespace {
+
+using boost::asio::ip::tcp;
+
+struct Address {
+  std::string host, port, token;
+  explicit Address(const std::string& url) {
+    const std::size_t slashes = url.find("//") + 2, slash = url.find('/', slashes),
+                      colon = url.rfind(':', slash);
+    host = url.substr(slashes, slash - slashes);
+    port = url.substr(colon + 1, slash - colon - 1);
+    token = url.substr(url.find("token=") + 6);
+  }
+};
+
+/// Sends bytes as they are; the answer as it comes.
+std::string talk(const Address& to, const std::string& bytes) {
+  boost::asio::io_context io;
+  tcp::socket socket(io);
+  socket.connect(
+      {boost::asio::ip::make_address("127.0.0.1"), static_cast<unsigned short>(std::stoi(to.port))});
+  boost::system::error_code ignored;
+  boost::asio::write(socket, boost::asio::buffer(bytes), ignored);
+  std::string answer;
+  boost::asio::read(socket, boost::asio::dynamic_buffer(answer), ignored);
+  return answer;
+}
+int status_of(const std::string& answer) {
+  return answer.size() > 12 ? std::atoi(answer.c_str() + 9) : 0;
+}
+std::string get(const Address& to, const std::string& path, const std::string& more = "") {
+  return "GET " + path + " HTTP/1.1\r\nHost: " + to.host + "\r\n" + more + "\r\n";
+}
+
+TEST(ControlPage, RefusesWhoHasNoBusinessHere) {
+  ControlOptions options;
+  options.port = 0;
+  ControlPage page(options);
+  const Address at(page.url());
+  EXPECT_EQ(at.token.size(), 32u);
+  const std::string with = "?token=" + at.token, bearer = "Authorization: Bearer " + at.token + "\r\n";
+  EXPECT_EQ(status_of(talk(at, get(at, "/" + with))), 200);
+  EXPECT_EQ(status_of(talk(at, get(at, "/", bearer))), 200);
+  EXPECT_EQ(status_of(talk(at, get(at, "/status" + with, "Origin: http://" + at.host + "\r\n"))), 200);
+  EXPECT_EQ(status_of(talk(at, get(at, "/nothing" + with))), 404);
+  EXPECT_EQ(status_of(talk(at, get(at, "/frame.jpg" + with))), 503);
+
+  for (const char* path : {"/", "/status", "/metrics", "/frame.jpg", "/ws", "/command", "/nothing"}) {
+    EXPECT_EQ(status_of(talk(at, get(at, path))), 403) << path;
+    EXPECT_EQ(status_of(talk(at, get(at, std::string(path) + "?token=" + at.token.substr(1)))), 403) << path;
+    EXPECT_EQ(status_of(talk(at, get(at, path + with, "Origin: http://evil.example\r\n"))), 403) << path;
+    EXPECT_EQ(status_of(talk(
+                  at, "GET " + (path + with) + " HTTP/1.1\r\nHost: evil.example:" + at.port + "\r\n\r\n")),
+              403)
+        << path;
+  }
+  const auto post = [&](const std::string& body, const std::string& more = "") {
+    return talk(at, "POST /command" + with + " HTTP/1.1\r\nHost: " + at.host + "\r\n" + more +
+                        "Content-Length: " + std::to_string(body.size()) + "\r\n\r\n" + body);
+  };
+  EXPECT_EQ(status_of(post("{\"do\":\"undo\"}")), 202);
+  EXPECT_EQ(status_of(post("{\"do\":\"move\",\"surface\":\"a\",\"point\":1,\"pixels\":[1.5,2]}")), 202);
+  const std::vector<Command> taken = page.take();
+  ASSERT_EQ(taken.size(), 2u);
+  EXPECT_EQ(taken[1].pixels, Vec2(1.5, 2));
+  for (const char* body :
+       {"", "{}", "[]", "{\"do\":5}", "{\"do\":\"move\",\"point\":1e99}", "{\"do\":\"x\",\"pixels\":[1]}",
+        "{\"do\":\"x\",\"other\":1}", "{\"do\":\"x\",\"pixels\":[1,1e999]}", "\xff\xfe", "{\"do\":\"x\""})
+    EXPECT_EQ(status_of(post(body)), 400) << body;
+  EXPECT_TRUE(page.take().empty());
+  EXPECT_EQ(status_of(post(std::string(20000, ' '))), 413);
+  EXPECT_EQ(status_of(talk(at, get(at, "/command" + with))), 405);
+  EXPECT_EQ(status_of(talk(at, get(at, "/" + with, "X: " + std::string(10000, 'x') + "\r\n"))), 431);
+  EXPECT_EQ(status_of(talk(at, "nonsense\r\n\r\n")), 400);
+  // A thousand commands that nobody takes, and no more.
+  for (int i = 0; i < 1000; ++i) ASSERT_EQ(status_of(post("{\"do\":\"undo\"}")), 202);
+  EXPECT_EQ(status_of(post("{\"do\":\"undo\"}")), 400);
+  EXPECT_THROW(ControlPage(ControlOptions{"127.0.0.1", std::stoi(at.port), ""}), Error);
+  EXPECT_THROW(ControlPage(ControlOptions{"localhost.example", 0, ""}), Error);
+  EXPECT_THROW(ControlPage(ControlOptions{"127.0.0.1", 0, "a b"}), Error);
+}
+
+/// A loop on a thread of its own, as project-live runs it, and the page before it.
+class RunningShow {
+ public:
+  RunningShow()
+      : projection_(small_rig(), standing()),
+        sink_(projection_.frame_size()),
+        editor_(small_show().surfaces) {
+    projection_.set_show(small_show());
+    ControlOptions control;
+    control.port = 0;
+    page_ = std::make_unique<ControlPage>(control);
+    parts_.editor = &editor_;
+    parts_.page = page_.get();
+    parts_.save = [this](const SurfaceSet& set) { saved_ = set; };
+    LoopOptions options;
+    options.fps = 50;
+    thread_ = std::thread([this, options] { metrics_ = run_loop(parts_, options); });
+  }
+  ~RunningShow() { end(); }
+  void end() {
+    sink_.wish(device::Wish::kClose);
+    if (thread_.joinable()) thread_.join();
+  }
+  std::string url() const { return page_->url(); }
+  KeptFrames& sink() { return sink_; }
+  const SurfaceSet& saved() const { return saved_; }
+  const Metrics& metrics() const { return metrics_; }
+  const SurfaceSet& surfaces() const { return editor_.surfaces(); }
+
+ private:
+  static ProjectionOptions standing() {
+    ProjectionOptions options;
+    options.projector_from_world = Pose();
+    return options;
+  }
+  Projection projection_;
+  KeptFrames sink_;
+  Editor editor_;
+  std::unique_ptr<ControlPage> page_;
+  LoopParts parts_{projection_, sink_};
+  SurfaceSet saved_;
+  Metrics metrics_;
+  std::thread thread_;
+};
+
+TEST(ControlPage, ACornerDraggedInABrowserMovesTheLight) {
+  RunningShow show;
+  test::Browser browser(1100, 760);
+  ASSERT_TRUE(browser.is_running()) << "chromium must be installed (scripts/common.sh names the package)";
+  browser.open(show.url());
+  ASSERT_TRUE(
+      browser.wait_for("document.querySelectorAll('circle').length === 4 && $('frame').naturalWidth === 320"))
+      << browser.console();
+  ASSERT_TRUE(browser.wait_for("$('state').textContent === 'standing'"));
+  // The sign, in the projector's own pixels.
+  browser.evaluate(
+      "[...document.querySelectorAll('#list button')].find(b => b.textContent.includes('sign')).click()");
+  const auto circle = [&](int i) {
+    const std::string box = "(() => { const b = document.querySelectorAll('circle')[" + std::to_string(i) +
+                            "].getBoundingClientRect(); return [b.x + b.width / 2, b.y + b.height / 2]; })()";
+    return nlohmann::json::parse(browser.evaluate(box)).get<std::vector<double>>();
+  };
+  const ImageU8 before = show.sink().last();
+  const int x = 125, y = 178;  // just outside of the sign, inside after the drag
+  EXPECT_EQ(before.at(x, y, 2), 0);
+  const std::vector<double> from = circle(2);
+  browser.mouse("mousePressed", from[0] + 3, from[1] - 2);
+  for (int i = 1; i <= 10; ++i) browser.mouse("mouseMoved", from[0] + 3 + 6 * i, from[1] - 2 + 4 * i);
+  browser.mouse("mouseReleased", from[0] + 63, from[1] + 38);
+  const double scale =
+      nlohmann::json::parse(browser.evaluate("$('view').getBoundingClientRect().width")).get<double>() / 320;
+  // Where it was dropped on the page is where it is in the frame.
+  ASSERT_TRUE(browser.wait_for("status.unsaved && Math.abs(status.surfaces[2].points[2][0] - " +
+                               std::to_string(131 + 60 / scale) + ") < 0.1"))
+      << browser.evaluate("status");
+  const auto now =
+      nlohmann::json::parse(browser.evaluate("status.surfaces[2].points[2]")).get<std::vector<double>>();
+  EXPECT_NEAR(now[1], 170 + 40 / scale, 0.1);
+  EXPECT_NE(show.sink().last().at(x, y, 2), 0) << "the light has not moved";
+  if (const char* kept = std::getenv("PROCAM_KEEP_PAGES")) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(500));
+    browser.screenshot(std::filesystem::path(kept) / "control_page.png");
+  }
+
+  // A nudge by a tenth of a pixel, undone; then all of the drag, which is one step.
+  browser.press("ArrowLeft");
+  ASSERT_TRUE(browser.wait_for("Math.abs(status.surfaces[2].points[2][0] - " + std::to_string(now[0] - 0.1) +
+                               ") < 1e-4"));
+  browser.evaluate("$('undo').click()");
+  ASSERT_TRUE(
+      browser.wait_for("Math.abs(status.surfaces[2].points[2][0] - " + std::to_string(now[0]) + ") < 1e-4"));
+  browser.evaluate("$('save').click()");
+  ASSERT_TRUE(browser.wait_for("!status.unsaved"));
+  ASSERT_EQ(show.saved().surfaces.size(), 3u);
+  EXPECT_NEAR(std::get<PixelSurface>(show.saved().surfaces[2].geometry).pixels[2].x(), now[0], 1e-9);
+  browser.evaluate("$('undo').click()");
+  ASSERT_TRUE(browser.wait_for("status.surfaces[2].points[2][0] === 131"));
+  ASSERT_TRUE(browser.wait_for("!status.can_undo"));
+
+  browser.evaluate("$('name').value = 'new one'; $('add').click()");
+  ASSERT_TRUE(browser.wait_for("status.surfaces.length === 4 && status.surfaces[3].name === 'new one'"));
+  browser.evaluate("$('name').value = 'sign'; $('rename').click()");  // there is one already
+  ASSERT_TRUE(browser.wait_for("status.messages.some(m => m.includes('sign'))"));
+  browser.evaluate("send({do: 'content', surface: 'new one', text: '/etc/passwd'})");
+  ASSERT_TRUE(browser.wait_for("status.messages.some(m => m.includes('/etc/passwd'))"));
+  browser.evaluate("document.querySelector('[data-picture=mask]').click()");
+  ASSERT_TRUE(browser.wait_for("status.picture === 'mask'"));
+  EXPECT_EQ(browser.console(), "");
+  show.end();
+  EXPECT_GT(show.metrics().frames, 50u);
+}
+
+TEST(ControlPage, KeysOfTheWindow) {
+  RunningShow show;
+  const auto wait = [&](auto condition) {
+    for (int i = 0; i < 300 && !condition(); ++i) std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    return condition();
+  };
+  ASSERT_TRUE(wait([&] { return show.sink().count() > 2; }));
+  const ImageU8 content = show.sink().last();
+  const auto changed = [&] {
+    const ImageU8 now = show.sink().last();
+    return !std::equal(now.data(), now.data() + 320 * 200 * 3, content.data());
+  };
+  for (const device::Wish wish : {device::Wish::kGrid, device::Wish::kMask, device::Wish::kHelp}) {
+    show.sink().wish(wish);
+    EXPECT_TRUE(wait(changed));
+    if (wish == device::Wish::kMask)
+      EXPECT_TRUE(wait([&] { return show.sink().last().at(70, 140, 0) == 255; }));
+    show.sink().wish(wish);
+    EXPECT_TRUE(wait([&] { return !changed(); }));
+  }
+}
+
+}  // namespace
+}  // namespace procam::show

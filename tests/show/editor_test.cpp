@@ -1,0 +1,114 @@
+#include "procam/show/editor.hpp"
+
+#include <gtest/gtest.h>
+
+#include "live_world.hpp"
+#include "procam/surface/solve.hpp"
+
+namespace procam::show {
+namespace {
+
+class Edited : public testing::Test {
+ protected:
+  RigProjector projector_ = small_rig().projectors[0];
+  Editor editor_{small_show().surfaces};
+  SolvedSurfaceSet solved_;
+  void SetUp() override { solve(); }
+  void solve() { solved_ = surface::solve_surfaces(editor_.surfaces(), projector_, Pose()); }
+  void apply(const Command& command) {
+    editor_.apply(command, projector_.projector, solved_);
+    solve();
+  }
+  std::vector<std::optional<Vec2>> points(std::size_t surface) {
+    return points_in_frame(solved_.surfaces[surface], projector_.projector);
+  }
+};
+
+/// Through the lens, onto the plane and back: the corner is where it was dropped.
+TEST_F(Edited, ACornerGoesWhereItIsDragged) {
+  for (const std::size_t surface : {0u, 2u}) {
+    const std::string name = editor_.surfaces().surfaces[surface].name;
+    const auto before = points(surface);
+    const Vec2 to = *before[2] + Vec2(7.25, -3.5);
+    apply({"move", name, 2, to, "", "drag 1"});
+    EXPECT_LT((*points(surface)[2] - to).norm(), 1e-9) << name;
+    EXPECT_LT((*points(surface)[1] - *before[1]).norm(), 1e-12) << "the others stay";
+  }
+  const auto before = points(0);
+  apply({"nudge", "left", -1, {0.1, -0.3}, "", ""});
+  for (std::size_t i = 0; i < 4; ++i) EXPECT_LT((*points(0)[i] - *before[i] - Vec2(0.1, -0.3)).norm(), 1e-9);
+}
+
+TEST_F(Edited, ADragIsOneStep) {
+  const auto before = points(2);
+  for (int i = 1; i <= 20; ++i) apply({"move", "sign", 0, {20.0 + i, 110.0 - i}, "", "drag 7"});
+  apply({"nudge", "sign", 0, {0.1, 0}, "", ""});
+  EXPECT_TRUE(editor_.is_unsaved());
+  EXPECT_TRUE(editor_.undo());
+  solve();
+  EXPECT_EQ(*points(2)[0], Vec2(40, 90));
+  EXPECT_TRUE(editor_.undo());
+  solve();
+  EXPECT_EQ(*points(2)[0], *before[0]);
+  EXPECT_FALSE(editor_.undo());
+  EXPECT_TRUE(editor_.redo());
+  EXPECT_TRUE(editor_.redo());
+  EXPECT_FALSE(editor_.redo());
+  solve();
+  EXPECT_EQ(*points(2)[0], Vec2(40.1, 90));
+  apply({"rename", "sign", -1, {}, "board", ""});
+  EXPECT_FALSE(editor_.can_redo());
+}
+
+TEST_F(Edited, SurfacesComeAndGo) {
+  apply({"add", "new one", -1, {}, "#ff8000", ""});
+  ASSERT_EQ(editor_.surfaces().surfaces.size(), 4u);
+  EXPECT_EQ(editor_.surfaces().surfaces[3].content, "#ff8000");
+  for (const auto& point : points(3)) {
+    EXPECT_GT(point->x(), 0);
+    EXPECT_LT(point->x(), 320);
+  }
+  apply({"content", "new one", -1, {}, "clip.mp4", ""});
+  EXPECT_EQ(editor_.surfaces().surfaces[3].content, "clip.mp4");
+  apply({"remove", "left", -1, {}, "", ""});
+  EXPECT_EQ(editor_.surfaces().surfaces[0].name, "right");
+  EXPECT_TRUE(editor_.undo());
+  EXPECT_EQ(editor_.surfaces().surfaces[0].name, "left");
+}
+
+TEST_F(Edited, WhatCannotBeChangesNothing) {
+  const double nan = std::nan("");
+  const Command refused[] = {{"move", "sign", 4, {1, 1}, "", ""},
+                             {"move", "sign", -1, {1, 1}, "", ""},
+                             {"move", "nobody", 0, {1, 1}, "", ""},
+                             {"move", "sign", 0, {nan, 1}, "", ""},
+                             {"move", "sign", 0, {1e9, 1}, "", ""},
+                             {"add", "sign", -1, {}, "", ""},
+                             {"add", "", -1, {}, "", ""},
+                             {"add", "a\nb", -1, {}, "", ""},
+                             {"add", std::string(65, 'x'), -1, {}, "", ""},
+                             {"rename", "sign", -1, {}, "left", ""},
+                             {"remove", "nobody", -1, {}, "", ""},
+                             {"dance", "sign", -1, {}, "", ""},
+                             {"nudge", "sign", 9, {1, 1}, "", ""}};
+  for (const Command& command : refused) {
+    EXPECT_THROW(editor_.apply(command, projector_.projector, solved_), Error)
+        << command.verb << " " << command.surface;
+    EXPECT_FALSE(editor_.can_undo());
+  }
+  EXPECT_FALSE(editor_.is_unsaved());
+  for (int i = 0; i < 61; ++i) apply({"add", "s" + std::to_string(i), -1, {}, "", ""});
+  EXPECT_THROW(apply({"add", "one more", -1, {}, "", ""}), Error);
+}
+
+TEST_F(Edited, WhatCannotBeSolvedIsRevoked) {
+  const auto before = std::get<PixelSurface>(editor_.surfaces().surfaces[2].geometry).pixels;
+  editor_.apply({"move", "sign", 0, before[1], "", "drag 1"}, projector_.projector, solved_);
+  EXPECT_THROW(solve(), Error) << "two corners in one place";
+  editor_.revoke();
+  EXPECT_EQ(std::get<PixelSurface>(editor_.surfaces().surfaces[2].geometry).pixels, before);
+  solve();
+}
+
+}  // namespace
+}  // namespace procam::show

@@ -14,6 +14,8 @@ struct ScreenPixels::Connection {
 ScreenPixels::ScreenPixels(const std::string& display)
     : connection_(new Connection{XOpenDisplay(display.c_str())}) {
   if (connection_->display == nullptr) throw std::runtime_error("no X display " + display);
+  // A window may close between finding it and sending it a key: no reason to end the test program.
+  XSetErrorHandler([](Display*, XErrorEvent*) { return 0; });
 }
 
 ScreenPixels::~ScreenPixels() {
@@ -41,7 +43,7 @@ void ScreenPixels::send(const std::string& key, bool is_press) const {
   Window parent = 0, same_root = 0, *windows = nullptr;
   unsigned count = 0;
   XQueryTree(display, root, &same_root, &parent, &windows, &count);
-  if (count == 0) throw std::runtime_error("the X display has no window");
+  if (count == 0) return;
   XKeyEvent event = {};
   event.type = is_press ? KeyPress : KeyRelease;
   event.display = display;

@@ -18,7 +18,7 @@ class ScreenPixels {
 
   /// The screen's top left part, R G B.
   ImageU8 read(ImageSize size) const;
-  /// Sends the topmost window a key, named as X names it ("Return").
+  /// Sends the topmost window a key, named as X names it ("Return"). Nothing happens without a window.
   void press(const std::string& key) const { send(key, true); }
   void release(const std::string& key) const { send(key, false); }
 

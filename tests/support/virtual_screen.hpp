@@ -26,8 +26,9 @@ class VirtualScreen {
       if (std::freopen("/dev/null", "w", stderr) == nullptr ||
           std::freopen("/dev/null", "w", stdout) == nullptr)
         _exit(127);
+      // -noreset: a server that resets when its last client leaves may close the connection of the next one.
       execlp("Xvfb", "Xvfb", "-displayfd", descriptor.c_str(), "-screen", "0", screen.c_str(), "-nolisten",
-             "tcp", static_cast<char*>(nullptr));
+             "tcp", "-noreset", static_cast<char*>(nullptr));
       _exit(127);
     }
     close(answer[1]);

@@ -1,5 +1,5 @@
 #pragma once
-/// Shares a range of rows or frames out over threads. Whoever includes it links Threads::Threads.
+/// Shares a range of rows, frames or views out over threads. Whoever includes it links Threads::Threads.
 #include <algorithm>
 #include <atomic>
 #include <exception>
@@ -8,35 +8,48 @@
 
 namespace procam {
 
+/// Threads to start: `threads`, or the machine's cores for 0.
+inline int thread_count(int threads) {
+  return threads > 0 ? threads : int(std::max(1u, std::thread::hardware_concurrency()));
+}
+
+/// Calls work(i) once for each i of [0, count), started in ascending order, at most `threads` (0: the machine's)
+/// at a time. All are called even when one throws; the exception of the lowest i is thrown again here.
+template <typename Work>
+void parallel_each(int count, int threads, const Work& work) {
+  std::vector<std::exception_ptr> errors(std::size_t(std::max(count, 0)));
+  std::atomic<int> next{0};
+  const auto serve = [&] {
+    for (int i = next++; i < count; i = next++) {
+      try {
+        work(i);
+      } catch (...) {
+        errors[std::size_t(i)] = std::current_exception();
+      }
+    }
+  };
+  std::vector<std::thread> others;
+  for (int i = 1; i < std::min(thread_count(threads), count); ++i) others.emplace_back(serve);
+  serve();
+  for (std::thread& other : others) other.join();
+  for (const std::exception_ptr& error : errors)
+    if (error) std::rethrow_exception(error);
+}
+
 /// Calls work(begin, end) on consecutive parts of [0, count), at most `threads` (0: the machine's) at a time,
-/// several parts a thread: what is slow in one place holds nobody up. The first part's exception is thrown
-/// again here.
+/// several parts a thread, so that a slow part does not hold up the others. Exceptions as of parallel_each().
 template <typename Work>
 void parallel_for(int count, int threads, const Work& work) {
   constexpr int kPartsAThread = 8;
-  const int wanted = threads > 0 ? threads : int(std::max(1u, std::thread::hardware_concurrency()));
-  const int members = std::min(wanted, count);
+  const int members = std::min(thread_count(threads), count);
   if (members <= 1) {
     work(0, count);
     return;
   }
   const int parts = std::min(members * kPartsAThread, count);
-  std::vector<std::exception_ptr> errors(static_cast<std::size_t>(parts));
-  std::atomic<int> next{0};
-  std::vector<std::thread> team;
-  for (int member = 0; member < members; ++member)
-    team.emplace_back([&] {
-      for (int part = next++; part < parts; part = next++) {
-        try {
-          work(int(long(count) * part / parts), int(long(count) * (part + 1) / parts));
-        } catch (...) {
-          errors[std::size_t(part)] = std::current_exception();
-        }
-      }
-    });
-  for (std::thread& member : team) member.join();
-  for (const std::exception_ptr& error : errors)
-    if (error) std::rethrow_exception(error);
+  parallel_each(parts, members, [&](int part) {
+    work(int(long(count) * part / parts), int(long(count) * (part + 1) / parts));
+  });
 }
 
 }  // namespace procam

@@ -82,7 +82,7 @@ std::unique_ptr<hockey::Players> open_players(const Options& options, const hock
   }
   const hockey::Seat seat = read_seat(options, wall.world_from_table);
   if (text.rfind("log:", 0) == 0) return hockey::recorded_people(text.substr(4), seat);
-  return hockey::live_people(track::open_skeleton_source(text), seat, begin);
+  return hockey::live_people(people::open_skeleton_source(text), seat, begin);
 }
 
 int play(const Options& options) {
@@ -161,7 +161,7 @@ int play(const Options& options) {
   const hockey::Match& match = game.match();
   std::printf("%d : %d after %.1f s; %ld frames in %.2f s, %.1f a second\n", match.score(0), match.score(1),
               match.time(), frames, took, double(frames) / took);
-  if (const track::PeopleTrack* people = game.players().people())
+  if (const people::PeopleTrack* people = game.players().people())
     std::printf("skeletons: %llu refused, %llu told twice or late, %llu joints that jumped%s%s\n",
                 (unsigned long long)people->faults().refused,
                 (unsigned long long)(people->faults().repeated + people->faults().late),

@@ -2,14 +2,14 @@
 
 #include "procam/core/base/error.hpp"
 #include "procam/core/geometry/se3.hpp"
-#include "procam/track/interaction.hpp"
+#include "procam/people/interaction.hpp"
 
 namespace hockey {
 namespace {
 
 using namespace procam;
-using track::Joint;
-using track::Side;
+using people::Joint;
+using people::Side;
 
 class Bots : public Players {
  public:
@@ -29,19 +29,19 @@ class SeenPlayers : public Players {
     table_from_sensor_ = seat.world_from_table.inverse() * *seat.world_from_sensor;
     world_from_sensor_ = *seat.world_from_sensor;
   }
-  const track::PeopleTrack* people() const override { return &people_; }
+  const people::PeopleTrack* people() const override { return &people_; }
   Pose world_from_sensor() const override { return world_from_sensor_; }
 
  protected:
   /// A hand that has not been seen for a while moves nothing.
-  std::optional<Vec2> hand(const track::TrackedPerson* person, Side side) const {
+  std::optional<Vec2> hand(const people::TrackedPerson* person, Side side) const {
     if (person == nullptr || person->age > 0.25) return std::nullopt;
-    const std::optional<Vec3> joint = track::hand_of(person->skeleton, side);
+    const std::optional<Vec3> joint = people::hand_of(person->skeleton, side);
     if (!joint) return std::nullopt;
-    return track::on_surface(*joint, table_from_sensor_).point;
+    return people::on_surface(*joint, table_from_sensor_).point;
   }
 
-  track::PeopleTrack people_;
+  people::PeopleTrack people_;
   Pose table_from_sensor_;
   Pose world_from_sensor_;
 };
@@ -69,7 +69,7 @@ class SimulatedPeople : public SeenPlayers {
     const double width = match.table().length;
     if (time - sent_ >= 1 / 30.0) {
       sent_ = time;
-      track::SkeletonFrame frame;
+      people::SkeletonFrame frame;
       frame.stamp = time;
       frame.arrival = time + kDelay;
       // A body beside each end of the table, reaching in.
@@ -82,16 +82,16 @@ class SimulatedPeople : public SeenPlayers {
       people_.add(on_the_way_.front());
       on_the_way_.erase(on_the_way_.begin());
     }
-    const std::vector<track::TrackedPerson> now = people_.at(time);
-    seats_ = track::seat_players(now, table_from_sensor_, seats_, {width / 2, 0.2, 3});
-    return {hand(track::find_person(now, seats_.left), Side::kLeft),
-            hand(track::find_person(now, seats_.right), Side::kRight)};
+    const std::vector<people::TrackedPerson> now = people_.at(time);
+    seats_ = people::seat_players(now, table_from_sensor_, seats_, {width / 2, 0.2, 3});
+    return {hand(people::find_person(now, seats_.left), Side::kLeft),
+            hand(people::find_person(now, seats_.right), Side::kRight)};
   }
 
  private:
   static constexpr double kDelay = 0.05;
-  static track::PeopleOptions options() {
-    track::PeopleOptions options;
+  static people::PeopleOptions options() {
+    people::PeopleOptions options;
     options.noise = 0.006;
     options.delay = kDelay;
     return options;
@@ -101,16 +101,16 @@ class SimulatedPeople : public SeenPlayers {
     for (int i = 0; i < 12; ++i) sum += double(random_() >> 11) * 0x1p-53;
     return 0.006 * (sum - 6);
   }
-  track::Skeleton person(const Vec2& pelvis, const Vec2& hand, Side side) {
-    track::Skeleton seen;
+  people::Skeleton person(const Vec2& pelvis, const Vec2& hand, Side side) {
+    people::Skeleton seen;
     const auto put = [&](Joint joint, double x, double y, double z) {
       const Vec3 in_sensor = table_from_sensor_.inverse() * Vec3(x, y, z) + Vec3(noise(), noise(), noise());
-      seen[joint] = track::SeenJoint<Vec3>{in_sensor, 1};
+      seen[joint] = people::SeenJoint<Vec3>{in_sensor, 1};
     };
     put(Joint::kPelvis, pelvis.x(), pelvis.y(), -0.7);
     put(Joint::kNeck, pelvis.x(), pelvis.y() - 0.5, -0.65);
     put(Joint::kHead, pelvis.x(), pelvis.y() - 0.72, -0.62);
-    put(track::of_side(Joint::kLeftHand, side), hand.x(), hand.y(), -0.06);
+    put(people::of_side(Joint::kLeftHand, side), hand.x(), hand.y(), -0.06);
     return seen;
   }
 
@@ -118,8 +118,8 @@ class SimulatedPeople : public SeenPlayers {
   std::mt19937_64 random_;
   Vec2 reached_[2] = {Vec2(0.2, 0.5), Vec2(1.6, 0.5)}, velocity_[2] = {Vec2(0, 0), Vec2(0, 0)};
   double time_ = 0, sent_ = -1;
-  std::vector<track::SkeletonFrame> on_the_way_;
-  track::Players seats_;
+  std::vector<people::SkeletonFrame> on_the_way_;
+  people::Players seats_;
 };
 
 /// One person who is alone plays both sides; two have a side each.
@@ -129,27 +129,27 @@ class OneOrTwo : public SeenPlayers {
 
  protected:
   Match::Hands hands_at(const Match& match, double time) {
-    const std::vector<track::TrackedPerson> now = people_.at(time);
+    const std::vector<people::TrackedPerson> now = people_.at(time);
     if (now.size() == 1) return {hand(&now[0], Side::kLeft), hand(&now[0], Side::kRight)};
-    seats_ = track::seat_players(now, table_from_sensor_, seats_, {match.table().length / 2, 0.2, 3});
-    return {hand(track::find_person(now, seats_.left), Side::kLeft),
-            hand(track::find_person(now, seats_.right), Side::kRight)};
+    seats_ = people::seat_players(now, table_from_sensor_, seats_, {match.table().length / 2, 0.2, 3});
+    return {hand(people::find_person(now, seats_.left), Side::kLeft),
+            hand(people::find_person(now, seats_.right), Side::kRight)};
   }
 
  private:
-  track::Players seats_;
+  people::Players seats_;
 };
 
 /// A recording; it begins anew at its end.
 class RecordedPeople : public OneOrTwo {
  public:
   RecordedPeople(const std::string& file, const Seat& seat)
-      : OneOrTwo(seat), frames_(track::read_skeleton_log(file)) {}
+      : OneOrTwo(seat), frames_(people::read_skeleton_log(file)) {}
 
   Match::Hands hands(const Match& match, double time) override {
     for (; next_ < frames_.size() && frames_[next_].arrival - frames_.front().arrival + begin_ <= time;
          ++next_) {
-      track::SkeletonFrame frame = frames_[next_];
+      people::SkeletonFrame frame = frames_[next_];
       frame.stamp = frame.arrival = frame.arrival - frames_.front().arrival + begin_;
       people_.add(frame);
     }
@@ -158,20 +158,20 @@ class RecordedPeople : public OneOrTwo {
   }
 
  private:
-  std::vector<track::SkeletonFrame> frames_;
+  std::vector<people::SkeletonFrame> frames_;
   std::size_t next_ = 0;
   double begin_ = 0;
 };
 
 class LivePeople : public OneOrTwo {
  public:
-  LivePeople(std::unique_ptr<track::SkeletonSource> source, const Seat& seat, double begin)
+  LivePeople(std::unique_ptr<people::SkeletonSource> source, const Seat& seat, double begin)
       : OneOrTwo(seat), source_(std::move(source)), begin_(begin) {}
   bool is_live() const override { return true; }
 
   Match::Hands hands(const Match& match, double time) override {
     source_->poll(arrived_);
-    for (track::SkeletonFrame& frame : arrived_) {
+    for (people::SkeletonFrame& frame : arrived_) {
       frame.arrival -= begin_;
       people_.add(frame);
     }
@@ -179,9 +179,9 @@ class LivePeople : public OneOrTwo {
   }
 
  private:
-  std::unique_ptr<track::SkeletonSource> source_;
+  std::unique_ptr<people::SkeletonSource> source_;
   double begin_;
-  std::vector<track::SkeletonFrame> arrived_;
+  std::vector<people::SkeletonFrame> arrived_;
 };
 
 class Keyboard : public Players {
@@ -237,7 +237,7 @@ std::unique_ptr<Players> keyboard(KeyIsDown is_down) {
 std::unique_ptr<Players> recorded_people(const std::string& file, const Seat& seat) {
   return std::make_unique<RecordedPeople>(file, seat);
 }
-std::unique_ptr<Players> live_people(std::unique_ptr<track::SkeletonSource> source, const Seat& seat,
+std::unique_ptr<Players> live_people(std::unique_ptr<people::SkeletonSource> source, const Seat& seat,
                                      double begin) {
   return std::make_unique<LivePeople>(std::move(source), seat, begin);
 }

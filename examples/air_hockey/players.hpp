@@ -7,8 +7,8 @@
 #include "match.hpp"
 #include "procam/core/geometry/pose.hpp"
 #include "procam/device/frame_sink.hpp"
-#include "procam/track/people.hpp"
-#include "procam/track/skeleton_source.hpp"
+#include "procam/people/people.hpp"
+#include "procam/people/skeleton_source.hpp"
 
 namespace hockey {
 
@@ -24,7 +24,7 @@ class Players {
   /// No more hands come.
   virtual bool are_gone() const { return false; }
   /// Those who may not be blinded; null: there is nobody.
-  virtual const procam::track::PeopleTrack* people() const { return nullptr; }
+  virtual const procam::people::PeopleTrack* people() const { return nullptr; }
   virtual procam::Pose world_from_sensor() const { return {}; }
 };
 
@@ -36,7 +36,7 @@ struct Seat {
   procam::Pose world_from_table;
   /// Of a sensor; absent: skeletons are told in the table's own metres already (project-live --people-to).
   std::optional<procam::Pose> world_from_sensor;
-  procam::track::PeopleOptions people;  ///< of what is seen by it
+  procam::people::PeopleOptions people;  ///< of what is seen by it
 };
 
 /// As a simulated sensor above the table would see the people who face it.
@@ -50,7 +50,7 @@ std::unique_ptr<Players> keyboard(KeyIsDown is_down);
 /// A log of skeletons (docs/people.md); it begins anew at its end.
 std::unique_ptr<Players> recorded_people(const std::string& file, const Seat& seat);
 /// Skeletons as they arrive, `begin` being 0 of the match by the clock of their arrivals.
-std::unique_ptr<Players> live_people(std::unique_ptr<procam::track::SkeletonSource> source, const Seat& seat,
+std::unique_ptr<Players> live_people(std::unique_ptr<procam::people::SkeletonSource> source, const Seat& seat,
                                      double begin);
 
 }  // namespace hockey

@@ -2,8 +2,8 @@
 
 #include "draw.hpp"
 #include "procam/device/content_source.hpp"
+#include "procam/people/eye_safe.hpp"
 #include "procam/show/projection.hpp"
-#include "procam/track/eye_safe.hpp"
 
 namespace hockey {
 namespace {
@@ -37,8 +37,8 @@ class ProjectedStage : public Stage {
     };
     // Over everything that is lit: nobody looks into the lamp.
     drawing.over = [this](const show::Projection& projection, double light_time, Picture frame) {
-      if (const track::PeopleTrack* people = game_->players().people())
-        track::darken_heads(
+      if (const people::PeopleTrack* people = game_->players().people())
+        people::darken_heads(
             frame, projection.projector(),
             *projection.projector_from_world(light_time) * game_->players().world_from_sensor(), *people,
             light_time);

@@ -9,7 +9,7 @@ namespace {
 
 using procam::kDegree;
 using procam::kPi;
-using procam::track::Side;
+using procam::people::Side;
 
 constexpr int kShift = 4;  // OpenCV draws to 1/16 px
 

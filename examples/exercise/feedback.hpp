@@ -3,7 +3,7 @@
 #include <optional>
 
 #include "procam/core/base/image.hpp"
-#include "procam/track/interaction.hpp"
+#include "procam/people/interaction.hpp"
 
 namespace exercise {
 
@@ -12,9 +12,9 @@ using procam::Points2;
 using procam::Vec2;
 
 struct Feedback {
-  procam::track::Side side = procam::track::Side::kLeft;
+  procam::people::Side side = procam::people::Side::kLeft;
   std::optional<double> angle;  ///< of the arm now; nullopt: it is not seen
-  procam::track::ExerciseOptions options;
+  procam::people::ExerciseOptions options;
   int count = 0;
   double best = 0;            ///< of this repetition
   double since_reached = 10;  ///< seconds

@@ -8,7 +8,7 @@
 #include <thread>
 
 #include "../common/command_line.hpp"
-#include "procam/track/skeleton_source.hpp"
+#include "procam/people/skeleton_source.hpp"
 #include "room.hpp"
 
 namespace {
@@ -25,7 +25,7 @@ constexpr char kUsage[] =
 int run(const examples::Options& options) {
   exercise::RoomOptions room_options;
   room_options.side =
-      examples::is_first(options, "side", "left", "right") ? track::Side::kLeft : track::Side::kRight;
+      examples::is_first(options, "side", "left", "right") ? people::Side::kLeft : people::Side::kRight;
   room_options.exercise.target = number(options, "target", 45, 170) * kDegree;
   exercise::Room room(room_options);
 
@@ -34,12 +34,12 @@ int run(const examples::Options& options) {
     throw Error(ErrorKind::kInput, "--people", "nobody is there to see",
                 "give it a source; --help names some");
   const bool is_recorded = people.rfind("log:", 0) == 0;
-  std::vector<track::SkeletonFrame> recorded;
-  std::unique_ptr<track::SkeletonSource> source;
+  std::vector<people::SkeletonFrame> recorded;
+  std::unique_ptr<people::SkeletonSource> source;
   if (is_recorded)
-    recorded = track::read_skeleton_log(people.substr(4));
+    recorded = people::read_skeleton_log(people.substr(4));
   else
-    source = track::open_skeleton_source(people);
+    source = people::open_skeleton_source(people);
 
   const double fps = number(options, "fps", 1, 240);
   const std::string& where = options.at("sink");
@@ -50,7 +50,7 @@ int run(const examples::Options& options) {
   if (is_recorded && seconds == 0) seconds = recorded.back().arrival - begin;
   ImageU8 frame(room.frame_size(), 3);
   std::size_t next = 0;
-  std::vector<track::SkeletonFrame> arrived;
+  std::vector<people::SkeletonFrame> arrived;
   int trespasses = 0;
   bool was_forbidden = false;
   for (long i = 0; sink->poll() != device::Wish::kClose && !examples::is_told_to_end(); ++i) {
@@ -59,7 +59,7 @@ int run(const examples::Options& options) {
     for (; next < recorded.size() && recorded[next].arrival <= time; ++next) room.add(recorded[next]);
     if (source) {
       source->poll(arrived);
-      for (const track::SkeletonFrame& seen : arrived) room.add(seen);
+      for (const people::SkeletonFrame& seen : arrived) room.add(seen);
     }
     room.advance(time);
     room.draw(frame.view());

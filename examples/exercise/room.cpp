@@ -1,7 +1,7 @@
 #include "room.hpp"
 
 #include "procam/core/geometry/se3.hpp"
-#include "procam/track/eye_safe.hpp"
+#include "procam/people/eye_safe.hpp"
 
 namespace exercise {
 namespace {
@@ -19,9 +19,9 @@ Pose room_from_floor(double x, double z) {
   axes << -1, 0, 0, 0, 0, 1, 0, 1, 0;
   return Pose(axes, Vec3(x, kFloor, z));
 }
-const Pose& room_from_zone(track::Side side) {
+const Pose& room_from_zone(people::Side side) {
   static const Pose left = room_from_floor(1.1, 1.7), right = room_from_floor(-0.4, 1.7);
-  return side == track::Side::kLeft ? left : right;
+  return side == people::Side::kLeft ? left : right;
 }
 
 Surface on_floor(const std::string& name, const Pose& room_from_surface, const Vec2& size) {
@@ -59,7 +59,8 @@ Room::Room(const RoomOptions& options) : options_(options), counter_(options.exe
   const Rig rig = projector_above();
   drawing.projector_from_world = rig.projector().rig_from_projector.inverse();
   drawing.over = [this](const show::Projection& projection, double time, Picture frame) {
-    track::darken_heads(frame, projection.projector(), *projection.projector_from_world(time), people_, time);
+    people::darken_heads(frame, projection.projector(), *projection.projector_from_world(time), people_,
+                         time);
   };
   projection_ = std::make_unique<show::Projection>(rig, drawing);
   show::Show show;
@@ -81,19 +82,21 @@ ImageSize Room::frame_size() const {
   return projection_->frame_size();
 }
 
-void Room::add(const track::SkeletonFrame& frame) {
+void Room::add(const people::SkeletonFrame& frame) {
   people_.add(frame);
 }
 
 void Room::advance(double time) {
   time_ = time;
-  const std::vector<track::TrackedPerson> people = people_.at(time);
-  feedback_.angle = people.empty() ? std::nullopt : track::abduction_angle(people[0].skeleton, options_.side);
-  if (counter_.update(feedback_.angle) == track::ExerciseCounter::Event::kReached) reached_ = time;
+  const std::vector<people::TrackedPerson> people = people_.at(time);
+  feedback_.angle =
+      people.empty() ? std::nullopt : people::abduction_angle(people[0].skeleton, options_.side);
+  if (counter_.update(feedback_.angle) == people::ExerciseCounter::Event::kReached) reached_ = time;
   feedback_.count = counter_.count();
   feedback_.best = counter_.best();
   feedback_.since_reached = time - reached_;
-  trespasser_ = track::trespass(people, room_from_zone(options_.side).inverse(), kZone, options_.zone_height);
+  trespasser_ =
+      people::trespass(people, room_from_zone(options_.side).inverse(), kZone, options_.zone_height);
 }
 
 void Room::draw(Picture frame) {

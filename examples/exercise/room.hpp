@@ -4,14 +4,14 @@
 #include <memory>
 
 #include "feedback.hpp"
+#include "procam/people/people.hpp"
 #include "procam/show/projection.hpp"
-#include "procam/track/people.hpp"
 
 namespace exercise {
 
 struct RoomOptions {
-  procam::track::Side side = procam::track::Side::kLeft;
-  procam::track::ExerciseOptions exercise;
+  procam::people::Side side = procam::people::Side::kLeft;
+  procam::people::ExerciseOptions exercise;
   double zone_height = 2;  ///< metres above the floor up to which the zone is forbidden
 };
 
@@ -20,7 +20,7 @@ class Room {
  public:
   explicit Room(const RoomOptions& options);
 
-  void add(const procam::track::SkeletonFrame& frame);
+  void add(const procam::people::SkeletonFrame& frame);
   /// To a moment of the skeletons' clock.
   void advance(double time);
   /// The frame of the projector for that moment.
@@ -29,12 +29,12 @@ class Room {
   procam::ImageSize frame_size() const;
   const Feedback& feedback() const { return feedback_; }
   bool is_forbidden() const { return trespasser_.has_value(); }
-  const procam::track::PeopleTrack& people() const { return people_; }
+  const procam::people::PeopleTrack& people() const { return people_; }
 
  private:
   RoomOptions options_;
-  procam::track::PeopleTrack people_;
-  procam::track::ExerciseCounter counter_;
+  procam::people::PeopleTrack people_;
+  procam::people::ExerciseCounter counter_;
   Feedback feedback_;
   std::optional<Vec2> trespasser_;
   double time_ = 0, reached_ = -10;

@@ -37,8 +37,8 @@ std::optional<ContentFrameInRoom> content_frame(const Projection& projection, co
   return frame;
 }
 
-RoomPeople::RoomPeople(PeopleSensor sensor, const track::PeopleOptions& people,
-                       const track::EyeSafeOptions& eyes)
+RoomPeople::RoomPeople(PeopleSensor sensor, const people::PeopleOptions& people,
+                       const people::EyeSafeOptions& eyes)
     : sensor_(std::move(sensor)), people_(people), eyes_(eyes) {
   require(sensor_.place_from_sensor.is_finite(), "RoomPeople: the sensor's place is not finite");
 }
@@ -50,9 +50,9 @@ std::optional<Pose> RoomPeople::projector_from_sensor(const Projection& projecti
   return *projector_from_world * sensor_.place_from_sensor;
 }
 
-std::optional<track::SkeletonFrame> RoomPeople::on_content(const track::SkeletonFrame& taken,
-                                                           const Projection& projection,
-                                                           const std::string& surface) const {
+std::optional<people::SkeletonFrame> RoomPeople::on_content(const people::SkeletonFrame& taken,
+                                                            const Projection& projection,
+                                                            const std::string& surface) const {
   const std::optional<ContentFrameInRoom> content = content_frame(projection, surface);
   const std::optional<double> moment = people_.newest();
   if (!content || !moment) return std::nullopt;
@@ -65,24 +65,24 @@ std::optional<track::SkeletonFrame> RoomPeople::on_content(const track::Skeleton
     content_from_projector = content_from_projector * projector_from_world->inverse();
   }
   const Pose content_from_sensor = content_from_projector * *projector_from_sensor;
-  track::SkeletonFrame told = taken;
+  people::SkeletonFrame told = taken;
   told.stamp = *moment;
   told.frame = surface;
-  for (track::Skeleton& person : told.people)
+  for (people::Skeleton& person : told.people)
     for (auto& joint : person.joints)
       if (joint) joint->position = content_from_sensor * joint->position;
-  if (track::why_refused(told) != nullptr) return std::nullopt;
+  if (people::why_refused(told) != nullptr) return std::nullopt;
   return told;
 }
 
-track::Darkened RoomPeople::darken(ImageView<std::uint8_t> frame, const Projection& projection,
-                                   double light_time) const {
+people::Darkened RoomPeople::darken(ImageView<std::uint8_t> frame, const Projection& projection,
+                                    double light_time) const {
   // A place that is not finite darkens all.
   const Pose unknown(Eigen::Quaterniond::Identity(),
                      Vec3::Constant(std::numeric_limits<double>::quiet_NaN()));
-  return track::darken_heads(frame, projection.projector(),
-                             projector_from_sensor(projection, light_time).value_or(unknown), people_,
-                             light_time, eyes_);
+  return people::darken_heads(frame, projection.projector(),
+                              projector_from_sensor(projection, light_time).value_or(unknown), people_,
+                              light_time, eyes_);
 }
 
 }  // namespace procam::show

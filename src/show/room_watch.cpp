@@ -74,10 +74,10 @@ std::shared_ptr<const RoomSilhouettes> RoomView::find(const depth::DepthImage& i
     for (int y = 0; y < metres.height(); ++y)
       for (int x = 0; x < metres.width(); ++x) metres.at(x, y) = image.at(x, y);
   }
-  const track::DepthView view{options_.camera.camera, image.units.data ? metres.view() : image.metres,
-                              background.view()};
+  const people::DepthView view{options_.camera.camera, image.units.data ? metres.view() : image.metres,
+                               background.view()};
   return std::make_shared<const RoomSilhouettes>(
-      RoomSilhouettes{track::find_silhouettes(view, *options_.silhouettes), world_from_camera, time});
+      RoomSilhouettes{people::find_silhouettes(view, *options_.silhouettes), world_from_camera, time});
 }
 
 std::optional<SurfaceSet> RoomView::look(const device::SeenDepth& seen) {
@@ -234,30 +234,30 @@ std::optional<RoomNews> RoomWatch::take() {
   return std::exchange(state_->news, {});
 }
 
-track::Darkened RoomWatch::darken(ImageView<std::uint8_t> frame, const Projection& projection,
-                                  double light_time) const {
+people::Darkened RoomWatch::darken(ImageView<std::uint8_t> frame, const Projection& projection,
+                                   double light_time) const {
   std::shared_ptr<const RoomSilhouettes> newest;
   {
     const std::lock_guard<std::mutex> lock(state_->mutex);
     newest = state_->silhouettes;
   }
   return darken_before_room(frame, projection, light_time, newest.get(),
-                            state_->options.room.silhouettes.value_or(track::SilhouetteOptions{}));
+                            state_->options.room.silhouettes.value_or(people::SilhouetteOptions{}));
 }
 
-track::Darkened darken_before_room(ImageView<std::uint8_t> frame, const Projection& projection,
-                                   double light_time, const RoomSilhouettes* seen,
-                                   const track::SilhouetteOptions& options) {
+people::Darkened darken_before_room(ImageView<std::uint8_t> frame, const Projection& projection,
+                                    double light_time, const RoomSilhouettes* seen,
+                                    const people::SilhouetteOptions& options) {
   // A place that is not finite darkens all, and so does an age that is none.
   constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
   Pose projector_from_camera(Eigen::Quaterniond::Identity(), Vec3::Constant(kUnknown));
   const auto projector_from_world = projection.projector_from_world(light_time);
   if (seen != nullptr && projector_from_world)
     projector_from_camera = *projector_from_world * seen->world_from_camera;
-  static const track::Silhouettes nobody;
-  return track::darken_silhouettes(frame, projection.projector(), projector_from_camera,
-                                   seen != nullptr ? seen->in_camera : nobody,
-                                   seen != nullptr ? light_time - seen->time : kUnknown, options);
+  static const people::Silhouettes nobody;
+  return people::darken_silhouettes(frame, projection.projector(), projector_from_camera,
+                                    seen != nullptr ? seen->in_camera : nobody,
+                                    seen != nullptr ? light_time - seen->time : kUnknown, options);
 }
 
 }  // namespace procam::show

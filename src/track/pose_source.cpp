@@ -5,15 +5,45 @@
 #include <filesystem>
 #include <fstream>
 
-#include "inbox.hpp"
 #include "message_check.hpp"
 #include "procam/core/base/error.hpp"
+#include "procam/track/detail/inbox.hpp"
+#include "procam/track/detail/parsed_source.hpp"
+#include "procam/track/detail/recorded.hpp"
 #include "procam/track/pose_log.hpp"
 #include "procam/track/trajectory_file.hpp"
-#include "recorded.hpp"
+#include "procam/track/wire.hpp"
 #include "sources.hpp"
 
 namespace procam::track {
+namespace {
+
+template <typename Parser>
+std::unique_ptr<PoseSource> open_poses(const std::string& text, const SourceOptions& options) {
+  return std::make_unique<internal::ParsedSource<PoseSource, StampedPose, Parser, &Parsed::poses>>(text,
+                                                                                                   options);
+}
+
+}  // namespace
+
+std::unique_ptr<PoseSource> internal::open_udp(const std::string& rest, const SourceOptions& options) {
+  return open_poses<Stateless<parse_poses>>("udp:" + rest, options);
+}
+std::unique_ptr<PoseSource> internal::open_osc(const std::string& rest, const SourceOptions& options) {
+  return open_poses<Stateless<parse_osc>>("udp:" + rest, options);
+}
+std::unique_ptr<PoseSource> internal::open_psn(const std::string& rest, const SourceOptions& options) {
+  const HostPort at = parse_host_port(rest);
+  const std::string group = "236.10.10.10:" + std::to_string(at.port);  // of the standard
+  return open_poses<Stateless<parse_psn>>("udp:" + (at.host.empty() ? group : rest), options);
+}
+std::unique_ptr<PoseSource> internal::open_tcp(const std::string& rest, const SourceOptions& options) {
+  return open_poses<StreamParser>("tcp:" + rest, options);
+}
+std::unique_ptr<PoseSource> internal::open_tcp_listener(const std::string& rest,
+                                                        const SourceOptions& options) {
+  return open_poses<StreamParser>("tcp-listen:" + rest, options);
+}
 
 const std::vector<PoseSourceKind>& pose_source_kinds() {
   static const std::vector<PoseSourceKind> kinds = {

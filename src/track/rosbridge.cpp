@@ -7,8 +7,9 @@
 #include <optional>
 #include <thread>
 
-#include "inbox.hpp"
 #include "procam/core/base/error.hpp"
+#include "procam/track/detail/inbox.hpp"
+#include "procam/track/wire.hpp"
 #include "sources.hpp"
 
 namespace procam::track::internal {
@@ -81,7 +82,8 @@ class RosbridgeSource : public PoseSource {
       if (failure) return again(failure.message());
       const double arrival = steady_now();
       const auto bytes = buffer_.cdata();
-      inbox_.put(parse_rosbridge({static_cast<const char*>(bytes.data()), bytes.size()}), arrival, size);
+      Parsed parsed = parse_rosbridge({static_cast<const char*>(bytes.data()), bytes.size()});
+      inbox_.put(parsed, parsed.poses, arrival, size);
       buffer_.clear();
       read();
     });

@@ -4,7 +4,6 @@
 #include <string>
 
 #include "procam/track/pose_source.hpp"
-#include "procam/track/skeleton_source.hpp"
 
 namespace procam::track::internal {
 
@@ -15,19 +14,6 @@ std::unique_ptr<PoseSource> open_osc(const std::string& rest, const SourceOption
 std::unique_ptr<PoseSource> open_psn(const std::string& rest, const SourceOptions& options);
 std::unique_ptr<PoseSource> open_rosbridge(const std::string& rest, const SourceOptions& options);
 std::unique_ptr<PoseSource> open_log(const std::string& rest, const SourceOptions& options);
-
-std::unique_ptr<SkeletonSource> open_skeletons_udp(const std::string& rest, const SourceOptions& options);
-std::unique_ptr<SkeletonSource> open_skeletons_vmc(const std::string& rest, const SourceOptions& options);
-std::unique_ptr<SkeletonSource> open_skeletons_tcp(const std::string& rest, const SourceOptions& options);
-std::unique_ptr<SkeletonSource> open_skeletons_tcp_listener(const std::string& rest,
-                                                            const SourceOptions& options);
-
-/// What follows FILE@: 1 without it. Throws Error(kInput).
-struct FileAndSpeed {
-  std::string file;
-  double speed = 1;
-};
-FileAndSpeed parse_file_and_speed(const std::string& rest);
 
 /// "HOST:PORT", "[::1]:PORT", ":PORT" or "PORT"; the host may be empty. Throws Error(kInput).
 struct HostPort {

@@ -3,8 +3,8 @@
 #include <cstring>
 
 #include "message_check.hpp"
+#include "procam/track/detail/wire_bytes.hpp"
 #include "procam/track/wire.hpp"
-#include "wire_bytes.hpp"
 #include "wire_json.hpp"
 
 namespace procam::track {

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "message_check.hpp"
+#include "procam/track/detail/json_depth.hpp"
 #include "procam/track/wire.hpp"
 
 namespace procam::track {

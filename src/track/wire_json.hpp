@@ -1,5 +1,5 @@
 #pragma once
-/// One JSON pose message, and where a log keeps its arrival; what every JSON of strangers is asked first.
+/// One JSON pose message, and where a log keeps its arrival.
 #include <optional>
 #include <string_view>
 
@@ -9,9 +9,6 @@ namespace procam::track::internal {
 
 /// Fills `message`; nullptr, or why the line is none. `in_log`: "arrival" is asked for.
 const char* read_json_message(std::string_view line, bool in_log, StampedPose& message);
-
-/// Before a tree is built of it: brackets outside of texts open no deeper than that.
-bool is_shallow(std::string_view text, int deepest);
 
 /// ROS: [translation, rotation] about axes of the frame, at the child's origin, which is at `translation`.
 /// The left increment rotates about the frame's origin instead: its translation = shift + [t]x rotation.

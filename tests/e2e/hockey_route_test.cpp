@@ -14,7 +14,7 @@
 #include "procam/io/pose_file.hpp"
 #include "procam/io/rig_file.hpp"
 #include "procam/io/surface_file.hpp"
-#include "procam/track/skeleton_reader.hpp"
+#include "procam/people/skeleton_reader.hpp"
 #include "procam/track/wire.hpp"
 #include "running_tool.hpp"
 #include "support/udp.hpp"
@@ -23,7 +23,7 @@ namespace procam::test {
 namespace {
 
 using device::now_s;
-using track::Joint;
+using people::Joint;
 
 /// A robot that sways before a wall, with a projector and a skeleton sensor.
 class HockeyRoute : public testing::Test {
@@ -67,15 +67,15 @@ class HockeyRoute : public testing::Test {
   }
   const Vec3 head_on_table_{1.3, 0.2, -0.6};
 
-  track::SkeletonFrame seen(double t, std::mt19937& random) const {
+  people::SkeletonFrame seen(double t, std::mt19937& random) const {
     std::normal_distribution<double> noise(0, 0.004);
     const Pose sensor_from_table =
         projector_from_sensor_.inverse() * world_from_projector(t).inverse() * world_from_table_;
-    track::SkeletonFrame frame;
+    people::SkeletonFrame frame;
     frame.stamp = t;
-    track::Skeleton person;
+    people::Skeleton person;
     const auto put = [&](Joint joint, const Vec3& on_table) {
-      person[joint] = track::SeenJoint<Vec3>{
+      person[joint] = people::SeenJoint<Vec3>{
           sensor_from_table * on_table + Vec3(noise(random), noise(random), noise(random)), 1};
     };
     put(Joint::kHead, head_on_table_);
@@ -134,7 +134,7 @@ TEST_F(HockeyRoute, TheHandMovesThePaddleWhileTheRobotDrives) {
         next_pose += 1 / 60.0;
       }
       if (now >= next_skeleton) {
-        sensor.send(track::to_json_line(seen(now - kSensorDelay, random)));
+        sensor.send(people::to_json_line(seen(now - kSensorDelay, random)));
         next_skeleton += 1 / 30.0;
       }
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
@@ -259,11 +259,11 @@ TEST_F(HockeyRoute, BadSkeletonsLeaveAPictureThatIsSafe) {
     for (int i = 0; i < 5; ++i) sender.send(nonsense[random() % nonsense.size()]);
     const bool is_good = since > 2;
     if (is_good) {
-      track::SkeletonFrame frame = seen(0, random);
+      people::SkeletonFrame frame = seen(0, random);
       frame.stamp.reset();
       // Now and then the head leaps through the room.
       if (random() % 9 == 0) frame.people[0][Joint::kHead]->position = Vec3(-2, 1, 4);
-      sender.send(track::to_json_line(frame));
+      sender.send(people::to_json_line(frame));
     }
     std::this_thread::sleep_for(std::chrono::milliseconds(20));
     const auto picture = reader->newest(last);

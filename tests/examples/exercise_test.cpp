@@ -6,15 +6,15 @@
 #include <cmath>
 
 #include "exercise/room.hpp"
-#include "procam/track/skeleton_reader.hpp"
+#include "procam/people/skeleton_reader.hpp"
 #include "support/test_data.hpp"
 
 namespace exercise {
 namespace {
 
 using namespace procam;
-using track::Joint;
-using track::Side;
+using people::Joint;
+using people::Side;
 
 /// Pixels of a colour, and how far they reach to the right.
 int count(const ImageU8& picture, bool (*is_it)(const std::uint8_t*)) {
@@ -67,11 +67,11 @@ TEST(Room, CountsAndStops) {
   int stops = 0, signs = 0;
   for (int i = 0; i < 300; ++i) {
     const double t = i / 25.0, angle = (55 - 45 * std::cos(2 * kPi * t / 4)) * kDegree;
-    track::SkeletonFrame seen;
+    people::SkeletonFrame seen;
     seen.stamp = seen.arrival = t;
-    track::Skeleton person;
+    people::Skeleton person;
     const auto put = [&](Joint joint, double x, double y) {
-      person[joint] = track::SeenJoint<Vec3>{Vec3(x, y, 2.2), 1};
+      person[joint] = people::SeenJoint<Vec3>{Vec3(x, y, 2.2), 1};
     };
     put(Joint::kHead, 0, 0.05);
     put(Joint::kNeck, 0, 0.2);
@@ -111,8 +111,8 @@ TEST(Room, PlaysTheRecordedTherapy) {
     Room room(options);
     ImageU8 frame(room.frame_size(), 3);
     int n = 0, signs = 0;
-    for (const track::SkeletonFrame& seen :
-         track::read_skeleton_log(test::test_data() / "skeleton" / log.file)) {
+    for (const people::SkeletonFrame& seen :
+         people::read_skeleton_log(test::test_data() / "skeleton" / log.file)) {
       room.add(seen);
       room.advance(*seen.stamp);
       if (++n % 30 != 0) continue;

@@ -219,23 +219,23 @@ TEST(TableArtist, RestoresWhatItDrewOver) {
 
 /// What strangers send: the game goes on, paddles and pictures stay sound, and light stays off heads.
 TEST(BadSkeletons, LeaveTheGameSound) {
-  class Garbage : public track::SkeletonSource {
+  class Garbage : public people::SkeletonSource {
    public:
-    void poll(std::vector<track::SkeletonFrame>& arrived) override {
+    void poll(std::vector<people::SkeletonFrame>& arrived) override {
       arrived.clear();
       time_ += 1 / 60.0;
-      track::SkeletonFrame frame;
+      people::SkeletonFrame frame;
       frame.arrival = time_;
       const double nonsense[] = {std::numeric_limits<double>::quiet_NaN(), 1e30,   -1e30,
                                  std::numeric_limits<double>::infinity(),  1e-320, 19.9};
       const std::size_t people = random_() % 4 == 0 ? 500 : random_() % 17;
       for (std::size_t i = 0; i < people; ++i) {
-        track::Skeleton person;
+        people::Skeleton person;
         for (auto& joint : person.joints) {
           const auto value = [&] {
             return random_() % 40 == 0 ? nonsense[random_() % 6] : 6.0 * double(random_() % 1000) / 1000 - 3;
           };
-          if (random_() % 3 != 0) joint = track::SeenJoint<Vec3>{Vec3(value(), value(), value()), 1};
+          if (random_() % 3 != 0) joint = people::SeenJoint<Vec3>{Vec3(value(), value(), value()), 1};
         }
         frame.people.push_back(person);
       }
@@ -271,9 +271,9 @@ TEST(BadSkeletons, LeaveTheGameSound) {
     if (i % 5 != 0) continue;
     stage->show(game, now);
     // Every head that is believed is dark in its middle.
-    const track::PeopleTrack& people = *game.players().people();
-    for (const track::TrackedPerson& person : people.at(now))
-      if (const auto head = track::head_of(person.skeleton)) {
+    const people::PeopleTrack& people = *game.players().people();
+    for (const people::TrackedPerson& person : people.at(now))
+      if (const auto head = people::head_of(person.skeleton)) {
         const Vec3 at = rig.projector().rig_from_projector.inverse() * (*seat.world_from_sensor * *head);
         const auto pixel = at.z() > 0.3 ? lens.project(at) : std::nullopt;
         if (!pixel || pixel->x() < 0 || pixel->y() < 0 || pixel->x() > 319 || pixel->y() > 179) continue;
@@ -282,7 +282,7 @@ TEST(BadSkeletons, LeaveTheGameSound) {
       }
     lit += *std::max_element(stage->picture().data(), stage->picture().data() + 320 * 180 * 3) > 0;
   }
-  const track::PeopleFaults& faults = game.players().people()->faults();
+  const people::PeopleFaults& faults = game.players().people()->faults();
   EXPECT_GT(faults.refused, 200u);
   EXPECT_NE(faults.why, "");
   EXPECT_GT(checked, 20);

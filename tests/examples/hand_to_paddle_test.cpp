@@ -7,23 +7,23 @@
 
 #include "air_hockey/stage.hpp"
 #include "procam/core/geometry/se3.hpp"
-#include "procam/track/skeleton_reader.hpp"
+#include "procam/people/skeleton_reader.hpp"
 #include "support/udp.hpp"
 
 namespace hockey {
 namespace {
 
 using namespace procam;
-using track::Joint;
-using track::SkeletonFrame;
+using people::Joint;
+using people::SkeletonFrame;
 
 constexpr double kSensorDelay = 0.05;
 
 /// What a socket received, with arrivals in the simulation's time.
-class SimulatedArrivals : public track::SkeletonSource {
+class SimulatedArrivals : public people::SkeletonSource {
  public:
   explicit SimulatedArrivals(const test::UdpSender& sender)
-      : sender_(sender), socket_(track::open_skeleton_source("udp:127.0.0.1:" + sender.port())) {}
+      : sender_(sender), socket_(people::open_skeleton_source("udp:127.0.0.1:" + sender.port())) {}
   void poll(std::vector<SkeletonFrame>& arrived) override {
     arrived.clear();
     std::vector<SkeletonFrame> some;
@@ -40,7 +40,7 @@ class SimulatedArrivals : public track::SkeletonSource {
 
  private:
   const test::UdpSender& sender_;
-  std::unique_ptr<track::SkeletonSource> socket_;
+  std::unique_ptr<people::SkeletonSource> socket_;
   std::uint64_t taken_ = 0;
 };
 
@@ -116,16 +116,16 @@ Measured play(unsigned seed, double noise, bool predicts) {
     for (; moment + kSensorDelay <= now; moment += 1 / 30.0) {
       SkeletonFrame frame;
       frame.stamp = moment;
-      track::Skeleton person;
+      people::Skeleton person;
       const auto put = [&](Joint joint, const Vec3& p) {
-        person[joint] = track::SeenJoint<Vec3>{
+        person[joint] = people::SeenJoint<Vec3>{
             sensor_from_table * p + Vec3(normal(random), normal(random), normal(random)), 1};
       };
       put(Joint::kPelvis, Vec3(-0.3, 0.95, -0.7));
       put(Joint::kHead, Vec3(-0.35, 0.1, -0.65));
       put(Joint::kLeftHand, hand(moment));
       frame.people.push_back(person);
-      sender.send(track::to_json_line(frame));
+      sender.send(people::to_json_line(frame));
     }
     game.advance(now, now);
     if (now < kBegin) continue;

@@ -9,7 +9,7 @@
 namespace procam::show {
 namespace {
 
-using track::Joint;
+using people::Joint;
 
 /// A rig that turns and drives before small_show()'s walls.
 Pose world_from_rig(double t) {
@@ -31,7 +31,7 @@ struct Drive {
     sensor.place_from_sensor = stands == PeopleSensor::Stands::kOnRig
                                    ? Pose(so3_exp(Vec3(-0.1, 0.2, 0.04)), Vec3(-0.1, 0.15, 0.02))
                                    : world_from_sensor;
-    track::PeopleOptions options;
+    people::PeopleOptions options;
     options.delay = kDelay;
     people.emplace(sensor, options);
     ProjectionOptions drawing;
@@ -54,13 +54,13 @@ struct Drive {
     return world_from_rig(0) * (rig.projector().rig_from_projector * Vec3(-0.05, -0.1, 1.5));
   }
   /// Somebody whose hand rests at a place of the room, and whose head is at another.
-  track::SkeletonFrame seen(double t, const Vec3& hand_in_world, const Vec3& head_in_world) const {
-    track::SkeletonFrame result;
+  people::SkeletonFrame seen(double t, const Vec3& hand_in_world, const Vec3& head_in_world) const {
+    people::SkeletonFrame result;
     result.stamp = t;
     result.arrival = t + kDelay;
-    track::Skeleton person;
-    person[Joint::kLeftHand] = track::SeenJoint<Vec3>{sensor_from_world(t) * hand_in_world, 1};
-    person[Joint::kHead] = track::SeenJoint<Vec3>{sensor_from_world(t) * head_in_world, 1};
+    people::Skeleton person;
+    person[Joint::kLeftHand] = people::SeenJoint<Vec3>{sensor_from_world(t) * hand_in_world, 1};
+    person[Joint::kHead] = people::SeenJoint<Vec3>{sensor_from_world(t) * head_in_world, 1};
     result.people.push_back(person);
     return result;
   }
@@ -84,7 +84,7 @@ TEST_P(RoomPeopleOn, AHandThatRestsRestsOnTheContentAndTheHeadIsDark) {
     const double now = i / 60.0;
     drive.projection->add(message(now, world_from_rig(now)));
     if (now >= next_frame + Drive::kDelay) {
-      const track::SkeletonFrame frame = drive.seen(next_frame, hand, head);
+      const people::SkeletonFrame frame = drive.seen(next_frame, hand, head);
       next_frame += 1 / 30.0;
       ASSERT_TRUE(drive.people->add(frame));
       const auto seen = drive.people->on_content(frame, *drive.projection, "left");
@@ -128,7 +128,7 @@ TEST(RoomPeople, AMapJumpDoesNotLightAHead) {
     const double now = i / 60.0;
     drive.projection->add(message(now, i < 60 ? world_from_rig(0) : jump * world_from_rig(0)));
     if (i % 2 == 0) {
-      track::SkeletonFrame frame = drive.seen(0, head, head);
+      people::SkeletonFrame frame = drive.seen(0, head, head);
       frame.stamp = now - Drive::kDelay;
       frame.arrival = now;
       drive.people->add(frame);

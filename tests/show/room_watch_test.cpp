@@ -183,7 +183,7 @@ TEST(RoomView, WhoeverWalksThroughIsKeptOutOfTheLightWhileTheRobotTurns) {
     const double light = time + 1 + kLightAfter;
     projection.draw(light, time, frame.view());
     const ImageU8 all = frame;
-    const track::Darkened done = darken_before_room(frame, projection, light, view.silhouettes().get());
+    const people::Darkened done = darken_before_room(frame, projection, light, view.silhouettes().get());
     ASSERT_FALSE(done.is_dark) << done.why;
     const Pose world_from_lamp = robot(time + kLightAfter) * world.rig.projectors[0].rig_from_projector;
     const Walker then = walker(time + kLightAfter);

@@ -2,28 +2,31 @@
 // here is what needs a peer that misbehaves.
 #include "procam/track/pose_source.hpp"
 
-#include <arpa/inet.h>
 #include <gtest/gtest.h>
 #include <sys/socket.h>
-#include <sys/time.h>
 #include <unistd.h>
 
 #include <boost/asio/ip/tcp.hpp>
-#include <boost/asio/write.hpp>
 #include <boost/beast/core.hpp>
 #include <boost/beast/websocket.hpp>
 #include <chrono>
 #include <cmath>
 #include <functional>
+#include <mutex>
 #include <thread>
 
 #include "procam/core/base/error.hpp"
-#include "procam/track/skeleton_source.hpp"
+#include "procam/track/byte_source.hpp"
 #include "procam/track/wire.hpp"
 #include "support/expect_error.hpp"
+#include "support/local_socket.hpp"
 
 namespace procam::track {
 namespace {
+
+using test::free_port;
+using test::loopback;
+using test::Socket;
 
 StampedPose message_of(std::uint32_t sequence) {
   StampedPose message;
@@ -32,42 +35,6 @@ StampedPose message_of(std::uint32_t sequence) {
   message.child = "base";
   message.frame_from_child.translation = Vec3(0.1, -0.2, 0.3);
   return message;
-}
-
-sockaddr_in loopback(int port) {
-  sockaddr_in address = {};
-  address.sin_family = AF_INET;
-  address.sin_port = htons(static_cast<std::uint16_t>(port));
-  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  return address;
-}
-
-/// A socket that is closed at the end; its port is the system's choice.
-class Socket {
- public:
-  explicit Socket(int type) : handle_(socket(AF_INET, type, 0)) {}
-  ~Socket() { close(handle_); }
-  Socket(const Socket&) = delete;
-  Socket& operator=(const Socket&) = delete;
-  int handle() const { return handle_; }
-  int bound_port() {
-    const sockaddr_in any = loopback(0);
-    bind(handle_, reinterpret_cast<const sockaddr*>(&any), sizeof any);
-    sockaddr_in bound = {};
-    socklen_t size = sizeof bound;
-    getsockname(handle_, reinterpret_cast<sockaddr*>(&bound), &size);
-    return ntohs(bound.sin_port);
-  }
-  void send_to(int port, const std::string& bytes) const {
-    const sockaddr_in to = loopback(port);
-    sendto(handle_, bytes.data(), bytes.size(), 0, reinterpret_cast<const sockaddr*>(&to), sizeof to);
-  }
-
- private:
-  int handle_;
-};
-int free_port(int type) {
-  return Socket(type).bound_port();
 }
 
 /// Polls until `done`; false after ten seconds.
@@ -218,52 +185,80 @@ TEST(PoseSource, TextsThatNameNoneAreRefusedInThreeParts) {
   }
 }
 
-// --- people ---
-
-std::string skeleton_line(double x) {
-  SkeletonFrame frame;
-  frame.stamp = 5;
-  frame.people.emplace_back();
-  frame.people[0][Joint::kLeftHand] = SeenJoint<Vec3>{Vec3(x, 0.2, 2), 1};
-  return to_json_line(frame);
-}
-
-TEST(SkeletonSource, ComeByDatagramAndStream) {
-  const int udp_port = free_port(SOCK_DGRAM), tcp_port = free_port(SOCK_STREAM);
-  const auto udp = open_skeleton_source("udp:127.0.0.1:" + std::to_string(udp_port));
-  const auto tcp = open_skeleton_source("tcp-listen:127.0.0.1:" + std::to_string(tcp_port));
-  const auto poll = [](SkeletonSource& source, std::size_t count) {
-    std::vector<SkeletonFrame> all, arrived;
-    for (int i = 0; i < 10000 && all.size() < count; ++i) {
-      source.poll(arrived);
-      all.insert(all.end(), arrived.begin(), arrived.end());
+/// Collects the calls of one source.
+class Recorder : public ByteHandler {
+ public:
+  struct Piece {
+    int peer;
+    std::string bytes;
+    double arrival;
+  };
+  void received(int peer, std::string_view bytes, double arrival) override {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    pieces_.push_back(Piece{peer, std::string(bytes), arrival});
+  }
+  void disconnected(int peer, const std::string&) override {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    gone_.push_back(peer);
+  }
+  /// Waits for `count` pieces and `gone` ended streams, at most ten seconds.
+  std::vector<Piece> wait_for(std::size_t count, std::size_t gone = 0) {
+    for (int i = 0; i < 10000; ++i) {
+      {
+        const std::lock_guard<std::mutex> lock(mutex_);
+        if (pieces_.size() >= count && gone_.size() >= gone) break;
+      }
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
     }
-    return all;
-  };
+    const std::lock_guard<std::mutex> lock(mutex_);
+    return pieces_;
+  }
+
+ private:
+  std::mutex mutex_;
+  std::vector<Piece> pieces_;
+  std::vector<int> gone_;
+};
+
+TEST(ByteSource, KeepsDatagramsWholeAndSendersApart) {
+  const int udp_port = free_port(SOCK_DGRAM), tcp_port = free_port(SOCK_STREAM);
+  Recorder datagrams, streams;
+  const auto udp = open_byte_source("udp:127.0.0.1:" + std::to_string(udp_port), datagrams);
+  auto tcp = open_byte_source("tcp-listen:127.0.0.1:" + std::to_string(tcp_port), streams);
   const double before = steady_now();
   const Socket sender(SOCK_DGRAM);
-  sender.send_to(udp_port, "garbage");
-  sender.send_to(udp_port, skeleton_line(0.1) + skeleton_line(0.2));
-  const std::vector<SkeletonFrame> by_udp = poll(*udp, 2);
-  ASSERT_EQ(by_udp.size(), 2u);
-  EXPECT_EQ(by_udp[1].people.at(0).position(Joint::kLeftHand), Vec3(0.2, 0.2, 2));
-  EXPECT_GE(by_udp[0].arrival, before);
-  EXPECT_EQ(udp->status().malformed, 1u);
+  sender.send_to(udp_port, "one");
+  sender.send_to(udp_port, std::string("\0two", 4));
+  const auto whole = datagrams.wait_for(2);
+  ASSERT_EQ(whole.size(), 2u);
+  EXPECT_EQ(whole[0].bytes, "one");
+  EXPECT_EQ(whole[1].bytes, std::string("\0two", 4));
+  for (const Recorder::Piece& piece : whole) {
+    EXPECT_EQ(piece.peer, 0);
+    EXPECT_GE(piece.arrival, before);
+    EXPECT_LE(piece.arrival, steady_now());
+  }
 
-  boost::asio::io_context io;
-  boost::asio::ip::tcp::socket stream(io);
-  stream.connect({boost::asio::ip::address_v4::loopback(), static_cast<unsigned short>(tcp_port)});
-  // A line without end is given up, the next one is read; cuts fall anywhere.
-  const std::string bytes = std::string(70000, '[') + "\n" + skeleton_line(0.3) + skeleton_line(0.4);
-  boost::asio::write(stream, boost::asio::buffer(bytes.data(), bytes.size() - 30));
-  boost::asio::write(stream, boost::asio::buffer(bytes.data() + bytes.size() - 30, 30));
-  const std::vector<SkeletonFrame> by_tcp = poll(*tcp, 2);
-  ASSERT_EQ(by_tcp.size(), 2u);
-  EXPECT_EQ(by_tcp[0].people.at(0).position(Joint::kLeftHand)->x(), 0.3);
-  EXPECT_EQ(tcp->status().malformed, 1u);
-  EXPECT_ERROR(open_skeleton_source("carrier-pigeon:1"), kInput, "udp:");
-  EXPECT_ERROR(open_skeleton_source("udp:127.0.0.1:" + std::to_string(udp_port)), kDevice, "listened");
+  const sockaddr_in to = loopback(tcp_port);
+  const auto join = [&](const Socket& stream, const std::string& bytes) {
+    ASSERT_EQ(connect(stream.handle(), reinterpret_cast<const sockaddr*>(&to), sizeof to), 0);
+    EXPECT_EQ(send(stream.handle(), bytes.data(), bytes.size(), MSG_NOSIGNAL), ssize_t(bytes.size()));
+  };
+  const Socket first(SOCK_STREAM);
+  join(first, "a");
+  ASSERT_EQ(streams.wait_for(1).size(), 1u);
+  {
+    const Socket second(SOCK_STREAM);
+    join(second, "b");
+    const auto seen = streams.wait_for(2);
+    ASSERT_EQ(seen.size(), 2u);
+    EXPECT_EQ(seen[0].peer, 0);
+    EXPECT_EQ(seen[1].peer, 1);
+  }
+  streams.wait_for(2, 1);
+  tcp.reset();  // ends its thread: the port is free again
+  tcp = open_byte_source("tcp-listen:127.0.0.1:" + std::to_string(tcp_port), streams);
+  EXPECT_ERROR(open_byte_source("log:x", streams), kInput, "udp:");
 }
 
 }  // namespace

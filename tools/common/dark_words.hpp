@@ -3,14 +3,14 @@
 #include <functional>
 #include <string>
 
-#include "procam/track/eye_safe.hpp"
+#include "procam/people/eye_safe.hpp"
 
 namespace procam::tools {
 
 class DarkWords {
  public:
   explicit DarkWords(std::function<void(const std::string&)> say) : say_(std::move(say)) {}
-  void tell(const track::Darkened& done) {
+  void tell(const people::Darkened& done) {
     if (done.why == dark_for_) return;
     say_(done.is_dark ? std::string("the picture is dark: ") + done.why : "the picture is lit again");
     dark_for_ = done.why;

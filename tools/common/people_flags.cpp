@@ -7,8 +7,8 @@
 #include "common/room_frames.hpp"
 #include "procam/io/pose_file.hpp"
 #include "procam/io/text.hpp"
+#include "procam/people/skeleton_source.hpp"
 #include "procam/show/room_people.hpp"
-#include "procam/track/skeleton_source.hpp"
 
 namespace procam::tools {
 namespace {
@@ -57,17 +57,17 @@ struct ShowPeople::State {
     std::string surface;
     std::unique_ptr<PoseSender> sender;
   };
-  std::unique_ptr<track::SkeletonSource> source;
+  std::unique_ptr<people::SkeletonSource> source;
   show::RoomPeople people;
   std::vector<Destination> destinations;
   DarkWords words;
-  std::vector<track::SkeletonFrame> arrived;
+  std::vector<people::SkeletonFrame> arrived;
   std::uint64_t frames = 0, told = 0;
 };
 
 ShowPeople::ShowPeople(const PeopleFlags& flags, const Rig& rig, const RigProjector& projector,
                        std::function<void(const std::string&)> say) {
-  track::PeopleOptions options;
+  people::PeopleOptions options;
   options.delay = flags.delay;
   show::RoomPeople people(place_of_sensor(flags.sensor, rig, projector), options);
   std::vector<State::Destination> destinations;
@@ -78,7 +78,7 @@ ShowPeople::ShowPeople(const PeopleFlags& flags, const Rig& rig, const RigProjec
                   "write e.g. --people-to table=udp:127.0.0.1:9101");
     destinations.push_back({item.substr(0, equals), open_pose_sender(item.substr(equals + 1), false)});
   }
-  state_ = std::make_unique<State>(State{track::open_skeleton_source(flags.source),
+  state_ = std::make_unique<State>(State{people::open_skeleton_source(flags.source),
                                          std::move(people),
                                          std::move(destinations),
                                          DarkWords(std::move(say)),
@@ -91,12 +91,12 @@ ShowPeople::~ShowPeople() = default;
 void ShowPeople::take(const show::Projection& projection) {
   State& s = *state_;
   s.source->poll(s.arrived);
-  for (const track::SkeletonFrame& frame : s.arrived) {
+  for (const people::SkeletonFrame& frame : s.arrived) {
     if (!s.people.add(frame)) continue;
     ++s.frames;
     for (const State::Destination& to : s.destinations)
       if (const auto told = s.people.on_content(frame, projection, to.surface)) {
-        to.sender->send(track::to_json_line(*told));
+        to.sender->send(people::to_json_line(*told));
         ++s.told;
       }
   }
@@ -108,7 +108,7 @@ void ShowPeople::over(const show::Projection& projection, double light_time, Ima
 }
 
 void ShowPeople::tell(Console& console) const {
-  const track::PeopleFaults& faults = state_->people.track().faults();
+  const people::PeopleFaults& faults = state_->people.track().faults();
   const std::uint64_t malformed = state_->source->status().malformed;
   console.say(
       format("people: %llu frames of skeletons taken, %llu malformed, %llu refused, %llu told twice or "

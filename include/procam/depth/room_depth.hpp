@@ -1,6 +1,6 @@
 #pragma once
 /// The room that a map knows, as a depth camera should see it were nobody there: the background of
-/// silhouettes (track/silhouette.hpp).
+/// silhouettes (people/silhouette.hpp).
 ///
 /// Of each plane of the map the part that has been seen counts, and a rim around it. On the ray (u, v, 1) a
 /// plane through t with normal n, both in the camera's frame, lies at

@@ -7,7 +7,7 @@
 ///     people.darken(frame, projection, light_time);
 ///   };
 ///   ...
-///   for (const track::SkeletonFrame& frame : arrived)
+///   for (const people::SkeletonFrame& frame : arrived)
 ///     if (people.add(frame))
 ///       if (const auto on_table = people.on_content(frame, projection, "table"))
 ///       send(to_json_line(*on_table));
@@ -22,8 +22,8 @@
 #include <optional>
 #include <string>
 
+#include "procam/people/eye_safe.hpp"
 #include "procam/show/projection.hpp"
-#include "procam/track/eye_safe.hpp"
 
 namespace procam::show {
 
@@ -45,31 +45,31 @@ std::optional<ContentFrameInRoom> content_frame(const Projection& projection, co
 
 class RoomPeople {
  public:
-  explicit RoomPeople(PeopleSensor sensor, const track::PeopleOptions& people = {},
-                      const track::EyeSafeOptions& eyes = {});
+  explicit RoomPeople(PeopleSensor sensor, const people::PeopleOptions& people = {},
+                      const people::EyeSafeOptions& eyes = {});
 
   /// Returns whether the frame was taken (PeopleTrack::add).
-  bool add(const track::SkeletonFrame& frame) { return people_.add(frame); }
+  bool add(const people::SkeletonFrame& frame) { return people_.add(frame); }
 
   /// The last frame that was taken, in the content's frame; its stamp is the moment that it speaks of, by the
   /// local clock, its frame the surface's name. nullopt while where the projector stands is not known, for a
   /// surface that is none or no plane, and where somebody is too far from it for a frame to hold (20 m).
-  std::optional<track::SkeletonFrame> on_content(const track::SkeletonFrame& taken,
-                                                 const Projection& projection,
-                                                 const std::string& surface) const;
+  std::optional<people::SkeletonFrame> on_content(const people::SkeletonFrame& taken,
+                                                  const Projection& projection,
+                                                  const std::string& surface) const;
 
   /// Blackens heads for the light of that time; all of the frame when where the sensor stands is not known.
-  track::Darkened darken(ImageView<std::uint8_t> frame, const Projection& projection,
-                         double light_time) const;
+  people::Darkened darken(ImageView<std::uint8_t> frame, const Projection& projection,
+                          double light_time) const;
 
-  const track::PeopleTrack& track() const { return people_; }
+  const people::PeopleTrack& track() const { return people_; }
 
  private:
   std::optional<Pose> projector_from_sensor(const Projection& projection, double time) const;
 
   PeopleSensor sensor_;
-  track::PeopleTrack people_;
-  track::EyeSafeOptions eyes_;
+  people::PeopleTrack people_;
+  people::EyeSafeOptions eyes_;
 };
 
 }  // namespace procam::show

@@ -20,9 +20,9 @@
 #include "procam/core/rig/rig.hpp"
 #include "procam/depth/plane_map.hpp"
 #include "procam/device/depth_source.hpp"
+#include "procam/people/silhouette.hpp"
 #include "procam/show/projection.hpp"
 #include "procam/track/pose_track.hpp"
-#include "procam/track/silhouette.hpp"
 
 namespace procam::show {
 
@@ -40,22 +40,22 @@ struct RoomOptions {
   /// is work for the loop.
   double news_from = 2e-4;
   /// Whatever comes before the room is told (RoomView::silhouettes()), to be kept out of the light.
-  std::optional<track::SilhouetteOptions> silhouettes;
+  std::optional<people::SilhouetteOptions> silhouettes;
 };
 
 /// What came before the room at a time, as the depth camera then stood.
 struct RoomSilhouettes {
-  track::Silhouettes in_camera;
+  people::Silhouettes in_camera;
   Pose world_from_camera;
   double time = 0;  ///< of the exposure, local clock
 };
 
 /// Blackens whatever came before the room, for the light of a time: through the room, so that it holds while
 /// the robot turns. All of the frame for silhouettes that are null or old, and while where the rig stands is
-/// not known (track/silhouette.hpp).
-track::Darkened darken_before_room(ImageView<std::uint8_t> frame, const Projection& projection,
-                                   double light_time, const RoomSilhouettes* seen,
-                                   const track::SilhouetteOptions& options = {});
+/// not known (people/silhouette.hpp).
+people::Darkened darken_before_room(ImageView<std::uint8_t> frame, const Projection& projection,
+                                    double light_time, const RoomSilhouettes* seen,
+                                    const people::SilhouetteOptions& options = {});
 
 /// The part without clock and thread: the same calls in the same order give the same surfaces.
 class RoomView {
@@ -116,8 +116,8 @@ class RoomWatch {
   /// What is new, if anything; never waits.
   std::optional<RoomNews> take();
   /// darken_before_room() by the newest depth.
-  track::Darkened darken(ImageView<std::uint8_t> frame, const Projection& projection,
-                         double light_time) const;
+  people::Darkened darken(ImageView<std::uint8_t> frame, const Projection& projection,
+                          double light_time) const;
 
  private:
   struct State;

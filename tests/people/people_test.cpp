@@ -1,5 +1,5 @@
 // People over time: identity, prediction, what content asks of them, and what keeps them out of the light.
-#include "procam/track/people.hpp"
+#include "procam/people/people.hpp"
 
 #include <gtest/gtest.h>
 
@@ -8,12 +8,12 @@
 #include <limits>
 #include <random>
 
-#include "procam/track/eye_safe.hpp"
-#include "procam/track/interaction.hpp"
-#include "procam/track/silhouette.hpp"
+#include "procam/people/eye_safe.hpp"
+#include "procam/people/interaction.hpp"
+#include "procam/people/silhouette.hpp"
 #include "support/lopsided.hpp"
 
-namespace procam::track {
+namespace procam::people {
 namespace {
 
 /// Pelvis, neck, head and hands about a place on the floor, as the sensor sees them.
@@ -451,4 +451,4 @@ TEST(Silhouette, GapsCountWhereAHeadFitsIn) {
 }
 
 }  // namespace
-}  // namespace procam::track
+}  // namespace procam::people

@@ -1,4 +1,4 @@
-#include "procam/track/interaction.hpp"
+#include "procam/people/interaction.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -7,7 +7,7 @@
 #include "procam/core/base/error.hpp"
 #include "procam/core/geometry/plane.hpp"
 
-namespace procam::track {
+namespace procam::people {
 
 SurfacePoint on_surface(const Vec3& point_in_sensor, const Pose& surface_from_sensor) {
   const Vec3 p = surface_from_sensor * point_in_sensor;
@@ -164,4 +164,4 @@ RaisedHand read_hand(const std::vector<PixelSkeleton>& frames, Side side, const 
   return best;
 }
 
-}  // namespace procam::track
+}  // namespace procam::people

@@ -1,12 +1,19 @@
 #pragma once
-/// A recorded run as a source, of whatever arrives (poses, people). No thread: what is due is known whenever
-/// somebody asks.
+/// A recorded run as a source of poses or skeletons. It needs no thread: poll() returns the messages that are due.
+#include <string>
 #include <utility>
 #include <vector>
 
 #include "procam/track/pose_source.hpp"
 
 namespace procam::track::internal {
+
+/// "FILE@SPEED" or "FILE"; without a speed it is 1. Throws Error(kInput).
+struct FileAndSpeed {
+  std::string file;
+  double speed = 1;
+};
+FileAndSpeed parse_file_and_speed(const std::string& rest);
 
 template <typename Message, typename Source>
 class Recorded : public Source {

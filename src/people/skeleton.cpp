@@ -1,8 +1,8 @@
-#include "procam/track/skeleton.hpp"
+#include "procam/people/skeleton.hpp"
 
 #include <cmath>
 
-namespace procam::track {
+namespace procam::people {
 namespace {
 
 constexpr std::array<const char*, kJointCount> kNames = {
@@ -63,4 +63,4 @@ std::optional<Vec3> body_of(const Skeleton& person) {
   return Vec3(sum / count);
 }
 
-}  // namespace procam::track
+}  // namespace procam::people

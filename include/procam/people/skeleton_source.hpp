@@ -1,7 +1,7 @@
 #pragma once
 /// Where skeletons come from: sockets and logs. As pose_source.hpp, with people instead of poses.
 ///
-///   const auto source = track::open_skeleton_source("udp:9100");
+///   const auto source = people::open_skeleton_source("udp:9100");
 ///   std::vector<SkeletonFrame> arrived;
 ///   source->poll(arrived);                      // never waits
 ///   for (const SkeletonFrame& frame : arrived) people.add(frame);
@@ -18,10 +18,10 @@
 #include <string_view>
 #include <vector>
 
+#include "procam/people/skeleton_reader.hpp"
 #include "procam/track/pose_source.hpp"
-#include "procam/track/skeleton_reader.hpp"
 
-namespace procam::track {
+namespace procam::people {
 
 class SkeletonSource {
  public:
@@ -29,13 +29,13 @@ class SkeletonSource {
 
   /// Replaces `arrived` by what came since the last call, in order of arrival. Never waits.
   virtual void poll(std::vector<SkeletonFrame>& arrived) = 0;
-  virtual SourceStatus status() const = 0;
+  virtual track::SourceStatus status() const = 0;
 };
 
 /// Throws Error(kInput) for a text that names no source or a log that is none, Error(kDevice) for a port that
 /// cannot be bound.
 std::unique_ptr<SkeletonSource> open_skeleton_source(const std::string& text,
-                                                     const SourceOptions& options = {});
+                                                     const track::SourceOptions& options = {});
 
 /// A stream of JSON lines, cut where it likes. A line longer than kLongestSkeletonLine is counted once and
 /// skipped.
@@ -48,4 +48,4 @@ class SkeletonStream {
   bool skipping_ = false;
 };
 
-}  // namespace procam::track
+}  // namespace procam::people

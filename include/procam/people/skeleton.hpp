@@ -16,7 +16,7 @@
 
 #include "procam/core/base/types.hpp"
 
-namespace procam::track {
+namespace procam::people {
 
 /// A closed set: what the readers' joints are mapped to. Sides come as left, right.
 enum class Joint {
@@ -118,4 +118,4 @@ std::optional<Vec3> head_of(const Skeleton& person);
 /// joints.
 std::optional<Vec3> body_of(const Skeleton& person);
 
-}  // namespace procam::track
+}  // namespace procam::people

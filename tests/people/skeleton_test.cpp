@@ -1,5 +1,5 @@
 // Skeletons from bytes: real logs, and what strangers send.
-#include "procam/track/skeleton_reader.hpp"
+#include "procam/people/skeleton_reader.hpp"
 
 #include <gtest/gtest.h>
 
@@ -12,12 +12,12 @@
 #include <sstream>
 
 #include "procam/core/base/error.hpp"
-#include "procam/track/interaction.hpp"
-#include "procam/track/vmc.hpp"
+#include "procam/people/interaction.hpp"
+#include "procam/people/vmc.hpp"
 #include "support/expect_error.hpp"
 #include "support/test_data.hpp"
 
-namespace procam::track {
+namespace procam::people {
 namespace {
 
 /// The person a little right of the camera, left hand raised; lopsided on purpose.
@@ -410,4 +410,4 @@ TEST(OpenPose, GesturesAreToldApart) {
 }
 
 }  // namespace
-}  // namespace procam::track
+}  // namespace procam::people

@@ -1,4 +1,4 @@
-#include "procam/track/eye_safe.hpp"
+#include "procam/people/eye_safe.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -6,7 +6,7 @@
 
 #include "procam/core/base/error.hpp"
 
-namespace procam::track {
+namespace procam::people {
 namespace {
 
 constexpr int kOutline = 48;  ///< corners; the circle is drawn around, so that none of it is cut
@@ -148,4 +148,4 @@ Darkened darken_heads(ImageView<std::uint8_t> frame, const Projector& projector,
                       light_time, options);
 }
 
-}  // namespace procam::track
+}  // namespace procam::people

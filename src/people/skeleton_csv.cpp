@@ -5,9 +5,9 @@
 #include <iterator>
 
 #include "procam/core/base/error.hpp"
-#include "procam/track/skeleton_reader.hpp"
+#include "procam/people/skeleton_reader.hpp"
 
-namespace procam::track {
+namespace procam::people {
 namespace {
 
 /// Names of Kinect v1, as the logs of many programs have them.
@@ -163,4 +163,4 @@ std::vector<SkeletonFrame> read_skeleton_log(const std::filesystem::path& file) 
   return std::move(parsed.frames);
 }
 
-}  // namespace procam::track
+}  // namespace procam::people

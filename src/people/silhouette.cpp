@@ -1,11 +1,11 @@
-#include "procam/track/silhouette.hpp"
+#include "procam/people/silhouette.hpp"
 
 #include <algorithm>
 #include <cmath>
 
 #include "procam/core/base/error.hpp"
 
-namespace procam::track {
+namespace procam::people {
 namespace {
 
 constexpr int kMaskBlock = 8;     ///< pixels of the projector
@@ -233,4 +233,4 @@ Darkened darken_silhouettes(ImageView<std::uint8_t> frame, const Projector& proj
   return result;
 }
 
-}  // namespace procam::track
+}  // namespace procam::people

@@ -4,10 +4,10 @@
 #include <nlohmann/json.hpp>
 
 #include "joint_sets.hpp"
-#include "procam/track/skeleton_reader.hpp"
-#include "wire_json.hpp"
+#include "procam/people/skeleton_reader.hpp"
+#include "procam/track/detail/json_depth.hpp"
 
-namespace procam::track {
+namespace procam::people {
 namespace {
 
 using nlohmann::json;
@@ -23,7 +23,7 @@ json parsed(std::string_view text, std::size_t longest) {
   const std::size_t first = text.find_first_not_of(" \t\r\n");
   if (first == text.npos || text[first] != '{') throw Refused{"it does not begin with {"};
   if (text.size() > longest) throw Refused{"it is too long"};
-  if (!internal::is_shallow(text, kDeepestSkeleton)) throw Refused{"it is nested too deeply"};
+  if (!track::internal::is_shallow(text, kDeepestSkeleton)) throw Refused{"it is nested too deeply"};
   json root = json::parse(text.begin(), text.end(), nullptr, false);
   if (root.is_discarded()) throw Refused{"it is not JSON"};
   return root;
@@ -261,4 +261,4 @@ ParsedSkeletons parse_azure_kinect(std::string_view text) {
   return result;
 }
 
-}  // namespace procam::track
+}  // namespace procam::people

@@ -25,9 +25,9 @@
 /// As darken_heads(), it is a courtesy to eyes: light that the depth camera does not see stays lit, and so
 /// does what is hidden behind what it sees by more than the margin.
 #include "procam/core/lens/camera.hpp"
-#include "procam/track/eye_safe.hpp"
+#include "procam/people/eye_safe.hpp"
 
-namespace procam::track {
+namespace procam::people {
 
 struct SilhouetteOptions {
   double nearer = 0.12;  ///< metres before the background: above the sensor's noise and what hangs on a wall
@@ -70,4 +70,4 @@ Darkened darken_silhouettes(ImageView<std::uint8_t> frame, const Projector& proj
                             const Pose& projector_from_camera, const Silhouettes& silhouettes, double age,
                             const SilhouetteOptions& options = {});
 
-}  // namespace procam::track
+}  // namespace procam::people

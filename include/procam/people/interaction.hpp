@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "procam/core/geometry/ray.hpp"
-#include "procam/track/people.hpp"
+#include "procam/people/people.hpp"
 
-namespace procam::track {
+namespace procam::people {
 
 struct SurfacePoint {
   Vec2 point = Vec2::Zero();  ///< the foot of the perpendicular
@@ -132,4 +132,4 @@ struct RaisedHand {
 RaisedHand read_hand(const std::vector<PixelSkeleton>& frames, Side side,
                      const HandSignOptions& options = {});
 
-}  // namespace procam::track
+}  // namespace procam::people

@@ -22,9 +22,9 @@
 #include <string_view>
 
 #include "procam/core/geometry/pose.hpp"
-#include "procam/track/skeleton_reader.hpp"
+#include "procam/people/skeleton_reader.hpp"
 
-namespace procam::track {
+namespace procam::people {
 
 class VmcReader {
  public:
@@ -45,4 +45,4 @@ class VmcReader {
   std::bitset<kBones> known_, arrived_;  ///< of the frame before, and of this one
 };
 
-}  // namespace procam::track
+}  // namespace procam::people

@@ -16,9 +16,9 @@
 
 #include "procam/core/geometry/plane.hpp"
 #include "procam/core/lens/camera.hpp"
-#include "procam/track/skeleton.hpp"
+#include "procam/people/skeleton.hpp"
 
-namespace procam::track {
+namespace procam::people {
 
 inline constexpr std::size_t kLongestSkeletonLine = 65536;  ///< bytes: 16 people with all joints take 48 000
 
@@ -91,4 +91,4 @@ Skeleton from_joint_set(JointSet set, const std::vector<ForeignJoint>& joints);
 /// Azure Kinect's recorded JSON: frames with timestamp_usec and bodies with joint_positions of 32 triples.
 ParsedSkeletons parse_azure_kinect(std::string_view text);
 
-}  // namespace procam::track
+}  // namespace procam::people

@@ -3,9 +3,9 @@
 #include <array>
 #include <optional>
 
-#include "procam/track/skeleton.hpp"
+#include "procam/people/skeleton.hpp"
 
-namespace procam::track::internal {
+namespace procam::people::internal {
 
 using MaybeJoint = std::optional<Joint>;
 inline constexpr MaybeJoint kNoJoint = std::nullopt;
@@ -114,4 +114,4 @@ inline constexpr std::array<MaybeJoint, 25> kKinect2 = {
     Joint::kLeftFoot,   Joint::kRightHip,    Joint::kRightKnee, Joint::kRightAnkle,    Joint::kRightFoot,
     Joint::kNeck,       Joint::kLeftHandTip, Joint::kLeftThumb, Joint::kRightHandTip,  Joint::kRightThumb};
 
-}  // namespace procam::track::internal
+}  // namespace procam::people::internal

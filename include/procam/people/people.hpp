@@ -25,10 +25,10 @@
 #include <vector>
 
 #include "procam/core/geometry/pose.hpp"
+#include "procam/people/skeleton.hpp"
 #include "procam/track/clock.hpp"
-#include "procam/track/skeleton.hpp"
 
-namespace procam::track {
+namespace procam::people {
 
 struct PeopleOptions {
   /// Of a joint along each axis, metres. Depth cameras: 5 to 15 mm at 2 m, feet worse.
@@ -41,7 +41,7 @@ struct PeopleOptions {
   double forget_joint = 0.3;   ///< seconds after which a joint is absent that is not seen while others are
   double forget_person = 1.0;  ///< and a person gone, who stands still until then (see TrackedPerson::age)
   double gate = 0.5;           ///< metres that a person may be from where it was foretold
-  ClockOptions clock;
+  track::ClockOptions clock;
   double delay = 0;  ///< seconds from the moment that a frame speaks of to its fastest arrival
 };
 
@@ -100,7 +100,7 @@ class PeopleTrack {
   std::vector<int> assign(const std::vector<Skeleton>& seen, double time) const;
 
   PeopleOptions options_;
-  Clock clock_;
+  track::Clock clock_;
   std::vector<Person> people_;
   int last_number_ = 0;
   std::optional<double> newest_, newest_stamp_;
@@ -124,4 +124,4 @@ Players seat_players(const std::vector<TrackedPerson>& people, const Pose& surfa
 /// nullptr when nobody has that number.
 const TrackedPerson* find_person(const std::vector<TrackedPerson>& people, std::optional<int> number);
 
-}  // namespace procam::track
+}  // namespace procam::people

@@ -1,4 +1,4 @@
-#include "procam/track/people.hpp"
+#include "procam/people/people.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -6,7 +6,7 @@
 
 #include "procam/core/base/error.hpp"
 
-namespace procam::track {
+namespace procam::people {
 namespace {
 
 /// Of a velocity that nothing is known about: a walking person's hand.
@@ -131,12 +131,12 @@ bool PeopleTrack::add(const SkeletonFrame& frame) {
   }
   double time = frame.arrival;
   if (frame.stamp) {
-    const ClockVerdict verdict = clock_.observe(*frame.stamp, frame.arrival);
-    if (verdict == ClockVerdict::kDoubtful) {
+    const track::ClockVerdict verdict = clock_.observe(*frame.stamp, frame.arrival);
+    if (verdict == track::ClockVerdict::kDoubtful) {
       ++faults_.late;
       return false;
     }
-    if (verdict == ClockVerdict::kJumped) {  // what was before is of another clock
+    if (verdict == track::ClockVerdict::kJumped) {  // what was before is of another clock
       newest_.reset();
       newest_stamp_.reset();
       people_.clear();
@@ -230,4 +230,4 @@ Players seat_players(const std::vector<TrackedPerson>& people, const Pose& surfa
   return now;
 }
 
-}  // namespace procam::track
+}  // namespace procam::people

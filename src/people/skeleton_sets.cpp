@@ -5,9 +5,9 @@
 
 #include "joint_sets.hpp"
 #include "procam/core/base/error.hpp"
-#include "procam/track/skeleton_reader.hpp"
+#include "procam/people/skeleton_reader.hpp"
 
-namespace procam::track {
+namespace procam::people {
 
 Skeleton from_joint_set(JointSet set, const std::vector<ForeignJoint>& joints) {
   const bool is_azure = set == JointSet::kAzureKinect;
@@ -65,4 +65,4 @@ std::optional<Skeleton> anchored_on_floor(const Skeleton& about_hips, const Vec3
   return anchored(about_hips, s * bearing);
 }
 
-}  // namespace procam::track
+}  // namespace procam::people

@@ -1,5 +1,5 @@
 #pragma once
-/// Where a source's thread leaves what arrived, and whoever polls fetches it: poses or skeletons.
+/// The queue between a source's thread and the thread that polls; it keeps the newest messages.
 #include <mutex>
 #include <string>
 #include <utility>
@@ -7,17 +7,8 @@
 
 #include "procam/core/base/error.hpp"
 #include "procam/track/pose_source.hpp"
-#include "procam/track/skeleton_reader.hpp"
-#include "procam/track/wire.hpp"
 
 namespace procam::track::internal {
-
-inline std::vector<StampedPose>& messages_of(Parsed& parsed) {
-  return parsed.poses;
-}
-inline std::vector<SkeletonFrame>& messages_of(ParsedSkeletons& parsed) {
-  return parsed.frames;
-}
 
 template <typename Message>
 class InboxOf {
@@ -26,14 +17,15 @@ class InboxOf {
     require(options.queue > 0, "SourceOptions: the queue must hold at least one message");
   }
 
-  /// What `bytes` bytes held that arrived at `arrival`.
-  template <typename ParsedMessages>
-  void put(ParsedMessages&& parsed, double arrival, std::size_t bytes) {
+  /// The result of parsing `bytes` bytes that arrived at `arrival`; `messages` is a member of `parsed`. Both are
+  /// moved from.
+  template <typename Parsed>
+  void put(Parsed& parsed, std::vector<Message>& messages, double arrival, std::size_t bytes) {
     const std::lock_guard<std::mutex> lock(mutex_);
     status_.bytes += bytes;
     status_.malformed += parsed.malformed;
     if (!parsed.why.empty()) status_.last_error = std::move(parsed.why);
-    for (Message& message : messages_of(parsed)) {
+    for (Message& message : messages) {
       message.arrival = arrival;
       keep(std::move(message));
     }

@@ -19,9 +19,9 @@
 /// It is a courtesy to eyes, not a safety device: what the sensor does not see is not kept out of the light.
 #include "procam/core/base/image.hpp"
 #include "procam/core/lens/projector.hpp"
-#include "procam/track/people.hpp"
+#include "procam/people/people.hpp"
 
-namespace procam::track {
+namespace procam::people {
 
 struct EyeSafeOptions {
   double radius = 0.14;  ///< of a head with its hair, metres
@@ -48,4 +48,4 @@ Darkened darken_heads(ImageView<std::uint8_t> frame, const Projector& projector,
                       const Pose& projector_from_sensor, const PeopleTrack& track, double light_time,
                       const EyeSafeOptions& options = {});
 
-}  // namespace procam::track
+}  // namespace procam::people

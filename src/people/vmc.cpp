@@ -1,10 +1,10 @@
-#include "procam/track/vmc.hpp"
+#include "procam/people/vmc.hpp"
 
 #include <cmath>
 
-#include "wire_bytes.hpp"
+#include "procam/track/detail/wire_bytes.hpp"
 
-namespace procam::track {
+namespace procam::people {
 namespace {
 
 struct VmcBone {
@@ -59,7 +59,7 @@ void refuse_vmc(ParsedSkeletons& parsed, const char* why) {
 }
 
 /// Seven numbers; nullptr when all is well.
-const char* read_vmc_pose(internal::Bytes& in, std::string_view types, Pose& pose) {
+const char* read_vmc_pose(track::internal::Bytes& in, std::string_view types, Pose& pose) {
   std::array<double, 7> v{};
   for (std::size_t i = 0; i < 7; ++i) {
     if (types[i] != 'f' && types[i] != 'd') return "a VMC pose is not of seven floats";
@@ -83,10 +83,11 @@ ParsedSkeletons VmcReader::parse(std::string_view datagram) {
 }
 
 void VmcReader::read(std::string_view bytes, int depth, ParsedSkeletons& parsed) {
-  if (bytes.substr(0, internal::kOscBundle.size()) != internal::kOscBundle)
+  if (bytes.substr(0, track::internal::kOscBundle.size()) != track::internal::kOscBundle)
     return read_message(bytes, parsed);
-  if (depth == internal::kDeepestOscBundle) return refuse_vmc(parsed, "OSC bundles are nested too deeply");
-  internal::Bytes in{bytes.substr(internal::kOscBundle.size())};
+  if (depth == track::internal::kDeepestOscBundle)
+    return refuse_vmc(parsed, "OSC bundles are nested too deeply");
+  track::internal::Bytes in{bytes.substr(track::internal::kOscBundle.size())};
   in.take(8);  // the time tag: senders leave it at "now"
   while (!in.bad && !in.rest.empty()) {
     const std::string_view element = in.take(in.number<std::uint32_t>(true));
@@ -96,7 +97,7 @@ void VmcReader::read(std::string_view bytes, int depth, ParsedSkeletons& parsed)
 }
 
 void VmcReader::read_message(std::string_view bytes, ParsedSkeletons& parsed) {
-  internal::Bytes in{bytes};
+  track::internal::Bytes in{bytes};
   const std::string_view address = in.osc_text(), types = in.osc_text();
   constexpr std::string_view kOurs = "/VMC/Ext/";
   if (in.bad || address.substr(0, kOurs.size()) != kOurs) return refuse_vmc(parsed, "it is no VMC message");
@@ -173,4 +174,4 @@ void VmcReader::end_frame(ParsedSkeletons& parsed) {
   parsed.frames.push_back(std::move(frame));
 }
 
-}  // namespace procam::track
+}  // namespace procam::people

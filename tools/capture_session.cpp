@@ -115,8 +115,7 @@ device::Display choose_display(const std::optional<int>& wanted) {
 
 std::unique_ptr<device::FrameSource> open_source(const Flags& flags) {
   if (!flags.camera.empty()) return device::open_camera(flags.camera, flags.camera_options);
-  return device::watch_folder(flags.watch,
-                              [](const fs::path& file) { return io::to_gray(io::load_image(file).image); });
+  return device::watch_folder(flags.watch);
 }
 
 /// The session while it is captured.

@@ -6,7 +6,6 @@
 #include <thread>
 
 #include "common/cli.hpp"
-#include "common/content_names.hpp"
 #include "common/dark_words.hpp"
 #include "common/depth_room.hpp"
 #include "common/people_flags.hpp"
@@ -15,7 +14,6 @@
 #include "procam/device/content_source.hpp"
 #include "procam/device/frame_source.hpp"
 #include "procam/io/files.hpp"
-#include "procam/io/image/images.hpp"
 #include "procam/io/marker_map_file.hpp"
 #include "procam/io/pose_file.hpp"
 #include "procam/io/rig_file.hpp"
@@ -161,11 +159,6 @@ void identify(Console& console) {
   }
 }
 
-/// A file of a surface file is named beside it; colours, cameras and addresses are what they are.
-std::string resolve(const std::string& content, const fs::path& folder) {
-  return content_beside(folder / "surfaces.json", content);
-}
-
 /// --content: what each named surface shows.
 std::map<std::string, std::string> given_contents(const std::vector<std::string>& given) {
   std::map<std::string, std::string> contents;
@@ -175,30 +168,10 @@ std::map<std::string, std::string> given_contents(const std::vector<std::string>
       throw Error(ErrorKind::kInput, "--content " + item, "it does not read SURFACE=WHAT",
                   "write e.g. --content wall=wall.png");
     // As typed, it is beside where the tool runs.
-    contents[item.substr(0, equals)] = resolve(item.substr(equals + 1), fs::current_path());
+    contents[item.substr(0, equals)] =
+        device::content_beside(fs::current_path() / "surfaces.json", item.substr(equals + 1));
   }
   return contents;
-}
-
-/// Over the surface file's own.
-SurfaceSet with_contents(SurfaceSet set, const std::map<std::string, std::string>& given) {
-  for (const auto& item : given) {
-    const auto named = std::find_if(set.surfaces.begin(), set.surfaces.end(),
-                                    [&](const Surface& surface) { return surface.name == item.first; });
-    if (named == set.surfaces.end())
-      throw Error(ErrorKind::kInput, "--content " + item.first, "no surface is named so",
-                  "name one of the surfaces file");
-    named->content = item.second;
-  }
-  return set;
-}
-
-/// Of a room that is seen by and by: those that are there.
-SurfaceSet with_contents_there(SurfaceSet set, const std::map<std::string, std::string>& given) {
-  for (Surface& surface : set.surfaces)
-    if (const auto content = given.find(surface.name); content != given.end())
-      surface.content = content->second;
-  return set;
 }
 
 /// Beside which contents are found.
@@ -207,15 +180,7 @@ fs::path folder_of(const std::string& surfaces) {
 }
 
 std::vector<std::string> choices(const fs::path& folder, const SurfaceSet& set) {
-  std::vector<std::string> found;
-  std::error_code ignored;
-  for (const auto& entry : fs::directory_iterator(folder, ignored)) {
-    const std::string extension = entry.path().extension().string();
-    for (const char* known :
-         {".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".mp4", ".mkv", ".avi", ".mov", ".webm"})
-      if (extension == known && found.size() < 200) found.push_back(entry.path().filename().string());
-  }
-  std::sort(found.begin(), found.end(), io::natural_less);
+  std::vector<std::string> found = device::content_files(folder, 200);
   for (const Surface& surface : set.surfaces)
     if (!surface.content.empty() && std::find(found.begin(), found.end(), surface.content) == found.end())
       found.push_back(surface.content);
@@ -281,17 +246,45 @@ std::string conditions(const Flags& flags, const show::ProjectionOptions& option
          (flags.mount.empty() ? "" : ", mount " + io::sha256_of_file(flags.mount).substr(0, 16));
 }
 
-device::ContentOptions content_options(device::Pace pace) {
-  device::ContentOptions options;
-  options.read = [](const fs::path& file) { return io::load_image(file).image; };
-  options.pace = pace;
-  return options;
-}
+/// A run that is read back, line by line.
+struct Replay {
+  show::Projection& projection;
+  device::FrameSink& sink;
+  const fs::path folder;    ///< of contents
+  const std::string given;  ///< conditions
+  Console& console;
+  ImageU8 frame;
+  std::map<std::string, std::shared_ptr<device::ContentSource>> opened = {};
+  long long frames = 0, equal = 0;
 
-show::SurfaceText surface_text(const std::string& file) {
-  return {[](const SurfaceSet& set) { return io::surfaces_to_text(set); },
-          [file](const std::string& text) { return io::surfaces_from_text(text, file); }};
-}
+  void operator()(const show::RunConditions& recorded) {
+    if (recorded.text != given)
+      console.log("recorded under other conditions; frames may differ\n  then: " + recorded.text +
+                  "\n  now:  " + given);
+  }
+  void operator()(const SurfaceSet& set) {
+    show::Show show;
+    device::ContentOptions options;
+    options.pace = device::Pace::kExact;
+    for (const Surface& surface : set.surfaces) {
+      std::shared_ptr<device::ContentSource>& content = opened[surface.content];
+      if (!content && !surface.content.empty())
+        content =
+            device::open_content(device::content_beside(folder / "surfaces.json", surface.content), options);
+      show.contents.push_back(content);
+    }
+    show.surfaces = set;
+    projection.set_show(std::move(show));
+  }
+  void operator()(show::Picture picture) { projection.set_picture(picture); }
+  void operator()(const track::StampedPose& message) { projection.add(message); }
+  void operator()(const show::RecordedFrame& recorded) {
+    projection.draw(recorded.light_time, recorded.content_time, frame);
+    sink.show_next(frame);
+    equal += show::fingerprint(frame) == recorded.fingerprint ? 1 : 0;
+    console.progress("frame", int(++frames), 0);
+  }
+};
 
 ExitCode replay(const Flags& flags, Console& console) {
   const Rig rig = io::load_rig(flags.rig);
@@ -302,46 +295,18 @@ ExitCode replay(const Flags& flags, Console& console) {
   device::SinkOptions sink_options;
   sink_options.size = projection.frame_size();
   sink_options.fps = flags.fps > 0 ? flags.fps : 60;
-  sink_options.write = io::save_image;
   const auto sink = device::open_sink(flags.output.empty() ? "none" : flags.output, sink_options);
-  const fs::path folder = folder_of(flags.surfaces);
-  std::map<std::string, std::shared_ptr<device::ContentSource>> opened;
-
   render::require_drawable(projection.frame_size());
-  ImageU8 frame(projection.frame_size(), 3);
-  long long frames = 0, equal = 0;
-  show::RunListener listener;
-  listener.conditions = [&](const std::string& recorded) {
-    if (recorded != given)
-      console.log("recorded under other conditions; frames may differ\n  then: " + recorded +
-                  "\n  now:  " + given);
-  };
-  listener.surfaces = [&](SurfaceSet set) {
-    show::Show show;
-    for (const Surface& surface : set.surfaces) {
-      std::shared_ptr<device::ContentSource>& content = opened[surface.content];
-      if (!content && !surface.content.empty())
-        content =
-            device::open_content(resolve(surface.content, folder), content_options(device::Pace::kExact));
-      show.contents.push_back(content);
-    }
-    show.surfaces = std::move(set);
-    projection.set_show(std::move(show));
-  };
-  listener.picture = [&](show::Picture picture) { projection.set_picture(picture); };
-  listener.pose = [&](const track::StampedPose& message) { projection.add(message); };
-  listener.frame = [&](const show::RecordedFrame& recorded) {
-    projection.draw(recorded.light_time, recorded.content_time, frame);
-    sink->show_next(frame);
-    equal += show::fingerprint(frame) == recorded.fingerprint ? 1 : 0;
-    console.progress("frame", int(++frames), 0);
-  };
-  show::read_run(flags.replay, surface_text(flags.surfaces), listener);
+  Replay replay{projection, *sink,   folder_of(flags.surfaces),
+                given,      console, ImageU8(projection.frame_size(), 3)};
+  show::RunReader reader(flags.replay, flags.surfaces);
+  while (const std::optional<show::RunRecord> record = reader.next()) std::visit(replay, *record);
   sink->finish();
-  console.say(format("%lld frames, %lld of them equal to the recorded ones bit for bit", frames, equal));
-  console.summary().set("/frames", double(frames));
-  console.summary().set("/equal", double(equal));
-  return frames == equal ? ExitCode::kOk : ExitCode::kGateFailed;
+  console.say(format("%lld frames, %lld of them equal to the recorded ones bit for bit", replay.frames,
+                     replay.equal));
+  console.summary().set("/frames", double(replay.frames));
+  console.summary().set("/equal", double(replay.equal));
+  return replay.frames == replay.equal ? ExitCode::kOk : ExitCode::kGateFailed;
 }
 
 /// From a frame's show() to its light on the wall, seen by a camera.
@@ -468,16 +433,14 @@ ExitCode show(const Flags& flags, Console& console) {
 
   show::ShowLoaderOptions loading;
   const std::map<std::string, std::string> contents = given_contents(flags.contents);
-  if (!in_room) loading.surfaces = flags.surfaces;
-  loading.load = [&](const fs::path& file) {
-    return in_room ? SurfaceSet{} : with_contents(io::load_surfaces(file), contents);
-  };
+  if (!in_room) {
+    loading.surfaces = flags.surfaces;
+    loading.contents = contents;
+  }
+  loading.folder = folder;
   // A frame of a run that is to be shown again waits for its picture.
-  const device::Pace pace = flags.record.empty() ? device::Pace::kLive : device::Pace::kExact;
-  loading.open = [&](const std::string& content) -> std::shared_ptr<device::ContentSource> {
-    return device::open_content(resolve(content, folder), content_options(pace));
-  };
-  const SurfaceSet first = loading.load(flags.surfaces);  // throws what is wrong with it
+  loading.pace = flags.record.empty() ? device::Pace::kLive : device::Pace::kExact;
+  const SurfaceSet first = show::load_surfaces(loading);  // throws what is wrong with it
   show::ShowLoader loader(loading);
   show::LoadedShow loaded = loader.load_now();
   for (const std::string& fault : loaded.faults) console.log(fault);
@@ -488,18 +451,13 @@ ExitCode show(const Flags& flags, Console& console) {
   device::SinkOptions sink_options;
   sink_options.size = projection.frame_size();
   sink_options.fps = flags.fps > 0 ? flags.fps : 60;
-  sink_options.write = io::save_image;
   show::LoopOptions loop;
   loop.fps = sink_options.fps;
   loop.duration_s = flags.duration;
   std::unique_ptr<device::FrameSink> sink;
   if (flags.output.empty()) {
     const std::vector<device::Display> list = device::displays();
-    std::string wanted = flags.display.value_or("");
-    for (const device::Display& display : list)
-      if (!flags.display && (!display.is_primary || list.size() == 1))
-        wanted = std::to_string(display.number);
-    const device::Display& display = device::find_display(list, wanted);
+    const device::Display& display = device::choose_display(list, flags.display);
     if (!(display.size == projection.frame_size()))
       throw Error(ErrorKind::kDevice, "display " + std::to_string(display.number),
                   "it shows " + size_text(display.size) + " and the projector was calibrated with " +
@@ -523,10 +481,9 @@ ExitCode show(const Flags& flags, Console& console) {
   if (!in_room) parts.editor = &editor;
   parts.loader = &loader;
   parts.room = room.get();
-  parts.with_contents = [&](SurfaceSet set) { return with_contents_there(std::move(set), contents); };
+  if (in_room) parts.room_contents = contents;
   std::optional<show::RunRecorder> recorder;
-  if (!flags.record.empty())
-    parts.recorder = &recorder.emplace(flags.record, surface_text(flags.surfaces), recorded_conditions);
+  if (!flags.record.empty()) parts.recorder = &recorder.emplace(flags.record, recorded_conditions);
   std::unique_ptr<show::ControlPage> page;
   if (flags.control != "off") {
     show::ControlOptions control;
@@ -536,14 +493,12 @@ ExitCode show(const Flags& flags, Console& console) {
     parts.page = page.get();
     console.say("control page: " + page->url());
   }
-  if (!in_room) parts.save = [&](const SurfaceSet& set) { io::save_surfaces(flags.surfaces, set); };
   parts.contents = choices(folder, first);
   parts.say = [&](const std::string& sentence) { console.log(sentence); };
   // A recorded run begins from what its log holds, digit by digit.
   if (parts.recorder != nullptr) {
     show::Show again = projection.show();
-    const show::SurfaceText text = surface_text(flags.surfaces);
-    again.surfaces = text.read(text.write(again.surfaces));
+    again.surfaces = io::surfaces_from_text(io::surfaces_to_text(again.surfaces), flags.surfaces);
     projection.set_show(std::move(again));
   }
   show::Metrics so_far;

@@ -9,7 +9,6 @@
 
 #include "common/blend_flags.hpp"
 #include "common/cli.hpp"
-#include "common/content_names.hpp"
 #include "common/viewer_flags.hpp"
 #include "procam/device/content_source.hpp"
 #include "procam/device/video_file.hpp"
@@ -140,16 +139,12 @@ Stage set_up(const Flags& flags, const SolvedSurfaceSet& solved, const std::stri
                    crops = named_texts("--crop", flags.crop, names, "wall=0.25,0,0.75,1");
   device::ContentOptions options;
   options.pace = device::Pace::kExact;
-  options.read = [&](const std::filesystem::path& file) {
-    io::LoadedImage loaded = io::load_image(file);
-    diagnostics.append(loaded.diagnostics);
-    return std::move(loaded.image);
-  };
   Stage stage;
   for (const SolvedSurface& one : solved.surfaces) {
     Surface surface = one.surface;
     const auto own = given.find(surface.name);
-    const std::string what = own != given.end() ? own->second : content_beside(named_in, surface.content);
+    const std::string what =
+        own != given.end() ? own->second : device::content_beside(named_in, surface.content);
     if (what.empty()) {
       diagnostics.warn("no_content", "surface '" + surface.name +
                                          "' has no content and stays dark; give --content " + surface.name +
@@ -158,6 +153,7 @@ Stage set_up(const Flags& flags, const SolvedSurfaceSet& solved, const std::stri
     }
     surface.layout = layout_of(surface, fits, crops);
     Shown shown{device::open_content(what, options), surface, {}, {}};
+    diagnostics.append(shown.source->diagnostics());
     const ImageSize size = shown.source->at(flags.time_s).view.size();
     shown.size = size;
     shown.laid = surface::lay_out(one.placement, surface, size);

@@ -3,8 +3,8 @@
 #include <filesystem>
 
 #include "common/cli.hpp"
-#include "common/content_names.hpp"
 #include "common/room_frames.hpp"
+#include "procam/device/content_source.hpp"
 #include "procam/io/pose_file.hpp"
 #include "procam/io/rig_file.hpp"
 #include "procam/io/surface_file.hpp"
@@ -86,8 +86,9 @@ ExitCode solve(const Flags& flags, Console& console) {
   const RigProjector& projector = rig.projector(flags.projector);
   SurfaceSet surfaces = io::load_surfaces(flags.surfaces);
   for (Surface& surface : surfaces.surfaces) {
-    surface.content = with_content_file(
-        surface.content, [&](const std::string& file) { return beside(file, flags.surfaces, flags.output); });
+    if (const auto file = device::content_file(surface.content))
+      surface.content =
+          device::with_content_file(surface.content, beside(*file, flags.surfaces, flags.output));
     surface.shape.mask_file = beside(surface.shape.mask_file, flags.surfaces, flags.output);
     if (auto* mesh = std::get_if<MeshSurface>(&surface.geometry))
       mesh->file = beside(mesh->file, flags.surfaces, flags.output);

@@ -55,7 +55,6 @@ inline std::unique_ptr<device::FrameSink> open_sink(const std::string& where, Im
   device::SinkOptions options;
   options.size = size;
   options.fps = fps;
-  options.write = [](const std::filesystem::path& file, ViewU8 picture) { io::save_image(file, picture); };
   auto sink = where.rfind("window:", 0) == 0 ? device::open_window(std::atoi(where.c_str() + 7))
                                              : device::open_sink(where, options);
   if (sink->size() != size)

@@ -15,7 +15,6 @@ std::unique_ptr<ContentSource> open_shared_content(const std::string& name, cons
 
 /// By its extension, of those that a reader of pictures can be expected to know.
 bool is_picture(const std::filesystem::path& file);
-/// As people sort: numbers in the text by their value.
-bool natural_less(const std::string& a, const std::string& b);
-
+/// Likewise of the common kinds of video.
+bool is_video(const std::filesystem::path& file);
 }  // namespace procam::device::internal

@@ -4,6 +4,8 @@
 
 #include "content_files.hpp"
 #include "playback.hpp"
+#include "procam/io/files.hpp"
+#include "procam/io/image/images.hpp"
 
 namespace procam::device::internal {
 
@@ -114,14 +116,14 @@ std::vector<fs::path> files_of(const std::string& what) {
         files.end());
   }
   std::sort(files.begin(), files.end(), [](const fs::path& a, const fs::path& b) {
-    return natural_less(a.filename().string(), b.filename().string());
+    return io::natural_less(a.filename().string(), b.filename().string());
   });
   return files;
 }
 
 class Sequence : public PictureReader {
  public:
-  Sequence(std::string what, const ContentOptions& options) : name_(std::move(what)), read_(options.read) {
+  explicit Sequence(std::string what) : name_(std::move(what)) {
     files_ = files_of(name_);
     if (files_.empty())
       throw Error(ErrorKind::kInput, name_, "there is no picture", "name a folder of pictures, or a pattern");
@@ -129,7 +131,9 @@ class Sequence : public PictureReader {
   const std::string& name() const override { return name_; }
   bool read(ImageU8& picture) override {
     if (next_ == files_.size()) return false;
-    picture = read_(files_[next_++]);
+    io::LoadedImage loaded = io::load_image(files_[next_]);
+    if (next_++ == 0) remarks_ = std::move(loaded.diagnostics);
+    picture = std::move(loaded.image);
     return true;
   }
   bool skip() override {
@@ -138,51 +142,37 @@ class Sequence : public PictureReader {
     return true;
   }
   void rewind() override { next_ = 0; }
+  const Diagnostics& remarks() const override { return remarks_; }
 
  private:
   std::string name_;
-  std::function<ImageU8(const fs::path&)> read_;
+  Diagnostics remarks_;
   std::vector<fs::path> files_;
   std::size_t next_ = 0;
 };
 
 }  // namespace
 
-bool natural_less(const std::string& a, const std::string& b) {
-  std::size_t i = 0, j = 0;
-  while (i < a.size() && j < b.size()) {
-    if (!is_digit(a[i]) || !is_digit(b[j])) {
-      if (a[i] != b[j]) return a[i] < b[j];
-      ++i;
-      ++j;
-      continue;
-    }
-    const auto number = [](const std::string& text, std::size_t& at) {
-      while (at < text.size() && text[at] == '0') ++at;
-      const std::size_t begin = at;
-      while (at < text.size() && is_digit(text[at])) ++at;
-      return text.substr(begin, at - begin);
-    };
-    const std::string left = number(a, i), right = number(b, j);
-    if (left.size() != right.size()) return left.size() < right.size();
-    if (left != right) return left < right;
-  }
-  if ((i < a.size()) != (j < b.size())) return j < b.size();
-  return a < b;  // 01 and 1
-}
-
-bool is_picture(const fs::path& file) {
+static bool has_extension(const fs::path& file, const std::set<std::string>& known) {
   std::string extension = file.extension().string();
   std::transform(extension.begin(), extension.end(), extension.begin(),
                  [](unsigned char c) { return char(c >= 'A' && c <= 'Z' ? c - 'A' + 'a' : c); });
-  static const std::set<std::string> known{".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff"};
   return known.count(extension) != 0 && file.filename().string().front() != '.';
+}
+
+bool is_picture(const fs::path& file) {
+  static const std::set<std::string> known{".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff"};
+  return has_extension(file, known);
+}
+
+bool is_video(const fs::path& file) {
+  static const std::set<std::string> known{".mp4", ".mkv", ".avi", ".mov", ".webm"};
+  return has_extension(file, known);
 }
 
 std::unique_ptr<ContentSource> open_sequence(const std::string& what, double rate_hz,
                                              const ContentOptions& options) {
-  require(options.read != nullptr, "open_content: ContentOptions::read is needed for pictures");
-  return play(std::make_unique<Sequence>(what, options), rate_hz > 0 ? rate_hz : kUsualRate, options);
+  return play(std::make_unique<Sequence>(what), rate_hz > 0 ? rate_hz : kUsualRate, options);
 }
 
 }  // namespace procam::device::internal

@@ -6,6 +6,8 @@
 #include <cmath>
 
 #include "content_files.hpp"
+#include "procam/io/files.hpp"
+#include "procam/io/image/images.hpp"
 
 namespace procam::device {
 
@@ -15,11 +17,14 @@ namespace fs = std::filesystem;
 
 class Still : public ContentSource {
  public:
-  explicit Still(ImageU8 picture) : picture_(std::move(picture)) {}
+  explicit Still(ImageU8 picture, Diagnostics remarks = {})
+      : picture_(std::move(picture)), remarks_(std::move(remarks)) {}
   ContentFrame at(double) override { return {picture_.view(), 0}; }
+  Diagnostics diagnostics() const override { return remarks_; }
 
  private:
   const ImageU8 picture_;
+  const Diagnostics remarks_;
 };
 
 class Drawn : public ContentSource {
@@ -76,9 +81,9 @@ std::unique_ptr<ContentSource> open_color(const std::string& what, const Content
   return still_content(std::move(picture));
 }
 
-std::unique_ptr<ContentSource> open_image(const std::string& what, const ContentOptions& options) {
-  require(options.read != nullptr, "open_content: ContentOptions::read is needed for pictures");
-  return still_content(options.read(what));
+std::unique_ptr<ContentSource> open_image(const std::string& what, const ContentOptions&) {
+  io::LoadedImage loaded = io::load_image(what);
+  return std::make_unique<Still>(std::move(loaded.image), std::move(loaded.diagnostics));
 }
 
 std::unique_ptr<ContentSource> open_images(const std::string& what, const ContentOptions& options) {
@@ -100,35 +105,48 @@ bool looks_like_images(const std::string& what) {
 
 struct Kind {
   const char *name, *example;
+  bool names_file;  ///< what follows the kind is a file, a folder or a pattern
   /// Asked in the table's order.
   bool (*claims)(const std::string& what);
   std::unique_ptr<ContentSource> (*open)(const std::string& what, const ContentOptions& options);
 };
 
+bool is_address(const std::string& what) {
+  return begins_with(what, "rtsp://") || begins_with(what, "http://") || begins_with(what, "https://");
+}
+
 // One row a kind.
 constexpr std::array<Kind, 6> kKinds{{
-    {"color", "#ff8000", [](const std::string& what) { return begins_with(what, "#") && !exists(what); },
-     open_color},
-    {"camera", "camera:0",
-     [](const std::string& what) {
-       return begins_with(what, "rtsp://") || begins_with(what, "http://") || begins_with(what, "https://");
-     },
-     internal::open_live},
-    {"shm", "shm:game", [](const std::string&) { return false; }, internal::open_shared_content},
-    {"images", "shots/*.png@12.5", looks_like_images, open_images},
-    {"image", "wall.png", [](const std::string& what) { return internal::is_picture(what); }, open_image},
-    {"video", "clip.mp4", [](const std::string&) { return true; }, open_video},
+    {"color", "#ff8000", false,
+     [](const std::string& what) { return begins_with(what, "#") && !exists(what); }, open_color},
+    {"camera", "camera:0", false, is_address, internal::open_live},
+    {"shm", "shm:game", false, [](const std::string&) { return false; }, internal::open_shared_content},
+    {"images", "shots/*.png@12.5", true, looks_like_images, open_images},
+    {"image", "wall.png", true, [](const std::string& what) { return internal::is_picture(what); },
+     open_image},
+    {"video", "clip.mp4", true, [](const std::string&) { return true; }, open_video},
 }};
+
+/// The kind that is named before a colon; nullptr where the text begins with none.
+const Kind* named_kind(const std::string& what) {
+  const std::size_t colon = what.find(':');
+  for (const Kind& kind : kKinds)
+    if (colon != std::string::npos && what.compare(0, colon, kind.name) == 0 && colon + 1 < what.size())
+      return &kind;
+  return nullptr;
+}
+
+/// What follows the kind, if one is named.
+std::size_t beginning(const std::string& what) {
+  return named_kind(what) != nullptr ? what.find(':') + 1 : 0;
+}
 
 }  // namespace
 
 std::unique_ptr<ContentSource> open_content(const std::string& what, const ContentOptions& options) {
   if (what.empty())
     throw Error(ErrorKind::kInput, "content", "it is empty", "name a picture, a video, a camera or a colour");
-  const std::size_t colon = what.find(':');
-  for (const Kind& kind : kKinds)
-    if (colon != std::string::npos && what.compare(0, colon, kind.name) == 0 && colon + 1 < what.size())
-      return kind.open(what.substr(colon + 1), options);
+  if (const Kind* named = named_kind(what)) return named->open(what.substr(beginning(what)), options);
   const auto kind =
       std::find_if(kKinds.begin(), kKinds.end(), [&](const Kind& row) { return row.claims(what); });
   return kind->open(what, options);  // the last claims all
@@ -138,6 +156,35 @@ std::vector<ContentKind> content_kinds() {
   std::vector<ContentKind> kinds;
   for (const Kind& kind : kKinds) kinds.push_back({kind.name, kind.example});
   return kinds;
+}
+
+std::optional<std::string> content_file(const std::string& what) {
+  const Kind* named = named_kind(what);
+  const bool is_file = named != nullptr
+                           ? named->names_file
+                           : !what.empty() && what[0] != '#' && what.find("://") == std::string::npos;
+  if (!is_file) return std::nullopt;
+  return what.substr(beginning(what));
+}
+
+std::string with_content_file(const std::string& what, const std::string& file) {
+  require(content_file(what).has_value(), "with_content_file: '" + what + "' names no file");
+  return what.substr(0, beginning(what)) + file;
+}
+
+std::string content_beside(const std::filesystem::path& named_in, const std::string& what) {
+  const std::optional<std::string> file = content_file(what);
+  return file ? with_content_file(what, (named_in.parent_path() / *file).string()) : what;
+}
+
+std::vector<std::string> content_files(const std::filesystem::path& folder, std::size_t max_count) {
+  std::vector<std::string> found;
+  std::error_code ignored;
+  for (const auto& entry : fs::directory_iterator(folder, ignored))
+    if (found.size() < max_count && (internal::is_picture(entry.path()) || internal::is_video(entry.path())))
+      found.push_back(entry.path().filename().string());
+  std::sort(found.begin(), found.end(), io::natural_less);
+  return found;
 }
 
 std::unique_ptr<ContentSource> still_content(ImageU8 picture) {

@@ -4,6 +4,8 @@
 #include <charconv>
 
 #include "depth_listener.hpp"
+#include "procam/io/files.hpp"
+#include "procam/io/image/depth_file.hpp"
 #include "watched_folder.hpp"
 
 namespace procam::device {
@@ -18,7 +20,7 @@ bool is_depth_file(const fs::path& file) {
 
 class Played : public internal::DepthListener {
  public:
-  Played(const std::string& folder, double rate, const ReadDepth& read) {
+  Played(const std::string& folder, double rate) {
     std::vector<fs::path> files;
     std::error_code error;
     for (fs::directory_iterator entry(folder, error), last; !error && entry != last; entry.increment(error))
@@ -27,12 +29,12 @@ class Played : public internal::DepthListener {
       throw depth_error("folder:" + folder, error ? error.message() : "no picture is in it",
                         "name the folder with its depth pictures (.png, .tif, .pfm)");
     std::sort(files.begin(), files.end(), [](const fs::path& a, const fs::path& b) {
-      return internal::natural_less(a.filename().string(), b.filename().string());
+      return io::natural_less(a.filename().string(), b.filename().string());
     });
-    listen([this, folder, files, rate, read] {
+    listen([this, folder, files, rate] {
       const double begin = now_s();
       for (std::size_t i = 0; i < files.size(); ++i) {
-        SeenDepth seen{read(files[i]), 0};
+        SeenDepth seen{io::load_depth_pixels(files[i]), 0};
         while (!ends_ && now_s() < begin + double(i) / rate)
           std::this_thread::sleep_for(std::chrono::milliseconds(1));
         if (ends_) return;
@@ -45,21 +47,16 @@ class Played : public internal::DepthListener {
   ~Played() override { end(); }
 };
 
-const ReadDepth& reader_of(const DepthOptions& options) {
-  require(options.read != nullptr, "open_depth: files cannot be read without a reader");
-  return options.read;
-}
-
-std::unique_ptr<DepthSource> open_watched(const std::string& rest, const DepthOptions& options) {
+std::unique_ptr<DepthSource> open_watched(const std::string& rest, const DepthOptions&) {
   constexpr double kPatience = 5;  // seconds for a file to become readable
   if (!fs::is_directory(rest))
     throw depth_error("watch:" + rest, "there is no such folder",
                       "name the folder into which the sensor's pictures come");
-  return std::make_unique<internal::WatchedFolder<DepthSource, SeenDepth, ReadDepth>>(
-      rest, reader_of(options), kPatience, is_depth_file);
+  return std::make_unique<internal::WatchedFolder<DepthSource, SeenDepth, io::load_depth_pixels>>(
+      rest, kPatience, is_depth_file);
 }
 
-std::unique_ptr<DepthSource> open_played(const std::string& rest, const DepthOptions& options) {
+std::unique_ptr<DepthSource> open_played(const std::string& rest, const DepthOptions&) {
   const std::size_t at = rest.rfind('@');
   double rate = 30;
   if (at != std::string::npos) {
@@ -69,7 +66,7 @@ std::unique_ptr<DepthSource> open_played(const std::string& rest, const DepthOpt
       throw Error(ErrorKind::kInput, "depth:folder:" + rest, "its rate is no number between 0.01 and 1000",
                   "write e.g. depth:folder:recorded@30");
   }
-  return std::make_unique<Played>(rest.substr(0, at), rate, reader_of(options));
+  return std::make_unique<Played>(rest.substr(0, at), rate);
 }
 
 }  // namespace

@@ -30,6 +30,7 @@ class Playback : public ContentSource {
       : reader_(std::move(reader)), rate_hz_(rate_hz), options_(options) {
     Slot& first = slots_[0];
     if (!reader_->read(first.picture)) throw no_picture();
+    remarks_ = reader_->remarks();
     position_ = 1;
     shape_ = first.picture.view();
     first.number = 0;
@@ -65,6 +66,7 @@ class Playback : public ContentSource {
     return fault_;
   }
   double rate_hz() const override { return rate_hz_; }
+  Diagnostics diagnostics() const override { return remarks_; }
 
  private:
   static constexpr Number kEmpty = -1;
@@ -181,6 +183,7 @@ class Playback : public ContentSource {
   std::unique_ptr<PictureReader> reader_;
   const double rate_hz_;
   const ContentOptions options_;
+  Diagnostics remarks_;  ///< of the first picture
   ViewU8 shape_;         ///< of the first picture; its pixels are not looked at
   Number position_ = 0;  ///< of what the reader reads next, in the file
   mutable std::mutex mutex_;

@@ -14,6 +14,11 @@ class PictureReader {
   /// Passes over the next picture; false at the end.
   virtual bool skip() = 0;
   virtual void rewind() = 0;
+  /// On the first picture, once it was read.
+  virtual const Diagnostics& remarks() const {
+    static const Diagnostics none;
+    return none;
+  }
 };
 
 /// Throws what reading the first picture throws.

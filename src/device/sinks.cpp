@@ -7,6 +7,9 @@
 #include <csignal>
 #include <cstdio>
 #include <cstring>
+#include <filesystem>
+
+#include "procam/io/image/images.hpp"
 
 namespace procam::device {
 
@@ -34,7 +37,6 @@ namespace {
 class FolderSink : public FrameSink {
  public:
   FolderSink(const std::string& folder, const SinkOptions& options) : folder_(folder), options_(options) {
-    require(bool(options.write), "open_sink: frames need SinkOptions::write");
     std::error_code failed;
     std::filesystem::create_directories(folder_, failed);
     if (failed) throw Error(ErrorKind::kIo, folder, failed.message(), "give a folder that can be written");
@@ -44,7 +46,7 @@ class FolderSink : public FrameSink {
     internal::require_frame(picture, options_.size);
     char name[32];
     std::snprintf(name, sizeof name, "frame_%06lld.png", number_++);
-    options_.write(folder_ / name, picture);
+    io::save_image(folder_ / name, picture);
     return now_s();
   }
 
@@ -146,6 +148,16 @@ const Display& find_display(const std::vector<Display>& list, const std::string&
   }
   if (found == nullptr) throw refuse("no display is named so");
   return *found;
+}
+
+const Display& choose_display(const std::vector<Display>& list, const std::optional<std::string>& wanted) {
+  if (list.empty())
+    throw Error(ErrorKind::kDevice, "display", "there is none",
+                "connect the projector, and check the graphics driver");
+  if (wanted) return find_display(list, *wanted);
+  for (const Display& display : list)
+    if (!display.is_primary) return display;
+  return list.front();
 }
 
 }  // namespace procam::device

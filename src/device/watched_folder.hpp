@@ -15,13 +15,13 @@
 
 namespace procam::device::internal {
 
-/// `Source` is the interface, `Frame` what it hands out, `Read` makes its picture of a file.
-template <typename Source, typename Frame, typename Read>
+/// `Source` is the interface, `Frame` what it hands out, `read` makes its picture of a file.
+template <typename Source, typename Frame, auto read>
 class WatchedFolder : public Source {
  public:
-  WatchedFolder(std::filesystem::path folder, Read read, double patience_s,
+  WatchedFolder(std::filesystem::path folder, double patience_s,
                 bool (*is_wanted)(const std::filesystem::path&) = is_picture)
-      : folder_(std::move(folder)), read_(std::move(read)), patience_s_(patience_s), is_wanted_(is_wanted) {
+      : folder_(std::move(folder)), patience_s_(patience_s), is_wanted_(is_wanted) {
     for (const std::filesystem::path& file : pictures()) done_.insert(file);
     listener_ = std::thread([this] { listen(); });
   }
@@ -102,7 +102,7 @@ class WatchedFolder : public Source {
     if (!(now > arrival.unchanged_since_s)) return false;  // it may still grow
     if (!arrival.refused) {
       try {
-        queue_.push({read_(file), arrival.first_seen_s});
+        queue_.push({read(file), arrival.first_seen_s});
         return true;
       } catch (const Error& not_yet) {
         arrival.refused = true;
@@ -115,7 +115,6 @@ class WatchedFolder : public Source {
   }
 
   std::filesystem::path folder_;
-  Read read_;
   double patience_s_;
   bool (*is_wanted_)(const std::filesystem::path&);
   std::set<std::filesystem::path> done_;

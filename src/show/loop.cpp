@@ -194,12 +194,9 @@ class Loop {
                   "it is not among those that may be chosen",
                   "put the file beside the surfaces file, or name it with --content");
     if (command.verb == "save") {
-      if (!parts_.save)
+      if (parts_.loader == nullptr)
         throw Error(ErrorKind::kInput, "save", "no file was named", "start with --surfaces FILE");
-      if (parts_.loader != nullptr)
-        parts_.loader->expect([&] { parts_.save(parts_.editor->surfaces()); });
-      else
-        parts_.save(parts_.editor->surfaces());
+      parts_.loader->save(parts_.editor->surfaces());
       parts_.editor->mark_saved();
       return say("surfaces saved");
     }
@@ -255,7 +252,10 @@ class Loop {
     if (!news->surfaces) return;
     for (const Surface& surface : news->surfaces->surfaces)
       if (seen_in_room_.insert(surface.name).second) say("sees " + surface.name);
-    show_of(parts_.with_contents(std::move(*news->surfaces)));
+    for (Surface& surface : news->surfaces->surfaces)
+      if (const auto content = parts_.room_contents.find(surface.name); content != parts_.room_contents.end())
+        surface.content = content->second;
+    show_of(*news->surfaces);
   }
 
   void take_poses() {

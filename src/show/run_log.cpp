@@ -7,6 +7,7 @@
 #include <cstring>
 #include <fstream>
 
+#include "procam/io/surface_file.hpp"
 #include "procam/track/wire.hpp"
 
 namespace procam::show {
@@ -84,7 +85,6 @@ std::uint64_t fingerprint(ViewU8 frame) {
 
 struct RunRecorder::State {
   std::filesystem::path path;
-  SurfaceText text;
   std::ofstream file;
   double flushed = 0;
 
@@ -96,10 +96,9 @@ struct RunRecorder::State {
   }
 };
 
-RunRecorder::RunRecorder(const std::filesystem::path& path, SurfaceText text, const std::string& conditions)
+RunRecorder::RunRecorder(const std::filesystem::path& path, const std::string& conditions)
     : state_(std::make_unique<State>()) {
   state_->path = path;
-  state_->text = std::move(text);
   state_->file.open(path, std::ios::binary);
   if (!state_->file)
     throw Error(ErrorKind::kIo, path.string(), std::strerror(errno), "give a file that can be written");
@@ -113,7 +112,7 @@ RunRecorder::RunRecorder(const std::filesystem::path& path, SurfaceText text, co
 RunRecorder::~RunRecorder() = default;
 
 void RunRecorder::record(const SurfaceSet& surfaces) {
-  std::string text = state_->text.write(surfaces);
+  std::string text = io::surfaces_to_text(surfaces);
   for (char& letter : text)
     if (letter == '\n') letter = ' ';
   state_->line("{\"surfaces\":" + text + "}");
@@ -142,44 +141,61 @@ void RunRecorder::record(const RecordedFrame& frame) {
   state_->flush();
 }
 
-void read_run(const std::filesystem::path& path, const SurfaceText& text, const RunListener& listener) {
-  std::ifstream file(path, std::ios::binary);
-  if (!file)
-    throw Error(ErrorKind::kIo, path.string(), std::strerror(errno),
-                "give a log that project-live --record wrote");
-  std::string line;
-  for (long long number = 1; std::getline(file, line); ++number) {
-    if (file.eof()) break;  // its end was never written
+struct RunReader::State {
+  std::filesystem::path path, surfaces;
+  std::ifstream file;
+  long long number = 0;  ///< of the line, from 1
+
+  RunRecord parse(const std::string& line) const {
     if (line.size() > kLongestLine) throw log_error(path, number, "it is longer than 64 MiB");
     if (number == 1) {
       const std::optional<std::string> conditions = between(line, kHeader, "\"}");
       if (!conditions) throw log_error(path, 1, "it does not begin as a run does");
-      listener.conditions(*conditions);
-      continue;
+      return RunConditions{*conditions};
     }
     if (line.rfind("{\"arrival\":", 0) == 0) {
-      const std::optional<track::StampedPose> pose = read_pose(line);
+      std::optional<track::StampedPose> pose = read_pose(line);
       if (!pose) throw log_error(path, number, "it holds no pose");
-      listener.pose(*pose);
-    } else if (line.rfind("{\"frame\":", 0) == 0) {
+      return std::move(*pose);
+    }
+    if (line.rfind("{\"frame\":", 0) == 0) {
       const std::optional<RecordedFrame> frame = read_frame(line);
       if (!frame) throw log_error(path, number, "it holds no frame");
-      listener.frame(*frame);
-    } else if (const auto surfaces = between(line, "{\"surfaces\":", "}")) {
+      return *frame;
+    }
+    if (const auto text = between(line, "{\"surfaces\":", "}")) {
       try {
-        listener.surfaces(text.read(*surfaces));
+        return io::surfaces_from_text(*text, surfaces);
       } catch (const Error& error) {
         throw log_error(path, number, error.what());
       }
-    } else if (const auto picture = between(line, "{\"picture\":\"", "\"}")) {
+    }
+    if (const auto picture = between(line, "{\"picture\":\"", "\"}")) {
       int i = 0;
       while (i < 3 && *picture != kPictures[i]) ++i;
       if (i == 3) throw log_error(path, number, "'" + *picture + "' is no picture");
-      listener.picture(Picture(i));
-    } else {
-      throw log_error(path, number, "it is no line of a run");
+      return Picture(i);
     }
+    throw log_error(path, number, "it is no line of a run");
   }
+};
+
+RunReader::RunReader(const std::filesystem::path& path, const std::filesystem::path& surfaces)
+    : state_(std::make_unique<State>()) {
+  state_->path = path;
+  state_->surfaces = surfaces;
+  state_->file.open(path, std::ios::binary);
+  if (!state_->file)
+    throw Error(ErrorKind::kIo, path.string(), std::strerror(errno),
+                "give a log that project-live --record wrote");
+}
+RunReader::~RunReader() = default;
+
+std::optional<RunRecord> RunReader::next() {
+  std::string line;
+  if (!std::getline(state_->file, line) || state_->file.eof()) return std::nullopt;
+  ++state_->number;
+  return state_->parse(line);
 }
 
 }  // namespace procam::show

@@ -2,12 +2,14 @@
 
 #include <sys/stat.h>
 
+#include <algorithm>
 #include <chrono>
 #include <condition_variable>
 #include <deque>
-#include <map>
 #include <mutex>
 #include <thread>
+
+#include "procam/io/surface_file.hpp"
 
 namespace procam::show {
 namespace {
@@ -36,7 +38,27 @@ FileState look_at(const std::filesystem::path& path) {
   return state;
 }
 
+/// A file in the folder that contents are relative to.
+std::filesystem::path folder_file(const ShowLoaderOptions& options) {
+  return options.folder.empty() ? std::filesystem::absolute(options.surfaces)
+                                : options.folder / "surfaces.json";
+}
+
 }  // namespace
+
+SurfaceSet load_surfaces(const ShowLoaderOptions& options) {
+  if (options.surfaces.empty()) return {};
+  SurfaceSet set = io::load_surfaces(options.surfaces);
+  for (const auto& [name, content] : options.contents) {
+    const auto named = std::find_if(set.surfaces.begin(), set.surfaces.end(),
+                                    [name = &name](const Surface& surface) { return surface.name == *name; });
+    if (named == set.surfaces.end())
+      throw Error(ErrorKind::kInput, "content of '" + name + "'", "no surface has this name",
+                  "name a surface of " + options.surfaces.string());
+    named->content = content;
+  }
+  return set;
+}
 
 struct ShowLoader::State {
   ShowLoaderOptions options;
@@ -52,8 +74,11 @@ struct ShowLoader::State {
 
   /// One camera or video that two surfaces show, or that stays, is opened once.
   std::shared_ptr<device::ContentSource> open(const std::string& content) {
-    if (auto source = opened[content].lock()) return source;
-    auto source = options.open(content);
+    std::shared_ptr<device::ContentSource> source = opened[content].lock();
+    if (source) return source;
+    device::ContentOptions how;
+    how.pace = options.pace;
+    source = device::open_content(device::content_beside(folder_file(options), content), how);
     opened[content] = source;
     return source;
   }
@@ -79,7 +104,7 @@ struct ShowLoader::State {
   LoadedShow load() {
     LoadedShow loaded;
     try {
-      loaded = prepare(options.load(options.surfaces));
+      loaded = prepare(load_surfaces(options));
     } catch (const std::exception& error) {
       loaded.faults.push_back(error.what());
     }
@@ -142,9 +167,10 @@ void ShowLoader::request(SurfaceSet surfaces) {
   state_->woken.notify_all();
 }
 
-void ShowLoader::expect(const std::function<void()>& write) {
+void ShowLoader::save(const SurfaceSet& surfaces) {
+  require(!state_->options.surfaces.empty(), "ShowLoader: no file is watched");
   const std::lock_guard<std::mutex> lock(state_->mutex);
-  write();
+  io::save_surfaces(state_->options.surfaces, surfaces);
   state_->known = look_at(state_->options.surfaces);
 }
 

@@ -45,7 +45,6 @@ class Content : public ::testing::Test {
   Content() {
     std::string name = (fs::temp_directory_path() / "procam_content_XXXXXX").string();
     folder_ = mkdtemp(name.data());
-    options_.read = [](const fs::path& file) { return io::load_image(file).image; };
     options_.pace = Pace::kExact;
   }
   ~Content() override {

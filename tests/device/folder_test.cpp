@@ -10,7 +10,9 @@
 #include "procam/device/frame_sink.hpp"
 #include "procam/device/frame_source.hpp"
 #include "procam/io/files.hpp"
+#include "procam/io/image/depth_file.hpp"
 #include "procam/io/image/images.hpp"
+#include "procam/io/image/pfm.hpp"
 
 namespace procam::device {
 namespace {
@@ -33,7 +35,6 @@ class WatchedFolder : public ::testing::Test {
     image.at(3, 5) = 255;
     return image;
   }
-  static ImageU8 read(const fs::path& file) { return io::to_gray(io::load_image(file).image); }
   void append(const std::string& name, const std::string& bytes) const {
     std::ofstream(folder_ / name, std::ios::binary | std::ios::app) << bytes;
   }
@@ -43,7 +44,7 @@ class WatchedFolder : public ::testing::Test {
 
 TEST_F(WatchedFolder, HandsOutNewPicturesInOrderOnceEach) {
   io::save_image(folder_ / "old.png", picture(9));
-  const auto source = watch_folder(folder_, read);
+  const auto source = watch_folder(folder_);
   const double begin = now_s();
   for (int i = 0; i < 3; ++i) {
     io::save_image(folder_ / ("b" + std::to_string(9 - i) + ".png"), picture(10 * i));
@@ -58,7 +59,7 @@ TEST_F(WatchedFolder, HandsOutNewPicturesInOrderOnceEach) {
 }
 
 TEST_F(WatchedFolder, WaitsForAPictureThatIsStillWritten) {
-  const auto source = watch_folder(folder_, read);
+  const auto source = watch_folder(folder_);
   const std::string bytes = io::encode_png(picture(77));
   const double begin = now_s();
   append("slow.png", bytes.substr(0, bytes.size() / 2));
@@ -72,7 +73,7 @@ TEST_F(WatchedFolder, WaitsForAPictureThatIsStillWritten) {
 }
 
 TEST_F(WatchedFolder, LeavesOutFramesThatArrivedTooEarly) {
-  const auto source = watch_folder(folder_, read);
+  const auto source = watch_folder(folder_);
   io::save_image(folder_ / "a.png", picture(1));
   std::this_thread::sleep_for(std::chrono::milliseconds(60));
   const double later = now_s();
@@ -83,7 +84,7 @@ TEST_F(WatchedFolder, LeavesOutFramesThatArrivedTooEarly) {
 }
 
 TEST_F(WatchedFolder, GivesUpOnAPictureThatStaysDamaged) {
-  const auto source = watch_folder(folder_, read, 0.1);
+  const auto source = watch_folder(folder_, 0.1);
   append("broken.png", io::encode_png(picture(77)).substr(0, 60));
   try {
     source->next(0, 5);
@@ -95,20 +96,18 @@ TEST_F(WatchedFolder, GivesUpOnAPictureThatStaysDamaged) {
 }
 
 TEST_F(WatchedFolder, MustExist) {
-  EXPECT_THROW(watch_folder(folder_ / "nowhere", read), Error);
-  const auto source = watch_folder(folder_, read);
+  EXPECT_THROW(watch_folder(folder_ / "nowhere"), Error);
+  const auto source = watch_folder(folder_);
   fs::remove_all(folder_);
   EXPECT_THROW(source->next(0, 5), Error) << "the folder went away";
 }
 
 TEST_F(WatchedFolder, HoldsDepthInUnitsAndInMetres) {
-  const auto kind_of = [](const fs::path& file) {
-    return file.extension() == ".pfm" ? DepthPixels(ImageF(4, 3, 1, 1.25f)) : Image<std::uint16_t>(4, 3);
-  };
-  append("2.pfm", "p");
-  append("10.png", "p");
+  const auto metres = [&](const char* name) { io::save_pfm(folder_ / name, ImageF(4, 3, 1, 1.25f)); };
+  metres("2.pfm");
+  io::save_depth(folder_ / "10.png", Image<std::uint16_t>(4, 3).view());
   append("notes.txt", "p");
-  const auto played = open_depth("folder:" + folder_.string() + "@1000", {kind_of, {}});
+  const auto played = open_depth("folder:" + folder_.string() + "@1000");
   auto first = played->next(0, 5);
   ASSERT_TRUE(first);
   EXPECT_EQ(std::get<ImageF>(first->pixels).at(3, 2), 1.25f) << "2 comes before 10";
@@ -116,8 +115,8 @@ TEST_F(WatchedFolder, HoldsDepthInUnitsAndInMetres) {
   ASSERT_TRUE(second);
   EXPECT_EQ(second->pixels.index(), 0u);
   EXPECT_FALSE(second->metres_per_unit);
-  const auto watched = open_depth("watch:" + folder_.string(), {kind_of, {}});
-  append("11.pfm", "p");
+  const auto watched = open_depth("watch:" + folder_.string());
+  metres("11.pfm");
   const auto arrived = watched->next(0, 5);
   ASSERT_TRUE(arrived);
   EXPECT_EQ(arrived->pixels.index(), 1u);

@@ -60,7 +60,7 @@ std::unique_ptr<DepthSource> open_plugged(const std::string& what, const DepthOp
 }
 
 TEST(Openni2, GivesWhatTheSensorSaw) {
-  auto source = open_plugged("openni2:", {{}, ImageSize{320, 240}});
+  auto source = open_plugged("openni2:", {ImageSize{320, 240}});
   const Image<std::uint16_t> picture = slope(0);
   const double before = now_s();
   const auto seen = next_of(*source, picture, 5'250'000);
@@ -74,7 +74,7 @@ TEST(Openni2, GivesWhatTheSensorSaw) {
   EXPECT_LE(seen->time_s, now_s());
   // By its own name as well, and in another of its sizes, where there is millimetres only.
   source.reset();
-  const auto named = open_depth("openni2:simulated/depth", {{}, ImageSize{160, 120}});
+  const auto named = open_depth("openni2:simulated/depth", {ImageSize{160, 120}});
   const auto small = next_of(*named, slope(0, {160, 120}), 6'000'000);
   ASSERT_TRUE(small);
   EXPECT_EQ(small->metres_per_unit, 1e-3);
@@ -83,13 +83,13 @@ TEST(Openni2, GivesWhatTheSensorSaw) {
 
 TEST(Openni2, WhatIsWrongIsSaid) {
   sensor().unplug();
-  EXPECT_ERROR(open_depth("openni2:no/such", {}), kDevice, "no/such");
+  EXPECT_ERROR(open_depth("openni2:no/such"), kDevice, "no/such");
   const auto source = open_plugged("openni2:", {});
-  EXPECT_ERROR(open_depth("openni2:", {{}, ImageSize{641, 480}}), kDevice, "320x240, 160x120");
+  EXPECT_ERROR(open_depth("openni2:", {ImageSize{641, 480}}), kDevice, "320x240, 160x120");
 }
 
 TEST(Openni2, IsUnpluggedAndComesBack) {
-  auto source = open_plugged("openni2:", {{}, ImageSize{320, 240}});
+  auto source = open_plugged("openni2:", {ImageSize{320, 240}});
   ASSERT_TRUE(next_of(*source, slope(1), 1'000'000));
   sensor().unplug();
   const auto read_on = [&] {
@@ -98,14 +98,14 @@ TEST(Openni2, IsUnpluggedAndComesBack) {
   EXPECT_ERROR(read_on(), kDevice, "unplugged");
   source.reset();
   EXPECT_ERROR(open_depth("openni2:", {}), kDevice, "no sensor is there");
-  source = open_plugged("openni2:", {{}, ImageSize{320, 240}});
+  source = open_plugged("openni2:", {ImageSize{320, 240}});
   const auto again = next_of(*source, slope(2), 50'000);  // its clock began anew
   ASSERT_TRUE(again);
   EXPECT_EQ(std::get<0>(again->pixels).at(100, 10), slope(2).at(100, 10));
 }
 
 TEST(Openni2, PlaysARecording) {
-  open_plugged("openni2:", {{}, ImageSize{320, 240}}).reset();  // starts OpenNI2
+  open_plugged("openni2:", {ImageSize{320, 240}}).reset();  // starts OpenNI2
   const fs::path file = fs::temp_directory_path() / ("procam_" + std::to_string(getpid()) + ".oni");
   constexpr int kPictures = 6;
   {
@@ -132,7 +132,7 @@ TEST(Openni2, PlaysARecording) {
     recorder.destroy();
     stream.destroy();
   }
-  const auto source = open_depth("openni2:" + file.string(), {{}, ImageSize{320, 240}});
+  const auto source = open_depth("openni2:" + file.string(), {ImageSize{320, 240}});
   int count = 0, first = 0;
   double after = 0, last_stamp = -1;
   const auto play = [&] {

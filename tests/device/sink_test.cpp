@@ -27,7 +27,6 @@ class Sink : public testing::Test {
     folder_ = mkdtemp(name.data());
     options_.size = {323, 241};
     options_.fps = 25;
-    options_.write = io::save_image;
   }
   void TearDown() override { fs::remove_all(folder_); }
   std::string at(const std::string& name) const { return (folder_ / name).string(); }

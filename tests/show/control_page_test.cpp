@@ -8,7 +8,9 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
+#include "io/scratch.hpp"
 #include "live_world.hpp"
+#include "procam/io/surface_file.hpp"
 #include "procam/show/loop.hpp"
 #include "support/browser.hpp"
 
@@ -108,7 +110,7 @@ class RunningShow {
     page_ = std::make_unique<ControlPage>(control);
     parts_.editor = &editor_;
     parts_.page = page_.get();
-    parts_.save = [this](const SurfaceSet& set) { saved_ = set; };
+    parts_.loader = &loader_;
     LoopOptions options;
     options.fps = 50;
     thread_ = std::thread([this, options] { metrics_ = run_loop(parts_, options); });
@@ -120,11 +122,16 @@ class RunningShow {
   }
   std::string url() const { return page_->url(); }
   KeptFrames& sink() { return sink_; }
-  const SurfaceSet& saved() const { return saved_; }
+  SurfaceSet saved() const { return io::load_surfaces(folder_ / "surfaces.json"); }
   const Metrics& metrics() const { return metrics_; }
   const SurfaceSet& surfaces() const { return editor_.surfaces(); }
 
  private:
+  static ShowLoaderOptions loading(const std::filesystem::path& surfaces) {
+    ShowLoaderOptions options;
+    options.surfaces = surfaces;
+    return options;
+  }
   static ProjectionOptions standing() {
     ProjectionOptions options;
     options.projector_from_world = Pose();
@@ -135,7 +142,8 @@ class RunningShow {
   Editor editor_;
   std::unique_ptr<ControlPage> page_;
   LoopParts parts_{projection_, sink_};
-  SurfaceSet saved_;
+  test::Scratch folder_;
+  ShowLoader loader_{loading(folder_ / "surfaces.json")};
   Metrics metrics_;
   std::thread thread_;
 };

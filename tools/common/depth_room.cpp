@@ -4,7 +4,6 @@
 #include <sstream>
 
 #include "common/cli.hpp"
-#include "procam/io/image/depth_file.hpp"
 #include "procam/io/text.hpp"
 
 namespace procam::tools {
@@ -73,7 +72,6 @@ std::unique_ptr<show::RoomWatch> watch_room(const std::string& surfaces, const D
   options.blank_on_loss = projection.blank_on_stale;
   const std::string source = surfaces.substr(std::string(kBeginning).size());
   device::DepthOptions opening;
-  opening.read = [](const auto& file) { return io::load_depth_pixels(file); };
   opening.size = options.room.camera.camera.size;
   return std::make_unique<show::RoomWatch>([source, opening] { return device::open_depth(source, opening); },
                                            options);

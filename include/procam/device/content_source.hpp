@@ -2,9 +2,7 @@
 /// What is shown on a surface, as time goes by: a colour, a picture, a sequence of pictures, a video, a
 /// camera, another program, or whatever a function draws.
 ///
-///   ContentOptions options;
-///   options.read = [](const std::filesystem::path& file) { return io::load_image(file).image; };
-///   const std::unique_ptr<ContentSource> content = open_content("clip.mp4", options);
+///   const std::unique_ptr<ContentSource> content = open_content("clip.mp4");
 ///   while (showing) {
 ///     const ContentFrame frame = content->at(now_s() - begin_s);
 ///     scene.items[0].content = frame.view;
@@ -14,23 +12,19 @@
 ///
 /// Laws that every source keeps:
 /// - An opened source has a picture: what is wrong with a file or a camera is told at opening.
-/// - All pictures of a source have one size and one number of channels: 1 (grey), 3 (RGB) or 4 (RGBA,
-/// straight
-///   alpha), 8 bits. A picture's orientation note is not applied (as
-///   in io/image/images.hpp).
+/// - All pictures of a source have one size and one number of channels: 1 (grey), 3 (RGB) or 4 (RGBA, straight
+///   alpha), 8 bits. A picture's orientation note is not applied (as in io/image/images.hpp).
 /// - The view is valid until the next call of at() or the end of the source.
 /// - The same view with the same revision holds the same pixels; other pixels in the same memory come with
 ///   another revision. This is what a renderer needs to keep pictures from one frame to the next.
 /// - What is recorded depends on the time alone, forwards and backwards: picture floor(time_s * rate), the
 ///   first before 0; after the end from the beginning again (loop), or the last for ever. What is live is the
 ///   newest that has arrived, whatever the time.
-/// - at() allocates nothing and, with Pace::kLive, waits for nothing: threads of the source's own decode
-/// ahead
+/// - at() allocates nothing and, with Pace::kLive, waits for nothing: threads of the source's own decode ahead
 ///   and listen. With Pace::kExact it waits for the picture that belongs to the time.
 /// - A source is used by one thread.
 ///
-/// Files are decoded by io, which device does not know: whoever opens a source hands it the function
-/// (ContentOptions::read), as for watch_folder(). Videos and cameras are OpenCV's videoio here.
+/// Image files are decoded by io; videos and cameras are OpenCV's videoio.
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -63,6 +57,9 @@ class ContentSource {
 
   /// Pictures a second of what is recorded; 0 for what does not move or is live.
   virtual double rate_hz() const { return 0; }
+
+  /// Remarks of io::load_image() on the file that was read when the source was opened.
+  virtual Diagnostics diagnostics() const { return {}; }
 };
 
 enum class Pace {
@@ -71,8 +68,6 @@ enum class Pace {
 };
 
 struct ContentOptions {
-  /// A whole image file as grey, RGB or RGBA; throws Error. Needed for pictures and sequences only.
-  std::function<ImageU8(const std::filesystem::path&)> read;
   Pace pace = Pace::kLive;
   bool loop = true;               ///< off: a video or sequence that has ended shows its last picture
   double camera_patience_s = 10;  ///< how long a camera may take to its first picture
@@ -94,7 +89,7 @@ struct ContentOptions {
 ///
 /// Throws Error: kInput for text or a file that is wrong, kIo for a file that cannot be read, kDevice for a
 /// camera that cannot be opened or shows nothing.
-std::unique_ptr<ContentSource> open_content(const std::string& what, const ContentOptions& options);
+std::unique_ptr<ContentSource> open_content(const std::string& what, const ContentOptions& options = {});
 
 /// The kinds that open_content() knows, for help texts.
 struct ContentKind {
@@ -102,6 +97,22 @@ struct ContentKind {
   std::string example;
 };
 std::vector<ContentKind> content_kinds();
+
+/// The file or pattern that a content's text names, with its rate ("clip.bin@30" in "video:clip.bin@30"); nullopt for colours,
+/// cameras, addresses and shared memory, and for an empty text.
+std::optional<std::string> content_file(const std::string& what);
+
+/// The text with another file's name in the place of content_file(). Throws std::invalid_argument where it
+/// names none.
+std::string with_content_file(const std::string& what, const std::string& file);
+
+/// The text as seen from the working directory, of a content that is named in the file `named_in`: a relative
+/// file name is taken relative to that file's folder. What names no file stays as it is.
+std::string content_beside(const std::filesystem::path& named_in, const std::string& what);
+
+/// The names of a folder's pictures and videos, by their extensions, in natural order (9 before 10), at most
+/// `max_count`; hidden files are left out. Empty for a folder that cannot be read.
+std::vector<std::string> content_files(const std::filesystem::path& folder, std::size_t max_count);
 
 /// One picture, for ever.
 std::unique_ptr<ContentSource> still_content(ImageU8 picture);

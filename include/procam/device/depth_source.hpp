@@ -8,8 +8,6 @@
 ///
 /// Every source listens on a thread of its own, so that a picture's time is that of its arrival, and holds
 /// the newest few.
-#include <filesystem>
-#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -37,12 +35,7 @@ class DepthSource {
   virtual std::optional<SeenDepth> next(double after_s, double timeout_s) = 0;
 };
 
-/// Reads a whole depth picture (io::load_depth_pixels); throws Error for one that is damaged or not complete
-/// yet.
-using ReadDepth = std::function<DepthPixels(const std::filesystem::path&)>;
-
 struct DepthOptions {
-  ReadDepth read;                 ///< of files
   std::optional<ImageSize> size;  ///< a sensor is asked for pictures of this size
 };
 
@@ -56,6 +49,6 @@ const std::vector<DepthKind>& depth_kinds();
 
 /// Opens a source by its text. Throws Error(kInput) for a text that names none, Error(kDevice) for one that
 /// cannot be opened, Error(kUnsupported) for a sensor where procam was built without OpenNI2.
-std::unique_ptr<DepthSource> open_depth(const std::string& what, const DepthOptions& options);
+std::unique_ptr<DepthSource> open_depth(const std::string& what, const DepthOptions& options = {});
 
 }  // namespace procam::device

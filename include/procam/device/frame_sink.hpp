@@ -6,9 +6,8 @@
 /// session/checks.hpp.
 ///
 /// A sink is used by the thread that opened it.
-#include <filesystem>
-#include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -55,13 +54,9 @@ class FrameSink {
   virtual bool is_down(Key) const { return false; }
 };
 
-/// Writes a whole picture file; throws Error. (io::save_image: device knows no file formats.)
-using WriteImage = std::function<void(const std::filesystem::path&, ViewU8)>;
-
 struct SinkOptions {
-  ImageSize size;    ///< of the frames: the projector's
-  double fps = 60;   ///< of a video
-  WriteImage write;  ///< for frames
+  ImageSize size;   ///< of the frames: the projector's
+  double fps = 60;  ///< of a video
 };
 
 /// Opens a place for frames other than a window, by its text:
@@ -94,6 +89,10 @@ std::vector<Display> displays();
 /// The display that a person means by its number ("1"), its name or a part of it that no other has
 /// ("EPSON"), or a place on the desktop that it shows ("1920,0"). Throws Error(kInput) listing them.
 const Display& find_display(const std::vector<Display>& list, const std::string& text);
+
+/// Which display the projector is: the one that `wanted` names (find_display()); without a name the first that
+/// is not primary, else the first. Throws Error(kDevice) without any display, Error(kInput) listing them.
+const Display& choose_display(const std::vector<Display>& list, const std::optional<std::string>& wanted);
 
 /// A window that fills the display in the mode that runs now. Throws Error(kDevice), saying what is missing.
 std::unique_ptr<FrameSink> open_window(int display_number);

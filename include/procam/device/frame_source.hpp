@@ -5,7 +5,6 @@
 /// Every source listens on a thread of its own from the moment it is opened, so that a frame's time is that
 /// of its arrival, however late it is asked for. It holds the newest kNewest frames; older ones are dropped.
 #include <filesystem>
-#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -41,13 +40,10 @@ struct CameraOptions {
 /// Error(kDevice).
 std::unique_ptr<FrameSource> open_camera(const std::string& name, const CameraOptions& options = {});
 
-/// Reads a whole image file as grey pixels; throws procam::Error for one that is damaged or not complete yet.
-using ReadImage = std::function<ImageU8(const std::filesystem::path&)>;
-
-/// Pictures (png, jpg, bmp, tif) that appear in a folder after now, in order of appearance. A file is
-/// complete when its size has settled and `read` takes it; one that stays unreadable for `patience_s` is an
-/// Error(kDevice). Nothing in the folder is changed. Throws Error(kDevice) when the folder cannot be read.
-std::unique_ptr<FrameSource> watch_folder(const std::filesystem::path& folder, ReadImage read,
-                                          double patience_s = 5);
+/// Images (png, jpg, bmp, tif) that appear in a folder after now, in order of appearance, as grey. A file is
+/// complete when its size has settled and io::load_image() can read it; one that stays unreadable for
+/// `patience_s` is an Error(kDevice). Nothing in the folder is changed. Throws Error(kDevice) when the folder
+/// cannot be read.
+std::unique_ptr<FrameSource> watch_folder(const std::filesystem::path& folder, double patience_s = 5);
 
 }  // namespace procam::device

@@ -4,6 +4,7 @@
 /// A frame that begins to be drawn at t is for the light of t + delay, delay being one number for the whole
 /// way from there to the wall (drawing, the window, the projector): session/delay.hpp measures it.
 #include <functional>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -31,14 +32,12 @@ struct LoopParts {
   device::FrameSink& sink;
   std::vector<track::PoseSource*> sources = {};
   Editor* editor = nullptr;
-  ShowLoader* loader = nullptr;
-  RoomWatch* room = nullptr;  ///< where the surfaces come from, instead of a file
-  /// What of the room is shown with which content.
-  std::function<SurfaceSet(SurfaceSet)> with_contents = [](SurfaceSet set) { return set; };
+  ShowLoader* loader = nullptr;  ///< opens contents; with an editor it watches the file that is saved
+  RoomWatch* room = nullptr;     ///< where the surfaces come from, instead of a file
+  /// The contents of the room's surfaces, by their names.
+  std::map<std::string, std::string> room_contents = {};
   ControlPage* page = nullptr;
   RunRecorder* recorder = nullptr;
-  /// Writes the surfaces file; throws Error.
-  std::function<void(const SurfaceSet&)> save = {};
   /// What may be chosen as content at the page.
   std::vector<std::string> contents = {};
   /// Told of what happens, a sentence at a time: faults, recoveries, reloads.

@@ -2,7 +2,7 @@
 /// A depth camera on the rig, as the source of the surfaces: what it sees becomes named planes that keep
 /// their names and places while the robot drives and people pass (depth/plane_map.hpp).
 ///
-///   RoomWatch watch([&] { return device::open_depth("watch:depth", {io::load_depth_pixels}); }, options);
+///   RoomWatch watch([&] { return device::open_depth("watch:depth"); }, options);
 ///   watch.add(message);                       // as poses come
 ///   if (auto news = watch.take()) ...         // surfaces to show from now on, sentences for people
 ///

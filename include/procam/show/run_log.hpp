@@ -14,9 +14,10 @@
 /// Numbers are written with 17 digits, which gives back the same doubles.
 #include <cstdint>
 #include <filesystem>
-#include <functional>
 #include <memory>
+#include <optional>
 #include <string>
+#include <variant>
 
 #include "procam/core/surface/surface.hpp"
 #include "procam/show/projection.hpp"
@@ -34,16 +35,10 @@ struct RecordedFrame {
   std::uint64_t fingerprint = 0;
 };
 
-/// A surface set as the text of a surface file, and back (io: live knows no file formats).
-struct SurfaceText {
-  std::function<std::string(const SurfaceSet&)> write;
-  std::function<SurfaceSet(const std::string&)> read;
-};
-
 class RunRecorder {
  public:
   /// `conditions` is what else the frames depend on, in words: the replay is told of it. Throws Error(kIo).
-  RunRecorder(const std::filesystem::path& path, SurfaceText text, const std::string& conditions);
+  RunRecorder(const std::filesystem::path& path, const std::string& conditions);
   ~RunRecorder();
 
   void record(const SurfaceSet& surfaces);
@@ -57,17 +52,32 @@ class RunRecorder {
   std::unique_ptr<State> state_;
 };
 
-/// Whom a run is read to, in its order.
-struct RunListener {
-  std::function<void(const std::string&)> conditions;
-  std::function<void(SurfaceSet)> surfaces;
-  std::function<void(Picture)> picture;
-  std::function<void(const track::StampedPose&)> pose;
-  std::function<void(const RecordedFrame&)> frame;
+/// The conditions that a run was recorded under: what its recorder was given.
+struct RunConditions {
+  std::string text;
 };
 
-/// Reads a run to its end; a last line that was cut is left out. Throws Error(kIo), Error(kInput) with the
-/// line.
-void read_run(const std::filesystem::path& path, const SurfaceText& text, const RunListener& listener);
+/// One line of a run.
+using RunRecord = std::variant<RunConditions, SurfaceSet, Picture, track::StampedPose, RecordedFrame>;
+
+/// Reads a run line by line.
+///
+///   RunReader reader("run.log", "surfaces.json");
+///   while (const std::optional<RunRecord> record = reader.next()) ...
+class RunReader {
+ public:
+  /// Mesh files that the recorded surfaces name are beside the file `surfaces`, which need not exist. Throws
+  /// Error(kIo) when the log cannot be read.
+  explicit RunReader(const std::filesystem::path& path, const std::filesystem::path& surfaces = {});
+  ~RunReader();
+
+  /// The first is the RunConditions; nullopt at the end. A last line without its line feed was cut and is
+  /// skipped. Throws Error(kInput) with the line for what is no line of a run.
+  std::optional<RunRecord> next();
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
 
 }  // namespace procam::show

@@ -2,7 +2,7 @@
 /// Shows made ready in the background: the surfaces file read again when it changes, contents opened, so that
 /// the loop never waits for a disk or a camera.
 #include <filesystem>
-#include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -12,12 +12,13 @@
 namespace procam::show {
 
 struct ShowLoaderOptions {
-  std::filesystem::path surfaces;  ///< the file that is watched; empty: none
-  /// Reads it (io::load_surfaces); throws Error.
-  std::function<SurfaceSet(const std::filesystem::path&)> load;
-  /// Opens what a surface's `content` says (device::open_content); throws Error.
-  std::function<std::shared_ptr<device::ContentSource>(const std::string& content)> open;
-  double period_s = 0.2;  ///< between two looks at the file
+  std::filesystem::path surfaces;  ///< the file that is watched (io::load_surfaces); empty: none
+  /// By surface, instead of the file's own content.
+  std::map<std::string, std::string> contents = {};
+  /// Relative files that `content` names are in it (device::content_beside); empty: the folder of `surfaces`.
+  std::filesystem::path folder = {};
+  device::Pace pace = device::Pace::kLive;  ///< of contents
+  double period_s = 0.2;                    ///< between two looks at the file
 };
 
 struct LoadedShow {
@@ -27,6 +28,10 @@ struct LoadedShow {
   /// dark).
   std::vector<std::string> faults;
 };
+
+/// The file's surfaces with the given contents. Throws Error as io::load_surfaces does, and Error(kInput) for
+/// a content whose surface is not in the file. An empty `surfaces` gives no surface.
+SurfaceSet load_surfaces(const ShowLoaderOptions& options);
 
 class ShowLoader {
  public:
@@ -40,8 +45,8 @@ class ShowLoader {
   LoadedShow load_now();
   /// Asks for these surfaces with their contents; replaces what was asked for and not yet begun.
   void request(SurfaceSet surfaces);
-  /// The file is about to be written by this program: what is in it afterwards is known.
-  void expect(const std::function<void()>& write);
+  /// Writes the watched file; what is in it afterwards is known, and is not read again. Throws Error.
+  void save(const SurfaceSet& surfaces);
   /// What is ready, if anything; never waits.
   std::optional<LoadedShow> take();
 

@@ -13,7 +13,6 @@
 #include "common/rig_words.hpp"
 #include "common/say_choices.hpp"
 #include "common/utc_now.hpp"
-#include "procam/analyze/report.hpp"
 #include "procam/calibrate/calibrate.hpp"
 #include "procam/detect/detect_board.hpp"
 #include "procam/io/board_file.hpp"
@@ -22,6 +21,7 @@
 #include "procam/io/rig_file.hpp"
 #include "procam/io/session/observations_file.hpp"
 #include "procam/io/text.hpp"
+#include "procam/report/calibration.hpp"
 #include "procam/session/calibration_input.hpp"
 #include "procam/session/join.hpp"
 
@@ -185,7 +185,7 @@ ExitCode calibrate_alone(const Flags& flags, Console& console) {
   for (const std::string& name : flags.fixed) rig.provenance.options["fix " + name] = "yes";
   io::save_rig(flags.output, rig);
   if (!flags.report.empty()) {
-    analyze::ReportInput extra;
+    report::ReportInput extra;
     extra.title = input.title;
     Correspondences cameras = input.correspondences;  // as calibrate_camera takes them
     cameras.devices = result.devices;
@@ -193,7 +193,7 @@ ExitCode calibrate_alone(const Flags& flags, Console& console) {
       view.observations.resize(result.devices.size());
       view.light_points.clear();
     }
-    io::write_file_atomically(flags.report, analyze::calibration_report(result, cameras, extra));
+    io::write_file_atomically(flags.report, report::calibration_report(result, cameras, extra));
   }
 
   const bool passed = rig.quality.passed();

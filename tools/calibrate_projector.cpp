@@ -14,7 +14,6 @@
 #include "common/rig_words.hpp"
 #include "common/say_choices.hpp"
 #include "common/utc_now.hpp"
-#include "procam/analyze/report.hpp"
 #include "procam/calibrate/calibrate.hpp"
 #include "procam/calibrate/gates.hpp"
 #include "procam/calibrate/mirror.hpp"
@@ -28,6 +27,7 @@
 #include "procam/io/session/observations_file.hpp"
 #include "procam/io/session/point_pairs_file.hpp"
 #include "procam/io/text.hpp"
+#include "procam/report/calibration.hpp"
 #include "procam/session/calibration_input.hpp"
 #include "procam/session/reader.hpp"
 
@@ -105,7 +105,7 @@ ExitCode conclude(const Flags& flags, Console& console, calibrate::CalibrationRe
 
   io::save_rig(flags.output, rig);
   if (!flags.report.empty()) {
-    analyze::ReportInput extra;
+    report::ReportInput extra;
     extra.title = input.title;
     extra.predicted = predicted;
     extra.accepted = flags.accepted;
@@ -114,8 +114,7 @@ ExitCode conclude(const Flags& flags, Console& console, calibrate::CalibrationRe
       for (const RigProjector& projector : rig.projectors)
         extra.truth.push_back(analyze::true_light_errors(rig, truth, flags.wall,
                                                          rig.projectors.size() > 1 ? projector.name : ""));
-    io::write_file_atomically(flags.report,
-                              analyze::calibration_report(result, input.correspondences, extra));
+    io::write_file_atomically(flags.report, report::calibration_report(result, input.correspondences, extra));
   }
 
   say_result(console, rig, rig.quality, predicted, flags.accepted, next.has_value());

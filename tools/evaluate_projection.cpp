@@ -10,6 +10,7 @@
 #include "procam/io/rig_file.hpp"
 #include "procam/io/session/measured_corners_file.hpp"
 #include "procam/io/text.hpp"
+#include "procam/report/evaluation.hpp"
 
 namespace procam::tools {
 namespace {
@@ -312,7 +313,7 @@ ExitCode evaluate(const Flags& flags, Console& console) {
   if (!flags.report.empty()) {
     io::write_file_atomically(
         flags.report,
-        analyze::evaluation_report(outcome.evaluation, "Where the corners of a sheet land", outcome.verdict));
+        report::evaluation_report(outcome.evaluation, "Where the corners of a sheet land", outcome.verdict));
     console.say("wrote " + flags.report);
   }
   return exit_code(diagnostics);

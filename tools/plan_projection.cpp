@@ -5,6 +5,7 @@
 #include "procam/analyze/planner.hpp"
 #include "procam/io/files.hpp"
 #include "procam/io/text.hpp"
+#include "procam/report/plan.hpp"
 
 namespace procam::tools {
 namespace {
@@ -126,7 +127,7 @@ ExitCode plan(Flags flags, Console& console) {
   if (flags.target_size) flags.site.target = analyze::WallTarget{*flags.target_size, flags.target_centre};
 
   const analyze::ProjectionPlan planned = analyze::plan_projection(flags.sheet, flags.site);
-  if (!flags.output.empty()) io::write_file_atomically(flags.output, analyze::plan_picture(planned));
+  if (!flags.output.empty()) io::write_file_atomically(flags.output, report::plan_picture(planned));
 
   for (const analyze::PlanFigure& figure : analyze::figures_of(planned))
     console.say(format("%-15s %s", figure.name.c_str(), figure.value.c_str()));

@@ -10,6 +10,7 @@
 #include "procam/io/rig_file.hpp"
 #include "procam/io/surface_file.hpp"
 #include "procam/io/text.hpp"
+#include "procam/report/prediction.hpp"
 #include "procam/surface/solve.hpp"
 
 namespace procam::tools {
@@ -197,8 +198,8 @@ ExitCode predict(const Flags& flags, Console& console) {
   summarize(predictions, console.summary());
   console.report(diagnostics);
   if (!flags.report.empty()) {
-    io::write_file_atomically(flags.report, analyze::prediction_report(
-                                                predictions, rig, "Error of " + projector.name + "'s light"));
+    io::write_file_atomically(
+        flags.report, report::prediction_report(predictions, rig, "Error of " + projector.name + "'s light"));
     console.say("wrote " + flags.report);
   }
   return exit_code(diagnostics);

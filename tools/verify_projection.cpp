@@ -19,6 +19,7 @@
 #include "procam/io/session/captures.hpp"
 #include "procam/io/surface_file.hpp"
 #include "procam/io/text.hpp"
+#include "procam/report/verify.hpp"
 #include "procam/surface/solve.hpp"
 #include "procam/track/locate.hpp"
 
@@ -370,7 +371,7 @@ ExitCode verify_projection(Flags flags, Console& console) {
   if (!flags.picture.empty())
     io::write_file_atomically(
         flags.picture,
-        analyze::verify_picture(result, content_outline(surface, projector, frame.rig_from_world.pose)));
+        report::verify_picture(result, content_outline(surface, projector, frame.rig_from_world.pose)));
 
   say_result(console, result, flags);
   Diagnostics diagnostics = captures.light.diagnostics;

@@ -1,6 +1,6 @@
 #include "procam/analyze/accept.hpp"
 
-#include "html.hpp"
+#include "procam/core/base/words.hpp"
 
 namespace procam::analyze {
 namespace {

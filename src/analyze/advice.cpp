@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "html.hpp"
 #include "light_error_model.hpp"
 #include "procam/calibrate/next_view.hpp"
+#include "procam/core/base/words.hpp"
 
 namespace procam::analyze {
 namespace {

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <random>
 
-#include "causes.hpp"
 #include "light_chain.hpp"
 #include "procam/core/base/cholesky.hpp"
 #include "procam/core/base/closed_form.hpp"

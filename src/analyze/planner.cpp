@@ -4,8 +4,8 @@
 #include <limits>
 
 #include "convex.hpp"
-#include "html.hpp"
 #include "procam/core/base/closed_form.hpp"
+#include "procam/core/base/words.hpp"
 
 namespace procam::analyze {
 namespace {

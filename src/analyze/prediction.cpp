@@ -3,9 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "causes.hpp"
-#include "html.hpp"
 #include "light_chain.hpp"
+#include "procam/core/base/words.hpp"
 #include "procam/core/geometry/homography.hpp"
 #include "procam/core/geometry/se3.hpp"
 

@@ -4,10 +4,10 @@
 #include <cmath>
 
 #include "chi_square.hpp"
-#include "html.hpp"
 #include "most_probable.hpp"
 #include "procam/analyze/error_sources.hpp"
 #include "procam/core/base/closed_form.hpp"
+#include "procam/core/base/words.hpp"
 
 namespace procam::analyze {
 namespace {

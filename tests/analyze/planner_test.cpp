@@ -3,31 +3,16 @@
 
 #include <gtest/gtest.h>
 
-#include <clocale>
-#include <locale>
 #include <random>
 
+#include "analyze/lopsided_site.hpp"
 #include "support/lopsided.hpp"
 
 namespace procam::analyze {
 namespace {
 
-DataSheet lopsided_sheet() {
-  DataSheet sheet;
-  sheet.resolution = {1280, 801};
-  sheet.throw_ratio = 0.83;
-  sheet.lens_shift = Vec2(-0.07, 0.46);
-  sheet.lumens = 2900;
-  sheet.f_number = 1.9;
-  sheet.focal_length = 0.0137;
-  return sheet;
-}
-
-Site lopsided_site() {
-  Site site;
-  site.projector_from_wall = pose_before_wall(1.63, 21 * kDegree, -9 * kDegree, 4 * kDegree);
-  return site;
-}
+using test::lopsided_sheet;
+using test::lopsided_site;
 
 /// Any of a picture's positions, its edges included.
 Vec2 random_pixel(std::mt19937_64& random, ImageSize size) {
@@ -353,42 +338,6 @@ TEST(Planner, RefusesWhatNoProjectorAndNoWallCanBe) {
             "degenerate: the picture's corner top right, bottom right");
   EXPECT_EQ(refusal([](S& s, Site&) { s.throw_ratio = 1e303; }), "degenerate: the picture");
   EXPECT_EQ(refusal([](S& s, Site&) { s.lens_shift.x() = 1e200; }), "degenerate: the picture");
-}
-
-/// A German decimal comma for C++ streams, whatever locales the machine has.
-struct PlanDecimalComma : std::numpunct<char> {
-  char do_decimal_point() const override { return ','; }
-};
-
-TEST(PlanPicture, StandsAloneAndReadsTheSameInEveryLocale) {
-  Site site = lopsided_site();
-  site.target = WallTarget{Vec2(1.1, 0.7), Vec2(0.3, -0.9)};
-  site.viewer_distance = 3;
-  const ProjectionPlan plan = plan_projection(lopsided_sheet(), site);
-  const std::string picture = plan_picture(plan);
-  EXPECT_EQ(picture.rfind("<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=", 0), 0u);
-  EXPECT_EQ(picture.find("://", 20), std::string::npos);  // loads nothing
-  EXPECT_EQ(picture.find("\"-\""), std::string::npos);    // how a number that is not finite reads
-  EXPECT_NE(picture.find("target 1.10 × 0.70 m"), std::string::npos);
-  EXPECT_NE(picture.find("url(#blurred)\" d="), std::string::npos);  // corners are out of focus here
-  for (const PlanFigure& figure : figures_of(plan))
-    EXPECT_NE(picture.find(">" + figure.name + "<"), std::string::npos) << figure.name;
-
-  const std::locale before = std::locale::global(std::locale(std::locale(), new PlanDecimalComma));
-  const std::string c_before = std::setlocale(LC_ALL, nullptr);
-  std::setlocale(LC_ALL, "de_DE.UTF-8");  // for printf, where it is installed
-  const std::string german = plan_picture(plan_projection(lopsided_sheet(), site));
-  std::locale::global(before);
-  std::setlocale(LC_ALL, c_before.c_str());
-  EXPECT_EQ(picture, german);
-}
-
-TEST(PlanPicture, DrawsEvenPixelsInOneShade) {
-  Site site;
-  site.projector_from_wall = pose_before_wall(1.66);
-  const std::string picture = plan_picture(plan_projection(lopsided_sheet(), site));
-  EXPECT_NE(picture.find(">1.56</text>"), std::string::npos);  // the legend's only entry
-  EXPECT_EQ(picture.find("#cfe2ec"), std::string::npos);       // the second shade
 }
 
 }  // namespace

@@ -114,9 +114,4 @@ void draw_crude_landings(std::vector<Placement>& placements, const std::vector<S
 double turn_explaining(const std::vector<Placement>& placements, const std::vector<Sheet>& sheets, int sheet,
                        const Projector& projector, double pixel_rms, double mean_mm, std::uint64_t seed);
 
-/// One self-contained page: verdict (its first sentence stands out), the tables, the scatter of the corners,
-/// causes, the sheets in space where evaluation.rig is known. As calibration_report().
-std::string evaluation_report(const Evaluation& evaluation, const std::string& title,
-                              const std::vector<std::string>& verdict);
-
 }  // namespace procam::analyze

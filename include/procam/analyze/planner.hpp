@@ -139,11 +139,6 @@ ProjectionPlan plan_projection(const DataSheet& sheet, const Site& site);
 struct PlanFigure {
   std::string name, value;
 };
-std::vector<PlanFigure> figures_of(const ProjectionPlan& plan);
-
-/// The plan as one SVG file, complete in itself: the wall seen straight on, with the lit area, its pixels'
-/// size as colours, the target and the largest undistorted rectangle; the projector and its light from above
-/// and from the side; the figures. The same plan gives the same text, byte by byte, in every locale.
-std::string plan_picture(const ProjectionPlan& plan);
+std::vector<PlanFigure> figures_of(const analyze::ProjectionPlan& plan);
 
 }  // namespace procam::analyze

@@ -27,6 +27,9 @@ struct Sweep {
   std::vector<double> values, rms_mm;  ///< a curve; points that no light reaches are left out
 };
 
+/// Every source, or its parts, over the points: largest first. All points have the same sources.
+std::vector<Cause> rank_causes(const std::vector<const LandingError*>& points);
+
 struct SurfacePrediction {
   std::string surface;
   Vec2 size = Vec2::Zero();  ///< of the content on the surface, along its middle lines, metres
@@ -55,10 +58,5 @@ struct SurfacePrediction {
 SurfacePrediction predict_surface(const std::string& name, const LightPath& path,
                                   const Mat3& plane_from_content, const ErrorSources& sources,
                                   const std::optional<MonteCarloOptions>& draws = std::nullopt);
-
-/// One self-contained page: verdict, numbers, heat maps, causes, sweeps, rig and surfaces in space (as
-/// calibration_report()).
-std::string prediction_report(const std::vector<SurfacePrediction>& surfaces, const Rig& rig,
-                              const std::string& title);
 
 }  // namespace procam::analyze

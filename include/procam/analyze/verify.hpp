@@ -115,9 +115,4 @@ VerifyResult verify(const Rig& rig, const RigCamera& camera, const RigProjector&
                     const StatedSurface& surface, const std::vector<LightPoint>& marks,
                     const VerifyOptions& options = {});
 
-/// The surface as its content is read, with every mark's error as an arrow, magnified, before (and after,
-/// when something was corrected), and the 95 % region in which an error would be no surprise. `content` is
-/// the outline of what is shown there, on the surface; it may be empty. A complete SVG file.
-std::string verify_picture(const VerifyResult& result, const Points2& content = {});
-
 }  // namespace procam::analyze

@@ -1,12 +1,12 @@
-#include "procam/analyze/report.hpp"
+#include "procam/report/calibration.hpp"
 
 #include "html.hpp"
 #include "page.hpp"
-#include "report_pictures.hpp"
-#include "report_style.hpp"
-#include "report_tables.hpp"
+#include "pictures.hpp"
+#include "style.hpp"
+#include "tables.hpp"
 
-namespace procam::analyze {
+namespace procam::report {
 namespace {
 
 using calibrate::CalibrationResult;
@@ -72,4 +72,4 @@ std::string calibration_report(const CalibrationResult& result, const Correspond
   return page(input.title, body + element("script", "", kReportScript) + "\n");
 }
 
-}  // namespace procam::analyze
+}  // namespace procam::report

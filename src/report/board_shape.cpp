@@ -2,9 +2,9 @@
 #include <cmath>
 
 #include "html.hpp"
-#include "report_pictures.hpp"
+#include "pictures.hpp"
 
-namespace procam::analyze {
+namespace procam::report {
 namespace {
 
 constexpr double kShapeWidth = 720, kShapeMargin = 46;
@@ -68,4 +68,4 @@ std::string board_shape(const calibrate::CalibrationResult& result, const Board&
                 "style=\"max-width:560px\"");
 }
 
-}  // namespace procam::analyze
+}  // namespace procam::report

@@ -1,14 +1,20 @@
 #include <algorithm>
 #include <cmath>
 
-#include "causes.hpp"
 #include "html.hpp"
 #include "page.hpp"
-#include "procam/analyze/prediction.hpp"
-#include "report_pictures.hpp"
-#include "report_style.hpp"
+#include "pictures.hpp"
+#include "procam/report/prediction.hpp"
+#include "style.hpp"
 
-namespace procam::analyze {
+namespace procam::report {
+
+using analyze::Cause;
+using analyze::Ellipse;
+using analyze::LandingError;
+using analyze::region95;
+using analyze::SurfacePrediction;
+using analyze::Sweep;
 std::string cause_table(const std::vector<Cause>& causes) {
   std::string rows;
   for (const Cause& cause : causes)
@@ -212,4 +218,4 @@ std::string prediction_report(const std::vector<SurfacePrediction>& surfaces, co
   return page(title, body + element("script", "", kReportScript) + "\n");
 }
 
-}  // namespace procam::analyze
+}  // namespace procam::report

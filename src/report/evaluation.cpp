@@ -1,14 +1,21 @@
 #include <algorithm>
 #include <cmath>
 
-#include "causes.hpp"
 #include "html.hpp"
 #include "page.hpp"
-#include "procam/analyze/evaluation.hpp"
-#include "report_pictures.hpp"
-#include "report_style.hpp"
+#include "pictures.hpp"
+#include "procam/report/evaluation.hpp"
+#include "style.hpp"
 
-namespace procam::analyze {
+namespace procam::report {
+
+using analyze::CornerRow;
+using analyze::Evaluation;
+using analyze::Landing;
+using analyze::Placement;
+using analyze::Sheet;
+using analyze::sheet_corners;
+using analyze::SheetEvaluation;
 namespace {
 
 const char* const kCornerNames[] = {"top left", "top right", "bottom right", "bottom left"};
@@ -156,4 +163,4 @@ std::string evaluation_report(const Evaluation& evaluation, const std::string& t
   return page(title, body + element("script", "", kReportScript) + "\n");
 }
 
-}  // namespace procam::analyze
+}  // namespace procam::report

@@ -2,7 +2,7 @@
 /// The frame of every report: one page that is complete in itself.
 #include <string>
 
-namespace procam::analyze {
+namespace procam::report {
 
 /// A headed section; nothing when there is no content.
 std::string section(const std::string& title, const std::string& content);
@@ -10,4 +10,4 @@ std::string section(const std::string& title, const std::string& content);
 /// The whole document round its body. Its policy lets it load nothing from anywhere.
 std::string page(const std::string& title, const std::string& body);
 
-}  // namespace procam::analyze
+}  // namespace procam::report

@@ -1,7 +1,7 @@
 #pragma once
 /// The report page's style sheet and its one script. Both stand inside the page.
 
-namespace procam::analyze {
+namespace procam::report {
 
 /// One accent colour; light and dark follow the reader's system, and paper is always light.
 inline constexpr char kReportStyle[] = R"css(
@@ -172,4 +172,4 @@ inline constexpr char kReportScript[] = R"js(
 })();
 )js";
 
-}  // namespace procam::analyze
+}  // namespace procam::report

@@ -1,11 +1,17 @@
 #include <algorithm>
 #include <cmath>
 
-#include "convex.hpp"
 #include "html.hpp"
-#include "procam/analyze/planner.hpp"
+#include "procam/core/geometry/convex.hpp"
+#include "procam/report/plan.hpp"
 
-namespace procam::analyze {
+namespace procam::report {
+
+using analyze::figures_of;
+using analyze::light_on_wall;
+using analyze::LightOnWall;
+using analyze::PlanFigure;
+using analyze::ProjectionPlan;
 namespace {
 
 // The page, SVG units: the wall above the two views of the room, the figures to their right.
@@ -355,4 +361,4 @@ std::string plan_picture(const ProjectionPlan& plan) {
          "\n";
 }
 
-}  // namespace procam::analyze
+}  // namespace procam::report

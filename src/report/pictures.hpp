@@ -4,9 +4,10 @@
 #include <string>
 
 #include "procam/analyze/advice.hpp"
+#include "procam/analyze/prediction.hpp"
 #include "procam/calibrate/result.hpp"
 
-namespace procam::analyze {
+namespace procam::report {
 
 /// One colour a view, the same in every picture and in the table of views.
 std::string view_color(int view);
@@ -17,7 +18,7 @@ std::string residual_scatter(const calibrate::CalibrationResult& result, int dev
 /// Where a device was observed, over its picture's outline; cells nobody saw are tinted. `next` is where the
 /// board should come next.
 std::string coverage(const calibrate::CalibrationResult& result, const Correspondences& correspondences,
-                     int device, const std::optional<NextView>& next);
+                     int device, const std::optional<analyze::NextView>& next);
 
 /// Residuals as magnified lines at their pixels: all views over each other, then one picture a view.
 std::string residual_quivers(const calibrate::CalibrationResult& result, int device);
@@ -32,7 +33,7 @@ std::string lens_alternatives(const calibrate::CalibrationResult& result);
 /// The rig and the boards in space, projected along a fixed direction; the page's script turns it. `next` is
 /// where the board should come next.
 std::string rig_in_space(const calibrate::CalibrationResult& result, const Board& board,
-                         const std::optional<NextView>& next);
+                         const std::optional<analyze::NextView>& next);
 
 /// A flat thing in space.
 struct SpaceOutline {
@@ -46,4 +47,7 @@ struct SpaceOutline {
 std::string surfaces_in_space(const Rig& rig, const std::vector<SpaceOutline>& outlines,
                               const std::string& caption);
 
-}  // namespace procam::analyze
+/// Of a report page: each cause with what it does alone and what is left without it.
+std::string cause_table(const std::vector<analyze::Cause>& causes);
+
+}  // namespace procam::report

@@ -1,4 +1,4 @@
-#include "report_tables.hpp"
+#include "tables.hpp"
 
 #include <Eigen/LU>
 #include <algorithm>
@@ -6,10 +6,18 @@
 #include <set>
 
 #include "html.hpp"
+#include "pictures.hpp"
 #include "procam/core/geometry/se3.hpp"
-#include "report_pictures.hpp"
 
-namespace procam::analyze {
+namespace procam::report {
+
+using analyze::in_words;
+using analyze::LightError;
+using analyze::LightErrors;
+using analyze::NextView;
+using analyze::only_predicted_error_failed;
+using analyze::SurfaceLocated;
+using analyze::view_verdicts;
 namespace {
 
 using calibrate::CalibrationResult;
@@ -452,4 +460,4 @@ std::string provenance_section(const Provenance& p) {
          "\n";
 }
 
-}  // namespace procam::analyze
+}  // namespace procam::report

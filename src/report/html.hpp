@@ -1,20 +1,15 @@
 #pragma once
-/// Words of the report page: text that is escaped, numbers without locale or NaN, shapes of SVG.
+/// Words of the report page: text that is escaped, shapes of SVG.
 #include <string>
 
+#include "procam/core/base/words.hpp"
 #include "procam/core/base/types.hpp"
 
-namespace procam::analyze {
+namespace procam::report {
 
 /// Text that may stand between tags and inside quoted attributes.
 std::string escaped(const std::string& text);
 
-/// With that many decimals; "-" unless finite; never "-0.00".
-std::string fixed(double value, int decimals);
-/// With that many significant digits, "1.2e-09" when very small; "-" unless finite.
-std::string significant(double value, int digits);
-/// As short as six significant digits allow: for round values, "0.5"; "-" unless finite.
-std::string shortest(double value);
 /// A residual's length, to a thousandth; a fit without noise shows its order of magnitude.
 std::string pixels(double value);
 /// Decimals that show two digits of a standard deviation; `otherwise` when it says nothing.
@@ -56,4 +51,4 @@ std::string box(const Vec2& corner, const Vec2& size);
 std::string rectangle(const std::string& attributes, const Vec2& corner, const Vec2& size);
 std::string circle(const std::string& attributes, const Vec2& at, double radius);
 
-}  // namespace procam::analyze
+}  // namespace procam::report

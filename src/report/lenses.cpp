@@ -2,10 +2,10 @@
 #include <cmath>
 
 #include "html.hpp"
+#include "pictures.hpp"
 #include "procam/calibrate/lens_model.hpp"
-#include "report_pictures.hpp"
 
-namespace procam::analyze {
+namespace procam::report {
 namespace {
 
 constexpr double kBarsWidth = 560, kRowHeight = 24, kNames = 190, kNumbers = 190;
@@ -59,4 +59,4 @@ std::string lens_alternatives(const calibrate::CalibrationResult& result) {
   return element("div", "class=\"pair\"", "\n" + pictures) + "\n";
 }
 
-}  // namespace procam::analyze
+}  // namespace procam::report

@@ -13,15 +13,15 @@
 #include "procam/analyze/advice.hpp"
 #include "procam/calibrate/result.hpp"
 
-namespace procam::analyze {
+namespace procam::report {
 
 /// What a report may hold beyond the calibration itself.
 struct ReportInput {
   std::string title = "Projector calibration";
-  std::vector<LightErrors> predicted;  ///< from the covariance, one a distance and projector
-  AcceptedError accepted;              ///< the kind of error that leads the page, and its limit
-  std::optional<NextView> next_view;   ///< drawn and described
-  std::vector<LightErrors> truth;      ///< where the true rig is known (a simulated session)
+  std::vector<analyze::LightErrors> predicted;  ///< from the covariance, one a distance and projector
+  analyze::AcceptedError accepted;              ///< the kind of error that leads the page, and its limit
+  std::optional<analyze::NextView> next_view;   ///< drawn and described
+  std::vector<analyze::LightErrors> truth;      ///< where the true rig is known (a simulated session)
 };
 
 /// The page as UTF-8 text. The same input gives the same text, byte by byte, in every locale; a number that
@@ -30,4 +30,4 @@ struct ReportInput {
 std::string calibration_report(const calibrate::CalibrationResult& result,
                                const Correspondences& correspondences, const ReportInput& input = {});
 
-}  // namespace procam::analyze
+}  // namespace procam::report

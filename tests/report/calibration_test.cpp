@@ -1,4 +1,4 @@
-#include "procam/analyze/report.hpp"
+#include "procam/report/calibration.hpp"
 
 #include <gtest/gtest.h>
 
@@ -14,9 +14,15 @@
 #include "procam/calibrate/calibrate.hpp"
 #include "support/numeric_world.hpp"
 
-namespace procam::analyze {
+namespace procam::report {
 namespace {
 
+using analyze::LightErrors;
+using analyze::NextView;
+using analyze::predicted_error_check;
+using analyze::predicted_light_errors;
+using analyze::SurfaceLocated;
+using analyze::true_light_errors;
 using calibrate::CalibrationResult;
 
 struct Session {
@@ -369,4 +375,4 @@ TEST(Report, OfTwentyViewsIsBelowAMegabyte) {
 }
 
 }  // namespace
-}  // namespace procam::analyze
+}  // namespace procam::report

@@ -4,9 +4,11 @@
 #include <vector>
 
 #include "html.hpp"
-#include "report_pictures.hpp"
+#include "pictures.hpp"
 
-namespace procam::analyze {
+namespace procam::report {
+
+using analyze::NextView;
 namespace {
 
 using calibrate::CalibrationResult;
@@ -343,4 +345,4 @@ std::string surfaces_in_space(const Rig& rig, const std::vector<SpaceOutline>& o
   return finished(scene, viewpoint, bodies, {near, far, axis}, "The rig and the surfaces in space", caption);
 }
 
-}  // namespace procam::analyze
+}  // namespace procam::report

@@ -1,9 +1,9 @@
 #include "page.hpp"
 
 #include "html.hpp"
-#include "report_style.hpp"
+#include "style.hpp"
 
-namespace procam::analyze {
+namespace procam::report {
 namespace {
 
 std::string head(const std::string& title) {
@@ -31,4 +31,4 @@ std::string page(const std::string& title, const std::string& body) {
          "\n";
 }
 
-}  // namespace procam::analyze
+}  // namespace procam::report

@@ -2,9 +2,9 @@
 /// The words and numbers of the report, section by section.
 #include <string>
 
-#include "procam/analyze/report.hpp"
+#include "procam/report/calibration.hpp"
 
-namespace procam::analyze {
+namespace procam::report {
 
 /// Did it pass, and if not: which gate, why, and what to do.
 std::string verdict(const calibrate::CalibrationResult& result, const ReportInput& input);
@@ -27,7 +27,7 @@ std::string diagnostic_list(const Diagnostics& diagnostics);
 std::string view_table(const calibrate::CalibrationResult& result);
 
 /// What to capture next, and what it would bring; empty when nothing is known to help.
-std::string next_view(const std::optional<NextView>& next, SurfaceLocated located);
+std::string next_view(const std::optional<analyze::NextView>& next, analyze::SurfaceLocated located);
 std::string provenance_section(const Provenance& provenance);
 
-}  // namespace procam::analyze
+}  // namespace procam::report

@@ -2,10 +2,13 @@
 #include <cmath>
 
 #include "html.hpp"
-#include "procam/analyze/verify.hpp"
 #include "procam/core/base/closed_form.hpp"
+#include "procam/report/verify.hpp"
 
-namespace procam::analyze {
+namespace procam::report {
+
+using analyze::VerifiedMark;
+using analyze::VerifyResult;
 namespace {
 
 constexpr double kSheetWidth = 900, kRim = 30, kFoot = 96;
@@ -129,4 +132,4 @@ std::string verify_picture(const VerifyResult& result, const Points2& content) {
   return picture + "\n";
 }
 
-}  // namespace procam::analyze
+}  // namespace procam::report

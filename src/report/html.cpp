@@ -1,26 +1,9 @@
 #include "html.hpp"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 
-namespace procam::analyze {
-namespace {
-
-/// std::to_chars knows no locale: a program that speaks German must not write SVG with decimal commas.
-std::string digits_of(double value, std::chars_format format, int precision) {
-  char text[400];  // the largest double has 309 digits before the point
-  const auto end = std::to_chars(text, text + sizeof text, value, format, precision).ptr;
-  return std::string(text, end);
-}
-
-std::string without_minus_zero(std::string text) {
-  if (text[0] == '-' && text.find_first_not_of("-0.") == std::string::npos) text.erase(0, 1);
-  return text;
-}
-
-}  // namespace
-
+namespace procam::report {
 std::string escaped(const std::string& text) {
   std::string out;
   out.reserve(text.size());
@@ -44,23 +27,6 @@ std::string escaped(const std::string& text) {
         out += c;
     }
   return out;
-}
-
-std::string fixed(double value, int decimals) {
-  if (!std::isfinite(value)) return "-";
-  return without_minus_zero(digits_of(value, std::chars_format::fixed, decimals));
-}
-
-std::string significant(double value, int digits) {
-  if (!std::isfinite(value)) return "-";
-  const double size = std::abs(value);
-  if (size < 1e-4 || size >= 1e6) return digits_of(value, std::chars_format::general, digits);
-  return fixed(value, std::max(digits - 1 - int(std::floor(std::log10(size))), 0));
-}
-
-std::string shortest(double value) {
-  if (!std::isfinite(value)) return "-";
-  return without_minus_zero(digits_of(value, std::chars_format::general, 6));
 }
 
 std::string pixels(double value) {
@@ -130,4 +96,4 @@ std::string circle(const std::string& attributes, const Vec2& at, double radius)
          "\" r=\"" + coordinate(radius) + "\"/>\n";
 }
 
-}  // namespace procam::analyze
+}  // namespace procam::report

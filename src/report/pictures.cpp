@@ -1,4 +1,4 @@
-#include "report_pictures.hpp"
+#include "pictures.hpp"
 
 #include <algorithm>
 #include <array>
@@ -7,7 +7,9 @@
 
 #include "html.hpp"
 
-namespace procam::analyze {
+namespace procam::report {
+
+using analyze::NextView;
 namespace {
 
 using calibrate::CalibrationResult;
@@ -355,4 +357,4 @@ std::string residual_quivers(const CalibrationResult& result, int device) {
                  "point one way: the board moved between its frames.");
 }
 
-}  // namespace procam::analyze
+}  // namespace procam::report

@@ -40,7 +40,7 @@ struct Flags {
   fs::path captures, points, output, report, truth, check;
   fs::path observations, write_observations;
   std::vector<Device> cameras;  ///< of a table of observations
-  io::Session stated;           ///< what session.json need not say
+  io::SessionInfo stated;       ///< what session.json need not say
   session::ShownFlags shown;    ///< of a session of photographs
   double wall = 2;              ///< metres
   analyze::AcceptedError accepted;
@@ -321,15 +321,15 @@ ExitCode calibrate_points(const Flags& flags, Console& console) {
         "%-24s %7.2f %7.2f px%s",
         pairs[i].name.empty() ? format("pair %zu", i + 1).c_str() : pairs[i].name.substr(0, 24).c_str(),
         pair.residual.x(), pair.residual.y(),
-        !pair.used      ? "  rejected"
-        : pair.left_out ? format("  (%.2f when held out)", pair.left_out->norm()).c_str()
-                        : ""));
+        !pair.used          ? "  rejected"
+        : pair.loo_residual ? format("  (%.2f when held out)", pair.loo_residual->norm()).c_str()
+                            : ""));
   }
   console.say(format("RMS        %.2f px; one coordinate's sigma %.2f px; held out in turn %.2f px",
-                     result.rms_px, result.sigma_px, result.left_out_px));
+                     result.rms_px, result.sigma_px, result.loo_rms_px));
   console.summary().set("/rms_px", result.rms_px);
   console.summary().set("/sigma_px", result.sigma_px);
-  console.summary().set("/left_out_px", result.left_out_px);
+  console.summary().set("/left_out_px", result.loo_rms_px);
   console.summary().set("/pairs", int(pairs.size()));
   say_lens(console, "projector", rig.projector().projector.inverse_camera, rig.covariance);
   const Vec3 place = rig.projector().rig_from_projector.translation;

@@ -169,10 +169,10 @@ class Capture {
   void tick() {
     console_.progress(doing_, done_, total_);
     switch (screen_.poll()) {
-      case device::Wish::kClose:
+      case device::WindowEvent::kClose:
         throw Error(ErrorKind::kDevice, "window", "it was closed",
                     "run the same command again to go on with the session");
-      case device::Wish::kGoOn:
+      case device::WindowEvent::kGoOn:
         go_on_ = true;
         break;
       default:
@@ -228,7 +228,7 @@ class Capture {
   /// Until its board is found; what was captured in vain is set aside.
   void capture_view(int view) {
     constexpr int kTries = 3;
-    session::ViewInTheMaking files(flags_.output, std::size_t(view));
+    session::ViewWriter files(flags_.output, std::size_t(view));
     bool in_place = goes_on(files);
     const std::string name = session::numbered("view", std::size_t(view));
     for (int attempt = 0; attempt < kTries; ++attempt) {
@@ -262,7 +262,7 @@ class Capture {
   }
 
   /// An earlier run's part of a view is of use while the board has not moved since.
-  bool goes_on(session::ViewInTheMaking& files) {
+  bool goes_on(session::ViewWriter& files) {
     shutter_.forget();
     if (files.kept() == 0) return false;
     if (files.kept() > pattern_.frame_count()) {
@@ -287,7 +287,7 @@ class Capture {
     return false;
   }
 
-  void take_frames(const std::string& name, session::ViewInTheMaking& files) {
+  void take_frames(const std::string& name, session::ViewWriter& files) {
     double unsteady = 0;
     int rejected_of_frame = 0;
     shutter_.on_rejected = [&](const ImageU8& frame, session::Rejected why) {
@@ -386,7 +386,7 @@ class Capture {
   const Board& board_;
   std::vector<ImageU8> pictures_;
   device::FrameSink& screen_;
-  session::Stand stand_;
+  session::CaptureRig stand_;
   session::Shutter shutter_;
   Diagnostics light_;
   std::optional<session::Coverage> camera_;
@@ -414,7 +414,7 @@ ExitCode capture_session(const Flags& flags, Console& console) {
         "pictures are shown and captured in grey here",
         "use the pair of frames (without ':colour'), or show the picture that make-patterns writes and "
         "capture it by other means");
-  const io::Session session = session::describe_session(*pattern, display.size, flags.board, flags.step);
+  const io::SessionInfo session = session::describe_session(*pattern, display.size, flags.board, flags.step);
   session::make_folder(flags.output);
   session::require_same_session(flags.output, session);
   pattern->save_files(flags.output);

@@ -16,9 +16,9 @@ namespace procam::tools {
 namespace {
 
 using analyze::Evaluation;
-using analyze::Placement;
 using analyze::Sheet;
 using analyze::SheetEvaluation;
+using analyze::SheetPlacement;
 
 struct Flags {
   std::string rig, truth, measured, units, report, corners;
@@ -95,7 +95,7 @@ Outcome simulate_trial(const Flags& flags, Console& console, Diagnostics& diagno
                   "give the truth that the rig was calibrated from");
   const std::vector<Sheet> sheets = analyze::original_sheets();
   const Projector& projector = truth.projectors.front().projector;
-  const std::vector<Placement> placements = analyze::original_placements(projector, sheets, flags.seed);
+  const std::vector<SheetPlacement> placements = analyze::original_placements(projector, sheets, flags.seed);
   const SheetExperiment experiment =
       run_sheet_experiment(placements, sheets, truth, rig, flags.noise_grey, flags.seed,
                            [&](int i) { console.progress("placement", i + 1, int(placements.size())); });
@@ -133,7 +133,7 @@ Outcome reproduce_original(const Flags& flags, Console& console) {
   require_devices(truth, flags.truth);
   const std::vector<Sheet> sheets = analyze::original_sheets();
   const Projector& projector = truth.projectors.front().projector;
-  std::vector<Placement> placements = analyze::original_placements(projector, sheets, flags.seed);
+  std::vector<SheetPlacement> placements = analyze::original_placements(projector, sheets, flags.seed);
   analyze::CrudeCalibration crude{kOriginalPixelRms, {}};
   for (int i = 0; i < int(sheets.size()); ++i) {
     console.progress("sheet", i + 1, int(sheets.size()));
@@ -192,7 +192,7 @@ Outcome evaluate_measured(const Flags& flags) {
   for (std::size_t i = 0; i < sheets.size(); ++i) sheets[i].size = extents[i].sizes();
   // In the middle of the picture, as far as anybody knows.
   const Vec2 middle(0.5 * (projector.size().width - 1), 0.5 * (projector.size().height - 1));
-  std::vector<Placement> placements;
+  std::vector<SheetPlacement> placements;
   std::map<std::pair<int, int>, std::size_t> placement_of;
   for (const io::MeasuredCorner& corner : corners) {
     const int sheet = sheet_named.at(corner.sheet);
@@ -284,7 +284,7 @@ void summarize(const Evaluation& evaluation, Summary& summary) {
 std::vector<io::MeasuredCorner> corners_of(const Evaluation& evaluation) {
   std::vector<io::MeasuredCorner> corners;
   for (std::size_t i = 0; i < evaluation.placements.size(); ++i) {
-    const Placement& placement = evaluation.placements[i];
+    const SheetPlacement& placement = evaluation.placements[i];
     const Sheet& sheet = evaluation.sheets[std::size_t(placement.sheet)];
     for (const analyze::Landing& landing : placement.landings)
       corners.push_back({sheet.name, int(i) + 1, placement.distance, sheet.incidence_deg, landing.corner,

@@ -96,7 +96,7 @@ ExitCode make_board(const Flags& flags, Console& console) {
     console.say("the ruler came out " + io::format_length(*flags.measured) + " long, so the board is " +
                 text);
   if (!flags.output.empty()) {
-    const io::Sheet sheet = io::board_sheet(board, detect::board_artwork(board), flags.paper);
+    const io::BoardSheet sheet = io::board_sheet(board, detect::board_artwork(board), flags.paper);
     io::save_sheet(flags.output, sheet, flags.dpi);
     console.say("wrote " + flags.output + ": " + text + " on " + flags.paper.name +
                 (flags.measured

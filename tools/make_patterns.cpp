@@ -42,7 +42,7 @@ void declare(CLI::App& app, Flags& flags) {
 
 ExitCode make_patterns(const Flags& flags, Console& console) {
   const auto pattern = session::make_pattern(flags.pattern, flags.projector_size, flags.step);
-  const io::Session session =
+  const io::SessionInfo session =
       session::describe_session(*pattern, flags.projector_size, flags.board, flags.step);
   session::make_folder(flags.output);
   session::require_same_session(flags.output, session);

@@ -95,7 +95,7 @@ analyze::ErrorSources sources_of(const Flags& flags, const Rig& rig, const std::
   else if (frames)
     sources.rig_pose = analyze::own_frame_covariance(frames->get("world", "rig"));
   sources.map = analyze::isotropic_pose_covariance(flags.map_sigma.length, flags.map_sigma.angle);
-  analyze::Motion& motion = sources.motion;
+  analyze::RobotMotion& motion = sources.motion;
   motion.twist << flags.speed.angle * flags.up, flags.speed.length * flags.forward;
   motion.twist_sigma << Vec3::Constant(flags.speed_sigma.angle), Vec3::Constant(flags.speed_sigma.length);
   motion.delay = flags.delay;

@@ -152,7 +152,7 @@ void identify(Console& console) {
     show::draw_words(picture, {std::to_string(display.number), display.name});
     window->show(picture);
     for (const double end = device::now_s() + 3;
-         device::now_s() < end && window->poll() != device::Wish::kClose;) {
+         device::now_s() < end && window->poll() != device::WindowEvent::kClose;) {
       console.progress("display", display.number, 0);
       std::this_thread::sleep_for(std::chrono::milliseconds(20));
     }
@@ -414,7 +414,7 @@ ExitCode show(const Flags& flags, Console& console) {
   if (flags.room.silhouettes && !flags.record.empty())
     throw Error(ErrorKind::kInput, "--record", "a run with --silhouettes cannot be shown again bit for bit",
                 "leave one of them out");
-  std::unique_ptr<show::RoomWatch> room;
+  std::unique_ptr<show::DepthSurfaceSource> room;
   DarkWords silhouettes([&](const std::string& sentence) { console.log(sentence); });
   if (people || flags.room.silhouettes)
     options.over = [&](const show::Projection& through, double light_time, ImageView<std::uint8_t> frame) {

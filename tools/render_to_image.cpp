@@ -219,10 +219,10 @@ Scene real_surfaces(const SolvedSurfaceSet& solved, std::vector<surface::LaidOut
 }
 
 /// Draws the virtual things for the eye and projects that picture onto the real surfaces.
-class ForViewer {
+class ViewerPass {
  public:
-  ForViewer(const Flags& flags, const RigProjector& projector, const SolvedSurfaceSet& real,
-            const render::RenderOptions& options, Diagnostics& diagnostics)
+  ViewerPass(const Flags& flags, const RigProjector& projector, const SolvedSurfaceSet& real,
+             const render::RenderOptions& options, Diagnostics& diagnostics)
       : room_(real_surfaces(real, laid_)), from_eye_(flags.renderer, options) {
     const auto eye =
         render::viewer_eye(eye_in_projector(flags.viewer, projector, real), room_, projector.projector);
@@ -410,7 +410,7 @@ ExitCode draw(const Flags& flags, Console& console) {
   options.linear_light = !flags.encoded;
   AnyRenderer renderer(flags.renderer, options);
   if (flags.renderer == "gl") console.say("drawn by " + renderer.device());
-  std::optional<ForViewer> viewer;
+  std::optional<ViewerPass> viewer;
   if (flags.viewer.given()) {
     viewer.emplace(flags, of_rig, solved, options, diagnostics);
     const ImageSize size = viewer->eye().camera.size;

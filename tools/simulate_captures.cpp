@@ -140,8 +140,8 @@ simulate::Conditions conditions(const Flags& flags) {
   return with_settings(simulate::level_conditions(flags.level), flags.settings);
 }
 
-void write_view(const simulate::Session& session, std::size_t view, const std::vector<ImageU8>& frames,
-                const fs::path& folder) {
+void write_view(const simulate::SimulatedSession& session, std::size_t view,
+                const std::vector<ImageU8>& frames, const fs::path& folder) {
   fs::create_directory(folder);
   const std::vector<ImageU8> captures = simulate::capture_view(session, view, frames);
   for (std::size_t frame = 0; frame < captures.size(); ++frame)
@@ -151,7 +151,7 @@ void write_view(const simulate::Session& session, std::size_t view, const std::v
 }
 
 /// The rig before markers on its wall, blurred and noisy as the session's captures.
-void write_marker_view(const simulate::Session& session, const fs::path& folder) {
+void write_marker_view(const simulate::SimulatedSession& session, const fs::path& folder) {
   const simulate::World& world = session.views.front();
   const simulate::HungMarkers hung = simulate::hang_markers(world);
   simulate::MarkerViewOptions options;
@@ -182,7 +182,7 @@ void save_truth(Rig truth, const Flags& flags, const std::string& pattern, const
 }
 
 /// What is wrong with each view, beside the seed and the level in truth.json.
-Rig with_defects(Rig truth, const simulate::Session& session, std::size_t views, int frames) {
+Rig with_defects(Rig truth, const simulate::SimulatedSession& session, std::size_t views, int frames) {
   for (std::size_t view = 0; view < std::min(views, session.defects.size()); ++view)
     if (const std::string text = simulate::description(session.defects[view], frames); !text.empty())
       truth.provenance.options[session::numbered("view", view)] = text;
@@ -202,7 +202,7 @@ SurfaceSet wall_of(const simulate::World& world) {
 }
 
 /// A board of light on the bare wall, after somebody has bumped the projector.
-void write_check(const simulate::Session& session, const Flags& flags, const fs::path& folder) {
+void write_check(const simulate::SimulatedSession& session, const Flags& flags, const fs::path& folder) {
   simulate::World world = simulate::with_bare_wall(session.views.front());
   const auto pattern = session::make_pattern(flags.check, world.rig.projector().projector.size());
   Pose& place = world.rig.projectors.front().rig_from_projector;
@@ -255,7 +255,7 @@ ExitCode simulate_fleet(const Flags& flags, Console& console) {
     write_fleet_view(fleet, view, frames, folder.path() / session::numbered("view", view));
   }
   pattern->save_files(folder.path());
-  io::Session session{pattern->text(), {}, fleet.world.board.layout, {}};
+  io::SessionInfo session{pattern->text(), {}, fleet.world.board.layout, {}};
   if (flags.projectors == 1)
     session.projector_size = projector_size;
   else
@@ -284,7 +284,7 @@ ExitCode simulate_captures(const Flags& flags, Console& console) {
   const auto pattern = session::make_pattern(flags.pattern, projector_size);
   std::optional<simulate::BoardPrint> print;
   if (flags.board) print = simulate::BoardPrint{*flags.board, detect::board_artwork(*flags.board)};
-  const simulate::Session session =
+  const simulate::SimulatedSession session =
       simulate::make_session(flags.level, flags.seed, pattern->on_blank_paper(), print, conditions(flags));
   const std::vector<ImageU8> projector_frames = pattern->frames();
   const std::size_t views =

@@ -169,7 +169,7 @@ PlanarSurface& plane_of(Surface& surface) {
 /// Where the world is, with what states it.
 struct KnownWorld {
   PoseWithCovariance rig_from_world;
-  MatX by_camera;  ///< see analyze::StatedSurface
+  MatX jacobian_camera;  ///< see analyze::StatedSurface
   Diagnostics diagnostics;
 };
 
@@ -182,9 +182,9 @@ KnownWorld world_by_markers(const std::string& file, const RigCamera& camera, co
   const Mat6 to_rig = adjoint(camera.rig_from_camera);
   KnownWorld world{
       {camera.rig_from_camera * seen.camera_from_world, to_rig * seen.covariance * to_rig.transpose()},
-      MatX(6, seen.by_lens.cols() + 6),
+      MatX(6, seen.jacobian_lens.cols() + 6),
       detections.diagnostics};
-  world.by_camera << to_rig * seen.by_lens, Mat6::Identity();
+  world.jacobian_camera << to_rig * seen.jacobian_lens, Mat6::Identity();
   world.diagnostics.append(seen.diagnostics);
   return world;
 }
@@ -210,8 +210,9 @@ KnownWorld frame_of(const PlanarSurface& plane, const Flags& flags, const Rig& r
 
 analyze::StatedSurface state_surface(const Surface& surface, const PlanarSurface& plane,
                                      const KnownWorld& world, const io::LengthAndAngle& sigma) {
-  analyze::StatedSurface stated{
-      surface.name, compose(world.rig_from_world, {plane.frame_from_surface, Mat6::Zero()}), world.by_camera};
+  analyze::StatedSurface stated{surface.name,
+                                compose(world.rig_from_world, {plane.frame_from_surface, Mat6::Zero()}),
+                                world.jacobian_camera};
   const Mat6 to_rig = adjoint(stated.rig_from_surface.pose);
   stated.rig_from_surface.covariance +=
       to_rig * analyze::isotropic_pose_covariance(sigma.length, sigma.angle) * to_rig.transpose();
@@ -260,9 +261,9 @@ void say_marks(Console& console, const analyze::VerifyResult& result) {
     const Vec2& pixel = mark.seen.projector_pixel;
     console.say(format("%-6zu %7.1f %8.1f  %8.1f %8.1f  %8.3f %8.3f  %7.3f %7.3f %8.3g", i, pixel.x(),
                        pixel.y(), at.x(), at.y(), error.x(), error.y(), sigma.x(), sigma.y(), mark.chi2) +
-                (!mark.left_out.empty() ? "  left out: " + mark.left_out
-                 : mark.beyond          ? "  beyond"
-                                        : ""));
+                (!mark.rejection.empty() ? "  left out: " + mark.rejection
+                 : mark.beyond           ? "  beyond"
+                                         : ""));
     const std::string to = "/marks/" + std::to_string(i);
     Summary& summary = console.summary();
     summary.set(to + "/projector_px", std::vector<double>{pixel.x(), pixel.y()});
@@ -272,8 +273,8 @@ void say_marks(Console& console, const analyze::VerifyResult& result) {
     summary.set(to + "/error_mm", std::vector<double>{error.x(), error.y()});
     summary.set(to + "/sigma_mm", std::vector<double>{sigma.x(), sigma.y()});
     summary.set(to + "/chi2", mark.chi2);
-    summary.set(to + "/used", mark.left_out.empty());
-    if (!mark.left_out.empty()) summary.set(to + "/left_out", mark.left_out);
+    summary.set(to + "/used", mark.rejection.empty());
+    if (!mark.rejection.empty()) summary.set(to + "/left_out", mark.rejection);
   }
 }
 

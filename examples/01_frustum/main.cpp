@@ -39,7 +39,7 @@ int main() {
   const Vec2 drawn(0.5 * (ndc.x() + 1) * projector.size().width - 0.5,
                    0.5 * (1 - ndc.y()) * projector.size().height - 0.5);
 
-  const std::optional<Vec2> lit = projector.pixel_lighting(projector_from_marker * point_in_marker);
+  const std::optional<Vec2> lit = projector.project(projector_from_marker * point_in_marker);
   if (!lit) return 1;
   std::cout << "the renderer draws the point at " << drawn.transpose() << ", the projector model says "
             << lit->transpose() << "\n";

@@ -47,8 +47,8 @@ int main(int argc, char** argv) try {
     for (int column = 0; column < kGrid; ++column) {
       const Vec2 pixel((projector.size().width - 1) * column / double(kGrid - 1),
                        (projector.size().height - 1) * row / double(kGrid - 1));
-      const std::optional<Vec3> there = true_projector.land(pixel, wall);
-      const std::optional<Vec3> here = projector.land(pixel, wall_seen_from_estimate);
+      const std::optional<Vec3> there = true_projector.intersect(pixel, wall);
+      const std::optional<Vec3> here = projector.intersect(pixel, wall_seen_from_estimate);
       if (!there || !here) continue;
       const double error = (camera_from_true_projector * *there - camera_from_projector * *here).norm();
       sum += error;

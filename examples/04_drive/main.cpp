@@ -97,7 +97,7 @@ double squared_error(const Rig& truth, const Rig& rig, const Pose& true_world_fr
   int count = 0;
   for (const Vec2& unit : {Vec2(-1, -1), Vec2(1, -1), Vec2(1, 1), Vec2(-1, 1), Vec2(0, 0)}) {
     const Vec2 meant = 0.5 * unit.cwiseProduct(kPoster);
-    const std::optional<Vec2> pixel = model.projector.pixel_lighting(drawn * Vec3(meant.x(), meant.y(), 0));
+    const std::optional<Vec2> pixel = model.projector.project(drawn * Vec3(meant.x(), meant.y(), 0));
     if (!pixel) continue;
     const std::optional<Ray> ray = lamp.projector.emit(*pixel);
     if (!ray) continue;

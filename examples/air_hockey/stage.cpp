@@ -73,7 +73,7 @@ class ProjectedStage : public Stage {
     projection_->draw(light_time, light_time, frame_.view());
     sink_->show_next(frame_);
   }
-  bool is_closed() override { return sink_->poll() == device::Wish::kClose; }
+  bool is_closed() override { return sink_->poll() == device::WindowEvent::kClose; }
   const ImageU8& picture() const override { return frame_; }
   void finish() override { sink_->finish(); }
 

@@ -53,7 +53,7 @@ int run(const examples::Options& options) {
   std::vector<people::SkeletonFrame> arrived;
   int trespasses = 0;
   bool was_forbidden = false;
-  for (long i = 0; sink->poll() != device::Wish::kClose && !examples::is_told_to_end(); ++i) {
+  for (long i = 0; sink->poll() != device::WindowEvent::kClose && !examples::is_told_to_end(); ++i) {
     const double time = is_recorded ? begin + double(i) / fps : track::steady_now();
     if (seconds > 0 && time - begin > seconds) break;
     for (; next < recorded.size() && recorded[next].arrival <= time; ++next) room.add(recorded[next]);

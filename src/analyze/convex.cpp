@@ -16,13 +16,13 @@ CentredWidth largest_rectangle(const Points2& quadrilateral, double height_by_wi
   // Each side left out once: the other three, all touched, give one candidate.
   CentredWidth best;
   int equally_good = 0;
-  for (std::size_t left_out = 0; left_out < rows.size(); ++left_out) {
-    const std::size_t i = (left_out + 1) % 4, j = (left_out + 2) % 4, k = (left_out + 3) % 4;
+  for (std::size_t held_out = 0; held_out < rows.size(); ++held_out) {
+    const std::size_t i = (held_out + 1) % 4, j = (held_out + 2) % 4, k = (held_out + 3) % 4;
     const Vec3 jk = rows[j].cross(rows[k]), ki = rows[k].cross(rows[i]), ij = rows[i].cross(rows[j]);
     const double det = rows[i].dot(jk);
     if (std::abs(det) < 1e-12) continue;  // two of the three sides are parallel and say the same of w
     const Vec3 x = (sides[i].offset * jk + sides[j].offset * ki + sides[k].offset * ij) / det;
-    if (rows[left_out].dot(x) > sides[left_out].offset + 1e-10 * size) continue;
+    if (rows[held_out].dot(x) > sides[held_out].offset + 1e-10 * size) continue;
     if (equally_good > 0 && std::abs(x[2] - best.width) <= 1e-9 * size) {
       best.centre += (x.head<2>() - best.centre) / double(++equally_good);
     } else if (x[2] > best.width) {

@@ -54,7 +54,7 @@ CornerRow row_of(const std::vector<const Landing*>& landings) {
 
 /// One landing with the placement that it belongs to.
 struct Seen {
-  const Placement* placement;
+  const SheetPlacement* placement;
   const Landing* landing;
 
   Vec2 offset() const { return landing->projected - landing->physical; }
@@ -109,7 +109,7 @@ SheetEvaluation evaluate_sheet(const Sheet& sheet, const std::vector<Seen>& all,
   SheetEvaluation result;
   result.sheet = sheet;
   result.landings = int(all.size());
-  std::vector<const Placement*> placements;
+  std::vector<const SheetPlacement*> placements;
   std::array<std::vector<const Landing*>, 4> of_corner;
   std::vector<double> distances;
   double per_pixel = 0;
@@ -136,10 +136,10 @@ SheetEvaluation evaluate_sheet(const Sheet& sheet, const std::vector<Seen>& all,
   return result;
 }
 
-double mean_distance(const std::vector<Placement>& placements, int sheet) {
+double mean_distance(const std::vector<SheetPlacement>& placements, int sheet) {
   double sum = 0;
   int count = 0;
-  for (const Placement& placement : placements) {
+  for (const SheetPlacement& placement : placements) {
     if (placement.sheet != sheet) continue;
     for (const Landing& landing : placement.landings) {
       sum += (landing.projected - landing.physical).norm();
@@ -174,19 +174,19 @@ std::vector<Sheet> original_sheets() {
   return {{"47 degrees", Vec2(0.202, 0.211), 47}, {"60 degrees", Vec2(0.1485, 0.211), 60}};
 }
 
-std::vector<Placement> original_placements(const Projector& projector, const std::vector<Sheet>& sheets,
-                                           std::uint64_t seed) {
+std::vector<SheetPlacement> original_placements(const Projector& projector, const std::vector<Sheet>& sheets,
+                                                std::uint64_t seed) {
   constexpr int kPlacements = 11;
   constexpr double kDistances[] = {1.2, 1.6, 2.2};
   std::mt19937_64 random(seed);
   std::uniform_real_distribution<double> uniform(-1, 1);
   const ImageSize size = projector.size();
-  std::vector<Placement> placements;
+  std::vector<SheetPlacement> placements;
   for (int sheet = 0; sheet < int(sheets.size()); ++sheet)
     for (int i = 0; i < kPlacements; ++i) {
       const double u = size.width * (0.5 + uniform(random) / 6),
                    v = size.height * (0.5 + uniform(random) / 6);
-      Placement placement{sheet, kDistances[i % 3], Pose(), {}};
+      SheetPlacement placement{sheet, kDistances[i % 3], Pose(), {}};
       placement.projector_from_sheet =
           place_sheet(projector, sheets[std::size_t(sheet)], Vec2(u, v), placement.distance, i % 2 == 1,
                       5 * kDegree * uniform(random));
@@ -195,12 +195,12 @@ std::vector<Placement> original_placements(const Projector& projector, const std
   return placements;
 }
 
-Evaluation evaluate(const std::vector<Sheet>& sheets, const std::vector<Placement>& placements,
+Evaluation evaluate(const std::vector<Sheet>& sheets, const std::vector<SheetPlacement>& placements,
                     const Projector& projector) {
   Evaluation evaluation{{}, sheets, placements, {}};
   for (int sheet = 0; sheet < int(sheets.size()); ++sheet) {
     std::vector<Seen> all;
-    for (const Placement& placement : evaluation.placements) {
+    for (const SheetPlacement& placement : evaluation.placements) {
       require(placement.sheet >= 0 && placement.sheet < int(sheets.size()),
               "evaluate: a placement of no sheet");
       if (placement.sheet != sheet) continue;
@@ -220,7 +220,7 @@ Evaluation evaluate(const std::vector<Sheet>& sheets, const std::vector<Placemen
   return evaluation;
 }
 
-void draw_crude_landings(std::vector<Placement>& placements, const std::vector<Sheet>& sheets,
+void draw_crude_landings(std::vector<SheetPlacement>& placements, const std::vector<Sheet>& sheets,
                          const Projector& projector, const CrudeCalibration& crude, std::uint64_t seed) {
   require(crude.pixel_rms >= 0 && crude.turn.size() == sheets.size(),
           "draw_crude_landings: a pixel error that is not negative, and a turn for each sheet");
@@ -234,7 +234,7 @@ void draw_crude_landings(std::vector<Placement>& placements, const std::vector<S
     increment.head<3>() = turn * Vec3(std::cos(angle), std::sin(angle), 0);
     turned.push_back(increment);
   }
-  for (Placement& placement : placements) {
+  for (SheetPlacement& placement : placements) {
     const auto sheet = std::size_t(placement.sheet);
     const LightPath path = path_of(projector, placement.projector_from_sheet);
     const std::array<Vec2, 4> corners = sheet_corners(sheets[sheet]);
@@ -244,18 +244,18 @@ void draw_crude_landings(std::vector<Placement>& placements, const std::vector<S
       ChainErrors errors;
       errors.rig = turned[sheet];
       errors.pixel = crude.pixel_rms / std::sqrt(2.0) * Vec2{normal(random), normal(random)};
-      const auto pixel =
-          projector.pixel_lighting(placement.projector_from_sheet * Vec3(corner.x(), corner.y(), 0));
+      const auto pixel = projector.project(placement.projector_from_sheet * Vec3(corner.x(), corner.y(), 0));
       const auto landed = pixel ? land(path, *pixel, errors) : std::nullopt;
       if (landed) placement.landings.push_back({i, corner, *landed, std::nullopt});
     }
   }
 }
 
-double turn_explaining(const std::vector<Placement>& placements, const std::vector<Sheet>& sheets, int sheet,
-                       const Projector& projector, double pixel_rms, double mean_mm, std::uint64_t seed) {
+double turn_explaining(const std::vector<SheetPlacement>& placements, const std::vector<Sheet>& sheets,
+                       int sheet, const Projector& projector, double pixel_rms, double mean_mm,
+                       std::uint64_t seed) {
   require(sheet >= 0 && sheet < int(sheets.size()), "turn_explaining: no such sheet");
-  std::vector<Placement> drawn = placements;
+  std::vector<SheetPlacement> drawn = placements;
   const auto mean_at = [&](double turn) {
     draw_crude_landings(drawn, sheets, projector, {pixel_rms, std::vector<double>(sheets.size(), turn)},
                         seed);

@@ -26,8 +26,8 @@ constexpr std::size_t kDrawsAtOnce = 16;
 constexpr double kInfinity = 1e12;
 
 /// `x` and `y` are offsets on the surface.
-PROCAM_ALWAYS_INLINE void add_landing(const Four& x, const Four& y, LandingSums::Group& sums) {
-  const Four yy = y * y;
+PROCAM_ALWAYS_INLINE void add_landing(const Double4& x, const Double4& y, LandingSums::Group& sums) {
+  const Double4 yy = y * y;
   sums.x += x;
   sums.y += y;
   sums.xx += x * x;
@@ -35,7 +35,7 @@ PROCAM_ALWAYS_INLINE void add_landing(const Four& x, const Four& y, LandingSums:
   sums.yy += yy;
   sums.worst2 = larger(x * x + yy, sums.worst2);
 }
-PROCAM_ALWAYS_INLINE void add_landing(const Chosen& landed, const Four& x, const Four& y,
+PROCAM_ALWAYS_INLINE void add_landing(const Mask4& landed, const Double4& x, const Double4& y,
                                       LandingSums::Group& sums) {
   sums.landed += only(landed, 1);
   add_landing(only(landed, x), only(landed, y), sums);
@@ -77,7 +77,7 @@ struct LandingSums::Loops {
       for (std::size_t g = 0; g < size; ++g)
         if (!(shifts ? add_quickly(chains, some, g, shift) : add_quickly(chains, some, g, no_shift)))
           for (std::size_t i = 0; i < some; ++i) {
-            const Chosen open = shifts ? add_surely(chains[i], g, shift(i, g)) : add_surely(chains[i], g, {});
+            const Mask4 open = shifts ? add_surely(chains[i], g, shift(i, g)) : add_surely(chains[i], g, {});
             if (any(open)) left.push_back({first + i, g, only(open, 1)});
           }
     }
@@ -86,11 +86,11 @@ struct LandingSums::Loops {
  private:
   /// A draw, each number in all lanes.
   struct Chain {
-    Four c[Model::kNumCoefficients + 1];
+    Double4 c[Model::kNumCoefficients + 1];
     // Pixel (u, v) to z = 1: y = v / fy + y_0 and x = u / fx + x_y y + x_0.
-    Four inverse_fx, x_y, x_0, inverse_fy, y_0;
+    Double4 inverse_fx, x_y, x_0, inverse_fy, y_0;
     // The surface from the projector: R and t, and the row of R that is the surface's z by -1 / t.z.
-    Four r00, r01, r02, r10, r11, r12, z0, z1, z2, tx, ty;
+    Double4 r00, r01, r02, r10, r11, r12, z0, z1, z2, tx, ty;
 
     PROCAM_ALWAYS_INLINE void set(const LandingDraw& draw) {
       const Model& model = *std::get_if<Model>(&draw.lens.distortion);
@@ -112,22 +112,22 @@ struct LandingSums::Loops {
   struct Ray {
     const LandingLanes::Group& point;
     const Chain& chain;
-    Four target_x, target_y;  ///< where on z = 1 the lens must take it
-    Four x, y;                ///< its direction (x, y, 1) so far
+    Double4 target_x, target_y;  ///< where on z = 1 the lens must take it
+    Double4 x, y;                ///< its direction (x, y, 1) so far
 
     PROCAM_ALWAYS_INLINE Ray(const LandingLanes::Group& of, const Chain& through, const PixelShift& shift)
         : point(of), chain(through), x(of.start_x), y(of.start_y) {
       target_y = (of.pixel_y + shift.y) * chain.inverse_fy + chain.y_0;
       target_x = (of.pixel_x + shift.x) * chain.inverse_fx + (chain.x_y * target_y + chain.x_0);
     }
-    PROCAM_ALWAYS_INLINE Ray(const LandingLanes::Group& of, const Chain& through, const Four& to_x,
-                             const Four& to_y, const Four& from_x, const Four& from_y)
+    PROCAM_ALWAYS_INLINE Ray(const LandingLanes::Group& of, const Chain& through, const Double4& to_x,
+                             const Double4& to_y, const Double4& from_x, const Double4& from_y)
         : point(of), chain(through), target_x(to_x), target_y(to_y), x(from_x), y(from_y) {}
     /// Returns the squared residual before it.
-    PROCAM_ALWAYS_INLINE Four take_step() {
-      Four image_x, image_y;
+    PROCAM_ALWAYS_INLINE Double4 take_step() {
+      Double4 image_x, image_y;
       Model::formula(chain.c, x, y, image_x, image_y);
-      const Four error_x = image_x - target_x, error_y = image_y - target_y;
+      const Double4 error_x = image_x - target_x, error_y = image_y - target_y;
       x = x - point.inverse_xx * error_x - point.inverse_xy * error_y;
       y = y - point.inverse_yx * error_x - point.inverse_yy * error_y;
       return error_x * error_x + error_y * error_y;
@@ -136,12 +136,12 @@ struct LandingSums::Loops {
 
   /// Where the ray (x, y, 1) meets the surface, beside the intended place: t + s R (x, y, 1) with z = 0.
   struct Hit {
-    Chosen there;  ///< in front of the projector, and not at infinity
-    Four x, y;
+    Mask4 there;  ///< in front of the projector, and not at infinity
+    Double4 x, y;
 
-    PROCAM_ALWAYS_INLINE Hit(const LandingLanes::Group& point, const Chain& chain, const Four& ray_x,
-                             const Four& ray_y) {
-      const Four inverse = chain.z0 * ray_x + (chain.z1 * ray_y + chain.z2), s = 1 / inverse;
+    PROCAM_ALWAYS_INLINE Hit(const LandingLanes::Group& point, const Chain& chain, const Double4& ray_x,
+                             const Double4& ray_y) {
+      const Double4 inverse = chain.z0 * ray_x + (chain.z1 * ray_y + chain.z2), s = 1 / inverse;
       there = 1 / kInfinity < inverse;
       x = s * (chain.r00 * ray_x + (chain.r01 * ray_y + chain.r02)) + (chain.tx - point.intended_x);
       y = s * (chain.r10 * ray_x + (chain.r11 * ray_y + chain.r12)) + (chain.ty - point.intended_y);
@@ -153,8 +153,8 @@ struct LandingSums::Loops {
   template <typename Shift>
   PROCAM_ALWAYS_INLINE bool add_quickly(const Chain* chains, std::size_t some, std::size_t g,
                                         const Shift& shift) const {
-    Four target_x[kDrawsAtOnce], target_y[kDrawsAtOnce], x[kDrawsAtOnce], y[kDrawsAtOnce];
-    Four enough[kDrawsAtOnce];
+    Double4 target_x[kDrawsAtOnce], target_y[kDrawsAtOnce], x[kDrawsAtOnce], y[kDrawsAtOnce];
+    Double4 enough[kDrawsAtOnce];
     for (std::size_t i = 0; i < some; ++i) {
       Ray ray(points[g], chains[i], shift(i, g));
       enough[i] = kGain * ray.take_step() + kNothing;
@@ -163,7 +163,7 @@ struct LandingSums::Loops {
       x[i] = ray.x;
       y[i] = ray.y;
     }
-    Chosen open = 0 < Four(0);
+    Mask4 open = 0 < Double4(0);
     for (std::size_t i = 0; i < some; ++i) {
       Ray ray(points[g], chains[i], target_x[i], target_y[i], x[i], y[i]);
       open = open | !(ray.take_step() < enough[i]);
@@ -183,10 +183,10 @@ struct LandingSums::Loops {
   }
 
   /// With as many steps as it takes. Returns where they do not converge.
-  PROCAM_ALWAYS_INLINE Chosen add_surely(const Chain& chain, std::size_t g, const PixelShift& shift) const {
+  PROCAM_ALWAYS_INLINE Mask4 add_surely(const Chain& chain, std::size_t g, const PixelShift& shift) const {
     Ray ray(points[g], chain, shift);
-    const Four enough = kGain * ray.take_step() + kNothing;
-    Chosen open = !(ray.take_step() < enough);
+    const Double4 enough = kGain * ray.take_step() + kNothing;
+    Mask4 open = !(ray.take_step() < enough);
     if (any(open)) {
       for (int step = 0; step < kMoreSteps; ++step) ray.take_step();
       open = !(ray.take_step() < enough);
@@ -239,11 +239,11 @@ void LandingLanes::add(const Vec2& on_surface, const Camera& lens, const Vec2& p
       },
       lens.distortion);
   const double determinant = image_x.v[0] * image_y.v[1] - image_x.v[1] * image_y.v[0];
-  const std::size_t lane = size_++ % Four::kSize;
+  const std::size_t lane = size_++ % Double4::kSize;
   if (lane == 0) groups.emplace_back();
   Group& group = groups.back();
   // The last one's copies fill up the last four.
-  for (std::size_t i = lane; i < Four::kSize; ++i) {
+  for (std::size_t i = lane; i < Double4::kSize; ++i) {
     group.intended_x[i] = on_surface.x();
     group.intended_y[i] = on_surface.y();
     group.pixel_x[i] = pixel.x();
@@ -278,14 +278,14 @@ void LandingSums::add(const LandingLanes& lanes, const std::vector<LandingDraw>&
       },
       draws.front().lens.distortion);
   for (const Left& one : left)
-    for (std::size_t lane = 0; lane < Four::kSize; ++lane) {
-      if (one.lanes[lane] == 0 || one.group * Four::kSize + lane >= lanes.size()) continue;
+    for (std::size_t lane = 0; lane < Double4::kSize; ++lane) {
+      if (one.lanes[lane] == 0 || one.group * Double4::kSize + lane >= lanes.size()) continue;
       const LandingLanes::Group& point = lanes.groups[one.group];
       const PixelShift moved = shifts.empty() ? PixelShift{} : shifts[one.draw * groups + one.group];
       const auto place = landing_of(
           draws[one.draw], Vec2(point.pixel_x[lane] + moved.x[lane], point.pixel_y[lane] + moved.y[lane]));
       if (!place) continue;
-      Four landed = 0, dx = 0, dy = 0;
+      Double4 landed = 0, dx = 0, dy = 0;
       landed[lane] = 1;
       dx[lane] = place->x() - point.intended_x[lane];
       dy[lane] = place->y() - point.intended_y[lane];

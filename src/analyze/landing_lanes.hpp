@@ -9,18 +9,18 @@
 namespace procam::analyze {
 
 using detail::any;
-using detail::Chosen;
-using detail::Four;
+using detail::Double4;
+using detail::Mask4;
 using detail::only;
 
 /// What does not change from draw to draw: each point's place on the surface, its pixel, the normalised image
 /// point that the believed lens undistorts it to, and there the inverse of the lens model's Jacobian.
 struct LandingLanes {
   struct Group {
-    Four intended_x, intended_y;
-    Four pixel_x, pixel_y;
-    Four start_x, start_y;
-    Four inverse_xx, inverse_xy, inverse_yx, inverse_yy;
+    Double4 intended_x, intended_y;
+    Double4 pixel_x, pixel_y;
+    Double4 start_x, start_y;
+    Double4 inverse_xx, inverse_xy, inverse_yx, inverse_yy;
   };
   std::vector<Group> groups;
 
@@ -38,7 +38,7 @@ struct LandingDraw {
 };
 /// Of four pixels.
 struct PixelShift {
-  Four x, y;
+  Double4 x, y;
 };
 
 /// Over draws, by point, of the offsets from the intended places. A draw whose light does not meet the
@@ -47,7 +47,7 @@ struct PixelShift {
 class LandingSums {
  public:
   struct Group {
-    Four landed, x, y, xx, xy, yy, worst2;
+    Double4 landed, x, y, xx, xy, yy, worst2;
   };
 
   explicit LandingSums(std::size_t groups) : groups_(groups) {}
@@ -56,15 +56,15 @@ class LandingSums {
   void add(const LandingLanes& lanes, const std::vector<LandingDraw>& draws,
            const std::vector<PixelShift>& shifts);
   void add(const LandingSums& other);
-  double of(Four Group::*sum, std::size_t point) const {
-    return (groups_[point / Four::kSize].*sum)[point % Four::kSize];
+  double of(Double4 Group::*sum, std::size_t point) const {
+    return (groups_[point / Double4::kSize].*sum)[point % Double4::kSize];
   }
 
  private:
   /// Must be followed to its end one by one: 1 in those lanes, 0 in the others.
   struct Left {
     std::size_t draw, group;
-    Four lanes;
+    Double4 lanes;
   };
   template <typename Model>
   struct Loops;

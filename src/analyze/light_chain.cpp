@@ -159,11 +159,11 @@ MatX square_root(const MatX& covariance, const std::string& name) {
          eigen.eigenvalues().cwiseMax(0).cwiseSqrt().asDiagonal();
 }
 
-MotionError motion_error(const Motion& motion) {
+MotionError motion_error(const RobotMotion& motion) {
   require(motion.twist.allFinite() && motion.twist_sigma.allFinite() && motion.acceleration.allFinite() &&
               std::isfinite(motion.delay) && motion.delay >= 0 && motion.delay_sigma >= 0 &&
               std::isfinite(motion.delay_sigma) && motion.twist_sigma.minCoeff() >= 0,
-          "Motion: delay and sigmas must be finite and not negative");
+          "RobotMotion: delay and sigmas must be finite and not negative");
   MotionError error;
   error.mean = 0.5 * motion.delay * motion.delay * motion.acceleration;
   error.covariance = motion.delay_sigma * motion.delay_sigma * motion.twist * motion.twist.transpose();

@@ -76,6 +76,6 @@ struct MotionError {
   Vec6 mean = Vec6::Zero();
   Mat6 covariance = Mat6::Zero();
 };
-MotionError motion_error(const Motion& motion);
+MotionError motion_error(const RobotMotion& motion);
 
 }  // namespace procam::analyze

@@ -156,7 +156,7 @@ std::optional<LightError> true_error_by_camera(const Rig& estimated, const Rig& 
       projector.rig_from_projector.inverse() * camera.rig_from_camera * *camera_from_wall;
   std::vector<double> distances;
   for (const Vec2& point : locator->seen) {
-    const auto pixel = projector.projector.pixel_lighting(projector_from_wall * in_space(point));
+    const auto pixel = projector.projector.project(projector_from_wall * in_space(point));
     const auto at = pixel ? landing_place(path, *pixel) : std::nullopt;
     if (at) distances.push_back((*at - point).norm());
   }

@@ -104,7 +104,7 @@ MarkChain::MarkChain(const Rig& rig, const RigCamera& camera, const RigProjector
     : rig_from_camera_(camera.rig_from_camera),
       rig_from_projector_(projector.rig_from_projector),
       rig_from_surface_(surface.rig_from_surface.pose),
-      surface_by_camera_(surface.by_camera) {
+      surface_by_camera_(surface.jacobian_camera) {
   Points2 seen, shown;
   for (const LightPoint& mark : marks) {
     seen.push_back(mark.camera_pixel);
@@ -132,7 +132,7 @@ MarkChain::MarkChain(const Rig& rig, const RigCamera& camera, const RigProjector
   require(
       surface_by_camera_.size() == 0 || (surface_by_camera_.rows() == 6 &&
                                          surface_by_camera_.cols() == Eigen::Index(camera_columns_.size())),
-      "verify: the surface's by_camera is not 6 x (camera parameters + 6)");
+      "verify: the surface's jacobian_camera is not 6 x (camera parameters + 6)");
   const auto known = Eigen::Index(rig_names_.size());
   stated_ = MatX::Zero(known + 6, known + 6);
   stated_.topLeftCorner(known, known) = all.matrix;

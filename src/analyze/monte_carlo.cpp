@@ -158,7 +158,7 @@ std::vector<std::optional<LandingSpread>> monte_carlo_landing(const LightPath& p
   std::vector<std::size_t> places;
   for (std::size_t i = 0; i < on_surface.size(); ++i) {
     const auto pixel =
-        projector.pixel_lighting(projector_from_surface * Vec3(on_surface[i].x(), on_surface[i].y(), 0));
+        projector.project(projector_from_surface * Vec3(on_surface[i].x(), on_surface[i].y(), 0));
     const auto bearing = pixel ? projector.inverse_camera.unproject(*pixel) : std::nullopt;
     if (!bearing) continue;
     if (places.size() % kBlock == 0) blocks.emplace_back();

@@ -127,7 +127,7 @@ double coarsest_pixel(const ProjectionPlan& plan, const Points2& part) {
     for (const Vec2& to : part)
       for (int i = 0; i < kSteps; ++i) {
         const Vec2 at = from + double(i) / kSteps * (to - from);
-        const auto pixel = plan.projector.pixel_lighting(plan.projector_from_wall * Vec3(at.x(), at.y(), 0));
+        const auto pixel = plan.projector.project(plan.projector_from_wall * Vec3(at.x(), at.y(), 0));
         if (!pixel) continue;
         if (const auto light = light_on_wall(plan.projector, plan.projector_from_wall, *pixel))
           coarsest_mm = std::max(coarsest_mm, light->mm_per_pixel_max);
@@ -143,8 +143,7 @@ Points2 place_rectangles(const std::optional<WallTarget>& target, ProjectionPlan
   plan.undistorted = {largest.centre, Vec2(largest.width, aspect * largest.width)};
   Points2 pixels;
   for (const Vec2& corner : plan.undistorted.corners())
-    if (const auto pixel =
-            plan.projector.pixel_lighting(plan.projector_from_wall * Vec3(corner.x(), corner.y(), 0)))
+    if (const auto pixel = plan.projector.project(plan.projector_from_wall * Vec3(corner.x(), corner.y(), 0)))
       pixels.push_back(*pixel);
   if (pixels.size() == 4)
     plan.undistorted_pixel_share = area(pixels) / (double(size.width) * double(size.height));
@@ -276,7 +275,7 @@ Pose pose_before_wall(double distance, double yaw, double pitch, double roll) {
 std::optional<LightOnWall> light_on_wall(const Projector& projector, const Pose& projector_from_wall,
                                          const Vec2& pixel) {
   const Plane wall = Plane::of_xy(projector_from_wall);
-  const std::optional<Vec3> landed = projector.land(pixel, wall);
+  const std::optional<Vec3> landed = projector.intersect(pixel, wall);
   if (!landed || !(landed->z() > 0)) return std::nullopt;
   const Intrinsics& k = projector.inverse_camera.intrinsics;
   LightOnWall light;

@@ -148,7 +148,7 @@ std::vector<Sweep> sweeps_of(const LightPath& path, const ErrorSources& sources,
   };
   if (!sources.rig_pose.isZero(0))
     curves.push_back(sweep("localisation sigma", "times what it is", 1, 0, 3, scaled_pose));
-  const Motion& motion = sources.motion;
+  const RobotMotion& motion = sources.motion;
   const double speed = motion.twist.tail<3>().norm();
   if (motion.delay > 0 && !motion.twist.isZero(0)) {
     curves.push_back(sweep("speed", speed > 0 ? "m/s, turning in proportion" : "times what it is",

@@ -14,7 +14,7 @@ namespace {
 
 constexpr std::size_t kLeastMarks = 8;
 constexpr double kBeyondBumpRate = 1e-6;  ///< of a bump of the stated sigmas
-constexpr double kTellingOdds = 20, kRefusingOdds = 1000;
+constexpr double kWarnOdds = 20, kRejectOdds = 1000;
 constexpr double kMostScatter = 3;  ///< times the detected noise
 constexpr double kAbsurdScatter = 50;
 constexpr double kThinnest = 0.03;  ///< of the marks on the surface, across over along
@@ -42,8 +42,9 @@ Which agreeing(const Fit& robust, const Which& marks, double rate, std::vector<V
     if (square <= limit * usual)
       used.push_back(marks[i]);
     else
-      all[marks[i]].left_out = fixed(std::sqrt(square / usual), 0) +
-                               " sigmas from where the others put it: hidden, mirrored, or on something else";
+      all[marks[i]].rejection =
+          fixed(std::sqrt(square / usual), 0) +
+          " sigmas from where the others put it: hidden, mirrored, or on something else";
   }
   if (used.size() < kLeastMarks || 3 * used.size() < 2 * marks.size())
     refuse_contradiction("only " + std::to_string(used.size()) + " of " + std::to_string(marks.size()) +
@@ -126,13 +127,13 @@ void judge_correction(bool settled, const Movement& asked, const std::optional<M
                       const VerifyOptions& options, Diagnostics& diagnostics) {
   if (other) {
     const double odds = std::exp(std::min(other->log_evidence - asked.log_evidence, 600.0));
-    if (odds > kRefusingOdds)
+    if (odds > kRejectOdds)
       throw Error(
           ErrorKind::kDegenerate, "the correction",
-          "the marks say that " + words_of(*other) + ", odds above " + fixed(kRefusingOdds, 0) +
+          "the marks say that " + words_of(*other) + ", odds above " + fixed(kRejectOdds, 0) +
               " to 1 against a movement of " + asked.what,
           "correct that instead, measure the surface again, or state honestly how well its pose is known");
-    if (odds > 1 / kTellingOdds && settled)
+    if (odds > 1 / kWarnOdds && settled)
       diagnostics.warn("cannot_tell_apart", "a movement of " + other->what +
                                                 " explains the marks as well as one of " + asked.what +
                                                 " (odds " + significant(odds, 2) +
@@ -182,8 +183,8 @@ void check(const StatedSurface& surface, const std::vector<LightPoint>& marks, c
 Which meeting(const MarkChain& chain, const std::string& surface, std::vector<VerifiedMark>& all) {
   Which marks;
   for (std::size_t i = 0; i < chain.marks(); ++i) {
-    all[i].left_out = chain.flaw(i);
-    if (all[i].left_out.empty()) marks.push_back(i);
+    all[i].rejection = chain.flaw(i);
+    if (all[i].rejection.empty()) marks.push_back(i);
   }
   if (chain.marks() < kLeastMarks)
     throw Error(ErrorKind::kNotEnoughData, "the marks of light",
@@ -191,7 +192,7 @@ Which meeting(const MarkChain& chain, const std::string& surface, std::vector<Ve
                 "let more of the pattern fall where the camera sees it, in focus and not too dark");
   if (marks.size() < kLeastMarks)
     throw Error(ErrorKind::kInput, "surface '" + surface + "'",
-                all.front().left_out + " (so for " + std::to_string(chain.marks() - marks.size()) + " of " +
+                all.front().rejection + " (so for " + std::to_string(chain.marks() - marks.size()) + " of " +
                     std::to_string(chain.marks()) + " marks)",
                 "check its frame, its pose and --pose: z points into the wall, away from the projector");
   return marks;
@@ -254,13 +255,13 @@ void add_remarks(const Rig& rig, const StatedSurface& surface, const VerifyOptio
           "it would take that " + words_of(moved) +
               ", more than any bump: check pattern, projector size, rig and surface of the captures");
   }
-  int left_out = 0, beyond = 0;
+  int rejected = 0, beyond = 0;
   for (const VerifiedMark& mark : result.marks) {
-    left_out += mark.left_out.empty() ? 0 : 1;
-    beyond += mark.left_out.empty() && mark.beyond ? 1 : 0;
+    rejected += mark.rejection.empty() ? 0 : 1;
+    beyond += mark.rejection.empty() && mark.beyond ? 1 : 0;
   }
-  if (left_out > 0)
-    remarks.warn("marks_left_out", std::to_string(left_out) + " of " + std::to_string(result.marks.size()) +
+  if (rejected > 0)
+    remarks.warn("marks_left_out", std::to_string(rejected) + " of " + std::to_string(result.marks.size()) +
                                        " marks do not go with the others and are left out");
   if (beyond > 0 && !result.alarm)
     remarks.warn("marks_beyond", std::to_string(beyond) +
@@ -277,7 +278,7 @@ void add_remarks(const Rig& rig, const StatedSurface& surface, const VerifyOptio
     remarks.warn("rig_taken_as_exact",
                  "the rig file has no covariance: its own error counts as drift; calibrate with "
                  "calibrate-projector to have it");
-  if (surface.rig_from_surface.covariance.isZero(0) && surface.by_camera.size() == 0)
+  if (surface.rig_from_surface.covariance.isZero(0) && surface.jacobian_camera.size() == 0)
     remarks.warn("surface_taken_as_exact",
                  "nothing states how well the surface's pose is known: its error counts as drift; state it "
                  "(--map-sigma 5mm,0.2deg)");
@@ -296,7 +297,7 @@ VerifyResult verify(const Rig& rig, const RigCamera& camera, const RigProjector&
                     const StatedSurface& surface, const std::vector<LightPoint>& marks,
                     const VerifyOptions& options) {
   check(surface, marks, options);
-  const bool camera_measured = surface.by_camera.size() > 0;
+  const bool camera_measured = surface.jacobian_camera.size() > 0;
   require(!(camera_measured && options.correct == Correct::kSurface),
           "verify: a surface that the camera measured in this very view needs no correction");
   const Pose& rig_from_surface = surface.rig_from_surface.pose;

@@ -208,8 +208,8 @@ ShapedSolution solve_with_shape(const Correspondences& data, const Start& start,
   return chosen;
 }
 
-void left_out_of_view(const std::string& view, const std::string& device, const std::string& cause,
-                      std::string& note, Diagnostics& diagnostics) {
+void warn_view_rejected(const std::string& view, const std::string& device, const std::string& cause,
+                        std::string& note, Diagnostics& diagnostics) {
   note += (note.empty() ? "" : "; ") + ("left out for " + device + ": " + cause);
   diagnostics.warn("view_left_out", "view " + view + " left out for " + device + ": " + cause);
 }
@@ -256,7 +256,7 @@ CalibrationResult describe(const Correspondences& data, const Start& start, cons
           residual.reason = "behind the lens or beyond its distortion's fold";
         }
         const bool with_camera =
-            data.devices[d].kind == DeviceKind::kProjector && solution.left_out[v][std::size_t(m.camera())];
+            data.devices[d].kind == DeviceKind::kProjector && solution.rejected[v][std::size_t(m.camera())];
         if (with_camera)
           residual.reason = "read by " + data.devices[std::size_t(m.camera())].name + ", which was left out";
         if (residual.used) {
@@ -268,10 +268,10 @@ CalibrationResult describe(const Correspondences& data, const Start& start, cons
         result.residuals.push_back(residual);
       }
       const std::string of_device = " of " + data.devices[d].name;
-      if (solution.left_out[v][d])
-        left_out_of_view(view.name, data.devices[d].name,
-                         cause_of_disagreement(data, start.used, solution, int(v), int(d)), view.note,
-                         result.diagnostics);
+      if (solution.rejected[v][d])
+        warn_view_rejected(view.name, data.devices[d].name,
+                           cause_of_disagreement(data, start.used, solution, int(v), int(d)), view.note,
+                           result.diagnostics);
       else if (dropped > 0)
         result.diagnostics.note("outliers", "view " + view.name + ": " + std::to_string(dropped) + " of " +
                                                 std::to_string(measurements.size()) + " points" + of_device +
@@ -329,16 +329,16 @@ void tell_shape(const ShapedSolution& shaped, CalibrationResult& result) {
 Gate agreement_gate(const Correspondences& data, const Start& start, const Solution& solution) {
   Gate gate{"views agree", true, "all"};
   for (std::size_t d = 0; d < data.devices.size(); ++d) {
-    int left_out = 0, views = 0;
+    int rejected = 0, views = 0;
     for (std::size_t v = 0; v < data.views.size(); ++v) {
       if (count_used(start.used, v, d) == 0) continue;
       ++views;
-      left_out += count_used(solution.used, v, d) == 0;
+      rejected += count_used(solution.used, v, d) == 0;
     }
-    if (left_out == 0) continue;
-    const std::string count = std::to_string(left_out) + " of " + std::to_string(views) +
+    if (rejected == 0) continue;
+    const std::string count = std::to_string(rejected) + " of " + std::to_string(views) +
                               " views disagree about " + data.devices[d].name;
-    gate.passed = gate.passed && 2 * left_out < views;
+    gate.passed = gate.passed && 2 * rejected < views;
     gate.detail = gate.detail == "all" ? count : gate.detail + ", " + count;
   }
   if (!gate.passed) gate.detail += ": capture again what the remarks name";
@@ -389,14 +389,14 @@ Gate shape_gate(const Correspondences& data, const EstimatedShape& shape) {
 /// What is known of the devices: by the normal equations, and to be told.
 struct Sigmas {
   BundleCovariance formal;
-  HonestCovariance honest;
+  RobustCovariance honest;
 };
 
 Sigmas sigmas_of(const ShapedSolution& shaped) {
   const Solution& solution = shaped.solution;
   BundleUncertainty both = bundle_uncertainty(shaped.data, solution.used, solution.state(), solution.options);
   Sigmas sigmas;
-  sigmas.honest = honest_covariance(both.formal.devices, both.jackknife,
+  sigmas.honest = robust_covariance(both.formal.devices, both.jackknife,
                                     count_groups(solution.used, solution.options.pose_groups));
   sigmas.formal = std::move(both.formal);
   return sigmas;
@@ -439,11 +439,11 @@ void free_lenses(const Correspondences& data, const Options& options, bool camer
 /// say less than the normal equations take them to say, by variance_ratio, and the priors weigh as much more;
 /// radial terms of a rational lens get theirs only here. Returns all parameters that are poorly constrained:
 /// distortion kept by its prior, and what else the reported sigmas leave open.
-std::vector<HardlyKnown> hold_near_prior(ShapedSolution& shaped, Sigmas& sigmas, Start& start,
-                                         bool camera_known, const Options& options) {
-  std::vector<HardlyKnown> all;
+std::vector<WeaklyObservable> regularise_weak_parameters(ShapedSolution& shaped, Sigmas& sigmas, Start& start,
+                                                         bool camera_known, const Options& options) {
+  std::vector<WeaklyObservable> all;
   bool again = false;
-  for (HardlyKnown& parameter : hardly_known(shaped.solution, shaped.data, sigmas.honest.devices)) {
+  for (WeaklyObservable& parameter : weakly_observable(shaped.solution, shaped.data, sigmas.honest.devices)) {
     if (!parameter.distortion || (camera_known && parameter.device == 0)) continue;
     parameter.at_prior = true;
     again |= sigmas.honest.inflated ||
@@ -458,7 +458,7 @@ std::vector<HardlyKnown> hold_near_prior(ShapedSolution& shaped, Sigmas& sigmas,
       start.bundle_options.priors[d] =
           lens_priors(shaped.data.devices[d].kind == DeviceKind::kCamera ? options.camera : options.projector,
                       start.state.lenses[d], weight);
-    for (const HardlyKnown& parameter : all) {
+    for (const WeaklyObservable& parameter : all) {
       const auto d = std::size_t(parameter.device);
       if (std::holds_alternative<RationalDistortion>(start.state.lenses[d].distortion))
         start.bundle_options.priors[d].push_back(parameter.beforehand);
@@ -467,8 +467,9 @@ std::vector<HardlyKnown> hold_near_prior(ShapedSolution& shaped, Sigmas& sigmas,
     sigmas = sigmas_of(shaped);
   }
   const std::size_t held = all.size();
-  for (const HardlyKnown& parameter : hardly_known(shaped.solution, shaped.data, sigmas.honest.devices))
-    if (std::none_of(all.begin(), all.begin() + long(held), [&](const HardlyKnown& other) {
+  for (const WeaklyObservable& parameter :
+       weakly_observable(shaped.solution, shaped.data, sigmas.honest.devices))
+    if (std::none_of(all.begin(), all.begin() + long(held), [&](const WeaklyObservable& other) {
           return other.device == parameter.device && other.parameter == parameter.parameter;
         }))
       all.push_back(parameter);
@@ -539,8 +540,8 @@ CalibrationResult run(const Correspondences& given, const std::optional<KnownLen
   }
   report(options, "covariance", 0.75);
   Sigmas sigmas = sigmas_of(shaped);
-  const std::vector<HardlyKnown> open =
-      hold_near_prior(shaped, sigmas, start, known_camera.has_value(), options);
+  const std::vector<WeaklyObservable> open =
+      regularise_weak_parameters(shaped, sigmas, start, known_camera.has_value(), options);
   const Correspondences& data = shaped.data;
   average_terms(data, options, shaped.solution, sigmas.honest.devices);
   const Solution& solution = shaped.solution;
@@ -555,7 +556,8 @@ CalibrationResult run(const Correspondences& given, const std::optional<KnownLen
         "views disagree " + times(std::sqrt(result.variance_ratio)) +
             " more than detection noise predicts; uncertainties are from a leave-one-view-out jackknife");
   tell_lenses(std::move(alternatives), result);
-  for (const std::string& sentence : in_words(open, data)) result.diagnostics.warn("hardly_known", sentence);
+  for (const std::string& sentence : in_words(open, data))
+    result.diagnostics.warn("weakly_observable", sentence);
   tell_shape(shaped, result);
   const std::string repeated = repeated_poses(data, solution.used, solution.options.pose_groups);
   if (!repeated.empty()) result.diagnostics.warn("repeated_poses", repeated);

@@ -210,7 +210,7 @@ std::string moved_device(const Correspondences& data, const UsedMask& everything
   int views = 0;
   std::string names;
   for (std::size_t v = 0; v < data.views.size(); ++v) {
-    if (!solution.left_out[v][d] || !takes_part(solution.used, v)) continue;
+    if (!solution.rejected[v][d] || !takes_part(solution.used, v)) continue;
     if (data.views[v].observations[d].size() < 6) continue;
     elsewhere[v] = solution.used[v];
     elsewhere[v][d] = everything[v][d];

@@ -224,7 +224,7 @@ std::optional<SharedError> estimate_shared_error(const SharedErrorEquations& equ
   out.step = -ldlt.solve(solution.gradient);
   const MatX inverse = ldlt.solve(MatX::Identity(solution.information.rows(), solution.information.cols()));
   out.covariance = 0.5 * (inverse + inverse.transpose());
-  out.left_out.resize(equations.points.size());
+  out.loo_residuals.resize(equations.points.size());
   for (std::size_t b = 0; b < blocks.measured.size(); ++b) {
     if (blocks.pairs[b].empty()) continue;
     VarianceTrial own{MatX::Zero(out.step.size(), out.step.size()), VecX::Zero(out.step.size())};
@@ -238,8 +238,8 @@ std::optional<SharedError> estimate_shared_error(const SharedErrorEquations& equ
     const VecX without = -scale.cwiseProduct(VecX(
         eigen.eigenvectors() * (eigen.eigenvectors().transpose() * g).cwiseQuotient(eigen.eigenvalues())));
     for (const std::size_t i : blocks.pairs[b])
-      out.left_out[i] = Vec2(equations.residuals.segment<2>(Eigen::Index(2 * i)) +
-                             equations.by_unknowns.middleRows(Eigen::Index(2 * i), 2) * without);
+      out.loo_residuals[i] = Vec2(equations.residuals.segment<2>(Eigen::Index(2 * i)) +
+                                  equations.by_unknowns.middleRows(Eigen::Index(2 * i), 2) * without);
   }
   return out;
 }

@@ -39,7 +39,7 @@ struct SharedError {
   MatX covariance;             ///< of the unknowns
   /// Residuals of each pair, predicted without its board (without itself where it lies on none); unset where
   /// the others do not determine the unknowns.
-  std::vector<std::optional<Vec2>> left_out;
+  std::vector<std::optional<Vec2>> loo_residuals;
 };
 
 /// nullopt when the normal equations cannot be solved.

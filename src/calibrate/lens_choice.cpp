@@ -27,12 +27,12 @@ const LensOptions& lens_options(const Options& options, DeviceKind kind) {
   return kind == DeviceKind::kCamera ? options.camera : options.projector;
 }
 
-using LeftOut = std::vector<std::optional<BundleState>>;  ///< by view
+using HeldOut = std::vector<std::optional<BundleState>>;  ///< by view
 
 struct LensTrial {
   BundleState state;
   BundleOptions options;
-  LeftOut left_out;
+  HeldOut held_out;
   LensAlternative told;
 };
 
@@ -55,7 +55,7 @@ double error_of_difference(const std::vector<double>& a, const std::vector<doubl
 /// pose group together.
 std::vector<double> squares_by_view(const Correspondences& data, const UsedMask& all,
                                     const Solution& solution, const std::vector<double>& variance,
-                                    const LeftOut& states) {
+                                    const HeldOut& states) {
   struct Sum {
     double squares = 0;
     int count = 0;
@@ -65,7 +65,7 @@ std::vector<double> squares_by_view(const Correspondences& data, const UsedMask&
     if (!states[v]) continue;
     auto& [sum, count] = groups[pose_group(solution.options, v)];
     for (std::size_t d = 0; d < data.devices.size(); ++d) {
-      if (solution.left_out[v][d]) continue;
+      if (solution.rejected[v][d]) continue;
       for (const Measurement& m : measurements_of(data, int(v), int(d))) {
         if (!all[v][d][std::size_t(m.index)]) continue;
         const auto r = reprojection_residual(*states[v], m);
@@ -81,7 +81,7 @@ std::vector<double> squares_by_view(const Correspondences& data, const UsedMask&
 }
 
 /// Groups of views that can be held out.
-std::size_t groups_left(const BundleOptions& options, const LeftOut& states) {
+std::size_t groups_left(const BundleOptions& options, const HeldOut& states) {
   std::set<int> groups;
   for (std::size_t v = 0; v < states.size(); ++v)
     if (states[v]) groups.insert(pose_group(options, v));
@@ -89,8 +89,8 @@ std::size_t groups_left(const BundleOptions& options, const LeftOut& states) {
 }
 
 /// RMS of a device on left-out views, over what the solution uses, pixels.
-double left_out_rms(const Correspondences& data, const Solution& solution, std::size_t device,
-                    const LeftOut& states) {
+double held_out_rms(const Correspondences& data, const Solution& solution, std::size_t device,
+                    const HeldOut& states) {
   double sum = 0;
   int count = 0;
   for (std::size_t v = 0; v < states.size(); ++v) {
@@ -119,15 +119,15 @@ LensTrial try_lens(const Correspondences& data, const Solution& solution, std::s
   try {
     const BundleResult bundle = bundle_adjust(data, solution.used, trial.state, trial.options);
     trial.state = bundle.state;
-    trial.left_out = views_left_out(data, solution.used, solution.used, trial.state, trial.options);
-    trial.told.holdout_px = left_out_rms(data, solution, device, trial.left_out);
+    trial.held_out = views_held_out(data, solution.used, solution.used, trial.state, trial.options);
+    trial.told.holdout_px = held_out_rms(data, solution, device, trial.held_out);
     if (!is_monotone(trial.state.lenses[device])) trial.told.ruled_out = "folds back within the picture";
     trial.told.rig = rig_of(data, trial.state);
     trial.told.rig.covariance = rig_covariance(
         bundle_covariance(data, solution.used, trial.state, trial.options).devices, data, trial.state);
     if (!bundle.converged) trial.told.ruled_out = "did not converge";
   } catch (const Error&) {
-    trial.left_out.clear();
+    trial.held_out.clear();
     trial.told.rig = Rig();
     trial.told.holdout_px = std::nan("");
     trial.told.ruled_out = "not determined by these views";
@@ -202,18 +202,18 @@ std::vector<LensAlternative> choose_lenses(const Correspondences& data, const Us
     if (!lens_options(options, kind).choose || (d == 0 && camera_known)) continue;
     std::vector<LensTrial> trials;
     std::size_t usual = 0;
-    for (const LensModel& model : lens_ladder(next.state().lenses[d], kind)) {
+    for (const LensModel& model : candidate_lens_models(next.state().lenses[d], kind)) {
       if (model.name == kUsualLensModel) usual = trials.size();
       trials.push_back(try_lens(data, next, d, model, lens_options(options, kind).priors));
     }
-    if (groups_left(next.options, trials[usual].left_out) < 2) continue;  // too few views to leave one out
+    if (groups_left(next.options, trials[usual].held_out) < 2) continue;  // too few views to leave one out
     std::vector<double> variance;
     for (std::size_t i = 0; i < data.devices.size(); ++i)
-      variance.push_back(std::max(std::pow(left_out_rms(data, next, i, trials[usual].left_out), 2), 1e-12));
+      variance.push_back(std::max(std::pow(held_out_rms(data, next, i, trials[usual].held_out), 2), 1e-12));
     for (LensTrial& trial : trials) {
-      trial.told.by_view = squares_by_view(data, all, next, variance, trial.left_out);
+      trial.told.by_view = squares_by_view(data, all, next, variance, trial.held_out);
       if (trial.told.ruled_out.empty() &&
-          trial.told.by_view.size() != groups_left(next.options, trials[usual].left_out))
+          trial.told.by_view.size() != groups_left(next.options, trials[usual].held_out))
         trial.told.ruled_out = "not determined once a view is left out";
     }
     const std::size_t chosen = choose(trials, usual);

@@ -82,7 +82,7 @@ LensModel lens_model_named(const std::string& name) {
   return model;
 }
 
-std::vector<LensModel> lens_ladder(const Camera& lens, DeviceKind kind) {
+std::vector<LensModel> candidate_lens_models(const Camera& lens, DeviceKind kind) {
   std::vector<LensModel> ladder;
   for (const char* name :
        {"none", "brown-conrady:k1,k2", kWithoutTangential, "brown-conrady", kUsualLensModel, "rational"})

@@ -66,9 +66,9 @@ std::string about_axis(double spread_deg, const std::string& axis) {
 
 }  // namespace
 
-std::vector<HardlyKnown> hardly_known(const Solution& solution, const Correspondences& data,
-                                      const NamedCovariance& covariance) {
-  std::vector<HardlyKnown> all;
+std::vector<WeaklyObservable> weakly_observable(const Solution& solution, const Correspondences& data,
+                                                const NamedCovariance& covariance) {
+  std::vector<WeaklyObservable> all;
   for (std::size_t d = 0; d < data.devices.size(); ++d) {
     const Camera& lens = solution.state().lenses[d];
     const Seen seen = seen_by(solution, data, d);
@@ -78,7 +78,7 @@ std::vector<HardlyKnown> hardly_known(const Solution& solution, const Correspond
     const std::vector<std::string> names = parameter_names(lens);
     for (std::size_t i = 0; i < names.size(); ++i) {
       const std::string& name = names[i];
-      HardlyKnown one;
+      WeaklyObservable one;
       one.device = int(d);
       one.parameter = name;
       one.sigma = covariance.sigma(data.devices[d].name + "." + name);
@@ -117,18 +117,19 @@ std::vector<HardlyKnown> hardly_known(const Solution& solution, const Correspond
   return all;
 }
 
-std::vector<std::string> in_words(const std::vector<HardlyKnown>& parameters, const Correspondences& data) {
+std::vector<std::string> in_words(const std::vector<WeaklyObservable>& parameters,
+                                  const Correspondences& data) {
   std::vector<std::string> sentences;
-  std::vector<const HardlyKnown*> left;
-  for (const HardlyKnown& one : parameters) left.push_back(&one);
+  std::vector<const WeaklyObservable*> left;
+  for (const WeaklyObservable& one : parameters) left.push_back(&one);
   while (!left.empty()) {
-    const HardlyKnown first = *left.front();
+    const WeaklyObservable first = *left.front();
     std::string names, spreads;
-    const auto alike = [&](const HardlyKnown* other) {
+    const auto alike = [&](const WeaklyObservable* other) {
       return other->device == first.device && other->motion == first.motion &&
              other->at_prior == first.at_prior;
     };
-    for (const HardlyKnown* one : left) {
+    for (const WeaklyObservable* one : left) {
       if (!alike(one)) continue;
       names += (names.empty() ? "" : ", ") + one->parameter;
       char text[32];

@@ -10,7 +10,7 @@
 namespace procam::calibrate {
 
 /// A parameter whose sigma is not small against what is known of any lens beforehand.
-struct HardlyKnown {
+struct WeaklyObservable {
   int device = 0;
   std::string parameter;  ///< "cy", "k1"
   bool distortion = false;
@@ -23,11 +23,12 @@ struct HardlyKnown {
 /// Beforehand, one sigma: focal length 5 %; a camera's principal point 5 % of its picture, a projector's 25
 /// %; distortion that moves the picture's farthest corner by 15 % of its distance from the axis, term by
 /// term; tangential terms 0.005. `covariance` has the names of a rig's or a bundle's.
-std::vector<HardlyKnown> hardly_known(const Solution& solution, const Correspondences& data,
-                                      const NamedCovariance& covariance);
+std::vector<WeaklyObservable> weakly_observable(const Solution& solution, const Correspondences& data,
+                                                const NamedCovariance& covariance);
 
 /// "k1, k2 of camera poorly constrained: its points reach 31 % of the way ...": one sentence a device and
 /// motion.
-std::vector<std::string> in_words(const std::vector<HardlyKnown>& parameters, const Correspondences& data);
+std::vector<std::string> in_words(const std::vector<WeaklyObservable>& parameters,
+                                  const Correspondences& data);
 
 }  // namespace procam::calibrate

@@ -168,7 +168,7 @@ std::optional<CameraPlace> place_camera(const Correspondences& data, std::size_t
                                         const CameraAlone& alone,
                                         const std::vector<std::optional<Pose>>& rig_from_board) {
   const Points3 board = points_in_board(data.board);
-  const bool may_turn = looks_same_turned(data.board);
+  const bool may_turn = is_symmetric_180(data.board);
   const Pose turn = turned_board(board);
   std::vector<std::size_t> shared;
   std::vector<Pose> candidates;

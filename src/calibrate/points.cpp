@@ -506,18 +506,18 @@ PointsResult calibrate_from_points(const Device& device, const std::vector<Point
   for (std::size_t row = 0; row < linear.pair_of_row.size(); row += 2) {
     PairResidual& pair = result.pairs[linear.pair_of_row[row]];
     if (shared) {  // without its whole board
-      pair.left_out = shared->error.left_out[row / 2];
-      if (!pair.left_out) continue;
+      pair.loo_residual = shared->error.loo_residuals[row / 2];
+      if (!pair.loo_residual) continue;
     } else {
       const MatX j = linear.by_unknowns.middleRows(Eigen::Index(row), 2);
       const Mat2 rest = Mat2::Identity() - j * covariance.matrix * j.transpose();
       if (!(rest.determinant() > 1e-6)) continue;
-      pair.left_out = Vec2(rest.inverse() * pair.residual);
+      pair.loo_residual = Vec2(rest.inverse() * pair.residual);
     }
-    left2 += pair.left_out->squaredNorm();
+    left2 += pair.loo_residual->squaredNorm();
     ++left;
   }
-  if (left > 0) result.left_out_px = std::sqrt(left2 / left);
+  if (left > 0) result.loo_rms_px = std::sqrt(left2 / left);
 
   // world_from_device: xi' = -Ad(world_from_device) xi.
   const Pose world_from_device = best->device_from_world.inverse();
@@ -536,7 +536,7 @@ PointsResult calibrate_from_points(const Device& device, const std::vector<Point
   rig.covariance = covariance;
   rig.quality.views_used = 1;
   rig.quality.rms_px[device.name] = result.rms_px;
-  if (result.left_out_px > 0) rig.quality.holdout_px[device.name] = result.left_out_px;
+  if (result.loo_rms_px > 0) rig.quality.holdout_px[device.name] = result.loo_rms_px;
   GateLimits limits;
   // People measure with a tape and click by hand: what is limited is the light, by its sigmas.
   limits.max_rms_px = 0.01 * device.size.width;

@@ -35,7 +35,7 @@ double board_sigma(const Points3& printed) {
 std::vector<int> settle_order_by_shape(Correspondences& data, const UsedMask& used, BundleState& state,
                                        const BundleOptions& options) {
   std::vector<int> turned;
-  if (!looks_same_turned(data.board)) return turned;
+  if (!is_symmetric_180(data.board)) return turned;
   const BundleOptions poses_only = hold_devices(options, state);
   BundleOptions shape_and_poses = poses_only;
   shape_and_poses.board_sigma = board_sigma(state.points_in_board);
@@ -64,7 +64,7 @@ std::vector<int> settle_order_by_shape(Correspondences& data, const UsedMask& us
   return turned;
 }
 
-std::vector<std::optional<BundleState>> views_left_out(const Correspondences& data, const UsedMask& used,
+std::vector<std::optional<BundleState>> views_held_out(const Correspondences& data, const UsedMask& used,
                                                        const UsedMask& judged, const BundleState& solution,
                                                        const BundleOptions& options) {
   auto without = leave_one_view_out(data, used, solution, options);
@@ -87,7 +87,7 @@ std::vector<std::optional<BundleState>> views_left_out(const Correspondences& da
 std::optional<double> predicted_holdout(const Correspondences& data, const UsedMask& used,
                                         const UsedMask& judged, const BundleState& solution,
                                         const BundleOptions& options) {
-  const auto without = views_left_out(data, used, judged, solution, options);
+  const auto without = views_held_out(data, used, judged, solution, options);
   const std::vector<double> weights = view_weights(used, options);
   double sum = 0, views = 0;
   for (std::size_t v = 0; v < without.size(); ++v) {

@@ -22,7 +22,7 @@ std::vector<int> settle_order_by_shape(Correspondences& data, const UsedMask& us
 /// By view: the solution that has not seen it or its pose (first order), its board pose taken from what
 /// `judged` names of its first camera alone. nullopt for a view that takes no part, and for one without which
 /// the rest is not determined.
-std::vector<std::optional<BundleState>> views_left_out(const Correspondences& data, const UsedMask& used,
+std::vector<std::optional<BundleState>> views_held_out(const Correspondences& data, const UsedMask& used,
                                                        const UsedMask& judged, const BundleState& solution,
                                                        const BundleOptions& options);
 

@@ -155,12 +155,12 @@ void leave_out(const Correspondences& data, UsedMask& mask, std::size_t view, st
 /// Two cameras that contradict each other in a view, and nothing beside the one that is left: nobody knows
 /// which of them is right.
 std::optional<std::size_t> unsupported_camera(const Correspondences& data, const UsedMask& mask,
-                                              const std::vector<std::vector<char>>& left_out,
+                                              const std::vector<std::vector<char>>& rejected,
                                               std::size_t view) {
   bool disputed = false;
   std::vector<std::size_t> left;
   for (std::size_t d = 0; d < data.devices.size(); ++d) {
-    disputed |= left_out[view][d] && data.devices[d].kind == DeviceKind::kCamera;
+    disputed |= rejected[view][d] && data.devices[d].kind == DeviceKind::kCamera;
     if (count_used(mask, view, d) > 0) left.push_back(d);
   }
   if (!disputed || left.size() != 1) return std::nullopt;
@@ -274,7 +274,7 @@ Solution solve(const Correspondences& data, const BundleState& start, const Bund
   solution.bundle.state = start;
   solution.options = bundle_options;
   solution.options.max_iterations = options.max_iterations;
-  solution.left_out.assign(data.views.size(), std::vector<char>(data.devices.size(), char(0)));
+  solution.rejected.assign(data.views.size(), std::vector<char>(data.devices.size(), char(0)));
   UsedMask mask = all;
   // Noise and outliers follow from the residuals and the residuals from them: a handful of rounds settles
   // both. While what is used still changes, a solve need not be exact: converged to the end, a view that
@@ -289,7 +289,7 @@ Solution solve(const Correspondences& data, const BundleState& start, const Bund
     if (last) break;
 
     UsedMask used = mask;
-    std::vector<std::vector<char>> disagrees = solution.left_out;
+    std::vector<std::vector<char>> disagrees = solution.rejected;
     for (auto& view : disagrees) std::fill(view.begin(), view.end(), char(0));
     const std::vector<ResidualNoise> noise =
         judge(data, solution.state(), options.outlier_sigmas, used, disagrees);
@@ -307,13 +307,13 @@ Solution solve(const Correspondences& data, const BundleState& start, const Bund
     for (std::size_t v = 0; v < data.views.size(); ++v)
       for (std::size_t d = 0; d < data.devices.size(); ++d) {
         if (!disagrees[v][d]) continue;
-        solution.left_out[v][d] = 1;
+        solution.rejected[v][d] = 1;
         leave_out(data, mask, v, d);
         leave_out(data, solution.used, v, d);
       }
     for (std::size_t v = 0; v < data.views.size(); ++v)
-      if (const auto alone = unsupported_camera(data, mask, solution.left_out, v)) {
-        solution.left_out[v][*alone] = 1;
+      if (const auto alone = unsupported_camera(data, mask, solution.rejected, v)) {
+        solution.rejected[v][*alone] = 1;
         leave_out(data, mask, v, *alone);
         leave_out(data, solution.used, v, *alone);
       }

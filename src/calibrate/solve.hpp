@@ -13,8 +13,8 @@ struct Solution {
   BundleResult bundle;
   UsedMask used;
   BundleOptions options;  ///< with the noise that the residuals showed
-  /// left_out[view][device]: the whole view disagrees with the others in that device.
-  std::vector<std::vector<char>> left_out;
+  /// rejected[view][device]: the whole view disagrees with the others in that device.
+  std::vector<std::vector<char>> rejected;
 
   const BundleState& state() const { return bundle.state; }
 };

@@ -125,7 +125,7 @@ void add_projector(Growing& rig, std::size_t d, const std::vector<Lit>& lit) {
   const Device& device = rig.data.devices[d];
   std::vector<bool> turned;
   const auto [resection, agreeing] =
-      resect_device(lit, looks_same_turned(rig.data.board), device.name, turned);
+      resect_device(lit, is_symmetric_180(rig.data.board), device.name, turned);
   for (std::size_t i = 0; i < lit.size(); ++i) {
     if (std::count(agreeing.begin(), agreeing.end(), i) == 0) begin_without(rig.start, lit[i].view, d);
     if (turned[i]) turn_order(rig, lit[i].view, d);
@@ -174,7 +174,7 @@ void require_all_placed(const Growing& rig) {
 }
 
 /// Why no device poses the view.
-std::string why_left_out(const Growing& rig, std::size_t view) {
+std::string rejection_reason(const Growing& rig, std::size_t view) {
   std::string why;
   for (const auto& alone : rig.alone)
     if (alone) why += (why.empty() ? "" : ", ") + alone->why[view];
@@ -235,7 +235,7 @@ Start find_start(Correspondences& data, const std::optional<KnownLens>& known_ca
   for (std::size_t v = 0; v < data.views.size(); ++v) {
     if (rig.rig_from_board[v]) continue;
     start.view_used[v] = false;
-    start.notes[v] = why_left_out(rig, v);
+    start.notes[v] = rejection_reason(rig, v);
     for (UsedMask* mask : {&start.used, &start.first})
       for (auto& of_device : (*mask)[v]) std::fill(of_device.begin(), of_device.end(), char(0));
   }

@@ -170,12 +170,12 @@ std::vector<std::optional<BundleState>> leave_one_view_out(const Correspondences
   const CommonParameters common(data, used, solution, options);
   const NormalEquations equations = normal_equations(data, used, solution, options, common);
   const VecX scale = equations.diagonal.cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
-  const auto without = [&](const ViewEquations& left_out) -> std::optional<BundleState> {
+  const auto without = [&](const ViewEquations& held_out) -> std::optional<BundleState> {
     const Eigen::LDLT<MatX> factors(
-        MatX(scale.asDiagonal() * (equations.information - left_out.information) * scale.asDiagonal()));
+        MatX(scale.asDiagonal() * (equations.information - held_out.information) * scale.asDiagonal()));
     if (factors.info() != Eigen::Success || !(factors.vectorD().minCoeff() > 1e-10)) return std::nullopt;
     // At the optimum all gradients cancel, so the rest of the views pull by -g.
-    const VecX step = scale.asDiagonal() * factors.solve(VecX(scale.asDiagonal() * left_out.gradient));
+    const VecX step = scale.asDiagonal() * factors.solve(VecX(scale.asDiagonal() * held_out.gradient));
     return step.allFinite() ? std::optional(common.moved(solution, step)) : std::nullopt;
   };
   std::vector<std::optional<BundleState>> states(equations.views.size());
@@ -197,12 +197,12 @@ std::vector<std::optional<BundleState>> leave_one_view_out(const Correspondences
   return states;
 }
 
-HonestCovariance honest_covariance(const NamedCovariance& formal, const Jackknife& jackknife, int views) {
-  HonestCovariance honest;
+RobustCovariance robust_covariance(const NamedCovariance& formal, const Jackknife& jackknife, int views) {
+  RobustCovariance honest;
   honest.devices = formal;
   if (jackknife.plain.empty() || formal.empty() || views < 3) return honest;
   require(jackknife.plain.names == formal.names && jackknife.corrected.names == formal.names,
-          "honest_covariance: all must have the same rows");
+          "robust_covariance: all must have the same rows");
   const double p = double(formal.names.size()), n = views;
   const VecX scale = formal.matrix.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
   const Eigen::LDLT<MatX> factors(MatX(scale.asDiagonal() * formal.matrix * scale.asDiagonal()));

@@ -42,7 +42,7 @@ void fill(const Sums& s, const RayTable::CellRays& rays, double fx, double one_f
   cell.vu = float(cxx * one_nth * one_fxth * one_fxth);
   cell.vv = float(cyy * one_nth * one_fxth * one_fxth);
   cell.sigma = float(sigma);
-  cell.shared = cell.shared_model = float(noise.shared_sigma(z) * raw * raw);
+  cell.shared = cell.shared_model = float(noise.correlated_sigma(z) * raw * raw);
   cell.error = float(residual * w);
   cell.flat = residual * w < kFlatVariance * (s.n - 3);
   // About the cell's middle first, then moved: small differences stay exact.
@@ -79,7 +79,7 @@ double noise_ratio_of(const CellGrid& grid) {
   return std::sqrt(double(*quartile) / kLowerQuartile);
 }
 
-/// What means of cells err by, over what they may share by the noise model (DepthNoise::shared_sigma()
+/// What means of cells err by, over what they may share by the noise model (DepthNoise::correlated_sigma()
 /// without its floor): from three flat cells in a row, whose inverse depths lie on a line where they show one
 /// plane. With r what the middle one is off that line, r^2 has 3/2 of one mean's variance. The lower quartile
 /// over the image, since triples across an edge only add large ones. 1 where too few triples say more.
@@ -141,7 +141,8 @@ void share_less(const DepthNoise& noise, double share, CellGrid& grid) {
   for (Cell& cell : grid.cells) {
     if (cell.n < kMinCellReadings) continue;
     const double q = double(cell.q);
-    cell.shared = float(std::hypot(share * noise.shared * noise.sigma(1 / q), noise.shared_floor) * q * q);
+    cell.shared = float(
+        std::hypot(share * noise.correlated_share * noise.sigma(1 / q), noise.correlated_floor) * q * q);
   }
 }
 
@@ -152,7 +153,7 @@ void measure_noise(const DepthNoise& noise, CellGrid& grid) {
   // leaves room for what spans more than three cells. Quantised readings form bands whose means agree within
   // the band; they vary less within a cell than the model predicts.
   constexpr double kAverages = 0.45, kMargin = 2, kQuantised = 0.8;
-  const double shared_ratio = shared_ratio_of(grid, noise.shared);
+  const double shared_ratio = shared_ratio_of(grid, noise.correlated_share);
   grid.averages = shared_ratio < kAverages && grid.noise_ratio > kQuantised;
   if (grid.averages) share_less(noise, kMargin * shared_ratio, grid);
   // Sensors of one kind differ by this much; beyond, cells of true planes would not count as flat.

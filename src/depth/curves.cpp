@@ -66,7 +66,7 @@ double clipped_square(double residual) {
 /// curves goes into refine().
 struct FourSamples {
   std::array<Eigen::Array4d, 3> point, ray;
-  Eigen::Array4d one_sigmath = Eigen::Array4d::Zero();  ///< 0: no sample
+  Eigen::Array4d inverse_sigma = Eigen::Array4d::Zero();  ///< 0: no sample
 };
 std::vector<FourSamples> by_fours(const std::vector<Sample>& samples) {
   std::vector<FourSamples> out((samples.size() + 3) / 4);
@@ -78,7 +78,7 @@ std::vector<FourSamples> by_fours(const std::vector<Sample>& samples) {
       four.point[k][lane] = s.point[Eigen::Index(k)];
       four.ray[k][lane] = s.ray[Eigen::Index(k)];
     }
-    if (i < samples.size()) four.one_sigmath[lane] = 1 / s.sigma;
+    if (i < samples.size()) four.inverse_sigma[lane] = 1 / s.sigma;
   }
   return out;
 }
@@ -116,10 +116,10 @@ bool refine(const std::vector<Sample>& samples, Shape& shape) {
       }
       const Four length = (out[0].square() + out[1].square() + out[2].square()).sqrt();
       // A sample on the axis has no derivative: it says nothing.
-      const Four one_lengthth = (length > 1e-9).select(1 / length, 0);
-      for (Four& n : out) n *= one_lengthth;
+      const Four inverse_length = (length > 1e-9).select(1 / length, 0);
+      for (Four& n : out) n *= inverse_length;
       const Four cosine = (out[0] * s.ray[0] + out[1] * s.ray[1] + out[2] * s.ray[2]).abs().max(0.2);
-      const Four scale = (length > 1e-9).select(s.one_sigmath / cosine, 0);
+      const Four scale = (length > 1e-9).select(s.inverse_sigma / cosine, 0);
       const Four r = (length - shape.radius) * scale;
       const Four w = (2 / r.abs()).min(1);  // Huber's, at two sigmas
       squares4 += r.square().min(kMaxSquare);
@@ -375,9 +375,9 @@ std::vector<Curve> take_curves(const CellGrid& grid, const PlaneOptions& options
     return regions[a].cells.size() > regions[b].cells.size();
   });
   for (const std::size_t first : order) {
-    if (gone[first] || !(regions[first].bend > options.curved_from)) continue;
+    if (gone[first] || !(regions[first].bend > options.curvature_threshold)) continue;
     std::vector<std::size_t> group{first};
-    take_all(group, [&](std::size_t k) { return !gone[k] && regions[k].bend > options.curved_from; });
+    take_all(group, [&](std::size_t k) { return !gone[k] && regions[k].bend > options.curvature_threshold; });
     // All of them together. Where nothing explains that, the first alone; and, where noise averages and
     // limits are so narrow that no shape explains a column with a ball before it, the first with one other.
     // Of these the one that most of the group's cells lie on.
@@ -432,7 +432,7 @@ std::vector<Curve> take_curves(const CellGrid& grid, const PlaneOptions& options
     for (const int at : cells) all.owner[std::size_t(at)] = kCurveOwner - int(curves.size() - 1);
   }
   for (std::size_t k = 0; k < n; ++k)
-    if (!gone[k] && regions[k].bend > 3 * options.curved_from) {
+    if (!gone[k] && regions[k].bend > 3 * options.curvature_threshold) {
       gone[k] = 1;
       for (const int at : regions[k].cells) all.owner[std::size_t(at)] = kUnexplained;
     }

@@ -72,9 +72,9 @@ PlaneKind kind_of(const Plane& in_world, const Vec3& up) {
 
 PlaneMap::PlaneMap(const PlaneMapOptions& options) : options_(options) {
   require(options.up_in_world.allFinite() && options.up_in_world.norm() > 0, "PlaneMap: up is no direction");
-  require(options.frames_to_believe >= 1 && options.memory > 0 && options.drift >= 0 &&
+  require(options.min_observations >= 1 && options.free_space_tau > 0 && options.process_noise >= 0 &&
               options.largest_angle > 0 && options.largest_gap > 0 && options.cell > 0 && options.margin >= 0,
-          "PlaneMap: memory, gates and cell must be positive");
+          "PlaneMap: free_space_tau, gates and cell must be positive");
   options_.up_in_world.normalize();
 }
 
@@ -156,7 +156,7 @@ void PlaneMap::look(MapPlane& plane, const std::vector<int>& plane_of_label, int
       const bool own =
           label >= 0 && label < int(plane_of_label.size()) && plane_of_label[std::size_t(label)] == id;
       const double gate =
-          3 * std::hypot(options_.noise.sigma(p.z()), options_.noise.shared_sigma(p.z())) + raster.cell;
+          3 * std::hypot(options_.noise.sigma(p.z()), options_.noise.correlated_sigma(p.z())) + raster.cell;
       const bool free = own || std::abs(z - p.z()) < gate;
       float& share = plane.free_share.at(i, j);
       if (share < 0) {
@@ -195,16 +195,17 @@ void PlaneMap::choose_content(MapPlane& plane) const {
 void PlaneMap::name_new(const Pose& world_from_camera) {
   std::vector<MapPlane*> fresh;
   const auto settled = [&](const MapPlane& plane, const FreeRectangle& content) {
-    if (plane.seen >= 10 * options_.frames_to_believe) return true;
+    if (plane.seen >= 10 * options_.min_observations) return true;
     for (const Vec2& corner : {content.low, content.high}) {
       Vec4 at;
       at << plane.world_from_plane * Vec3(corner.x(), corner.y(), 0), 1;
-      if (!(at.dot(plane.in_world.covariance * at) < options_.settled * options_.settled)) return false;
+      if (!(at.dot(plane.in_world.covariance * at) < options_.max_corner_sigma * options_.max_corner_sigma))
+        return false;
     }
     return true;
   };
   for (MapPlane& plane : planes_) {
-    if (!plane.name.empty() || plane.seen < options_.frames_to_believe) continue;
+    if (!plane.name.empty() || plane.seen < options_.min_observations) continue;
     const auto content = largest_rectangle(plane.raster, options_.least_side, options_.margin);
     if (content && settled(plane, *content)) fresh.push_back(&plane);
   }
@@ -236,7 +237,7 @@ void PlaneMap::update(const Planes& planes, const DepthImage& image, const RayTa
   time_ = time;
   const Pose& pose = world_from_camera.pose;
 
-  const double drift = options_.drift * options_.drift * step;
+  const double drift = options_.process_noise * options_.process_noise * step;
   for (MapPlane& plane : planes_) {
     const Vec3& n = plane.in_world.plane.normal;
     plane.in_world.covariance.topLeftCorner<3, 3>() += drift * (Mat3::Identity() - n * n.transpose());
@@ -268,7 +269,7 @@ void PlaneMap::update(const Planes& planes, const DepthImage& image, const RayTa
   }
 
   // What of each plane is seen, where it reaches farther than before, and what stands before it.
-  const double blend = 1 - std::exp(-step / options_.memory);
+  const double blend = 1 - std::exp(-step / options_.free_space_tau);
   std::vector<char> seen(planes_.size());
   for (std::size_t i = 0; i < planes.planes.size(); ++i) {
     MapPlane& plane = planes_[std::size_t(plane_of_label[i])];

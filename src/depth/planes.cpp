@@ -377,7 +377,7 @@ class Labeller {
       for (int x = 0; x < kCell; ++x) q = std::max(q, input.q.begin[y * input.q.stride + x]);
     if (!(q > 0)) return 0;
     const double z = 1 / double(q);
-    return float(std::hypot(noise_.sigma(z), noise_.shared_sigma(z))) * q * q;
+    return float(std::hypot(noise_.sigma(z), noise_.correlated_sigma(z))) * q * q;
   }
 
   const CellGrid& grid_;
@@ -400,8 +400,8 @@ void check(const DepthImage& image, const RayTable& rays, const PlaneOptions& op
                                            "x" + std::to_string(rays.size().height));
   require(options.nearest > 0 && options.farthest > options.nearest && options.farthest < 1e4,
           "find_planes: the range must be 0 < nearest < farthest");
-  require(options.least_cells >= 4 && options.least_area >= 0 && options.curved_from > 0 &&
-              options.noise.shared >= 0,
+  require(options.least_cells >= 4 && options.least_area >= 0 && options.curvature_threshold > 0 &&
+              options.noise.correlated_share >= 0,
           "find_planes: least_cells must be 4 or more, the other options positive");
 }
 

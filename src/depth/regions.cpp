@@ -280,14 +280,15 @@ void join(const CellGrid& grid, const PlaneOptions& options, Regions& all) {
         // the floor.
         if (grid.averages && !beside[i][j]) {
           const double floor =
-              options.noise.shared_floor * double(there.q) * double(there.q) / double(there.sigma);
+              options.noise.correlated_floor * double(there.q) * double(there.q) / double(there.sigma);
           allowed = std::min(allowed, kSamePlane + floor * floor * smaller.moments.n);
         }
         if (more > allowed) continue;
         Region candidate{regions[i].cells, both, plane};
         candidate.cells.insert(candidate.cells.end(), regions[j].cells.begin(), regions[j].cells.end());
         candidate.bend = second_order(grid, candidate);
-        if (candidate.bend > std::max({options.curved_from, regions[i].bend, regions[j].bend})) continue;
+        if (candidate.bend > std::max({options.curvature_threshold, regions[i].bend, regions[j].bend}))
+          continue;
         regions[i] = std::move(candidate);
         regions.erase(regions.begin() + std::ptrdiff_t(j));
         for (std::size_t k = 0; k < beside.size(); ++k) {

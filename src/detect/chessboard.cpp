@@ -470,18 +470,18 @@ Detections detect_chessboard(const ViewU8& image, const Chessboard& board, const
   // With one count odd the two ends differ in colour: the outer square beside the first corner is dark.
   if ((board.columns + board.rows) % 2 == 1 && print.light_first > 0) std::reverse(fits.begin(), fits.end());
 
-  int left_out = 0;
+  int rejected = 0;
   for (int i = 0; i < board.size(); ++i) {
     const auto& fit = fits[std::size_t(i)];
     if (fit && std::sqrt(fit->covariance.trace() / 2) <= options.max_sigma_px &&
         fit->residual < kWorstResidual * std::max(print.residual, 0.5))
       result.observations.push_back({i, fit->corner, fit->covariance});
     else
-      ++left_out;
+      ++rejected;
   }
-  if (left_out > 0)
+  if (rejected > 0)
     result.diagnostics.warn("corners_left_out",
-                            std::to_string(left_out) + " of " + std::to_string(board.size()) +
+                            std::to_string(rejected) + " of " + std::to_string(board.size()) +
                                 " corners could not be refined and are rejected: blur, glare, a "
                                 "cover, or the image's rim beside them");
   return result;

@@ -198,8 +198,8 @@ Detections detect_circle_grid(const ViewU8& image, const CircleGrid& board,
     if (fits[i] && fits[i]->residual < kWorstResidual * usual &&
         std::sqrt(fits[i]->covariance.trace() / 2) <= options.max_sigma_px)
       result.observations.push_back({int(i), fits[i]->centre, fits[i]->covariance});
-  if (const std::size_t left_out = fits.size() - result.observations.size(); left_out > 0)
-    result.diagnostics.warn("circles_left_out", std::to_string(left_out) + " of " +
+  if (const std::size_t rejected = fits.size() - result.observations.size(); rejected > 0)
+    result.diagnostics.warn("circles_left_out", std::to_string(rejected) + " of " +
                                                     std::to_string(fits.size()) +
                                                     " circles could not be refined and are rejected: blur, "
                                                     "glare, a cover, or the image's rim beside them");

@@ -12,7 +12,7 @@
 namespace procam::detect {
 namespace {
 
-using procam::detail::Eight;
+using procam::detail::Float8;
 
 constexpr int kParameters = 11;
 using Parameters = Eigen::Matrix<double, kParameters, 1>;
@@ -25,15 +25,15 @@ enum { kX, kY, kAngleRow, kAngleColumn, kBlur, kA, kAx, kAy, kB, kBx, kBy };
 class Samples {
  public:
   struct Group {
-    Eight x, y, grey;
+    Float8 x, y, grey;
   };
   Samples() = default;
   explicit Samples(const Vec2& near) : origin_(near.array().round()) {}
   const Vec2& origin() const { return origin_; }
   void add(int x, int y, float grey) {
-    const std::size_t lane = size_++ % Eight::kSize;
+    const std::size_t lane = size_++ % Float8::kSize;
     if (lane == 0) groups_.emplace_back();
-    for (std::size_t i = lane; i < Eight::kSize; ++i) {
+    for (std::size_t i = lane; i < Float8::kSize; ++i) {
       groups_.back().x[i] = float(x - origin_.x());
       groups_.back().y[i] = float(y - origin_.y());
       groups_.back().grey[i] = grey;
@@ -42,9 +42,9 @@ class Samples {
   std::size_t size() const { return size_; }
   const std::vector<Group>& groups() const { return groups_; }
   /// Of the last group, which lanes are copies.
-  Eight filling() const {
-    Eight filling(0);
-    for (std::size_t i = (size_ - 1) % Eight::kSize + 1; i < Eight::kSize; ++i) filling[i] = 1;
+  Float8 filling() const {
+    Float8 filling(0);
+    for (std::size_t i = (size_ - 1) % Float8::kSize + 1; i < Float8::kSize; ++i) filling[i] = 1;
     return filling;
   }
 
@@ -117,11 +117,11 @@ struct Edge {
   Edge(double angle, double b)
       : cosine(float(std::cos(angle))), sine(float(std::sin(angle))), bend(float(b)) {}
   struct Value {
-    Eight distance, by_dx, by_dy, by_angle;
+    Float8 distance, by_dx, by_dy, by_angle;
   };
-  PROCAM_ALWAYS_INLINE Value at(const Eight& dx, const Eight& dy) const {
-    const Eight along = cosine * dx + sine * dy, across = cosine * dy - sine * dx;
-    const Eight bent = bend * along;
+  PROCAM_ALWAYS_INLINE Value at(const Float8& dx, const Float8& dy) const {
+    const Float8 along = cosine * dx + sine * dy, across = cosine * dy - sine * dx;
+    const Float8 bent = bend * along;
     return {across - 0.5f * bent * along, -sine - bent * cosine, cosine - bent * sine,
             -1 * along - bent * across};
   }
@@ -138,30 +138,30 @@ double bend_of(const Vec2& e, const Vec2& e2) {
 }
 
 /// exp(-z) for z >= 0, to 2e-7 of it down to e^-60: 2^n exp(r), |r| <= ln(2) / 2, by the series of exp(r).
-PROCAM_ALWAYS_INLINE Eight exponential_of_minus(const Eight& z) {
+PROCAM_ALWAYS_INLINE Float8 exponential_of_minus(const Float8& z) {
   using Bits = std::int32_t __attribute__((vector_size(32)));
   constexpr float kLn2 = 0.693147181f, kToWhole = 12582912;  // 1.5 * 2^23: whole numbers
-  const Eight y = larger(-1 * z, -60);
-  const Eight shifted = y * (1 / kLn2) + kToWhole;
-  const Eight r = y - (shifted - kToWhole) * kLn2;
-  Eight series = 1.f / 5040;
+  const Float8 y = larger(-1 * z, -60);
+  const Float8 shifted = y * (1 / kLn2) + kToWhole;
+  const Float8 r = y - (shifted - kToWhole) * kLn2;
+  Float8 series = 1.f / 5040;
   for (const float coefficient : {1.f / 720, 1.f / 120, 1.f / 24, 1.f / 6, 0.5f, 1.f, 1.f})
     series = series * r + coefficient;
   // The whole number's last bits are those of n: added to the exponent.
-  return Eight::Native(Bits(series.lanes) + (Bits(shifted.lanes) << 23));
+  return Float8::Native(Bits(series.lanes) + (Bits(shifted.lanes) << 23));
 }
 
 /// erf(x) to 4e-7 (M. Abramowitz and I. Stegun, Handbook of Mathematical Functions, 7.1.26, to 1.5e-7): less
 /// than a ten-thousandth of a grey level. The Gaussian is needed for its slope anyway.
 struct Step {
-  Eight erf, gauss;
+  Float8 erf, gauss;
 
-  PROCAM_ALWAYS_INLINE explicit Step(const Eight& x) : gauss(exponential_of_minus(x * x)) {
-    const Eight t = 1 / (1 + 0.3275911f * larger(x, -1 * x));
-    const Eight tail =
+  PROCAM_ALWAYS_INLINE explicit Step(const Float8& x) : gauss(exponential_of_minus(x * x)) {
+    const Float8 t = 1 / (1 + 0.3275911f * larger(x, -1 * x));
+    const Float8 tail =
         t *
         (0.254829592f + t * (-0.284496736f + t * (1.421413741f + t * (-1.453152027f + t * 1.061405429f))));
-    const Eight size = 1 - tail * gauss;
+    const Float8 size = 1 - tail * gauss;
     erf = x.lanes < 0 ? -size.lanes : size.lanes;
   }
 };
@@ -179,14 +179,14 @@ struct Model {
   PROCAM_ALWAYS_INLINE void add(const Parameters& p, Products& products) const {
     // As many as stay in the nearest cache.
     constexpr std::size_t kAtOnce = 16;
-    Eight rows[kRows][kAtOnce];
+    Float8 rows[kRows][kAtOnce];
     const Edge row(p[kAngleRow], bend_row), column(p[kAngleColumn], bend_column);
     const std::vector<Samples::Group>& groups = samples.groups();
     for (std::size_t begin = 0; begin < groups.size(); begin += kAtOnce) {
       const std::size_t count = std::min(kAtOnce, groups.size() - begin);
       for (std::size_t g = 0; g < count; ++g) differentiate(p, row, column, groups[begin + g], rows, g);
       if (begin + count == groups.size()) {
-        const Eight kept = 1 - samples.filling();
+        const Float8 kept = 1 - samples.filling();
         for (auto& one : rows) one[count - 1] = kept * one[count - 1];
       }
       multiply(rows, count, products);
@@ -196,18 +196,18 @@ struct Model {
  private:
   template <std::size_t kCount>
   PROCAM_ALWAYS_INLINE void differentiate(const Parameters& p, const Edge& row, const Edge& column,
-                                          const Samples::Group& s, Eight (&out)[kRows][kCount],
+                                          const Samples::Group& s, Float8 (&out)[kRows][kCount],
                                           std::size_t g) const {
     const auto of = [&](int parameter) { return float(p[parameter]); };
     const float k = float(1 / (std::sqrt(2.0) * p[kBlur])), slope = float(2 / std::sqrt(M_PI)) * k;
-    const Eight dx = s.x - float(p[kX] - samples.origin().x()),
-                dy = s.y - float(p[kY] - samples.origin().y());
+    const Float8 dx = s.x - float(p[kX] - samples.origin().x()),
+                 dy = s.y - float(p[kY] - samples.origin().y());
     const Edge::Value r = row.at(dx, dy), c = column.at(dx, dy);
     // Across the row's edge the y side is positive; across the column's edge the x side is (hence the sign).
     const Step step_r(k * r.distance), step_c(k * c.distance);
-    const Eight er = step_r.erf, ec = -1 * step_c.erf, both = er * ec;
-    const Eight a = of(kA) + of(kAx) * dx + of(kAy) * dy, b = of(kB) + of(kBx) * dx + of(kBy) * dy;
-    const Eight dr = b * ec * slope * step_r.gauss, dc = -1 * b * er * slope * step_c.gauss;
+    const Float8 er = step_r.erf, ec = -1 * step_c.erf, both = er * ec;
+    const Float8 a = of(kA) + of(kAx) * dx + of(kAy) * dy, b = of(kB) + of(kBx) * dx + of(kBy) * dy;
+    const Float8 dr = b * ec * slope * step_r.gauss, dc = -1 * b * er * slope * step_c.gauss;
     out[kX][g] = -1 * (of(kAx) + of(kBx) * both + dr * r.by_dx + dc * c.by_dx);
     out[kY][g] = -1 * (of(kAy) + of(kBy) * both + dr * r.by_dy + dc * c.by_dy);
     out[kAngleRow][g] = dr * r.by_angle;
@@ -224,20 +224,20 @@ struct Model {
 
   /// Adds rows * rows^T, lower triangle: three by three, so that the sums stay in registers.
   template <std::size_t kCount>
-  static PROCAM_ALWAYS_INLINE void multiply(const Eight (&rows)[kRows][kCount], std::size_t count,
+  static PROCAM_ALWAYS_INLINE void multiply(const Float8 (&rows)[kRows][kCount], std::size_t count,
                                             Products& products) {
     constexpr int kTile = 3;
     static_assert(kRows % kTile == 0, "rows come in whole tiles");
     for (int i = 0; i < kRows; i += kTile)
       for (int j = 0; j <= i; j += kTile) {
-        Eight sums[kTile][kTile] = {{0, 0, 0}, {0, 0, 0}, {0, 0, 0}};
+        Float8 sums[kTile][kTile] = {{0, 0, 0}, {0, 0, 0}, {0, 0, 0}};
         for (std::size_t g = 0; g < count; ++g)
           for (int di = 0; di < kTile; ++di)
             for (int dj = 0; dj < kTile; ++dj) sums[di][dj] += rows[i + di][g] * rows[j + dj][g];
         for (int di = 0; di < kTile; ++di)
           for (int dj = 0; dj < kTile; ++dj) {
             double sum = 0;
-            for (std::size_t lane = 0; lane < Eight::kSize; ++lane) sum += double(sums[di][dj][lane]);
+            for (std::size_t lane = 0; lane < Float8::kSize; ++lane) sum += double(sums[di][dj][lane]);
             products[i + di][j + dj] += sum;
           }
       }
@@ -339,7 +339,7 @@ constexpr double kRasterPixels = 700;
 /// The same where the question is whether there is a crossing.
 constexpr double kManyForGlance = 600, kPixelsForGlance = 300;
 constexpr Patience kQuick{15, 1e-3, 1e-3}, kPatient{50, 1e-4, 1e-3};
-/// Eight sigmas of the blur from the edge nothing is left of it; the start may be `off` pixels off.
+/// Float8 sigmas of the blur from the edge nothing is left of it; the start may be `off` pixels off.
 double band_of(const Parameters& p, double off) {
   return 4 * p[kBlur] + off;
 }

@@ -76,8 +76,8 @@ Detections detect_marker_grid(const ViewU8& image, const MarkerGrid& board, cons
     for (int c = 0; c < 4; ++c)
       result.observations.push_back(
           {4 * marker.id + c, marker.corners[std::size_t(c)], marker.covariance[std::size_t(c)]});
-  if (const std::size_t left_out = markers->markers.size() - refined.size(); left_out > 0)
-    result.diagnostics.warn("markers_left_out", std::to_string(left_out) + " of " +
+  if (const std::size_t rejected = markers->markers.size() - refined.size(); rejected > 0)
+    result.diagnostics.warn("markers_left_out", std::to_string(rejected) + " of " +
                                                     std::to_string(markers->markers.size()) +
                                                     " markers could not be refined and are rejected: blur, "
                                                     "glare, a cover, or too little light paper round them");

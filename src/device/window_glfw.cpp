@@ -59,9 +59,9 @@ class Window : public FrameSink {
       if (action != GLFW_PRESS) return;
       auto* self = static_cast<Window*>(glfwGetWindowUserPointer(window));
       self->close_ = self->close_ || key == GLFW_KEY_ESCAPE;
-      const Wish wish = wish_of(key);
+      const WindowEvent wish = wish_of(key);
       // A key that is hit twice before anybody listened is one wish.
-      if (wish != Wish::kNone && (self->wishes_.empty() || self->wishes_.back() != wish))
+      if (wish != WindowEvent::kNone && (self->wishes_.empty() || self->wishes_.back() != wish))
         self->wishes_.push_back(wish);
     });
     glfwMakeContextCurrent(window_);
@@ -108,11 +108,11 @@ class Window : public FrameSink {
     return shown();
   }
 
-  Wish poll() override {
+  WindowEvent poll() override {
     glfwPollEvents();
-    if (close_ || glfwWindowShouldClose(window_) == GLFW_TRUE) return Wish::kClose;
-    if (wishes_.empty()) return Wish::kNone;
-    const Wish wish = wishes_.front();
+    if (close_ || glfwWindowShouldClose(window_) == GLFW_TRUE) return WindowEvent::kClose;
+    if (wishes_.empty()) return WindowEvent::kNone;
+    const WindowEvent wish = wishes_.front();
     wishes_.pop_front();
     return wish;
   }
@@ -124,25 +124,25 @@ class Window : public FrameSink {
   }
 
  private:
-  static Wish wish_of(int key) {
+  static WindowEvent wish_of(int key) {
     switch (key) {
       case GLFW_KEY_ENTER:
       case GLFW_KEY_KP_ENTER:
       case GLFW_KEY_SPACE:
       case GLFW_KEY_N:
-        return Wish::kGoOn;
+        return WindowEvent::kGoOn;
       case GLFW_KEY_H:
       case GLFW_KEY_F1:
       case GLFW_KEY_SLASH:
-        return Wish::kHelp;
+        return WindowEvent::kHelp;
       case GLFW_KEY_G:
-        return Wish::kGrid;
+        return WindowEvent::kGrid;
       case GLFW_KEY_M:
-        return Wish::kMask;
+        return WindowEvent::kMask;
       case GLFW_KEY_F:
-        return Wish::kFreeze;
+        return WindowEvent::kFreeze;
       default:
-        return Wish::kNone;
+        return WindowEvent::kNone;
     }
   }
 
@@ -186,7 +186,7 @@ class Window : public FrameSink {
   GLuint texture_ = 0;
   GLenum texture_format_ = 0;  ///< of the memory it has
   bool close_ = false;
-  std::deque<Wish> wishes_;
+  std::deque<WindowEvent> wishes_;
 };
 
 }  // namespace

@@ -41,7 +41,7 @@ ProjectedBoard projected_board(ImageSize size, const Board& layout, const BoardA
   const bool is_chessboard = std::holds_alternative<Chessboard>(layout);
   if (upright && !is_chessboard)
     refuse("it is no chessboard, and 'upright' numbers the corners of one", "leave 'upright' out");
-  if (looks_same_turned(layout) && !upright)
+  if (is_symmetric_180(layout) && !upright)
     refuse("it looks the same after half a turn",
            is_chessboard
                ? "make one of its two counts odd and the other even; or, if the frame appears upright in "

@@ -295,11 +295,11 @@ void SmoothField::fit(const std::vector<FieldSample>& samples, int group_count) 
       double best = std::numeric_limits<double>::infinity();
       for (double relative = 1e-6; relative < 2e2; relative *= 10) {
         double error = 0;
-        for (const NormalEquations& left_out : folds) {
+        for (const NormalEquations& held_out : folds) {
           NormalEquations rest = all;
-          rest.band -= left_out.band, rest.right -= left_out.right;
+          rest.band -= held_out.band, rest.right -= held_out.right;
           const VecX c = factor(rest, relative * unit).solve(rest.right);
-          error += c.dot(left_out.times(c)) - 2 * c.dot(left_out.right) + left_out.squares;
+          error += c.dot(held_out.times(c)) - 2 * c.dot(held_out.right) + held_out.squares;
         }
         if (error < best) best = error, lambda_ = relative;
       }

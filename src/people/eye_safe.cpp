@@ -89,15 +89,16 @@ Ball blacken_ball(ImageView<std::uint8_t> frame, const Camera& lens, const Vec3&
 
 }  // namespace
 
-Darkened darken_heads(ImageView<std::uint8_t> frame, const Projector& projector,
-                      const Pose& projector_from_sensor, const std::vector<TrackedPerson>& people,
-                      const std::optional<double>& newest, double light_time, const EyeSafeOptions& options) {
+MaskResult darken_heads(ImageView<std::uint8_t> frame, const Projector& projector,
+                        const Pose& projector_from_sensor, const std::vector<TrackedPerson>& people,
+                        const std::optional<double>& newest, double light_time,
+                        const EyeSafeOptions& options) {
   require(frame.size() == projector.size(), "darken_heads: the frame is not of the projector's size");
-  Darkened result;
+  MaskResult result;
   const auto darken_all = [&](const char* why) {
     blacken(frame);
-    result.is_dark = true;
-    result.why = why;
+    result.blanked = true;
+    result.reason = why;
     return result;
   };
   if (options.dark_without_news && !(newest && light_time - *newest <= options.fresh))
@@ -136,14 +137,14 @@ Darkened darken_heads(ImageView<std::uint8_t> frame, const Projector& projector,
       }
       if (!has_joint) return darken_all("a person is there, but not a joint of it");
     }
-    result.heads += is_drawn ? 1 : 0;
+    result.masked += is_drawn ? 1 : 0;
   }
   return result;
 }
 
-Darkened darken_heads(ImageView<std::uint8_t> frame, const Projector& projector,
-                      const Pose& projector_from_sensor, const PeopleTrack& track, double light_time,
-                      const EyeSafeOptions& options) {
+MaskResult darken_heads(ImageView<std::uint8_t> frame, const Projector& projector,
+                        const Pose& projector_from_sensor, const PeopleTrack& track, double light_time,
+                        const EyeSafeOptions& options) {
   return darken_heads(frame, projector, projector_from_sensor, track.at(light_time), track.newest(),
                       light_time, options);
 }

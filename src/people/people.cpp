@@ -18,21 +18,22 @@ constexpr double kTeleportSigmas = 5;
 }  // namespace
 
 PeopleTrack::PeopleTrack(const PeopleOptions& options) : options_(options), clock_(options.clock) {
-  require(options.noise > 0 && options.agility > 0 && options.max_speed > 0 && options.confirm > 0 &&
-              options.longest_step > 0 && options.forget_joint > 0 && options.forget_person > 0 &&
-              options.gate > 0,
-          "PeopleOptions: noise, agility, speed, gate and times must be positive");
+  require(options.noise > 0 && options.acceleration_sigma > 0 && options.max_speed > 0 &&
+              options.confirm > 0 && options.longest_step > 0 && options.forget_joint > 0 &&
+              options.forget_person > 0 && options.gate > 0,
+          "PeopleOptions: noise, acceleration_sigma, speed, gate and times must be positive");
 }
 
 PeopleTrack::JointFilter PeopleTrack::predicted(JointFilter joint, double time) const {
   const double h = std::clamp(time - joint.time, 0.0, options_.longest_step);
-  const double tau = options_.fade, e = std::exp(-h / tau);
+  const double tau = options_.acceleration_tau, e = std::exp(-h / tau);
   Mat3 later_from_now;
   later_from_now << 1, h, tau * tau * (h / tau - 1 + e),  //
       0, 1, tau * (1 - e),                                //
       0, 0, e;
   // Singer's integrals for h << tau, where they are those of white jerk.
-  const double q = 2 * options_.agility * options_.agility / tau, h2 = h * h, h3 = h2 * h;
+  const double q = 2 * options_.acceleration_sigma * options_.acceleration_sigma / tau, h2 = h * h,
+               h3 = h2 * h;
   Mat3 noise;
   noise << h3 * h2 / 20, h2 * h2 / 8, h3 / 6,  //
       h2 * h2 / 8, h3 / 3, h2 / 2,             //
@@ -50,7 +51,8 @@ void PeopleTrack::measure(JointFilter& joint, const SeenJoint<Vec3>& seen, doubl
     joint.is_known = true;
     joint.time = time;
     joint.state.row(0) = seen.position;
-    joint.covariance.diagonal() << r, kFirstSpeed * kFirstSpeed, options_.agility * options_.agility;
+    joint.covariance.diagonal() << r, kFirstSpeed * kFirstSpeed,
+        options_.acceleration_sigma * options_.acceleration_sigma;
     joint.confidence = seen.confidence;
   };
   if (!joint.is_known || time - joint.time > options_.forget_joint) return start();

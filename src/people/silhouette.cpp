@@ -135,7 +135,7 @@ std::vector<int> gap_widths(const std::vector<char>& is_gap, int columns, int ro
 
 }  // namespace
 
-Silhouettes find_silhouettes(const DepthView& view, const SilhouetteOptions& options) {
+Silhouettes find_silhouettes(const SilhouetteInput& view, const SilhouetteOptions& options) {
   const ImageSize size = view.camera.size;
   require(view.depth.size() == size && view.background.size() == size && view.depth.channels == 1 &&
               view.background.channels == 1,
@@ -203,16 +203,16 @@ Silhouettes find_silhouettes(const DepthView& view, const SilhouetteOptions& opt
   return found;
 }
 
-Darkened darken_silhouettes(ImageView<std::uint8_t> frame, const Projector& projector,
-                            const Pose& projector_from_camera, const Silhouettes& silhouettes, double age,
-                            const SilhouetteOptions& options) {
+MaskResult darken_silhouettes(ImageView<std::uint8_t> frame, const Projector& projector,
+                              const Pose& projector_from_camera, const Silhouettes& silhouettes, double age,
+                              const SilhouetteOptions& options) {
   require(frame.size() == projector.size(), "darken_silhouettes: the frame is not of the projector's size");
-  Darkened result;
+  MaskResult result;
   const auto darken_all = [&](const char* why) {
     for (int y = 0; y < frame.height; ++y)
       std::fill_n(frame.row(y), std::ptrdiff_t(frame.width) * frame.channels, std::uint8_t(0));
-    result.is_dark = true;
-    result.why = why;
+    result.blanked = true;
+    result.reason = why;
     return result;
   };
   if (!(age <= options.fresh)) return darken_all("there is no news of depth");
@@ -229,7 +229,7 @@ Darkened darken_silhouettes(ImageView<std::uint8_t> frame, const Projector& proj
       if (!mask.add_ball(projector_from_camera * Vec3(z * unseen.way), spread + unseen.radius_per_metre * z))
         return darken_all("something may be at the lens, or beyond its model");
   mask.blacken_in(frame);
-  result.heads = int(silhouettes.seen.size() + silhouettes.unseen.size());
+  result.masked = int(silhouettes.seen.size() + silhouettes.unseen.size());
   return result;
 }
 

@@ -1,7 +1,7 @@
 #include "procam/render/cpu.hpp"
 
 #include "layers.hpp"
-#include "room_tile.hpp"
+#include "mesh_tile.hpp"
 
 namespace procam::render {
 
@@ -80,13 +80,13 @@ class CpuRenderer::State {
   struct Plan {
     TileSteps steps;
     std::vector<CastItem> cast;
-    RoomCaster caster;
-    RoomTile moving;
+    MeshCaster caster;
+    MeshTile moving;
     std::vector<ItemTextures<LightTexture>> lights;
     std::vector<ItemTextures<ValueTexture>> values;
     RoomRows<Light> light_rows;
     RoomRows<Value> value_rows;
-    std::vector<std::vector<RoomTile>> tiles;  ///< [tile, cast]
+    std::vector<std::vector<MeshTile>> tiles;  ///< [tile, cast]
   };
 
   bool area() const { return options_.filter == Filter::kArea; }
@@ -189,7 +189,7 @@ class CpuRenderer::State {
       plan.cast.push_back({&*layers_[item].room, layers_[item].made, picture.view.size(), picture.levels(),
                            mask.view.size(), mask.levels(), textures.back().opaque()});
     }
-    std::vector<RoomTile>& kept = plan.tiles[std::size_t(tile.x)];
+    std::vector<MeshTile>& kept = plan.tiles[std::size_t(tile.x)];
     if (kept.size() <= n) kept.resize(n + 1);
     if (kept[n].shows(plan.cast)) {
       kept[n].draw(textures, kernels_, rows, tile);
@@ -197,7 +197,7 @@ class CpuRenderer::State {
     }
     // What stays is kept from the second frame on. What moves in every frame is not: that would be written to
     // memory for nothing.
-    RoomTile& cast = kept[n].expects(plan.cast) ? kept[n] : plan.moving;
+    MeshTile& cast = kept[n].expects(plan.cast) ? kept[n] : plan.moving;
     plan.caster.cast(plan.cast, lens_.pieces(tile.x, tile.y), area(), kernels_, tile.x, tile.y, tile.rect,
                      cast);
     cast.draw(textures, kernels_, rows, tile);

@@ -90,8 +90,9 @@ PixelSize pixel_size(const Vec2& right, const Vec2& down) {
   return {xx, yy, std::max(0.0, 0.5 * (xx + yy) - std::sqrt(half_difference * half_difference + xy * xy))};
 }
 
-Taps choose_taps(const PixelSize& typical, const PixelSize& finest, const PixelSize& largest, int levels) {
-  Taps taps;
+FilterGrid choose_taps(const PixelSize& typical, const PixelSize& finest, const PixelSize& largest,
+                       int levels) {
+  FilterGrid taps;
   if (!(largest.xx > 1) && !(largest.yy > 1)) return taps;
   for (;; ++taps.level) {
     const double texel = double(1 << taps.level);

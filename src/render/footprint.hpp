@@ -45,6 +45,7 @@ PixelSize pixel_size(const Vec2& right, const Vec2& down);
 
 /// The samples for pixels of about one size: `typical`, none of them finer than `finest` or larger than
 /// `largest`, from the finest `levels` of the pyramid.
-Taps choose_taps(const PixelSize& typical, const PixelSize& finest, const PixelSize& largest, int levels);
+FilterGrid choose_taps(const PixelSize& typical, const PixelSize& finest, const PixelSize& largest,
+                       int levels);
 
 }  // namespace procam::render

@@ -49,7 +49,7 @@ inline bool is_straight(const RowMap& row) {
 }
 
 /// Samples of one pixel: a regular grid of across x down points, spread over these shares of its sides.
-struct Taps {
+struct FilterGrid {
   int level = 0;
   int across = 1, down = 1;
   float share_across = 0, share_down = 0;
@@ -148,7 +148,7 @@ struct RowBits {
   }
 };
 /// Where the pixels of a row look, as fractions of the content, as in Points.
-struct Looks {
+struct TexCoords {
   alignas(32) float of[6][kRowRoom];  ///< u, v, u_x, v_x, u_y, v_y
 };
 
@@ -166,8 +166,8 @@ struct Kernels {
   /// Then as sample_values. `soon` as in Points. Reads cells up to the next multiple of 16.
   void (*sample_cells)(const TexelsView<Value>& texels, const RowCells& cells, std::ptrdiff_t soon, int count,
                        Value* to);
-  void (*sample_light)(const TexelsView<Light>& texels, const Taps& taps, const Points& points, int begin,
-                       int count, Light* to);
+  void (*sample_light)(const TexelsView<Light>& texels, const FilterGrid& taps, const Points& points,
+                       int begin, int count, Light* to);
   /// What was drawn over what was there.
   void (*values_over)(const Value* drawn, int count, Value* there);
   void (*light_over)(const Light* drawn, int count, Light* there);
@@ -195,7 +195,7 @@ struct Kernels {
                      float step, RowBits& met, RowBits& edges);
   /// Where `count` pixels look; 0 where they hit nothing.
   void (*look)(const Facet* facets, const Rays& rays, const Rays& right, const Rays& down, const Hits& hits,
-               int first, int count, bool slopes, Looks& looks);
+               int first, int count, bool slopes, TexCoords& texcoords);
 };
 
 extern const Kernels kPlainKernels, kWideKernels;

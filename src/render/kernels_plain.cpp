@@ -89,7 +89,7 @@ void sample_values(const TexelsView<Value>& texels, const Points& points, int be
   sample_cells(texels, cells, points.soon, count, to);
 }
 
-void sample_light(const TexelsView<Light>& texels, const Taps& taps, const Points& points, int begin,
+void sample_light(const TexelsView<Light>& texels, const FilterGrid& taps, const Points& points, int begin,
                   int count, Light* to) {
   const float step_across = taps.share_across / float(taps.across),
               step_down = taps.share_down / float(taps.down);
@@ -226,11 +226,11 @@ void find_steps(const Facet* facets, const Rays& rays, const Hits& hits, int fir
 }
 
 void look(const Facet* facets, const Rays& rays, const Rays& right, const Rays& down, const Hits& hits,
-          int first, int count, bool slopes, Looks& looks) {
+          int first, int count, bool slopes, TexCoords& texcoords) {
   for (int i = 0; i < count; ++i) {
     const int at = first + i;
     if (hits.facet[at] < 0) {
-      for (auto& row : looks.of) row[i] = 0;
+      for (auto& row : texcoords.of) row[i] = 0;
       continue;
     }
     const Facet& facet = facets[hits.facet[at]];
@@ -245,18 +245,18 @@ void look(const Facet* facets, const Rays& rays, const Rays& right, const Rays& 
       const float above = value > -1e6f ? value : -1e6f;
       return above < 1e6f ? above : 1e6f;
     };
-    looks.of[0][i] = held(u);
-    looks.of[1][i] = held(v);
+    texcoords.of[0][i] = held(u);
+    texcoords.of[1][i] = held(v);
     if (!slopes) continue;
     of(right, q_x);
     of(down, q_y);
     // Where light grazes, a step of a pixel may pass the horizon: keep to the way there.
     const float reach = 0.5f * (std::fabs(q_x[2]) + std::fabs(q_y[2])), most = 0.9f * q[2];
     const float scale = reach > most ? most / reach * inverse : inverse;
-    looks.of[2][i] = held((q_x[0] - u * q_x[2]) * scale);
-    looks.of[3][i] = held((q_x[1] - v * q_x[2]) * scale);
-    looks.of[4][i] = held((q_y[0] - u * q_y[2]) * scale);
-    looks.of[5][i] = held((q_y[1] - v * q_y[2]) * scale);
+    texcoords.of[2][i] = held((q_x[0] - u * q_x[2]) * scale);
+    texcoords.of[3][i] = held((q_x[1] - v * q_x[2]) * scale);
+    texcoords.of[4][i] = held((q_y[0] - u * q_y[2]) * scale);
+    texcoords.of[5][i] = held((q_y[1] - v * q_y[2]) * scale);
   }
 }
 

@@ -221,7 +221,7 @@ PROCAM_AVX2 inline __m256i add_sample(const Light* upper, const Light* lower, co
   return _mm256_add_epi32(sum, _mm256_madd_epi16(_mm256_shuffle_epi8(row, interleave), share));
 }
 
-PROCAM_AVX2 void sample_light(const TexelsView<Light>& texels, const Taps& taps, const Points& points,
+PROCAM_AVX2 void sample_light(const TexelsView<Light>& texels, const FilterGrid& taps, const Points& points,
                               int begin, int count, Light* to) {
   const __m256 last_u = _mm256_set1_ps(float(texels.width - 1)),
                last_v = _mm256_set1_ps(float(texels.height - 1));

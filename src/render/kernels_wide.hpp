@@ -29,7 +29,7 @@ void cast(const Facet* facets, int borders, const FacetBox* boxes, std::size_t c
 void find_steps(const Facet* facets, const Rays& rays, const Hits& hits, int first, int count, float step,
                 RowBits& met, RowBits& edges);
 void look(const Facet* facets, const Rays& rays, const Rays& right, const Rays& down, const Hits& hits,
-          int first, int count, bool slopes, Looks& looks);
+          int first, int count, bool slopes, TexCoords& texcoords);
 
 }  // namespace procam::render::wide
 

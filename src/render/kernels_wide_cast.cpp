@@ -206,14 +206,14 @@ PROCAM_AVX2 inline __m256 held(__m256 value) {
 }  // namespace
 
 PROCAM_AVX2 void look(const Facet* facets, const Rays& rays, const Rays& right, const Rays& down,
-                      const Hits& hits, int first, int count, bool slopes, Looks& looks) {
+                      const Hits& hits, int first, int count, bool slopes, TexCoords& texcoords) {
   const __m256 sign = _mm256_set1_ps(-0.0f);
   for (int i = 0; i < count; i += kLanes) {
     const int at = first + i;
     const __m256i facet = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(hits.facet + at));
     const __m256 nothing = _mm256_castsi256_ps(_mm256_srai_epi32(facet, 31));
     if (_mm256_movemask_ps(nothing) == 0xff) {
-      for (int k = 0; k < (slopes ? 6 : 2); ++k) _mm256_storeu_ps(looks.of[k] + i, _mm256_setzero_ps());
+      for (int k = 0; k < (slopes ? 6 : 2); ++k) _mm256_storeu_ps(texcoords.of[k] + i, _mm256_setzero_ps());
       continue;
     }
     __m256 m[9];
@@ -221,7 +221,7 @@ PROCAM_AVX2 void look(const Facet* facets, const Rays& rays, const Rays& right, 
     const auto of = [&](const Wide3& d, int k)
                         PROCAM_AVX2 { return dot(m[3 * k], m[3 * k + 1], m[3 * k + 2], d); };
     const auto store = [&](int k, __m256 value) PROCAM_AVX2 {
-      _mm256_storeu_ps(looks.of[k] + i, _mm256_andnot_ps(nothing, held(value)));
+      _mm256_storeu_ps(texcoords.of[k] + i, _mm256_andnot_ps(nothing, held(value)));
     };
     const Wide3 d = load(rays, at);
     const __m256 depth = of(d, 2), inverse = _mm256_div_ps(_mm256_set1_ps(1), depth);

@@ -2,8 +2,8 @@
 
 #include <Eigen/LU>
 
+#include "mesh_tile.hpp"
 #include "procam/render/cpu.hpp"
-#include "room_tile.hpp"
 
 namespace procam::render {
 
@@ -34,7 +34,7 @@ PlaneView view_of(const PlacedPlane& plane, const SceneItem& shown) {
 std::optional<bool> hides(const Facet& a, const Facet& b, const std::vector<LensPiece>& pieces) {
   Eigen::RowVector3d ahead;
   for (int k = 0; k < 3; ++k)
-    ahead[k] = (1 - double(kTogether)) * double(a.nearness[k]) - double(b.nearness[k]);
+    ahead[k] = (1 - double(kCoplanarTolerance)) * double(a.nearness[k]) - double(b.nearness[k]);
   bool somewhere = false, not_somewhere = false;
   for (const LensPiece& piece : pieces) {
     const auto [low, high] = bounds(ahead, piece.direction_from_pixel.bernstein());

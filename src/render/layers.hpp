@@ -4,9 +4,9 @@
 #include <optional>
 #include <vector>
 
+#include "mesh_layer.hpp"
 #include "plane_layer.hpp"
 #include "procam/core/surface/scene.hpp"
-#include "room_layer.hpp"
 
 namespace procam::render {
 
@@ -22,7 +22,7 @@ ViewU8 as_alpha(ViewU8 mask, std::vector<std::uint8_t>& memory);
 /// Where one item of the scene is; kept while it stays there.
 struct Layer {
   PlaneLayer plane;               ///< of a plane or a pixel surface
-  std::optional<RoomLayer> room;  ///< of a plane or a mesh
+  std::optional<MeshLayer> room;  ///< of a plane or a mesh
   std::uint64_t made = 0;         ///< how many times anything was
 
   /// Returns whether anything had to be made.
@@ -42,7 +42,7 @@ struct Layer {
 };
 
 /// What is drawn on a tile, back to front. Planes in the room are put in the order of their depth; where that
-/// changes within the tile, and where there are meshes, all are cast at (room_tile.hpp). Pixel surfaces lie
+/// changes within the tile, and where there are meshes, all are cast at (mesh_tile.hpp). Pixel surfaces lie
 /// where the scene has them, and part what is in the room before them from what comes after.
 ///
 /// Its memory is kept from tile to tile.

@@ -23,7 +23,7 @@ bool faithful(const Projector& projector, const PixelRect& rect, const Patch& pa
   for (const double t : {-1.0, -kWorst, 0.0, kWorst, 1.0})
     for (const double s : {-1.0, -kWorst, 0.0, kWorst, 1.0}) {
       if (std::abs(s) != kWorst && std::abs(t) != kWorst) continue;  // a node: exact
-      const std::optional<Vec2> pixel = projector.pixel_lighting(patch.at(s, t));
+      const std::optional<Vec2> pixel = projector.project(patch.at(s, t));
       if (!pixel || !((*pixel - rect.pixel(s, t)).norm() < kLensTolerancePx)) return false;
     }
   return true;

@@ -132,11 +132,11 @@ bool PlaneLayer::update(const PlaneView& view, const LensMap& lens, bool same_le
   return true;
 }
 
-int PlaneLayer::levels_of_taps(std::array<Taps, kTileHeight / kStrip> MapTile::*taps_of) const {
+int PlaneLayer::levels_of_taps(std::array<FilterGrid, kTileHeight / kStrip> MapTile::*taps_of) const {
   int coarsest = 0;
   for (const Band& band : bands_)
     for (const MapTile& tile : band.tiles)
-      for (const Taps& taps : tile.*taps_of) coarsest = std::max(coarsest, taps.level);
+      for (const FilterGrid& taps : tile.*taps_of) coarsest = std::max(coarsest, taps.level);
   return coarsest + 1;
 }
 
@@ -262,7 +262,7 @@ PlaneLayer::MapTile PlaneLayer::make_tile(const PixelRect& rect, const LensPiece
   }
   if (!area) return tile;
 
-  const auto choose = [&](ImageSize content, std::array<Taps, kTileHeight / kStrip>& taps) {
+  const auto choose = [&](ImageSize content, std::array<FilterGrid, kTileHeight / kStrip>& taps) {
     const int levels = levels_of(content);
     for (int strip = 0; strip * kStrip < rect.height(); ++strip) {
       PixelSize finest, largest, typical;
@@ -292,7 +292,7 @@ PlaneLayer::MapTile PlaneLayer::make_tile(const PixelRect& rect, const LensPiece
 
 template <typename Pixel>
 void PlaneLayer::sample_row(const MapTile& map, const Band& band, int y, const TexelsView<Pixel>& level,
-                            const Taps& taps, const Kernels& kernels, RowMemory<Pixel>& memory,
+                            const FilterGrid& taps, const Kernels& kernels, RowMemory<Pixel>& memory,
                             Pixel* to) const {
   constexpr bool kLight = std::is_same_v<Pixel, Light>;
   const Span& span = map.spans[std::size_t(y)];
@@ -341,14 +341,14 @@ void PlaneLayer::draw(const Texture& texture, const Texture* mask, const Kernels
     const Span& span = map->spans[std::size_t(y)];
     const int count = span.end - span.begin;
     if (count == 0) continue;
-    const Taps& taps = map->taps[std::size_t(y / kStrip)];
+    const FilterGrid& taps = map->taps[std::size_t(y / kStrip)];
     Pixel* const there = tile.row(y) + 4 * span.begin;
     const bool replaces = opaque && span.full_begin == 0 && span.full_end == kTileWidth;
     Pixel* const to = replaces ? there : drawn;
     sample_row(*map, band, y, texture.level(taps.level), taps, kernels, memory, to);
     if (replaces) continue;
     if (mask) {
-      const Taps& mask_taps = map->mask_taps[std::size_t(y / kStrip)];
+      const FilterGrid& mask_taps = map->mask_taps[std::size_t(y / kStrip)];
       sample_row(*map, band, y, mask->level(mask_taps.level), mask_taps, kernels, memory, alpha);
       give_alpha(kernels, alpha, count, drawn);
     }

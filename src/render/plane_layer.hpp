@@ -23,7 +23,7 @@ struct Tile {
 
 /// `count` samples, of pixels (light) or values.
 template <typename Pixel>
-inline void sample(const Kernels& kernels, const TexelsView<Pixel>& level, const Taps& taps,
+inline void sample(const Kernels& kernels, const TexelsView<Pixel>& level, const FilterGrid& taps,
                    const Points& points, int begin, int count, Pixel* to) {
   if constexpr (std::is_same_v<Pixel, Light>)
     kernels.sample_light(level, taps, points, begin, count, to);
@@ -87,10 +87,10 @@ class PlaneLayer {
 
   static constexpr int kStrip = 8;  ///< rows of pixels that share their samples' grid
   /// Of the strips of a tile that it touches.
-  const std::array<Taps, kTileHeight / kStrip>& taps(int tile_x, int tile_y) const {
+  const std::array<FilterGrid, kTileHeight / kStrip>& taps(int tile_x, int tile_y) const {
     return map_tile(tile_x, tile_y)->taps;
   }
-  const std::array<Taps, kTileHeight / kStrip>& mask_taps(int tile_x, int tile_y) const {
+  const std::array<FilterGrid, kTileHeight / kStrip>& mask_taps(int tile_x, int tile_y) const {
     return map_tile(tile_x, tile_y)->mask_taps;
   }
   const PlaneView& view() const { return view_; }
@@ -113,7 +113,7 @@ class PlaneLayer {
     bool drawn = false, whole = false;
     float u_down = 0, v_down = 0;  ///< change of (u, v), fractions of the content, by one pixel downwards
     std::uint32_t first_piece = 0, pieces = 0;
-    std::array<Taps, kTileHeight / kStrip> taps, mask_taps;
+    std::array<FilterGrid, kTileHeight / kStrip> taps, mask_taps;
     std::array<Span, kTileHeight> spans;
   };
   struct DrawnPiece {
@@ -135,14 +135,14 @@ class PlaneLayer {
     const MapTile& tile = band.tiles[std::size_t(x - band.first)];
     return tile.drawn ? &tile : nullptr;
   }
-  int levels_of_taps(std::array<Taps, kTileHeight / kStrip> MapTile::*taps) const;
+  int levels_of_taps(std::array<FilterGrid, kTileHeight / kStrip> MapTile::*taps) const;
   /// Where a row's pixels look.
   template <typename Pixel>
   using RowMemory = std::conditional_t<std::is_same_v<Pixel, Light>, Points, RowCells>;
   /// Writes the samples of a row's pixels that the content touches. `memory`: it may be used.
   template <typename Pixel>
   void sample_row(const MapTile& map, const Band& band, int y, const TexelsView<Pixel>& level,
-                  const Taps& taps, const Kernels& kernels, RowMemory<Pixel>& memory, Pixel* to) const;
+                  const FilterGrid& taps, const Kernels& kernels, RowMemory<Pixel>& memory, Pixel* to) const;
   void make_band(int y, const LensMap& lens, bool area);
   MapTile make_tile(const PixelRect& rect, const LensPiece* pieces, std::size_t count, bool area, Band& band);
 

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <limits>
 
-#include "room_tile.hpp"
+#include "mesh_tile.hpp"
 
 namespace procam::render {
 
@@ -93,7 +93,7 @@ const Facet* RoomSeen::along_ray(int x, int y, const Vec3& d) const {
 
 namespace {
 bool is_before(const Facet* facet, const Vec3& point) {
-  return facet && along(facet->nearness, point) > 1 + kTogether;  // 1: the point lies on it
+  return facet && along(facet->nearness, point) > 1 + kCoplanarTolerance;  // 1: the point lies on it
 }
 }  // namespace
 

@@ -1,9 +1,9 @@
 #pragma once
 /// What of a room a device sees at each of its pixels: the nearest facet. For the questions of visibility
 /// between a projector and an eye.
+#include "mesh_layer.hpp"
 #include "procam/core/lens/projector.hpp"
 #include "procam/core/surface/scene.hpp"
-#include "room_layer.hpp"
 #include "workers.hpp"
 
 namespace procam::render {
@@ -40,7 +40,7 @@ class RoomSeen {
   void find_nearest_on(int tile_x, int tile_y);
 
   LensMap lens_;
-  std::vector<RoomLayer> layers_;
+  std::vector<MeshLayer> layers_;
   std::vector<ViewU8> masks_;  ///< [layer]
   std::vector<Id> nearest_;
 };

@@ -68,7 +68,7 @@ std::string scatter(const Evaluation& evaluation, const SheetEvaluation& result)
   for (const CornerRow& row : result.corners)
     if (row.count > 0) corners.cross(middle + scale * row.physical, 7);
   content += corners.path("class=\"bar\"", "the physical corners");
-  for (const Placement& placement : evaluation.placements) {
+  for (const SheetPlacement& placement : evaluation.placements) {
     if (evaluation.sheets[std::size_t(placement.sheet)].name != result.sheet.name) continue;
     Marks dots;
     for (const Landing& landing : placement.landings)
@@ -129,7 +129,7 @@ std::string in_space(const Evaluation& evaluation) {
   if (evaluation.rig.projectors.empty()) return "";
   std::vector<SpaceOutline> outlines;
   for (std::size_t i = 0; i < evaluation.placements.size(); ++i) {
-    const Placement& placement = evaluation.placements[i];
+    const SheetPlacement& placement = evaluation.placements[i];
     const Sheet& sheet = evaluation.sheets[std::size_t(placement.sheet)];
     SpaceOutline outline{
         sheet.name + ", " + fixed(placement.distance, 2) + " m", {}, distance_color(placement.distance)};

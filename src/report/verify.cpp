@@ -42,7 +42,7 @@ double magnification_of(const VerifyResult& result, const SurfaceFrame& frame) {
   const double gap = std::sqrt((frame.high - frame.low).prod() / double(result.marks.size()));
   double sigma = 0;
   for (const VerifiedMark& mark : result.marks)
-    if (mark.left_out.empty()) sigma = std::max(sigma, std::sqrt(kChiSquare95 * mark.covariance.trace()));
+    if (mark.rejection.empty()) sigma = std::max(sigma, std::sqrt(kChiSquare95 * mark.covariance.trace()));
   const double largest = std::max({result.worst, 0.5 * sigma, 1e-7});
   return std::max(1.0, round_step(0.67 * gap / largest));
 }
@@ -90,19 +90,19 @@ std::string verify_picture(const VerifyResult& result, const Points2& content) {
   const char* const kAfter = "fill=\"none\" stroke=\"#1b7f3b\" stroke-width=\"1.3\"";
   const char* const kLeftOut = "fill=\"none\" stroke=\"#b58900\" stroke-width=\"1.3\"";
   std::string arrows;
-  Marks left_out;
+  Marks rejected;
   for (const VerifiedMark& mark : result.marks) {
     if (mark.intended.isZero(0)) continue;  // its light misses the surface
     const Vec2 at = frame.at(mark.intended);
-    if (!mark.left_out.empty()) {
-      left_out.cross(at, 4);
+    if (!mark.rejection.empty()) {
+      rejected.cross(at, 4);
       continue;
     }
     drawing += region(at, mark.covariance, scale);
     arrows += arrow(at, at + scale * mark.error, kBefore);
     if (corrected) arrows += arrow(at, at + scale * mark.error_after, kAfter);
   }
-  drawing += arrows + left_out.path(kLeftOut);
+  drawing += arrows + rejected.path(kLeftOut);
 
   const double foot = frame.height() + 8;
   const std::string words = "font-family=\"sans-serif\" font-size=\"14\" fill=\"#222\"";
@@ -125,7 +125,7 @@ std::string verify_picture(const VerifyResult& result, const Points2& content) {
   }
   drawing += label(Vec2(kRim, foot + 71), words,
                    "grey: 95 % of errors when nothing has moved" +
-                       std::string(left_out.d.empty() ? "" : "; crosses: marks that are left out"));
+                       std::string(rejected.d.empty() ? "" : "; crosses: marks that are left out"));
   std::string picture = svg(box(Vec2::Zero(), Vec2(kSheetWidth, frame.height() + kFoot)),
                             "Errors of the light on " + result.surface, drawing);
   picture.insert(picture.find("<svg") + 4, " xmlns=\"http://www.w3.org/2000/svg\"");

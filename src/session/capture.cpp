@@ -15,7 +15,7 @@ Error camera_error(const std::string& why, const std::string& next) {
 }
 
 /// Waits for a frame; `patience_s` without one ends it, 0 never does.
-device::SeenFrame wait_for_frame(const Stand& stand, double after_s, double patience_s) {
+device::SeenFrame wait_for_frame(const CaptureRig& stand, double after_s, double patience_s) {
   const double begin = device::now_s();
   while (true) {
     stand.tick();
@@ -100,7 +100,7 @@ std::vector<BrightnessSample> brightness_where_it_varies(const std::vector<Coars
 }
 
 /// Shows a code and finds it in the frames.
-std::optional<Delay> try_code(const Stand& stand, double unit_s, double longest_s, unsigned seed) {
+std::optional<Delay> try_code(const CaptureRig& stand, double unit_s, double longest_s, unsigned seed) {
   constexpr int kParts = 40;
   const ImageU8 black = flat(stand.screen.size(), 0), white = flat(stand.screen.size(), 255);
   std::vector<LightSwitch> switches;
@@ -127,7 +127,7 @@ std::optional<Delay> try_code(const Stand& stand, double unit_s, double longest_
 
 }  // namespace
 
-Delay measure_delay(const Stand& stand) {
+Delay measure_delay(const CaptureRig& stand) {
   // A code's parts must span several frames.
   constexpr int kFrames = 5;
   double last = stand.screen.show(flat(stand.screen.size(), 0));
@@ -155,7 +155,7 @@ ShutterOptions shutter_options(const Delay& delay) {
   return options;
 }
 
-Shutter::Shutter(const Stand& stand, const ShutterOptions& options) : stand_(stand), options_(options) {}
+Shutter::Shutter(const CaptureRig& stand, const ShutterOptions& options) : stand_(stand), options_(options) {}
 
 double Shutter::show(ViewU8 picture) {
   const double time = stand_.screen.show(picture);
@@ -169,7 +169,7 @@ ImageU8 Shutter::next_frame() {
   return std::move(frame.image);
 }
 
-ImageU8 Shutter::glance(ViewU8 picture) {
+ImageU8 Shutter::capture_unchecked(ViewU8 picture) {
   show(picture);
   forget();
   return settle().image;
@@ -207,7 +207,7 @@ TakenFrame Shutter::settle_after(double shown_s, double wait_s) {
   return settle();
 }
 
-TakenFrame Shutter::take_after_curtain(ViewU8 picture) {
+TakenFrame Shutter::capture_after_blank(ViewU8 picture) {
   constexpr double kBrightPicture = 64;
   const ImageU8 curtain = flat(picture.size(), mean(picture) > kBrightPicture ? 0 : 255);
   const double longest = 1 + 4 * options_.wait_s;
@@ -239,7 +239,7 @@ TakenFrame Shutter::take(ViewU8 picture) {
   const bool comparable = seen_before_.size() == taken.image.size() && !equal(picture, shown_before_);
   if (comparable && !compare(taken.image, seen_before_, options_.noise).any()) {
     on_rejected(taken.image, Rejected::kStale);
-    taken = take_after_curtain(picture);
+    taken = capture_after_blank(picture);
   }
   shown_before_ = copy_of(picture);
   seen_before_ = taken.image;
@@ -260,7 +260,7 @@ LightReport check_light(Shutter& shutter, const KeepFrame& keep) {
 
   // Some frames pass first, so that not even a slow camera's transition counts as noise.
   constexpr int kFramesOfWhite = 5, kFramesPassed = 2;
-  std::vector<ImageU8> whites{shutter.glance(white)};
+  std::vector<ImageU8> whites{shutter.capture_unchecked(white)};
   for (int i = 1; i < kFramesOfWhite + kFramesPassed; ++i) whites.push_back(shutter.next_frame());
   whites.erase(whites.begin(), whites.begin() + kFramesPassed);
   report.noise = shutter.options().noise = measure_noise({whites.begin(), whites.end()});
@@ -291,7 +291,7 @@ LightReport check_light(Shutter& shutter, const KeepFrame& keep) {
                                           {second.white, second.black, second.checkers, second.inverse});
   std::vector<ToneSample> ramp;
   for (const int level : tone_levels()) {
-    const ImageU8 seen = shutter.glance(flat(size, level));
+    const ImageU8 seen = shutter.capture_unchecked(flat(size, level));
     ramp.push_back({level, mean_over(report.exposure.paper, seen)});
     keep("ramp_" + std::to_string(ramp.size() - 1), seen);
   }

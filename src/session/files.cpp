@@ -43,9 +43,9 @@ void make_folder(const fs::path& folder) {
   if (error || !fs::is_directory(folder, error)) cannot("make", folder, error);
 }
 
-io::Session describe_session(const SessionPattern& pattern, ImageSize projector_size,
-                             const std::optional<Board>& board, int step) {
-  io::Session session;
+io::SessionInfo describe_session(const SessionPattern& pattern, ImageSize projector_size,
+                                 const std::optional<Board>& board, int step) {
+  io::SessionInfo session;
   session.pattern = pattern.text();
   session.projector_size = projector_size;
   session.board = board;
@@ -53,8 +53,8 @@ io::Session describe_session(const SessionPattern& pattern, ImageSize projector_
   return session;
 }
 
-void require_same_session(const fs::path& folder, const io::Session& session) {
-  const std::optional<io::Session> there = io::load_session(folder);
+void require_same_session(const fs::path& folder, const io::SessionInfo& session) {
+  const std::optional<io::SessionInfo> there = io::load_session(folder);
   if (!there) return;
   const auto refuse = [&](const std::string& what) {
     throw Error(ErrorKind::kInput, (folder / "session.json").string(), "it is a session with another " + what,
@@ -67,29 +67,29 @@ void require_same_session(const fs::path& folder, const io::Session& session) {
     refuse("board (" + io::format_board(*there->board) + ")");
 }
 
-ViewInTheMaking::ViewInTheMaking(const fs::path& session, std::size_t view)
+ViewWriter::ViewWriter(const fs::path& session, std::size_t view)
     : session_(session), place_(session / numbered("view", view)) {
   work_ = session / ("." + place_.filename().string() + ".partial");
   begin();
 }
 
-void ViewInTheMaking::begin() {
+void ViewWriter::begin() {
   make_folder(work_);
   kept_ = 0;
   std::error_code ignored;
   while (fs::exists(frame_file(kept_), ignored)) ++kept_;
 }
 
-fs::path ViewInTheMaking::frame_file(int frame) const {
+fs::path ViewWriter::frame_file(int frame) const {
   return work_ / numbered("frame", std::size_t(frame), ".png");
 }
 
-void ViewInTheMaking::keep(ViewU8 frame) {
+void ViewWriter::keep(ViewU8 frame) {
   io::save_image(frame_file(kept_), frame);
   ++kept_;
 }
 
-void ViewInTheMaking::keep_rejected(ViewU8 frame, const std::string& why) {
+void ViewWriter::keep_rejected(ViewU8 frame, const std::string& why) {
   const fs::path folder = work_ / "rejected";
   make_folder(folder);
   for (int number = 0;; ++number) {
@@ -102,11 +102,11 @@ void ViewInTheMaking::keep_rejected(ViewU8 frame, const std::string& why) {
   }
 }
 
-void ViewInTheMaking::finish() {
+void ViewWriter::finish() {
   move_to(work_, place_);
 }
 
-void ViewInTheMaking::set_aside() {
+void ViewWriter::set_aside() {
   move_to(work_, first_free(session_ / ("." + place_.filename().string() + ".set_aside_")));
   begin();
 }

@@ -273,8 +273,8 @@ void turn_left_to_right(ImageF& image) {
   turn_rows(image);
 }
 
-SessionPlan open_session(const fs::path& folder, const io::Session& stated, const ShownFlags& shown) {
-  const io::Session stored = io::load_session(folder).value_or(io::Session{});
+SessionPlan open_session(const fs::path& folder, const io::SessionInfo& stated, const ShownFlags& shown) {
+  const io::SessionInfo stored = io::load_session(folder).value_or(io::SessionInfo{});
   const auto ask = [&](const std::string& what, const std::string& flag) {
     return Error(ErrorKind::kInput, folder.string(), "neither a flag nor session.json states the " + what,
                  "give " + flag);
@@ -282,7 +282,7 @@ SessionPlan open_session(const fs::path& folder, const io::Session& stated, cons
   SessionPlan plan;
   plan.folder = folder;
   const bool flags_say = stated.projector_size || !stated.projectors.empty();
-  const io::Session& says_size = flags_say ? stated : stored;
+  const io::SessionInfo& says_size = flags_say ? stated : stored;
   std::map<std::string, ImageSize> sizes = says_size.projectors;
   if (says_size.projector_size) sizes["projector"] = *says_size.projector_size;
   const auto board = stated.board ? stated.board : stored.board;

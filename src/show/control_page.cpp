@@ -208,9 +208,9 @@ class ControlPage::Server {
   }
 
  private:
-  class Looker;
+  class WebSocketClient;
   class Request;
-  friend class Looker;
+  friend class WebSocketClient;
   friend class Request;
 
   void accept();
@@ -260,7 +260,7 @@ class ControlPage::Server {
 
   const std::string token_;
   // What requests and lookers use at their end comes before `io_`, whose end is theirs.
-  std::set<Looker*> lookers_;
+  std::set<WebSocketClient*> clients_;
   std::size_t connections_ = 0;
   std::string status_text_, jpeg_;
   std::uint64_t status_text_number_ = 0, jpeg_number_ = 0;
@@ -282,18 +282,18 @@ class ControlPage::Server {
 };
 
 /// One who has a WebSocket open.
-class ControlPage::Server::Looker : public std::enable_shared_from_this<Looker> {
+class ControlPage::Server::WebSocketClient : public std::enable_shared_from_this<WebSocketClient> {
  public:
-  Looker(Server& server, beast::tcp_stream stream) : server_(server), socket_(std::move(stream)) {
+  WebSocketClient(Server& server, beast::tcp_stream stream) : server_(server), socket_(std::move(stream)) {
     ++server_.connections_;
-    server_.lookers_.insert(this);
+    server_.clients_.insert(this);
   }
-  ~Looker() {
+  ~WebSocketClient() {
     --server_.connections_;
-    server_.lookers_.erase(this);
+    server_.clients_.erase(this);
   }
-  Looker(const Looker&) = delete;
-  Looker& operator=(const Looker&) = delete;
+  WebSocketClient(const WebSocketClient&) = delete;
+  WebSocketClient& operator=(const WebSocketClient&) = delete;
 
   void begin(const http::request<http::string_body>& request) {
     socket_.set_option(websocket::stream_base::timeout::suggested(beast::role_type::server));
@@ -403,7 +403,7 @@ class ControlPage::Server::Request : public std::enable_shared_from_this<Request
       if (!websocket::is_upgrade(request))
         return answer(http::status::upgrade_required, "text/plain", "a WebSocket\n");
       stream_.expires_never();
-      std::make_shared<Looker>(server_, std::move(stream_))->begin(request);
+      std::make_shared<WebSocketClient>(server_, std::move(stream_))->begin(request);
       return;
     }
     if (path == "/") return answer(http::status::ok, "text/html; charset=utf-8", kControlPageHtml);
@@ -472,12 +472,12 @@ void ControlPage::Server::tick() {
     if (failed) return;
     // A pointer ten times a second costs the loop nothing, and whoever asks for a frame gets a new one.
     wants_frame_ = true;
-    if (!lookers_.empty()) {
+    if (!clients_.empty()) {
       status_text();
       bool wanted = false;
-      for (Looker* looker : lookers_) wanted = wanted || looker->is_ready_for_frame();
+      for (WebSocketClient* client : clients_) wanted = wanted || client->is_ready_for_frame();
       if (wanted) jpeg();
-      for (Looker* looker : lookers_) looker->send();
+      for (WebSocketClient* client : clients_) client->send();
     }
     tick();
   });

@@ -175,8 +175,7 @@ std::vector<std::optional<Vec2>> points_in_frame(const SolvedSurface& surface, c
   const auto* placed = std::get_if<PlacedPlane>(&surface.placement);
   if (plane != nullptr && placed != nullptr)
     for (const Vec2& point : plane->points)
-      shown.push_back(
-          projector.pixel_lighting(placed->projector_from_surface * Vec3(point.x(), point.y(), 0)));
+      shown.push_back(projector.project(placed->projector_from_surface * Vec3(point.x(), point.y(), 0)));
   return shown;
 }
 

@@ -41,7 +41,7 @@ class Loop {
     while (!closed_ && (options_.duration_s <= 0 || device::now_s() - begin_ < options_.duration_s)) {
       wait_until(due);
       if (closed_) break;
-      listen();
+      poll_inputs();
       const double now = device::now_s();
       if (options_.fps > 0) {
         const double period = 1 / options_.fps;
@@ -72,51 +72,53 @@ class Loop {
   /// Sleeps, and listens to the window's keys.
   void wait_until(double due) {
     while (true) {
-      hear(parts_.sink.poll());
+      handle_window_event(parts_.sink.poll());
       const double left = due - device::now_s();
       if (closed_ || left <= 0) return;
       std::this_thread::sleep_for(std::chrono::duration<double>(std::min(left, 0.02)));
     }
   }
 
-  void hear(device::Wish wish) {
-    for (; wish != device::Wish::kNone; wish = parts_.sink.poll()) {
+  void handle_window_event(device::WindowEvent wish) {
+    for (; wish != device::WindowEvent::kNone; wish = parts_.sink.poll()) {
       switch (wish) {
-        case device::Wish::kClose:
+        case device::WindowEvent::kClose:
           closed_ = true;
           return;
-        case device::Wish::kGrid:
-          turn_to(parts_.projection.picture() == Picture::kGrid ? Picture::kContent : Picture::kGrid);
+        case device::WindowEvent::kGrid:
+          turn_to(parts_.projection.picture() == TestPattern::kGrid ? TestPattern::kContent
+                                                                    : TestPattern::kGrid);
           break;
-        case device::Wish::kMask:
-          turn_to(parts_.projection.picture() == Picture::kMask ? Picture::kContent : Picture::kMask);
+        case device::WindowEvent::kMask:
+          turn_to(parts_.projection.picture() == TestPattern::kMask ? TestPattern::kContent
+                                                                    : TestPattern::kMask);
           break;
-        case device::Wish::kGoOn:
-          turn_to(Picture((int(parts_.projection.picture()) + 1) % 3));
+        case device::WindowEvent::kGoOn:
+          turn_to(TestPattern((int(parts_.projection.picture()) + 1) % 3));
           break;
-        case device::Wish::kFreeze:
+        case device::WindowEvent::kFreeze:
           frozen_ = !frozen_;
           break;
-        case device::Wish::kHelp:
+        case device::WindowEvent::kHelp:
           help_ = !help_;
           break;
-        case device::Wish::kNone:
+        case device::WindowEvent::kNone:
           break;
       }
     }
   }
 
-  void turn_to(Picture picture) {
+  void turn_to(TestPattern picture) {
     parts_.projection.set_picture(picture);
     if (parts_.recorder != nullptr) parts_.recorder->record(picture);
   }
 
   /// People and files.
-  void listen() {
+  void poll_inputs() {
     if (parts_.page != nullptr)
       for (const Command& command : parts_.page->take()) {
         try {
-          obey(command);
+          execute(command);
         } catch (const Error& error) {
           say(error.what());
         }
@@ -168,14 +170,14 @@ class Loop {
     return true;
   }
 
-  void obey(const Command& command) {
+  void execute(const Command& command) {
     if (command.verb == "picture") {
       const auto known = {"content", "grid", "mask"};
       const auto found = std::find(known.begin(), known.end(), command.text);
       if (found == known.end())
         throw Error(ErrorKind::kInput, "picture '" + command.text + "'", "there is none",
                     "name content, grid or mask");
-      return turn_to(Picture(found - known.begin()));
+      return turn_to(TestPattern(found - known.begin()));
     }
     if (command.verb == "freeze") {
       frozen_ = !frozen_;
@@ -246,7 +248,7 @@ class Loop {
   /// Surfaces as the depth camera sees them now.
   void watch_room() {
     if (parts_.room == nullptr) return;
-    std::optional<RoomNews> news = parts_.room->take();
+    std::optional<SurfaceUpdate> news = parts_.room->take();
     if (!news) return;
     for (const std::string& words : news->words) say(words);
     if (!news->surfaces) return;

@@ -71,7 +71,7 @@ struct Projection::State {
   track::PoseTrack track;
   Show show;
   SolvedSurfaceSet solved;
-  Picture picture = Picture::kContent;
+  TestPattern picture = TestPattern::kContent;
   ImageU8 grid = grid_picture(), white = ImageU8(8, 8, 1, 255);
   Scene scene;
   /// One a surface: how a picture of this size lies on it.
@@ -104,17 +104,17 @@ struct Projection::State {
     ViewU8 shown;
     std::uint64_t revision = 0;
     switch (picture) {
-      case Picture::kContent: {
+      case TestPattern::kContent: {
         if (!show.contents[i]) return;
         const device::ContentFrame frame = show.contents[i]->at(content_time);
         shown = frame.view;
         revision = (serials[i] << 40) + frame.revision;
         break;
       }
-      case Picture::kGrid:
+      case TestPattern::kGrid:
         shown = grid.view();
         break;
-      case Picture::kMask:
+      case TestPattern::kMask:
         shown = white.view();
         break;
     }
@@ -197,10 +197,10 @@ bool Projection::draw_over(double light_time, ImageView<std::uint8_t> frame) con
   return true;
 }
 
-void Projection::set_picture(Picture picture) {
+void Projection::set_picture(TestPattern picture) {
   state_->picture = picture;
 }
-Picture Projection::picture() const {
+TestPattern Projection::picture() const {
   return state_->picture;
 }
 

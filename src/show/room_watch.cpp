@@ -48,23 +48,25 @@ void let_the_show_go_first() {
 
 }  // namespace
 
-RoomView::RoomView(const RoomOptions& options)
+DepthSurfaceTracker::DepthSurfaceTracker(const RoomOptions& options)
     : options_(options), rays_(options.camera.camera), map_(options.map), track_(options.track) {
-  require(options.delay >= 0 && options.news_from >= 0, "RoomView: delay and news_from must not be negative");
+  require(options.delay >= 0 && options.news_from >= 0,
+          "DepthSurfaceTracker: delay and news_from must not be negative");
 }
 
-void RoomView::add(const track::StampedPose& message) {
+void DepthSurfaceTracker::add(const track::StampedPose& message) {
   track_.add(message);
 }
 
-double RoomView::time_of(const device::SeenDepth& seen) {
+double DepthSurfaceTracker::time_of(const device::SeenDepth& seen) {
   if (!seen.stamp_s || !std::isfinite(*seen.stamp_s)) return seen.time_s;
   if (clock_.observe(*seen.stamp_s, seen.time_s) == track::ClockVerdict::kDoubtful) return seen.time_s;
   return std::min(clock_.time(*seen.stamp_s), seen.time_s);
 }
 
-std::shared_ptr<const RoomSilhouettes> RoomView::find(const depth::DepthImage& image,
-                                                      const Pose& world_from_camera, double time) const {
+std::shared_ptr<const RoomSilhouettes> DepthSurfaceTracker::find(const depth::DepthImage& image,
+                                                                 const Pose& world_from_camera,
+                                                                 double time) const {
   depth::RoomDepthOptions room;
   room.within = options_.silhouettes->nearer;
   const ImageF background = depth::room_depth(map_, image, rays_, world_from_camera, room);
@@ -80,7 +82,7 @@ std::shared_ptr<const RoomSilhouettes> RoomView::find(const depth::DepthImage& i
       RoomSilhouettes{people::find_silhouettes(view, *options_.silhouettes), world_from_camera, time});
 }
 
-std::optional<SurfaceSet> RoomView::look(const device::SeenDepth& seen) {
+std::optional<SurfaceSet> DepthSurfaceTracker::look(const device::SeenDepth& seen) {
   const ImageSize size = size_of(seen.pixels);
   if (size != rays_.size())
     throw Error(ErrorKind::kInput, "depth camera " + options_.camera.name,
@@ -96,7 +98,7 @@ std::optional<SurfaceSet> RoomView::look(const device::SeenDepth& seen) {
   } else {
     const track::TrackedPose child = track_.at(time);
     if (child.state != track::TrackState::kFresh) {
-      ++homeless_;
+      ++frames_without_pose_;
       return std::nullopt;
     }
     world_from_rig =
@@ -115,16 +117,17 @@ std::optional<SurfaceSet> RoomView::look(const device::SeenDepth& seen) {
   return now;
 }
 
-struct RoomWatch::State {
-  State(Open how, const RoomWatchOptions& what) : open(std::move(how)), options(what), view(what.room) {}
+struct DepthSurfaceSource::State {
+  State(Open how, const DepthSurfaceSourceOptions& what)
+      : open(std::move(how)), options(what), view(what.room) {}
 
   Open open;
-  RoomWatchOptions options;
+  DepthSurfaceSourceOptions options;
   std::unique_ptr<device::DepthSource> source;
-  RoomView view;
+  DepthSurfaceTracker view;
   std::mutex mutex;  ///< of the three below
   std::vector<track::StampedPose> poses;
-  RoomNews news;
+  SurfaceUpdate news;
   std::shared_ptr<const RoomSilhouettes> silhouettes;
   std::atomic<bool> ends{false};
   std::thread thread;
@@ -180,7 +183,8 @@ struct RoomWatch::State {
     const int before = view.looked();
     std::optional<SurfaceSet> surfaces = view.look(seen);
     if (view.looked() == before) {
-      if (view.homeless() > 0) tell_fault("depth pictures come without a fresh pose: they are passed over");
+      if (view.frames_without_pose() > 0)
+        tell_fault("depth pictures come without a fresh pose: they are passed over");
       return;
     }
     last_good = device::now_s();
@@ -207,19 +211,19 @@ struct RoomWatch::State {
   }
 };
 
-RoomWatch::RoomWatch(Open open, const RoomWatchOptions& options)
+DepthSurfaceSource::DepthSurfaceSource(Open open, const DepthSurfaceSourceOptions& options)
     : state_(std::make_unique<State>(std::move(open), options)) {
-  require(options.lost_after > 0, "RoomWatch: lost_after must be positive");
+  require(options.lost_after > 0, "DepthSurfaceSource: lost_after must be positive");
   state_->source = state_->open();
   state_->thread = std::thread([state = state_.get()] { state->run(); });
 }
 
-RoomWatch::~RoomWatch() {
+DepthSurfaceSource::~DepthSurfaceSource() {
   state_->ends = true;
   state_->thread.join();
 }
 
-void RoomWatch::add(const track::StampedPose& message) {
+void DepthSurfaceSource::add(const track::StampedPose& message) {
   const std::lock_guard<std::mutex> lock(state_->mutex);
   // Without pictures nobody fetches them: the newest are enough.
   constexpr std::size_t kMost = 4096;
@@ -228,7 +232,7 @@ void RoomWatch::add(const track::StampedPose& message) {
   state_->poses.push_back(message);
 }
 
-std::optional<RoomNews> RoomWatch::take() {
+std::optional<SurfaceUpdate> DepthSurfaceSource::take() {
   const std::unique_lock<std::mutex> lock(state_->mutex, std::try_to_lock);
   if (!lock || (!state_->news.surfaces && state_->news.words.empty())) return std::nullopt;
   return std::exchange(state_->news, {});

@@ -118,7 +118,7 @@ void RunRecorder::record(const SurfaceSet& surfaces) {
   state_->line("{\"surfaces\":" + text + "}");
 }
 
-void RunRecorder::record(Picture picture) {
+void RunRecorder::record(TestPattern picture) {
   state_->line(std::string("{\"picture\":\"") + kPictures[int(picture)] + "\"}");
 }
 

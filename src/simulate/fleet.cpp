@@ -88,7 +88,7 @@ Fleet make_fleet(Level level, std::uint64_t seed, int cameras, int projectors) {
 
 Fleet make_fleet(Level level, std::uint64_t seed, int cameras, int projectors, const Conditions& conditions) {
   require(cameras >= 1 && projectors >= 1, "make_fleet: there is one camera and one projector at least");
-  const Session base = make_session(level, seed, std::nullopt, std::nullopt, conditions);
+  const SimulatedSession base = make_session(level, seed, std::nullopt, std::nullopt, conditions);
   Random random(seed, std::uint64_t(level), 7);
   Fleet fleet;
   fleet.world = base.views.front();

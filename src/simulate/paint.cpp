@@ -31,7 +31,7 @@ PreparedPaint::PreparedPaint(const Body& body) : shape_(&body.shape), front_(sid
 }
 
 PreparedPaint::Side PreparedPaint::side_of(const Body& body) {
-  if (const auto* picture = std::get_if<Picture>(&body.paint)) {
+  if (const auto* picture = std::get_if<Texture>(&body.paint)) {
     require(is_albedo(picture->white) && is_albedo(picture->black),
             "simulate: an albedo of body '" + body.name + "' is not in 0..1");
     const int channels = picture->image.channels();
@@ -43,7 +43,7 @@ PreparedPaint::Side PreparedPaint::side_of(const Body& body) {
   }
   if (const auto* board = std::get_if<PrintedBoard>(&body.paint)) {
     require(std::holds_alternative<Rectangle>(body.shape) || std::holds_alternative<Polygon>(body.shape),
-            "simulate: body '" + body.name + "' is not flat and carries a board's print; use a Picture");
+            "simulate: body '" + body.name + "' is not flat and carries a board's print; use a Texture");
     return Paper(*board);
   }
   const double albedo = std::get<double>(body.paint);

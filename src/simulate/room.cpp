@@ -132,7 +132,7 @@ Body marker_sheet(const PlacedMarker& marker, const MarkerCells& codes, const Po
   require(marker.size > 0 && rim_cells >= 0, "marker_sheet: the marker's size or rim is not positive");
   require(marker.id >= 0 && std::size_t(marker.id) < codes.white.size(),
           "marker_sheet: there is no marker " + std::to_string(marker.id));
-  Picture print;
+  Texture print;
   print.image = internal::marker_print(marker.id, codes, rim_cells);
   const int cells = print.image.width();
   const Vec2 corner = Vec2::Constant(0.5 * marker.size * cells / (cells - 2 * rim_cells));

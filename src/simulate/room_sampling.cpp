@@ -256,7 +256,7 @@ class RoomTracer {
     const double closing = normal.dot(to_light);
     if (!(closing > 0)) return std::nullopt;
     const Vec3 point_in_light = eye.light_from_camera * point_in_camera;
-    const std::optional<Vec2> pixel = lights_[l].projector.pixel_lighting(point_in_light);
+    const std::optional<Vec2> pixel = lights_[l].projector.project(point_in_light);
     if (!pixel || !light_tiles_[l].contains(*pixel)) return std::nullopt;
     if (eye.caster.is_hidden(point_in_light, hit.body, in_light[std::size_t(light_tiles_[l].at(*pixel))]))
       return std::nullopt;
@@ -392,7 +392,7 @@ class RoomTracer {
       const auto arrives = [&](double across, double down) -> std::optional<Arriving> {
         const Vec3 direction = direction_at(across, down);
         const Vec3 point = light.light_from_camera * Vec3(length_of(direction) * direction);
-        const std::optional<Vec2> lit = lights_[l].projector.pixel_lighting(point);
+        const std::optional<Vec2> lit = lights_[l].projector.project(point);
         if (!lit) return std::nullopt;
         const double distance2 = point.squaredNorm();
         const double closing = std::max(-smooth_normal.dot(point), 0.0);
@@ -500,7 +500,7 @@ class RoomTracer {
     for (std::size_t k = 0; k < 4; ++k) {
       const Vec3 point = eyes.camera.lengths_to_plane(body, corners[k]) * corners[k];
       in_this_light[k] = eye.light_rotation * point + eye.light_from_camera.translation;
-      const std::optional<Vec2> pixel = lights_[l].projector.pixel_lighting(in_this_light[k]);
+      const std::optional<Vec2> pixel = lights_[l].projector.project(in_this_light[k]);
       beyond_lens += !pixel;
       if (!pixel) continue;
       low = low.cwiseMin(*pixel);

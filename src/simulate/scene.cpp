@@ -59,7 +59,7 @@ std::optional<Lighting> Scene::lighting(const Hit& hit) const {
     }
   }
   const Vec3 point_in_projector = projector_from_camera_ * hit.point_in_camera;
-  const std::optional<Vec2> pixel = projector_.pixel_lighting(point_in_projector);
+  const std::optional<Vec2> pixel = projector_.project(point_in_projector);
   if (!pixel) return std::nullopt;
   return Lighting{*pixel, closing / (distance2 * std::sqrt(distance2)), point_in_projector.z()};
 }

@@ -393,7 +393,7 @@ double mean(const ImageU8& image) {
 }
 
 /// The conditions' faults of a view's sequence.
-void add_faults(const Session& session, std::size_t view, CaptureOptions& options,
+void add_faults(const SimulatedSession& session, std::size_t view, CaptureOptions& options,
                 std::vector<ImageU8>& shown) {
   const Conditions& c = session.conditions;
   const World& world = session.views[view];
@@ -484,15 +484,15 @@ ImageSize projector_size(Level level) {
   return recipe_of(level).projector.size;
 }
 
-Session make_session(Level level, std::uint64_t seed,
-                     const std::optional<Eigen::AlignedBox2d>& on_blank_paper,
-                     const std::optional<BoardPrint>& print) {
+SimulatedSession make_session(Level level, std::uint64_t seed,
+                              const std::optional<Eigen::AlignedBox2d>& on_blank_paper,
+                              const std::optional<BoardPrint>& print) {
   return make_session(level, seed, on_blank_paper, print, level_conditions(level));
 }
 
-Session make_session(Level level, std::uint64_t seed,
-                     const std::optional<Eigen::AlignedBox2d>& on_blank_paper,
-                     const std::optional<BoardPrint>& print, const Conditions& conditions) {
+SimulatedSession make_session(Level level, std::uint64_t seed,
+                              const std::optional<Eigen::AlignedBox2d>& on_blank_paper,
+                              const std::optional<BoardPrint>& print, const Conditions& conditions) {
   check(conditions);
   const Recipe& recipe = recipe_of(level);
   Random random(seed, std::uint64_t(level), 0);
@@ -516,7 +516,7 @@ Session make_session(Level level, std::uint64_t seed,
   const Vec3 wall_normal = vary(Vec3(0.08, -0.05, -1), 0.03, random).normalized();
   world.wall_in_rig = {wall_normal, -wall_normal.z() * (recipe.farthest + 0.7)};
 
-  Session session;
+  SimulatedSession session;
   session.level = level;
   session.capture = recipe.capture;
   session.capture.seed = seed;
@@ -594,7 +594,7 @@ Session make_session(Level level, std::uint64_t seed,
   return session;
 }
 
-std::vector<ImageU8> capture_view(const Session& session, std::size_t view,
+std::vector<ImageU8> capture_view(const SimulatedSession& session, std::size_t view,
                                   const std::vector<ImageU8>& frames) {
   require(view < session.views.size(), "capture_view: there is no view " + std::to_string(view));
   CaptureOptions options = session.capture;

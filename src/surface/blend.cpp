@@ -135,7 +135,7 @@ void find_shadows(View& view) {
   }
 }
 
-View look(const LitBy& lit, const std::vector<std::string>& names, const BlendOptions& options) {
+View look(const BlendInput& lit, const std::vector<std::string>& names, const BlendOptions& options) {
   View view;
   view.projector = &lit.projector;
   view.size = lit.projector.size();
@@ -183,7 +183,7 @@ struct Reach {
 
 /// At a point of surface `name`, in the projector's frame.
 Reach reach(const View& view, int name, const Vec3& point) {
-  const std::optional<Vec2> pixel = view.projector->pixel_lighting(point);
+  const std::optional<Vec2> pixel = view.projector->project(point);
   if (!pixel || !view.size.contains(*pixel)) return {};
   const int x0 = int(std::floor(pixel->x())), y0 = int(std::floor(pixel->y()));
   const double range = point.norm();
@@ -211,7 +211,7 @@ struct Sum {
 };
 
 std::vector<Sum> sum_up(std::size_t own, const std::vector<View>& views,
-                        const std::vector<LitBy>& projectors) {
+                        const std::vector<BlendInput>& projectors) {
   const View& view = views[own];
   std::vector<Sum> sums(view.surface.size());
   for (int y = 0; y < view.size.height; ++y)
@@ -278,7 +278,7 @@ double at_share(std::vector<float>& values, double share) {
 
 }  // namespace
 
-Blend blend_maps(const std::vector<LitBy>& projectors, const BlendOptions& options) {
+Blend blend_maps(const std::vector<BlendInput>& projectors, const BlendOptions& options) {
   require(options.least_gain > 0 && options.least_gain <= 1, "blend_maps: least_gain is not in (0, 1]");
   for (const auto& [name, picture] : options.reflectance) {
     bool good = picture.channels == 1 && !picture.empty() && options.compensate;
@@ -290,7 +290,7 @@ Blend blend_maps(const std::vector<LitBy>& projectors, const BlendOptions& optio
   }
   Blend blend;
   std::vector<std::string> names;
-  for (const LitBy& lit : projectors) {
+  for (const BlendInput& lit : projectors) {
     require(lit.surfaces && lit.brightness > 0 && lit.black >= 0 && lit.black < 1,
             "blend_maps: a projector without surfaces, with brightness 0 or less, or black outside [0, 1)");
     for (const SolvedSurface& solved : lit.surfaces->surfaces) {
@@ -306,7 +306,7 @@ Blend blend_maps(const std::vector<LitBy>& projectors, const BlendOptions& optio
   }
   std::vector<View> views;
   views.reserve(projectors.size());
-  for (const LitBy& lit : projectors) views.push_back(look(lit, names, options));
+  for (const BlendInput& lit : projectors) views.push_back(look(lit, names, options));
   std::vector<std::vector<Sum>> sums;
   for (std::size_t p = 0; p < views.size(); ++p) sums.push_back(sum_up(p, views, projectors));
 

@@ -15,7 +15,7 @@ inline std::optional<Vec2> lighting_pixel(const Projector& projector, const Plac
                                           const Vec2& uv) {
   const std::optional<Vec2> p = Homography(placed.plane_from_content).apply(uv);
   if (!p) return std::nullopt;
-  return projector.pixel_lighting(placed.projector_from_surface * Vec3(p->x(), p->y(), 0));
+  return projector.project(placed.projector_from_surface * Vec3(p->x(), p->y(), 0));
 }
 
 }  // namespace procam::surface

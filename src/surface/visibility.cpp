@@ -54,13 +54,11 @@ std::optional<Points2> corners(const Projector& projector, const Placed& placed)
 /// for steps along `right` and `down` (unit, across each other, in the surface).
 void measure_pixel(const Projector& projector, const Vec3& point, const Vec3& right, const Vec3& down,
                    Visibility& visibility) {
-  const auto centre = projector.pixel_lighting(point);
+  const auto centre = projector.project(point);
   if (!centre || !projector.size().contains(*centre)) return;
   constexpr double kStep = 1e-5;  // metres: central differences, good to 1e-8 of the value
-  const auto east = projector.pixel_lighting(point + kStep * right),
-             west = projector.pixel_lighting(point - kStep * right),
-             south = projector.pixel_lighting(point + kStep * down),
-             north = projector.pixel_lighting(point - kStep * down);
+  const auto east = projector.project(point + kStep * right), west = projector.project(point - kStep * right),
+             south = projector.project(point + kStep * down), north = projector.project(point - kStep * down);
   if (!east || !west || !south || !north) return;
   Mat2 pixel_by_metre;
   pixel_by_metre << *east - *west, *south - *north;
@@ -160,7 +158,7 @@ MeshLook look_at_mesh(const Projector& projector, const PlacedMesh& placed, cons
         const double share = whole_share * alpha_at(shape, uv(0) + s * du + t * dv);
         look.area += share;
         if (cosine > 0) look.facing += share;
-        const auto pixel = projector.pixel_lighting(point);
+        const auto pixel = projector.project(point);
         if (pixel) look.in_front += share;
         if (!pixel || !projector.size().contains(*pixel) || (reading_side_only && !(cosine > 0))) continue;
         look.reached += share;

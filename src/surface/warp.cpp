@@ -204,7 +204,7 @@ class MeshedTriangles {
 
   /// -1 where no light goes.
   int add_node(const Vec3& point_in_projector, const Vec2& uv) {
-    const std::optional<Vec2> pixel = projector_.pixel_lighting(point_in_projector);
+    const std::optional<Vec2> pixel = projector_.project(point_in_projector);
     if (!pixel) return -1;
     points_.push_back(point_in_projector);
     result_.mesh.content.push_back(uv);
@@ -220,7 +220,7 @@ class MeshedTriangles {
     const Points2& pixels = result_.mesh.pixels;
     return interpolation_error(
         projector_.size(), {pixels[std::size_t(t[0])], pixels[std::size_t(t[1])], pixels[std::size_t(t[2])]},
-        [&](const Vec3& b) { return projector_.pixel_lighting(blend(points_, t, b)); });
+        [&](const Vec3& b) { return projector_.project(blend(points_, t, b)); });
   }
   void add(const std::array<int, 3>& t) {
     if (*std::min_element(t.begin(), t.end()) < 0) return;

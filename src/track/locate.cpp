@@ -241,7 +241,7 @@ LocateResult locate(const MarkerDetections& detections, const Camera& camera, co
   weigh_second(states, scale, problem, options, result);
   result.covariance = scale * Cholesky(best.information).inverse();
   result.covariance = 0.5 * (result.covariance + result.covariance.transpose()).eval();
-  result.by_lens = sensitivity_to_lens(problem, best);
+  result.jacobian_lens = sensitivity_to_lens(problem, best);
 
   for (std::size_t m = 0, used = 0; m < all.size(); ++m) {
     LocatedMarker marker{all[m].seen->id, agrees[m], 0, corner_error(camera, all[m], best.camera_from_world),
@@ -280,7 +280,7 @@ Chain projector_chain(const Rig& rig, const RigProjector& projector, const RigCa
   for (const std::string& device : {camera.name, projector.name})
     for (const std::string& name : pose_increment_names("rig_from_" + device)) names.push_back(name);
   const MatX covariance = rig.covariance.block(names);
-  require(seen.by_lens.rows() == 6 && seen.by_lens.cols() == lens,
+  require(seen.jacobian_lens.rows() == 6 && seen.jacobian_lens.cols() == lens,
           "projector_chain: the camera is not the one that located the markers");
 
   // Increments to first order: of projector_from_camera Ad(projector_from_rig) (xi_camera - xi_projector), of
@@ -292,7 +292,7 @@ Chain projector_chain(const Rig& rig, const RigProjector& projector, const RigCa
   MatX by_rig = MatX::Zero(6, lens + 12), by_lens = MatX::Zero(6, lens + 12);
   by_rig.middleCols<6>(lens) = to_projector;
   by_rig.rightCols<6>() = -to_projector;
-  by_lens.leftCols(lens) = seen.by_lens;
+  by_lens.leftCols(lens) = seen.jacobian_lens;
   const MatX by_all = by_rig + onwards * by_lens;
   const auto through = [&](const MatX& by) {
     const Mat6 spread = by * covariance * by.transpose();

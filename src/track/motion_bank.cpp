@@ -66,7 +66,7 @@ MotionBank::MotionBank(const TrackOptions& options) {
       model.walk << Vec3::Constant(turning.walk * turn2 * 2 * kLasts),
           Vec3::Constant(moving.walk * move2 * 2 * kLasts);
       model.surge << Vec3::Constant(turning.surge * turn2), Vec3::Constant(moving.surge * move2);
-      model.fade = kLasts;
+      model.acceleration_tau = kLasts;
     }
 }
 

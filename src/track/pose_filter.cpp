@@ -16,8 +16,8 @@ Mat6 symmetric(const Mat6& m) {
 
 MotionState step(const MotionState& s, double h, const MotionModel& model) {
   // Integrals of an acceleration that fades: of a once (k1) and twice (k2) over the step.
-  const double x = h / model.fade, kept = std::exp(-x);
-  const double k1 = model.fade * -std::expm1(-x), k2 = model.fade * (h - k1);
+  const double x = h / model.acceleration_tau, kept = std::exp(-x);
+  const double k1 = model.acceleration_tau * -std::expm1(-x), k2 = model.acceleration_tau * (h - k1);
   const Vec6 increment = s.twist * h + s.rate * k2;
   const Pose after_from_before = se3_exp(Vec6(-increment));
   const Mat6 ad = adjoint(after_from_before);
@@ -42,7 +42,8 @@ MotionState step(const MotionState& s, double h, const MotionModel& model) {
   n.pp.diagonal() += walk * (h * h * h / 3);
   n.pt.diagonal() += walk * (h * h / 2);
   n.tt.diagonal() += walk * h;
-  const Vec6 jerk = model.surge * (2 / model.fade);  // so that the acceleration's variance stays `surge`
+  const Vec6 jerk =
+      model.surge * (2 / model.acceleration_tau);  // so that the acceleration's variance stays `surge`
   const double h2 = h * h, h3 = h2 * h;
   n.pp.diagonal() += jerk * (h3 * h2 / 20);
   n.pt.diagonal() += jerk * (h2 * h2 / 8);

@@ -10,9 +10,9 @@ namespace procam::track::internal {
 
 /// How the twist changes. A component without `surge` has no acceleration, and its twist walks at random.
 struct MotionModel {
-  Vec6 walk = Vec6::Zero();   ///< variance that the twist gains a second: (rad/s)^2/s, (m/s)^2/s
-  Vec6 surge = Vec6::Zero();  ///< variance of the acceleration: (rad/s^2)^2, (m/s^2)^2
-  double fade = 1;            ///< seconds after which an acceleration has faded to 1/e
+  Vec6 walk = Vec6::Zero();     ///< variance that the twist gains a second: (rad/s)^2/s, (m/s)^2/s
+  Vec6 surge = Vec6::Zero();    ///< variance of the acceleration: (rad/s^2)^2, (m/s^2)^2
+  double acceleration_tau = 1;  ///< seconds after which an acceleration has faded to 1/e
 };
 
 struct MotionState {

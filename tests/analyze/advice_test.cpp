@@ -174,7 +174,7 @@ TEST(NextView, SaysWhereItIs) {
     char metres[32];
     std::snprintf(metres, sizeof metres, "%.2f m away", at.norm());
     EXPECT_NE(next->words.find(metres), std::string::npos) << next->words;
-    const auto pixel = world.projector.pixel_lighting(world.projector_from_camera * at);
+    const auto pixel = world.projector.project(world.projector_from_camera * at);
     ASSERT_TRUE(pixel.has_value());
     const auto says = [&](const char* word) { return next->words.find(word) < next->words.find("frame"); };
     EXPECT_EQ(says("left"), pixel->x() < 1024 * 0.4) << next->words;

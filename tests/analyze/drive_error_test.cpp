@@ -55,7 +55,7 @@ struct DrivePastAWall {
         const Pose projector_from_wall =
             rig.projector().rig_from_projector.inverse() * believed.inverse() * world_from_wall;
         const auto pixel =
-            rig.projector().projector.pixel_lighting(projector_from_wall * Vec3(point.x(), point.y(), 0));
+            rig.projector().projector.project(projector_from_wall * Vec3(point.x(), point.y(), 0));
         offsets.push_back(*landing_place(path_from(drive.world_from_rig(told.arrival)), *pixel) - point);
         landed.mean += offsets.back() / seeds;
       }

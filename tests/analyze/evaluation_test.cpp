@@ -22,7 +22,7 @@ TEST(SheetPlacing, PutsTheMiddleWhereTheLightIsAtItsAngle) {
       const Vec2 pixel(300, 210);
       const Pose pose = place_sheet(projector, sheet, pixel, 1.6, to_right, 0.08);
       EXPECT_NEAR(pose.translation.norm(), 1.6, 1e-12);
-      EXPECT_LT((*projector.pixel_lighting(pose.translation) - pixel).norm(), 1e-6);
+      EXPECT_LT((*projector.project(pose.translation) - pixel).norm(), 1e-6);
       const Vec3 into = pose.rotate(Vec3::UnitZ());
       EXPECT_NEAR(std::acos(into.dot(pose.translation.normalized())) / kDegree, sheet.incidence_deg, 1e-9);
       const double right = (pose * Vec3(0.1, 0, 0)).norm(), left = (pose * Vec3(-0.1, 0, 0)).norm();
@@ -34,10 +34,10 @@ TEST(SheetPlacing, PutsTheMiddleWhereTheLightIsAtItsAngle) {
 
 TEST(SheetEvaluationTable, HoldsMedianSpreadAndError) {
   const std::vector<Sheet> sheets = {{"card", Vec2(0.3, 0.2), 30}};
-  std::vector<Placement> placements;
+  std::vector<SheetPlacement> placements;
   const double offsets_mm[][2] = {{1, 5}, {2, -7}, {9, 6}};
   for (const auto& [x, y] : offsets_mm) {
-    Placement placement{0, 1.5, place_sheet(lamp(), sheets[0], Vec2(500, 300), 1.5, true, 0), {}};
+    SheetPlacement placement{0, 1.5, place_sheet(lamp(), sheets[0], Vec2(500, 300), 1.5, true, 0), {}};
     const Vec2 corner = sheet_corners(sheets[0])[2];
     placement.landings = {{2, corner, corner + 1e-3 * Vec2(x, y), std::nullopt}};
     placements.push_back(placement);
@@ -59,7 +59,7 @@ TEST(SheetEvaluationTable, HoldsMedianSpreadAndError) {
 TEST(SheetEvaluationTable, RefusesWhatIsNoLanding) {
   const std::vector<Sheet> sheets = original_sheets();
   EXPECT_THROW(evaluate(sheets, original_placements(lamp(), sheets, 1), lamp()), Error);
-  std::vector<Placement> placements = original_placements(lamp(), sheets, 1);
+  std::vector<SheetPlacement> placements = original_placements(lamp(), sheets, 1);
   placements[3].landings = {{1, Vec2(0, 0), Vec2(std::nan(""), 0), std::nullopt}};
   EXPECT_THROW(evaluate(sheets, placements, lamp()), std::invalid_argument);
 }
@@ -68,10 +68,10 @@ TEST(SheetEvaluationTable, RefusesWhatIsNoLanding) {
 TEST(SheetEvaluationTurn, IsTheTurnOfTheLight) {
   const Projector projector = lamp();
   const std::vector<Sheet> sheets = original_sheets();
-  std::vector<Placement> placements = original_placements(projector, sheets, 4);
+  std::vector<SheetPlacement> placements = original_placements(projector, sheets, 4);
   ASSERT_EQ(placements.size(), 22u);
   const Vec3 turn = kDegree * Vec3(0.25, -0.31, 0.12);
-  for (Placement& placement : placements) {
+  for (SheetPlacement& placement : placements) {
     const Sheet& sheet = sheets[std::size_t(placement.sheet)];
     for (int i = 0; i < 4; ++i) {
       const Vec2 corner = sheet_corners(sheet)[std::size_t(i)];
@@ -95,7 +95,7 @@ TEST(SheetEvaluationTurn, IsTheTurnOfTheLight) {
 TEST(CrudeCalibrationTurn, ExplainsTheMeanThatIsAskedFor) {
   const Projector projector = lamp();
   const std::vector<Sheet> sheets = original_sheets();
-  std::vector<Placement> placements = original_placements(projector, sheets, 4);
+  std::vector<SheetPlacement> placements = original_placements(projector, sheets, 4);
   CrudeCalibration crude{1.54, {}};
   for (int i = 0; i < 2; ++i)
     crude.turn.push_back(

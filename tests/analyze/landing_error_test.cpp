@@ -42,8 +42,8 @@ Mat6 tilted_covariance(double sigma_position, double sigma_rotation) {
   return 0.5 * covariance;
 }
 
-Motion lopsided_motion(bool predicted) {
-  Motion motion;
+RobotMotion lopsided_motion(bool predicted) {
+  RobotMotion motion;
   motion.twist << 0.1, -0.5, 0.02, 0.2, 0.05, 0.45;
   motion.twist_sigma << 0.01, 0.03, 0.02, 0.04, 0.02, 0.05;
   motion.acceleration << 0.1, 0.4, 0, -0.3, 0.1, 0.5;
@@ -111,7 +111,7 @@ TEST(LandingError, CountsOnlyTheLinksThatTakePart) {
 
 TEST(LandingError, BiasOfADelayIsWhatTheDriveDoes) {
   const TiltedSurface world(1.6, 47);
-  const Motion motion = lopsided_motion(false);
+  const RobotMotion motion = lopsided_motion(false);
   ErrorSources sources;
   sources.motion = motion;
   const auto error = landing_error(world.path(), sources, world.middle);

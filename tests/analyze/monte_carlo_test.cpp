@@ -45,8 +45,8 @@ TEST(MonteCarlo, FollowsTheLightExactly) {
     const Pose projector_from_surface =
         rig.projectors[0].rig_from_projector.inverse() * path.rig_from_surface;
     for (std::size_t i = 0; i < points.size(); ++i) {
-      const auto pixel = rig.projectors[0].projector.pixel_lighting(projector_from_surface *
-                                                                    Vec3(points[i].x(), points[i].y(), 0));
+      const auto pixel =
+          rig.projectors[0].projector.project(projector_from_surface * Vec3(points[i].x(), points[i].y(), 0));
       const auto exact = landing_place(moved, *pixel);
       ASSERT_TRUE(drawn[i] && exact);
       EXPECT_LT((points[i] + drawn[i]->mean - *exact).norm(), 1e-9) << name_of(lens);

@@ -21,13 +21,12 @@ Vec2 random_pixel(std::mt19937_64& random, ImageSize size) {
 
 /// Where light lands, by core's verbs alone.
 Vec2 landed(const ProjectionPlan& plan, const Vec2& pixel) {
-  const Vec3 in_projector = plan.projector.land(pixel, Plane::of_xy(plan.projector_from_wall)).value();
+  const Vec3 in_projector = plan.projector.intersect(pixel, Plane::of_xy(plan.projector_from_wall)).value();
   return (plan.projector_from_wall.inverse() * in_projector).head<2>();
 }
 
 bool lit(const ProjectionPlan& plan, const Vec2& on_wall) {
-  const auto pixel =
-      plan.projector.pixel_lighting(plan.projector_from_wall * Vec3(on_wall.x(), on_wall.y(), 0));
+  const auto pixel = plan.projector.project(plan.projector_from_wall * Vec3(on_wall.x(), on_wall.y(), 0));
   // 1e-6 px: the sides of the lit area are the picture's edges, to rounding.
   return pixel && pixel->x() >= -0.5 - 1e-6 && pixel->y() >= -0.5 - 1e-6 &&
          pixel->x() <= plan.projector.size().width - 0.5 + 1e-6 &&
@@ -122,7 +121,7 @@ TEST(Planner, SpreadsAllLumensOverThePicture) {
     for (int i = 0; i < kCells; ++i) {
       const Vec2 at = low + cell.cwiseProduct(Vec2(i + 0.5, j + 0.5));
       const Vec3 in_projector = plan.projector_from_wall * Vec3(at.x(), at.y(), 0);
-      const auto pixel = plan.projector.pixel_lighting(in_projector);
+      const auto pixel = plan.projector.project(in_projector);
       if (!pixel || !plan.projector.size().contains(*pixel)) continue;
       const double lux =
           2900 * light_on_wall(plan.projector, plan.projector_from_wall, *pixel).value().lux_per_lumen;

@@ -129,7 +129,7 @@ TEST(Verify, StatesTheCorrectionsErrorHonestly) {
     EXPECT_EQ(result.rig->covariance.sigma("eye.fx"), world.stated.covariance.sigma("eye.fx"));
   }
   ASSERT_GT(corrected, 50);
-  // Chi-square of six a draw: the mean has a standard deviation of 0.45. Four of them.
+  // Chi-square of six a draw: the mean has a standard deviation of 0.45. Double4 of them.
   EXPECT_NEAR(score / corrected, 6, 1.8);
 }
 
@@ -185,9 +185,9 @@ TEST(Verify, CountsASurfaceThatTheCameraMeasuredOnce) {
   const auto lens = Eigen::Index(parameter_names(world.stated.camera().camera).size());
   world.surface.rig_from_surface.covariance = 1e-10 * Mat6::Identity();
   const VerifyResult independent = world.verified();
-  world.surface.by_camera = MatX::Zero(6, lens + 6);
-  world.surface.by_camera.rightCols<6>() = Mat6::Identity();
-  world.surface.by_camera(5, 0) = 1.9 / 1290;  // a longer lens, a farther wall
+  world.surface.jacobian_camera = MatX::Zero(6, lens + 6);
+  world.surface.jacobian_camera.rightCols<6>() = Mat6::Identity();
+  world.surface.jacobian_camera(5, 0) = 1.9 / 1290;  // a longer lens, a farther wall
   const VerifyResult measured = world.verified();
   EXPECT_FALSE(measured.surface_moved);
   EXPECT_TRUE(independent.surface_moved);
@@ -204,7 +204,7 @@ TEST(Verify, NamesMarksThatFellOnSomethingElse) {
   const VerifyResult result = verify(world.stated, world.stated.camera(), world.stated.projector(),
                                      world.surface, marks, correcting(Correct::kProjector));
   EXPECT_EQ(result.used, int(marks.size()) - 4);
-  for (const std::size_t i : {3u, 40u, 41u, 90u}) EXPECT_FALSE(result.marks[i].left_out.empty()) << i;
+  for (const std::size_t i : {3u, 40u, 41u, 90u}) EXPECT_FALSE(result.marks[i].rejection.empty()) << i;
   EXPECT_TRUE(result.diagnostics.find("marks_left_out"));
   EXPECT_NEAR(result.projector_moved.angle(), 0.2 * kDegree, 0.02 * kDegree);
 }

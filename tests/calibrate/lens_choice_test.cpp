@@ -50,7 +50,7 @@ TEST(LensModel, SaysWhatItEstimates) {
 
 TEST(LensModel, IsNearTheLensThatItReplaces) {
   const Camera lens = NumericWorld().camera;
-  for (const LensModel& model : lens_ladder(lens, DeviceKind::kCamera)) {
+  for (const LensModel& model : candidate_lens_models(lens, DeviceKind::kCamera)) {
     if (model.terms() < 4) continue;
     const Camera other = in_model(lens, model);
     // Without the tangential terms a fisheye misses by 2 p r^2 f, some three pixels here.

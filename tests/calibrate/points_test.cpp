@@ -188,15 +188,15 @@ TEST(CalibrateFromPoints, PredictsThePairThatIsLeftOut) {
   PointsOptions options;
   options.outlier_sigmas = 0;
   const PointsResult all = calibrate_from_points(kProjector, pairs, options);
-  ASSERT_TRUE(all.pairs[4].left_out);
+  ASSERT_TRUE(all.pairs[4].loo_residual);
   std::vector<PointPair> others = pairs;
   others.erase(others.begin() + 4);
   const Rig without = calibrate_from_points(kProjector, others, options).rig;
-  const auto pixel = without.projector().projector.pixel_lighting(
-      without.projector().rig_from_projector.inverse() * pairs[4].point_in_world);
+  const auto pixel = without.projector().projector.project(without.projector().rig_from_projector.inverse() *
+                                                           pairs[4].point_in_world);
   ASSERT_TRUE(pixel);
-  EXPECT_LT((*pixel - pairs[4].pixel - *all.pairs[4].left_out).norm(),
-            0.02 * all.pairs[4].left_out->norm() + 0.01);
+  EXPECT_LT((*pixel - pairs[4].pixel - *all.pairs[4].loo_residual).norm(),
+            0.02 * all.pairs[4].loo_residual->norm() + 0.01);
 }
 
 TEST(LensPrior, EntersTheCalibrationOfARig) {
@@ -238,7 +238,7 @@ std::vector<PointPair> board_pairs(const Room& room, std::uint64_t seed, double 
     const double scale = 1 + metres / 0.15 * gauss(random);
     for (int i = 0; i < 20; ++i) {
       const Vec3 in_board(0.1 * (i % 5 - 2), 0.08 * (i / 5 - 1.5), 0);
-      const auto pixel = room.projector.pixel_lighting(projector_from_board * in_board);
+      const auto pixel = room.projector.project(projector_from_board * in_board);
       if (!pixel) continue;
       const Vec3 believed = Pose(so3_exp<double>(turn), shift) * Vec3(scale * in_board);
       out.push_back({"", room.world_from_projector * (projector_from_board * believed),

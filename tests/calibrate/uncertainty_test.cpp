@@ -111,7 +111,7 @@ TEST(Jackknife, AgreesWithFullRefitsWhereLightIsReadAtCorners) {
 /// tr(formal^-1 jackknife) / p is 1 for independent noise; its mean over 30 seeds has a standard error of
 /// sqrt(2 / (7 * 22 * 30)) = 2 %, times two or so for parameters that one view dominates. [0.85, 1.15] is
 /// more than three of those. By its own rule 2.5 % are inflated: more than 5 of 30 come up in 0.1 % of runs.
-TEST(HonestCovariance, KeepsTheFormalOneForIndependentNoise) {
+TEST(RobustCovariance, KeepsTheFormalOneForIndependentNoise) {
   double sum = 0;
   int inflated = 0;
   for (std::uint64_t seed = 0; seed < 30; ++seed) {
@@ -128,7 +128,7 @@ TEST(HonestCovariance, KeepsTheFormalOneForIndependentNoise) {
 /// With view-wise shifts the formal sigmas are several times too small; the honest ones hold: of 25 seeds x 4
 /// projector parameters, at least 85 % inside 2 sigma (expected 95 %; correlated within a seed, standard
 /// error about 3 %: false alarm 0.1 %), while the formal ones keep fewer than 70 %.
-TEST(HonestCovariance, HoldsWhenWholeViewsAreOff) {
+TEST(RobustCovariance, HoldsWhenWholeViewsAreOff) {
   int honest_inside = 0, formal_inside = 0, total = 0;
   for (std::uint64_t seed = 0; seed < 25; ++seed) {
     const NumericWorld world = NumericWorld::make(9, 400 + seed, 0.05, 0.05);
@@ -156,7 +156,7 @@ TEST(HonestCovariance, HoldsWhenWholeViewsAreOff) {
 /// One corner error in camera and projector alike. Over 30 seeds x 6 weak parameters the share inside 2 sigma
 /// has a standard error of about 3 % (parameters of one rig are correlated): [0.87, 1] raises a false alarm
 /// in fewer than 1 % of runs. Taken as independent, the same error counts twice and fewer are inside.
-TEST(HonestCovariance, CountsACornersErrorOnce) {
+TEST(RobustCovariance, CountsACornersErrorOnce) {
   int inside = 0, inside_as_independent = 0, total = 0;
   double spread = 0, spread_as_independent = 0;
   for (std::uint64_t seed = 0; seed < 30; ++seed) {

@@ -70,11 +70,11 @@ TEST(Board, LooksTheSameTurnedExactlyWhenItsDrawingDoes) {
       same &= (points[i] + points[points.size() - 1 - i] - points.front() - points.back()).norm() < 1e-12;
     // Eleven staggered rows: point by point they match, but the drawing leans the other way.
     if (board.asymmetric && board.rows % 2 == 1) same = false;
-    EXPECT_EQ(looks_same_turned(board), same);
+    EXPECT_EQ(is_symmetric_180(board), same);
   }
-  EXPECT_TRUE(looks_same_turned(Chessboard{7, 9, 1}));
-  EXPECT_FALSE(looks_same_turned(Chessboard{7, 8, 1}));
-  EXPECT_FALSE(looks_same_turned(CharucoBoard{5, 7, 0.04, 0.03}));
+  EXPECT_TRUE(is_symmetric_180(Chessboard{7, 9, 1}));
+  EXPECT_FALSE(is_symmetric_180(Chessboard{7, 8, 1}));
+  EXPECT_FALSE(is_symmetric_180(CharucoBoard{5, 7, 0.04, 0.03}));
 }
 
 TEST(Board, IsCodedWhereMarkersNameThePoints) {

@@ -13,10 +13,10 @@ const Projector kProjector{
 TEST(Projector, LightLandsWhereThePixelIsFoundAgain) {
   const Plane wall = Plane::of_xy(Pose(so3_exp(Vec3(0.4, -0.3, 0.2)), Vec3(0.1, -0.2, 2.3)));
   for (const Vec2& pixel : {Vec2(-0.5, -0.5), Vec2(1023.5, 0), Vec2(311, 767.5), Vec2(700, 200)}) {
-    const auto spot = kProjector.land(pixel, wall);
+    const auto spot = kProjector.intersect(pixel, wall);
     ASSERT_TRUE(spot);
     EXPECT_NEAR(wall.signed_distance(*spot), 0, 1e-12);
-    const auto again = kProjector.pixel_lighting(*spot);
+    const auto again = kProjector.project(*spot);
     ASSERT_TRUE(again);
     EXPECT_LT((*again - pixel).norm(), 1e-9);
   }
@@ -32,8 +32,8 @@ TEST(Projector, LightLeavesTheLensForward) {
 }
 
 TEST(Projector, LightMissesAWallBehindIt) {
-  EXPECT_FALSE(kProjector.land(Vec2(100, 50), Plane{Vec3::UnitZ(), 2}));
-  EXPECT_FALSE(kProjector.pixel_lighting(Vec3(0, 0, -2)));
+  EXPECT_FALSE(kProjector.intersect(Vec2(100, 50), Plane{Vec3::UnitZ(), 2}));
+  EXPECT_FALSE(kProjector.project(Vec3(0, 0, -2)));
 }
 
 /// A table-top projector's data sheet: 1920 x 1080, throw ratio 1.5, 100 % offset (the axis passes the
@@ -43,8 +43,8 @@ TEST(Projector, ThrowRatioAndLensShiftAreTheDataSheets) {
   EXPECT_DOUBLE_EQ(sheet.throw_ratio(), 1.5);
   EXPECT_LT((sheet.lens_shift() - Vec2(0, 0.5)).norm(), 1e-15);
   const Plane screen{-Vec3::UnitZ(), 3};
-  EXPECT_LT((*sheet.land(Vec2(-0.5, -0.5), screen) - Vec3(-1, -1.125, 3)).norm(), 1e-12);
-  EXPECT_LT((*sheet.land(Vec2(1919.5, 1079.5), screen) - Vec3(1, 0, 3)).norm(), 1e-12);
+  EXPECT_LT((*sheet.intersect(Vec2(-0.5, -0.5), screen) - Vec3(-1, -1.125, 3)).norm(), 1e-12);
+  EXPECT_LT((*sheet.intersect(Vec2(1919.5, 1079.5), screen) - Vec3(1, 0, 3)).norm(), 1e-12);
 }
 
 }  // namespace

@@ -48,7 +48,7 @@ TEST_P(EveryBoard, HasItsPointsRightUnderTurnsAndBlur) {
     ASSERT_EQ(found.observations.size(), truth.size()) << turn;
     EXPECT_TRUE(found.diagnostics.items.empty());
     const Observation& first = found.observations.front();
-    if (looks_same_turned(scene.board) && (first.pixel - truth.front()).norm() > 5)
+    if (is_symmetric_180(scene.board) && (first.pixel - truth.front()).norm() > 5)
       std::reverse(truth.begin(), truth.end());
     Vec2 bias = Vec2::Zero();
     double rms = 0, chi2 = 0, worst = 0;

@@ -26,14 +26,14 @@ const test::VirtualScreen& virtual_screen() {
 }
 
 /// What is pressed arrives within some events; a second is for a slow server.
-Wish wish_after(const std::string& key, const test::ScreenPixels& screen, FrameSink& window) {
+WindowEvent wish_after(const std::string& key, const test::ScreenPixels& screen, FrameSink& window) {
   screen.press(key);
   for (int i = 0; i < 100; ++i) {
-    const Wish wish = window.poll();
-    if (wish != Wish::kNone) return wish;
+    const WindowEvent wish = window.poll();
+    if (wish != WindowEvent::kNone) return wish;
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
   }
-  return Wish::kNone;
+  return WindowEvent::kNone;
 }
 
 /// Every grey level; each picture replaces the one
@@ -67,7 +67,7 @@ TEST(Window, ShowsEveryPixelAsItIs) {
       for (int x = 0; x < 323; ++x)
         for (int c = 0; c < 3; ++c) different += seen.at(x, y, c) != large.at(x, y);
     EXPECT_EQ(different, 0) << "round " << round;
-    EXPECT_EQ(window->poll(), Wish::kNone);
+    EXPECT_EQ(window->poll(), WindowEvent::kNone);
   }
   // A moving picture in colour, frame by frame.
   for (int round = 0; round < 4; ++round) {
@@ -97,12 +97,13 @@ TEST(Window, HearsWhatIsTyped) {
   }
   window->show(ImageU8(kScreen));
   const test::ScreenPixels keyboard(screen.name());
-  const std::pair<const char*, Wish> keys[] = {
-      {"Return", Wish::kGoOn}, {"space", Wish::kGoOn}, {"n", Wish::kGoOn},  {"h", Wish::kHelp},
-      {"g", Wish::kGrid},      {"m", Wish::kMask},     {"f", Wish::kFreeze}};
+  const std::pair<const char*, WindowEvent> keys[] = {
+      {"Return", WindowEvent::kGoOn}, {"space", WindowEvent::kGoOn}, {"n", WindowEvent::kGoOn},
+      {"h", WindowEvent::kHelp},      {"g", WindowEvent::kGrid},     {"m", WindowEvent::kMask},
+      {"f", WindowEvent::kFreeze}};
   for (const auto& [key, wish] : keys) {
     EXPECT_EQ(wish_after(key, keyboard, *window), wish) << key;
-    EXPECT_EQ(window->poll(), Wish::kNone) << key << " was told twice";
+    EXPECT_EQ(window->poll(), WindowEvent::kNone) << key << " was told twice";
   }
   // Keys that are held are no wishes, and several may be down at once.
   const std::pair<const char*, Key> held[] = {{"w", Key::kW},   {"a", Key::kA},       {"s", Key::kS},
@@ -110,7 +111,7 @@ TEST(Window, HearsWhatIsTyped) {
                                               {"Up", Key::kUp}, {"Down", Key::kDown}};
   const auto until = [&](Key key, bool is_down) {
     for (int i = 0; i < 100 && window->is_down(key) != is_down; ++i) {
-      EXPECT_EQ(window->poll(), Wish::kNone);
+      EXPECT_EQ(window->poll(), WindowEvent::kNone);
       std::this_thread::sleep_for(std::chrono::milliseconds(10));
     }
     return window->is_down(key) == is_down;
@@ -125,8 +126,8 @@ TEST(Window, HearsWhatIsTyped) {
     keyboard.release(name);
     EXPECT_TRUE(until(key, false)) << name;
   }
-  EXPECT_EQ(wish_after("Escape", keyboard, *window), Wish::kClose);
-  EXPECT_EQ(window->poll(), Wish::kClose);
+  EXPECT_EQ(wish_after("Escape", keyboard, *window), WindowEvent::kClose);
+  EXPECT_EQ(window->poll(), WindowEvent::kClose);
 }
 
 #else

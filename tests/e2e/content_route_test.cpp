@@ -55,7 +55,7 @@ class ContentRoute : public ::testing::Test {
   /// What the left projector shows at a place of the wall.
   int shown(const std::string& frame, double u, double v, int channel = 0) const {
     const ImageU8 image = io::load_image(folder_ / frame).image;
-    const Vec2 pixel = *projector_.pixel_lighting(in_rig_ * Vec3(1.2 * u, 0.6 * v, 0));
+    const Vec2 pixel = *projector_.project(in_rig_ * Vec3(1.2 * u, 0.6 * v, 0));
     return image.at(int(std::lround(pixel.x())), int(std::lround(pixel.y())), channel);
   }
 

@@ -148,7 +148,7 @@ TEST_F(DrawRoute, DrawsCurvedSurfacesAndMeshesFromTheirDefinitions) {
   const ImageU8 frame = io::load_image(folder_ / "shapes.png").image;
   const Projector projector = NumericWorld().projector;
   const auto green_at = [&](const Vec3& in_projector) {
-    const Vec2 pixel = *projector.pixel_lighting(in_projector);
+    const Vec2 pixel = *projector.project(in_projector);
     return int(frame.at(int(std::lround(pixel.x())), int(std::lround(pixel.y())), 1));
   };
   for (const auto& [u, v, green] :

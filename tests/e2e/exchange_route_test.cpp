@@ -130,8 +130,7 @@ TEST_F(ExchangeRoute, ShaderLampPutsItsPositionsUnderItsOwnLight) {
       if (!point.allFinite()) continue;
       ++compared;
       const Vec2 uv = region.distortion->at(x, y);
-      EXPECT_LT((*frustum.pixel_lighting(projector_from_file * point) -
-                 Vec2(uv.x() * 160 - 0.5, uv.y() * 120 - 0.5))
+      EXPECT_LT((*frustum.project(projector_from_file * point) - Vec2(uv.x() * 160 - 0.5, uv.y() * 120 - 0.5))
                     .norm(),
                 1e-3);
     }

@@ -44,7 +44,7 @@ TEST_P(LightPoints, LieWhereTheLightFalls) {
   std::optional<simulate::BoardPrint> sheet;
   if (std::string(which.pattern).rfind("chessboard", 0) != 0)
     sheet = simulate::BoardPrint{charuco, detect::board_artwork(charuco)};
-  const simulate::Session session =
+  const simulate::SimulatedSession session =
       simulate::make_session(which.level, 4, pattern->on_blank_paper(), sheet, simulate::plain_conditions());
   ASSERT_EQ(session.views.size(), 18u);
   const std::vector<ImageU8> frames = pattern->frames();

@@ -21,7 +21,7 @@ namespace fs = std::filesystem;
 class LocateRoute : public ::testing::Test {
  protected:
   void SetUp() override {
-    const simulate::Session session = simulate::make_session(simulate::Level::kPaper, 7);
+    const simulate::SimulatedSession session = simulate::make_session(simulate::Level::kPaper, 7);
     const Rig& rig = session.rig();
     hung_ = simulate::hang_markers(session.views.front());
     io::save_rig(folder_ / "rig.json", rig);

@@ -32,7 +32,8 @@ class Noise {
   std::normal_distribution<double> normal_;
 };
 
-inline Correspondences printed_corners(const simulate::Session& session, double sigma, Noise& noise) {
+inline Correspondences printed_corners(const simulate::SimulatedSession& session, double sigma,
+                                       Noise& noise) {
   Correspondences data;
   data.board = session.board().layout;
   data.devices = session::session_devices(session.rig().camera().camera.size,
@@ -51,8 +52,8 @@ inline Correspondences printed_corners(const simulate::Session& session, double 
 }  // namespace internal
 
 /// Gray code: the light is read where the camera saw the corner.
-inline Correspondences numeric_gray_code(const simulate::Session& session, const DetectorNoise& sigma,
-                                         std::uint64_t seed) {
+inline Correspondences numeric_gray_code(const simulate::SimulatedSession& session,
+                                         const DetectorNoise& sigma, std::uint64_t seed) {
   internal::Noise noise(seed);
   Correspondences data = internal::printed_corners(session, sigma.corner_px, noise);
   for (std::size_t v = 0; v < data.views.size(); ++v)
@@ -72,8 +73,8 @@ inline Correspondences numeric_gray_code(const simulate::Session& session, const
 }
 
 /// Printed and projected boards.
-inline Correspondences numeric_chessboards(const simulate::Session& session, const DetectorNoise& sigma,
-                                           std::uint64_t seed) {
+inline Correspondences numeric_chessboards(const simulate::SimulatedSession& session,
+                                           const DetectorNoise& sigma, std::uint64_t seed) {
   internal::Noise noise(seed);
   Correspondences data = internal::printed_corners(session, sigma.corner_px, noise);
   const Board light = pattern::chessboard_filling(data.devices[1].size);

@@ -216,7 +216,7 @@ Rig opencv_rig_of_light_points(const Correspondences& data) {
   return stereo(places, seen, shown, data.devices, camera, calibrated(places, shown, data.devices[1].size));
 }
 
-Rig told_bundle(const Correspondences& given, const simulate::Session& truth,
+Rig told_bundle(const Correspondences& given, const simulate::SimulatedSession& truth,
                 const calibrate::Options& options) {
   Correspondences data = given;
   calibrate::BundleState state;

@@ -43,7 +43,7 @@ Rig opencv_rig_of_light_points(const Correspondences& data);
 /// calibrate::bundle_adjust by plain least squares with the detectors' own covariances, begun at the truth
 /// and without the true outliers: measurements further from the truth than five times the noise (from the
 /// median).
-Rig told_bundle(const Correspondences& data, const simulate::Session& truth,
+Rig told_bundle(const Correspondences& data, const simulate::SimulatedSession& truth,
                 const calibrate::Options& options);
 
 }  // namespace procam::test

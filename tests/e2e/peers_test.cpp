@@ -40,8 +40,8 @@ TEST_P(Peers, LeaveTheLightFartherFromTheTruth) {
   double ours2 = 0, opencv2 = 0, opencv_given_ours2 = 0, told2 = 0;
   int larger = 0;
   for (std::uint64_t seed = 1; seed <= which.seeds; ++seed) {
-    const simulate::Session session = simulate::make_session(which.level, seed, pattern->on_blank_paper(), {},
-                                                             simulate::plain_conditions());
+    const simulate::SimulatedSession session = simulate::make_session(
+        which.level, seed, pattern->on_blank_paper(), {}, simulate::plain_conditions());
     const auto seen_with = [&](const DetectorNoise& noise) {
       return which.gray_code ? numeric_gray_code(session, noise, 100 + seed)
                              : numeric_chessboards(session, noise, 100 + seed);

@@ -69,7 +69,7 @@ struct ClickedRoom {
     std::normal_distribution<double> gauss;
     std::vector<Click> clicks;
     for (const Mark& mark : marks) {
-      const Vec2 at = *projector.pixel_lighting(room_from_projector.inverse() * mark.in_room);
+      const Vec2 at = *projector.project(room_from_projector.inverse() * mark.in_room);
       Click click{mark.name, mark.in_room, at};
       for (int i = 0; i < 3; ++i)
         click.in_room[i] = std::round(1e3 * (mark.in_room[i] + 0.001 * gauss(random))) / 1e3;

@@ -58,7 +58,7 @@ TEST(RealCaptures, CalibrateToTheKnownRig) {
 /// the careful side.
 TEST(RealCaptures, JackknifeAgreesWithWholeRefits) {
   PROCAM_REQUIRE_TEST_DATA("graycode/capture_0");
-  io::Session stated;
+  io::SessionInfo stated;
   stated.pattern = "gray";
   stated.projector_size = ImageSize{1024, 768};
   stated.board = io::read_board("chessboard:7x9:75mm");

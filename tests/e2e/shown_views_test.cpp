@@ -40,7 +40,7 @@ struct SimulatedViews {
   static constexpr std::size_t kViews = 8, kStale = 5;
   const Chessboard projected{7, 5, 40};
   const Vec2 firsts[2] = {Vec2(231.5, 180.5), Vec2(531.5, 380.5)};
-  simulate::Session session;
+  simulate::SimulatedSession session;
   io::ShownInViews shown;
 
   SimulatedViews(simulate::Level level, std::uint64_t seed, const fs::path& folder) {
@@ -69,7 +69,7 @@ TEST(ShownViews, CalibrateAProjectorAndNameTheStaleOne) {
   const ScratchFolder scratch;
   fs::create_directory(scratch / "session");
   const SimulatedViews views(simulate::Level::kEasy, 3, scratch / "session");
-  io::Session stated;
+  io::SessionInfo stated;
   stated.board = views.session.board().layout;
   const session::SessionContents contents =
       session::read_session(session::open_session(scratch / "session", stated));
@@ -187,7 +187,7 @@ TEST_P(WorldOfPhotographs, IsCalibratedAsItIs) {
     shown = {scratch / "shown.json", false};
     write_shown(world, shown.shown);
   }
-  io::Session stated;
+  io::SessionInfo stated;
   stated.board = Chessboard{9, 6, 0.036};
   stated.projector_size = ImageSize{1024, 768};
   const session::SessionPlan plan = session::open_session(world, stated, shown);
@@ -233,7 +233,7 @@ TEST_P(WorldOfPhotographs, IsCalibratedAsItIs) {
   state.device_from_rig = {Pose(), true_rig.projector().rig_from_projector.inverse()};
   state.points_in_board = points_in_board(data.board);
   Correspondences good = data;
-  simulate::Session session;
+  simulate::SimulatedSession session;
   for (std::size_t v = 0; v < good.views.size(); ++v) {
     const json& true_view = truth["views"][v];
     state.rig_from_board.push_back(

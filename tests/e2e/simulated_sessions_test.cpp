@@ -20,9 +20,9 @@ namespace {
 /// A session as procam reads it, and what its peers need beside that.
 struct Seen {
   Correspondences data;
-  simulate::Session session;        ///< only the views in `data`
-  std::vector<DecodedMap> decoded;  ///< Gray code, by view of `own_corners`: every bit decided
-  Correspondences own_corners;      ///< the printed and projected corners as OpenCV finds them
+  simulate::SimulatedSession session;  ///< only the views in `data`
+  std::vector<DecodedMap> decoded;     ///< Gray code, by view of `own_corners`: every bit decided
+  Correspondences own_corners;         ///< the printed and projected corners as OpenCV finds them
 };
 
 /// Print and light of a pair of captures as OpenCV finds them: the light in what the pattern takes away.
@@ -52,7 +52,7 @@ View opencv_view_of_pair(const session::BoardView& found, const std::vector<View
 }
 
 /// Through the reading that the tools use, without the files.
-Seen look_at(const simulate::Session& session, const std::string& pattern_text = "gray",
+Seen look_at(const simulate::SimulatedSession& session, const std::string& pattern_text = "gray",
              bool for_peers = false) {
   const ImageSize projector_size = session.rig().projector().projector.size();
   const auto pattern = session::make_pattern(pattern_text, projector_size);
@@ -152,7 +152,7 @@ TEST_P(SimulatedSessions, TruthLiesInsideThreeReportedSigmas) {
   const simulate::Level level = GetParam().level;
   const bool with_peers = GetParam().seeds > 1;  // OpenCV searches for minutes for a board half in the dark
   for (std::uint64_t seed = 1; seed <= GetParam().seeds; ++seed) {
-    const simulate::Session session =
+    const simulate::SimulatedSession session =
         simulate::make_session(level, seed, {}, {}, simulate::plain_conditions());
     const Seen seen = look_at(session, "gray", with_peers);
     const calibrate::CalibrationResult result = calibrate::calibrate_rig(seen.data, gray_code_options());
@@ -197,7 +197,7 @@ TEST_P(PatternSessions, TruthLiesInsideThreeReportedSigmas) {
   const auto pattern = session::make_pattern(which.pattern, simulate::projector_size(which.level));
   std::optional<simulate::BoardPrint> print;
   if (which.board) print = simulate::BoardPrint{*which.board, detect::board_artwork(*which.board)};
-  const simulate::Session session =
+  const simulate::SimulatedSession session =
       simulate::make_session(which.level, 2, pattern->on_blank_paper(), print, simulate::plain_conditions());
   const calibrate::CalibrationResult result =
       calibrate::calibrate_rig(look_at(session, which.pattern).data, gray_code_options());
@@ -226,10 +226,10 @@ TEST_P(PatternSessions, TruthLiesInsideThreeReportedSigmas) {
 
 /// A printed and a projected board in 18 views, the light of a projector whose axis lies far from its
 /// picture's middle. `seed` moves everything else.
-simulate::Session paper_like_set(std::uint64_t seed) {
+simulate::SimulatedSession paper_like_set(std::uint64_t seed) {
   const auto pattern = session::make_pattern("chessboard", simulate::projector_size(simulate::Level::kPaper));
-  simulate::Session session = simulate::make_session(simulate::Level::kPaper, seed, pattern->on_blank_paper(),
-                                                     {}, simulate::plain_conditions());
+  simulate::SimulatedSession session = simulate::make_session(
+      simulate::Level::kPaper, seed, pattern->on_blank_paper(), {}, simulate::plain_conditions());
   for (simulate::World& view : session.views) {
     Intrinsics& k = view.rig.projectors.front().projector.inverse_camera.intrinsics;
     k.cx = 671;
@@ -291,7 +291,7 @@ INSTANTIATE_TEST_SUITE_P(
 
 /// Someone puts the sheet back upside down: the same board, its first corner at the other end.
 TEST(BoardTurnedByHalf, InOneViewChangesNothing) {
-  simulate::Session session = simulate::make_session(simulate::Level::kEasy, 9);
+  simulate::SimulatedSession session = simulate::make_session(simulate::Level::kEasy, 9);
   session.views.resize(4);
   const Points3 corners = points_in_board(session.board().layout);
   const Vec3 middle = 0.5 * (corners.front() + corners.back());

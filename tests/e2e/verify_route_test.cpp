@@ -70,7 +70,7 @@ class VerifyRoute : public ::testing::Test {
   }
 
   ScratchFolder folder_;
-  simulate::Session session_;
+  simulate::SimulatedSession session_;
   simulate::World world_;
 };
 

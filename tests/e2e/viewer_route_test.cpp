@@ -70,8 +70,7 @@ TEST_F(ViewerRoute, DrawsThingsWhereTheEyeSeesThemThroughTheWall) {
   const auto on_wall = intersect(Ray{eye_, there - eye_}, Plane::of_xy(rig_from_wall_));
   ASSERT_TRUE(on_wall);
   const RigProjector& projector = rig_.projector("");
-  const Vec2 expected =
-      *projector.projector.pixel_lighting(projector.rig_from_projector.inverse() * *on_wall);
+  const Vec2 expected = *projector.projector.project(projector.rig_from_projector.inverse() * *on_wall);
   const ImageU8 frame = io::load_image(folder_ / "frame.png").image;
   Vec2 sum = Vec2::Zero();
   double weight = 0;

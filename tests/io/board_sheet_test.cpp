@@ -32,7 +32,7 @@ Sheet small_sheet(const char* paper = "a5") {
 }
 
 TEST(BoardSheet, KeepsTheBoardsSizeAndAddsARulerOf100mm) {
-  const Sheet sheet = small_sheet();
+  const BoardSheet sheet = small_sheet();
   EXPECT_EQ(sheet.size, Vec2(0.148, 0.210));
   const BoardArtwork art = small_artwork();
   for (std::size_t i = 0; i < art.rectangles.size(); ++i) {
@@ -99,7 +99,7 @@ TEST(BoardSheet, IsAnSvgInMillimetres) {
   const std::string svg = sheet_svg(small_sheet());
   EXPECT_NE(svg.find("width=\"148mm\" height=\"210mm\" viewBox=\"0 0 148 210\""), std::string::npos);
   EXPECT_NE(svg.find("r=\"6\"/>"), std::string::npos);
-  const Sheet sheet = small_sheet();
+  const BoardSheet sheet = small_sheet();
   const Vec2 first = 1000 * sheet.rectangles[1].low;
   std::ostringstream text;
   text << "M" << first.x() << " " << first.y() << "H" << first.x() + 20 << "V" << first.y() + 20 << "H"
@@ -109,7 +109,7 @@ TEST(BoardSheet, IsAnSvgInMillimetres) {
 
 TEST(BoardSheet, IsAPngWithItsPitchAndTheRightAreas) {
   const Scratch scratch;
-  Sheet sheet = small_sheet();
+  BoardSheet sheet = small_sheet();
   sheet.texts.clear();
   save_sheet(scratch / "board.png", sheet, 254);  // ten pixels a millimetre
   const std::string png = read_file(scratch / "board.png");

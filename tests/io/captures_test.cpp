@@ -165,7 +165,7 @@ TEST(Session, ListsTheStacksOfProjectorsAndCameras) {
 TEST(Session, StatesSeveralProjectorsByName) {
   const Scratch scratch;
   save_session(scratch.path(), {"gray", {}, {}, {}, {{"left", {1024, 768}}, {"right", {1280, 800}}}});
-  const std::optional<Session> session = load_session(scratch.path());
+  const std::optional<SessionInfo> session = load_session(scratch.path());
   EXPECT_FALSE(session->projector_size.has_value());
   EXPECT_EQ(session->projectors.at("right"), (ImageSize{1280, 800}));
   scratch.write("session.json", R"({"format": "procam-session", "version": 1, "projector_size": [8, 6],
@@ -231,7 +231,7 @@ TEST(Session, ReadsBackAndMayBeAbsentOrPartial) {
   const Scratch scratch;
   EXPECT_FALSE(load_session(scratch.path()).has_value());
   save_session(scratch.path(), {"gray", ImageSize{1024, 768}, Board(Chessboard{7, 9, 0.075}), 2});
-  const std::optional<Session> session = load_session(scratch.path());
+  const std::optional<SessionInfo> session = load_session(scratch.path());
   ASSERT_TRUE(session.has_value());
   EXPECT_EQ(session->pattern, "gray");
   EXPECT_EQ(*session->projector_size, (ImageSize{1024, 768}));

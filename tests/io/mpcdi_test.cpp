@@ -143,7 +143,7 @@ TEST(Mpcdi, ShaderLampIsTheSameLightWhereTheLensHasShiftAlone) {
     for (int i = 0; i < 200; ++i) {
       const Vec2 pixel(test::uniform(random, -0.5, 95.5), test::uniform(random, -0.5, 63.5));
       const Vec3 point_in_world = pose * Vec3(3 * beamer().emit(pixel)->direction);
-      EXPECT_LT((*lamp.pixel_lighting(world_from_lamp.inverse() * point_in_world) - pixel).norm(), 1e-6);
+      EXPECT_LT((*lamp.project(world_from_lamp.inverse() * point_in_world) - pixel).norm(), 1e-6);
     }
     for (int y = 0; y < 64; ++y)  // and then the distortion map is none
       for (int x = 0; x < 96; ++x)
@@ -167,8 +167,8 @@ TEST(Mpcdi, DistortionMapCarriesSkewAndLensAndTheFrustumSaysSo) {
       const Vec2 uv = region.distortion->at(x, y);  // in the picture that is drawn with the frustum
       const Vec3 drawn = frustum.emit(Vec2(uv.x() * 96 - 0.5, uv.y() * 64 - 0.5))->direction;
       const Vec3 lit = skewed_beamer().emit(Vec2(x, y))->direction;
-      const Vec2 pixel = *frustum.pixel_lighting(lit);
-      EXPECT_LT((*frustum.pixel_lighting(drawn) - pixel).norm(), 2e-5);  // the rounding of a float
+      const Vec2 pixel = *frustum.project(lit);
+      EXPECT_LT((*frustum.project(drawn) - pixel).norm(), 2e-5);  // the rounding of a float
       largest_without = std::max(largest_without, (pixel - Vec2(x, y)).norm());
     }
   EXPECT_GT(largest_without, 0.5);
@@ -207,8 +207,7 @@ TEST(Mpcdi, FrustumIsWhatOtherReadersMakeOfIt) {
     const double x = (-in_eye.x() / in_eye.z() - l) / (r - l), y = (-in_eye.y() / in_eye.z() - b) / (t - b);
     const Vec2 pixel(x * 1400 - 0.5, (1 - y) * 1050 - 0.5);
     const Vec3 point_in_world = world_from_eye * Vec3(2.5 * in_eye) + region.frame->position;
-    EXPECT_LT((*projector_of(region).pixel_lighting(projector_from_world * point_in_world) - pixel).norm(),
-              1e-9);
+    EXPECT_LT((*projector_of(region).project(projector_from_world * point_in_world) - pixel).norm(), 1e-9);
   }
 }
 

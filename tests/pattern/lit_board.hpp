@@ -46,7 +46,7 @@ struct LitBoard {
     return p;
   }
   Vec2 light_at(const Vec2& pixel) const {
-    return *projector.pixel_lighting(projector_from_camera * (camera_from_board * sheet_at(pixel)));
+    return *projector.project(projector_from_camera * (camera_from_board * sheet_at(pixel)));
   }
   Vec2 corner_pixel(int point) const {
     const Vec3 p = points_in_board(board)[std::size_t(point)];

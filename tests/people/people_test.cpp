@@ -285,9 +285,9 @@ TEST(EyeSafe, NoLightPassesThroughAHead) {
     person.skeleton[Joint::kHead] = SeenJoint<Vec3>{projector_from_sensor.inverse() * head, 1};
     person.sigma[std::size_t(Joint::kHead)] = 0.01;
     ImageU8 frame(1024, 768, 3, 255);
-    const Darkened done =
+    const MaskResult done =
         darken_heads(frame, projector, projector_from_sensor, {person}, 10.0, 10.05, options);
-    ASSERT_FALSE(done.is_dark) << done.why;
+    ASSERT_FALSE(done.blanked) << done.reason;
     const double r = options.radius + options.margin + options.speed * person.age + 0.03;
     std::size_t dark = 0, within = 0;
     for (int y = 0; y < 768; y += 3)
@@ -309,11 +309,11 @@ TEST(EyeSafe, FailsDark) {
   const auto darken = [&](std::vector<TrackedPerson> people, std::optional<double> newest,
                           EyeSafeOptions options = {}) {
     ImageU8 frame(1024, 768, 3, 200);
-    const Darkened done = darken_heads(frame, projector, Pose(), people, newest, 10, options);
+    const MaskResult done = darken_heads(frame, projector, Pose(), people, newest, 10, options);
     const bool is_dark =
         std::all_of(frame.data(), frame.data() + 1024 * 768 * 3, [](auto v) { return v == 0; });
-    EXPECT_EQ(is_dark, done.is_dark);
-    EXPECT_EQ(done.is_dark, *done.why != '\0');
+    EXPECT_EQ(is_dark, done.blanked);
+    EXPECT_EQ(done.blanked, *done.reason != '\0');
     return is_dark;
   };
   EXPECT_FALSE(darken({}, 9.9)) << "news of nobody is news";
@@ -354,10 +354,10 @@ struct DepthScene {
             off < radius * radius ? float((along - std::sqrt(radius * radius - off)) * way.z()) : float(wall);
       }
   }
-  ImageU8 darkened(double age, Darkened* told = nullptr) const {
+  ImageU8 darkened(double age, MaskResult* told = nullptr) const {
     ImageU8 frame(1024, 768, 3, 255);
     const Silhouettes seen = find_silhouettes({camera, depth.view(), background.view()});
-    const Darkened done = darken_silhouettes(frame, lopsided_projector(), projector_from_camera, seen, age);
+    const MaskResult done = darken_silhouettes(frame, lopsided_projector(), projector_from_camera, seen, age);
     if (told != nullptr) *told = done;
     return frame;
   }
@@ -378,10 +378,10 @@ struct DepthScene {
 
 TEST(Silhouette, WhateverIsBeforeTheWallIsDark) {
   const DepthScene scene;
-  Darkened told;
+  MaskResult told;
   const auto [on_ball, beside] = scene.lit(scene.darkened(0.05, &told), 0.4);
-  EXPECT_FALSE(told.is_dark);
-  EXPECT_GT(told.heads, 5);
+  EXPECT_FALSE(told.blanked);
+  EXPECT_GT(told.masked, 5);
   EXPECT_EQ(on_ball, 0);
   EXPECT_EQ(beside, 1) << "the rest has light";
   // What moves on is given room.
@@ -393,11 +393,11 @@ TEST(Silhouette, WhateverIsBeforeTheWallIsDark) {
 
 TEST(Silhouette, FailsDark) {
   DepthScene scene;
-  Darkened told;
+  MaskResult told;
   scene.darkened(0.4, &told);
-  EXPECT_TRUE(told.is_dark) << "old";
+  EXPECT_TRUE(told.blanked) << "old";
   scene.darkened(std::numeric_limits<double>::quiet_NaN(), &told);
-  EXPECT_TRUE(told.is_dark);
+  EXPECT_TRUE(told.blanked);
   // A black coat returns nothing: where the ball was there are no readings.
   DepthScene coat = scene;
   for (int i = 0; i < 160 * 120; ++i)
@@ -415,7 +415,7 @@ TEST(Silhouette, FailsDark) {
   DepthScene near = scene;
   for (int i = 0; i < 3; ++i) near.depth.at(80 + i, 60) = 0.05f;
   near.darkened(0.2, &told);
-  EXPECT_TRUE(told.is_dark) << "at the lens";
+  EXPECT_TRUE(told.blanked) << "at the lens";
   scene.depth = ImageF(16, 12);
   EXPECT_THROW(scene.darkened(0.05), std::invalid_argument);
 }

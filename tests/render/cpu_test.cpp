@@ -71,10 +71,9 @@ TEST(Render, CoversExactlyTheAreaOfTheContent) {
   double covered = 0, twice_area = 0;
   for (int y = 0; y < 768; ++y)
     for (int x = 0; x < 1024; ++x) covered += frame.at(x, y) / 255.0;
-  const Vec2 corner[4] = {*projector.pixel_lighting(sheet.in_projector(0, 0)),
-                          *projector.pixel_lighting(sheet.in_projector(1, 0)),
-                          *projector.pixel_lighting(sheet.in_projector(1, 1)),
-                          *projector.pixel_lighting(sheet.in_projector(0, 1))};
+  const Vec2 corner[4] = {
+      *projector.project(sheet.in_projector(0, 0)), *projector.project(sheet.in_projector(1, 0)),
+      *projector.project(sheet.in_projector(1, 1)), *projector.project(sheet.in_projector(0, 1))};
   for (int i = 0; i < 4; ++i) {
     const Vec2 &a = corner[i], &b = corner[(i + 1) % 4];
     twice_area += a.x() * b.y() - a.y() * b.x();

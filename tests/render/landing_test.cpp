@@ -60,7 +60,7 @@ double corner_error_mm(const Projector& projector, const Sheet& sheet, const Pro
     for (int i = 3; i <= 37; ++i) {
       const Vec2 uv = corners[k] + (corners[(k + 1) % 4] - corners[k]) * (i / 40.0);
       const auto pixel_of = [&](const Vec2& p) {
-        return *drawn_with.pixel_lighting(sheet.in_projector(p.x(), p.y()));
+        return *drawn_with.project(sheet.in_projector(p.x(), p.y()));
       };
       const Vec2 side = corners[(k + 1) % 4] - corners[k], near = pixel_of(uv);
       const Vec2 along = pixel_of(uv + 0.01 * side) - near;

@@ -28,7 +28,7 @@ TEST(RenderRoom, LandsWithinATenthOfAMillimetreOnCurvedSurfaces) {
                                  : std::get<CylinderSurface>(shape.geometry).radius;
       const bool inside = (ball ? std::get<SphereSurface>(shape.geometry).seen_from
                                 : std::get<CylinderSurface>(shape.geometry).seen_from) == SeenFrom::kInside;
-      const Vec2 near = *projector.pixel_lighting(shape.projector_from_surface * truth);
+      const Vec2 near = *projector.project(shape.projector_from_surface * truth);
       ASSERT_TRUE(projector.size().contains(near)) << shape.name;
       const Ray ray =
           shape.projector_from_surface.inverse() * *projector.emit(middle_of_light(frame, near, 25));
@@ -178,7 +178,7 @@ TEST(RenderRoom, TheLaterCoversWhereSurfacesLieTogetherAndPixelSurfacesCoverTheR
     for (int x = 0; x < 4; ++x) red.at(x, y, 0) = 255;
   Scene scene;
   scene.items = {{room.wall.placement, room.green}, {poster.placement, red}};
-  const Vec2 at = *room.projector.pixel_lighting(poster.in_projector(0.5, 0.5));
+  const Vec2 at = *room.projector.project(poster.in_projector(0.5, 0.5));
   EXPECT_EQ(render::render(scene, room.projector).at(int(at.x()), int(at.y()), 0), 255);
   std::swap(scene.items[0], scene.items[1]);
   EXPECT_EQ(render::render(scene, room.projector).at(int(at.x()), int(at.y()), 0), 0);
@@ -217,7 +217,7 @@ TEST(RenderRoom, PlanesThatCutEachOtherShowTheNearerPart) {
         const Vec3 uv = sheet.placement.plane_from_content.inverse() * landed->homogeneous();
         const Vec2 at = uv.hnormalized();
         if ((at.array() < 0).any() || (at.array() > 1).any()) return 1e9;
-        return projector.land(pixel, Plane::of_xy(sheet.placement.projector_from_surface))->norm();
+        return projector.intersect(pixel, Plane::of_xy(sheet.placement.projector_from_surface))->norm();
       };
       const double a = distance(one), b = distance(other);
       if (std::abs(a - b) < 3e-3 * std::min(a, b)) continue;  // they lie together there

@@ -42,7 +42,7 @@ struct Sheet {
   }
   /// Where the light of a pixel lands, in the sheet's plane, metres.
   std::optional<Vec2> landed(const Projector& projector, const Vec2& pixel) const {
-    const auto point = projector.land(pixel, Plane::of_xy(placement.projector_from_surface));
+    const auto point = projector.intersect(pixel, Plane::of_xy(placement.projector_from_surface));
     if (!point) return std::nullopt;
     return Vec2((placement.projector_from_surface.inverse() * *point).head<2>());
   }

@@ -132,7 +132,7 @@ TEST(Viewer, PutsPointsOfTheRoomBehindTheWallWhereTheEyeSeesThem) {
       const Vec3 there = sheet.in_projector(uv.x(), uv.y());
       const auto expected = corner.landing({corner.eye, (there - corner.eye).normalized()}, false);
       if (!expected) continue;
-      const auto near = corner.projector.pixel_lighting(*expected);
+      const auto near = corner.projector.project(*expected);
       if (!near || !PixelMargin{30}.holds(corner.projector.size(), *near)) continue;
       // A disc that lies across the corner is bent there, and its middle no longer its centre's place.
       if (std::abs((corner.left.projector_from_surface.inverse() * *expected).x()) < 0.015) continue;
@@ -177,7 +177,7 @@ TEST(Viewer, LandsOnCurvedSurfacesToATenthOfAMillimetre) {
     for (const Vec2& uv : discs.uv) {
       const Vec3 there = sheet.in_projector(uv.x(), uv.y());
       const Vec3 expected = meet({eye, (there - eye).normalized()});
-      const auto near = projector.pixel_lighting(expected);
+      const auto near = projector.project(expected);
       if (!expected.allFinite() || !near || !PixelMargin{30}.holds(projector.size(), *near)) continue;
       if (drawn.frame.at(int(near->x() + 0.5), int(near->y() + 0.5), 0) == 0) continue;  // beside the shape
       ++looked_at;
@@ -312,7 +312,7 @@ TEST(Viewer, ShowsTheEyeTheVirtualScene) {
     for (int x = 3; x < from.camera.size.width - 3; x += 3) {
       const Vec3 direction = projector_from_eye.rotate(*from.camera.unproject(Vec2(x, y)));
       const auto point = corner.landing({corner.eye, direction.normalized()}, true);
-      const auto pixel = point ? corner.projector.pixel_lighting(*point) : std::nullopt;
+      const auto pixel = point ? corner.projector.project(*point) : std::nullopt;
       if (!pixel || !PixelMargin{3}.holds(corner.projector.size(), *pixel)) continue;
       const auto first = corner.landing(*corner.projector.emit(*pixel), true);
       if (!first || (*first - *point).norm() > 2e-3) continue;  // in the post's shadow

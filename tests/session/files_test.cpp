@@ -28,7 +28,7 @@ class SessionFolder : public ::testing::Test {
 };
 
 TEST_F(SessionFolder, NamesAViewWhenItIsComplete) {
-  ViewInTheMaking view(folder_, 3);
+  ViewWriter view(folder_, 3);
   view.keep(frame(10));
   view.keep_rejected(frame(77), "torn");
   view.keep_rejected(frame(78), "torn");
@@ -45,10 +45,10 @@ TEST_F(SessionFolder, NamesAViewWhenItIsComplete) {
 
 TEST_F(SessionFolder, GoesOnWithAnEarlierRunsView) {
   {
-    ViewInTheMaking view(folder_, 0);
+    ViewWriter view(folder_, 0);
     for (int i = 0; i < 12; ++i) view.keep(frame(i));
   }
-  ViewInTheMaking view(folder_, 0);
+  ViewWriter view(folder_, 0);
   EXPECT_EQ(view.kept(), 12);
   EXPECT_EQ(io::load_image(view.frame_file(11)).image.at(0, 0), 11);
   view.keep(frame(12));
@@ -57,7 +57,7 @@ TEST_F(SessionFolder, GoesOnWithAnEarlierRunsView) {
 }
 
 TEST_F(SessionFolder, KeepsWhatIsSetAside) {
-  ViewInTheMaking view(folder_, 0);
+  ViewWriter view(folder_, 0);
   for (int round = 0; round < 2; ++round) {
     view.keep(frame(50 + round));
     view.set_aside();

@@ -98,7 +98,7 @@ ReadView read_view(const SessionPattern& pattern, const std::function<void(simul
   using namespace simulate;
   Conditions conditions = level_conditions(Level::kPaper);
   spoil(conditions);
-  Session session = make_session(Level::kPaper, 8, pattern.on_blank_paper(), {}, conditions);
+  SimulatedSession session = make_session(Level::kPaper, 8, pattern.on_blank_paper(), {}, conditions);
   session.capture.samples_per_axis = 1;
   constexpr std::size_t kView = 3;
   const std::vector<ImageU8> captures = capture_view(session, kView, pattern.frames());

@@ -44,7 +44,7 @@ class Screen : public device::FrameSink {
     if (world_.shown.size() > 60) world_.shown.pop_front();
     return world_.now;
   }
-  device::Wish poll() override { return device::Wish::kNone; }
+  device::WindowEvent poll() override { return device::WindowEvent::kNone; }
 
  private:
   World& world_;
@@ -276,7 +276,7 @@ TEST(CheckLight, ReportsAFaultlessStand) {
   World world;
   Screen screen(world);
   Camera camera(world);
-  const Stand stand{screen, camera};
+  const CaptureRig stand{screen, camera};
   Shutter shutter(stand, shutter_options(measure_delay(stand)));
   std::vector<std::string> kept;
   const LightReport report =

@@ -117,7 +117,7 @@ class RunningShow {
   }
   ~RunningShow() { end(); }
   void end() {
-    sink_.wish(device::Wish::kClose);
+    sink_.wish(device::WindowEvent::kClose);
     if (thread_.joinable()) thread_.join();
   }
   std::string url() const { return page_->url(); }
@@ -227,10 +227,11 @@ TEST(ControlPage, KeysOfTheWindow) {
     const ImageU8 now = show.sink().last();
     return !std::equal(now.data(), now.data() + 320 * 200 * 3, content.data());
   };
-  for (const device::Wish wish : {device::Wish::kGrid, device::Wish::kMask, device::Wish::kHelp}) {
+  for (const device::WindowEvent wish :
+       {device::WindowEvent::kGrid, device::WindowEvent::kMask, device::WindowEvent::kHelp}) {
     show.sink().wish(wish);
     EXPECT_TRUE(wait(changed));
-    if (wish == device::Wish::kMask)
+    if (wish == device::WindowEvent::kMask)
       EXPECT_TRUE(wait([&] { return show.sink().last().at(70, 140, 0) == 255; }));
     show.sink().wish(wish);
     EXPECT_TRUE(wait([&] { return !changed(); }));

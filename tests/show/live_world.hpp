@@ -79,11 +79,11 @@ class KeptFrames : public device::FrameSink {
     ++count_;
     return device::now_s();
   }
-  device::Wish poll() override {
+  device::WindowEvent poll() override {
     const std::lock_guard<std::mutex> lock(mutex_);
-    return std::exchange(wish_, device::Wish::kNone);
+    return std::exchange(wish_, device::WindowEvent::kNone);
   }
-  void wish(device::Wish wish) {
+  void wish(device::WindowEvent wish) {
     const std::lock_guard<std::mutex> lock(mutex_);
     wish_ = wish;
   }
@@ -100,7 +100,7 @@ class KeptFrames : public device::FrameSink {
   ImageSize size_;
   std::mutex mutex_;
   ImageU8 last_;
-  device::Wish wish_ = device::Wish::kNone;
+  device::WindowEvent wish_ = device::WindowEvent::kNone;
   int count_ = 0;
 };
 

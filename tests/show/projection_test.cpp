@@ -227,8 +227,8 @@ TEST_F(RunLog, ShowsTheSameFramesAgain) {
         projection.add(pose);
       }
       if (i == 30) {
-        projection.set_picture(Picture::kGrid);
-        recorder.record(Picture::kGrid);
+        projection.set_picture(TestPattern::kGrid);
+        recorder.record(TestPattern::kGrid);
       }
       projection.draw(time + 0.1, i / 60.0, frame);
       shown.push_back(fingerprint(frame));

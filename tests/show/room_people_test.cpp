@@ -160,7 +160,7 @@ TEST(RoomPeople, AHeldPictureIsDarkWherePeopleAreNow) {
   parts.tick = [&](const Metrics& metrics) {
     if (metrics.frames == 2) {
       EXPECT_TRUE(!lit(120) && lit(140));
-      sink.wish(device::Wish::kFreeze);
+      sink.wish(device::WindowEvent::kFreeze);
     }
     if (metrics.frames == 5) row = 140;
     if (metrics.frames == 8) {
@@ -169,7 +169,7 @@ TEST(RoomPeople, AHeldPictureIsDarkWherePeopleAreNow) {
     }
     if (metrics.frames == 10) {
       EXPECT_TRUE(!lit(120) && lit(140) && !lit(130));
-      sink.wish(device::Wish::kClose);
+      sink.wish(device::WindowEvent::kClose);
     }
   };
   LoopOptions loop;

@@ -64,7 +64,7 @@ std::vector<simulate::Body> somebody_at(double x) {
                        Vec3(0.45, 0.3, 1.75), 0.5);
 }
 
-TEST(RoomView, LightStaysWhereItIsOnTheWallWhileTheRobotDrivesAndSomebodyPasses) {
+TEST(DepthSurfaceTracker, LightStaysWhereItIsOnTheWallWhileTheRobotDrivesAndSomebodyPasses) {
   const SmallRoom world;
   const auto at = [](const Vec3& eye, const Vec3& target) { return simulate::test::looking_at(eye, target); };
   const simulate::Drive drive =
@@ -74,7 +74,7 @@ TEST(RoomView, LightStaysWhereItIsOnTheWallWhileTheRobotDrivesAndSomebodyPasses)
   constexpr double kDelay = 0.02;  // from the exposure of a depth picture to its arrival
   RoomOptions options = world.options();
   options.delay = kDelay;
-  RoomView view(options);
+  DepthSurfaceTracker view(options);
   ProjectionOptions drawing;
   drawing.track.prediction = track::Prediction::kConstantTwist;
   Projection projection(world.rig, drawing);
@@ -142,13 +142,13 @@ TEST(RoomView, LightStaysWhereItIsOnTheWallWhileTheRobotDrivesAndSomebodyPasses)
   EXPECT_EQ(last.count("table_1"), 1u);
 }
 
-TEST(RoomView, WhoeverWalksThroughIsKeptOutOfTheLightWhileTheRobotTurns) {
+TEST(DepthSurfaceTracker, WhoeverWalksThroughIsKeptOutOfTheLightWhileTheRobotTurns) {
   const SmallRoom world;
   constexpr double kDelay = 0.03, kLightAfter = 0.09;  // seconds: of depth, and from exposure to light
   RoomOptions options = world.options();
   options.delay = kDelay;
   options.silhouettes.emplace();
-  RoomView view(options);
+  DepthSurfaceTracker view(options);
   ProjectionOptions drawing;
   drawing.track.prediction = track::Prediction::kConstantTwist;
   Projection projection(world.rig, drawing);
@@ -204,22 +204,22 @@ TEST(RoomView, WhoeverWalksThroughIsKeptOutOfTheLightWhileTheRobotTurns) {
   EXPECT_GT(double(lit_beside) / double(beside), 0.97);
   EXPECT_GT(double(lit_empty) / double(empty), 0.97);
   // Without news of depth, and without a pose, all is dark.
-  EXPECT_TRUE(darken_before_room(frame, projection, 9, view.silhouettes().get()).is_dark);
-  EXPECT_TRUE(darken_before_room(frame, projection, 7.9, nullptr).is_dark);
+  EXPECT_TRUE(darken_before_room(frame, projection, 9, view.silhouettes().get()).blanked);
+  EXPECT_TRUE(darken_before_room(frame, projection, 7.9, nullptr).blanked);
   Projection nowhere(world.rig, drawing);
-  EXPECT_TRUE(darken_before_room(frame, nowhere, 7.9, view.silhouettes().get()).is_dark);
+  EXPECT_TRUE(darken_before_room(frame, nowhere, 7.9, view.silhouettes().get()).blanked);
 }
 
-TEST(RoomView, PassesPicturesOverWithoutAPoseAndRefusesOtherSizes) {
+TEST(DepthSurfaceTracker, PassesPicturesOverWithoutAPoseAndRefusesOtherSizes) {
   const SmallRoom world;
-  RoomView view(world.options());
+  DepthSurfaceTracker view(world.options());
   const Pose stands = simulate::test::looking_at(Vec3(0, 0.9, 1.2), Vec3(0, 3.2, 1.1));
   EXPECT_FALSE(view.look(world.seen(stands, 1, {}, 1)));
-  EXPECT_EQ(view.homeless(), 1);
+  EXPECT_EQ(view.frames_without_pose(), 1);
   EXPECT_THROW(view.look({Image<std::uint16_t>(16, 12), 2}), Error);
   RoomOptions still = world.options();
   still.world_from_rig = stands;
-  RoomView of_still(still);
+  DepthSurfaceTracker of_still(still);
   for (int i = 0; i < 8; ++i) of_still.look(world.seen(stands, 1 + 0.1 * i, {}, std::uint64_t(i)));
   EXPECT_EQ(of_still.looked(), 8);
   EXPECT_FALSE(of_still.look(world.seen(stands, 1, {}, 1)));  // older than the last: passed over
@@ -254,17 +254,17 @@ class Fed : public device::DepthSource {
   Shared& shared_;
 };
 
-TEST(RoomWatch, ACameraThatIsLostIsToldAndComesBack) {
+TEST(DepthSurfaceSource, ACameraThatIsLostIsToldAndComesBack) {
   const SmallRoom world;
   const Pose stands = simulate::test::looking_at(Vec3(0, 0.9, 1.2), Vec3(0, 3.2, 1.1));
-  RoomWatchOptions options;
+  DepthSurfaceSourceOptions options;
   options.room = world.options();
   options.room.world_from_rig = stands;
   options.room.map.memory = 0.05;
   options.lost_after = 0.3;
   options.blank_on_loss = true;
   Fed::Shared shared;
-  RoomWatch watch([&] { return std::make_unique<Fed>(shared); }, options);
+  DepthSurfaceSource watch([&] { return std::make_unique<Fed>(shared); }, options);
   std::vector<std::string> words;
   std::optional<SurfaceSet> now;
   std::uint64_t seed = 0;

@@ -137,7 +137,7 @@ TEST(Capture, LandsProjectorLightWhereItsRayMeetsTheBoard) {
         for (int along = kStripe / 2; along < projector.size().width; along += kStripe) {
           const Vec2 middle = axis == 0 ? Vec2(across - 0.5, along) : Vec2(along, across - 0.5);
           if (!projector.size().contains(middle + Vec2(12, 12))) continue;
-          const auto landed = projector.land(middle, Plane::of_xy(projector_from_board));
+          const auto landed = projector.intersect(middle, Plane::of_xy(projector_from_board));
           const Vec3 on_board = projector_from_board.inverse() * *landed;
           const double margin = 0.06;
           if (on_board.x() < -margin || on_board.y() < -margin || on_board.x() > 7 * 0.041 + margin ||
@@ -146,7 +146,7 @@ TEST(Capture, LandsProjectorLightWhereItsRayMeetsTheBoard) {
           const EdgeInCamera edge = [&](double t) {
             const Vec2 pixel = middle + (t - 0.5) * 10 * (axis == 0 ? Vec2::UnitY() : Vec2::UnitX());
             return *camera.project(camera_from_projector *
-                                   *projector.land(pixel, Plane::of_xy(projector_from_board)));
+                                   *projector.intersect(pixel, Plane::of_xy(projector_from_board)));
           };
           if (const auto error = edge_error(edge, axis, 8, level)) errors.values.push_back(*error);
         }

@@ -80,7 +80,7 @@ TEST(Capture, IsDarkInTheBoardsShadowAndOutsideThePicture) {
   for (int v = 4; v < 386; v += 7)
     for (int u = 4; u < 508; u += 7) {
       // Independently of the renderer: follow the light to the wall, and see whether the sheet is in its way.
-      const auto landed = projector.projector.land(Vec2(u, v), wall_in_projector);
+      const auto landed = projector.projector.intersect(Vec2(u, v), wall_in_projector);
       if (!landed) continue;
       const auto pixel = camera.camera.project(camera_from_projector * *landed);
       if (!pixel || pixel->x() < 2 || pixel->y() < 2 || pixel->x() > 637 || pixel->y() > 467) continue;

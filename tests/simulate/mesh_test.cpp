@@ -269,7 +269,7 @@ TEST(Cutout, CutsTheViewAsOneRayWould) {
       if (!hit) continue;
       ++seen[hit->body];
       const Vec3 way = hit->point_in_room - lamp.translation;
-      const auto pixel = light.projector.pixel_lighting(lamp.inverse() * hit->point_in_room);
+      const auto pixel = light.projector.project(lamp.inverse() * hit->point_in_room);
       if (!pixel || !light.projector.size().contains(*pixel)) continue;
       const bool reached = nearest_hit(room, {lamp.translation, way})->lengths > 1 - 1e-6;
       ++lit[reached];
@@ -304,7 +304,7 @@ TEST(Backdrop, IsBehindAllElse) {
       if (!hit) continue;
       ++seen[hit->body];
       const Pose room_from_lamp = lamp.room_from_projector(0);
-      const auto pixel = lamp.projector.pixel_lighting(room_from_lamp.inverse() * hit->point_in_room);
+      const auto pixel = lamp.projector.project(room_from_lamp.inverse() * hit->point_in_room);
       const bool in_picture = pixel && lamp.projector.size().contains(*pixel);
       const auto met =
           nearest_hit(room, {room_from_lamp.translation, hit->point_in_room - room_from_lamp.translation});

@@ -160,7 +160,7 @@ TEST(Preview, FallsOffWithDistanceAndAngle) {
   for (const double u : {0.3, 0.38, 0.46, 0.54, 0.62})
     for (const double v : {0.2, 0.5, 0.7}) {
       const Vec3 point = sheet.in_projector(u, v);
-      if (!seen.projector.size().contains(*seen.projector.pixel_lighting(point))) continue;
+      if (!seen.projector.size().contains(*seen.projector.project(point))) continue;
       const Vec2 p = seen.pixel_of(point);
       if (light_at(white, p) == 1) continue;  // brighter than the picture is exposed for
       const double light = light_at(white, p) - light_at(black, p);
@@ -312,7 +312,7 @@ TEST(Preview, APlanesMarginHidesNothing) {
   seen.scene.items = {{far.placement, one}, {near.placement, one}};
   // Seen from the projector the near margin reaches over a part of the far content, and its light as well.
   const Vec3 margin = near.in_projector(1.15, 0.5);
-  const auto in_far = far.landed(seen.projector, *seen.projector.pixel_lighting(margin));
+  const auto in_far = far.landed(seen.projector, *seen.projector.project(margin));
   const Vec2 low = far.plane_point(0, 0), high = far.plane_point(1, 1);
   ASSERT_TRUE(in_far && in_far->x() > low.x() && in_far->x() < high.x() && in_far->y() > low.y() &&
               in_far->y() < high.y());

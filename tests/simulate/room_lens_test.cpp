@@ -35,7 +35,7 @@ Camera plain_camera() {
 
 /// Dark to the left, light to the right of the line u = 1/2, a little turned.
 Body halves(const Vec3& middle, double turn) {
-  Picture picture{ImageU8(2, 1), 0.9, 0.1};
+  Texture picture{ImageU8(2, 1), 0.9, 0.1};
   picture.image.at(1, 0) = 255;
   return {"halves", Rectangle{Vec2(-2, -2), Vec2(2, 2)}, Pose(so3_exp(Vec3(0, 0, turn)), middle), picture};
 }
@@ -184,8 +184,8 @@ ImageU8 colour_frame() {
     }
   return frame;
 }
-Picture colour_poster() {
-  Picture picture{ImageU8(30, 20, 3)};
+Texture colour_poster() {
+  Texture picture{ImageU8(30, 20, 3)};
   for (int y = 0; y < 20; ++y)
     for (int x = 0; x < 30; ++x)
       for (int c = 0; c < 3; ++c)
@@ -210,7 +210,7 @@ TEST(RoomView, EachColourOfAViewIsThatColoursPictureInThatColoursLight) {
     ASSERT_EQ(view.image().channels(), 3);
     for (int c = 0; c < 3; ++c) {
       Room one = room;
-      if (coloured_room) one.bodies[poster].paint = Picture{channel_of(colour_poster().image, c)};
+      if (coloured_room) one.bodies[poster].paint = Texture{channel_of(colour_poster().image, c)};
       RoomLight lamp = light;
       lamp.frames = {channel_of(light.frames[0], c)};
       RoomViewOptions grey = options;

@@ -54,7 +54,7 @@ TEST(RoomView, TruthIsWhatRaysOneByOneSay) {
 
       const Vec3 from_light = hit->point_in_room - room_from_projector.translation;
       const auto first = nearest_hit(room, {room_from_projector.translation, from_light});
-      const auto pixel = light.projector.pixel_lighting(room_from_projector.inverse() * hit->point_in_room);
+      const auto pixel = light.projector.project(room_from_projector.inverse() * hit->point_in_room);
       const bool in_picture = pixel && light.projector.size().contains(*pixel);
       const bool reached = hit->normal_in_room.dot(from_light) < 0 && first->lengths > 1 - 1e-6;
       const bool is_lit = truth.light[0].lit.at(x, y) != 0;
@@ -80,7 +80,7 @@ TEST(RoomView, TruthIsWhatRaysOneByOneSay) {
 
 /// A picture of two by two tiles, seen alone in ambient light.
 Body four_tiles(const Pose& room_from_body) {
-  Picture picture{ImageU8(2, 2), 1.0, 0.0};
+  Texture picture{ImageU8(2, 2), 1.0, 0.0};
   picture.image.at(0, 0) = picture.image.at(1, 1) = 255;
   return {"tiles", Rectangle{Vec2(-0.51, -0.4), Vec2(0.47, 0.43)}, room_from_body, picture};
 }
@@ -245,7 +245,7 @@ TEST(RoomView, AMovingRigsShadowsAndTilesStayRight) {
       ASSERT_EQ(truth.body.at(x, y), hit ? hit->body : -1) << x << " " << y;
       if (!truth.light[0].lit.at(x, y)) continue;
       ++lit;
-      const auto pixel = light.projector.pixel_lighting(light_motion(time).inverse() * hit->point_in_room);
+      const auto pixel = light.projector.project(light_motion(time).inverse() * hit->point_in_room);
       EXPECT_NEAR((*pixel - Vec2(truth.light[0].pixel.at(x, y, 0), truth.light[0].pixel.at(x, y, 1))).norm(),
                   0, 0.01);
     }

@@ -34,8 +34,8 @@ inline MarkerCells some_codes() {
 }
 
 /// Grey ramps and a dark corner: every side is another.
-inline Picture poster(int width = 48, int height = 32) {
-  Picture picture;
+inline Texture poster(int width = 48, int height = 32) {
+  Texture picture;
   picture.image = ImageU8(width, height);
   for (int y = 0; y < height; ++y)
     for (int x = 0; x < width; ++x)

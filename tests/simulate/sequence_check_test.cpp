@@ -59,7 +59,7 @@ Conditions sound_conditions(Level level) {
 }
 
 /// Where the board is in the last captures, as a detector finds it.
-Points2 corners_at_end(const Session& session, std::size_t view) {
+Points2 corners_at_end(const SimulatedSession& session, std::size_t view) {
   World world = session.views[view];
   if (!session.defects.empty() && session.defects[view].moved)
     world.rig_from_board = world.rig_from_board * session.defects[view].moved->board_from_moved;
@@ -68,7 +68,7 @@ Points2 corners_at_end(const Session& session, std::size_t view) {
   return corners;
 }
 
-pattern::SequenceCheck check(const Session& session, std::size_t view) {
+pattern::SequenceCheck check(const SimulatedSession& session, std::size_t view) {
   const pattern::GrayCode gray_code{session.rig().projector().projector.size()};
   const std::vector<ImageU8> captures = capture_view(session, view, pattern::frames(gray_code));
   return pattern::check_sequence({captures.begin(), captures.end()}, gray_code,
@@ -116,7 +116,7 @@ TEST_P(BrokenSequences, AreNamedByTheirCause) {
     for (std::uint64_t seed = GetParam().first_seed; seed <= GetParam().last_seed; ++seed) {
       Conditions conditions = sound_conditions(GetParam().level);
       kind.spoil(conditions);
-      Session session = make_session(GetParam().level, seed, {}, {}, conditions);
+      SimulatedSession session = make_session(GetParam().level, seed, {}, {}, conditions);
       session.capture.samples_per_axis = 1;
       for (std::size_t view = 0; view < GetParam().views; ++view, ++all) {
         const pattern::SequenceCheck found = check(session, view);
@@ -170,7 +170,7 @@ TEST(PhaseShiftSequence, IsCheckedAsGrayCodeIs) {
   for (const Broken& kind : kinds) {
     Conditions conditions = sound_conditions(Level::kPaper);
     kind.spoil(conditions);
-    Session session = make_session(Level::kPaper, 5, {}, {}, conditions);
+    SimulatedSession session = make_session(Level::kPaper, 5, {}, {}, conditions);
     session.capture.samples_per_axis = 1;
     const pattern::PhaseShift waves{session.rig().projector().projector.size()};
     const std::vector<ImageU8> frames = pattern::frames(waves), captures = capture_view(session, 1, frames);

@@ -9,7 +9,7 @@ class SessionLaws : public testing::TestWithParam<Level> {};
 
 TEST_P(SessionLaws, EveryViewShowsTheWholeBoardLit) {
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
-    const Session session = make_session(GetParam(), seed);
+    const SimulatedSession session = make_session(GetParam(), seed);
     ASSERT_GE(session.views.size(), 6u);
     int partly_lit = 0;
     for (const World& world : session.views) {
@@ -39,8 +39,8 @@ TEST_P(SessionLaws, RigIsLopsided) {
 }
 
 TEST_P(SessionLaws, SeedDecidesEverything) {
-  const Session a = make_session(GetParam(), 7), b = make_session(GetParam(), 7),
-                c = make_session(GetParam(), 8);
+  const SimulatedSession a = make_session(GetParam(), 7), b = make_session(GetParam(), 7),
+                         c = make_session(GetParam(), 8);
   EXPECT_EQ(parameters_of(a.rig().camera().camera), parameters_of(b.rig().camera().camera));
   EXPECT_NE(parameters_of(a.rig().camera().camera), parameters_of(c.rig().camera().camera));
   for (std::size_t i = 0; i < a.views.size(); ++i) {
@@ -56,7 +56,7 @@ TEST_P(SessionLaws, NameComesBack) {
 TEST_P(SessionLaws, BlankPaperTakesThePatternBesideThePrint) {
   const Eigen::AlignedBox2d box(Vec2(63.5, 31.5), Vec2(959.5, 735.5));
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
-    const Session session = make_session(GetParam(), seed, box);
+    const SimulatedSession session = make_session(GetParam(), seed, box);
     ASSERT_EQ(session.views.size(), 18u);
     for (const World& world : session.views) {
       EXPECT_EQ(board_in_camera(world).size(), points_in_board(world.board.layout).size());
@@ -78,7 +78,7 @@ TEST_P(SessionLaws, BlankPaperTakesThePatternBesideThePrint) {
 /// The drawing does not matter to where things are.
 TEST_P(SessionLaws, BoardsWithMarkersLeaveTheImageInEveryThirdView) {
   const CharucoBoard charuco{8, 6, 0.04, 0.03, MarkerDictionary::k5x5_100};
-  const Session session = make_session(GetParam(), 2, std::nullopt, BoardPrint{charuco});
+  const SimulatedSession session = make_session(GetParam(), 2, std::nullopt, BoardPrint{charuco});
   for (std::size_t v = 0; v < session.views.size(); ++v) {
     const World& world = session.views[v];
     EXPECT_EQ(std::get<CharucoBoard>(world.board.layout), charuco);
@@ -106,7 +106,7 @@ TEST(Session, PaperAndHardDepartFromWhatCalibrationAssumes) {
   bool positive = false, negative = false;
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     for (const Level level : {Level::kPaper, Level::kHard}) {
-      const Session session = make_session(level, seed);
+      const SimulatedSession session = make_session(level, seed);
       for (const Camera& lens :
            {session.rig().camera().camera, session.rig().projector().projector.inverse_camera}) {
         EXPECT_GE(std::abs(skew(lens)), 1);
@@ -130,7 +130,7 @@ TEST(Session, PaperAndHardDepartFromWhatCalibrationAssumes) {
     }
   }
   EXPECT_TRUE(positive && negative);
-  const Session easy = make_session(Level::kEasy, 3);
+  const SimulatedSession easy = make_session(Level::kEasy, 3);
   EXPECT_EQ(skew(easy.rig().camera().camera), 0);
   EXPECT_EQ(easy.capture.gamma, 1);
 }
@@ -138,12 +138,12 @@ TEST(Session, PaperAndHardDepartFromWhatCalibrationAssumes) {
 /// A study of one factor changes that factor alone.
 TEST(Session, ConditionsDoNotMoveTheRest) {
   Conditions conditions = level_conditions(Level::kHard);
-  const Session level = make_session(Level::kHard, 5, {}, {}, conditions);
+  const SimulatedSession level = make_session(Level::kHard, 5, {}, {}, conditions);
   conditions.glare = 0;
   conditions.gamma = {2.2, 2.2};
   conditions.camera_skew_px = Range{3, 3};
   conditions.print_scale = 0.98;
-  const Session changed = make_session(Level::kHard, 5, {}, {}, conditions);
+  const SimulatedSession changed = make_session(Level::kHard, 5, {}, {}, conditions);
   EXPECT_EQ(changed.capture.glare, 0);
   EXPECT_EQ(changed.capture.gamma, 2.2);
   EXPECT_EQ(skew(changed.rig().camera().camera), 3);
@@ -166,7 +166,7 @@ TEST(Session, ConditionsDoNotMoveTheRest) {
 TEST(Session, DefocusLeavesTheFinestStripesTheirContrast) {
   Conditions conditions = plain_conditions();
   conditions.finest_contrast = 0.2;
-  Session session = make_session(Level::kPaper, 4, {}, {}, conditions);
+  SimulatedSession session = make_session(Level::kPaper, 4, {}, {}, conditions);
   session.capture.noise = {0, 0};
   session.capture.camera_blur_px = 0;
   const ThinLens& lens = session.capture.projector_lens;
@@ -203,7 +203,7 @@ TEST(Session, DefocusLeavesTheFinestStripesTheirContrast) {
 TEST(Session, DefectsOfAViewAreInItsCaptures) {
   Conditions conditions = plain_conditions();
   conditions.stale_views = conditions.moved_views = 1;
-  Session session = make_session(Level::kEasy, 6, {}, {}, conditions);
+  SimulatedSession session = make_session(Level::kEasy, 6, {}, {}, conditions);
   session.capture.noise = {0, 0};
   session.capture.samples_per_axis = 1;
   const ImageSize size = session.rig().projector().projector.size();
@@ -213,7 +213,7 @@ TEST(Session, DefectsOfAViewAreInItsCaptures) {
     const ViewDefects& defects = session.defects[v];
     if (defects.empty()) continue;
     const std::vector<ImageU8> with = capture_view(session, v, frames);
-    Session sound = session;
+    SimulatedSession sound = session;
     sound.defects.clear();
     const std::vector<ImageU8> without = capture_view(sound, v, frames);
     for (int i = 0; i < 10; ++i) {

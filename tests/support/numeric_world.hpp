@@ -104,7 +104,7 @@ struct NumericWorld {
       for (std::size_t i = 0; i < points.size(); ++i) {
         const Vec3 in_camera = camera_from_board[v] * points[i];
         const auto seen = camera.project(in_camera);
-        const auto lit = projector.pixel_lighting(projector_from_camera * in_camera);
+        const auto lit = projector.project(projector_from_camera * in_camera);
         const auto add = [&](std::size_t device, const Vec2& pixel, double sigma) {
           const Vec2 noise(sigma * normal(random), sigma * normal(random));
           const double believed = sigma > 0 ? sigma : 0.1;
@@ -131,7 +131,7 @@ struct NumericWorld {
         const auto bearing = camera.unproject(camera_pixel);
         const auto place =
             bearing ? intersect(from_board.inverse() * Ray{Vec3::Zero(), *bearing}, Plane{}) : std::nullopt;
-        return place ? projector.pixel_lighting(projector_from_camera * (from_board * *place)) : std::nullopt;
+        return place ? projector.project(projector_from_camera * (from_board * *place)) : std::nullopt;
       };
       View& view = data.views[v];
       view.observations[1].clear();

@@ -13,9 +13,9 @@ namespace {
 
 using surface::Blend;
 using surface::blend_maps;
+using surface::BlendInput;
 using surface::BlendMap;
 using surface::BlendOptions;
-using surface::LitBy;
 
 /// A rectangle in the world: its corner and its two sides, metres.
 struct Wall {
@@ -44,7 +44,7 @@ struct Room {
   std::vector<Lamp> lamps;
   std::vector<SolvedSurfaceSet> solved;
 
-  std::vector<LitBy> lit() {
+  std::vector<BlendInput> lit() {
     solved.clear();
     for (const Lamp& lamp : lamps) {
       SolvedSurfaceSet set;
@@ -62,7 +62,7 @@ struct Room {
       }
       solved.push_back(set);
     }
-    std::vector<LitBy> result;
+    std::vector<BlendInput> result;
     for (std::size_t i = 0; i < lamps.size(); ++i)
       result.push_back({lamps[i].projector, &solved[i], lamps[i].brightness, lamps[i].black});
     return result;
@@ -73,7 +73,7 @@ struct Room {
     const Vec3 centre = lamp.projector_from_world.inverse() * Vec3(0, 0, 0);
     for (const Wall& wall : walls)
       if (wall.hides(centre, point)) return std::nullopt;
-    const auto pixel = lamp.projector.pixel_lighting(lamp.projector_from_world * point);
+    const auto pixel = lamp.projector.project(lamp.projector_from_world * point);
     const ImageSize size = lamp.projector.size();
     if (!pixel || !(pixel->minCoeff() >= margin && pixel->x() <= size.width - 1 - margin &&
                     pixel->y() <= size.height - 1 - margin))
@@ -84,9 +84,7 @@ struct Room {
   double irradiance(const Lamp& lamp, const Wall& wall, const Vec3& point) const {
     constexpr double kStep = 1e-4;
     const Vec3 right = wall.right.normalized(), down = wall.normal().cross(right);
-    const auto at = [&](const Vec3& p) {
-      return *lamp.projector.pixel_lighting(lamp.projector_from_world * p);
-    };
+    const auto at = [&](const Vec3& p) { return *lamp.projector.project(lamp.projector_from_world * p); };
     Mat2 jacobian;
     jacobian << at(point + kStep * right) - at(point - kStep * right),
         at(point + kStep * down) - at(point - kStep * down);
@@ -280,8 +278,7 @@ TEST(Blend, ShadowsAreFilledByTheOther) {
     for (double u = 0.3; u < 0.9; u += 0.004) {
       const Vec3 point = room.walls[0].at(u, v);
       const auto left = room.pixel(room.lamps[0], point, 1), right = room.pixel(room.lamps[1], point, 1);
-      const auto in_picture =
-          room.lamps[0].projector.pixel_lighting(room.lamps[0].projector_from_world * point);
+      const auto in_picture = room.lamps[0].projector.project(room.lamps[0].projector_from_world * point);
       if (left || !right || !room.lamps[0].projector.size().contains(*in_picture)) continue;
       ++filled;
       weak += sample(blend.maps[1].weight, *right) < 0.97;
@@ -326,7 +323,7 @@ TEST(Blend, ReflectanceIsMadeUpFor) {
 
 TEST(Blend, HolesAreNotBlendedAndPixelSurfacesAreTold) {
   Room room = flat_wall();
-  std::vector<LitBy> lit = room.lit();
+  std::vector<BlendInput> lit = room.lit();
   for (SolvedSurfaceSet& set : room.solved) {
     set.surfaces[0].surface.shape.holes = {{{0.4, 0.4}, {0.6, 0.4}, {0.6, 0.6}, {0.4, 0.6}}};
     SolvedSurface pixels;

@@ -85,7 +85,7 @@ TEST(SolveSurfaces, FindsTheSamePlacementFromEveryFrame) {
     EXPECT_TRUE(s.visibility.facing);
     ASSERT_TRUE(s.corners_px.has_value());
     const Vec2 p = (kPlaneFromContent * Vec3(1, 1, 1)).hnormalized();
-    const Vec2 corner = *projector.projector.pixel_lighting(projector_from_sheet() * Vec3(p.x(), p.y(), 0));
+    const Vec2 corner = *projector.projector.project(projector_from_sheet() * Vec3(p.x(), p.y(), 0));
     EXPECT_LT(((*s.corners_px)[2] - corner).norm(), 1e-6);
   }
   set.surfaces.pop_back();

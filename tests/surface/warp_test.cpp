@@ -35,7 +35,7 @@ PlacedPixels dragged_quad() {
 /// Where a pixel's light shows the plane's content, by the way that the light takes.
 std::optional<Vec2> content_by_landing(const Projector& projector, const PlacedPlane& placed,
                                        const Vec2& pixel) {
-  const auto point = projector.land(pixel, Plane::of_xy(placed.projector_from_surface));
+  const auto point = projector.intersect(pixel, Plane::of_xy(placed.projector_from_surface));
   if (!point) return std::nullopt;
   const Vec3 on_surface = placed.projector_from_surface.inverse() * *point;
   return Homography(placed.plane_from_content).inverse().apply(on_surface.head<2>());
@@ -102,7 +102,7 @@ TEST(PositionMap, PointsLieOnTheSurfaceUnderTheirPixelsLight) {
       ASSERT_EQ(content.shows(x, y), point_in_world.allFinite());
       if (!content.shows(x, y)) continue;
       const Vec3 point_in_projector = world_from_projector.inverse() * point_in_world;
-      EXPECT_LT((*projector.pixel_lighting(point_in_projector) - Vec2(x, y)).norm(), 1e-3);
+      EXPECT_LT((*projector.project(point_in_projector) - Vec2(x, y)).norm(), 1e-3);
       EXPECT_NEAR((tilted_plane().projector_from_surface.inverse() * point_in_projector).z(), 0, 1e-6);
     }
 }
@@ -194,7 +194,7 @@ TEST(WarpMesh, OfAMeshIsItsOwnTrianglesTheFarthestFirst) {
   EXPECT_GT(small.x(), 0.85) << "the small one before all others comes last";
   for (std::size_t i = 0; i < bulge().mesh->vertices.size(); ++i) {
     const Vec3 point = bulge().projector_from_surface * bulge().mesh->vertices[i];
-    EXPECT_LT((grid.mesh.pixels[i] - *projector.pixel_lighting(point)).norm(), 1e-12);
+    EXPECT_LT((grid.mesh.pixels[i] - *projector.project(point)).norm(), 1e-12);
   }
 }
 

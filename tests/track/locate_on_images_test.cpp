@@ -51,10 +51,10 @@ double light_error2(const Projector& projector, const Pose& truth, const Pose& e
   int count = 0;
   for (int v = 40; v < 768; v += 229)
     for (int u = 40; u < 1024; u += 236) {
-      const Vec3 wanted = *projector.land(Vec2(u, v), wall_in_projector);
+      const Vec3 wanted = *projector.intersect(Vec2(u, v), wall_in_projector);
       const Vec3 wanted_in_world = truth.inverse() * wanted;
-      const auto pixel = projector.pixel_lighting(estimated * wanted_in_world);
-      sum += (*projector.land(*pixel, wall_in_projector) - wanted).squaredNorm() * 1e6;
+      const auto pixel = projector.project(estimated * wanted_in_world);
+      sum += (*projector.intersect(*pixel, wall_in_projector) - wanted).squaredNorm() * 1e6;
       ++count;
     }
   return sum / count;

@@ -105,7 +105,7 @@ Blending blend_for(const BlendFlags& flags, const Rig& rig, const SolvedSurfaceS
                    black = named_texts("--black", flags.black, projectors, "left=0.001"),
                    reflectance =
                        named_texts("--reflectance", flags.reflectance, surfaces, "wall=wall_lit.png");
-  std::vector<surface::LitBy> lit;
+  std::vector<surface::BlendInput> lit;
   for (const SolvedSurfaceSet& set : sets) {
     blending.brightness.push_back(number_of("--brightness", brightness, set.projector, 1, 1e-6, 1e9));
     blending.black.push_back(number_of("--black", black, set.projector, 0, 0, 0.5));

@@ -54,10 +54,11 @@ bool is_depth_room(const std::string& surfaces) {
   return surfaces.rfind(kBeginning, 0) == 0;
 }
 
-std::unique_ptr<show::RoomWatch> watch_room(const std::string& surfaces, const DepthRoomFlags& flags,
-                                            const Rig& rig, const show::ProjectionOptions& projection,
-                                            bool rig_is_world) {
-  show::RoomWatchOptions options;
+std::unique_ptr<show::DepthSurfaceSource> watch_room(const std::string& surfaces, const DepthRoomFlags& flags,
+                                                     const Rig& rig,
+                                                     const show::ProjectionOptions& projection,
+                                                     bool rig_is_world) {
+  show::DepthSurfaceSourceOptions options;
   options.room.camera = rig.camera(flags.camera);
   options.room.metres_per_unit = flags.scale;
   options.room.delay = flags.delay;
@@ -73,8 +74,8 @@ std::unique_ptr<show::RoomWatch> watch_room(const std::string& surfaces, const D
   const std::string source = surfaces.substr(std::string(kBeginning).size());
   device::DepthOptions opening;
   opening.size = options.room.camera.camera.size;
-  return std::make_unique<show::RoomWatch>([source, opening] { return device::open_depth(source, opening); },
-                                           options);
+  return std::make_unique<show::DepthSurfaceSource>(
+      [source, opening] { return device::open_depth(source, opening); }, options);
 }
 
 }  // namespace procam::tools

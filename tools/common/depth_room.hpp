@@ -24,8 +24,9 @@ bool is_depth_room(const std::string& surfaces);
 
 /// As the projection places the rig: by poses, or where it stands still; the loss of the camera is handled as
 /// that of the poses is.
-std::unique_ptr<show::RoomWatch> watch_room(const std::string& surfaces, const DepthRoomFlags& flags,
-                                            const Rig& rig, const show::ProjectionOptions& projection,
-                                            bool rig_is_world);
+std::unique_ptr<show::DepthSurfaceSource> watch_room(const std::string& surfaces, const DepthRoomFlags& flags,
+                                                     const Rig& rig,
+                                                     const show::ProjectionOptions& projection,
+                                                     bool rig_is_world);
 
 }  // namespace procam::tools

@@ -8,7 +8,7 @@ namespace procam::tools {
 namespace {
 
 using analyze::Landing;
-using analyze::Placement;
+using analyze::SheetPlacement;
 
 /// Where the true projector's light falls on the true sheet when `steering` lights its corners there.
 std::vector<Landing> landings(const analyze::Sheet& sheet, const Projector& steering,
@@ -18,9 +18,9 @@ std::vector<Landing> landings(const analyze::Sheet& sheet, const Projector& stee
   const std::array<Vec2, 4> corners = analyze::sheet_corners(sheet);
   for (int i = 0; i < 4; ++i) {
     const Vec2 corner = corners[std::size_t(i)];
-    const auto pixel = steering.pixel_lighting(steering_from_sheet * Vec3(corner.x(), corner.y(), 0));
+    const auto pixel = steering.project(steering_from_sheet * Vec3(corner.x(), corner.y(), 0));
     if (!pixel || !truth.size().contains(*pixel)) continue;
-    const auto hit = truth.land(*pixel, Plane::of_xy(truth_from_sheet));
+    const auto hit = truth.intersect(*pixel, Plane::of_xy(truth_from_sheet));
     if (!hit) continue;
     const Vec3 on_sheet = truth_from_sheet.inverse() * *hit;
     landed.push_back({i, corner, on_sheet.head<2>(), std::nullopt});
@@ -34,7 +34,7 @@ Pose projector_from_camera(const Rig& rig) {
 
 }  // namespace
 
-SheetExperiment run_sheet_experiment(std::vector<Placement> placements,
+SheetExperiment run_sheet_experiment(std::vector<SheetPlacement> placements,
                                      const std::vector<analyze::Sheet>& sheets, const Rig& truth,
                                      const Rig& rig, double noise_grey, std::uint64_t seed,
                                      const std::function<void(int)>& step) {
@@ -49,7 +49,7 @@ SheetExperiment run_sheet_experiment(std::vector<Placement> placements,
   SheetExperiment experiment;
   for (std::size_t i = 0; i < placements.size(); ++i) {
     step(int(i));
-    Placement& placement = placements[i];
+    SheetPlacement& placement = placements[i];
     const analyze::Sheet& sheet = sheets[std::size_t(placement.sheet)];
     const Pose true_camera_from_sheet = true_projector_from_camera.inverse() * placement.projector_from_sheet;
     map.markers = {{3, kMarkerSize,
@@ -71,7 +71,7 @@ SheetExperiment run_sheet_experiment(std::vector<Placement> placements,
       ++experiment.unseen;
       continue;
     }
-    const auto add = [&](std::vector<Placement>& list, const Projector& steering,
+    const auto add = [&](std::vector<SheetPlacement>& list, const Projector& steering,
                          const Pose& steering_from_sheet) {
       list.push_back(placement);
       list.back().landings =
@@ -85,7 +85,7 @@ SheetExperiment run_sheet_experiment(std::vector<Placement> placements,
     if (rig.covariance.empty()) continue;
     analyze::ErrorSources sources;
     sources.calibration = rig.covariance;
-    analyze::set_measured_pose(sources, camera, seen->covariance, seen->by_lens);
+    analyze::set_measured_pose(sources, camera, seen->covariance, seen->jacobian_lens);
     const analyze::LightPath path{projector, camera.rig_from_camera * seen->camera_from_world, true, true};
     for (Landing& landing : experiment.placements.back().landings)
       landing.predicted = analyze::landing_error(path, sources, landing.physical);

@@ -10,9 +10,9 @@
 namespace procam::tools {
 
 struct SheetExperiment {
-  std::vector<analyze::Placement> placements;  ///< with landings and what was promised for each
+  std::vector<analyze::SheetPlacement> placements;  ///< with landings and what was promised for each
   /// The same corners if one half of the chain were perfect: what the other half explains.
-  std::vector<analyze::Placement> with_true_pose, with_true_calibration;
+  std::vector<analyze::SheetPlacement> with_true_pose, with_true_calibration;
   int unseen = 0;  ///< placements whose marker the camera did not see, or not well enough
 };
 
@@ -21,7 +21,7 @@ constexpr double kMarkerSize = 0.16, kMarkerBelow = 0.12;
 
 /// `truth` and `rig` have the same devices; the first camera and projector are used. `noise_grey`: sigma of
 /// the camera's noise, grey levels. `step` is called before each placement.
-SheetExperiment run_sheet_experiment(std::vector<analyze::Placement> placements,
+SheetExperiment run_sheet_experiment(std::vector<analyze::SheetPlacement> placements,
                                      const std::vector<analyze::Sheet>& sheets, const Rig& truth,
                                      const Rig& rig, double noise_grey, std::uint64_t seed,
                                      const std::function<void(int)>& step);

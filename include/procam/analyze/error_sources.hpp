@@ -33,7 +33,7 @@ Mat6 isotropic_pose_covariance(double sigma_position, double sigma_rotation);
 Mat6 own_frame_covariance(const PoseWithCovariance& parent_from_thing);
 
 /// The rig moves while its pose travels to the light.
-struct Motion {
+struct RobotMotion {
   Vec6 twist = Vec6::Zero();         ///< of the rig in its own frame, rad/s and m/s
   Vec6 twist_sigma = Vec6::Zero();   ///< how well it is known where it is used to predict
   Vec6 acceleration = Vec6::Zero();  ///< the change of the twist, which constant-twist prediction misses
@@ -54,7 +54,7 @@ struct ErrorSources {
   NamedCovariance calibration;   ///< rig.covariance; empty: the rig is taken as exact
   Mat6 rig_pose = Mat6::Zero();  ///< of world_from_rig, right increment
   Mat6 map = Mat6::Zero();       ///< of the surface's pose, right increment
-  Motion motion;
+  RobotMotion motion;
   /// Half a pixel at most in either direction, all offsets alike: 1 / sqrt(12). 0 where content is drawn
   /// between pixels (procam's renderer does).
   double pixel_sigma = 0;

@@ -33,7 +33,7 @@ struct Landing {
 };
 
 /// One position of one sheet.
-struct Placement {
+struct SheetPlacement {
   int sheet = 0;
   double distance = 0;        ///< from the projector to the sheet's middle, metres
   Pose projector_from_sheet;  ///< as it truly is, or as good as it was measured
@@ -51,8 +51,8 @@ Pose place_sheet(const Projector& projector, const Sheet& sheet, const Vec2& pix
 std::vector<Sheet> original_sheets();
 /// Each sheet eleven times: 1.2, 1.6, 2.2 m in turn, lit from the middle third of the picture, turned to
 /// either side and by up to 5 degrees in its plane. No landings yet. Reproducible by seed.
-std::vector<Placement> original_placements(const Projector& projector, const std::vector<Sheet>& sheets,
-                                           std::uint64_t seed);
+std::vector<SheetPlacement> original_placements(const Projector& projector, const std::vector<Sheet>& sheets,
+                                                std::uint64_t seed);
 
 /// One row of the table: a corner over all placements of its sheet. Metres.
 struct CornerRow {
@@ -86,13 +86,13 @@ struct SheetEvaluation {
 struct Evaluation {
   Rig rig;  ///< for the picture; its first projector is the one of the placements. May be empty
   std::vector<Sheet> sheets;
-  std::vector<Placement> placements;
+  std::vector<SheetPlacement> placements;
   std::vector<SheetEvaluation> results;  ///< one a sheet that has landings
 };
 
 /// `projector` gives the light's geometry (mm per pixel). Throws Error(kNotEnoughData) when there is no
 /// landing, std::invalid_argument for a landing that is not finite or of no sheet or corner.
-Evaluation evaluate(const std::vector<Sheet>& sheets, const std::vector<Placement>& placements,
+Evaluation evaluate(const std::vector<Sheet>& sheets, const std::vector<SheetPlacement>& placements,
                     const Projector& projector);
 
 /// A calibration as the original's: each corner's pixel is off by `pixel_rms` (root of the mean squared
@@ -105,13 +105,14 @@ struct CrudeCalibration {
 
 /// Fills the landings: where the light of a crude calibration falls. Corners whose light misses the sheet's
 /// plane are left out.
-void draw_crude_landings(std::vector<Placement>& placements, const std::vector<Sheet>& sheets,
+void draw_crude_landings(std::vector<SheetPlacement>& placements, const std::vector<Sheet>& sheets,
                          const Projector& projector, const CrudeCalibration& crude, std::uint64_t seed);
 
 /// The turn that makes the mean distance of a sheet's corners `mean_mm` in the session that
 /// draw_crude_landings() draws with that seed, when each pixel is off by `pixel_rms`; 0 when the pixels alone
 /// explain more. Bisection up to 5 degrees.
-double turn_explaining(const std::vector<Placement>& placements, const std::vector<Sheet>& sheets, int sheet,
-                       const Projector& projector, double pixel_rms, double mean_mm, std::uint64_t seed);
+double turn_explaining(const std::vector<SheetPlacement>& placements, const std::vector<Sheet>& sheets,
+                       int sheet, const Projector& projector, double pixel_rms, double mean_mm,
+                       std::uint64_t seed);
 
 }  // namespace procam::analyze

@@ -42,7 +42,7 @@ struct StatedSurface {
   /// A pose that the rig's own camera measured (markers on the surface) errs with the camera's lens and
   /// place: d increment / d (parameter_names(camera), six of rig_from_camera), 6 rows. The covariance above
   /// is then what comes on top. Empty: the pose comes from elsewhere.
-  MatX by_camera = MatX();
+  MatX jacobian_camera = MatX();
 };
 
 enum class Correct { kNothing, kProjector, kSurface };
@@ -64,7 +64,7 @@ struct VerifiedMark {
   double chi2 = 0;                  ///< of the error, two degrees of freedom
   bool beyond = false;              ///< chi2 beyond what the rate allows for any of the marks
   Vec2 error_after = Vec2::Zero();  ///< after the correction (or as it is)
-  std::string left_out;             ///< why it takes no part; empty when it does
+  std::string rejection;            ///< why it takes no part; empty when it does
 };
 
 /// One explanation: this thing alone has moved.

@@ -30,7 +30,7 @@ LensModel lens_model_named(const std::string& name);
 /// What a lens may be, from the fewest terms to the most: none; k1,k2; k1,k2,k3; k1,k2,p1,p2; all five (the
 /// usual); rational; for a camera that sees further than 35 degrees off its axis, fisheye. Skew is estimated
 /// in all of them.
-std::vector<LensModel> lens_ladder(const Camera& lens, DeviceKind kind);
+std::vector<LensModel> candidate_lens_models(const Camera& lens, DeviceKind kind);
 
 /// The same lens in another model, near enough to begin with: coefficients of the same name are kept, a
 /// fisheye's follow the lens's radial profile by least squares.

@@ -19,7 +19,7 @@ struct LensOptions {
   /// Fixed where they are not zero, the other parameters absorb them and end many sigmas off (measured:
   /// docs/calibration.md).
   std::vector<std::string> held = {};
-  /// Whichever of lens_ladder() predicts held-out views better by enough; `model` and the coefficients in
+  /// The one of candidate_lens_models() that predicts held-out views better by enough; `model` and the coefficients in
   /// `held` must then be the default ones, and are where the choice begins.
   bool choose = false;
   /// What is known beforehand: a data sheet's throw ratio, square pixels.

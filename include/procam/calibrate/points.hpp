@@ -42,15 +42,15 @@ struct PairResidual {
   bool used = true;
   /// What a solve without this pair (or without its board) misses it by; unset where the others do not
   /// determine the answer.
-  std::optional<Vec2> left_out;
+  std::optional<Vec2> loo_residual;
 };
 
 struct PointsResult {
   Rig rig;  ///< one device, in the room's frame; with covariance and gates
   std::vector<PairResidual> pairs;
-  double rms_px = 0;       ///< sqrt(mean |residual|^2) over the pairs used
-  double left_out_px = 0;  ///< the same of PairResidual::left_out; zero when there is none
-  double sigma_px = 0;     ///< of one coordinate: as the residuals say, or as stated
+  double rms_px = 0;      ///< sqrt(mean |residual|^2) over the pairs used
+  double loo_rms_px = 0;  ///< the same of PairResidual::loo_residual; zero when there is none
+  double sigma_px = 0;    ///< of one coordinate: as the residuals say, or as stated
   /// Metres: rms displacement of a board's points by each of its motions, where three boards or more were
   /// found among the points and share errors; else 0.
   double board_error = 0;

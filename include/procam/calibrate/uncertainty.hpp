@@ -64,7 +64,7 @@ BundleUncertainty bundle_uncertainty(const Correspondences& correspondences, con
                                      const BundleState& solution, const BundleOptions& options);
 
 /// What to tell people: `formal`, unless the views scatter more than it allows.
-struct HonestCovariance {
+struct RobustCovariance {
   NamedCovariance devices;
   /// tr(formal^-1 corrected) / parameters: how many times larger the views' own spread is, as variance. One
   /// when all is as assumed, to within Jackknife::ratio_sigma.
@@ -77,6 +77,6 @@ struct HonestCovariance {
 /// M. Wolf, J. Multivariate Analysis 88, 2004, with the share that n - 1 samples of p parameters deserve):
 ///   C = (1 - s) plain + s k formal,  s = p / (p + n - 1),  k = tr(formal^-1 plain) / p
 /// An empty jackknife leaves the formal one.
-HonestCovariance honest_covariance(const NamedCovariance& formal, const Jackknife& jackknife, int views);
+RobustCovariance robust_covariance(const NamedCovariance& formal, const Jackknife& jackknife, int views);
 
 }  // namespace procam::calibrate

@@ -44,18 +44,18 @@ struct DepthImage {
 /// Averaging does not improve all of it: neighbouring pixels share an error (quantised disparities form
 /// bands, lens models are off). What the mean of a patch may be off whatever its size is
 ///
-///   shared_sigma(z)^2 = (shared sigma(z))^2 + shared_floor^2
+///   correlated_sigma(z)^2 = (correlated_share sigma(z))^2 + correlated_floor^2
 struct DepthNoise {
   double a = 0, b = 0, c = 0;
-  double shared = 1, shared_floor = 0.004;
+  double correlated_share = 1, correlated_floor = 0.004;
 
   double sigma(double z) const {
     const double s = a + (b + c * z) * z;
     return s > 1e-4 ? s : 1e-4;
   }
-  double shared_sigma(double z) const {
-    const double s = shared * sigma(z);
-    return std::sqrt(s * s + shared_floor * shared_floor);
+  double correlated_sigma(double z) const {
+    const double s = correlated_share * sigma(z);
+    return std::sqrt(s * s + correlated_floor * correlated_floor);
   }
 
   /// Structured light of the first Kinect: disparities of sigma 1/2 unit make 1.425e-3 z^2 (K. Khoshelham,

@@ -11,12 +11,13 @@
 /// A detected plane belongs to a plane of the map when it is parallel and level with it where it is seen.
 /// Both are then fused as Gaussians of (two turns, offset), the camera's pose covariance included (an
 /// information filter; Smith, Self, Cheeseman, "Estimating uncertain spatial relationships in robotics",
-/// 1990). Errors of the sensor that do not change from frame to frame do not average out: `drift` keeps the
-/// estimate from believing so.
+/// 1990). Constant sensor errors do not average out: `process_noise` keeps the covariance from shrinking as if
+/// they did.
 ///
-/// What stands before a plane is told from its raster: each cell's free share follows what is seen there with
-/// `memory`, so that somebody who passes changes nothing, and what stays makes the content smaller. It
-/// becomes the largest rectangle that is free inside its first place, and goes back when that is free again.
+/// Obstacles in front of a plane are found in its raster. The free share of each cell follows the readings with
+/// the time constant `free_space_tau`: a person who passes changes nothing, an object that stays makes the
+/// content smaller. The content is the largest free rectangle inside its first rectangle; it grows back when
+/// that is free again.
 #include <string>
 
 #include "procam/core/geometry/covariance.hpp"
@@ -27,14 +28,14 @@ namespace procam::depth {
 struct PlaneMapOptions {
   Vec3 up_in_world = Vec3::UnitZ();
   DepthNoise noise = DepthNoise::kinect_v1();  ///< as for find_planes()
-  /// A plane seen less often has no name yet, nor one where nothing has stayed for about a third of `memory`:
-  /// somebody's back is no surface.
-  int frames_to_believe = 3;
-  /// Metres: nor one whose content's corners are less certain across it, for ten times as many frames: it
-  /// would move.
-  double settled = 0.002;
-  double memory = 1.5;    ///< seconds in which a cell's free share follows by 63 %
-  double drift = 0.5e-3;  ///< metres and radians a square root second that a plane may be off more
+  /// A plane gets its name after this many frames, and only where it was free for about a third of
+  /// `free_space_tau`: somebody's back is no surface.
+  int min_observations = 3;
+  /// Metres. Largest sigma of the content's corners along the normal for a plane to get its name; after ten
+  /// times `min_observations` frames it gets it anyway. Less certain content would move.
+  double max_corner_sigma = 0.002;
+  double free_space_tau = 1.5;    ///< seconds in which a cell's free share follows by 63 %
+  double process_noise = 0.5e-3;  ///< metres and radians a square root second that a plane may be off more
   double largest_angle = 5 * kDegree;      ///< between detection and map, beside three sigmas
   double largest_gap = 0.05;               ///< metres, likewise
   double cell = 0.02;                      ///< metres, of the rasters

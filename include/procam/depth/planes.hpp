@@ -61,7 +61,7 @@ struct PlaneOptions {
   /// may be curved: it is where a cylinder or sphere that turns by 12 degrees or more explains it better.
   /// Three times as much is curved in any case. Lower finds flatter curves, and then takes the depth camera's
   /// own distortion for one.
-  double curved_from = 0.45;
+  double curvature_threshold = 0.45;
 };
 
 struct DetectedPlane {

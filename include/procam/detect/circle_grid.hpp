@@ -23,7 +23,7 @@ struct CircleGridOptions {
 };
 
 /// The discs' centres, each with its covariance. All discs must show: nothing says which one a disc is but
-/// its place among the others. Where the board looks the same turned (CircleGrid::looks_same_turned) its
+/// its place among the others. Where the board looks the same turned (CircleGrid::is_symmetric_180) its
 /// first point is the one towards the image's top left; never mirrored.
 ///
 /// Without a board the observations are empty and the diagnostics say "board_not_found"; "circles_left_out"

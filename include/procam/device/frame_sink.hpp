@@ -19,7 +19,7 @@ namespace procam::device {
 double now_s();
 
 /// A full-screen window takes the keyboard from the terminal, so it must hear what is typed there.
-enum class Wish {
+enum class WindowEvent {
   kNone,
   kGoOn,    ///< Enter, space or n
   kHelp,    ///< h, ? or F1
@@ -49,7 +49,7 @@ class FrameSink {
   virtual void finish() {}
   /// Keeps the window responsive, and says what a person has asked of it since, each wish once and in order;
   /// call it while waiting.
-  virtual Wish poll() { return Wish::kNone; }
+  virtual WindowEvent poll() { return WindowEvent::kNone; }
   /// Whether a key is held down, as of the last poll(). Files have no keys.
   virtual bool is_down(Key) const { return false; }
 };

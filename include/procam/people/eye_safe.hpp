@@ -31,21 +31,21 @@ struct EyeSafeOptions {
   bool dark_without_news = true;  ///< off: without news the light goes on
 };
 
-struct Darkened {
-  bool is_dark = false;  ///< the whole picture
-  int heads = 0;         ///< darkened; of silhouettes, blocks of readings
-  const char* why = "";  ///< the whole picture is dark
+struct MaskResult {
+  bool blanked = false;     ///< the whole picture
+  int masked = 0;           ///< darkened; of silhouettes, blocks of readings
+  const char* reason = "";  ///< the whole picture is dark
 };
 
 /// Blackens the heads in a frame of the projector's size, any number of channels (std::invalid_argument
 /// otherwise). `people` as PeopleTrack::at(light_time) tells them; `newest` as PeopleTrack::newest().
-Darkened darken_heads(ImageView<std::uint8_t> frame, const Projector& projector,
-                      const Pose& projector_from_sensor, const std::vector<TrackedPerson>& people,
-                      const std::optional<double>& newest, double light_time,
-                      const EyeSafeOptions& options = {});
+MaskResult darken_heads(ImageView<std::uint8_t> frame, const Projector& projector,
+                        const Pose& projector_from_sensor, const std::vector<TrackedPerson>& people,
+                        const std::optional<double>& newest, double light_time,
+                        const EyeSafeOptions& options = {});
 /// The same, asking the track.
-Darkened darken_heads(ImageView<std::uint8_t> frame, const Projector& projector,
-                      const Pose& projector_from_sensor, const PeopleTrack& track, double light_time,
-                      const EyeSafeOptions& options = {});
+MaskResult darken_heads(ImageView<std::uint8_t> frame, const Projector& projector,
+                        const Pose& projector_from_sensor, const PeopleTrack& track, double light_time,
+                        const EyeSafeOptions& options = {});
 
 }  // namespace procam::people

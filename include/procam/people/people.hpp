@@ -33,11 +33,11 @@ namespace procam::people {
 struct PeopleOptions {
   /// Of a joint along each axis, metres. Depth cameras: 5 to 15 mm at 2 m, feet worse.
   double noise = 0.01;
-  double agility = 1.5;        ///< sigma_a, m/s^2: a hand at play; less is smoother and later
-  double fade = 0.3;           ///< tau, seconds
-  double max_speed = 8;        ///< m/s: no hand of a player is faster; a throw is
-  int confirm = 4;             ///< teleports in a row that agree are believed
-  double longest_step = 0.15;  ///< seconds that a joint is foretold for; beyond, it stands still
+  double acceleration_sigma = 1.5;  ///< sigma_a, m/s^2: a hand at play; less is smoother and later
+  double acceleration_tau = 0.3;    ///< tau, seconds
+  double max_speed = 8;             ///< m/s: no hand of a player is faster; a throw is
+  int confirm = 4;                  ///< teleports in a row that agree are believed
+  double longest_step = 0.15;       ///< seconds that a joint is foretold for; beyond, it stands still
   double forget_joint = 0.3;   ///< seconds after which a joint is absent that is not seen while others are
   double forget_person = 1.0;  ///< and a person gone, who stands still until then (see TrackedPerson::age)
   double gate = 0.5;           ///< metres that a person may be from where it was foretold

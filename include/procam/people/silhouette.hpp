@@ -39,7 +39,7 @@ struct SilhouetteOptions {
 };
 
 /// Depth along the optical axis, metres; 0, negative or not finite: no reading. Both of the camera's size.
-struct DepthView {
+struct SilhouetteInput {
   const Camera& camera;
   ViewF depth, background;
 };
@@ -62,12 +62,12 @@ struct Silhouettes {
 };
 
 /// Throws std::invalid_argument for depth images that have not the camera's size.
-Silhouettes find_silhouettes(const DepthView& view, const SilhouetteOptions& options = {});
+Silhouettes find_silhouettes(const SilhouetteInput& view, const SilhouetteOptions& options = {});
 
 /// `age`: seconds from the moment of the depth image to the light. Throws std::invalid_argument for a frame
 /// that has not the projector's size.
-Darkened darken_silhouettes(ImageView<std::uint8_t> frame, const Projector& projector,
-                            const Pose& projector_from_camera, const Silhouettes& silhouettes, double age,
-                            const SilhouetteOptions& options = {});
+MaskResult darken_silhouettes(ImageView<std::uint8_t> frame, const Projector& projector,
+                              const Pose& projector_from_camera, const Silhouettes& silhouettes, double age,
+                              const SilhouetteOptions& options = {});
 
 }  // namespace procam::people

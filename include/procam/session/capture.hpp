@@ -1,7 +1,7 @@
 #pragma once
 /// A projector's screen and a camera that looks at it, brought into step.
 ///
-///   Stand stand{screen, camera, tick};
+///   CaptureRig stand{screen, camera, tick};
 ///   const Delay delay = measure_delay(stand);
 ///   Shutter shutter(stand, shutter_options(delay));
 ///   const LightReport report = check_light(shutter, keep);
@@ -25,7 +25,7 @@
 
 namespace procam::session {
 
-struct Stand {
+struct CaptureRig {
   device::FrameSink& screen;
   device::FrameSource& camera;
   /// Called several times a second while waiting; what it throws ends the wait.
@@ -35,7 +35,7 @@ struct Stand {
 /// Shows an irregular code of white and black for some seconds and finds the delay. Codes three times as slow
 /// follow when the first is not recognised. Throws Error(kDevice) when no frames arrive or the screen's light
 /// is not among them.
-Delay measure_delay(const Stand& stand);
+Delay measure_delay(const CaptureRig& stand);
 
 struct ShutterOptions {
   double wait_s = 0;       ///< from show() to the first frame that may hold the new picture alone
@@ -63,7 +63,7 @@ struct TakenFrame {
 
 class Shutter {
  public:
-  Shutter(const Stand& stand, const ShutterOptions& options);
+  Shutter(const CaptureRig& stand, const ShutterOptions& options);
 
   ImageSize screen_size() const { return stand_.screen.size(); }
   ShutterOptions& options() { return options_; }
@@ -73,7 +73,7 @@ class Shutter {
 
   TakenFrame take(ViewU8 picture);
   /// A settled frame, not compared with the one before: for pictures that may look alike.
-  ImageU8 glance(ViewU8 picture);
+  ImageU8 capture_unchecked(ViewU8 picture);
   /// The next frame, with nothing shown in between.
   ImageU8 next_frame();
   /// The scene has changed: the next picture is not compared with the one before.
@@ -85,9 +85,9 @@ class Shutter {
   /// Settled frames of what is shown, from `wait_s` after showing it.
   TakenFrame settle_after(double shown_s, double wait_s);
   /// The picture after a flat one that is unlike it, each seen for certain.
-  TakenFrame take_after_curtain(ViewU8 picture);
+  TakenFrame capture_after_blank(ViewU8 picture);
 
-  Stand stand_;
+  CaptureRig stand_;
   ShutterOptions options_;
   double after_s_ = 0;                  ///< frames that arrived earlier are old
   ImageU8 shown_before_, seen_before_;  ///< of the last take(); empty when forgotten

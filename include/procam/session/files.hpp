@@ -26,17 +26,17 @@ std::string numbered(const std::string& stem, std::size_t number, const std::str
 void make_folder(const std::filesystem::path& folder);
 
 /// session.json's contents.
-io::Session describe_session(const SessionPattern& pattern, ImageSize projector_size,
-                             const std::optional<Board>& board, int step);
+io::SessionInfo describe_session(const SessionPattern& pattern, ImageSize projector_size,
+                                 const std::optional<Board>& board, int step);
 
 /// Throws Error(kInput) when the folder holds a session of another pattern, size, step or board.
-void require_same_session(const std::filesystem::path& folder, const io::Session& session);
+void require_same_session(const std::filesystem::path& folder, const io::SessionInfo& session);
 
 /// One view on its way to disk.
-class ViewInTheMaking {
+class ViewWriter {
  public:
   /// Picks up what an earlier run has left of this view.
-  ViewInTheMaking(const std::filesystem::path& session, std::size_t view);
+  ViewWriter(const std::filesystem::path& session, std::size_t view);
 
   /// Frames 0 .. kept() - 1 are on disk.
   int kept() const { return kept_; }

@@ -50,7 +50,7 @@ void turn_left_to_right(ImageF& image);
 /// `stated` (flags) first, then session.json; without either the pattern is "gray". Throws Error(kInput)
 /// naming the flag that would answer what neither says, and for folders that do not tell which device they
 /// belong to. The pattern kDecodedMaps stands for views that another program has decoded.
-SessionPlan open_session(const std::filesystem::path& folder, const io::Session& stated,
+SessionPlan open_session(const std::filesystem::path& folder, const io::SessionInfo& stated,
                          const ShownFlags& shown = {});
 
 /// As --pattern states it; of photographs "shown", of decoded maps "decoded".

@@ -51,7 +51,7 @@ struct PageStatus {
   ImageSize frame;
   std::vector<PageSurface> surfaces;
   std::vector<std::string> contents;  ///< that may be chosen
-  Picture picture = Picture::kContent;
+  TestPattern picture = TestPattern::kContent;
   bool frozen = false, blanked = false;
   bool unsaved = false, can_undo = false, can_redo = false;
   double frames_per_s = 0, frame_ms = 0;

@@ -103,8 +103,8 @@ class Projection {
   /// held, a mask goes on. false: there is nothing to draw over it.
   bool draw_over(double light_time, ImageView<std::uint8_t> frame) const;
 
-  void set_picture(Picture picture);
-  Picture picture() const;
+  void set_picture(TestPattern picture);
+  TestPattern picture() const;
 
   /// Draws into a frame of frame_size() with 3 channels.
   DrawnFrame draw(double light_time, double content_time, ImageView<std::uint8_t> frame);

@@ -58,10 +58,10 @@ people::Darkened darken_before_room(ImageView<std::uint8_t> frame, const Project
                                     const people::SilhouetteOptions& options = {});
 
 /// The part without clock and thread: the same calls in the same order give the same surfaces.
-class RoomView {
+class DepthSurfaceTracker {
  public:
   /// Throws std::invalid_argument for a camera without pixels or options out of range.
-  explicit RoomView(const RoomOptions& options);
+  explicit DepthSurfaceTracker(const RoomOptions& options);
 
   void add(const track::StampedPose& message);
   /// The surfaces of the world, when they are not as they were told last; nullopt also where no fresh pose is
@@ -73,8 +73,8 @@ class RoomView {
   const std::shared_ptr<const RoomSilhouettes>& silhouettes() const { return silhouettes_; }
 
   const depth::PlaneMap& map() const { return map_; }
-  int looked() const { return looked_; }      ///< pictures that the map took
-  int homeless() const { return homeless_; }  ///< passed over for want of a pose
+  int looked() const { return looked_; }                            ///< pictures that the map took
+  int frames_without_pose() const { return frames_without_pose_; }  ///< passed over for want of a pose
 
  private:
   double time_of(const device::SeenDepth& seen);
@@ -87,34 +87,34 @@ class RoomView {
   track::PoseTrack track_;
   track::Clock clock_;  ///< of a sensor that stamps its pictures
   double last_time_ = 0;
-  int looked_ = 0, homeless_ = 0;
+  int looked_ = 0, frames_without_pose_ = 0;
   SurfaceSet told_;
   std::shared_ptr<const RoomSilhouettes> silhouettes_;
 };
 
-struct RoomWatchOptions {
+struct DepthSurfaceSourceOptions {
   RoomOptions room;
   double lost_after = 0.5;     ///< seconds without a picture that could be placed
   bool blank_on_loss = false;  ///< no surfaces then; else they stay where they are
 };
 
-struct RoomNews {
+struct SurfaceUpdate {
   std::optional<SurfaceSet> surfaces;  ///< frame "world", without contents
   std::vector<std::string> words;      ///< what people should know
 };
 
-class RoomWatch {
+class DepthSurfaceSource {
  public:
   using Open = std::function<std::unique_ptr<device::DepthSource>()>;
   /// Opens the camera at once and throws what that throws; later faults are told and survived.
-  RoomWatch(Open open, const RoomWatchOptions& options);
-  ~RoomWatch();
-  RoomWatch(const RoomWatch&) = delete;
-  RoomWatch& operator=(const RoomWatch&) = delete;
+  DepthSurfaceSource(Open open, const DepthSurfaceSourceOptions& options);
+  ~DepthSurfaceSource();
+  DepthSurfaceSource(const DepthSurfaceSource&) = delete;
+  DepthSurfaceSource& operator=(const DepthSurfaceSource&) = delete;
 
   void add(const track::StampedPose& message);
   /// What is new, if anything; never waits.
-  std::optional<RoomNews> take();
+  std::optional<SurfaceUpdate> take();
   /// darken_before_room() by the newest depth.
   people::Darkened darken(ImageView<std::uint8_t> frame, const Projection& projection,
                           double light_time) const;

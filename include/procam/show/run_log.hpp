@@ -42,7 +42,7 @@ class RunRecorder {
   ~RunRecorder();
 
   void record(const SurfaceSet& surfaces);
-  void record(Picture picture);
+  void record(TestPattern picture);
   void record(const track::StampedPose& message);
   /// Every second to the operating system. Throws Error(kIo) when the disk is full.
   void record(const RecordedFrame& frame);

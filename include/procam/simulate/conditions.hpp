@@ -4,7 +4,7 @@
 ///
 ///   Conditions conditions = level_conditions(Level::kPaper);   // session.hpp
 ///   conditions.glare = 0;                                      // a study of one factor
-///   Session session = make_session(Level::kPaper, 7, {}, {}, conditions);
+///   SimulatedSession session = make_session(Level::kPaper, 7, {}, {}, conditions);
 ///
 /// The seed draws from every range; a range of one value fixes it. plain_conditions() have none of these
 /// effects.

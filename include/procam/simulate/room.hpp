@@ -77,14 +77,14 @@ using Shape = std::variant<Rectangle, Polygon, Sphere, Cylinder, TriangleMesh>;
 
 /// A picture, grey or red, green, blue, stretched over a body's u, v, its texels square tiles of one albedo:
 /// black + (white - black) * value / 255. The texel (0, 0) begins at u = v = 0. At most 2^24 texels.
-struct Picture {
+struct Texture {
   ImageU8 image;
   double white = 0.8, black = 0.06;
 };
 
 /// Albedo, 0..1: one number, a picture, or a board's print, whose frame is the body's (Rectangle and Polygon
 /// only).
-using Paint = std::variant<double, Picture, PrintedBoard>;
+using Paint = std::variant<double, Texture, PrintedBoard>;
 
 /// Holes and an outline: the body is there where the mask, one channel, linear between the middles of its
 /// texels, is one half or more.

@@ -42,7 +42,7 @@ ImageSize projector_size(Level level);
 /// The level's departures from what calibration assumes: none for easy.
 Conditions level_conditions(Level level);
 
-struct Session {
+struct SimulatedSession {
   Level level = Level::kEasy;
   std::vector<World> views;  ///< one a board pose; the same rig, board and wall in each
   CaptureOptions capture;
@@ -63,15 +63,15 @@ struct BoardPrint {
 /// `on_blank_paper` is the part of the projector's picture that lands on blank paper in every view. Throws
 /// Error(kNotConverged) when no poses are found that camera and projector both cover, std::invalid_argument
 /// for conditions out of range. Without conditions: those of the level.
-Session make_session(Level level, std::uint64_t seed,
-                     const std::optional<Eigen::AlignedBox2d>& on_blank_paper = std::nullopt,
-                     const std::optional<BoardPrint>& print = std::nullopt);
-Session make_session(Level level, std::uint64_t seed,
-                     const std::optional<Eigen::AlignedBox2d>& on_blank_paper,
-                     const std::optional<BoardPrint>& print, const Conditions& conditions);
+SimulatedSession make_session(Level level, std::uint64_t seed,
+                              const std::optional<Eigen::AlignedBox2d>& on_blank_paper = std::nullopt,
+                              const std::optional<BoardPrint>& print = std::nullopt);
+SimulatedSession make_session(Level level, std::uint64_t seed,
+                              const std::optional<Eigen::AlignedBox2d>& on_blank_paper,
+                              const std::optional<BoardPrint>& print, const Conditions& conditions);
 
 /// The captures of one view while the projector shows `frames`. Noise differs from view to view.
-std::vector<ImageU8> capture_view(const Session& session, std::size_t view,
+std::vector<ImageU8> capture_view(const SimulatedSession& session, std::size_t view,
                                   const std::vector<ImageU8>& frames);
 
 }  // namespace procam::simulate

@@ -2,7 +2,7 @@
 /// Several projectors on the same surfaces: what each must do to its picture so that together they look like
 /// one.
 ///
-///   std::vector<LitBy> projectors{{left, solved_for_left}, {right, solved_for_right}};
+///   std::vector<BlendInput> projectors{{left, solved_for_left}, {right, solved_for_right}};
 ///   const Blend blend = surface::blend_maps(projectors);
 ///   surface::apply_blend(blend.maps[0], frame_of_left);
 ///
@@ -33,7 +33,7 @@
 
 namespace procam::surface {
 
-struct LitBy {
+struct BlendInput {
   Projector projector;
   /// Its surfaces; those of the same name in the others' sets are the same. Pixel surfaces have no place in
   /// the room and are left as they are.
@@ -69,7 +69,7 @@ struct Blend {
 
 /// Throws std::invalid_argument for options out of range: brightness > 0, 0 <= black < 1, 0 < least_gain <=
 /// 1, reflectance pictures with one channel and numbers of 0 or more.
-Blend blend_maps(const std::vector<LitBy>& projectors, const BlendOptions& options = {});
+Blend blend_maps(const std::vector<BlendInput>& projectors, const BlendOptions& options = {});
 
 /// Frame values (RGB, sRGB) as they were drawn -> as they must be shown: decoded, gain and lift, encoded for
 /// a projector that makes light of values as value^gamma; 0: as sRGB.

@@ -50,7 +50,7 @@ struct LocateResult {
   Mat6 covariance = Mat6::Zero();
   /// What the lens adds: d increment / d camera parameters, 6 rows, columns in the order of
   /// parameter_names(camera).
-  MatX by_lens;
+  MatX jacobian_lens;
   std::optional<Pose> other;  ///< the second pose that fits, if there is one
   double other_odds = 0;      ///< that it is the true one, 0 .. 1/2
   double chi2_per_dof = 0;    ///< about 1 when noise and map are as stated

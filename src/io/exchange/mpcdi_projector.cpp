@@ -95,7 +95,7 @@ double largest_difference_px(const Projector& projector, const Projector& pinhol
     for (int i = 0; i <= 16; ++i) {
       const Vec2 pixel(i * (size.width - 1) / 16.0, j * (size.height - 1) / 16.0);
       const std::optional<Ray> ray = projector.emit(pixel);
-      const std::optional<Vec2> seen = ray ? pinhole.pixel_lighting(ray->direction) : std::nullopt;
+      const std::optional<Vec2> seen = ray ? pinhole.project(ray->direction) : std::nullopt;
       if (seen) largest = std::max(largest, (*seen - pixel).norm());
     }
   return largest;

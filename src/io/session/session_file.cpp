@@ -4,7 +4,7 @@
 
 namespace procam::io {
 
-static void fields(Fields& f, Session& session) {
+static void fields(Fields& f, SessionInfo& session) {
   header(f, "procam-session", 1);
   f.optional("pattern", session.pattern);
   f.optional("projector_size", session.projector_size);
@@ -32,14 +32,14 @@ static void fields(Fields& f, Session& session) {
           "give the stripe width in pixels");
 }
 
-std::optional<Session> load_session(const std::filesystem::path& session_folder) {
+std::optional<SessionInfo> load_session(const std::filesystem::path& session_folder) {
   const std::filesystem::path path = session_folder / "session.json";
   std::error_code ignored;
   if (!std::filesystem::exists(path, ignored)) return std::nullopt;
-  return load_noun<Session>(path, Syntax::kJson);
+  return load_noun<SessionInfo>(path, Syntax::kJson);
 }
 
-void save_session(const std::filesystem::path& session_folder, const Session& session) {
+void save_session(const std::filesystem::path& session_folder, const SessionInfo& session) {
   save_noun(session_folder / "session.json", Syntax::kJson, session);
 }
 

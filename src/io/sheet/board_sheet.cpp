@@ -39,7 +39,7 @@ std::string in_millimetres(const Vec2& size) {
 
 /// A bar with a tick every 10 mm, longer ones at both ends and in the middle; lengths count from the ends'
 /// outer edges.
-void add_ruler(Sheet& sheet, const Vec2& at) {
+void add_ruler(BoardSheet& sheet, const Vec2& at) {
   constexpr double kLine = 0.0003;
   sheet.rectangles.push_back({at, at + Vec2(kRulerLength, kLine)});
   for (int i = 0; i <= 10; ++i) {
@@ -61,9 +61,9 @@ Paper parse_paper(const std::string& name) {
               "give one of " + known);
 }
 
-Sheet board_sheet(const Board& board, const BoardArtwork& artwork, const Paper& paper) {
+BoardSheet board_sheet(const Board& board, const BoardArtwork& artwork, const Paper& paper) {
   const Vec2 size = needed(artwork);
-  Sheet sheet;
+  BoardSheet sheet;
   sheet.size = paper.size;
   if (!fits(size, paper.size)) {
     if (!fits_turned(size, paper.size)) {
@@ -96,7 +96,7 @@ Sheet board_sheet(const Board& board, const BoardArtwork& artwork, const Paper& 
   return sheet;
 }
 
-std::string sheet_svg(const Sheet& sheet) {
+std::string sheet_svg(const BoardSheet& sheet) {
   const auto xy = [](const Vec2& p) { return millimetres(p.x()) + " " + millimetres(p.y()); };
   const std::string width = millimetres(sheet.size.x()), height = millimetres(sheet.size.y());
   std::string svg =
@@ -120,7 +120,7 @@ std::string sheet_svg(const Sheet& sheet) {
   return svg + "</svg>\n";
 }
 
-void save_sheet(const std::filesystem::path& path, const Sheet& sheet, double dots_per_inch) {
+void save_sheet(const std::filesystem::path& path, const BoardSheet& sheet, double dots_per_inch) {
   const std::string extension = path.extension().string();
   if (extension == ".pdf") return write_file_atomically(path, sheet_pdf(sheet));
   if (extension == ".svg") return write_file_atomically(path, sheet_svg(sheet));

@@ -35,7 +35,7 @@ std::string escaped(const std::string& text) {
   return out;
 }
 
-std::string page_content(const Sheet& sheet) {
+std::string page_content(const BoardSheet& sheet) {
   // Millimetres with y down, as the sheet has them; all shapes are one path, so that no seam shows where
   // rectangles touch.
   const std::string scale = plain_decimal(kPointsPerMetre / 1000, 10);
@@ -52,7 +52,7 @@ std::string page_content(const Sheet& sheet) {
 
 }  // namespace
 
-std::string sheet_pdf(const Sheet& sheet) {
+std::string sheet_pdf(const BoardSheet& sheet) {
   const std::string content = page_content(sheet);
   const std::vector<std::string> objects = {
       "<< /Type /Catalog /Pages 2 0 R /ViewerPreferences << /PrintScaling /None >> >>",

@@ -50,7 +50,7 @@ std::string big_endian(std::uint32_t value) {
 
 }  // namespace
 
-ImageU8 sheet_pixels(const Sheet& sheet, double dots_per_inch) {
+ImageU8 sheet_pixels(const BoardSheet& sheet, double dots_per_inch) {
   require(dots_per_inch > 0, "sheet_pixels: the resolution is not positive");
   const double scale = dots_per_inch / 0.0254;
   ImageF dark(int(std::ceil(sheet.size.x() * scale - 1e-6)), int(std::ceil(sheet.size.y() * scale - 1e-6)));
@@ -71,7 +71,7 @@ ImageU8 sheet_pixels(const Sheet& sheet, double dots_per_inch) {
   return image;
 }
 
-std::string sheet_png(const Sheet& sheet, double dots_per_inch) {
+std::string sheet_png(const BoardSheet& sheet, double dots_per_inch) {
   const std::string png = encode_png(sheet_pixels(sheet, dots_per_inch).view());
   // pHYs: pixels a metre in both directions; it stands after the header, which ends at byte 33.
   const std::string pitch = big_endian(std::uint32_t(std::lround(dots_per_inch / 0.0254)));

@@ -6,8 +6,8 @@
 namespace procam::render_gl {
 
 using render::FacetBox;
+using render::FilterGrid;
 using render::Layer;
-using render::Taps;
 using render::TileSteps;
 
 namespace {
@@ -17,7 +17,7 @@ std::int32_t bits(float value) {
   std::memcpy(&result, &value, sizeof result);
   return result;
 }
-Int4 packed(const Taps& taps) {
+Int4 packed(const FilterGrid& taps) {
   return {taps.level, taps.across | taps.down << 16, bits(taps.share_across), bits(taps.share_down)};
 }
 
@@ -164,8 +164,8 @@ void GlRenderer::State::add_tile(int x, int y) {
     if (cast < 0) {
       const auto item = std::size_t(lists_[at][0]);
       lists_[at][1] = std::int32_t(lists_.size());
-      for (const Taps& taps : layers_[item].plane.taps(x, y)) lists_.push_back(packed(taps));
-      for (const Taps& taps : layers_[item].plane.mask_taps(x, y)) lists_.push_back(packed(taps));
+      for (const FilterGrid& taps : layers_[item].plane.taps(x, y)) lists_.push_back(packed(taps));
+      for (const FilterGrid& taps : layers_[item].plane.mask_taps(x, y)) lists_.push_back(packed(taps));
       continue;
     }
     for (int n = 0; n < cast; ++n) {

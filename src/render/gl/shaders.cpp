@@ -47,7 +47,7 @@ vec3 slope_of(ivec2 pixel, ivec2 by, vec3 d) {
   return forward && backward ? 0.5 * (ahead - back) : ahead - back;
 }
 
-// Facets (src/render/room_layer.hpp), kFacetTexels numbers each.
+// Facets (src/render/mesh_layer.hpp), kFacetTexels numbers each.
 vec3 nearness_plane(int facet) {
   int at = kFacetTexels * facet;
   return vec3(number(at).w, number(at + 1).w, number(at + 2).w);
@@ -116,10 +116,10 @@ int samples(float spread, float one) {
 float share(float squared, float one) {
   return squared > 0.0 ? spread_at_level(squared, one) / sqrt(squared) : 0.0;
 }
-struct Taps { int level, across, down; vec2 shares; };
-const Taps kOneTap = Taps(0, 1, 1, vec2(0.0));
-Taps choose_taps(vec2 typical, float finest, vec2 largest, int levels) {
-  Taps taps = kOneTap;
+struct FilterGrid { int level, across, down; vec2 shares; };
+const FilterGrid kOneTap = FilterGrid(0, 1, 1, vec2(0.0));
+FilterGrid choose_taps(vec2 typical, float finest, vec2 largest, int levels) {
+  FilterGrid taps = kOneTap;
   if (!(largest.x > 1.0) && !(largest.y > 1.0)) return taps;
   for (;; ++taps.level) {
     float one = float(1 << taps.level);
@@ -134,12 +134,12 @@ Taps choose_taps(vec2 typical, float finest, vec2 largest, int levels) {
   taps.shares = vec2(share(typical.x, one), share(typical.y, one));
   return taps;
 }
-ivec4 pack_taps(Taps taps) {
+ivec4 pack_taps(FilterGrid taps) {
   return ivec4(taps.level, taps.across | taps.down << 16, floatBitsToInt(taps.shares.x),
                floatBitsToInt(taps.shares.y));
 }
-Taps unpack_taps(ivec4 p) {
-  return Taps(p.x, p.y & 0xffff, p.y >> 16, vec2(intBitsToFloat(p.z), intBitsToFloat(p.w)));
+FilterGrid unpack_taps(ivec4 p) {
+  return FilterGrid(p.x, p.y & 0xffff, p.y >> 16, vec2(intBitsToFloat(p.z), intBitsToFloat(p.w)));
 }
 
 // Samples, in the integers of src/render/kernels_plain.cpp: light of 0..kFull.
@@ -163,7 +163,7 @@ vec2 mirrored(vec2 position, vec2 size) {
   vec2 p = abs(position);
   return min(p, 2.0 * size - p);
 }
-ivec4 sampled(int record, Taps taps, Footprint f, float least_depth) {
+ivec4 sampled(int record, FilterGrid taps, Footprint f, float least_depth) {
   ivec4 level = level_of(record, taps.level);
   vec2 size = vec2(level.yz);
   float inverse = 1.0 / max(f.centre.z, least_depth);
@@ -181,7 +181,7 @@ ivec4 sampled(int record, Taps taps, Footprint f, float least_depth) {
   return ivec4(roundEven(vec4(sum) / float(512 * taps.across * taps.down)));
 }
 // An item's content, with the alpha of its mask. (A loop, since drivers write out each call.)
-ivec4 light_of(int item, Taps taps, Taps mask_taps, Footprint f, float least_depth) {
+ivec4 light_of(int item, FilterGrid taps, FilterGrid mask_taps, Footprint f, float least_depth) {
   ivec4 light = ivec4(0);
   int records = (item_of(item).y & 8) != 0 ? 2 : 1;
   for (int n = 0; n < records; ++n) {
@@ -254,7 +254,7 @@ void main() {
 const char* const kFindEdges = R"(
 layout(location = 0) out highp int edges;
 
-// Do the pixel's neighbours see the same surfaces in the same order? (RoomCaster::is_even)
+// Do the pixel's neighbours see the same surfaces in the same order? (MeshCaster::is_even)
 bool even(int first, int count, ivec2 pixel) {
   for (int a = 0; a < count; ++a) {
     ivec4 item = item_of(list(first + a).x);
@@ -305,7 +305,7 @@ const char* const kChooseTaps = R"(
 uniform int u_item, u_record;
 layout(location = 0) out highp ivec4 taps;
 
-void main() {  // RoomCaster::taps_of; a fragment a block
+void main() {  // MeshCaster::taps_of; a fragment a block
   ivec2 block = ivec2(gl_FragCoord.xy), low = block * ivec2(16, 8), high = min(low + ivec2(16, 8), u_frame);
   ivec4 item = item_of(u_item);
   ivec2 content = level_of(u_record, 0).yz;
@@ -440,7 +440,7 @@ ivec4 with_even(int first, int count, ivec2 pixel, vec3 d, vec3 right, vec3 down
     Footprint f = footprint_of(facets[i], d, right, down);
     keep_in_front(f);
     ivec4 item = item_of(items[i]);
-    Taps taps = kOneTap, mask_taps = kOneTap;
+    FilterGrid taps = kOneTap, mask_taps = kOneTap;
     if (u_area) taps = unpack_taps(texelFetch(u_taps, ivec3(pixel / ivec2(16, 8), item.w), 0));
     if (u_area && (item.y & 8) != 0)
       mask_taps =
@@ -457,7 +457,7 @@ vec2 place_of(int k) {  // in the pixel
   return vec2((float(k) + 0.5) / 16.0, (float(4 * (k % 4) + k / 4) + 0.5) / 16.0) - 0.5;
 }
 
-// RoomCaster::add_edge, RoomTile::draw_edge
+// MeshCaster::add_edge, MeshTile::draw_edge
 ivec4 with_edge(int first, int count, ivec2 pixel, vec3 d, vec3 right, vec3 down, ivec4 there) {
   int shown_item[kMostShown], shown_facet[kMostShown], shown_count[kMostShown], shown = 0;
   vec2 shown_sum[kMostShown];
@@ -523,7 +523,7 @@ ivec4 with_edge(int first, int count, ivec2 pixel, vec3 d, vec3 right, vec3 down
     vec2 at = shown_sum[s] / float(shown_count[s]);
     Footprint f = footprint_of(shown_facet[s], d + at.x * right + at.y * down, right, down);
     keep_in_front(f);
-    Taps taps[2] = Taps[2](kOneTap, kOneTap);
+    FilterGrid taps[2] = FilterGrid[2](kOneTap, kOneTap);
     for (int n = 0; u_area && n < ((item_of(item).y & 8) != 0 ? 2 : 1); ++n) {
       vec3 size = size_of(f, level_of(2 * item + n, 0).yz);
       taps[n] = choose_taps(size.xy, size.z, size.xy, record_of(2 * item + n).z);

@@ -9,9 +9,9 @@
 #include "context.hpp"
 #include "layers.hpp"
 #include "light.hpp"
+#include "mesh_tile.hpp"
 #include "objects.hpp"
 #include "procam/render/gl.hpp"
-#include "room_tile.hpp"
 #include "shaders.hpp"
 
 namespace procam::render_gl {

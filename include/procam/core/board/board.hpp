@@ -5,7 +5,7 @@
 /// Board frame: origin at the first point, x along a row, y along a column as printed (right and down when
 /// the sheet is read), z into the sheet: like an optical frame that looks at it. Lengths are metres.
 ///
-/// To add one: a struct with size(), point_in_board(), looks_same_turned(), is_coded(), scaled(), flaw() and
+/// To add one: a struct with size(), point_in_board(), is_symmetric_180(), is_coded(), scaled(), flaw() and
 /// ==, and its name in `Board`; the compiler lists what else must know it (files, drawing, detection).
 #include <string>
 #include <variant>
@@ -26,7 +26,7 @@ struct Chessboard {
   Vec3 point_in_board(int index) const {
     return Vec3((index % columns) * square_size, (index / columns) * square_size, 0);
   }
-  bool looks_same_turned() const { return (columns + rows) % 2 == 0; }
+  bool is_symmetric_180() const { return (columns + rows) % 2 == 0; }
   bool is_coded() const { return false; }
   Chessboard scaled(double factor) const { return {columns, rows, square_size * factor}; }
   std::string flaw() const {
@@ -68,7 +68,7 @@ struct CharucoBoard {
     const double margin = 0.5 * (square_size - marker_size);
     return Vec2((column - 1) * square_size + margin, (row - 1) * square_size + margin);
   }
-  bool looks_same_turned() const { return false; }
+  bool is_symmetric_180() const { return false; }
   bool is_coded() const { return true; }
   CharucoBoard scaled(double factor) const {
     return {columns, rows, square_size * factor, marker_size * factor, dictionary, marker_first};
@@ -105,7 +105,7 @@ struct MarkerGrid {
     return Vec3(first.x() + (corner == 1 || corner == 2 ? marker_size : 0),
                 first.y() + (corner >= 2 ? marker_size : 0), 0);
   }
-  bool looks_same_turned() const { return false; }
+  bool is_symmetric_180() const { return false; }
   bool is_coded() const { return true; }
   MarkerGrid scaled(double factor) const {
     return {columns, rows, marker_size * factor, gap * factor, dictionary};
@@ -138,7 +138,7 @@ struct CircleGrid {
     return Vec3((asymmetric ? 2 * column + row % 2 : column) * spacing, row * spacing, 0);
   }
   /// An odd number of staggered rows has two like ends that point one way.
-  bool looks_same_turned() const { return !asymmetric || rows % 2 == 0; }
+  bool is_symmetric_180() const { return !asymmetric || rows % 2 == 0; }
   bool is_coded() const { return false; }
   CircleGrid scaled(double factor) const {
     return {columns, rows, spacing * factor, diameter * factor, asymmetric};
@@ -181,7 +181,7 @@ struct AprilGrid {
   Vec2 marker_in_board(int id) const {
     return (tag_size + gap()) * Vec2(id % columns, rows - 1 - id / columns);
   }
-  bool looks_same_turned() const { return false; }
+  bool is_symmetric_180() const { return false; }
   bool is_coded() const { return true; }
   AprilGrid scaled(double factor) const { return {columns, rows, tag_size * factor, spacing}; }
   std::string flaw() const {
@@ -213,8 +213,8 @@ inline Points3 points_in_board(const Board& board) {
 
 /// Does the board look the same after half a turn, so that one picture cannot tell its two ends apart? Point
 /// i is then where point size() - 1 - i was.
-inline bool looks_same_turned(const Board& board) {
-  return std::visit([](const auto& layout) { return layout.looks_same_turned(); }, board);
+inline bool is_symmetric_180(const Board& board) {
+  return std::visit([](const auto& layout) { return layout.is_symmetric_180(); }, board);
 }
 
 /// Do markers say which point is which, so that a part of the board is enough?

@@ -21,14 +21,14 @@ struct Projector {
   }
 
   /// Where the light of a pixel lands on a plane (both in the projector's frame); nullopt when it misses.
-  std::optional<Vec3> land(const Vec2& pixel, const Plane& plane_in_projector) const {
+  std::optional<Vec3> intersect(const Vec2& pixel, const Plane& plane_in_projector) const {
     const std::optional<Ray> ray = emit(pixel);
     if (!ray) return std::nullopt;
-    return intersect(*ray, plane_in_projector);
+    return procam::intersect(*ray, plane_in_projector);
   }
 
   /// The pixel whose light passes through a point (it may lie outside the picture).
-  std::optional<Vec2> pixel_lighting(const Vec3& point_in_projector) const {
+  std::optional<Vec2> project(const Vec3& point_in_projector) const {
     return inverse_camera.project(point_in_projector);
   }
 

@@ -67,7 +67,7 @@ std::vector<Stack> list_stacks(const std::filesystem::path& view_folder,
                                const std::vector<std::string>& projectors);
 
 /// What was shown while the session was captured; whatever is unknown is left out.
-struct Session {
+struct SessionInfo {
   std::string pattern;  ///< as --pattern is typed: "gray", "phase:16px"; empty when not stated
   std::optional<ImageSize> projector_size;  ///< of the only projector
   std::optional<Board> board;
@@ -78,7 +78,7 @@ struct Session {
 };
 
 /// session.json in the folder; nullopt when there is no such file. Errors as for rig files.
-std::optional<Session> load_session(const std::filesystem::path& session_folder);
-void save_session(const std::filesystem::path& session_folder, const Session& session);
+std::optional<SessionInfo> load_session(const std::filesystem::path& session_folder);
+void save_session(const std::filesystem::path& session_folder, const SessionInfo& session);
 
 }  // namespace procam::io

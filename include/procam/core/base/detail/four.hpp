@@ -52,31 +52,31 @@ struct alignas(32) Lanes {
     return a.lanes > b.lanes ? a.lanes : b.lanes;
   }
 };
-using Four = Lanes<double>;
-using Eight = Lanes<float>;
+using Double4 = Lanes<double>;
+using Float8 = Lanes<float>;
 
 /// Which of four; a comparison with NaN holds for none.
-struct Chosen {
-  decltype(Four::Native{} < Four::Native{}) lanes;
+struct Mask4 {
+  decltype(Double4::Native{} < Double4::Native{}) lanes;
 };
-PROCAM_ALWAYS_INLINE Chosen operator<(const Four& a, const Four& b) {
+PROCAM_ALWAYS_INLINE Mask4 operator<(const Double4& a, const Double4& b) {
   return {a.lanes < b.lanes};
 }
-PROCAM_ALWAYS_INLINE Chosen operator&(const Chosen& a, const Chosen& b) {
+PROCAM_ALWAYS_INLINE Mask4 operator&(const Mask4& a, const Mask4& b) {
   return {a.lanes & b.lanes};
 }
-PROCAM_ALWAYS_INLINE Chosen operator|(const Chosen& a, const Chosen& b) {
+PROCAM_ALWAYS_INLINE Mask4 operator|(const Mask4& a, const Mask4& b) {
   return {a.lanes | b.lanes};
 }
-PROCAM_ALWAYS_INLINE Chosen operator!(const Chosen& a) {
+PROCAM_ALWAYS_INLINE Mask4 operator!(const Mask4& a) {
   return {~a.lanes};
 }
-PROCAM_ALWAYS_INLINE bool any(const Chosen& a) {
+PROCAM_ALWAYS_INLINE bool any(const Mask4& a) {
   return (a.lanes[0] | a.lanes[1] | a.lanes[2] | a.lanes[3]) != 0;
 }
 /// `value` in those, 0 in the others.
-PROCAM_ALWAYS_INLINE Four only(const Chosen& these, const Four& value) {
-  return these.lanes ? value.lanes : Four::Native{};
+PROCAM_ALWAYS_INLINE Double4 only(const Mask4& these, const Double4& value) {
+  return these.lanes ? value.lanes : Double4::Native{};
 }
 
 }  // namespace procam::detail

@@ -28,10 +28,10 @@ struct FacetBoxes {
   const FacetBox* end() const { return data + count; }
 };
 
-class RoomLayer {
+class MeshLayer {
  public:
-  RoomLayer(const PlacedPlane& placed, const TileGrid& grid);
-  RoomLayer(const PlacedMesh& placed, const Projector& projector, const TileGrid& grid, Workers& workers)
+  MeshLayer(const PlacedPlane& placed, const TileGrid& grid);
+  MeshLayer(const PlacedMesh& placed, const Projector& projector, const TileGrid& grid, Workers& workers)
       : is_plane_(false) {
     move(placed, projector, grid, workers);
   }

@@ -1,4 +1,4 @@
-#include "room_tile.hpp"
+#include "mesh_tile.hpp"
 
 #include <cmath>
 #include <limits>
@@ -25,7 +25,8 @@ constexpr SubPixels kSubPixels = [] {
 
 /// Does item a, at its nearness, lie before item b?
 bool before(int a, float nearness_a, int b, float nearness_b) {
-  if (std::abs(nearness_a - nearness_b) <= kTogether * std::max(nearness_a, nearness_b)) return a > b;
+  if (std::abs(nearness_a - nearness_b) <= kCoplanarTolerance * std::max(nearness_a, nearness_b))
+    return a > b;
   return nearness_a > nearness_b;
 }
 
@@ -38,16 +39,16 @@ void keep_in_front(Footprint& f) {
 }
 
 /// Where a footprint's middle looks, as fractions of the content.
-void look(const Footprint& f, float (&looks)[6]) {
+void look(const Footprint& f, float (&texcoords)[6]) {
   const double inverse = 1 / f.centre.z(), u = f.centre.x() * inverse, v = f.centre.y() * inverse;
   // Far beyond the content nothing changes any more, but floats must hold it.
   const auto held = [](double value) { return float(std::min(std::max(value, -1e6), 1e6)); };
-  looks[0] = held(u);
-  looks[1] = held(v);
-  looks[2] = held((f.slope_x.x() - u * f.slope_x.z()) * inverse);
-  looks[3] = held((f.slope_x.y() - v * f.slope_x.z()) * inverse);
-  looks[4] = held((f.slope_y.x() - u * f.slope_y.z()) * inverse);
-  looks[5] = held((f.slope_y.y() - v * f.slope_y.z()) * inverse);
+  texcoords[0] = held(u);
+  texcoords[1] = held(v);
+  texcoords[2] = held((f.slope_x.x() - u * f.slope_x.z()) * inverse);
+  texcoords[3] = held((f.slope_x.y() - v * f.slope_x.z()) * inverse);
+  texcoords[4] = held((f.slope_y.x() - u * f.slope_y.z()) * inverse);
+  texcoords[5] = held((f.slope_y.y() - v * f.slope_y.z()) * inverse);
 }
 
 /// Asks for memory that is read soon.
@@ -56,7 +57,7 @@ void fetch_numbers(const float* numbers, int count) {
   for (int i = 0; i < count; i += kLine) __builtin_prefetch(numbers + i);
 }
 
-/// Numbers of Points in the order of Looks.
+/// Numbers of Points in the order of TexCoords.
 float* numbers(Points& points, int k) {
   float* const all[6] = {points.u, points.v, points.u_x, points.v_x, points.u_y, points.v_y};
   return all[k];
@@ -68,7 +69,7 @@ float* numbers(Points& points, int k) {
 
 /// The even pixels of a row; `run` walks through runs_.
 template <typename Texture>
-void RoomTile::draw_row(const std::vector<ItemTextures<Texture>>& textures, int y, const std::uint16_t*& run,
+void MeshTile::draw_row(const std::vector<ItemTextures<Texture>>& textures, int y, const std::uint16_t*& run,
                         const Kernels& kernels, RoomRows<typename Texture::Pixel>& rows,
                         Tile<typename Texture::Pixel>& tile) const {
   using Pixel = typename Texture::Pixel;
@@ -85,20 +86,20 @@ void RoomTile::draw_row(const std::vector<ItemTextures<Texture>>& textures, int 
       ahead[k] = points_[row.first + std::size_t(k * length + both - row.begin)] -
                  points_[above.first + std::size_t(k * (above.end - above.begin) + both - above.begin)];
     if (const std::size_t next = std::size_t(y + 1) * count + a; next < rows_.size())
-      fetch_numbers(points_.data() + rows_[next].first, looks_ * (rows_[next].end - rows_[next].begin));
+      fetch_numbers(points_.data() + rows_[next].first, texcoords_ * (rows_[next].end - rows_[next].begin));
     // From left to right: samples are written in whole groups, beyond the block's end as well.
     for (int begin = row.begin; begin < row.end;) {
       const int block = begin / kBlock;
       const int end =
-          looks_ > 2 ? std::min<int>((block + 1) * kBlock, row.end) : row.end;  // the same samples
+          texcoords_ > 2 ? std::min<int>((block + 1) * kBlock, row.end) : row.end;  // the same samples
       const std::size_t n = (std::size_t(y / kStrip) * count + a) * kBlocks + std::size_t(block);
-      const auto sample_block = [&](const Texture& texture, const Taps& taps, Pixel* into) {
+      const auto sample_block = [&](const Texture& texture, const FilterGrid& taps, Pixel* into) {
         const TexelsView<Pixel> level = texture.level(taps.level);
         const float size[2] = {float(level.width), float(level.height)};
         rows.points.soon = std::ptrdiff_t(kRowsAhead * ahead[1] * size[1]) * level.stride +
                            std::ptrdiff_t(kRowsAhead * ahead[0] * size[0]);
         const float* from = points_.data() + row.first + (begin - row.begin);
-        for (int k = 0; k < looks_; ++k, from += length) {
+        for (int k = 0; k < texcoords_; ++k, from += length) {
           float* const to = numbers(rows.points, k) + begin;
           for (int i = 0; i < end - begin; ++i) to[i] = from[i] * size[k % 2];
         }
@@ -130,17 +131,17 @@ void RoomTile::draw_row(const std::vector<ItemTextures<Texture>>& textures, int 
 }
 
 template <typename Texture>
-void RoomTile::draw_edge(const std::vector<ItemTextures<Texture>>& textures, const Edge& edge,
+void MeshTile::draw_edge(const std::vector<ItemTextures<Texture>>& textures, const Edge& edge,
                          const Kernels& kernels, RoomRows<typename Texture::Pixel>& rows,
                          Tile<typename Texture::Pixel>& tile) const {
   using Pixel = typename Texture::Pixel;
   Pixel lights[kMostParts][4];
   for (std::uint32_t i = 0; i < edge.parts; ++i) {
     const Part& part = parts_[edge.first_part + i];
-    const auto sample_part = [&](const Texture& texture, const Taps& taps, Pixel* to) {
+    const auto sample_part = [&](const Texture& texture, const FilterGrid& taps, Pixel* to) {
       const TexelsView<Pixel> level = texture.level(taps.level);
       const float size[2] = {float(level.width), float(level.height)};
-      for (int k = 0; k < 6; ++k) numbers(rows.points, k)[0] = part.looks[k] * size[k % 2];
+      for (int k = 0; k < 6; ++k) numbers(rows.points, k)[0] = part.texcoords[k] * size[k % 2];
       sample(kernels, level, taps, rows.points, 0, 1, to);
     };
     const ItemTextures<Texture>& shown = textures[std::size_t(part.item)];
@@ -165,7 +166,7 @@ void RoomTile::draw_edge(const std::vector<ItemTextures<Texture>>& textures, con
 }
 
 template <typename Texture>
-void RoomTile::draw(const std::vector<ItemTextures<Texture>>& textures, const Kernels& kernels,
+void MeshTile::draw(const std::vector<ItemTextures<Texture>>& textures, const Kernels& kernels,
                     RoomRows<typename Texture::Pixel>& rows, Tile<typename Texture::Pixel>& tile) const {
   rows.drawn.resize(textures.size() * kRowRoom * 4);
   const std::uint16_t* run = runs_.data();
@@ -173,15 +174,15 @@ void RoomTile::draw(const std::vector<ItemTextures<Texture>>& textures, const Ke
   for (const Edge& edge : edges_) draw_edge(textures, edge, kernels, rows, tile);
 }
 
-template void RoomTile::draw(const std::vector<ItemTextures<LightTexture>>&, const Kernels&, RoomRows<Light>&,
+template void MeshTile::draw(const std::vector<ItemTextures<LightTexture>>&, const Kernels&, RoomRows<Light>&,
                              Tile<Light>&) const;
-template void RoomTile::draw(const std::vector<ItemTextures<ValueTexture>>&, const Kernels&, RoomRows<Value>&,
+template void MeshTile::draw(const std::vector<ItemTextures<ValueTexture>>&, const Kernels&, RoomRows<Value>&,
                              Tile<Value>&) const;
 
 // Casting.
 
 /// The rays of a piece; at the tile's rim also of the pixel beyond it.
-void RoomCaster::follow(const LensPiece& piece, const PixelRect& rect, const Kernels& kernels) {
+void MeshCaster::follow(const LensPiece& piece, const PixelRect& rect, const Kernels& kernels) {
   const PixelRect& r = piece.rect;
   const int x0 = r.x0 - (r.x0 == rect.x0), x1 = r.x1 + (r.x1 == rect.x1);
   const int y0 = r.y0 - (r.y0 == rect.y0), y1 = r.y1 + (r.y1 == rect.y1);
@@ -194,7 +195,7 @@ void RoomCaster::follow(const LensPiece& piece, const PixelRect& rect, const Ker
   }
 }
 
-void RoomCaster::find_hits(const RoomLayer& layer, int tile_x, int tile_y, const PixelRect& rect,
+void MeshCaster::find_hits(const MeshLayer& layer, int tile_x, int tile_y, const PixelRect& rect,
                            const Kernels& kernels, Hits& hits) const {
   std::fill(std::begin(hits.nearness), std::end(hits.nearness), 0.0f);
   std::fill(std::begin(hits.facet), std::end(hits.facet), -1);
@@ -203,7 +204,7 @@ void RoomCaster::find_hits(const RoomLayer& layer, int tile_x, int tile_y, const
                hits);
 }
 
-void RoomCaster::nearest_first(std::vector<Fragment>& fragments) {  // a handful
+void MeshCaster::nearest_first(std::vector<Fragment>& fragments) {  // a handful
   for (std::size_t i = 1; i < fragments.size(); ++i)
     for (std::size_t j = i; j > 0 && before(fragments[j].item, fragments[j].nearness, fragments[j - 1].item,
                                             fragments[j - 1].nearness);
@@ -213,7 +214,7 @@ void RoomCaster::nearest_first(std::vector<Fragment>& fragments) {  // a handful
 
 /// Do the pixel's neighbours see the same surfaces in the same order? Each surface by itself goes on smoothly
 /// (Kernels::find_steps).
-bool RoomCaster::is_even(const std::vector<CastItem>& items, int at) const {
+bool MeshCaster::is_even(const std::vector<CastItem>& items, int at) const {
   for (const int step : kNeighbours) {
     const int other = at + step;
     if (!known(other)) continue;
@@ -227,7 +228,7 @@ bool RoomCaster::is_even(const std::vector<CastItem>& items, int at) const {
   return true;
 }
 
-bool RoomCaster::is_visible(const std::vector<CastItem>& items, int item, int at) const {
+bool MeshCaster::is_visible(const std::vector<CastItem>& items, int item, int at) const {
   const Hits& own = hits_[std::size_t(item)];
   if (own.facet[at] < 0) return false;
   if (items.size() == 1) return true;
@@ -239,19 +240,19 @@ bool RoomCaster::is_visible(const std::vector<CastItem>& items, int item, int at
 }
 
 /// What the sub-pixels hit.
-void RoomCaster::find_sub_hits(const RoomLayer& layer, const Kernels& kernels, int x, int y, int tile_x,
+void MeshCaster::find_sub_hits(const MeshLayer& layer, const Kernels& kernels, int x, int y, int tile_x,
                                int tile_y) {
   sub_boxes_.clear();
   for (const FacetBox& box : layer.boxes(tile_x, tile_y))
-    if (RoomLayer::touches(box, x, y)) sub_boxes_.push_back({0, 0, kSub, 1, box.facet});
+    if (MeshLayer::touches(box, x, y)) sub_boxes_.push_back({0, 0, kSub, 1, box.facet});
   std::fill_n(sub_hits_.nearness + ray_place(0, 0), kSub, 0.0f);
   std::fill_n(sub_hits_.facet + ray_place(0, 0), kSub, -1);
   kernels.cast(layer.facets().data(), layer.borders(), sub_boxes_.data(), sub_boxes_.size(), 0, 0, sub_rays_,
                sub_hits_);
 }
 
-void RoomCaster::add_edge(const std::vector<CastItem>& items, const Kernels& kernels, int x, int y, bool area,
-                          const PixelRect& rect, int tile_x, int tile_y, RoomTile& to) {
+void MeshCaster::add_edge(const std::vector<CastItem>& items, const Kernels& kernels, int x, int y, bool area,
+                          const PixelRect& rect, int tile_x, int tile_y, MeshTile& to) {
   const int at = ray_place(x, y);
   const Vec3 centre = ray(at), by_x = slope(at, 1), by_y = slope(at, kRayAcross);
   for (int k = 0; k < kSub; ++k) {
@@ -274,7 +275,7 @@ void RoomCaster::add_edge(const std::vector<CastItem>& items, const Kernels& ker
     int item, facet, count;
     Vec2 sum;
   };
-  constexpr std::size_t kMost = RoomTile::kMostParts;
+  constexpr std::size_t kMost = MeshTile::kMostParts;
   Shown shown[kMost];
   std::size_t shown_count = 0;
   to.edges_.push_back({std::uint8_t(x), std::uint8_t(y), std::uint32_t(to.parts_.size()), 0,
@@ -305,14 +306,14 @@ void RoomCaster::add_edge(const std::vector<CastItem>& items, const Kernels& ker
     Footprint f{content_from_direction * (centre + where.x() * by_x + where.y() * by_y),
                 content_from_direction * by_x, content_from_direction * by_y};
     keep_in_front(f);
-    RoomTile::Part part{s.item, {}, {}, {}};
+    MeshTile::Part part{s.item, {}, {}, {}};
     const auto choose = [&](ImageSize content, int levels) {
       const PixelSize size = pixel_size(f, Vec2::Zero(), content);
       return choose_taps(size, size, size, levels);
     };
     if (area) part.taps = choose(item.content, item.levels);
     if (area && item.mask.width > 0) part.mask_taps = choose(item.mask, item.mask_levels);
-    look(f, part.looks);
+    look(f, part.texcoords);
     to.parts_.push_back(part);
   }
   to.edges_.back().parts = std::uint32_t(shown_count);
@@ -321,8 +322,8 @@ void RoomCaster::add_edge(const std::vector<CastItem>& items, const Kernels& ker
 /// How the pixels of a block look at an item's content or mask: the same samples for all of them. At a curved
 /// surface's limb a few pixels hold very much of it; they may alias a little, rather than blur the others.
 /// `rows` is the strip's first.
-Taps RoomCaster::taps_of(ImageSize content, int levels, const Hits& hits, const Looks* rows,
-                         const PixelRect& block) const {
+FilterGrid MeshCaster::taps_of(ImageSize content, int levels, const Hits& hits, const TexCoords* rows,
+                               const PixelRect& block) const {
   constexpr double kMostOfTypical = 9;  // squared sides
   const double width = content.width, height = content.height;
   PixelSize finest, largest, typical;
@@ -331,9 +332,9 @@ Taps RoomCaster::taps_of(ImageSize content, int levels, const Hits& hits, const 
   for (int y = block.y0; y < block.y1; y += 3)
     for (int x = block.x0 + y % 3; x < block.x1; x += 3) {
       if (hits.facet[ray_place(x, y)] < 0) continue;
-      const Looks& looks = rows[y - block.y0];
-      const Vec2 right(width * looks.of[2][x], height * looks.of[3][x]),
-          down(width * looks.of[4][x], height * looks.of[5][x]);
+      const TexCoords& texcoords = rows[y - block.y0];
+      const Vec2 right(width * texcoords.of[2][x], height * texcoords.of[3][x]),
+          down(width * texcoords.of[4][x], height * texcoords.of[5][x]);
       const PixelSize size = pixel_size(right, down);
       if (count++ == 0) finest = largest = size;
       finest.narrow_squared = std::min(finest.narrow_squared, size.narrow_squared);
@@ -350,10 +351,10 @@ Taps RoomCaster::taps_of(ImageSize content, int levels, const Hits& hits, const 
   return choose_taps(typical, finest, largest, levels);
 }
 
-/// Where a row's items look, from the first to the last pixel that they are drawn at. looks_ begin with the
+/// Texture coordinates of a row's items, from the first to the last pixel drawn. texcoords_ begin with the
 /// row's.
-void RoomCaster::add_row(const std::vector<CastItem>& items, int y, int width, const RowBits& edges,
-                         RoomTile& to) {
+void MeshCaster::add_row(const std::vector<CastItem>& items, int y, int width, const RowBits& edges,
+                         MeshTile& to) {
   for (std::size_t a = 0; a < items.size(); ++a) {
     int begin = 0, end = width;
     const auto is_drawn = [&](int x) {
@@ -362,15 +363,15 @@ void RoomCaster::add_row(const std::vector<CastItem>& items, int y, int width, c
     while (begin < end && !is_drawn(begin)) ++begin;
     while (begin < end && !is_drawn(end - 1)) --end;
     to.rows_.push_back({std::uint8_t(begin), std::uint8_t(end), std::uint32_t(to.points_.size())});
-    const Looks& looks = looks_[a * RoomTile::kStrip + std::size_t(y % RoomTile::kStrip)];
-    for (int k = 0; k < to.looks_; ++k)
-      to.points_.insert(to.points_.end(), looks.of[k] + begin, looks.of[k] + end);
+    const TexCoords& texcoords = texcoords_[a * MeshTile::kStrip + std::size_t(y % MeshTile::kStrip)];
+    for (int k = 0; k < to.texcoords_; ++k)
+      to.points_.insert(to.points_.end(), texcoords.of[k] + begin, texcoords.of[k] + end);
   }
 }
 
 /// What lies over what in a row, less the edges.
-void RoomCaster::add_runs(const std::vector<CastItem>& items, int y, int width, const RowBits& edges,
-                          RoomTile& to) {
+void MeshCaster::add_runs(const std::vector<CastItem>& items, int y, int width, const RowBits& edges,
+                          MeshTile& to) {
   if (items.size() == 1) {
     const RowBits shown = met_ & ~edges, hidden = ~shown;
     for (int x = 0; x < width;) {
@@ -405,18 +406,18 @@ void RoomCaster::add_runs(const std::vector<CastItem>& items, int y, int width, 
   }
 }
 
-void RoomCaster::cast(const std::vector<CastItem>& items, const std::vector<LensPiece>& pieces, bool area,
-                      const Kernels& kernels, int tile_x, int tile_y, const PixelRect& rect, RoomTile& to) {
+void MeshCaster::cast(const std::vector<CastItem>& items, const std::vector<LensPiece>& pieces, bool area,
+                      const Kernels& kernels, int tile_x, int tile_y, const PixelRect& rect, MeshTile& to) {
   to.items_ = items;
   to.cast_ = true;
-  to.looks_ = area ? 6 : 2;
+  to.texcoords_ = area ? 6 : 2;
   to.rows_.clear();
   to.points_.clear();
   to.runs_.clear();
   to.edges_.clear();
   to.parts_.clear();
   to.orders_.clear();
-  to.taps_.assign(std::size_t(RoomTile::kStrips) * items.size() * RoomTile::kBlocks, {});
+  to.taps_.assign(std::size_t(MeshTile::kStrips) * items.size() * MeshTile::kBlocks, {});
   to.mask_taps_ = to.taps_;
 
   std::fill(std::begin(rays_.x), std::end(rays_.x), std::numeric_limits<float>::quiet_NaN());
@@ -426,24 +427,24 @@ void RoomCaster::cast(const std::vector<CastItem>& items, const std::vector<Lens
     kernels.find_slopes(rays_, kRayAcross, ray_place(0, y), rect.width(), down_);
   }
   if (hits_.size() < items.size()) hits_.resize(items.size());
-  if (looks_.size() < items.size() * RoomTile::kStrip) looks_.resize(items.size() * RoomTile::kStrip);
+  if (texcoords_.size() < items.size() * MeshTile::kStrip) texcoords_.resize(items.size() * MeshTile::kStrip);
   for (std::size_t a = 0; a < items.size(); ++a)
     find_hits(*items[a].layer, tile_x, tile_y, rect, kernels, hits_[a]);
 
   const int width = rect.width();
   for (int y = 0; y < rect.height(); ++y) {
-    if (y % RoomTile::kStrip == 0) {
-      const int last = std::min(y + RoomTile::kStrip, rect.height());
+    if (y % MeshTile::kStrip == 0) {
+      const int last = std::min(y + MeshTile::kStrip, rect.height());
       for (std::size_t a = 0; a < items.size(); ++a) {
-        Looks* const rows = &looks_[a * RoomTile::kStrip];
+        TexCoords* const rows = &texcoords_[a * MeshTile::kStrip];
         for (int row = y; row < last; ++row)
           kernels.look(items[a].layer->facets().data(), rays_, right_, down_, hits_[a], ray_place(0, row),
                        width, area, rows[row - y]);
-        for (int block = 0; area && block * RoomTile::kBlock < width; ++block) {
+        for (int block = 0; area && block * MeshTile::kBlock < width; ++block) {
           const CastItem& item = items[a];
           const std::size_t n =
-              (std::size_t(y / RoomTile::kStrip) * items.size() + a) * RoomTile::kBlocks + std::size_t(block);
-          const PixelRect pixels{block * RoomTile::kBlock, y, std::min((block + 1) * RoomTile::kBlock, width),
+              (std::size_t(y / MeshTile::kStrip) * items.size() + a) * MeshTile::kBlocks + std::size_t(block);
+          const PixelRect pixels{block * MeshTile::kBlock, y, std::min((block + 1) * MeshTile::kBlock, width),
                                  last};
           to.taps_[n] = taps_of(item.content, item.levels, hits_[a], rows, pixels);
           if (item.mask.width > 0)

@@ -6,17 +6,17 @@
 #include <cstdint>
 
 #include "footprint.hpp"
+#include "mesh_layer.hpp"
 #include "plane_layer.hpp"
-#include "room_layer.hpp"
 
 namespace procam::render {
 
 /// Share of the distance within which two surfaces lie together, and the later one shows.
-inline constexpr float kTogether = 1e-3f;
+inline constexpr float kCoplanarTolerance = 1e-3f;
 
 /// A surface as far as it matters where its pixels lie and look.
 struct CastItem {
-  const RoomLayer* layer = nullptr;
+  const MeshLayer* layer = nullptr;
   std::uint64_t made = 0;  ///< another number when the layer was made anew
   ImageSize content;
   int levels = 1;  ///< of its pyramid
@@ -47,7 +47,7 @@ struct RoomRows {
 };
 
 /// What was cast at a tile: kept as long as its surfaces stay where they are.
-class RoomTile {
+class MeshTile {
  public:
   bool shows(const std::vector<CastItem>& items) const { return cast_ && items == items_; }
   /// Are these the items that it was to show the last time? From now on they are.
@@ -64,7 +64,7 @@ class RoomTile {
             RoomRows<typename Texture::Pixel>& rows, Tile<typename Texture::Pixel>& tile) const;
 
  private:
-  friend class RoomCaster;
+  friend class MeshCaster;
   static constexpr int kBlock = 16, kStrip = 8;  ///< pixels, across and down, that share their samples
   static constexpr int kBlocks = kTileWidth / kBlock, kStrips = kTileHeight / kStrip;
   static constexpr int kSub = 16;        ///< casts for an edge pixel
@@ -78,8 +78,8 @@ class RoomTile {
   /// What an edge pixel shows of one facet; content coordinates as fractions.
   struct Part {
     int item;
-    Taps taps, mask_taps;
-    float looks[6];
+    FilterGrid taps, mask_taps;
+    float texcoords[6];
   };
   struct Edge {
     std::uint8_t x, y;
@@ -95,11 +95,11 @@ class RoomTile {
                  RoomRows<typename Texture::Pixel>& rows, Tile<typename Texture::Pixel>& tile) const;
 
   std::vector<CastItem> items_;
-  bool cast_ = false;                   ///< at them; else nothing below counts
-  int looks_ = 2;                       ///< numbers a pixel: u, v, and with their slopes 6
-  std::vector<Row> rows_;               ///< [row, item]
-  std::vector<float> points_;           ///< fractions of the content
-  std::vector<Taps> taps_, mask_taps_;  ///< [strip, item, block]
+  bool cast_ = false;                         ///< at them; else nothing below counts
+  int texcoords_ = 2;                         ///< numbers a pixel: u, v, and with their slopes 6
+  std::vector<Row> rows_;                     ///< [row, item]
+  std::vector<float> points_;                 ///< fractions of the content
+  std::vector<FilterGrid> taps_, mask_taps_;  ///< [strip, item, block]
   std::vector<std::uint16_t> runs_;  ///< a row's: how many pixels, how many items, and which, farthest first
   std::vector<Edge> edges_;          ///< row by row
   std::vector<Part> parts_;
@@ -107,11 +107,11 @@ class RoomTile {
 };
 
 /// Casts at tiles. Its memory is kept from tile to tile.
-class RoomCaster {
+class MeshCaster {
  public:
   /// The items are in the scene's order. `area`: the mean over pixels, else one sample each.
   void cast(const std::vector<CastItem>& items, const std::vector<LensPiece>& pieces, bool area,
-            const Kernels& kernels, int tile_x, int tile_y, const PixelRect& rect, RoomTile& to);
+            const Kernels& kernels, int tile_x, int tile_y, const PixelRect& rect, MeshTile& to);
 
  private:
   struct Fragment {
@@ -128,26 +128,26 @@ class RoomCaster {
            (ray(forward ? at + step : at) - ray(backward ? at - step : at));
   }
   void follow(const LensPiece& piece, const PixelRect& rect, const Kernels& kernels);
-  void find_hits(const RoomLayer& layer, int tile_x, int tile_y, const PixelRect& rect,
+  void find_hits(const MeshLayer& layer, int tile_x, int tile_y, const PixelRect& rect,
                  const Kernels& kernels, Hits& hits) const;
   bool is_even(const std::vector<CastItem>& items, int at) const;
   bool is_visible(const std::vector<CastItem>& items, int item, int at) const;
-  Taps taps_of(ImageSize content, int levels, const Hits& hits, const Looks* rows,
-               const PixelRect& block) const;
-  void add_row(const std::vector<CastItem>& items, int y, int width, const RowBits& edges, RoomTile& to);
-  void add_runs(const std::vector<CastItem>& items, int y, int width, const RowBits& edges, RoomTile& to);
+  FilterGrid taps_of(ImageSize content, int levels, const Hits& hits, const TexCoords* rows,
+                     const PixelRect& block) const;
+  void add_row(const std::vector<CastItem>& items, int y, int width, const RowBits& edges, MeshTile& to);
+  void add_runs(const std::vector<CastItem>& items, int y, int width, const RowBits& edges, MeshTile& to);
   void add_edge(const std::vector<CastItem>& items, const Kernels& kernels, int x, int y, bool area,
-                const PixelRect& rect, int tile_x, int tile_y, RoomTile& to);
-  void find_sub_hits(const RoomLayer& layer, const Kernels& kernels, int x, int y, int tile_x, int tile_y);
+                const PixelRect& rect, int tile_x, int tile_y, MeshTile& to);
+  void find_sub_hits(const MeshLayer& layer, const Kernels& kernels, int x, int y, int tile_x, int tile_y);
   static void nearest_first(std::vector<Fragment>& fragments);
 
-  Rays rays_, right_, down_;  ///< directions, and (area) their changes by one pixel; x NaN: none
-  std::vector<Hits> hits_;    ///< [item]
-  std::vector<Looks> looks_;  ///< [row of a strip, item]
-  RowBits met_;               ///< by the only item, in the row
+  Rays rays_, right_, down_;          ///< directions, and (area) their changes by one pixel; x NaN: none
+  std::vector<Hits> hits_;            ///< [item]
+  std::vector<TexCoords> texcoords_;  ///< [row of a strip, item]
+  RowBits met_;                       ///< by the only item, in the row
   std::vector<Fragment> fragments_;
   // Of an edge pixel's sub-pixels; rays and hits in the first row.
-  std::vector<Fragment> sub_fragments_[RoomTile::kSub];
+  std::vector<Fragment> sub_fragments_[MeshTile::kSub];
   Rays sub_rays_;
   Hits sub_hits_;
   std::vector<FacetBox> sub_boxes_;

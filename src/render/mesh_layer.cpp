@@ -1,4 +1,4 @@
-#include "room_layer.hpp"
+#include "mesh_layer.hpp"
 
 #include <Eigen/LU>
 #include <cmath>
@@ -9,7 +9,7 @@
 namespace procam::render {
 
 /// The directions of the whole picture lie within `angle` of `axis` (unit).
-struct RoomLayer::ViewCone {
+struct MeshLayer::ViewCone {
   Vec3 axis = Vec3::UnitZ();
   double angle = kPi;
 
@@ -63,7 +63,7 @@ FacetBox whole_frame(ImageSize frame) {
 
 }  // namespace
 
-RoomLayer::RoomLayer(const PlacedPlane& placed, const TileGrid& grid) : is_plane_(true), grid_(grid) {
+MeshLayer::MeshLayer(const PlacedPlane& placed, const TileGrid& grid) : is_plane_(true), grid_(grid) {
   const Pose& pose = placed.projector_from_surface;
   Mat3 direction_from_plane = pose.rotation_matrix();
   direction_from_plane.col(2) = pose.translation;
@@ -80,7 +80,7 @@ RoomLayer::RoomLayer(const PlacedPlane& placed, const TileGrid& grid) : is_plane
   boxes_.push_back(whole_frame(grid.frame));
 }
 
-void RoomLayer::move(const PlacedMesh& placed, const Projector& projector, const TileGrid& grid,
+void MeshLayer::move(const PlacedMesh& placed, const Projector& projector, const TileGrid& grid,
                      Workers& workers) {
   constexpr std::size_t kLeastAtOnce = 4096, kMostParts = 32;
   grid_ = grid;
@@ -101,7 +101,7 @@ void RoomLayer::move(const PlacedMesh& placed, const Projector& projector, const
   sort_into_tiles(workers);
 }
 
-void RoomLayer::place_corners(const PlacedMesh& placed, const Projector& projector, Workers& workers) {
+void MeshLayer::place_corners(const PlacedMesh& placed, const Projector& projector, Workers& workers) {
   constexpr std::size_t kAtOnce = 4096;
   const Points3& vertices = placed.mesh->vertices;
   const Mat3 rotation = placed.projector_from_surface.rotation_matrix();
@@ -112,7 +112,7 @@ void RoomLayer::place_corners(const PlacedMesh& placed, const Projector& project
     const std::size_t first = std::size_t(turn) * kAtOnce;
     for (std::size_t i = first; i < std::min(first + kAtOnce, vertices.size()); ++i) {
       corners_[i] = rotation * vertices[i] + translation;
-      const auto pixel = projector.pixel_lighting(corners_[i]);
+      const auto pixel = projector.project(corners_[i]);
       const float x = pixel ? float(pixel->x()) : std::numeric_limits<float>::quiet_NaN();
       const float y = pixel ? float(pixel->y()) : x;
       pixels_[i] = {x, y, -x, -y};
@@ -120,7 +120,7 @@ void RoomLayer::place_corners(const PlacedMesh& placed, const Projector& project
   });
 }
 
-FacetBox RoomLayer::box_of(const Projector& projector, const ViewCone& cone,
+FacetBox MeshLayer::box_of(const Projector& projector, const ViewCone& cone,
                            const std::array<int, 3>& triangle) const {
   const ImageSize frame = grid_.frame;
   const auto pixel = [&](std::size_t i) -> const CornerPixel& { return pixels_[std::size_t(triangle[i])]; };
@@ -146,7 +146,7 @@ FacetBox RoomLayer::box_of(const Projector& projector, const ViewCone& cone,
       const Vec2 start(double(p.x), double(p.y)), along(double(q.x - p.x), double(q.y - p.y));
       const double length = along.norm();
       for (const double s : {0.25, 0.5, 0.75}) {
-        const auto between = projector.pixel_lighting((1 - s) * corner(i) + s * corner((i + 1) % 3));
+        const auto between = projector.project((1 - s) * corner(i) + s * corner((i + 1) % 3));
         if (!between) return whole_frame(frame);
         const Vec2 off = *between - start;
         if (length > 0) bend = std::max(bend, std::abs(along.x() * off.y() - along.y() * off.x()) / length);
@@ -160,7 +160,7 @@ FacetBox RoomLayer::box_of(const Projector& projector, const ViewCone& cone,
 }
 
 template <typename Visit>
-void RoomLayer::for_tiles(const FacetBox& box, const Visit& visit) const {
+void MeshLayer::for_tiles(const FacetBox& box, const Visit& visit) const {
   const int x0 = std::max(box.x0 - 1, 0) / kTileWidth,
             x1 = std::min<int>(box.x1, grid_.frame.width - 1) / kTileWidth;
   const int y0 = std::max(box.y0 - 1, 0) / kTileHeight,
@@ -169,7 +169,7 @@ void RoomLayer::for_tiles(const FacetBox& box, const Visit& visit) const {
     for (int x = x0; x <= x1; ++x) visit(std::size_t(y * grid_.across() + x));
 }
 
-void RoomLayer::set_up(const PlacedMesh& placed, const Projector& projector, const ViewCone& cone,
+void MeshLayer::set_up(const PlacedMesh& placed, const Projector& projector, const ViewCone& cone,
                        Part& part) {
   const Mesh& mesh = *placed.mesh;
   part.boxes = 0;
@@ -210,7 +210,7 @@ void RoomLayer::set_up(const PlacedMesh& placed, const Projector& projector, con
 }
 
 /// By counting. A tile's boxes are in the order of their facets.
-void RoomLayer::sort_into_tiles(Workers& workers) {
+void MeshLayer::sort_into_tiles(Workers& workers) {
   const std::size_t tiles = std::size_t(grid_.across()) * std::size_t(grid_.down());
   tile_ends_.resize(tiles + 1);
   std::uint32_t end = 0;

@@ -117,7 +117,7 @@ class Drawing {
   void shift_pixels(std::mt19937_64& random, std::vector<PixelShift>& shifts) const {
     const double scale = distribution_.pixel_range / 4294967296.0;
     for (PixelShift& shift : shifts)
-      for (std::size_t i = 0; i < Four::kSize; ++i) {
+      for (std::size_t i = 0; i < Double4::kSize; ++i) {
         const std::uint64_t bits = random();
         shift.x[i] = (double(std::uint32_t(bits)) - 2147483647.5) * scale;
         shift.y[i] = (double(std::uint32_t(bits >> 32)) - 2147483647.5) * scale;
@@ -132,7 +132,7 @@ class Drawing {
 
 LandingSpread spread_of(const LandingSums& sums, std::size_t i, int draws) {
   using Sum = LandingSums::Group;
-  const auto sum = [&](Four Sum::*which) { return sums.of(which, i); };
+  const auto sum = [&](Double4 Sum::*which) { return sums.of(which, i); };
   LandingSpread spread;
   const double landed = sum(&Sum::landed);
   spread.missed = draws - int(landed);

@@ -27,7 +27,7 @@ BoardArtwork small_artwork() {
 
 const Board kBoard = Chessboard{3, 4, 0.02};
 
-Sheet small_sheet(const char* paper = "a5") {
+BoardSheet small_sheet(const char* paper = "a5") {
   return board_sheet(kBoard, small_artwork(), parse_paper(paper));
 }
 

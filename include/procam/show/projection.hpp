@@ -39,7 +39,7 @@ struct Show {
 };
 
 /// What the surfaces carry.
-enum class Picture {
+enum class TestPattern {
   kContent,
   kGrid,  ///< a grid with the surface's outline, for aligning
   kMask   ///< white: where light goes at all

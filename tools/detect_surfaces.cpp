@@ -359,7 +359,7 @@ ExitCode detect(const Flags& flags, Console& console) {
   if (room.set.surfaces.empty())
     throw Error(ErrorKind::kNotEnoughData, flags.depth,
                 format("none of its %d planes has a free rectangle of %.0f mm sides",
-                       int(planes.planes.size()), 1e3 * placing.area.least_side),
+                       int(planes.planes.size()), 1e3 * placing.area.min_side),
                 "move closer to a wall, or clear it; --preview draws what was seen");
   io::save_surfaces(flags.output, room.set);
 

@@ -350,9 +350,9 @@ std::vector<simulate::RoomLight> lights_of(const Flags& flags, const Rig& rig, c
 
 /// The same view with no more pixels than are looked at.
 render::Viewpoint for_a_page(render::Viewpoint viewpoint) {
-  constexpr int kMostAcross = 1280;
+  constexpr int kMaxAcross = 1280;
   Camera& camera = viewpoint.camera;
-  const double scale = std::min(1.0, double(kMostAcross) / camera.size.width);
+  const double scale = std::min(1.0, double(kMaxAcross) / camera.size.width);
   camera.size = {int(std::ceil(scale * camera.size.width)), int(std::ceil(scale * camera.size.height))};
   Intrinsics& k = camera.intrinsics;
   k.fx *= scale;

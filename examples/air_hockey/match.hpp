@@ -13,7 +13,7 @@
 /// already touches and parts does not stick. At a touch the speed along n, relative to what was hit, is
 /// turned and multiplied by the restitution, which is at most 1: without a paddle energy never grows.
 ///
-/// A puck between a paddle and a wall would be hit without end: after kMostTouches the step ends there, and
+/// A puck between a paddle and a wall would be hit without end: after kMaxTouches the step ends there, and
 /// the paddle has to wait. The same seed and hands give the same match.
 #include <algorithm>
 #include <array>
@@ -69,7 +69,7 @@ struct Touch {
 class Match {
  public:
   static constexpr double kStep = 1.0 / 120;
-  static constexpr int kMostTouches = 24;
+  static constexpr int kMaxTouches = 24;
   using Hands = std::array<std::optional<Vec2>, 2>;
 
   explicit Match(Table table, Rules rules = {}, std::uint64_t seed = 1)
@@ -235,7 +235,7 @@ class Match {
         meet_disc(puck_ - paddles_[std::size_t(i)], speed_ - paddle_speeds[std::size_t(i)],
                   table_.puck + table_.paddle, left, i, hit);
       const double go = std::min(left, hit.time);
-      if (hit.time <= left && touches == kMostTouches) {
+      if (hit.time <= left && touches == kMaxTouches) {
         // Between a paddle and a wall: all wait for the next step, and the puck keeps no speed into either.
         ++squeezes_;
         speed_ *= 0.5;

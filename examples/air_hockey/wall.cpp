@@ -82,7 +82,7 @@ SurfaceSet example_wall() {
 std::vector<Segment> obstacles_in(const depth::DepthImage& image, const Camera& camera,
                                   const Pose& camera_from_table, const Table& table) {
   require(image.size() == camera.size, "obstacles_in: the depth image has not the camera's size");
-  constexpr double kCell = 0.01, kLowest = 0.025, kHighest = 0.3, kLeastPart = 4e-4;
+  constexpr double kCell = 0.01, kLowest = 0.025, kHighest = 0.3, kMinPart = 4e-4;
   const Pose table_from_camera = camera_from_table.inverse();
   depth::PlaneRaster raster;
   raster.cell = kCell;
@@ -106,7 +106,7 @@ std::vector<Segment> obstacles_in(const depth::DepthImage& image, const Camera& 
             raster.free.at(i, j) = 1;
     }
   std::vector<Segment> segments;
-  for (const depth::PlaneOutline& part : depth::outlines_of(raster, kLeastPart))
+  for (const depth::PlaneOutline& part : depth::outlines_of(raster, kMinPart))
     for (std::size_t i = 0; i < part.outer.size(); ++i)
       segments.push_back({part.outer[i], part.outer[(i + 1) % part.outer.size()]});
   return segments;

@@ -9,7 +9,7 @@
 namespace procam::analyze {
 namespace {
 
-constexpr int kMostLensParameters = Intrinsics::kNumParameters + 8;  ///< the largest model: rational
+constexpr int kMaxLensParameters = Intrinsics::kNumParameters + 8;  ///< the largest model: rational
 
 /// Its lens, then its mount.
 std::vector<std::string> projector_names(const NamedCovariance& calibration, const RigProjector& projector) {
@@ -26,7 +26,7 @@ std::vector<std::string> projector_names(const NamedCovariance& calibration, con
 }  // namespace
 
 std::optional<PixelDerivatives> pixel_derivatives(const Camera& lens, const Vec3& point) {
-  using D = Dual<3 + kMostLensParameters>;
+  using D = Dual<3 + kMaxLensParameters>;
   Vec3T<D> variable;
   for (int i = 0; i < 3; ++i) variable[i] = D(point[i], i);
   const VecX parameters = parameters_of(lens);

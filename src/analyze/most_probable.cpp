@@ -42,7 +42,7 @@ double scatter2_of(const VecX& squares) {
 
 namespace {
 
-constexpr int kMostSteps = 40;
+constexpr int kMaxNewtonSteps = 40;
 constexpr double kSmallestStep = 1e-8;  ///< radians, metres
 
 class MostProbable {
@@ -65,7 +65,7 @@ class MostProbable {
     Trial now = *at(VecX::Zero(root_.cols()));
     if (robust) weigh_by_distance(now);
     Fit result;
-    for (int step = 0; step < kMostSteps && !result.settled; ++step) {
+    for (int step = 0; step < kMaxNewtonSteps && !result.settled; ++step) {
       const VecX aim = Marginal(now.linear.by_state, root_)
                            .most_probable(now.linear.by_state * free_part(root_ * now.y) - now.linear.error);
       std::optional<Trial> next;

@@ -12,10 +12,10 @@
 namespace procam::analyze {
 namespace {
 
-constexpr std::size_t kLeastMarks = 8;
+constexpr std::size_t kMinMarks = 8;
 constexpr double kBeyondBumpRate = 1e-6;  ///< of a bump of the stated sigmas
 constexpr double kWarnOdds = 20, kRejectOdds = 1000;
-constexpr double kMostScatter = 3;  ///< times the detected noise
+constexpr double kMaxScatter = 3;  ///< times the detected noise
 constexpr double kAbsurdScatter = 50;
 constexpr double kThinnest = 0.03;  ///< of the marks on the surface, across over along
 constexpr int kDirections = 8;      ///< what rigid movements can do to a picture of a plane
@@ -46,7 +46,7 @@ Which agreeing(const Fit& robust, const Which& marks, double rate, std::vector<V
           fixed(std::sqrt(square / usual), 0) +
           " sigmas from where the others put it: hidden, mirrored, or on something else";
   }
-  if (used.size() < kLeastMarks || 3 * used.size() < 2 * marks.size())
+  if (used.size() < kMinMarks || 3 * used.size() < 2 * marks.size())
     refuse_contradiction("only " + std::to_string(used.size()) + " of " + std::to_string(marks.size()) +
                          " agree on any movement of projector or surface");
   return used;
@@ -186,11 +186,11 @@ Which meeting(const MarkChain& chain, const std::string& surface, std::vector<Ve
     all[i].rejection = chain.flaw(i);
     if (all[i].rejection.empty()) marks.push_back(i);
   }
-  if (chain.marks() < kLeastMarks)
+  if (chain.marks() < kMinMarks)
     throw Error(ErrorKind::kNotEnoughData, "the marks of light",
-                std::to_string(chain.marks()) + " are seen, " + std::to_string(kLeastMarks) + " are needed",
+                std::to_string(chain.marks()) + " are seen, " + std::to_string(kMinMarks) + " are needed",
                 "let more of the pattern fall where the camera sees it, in focus and not too dark");
-  if (marks.size() < kLeastMarks)
+  if (marks.size() < kMinMarks)
     throw Error(ErrorKind::kInput, "surface '" + surface + "'",
                 all.front().rejection + " (so for " + std::to_string(chain.marks() - marks.size()) + " of " +
                     std::to_string(chain.marks()) + " marks)",
@@ -267,7 +267,7 @@ void add_remarks(const Rig& rig, const StatedSurface& surface, const VerifyOptio
     remarks.warn("marks_beyond", std::to_string(beyond) +
                                      " marks lie beyond their own limits although together they show no "
                                      "movement: look there whether the surface is flat");
-  if (result.scatter > kMostScatter)
+  if (result.scatter > kMaxScatter)
     remarks.warn(
         "marks_scatter",
         "after any movement of projector or surface the marks still lie " + mm(result.scatter_rms) +

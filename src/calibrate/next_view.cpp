@@ -13,7 +13,7 @@
 namespace procam::calibrate {
 namespace {
 
-constexpr double kLitShare = 0.9, kUsualLightShare = 2.0 / 3, kLeastCosine = 0.5;
+constexpr double kLitShare = 0.9, kUsualLightShare = 2.0 / 3, kMinCosine = 0.5;
 
 double median_or(std::vector<double> values, double otherwise) {
   if (values.empty()) return otherwise;
@@ -78,7 +78,7 @@ std::optional<View> view_at(const Usual& usual, const SolvedBundle& solved, cons
     const bool camera = solved.data.devices[d].kind == DeviceKind::kCamera;
     projectors += !camera && usual.by_observation[d];
     const Vec3 sight = rig_from_board * middle - there.device_from_rig[d].inverse().translation;
-    if (!usual.by_observation[d] || normal.dot(sight) < kLeastCosine * sight.norm()) continue;
+    if (!usual.by_observation[d] || normal.dot(sight) < kMinCosine * sight.norm()) continue;
     for (std::size_t i = 0; i < points.size(); ++i) {
       const auto pixel = there.lenses[d].project(there.device_from_rig[d] * (rig_from_board * points[i]));
       if (pixel && there.lenses[d].size.contains(*pixel))

@@ -38,14 +38,14 @@ void require_views(const CameraAlone& alone, const Correspondences& data, std::s
 
 /// Boards that all stand alike leave the focal length open, and the solver wandering.
 void require_tilted(const CameraAlone& alone, const std::string& camera) {
-  constexpr double kLeastTilt = 6 * kDegree;
+  constexpr double kMinTilt = 6 * kDegree;
   std::vector<Vec3> normals;
   for (const auto& pose : alone.camera_from_board)
     if (pose) normals.push_back(pose->rotate(Vec3::UnitZ()));
   double widest = 0;
   for (const Vec3& a : normals)
     for (const Vec3& b : normals) widest = std::max(widest, std::acos(std::clamp(a.dot(b), -1.0, 1.0)));
-  if (widest < kLeastTilt)
+  if (widest < kMinTilt)
     throw Error(ErrorKind::kDegenerate, camera,
                 "the boards are all parallel to each other, which leaves the focal length open",
                 "capture views with the board tilted 20 to 40 degrees, about both axes");

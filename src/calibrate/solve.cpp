@@ -55,7 +55,7 @@ constexpr double kRoughly = 1e-6;
 /// A view whose residuals are this many times longer than the median view's says nothing about the noise -
 /// unless they are short all the same: views differ in blur and light, and nothing that slipped slips by
 /// less.
-constexpr double kGross = 3, kLeastSlipPx = 0.5;
+constexpr double kGross = 3, kMinSlipPx = 0.5;
 /// A view with fewer than this share of its points within the outlier limit disagrees as a whole.
 constexpr double kAgreeingShare = 0.5;
 constexpr int kViewsThatMustAgree = 3;
@@ -98,7 +98,7 @@ std::vector<std::pair<Vec2, Mat2>> typical_residuals(const std::vector<ViewResid
   std::vector<std::pair<Vec2, Mat2>> all;
   for (const ViewResiduals& view : views)
     if (!view.residuals.empty() &&
-        (view.quantile() <= limit || view.quantile_px2() <= kLeastSlipPx * kLeastSlipPx))
+        (view.quantile() <= limit || view.quantile_px2() <= kMinSlipPx * kMinSlipPx))
       all.insert(all.end(), view.residuals.begin(), view.residuals.end());
   return all;
 }

@@ -6,7 +6,7 @@
 namespace procam::depth {
 namespace {
 
-constexpr int kMostCells = 1 << 18;
+constexpr int kMaxCells = 1 << 18;
 /// Cells of a plane seen at the horizon are kilometres away; nobody projects there.
 constexpr double kLargestExtent = 40;
 
@@ -163,14 +163,14 @@ Pose upright_frame(const Plane& plane, const Vec3& origin, const Vec3& up, const
   return Pose(axes, Vec3(origin - plane.normal * plane.signed_distance(origin)));
 }
 
-std::optional<FreeRectangle> largest_rectangle(const PlaneRaster& raster, double least_side, double margin) {
+std::optional<FreeRectangle> largest_rectangle(const PlaneRaster& raster, double min_side, double margin) {
   const int width = raster.free.width(), height = raster.free.height();
   std::vector<int> tall(std::size_t(width) + 1);  // free cells upwards from this row; a 0 at the end
   struct Step {
     int from, tall;
   };
   std::vector<Step> stack;
-  const int least = int(std::ceil((least_side + 2 * margin) / raster.cell - 1e-9));
+  const int least = int(std::ceil((min_side + 2 * margin) / raster.cell - 1e-9));
   long best = 0;
   FreeRectangle out;
   for (int j = 0; j < height; ++j) {
@@ -200,7 +200,7 @@ std::optional<FreeRectangle> largest_rectangle(const PlaneRaster& raster, double
   return out;
 }
 
-std::vector<PlaneOutline> outlines_of(const PlaneRaster& raster, double least_part) {
+std::vector<PlaneOutline> outlines_of(const PlaneRaster& raster, double min_part) {
   // Directed edges about free cells, free on their right: east, south, west, north of each lattice point.
   const int width = raster.free.width(), height = raster.free.height();
   ImageU8 edges(width + 1, height + 1);
@@ -216,7 +216,7 @@ std::vector<PlaneOutline> outlines_of(const PlaneRaster& raster, double least_pa
       if (!free(i - 1, j)) edges.at(i, j + 1) |= 8;
     }
   constexpr std::array<int, 4> kX{1, 0, -1, 0}, kY{0, 1, 0, -1};
-  const double least = 2 * least_part;
+  const double least = 2 * min_part;
   std::vector<PlaneOutline> out;
   std::vector<Points2> holes;
   for (int j = 0; j <= height; ++j)
@@ -266,7 +266,7 @@ PlaneArea area_of(const Planes& planes, std::size_t plane, const RayTable& rays,
                   const AreaOptions& options) {
   require(plane < planes.planes.size(), "area_of: there is no such plane");
   require(planes.labels.size() == rays.size(), "area_of: the labels are not of the camera's size");
-  require(options.cell > 0 && options.margin >= 0 && options.least_part >= 0 && up.norm() > 0,
+  require(options.cell > 0 && options.margin >= 0 && options.min_part >= 0 && up.norm() > 0,
           "area_of: the cell must be positive, up a direction");
   const DetectedPlane& detected = planes.planes[plane];
   PlaneArea out;
@@ -274,7 +274,7 @@ PlaneArea area_of(const Planes& planes, std::size_t plane, const RayTable& rays,
   const Extent extent = extent_of(planes, plane, rays, out.camera_from_plane.inverse());
   const Vec2 size = extent.high - extent.low;
   if (!(size.x() > 0 && size.y() > 0)) return out;
-  out.raster.cell = std::max(options.cell, std::sqrt(size.x() * size.y() / kMostCells));
+  out.raster.cell = std::max(options.cell, std::sqrt(size.x() * size.y() / kMaxCells));
   out.raster.low = extent.low;
   out.raster.free = ImageU8(int(size.x() / out.raster.cell) + 2, int(size.y() / out.raster.cell) + 2);
   fill(planes, std::int16_t(plane), rays, out.camera_from_plane, out.raster);
@@ -284,8 +284,8 @@ PlaneArea area_of(const Planes& planes, std::size_t plane, const RayTable& rays,
   for (int j = 0; j < out.raster.free.height(); ++j)
     for (int i = 0; i < out.raster.free.width(); ++i) count += out.raster.free.at(i, j);
   out.area = count * out.raster.cell * out.raster.cell;
-  out.outlines = outlines_of(out.raster, options.least_part);
-  out.rectangle = largest_rectangle(out.raster, options.least_side, options.margin);
+  out.outlines = outlines_of(out.raster, options.min_part);
+  out.rectangle = largest_rectangle(out.raster, options.min_side, options.margin);
   return out;
 }
 

@@ -251,10 +251,10 @@ CellGrid cell_grid(const DepthImage& image, const RayTable& rays, const PlaneOpt
   const double focal = rays.camera().intrinsics.fx, one_focalth = 1 / focal;
   const PixelKernels& kernels = pixel_kernels();
   InverseRows inverse(image, rays, options);
-  float least_q = std::numeric_limits<float>::max();
+  float min_q = std::numeric_limits<float>::max();
   for (int row = 0; row < grid.rows; ++row) {
     inverse.read(row);
-    least_q = std::min(least_q, inverse.least());
+    min_q = std::min(min_q, inverse.least());
     for (int column = 0; column < grid.columns; ++column) {
       const RayTable::CellRays& cell_rays = rays.cell(column, row);
       Cell& cell = grid.cells.emplace_back();  // in the order of their indices
@@ -273,7 +273,7 @@ CellGrid cell_grid(const DepthImage& image, const RayTable& rays, const PlaneOpt
     }
   }
   measure_noise(options.noise, grid);
-  grid.farthest = 1 / double(least_q);
+  grid.farthest = 1 / double(min_q);
   return grid;
 }
 

@@ -12,8 +12,8 @@ namespace procam::depth::internal {
 namespace {
 
 /// A shape must turn by this much over what is seen of it: less is a plane with a distorted depth.
-constexpr double kLeastTurn = 12 * kDegree;
-constexpr double kLeastRadius = 0.03, kLargestRadius = 20;
+constexpr double kMinTurn = 12 * kDegree;
+constexpr double kMinRadius = 0.03, kLargestRadius = 20;
 /// RMS of the cells, in sigmas of what readings share, at which a shape explains them.
 constexpr double kExplains = 1.5;
 /// And at which nothing will.
@@ -199,7 +199,7 @@ struct Fit {
 /// The shape refined on the samples; nothing where no such shape explains them.
 std::optional<Fit> fit_from(const std::vector<Sample>& samples, Shape shape) {
   if (!(shape.cylinder ? refine<true>(samples, shape) : refine<false>(samples, shape))) return std::nullopt;
-  if (!(shape.radius > kLeastRadius && shape.radius < kLargestRadius) || !shape.middle.allFinite())
+  if (!(shape.radius > kMinRadius && shape.radius < kLargestRadius) || !shape.middle.allFinite())
     return std::nullopt;
   Fit out{shape};
   double squares = 0, metres = 0, side = 0;
@@ -386,7 +386,7 @@ std::vector<Curve> take_curves(const CellGrid& grid, const PlaneOptions& options
       std::optional<Fit> best;
       for (const bool cylinder : {true, false}) {
         const auto found = fit_shape(samples, cylinder);
-        if (found && found->turn > kLeastTurn && (!best || found->rms_sigmas < 0.8 * best->rms_sigmas))
+        if (found && found->turn > kMinTurn && (!best || found->rms_sigmas < 0.8 * best->rms_sigmas))
           best = found;
       }
       return best;

@@ -201,7 +201,7 @@ std::vector<Found> search(const Planes& fine, const DepthImage& image, const Ray
       if (support.sums.n > best.sums.n) best = std::move(support), plane = candidate;
     }
     const auto fitted = fit_points(best.sums);
-    if (!fitted || best.sums.n < options.least_share * double(all.size())) return out;
+    if (!fitted || best.sums.n < options.min_share * double(all.size())) return out;
     std::vector<double> inside(of_label.size());
     double squares = 0;
     for (const std::size_t i : best.readings) {
@@ -269,9 +269,8 @@ void check_main_planes(const Planes& fine, const DepthImage& image, const RayTab
           "main_planes: the image, the camera and the planes found before must be of one size");
   require(options.band_floor >= 0 && options.band_square >= 0 && options.band_floor + options.band_square > 0,
           "main_planes: the band must be positive");
-  require(
-      options.farthest > 0 && options.farthest < 1e4 && options.least_share > 0 && options.least_share <= 1,
-      "main_planes: farthest must be positive and least_share between 0 and 1");
+  require(options.farthest > 0 && options.farthest < 1e4 && options.min_share > 0 && options.min_share <= 1,
+          "main_planes: farthest must be positive and min_share between 0 and 1");
 }
 
 }  // namespace

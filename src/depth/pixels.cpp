@@ -105,7 +105,7 @@ PROCAM_INTO_KERNEL void sum_some(const CellInput& cell, const SumsAbout& about, 
 template <std::size_t kCount>
 PROCAM_INTO_KERNEL void label_of(const CellInput& cell, int rows, const Candidates& of, std::int16_t none,
                                  std::int16_t nothing, std::int16_t* labels, std::ptrdiff_t label_stride,
-                                 std::array<int, kMostCandidates>& pixels) {
+                                 std::array<int, kMaxCandidates>& pixels) {
   std::array<Ints, kCount + 1> counts{};
   const Floats zero{}, gate = zero + of.gate;
   const Ints no_plane = Ints{} + none, no_reading = Ints{} + nothing;
@@ -138,8 +138,8 @@ PROCAM_INTO_KERNEL void label_of(const CellInput& cell, int rows, const Candidat
 
 PROCAM_INTO_KERNEL void label(const CellInput& cell, int rows, const Candidates& of, std::int16_t none,
                               std::int16_t nothing, std::int16_t* labels, std::ptrdiff_t label_stride,
-                              std::array<int, kMostCandidates>& pixels) {
-  static_assert(kMostCandidates == 4);
+                              std::array<int, kMaxCandidates>& pixels) {
+  static_assert(kMaxCandidates == 4);
   switch (of.count) {
     case 0:
       return label_of<0>(cell, rows, of, none, nothing, labels, label_stride, pixels);
@@ -172,7 +172,7 @@ PROCAM_INTO_KERNEL void label(const CellInput& cell, int rows, const Candidates&
     }                                                                                                       \
     TARGET static void labels(const CellInput& cell, int rows, const Candidates& of, std::int16_t none,     \
                               std::int16_t nothing, std::int16_t* out, std::ptrdiff_t stride,               \
-                              std::array<int, kMostCandidates>& pixels) {                                   \
+                              std::array<int, kMaxCandidates>& pixels) {                                    \
       label(cell, rows, of, none, nothing, out, stride, pixels);                                            \
     }                                                                                                       \
     static constexpr PixelKernels all() { return {units, metres, whole, some, labels}; }                    \

@@ -31,14 +31,14 @@ struct SumsAbout {
   float focal = 1, u0 = 0, v0 = 0, q0 = 0;
 };
 
-inline constexpr std::size_t kMostCandidates = 4;
+inline constexpr std::size_t kMaxCandidates = 4;
 
 /// Planes 1/z = a u + b v + c that a cell's pixels may be of: of those less than `gate` away the nearest.
 struct Candidates {
   std::size_t count = 0;
   float gate = 0;
-  std::array<std::int32_t, kMostCandidates> id{};
-  std::array<float, kMostCandidates> a{}, b{}, c{};
+  std::array<std::int32_t, kMaxCandidates> id{};
+  std::array<float, kMaxCandidates> a{}, b{}, c{};
 };
 
 struct PixelKernels {
@@ -55,7 +55,7 @@ struct PixelKernels {
   /// `pixels` how many each candidate got.
   void (*label)(const CellInput& cell, int rows, const Candidates& of, std::int16_t none,
                 std::int16_t nothing, std::int16_t* labels, std::ptrdiff_t label_stride,
-                std::array<int, kMostCandidates>& pixels);
+                std::array<int, kMaxCandidates>& pixels);
 };
 /// Those that suit this processor, or were last asked for by use_pixel_kernels().
 const PixelKernels& pixel_kernels();

@@ -7,7 +7,7 @@ namespace procam::depth {
 namespace {
 
 /// Rasters end here; a plane is no larger than what is ever projected on.
-constexpr int kMostMapCells = 1 << 19;
+constexpr int kMaxMapCells = 1 << 19;
 /// A cell's free share at which content leaves it, and at which it may come back.
 constexpr float kBlocked = 0.35f, kFree = 0.65f;
 /// Share of a content's cells that may be blocked before it gives way: single cells flicker at edges.
@@ -25,7 +25,7 @@ void extend(MapPlane& plane, const Vec2& low, const Vec2& high) {
   const int bottom = std::max(raster.free.height(), cells(high.y() - raster.low.y()) + 1);
   const long width = left + right, height = top + bottom;
   if ((left == 0 && top == 0 && right == raster.free.width() && bottom == raster.free.height()) ||
-      width * height > kMostMapCells)
+      width * height > kMaxMapCells)
     return;
   ImageU8 free(int(width), int(height), 1);
   ImageF share(int(width), int(height), 1, -1.0f);
@@ -172,7 +172,7 @@ void PlaneMap::look(MapPlane& plane, const std::vector<int>& plane_of_label, int
 
 void PlaneMap::choose_content(MapPlane& plane) const {
   if (!plane.home) {
-    plane.home = largest_rectangle(plane.raster, options_.least_side, options_.margin);
+    plane.home = largest_rectangle(plane.raster, options_.min_side, options_.margin);
     plane.content = plane.home;
     return;
   }
@@ -183,13 +183,12 @@ void PlaneMap::choose_content(MapPlane& plane) const {
   if (plane.content && 1 - free_share_of(cut(plane.raster, *plane.content)) <= kBlockedShare &&
       plane.content->area() < 0.999 * plane.home->area()) {
     // Smaller already, and nothing new stands in it: it stays, unless a fifth more has become free.
-    const auto inside =
-        largest_rectangle(cut(plane.raster, *plane.home), options_.least_side, options_.margin);
+    const auto inside = largest_rectangle(cut(plane.raster, *plane.home), options_.min_side, options_.margin);
     if (!inside || inside->area() < 1.2 * plane.content->area()) return;
     plane.content = inside;
     return;
   }
-  plane.content = largest_rectangle(cut(plane.raster, *plane.home), options_.least_side, options_.margin);
+  plane.content = largest_rectangle(cut(plane.raster, *plane.home), options_.min_side, options_.margin);
 }
 
 void PlaneMap::name_new(const Pose& world_from_camera) {
@@ -206,7 +205,7 @@ void PlaneMap::name_new(const Pose& world_from_camera) {
   };
   for (MapPlane& plane : planes_) {
     if (!plane.name.empty() || plane.seen < options_.min_observations) continue;
-    const auto content = largest_rectangle(plane.raster, options_.least_side, options_.margin);
+    const auto content = largest_rectangle(plane.raster, options_.min_side, options_.margin);
     if (content && settled(plane, *content)) fresh.push_back(&plane);
   }
   const Pose camera_from_world = world_from_camera.inverse();

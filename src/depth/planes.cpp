@@ -228,10 +228,10 @@ struct CellsFit {
 /// Nothing where the cells do not determine a plane.
 std::optional<CellsFit> fit_cells(const DepthImage& image, const CellGrid& grid, std::vector<int> cells,
                                   bool are_clear, const RayTable& rays, const PlaneOptions& options) {
-  if (int(cells.size()) < options.least_cells) return std::nullopt;
+  if (int(cells.size()) < options.min_cells) return std::nullopt;
   CellsFit out{std::move(cells), {}, {}, 1, {}};
   refit(grid, out.cells, out.moments, out.plane);
-  drop_outliers(grid, options.least_cells, out.cells, out.moments, out.plane);
+  drop_outliers(grid, options.min_cells, out.cells, out.moments, out.plane);
   if (!(out.plane.t.norm() > 1e-9)) return std::nullopt;
   if (grid.averages &&
       structured_rotation(grid, out.cells, out.moments, out.plane) > kLargestStructuredRotation)
@@ -284,7 +284,7 @@ std::optional<DetectedPlane> plane_of(const DepthImage& image, const CellGrid& g
     const Cell& cell = grid.cells[std::size_t(at)];
     out.area += cell.n * pixel_area(1 / double(cell.q), offset, rays.camera().intrinsics);
   }
-  if (out.area < options.least_area) return std::nullopt;
+  if (out.area < options.min_area) return std::nullopt;
   out.middle = Vec3(moments.wu / moments.w, moments.wv / moments.w, 1);
   out.middle /= plane.t.dot(out.middle);
   return out;
@@ -338,7 +338,7 @@ class Labeller {
     const int x0 = column * kCell, y0 = row * kCell;
     const int width = std::min(kCell, rays_.size().width - x0),
               rows = std::min(kCell, rays_.size().height - y0);
-    std::array<int, kMostCandidates> pixels{};
+    std::array<int, kMaxCandidates> pixels{};
     if (width == kCell) {
       kernels_.label(input, rows, of_, rest, Planes::kNothing, out_.labels.row(y0) + x0, rays_.size().width,
                      pixels);
@@ -362,7 +362,7 @@ class Labeller {
   void add(int id) {
     for (std::size_t k = 0; k < of_.count; ++k)
       if (of_.id[k] == id) return;
-    if (of_.count == kMostCandidates || id >= int(planes_.size())) return;
+    if (of_.count == kMaxCandidates || id >= int(planes_.size())) return;
     const Eigen::Vector3f& t = planes_[std::size_t(id)];
     of_.id[of_.count] = id;
     of_.a[of_.count] = t.x();
@@ -400,9 +400,9 @@ void check(const DepthImage& image, const RayTable& rays, const PlaneOptions& op
                                            "x" + std::to_string(rays.size().height));
   require(options.nearest > 0 && options.farthest > options.nearest && options.farthest < 1e4,
           "find_planes: the range must be 0 < nearest < farthest");
-  require(options.least_cells >= 4 && options.least_area >= 0 && options.curvature_threshold > 0 &&
+  require(options.min_cells >= 4 && options.min_area >= 0 && options.curvature_threshold > 0 &&
               options.noise.correlated_share >= 0,
-          "find_planes: least_cells must be 4 or more, the other options positive");
+          "find_planes: min_cells must be 4 or more, the other options positive");
 }
 
 }  // namespace

@@ -119,7 +119,7 @@ class Grower {
       region.plane = fit(region.moments);
       if (same && region.cells.size() == before) break;
     }
-    if (int(region.cells.size()) < options_.least_cells || is_doubtful(region)) {
+    if (int(region.cells.size()) < options_.min_cells || is_doubtful(region)) {
       release(region, [](const Cell&) { return true; });
       return;
     }

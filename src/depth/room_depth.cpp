@@ -52,7 +52,7 @@ std::optional<KnownPlane> known_plane(const MapPlane& plane, const Pose& camera_
   const bool is_upright =
       plane.kind == PlaneKind::kWall || plane.kind == PlaneKind::kSlope || plane.kind == PlaneKind::kUnknown;
   const double area = double(count) * plane.raster.cell * plane.raster.cell;
-  if (area < (is_upright ? options.least_wall : options.least_level)) return std::nullopt;
+  if (area < (is_upright ? options.min_wall : options.min_level)) return std::nullopt;
   for (int j = 0; j < height; ++j)
     for (int i = 0; i < width; ++i)
       if (seen.at(i, j) != 0)
@@ -66,7 +66,7 @@ std::optional<KnownPlane> known_plane(const MapPlane& plane, const Pose& camera_
 ImageF room_depth(const PlaneMap& map, const DepthImage& image, const RayTable& rays,
                   const Pose& world_from_camera, const RoomDepthOptions& options) {
   require(image.size() == rays.size(), "room_depth: the image is not of the camera's size");
-  require(options.within >= 0 && options.least_wall >= 0 && options.least_level >= 0 && options.rim >= 0,
+  require(options.within >= 0 && options.min_wall >= 0 && options.min_level >= 0 && options.rim >= 0,
           "room_depth: lengths and areas must not be negative");
   const Pose camera_from_world = world_from_camera.inverse();
   std::vector<KnownPlane> planes;

@@ -86,9 +86,9 @@ std::vector<PlaneKind> kinds_of(const Planes& planes, const DepthImage& image, c
 
 std::vector<CornerLine> corner_lines(const Planes& planes, const RayTable& rays) {
   require(planes.labels.size() == rays.size(), "corner_lines: the labels are not of the camera's size");
-  constexpr int kReach = 8;           // pixels from one plane to the other
-  constexpr double kNear = 0.06;      // metres from the line
-  constexpr std::size_t kLeast = 12;  // places where they meet
+  constexpr int kReach = 8;         // pixels from one plane to the other
+  constexpr double kNear = 0.06;    // metres from the line
+  constexpr std::size_t kMin = 12;  // places where they meet
   struct Meeting {
     Vec3 point, along;
     std::vector<double> places;
@@ -128,7 +128,7 @@ std::vector<CornerLine> corner_lines(const Planes& planes, const RayTable& rays)
     }
   std::vector<CornerLine> lines;
   for (auto& [pair, meeting] : meetings) {
-    if (meeting.places.size() < kLeast) continue;
+    if (meeting.places.size() < kMin) continue;
     std::sort(meeting.places.begin(), meeting.places.end());
     const std::size_t trim = meeting.places.size() / 50;
     CornerLine line{pair.first, pair.second, meeting.point + meeting.places[trim] * meeting.along,

@@ -15,7 +15,7 @@ using Parameters = Eigen::Matrix<double, kParameters, 1>;
 using Normal = Eigen::Matrix<double, kParameters, kParameters>;
 
 /// The sigma of a pixel's own width.
-constexpr double kLeastBlur = 0.2887;
+constexpr double kMinBlur = 0.2887;
 
 struct Sample {
   Vec2 at;  ///< from the first centre
@@ -103,7 +103,7 @@ std::optional<DiscFit> fit_disc(const ViewU8& image, const DiscGuess& guess) {
     damped.diagonal() += damping * jtj.diagonal();
     const Parameters step = -Cholesky(damped).solve(jtr);
     Parameters trial = p + step;
-    trial[kBlur] = std::clamp(trial[kBlur], kLeastBlur, widest);
+    trial[kBlur] = std::clamp(trial[kBlur], kMinBlur, widest);
     const double trial_sum = is_ellipse(trial) ? evaluate(samples, trial, nullptr, nullptr) : HUGE_VAL;
     if (trial_sum <= sum) {
       p = trial;

@@ -16,7 +16,7 @@ using Normal = Eigen::Matrix<double, kParameters, kParameters>;
 
 /// The blur of a pixel's own width: the sigma of a box. Below it an edge between two rows of pixels has no
 /// place.
-constexpr double kLeastBlur = 0.2887;
+constexpr double kMinBlur = 0.2887;
 
 /// A pixel in the edge's own axes.
 struct Sample {
@@ -117,7 +117,7 @@ std::optional<EdgeFit> fit_edge(const ViewU8& image, const EdgeGuess& guess) {
     damped.diagonal() += damping * jtj.diagonal();
     const Parameters step = -Cholesky(damped).solve(jtr);
     Parameters trial = p + step;
-    trial[kBlur] = std::clamp(trial[kBlur], kLeastBlur, widest);
+    trial[kBlur] = std::clamp(trial[kBlur], kMinBlur, widest);
     const double trial_sum = evaluate(samples, guess.bend, trial, nullptr, nullptr);
     if (trial_sum <= sum) {
       p = trial;

@@ -20,7 +20,7 @@ constexpr double kRim = 0.5;
 /// a linear camera and 2.2; borders off by a seventh of a cell.
 constexpr double kGammaPrior = 0.75, kGammaSigma = 0.4, kInkSigma = 0.15;
 /// The blur of a pixel's own width: the sigma of a box.
-constexpr double kLeastBlur = 0.2887;
+constexpr double kMinBlur = 0.2887;
 
 struct Sample {
   Vec2 pixel, on_marker;  ///< on_marker at the current corners, unit coordinates
@@ -50,12 +50,12 @@ class Axis {
       wider[i] = density[i] * (double(i) - at) - density[i + 1] * (double(i) + 1 - at);
     }
   }
-  static constexpr std::size_t kMostLines = 24;
+  static constexpr std::size_t kMaxLines = 24;
   /// Of cells: the share, by the place, by log sigma. Of lines: the density.
-  std::array<double, kMostLines> share{}, by_place{}, wider{}, density{};
+  std::array<double, kMaxLines> share{}, by_place{}, wider{}, density{};
 
  private:
-  std::array<double, kMostLines> below_{};
+  std::array<double, kMaxLines> below_{};
 };
 
 class Print {
@@ -303,7 +303,7 @@ class Fitter {
       State trial = state;
       for (std::size_t k = 0; k < 8; ++k) trial.corners[k / 2][Eigen::Index(k % 2)] += step[Eigen::Index(k)];
       trial.rest += step.tail<kUnknowns - 8>();
-      trial.rest[kBlur - 8] = std::clamp(trial.at(kBlur), kLeastBlur, 4.0);
+      trial.rest[kBlur - 8] = std::clamp(trial.at(kBlur), kMinBlur, 4.0);
       trial.rest[kGamma - 8] = std::clamp(trial.at(kGamma), 0.25, 1.5);
       auto next = levels(trial);
       const double trial_sum = next ? cost(trial, *next) : 1e300;
@@ -362,7 +362,7 @@ double weigh(const std::vector<Sample>& samples, const Levels& levels, std::vect
 
 std::optional<ModelFit> fit_model(const ViewU8& image, const MarkerCells& codes, int id,
                                   const std::array<Vec2, 4>& start, const Camera* lens) {
-  if (codes.per_side + 3 > int(Axis::kMostLines)) return std::nullopt;
+  if (codes.per_side + 3 > int(Axis::kMaxLines)) return std::nullopt;
   Fitter fitter(image, codes, id, lens);
   if (!fitter.gather(start)) return std::nullopt;
   fitter.weights().assign(fitter.samples().size(), 1);

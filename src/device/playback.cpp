@@ -19,7 +19,7 @@ constexpr Number kAhead = 3;
 constexpr std::size_t kSlots = std::size_t(kAhead) + 2;
 
 /// A decoder that falls behind still shows one picture in so many that it passes over.
-constexpr Number kMostUnseen = 16;
+constexpr Number kMaxUnseen = 16;
 
 /// 3 / 25 s * 25 / s must be picture 3, whatever the rounding.
 constexpr double kRounding = 1e-6;
@@ -49,8 +49,8 @@ class Playback : public ContentSource {
   ContentFrame at(double time_s) override {
     std::unique_lock<std::mutex> lock(mutex_);
     const double number = std::floor(time_s * rate_hz_ + kRounding);
-    constexpr double kMost = 9e15;                               // whole numbers beyond are not exact
-    wanted_ = number > 0 ? Number(std::min(number, kMost)) : 0;  // NaN: 0
+    constexpr double kMax = 9e15;                               // whole numbers beyond are not exact
+    wanted_ = number > 0 ? Number(std::min(number, kMax)) : 0;  // NaN: 0
     changed_.notify_all();
     if (options_.pace == Pace::kExact) {
       changed_.wait(lock, [&] { return find(last_wanted()) != nullptr || fault_; });
@@ -159,7 +159,7 @@ class Playback : public ContentSource {
       }
       bool more = true;
       for (Number passed = 0; more && position_ < target; ++passed) {
-        if (options_.pace == Pace::kLive && passed == kMostUnseen) break;
+        if (options_.pace == Pace::kLive && passed == kMaxUnseen) break;
         more = reader_->skip();
         position_ += more;
       }

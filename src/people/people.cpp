@@ -162,7 +162,7 @@ bool PeopleTrack::add(const SkeletonFrame& frame) {
   for (std::size_t i = 0; i < frame.people.size(); ++i) {
     Person* person = match[i] >= 0 ? &people_[std::size_t(match[i])] : nullptr;
     if (person == nullptr) {
-      if (!body_of(frame.people[i]) || people_.size() >= 2 * kMostPeople) continue;
+      if (!body_of(frame.people[i]) || people_.size() >= 2 * kMaxPeople) continue;
       people_.emplace_back();
       person = &people_.back();
       person->number = ++last_number_;

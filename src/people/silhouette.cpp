@@ -11,7 +11,7 @@ namespace {
 constexpr int kMaskBlock = 8;     ///< pixels of the projector
 constexpr int kReadingBlock = 4;  ///< pixels of the depth camera
 /// Of a block's 16: what fewer of them see is a mix of two depths at an edge, or noise.
-constexpr int kLeastReadings = 3;
+constexpr int kMinReadings = 3;
 
 float reading(float z) {
   return z > 0 && z < 1e4f ? z : 0.0f;  // NaN fails the comparison
@@ -177,7 +177,7 @@ Silhouettes find_silhouettes(const SilhouetteInput& view, const SilhouetteOption
       const std::size_t here = std::size_t(row) * std::size_t(columns) + std::size_t(column);
       is_gap[here] = known > 0 && 2 * missing > known;
       walls[here] = background;
-      if (strange < std::min(kLeastReadings, (right - x) * (bottom - y))) continue;
+      if (strange < std::min(kMinReadings, (right - x) * (bottom - y))) continue;
       const auto way = way_of(column, row);
       if (!way) continue;
       // Of one body they lie close together; of two, each has its ball.

@@ -32,7 +32,7 @@ std::optional<Joint> joint_of(std::string_view name) {
 
 const char* why_refused(const SkeletonFrame& frame) {
   if (frame.stamp && !(std::abs(*frame.stamp) <= 1e12)) return "the stamp is not a time in seconds";
-  if (frame.people.size() > kMostPeople) return "it holds more than 16 people";
+  if (frame.people.size() > kMaxPeople) return "it holds more than 16 people";
   for (const Skeleton& person : frame.people)
     for (const auto& seen : person.joints) {
       if (!seen) continue;

@@ -44,7 +44,7 @@ double number_in(const json& value, const char* why) {
   return value.get<double>();
 }
 void check_count(const json& people) {
-  if (people.size() > kMostPeople) throw Refused{"it holds more than 16 people"};
+  if (people.size() > kMaxPeople) throw Refused{"it holds more than 16 people"};
 }
 
 Skeleton read_person(const json& value) {

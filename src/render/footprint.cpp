@@ -99,11 +99,11 @@ FilterGrid choose_taps(const PixelSize& typical, const PixelSize& finest, const 
     taps.across = samples(spread_at_level(largest.xx, texel), texel);
     taps.down = samples(spread_at_level(largest.yy, texel), texel);
     const bool enough = finest.narrow_squared < std::pow(2 * kNarrowTexels * texel, 2) &&
-                        double(taps.across) * taps.down <= kMostTaps;
+                        double(taps.across) * taps.down <= kMaxTaps;
     if (enough || taps.level + 1 >= levels) break;
   }
-  taps.across = std::min(taps.across, kMostTaps);
-  taps.down = std::min(taps.down, kMostTaps / taps.across);
+  taps.across = std::min(taps.across, kMaxTaps);
+  taps.down = std::min(taps.down, kMaxTaps / taps.across);
   taps.share_across = share(typical.xx, double(1 << taps.level));
   taps.share_down = share(typical.yy, double(1 << taps.level));
   return taps;

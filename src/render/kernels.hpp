@@ -41,7 +41,7 @@ struct RowMap {
 
 /// Beyond the horizon (only under pixels that the content touches in part) q_z is taken as this: somewhere at
 /// the border.
-inline constexpr float kLeastDepth = 1e-9f;
+inline constexpr float kMinDepth = 1e-9f;
 
 /// Is q linear in s, as without a lens? Then the squares' products add nothing, to the bit.
 inline bool is_straight(const RowMap& row) {
@@ -54,7 +54,7 @@ struct FilterGrid {
   int across = 1, down = 1;
   float share_across = 0, share_down = 0;
 };
-inline constexpr int kMostTaps = 128;  ///< across * down: what 32-bit sums hold
+inline constexpr int kMaxTaps = 128;  ///< across * down: what 32-bit sums hold
 
 /// A picture ready to be sampled. One more column and row than the picture has, copies of the last.
 template <typename Pixel>

@@ -12,7 +12,7 @@ void locate(const RowMap& row, int begin, int end, bool slopes, Points& points) 
     const float s = row.s0 + float(i) * row.ds;
     float q[3];
     for (int k = 0; k < 3; ++k) q[k] = row.q[k] + s * (row.q[3 + k] + s * row.q[6 + k]);
-    const float inverse = 1.0f / (q[2] > kLeastDepth ? q[2] : kLeastDepth);
+    const float inverse = 1.0f / (q[2] > kMinDepth ? q[2] : kMinDepth);
     const float u = q[0] * inverse, v = q[1] * inverse;
     points.u[i] = u;
     points.v[i] = v;

@@ -13,7 +13,7 @@ PROCAM_AVX2 void locate(const RowMap& row, int begin, int end, bool slopes, Poin
   for (int i = begin; i < end; i += kLanes) {
     const __m256i index = _mm256_add_epi32(_mm256_set1_epi32(i), _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7));
     const __m256 s = _mm256_add_ps(_mm256_set1_ps(row.s0), _mm256_mul_ps(_mm256_cvtepi32_ps(index), ds));
-    const __m256 depth = _mm256_max_ps(quadratic(row.q, 2, s), _mm256_set1_ps(kLeastDepth));
+    const __m256 depth = _mm256_max_ps(quadratic(row.q, 2, s), _mm256_set1_ps(kMinDepth));
     const __m256 inverse = _mm256_div_ps(_mm256_set1_ps(1), depth);
     const __m256 u = _mm256_mul_ps(quadratic(row.q, 0, s), inverse);
     const __m256 v = _mm256_mul_ps(quadratic(row.q, 1, s), inverse);
@@ -175,7 +175,7 @@ PROCAM_AVX2 void find_short_cells(const TexelsView<Value>& texels, const RowMap&
       return times_plus(s, kStraight ? q[1][k] : times_plus(s, q[2][k], q[1][k]), q[0][k]);
     };
     const __m256 inverse =
-        _mm256_div_ps(_mm256_set1_ps(1), _mm256_max_ps(along(2), _mm256_set1_ps(kLeastDepth)));
+        _mm256_div_ps(_mm256_set1_ps(1), _mm256_max_ps(along(2), _mm256_set1_ps(kMinDepth)));
     const __m256i u = _mm256_cvtps_epi32(inside(_mm256_mul_ps(along(0), inverse), last_u, kStepsAcross));
     const __m256i v = _mm256_cvttps_epi32(inside(_mm256_mul_ps(along(1), inverse), last_v, kStepsDown));
     // The upper half of v, whole texels, times the stride.

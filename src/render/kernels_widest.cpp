@@ -163,7 +163,7 @@ PROCAM_AVX512 void find_short_cells(const TexelsView<Value>& texels, const RowMa
   for (int i = 0; i < count; i += kMany) {
     const __m512 s = times_plus(pixel, ds, s0);
     pixel = _mm512_add_ps(pixel, _mm512_set1_ps(kMany));
-    const __m512 inverse = inverse_of(_mm512_max_ps(along(s, 2), _mm512_set1_ps(kLeastDepth)));
+    const __m512 inverse = inverse_of(_mm512_max_ps(along(s, 2), _mm512_set1_ps(kMinDepth)));
     finder.find(_mm512_mul_ps(along(s, 0), inverse), _mm512_mul_ps(along(s, 1), inverse), cells, at + i);
   }
 }

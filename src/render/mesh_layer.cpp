@@ -82,12 +82,12 @@ MeshLayer::MeshLayer(const PlacedPlane& placed, const TileGrid& grid) : is_plane
 
 void MeshLayer::move(const PlacedMesh& placed, const Projector& projector, const TileGrid& grid,
                      Workers& workers) {
-  constexpr std::size_t kLeastAtOnce = 4096, kMostParts = 32;
+  constexpr std::size_t kMinAtOnce = 4096, kMaxParts = 32;
   grid_ = grid;
   place_corners(placed, projector, workers);
 
   const std::size_t triangles = placed.mesh->triangles.size();
-  const std::size_t parts = std::min((triangles + kLeastAtOnce - 1) / kLeastAtOnce, kMostParts);
+  const std::size_t parts = std::min((triangles + kMinAtOnce - 1) / kMinAtOnce, kMaxParts);
   facets_.resize(triangles);
   boxes_.resize(triangles);
   parts_.resize(parts);

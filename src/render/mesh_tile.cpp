@@ -135,7 +135,7 @@ void MeshTile::draw_edge(const std::vector<ItemTextures<Texture>>& textures, con
                          const Kernels& kernels, RoomRows<typename Texture::Pixel>& rows,
                          Tile<typename Texture::Pixel>& tile) const {
   using Pixel = typename Texture::Pixel;
-  Pixel lights[kMostParts][4];
+  Pixel lights[kMaxParts][4];
   for (std::uint32_t i = 0; i < edge.parts; ++i) {
     const Part& part = parts_[edge.first_part + i];
     const auto sample_part = [&](const Texture& texture, const FilterGrid& taps, Pixel* to) {
@@ -275,8 +275,8 @@ void MeshCaster::add_edge(const std::vector<CastItem>& items, const Kernels& ker
     int item, facet, count;
     Vec2 sum;
   };
-  constexpr std::size_t kMost = MeshTile::kMostParts;
-  Shown shown[kMost];
+  constexpr std::size_t kMax = MeshTile::kMaxParts;
+  Shown shown[kMax];
   std::size_t shown_count = 0;
   to.edges_.push_back({std::uint8_t(x), std::uint8_t(y), std::uint32_t(to.parts_.size()), 0,
                        std::uint32_t(to.orders_.size())});
@@ -287,7 +287,7 @@ void MeshCaster::add_edge(const std::vector<CastItem>& items, const Kernels& ker
     for (const Fragment& f : sub_fragments_[k]) {
       std::size_t i = 0;
       while (i < shown_count && (shown[i].item != f.item || shown[i].facet != f.facet)) ++i;
-      if (i == kMost) continue;
+      if (i == kMax) continue;
       if (i == shown_count) shown[shown_count++] = {f.item, f.facet, 0, Vec2::Zero()};
       shown[i].sum += Vec2(kSubPixels.x[k], kSubPixels.y[k]);
       ++shown[i].count;
@@ -324,7 +324,7 @@ void MeshCaster::add_edge(const std::vector<CastItem>& items, const Kernels& ker
 /// `rows` is the strip's first.
 FilterGrid MeshCaster::taps_of(ImageSize content, int levels, const Hits& hits, const TexCoords* rows,
                                const PixelRect& block) const {
-  constexpr double kMostOfTypical = 9;  // squared sides
+  constexpr double kMaxOfTypical = 9;  // squared sides
   const double width = content.width, height = content.height;
   PixelSize finest, largest, typical;
   double product_xx = 1, product_yy = 1;  // of 18 at most: no overflow
@@ -346,8 +346,8 @@ FilterGrid MeshCaster::taps_of(ImageSize content, int levels, const Hits& hits, 
   if (count == 0) return {};
   typical.xx = std::pow(product_xx, 1.0 / count);
   typical.yy = std::pow(product_yy, 1.0 / count);
-  largest.xx = std::min(largest.xx, kMostOfTypical * typical.xx);
-  largest.yy = std::min(largest.yy, kMostOfTypical * typical.yy);
+  largest.xx = std::min(largest.xx, kMaxOfTypical * typical.xx);
+  largest.yy = std::min(largest.yy, kMaxOfTypical * typical.yy);
   return choose_taps(typical, finest, largest, levels);
 }
 

@@ -203,8 +203,8 @@ class SeenByEye {
 std::optional<ViewerEye> viewer_eye(const Vec3& eye_in_projector, const Scene& room,
                                     const Projector& projector, const ViewerEyeOptions& options) {
   require(eye_in_projector.allFinite(), "viewer_eye: the eye's place is not finite");
-  require(options.widest_deg > 0 && options.widest_deg <= 170 && options.most_pixels > 0,
-          "viewer_eye: widest_deg must be in (0, 170], most_pixels positive");
+  require(options.widest_deg > 0 && options.widest_deg <= 170 && options.max_pixels > 0,
+          "viewer_eye: widest_deg must be in (0, 170], max_pixels positive");
   Workers workers(0);
   const RoomSeen lit(room, projector, workers);
   const std::vector<Lit> around = lit_places(lit, projector, Pose(Mat3(Mat3::Identity()), -eye_in_projector));
@@ -212,7 +212,7 @@ std::optional<ViewerEye> viewer_eye(const Vec3& eye_in_projector, const Scene& r
   for (const Lit& place : around)
     if (place.centre.norm() > 1e-6) forward += place.centre.normalized();
   if (!(forward.norm() > 1e-6)) return std::nullopt;
-  const double most_tan = std::tan(0.5 * options.widest_deg * kPi / 180);
+  const double max_tan = std::tan(0.5 * options.widest_deg * kPi / 180);
   const Mat3 rotation = looking_along(forward, Vec3::UnitY());
   Vec2 low(1e9, 1e9), high(-1e9, -1e9);
   std::vector<double> finest;
@@ -220,7 +220,7 @@ std::optional<ViewerEye> viewer_eye(const Vec3& eye_in_projector, const Scene& r
   const auto on_picture = [](const Vec3& p) { return Vec2(p.head<2>() / p.z()); };
   for (const Lit& place : around) {
     const Vec3 p = rotation * place.centre, right = rotation * place.right, down = rotation * place.down;
-    if (!(p.head<2>().norm() < most_tan * p.z()) || !(right.z() > 0) || !(down.z() > 0)) {
+    if (!(p.head<2>().norm() < max_tan * p.z()) || !(right.z() > 0) || !(down.z() > 0)) {
       cut = true;
       continue;
     }
@@ -241,7 +241,7 @@ std::optional<ViewerEye> viewer_eye(const Vec3& eye_in_projector, const Scene& r
   double f = 1 / *fine;
   const Vec2 span = high - low;
   const double most =
-      std::min(std::sqrt(options.most_pixels / (span.x() * span.y())), 16384 / std::max(span.x(), span.y()));
+      std::min(std::sqrt(options.max_pixels / (span.x() * span.y())), 16384 / std::max(span.x(), span.y()));
   ViewerEye eye;
   if (f > most) {
     eye.finest_share = most / f;

@@ -27,21 +27,21 @@ std::string board_shape(const calibrate::CalibrationResult& result, const Board&
   };
   const double height = 2 * kShapeMargin + to_svg * (high - low).y();
 
-  double most_off = 0, most_along = 0;
+  double max_off = 0, max_along = 0;
   for (const Vec3& offset : shape.offsets) {
-    most_off = std::max(most_off, std::abs(offset.z()));
-    most_along = std::max(most_along, offset.head<2>().norm());
+    max_off = std::max(max_off, std::abs(offset.z()));
+    max_along = std::max(max_along, offset.head<2>().norm());
   }
   // The largest disc and the longest line reach almost to the neighbouring point.
   double gap = 1e300;
   for (std::size_t i = 1; i < printed.size(); ++i)
     gap = std::min(gap, (place(printed[i]) - place(printed[i - 1])).norm());
-  const double disc = 0.42 * gap, along = round_step(0.6 * gap / (to_svg * std::max(most_along, 1e-9)));
+  const double disc = 0.42 * gap, along = round_step(0.6 * gap / (to_svg * std::max(max_along, 1e-9)));
 
   std::string content;
   for (std::size_t i = 0; i < printed.size(); ++i) {
     const Vec3& offset = shape.offsets[i];
-    const double radius = disc * std::sqrt(std::abs(offset.z()) / std::max(most_off, 1e-12));
+    const double radius = disc * std::sqrt(std::abs(offset.z()) / std::max(max_off, 1e-12));
     const char* colour = offset.z() > 0 ? "hsl(214,65%,55%)" : "hsl(22,80%,55%)";
     content += "<g>" + element("title", "",
                                "point " + std::to_string(i) + ": " + millimetres(offset.x()) + ", " +
@@ -59,7 +59,7 @@ std::string board_shape(const calibrate::CalibrationResult& result, const Board&
                                         " than stated."
                                   : "";
   return figure(svg(box(Vec2::Zero(), Vec2(kShapeWidth, height)), "Shape of the board", content),
-                element("b", "", "Off its plane") + ": discs, by area, the largest " + millimetres(most_off) +
+                element("b", "", "Off its plane") + ": discs, by area, the largest " + millimetres(max_off) +
                     " (blue into the sheet, orange towards the reader); rms " +
                     millimetres(shape.out_of_plane_rms) + ". " + element("b", "", "Along it") + ": lines, " +
                     shortest(along) + "× magnified; rms " + millimetres(shape.in_plane_rms) + "." + stretch +

@@ -33,7 +33,7 @@ void require_alike(ViewU8 a, ViewU8 b) {
 
 ExposureCheck check_exposure(ViewU8 white, ViewU8 black, const NoiseModel& noise) {
   require_alike(white, black);
-  constexpr int kLeastStep = 5, kSaturated = 254;
+  constexpr int kMinStep = 5, kSaturated = 254;
   constexpr double kStepSigmas = 5;
   ExposureCheck check;
   check.paper = ImageU8(white.size());
@@ -42,7 +42,7 @@ ExposureCheck check_exposure(ViewU8 white, ViewU8 black, const NoiseModel& noise
   for (int y = 0; y < white.height; ++y)
     for (int x = 0; x < white.width; ++x) {
       const int bright = white.at(x, y), step = bright - black.at(x, y);
-      if (step < kLeastStep || step < kStepSigmas * std::sqrt(2 * noise.variance(bright))) continue;
+      if (step < kMinStep || step < kStepSigmas * std::sqrt(2 * noise.variance(bright))) continue;
       contrasts.push_back(step);
       greys.push_back(bright);
       saturated += bright >= kSaturated;
@@ -181,8 +181,8 @@ NativeCheck check_native_resolution(const NativeFrames& first, const NativeFrame
       pixel.d2 = d[0] * d[1];
       pixels.push_back(pixel);
     }
-  constexpr std::size_t kLeastPixels = 2000;
-  if (pixels.size() < kLeastPixels) {
+  constexpr std::size_t kMinPixels = 2000;
+  if (pixels.size() < kMinPixels) {
     check.diagnostics.warn("not_checked",
                            "too little of the image is lit brightly to tell whether the projector runs at "
                            "its own resolution");

@@ -10,8 +10,8 @@
 namespace procam::session {
 namespace {
 
-constexpr double kLeastCorrelation = 0.8, kLeastLead = 0.15;
-constexpr std::size_t kLeastFrames = 16, kLeastSwitches = 6;
+constexpr double kMinCorrelation = 0.8, kMinLead = 0.15;
+constexpr std::size_t kMinFrames = 16, kMinSwitches = 6;
 /// A frame is settled when its brightness is within this share of the step from the level it should have.
 constexpr double kSettledShare = 0.12;
 
@@ -125,7 +125,7 @@ double refine(const std::vector<LightSwitch>& switches, const std::vector<Bright
 std::optional<Delay> find_delay(const std::vector<LightSwitch>& switches,
                                 const std::vector<BrightnessSample>& seen, double longest_s) {
   require(longest_s > 0, "find_delay: the longest delay must be positive");
-  if (seen.size() < kLeastFrames || switches.size() < kLeastSwitches) return std::nullopt;
+  if (seen.size() < kMinFrames || switches.size() < kMinSwitches) return std::nullopt;
   Delay found;
   found.frame_interval_s = frame_interval(seen);
   const double step = std::min(found.frame_interval_s / 16, longest_s / 64);
@@ -134,7 +134,7 @@ std::optional<Delay> find_delay(const std::vector<LightSwitch>& switches,
   for (double lag = 0; lag <= longest_s; lag += step) scores.push_back(correlation(switches, seen, lag));
   const auto best = std::max_element(scores.begin(), scores.end());
   found.correlation = *best;
-  if (!(found.correlation >= kLeastCorrelation)) return std::nullopt;
+  if (!(found.correlation >= kMinCorrelation)) return std::nullopt;
   constexpr double kEqual = 1e-9;
   auto last = best;
   while (std::next(last) != scores.end() && *std::next(last) > *best - kEqual) ++last;
@@ -144,7 +144,7 @@ std::optional<Delay> find_delay(const std::vector<LightSwitch>& switches,
   for (std::size_t i = 1; i < switches.size(); ++i)
     shortest = std::min(shortest, switches[i].time_s - switches[i - 1].time_s);
   for (std::size_t i = 0; i < scores.size(); ++i)
-    if (std::abs(double(i) * step - found.delay_s) > shortest && scores[i] > *best - kLeastLead)
+    if (std::abs(double(i) * step - found.delay_s) > shortest && scores[i] > *best - kMinLead)
       return std::nullopt;
   found.delay_s = refine(switches, seen, found.delay_s, found.frame_interval_s);
   found.settled_s = settled_after(switches, seen, found.delay_s);

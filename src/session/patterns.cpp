@@ -376,7 +376,7 @@ class BoardOfLight : public SessionPattern {
   /// Of the pair flat, board: the dark shapes take light away and nothing adds any.
   static void require_light_in_order(const ViewU8& flat_lit, const ViewU8& board_lit) {
     constexpr int kChange = 12;  // grey levels, well above a camera's noise
-    constexpr double kLeastShare = 1e-3;
+    constexpr double kMinShare = 1e-3;
     int darker = 0, brighter = 0;
     for (int y = 0; y < flat_lit.height; ++y)
       for (int x = 0; x < flat_lit.width; ++x) {
@@ -385,7 +385,7 @@ class BoardOfLight : public SessionPattern {
         brighter += -change > kChange;
       }
     const double pixels = double(flat_lit.width) * flat_lit.height;
-    if (std::max(darker, brighter) < kLeastShare * pixels)
+    if (std::max(darker, brighter) < kMinShare * pixels)
       throw Error(ErrorKind::kInput, "the captures",
                   "both pictures show the same light: none of the pattern's",
                   "check that the projector is on and shows it, that the camera sees it, and the exposure");

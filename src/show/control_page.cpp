@@ -25,7 +25,7 @@ namespace websocket = beast::websocket;
 using tcp = asio::ip::tcp;
 using nlohmann::json;
 
-constexpr std::size_t kMostHeader = 8192, kMostBody = 16384, kMostConnections = 32, kMostCommands = 1000;
+constexpr std::size_t kMaxHeader = 8192, kMaxBody = 16384, kMaxConnections = 32, kMaxCommands = 1000;
 constexpr int kViewWidth = 960;
 constexpr auto kRequestPatience = std::chrono::seconds(10);
 constexpr auto kStatusPeriod = std::chrono::milliseconds(100);
@@ -233,7 +233,7 @@ class ControlPage::Server {
   bool add(std::optional<Command> command) {
     if (!command) return false;
     const std::lock_guard<std::mutex> lock(mutex_);
-    if (commands_.size() >= kMostCommands) return false;
+    if (commands_.size() >= kMaxCommands) return false;
     commands_.push_back(std::move(*command));
     return true;
   }
@@ -297,7 +297,7 @@ class ControlPage::Server::WebSocketClient : public std::enable_shared_from_this
 
   void begin(const http::request<http::string_body>& request) {
     socket_.set_option(websocket::stream_base::timeout::suggested(beast::role_type::server));
-    socket_.read_message_max(kMostBody);
+    socket_.read_message_max(kMaxBody);
     socket_.async_accept(request, [self = shared_from_this()](beast::error_code failed) {
       if (failed) return;
       self->open_ = true;
@@ -359,7 +359,7 @@ class ControlPage::Server::WebSocketClient : public std::enable_shared_from_this
 class ControlPage::Server::Request : public std::enable_shared_from_this<Request> {
  public:
   Request(Server& server, tcp::socket socket)
-      : server_(server), stream_(std::move(socket)), buffer_(kMostHeader + kMostBody) {
+      : server_(server), stream_(std::move(socket)), buffer_(kMaxHeader + kMaxBody) {
     ++server_.connections_;
   }
   ~Request() { --server_.connections_; }
@@ -368,8 +368,8 @@ class ControlPage::Server::Request : public std::enable_shared_from_this<Request
 
   void read() {
     parser_.emplace();
-    parser_->header_limit(kMostHeader);
-    parser_->body_limit(kMostBody);
+    parser_->header_limit(kMaxHeader);
+    parser_->body_limit(kMaxBody);
     stream_.expires_after(kRequestPatience);
     http::async_read(
         stream_, buffer_, *parser_, [self = shared_from_this()](beast::error_code failed, std::size_t) {
@@ -454,7 +454,7 @@ class ControlPage::Server::Request : public std::enable_shared_from_this<Request
 
 void ControlPage::Server::accept() {
   acceptor_.async_accept([this](beast::error_code failed, tcp::socket socket) {
-    if (!failed && connections_ < kMostConnections)
+    if (!failed && connections_ < kMaxConnections)
       std::make_shared<Request>(*this, std::move(socket))->read();
     // Out of files: the next try must not spin.
     if (failed && failed != asio::error::operation_aborted) {

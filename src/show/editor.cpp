@@ -79,7 +79,7 @@ void Editor::begin_step(const std::string& gesture) {
   gesture_ = gesture;
   if (same_step) return;
   before_.push_back(surfaces_);
-  if (before_.size() > kMostSteps) before_.erase(before_.begin());
+  if (before_.size() > kMaxSteps) before_.erase(before_.begin());
   after_.clear();
 }
 
@@ -114,7 +114,7 @@ void Editor::apply(const Command& command, const Projector& projector, const Sol
     find(command.surface) = std::move(changed);
   } else if (verb == "add") {
     require_name(command, command.surface, surfaces_);
-    if (surfaces_.surfaces.size() >= kMostSurfaces)
+    if (surfaces_.surfaces.size() >= kMaxSurfaces)
       throw refuse(command, "there are 64 surfaces already", "remove one first");
     begin_step("");
     surfaces_.surfaces.push_back({command.surface, in_the_middle(projector.size()), {}, command.text});

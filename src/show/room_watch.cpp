@@ -226,9 +226,9 @@ DepthSurfaceSource::~DepthSurfaceSource() {
 void DepthSurfaceSource::add(const track::StampedPose& message) {
   const std::lock_guard<std::mutex> lock(state_->mutex);
   // Without pictures nobody fetches them: the newest are enough.
-  constexpr std::size_t kMost = 4096;
-  if (state_->poses.size() >= kMost)
-    state_->poses.erase(state_->poses.begin(), state_->poses.begin() + std::ptrdiff_t(kMost / 2));
+  constexpr std::size_t kMax = 4096;
+  if (state_->poses.size() >= kMax)
+    state_->poses.erase(state_->poses.begin(), state_->poses.begin() + std::ptrdiff_t(kMax / 2));
   state_->poses.push_back(message);
 }
 

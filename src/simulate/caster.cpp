@@ -90,9 +90,9 @@ Caster::Across Caster::across(const Seen& seen, const CellRays& directions) {
 }
 
 std::optional<int> Caster::first_of(const CellRays& directions, const Candidates& candidates) const {
-  constexpr std::size_t kMost = 12;
-  std::array<Across, kMost> met;
-  if (candidates.size() > kMost) return std::nullopt;
+  constexpr std::size_t kMax = 12;
+  std::array<Across, kMax> met;
+  if (candidates.size() > kMax) return std::nullopt;
   for (std::size_t i = 0; i < candidates.size(); ++i) met[i] = across(seen_[candidates[i]], directions);
   // Backdrops are behind all else.
   for (const bool backdrop : {false, true}) {

@@ -10,7 +10,7 @@ namespace procam::simulate::internal {
 namespace {
 
 constexpr int kBins = 16;
-constexpr std::size_t kMostInLeaf = 4;
+constexpr std::size_t kMaxInLeaf = 4;
 constexpr double kBoxCost = 1.0;  ///< of a box, in tests of a triangle
 constexpr int kDeepest = 60;
 /// A ray within this share of a facet beside its edge meets it: none slips between neighbours.
@@ -55,7 +55,7 @@ struct MeshTree::Builder {
     };
     Split best;
     const std::size_t n = last - first;
-    best.cost = n <= kMostInLeaf ? double(n) : std::numeric_limits<double>::infinity();
+    best.cost = n <= kMaxInLeaf ? double(n) : std::numeric_limits<double>::infinity();
     for (int axis = 0; axis < 3; ++axis) {
       const double extent = of_middles.sizes()[axis];
       if (!(extent > 0)) continue;

@@ -13,7 +13,7 @@
 namespace procam::simulate::internal {
 namespace {
 
-constexpr std::size_t kMostPlanes = 16;
+constexpr std::size_t kMaxPlanes = 16;
 
 /// The linear levels of a camera channel for each plane: what falls on the sensor of a lens without blur.
 template <std::size_t kPlanes>
@@ -66,7 +66,7 @@ std::vector<ImageF> gather_light(const SampledView& view, const std::vector<Show
                                  const std::vector<LightPlane>& planes, std::size_t band, int threads) {
   if (planes.size() == 1) return gather_light<1>(view, lights, planes, band, threads);
   if (planes.size() <= 4) return gather_light<4>(view, lights, planes, band, threads);
-  return gather_light<kMostPlanes>(view, lights, planes, band, threads);
+  return gather_light<kMaxPlanes>(view, lights, planes, band, threads);
 }
 
 /// What a channel of the sensor sees of red, green and blue light; sum 1.
@@ -228,8 +228,8 @@ std::vector<ImageU8> record(const SampledView& view, const std::vector<ShownFram
   const std::vector<std::uint8_t> curve = curve_of(sensor.gamma);
   const std::size_t channels = std::size_t(sensor.channels);
   std::vector<ImageU8> developed(count * channels);
-  for (std::size_t first = 0; first < developed.size(); first += kMostPlanes) {
-    const std::size_t end = std::min(first + kMostPlanes, developed.size());
+  for (std::size_t first = 0; first < developed.size(); first += kMaxPlanes) {
+    const std::size_t end = std::min(first + kMaxPlanes, developed.size());
     std::vector<ImageF> levels = levels_of(view, lights, first, end, sensor, threads);
     if (!sensor.discs.empty()) defocus(levels, sensor.discs, threads);
     parallel_for(int(levels.size()), threads, [&](int part, int part_end) {

@@ -41,14 +41,14 @@ struct Arriving {
 
 /// Points that one flat body shows to a cell's rays.
 struct FlatPoints {
-  static constexpr std::size_t kMost = kRayCell * kRayCell * kMostPerAxis * kMostPerAxis;
+  static constexpr std::size_t kMax = kRayCell * kRayCell * kMaxPerAxis * kMaxPerAxis;
   struct Point {
     Vec3 in_camera;
     std::size_t ray;  ///< number of the ray, or of the pixel for its centre
     double level;
   };
   std::size_t count = 0;
-  std::array<Point, kMost> points;
+  std::array<Point, kMax> points;
 };
 
 /// What a pixel's centre meets, for the plane that stands for all of the pixel.
@@ -372,7 +372,7 @@ class RoomTracer {
     if (!plain)
       share = footprint({body, length_of(middle), {}}, eyes.camera.in_body(body, normal),
                         eyes.camera.in_body(body, middle), eyes.camera, cell, 1.0 / n);
-    std::array<double, kMostPerAxis * kMostPerAxis> levels;
+    std::array<double, kMaxPerAxis * kMaxPerAxis> levels;
     for (int k = 0; k < n * n; ++k) {
       Spot spot;
       if (!plain) {

@@ -36,7 +36,7 @@ void check_view(const std::vector<RoomLight>& lights, const RoomViewOptions& opt
   }
   check_lens(options.lens);
   require(options.crosstalk >= 0 && options.crosstalk < 0.5, "room_view: crosstalk not in [0, 0.5)");
-  require(options.samples_per_axis >= 1 && options.samples_per_axis <= internal::kMostPerAxis,
+  require(options.samples_per_axis >= 1 && options.samples_per_axis <= internal::kMaxPerAxis,
           "room_view: samples_per_axis not in 1..16");
   require(options.exposure >= 0 && options.brightest_grey > 0,
           "room_view: exposure is negative, or brightest_grey not above zero");

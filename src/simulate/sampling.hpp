@@ -9,7 +9,7 @@
 
 namespace procam::simulate::internal {
 
-constexpr int kMostPerAxis = 16;  ///< rays a pixel and axis
+constexpr int kMaxPerAxis = 16;  ///< rays a pixel and axis
 
 /// One ray: at light 1 of projector pixel (u, v) its camera pixel gets `level` more.
 struct LightSample {

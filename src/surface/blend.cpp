@@ -15,7 +15,7 @@ namespace {
 
 constexpr double kJump = 0.01;     ///< share of the distance beyond which a step in depth throws a shadow
 constexpr double kAtShadow = 0.5;  ///< px: distance of a pixel at a shadow's border
-constexpr float kLeastReflectance = 0.01F;
+constexpr float kMinReflectance = 0.01F;
 
 /// What the light of a projector meets, pixel by pixel.
 struct View {
@@ -71,7 +71,7 @@ void add_surface(const SolvedSurface& solved, int name, const ViewF* reflectance
       if (content && (!content->shows(x, y) || !in_shape(solved.surface.shape, content->at(x, y)))) continue;
       view.surface[i] = name;
       view.point[i] = point;
-      view.light[i] = reflectance ? std::max(kLeastReflectance, sample(*reflectance, content->at(x, y))) : 1;
+      view.light[i] = reflectance ? std::max(kMinReflectance, sample(*reflectance, content->at(x, y))) : 1;
     }
 }
 
@@ -279,7 +279,7 @@ double at_share(std::vector<float>& values, double share) {
 }  // namespace
 
 Blend blend_maps(const std::vector<BlendInput>& projectors, const BlendOptions& options) {
-  require(options.least_gain > 0 && options.least_gain <= 1, "blend_maps: least_gain is not in (0, 1]");
+  require(options.min_gain > 0 && options.min_gain <= 1, "blend_maps: min_gain is not in (0, 1]");
   for (const auto& [name, picture] : options.reflectance) {
     bool good = picture.channels == 1 && !picture.empty() && options.compensate;
     for (int y = 0; good && y < picture.height; ++y)
@@ -323,7 +323,7 @@ Blend blend_maps(const std::vector<BlendInput>& projectors, const BlendOptions& 
             possible.push_back(sums[p][i].most);
       if (possible.empty()) continue;
       const double darkest = at_share(possible, 0.01), brightest = at_share(possible, 0.99);
-      level[g] = std::max(darkest, options.least_gain * brightest);
+      level[g] = std::max(darkest, options.min_gain * brightest);
       if (darkest < level[g])
         blend.diagnostics.warn(
             "stays_dark",
@@ -331,7 +331,7 @@ Blend blend_maps(const std::vector<BlendInput>& projectors, const BlendOptions& 
                                : "surface '" + names[g] + "': its darkest places") +
                 " get " + std::to_string(int(std::lround(100 * darkest / brightest))) +
                 " % of the brightest's light; they stay darker than the rest, which is held at " +
-                std::to_string(int(std::lround(100 * options.least_gain))) +
+                std::to_string(int(std::lround(100 * options.min_gain))) +
                 " % (least gain): lower it for an even, darker picture");
     }
   for (std::size_t p = 0; p < views.size(); ++p)

@@ -68,7 +68,7 @@ void warn_of_outlying_pair(const Surface& surface, const Points2& content, const
     return sum;
   };
   const double all = weighted_squares(fit(surface, content, destination, weights), weights);
-  double least_chance = 1, deviation = 0;
+  double min_chance = 1, deviation = 0;
   std::size_t outlying = 0;
   for (std::size_t k = 0; k < weights.size(); ++k) {
     if (weights[k] == 0) continue;
@@ -81,13 +81,13 @@ void warn_of_outlying_pair(const Surface& surface, const Points2& content, const
       continue;  // the others alone do not carry a homography: nothing can be said against this pair
     }
     const double chance = std::pow(std::min(1.0, weighted_squares(*without, others) / all), 0.5 * freedom);
-    if (chance < least_chance) {
-      least_chance = chance;
+    if (chance < min_chance) {
+      min_chance = chance;
       outlying = k;
       deviation = without->residuals[k].norm() / unit;
     }
   }
-  if (least_chance * used < false_alarm_rate && deviation > smallest)
+  if (min_chance * used < false_alarm_rate && deviation > smallest)
     diagnostics.warn("outlying_pair", "pair " + std::to_string(outlying) + " lies " + rounded(deviation) +
                                           " " + unit_name + " from where the other " +
                                           std::to_string(used - 1) +

@@ -185,7 +185,7 @@ void judge_coverage(const SolveOptions& options, bool in_front, SolvedSurface& s
     diagnostics.warn(
         "outside_picture",
         "nothing of it falls inside the projector's picture; turn the projector or move the surface");
-  else if (share < options.least_covered_share)
+  else if (share < options.min_covered_share)
     diagnostics.warn("partly_outside",
                      "only " + std::to_string(int(std::floor(100 * share))) +
                          " % of it falls inside the projector's picture; the rest stays dark");

@@ -10,10 +10,10 @@ namespace {
 /// Seconds for which a way of moving lasts, on average.
 constexpr double kModelLasts = 3;
 
-Mixed mix(const std::array<MotionState, kMostModels>& states, const std::array<double, kMostModels>& weight,
+Mixed mix(const std::array<MotionState, kMaxModels>& states, const std::array<double, kMaxModels>& weight,
           int count) {
   const Pose& middle = states[0].pose;
-  std::array<Vec6, kMostModels> xi;
+  std::array<Vec6, kMaxModels> xi;
   Vec6 mean = Vec6::Zero();
   Mixed result;
   for (std::size_t i = 0; i < std::size_t(count); ++i) {
@@ -96,7 +96,7 @@ Kept MotionBank::next(const Kept& before, const Measured& m) const {
   };
   double best = -1e300;
   for (std::size_t j = 0; j < count; ++j) {
-    std::array<double, kMostModels> from = {};
+    std::array<double, kMaxModels> from = {};
     double sum = 0;
     for (std::size_t i = 0; i < count; ++i)
       sum += from[i] = before.weights[i] * (count_ == 1 ? 1 : passes(i, j));
@@ -131,7 +131,7 @@ bool MotionBank::expects(const Kept& before, const Measured& m, double gate, dou
 
 Mixed MotionBank::after(const Kept& kept, double seconds) const {
   if (seconds == 0) return mix(kept.states, kept.weights, count_);
-  std::array<MotionState, kMostModels> states;
+  std::array<MotionState, kMaxModels> states;
   for (std::size_t i = 0; i < std::size_t(count_); ++i)
     states[i] = advanced(kept.states[i], seconds, models_[i]);
   return mix(states, kept.weights, count_);

@@ -9,7 +9,7 @@
 
 namespace procam::track::internal {
 
-inline constexpr int kMostModels = 9;
+inline constexpr int kMaxModels = 9;
 
 /// A message as the filter takes it.
 struct Measured {
@@ -24,8 +24,8 @@ struct Measured {
 /// A message and what the models made of it.
 struct Kept {
   Measured measured;
-  std::array<MotionState, kMostModels> states;
-  std::array<double, kMostModels> weights = {};  ///< sum 1
+  std::array<MotionState, kMaxModels> states;
+  std::array<double, kMaxModels> weights = {};  ///< sum 1
 };
 
 /// One answer out of several: the mean in the tangent space of the first, and the scatter of the models
@@ -55,7 +55,7 @@ class MotionBank {
   Mixed after(const Kept& kept, double seconds) const;
 
  private:
-  std::array<MotionModel, kMostModels> models_;
+  std::array<MotionModel, kMaxModels> models_;
   int count_ = 0;
   int side_ = 1;  ///< ways of moving; the model of turning i and moving k is i * side_ + k
 };

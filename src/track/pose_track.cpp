@@ -168,13 +168,13 @@ void PoseTrack::Impl::count_lost(const StampedPose& message) {
   if (last_sequence) {
     const auto ahead = std::int32_t(*message.sequence - *last_sequence);
     const bool newer = message.stamp && last_stamp && *message.stamp > *last_stamp;
-    constexpr std::int32_t kMostLost =
+    constexpr std::int32_t kMaxLost =
         1000;  // more at once: the sender counts anew, as it does when it restarts
-    if (ahead < 0 && ahead > -kMostLost && !newer) {
+    if (ahead < 0 && ahead > -kMaxLost && !newer) {
       if (faults.lost > 0) --faults.lost;  // it was counted when it was overtaken
       return;
     }
-    if (ahead > 1 && ahead < kMostLost) faults.lost += std::uint64_t(ahead - 1);
+    if (ahead > 1 && ahead < kMaxLost) faults.lost += std::uint64_t(ahead - 1);
   }
   last_sequence = message.sequence;
   last_stamp = message.stamp;

@@ -93,7 +93,7 @@ void keep_checked(StampedPose& message, Parsed& parsed) {
 }
 
 /// A datagram with so many is read no further: 30000 wrong lines fit into one.
-constexpr std::uint64_t kMostMalformed = 16;
+constexpr std::uint64_t kMaxMalformed = 16;
 
 /// Where a message may begin again: at a magic, or at a line that begins with a brace.
 std::size_t end_of_garbage(std::string_view bytes) {
@@ -105,7 +105,7 @@ std::size_t end_of_garbage(std::string_view bytes) {
 std::size_t take_messages(std::string_view bytes, bool ends, bool& skipping, Parsed& parsed) {
   std::size_t at = 0;
   while (at < bytes.size()) {
-    if (ends && parsed.malformed >= kMostMalformed) return bytes.size();
+    if (ends && parsed.malformed >= kMaxMalformed) return bytes.size();
     const std::string_view rest = bytes.substr(at);
     const std::string_view start = rest.substr(0, kMagic.size());
     if (start == kMagic.substr(0, start.size())) {

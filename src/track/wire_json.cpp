@@ -223,7 +223,7 @@ bool internal::is_shallow(std::string_view text, int deepest) {
 namespace {
 
 constexpr int kDeepest = 16;
-constexpr std::size_t kMostTransforms = 256;
+constexpr std::size_t kMaxTransforms = 256;
 
 /// nullptr where the path ends early.
 const json* field(const json* from, std::initializer_list<const char*> path) {
@@ -328,7 +328,7 @@ Parsed parse_rosbridge(std::string_view text) {
   if (op != "publish") return refused("it is no published message");
   const json* msg = field(&root, {"msg"});
   if (const json* transforms = field(msg, {"transforms"})) {
-    if (!transforms->is_array() || transforms->size() > kMostTransforms)
+    if (!transforms->is_array() || transforms->size() > kMaxTransforms)
       return refused("transforms are no list");
     for (const json& t : *transforms) {
       StampedPose message;

@@ -140,7 +140,7 @@ Coverage coverage_of(std::uint64_t first, std::uint64_t last, int draws) {
 struct Rigs {
   int count, draws;
   double least, most;  ///< share of the light inside its region
-  double least_parameter;
+  double min_parameter;
 };
 
 class PredictedRegion : public ::testing::TestWithParam<Rigs> {};
@@ -179,7 +179,7 @@ TEST_P(PredictedRegion, HoldsTheLightAsOftenAsItSays) {
   for (const auto& [name, share] : sums.parameters) {
     std::printf(" %s %.1f", name.c_str(), 100 * share.value());
     EXPECT_EQ(share.total, sums.solves) << name;
-    EXPECT_GE(share.value(), GetParam().least_parameter) << name;
+    EXPECT_GE(share.value(), GetParam().min_parameter) << name;
   }
   std::printf("\n");
   EXPECT_EQ(sums.parameters.size(), 26u);  // fx fy cx cy skew k1 k2 p1 p2 k3 of both, and a pose

@@ -17,7 +17,7 @@ struct LightCase {
   simulate::Level level;
   const char* name;
   const char* pattern;
-  std::size_t views, least_points;  ///< of light, all views together
+  std::size_t views, min_points;  ///< of light, all views together
 };
 
 class LightPoints : public ::testing::TestWithParam<LightCase> {};
@@ -72,7 +72,7 @@ TEST_P(LightPoints, LieWhereTheLightFalls) {
       "%s: light points %zu, rms %.3f px, score %.2f; printed points %zu of %zu, rms %.3f px, score %.2f\n",
       which.name, points, light.rms(), light.mean_score(), corners, corners_seen, print.rms(),
       print.mean_score());
-  EXPECT_GE(points, which.least_points);
+  EXPECT_GE(points, which.min_points);
   EXPECT_GE(double(corners), 0.8 * double(corners_seen));
   EXPECT_LT(light.rms(), 0.1);
   EXPECT_LT(light.mean_score(), 2);

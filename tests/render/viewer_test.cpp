@@ -355,7 +355,7 @@ TEST(Viewer, SaysWhereItsPictureEnds) {
   EXPECT_LE(double(camera.size.width) * camera.size.height, 1.01 * (16 << 20) + 20000);
   EXPECT_FALSE(render::viewer_eye(corner.eye, {}, corner.projector)) << "there is no room";
   render::ViewerEyeOptions few;
-  few.most_pixels = 100000;
+  few.max_pixels = 100000;
   const auto coarse = render::viewer_eye(corner.eye, room, corner.projector, few);
   EXPECT_NE(coarse->diagnostics.find("viewer_picture_coarse"), nullptr);
   EXPECT_LT(coarse->finest_share, 0.5);

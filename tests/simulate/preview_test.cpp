@@ -155,7 +155,7 @@ TEST(Preview, FallsOffWithDistanceAndAngle) {
   seen.stand_before();
   const ImageU8 white = seen.full(255), black = seen.full(0);
   const Vec3 normal = sheet.placement.projector_from_surface.rotate(Vec3::UnitZ());
-  double least = 1e9, most = 0, least_light = 1e9, most_light = 0;
+  double least = 1e9, most = 0, min_light = 1e9, max_light = 0;
   int compared = 0;
   for (const double u : {0.3, 0.38, 0.46, 0.54, 0.62})
     for (const double v : {0.2, 0.5, 0.7}) {
@@ -167,13 +167,13 @@ TEST(Preview, FallsOffWithDistanceAndAngle) {
       const double irradiance = std::abs(point.dot(normal)) / std::pow(point.norm(), 3);
       least = std::min(least, light / irradiance);
       most = std::max(most, light / irradiance);
-      least_light = std::min(least_light, light);
-      most_light = std::max(most_light, light);
+      min_light = std::min(min_light, light);
+      max_light = std::max(max_light, light);
       ++compared;
     }
   EXPECT_GE(compared, 8);
   EXPECT_LT(most / least, 1.02) << "8 bits: 0.9 % a step of the value";
-  EXPECT_GT(most_light / least_light, 1.4) << "and there is something to follow";
+  EXPECT_GT(max_light / min_light, 1.4) << "and there is something to follow";
 }
 
 // A tube's light falls with the cosine towards its rim: smoothly, as on the tube, not facet by facet.

@@ -237,7 +237,7 @@ TEST(Blend, CompensationEvensOutDistanceAndIncidenceInACorner) {
   BlendOptions options;
   options.compensate = true;
   options.one_level = true;
-  options.least_gain = 0.05;
+  options.min_gain = 0.05;
   const Blend even = blend_maps(room.lit(), options);
   const Blend plain = blend_maps(room.lit());
   const Shown evened = shown(room, even, 1, true), uneven = shown(room, plain, 1, true);
@@ -256,7 +256,7 @@ TEST(Blend, TheLeastGainLimitsWhatBrightPlacesLose) {
   BlendOptions options;
   options.compensate = true;
   options.one_level = true;
-  options.least_gain = 0.8;
+  options.min_gain = 0.8;
   const Blend blend = blend_maps(room.lit(), options);
   ASSERT_TRUE(blend.diagnostics.find("stays_dark"));
   double least = 1;
@@ -299,7 +299,7 @@ TEST(Blend, ReflectanceIsMadeUpFor) {
     for (int x = 0; x < 64; ++x) dark.at(x, y) = float(0.6 + 0.3 * std::sin(0.3 * x) * std::cos(0.25 * y));
   BlendOptions options;
   options.compensate = true;
-  options.least_gain = 0.02;
+  options.min_gain = 0.02;
   const auto lit = room.lit();
   const Blend plain = blend_maps(lit, options);
   options.reflectance["wall"] = dark;

@@ -114,7 +114,7 @@ Blending blend_for(const BlendFlags& flags, const Rig& rig, const SolvedSurfaceS
   }
   surface::BlendOptions options;
   options.compensate = flags.compensate > 0;
-  if (options.compensate) options.least_gain = flags.compensate;
+  if (options.compensate) options.min_gain = flags.compensate;
   options.one_level = flags.one_level;
   std::map<std::string, ImageF> pictures;
   for (const auto& [name, file] : reflectance) {

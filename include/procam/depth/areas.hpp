@@ -38,10 +38,10 @@ struct PlaneOutline {
 };
 
 struct AreaOptions {
-  double cell = 0.01;        ///< metres; made larger where a plane would have more than 2^18 cells
-  double margin = 0.01;      ///< metres that the rectangle stays away from everything
-  double least_side = 0.2;   ///< metres; rectangles that are narrower hold no content
-  double least_part = 0.01;  ///< square metres: smaller parts and holes are left out of the outline
+  double cell = 0.01;      ///< metres; made larger where a plane would have more than 2^18 cells
+  double margin = 0.01;    ///< metres that the rectangle stays away from everything
+  double min_side = 0.2;   ///< metres; rectangles that are narrower hold no content
+  double min_part = 0.01;  ///< square metres: smaller parts and holes are left out of the outline
 };
 
 struct PlaneArea {
@@ -58,11 +58,11 @@ PlaneArea area_of(const Planes& planes, std::size_t plane, const RayTable& rays,
 
 /// The largest rectangle of free cells, by the largest rectangle under the histogram that ends in each row (a
 /// stack, time linear in the cells: D. Vandevoorde, "The maximal rectangle problem", Dr. Dobb's, 1998). Of
-/// those with both sides `least_side` long or longer; `margin` is taken off each side after.
-std::optional<FreeRectangle> largest_rectangle(const PlaneRaster& raster, double least_side = 0,
+/// those with both sides `min_side` long or longer; `margin` is taken off each side after.
+std::optional<FreeRectangle> largest_rectangle(const PlaneRaster& raster, double min_side = 0,
                                                double margin = 0);
 
 /// Borders of the free cells, straightened by Douglas and Peucker's rule to one and a half cells.
-std::vector<PlaneOutline> outlines_of(const PlaneRaster& raster, double least_part);
+std::vector<PlaneOutline> outlines_of(const PlaneRaster& raster, double min_part);
 
 }  // namespace procam::depth

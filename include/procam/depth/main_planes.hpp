@@ -12,7 +12,7 @@
 /// wherever in the image they are. From each fine plane and from each two of the largest together, a plane is
 /// fitted to the readings in its band (least squares of perpendicular distances, each weighted by w = 1 /
 /// band^2) until that changes nothing; the one with most readings is taken, its readings out, and again while
-/// `least_share` of all is found: what sequential RANSAC looks for (M. A. Fischler, R. C. Bolles,
+/// `min_share` of all is found: what sequential RANSAC looks for (M. A. Fischler, R. C. Bolles,
 /// Communications of the ACM 24(6), 1981), without its chance. A fine plane that is nearly all of its main
 /// plane stays as it is. A curve is taken whole or not at all, so that no band cuts a cylinder into slabs.
 ///
@@ -34,7 +34,7 @@ struct MainPlaneOptions {
   double farthest = 6;         ///< metres: beyond, the band holds anything
   /// Of the readings: a main plane has at least so many. Where the parts are smaller, bands find planes in
   /// any clutter.
-  double least_share = 0.1;
+  double min_share = 0.1;
 };
 
 struct MainPlanes {

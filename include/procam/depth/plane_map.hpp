@@ -36,10 +36,10 @@ struct PlaneMapOptions {
   double max_corner_sigma = 0.002;
   double free_space_tau = 1.5;    ///< seconds in which a cell's free share follows by 63 %
   double process_noise = 0.5e-3;  ///< metres and radians a square root second that a plane may be off more
-  double largest_angle = 5 * kDegree;      ///< between detection and map, beside three sigmas
-  double largest_gap = 0.05;               ///< metres, likewise
-  double cell = 0.02;                      ///< metres, of the rasters
-  double margin = 0.01, least_side = 0.2;  ///< metres, as in AreaOptions
+  double largest_angle = 5 * kDegree;    ///< between detection and map, beside three sigmas
+  double largest_gap = 0.05;             ///< metres, likewise
+  double cell = 0.02;                    ///< metres, of the rasters
+  double margin = 0.01, min_side = 0.2;  ///< metres, as in AreaOptions
 };
 
 struct MapPlane {

@@ -55,8 +55,8 @@ double squared_sigmas(const PlaneEstimate& estimate, const Plane& truth);
 struct PlaneOptions {
   DepthNoise noise = DepthNoise::kinect_v1();
   double nearest = 0.2, farthest = 8;  ///< readings outside are ignored, metres
-  double least_area = 0.04;            ///< square metres; what is smaller is no surface to project on
-  int least_cells = 9;                 ///< of 8 x 8 pixels: fewer have no normal to speak of
+  double min_area = 0.04;              ///< square metres; what is smaller is no surface to project on
+  int min_cells = 9;                   ///< of 8 x 8 pixels: fewer have no normal to speak of
   /// RMS of a region's second-order residual, in sigmas of what readings share (DepthNoise), from which it
   /// may be curved: it is where a cylinder or sphere that turns by 12 degrees or more explains it better.
   /// Three times as much is curved in any case. Lower finds flatter curves, and then takes the depth camera's

@@ -11,16 +11,16 @@
 /// carried away hides nobody who stands where it was.
 ///
 /// Somebody who stands still may become a plane of the map, upright and of about a square metre at most:
-/// upright and slanted planes count from `least_wall` on.
+/// upright and slanted planes count from `min_wall` on.
 #include "procam/depth/plane_map.hpp"
 
 namespace procam::depth {
 
 struct RoomDepthOptions {
-  double within = 0.12;      ///< metres along the axis between a reading and the plane that it lies on
-  double least_wall = 1.5;   ///< square metres seen of a wall or slope
-  double least_level = 0.2;  ///< of floor, ceiling or a table
-  double rim = 0.1;          ///< metres, about, around what was seen of a plane
+  double within = 0.12;    ///< metres along the axis between a reading and the plane that it lies on
+  double min_wall = 1.5;   ///< square metres seen of a wall or slope
+  double min_level = 0.2;  ///< of floor, ceiling or a table
+  double rim = 0.1;        ///< metres, about, around what was seen of a plane
 };
 
 /// Metres along the optical axis; 0: nothing is known there. Exact within a plane, to 4 pixels where planes

@@ -53,7 +53,7 @@ enum class PlaneState {
   kFree,             ///< it has a free rectangle
   kUneven,           ///< likewise, but its RMS is above 20 mm, and more than twice what the noise explains
   kNoisy,            ///< likewise, but its RMS is above 20 mm because of the noise: unevenness cannot be seen
-  kNoFreeRectangle,  ///< narrower than AreaOptions::least_side, or covered: no surface
+  kNoFreeRectangle,  ///< narrower than AreaOptions::min_side, or covered: no surface
 };
 /// "free", "uneven", "noisy", "no_free_rectangle".
 const char* to_string(PlaneState state);

@@ -3,7 +3,7 @@
 /// v2. Layouts are in docs/people.md.
 ///
 /// Parsers take any bytes. What is no frame is counted with its reason and skipped: numbers that are not
-/// finite, a joint beyond kFarthestJoint, more than kMostPeople, a joint twice or unknown, lists of a wrong
+/// finite, a joint beyond kFarthestJoint, more than kMaxPeople, a joint twice or unknown, lists of a wrong
 /// length. A joint that the tracker did not see (null, empty, NaN in a CSV, confidence 0, the stale flag) is
 /// absent.
 #include <cstdint>

@@ -43,7 +43,7 @@ struct ViewerEyeOptions {
   double widest_deg = 140;
   /// Of the eye's picture. Enough for each projector pixel to see its own, save where one is very fine beside
   /// the others; with fewer the picture is coarser.
-  int most_pixels = 16 << 20;
+  int max_pixels = 16 << 20;
 };
 
 struct ViewerEye {

@@ -36,8 +36,8 @@ struct Command {
 
 class Editor {
  public:
-  static constexpr std::size_t kMostSteps = 200;  ///< kept for undo
-  static constexpr std::size_t kMostSurfaces = 64;
+  static constexpr std::size_t kMaxSteps = 200;  ///< kept for undo
+  static constexpr std::size_t kMaxSurfaces = 64;
 
   explicit Editor(SurfaceSet surfaces);
 

@@ -45,11 +45,11 @@ struct BlendInput {
 struct BlendOptions {
   /// Off: E_i = 1, as for projectors alike and side by side. On: E_i is the projector's brightness over the
   /// area that its pixel covers there, which holds distance and incidence (cos / d^2) and the lens, times the
-  /// surface's reflectance. It makes places as dark as the darkest; see `least_gain`.
+  /// surface's reflectance. It makes places as dark as the darkest; see `min_gain`.
   bool compensate = false;
   /// E_0 is what 99 % of a surface can show, but no less than this share of what its brightest 1 % could:
   /// darker places stay darker.
-  double least_gain = 0.3;
+  double min_gain = 0.3;
   /// One E_0 for all surfaces, as for the walls of a room; else one for each.
   bool one_level = false;
   /// Reflectance as captured, over the content's area of surfaces by name: one channel, linear, to a common
@@ -64,10 +64,10 @@ struct BlendMap {
 
 struct Blend {
   std::vector<BlendMap> maps;  ///< in the order of the projectors
-  Diagnostics diagnostics;     ///< "no_place" for pixel surfaces, "stays_dark" where least_gain held E_0 up
+  Diagnostics diagnostics;     ///< "no_place" for pixel surfaces, "stays_dark" where min_gain held E_0 up
 };
 
-/// Throws std::invalid_argument for options out of range: brightness > 0, 0 <= black < 1, 0 < least_gain <=
+/// Throws std::invalid_argument for options out of range: brightness > 0, 0 <= black < 1, 0 < min_gain <=
 /// 1, reflectance pictures with one channel and numbers of 0 or more.
 Blend blend_maps(const std::vector<BlendInput>& projectors, const BlendOptions& options = {});
 

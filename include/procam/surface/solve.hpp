@@ -16,7 +16,7 @@ namespace procam::surface {
 
 struct SolveOptions {
   /// Below this share of the content inside the projector's picture a warning is given.
-  double least_covered_share = 0.999;
+  double min_covered_share = 0.999;
   /// Warn when light meets the surface at a larger angle to its normal: errors in the pose grow with 1 /
   /// cos^2.
   double largest_incidence_deg = 70;

@@ -35,7 +35,7 @@ struct Node {
 
 /// Bounds that no honest file reaches; they keep a hostile one from taking the memory or the stack.
 constexpr std::size_t kLargestDocument = std::size_t(32) << 20;  // bytes
-constexpr std::size_t kMostNodes = 1'000'000;
+constexpr std::size_t kMaxNodes = 1'000'000;
 constexpr int kDeepestNode = 32;
 
 /// `file` is how errors call the document. Throws Error(kInput) with line and column.

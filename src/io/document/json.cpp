@@ -141,7 +141,7 @@ class TreeBuilder : public nlohmann::json_sax<json> {
 
   Node& add(Node::Kind kind, std::size_t lookahead) {
     const int line = lines_.line_at(consumed_ - std::min(lookahead, consumed_));
-    if (++nodes_ > kMostNodes)
+    if (++nodes_ > kMaxNodes)
       fail(line, "the file has too many values", "check that this is the file you mean");
     Node* node = &root_;
     if (!open_.empty()) node = &open_.back()->children.emplace_back();

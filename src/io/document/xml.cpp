@@ -68,7 +68,7 @@ class Reader {
     return lines_.line_at(std::size_t(std::max<std::ptrdiff_t>(node.offset_debug(), 0)));
   }
   Node& add_child(Node& parent, const char* name, int line) {
-    if (++nodes_ > kMostNodes)
+    if (++nodes_ > kMaxNodes)
       fail(line, "the file has too many values", "check that this is the file you mean");
     Node& child = parent.children.emplace_back();
     child.kind = Node::Kind::kText;

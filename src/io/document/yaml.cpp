@@ -96,7 +96,7 @@ class YamlReader {
   }
 
   Node& start(Node& node, Node::Kind kind, int line, std::size_t depth) {
-    if (++nodes_ > kMostNodes)
+    if (++nodes_ > kMaxNodes)
       fail(line, "the file has too many values", "check that this is the file you mean");
     if (depth > std::size_t(kDeepestNode))
       fail(line, "it is nested deeper than " + std::to_string(kDeepestNode) + " levels",

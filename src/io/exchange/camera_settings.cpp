@@ -91,13 +91,13 @@ Intrinsics without_skew(Intrinsics k, ImageSize size) {
 /// The smallest whole size from the projector's own upwards whose sides have this ratio to 2e-4 pixels.
 ImageSize render_size(ImageSize projector, double width_over_height) {
   ImageSize best;
-  double least_error = 1;
+  double min_error = 1;
   for (int height = projector.height; height <= 3 * projector.height; ++height) {
     const int width = int(std::lround(width_over_height * height));
     const double error = std::abs(width / (width_over_height * height) - 1) * projector.width;
-    if (width < projector.width || !(error < least_error)) continue;
+    if (width < projector.width || !(error < min_error)) continue;
     best = {width, height};
-    least_error = error;
+    min_error = error;
     if (error < 2e-4) break;
   }
   return best;
@@ -211,7 +211,7 @@ void write_unreal(const View& view, ImageSize render, SettingsText& text) {
 }
 
 /// Godot 3 refuses a smaller size (scene/3d/camera.cpp, Camera::set_size) and looks elsewhere.
-constexpr double kLeastGodot3Size = 0.1;
+constexpr double kMinGodot3Size = 0.1;
 
 void write_godot(const View& view, ImageSize render, SettingsText& text, Diagnostics& diagnostics) {
   const double size = view.clip.near * view.size.height / view.k.fy;
@@ -222,10 +222,10 @@ void write_godot(const View& view, ImageSize render, SettingsText& text, Diagnos
   text.line(
       "# near plane, frustum_offset in the near plane: positive moves the picture's area right and upwards.");
   text.line("# Render in a viewport of " + size_text(render) + " pixels.");
-  if (size < kLeastGodot3Size) {
+  if (size < kMinGodot3Size) {
     char centimetres[16];
     std::snprintf(centimetres, sizeof centimetres, "%.0fcm",
-                  std::ceil(100 * view.clip.near * kLeastGodot3Size / size));
+                  std::ceil(100 * view.clip.near * kMinGodot3Size / size));
     const std::string advice = std::string("Godot 3 takes no size below 0.1 m: there, --near ") + centimetres;
     diagnostics.note("godot_3_size", advice);
     text.line("# " + advice + ".");

@@ -15,7 +15,7 @@ namespace procam::io {
 namespace {
 
 constexpr int kLargestSide = 16384;  ///< of a projector's picture, pixels
-constexpr std::size_t kMostRegions = 1024;
+constexpr std::size_t kMaxRegions = 1024;
 
 constexpr std::array<const char*, 4> kProfiles{"2d", "3d", "sl", "a3"};
 
@@ -93,8 +93,8 @@ class MpcdiReader {
   void add_buffer(const Node& buffer, MpcdiDocument& document) {
     for (const Node& node : buffer.children) {
       if (lower(node.name) != "region") continue;
-      if (document.mpcdi.regions.size() == kMostRegions)
-        fail(node, "it has more than " + std::to_string(kMostRegions) + " regions");
+      if (document.mpcdi.regions.size() == kMaxRegions)
+        fail(node, "it has more than " + std::to_string(kMaxRegions) + " regions");
       MpcdiRegion region;
       region.buffer = text(buffer, "id");
       region.id = text(node, "id");

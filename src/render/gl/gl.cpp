@@ -27,7 +27,7 @@ GlRenderer::State::State(const RenderOptions& options, Context context)
   GLint largest = 0;
   glGetIntegerv(GL_MAX_TEXTURE_SIZE, &largest);
   while (row_bits_ < 13 && (2 << row_bits_) <= largest) ++row_bits_;
-  most_rows_ = largest;
+  max_rows_ = largest;
   on_card_ = std::make_unique<OnCard>();
   write_values();
 }
@@ -80,7 +80,7 @@ void GlRenderer::State::write_values() {
   std::vector<std::uint8_t> values;
   for (int light = 0; light <= render::kFull; light += 4)
     values.push_back(curve_.value(render::Light(light)));
-  on_card_->values.reserve(values.size(), row_bits_, most_rows_);
+  on_card_->values.reserve(values.size(), row_bits_, max_rows_);
   on_card_->values.write(0, values.size(), values.data());
 }
 
@@ -153,7 +153,7 @@ void GlRenderer::State::write_rays() {
 }
 
 void GlRenderer::State::write_contents() {
-  const bool lost = on_card_->content.reserve(content_texels_, row_bits_, most_rows_);
+  const bool lost = on_card_->content.reserve(content_texels_, row_bits_, max_rows_);
   for (const Item& item : items_)
     for (const Shown* const shown : item.records()) {
       if (!shown->is_new && !moved_contents_ && !lost) continue;

@@ -47,7 +47,7 @@ void GlRenderer::State::write_numbers() {
     item.facets = facets;
     count += facets;
   }
-  const bool lost = on_card_->numbers.reserve(count * kFacetTexels, row_bits_, most_rows_);
+  const bool lost = on_card_->numbers.reserve(count * kFacetTexels, row_bits_, max_rows_);
   for (std::size_t i = 0; i < items_.size(); ++i) {
     if (!items_[i].new_map && !moved && !lost) continue;
     numbers_.clear();
@@ -124,7 +124,7 @@ void GlRenderer::State::write_lists() {
     for (const FacetBox& box : layers_[i].room->boxes())
       lists_.push_back(packed_box(box, items_[i].first_facet));
   }
-  on_card_->lists.reserve(lists_.size(), row_bits_, most_rows_);
+  on_card_->lists.reserve(lists_.size(), row_bits_, max_rows_);
   on_card_->lists.write(0, lists_.size(), lists_.data());
 }
 

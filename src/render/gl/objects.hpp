@@ -155,18 +155,18 @@ class Memory {
  public:
   Memory(const Format& format, int unit) : texels_(format, unit) {}
 
-  /// Room for `count` texels in rows of 2^row_bits, at most `most_rows`; with some to spare, so that a little
+  /// Room for `count` texels in rows of 2^row_bits, at most `max_rows`; with some to spare, so that a little
   /// more does not cost its contents. Returns whether they are lost.
-  bool reserve(std::size_t count, int row_bits, int most_rows) {
+  bool reserve(std::size_t count, int row_bits, int max_rows) {
     const std::size_t rows = (std::max<std::size_t>(count, 1) + (std::size_t(1) << row_bits) - 1) >> row_bits;
-    if (rows > std::size_t(most_rows))
+    if (rows > std::size_t(max_rows))
       refuse("OpenGL", "the scene needs a texture of " + std::to_string(rows) + " rows, and " +
-                           std::to_string(most_rows) + " is the most here");
+                           std::to_string(max_rows) + " is the most here");
     if (rows <= std::size_t(texels_.height())) {
       texels_.bind();
       return false;
     }
-    const std::size_t spare = std::min(rows + rows / 4, std::size_t(most_rows));
+    const std::size_t spare = std::min(rows + rows / 4, std::size_t(max_rows));
     return texels_.resize(1 << row_bits, int(spare));
   }
 

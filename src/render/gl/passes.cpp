@@ -15,7 +15,7 @@ Program linked(const char* vertices, const std::string& fragments) {
                            "const int kFacetTexels = " +
                            std::to_string(kFacetTexels) +
                            ", kRecordTexels = " + std::to_string(kRecordTexels) +
-                           ", kMostGroups = " + std::to_string(kMostGroups) + ";\n";
+                           ", kMaxGroups = " + std::to_string(kMaxGroups) + ";\n";
   Program program(glCreateProgram());
   std::array<Shader, 2> shaders{Shader(glCreateShader(GL_VERTEX_SHADER)),
                                 Shader(glCreateShader(GL_FRAGMENT_SHADER))};

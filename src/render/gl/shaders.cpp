@@ -163,10 +163,10 @@ vec2 mirrored(vec2 position, vec2 size) {
   vec2 p = abs(position);
   return min(p, 2.0 * size - p);
 }
-ivec4 sampled(int record, FilterGrid taps, Footprint f, float least_depth) {
+ivec4 sampled(int record, FilterGrid taps, Footprint f, float min_depth) {
   ivec4 level = level_of(record, taps.level);
   vec2 size = vec2(level.yz);
-  float inverse = 1.0 / max(f.centre.z, least_depth);
+  float inverse = 1.0 / max(f.centre.z, min_depth);
   vec2 uv = f.centre.xy * inverse, at = held(uv * size);
   vec2 right = held((f.right.xy - uv * f.right.z) * inverse * size);
   vec2 down = held((f.down.xy - uv * f.down.z) * inverse * size);
@@ -181,11 +181,11 @@ ivec4 sampled(int record, FilterGrid taps, Footprint f, float least_depth) {
   return ivec4(roundEven(vec4(sum) / float(512 * taps.across * taps.down)));
 }
 // An item's content, with the alpha of its mask. (A loop, since drivers write out each call.)
-ivec4 light_of(int item, FilterGrid taps, FilterGrid mask_taps, Footprint f, float least_depth) {
+ivec4 light_of(int item, FilterGrid taps, FilterGrid mask_taps, Footprint f, float min_depth) {
   ivec4 light = ivec4(0);
   int records = (item_of(item).y & 8) != 0 ? 2 : 1;
   for (int n = 0; n < records; ++n) {
-    ivec4 drawn = sampled(2 * item + n, n == 0 ? taps : mask_taps, f, least_depth);
+    ivec4 drawn = sampled(2 * item + n, n == 0 ? taps : mask_taps, f, min_depth);
     light = n == 0 ? drawn : (light * drawn.w + kFull / 2) / kFull;
   }
   return light;
@@ -293,7 +293,7 @@ void main() {
   for (int i = 0; i < steps.y; ++i) {
     ivec4 step_now = list(steps.x + i);
     if (step_now.x >= 0) continue;
-    if (!even(steps.x + i + 1, step_now.y, pixel)) edges |= 1 << min(group, kMostGroups - 1);
+    if (!even(steps.x + i + 1, step_now.y, pixel)) edges |= 1 << min(group, kMaxGroups - 1);
     ++group;
     i += step_now.y;
   }
@@ -410,18 +410,18 @@ ivec4 with_plane(ivec4 step_now, ivec2 pixel, vec3 d, vec3 right, vec3 down, boo
   return over(drawn, there);
 }
 
-const int kMostLayers = 8;  // surfaces over each other in one pixel: the farthest beyond that are left out
+const int kMaxLayers = 8;  // surfaces over each other in one pixel: the farthest beyond that are left out
 
 ivec4 with_even(int first, int count, ivec2 pixel, vec3 d, vec3 right, vec3 down, ivec4 there) {
-  int items[kMostLayers], facets[kMostLayers], order[kMostLayers];
-  float nearness[kMostLayers];
+  int items[kMaxLayers], facets[kMaxLayers], order[kMaxLayers];
+  float nearness[kMaxLayers];
   int met = 0;
   for (int a = 0; a < count; ++a) {
     float mine;
     int item = list(first + a).x, facet = hit_of(item_of(item), pixel, mine);
     if (facet < 0) continue;
-    int at = min(met, kMostLayers - 1);
-    if (met == kMostLayers && !before(a, mine, order[at], nearness[at])) continue;
+    int at = min(met, kMaxLayers - 1);
+    if (met == kMaxLayers && !before(a, mine, order[at], nearness[at])) continue;
     for (; at > 0 && before(a, mine, order[at - 1], nearness[at - 1]); --at) {
       items[at] = items[at - 1];
       facets[at] = facets[at - 1];
@@ -432,7 +432,7 @@ ivec4 with_even(int first, int count, ivec2 pixel, vec3 d, vec3 right, vec3 down
     facets[at] = facet;
     order[at] = a;
     nearness[at] = mine;
-    met = min(met + 1, kMostLayers);
+    met = min(met + 1, kMaxLayers);
   }
   int last = 0;  // the first opaque one hides the others
   while (last < met && (item_of(items[last]).y & 1) == 0) ++last;
@@ -451,7 +451,7 @@ ivec4 with_even(int first, int count, ivec2 pixel, vec3 d, vec3 right, vec3 down
 }
 
 #ifdef EDGES
-const int kSub = 16, kMostShown = 24;
+const int kSub = 16, kMaxShown = 24;
 
 vec2 place_of(int k) {  // in the pixel
   return vec2((float(k) + 0.5) / 16.0, (float(4 * (k % 4) + k / 4) + 0.5) / 16.0) - 0.5;
@@ -459,10 +459,10 @@ vec2 place_of(int k) {  // in the pixel
 
 // MeshCaster::add_edge, MeshTile::draw_edge
 ivec4 with_edge(int first, int count, ivec2 pixel, vec3 d, vec3 right, vec3 down, ivec4 there) {
-  int shown_item[kMostShown], shown_facet[kMostShown], shown_count[kMostShown], shown = 0;
-  vec2 shown_sum[kMostShown];
-  int met[kSub], which[kSub * kMostLayers];
-  float nearness[kSub * kMostLayers];
+  int shown_item[kMaxShown], shown_facet[kMaxShown], shown_count[kMaxShown], shown = 0;
+  vec2 shown_sum[kMaxShown];
+  int met[kSub], which[kSub * kMaxLayers];
+  float nearness[kSub * kMaxLayers];
   for (int k = 0; k < kSub; ++k) met[k] = 0;
   for (int a = 0; a < count; ++a) {
     ivec4 step_now = list(first + a), item = item_of(step_now.x);
@@ -496,7 +496,7 @@ ivec4 with_edge(int first, int count, ivec2 pixel, vec3 d, vec3 right, vec3 down
       if (facets[k] < 0) continue;
       int s = 0;
       while (s < shown && (shown_item[s] != a || shown_facet[s] != facets[k])) ++s;
-      if (s == kMostShown || met[k] == kMostLayers) continue;
+      if (s == kMaxShown || met[k] == kMaxLayers) continue;
       if (s == shown) {
         shown_item[s] = a;
         shown_facet[s] = facets[k];
@@ -506,8 +506,8 @@ ivec4 with_edge(int first, int count, ivec2 pixel, vec3 d, vec3 right, vec3 down
       }
       ++shown_count[s];
       shown_sum[s] += place_of(k);
-      int at = kMostLayers * k + met[k];
-      for (; at > kMostLayers * k && before(a, nearest[k], shown_item[which[at - 1]], nearness[at - 1]);
+      int at = kMaxLayers * k + met[k];
+      for (; at > kMaxLayers * k && before(a, nearest[k], shown_item[which[at - 1]], nearness[at - 1]);
            --at) {
         which[at] = which[at - 1];
         nearness[at] = nearness[at - 1];
@@ -517,7 +517,7 @@ ivec4 with_edge(int first, int count, ivec2 pixel, vec3 d, vec3 right, vec3 down
       ++met[k];
     }
   }
-  ivec4 light[kMostShown];
+  ivec4 light[kMaxShown];
   for (int s = 0; s < shown; ++s) {
     int item = list(first + shown_item[s]).x;
     vec2 at = shown_sum[s] / float(shown_count[s]);
@@ -533,7 +533,7 @@ ivec4 with_edge(int first, int count, ivec2 pixel, vec3 d, vec3 right, vec3 down
   ivec4 sum = ivec4(0);
   for (int k = 0; k < kSub; ++k) {
     ivec4 seen = there;
-    for (int i = met[k] - 1; i >= 0; --i) seen = over(light[which[kMostLayers * k + i]], seen);
+    for (int i = met[k] - 1; i >= 0; --i) seen = over(light[which[kMaxLayers * k + i]], seen);
     sum += seen;
   }
   return (sum + kSub / 2) / kSub;
@@ -563,7 +563,7 @@ void main() {
     }
     if (seen) {
 #ifdef EDGES
-      if ((edges >> min(group, kMostGroups - 1) & 1) != 0)
+      if ((edges >> min(group, kMaxGroups - 1) & 1) != 0)
         light = with_edge(steps.x + i + 1, step_now.y, pixel, d, right, down, light);
       else
 #endif

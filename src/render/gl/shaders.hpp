@@ -19,7 +19,7 @@ inline constexpr int kListsUnit = 0, kNumbersUnit = 1, kContentUnit = 2, kRaysUn
                      kEdgesUnit = 5, kTapsUnit = 6, kValuesUnit = 7;
 inline constexpr int kFacetTexels = 6;    ///< in the numbers
 inline constexpr int kRecordTexels = 20;  ///< in the lists: one, and one a level of the content or mask
-inline constexpr int kMostGroups = 32;    ///< bits of the edges
+inline constexpr int kMaxGroups = 32;     ///< bits of the edges
 inline constexpr int kBlocksAcross = 8;   ///< of a tile, that share their samples: 16 x 8 pixels
 inline constexpr int kBlocksDown = 2;
 

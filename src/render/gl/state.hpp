@@ -112,7 +112,7 @@ class GlRenderer::State {
   render::Workers workers_;
   std::unique_ptr<OwnContext> own_;
   std::string device_;
-  int row_bits_ = 0, most_rows_ = 0;
+  int row_bits_ = 0, max_rows_ = 0;
   std::unique_ptr<OnCard> on_card_;
 
   const Projector* projector_ = nullptr;  ///< of the frame that is drawn

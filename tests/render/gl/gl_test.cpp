@@ -20,8 +20,8 @@ using render::RenderWork;
 using render_gl::GlRenderer;
 
 constexpr ImageSize kFrame{240, 160};  // drawn without a graphics card, pixels are dear
-constexpr int kMostApart = 2;          // of 255
-constexpr double kMostPixels = 1e-3;   // of the frame
+constexpr int kMaxApart = 2;           // of 255
+constexpr double kMaxPixels = 1e-3;    // of the frame
 
 Projector projector(bool lens) {
   Projector p{Camera{kFrame, {440, 430, 125.4, 201.1, 0.8}, NoDistortion{}}};
@@ -62,12 +62,12 @@ void expect_same(const ImageU8& gl, const ImageU8& cpu, const std::string& name)
         worst = std::max(worst, d);
         lit += cpu.at(x, y, c) > 60;
       }
-      apart += worst > kMostApart;
+      apart += worst > kMaxApart;
       most = std::max(most, worst);
     }
   EXPECT_GT(lit, gl.width() * gl.height() / 10) << name << ": hardly anything is drawn";
-  EXPECT_LE(apart, kMostPixels * gl.width() * gl.height()) << name << ": at most " << most << " apart";
-  if (apart <= kMostPixels * gl.width() * gl.height()) return;
+  EXPECT_LE(apart, kMaxPixels * gl.width() * gl.height()) << name << ": at most " << most << " apart";
+  if (apart <= kMaxPixels * gl.width() * gl.height()) return;
   const char* const folder = std::getenv("PROCAM_TEST_OUTPUT");
   const std::string path = (folder ? std::string(folder) + "/" : "") + "render_gl_" + name;
   io::save_image(path + "_gl.png", gl);

@@ -83,7 +83,7 @@ inline bool segments_meet(const Vec2& a, const Vec2& b, const Vec2& c, const Vec
 
 /// Why nothing can be cut out by it, in words; nullopt for a good shape.
 inline std::optional<std::string> fault_of(const ContentShape& shape) {
-  constexpr std::size_t kMostCorners = 4096;  // each pair of sides is looked at
+  constexpr std::size_t kMaxCorners = 4096;  // each pair of sides is looked at
   std::vector<const Points2*> rings;
   if (!shape.outline.empty()) rings.push_back(&shape.outline);
   for (const Points2& hole : shape.holes) rings.push_back(&hole);
@@ -99,8 +99,8 @@ inline std::optional<std::string> fault_of(const ContentShape& shape) {
     for (const Vec2& corner : ring)
       if (!(corner.x() >= 0 && corner.x() <= 1 && corner.y() >= 0 && corner.y() <= 1))
         return name(r) + " has a corner outside 0 .. 1: content coordinates are fractions of the area";
-    if (corners > kMostCorners)
-      return "outline and holes have more than " + std::to_string(kMostCorners) + " corners";
+    if (corners > kMaxCorners)
+      return "outline and holes have more than " + std::to_string(kMaxCorners) + " corners";
   }
   for (std::size_t r = 0; r < rings.size(); ++r) {
     const Points2& ring = *rings[r];

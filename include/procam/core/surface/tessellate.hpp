@@ -12,7 +12,7 @@ namespace procam {
 /// sides' middles. Throws Error(kInput) where 1024 cells a side do not suffice: the shape is not smooth.
 template <typename Shape>
 Mesh tessellate(const Shape& shape, double tolerance) {
-  constexpr int kMostCells = 1024;
+  constexpr int kMaxCells = 1024;
   require(tolerance > 0, "tessellate: the tolerance must be positive");
   const double at_middles = 0.75 * tolerance;
   int across = std::max(1, shape.cells()[0]), down = std::max(1, shape.cells()[1]);
@@ -46,7 +46,7 @@ Mesh tessellate(const Shape& shape, double tolerance) {
     down_doubled += split_v;
     across *= split_u ? 2 : 1;
     down *= split_v ? 2 : 1;
-    if (across > kMostCells || down > kMostCells)
+    if (across > kMaxCells || down > kMaxCells)
       throw Error(
           ErrorKind::kInput, "tessellate",
           "1024 triangles a side do not follow the surface to " + std::to_string(1e3 * tolerance) + " mm",

@@ -140,7 +140,7 @@ class Capture {
     if (!flags_.single_shot) {
       check();
       if (light_.failed() && !flags_.despite_checks) {
-        console_.say("nothing was captured: mend what failed, or go on with --despite-checks");
+        console_.say("nothing was captured: fix what failed, or go on with --despite-checks");
         return ExitCode::kGateFailed;
       }
     }

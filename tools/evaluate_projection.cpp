@@ -218,7 +218,7 @@ Outcome evaluate_measured(const Flags& flags) {
         "%s: all light turned by %.2f degrees would explain %.0f %% of the squared error and leave %.2f mm "
         "(rms)%s",
         one.sheet.name.c_str(), degrees, share, one.turn->rest_mm,
-        share > 50 ? ": the projector's direction is what to mend, by verify-projection or a new calibration."
+        share > 50 ? ": the projector's direction is what to fix, by verify-projection or a new calibration."
                    : ": the error is not a common one; look at the pose of each placement."));
   }
   return outcome;

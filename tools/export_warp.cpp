@@ -127,7 +127,7 @@ ImageF positions_of(Chosen chosen, const SolvedSurfaceSet& solved, const Nearest
   ImageF positions(projector.size(), 3, std::numeric_limits<float>::quiet_NaN());
   for (std::size_t i = 0; i < solved.surfaces.size(); ++i) {
     const SolvedSurface& one = solved.surfaces[i];
-    // A pixel surface has no place in the room: alone it is refused, among others it is left out.
+    // A pixel surface has no place in the room: alone it is refused, among others it is skipped.
     if (chosen ? chosen != &one : std::holds_alternative<PlacedPixels>(one.placement)) continue;
     const ImageF own = surface::position_map(one.placement, projector, file_from_projector);
     for (int y = 0; y < nearest.height(); ++y)
@@ -188,7 +188,7 @@ void write_mesh(const Flags& flags, const Placement& placement, const Projector&
   console.summary().set("/mesh_error_px", error_px);
   if (error_px > 0.25)
     diagnostics.warn("coarse_mesh",
-                     format("between the mesh's corners pixels lie up to %.2f aside", error_px) +
+                     format("between the mesh's corners pixels are up to %.2f off", error_px) +
                          (std::holds_alternative<PlacedMesh>(placement) ? "; draw through a map instead"
                                                                         : "; give a finer --grid"));
 }

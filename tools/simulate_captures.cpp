@@ -39,7 +39,7 @@ struct Flags {
   std::string output;
   bool force = false;
   bool markers = false;
-  std::string check;  ///< a board of light on the bare wall; empty: none
+  std::string check;  ///< a projected board on the bare wall; empty: none
   double bump = 0;    ///< of the projector before the check, radians
 };
 
@@ -72,10 +72,10 @@ void declare(CLI::App& app, Flags& flags) {
       "--markers", flags.markers,
       "also marker_view.png, markers on the wall as the rig's camera sees them, with markers.json and "
       "truth_projector_from_world.json: try locate-projector on it");
-  auto* check =
-      app.add_option("--check", flags.check,
-                     "also check/frame_00.png ..., this board of light (e.g. charuco) on the bare wall, with "
-                     "session.json and surfaces.json: try verify-projection on it");
+  auto* check = app.add_option(
+      "--check", flags.check,
+      "also check/frame_00.png ..., this projected board (e.g. charuco) on the bare wall, with "
+      "session.json and surfaces.json: try verify-projection on it");
   add_parsed(
       app, "--bump", [&](const std::string& text) { flags.bump = io::parse_angle(text); },
       "the projector was turned by this angle before --check, and the true rig is check/truth.json; e.g. "
@@ -201,7 +201,7 @@ SurfaceSet wall_of(const simulate::World& world) {
   return {{{"wall", plane, {}, ""}}};
 }
 
-/// A board of light on the bare wall, after somebody has bumped the projector.
+/// A projected board on the bare wall, after somebody has bumped the projector.
 void write_check(const simulate::SimulatedSession& session, const Flags& flags, const fs::path& folder) {
   simulate::World world = simulate::with_bare_wall(session.views.front());
   const auto pattern = session::make_pattern(flags.check, world.rig.projector().projector.size());
@@ -313,7 +313,7 @@ ExitCode simulate_captures(const Flags& flags, Console& console) {
         "the wall's markers are in marker_view.png and markers.json, where the projector is among them "
         "in truth_projector_from_world.json");
   if (!flags.check.empty())
-    console.say("the board of light on the wall is in check/, with the wall in check/surfaces.json");
+    console.say("the projected board on the wall is in check/, with the wall in check/surfaces.json");
   Summary& summary = console.summary();
   summary.set("/output", flags.output);
   summary.set("/level", simulate::to_string(flags.level));

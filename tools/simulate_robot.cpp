@@ -112,7 +112,7 @@ std::vector<std::vector<double>> read_numbers(const std::string& file, std::size
       throw Error(
           ErrorKind::kInput, file + ", line " + std::to_string(number),
           finite ? "its time is not after that of the line before" : "it is not '" + std::string(form) + "'",
-          "mend or remove the line");
+          "fix or remove the line");
     rows.push_back(std::move(row));
   }
   if (rows.size() < 2)

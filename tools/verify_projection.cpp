@@ -1,4 +1,4 @@
-/// verify-projection: rig.json + surfaces.json + captures of a board of light -> the error in millimetres, an
+/// verify-projection: rig, surfaces and captures of a projected board -> the error in millimetres, an
 /// alarm when something has moved, and corrected.json.
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -53,7 +53,7 @@ void declare(CLI::App& app, Flags& flags) {
       ->required();
   app.add_option(
       "--pattern", flags.pattern,
-      "the board of light that was shown: chessboard, charuco, markers or circles, with its layout as "
+      "the projected board that was shown: chessboard, charuco, markers or circles, with its layout as "
       "in session.json (default: what session.json says, in that folder or the one above)");
   app.add_option("--camera", flags.camera, "its name, for a rig with several");
   app.add_option("--projector", flags.projector, "its name, for a rig with several");
@@ -117,7 +117,7 @@ Captures read_captures(const Flags& flags, const RigProjector& projector, const 
   Captures captures{{}, pattern_of(flags), {}};
   const auto pattern = session::make_pattern(captures.pattern, projector.projector.size());
   if (!pattern->on_blank_paper())
-    throw Error(ErrorKind::kInput, "pattern '" + captures.pattern + "'", "it is no board of light",
+    throw Error(ErrorKind::kInput, "pattern '" + captures.pattern + "'", "it is not a projected board",
                 "show one of chessboard, charuco, markers, circles (charuco: any part of it is enough)");
   const io::CaptureFolder folder =
       io::load_capture_folder(flags.captures, pattern->frame_count(), pattern->channels());
@@ -261,7 +261,7 @@ void say_marks(Console& console, const analyze::VerifyResult& result) {
     const Vec2& pixel = mark.seen.projector_pixel;
     console.say(format("%-6zu %7.1f %8.1f  %8.1f %8.1f  %8.3f %8.3f  %7.3f %7.3f %8.3g", i, pixel.x(),
                        pixel.y(), at.x(), at.y(), error.x(), error.y(), sigma.x(), sigma.y(), mark.chi2) +
-                (!mark.rejection.empty() ? "  left out: " + mark.rejection
+                (!mark.rejection.empty() ? "  rejected: " + mark.rejection
                  : mark.beyond           ? "  beyond"
                                          : ""));
     const std::string to = "/marks/" + std::to_string(i);
@@ -296,7 +296,7 @@ void say_result(Console& console, const analyze::VerifyResult& result, const Fla
   if (result.rig || result.rig_from_surface)
     console.say(
         format("corrected: %.3f mm rms, %.3f at most", 1e3 * result.rms_after, 1e3 * result.worst_after));
-  console.say(format("scatter that no movement explains: %.3f mm rms, %.2f times the detected noise",
+  console.say(format("residual RMS without movement: %.3f mm, %.2f times the detected noise",
                      1e3 * result.scatter_rms, result.scatter));
   Summary& summary = console.summary();
   summary.set("/alarm", result.alarm);

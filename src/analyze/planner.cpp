@@ -340,7 +340,7 @@ ProjectionPlan plan_projection(const DataSheet& sheet, const Site& site) {
   plan.projector = projector_of(sheet);
   plan.projector_from_wall = site.projector_from_wall;
   const std::vector<LightOnWall> corners = landed_corners(plan.projector, plan.projector_from_wall);
-  // Amid four corners that land.
+  // Inside four corners whose rays meet the wall.
   const LightOnWall middle =
       light_on_wall(plan.projector, plan.projector_from_wall, picture_middle(sheet.resolution)).value();
 

@@ -32,7 +32,7 @@ Mat6 bump_of(const Pose& rig_from_thing, const VerifyOptions& options) {
               "check that they all fall on the one flat surface, and that the captures are of this pattern");
 }
 
-/// The marks that agree on some rigid movement, and why the others are left out.
+/// The marks that agree on some rigid movement, and why the others are rejected.
 Which agreeing(const Fit& robust, const Which& marks, double rate, std::vector<VerifiedMark>& all) {
   const double limit = -2 * std::log(rate / double(marks.size()));
   const double usual = scatter2_of(robust.squares);
@@ -262,7 +262,7 @@ void add_remarks(const Rig& rig, const StatedSurface& surface, const VerifyOptio
   }
   if (rejected > 0)
     remarks.warn("marks_left_out", std::to_string(rejected) + " of " + std::to_string(result.marks.size()) +
-                                       " marks do not go with the others and are left out");
+                                       " marks do not go with the others and are rejected");
   if (beyond > 0 && !result.alarm)
     remarks.warn("marks_beyond", std::to_string(beyond) +
                                      " marks lie beyond their own limits although together they show no "

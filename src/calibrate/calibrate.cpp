@@ -210,8 +210,8 @@ ShapedSolution solve_with_shape(const Correspondences& data, const Start& start,
 
 void warn_view_rejected(const std::string& view, const std::string& device, const std::string& cause,
                         std::string& note, Diagnostics& diagnostics) {
-  note += (note.empty() ? "" : "; ") + ("left out for " + device + ": " + cause);
-  diagnostics.warn("view_left_out", "view " + view + " left out for " + device + ": " + cause);
+  note += (note.empty() ? "" : "; ") + ("rejected for " + device + ": " + cause);
+  diagnostics.warn("view_left_out", "view " + view + " rejected for " + device + ": " + cause);
 }
 
 CalibrationResult describe(const Correspondences& data, const Start& start, const Solution& solution,
@@ -258,7 +258,7 @@ CalibrationResult describe(const Correspondences& data, const Start& start, cons
         const bool with_camera =
             data.devices[d].kind == DeviceKind::kProjector && solution.rejected[v][std::size_t(m.camera())];
         if (with_camera)
-          residual.reason = "read by " + data.devices[std::size_t(m.camera())].name + ", which was left out";
+          residual.reason = "read by " + data.devices[std::size_t(m.camera())].name + ", which was rejected";
         if (residual.used) {
           joint_sum += residual.residual.squaredNorm();
           ++joint_count;
@@ -275,7 +275,7 @@ CalibrationResult describe(const Correspondences& data, const Start& start, cons
       else if (dropped > 0)
         result.diagnostics.note("outliers", "view " + view.name + ": " + std::to_string(dropped) + " of " +
                                                 std::to_string(measurements.size()) + " points" + of_device +
-                                                " left out as outliers");
+                                                " rejected as outliers");
     }
     result.views.push_back(view);
   }
@@ -325,7 +325,7 @@ void tell_shape(const ShapedSolution& shaped, CalibrationResult& result) {
                                 px(shape.holdout_flat_px) + " to " + px(shape.holdout_free_px));
 }
 
-/// When half of the views say otherwise, nobody knows which half is right.
+/// Fails when half of a device's views or more were rejected: there is no majority.
 Gate agreement_gate(const Correspondences& data, const Start& start, const Solution& solution) {
   Gate gate{"views agree", true, "all"};
   for (std::size_t d = 0; d < data.devices.size(); ++d) {
@@ -434,11 +434,11 @@ void free_lenses(const Correspondences& data, const Options& options, bool camer
   }
 }
 
-/// Distortion that the views say little about would be noise, and the light's error between and beyond them:
-/// what is known of any lens keeps it near zero. Where the views scatter more than their noise explains, they
-/// say less than the normal equations take them to say, by variance_ratio, and the priors weigh as much more;
-/// radial terms of a rational lens get theirs only here. Returns all parameters that are poorly constrained:
-/// distortion kept by its prior, and what else the reported sigmas leave open.
+/// Distortion that the views say little about would be noise, and the light's error between and beyond
+/// them: what is known of any lens keeps it near zero. Where the residuals of the views exceed their
+/// noise, they say less than the normal equations take them to say, by variance_ratio, and the priors
+/// weigh as much more; radial terms of a rational lens get theirs only here. Returns all parameters that
+/// are poorly constrained: distortion kept by its prior, and what else the reported sigmas leave open.
 std::vector<WeaklyObservable> regularise_weak_parameters(ShapedSolution& shaped, Sigmas& sigmas, Start& start,
                                                          bool camera_known, const Options& options) {
   std::vector<WeaklyObservable> all;
@@ -492,7 +492,7 @@ void tell_lenses(std::vector<LensAlternative> alternatives, CalibrationResult& r
     });
     result.diagnostics.note("lens_model", result.devices[std::size_t(alternative.device)].name +
                                               "'s lens is taken as " + alternative.model +
-                                              ": it predicts views left out to " +
+                                              ": it predicts held-out views to " +
                                               px(alternative.holdout_px) + ", the usual " + kUsualLensModel +
                                               " to " + px(usual->holdout_px));
   }
@@ -570,7 +570,7 @@ CalibrationResult run(const Correspondences& given, const std::optional<KnownLen
     for (std::size_t v = 0; v < data.views.size(); ++v) {
       ViewResult& view = result.views[v];
       if (!view.used) continue;
-      report(options, "leaving out view " + data.views[v].name,
+      report(options, "holding out view " + data.views[v].name,
              0.8 + 0.2 * double(v) / double(data.views.size()));
       hold_out(data, start.used, solution, int(v), view);
       for (std::size_t d = 0; d < data.devices.size(); ++d) {

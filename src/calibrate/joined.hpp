@@ -6,15 +6,14 @@
 
 namespace procam::calibrate {
 
-/// A view with fewer points of a device says nothing of it: four fix a homography; two more let it be
-/// checked.
+/// Minimum points per device and view: four for a homography, two for redundancy.
 constexpr int kMinPointsPerView = 6;
 
 /// Measurements of a device in a view that a mask uses.
 int count_used(const UsedMask& used, std::size_t view, std::size_t device);
 
 /// Devices by groups that share views, each with at least kMinPointsPerView measurements in it; devices that
-/// have no such view are left out. In the order of their first device.
+/// have no such view are omitted. In the order of their first device.
 std::vector<std::vector<std::size_t>> joined_devices(const Correspondences& data, const UsedMask& used);
 
 /// Throws Error(kNotEnoughData) with the names of two groups that no view joins, and the capture that would.

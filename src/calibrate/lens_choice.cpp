@@ -214,7 +214,7 @@ std::vector<LensAlternative> choose_lenses(const Correspondences& data, const Us
       trial.told.by_view = squares_by_view(data, all, next, variance, trial.held_out);
       if (trial.told.ruled_out.empty() &&
           trial.told.by_view.size() != groups_left(next.options, trials[usual].held_out))
-        trial.told.ruled_out = "not determined once a view is left out";
+        trial.told.ruled_out = "not determined once a view is held out";
     }
     const std::size_t chosen = choose(trials, usual);
     trials[chosen].told.chosen = true;

@@ -1,5 +1,5 @@
 #pragma once
-/// Private to calibrate: which distortion, by what it predicts of views that were left out.
+/// Private to calibrate: which distortion, by what it predicts of held-out views.
 #include "procam/calibrate/options.hpp"
 #include "procam/calibrate/result.hpp"
 #include "solve.hpp"

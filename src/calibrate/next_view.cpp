@@ -107,8 +107,7 @@ std::optional<View> view_at(const Usual& usual, const SolvedBundle& solved, cons
   return view;
 }
 
-/// What is left of a corner's covariance in light that was read at it is usual.variance: put the corner's
-/// share on top, which the residual will take away again.
+/// usual.variance excludes the corner noise. Adds J C J^T, since reprojection_residual() subtracts it.
 void add_corners_share(Correspondences& one, const BundleState& there) {
   for (std::size_t d = 1; d < one.devices.size(); ++d)
     for (const Measurement& m : measurements_of(one, 0, int(d))) {

@@ -31,7 +31,7 @@ void require_views(const CameraAlone& alone, const Correspondences& data, std::s
   std::string why = std::to_string(usable) + " of " + std::to_string(data.views.size()) +
                     " views are usable, " + std::to_string(kMinViews) + " are needed";
   for (std::size_t v = 0; v < data.views.size(); ++v)
-    if (!alone.camera_from_board[v]) why += "; " + data.views[v].name + " left out: " + alone.why[v];
+    if (!alone.camera_from_board[v]) why += "; " + data.views[v].name + " rejected: " + alone.why[v];
   throw Error(ErrorKind::kNotEnoughData, camera == 0 ? "calibration" : data.devices[camera].name, why,
               "capture at least three (better eight) views with the board tilted and at other distances");
 }

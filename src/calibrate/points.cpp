@@ -476,7 +476,7 @@ PointsResult calibrate_from_points(const Device& device, const std::vector<Point
     if (pair.used) sum2 += r->squaredNorm(), ++count;
     if (!pair.used)
       result.diagnostics.warn("pair_left_out",
-                              describe_pair(problem, i) + " is left out: " +
+                              describe_pair(problem, i) + " is rejected: " +
                                   (r ? std::to_string(int(std::lround(r->norm()))) + " px off"
                                      : std::string("it lies behind the device")) +
                                   "; check its numbers");
@@ -500,7 +500,7 @@ PointsResult calibrate_from_points(const Device& device, const std::vector<Point
                                 std::string(millimetres) +
                                 " (rms displacement a motion): they count as one measurement of the board");
   }
-  // The residual of a pair left out is (I - H)^-1 r, H its block of the hat matrix (Cook and Weisberg, 1982).
+  // The residual of a held-out pair is (I - H)^-1 r, H its block of the hat matrix (Cook and Weisberg, 1982).
   double left2 = 0;
   int left = 0;
   for (std::size_t row = 0; row < linear.pair_of_row.size(); row += 2) {
@@ -543,7 +543,7 @@ PointsResult calibrate_from_points(const Device& device, const std::vector<Point
   rig.quality.gates = check_rig(rig, limits);
   const int out = int(pairs.size()) - count;
   rig.quality.gates.push_back({device.name + " points agree", 4 * out <= int(pairs.size()),
-                               std::to_string(out) + " of " + std::to_string(pairs.size()) + " left out"});
+                               std::to_string(out) + " of " + std::to_string(pairs.size()) + " rejected"});
   for (const Gate& gate : rig.quality.gates)
     if (!gate.passed) result.diagnostics.fail("gate_failed", gate.name + ": " + gate.detail);
   if (redundant < kTellingRedundancy)

@@ -178,7 +178,7 @@ std::string rejection_reason(const Growing& rig, std::size_t view) {
   std::string why;
   for (const auto& alone : rig.alone)
     if (alone) why += (why.empty() ? "" : ", ") + alone->why[view];
-  return "left out: " + why;
+  return "rejected: " + why;
 }
 
 Growing begin(Correspondences& data, const Options& options) {

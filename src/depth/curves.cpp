@@ -89,7 +89,7 @@ std::vector<FourSamples> by_fours(const std::vector<Sample>& samples) {
 template <bool kCylinder>
 bool refine(const std::vector<Sample>& samples, Shape& shape) {
   constexpr int kSize = kCylinder ? 5 : 4;
-  constexpr double kStill = 0.999;  ///< of the squares are left after a step that changed nothing to speak of
+  constexpr double kStill = 0.999;  ///< convergence: stop when the cost fell by less than 0.1 %
   using Matrix = Eigen::Matrix<double, kSize, kSize>;
   using Vector = Eigen::Matrix<double, kSize, 1>;
   using Four = Eigen::Array4d;

@@ -45,7 +45,7 @@ CellsOfRegion cells_of(const CellGrid& grid, const std::vector<char>& alone, con
 }
 
 /// Cells that another surface reaches into in spite of all: their means lie beyond three and a half robust
-/// sigmas (of the median) of what the region's cells scatter. They are left out, and the plane fitted again.
+/// sigmas (of the median) of what the region's cells scatter. They are skipped, and the plane fitted again.
 void drop_outliers(const CellGrid& grid, int least, std::vector<int>& cells, Moments& moments,
                    InverseDepthPlane& plane) {
   for (int round = 0; round < 3; ++round) {

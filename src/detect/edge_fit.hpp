@@ -17,7 +17,7 @@ namespace procam::detect {
 struct EdgeGuess {
   Vec2 from, to;    ///< its ends; light lies to the left of the way in image axes (x right, y down: above)
   double bend = 0;  ///< second derivative of d along t, 1 / pixels; positive bows towards the light
-  double trim = 0;  ///< left aside at both ends, where other edges blur in
+  double trim = 0;  ///< ignored at both ends, where other edges blur in
   double inside = 2, outside = 2;  ///< pixels used on the dark and the light side
 };
 

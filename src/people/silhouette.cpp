@@ -180,7 +180,7 @@ Silhouettes find_silhouettes(const SilhouetteInput& view, const SilhouetteOption
       if (strange < std::min(kMinReadings, (right - x) * (bottom - y))) continue;
       const auto way = way_of(column, row);
       if (!way) continue;
-      // Of one body they lie close together; of two, each has its ball.
+      // Depth range below the margin: one bounding sphere; else one for the nearest and one for the farthest.
       if (behind - nearest < options.margin) {
         const double middle = 0.5 * (nearest + behind);
         found.seen.push_back({middle * *way, 0.5 * (behind - nearest) * way->norm() + per_metre * middle});

@@ -24,8 +24,8 @@ class LightCurve {
 
   Light light(Value value) const { return light_[value]; }
 
-  /// The nearest value. Light is looked up in steps of 1/8160, which makes up to 0.2 of a value in the
-  /// darkest tenth and nothing elsewhere; light of a value gives that value.
+  /// The nearest value. Light is looked up in steps of 1/8160: an error of up to 0.2 of a value in the
+  /// darkest tenth, none elsewhere. value(light(v)) == v for all v.
   Value value(Light light) const { return value_[unsigned(light + kStep / 2) / kStep]; }
 
  private:

@@ -10,7 +10,7 @@ namespace {
 constexpr float kStep = 0.02f;  ///< share of the distance by which a mesh's depth may jump within one surface
 constexpr int kSub = 16;        ///< casts for an edge pixel
 
-/// Their places in the pixel, no two in one row or column.
+/// 16 sub-pixel offsets (N-rooks pattern).
 struct SubPixels {
   double x[kSub], y[kSub];
 };
@@ -30,7 +30,7 @@ bool before(int a, float nearness_a, int b, float nearness_b) {
   return nearness_a > nearness_b;
 }
 
-/// Where light grazes, a step of a pixel may pass the horizon: keep to the way there.
+/// At grazing angles: limits the pixel step so that the footprint stays in front of the horizon.
 void keep_in_front(Footprint& f) {
   const double reach = 0.5 * (std::abs(f.slope_x.z()) + std::abs(f.slope_y.z())), most = 0.9 * f.centre.z();
   if (!(reach > most)) return;

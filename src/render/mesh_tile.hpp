@@ -68,7 +68,7 @@ class MeshTile {
   static constexpr int kBlock = 16, kStrip = 8;  ///< pixels, across and down, that share their samples
   static constexpr int kBlocks = kTileWidth / kBlock, kStrips = kTileHeight / kStrip;
   static constexpr int kSub = 16;       ///< casts for an edge pixel
-  static constexpr int kMaxParts = 24;  ///< facets in one; the rest are left out
+  static constexpr int kMaxParts = 24;  ///< facets in one; the rest are skipped
 
   /// One item in a row: pixels [begin, end) look at points_ from `first` on, all u, then all v, and so on.
   struct Row {

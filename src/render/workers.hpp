@@ -18,7 +18,7 @@ class Workers {
   Workers& operator=(const Workers&) = delete;
 
   /// Calls turn(i) once for every i in [0, count), in any order, and returns when all are done. The first
-  /// exception of a turn is rethrown here; turns not yet begun are left out then.
+  /// exception of a turn is rethrown here; turns not yet begun are skipped then.
   template <typename Turn>
   void run(int count, const Turn& turn) {
     run({count, &turn, [](const void* what, int i) { (*static_cast<const Turn*>(what))(i); }});

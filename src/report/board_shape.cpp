@@ -63,7 +63,7 @@ std::string board_shape(const calibrate::CalibrationResult& result, const Board&
                     " (blue into the sheet, orange towards the reader); rms " +
                     millimetres(shape.out_of_plane_rms) + ". " + element("b", "", "Along it") + ": lines, " +
                     shortest(along) + "× magnified; rms " + millimetres(shape.in_plane_rms) + "." + stretch +
-                    " Views left out are predicted to " + pixels(shape.holdout_free_px) +
+                    " Held-out views are predicted to " + pixels(shape.holdout_free_px) +
                     " px with this shape, to " + pixels(shape.holdout_flat_px) + " px as printed.",
                 "style=\"max-width:560px\"");
 }

@@ -130,7 +130,7 @@ std::string residual_scatter(const CalibrationResult& result, int device) {
                         share(spread.within[1], spread.used) + ", " + share(spread.within[2], spread.used) +
                         " (pure noise: 39, 86, 99 %).";
   if (spread.left_out > 0)
-    caption += " " + std::to_string(spread.left_out) + " left out: crosses, at the edge when further away.";
+    caption += " " + std::to_string(spread.left_out) + " rejected: crosses, at the edge when further away.";
   return figure(svg("0 0 480 462", "Residuals of " + name, content), caption);
 }
 
@@ -208,7 +208,7 @@ std::string coverage(const CalibrationResult& result, const Correspondences& dat
       if (counts[std::size_t(row * kCellColumns + column)] == 0)
         content += rectangle("class=\"empty\"", first + Vec2(column * cell.x(), row * cell.y()), cell);
   const Marks unused = unused_observations(result, data, about.name, 0.2 * em);
-  content += unused.path("class=\"unused\"", "view left out");
+  content += unused.path("class=\"unused\"", "view rejected");
   for (std::size_t v = 0; v < result.views.size(); ++v) {
     Marks dots;
     for (const Residual& r : result.residuals)
@@ -248,7 +248,7 @@ std::string coverage(const CalibrationResult& result, const Correspondences& dat
                         std::to_string(kCellColumns) + " " + kTimes + " " + std::to_string(kCellRows) +
                         " cells. In the tinted cells the lens is extrapolated: bring the board there.";
   if (!board_next.empty()) caption += " Dashed: the board's points in the view to add next.";
-  if (!unused.d.empty()) caption += " Grey crosses: views that were left out.";
+  if (!unused.d.empty()) caption += " Grey crosses: views that were rejected.";
   return figure(svg(box(low, high - low), "Coverage of " + about.name, content), caption);
 }
 

@@ -125,7 +125,7 @@ std::string verify_picture(const VerifyResult& result, const Points2& content) {
   }
   drawing += label(Vec2(kRim, foot + 71), words,
                    "grey: 95 % of errors when nothing has moved" +
-                       std::string(rejected.d.empty() ? "" : "; crosses: marks that are left out"));
+                       std::string(rejected.d.empty() ? "" : "; crosses: marks that are rejected"));
   std::string picture = svg(box(Vec2::Zero(), Vec2(kSheetWidth, frame.height() + kFoot)),
                             "Errors of the light on " + result.surface, drawing);
   picture.insert(picture.find("<svg") + 4, " xmlns=\"http://www.w3.org/2000/svg\"");

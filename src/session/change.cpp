@@ -19,7 +19,7 @@ struct BlockDifference {
   int pixels = 0;
 };
 
-/// Calls `use` for every block; those at the right and lower rim are smaller, slivers are left out.
+/// Calls `use` for every block; those at the right and lower rim are smaller, slivers are skipped.
 template <typename Use>
 void for_each_block(ViewU8 a, ViewU8 b, const Use& use) {
   for (int top = 0; top < a.height; top += kBlock)

@@ -142,7 +142,7 @@ Correspondences join(const Board& board, const std::vector<Device>& devices,
     }
     if (most < kFewestPoints) {
       joined.diagnostics.warn("view_left_out",
-                              "view '" + view.name + "' is left out: " + saw +
+                              "view '" + view.name + "' is rejected: " + saw +
                                   " points of the board; take it again with the board in full view");
       continue;
     }

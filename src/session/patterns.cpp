@@ -320,7 +320,7 @@ std::string layout_text(const Board& layout) {
   return text.substr(text.find(':') + 1);
 }
 
-/// A board of light beside the print.
+/// A projected board beside the print.
 class BoardOfLight : public SessionPattern {
  public:
   BoardOfLight(const char* name, const pattern::ProjectedBoard& shown) : name_(name), shown_(shown) {}

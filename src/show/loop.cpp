@@ -47,7 +47,7 @@ class Loop {
         const double period = 1 / options_.fps;
         const double late = now - due;
         if (metrics_.frames > 0) metrics_.jitter.add(std::abs(late));
-        // Frames whose time has passed are left out, so that the next is on time again.
+        // Frames whose time has passed are skipped, so that the next is on time again.
         const double passed = std::max(0.0, std::floor(late / period));
         metrics_.dropped += std::uint64_t(passed);
         due += period * (1 + passed);

@@ -256,7 +256,7 @@ LocateResult locate(const MarkerDetections& detections, const Camera& camera, co
     } else {
       marker.reason = "its corners lie " + format(marker.error_px, 1) + " px from where the others put it";
       result.diagnostics.warn("marker_left_out",
-                              name + " is left out: " + marker.reason +
+                              name + " is rejected: " + marker.reason +
                                   "; it was moved, or its place or size in the map is wrong");
     }
     result.markers.push_back(marker);

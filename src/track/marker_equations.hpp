@@ -32,7 +32,7 @@ struct Problem {
   Camera camera;
   std::vector<Sighting> sightings;
   Vec6 map_sigma = Vec6::Zero();  ///< rotation, translation, in the marker's frame
-  bool corners_only = false;      ///< a quicker start; edges are left aside
+  bool corners_only = false;      ///< a quicker start; edges are ignored
   std::vector<double> weights;    ///< a marker each; empty: 1
 
   /// Degrees of freedom: residuals less the pose and each marker's spread where edges show it; 1 or more.

@@ -69,7 +69,7 @@ std::vector<StampedPose> read_pose_log(const std::filesystem::path& path) {
     if (why != nullptr) {
       if (!whole) break;  // the program ended while it wrote
       throw Error(ErrorKind::kInput, path.string() + ", line " + std::to_string(number), why,
-                  "mend or remove the line");
+                  "fix or remove the line");
     }
     messages.push_back(std::move(message));
   }

@@ -24,10 +24,11 @@ constexpr double kLatest = 1;       ///< seconds behind the newest message: olde
 
 /// chi-square of 6 degrees of freedom: 1 in 2 * 10^8 messages of Gaussian noise.
 constexpr double kGate = 50;
-/// What is nearer than this to the prediction is no other place, however sure the filter is of itself.
+/// Floor of the outlier check: closer than this (metres, radians) is never an outlier, even if the predicted
+/// covariance is tiny.
 constexpr double kNearPosition = 0.03, kNearRotation = 0.03;
 
-/// What of a stated covariance is left when the scatter is taken away: its part without negative variances.
+/// Nearest positive semidefinite matrix: negative eigenvalues set to zero.
 Mat6 positive_part(const Mat6& m) {
   const Eigen::SelfAdjointEigenSolver<Mat6> solver(m);
   return solver.eigenvectors() * solver.eigenvalues().cwiseMax(0).asDiagonal() *

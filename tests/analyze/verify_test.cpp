@@ -56,9 +56,9 @@ TEST(Verify, FindsATurnOfTheProjectorAndMendsIt) {
   EXPECT_LT(result.rms_after, 0.15e-3);
   EXPECT_EQ(result.used, int(result.marks.size()));
 
-  World mended = world;
-  mended.stated = *result.rig;
-  EXPECT_FALSE(mended.verified({}, 77).alarm);
+  World corrected = world;
+  corrected.stated = *result.rig;
+  EXPECT_FALSE(corrected.verified({}, 77).alarm);
 }
 
 TEST(Verify, KeepsQuietAsOftenAsItSays) {

@@ -71,7 +71,7 @@ void apply(Session& s, const json& step) {
       pose.translation = Vec3(-0.14, -0.09, z);
     }
     s.data = s.world.correspondences(5);
-  } else if (op == "amid_the_picture") {  // tilted, but small and never near an edge
+  } else if (op == "small_in_the_centre") {  // tilted, but small and never near an edge
     for (Pose& pose : s.world.camera_from_board)
       pose.translation = vector_of(step.at("metres")) - pose.rotation * Vec3(0.14, 0.0875, 0);
     s.data = s.world.correspondences(5);

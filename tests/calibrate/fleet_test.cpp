@@ -165,7 +165,7 @@ TEST(Fleet, NamesTheViewWhosePicturesWereExchanged) {
   const CalibrationResult result = calibrate_rig(data, flat_read_at_corners());
   std::string words;
   for (const Diagnostic& d : result.diagnostics.items) words += d.message + "\n";
-  EXPECT_NE(words.find("view view_3 left out for left: its pictures are those of right"), std::string::npos)
+  EXPECT_NE(words.find("view view_3 rejected for left: its pictures are those of right"), std::string::npos)
       << words;
   EXPECT_TRUE(result.rig.quality.passed());
   EXPECT_FALSE(result.views[3].used);

@@ -1,4 +1,4 @@
-/// Which lens model: judged by views that were left out.
+/// Which lens model: judged by held-out views.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -170,7 +170,7 @@ TEST(LensChoice, FallsBackWhereATrialCannotBeEvaluated) {
     EXPECT_TRUE(std::isfinite(off_mm(result, world))) << seed;
   }
   for (const char* reason :
-       {"not determined by these views", "not determined once a view is left out", "did not converge"})
+       {"not determined by these views", "not determined once a view is held out", "did not converge"})
     EXPECT_EQ(reasons.count(reason), 1u) << reason;
 }
 

@@ -62,7 +62,7 @@ TEST(BoardShape, OfABentSheetIsFoundAndHelps) {
   EXPECT_LT(error(automatic), error(as_printed));
 }
 
-/// Twenty flat sheets: a shape must win by 5 % on views left out, which noise hardly ever gives it. One false
+/// Twenty flat sheets: a shape must win by 5 % on held-out views, which noise hardly ever gives it. One false
 /// alarm in twenty is allowed; at a true rate of 1 % more come up in 1.7 % of runs, and the seeds are fixed.
 TEST(BoardShape, OfAFlatSheetIsLeftAlone) {
   int free = 0;

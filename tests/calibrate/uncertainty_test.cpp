@@ -214,13 +214,13 @@ TEST(BundleCovariance, KnowsTheBoardPosesToo) {
 TEST(RepeatedPoses, CountAsOneView) {
   const NumericWorld world = NumericWorld::make(6, 31, 0.08, 0.12);
   const Correspondences once = world.correspondences(32);
-  Correspondences thrice = once;
+  Correspondences repeated = once;
   for (const std::string again : {"_b", "_c"})
     for (const View& view : once.views) {
-      thrice.views.push_back(view);
-      thrice.views.back().name += again;
+      repeated.views.push_back(view);
+      repeated.views.back().name += again;
     }
-  const CalibrationResult single = calibrate_rig(once, flat()), copied = calibrate_rig(thrice, flat());
+  const CalibrationResult single = calibrate_rig(once, flat()), copied = calibrate_rig(repeated, flat());
   ASSERT_EQ(copied.rig.covariance.names, single.rig.covariance.names);
   const VecX ratio = copied.rig.covariance.matrix.diagonal()
                          .cwiseQuotient(single.rig.covariance.matrix.diagonal())

@@ -35,9 +35,9 @@ INSTANTIATE_TEST_SUITE_P(Kinds, EveryBoard, testing::ValuesIn(kKinds),
                          [](const auto& tested) { return tested.param.name; });
 
 TEST_P(EveryBoard, HasItsPointsRightUnderTurnsAndBlur) {
-  // With 24 points or more the mean of e^T C^-1 e / 2 scatters by at most 0.15: beyond 1.9 only if a sigma is
-  // too small by a third (false alarm rate below 1e-5 a scene). Below: where markers blur into the corners'
-  // windows the sigma may be up to 2.5 times too large.
+  // With 24 points or more the standard deviation of the mean of e^T C^-1 e / 2 is at most 0.15: beyond
+  // 1.9 only if a sigma is too small by a third (false alarm rate below 1e-5 a scene). Below: where
+  // markers blur into the corners' windows the sigma may be up to 2.5 times too large.
   for (const auto& [turn, blur] : {std::pair(0.13, 0.6), std::pair(1.9, 0.9), std::pair(-2.6, 1.5)}) {
     ArtworkScene scene;
     scene.board = GetParam().board;

@@ -46,8 +46,8 @@ bool right_handed(const Detections& d, const Chessboard& board) {
 }
 
 TEST(Chessboard, CornersAreRightToHundredthsWithAnHonestSigma) {
-  // 126 coordinates a scene: the mean of e^T C^-1 e / 2 scatters by 0.13; outside (1/2.25, 2.25), i.e. 1.5 in
-  // sigma, only if sigma is wrong (false alarm rate below 1e-6).
+  // 126 coordinates a scene: the standard deviation of the mean of e^T C^-1 e / 2 is 0.13; outside
+  // (1/2.25, 2.25), i.e. 1.5 in sigma, only if sigma is wrong (false alarm rate below 1e-6).
   for (const auto& [blur, noise] : {std::pair(0.6, 2.0), std::pair(1.5, 3.0)}) {
     BoardScene scene;
     scene.blur_px = blur;
@@ -134,7 +134,7 @@ TEST(Chessboard, IsFoundWhereTheProjectorLightsOnlyAPartOfIt) {
     for (int x = 0; x < image.width(); ++x)
       if (3 * x + y > 1230) image.at(x, y) = std::uint8_t(image.at(x, y) / 9);  // room light alone
   const Detections found = detect_chessboard(image, scene.board);
-  EXPECT_GE(found.observations.size(), 50u);  // those on the light's border are left out
+  EXPECT_GE(found.observations.size(), 50u);  // those on the light's border are rejected
   const Points2 truth = test::true_corners(scene);
   for (const Observation& o : found.observations) {
     double nearest = 1e9;  // 7x9 may be read from either end

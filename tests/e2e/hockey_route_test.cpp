@@ -92,7 +92,7 @@ class HockeyRoute : public testing::Test {
 };
 
 /// Where the light of the left paddle lands, metres of the table; nullopt when none is seen. The table's own
-/// lines have the same colour, so its border is left out.
+/// lines have the same colour, so its border is ignored.
 std::optional<Vec2> lit_paddle(ViewU8 frame, const Projector& projector, const Pose& table_from_projector) {
   Vec2 sum = Vec2::Zero();
   int count = 0;

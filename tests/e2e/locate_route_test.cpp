@@ -78,7 +78,7 @@ TEST_F(LocateRoute, NamesAMarkerThatHangsElsewhere) {
   io::save_marker_map(folder_ / "wrong.json", map);
   const ToolRun run = locate("--markers " + at("wrong.json"));
   EXPECT_EQ(run.exit_code, 0) << run.err;
-  EXPECT_NE(run.err.find("marker 7 is left out"), std::string::npos) << run.err;
+  EXPECT_NE(run.err.find("marker 7 is rejected"), std::string::npos) << run.err;
 }
 
 TEST_F(LocateRoute, RefusesWhatItCannotLocate) {

@@ -140,14 +140,14 @@ TEST_F(PointsRoute, FindsTheProjectorOfARoomWithinItsSigmas) {
   EXPECT_LT(std::sqrt(actual2 / 10), 4);  // millimetres: as good as the tape, not only as was said
 }
 
-/// Two names mixed up when the list was written: both are named and left out, and the rest is the answer.
+/// Two names mixed up when the list was written: both are named and rejected, and the rest is the answer.
 TEST_F(PointsRoute, NamesPairsThatWereMixedUp) {
   std::vector<ClickedRoom::Click> clicks = room_.clicked(21);
   std::swap(clicks[6].pixel, clicks[8].pixel);
   const ToolRun run = calibrate(clicks);
   EXPECT_EQ(run.exit_code, 0) << run.err;
-  EXPECT_NE(run.err.find("'shelf right' is left out"), std::string::npos) << run.err;
-  EXPECT_NE(run.err.find("'cupboard' is left out"), std::string::npos) << run.err;
+  EXPECT_NE(run.err.find("'shelf right' is rejected"), std::string::npos) << run.err;
+  EXPECT_NE(run.err.find("'cupboard' is rejected"), std::string::npos) << run.err;
   EXPECT_EQ(run.err.find("'lamp'"), std::string::npos) << run.err;
   const nlohmann::json said = run.json();
   EXPECT_GE(said.at("truth").at("parameters_inside_3_sigma"), 9);
@@ -156,7 +156,7 @@ TEST_F(PointsRoute, NamesPairsThatWereMixedUp) {
   // Kept when the user says so, and such a rig is marked.
   const ToolRun kept = calibrate(clicks, "--keep-outliers");
   EXPECT_EQ(kept.exit_code, 5) << kept.err;
-  EXPECT_EQ(kept.err.find("is left out"), std::string::npos) << kept.err;
+  EXPECT_EQ(kept.err.find("is rejected"), std::string::npos) << kept.err;
   EXPECT_GT(kept.json().at("rms_px").get<double>(), 50);
 }
 

@@ -1,4 +1,4 @@
-/// verify-projection as a program, on rendered captures with blur and noise: what it finds, mends and
+/// verify-projection as a program, on rendered captures with blur and noise: what it finds, corrects and
 /// refuses.
 #include <gtest/gtest.h>
 
@@ -80,7 +80,7 @@ TEST_F(VerifyRoute, FindsABumpAndBringsTheLightBack) {
   const std::string wall = "--surfaces " + at("wall.json");
   const double before = analyze::true_light_error(io::load_rig(folder_ / "rig.json"), world_.rig, 2).worst_mm;
   EXPECT_GT(before, 6);
-  const ToolRun run = verify(wall + " --correct projector --sigma-bump 1deg,20mm -o " + at("mended.json") +
+  const ToolRun run = verify(wall + " --correct projector --sigma-bump 1deg,20mm -o " + at("corrected.json") +
                              " --picture " + at("seen.svg") + " --json");
   ASSERT_EQ(run.exit_code, 5) << run.err;
   const auto json = run.json();
@@ -92,13 +92,13 @@ TEST_F(VerifyRoute, FindsABumpAndBringsTheLightBack) {
   EXPECT_GT(json.at("marks")[0].at("sigma_mm")[0].get<double>(), 0);
   EXPECT_EQ(slurp(folder_ / "seen.svg").rfind("<svg", 0), 0u);
 
-  const Rig mended = io::load_rig(folder_ / "mended.json");
-  EXPECT_LT(analyze::true_light_error(mended, world_.rig, 2).worst_mm, 1);
-  EXPECT_EQ(mended.provenance.tool, world_.rig.provenance.tool);
-  EXPECT_NE(mended.provenance.options.at("corrected").find("turned by 0."), std::string::npos);
-  EXPECT_EQ(mended.provenance.inputs.size(), world_.rig.provenance.inputs.size() + 3);
+  const Rig corrected = io::load_rig(folder_ / "corrected.json");
+  EXPECT_LT(analyze::true_light_error(corrected, world_.rig, 2).worst_mm, 1);
+  EXPECT_EQ(corrected.provenance.tool, world_.rig.provenance.tool);
+  EXPECT_NE(corrected.provenance.options.at("corrected").find("turned by 0."), std::string::npos);
+  EXPECT_EQ(corrected.provenance.inputs.size(), world_.rig.provenance.inputs.size() + 3);
 
-  fs::rename(folder_ / "mended.json", folder_ / "rig.json");
+  fs::rename(folder_ / "corrected.json", folder_ / "rig.json");
   EXPECT_EQ(verify(wall).exit_code, 0);
   io::save_rig(folder_ / "rig.json", session_.rig());
   refused(4, "the marks say that projector turned by 0.", wall + " --correct surface -o " + at("moved.json"));
@@ -145,7 +145,7 @@ TEST_F(VerifyRoute, RefusesCapturesThatShowSomethingElse) {
   const std::string wall = "--surfaces " + at("wall.json");
   save("seen", seen);
   refused(3, "is not found", wall, "seen", "markers");
-  refused(3, "no board of light", wall, "seen", "gray");
+  refused(3, "not a projected board", wall, "seen", "gray");
   save("swapped", {seen[1], seen[0]});
   refused(3, "swapped", wall, "swapped");
   Pose behind = simulate::rig_from_wall(world_);
@@ -190,11 +190,11 @@ TEST_F(VerifyRoute, MeasuresTheWallByItsOwnMarkers) {
   bump_projector();
   save("seen", capture("charuco"));
   const ToolRun run = verify("--surfaces " + at("wall.json") + " --markers " + at("markers.json") +
-                             " --correct projector -o " + at("mended.json") + " --json");
+                             " --correct projector -o " + at("corrected.json") + " --json");
   ASSERT_EQ(run.exit_code, 5) << run.err;
   EXPECT_NEAR(run.json().at("projector_moved").at("angle_deg").get<double>(), kBumpDeg, 0.1 * kBumpDeg);
   EXPECT_FALSE(run.json().contains("surface_moved"));
-  EXPECT_LT(analyze::true_light_error(io::load_rig(folder_ / "mended.json"), world_.rig, 2).worst_mm, 1);
+  EXPECT_LT(analyze::true_light_error(io::load_rig(folder_ / "corrected.json"), world_.rig, 2).worst_mm, 1);
 }
 
 }  // namespace

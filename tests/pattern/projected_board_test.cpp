@@ -108,7 +108,7 @@ TEST(ProjectedBoard, RefusesWhatCannotBeReadBack) {
                            CircleGrid{7, 10, 60, 40, true},  // the same
                            CircleGrid{7, 9, 60, 40, false},  // the same
                            Chessboard{12, 11, 64},           // no light below it
-                           Chessboard{4, 3, 30.5},           // edges amid pixels
+                           Chessboard{4, 3, 30.5},           // edges within pixels
                            MarkerGrid{4, 3, 50.25, 20, MarkerDictionary::k4x4_50},
                            MarkerGrid{30, 30, 12, 6, MarkerDictionary::k4x4_50}};  // no such ids
   for (const Board& layout : refused) {

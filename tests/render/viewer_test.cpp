@@ -201,7 +201,7 @@ Scene white_world(const Corner& corner) {
 }
 
 /// Pixels lit though the eye does not see them, or dark though it does; those within a pixel of where that
-/// changes are left out.
+/// changes are skipped.
 int wrongly_lit(const Corner& corner, const ImageU8& frame, int& hidden) {
   const ImageSize size = frame.size();
   Image<std::uint8_t> seen(size.width, size.height, 1, 2);

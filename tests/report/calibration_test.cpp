@@ -336,13 +336,13 @@ TEST(Report, OfAViewLeftOutStillShowsIt) {
   Session session = good_session();
   calibrate::ViewResult& view = session.result.views[4];
   view.used = false;
-  view.note = "left out: too few corners";
+  view.note = "rejected: too few corners";
   auto& residuals = session.result.residuals;
   residuals.erase(
       std::remove_if(residuals.begin(), residuals.end(), [](const auto& r) { return r.view == 4; }),
       residuals.end());
   const std::string page = page_of(session);
-  EXPECT_TRUE(holds(page, "<td>left out: too few corners</td>"));
+  EXPECT_TRUE(holds(page, "<td>rejected: too few corners</td>"));
   EXPECT_TRUE(holds(page, "class=\"unused\""));
   EXPECT_FALSE(holds(page_of(good_session()), "class=\"unused\""));
 }

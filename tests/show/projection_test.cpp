@@ -152,7 +152,7 @@ TEST(Projection, ANewContentInTheSameMemoryIsSeen) {
 }
 
 /// Monte Carlo with 4000 draws: the rms of 3-D shifts is known to about 1 %; 5 sigmas are allowed.
-TEST(Projection, ForetellsTheErrorOfTheLight) {
+TEST(Projection, PredictsTheErrorOfTheLight) {
   const Rig rig = small_rig();
   ProjectionOptions options = newest_pose_counts();
   Projection projection(rig, options);

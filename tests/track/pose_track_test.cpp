@@ -155,7 +155,7 @@ struct DriveCase {
   const char* name;
   Drive (*drive)();
   Noise noise;
-  double without_mm;  ///< at least, by the newest pose: so much there is to mend
+  double without_mm;  ///< at least, by the newest pose: so much there is to fix
   double times_smaller;
   double covered;  ///< at least: stated with 95 %
 };

@@ -115,7 +115,7 @@ CLI::Option* add_parsed(CLI::App& app, const std::string& flag,
                         const std::function<void(const std::string&)>& parse, const std::string& help);
 
 /// Declares, parses, runs, reports; returns the exit code for main. `run` throws procam::Error for what a
-/// person must mend.
+/// person must fix.
 int run_tool(int argc, const char* const* argv, const ToolInfo& info,
              const std::function<void(CLI::App&)>& declare, const std::function<ExitCode(Console&)>& run);
 

@@ -22,8 +22,8 @@ void declare_depth_room(CLI::App& app, DepthRoomFlags& flags);
 /// Does it begin with "depth:"?
 bool is_depth_room(const std::string& surfaces);
 
-/// As the projection places the rig: by poses, or where it stands still; the loss of the camera is handled as
-/// that of the poses is.
+/// The rig's pose comes from the projection's poses, or is fixed. Loss of the camera follows
+/// --blank-on-stale / --freeze-on-stale, as for poses.
 std::unique_ptr<show::DepthSurfaceSource> watch_room(const std::string& surfaces, const DepthRoomFlags& flags,
                                                      const Rig& rig,
                                                      const show::ProjectionOptions& projection,

@@ -12,7 +12,7 @@ using Colour = std::array<std::uint8_t, 3>;
 /// R G B from grey.
 ImageU8 to_colour(const ImageU8& grey);
 
-/// One pixel wide; what lies outside the picture is left out.
+/// One pixel wide; parts outside the image are clipped.
 void draw_line(ImageU8& picture, const Vec2& from, const Vec2& to, const Colour& colour);
 
 /// A whole number, digits of 6x10 pixels, the first one's top left at `at`.

@@ -104,7 +104,7 @@ struct CrudeCalibration {
 };
 
 /// Fills the landings: where the light of a crude calibration falls. Corners whose light misses the sheet's
-/// plane are left out.
+/// plane are rejected.
 void draw_crude_landings(std::vector<SheetPlacement>& placements, const std::vector<Sheet>& sheets,
                          const Projector& projector, const CrudeCalibration& crude, std::uint64_t seed);
 

@@ -38,7 +38,7 @@ struct LandingError {
   double incidence_deg = 0;          ///< angle of the light to the surface's normal
   std::vector<SourceError> sources;  ///< those that take part, independent of each other
   SourceError total;                 ///< "total": their sum
-  Vec2 second_order = Vec2::Zero();  ///< shift of the mean that first order leaves out, metres
+  Vec2 second_order = Vec2::Zero();  ///< shift of the mean of higher orders, metres
 
   /// Is first order good enough here: incidence at most 75 degrees and the second-order shift at most a tenth
   /// of total.rms()?

@@ -1,7 +1,7 @@
 #pragma once
 /// The same question as landing_error.hpp, answered by drawing: every error of the chain is drawn from its
 /// distribution, and the light is followed through the wrong chain, exactly. What it finds beside the closed
-/// form is what first order leaves out.
+/// form is the error of first order.
 ///
 /// Gaussian throughout, but for the pixel's offset, which is uniform: whole pixels.
 #include <cstdint>

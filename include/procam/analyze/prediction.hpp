@@ -24,7 +24,7 @@ struct Cause {
 struct Sweep {
   std::string name, unit;              ///< "distance", "m"
   double here = 0;                     ///< the value as it is
-  std::vector<double> values, rms_mm;  ///< a curve; points that no light reaches are left out
+  std::vector<double> values, rms_mm;  ///< a curve; points without light are omitted
 };
 
 /// Every source, or its parts, over the points: largest first. All points have the same sources.

@@ -13,12 +13,12 @@
 
 namespace procam::calibrate {
 
-/// The rig's covariance (the rows of result.rig.covariance) with one more view at each of the poses. Where
-/// the views scatter more than their noise (result.variance_ratio), the new one is taken to scatter as well.
-/// nullopt for a pose that the session's devices could not use: no camera that sees every point of the board,
-/// no projector that lights nine tenths of them (or, where the light is projected corners, fewer of them on
-/// the sheet than two thirds of what a view has had so far), or seen more than 60 degrees from the side. All
-/// nullopt when the rig has no covariance.
+/// The rig's covariance (the rows of result.rig.covariance) with one more view at each of the poses.
+/// Where the residuals of the views exceed their noise (result.variance_ratio), the new one is assumed to
+/// as well. nullopt for a pose that the session's devices could not use: no camera that sees every point
+/// of the board, no projector that lights nine tenths of them (or, where the light is projected corners,
+/// fewer of them on the sheet than two thirds of what a view has had so far), or seen more than 60
+/// degrees from the side. All nullopt when the rig has no covariance.
 std::vector<std::optional<NamedCovariance>> covariance_with_view(const CalibrationResult& result,
                                                                  const std::vector<Pose>& rig_from_board);
 

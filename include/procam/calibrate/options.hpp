@@ -19,8 +19,8 @@ struct LensOptions {
   /// Fixed where they are not zero, the other parameters absorb them and end many sigmas off (measured:
   /// docs/calibration.md).
   std::vector<std::string> held = {};
-  /// The one of candidate_lens_models() that predicts held-out views better by enough; `model` and the coefficients in
-  /// `held` must then be the default ones, and are where the choice begins.
+  /// Choose from candidate_lens_models() by the prediction of held-out views. `model` and `held` must then
+  /// have their defaults, with which the choice begins.
   bool choose = false;
   /// What is known beforehand: a data sheet's throw ratio, square pixels.
   std::vector<LensPrior> priors = {};
@@ -40,7 +40,7 @@ struct LensOptions {
 enum class BoardShape {
   kFlat,  ///< as printed
   kFree,  ///< every point may lie off its place by about 1 % of a square, the same in all views
-  kAuto,  ///< whichever predicts views better that were left out
+  kAuto,  ///< the one that predicts held-out views better
 };
 
 struct Options {
@@ -50,7 +50,7 @@ struct Options {
   /// The projector's pixels were read off its light at the corners that their camera found, as
   /// pattern::project_board does it: then the corners' errors are in both, and are counted once.
   bool light_read_at_corners = false;
-  /// An observation further than this from its projection (in scaled sigmas, both axes together) is left out,
+  /// An observation further than this from its projection (in scaled sigmas, both axes together) is rejected,
   /// with its reason. Under Gaussian noise 5 happens once in 270 000 observations. Zero keeps all.
   double outlier_sigmas = 5;
   int max_iterations = 200;

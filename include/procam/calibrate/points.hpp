@@ -7,7 +7,7 @@
 /// Six points that are not in one plane are enough for a pinhole; with a data sheet's throw ratio and lens
 /// shift as priors four are, in one plane or not. How: one normalised DLT (resect() in initial.hpp), or, with
 /// priors, the pose of the known lens from all turns of a cube; then least squares over lens and pose with
-/// the priors as residuals, and pairs that do not fit left out and named (a mistyped number, two points
+/// the priors as residuals, and pairs that do not fit rejected and named (a mistyped number, two points
 /// swapped).
 ///
 /// Points on boards (runs of six or more in one plane, as a camera's poses of a board give them) share the
@@ -32,7 +32,7 @@ struct PointsOptions {
   /// One standard deviation of a pixel coordinate, room measurement included; used where the residuals cannot
   /// tell (fewer than three equations more than unknowns).
   double sigma_px = 1;
-  /// Pairs further off than this many sigmas are left out. Zero keeps all.
+  /// Pairs further off than this many sigmas are rejected. Zero keeps all.
   double outlier_sigmas = 5;
 };
 

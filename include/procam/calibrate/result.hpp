@@ -19,7 +19,7 @@ struct Residual {
   Vec2 pixel = Vec2::Zero();     ///< as observed, or as shown
   Vec2 residual = Vec2::Zero();  ///< projected - observed, pixels
   bool used = true;
-  std::string reason;  ///< why it was left out; empty when used
+  std::string reason;  ///< why it was rejected; empty when used
 };
 
 struct ViewResult {
@@ -32,7 +32,7 @@ struct ViewResult {
   std::vector<double> holdout_px, holdout_all_px;
   /// Its share of what is known of the devices (BundleCovariance::share).
   double share = 0;
-  std::string note;  ///< "board order turned by 180 degrees", "left out: ..."
+  std::string note;  ///< "board order turned by 180 degrees", "rejected: ..."
   bool used = true;
 };
 
@@ -46,7 +46,7 @@ struct EstimatedShape {
   /// How much longer the print's x is than its y, beyond what was stated: 0.002 is 0.2 %. (A common scale
   /// cannot be seen by the views; measure a ruler's length on the sheet.)
   double stretch_x_over_y = 0;
-  /// RMS on views left out (to first order), both ways; zero when only one was tried.
+  /// RMS on held-out views (to first order), both ways; zero when only one was tried.
   double holdout_flat_px = 0, holdout_free_px = 0;
 };
 
@@ -55,7 +55,7 @@ struct LensAlternative {
   int device = 0;     ///< index into CalibrationResult::devices
   std::string model;  ///< LensModel::name
   int terms = 0;      ///< distortion coefficients that it estimates
-  /// The device's RMS on views left out (to first order), their board poses taken from device 0 alone.
+  /// The device's RMS on held-out views (to first order), their board poses taken from device 0 alone.
   double holdout_px = 0;
   /// Mean squared residual of each left-out view, all devices, each in units of what the usual model leaves
   /// of it on left-out views: by the mean of these the models are judged.

@@ -41,7 +41,7 @@ struct AreaOptions {
   double cell = 0.01;      ///< metres; made larger where a plane would have more than 2^18 cells
   double margin = 0.01;    ///< metres that the rectangle stays away from everything
   double min_side = 0.2;   ///< metres; rectangles that are narrower hold no content
-  double min_part = 0.01;  ///< square metres: smaller parts and holes are left out of the outline
+  double min_part = 0.01;  ///< square metres: smaller parts and holes are not part of the outline
 };
 
 struct PlaneArea {

@@ -9,7 +9,7 @@
 /// solution is unbiased (a fit of perpendicular distances is not) and whose covariance is the inverse of its
 /// normal matrix. Quantised disparities are evenly spaced there as well.
 ///
-/// 1  moments of cells of 8 x 8 pixels; cells that no plane fits are left out
+/// 1  moments of cells of 8 x 8 pixels; cells that no plane fits are skipped
 /// 2  regions grow from the flattest blocks of 3 x 3 cells: a cell joins when its mean and slopes agree with
 ///    the region's plane within noise; parts of one plane are joined
 /// 3  curved regions are told by the second-order part of their residuals, and joined into cylinders and
@@ -56,7 +56,7 @@ struct PlaneOptions {
   DepthNoise noise = DepthNoise::kinect_v1();
   double nearest = 0.2, farthest = 8;  ///< readings outside are ignored, metres
   double min_area = 0.04;              ///< square metres; what is smaller is no surface to project on
-  int min_cells = 9;                   ///< of 8 x 8 pixels: fewer have no normal to speak of
+  int min_cells = 9;                   ///< of 8 x 8 pixels: fewer do not determine the normal
   /// RMS of a region's second-order residual, in sigmas of what readings share (DepthNoise), from which it
   /// may be curved: it is where a cylinder or sphere that turns by 12 degrees or more explains it better.
   /// Three times as much is curved in any case. Lower finds flatter curves, and then takes the depth camera's

@@ -1,7 +1,7 @@
 #pragma once
 /// Inner corners of a ChArUco board in one image. Its markers say which corner is which, so any part of the
 /// board is enough; each corner is then refined by the model of detect/chessboard.hpp, over a cross of pixels
-/// that leaves the markers aside. No corner depends on how well a marker was found.
+/// that ignores the markers. No corner depends on how well a marker was found.
 #include "procam/core/base/image.hpp"
 #include "procam/core/rig/observation.hpp"
 
@@ -10,7 +10,7 @@ namespace procam::detect {
 struct CharucoOptions {
   /// Half the refinement window, as a share of a square.
   double window_share = 0.35;
-  /// A corner whose own sigma is larger than this many pixels is left out.
+  /// A corner whose own sigma is larger than this many pixels is rejected.
   double max_sigma_px = 0.5;
 };
 

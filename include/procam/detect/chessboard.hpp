@@ -26,7 +26,7 @@ struct ChessboardOptions {
   /// Half the refinement window, as a share of the distance to the nearest neighbouring corner; pixels beyond
   /// half-way may show the next edge. The window is never smaller than 5x5 pixels.
   double window_share = 0.35;
-  /// A corner whose own sigma is larger than this many pixels is left out (blur, glare, a finger).
+  /// A corner whose own sigma is larger than this many pixels is rejected (blur, glare, a finger).
   double max_sigma_px = 0.5;
 };
 
@@ -34,7 +34,7 @@ struct ChessboardOptions {
 /// printed squares show; for a pattern session that is the white frame.
 ///
 /// Without a board the observations are empty and the diagnostics say why: "board_not_found", or
-/// "board_counts_differ" when a board with other counts is there. Corners left out are named by
+/// "board_counts_differ" when a board with other counts is there. Rejected corners are named by
 /// "corners_left_out". Throws std::invalid_argument for an empty or multi-channel image or a board below 3x3.
 Detections detect_chessboard(const ViewU8& image, const Chessboard& board,
                              const ChessboardOptions& options = {});

@@ -18,7 +18,7 @@
 namespace procam::detect {
 
 struct CircleGridOptions {
-  /// A centre whose own sigma is larger than this many pixels is left out.
+  /// A centre whose own sigma is larger than this many pixels is rejected.
   double max_sigma_px = 0.5;
 };
 

@@ -11,7 +11,7 @@
 /// shows, and fitted by Gauss-Newton over the pixels themselves, so that its variance follows from its
 /// residual. A homography, through the lens where it is known, is then fitted to all edges together with one
 /// number that moves all edges towards white or black (ink spread, gamma, exposure), robustly: what a hand
-/// covers is left out. The corners are where it puts the square's corners; procam's pixel convention (integer
+/// covers is rejected. The corners are where it puts the square's corners; procam's pixel convention (integer
 /// centres) holds whatever the installed detector's bias, which only says where to look.
 ///
 /// A marker whose cells are below 4.5 pixels has few such edges. It is fitted as a whole, known cells, blur,

@@ -19,7 +19,7 @@ namespace procam::detect {
 /// What a dictionary's markers look like: for each id its code, row by row from the top left, '1' light.
 struct MarkerCodes {
   int bits = 0;  ///< a side
-  /// How many wrong bits may be mended.
+  /// How many wrong bits may be corrected.
   int correctable_bits = 0;
   std::vector<std::string> codes;
   int border = 1;  ///< dark modules round the code
@@ -42,7 +42,7 @@ struct Marker {
 struct MarkerOptions {
   /// How far from an edge pixels are used, in modules; beyond half a module the next edge blurs in.
   double window_modules = 0.5;
-  /// Markers with a corner whose own sigma is larger than this many pixels are left out.
+  /// Markers with a corner whose own sigma is larger than this many pixels are rejected.
   double max_sigma_px = 0.5;
 };
 

@@ -24,7 +24,7 @@ namespace procam::pattern {
 
 struct BoardLightOptions {
   double knot_pitches = 1;  ///< distance of the spline's knots, in pitches of the board (pitch_of)
-  /// Edges nearer than this to a printed border are left out, camera pixels; half of it on the light side of
+  /// Edges nearer than this to a printed border are rejected, camera pixels; half of it on the light side of
   /// boards with markers, which leave little clear paper.
   double border_px = 3;
 };
@@ -42,7 +42,7 @@ ImageU8 readable_area(const Detections& in_camera, const Board& board, const Boa
 ///
 /// `artwork` is what is dark on the board (detect::board_artwork). A point gets no observation unless light
 /// with stripe edges of both axes surrounds it; "corners_not_lit"
-/// counts those left out, "board_not_lit" says that too little light falls on the board for any map. Throws
+/// counts the rejected, "board_not_lit" says that too little light falls on the board for any map. Throws
 /// std::invalid_argument if `in_camera` and `decoded` differ in size.
 Detections project_board(const Detections& in_camera, const Board& board, const BoardArtwork& artwork,
                          const DecodedMap& decoded, const std::vector<StripeEdge>& edges,

@@ -1,5 +1,5 @@
 #pragma once
-/// A board of light: a chessboard, ChArUco board, marker grid or circle grid that the projector shows beside
+/// A projected board: a chessboard, ChArUco board, marker grid or circle grid that the projector shows beside
 /// a printed board on one flat sheet.
 ///
 /// Frames, in order:  flat (all light), board (its dark shapes; light everywhere else).

@@ -33,7 +33,7 @@ struct StripeEdgeOptions {
   /// The slope of u across the edge must stand out of its noise by this many standard deviations: stripes
   /// that blur has made unreadable yield no edges.
   double min_step_sigmas = 5.0;
-  /// Edges expected to be less certain than this are left out (camera pixels).
+  /// Edges expected to be less certain than this are rejected (camera pixels).
   double max_sigma_px = 0.5;
   /// The camera's own blur (standard deviation, camera pixels). Where the albedo changes by a share g per
   /// pixel, blur shifts the zero by blur^2 g towards the darker side. That is put back, and counts

@@ -118,7 +118,7 @@ enum class HandSign {
 struct HandSignOptions {
   /// Heights of the wrist below the neck, in lengths of the trunk (neck to pelvis).
   double raised = 0.3, lowered = 0.5;
-  int settle = 3;  ///< frames after raising and before lowering that are left out
+  int settle = 3;  ///< frames after raising and before lowering that are ignored
   /// The wrist's way across, seen from its elbow, in trunks a frame. 0.0195 lies between the gestures of a
   /// recording of four each: 0.023 to 0.047 for waves, 0.007 to 0.016 for hands held up.
   double sway = 0.0195;

@@ -9,7 +9,7 @@
 /// acceleration a that fades within tau (R. A. Singer, "Estimating optimal tracking filter performance for
 /// manned maneuvering targets", IEEE AES 6(4), 1970),
 ///   x' = v,   v' = a,   a' = -a / tau + w,   E[w w'] = (2 sigma_a^2 / tau) delta.
-/// It smooths like the One-Euro filter (G. Casiez, N. Roussel, D. Vogel, CHI 2012), but foretells without its
+/// It smooths like the One-Euro filter (G. Casiez, N. Roussel, D. Vogel, CHI 2012), but predicts without its
 /// lag, and states how sure it is, which the eye-safe mask needs.
 ///
 /// A measurement that the joint could not have reached is a teleport: refused and counted, until `confirm` of
@@ -37,7 +37,7 @@ struct PeopleOptions {
   double acceleration_tau = 0.3;    ///< tau, seconds
   double max_speed = 8;             ///< m/s: no hand of a player is faster; a throw is
   int confirm = 4;                  ///< teleports in a row that agree are believed
-  double longest_step = 0.15;       ///< seconds that a joint is foretold for; beyond, it stands still
+  double longest_step = 0.15;       ///< seconds that a joint is predicted for; beyond, it stands still
   double forget_joint = 0.3;   ///< seconds after which a joint is absent that is not seen while others are
   double forget_person = 1.0;  ///< and a person gone, who stands still until then (see TrackedPerson::age)
   double gate = 0.5;           ///< metres that a person may be from where it was foretold

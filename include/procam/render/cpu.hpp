@@ -73,9 +73,10 @@ struct RenderWork {
 /// that cut each other) memory is taken until there is enough.
 ///
 /// Items are recognised by their place in the scene. A picture is prepared again when its view points
-/// elsewhere or its content_revision differs; pixels changed behind an unchanged view and revision are not
-/// noticed. A surface that moves makes its own map again, and no other; a change of the projector's lens or
-/// size makes all. What was cast at one by one is kept from the second frame on that shows it.
+/// elsewhere or its content_revision differs; pixels changed behind an unchanged view and revision are
+/// not noticed. A surface that moves makes its own map again, and no other; a change of the projector's
+/// lens or size makes all. Tiles rendered by ray casting are cached once two consecutive frames needed
+/// the same one.
 class CpuRenderer {
  public:
   explicit CpuRenderer(const RenderOptions& options = {});

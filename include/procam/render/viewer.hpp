@@ -30,7 +30,7 @@
 /// projector on the other counts as a translucent screen, and shows the picture.
 ///
 /// A real surface that is not among `room` is not known to be there. Pixel surfaces have no place in the room
-/// and are left out.
+/// and are skipped.
 #include "procam/core/lens/projector.hpp"
 #include "procam/render/cpu.hpp"
 #include "procam/render/viewpoint.hpp"

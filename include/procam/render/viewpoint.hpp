@@ -16,7 +16,7 @@ struct Viewpoint {
 std::optional<Viewpoint> facing_viewpoint(const Scene& scene, ImageSize size = {960, 640});
 
 /// The same surfaces with the same content in another frame: what a renderer draws for a device that stands
-/// there. Pixel surfaces belong to the projector's picture and are left out.
+/// there. Pixel surfaces belong to the projector's picture and are skipped.
 Scene seen_from(const Pose& other_from_projector, const Scene& scene);
 
 }  // namespace procam::render

@@ -26,7 +26,7 @@ struct ReportInput {
 
 /// The page as UTF-8 text. The same input gives the same text, byte by byte, in every locale; a number that
 /// is not finite reads "-". The correspondences are those the result was made from: their board and the views
-/// that were left out are drawn. Throws std::invalid_argument when the two do not belong together.
+/// that were rejected are drawn. Throws std::invalid_argument when the two do not belong together.
 std::string calibration_report(const calibrate::CalibrationResult& result,
                                const Correspondences& correspondences, const ReportInput& input = {});
 

@@ -68,7 +68,7 @@ class Shutter {
   ImageSize screen_size() const { return stand_.screen.size(); }
   ShutterOptions& options() { return options_; }
 
-  /// Told of every frame that is not taken, and why.
+  /// Called for every frame that is not taken, and why.
   std::function<void(const ImageU8&, Rejected)> on_rejected = [](const ImageU8&, Rejected) {};
 
   TakenFrame take(ViewU8 picture);
@@ -102,7 +102,7 @@ struct LightReport {
   Diagnostics diagnostics() const;
 };
 
-/// Told of every frame of the checks, with a name for its file: "white", "ramp_03", "checkers" ...
+/// Called for every frame of the checks, with a name for its file: "white", "ramp_03", "checkers" ...
 using KeepFrame = std::function<void(const std::string& name, const ImageU8& frame)>;
 
 /// Noise, exposure, tone and native resolution. Sets the shutter's noise.

@@ -34,7 +34,7 @@ BoardView combine(const std::string& name, const std::vector<Device>& devices,
                   const std::vector<Reading>& readings);
 
 /// Correspondences of all views in which a camera sees at least four points, and the others as many as they
-/// have. Diagnostics of the detections are kept, their view named; a view left out is warned of
+/// have. Diagnostics of the detections are kept, their view named; a rejected view is warned of
 /// ("view_left_out"). Light points travel with their view. Throws Error(kInput), naming the view, where an
 /// image's size is not the device's, and Error(kNotEnoughData) when no view is left.
 Correspondences join(const Board& board, const std::vector<Device>& devices,

@@ -19,7 +19,7 @@ namespace procam::session {
 /// Device numbers of all sessions: Correspondences::devices.
 constexpr int kCameraDevice = 0, kProjectorDevice = 1;
 
-/// A board of light by itself, on whatever it falls.
+/// A projected board by itself, on whatever it falls.
 struct ProjectedBoardPoints {
   std::vector<LightPoint> points;
   ImageU8 flat_lit;         ///< the same view under flat light
@@ -49,7 +49,7 @@ class SessionPattern {
   /// detections; throws Error(kInput) for captures that are not of this pattern.
   virtual session::BoardView read(const std::string& view_name, const std::vector<ViewU8>& captures,
                                   const Board& board) const = 0;
-  /// The points of a board of light, with no printed board round it; nullopt of patterns that have none.
+  /// The points of a projected board, with no printed board round it; nullopt of patterns that have none.
   /// Throws Error(kInput) for pictures that show no light, or whose order is not that of frames().
   virtual std::optional<ProjectedBoardPoints> read_light(const std::vector<ViewU8>& captures) const {
     static_cast<void>(captures);

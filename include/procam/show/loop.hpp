@@ -40,7 +40,7 @@ struct LoopParts {
   RunRecorder* recorder = nullptr;
   /// What may be chosen as content at the page.
   std::vector<std::string> contents = {};
-  /// Told of what happens, a sentence at a time: faults, recoveries, reloads.
+  /// Called with what happens, a sentence at a time: faults, recoveries, reloads.
   std::function<void(const std::string&)> say = [](const std::string&) {};
   /// Called between frames with the metrics so far; what it throws ends the loop.
   std::function<void(const Metrics&)> tick = [](const Metrics&) {};

@@ -69,7 +69,7 @@ struct DrawnFrame {
   track::TrackedPose pose;  ///< world_from_child at the light; kNone for a projector that stands still
   bool blanked = false;     ///< black because the pose is stale or has never come
   double render_s = 0;      ///< spent in the renderer
-  /// Root mean square distance of the light from its place that the pose's covariance foretells, metres: the
+  /// Root mean square distance of the light from its place that the pose's covariance predicts, metres: the
   /// largest over the centres of the plane surfaces in the world. To first order, for a point p on a plane
   /// with normal n lit along d, all in the world, and the pose's left increment [w, v]:
   ///   shift = (I - d n^T / (n . d)) (w x p + v).

@@ -74,7 +74,7 @@ class DepthSurfaceTracker {
 
   const depth::PlaneMap& map() const { return map_; }
   int looked() const { return looked_; }                            ///< pictures that the map took
-  int frames_without_pose() const { return frames_without_pose_; }  ///< passed over for want of a pose
+  int frames_without_pose() const { return frames_without_pose_; }  ///< passed over without a pose
 
  private:
   double time_of(const device::SeenDepth& seen);

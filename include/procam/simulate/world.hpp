@@ -47,7 +47,7 @@ World with_bare_wall(World world);
 Points3 sheet_corners_in_board(const PrintedBoard& board);
 
 /// The board's points that fall on the camera's image / that the projector's picture covers, at their exact
-/// pixels. Occlusion is left aside: nothing stands before the board.
+/// pixels. Occlusion is ignored: nothing stands before the board.
 std::vector<Observation> board_in_camera(const World& world);
 std::vector<Observation> board_in_projector(const World& world);
 

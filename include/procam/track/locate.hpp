@@ -28,7 +28,7 @@ namespace procam::track {
 
 struct LocateOptions {
   /// A marker whose corners lie further than this from where the others put it (and three sigmas of the map
-  /// and of the image) was moved or measured wrong: it is left out and named.
+  /// and of the image) was moved or measured wrong: it is rejected and named.
   double outlier_px = 1;
   /// Odds of the second pose from which no pose is given.
   double largest_odds = 0.05;
@@ -40,7 +40,7 @@ struct LocatedMarker {
   bool used = true;
   double edge_rms_px = 0;  ///< of its edges from the fit
   double error_px = 0;     ///< rms distance of its corners from where the fit puts them
-  std::string reason;      ///< why it was left out; empty when used
+  std::string reason;      ///< why it was rejected; empty when used
 };
 
 struct LocateResult {

@@ -17,12 +17,12 @@
 /// interacting multiple model algorithm for systems with Markovian switching coefficients", IEEE TAC 33(8),
 /// 1988).
 ///
-/// How much the messages scatter is measured from their third differences, so that a localiser that states
-/// too much (AMCL: where the map may be wrong, not what differs from message to message) or nothing is
-/// filtered right. What it states beyond its scatter stays in the covariance that is handed out.
+/// The standard deviation of the messages is measured from their third differences, so that a localiser
+/// that states too much (AMCL: where the map may be wrong, not what differs from message to message) or
+/// nothing is filtered right. What it states beyond its scatter stays in the covariance that is handed out.
 ///
 /// Messages may come twice, late or in the wrong order: the filter keeps its last states and goes back as far
-/// as they reach. What it refuses or mends is counted in Faults.
+/// as they reach. What it refuses or corrects is counted in Faults.
 ///
 /// A localiser that changes its mind about the map shows as messages that agree with each other and not with
 /// the prediction: after `confirm` of them the track follows, and what is handed out moves there along the
@@ -41,7 +41,7 @@
 namespace procam::track {
 
 enum class Prediction {
-  kAuto,                  ///< all of them, weighted by how well each foretells the messages
+  kAuto,                  ///< all of them, weighted by how well each predicts the messages
   kConstantTwist,         ///< arcs and straight lines
   kConstantAcceleration,  ///< speeding up and braking
   kNone                   ///< the newest pose as it came: for comparison, and for what is already predicted

@@ -45,7 +45,7 @@ std::vector<double> numbers(const Vec3& v) {
   return {v.x(), v.y(), v.z()};
 }
 
-/// A pinhole camera in a program's own axes: what all six are told of.
+/// Common input of the six exporters: a pinhole camera in the program's axes.
 struct View {
   ImageSize size;
   Intrinsics k;
@@ -116,7 +116,7 @@ void report_losses(const RigProjector& projector, bool skew_is_lost, Diagnostics
     diagnostics.warn("skew_lost", "the program's camera has no skew: pixels lie up to " +
                                       rounded_px(std::abs(lens.intrinsics.skew) * 0.5 * lens.size.height /
                                                  lens.intrinsics.fy) +
-                                      " aside at the top and bottom edges" + next);
+                                      " off at the top and bottom edges" + next);
   double largest = 0;
   for (int j = 0; j <= 16; ++j)
     for (int i = 0; i <= 16; ++i) {
@@ -128,7 +128,7 @@ void report_losses(const RigProjector& projector, bool skew_is_lost, Diagnostics
     }
   if (largest > 0.005)
     diagnostics.warn("distortion_lost", "the program's camera has no lens distortion: pixels lie up to " +
-                                            rounded_px(largest) + " aside" + next);
+                                            rounded_px(largest) + " off" + next);
 }
 
 void say_render_size(CameraSettings& settings, ImageSize projector) {

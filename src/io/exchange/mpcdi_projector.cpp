@@ -166,7 +166,7 @@ Diagnostics set_projector(MpcdiRegion& region, const Projector& projector, const
                          "' carries neither skew nor distortion: alone it puts "
                          "pixels up to " +
                          std::string(pixels) +
-                         " px aside; the distortion map has the rest: use a reader that applies it");
+                         " px off; the distortion map has the rest: use a reader that applies it");
   }
   return diagnostics;
 }

@@ -45,7 +45,7 @@ bool has_image_extension(const fs::path& file) {
   return known.count(extension) != 0;
 }
 
-/// Files or folders of a folder that fulfil a condition, in natural order; hidden ones are left out.
+/// Files or folders of a folder that fulfil a condition, in natural order; hidden ones are skipped.
 template <typename Condition>
 std::vector<fs::path> list(const fs::path& folder, Condition condition) {
   std::vector<fs::path> found;

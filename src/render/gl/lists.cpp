@@ -1,4 +1,4 @@
-/// What the programs walk: facets, tiles and their steps, as texels.
+/// Packs facets, tiles and draw steps into the textures that the shaders read.
 #include <cstring>
 
 #include "state.hpp"
@@ -130,7 +130,7 @@ void GlRenderer::State::write_lists() {
 
 void GlRenderer::State::add_tile(int x, int y) {
   const std::vector<int>& steps = steps_.find(layers_, lens_, x, y);
-  // What an opaque plane hides all over the tile is left out.
+  // What an opaque plane hides all over the tile is skipped.
   std::size_t first = steps.size();
   bool in_cast = false, hidden = false;
   while (first > 0 && !hidden) {

@@ -410,7 +410,7 @@ ivec4 with_plane(ivec4 step_now, ivec2 pixel, vec3 d, vec3 right, vec3 down, boo
   return over(drawn, there);
 }
 
-const int kMaxLayers = 8;  // surfaces over each other in one pixel: the farthest beyond that are left out
+const int kMaxLayers = 8;  // surfaces over each other in one pixel: the farthest beyond that are skipped
 
 ivec4 with_even(int first, int count, ivec2 pixel, vec3 d, vec3 right, vec3 down, ivec4 there) {
   int items[kMaxLayers], facets[kMaxLayers], order[kMaxLayers];

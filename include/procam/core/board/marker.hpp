@@ -95,7 +95,8 @@ struct EdgeFoot {
   double distance = 0;  ///< of the edge's pixel from the image of the line, positive towards white; pixels
 };
 
-/// `pixel_of(unit coordinates)` gives std::optional<Vec2>; nullopt where it does.
+/// Foot of the edge's pixel on the projected line. `pixel_of` maps marker coordinates (units of the side) to
+/// image coordinates, std::optional<Vec2>; nullopt where it has none.
 template <typename PixelOf>
 std::optional<EdgeFoot> foot_of(const MarkerEdge& edge, const PixelOf& pixel_of) {
   const Vec2 along(-edge.towards_white.y(), edge.towards_white.x());

@@ -32,8 +32,8 @@ struct Projector {
     return inverse_camera.project(point_in_projector);
   }
 
-  /// Distance over picture width on a screen across the axis, as on a data sheet (lens distortion left
-  /// aside): fx / W.
+  /// Distance over picture width on a screen across the axis, as on a data sheet (without lens
+  /// distortion): fx / W.
   double throw_ratio() const { return inverse_camera.intrinsics.fx / size().width; }
 
   /// How far the optical axis lies from the picture's centre, in picture widths and heights (x right, y down

@@ -5,10 +5,10 @@
 ///   const CameraSettings settings = camera_settings(CameraProgram::kBlender, rig.projector(), pose);
 ///   std::cout << settings.text;
 ///
-/// No program's camera has a lens distortion; but Unity's projection matrix none has a skew; and Unreal,
-/// Godot and Splash have square pixels only. Unequal focal lengths go into the size of the picture to draw
-/// (`render_size`), which the program or the window then stretches to the projector's. What is lost is said
-/// in `diagnostics` with its size in pixels: draw through a warp map instead (export-warp).
+/// No program's camera has lens distortion. Only Unity's projection matrix can express skew. Unreal, Godot
+/// and Splash have square pixels only: unequal focal lengths change the size of the image to draw
+/// (`render_size`), which the program or the window stretches to the projector's size. `diagnostics` names
+/// every loss in pixels; avoid it with a warp map (export-warp).
 ///
 /// Each program's formula is restated in tests/io/camera_settings_test.cpp with its source. See
 /// docs/exchange.md.

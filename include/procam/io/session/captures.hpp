@@ -66,7 +66,7 @@ struct Stack {
 std::vector<Stack> list_stacks(const std::filesystem::path& view_folder,
                                const std::vector<std::string>& projectors);
 
-/// What was shown while the session was captured; whatever is unknown is left out.
+/// What was shown while the session was captured; unknown values are omitted.
 struct SessionInfo {
   std::string pattern;  ///< as --pattern is typed: "gray", "phase:16px"; empty when not stated
   std::optional<ImageSize> projector_size;  ///< of the only projector

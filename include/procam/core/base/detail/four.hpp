@@ -1,21 +1,21 @@
 #pragma once
-/// Four doubles, or eight floats, that are worked on together. The compiler turns each operation into what
-/// the function around it may use: one AVX instruction, or two of SSE.
+/// Four doubles or eight floats in one vector. The compiler emits the instructions that the enclosing
+/// function may use: one of AVX, or two of SSE.
 #include <cstddef>
 
 #if !defined(__GNUC__)
 #error "procam is written in the vector types of GCC and Clang"
 #endif
 #define PROCAM_ALWAYS_INLINE inline __attribute__((always_inline))
-// What lets a function use wide vectors and fused multiply-add (Intel since 2013, AMD since 2015), and the
-// question whether this machine has them. Other kinds of machine have nothing that not every build may use.
+// Attribute for wide vectors and fused multiply-add (Intel since 2013, AMD since 2015), and the check whether
+// this machine has them. Other architectures need no attribute.
 #if defined(__x86_64__)
 #define PROCAM_WIDE_VECTORS __attribute__((target("avx2,fma")))
 #define PROCAM_HAS_WIDE_VECTORS (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma"))
 #endif
 
-// a * b + c in one instruction where the function around it has one. GCC does so across the operators below
-// of itself; Clang only where each of them allows it.
+// a * b + c in one instruction where the enclosing function has one. GCC does so across the operators below
+// by default; Clang only where each of them allows it.
 #if defined(__clang__)
 #define PROCAM_FUSE _Pragma("clang fp contract(fast)")
 #else
@@ -24,7 +24,7 @@
 
 namespace procam::detail {
 
-/// Not zero unless it is said.
+/// Default construction leaves the lanes uninitialised.
 template <typename T>
 struct alignas(32) Lanes {
   static constexpr std::size_t kSize = 32 / sizeof(T);
@@ -55,7 +55,7 @@ struct alignas(32) Lanes {
 using Double4 = Lanes<double>;
 using Float8 = Lanes<float>;
 
-/// Which of four; a comparison with NaN holds for none.
+/// Lane mask. Comparisons with NaN are false.
 struct Mask4 {
   decltype(Double4::Native{} < Double4::Native{}) lanes;
 };

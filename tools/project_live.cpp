@@ -276,7 +276,7 @@ struct Replay {
     show.surfaces = set;
     projection.set_show(std::move(show));
   }
-  void operator()(show::Picture picture) { projection.set_picture(picture); }
+  void operator()(show::TestPattern picture) { projection.set_picture(picture); }
   void operator()(const track::StampedPose& message) { projection.add(message); }
   void operator()(const show::RecordedFrame& recorded) {
     projection.draw(recorded.light_time, recorded.content_time, frame);

@@ -12,10 +12,10 @@ namespace procam::report {
 using analyze::CornerRow;
 using analyze::Evaluation;
 using analyze::Landing;
-using analyze::Placement;
 using analyze::Sheet;
 using analyze::sheet_corners;
 using analyze::SheetEvaluation;
+using analyze::SheetPlacement;
 namespace {
 
 const char* const kCornerNames[] = {"top left", "top right", "bottom right", "bottom left"};

@@ -75,8 +75,8 @@ std::optional<people::SkeletonFrame> RoomPeople::on_content(const people::Skelet
   return told;
 }
 
-people::Darkened RoomPeople::darken(ImageView<std::uint8_t> frame, const Projection& projection,
-                                    double light_time) const {
+people::MaskResult RoomPeople::darken(ImageView<std::uint8_t> frame, const Projection& projection,
+                                      double light_time) const {
   // A place that is not finite darkens all.
   const Pose unknown(Eigen::Quaterniond::Identity(),
                      Vec3::Constant(std::numeric_limits<double>::quiet_NaN()));

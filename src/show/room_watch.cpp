@@ -76,8 +76,8 @@ std::shared_ptr<const RoomSilhouettes> DepthSurfaceTracker::find(const depth::De
     for (int y = 0; y < metres.height(); ++y)
       for (int x = 0; x < metres.width(); ++x) metres.at(x, y) = image.at(x, y);
   }
-  const people::DepthView view{options_.camera.camera, image.units.data ? metres.view() : image.metres,
-                               background.view()};
+  const people::SilhouetteInput view{options_.camera.camera, image.units.data ? metres.view() : image.metres,
+                                     background.view()};
   return std::make_shared<const RoomSilhouettes>(
       RoomSilhouettes{people::find_silhouettes(view, *options_.silhouettes), world_from_camera, time});
 }
@@ -238,8 +238,8 @@ std::optional<SurfaceUpdate> DepthSurfaceSource::take() {
   return std::exchange(state_->news, {});
 }
 
-people::Darkened RoomWatch::darken(ImageView<std::uint8_t> frame, const Projection& projection,
-                                   double light_time) const {
+people::MaskResult DepthSurfaceSource::darken(ImageView<std::uint8_t> frame, const Projection& projection,
+                                              double light_time) const {
   std::shared_ptr<const RoomSilhouettes> newest;
   {
     const std::lock_guard<std::mutex> lock(state_->mutex);
@@ -249,9 +249,9 @@ people::Darkened RoomWatch::darken(ImageView<std::uint8_t> frame, const Projecti
                             state_->options.room.silhouettes.value_or(people::SilhouetteOptions{}));
 }
 
-people::Darkened darken_before_room(ImageView<std::uint8_t> frame, const Projection& projection,
-                                    double light_time, const RoomSilhouettes* seen,
-                                    const people::SilhouetteOptions& options) {
+people::MaskResult darken_before_room(ImageView<std::uint8_t> frame, const Projection& projection,
+                                      double light_time, const RoomSilhouettes* seen,
+                                      const people::SilhouetteOptions& options) {
   // A place that is not finite darkens all, and so does an age that is none.
   constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
   Pose projector_from_camera(Eigen::Quaterniond::Identity(), Vec3::Constant(kUnknown));

@@ -174,7 +174,7 @@ struct RunReader::State {
       int i = 0;
       while (i < 3 && *picture != kPictures[i]) ++i;
       if (i == 3) throw log_error(path, number, "'" + *picture + "' is no picture");
-      return Picture(i);
+      return TestPattern(i);
     }
     throw log_error(path, number, "it is no line of a run");
   }

@@ -18,7 +18,7 @@ TEST(EvaluationPage, TellsTheTableAndTheVerdict) {
   const Rig rig = test::uncertain_rig();
   const Projector lamp = rig.projector().projector;
   const std::vector<Sheet> sheets = original_sheets();
-  std::vector<analyze::Placement> placements = original_placements(lamp, sheets, 2);
+  std::vector<analyze::SheetPlacement> placements = original_placements(lamp, sheets, 2);
   draw_crude_landings(placements, sheets, lamp, {1, {0.005, 0.006}}, 3);
   Evaluation evaluation = evaluate(sheets, placements, lamp);
   evaluation.rig = rig;

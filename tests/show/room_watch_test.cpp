@@ -183,8 +183,8 @@ TEST(DepthSurfaceTracker, WhoeverWalksThroughIsKeptOutOfTheLightWhileTheRobotTur
     const double light = time + 1 + kLightAfter;
     projection.draw(light, time, frame.view());
     const ImageU8 all = frame;
-    const people::Darkened done = darken_before_room(frame, projection, light, view.silhouettes().get());
-    ASSERT_FALSE(done.is_dark) << done.why;
+    const people::MaskResult done = darken_before_room(frame, projection, light, view.silhouettes().get());
+    ASSERT_FALSE(done.blanked) << done.reason;
     const Pose world_from_lamp = robot(time + kLightAfter) * world.rig.projectors[0].rig_from_projector;
     const Walker then = walker(time + kLightAfter);
     for (int y = 0; y < frame.height(); y += 3)

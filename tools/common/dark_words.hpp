@@ -10,10 +10,10 @@ namespace procam::tools {
 class DarkWords {
  public:
   explicit DarkWords(std::function<void(const std::string&)> say) : say_(std::move(say)) {}
-  void tell(const people::Darkened& done) {
-    if (done.why == dark_for_) return;
-    say_(done.is_dark ? std::string("the picture is dark: ") + done.why : "the picture is lit again");
-    dark_for_ = done.why;
+  void tell(const people::MaskResult& done) {
+    if (done.reason == dark_for_) return;
+    say_(done.blanked ? std::string("the picture is dark: ") + done.reason : "the picture is lit again");
+    dark_for_ = done.reason;
   }
 
  private:

@@ -40,7 +40,7 @@ struct PeopleOptions {
   double longest_step = 0.15;       ///< seconds that a joint is predicted for; beyond, it stands still
   double forget_joint = 0.3;   ///< seconds after which a joint is absent that is not seen while others are
   double forget_person = 1.0;  ///< and a person gone, who stands still until then (see TrackedPerson::age)
-  double gate = 0.5;           ///< metres that a person may be from where it was foretold
+  double gate = 0.5;           ///< metres that a person may be from where it was predicted
   track::ClockOptions clock;
   double delay = 0;  ///< seconds from the moment that a frame speaks of to its fastest arrival
 };

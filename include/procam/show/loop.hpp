@@ -32,8 +32,8 @@ struct LoopParts {
   device::FrameSink& sink;
   std::vector<track::PoseSource*> sources = {};
   Editor* editor = nullptr;
-  ShowLoader* loader = nullptr;  ///< opens contents; with an editor it watches the file that is saved
-  RoomWatch* room = nullptr;     ///< where the surfaces come from, instead of a file
+  ShowLoader* loader = nullptr;        ///< opens contents; with an editor it watches the file that is saved
+  DepthSurfaceSource* room = nullptr;  ///< where the surfaces come from, instead of a file
   /// The contents of the room's surfaces, by their names.
   std::map<std::string, std::string> room_contents = {};
   ControlPage* page = nullptr;

@@ -59,8 +59,8 @@ class RoomPeople {
                                                   const std::string& surface) const;
 
   /// Blackens heads for the light of that time; all of the frame when where the sensor stands is not known.
-  people::Darkened darken(ImageView<std::uint8_t> frame, const Projection& projection,
-                          double light_time) const;
+  people::MaskResult darken(ImageView<std::uint8_t> frame, const Projection& projection,
+                            double light_time) const;
 
   const people::PeopleTrack& track() const { return people_; }
 

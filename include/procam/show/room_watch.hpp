@@ -2,7 +2,7 @@
 /// A depth camera on the rig, as the source of the surfaces: what it sees becomes named planes that keep
 /// their names and places while the robot drives and people pass (depth/plane_map.hpp).
 ///
-///   RoomWatch watch([&] { return device::open_depth("watch:depth"); }, options);
+///   DepthSurfaceSource watch([&] { return device::open_depth("watch:depth"); }, options);
 ///   watch.add(message);                       // as poses come
 ///   if (auto news = watch.take()) ...         // surfaces to show from now on, sentences for people
 ///
@@ -39,7 +39,7 @@ struct RoomOptions {
   /// A corner of some content moved by more than this, metres: told. Less changes no pixel, and every change
   /// is work for the loop.
   double news_from = 2e-4;
-  /// Whatever comes before the room is told (RoomView::silhouettes()), to be kept out of the light.
+  /// Whatever comes before the room is told (DepthSurfaceTracker::silhouettes()), to be kept out of the light.
   std::optional<people::SilhouetteOptions> silhouettes;
 };
 
@@ -53,9 +53,9 @@ struct RoomSilhouettes {
 /// Blackens whatever came before the room, for the light of a time: through the room, so that it holds while
 /// the robot turns. All of the frame for silhouettes that are null or old, and while where the rig stands is
 /// not known (people/silhouette.hpp).
-people::Darkened darken_before_room(ImageView<std::uint8_t> frame, const Projection& projection,
-                                    double light_time, const RoomSilhouettes* seen,
-                                    const people::SilhouetteOptions& options = {});
+people::MaskResult darken_before_room(ImageView<std::uint8_t> frame, const Projection& projection,
+                                      double light_time, const RoomSilhouettes* seen,
+                                      const people::SilhouetteOptions& options = {});
 
 /// The part without clock and thread: the same calls in the same order give the same surfaces.
 class DepthSurfaceTracker {
@@ -116,8 +116,8 @@ class DepthSurfaceSource {
   /// What is new, if anything; never waits.
   std::optional<SurfaceUpdate> take();
   /// darken_before_room() by the newest depth.
-  people::Darkened darken(ImageView<std::uint8_t> frame, const Projection& projection,
-                          double light_time) const;
+  people::MaskResult darken(ImageView<std::uint8_t> frame, const Projection& projection,
+                            double light_time) const;
 
  private:
   struct State;

@@ -248,7 +248,7 @@ TEST_F(RunLog, ShowsTheSameFramesAgain) {
         show.surfaces = std::move(*set);
         projection.set_show(std::move(show));
       }
-      if (const auto* picture = std::get_if<Picture>(&*record)) projection.set_picture(*picture);
+      if (const auto* picture = std::get_if<TestPattern>(&*record)) projection.set_picture(*picture);
       if (const auto* pose = std::get_if<track::StampedPose>(&*record)) projection.add(*pose);
       if (const auto* recorded = std::get_if<RecordedFrame>(&*record)) {
         projection.draw(recorded->light_time, recorded->content_time, frame);

@@ -58,7 +58,7 @@ struct RunConditions {
 };
 
 /// One line of a run.
-using RunRecord = std::variant<RunConditions, SurfaceSet, Picture, track::StampedPose, RecordedFrame>;
+using RunRecord = std::variant<RunConditions, SurfaceSet, TestPattern, track::StampedPose, RecordedFrame>;
 
 /// Reads a run line by line.
 ///

@@ -16,7 +16,7 @@ jobs=$(nproc)
 
 build() {
   cmake --preset "$preset" && cmake --build --preset "$preset" -j "$jobs" --target \
-    simulate-captures calibrate-projector solve-surfaces render-to-image export-warp export-camera evaluate-projection \
+    simulate-captures calibrate-projector solve-surfaces render-to-image export-warp export-camera section_v \
     example_03_true_error example_04_drive
 }
 
@@ -49,7 +49,7 @@ drive() {
 }
 
 evaluate() {
-  "$tools/evaluate-projection" --rig "$out/rig.json" --truth "$out/session/truth.json" \
+  "$build/examples/section_v/section_v" --rig "$out/rig.json" --truth "$out/session/truth.json" \
     --report "$out/evaluation.html"
 }
 

@@ -44,10 +44,13 @@ class Nonsense : public ::testing::Test {
     int exit_code;
     const char* why;
   };
-  void expect_refused(const std::string& tool, const std::vector<Case>& cases) const {
+  /// `folder`: where the program is, if it is no tool.
+  void expect_refused(const std::string& tool, const std::vector<Case>& cases,
+                      const std::string& folder = "") const {
     for (const Case& bad : cases) {
       SCOPED_TRACE(tool + " " + bad.flags);
-      const ToolRun run = run_tool(tool, bad.flags);
+      const ToolRun run =
+          folder.empty() ? run_tool(tool, bad.flags) : run_program(folder + "/" + tool, bad.flags);
       EXPECT_EQ(run.exit_code, bad.exit_code) << run.err;
       for (const std::string& part : std::vector<std::string>{tool + ": ", "why:", bad.why, "next:"})
         EXPECT_NE(run.err.find(part), std::string::npos) << "no '" << part << "' in: " << run.err;
@@ -88,20 +91,23 @@ TEST_F(Nonsense, IsRefusedByVerifyProjection) {
                                        {call(at("negative.json"), ""), 3, "negative variance"}});
 }
 
-TEST_F(Nonsense, IsRefusedByEvaluateProjection) {
+#ifdef PROCAM_SECTION_V
+TEST_F(Nonsense, IsRefusedBySectionV) {
   const std::string write = " --report " + at("page.html") + " --corners " + at("corners.csv");
   const auto measured = [&](const std::string& name, const std::string& line) {
     std::ofstream(folder_ / name) << line << '\n';
     return "--measured " + at(name) + " --units cm" + write;
   };
   expect_refused(
-      "evaluate-projection",
+      "section_v",
       {{"--truth " + truth() + " --rig " + truth() + " --noise=-1" + write, 2, "--noise"},
        {"--truth " + truth() + " --rig " + at("impossible.json") + write, 3, "not positive semi-definite"},
        {measured("behind.csv", "A4, 1, -1.2, 47, 1, 0, 0, 1, 1"), 3, "distance_m is -1.2"},
        {measured("away.csv", "A4, 1, 1.2, 95, 1, 0, 0, 1, 1"), 3, "incidence_deg is 95"},
-       {"--measured " + at("behind.csv") + write, 2, "--units"}});
+       {"--measured " + at("behind.csv") + write, 2, "--units"}},
+      PROCAM_SECTION_V);
 }
+#endif
 
 TEST_F(Nonsense, IsRefusedByPlanProjection) {
   const std::string call = "--resolution 1280x800 --throw-ratio 1.2 -o " + at("plan.svg") + " --distance ";

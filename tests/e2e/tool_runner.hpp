@@ -46,16 +46,21 @@ inline std::string slurp(const std::filesystem::path& path) {
   return text.str();
 }
 
-/// `tool` by name, `arguments` as typed in a shell; `variables` go before the command ("DISPLAY=:1").
-inline ToolRun run_tool(const std::string& tool, const std::string& arguments,
-                        const std::string& variables = "") {
+/// `program` by path, `arguments` as typed in a shell; `variables` go before the command ("DISPLAY=:1").
+inline ToolRun run_program(const std::string& program, const std::string& arguments,
+                           const std::string& variables = "") {
   const ScratchFolder logs;
-  const std::string command = variables + " " + std::string(PROCAM_TOOLS) + "/" + tool + " " + arguments +
-                              " >" + (logs / "out").string() + " 2>" + (logs / "err").string() +
-                              " </dev/null";
+  const std::string command = variables + " " + program + " " + arguments + " >" + (logs / "out").string() +
+                              " 2>" + (logs / "err").string() + " </dev/null";
   const int status = std::system(command.c_str());
   return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), slurp(logs / "out"),
           slurp(logs / "err")};
+}
+
+/// `tool` by name, the rest as above.
+inline ToolRun run_tool(const std::string& tool, const std::string& arguments,
+                        const std::string& variables = "") {
+  return run_program(std::string(PROCAM_TOOLS) + "/" + tool, arguments, variables);
 }
 
 }  // namespace procam::test

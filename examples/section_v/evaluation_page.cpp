@@ -1,21 +1,17 @@
+#include "evaluation_page.hpp"
+
 #include <algorithm>
 #include <cmath>
 
 #include "html.hpp"
 #include "page.hpp"
 #include "pictures.hpp"
-#include "procam/report/evaluation.hpp"
 #include "style.hpp"
 
-namespace procam::report {
+namespace procam::section_v {
 
-using analyze::CornerRow;
-using analyze::Evaluation;
-using analyze::Landing;
-using analyze::Sheet;
-using analyze::sheet_corners;
-using analyze::SheetEvaluation;
-using analyze::SheetPlacement;
+using namespace report;
+
 namespace {
 
 const char* const kCornerNames[] = {"top left", "top right", "bottom right", "bottom left"};
@@ -163,4 +159,4 @@ std::string evaluation_report(const Evaluation& evaluation, const std::string& t
   return page(title, body + element("script", "", kReportScript) + "\n");
 }
 
-}  // namespace procam::report
+}  // namespace procam::section_v

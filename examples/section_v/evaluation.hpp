@@ -14,7 +14,7 @@
 #include "procam/analyze/landing_error.hpp"
 #include "procam/analyze/prediction.hpp"
 
-namespace procam::analyze {
+namespace procam::section_v {
 
 struct Sheet {
   std::string name;
@@ -26,10 +26,10 @@ struct Sheet {
 std::array<Vec2, 4> sheet_corners(const Sheet& sheet);
 
 struct Landing {
-  int corner = 0;                         ///< 0 top left, 1 top right, 2 bottom right, 3 bottom left
-  Vec2 physical = Vec2::Zero();           ///< where the corner is, metres on the sheet
-  Vec2 projected = Vec2::Zero();          ///< where its light landed
-  std::optional<LandingError> predicted;  ///< what the calibration and the pose promised
+  int corner = 0;                                  ///< 0 top left, 1 top right, 2 bottom right, 3 bottom left
+  Vec2 physical = Vec2::Zero();                    ///< where the corner is, metres on the sheet
+  Vec2 projected = Vec2::Zero();                   ///< where its light landed
+  std::optional<analyze::LandingError> predicted;  ///< what the calibration and the pose promised
 };
 
 /// One position of one sheet.
@@ -77,9 +77,9 @@ struct SheetEvaluation {
   int placements = 0, landings = 0;
   double mean_mm = 0, median_mm = 0, rms_mm = 0, worst_mm = 0;  ///< distance of projected from physical
   double predicted_rms_mm = 0;                                  ///< of the same corners; 0: no prediction
-  double inside_95 = 0;           ///< share of the landings inside their predicted 95 % regions
-  std::vector<Cause> causes;      ///< of the predicted error, largest first
-  std::optional<LightTurn> turn;  ///< nullopt: fewer than three landings
+  double inside_95 = 0;                ///< share of the landings inside their predicted 95 % regions
+  std::vector<analyze::Cause> causes;  ///< of the predicted error, largest first
+  std::optional<LightTurn> turn;       ///< nullopt: fewer than three landings
   double mm_per_pixel = 0;  ///< rms over directions and landings: what one pixel of reprojection error is
 };
 
@@ -115,4 +115,4 @@ double turn_explaining(const std::vector<SheetPlacement>& placements, const std:
                        int sheet, const Projector& projector, double pixel_rms, double mean_mm,
                        std::uint64_t seed);
 
-}  // namespace procam::analyze
+}  // namespace procam::section_v

@@ -1,24 +1,17 @@
-#include "procam/report/evaluation.hpp"
+#include "section_v/evaluation_page.hpp"
 
 #include <gtest/gtest.h>
 
 #include "analyze/uncertain_rig.hpp"
 
-namespace procam::report {
+namespace procam::section_v {
 namespace {
-
-using analyze::draw_crude_landings;
-using analyze::evaluate;
-using analyze::Evaluation;
-using analyze::original_placements;
-using analyze::original_sheets;
-using analyze::Sheet;
 
 TEST(EvaluationPage, TellsTheTableAndTheVerdict) {
   const Rig rig = test::uncertain_rig();
   const Projector lamp = rig.projector().projector;
   const std::vector<Sheet> sheets = original_sheets();
-  std::vector<analyze::SheetPlacement> placements = original_placements(lamp, sheets, 2);
+  std::vector<SheetPlacement> placements = original_placements(lamp, sheets, 2);
   draw_crude_landings(placements, sheets, lamp, {1, {0.005, 0.006}}, 3);
   Evaluation evaluation = evaluate(sheets, placements, lamp);
   evaluation.rig = rig;
@@ -31,4 +24,4 @@ TEST(EvaluationPage, TellsTheTableAndTheVerdict) {
 }
 
 }  // namespace
-}  // namespace procam::report
+}  // namespace procam::section_v

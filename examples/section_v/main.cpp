@@ -1,24 +1,25 @@
-/// evaluate-projection: where the corners of a sheet land, simulated or measured with a ruler -> table and
+/// section_v: where the corners of a sheet land, simulated or measured with a ruler -> table and
 /// page.
 #include <CLI/CLI.hpp>
 #include <cmath>
 #include <map>
 
 #include "common/cli.hpp"
-#include "common/sheet_experiment.hpp"
+#include "evaluation_page.hpp"
+#include "measured_corners.hpp"
 #include "procam/io/files.hpp"
 #include "procam/io/rig_file.hpp"
-#include "procam/io/session/measured_corners_file.hpp"
 #include "procam/io/text.hpp"
-#include "procam/report/evaluation.hpp"
+#include "sheet_experiment.hpp"
 
-namespace procam::tools {
+namespace procam::section_v {
 namespace {
 
-using analyze::Evaluation;
-using analyze::Sheet;
-using analyze::SheetEvaluation;
-using analyze::SheetPlacement;
+using tools::Console;
+using tools::exit_code;
+using tools::ExitCode;
+using tools::format;
+using tools::Summary;
 
 struct Flags {
   std::string rig, truth, measured, units, report, corners;
@@ -93,9 +94,9 @@ Outcome simulate_trial(const Flags& flags, Console& console, Diagnostics& diagno
                       std::to_string(a.height) + " pixels, the true one " + std::to_string(b.width) + "x" +
                       std::to_string(b.height),
                   "give the truth that the rig was calibrated from");
-  const std::vector<Sheet> sheets = analyze::original_sheets();
+  const std::vector<Sheet> sheets = original_sheets();
   const Projector& projector = truth.projectors.front().projector;
-  const std::vector<SheetPlacement> placements = analyze::original_placements(projector, sheets, flags.seed);
+  const std::vector<SheetPlacement> placements = original_placements(projector, sheets, flags.seed);
   const SheetExperiment experiment =
       run_sheet_experiment(placements, sheets, truth, rig, flags.noise_grey, flags.seed,
                            [&](int i) { console.progress("placement", i + 1, int(placements.size())); });
@@ -108,10 +109,10 @@ Outcome simulate_trial(const Flags& flags, Console& console, Diagnostics& diagno
                      flags.rig +
                          ": it carries no covariance, nothing is predicted; calibrate with "
                          "calibrate-projector to have one");
-  Outcome outcome{analyze::evaluate(sheets, experiment.placements, projector), {}};
+  Outcome outcome{evaluate(sheets, experiment.placements, projector), {}};
   outcome.evaluation.rig = truth;
-  const Evaluation true_pose = analyze::evaluate(sheets, experiment.with_true_pose, projector),
-                   true_calibration = analyze::evaluate(sheets, experiment.with_true_calibration, projector);
+  const Evaluation true_pose = evaluate(sheets, experiment.with_true_pose, projector),
+                   true_calibration = evaluate(sheets, experiment.with_true_calibration, projector);
   for (std::size_t i = 0; i < outcome.evaluation.results.size(); ++i) {
     const SheetEvaluation& one = outcome.evaluation.results[i];
     outcome.verdict.push_back("On the sheet at " + one.sheet.name + " the corners land " + mm(one.median_mm) +
@@ -131,21 +132,21 @@ Outcome simulate_trial(const Flags& flags, Console& console, Diagnostics& diagno
 Outcome reproduce_original(const Flags& flags, Console& console) {
   const Rig truth = io::load_rig(flags.truth);
   require_devices(truth, flags.truth);
-  const std::vector<Sheet> sheets = analyze::original_sheets();
+  const std::vector<Sheet> sheets = original_sheets();
   const Projector& projector = truth.projectors.front().projector;
-  std::vector<SheetPlacement> placements = analyze::original_placements(projector, sheets, flags.seed);
-  analyze::CrudeCalibration crude{kOriginalPixelRms, {}};
+  std::vector<SheetPlacement> placements = original_placements(projector, sheets, flags.seed);
+  CrudeCalibration crude{kOriginalPixelRms, {}};
   for (int i = 0; i < int(sheets.size()); ++i) {
     console.progress("sheet", i + 1, int(sheets.size()));
-    crude.turn.push_back(analyze::turn_explaining(placements, sheets, i, projector, crude.pixel_rms,
-                                                  kOriginalMeanMm[i], flags.seed));
+    crude.turn.push_back(
+        turn_explaining(placements, sheets, i, projector, crude.pixel_rms, kOriginalMeanMm[i], flags.seed));
   }
-  analyze::draw_crude_landings(placements, sheets, projector, {crude.pixel_rms, {0, 0}}, flags.seed);
-  const Evaluation pixels_alone = analyze::evaluate(sheets, placements, projector);
-  analyze::draw_crude_landings(placements, sheets, projector, {0, crude.turn}, flags.seed);
-  const Evaluation turn_alone = analyze::evaluate(sheets, placements, projector);
-  analyze::draw_crude_landings(placements, sheets, projector, crude, flags.seed);
-  Outcome outcome{analyze::evaluate(sheets, placements, projector), {}};
+  draw_crude_landings(placements, sheets, projector, {crude.pixel_rms, {0, 0}}, flags.seed);
+  const Evaluation pixels_alone = evaluate(sheets, placements, projector);
+  draw_crude_landings(placements, sheets, projector, {0, crude.turn}, flags.seed);
+  const Evaluation turn_alone = evaluate(sheets, placements, projector);
+  draw_crude_landings(placements, sheets, projector, crude, flags.seed);
+  Outcome outcome{evaluate(sheets, placements, projector), {}};
   outcome.evaluation.rig = truth;
   outcome.verdict.push_back("The original's 12 and 20 mm are an angular bias, not its reprojection error.");
   for (std::size_t i = 0; i < outcome.evaluation.results.size(); ++i) {
@@ -170,8 +171,8 @@ Projector nominal_projector() {
 }
 
 Outcome evaluate_measured(const Flags& flags) {
-  const std::vector<io::MeasuredCorner> corners =
-      io::load_measured_corners(flags.measured, io::parse_length("1" + flags.units));
+  const std::vector<MeasuredCorner> corners =
+      load_measured_corners(flags.measured, io::parse_length("1" + flags.units));
   Projector projector = nominal_projector();
   if (!flags.rig.empty()) {
     const Rig rig = io::load_rig(flags.rig);
@@ -181,7 +182,7 @@ Outcome evaluate_measured(const Flags& flags) {
   std::vector<Sheet> sheets;
   std::vector<Eigen::AlignedBox2d> extents;
   std::map<std::string, int> sheet_named;
-  for (const io::MeasuredCorner& corner : corners) {
+  for (const MeasuredCorner& corner : corners) {
     const auto [at, is_new] = sheet_named.emplace(corner.sheet, int(sheets.size()));
     if (is_new) {
       sheets.push_back({corner.sheet, Vec2::Zero(), corner.incidence_deg});
@@ -194,20 +195,20 @@ Outcome evaluate_measured(const Flags& flags) {
   const Vec2 middle(0.5 * (projector.size().width - 1), 0.5 * (projector.size().height - 1));
   std::vector<SheetPlacement> placements;
   std::map<std::pair<int, int>, std::size_t> placement_of;
-  for (const io::MeasuredCorner& corner : corners) {
+  for (const MeasuredCorner& corner : corners) {
     const int sheet = sheet_named.at(corner.sheet);
     const auto [at, is_new] = placement_of.emplace(std::pair(sheet, corner.placement), placements.size());
     if (is_new)
       placements.push_back(
           {sheet,
            corner.distance,
-           analyze::place_sheet(projector, sheets[std::size_t(sheet)], middle, corner.distance, false, 0),
+           place_sheet(projector, sheets[std::size_t(sheet)], middle, corner.distance, false, 0),
            {}});
     const Vec2 origin = extents[std::size_t(sheet)].center();
     placements[at->second].landings.push_back(
         {corner.corner, corner.physical - origin, corner.projected - origin, std::nullopt});
   }
-  Outcome outcome{analyze::evaluate(sheets, placements, projector), {}};
+  Outcome outcome{evaluate(sheets, placements, projector), {}};
   for (const SheetEvaluation& one : outcome.evaluation.results) {
     outcome.verdict.push_back("On " + one.sheet.name + " the corners landed " + mm(one.mean_mm) +
                               " from their places (mean of " + std::to_string(one.landings) + "; " +
@@ -231,7 +232,7 @@ void say(const SheetEvaluation& one, Console& console) {
   console.say("  corner         physical, cm      projected, median    std                error");
   const char* const names[] = {"top left", "top right", "bottom right", "bottom left"};
   for (std::size_t i = 0; i < 4; ++i) {
-    const analyze::CornerRow& row = one.corners[i];
+    const CornerRow& row = one.corners[i];
     if (row.count == 0) continue;
     console.say(format("  %-13s %7.2f %7.2f   %8.3f %8.3f   %7.3f %7.3f   %8.2f mm", names[i],
                        100 * row.physical.x(), 100 * row.physical.y(), 100 * row.median.x(),
@@ -269,7 +270,7 @@ void summarize(const Evaluation& evaluation, Summary& summary) {
       summary.set(at + "/light_turned_leaves_mm", one.turn->rest_mm);
     }
     for (std::size_t c = 0; c < 4; ++c) {
-      const analyze::CornerRow& row = one.corners[c];
+      const CornerRow& row = one.corners[c];
       const std::string corner = at + "/corners/" + std::to_string(c);
       summary.set(corner + "/physical_mm",
                   std::vector<double>{1e3 * row.physical.x(), 1e3 * row.physical.y()});
@@ -281,12 +282,12 @@ void summarize(const Evaluation& evaluation, Summary& summary) {
   }
 }
 
-std::vector<io::MeasuredCorner> corners_of(const Evaluation& evaluation) {
-  std::vector<io::MeasuredCorner> corners;
+std::vector<MeasuredCorner> corners_of(const Evaluation& evaluation) {
+  std::vector<MeasuredCorner> corners;
   for (std::size_t i = 0; i < evaluation.placements.size(); ++i) {
     const SheetPlacement& placement = evaluation.placements[i];
     const Sheet& sheet = evaluation.sheets[std::size_t(placement.sheet)];
-    for (const analyze::Landing& landing : placement.landings)
+    for (const Landing& landing : placement.landings)
       corners.push_back({sheet.name, int(i) + 1, placement.distance, sheet.incidence_deg, landing.corner,
                          landing.physical, landing.projected});
   }
@@ -306,33 +307,32 @@ ExitCode evaluate(const Flags& flags, Console& console) {
   console.summary().set("/verdict", outcome.verdict);
   console.report(diagnostics);
   if (!flags.corners.empty()) {
-    io::write_file_atomically(flags.corners,
-                              io::format_measured_corners(corners_of(outcome.evaluation), 0.01));
+    io::write_file_atomically(flags.corners, format_measured_corners(corners_of(outcome.evaluation), 0.01));
     console.say("wrote " + flags.corners);
   }
   if (!flags.report.empty()) {
     io::write_file_atomically(
         flags.report,
-        report::evaluation_report(outcome.evaluation, "Where the corners of a sheet land", outcome.verdict));
+        evaluation_report(outcome.evaluation, "Where the corners of a sheet land", outcome.verdict));
     console.say("wrote " + flags.report);
   }
   return exit_code(diagnostics);
 }
 
 }  // namespace
-}  // namespace procam::tools
+}  // namespace procam::section_v
 
 int main(int argc, char** argv) {
-  using namespace procam::tools;
+  using namespace procam::section_v;
   Flags flags;
-  return run_tool(
+  return procam::tools::run_tool(
       argc, argv,
-      {"evaluate-projection",
+      {"section_v",
        "says how far from their places the corners of a sheet of paper land when they are projected on it, "
        "at 47 and 60 degrees and 1.2 to 2.2 m: simulated from a "
        "calibration and the truth, or measured with a "
        "ruler.",
-       "evaluate-projection --rig rig.json --truth session/truth.json --report evaluation.html"},
+       "section_v --rig rig.json --truth session/truth.json --report evaluation.html"},
       [&](CLI::App& app) { declare(app, flags); },
       [&](Console& console) { return evaluate(flags, console); });
 }

@@ -4,18 +4,14 @@
 #include "procam/simulate/marker_view.hpp"
 #include "procam/track/locate.hpp"
 
-namespace procam::tools {
+namespace procam::section_v {
 namespace {
 
-using analyze::Landing;
-using analyze::SheetPlacement;
-
 /// Where the true projector's light falls on the true sheet when `steering` lights its corners there.
-std::vector<Landing> landings(const analyze::Sheet& sheet, const Projector& steering,
-                              const Pose& steering_from_sheet, const Projector& truth,
-                              const Pose& truth_from_sheet) {
+std::vector<Landing> landings(const Sheet& sheet, const Projector& steering, const Pose& steering_from_sheet,
+                              const Projector& truth, const Pose& truth_from_sheet) {
   std::vector<Landing> landed;
-  const std::array<Vec2, 4> corners = analyze::sheet_corners(sheet);
+  const std::array<Vec2, 4> corners = sheet_corners(sheet);
   for (int i = 0; i < 4; ++i) {
     const Vec2 corner = corners[std::size_t(i)];
     const auto pixel = steering.project(steering_from_sheet * Vec3(corner.x(), corner.y(), 0));
@@ -34,9 +30,8 @@ Pose projector_from_camera(const Rig& rig) {
 
 }  // namespace
 
-SheetExperiment run_sheet_experiment(std::vector<SheetPlacement> placements,
-                                     const std::vector<analyze::Sheet>& sheets, const Rig& truth,
-                                     const Rig& rig, double noise_grey, std::uint64_t seed,
+SheetExperiment run_sheet_experiment(std::vector<SheetPlacement> placements, const std::vector<Sheet>& sheets,
+                                     const Rig& truth, const Rig& rig, double noise_grey, std::uint64_t seed,
                                      const std::function<void(int)>& step) {
   const RigCamera &true_camera = truth.cameras.front(), &camera = rig.cameras.front();
   const RigProjector& projector = rig.projectors.front();
@@ -50,7 +45,7 @@ SheetExperiment run_sheet_experiment(std::vector<SheetPlacement> placements,
   for (std::size_t i = 0; i < placements.size(); ++i) {
     step(int(i));
     SheetPlacement& placement = placements[i];
-    const analyze::Sheet& sheet = sheets[std::size_t(placement.sheet)];
+    const Sheet& sheet = sheets[std::size_t(placement.sheet)];
     const Pose true_camera_from_sheet = true_projector_from_camera.inverse() * placement.projector_from_sheet;
     map.markers = {{3, kMarkerSize,
                     Pose(Eigen::Quaterniond::Identity(), Vec3(0, 0.5 * sheet.size.y() + kMarkerBelow, 0))}};
@@ -93,4 +88,4 @@ SheetExperiment run_sheet_experiment(std::vector<SheetPlacement> placements,
   return experiment;
 }
 
-}  // namespace procam::tools
+}  // namespace procam::section_v

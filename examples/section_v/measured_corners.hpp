@@ -7,14 +7,14 @@
 /// A line a corner. sheet: its name; placement: a number; distance from the projector to the sheet's middle
 /// and the angle of the light there; corner: 1 top left, 2 top right, 3 bottom right, 4 bottom left; the last
 /// four in the unit that the reader is told, x to the right and y down, from any origin on the sheet. The
-/// line of column names may be absent. Separators and comments as in point_pairs_file.hpp.
+/// line of column names may be absent. Separators and comments as in io/session/point_pairs_file.hpp.
 #include <filesystem>
 #include <string>
 #include <vector>
 
 #include "procam/core/base/types.hpp"
 
-namespace procam::io {
+namespace procam::section_v {
 
 struct MeasuredCorner {
   std::string sheet;
@@ -36,4 +36,4 @@ std::vector<MeasuredCorner> parse_measured_corners(const std::string& text, cons
 /// The text that parse_measured_corners() reads.
 std::string format_measured_corners(const std::vector<MeasuredCorner>& corners, double unit);
 
-}  // namespace procam::io
+}  // namespace procam::section_v

@@ -1,4 +1,4 @@
-/// evaluate-projection as a program: the original's experiment with procam's calibration, with the
+/// section_v as a program: the original's experiment with procam's calibration, with the
 /// original's, and with a ruler.
 #include <gtest/gtest.h>
 
@@ -7,16 +7,17 @@
 namespace procam::test {
 namespace {
 
+const std::string kProgram = std::string(PROCAM_SECTION_V) + "/section_v";
 const std::string kTruth = std::string(PROCAM_E2E_SESSION) + "/truth.json";
 
-TEST(EvaluateProjection, ProcamsCornersLandWithinHalfAMillimetre) {
+TEST(SectionV, ProcamsCornersLandWithinHalfAMillimetre) {
   const ScratchFolder folder;
   const std::string rig = (folder / "rig.json").string(), page = (folder / "evaluation.html").string();
   const ToolRun calibrated =
       run_tool("calibrate-projector", "--captures " + std::string(PROCAM_E2E_SESSION) + " -o " + rig);
   ASSERT_EQ(calibrated.exit_code, 0) << calibrated.err;
   const ToolRun run =
-      run_tool("evaluate-projection", "--rig " + rig + " --truth " + kTruth + " --json --report " + page);
+      run_program(kProgram, "--rig " + rig + " --truth " + kTruth + " --json --report " + page);
   ASSERT_EQ(run.exit_code, 0) << run.err;
   const auto sheets = run.json().at("sheets");
   ASSERT_EQ(sheets.size(), 2u);
@@ -32,11 +33,10 @@ TEST(EvaluateProjection, ProcamsCornersLandWithinHalfAMillimetre) {
   EXPECT_EQ(slurp(page).rfind("<!doctype html>", 0), 0u);
 }
 
-TEST(EvaluateProjection, TheOriginalsErrorIsAnAngularBias) {
+TEST(SectionV, TheOriginalsErrorIsAnAngularBias) {
   const ScratchFolder folder;
   const std::string corners = (folder / "corners.csv").string();
-  const ToolRun run =
-      run_tool("evaluate-projection", "--original --truth " + kTruth + " --json --corners " + corners);
+  const ToolRun run = run_program(kProgram, "--original --truth " + kTruth + " --json --corners " + corners);
   ASSERT_EQ(run.exit_code, 0) << run.err;
   const auto sheets = run.json().at("sheets");
   EXPECT_NEAR(sheets[0].at("mean_mm").get<double>(), 12, 0.1);
@@ -47,7 +47,7 @@ TEST(EvaluateProjection, TheOriginalsErrorIsAnAngularBias) {
     EXPECT_LT(sheet.at("turn_deg").get<double>(), 0.6);
   }
   // The same corners, as if somebody had measured them: the turn is found again.
-  const ToolRun measured = run_tool("evaluate-projection", "--measured " + corners + " --units cm --json");
+  const ToolRun measured = run_program(kProgram, "--measured " + corners + " --units cm --json");
   ASSERT_EQ(measured.exit_code, 0) << measured.err;
   const auto again = measured.json().at("sheets");
   for (std::size_t i = 0; i < 2; ++i) {
@@ -57,7 +57,7 @@ TEST(EvaluateProjection, TheOriginalsErrorIsAnAngularBias) {
   }
 }
 
-TEST(EvaluateProjection, RefusesWhatItCannotEvaluate) {
+TEST(SectionV, RefusesWhatItCannotEvaluate) {
   const ScratchFolder folder;
   std::ofstream(folder / "points.csv") << "A4, 1, 1.2, 47, 9, 0, 0, 1, 1\n";
   const std::string points = (folder / "points.csv").string();
@@ -77,7 +77,7 @@ TEST(EvaluateProjection, RefusesWhatItCannotEvaluate) {
        "page.html"},
   };
   for (const auto& [flags, exit_code, words] : cases) {
-    const ToolRun run = run_tool("evaluate-projection", flags);
+    const ToolRun run = run_program(kProgram, flags);
     EXPECT_EQ(run.exit_code, exit_code) << flags << '\n' << run.err;
     EXPECT_NE(run.err.find(words), std::string::npos) << flags << '\n' << run.err;
   }

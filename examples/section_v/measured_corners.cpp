@@ -1,4 +1,4 @@
-#include "procam/io/session/measured_corners_file.hpp"
+#include "measured_corners.hpp"
 
 #include <array>
 #include <cmath>
@@ -11,8 +11,10 @@
 #include "procam/core/base/error.hpp"
 #include "procam/io/files.hpp"
 
-namespace procam::io {
+namespace procam::section_v {
 namespace {
+
+using namespace io;
 
 constexpr std::array<const char*, 9> kCornerColumns{"sheet",         "placement",   "distance_m",
                                                     "incidence_deg", "corner",      "physical_x",
@@ -103,4 +105,4 @@ std::string format_measured_corners(const std::vector<MeasuredCorner>& corners, 
   return text;
 }
 
-}  // namespace procam::io
+}  // namespace procam::section_v

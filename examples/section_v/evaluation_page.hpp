@@ -3,13 +3,13 @@
 #include <string>
 #include <vector>
 
-#include "procam/analyze/evaluation.hpp"
+#include "evaluation.hpp"
 
-namespace procam::report {
+namespace procam::section_v {
 
 /// One self-contained page: verdict (its first sentence stands out), the tables, the scatter of the corners,
 /// causes, the sheets in space where evaluation.rig is known. As calibration_report().
-std::string evaluation_report(const analyze::Evaluation& evaluation, const std::string& title,
+std::string evaluation_report(const Evaluation& evaluation, const std::string& title,
                               const std::vector<std::string>& verdict);
 
-}  // namespace procam::report
+}  // namespace procam::section_v

@@ -1,10 +1,10 @@
-#include "procam/io/session/measured_corners_file.hpp"
+#include "section_v/measured_corners.hpp"
 
 #include <gtest/gtest.h>
 
 #include "support/expect_error.hpp"
 
-namespace procam::io {
+namespace procam::section_v {
 namespace {
 
 TEST(MeasuredCorners, AreReadInTheirUnitAndWrittenBack) {
@@ -47,4 +47,4 @@ TEST(MeasuredCorners, AreRefusedWithLineAndColumn) {
 }
 
 }  // namespace
-}  // namespace procam::io
+}  // namespace procam::section_v

@@ -1,23 +1,60 @@
-#include "procam/analyze/evaluation.hpp"
+#include "evaluation.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <random>
 
-#include "light_chain.hpp"
 #include "procam/core/base/cholesky.hpp"
 #include "procam/core/base/closed_form.hpp"
 #include "procam/core/geometry/se3.hpp"
 
-namespace procam::analyze {
+namespace procam::section_v {
+
+using analyze::LandingError;
+using analyze::LightPath;
+
 namespace {
 
-/// The projector alone, as a rig: its own frame is the rig's.
-LightPath path_of(const Projector& projector, const Pose& projector_from_sheet) {
+/// The projector alone, as a rig: its own frame is the rig's. All its light is turned by `turn` about it.
+LightPath light_path(const Projector& projector, const Pose& projector_from_sheet,
+                     const Vec3& turn = Vec3::Zero()) {
   RigProjector alone;
   alone.name = "projector";
   alone.projector = projector;
-  return {alone, projector_from_sheet, true, true};
+  LightPath path;
+  path.projector = alone;
+  path.rig_from_surface = Pose(so3_exp(Vec3(-turn)), Vec3::Zero()) * projector_from_sheet;
+  return path;
+}
+
+/// Where a corner's light lands, by turns of all light (radians) and by the pixel: central differences.
+struct LandingDerivatives {
+  Mat23 by_turn;
+  Mat2 by_pixel;
+};
+
+std::optional<LandingDerivatives> landing_derivatives(const Projector& projector,
+                                                      const Pose& projector_from_sheet,
+                                                      const Vec2& on_sheet) {
+  constexpr double kTurnStep = 1e-5, kPixelStep = 1e-2;
+  const auto pixel = projector.project(projector_from_sheet * Vec3(on_sheet.x(), on_sheet.y(), 0));
+  if (!pixel) return std::nullopt;
+  LandingDerivatives derivatives;
+  const auto column = [&](const Vec3& turn, const Vec2& offset, double step, auto&& out) {
+    const auto after =
+        analyze::landing_place(light_path(projector, projector_from_sheet, turn), *pixel + offset);
+    const auto before =
+        analyze::landing_place(light_path(projector, projector_from_sheet, -turn), *pixel - offset);
+    if (after && before) out = (*after - *before) / (2 * step);
+    return after && before;
+  };
+  for (int i = 0; i < 3; ++i)
+    if (!column(kTurnStep * Vec3::Unit(i), Vec2::Zero(), kTurnStep, derivatives.by_turn.col(i)))
+      return std::nullopt;
+  for (int i = 0; i < 2; ++i)
+    if (!column(Vec3::Zero(), kPixelStep * Vec2::Unit(i), kPixelStep, derivatives.by_pixel.col(i)))
+      return std::nullopt;
+  return derivatives;
 }
 
 double median_of(std::vector<double> values) {
@@ -66,10 +103,10 @@ std::optional<LightTurn> turn_of(const std::vector<Seen>& all, const Projector& 
   double squares = 0;
   std::vector<Mat23> rows;
   for (const Seen& seen : all) {
-    const auto chain =
-        chain_derivatives(path_of(projector, seen.placement->projector_from_sheet), seen.landing->physical);
-    if (!chain) return std::nullopt;
-    rows.push_back(chain->by_rig.leftCols<3>());
+    const auto moved =
+        landing_derivatives(projector, seen.placement->projector_from_sheet, seen.landing->physical);
+    if (!moved) return std::nullopt;
+    rows.push_back(moved->by_turn);
     normal += rows.back().transpose() * rows.back();
     right += rows.back().transpose() * seen.offset();
     squares += seen.offset().squaredNorm();
@@ -102,7 +139,7 @@ void predict_from(const std::vector<Seen>& all, SheetEvaluation& result) {
   for (const LandingError* error : predicted) squares += error->total.rms() * error->total.rms();
   result.predicted_rms_mm = 1e3 * std::sqrt(squares / double(predicted.size()));
   result.inside_95 = double(inside) / double(predicted.size());
-  result.causes = rank_causes(predicted);
+  result.causes = analyze::rank_causes(predicted);
 }
 
 SheetEvaluation evaluate_sheet(const Sheet& sheet, const std::vector<Seen>& all, const Projector& projector) {
@@ -121,10 +158,10 @@ SheetEvaluation evaluate_sheet(const Sheet& sheet, const std::vector<Seen>& all,
     result.mean_mm += mm / double(all.size());
     result.rms_mm += mm * mm / double(all.size());
     result.worst_mm = std::max(result.worst_mm, mm);
-    const auto chain =
-        chain_derivatives(path_of(projector, seen.placement->projector_from_sheet), seen.landing->physical);
+    const auto moved =
+        landing_derivatives(projector, seen.placement->projector_from_sheet, seen.landing->physical);
     // A pixel's error has all directions alike.
-    if (chain) per_pixel += 0.5 * chain->by_pixel.squaredNorm() / double(all.size());
+    if (moved) per_pixel += 0.5 * moved->by_pixel.squaredNorm() / double(all.size());
   }
   result.placements = int(placements.size());
   result.rms_mm = std::sqrt(result.rms_mm);
@@ -227,25 +264,21 @@ void draw_crude_landings(std::vector<SheetPlacement>& placements, const std::vec
   std::mt19937_64 random(seed);
   std::normal_distribution<double> normal;
   std::uniform_real_distribution<double> direction(0, 2 * kPi);
-  std::vector<Vec6> turned;
+  Points3 turned;
   for (double turn : crude.turn) {
     const double angle = direction(random);
-    Vec6 increment = Vec6::Zero();
-    increment.head<3>() = turn * Vec3(std::cos(angle), std::sin(angle), 0);
-    turned.push_back(increment);
+    turned.push_back(turn * Vec3(std::cos(angle), std::sin(angle), 0));
   }
   for (SheetPlacement& placement : placements) {
     const auto sheet = std::size_t(placement.sheet);
-    const LightPath path = path_of(projector, placement.projector_from_sheet);
+    const LightPath path = light_path(projector, placement.projector_from_sheet, turned[sheet]);
     const std::array<Vec2, 4> corners = sheet_corners(sheets[sheet]);
     placement.landings.clear();
     for (int i = 0; i < 4; ++i) {
       const Vec2 corner = corners[std::size_t(i)];
-      ChainErrors errors;
-      errors.rig = turned[sheet];
-      errors.pixel = crude.pixel_rms / std::sqrt(2.0) * Vec2{normal(random), normal(random)};
+      const Vec2 offset = crude.pixel_rms / std::sqrt(2.0) * Vec2{normal(random), normal(random)};
       const auto pixel = projector.project(placement.projector_from_sheet * Vec3(corner.x(), corner.y(), 0));
-      const auto landed = pixel ? land(path, *pixel, errors) : std::nullopt;
+      const auto landed = pixel ? analyze::landing_place(path, *pixel + offset) : std::nullopt;
       if (landed) placement.landings.push_back({i, corner, *landed, std::nullopt});
     }
   }
@@ -267,4 +300,4 @@ double turn_explaining(const std::vector<SheetPlacement>& placements, const std:
   return 0.5 * (low + high);
 }
 
-}  // namespace procam::analyze
+}  // namespace procam::section_v

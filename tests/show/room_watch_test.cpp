@@ -260,7 +260,7 @@ TEST(DepthSurfaceSource, ACameraThatIsLostIsToldAndComesBack) {
   DepthSurfaceSourceOptions options;
   options.room = world.options();
   options.room.world_from_rig = stands;
-  options.room.map.memory = 0.05;
+  options.room.map.free_space_tau = 0.05;
   options.lost_after = 0.3;
   options.blank_on_loss = true;
   Fed::Shared shared;

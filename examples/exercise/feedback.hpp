@@ -2,8 +2,8 @@
 /// What somebody who exercises sees on the floor, as pictures of surfaces whose size is known in metres.
 #include <optional>
 
+#include "gestures.hpp"
 #include "procam/core/base/image.hpp"
-#include "procam/people/interaction.hpp"
 
 namespace exercise {
 
@@ -14,7 +14,7 @@ using procam::Vec2;
 struct Feedback {
   procam::people::Side side = procam::people::Side::kLeft;
   std::optional<double> angle;  ///< of the arm now; nullopt: it is not seen
-  procam::people::ExerciseOptions options;
+  ExerciseOptions options;
   int count = 0;
   double best = 0;            ///< of this repetition
   double since_reached = 10;  ///< seconds

@@ -2,6 +2,7 @@
 
 #include "procam/core/geometry/se3.hpp"
 #include "procam/people/eye_safe.hpp"
+#include "procam/people/interaction.hpp"
 
 namespace exercise {
 namespace {
@@ -89,9 +90,8 @@ void Room::add(const people::SkeletonFrame& frame) {
 void Room::advance(double time) {
   time_ = time;
   const std::vector<people::TrackedPerson> people = people_.at(time);
-  feedback_.angle =
-      people.empty() ? std::nullopt : people::abduction_angle(people[0].skeleton, options_.side);
-  if (counter_.update(feedback_.angle) == people::ExerciseCounter::Event::kReached) reached_ = time;
+  feedback_.angle = people.empty() ? std::nullopt : abduction_angle(people[0].skeleton, options_.side);
+  if (counter_.update(feedback_.angle) == ExerciseCounter::Event::kReached) reached_ = time;
   feedback_.count = counter_.count();
   feedback_.best = counter_.best();
   feedback_.since_reached = time - reached_;

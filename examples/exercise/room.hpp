@@ -11,7 +11,7 @@ namespace exercise {
 
 struct RoomOptions {
   procam::people::Side side = procam::people::Side::kLeft;
-  procam::people::ExerciseOptions exercise;
+  ExerciseOptions exercise;
   double zone_height = 2;  ///< metres above the floor up to which the zone is forbidden
 };
 
@@ -34,7 +34,7 @@ class Room {
  private:
   RoomOptions options_;
   procam::people::PeopleTrack people_;
-  procam::people::ExerciseCounter counter_;
+  ExerciseCounter counter_;
   Feedback feedback_;
   std::optional<Vec2> trespasser_;
   double time_ = 0, reached_ = -10;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include "upright_frame.hpp"
 
 namespace procam::depth {
 namespace {

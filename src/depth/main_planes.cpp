@@ -4,6 +4,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <numeric>
+#include "plane_estimate.hpp"
 
 namespace procam::depth {
 namespace {

@@ -2,6 +2,9 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include "plane_estimate.hpp"
+#include "plane_kinds.hpp"
+#include "upright_frame.hpp"
 
 namespace procam::depth {
 namespace {

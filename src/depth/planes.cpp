@@ -6,6 +6,7 @@
 #include <array>
 
 #include "cells.hpp"
+#include "plane_estimate.hpp"
 #include "procam/core/geometry/se3.hpp"
 #include "regions.hpp"
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <map>
+#include "plane_kinds.hpp"
 
 namespace procam::depth {
 namespace {

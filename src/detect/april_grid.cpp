@@ -1,4 +1,4 @@
-#include "procam/detect/april_grid.hpp"
+#include "april_grid.hpp"
 
 #include <algorithm>
 

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "procam/detect/markers.hpp"
+#include "markers.hpp"
 
 namespace procam::detect {
 namespace {

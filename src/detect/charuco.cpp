@@ -1,4 +1,4 @@
-#include "procam/detect/charuco.hpp"
+#include "charuco.hpp"
 
 #include "coded_corners.hpp"
 

@@ -1,4 +1,4 @@
-#include "procam/detect/circle_grid.hpp"
+#include "circle_grid.hpp"
 
 #include <Eigen/LU>
 #include <algorithm>

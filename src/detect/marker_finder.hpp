@@ -3,7 +3,7 @@
 #include <optional>
 
 #include "edge_fit.hpp"
-#include "procam/detect/markers.hpp"
+#include "markers.hpp"
 
 namespace procam::detect {
 

@@ -1,4 +1,4 @@
-#include "procam/detect/marker_grid.hpp"
+#include "marker_grid.hpp"
 
 #include <algorithm>
 

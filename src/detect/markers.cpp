@@ -1,4 +1,4 @@
-#include "procam/detect/markers.hpp"
+#include "markers.hpp"
 
 #include <Eigen/LU>
 #include <algorithm>

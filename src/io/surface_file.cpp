@@ -4,8 +4,8 @@
 #include <set>
 
 #include "document/shared_fields.hpp"
+#include "mesh/mesh_file.hpp"
 #include "procam/io/image/images.hpp"
-#include "procam/io/mesh/mesh_file.hpp"
 
 namespace procam::io {
 namespace {

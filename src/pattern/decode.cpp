@@ -2,6 +2,7 @@
 #include <cstdint>
 
 #include "bit_threshold.hpp"
+#include "gray_code_bits.hpp"
 #include "procam/pattern/gray_code.hpp"
 #include "survey.hpp"
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <optional>
 
+#include "gray_code_bits.hpp"
 #include "waves.hpp"
 
 namespace procam::pattern {

@@ -1,6 +1,7 @@
 #include "procam/pattern/gray_code.hpp"
 
 #include <algorithm>
+#include "gray_code_bits.hpp"
 
 namespace procam::pattern {
 namespace {

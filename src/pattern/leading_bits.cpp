@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "bit_threshold.hpp"
+#include "gray_code_bits.hpp"
 
 namespace procam::pattern {
 namespace {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include "gray_code_bits.hpp"
 
 namespace procam::pattern {
 namespace {

@@ -7,6 +7,7 @@
 #include <cstdlib>
 #include <optional>
 
+#include "gray_code_bits.hpp"
 #include "leading_bits.hpp"
 #include "survey.hpp"
 

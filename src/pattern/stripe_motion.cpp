@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <vector>
+#include "gray_code_bits.hpp"
 
 namespace procam::pattern::internal {
 namespace {

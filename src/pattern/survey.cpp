@@ -7,6 +7,7 @@
 #include <cstdlib>
 #include <cstring>
 
+#include "gray_code_bits.hpp"
 #include "noise_classes.hpp"
 
 namespace procam::pattern {

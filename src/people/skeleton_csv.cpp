@@ -6,6 +6,7 @@
 
 #include "procam/core/base/error.hpp"
 #include "procam/people/skeleton_reader.hpp"
+#include "skeleton_csv.hpp"
 
 namespace procam::people {
 namespace {

@@ -1,9 +1,10 @@
 #include "procam/people/skeleton_source.hpp"
 
 #include "procam/core/base/error.hpp"
-#include "procam/people/vmc.hpp"
 #include "procam/track/detail/parsed_source.hpp"
 #include "procam/track/detail/recorded.hpp"
+#include "skeleton_stream.hpp"
+#include "vmc.hpp"
 
 namespace procam::people {
 

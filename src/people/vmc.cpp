@@ -1,4 +1,4 @@
-#include "procam/people/vmc.hpp"
+#include "vmc.hpp"
 
 #include <cmath>
 

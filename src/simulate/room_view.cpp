@@ -6,6 +6,7 @@
 #include <limits>
 #include <string>
 
+#include "blur_disc.hpp"
 #include "defocus.hpp"
 #include "record.hpp"
 #include "room_sampling.hpp"

@@ -5,6 +5,7 @@
 
 #include "noise.hpp"
 #include "procam/core/base/closed_form.hpp"
+#include "sheet_points.hpp"
 
 namespace procam::simulate {
 namespace {

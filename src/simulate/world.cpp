@@ -1,6 +1,7 @@
 #include "procam/simulate/world.hpp"
 
 #include "scene.hpp"
+#include "sheet_points.hpp"
 
 namespace procam::simulate {
 namespace {

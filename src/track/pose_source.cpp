@@ -6,6 +6,7 @@
 #include <fstream>
 
 #include "message_check.hpp"
+#include "pose_source_kinds.hpp"
 #include "procam/core/base/error.hpp"
 #include "procam/track/detail/inbox.hpp"
 #include "procam/track/detail/parsed_source.hpp"
@@ -14,6 +15,7 @@
 #include "procam/track/trajectory_file.hpp"
 #include "procam/track/wire.hpp"
 #include "sources.hpp"
+#include "wire_parsers.hpp"
 
 namespace procam::track {
 namespace {

@@ -11,6 +11,7 @@
 #include "procam/track/detail/inbox.hpp"
 #include "procam/track/wire.hpp"
 #include "sources.hpp"
+#include "wire_parsers.hpp"
 
 namespace procam::track::internal {
 namespace {

@@ -6,6 +6,7 @@
 #include "procam/track/detail/wire_bytes.hpp"
 #include "procam/track/wire.hpp"
 #include "wire_json.hpp"
+#include "wire_parsers.hpp"
 
 namespace procam::track {
 namespace {

@@ -9,6 +9,7 @@
 #include "message_check.hpp"
 #include "procam/track/detail/json_depth.hpp"
 #include "procam/track/wire.hpp"
+#include "wire_parsers.hpp"
 
 namespace procam::track {
 namespace {

@@ -2,9 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include "plane_kinds.hpp"
 #include "procam/depth/main_planes.hpp"
 #include "procam/depth/surfaces.hpp"
 #include "rooms.hpp"
+#include "upright_frame.hpp"
 
 namespace procam::depth {
 namespace {

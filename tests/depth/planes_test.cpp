@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "pixels.hpp"
+#include "plane_estimate.hpp"
 #include "rooms.hpp"
 
 namespace procam::depth {

@@ -4,6 +4,7 @@
 
 #include <Eigen/Eigenvalues>
 
+#include "plane_estimate.hpp"
 #include "procam/depth/main_planes.hpp"
 #include "procam/io/image/depth_file.hpp"
 #include "support/test_data.hpp"

@@ -7,6 +7,7 @@
 #include <Eigen/LU>
 
 #include "../simulate/rooms.hpp"
+#include "plane_estimate.hpp"
 #include "procam/depth/planes.hpp"
 #include "procam/simulate/depth_view.hpp"
 #include "support/lopsided.hpp"

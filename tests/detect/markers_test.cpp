@@ -1,4 +1,4 @@
-#include "procam/detect/markers.hpp"
+#include "markers.hpp"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <sstream>
 
-#include "procam/detect/charuco.hpp"
+#include "charuco.hpp"
 #include "support/test_data.hpp"
 
 namespace procam {

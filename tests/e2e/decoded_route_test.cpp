@@ -6,9 +6,9 @@
 #include <limits>
 
 #include "e2e/tool_runner.hpp"
+#include "image/npy.hpp"
 #include "procam/io/files.hpp"
 #include "procam/io/image/images.hpp"
-#include "procam/io/image/npy.hpp"
 #include "procam/io/image/pfm.hpp"
 #include "procam/io/session/captures.hpp"
 #include "procam/io/session/pattern_file.hpp"

@@ -10,6 +10,7 @@
 #include "procam/io/image/images.hpp"
 #include "procam/io/text.hpp"
 #include "scratch.hpp"
+#include "sheet/sheet_formats.hpp"
 
 namespace procam::io {
 namespace {

@@ -8,6 +8,7 @@
 #include <limits>
 #include <opencv2/imgcodecs.hpp>
 
+#include "image/pfm_bytes.hpp"
 #include "procam/io/files.hpp"
 #include "procam/io/image/pfm.hpp"
 #include "support/expect_error.hpp"

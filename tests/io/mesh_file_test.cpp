@@ -1,5 +1,5 @@
 /// Meshes as programs write them, and as nobody should.
-#include "procam/io/mesh/mesh_file.hpp"
+#include "mesh/mesh_file.hpp"
 
 #include <gtest/gtest.h>
 

@@ -7,6 +7,7 @@
 #include <random>
 
 #include "hand_made_zip.hpp"
+#include "image/pfm_bytes.hpp"
 #include "procam/io/files.hpp"
 #include "procam/io/image/images.hpp"
 #include "procam/io/image/pfm.hpp"

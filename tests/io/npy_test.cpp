@@ -1,4 +1,4 @@
-#include "procam/io/image/npy.hpp"
+#include "image/npy.hpp"
 
 #include <gtest/gtest.h>
 

@@ -7,8 +7,9 @@
 #include <set>
 #include <tuple>
 
-#include "procam/io/image/npy.hpp"
+#include "image/npy.hpp"
 #include "scratch.hpp"
+#include "session/observations_text.hpp"
 
 namespace procam::io {
 namespace {

@@ -7,6 +7,7 @@
 #include <limits>
 #include <opencv2/imgcodecs.hpp>
 
+#include "image/pfm_bytes.hpp"
 #include "procam/io/files.hpp"
 #include "scratch.hpp"
 

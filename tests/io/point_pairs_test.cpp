@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <random>
+#include "session/point_pairs_text.hpp"
 
 namespace procam::io {
 namespace {

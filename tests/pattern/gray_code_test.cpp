@@ -4,6 +4,7 @@
 
 #include <cstring>
 #include <opencv2/structured_light.hpp>
+#include "gray_code_bits.hpp"
 
 namespace procam::pattern {
 namespace {

@@ -8,6 +8,7 @@
 #include <limits>
 #include <random>
 
+#include "depth_inside.hpp"
 #include "procam/people/eye_safe.hpp"
 #include "procam/people/interaction.hpp"
 #include "procam/people/silhouette.hpp"
@@ -241,16 +242,6 @@ TEST(Pointing, HitsWhatHeadAndHandPointAt) {
   EXPECT_TRUE(touch.update(SurfacePoint{Vec2(0, 0), 0.08}));
   EXPECT_FALSE(touch.update(SurfacePoint{Vec2(0, 0), 0.13}));
   EXPECT_FALSE(touch.update(std::nullopt));
-}
-
-TEST(Exercise, CountsATremblingArmOnce) {
-  ExerciseCounter counter;
-  for (const double deg : {85.0, 90.0, 20.0, 60.0, 79.0, 81.0, 79.0, 82.0, 50.0, 81.0, 30.0, 85.0})
-    counter.update(deg * kDegree);
-  // The first was never at rest; the third time above 80 came without a rest.
-  EXPECT_EQ(counter.count(), 2);
-  counter.update(std::nullopt);
-  EXPECT_NEAR(counter.best(), 85 * kDegree, 1e-12);
 }
 
 TEST(ForbiddenZone, SeesAnyJoint) {

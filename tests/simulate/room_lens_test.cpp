@@ -2,6 +2,7 @@
 /// colour.
 #include <gtest/gtest.h>
 
+#include "blur_disc.hpp"
 #include "procam/simulate/room_view.hpp"
 #include "rooms.hpp"
 

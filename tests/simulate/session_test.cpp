@@ -1,6 +1,7 @@
 #include "procam/simulate/session.hpp"
 
 #include <gtest/gtest.h>
+#include "sheet_points.hpp"
 
 namespace procam::simulate {
 namespace {

@@ -11,6 +11,7 @@
 #include "procam/core/geometry/covariance.hpp"
 #include "procam/track/pose_log.hpp"
 #include "procam/track/pose_source.hpp"
+#include "wire_parsers.hpp"
 
 namespace procam::track {
 namespace {

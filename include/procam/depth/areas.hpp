@@ -10,11 +10,6 @@
 
 namespace procam::depth {
 
-/// Upright as read, at `origin` (brought onto the plane). `up` and `forward` are directions in the plane's
-/// frame, e.g. (0, -1, 0) and (0, 0, 1) for a level camera; what is read is the side of the normal.
-Pose upright_frame(const Plane& plane, const Vec3& origin, const Vec3& up,
-                   const Vec3& forward = Vec3::UnitZ());
-
 /// A raster over a plane, in its frame: cell (i, j) covers `low` + `cell` * [i, i+1] x [j, j+1], metres.
 struct PlaneRaster {
   Vec2 low = Vec2::Zero();

@@ -16,19 +16,12 @@ enum class PlaneKind { kUnknown, kWall, kFloor, kCeiling, kTable, kSlope };
 /// "plane", "wall", "floor", "ceiling", "table", "slope".
 const char* to_string(PlaneKind kind);
 
-/// Walls stand within 12 degrees of upright, the level ones lie within 12 degrees. Of those that face up the
-/// lowest is the floor, unless something is seen 15 cm or more below it; those within 15 cm of it are floor
-/// as well, and all others tables. kUnknown for all without `up`.
-std::vector<PlaneKind> kinds_of(const Planes& planes, const DepthImage& image, const RayTable& rays,
-                                const std::optional<Vec3>& up_in_camera);
-
 /// Where two planes meet, as far as both are seen there.
 struct CornerLine {
   int first = 0, second = 0;                    ///< places in Planes::planes
   Vec3 from = Vec3::Zero(), to = Vec3::Zero();  ///< camera frame
   double angle = 0;  ///< between the two seen sides, radians: pi/2 in a room's corner, 3 pi/2 on a box's edge
 };
-std::vector<CornerLine> corner_lines(const Planes& planes, const RayTable& rays);
 
 struct SurfaceOptions {
   /// The camera's up: minus gravity. Without it nothing is called wall or floor, and the camera counts as
@@ -71,9 +64,5 @@ struct RoomSurfaces {
 /// curves seen from outside, niche_1 and dome_1 from inside.
 RoomSurfaces surfaces_from_planes(const Planes& planes, const DepthImage& image, const RayTable& rays,
                                   const SurfaceOptions& options = {});
-
-/// The planar surface of a rectangle on a plane.
-PlanarSurface planar_surface(const Pose& frame_from_plane, const FreeRectangle& rectangle,
-                             const std::string& frame);
 
 }  // namespace procam::depth

@@ -1,37 +1,38 @@
 #pragma once
 /// One call for every kind of printed board.
-#include "procam/detect/april_grid.hpp"
-#include "procam/detect/charuco.hpp"
+#include "procam/core/board/board.hpp"
 #include "procam/detect/chessboard.hpp"
-#include "procam/detect/circle_grid.hpp"
-#include "procam/detect/marker_grid.hpp"
 
 namespace procam::detect {
 
 struct BoardOptions {
   ChessboardOptions chessboard;
-  CharucoOptions charuco;
-  MarkerOptions markers;
-  CircleGridOptions circles;
-  AprilGridOptions april_grid;
+  struct Charuco {
+    /// Half the refinement window, as a share of a square.
+    double window_share = 0.35;
+    /// A corner whose own sigma is larger than this many pixels is rejected.
+    double max_sigma_px = 0.5;
+  } charuco;
+  struct Markers {
+    /// How far from an edge pixels are used, in modules; beyond half a module the next edge blurs in.
+    double window_modules = 0.5;
+    /// Markers with a corner whose own sigma is larger than this many pixels are rejected.
+    double max_sigma_px = 0.5;
+  } markers;
+  struct Circles {
+    /// A centre whose own sigma is larger than this many pixels is rejected.
+    double max_sigma_px = 0.5;
+  } circles;
+  struct AprilGrid {
+    /// Half the refinement window, as a share of what is uniform round a corner: the tag's border of two
+    /// modules, or the gap where that is narrower. The rest is room for blur.
+    double window_share = 0.7;
+    /// A corner whose own sigma is larger than this many pixels is rejected.
+    double max_sigma_px = 0.5;
+  } april_grid;
 };
 
 /// The points of the board that the image shows, by the detector of its kind.
-inline Detections detect_board(const ViewU8& image, const Board& board, const BoardOptions& options = {}) {
-  struct Visitor {
-    const ViewU8& image;
-    const BoardOptions& options;
-    Detections operator()(const Chessboard& b) const {
-      return detect_chessboard(image, b, options.chessboard);
-    }
-    Detections operator()(const CharucoBoard& b) const { return detect_charuco(image, b, options.charuco); }
-    Detections operator()(const MarkerGrid& b) const { return detect_marker_grid(image, b, options.markers); }
-    Detections operator()(const CircleGrid& b) const { return detect_circle_grid(image, b, options.circles); }
-    Detections operator()(const AprilGrid& b) const {
-      return detect_april_grid(image, b, options.april_grid);
-    }
-  };
-  return std::visit(Visitor{image, options}, board);
-}
+Detections detect_board(const ViewU8& image, const Board& board, const BoardOptions& options = {});
 
 }  // namespace procam::detect

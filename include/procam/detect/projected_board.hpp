@@ -10,7 +10,7 @@
 /// light and dark print, and the quotient does not cancel: points whose window holds one are rejected by
 /// their residual.
 ///
-/// Discs of light are corrected for perspective like printed ones (detect/circle_grid.hpp): lengths of the
+/// Discs of light are corrected for perspective like printed ones: lengths of the
 /// layout are projector pixels then, and the map of the whole board is that of the light.
 #include "procam/detect/detect_board.hpp"
 

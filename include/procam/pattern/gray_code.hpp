@@ -25,23 +25,9 @@ struct GrayCode {
       1;  ///< stripe width in projector pixels; wider stripes survive a blurred projector, with fewer frames
 };
 
-/// Number of stripes along an axis: ceil(size / step).
-int stripe_count(const GrayCode& gray_code, StripeAxis axis);
-/// Number of bits, i.e. of frame pairs, along an axis: ceil(log2(stripe_count)).
-int bit_count(const GrayCode& gray_code, StripeAxis axis);
 /// 2 * (column bits + row bits) + 2.
 int frame_count(const GrayCode& gray_code);
 
-/// What one frame of the sequence shows.
-struct GrayCodeFrame {
-  enum class Kind { kColumnBit, kRowBit, kWhite, kBlack };
-  Kind kind = Kind::kWhite;
-  int bit = 0;           ///< significance; 0 is the finest. Only for bits
-  bool inverse = false;  ///< black and white exchanged. Only for bits
-};
-
-/// Throws std::invalid_argument for an index outside 0 .. frame_count-1, as do the two functions below.
-GrayCodeFrame frame_info(const GrayCode& gray_code, int index);
 /// For people, e.g. "frame 21 (row bit 9, inverse)".
 std::string frame_name(const GrayCode& gray_code, int index);
 /// The picture for the projector: 0 and 255, one channel, projector_size.

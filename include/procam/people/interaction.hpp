@@ -1,6 +1,5 @@
 #pragma once
-/// What content asks of people: is a hand on the surface, where does it point, who is in the zone, how often
-/// was the arm raised.
+/// What content asks of people: is a hand on the surface, where does it point, who is in the zone.
 ///
 /// Points on a surface are metres in the surface's own plane (x right, y down as the content is read, z into
 /// the wall): surface_from_sensor = surface_from_world * world_from_sensor. State, where there is one, is a
@@ -26,9 +25,6 @@ SurfacePoint on_surface(const Vec3& point_in_sensor, const Pose& surface_from_se
 std::optional<Ray> pointing_ray(const Skeleton& person, Side side);
 /// Where a ray meets the surface's plane; nullopt when it leads away from it.
 std::optional<Vec2> hit_on_surface(const Ray& ray_in_sensor, const Pose& surface_from_sensor);
-
-/// Metres from the polygon's edge, positive inside (even-odd); at least 3 corners (std::invalid_argument).
-double depth_inside(const Points2& polygon, const Vec2& point);
 
 struct ZoneOptions {
   double margin = 0.03;    ///< hysteresis, metres: entered that far inside, left that far outside
@@ -77,59 +73,5 @@ class Touch {
 /// surface than `height`, on either side. nullopt: nobody is there.
 std::optional<Vec2> trespass(const std::vector<TrackedPerson>& people, const Pose& surface_from_sensor,
                              const Points2& polygon, double height);
-
-/// Shoulder abduction, radians: the angle between the trunk and the upper arm in the frontal plane, 0 hanging
-/// down, 90 degrees level. With d down the trunk (neck to pelvis) and l across the shoulders to the arm's
-/// side, square to d,
-///   angle = atan2(arm . l, arm . d).
-/// A depth camera's noise lies along its axis, which the frontal plane leaves out when the person faces it;
-/// the angle in space does not, and is 30 degrees too large for an arm that hangs. nullopt when a joint is
-/// missing, or the arm points out of the plane (less than 0.3 of it lies within).
-std::optional<double> abduction_angle(const Skeleton& person, Side side);
-
-struct ExerciseOptions {
-  double target = 80 * kDegree;  ///< reached: the repetition counts
-  double rest = 40 * kDegree;    ///< below it the next one begins
-};
-/// Counts how often an angle reaches its target, from rest to rest: an arm that trembles at the target counts
-/// once.
-class ExerciseCounter {
- public:
-  enum class Event { kNone, kReached, kRested };
-  explicit ExerciseCounter(const ExerciseOptions& options = {});
-  Event update(const std::optional<double>& angle);
-  int count() const { return count_; }
-  /// The largest angle of this repetition so far, or of the last one.
-  double best() const { return best_; }
-
- private:
-  ExerciseOptions options_;
-  bool is_armed_ = false;  ///< it must rest first
-  int count_ = 0;
-  double best_ = 0;
-};
-
-/// What a raised hand says.
-enum class HandSign {
-  kNone,   ///< it was not raised
-  kWave,   ///< "hello": it goes to and fro
-  kStill,  ///< "high five": it is held up
-};
-struct HandSignOptions {
-  /// Heights of the wrist below the neck, in lengths of the trunk (neck to pelvis).
-  double raised = 0.3, lowered = 0.5;
-  int settle = 3;  ///< frames after raising and before lowering that are ignored
-  /// The wrist's way across, seen from its elbow, in trunks a frame. 0.0195 lies between the gestures of a
-  /// recording of four each: 0.023 to 0.047 for waves, 0.007 to 0.016 for hands held up.
-  double sway = 0.0195;
-};
-struct RaisedHand {
-  HandSign sign = HandSign::kNone;
-  int frames = 0;   ///< of the longest time that it was up
-  double sway = 0;  ///< as in the options
-};
-/// In pictures of one person, one after the other (10 to 30 a second), upright.
-RaisedHand read_hand(const std::vector<PixelSkeleton>& frames, Side side,
-                     const HandSignOptions& options = {});
 
 }  // namespace procam::people

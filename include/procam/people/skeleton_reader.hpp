@@ -36,11 +36,6 @@ ParsedSkeletons parse_skeletons(std::string_view lines);
 /// What parse_skeletons() reads back; ends in a newline.
 std::string to_json_line(const SkeletonFrame& frame);
 
-/// A recorded log of one person, a header and a frame a line: `t_s`, then `<joint>_x_m, _y_m, _z_m, _ok` in
-/// any order; pixels and columns of other names are passed over. Joints are called as here (left_hand) or as
-/// Kinect v1 did (handLeft, shoulderCenter, hipCenter). _ok 0 is stale: absent. Throws Error(kInput) for a
-/// text without such a header.
-ParsedSkeletons parse_skeleton_csv(std::string_view text);
 /// A file of JSON lines or CSV, told apart by its first byte. Throws Error: kIo for a file that cannot be
 /// read, kInput for one without a single frame.
 std::vector<SkeletonFrame> read_skeleton_log(const std::filesystem::path& file);

@@ -11,7 +11,7 @@
 /// | udp:9100, udp:127.0.0.1:9100 | JSON lines in datagrams (docs/people.md) |
 /// | tcp:HOST:PORT | JSON lines as a stream; connects, and again when the connection ends |
 /// | tcp-listen:[ADDRESS:]PORT | the same, for senders that connect; up to 8 at a time |
-/// | vmc:39539 | Virtual Motion Capture protocol: one person, as an avatar (vmc.hpp) |
+/// | vmc:39539 | Virtual Motion Capture protocol: one person, as an avatar |
 /// | log:FILE[@SPEED] | JSON lines or CSV: in recorded time, faster (@2), or all at once (@0) |
 #include <memory>
 #include <string>
@@ -36,16 +36,5 @@ class SkeletonSource {
 /// cannot be bound.
 std::unique_ptr<SkeletonSource> open_skeleton_source(const std::string& text,
                                                      const track::SourceOptions& options = {});
-
-/// A stream of JSON lines, cut where it likes. A line longer than kLongestSkeletonLine is counted once and
-/// skipped.
-class SkeletonStream {
- public:
-  ParsedSkeletons parse(std::string_view bytes);
-
- private:
-  std::string rest_;
-  bool skipping_ = false;
-};
 
 }  // namespace procam::people

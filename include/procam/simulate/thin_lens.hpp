@@ -14,7 +14,5 @@ struct ThinLens {
   double aperture = 0;  ///< diameter, metres: focal length / f-number; 0: all is in focus
   double focus = 1;     ///< depth of the plane in focus, metres
 };
-/// The disc's diameter, pixels of the device (a camera, or a projector's inverse camera); depth > 0.
-double blur_disc(const ThinLens& lens, const Camera& device, double depth);
 
 }  // namespace procam::simulate

@@ -51,9 +51,6 @@ Points3 sheet_corners_in_board(const PrintedBoard& board);
 std::vector<Observation> board_in_camera(const World& world);
 std::vector<Observation> board_in_projector(const World& world);
 
-/// Where the light of a projector pixel falls on the sheet, in the board's frame, metres; nullopt where it
-/// misses the sheet.
-std::optional<Vec2> light_on_sheet(const World& world, const Vec2& projector_pixel);
 /// Where the camera sees that light; nullopt where it falls outside the sheet or the image.
 std::optional<Vec2> camera_pixel_of_light(const World& world, const Vec2& projector_pixel);
 

@@ -58,15 +58,6 @@ class PoseSource {
   virtual SourceStatus status() const = 0;
 };
 
-/// One row of the table: the word before the colon, how to type it, what it is.
-struct PoseSourceKind {
-  const char* name;
-  const char* form;
-  const char* about;
-  std::unique_ptr<PoseSource> (*open)(const std::string& rest, const SourceOptions& options);
-};
-const std::vector<PoseSourceKind>& pose_source_kinds();
-
 /// Opens a source by its text. Throws Error(kInput) for a text that names none or a log that is none,
 /// Error(kDevice) for a port that cannot be bound. A peer that is not there yet is no error: the source tries
 /// again after 0.1 s, 0.2 s, ... 3 s.

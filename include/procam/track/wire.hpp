@@ -25,26 +25,6 @@ struct Parsed {
 
 /// JSON lines and binary messages, in any mixture: one datagram.
 Parsed parse_poses(std::string_view datagram);
-/// An OSC message, or a bundle of them (its time tag is the stamp of those that have none).
-Parsed parse_osc(std::string_view datagram);
-/// A PosiStageNet packet. Names of trackers come in packets of their own and are not waited for: the child
-/// is "tracker ID".
-Parsed parse_psn(std::string_view datagram);
-/// One text frame of rosbridge: tf2_msgs/TFMessage, PoseWithCovarianceStamped, PoseStamped or Odometry,
-/// told apart by their fields.
-Parsed parse_rosbridge(std::string_view text);
-
-/// A stream of JSON lines and binary messages, cut where it likes. Garbage is skipped up to the next line
-/// that begins with a brace or the next magic, and counted once.
-class StreamParser {
- public:
-  Parsed parse(std::string_view bytes);
-
- private:
-  std::string rest_;
-  bool skipping_ = false;
-};
-
 /// What the parsers read back. JSON ends in a newline. OSC: without twist or covariance.
 std::string to_json_line(const StampedPose& message);
 std::string to_binary(const StampedPose& message);

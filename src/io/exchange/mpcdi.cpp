@@ -12,6 +12,7 @@
 #include "extension.hpp"
 #include "image/image_check.hpp"
 #include "image/image_decode.hpp"
+#include "image/pfm_bytes.hpp"
 #include "procam/io/files.hpp"
 #include "procam/io/image/images.hpp"
 #include "procam/io/image/pfm.hpp"

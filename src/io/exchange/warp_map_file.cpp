@@ -6,6 +6,7 @@
 #include "extension.hpp"
 #include "image/exr.hpp"
 #include "image/image_decode.hpp"
+#include "image/pfm_bytes.hpp"
 #include "procam/io/exchange/warp_file.hpp"
 #include "procam/io/files.hpp"
 #include "procam/io/image/pfm.hpp"

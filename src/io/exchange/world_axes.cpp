@@ -1,5 +1,6 @@
 #include "procam/io/exchange/world_axes.hpp"
 
+#include "exchange/world_directions.hpp"
 #include "procam/core/base/error.hpp"
 
 namespace procam::io {

@@ -4,6 +4,7 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "image/image_decode.hpp"
+#include "image/pfm_bytes.hpp"
 #include "procam/io/files.hpp"
 #include "procam/io/image/pfm.hpp"
 

@@ -6,6 +6,7 @@
 #include <cstring>
 
 #include "document/number.hpp"
+#include "image/pfm_bytes.hpp"
 #include "procam/io/files.hpp"
 
 namespace procam::io {

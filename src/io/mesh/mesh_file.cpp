@@ -1,4 +1,4 @@
-#include "procam/io/mesh/mesh_file.hpp"
+#include "mesh/mesh_file.hpp"
 
 #include "mesh/mesh_reader.hpp"
 #include "procam/io/files.hpp"

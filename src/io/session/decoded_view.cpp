@@ -3,11 +3,13 @@
 #include <algorithm>
 #include <system_error>
 
+#include "image/npy.hpp"
+#include "image/pfm_bytes.hpp"
 #include "procam/io/image/images.hpp"
-#include "procam/io/image/npy.hpp"
 #include "procam/io/image/pfm.hpp"
 #include "procam/io/session/captures.hpp"
 #include "procam/io/text.hpp"
+#include "session/white_image.hpp"
 
 namespace procam::io {
 namespace {

@@ -12,11 +12,12 @@
 #include "document/table.hpp"
 #include "document/value.hpp"
 #include "extension.hpp"
+#include "image/npy.hpp"
 #include "procam/core/board/board_artwork.hpp"
 #include "procam/io/board_file.hpp"
 #include "procam/io/files.hpp"
-#include "procam/io/image/npy.hpp"
 #include "procam/io/text.hpp"
+#include "session/observations_text.hpp"
 
 namespace procam::io {
 namespace {

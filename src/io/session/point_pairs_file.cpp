@@ -6,6 +6,7 @@
 #include "document/number.hpp"
 #include "document/table.hpp"
 #include "procam/io/files.hpp"
+#include "session/point_pairs_text.hpp"
 
 namespace procam::io {
 namespace {

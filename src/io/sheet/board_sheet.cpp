@@ -5,6 +5,7 @@
 
 #include "procam/io/files.hpp"
 #include "procam/io/text.hpp"
+#include "sheet/sheet_formats.hpp"
 #include "sheet/sheet_number.hpp"
 
 namespace procam::io {

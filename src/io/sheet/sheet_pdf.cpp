@@ -2,6 +2,7 @@
 #include <cstdio>
 
 #include "procam/io/sheet/board_sheet.hpp"
+#include "sheet/sheet_formats.hpp"
 #include "sheet/sheet_number.hpp"
 
 namespace procam::io {

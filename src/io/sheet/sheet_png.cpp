@@ -5,6 +5,7 @@
 #include "image/image_check.hpp"
 #include "procam/io/image/images.hpp"
 #include "procam/io/sheet/board_sheet.hpp"
+#include "sheet/sheet_formats.hpp"
 
 namespace procam::io {
 namespace {

@@ -27,7 +27,7 @@ WarpMap load_warp_map(const std::filesystem::path& path);
 void save_warp_mesh(const std::filesystem::path& path, const WarpMesh& mesh);
 
 /// `projector`: the size of the picture that the file's square stands for. Polygons are cut into triangles.
-/// Errors as for mesh files (mesh_file.hpp).
+/// Errors as for mesh files: kIo for a file that cannot be read, kInput with file and line for one that is no mesh.
 WarpMesh load_warp_mesh(const std::filesystem::path& path, ImageSize projector);
 
 }  // namespace procam::io

@@ -21,8 +21,6 @@ struct Directions {
   Vec3 right, up, forward;
 };
 
-Directions directions_in_world(WorldUp up);
-
 /// The matrix that takes coordinates in the user's axes to those of a program, given what the three
 /// directions are there; its determinant is -1 for a left-handed one.
 Mat3 program_from_world(const Directions& in_program, WorldUp up);

@@ -12,15 +12,7 @@
 
 namespace procam::io {
 
-/// Reads both byte orders; NaN and infinity are kept. Throws Error(kIo) when the file cannot be read,
-/// Error(kInput) when its header is not one, or claims another number of bytes than the file holds: a header
-/// never makes memory grow beyond the file's own size.
-ImageF load_pfm(const std::filesystem::path& path);
-/// The same from memory; `file` is how errors call it.
-ImageF decode_pfm(std::string_view bytes, const std::string& file);
-
 /// Written lowest byte first, at once or not at all. 1 or 3 channels, else std::invalid_argument.
 void save_pfm(const std::filesystem::path& path, ViewF image);
-std::string encode_pfm(ViewF image);
 
 }  // namespace procam::io

@@ -21,10 +21,6 @@ struct DecodedView {
   Diagnostics diagnostics;  ///< of the white image
 };
 
-/// The view's image; `white` by name, else the only one. Throws Error(kInput) where there is none or which
-/// one is not clear.
-std::filesystem::path white_image(const std::filesystem::path& folder);
-
 /// Throws Error(kInput), with what is expected, for maps that are missing or there twice, and for arrays of
 /// another shape; Error(kIo) for files that cannot be read.
 DecodedView load_decoded_view(const std::filesystem::path& folder);

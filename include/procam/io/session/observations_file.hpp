@@ -53,15 +53,8 @@ struct ObservationsContext {
 /// file, line and column.
 Correspondences load_observations(const std::filesystem::path& path, const ObservationsContext& context = {});
 
-/// The same from CSV text; `name` stands in messages.
-Correspondences parse_observations(const std::string& text, const std::string& name,
-                                   const ObservationsContext& context = {});
-
 /// Writes CSV, or records of numbers for a name that ends in .npy (which then needs a context to be read).
 /// Every number reads back as the same double. Throws Error(kIo).
 void save_observations(const std::filesystem::path& path, const Correspondences& correspondences);
-
-/// The CSV text.
-std::string format_observations(const Correspondences& correspondences);
 
 }  // namespace procam::io

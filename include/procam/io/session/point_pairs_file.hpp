@@ -19,7 +19,4 @@ namespace procam::io {
 /// Throws Error(kIo) for a file that cannot be read, Error(kInput) naming file, line and column.
 std::vector<PointPair> load_point_pairs(const std::filesystem::path& path);
 
-/// The same from a text; `name` stands in messages.
-std::vector<PointPair> parse_point_pairs(const std::string& text, const std::string& name);
-
 }  // namespace procam::io

@@ -43,15 +43,6 @@ struct BoardSheet {
 /// Throws Error(kInput) when it does not fit, naming both sizes and the smallest paper that would do.
 BoardSheet board_sheet(const Board& board, const BoardArtwork& artwork, const Paper& paper);
 
-/// PDF 1.4, one page, PrintScaling none; the same sheet gives the same bytes.
-std::string sheet_pdf(const BoardSheet& sheet);
-/// SVG 1.1, lengths in millimetres.
-std::string sheet_svg(const BoardSheet& sheet);
-/// Grey PNG, each pixel the share of white on it, with its pitch in the file (pHYs).
-std::string sheet_png(const BoardSheet& sheet, double dots_per_inch);
-/// The pixels of sheet_png().
-ImageU8 sheet_pixels(const BoardSheet& sheet, double dots_per_inch);
-
 /// By the name's extension: .pdf, .svg or .png. Throws Error(kUnsupported) for another one.
 void save_sheet(const std::filesystem::path& path, const BoardSheet& sheet, double dots_per_inch);
 

@@ -9,6 +9,7 @@
 #include <array>
 #include <string>
 #include <vector>
+#include "procam/detect/detect_board.hpp"
 
 #include "procam/core/base/image.hpp"
 #include "procam/core/base/types.hpp"
@@ -39,12 +40,7 @@ struct Marker {
   std::array<Mat2, 4> covariance;  ///< pixel^2
 };
 
-struct MarkerOptions {
-  /// How far from an edge pixels are used, in modules; beyond half a module the next edge blurs in.
-  double window_modules = 0.5;
-  /// Markers with a corner whose own sigma is larger than this many pixels are rejected.
-  double max_sigma_px = 0.5;
-};
+using MarkerOptions = BoardOptions::Markers;
 
 /// All markers of the dictionary whose four edges are clear. Throws std::invalid_argument for an empty or
 /// multi-channel image, or codes that are no squares of bits.

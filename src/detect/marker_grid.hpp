@@ -2,9 +2,9 @@
 /// Corners of a grid of ArUco or AprilTag markers in one image. Each marker says which one it is, so any part
 /// of the board is enough. Corners are the crossings of the four fitted edges (detect/markers.hpp), bent as
 /// all markers together say that the lens bends them.
+#include "markers.hpp"
 #include "procam/core/base/image.hpp"
 #include "procam/core/rig/observation.hpp"
-#include "procam/detect/markers.hpp"
 
 namespace procam::detect {
 

@@ -4,16 +4,11 @@
 /// detect/chessboard.hpp; no corner depends on how well a tag was found.
 #include "procam/core/base/image.hpp"
 #include "procam/core/rig/observation.hpp"
+#include "procam/detect/detect_board.hpp"
 
 namespace procam::detect {
 
-struct AprilGridOptions {
-  /// Half the refinement window, as a share of what is uniform round a corner: the tag's border of two
-  /// modules, or the gap where that is narrower. The rest is room for blur.
-  double window_share = 0.7;
-  /// A corner whose own sigma is larger than this many pixels is rejected.
-  double max_sigma_px = 0.5;
-};
+using AprilGridOptions = BoardOptions::AprilGrid;
 
 /// The corners that show, each with its covariance; those that are covered or outside the image are absent.
 /// Diagnostics and exceptions as for detect_charuco().

@@ -4,15 +4,11 @@
 /// that ignores the markers. No corner depends on how well a marker was found.
 #include "procam/core/base/image.hpp"
 #include "procam/core/rig/observation.hpp"
+#include "procam/detect/detect_board.hpp"
 
 namespace procam::detect {
 
-struct CharucoOptions {
-  /// Half the refinement window, as a share of a square.
-  double window_share = 0.35;
-  /// A corner whose own sigma is larger than this many pixels is rejected.
-  double max_sigma_px = 0.5;
-};
+using CharucoOptions = BoardOptions::Charuco;
 
 /// The corners that show, each with its covariance; those that are covered or outside the picture are absent.
 ///

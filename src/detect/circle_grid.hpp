@@ -14,13 +14,11 @@
 /// grows with its square.
 #include "procam/core/base/image.hpp"
 #include "procam/core/rig/observation.hpp"
+#include "procam/detect/detect_board.hpp"
 
 namespace procam::detect {
 
-struct CircleGridOptions {
-  /// A centre whose own sigma is larger than this many pixels is rejected.
-  double max_sigma_px = 0.5;
-};
+using CircleGridOptions = BoardOptions::Circles;
 
 /// The discs' centres, each with its covariance. All discs must show: nothing says which one a disc is but
 /// its place among the others. Where the board looks the same turned (CircleGrid::is_symmetric_180) its

@@ -18,7 +18,7 @@ namespace procam::calibrate {
 
 /// Which board every pair lies on, from 0; -1 for none. A board is a run of at least six points in file order
 /// that lie in one plane, within half a percent of their extent. Empty with fewer than three boards: then
-/// their errors cannot be told from those of the lens and its pose.
+/// their errors are not separable from those of the lens and its pose.
 std::vector<int> boards_of(const std::vector<PointPair>& pairs);
 
 /// One linearised problem. Rows of the pairs first, two each, all in the same unit; then rows of priors,

@@ -152,7 +152,7 @@ double largest_tangential(const Camera& lens) {
 /// The usual model, unless others predict the views better by kLensGain and by more than the difference's
 /// standard error; then the one with the fewest terms within a standard error of the best (L. Breiman et al.,
 /// "Classification and Regression Trees", 1984, section 3.4.3). Never one with fewer terms than the usual:
-/// left-out views hardly tell what it lacks, its sigmas not at all, and the light shows it beyond the views
+/// held-out views show its deficit weakly, its sigmas not at all, and the light shows it beyond the views
 /// (measured: docs/calibration.md). Terms that the views do not determine are kept near zero by what is known
 /// of any lens instead. The exception is a tangential term that no lens has: then the model without them is
 /// taken if it predicts the views as well, to a standard error.

@@ -68,7 +68,7 @@ MirrorPose measure_mirror(const Camera& lens, const std::string& camera, const M
   MirrorPose mirror;
   mirror.camera_from_mirror = state.rig_from_board[0];
   mirror.rms_px = spread_of(data, state, used).rms_px;
-  // chi^2 per degree of freedom, where the corners scatter more than their detector promised.
+  // chi^2 per degree of freedom, where the residuals exceed the detector's sigma.
   double chi2 = 0;
   for (const Measurement& m : measurements_of(data, 0, 0))
     if (const auto r = reprojection_residual(state, m))

@@ -152,7 +152,7 @@ std::vector<std::optional<NamedCovariance>> covariance_with_view(const Calibrati
   const MatX from_rig = to_rig.turn.inverse();
   const MatX before = marginal_information(equations.information, n);
   const MatX told = inverse_of(result.rig.covariance.matrix);
-  // What people are told allows for views that scatter; a further view scatters like them.
+  // The reported covariance includes the residuals of the views; a further view is assumed alike.
   const double scatter = result.sigmas_from_views ? result.variance_ratio : 1;
 
   const Usual usual = usual_view(solved);
@@ -175,7 +175,7 @@ std::vector<std::optional<NamedCovariance>> covariance_with_view(const Calibrati
       all[i] = NamedCovariance{to_rig.rig_names,
                                inverse_of(told + from_rig.transpose() * gain * from_rig / scatter)};
     } catch (const Error&) {
-      continue;  // a view whose own pose its points do not determine tells nothing
+      continue;  // a view whose points do not determine its pose has no information
     }
   }
   return all;

@@ -95,7 +95,7 @@ double rms_at(const Camera& lens, const Pose& camera_from_board, const Points3& 
 }
 
 /// A shared view is far off when a place misses it this many times as far as its median view, and by more
-/// than a few pixels: one board's pose tells a camera's place no better.
+/// than a few pixels: the pose of one board is no more accurate.
 constexpr double kFarOffPlace = 3, kFewPixelsOff = 5;
 
 }  // namespace

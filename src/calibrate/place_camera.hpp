@@ -12,7 +12,7 @@ namespace procam::calibrate {
 /// A camera by its own views alone.
 struct CameraAlone {
   Camera lens;
-  std::vector<std::optional<Pose>> camera_from_board;  ///< by view; none where it cannot be told
+  std::vector<std::optional<Pose>> camera_from_board;  ///< by view; nullopt where it is not determined
   std::vector<std::string> why;                        ///< by view: why there is none
 };
 

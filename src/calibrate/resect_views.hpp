@@ -21,7 +21,7 @@ struct Agreement {
 
 /// Resects a device from all its views. With `settle`, each view is taken in whichever of its two orders
 /// fits: the two views whose planes differ most are tried in all four combinations, the others join one by
-/// one. `turned` tells which views were turned. Errors as resect()'s.
+/// one. `turned` marks the views that were turned. Errors as resect()'s.
 Agreement resect_device(const std::vector<Lit>& lit, bool settle, const std::string& name,
                         std::vector<bool>& turned);
 

@@ -301,7 +301,7 @@ Solution solve(const Correspondences& data, const BundleState& start, const Bund
     to_the_end = same;
     solution.used = used;
     solution.options.noise = noise;
-    // A view goes only once its own noise has been told from the others', which takes a round.
+    // A view is rejected only after its own noise was estimated, which takes a round.
     if (round == 0) continue;
     believe_camera(data, mask, options.outlier_sigmas, noise, disagrees, solution);
     for (std::size_t v = 0; v < data.views.size(); ++v)

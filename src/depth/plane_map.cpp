@@ -91,7 +91,7 @@ MapPlane* PlaneMap::match(const PlaneEstimate& in_world, const Vec3& middle_in_w
     const double gap = std::abs(known.signed_distance(middle_in_world));
     const Mat3 c = turn_covariance(plane.in_world) + turn_covariance(in_world);
     const double angle_gate = options_.largest_angle + 3 * std::sqrt(std::max(c(0, 0), c(1, 1)));
-    // The gap is told where the detection is, not at the world's origin.
+    // The gap is measured at the detection, not at the world's origin.
     Vec4 at;
     at << middle_in_world, 1;
     const double spread = at.dot((plane.in_world.covariance + in_world.covariance) * at);

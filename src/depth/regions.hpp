@@ -16,7 +16,7 @@ struct Regions {
   std::vector<int> owner;  ///< of every cell; -1: none
 };
 
-/// Grown, parts of one plane joined, and each told plane from curved.
+/// Grown, with parts of one plane joined, each classified as plane or curved.
 Regions grow_regions(const CellGrid& grid, const PlaneOptions& options);
 
 /// For every cell: are it and all its neighbours of one owner? Edges of the image are no neighbours.

@@ -55,7 +55,7 @@ class Samples {
 };
 
 /// Which pixels of a window are taken. A window of many pixels is almost all flat: there a few pixels tell
-/// the light as well as all of them, while every pixel near an edge tells where it is.
+/// the light as well as all of them, while every pixel near an edge carries information.
 struct Sampling {
   int stride = 1;   ///< of the pixels, both ways
   double band = 0;  ///< pixels closer to an edge than this are all taken

@@ -14,7 +14,7 @@ constexpr double kPieceLength = 8;  ///< pixels; shorter than the bend of any us
 constexpr double kShortestPiece = 3;
 constexpr int kFewestOnSide = 3;  ///< two make a line, the third shows a misfit
 /// How far one number may move all edges towards white, one standard deviation, pixels: holds the size where
-/// no inner edge tells the two apart.
+/// no inner edge separates the two.
 constexpr double kSpreadSigma = 0.3;
 
 /// A border between black and white along a line of the grid: from cell `begin` to before `end`.

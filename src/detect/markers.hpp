@@ -2,10 +2,10 @@
 /// Square markers (ArUco, AprilTag) in one image: ids, and corners from the four edges of the black border.
 ///
 /// Each edge is fitted to the pixels round it as a blurred straight edge (or one with a given bend), and a
-/// corner is where two of them cross: pixel centres at integers, whatever the detector that found the marker
-/// believes. The covariance is that of the two edges at the crossing. Lens distortion bends the edges of one
-/// marker too little to be told from it alone: 0.15 px in the middle of a side of 100 px near the rim of a
-/// wide lens. Boards with several markers know better (detect_marker_grid).
+/// corner is where two of them cross: pixel centres at integers, whatever the detector that found the
+/// marker believes. The covariance is that of the two edges at the crossing. Lens distortion bends the
+/// edges of one marker too little to be measured from it alone: 0.15 px in the middle of a side of 100 px
+/// near the rim of a wide lens. Boards with several markers know better (detect_marker_grid).
 #include <array>
 #include <string>
 #include <vector>

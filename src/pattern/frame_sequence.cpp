@@ -133,7 +133,7 @@ void require_threshold(const GrayFrames& found) {
   for (int axis = 0; axis < 2; ++axis)
     for (const BitFrames& bit : found.bits[axis])
       if ((bit.pattern < 0) != (bit.inverse < 0) && found.white < 0 && !found.has_inverse)
-        refuse("it has neither inverse frames nor a white one, so that no threshold tells light from dark",
+        refuse("it has neither inverse frames nor a white one, so no threshold separates light from dark",
                "capture white and black, or the inverse of each frame, as well");
 }
 

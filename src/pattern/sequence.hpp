@@ -79,7 +79,7 @@ class Sequence {
     return (pixel.y - first_row_) * kBands / (last_row_ - first_row_ + 1);
   }
 
-  /// The camera's response from pixels that see a frame and its inverse alike; 1 where nothing tells.
+  /// The camera's response from pixels that see a frame and its inverse alike; 1 if unknown.
   double estimate_gamma();
 
   /// Mean grey value of a capture.

@@ -81,7 +81,7 @@ std::optional<PairFit> fit_near(const Sequence& sequence, int pair, const std::v
   for (int pass = 0; pass < 3; ++pass) {
     Eigen::Matrix<double, kTerms, kTerms> normal = Eigen::Matrix<double, kTerms, kTerms>::Zero();
     Row right = Row::Zero();
-    // Along a straight edge nothing tells the shift.
+    // Along a straight edge the shift is undetermined.
     const double ridge = 0.02 * (gradients.x() + gradients.y());
     normal(2, 2) = normal(3, 3) = normal(5, 5) = ridge;
     for (std::size_t i = 0; i < rows.size(); ++i) {

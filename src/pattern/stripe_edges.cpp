@@ -14,7 +14,7 @@
 namespace procam::pattern {
 namespace {
 
-/// Above this |D| a sample tells little about where the edge is and much about scattered light.
+/// Above this |D| a sample has little information on the edge and much on scattered light.
 constexpr double kInformative = 0.9;
 
 /// What blur, noise and albedo do not explain (the shapes of pixels, speckle, print): measured as the scatter

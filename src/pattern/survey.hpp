@@ -1,5 +1,5 @@
 #pragma once
-/// What a sparse look at the captures tells before any pixel is decoded: are they the frames that were asked
+/// A sparse check of the captures before any pixel is decoded: are they the frames that were asked
 /// for, how noisy are they, what deserves a remark.
 #include <vector>
 

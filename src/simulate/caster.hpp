@@ -17,7 +17,7 @@ namespace procam::simulate::internal {
 /// Bodies by number, upwards.
 using Candidates = std::vector<std::uint16_t>;
 
-/// What all eyes share.
+/// Common to all eyes.
 struct PreparedRoom {
   /// Throws std::invalid_argument for bodies that cannot be, or more than 32767 of them.
   explicit PreparedRoom(const Room& source);

@@ -81,7 +81,7 @@ bool uses_edges(const Problem& problem, const Sighting& sighting) {
 }
 
 /// Rows of the eight coordinates to rows of variance 1 without correlations: by the inverse of C = L L^T's
-/// factor. Opposite corners of a small marker err together, and what tells its two poses apart is in the
+/// factor. Opposite corners of a small marker err together, and what separates its two poses is in the
 /// rest. A start does without.
 void whiten(const Eigen::Matrix<double, 8, 8>& covariance, std::vector<Row>& rows) {
   Eigen::Matrix<double, 8, 8> factor = Eigen::Matrix<double, 8, 8>::Zero();

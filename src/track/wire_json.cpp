@@ -165,7 +165,7 @@ void append(std::string& text, const char* key, const double* values, std::size_
 }  // namespace
 
 const char* internal::read_json_message(std::string_view line, bool in_log, StampedPose& message) {
-  // Most garbage is told from JSON by its first byte.
+  // The first byte separates most garbage from JSON.
   const std::size_t first = line.find_first_not_of(" \t\r");
   if (first == line.npos || line[first] != '{') return "it does not begin with {";
   MessageReader reader(message, in_log);

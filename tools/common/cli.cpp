@@ -48,7 +48,7 @@ class InterruptScope {
   struct sigaction previous_ = {};
 };
 
-/// What is told about a failure, to people and to programs.
+/// The report of a failure, for people and for programs.
 struct Failure {
   ExitCode code;
   std::string kind, what, why, next;

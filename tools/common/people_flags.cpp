@@ -111,7 +111,7 @@ void ShowPeople::tell(Console& console) const {
   const people::PeopleFaults& faults = state_->people.track().faults();
   const std::uint64_t malformed = state_->source->status().malformed;
   console.say(
-      format("people: %llu frames of skeletons taken, %llu malformed, %llu refused, %llu told twice or "
+      format("people: %llu frames of skeletons taken, %llu malformed, %llu refused, %llu repeated or "
              "late, %llu joints that jumped; %llu sent to contents",
              (unsigned long long)state_->frames, (unsigned long long)malformed,
              (unsigned long long)faults.refused, (unsigned long long)(faults.repeated + faults.late),

@@ -92,8 +92,8 @@ struct VerifyResult {
   double chi2 = 0, limit = 0;             ///< of the common movement
   int degrees_of_freedom = 0;
   bool alarm = false;  ///< chi2 > limit
-  /// How many times more the marks scatter than their detection promises, at least 1, and the scatter: rms of
-  /// what no rigid movement explains, metres.
+  /// Residuals of the marks over their detection sigma, at least 1, and the RMS of what
+  /// no rigid movement explains, metres.
   double scatter = 1, scatter_rms = 0;
   Movement projector_moved;
   std::optional<Movement> surface_moved;  ///< unless the camera measured the surface in this very view

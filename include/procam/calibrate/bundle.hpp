@@ -89,7 +89,7 @@ struct Measurement {
 /// All of them; they point into `correspondences`.
 std::vector<Measurement> measurements_of(const Correspondences& correspondences, int view, int device);
 
-/// used[view][device][index] tells whether a measurement takes part.
+/// used[view][device][index] is true if a measurement is used.
 using UsedMask = std::vector<std::vector<std::vector<char>>>;
 
 /// A mask that uses everything.

@@ -1,14 +1,14 @@
 #pragma once
 /// A projector whose light the camera sees only in a flat mirror.
 ///
-/// The whole session was captured through one mirror that did not move, and its pictures were turned left to
-/// right: calibrate_rig() then finds the projector before the mirrored camera (core/geometry/mirror.hpp), exactly as
-/// if that one stood there. Where the camera itself stands, no picture of the mirror's contents can tell: any
-/// mirror plane with the camera at its counterpart shows the same. (With the mirror unknown it takes three of
-/// its poses: P. Sturm and T. Bonfort, "How to compute the pose of an object without a direct view?",
-/// ACCV 2006; R. Kumar et al., "Simple calibration of non-overlapping cameras with a mirror", CVPR 2008;
-/// K. Takahashi et al., CVPR 2012.) So the mirror is measured: it carries a board on its surface, which the
-/// camera sees directly.
+/// The whole session was captured through one mirror that did not move, and its pictures were turned left
+/// to right: calibrate_rig() then finds the projector before the mirrored camera
+/// (core/geometry/mirror.hpp), exactly as if that one stood there. Where the camera itself stands, no
+/// picture of the mirror's contents can tell: any mirror plane with the camera at its counterpart shows the
+/// same. (With the mirror unknown it takes three of its poses: P. Sturm and T. Bonfort, "How to compute the
+/// pose of an object without a direct view?", ACCV 2006; R. Kumar et al., "Simple calibration of
+/// non-overlapping cameras with a mirror", CVPR 2008; K. Takahashi et al., CVPR 2012.) So the mirror is
+/// measured: it carries a board on its surface, which the camera sees directly.
 #include "procam/calibrate/result.hpp"
 #include "procam/core/geometry/plane.hpp"
 
@@ -29,7 +29,7 @@ struct MirrorSolution {
 
 /// The mirrored rig, seen from the camera itself:
 ///   rig_from_projector = S F mirrored_from_projector
-/// The covariance holds the mirror's: the noise of its corners (their scatter, where that is larger than
+/// The covariance holds the mirror's: the noise of its corners (their residual RMS, if that is larger than
 /// promised), and what the lens's own errors do to its pose, with their correlation. The gate "boards in the
 /// mirror" fails for boards before the mirror's plane, which the camera cannot have seen in it.
 ///

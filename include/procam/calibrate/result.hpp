@@ -97,7 +97,7 @@ struct CalibrationResult {
   std::vector<double> holdout_px, holdout_all_px;
   std::vector<ResidualNoise> noise;  ///< by device: what the residuals say of the detectors' covariances
   EstimatedShape shape;
-  /// How much larger the views' own scatter is than independent noise would make it, as variance; the rig's
+  /// Variance of the views over that of independent noise (jackknife); the rig's
   /// covariance allows for it when it is significant (see uncertainty.hpp).
   double variance_ratio = 1;
   bool sigmas_from_views = false;  ///< the rig's covariance does

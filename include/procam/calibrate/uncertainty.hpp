@@ -29,8 +29,8 @@ namespace procam::calibrate {
 struct BundleCovariance {
   NamedCovariance devices;
   std::vector<Mat6> rig_from_board;  ///< by view; zero for a view that takes no part
-  /// By view: how much it tells of `devices`, tr(C_dd^-1 (C S_v C)_dd) / parameters; priors tell the rest
-  /// of 1.
+  /// By view: its share of the information on `devices`, tr(C_dd^-1 (C S_v C)_dd) / parameters; priors have
+  /// the rest of 1.
   std::vector<double> share;
 };
 
@@ -63,11 +63,11 @@ struct BundleUncertainty {
 BundleUncertainty bundle_uncertainty(const Correspondences& correspondences, const UsedMask& used,
                                      const BundleState& solution, const BundleOptions& options);
 
-/// What to tell people: `formal`, unless the views scatter more than it allows.
+/// The reported covariance: `formal`, enlarged if the jackknife exceeds it.
 struct RobustCovariance {
   NamedCovariance devices;
-  /// tr(formal^-1 corrected) / parameters: how many times larger the views' own spread is, as variance. One
-  /// when all is as assumed, to within Jackknife::ratio_sigma.
+  /// tr(formal^-1 corrected) / parameters: ratio of the jackknife variance to the formal one. One
+  /// if the noise model holds, to within Jackknife::ratio_sigma.
   double variance_ratio = 1;
   bool inflated = false;
 };

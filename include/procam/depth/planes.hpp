@@ -12,7 +12,7 @@
 /// 1  moments of cells of 8 x 8 pixels; cells that no plane fits are skipped
 /// 2  regions grow from the flattest blocks of 3 x 3 cells: a cell joins when its mean and slopes agree with
 ///    the region's plane within noise; parts of one plane are joined
-/// 3  curved regions are told by the second-order part of their residuals, and joined into cylinders and
+/// 3  curved regions are found by the second-order part of their residuals, and joined into cylinders and
 ///    spheres where one explains them
 /// 4  planes are fitted to cells that have no other surface beside them; borders are settled pixel by pixel
 ///

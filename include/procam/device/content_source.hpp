@@ -10,9 +10,9 @@
 ///     renderer.render(scene, projector, picture);
 ///   }
 ///
-/// Laws that every source keeps:
-/// - An opened source has a picture: what is wrong with a file or a camera is told at opening.
-/// - All pictures of a source have one size and one number of channels: 1 (grey), 3 (RGB) or 4 (RGBA, straight
+/// Laws that every source keeps: - An opened source has a picture: faults of a file or a camera are
+/// reported at opening. - All pictures of a source have one size and one number of channels: 1 (grey), 3
+/// (RGB) or 4 (RGBA, straight
 ///   alpha), 8 bits. A picture's orientation note is not applied (as in io/image/images.hpp).
 /// - The view is valid until the next call of at() or the end of the source.
 /// - The same view with the same revision holds the same pixels; other pixels in the same memory come with
@@ -20,7 +20,8 @@
 /// - What is recorded depends on the time alone, forwards and backwards: picture floor(time_s * rate), the
 ///   first before 0; after the end from the beginning again (loop), or the last for ever. What is live is the
 ///   newest that has arrived, whatever the time.
-/// - at() allocates nothing and, with Pace::kLive, waits for nothing: threads of the source's own decode ahead
+/// - at() allocates nothing and, with Pace::kLive, waits for nothing: threads of the source's own decode
+/// ahead
 ///   and listen. With Pace::kExact it waits for the picture that belongs to the time.
 /// - A source is used by one thread.
 ///
@@ -85,7 +86,7 @@ struct ContentOptions {
 ///           that was started again is found again within a second, if its frames have the same size
 ///
 /// @RATE behind images and videos is their pictures a second: shots/*.png@12.5. Else it is 25 for images and
-/// the mean rate that its header tells for a video.
+/// the mean rate in the header of a video.
 ///
 /// Throws Error: kInput for text or a file that is wrong, kIo for a file that cannot be read, kDevice for a
 /// camera that cannot be opened or shows nothing.
@@ -98,8 +99,8 @@ struct ContentKind {
 };
 std::vector<ContentKind> content_kinds();
 
-/// The file or pattern that a content's text names, with its rate ("clip.bin@30" in "video:clip.bin@30"); nullopt for colours,
-/// cameras, addresses and shared memory, and for an empty text.
+/// The file or pattern that a content's text names, with its rate ("clip.bin@30" in "video:clip.bin@30");
+/// nullopt for colours, cameras, addresses and shared memory, and for an empty text.
 std::optional<std::string> content_file(const std::string& what);
 
 /// The text with another file's name in the place of content_file(). Throws std::invalid_argument where it

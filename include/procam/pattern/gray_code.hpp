@@ -7,7 +7,7 @@
 /// (c >> 1) (F. Gray, US 2632058, 1953), so neighbouring stripes differ in one bit: an undecided bit at a
 /// stripe's edge costs one stripe, not many.
 ///
-/// decode() takes the captures of these frames and tells per camera pixel which column and row it sees.
+/// decode() takes the captures of these frames and returns the column and row that each camera pixel sees.
 #include <string>
 #include <vector>
 

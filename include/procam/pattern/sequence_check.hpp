@@ -45,11 +45,11 @@ struct SequenceCheck {
   bool has_lit_board = false;
   double noise = 0;      ///< of white stripes, share of the contrast in linear light
   double scattered = 0;  ///< light that black stripes receive, share of white ones
-  double gamma = 1;      ///< of the camera, as estimated; 1 where nothing tells
+  double gamma = 1;      ///< of the camera, as estimated; 1 if unknown
 };
 
 /// Throws as decode() for captures of wrong number or size. `on_board`: camera pixels of points of the board;
-/// empty: the board was not found, and print cannot be told from background.
+/// empty: the board was not found, and print is not separated from background.
 SequenceCheck check_sequence(const std::vector<ViewU8>& captures, const GrayCode& gray_code,
                              const Points2& on_board);
 

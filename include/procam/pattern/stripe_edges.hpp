@@ -10,7 +10,7 @@
 /// line whatever the blur; the edge is the zero of a line fitted to u over the edge's own width (two samples
 /// of a sharp edge, up to nine of a defocused one), weighted by their noise.
 ///
-/// Bit b of two neighbouring pixels tells a boundary apart from all others of that bit as soon as the coarser
+/// Bit b of two neighbouring pixels identifies a boundary among all others of that bit as soon as the coarser
 /// bits are decided on both sides. The finer ones need not be: a camera that does not resolve the finest
 /// stripes still yields the edges of the coarser ones.
 ///

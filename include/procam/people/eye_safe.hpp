@@ -38,7 +38,7 @@ struct MaskResult {
 };
 
 /// Blackens the heads in a frame of the projector's size, any number of channels (std::invalid_argument
-/// otherwise). `people` as PeopleTrack::at(light_time) tells them; `newest` as PeopleTrack::newest().
+/// otherwise). `people` from PeopleTrack::at(light_time); `newest` from PeopleTrack::newest().
 MaskResult darken_heads(ImageView<std::uint8_t> frame, const Projector& projector,
                         const Pose& projector_from_sensor, const std::vector<TrackedPerson>& people,
                         const std::optional<double>& newest, double light_time,

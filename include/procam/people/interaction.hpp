@@ -3,7 +3,7 @@
 ///
 /// Points on a surface are metres in the surface's own plane (x right, y down as the content is read, z into
 /// the wall): surface_from_sensor = surface_from_world * world_from_sensor. State, where there is one, is a
-/// small value that is told the next thing with its time: no clock is read.
+/// small value that gets the next event with its time: no clock is read.
 #include <optional>
 #include <vector>
 
@@ -31,7 +31,7 @@ struct ZoneOptions {
   double dwell = 1.0;      ///< seconds inside until it counts as meant
   double patience = 0.25;  ///< seconds without a point until the zone is left
 };
-/// Enter, leave and dwell, each told once.
+/// Enter, leave and dwell, each reported once.
 class Zone {
  public:
   enum class Event { kNone, kEntered, kDwelled, kLeft };

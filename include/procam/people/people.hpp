@@ -55,7 +55,7 @@ struct TrackedPerson {
 
 struct PeopleFaults {
   std::uint64_t refused = 0;   ///< frames (why_refused)
-  std::uint64_t repeated = 0;  ///< frames of a moment that was told before
+  std::uint64_t repeated = 0;  ///< frames with a repeated stamp
   std::uint64_t late = 0;  ///< frames older than one that was taken, or whose stamp contradicts the others
   std::uint64_t teleports = 0;  ///< joints refused
   std::string why;              ///< of the last refused frame

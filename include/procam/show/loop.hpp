@@ -48,8 +48,8 @@ struct LoopParts {
 
 /// Runs until the sink is closed, the time is over, or `tick` throws. Besides those of the Editor it knows
 /// the commands "save", "freeze" (and again: go on), "picture" ("content", "grid", "mask") and "help" (the
-/// keys, over the frame). Faults of poses, files, contents and people are told and survived; those of the
-/// sink and the recorder are thrown.
+/// keys, over the frame). Faults of poses, files, contents and people are reported, and the loop continues;
+/// those of the sink and the recorder are thrown.
 Metrics run_loop(const LoopParts& parts, const LoopOptions& options);
 
 }  // namespace procam::show

@@ -15,7 +15,7 @@
 ///
 /// The frame depends on what went in and the two times alone: the same calls in the same order give the same
 /// frames, bit for bit. No clock is read here, nothing waits, and nothing is allocated for a frame in which
-/// nothing but the pose changes (docs/render.md tells what a renderer keeps).
+/// nothing but the pose changes (docs/render.md lists the caches of a renderer).
 #include <functional>
 #include <memory>
 #include <optional>

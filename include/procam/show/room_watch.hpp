@@ -39,7 +39,7 @@ struct RoomOptions {
   /// A corner of some content moved by more than this, metres: told. Less changes no pixel, and every change
   /// is work for the loop.
   double news_from = 2e-4;
-  /// Whatever comes before the room is told (DepthSurfaceTracker::silhouettes()), to be kept out of the light.
+  /// Objects in front of the room are reported (DepthSurfaceTracker::silhouettes()), to be masked.
   std::optional<people::SilhouetteOptions> silhouettes;
 };
 
@@ -74,7 +74,7 @@ class DepthSurfaceTracker {
 
   const depth::PlaneMap& map() const { return map_; }
   int looked() const { return looked_; }                            ///< pictures that the map took
-  int frames_without_pose() const { return frames_without_pose_; }  ///< passed over without a pose
+  int frames_without_pose() const { return frames_without_pose_; }  ///< skipped without a pose
 
  private:
   double time_of(const device::SeenDepth& seen);
@@ -106,7 +106,7 @@ struct SurfaceUpdate {
 class DepthSurfaceSource {
  public:
   using Open = std::function<std::unique_ptr<device::DepthSource>()>;
-  /// Opens the camera at once and throws what that throws; later faults are told and survived.
+  /// Opens the camera at once and throws what that throws; later faults are reported, and it continues.
   DepthSurfaceSource(Open open, const DepthSurfaceSourceOptions& options);
   ~DepthSurfaceSource();
   DepthSurfaceSource(const DepthSurfaceSource&) = delete;

@@ -37,7 +37,7 @@ struct RecordedFrame {
 
 class RunRecorder {
  public:
-  /// `conditions` is what else the frames depend on, in words: the replay is told of it. Throws Error(kIo).
+  /// `conditions` are the other inputs of the frames, as text for the replay. Throws Error(kIo).
   RunRecorder(const std::filesystem::path& path, const std::string& conditions);
   ~RunRecorder();
 

@@ -11,7 +11,7 @@
 /// algorithms for network measurements", INFOCOM 2002. Here over a sliding window, in bins of which the
 /// minimum is kept.
 ///
-/// The constant part d_0 cannot be told from the offset by one-way messages: time(s) is late by it. It
+/// One-way messages do not separate the constant part d_0 from the offset: time(s) is late by it. It
 /// belongs to the one delay number that is measured by looking at the light (TrackOptions::delay).
 ///
 /// A sender's clock that is set (NTP's step, a restart) shows as stamps that would arrive before they were

@@ -49,7 +49,7 @@ Syntax syntax_of(const std::filesystem::path& path) {
   const std::string extension = lower_extension(path);
   if (extension == ".json") return Syntax::kJson;
   if (extension == ".xml") return Syntax::kXml;
-  throw Error(ErrorKind::kUnsupported, path.string(), "its name tells neither JSON nor XML",
+  throw Error(ErrorKind::kUnsupported, path.string(), "its name ends in neither .json nor .xml",
               "give it a name that ends in .json or .xml");
 }
 

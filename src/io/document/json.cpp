@@ -13,7 +13,7 @@ namespace {
 
 using nlohmann::json;
 
-/// Walks the bytes and tells where the parser stands.
+/// Walks the bytes and reports the parser's position.
 class CountingIterator {
  public:
   using iterator_category = std::input_iterator_tag;

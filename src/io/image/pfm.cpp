@@ -69,7 +69,7 @@ ImageF decode_pfm(std::string_view bytes, const std::string& file) {
   const int width = header.size("width"), height = header.size("height");
   const double scale = header.number("scale");
   if (scale == 0)
-    throw Error(ErrorKind::kInput, file, "its header's scale is 0, which tells no byte order", kNextPfm);
+    throw Error(ErrorKind::kInput, file, "its header's scale is 0, which has no byte order", kNextPfm);
 
   const std::string_view pixels = header.rest();
   const std::size_t row_bytes = std::size_t(width) * std::size_t(channels) * 4;  // below 2^24

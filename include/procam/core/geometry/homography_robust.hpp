@@ -103,7 +103,7 @@ inline double log_choose(double n, double k) {
 
 }  // namespace detail
 
-/// destination_from_source from the pairs that agree; fit.inliers tells which. sigma is the option's.
+/// destination_from_source from the pairs that agree; fit.inliers names them. sigma is the option's.
 ///
 /// Errors: as fit_homography(), and kNotEnoughData for fewer than five pairs (four always agree), kDegenerate
 /// when no consensus stands out from chance.

@@ -10,7 +10,7 @@
 
 namespace procam {
 
-/// Which projector coordinate a stripe pattern tells.
+/// The projector coordinate that a stripe pattern encodes.
 enum class StripeAxis : std::uint8_t {
   kColumn,  ///< vertical stripes: projector x
   kRow      ///< horizontal stripes: projector y

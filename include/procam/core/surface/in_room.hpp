@@ -1,5 +1,5 @@
 #pragma once
-/// Where a surface stands: what all surfaces with metres have in common.
+/// Placement of a surface: the common part of all surfaces in metres.
 #include <string>
 
 #include "procam/core/geometry/pose.hpp"

@@ -3,7 +3,7 @@
 ///
 /// Reads PNG, JPEG, BMP and TIFF by their contents, whatever the name says. A picture whose file is cut short
 /// or damaged is refused: a half-decoded frame would look like a dark one. (PNG is checked to the last bit;
-/// damage inside the coded data of a JPEG cannot be told from its picture.) Pixels are those of the sensor:
+/// damage inside the coded data of a JPEG does not show in its pixels.) Pixels are those of the sensor:
 /// an orientation note in the file is not applied.
 #include <filesystem>
 #include <optional>

@@ -72,7 +72,7 @@ void declare(CLI::App& app, Flags& flags) {
                  "Also write the points and pixels that were found, as --observations reads them");
   app.add_option("--report", flags.report, "Also write a self-contained HTML page");
   app.add_option("--board-shape", flags.board_shape,
-                 "Is the board flat, as printed? auto: whichever predicts held-out views better; flat; free: "
+                 "Is the board flat, as printed? auto: by the prediction of held-out views; flat; free: "
                  "every point may be off its position by about 1 % of a square")
       ->check(CLI::IsMember(board_shapes()))
       ->capture_default_str();

@@ -522,7 +522,7 @@ void declare(CLI::App& app, Flags& flags) {
       ->capture_default_str();
   app.add_option("--report", flags.report, "Also write a self-contained HTML page");
   app.add_option("--board-shape", flags.board_shape,
-                 "Is the board flat, as printed? auto: whichever predicts left-out views better; flat; free: "
+                 "Is the board flat, as printed? auto: by the prediction of held-out views; flat; free: "
                  "every point may lie off its place by about 1 % of a square")
       ->check(CLI::IsMember(board_shapes()))
       ->capture_default_str();

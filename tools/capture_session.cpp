@@ -451,8 +451,8 @@ int main(int argc, char** argv) {
   return run_tool(
       argc, argv,
       {"capture-session",
-       "Shows a pattern full-screen on a projector, watches it with a camera, and keeps a session that "
-       "calibrate-projector reads. Ctrl-C keeps what is done; the same command goes on.",
+       "Shows a pattern full-screen on a projector, captures it with a camera, and writes a session for "
+       "calibrate-projector. After Ctrl-C the same command continues.",
        "capture-session --camera 0 --camera-size 1280x720 --board chessboard:7x9:75mm --views 8 -o session"},
       [&](CLI::App& app) { declare(app, flags); },
       [&](Console& console) { return capture_session(flags, console); });

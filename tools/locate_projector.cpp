@@ -162,7 +162,7 @@ int main(int argc, char** argv) {
   return run_tool(
       argc, argv,
       {"locate-projector",
-       "Works out where the projector is in the room, from an image of ArUco or AprilTag markers.",
+       "Computes the projector's pose in the room from an image of ArUco or AprilTag markers.",
        "locate-projector --rig rig.json --image view.png --marker apriltag_36h11:3:160mm -o pose.json"},
       [&](CLI::App& app) { declare(app, flags); }, [&](Console& console) { return locate(flags, console); });
 }

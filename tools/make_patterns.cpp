@@ -73,8 +73,8 @@ int main(int argc, char** argv) {
   return run_tool(
       argc, argv,
       {"make-patterns",
-       "Writes the pictures that a projector shows for a calibration session, for those who show and capture "
-       "them by other means than capture-session.",
+       "Writes the frames that a projector shows in a calibration session, for other programs than "
+       "capture-session.",
        "make-patterns --pattern gray --projector-size 1024x768 --board chessboard:7x9:75mm -o session"},
       [&](CLI::App& app) { declare(app, flags); },
       [&](Console& console) { return make_patterns(flags, console); });

@@ -149,8 +149,8 @@ int main(int argc, char** argv) {
   return run_tool(
       argc, argv,
       {"plan-projection",
-       "says what a projector will do on a wall, from its data sheet and its place: size, pixels, "
-       "light, sharpness, readable text, coverage, and draws it.",
+       "Predicts the image of a projector on a wall from its data sheet and its pose: size, pixels, light, "
+       "sharpness, readable text and coverage. Draws a plan.",
        "plan-projection --resolution 1280x800 --throw-ratio 0.8 --lens-shift 0,0.5 --distance 1.5m "
        "--yaw 20deg --target 1.2mx0.8m -o plan.svg"},
       [&](CLI::App& app) { declare(app, flags); }, [&](Console& console) { return plan(flags, console); });

@@ -214,8 +214,8 @@ int main(int argc, char** argv) {
   return run_tool(
       argc, argv,
       {"predict-error",
-       "says how far from its place the light will land on each surface, in millimetres, because of what, "
-       "and what would help most: from the calibration, the rig's pose, the map, delay and speed.",
+       "Predicts the error of the light on each surface in millimetres, its causes, and the most useful "
+       "change. Sources: calibration, the rig's pose, the map, delay and speed.",
        "predict-error --rig rig.json --surfaces surfaces.json --pose pose.json --pose-sigma 10mm,0.5deg "
        "--map-sigma 5mm --speed 0.5m/s,30deg/s --delay 50ms --report error.html"},
       [&](CLI::App& app) { declare(app, flags); }, [&](Console& console) { return predict(flags, console); });

@@ -1,4 +1,4 @@
-/// project-live: rig + surfaces + contents + poses -> frames on a projector, as long as somebody looks.
+/// project-live: rig + surfaces + contents + poses -> frames on a projector, until it is stopped.
 #include <CLI/CLI.hpp>
 #include <cmath>
 #include <filesystem>

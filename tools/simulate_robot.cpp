@@ -356,8 +356,8 @@ int main(int argc, char** argv) {
   return run_tool(
       argc, argv,
       {"simulate-robot",
-       "Drives a path and says so as a localiser does: late, noisy, some of it lost, to a socket or into a "
-       "log, with the truth beside it.",
+       "Simulates a robot on a path and its localiser: late and noisy poses, some lost, to a socket or a "
+       "log, with the ground truth.",
        "simulate-robot --path circle:0.95m --rate 30 --noise 5mm,0.2deg --to udp:127.0.0.1:9000"},
       [&](CLI::App& app) { declare(app, flags); },
       [&](Console& console) { return simulate_robot(flags, console); });

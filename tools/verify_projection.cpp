@@ -54,7 +54,7 @@ void declare(CLI::App& app, Flags& flags) {
   app.add_option(
       "--pattern", flags.pattern,
       "the projected board that was shown: chessboard, charuco, markers or circles, with its layout as "
-      "in session.json (default: what session.json says, in that folder or the one above)");
+      "in session.json (default: from session.json in that folder or the one above)");
   app.add_option("--camera", flags.camera, "its name, for a rig with several");
   app.add_option("--projector", flags.projector, "its name, for a rig with several");
   app.add_option_function<std::string>(
@@ -393,9 +393,9 @@ int main(int argc, char** argv) {
   return run_tool(
       argc, argv,
       {"verify-projection",
-       "Looks with the rig's camera whether the projector's light still lands where the rig file says: "
-       "millimetres a mark, an alarm when something has moved (exit 5), and the correction of the "
-       "projector's place or the surface's pose.",
+       "Measures with the rig's camera whether the projector's light agrees with the rig file: millimetres "
+       "per mark, an alarm if something has moved (exit 5), and the correction of the projector's or the "
+       "surface's pose.",
        "verify-projection --rig rig.json --surfaces surfaces.json --surface wall --captures check/view_00"},
       [&](CLI::App& app) { declare(app, flags); },
       [&](Console& console) { return verify_projection(flags, console); });

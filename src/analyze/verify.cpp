@@ -132,7 +132,7 @@ void judge_correction(bool settled, const Movement& asked, const std::optional<M
           ErrorKind::kDegenerate, "the correction",
           "the marks say that " + words_of(*other) + ", odds above " + fixed(kRejectOdds, 0) +
               " to 1 against a movement of " + asked.what,
-          "correct that instead, measure the surface again, or state honestly how well its pose is known");
+          "correct that instead, measure the surface again, or give the true uncertainty of its pose");
     if (odds > 1 / kWarnOdds && settled)
       diagnostics.warn("cannot_tell_apart", "a movement of " + other->what +
                                                 " explains the marks as well as one of " + asked.what +

@@ -389,14 +389,14 @@ Gate shape_gate(const Correspondences& data, const EstimatedShape& shape) {
 /// What is known of the devices: by the normal equations, and to be told.
 struct Sigmas {
   BundleCovariance formal;
-  RobustCovariance honest;
+  RobustCovariance robust;
 };
 
 Sigmas sigmas_of(const ShapedSolution& shaped) {
   const Solution& solution = shaped.solution;
   BundleUncertainty both = bundle_uncertainty(shaped.data, solution.used, solution.state(), solution.options);
   Sigmas sigmas;
-  sigmas.honest = robust_covariance(both.formal.devices, both.jackknife,
+  sigmas.robust = robust_covariance(both.formal.devices, both.jackknife,
                                     count_groups(solution.used, solution.options.pose_groups));
   sigmas.formal = std::move(both.formal);
   return sigmas;
@@ -443,17 +443,17 @@ std::vector<WeaklyObservable> regularise_weak_parameters(ShapedSolution& shaped,
                                                          bool camera_known, const Options& options) {
   std::vector<WeaklyObservable> all;
   bool again = false;
-  for (WeaklyObservable& parameter : weakly_observable(shaped.solution, shaped.data, sigmas.honest.devices)) {
+  for (WeaklyObservable& parameter : weakly_observable(shaped.solution, shaped.data, sigmas.robust.devices)) {
     if (!parameter.distortion || (camera_known && parameter.device == 0)) continue;
     parameter.at_prior = true;
-    again |= sigmas.honest.inflated ||
+    again |= sigmas.robust.inflated ||
              std::holds_alternative<RationalDistortion>(
                  shaped.solution.state().lenses[std::size_t(parameter.device)].distortion);
     all.push_back(std::move(parameter));
   }
   if (again) {
     begin_again(shaped.solution, start);
-    const double weight = sigmas.honest.inflated ? sigmas.honest.variance_ratio : 1;
+    const double weight = sigmas.robust.inflated ? sigmas.robust.variance_ratio : 1;
     for (std::size_t d = camera_known ? 1 : 0; d < shaped.data.devices.size(); ++d)
       start.bundle_options.priors[d] =
           lens_priors(shaped.data.devices[d].kind == DeviceKind::kCamera ? options.camera : options.projector,
@@ -468,7 +468,7 @@ std::vector<WeaklyObservable> regularise_weak_parameters(ShapedSolution& shaped,
   }
   const std::size_t held = all.size();
   for (const WeaklyObservable& parameter :
-       weakly_observable(shaped.solution, shaped.data, sigmas.honest.devices))
+       weakly_observable(shaped.solution, shaped.data, sigmas.robust.devices))
     if (std::none_of(all.begin(), all.begin() + long(held), [&](const WeaklyObservable& other) {
           return other.device == parameter.device && other.parameter == parameter.parameter;
         }))
@@ -543,13 +543,13 @@ CalibrationResult run(const Correspondences& given, const std::optional<KnownLen
   const std::vector<WeaklyObservable> open =
       regularise_weak_parameters(shaped, sigmas, start, known_camera.has_value(), options);
   const Correspondences& data = shaped.data;
-  average_terms(data, options, shaped.solution, sigmas.honest.devices);
+  average_terms(data, options, shaped.solution, sigmas.robust.devices);
   const Solution& solution = shaped.solution;
   CalibrationResult result = describe(data, start, solution, sigmas.formal);
   result.solved = {data, solution.used, solution.state(), solution.options};
-  result.rig.covariance = rig_covariance(sigmas.honest.devices, data, solution.state());
-  result.variance_ratio = sigmas.honest.variance_ratio;
-  result.sigmas_from_views = sigmas.honest.inflated;
+  result.rig.covariance = rig_covariance(sigmas.robust.devices, data, solution.state());
+  result.variance_ratio = sigmas.robust.variance_ratio;
+  result.sigmas_from_views = sigmas.robust.inflated;
   if (result.sigmas_from_views)
     result.diagnostics.note(
         "sigmas_from_views",
@@ -590,7 +590,7 @@ CalibrationResult run(const Correspondences& given, const std::optional<KnownLen
 
   if (options.holdout) {
     const std::vector<double> expected =
-        expected_holdout(data, solution, sigmas.honest.inflated ? sigmas.honest.variance_ratio : 1);
+        expected_holdout(data, solution, sigmas.robust.inflated ? sigmas.robust.variance_ratio : 1);
     for (std::size_t d = 0; d < expected.size(); ++d)
       if (expected[d] > 0) result.rig.quality.expected_holdout_px[data.devices[d].name] = expected[d];
   }

@@ -235,7 +235,7 @@ std::string moved_device(const Correspondences& data, const UsedMask& everything
 
 std::string resampled_picture(const Correspondences& data, const Solution& solution, int device) {
   const Device& projector = data.devices[std::size_t(device)];
-  // Less than this says nothing worth a remark, and the search costs as much as the solve.
+  // Less than this is not worth a remark, and the search costs as much as the solve.
   constexpr double kWorthLooking = 0.08;
   if (projector.kind != DeviceKind::kProjector ||
       solution.options.noise[std::size_t(device)].floor_px < kWorthLooking)

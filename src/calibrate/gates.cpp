@@ -13,7 +13,8 @@ std::string number(double value, int decimals = 3) {
   return text;
 }
 
-/// Collects the gates of one device; every detail says measured against limit, and what to do when it failed.
+/// Collects the quality checks of one device. Every detail has the measured value, the limit, and the
+/// action after a failure.
 class DeviceGates {
  public:
   DeviceGates(std::vector<Gate>& gates, std::string device, const Camera& lens)
@@ -72,7 +73,7 @@ class DeviceGates {
                                      covariance.sigma(device_ + ".fy") / lens_.intrinsics.fy);
     add("focal length known", relative <= limits.max_relative_sigma,
         "sigma " + number(100 * relative, 2) + " % of f",
-        "the views hardly determine it: tilt the board 20 to 40 degrees about both axes and vary the "
+        "the views determine it poorly: tilt the board 20 to 40 degrees about both axes and vary the "
         "distance");
   }
 

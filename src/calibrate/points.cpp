@@ -142,7 +142,7 @@ std::optional<Camera> lens_of_priors(const PointsProblem& problem) {
     normal += weights * weights.transpose();
     right += weights * (prior.value / prior.sigma);
   }
-  constexpr double kLengthKnown = 1e-9;  // a sigma of 30 000 pixels says nothing
+  constexpr double kLengthKnown = 1e-9;  // a sigma of 30 000 pixels has no information
   if (!(normal(0, 0) + normal(1, 1) - 2 * std::abs(normal(0, 1)) > kLengthKnown)) return std::nullopt;
   const LensPrior square = square_pixels();
   const VecX squareness = prior_weights(square, lens) / size.width;
@@ -316,10 +316,9 @@ MatX covariance_of(const PointsEquations& linear, const std::vector<std::string>
     std::string which;
     for (Eigen::Index i = 0; i < open.size(); ++i)
       if (open[i] > 0.2) which += (which.empty() ? "" : ", ") + names[std::size_t(i)];
-    throw Error(
-        ErrorKind::kDegenerate, device, "the points do not determine " + which,
-        "measure points in more depth (not all on one wall), or state what the data sheet says: throw "
-        "ratio and lens shift");
+    throw Error(ErrorKind::kDegenerate, device, "the points do not determine " + which,
+                "measure points in more depth (not all on one wall), or give the data sheet's values: throw "
+                "ratio and lens shift");
   }
   const MatX inverse = eigen.eigenvectors() * eigen.eigenvalues().cwiseInverse().asDiagonal() *
                        eigen.eigenvectors().transpose();
@@ -548,7 +547,7 @@ PointsResult calibrate_from_points(const Device& device, const std::vector<Point
     if (!gate.passed) result.diagnostics.fail("gate_failed", gate.name + ": " + gate.detail);
   if (redundant < kTellingRedundancy)
     result.diagnostics.warn("unchecked",
-                            "the points are hardly more than the unknowns: nothing checks them, and "
+                            "there are few more points than unknowns: nothing checks them, and "
                             "the sigmas rest on the stated " +
                                 std::to_string(options.sigma_px).substr(0, 4) + " px; measure more points");
   return result;

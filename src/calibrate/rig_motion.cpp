@@ -55,7 +55,7 @@ std::optional<Step> step_at(const std::vector<ViewEquations>& groups, const MatX
     const MatX own = groups[g].information.block(pose_at, pose_at, 6, 6);
     const VecX of_own = own.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
     const Eigen::LDLT<MatX> own_factors(MatX(of_own.asDiagonal() * own * of_own.asDiagonal()));
-    if (!(own_factors.vectorD().minCoeff() > 1e-10)) continue;  // says nothing of the device's pose
+    if (!(own_factors.vectorD().minCoeff() > 1e-10)) continue;  // does not determine the device's pose
     const VecX rest = of_own.asDiagonal() * VecX(groups[g].gradient.segment(pose_at, 6) + by_all[g] * change);
     squares += rest.dot(own_factors.solve(rest));
     const MatX half = factors.matrixL().solve(MatX(scale.asDiagonal() * by_all[g].transpose()));

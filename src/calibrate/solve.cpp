@@ -52,7 +52,7 @@ ResidualNoise estimate_noise(const std::vector<std::pair<Vec2, Mat2>>& residuals
 
 constexpr double kRoughly = 1e-6;
 
-/// A view whose residuals are this many times longer than the median view's says nothing about the noise -
+/// A view whose residuals are this many times longer than the median view's does not count for the noise -
 /// unless they are short all the same: views differ in blur and light, and nothing that slipped slips by
 /// less.
 constexpr double kGross = 3, kMinSlipPx = 0.5;

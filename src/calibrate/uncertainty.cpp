@@ -198,9 +198,9 @@ std::vector<std::optional<BundleState>> leave_one_view_out(const Correspondences
 }
 
 RobustCovariance robust_covariance(const NamedCovariance& formal, const Jackknife& jackknife, int views) {
-  RobustCovariance honest;
-  honest.devices = formal;
-  if (jackknife.plain.empty() || formal.empty() || views < 3) return honest;
+  RobustCovariance robust;
+  robust.devices = formal;
+  if (jackknife.plain.empty() || formal.empty() || views < 3) return robust;
   require(jackknife.plain.names == formal.names && jackknife.corrected.names == formal.names,
           "robust_covariance: all must have the same rows");
   const double p = double(formal.names.size()), n = views;
@@ -209,13 +209,13 @@ RobustCovariance robust_covariance(const NamedCovariance& formal, const Jackknif
   const auto ratio = [&](const MatX& covariance) {
     return factors.solve(MatX(scale.asDiagonal() * covariance * scale.asDiagonal())).trace() / p;
   };
-  honest.variance_ratio = ratio(jackknife.corrected.matrix);
-  if (!(honest.variance_ratio > 1 + 2 * jackknife.ratio_sigma)) return honest;
+  robust.variance_ratio = ratio(jackknife.corrected.matrix);
+  if (!(robust.variance_ratio > 1 + 2 * jackknife.ratio_sigma)) return robust;
   const double shrink = p / (p + n - 1);
-  honest.inflated = true;
-  honest.devices.matrix =
+  robust.inflated = true;
+  robust.devices.matrix =
       (1 - shrink) * jackknife.plain.matrix + shrink * ratio(jackknife.plain.matrix) * formal.matrix;
-  return honest;
+  return robust;
 }
 
 }  // namespace procam::calibrate

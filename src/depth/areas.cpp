@@ -155,7 +155,7 @@ Pose upright_frame(const Plane& plane, const Vec3& origin, const Vec3& up, const
   const Vec3 z = -plane.normal;
   const auto across = [&](const Vec3& direction) { return Vec3(direction - z * z.dot(direction)); };
   Vec3 y = -across(up.normalized());
-  // Within 20 degrees of level, up says little about how it is read.
+  // Within 20 degrees of level, up does not determine the reading direction.
   if (y.norm() < 0.34) y = (plane.normal.dot(up) > 0 ? -1.0 : 1.0) * across(forward);
   if (y.norm() < 1e-6) y = z.unitOrthogonal();
   y.normalize();

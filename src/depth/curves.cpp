@@ -115,7 +115,7 @@ bool refine(const std::vector<Sample>& samples, Shape& shape) {
         for (std::size_t k = 0; k < 3; ++k) out[k] -= along * shape.axis[Eigen::Index(k)];
       }
       const Four length = (out[0].square() + out[1].square() + out[2].square()).sqrt();
-      // A sample on the axis has no derivative: it says nothing.
+      // A sample on the axis has no derivative and is ignored.
       const Four inverse_length = (length > 1e-9).select(1 / length, 0);
       for (Four& n : out) n *= inverse_length;
       const Four cosine = (out[0] * s.ray[0] + out[1] * s.ray[1] + out[2] * s.ray[2]).abs().max(0.2);

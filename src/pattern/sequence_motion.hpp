@@ -19,7 +19,7 @@ struct EdgePixel {
 std::vector<EdgePixel> print_edges(const Sequence& sequence);
 /// Off the board what rests when the board moves: the border of the projected frame, and print or furniture
 /// beside. Not the border of the board's shadow, which goes with the board: inside the lit area an edge
-/// beyond which hardly any light arrives.
+/// beyond which almost no light arrives.
 std::vector<EdgePixel> background_edges(const Sequence& sequence);
 
 /// How a pair's sum differs from white and black: S = gain R(p - shift) + blur laplace R + offset.

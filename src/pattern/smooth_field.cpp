@@ -31,7 +31,7 @@ void cubic_slope(double x, double* w) {
 }
 
 /// The finest bit that the samples' boundaries belong to, as the power of two that its boundaries are odd
-/// multiples of. The finest that is shown holds half of them; one that the camera hardly resolves, few.
+/// multiples of. The finest that is shown holds half of them; one that the camera barely resolves, few.
 int finest_stripe(const std::vector<FieldSample>& samples) {
   int unit = 1;
   for (std::size_t fewest = samples.size() / 8; unit < (1 << 14); unit *= 2) {

@@ -155,7 +155,7 @@ NoiseModel measure_noise(const std::vector<ViewU8>& captures, int step_x, int st
 /// 0.56 of the contrast in sum. Two captures of one frame miss white and black by the whole contrast.
 constexpr double kBroken = 0.7;
 
-/// Stripes that keep less than this of their contrast (rms) yield hardly an edge.
+/// Stripes that keep less than this of their contrast (rms) yield nearly no edges.
 constexpr double kReadable = 0.3;
 
 /// Counts the finest bits of each axis that blur makes unreadable. One of them costs little: its edges are
@@ -314,7 +314,7 @@ void remark_on_codes(DecodedMap& map, const GrayCode& gray_code, const CodeCount
   map.diagnostics.note("decoded_share",
                        percent(double(counts.decoded) / pixels) + " of the camera's pixels decoded");
   if (counts.decoded * 100 < long(pixels)) {
-    map.diagnostics.warn("hardly_decoded", "Hardly a pixel decoded (" +
+    map.diagnostics.warn("hardly_decoded", "Almost no pixel decoded (" +
                                                percent(double(counts.decoded) / pixels) +
                                                "); check exposure, focus and the order of the frames");
   }

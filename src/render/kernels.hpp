@@ -111,8 +111,8 @@ struct Hits {
   alignas(32) float nearness[kRayRoom];
   std::int32_t facet[kRayRoom];
 };
-/// Share of a step that is none whatever the facets say: on a mesh of crumbs theirs is no surface's
-/// direction.
+/// Share of a step that is none whatever the facets say: on a mesh of tiny facets theirs is not the
+/// surface's direction.
 inline constexpr float kLevel = 0.125f;
 
 /// A bit for each pixel of a tile's row.

@@ -78,7 +78,7 @@ void warn_of_outlying_pair(const Surface& surface, const Points2& content, const
     try {
       without = fit(surface, content, destination, others);
     } catch (const Error&) {
-      continue;  // the others alone do not carry a homography: nothing can be said against this pair
+      continue;  // the others alone do not carry a homography: this pair cannot be checked
     }
     const double chance = std::pow(std::min(1.0, weighted_squares(*without, others) / all), 0.5 * freedom);
     if (chance < min_chance) {

@@ -70,7 +70,7 @@ SolvedSurface solve(const Surface& surface, const PixelSurface& pixel, const Rig
   return solved;
 }
 
-/// Every other shape says by itself where its content is.
+/// Every other shape has its own content coordinates.
 template <typename Shape>
 SolvedSurface solve(const Surface& surface, const Shape& shape, const RigProjector& projector,
                     const std::optional<Pose>& projector_from_world, const SolveOptions&) {

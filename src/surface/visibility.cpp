@@ -121,7 +121,7 @@ bool judge_side(const PlacedPlane& placed, const SolveOptions& options, Visibili
   return true;
 }
 
-/// Where light grazes a curved surface at more than 80 degrees a pixel's size says nothing of the rest.
+/// Where light grazes a curved surface at more than 80 degrees a pixel's size is meaningless.
 constexpr double kLimbCosine = 0.1736;
 
 /// A mesh is looked at where points are spread evenly over its area.

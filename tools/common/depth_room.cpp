@@ -46,7 +46,7 @@ void declare_depth_room(CLI::App& app, DepthRoomFlags& flags) {
       },
       "which way is up in the world, x,y,z (default: 0,0,1; without poses 0,-1,0, the rig's)");
   app.add_flag("--silhouettes", flags.silhouettes,
-               "with --surfaces depth: whatever comes before the room is kept out of the light, people as a "
+               "with --surfaces depth: objects in front of the room are masked, people as a "
                "whole; dark while depth is silent");
 }
 

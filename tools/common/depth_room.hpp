@@ -15,7 +15,7 @@ struct DepthRoomFlags {
   std::string camera;
   double scale = 0.001, delay = 0;
   std::optional<Vec3> up;
-  bool silhouettes = false;  ///< whatever comes before the room is kept dark
+  bool silhouettes = false;  ///< objects in front of the room are masked
 };
 void declare_depth_room(CLI::App& app, DepthRoomFlags& flags);
 

@@ -5,7 +5,7 @@
 namespace procam::tools {
 
 const char* const kLensModelHelp =
-    "auto (whichever predicts held-out views better), none, brown-conrady, brown-conrady:k1,k2 (those terms "
+    "auto (by the prediction of held-out views), none, brown-conrady, brown-conrady:k1,k2 (those terms "
     "alone), rational";
 
 void set_lens_model(const std::string& name, const std::vector<std::string>& fixed,

@@ -11,7 +11,7 @@ namespace procam::tools {
 extern const char* const kLensModelHelp;
 inline constexpr char kAutoModel[] = "auto";
 
-/// The lens to estimate: the named one, or with "auto" whichever predicts held-out views better. Parameters
+/// The lens to estimate: the named one, or with "auto" the one that predicts held-out views best. Parameters
 /// in `fixed` ("skew", "k3") stay zero. Throws Error as calibrate::lens_model_named.
 void set_lens_model(const std::string& name, const std::vector<std::string>& fixed,
                     calibrate::LensOptions& lens);

@@ -1,5 +1,6 @@
 #pragma once
-/// The other end of a pose source: sends what simulate-robot says, in every form that a socket source reads.
+/// The other end of a pose source: sends the poses of simulate-robot in every form that a socket source
+/// reads.
 #include <memory>
 #include <string>
 

@@ -1,5 +1,5 @@
 #pragma once
-/// What calibrate-projector says of a rig, in words and in the summary.
+/// Report of a rig, as text and in the summary.
 #include <string>
 #include <vector>
 

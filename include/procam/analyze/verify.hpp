@@ -1,5 +1,5 @@
 #pragma once
-/// Does the light still land where the rig file says? Marks of light on a known plane, seen by the rig's own
+/// Does the light still agree with the rig file? Marks of light on a known plane, seen by the rig's own
 /// camera, in millimetres; an alarm when something has moved; and the movement that explains it.
 ///
 ///   const VerifyResult result = verify(rig, rig.camera(), rig.projector(), surface, marks, options);

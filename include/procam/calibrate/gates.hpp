@@ -1,5 +1,5 @@
 #pragma once
-/// Sanity gates: what a rig's numbers must satisfy whatever its RMS says. A small residual is no proof: a
+/// Quality checks that a rig must pass at any RMS. A small residual is no proof: a
 /// focal length wrong by two has been published with an RMS of 0.86.
 #include <vector>
 

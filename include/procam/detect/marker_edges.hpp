@@ -2,7 +2,7 @@
 /// ArUco and AprilTag markers in one image, refined by procam's own last step: their edges, not their
 /// corners.
 ///
-/// A corner of a blurred marker is rounded, so whatever looks at the corner itself is pulled inwards by a
+/// A corner of a blurred marker is rounded, so a fit to the corner itself is biased inwards by a
 /// fraction of the blur. The straight edges between are not. Every border between a black and a white cell
 /// (the four sides, and inner ones where the cells are large enough) is cut into short pieces that keep away
 /// from the borders' ends; each piece is modelled as

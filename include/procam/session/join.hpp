@@ -25,7 +25,7 @@ struct Reading {
 /// reading saw nothing.
 ///
 /// A camera that read several projectors has found each corner several times, in pictures of one print that
-/// hardly moved: it is one measurement, their mean, with the covariance of one (what moves a corner, blur and
+/// barely moved: it is one measurement, their mean, with the covariance of one (what moves a corner, blur and
 /// the pixels' grid, moves it in all of them). The light was read where each picture had the corner; it is
 /// carried to the mean by the homography from the camera's picture to the projector's, which is good for the
 /// small part of a pixel that this takes. Throws std::invalid_argument for device numbers that are no camera

@@ -166,7 +166,7 @@ void note_missing_maps(MpcdiDocument& document) {
   for (const MpcdiRegion& region : document.mpcdi.regions)
     if (!region.warp && !region.positions)
       document.mpcdi.diagnostics.note("no_warp", "region '" + region.id +
-                                                     "' has no warp: what it says is where its projector "
+                                                     "' has no warp: it only gives the pose of its projector "
                                                      "stands and how wide it opens");
 }
 

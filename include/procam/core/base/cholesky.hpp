@@ -8,9 +8,9 @@
 
 namespace procam {
 
-/// Without pivoting: for normal equations, whose diagonal is never negative. A direction that A says nothing
-/// about (a pivot of zero) gets the answer zero, as with Eigen's LDLT; what is not positive definite shows in
-/// pivots().
+/// Without pivoting: for normal equations, whose diagonal is never negative. A direction that A does not
+/// determine about (a pivot of zero) gets the answer zero, as with Eigen's LDLT; what is not positive
+/// definite shows in pivots().
 template <int N>
 class Cholesky {
  public:

@@ -225,7 +225,7 @@ class Capture {
     summary.set("/light/noise_per_level", report.noise.per_level);
   }
 
-  /// Until its board is found; what was captured in vain is set aside.
+  /// Until its board is found; useless captures are moved away.
   void capture_view(int view) {
     constexpr int kTries = 3;
     session::ViewWriter files(flags_.output, std::size_t(view));
@@ -253,7 +253,7 @@ class Capture {
         console_.say(name + ": " + unreadable.what());
       }
       console_.say(name +
-                   ": the board was not found; its frames are set aside, and the pose is asked for again");
+                   ": the board was not found; its frames are moved away, and the pose is asked for again");
       files.set_aside();
     }
     throw Error(ErrorKind::kNotEnoughData, name,
@@ -281,7 +281,7 @@ class Capture {
       return true;
     }
     console_.say(
-        format("%d frames of an earlier run are set aside: the board has moved since", files.kept()));
+        format("%d frames of an earlier run are moved away: the board has moved since", files.kept()));
     files.set_aside();
     shutter_.forget();
     return false;

@@ -374,7 +374,7 @@ ExitCode detect(const Flags& flags, Console& console) {
   if (!flags.gravity)
     diagnostics.note(
         "gravity_unknown",
-        "planes are not told apart as walls, floor and tables, and content is upright as the camera "
+        "planes are not classified as walls, floor and tables, and content is upright as the camera "
         "is held; give --gravity");
   console.report(diagnostics);
   console.say("wrote " + flags.output);

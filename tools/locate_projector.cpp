@@ -70,7 +70,7 @@ void say_markers(Console& console, const track::LocateResult& seen) {
   for (std::size_t i = 0; i < seen.markers.size(); ++i) {
     const track::LocatedMarker& marker = seen.markers[i];
     console.say(format("marker %-5d corners %.3f px from the fit, ", marker.id, marker.error_px) +
-                (marker.used ? format("edges %.3f px rms", marker.edge_rms_px) : "LEFT OUT"));
+                (marker.used ? format("edges %.3f px rms", marker.edge_rms_px) : "REJECTED"));
     const std::string at = "/markers/" + std::to_string(i);
     console.summary().set(at + "/id", marker.id);
     console.summary().set(at + "/used", marker.used);

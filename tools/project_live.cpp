@@ -333,7 +333,7 @@ void set(Summary& summary, const std::string& at, const show::Durations& duratio
 }
 
 void tell(const show::Metrics& m, const show::Projection& projection, Console& console) {
-  console.say(format("%llu frames, %llu left out because their time had passed, %llu black without a pose",
+  console.say(format("%llu frames, %llu skipped as too late, %llu black without a pose",
                      (unsigned long long)m.frames, (unsigned long long)m.dropped,
                      (unsigned long long)m.blanked));
   const std::pair<const char*, const show::Durations*> rows[] = {{"draw", &m.draw},

@@ -77,7 +77,7 @@ std::unique_ptr<hockey::Players> open_players(const Options& options, const hock
   if (text == "people") return hockey::simulated_people(wall.world_from_table, seed);
   if (text == "keys") {
     if (window == nullptr)
-      throw Error(ErrorKind::kInput, "--players keys", "no window hears them", "add --sink window:0");
+      throw Error(ErrorKind::kInput, "--players keys", "no window receives them", "add --sink window:0");
     return hockey::keyboard([window](device::Key key) { return window->is_down(key); });
   }
   const hockey::Seat seat = read_seat(options, wall.world_from_table);

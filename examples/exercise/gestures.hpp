@@ -15,7 +15,7 @@ using procam::kDegree;
 /// down, 90 degrees level. With d down the trunk (neck to pelvis) and l across the shoulders to the arm's
 /// side, square to d,
 ///   angle = atan2(arm . l, arm . d).
-/// A depth camera's noise lies along its axis, which the frontal plane leaves out when the person faces it;
+/// A depth camera's noise lies along its axis, which the frontal plane excludes when the person faces it;
 /// the angle in space does not, and is 30 degrees too large for an arm that hangs. nullopt when a joint is
 /// missing, or the arm points out of the plane (less than 0.3 of it lies within).
 std::optional<double> abduction_angle(const people::Skeleton& person, people::Side side);

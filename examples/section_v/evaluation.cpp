@@ -27,7 +27,7 @@ LightPath light_path(const Projector& projector, const Pose& projector_from_shee
   return path;
 }
 
-/// Where a corner's light lands, by turns of all light (radians) and by the pixel: central differences.
+/// Where a corner's light lands, by rotations of all light (radians) and by the pixel: central differences.
 struct LandingDerivatives {
   Mat23 by_turn;
   Mat2 by_pixel;

@@ -13,7 +13,7 @@ CentredWidth largest_rectangle(const Points2& quadrilateral, double height_by_wi
     rows.emplace_back(side.normal.x(), side.normal.y(),
                       0.5 * (std::abs(side.normal.x()) + std::abs(side.normal.y()) * height_by_width));
 
-  // Each side left out once: the other three, all touched, give one candidate.
+  // Each side omitted once: the other three, all touched, give one candidate.
   CentredWidth best;
   int equally_good = 0;
   for (std::size_t held_out = 0; held_out < rows.size(); ++held_out) {

@@ -11,7 +11,7 @@ namespace procam::calibrate {
 std::string cause_of_disagreement(const Correspondences& data, const UsedMask& everything,
                                   const Solution& solution, int view, int device);
 
-/// Views of one device that were all left out because its pose differs from that in the others, at one
+/// Views of one device that were all rejected because its pose differs from that in the others, at one
 /// place in all of them: the device moved against the rig. Empty when that is not what happened.
 std::string moved_device(const Correspondences& data, const UsedMask& everything, const Solution& solution,
                          int device);

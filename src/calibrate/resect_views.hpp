@@ -19,9 +19,9 @@ struct Agreement {
   std::vector<std::size_t> views;  ///< that it holds for; indices into the lit views
 };
 
-/// Resects a device from all its views. With `settle`, each view is taken in whichever of its two orders
-/// fits: the two views whose planes differ most are tried in all four combinations, the others join one by
-/// one. `turned` marks the views that were turned. Errors as resect()'s.
+/// Resects a device from all its views. With `settle`, each view is taken in the one of its two orders that
+/// fits fits: the two views whose planes differ most are tried in all four combinations, the others join
+/// one by one. `turned` marks the views that were turned. Errors as resect()'s.
 Agreement resect_device(const std::vector<Lit>& lit, bool settle, const std::string& name,
                         std::vector<bool>& turned);
 

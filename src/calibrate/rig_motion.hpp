@@ -24,7 +24,7 @@ struct RigMotion {
 /// test: C. R. Rao, "Large sample tests of statistical hypotheses", 1948). The ratio is measured with the
 /// step allowed for, from the gradients r_v of the device's pose that remain in each view, over its
 /// expectation under independent noise: of all six directions together, sum r_v^T S_v[p,p]^-1 r_v, or of the
-/// step's own, sum (d^T r_v)^2, whichever is larger. So
+/// step's own, sum (d^T r_v)^2, the larger of the two. So
 ///   F = (u^T V^-1 u / 6) / ratio
 /// holds for views that disagree more than their noise explains, too. Returns the instant of the largest F
 /// where that exceeds what chance gives in less than one of a hundred sessions of such views.

@@ -75,7 +75,7 @@ double cell_px(const MarkerCells& codes, const Corners& c) {
   return side / (codes.per_side + 2);
 }
 
-/// The edges where the warp expects them, the warp that they imply, and once more from there.
+/// The edges where the warp expects them, the warp that they imply, and again from there.
 SeenMarker refine(const ViewU8& image, const MarkerCells& codes, int id, const Corners& start,
                   const Camera* lens) {
   // Below, few edges keep clear of their neighbours' blur, and those that do say little.

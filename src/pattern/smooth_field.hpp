@@ -18,7 +18,7 @@ struct FieldSample {
   Vec2 at;  ///< (s, t), squares
   double value = 0;
   double sigma = 1;
-  int stripe = 0;  ///< number of the boundary; left out together when lambda is chosen
+  int stripe = 0;  ///< number of the boundary; held out together when lambda is chosen
   int group = 0;   ///< 0 .. group_count-1
 };
 

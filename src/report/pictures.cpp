@@ -218,7 +218,7 @@ std::string coverage(const CalibrationResult& result, const Correspondences& dat
   Marks outliers;
   for (const Residual& r : result.residuals)
     if (r.device == device && !r.used && r.pixel.allFinite()) outliers.cross(r.pixel, 0.35 * em);
-  content += outliers.path("class=\"out\"", "left out");
+  content += outliers.path("class=\"out\"", "rejected");
 
   const std::string board_next =
       next ? outline_of_points(result, data.board, device, next->rig_from_board) : "";
@@ -336,7 +336,7 @@ std::string residual_quivers(const CalibrationResult& result, int device) {
           content),
       element("b", "", escaped(about.name)) + ", all views, residuals " + factor +
           " magnified. Noise points every way; neighbours of all views that point the same way mean that "
-          "the lens model falls short there. Red: left out.",
+          "the lens model falls short there. Red: rejected.",
       "class=\"wide\"");
 
   std::string tiles;

@@ -384,7 +384,7 @@ class Loop {
   std::shared_ptr<ImageU8> shown_, held_;
   std::vector<track::StampedPose> arrived_;
   std::deque<std::string> messages_;
-  std::map<std::string, std::shared_ptr<device::ContentSource>> of_room_;  ///< null: on its way, or in vain
+  std::map<std::string, std::shared_ptr<device::ContentSource>> of_room_;  ///< null: opening, or failed
   std::set<std::string> seen_in_room_;
   DrawnFrame drawn_;
   track::TrackState told_ = track::TrackState::kNone;

@@ -186,7 +186,7 @@ std::vector<Candidates> TileIndex::candidates(const PreparedRoom& room, const Po
   for (Points3& hull : hulls)
     for (Vec3& corner : hull) corner = eye_from_room * corner;
 
-  // A body may be left out when all its corners lie beyond one plane.
+  // A body is skipped when all its corners lie beyond one plane.
   const auto reaches_into = [&](const Points3& hull, const TileCone& cone) {
     const auto beyond = [&](const Vec3& inward, double margin) {
       return std::all_of(hull.begin(), hull.end(), [&](const Vec3& p) {

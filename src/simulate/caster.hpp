@@ -139,7 +139,7 @@ class Caster {
 
 /// The rays of a rectangle of pixels, by four planes through the eye.
 struct TileCone {
-  bool known = false;  ///< false where the lens has no ray for a corner: nothing can be left out
+  bool known = false;  ///< false where the lens has no ray for a corner: nothing can be skipped
   std::array<Vec3, 4> inward;
   Vec3 middle;
   double margin = 0;  ///< radians, for the sides' bulge by the lens

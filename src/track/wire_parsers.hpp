@@ -12,7 +12,7 @@ Parsed parse_osc(std::string_view datagram);
 Parsed parse_psn(std::string_view datagram);
 
 /// One text frame of rosbridge: tf2_msgs/TFMessage, PoseWithCovarianceStamped, PoseStamped or Odometry,
-/// told apart by their fields.
+/// recognised by their fields.
 Parsed parse_rosbridge(std::string_view text);
 
 /// A stream of JSON lines and binary messages, cut where it likes. Garbage is skipped up to the next line

@@ -119,8 +119,8 @@ TEST(NextView, IsOneThatTheDevicesCanUse) {
   }
   EXPECT_GE(lit, 0.9 * 54);
   const Pose behind(Eigen::Quaterniond(0, 0, 1, 0), Vec3(0, 0, 1)),
-      aside(Eigen::Quaterniond::Identity(), Vec3(2, 0, 1));
-  for (const auto& covariance : calibrate::covariance_with_view(result, {behind, aside}))
+      sideways(Eigen::Quaterniond::Identity(), Vec3(2, 0, 1));
+  for (const auto& covariance : calibrate::covariance_with_view(result, {behind, sideways}))
     EXPECT_FALSE(covariance.has_value());
   // Pushed sideways from where a view was, facing the camera's way, it serves until the light ends.
   const Vec3 middle(0.14, 0.0875, 0), at = result.views.front().rig_from_board * middle;

@@ -178,7 +178,7 @@ void compare_closed_form(const Place& place, int draws, double tolerance) {
 }
 
 /// 20 000 draws: a sigma's relative standard error is 0.5 %, so 2.5 % is five of them; what first order
-/// leaves out is a tenth of that.
+/// omits is a tenth of that.
 TEST_P(ClosedForm, IsWhatMonteCarloFinds) {
   compare_closed_form(GetParam(), 20000, 0.025);
 }

@@ -110,9 +110,9 @@ TEST(Prediction, SaysWhatIsNotLitAndRefusesADarkSurface) {
   for (const auto& error : wall.grid)
     if (error) squares += std::pow(1e3 * error->total.rms(), 2);
   EXPECT_NEAR(wall.rms_mm, std::sqrt(squares / (wall.lit_share * double(wall.grid.size()))), 1e-9);
-  Mat3 aside = room.plane_from_content;
-  aside(0, 2) += 6;
-  EXPECT_ERROR(predict_surface("wall", room.path(), aside, room.sources), kDegenerate, "lights no point");
+  Mat3 sideways = room.plane_from_content;
+  sideways(0, 2) += 6;
+  EXPECT_ERROR(predict_surface("wall", room.path(), sideways, room.sources), kDegenerate, "lights no point");
   LightPath behind = room.path();
   behind.rig_from_surface.translation.z() -= 5;
   EXPECT_ERROR(predict_surface("wall", behind, room.plane_from_content, room.sources), kDegenerate,

@@ -62,8 +62,9 @@ TEST(BoardShape, OfABentSheetIsFoundAndHelps) {
   EXPECT_LT(error(automatic), error(as_printed));
 }
 
-/// Twenty flat sheets: a shape must win by 5 % on held-out views, which noise hardly ever gives it. One false
-/// alarm in twenty is allowed; at a true rate of 1 % more come up in 1.7 % of runs, and the seeds are fixed.
+/// Twenty flat sheets: a shape must win by 5 % on held-out views, which noise almost never gives it. One
+/// false alarm in twenty is allowed; at a true rate of 1 % more come up in 1.7 % of runs, and the seeds are
+/// fixed.
 TEST(BoardShape, OfAFlatSheetIsLeftAlone) {
   int free = 0;
   for (std::uint64_t seed = 0; seed < 20; ++seed)

@@ -125,7 +125,7 @@ TEST(RobustCovariance, KeepsTheFormalOneForIndependentNoise) {
   EXPECT_LE(inflated, 5);
 }
 
-/// With view-wise shifts the formal sigmas are several times too small; the honest ones hold: of 25 seeds x 4
+/// With view-wise shifts the formal sigmas are several times too small; the robust ones hold: of 25 seeds x 4
 /// projector parameters, at least 85 % inside 2 sigma (expected 95 %; correlated within a seed, standard
 /// error about 3 %: false alarm 0.1 %), while the formal ones keep fewer than 70 %.
 TEST(RobustCovariance, HoldsWhenWholeViewsAreOff) {

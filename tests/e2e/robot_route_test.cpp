@@ -101,7 +101,7 @@ TEST_P(RobotOnAWire, IsFollowedAndEveryFaultIsCounted) {
   EXPECT_EQ(status.dropped, 0u);
   EXPECT_GT(faults.reordered, 1u);
   EXPECT_EQ(faults.outliers + faults.invalid + faults.foreign + faults.doubtful + faults.map_jumps, 0u);
-  // Overtaken by the very first that was heard: older than all that is kept.
+  // Overtaken by the very first that was received: older than all that is kept.
   if (!robot_listens) EXPECT_EQ(faults.late, 0u);
 
   const std::map<double, Vec3> places = read_truth(truth);

@@ -35,7 +35,7 @@ ImageU8 frame_with(ImageSize size, const Chessboard& layout, const Vec2& first) 
   return frame;
 }
 
-/// Eight views, two positions of the projected board by turns; in view 5 the projector still shows view 4's.
+/// Eight views, two positions of the projected board in turn; in view 5 the projector still shows view 4's.
 struct SimulatedViews {
   static constexpr std::size_t kViews = 8, kStale = 5;
   const Chessboard projected{7, 5, 40};

@@ -1,5 +1,5 @@
-/// Rendered sessions with truth, through every stage: are the reported sigmas honest, and is the light in its
-/// place?
+/// Rendered sessions with truth, through every stage: are the reported sigmas correct, and is the light in
+/// its place?
 #include <gtest/gtest.h>
 
 #include <algorithm>

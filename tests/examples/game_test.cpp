@@ -36,7 +36,7 @@ TEST(Wall, HolesOutlineAndMeetingWallsReflect) {
   set.surfaces.resize(1);
   Surface& table = set.surfaces[0];
   EXPECT_TRUE(read_wall(set).table.obstacles.empty());
-  // A hole at 0.9..1.08 m, and an outline that leaves out the right end beyond 1.62 m.
+  // A hole at 0.9..1.08 m, and an outline without the right end beyond 1.62 m.
   table.shape.holes = {{{0.5, 0.3}, {0.6, 0.3}, {0.6, 0.5}, {0.5, 0.5}}};
   table.shape.outline = {{0, 0}, {0.9, 0}, {0.9, 1}, {0, 1}};
   const Wall wall = read_wall(set);

@@ -1,5 +1,5 @@
 #pragma once
-/// Zip archives written byte by byte, honest and otherwise (APPNOTE.TXT 4.3), for the tests of their reader.
+/// Zip archives written byte by byte, valid and invalid (APPNOTE.TXT 4.3), for the tests of their reader.
 #include <cstdint>
 #include <optional>
 #include <string>

@@ -425,9 +425,9 @@ TEST(MpcdiArchive, RefusesBombsBeforeAndWhileUnpacking) {
   std::string deflated("\xed\xc1\x31\x01\0\0\0\xc2\xa0\xf5\x4f\x6d\x0d\x0f\xa0", 16);
   deflated.append(95, '\0');
   deflated += "\x80\x57\x03";
-  const ZipMember honest{"w.pfm", deflated, 100000, 0xd411957d, 8},
+  const ZipMember valid{"w.pfm", deflated, 100000, 0xd411957d, 8},
       lying{"w.pfm", deflated, 10, 0xd411957d, 8};
-  EXPECT_ERROR(load_mpcdi(scratch.write("x.mpcdi", hand_made_zip({xml, honest}))), kInput, "it is not a PFM");
+  EXPECT_ERROR(load_mpcdi(scratch.write("x.mpcdi", hand_made_zip({xml, valid}))), kInput, "it is not a PFM");
   EXPECT_ERROR(load_mpcdi(scratch.write("x.mpcdi", hand_made_zip({xml, lying}))), kInput,
                "unpacks to more than the 10 bytes it declares");
   const auto whole = scratch.write("x.mpcdi", hand_made_zip({xml, {"w.pfm", warp_pfm(kWarp)}}));

@@ -123,7 +123,7 @@ inline Light shine(const LitBoard& world) {
 /// Of projector pixels read off the light.
 struct LightErrors {
   double rms = 0;   ///< a coordinate, projector pixels
-  double chi2 = 0;  ///< mean of e^T C^-1 e / 2: 1 for an honest covariance
+  double chi2 = 0;  ///< mean of e^T C^-1 e / 2: 1 for a correct covariance
 };
 
 /// Against the light on the true corner.

@@ -82,7 +82,7 @@ TEST(StripeEdges, HaveTheSpreadTheyState) {
   world.square = 23;
   const Errors errors = measure(world);
   EXPECT_LT(std::abs(errors.bias), 0.003);
-  // More than 12 000 edges: sampling moves this by 1 %; the bounds are for what the model leaves out.
+  // More than 12 000 edges: sampling moves this by 1 %; the bounds are for effects that are not in the model.
   EXPECT_GT(errors.normalised, 0.5);
   EXPECT_LT(errors.normalised, 1.3);
 }

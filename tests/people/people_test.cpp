@@ -56,7 +56,7 @@ TEST(PeopleTrack, KeepsTwoPeopleApartWhoPassEachOther) {
   }
 }
 
-/// Two in a row step aside together: the second is nearest to where the first is now.
+/// Two in a row step sideways together: the second is nearest to where the first is now.
 TEST(PeopleTrack, NearestFirstIsNotEnough) {
   PeopleTrack track;
   track.add(frame_at(0.0, {person_at(Vec3(0, 0.2, 2.2)), person_at(Vec3(0.4, 0.2, 2.2))}));

@@ -62,7 +62,7 @@ TEST_P(Masks, AreTheContentsAlpha) {
       drawn += a.row(y)[x] > 60;
     }
   EXPECT_GT(drawn, 100000);
-  // Light is rounded once more; where there is little of it, one step of light is several values.
+  // Light is rounded again; where there is little of it, one step of light is several values.
   EXPECT_LE(worst, linear ? 4 : 2);
 }
 

@@ -37,7 +37,7 @@ TEST(Compare, FindsNoChangeInNoise) {
 }
 
 /// A torn frame's seam anywhere: even a strip of eight rows with the other picture in it is seen, and stripes
-/// so fine that the camera hardly resolves them are.
+/// so fine that the camera barely resolves them are.
 TEST(Compare, FindsTheTornPart) {
   LitScene scene;
   std::mt19937 random(4);

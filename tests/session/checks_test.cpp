@@ -110,7 +110,7 @@ NativeCheck look_at_checkers(const LitScene& scene, unsigned seed) {
   return check_native_resolution(as_views(frames[0]), as_views(frames[1]));
 }
 
-/// Cameras that resolve the squares, hardly do, or do not; noise of 1 to 4 grey levels; a camera with the
+/// Cameras that resolve the squares, barely do, or do not; noise of 1 to 4 grey levels; a camera with the
 /// curve of sRGB. The beat of noise alone is the root of a covariance that is zero within sigma^2 /
 /// sqrt(15000 pixels): a sigma of 6 % a pixel makes 0.5 %, and the limit of 4 % is 60 such deviations of the
 /// covariance away.

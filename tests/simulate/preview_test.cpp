@@ -16,12 +16,12 @@ struct Seen {
   Camera eye;
   Pose eye_from_projector;
 
-  /// The one who faces it, moved and turned by `aside`.
-  void stand_before(const Pose& aside = {}) {
+  /// The one who faces it, moved and turned by `sideways`.
+  void stand_before(const Pose& sideways = {}) {
     const auto viewpoint = render::facing_viewpoint(scene, {720, 480});
     ASSERT_TRUE(viewpoint);
     eye = viewpoint->camera;
-    eye_from_projector = aside * viewpoint->camera_from_projector;
+    eye_from_projector = sideways * viewpoint->camera_from_projector;
   }
   ImageU8 preview(const ImageU8& frame, const PreviewOptions& options = {}) const {
     RoomLight light{projector, Pose(), {frame}};
@@ -64,8 +64,8 @@ TEST(Preview, ShowsAPlanesContentWhereItBelongs) {
   Seen seen;
   const Sheet sheet = tilted_sheet(seen.projector, 0.4, 0.3, 1.6, 50);
   seen.scene.items.push_back({sheet.placement, discs.picture});
-  for (const Pose& aside : {Pose(), kAside}) {
-    seen.stand_before(aside);
+  for (const Pose& sideways : {Pose(), kAside}) {
+    seen.stand_before(sideways);
     EXPECT_LT(worst_disc(seen, discs, [&](const Vec2& uv) { return sheet.in_projector(uv.x(), uv.y()); }),
               kDiscPx);
   }

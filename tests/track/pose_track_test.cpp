@@ -98,7 +98,7 @@ double light_error(const Pose& map_from_rig, const Pose& estimated) {
 struct Outcome {
   double rms_mm = 0, p95_mm = 0;
   double covered = 0;  ///< share of truths within the stated 95 % region
-  double squared = 0;  ///< mean of error^2 over the stated variance: 1 is honest, below is careful
+  double squared = 0;  ///< mean of error^2 over the stated variance: 1 is correct, below is conservative
 };
 struct Noise {
   double position, rotation_deg;
@@ -150,7 +150,7 @@ Outcome drive_along(const Drive& drive, const Noise& noise, Prediction predictio
   return outcome;
 }
 
-/// How much smaller prediction makes the error, and how honest it is about what is left.
+/// How much smaller prediction makes the error, and whether its covariance is correct.
 struct DriveCase {
   const char* name;
   Drive (*drive)();

@@ -8,7 +8,7 @@
 /// How: each camera by Zhang's equations and a bundle of its own; the rig then grows from the first camera
 /// over the views that devices share: cameras by a board that both see, projectors linearly from the board
 /// points they light (initial.hpp); then all lenses, device poses and board poses together (bundle.hpp), with
-/// a noise model estimated for each device and outliers named and left out. A view counts when any device
+/// a noise model estimated for each device and outliers named and rejected. A view counts when any device
 /// that the others reach sees it; the first camera need not.
 ///
 /// All three throw std::invalid_argument for inconsistent correspondences and Error with kind kNotEnoughData

@@ -112,7 +112,7 @@ std::string with_content_file(const std::string& what, const std::string& file);
 std::string content_beside(const std::filesystem::path& named_in, const std::string& what);
 
 /// The names of a folder's pictures and videos, by their extensions, in natural order (9 before 10), at most
-/// `max_count`; hidden files are left out. Empty for a folder that cannot be read.
+/// `max_count`; hidden files are omitted. Empty for a folder that cannot be read.
 std::vector<std::string> content_files(const std::filesystem::path& folder, std::size_t max_count);
 
 /// One picture, for ever.

@@ -9,7 +9,7 @@
 /// tensor-product B-splines over the board (a knot a pitch), which take up lens distortion and a board that
 /// is not flat. The coefficients are robust weighted least squares with a light bending penalty whose weight
 /// is chosen by held-out stripes. Edges beside printed borders, known from the board's artwork, are left
-/// aside: there camera blur mixes light and dark print, which moves a crossing. Any part of the board is
+/// ignored: there camera blur mixes light and dark print, which moves a crossing. Any part of the board is
 /// enough; the map then covers that part. See docs/matching.md for the measured precision.
 #include <vector>
 

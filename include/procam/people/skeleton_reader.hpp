@@ -31,12 +31,12 @@ struct ParsedSkeletons {
 /// One frame a line:
 ///   {"stamp": 12.5, "frame": "camera", "people": [{"id": 3, "joints": {"left_wrist": [x, y, z, confidence],
 ///   ...}}]}
-/// stamp, frame, id and the confidence may be left out; null for a joint is absent.
+/// stamp, frame, id and the confidence may be omitted; null for a joint is absent.
 ParsedSkeletons parse_skeletons(std::string_view lines);
 /// What parse_skeletons() reads back; ends in a newline.
 std::string to_json_line(const SkeletonFrame& frame);
 
-/// A file of JSON lines or CSV, told apart by its first byte. Throws Error: kIo for a file that cannot be
+/// A file of JSON lines or CSV, recognised by its first byte. Throws Error: kIo for a file that cannot be
 /// read, kInput for one without a single frame.
 std::vector<SkeletonFrame> read_skeleton_log(const std::filesystem::path& file);
 

@@ -33,7 +33,7 @@ struct Node {
   std::string item_name;       ///< kList: what its items are called in XML; empty: numbers in one text
 };
 
-/// Bounds that no honest file reaches; they keep a hostile one from taking the memory or the stack.
+/// Bounds above any valid file; they keep a hostile one from taking the memory or the stack.
 constexpr std::size_t kLargestDocument = std::size_t(32) << 20;  // bytes
 constexpr std::size_t kMaxNodes = 1'000'000;
 constexpr int kDeepestNode = 32;

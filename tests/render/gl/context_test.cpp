@@ -93,7 +93,7 @@ void expect_drawn_into_framebuffer(EGLenum api) {
   glGenVertexArrays(1, &own);
   glBindVertexArray(own);
 
-  // What would spoil the picture if it were not put aside.
+  // What would spoil the picture if it were not reset.
   glEnable(GL_BLEND);
   glEnable(GL_CULL_FACE);
   glCullFace(GL_FRONT_AND_BACK);

@@ -65,7 +65,7 @@ void expect_same(const ImageU8& gl, const ImageU8& cpu, const std::string& name)
       apart += worst > kMaxApart;
       most = std::max(most, worst);
     }
-  EXPECT_GT(lit, gl.width() * gl.height() / 10) << name << ": hardly anything is drawn";
+  EXPECT_GT(lit, gl.width() * gl.height() / 10) << name << ": almost nothing is drawn";
   EXPECT_LE(apart, kMaxPixels * gl.width() * gl.height()) << name << ": at most " << most << " apart";
   if (apart <= kMaxPixels * gl.width() * gl.height()) return;
   const char* const folder = std::getenv("PROCAM_TEST_OUTPUT");
@@ -264,7 +264,7 @@ Scene masked_room(const Projector& p) {
   return scene;
 }
 
-/// Upright slats, now near, now far, of two or three pixels each: hardly a pixel but holds an edge, and each
+/// Upright slats, now near, now far, of two or three pixels each: nearly every pixel holds an edge, and each
 /// slat shows all of its content and mask.
 Scene masked_slats(const Projector& p) {
   Mesh mesh;

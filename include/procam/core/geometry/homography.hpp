@@ -179,7 +179,7 @@ inline std::optional<Mat3> exact_from_four(const std::array<Vec2, 4>& source,
                                      const std::array<Vec2, 4>& destination, const std::array<int, 4>& index,
                                      double tolerance) {
   const std::string what = "homography from 4 points";
-  // Triangle i leaves out point i. Only products of a source and a destination area count: order is free.
+  // Triangle i omits point i. Only products of a source and a destination area count: order is free.
   constexpr int kOthers[4][3] = {{1, 2, 3}, {0, 2, 3}, {0, 1, 3}, {0, 1, 2}};
   const auto area = [&](const std::array<Vec2, 4>& p, int i) {
     const Vec2 side1 = p[kOthers[i][1]] - p[kOthers[i][0]], side2 = p[kOthers[i][2]] - p[kOthers[i][0]];

@@ -342,7 +342,7 @@ ExitCode calibrate_points(const Flags& flags, Console& console) {
   return exit_code(result.diagnostics);
 }
 
-/// --check: the gates alone, on a rig file or on another program's calibration.
+/// --check: the quality checks alone, on a rig file or on another program's calibration.
 ExitCode check_file(const Flags& flags, Console& console) {
   io::CalibrationContext context;
   context.projector_size = flags.stated.projector_size;

@@ -113,7 +113,7 @@ std::string help_opening(const ToolInfo& info) {
 
 constexpr const char* kHelpFooter =
     "\nExit codes: 0 ok, 1 internal, 2 usage, 3 bad input, 4 data insufficient or degenerate,\n"
-    "  5 solved but a quality gate failed (files written, marked so), 6 device or network, 130 interrupted.";
+    "  5 solved but a quality check failed (files written, marked so), 6 device or network, 130 interrupted.";
 
 }  // namespace
 

@@ -32,7 +32,7 @@ enum class ExitCode {
   kUsage = 2,             ///< flags that do not parse
   kBadInput = 3,          ///< a file that cannot be read, understood or written
   kInsufficientData = 4,  ///< too few views, a degenerate layout, no convergence
-  kGateFailed = 5,        ///< solved, files written and marked, but a quality gate failed
+  kGateFailed = 5,        ///< solved, files written and marked, but a quality check failed
   kDevice = 6,            ///< a device or the network
   kInterrupted = 130      ///< Ctrl-C; files already complete are kept
 };

@@ -11,10 +11,10 @@
 /// a noise model estimated for each device and outliers named and rejected. A view counts when any device
 /// that the others reach sees it; the first camera need not.
 ///
-/// All three throw std::invalid_argument for inconsistent correspondences and Error with kind kNotEnoughData
-/// (fewer than three usable views, or devices that no view joins), kDegenerate (the views do not determine
-/// the answer; the message names what is missing) or kNotConverged. A result whose gates failed is returned,
-/// with the failed gates in rig.quality and in diagnostics.
+/// All three throw std::invalid_argument for inconsistent correspondences and Error with kind
+/// kNotEnoughData (fewer than three usable views, or devices that no view joins), kDegenerate (the views do
+/// not determine the answer; the message names what is missing) or kNotConverged. A result whose quality
+/// checks failed is returned, with the failed checks in rig.quality and in diagnostics.
 #include "procam/calibrate/options.hpp"
 #include "procam/calibrate/result.hpp"
 

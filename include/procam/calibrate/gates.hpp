@@ -27,7 +27,7 @@ struct GateLimits {
   double max_holdout_sigmas = 1.5;
 };
 
-/// The gates that need nothing but the rig (its quality figures count when there are any).
+/// The checks that need nothing but the rig (its quality figures count when there are any).
 std::vector<Gate> check_rig(const Rig& rig, const GateLimits& limits = {});
 
 /// check_rig() for a rig that was read from a file, and the checks in the file that only its calibration

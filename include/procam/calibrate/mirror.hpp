@@ -30,7 +30,7 @@ struct MirrorSolution {
 /// The mirrored rig, seen from the camera itself:
 ///   rig_from_projector = S F mirrored_from_projector
 /// The covariance holds the mirror's: the noise of its corners (their residual RMS, if that is larger than
-/// promised), and what the lens's own errors do to its pose, with their correlation. The gate "boards in the
+/// promised), and what the lens's own errors do to its pose, with their correlation. The check "boards in the
 /// mirror" fails for boards before the mirror's plane, which the camera cannot have seen in it.
 ///
 /// Throws Error(kNotEnoughData) for fewer than six points of the mirror's board, Error(kDegenerate) where

@@ -46,7 +46,7 @@ struct PairResidual {
 };
 
 struct PointsResult {
-  Rig rig;  ///< one device, in the room's frame; with covariance and gates
+  Rig rig;  ///< one device, in the room's frame; with covariance and quality checks
   std::vector<PairResidual> pairs;
   double rms_px = 0;      ///< sqrt(mean |residual|^2) over the pairs used
   double loo_rms_px = 0;  ///< the same of PairResidual::loo_residual; zero when there is none

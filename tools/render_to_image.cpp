@@ -171,34 +171,6 @@ Stage set_up(const Flags& flags, const SolvedSurfaceSet& solved, const std::stri
   return stage;
 }
 
-/// One of the renderers, and what it keeps from frame to frame.
-class AnyRenderer {
- public:
-  AnyRenderer(const std::string& name, const render::RenderOptions& options) {
-    if (name == "gl")
-      gl_.emplace(options);
-    else
-      cpu_.emplace(options);
-  }
-  std::string device() const { return gl_ ? gl_->device() : "cpu"; }
-  void render(const Scene& scene, const Projector& projector, ImageU8& frame) {
-    if (gl_)
-      gl_->render(scene, projector, frame);
-    else
-      cpu_->render(scene, projector, frame);
-  }
-  void render(const Scene& scene, const Projector& projector, ImageF& light) {
-    if (gl_)
-      throw Error(ErrorKind::kUnsupported, "an .exr by --renderer gl",
-                  "OpenGL's frames have 8 bits a channel", "leave --renderer gl out, or write .png");
-    cpu_->render(scene, projector, light);
-  }
-
- private:
-  std::optional<render::CpuRenderer> cpu_;
-  std::optional<render_gl::GlRenderer> gl_;
-};
-
 /// The real surfaces as they stand in the room; they have no content of their own.
 Scene real_surfaces(const SolvedSurfaceSet& solved, std::vector<surface::LaidOut>& laid) {
   static const ImageU8 grey(1, 1, 1, 128);
@@ -223,7 +195,7 @@ class ViewerPass {
  public:
   ViewerPass(const Flags& flags, const RigProjector& projector, const SolvedSurfaceSet& real,
              const render::RenderOptions& options, Diagnostics& diagnostics)
-      : room_(real_surfaces(real, laid_)), from_eye_(flags.renderer, options) {
+      : room_(real_surfaces(real, laid_)), from_eye_(render_gl::open_renderer(flags.renderer, options)) {
     const auto eye =
         render::viewer_eye(eye_in_projector(flags.viewer, projector, real), room_, projector.projector);
     if (!eye)
@@ -240,8 +212,8 @@ class ViewerPass {
   /// Of the light that lands, what the eye sees.
   double seen_share() const { return shown_.seen_share; }
   const Scene& scene(const Scene& things) {
-    from_eye_.render(render::seen_from(eye_.camera_from_projector, things), Projector{eye_.camera},
-                     shown_.picture);
+    from_eye_->render(render::seen_from(eye_.camera_from_projector, things), Projector{eye_.camera},
+                      shown_.picture);
     shown_.picture_changed();
     return shown_.scene;
   }
@@ -249,7 +221,7 @@ class ViewerPass {
  private:
   std::vector<surface::LaidOut> laid_;  ///< their masks
   Scene room_;
-  AnyRenderer from_eye_;
+  std::unique_ptr<render::Renderer> from_eye_;
   render::Viewpoint eye_;
   render::ViewerScene shown_;
 };
@@ -408,8 +380,8 @@ ExitCode draw(const Flags& flags, Console& console) {
   render::RenderOptions options;
   options.threads = flags.threads;
   options.linear_light = !flags.encoded;
-  AnyRenderer renderer(flags.renderer, options);
-  if (flags.renderer == "gl") console.say("drawn by " + renderer.device());
+  const std::unique_ptr<render::Renderer> renderer = render_gl::open_renderer(flags.renderer, options);
+  if (flags.renderer == "gl") console.say("drawn by " + renderer->device());
   std::optional<ViewerPass> viewer;
   if (flags.viewer.given()) {
     viewer.emplace(flags, of_rig, solved, options, diagnostics);
@@ -448,10 +420,10 @@ ExitCode draw(const Flags& flags, Console& console) {
     stage.show(flags.time_s + n / flags.rate_hz);
     const Scene& scene = viewer ? viewer->scene(stage.scene) : stage.scene;
     const bool looked_at = n == 0 && !flags.preview.empty();
-    if (!output.holds_light() || looked_at) renderer.render(scene, projector, frame);
+    if (!output.holds_light() || looked_at) renderer->render(scene, projector, frame);
     if (looked_at) view = look(frame);
     if (output.holds_light()) {
-      renderer.render(scene, projector, light);
+      renderer->render(scene, projector, light);
       if (blend) surface::apply_blend(*blend, light);
       output.add(light);
     } else {
@@ -473,7 +445,7 @@ ExitCode draw(const Flags& flags, Console& console) {
   console.report(diagnostics);
   console.summary().set("/projector", solved.projector);
   console.summary().set("/surfaces", stage.drawn);
-  console.summary().set("/renderer", renderer.device());
+  console.summary().set("/renderer", renderer->device());
   console.summary().set("/frames", frames);
   console.summary().set("/files", written);
   for (const std::string& file : written) console.say("wrote " + file);

@@ -9,11 +9,11 @@
 #include <thread>
 
 #include "common/cli.hpp"
-#include "common/pose_sender.hpp"
 #include "procam/io/files.hpp"
 #include "procam/io/text.hpp"
 #include "procam/simulate/drive.hpp"
 #include "procam/track/pose_log.hpp"
+#include "procam/track/pose_sender.hpp"
 #include "procam/track/trajectory_file.hpp"
 #include "procam/track/wire.hpp"
 
@@ -288,8 +288,8 @@ ExitCode simulate_robot(const Flags& flags, Console& console) {
                 "give e.g. --speed 0.5m/s --rate 30 --duration 60s");
   const simulate::Drive drive = drive_of(flags);
   Plan plan = plan_of(flags, drive);
-  const std::unique_ptr<PoseSender> sender =
-      flags.to.empty() ? nullptr : open_pose_sender(flags.to, flags.binary);
+  const std::unique_ptr<track::PoseSender> sender =
+      flags.to.empty() ? nullptr : track::open_pose_sender(flags.to, flags.binary);
   std::optional<track::PoseLogWriter> log;
   if (!flags.log.empty()) log.emplace(flags.log);
   if (!flags.truth.empty()) io::require_writable(flags.truth);

@@ -3,6 +3,7 @@
 #include "draw.hpp"
 #include "procam/device/content_source.hpp"
 #include "procam/people/eye_safe.hpp"
+#include "procam/render/cpu.hpp"
 #include "procam/show/projection.hpp"
 
 namespace hockey {
@@ -29,12 +30,10 @@ class ProjectedStage : public Stage {
  public:
   ProjectedStage(const Wall& wall, const Rig& rig, render::Filter filter,
                  std::unique_ptr<device::FrameSink> sink)
-      : renderer_(rendering(filter)), sink_(std::move(sink)) {
+      : sink_(std::move(sink)) {
     show::ProjectionOptions drawing;
     drawing.projector_from_world = rig.projector().rig_from_projector.inverse();
-    drawing.draw = [this](const Scene& scene, const Projector& projector, Picture frame) {
-      return renderer_.render(scene, projector, frame);
-    };
+    drawing.renderer = std::make_shared<render::CpuRenderer>(rendering(filter));
     // Over everything that is lit: nobody looks into the lamp.
     drawing.over = [this](const show::Projection& projection, double light_time, Picture frame) {
       if (const people::PeopleTrack* people = game_->players().people())
@@ -84,7 +83,6 @@ class ProjectedStage : public Stage {
     return options;
   }
 
-  render::CpuRenderer renderer_;
   std::unique_ptr<TableArtist> artist_;
   ScoreboardArtist scoreboard_;
   std::unique_ptr<show::Projection> projection_;

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cstring>
 
+#include "procam/render/cpu.hpp"
 #include "procam/surface/lay_out.hpp"
 #include "procam/surface/solve.hpp"
 
@@ -88,12 +89,7 @@ struct Projection::State {
 
   State(const Rig& rig, ProjectionOptions given)
       : projector(rig.projector(given.projector)), options(std::move(given)), track(options.track) {
-    if (!options.draw) {
-      auto renderer = std::make_shared<render::CpuRenderer>();
-      options.draw = [renderer](const Scene& drawn, const Projector& through, ImageView<std::uint8_t> frame) {
-        return renderer->render(drawn, through, frame);
-      };
-    }
+    if (!options.renderer) options.renderer = std::make_shared<render::CpuRenderer>();
   }
 
   Pose projector_from_world(const Pose& world_from_child) const {
@@ -238,7 +234,7 @@ DrawnFrame Projection::draw(double light_time, double content_time, ImageView<st
     return drawn;
   }
   const auto begin = std::chrono::steady_clock::now();
-  s.options.draw(s.scene, s.projector.projector, frame);
+  s.options.renderer->render(s.scene, s.projector.projector, frame);
   draw_over(light_time, frame);
   drawn.render_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   return drawn;

@@ -18,7 +18,7 @@ set(arrows_analyze core calibrate)
 set(arrows_report core analyze calibrate io)
 set(arrows_simulate core pattern render)
 set(arrows_session core device io pattern detect)
-set(arrows_show core io track people detect surface depth render device)
+set(arrows_show core io session track people detect surface depth render device)
 set(stages core pattern surface depth detect device io calibrate track people render analyze report simulate session show)
 
 set(problems)

@@ -11,6 +11,7 @@
 #include "live_world.hpp"
 #include "procam/io/image/images.hpp"
 #include "procam/io/surface_file.hpp"
+#include "procam/render/cpu.hpp"
 #include "procam/show/metrics.hpp"
 #include "procam/show/run_log.hpp"
 #include "procam/show/show_loader.hpp"

@@ -28,8 +28,7 @@
 #include <cstdint>
 #include <memory>
 
-#include "procam/core/lens/projector.hpp"
-#include "procam/core/surface/scene.hpp"
+#include "procam/render/renderer.hpp"
 
 namespace procam::render {
 
@@ -43,30 +42,6 @@ inline constexpr std::int64_t kLargestContent = std::int64_t(1) << 28;
 /// Throws Error(kInput) for a larger frame; call it before taking memory for one.
 void require_drawable(ImageSize frame);
 
-enum class Filter {
-  kArea,      ///< the mean over the pixel's footprint: no aliasing
-  kBilinear,  ///< one sample at the pixel's centre, as most warps do: faster, and aliases where it minifies
-};
-
-struct RenderOptions {
-  Filter filter = Filter::kArea;
-  /// Average light rather than numbers: 8-bit values are taken as sRGB, decoded, averaged, encoded. A wall
-  /// averages light, so fine black and white lines seen from afar keep their brightness only this way. Off
-  /// for content whose numbers are not colours (codes, masks), which is then averaged as it stands; with
-  /// Filter::kBilinear that is the fastest way to draw.
-  bool linear_light = true;
-  int threads = 0;  ///< 0: as many as the machine has
-  /// Vectors of at most so many bits, of those that the machine has: 512 (AVX-512), 256 (AVX2) or 0 (plain
-  /// code). Fewer are slower; for comparing, as the pixels are the same.
-  int vector_bits = 512;
-};
-
-/// What had to be made anew for a frame; nothing for a scene that stands still.
-struct RenderWork {
-  int contents = 0;  ///< pictures prepared for sampling
-  int maps = 0;      ///< surfaces whose way to the pixels was found
-};
-
 /// Draws frame after frame and keeps what the next one can use: pictures ready to be sampled, the lens map
 /// and every surface's warp map, threads and memory. Nothing is allocated for a frame that needs nothing
 /// anew, or whose new pictures have the size of the old; where pixels are cast at one by one (meshes, planes
@@ -77,21 +52,23 @@ struct RenderWork {
 /// not noticed. A surface that moves makes its own map again, and no other; a change of the projector's
 /// lens or size makes all. Tiles rendered by ray casting are cached once two consecutive frames needed
 /// the same one.
-class CpuRenderer {
+class CpuRenderer : public Renderer {
  public:
   explicit CpuRenderer(const RenderOptions& options = {});
   CpuRenderer(CpuRenderer&&) noexcept;
   CpuRenderer& operator=(CpuRenderer&&) noexcept;
-  ~CpuRenderer();
+  ~CpuRenderer() override;
 
   /// Draws into a frame of the projector's size with 3 channels (RGB); every pixel is written.
   /// Throws std::invalid_argument for a frame of another shape or content that is empty or has 2 or more than
   /// 4 channels, and Error(kInput) for more than the largest of either.
-  RenderWork render(const Scene& scene, const Projector& projector, ImageView<std::uint8_t> frame);
+  RenderWork render(const Scene& scene, const Projector& projector, ImageView<std::uint8_t> frame) override;
 
   /// The same as light, 0 dark .. 1 full, in steps of 1/32640; with linear_light off the content's numbers as
   /// they stand.
-  RenderWork render(const Scene& scene, const Projector& projector, ImageView<float> frame);
+  RenderWork render(const Scene& scene, const Projector& projector, ImageView<float> frame) override;
+
+  std::string device() const override { return "cpu"; }
 
  private:
   class State;

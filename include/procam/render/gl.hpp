@@ -29,17 +29,20 @@ enum class Context {
 
 /// Draws frame after frame and keeps what the next one can use, on the card: as render::CpuRenderer does, by
 /// the same rules (content_revision, places in the scene). Belongs to one thread at a time.
-class GlRenderer {
+class GlRenderer : public render::Renderer {
  public:
   /// Of the options, `threads` are those that prepare pictures and maps; `vector_bits` have no meaning here.
   explicit GlRenderer(const render::RenderOptions& options = {}, Context context = Context::kOwn);
   GlRenderer(GlRenderer&&) noexcept;
   GlRenderer& operator=(GlRenderer&&) noexcept;
-  ~GlRenderer();
+  ~GlRenderer() override;
 
   /// Draws into memory: a frame of the projector's size with 3 channels (RGB); every pixel is written.
   /// Throws std::invalid_argument as CpuRenderer::render does.
-  render::RenderWork render(const Scene& scene, const Projector& projector, ImageView<std::uint8_t> frame);
+  render::RenderWork render(const Scene& scene, const Projector& projector,
+                            ImageView<std::uint8_t> frame) override;
+  /// Throws Error(kUnsupported): frames of OpenGL have 8 bits a channel.
+  render::RenderWork render(const Scene& scene, const Projector& projector, ImageView<float> frame) override;
 
   /// Draws into the framebuffer that is bound for drawing, which is `rows` high (OpenGL counts them from
   /// below) and not smaller than the projector's frame: the frame's first pixel comes to its top left corner,
@@ -47,11 +50,15 @@ class GlRenderer {
   render::RenderWork draw(const Scene& scene, const Projector& projector, int rows);
 
   /// Who draws, in the driver's words: renderer and version.
-  const std::string& device() const;
+  std::string device() const override;
 
  private:
   class State;
   std::unique_ptr<State> state_;
 };
+
+/// The renderer of a name: "cpu" or "gl". Throws Error(kInput) for another name, and what GlRenderer throws.
+std::unique_ptr<render::Renderer> open_renderer(const std::string& name,
+                                                const render::RenderOptions& options = {});
 
 }  // namespace procam::render_gl

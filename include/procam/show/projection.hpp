@@ -26,7 +26,7 @@
 #include "procam/core/surface/scene.hpp"
 #include "procam/core/surface/surface.hpp"
 #include "procam/device/content_source.hpp"
-#include "procam/render/cpu.hpp"
+#include "procam/render/renderer.hpp"
 #include "procam/track/pose_track.hpp"
 
 namespace procam::show {
@@ -45,9 +45,6 @@ enum class TestPattern {
   kMask   ///< white: where light goes at all
 };
 
-/// Draws a scene into the projector's frame, as render::CpuRenderer does.
-using DrawScene = std::function<render::RenderWork(const Scene&, const Projector&, ImageView<std::uint8_t>)>;
-
 class Projection;
 /// What is drawn over every frame that has light in it, last, for the light of a time: an eye-safe mask.
 using DrawOver = std::function<void(const Projection&, double light_time, ImageView<std::uint8_t>)>;
@@ -61,8 +58,8 @@ struct ProjectionOptions {
   track::TrackOptions track;
   /// When no news has come for track.stale_after: black (true), or drawn from where the robot was then.
   bool blank_on_stale = false;
-  DrawScene draw;  ///< empty: a CpuRenderer of its own
-  DrawOver over;   ///< may be empty
+  std::shared_ptr<render::Renderer> renderer;  ///< null: a CpuRenderer of its own
+  DrawOver over;                               ///< may be empty
 };
 
 struct DrawnFrame {

@@ -178,7 +178,7 @@ RenderWork GlRenderer::render(const Scene& scene, const Projector& projector, Im
 RenderWork GlRenderer::draw(const Scene& scene, const Projector& projector, int rows) {
   return state_->draw_current(scene, projector, rows);
 }
-const std::string& GlRenderer::device() const {
+std::string GlRenderer::device() const {
   return state_->device();
 }
 

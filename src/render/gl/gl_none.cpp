@@ -21,9 +21,8 @@ render::RenderWork GlRenderer::render(const Scene&, const Projector&, ImageView<
 render::RenderWork GlRenderer::draw(const Scene&, const Projector&, int) {
   return {};
 }
-const std::string& GlRenderer::device() const {
-  static const std::string none;
-  return none;
+std::string GlRenderer::device() const {
+  return {};
 }
 
 }  // namespace procam::render_gl

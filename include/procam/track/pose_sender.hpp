@@ -1,12 +1,11 @@
 #pragma once
-/// The other end of a pose source: sends the poses of simulate-robot in every form that a socket source
-/// reads.
+/// The other end of a pose source: sends messages in every form that a socket source reads (pose_source.hpp).
 #include <memory>
 #include <string>
 
 #include "procam/track/stamped_pose.hpp"
 
-namespace procam::tools {
+namespace procam::track {
 
 class PoseSender {
  public:
@@ -24,4 +23,4 @@ class PoseSender {
 /// Error(kInput), Error(kDevice).
 std::unique_ptr<PoseSender> open_pose_sender(const std::string& text, bool binary);
 
-}  // namespace procam::tools
+}  // namespace procam::track

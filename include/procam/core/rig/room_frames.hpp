@@ -1,10 +1,15 @@
-#include "common/room_frames.hpp"
-
+#pragma once
+/// The rig in the room: the devices' poses and one measured pose, in one tree of frames.
 #include <utility>
 
-namespace procam::tools {
+#include "procam/core/geometry/frame_tree.hpp"
+#include "procam/core/rig/rig.hpp"
 
-FrameTree room_frames(const Rig& rig, const RigProjector& projector, FrameTree::Link pose) {
+namespace procam {
+
+/// Frames "rig", every device's name and "world". The pose may place the world relative to "projector" (which
+/// means `projector`), the rig or any device, in either direction. Throws as FrameTree::set does.
+inline FrameTree room_frames(const Rig& rig, const RigProjector& projector, FrameTree::Link pose) {
   if (pose.target == "world") {
     pose.target_from_source = inverse(pose.target_from_source);
     std::swap(pose.target, pose.source);
@@ -17,4 +22,4 @@ FrameTree room_frames(const Rig& rig, const RigProjector& projector, FrameTree::
   return frames;
 }
 
-}  // namespace procam::tools
+}  // namespace procam

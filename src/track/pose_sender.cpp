@@ -1,4 +1,4 @@
-#include "common/pose_sender.hpp"
+#include "procam/track/pose_sender.hpp"
 
 #include <boost/asio/connect.hpp>
 #include <boost/asio/io_context.hpp>
@@ -12,7 +12,7 @@
 #include "procam/core/base/error.hpp"
 #include "procam/track/wire.hpp"
 
-namespace procam::tools {
+namespace procam::track {
 namespace {
 
 namespace asio = boost::asio;
@@ -159,4 +159,4 @@ std::unique_ptr<PoseSender> open_pose_sender(const std::string& text, bool binar
               "say udp:HOST:PORT, osc:HOST:PORT, psn:PORT, tcp:HOST:PORT or tcp-listen:PORT");
 }
 
-}  // namespace procam::tools
+}  // namespace procam::track

@@ -1,0 +1,69 @@
+#pragma once
+/// A whole show by one call: sources of poses, surfaces and contents in, frames out, a control page beside.
+///
+///   show::ShowOptions options;
+///   options.surfaces = "surfaces.json";
+///   options.poses = {"udp:9000"};
+///   show::run(io::load_rig("rig.json"), options);      // or show::load_options("show.json")
+///
+/// Who needs other parts, or the frames in memory, uses Projection and run_loop() (loop.hpp).
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "procam/core/rig/rig.hpp"
+#include "procam/show/metrics.hpp"
+#include "procam/show/show_options.hpp"
+#include "procam/track/pose_track.hpp"
+
+namespace procam::show {
+
+/// What became of the people's skeletons.
+struct PeopleCounts {
+  std::uint64_t frames = 0;     ///< of skeletons taken
+  std::uint64_t malformed = 0;  ///< messages that were none
+  std::uint64_t refused = 0;    ///< frames with impossible values
+  std::uint64_t repeated = 0;   ///< frames that came twice or late
+  std::uint64_t teleports = 0;  ///< joints that jumped
+  std::uint64_t sent = 0;       ///< frames sent to contents
+};
+
+struct ShowReport {
+  Metrics metrics;
+  track::Faults poses;  ///< by their fate
+  std::optional<PeopleCounts> people;
+};
+
+/// Follows a running show.
+class ShowListener {
+ public:
+  virtual ~ShowListener() = default;
+  /// Before the first frame: the display, the control page's address, the measured delay.
+  virtual void on_start(const std::string& sentence) { (void)sentence; }
+  /// An event: faults, recoveries, reloads.
+  virtual void on_event(const std::string& sentence) { (void)sentence; }
+  /// Between frames, and while the delay is measured (`report` without frames then). What it throws ends the
+  /// show and passes through run(), after the sink was finished.
+  virtual void on_frame(const ShowReport& report) { (void)report; }
+};
+
+/// Shows until the window is closed, the time is over or the listener throws. Throws Error for options, files and
+/// devices that cannot be used, and for an output that fails during the show; faults of poses, contents and
+/// files during the show are events.
+ShowReport run(const Rig& rig, const ShowOptions& options, ShowListener* listener = nullptr);
+
+struct ReplayReport {
+  std::uint64_t frames = 0;
+  std::uint64_t equal = 0;  ///< to the recorded ones, bit for bit
+};
+
+/// Shows a recorded run again, frame by frame, and compares. Of `options`, surfaces and contents are those of
+/// the log. Events name conditions other than the recorded ones.
+ReplayReport replay(const Rig& rig, const ShowOptions& options, const std::filesystem::path& log,
+                    ShowListener* listener = nullptr);
+
+/// Shows each display its number for some seconds, or until Escape.
+void identify_displays(ShowListener* listener = nullptr);
+
+}  // namespace procam::show

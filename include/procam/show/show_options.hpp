@@ -1,0 +1,97 @@
+#pragma once
+/// Everything that a show needs besides the rig, in memory and as a file (docs/file-formats.md):
+///
+///   {"format": "procam-show", "version": 1,
+///    "surfaces": "surfaces.json", "contents": {"wall": "clip.mp4"},
+///    "poses": ["udp:9000"], "blank_on_stale_s": 0.5}
+///
+/// Each field has the name and the default of the member here; fields that have their default may be missing.
+/// File names are relative to the show file.
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "procam/core/base/types.hpp"
+
+namespace procam::show {
+
+/// Poses from what a camera of the rig sees of markers (marker_source.hpp).
+struct MarkerInput {
+  std::string camera;   ///< number, device or address, as device::open_camera() takes it
+  std::string name;     ///< the camera's name in the rig; may be empty when the rig has one
+  std::string marker;   ///< one marker, whose frame becomes the world: DICTIONARY:ID:SIZE (io::parse_marker)
+  std::string markers;  ///< or a marker map file
+};
+
+/// The rig's depth camera, for surfaces that begin with "depth:".
+struct DepthInput {
+  std::string camera;              ///< its name in the rig; may be empty when the rig has one camera
+  double metres_per_unit = 0.001;  ///< of 16-bit depth images, where no sensor states it
+  double delay_s = 0;              ///< from a depth image's exposure to its arrival
+  std::optional<Vec3> up;          ///< in the world; default 0,0,1, without poses 0,-1,0 (the rig's)
+  bool silhouettes = false;  ///< what comes before the room is kept out of the light; dark without depth
+};
+
+/// Skeletons of the people before the projector, whose heads are kept dark.
+struct PeopleInput {
+  std::string source;  ///< udp:9100, tcp:HOST:PORT, tcp-listen:PORT, vmc:39539, log:FILE
+  std::string sensor;  ///< pose file between "sensor" and the rig, its projector, a camera or the world
+  double delay_s = 0;  ///< from the exposure of a skeleton to its arrival, the fastest
+  std::vector<std::string> destinations;  ///< SURFACE=udp:HOST:PORT: skeletons in metres of that surface
+};
+
+struct ShowOptions {
+  std::string projector;  ///< its name in the rig; may be empty when the rig has one
+
+  /// A surface file, read again when it changes; or depth:watch:FOLDER, depth:folder:FOLDER, depth:openni2:[URI].
+  std::string surfaces;
+  /// Contents by surface (device/content_source.hpp), instead of the surface file's own.
+  std::map<std::string, std::string> contents;
+
+  std::vector<std::string> poses;     ///< pose sources (track/pose_source.hpp): "udp:9000"
+  std::optional<MarkerInput> marker;  ///< instead of `poses`
+  std::string pose;                   ///< or a pose file, for a projector that stands still
+  /// Pose file that places the rig, its projector or a camera on "base", the moving frame of the poses. Without
+  /// it the poses are those of the rig.
+  std::string mount;
+  std::string frame, child;         ///< of the poses; empty: those of the first message
+  std::string prediction = "auto";  ///< auto, twist, acceleration or none
+  double source_delay_s = 0;        ///< from the time of a pose to its arrival, the fastest
+  /// Without a new pose for so long the frame is black, or drawn for the last pose (the default, 0.5 s).
+  std::optional<double> blank_on_stale_s, freeze_on_stale_s;
+
+  /// The projector's display (device::find_display); without it, as device::choose_display() chooses.
+  std::optional<std::string> display;
+  std::string output;         ///< instead of a display, as device::open_sink() takes it
+  double fps = 0;             ///< frames a second; 0: the display's, or 60
+  double duration_s = 0;      ///< 0: until the window is closed or the listener ends it
+  double delay_s = 0;         ///< from the begin of a frame to its light
+  std::string delay_camera;   ///< a camera that measures delay_s before the show, instead
+  double camera_delay_s = 0;  ///< the camera's own share of what it measures
+
+  DepthInput depth;
+  std::optional<PeopleInput> people;
+
+  std::string record;                      ///< log of the run, for replay()
+  std::string control = "127.0.0.1:8737";  ///< [ADDRESS:]PORT of the control page, or "off"
+  std::string token;                       ///< the control page's secret; empty: a random one
+
+  std::string renderer = "cpu";  ///< cpu or gl
+  int threads = 0;               ///< 0: as many as the machine has
+  bool bilinear = false;         ///< one sample a pixel: faster, and aliases where content is minified
+  bool average_numbers = false;  ///< average pixel values as they stand instead of the light
+};
+
+/// Does the text name a depth camera instead of a surface file?
+bool is_depth_source(const std::string& surfaces);
+
+/// Relative file names become relative to the working directory. Throws Error(kIo), and Error(kInput) with file,
+/// line and field, also for an unknown field.
+ShowOptions load_options(const std::filesystem::path& path);
+
+/// Writes what differs from the defaults; file names become relative to the file. Throws Error(kIo).
+void save_options(const std::filesystem::path& path, const ShowOptions& options);
+
+}  // namespace procam::show

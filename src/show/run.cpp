@@ -1,0 +1,459 @@
+#include "procam/show/run.hpp"
+
+#include <algorithm>
+#include <cinttypes>
+#include <cstdio>
+#include <thread>
+#include <tuple>
+
+#include "procam/core/rig/room_frames.hpp"
+#include "procam/detect/marker_edges.hpp"
+#include "procam/device/frame_source.hpp"
+#include "procam/io/files.hpp"
+#include "procam/io/marker_map_file.hpp"
+#include "procam/io/pose_file.hpp"
+#include "procam/io/surface_file.hpp"
+#include "procam/io/text.hpp"
+#include "procam/render/cpu.hpp"
+#include "procam/render/gl.hpp"
+#include "procam/session/capture.hpp"
+#include "procam/show/loop.hpp"
+#include "procam/show/marker_source.hpp"
+#include "procam/show/overlay.hpp"
+#include "show_people.hpp"
+
+namespace procam::show {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kUsualRate = 60;  // frames a second
+
+std::shared_ptr<render::Renderer> renderer_for(const ShowOptions& options) {
+  render::RenderOptions rendering;
+  rendering.threads = options.threads;
+  rendering.filter = options.bilinear ? render::Filter::kBilinear : render::Filter::kArea;
+  rendering.linear_light = !options.average_numbers;
+  return render_gl::open_renderer(options.renderer, rendering);
+}
+
+Pose load_mount(const std::string& file, const Rig& rig, const RigProjector& projector) {
+  FrameTree::Link mount = io::load_pose(file);
+  if (mount.target != "base" && mount.source != "base")
+    throw Error(ErrorKind::kInput, file, "it does not tell where anything is on 'base'",
+                "give a pose between 'base' and the rig, its projector or a camera");
+  // room_frames() attaches a device's surroundings to the rig under the name "world".
+  (mount.target == "base" ? mount.target : mount.source) = "world";
+  return room_frames(rig, projector, std::move(mount)).get("world", "rig").pose;
+}
+
+/// Without poses the rig stands still; surfaces of a depth camera are then in its own frame.
+bool rig_is_world(const ShowOptions& options) {
+  return is_depth_source(options.surfaces) && options.poses.empty() && !options.marker &&
+         options.pose.empty();
+}
+
+ProjectionOptions projection_options(const ShowOptions& options, const Rig& rig) {
+  const RigProjector& projector = rig.projector(options.projector);
+  ProjectionOptions projection;
+  projection.projector = projector.name;
+  if (!options.pose.empty())
+    projection.projector_from_world =
+        room_frames(rig, projector, io::load_pose(options.pose)).get(projector.name, "world").pose;
+  if (rig_is_world(options)) projection.projector_from_world = projector.rig_from_projector.inverse();
+  if (!options.mount.empty()) projection.child_from_rig = load_mount(options.mount, rig, projector);
+  projection.track.frame = options.frame;
+  projection.track.child = options.child;
+  projection.track.prediction = track::parse_prediction(options.prediction);
+  projection.track.delay = options.source_delay_s;
+  if (options.blank_on_stale_s) projection.track.stale_after = *options.blank_on_stale_s;
+  if (options.freeze_on_stale_s) projection.track.stale_after = *options.freeze_on_stale_s;
+  projection.blank_on_stale = options.blank_on_stale_s.has_value();
+  projection.renderer = renderer_for(options);
+  return projection;
+}
+
+/// 64 bits of the rig's devices.
+std::uint64_t rig_fingerprint(const Rig& rig) {
+  std::string text;
+  const auto add = [&](const std::string& name, const Camera& camera, const Pose& pose) {
+    const Intrinsics& k = camera.intrinsics;
+    std::vector<double> numbers = {
+        k.fx, k.fy, k.cx, k.cy, k.skew, double(camera.size.width), double(camera.size.height)};
+    for (const double coefficient : coefficients_of(camera.distortion)) numbers.push_back(coefficient);
+    const Mat4 matrix = pose.matrix();
+    numbers.insert(numbers.end(), matrix.data(), matrix.data() + 16);
+    text += name;
+    for (const double number : numbers) {
+      char digits[40];
+      std::snprintf(digits, sizeof digits, " %.17g", number);
+      text += digits;
+    }
+  };
+  for (const RigCamera& camera : rig.cameras) add(camera.name, camera.camera, camera.rig_from_camera);
+  for (const RigProjector& one : rig.projectors)
+    add(one.name, one.projector.inverse_camera, one.rig_from_projector);
+  return fingerprint(ViewU8(reinterpret_cast<const std::uint8_t*>(text.data()), int(text.size()), 1, 1));
+}
+
+/// What frames depend on besides what a log holds.
+std::string conditions_text(const ShowOptions& options, const ProjectionOptions& projection, const Rig& rig) {
+  char text[512];
+  std::snprintf(text, sizeof text,
+                "projector %s, predict %s, source delay %g s, stale %g s%s, %s%s by %s, rig %016" PRIx64,
+                projection.projector.c_str(), options.prediction.c_str(), options.source_delay_s,
+                projection.track.stale_after, projection.blank_on_stale ? " to black" : "",
+                options.bilinear ? "bilinear" : "area", options.average_numbers ? " of numbers" : "",
+                projection.renderer->device().c_str(), rig_fingerprint(rig));
+  const auto of_file = [](const char* name, const std::string& file) {
+    return file.empty() ? "" : std::string(", ") + name + " " + io::sha256_of_file(file).substr(0, 16);
+  };
+  return text + of_file("pose", options.pose) + of_file("mount", options.mount);
+}
+
+/// The folder that contents are relative to.
+fs::path content_folder(const std::string& surfaces) {
+  return surfaces.empty() || is_depth_source(surfaces) ? fs::current_path()
+                                                       : fs::absolute(surfaces).parent_path();
+}
+
+/// Contents of the options are relative to the working directory, those of a surface file to its folder.
+std::map<std::string, std::string> absolute_contents(const ShowOptions& options) {
+  std::map<std::string, std::string> contents = options.contents;
+  for (auto& item : contents)
+    item.second = device::content_beside(fs::current_path() / "show.json", item.second);
+  return contents;
+}
+
+/// What may be chosen as content at the control page.
+std::vector<std::string> content_choices(const fs::path& folder, const SurfaceSet& set) {
+  std::vector<std::string> found = device::content_files(folder, 200);
+  for (const Surface& surface : set.surfaces)
+    if (!surface.content.empty() && std::find(found.begin(), found.end(), surface.content) == found.end())
+      found.push_back(surface.content);
+  for (const char* colour : {"#ffffff", "#ff0000", "#00ff00", "#0000ff"}) found.emplace_back(colour);
+  return found;
+}
+
+std::unique_ptr<DepthSurfaceSource> watch_room(const ShowOptions& options, const Rig& rig,
+                                               const ProjectionOptions& projection) {
+  const DepthInput& depth = options.depth;
+  DepthSurfaceSourceOptions watch;
+  watch.room.camera = rig.camera(depth.camera);
+  watch.room.metres_per_unit = depth.metres_per_unit;
+  watch.room.delay = depth.delay_s;
+  watch.room.track = projection.track;
+  watch.room.child_from_rig = projection.child_from_rig;
+  if (projection.projector_from_world)
+    watch.room.world_from_rig =
+        (rig.projector(projection.projector).rig_from_projector * *projection.projector_from_world).inverse();
+  watch.room.map.up_in_world = depth.up.value_or(rig_is_world(options) ? Vec3(0, -1, 0) : Vec3(0, 0, 1));
+  if (depth.silhouettes) watch.room.silhouettes.emplace();
+  // The loss of the camera is handled as that of the poses.
+  watch.lost_after = projection.track.stale_after;
+  watch.blank_on_loss = projection.blank_on_stale;
+  const std::string source = options.surfaces.substr(options.surfaces.find(':') + 1);
+  device::DepthOptions opening;
+  opening.size = watch.room.camera.camera.size;
+  return std::make_unique<DepthSurfaceSource>(
+      [source, opening] { return device::open_depth(source, opening); }, watch);
+}
+
+std::unique_ptr<track::PoseSource> open_markers(const MarkerInput& input, const Rig& rig) {
+  if (input.marker.empty() && input.markers.empty())
+    throw Error(ErrorKind::kInput, "marker camera", "no marker is named", "give a marker or a marker map");
+  const MarkerMap map =
+      input.marker.empty() ? io::load_marker_map(input.markers) : io::parse_marker(input.marker);
+  const RigCamera& camera = rig.camera(input.name);
+  device::CameraOptions options;
+  options.size = camera.camera.size;
+  return std::make_unique<MarkerSource>(device::open_camera(input.camera, options), camera, map,
+                                        detect::marker_cells(map.dictionary));
+}
+
+ControlOptions control_options(const ShowOptions& options) {
+  const std::string& text = options.control;
+  const std::size_t colon = text.rfind(':');
+  const std::string port = colon == std::string::npos ? text : text.substr(colon + 1);
+  ControlOptions control;
+  if (colon != std::string::npos) control.address = text.substr(0, colon);
+  if (control.address.size() > 2 && control.address.front() == '[')
+    control.address = control.address.substr(1, control.address.size() - 2);
+  if (port.empty() || port.size() > 5 || port.find_first_not_of("0123456789") != std::string::npos)
+    throw Error(ErrorKind::kInput, "control " + text, "it does not end in a port",
+                "give e.g. 8737, 0.0.0.0:8737 or off");
+  control.port = std::stoi(port);
+  control.token = options.token;
+  return control;
+}
+
+/// What a run that is recorded, or has no depth camera, cannot have.
+void check_combination(const ShowOptions& options) {
+  const auto refuse = [](const std::string& what, const std::string& why, const std::string& next) {
+    throw Error(ErrorKind::kInput, what, why, next);
+  };
+  if (options.surfaces.empty()) refuse("surfaces", "none are given", "name a surface file");
+  if (options.people && !options.record.empty())
+    refuse("record", "a run with people cannot be shown again bit for bit", "leave one of them out");
+  if (options.depth.silhouettes && !is_depth_source(options.surfaces))
+    refuse("silhouettes", "no depth camera sees the room", "give surfaces depth:SOURCE");
+  if (options.depth.silhouettes && !options.record.empty())
+    refuse("record", "a run with silhouettes cannot be shown again bit for bit", "leave one of them out");
+}
+
+/// The parts of one show, in the order in which they are made ready.
+class ShowRun {
+ public:
+  ShowRun(const Rig& rig, const ShowOptions& options, ShowListener& listener)
+      : rig_(rig),
+        options_(options),
+        listener_(listener),
+        in_room_(is_depth_source(options.surfaces)),
+        folder_(content_folder(options.surfaces)),
+        silhouettes_([this](const std::string& sentence) { listener_.on_event(sentence); }) {
+    check_combination(options);
+    ProjectionOptions projection = projection_options(options, rig);
+    if (projection.renderer->device() != "cpu")
+      listener_.on_start("drawn by " + projection.renderer->device());
+    conditions_ = conditions_text(options, projection, rig);
+    if (options.people)
+      people_ =
+          std::make_unique<ShowPeople>(*options.people, rig, rig.projector(options.projector),
+                                       [this](const std::string& sentence) { listener_.on_event(sentence); });
+    if (people_ || options.depth.silhouettes)
+      projection.over = [this](const Projection& through, double light_time, ImageView<std::uint8_t> frame) {
+        if (people_) people_->draw_over(through, light_time, frame);
+        if (options_.depth.silhouettes) silhouettes_.add(room_->darken(frame, through, light_time));
+      };
+    if (in_room_) room_ = watch_room(options, rig, projection);
+    projection_ = std::make_unique<Projection>(rig, std::move(projection));
+    load_surfaces();
+    open_output();
+    open_inputs();
+  }
+
+  ShowReport run() {
+    LoopParts parts{*projection_, *sink_};
+    for (const auto& source : sources_) parts.sources.push_back(source.get());
+    std::optional<Editor> editor;
+    if (!in_room_) parts.editor = &editor.emplace(first_);
+    parts.loader = loader_.get();
+    parts.room = room_.get();
+    if (in_room_) parts.room_contents = absolute_contents(options_);
+    parts.page = page_.get();
+    parts.recorder = recorder_ ? &*recorder_ : nullptr;
+    parts.contents = content_choices(folder_, first_);
+    parts.say = [this](const std::string& sentence) { listener_.on_event(sentence); };
+    parts.tick = [this](const Metrics& metrics) {
+      if (people_) people_->take(*projection_);
+      listener_.on_frame(report(metrics));
+    };
+    try {
+      const Metrics metrics = run_loop(parts, loop_);
+      sink_->finish();
+      return report(metrics);
+    } catch (...) {  // a listener that ends the show, or an output that broke: a video is kept all the same
+      sink_->finish();
+      throw;
+    }
+  }
+
+ private:
+  ShowReport report(const Metrics& metrics) const {
+    ShowReport report;
+    report.metrics = metrics;
+    report.poses = projection_->track().faults();
+    if (people_) report.people = people_->counts();
+    return report;
+  }
+
+  void load_surfaces() {
+    ShowLoaderOptions loading;
+    if (!in_room_) {
+      loading.surfaces = options_.surfaces;
+      loading.contents = absolute_contents(options_);
+    }
+    loading.folder = folder_;
+    // A frame of a run that is to be shown again waits for its picture.
+    loading.pace = options_.record.empty() ? device::Pace::kLive : device::Pace::kExact;
+    first_ = show::load_surfaces(loading);  // throws what is wrong with it
+    loader_ = std::make_unique<ShowLoader>(loading);
+    LoadedShow loaded = loader_->load_now();
+    for (const std::string& fault : loaded.faults) listener_.on_event(fault);
+    if (!loaded.show)
+      throw Error(ErrorKind::kInput, options_.surfaces, "it changed while it was read", "start again");
+    projection_->set_show(std::move(*loaded.show));
+  }
+
+  void open_output() {
+    loop_.fps = options_.fps > 0 ? options_.fps : kUsualRate;
+    loop_.duration_s = options_.duration_s;
+    if (options_.output.empty()) {
+      open_display();
+    } else {
+      device::SinkOptions sink;
+      sink.size = projection_->frame_size();
+      sink.fps = loop_.fps;
+      sink_ = device::open_sink(options_.output, sink);
+    }
+    loop_.delay_s = options_.delay_camera.empty() ? options_.delay_s : measured_delay();
+  }
+
+  void open_display() {
+    const std::vector<device::Display> list = device::displays();
+    const device::Display& display = device::choose_display(list, options_.display);
+    const ImageSize size = projection_->frame_size();
+    if (!(display.size == size))
+      throw Error(ErrorKind::kDevice, "display " + std::to_string(display.number),
+                  "it shows " + io::format_size(display.size) + " and the projector was calibrated with " +
+                      io::format_size(size),
+                  "set the display's mode to the projector's, or calibrate in this mode");
+    sink_ = device::open_window(display.number);
+    if (options_.fps <= 0 && display.refresh_hz > 0) loop_.fps = display.refresh_hz;
+    listener_.on_start("display " + std::to_string(display.number) + ": " + display.name + ", " +
+                       io::format_size(display.size));
+  }
+
+  /// From a frame's show() to its light on the wall, seen by a camera.
+  double measured_delay() {
+    const auto camera = device::open_camera(options_.delay_camera);
+    const session::Delay delay =
+        session::measure_delay({*sink_, *camera, [this] { listener_.on_frame({}); }});
+    const double light = std::max(0.0, delay.delay_s - options_.camera_delay_s);
+    char sentence[200];
+    std::snprintf(sentence, sizeof sentence,
+                  "delay from the window to the light: %.1f ms (the camera saw it after %.1f ms; %.1f ms of "
+                  "them are taken for its own)",
+                  1e3 * light, 1e3 * delay.delay_s, 1e3 * options_.camera_delay_s);
+    listener_.on_start(sentence);
+    return light;
+  }
+
+  void open_inputs() {
+    for (const std::string& text : options_.poses) sources_.push_back(track::open_pose_source(text));
+    if (options_.marker) sources_.push_back(open_markers(*options_.marker, rig_));
+    if (!options_.record.empty()) {
+      recorder_.emplace(options_.record, conditions_);
+      // A recorded run begins from what its log holds, digit by digit.
+      Show again = projection_->show();
+      again.surfaces = io::surfaces_from_text(io::surfaces_to_text(again.surfaces), options_.surfaces);
+      projection_->set_show(std::move(again));
+    }
+    if (options_.control != "off") {
+      page_ = std::make_unique<ControlPage>(control_options(options_));
+      listener_.on_start("control page: " + page_->url());
+    }
+  }
+
+  const Rig& rig_;
+  const ShowOptions& options_;
+  ShowListener& listener_;
+  const bool in_room_;
+  const fs::path folder_;
+  std::string conditions_;
+  BlackoutLog silhouettes_;
+  std::unique_ptr<ShowPeople> people_;
+  std::unique_ptr<DepthSurfaceSource> room_;
+  std::unique_ptr<Projection> projection_;
+  SurfaceSet first_;
+  std::unique_ptr<ShowLoader> loader_;
+  std::unique_ptr<device::FrameSink> sink_;
+  LoopOptions loop_;
+  std::vector<std::unique_ptr<track::PoseSource>> sources_;
+  std::optional<RunRecorder> recorder_;
+  std::unique_ptr<ControlPage> page_;
+};
+
+/// A recorded run that is read back, record by record.
+struct Replay {
+  Projection& projection;
+  device::FrameSink& sink;
+  const ShowOptions& options;
+  const std::string& conditions;
+  ShowListener& listener;
+  ImageU8 frame;
+  std::map<std::string, std::shared_ptr<device::ContentSource>> opened = {};
+  ReplayReport report = {};
+
+  void operator()(const RunConditions& recorded) {
+    if (recorded.text != conditions)
+      listener.on_event("recorded under other conditions; frames may differ\n  then: " + recorded.text +
+                        "\n  now:  " + conditions);
+  }
+  void operator()(const SurfaceSet& set) {
+    const fs::path beside = content_folder(options.surfaces) / "surfaces.json";
+    device::ContentOptions exact;
+    exact.pace = device::Pace::kExact;
+    Show show;
+    for (const Surface& surface : set.surfaces) {
+      std::shared_ptr<device::ContentSource>& content = opened[surface.content];
+      if (!content && !surface.content.empty())
+        content = device::open_content(device::content_beside(beside, surface.content), exact);
+      show.contents.push_back(content);
+    }
+    show.surfaces = set;
+    projection.set_show(std::move(show));
+  }
+  void operator()(TestPattern picture) { projection.set_picture(picture); }
+  void operator()(const track::StampedPose& message) { projection.add(message); }
+  void operator()(const RecordedFrame& recorded) {
+    projection.draw(recorded.light_time, recorded.content_time, frame);
+    sink.show_next(frame);
+    report.equal += fingerprint(frame) == recorded.fingerprint ? 1 : 0;
+    ++report.frames;
+    ShowReport so_far;
+    so_far.metrics.frames = report.frames;
+    listener.on_frame(so_far);
+  }
+};
+
+ShowListener& listener_or_none(ShowListener* listener) {
+  static ShowListener none;
+  return listener != nullptr ? *listener : none;
+}
+
+}  // namespace
+
+ShowReport run(const Rig& rig, const ShowOptions& options, ShowListener* listener) {
+  return ShowRun(rig, options, listener_or_none(listener)).run();
+}
+
+ReplayReport replay(const Rig& rig, const ShowOptions& options, const std::filesystem::path& log,
+                    ShowListener* listener) {
+  ProjectionOptions drawing = projection_options(options, rig);
+  const std::string conditions = conditions_text(options, drawing, rig);
+  Projection projection(rig, std::move(drawing));
+  render::require_drawable(projection.frame_size());
+  device::SinkOptions sink_options;
+  sink_options.size = projection.frame_size();
+  sink_options.fps = options.fps > 0 ? options.fps : kUsualRate;
+  const auto sink = device::open_sink(options.output.empty() ? "none" : options.output, sink_options);
+  Replay replay{projection,
+                *sink,
+                options,
+                conditions,
+                listener_or_none(listener),
+                ImageU8(projection.frame_size(), 3)};
+  RunReader reader(log, options.surfaces);
+  while (const std::optional<RunRecord> record = reader.next()) std::visit(replay, *record);
+  sink->finish();
+  return replay.report;
+}
+
+void identify_displays(ShowListener* listener) {
+  constexpr double kTime = 3;  // seconds each
+  for (const device::Display& display : device::displays()) {
+    listener_or_none(listener).on_start("display " + std::to_string(display.number) + ": " + display.name);
+    const auto window = device::open_window(display.number);
+    ImageU8 picture(window->size(), 3, 40);
+    draw_words(picture, {std::to_string(display.number), display.name});
+    window->show(picture);
+    for (const double end = device::now_s() + kTime;
+         device::now_s() < end && window->poll() != device::WindowEvent::kClose;) {
+      listener_or_none(listener).on_frame({});
+      std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    }
+  }
+}
+
+}  // namespace procam::show

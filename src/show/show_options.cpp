@@ -1,0 +1,131 @@
+#include "procam/show/show_options.hpp"
+
+#include "document/fields.hpp"
+#include "procam/device/content_source.hpp"
+
+namespace procam::show {
+
+// Field lists are found by the namespace of their noun, so that they are not in the unnamed one.
+
+static constexpr const char* kDepth = "depth:";
+
+/// A field that may be missing where it has its default.
+template <typename T>
+static void field_or(io::Fields& f, const char* name, T& value, const T& usual) {
+  std::optional<T> other;
+  if (!f.reading() && !(value == usual)) other = value;
+  f.optional(name, other);
+  if (f.reading() && other) value = *other;
+}
+
+static void fields(io::Fields& f, MarkerInput& marker) {
+  f.field("camera", marker.camera);
+  f.optional("name", marker.name);
+  f.optional("marker", marker.marker);
+  f.optional("markers", marker.markers);
+  f.check(marker.marker.empty() != marker.markers.empty(), "camera",
+          "one of 'marker' and 'markers' is needed",
+          "give a marker, e.g. apriltag_36h11:3:160mm, or a marker map file");
+}
+
+static void fields(io::Fields& f, DepthInput& depth) {
+  const DepthInput usual;
+  f.optional("camera", depth.camera);
+  field_or(f, "metres_per_unit", depth.metres_per_unit, usual.metres_per_unit);
+  field_or(f, "delay_s", depth.delay_s, usual.delay_s);
+  f.optional("up", depth.up);
+  field_or(f, "silhouettes", depth.silhouettes, usual.silhouettes);
+  f.check(depth.metres_per_unit > 0 && depth.metres_per_unit < 1, "metres_per_unit",
+          "one step of a depth image cannot be that long", "give it in metres, e.g. 0.001");
+  f.check(depth.delay_s >= 0 && depth.delay_s < 10, "delay_s", "no camera is that late",
+          "give seconds, e.g. 0.03");
+  f.check(!depth.up || depth.up->norm() > 1e-6, "up", "it is not a direction",
+          "give three numbers: [0, 0, 1]");
+}
+
+static void fields(io::Fields& f, PeopleInput& people) {
+  f.field("source", people.source);
+  f.field("sensor", people.sensor);
+  field_or(f, "delay_s", people.delay_s, 0.0);
+  f.optional("destinations", people.destinations);
+}
+
+static void fields(io::Fields& f, ShowOptions& o) {
+  const ShowOptions usual;
+  io::header(f, "procam-show", 1);
+  f.optional("projector", o.projector);
+  f.field("surfaces", o.surfaces);
+  if (f.reading() ? f.has("contents") : !o.contents.empty()) f.map("contents", o.contents);
+  f.optional("poses", o.poses);
+  f.optional("marker", o.marker);
+  f.optional("pose", o.pose);
+  f.optional("mount", o.mount);
+  f.optional("frame", o.frame);
+  f.optional("child", o.child);
+  field_or(f, "prediction", o.prediction, usual.prediction);
+  field_or(f, "source_delay_s", o.source_delay_s, usual.source_delay_s);
+  f.optional("blank_on_stale_s", o.blank_on_stale_s);
+  f.optional("freeze_on_stale_s", o.freeze_on_stale_s);
+  f.optional("display", o.display);
+  f.optional("output", o.output);
+  field_or(f, "fps", o.fps, usual.fps);
+  field_or(f, "duration_s", o.duration_s, usual.duration_s);
+  field_or(f, "delay_s", o.delay_s, usual.delay_s);
+  f.optional("delay_camera", o.delay_camera);
+  field_or(f, "camera_delay_s", o.camera_delay_s, usual.camera_delay_s);
+  const bool has_depth = f.reading() ? f.has("depth") : is_depth_source(o.surfaces);
+  if (has_depth) f.field("depth", o.depth);
+  f.optional("people", o.people);
+  f.optional("record", o.record);
+  field_or(f, "control", o.control, usual.control);
+  f.optional("token", o.token);
+  field_or(f, "renderer", o.renderer, usual.renderer);
+  field_or(f, "threads", o.threads, usual.threads);
+  field_or(f, "bilinear", o.bilinear, usual.bilinear);
+  field_or(f, "average_numbers", o.average_numbers, usual.average_numbers);
+  f.check(!o.surfaces.empty(), "surfaces", "it is empty", "name a surface file");
+  f.check(o.fps >= 0 && o.fps <= 1000, "fps", "it is not from 0 to 1000", "give frames a second, e.g. 60");
+  f.check(o.threads >= 0, "threads", "it is negative", "give 0 for as many as the machine has");
+  f.check(o.renderer == "cpu" || o.renderer == "gl", "renderer", "there is none of this name",
+          "use cpu or gl");
+  f.check(!o.marker || o.poses.empty(), "marker", "poses come from 'poses' as well", "give one of them");
+}
+
+/// Every file name of the options, through `change`.
+template <typename Change>
+static void for_each_file(ShowOptions& o, const Change& change) {
+  const auto apply = [&](std::string& file) {
+    if (!file.empty()) file = change(file);
+  };
+  if (!is_depth_source(o.surfaces)) apply(o.surfaces);
+  for (auto& item : o.contents)
+    if (const auto file = device::content_file(item.second))
+      item.second = device::with_content_file(item.second, change(*file));
+  for (std::string* file : {&o.pose, &o.mount, &o.record}) apply(*file);
+  if (o.marker) apply(o.marker->markers);
+  if (o.people) apply(o.people->sensor);
+}
+
+bool is_depth_source(const std::string& surfaces) {
+  return surfaces.rfind(kDepth, 0) == 0;
+}
+
+ShowOptions load_options(const std::filesystem::path& path) {
+  auto options = io::load_noun<ShowOptions>(path, io::Syntax::kJson);
+  for_each_file(options, [&](const std::string& file) {
+    return (path.parent_path() / file).lexically_normal().string();
+  });
+  return options;
+}
+
+void save_options(const std::filesystem::path& path, const ShowOptions& options) {
+  ShowOptions saved = options;
+  const auto folder = std::filesystem::absolute(path).parent_path().lexically_normal();
+  for_each_file(saved, [&](const std::string& file) {
+    if (std::filesystem::path(file).is_absolute()) return file;
+    return std::filesystem::absolute(file).lexically_normal().lexically_relative(folder).generic_string();
+  });
+  io::save_noun(path, io::Syntax::kJson, saved);
+}
+
+}  // namespace procam::show

@@ -234,7 +234,6 @@ ExitCode calibrate_session(const Flags& flags, Console& console) {
 
   calibrate::Options options;
   options.holdout = flags.holdout;
-  options.light_read_at_corners = true;  // as all patterns of the table that cover the print are read
   if (projectors.size() > 1 && (flags.sheet.throw_ratio || !flags.sheet.lens_shift.empty()))
     throw Error(ErrorKind::kUnsupported, "--throw-ratio, --lens-shift",
                 "the session has several projectors, and they say nothing of which one",

@@ -86,7 +86,7 @@ std::unique_ptr<Blocks> build(const Correspondences& data, const UsedMask& used,
         auto cost = measurement_cost(state, m, options.noise[d]);
         if (cost == nullptr) throw_not_evaluable("a measured point cannot be projected");
         std::vector<double*> of_residual;
-        if (m.light != nullptr || read_at_corner(state, m)) {
+        if (m.light != nullptr || read_at_corner(m)) {
           const auto camera = std::size_t(m.camera());
           of_residual = {blocks->lenses[camera].data(), blocks->devices[camera].data()};
         }

@@ -26,6 +26,7 @@ double median_or(std::vector<double> values, double otherwise) {
 struct Usual {
   std::vector<double> variance;      ///< by device: what a detector believes of a residual, px^2 an axis
   std::vector<char> by_observation;  ///< by device: does it see the board's points?
+  std::vector<char> correlated;      ///< by device: are its pixels read at a camera's corners?
   std::vector<LightPoint> light;     ///< each projected corner once
   Eigen::AlignedBox2d paper;         ///< where light has fallen on the sheet, board frame
   double light_points = 0;           ///< a view
@@ -37,11 +38,13 @@ Usual usual_view(const SolvedBundle& solved) {
   const std::size_t devices = solved.data.devices.size();
   for (std::size_t d = 0; d < devices; ++d) {
     std::vector<double> variances;
+    bool correlated = false;
     for (std::size_t v = 0; v < solved.data.views.size(); ++v) {
       double lights = 0;
       for (const Measurement& m : measurements_of(solved.data, int(v), int(d))) {
         if (!solved.used[v][d][std::size_t(m.index)]) continue;
         if (m.observation != nullptr) {
+          correlated = correlated || m.observation->correlated_with_camera;
           if (const auto covariance = believed_covariance(solved.state, m))
             variances.push_back(0.5 * covariance->trace());
           continue;
@@ -58,6 +61,7 @@ Usual usual_view(const SolvedBundle& solved) {
       if (lights > 0) counts.push_back(lights);
     }
     usual.by_observation.push_back(!variances.empty());
+    usual.correlated.push_back(correlated);
     usual.variance.push_back(median_or(variances, 0.01));
   }
   usual.light_points = median_or(counts, 0);
@@ -82,7 +86,8 @@ std::optional<View> view_at(const Usual& usual, const SolvedBundle& solved, cons
     for (std::size_t i = 0; i < points.size(); ++i) {
       const auto pixel = there.lenses[d].project(there.device_from_rig[d] * (rig_from_board * points[i]));
       if (pixel && there.lenses[d].size.contains(*pixel))
-        seen.push_back({int(i), *pixel, usual.variance[d] * Mat2::Identity(), std::max(0, first_camera)});
+        seen.push_back({int(i), *pixel, usual.variance[d] * Mat2::Identity(), std::max(0, first_camera),
+                        bool(usual.correlated[d])});
     }
     if (double(seen.size()) < (camera ? 1 : kLitShare) * double(points.size())) seen.clear();
     if (seen.empty()) continue;
@@ -111,7 +116,7 @@ std::optional<View> view_at(const Usual& usual, const SolvedBundle& solved, cons
 void add_corners_share(Correspondences& one, const BundleState& there) {
   for (std::size_t d = 1; d < one.devices.size(); ++d)
     for (const Measurement& m : measurements_of(one, 0, int(d))) {
-      if (m.observation == nullptr || !read_at_corner(there, m)) continue;
+      if (!read_at_corner(m)) continue;
       const auto carry = carry_of(there, m);
       Observation& lit = one.views[0].observations[d][std::size_t(m.index)];
       if (carry) lit.covariance += *carry * m.corner->covariance * carry->transpose();

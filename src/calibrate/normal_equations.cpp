@@ -42,7 +42,7 @@ class Linearisation {
     const auto cost = measurement_cost(state_, m, options.noise[d]);
     if (cost == nullptr) return std::nullopt;
     std::vector<Part> parts;
-    if (m.light != nullptr || read_at_corner(state_, m)) add_device(std::size_t(m.camera()), parts);
+    if (m.light != nullptr || read_at_corner(m)) add_device(std::size_t(m.camera()), parts);
     add_device(d, parts);
     const std::size_t pose = parts.size();
     parts.push_back({Block(2, kPoseBlockSize), boards_[std::size_t(m.view)].data(), {}});
@@ -109,7 +109,7 @@ CommonParameters::CommonParameters(const Correspondences& data, const UsedMask& 
       for (const Measurement& m : measurements_of(data, int(v), int(d))) {
         if (!used[v][d][std::size_t(m.index)]) continue;
         device_used[d] = true;
-        if (m.light != nullptr || read_at_corner(state, m)) device_used[std::size_t(m.camera())] = true;
+        if (m.light != nullptr || read_at_corner(m)) device_used[std::size_t(m.camera())] = true;
         if (m.observation != nullptr) point_used[std::size_t(m.observation->point)] = true;
       }
   for (std::size_t d = 0; d < data.devices.size(); ++d) {

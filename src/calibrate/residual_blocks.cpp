@@ -76,22 +76,21 @@ Mat2 without_corner(const Mat2& of_light, const Mat2& of_corner, const Mat2& car
 
 /// carry_of where the measurement's residual or its covariance has a use for it.
 std::optional<Mat2> needed_carry(const BundleState& state, const Measurement& m, const Vec3& point) {
-  if (m.light == nullptr && !read_at_corner(state, m)) return std::nullopt;
+  if (m.light == nullptr && !read_at_corner(m)) return std::nullopt;
   return carry_over(state, m.device, m.camera(), state.rig_from_board[std::size_t(m.view)], point);
 }
 
 std::optional<Vec2> residual_with(const BundleState& state, const Measurement& m, const Vec3& point,
                                   const std::optional<Mat2>& carry) {
   const auto lit = residual_in(state, m.device, point, m.pixel());
-  if (!lit || !read_at_corner(state, m)) return lit;
+  if (!lit || !read_at_corner(m)) return lit;
   const auto seen = residual_in(state, m.camera(), point, m.corner->pixel);
   if (!seen || !carry) return std::nullopt;
   return Vec2(*lit - *carry * *seen);
 }
 
-std::optional<Mat2> covariance_with(const BundleState& state, const Measurement& m,
-                                    const std::optional<Mat2>& carry) {
-  if (m.observation != nullptr && !read_at_corner(state, m)) return m.observation->covariance;
+std::optional<Mat2> covariance_with(const Measurement& m, const std::optional<Mat2>& carry) {
+  if (m.observation != nullptr && !read_at_corner(m)) return m.observation->covariance;
   if (!carry) return std::nullopt;
   const Mat2 covariance = m.light != nullptr
                               ? Mat2(*carry * m.light->camera_covariance * carry->transpose())
@@ -145,8 +144,8 @@ std::optional<Mat2> carry_of(const BundleState& state, const Measurement& m) {
   return carry_over(state, m.device, m.camera(), state.rig_from_board[std::size_t(m.view)], *point);
 }
 
-bool read_at_corner(const BundleState& state, const Measurement& m) {
-  return state.light_read_at_corners && m.corner != nullptr;
+bool read_at_corner(const Measurement& m) {
+  return m.observation != nullptr && m.observation->correlated_with_camera && m.corner != nullptr;
 }
 
 std::optional<Vec3> place_in_rig(const BundleState& state, int view, const LightPoint& light) {
@@ -194,7 +193,7 @@ std::optional<JudgedResidual> judged_residual(const BundleState& state, const Me
   if (!point) return std::nullopt;
   const auto carry = needed_carry(state, m, *point);
   const auto residual = residual_with(state, m, *point, carry);
-  const auto covariance = covariance_with(state, m, carry);
+  const auto covariance = covariance_with(m, carry);
   if (!residual || !covariance) return std::nullopt;
   return JudgedResidual{*residual, *covariance};
 }
@@ -202,14 +201,14 @@ std::optional<JudgedResidual> judged_residual(const BundleState& state, const Me
 std::optional<Vec2> reprojection_residual(const BundleState& state, const Measurement& m) {
   const auto point = point_in_rig(state, m);
   if (!point) return std::nullopt;
-  const auto carry = read_at_corner(state, m) ? needed_carry(state, m, *point) : std::nullopt;
+  const auto carry = read_at_corner(m) ? needed_carry(state, m, *point) : std::nullopt;
   return residual_with(state, m, *point, carry);
 }
 
 std::optional<Mat2> believed_covariance(const BundleState& state, const Measurement& m) {
   const auto point = point_in_rig(state, m);
   if (!point) return std::nullopt;
-  return covariance_with(state, m, needed_carry(state, m, *point));
+  return covariance_with(m, needed_carry(state, m, *point));
 }
 
 std::unique_ptr<ceres::CostFunction> measurement_cost(const BundleState& state, const Measurement& m,
@@ -217,14 +216,14 @@ std::unique_ptr<ceres::CostFunction> measurement_cost(const BundleState& state, 
   const auto point = point_in_rig(state, m);
   if (!point) return nullptr;
   const auto carry = needed_carry(state, m, *point);
-  const auto covariance = covariance_with(state, m, carry);
+  const auto covariance = covariance_with(m, carry);
   if (!covariance) return nullptr;
   // Whiten: with covariance = C C^T (Cholesky), L = C^-1.
   const Mat2 sqrt_information = cholesky_lower(noise.covariance(*covariance)).inverse();
   const Distortion& model = state.lenses[std::size_t(m.device)].distortion;
   if (m.observation != nullptr) {
     auto cost = reprojection_cost(model, m.pixel(), sqrt_information);
-    if (!read_at_corner(state, m)) return cost;
+    if (!read_at_corner(m)) return cost;
     return std::make_unique<SharedCornerCost>(
         reprojection_cost(state.lenses[std::size_t(m.camera())].distortion, m.corner->pixel,
                           -sqrt_information * *carry),

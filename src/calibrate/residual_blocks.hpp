@@ -16,7 +16,7 @@ namespace procam::calibrate {
 std::optional<Vec3> place_in_rig(const BundleState& state, int view, const LightPoint& light);
 
 /// Is this light that was read at a corner of its camera?
-bool read_at_corner(const BundleState& state, const Measurement& measurement);
+bool read_at_corner(const Measurement& measurement);
 
 /// Derivative of the measurement's pixel by that of the camera that read it, over the sheet. nullopt where
 /// one of them cannot see the point.

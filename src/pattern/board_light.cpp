@@ -230,6 +230,7 @@ Detections project(const Detections& in_camera, const Board& board, const BoardP
     Mat2 jacobian = base->jacobian(corner.pixel);
     Observation lit;
     lit.point = corner.point;
+    lit.correlated_with_camera = true;
     for (int d = 0; d < 2; ++d) {
       lit.pixel[d] = (*mapped)[d] + fields[std::size_t(d)].value(*at);
       jacobian.row(d) += fields[std::size_t(d)].gradient(*at).transpose() * place_by_pixel;

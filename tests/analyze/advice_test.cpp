@@ -22,7 +22,6 @@ constexpr double kWall = 2;
 calibrate::CalibrationResult solved(const NumericWorld& world, bool at_corners) {
   calibrate::Options options;
   options.board_shape = calibrate::BoardShape::kFlat;
-  options.light_read_at_corners = at_corners;
   return calibrate::calibrate_rig(at_corners ? world.with_light_read_at_corners(3) : world.correspondences(3),
                                   options);
 }

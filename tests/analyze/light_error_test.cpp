@@ -81,7 +81,6 @@ calibrate::CalibrationResult calibrated(const test::NumericWorld& world, std::ui
                                         bool projected_board = false) {
   calibrate::Options options;
   options.board_shape = calibrate::BoardShape::kFlat;
-  options.light_read_at_corners = !projected_board;
   return calibrate::calibrate_rig(
       projected_board ? world.with_projected_board(noise_seed) : world.with_light_read_at_corners(noise_seed),
       options);

@@ -104,8 +104,7 @@ void camera_opencv(benchmark::State& state, const Case& (*of)()) {
 
 void rig_procam(benchmark::State& state, const Case& (*of)()) {
   double value = 0;
-  calibrate::Options how = options();
-  how.light_read_at_corners = of == light_at_corners;
+  const calibrate::Options how = options();
   for (auto _ : state) value = calibrate::calibrate_rig(of().data, how).joint_rms_all_px;
   state.counters[kRms] = value;
 }

@@ -20,9 +20,8 @@ std::vector<test::Cast> loosely_joined() {
           {kLeft, kLamp}, {kLeft, kRight, kBeamer},        {kRight, kBeamer}};
 }
 
-Options flat_read_at_corners() {
+Options flat_board() {
   Options options;
-  options.light_read_at_corners = true;
   options.board_shape = BoardShape::kFlat;
   return options;
 }
@@ -50,7 +49,7 @@ std::vector<std::pair<std::string, double>> errors_of(const Rig& rig, const Rig&
 
 TEST(Fleet, IsFoundExactlyFromViewsThatTheFirstCameraNeedNotSee) {
   const NumericFleet fleet = NumericFleet::make(loosely_joined(), 3);
-  const CalibrationResult result = calibrate_rig(fleet.correspondences(1), flat_read_at_corners());
+  const CalibrationResult result = calibrate_rig(fleet.correspondences(1), flat_board());
   EXPECT_TRUE(result.rig.quality.passed());
   EXPECT_EQ(result.rig.quality.views_used, 9);
   EXPECT_LT(result.joint_rms_px, 1e-6);
@@ -66,7 +65,7 @@ TEST(Fleet, SigmasAreHonestForEveryDevice) {
   int count = 0;
   for (std::uint64_t seed = 1; seed <= 6; ++seed) {
     const NumericFleet fleet = NumericFleet::make(loosely_joined(), seed, 0.08, 0.05);
-    Options options = flat_read_at_corners();
+    Options options = flat_board();
     options.outlier_sigmas = 0;
     const CalibrationResult result = calibrate_rig(fleet.correspondences(seed + 10), options);
     for (const auto& [name, error] : errors_of(result.rig, fleet.rig)) {
@@ -102,7 +101,7 @@ TEST(Fleet, FreesLightFromTheErrorOfTheCornerThatItsOwnCameraFound) {
         EXPECT_LT(reprojection_residual(truth, m)->norm(), 0.005);
       }
   EXPECT_GT(by_right, 100);
-  const CalibrationResult result = calibrate_rig(data, flat_read_at_corners());
+  const CalibrationResult result = calibrate_rig(data, flat_board());
   EXPECT_GT(result.rms_px[kRight], 0.08);
   EXPECT_LT(result.rms_px[kLamp], 0.005);
   EXPECT_LT(result.rms_px[kBeamer], 0.005);
@@ -110,7 +109,7 @@ TEST(Fleet, FreesLightFromTheErrorOfTheCornerThatItsOwnCameraFound) {
 
 TEST(Fleet, IsHeldOutViewByView) {
   const NumericFleet fleet = NumericFleet::make(loosely_joined(), 4, 0.08, 0.05);
-  Options options = flat_read_at_corners();
+  Options options = flat_board();
   options.holdout = true;
   const CalibrationResult result = calibrate_rig(fleet.correspondences(2), options);
   ASSERT_EQ(result.holdout_px.size(), 4u);
@@ -130,7 +129,7 @@ TEST(Fleet, IsJoinedByAProjectorThatBothCamerasRead) {
                                                  {kRight, kBeamer},
                                                  {kRight, kBeamer}},
                                                 5);
-  const CalibrationResult result = calibrate_rig(fleet.correspondences(1), flat_read_at_corners());
+  const CalibrationResult result = calibrate_rig(fleet.correspondences(1), flat_board());
   for (const auto& [name, error] : errors_of(result.rig, fleet.rig))
     EXPECT_LT(std::abs(error), name.find("_from_") == std::string::npos ? 1e-3 : 1e-7) << name;
 }
@@ -144,7 +143,7 @@ TEST(Fleet, IsRefusedWhenNoViewJoinsItsDevices) {
                                                  {kRight, kBeamer}},
                                                 6);
   try {
-    calibrate_rig(fleet.correspondences(1), flat_read_at_corners());
+    calibrate_rig(fleet.correspondences(1), flat_board());
     FAIL() << "two rigs were taken for one";
   } catch (const Error& error) {
     EXPECT_EQ(error.kind(), ErrorKind::kNotEnoughData);
@@ -162,7 +161,7 @@ TEST(Fleet, NamesTheViewWhosePicturesWereExchanged) {
   std::swap(seen[kLeft], seen[kRight]);
   for (const int projector : {kLamp, kBeamer})
     for (Observation& o : seen[std::size_t(projector)]) o.camera = 1 - o.camera;
-  const CalibrationResult result = calibrate_rig(data, flat_read_at_corners());
+  const CalibrationResult result = calibrate_rig(data, flat_board());
   std::string words;
   for (const Diagnostic& d : result.diagnostics.items) words += d.message + "\n";
   EXPECT_NE(words.find("view view_3 rejected for left: its pictures are those of right"), std::string::npos)
@@ -185,7 +184,7 @@ TEST(Fleet, SettlesTheOrderOfASymmetricBoardForEachCamera) {
     for (std::size_t d : {1u, 2u})
       for (Observation& o : data.views[v].observations[d])
         if (d == 1 || o.camera == 1) o.point = 62 - o.point;
-  const CalibrationResult result = calibrate_rig(data, flat_read_at_corners());
+  const CalibrationResult result = calibrate_rig(data, flat_board());
   EXPECT_NE(result.views[1].note.find("order of right's corners turned"), std::string::npos);
   EXPECT_LT(result.joint_rms_px, 0.2);
 }

@@ -86,8 +86,7 @@ TEST(Jackknife, AgreesWithFullRefitsWhereLightIsReadAtCorners) {
   const NumericWorld world = NumericWorld::make(9, 3, 0.1, 0.02);
   Correspondences data = world.with_light_read_at_corners(4);
   shift_views(data, 0.2, 8);
-  Options options = without_averaging();
-  options.light_read_at_corners = true;
+  const Options options = without_averaging();
   const SolvedBundle full = calibrate_rig(data, options).solved;
   const Jackknife closed = bundle_uncertainty(full.data, full.used, full.state, full.options).jackknife;
   std::map<std::string, double> variance;
@@ -162,9 +161,11 @@ TEST(RobustCovariance, CountsACornersErrorOnce) {
   for (std::uint64_t seed = 0; seed < 30; ++seed) {
     const NumericWorld world = NumericWorld::make(8, 700 + seed, 0.1, 0.01);
     const Correspondences data = world.with_light_read_at_corners(800 + seed);
-    Options once = without_averaging(), twice = without_averaging();
-    once.light_read_at_corners = true;
-    const CalibrationResult result = calibrate_rig(data, once), independent = calibrate_rig(data, twice);
+    Correspondences as_independent = data;
+    for (View& view : as_independent.views)
+      for (Observation& lit : view.observations[1]) lit.correlated_with_camera = false;
+    const CalibrationResult result = calibrate_rig(data, without_averaging()),
+                            independent = calibrate_rig(as_independent, without_averaging());
     EXPECT_LT(result.rms_px[1], 0.03) << "the light's own error is left";
     for (const int index : {0, 1}) {
       const std::string device = index == 0 ? "camera" : "projector";

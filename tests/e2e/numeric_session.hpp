@@ -65,9 +65,10 @@ inline Correspondences numeric_gray_code(const simulate::SimulatedSession& sessi
       if (!lit || !right || !below) continue;
       Mat2 carry;
       carry << 2 * (*right - *lit), 2 * (*below - *lit);
-      data.views[v].observations[1].push_back({corner.point, *lit + noise(sigma.light_px),
-                                               carry * corner.covariance * carry.transpose() +
-                                                   sigma.light_px * sigma.light_px * Mat2::Identity()});
+      data.views[v].observations[1].push_back(
+          {corner.point, *lit + noise(sigma.light_px),
+           carry * corner.covariance * carry.transpose() + sigma.light_px * sigma.light_px * Mat2::Identity(),
+           0, true});
     }
   return data;
 }

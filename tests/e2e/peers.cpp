@@ -224,7 +224,6 @@ Rig told_bundle(const Correspondences& given, const simulate::SimulatedSession& 
   state.lenses = {rig.camera().camera, rig.projector().projector.inverse_camera};
   state.device_from_rig = {Pose(), rig.projector().rig_from_projector.inverse()};
   state.points_in_board = points_in_board(data.board);
-  state.light_read_at_corners = options.light_read_at_corners;
   for (const simulate::World& world : truth.views) state.rig_from_board.push_back(world.rig_from_board);
   const int num_points = int(state.points_in_board.size());
   for (std::size_t v = 0; v < data.views.size(); ++v) {

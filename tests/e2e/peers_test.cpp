@@ -36,7 +36,6 @@ TEST_P(Peers, LeaveTheLightFartherFromTheTruth) {
   const auto pattern =
       session::make_pattern(which.gray_code ? "gray" : "chessboard", simulate::projector_size(which.level));
   calibrate::Options options;
-  options.light_read_at_corners = which.gray_code;
   double ours2 = 0, opencv2 = 0, opencv_given_ours2 = 0, told2 = 0;
   int larger = 0;
   for (std::uint64_t seed = 1; seed <= which.seeds; ++seed) {

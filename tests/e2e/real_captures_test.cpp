@@ -63,7 +63,6 @@ TEST(RealCaptures, JackknifeAgreesWithWholeRefits) {
   stated.projector_size = ImageSize{1024, 768};
   stated.board = io::read_board("chessboard:7x9:75mm");
   calibrate::Options options;
-  options.light_read_at_corners = true;
   // Averaged terms are no refit's: the solution that the closed form differentiates is the one without them.
   options.camera.held = options.projector.held = {"skew", "k3"};
   const calibrate::CalibrationResult result = calibrate::calibrate_rig(

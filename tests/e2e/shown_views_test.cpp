@@ -79,9 +79,7 @@ TEST(ShownViews, CalibrateAProjectorAndNameTheStaleOne) {
     EXPECT_GE(view.observations[0].size(), 60u) << view.name;  // of 70
     EXPECT_GE(view.light_points.size(), 30u) << view.name;     // of 35
   }
-  calibrate::Options options;
-  options.light_read_at_corners = true;
-  const calibrate::CalibrationResult result = calibrate::calibrate_rig(data, options);
+  const calibrate::CalibrationResult result = calibrate::calibrate_rig(data);
   for (const calibrate::ViewResult& view : result.views)
     EXPECT_EQ(view.note.find("what was shown in view view_4: a stale frame") != std::string::npos,
               view.name == "view_5")
@@ -222,9 +220,7 @@ TEST_P(WorldOfPhotographs, IsCalibratedAsItIs) {
   true_rig.cameras.push_back({"camera", lens_of(truth["camera"]), Pose()});
   true_rig.projectors.push_back(
       {"projector", Projector{lens_of(truth["projector"])}, pose_of(truth["R"], truth["t"]).inverse()});
-  calibrate::Options options;
-  options.light_read_at_corners = true;
-  const calibrate::CalibrationResult result = calibrate::calibrate_rig(data, options);
+  const calibrate::CalibrationResult result = calibrate::calibrate_rig(data);
 
   // The bound: a bundle adjustment of the same detections, with the lenses' true terms, begun at the truth
   // and without the stale view.

@@ -111,12 +111,6 @@ void compare(const Seen& seen, const Rig& estimated, const calibrate::Options& o
   sums.ours += ours * ours, sums.opencv += opencv * opencv, sums.told += told * told;
 }
 
-calibrate::Options gray_code_options() {
-  calibrate::Options options;
-  options.light_read_at_corners = true;
-  return options;
-}
-
 /// Standard scores of all reported parameters.
 std::vector<std::pair<std::string, double>> scores(const Rig& rig, const Rig& truth) {
   std::vector<std::pair<std::string, double>> result;
@@ -155,7 +149,7 @@ TEST_P(SimulatedSessions, TruthLiesInsideThreeReportedSigmas) {
     const simulate::SimulatedSession session =
         simulate::make_session(level, seed, {}, {}, simulate::plain_conditions());
     const Seen seen = look_at(session, "gray", with_peers);
-    const calibrate::CalibrationResult result = calibrate::calibrate_rig(seen.data, gray_code_options());
+    const calibrate::CalibrationResult result = calibrate::calibrate_rig(seen.data);
     EXPECT_TRUE(result.rig.quality.passed()) << "seed " << seed;
     // Also those whose board is lit in part, as in hard seeds 1 and 3.
     EXPECT_EQ(result.rig.quality.views_used, int(session.views.size())) << "seed " << seed;
@@ -175,7 +169,7 @@ TEST_P(SimulatedSessions, TruthLiesInsideThreeReportedSigmas) {
         outside.empty() ? " all inside 3 sigma" : (" outside:" + outside).c_str());
     EXPECT_LT(actual.rms_mm, 4 * predicted.rms_mm)
         << "seed " << seed;  // four times the rms of 2-D Gaussians: never
-    if (with_peers) compare(seen, result.rig, gray_code_options(), sums);
+    if (with_peers) compare(seen, result.rig, {}, sums);
   }
   EXPECT_GE(inside, 0.95 * total) << inside << " of " << total;
   EXPECT_LE(sums.ours, sums.opencv);
@@ -199,8 +193,7 @@ TEST_P(PatternSessions, TruthLiesInsideThreeReportedSigmas) {
   if (which.board) print = simulate::BoardPrint{*which.board, detect::board_artwork(*which.board)};
   const simulate::SimulatedSession session =
       simulate::make_session(which.level, 2, pattern->on_blank_paper(), print, simulate::plain_conditions());
-  const calibrate::CalibrationResult result =
-      calibrate::calibrate_rig(look_at(session, which.pattern).data, gray_code_options());
+  const calibrate::CalibrationResult result = calibrate::calibrate_rig(look_at(session, which.pattern).data);
   EXPECT_TRUE(result.rig.quality.passed());
   const analyze::LightError predicted = analyze::predicted_light_error(result.rig, 2.0);
   const analyze::LightError actual = analyze::true_light_error(result.rig, session.rig(), 2.0);
@@ -247,7 +240,7 @@ TEST_P(PaperLikeSet, IsSolvedWithEveryParameterInsideItsSigmas) {
   for (std::uint64_t seed = 1; seed <= GetParam(); ++seed) {
     const Seen seen = look_at(paper_like_set(seed), "chessboard", true);
     ASSERT_EQ(seen.session.views.size(), 18u);
-    const calibrate::Options options = gray_code_options();
+    const calibrate::Options options;
     const calibrate::CalibrationResult result = calibrate::calibrate_rig(seen.data, options);
     std::printf("paper-like seed %llu: rms camera %.3f projector %.3f px\n",
                 static_cast<unsigned long long>(seed), result.rms_px[0], result.rms_px[1]);
@@ -298,8 +291,7 @@ TEST(BoardTurnedByHalf, InOneViewChangesNothing) {
   const Pose half_turn(so3_exp<double>(Vec3(0, 0, 3.14159265358979)), Vec3::Zero());
   session.views[1].rig_from_board = session.views[1].rig_from_board * Pose(Mat3::Identity(), middle) *
                                     half_turn * Pose(Mat3::Identity(), -middle);
-  const calibrate::CalibrationResult result =
-      calibrate::calibrate_rig(look_at(session).data, gray_code_options());
+  const calibrate::CalibrationResult result = calibrate::calibrate_rig(look_at(session).data);
   EXPECT_EQ(result.rig.quality.views_used, 4);
   EXPECT_TRUE(result.rig.quality.passed());
   for (const auto& [name, score] : scores(result.rig, session.rig())) EXPECT_LE(std::abs(score), 4) << name;

@@ -123,7 +123,7 @@ struct NumericFleet {
                 {corner.point, *lit + noise(light_sigma_px),
                  carry * corner.covariance * carry.transpose() +
                      light_sigma_px * light_sigma_px * Mat2::Identity(),
-                 c});
+                 c, true});
           }
         }
       data.views.push_back(view);

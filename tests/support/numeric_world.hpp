@@ -144,7 +144,8 @@ struct NumericWorld {
         view.observations[1].push_back({corner.point,
                                         *lit + projector_sigma_px * Vec2{normal(random), normal(random)},
                                         carry * corner.covariance * carry.transpose() +
-                                            projector_sigma_px * projector_sigma_px * Mat2::Identity()});
+                                            projector_sigma_px * projector_sigma_px * Mat2::Identity(),
+                                        0, true});
       }
     }
     return data;

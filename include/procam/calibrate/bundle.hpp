@@ -23,9 +23,6 @@ struct BundleState {
   std::vector<Pose> device_from_rig;  ///< by device; the first is the identity and stays so
   std::vector<Pose> rig_from_board;   ///< by view
   Points3 points_in_board;            ///< by point: where the board has it, metres; as printed to begin with
-  /// A projector's pixels were read off the light at the corners that their camera found (Gray code, phase):
-  /// the corner's error is in both, and counts once (see reprojection_residual).
-  bool light_read_at_corners = false;
 };
 
 /// The covariance a residual is weighed with: scale^2 * detector's covariance + floor_px^2 * I. The floor

@@ -47,10 +47,7 @@ struct Options {
   LensOptions camera;
   LensOptions projector;
   BoardShape board_shape = BoardShape::kAuto;
-  /// The projector's pixels were read off its light at the corners that their camera found, as
-  /// pattern::project_board does it: then the corners' errors are in both, and are counted once.
-  bool light_read_at_corners = false;
-  /// An observation further than this from its projection (in scaled sigmas, both axes together) is rejected,
+  /// An observation further than this from its projection (in scaled sigmas, both axes together) is left out,
   /// with its reason. Under Gaussian noise 5 happens once in 270 000 observations. Zero keeps all.
   double outlier_sigmas = 5;
   int max_iterations = 200;

@@ -29,9 +29,26 @@ constexpr const char* kNextTable =
     "give the columns view, device, point (or x, y, z), u, v and, where known, sigma; see "
     "docs/file-formats.md";
 
-enum Column { kView, kDevice, kPoint, kX, kY, kZ, kU, kV, kSigma, kVarU, kCovUV, kVarV, kCamera, kColumns };
-const std::array<const char*, kColumns> kNames{"view", "device", "point", "x",      "y",     "z",     "u",
-                                               "v",    "sigma",  "var_u", "cov_uv", "var_v", "camera"};
+enum Column {
+  kView,
+  kDevice,
+  kPoint,
+  kX,
+  kY,
+  kZ,
+  kU,
+  kV,
+  kSigma,
+  kVarU,
+  kCovUV,
+  kVarV,
+  kCamera,
+  kCorrelated,
+  kColumns
+};
+const std::array<const char*, kColumns> kNames{"view",   "device", "point",  "x",         "y",
+                                               "z",      "u",      "v",      "sigma",     "var_u",
+                                               "cov_uv", "var_v",  "camera", "correlated"};
 
 /// One row before its device and point are known.
 struct Row {
@@ -41,6 +58,7 @@ struct Row {
   Vec3 position = Vec3::Zero();
   Vec2 pixel = Vec2::Zero();
   Mat2 covariance = kDefaultSigma * kDefaultSigma * Mat2::Identity();
+  bool correlated = true;  ///< with the camera's corner; of a projector's pixel
 };
 
 struct Table {
@@ -98,6 +116,11 @@ Row read_row(const std::array<int, kColumns>& at, const std::string& where, Numb
     if (!(sigma > 1e-6 && sigma < 1e3))
       fail_table(where, "column sigma is not between 0.000001 and 1000 pixels");
     row.covariance = sigma * sigma * Mat2::Identity();
+  }
+  if (at[kCorrelated] >= 0) {
+    const double correlated = number(kCorrelated);
+    if (correlated != 0 && correlated != 1) fail_table(where, "column correlated is neither 0 nor 1");
+    row.correlated = correlated == 1;
   }
   if (at[kVarU] >= 0) {
     const double uu = number(kVarU), uv = number(kCovUV), vv = number(kVarV);
@@ -367,7 +390,10 @@ Correspondences correspondences_of(Table table, const ObservationsContext& conte
     const int d = device_index(data.devices, row.device, row.where);
     const Device& device = data.devices[std::size_t(d)];
     check_pixel(row, device);
-    Observation o{row.point, row.pixel, row.covariance};
+    Observation o;
+    o.point = row.point;
+    o.pixel = row.pixel;
+    o.covariance = row.covariance;
     if (table.by_position) o.point = finder.index_of(row.position, row.where);
     if (o.point >= points)
       fail_table(row.where,
@@ -382,6 +408,7 @@ Correspondences correspondences_of(Table table, const ObservationsContext& conte
                    "add the column 'camera'");
       if (data.devices[std::size_t(o.camera)].kind != DeviceKind::kCamera)
         fail_table(row.where, "'" + row.camera + "' is no camera");
+      o.correlated_with_camera = row.correlated;
     }
     if (!seen.insert({at->second, d, o.camera, o.point}).second)
       fail_table(row.where, "the view has this point of this device already", "give every point once");
@@ -450,22 +477,31 @@ std::string cell_text(const std::string& text) {
   return out.empty() ? "_" : out;
 }
 
-/// What both syntaxes write, row by row: write(view, device, camera, point, pixel, covariance).
+/// A file has the column "correlated" when not every projector pixel was read at a camera's corner.
+bool has_uncorrelated_pixel(const Correspondences& data) {
+  for (const View& view : data.views)
+    for (std::size_t d = 0; d < data.devices.size(); ++d)
+      for (const Observation& o : view.observations[d])
+        if (data.devices[d].kind == DeviceKind::kProjector && !o.correlated_with_camera) return true;
+  return false;
+}
+
+/// What both syntaxes write, row by row: write(view, device, camera, point, pixel, covariance, correlated).
 template <typename Write>
 void for_each_row(const Correspondences& data, const Write& write) {
   for (std::size_t v = 0; v < data.views.size(); ++v) {
     for (std::size_t d = 0; d < data.devices.size(); ++d)
       for (const Observation& o : data.views[v].observations[d])
         write(v, int(d), data.devices[d].kind == DeviceKind::kCamera ? int(d) : o.camera, o.point, o.pixel,
-              o.covariance);
+              o.covariance, o.correlated_with_camera);
     const std::vector<int> numbers = light_numbers(data, data.views[v]);
     std::set<int> written;
     for (std::size_t i = 0; i < numbers.size(); ++i) {
       const LightPoint& light = data.views[v].light_points[i];
       if (written.insert(numbers[i]).second)
         write(v, light.projector, light.camera, numbers[i], light.projector_pixel,
-              Mat2(kDefaultSigma * kDefaultSigma * Mat2::Identity()));
-      write(v, light.camera, light.camera, numbers[i], light.camera_pixel, light.camera_covariance);
+              Mat2(kDefaultSigma * kDefaultSigma * Mat2::Identity()), false);
+      write(v, light.camera, light.camera, numbers[i], light.camera_pixel, light.camera_covariance, false);
     }
   }
 }
@@ -497,13 +533,16 @@ std::string format_observations(const Correspondences& data) {
     if (std::count(views.begin(), views.end(), views.back()) > 1)
       views.back() += "_" + std::to_string(views.size());
   }
-  text += "view, device, camera, point, u, v, var_u, cov_uv, var_v\n";
+  const bool with_correlation = has_uncorrelated_pixel(data);
+  text += std::string("view, device, camera, point, u, v, var_u, cov_uv, var_v") +
+          (with_correlation ? ", correlated\n" : "\n");
   for_each_row(data, [&](std::size_t view, int device, int camera, int point, const Vec2& pixel,
-                         const Mat2& covariance) {
+                         const Mat2& covariance, bool correlated) {
     text += views[view] + ", " + devices[std::size_t(device)] + ", " + devices[std::size_t(camera)] + ", " +
             std::to_string(point);
     for (const double number : {pixel.x(), pixel.y(), covariance(0, 0), covariance(0, 1), covariance(1, 1)})
       text += ", " + format_number(number);
+    if (with_correlation) text += correlated ? ", 1" : ", 0";
     text += "\n";
   });
   return text;
@@ -513,11 +552,14 @@ void save_observations(const std::filesystem::path& path, const Correspondences&
   if (lower_extension(path) != ".npy") return write_file_atomically(path, format_observations(data));
   NpyArray array;
   array.columns = {"view", "device", "camera", "point", "u", "v", "var_u", "cov_uv", "var_v"};
+  const bool with_correlation = has_uncorrelated_pixel(data);
+  if (with_correlation) array.columns.emplace_back("correlated");
   for_each_row(data, [&](std::size_t view, int device, int camera, int point, const Vec2& pixel,
-                         const Mat2& covariance) {
+                         const Mat2& covariance, bool correlated) {
     array.values.insert(array.values.end(),
                         {double(view), double(device), double(camera), double(point), pixel.x(), pixel.y(),
                          covariance(0, 0), covariance(0, 1), covariance(1, 1)});
+    if (with_correlation) array.values.push_back(correlated);
   });
   array.shape = {array.values.size() / array.columns.size(), array.columns.size()};
   write_file_atomically(path, format_npy(array));

@@ -17,6 +17,11 @@ struct Observation {
   /// Of a projector's pixel: the camera that read it off the light, as index into Correspondences::devices.
   /// Each camera that sees the light reads the point's pixel on its own, an observation each.
   int camera = 0;
+  /// Of a projector's pixel: it was read off the light at the corner that `camera` found (Gray code, phase
+  /// shift; pattern::project_board). The corner's error is then in both, and `covariance` includes it:
+  /// covariance = C_light + J C_corner J^T, J the derivative of the projector's pixel by the camera's. False
+  /// for pixels whose error is independent of the corner's.
+  bool correlated_with_camera = false;
 };
 
 /// The board as one image shows it.

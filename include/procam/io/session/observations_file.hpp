@@ -22,8 +22,11 @@
 /// | sigma | optional: standard deviation of u and of v, pixels, default 0.1; or |
 /// | var_u, cov_uv, var_v | optional: the covariance, pixels^2 |
 /// | camera | optional: of a projector's pixel, the camera that read it; default: the only camera |
+/// | correlated | optional: 1 where a projector's pixel was read at the camera's corner (Gray code, phase shift), |
+/// | | 0 where its error is independent of the corner's; default 1 |
 ///
-/// The covariance of a projector's pixel includes the error of the camera's corner at which it was read.
+/// The covariance of a correlated projector pixel includes the error of the camera's corner
+/// (Observation::correlated_with_camera).
 ///
 /// A negative point (-1, -2, ...) is a corner of the projected pattern that falls on the board's sheet at an
 /// unknown position: in each view one row of the projector, whose pixel is exact, and one of the camera.

@@ -8,11 +8,9 @@
 #include <system_error>
 
 #include "common/cli.hpp"
-#include "common/identical_files.hpp"
 #include "common/lens_flags.hpp"
 #include "common/rig_words.hpp"
 #include "common/say_choices.hpp"
-#include "common/utc_now.hpp"
 #include "procam/calibrate/calibrate.hpp"
 #include "procam/detect/detect_board.hpp"
 #include "procam/io/board_file.hpp"
@@ -22,8 +20,8 @@
 #include "procam/io/session/observations_file.hpp"
 #include "procam/io/text.hpp"
 #include "procam/report/calibration.hpp"
-#include "procam/session/calibration_input.hpp"
 #include "procam/session/join.hpp"
+#include "procam/session/reader.hpp"
 
 namespace procam::tools {
 namespace {
@@ -56,9 +54,7 @@ void declare(CLI::App& app, Flags& flags) {
                     ->excludes(images);
   add_parsed(
       app, "--camera-size",
-      [&](const std::string& text) {
-        flags.cameras.push_back(session::parse_device(text, DeviceKind::kCamera));
-      },
+      [&](const std::string& text) { flags.cameras.push_back(io::parse_device(text, DeviceKind::kCamera)); },
       "Size of the camera's images, where a table does not give it; of several cameras one for each: "
       "left=1280x1024")
       ->trigger_on_parse()
@@ -93,77 +89,16 @@ void declare(CLI::App& app, Flags& flags) {
   });
 }
 
-/// In natural order of their names.
-std::vector<fs::path> images_in(const fs::path& folder) {
-  const std::set<std::string> kEndings{".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff"};
-  std::vector<fs::path> files;
-  std::error_code error;
-  for (const fs::directory_entry& entry : fs::directory_iterator(folder, error)) {
-    std::string ending = entry.path().extension().string();
-    std::transform(ending.begin(), ending.end(), ending.begin(),
-                   [](char c) { return c >= 'A' && c <= 'Z' ? char(c - 'A' + 'a') : c; });
-    if (kEndings.count(ending) != 0) files.push_back(entry.path());
-  }
-  if (error) throw Error(ErrorKind::kIo, folder.string(), error.message(), "give a folder of photographs");
-  if (files.empty())
-    throw Error(ErrorKind::kInput, folder.string(), "it holds no image",
-                "give a folder of photographs (png, jpg, bmp, tif), one a board pose");
-  std::sort(files.begin(), files.end(), [](const fs::path& a, const fs::path& b) {
-    return io::natural_less(a.filename().string(), b.filename().string());
-  });
-  return files;
-}
-
-/// The size of most of the photographs; the first one's where two sizes are as common.
-ImageSize common_size(const std::vector<fs::path>& files) {
-  std::vector<std::pair<ImageSize, int>> counts;
-  for (const fs::path& file : files) {
-    const auto size = io::image_size(file);
-    if (!size) continue;  // reading it names what is wrong
-    auto at = std::find_if(counts.begin(), counts.end(), [&](const auto& c) { return c.first == *size; });
-    if (at == counts.end()) at = counts.insert(at, {*size, 0});
-    ++at->second;
-  }
-  if (counts.empty()) return io::load_image(files.front()).image.size();
-  return std::max_element(counts.begin(), counts.end(),
-                          [](const auto& a, const auto& b) { return a.second < b.second; })
-      ->first;
-}
-
-session::CalibrationInput read_images(const Flags& flags, Console& console) {
-  const std::vector<fs::path> files = images_in(flags.images);
-  const ImageSize size = common_size(files);
-  session::CalibrationInput input;
-  std::vector<session::BoardView> views;
-  for (std::size_t i = 0; i < files.size(); ++i) {
-    const std::string name = files[i].filename().string();
-    console.progress("reading " + name, int(i), int(files.size()));
-    const ImageU8 grey = io::to_gray(io::load_image(files[i]).image);
-    if (grey.size() == size) {
-      input.inputs.push_back({name, io::sha256_of_file(files[i])});
-      views.push_back({name, {detect::detect_board(grey, *flags.board)}});
-      continue;
-    }
-    Detections rejected{size, {}, {}};
-    rejected.diagnostics.warn("image_size_differs", name + " is rejected: it is " +
-                                                        io::format_size(grey.size()) +
-                                                        ", the other images are " + io::format_size(size));
-    views.push_back({name, {rejected}});
-  }
-  input.correspondences = session::join(*flags.board, {{"camera", DeviceKind::kCamera, size}}, views);
-  input.options["board"] = io::format_board(*flags.board);
-  input.views = int(files.size());
-  input.title =
-      (flags.images.filename().empty() ? flags.images.parent_path() : flags.images).filename().string();
-  return input;
-}
-
 ExitCode calibrate_alone(const Flags& flags, Console& console) {
   for (const fs::path& file : {flags.output, flags.report, flags.write_observations})
     if (!file.empty()) io::require_writable(file);
-  const session::CalibrationInput input =
-      flags.observations.empty() ? read_images(flags, console)
-                                 : session::read_observations(flags.observations, flags.cameras, flags.board);
+  const session::SessionContents input =
+      flags.observations.empty()
+          ? session::read_board_images(flags.images, *flags.board,
+                                       [&](const std::string& name, int done, int total) {
+                                         console.progress("reading " + name, done, total);
+                                       })
+          : session::read_observations(flags.observations, flags.cameras, flags.board);
   if (!flags.write_observations.empty())
     io::save_observations(flags.write_observations, input.correspondences);
   calibrate::Options options;
@@ -173,14 +108,10 @@ ExitCode calibrate_alone(const Flags& flags, Console& console) {
   set_lens_model(flags.model, flags.fixed, options.camera);
   calibrate::CalibrationResult result = calibrate::calibrate_camera(input.correspondences, options);
   Rig& rig = result.rig;
-  rig.provenance.tool = "calibrate-camera";
-  rig.provenance.version = PROCAM_VERSION;
-  rig.provenance.created = utc_now();
-  rig.provenance.inputs = input.inputs;
-  warn_of_identical_files(input.inputs, result.diagnostics);
-  rig.provenance.options = input.options;
-  rig.provenance.options["camera-model"] = flags.model;
-  rig.provenance.options["board-shape"] = flags.board_shape;
+  rig.provenance = session::provenance(input, "calibrate-camera");
+  for (const auto& [option, choice] :
+       {std::pair("camera-model", flags.model), std::pair("board-shape", flags.board_shape)})
+    if (choice != "auto") rig.provenance.options[option] = choice;
   if (flags.keep_outliers) rig.provenance.options["keep-outliers"] = "yes";
   for (const std::string& name : flags.fixed) rig.provenance.options["fix " + name] = "yes";
   io::save_rig(flags.output, rig);

@@ -8,12 +8,10 @@
 #include <set>
 
 #include "common/cli.hpp"
-#include "common/identical_files.hpp"
 #include "common/known_before.hpp"
 #include "common/lens_flags.hpp"
 #include "common/rig_words.hpp"
 #include "common/say_choices.hpp"
-#include "common/utc_now.hpp"
 #include "procam/calibrate/calibrate.hpp"
 #include "procam/calibrate/gates.hpp"
 #include "procam/calibrate/mirror.hpp"
@@ -28,7 +26,6 @@
 #include "procam/io/session/point_pairs_file.hpp"
 #include "procam/io/text.hpp"
 #include "procam/report/calibration.hpp"
-#include "procam/session/calibration_input.hpp"
 #include "procam/session/reader.hpp"
 
 namespace procam::tools {
@@ -90,7 +87,7 @@ calibrate::MirrorView read_mirror(const Flags& flags, session::SessionPlan& sess
 /// What follows every calibration of camera and projector: predicted errors and their check, the view to add
 /// next, the files, and the words. The rig's provenance is set before.
 ExitCode conclude(const Flags& flags, Console& console, calibrate::CalibrationResult& result,
-                  const session::CalibrationInput& input, const Rig& truth) {
+                  const session::SessionContents& input, const Rig& truth) {
   Rig& rig = result.rig;
   const std::vector<analyze::LightErrors> predicted = predicted_errors(rig, flags.wall);
   check_predicted_errors(rig, predicted, flags.accepted, rig.quality.gates, result.diagnostics);
@@ -179,38 +176,23 @@ ExitCode conclude(const Flags& flags, Console& console, calibrate::CalibrationRe
   return exit_code(result.diagnostics);
 }
 
-session::CalibrationInput read_captures(const Flags& flags, std::optional<calibrate::MirrorView>& mirror,
-                                        Console& console) {
-  session::SessionPlan session = session::open_session(flags.captures, flags.stated, flags.shown);
-  if (!flags.mirror_view.empty()) mirror = read_mirror(flags, session);
-  session::SessionContents contents =
-      session::read_session(session, [&](const std::string& view, int done, int total) {
-        console.progress("reading " + view, done, total);
-      });
-  std::string sizes;
-  for (const session::PlannedProjector& projector : session.projectors)
-    sizes += (sizes.empty() ? "" : " ") + (session.projectors.size() > 1 ? projector.name + "=" : "") +
-             io::format_size(projector.size);
-  return {std::move(contents.correspondences),
-          std::move(contents.inputs),
-          {{"pattern", session::pattern_text(session)},
-           {"projector-size", sizes},
-           {"step", std::to_string(session.step)},
-           {"board", io::format_board(session.board)}},
-          int(session.views.size()),
-          (flags.captures.filename().empty() ? flags.captures.parent_path() : flags.captures)
-              .filename()
-              .string()};
+session::SessionContents read_captures(const Flags& flags, std::optional<calibrate::MirrorView>& mirror,
+                                       Console& console) {
+  session::SessionPlan plan = session::open(flags.captures, {flags.stated, flags.shown});
+  if (!flags.mirror_view.empty()) mirror = read_mirror(flags, plan);
+  return session::read(plan, [&](const std::string& view, int done, int total) {
+    console.progress("reading " + view, done, total);
+  });
 }
 
 /// --observations, with the sizes that flags give.
-session::CalibrationInput read_table(const Flags& flags) {
+session::SessionContents read_table(const Flags& flags) {
   std::vector<Device> devices = flags.cameras;
   if (flags.stated.projector_size)
     devices.push_back({"projector", DeviceKind::kProjector, *flags.stated.projector_size});
   for (const auto& [name, size] : flags.stated.projectors)
     devices.push_back({name, DeviceKind::kProjector, size});
-  session::CalibrationInput input =
+  session::SessionContents input =
       session::read_observations(flags.observations, devices, flags.stated.board);
   if (input.correspondences.devices.back().kind != DeviceKind::kProjector)
     throw Error(ErrorKind::kInput, flags.observations.string(), "the projector's size is not given",
@@ -224,7 +206,7 @@ ExitCode calibrate_session(const Flags& flags, Console& console) {
   Rig truth;
   if (!flags.truth.empty()) truth = io::load_rig(flags.truth);
   std::optional<calibrate::MirrorView> mirror;
-  const session::CalibrationInput input =
+  const session::SessionContents input =
       flags.observations.empty() ? read_captures(flags, mirror, console) : read_table(flags);
   const Correspondences& correspondences = input.correspondences;
   if (!flags.write_observations.empty()) io::save_observations(flags.write_observations, correspondences);
@@ -261,16 +243,12 @@ ExitCode calibrate_session(const Flags& flags, Console& console) {
     console.summary().set("/mirror/rms_px", seen.rms_px);
   }
   Rig& rig = result.rig;
-  rig.provenance.tool = "calibrate-projector";
-  rig.provenance.version = PROCAM_VERSION;
-  rig.provenance.created = utc_now();
-  rig.provenance.inputs = input.inputs;
-  warn_of_identical_files(input.inputs, result.diagnostics);
-  rig.provenance.options = input.options;
+  rig.provenance = session::provenance(input, "calibrate-projector");
   for (const std::string& name : flags.fixed) rig.provenance.options["fix " + name] = "yes";
-  rig.provenance.options["board-shape"] = flags.board_shape;
-  rig.provenance.options["camera-model"] = flags.camera_model;
-  rig.provenance.options["projector-model"] = flags.projector_model;
+  for (const auto& [option, choice] :
+       {std::pair("board-shape", flags.board_shape), std::pair("camera-model", flags.camera_model),
+        std::pair("projector-model", flags.projector_model)})
+    if (choice != "auto") rig.provenance.options[option] = choice;
   if (flags.keep_outliers) rig.provenance.options["keep-outliers"] = "yes";
   if (!flags.known_camera.empty())
     rig.provenance.inputs.push_back(
@@ -303,11 +281,10 @@ ExitCode calibrate_points(const Flags& flags, Console& console) {
   calibrate::PointsResult result =
       calibrate::calibrate_from_points({"projector", DeviceKind::kProjector, picture}, pairs, options);
   Rig& rig = result.rig;
-  rig.provenance = {"calibrate-projector",
-                    PROCAM_VERSION,
-                    utc_now(),
-                    {{"projector-size", io::format_size(picture)}},
-                    {{flags.points.filename().string(), io::sha256_of_file(flags.points)}}};
+  session::SessionContents source;
+  source.inputs = {{flags.points.filename().string(), io::sha256_of_file(flags.points)}};
+  source.options = {{"projector-size", io::format_size(picture)}};
+  rig.provenance = session::provenance(source, "calibrate-projector");
   const std::vector<analyze::LightErrors> predicted = predicted_errors(rig, flags.wall);
   check_predicted_errors(rig, predicted, flags.accepted, rig.quality.gates, result.diagnostics);
   io::save_rig(flags.output, rig);
@@ -427,8 +404,7 @@ void require_one_input(const CLI::App& app, const Flags& flags) {
 }
 
 void declare(CLI::App& app, Flags& flags) {
-  app.add_option("--captures", flags.captures,
-                 "Folder with one sub-folder of session::numbered frames a board pose");
+  app.add_option("--captures", flags.captures, "Folder with one sub-folder of numbered frames a board pose");
   app.add_option_function<std::string>(
       "--decoded",
       [&](const std::string& folder) {
@@ -443,9 +419,7 @@ void declare(CLI::App& app, Flags& flags) {
       "Instead of captures: a table of board points and pixels, .csv or .npy (docs/file-formats.md)");
   add_parsed(
       app, "--camera-size",
-      [&](const std::string& text) {
-        flags.cameras.push_back(session::parse_device(text, DeviceKind::kCamera));
-      },
+      [&](const std::string& text) { flags.cameras.push_back(io::parse_device(text, DeviceKind::kCamera)); },
       "Size of the camera's images, where a table of observations or a calibration to check does not give "
       "it; of several cameras one for each: left=1280x1024")
       ->trigger_on_parse()

@@ -7,7 +7,7 @@
 
 #include "common/blend_flags.hpp"
 #include "common/cli.hpp"
-#include "common/utc_now.hpp"
+#include "procam/core/base/clock.hpp"
 #include "procam/io/exchange/mpcdi.hpp"
 #include "procam/io/exchange/warp_file.hpp"
 #include "procam/io/exchange/world_axes.hpp"

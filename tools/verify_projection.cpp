@@ -6,7 +6,7 @@
 
 #include "common/cli.hpp"
 #include "common/room_frames.hpp"
-#include "common/utc_now.hpp"
+#include "procam/core/base/clock.hpp"
 #include "procam/session/patterns.hpp"
 
 #include "procam/analyze/error_sources.hpp"

@@ -311,4 +311,15 @@ std::string format_board(const Board& board, BoardUnit unit) {
   return std::visit(BoardWriter{unit == BoardUnit::kMetric ? format_length : format_pixels}, board);
 }
 
+Device parse_device(const std::string& text, DeviceKind kind) {
+  const std::size_t equals = text.find('=');
+  const std::string name = equals == std::string::npos
+                               ? (kind == DeviceKind::kCamera ? "camera" : "projector")
+                               : text.substr(0, equals);
+  if (name.empty())
+    throw Error(ErrorKind::kInput, "'" + text + "'", "the device's name is empty",
+                "give e.g. left=1280x1024");
+  return {name, kind, parse_size(equals == std::string::npos ? text : text.substr(equals + 1))};
+}
+
 }  // namespace procam::io

@@ -9,6 +9,8 @@
 #include <thread>
 #include <utility>
 
+#include "folder_name.hpp"
+#include "identical_files.hpp"
 #include "procam/detect/board_artwork.hpp"
 #include "procam/detect/detect_board.hpp"
 #include "procam/io/files.hpp"
@@ -45,7 +47,7 @@ void turn_rows(Image<T>& image) {
 
 /// What another program has decoded, in place of frames.
 void read_decoded(const SessionPlan& plan, const io::Stack& stack, ImageSize projector_size,
-                  std::vector<InputFile>& inputs, std::optional<ImageSize>& size, session::Reading& reading) {
+                  std::vector<InputFile>& inputs, std::optional<ImageSize>& size, Reading& reading) {
   io::DecodedView view = io::load_decoded_view(stack.folder);
   if (!size) size = view.white.size();
   reading.in_camera.image_size = *size;
@@ -72,13 +74,13 @@ void read_decoded(const SessionPlan& plan, const io::Stack& stack, ImageSize pro
   reading.in_camera.diagnostics.append(view.diagnostics);
 }
 
-session::Reading read_stack(const SessionPlan& plan, const PlannedView& view, const io::Stack& stack,
-                            std::vector<InputFile>& inputs, CameraSizes& sizes) {
+Reading read_stack(const SessionPlan& plan, const PlannedView& view, const io::Stack& stack,
+                   std::vector<InputFile>& inputs, CameraSizes& sizes) {
   const auto by_name = [&](const PlannedProjector& p) {
     return stack.projector.empty() || p.name == stack.projector;
   };
   const auto projector = std::find_if(plan.projectors.begin(), plan.projectors.end(), by_name);
-  session::Reading reading;
+  Reading reading;
   reading.camera = camera_of(plan, stack);
   reading.projector = int(plan.cameras.size()) + int(projector - plan.projectors.begin());
   std::optional<ImageSize>& size = sizes[std::size_t(reading.camera)];
@@ -99,7 +101,7 @@ session::Reading read_stack(const SessionPlan& plan, const PlannedView& view, co
   for (const fs::path& file : captures.files)
     inputs.push_back({file.lexically_relative(plan.folder).generic_string(), io::sha256_of_file(file)});
   const std::vector<ViewU8> frames(captures.frames.begin(), captures.frames.end());
-  session::BoardView seen = projector->pattern->read(view.name, frames, plan.board);
+  BoardView seen = projector->pattern->read(view.name, frames, plan.board);
   reading.in_camera = std::move(seen.detections[kCameraDevice]);
   reading.in_projector = std::move(seen.detections[kProjectorDevice]);
   reading.light_points = std::move(seen.light_points);
@@ -120,10 +122,10 @@ CameraSizes common_sizes(const SessionPlan& plan) {
 }
 
 /// The first photograph's size is the camera's; others are rejected and named.
-session::Reading read_photograph(const SessionPlan& plan, const PhotographedView& view,
-                                 std::vector<InputFile>& inputs, CameraSizes& sizes) {
+Reading read_photograph(const SessionPlan& plan, const PhotographedView& view, std::vector<InputFile>& inputs,
+                        CameraSizes& sizes) {
   std::optional<ImageSize>& size = sizes.front();
-  session::Reading reading;
+  Reading reading;
   reading.projector = 1;
   reading.in_projector.image_size = plan.projectors.front().size;
   std::vector<ImageU8> images;
@@ -142,8 +144,8 @@ session::Reading read_photograph(const SessionPlan& plan, const PhotographedView
     }
     inputs.push_back({file.lexically_relative(plan.folder).generic_string(), io::sha256_of_file(file)});
   }
-  session::BoardView seen = read_shown_view(*plan.shown, view, images.front(),
-                                            images.size() > 1 ? images.back() : ImageU8(), plan.board);
+  BoardView seen = read_shown_view(*plan.shown, view, images.front(),
+                                   images.size() > 1 ? images.back() : ImageU8(), plan.board);
   reading.in_camera = std::move(seen.detections[kCameraDevice]);
   reading.in_projector = std::move(seen.detections[kProjectorDevice]);
   reading.light_points = std::move(seen.light_points);
@@ -151,10 +153,9 @@ session::Reading read_photograph(const SessionPlan& plan, const PhotographedView
 }
 
 /// A board missed in one view is a warning; one found nowhere is a wrong --board or no board at all.
-void require_board_somewhere(const SessionPlan& plan,
-                             const std::vector<std::vector<session::Reading>>& views) {
+void require_board_somewhere(const SessionPlan& plan, const std::vector<std::vector<Reading>>& views) {
   for (const auto& readings : views)
-    for (const session::Reading& reading : readings)
+    for (const Reading& reading : readings)
       if (!reading.in_camera.observations.empty() ||
           reading.in_camera.diagnostics.find("image_size_differs") != nullptr)  // it was not looked at
         return;
@@ -208,7 +209,7 @@ std::vector<Device> devices_of(const SessionPlan& plan, const CameraSizes& sizes
 
 /// What one view holds, or why it cannot be read.
 struct ReadView {
-  std::vector<session::Reading> readings;
+  std::vector<Reading> readings;
   std::vector<InputFile> inputs;
   CameraSizes sizes;
   std::exception_ptr error;
@@ -273,8 +274,10 @@ void turn_left_to_right(ImageF& image) {
   turn_rows(image);
 }
 
-SessionPlan open_session(const fs::path& folder, const io::SessionInfo& stated, const ShownFlags& shown) {
-  const io::SessionInfo stored = io::load_session(folder).value_or(io::SessionInfo{});
+SessionPlan open(const fs::path& folder, const OpenOptions& options) {
+  const io::Session& stated = options.stated;
+  const ShownFlags& shown = options.shown;
+  const io::Session stored = io::load_session(folder).value_or(io::Session{});
   const auto ask = [&](const std::string& what, const std::string& flag) {
     return Error(ErrorKind::kInput, folder.string(), "neither a flag nor session.json states the " + what,
                  "give " + flag);
@@ -326,11 +329,11 @@ SessionPlan open_session(const fs::path& folder, const io::SessionInfo& stated, 
   return plan;
 }
 
-SessionContents read_session(const SessionPlan& plan, const ReadingProgress& progress) {
+SessionContents read(const SessionPlan& plan, const ReadingProgress& progress) {
   SessionContents contents;
   if (!plan.pattern_file.empty())
     contents.inputs.push_back({plan.pattern_file.filename().string(), io::sha256_of_file(plan.pattern_file)});
-  std::vector<std::vector<session::Reading>> readings;
+  std::vector<std::vector<Reading>> readings;
   CameraSizes sizes = plan.shown ? CameraSizes(1) : common_sizes(plan);
   const int count = int(plan.views.size()), first = std::min(count, kViewsBeforeGivingUp);
   const int alone = plan.shown ? std::min(count, 1) : 0;  // the first photograph fixes the size of all
@@ -346,10 +349,22 @@ SessionContents read_session(const SessionPlan& plan, const ReadingProgress& pro
   }
   require_board_somewhere(plan, readings);
   const std::vector<Device> devices = devices_of(plan, sizes);
-  std::vector<session::BoardView> views;
+  std::vector<BoardView> views;
   for (std::size_t i = 0; i < plan.views.size(); ++i)
-    views.push_back(session::combine(plan.views[i].name, devices, readings[i]));
-  contents.correspondences = session::join(plan.board, devices, views);
+    views.push_back(combine(plan.views[i].name, devices, readings[i]));
+  contents.correspondences = join(plan.board, devices, views);
+  warn_of_identical_files(contents.inputs, contents.correspondences.diagnostics);
+  std::string projector_sizes;
+  for (const PlannedProjector& projector : plan.projectors)
+    projector_sizes += (projector_sizes.empty() ? "" : " ") +
+                       (plan.projectors.size() > 1 ? projector.name + "=" : "") +
+                       io::format_size(projector.size);
+  contents.options = {{"pattern", pattern_text(plan)},
+                      {"projector-size", projector_sizes},
+                      {"step", std::to_string(plan.step)},
+                      {"board", io::format_board(plan.board)}};
+  contents.views = int(plan.views.size());
+  contents.title = folder_name(plan.folder);
   return contents;
 }
 

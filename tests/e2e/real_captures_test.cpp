@@ -66,8 +66,7 @@ TEST(RealCaptures, JackknifeAgreesWithWholeRefits) {
   // Averaged terms are no refit's: the solution that the closed form differentiates is the one without them.
   options.camera.held = options.projector.held = {"skew", "k3"};
   const calibrate::CalibrationResult result = calibrate::calibrate_rig(
-      session::read_session(session::open_session(test_data() / "graycode", stated)).correspondences,
-      options);
+      session::read(session::open(test_data() / "graycode", {stated, {}})).correspondences, options);
   EXPECT_TRUE(result.sigmas_from_views);
   const auto& [data, used, state, bundle_options] = result.solved;
   std::map<std::string, double> variance;

@@ -71,8 +71,7 @@ TEST(ShownViews, CalibrateAProjectorAndNameTheStaleOne) {
   const SimulatedViews views(simulate::Level::kEasy, 3, scratch / "session");
   io::SessionInfo stated;
   stated.board = views.session.board().layout;
-  const session::SessionContents contents =
-      session::read_session(session::open_session(scratch / "session", stated));
+  const session::SessionContents contents = session::read(session::open(scratch / "session", {stated, {}}));
   const Correspondences& data = contents.correspondences;
   ASSERT_EQ(data.views.size(), SimulatedViews::kViews);
   for (const View& view : data.views) {
@@ -188,8 +187,8 @@ TEST_P(WorldOfPhotographs, IsCalibratedAsItIs) {
   io::SessionInfo stated;
   stated.board = Chessboard{9, 6, 0.036};
   stated.projector_size = ImageSize{1024, 768};
-  const session::SessionPlan plan = session::open_session(world, stated, shown);
-  const Correspondences data = session::read_session(plan).correspondences;
+  const session::SessionPlan plan = session::open(world, {stated, shown});
+  const Correspondences data = session::read(plan).correspondences;
   ASSERT_EQ(data.views.size(), truth["views"].size()) << "a view without its printed board";
 
   // Detections against the truth.

@@ -8,6 +8,7 @@
 
 #include "procam/core/base/types.hpp"
 #include "procam/core/board/board.hpp"
+#include "procam/core/rig/observation.hpp"
 
 namespace procam::io {
 
@@ -62,5 +63,9 @@ enum class BoardUnit { kMetric, kPixel };
 /// See docs/boards.md. A board file is read by read_board() (io/board_file.hpp).
 Board parse_board(const std::string& text, BoardUnit unit = BoardUnit::kMetric);
 std::string format_board(const Board& board, BoardUnit unit = BoardUnit::kMetric);
+
+/// "1280x1024", the size of the device `kind` ("camera"), or "left=1280x1024", of the one called left. Throws
+/// Error(kInput).
+Device parse_device(const std::string& text, DeviceKind kind);
 
 }  // namespace procam::io

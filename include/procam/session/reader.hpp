@@ -3,6 +3,7 @@
 /// tools and end-to-end tests share it.
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -47,11 +48,21 @@ constexpr const char* kDecodedMaps = "decoded";
 void turn_left_to_right(ImageU8& image);
 void turn_left_to_right(ImageF& image);
 
-/// `stated` (flags) first, then session.json; without either the pattern is "gray". Throws Error(kInput)
-/// naming the flag that would answer what neither says, and for folders that do not tell which device they
-/// belong to. The pattern kDecodedMaps stands for views that another program has decoded.
-SessionPlan open_session(const std::filesystem::path& folder, const io::SessionInfo& stated,
-                         const ShownFlags& shown = {});
+/// What a caller knows of a session; it goes before what session.json states.
+struct OpenOptions {
+  io::Session stated;  ///< pattern, sizes, board, step
+  ShownFlags shown;    ///< of a session of one photograph a view
+};
+
+/// What is to be read, without reading an image: `options` first, then session.json; without either the
+/// pattern is "gray". Throws Error(kInput) naming the flag that would answer what neither says, and for folders
+/// that do not tell which device they belong to. The pattern kDecodedMaps stands for views that another program
+/// has decoded.
+///
+///   const auto session = session::read(session::open("captures"));
+///   const auto result = calibrate::calibrate_rig(session.correspondences);
+///   io::save_rig("rig.json", result.rig);
+SessionPlan open(const std::filesystem::path& folder, const OpenOptions& options = {});
 
 /// As --pattern states it; of photographs "shown", of decoded maps "decoded".
 std::string pattern_text(const SessionPlan& plan);
@@ -59,16 +70,37 @@ std::string pattern_text(const SessionPlan& plan);
 /// Called before each view is read: name, number done, number of all.
 using ReadingProgress = std::function<void(const std::string& view, int done, int total)>;
 
+/// What a calibration works on, whether it comes from images or from a table of observations.
 struct SessionContents {
   Correspondences correspondences;
-  std::vector<InputFile> inputs;  ///< every frame that was read
+  std::vector<InputFile> inputs;               ///< every file that was read
+  std::map<std::string, std::string> options;  ///< pattern, sizes, board: for the rig's provenance
+  int views = 0;                               ///< given, also those without enough points
+  std::string title;                           ///< of the report: the folder's or the file's name
 };
 
 /// Reads and joins all views: cameras first among the devices, then projectors. A board missed in one view is
 /// a remark; one found in none of the first three views is an Error(kInput), as is whatever is wrong with a
 /// view's files. An image whose size is not that of most of its camera's images is rejected by name; a view
 /// that then has too few frames is rejected with it.
-SessionContents read_session(const SessionPlan& plan, const ReadingProgress& progress = {});
+/// Files that repeat another view's are warned of ("identical_files").
+SessionContents read(const SessionPlan& plan, const ReadingProgress& progress = {});
+
+/// A table of observations (io/session/observations_file.hpp); `devices` and `board` as far as the caller knows
+/// them. Views without four points in any camera are rejected with a warning, as in a session of images. Throws
+/// as io::load_observations().
+SessionContents read_observations(const std::filesystem::path& file, const std::vector<Device>& devices = {},
+                                  const std::optional<Board>& board = {});
+
+/// The images of a folder (png, jpg, bmp, tif), each one view of the board by one camera called "camera". Images
+/// whose size is not that of most are rejected by name. Throws Error(kInput) for a folder without images and for
+/// images without the board, Error(kIo) for what cannot be read.
+SessionContents read_board_images(const std::filesystem::path& folder, const Board& board,
+                                  const ReadingProgress& progress = {});
+
+/// For the rig that was solved from the contents: `program`, procam's version, the time (SOURCE_DATE_EPOCH
+/// where it is set: https://reproducible-builds.org/specs/source-date-epoch), what was read.
+Provenance provenance(const SessionContents& contents, const std::string& program);
 
 /// The devices of a session with one of each, in the order of kCameraDevice, kProjectorDevice.
 std::vector<Device> session_devices(ImageSize camera_size, ImageSize projector_size);

@@ -1,10 +1,10 @@
-#include "common/identical_files.hpp"
+#include "identical_files.hpp"
 
 #include <filesystem>
 #include <map>
 #include <utility>
 
-namespace procam::tools {
+namespace procam::session {
 
 void warn_of_identical_files(const std::vector<InputFile>& inputs, Diagnostics& diagnostics) {
   std::map<std::string, std::string> first;                    // the first file of a content, by SHA-256
@@ -28,4 +28,4 @@ void warn_of_identical_files(const std::vector<InputFile>& inputs, Diagnostics& 
             "once");
 }
 
-}  // namespace procam::tools
+}  // namespace procam::session

@@ -89,8 +89,8 @@ calibrate::MirrorView read_mirror(const Flags& flags, session::SessionPlan& sess
 ExitCode conclude(const Flags& flags, Console& console, calibrate::CalibrationResult& result,
                   const session::SessionContents& input, const Rig& truth) {
   Rig& rig = result.rig;
-  const std::vector<analyze::LightErrors> predicted = predicted_errors(rig, flags.wall);
-  check_predicted_errors(rig, predicted, flags.accepted, rig.quality.gates, result.diagnostics);
+  const std::vector<analyze::LightErrors> predicted =
+      analyze::check_predicted_errors(result, flags.wall, flags.accepted);
 
   console.progress("the view to add next", 99, 100);
   const auto worst = std::max_element(predicted.begin(), predicted.end(), [&](const auto& a, const auto& b) {
@@ -285,8 +285,8 @@ ExitCode calibrate_points(const Flags& flags, Console& console) {
   source.inputs = {{flags.points.filename().string(), io::sha256_of_file(flags.points)}};
   source.options = {{"projector-size", io::format_size(picture)}};
   rig.provenance = session::provenance(source, "calibrate-projector");
-  const std::vector<analyze::LightErrors> predicted = predicted_errors(rig, flags.wall);
-  check_predicted_errors(rig, predicted, flags.accepted, rig.quality.gates, result.diagnostics);
+  const std::vector<analyze::LightErrors> predicted = analyze::predicted_errors(rig, flags.wall);
+  analyze::check_predicted_errors(rig, predicted, flags.accepted, rig.quality.gates, result.diagnostics);
   io::save_rig(flags.output, rig);
 
   say_result(console, rig, rig.quality, predicted, flags.accepted, false);
@@ -327,11 +327,11 @@ ExitCode check_file(const Flags& flags, Console& console) {
   const Rig rig = io::load_calibration(flags.check, context);
   RigQuality quality;
   quality.gates = calibrate::check_stored_rig(rig);
-  const std::vector<analyze::LightErrors> predicted = predicted_errors(rig, flags.wall);
+  const std::vector<analyze::LightErrors> predicted = analyze::predicted_errors(rig, flags.wall);
   Diagnostics diagnostics;
   for (const Gate& gate : quality.gates)
     if (!gate.passed) diagnostics.fail("gate_failed", gate.name + ": " + gate.detail);
-  check_predicted_errors(rig, predicted, flags.accepted, quality.gates, diagnostics);
+  analyze::check_predicted_errors(rig, predicted, flags.accepted, quality.gates, diagnostics);
   say_result(console, rig, quality, predicted, flags.accepted, false);
   for (const RigCamera& camera : rig.cameras) say_lens(console, camera.name, camera.camera, rig.covariance);
   for (const RigProjector& projector : rig.projectors)

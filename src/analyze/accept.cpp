@@ -39,6 +39,31 @@ Gate predicted_error_check(const Rig& rig, const LightErrors& predicted, const A
   return gate;
 }
 
+std::vector<LightErrors> predicted_errors(const Rig& rig, double wall) {
+  std::vector<LightErrors> errors;
+  for (const RigProjector& projector : rig.projectors) {
+    if (!rig.covariance.index_of(projector.name + ".fx")) return {};
+    errors.push_back(predicted_light_errors(rig, wall, projector.name));
+  }
+  return errors;
+}
+
+void check_predicted_errors(const Rig& rig, const std::vector<LightErrors>& predicted,
+                            const AcceptedError& accepted, std::vector<Gate>& gates,
+                            Diagnostics& diagnostics) {
+  for (const LightErrors& errors : predicted) {
+    gates.push_back(predicted_error_check(rig, errors, accepted));
+    if (!gates.back().passed) diagnostics.fail("gate_failed", gates.back().name + ": " + gates.back().detail);
+  }
+}
+
+std::vector<LightErrors> check_predicted_errors(calibrate::CalibrationResult& result, double wall,
+                                                const AcceptedError& accepted) {
+  std::vector<LightErrors> predicted = predicted_errors(result.rig, wall);
+  check_predicted_errors(result.rig, predicted, accepted, result.rig.quality.gates, result.diagnostics);
+  return predicted;
+}
+
 bool only_predicted_error_failed(const RigQuality& quality) {
   bool failed = false;
   for (const Gate& gate : quality.gates) {

@@ -62,24 +62,6 @@ void say_gates(Console& console, const std::vector<Gate>& gates) {
   console.summary().set("/gates/total", int(gates.size()));
 }
 
-std::vector<analyze::LightErrors> predicted_errors(const Rig& rig, double wall) {
-  std::vector<analyze::LightErrors> errors;
-  for (const RigProjector& projector : rig.projectors) {
-    if (!rig.covariance.index_of(projector.name + ".fx")) return {};
-    errors.push_back(analyze::predicted_light_errors(rig, wall, projector.name));
-  }
-  return errors;
-}
-
-void check_predicted_errors(const Rig& rig, const std::vector<analyze::LightErrors>& predicted,
-                            const analyze::AcceptedError& accepted, std::vector<Gate>& gates,
-                            Diagnostics& diagnostics) {
-  for (const analyze::LightErrors& errors : predicted) {
-    gates.push_back(analyze::predicted_error_check(rig, errors, accepted));
-    if (!gates.back().passed) diagnostics.fail("gate_failed", gates.back().name + ": " + gates.back().detail);
-  }
-}
-
 void say_result(Console& console, const Rig& rig, const RigQuality& quality,
                 const std::vector<analyze::LightErrors>& predicted, const analyze::AcceptedError& accepted,
                 bool next_view) {

@@ -20,12 +20,6 @@ void say_lens(Console& console, const std::string& device, const Camera& lens,
 /// Logs all remarks but failed checks, which say_gates() lists; the summary gets every one.
 void say_remarks(Console& console, const Diagnostics& diagnostics);
 void say_gates(Console& console, const std::vector<Gate>& gates);
-/// The predicted errors of every projector, in the rig's order; none where the rig has no covariance of one.
-std::vector<analyze::LightErrors> predicted_errors(const Rig& rig, double wall);
-/// Adds the check on the predicted error of each projector to `gates`; a failed one to `diagnostics` too.
-void check_predicted_errors(const Rig& rig, const std::vector<analyze::LightErrors>& predicted,
-                            const analyze::AcceptedError& accepted, std::vector<Gate>& gates,
-                            Diagnostics& diagnostics);
 /// The headline: may the rig be used, and its predicted error of the kind that was selected; below it the
 /// other kind. `next` points to the view that was advised, where there is one.
 void say_result(Console& console, const Rig& rig, const RigQuality& quality,

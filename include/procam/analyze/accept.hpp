@@ -3,8 +3,10 @@
 /// numbers of a rig are possible; this one asks whether they are known well enough for the user's surface.
 /// It stands here because the error needs light_error.hpp, which knows walls and is no part of calibration.
 #include <string>
+#include <vector>
 
 #include "procam/analyze/light_error.hpp"
+#include "procam/calibrate/result.hpp"
 
 namespace procam::analyze {
 
@@ -20,6 +22,20 @@ struct AcceptedError {
 /// Whether the rig's predicted error (RMS) is accepted. Both errors are in its detail. Named "predicted
 /// error", after the projector where the rig has several.
 Gate predicted_error_check(const Rig& rig, const LightErrors& predicted, const AcceptedError& accepted);
+
+/// The predicted errors of every projector, in the rig's order, on a wall `wall` metres from each; none where
+/// the rig has no covariance.
+std::vector<LightErrors> predicted_errors(const Rig& rig, double wall);
+
+/// Adds the check of each projector's predicted error to `gates`; a failed one to `diagnostics` as well.
+void check_predicted_errors(const Rig& rig, const std::vector<LightErrors>& predicted,
+                            const AcceptedError& accepted, std::vector<Gate>& gates,
+                            Diagnostics& diagnostics);
+
+/// The same for a calibration: predicts, adds the checks to its rig's quality and its diagnostics, and returns
+/// what was predicted.
+std::vector<LightErrors> check_predicted_errors(calibrate::CalibrationResult& result, double wall = 2,
+                                                const AcceptedError& accepted = {});
 
 /// Does the rig fail for its predicted error alone? Then its numbers are sound, and more views make it good.
 bool only_predicted_error_failed(const RigQuality& quality);

@@ -275,9 +275,9 @@ void turn_left_to_right(ImageF& image) {
 }
 
 SessionPlan open(const fs::path& folder, const OpenOptions& options) {
-  const io::Session& stated = options.stated;
+  const io::SessionInfo& stated = options.stated;
   const ShownFlags& shown = options.shown;
-  const io::Session stored = io::load_session(folder).value_or(io::Session{});
+  const io::SessionInfo stored = io::load_session(folder).value_or(io::SessionInfo{});
   const auto ask = [&](const std::string& what, const std::string& flag) {
     return Error(ErrorKind::kInput, folder.string(), "neither a flag nor session.json states the " + what,
                  "give " + flag);

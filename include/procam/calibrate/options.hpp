@@ -47,7 +47,7 @@ struct Options {
   LensOptions camera;
   LensOptions projector;
   BoardShape board_shape = BoardShape::kAuto;
-  /// An observation further than this from its projection (in scaled sigmas, both axes together) is left out,
+  /// An observation further than this from its projection (in scaled sigmas, both axes together) is rejected,
   /// with its reason. Under Gaussian noise 5 happens once in 270 000 observations. Zero keeps all.
   double outlier_sigmas = 5;
   int max_iterations = 200;

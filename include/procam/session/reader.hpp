@@ -50,8 +50,8 @@ void turn_left_to_right(ImageF& image);
 
 /// What a caller knows of a session; it goes before what session.json states.
 struct OpenOptions {
-  io::Session stated;  ///< pattern, sizes, board, step
-  ShownFlags shown;    ///< of a session of one photograph a view
+  io::SessionInfo stated;  ///< pattern, sizes, board, step
+  ShownFlags shown;        ///< of a session of one photograph a view
 };
 
 /// What is to be read, without reading an image: `options` first, then session.json; without either the

@@ -88,7 +88,7 @@ TEST(Fleet, SigmasAreHonestForEveryDevice) {
 TEST(Fleet, FreesLightFromTheErrorOfTheCornerThatItsOwnCameraFound) {
   const NumericFleet fleet = NumericFleet::make(loosely_joined(), 9, 0.08, 1e-4);
   const Correspondences data = fleet.correspondences(1);
-  BundleState truth{{}, {}, fleet.rig_from_board, points_in_board(data.board), true};
+  BundleState truth{{}, {}, fleet.rig_from_board, points_in_board(data.board)};
   for (int d = 0; d < 4; ++d) {
     truth.lenses.push_back(fleet.lens(d));
     truth.device_from_rig.push_back(fleet.rig_from(d).inverse());

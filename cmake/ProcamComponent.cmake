@@ -45,6 +45,7 @@ function(procam_component name)
   # A backend (render_gl) has its header in the folder of the component that it draws for.
   if(IS_DIRECTORY ${PROJECT_SOURCE_DIR}/include/procam/${name})
     install(DIRECTORY ${PROJECT_SOURCE_DIR}/include/procam/${name} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/procam)
+    install(FILES ${PROJECT_SOURCE_DIR}/include/procam/${name}.hpp DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/procam)
   endif()
   install(EXPORT procam-${name} NAMESPACE procam:: DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/procam)
 

@@ -16,7 +16,7 @@ function(expect name file include_line verdict)
   endif()
 endfunction()
 
-expect(allowed src/simulate/world.cpp "#include \"procam/render/draw.hpp\"" "1 files keep to the arrows")
+expect(allowed src/simulate/world.cpp "#include \"procam/pattern/draw.hpp\"" "1 files keep to the arrows")
 expect(ceres_beside_the_costs include/procam/calibrate/costs/pixel.hpp "#include <ceres/jet.h>"
   "1 files keep to the arrows")
 expect(heavy_package_in_a_body src/io/read.cpp "#include <opencv2/core.hpp>" "1 files keep to the arrows")

@@ -1,0 +1,6 @@
+#pragma once
+/// Every public header of procam::report.
+#include "procam/report/calibration.hpp"
+#include "procam/report/plan.hpp"
+#include "procam/report/prediction.hpp"
+#include "procam/report/verify.hpp"

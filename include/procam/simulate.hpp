@@ -1,0 +1,15 @@
+#pragma once
+/// Every public header of procam::simulate.
+#include "procam/simulate/capture.hpp"
+#include "procam/simulate/conditions.hpp"
+#include "procam/simulate/depth_view.hpp"
+#include "procam/simulate/drive.hpp"
+#include "procam/simulate/fleet.hpp"
+#include "procam/simulate/marker_view.hpp"
+#include "procam/simulate/motion.hpp"
+#include "procam/simulate/preview.hpp"
+#include "procam/simulate/room.hpp"
+#include "procam/simulate/room_view.hpp"
+#include "procam/simulate/session.hpp"
+#include "procam/simulate/thin_lens.hpp"
+#include "procam/simulate/world.hpp"

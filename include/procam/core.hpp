@@ -49,6 +49,7 @@
 #include "procam/core/rig/light_map.hpp"
 #include "procam/core/rig/observation.hpp"
 #include "procam/core/rig/rig.hpp"
+#include "procam/core/rig/room_frames.hpp"
 #include "procam/core/rig/stripe_edge.hpp"
 #include "procam/core/surface/bezier.hpp"
 #include "procam/core/surface/content_layout.hpp"

@@ -9,5 +9,7 @@
 #include "procam/show/projection.hpp"
 #include "procam/show/room_people.hpp"
 #include "procam/show/room_watch.hpp"
+#include "procam/show/run.hpp"
 #include "procam/show/run_log.hpp"
 #include "procam/show/show_loader.hpp"
+#include "procam/show/show_options.hpp"

@@ -4,6 +4,7 @@
 #include "procam/track/clock.hpp"
 #include "procam/track/locate.hpp"
 #include "procam/track/pose_log.hpp"
+#include "procam/track/pose_sender.hpp"
 #include "procam/track/pose_source.hpp"
 #include "procam/track/pose_track.hpp"
 #include "procam/track/stamped_pose.hpp"

@@ -20,7 +20,7 @@ std::optional<Intrinsics> initial_camera_intrinsics(const std::vector<Mat3>& pix
   Vec2 right = Vec2::Zero();
   for (const Mat3& homography : pixel_from_board) {
     Mat3 h = centred * homography;
-    // Columns scaled alike, so that views weigh alike whatever the board's unit.
+    // Columns scaled alike, so that views have equal weight for any unit of the board.
     h /= std::sqrt(h.col(0).norm() * h.col(1).norm());
     const Vec3 h1 = h.col(0), h2 = h.col(1);
     const Vec2 row1(h1.x() * h2.x(), h1.y() * h2.y());

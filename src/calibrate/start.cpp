@@ -69,7 +69,7 @@ void turn_order(Growing& rig, std::size_t view, std::size_t device) {
   rig.start.diagnostics.note("order_turned", "view " + of.name + ": " + note + ", as its residual asked");
 }
 
-/// The device stands: views that nobody has posed, it poses.
+/// The device has its pose: it sets the poses of views without one.
 void place(Growing& rig, std::size_t device, const Camera& lens, const Pose& device_from_rig) {
   rig.placed[device] = true;
   BundleState& state = rig.start.state;

@@ -8,7 +8,7 @@ namespace procam::depth {
 namespace {
 
 constexpr int kMaxCells = 1 << 18;
-/// Cells of a plane seen at the horizon are kilometres away; nobody projects there.
+/// Cells of a plane seen at the horizon are kilometres away; nothing is projected there.
 constexpr double kLargestExtent = 40;
 
 /// Where the plane's pixels lie in its own frame.

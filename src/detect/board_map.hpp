@@ -6,7 +6,7 @@
 ///   y)
 ///
 /// (the division model, Fitzgibbon 2001, and Brown's decentring, which also stands for an optical centre
-/// beside the picture's). A detector's stand-in for the lens: it says where to look, and how edges bend.
+/// beside the picture's). A detector's substitute for the lens: it predicts positions, and how edges bend.
 #include <optional>
 #include <vector>
 

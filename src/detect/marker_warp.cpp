@@ -166,7 +166,7 @@ FoundEdges find_edges(const ViewU8& image, const MarkerCells& codes, int id, con
   for (const Run& run : runs_of(codes, id))
     if (const auto seen = see(run, lines, warp)) runs.push_back(*seen);
 
-  // The sides come first: from them the blur, which says how far from other edges to keep, and the light.
+  // The sides come first: from them the blur, which sets the distance from other edges, and the light.
   std::vector<Piece> pieces;
   for (std::size_t i = 0; i < std::min<std::size_t>(4, runs.size()); ++i)
     fit_run(image, runs[i], warp, kFewestOnSide, runs[i].cell_px, std::clamp(0.6 * runs[i].cell_px, 2.5, 8.0),

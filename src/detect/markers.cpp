@@ -166,7 +166,7 @@ std::optional<RefinedMarker> refine_marker(const ViewU8& image, const FoundMarke
   marker.id = found.id;
   marker.corners = found.corners;
   // Each round places the windows by the last one's corners, as wide as its edges are blurred: farther away a
-  // pixel says nothing about the edge, and light that changes over the window would move it.
+  // pixel has no information on the edge, and light that changes over the window would move it.
   double reach = 1e9;
   constexpr int kRounds = 3;
   for (int round = 0; round < kRounds; ++round) {

@@ -33,7 +33,7 @@ constexpr int kDensityReach = 8;
 /// its inverse", 2008; 1.3e-4 relative). A common scale of u cancels in the fit. Tabulated, linear between.
 class ProbitTable {
  public:
-  /// The transform is steep towards +-1: a saturated sample still says "this side".
+  /// The transform is steep towards +-1: a saturated sample still gives the side.
   static constexpr double kMaxContrast = 0.98;
 
   ProbitTable() {
@@ -245,7 +245,7 @@ class Scan {
       const int code = leading_.codes.at(x, y) >> bit, other = leading_.codes.at(px, py) >> bit;
       const int low = std::min(code, other), high = std::max(code, other);
       if (low == high || (bit == first_bit && !connected(high - low, bit))) return;
-      // Two boundaries of one bit between two pixels: its light says nothing about either.
+      // Two boundaries of one bit between two pixels: its light determines neither.
       if (odd_between(low, high) != 1) continue;
       const int boundary = ((low + 1) | 1) << bit;
       if (const std::optional<Crossing> crossing = locate(x, y, gap, bit)) {

@@ -331,7 +331,7 @@ void check(const Conditions& c) {
           "make_session: a negative number of views");
 }
 
-/// Mostly along the sheet, as somebody touches it.
+/// Mostly along the sheet, as by a hand.
 Pose draw_move(const Range& distance, Random& random) {
   const double direction = random.uniform(0, 2 * kPi), out = random.uniform(-0.3, 0.3);
   const double length = random.uniform(distance.low, distance.high);

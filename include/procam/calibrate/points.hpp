@@ -15,8 +15,9 @@
 /// show it, that error is estimated and allowed for; left-out residuals are then those without the whole
 /// board. Errors that all boards share (of the camera that placed them) stay unseen.
 ///
-/// Errors: kNotEnoughData (says how many points or which prior would do), kDegenerate (names the parameters
-/// that points and priors leave open), kNotConverged; std::invalid_argument for numbers that are not finite.
+/// Errors: kNotEnoughData (with the number of points or the prior that is missing), kDegenerate (names the
+/// parameters that points and priors leave open), kNotConverged; std::invalid_argument for numbers that are
+/// not finite.
 #include <string>
 #include <vector>
 

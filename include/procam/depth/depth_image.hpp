@@ -42,7 +42,7 @@ struct DepthImage {
 /// millimetre.
 ///
 /// Averaging does not improve all of it: neighbouring pixels share an error (quantised disparities form
-/// bands, lens models are off). What the mean of a patch may be off whatever its size is
+/// bands, lens models are off). The error of the mean of a patch, independent of its size, is
 ///
 ///   correlated_sigma(z)^2 = (correlated_share sigma(z))^2 + correlated_floor^2
 struct DepthNoise {

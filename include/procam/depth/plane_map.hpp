@@ -29,7 +29,7 @@ struct PlaneMapOptions {
   Vec3 up_in_world = Vec3::UnitZ();
   DepthNoise noise = DepthNoise::kinect_v1();  ///< as for find_planes()
   /// A plane gets its name after this many frames, and only where it was free for about a third of
-  /// `free_space_tau`: somebody's back is no surface.
+  /// `free_space_tau`: a person's back is no surface.
   int min_observations = 3;
   /// Metres. Largest sigma of the content's corners along the normal for a plane to get its name; after ten
   /// times `min_observations` frames it gets it anyway. Less certain content would move.

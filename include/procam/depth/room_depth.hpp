@@ -1,5 +1,5 @@
 #pragma once
-/// The room that a map knows, as a depth camera should see it were nobody there: the background of
+/// Depth image of the mapped room without people, as a depth camera should see it: the background of
 /// silhouettes (people/silhouette.hpp).
 ///
 /// Of each plane of the map the part that has been seen counts, and a rim around it. On the ray (u, v, 1) a
@@ -10,7 +10,7 @@
 /// Of several planes on one ray it is the one on which the reading lies, else the farthest: a table that was
 /// carried away hides nobody who stands where it was.
 ///
-/// Somebody who stands still may become a plane of the map, upright and of about a square metre at most:
+/// A person who stands still may become a plane of the map, upright and of about a square metre at most:
 /// upright and slanted planes count from `min_wall` on.
 #include "procam/depth/plane_map.hpp"
 

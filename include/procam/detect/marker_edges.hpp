@@ -12,7 +12,7 @@
 /// residual. A homography, through the lens where it is known, is then fitted to all edges together with one
 /// number that moves all edges towards white or black (ink spread, gamma, exposure), robustly: what a hand
 /// covers is rejected. The corners are where it puts the square's corners; procam's pixel convention (integer
-/// centres) holds whatever the installed detector's bias, which only says where to look.
+/// centres) holds independent of the detector's bias, which is only the start.
 ///
 /// A marker whose cells are below 4.5 pixels has few such edges. It is fitted as a whole, known cells, blur,
 /// light and gamma to all its pixels, and has corners with their covariance but no edges.

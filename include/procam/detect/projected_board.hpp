@@ -1,5 +1,5 @@
 #pragma once
-/// The points of a projected board in the camera's image, whatever is printed where it falls.
+/// The points of a projected board in the camera's image, on any print.
 ///
 /// The picture under the projected board divided by the one under flat light,
 ///   R = (board + e) / (flat + e),   e = 4 grey levels,

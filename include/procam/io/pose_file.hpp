@@ -1,5 +1,5 @@
 #pragma once
-/// pose.json <-> one named pose with its covariance: where a localiser or a marker says that a frame is.
+/// pose.json <-> one named pose with its covariance: the pose of a frame by a localiser or a marker.
 ///
 ///   {"format": "procam-pose", "version": 1, "target": "projector", "source": "world",
 ///    "translation": [0.1, -0.2, 1.5], "rotation_xyzw": [0, 0, 0, 1]}

@@ -1,7 +1,7 @@
 #pragma once
 /// Values as people type them in flags and session files: every length and angle with its unit.
 ///
-/// Parsing throws Error(kInput) that quotes the text and says what was expected. What format_x() writes,
+/// Parsing throws Error(kInput) that quotes the text and the expected form. What format_x() writes,
 /// parse_x() reads back as the same value.
 #include <string>
 #include <vector>

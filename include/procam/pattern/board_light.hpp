@@ -2,7 +2,8 @@
 /// Which projector pixel lights each point of the board: one smooth map over the whole board, fitted to all
 /// stripe edges (Gray code) or decoded pixels (phase shift) that fall on it.
 ///
-/// A stripe edge says: at camera pixel p the projector coordinate (u of a column edge, v of a row edge) is
+/// A stripe edge is a measurement: at camera pixel p the projector coordinate (u of a column edge, v of a row
+/// edge) is
 /// exactly that of the boundary. Over the board
 ///   u(p) = [H p]_u + sum_k a_k B_k(p),   v(p) = [H p]_v + sum_k b_k B_k(p),
 /// with H one homography for the board (exact for a flat board and lenses without distortion) and B_k cubic
@@ -42,7 +43,7 @@ ImageU8 readable_area(const Detections& in_camera, const Board& board, const Boa
 ///
 /// `artwork` is what is dark on the board (detect::board_artwork). A point gets no observation unless light
 /// with stripe edges of both axes surrounds it; "corners_not_lit"
-/// counts the rejected, "board_not_lit" says that too little light falls on the board for any map. Throws
+/// counts the rejected, "board_not_lit" means too little light on the board for any map. Throws
 /// std::invalid_argument if `in_camera` and `decoded` differ in size.
 Detections project_board(const Detections& in_camera, const Board& board, const BoardArtwork& artwork,
                          const DecodedMap& decoded, const std::vector<StripeEdge>& edges,

@@ -55,7 +55,7 @@ struct DecodeOptions {
 /// are wrong, or if white is darker than black. Remarks (low contrast, saturation, wrong projector size,
 /// frames out of order) are in the result's diagnostics.
 ///
-/// `reuse` is a map nobody needs any more, whose memory serves again: fresh memory costs as much time as the
+/// `reuse` is an unused map whose memory is used again: fresh memory costs as much time as the
 /// decoding.
 DecodedMap decode(const std::vector<ViewU8>& captures, const GrayCode& gray_code,
                   const DecodeOptions& options = {}, DecodedMap reuse = {});

@@ -3,7 +3,7 @@
 /// a printed board on one flat sheet.
 ///
 /// Frames, in order:  flat (all light), board (its dark shapes; light everywhere else).
-/// The flat frame shows the print alone and says what the paper reflects; the board frame divided by it shows
+/// The flat frame shows the print alone: the reflectance of the paper; the board frame divided by it shows
 /// the light alone. In colour one frame is both: its red is the flat frame, its blue the board, its green
 /// dark.
 ///

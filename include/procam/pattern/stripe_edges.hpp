@@ -7,7 +7,7 @@
 ///   D(x) = (pattern_b - inverse_b) / (pattern_b + inverse_b - 2 black)
 /// runs from -1 to 1 or back, free of the surface's albedo, and the edge is where it crosses zero. A sharp
 /// edge seen through blur makes D(x) = 2 Phi((x - edge) / blur) - 1, so u = Phi^-1((1 + D)/2) is a straight
-/// line whatever the blur; the edge is the zero of a line fitted to u over the edge's own width (two samples
+/// line at any blur; the edge is the zero of a line fitted to u over the edge's own width (two samples
 /// of a sharp edge, up to nine of a defocused one), weighted by their noise.
 ///
 /// Bit b of two neighbouring pixels identifies a boundary among all others of that bit as soon as the coarser

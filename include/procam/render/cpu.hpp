@@ -21,9 +21,9 @@
 /// interpolated bilinearly, and 1:1 on the pixel grid comes out unchanged. Edges of the content are
 /// antialiased by the exact share of the pixel that they cover. Content may carry straight alpha.
 ///
-/// Frame after frame: a CpuRenderer keeps what does not change (docs/render.md says what each costs).
+/// Frame after frame: a CpuRenderer keeps what does not change (docs/render.md has the cost of each).
 ///
-/// Pixels: see docs/conventions.md. The same pixels come out whatever the number of threads and whatever
+/// Pixels: see docs/conventions.md. The pixels are the same for any number of threads and for any
 /// vectors the machine has.
 #include <cstdint>
 #include <memory>

@@ -1,6 +1,6 @@
 #pragma once
 /// Content with depth for one viewer: a virtual scene projected onto the real surfaces of a room such that
-/// somebody at a known place sees it standing there, behind the walls, before them or across their corner.
+/// a person at a known position sees it there, behind the walls, before them or across their corner.
 ///
 ///   const ViewerEye eye = *render::viewer_eye(eye_in_projector, room, projector);
 ///   ViewerScene shown = render::viewer_scene(room, projector, eye.viewpoint);
@@ -66,7 +66,7 @@ struct ViewerScene {
   /// Of the projector's pixels whose light lands on the room, the share that the eye sees.
   double seen_share = 0;
 
-  /// To be said after the picture was drawn anew.
+  /// Call after the image was redrawn.
   void picture_changed() {
     for (SceneItem& item : scene.items)
       if (item.content.data == picture.data()) ++item.content_revision;

@@ -1,5 +1,5 @@
 #pragma once
-/// Where somebody stands, relative to the projector, and what a scene is from there.
+/// A viewer's pose relative to the projector, and the scene from there.
 #include "procam/core/lens/camera.hpp"
 #include "procam/core/surface/scene.hpp"
 

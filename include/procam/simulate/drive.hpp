@@ -1,5 +1,5 @@
 #pragma once
-/// A robot that drives: where its rig is at any time, exactly, and what a localiser says about it.
+/// A moving robot: the true pose of its rig at any time, and the poses that a localiser reports.
 ///
 ///   world_from_rig(start + t) = world_from_rig(start) * se3_exp(increment * share(t / duration))
 ///

@@ -1,7 +1,7 @@
 #pragma once
 /// A session of several cameras and projectors round one board, for one seed. The devices stand side by side
 /// and look at one place; the projectors show their patterns one after the other. In every second view one
-/// camera alone takes part, each in its turn (somebody stands before the others), so that nobody sees all.
+/// camera alone takes part, each in turn (a person hides the others), so that no camera sees all.
 #include <cstdint>
 #include <vector>
 

@@ -104,8 +104,8 @@ struct Body {
   /// this side.
   std::optional<double> back_albedo = {};
   std::optional<Cutout> cutout = {};
-  /// Behind everything, at whatever distance: seen and lit where eye and light meet nothing else, it hides
-  /// nothing. The wall round a sheet, of which nobody knows how far it goes on.
+  /// Behind everything, at any distance: seen and lit where eye and light meet nothing else, it hides
+  /// nothing. The wall around a sheet, of unknown size.
   bool backdrop = false;
 };
 

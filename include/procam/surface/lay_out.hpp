@@ -14,7 +14,7 @@
 
 namespace procam::surface {
 
-/// Width over height of the content's area as it looks to somebody who stands before it; nullopt where no
+/// Width over height of the content's area as seen from the front; nullopt where no
 /// such number exists (a horizon, no area).
 ///
 /// Planes: metres along the two middle lines (u, 1/2) and (1/2, v). Pixel surfaces: the same in projector

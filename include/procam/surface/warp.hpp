@@ -45,7 +45,7 @@ struct WarpGrid {
 };
 
 /// Planes and pixel surfaces: a regular grid over the content; cells with a corner that no light can reach
-/// are skipped. Curved surfaces and meshes: the triangles that they are made of (`grid` says nothing then),
+/// are skipped. Curved surfaces and meshes: the triangles that they are made of (`grid` is ignored then),
 /// the farthest first, so that the nearer cover them. Throws std::invalid_argument unless there are 1 to 1024
 /// columns and rows.
 WarpGrid warp_mesh(const Placement& placement, const Projector& projector, const MeshGrid& grid = {});

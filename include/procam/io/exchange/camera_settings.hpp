@@ -1,6 +1,6 @@
 #pragma once
 /// A projector as the camera of another program: what to set there so that its picture, sent to the
-/// projector, lands where procam says. Text that can be pasted into the program or its file.
+/// projector, is where procam computes. Text that can be pasted into the program or its file.
 ///
 ///   const CameraSettings settings = camera_settings(CameraProgram::kBlender, rig.projector(), pose);
 ///   std::cout << settings.text;

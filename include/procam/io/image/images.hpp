@@ -1,7 +1,7 @@
 #pragma once
 /// Pictures in files <-> 8-bit pixels in memory, channels in the order grey | R G B | R G B A.
 ///
-/// Reads PNG, JPEG, BMP and TIFF by their contents, whatever the name says. A picture whose file is cut short
+/// Reads PNG, JPEG, BMP and TIFF by their contents, not by name. A picture whose file is cut short
 /// or damaged is refused: a half-decoded frame would look like a dark one. (PNG is checked to the last bit;
 /// damage inside the coded data of a JPEG does not show in its pixels.) Pixels are those of the sensor:
 /// an orientation note in the file is not applied.

@@ -45,7 +45,7 @@
 
 namespace procam::io {
 
-/// What the caller knows; it goes before what the file says.
+/// Values of the caller; they override the file.
 struct ObservationsContext {
   std::optional<Board> board;   ///< without it and without a "# board:" line: from a grid of x, y, z
   std::vector<Device> devices;  ///< any order; a device of the same name in the file is replaced

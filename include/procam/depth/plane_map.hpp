@@ -11,13 +11,13 @@
 /// A detected plane belongs to a plane of the map when it is parallel and level with it where it is seen.
 /// Both are then fused as Gaussians of (two turns, offset), the camera's pose covariance included (an
 /// information filter; Smith, Self, Cheeseman, "Estimating uncertain spatial relationships in robotics",
-/// 1990). Constant sensor errors do not average out: `process_noise` keeps the covariance from shrinking as if
-/// they did.
+/// 1990). Constant sensor errors do not average out: `process_noise` keeps the covariance from shrinking as
+/// if they did.
 ///
-/// Obstacles in front of a plane are found in its raster. The free share of each cell follows the readings with
-/// the time constant `free_space_tau`: a person who passes changes nothing, an object that stays makes the
-/// content smaller. The content is the largest free rectangle inside its first rectangle; it grows back when
-/// that is free again.
+/// Obstacles in front of a plane are found in its raster. The free share of each cell follows the readings
+/// with the time constant `free_space_tau`: a person who passes changes nothing, an object that stays makes
+/// the content smaller. The content is the largest free rectangle inside its first rectangle; it grows back
+/// when that is free again.
 #include <string>
 
 #include "procam/core/geometry/covariance.hpp"

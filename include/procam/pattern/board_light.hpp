@@ -3,13 +3,12 @@
 /// stripe edges (Gray code) or decoded pixels (phase shift) that fall on it.
 ///
 /// A stripe edge is a measurement: at camera pixel p the projector coordinate (u of a column edge, v of a row
-/// edge) is
-/// exactly that of the boundary. Over the board
+/// edge) is exactly that of the boundary. Over the board
 ///   u(p) = [H p]_u + sum_k a_k B_k(p),   v(p) = [H p]_v + sum_k b_k B_k(p),
 /// with H one homography for the board (exact for a flat board and lenses without distortion) and B_k cubic
 /// tensor-product B-splines over the board (a knot a pitch), which take up lens distortion and a board that
 /// is not flat. The coefficients are robust weighted least squares with a light bending penalty whose weight
-/// is chosen by held-out stripes. Edges beside printed borders, known from the board's artwork, are left
+/// is chosen by held-out stripes. Edges beside printed borders, known from the board's artwork, are
 /// ignored: there camera blur mixes light and dark print, which moves a crossing. Any part of the board is
 /// enough; the map then covers that part. See docs/matching.md for the measured precision.
 #include <vector>

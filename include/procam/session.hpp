@@ -9,4 +9,5 @@
 #include "procam/session/join.hpp"
 #include "procam/session/patterns.hpp"
 #include "procam/session/reader.hpp"
+#include "procam/session/recorder.hpp"
 #include "procam/session/shown_views.hpp"

@@ -3,7 +3,6 @@
 #include "procam/calibrate/bundle.hpp"
 #include "procam/calibrate/calibrate.hpp"
 #include "procam/calibrate/gates.hpp"
-#include "procam/calibrate/initial.hpp"
 #include "procam/calibrate/lens_model.hpp"
 #include "procam/calibrate/lens_prior.hpp"
 #include "procam/calibrate/mirror.hpp"
@@ -11,4 +10,3 @@
 #include "procam/calibrate/options.hpp"
 #include "procam/calibrate/points.hpp"
 #include "procam/calibrate/result.hpp"
-#include "procam/calibrate/uncertainty.hpp"

@@ -19,10 +19,11 @@ Mat6 part_of(const Mat6& covariance, int first) {
   return part;
 }
 
-SourceError pose_source(const std::string& name, const Eigen::Matrix<double, 2, 6>& by_increment,
-                        const Mat6& covariance) {
+LandingError::SourceError pose_source(const std::string& name,
+                                      const Eigen::Matrix<double, 2, 6>& by_increment,
+                                      const Mat6& covariance) {
   const auto spread = [&](const Mat6& c) -> Mat2 { return by_increment * c * by_increment.transpose(); };
-  SourceError source{name, Vec2::Zero(), spread(covariance), {}};
+  LandingError::SourceError source{name, Vec2::Zero(), spread(covariance), {}};
   source.parts = {{"position", Vec2::Zero(), spread(part_of(covariance, 3)), {}},
                   {"rotation", Vec2::Zero(), spread(part_of(covariance, 0)), {}}};
   return source;
@@ -85,7 +86,7 @@ std::optional<LandingError> landing_error(const LightPath& path, const ErrorSour
       return by_all.middleCols(first, size) * all.covariance.block(first, first, size, size) *
              by_all.middleCols(first, size).transpose();
     };
-    SourceError calibration{"calibration", Vec2::Zero(), spread(0, by_all.cols()), {}};
+    LandingError::SourceError calibration{"calibration", Vec2::Zero(), spread(0, by_all.cols()), {}};
     calibration.parts.push_back({"lens", Vec2::Zero(), spread(0, all.lens), {}});
     if (all.has_mount()) calibration.parts.push_back({"mount", Vec2::Zero(), spread(all.lens, 6), {}});
     const Eigen::Index camera = all.rig_by_camera.cols();
@@ -127,7 +128,7 @@ std::optional<LandingError> landing_error(const LightPath& path, const ErrorSour
          {}});
 
   error.total.name = "total";
-  for (const SourceError& source : error.sources) {
+  for (const LandingError::SourceError& source : error.sources) {
     error.total.bias += source.bias;
     error.total.covariance += source.covariance;
   }

@@ -89,8 +89,9 @@ void measure_pixels(ProjectionPlan& plan) {
     }
 }
 
-Illuminance illuminance(double lumens, const LightOnWall& middle, const std::vector<LightOnWall>& corners) {
-  Illuminance lux{lumens * middle.lux_per_lumen, lumens * middle.lux_per_lumen, 0};
+ProjectionPlan::Illuminance illuminance(double lumens, const LightOnWall& middle,
+                                        const std::vector<LightOnWall>& corners) {
+  ProjectionPlan::Illuminance lux{lumens * middle.lux_per_lumen, lumens * middle.lux_per_lumen, 0};
   for (const LightOnWall& corner : corners) {
     lux.darkest = std::min(lux.darkest, lumens * corner.lux_per_lumen);
     lux.brightest = std::max(lux.brightest, lumens * corner.lux_per_lumen);
@@ -149,7 +150,7 @@ Points2 place_rectangles(const std::optional<WallTarget>& target, ProjectionPlan
     plan.undistorted_pixel_share = area(pixels) / (double(size.width) * double(size.height));
 
   if (!target) return plan.corners;
-  TargetCoverage coverage;
+  ProjectionPlan::TargetCoverage coverage;
   coverage.rectangle = {target->centre.value_or(largest.centre), target->size};
   Points2 covered = coverage.rectangle.corners();
   for (const HalfPlane& side : half_planes(plan.corners)) covered = clipped(covered, side);
@@ -176,7 +177,7 @@ std::string described(const WallRectangle& r) {
 }
 
 /// Rounded down: what is not all lit does not read 100 %.
-std::string lit_share(const TargetCoverage& target) {
+std::string lit_share(const ProjectionPlan::TargetCoverage& target) {
   return fixed(std::floor(100 * target.covered_share), 0) + " %";
 }
 

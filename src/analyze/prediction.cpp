@@ -24,15 +24,15 @@ std::optional<LandingError> error_at(const LightPath& path, const ErrorSources& 
 }
 
 /// What cannot be split stays whole: the delay, the pixels.
-std::vector<SourceError> parts_of(const LandingError& error) {
-  std::vector<SourceError> parts;
-  for (const SourceError& source : error.sources) {
+std::vector<LandingError::SourceError> parts_of(const LandingError& error) {
+  std::vector<LandingError::SourceError> parts;
+  for (const LandingError::SourceError& source : error.sources) {
     // Lens and mount of one calibration lean on each other: apart they look far worse than they are.
     if (source.parts.empty() || source.name == "calibration") {
       parts.push_back(source);
       continue;
     }
-    for (SourceError part : source.parts) {
+    for (LandingError::SourceError part : source.parts) {
       part.name = source.name + ": " + part.name;
       parts.push_back(part);
     }
@@ -40,7 +40,7 @@ std::vector<SourceError> parts_of(const LandingError& error) {
   return parts;
 }
 
-double squared(const SourceError& source) {
+double squared(const LandingError::SourceError& source) {
   return source.rms() * source.rms();
 }
 
@@ -48,12 +48,12 @@ double squared(const SourceError& source) {
 
 std::vector<Cause> rank_causes(const std::vector<const LandingError*>& lit) {
   std::vector<Cause> causes;
-  for (const SourceError& part : parts_of(*lit.front())) causes.push_back({part.name, 0, 0});
+  for (const LandingError::SourceError& part : parts_of(*lit.front())) causes.push_back({part.name, 0, 0});
   for (const LandingError* error : lit) {
-    const std::vector<SourceError> parts = parts_of(*error);
+    const std::vector<LandingError::SourceError> parts = parts_of(*error);
     for (std::size_t i = 0; i < parts.size(); ++i) {
       causes[i].rms_mm += squared(parts[i]);
-      SourceError rest = error->total;
+      LandingError::SourceError rest = error->total;
       rest.bias -= parts[i].bias;
       rest.covariance -= parts[i].covariance;
       causes[i].without_mm += std::max(rest.bias.squaredNorm() + rest.covariance.trace(), 0.0);

@@ -10,6 +10,7 @@
 #include <memory>
 #include <set>
 
+#include "prior_terms.hpp"
 #include "procam/calibrate/costs/lens_prior.hpp"
 #include "procam/calibrate/costs/point_prior.hpp"
 #include "procam/calibrate/costs/se3_manifold.hpp"

@@ -13,17 +13,19 @@
 #include "observability.hpp"
 #include "pose_groups.hpp"
 #include "printed_size.hpp"
+#include "prior_terms.hpp"
 #include "procam/calibrate/bundle.hpp"
 #include "procam/calibrate/gates.hpp"
-#include "procam/calibrate/uncertainty.hpp"
 #include "procam/core/geometry/se3.hpp"
 #include "residual_blocks.hpp"
+#include "rig_checks.hpp"
 #include "rig_covariance.hpp"
 #include "rig_motion.hpp"
 #include "shape.hpp"
 #include "solve.hpp"
 #include "start.hpp"
 #include "term_averaging.hpp"
+#include "uncertainty.hpp"
 
 namespace procam::calibrate {
 namespace {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include "rig_checks.hpp"
 
 namespace procam::calibrate {
 namespace {

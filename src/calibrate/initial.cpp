@@ -1,4 +1,4 @@
-#include "procam/calibrate/initial.hpp"
+#include "initial.hpp"
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>

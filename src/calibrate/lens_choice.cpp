@@ -5,11 +5,13 @@
 #include <map>
 #include <set>
 
+#include "lens_models.hpp"
+#include "prior_terms.hpp"
 #include "procam/calibrate/lens_model.hpp"
-#include "procam/calibrate/uncertainty.hpp"
 #include "residual_blocks.hpp"
 #include "rig_covariance.hpp"
 #include "shape.hpp"
+#include "uncertainty.hpp"
 
 namespace procam::calibrate {
 namespace {

@@ -3,6 +3,7 @@
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
+#include "lens_models.hpp"
 
 namespace procam::calibrate {
 namespace {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "prior_terms.hpp"
 #include "procam/core/base/error.hpp"
 
 namespace procam::calibrate {

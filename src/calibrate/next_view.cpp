@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "believed_covariance.hpp"
 #include "normal_equations.hpp"
 #include "residual_blocks.hpp"
 #include "rig_covariance.hpp"

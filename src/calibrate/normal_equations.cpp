@@ -4,6 +4,7 @@
 #include <cmath>
 #include <map>
 
+#include "prior_terms.hpp"
 #include "procam/calibrate/costs/se3_manifold.hpp"
 #include "procam/core/base/cholesky.hpp"
 #include "procam/core/geometry/covariance.hpp"

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "initial.hpp"
 #include "joined.hpp"
-#include "procam/calibrate/initial.hpp"
 #include "procam/core/geometry/homography_fit.hpp"
 #include "procam/core/geometry/planar_pose.hpp"
 

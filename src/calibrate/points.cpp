@@ -15,13 +15,15 @@
 #include <random>
 
 #include "common_error.hpp"
+#include "initial.hpp"
+#include "prior_terms.hpp"
 #include "procam/calibrate/costs/lens_prior.hpp"
 #include "procam/calibrate/costs/se3_manifold.hpp"
 #include "procam/calibrate/gates.hpp"
-#include "procam/calibrate/initial.hpp"
 #include "procam/core/geometry/se3.hpp"
 #include "quiet_log.hpp"
 #include "residual_blocks.hpp"
+#include "rig_checks.hpp"
 
 namespace procam::calibrate {
 namespace {

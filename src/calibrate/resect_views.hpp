@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "procam/calibrate/initial.hpp"
+#include "initial.hpp"
 
 namespace procam::calibrate {
 

@@ -5,6 +5,7 @@
 #include <array>
 #include <map>
 
+#include "believed_covariance.hpp"
 #include "procam/calibrate/costs/light_point.hpp"
 #include "procam/calibrate/costs/reprojection.hpp"
 #include "procam/calibrate/costs/shared_corner.hpp"

@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "procam/calibrate/uncertainty.hpp"
 #include "residual_blocks.hpp"
 #include "start.hpp"
+#include "uncertainty.hpp"
 
 namespace procam::calibrate {
 namespace {

@@ -4,6 +4,7 @@
 
 #include "joined.hpp"
 #include "place_camera.hpp"
+#include "prior_terms.hpp"
 #include "resect_views.hpp"
 #include "residual_blocks.hpp"
 

@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 
+#include "prior_terms.hpp"
 #include "procam/calibrate/bundle.hpp"
 
 namespace procam::calibrate {

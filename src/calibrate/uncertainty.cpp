@@ -1,4 +1,4 @@
-#include "procam/calibrate/uncertainty.hpp"
+#include "uncertainty.hpp"
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>

@@ -61,7 +61,7 @@ class SharedContent : public ContentSource {
 
   const std::string name_;
   std::unique_ptr<SharedFrameReader> reader_;
-  SharedFrame shown_, next_;
+  SharedFrameReader::Frame shown_, next_;
   std::uint64_t revision_ = 0;
   double looked_ = 0;
   std::optional<Error> fault_;

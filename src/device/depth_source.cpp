@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <charconv>
 
+#include "depth_kinds.hpp"
 #include "depth_listener.hpp"
 #include "procam/io/files.hpp"
 #include "procam/io/image/depth_file.hpp"

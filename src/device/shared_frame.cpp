@@ -165,7 +165,7 @@ bool SharedFrameReader::is_orphan() const {
   return !is_known;
 }
 
-bool SharedFrameReader::read_newest(std::uint64_t after, SharedFrame& into) const {
+bool SharedFrameReader::read_newest(std::uint64_t after, SharedFrameReader::Frame& into) const {
   if (into.image.size() != memory_->size || into.image.channels() != 3)
     into.image = ImageU8(memory_->size, 3);
   // A writer that overtakes a copy makes it void; five times in a row only one that never rests.
@@ -184,8 +184,8 @@ bool SharedFrameReader::read_newest(std::uint64_t after, SharedFrame& into) cons
   return false;
 }
 
-std::optional<SharedFrame> SharedFrameReader::newest(std::uint64_t after) const {
-  SharedFrame frame;
+std::optional<SharedFrameReader::Frame> SharedFrameReader::newest(std::uint64_t after) const {
+  SharedFrameReader::Frame frame;
   if (!read_newest(after, frame)) return std::nullopt;
   return frame;
 }

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <utility>
+#include "delay_code.hpp"
+#include "light_checks.hpp"
 
 namespace procam::session {
 namespace {

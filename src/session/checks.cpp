@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdio>
 #include <map>
+#include "light_checks.hpp"
 
 namespace procam::session {
 namespace {

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <random>
 
+#include "delay_code.hpp"
 #include "median.hpp"
 #include "procam/core/base/error.hpp"
 

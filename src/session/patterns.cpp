@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <regex>
 
+#include "pattern_table.hpp"
 #include "procam/detect/board_artwork.hpp"
 #include "procam/detect/detect_board.hpp"
 #include "procam/detect/projected_board.hpp"

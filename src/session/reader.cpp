@@ -11,6 +11,7 @@
 
 #include "folder_name.hpp"
 #include "identical_files.hpp"
+#include "photographed_views.hpp"
 #include "procam/detect/board_artwork.hpp"
 #include "procam/detect/detect_board.hpp"
 #include "procam/io/files.hpp"

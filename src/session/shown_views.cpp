@@ -5,6 +5,7 @@
 #include <set>
 #include <system_error>
 
+#include "photographed_views.hpp"
 #include "procam/detect/detect_board.hpp"
 #include "procam/detect/shown_board.hpp"
 #include "procam/io/files.hpp"

@@ -1,6 +1,7 @@
 #include "procam/show/editor.hpp"
 
 #include <algorithm>
+#include "editor_points.hpp"
 
 namespace procam::show {
 namespace {

@@ -8,7 +8,9 @@
 #include <set>
 #include <thread>
 
+#include "editor_points.hpp"
 #include "procam/show/overlay.hpp"
+#include "prometheus.hpp"
 
 namespace procam::show {
 namespace {

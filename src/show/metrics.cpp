@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include "prometheus.hpp"
 
 namespace procam::show {
 namespace {

@@ -63,8 +63,8 @@ bool has_whole_print(const Camera& lens, const Pose& rig_from_device, const Worl
   return eye_in_board.z() < -0.5 * eye_in_board.norm();
 }
 
-FleetView seen_by(const Fleet& fleet, const Pose& rig_from_board) {
-  FleetView view{rig_from_board, {}, {}};
+Fleet::View seen_by(const Fleet& fleet, const Pose& rig_from_board) {
+  Fleet::View view{rig_from_board, {}, {}};
   for (std::size_t c = 0; c < fleet.rig.cameras.size(); ++c)
     if (has_whole_print(fleet.rig.cameras[c].camera, fleet.rig.cameras[c].rig_from_camera, fleet.world,
                         rig_from_board))
@@ -136,7 +136,7 @@ Fleet make_fleet(Level level, std::uint64_t seed, int cameras, int projectors, c
                    z = random.uniform(nearest, farthest);
       const Eigen::Quaterniond rotation = so3_exp<double>(Vec3(tilt_x, tilt_y, roll));
       const Vec3 middle(target.x() + x, target.y() + y, z);
-      FleetView view = seen_by(fleet, Pose(rotation, middle - rotation * middle_in_board));
+      Fleet::View view = seen_by(fleet, Pose(rotation, middle - rotation * middle_in_board));
       if (alone)
         found = std::count(view.cameras.begin(), view.cameras.end(), only) > 0 && !view.projectors.empty();
       else

@@ -4,6 +4,7 @@
 
 #include "caster.hpp"
 #include "marker_print.hpp"
+#include "room_hit.hpp"
 
 namespace procam::simulate {
 namespace {

@@ -3,6 +3,7 @@
 #include <Eigen/LU>
 #include <map>
 
+#include "content_aspect.hpp"
 #include "procam/core/geometry/homography.hpp"
 #include "shape_mask.hpp"
 

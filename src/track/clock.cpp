@@ -163,8 +163,8 @@ double Clock::time(double stamp) const {
   return started_ ? (stamp + base_) + line(stamp) : stamp;
 }
 
-ClockEstimate Clock::estimate() const {
-  ClockEstimate result;
+Clock::Estimate Clock::estimate() const {
+  Clock::Estimate result;
   result.offset = options_.known_offset ? *options_.known_offset : base_ + line(newest_);
   result.drift = drift_;
   // One or two bins do not tell how well they repeat.

@@ -437,7 +437,7 @@ TrackedPose PoseTrack::at(double time) const {
 const Faults& PoseTrack::faults() const {
   return impl_->faults;
 }
-ClockEstimate PoseTrack::clock() const {
+Clock::Estimate PoseTrack::clock() const {
   return impl_->clock.estimate();
 }
 const std::string& PoseTrack::frame() const {

@@ -92,9 +92,9 @@ TEST(LandingError, CountsOnlyTheLinksThatTakePart) {
     std::string joined;
     const auto error = landing_error(path, sources, world.middle);
     if (!error) return std::string("no light");
-    for (const SourceError& source : error->sources) {
+    for (const LandingError::SourceError& source : error->sources) {
       joined += source.name + ":";
-      for (const SourceError& part : source.parts) joined += " " + part.name;
+      for (const LandingError::SourceError& part : source.parts) joined += " " + part.name;
       joined += ";";
     }
     return joined;
@@ -302,7 +302,7 @@ TEST(LandingError, TakesAPoseApartIntoPositionAndRotation) {
     return *landing_error(world.path(), sources, world.middle + Vec2(0.1, -0.07));
   };
   const LandingError both = covariance_of(0.004, 0.01);
-  const std::vector<SourceError>& parts = both.sources.at(0).parts;
+  const std::vector<LandingError::SourceError>& parts = both.sources.at(0).parts;
   EXPECT_LT((parts.at(0).covariance - covariance_of(0.004, 0).total.covariance).norm(), 1e-15);
   EXPECT_LT((parts.at(1).covariance - covariance_of(0, 0.01).total.covariance).norm(), 1e-15);
 }

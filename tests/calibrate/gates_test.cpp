@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "rig_checks.hpp"
 #include "support/numeric_world.hpp"
 
 namespace procam::calibrate {

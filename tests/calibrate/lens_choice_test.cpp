@@ -6,6 +6,7 @@
 #include <set>
 #include <string>
 
+#include "lens_models.hpp"
 #include "procam/analyze/light_error.hpp"
 #include "procam/calibrate/calibrate.hpp"
 #include "support/numeric_world.hpp"

@@ -4,8 +4,8 @@
 #include <gtest/gtest.h>
 
 #include "procam/calibrate/calibrate.hpp"
-#include "procam/calibrate/uncertainty.hpp"
 #include "support/numeric_world.hpp"
+#include "uncertainty.hpp"
 
 namespace procam::calibrate {
 namespace {

@@ -1,5 +1,5 @@
 /// Sigmas: from the normal equations, and from the views themselves.
-#include "procam/calibrate/uncertainty.hpp"
+#include "uncertainty.hpp"
 
 #include <gtest/gtest.h>
 

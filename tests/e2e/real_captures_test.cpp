@@ -7,13 +7,13 @@
 
 #include "e2e/tool_runner.hpp"
 #include "procam/calibrate/calibrate.hpp"
-#include "procam/calibrate/uncertainty.hpp"
 #include "procam/detect/chessboard.hpp"
 #include "procam/io/board_file.hpp"
 #include "procam/io/image/images.hpp"
 #include "procam/session/join.hpp"
 #include "procam/session/reader.hpp"
 #include "support/test_data.hpp"
+#include "uncertainty.hpp"
 
 namespace procam::test {
 namespace {

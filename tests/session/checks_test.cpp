@@ -5,6 +5,7 @@
 
 #include <cstdio>
 
+#include "light_checks.hpp"
 #include "lit_scene.hpp"
 
 namespace procam::session {

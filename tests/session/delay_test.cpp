@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <random>
+#include "delay_code.hpp"
 
 namespace procam::session {
 namespace {

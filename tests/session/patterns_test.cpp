@@ -4,6 +4,7 @@
 
 #include <functional>
 
+#include "pattern_table.hpp"
 #include "procam/simulate/session.hpp"
 
 namespace procam::session {

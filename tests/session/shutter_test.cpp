@@ -5,6 +5,7 @@
 #include <deque>
 #include <random>
 
+#include "light_checks.hpp"
 #include "procam/session/capture.hpp"
 
 namespace procam::session {

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "editor_points.hpp"
 #include "live_world.hpp"
 #include "procam/surface/solve.hpp"
 

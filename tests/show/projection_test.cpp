@@ -16,6 +16,7 @@
 #include "procam/show/run_log.hpp"
 #include "procam/show/show_loader.hpp"
 #include "procam/surface/solve.hpp"
+#include "prometheus.hpp"
 
 namespace procam::show {
 namespace {

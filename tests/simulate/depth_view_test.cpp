@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "room_hit.hpp"
 #include "rooms.hpp"
 
 namespace procam::simulate {

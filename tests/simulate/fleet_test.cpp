@@ -14,7 +14,7 @@ TEST(SimulatedFleet, GivesEveryDeviceEnoughViewsAndTheFirstCameraNotAll) {
     EXPECT_NE(fleet.rig.cameras[0].camera.intrinsics.fx, fleet.rig.cameras[1].camera.intrinsics.fx);
     ASSERT_EQ(fleet.views.size(), 8u);
     std::vector<int> seen(2), lit(2);
-    for (const FleetView& view : fleet.views) {
+    for (const Fleet::View& view : fleet.views) {
       for (const std::size_t c : view.cameras) ++seen[c];
       for (const std::size_t p : view.projectors) ++lit[p];
       for (const std::size_t c : view.cameras) {

@@ -5,6 +5,7 @@
 
 #include "procam/render/viewpoint.hpp"
 #include "render/curved.hpp"
+#include "room_hit.hpp"
 
 namespace procam::simulate {
 namespace {

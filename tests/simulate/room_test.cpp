@@ -4,6 +4,7 @@
 
 #include "../support/lopsided.hpp"
 #include "procam/core/surface/surface.hpp"
+#include "room_hit.hpp"
 #include "rooms.hpp"
 
 namespace procam::simulate {

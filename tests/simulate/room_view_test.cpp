@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "procam/simulate/drive.hpp"
+#include "room_hit.hpp"
 #include "rooms.hpp"
 
 namespace procam::simulate {

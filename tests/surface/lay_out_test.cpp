@@ -6,6 +6,7 @@
 #include <cmath>
 #include <random>
 
+#include "content_aspect.hpp"
 #include "procam/core/geometry/homography.hpp"
 #include "render/rooms.hpp"
 

@@ -28,7 +28,7 @@ TEST(Clock, FindsTimeAndDriftBelowTheJitter) {
     const double time = 500 + k / 30.0;
     ASSERT_EQ(clock.observe(link.stamp(time), link.arrival(time)), ClockVerdict::kTaken) << k;
     if (k < 30 * 60) continue;
-    const ClockEstimate estimate = clock.estimate();
+    const Clock::Estimate estimate = clock.estimate();
     worst = std::max(worst, std::abs(clock.time(link.stamp(time)) - time - link.delay));
     sigma = std::max(sigma, estimate.sigma);
     // A window of 60 s whose ends are known to about 0.1 ms.

@@ -18,21 +18,20 @@
 
 namespace procam::analyze {
 
-/// One cause's share. Offsets on the surface, along its x and y, metres.
-struct SourceError {
-  std::string name;  ///< "calibration", "rig pose", "map", "delay", "pixels"
-  Vec2 bias = Vec2::Zero();
-  Mat2 covariance = Mat2::Zero();
-  /// The same cause taken apart: "lens", "mount" and "camera" (through
-  /// which the pose was measured); "position", "rotation". What correlates between parts is in
-  /// the whole only, so parts need not add up.
-  std::vector<SourceError> parts;
-
-  /// Root of the mean squared distance between true and intended place.
-  double rms() const { return std::sqrt(bias.squaredNorm() + covariance.trace()); }
-};
-
 struct LandingError {
+  /// One cause's share. Offsets on the surface, along its x and y, metres.
+  struct SourceError {
+    std::string name;  ///< "calibration", "rig pose", "map", "delay", "pixels"
+    Vec2 bias = Vec2::Zero();
+    Mat2 covariance = Mat2::Zero();
+    /// The same cause taken apart: "lens", "mount" and "camera" (through
+    /// which the pose was measured); "position", "rotation". What correlates between parts is in
+    /// the whole only, so parts need not add up.
+    std::vector<SourceError> parts;
+
+    /// Root of the mean squared distance between true and intended place.
+    double rms() const { return std::sqrt(bias.squaredNorm() + covariance.trace()); }
+  };
   Vec2 on_surface;                   ///< the intended place, metres along the surface's x and y
   Vec2 pixel;                        ///< that is to light it
   double incidence_deg = 0;          ///< angle of the light to the surface's normal

@@ -85,11 +85,6 @@ struct LightOnWall {
 std::optional<LightOnWall> light_on_wall(const Projector& projector, const Pose& projector_from_wall,
                                          const Vec2& pixel);
 
-/// Lux, on the wall. The extremes lie at corners of the picture.
-struct Illuminance {
-  double middle = 0, darkest = 0, brightest = 0;
-};
-
 /// The lens focused on the middle of the picture. That is the best place: 1 / depth changes evenly over the
 /// picture, so the nearest and the farthest corner are blurred alike. Depths along the optical axis, metres.
 struct DepthOfField {
@@ -99,13 +94,16 @@ struct DepthOfField {
   double blur_max_px = 0;            ///< at those corners
 };
 
-struct TargetCoverage {
-  WallRectangle rectangle;
-  double covered_share = 0;  ///< of its area, 0..1
-  bool whole = false;
-};
-
 struct ProjectionPlan {
+  struct TargetCoverage {
+    WallRectangle rectangle;
+    double covered_share = 0;  ///< of its area, 0..1
+    bool whole = false;
+  };
+  /// Lux, on the wall. The extremes lie at corners of the picture.
+  struct Illuminance {
+    double middle = 0, darkest = 0, brightest = 0;
+  };
   Projector projector;
   Pose projector_from_wall;
   Points2

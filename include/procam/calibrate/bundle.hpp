@@ -107,9 +107,4 @@ BundleResult bundle_adjust(const Correspondences& correspondences, const UsedMas
 /// sigmas come out too small by up to sqrt(2).)
 std::optional<Vec2> reprojection_residual(const BundleState& state, const Measurement& measurement);
 
-/// What the detector believes of the measurement, as covariance of that residual: a light point's is the
-/// camera's, carried over the sheet into the projector; light read at a corner has what is left of its
-/// covariance C_p without the corner's share, C_p - J C_c J^T. nullopt where the residual has no value.
-std::optional<Mat2> believed_covariance(const BundleState& state, const Measurement& measurement);
-
 }  // namespace procam::calibrate

@@ -27,10 +27,7 @@ struct GateLimits {
   double max_holdout_sigmas = 1.5;
 };
 
-/// The checks that need nothing but the rig (its quality figures count when there are any).
-std::vector<Gate> check_rig(const Rig& rig, const GateLimits& limits = {});
-
-/// check_rig() for a rig that was read from a file, and the checks in the file that only its calibration
+/// The quality checks of a rig that was read from a file, and the checks in the file that only its calibration
 /// could make (views that disagree, broken captures): a rig that failed one of them stays marked. The check
 /// on the predicted error is not among them, since it depends on the wall and the accepted error.
 std::vector<Gate> check_stored_rig(const Rig& rig, const GateLimits& limits = {});

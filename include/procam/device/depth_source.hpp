@@ -39,14 +39,6 @@ struct DepthOptions {
   std::optional<ImageSize> size;  ///< a sensor is asked for pictures of this size
 };
 
-/// One row of the table.
-struct DepthKind {
-  const char* name;
-  const char* form;
-  std::unique_ptr<DepthSource> (*open)(const std::string& rest, const DepthOptions& options);
-};
-const std::vector<DepthKind>& depth_kinds();
-
 /// Opens a source by its text. Throws Error(kInput) for a text that names none, Error(kDevice) for one that
 /// cannot be opened, Error(kUnsupported) for a sensor where procam was built without OpenNI2.
 std::unique_ptr<DepthSource> open_depth(const std::string& what, const DepthOptions& options = {});

@@ -23,15 +23,14 @@
 
 namespace procam::device {
 
-struct SharedFrame {
-  std::uint64_t number = 0;
-  double time_s = 0;
-  ImageU8 image;
-};
-
 /// Reads what a sink "shm:NAME" writes. As content: open_content("shm:NAME") (content_source.hpp).
 class SharedFrameReader {
  public:
+  struct Frame {
+    std::uint64_t number = 0;
+    double time_s = 0;
+    ImageU8 image;
+  };
   /// Throws Error(kDevice) when there is no such memory or it holds something else.
   explicit SharedFrameReader(const std::string& name);
   ~SharedFrameReader();
@@ -40,9 +39,9 @@ class SharedFrameReader {
 
   ImageSize size() const;
   /// The newest frame if its number is above `after`; nullopt otherwise.
-  std::optional<SharedFrame> newest(std::uint64_t after = 0) const;
+  std::optional<Frame> newest(std::uint64_t after = 0) const;
   /// The same into a frame whose memory is used again; false: there is none, and its pixels may be torn.
-  bool read_newest(std::uint64_t after, SharedFrame& into) const;
+  bool read_newest(std::uint64_t after, Frame& into) const;
   /// The writer has gone, or another has begun anew under the name: no more frames come here.
   bool is_orphan() const;
 

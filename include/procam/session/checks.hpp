@@ -26,14 +26,6 @@ struct ExposureCheck {
 
 ExposureCheck check_exposure(ViewU8 white, ViewU8 black, const NoiseModel& noise);
 
-/// Mean grey over the pixels where the mask is not 0.
-double mean_over(const ImageU8& mask, ViewU8 frame);
-
-struct ToneSample {
-  int shown = 0;  ///< 0..255
-  double seen = 0;
-};
-
 /// A ramp of flat pictures, up and down again.
 struct ToneCheck {
   double gamma = 0;  ///< of projector and camera together: seen ~ shown^gamma between black and white
@@ -41,18 +33,6 @@ struct ToneCheck {
   /// Warnings "light_drifts" (more than 3 %: an automatic is on), "not_monotone", "clipped" (the brightest
   /// step adds less than 1 %).
   Diagnostics diagnostics;
-};
-
-/// Every level twice, the ends included. Throws std::invalid_argument without both ends or with fewer than 4
-/// levels.
-ToneCheck check_tone(const std::vector<ToneSample>& up_and_down);
-
-/// The levels to show, in order: 0 up to 255 and back.
-std::vector<int> tone_levels();
-
-/// Frames of one round of the one-pixel checkerboard.
-struct NativeFrames {
-  ViewU8 white, black, checkers, inverse;
 };
 
 /// Does each pixel of the picture have its own pixel in the projector?
@@ -73,10 +53,5 @@ struct NativeCheck {
   /// unsaturated.
   Diagnostics diagnostics;
 };
-
-NativeCheck check_native_resolution(const NativeFrames& first, const NativeFrames& second);
-
-/// One-pixel checkerboard; the first pixel dark, or light when inverse.
-ImageU8 pixel_checkerboard(ImageSize size, bool inverse);
 
 }  // namespace procam::session

@@ -13,17 +13,6 @@
 
 namespace procam::session {
 
-/// The screen becomes white or black at a time. Before the first switch it is the other.
-struct LightSwitch {
-  double time_s = 0;
-  bool white = false;
-};
-
-struct BrightnessSample {
-  double time_s = 0;  ///< the frame's arrival
-  double level = 0;   ///< its brightness, any unit
-};
-
 struct Delay {
   double delay_s = 0;  ///< from show() to the arrival of a frame whose exposure has its middle there
   /// Frames that arrive later than this after a switch showed the new picture alone: exposure, rolling
@@ -32,13 +21,5 @@ struct Delay {
   double frame_interval_s = 0;  ///< median
   double correlation = 0;       ///< at delay_s, of at most 1
 };
-
-/// nullopt when no lag up to `longest_s` explains the brightness: correlation below 0.8, a rival lag nearly
-/// as good, fewer than 16 frames or 6 switches. Noise alone passes for a delay in less than 1 of 10^6 codes.
-std::optional<Delay> find_delay(const std::vector<LightSwitch>& switches,
-                                const std::vector<BrightnessSample>& seen, double longest_s);
-
-/// An irregular code: `count` durations of 2 to 4 units, the same for equal seeds.
-std::vector<double> code_durations(int count, double unit_s, unsigned seed);
 
 }  // namespace procam::session

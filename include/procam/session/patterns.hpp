@@ -57,16 +57,6 @@ class SessionPattern {
   }
 };
 
-/// A row of the table.
-struct PatternRow {
-  const char* name;   ///< the text before a first colon
-  const char* about;  ///< one line of help
-  /// `parameters` is the text after the colon, empty for the defaults; `step` the stripes' width.
-  std::unique_ptr<SessionPattern> (*make)(const std::string& parameters, ImageSize projector_size, int step);
-};
-
-const std::vector<PatternRow>& pattern_table();
-
 /// "gray", a name with parameters after a colon, or a pattern file (.json, io/session/pattern_file.hpp). Throws
 /// Error(kInput) with the names there are.
 std::unique_ptr<SessionPattern> make_pattern(const std::string& text, ImageSize projector_size, int step = 1);

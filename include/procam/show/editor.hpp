@@ -69,8 +69,4 @@ class Editor {
   bool unsaved_ = false;
 };
 
-/// Where a solved surface's points are in the frame: pixels, one a pair; nullopt where the light does not
-/// reach. Empty for geometries without points.
-std::vector<std::optional<Vec2>> points_in_frame(const SolvedSurface& surface, const Projector& projector);
-
 }  // namespace procam::show

@@ -42,8 +42,4 @@ struct Metrics {
       pose_to_frame;  ///< from a pose's arrival to the first frame with it ready, less that frame's render
 };
 
-/// The text form that Prometheus and its kind read (exposition format 0.0.4): counters, and summaries with
-/// quantiles 0.5, 0.9, 0.99.
-std::string to_prometheus(const Metrics& metrics);
-
 }  // namespace procam::show

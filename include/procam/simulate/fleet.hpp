@@ -9,17 +9,16 @@
 
 namespace procam::simulate {
 
-/// A board pose, and the devices (by number in the rig) that take part: the whole print lies before them.
-struct FleetView {
-  Pose rig_from_board;
-  std::vector<std::size_t> cameras, projectors;
-};
-
 struct Fleet {
+  /// A board pose, and the devices (by number in the rig) that take part: the whole print lies before them.
+  struct View {
+    Pose rig_from_board;
+    std::vector<std::size_t> cameras, projectors;
+  };
   Rig rig;      ///< the first camera's frame is the rig's
   World world;  ///< board, wall and light; its rig is to be replaced by a pair of devices
   CaptureOptions capture;
-  std::vector<FleetView> views;
+  std::vector<View> views;
 };
 
 /// The level's lenses, board and noise; four views a camera, eight at least. Equal seeds give equal fleets.

@@ -44,16 +44,16 @@ enum class ClockVerdict {
   kJumped     ///< the sender's clock was set: this message confirmed it, and its time is to be believed
 };
 
-struct ClockEstimate {
-  double offset = 0;  ///< local - sender at the last stamp, seconds, with the shortest delay in it
-  double drift = 0;   ///< local seconds a sender's second, less one
-  double sigma = 0;  ///< of the line at the last stamp, from how well the bins' minima agree with it, seconds
-  double jitter = 0;  ///< mean of arrival - time, seconds
-  std::uint64_t jumps = 0;
-};
-
 class Clock {
  public:
+  struct Estimate {
+    double offset = 0;  ///< local - sender at the last stamp, seconds, with the shortest delay in it
+    double drift = 0;   ///< local seconds a sender's second, less one
+    double sigma =
+        0;  ///< of the line at the last stamp, from how well the bins' minima agree with it, seconds
+    double jitter = 0;  ///< mean of arrival - time, seconds
+    std::uint64_t jumps = 0;
+  };
   explicit Clock(const ClockOptions& options = {});
 
   /// Takes one (stamp, arrival); both finite (std::invalid_argument).
@@ -61,7 +61,7 @@ class Clock {
   /// The local moment that a stamp speaks of, later by the shortest delay. Before the first message: the
   /// stamp plus the known offset, or plus zero.
   double time(double stamp) const;
-  ClockEstimate estimate() const;
+  Estimate estimate() const;
 
  private:
   struct Point {

@@ -126,7 +126,7 @@ class PoseTrack {
   TrackedPose at(double time) const;
 
   const Faults& faults() const;
-  ClockEstimate clock() const;
+  Clock::Estimate clock() const;
   /// The names this track follows; empty before the first message when the options give none.
   const std::string& frame() const;
   const std::string& child() const;

@@ -114,7 +114,7 @@ std::string sheet_svg(const BoardSheet& sheet) {
   for (const ArtworkDisc& d : sheet.discs)
     svg += "<circle cx=\"" + millimetres(d.centre.x()) + "\" cy=\"" + millimetres(d.centre.y()) + "\" r=\"" +
            millimetres(d.radius) + "\"/>\n";
-  for (const SheetText& t : sheet.texts)
+  for (const BoardSheet::Text& t : sheet.texts)
     svg += "<text x=\"" + millimetres(t.at.x()) + "\" y=\"" + millimetres(t.at.y()) +
            "\" font-family=\"Helvetica, Arial, sans-serif\" font-size=\"" + millimetres(t.height) + "\">" +
            t.text + "</text>\n";

@@ -45,7 +45,7 @@ std::string page_content(const BoardSheet& sheet) {
     content += xy(r.low) + " " + xy(r.high - r.low) + " re\n";
   for (const ArtworkDisc& d : sheet.discs) content += disc(d);
   content += "f Q\n";
-  for (const SheetText& t : sheet.texts)
+  for (const BoardSheet::Text& t : sheet.texts)
     content += "BT /F1 " + points(t.height) + " Tf " + points(t.at.x()) + " " +
                points(sheet.size.y() - t.at.y()) + " Td (" + escaped(t.text) + ") Tj ET\n";
   return content;

@@ -62,7 +62,7 @@ ImageU8 sheet_pixels(const BoardSheet& sheet, double dots_per_inch) {
     for (int x = 0; x < image.width(); ++x)
       image.at(x, y) = std::uint8_t(std::lround(255 * (1 - std::min(1.0f, dark.at(x, y)))));
   cv::Mat pixels(image.height(), image.width(), CV_8U, image.data());
-  for (const SheetText& t : sheet.texts) {
+  for (const BoardSheet::Text& t : sheet.texts) {
     // Its capitals are 21 units high at scale one, and those of a usual font 0.72 of the font's size.
     const double font = 0.72 * t.height * scale / 21;
     cv::putText(pixels, t.text, cv::Point(int(t.at.x() * scale), int(t.at.y() * scale)),

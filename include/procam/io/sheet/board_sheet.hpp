@@ -25,17 +25,16 @@ struct Paper {
 /// "a4", "letter" ...: ISO A sizes a0 to a5, letter, legal, tabloid. Throws Error(kInput) naming those known.
 Paper parse_paper(const std::string& name);
 
-struct SheetText {
-  Vec2 at = Vec2::Zero();  ///< left end of the base line
-  double height = 0;       ///< of a line (font size), metres
-  std::string text;        ///< ASCII
-};
-
 struct BoardSheet {
+  struct Text {
+    Vec2 at = Vec2::Zero();  ///< left end of the base line
+    double height = 0;       ///< of a line (font size), metres
+    std::string text;        ///< ASCII
+  };
   Vec2 size = Vec2::Zero();
   std::vector<ArtworkRectangle> rectangles;
   std::vector<ArtworkDisc> discs;
-  std::vector<SheetText> texts;
+  std::vector<Text> texts;
   Vec2 board_origin = Vec2::Zero();  ///< where the board's first point lies
 };
 

@@ -1,0 +1,11 @@
+#pragma once
+/// Metrics as the text that Prometheus reads.
+#include "procam/show/metrics.hpp"
+
+namespace procam::show {
+
+/// The text form that Prometheus and its kind read (exposition format 0.0.4): counters, and summaries with
+/// quantiles 0.5, 0.9, 0.99.
+std::string to_prometheus(const Metrics& metrics);
+
+}  // namespace procam::show

@@ -83,43 +83,6 @@ void declare(CLI::App& app, Flags& flags) {
   app.add_option("-o,--output", flags.output, "also draw the plan, .svg");
 }
 
-std::vector<double> numbers(const Vec2& v) {
-  return {v.x(), v.y()};
-}
-
-void summarize(const analyze::ProjectionPlan& plan, Summary& summary) {
-  const char* const corners[] = {"top_left", "top_right", "bottom_right", "bottom_left"};
-  for (std::size_t i = 0; i < plan.corners.size(); ++i)
-    summary.set(std::string("/corners/") + corners[i], numbers(plan.corners[i]));
-  summary.set("/middle", numbers(plan.middle));
-  summary.set("/mm_per_pixel", std::vector<double>{plan.mm_per_pixel_min, plan.mm_per_pixel_max});
-  summary.set("/incidence_deg", plan.incidence_deg);
-  summary.set("/incidence_max_deg", plan.incidence_max_deg);
-  if (plan.lux) {
-    summary.set("/lux/middle", plan.lux->middle);
-    summary.set("/lux/darkest", plan.lux->darkest);
-    summary.set("/lux/brightest", plan.lux->brightest);
-  }
-  if (plan.depth_of_field) {
-    const analyze::DepthOfField& field = *plan.depth_of_field;
-    summary.set("/depth_of_field/focus", field.focus);
-    summary.set("/depth_of_field/sharp", std::vector<double>{field.near, field.far});
-    summary.set("/depth_of_field/picture", std::vector<double>{field.nearest, field.farthest});
-    summary.set("/depth_of_field/blur_max_px", field.blur_max_px);
-  }
-  summary.set("/text_height_mm/readable", 1e3 * plan.readable_text_height());
-  summary.set("/text_height_mm/by_pixels", 1e3 * plan.text_height_by_pixels);
-  if (plan.text_height_by_eye) summary.set("/text_height_mm/by_eye", 1e3 * *plan.text_height_by_eye);
-  summary.set("/undistorted/centre", numbers(plan.undistorted.centre));
-  summary.set("/undistorted/size", numbers(plan.undistorted.size));
-  summary.set("/undistorted/pixel_share", plan.undistorted_pixel_share);
-  if (!plan.target) return;
-  summary.set("/target/centre", numbers(plan.target->rectangle.centre));
-  summary.set("/target/size", numbers(plan.target->rectangle.size));
-  summary.set("/target/covered_share", plan.target->covered_share);
-  summary.set("/target/whole", plan.target->whole);
-}
-
 ExitCode plan(Flags flags, Console& console) {
   flags.sheet.lens_shift = Vec2(flags.lens_shift[0], flags.lens_shift[1]);
   flags.site.projector_from_wall =
@@ -129,9 +92,8 @@ ExitCode plan(Flags flags, Console& console) {
   const analyze::ProjectionPlan planned = analyze::plan_projection(flags.sheet, flags.site);
   if (!flags.output.empty()) io::write_file_atomically(flags.output, report::plan_picture(planned));
 
-  for (const analyze::PlanFigure& figure : analyze::figures_of(planned))
-    console.say(format("%-15s %s", figure.name.c_str(), figure.value.c_str()));
-  summarize(planned, console.summary());
+  console.say(report::lines(planned));
+  console.summary().merge(report::to_json(planned));
   console.report(planned.diagnostics);
   if (!flags.output.empty()) {
     console.summary().set("/files", std::vector<std::string>{flags.output});

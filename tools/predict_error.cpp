@@ -105,43 +105,24 @@ analyze::ErrorSources sources_of(const Flags& flags, const Rig& rig, const std::
   return sources;
 }
 
-void say(const analyze::SurfacePrediction& one, Console& console) {
-  console.say(
-      format("%s: %.2f mm rms, %.2f mm at the worst point (u %.2f, v %.2f); light at up to %.1f deg%s",
-             one.surface.c_str(), one.rms_mm, one.worst_mm, one.worst_content.x(), one.worst_content.y(),
-             one.incidence_deg,
-             one.drawn.empty() ? "" : format("; %.2f mm rms by Monte Carlo", one.drawn_rms_mm).c_str()));
-  const char* const names[] = {"top left", "top right", "bottom right", "bottom left"};
-  std::string corners = "  corners:";
-  for (std::size_t i = 0; i < one.corners.size(); ++i)
-    corners += (i > 0 ? ", " : " ") + std::string(names[i]) +
-               (one.corners[i] ? format(" %.2f mm", 1e3 * one.corners[i]->total.rms()) : " not lit");
-  console.say(corners);
-  for (const analyze::Cause& cause : one.causes)
-    console.say(format("  %-22s %8.2f mm alone, %8.2f mm without it", cause.name.c_str(), cause.rms_mm,
-                       cause.without_mm));
-  console.say("  helps most: " + one.advice);
-}
-
-void summarize(const std::vector<analyze::SurfacePrediction>& predictions, Summary& summary) {
-  for (std::size_t i = 0; i < predictions.size(); ++i) {
-    const analyze::SurfacePrediction& one = predictions[i];
-    const std::string at = "/surfaces/" + std::to_string(i);
-    summary.set(at + "/name", one.surface);
-    summary.set(at + "/rms_mm", one.rms_mm);
-    summary.set(at + "/worst_mm", one.worst_mm);
-    summary.set(at + "/worst_content", std::vector<double>{one.worst_content.x(), one.worst_content.y()});
-    summary.set(at + "/lit_share", one.lit_share);
-    summary.set(at + "/largest_incidence_deg", one.incidence_deg);
-    if (!one.drawn.empty()) summary.set(at + "/monte_carlo_rms_mm", one.drawn_rms_mm);
-    for (std::size_t j = 0; j < one.causes.size(); ++j) {
-      const std::string cause = at + "/causes/" + std::to_string(j);
-      summary.set(cause + "/name", one.causes[j].name);
-      summary.set(cause + "/rms_mm", one.causes[j].rms_mm);
-      summary.set(cause + "/without_mm", one.causes[j].without_mm);
-    }
-    summary.set(at + "/advice", one.advice);
+/// One placed plane; `diagnostics` gets what is remarked of it.
+analyze::SurfacePrediction predict_plane(const Flags& flags, const SolvedSurface& surface,
+                                         const analyze::LightPath& path, const analyze::ErrorSources& sources,
+                                         Diagnostics& diagnostics) {
+  const std::string& name = surface.surface.name;
+  std::optional<analyze::MonteCarloOptions> draws;
+  if (flags.draws > 0) draws = analyze::MonteCarloOptions{flags.draws, flags.seed, 0};
+  const analyze::SurfacePrediction prediction = analyze::predict_surface(
+      name, path, std::get<PlacedPlane>(surface.placement).plane_from_content, sources, draws);
+  if (!path.through_pose && (flags.pose_sigma || flags.delay > 0))
+    diagnostics.note("pose_does_not_act", name + ": it is placed in the frame '" +
+                                              std::get<PlanarSurface>(surface.surface.geometry).frame +
+                                              "' and moves with the rig: pose and speed do not act on it");
+  for (Diagnostic item : prediction.diagnostics.items) {
+    item.message = name + ": " + item.message;
+    diagnostics.items.push_back(item);
   }
+  return prediction;
 }
 
 ExitCode predict(const Flags& flags, Console& console) {
@@ -157,45 +138,31 @@ ExitCode predict(const Flags& flags, Console& console) {
   }
   const SolvedSurfaceSet solved =
       surface::solve_surfaces(io::load_surfaces(flags.surfaces), projector, projector_from_world);
-  const analyze::ErrorSources sources = sources_of(flags, rig, frames);
 
-  std::vector<analyze::SurfacePrediction> predictions;
   Diagnostics diagnostics;
   if (rig.covariance.empty())
     diagnostics.warn("no_calibration_covariance",
                      flags.rig +
                          ": it carries no covariance, the calibration is taken as exact; calibrate with "
                          "calibrate-projector to have one");
-  for (std::size_t i = 0; i < solved.surfaces.size(); ++i) {
-    const SolvedSurface& one = solved.surfaces[i];
-    console.progress("surface", int(i) + 1, int(solved.surfaces.size()));
-    const auto* planar = std::get_if<PlanarSurface>(&one.surface.geometry);
-    if (planar == nullptr) {
+  const analyze::ErrorSources sources = sources_of(flags, rig, frames);
+  std::vector<analyze::SurfacePrediction> predictions;
+  for (const SolvedSurface& one : solved.surfaces) {
+    console.progress("surface", int(&one - solved.surfaces.data()) + 1, int(solved.surfaces.size()));
+    if (const auto* plane = std::get_if<PlanarSurface>(&one.surface.geometry))
+      predictions.push_back(predict_plane(
+          flags, one, analyze::light_path(projector, plane->frame, plane->frame_from_surface, world_from_rig),
+          sources, diagnostics));
+    else
       diagnostics.warn("pixel_surface", one.surface.name +
                                             ": it is given in pixels and has no place in the room; "
                                             "give its corners in metres on a placed plane");
-      continue;
-    }
-    const analyze::LightPath path =
-        analyze::light_path(projector, planar->frame, planar->frame_from_surface, world_from_rig);
-    std::optional<analyze::MonteCarloOptions> draws;
-    if (flags.draws > 0) draws = analyze::MonteCarloOptions{flags.draws, flags.seed, 0};
-    predictions.push_back(analyze::predict_surface(
-        one.surface.name, path, std::get<PlacedPlane>(one.placement).plane_from_content, sources, draws));
-    if (!path.through_pose && (flags.pose_sigma || flags.delay > 0))
-      diagnostics.note("pose_does_not_act", one.surface.name + ": it is placed in the frame '" +
-                                                planar->frame +
-                                                "' and moves with the rig: pose and speed do not act on it");
-    for (Diagnostic item : predictions.back().diagnostics.items) {
-      item.message = one.surface.name + ": " + item.message;
-      diagnostics.items.push_back(item);
-    }
   }
   if (predictions.empty())
     throw Error(ErrorKind::kInput, flags.surfaces, "none of its surfaces has a place in the room",
                 "give at least one surface on a placed plane");
-  for (const analyze::SurfacePrediction& one : predictions) say(one, console);
-  summarize(predictions, console.summary());
+  for (const analyze::SurfacePrediction& one : predictions) console.say(report::lines(one));
+  console.summary().merge(report::to_json(predictions));
   console.report(diagnostics);
   if (!flags.report.empty()) {
     io::write_file_atomically(

@@ -251,4 +251,33 @@ LightError true_light_error(const Rig& estimated, const Rig& truth, double dista
   return true_light_errors(estimated, truth, distance, projector).externally;
 }
 
+WithinTruth parameters_within_truth(const Rig& estimated, const Rig& truth) {
+  WithinTruth within;
+  const auto count = [&](double difference, const std::string& name) {
+    if (!estimated.covariance.index_of(name)) return;
+    ++within.parameters;
+    within.inside_3_sigma += std::abs(difference) <= 3 * estimated.covariance.sigma(name);
+  };
+  const auto count_device = [&](const std::string& device, const Camera& lens, const Camera& true_lens,
+                                const Pose& pose, const Pose& true_pose) {
+    const VecX difference = parameters_of(lens) - parameters_of(true_lens);
+    const std::vector<std::string> names = parameter_names(lens);
+    for (std::size_t i = 0; i < names.size(); ++i)
+      count(difference[Eigen::Index(i)], device + "." + names[i]);
+    const Vec6 xi = se3_log(true_pose * pose.inverse());
+    const auto pose_names = pose_increment_names("rig_from_" + device);
+    for (int i = 0; i < 6; ++i) count(xi[i], pose_names[std::size_t(i)]);
+  };
+  for (const RigCamera& camera : estimated.cameras) {
+    const RigCamera& known = truth.camera(estimated.cameras.size() > 1 ? camera.name : "");
+    count_device(camera.name, camera.camera, known.camera, camera.rig_from_camera, known.rig_from_camera);
+  }
+  for (const RigProjector& projector : estimated.projectors) {
+    const RigProjector& known = truth.projector(estimated.projectors.size() > 1 ? projector.name : "");
+    count_device(projector.name, projector.projector.inverse_camera, known.projector.inverse_camera,
+                 projector.rig_from_projector, known.rig_from_projector);
+  }
+  return within;
+}
+
 }  // namespace procam::analyze

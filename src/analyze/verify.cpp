@@ -325,6 +325,7 @@ VerifyResult verify(const Rig& rig, const RigCamera& camera, const RigProjector&
   const CommonMovement common = common_movement(chain, used, result.scatter, rig_from_surface);
   result.chi2 = common.chi2;
   result.degrees_of_freedom = common.degrees_of_freedom;
+  result.false_alarm_rate = options.false_alarm_rate;
   result.limit = chi_square_limit(options.false_alarm_rate, common.degrees_of_freedom);
   result.alarm = result.chi2 > result.limit;
 

@@ -69,7 +69,7 @@ std::string calibration_report(const CalibrationResult& result, const Correspond
       section("The board's shape", board_shape(result, correspondences.board)) +
       section("Residuals in the image", quivers) +
       section("Where this comes from", provenance_section(result.rig.provenance));
-  return page(input.title, body + element("script", "", kReportScript) + "\n");
+  return page(input.title, body + data(to_json(result, input)) + element("script", "", kReportScript) + "\n");
 }
 
 }  // namespace procam::report

@@ -2,8 +2,8 @@
 /// Words of the report page: text that is escaped, shapes of SVG.
 #include <string>
 
-#include "procam/core/base/words.hpp"
 #include "procam/core/base/types.hpp"
+#include "procam/core/base/words.hpp"
 
 namespace procam::report {
 

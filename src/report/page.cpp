@@ -23,6 +23,18 @@ std::string section(const std::string& title, const std::string& content) {
   return element("section", "", "\n" + element("h2", "", title) + "\n" + content) + "\n";
 }
 
+std::string data(const std::string& json) {
+  std::string text;
+  for (const char c : json) {
+    // No tag may end the block, whatever names the result holds.
+    if (c == '<')
+      text += "\\u003c";
+    else
+      text += c;
+  }
+  return element("script", "type=\"application/json\" id=\"result\"", "\n" + text + "\n") + "\n";
+}
+
 std::string page(const std::string& title, const std::string& body) {
   return "<!doctype html>\n" +
          element("html", "lang=\"en\"",

@@ -215,7 +215,7 @@ std::string prediction_report(const std::vector<SurfacePrediction>& surfaces, co
   for (const SurfacePrediction& surface : surfaces)
     body += section(escaped(surface.surface), of_surface(surface));
   body += section("In space", in_space(surfaces, rig));
-  return page(title, body + element("script", "", kReportScript) + "\n");
+  return page(title, body + data(to_json(surfaces)) + element("script", "", kReportScript) + "\n");
 }
 
 }  // namespace procam::report

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "procam/calibrate/calibrate.hpp"
+#include "report/page_data.hpp"
 #include "support/numeric_world.hpp"
 
 namespace procam::report {
@@ -76,10 +77,12 @@ std::string with_decimals(double value, int decimals) {
 std::string without_code(const std::string& page) {
   std::string out = page;
   for (const std::string name : {"script", "style"}) {
-    const std::size_t begin = out.find("<" + name + ">"), end = out.find("</" + name + ">");
-    EXPECT_NE(begin, std::string::npos);
-    EXPECT_NE(end, std::string::npos);
-    out.erase(begin + name.size() + 2, end - begin - name.size() - 2);
+    EXPECT_NE(out.find("<" + name), std::string::npos);
+    for (std::size_t at = out.find("<" + name); at != std::string::npos; at = out.find("<" + name, at + 1)) {
+      const std::size_t begin = out.find('>', at) + 1, end = out.find("</" + name + ">", begin);
+      EXPECT_NE(end, std::string::npos);
+      out.erase(begin, end - begin);
+    }
   }
   return out;
 }
@@ -372,6 +375,60 @@ TEST(Report, OfTwentyViewsIsBelowAMegabyte) {
   const std::string page = page_of(session_of(20, false));
   EXPECT_LT(page.size(), 1000000u);
   EXPECT_EQ(imbalance(page), "");
+}
+
+TEST(CalibrationJson, HasTheFiguresOfTheResult) {
+  Session session = good_session();
+  session.input.views = 9;
+  session.input.within_truth = {20, 21};
+  session.result.holdout_px[1] = std::nan("");
+  const auto json = nlohmann::json::parse(to_json(session.result, session.input));
+  const std::string camera = session.result.devices[0].name, projector = session.result.devices[1].name;
+  EXPECT_EQ(json.at("result"), session.result.rig.quality.passed() ? "passed" : "failed");
+  EXPECT_EQ(json.at("views"), 9);
+  EXPECT_EQ(json.at("views_used"), session.result.rig.quality.views_used);
+  EXPECT_EQ(json.at("rms_px").at(camera), session.result.rms_px[0]);
+  EXPECT_EQ(json.at("rms_px").at("joint"), session.result.joint_rms_px);
+  EXPECT_TRUE(json.at("holdout_px").at(projector).is_null());
+  const DeviceCounts counts = device_counts(session.result, 0);
+  EXPECT_EQ(json.at("points_used").at(camera), counts.points_used);
+  EXPECT_LT(counts.points_used, counts.points_found);  // an outlier is among them
+  EXPECT_EQ(json.at("wall").at("rms_mm"), session.input.predicted[0].externally.rms_mm);
+  EXPECT_EQ(json.at("truth").at("by_camera").at("worst_mm"), session.input.truth[0].by_camera->worst_mm);
+  EXPECT_EQ(json.at("truth").at("parameters"), 21);
+  const Camera& lens = session.result.rig.projectors[0].projector.inverse_camera;
+  EXPECT_EQ(json.at(projector).at("fx"), lens.intrinsics.fx);
+  EXPECT_EQ(json.at(projector).at("sigma").at("fx"), session.result.rig.covariance.sigma(projector + ".fx"));
+  EXPECT_EQ(json.at("gates").at("total"), session.result.rig.quality.gates.size());
+  EXPECT_EQ(json.at("view_verdicts").size(), session.result.views.size());
+}
+
+TEST(CalibrationJson, NamesEachOfSeveralProjectors) {
+  Session session = good_session();
+  Rig& rig = session.result.rig;
+  rig.projectors.push_back(rig.projectors[0]);
+  rig.projectors[1].name = "second";
+  session.input.predicted.push_back(session.input.predicted[0]);
+  session.input.predicted[1].externally.rms_mm = 77;
+  const auto json = nlohmann::json::parse(to_json(rig, rig.quality, session.input));
+  EXPECT_EQ(json.at("wall").at("second").at("rms_mm"), 77);
+  EXPECT_EQ(json.at("wall").at("projector").at("rms_mm"), session.input.predicted[0].externally.rms_mm);
+  EXPECT_FALSE(json.at("wall").contains("rms_mm"));
+}
+
+TEST(CalibrationReport, CarriesTheJsonOfItsResult) {
+  const Session& session = good_session();
+  EXPECT_EQ(test::page_data(page_of(session)), nlohmann::json::parse(to_json(session.result, session.input)));
+}
+
+TEST(CalibrationLines, BeginWithTheVerdict) {
+  const Session& session = good_session();
+  const auto head = headline(session.result, session.input);
+  EXPECT_EQ(head.at(0).rfind("result     ", 0), 0u) << head[0];
+  EXPECT_NE(head[0].find("predicted error"), std::string::npos) << head[0];
+  const auto below = lines(session.result, session.input);
+  EXPECT_NE(below.at(0).find("of " + std::to_string(session.input.views) + " used"), std::string::npos);
+  EXPECT_EQ(below.back().rfind("check", 0), 0u) << below.back();
 }
 
 }  // namespace

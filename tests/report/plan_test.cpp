@@ -4,6 +4,7 @@
 
 #include <clocale>
 #include <locale>
+#include <nlohmann/json.hpp>
 
 #include "analyze/lopsided_site.hpp"
 
@@ -54,6 +55,20 @@ TEST(PlanPicture, DrawsEvenPixelsInOneShade) {
   const std::string picture = plan_picture(plan_projection(lopsided_sheet(), site));
   EXPECT_NE(picture.find(">1.56</text>"), std::string::npos);  // the legend's only entry
   EXPECT_EQ(picture.find("#cfe2ec"), std::string::npos);       // the second shade
+}
+
+TEST(PlanJson, HasTheFiguresThatAreKnown) {
+  Site site = lopsided_site();
+  site.target = WallTarget{Vec2(1.1, 0.7), Vec2(0.3, -0.9)};
+  const ProjectionPlan plan = plan_projection(lopsided_sheet(), site);
+  const auto json = nlohmann::json::parse(to_json(plan));
+  EXPECT_EQ(json.at("corners").at("top_right")[0], plan.corners[1].x());
+  EXPECT_EQ(json.at("lux").at("middle"), plan.lux->middle);
+  EXPECT_EQ(json.at("depth_of_field").at("sharp")[0], plan.depth_of_field->near);
+  EXPECT_EQ(json.at("undistorted").at("pixel_share"), plan.undistorted_pixel_share);
+  EXPECT_EQ(json.at("target").at("size")[1], plan.target->rectangle.size.y());
+  EXPECT_FALSE(json.at("text_height_mm").contains("by_eye"));  // no viewer
+  EXPECT_EQ(lines(plan).size(), figures_of(plan).size());
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "analyze/uncertain_room.hpp"
+#include "report/page_data.hpp"
 #include "support/expect_error.hpp"
 
 namespace procam::report {
@@ -21,6 +22,8 @@ TEST(PredictionReport, IsOnePageThatEscapesItsNames) {
   EXPECT_TRUE(procam::test::contains(page, "The rig and the surfaces in space"));
   EXPECT_FALSE(procam::test::contains(page, "http:") || procam::test::contains(page, "https:"));
   EXPECT_LT(page.size(), 200000u);
+  EXPECT_EQ(test::page_data(page), nlohmann::json::parse(to_json({wall})));
+  EXPECT_EQ(test::page_data(page).at("surfaces")[0].at("name"), "wall <b>&");
   EXPECT_EQ(page, prediction_report({wall}, room.rig, "Ward 3 & 4"));
 }
 

@@ -6,6 +6,8 @@
 #include <cstdlib>
 
 #include "procam/io/image/images.hpp"
+#include "procam/session/projected_board.hpp"
+#include "support/expect_error.hpp"
 
 namespace procam::session {
 namespace {
@@ -84,6 +86,20 @@ TEST_F(SessionFolder, IsNotMixedWithAnotherSession) {
   EXPECT_THROW(require_same_session(folder_, describe_session(*gray, {100, 61}, board, 1)), Error);
   EXPECT_THROW(require_same_session(folder_, describe_session(*gray, {100, 60}, board, 2)), Error);
   EXPECT_THROW(require_same_session(folder_, describe_session(*gray, {100, 60}, other, 1)), Error);
+}
+
+TEST_F(SessionFolder, OfAProjectedBoardIsReadByItsPattern) {
+  EXPECT_ERROR(read_projected_board(folder_, "", {64, 48}, {9, 7}), kInput, "says what was shown");
+  EXPECT_ERROR(read_projected_board(folder_, "gray", {64, 48}, {9, 7}), kInput, "not a projected board");
+  const std::string pattern = "charuco";
+  const int frames = make_pattern(pattern, {640, 480})->frame_count();
+  ViewWriter view(folder_, 0);
+  for (int i = 0; i < frames; ++i) view.keep(frame(20));
+  view.finish();
+  EXPECT_ERROR(read_projected_board(folder_ / "view_00", pattern, {640, 480}, {8, 7}), kInput,
+               "its pictures have 9x7");
+  EXPECT_ERROR(read_projected_board(folder_ / "view_00", pattern, {640, 480}, {9, 7}), kInput,
+               "is not found");
 }
 
 }  // namespace

@@ -177,6 +177,10 @@ void Summary::add(const Diagnostics& diagnostics) {
     list.push_back({{"severity", to_string(item.severity)}, {"code", item.code}, {"message", item.message}});
 }
 
+void Summary::merge(const std::string& json_object) {
+  fields_->json.update(Json::parse(json_object));
+}
+
 std::string Summary::to_json() const {
   // File names may hold bytes that are no UTF-8; a summary with a replaced letter beats none.
   return fields_->json.dump(2, ' ', false, Json::error_handler_t::replace);
@@ -189,6 +193,10 @@ void Console::say(const std::string& line) {
   (json_ ? std::cerr : std::cout) << line << '\n';
 }
 
+void Console::say(const std::vector<std::string>& lines) {
+  for (const std::string& line : lines) say(line);
+}
+
 void Console::log(const std::string& line) {
   clear_progress();
   std::cout.flush();  // where both go to one terminal, they keep their order
@@ -196,7 +204,10 @@ void Console::log(const std::string& line) {
 }
 
 void Console::report(const Diagnostics& diagnostics) {
-  for (const std::string& line : lines_for_people(diagnostics)) log(line);
+  Diagnostics remarks;
+  for (const Diagnostic& item : diagnostics.items)
+    if (item.code != "gate_failed") remarks.items.push_back(item);
+  for (const std::string& line : lines_for_people(remarks)) log(line);
   summary_.add(diagnostics);
 }
 

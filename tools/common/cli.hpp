@@ -68,6 +68,9 @@ class Summary {
   /// Appends the remarks to "diagnostics": [{severity, code, message}].
   void add(const Diagnostics& diagnostics);
 
+  /// Sets the fields of a JSON object, such as report::to_json() writes.
+  void merge(const std::string& json_object);
+
   /// Indented by two spaces, fields in the order they were set.
   std::string to_json() const;
 
@@ -84,9 +87,11 @@ class Console {
 
   /// A result or decision, one line.
   void say(const std::string& line);
+  void say(const std::vector<std::string>& lines);
   /// One line on stderr.
   void log(const std::string& line);
   /// Logs the remarks, notes of one kind in one line (note_groups.hpp), and puts every one into the summary.
+  /// Failed quality checks are logged by the list of checks alone.
   void report(const Diagnostics& diagnostics);
   /// "step 3/5" on one line that overwrites itself; silent when stderr is no terminal. This is where Ctrl-C
   /// takes hold (it throws, so that temporary files are removed); call it between the steps of long work.

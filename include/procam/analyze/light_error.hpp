@@ -83,6 +83,12 @@ LightErrors predicted_light_errors(const Rig& rig, double distance, const std::s
 LightErrors true_light_errors(const Rig& estimated, const Rig& truth, double distance,
                               const std::string& projector = "");
 
+/// How many parameters of the rig's covariance differ from the true rig's by three sigmas or less.
+struct WithinTruth {
+  int inside_3_sigma = 0, parameters = 0;
+};
+WithinTruth parameters_within_truth(const Rig& estimated, const Rig& truth);
+
 /// Of a surface that is located externally.
 LightError predicted_light_error(const Rig& rig, double distance, const std::string& projector = "");
 LightError true_light_error(const Rig& estimated, const Rig& truth, double distance,

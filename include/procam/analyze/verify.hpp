@@ -90,6 +90,7 @@ struct VerifyResult {
   double rms = 0, worst = 0;              ///< of the used marks' errors, metres
   double rms_after = 0, worst_after = 0;  ///< with the correction; as above without one
   double chi2 = 0, limit = 0;             ///< of the common movement
+  double false_alarm_rate = 0;            ///< of `limit`, as VerifyOptions gives it
   int degrees_of_freedom = 0;
   bool alarm = false;  ///< chi2 > limit
   /// Residuals of the marks over their detection sigma, at least 1, and the RMS of what

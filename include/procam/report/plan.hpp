@@ -1,10 +1,17 @@
 #pragma once
-/// The picture of a projection's plan.
+/// A projection's plan for people: as JSON, as lines, as a picture.
 #include <string>
+#include <vector>
 
 #include "procam/analyze/planner.hpp"
 
 namespace procam::report {
+
+/// The plan's fields as JSON text; metres unless a name ends otherwise.
+std::string to_json(const analyze::ProjectionPlan& plan);
+
+/// The figures as lines of a console.
+std::vector<std::string> lines(const analyze::ProjectionPlan& plan);
 
 /// The plan as one SVG file, complete in itself: the wall seen straight on, with the lit area, its pixels'
 /// size as colours, the target and the largest undistorted rectangle; the projector and its light from above

@@ -1,11 +1,17 @@
 #pragma once
-/// The page about the error of the light on surfaces.
+/// The error of the light on surfaces for people: as JSON, as lines, as a page.
 #include <string>
 #include <vector>
 
 #include "procam/analyze/prediction.hpp"
 
 namespace procam::report {
+
+/// The fields of every surface as JSON text: {"surfaces": [{"name", "rms_mm", "worst_mm", "causes": [...], ...}]}.
+std::string to_json(const std::vector<analyze::SurfacePrediction>& surfaces);
+
+/// The lines of a console.
+std::vector<std::string> lines(const analyze::SurfacePrediction& prediction);
 
 /// One self-contained page: verdict, numbers, heat maps, causes, sweeps, rig and surfaces in space (as
 /// calibration_report()).

@@ -1,0 +1,74 @@
+#include "common/calibration_flags.hpp"
+
+#include <CLI/CLI.hpp>
+
+#include "procam/io/files.hpp"
+#include "procam/io/text.hpp"
+
+namespace procam::tools {
+namespace {
+
+const std::map<std::string, calibrate::BoardShape>& board_shapes() {
+  static const std::map<std::string, calibrate::BoardShape> names{{"auto", calibrate::BoardShape::kAuto},
+                                                                  {"flat", calibrate::BoardShape::kFlat},
+                                                                  {"free", calibrate::BoardShape::kFree}};
+  return names;
+}
+
+}  // namespace
+
+void declare_calibration(CLI::App& app, CalibrationFlags& flags) {
+  app.add_option(
+      "--observations", flags.observations,
+      "Instead of images: a table of board points and pixels, .csv or .npy (docs/file-formats.md)");
+  add_parsed(
+      app, "--camera-size",
+      [&](const std::string& text) { flags.cameras.push_back(io::parse_device(text, DeviceKind::kCamera)); },
+      "Size of the camera's images, where a table of observations or a calibration to check does not give "
+      "it; of several cameras one for each: left=1280x1024")
+      ->trigger_on_parse()
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeLast);
+  app.add_option("-o,--output", flags.output, "Rig file to write");
+  app.add_option("--write-observations", flags.write_observations,
+                 "Also write the points and pixels that were found, as --observations reads them");
+  app.add_option("--report", flags.report, "Also write a self-contained HTML page");
+  app.add_option("--board-shape", flags.board_shape,
+                 "Is the board flat, as printed? auto: by the prediction of held-out views; flat; free: "
+                 "every point may be off its position by about 1 % of a square")
+      ->check(CLI::IsMember(board_shapes()))
+      ->capture_default_str();
+  app.add_flag("--keep-outliers", flags.keep_outliers, "Reject no point and no view, however far off");
+  app.add_flag("--holdout", flags.holdout, "Report how well each view is predicted by a solve without it");
+  app.add_option("--fix", flags.fixed,
+                 "Keep skew or k3 of camera and projector at zero, for a program that has none")
+      ->check(CLI::IsMember({"skew", "k3"}))
+      ->delimiter(',');
+}
+
+void require_outputs(const CalibrationFlags& flags) {
+  for (const std::filesystem::path& file : {flags.output, flags.report, flags.write_observations})
+    if (!file.empty()) io::require_writable(file);
+}
+
+calibrate::Options calibration_options(const CalibrationFlags& flags) {
+  calibrate::Options options;
+  options.holdout = flags.holdout;
+  options.board_shape = board_shapes().at(flags.board_shape);
+  if (flags.keep_outliers) options.outlier_sigmas = 0;
+  return options;
+}
+
+void add_options(const CalibrationFlags& flags, const std::map<std::string, std::string>& models,
+                 Provenance& provenance) {
+  for (const std::string& name : flags.fixed) provenance.options["fix " + name] = "yes";
+  if (flags.keep_outliers) provenance.options["keep-outliers"] = "yes";
+  if (flags.board_shape != "auto") provenance.options["board-shape"] = flags.board_shape;
+  for (const auto& [flag, model] : models)
+    if (model != "auto") provenance.options[flag] = model;
+}
+
+std::string written_line(const CalibrationFlags& flags) {
+  return "written    " + flags.output.string() + (flags.report.empty() ? "" : ", " + flags.report.string());
+}
+
+}  // namespace procam::tools

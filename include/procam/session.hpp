@@ -8,6 +8,7 @@
 #include "procam/session/files.hpp"
 #include "procam/session/join.hpp"
 #include "procam/session/patterns.hpp"
+#include "procam/session/projected_board.hpp"
 #include "procam/session/reader.hpp"
 #include "procam/session/recorder.hpp"
 #include "procam/session/shown_views.hpp"

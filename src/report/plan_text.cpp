@@ -3,7 +3,7 @@
 
 namespace procam::report {
 
-static void fields(Fields& f, const analyze::Illuminance& lux) {
+static void fields(Fields& f, const analyze::ProjectionPlan::Illuminance& lux) {
   f.field("middle", lux.middle);
   f.field("darkest", lux.darkest);
   f.field("brightest", lux.brightest);
@@ -21,7 +21,7 @@ static void fields(Fields& f, const analyze::WallRectangle& rectangle) {
   f.field("size", rectangle.size);
 }
 
-static void fields(Fields& f, const analyze::TargetCoverage& target) {
+static void fields(Fields& f, const analyze::ProjectionPlan::TargetCoverage& target) {
   fields(f, target.rectangle);
   f.field("covered_share", target.covered_share);
   f.field("whole", target.whole);

@@ -99,7 +99,7 @@ TEST_F(SessionFolder, OfAProjectedBoardIsReadByItsPattern) {
   EXPECT_ERROR(read_projected_board(folder_ / "view_00", pattern, {640, 480}, {8, 7}), kInput,
                "its pictures have 9x7");
   EXPECT_ERROR(read_projected_board(folder_ / "view_00", pattern, {640, 480}, {9, 7}), kInput,
-               "is not found");
+               "both pictures show the same light");
 }
 
 }  // namespace

@@ -10,11 +10,9 @@
 #include "procam/calibrate/gates.hpp"
 #include "procam/calibrate/mirror.hpp"
 #include "procam/calibrate/points.hpp"
-#include "procam/detect/detect_board.hpp"
 #include "procam/io/board_file.hpp"
 #include "procam/io/exchange/calibration_file.hpp"
 #include "procam/io/files.hpp"
-#include "procam/io/image/images.hpp"
 #include "procam/io/rig_file.hpp"
 #include "procam/io/session/observations_file.hpp"
 #include "procam/io/session/point_pairs_file.hpp"
@@ -37,8 +35,8 @@ calibrate::MirrorView read_mirror(const Flags& flags, session::SessionPlan& sess
     throw Error(ErrorKind::kUnsupported, "--mirror-view", "the session has several cameras",
                 "calibrate through a mirror with one camera");
   session.through_mirror = true;
-  const ImageU8 grey = io::to_gray(io::load_image(flags.mirror_view).image);
-  return {*flags.mirror_board, detect::detect_board(grey, *flags.mirror_board), flags.mirror_depth};
+  return {*flags.mirror_board, session::read_board_image(flags.mirror_view, *flags.mirror_board),
+          flags.mirror_depth};
 }
 
 session::SessionContents read_captures(const Flags& flags, std::optional<calibrate::MirrorView>& mirror,

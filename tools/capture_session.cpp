@@ -27,11 +27,7 @@ struct Flags {
   std::string pattern = "gray";
   int step = 1;
   std::optional<Board> board;
-  int views = 8;
-  double interval_s = 0;  ///< between poses; 0: Enter is waited for
-  bool single_shot = false;
-  bool despite_checks = false;
-  fs::path output;
+  session::RecorderOptions recorder;
 };
 
 void declare(CLI::App& app, Flags& flags) {
@@ -61,21 +57,20 @@ void declare(CLI::App& app, Flags& flags) {
   add_parsed(
       app, "--board", [&](const std::string& text) { flags.board = io::read_board(text); },
       "the printed board, e.g. chessboard:7x9:75mm, or a board file");
-  app.add_option("--views", flags.views, "poses of the board")
+  app.add_option("--views", flags.recorder.views, "poses of the board")
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
   add_parsed(
       app, "--interval",
       [&](const std::string& text) {
-        flags.interval_s = io::parse_duration(text);
-        if (!(flags.interval_s > 0))
+        if (!((flags.recorder.interval_s = io::parse_duration(text)) > 0))
           throw Error(ErrorKind::kInput, "--interval " + text, "a time must be positive", "give e.g. 8s");
       },
       "time to move the board between poses, e.g. 8s (default: wait for Enter)");
-  app.add_flag("--single-shot", flags.single_shot,
+  app.add_flag("--single-shot", flags.recorder.single_shot,
                "a camera triggered by hand: one picture a frame is waited for, and no checks are made");
-  app.add_flag("--despite-checks", flags.despite_checks, "go on when a check of the light fails");
-  app.add_option("-o,--output", flags.output, "session folder; one that is there is gone on with");
+  app.add_flag("--despite-checks", flags.recorder.despite_checks, "go on when a check of the light fails");
+  app.add_option("-o,--output", flags.recorder.folder, "session folder; one that is there is gone on with");
 }
 
 void list_displays(Console& console) {
@@ -88,11 +83,6 @@ void list_displays(Console& console) {
   }
   if (names.empty()) console.say("no display");
   console.summary().set("/displays", names);
-}
-
-std::unique_ptr<device::FrameSource> open_source(const Flags& flags) {
-  if (!flags.camera.empty()) return device::open_camera(flags.camera, flags.camera_options);
-  return device::watch_folder(flags.watch);
 }
 
 /// The terminal, and the keyboard where poses are not timed.
@@ -150,7 +140,7 @@ ExitCode capture_session(const Flags& flags, Console& console) {
   }
   if (flags.camera.empty() == flags.watch.empty()) throw CLI::RequiredError("--camera or --watch");
   if (!flags.board) throw CLI::RequiredError("--board");
-  if (flags.output.empty()) throw CLI::RequiredError("--output");
+  if (flags.recorder.folder.empty()) throw CLI::RequiredError("--output");
 
   const device::Display display = device::choose_display(device::displays(), flags.display);
   const auto pattern = session::make_pattern(flags.pattern, display.size, flags.step);
@@ -161,10 +151,10 @@ ExitCode capture_session(const Flags& flags, Console& console) {
         "use the pair of frames (without ':colour'), or show the picture that make-patterns writes and "
         "capture it by other means");
   const io::SessionInfo session = session::describe_session(*pattern, display.size, flags.board, flags.step);
-  session::make_folder(flags.output);
-  session::require_same_session(flags.output, session);
-  pattern->save_files(flags.output);
-  io::save_session(flags.output, session);
+  session::make_folder(flags.recorder.folder);
+  session::require_same_session(flags.recorder.folder, session);
+  pattern->save_files(flags.recorder.folder);
+  io::save_session(flags.recorder.folder, session);
   console.say("projector  display " + std::to_string(display.number) + " (" + display.name + "), " +
               pattern->describe());
   if (display.largest != display.size) {
@@ -174,27 +164,22 @@ ExitCode capture_session(const Flags& flags, Console& console) {
                                     ": if that is the projector's own resolution, run it there");
     console.report(remark);
   }
-  console.summary().set("/output", flags.output.string());
+  console.summary().set("/output", flags.recorder.folder.string());
   console.summary().set("/pattern", pattern->text());
   console.summary().set("/projector_size", io::format_size(display.size));
 
-  const auto source = open_source(flags);
+  const auto source = flags.watch.empty() ? device::open_camera(flags.camera, flags.camera_options)
+                                          : device::watch_folder(flags.watch);
   const auto screen = device::open_window(display.number);
   if (screen->size() != display.size)
     throw Error(
         ErrorKind::kDevice, "display " + std::to_string(display.number),
         "its window has " + io::format_size(screen->size()) + " pixels, not " + io::format_size(display.size),
         "turn off the desktop's scaling of that display");
-  session::RecorderOptions options;
-  options.folder = flags.output;
-  options.views = flags.views;
-  options.interval_s = flags.interval_s;
-  options.single_shot = flags.single_shot;
-  options.despite_checks = flags.despite_checks;
   Terminal terminal(console);
   const session::RecorderReport report =
-      session::record_session(*pattern, *flags.board, *screen, *source, options, terminal);
-  summarize(report, flags.views, console.summary());
+      session::record_session(*pattern, *flags.board, *screen, *source, flags.recorder, terminal);
+  summarize(report, flags.recorder.views, console.summary());
   return report.light_failed ? ExitCode::kGateFailed : ExitCode::kOk;
 }
 

@@ -2,7 +2,7 @@
 #include <CLI/CLI.hpp>
 
 #include "common/cli.hpp"
-#include "common/room_frames.hpp"
+#include "procam/core/rig/room_frames.hpp"
 #include "procam/io/exchange/camera_settings.hpp"
 #include "procam/io/files.hpp"
 #include "procam/io/pose_file.hpp"

@@ -1,9 +1,7 @@
 /// export-warp: solved.json + rig.json -> one surface's warp as a file for another program.
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <cmath>
 #include <filesystem>
-#include <limits>
 
 #include "common/blend_flags.hpp"
 #include "common/cli.hpp"
@@ -91,52 +89,6 @@ const SolvedSurface& pick(const SolvedSurfaceSet& solved, const std::string& nam
                   (name.empty() ? "; an .mpcdi of positions (--profile sl or a3) holds all of them" : ""));
 }
 
-/// What is exported: one surface, or all of them (nullptr).
-using Chosen = const SolvedSurface*;
-using Nearest = Image<std::int16_t>;
-
-bool is_of(Chosen chosen, const SolvedSurfaceSet& solved, int nearest) {
-  return nearest >= 0 && (!chosen || chosen == &solved.surfaces[std::size_t(nearest)]);
-}
-
-/// Where the light meets them first, times this projector's share of it.
-ImageF alpha_of(Chosen chosen, const SolvedSurfaceSet& solved, const Nearest& nearest, const ImageF* weight) {
-  ImageF alpha(nearest.size());
-  for (int y = 0; y < alpha.height(); ++y)
-    for (int x = 0; x < alpha.width(); ++x) {
-      const bool shown = is_of(chosen, solved, nearest.at(x, y));
-      alpha.at(x, y) = !shown ? 0.0f : weight ? weight->at(x, y) : 1.0f;
-    }
-  return alpha;
-}
-
-/// A surface's map without what other surfaces hide, as outline and holes do nothing to a map.
-WarpMap map_before_others(const SolvedSurface& chosen, const SolvedSurfaceSet& solved, const Nearest& nearest,
-                          const Projector& projector) {
-  WarpMap map = surface::warp_map(chosen.placement, projector);
-  for (int y = 0; y < nearest.height(); ++y)
-    for (int x = 0; x < nearest.width(); ++x)
-      if (nearest.at(x, y) >= 0 && !is_of(&chosen, solved, nearest.at(x, y)))
-        std::fill_n(&map.content.at(x, y), 3, 0.0f);
-  return map;
-}
-
-/// Where in the room the light lands: of each surface where it is the nearest.
-ImageF positions_of(Chosen chosen, const SolvedSurfaceSet& solved, const Nearest& nearest,
-                    const Projector& projector, const Pose& file_from_projector) {
-  ImageF positions(projector.size(), 3, std::numeric_limits<float>::quiet_NaN());
-  for (std::size_t i = 0; i < solved.surfaces.size(); ++i) {
-    const SolvedSurface& one = solved.surfaces[i];
-    // A pixel surface has no place in the room: alone it is refused, among others it is skipped.
-    if (chosen ? chosen != &one : std::holds_alternative<PlacedPixels>(one.placement)) continue;
-    const ImageF own = surface::position_map(one.placement, projector, file_from_projector);
-    for (int y = 0; y < nearest.height(); ++y)
-      for (int x = 0; x < nearest.width(); ++x)
-        if (nearest.at(x, y) == int(i)) std::copy_n(&own.at(x, y), 3, &positions.at(x, y));
-  }
-  return positions;
-}
-
 /// Where the projector stands in the axes of MPCDI files: x right, y up, z backward.
 Pose mpcdi_from_projector(const Flags& flags, const SolvedSurfaceSet& solved, const RigProjector& projector,
                           Diagnostics& diagnostics) {
@@ -154,8 +106,8 @@ Pose mpcdi_from_projector(const Flags& flags, const SolvedSurfaceSet& solved, co
   return Pose(mpcdi_from_world, Vec3::Zero()) * world_from_projector;
 }
 
-void write_mpcdi(const Flags& flags, const Rig& rig, const SolvedSurfaceSet& solved, Chosen chosen,
-                 const Nearest& nearest, const RigProjector& projector, Diagnostics& diagnostics) {
+void write_mpcdi(const Flags& flags, const Rig& rig, const surface::VisiblePart& part,
+                 const RigProjector& projector, Diagnostics& diagnostics) {
   io::Mpcdi mpcdi;
   mpcdi.profile = flags.profile.value_or(io::MpcdiProfile::k2d);
   mpcdi.date = utc_now();
@@ -163,13 +115,14 @@ void write_mpcdi(const Flags& flags, const Rig& rig, const SolvedSurfaceSet& sol
   region.buffer = region.id = projector.name;
   region.size = projector.projector.size();
   std::optional<surface::BlendMap> blend;
-  if (flags.blend.given()) blend = std::move(blend_for(flags.blend, rig, solved, diagnostics).maps.front());
-  region.alpha = alpha_of(chosen, solved, nearest, blend ? &blend->weight : nullptr);
+  if (flags.blend.given())
+    blend = std::move(blend_for(flags.blend, rig, part.solved, diagnostics).maps.front());
+  region.alpha = surface::alpha_map(part, blend ? &blend->weight : nullptr);
   if (mpcdi.profile == io::MpcdiProfile::k2d) {
-    region.warp = map_before_others(*chosen, solved, nearest, projector.projector);
+    region.warp = surface::warp_map(part, projector.projector);
   } else {
-    const Pose file_from_projector = mpcdi_from_projector(flags, solved, projector, diagnostics);
-    region.positions = positions_of(chosen, solved, nearest, projector.projector, file_from_projector);
+    const Pose file_from_projector = mpcdi_from_projector(flags, part.solved, projector, diagnostics);
+    region.positions = surface::position_map(part, projector.projector, file_from_projector);
     if (mpcdi.profile == io::MpcdiProfile::kShaderLamps)
       diagnostics.append(io::set_projector(region, projector.projector, file_from_projector));
   }
@@ -200,15 +153,13 @@ ExitCode export_warp(const Flags& flags, Console& console) {
   const SolvedSurfaceSet solved = io::load_solved_surfaces(flags.surfaces);
   const RigProjector& projector = rig.projector(solved.projector);
   const bool positions = flags.profile && *flags.profile != io::MpcdiProfile::k2d;
-  const Chosen chosen = positions && flags.surface.empty() ? nullptr : &pick(solved, flags.surface);
+  const SolvedSurface* const chosen =
+      positions && flags.surface.empty() ? nullptr : &pick(solved, flags.surface);
   const std::string what = chosen ? chosen->surface.name : "all surfaces";
 
   Diagnostics diagnostics;
-  const Nearest nearest = surface::nearest_surfaces(solved, projector.projector);
-  double share = 0;
-  for (int y = 0; y < nearest.height(); ++y)
-    for (int x = 0; x < nearest.width(); ++x) share += is_of(chosen, solved, nearest.at(x, y));
-  share /= double(nearest.width()) * nearest.height();
+  const surface::VisiblePart part(solved, projector.projector, chosen);
+  const double share = part.share();
   if (share == 0)
     throw Error(ErrorKind::kDegenerate, chosen ? "surface '" + what + "'" : what,
                 "none of the projector's pixels shows anything of it",
@@ -216,9 +167,9 @@ ExitCode export_warp(const Flags& flags, Console& console) {
   if (extension == ".obj")
     write_mesh(flags, chosen->placement, projector.projector, console, diagnostics);
   else if (extension == ".mpcdi")
-    write_mpcdi(flags, rig, solved, chosen, nearest, projector, diagnostics);
+    write_mpcdi(flags, rig, part, projector, diagnostics);
   else
-    io::save_warp_map(flags.output, map_before_others(*chosen, solved, nearest, projector.projector));
+    io::save_warp_map(flags.output, surface::warp_map(part, projector.projector));
 
   console.say(format("%s: %.1f %% of the projector's pixels show it", what.c_str(), 100 * share));
   console.say("wrote " + flags.output);

@@ -3,8 +3,8 @@
 #include <filesystem>
 
 #include "common/cli.hpp"
-#include "common/room_frames.hpp"
 #include "procam/analyze/prediction.hpp"
+#include "procam/core/rig/room_frames.hpp"
 #include "procam/io/files.hpp"
 #include "procam/io/pose_file.hpp"
 #include "procam/io/rig_file.hpp"
@@ -26,23 +26,6 @@ struct Flags {
   int draws = 0;
   std::uint64_t seed = 1;
 };
-
-double parse_delay(const std::string& text) {
-  const double seconds = io::parse_duration(text);
-  if (seconds < 0)
-    throw Error(ErrorKind::kInput, "duration '" + text + "'", "it is negative", "give e.g. 50ms");
-  return seconds;
-}
-
-Vec3 parse_direction(const std::string& text) {
-  Vec3 direction;
-  char rest = 0;
-  if (std::sscanf(text.c_str(), "%lf,%lf,%lf%c", &direction[0], &direction[1], &direction[2], &rest) != 3 ||
-      !direction.allFinite() || direction.norm() == 0)
-    throw Error(ErrorKind::kInput, "direction '" + text + "'",
-                "it is not three numbers x,y,z other than 0,0,0", "give it in the rig's frame, e.g. 0,0,1");
-  return direction.normalized();
-}
 
 void declare(CLI::App& app, Flags& flags) {
   app.add_option("--rig", flags.rig, "rig.json, as calibrate-projector writes it")->required();
@@ -67,16 +50,16 @@ void declare(CLI::App& app, Flags& flags) {
       app, "--speed-sigma", [&](const std::string& text) { flags.speed_sigma = io::parse_speed(text); },
       "how well that is known, each axis, where --predict uses it");
   add_parsed(
-      app, "--forward", [&](const std::string& text) { flags.forward = parse_direction(text); },
+      app, "--forward", [&](const std::string& text) { flags.forward = io::parse_direction(text); },
       "where it drives, in the rig's frame (0,0,1: as the camera looks)");
   add_parsed(
-      app, "--up", [&](const std::string& text) { flags.up = parse_direction(text); },
+      app, "--up", [&](const std::string& text) { flags.up = io::parse_direction(text); },
       "the axis it turns about, in the rig's frame (0,-1,0)");
   add_parsed(
-      app, "--delay", [&](const std::string& text) { flags.delay = parse_delay(text); },
+      app, "--delay", [&](const std::string& text) { flags.delay = io::parse_delay(text); },
       "from the pose's stamp to the light: 50ms");
   add_parsed(
-      app, "--delay-sigma", [&](const std::string& text) { flags.delay_sigma = parse_delay(text); },
+      app, "--delay-sigma", [&](const std::string& text) { flags.delay_sigma = io::parse_delay(text); },
       "how well the delay is known");
   app.add_flag("--predict", flags.predict, "the pose is predicted to the moment of light");
   app.add_flag("--whole-pixels", flags.whole_pixels,

@@ -1,7 +1,9 @@
 /// project-live: rig + surfaces + contents + poses -> frames on a projector, until the show is ended.
 #include <CLI/CLI.hpp>
+#include <csignal>
 
 #include "common/cli.hpp"
+#include "common/service_notify.hpp"
 #include "common/show_flags.hpp"
 #include "procam/device/frame_sink.hpp"
 #include "procam/io/rig_file.hpp"
@@ -42,15 +44,19 @@ class Follower : public show::ShowListener {
  public:
   explicit Follower(Console& console) : console_(console) {}
   void on_start(const std::string& sentence) override { console_.say(sentence); }
+  void on_load(int done, int total) override { console_.progress("surface", done, total); }
   void on_event(const std::string& sentence) override { console_.log(sentence); }
   void on_frame(const show::ShowReport& report) override {
     newest_ = report;
+    if (report.metrics.frames > 0) service_.frame_shown();
+    console_.stop_if_requested();
     if (report.metrics.frames % 16 == 0) console_.progress("frame", int(report.metrics.frames), 0);
   }
   const show::ShowReport& newest() const { return newest_; }
 
  private:
   Console& console_;
+  ServiceNotifier service_;
   show::ShowReport newest_;
 };
 
@@ -82,7 +88,17 @@ void print_people(const show::PeopleCounts& people, Console& console) {
   summary.set("/people/told", double(people.sent));
 }
 
-void print(const show::ShowReport& report, Console& console) {
+/// What failed while the show went on.
+void print_faults(const show::Metrics& metrics, Console& console) {
+  std::string words;
+  for (const auto& [name, count] : metrics.faults) {
+    console.summary().set("/faults/" + name, double(count));
+    words += format("%s%s %llu", words.empty() ? "" : ", ", name.c_str(), (unsigned long long)count);
+  }
+  if (!words.empty()) console.say("faults: " + words);
+}
+
+void print(const show::ShowReport& report, const show::ShowOptions& options, Console& console) {
   const show::Metrics& m = report.metrics;
   console.say(format("%llu frames, %llu skipped as too late, %llu black without a pose",
                      (unsigned long long)m.frames, (unsigned long long)m.dropped,
@@ -93,14 +109,14 @@ void print(const show::ShowReport& report, Console& console) {
   print_durations("jitter", m.jitter, console);
   print_durations("pose_age", m.pose_age, console);
   print_durations("pose_to_frame", m.pose_to_frame, console);
+  print_faults(m, console);
   const track::Faults& f = report.poses;
-  const std::pair<const char*, std::uint64_t> counts[] = {{"frames", m.frames},
-                                                          {"dropped", m.dropped},
-                                                          {"blanked", m.blanked},
-                                                          {"reloads", m.reloads},
-                                                          {"failed_reloads", m.failed_reloads},
-                                                          {"poses/arrived", m.poses},
-                                                          {"poses/malformed", m.malformed}};
+  const std::pair<const char*, std::uint64_t> counts[] = {
+      {"frames", m.frames},       {"dropped", m.dropped},
+      {"blanked", m.blanked},     {"waiting", m.waiting},
+      {"checked", m.checked},     {"dark", m.dark},
+      {"reloads", m.reloads},     {"failed_reloads", m.failed_reloads},
+      {"poses/arrived", m.poses}, {"poses/malformed", m.malformed}};
   for (const auto& [name, count] : counts) console.summary().set(std::string("/") + name, double(count));
   const std::pair<const char*, std::uint64_t> faults[] = {
       {"taken", f.taken},           {"reordered", f.reordered}, {"late", f.late},
@@ -115,6 +131,7 @@ void print(const show::ShowReport& report, Console& console) {
   if (!words.empty())
     console.say("poses: " + words + format(", malformed %llu", (unsigned long long)m.malformed));
   if (report.people) print_people(*report.people, console);
+  console.report(show::darkness(report, options));
 }
 
 ExitCode replay(const Flags& flags, const Rig& rig, Console& console) {
@@ -141,9 +158,11 @@ ExitCode run(const Flags& flags, Console& console) {
   const Rig rig = io::load_rig(flags.rig);
   if (!flags.replay.empty()) return replay(flags, rig, console);
   try {
-    print(show::run(rig, flags.show, &follower), console);
-  } catch (...) {  // Ctrl-C, a pipe that broke: what was measured is printed all the same
-    if (follower.newest().metrics.frames > 0) print(follower.newest(), console);
+    // A reader of the messages that goes away does not end the show.
+    std::signal(SIGPIPE, SIG_IGN);
+    print(show::run(rig, flags.show, &follower), flags.show, console);
+  } catch (...) {  // Ctrl-C, SIGTERM, a pipe that broke: what was measured is printed all the same
+    if (follower.newest().metrics.frames > 0) print(follower.newest(), flags.show, console);
     throw;
   }
   return ExitCode::kOk;

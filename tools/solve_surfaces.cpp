@@ -3,7 +3,7 @@
 #include <filesystem>
 
 #include "common/cli.hpp"
-#include "common/room_frames.hpp"
+#include "procam/core/rig/room_frames.hpp"
 #include "procam/device/content_source.hpp"
 #include "procam/io/pose_file.hpp"
 #include "procam/io/rig_file.hpp"

@@ -71,7 +71,7 @@ void declare(CLI::App& app, Flags& flags) {
       "how well the surface's pose is known, about its own origin, e.g. 5mm,0.2deg; adds to what --pose "
       "states");
   app.add_option("--false-alarms", flags.options.false_alarm_rate, "share of sound checks that give an alarm")
-      ->check(CLI::Range(1e-9, 0.5))
+      ->check(within(1e-9, 0.5))
       ->capture_default_str();
   app.add_option("-o,--output", flags.output,
                  "the corrected file: rig.json for --correct projector, surfaces.json for --correct surface");

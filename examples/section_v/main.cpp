@@ -18,7 +18,7 @@ namespace {
 using tools::Console;
 using tools::exit_code;
 using tools::ExitCode;
-using tools::format;
+
 using tools::Summary;
 
 struct Flags {

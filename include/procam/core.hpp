@@ -9,6 +9,7 @@
 #include "procam/core/base/dual.hpp"
 #include "procam/core/base/error.hpp"
 #include "procam/core/base/image.hpp"
+#include "procam/core/base/limits.hpp"
 #include "procam/core/base/parallel.hpp"
 #include "procam/core/base/stats.hpp"
 #include "procam/core/base/types.hpp"

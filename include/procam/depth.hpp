@@ -7,4 +7,5 @@
 #include "procam/depth/planes.hpp"
 #include "procam/depth/ray_table.hpp"
 #include "procam/depth/room_depth.hpp"
+#include "procam/depth/sensor_check.hpp"
 #include "procam/depth/surfaces.hpp"

@@ -3,4 +3,5 @@
 #include "procam/report/calibration.hpp"
 #include "procam/report/plan.hpp"
 #include "procam/report/prediction.hpp"
+#include "procam/report/room.hpp"
 #include "procam/report/verify.hpp"

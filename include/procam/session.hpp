@@ -12,3 +12,4 @@
 #include "procam/session/reader.hpp"
 #include "procam/session/recorder.hpp"
 #include "procam/session/shown_views.hpp"
+#include "procam/session/simulated.hpp"

@@ -8,6 +8,7 @@
 #include "procam/simulate/marker_view.hpp"
 #include "procam/simulate/motion.hpp"
 #include "procam/simulate/preview.hpp"
+#include "procam/simulate/robot.hpp"
 #include "procam/simulate/room.hpp"
 #include "procam/simulate/room_view.hpp"
 #include "procam/simulate/session.hpp"

@@ -3,7 +3,6 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <optional>
 
 #include "causes.hpp"
@@ -16,6 +15,7 @@
 #include "prior_terms.hpp"
 #include "procam/calibrate/bundle.hpp"
 #include "procam/calibrate/gates.hpp"
+#include "procam/core/base/words.hpp"
 #include "procam/core/geometry/se3.hpp"
 #include "residual_blocks.hpp"
 #include "rig_checks.hpp"
@@ -30,16 +30,8 @@
 namespace procam::calibrate {
 namespace {
 
-std::string px(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.2f px", value);
-  return text;
-}
-
 std::string times(double factor) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.1f times", factor);
-  return text;
+  return format("%.1f times", factor);
 }
 
 void report(const Options& options, const std::string& step, double share) {
@@ -303,12 +295,6 @@ CalibrationResult describe(const Correspondences& data, const Start& start, cons
   return result;
 }
 
-std::string millimetres(double metres) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.2f mm", 1e3 * metres);
-  return text;
-}
-
 void tell_shape(const ShapedSolution& shaped, CalibrationResult& result) {
   const EstimatedShape& shape = shaped.shape;
   result.shape = shape;
@@ -319,12 +305,11 @@ void tell_shape(const ShapedSolution& shaped, CalibrationResult& result) {
           (note.empty() ? "" : "; ") + std::string("order turned by 180 degrees, as the board's shape asked");
     }
   if (shape.free)
-    result.diagnostics.note("board_shape",
-                            "the board is not flat: its points lie " + millimetres(shape.in_plane_rms) +
-                                " along and " + millimetres(shape.out_of_plane_rms) +
-                                " off its plane (RMS), max " + millimetres(shape.largest) +
-                                "; modelling the board's shape reduces the held-out error from " +
-                                px(shape.holdout_flat_px) + " to " + px(shape.holdout_free_px));
+    result.diagnostics.note(
+        "board_shape", "the board is not flat: its points lie " + mm(shape.in_plane_rms) + " along and " +
+                           mm(shape.out_of_plane_rms) + " off its plane (RMS), max " + mm(shape.largest) +
+                           "; modelling the board's shape reduces the held-out error from " +
+                           px(shape.holdout_flat_px) + " to " + px(shape.holdout_free_px));
 }
 
 /// Fails when half of a device's views or more were rejected: there is no majority.
@@ -382,9 +367,9 @@ Gate shape_gate(const Correspondences& data, const EstimatedShape& shape) {
   const bool passed = shape.largest <= limit;
   return {
       "board's shape", passed,
-      "largest offset " + millimetres(shape.largest) +
+      "largest offset " + mm(shape.largest) +
           (passed ? ""
-                  : ", limit " + millimetres(limit) +
+                  : ", limit " + mm(limit) +
                         ": mount the sheet on a stiff flat plate, and check the square's size both ways")};
 }
 

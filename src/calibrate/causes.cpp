@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <map>
 
+#include "procam/core/base/words.hpp"
 #include "procam/core/geometry/se3.hpp"
 
 namespace procam::calibrate {
@@ -15,10 +16,8 @@ constexpr double kExplained = 3;
 constexpr double kSamePixel = 1;  ///< pixels: light that has not moved between views
 
 std::string amount(const Pose& motion) {
-  char text[80];
-  std::snprintf(text, sizeof text, "%.1f mm and %.2f degrees", 1e3 * motion.translation.norm(),
+  return format("%.1f mm and %.2f degrees", 1e3 * motion.translation.norm(),
                 se3_log(motion).head<3>().norm() / kDegree);
-  return text;
 }
 
 /// RMS that the device has in the views that agree: what a good explanation comes near to.

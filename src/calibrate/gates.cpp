@@ -2,16 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
+#include "procam/core/base/words.hpp"
 #include "rig_checks.hpp"
 
 namespace procam::calibrate {
 namespace {
 
 std::string number(double value, int decimals = 3) {
-  char text[64];
-  std::snprintf(text, sizeof text, "%.*f", decimals, value);
-  return text;
+  return fixed(value, decimals);
 }
 
 /// Collects the quality checks of one device. Every detail has the measured value, the limit, and the

@@ -1,4 +1,5 @@
 #include "observability.hpp"
+#include "procam/core/base/words.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -50,9 +51,7 @@ Seen seen_by(const Solution& solution, const Correspondences& data, std::size_t 
 }
 
 std::string whole(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.0f", value);
-  return text;
+  return format("%.0f", value);
 }
 
 std::string about_axis(double spread_deg, const std::string& axis) {

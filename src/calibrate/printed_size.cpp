@@ -1,15 +1,13 @@
 #include "printed_size.hpp"
+#include "procam/core/base/words.hpp"
 
 #include <algorithm>
-#include <cstdio>
 
 namespace procam::calibrate {
 namespace {
 
 std::string millimetres(double metres) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.6g mm", 1e3 * metres);
-  return text;
+  return format("%.6g mm", 1e3 * metres);
 }
 
 std::string squares(int count, double size) {

@@ -7,6 +7,7 @@
 
 #include "marker_model.hpp"
 #include "marker_warp.hpp"
+#include "procam/core/base/detail/regular_file.hpp"
 
 namespace procam::detect {
 namespace {
@@ -116,9 +117,9 @@ MarkerCells load_marker_cells(const std::filesystem::path& path) {
                  "give OpenCV's form: nmarkers, markersize, marker_0: \"0110...\" row by row");
   };
   // Read here, since OpenCV prints when it cannot open a file.
+  procam::internal::require_regular_file(path);
   std::ifstream stream(path, std::ios::binary);
-  if (!stream || !std::filesystem::is_regular_file(path))
-    throw Error(ErrorKind::kIo, path.string(), "it cannot be read", "check the name");
+  if (!stream) throw Error(ErrorKind::kIo, path.string(), "it cannot be read", "check the name");
   const std::string text{std::istreambuf_iterator<char>(stream), {}};
   cv::aruco::Dictionary dictionary;
   try {

@@ -55,7 +55,8 @@ class SharedContent : public ContentSource {
       shown_.number = 0;
       fault_.reset();
     } catch (const Error&) {
-      fault_ = fault_of("its writer is gone", "start it again; the last frame stays until then");
+      fault_ = fault_of("its writer is gone, or its memory was cut short",
+                        "start the writer again; the last frame stays until then");
     }
   }
 

@@ -7,6 +7,7 @@
 
 #include "content_files.hpp"
 #include "playback.hpp"
+#include "procam/core/base/detail/regular_file.hpp"
 #include "video_capture.hpp"
 
 namespace procam::device::internal {
@@ -21,6 +22,7 @@ class Video : public PictureReader {
     std::error_code ignored;
     if (!std::filesystem::exists(name_, ignored))
       throw Error(ErrorKind::kIo, name_, "there is no such file", "check the name of the video");
+    procam::internal::require_regular_file(name_);
     open();
   }
   const std::string& name() const override { return name_; }

@@ -5,6 +5,7 @@
 #include "document/document.hpp"
 #include "document/fields.hpp"
 #include "document/value.hpp"
+#include "procam/core/base/limits.hpp"
 #include "procam/io/files.hpp"
 #include "procam/io/text.hpp"
 
@@ -99,7 +100,7 @@ int count_of(const Value& value) {
 
 /// Kalibr's description of a target: aprilgrid, or a checkerboard by its inner corners.
 Board load_kalibr_target(const std::filesystem::path& path) {
-  const std::string bytes = read_file(path, kLargestDocument), file = path.string();
+  const std::string bytes = read_file(path, limits::kDocumentBytes), file = path.string();
   const Node document = parse_yaml(bytes, file);
   const Value root{&document, &file, ""};
   if (document.kind != Node::Kind::kObject)

@@ -4,10 +4,12 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include <atomic>
 #include <cerrno>
 #include <cstring>
+#include <optional>
+#include <random>
 
+#include "procam/core/base/detail/regular_file.hpp"
 #include "procam/core/base/error.hpp"
 
 namespace procam::io {
@@ -64,9 +66,9 @@ void flush_folder(const fs::path& folder) {
   if (descriptor.get() >= 0) (void)::fsync(descriptor.get());
 }
 
-/// Where a write goes: the file behind a link, and a temporary name beside it.
+/// Where a write goes: the file behind a link.
 struct Destination {
-  fs::path target, folder, temporary;
+  fs::path target, folder;
 };
 
 Destination destination_of(const fs::path& path) {
@@ -77,22 +79,65 @@ Destination destination_of(const fs::path& path) {
   destination.target = fs::is_symlink(fs::symlink_status(path, ignored)) ? fs::weakly_canonical(path) : path;
   destination.folder =
       destination.target.has_parent_path() ? destination.target.parent_path() : fs::path(".");
-  static std::atomic<unsigned> counter{0};
-  destination.temporary = destination.folder / ("." + destination.target.filename().string() + ".tmp-" +
-                                                std::to_string(::getpid()) + "-" + std::to_string(counter++));
   return destination;
 }
+
+/// A new file under a temporary name beside the destination; `path` is how errors call that.
+class Temporary {
+ public:
+  Temporary(const Destination& destination, const fs::path& path) {
+    // Random names: one that a killed process left behind must not stand in the way of a later one.
+    std::random_device random;
+    // A name has at most 255 bytes.
+    const std::string begin = "." + destination.target.filename().string().substr(0, 200) + ".tmp-";
+    struct stat old {};
+    const bool replaces = ::stat(destination.target.c_str(), &old) == 0 && S_ISREG(old.st_mode);
+    int file = -1;
+    for (int attempt = 0; file < 0 && attempt < 100; ++attempt) {
+      name_ = destination.folder / (begin + std::to_string(random()) + std::to_string(random()));
+      file = ::open(name_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, replaces ? 0600 : 0666);
+      if (file < 0 && errno != EEXIST) break;
+    }
+    if (file < 0) fail_to("write", path, errno, kWriteNext);
+    file_.emplace(file);
+    if (replaces) take_mode(old);
+  }
+  Temporary(const Temporary&) = delete;
+  Temporary& operator=(const Temporary&) = delete;
+  ~Temporary() {
+    if (!name_.empty()) ::unlink(name_.c_str());
+  }
+
+  /// 0, or the system's error number.
+  int write(std::string_view bytes) {
+    if (const int error = write_all(file_->get(), bytes)) return error;
+    if (::fsync(file_->get()) != 0) return errno;
+    return file_->close() ? 0 : errno;
+  }
+  int rename_to(const fs::path& target) {
+    if (::rename(name_.c_str(), target.c_str()) != 0) return errno;
+    name_.clear();
+    return 0;
+  }
+
+ private:
+  /// A file that is replaced keeps its group and mode; where the system refuses the group, it gets no rights.
+  void take_mode(const struct stat& old) {
+    struct stat mine {};
+    (void)::fstat(file_->get(), &mine);
+    mode_t mode = old.st_mode & 0777;
+    if (mine.st_gid != old.st_gid && ::fchown(file_->get(), uid_t(-1), old.st_gid) != 0) mode &= ~070u;
+    (void)::fchmod(file_->get(), mode);  // not every file system has modes
+  }
+
+  fs::path name_;
+  std::optional<Descriptor> file_;
+};
 
 bool is_device(const fs::path& path) {
   std::error_code ignored;
   const fs::file_status status = fs::status(path, ignored);
   return fs::exists(status) && !fs::is_regular_file(status) && !fs::is_directory(status);
-}
-
-int open_temporary(const Destination& destination, const fs::path& path) {
-  const int file = ::open(destination.temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
-  if (file < 0) fail_to("write", path, errno, kWriteNext);
-  return file;
 }
 
 }  // namespace
@@ -101,28 +146,27 @@ void write_file_atomically(const fs::path& path, std::string_view bytes) {
   // Renaming onto a device or a pipe would replace it by a file.
   if (is_device(path)) return write_directly(path, bytes);
   const Destination destination = destination_of(path);
-  Descriptor file(open_temporary(destination, path));
-  int error = write_all(file.get(), bytes);
-  if (error == 0 && ::fsync(file.get()) != 0) error = errno;
-  if (!file.close() && error == 0) error = errno;
-  if (error == 0 && ::rename(destination.temporary.c_str(), destination.target.c_str()) != 0) error = errno;
-  if (error != 0) {
-    ::unlink(destination.temporary.c_str());
-    fail_to("write", path, error, kWriteNext);
-  }
+  Temporary file(destination, path);
+  int error = file.write(bytes);
+  if (error == 0) error = file.rename_to(destination.target);
+  if (error != 0) fail_to("write", path, error, kWriteNext);
   flush_folder(destination.folder);
 }
 
 void require_writable(const fs::path& path) {
   if (is_device(path)) return;
-  const Destination destination = destination_of(path);
-  const Descriptor file(open_temporary(destination, path));
-  ::unlink(destination.temporary.c_str());
+  const Temporary file(destination_of(path), path);
 }
 
 std::string read_file(const fs::path& path, std::size_t largest_size) {
-  const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
-  if (file.get() < 0) fail_to("read", path, errno, kReadNext);
+  // Without waiting: opening a named pipe would wait for its writer.
+  const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
+  const int error = errno;
+  struct stat about {};
+  // A socket cannot be opened at all.
+  if (file.get() < 0 && error != ENXIO) fail_to("read", path, error, kReadNext);
+  if (file.get() < 0 || (::fstat(file.get(), &about) == 0 && !S_ISREG(about.st_mode)))
+    throw procam::internal::not_a_regular_file(path);
   std::string bytes;
   constexpr std::size_t kBlock = std::size_t(1) << 16;
   for (;;) {

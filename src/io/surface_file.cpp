@@ -5,6 +5,7 @@
 
 #include "document/shared_fields.hpp"
 #include "mesh/mesh_file.hpp"
+#include "procam/core/base/limits.hpp"
 #include "procam/io/image/images.hpp"
 
 namespace procam::io {
@@ -254,6 +255,10 @@ static void fields(Fields& f, SolvedSurface& solved) {
 /// Content is assigned to surfaces by name, so a name must mean one.
 template <typename Item, typename NameOf>
 static void check_names(const Fields& f, const std::vector<Item>& items, NameOf name_of) {
+  f.check(items.size() <= limits::kSurfaces, "surfaces",
+          "it has " + std::to_string(items.size()) + " surfaces, and a set at most " +
+              std::to_string(limits::kSurfaces),
+          "join neighbours to one surface, or share them out over several files");
   std::set<std::string> names;
   for (const Item& item : items)
     f.check(names.insert(name_of(item)).second, "surfaces", "two surfaces are named '" + name_of(item) + "'",

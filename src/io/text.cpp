@@ -8,7 +8,9 @@
 #include <vector>
 
 #include "document/number.hpp"
+#include "document/size_check.hpp"
 #include "procam/core/base/error.hpp"
+#include "procam/core/base/limits.hpp"
 
 namespace procam::io {
 namespace {
@@ -185,10 +187,12 @@ std::string format_pixels(double pixels) {
 }  // namespace
 
 ImageSize parse_size(const std::string& text) {
-  const auto pair = parse_pair(text, 1 << 20);
+  const auto pair = parse_pair(text, limits::kSizeSide);
   if (!pair)
     fail("size", text, "it is not two positive whole numbers of pixels", "write WIDTHxHEIGHT, e.g. 1024x768");
-  return {pair->first, pair->second};
+  const ImageSize size{pair->first, pair->second};
+  if (const auto why = flaw(size)) fail("size", text, *why, "write WIDTHxHEIGHT, e.g. 1024x768");
+  return size;
 }
 
 std::string format_size(ImageSize size) {
@@ -206,7 +210,9 @@ Uncertain parse_uncertain(const std::string& text) {
 }
 
 double parse_length(const std::string& text) {
-  return parse_quantity("length", text, kLengthUnits, kLengthNext);
+  const double metres = parse_quantity("length", text, kLengthUnits, kLengthNext);
+  if (!(std::abs(metres) <= limits::kLengthM)) fail("length", text, "it is beyond 1000 km", kLengthNext);
+  return metres;
 }
 
 std::string format_length(double metres) {
@@ -233,7 +239,18 @@ double parse_share(const std::string& text) {
 }
 
 double parse_duration(const std::string& text) {
-  return parse_quantity("duration", text, kDurationUnits, "write a number and ms or s, e.g. 50ms");
+  const char* const next = "write a number and ms or s, e.g. 50ms";
+  const double seconds = parse_quantity("duration", text, kDurationUnits, next);
+  if (seconds < 0) fail("duration", text, "it is negative", next);
+  if (!(seconds <= limits::kDurationS)) fail("duration", text, "it is beyond 31 years", next);
+  return seconds;
+}
+
+double parse_delay(const std::string& text) {
+  const double seconds = parse_duration(text);
+  if (seconds > limits::kDelayS)
+    fail("delay", text, "no device is later than 10 s", "write a number and ms or s, e.g. 50ms");
+  return seconds;
 }
 
 namespace {
@@ -263,6 +280,37 @@ LengthAndAngle parse_both(const std::string& text, const std::string& per, const
 }
 
 }  // namespace
+
+Vec3 parse_direction(const std::string& text) {
+  Vec3 direction;
+  const char* at = text.c_str();
+  bool read = true;
+  for (int k = 0; k < 3; ++k) {
+    char* end = nullptr;
+    direction[k] = std::strtod(at, &end);
+    read = read && end != at && *end == (k < 2 ? ',' : 0);
+    if (!read) break;
+    at = end + 1;
+  }
+  if (!read || !direction.allFinite() || !(direction.norm() > 1e-6))
+    throw Error(ErrorKind::kInput, "direction '" + text + "'",
+                "it is not three numbers x,y,z other than 0,0,0", "give e.g. 0,0,1");
+  return direction.normalized();
+}
+
+Vec3 parse_position(const std::string& text) {
+  Vec3 position;
+  std::size_t from = 0;
+  for (int k = 0; k < 3; ++k) {
+    const std::size_t comma = text.find(',', from);
+    if ((comma == std::string::npos) != (k == 2))
+      throw Error(ErrorKind::kInput, "'" + text + "'", "it is not X,Y,Z",
+                  "give three lengths with their units: 0.4m,-120mm,2m");
+    position[k] = parse_length(text.substr(from, comma - from));
+    from = comma + 1;
+  }
+  return position;
+}
 
 LengthAndAngle parse_length_and_angle(const std::string& text) {
   return parse_both(text, "", "sigmas", "write a length and an angle, e.g. 10mm,0.5deg, or one of them");

@@ -1,4 +1,5 @@
 #include "procam/pattern/decoded_pixels.hpp"
+#include "procam/core/base/words.hpp"
 
 #include <algorithm>
 #include <array>
@@ -17,16 +18,6 @@ constexpr double kRepeats = 16;  // projector pixels: errors of phase repeat wit
 constexpr double kFewWrong = 0.05, kMaxWrong = 0.5;
 
 const float kUndecoded = std::numeric_limits<float>::quiet_NaN();
-
-std::string percent(double share) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.1f %%", 100.0 * share);
-  return text;
-}
-
-std::string frame_text(ImageSize size) {
-  return std::to_string(size.width) + "x" + std::to_string(size.height);
-}
 
 double median(std::vector<float>& values) {
   const auto middle = values.begin() + std::ptrdiff_t(values.size() / 2);
@@ -115,7 +106,7 @@ void keep_inside(ImageF& pixels, ImageSize projector_size, Diagnostics& diagnost
     if (share < kFewWrong) continue;
     const std::string what = percent(share) + " of its " + names[a] + " are beyond the projector's " +
                              sides[a] + " (up to " + std::to_string(std::lround(all_beyond[a].highest)) +
-                             " where the frame is " + frame_text(projector_size) + ")";
+                             " where the frame is " + counts(projector_size) + ")";
     if (share > kMaxWrong)
       throw Error(ErrorKind::kInput, "decoded map", what,
                   "check --projector-size, the unit (pixels), and that columns and rows are not exchanged");

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "gray_code_bits.hpp"
+#include "procam/core/base/words.hpp"
 #include "waves.hpp"
 
 namespace procam::pattern {
@@ -26,9 +27,7 @@ int index_of(StripeAxis axis) {
 }
 
 std::string number_text(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.6g", value);
-  return text;
+  return format("%.6g", value);
 }
 
 /// Gray code over the frame and the offsets before it: its codes count from 0.

@@ -9,19 +9,10 @@
 
 #include "gray_code_bits.hpp"
 #include "noise_classes.hpp"
+#include "procam/core/base/words.hpp"
 
 namespace procam::pattern {
 namespace {
-
-std::string percent(double share) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.1f %%", 100.0 * share);
-  return text;
-}
-
-std::string text_of(ImageSize size) {
-  return std::to_string(size.width) + "x" + std::to_string(size.height);
-}
 
 /// Second differences of noise by size, per class of brightness.
 class NoiseHistogram {
@@ -213,7 +204,7 @@ void check_captures(const std::vector<ViewU8>& captures, const GrayCode& gray_co
     }
     if (capture.size() != captures[0].size()) {
       throw Error(ErrorKind::kInput, name,
-                  "size " + text_of(capture.size()) + " where frame 0 has " + text_of(captures[0].size()),
+                  "size " + counts(capture.size()) + " where frame 0 has " + counts(captures[0].size()),
                   "all frames of a pose must come from one camera with one resolution");
     }
   }
@@ -348,7 +339,7 @@ void remark_on_codes(DecodedMap& map, const GrayCode& gray_code, const CodeCount
       map.diagnostics.warn("projector_size",
                            std::to_string(counts.outside[axis]) + " pixels carry a " + names[axis] +
                                " code beyond the projector's " + sides[axis] + " (" +
-                               text_of(gray_code.projector_size) +
+                               procam::counts(gray_code.projector_size) +
                                "): is the projector larger, or are width and height exchanged?");
     }
   }

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "procam/core/base/error.hpp"
+#include "procam/core/base/limits.hpp"
 
 namespace procam::people {
 namespace {
@@ -162,7 +163,7 @@ bool PeopleTrack::add(const SkeletonFrame& frame) {
   for (std::size_t i = 0; i < frame.people.size(); ++i) {
     Person* person = match[i] >= 0 ? &people_[std::size_t(match[i])] : nullptr;
     if (person == nullptr) {
-      if (!body_of(frame.people[i]) || people_.size() >= 2 * kMaxPeople) continue;
+      if (!body_of(frame.people[i]) || people_.size() >= 2 * limits::kPeople) continue;
       people_.emplace_back();
       person = &people_.back();
       person->number = ++last_number_;

@@ -2,6 +2,9 @@
 
 #include <cmath>
 
+#include "procam/core/base/detail/plain_text.hpp"
+#include "procam/core/base/limits.hpp"
+
 namespace procam::people {
 namespace {
 
@@ -32,7 +35,9 @@ std::optional<Joint> joint_of(std::string_view name) {
 
 const char* why_refused(const SkeletonFrame& frame) {
   if (frame.stamp && !(std::abs(*frame.stamp) <= 1e12)) return "the stamp is not a time in seconds";
-  if (frame.people.size() > kMaxPeople) return "it holds more than 16 people";
+  if (frame.frame.size() > limits::kFrameNameBytes || !procam::internal::is_plain_text(frame.frame))
+    return "the frame's name is not UTF-8, has control characters, or is longer than 255 bytes";
+  if (frame.people.size() > limits::kPeople) return "it holds more than 16 people";
   for (const Skeleton& person : frame.people)
     for (const auto& seen : person.joints) {
       if (!seen) continue;

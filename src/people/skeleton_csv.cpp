@@ -4,6 +4,7 @@
 #include <fstream>
 #include <iterator>
 
+#include "procam/core/base/detail/regular_file.hpp"
 #include "procam/core/base/error.hpp"
 #include "procam/people/skeleton_reader.hpp"
 #include "skeleton_csv.hpp"
@@ -148,6 +149,7 @@ ParsedSkeletons parse_skeleton_csv(std::string_view text) {
 }
 
 std::vector<SkeletonFrame> read_skeleton_log(const std::filesystem::path& file) {
+  procam::internal::require_regular_file(file);
   std::ifstream in(file, std::ios::binary);
   if (!in)
     throw Error(ErrorKind::kIo, file.string(), "it cannot be opened",

@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "joint_sets.hpp"
+#include "procam/core/base/limits.hpp"
 #include "procam/people/skeleton_reader.hpp"
 #include "procam/track/detail/json_depth.hpp"
 
@@ -11,8 +12,6 @@ namespace procam::people {
 namespace {
 
 using nlohmann::json;
-constexpr int kDeepestSkeleton = 8;
-constexpr std::size_t kLongestDocument = 256u << 20;  ///< bytes: an hour of Azure Kinect
 
 /// What a reader gives up with; caught here, in this file.
 struct Refused {
@@ -23,7 +22,7 @@ json parsed(std::string_view text, std::size_t longest) {
   const std::size_t first = text.find_first_not_of(" \t\r\n");
   if (first == text.npos || text[first] != '{') throw Refused{"it does not begin with {"};
   if (text.size() > longest) throw Refused{"it is too long"};
-  if (!track::internal::is_shallow(text, kDeepestSkeleton)) throw Refused{"it is nested too deeply"};
+  if (!track::internal::is_shallow(text, limits::kSkeletonDepth)) throw Refused{"it is nested too deeply"};
   json root = json::parse(text.begin(), text.end(), nullptr, false);
   if (root.is_discarded()) throw Refused{"it is not JSON"};
   return root;
@@ -44,7 +43,7 @@ double number_in(const json& value, const char* why) {
   return value.get<double>();
 }
 void check_count(const json& people) {
-  if (people.size() > kMaxPeople) throw Refused{"it holds more than 16 people"};
+  if (people.size() > limits::kPeople) throw Refused{"it holds more than 16 people"};
 }
 
 Skeleton read_person(const json& value) {
@@ -72,7 +71,7 @@ Skeleton read_person(const json& value) {
 }
 
 SkeletonFrame read_frame(std::string_view line) {
-  const json root = parsed(line, kLongestSkeletonLine);
+  const json root = parsed(line, limits::kSkeletonLineBytes);
   SkeletonFrame frame;
   if (const json* stamp = find(root, "stamp")) frame.stamp = number_in(*stamp, "the stamp is not a number");
   if (const json* name = find(root, "frame")) {
@@ -138,7 +137,7 @@ std::string to_json_line(const SkeletonFrame& frame) {
 PixelPeople parse_openpose(std::string_view text) {
   PixelPeople result;
   try {
-    const json root = parsed(text, kLongestDocument);
+    const json root = parsed(text, limits::kSkeletonFileBytes);
     const json& people = list_at(root, "people", "people is missing or no list");
     check_count(people);
     for (const json& one : people) {
@@ -183,7 +182,7 @@ HipCentredPeople parse_mediapipe(std::string_view text) {
   };
   HipCentredPeople result;
   try {
-    const json root = parsed(text, kLongestDocument);
+    const json root = parsed(text, limits::kSkeletonFileBytes);
     const json& people = list_at(root, "worldLandmarks", "worldLandmarks is missing or no list");
     check_count(people);
     const json* pictures = find(root, "landmarks");
@@ -215,7 +214,7 @@ HipCentredPeople parse_mediapipe(std::string_view text) {
 ParsedSkeletons parse_azure_kinect(std::string_view text) {
   ParsedSkeletons result;
   try {
-    const json root = parsed(text, kLongestDocument);
+    const json root = parsed(text, limits::kSkeletonFileBytes);
     for (const json& moment : list_at(root, "frames", "frames is missing or no list")) {
       try {
         SkeletonFrame frame;

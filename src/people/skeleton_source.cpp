@@ -1,6 +1,7 @@
 #include "procam/people/skeleton_source.hpp"
 
 #include "procam/core/base/error.hpp"
+#include "procam/core/base/limits.hpp"
 #include "procam/track/detail/parsed_source.hpp"
 #include "procam/track/detail/recorded.hpp"
 #include "skeleton_stream.hpp"
@@ -48,7 +49,7 @@ ParsedSkeletons SkeletonStream::parse(std::string_view bytes) {
     parsed = parse_skeletons(lines);
     rest_.erase(0, last + 1);
   }
-  if (rest_.size() > kLongestSkeletonLine || (skipping_ && !rest_.empty())) {
+  if (rest_.size() > limits::kSkeletonLineBytes || (skipping_ && !rest_.empty())) {
     if (!skipping_) {
       ++parsed.malformed;
       parsed.why = "a line is longer than 65536 bytes";

@@ -4,7 +4,7 @@
 
 namespace procam::people {
 
-/// A stream of JSON lines, cut where it likes. A line longer than kLongestSkeletonLine is counted once and
+/// A stream of JSON lines, cut where it likes. A line longer than limits::kSkeletonLineBytes is counted once and
 /// skipped.
 class SkeletonStream {
  public:

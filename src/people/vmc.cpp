@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "procam/core/base/limits.hpp"
 #include "procam/track/detail/wire_bytes.hpp"
 
 namespace procam::people {
@@ -85,8 +86,7 @@ ParsedSkeletons VmcReader::parse(std::string_view datagram) {
 void VmcReader::read(std::string_view bytes, int depth, ParsedSkeletons& parsed) {
   if (bytes.substr(0, track::internal::kOscBundle.size()) != track::internal::kOscBundle)
     return read_message(bytes, parsed);
-  if (depth == track::internal::kDeepestOscBundle)
-    return refuse_vmc(parsed, "OSC bundles are nested too deeply");
+  if (depth == limits::kOscDepth) return refuse_vmc(parsed, "OSC bundles are nested too deeply");
   track::internal::Bytes in{bytes.substr(track::internal::kOscBundle.size())};
   in.take(8);  // the time tag: senders leave it at "now"
   while (!in.bad && !in.rest.empty()) {

@@ -3,6 +3,7 @@
 #include <Eigen/LU>
 
 #include "mesh_tile.hpp"
+#include "procam/core/base/limits.hpp"
 #include "procam/render/cpu.hpp"
 
 namespace procam::render {
@@ -48,20 +49,20 @@ std::optional<bool> hides(const Facet& a, const Facet& b, const std::vector<Lens
 }  // namespace
 
 void require_drawable(ImageSize frame) {
-  if (std::max(frame.width, frame.height) <= kLongestFrameSide) return;
+  if (std::max(frame.width, frame.height) <= limits::kFrameSide) return;
   throw Error(
       ErrorKind::kInput, "frame",
       "the projector has " + std::to_string(frame.width) + " x " + std::to_string(frame.height) + " pixels",
-      "give one of at most " + std::to_string(kLongestFrameSide) + " pixels a side");
+      "give one of at most " + std::to_string(limits::kFrameSide) + " pixels a side");
 }
 
 void require_drawable(const Scene& scene, ImageSize frame) {
   require_drawable(frame);
   const auto require_size = [](ViewU8 view, const char* what) {
-    if (std::int64_t(view.width) * view.height > kLargestContent)
+    if (std::int64_t(view.width) * view.height > limits::kContentPixels)
       throw Error(ErrorKind::kInput, what,
                   "it has " + std::to_string(view.width) + " x " + std::to_string(view.height) + " pixels",
-                  "give a picture of at most " + std::to_string(kLargestContent) + " pixels");
+                  "give a picture of at most " + std::to_string(limits::kContentPixels) + " pixels");
   };
   for (const SceneItem& item : scene.items) {
     require_size(item.content, "content");

@@ -4,6 +4,8 @@
 #include <chrono>
 #include <utility>
 
+#include "procam/core/base/parallel.hpp"
+
 namespace procam::render {
 
 namespace {
@@ -18,8 +20,7 @@ void stay_awake_until(const Done& done) {
 }  // namespace
 
 Workers::Workers(int threads) {
-  if (threads <= 0) threads = int(std::max(1u, std::thread::hardware_concurrency()));
-  for (int i = 1; i < threads; ++i) others_.emplace_back([this] { serve(); });
+  procam::internal::start_threads(others_, thread_count(threads) - 1, [this] { serve(); });
 }
 
 Workers::~Workers() {

@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "procam/core/base/types.hpp"
+#include "procam/core/base/words.hpp"
 
 namespace procam::report {
 
@@ -82,8 +83,5 @@ void Fields::field(const std::string& name, const T& value) {
 inline std::string text(const Json& value) {
   return value.dump(2, ' ', false, Json::error_handler_t::replace);
 }
-
-/// printf into a string, for the lines of a console; cut after 511 characters.
-std::string format(const char* pattern, ...) __attribute__((format(printf, 1, 2)));
 
 }  // namespace procam::report

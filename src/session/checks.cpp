@@ -3,21 +3,12 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <map>
 #include "light_checks.hpp"
+#include "procam/core/base/words.hpp"
 
 namespace procam::session {
 namespace {
-
-std::string number(double value, int decimals) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.*f", decimals, value);
-  return text;
-}
-std::string percent(double share) {
-  return number(100 * share, 1) + " %";
-}
 
 double quantile(std::vector<int>& values, double share) {
   const auto place = values.begin() + std::ptrdiff_t(share * double(values.size() - 1));
@@ -60,7 +51,7 @@ ExposureCheck check_exposure(ViewU8 white, ViewU8 black, const NoiseModel& noise
       check.paper.at(x, y) = 2 * (white.at(x, y) - black.at(x, y)) >= check.contrast ? 1 : 0;
   check.brightest = quantile(greys, 0.98);
   check.saturated_share = double(saturated) / double(greys.size());
-  const std::string levels = number(check.contrast, 0) + " grey levels between black and white";
+  const std::string levels = fixed(check.contrast, 0) + " grey levels between black and white";
   if (check.contrast < 12)
     check.diagnostics.fail("too_dark", "only " + levels + "; expose longer, or darken the room");
   else if (check.contrast < 40)

@@ -47,6 +47,10 @@ SessionContents read_observations(const fs::path& file, const std::vector<Device
   return contents;
 }
 
+Detections read_board_image(const fs::path& file, const Board& board) {
+  return detect::detect_board(io::to_gray(io::load_image(file).image), board);
+}
+
 SessionContents read_board_images(const fs::path& folder, const Board& board,
                                   const ReadingProgress& progress) {
   const std::vector<fs::path> files = io::list_images(folder);

@@ -1,4 +1,5 @@
 #include "procam/session/recorder.hpp"
+#include "procam/core/base/words.hpp"
 
 #include <algorithm>
 #include <chrono>
@@ -19,16 +20,6 @@ namespace procam::session {
 namespace {
 
 namespace fs = std::filesystem;
-
-/// As std::printf, of short lines.
-__attribute__((format(printf, 1, 2))) std::string line(const char* pattern, ...) {
-  char text[512];
-  va_list values;
-  va_start(values, pattern);
-  std::vsnprintf(text, sizeof text, pattern, values);
-  va_end(values);
-  return text;
-}
 
 /// The session while it is captured.
 class Recorder {
@@ -68,7 +59,7 @@ class Recorder {
           read(io::load_capture_folder(folder, pattern_.frame_count()).frames, folder.filename().string()));
     }
     say_coverage();
-    dialog_.say(line("%d views of %d frames: ", options_.views, pattern_.frame_count()) +
+    dialog_.say(format("%d views of %d frames: ", options_.views, pattern_.frame_count()) +
                 options_.folder.string());
     dialog_.say("next: calibrate-projector --captures " + options_.folder.string() + " -o rig.json");
     report_.captured = true;
@@ -100,8 +91,8 @@ class Recorder {
     const Delay delay = measure_delay(stand_);
     shutter_.options() = shutter_options(delay);
     dialog_.say(
-        line("delay      %.0f ms from showing to seeing, settled after %.0f ms; a frame every %.0f ms",
-             1000 * delay.delay_s, 1000 * delay.settled_s, 1000 * delay.frame_interval_s));
+        format("delay      %.0f ms from showing to seeing, settled after %.0f ms; a frame every %.0f ms",
+               1000 * delay.delay_s, 1000 * delay.settled_s, 1000 * delay.frame_interval_s));
     now_doing("checking the light", 0, 1);
     const fs::path folder = make_checks_folder(options_.folder);
     const LightReport report = check_light(shutter_, [&](const std::string& name, const ImageU8& frame) {
@@ -110,16 +101,16 @@ class Recorder {
     });
     light_ = report.diagnostics();
     report_.light_failed = light_.failed();
-    dialog_.say(line(
+    dialog_.say(format(
         "exposure   %.0f %% of the camera's image is lit, %.0f grey levels between black and white, %.1f %% "
         "saturated",
         100 * report.exposure.lit_share, report.exposure.contrast, 100 * report.exposure.saturated_share));
     if (report.tone.gamma > 0)
-      dialog_.say(line("tone       gamma %.2f of projector and camera together; drift %.1f %%",
-                       report.tone.gamma, 100 * report.tone.drift));
+      dialog_.say(format("tone       gamma %.2f of projector and camera together; drift %.1f %%",
+                         report.tone.gamma, 100 * report.tone.drift));
     if (report.native.diagnostics.find("not_checked") == nullptr && report.tone.gamma > 0)
-      dialog_.say(line("pixels     one-pixel squares beat by %.1f %% (scaling or keystone: above %.0f %%)",
-                       100 * report.native.beat, 100 * NativeCheck::kLargestBeat));
+      dialog_.say(format("pixels     one-pixel squares beat by %.1f %% (scaling or keystone: above %.0f %%)",
+                         100 * report.native.beat, 100 * NativeCheck::kLargestBeat));
     dialog_.report(light_);
     report_.delay = delay;
     report_.light = report;
@@ -142,7 +133,8 @@ class Recorder {
         if (!seen.detections[kCameraDevice].observations.empty()) {
           files.finish();
           add_coverage(seen);
-          dialog_.say(name + line(": %zu board points", seen.detections[kCameraDevice].observations.size()));
+          dialog_.say(name +
+                      format(": %zu board points", seen.detections[kCameraDevice].observations.size()));
           say_coverage();
           return;
         }
@@ -174,10 +166,12 @@ class Recorder {
     const ImageU8 now = shutter_.take(pictures_[std::size_t(last)]).image;
     const ImageU8 then = io::load_image(files.frame_file(last)).image;
     if (now.size() == then.size() && compare(now, then, shutter_.options().noise).share <= kSharesMoved) {
-      dialog_.say(line("going on after %d frames of an earlier run: the board has not moved", files.kept()));
+      dialog_.say(
+          format("going on after %d frames of an earlier run: the board has not moved", files.kept()));
       return true;
     }
-    dialog_.say(line("%d frames of an earlier run are moved away: the board has moved since", files.kept()));
+    dialog_.say(
+        format("%d frames of an earlier run are moved away: the board has moved since", files.kept()));
     files.set_aside();
     shutter_.forget();
     return false;
@@ -204,10 +198,11 @@ class Recorder {
     shutter_.forget();
     if (unsteady > 0) {
       Diagnostics remark;
-      remark.warn("unsteady",
-                  name + line(": frames of one picture differ by up to %.1f grey levels: something moved, or "
-                              "the light flickers (expose a multiple of the mains period)",
-                              unsteady));
+      remark.warn(
+          "unsteady",
+          name + format(": frames of one picture differ by up to %.1f grey levels: something moved, or "
+                        "the light flickers (expose a multiple of the mains period)",
+                        unsteady));
       dialog_.report(remark);
     }
   }
@@ -217,10 +212,10 @@ class Recorder {
     const bool beside_print = pattern_.on_blank_paper().has_value();
     screen_.show(beside_print ? pictures_.back() : ImageU8(screen_.size(), 1, 255));
     const std::string what =
-        line("pose %d of %d: ", view + 1, options_.views) +
+        format("pose %d of %d: ", view + 1, options_.views) +
         (beside_print ? "print in the camera's view, light on the blank paper" : "board in the light");
     if (options_.interval_s > 0) {
-      dialog_.say(what + line(", within %g s", options_.interval_s));
+      dialog_.say(what + format(", within %g s", options_.interval_s));
       const double end = steady_now() + options_.interval_s;
       while (steady_now() < end) {
         now_doing("seconds left", int(end - steady_now()), int(options_.interval_s));
@@ -255,8 +250,8 @@ class Recorder {
   void say_coverage() {
     if (!camera_) return;
     io::save_image(options_.folder / "coverage.png", draw({&*camera_, &projector_}));
-    std::string text = line("coverage   camera %.0f %%, projector %.0f %%", 100 * camera_->share(),
-                            100 * projector_.share());
+    std::string text = format("coverage   camera %.0f %%, projector %.0f %%", 100 * camera_->share(),
+                              100 * projector_.share());
     if (const std::string part = projector_.emptiest_part(); !part.empty())
       text += "; least in the projector's " + part;
     else if (const std::string camera_part = camera_->emptiest_part(); !camera_part.empty())

@@ -1,18 +1,15 @@
-#include "procam/show/control_page.hpp"
+#include "control_page.hpp"
 
 #include <atomic>
 #include <boost/asio.hpp>
 #include <boost/beast.hpp>
 #include <chrono>
-#include <deque>
+#include <list>
 #include <mutex>
-#include <nlohmann/json.hpp>
-#include <opencv2/imgcodecs.hpp>
-#include <opencv2/imgproc.hpp>
-#include <random>
 #include <set>
 #include <thread>
 
+#include "control_messages.hpp"
 #include "control_page_html.hpp"
 
 namespace procam::show {
@@ -23,121 +20,12 @@ namespace beast = boost::beast;
 namespace http = beast::http;
 namespace websocket = beast::websocket;
 using tcp = asio::ip::tcp;
-using nlohmann::json;
 
 constexpr std::size_t kMaxHeader = 8192, kMaxBody = 16384, kMaxConnections = 32, kMaxCommands = 1000;
-constexpr int kViewWidth = 960;
-constexpr auto kRequestPatience = std::chrono::seconds(10);
+constexpr std::size_t kMinToken = 8, kMaxToken = 256;
+/// For the head of a request, then for its body, and for its answer.
+constexpr auto kHeadPatience = std::chrono::seconds(3), kRequestPatience = std::chrono::seconds(10);
 constexpr auto kStatusPeriod = std::chrono::milliseconds(100);
-
-std::string random_token() {
-  std::random_device random;
-  std::string token;
-  for (int i = 0; i < 32; ++i) token += "0123456789abcdef"[random() % 16];
-  return token;
-}
-
-/// In a time that tells nothing of where they differ.
-bool same_secret(std::string_view a, std::string_view b) {
-  unsigned different = unsigned(a.size() != b.size());
-  for (std::size_t i = 0; i < a.size(); ++i) different |= unsigned(a[i] ^ (i < b.size() ? b[i] : 0));
-  return different == 0;
-}
-
-std::string token_of(std::string_view target, std::string_view authorization) {
-  constexpr std::string_view kBearer = "Bearer ";
-  if (authorization.substr(0, kBearer.size()) == kBearer)
-    return std::string(authorization.substr(kBearer.size()));
-  for (std::size_t at = target.find('?'); at != std::string_view::npos; at = target.find('&', at)) {
-    const std::string_view rest = target.substr(++at);
-    if (rest.substr(0, 6) == "token=") return std::string(rest.substr(6, rest.find('&') - 6));
-  }
-  return "";
-}
-
-/// Text of files and people: what is no UTF-8 is replaced, not thrown at.
-std::string to_text(const json& document) {
-  return document.dump(-1, ' ', false, json::error_handler_t::replace);
-}
-
-json finite(double value) {
-  return std::isfinite(value) ? json(value) : json(nullptr);
-}
-
-json to_json(const PageStatus& status) {
-  json surfaces = json::array();
-  for (const PageSurface& surface : status.surfaces) {
-    json points = json::array();
-    for (const auto& point : surface.points)
-      points.push_back(point && point->allFinite() ? json{point->x(), point->y()} : json(nullptr));
-    surfaces.push_back({{"name", surface.name}, {"content", surface.content}, {"points", std::move(points)}});
-  }
-  constexpr const char* kPictures[] = {"content", "grid", "mask"};
-  return {{"frame", {status.frame.width, status.frame.height}},
-          {"surfaces", std::move(surfaces)},
-          {"contents", status.contents},
-          {"picture", kPictures[int(status.picture)]},
-          {"frozen", status.frozen},
-          {"blanked", status.blanked},
-          {"unsaved", status.unsaved},
-          {"can_undo", status.can_undo},
-          {"can_redo", status.can_redo},
-          {"frames_per_s", finite(status.frames_per_s)},
-          {"frame_ms", finite(status.frame_ms)},
-          {"pose_state", status.pose_state},
-          {"poses_per_s", finite(status.poses_per_s)},
-          {"pose_age_ms", finite(status.pose_age_ms)},
-          {"delay_ms", finite(status.delay_ms)},
-          {"pose_error_mm", finite(status.pose_error_mm)},
-          {"messages", status.messages}};
-}
-
-/// nullopt for what is no command.
-std::optional<Command> to_command(std::string_view text) {
-  const json document = json::parse(text.begin(), text.end(), nullptr, false);
-  if (!document.is_object()) return std::nullopt;
-  Command command;
-  for (const auto& [key, value] : document.items()) {
-    const auto take = [&value = value](std::string& into) {
-      if (!value.is_string()) return false;
-      into = value.get<std::string>();
-      return into.size() <= 1024;
-    };
-    bool good = false;
-    if (key == "do") good = take(command.verb);
-    if (key == "surface") good = take(command.surface);
-    if (key == "text") good = take(command.text);
-    if (key == "gesture") good = take(command.gesture);
-    if (key == "point" && value.is_number_integer()) {
-      const auto point = value.get<std::int64_t>();
-      good = point >= -1 && point < 100000;
-      command.point = good ? int(point) : -1;
-    }
-    if (key == "pixels" && value.is_array() && value.size() == 2 && value[0].is_number() &&
-        value[1].is_number()) {
-      command.pixels = Vec2(value[0].get<double>(), value[1].get<double>());
-      good = command.pixels.allFinite();
-    }
-    if (!good) return std::nullopt;
-  }
-  if (command.verb.empty()) return std::nullopt;
-  return command;
-}
-
-std::string to_jpeg(const ImageU8& frame) {
-  const cv::Mat rgb(frame.height(), frame.width(), frame.channels() == 3 ? CV_8UC3 : CV_8UC1,
-                    const_cast<std::uint8_t*>(frame.data()));
-  cv::Mat small = rgb, bgr;
-  if (frame.width() > kViewWidth)
-    cv::resize(rgb, small,
-               cv::Size(kViewWidth,
-                        std::max(1, int(std::lround(double(frame.height()) * kViewWidth / frame.width())))),
-               0, 0, cv::INTER_AREA);
-  cv::cvtColor(small, bgr, frame.channels() == 3 ? cv::COLOR_RGB2BGR : cv::COLOR_GRAY2BGR);
-  std::vector<std::uint8_t> bytes;
-  cv::imencode(".jpg", bgr, bytes, {cv::IMWRITE_JPEG_QUALITY, 82});
-  return {bytes.begin(), bytes.end()};
-}
 
 bool is_loopback(const tcp::endpoint& endpoint) {
   return endpoint.address().is_loopback();
@@ -160,6 +48,10 @@ class ControlPage::Server {
       if (std::isalnum(letter) == 0 && letter != '-' && letter != '_')
         throw Error(ErrorKind::kInput, what, "its token has other letters than a-z A-Z 0-9 - _",
                     "give another token");
+    if (token_.size() < kMinToken || token_.size() > kMaxToken)
+      throw Error(ErrorKind::kInput, what,
+                  "its token has " + std::to_string(token_.size()) + " letters, and 8 to 256 are allowed",
+                  "give a longer token, or none for a random one");
     const tcp::endpoint wanted(address, static_cast<unsigned short>(options.port));
     acceptor_.open(wanted.protocol(), failed);
     if (!failed) acceptor_.set_option(asio::socket_base::reuse_address(true), failed);
@@ -170,7 +62,7 @@ class ControlPage::Server {
     endpoint_ = acceptor_.local_endpoint();
     accept();
     tick();
-    thread_ = std::thread([this] { io_.run(); });
+    thread_ = std::thread([this] { run(); });
   }
 
   ~Server() {
@@ -200,6 +92,7 @@ class ControlPage::Server {
     metrics_ = std::move(text);
   }
   bool wants_frame() const { return wants_frame_; }
+  Faults faults() const { return {failed_, evicted_}; }
   void publish(std::shared_ptr<const ImageU8> frame) {
     const std::lock_guard<std::mutex> lock(mutex_);
     frame_ = std::move(frame);
@@ -215,6 +108,16 @@ class ControlPage::Server {
 
   void accept();
   void tick();
+
+  /// A request that fails is counted and ends; the others go on.
+  void run() {
+    while (true) try {
+        io_.run();
+        return;
+      } catch (const std::exception&) {
+        ++failed_;
+      }
+  }
 
   /// Why a request is refused; nullptr when it is fine.
   const char* refusal(const http::fields& fields, std::string_view target) const {
@@ -244,7 +147,7 @@ class ControlPage::Server {
       if (status_text_number_ != status_number_) changed = status_;
       status_text_number_ = status_number_;
     }
-    if (changed || status_text_.empty()) status_text_ = to_text(to_json(changed ? *changed : PageStatus{}));
+    if (changed || status_text_.empty()) status_text_ = to_json_text(changed ? *changed : PageStatus{});
     return status_text_;
   }
   const std::string& jpeg() {
@@ -261,6 +164,7 @@ class ControlPage::Server {
   const std::string token_;
   // What requests and lookers use at their end comes before `io_`, whose end is theirs.
   std::set<WebSocketClient*> clients_;
+  std::list<Request*> strangers_;  ///< requests without the token so far, the oldest first
   std::size_t connections_ = 0;
   std::string status_text_, jpeg_;
   std::uint64_t status_text_number_ = 0, jpeg_number_ = 0;
@@ -273,6 +177,7 @@ class ControlPage::Server {
   std::shared_ptr<const ImageU8> frame_;
   std::uint64_t frame_number_ = 0;
   std::atomic<bool> wants_frame_{true};
+  std::atomic<std::uint64_t> failed_{0}, evicted_{0};
 
   asio::io_context io_{1};
   tcp::acceptor acceptor_;
@@ -361,8 +266,12 @@ class ControlPage::Server::Request : public std::enable_shared_from_this<Request
   Request(Server& server, tcp::socket socket)
       : server_(server), stream_(std::move(socket)), buffer_(kMaxHeader + kMaxBody) {
     ++server_.connections_;
+    place_ = server_.strangers_.insert(server_.strangers_.end(), this);
   }
-  ~Request() { --server_.connections_; }
+  ~Request() {
+    --server_.connections_;
+    is_no_stranger();
+  }
   Request(const Request&) = delete;
   Request& operator=(const Request&) = delete;
 
@@ -370,25 +279,58 @@ class ControlPage::Server::Request : public std::enable_shared_from_this<Request
     parser_.emplace();
     parser_->header_limit(kMaxHeader);
     parser_->body_limit(kMaxBody);
-    stream_.expires_after(kRequestPatience);
-    http::async_read(
-        stream_, buffer_, *parser_, [self = shared_from_this()](beast::error_code failed, std::size_t) {
-          if (failed == http::error::body_limit)
-            return self->answer(http::status::payload_too_large, "text/plain", "too large\n");
-          if (failed == http::error::header_limit)
-            return self->answer(http::status::request_header_fields_too_large, "text/plain", "too large\n");
-          if (failed == http::error::end_of_stream || failed == beast::error::timeout) return;
-          if (failed) return self->answer(http::status::bad_request, "text/plain", "no request\n");
-          self->handle();
-        });
+    stream_.expires_after(kHeadPatience);
+    http::async_read_header(stream_, buffer_, *parser_,
+                            [self = shared_from_this()](beast::error_code failed, std::size_t) {
+                              if (failed) return self->refuse(failed);
+                              if (self->refusal() == nullptr) self->is_no_stranger();
+                              self->read_body();
+                            });
+  }
+
+  /// Its place is needed for another.
+  void evict() {
+    is_no_stranger();
+    stream_.close();
   }
 
  private:
+  void read_body() {
+    stream_.expires_after(kRequestPatience);
+    http::async_read(stream_, buffer_, *parser_,
+                     [self = shared_from_this()](beast::error_code failed, std::size_t) {
+                       if (failed) return self->refuse(failed);
+                       self->handle();
+                     });
+  }
+
+  void refuse(beast::error_code failed) {
+    if (failed == http::error::body_limit)
+      return answer(http::status::payload_too_large, "text/plain", "too large\n");
+    if (failed == http::error::header_limit)
+      return answer(http::status::request_header_fields_too_large, "text/plain", "too large\n");
+    if (failed == http::error::end_of_stream || failed == beast::error::timeout ||
+        failed == asio::error::operation_aborted)
+      return;
+    answer(http::status::bad_request, "text/plain", "no request\n");
+  }
+
+  void is_no_stranger() {
+    if (place_ == server_.strangers_.end()) return;
+    server_.strangers_.erase(place_);
+    place_ = server_.strangers_.end();
+  }
+
+  const char* refusal() const {
+    const http::request<http::string_body>& request = parser_->get();
+    return server_.refusal(request, std::string(request.target()));
+  }
+
   void handle() {
     const http::request<http::string_body>& request = parser_->get();
     const std::string target(request.target());
     const std::string path = target.substr(0, target.find('?'));
-    if (const char* why = server_.refusal(request, target))
+    if (const char* why = refusal())
       return answer(http::status::forbidden, "text/plain", std::string("refused: ") + why + "\n");
     if (path == "/command") {
       if (request.method() != http::verb::post)
@@ -446,6 +388,7 @@ class ControlPage::Server::Request : public std::enable_shared_from_this<Request
   }
 
   Server& server_;
+  std::list<Request*>::iterator place_;  ///< among the strangers; their end(): it has the token
   beast::tcp_stream stream_;
   beast::flat_buffer buffer_;
   std::optional<http::request_parser<http::string_body>> parser_;
@@ -454,7 +397,12 @@ class ControlPage::Server::Request : public std::enable_shared_from_this<Request
 
 void ControlPage::Server::accept() {
   acceptor_.async_accept([this](beast::error_code failed, tcp::socket socket) {
-    if (!failed && connections_ < kMaxConnections)
+    // Whoever has the token keeps a place; of the others the oldest gives way to the newest.
+    if (!failed && connections_ >= kMaxConnections && !strangers_.empty()) {
+      ++evicted_;
+      strangers_.front()->evict();
+      std::make_shared<Request>(*this, std::move(socket))->read();
+    } else if (!failed && connections_ < kMaxConnections)
       std::make_shared<Request>(*this, std::move(socket))->read();
     // Out of files: the next try must not spin.
     if (failed && failed != asio::error::operation_aborted) {
@@ -470,6 +418,7 @@ void ControlPage::Server::tick() {
   timer_.expires_after(kStatusPeriod);
   timer_.async_wait([this](beast::error_code failed) {
     if (failed) return;
+    tick();  // first, so that a fault below does not end it
     // A pointer ten times a second costs the loop nothing, and whoever asks for a frame gets a new one.
     wants_frame_ = true;
     if (!clients_.empty()) {
@@ -479,7 +428,6 @@ void ControlPage::Server::tick() {
       if (wanted) jpeg();
       for (WebSocketClient* client : clients_) client->send();
     }
-    tick();
   });
 }
 
@@ -499,6 +447,9 @@ void ControlPage::publish_metrics(std::string prometheus_text) {
 }
 bool ControlPage::wants_frame() const {
   return server_->wants_frame();
+}
+ControlPage::Faults ControlPage::faults() const {
+  return server_->faults();
 }
 void ControlPage::publish(std::shared_ptr<const ImageU8> frame) {
   server_->publish(std::move(frame));

@@ -1,6 +1,7 @@
-#include "procam/show/editor.hpp"
+#include "editor.hpp"
 
 #include <algorithm>
+#include "document/document.hpp"
 #include "editor_points.hpp"
 
 namespace procam::show {
@@ -22,9 +23,8 @@ const SolvedSurface* find(const SolvedSurfaceSet& solved, const std::string& nam
 void require_name(const Command& command, const std::string& name, const SurfaceSet& surfaces) {
   if (name.empty() || name.size() > kLongestName)
     throw refuse(command, "a surface needs a name of at most 64 letters", "give another name");
-  for (const unsigned char letter : name)
-    if (letter < 0x20 || letter == 0x7f)
-      throw refuse(command, "the name has letters that do not print", "give another name");
+  if (!io::is_plain_text(name) || name.find_first_of("\t\n\r") != name.npos)
+    throw refuse(command, "the name is not UTF-8 or has letters that do not print", "give another name");
   for (const Surface& surface : surfaces.surfaces)
     if (surface.name == name)
       throw refuse(command, "there is a surface '" + name + "' already", "give another name");
@@ -86,6 +86,8 @@ void Editor::begin_step(const std::string& gesture) {
 
 void Editor::apply(const Command& command, const Projector& projector, const SolvedSurfaceSet& solved) {
   const std::string& verb = command.verb;
+  if (!io::is_plain_text(command.text))
+    throw refuse(command, "the text is not UTF-8 or has control characters", "give another text");
   if (verb == "move" || verb == "nudge") {
     if (!command.pixels.allFinite() || command.pixels.cwiseAbs().maxCoeff() > 1e5)
       throw refuse(command, "the place is no number, or far away", "give a pixel of the frame");

@@ -1,6 +1,6 @@
 #pragma once
 /// The points of the editor in the frame.
-#include "procam/show/editor.hpp"
+#include "editor.hpp"
 
 namespace procam::show {
 

@@ -1,4 +1,4 @@
-#include "procam/show/loop.hpp"
+#include "loop.hpp"
 
 #include <algorithm>
 #include <chrono>
@@ -9,7 +9,8 @@
 #include <thread>
 
 #include "editor_points.hpp"
-#include "procam/show/overlay.hpp"
+#include "light_check.hpp"
+#include "overlay.hpp"
 #include "prometheus.hpp"
 
 namespace procam::show {
@@ -18,6 +19,13 @@ namespace {
 constexpr std::size_t kMessages = 8;
 /// A frame on its way to the page may be held by the server while the next ones are drawn.
 constexpr std::size_t kFrames = 4;
+
+/// The same fault is reported again after so many seconds.
+constexpr double kRepeatFault = 10;
+/// Between two calls of `tick` while the next frame is awaited, seconds.
+constexpr double kTickPeriod = 0.1;
+/// Between two automatic savings, seconds.
+constexpr double kAutosave = 1;
 
 const std::vector<std::string>& keys() {
   static const std::vector<std::string> lines = {"h  these keys",        "g  grid",         "m  mask",
@@ -30,10 +38,8 @@ class Loop {
   Loop(const LoopParts& parts, const LoopOptions& options) : parts_(parts), options_(options) {
     for (std::size_t i = 0; i < kFrames; ++i)
       frames_.push_back(std::make_shared<ImageU8>(parts.projection.frame_size(), 3));
-    if (parts_.recorder != nullptr) {
-      parts_.recorder->record(parts_.projection.show().surfaces);
-      parts_.recorder->record(parts_.projection.picture());
-    }
+    record(parts_.projection.show().surfaces);
+    record(parts_.projection.picture());
   }
 
   Metrics run() {
@@ -58,9 +64,9 @@ class Loop {
       }
       draw(now, free_since);
       free_since = device::now_s();
-      parts_.tick(metrics_);
+      tick();
     }
-    count_malformed();
+    gather_counts();
     return metrics_;
   }
 
@@ -71,12 +77,45 @@ class Loop {
     if (messages_.size() > kMessages) messages_.pop_front();
   }
 
+  /// Runs a step whose failure must not end the show. Returns whether it succeeded.
+  template <typename Step>
+  bool guarded(const char* name, const Step& step) {
+    try {
+      step();
+      return true;
+    } catch (const std::exception& error) {
+      count_fault(name, error.what());
+      return false;
+    }
+  }
+  void count_fault(const char* name, const std::string& sentence) {
+    ++metrics_.faults[name];
+    const double now = device::now_s();
+    Reported& last = reported_[name];
+    if (last.sentence == sentence && now - last.time_s < kRepeatFault) return;
+    last = {sentence, now};
+    say(sentence);
+  }
+
+  template <typename Record>
+  void record(const Record& what) {
+    if (recorder_ == nullptr || guarded("record", [&] { recorder_->record(what); })) return;
+    recorder_ = nullptr;
+    say("recording has stopped; the show continues");
+  }
+
+  void tick() {
+    ticked_ = device::now_s();
+    parts_.tick(metrics_);
+  }
+
   /// Sleeps, and listens to the window's keys.
   void wait_until(double due) {
     while (true) {
       handle_window_event(parts_.sink.poll());
-      const double left = due - device::now_s();
+      const double now = device::now_s(), left = due - now;
       if (closed_ || left <= 0) return;
+      if (now - ticked_ >= kTickPeriod) tick();
       std::this_thread::sleep_for(std::chrono::duration<double>(std::min(left, 0.02)));
     }
   }
@@ -112,45 +151,59 @@ class Loop {
 
   void turn_to(TestPattern picture) {
     parts_.projection.set_picture(picture);
-    if (parts_.recorder != nullptr) parts_.recorder->record(picture);
+    record(picture);
   }
 
   /// People and files.
   void poll_inputs() {
     if (parts_.page != nullptr)
-      for (const Command& command : parts_.page->take()) {
-        try {
-          execute(command);
-        } catch (const Error& error) {
-          say(error.what());
-        }
-      }
-    watch_room();
+      for (const Command& command : parts_.page->take()) guarded("command", [&] { execute(command); });
+    autosave();
+    guarded("room", [&] { watch_room(); });
     if (parts_.loader == nullptr) return;
-    if (std::optional<LoadedShow> loaded = parts_.loader->take()) {
-      for (const std::string& fault : loaded->faults) say(fault);
-      if (loaded->from_file) ++(loaded->show ? metrics_.reloads : metrics_.failed_reloads);
-      if (!loaded->show) {
-        say("the surfaces from before stay");
-      } else if (loaded->from_file || same_names(loaded->show->surfaces)) {
-        const bool from_file = loaded->from_file;
-        const SurfaceSet surfaces = loaded->show->surfaces;
-        // Corners may have been dragged since contents were asked for: only those are news then.
-        if (!from_file && parts_.editor != nullptr) loaded->show->surfaces = parts_.editor->surfaces();
-        if (parts_.room != nullptr) {
-          for (auto kept = of_room_.begin(); kept != of_room_.end();)  // asked for again when it is missed
-            kept = kept->second ? std::next(kept) : of_room_.erase(kept);
-          for (std::size_t i = 0; i < loaded->show->contents.size(); ++i)
-            of_room_[loaded->show->surfaces.surfaces[i].content] = loaded->show->contents[i];
-          show_of(parts_.projection.show().surfaces);
-          return;
-        }
-        if (show(std::move(*loaded->show)) && from_file) {
-          if (parts_.editor != nullptr) parts_.editor->replace(surfaces);
-          say("surfaces read again");
-        }
-      }
+    guarded("reload", [&] {
+      if (std::optional<LoadedShow> loaded = parts_.loader->take()) take(std::move(*loaded));
+    });
+  }
+
+  void autosave() {
+    if (!options_.autosave || parts_.editor == nullptr || !parts_.editor->is_unsaved()) return;
+    const double now = device::now_s();
+    if (now - autosaved_ < kAutosave) return;
+    autosaved_ = now;
+    guarded("save", [&] { save(); });
+  }
+  void save() {
+    if (parts_.loader == nullptr)
+      throw Error(ErrorKind::kInput, "save", "no file was named", "start with --surfaces FILE");
+    parts_.loader->save(parts_.editor->surfaces());
+    parts_.editor->mark_saved();
+  }
+
+  void take(LoadedShow loaded) {
+    for (const std::string& fault : loaded.faults) count_fault(loaded.show ? "content" : "reload", fault);
+    if (!loaded.show) {
+      metrics_.failed_reloads += loaded.from_file ? 1 : 0;
+      return say("the surfaces from before stay");
     }
+    if (!loaded.from_file && !same_names(loaded.show->surfaces)) return;
+    const SurfaceSet surfaces = loaded.show->surfaces;
+    // Corners may have been dragged since contents were asked for: only those are news then.
+    if (!loaded.from_file && parts_.editor != nullptr) loaded.show->surfaces = parts_.editor->surfaces();
+    if (parts_.room != nullptr) {
+      for (auto kept = of_room_.begin(); kept != of_room_.end();)  // asked for again when it is missed
+        kept = kept->second ? std::next(kept) : of_room_.erase(kept);
+      for (std::size_t i = 0; i < loaded.show->contents.size(); ++i)
+        of_room_[loaded.show->surfaces.surfaces[i].content] = loaded.show->contents[i];
+      show_of(parts_.projection.show().surfaces);
+      return;
+    }
+    const bool shown = show(std::move(*loaded.show));
+    if (!loaded.from_file) return;
+    ++(shown ? metrics_.reloads : metrics_.failed_reloads);
+    if (!shown) return;
+    if (parts_.editor != nullptr) parts_.editor->replace(surfaces);
+    say("surfaces read again");
   }
 
   bool same_names(const SurfaceSet& surfaces) const {
@@ -164,11 +217,12 @@ class Loop {
   bool show(Show next) {
     try {
       parts_.projection.set_show(std::move(next));
-    } catch (const Error& error) {
-      say(std::string(error.what()) + "; the surfaces from before stay");
+    } catch (const std::exception& error) {
+      count_fault("surfaces", std::string(error.what()) + "; the surfaces from before stay");
       return false;
     }
-    if (parts_.recorder != nullptr) parts_.recorder->record(parts_.projection.show().surfaces);
+    light_.show_changed();
+    record(parts_.projection.show().surfaces);
     return true;
   }
 
@@ -198,10 +252,7 @@ class Loop {
                   "it is not among those that may be chosen",
                   "put the file beside the surfaces file, or name it with --content");
     if (command.verb == "save") {
-      if (parts_.loader == nullptr)
-        throw Error(ErrorKind::kInput, "save", "no file was named", "start with --surfaces FILE");
-      parts_.loader->save(parts_.editor->surfaces());
-      parts_.editor->mark_saved();
+      save();
       return say("surfaces saved");
     }
     if (command.verb == "undo" || command.verb == "redo") {
@@ -263,15 +314,16 @@ class Loop {
   }
 
   void take_poses() {
-    for (track::PoseSource* source : parts_.sources) {
-      source->poll(arrived_);
-      for (const track::StampedPose& message : arrived_) {
-        if (parts_.recorder != nullptr) parts_.recorder->record(message);
-        parts_.projection.add(message);
-        if (parts_.room != nullptr) parts_.room->add(message);
-        newest_arrival_ = std::max(newest_arrival_, message.arrival);
-        ++metrics_.poses;
-      }
+    for (track::PoseSource* source : parts_.sources) guarded("pose_source", [&] { take_poses(*source); });
+  }
+  void take_poses(track::PoseSource& source) {
+    source.poll(arrived_);
+    for (const track::StampedPose& message : arrived_) {
+      record(message);
+      parts_.projection.add(message);
+      if (parts_.room != nullptr) parts_.room->add(message);
+      newest_arrival_ = std::max(newest_arrival_, message.arrival);
+      ++metrics_.poses;
     }
   }
 
@@ -280,22 +332,14 @@ class Loop {
     take_poses();
     std::shared_ptr<ImageU8>& frame = unheld_frame();
     if (!frozen_ || metrics_.frames == 0) {
-      RecordedFrame recorded;
-      recorded.number = (long long)metrics_.frames;
-      recorded.light_time = now + options_.delay_s;
-      recorded.content_time = now - begin_;
-      drawn_ = parts_.projection.draw(recorded.light_time, recorded.content_time, *frame);
+      draw_new(now, *frame);
       const double ready = device::now_s();
-      metrics_.render.add(drawn_.render_s);
       metrics_.draw.add(ready - now);
       if (newest_arrival_ > before)
         metrics_.pose_to_frame.add(ready - std::max(newest_arrival_, free_since) - drawn_.render_s);
-      if (drawn_.pose.state != track::TrackState::kNone && !drawn_.blanked)
-        metrics_.pose_age.add(drawn_.pose.age);
-      if (parts_.recorder != nullptr) {
-        recorded.fingerprint = fingerprint(*frame);
-        parts_.recorder->record(recorded);
-      }
+      guarded("surfaces", [&] {
+        if (const auto why = light_.check(now, drawn_, parts_.projection, *frame, metrics_)) say(*why);
+      });
       if (help_) draw_words(*frame, keys());
       shown_ = frame;
       held_.reset();
@@ -303,13 +347,42 @@ class Loop {
       // The picture is held, people walk on: what was dark stays so, and the mask follows them.
       if (!held_) held_ = shown_;
       std::copy_n(held_->data(), std::ptrdiff_t(held_->width()) * held_->height() * 3, frame->data());
-      if (parts_.projection.draw_over(now + options_.delay_s, *frame)) shown_ = frame;
+      const bool good = guarded("frame", [&] {
+        if (parts_.projection.draw_over(now + options_.delay_s, *frame)) shown_ = frame;
+      });
+      if (!good) make_black(*(shown_ = frame));
     }
     parts_.sink.show_next(*shown_);
     ++metrics_.frames;
     metrics_.blanked += drawn_.blanked ? 1 : 0;
+    metrics_.waiting += drawn_.waiting ? 1 : 0;
     tell_state();
-    publish(now);
+    guarded("control_page", [&] { publish(now); });
+  }
+
+  void draw_new(double now, ImageU8& frame) {
+    RecordedFrame recorded;
+    recorded.number = (long long)metrics_.frames;
+    recorded.light_time = now + options_.delay_s;
+    recorded.content_time = now - begin_;
+    if (!guarded("frame", [&] {
+          drawn_ = parts_.projection.draw(recorded.light_time, recorded.content_time, frame);
+        })) {
+      // Of old light nobody knows where it falls now, and whom it meets.
+      make_black(frame);
+      drawn_.blanked = true;
+      return;
+    }
+    metrics_.render.add(drawn_.render_s);
+    if (drawn_.pose.state != track::TrackState::kNone && !drawn_.blanked)
+      metrics_.pose_age.add(drawn_.pose.age);
+    if (recorder_ == nullptr) return;
+    recorded.fingerprint = fingerprint(frame);
+    record(recorded);
+  }
+
+  static void make_black(ImageU8& frame) {
+    std::fill_n(frame.data(), std::ptrdiff_t(frame.width()) * frame.height() * 3, std::uint8_t(0));
   }
 
   /// A frame that neither the page holds nor is shown while the picture is frozen.
@@ -321,6 +394,11 @@ class Loop {
   }
 
   void tell_state() {
+    if (drawn_.waiting != waiting_) {
+      waiting_ = drawn_.waiting;
+      if (waiting_)
+        say("surfaces in the world stay dark: " + waiting_reason(parts_.sources, parts_.source_names));
+    }
     const track::TrackState state = drawn_.pose.state;
     if (state == told_) return;
     if (state == track::TrackState::kStale)
@@ -362,26 +440,38 @@ class Loop {
     poses_then_ = metrics_.poses;
     status.frames_per_s = frames_per_s_;
     status.frame_ms = 1e3 * drawn_.render_s;
-    status.pose_state = parts_.sources.empty() ? "fixed" : track::to_string(drawn_.pose.state);
+    status.pose_state =
+        parts_.sources.empty() && !drawn_.waiting ? "fixed" : track::to_string(drawn_.pose.state);
+    if (drawn_.waiting) status.waiting = waiting_reason(parts_.sources, parts_.source_names);
     status.poses_per_s = poses_per_s_;
     status.pose_age_ms = 1e3 * drawn_.pose.age;
     status.delay_ms = 1e3 * options_.delay_s;
     status.pose_error_mm = 1e3 * drawn_.pose_error;
     status.messages.assign(messages_.begin(), messages_.end());
-    count_malformed();
+    gather_counts();
     parts_.page->publish(status);
     parts_.page->publish_metrics(to_prometheus(metrics_));
     published_ = now;
   }
 
-  void count_malformed() {
+  void gather_counts() {
     metrics_.malformed = 0;
     for (const track::PoseSource* source : parts_.sources) metrics_.malformed += source->status().malformed;
+    if (parts_.page == nullptr) return;
+    const ControlPage::Faults faults = parts_.page->faults();
+    if (faults.failed > 0) metrics_.faults["page_request"] = faults.failed;
+    if (faults.evicted > 0) metrics_.faults["page_connection"] = faults.evicted;
   }
 
   const LoopParts& parts_;
   const LoopOptions options_;
+  RunRecorder* recorder_ = parts_.recorder;  ///< null once it failed
   Metrics metrics_;
+  struct Reported {
+    std::string sentence;
+    double time_s = 0;
+  };
+  std::map<std::string, Reported> reported_;  ///< faults by name
   std::deque<std::shared_ptr<ImageU8>> frames_;
   std::shared_ptr<ImageU8> shown_, held_;
   std::vector<track::StampedPose> arrived_;
@@ -389,11 +479,12 @@ class Loop {
   std::map<std::string, std::shared_ptr<device::ContentSource>> of_room_;  ///< null: opening, or failed
   std::set<std::string> seen_in_room_;
   DrawnFrame drawn_;
+  LightCheck light_;
   track::TrackState told_ = track::TrackState::kNone;
-  double begin_ = 0, newest_arrival_ = 0, published_ = 0;
+  double begin_ = 0, newest_arrival_ = 0, published_ = 0, ticked_ = 0, autosaved_ = 0;
   double frames_per_s_ = 0, poses_per_s_ = 0;
   std::uint64_t frames_then_ = 0, poses_then_ = 0;
-  bool closed_ = false, frozen_ = false, help_ = false;
+  bool closed_ = false, frozen_ = false, help_ = false, waiting_ = false;
 };
 
 }  // namespace

@@ -1,4 +1,4 @@
-#include "procam/show/marker_source.hpp"
+#include "marker_source.hpp"
 
 #include <atomic>
 #include <mutex>

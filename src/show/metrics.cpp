@@ -62,8 +62,14 @@ std::string to_prometheus(const Metrics& m) {
   write(text, "frames_blanked_total", "Frames shown black because the pose was stale.", m.blanked);
   write(text, "reloads_total", "Times the surfaces file was read anew.", m.reloads);
   write(text, "reloads_failed_total", "Times the surfaces file could not be used.", m.failed_reloads);
+  write(text, "frames_waiting_total", "Frames in which surfaces were dark because no pose had come.",
+        m.waiting);
   write(text, "poses_total", "Good pose messages.", m.poses);
   write(text, "poses_malformed_total", "Messages that were no pose.", m.malformed);
+  text +=
+      "# HELP procam_faults_total What failed while the show went on.\n# TYPE procam_faults_total counter\n";
+  for (const auto& [name, count] : m.faults)
+    text += "procam_faults_total{name=\"" + name + "\"} " + std::to_string(count) + "\n";
   write(text, "draw", "From the last look at the pose sources to the frame ready.", m.draw);
   write(text, "render", "The renderer's part of it.", m.render);
   write(text, "frame_jitter", "Between the begins of two frames, from what it should be.", m.jitter);

@@ -1,4 +1,4 @@
-#include "procam/show/overlay.hpp"
+#include "overlay.hpp"
 
 #include <algorithm>
 #include <opencv2/imgproc.hpp>

@@ -155,7 +155,9 @@ void Projection::set_show(Show show) {
     somewhere = *state_->options.projector_from_world;
   else if (state_->solved.projector_from_world)
     somewhere = *state_->solved.projector_from_world;
-  state_->solved = surface::solve_surfaces(show.surfaces, state_->projector, somewhere);
+  surface::SolveOptions solving;
+  solving.visibility = false;
+  state_->solved = surface::solve_surfaces(show.surfaces, state_->projector, somewhere, solving);
   std::vector<std::uint64_t> serials;
   for (const auto& content : show.contents) {
     const auto& before = state_->show.contents;
@@ -172,6 +174,11 @@ const Show& Projection::show() const {
 }
 const SolvedSurfaceSet& Projection::solved() const {
   return state_->solved;
+}
+
+SolvedSurfaceSet Projection::solve_again() const {
+  return surface::solve_surfaces(state_->show.surfaces, state_->projector,
+                                 state_->solved.projector_from_world.value_or(Pose()));
 }
 
 void Projection::add(const track::StampedPose& message) {
@@ -214,11 +221,10 @@ DrawnFrame Projection::draw(double light_time, double content_time, ImageView<st
   }
 
   s.scene.items.clear();
-  bool waits = false;
   for (std::size_t i = 0; i < s.solved.surfaces.size() && !drawn.blanked; ++i) {
     const SolvedSurface& surface = s.solved.surfaces[i];
     if (!placed && stands_in_world(surface.surface)) {
-      waits = true;
+      drawn.waiting = true;
       continue;
     }
     s.add_item(i, content_time);
@@ -229,7 +235,7 @@ DrawnFrame Projection::draw(double light_time, double content_time, ImageView<st
                    rms_of_light(*plane, s.solved.projector_from_world->inverse(), drawn.pose.covariance));
   }
   if (s.scene.items.empty()) {
-    drawn.blanked = drawn.blanked || waits;
+    drawn.blanked = drawn.blanked || drawn.waiting;
     make_black(frame);
     return drawn;
   }

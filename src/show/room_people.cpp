@@ -1,4 +1,4 @@
-#include "procam/show/room_people.hpp"
+#include "room_people.hpp"
 
 #include <algorithm>
 #include <limits>

@@ -1,4 +1,4 @@
-#include "procam/show/room_watch.hpp"
+#include "room_watch.hpp"
 
 #ifdef __linux__
 #include <sys/resource.h>

@@ -6,6 +6,9 @@
 #include <thread>
 #include <tuple>
 
+#include "loop.hpp"
+#include "marker_source.hpp"
+#include "overlay.hpp"
 #include "procam/core/rig/room_frames.hpp"
 #include "procam/detect/marker_edges.hpp"
 #include "procam/device/frame_source.hpp"
@@ -17,9 +20,6 @@
 #include "procam/render/cpu.hpp"
 #include "procam/render/gl.hpp"
 #include "procam/session/capture.hpp"
-#include "procam/show/loop.hpp"
-#include "procam/show/marker_source.hpp"
-#include "procam/show/overlay.hpp"
 #include "show_people.hpp"
 
 namespace procam::show {
@@ -235,6 +235,9 @@ class ShowRun {
   ShowReport run() {
     LoopParts parts{*projection_, *sink_};
     for (const auto& source : sources_) parts.sources.push_back(source.get());
+    for (const std::string& text : options_.poses)
+      parts.source_names += (parts.source_names.empty() ? "" : ", ") + text;
+    if (options_.marker) parts.source_names = "the markers before camera " + options_.marker->camera;
     std::optional<Editor> editor;
     if (!in_room_) parts.editor = &editor.emplace(first_);
     parts.loader = loader_.get();
@@ -245,7 +248,7 @@ class ShowRun {
     parts.contents = content_choices(folder_, first_);
     parts.say = [this](const std::string& sentence) { listener_.on_event(sentence); };
     parts.tick = [this](const Metrics& metrics) {
-      if (people_) people_->take(*projection_);
+      take_people();
       listener_.on_frame(report(metrics));
     };
     try {
@@ -259,9 +262,20 @@ class ShowRun {
   }
 
  private:
+  /// A message that fails does not end the show.
+  void take_people() {
+    if (!people_) return;
+    try {
+      people_->take(*projection_);
+    } catch (const std::exception& error) {
+      if (people_faults_++ == 0) listener_.on_event(error.what());
+    }
+  }
+
   ShowReport report(const Metrics& metrics) const {
     ShowReport report;
     report.metrics = metrics;
+    if (people_faults_ > 0) report.metrics.faults["people"] = people_faults_;
     report.poses = projection_->track().faults();
     if (people_) report.people = people_->counts();
     return report;
@@ -278,7 +292,7 @@ class ShowRun {
     loading.pace = options_.record.empty() ? device::Pace::kLive : device::Pace::kExact;
     first_ = show::load_surfaces(loading);  // throws what is wrong with it
     loader_ = std::make_unique<ShowLoader>(loading);
-    LoadedShow loaded = loader_->load_now();
+    LoadedShow loaded = loader_->load_now([this](int done, int total) { listener_.on_load(done, total); });
     for (const std::string& fault : loaded.faults) listener_.on_event(fault);
     if (!loaded.show)
       throw Error(ErrorKind::kInput, options_.surfaces, "it changed while it was read", "start again");
@@ -288,6 +302,7 @@ class ShowRun {
   void open_output() {
     loop_.fps = options_.fps > 0 ? options_.fps : kUsualRate;
     loop_.duration_s = options_.duration_s;
+    loop_.autosave = options_.autosave;
     if (options_.output.empty()) {
       open_display();
     } else {
@@ -353,6 +368,7 @@ class ShowRun {
   std::string conditions_;
   BlackoutLog silhouettes_;
   std::unique_ptr<ShowPeople> people_;
+  std::uint64_t people_faults_ = 0;
   std::unique_ptr<DepthSurfaceSource> room_;
   std::unique_ptr<Projection> projection_;
   SurfaceSet first_;
@@ -379,6 +395,10 @@ struct Replay {
     if (recorded.text != conditions)
       listener.on_event("recorded under other conditions; frames may differ\n  then: " + recorded.text +
                         "\n  now:  " + conditions);
+  }
+  void operator()(const MissingParts& parts) {
+    listener.on_event("parts " + std::to_string(parts.first) + " to " + std::to_string(parts.last) +
+                      " of the log are missing: poses are filtered anew from here, and frames may differ");
   }
   void operator()(const SurfaceSet& set) {
     const fs::path beside = content_folder(options.surfaces) / "surfaces.json";
@@ -437,6 +457,9 @@ ReplayReport replay(const Rig& rig, const ShowOptions& options, const std::files
   RunReader reader(log, options.surfaces);
   while (const std::optional<RunRecord> record = reader.next()) std::visit(replay, *record);
   sink->finish();
+  if (replay.report.frames == 0)
+    throw Error(ErrorKind::kInput, log.string(), "it holds no frame, so nothing was compared",
+                "give the log of a run that showed frames");
   return replay.report;
 }
 

@@ -1,11 +1,16 @@
-#include "procam/show/run_log.hpp"
+#include "run_log.hpp"
 
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <algorithm>
 #include <cerrno>
 #include <cinttypes>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <fstream>
+#include <utility>
 
 #include "procam/io/surface_file.hpp"
 #include "procam/track/wire.hpp"
@@ -14,6 +19,7 @@ namespace procam::show {
 namespace {
 
 constexpr const char* kHeader = "{\"format\":\"procam-run\",\"version\":1,\"conditions\":\"";
+constexpr const char* kPart = "{\"part\":";
 constexpr const char* kPictures[] = {"content", "grid", "mask"};
 /// A surface file may hold many surfaces; nothing else is long.
 constexpr std::size_t kLongestLine = std::size_t(1) << 26;
@@ -60,6 +66,35 @@ std::optional<RecordedFrame> read_frame(const std::string& line) {
   return frame;
 }
 
+constexpr std::size_t kBuffer = 65536;  // bytes
+
+/// `run.log` is the newest part, `run.log.1` the one before.
+std::filesystem::path part_path(const std::filesystem::path& log, int age) {
+  return age == 0 ? log : std::filesystem::path(log.string() + "." + std::to_string(age));
+}
+
+/// The number of older parts that are there.
+int older_parts(const std::filesystem::path& log) {
+  std::error_code ignored;
+  int count = 0;
+  while (std::filesystem::exists(part_path(log, count + 1), ignored)) ++count;
+  return count;
+}
+
+enum class LineEnd { kLineFeed, kCut, kTooLong };
+
+/// std::getline() with a bound.
+LineEnd read_line(std::istream& file, std::string& line) {
+  line.clear();
+  std::streambuf& bytes = *file.rdbuf();
+  for (int letter = bytes.sbumpc(); letter != std::streambuf::traits_type::eof(); letter = bytes.sbumpc()) {
+    if (letter == '\n') return LineEnd::kLineFeed;
+    if (line.size() == kLongestLine) return LineEnd::kTooLong;
+    line.push_back(char(letter));
+  }
+  return LineEnd::kCut;
+}
+
 }  // namespace
 
 std::uint64_t fingerprint(ViewU8 frame) {
@@ -85,29 +120,92 @@ std::uint64_t fingerprint(ViewU8 frame) {
 
 struct RunRecorder::State {
   std::filesystem::path path;
-  std::ofstream file;
+  std::string header;
+  LogLimits limits;
+  int file = -1;             ///< -1 once it failed
+  std::string pending;       ///< whole lines that are not in the file yet
+  std::uint64_t bytes = 0;   ///< of this part, with the pending ones
+  std::uint64_t offset = 0;  ///< of the end of what was written whole
+  int part = 1;
   double flushed = 0;
+  std::string surfaces, picture;  ///< lines of the newest, which begin the next part
 
-  void line(const std::string& text_of_line) { file << text_of_line << '\n'; }
+  ~State() {
+    try {
+      if (file >= 0) flush();
+    } catch (const Error&) {  // nobody is left who could free the disk
+    }
+    close();
+  }
+
+  void line(const std::string& text_of_line) {
+    pending += text_of_line;
+    pending += '\n';
+    bytes += text_of_line.size() + 1;
+    if (pending.size() > kBuffer || file < 0) flush();
+  }
+  /// What was written in part when it fails is cut off: the log ends with a whole line.
   void flush() {
-    file.flush();
-    if (!file)
-      throw Error(ErrorKind::kIo, path.string(), "it cannot be written further", "free some of the disk");
+    int reason = file < 0 ? EBADF : 0;
+    for (std::size_t done = 0; done < pending.size() && reason == 0;) {
+      const ssize_t wrote = ::write(file, pending.data() + done, pending.size() - done);
+      if (wrote > 0)
+        done += std::size_t(wrote);
+      else if (wrote == 0 || errno != EINTR)
+        reason = wrote == 0 ? ENOSPC : errno;
+    }
+    if (reason == 0) {
+      offset += pending.size();
+      return pending.clear();
+    }
+    pending.clear();
+    if (file >= 0) (void)!::ftruncate(file, off_t(offset));
+    close();
+    throw Error(ErrorKind::kIo, path.string(), std::strerror(reason),
+                "free some of the disk, then start the show again to record");
+  }
+  void close() {
+    if (file >= 0) ::close(file);
+    file = -1;
+  }
+  void open() {
+    file = ::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+    if (file < 0)
+      throw Error(ErrorKind::kIo, path.string(), std::strerror(errno), "give a file that can be written");
+    bytes = offset = 0;
+    line(header);
+    flush();
+  }
+  void begin_next_part() {
+    flush();
+    close();
+    std::error_code failed;
+    for (int age = std::min(older_parts(path), limits.parts - 2); age >= 0 && !failed; --age)
+      std::filesystem::rename(part_path(path, age), part_path(path, age + 1), failed);
+    if (failed)
+      throw Error(ErrorKind::kIo, path.string(), "its parts cannot be renamed: " + failed.message(),
+                  "give a log in a folder that can be written");
+    open();
+    line(kPart + std::to_string(++part) + "}");
+    for (const std::string* text : {&surfaces, &picture})
+      if (!text->empty()) line(*text);
   }
 };
 
-RunRecorder::RunRecorder(const std::filesystem::path& path, const std::string& conditions)
+RunRecorder::RunRecorder(const std::filesystem::path& path, const std::string& conditions,
+                         const LogLimits& limits)
     : state_(std::make_unique<State>()) {
+  require(limits.parts >= 2 && limits.part_bytes > 0, "RunRecorder: a log has at least two parts");
   state_->path = path;
-  state_->file.open(path, std::ios::binary);
-  if (!state_->file)
-    throw Error(ErrorKind::kIo, path.string(), std::strerror(errno), "give a file that can be written");
+  state_->limits = limits;
   std::string words = conditions;
   // What would end the string or the line stands for nothing here.
   for (char& letter : words)
     if (letter == '"' || letter == '\\' || static_cast<unsigned char>(letter) < 0x20) letter = '_';
-  state_->line(kHeader + words + "\"}");
-  state_->flush();
+  state_->header = kHeader + words + "\"}";
+  state_->open();
+  std::error_code ignored;
+  for (int age = older_parts(path); age > 0; --age) std::filesystem::remove(part_path(path, age), ignored);
 }
 RunRecorder::~RunRecorder() = default;
 
@@ -115,11 +213,13 @@ void RunRecorder::record(const SurfaceSet& surfaces) {
   std::string text = io::surfaces_to_text(surfaces);
   for (char& letter : text)
     if (letter == '\n') letter = ' ';
-  state_->line("{\"surfaces\":" + text + "}");
+  state_->surfaces = "{\"surfaces\":" + text + "}";
+  state_->line(state_->surfaces);
 }
 
 void RunRecorder::record(TestPattern picture) {
-  state_->line(std::string("{\"picture\":\"") + kPictures[int(picture)] + "\"}");
+  state_->picture = std::string("{\"picture\":\"") + kPictures[int(picture)] + "\"}";
+  state_->line(state_->picture);
 }
 
 void RunRecorder::record(const track::StampedPose& message) {
@@ -136,23 +236,66 @@ void RunRecorder::record(const RecordedFrame& frame) {
                 "{\"frame\":%lld,\"light\":%.17g,\"content\":%.17g,\"fingerprint\":\"%016" PRIx64 "\"}",
                 frame.number, frame.light_time, frame.content_time, frame.fingerprint);
   state_->line(line);
+  if (state_->bytes >= state_->limits.part_bytes) state_->begin_next_part();
   if (frame.light_time - state_->flushed < 1 && frame.light_time > state_->flushed) return;
   state_->flushed = frame.light_time;
   state_->flush();
 }
 
 struct RunReader::State {
-  std::filesystem::path path, surfaces;
+  std::filesystem::path log, surfaces;
+  int age = 0;                 ///< of the part that is read
+  int part = 0;                ///< its number; 0: none was read yet
+  std::filesystem::path path;  ///< of this part
   std::ifstream file;
   long long number = 0;  ///< of the line, from 1
+  /// A part repeats the surfaces and the picture that the one before ended with.
+  bool skips_surfaces = false, skips_picture = false;
+
+  void open() {
+    path = part_path(log, age);
+    errno = 0;
+    file = std::ifstream(path, std::ios::binary);
+    number = 0;
+    if (!file)
+      throw Error(ErrorKind::kIo, path.string(), std::strerror(errno),
+                  "give a log that project-live --record wrote");
+  }
+
+  /// The next whole line of this part; false at its end.
+  bool read(std::string& line) {
+    const LineEnd end = read_line(file, line);
+    ++number;
+    if (end == LineEnd::kTooLong) throw log_error(path, number, "it is longer than 64 MiB");
+    if (end == LineEnd::kCut && number == 1 && part == 0)
+      throw log_error(path, 1, line.empty() ? "the log is empty" : "the log ends in its first line");
+    return end == LineEnd::kLineFeed;
+  }
+
+  /// nullopt: the program ended when this part began.
+  std::optional<RunConditions> read_header() {
+    std::string line;
+    if (!read(line)) return std::nullopt;
+    const std::optional<std::string> conditions = between(line, kHeader, "\"}");
+    if (!conditions) throw log_error(path, 1, "it does not begin as a run does");
+    return RunConditions{*conditions};
+  }
+
+  /// After {"part":N}: what is missing before it, if anything.
+  std::optional<MissingParts> begin_part(const std::string& line) {
+    const std::optional<std::string> text = between(line, kPart, "}");
+    int found = 0, end = 0;
+    if (!text || std::sscanf(text->c_str(), "%9d%n", &found, &end) != 1 || std::size_t(end) != text->size() ||
+        found <= part || number != 2)
+      throw log_error(path, number, "it is no part of this run");
+    const int expected = part + 1;
+    skips_surfaces = skips_picture = found == expected && part > 0;
+    part = found;
+    if (found == expected) return std::nullopt;
+    return MissingParts{expected, found - 1};
+  }
 
   RunRecord parse(const std::string& line) const {
-    if (line.size() > kLongestLine) throw log_error(path, number, "it is longer than 64 MiB");
-    if (number == 1) {
-      const std::optional<std::string> conditions = between(line, kHeader, "\"}");
-      if (!conditions) throw log_error(path, 1, "it does not begin as a run does");
-      return RunConditions{*conditions};
-    }
     if (line.rfind("{\"arrival\":", 0) == 0) {
       std::optional<track::StampedPose> pose = read_pose(line);
       if (!pose) throw log_error(path, number, "it holds no pose");
@@ -182,20 +325,43 @@ struct RunReader::State {
 
 RunReader::RunReader(const std::filesystem::path& path, const std::filesystem::path& surfaces)
     : state_(std::make_unique<State>()) {
-  state_->path = path;
+  state_->log = path;
   state_->surfaces = surfaces;
-  state_->file.open(path, std::ios::binary);
-  if (!state_->file)
-    throw Error(ErrorKind::kIo, path.string(), std::strerror(errno),
-                "give a log that project-live --record wrote");
+  state_->age = older_parts(path);
+  state_->open();
 }
 RunReader::~RunReader() = default;
 
 std::optional<RunRecord> RunReader::next() {
+  State& s = *state_;
   std::string line;
-  if (!std::getline(state_->file, line) || state_->file.eof()) return std::nullopt;
-  ++state_->number;
-  return state_->parse(line);
+  while (true) {
+    if (s.number == 0) {
+      const std::optional<RunConditions> conditions = s.read_header();
+      if (!conditions) return std::nullopt;
+      if (s.part == 0) return *conditions;
+      continue;
+    }
+    if (!s.read(line)) {
+      std::error_code ignored;
+      if (s.age == 0 || !std::filesystem::exists(part_path(s.log, s.age - 1), ignored)) return std::nullopt;
+      --s.age;
+      s.open();
+      continue;
+    }
+    if (line.rfind(kPart, 0) == 0) {
+      if (const auto missing = s.begin_part(line)) return *missing;
+      continue;
+    }
+    s.part = std::max(s.part, 1);
+    const auto repeated = [&line](bool& skips, const char* begin) {
+      return line.rfind(begin, 0) == 0 && std::exchange(skips, false);
+    };
+    if (repeated(s.skips_surfaces, "{\"surfaces\":") || repeated(s.skips_picture, "{\"picture\":")) continue;
+    // The surfaces and the picture come right after the number of the part.
+    s.skips_surfaces = s.skips_picture = false;
+    return s.parse(line);
+  }
 }
 
 }  // namespace procam::show

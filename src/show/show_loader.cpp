@@ -1,4 +1,4 @@
-#include "procam/show/show_loader.hpp"
+#include "show_loader.hpp"
 
 #include <sys/stat.h>
 
@@ -61,6 +61,7 @@ SurfaceSet load_surfaces(const ShowLoaderOptions& options) {
 }
 
 struct ShowLoader::State {
+  using Progress = std::function<void(int done, int total)>;
   ShowLoaderOptions options;
   std::mutex mutex;  ///< of all below but `opened`
   std::condition_variable woken;
@@ -83,11 +84,12 @@ struct ShowLoader::State {
     return source;
   }
 
-  LoadedShow prepare(SurfaceSet surfaces) {
+  LoadedShow prepare(SurfaceSet surfaces, const Progress& progress) {
     const std::lock_guard<std::mutex> lock(opening);
     LoadedShow loaded;
     Show show;
     for (const Surface& surface : surfaces.surfaces) {
+      if (progress) progress(int(show.contents.size()), int(surfaces.surfaces.size()));
       std::shared_ptr<device::ContentSource> source;
       try {
         if (!surface.content.empty()) source = open(surface.content);
@@ -101,13 +103,15 @@ struct ShowLoader::State {
     return loaded;
   }
 
-  LoadedShow load() {
+  LoadedShow load(const Progress& progress = {}) {
     LoadedShow loaded;
+    std::optional<SurfaceSet> surfaces;
     try {
-      loaded = prepare(load_surfaces(options));
+      surfaces = load_surfaces(options);
     } catch (const std::exception& error) {
       loaded.faults.push_back(error.what());
     }
+    if (surfaces) loaded = prepare(std::move(*surfaces), progress);
     loaded.from_file = true;
     return loaded;
   }
@@ -123,7 +127,7 @@ struct ShowLoader::State {
         SurfaceSet surfaces = std::move(*requested);
         requested.reset();
         lock.unlock();
-        LoadedShow loaded = prepare(std::move(surfaces));
+        LoadedShow loaded = prepare(std::move(surfaces), {});
         lock.lock();
         ready.push_back(std::move(loaded));
         continue;
@@ -157,8 +161,8 @@ ShowLoader::~ShowLoader() {
   state_->thread.join();
 }
 
-LoadedShow ShowLoader::load_now() {
-  return state_->load();
+LoadedShow ShowLoader::load_now(const std::function<void(int, int)>& progress) {
+  return state_->load(progress);
 }
 
 void ShowLoader::request(SurfaceSet surfaces) {

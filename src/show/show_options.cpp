@@ -1,6 +1,7 @@
 #include "procam/show/show_options.hpp"
 
 #include "document/fields.hpp"
+#include "procam/core/base/limits.hpp"
 #include "procam/device/content_source.hpp"
 
 namespace procam::show {
@@ -37,7 +38,7 @@ static void fields(io::Fields& f, DepthInput& depth) {
   field_or(f, "silhouettes", depth.silhouettes, usual.silhouettes);
   f.check(depth.metres_per_unit > 0 && depth.metres_per_unit < 1, "metres_per_unit",
           "one step of a depth image cannot be that long", "give it in metres, e.g. 0.001");
-  f.check(depth.delay_s >= 0 && depth.delay_s < 10, "delay_s", "no camera is that late",
+  f.check(depth.delay_s >= 0 && depth.delay_s <= limits::kDelayS, "delay_s", "no camera is that late",
           "give seconds, e.g. 0.03");
   f.check(!depth.up || depth.up->norm() > 1e-6, "up", "it is not a direction",
           "give three numbers: [0, 0, 1]");
@@ -48,6 +49,21 @@ static void fields(io::Fields& f, PeopleInput& people) {
   f.field("sensor", people.sensor);
   field_or(f, "delay_s", people.delay_s, 0.0);
   f.optional("destinations", people.destinations);
+  f.check(people.delay_s >= 0 && people.delay_s <= limits::kDelayS, "delay_s", "no sensor is that late",
+          "give seconds, e.g. 0.05");
+}
+
+static void check_times(io::Fields& f, const ShowOptions& o) {
+  const auto check = [&](const char* name, const std::optional<double>& seconds, double max) {
+    f.check(!seconds || (*seconds >= 0 && *seconds <= max), name,
+            "it is not from 0 to " + std::to_string(int(max)) + " seconds", "give seconds, e.g. 0.03");
+  };
+  check("source_delay_s", o.source_delay_s, limits::kDelayS);
+  check("delay_s", o.delay_s, limits::kDelayS);
+  check("camera_delay_s", o.camera_delay_s, limits::kDelayS);
+  check("blank_on_stale_s", o.blank_on_stale_s, limits::kDurationS);
+  check("freeze_on_stale_s", o.freeze_on_stale_s, limits::kDurationS);
+  check("duration_s", o.duration_s, limits::kDurationS);
 }
 
 static void fields(io::Fields& f, ShowOptions& o) {
@@ -76,6 +92,7 @@ static void fields(io::Fields& f, ShowOptions& o) {
   const bool has_depth = f.reading() ? f.has("depth") : is_depth_source(o.surfaces);
   if (has_depth) f.field("depth", o.depth);
   f.optional("people", o.people);
+  field_or(f, "autosave", o.autosave, usual.autosave);
   f.optional("record", o.record);
   field_or(f, "control", o.control, usual.control);
   f.optional("token", o.token);
@@ -85,7 +102,9 @@ static void fields(io::Fields& f, ShowOptions& o) {
   field_or(f, "average_numbers", o.average_numbers, usual.average_numbers);
   f.check(!o.surfaces.empty(), "surfaces", "it is empty", "name a surface file");
   f.check(o.fps >= 0 && o.fps <= 1000, "fps", "it is not from 0 to 1000", "give frames a second, e.g. 60");
-  f.check(o.threads >= 0, "threads", "it is negative", "give 0 for as many as the machine has");
+  f.check(o.threads >= 0 && o.threads <= limits::kThreads, "threads",
+          "it is not from 0 to " + std::to_string(limits::kThreads), "give 0 for as many as the machine has");
+  check_times(f, o);
   f.check(o.renderer == "cpu" || o.renderer == "gl", "renderer", "there is none of this name",
           "use cpu or gl");
   f.check(!o.marker || o.poses.empty(), "marker", "poses come from 'poses' as well", "give one of them");

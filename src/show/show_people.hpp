@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "procam/people/skeleton_source.hpp"
-#include "procam/show/room_people.hpp"
 #include "procam/show/run.hpp"
 #include "procam/track/pose_sender.hpp"
+#include "room_people.hpp"
 
 namespace procam::show {
 

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "procam/core/base/words.hpp"
 #include "procam/core/geometry/homography_fit.hpp"
 
 namespace procam::surface {
@@ -21,9 +22,7 @@ HomographyFit fit(const Surface& surface, const Points2& content, const Points2&
 }
 
 std::string rounded(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.3g", value);
-  return text;
+  return format("%.3g", value);
 }
 
 }  // namespace

@@ -98,7 +98,7 @@ SolvedSurfaceSet solve_surfaces(const SurfaceSet& set, const RigProjector& proje
         },
         surface.geometry);
     solved.surface = surface;
-    look_at(projector.projector, options, solved);
+    if (options.visibility) look_at(projector.projector, options, solved);
     const InRoom* place = place_of(surface.geometry);
     if (place && place->frame == "world") result.projector_from_world = projector_from_world;
     result.surfaces.push_back(std::move(solved));

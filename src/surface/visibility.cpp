@@ -191,9 +191,30 @@ void judge_coverage(const SolveOptions& options, bool in_front, SolvedSurface& s
                          " % of it falls inside the projector's picture; the rest stays dark");
 }
 
+/// Nobody projects farther: such numbers are another unit. Lengths in metres.
+constexpr double kFarthest = 200;
+
+void judge_units(SolvedSurface& solved) {
+  double distance = 0;
+  if (const auto* plane = std::get_if<PlacedPlane>(&solved.placement)) {
+    const std::optional<Vec2> middle = in_plane(plane->plane_from_content, Vec2(0.5, 0.5));
+    if (middle) distance = (plane->projector_from_surface * Vec3(middle->x(), middle->y(), 0)).norm();
+  } else if (const auto* mesh = std::get_if<PlacedMesh>(&solved.placement); mesh && mesh->mesh) {
+    Vec3 sum = Vec3::Zero();
+    for (const Vec3& vertex : mesh->mesh->vertices) sum += vertex;
+    distance = (mesh->projector_from_surface * Vec3(sum / double(mesh->mesh->vertices.size()))).norm();
+  }
+  if (!(distance > kFarthest)) return;
+  solved.diagnostics.warn("implausible_units",
+                          "it is " + std::to_string(std::llround(distance)) +
+                              " m from the projector: its numbers, or those of the pose, seem to be in "
+                              "millimetres; write them in metres");
+}
+
 }  // namespace
 
 void look_at(const Projector& projector, const SolveOptions& options, SolvedSurface& solved) {
+  judge_units(solved);
   const auto look = [&](const auto& placed) {
     solved.corners_px = corners(projector, placed);
     solved.visibility.covered_share = covered_share(projector, placed, solved.surface.shape);

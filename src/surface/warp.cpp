@@ -319,4 +319,51 @@ WarpGrid warp_mesh(const Placement& placement, const Projector& projector, const
   return std::visit([&](const auto& placed) { return mesh_over(projector, placed, grid); }, placement);
 }
 
+VisiblePart::VisiblePart(const SolvedSurfaceSet& set, const Projector& projector,
+                         const SolvedSurface* surface)
+    : solved(set), chosen(surface), nearest(nearest_surfaces(set, projector)) {}
+
+bool VisiblePart::has(int x, int y) const {
+  const int at = nearest.at(x, y);
+  return at >= 0 && (!chosen || chosen == &solved.surfaces[std::size_t(at)]);
+}
+
+double VisiblePart::share() const {
+  double count = 0;
+  for (int y = 0; y < nearest.height(); ++y)
+    for (int x = 0; x < nearest.width(); ++x) count += has(x, y);
+  return count / (double(nearest.width()) * nearest.height());
+}
+
+ImageF alpha_map(const VisiblePart& part, const ImageF* weight) {
+  ImageF alpha(part.nearest.size());
+  for (int y = 0; y < alpha.height(); ++y)
+    for (int x = 0; x < alpha.width(); ++x)
+      alpha.at(x, y) = !part.has(x, y) ? 0.0f : weight ? weight->at(x, y) : 1.0f;
+  return alpha;
+}
+
+WarpMap warp_map(const VisiblePart& part, const Projector& projector) {
+  require(part.chosen != nullptr, "warp_map: a map holds one surface");
+  WarpMap map = warp_map(part.chosen->placement, projector);
+  for (int y = 0; y < part.nearest.height(); ++y)
+    for (int x = 0; x < part.nearest.width(); ++x)
+      if (part.nearest.at(x, y) >= 0 && !part.has(x, y)) std::fill_n(&map.content.at(x, y), 3, 0.0f);
+  return map;
+}
+
+ImageF position_map(const VisiblePart& part, const Projector& projector, const Pose& target_from_projector) {
+  ImageF positions(projector.size(), 3, std::numeric_limits<float>::quiet_NaN());
+  for (std::size_t i = 0; i < part.solved.surfaces.size(); ++i) {
+    const SolvedSurface& one = part.solved.surfaces[i];
+    // A pixel surface has no place in the room: alone it is refused, among others it is skipped.
+    if (part.chosen ? part.chosen != &one : std::holds_alternative<PlacedPixels>(one.placement)) continue;
+    const ImageF own = position_map(one.placement, projector, target_from_projector);
+    for (int y = 0; y < part.nearest.height(); ++y)
+      for (int x = 0; x < part.nearest.width(); ++x)
+        if (part.nearest.at(x, y) == int(i)) std::copy_n(&own.at(x, y), 3, &positions.at(x, y));
+  }
+  return positions;
+}
+
 }  // namespace procam::surface

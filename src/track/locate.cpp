@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 #include "marker_equations.hpp"
 #include "procam/core/base/cholesky.hpp"
+#include "procam/core/base/words.hpp"
 #include "procam/core/geometry/planar_pose.hpp"
 
 namespace procam::track {
@@ -14,12 +14,6 @@ namespace {
 using internal::Problem;
 using internal::Sighting;
 using internal::State;
-
-std::string format(double value, int digits) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.*f", digits, value);
-  return text;
-}
 
 std::string ids_of(const std::vector<Sighting>& sightings) {
   std::string text;
@@ -170,10 +164,10 @@ std::string against_second_pose(const Problem& problem, const Pose& camera_from_
     next = "marker " + coarse +
            " is too small or blurred for its edges (marker_coarse): go closer, focus, or print it larger";
   else if (steepest < 20 * kDegree)
-    next = "look at the marker from the side (20 to 60 degrees; now " + format(steepest / kDegree, 0) +
+    next = "look at the marker from the side (20 to 60 degrees; now " + fixed(steepest / kDegree, 0) +
            ") or from closer";
   else
-    next = "go closer or print the marker larger (the view from the side, " + format(steepest / kDegree, 0) +
+    next = "go closer or print the marker larger (the view from the side, " + fixed(steepest / kDegree, 0) +
            " degrees, is good)";
   return next + ", or add a marker in another plane";
 }
@@ -192,14 +186,14 @@ void weigh_second(const std::vector<State>& states, double scale, const Problem&
   const std::string next = against_second_pose(problem, states[0].camera_from_world);
   if (result.other_odds > options.largest_odds)
     throw Error(ErrorKind::kDegenerate, "pose from the markers",
-                "a second pose, turned by " + format(degrees, 1) + " degrees, fits almost as well (odds " +
-                    format(100 * result.other_odds, 1) +
+                "a second pose, turned by " + fixed(degrees, 1) + " degrees, fits almost as well (odds " +
+                    fixed(100 * result.other_odds, 1) +
                     " %): a plane seen from afar looks the same tilted either "
                     "way",
                 next);
   if (result.other_odds > 1e-3)
-    result.diagnostics.warn("second_pose", "a second pose, turned by " + format(degrees, 1) +
-                                               " degrees, has odds of " + format(100 * result.other_odds, 2) +
+    result.diagnostics.warn("second_pose", "a second pose, turned by " + fixed(degrees, 1) +
+                                               " degrees, has odds of " + fixed(100 * result.other_odds, 2) +
                                                " %; to exclude it " + next);
 }
 
@@ -254,7 +248,7 @@ LocateResult locate(const MarkerDetections& detections, const Camera& camera, co
                                                      " is too small or blurred for its edges: its corners "
                                                      "alone are used; go closer, focus, or print it larger");
     } else {
-      marker.reason = "its corners lie " + format(marker.error_px, 1) + " px from where the others put it";
+      marker.reason = "its corners lie " + fixed(marker.error_px, 1) + " px from where the others put it";
       result.diagnostics.warn("marker_left_out",
                               name + " is rejected: " + marker.reason +
                                   "; it was moved, or its place or size in the map is wrong");
@@ -265,7 +259,7 @@ LocateResult locate(const MarkerDetections& detections, const Camera& camera, co
   if (result.chi2_per_dof > kSurprising)
     result.diagnostics.warn(
         "map_disagrees",
-        "the edges miss the fit by " + format(std::sqrt(result.chi2_per_dof), 1) + " times what the image" +
+        "the edges miss the fit by " + fixed(std::sqrt(result.chi2_per_dof), 1) + " times what the image" +
             (map.markers.size() > 1 ? " and the map's sigmas promise" : " promises") +
             ": a curled sheet, another lens, a size or place that is off; the stated sigmas are enlarged");
   return result;

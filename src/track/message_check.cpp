@@ -3,6 +3,8 @@
 #include <Eigen/Cholesky>
 #include <cmath>
 
+#include "procam/core/base/detail/plain_text.hpp"
+#include "procam/core/base/limits.hpp"
 #include "procam/track/wire.hpp"
 
 namespace procam::track::internal {
@@ -16,6 +18,8 @@ bool within(const Eigen::MatrixBase<Derived>& m, double most) {
 }  // namespace
 
 const char* why_malformed(const StampedPose& message) {
+  if (!procam::internal::is_plain_text(message.frame) || !procam::internal::is_plain_text(message.child))
+    return "a frame's name is not UTF-8, or has control characters";
   // 1e12 s are 30000 years; beyond, a double does not tell milliseconds.
   if (message.stamp && !(std::abs(*message.stamp) <= 1e12)) return "the stamp is not a time in seconds";
   const Eigen::Quaterniond& q = message.frame_from_child.rotation;
@@ -25,6 +29,8 @@ const char* why_malformed(const StampedPose& message) {
   if (message.twist && !within(*message.twist, kFarthest)) return "the twist is not finite or too large";
   if (message.angular_rate && !within(*message.angular_rate, kFarthest))
     return "the angular rate is not finite or too large";
+  if (message.frame.size() > limits::kFrameNameBytes || message.child.size() > limits::kFrameNameBytes)
+    return "a frame's name is longer than 255 bytes";
   if (message.covariance) {
     const Mat6& c = *message.covariance;
     if (!within(c, kFarthest * kFarthest)) return "the covariance is not finite or too large";
@@ -38,6 +44,10 @@ const char* why_malformed(const StampedPose& message) {
     }
   }
   return nullptr;
+}
+
+void make_unit(Eigen::Quaterniond& rotation) {
+  if (std::abs(rotation.norm() - 1) > 1e-14) rotation.normalize();
 }
 
 }  // namespace procam::track::internal

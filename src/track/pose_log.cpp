@@ -6,7 +6,9 @@
 #include <cstdio>
 #include <cstring>
 
+#include "procam/core/base/detail/regular_file.hpp"
 #include "procam/core/base/error.hpp"
+#include "procam/core/base/limits.hpp"
 #include "procam/track/wire.hpp"
 #include "wire_json.hpp"
 
@@ -14,7 +16,7 @@ namespace procam::track {
 namespace {
 
 constexpr const char* kFirstLine = "{\"format\":\"procam-pose-log\",\"version\":1}";
-/// A run (show/run_log.hpp) has lines of other kinds between the poses, and those of several sources in
+/// The log of a run has lines of other kinds between the poses, and those of several sources in
 /// turns.
 constexpr const char* kRunBegins = "{\"format\":\"procam-run\",\"version\":1,";
 
@@ -42,6 +44,7 @@ void PoseLogWriter::flush() {
 }
 
 std::vector<StampedPose> read_pose_log(const std::filesystem::path& path) {
+  procam::internal::require_regular_file(path);
   errno = 0;
   std::ifstream file(path, std::ios::binary);
   std::string line;
@@ -60,8 +63,8 @@ std::vector<StampedPose> read_pose_log(const std::filesystem::path& path) {
     if (line.find_first_not_of(" \t\r") == line.npos) continue;
     if (is_run && line.rfind("{\"arrival\":", 0) != 0) continue;
     StampedPose message;
-    const char* why = line.size() > kLongestMessage ? "it is longer than 8192 bytes"
-                                                    : internal::read_json_message(line, true, message);
+    const char* why = line.size() > limits::kMessageBytes ? "it is longer than 8192 bytes"
+                                                          : internal::read_json_message(line, true, message);
     if (why == nullptr && (!std::isfinite(message.arrival) || std::abs(message.arrival) > 1e12))
       why = "arrival is not a time";
     if (why == nullptr && !is_run && !messages.empty() && message.arrival < messages.back().arrival)

@@ -7,6 +7,7 @@
 
 #include "message_check.hpp"
 #include "pose_source_kinds.hpp"
+#include "procam/core/base/detail/regular_file.hpp"
 #include "procam/core/base/error.hpp"
 #include "procam/track/detail/inbox.hpp"
 #include "procam/track/detail/parsed_source.hpp"
@@ -104,7 +105,7 @@ bool PoseQueue::push(StampedPose message) {
     impl_->inbox.refuse(why);
     return false;
   }
-  message.frame_from_child.rotation.normalize();
+  internal::make_unit(message.frame_from_child.rotation);
   impl_->inbox.put(std::move(message));
   return true;
 }
@@ -122,8 +123,8 @@ internal::FileAndSpeed internal::parse_file_and_speed(const std::string& rest) {
   char* end = nullptr;
   const std::string text = rest.substr(at + 1);
   result.speed = std::strtod(text.c_str(), &end);
-  if (text.empty() || *end != '\0' || !(result.speed >= 0 && std::isfinite(result.speed)))
-    throw Error(ErrorKind::kInput, "log '" + rest + "'", "'" + text + "' is no speed",
+  if (text.empty() || *end != '\0' || !(result.speed == 0 || (result.speed >= 1e-3 && result.speed <= 1e6)))
+    throw Error(ErrorKind::kInput, "log '" + rest + "'", "'" + text + "' is no speed from 0.001 to 1000000",
                 "give e.g. @1, @2, or @0 for all at once");
   result.file = rest.substr(0, at);
   return result;
@@ -133,6 +134,7 @@ namespace {
 
 /// Logs and runs of procam are lines of JSON.
 bool is_pose_log(const std::string& file) {
+  procam::internal::require_regular_file(file);
   std::ifstream stream(file, std::ios::binary);
   char first = 0;
   return !(stream >> first) || first == '{';

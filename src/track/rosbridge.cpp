@@ -8,6 +8,7 @@
 #include <thread>
 
 #include "procam/core/base/error.hpp"
+#include "procam/core/base/limits.hpp"
 #include "procam/track/detail/inbox.hpp"
 #include "procam/track/wire.hpp"
 #include "sources.hpp"
@@ -21,8 +22,6 @@ namespace beast = boost::beast;
 using asio::ip::tcp;
 using Failure = boost::system::error_code;
 using Socket = beast::websocket::stream<beast::tcp_stream, false>;  // no deflate
-
-constexpr std::size_t kLargestFrame = 1 << 20;
 
 class RosbridgeSource : public PoseSource {
  public:
@@ -60,7 +59,7 @@ class RosbridgeSource : public PoseSource {
     timeout.idle_timeout = std::chrono::seconds(10);
     timeout.keep_alive_pings = true;
     socket_->set_option(timeout);
-    socket_->read_message_max(kLargestFrame);
+    socket_->read_message_max(limits::kRosbridgeBytes);
     socket_->async_handshake(at_.host + ":" + std::to_string(at_.port), "/", [this](const Failure& failed) {
       if (failed) return again("no WebSocket: " + failed.message());
       back_off_.reset();
@@ -83,8 +82,12 @@ class RosbridgeSource : public PoseSource {
       if (failure) return again(failure.message());
       const double arrival = steady_now();
       const auto bytes = buffer_.cdata();
-      Parsed parsed = parse_rosbridge({static_cast<const char*>(bytes.data()), bytes.size()});
-      inbox_.put(parsed, parsed.poses, arrival, size);
+      try {
+        Parsed parsed = parse_rosbridge({static_cast<const char*>(bytes.data()), bytes.size()});
+        inbox_.put(parsed, parsed.poses, arrival, size);
+      } catch (const std::exception& exception) {
+        inbox_.refuse(std::string("a message was dropped: ") + exception.what());
+      }
       buffer_.clear();
       read();
     });

@@ -3,6 +3,8 @@
 #include <memory>
 #include <string>
 
+#include "procam/core/base/limits.hpp"
+#include "procam/track/byte_source.hpp"
 #include "procam/track/pose_source.hpp"
 
 namespace procam::track::internal {
@@ -21,6 +23,13 @@ struct HostPort {
   unsigned short port = 0;
 };
 HostPort parse_host_port(const std::string& text);
+
+/// How long a silent connection of a listener keeps its place, seconds.
+struct Silence {
+  double takeover_s = limits::kTakeoverSilenceS;  ///< when another sender wants the place
+  double end_s = limits::kSenderSilenceS;         ///< in any case
+};
+std::unique_ptr<ByteSource> listen_tcp(const HostPort& at, ByteHandler& handler, const Silence& silence = {});
 
 /// Seconds to wait before the next try: 0.1, 0.2, ... 3.
 class BackOff {

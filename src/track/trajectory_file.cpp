@@ -10,7 +10,9 @@
 #include <optional>
 
 #include "message_check.hpp"
+#include "procam/core/base/detail/regular_file.hpp"
 #include "procam/core/base/error.hpp"
+#include "procam/core/geometry/se3.hpp"
 #include "wire_json.hpp"
 
 namespace procam::track {
@@ -35,6 +37,7 @@ std::string trimmed(const std::string& text) {
 }
 
 std::vector<Line> lines_of(const fs::path& path) {
+  procam::internal::require_regular_file(path);
   errno = 0;
   std::ifstream file(path, std::ios::binary);
   std::vector<Line> lines;
@@ -319,6 +322,28 @@ Trajectory read_trajectory(const std::string& file) {
                 path.string() + " has its own: give it alone");
   if (trajectory.poses.empty())
     throw Error(ErrorKind::kNotEnoughData, path.string(), "it holds no pose", kFormats);
+  return trajectory;
+}
+
+Trajectory read_waypoints(const std::string& file) {
+  Trajectory trajectory{"waypoint", {}};
+  for (const Line& line : lines_of(file)) {
+    std::string text = line.text.substr(0, line.text.find('#'));
+    std::replace(text.begin(), text.end(), ',', ' ');
+    const Cells cells = split(text, false);
+    if (cells.empty()) continue;
+    std::vector<double> values;
+    for (const std::string& cell : cells)
+      if (const auto value = number(cell); value && std::abs(*value) < 1e12) values.push_back(*value);
+    if (cells.size() != 4 || values.size() != 4)
+      throw error_at(file, line, "it is not 'time x y yaw_deg'", "correct or remove the line");
+    StampedPose pose;
+    pose.stamp = values[0];
+    pose.frame_from_child = Pose(so3_exp(Vec3(0, 0, values[3] * M_PI / 180)), Vec3(values[1], values[2], 0));
+    add(std::move(pose), file, line, trajectory);
+  }
+  if (trajectory.poses.empty())
+    throw Error(ErrorKind::kNotEnoughData, file, "it holds no waypoint", "give lines of 'time x y yaw_deg'");
   return trajectory;
 }
 

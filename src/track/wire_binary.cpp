@@ -3,6 +3,7 @@
 #include <cstring>
 
 #include "message_check.hpp"
+#include "procam/core/base/limits.hpp"
 #include "procam/track/detail/wire_bytes.hpp"
 #include "procam/track/wire.hpp"
 #include "wire_json.hpp"
@@ -89,12 +90,9 @@ void refuse(Parsed& parsed, const char* why) {
 }
 
 void keep_checked(StampedPose& message, Parsed& parsed) {
-  message.frame_from_child.rotation.normalize();
+  internal::make_unit(message.frame_from_child.rotation);
   parsed.poses.push_back(std::move(message));
 }
-
-/// A datagram with so many is read no further: 30000 wrong lines fit into one.
-constexpr std::uint64_t kMaxMalformed = 16;
 
 /// Where a message may begin again: at a magic, or at a line that begins with a brace.
 std::size_t end_of_garbage(std::string_view bytes) {
@@ -106,14 +104,14 @@ std::size_t end_of_garbage(std::string_view bytes) {
 std::size_t take_messages(std::string_view bytes, bool ends, bool& skipping, Parsed& parsed) {
   std::size_t at = 0;
   while (at < bytes.size()) {
-    if (ends && parsed.malformed >= kMaxMalformed) return bytes.size();
+    if (ends && parsed.malformed >= limits::kMalformedPerDatagram) return bytes.size();
     const std::string_view rest = bytes.substr(at);
     const std::string_view start = rest.substr(0, kMagic.size());
     if (start == kMagic.substr(0, start.size())) {
       std::size_t length = kHeaderSize;
       if (rest.size() >= kHeaderSize) {
         length = std::uint8_t(rest[6]) + 256u * std::uint8_t(rest[7]);
-        if (length < kShortest || length > kLongestMessage) {
+        if (length < kShortest || length > limits::kMessageBytes) {
           if (!skipping) refuse(parsed, "a binary message of impossible length");
           skipping = true;
           at += kMagic.size();
@@ -157,11 +155,11 @@ std::size_t take_messages(std::string_view bytes, bool ends, bool& skipping, Par
       continue;
     }
     const std::size_t line_end = rest.find('\n');
-    if (line_end == rest.npos && !ends && rest.size() <= kLongestMessage) return at;
+    if (line_end == rest.npos && !ends && rest.size() <= limits::kMessageBytes) return at;
     const std::string_view line = rest.substr(0, line_end);
     StampedPose message;
-    const char* why = line.size() > kLongestMessage ? "a line is longer than 8192 bytes"
-                                                    : internal::read_json_message(line, false, message);
+    const char* why = line.size() > limits::kMessageBytes ? "a line is longer than 8192 bytes"
+                                                          : internal::read_json_message(line, false, message);
     if (why != nullptr) {
       refuse(parsed, why);
       skipping = line_end == rest.npos;
@@ -281,7 +279,7 @@ void read_osc_message(std::string_view bytes, const std::optional<double>& bundl
 void read_osc(std::string_view bytes, const std::optional<double>& stamp, int depth, Parsed& parsed) {
   if (bytes.substr(0, internal::kOscBundle.size()) != internal::kOscBundle)
     return read_osc_message(bytes, stamp, parsed);
-  if (depth == internal::kDeepestOscBundle) return refuse(parsed, "OSC bundles are nested too deeply");
+  if (depth == limits::kOscDepth) return refuse(parsed, "OSC bundles are nested too deeply");
   Bytes in{bytes.substr(internal::kOscBundle.size())};
   const std::optional<double> bundle_stamp = osc_time(in.number<std::uint64_t>(true));
   if (in.bad) return refuse(parsed, "an OSC bundle is cut short");

@@ -7,6 +7,8 @@
 #include <nlohmann/json.hpp>
 
 #include "message_check.hpp"
+#include "procam/core/base/detail/plain_text.hpp"
+#include "procam/core/base/limits.hpp"
 #include "procam/track/detail/json_depth.hpp"
 #include "procam/track/wire.hpp"
 #include "wire_parsers.hpp"
@@ -39,7 +41,7 @@ class MessageReader {
 
   bool string(string_t& text) {
     if (in_array_ || (field_ != kFrame && field_ != kChild)) return refuse("a text where a number belongs");
-    if (text.size() > 255) return refuse("a frame's name is longer than 255 bytes");
+    if (text.size() > limits::kFrameNameBytes) return refuse("a frame's name is longer than 255 bytes");
     (field_ == kFrame ? message_.frame : message_.child) = text;
     return true;
   }
@@ -152,12 +154,18 @@ class MessageReader {
   std::array<double, 36> values_ = {};
 };
 
+/// All digits; with a point where JSON's integers would lose the sign of zero.
+void append_number(std::string& text, double value) {
+  char digits[40];
+  std::snprintf(digits, sizeof digits, "%.17g", value);
+  text += value == 0 && std::signbit(value) ? "-0.0" : digits;
+}
+
 void append(std::string& text, const char* key, const double* values, std::size_t count) {
   text += key;
   for (std::size_t i = 0; i < count; ++i) {
-    char digits[40];
-    std::snprintf(digits, sizeof digits, "%s%.17g", i == 0 ? "[" : ",", values[i]);
-    text += digits;
+    text += i == 0 ? '[' : ',';
+    append_number(text, values[i]);
   }
   text += ']';
 }
@@ -172,16 +180,16 @@ const char* internal::read_json_message(std::string_view line, bool in_log, Stam
   if (!json::sax_parse(line.begin(), line.end(), &reader)) return reader.why;
   if (!reader.is_complete()) return reader.why;
   if (const char* why = why_malformed(message)) return why;
-  message.frame_from_child.rotation.normalize();
+  internal::make_unit(message.frame_from_child.rotation);
   return nullptr;
 }
 
 std::string to_json_line(const StampedPose& message) {
   std::string text = "{";
-  char number[48];
   if (message.stamp) {
-    std::snprintf(number, sizeof number, "\"stamp\":%.17g,", *message.stamp);
-    text += number;
+    text += "\"stamp\":";
+    append_number(text, *message.stamp);
+    text += ',';
   }
   if (message.sequence) text += "\"sequence\":" + std::to_string(*message.sequence) + ",";
   // dump() escapes; bytes that are no UTF-8 are replaced.
@@ -223,9 +231,6 @@ bool internal::is_shallow(std::string_view text, int deepest) {
 
 namespace {
 
-constexpr int kDeepest = 16;
-constexpr std::size_t kMaxTransforms = 256;
-
 /// nullptr where the path ends early.
 const json* field(const json* from, std::initializer_list<const char*> path) {
   for (const char* name : path) {
@@ -252,13 +257,14 @@ Pose pose_at(const json* position, const json* orientation) {
   return pose;
 }
 
-/// ROS 1 says secs and nsecs, ROS 2 sec and nanosec. All zero: not stamped.
+/// ROS 1 says secs and nsecs, ROS 2 sec and nanosec. All zero, or no stamp: not stamped. NaN: it is no time.
 std::optional<double> stamp_at(const json* header) {
   const json* stamp = field(header, {"stamp"});
+  if (stamp == nullptr) return std::nullopt;
   const bool ros2 = field(stamp, {"sec"}) != nullptr;
   const double time =
       number_at(stamp, ros2 ? "sec" : "secs") + 1e-9 * number_at(stamp, ros2 ? "nanosec" : "nsecs");
-  if (!(time != 0)) return std::nullopt;  // zero, or not there
+  if (time == 0) return std::nullopt;
   return time;
 }
 
@@ -291,7 +297,7 @@ void keep(StampedPose& message, Parsed& parsed) {
     parsed.why = why;
     return;
   }
-  message.frame_from_child.rotation.normalize();
+  internal::make_unit(message.frame_from_child.rotation);
   parsed.poses.push_back(std::move(message));
 }
 
@@ -316,20 +322,20 @@ std::optional<Mat6> internal::covariance_from_ros(const Mat6& ros, const Vec3& t
 Parsed parse_rosbridge(std::string_view text) {
   const std::size_t first = text.find_first_not_of(" \t\r\n");
   if (first == text.npos || text[first] != '{') return refused("it does not begin with {");
-  if (!internal::is_shallow(text, kDeepest)) return refused("it is nested too deeply");
+  if (!internal::is_shallow(text, limits::kRosbridgeDepth)) return refused("it is nested too deeply");
   const json root = json::parse(text.begin(), text.end(), nullptr, false);
   if (root.is_discarded()) return refused("it is not JSON");
   const std::string op = text_at(&root, "op");
   Parsed parsed;
   if (op == "status") {
     if (text_at(&root, "level") == "error")
-      parsed.why = "rosbridge says: " + text_at(&root, "msg").substr(0, 200);
+      parsed.why = "rosbridge says: " + procam::internal::to_plain_text(text_at(&root, "msg").substr(0, 200));
     return parsed;
   }
   if (op != "publish") return refused("it is no published message");
   const json* msg = field(&root, {"msg"});
   if (const json* transforms = field(msg, {"transforms"})) {
-    if (!transforms->is_array() || transforms->size() > kMaxTransforms)
+    if (!transforms->is_array() || transforms->size() > limits::kTransforms)
       return refused("transforms are no list");
     for (const json& t : *transforms) {
       StampedPose message;

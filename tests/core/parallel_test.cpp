@@ -20,6 +20,13 @@ TEST(Parallel, EachIsCalledOnceWhateverTheThreads) {
     }
 }
 
+TEST(Parallel, MoreThreadsThanTheLimitAreNotStarted) {
+  EXPECT_EQ(thread_count(limits::kThreads), limits::kThreads);
+  EXPECT_EQ(thread_count(limits::kThreads + 1), limits::kThreads);
+  EXPECT_EQ(thread_count(1000000), limits::kThreads);
+  EXPECT_GE(thread_count(0), 1);
+}
+
 TEST(Parallel, TheFirstExceptionIsThrownAgain) {
   std::atomic<int> calls{0};
   const auto work = [&](int i) {

@@ -118,6 +118,70 @@ TEST_F(Sink, SharedMemoryHasTheNewestFrame) {
   EXPECT_THROW(SharedFrameReader{name}, Error) << "it is gone with its writer";
 }
 
+/// The memory's owner may do with it what it wants: the reader sees no frame, and lives.
+TEST_F(Sink, SharedMemoryThatIsCutShortEndsNobody) {
+  const std::string name = "procam_cut_" + std::to_string(getpid()), file = "/dev/shm/" + name;
+  const auto sink = open_sink("shm:" + name, options_);
+  sink->show(noise(options_.size, 3, 1));
+  const SharedFrameReader reader(name);
+  ASSERT_TRUE(reader.newest());
+  EXPECT_FALSE(reader.is_orphan());
+  for (const std::uintmax_t size : {std::uintmax_t(100000), std::uintmax_t(70), std::uintmax_t(0)}) {
+    fs::resize_file(file, size);
+    EXPECT_FALSE(reader.newest());
+    EXPECT_TRUE(reader.is_orphan());
+    EXPECT_THROW(SharedFrameReader{name}, Error);
+  }
+  sink->show(noise(options_.size, 3, 2));  // nor does it end the writer
+}
+
+TEST_F(Sink, SharedMemoryOfNonsenseIsRefused) {
+  const std::string name = "procam_nonsense_" + std::to_string(getpid()), file = "/dev/shm/" + name;
+  const auto header = [&](std::uint32_t width, std::uint32_t height) {
+    std::string bytes("PROCAMF1");
+    for (const std::uint32_t number : {width, height, 3u, 3u})
+      bytes.append(reinterpret_cast<const char*>(&number), sizeof number);
+    bytes.resize(64);
+    std::ofstream(file, std::ios::binary) << bytes;
+    const std::uintmax_t slot = (64 + std::uintmax_t(width) * height * 3 + 63) / 64 * 64;
+    fs::resize_file(file, 64 + 3 * slot);  // sparse: it takes no memory
+    std::string why;
+    try {
+      const SharedFrameReader reader(name);
+    } catch (const Error& error) {
+      why = error.what();
+    }
+    fs::remove(file);
+    return why;
+  };
+  EXPECT_EQ(header(40, 30), "");
+  for (const auto& [width, height] : {std::pair(0u, 0u), std::pair(0u, 30u), std::pair(16384u, 8193u),
+                                      std::pair(65535u, 65535u), std::pair(1u << 31, 1u)})
+    EXPECT_NE(header(width, height).find("it does not hold frames of procam"), std::string::npos)
+        << width << " x " << height;
+}
+
+TEST_F(Sink, SharedMemoryHasOneWriterAndANameKeepsItsOwner) {
+  const std::string name = "procam_owner_" + std::to_string(getpid()), file = "/dev/shm/" + name;
+  auto first = open_sink("shm:" + name, options_);
+  try {
+    open_sink("shm:" + name, options_);
+    ADD_FAILURE();
+  } catch (const Error& error) {
+    EXPECT_EQ(error.kind(), ErrorKind::kDevice);
+    EXPECT_NE(std::string(error.what()).find("another program writes frames to it"), std::string::npos);
+  }
+  first->show(noise(options_.size, 3, 1));
+  EXPECT_TRUE(SharedFrameReader(name).newest()) << "the second left the first alone";
+  fs::remove(file);
+  std::ofstream(file) << "of another program";
+  first.reset();
+  EXPECT_TRUE(fs::exists(file)) << "only its own memory is removed";
+  first = open_sink("shm:" + name, options_);  // what a killed program left
+  first->show(noise(options_.size, 3, 1));
+  EXPECT_TRUE(SharedFrameReader(name).newest());
+}
+
 /// A reader beside a writer that does not wait: every frame that it gets is of one number.
 TEST_F(Sink, SharedFramesAreNeverTorn) {
   const std::string name = "procam_torn_" + std::to_string(getpid());

@@ -129,7 +129,7 @@ TEST_F(DetectSurfaces, RefusesBadDepthInThreeParts) {
   expect_refused(run("depth.png", camera_ + " --scale 1"), 2, "the unit is missing");
   expect_refused(run("depth.png", "--intrinsics 0,585,319.5,239.5"), 3, "not positive");
   expect_refused(run("depth.png", "--intrinsics 585,585,319.5"), 3, "these are 3 numbers");
-  expect_refused(run("depth.png", "--intrinsics 585,319.5,585,2390"), 3, "far outside the picture");
+  expect_refused(run("depth.png", "--intrinsics 585,319.5,585,2390"), 3, "far outside the image");
   expect_refused(run("depth.png", "--rig " + std::string(PROCAM_E2E_SESSION) + "/truth.json"), 3, "640x480");
   expect_refused(run("absent.png", camera_), 3, "absent.png");
 

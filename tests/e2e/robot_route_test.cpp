@@ -182,10 +182,11 @@ TEST(SimulateRobot, TakesRecordedPathsAndRefusesNonsense) {
 
   for (const char* nonsense :
        {"", "--to bus:1", "--to udp:nowhere", "--path circle:0m -o x.log", "--path zigzag -o x.log",
-        "--path waypoints:/nowhere -o x.log", "--rate 0 -o x.log", "-o /nowhere/x.log"})
+        "--path waypoints:/nowhere -o x.log", "--duration 0s -o x.log", "-o /nowhere/x.log"})
     EXPECT_EQ(run_tool("simulate-robot", nonsense).exit_code, 3) << nonsense;
   EXPECT_EQ(run_tool("simulate-robot", "--to tcp:127.0.0.1:1").exit_code, 6);
   EXPECT_EQ(run_tool("simulate-robot", "--loss 5 -o x.log").exit_code, 2);
+  EXPECT_EQ(run_tool("simulate-robot", "--rate 0 -o x.log").exit_code, 2);
   std::ofstream(tum) << "0 0 0 0\n0 1 0 90\n";
   EXPECT_EQ(run_tool("simulate-robot", "--path waypoints:" + tum + " -o " + log).exit_code, 3);
 }

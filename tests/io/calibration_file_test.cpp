@@ -145,6 +145,8 @@ TEST(CalibrationFile, NamesFileLineAndField) {
   EXPECT_ERROR(load(ros, "image_width", "width_of_image"), kInput, "size of the camera's image");
   EXPECT_ERROR(load(ros, "cols: 5", "cols: 500000000"), kInput, "no number of rows or columns");
   EXPECT_ERROR(load(ros, "rows: 3\n", "rows: 3\n  rows: 3\n"), kInput, "c.yaml:6: the field 'rows' is given");
+  EXPECT_ERROR(load("fisheye_model: 1\nK: [500, 510, 320, 240]\nsize: [640, 480]\n", "", ""), kInput,
+               "an equidistant lens has 4 coefficients, not 0");
   EXPECT_ERROR(load(kalibr, "pinhole", "omni"), kUnsupported, "pinhole-radtan");
   EXPECT_ERROR(load(kalibr, "[0.0, -1.0, 0.0, 0.1]", "[0.0, -1.0, 0.1, 0.1]"), kInput,
                "c.yaml:10: cam1.T_cn_cnm1: it is not a rigid transform");
@@ -188,6 +190,17 @@ TEST(CalibrationFile, SurvivesDamage) {
   std::string fields;
   for (int i = 0; i < 20000; ++i) fields += "a" + std::to_string(i) + ": 1\n";
   EXPECT_ERROR(load(fields), kInput, "too many fields");
+  // A few hundred bytes must not state an image that no memory holds.
+  const auto of_size = [&](const std::string& width, const std::string& height) {
+    return load("%YAML:1.0\n---\nimage_width: " + width + "\nimage_height: " + height +
+                "\ncamera_matrix: !!opencv-matrix\n   rows: 3\n   cols: 3\n   dt: d\n   data: [ 1000., 0., "
+                "640., 0., 1000., 480., 0., 0., 1. ]\n");
+  };
+  EXPECT_EQ(of_size("16384", "8192").camera().camera.size, (ImageSize{16384, 8192}));
+  EXPECT_ERROR(of_size("16384", "8193"), kInput, "pixels are more than");
+  EXPECT_ERROR(of_size("1048576", "1048576"), kInput, "pixels are more than");
+  EXPECT_ERROR(of_size("1048577", "1"), kInput, "from 1 to 1048576");
+  EXPECT_ERROR(load("image_size: [1048576, 1048576]\nK: [1000, 1000, 640, 480]\n"), kInput, "are more than");
 }
 
 }  // namespace

@@ -3,7 +3,9 @@
 
 #include <limits>
 
+#include "document/document.hpp"
 #include "examples.hpp"
+#include "procam/core/base/limits.hpp"
 #include "procam/io/files.hpp"
 #include "procam/io/image/images.hpp"
 #include "procam/io/pose_file.hpp"
@@ -141,6 +143,11 @@ TEST(RigFile, RefusesOtherFormatsAndLaterVersions) {
   EXPECT_ERROR(load_rig(f.scratch.write("x.json", "{\n  \"format\": \"procam-rig\",\n  \"version\" 1}")),
                kInput, "x.json:3: version: it is not valid JSON at column 13");
   EXPECT_ERROR(load_rig(f.scratch.write("x.json", std::string(100000, '['))), kInput, "nested deeper");
+  const auto nested = [](int depth) {
+    return std::string(std::size_t(depth), '[') + std::string(std::size_t(depth), ']');
+  };
+  EXPECT_NO_THROW(parse_json(nested(limits::kDocumentDepth), "x.json"));
+  EXPECT_ERROR(parse_json(nested(limits::kDocumentDepth + 1), "x.json"), kInput, "deeper than 32 levels");
   EXPECT_ERROR(load_rig(f.scratch / "absent.json"), kIo, "absent.json");
   EXPECT_ERROR(save_rig(f.scratch / "rig.json/rig.json", test::example_rig()), kIo, "cannot write");
 }
@@ -293,6 +300,28 @@ TEST_P(SurfaceFile, NamesFileLineAndField) {
   EXPECT_ERROR(loads("[1.25, 0.01]", "1.25 0.01", "[NaN, 0]", "NaN 0"), kInput, "finite");
   EXPECT_ERROR(loads("hand placed", "hand placed", "wall", "wall"), kInput, "two surfaces are named 'wall'");
   EXPECT_ERROR(load_solved_surfaces(f.scratch / name), kInput, "the file is a 'procam-surfaces'");
+}
+
+TEST(SurfaceJson, TheLimitIsOfSurfaces) {
+  SurfaceSet set;
+  Surface surface;
+  PixelSurface pixels;
+  pixels.content = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
+  pixels.pixels = {{10, 20}, {200, 30}, {210, 190}, {15, 180}};
+  surface.geometry = pixels;
+  for (std::size_t i = 0; i < limits::kSurfaces; ++i) {
+    surface.name = "area " + std::to_string(i);
+    set.surfaces.push_back(surface);
+  }
+  const std::string largest = surfaces_to_text(set);
+  EXPECT_EQ(surfaces_from_text(largest, "s.json").surfaces.size(), limits::kSurfaces);
+  std::string larger = largest;
+  const std::size_t second = larger.find("\"name\": \"area 0\"");
+  const std::size_t begin = larger.rfind('{', second), end = larger.find("\"name\": \"area 1\"");
+  std::string first = larger.substr(begin, larger.rfind('{', end) - begin);
+  first.replace(first.find("area 0"), 6, "one more");
+  larger.insert(begin, first);
+  EXPECT_ERROR(surfaces_from_text(larger, "s.json"), kInput, "it has 1001 surfaces, and a set at most 1000");
 }
 
 TEST(SurfaceXml, IsReadAsPeopleWriteIt) {

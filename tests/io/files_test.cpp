@@ -2,10 +2,16 @@
 #include "sha256.hpp"
 
 #include <gtest/gtest.h>
+#include <sys/socket.h>
 #include <sys/stat.h>
+#include <sys/un.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <cstring>
 
+#include "mesh/mesh_file.hpp"
+#include "procam/io/image/images.hpp"
 #include "scratch.hpp"
 
 namespace procam::io {
@@ -60,6 +66,58 @@ TEST(Files, RefusesToReadWhatIsAbsentAFolderOrTooLarge) {
   EXPECT_ERROR(read_file(scratch.path()), kIo, "Is a directory");
   scratch.write("long", std::string(1001, 'x'));
   EXPECT_ERROR(read_file(scratch / "long", 1000), kInput, "larger than the 1000 bytes");
+}
+
+// Opening a pipe would wait for its writer, without end.
+TEST(Files, RefusesPipesSocketsAndDevices) {
+  const Scratch scratch;
+  ASSERT_EQ(::mkfifo((scratch / "pipe.png").c_str(), 0600), 0);
+  ASSERT_EQ(::mkfifo((scratch / "pipe.obj").c_str(), 0600), 0);
+  const int listener = ::socket(AF_UNIX, SOCK_STREAM, 0);
+  sockaddr_un address = {};
+  address.sun_family = AF_UNIX;
+  std::strncpy(address.sun_path, (scratch / "socket").c_str(), sizeof address.sun_path - 1);
+  ASSERT_EQ(::bind(listener, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
+  EXPECT_ERROR(read_file(scratch / "pipe.png"), kIo, "a named pipe, not a regular file");
+  EXPECT_ERROR(read_file(scratch / "socket"), kIo, "a socket, not a regular file");
+  EXPECT_ERROR(read_file("/dev/zero"), kIo, "a device, not a regular file");
+  EXPECT_ERROR(load_image(scratch / "pipe.png"), kIo, "a named pipe");
+  EXPECT_ERROR(load_mesh(scratch / "pipe.obj"), kIo, "a named pipe");
+  EXPECT_EQ(image_size(scratch / "pipe.png"), std::nullopt);
+  ::close(listener);
+}
+
+// A process that was killed left its temporary files, and a later one has its number.
+TEST(Files, TemporaryFilesOfAKilledProcessDoNotMatter) {
+  const Scratch scratch;
+  for (int i = 0; i < 300; ++i)
+    scratch.write(".rig.json.tmp-" + std::to_string(::getpid()) + "-" + std::to_string(i), "half");
+  write_file_atomically(scratch / "rig.json", "whole");
+  EXPECT_EQ(read_file(scratch / "rig.json"), "whole");
+  const std::string longest(255, 'x');  // bytes that a name can have
+  write_file_atomically(scratch / longest, "whole");
+  EXPECT_EQ(read_file(scratch / longest), "whole");
+  EXPECT_EQ(entries(scratch.path()), 302u);
+}
+
+TEST(Files, AFileKeepsItsMode) {
+  const Scratch scratch;
+  const auto mode = [&](const std::string& name) {
+    struct stat about {};
+    EXPECT_EQ(::stat((scratch / name).c_str(), &about), 0);
+    return about.st_mode & 07777;
+  };
+  scratch.write("secret", "old");
+  fs::create_symlink(scratch / "secret", scratch / "link");
+  for (const mode_t wanted : {0600, 0640, 0666}) {
+    ASSERT_EQ(::chmod((scratch / "secret").c_str(), wanted), 0);
+    write_file_atomically(scratch / "link", "new");
+    EXPECT_EQ(mode("secret"), wanted);
+  }
+  const mode_t before = ::umask(027);
+  write_file_atomically(scratch / "fresh", "new");
+  ::umask(before);
+  EXPECT_EQ(mode("fresh"), mode_t(0640));
 }
 
 // NIST FIPS 180-4 example vectors, and lengths round the block's padding boundary against sha256sum.

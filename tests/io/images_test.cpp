@@ -5,6 +5,8 @@
 #include <cstdint>
 #include <opencv2/imgcodecs.hpp>
 
+#include "image/image_check.hpp"
+#include "procam/core/base/limits.hpp"
 #include "procam/io/files.hpp"
 #include "scratch.hpp"
 
@@ -129,6 +131,42 @@ TEST(Images, RefusesASizeThatCannotBeMeant) {
   EXPECT_ERROR(load_image(scratch.write("x.png", png_claiming(1 << 20, 1 << 20))), kInput,
                "claims 1048576 x 1048576");
   EXPECT_ERROR(load_image(scratch.write("x.png", png_claiming(0, 4))), kInput, "claims 0 x 4");
+}
+
+// 16384 x 8192 pixels are the most; a file that small cannot hold them, and nothing is allocated for either.
+TEST(Images, TheLimitIsOfPixelsAndOfBytes) {
+  const Scratch scratch;
+  const auto largest = scratch.write("largest.png", png_claiming(16384, limits::kImagePixels / 16384));
+  EXPECT_EQ(image_size(largest), (ImageSize{16384, 8192}));
+  EXPECT_ERROR(load_image(largest), kInput, "cut short");
+  const auto larger = scratch.write("larger.png", png_claiming(16384, limits::kImagePixels / 16384 + 1));
+  EXPECT_EQ(image_size(larger), std::nullopt);
+  EXPECT_ERROR(load_image(larger), kInput, "claims 16384 x 8193 pixels of 1 bytes");
+  // The headers alone: four channels of 16 bits have room for half as many.
+  const auto check = [](long long rows, long long bytes) {
+    ImageCheck header;
+    header.width = 16384;
+    header.height = rows;
+    header.bytes_a_pixel = bytes;
+    return too_large(header);
+  };
+  EXPECT_EQ(check(8192, 4), "");
+  EXPECT_EQ(check(4096, 8), "");
+  EXPECT_NE(check(4097, 8), "");
+}
+
+TEST(Images, KnowsTheBytesOfAPixelFromTheHeader) {
+  const cv::Mat gray(5, 7, CV_8UC1, cv::Scalar(3)), wide(5, 7, CV_16UC3, cv::Scalar::all(3)),
+      alpha(5, 7, CV_8UC4, cv::Scalar::all(3));
+  for (const char* format : {".png", ".jpg", ".tiff"}) {
+    EXPECT_EQ(check_image(encode(format, gray)).bytes_a_pixel, 1) << format;
+    EXPECT_EQ(check_image(encode(format, coloured(7, 5))).bytes_a_pixel, 3) << format;
+  }
+  EXPECT_EQ(check_image(encode(".bmp", coloured(7, 5))).bytes_a_pixel, 3);
+  for (const char* format : {".png", ".tiff"}) {
+    EXPECT_EQ(check_image(encode(format, wide)).bytes_a_pixel, 6) << format;
+    EXPECT_EQ(check_image(encode(format, alpha)).bytes_a_pixel, 4) << format;
+  }
 }
 
 TEST(Images, RefusesOtherFormatsAndNames) {

@@ -131,6 +131,15 @@ TEST(MeshFile, RefusesWithPlaceAndReason) {
   const float not_a_number = std::numeric_limits<float>::quiet_NaN();
   std::memcpy(nan.data() + nan.find("end_header\n") + 11, &not_a_number, 4);
   EXPECT_ERROR(ply_text(nan), kInput, "m.ply, vertex 0: a number is not finite");
+  EXPECT_ERROR(
+      ply_text("ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nelement cell 9\nend_header\n0\n"),
+      kInput, "the element 'cell' has no property");
+  const std::string faces =
+      "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+      "element face 1\nproperty list uchar int vertex_index\n"
+      "element face 1\nproperty list uchar int vertex_index\nproperty list uchar float texcoord\nend_header\n"
+      "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n3 0 1 2 6 0 0 1 0 0 1\n";
+  EXPECT_ERROR(ply_text(faces), kInput, "some of its faces have a texcoord and others have none");
   EXPECT_ERROR(load_mesh(scratch.write("m.stl", "solid")), kUnsupported, "'.stl' is no mesh format");
   EXPECT_ERROR(load_mesh(scratch / "none.obj"), kIo, "none.obj");
 }

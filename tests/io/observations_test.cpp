@@ -110,6 +110,22 @@ TEST(Observations, KeepTheNumbersOfThePatternsPoints) {
   EXPECT_EQ(found, expected);
 }
 
+/// Two projectors that show points of the same numbers: the file has others, which stay from then on.
+TEST(Observations, NumberThePointsOfTwoProjectorsOnce) {
+  const std::string head =
+      "# board: chessboard:4x3:20mm\n# camera: camera 640x480\n# projector: beamer 1024x768\n"
+      "# projector: lamp 800x600\n# projector: third 800x600\nview, device, point, u, v\n";
+  // Far numbers must not overflow.
+  const std::string rows =
+      "a, camera, -1, 1, 2\na, beamer, -1, 3, 4\nb, camera, -1, 5, 6\nb, lamp, -1, 7, 8\n"
+      "b, camera, -1000000000, 7, 8\nb, third, -1000000000, 9, 10\n";
+  const std::string once = format_observations(parse_observations(head + rows, "o.csv"));
+  EXPECT_EQ(format_observations(parse_observations(once, "p.csv")), once);
+  EXPECT_NE(once.find("a, beamer, camera, -1, 3, 4"), std::string::npos) << once;
+  EXPECT_NE(once.find("b, lamp, camera, -2, 7, 8"), std::string::npos) << once;
+  EXPECT_NE(once.find("b, third, camera, -3, 9, 10"), std::string::npos) << once;
+}
+
 /// Two cameras, two projectors, light points, covariances that are no circles.
 Correspondences lopsided() {
   Correspondences data{Chessboard{3, 2, 1.0 / 30}, {}, {}, {}};

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "examples.hpp"
+#include "procam/core/base/limits.hpp"
 #include "scratch.hpp"
 
 namespace procam::io {
@@ -59,6 +60,18 @@ TEST(Text, ReadsDurationsSigmasAndSpeeds) {
   EXPECT_EQ(parse_duration("50ms"), 0.05);
   EXPECT_EQ(parse_duration("0.25s"), 0.25);
   EXPECT_ERROR(parse_duration("50"), kInput, "the unit is missing");
+  EXPECT_EQ(parse_duration("1e9s"), limits::kDurationS);
+  EXPECT_ERROR(parse_duration("1000000001s"), kInput, "beyond 31 years");
+  EXPECT_EQ(parse_delay("10s"), limits::kDelayS);
+  EXPECT_ERROR(parse_delay("10001ms"), kInput, "no device is later than 10 s");
+  EXPECT_EQ(parse_length("-1000000m"), -limits::kLengthM);
+  EXPECT_ERROR(parse_length("1000001m"), kInput, "beyond 1000 km");
+  for (const char* number : {"-1", "nan", "inf", "-inf", "1e308", "1e309"}) {
+    EXPECT_ERROR(parse_duration(std::string(number) + "s"), kInput, "duration '");
+    EXPECT_ERROR(parse_delay(std::string(number) + "ms"), kInput, "duration '");
+    if (std::string(number) != "-1")
+      EXPECT_ERROR(parse_length(std::string(number) + "m"), kInput, "length '");
+  }
   const LengthAndAngle sigmas = parse_length_and_angle("10mm,0.5deg");
   EXPECT_DOUBLE_EQ(sigmas.length, 0.01);
   EXPECT_DOUBLE_EQ(sigmas.angle, parse_angle("0.5deg"));
@@ -94,6 +107,9 @@ TEST(Text, SaysWhatWasExpected) {
   for (const char* text :
        {"", "1024", "1024x", "x768", "0x768", "-4x3", "1024x768x3", "1024 x768", "1e3x768"})
     EXPECT_ERROR(parse_size(text), kInput, "WIDTHxHEIGHT");
+  EXPECT_EQ(parse_size("16384x8192"), (ImageSize{16384, 8192}));
+  EXPECT_ERROR(parse_size("16384x8193"), kInput, "16384 x 8193 pixels are more than 134217728");
+  EXPECT_ERROR(parse_size("100000x100000"), kInput, "more than");
   EXPECT_ERROR(parse_board("chessboard:7x9:75"), kInput, "the unit is missing");
   EXPECT_ERROR(parse_board("chessboard:7x9"), kInput, "3 parts");
   EXPECT_ERROR(parse_board("chesboard:7x9:75mm"), kInput, "no board of kind 'chesboard'");

@@ -1,4 +1,4 @@
-# Reads every #include of include/procam/*/ and src/*/ and fails on an arrow that docs/pipeline.md does not draw, and on
+# Reads every #include of include/procam/*/, src/*/ and tools/ and fails on an arrow that docs/pipeline.md does not draw, and on
 # a heavy package in a public header.   cmake -DROOT=<project> -P check.cmake
 cmake_minimum_required(VERSION 3.22)
 
@@ -60,6 +60,41 @@ foreach(file IN LISTS files)
       list(APPEND problems "${file}: core needs Eigen alone, not ${included}")
     endif()
   endforeach()
+endforeach()
+
+# Tools: the command line alone. A main has 200 lines at most and composes nothing: beside core, io and report it names
+# one route or stage and the one that its result goes to. Packages stay in the libraries; JSON is cli.cpp's.
+file(GLOB_RECURSE tools RELATIVE ${ROOT} ${ROOT}/tools/*.hpp ${ROOT}/tools/*.cpp)
+foreach(file IN LISTS tools)
+  file(STRINGS ${ROOT}/${file} includes REGEX "^[ \t]*#[ \t]*include")
+  set(named)
+  foreach(line IN LISTS includes)
+    string(REGEX MATCH "include[ \t]*[<\"]([^>\"]+)[>\"]" found "${line}")
+    set(included "${CMAKE_MATCH_1}")
+    if(included MATCHES "^procam/([^/]+)/")
+      list(APPEND named ${CMAKE_MATCH_1})
+    elseif(included MATCHES "^(opencv2|ceres|boost|Eigen|GLFW|epoxy)/|^pugixml" OR
+           (included MATCHES "^nlohmann/" AND NOT file STREQUAL "tools/common/cli.cpp"))
+      list(APPEND problems "${file}: a tool may not include ${included}")
+    elseif(included MATCHES "^(\\.\\./|src/|session/|show/)")
+      list(APPEND problems "${file}: reaches into another folder (${included})")
+    endif()
+  endforeach()
+  list(REMOVE_DUPLICATES named)
+  list(REMOVE_ITEM named core io report)
+  list(LENGTH named count)
+  list(JOIN named ", " names)
+  if(file MATCHES "^tools/[^/]+\\.cpp$")
+    if(count GREATER 2)
+      list(APPEND problems "${file}: a tool composes nothing, and names ${names}")
+    endif()
+    file(READ ${ROOT}/${file} text)
+    string(REGEX MATCHALL "\n" ends "${text}")
+    list(LENGTH ends length)
+    if(length GREATER 200)
+      list(APPEND problems "${file}: ${length} lines, and a main has 200 at most")
+    endif()
+  endif()
 endforeach()
 
 if(problems)

@@ -2,6 +2,7 @@
 #   cmake -DROOT=<project> -DBUILD=<build> -P diagram.cmake               fails when the page shows other arrows
 #   cmake -DROOT=<project> -DBUILD=<build> -DWRITE=ON -P diagram.cmake    writes them into the page
 cmake_minimum_required(VERSION 3.22)
+get_filename_component(ROOT ${ROOT} ABSOLUTE BASE_DIR ${CMAKE_CURRENT_SOURCE_DIR})
 set(page ${ROOT}/docs/pipeline.md)
 set(begin "<!-- arrows: made by tests/layering/diagram.cmake -->\n")
 set(end "<!-- end of the arrows -->\n")

@@ -40,3 +40,20 @@ expect(core_with_more_than_eigen include/procam/core/geometry/ray.hpp "#include 
 expect(side_door src/surface/join.cpp "#include \"../detect/corners.hpp\"" "reaches into another folder")
 expect(unknown_stage src/misc/join.cpp "#include <vector>" "stage 'misc' has no arrows")
 file(REMOVE_RECURSE ${SCRATCH})
+
+# Tools, beside one good file.
+function(expect_tool name lines verdict)
+  string(REPEAT "\n" ${lines} padding)
+  expect(${name} src/io/read.cpp "#include <string>" "1 files keep to the arrows")
+  file(WRITE ${SCRATCH}/tools/make_board.cpp "${ARGN}${padding}")
+  execute_process(COMMAND ${CMAKE_COMMAND} -DROOT=${SCRATCH} -P ${check}
+    RESULT_VARIABLE result OUTPUT_VARIABLE output ERROR_VARIABLE output)
+  string(REGEX REPLACE "[ \n]+" " " output "${output}")
+  if(result EQUAL 0 OR NOT output MATCHES "${verdict}")
+    message(FATAL_ERROR "${name}: expected '${verdict}', got (${result}):\n${output}")
+  endif()
+endfunction()
+expect_tool(long_main 201 "201 lines" "")
+expect_tool(package_in_a_tool 1 "a tool may not include opencv2/core.hpp" "#include <opencv2/core.hpp>")
+expect_tool(route_in_a_tool 1 "a tool composes nothing, and names session, detect, calibrate"
+  "#include \"procam/session/reader.hpp\"\n#include \"procam/detect/board.hpp\"\n#include \"procam/calibrate/calibrate.hpp\"\n")

@@ -3,6 +3,7 @@
 #   cmake -DROOT=<project> -P umbrella.cmake              fails when one is missing or differs
 #   cmake -DROOT=<project> -DWRITE=ON -P umbrella.cmake   writes them
 cmake_minimum_required(VERSION 3.22)
+get_filename_component(ROOT ${ROOT} ABSOLUTE BASE_DIR ${CMAKE_CURRENT_SOURCE_DIR})
 file(GLOB folders RELATIVE ${ROOT}/include/procam LIST_DIRECTORIES TRUE ${ROOT}/include/procam/*)
 set(problems)
 set(count 0)

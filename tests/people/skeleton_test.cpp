@@ -12,6 +12,7 @@
 #include <sstream>
 
 #include "procam/core/base/error.hpp"
+#include "procam/core/base/limits.hpp"
 #include "procam/people/interaction.hpp"
 #include "skeleton_csv.hpp"
 #include "support/expect_error.hpp"
@@ -89,9 +90,23 @@ TEST(SkeletonLine, RefusesNonsenseWithWords) {
   EXPECT_NE(why(R"({"people":{}})"), "");
   EXPECT_NE(why(R"({"stamp":1e300,"people":[]})"), "");
   EXPECT_NE(why("{\"people\":" + std::string(5000, '[') + "}").find("deep"), std::string::npos);
-  std::string crowd = R"({"people":[)";
-  for (int i = 0; i < 500; ++i) crowd += std::string(i == 0 ? "" : ",") + R"({"joints":{"head":[0,0,2]}})";
-  EXPECT_NE(why(crowd + "]}").find("more than 16 people"), std::string::npos);
+  const auto crowd = [](std::size_t count) {
+    std::string line = R"({"people":[)";
+    for (std::size_t i = 0; i < count; ++i)
+      line += std::string(i == 0 ? "" : ",") + R"({"joints":{"head":[0,0,2]}})";
+    return line + "]}";
+  };
+  EXPECT_EQ(parse_skeletons(crowd(limits::kPeople)).frames.size(), 1u);
+  EXPECT_NE(why(crowd(limits::kPeople + 1)).find("more than 16 people"), std::string::npos);
+  EXPECT_NE(why(crowd(500)).find("more than 16 people"), std::string::npos);
+  const auto padded = [](std::size_t size) {
+    const std::string line = R"({"people":[]})";
+    return line.substr(0, 1) + std::string(size - line.size(), ' ') + line.substr(1);
+  };
+  EXPECT_EQ(parse_skeletons(padded(limits::kSkeletonLineBytes)).frames.size(), 1u);
+  EXPECT_NE(why(padded(limits::kSkeletonLineBytes + 1)), "");
+  EXPECT_NE(why(R"({"frame":"a\u001b[2J","people":[]})").find("not UTF-8, has control characters"),
+            std::string::npos);
 }
 
 /// Bytes flipped, cut and doubled: no crash, no NaN, nothing beyond sanity gets through.

@@ -1,17 +1,18 @@
 /// The control page in a real browser, and before people who should not be there.
-#include "procam/show/control_page.hpp"
+#include "control_page.hpp"
 
 #include <gtest/gtest.h>
 
 #include <atomic>
 #include <boost/asio.hpp>
+#include <deque>
 #include <nlohmann/json.hpp>
 #include <thread>
 
 #include "io/scratch.hpp"
 #include "live_world.hpp"
+#include "loop.hpp"
 #include "procam/io/surface_file.hpp"
-#include "procam/show/loop.hpp"
 #include "support/browser.hpp"
 
 namespace procam::show {
@@ -94,7 +95,57 @@ TEST(ControlPage, RefusesWhoHasNoBusinessHere) {
   EXPECT_EQ(status_of(post("{\"do\":\"undo\"}")), 400);
   EXPECT_THROW(ControlPage(ControlOptions{"127.0.0.1", std::stoi(at.port), ""}), Error);
   EXPECT_THROW(ControlPage(ControlOptions{"localhost.example", 0, ""}), Error);
-  EXPECT_THROW(ControlPage(ControlOptions{"127.0.0.1", 0, "a b"}), Error);
+  EXPECT_THROW(ControlPage(ControlOptions{"127.0.0.1", 0, "a b c d e"}), Error);
+  // What can be guessed is no secret.
+  EXPECT_THROW(ControlPage(ControlOptions{"127.0.0.1", 0, "a234567"}), Error);
+  EXPECT_NO_THROW(ControlPage(ControlOptions{"127.0.0.1", 0, "a2345678"}));
+  EXPECT_EQ(page.faults().failed, 0u);
+}
+
+/// A connection that sends half of a request.
+class HalfOpen {
+ public:
+  HalfOpen(const Address& to, const std::string& bytes) : socket_(io_) {
+    socket_.connect(
+        {boost::asio::ip::make_address("127.0.0.1"), static_cast<unsigned short>(std::stoi(to.port))});
+    boost::asio::write(socket_, boost::asio::buffer(bytes));
+  }
+  /// Waits until the server closes it; what it sent.
+  std::string wait_for_end() {
+    std::string answer;
+    boost::system::error_code ignored;
+    boost::asio::read(socket_, boost::asio::dynamic_buffer(answer), ignored);
+    return answer;
+  }
+  /// Sends the rest and waits for the answer.
+  std::string finish(const std::string& bytes) {
+    boost::system::error_code ignored;
+    boost::asio::write(socket_, boost::asio::buffer(bytes), ignored);
+    return wait_for_end();
+  }
+
+ private:
+  boost::asio::io_context io_;
+  tcp::socket socket_;
+};
+
+TEST(ControlPage, HalfOpenRequestsDoNotLockTheOwnerOut) {
+  ControlOptions options;
+  options.port = 0;
+  ControlPage page(options);
+  const Address at(page.url());
+  const std::string bearer = "Authorization: Bearer " + at.token + "\r\n";
+  // The owner's command is on its way when strangers come: its place is kept.
+  HalfOpen owner(
+      at, "POST /command HTTP/1.1\r\nHost: " + at.host + "\r\n" + bearer + "Content-Length: 13\r\n\r\n");
+  EXPECT_EQ(status_of(talk(at, get(at, "/", bearer))), 200);  // the server has read the head by then
+  std::deque<HalfOpen> strangers;
+  for (int i = 0; i < 40; ++i) strangers.emplace_back(at, i % 2 == 0 ? "" : "GET / HTTP/1.1\r\nHost: ");
+  EXPECT_EQ(status_of(talk(at, get(at, "/", bearer))), 200);
+  EXPECT_EQ(status_of(owner.finish("{\"do\":\"undo\"}")), 202);
+  EXPECT_GE(page.faults().evicted, 8u);
+  // And none stays for ever.
+  strangers.back().wait_for_end();
 }
 
 /// A loop on a thread of its own, as project-live runs it, and the page before it.
@@ -213,6 +264,31 @@ TEST(ControlPage, ACornerDraggedInABrowserMovesTheLight) {
   EXPECT_EQ(browser.console(), "");
   show.end();
   EXPECT_GT(show.metrics().frames, 50u);
+}
+
+/// Text that no file can hold is refused, and the show goes on.
+TEST(ControlPage, ANameThatCannotBeSavedDoesNotEndTheShow) {
+  RunningShow show;
+  const Address at(show.url());
+  const auto post = [&](const std::string& body) {
+    return status_of(talk(at, "POST /command?token=" + at.token + " HTTP/1.1\r\nHost: " + at.host +
+                                  "\r\nContent-Length: " + std::to_string(body.size()) + "\r\n\r\n" + body));
+  };
+  EXPECT_EQ(post("{\"do\":\"rename\",\"surface\":\"sign\",\"text\":\"a\\ufffe\"}"), 202);
+  EXPECT_EQ(post("{\"do\":\"add\",\"surface\":\"b\\uffff\"}"), 202);
+  EXPECT_EQ(post("{\"do\":\"rename\",\"surface\":\"sign\",\"text\":\"good\"}"), 202);
+  EXPECT_EQ(post("{\"do\":\"save\"}"), 202);
+  const auto status = [&] {
+    const std::string answer = talk(at, get(at, "/status?token=" + at.token));
+    return nlohmann::json::parse(answer.substr(answer.find("\r\n\r\n") + 4));
+  };
+  for (int i = 0; i < 1000 && status()["surfaces"].size() == 3 && status()["surfaces"][2]["name"] != "good";
+       ++i)
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  EXPECT_EQ(status()["surfaces"][2]["name"], "good");
+  show.end();
+  EXPECT_EQ(show.metrics().faults.at("command"), 2u);
+  EXPECT_EQ(show.saved().surfaces.size(), 3u);
 }
 
 TEST(ControlPage, KeysOfTheWindow) {

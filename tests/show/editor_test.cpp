@@ -1,4 +1,4 @@
-#include "procam/show/editor.hpp"
+#include "editor.hpp"
 
 #include <gtest/gtest.h>
 

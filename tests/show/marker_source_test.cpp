@@ -1,5 +1,5 @@
 /// A marker in the camera's frames is a stream of poses.
-#include "procam/show/marker_source.hpp"
+#include "marker_source.hpp"
 
 #include <gtest/gtest.h>
 

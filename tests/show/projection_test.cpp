@@ -13,10 +13,10 @@
 #include "procam/io/surface_file.hpp"
 #include "procam/render/cpu.hpp"
 #include "procam/show/metrics.hpp"
-#include "procam/show/run_log.hpp"
-#include "procam/show/show_loader.hpp"
 #include "procam/surface/solve.hpp"
 #include "prometheus.hpp"
+#include "run_log.hpp"
+#include "show_loader.hpp"
 
 namespace procam::show {
 namespace {

@@ -1,10 +1,10 @@
 /// People before a projector that drives: are they where they are on the surface, and out of the light?
-#include "procam/show/room_people.hpp"
+#include "room_people.hpp"
 
 #include <gtest/gtest.h>
 
 #include "live_world.hpp"
-#include "procam/show/loop.hpp"
+#include "loop.hpp"
 
 namespace procam::show {
 namespace {

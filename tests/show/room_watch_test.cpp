@@ -1,5 +1,5 @@
 /// From depth pictures to light: a drive through a simulated room, and where the light of the frames lands.
-#include "procam/show/room_watch.hpp"
+#include "room_watch.hpp"
 
 #include <gtest/gtest.h>
 

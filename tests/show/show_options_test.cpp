@@ -7,6 +7,7 @@
 #include "procam/io/rig_file.hpp"
 #include "procam/io/surface_file.hpp"
 #include "procam/show/run.hpp"
+#include "support/json_schema.hpp"
 
 namespace procam::show {
 namespace {
@@ -40,11 +41,42 @@ ShowOptions everything() {
   o.people->source = "udp:9100";
   o.people->sensor = "sensor.json";
   o.people->destinations = {"wall=udp:127.0.0.1:9101"};
+  o.autosave = true;
   o.control = "off";
   o.token = "secret";
   o.threads = 3;
   o.bilinear = true;
   return o;
+}
+
+TEST(ShowOptions, TheSchemaDescribesExactlyWhatIsWritten) {
+  test::Scratch folder;
+  save_options(folder / "one.json", everything());
+  ShowOptions other;
+  other.surfaces = "depth:folder:seen";
+  other.poses = {"udp:9000"};
+  other.freeze_on_stale_s = 0.75;
+  other.delay_camera = "1";
+  other.depth.delay_s = 0.03;
+  other.people.emplace();
+  other.people->source = "udp:9100";
+  other.people->sensor = "sensor.json";
+  other.people->delay_s = 0.02;
+  other.record = "run.log";
+  other.renderer = "gl";
+  other.average_numbers = true;
+  other.autosave = true;
+  save_options(folder / "other.json", other);
+  ShowOptions one_marker = everything();
+  one_marker.marker->name = "left";
+  one_marker.marker->markers.clear();
+  one_marker.marker->marker = "apriltag_36h11:3:160mm";
+  save_options(folder / "one_marker.json", one_marker);
+  const test::json schema = test::schema_of("show");
+  test::Validator validator(schema);
+  for (const char* file : {"one.json", "other.json", "one_marker.json"})
+    EXPECT_EQ(validator.disagreement(test::parse(folder / file)), "") << file;
+  for (const std::string& field : validator.never_met()) ADD_FAILURE() << "never written: " << field;
 }
 
 TEST(ShowOptions, WhatIsWrittenIsReadAgain) {
@@ -77,6 +109,7 @@ TEST(ShowOptions, WhatIsWrittenIsReadAgain) {
                             "camera_delay_s",
                             "depth",
                             "people",
+                            "autosave",
                             "control",
                             "token",
                             "threads",
@@ -116,6 +149,16 @@ TEST(ShowOptions, WhatIsWrongIsNamedWithItsLine) {
   EXPECT_ERROR(load("\"pose\": \"p.json\", \"suface\": 3"), kInput, "show.json:3");
   EXPECT_ERROR(load("\"pose\": \"p.json\", \"suface\": 3"), kInput, "surfaces");
   EXPECT_ERROR(load("\"fps\": -3"), kInput, "fps");
+  EXPECT_ERROR(load("\"threads\": 1025"), kInput, "it is not from 0 to 1024");
+  for (const char* field : {"source_delay_s", "delay_s", "camera_delay_s"})
+    for (const char* value : {"-0.1", "10.1", "1e308"})
+      EXPECT_ERROR(load("\"" + std::string(field) + "\": " + value), kInput,
+                   std::string(field) + ": it is not from 0 to 10");
+  for (const char* field : {"blank_on_stale_s", "freeze_on_stale_s", "duration_s"})
+    for (const char* value : {"-0.1", "1e308"})
+      EXPECT_ERROR(load("\"" + std::string(field) + "\": " + value), kInput,
+                   std::string(field) + ": it is not from 0 to 1000000000");
+  EXPECT_EQ(load("\"threads\": 1024, \"delay_s\": 10, \"duration_s\": 1e9").delay_s, 10);
   EXPECT_ERROR(load("\"renderer\": \"ray\""), kInput, "renderer");
   EXPECT_ERROR(load("\"people\": {\"source\": \"udp:1\"}"), kInput, "sensor");
   EXPECT_ERROR(load("\"marker\": {\"camera\": \"0\"}"), kInput, "marker");
@@ -160,6 +203,11 @@ TEST(Run, ShowsRecordsAndShowsAgain) {
   EXPECT_EQ(again.frames, report.metrics.frames);
   EXPECT_EQ(again.equal, again.frames);
   EXPECT_EQ(listener.events, "");
+  // A log without a frame compares nothing.
+  folder.write("empty.log", "");
+  EXPECT_ERROR(replay(small_rig(), options, folder / "empty.log"), kInput, "is empty");
+  folder.write("short.log", "{\"format\":\"procam-run\",\"version\":1,\"conditions\":\"none\"}\n");
+  EXPECT_ERROR(replay(small_rig(), options, folder / "short.log"), kInput, "no frame");
   // Another filter: told, and frames that differ are counted.
   options.bilinear = true;
   EXPECT_LT(replay(small_rig(), options, options.record, &listener).equal, again.frames);

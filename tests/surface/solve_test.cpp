@@ -130,6 +130,23 @@ TEST(SolveSurfaces, SaysHowMuchFallsInsideThePicture) {
   EXPECT_FALSE(surface::diagnostics_of(solved).failed());
 }
 
+/// Millimetres in a file of metres.
+TEST(SolveSurfaces, NamesTheUnitsOfASurfaceThatIsTooFarAway) {
+  PlanarSurface wall;
+  wall.frame = "projector";
+  wall.content = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
+  for (const double scale : {1.0, 1000.0}) {
+    wall.frame_from_surface = Pose(Mat3::Identity(), scale * Vec3(-0.3, -0.2, 2.1));
+    wall.points = {{0, 0}, {0.7 * scale, 0}, {0.7 * scale, 0.4 * scale}, {0, 0.4 * scale}};
+    SurfaceSet set;
+    set.surfaces.push_back(named("wall", wall));
+    const SolvedSurfaceSet solved = solve_surfaces(set, lopsided());
+    const Diagnostic* units = solved.surfaces[0].diagnostics.find("implausible_units");
+    EXPECT_EQ(units != nullptr, scale > 1);
+    if (units != nullptr) EXPECT_NE(units->message.find("21"), std::string::npos) << units->message;
+  }
+}
+
 TEST(SolveSurfaces, FailsTheGateOfASurfaceThatNoLightCanReachAndSolvesTheOthers) {
   Pose behind = projector_from_sheet();
   behind.translation *= -1;

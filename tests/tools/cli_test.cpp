@@ -5,6 +5,7 @@
 #include <CLI/CLI.hpp>
 #include <csignal>
 #include <limits>
+#include <new>
 #include <stdexcept>
 
 namespace procam::tools {
@@ -120,6 +121,24 @@ TEST(Cli, NamesTheFlagWhoseTextDoesNotParse) {
   EXPECT_TRUE(contains(bad.err, "--width: length '2': no unit; write 2m")) << bad.err;
 }
 
+TEST(Cli, NumbersHaveBoundsThatNanDoesNotPass) {
+  double rate = 0;
+  const auto declare = [&rate](CLI::App& app) { app.add_option("--rate", rate)->check(within(0.5, 1000)); };
+  for (const char* good : {"0.5", "1000", "25.5"})
+    EXPECT_EQ(run_with({"--rate", good}, nothing, declare).code, 0) << good;
+  for (const char* bad : {"0.49", "1000.1", "-1", "nan", "inf", "1e308", "1e309", "25x", ""}) {
+    const ToolRun run = run_with({"--rate", bad}, nothing, declare);
+    EXPECT_EQ(run.code, 2) << bad;
+    EXPECT_TRUE(contains(run.err, "is not a number from 0.5 to 1000")) << run.err;
+  }
+}
+
+TEST(Cli, TooLittleMemoryIsNoBug) {
+  const ToolRun run = run_with({}, [](Console&) -> ExitCode { throw std::bad_alloc(); });
+  EXPECT_EQ(run.code, 3);
+  EXPECT_TRUE(contains(run.err, "not enough of it")) << run.err;
+}
+
 TEST(Cli, EndsWith130WhenInterruptedBetweenSteps) {
   const ToolRun run = run_with({}, [](Console& console) {
     console.progress("measuring", 0, 2);
@@ -129,6 +148,39 @@ TEST(Cli, EndsWith130WhenInterruptedBetweenSteps) {
   });
   EXPECT_EQ(run.code, 130);
   EXPECT_TRUE(contains(run.err, "interrupted")) << run.err;
+}
+
+/// A service manager and a terminal that closes end a tool as Ctrl-C does; what was measured is printed.
+TEST(Cli, SigtermAndSighupEndAToolAsCtrlCDoes) {
+  const auto with = [](int signal) {
+    return run_with({"--json"}, [signal](Console& console) {
+      console.summary().set("/frames", 17);
+      std::raise(signal);
+      console.stop_if_requested();
+      return ExitCode::kOk;
+    });
+  };
+  const std::pair<int, const char*> signals[] = {
+      {SIGINT, "Ctrl-C"}, {SIGTERM, "SIGTERM"}, {SIGHUP, "SIGHUP"}};
+  for (const auto& [signal, name] : signals) {
+    const ToolRun run = with(signal);
+    EXPECT_EQ(run.code, 130) << name;
+    EXPECT_TRUE(contains(run.err, name)) << run.err;
+    EXPECT_TRUE(contains(run.out, "\"frames\": 17")) << run.out;
+    EXPECT_TRUE(contains(run.out, "\"kind\": \"interrupted\"")) << run.out;
+  }
+}
+
+/// nohup keeps a tool running when its terminal closes.
+TEST(Cli, AnIgnoredSighupStaysIgnored) {
+  const auto before = std::signal(SIGHUP, SIG_IGN);
+  const ToolRun run = run_with({}, [](Console& console) {
+    std::raise(SIGHUP);
+    console.stop_if_requested();
+    return ExitCode::kOk;
+  });
+  std::signal(SIGHUP, before);
+  EXPECT_EQ(run.code, 0);
 }
 
 TEST(Cli, ShowsNoProgressWhereStderrIsNoTerminal) {

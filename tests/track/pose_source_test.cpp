@@ -12,12 +12,15 @@
 #include <chrono>
 #include <cmath>
 #include <functional>
+#include <memory>
 #include <mutex>
 #include <thread>
 
 #include "procam/core/base/error.hpp"
+#include "procam/core/base/limits.hpp"
 #include "procam/track/byte_source.hpp"
 #include "procam/track/wire.hpp"
+#include "sources.hpp"
 #include "support/expect_error.hpp"
 #include "support/local_socket.hpp"
 
@@ -219,6 +222,95 @@ class Recorder : public ByteHandler {
   std::vector<Piece> pieces_;
   std::vector<int> gone_;
 };
+
+/// Connects, sends what there is to send, and stays.
+class Sender : public Socket {
+ public:
+  Sender(int port, const std::string& bytes) : Socket(SOCK_STREAM) {
+    const sockaddr_in to = loopback(port);
+    EXPECT_EQ(connect(handle(), reinterpret_cast<const sockaddr*>(&to), sizeof to), 0);
+    if (!bytes.empty())
+      EXPECT_EQ(send(handle(), bytes.data(), bytes.size(), MSG_NOSIGNAL), ssize_t(bytes.size()));
+  }
+  /// Waits for the other side to close, at most ten seconds.
+  bool is_closed() const {
+    const timeval patience = {10, 0};
+    setsockopt(handle(), SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
+    char byte = 0;
+    return recv(handle(), &byte, 1, 0) == 0 || errno == ECONNRESET;
+  }
+};
+
+TEST(ByteSource, SilentConnectionsKeepNobodyOut) {
+  const int port = free_port(SOCK_STREAM);
+  const auto source = open_pose_source("tcp-listen:127.0.0.1:" + std::to_string(port));
+  std::vector<StampedPose> all;
+  // One that has sent keeps its place before those that never did.
+  const Sender active(port, to_binary(message_of(1)));
+  ASSERT_TRUE(poll_until(*source, all, [&] { return all.size() == 1; }));
+  std::vector<std::unique_ptr<Sender>> silent;
+  for (int i = 1; i < limits::kSenders; ++i) silent.push_back(std::make_unique<Sender>(port, ""));
+  ASSERT_TRUE(poll_until(*source, all, [&] { return source->status().connections == limits::kSenders; }));
+  const Sender localiser(port, to_binary(message_of(2)));
+  ASSERT_TRUE(poll_until(*source, all, [&] { return all.size() == 2; }));
+  EXPECT_TRUE(silent[0]->is_closed()) << "the one that was silent for longest";
+  const std::string again = to_binary(message_of(3));
+  EXPECT_EQ(send(active.handle(), again.data(), again.size(), MSG_NOSIGNAL), ssize_t(again.size()));
+  ASSERT_TRUE(poll_until(*source, all, [&] { return all.size() == 3; }));
+  EXPECT_TRUE(source->status().connected);
+}
+
+TEST(ByteSource, ANinthSenderWaitsForSilence) {
+  const auto fill = [](Recorder& recorder, int port) {
+    std::vector<std::unique_ptr<Sender>> senders;
+    for (std::size_t i = 1; i <= std::size_t(limits::kSenders); ++i) {
+      senders.push_back(std::make_unique<Sender>(port, "x"));
+      EXPECT_EQ(recorder.wait_for(i).size(), i);  // one after the other: the first is silent for longest
+    }
+    return senders;
+  };
+  {
+    Recorder recorder;
+    const int port = free_port(SOCK_STREAM);
+    const auto source =
+        internal::listen_tcp({"127.0.0.1", static_cast<unsigned short>(port)}, recorder, {1000, 1000});
+    const auto senders = fill(recorder, port);
+    EXPECT_TRUE(Sender(port, "").is_closed()) << "all eight have sent something just now";
+  }
+  Recorder recorder;
+  const int port = free_port(SOCK_STREAM);
+  const auto source =
+      internal::listen_tcp({"127.0.0.1", static_cast<unsigned short>(port)}, recorder, {0, 1000});
+  const auto senders = fill(recorder, port);
+  const Sender ninth(port, "y");
+  EXPECT_EQ(recorder.wait_for(limits::kSenders + 1).back().bytes, "y");
+  EXPECT_TRUE(senders[0]->is_closed());
+}
+
+TEST(ByteSource, AConnectionEndsAfterLongSilence) {
+  Recorder recorder;
+  const int port = free_port(SOCK_STREAM);
+  const auto source =
+      internal::listen_tcp({"127.0.0.1", static_cast<unsigned short>(port)}, recorder, {1000, 0.1});
+  const Sender sender(port, "x");
+  EXPECT_TRUE(sender.is_closed());
+  recorder.wait_for(1, 1);
+  EXPECT_EQ(Sender(port, "y").is_closed(), true) << "and its place is free again";
+}
+
+TEST(ByteSource, AHandlerThatThrowsDoesNotEndTheSource) {
+  struct Throwing : Recorder {
+    void received(int peer, std::string_view bytes, double arrival) override {
+      Recorder::received(peer, bytes, arrival);
+      if (bytes == "bad") throw std::runtime_error("no such message");
+    }
+  } handler;
+  const int port = free_port(SOCK_DGRAM);
+  const auto source = open_byte_source("udp:127.0.0.1:" + std::to_string(port), handler);
+  const Socket sender(SOCK_DGRAM);
+  for (const char* bytes : {"bad", "bad", "good"}) sender.send_to(port, bytes);
+  EXPECT_EQ(handler.wait_for(3).size(), 3u);
+}
 
 TEST(ByteSource, KeepsDatagramsWholeAndSendersApart) {
   const int udp_port = free_port(SOCK_DGRAM), tcp_port = free_port(SOCK_STREAM);

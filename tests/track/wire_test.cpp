@@ -8,6 +8,8 @@
 #include <limits>
 
 #include "../support/lopsided.hpp"
+#include "procam/core/base/detail/plain_text.hpp"
+#include "procam/core/base/limits.hpp"
 #include "procam/core/geometry/covariance.hpp"
 #include "procam/track/pose_log.hpp"
 #include "procam/track/pose_source.hpp"
@@ -83,6 +85,21 @@ TEST(PoseWire, ANearlyUnitQuaternionIsNormalised) {
   ASSERT_EQ(parsed.poses.size(), 1u) << parsed.why;
   EXPECT_NEAR(parsed.poses[0].frame_from_child.rotation.norm(), 1, 1e-15);
   EXPECT_FALSE(parsed.poses[0].stamp);
+}
+
+/// A replay draws from the same doubles as the run.
+TEST(PoseWire, WhatWasReadAndWrittenIsReadAsTheSameNumbers) {
+  std::mt19937_64 random(5);
+  for (int i = 0; i < 200; ++i) {
+    StampedPose message = bare_message();
+    message.frame_from_child = test::random_pose(random);
+    const std::string once = to_json_line(parse_poses(to_json_line(message)).poses.at(0));
+    EXPECT_EQ(to_json_line(parse_poses(once).poses.at(0)), once);
+    message.frame_from_child.rotation.coeffs() *= 1.005;  // accepted, and scaled
+    message.stamp = -0.0;
+    const std::string scaled = to_binary(parse_poses(to_json_line(message)).poses.at(0));
+    EXPECT_EQ(to_binary(parse_poses(scaled).poses.at(0)), scaled);
+  }
 }
 
 TEST(PoseWire, WhatIsNoMessageIsRefusedWithItsReason) {
@@ -205,6 +222,47 @@ TEST(PoseWire, OscIsReadBackAndInBundles) {
   EXPECT_NE(parse_osc(nested).why.find("deep"), std::string::npos);
 }
 
+// A name that is no text could be neither recorded nor replayed: refused at the boundary, by every form.
+TEST(PoseWire, NamesAreUtf8) {
+  const auto named = [](const std::string& name) {
+    StampedPose message = bare_message();
+    message.child = name;
+    return message;
+  };
+  const std::string good = "Wägen ☃";
+  EXPECT_EQ(parse_osc(to_osc(named(good))).poses.size(), 1u);
+  EXPECT_EQ(parse_poses(to_binary(named(good))).poses.size(), 1u);
+  EXPECT_EQ(parse_poses(to_json_line(named(good))).poses.size(), 1u);
+  for (const char* bad : {"\xff", "cart\xc3", "\xc0\x80", "\xed\xa0\x80", "\xf5\x80\x80\x80", "a\x1b[2J"}) {
+    for (const Parsed& parsed : {parse_osc(to_osc(named(bad))), parse_poses(to_binary(named(bad)))}) {
+      EXPECT_TRUE(parsed.poses.empty()) << bad;
+      EXPECT_EQ(parsed.malformed, 1u);
+      EXPECT_NE(parsed.why.find("a frame's name is not UTF-8"), std::string::npos) << parsed.why;
+    }
+  }
+  const Parsed status = parse_rosbridge("{\"op\":\"status\",\"level\":\"error\",\"msg\":\"a\\u001b[2J" +
+                                        std::string(300, 'x') + "\"}");
+  EXPECT_NE(status.why.find("says: a?[2Jx"), std::string::npos) << status.why;
+  // Cut after 200 bytes, within a character.
+  std::string long_text;
+  for (int i = 0; i < 100; ++i) long_text += "☃";
+  const Parsed cut = parse_rosbridge("{\"op\":\"status\",\"level\":\"error\",\"msg\":\"" + long_text + "\"}");
+  EXPECT_TRUE(procam::internal::is_plain_text(cut.why)) << cut.why;
+}
+
+// A message as long as the limit is read, and one byte more is not.
+TEST(PoseWire, TheLimitOfAMessageIsInBytes) {
+  const auto line = [](std::size_t size) {
+    std::string text = to_json_line(bare_message());
+    text.insert(1, size + 1 - text.size(), ' ');  // without the newline
+    return text;
+  };
+  EXPECT_EQ(parse_poses(line(limits::kMessageBytes)).poses.size(), 1u);
+  const Parsed longer = parse_poses(line(limits::kMessageBytes + 1));
+  EXPECT_TRUE(longer.poses.empty());
+  EXPECT_EQ(longer.why, "a line is longer than 8192 bytes");
+}
+
 TEST(PoseWire, PosiStageNetIsReadBack) {
   StampedPose message = bare_message();
   message.stamp = 12.345678;
@@ -250,6 +308,39 @@ TEST(PoseWire, PosiStageNetIsReadBack) {
   EXPECT_NE(bare.why.find("a position without an orientation"), std::string::npos) << bare.why;
 }
 
+// At the limit, and one above.
+TEST(PoseWire, NamesBundlesAndListsHaveLimits) {
+  StampedPose message = bare_message();
+  message.child = std::string(limits::kFrameNameBytes, 'x');
+  EXPECT_EQ(parse_poses(to_json_line(message)).poses.size(), 1u);
+  EXPECT_EQ(parse_osc(to_osc(message)).poses.size(), 1u);
+  message.child += 'x';
+  EXPECT_EQ(parse_poses(to_json_line(message)).malformed, 1u);
+  EXPECT_EQ(parse_osc(to_osc(message)).malformed, 1u);
+
+  std::string nested = to_osc(bare_message());
+  const auto wrap = [&nested] {
+    const auto size = char(std::uint8_t(nested.size()));
+    nested = std::string("#bundle\0\0\0\0\0\0\0\0\1\0\0\0", 19) + size + nested;
+  };
+  for (int depth = 0; depth < limits::kOscDepth; ++depth) wrap();
+  EXPECT_EQ(parse_osc(nested).poses.size(), 1u);
+  wrap();
+  EXPECT_EQ(parse_osc(nested).malformed, 1u);
+
+  const auto transforms = [](std::size_t count) {
+    std::string text = R"({"op":"publish","topic":"/tf","msg":{"transforms":[)";
+    for (std::size_t i = 0; i < count; ++i)
+      text +=
+          std::string(i == 0 ? "" : ",") +
+          R"({"header":{"stamp":{"sec":5,"nanosec":0},"frame_id":"map"},"child_frame_id":"base","transform":{)"
+          R"("translation":{"x":1,"y":2,"z":3},"rotation":{"x":0,"y":0,"z":0,"w":1}}})";
+    return text + "]}}";
+  };
+  EXPECT_EQ(parse_rosbridge(transforms(limits::kTransforms)).poses.size(), limits::kTransforms);
+  EXPECT_TRUE(parse_rosbridge(transforms(limits::kTransforms + 1)).poses.empty());
+}
+
 const char* const kOdometry = R"({"op":"publish","topic":"/odom","msg":{
   "header":{"stamp":{"sec":1700000000,"nanosec":250000000},"frame_id":"odom"},"child_frame_id":"base_link",
   "pose":{"pose":{"position":{"x":1,"y":2,"z":0.5},"orientation":{"x":0,"y":0,"z":0.6,"w":0.8}},
@@ -260,6 +351,21 @@ const char* const kTransforms = R"({"op":"publish","topic":"/tf","msg":{"transfo
    "transform":{"translation":{"x":1,"y":2,"z":3},"rotation":{"x":0,"y":0,"z":0,"w":1}}},
   {"header":{"stamp":{"secs":5,"nsecs":500000000},"frame_id":"odom"},"child_frame_id":"base_link",
    "transform":{"translation":{"x":4,"y":null,"z":6},"rotation":{"x":0,"y":0,"z":0,"w":1}}}]}})";
+
+TEST(PoseWire, RosWithoutAStampIsNotStamped) {
+  const std::string stamp = R"("stamp":{"sec":1700000000,"nanosec":250000000},)";
+  const auto with = [&](const std::string& other) {
+    std::string text = kOdometry;
+    text.replace(text.find(stamp), stamp.size(), other);
+    return parse_rosbridge(text);
+  };
+  for (const char* none : {"", R"("stamp":{"sec":0,"nanosec":0},)"}) {
+    const Parsed parsed = with(none);
+    ASSERT_EQ(parsed.poses.size(), 1u) << none << parsed.why;
+    EXPECT_EQ(parsed.poses[0].stamp, std::nullopt) << none;
+  }
+  EXPECT_EQ(with(R"("stamp":{"sec":"soon"},)").malformed, 1u);
+}
 
 TEST(PoseWire, RosIsConvertedToTheHousesOrder) {
   const Parsed parsed = parse_rosbridge(kOdometry);

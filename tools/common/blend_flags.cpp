@@ -43,7 +43,7 @@ void declare_blend(CLI::App& app, BlendFlags& flags) {
          "--compensate", flags.compensate,
          "even out brightness for distance and angle, with the least share (0.05 to 1) of their light that "
          "bright places keep, e.g. 0.3")
-      ->check(CLI::Range(0.05, 1.0));
+      ->check(within(0.05, 1));
   app.add_flag("--one-level", flags.one_level,
                "with --compensate: all surfaces alike, as the walls of a room");
   app.add_option(
@@ -84,12 +84,12 @@ ImageF light_of(const ImageU8& picture) {
 
 }  // namespace
 
-Blending blend_for(const BlendFlags& flags, const Rig& rig, const SolvedSurfaceSet& solved,
-                   Diagnostics& diagnostics) {
+surface::BlendedSets blend_for(const BlendFlags& flags, const Rig& rig, const SolvedSurfaceSet& solved,
+                               Diagnostics& diagnostics) {
   if (!flags.compensate && (!flags.brightness.empty() || flags.one_level || !flags.reflectance.empty()))
     throw Error(ErrorKind::kInput, "--brightness, --one-level, --reflectance",
                 "they say nothing without --compensate", "add --compensate 0.3");
-  Blending blending;
+  surface::BlendedSets blending;
   std::vector<SolvedSurfaceSet>& sets = blending.sets;
   sets.push_back(solved);
   for (const std::string& file : flags.others) sets.push_back(io::load_solved_surfaces(file));

@@ -31,12 +31,7 @@ struct BlendFlags {
 void declare_blend(CLI::App& app, BlendFlags& flags);
 
 /// What every projector must do, that of `solved` first; its weights are 1 where no other is given.
-struct Blending {
-  std::vector<SolvedSurfaceSet> sets;
-  std::vector<surface::BlendMap> maps;
-  std::vector<double> brightness, black;
-};
-Blending blend_for(const BlendFlags& flags, const Rig& rig, const SolvedSurfaceSet& solved,
-                   Diagnostics& diagnostics);
+surface::BlendedSets blend_for(const BlendFlags& flags, const Rig& rig, const SolvedSurfaceSet& solved,
+                               Diagnostics& diagnostics);
 
 }  // namespace procam::tools

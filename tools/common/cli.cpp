@@ -4,6 +4,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <csignal>
 #include <cstdarg>
@@ -11,6 +12,7 @@
 #include <cstring>
 #include <exception>
 #include <iostream>
+#include <new>
 #include <nlohmann/json.hpp>
 
 #include "common/note_groups.hpp"
@@ -20,33 +22,53 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// Ctrl-C, raised by Console::progress.
+/// Raised by Console::stop_if_requested() after a signal.
 struct Interrupted {};
 
-volatile std::sig_atomic_t interrupt_requested = 0;
+volatile std::sig_atomic_t stop_signal = 0;
 
-extern "C" void on_interrupt(int) {
-  // A second Ctrl-C does not wait for the next step.
-  if (interrupt_requested != 0) _exit(static_cast<int>(ExitCode::kInterrupted));
-  interrupt_requested = 1;
+extern "C" void on_stop_signal(int signal) {
+  // The same signal again does not wait for the next step. A terminal that closes may send SIGHUP twice.
+  if (stop_signal == signal && signal != SIGHUP) _exit(static_cast<int>(ExitCode::kInterrupted));
+  stop_signal = signal;
 }
 
-/// Takes SIGINT for the time of the run, and gives it back.
-class InterruptScope {
+/// Takes the signals that end a program for the time of the run, and gives them back. A signal that was
+/// ignored before (nohup) stays so. A limit of file sizes becomes an error of the write, as a full disk is.
+class SignalScope {
  public:
-  InterruptScope() {
-    interrupt_requested = 0;
-    struct sigaction action = {};
-    action.sa_handler = on_interrupt;
-    sigaction(SIGINT, &action, &previous_);
+  SignalScope() {
+    stop_signal = 0;
+    for (std::size_t i = 0; i < std::size(kStopSignals); ++i) {
+      sigaction(kStopSignals[i], nullptr, &previous_[i]);
+      if (previous_[i].sa_handler == SIG_IGN && kStopSignals[i] != SIGINT) continue;
+      struct sigaction action = {};
+      action.sa_handler = on_stop_signal;
+      sigaction(kStopSignals[i], &action, nullptr);
+    }
+    struct sigaction ignored = {};
+    ignored.sa_handler = SIG_IGN;
+    sigaction(SIGXFSZ, &ignored, &file_size_);
   }
-  ~InterruptScope() { sigaction(SIGINT, &previous_, nullptr); }
-  InterruptScope(const InterruptScope&) = delete;
-  InterruptScope& operator=(const InterruptScope&) = delete;
+  ~SignalScope() {
+    for (std::size_t i = 0; i < std::size(kStopSignals); ++i)
+      sigaction(kStopSignals[i], &previous_[i], nullptr);
+    sigaction(SIGXFSZ, &file_size_, nullptr);
+  }
+  SignalScope(const SignalScope&) = delete;
+  SignalScope& operator=(const SignalScope&) = delete;
 
  private:
-  struct sigaction previous_ = {};
+  static constexpr int kStopSignals[] = {SIGINT, SIGTERM, SIGHUP};
+  struct sigaction previous_[std::size(kStopSignals)] = {};
+  struct sigaction file_size_ = {};
 };
+
+const char* stop_reason() {
+  return stop_signal == SIGTERM  ? "the signal SIGTERM came"
+         : stop_signal == SIGHUP ? "the terminal was closed (SIGHUP)"
+                                 : "Ctrl-C was pressed";
+}
 
 /// The report of a failure, for people and for programs.
 struct Failure {
@@ -54,30 +76,21 @@ struct Failure {
   std::string kind, what, why, next;
 };
 
-const char* to_string(Severity severity) {
-  switch (severity) {
-    case Severity::kNote:
-      return "note";
-    case Severity::kWarning:
-      return "warning";
-    case Severity::kFailure:
-      return "failure";
-  }
-  return "unknown";
-}
-
 Failure describe_current_exception(const ToolInfo& info) {
   const std::string next_for_bug = "this is a bug in procam; please report it with the command and its input";
   try {
     throw;
   } catch (const Interrupted&) {
-    return {ExitCode::kInterrupted, "interrupted", "interrupted", "Ctrl-C was pressed",
+    return {ExitCode::kInterrupted, "interrupted", "interrupted", stop_reason(),
             "files that were already complete are kept; run the command again for the rest"};
   } catch (const Error& error) {
     return {exit_code(error.kind()), procam::to_string(error.kind()), error.subject(), error.why(),
             error.next()};
   } catch (const CLI::ParseError& error) {
     return {ExitCode::kUsage, "usage", "command line", error.what(), "see " + info.name + " --help"};
+  } catch (const std::bad_alloc&) {
+    return {ExitCode::kBadInput, "io", "memory", "this machine has not enough of it for this input",
+            "give smaller images or fewer of them, or end other programs"};
   } catch (const std::exception& error) {
     return {ExitCode::kInternal, "internal", "internal error", error.what(), next_for_bug};
   } catch (...) {
@@ -88,7 +101,8 @@ Failure describe_current_exception(const ToolInfo& info) {
 int finish(const ToolInfo& info, bool json, Console& console, const Failure& failure) {
   console.log(info.name + ": " + failure.what + "\n  why:  " + failure.why + "\n  next: " + failure.next);
   if (json) {
-    Summary summary;
+    Summary& summary =
+        console.summary();  // with what was known by then: the statistics of a show that was ended
     summary.set("/tool", info.name);
     summary.set("/version", PROCAM_VERSION);
     summary.set("/exit_code", static_cast<int>(failure.code));
@@ -190,7 +204,7 @@ Console::Console(bool json) : json_(json), stderr_is_terminal_(isatty(STDERR_FIL
 
 void Console::say(const std::string& line) {
   clear_progress();
-  (json_ ? std::cerr : std::cout) << line << '\n';
+  (json_ ? std::cerr : std::cout) << line << std::endl;  // a pipe gets it at once
 }
 
 void Console::say(const std::vector<std::string>& lines) {
@@ -211,8 +225,12 @@ void Console::report(const Diagnostics& diagnostics) {
   summary_.add(diagnostics);
 }
 
+void Console::stop_if_requested() {
+  if (stop_signal != 0) throw Interrupted();
+}
+
 void Console::progress(const std::string& step, int done, int total) {
-  if (interrupt_requested != 0) throw Interrupted();
+  stop_if_requested();
   if (!stderr_is_terminal_) return;
   constexpr const char* kReturnAndEraseLine = "\r\033[K";
   std::cout.flush();
@@ -224,15 +242,6 @@ void Console::clear_progress() {
   if (!progress_shown_) return;
   std::cerr << "\r\033[K" << std::flush;
   progress_shown_ = false;
-}
-
-std::string format(const char* pattern, ...) {
-  char text[512];
-  va_list arguments;
-  va_start(arguments, pattern);
-  std::vsnprintf(text, sizeof text, pattern, arguments);
-  va_end(arguments);
-  return text;
 }
 
 std::string two_digits(double value) {
@@ -255,13 +264,24 @@ CLI::Option* add_parsed(CLI::App& app, const std::string& flag,
       help);
 }
 
+std::function<std::string(const std::string&)> within(double min, double max) {
+  return [min, max](const std::string& text) -> std::string {
+    double number = 0;
+    const char* const end = text.data() + text.size();
+    const auto [stop, failure] = std::from_chars(text.data(), end, number);
+    // Written so that NaN fails the comparison.
+    if (failure == std::errc() && stop == end && number >= min && number <= max) return "";
+    return format("'%s' is not a number from %g to %g", text.substr(0, 40).c_str(), min, max);
+  };
+}
+
 int run_tool(int argc, const char* const* argv, const ToolInfo& info,
              const std::function<void(CLI::App&)>& declare, const std::function<ExitCode(Console&)>& run) {
   // Known before parsing, so that a usage error is told in the form that was asked for.
   bool json =
       std::any_of(argv + 1, argv + argc, [](const char* text) { return std::strcmp(text, "--json") == 0; });
   Console console(json);
-  const InterruptScope interrupts;
+  const SignalScope signals;
   try {
     CLI::App app(help_opening(info), info.name);
     app.set_version_flag("--version", info.name + " (procam " PROCAM_VERSION ")");

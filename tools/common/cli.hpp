@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "procam/core/base/error.hpp"
+#include "procam/core/base/words.hpp"
 
 namespace CLI {
 class App;
@@ -34,7 +35,7 @@ enum class ExitCode {
   kInsufficientData = 4,  ///< too few views, a degenerate layout, no convergence
   kGateFailed = 5,        ///< solved, files written and marked, but a quality check failed
   kDevice = 6,            ///< a device or the network
-  kInterrupted = 130      ///< Ctrl-C; files already complete are kept
+  kInterrupted = 130      ///< Ctrl-C, SIGTERM or SIGHUP; files already complete are kept
 };
 
 /// kInput, kUnsupported and kIo (a file cannot be read or written) are bad input; kDevice is a device; the
@@ -93,8 +94,11 @@ class Console {
   /// Logs the remarks, notes of one kind in one line (note_groups.hpp), and puts every one into the summary.
   /// Failed quality checks are logged by the list of checks alone.
   void report(const Diagnostics& diagnostics);
-  /// "step 3/5" on one line that overwrites itself; silent when stderr is no terminal. This is where Ctrl-C
-  /// takes hold (it throws, so that temporary files are removed); call it between the steps of long work.
+  /// Ends the tool after Ctrl-C, SIGTERM or SIGHUP: throws, so that files are completed or removed. What the
+  /// summary holds by then is printed.
+  void stop_if_requested();
+  /// "step 3/5" on one line that overwrites itself; silent when stderr is no terminal. Calls
+  /// stop_if_requested(); call it between the steps of long work.
   void progress(const std::string& step, int done, int total);
 
   Summary& summary() { return summary_; }
@@ -108,9 +112,6 @@ class Console {
   Summary summary_;
 };
 
-/// printf into a string, for the numbers of a line to say(); cut after 511 characters.
-std::string format(const char* pattern, ...) __attribute__((format(printf, 1, 2)));
-
 /// A number with two significant digits, without an exponent where it is of ordinary size: "0.0062", "120".
 std::string two_digits(double value);
 
@@ -118,6 +119,9 @@ std::string two_digits(double value);
 /// error that names the flag. Returns the option, for ->required() and friends.
 CLI::Option* add_parsed(CLI::App& app, const std::string& flag,
                         const std::function<void(const std::string&)>& parse, const std::string& help);
+
+/// For ->check() of a plain number. NaN is refused, which CLI::Range lets pass.
+std::function<std::string(const std::string&)> within(double min, double max);
 
 /// Declares, parses, runs, reports; returns the exit code for main. `run` throws procam::Error for what a
 /// person must fix.

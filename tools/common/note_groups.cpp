@@ -114,6 +114,18 @@ std::string group_line(const std::vector<const Diagnostic*>& group, const std::v
 
 }  // namespace
 
+const char* to_string(Severity severity) {
+  switch (severity) {
+    case Severity::kNote:
+      return "note";
+    case Severity::kWarning:
+      return "warning";
+    case Severity::kFailure:
+      return "failure";
+  }
+  return "unknown";
+}
+
 std::vector<std::string> lines_for_people(const Diagnostics& diagnostics) {
   const std::vector<Diagnostic>& items = diagnostics.items;
   std::vector<Template> texts;

@@ -7,6 +7,9 @@
 
 namespace procam::tools {
 
+/// As in --json and before a line.
+const char* to_string(Severity severity);
+
 /// The lines to print of all remarks, in their order. Failures stay as they are. Three or more notes, or
 /// warnings of views (which are all named), of one code whose texts differ only in numbers and in the leading
 /// "view ...: " become one line with their number and the median of each number,

@@ -1,24 +1,13 @@
 #include "common/show_flags.hpp"
 
 #include <CLI/CLI.hpp>
-#include <sstream>
 
 #include "common/cli.hpp"
+#include "procam/core/base/limits.hpp"
 #include "procam/io/text.hpp"
 
 namespace procam::tools {
 namespace {
-
-Vec3 parse_direction(const std::string& text) {
-  std::istringstream in(text);
-  Vec3 up;
-  char first = 0, second = 0;
-  if (!(in >> up.x() >> first >> up.y() >> second >> up.z()) || first != ',' || second != ',' || !in.eof() ||
-      !up.allFinite() || !(up.norm() > 1e-6))
-    throw Error(ErrorKind::kInput, "'" + text + "'", "it is not a direction",
-                "give three numbers, e.g. 0,0,1 for a world whose z points up");
-  return up;
-}
 
 double parse_depth_scale(const std::string& text) {
   const double scale = io::parse_length(text);
@@ -26,13 +15,6 @@ double parse_depth_scale(const std::string& text) {
     throw Error(ErrorKind::kInput, "'" + text + "'", "one step of a depth picture cannot be that long",
                 "give the unit of its numbers, e.g. 1mm, or 0.2mm for 1/5000 m");
   return scale;
-}
-
-double parse_depth_delay(const std::string& text) {
-  const double delay = io::parse_duration(text);
-  if (!(delay >= 0 && delay < 10))
-    throw Error(ErrorKind::kInput, "'" + text + "'", "no camera is that late", "give e.g. 30ms");
-  return delay;
 }
 
 template <typename Target>
@@ -55,10 +37,10 @@ void declare_surfaces(CLI::App& app, show::ShowOptions& o) {
   app.add_option("--depth-camera", o.depth.camera, "with --surfaces depth: its name in the rig, for several");
   add_parsed(app, "--depth-scale", into(o.depth.metres_per_unit, parse_depth_scale),
              "unit of a depth picture's 16-bit numbers, where no sensor states it (default: 1mm)");
-  add_parsed(app, "--depth-delay", into(o.depth.delay_s, parse_depth_delay),
+  add_parsed(app, "--depth-delay", into(o.depth.delay_s, io::parse_delay),
              "from a depth picture's exposure to its arrival, e.g. 30ms");
   add_parsed(
-      app, "--up", [&](const std::string& text) { o.depth.up = parse_direction(text); },
+      app, "--up", [&](const std::string& text) { o.depth.up = io::parse_direction(text); },
       "which way is up in the world, x,y,z (default: 0,0,1; without poses 0,-1,0, the rig's)");
   app.add_flag("--silhouettes", o.depth.silhouettes,
                "with --surfaces depth: objects in front of the room are masked, people as a "
@@ -109,7 +91,7 @@ void declare_poses(CLI::App& app, show::ShowOptions& o) {
   app.add_option("--child", o.child, "the poses' moving frame (default: the first seen)");
   app.add_option("--predict", o.prediction, "to the moment of light: auto, twist, acceleration or none")
       ->capture_default_str();
-  add_parsed(app, "--source-delay", into(o.source_delay_s, io::parse_duration),
+  add_parsed(app, "--source-delay", into(o.source_delay_s, io::parse_delay),
              "from the moment that a pose speaks of to its arrival at the fastest, e.g. 40ms");
   add_parsed(app, "--blank-on-stale", into(o.blank_on_stale_s, io::parse_duration),
              "black when no pose has come for so long, e.g. 500ms");
@@ -127,8 +109,7 @@ void declare_people(CLI::App& app, show::ShowOptions& o) {
          "pose.json between 'sensor', which sees the people, and the rig, its projector, a camera or the world")
       ->needs(people);
   add_parsed(
-      app, "--sensor-delay",
-      [&](const std::string& text) { people_of(o).delay_s = io::parse_duration(text); },
+      app, "--sensor-delay", [&](const std::string& text) { people_of(o).delay_s = io::parse_delay(text); },
       "from the moment that a skeleton speaks of to its arrival at the fastest, e.g. 50ms")
       ->needs(people);
   app.add_option_function<std::vector<std::string>>(
@@ -148,7 +129,7 @@ void declare_output(CLI::App& app, show::ShowOptions& o) {
       "--delay",
       [&](const std::string& text) {
         if (text != "auto") {
-          o.delay_s = io::parse_duration(text);
+          o.delay_s = io::parse_delay(text);
           o.delay_camera.clear();
         } else if (o.delay_camera.empty()) {
           throw Error(ErrorKind::kInput, "--delay auto", "no camera looks at the light",
@@ -156,15 +137,17 @@ void declare_output(CLI::App& app, show::ShowOptions& o) {
         }
       },
       "from a frame's begin to its light, e.g. 35ms; auto: measured with --camera (default: 0ms)");
-  add_parsed(app, "--camera-delay", into(o.camera_delay_s, io::parse_duration),
+  add_parsed(app, "--camera-delay", into(o.camera_delay_s, io::parse_delay),
              "the camera's own share of what it measures");
-  app.add_option("--fps", o.fps, "frames a second (default: the display's, or 60)")
-      ->check(CLI::Range(0.1, 1000.0));
+  app.add_option("--fps", o.fps, "frames a second (default: the display's, or 60)")->check(within(0.1, 1000));
   add_parsed(app, "--duration", into(o.duration_s, io::parse_duration), "end after it, e.g. 30s");
+  app.add_flag("--autosave", o.autosave,
+               "save edits of the control page to the surfaces file within a second");
   app.add_option("--record", o.record, "write the run to this log, for --replay");
   app.add_option("--control", o.control, "[ADDRESS:]PORT of the control page, or off")->capture_default_str();
   app.add_option("--token", o.token, "the control page's secret (default: a new one)");
-  app.add_option("--threads", o.threads, "0: as many as the machine has")->check(CLI::NonNegativeNumber);
+  app.add_option("--threads", o.threads, "0: as many as the machine has")
+      ->check(CLI::Range(0, limits::kThreads));
   app.add_option("--renderer", o.renderer, "cpu, or gl for OpenGL: the same picture")
       ->check(CLI::IsMember({"cpu", "gl"}))
       ->capture_default_str();

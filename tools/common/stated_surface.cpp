@@ -1,7 +1,7 @@
 #include "common/stated_surface.hpp"
 
-#include "common/room_frames.hpp"
 #include "procam/analyze/error_sources.hpp"
+#include "procam/core/rig/room_frames.hpp"
 #include "procam/detect/marker_edges.hpp"
 #include "procam/io/marker_map_file.hpp"
 #include "procam/io/pose_file.hpp"

@@ -13,7 +13,9 @@
 ///
 /// Frame n is in slot n modulo 3. A reader copies the slot of `newest` and looks at the slot's number before
 /// and after: equal to `newest` both times means a whole frame. The writer needs two more frames to come
-/// round to that slot.
+/// round to that slot. Read by pread() rather than through a mapping, the memory can be cut short by its owner
+/// without harm to the reader. The writer holds an exclusive flock() on it: a second writer of the name is
+/// refused while the first lives.
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -42,7 +44,8 @@ class SharedFrameReader {
   std::optional<Frame> newest(std::uint64_t after = 0) const;
   /// The same into a frame whose memory is used again; false: there is none, and its pixels may be torn.
   bool read_newest(std::uint64_t after, Frame& into) const;
-  /// The writer has gone, or another has begun anew under the name: no more frames come here.
+  /// The writer has gone, another has begun anew under the name, or the memory was cut short: no more frames
+  /// come here.
   bool is_orphan() const;
 
  private:

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <string>
 #include <string_view>
+#include "procam/core/base/limits.hpp"
 
 namespace procam::io {
 
@@ -18,7 +19,7 @@ void require_writable(const std::filesystem::path& path);
 
 /// The whole file. Throws Error(kIo) when it cannot be read, Error(kInput) when it is larger than
 /// `largest_size` bytes.
-std::string read_file(const std::filesystem::path& path, std::size_t largest_size = std::size_t(1) << 30);
+std::string read_file(const std::filesystem::path& path, std::size_t largest_size = limits::kFileBytes);
 
 /// SHA-256 (FIPS 180-4), lower-case hex.
 std::string sha256(std::string_view bytes);

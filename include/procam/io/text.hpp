@@ -12,11 +12,12 @@
 
 namespace procam::io {
 
-/// "1024x768": width x height, both positive.
+/// "1024x768": width x height, both positive, at most limits::kImagePixels together.
 ImageSize parse_size(const std::string& text);
 std::string format_size(ImageSize size);
 
-/// "25mm", "2.5cm", "0.025m", "1in" -> metres. The unit is required; the length may be negative or zero.
+/// "25mm", "2.5cm", "0.025m", "1in" -> metres. The unit is required; the length may be negative or
+/// zero, and is at most limits::kLengthM.
 double parse_length(const std::string& text);
 std::string format_length(double metres);
 
@@ -28,8 +29,10 @@ double parse_pixels(const std::string& text);
 /// "4%" or "0.04" -> 0.04; any finite number.
 double parse_share(const std::string& text);
 
-/// "50ms", "0.05s" -> seconds. The unit is required.
+/// "50ms", "0.05s" -> seconds from 0 to limits::kDurationS. The unit is required.
 double parse_duration(const std::string& text);
+/// The same for the delay of a device: at most limits::kDelayS.
+double parse_delay(const std::string& text);
 
 /// "10mm,0.5deg" -> metres and radians; one of them alone leaves the other 0. None may be negative: these are
 /// sigmas.
@@ -39,6 +42,11 @@ struct LengthAndAngle {
 LengthAndAngle parse_length_and_angle(const std::string& text);
 /// "0.5m/s,30deg/s" -> m/s and rad/s, likewise.
 LengthAndAngle parse_speed(const std::string& text);
+
+/// "0,0,1" -> a unit vector. Throws also for 0,0,0.
+Vec3 parse_direction(const std::string& text);
+/// "0.4m,-120mm,2m" -> metres, each with its unit.
+Vec3 parse_position(const std::string& text);
 
 /// "1.4" or "1.4+-0.02" -> a value and its standard deviation, zero when it is not stated.
 struct Uncertain {

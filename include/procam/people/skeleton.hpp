@@ -100,7 +100,6 @@ struct SkeletonFrame {
   std::vector<Skeleton> people;
 };
 
-inline constexpr std::size_t kMaxPeople = 16;  ///< in one frame; a frame with more is refused
 inline constexpr double kFarthestJoint =
     20;  ///< metres from the sensor along any axis: no body sensor sees beyond
 

@@ -3,9 +3,9 @@
 /// v2. Layouts are in docs/people.md.
 ///
 /// Parsers take any bytes. What is no frame is counted with its reason and skipped: numbers that are not
-/// finite, a joint beyond kFarthestJoint, more than kMaxPeople, a joint twice or unknown, lists of a wrong
-/// length. A joint that the tracker did not see (null, empty, NaN in a CSV, confidence 0, the stale flag) is
-/// absent.
+/// finite, a joint beyond kFarthestJoint, more people than limits::kPeople, a joint twice or unknown, lists of a
+/// wrong length. A joint that the tracker did not see (null, empty, NaN in a CSV, confidence 0, the stale flag)
+/// is absent.
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -19,8 +19,6 @@
 #include "procam/people/skeleton.hpp"
 
 namespace procam::people {
-
-inline constexpr std::size_t kLongestSkeletonLine = 65536;  ///< bytes: 16 people with all joints take 48 000
 
 struct ParsedSkeletons {
   std::vector<SkeletonFrame> frames;

@@ -25,7 +25,6 @@
 ///
 /// Pixels: see docs/conventions.md. The pixels are the same for any number of threads and for any
 /// vectors the machine has.
-#include <cstdint>
 #include <memory>
 
 #include "procam/render/renderer.hpp"
@@ -35,11 +34,7 @@ namespace procam::render {
 /// How far the lens map used for drawing may be from the projector's model, in projector pixels.
 inline constexpr double kLensTolerancePx = 1e-3;
 
-/// The longest side of a frame, and the most pixels of a content or mask, that are drawn: some 2 GB of light.
-inline constexpr int kLongestFrameSide = 16384;
-inline constexpr std::int64_t kLargestContent = std::int64_t(1) << 28;
-
-/// Throws Error(kInput) for a larger frame; call it before taking memory for one.
+/// Throws Error(kInput) for a frame with a side above limits::kFrameSide; call it before taking memory for one.
 void require_drawable(ImageSize frame);
 
 /// Draws frame after frame and keeps what the next one can use: pictures ready to be sampled, the lens map

@@ -98,6 +98,9 @@ SessionContents read_observations(const std::filesystem::path& file, const std::
 SessionContents read_board_images(const std::filesystem::path& folder, const Board& board,
                                   const ReadingProgress& progress = {});
 
+/// The board's points in one image file. Throws Error(kIo), Error(kInput) for what cannot be read.
+Detections read_board_image(const std::filesystem::path& file, const Board& board);
+
 /// For the rig that was solved from the contents: `program`, procam's version, the time (SOURCE_DATE_EPOCH
 /// where it is set: https://reproducible-builds.org/specs/source-date-epoch), what was read.
 Provenance provenance(const SessionContents& contents, const std::string& program);

@@ -2,6 +2,7 @@
 /// What a running show measures of itself: counts, and durations with their percentiles.
 #include <array>
 #include <cstdint>
+#include <map>
 #include <string>
 
 namespace procam::show {
@@ -26,20 +27,26 @@ class Durations {
 };
 
 struct Metrics {
-  std::uint64_t frames = 0;   ///< shown
-  std::uint64_t dropped = 0;  ///< whose time passed while another was drawn
-  std::uint64_t blanked = 0;  ///< shown black because the pose was stale
-  std::uint64_t reloads = 0;  ///< of the surfaces file that succeeded
-  std::uint64_t failed_reloads = 0;
-  std::uint64_t poses = 0;      ///< arrived, good ones
-  std::uint64_t malformed = 0;  ///< messages that were none
-  Durations draw;               ///< from the last look at the sources to the frame ready
-  Durations render;             ///< of that, the renderer
-  Durations jitter;             ///< between two frames' begins, from what it should be
+  std::uint64_t frames = 0;          ///< shown
+  std::uint64_t dropped = 0;         ///< whose time passed while another was drawn
+  std::uint64_t blanked = 0;         ///< shown black because the pose was stale
+  std::uint64_t waiting = 0;         ///< in which surfaces in the world were dark because no pose had come
+  std::uint64_t checked = 0;         ///< frames, one a second, that were looked at while surfaces were placed
+  std::uint64_t dark = 0;            ///< of these, without any light
+  std::uint64_t reloads = 0;         ///< of the surfaces file that succeeded
+  std::uint64_t failed_reloads = 0;  ///< of a file that cannot be read, or whose surfaces cannot be shown
+  std::uint64_t poses = 0;           ///< arrived, good ones
+  std::uint64_t malformed = 0;       ///< messages that were none
+  Durations draw;                    ///< from the last look at the sources to the frame ready
+  Durations render;                  ///< of that, the renderer
+  Durations jitter;                  ///< between two frames' begins, from what it should be
   Durations pose_age;  ///< of frames that are not black: from the moment that the newest pose speaks of to
                        ///< the light of the frame
   Durations
       pose_to_frame;  ///< from a pose's arrival to the first frame with it ready, less that frame's render
+  /// What failed while the show went on, by name: "command", "content", "control_page", "frame", "people",
+  /// "page_connection" (closed for others), "page_request", "pose_source", "record", "reload", "room", "save", "surfaces".
+  std::map<std::string, std::uint64_t> faults;
 };
 
 }  // namespace procam::show

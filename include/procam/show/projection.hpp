@@ -65,6 +65,7 @@ struct ProjectionOptions {
 struct DrawnFrame {
   track::TrackedPose pose;  ///< world_from_child at the light; kNone for a projector that stands still
   bool blanked = false;     ///< black because the pose is stale or has never come
+  bool waiting = false;     ///< surfaces in the world are dark because no pose has come yet
   double render_s = 0;      ///< spent in the renderer
   /// Root mean square distance of the light from its place that the pose's covariance predicts, metres: the
   /// largest over the centres of the plane surfaces in the world. To first order, for a point p on a plane
@@ -102,6 +103,10 @@ class Projection {
 
   void set_picture(TestPattern picture);
   TestPattern picture() const;
+
+  /// The surfaces as the projector sees them from where the last frame was drawn, with their visibility: solved
+  /// anew, which is slow.
+  SolvedSurfaceSet solve_again() const;
 
   /// Draws into a frame of frame_size() with 3 channels.
   DrawnFrame draw(double light_time, double content_time, ImageView<std::uint8_t> frame);

@@ -6,12 +6,13 @@
 ///   options.poses = {"udp:9000"};
 ///   show::run(io::load_rig("rig.json"), options);      // or show::load_options("show.json")
 ///
-/// Who needs other parts, or the frames in memory, uses Projection and run_loop() (loop.hpp).
+/// Who needs other parts, or the frames in memory, calls Projection (projection.hpp) in a loop of their own.
 #include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <string>
 
+#include "procam/core/base/error.hpp"
 #include "procam/core/rig/rig.hpp"
 #include "procam/show/metrics.hpp"
 #include "procam/show/show_options.hpp"
@@ -35,22 +36,28 @@ struct ShowReport {
   std::optional<PeopleCounts> people;
 };
 
+/// Warnings about a show that nobody could see: "no_pose", "no_light".
+Diagnostics darkness(const ShowReport& report, const ShowOptions& options);
+
 /// Follows a running show.
 class ShowListener {
  public:
   virtual ~ShowListener() = default;
   /// Before the first frame: the display, the control page's address, the measured delay.
   virtual void on_start(const std::string& sentence) { (void)sentence; }
+  /// While contents are opened, before each surface; what it throws passes through run().
+  virtual void on_load(int done, int total) { (void)done, (void)total; }
   /// An event: faults, recoveries, reloads.
   virtual void on_event(const std::string& sentence) { (void)sentence; }
-  /// Between frames, and while the delay is measured (`report` without frames then). What it throws ends the
+  /// After each frame, ten times a second while the next one is awaited, and while the delay is measured
+  /// (`report` without frames then). What it throws ends the
   /// show and passes through run(), after the sink was finished.
   virtual void on_frame(const ShowReport& report) { (void)report; }
 };
 
 /// Shows until the window is closed, the time is over or the listener throws. Throws Error for options, files and
-/// devices that cannot be used, and for an output that fails during the show; faults of poses, contents and
-/// files during the show are events.
+/// devices that cannot be used, and for an output that fails during the show. Everything else that fails during
+/// the show is an event, is counted by its name (Metrics::faults), and the show continues.
 ShowReport run(const Rig& rig, const ShowOptions& options, ShowListener* listener = nullptr);
 
 struct ReplayReport {

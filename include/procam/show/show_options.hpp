@@ -74,6 +74,7 @@ struct ShowOptions {
   DepthInput depth;
   std::optional<PeopleInput> people;
 
+  bool autosave = false;                   ///< edits at the control page are saved within a second
   std::string record;                      ///< log of the run, for replay()
   std::string control = "127.0.0.1:8737";  ///< [ADDRESS:]PORT of the control page, or "off"
   std::string token;                       ///< the control page's secret; empty: a random one

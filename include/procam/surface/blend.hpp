@@ -67,6 +67,13 @@ struct Blend {
   Diagnostics diagnostics;     ///< "no_place" for pixel surfaces, "stays_dark" where min_gain held E_0 up
 };
 
+/// What each projector of a group shows, and its maps, in one order.
+struct BlendedSets {
+  std::vector<SolvedSurfaceSet> sets;
+  std::vector<BlendMap> maps;
+  std::vector<double> brightness, black;
+};
+
 /// Throws std::invalid_argument for options out of range: brightness > 0, 0 <= black < 1, 0 < min_gain <=
 /// 1, reflectance pictures with one channel and numbers of 0 or more.
 Blend blend_maps(const std::vector<BlendInput>& projectors, const BlendOptions& options = {});

@@ -15,6 +15,9 @@
 namespace procam::surface {
 
 struct SolveOptions {
+  /// Without it `SolvedSurface::visibility`, `corners_px` and the remarks on them stay empty, which takes a
+  /// hundredth of the time: for a running show.
+  bool visibility = true;
   /// Below this share of the content inside the projector's picture a warning is given.
   double min_covered_share = 0.999;
   /// Warn when light meets the surface at a larger angle to its normal: errors in the pose grow with 1 /
@@ -36,7 +39,7 @@ struct SolveOptions {
 ///
 /// Diagnostics, a surface each (`SolvedSurface::diagnostics`): failures "behind_projector" and "edge_on", no
 /// light can land; warnings "outside_picture", "partly_outside", "seen_from_behind", "grazing",
-/// "outlying_pair".
+/// "outlying_pair", "implausible_units" (farther than 200 m).
 SolvedSurfaceSet solve_surfaces(const SurfaceSet& set, const RigProjector& projector,
                                 const std::optional<Pose>& projector_from_world = std::nullopt,
                                 const SolveOptions& options = {});

@@ -30,6 +30,25 @@ ImageF position_map(const Placement& placement, const Projector& projector,
 /// surface is not there.
 Image<std::int16_t> nearest_surfaces(const SolvedSurfaceSet& solved, const Projector& projector);
 
+/// One surface of a set, or all of it (nullptr), as its light meets it: what other surfaces hide is not shown.
+struct VisiblePart {
+  const SolvedSurfaceSet& solved;
+  const SolvedSurface* chosen = nullptr;
+  Image<std::int16_t> nearest;  ///< nearest_surfaces()
+
+  VisiblePart(const SolvedSurfaceSet& set, const Projector& projector, const SolvedSurface* surface);
+  bool has(int x, int y) const;
+  /// Of the projector's pixels, those that show it.
+  double share() const;
+};
+
+/// 1, or `weight`, where the part is shown, else 0.
+ImageF alpha_map(const VisiblePart& part, const ImageF* weight = nullptr);
+/// warp_map() of the chosen surface without what others hide: outline and holes do nothing to a map.
+WarpMap warp_map(const VisiblePart& part, const Projector& projector);
+/// position_map() of each surface where it is the nearest. Of several, pixel surfaces are skipped.
+ImageF position_map(const VisiblePart& part, const Projector& projector, const Pose& target_from_projector);
+
 /// Cells of the content across and down; each becomes two triangles.
 struct MeshGrid {
   int columns = 64;

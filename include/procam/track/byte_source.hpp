@@ -11,7 +11,10 @@
 /// |---|---|
 /// | udp:9000, udp:127.0.0.1:9000, udp:[::1]:9000 | datagrams; the group is joined if the address is multicast |
 /// | tcp:HOST:PORT | a stream; connects, and again after 0.1 s, 0.2 s, ... 3 s when the connection ends |
-/// | tcp-listen:[ADDRESS:]PORT | streams of up to 8 senders that connect |
+/// | tcp-listen:[ADDRESS:]PORT | streams of up to 8 senders that connect; a ninth takes a silent one's place |
+///
+/// A connection to a listener ends after ten minutes of silence, and any TCP connection when its peer is gone
+/// (keep-alive).
 ///
 /// A source has one thread. It calls the handler directly, in the order of arrival, and copies nothing: the bytes are
 /// valid during the call only. The thread has ended when the source is destroyed.
@@ -21,14 +24,13 @@
 
 namespace procam::track {
 
-inline constexpr int kMaxPeers = 8;  ///< simultaneous senders of a byte source
-
-/// Called on the source's thread. A handler that throws ends the program.
+/// Called on the source's thread. What received() throws goes to failed(), and the source continues; the others must
+/// not throw.
 class ByteHandler {
  public:
   virtual ~ByteHandler() = default;
-  /// A datagram (peer 0) or the next piece of the stream of `peer`, 0 .. kMaxPeers - 1. `arrival`: steady_now() when
-  /// the bytes were read, seconds.
+  /// A datagram (peer 0) or the next piece of the stream of `peer`, 0 .. limits::kSenders - 1. `arrival`:
+  /// steady_now() when the bytes were read, seconds.
   virtual void received(int peer, std::string_view bytes, double arrival) = 0;
   /// The stream of `peer` begins; for datagrams: the port is bound (called from open_byte_source()).
   virtual void connected(int) {}

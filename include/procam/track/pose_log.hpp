@@ -27,7 +27,7 @@ class PoseLogWriter {
   std::ofstream file_;
 };
 
-/// The whole log, in its order; of a run (show/run_log.hpp) the poses. A last line that was cut is skipped.
+/// The whole log, in its order; of a run (`project-live --record`) the poses. A last line that was cut is skipped.
 /// Throws Error(kIo), Error(kInput) with the line.
 std::vector<StampedPose> read_pose_log(const std::filesystem::path& path);
 

@@ -30,4 +30,8 @@ struct Trajectory {
 /// Error(kNotEnoughData) for a file without poses.
 Trajectory read_trajectory(const std::string& file);
 
+/// Waypoints in a plane: lines of "time x y yaw_deg" between blanks or commas, seconds and metres; '#' begins a
+/// comment. Errors as above.
+Trajectory read_waypoints(const std::string& file);
+
 }  // namespace procam::track

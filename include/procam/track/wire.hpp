@@ -9,12 +9,12 @@
 #include <string_view>
 #include <vector>
 
+#include "procam/core/base/limits.hpp"
 #include "procam/track/stamped_pose.hpp"
 
 namespace procam::track {
 
-constexpr double kFarthest = 1e6;              ///< metres; m/s and rad/s for rates
-constexpr std::size_t kLongestMessage = 8192;  ///< bytes of one JSON line or binary message
+constexpr double kFarthest = limits::kLengthM;  ///< metres; m/s and rad/s for rates
 
 /// What a piece of bytes held. Arrivals are zero: the source sets them.
 struct Parsed {

@@ -6,6 +6,7 @@
 #include <string_view>
 #include <vector>
 
+#include "procam/core/base/detail/plain_text.hpp"
 #include "procam/core/base/error.hpp"
 
 namespace procam::io {
@@ -33,11 +34,6 @@ struct Node {
   std::string item_name;       ///< kList: what its items are called in XML; empty: numbers in one text
 };
 
-/// Bounds above any valid file; they keep a hostile one from taking the memory or the stack.
-constexpr std::size_t kLargestDocument = std::size_t(32) << 20;  // bytes
-constexpr std::size_t kMaxNodes = 1'000'000;
-constexpr int kDeepestNode = 32;
-
 /// `file` is how errors call the document. Throws Error(kInput) with line and column.
 Node parse_json(std::string_view bytes, const std::string& file);
 /// The root element's name becomes the member "format", its attributes and children the further members.
@@ -57,9 +53,8 @@ Syntax syntax_of(const std::filesystem::path& path);
 Node load_document(const std::filesystem::path& path, Syntax syntax);
 void save_document(const std::filesystem::path& path, Syntax syntax, const Node& document);
 
-/// Texts in documents: valid UTF-8 without control characters other than tab and line feed, the set that both
-/// syntaxes hand back unchanged.
-bool is_plain_text(std::string_view text);
+/// Texts in documents: the set that both syntaxes hand back unchanged.
+using procam::internal::is_plain_text;
 
 /// Counts lines while a parser walks forward through a text.
 class LineCounter {

@@ -16,6 +16,7 @@
 #include <optional>
 #include <type_traits>
 
+#include "document/size_check.hpp"
 #include "document/value.hpp"
 #include "procam/core/base/types.hpp"
 
@@ -227,9 +228,10 @@ void read(const Value& value, T& out) {
     double size[2] = {0, 0};
     fill_row(value, 2, size);
     for (const double side : size)
-      if (side != std::floor(side) || side < 1 || side > (1 << 20))
+      if (side != std::floor(side) || side < 1 || side > limits::kSizeSide)
         value.fail("a side is not a whole number of pixels from 1 to 1048576", "give [width, height]");
     out = {int(size[0]), int(size[1])};
+    if (const auto why = flaw(out)) value.fail(*why, "give [width, height] of the device");
   } else if constexpr (std::is_same_v<T, Points2> || std::is_same_v<T, Points3>) {
     for (const Value& row : value.items("point"))
       fill_row(row, T::value_type::RowsAtCompileTime, out.emplace_back());

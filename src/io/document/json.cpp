@@ -7,6 +7,7 @@
 
 #include "document/document.hpp"
 #include "document/number.hpp"
+#include "procam/core/base/limits.hpp"
 
 namespace procam::io {
 namespace {
@@ -141,7 +142,7 @@ class TreeBuilder : public nlohmann::json_sax<json> {
 
   Node& add(Node::Kind kind, std::size_t lookahead) {
     const int line = lines_.line_at(consumed_ - std::min(lookahead, consumed_));
-    if (++nodes_ > kMaxNodes)
+    if (++nodes_ > limits::kDocumentValues)
       fail(line, "the file has too many values", "check that this is the file you mean");
     Node* node = &root_;
     if (!open_.empty()) node = &open_.back()->children.emplace_back();
@@ -156,8 +157,8 @@ class TreeBuilder : public nlohmann::json_sax<json> {
   }
   bool open(Node::Kind kind) {
     Node& node = add(kind, 0);
-    if (open_.size() >= std::size_t(kDeepestNode))
-      fail(node.line, "it is nested deeper than " + std::to_string(kDeepestNode) + " levels",
+    if (open_.size() >= std::size_t(limits::kDocumentDepth))
+      fail(node.line, "it is nested deeper than " + std::to_string(limits::kDocumentDepth) + " levels",
            "check that this is the file you mean");
     open_.push_back(&node);
     return true;

@@ -5,6 +5,7 @@
 
 #include "document/document.hpp"
 #include "document/number.hpp"
+#include "procam/core/base/limits.hpp"
 
 namespace procam::io {
 namespace {
@@ -68,7 +69,7 @@ class Reader {
     return lines_.line_at(std::size_t(std::max<std::ptrdiff_t>(node.offset_debug(), 0)));
   }
   Node& add_child(Node& parent, const char* name, int line) {
-    if (++nodes_ > kMaxNodes)
+    if (++nodes_ > limits::kDocumentValues)
       fail(line, "the file has too many values", "check that this is the file you mean");
     Node& child = parent.children.emplace_back();
     child.kind = Node::Kind::kText;
@@ -85,8 +86,8 @@ class Reader {
   }
 
   void add_members(const pugi::xml_node& element, int depth, Node& node) {
-    if (depth > kDeepestNode)
-      fail(node.line, "it is nested deeper than " + std::to_string(kDeepestNode) + " levels",
+    if (depth > limits::kDocumentDepth)
+      fail(node.line, "it is nested deeper than " + std::to_string(limits::kDocumentDepth) + " levels",
            "check that this is the file you mean");
     for (const pugi::xml_attribute& attribute : element.attributes())
       set_text(add_child(node, attribute.name(), node.line), attribute.value());

@@ -9,16 +9,36 @@
 
 #include "document/document.hpp"
 #include "document/trimmed.hpp"
+#include "procam/core/base/limits.hpp"
 
 namespace procam::io {
 namespace {
-
-constexpr std::size_t kMaxMembers = 4096;  // of one mapping: names are compared pairwise
 
 struct Line {
   int number = 0;
   std::size_t indent = 0;
   std::string content;  ///< without indent, comment and trailing blanks; never empty
+};
+
+/// Counts a flow collection's brackets outside quotes, piece by piece.
+class Brackets {
+ public:
+  void count(const std::string& piece) {
+    for (const char c : piece) {
+      if (quote_ != 0) {
+        if (c == quote_) quote_ = 0;
+      } else if (c == '"' || c == '\'') {
+        quote_ = c;
+      } else {
+        open_ += (c == '[' || c == '{') - (c == ']' || c == '}');
+      }
+    }
+  }
+  bool are_open() const { return open_ > 0; }
+
+ private:
+  int open_ = 0;
+  char quote_ = 0;
 };
 
 class YamlReader {
@@ -96,10 +116,10 @@ class YamlReader {
   }
 
   Node& start(Node& node, Node::Kind kind, int line, std::size_t depth) {
-    if (++nodes_ > kMaxNodes)
+    if (++nodes_ > limits::kDocumentValues)
       fail(line, "the file has too many values", "check that this is the file you mean");
-    if (depth > std::size_t(kDeepestNode))
-      fail(line, "it is nested deeper than " + std::to_string(kDeepestNode) + " levels",
+    if (depth > std::size_t(limits::kDocumentDepth))
+      fail(line, "it is nested deeper than " + std::to_string(limits::kDocumentDepth) + " levels",
            "check that this is the file you mean");
     node.kind = kind;
     node.line = line;
@@ -169,7 +189,7 @@ class YamlReader {
       for (const Node& sibling : node.children)
         if (sibling.name == key)
           fail(line.number, "the field '" + key.substr(0, 40) + "' is given twice", "keep one of the two");
-      if (node.children.size() >= kMaxMembers)
+      if (node.children.size() >= limits::kGroupFields)
         fail(line.number, "a group has too many fields", "check that this is the file you mean");
       Node& member = node.children.emplace_back();
       member.name = key;
@@ -214,31 +234,20 @@ class YamlReader {
       return;
     }
     std::string text = first;
-    while (!is_balanced(text, number)) {
+    Brackets brackets;
+    brackets.count(first);
+    while (brackets.are_open()) {
       if (at_ >= lines_.size()) fail(number, "a list that begins here does not end", "close its bracket");
-      text += " " + lines_[at_++].content;
+      const std::string next = " " + lines_[at_++].content;
+      brackets.count(next);
+      text += next;
+      if (text.size() > limits::kListBytes)
+        fail(number, "a list is too long", "check that this is the file you mean");
     }
     std::size_t at = 0;
     read_flow(text, at, number, depth, node);
     if (at != text.size())
       fail(number, "text stands behind a closing bracket", "put each field on a line of its own");
-  }
-
-  bool is_balanced(const std::string& text, int number) const {
-    constexpr std::size_t kLongest = std::size_t(4) << 20;
-    if (text.size() > kLongest) fail(number, "a list is too long", "check that this is the file you mean");
-    int open = 0;
-    char quote = 0;
-    for (const char c : text) {
-      if (quote != 0) {
-        if (c == quote) quote = 0;
-      } else if (c == '"' || c == '\'') {
-        quote = c;
-      } else {
-        open += (c == '[' || c == '{') - (c == ']' || c == '}');
-      }
-    }
-    return open <= 0;
   }
 
   static void skip_blanks(const std::string& text, std::size_t& at) {
@@ -268,7 +277,7 @@ class YamlReader {
         ++at;
         skip_blanks(text, at);
         if (at >= text.size()) fail(line, "a list that begins here does not end", "close its bracket");
-        if (node.children.size() > kMaxMembers)
+        if (node.children.size() > limits::kGroupFields)
           fail(line, "a group has too many fields", "check that this is the file you mean");
         for (std::size_t i = 0; i + 1 < node.children.size(); ++i)
           if (node.children[i].name == key)

@@ -4,11 +4,11 @@
 
 #include "exchange/archive.hpp"
 #include "procam/core/base/error.hpp"
+#include "procam/core/base/limits.hpp"
 
 namespace procam::io {
 namespace {
 
-constexpr zip_int64_t kMaxArchiveMembers = 4096;
 constexpr zip_uint64_t kLargestMember = std::size_t(1) << 40;  // of a sum that must not overflow
 const char* const kNextArchive = "get the archive again from the program that made it";
 
@@ -55,7 +55,7 @@ Archive::Archive(std::string bytes, std::string file, std::size_t largest_unpack
   (void)source.release();  // the archive owns it now
 
   const zip_int64_t members = zip_get_num_entries(body_->zip.get(), 0);
-  if (members > kMaxArchiveMembers)
+  if (members > limits::kArchiveMembers)
     fail_archive(body_->file, "it has " + std::to_string(members) + " members");
   zip_uint64_t unpacked = 0;
   for (zip_int64_t i = 0; i < members; ++i) {

@@ -2,12 +2,16 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <iterator>
 
+#include "document/size_check.hpp"
 #include "document/trimmed.hpp"
 #include "document/value.hpp"
+#include "procam/core/base/limits.hpp"
 #include "procam/io/files.hpp"
 #include "procam/io/rig_file.hpp"
+#include "procam/io/text.hpp"
 
 namespace procam::io {
 namespace {
@@ -40,14 +44,13 @@ struct Numbers {
 };
 
 Numbers numbers_of(const Value& value) {
-  constexpr std::size_t kMaxNumbers = 4096;  // of one matrix that is read here: far more than 4 x 4
   Numbers out;
   if (const auto data = find(value, {"data"}); data && is_group(value)) {
     const auto side = [&](const Names& names) {
       const auto found = find(value, names);
       if (!found) value.fail("its number of " + std::string(names.front()) + " is missing", kNextCalibration);
       const double number = found->number();
-      if (number != std::floor(number) || number < 1 || number > double(kMaxNumbers))
+      if (number != std::floor(number) || number < 1 || number > double(limits::kMatrixNumbers))
         found->fail("it is no number of rows or columns", kNextCalibration);
       return std::size_t(number);
     };
@@ -73,7 +76,7 @@ Numbers numbers_of(const Value& value) {
     out.columns = numbers.size();
     ++out.rows;
     out.values.insert(out.values.end(), numbers.begin(), numbers.end());
-    if (out.values.size() > kMaxNumbers)
+    if (out.values.size() > limits::kMatrixNumbers)
       value.fail("it is too large for a calibration's matrix", kNextCalibration);
   }
   return out;
@@ -112,25 +115,33 @@ Intrinsics intrinsics_of(const Value& value) {
 
 /// A whole number of pixels.
 int side_of(const Value& value, double number) {
-  if (number != std::floor(number) || number < 1 || number > (1 << 20))
-    value.fail("it is not a whole number of pixels from 1 to 1048576", kNextCalibration);
+  if (number != std::floor(number) || number < 1 || number > limits::kSizeSide)
+    value.fail("it is not a whole number of pixels from 1 to " + std::to_string(limits::kSizeSide),
+               kNextCalibration);
   return int(number);
+}
+
+/// The size `width` x `height` that stands in `value`.
+ImageSize size_in(const Value& value, double width, double height) {
+  const ImageSize size{side_of(value, width), side_of(value, height)};
+  if (const auto why = flaw(size)) value.fail(*why, kNextCalibration);
+  return size;
 }
 
 std::optional<ImageSize> size_of(const Value& camera) {
   const auto width = find(camera, {"image_width", "image_Width", "width"});
   const auto height = find(camera, {"image_height", "image_Height", "height"});
-  if (width && height) return ImageSize{side_of(*width, width->number()), side_of(*height, height->number())};
+  if (width && height) return size_in(*width, width->number(), height->number());
   if (const auto size = find(camera, {"image_size", "imageSize", "size", "resolution"})) {
     const std::vector<double> sides = numbers_of(*size).values;
     if (sides.size() != 2) size->fail("it is not a width and a height", kNextCalibration);
-    return ImageSize{side_of(*size, sides[0]), side_of(*size, sides[1])};
+    return size_in(*size, sides[0], sides[1]);
   }
   if (const auto shape = find(camera, {"img_shape"})) {  // as numpy counts: rows, columns (, channels)
     const std::vector<double> sides = numbers_of(*shape).values;
     if (sides.size() != 2 && sides.size() != 3)
       shape->fail("it is not the rows and columns of an image", kNextCalibration);
-    return ImageSize{side_of(*shape, sides[1]), side_of(*shape, sides[0])};
+    return size_in(*shape, sides[1], sides[0]);
   }
   return std::nullopt;
 }
@@ -162,9 +173,10 @@ constexpr LensName kLensNames[] = {
     {"none", false, 0},
 };
 
-/// `coefficients` in OpenCV's order, of the model that `model` names (plain when it is absent).
-Distortion distortion_of(const std::optional<Value>& coefficients, const std::optional<Value>& model,
-                         bool fisheye) {
+/// `coefficients` in OpenCV's order, of the model that `model` names (plain when it is absent). `camera` is
+/// where their absence is reported.
+Distortion distortion_of(const Value& camera, const std::optional<Value>& coefficients,
+                         const std::optional<Value>& model, bool fisheye) {
   std::vector<double> found;
   if (coefficients && coefficients->node->kind != Node::Kind::kNull) found = numbers_of(*coefficients).values;
   std::size_t most = 8;
@@ -184,7 +196,9 @@ Distortion distortion_of(const std::optional<Value>& coefficients, const std::op
   const auto is_zero = [](double c) { return c == 0; };
   if (fisheye) {
     if (found.size() != 4)
-      (coefficients ? *coefficients : *model)
+      (coefficients ? *coefficients
+       : model      ? *model
+                    : camera)
           .fail("an equidistant lens has 4 coefficients, not " + std::to_string(found.size()),
                 kNextCalibration);
     return with_coefficients(FisheyeDistortion{}, found);
@@ -240,7 +254,7 @@ Camera camera_of(const Value& value, const std::optional<ImageSize>& given, cons
   camera.size = required_size(size_of(value), given, value, device);
   const auto fisheye = find(value, {"fisheye_model"});
   camera.distortion =
-      distortion_of(find(value, kDistortionNames), find(value, {"distortion_model", "camera_model"}),
+      distortion_of(value, find(value, kDistortionNames), find(value, {"distortion_model", "camera_model"}),
                     fisheye && fisheye->number() != 0);
   return camera;
 }
@@ -321,10 +335,10 @@ Rig read_pair(const PairNames& names, const Value& root, const Value& extrinsics
       "put R and T of stereoCalibrate into the file, or extrinsics.yml beside it: x_2 = R x_1 + T";
   const Camera camera{required_size(size_of(root), context.camera_size, root, "camera"),
                       intrinsics_of(require_member(root, {names.first_matrix})),
-                      distortion_of(find(root, {names.first_distortion}), {}, false)};
+                      distortion_of(root, find(root, {names.first_distortion}), {}, false)};
   const Camera projector{required_size({}, context.projector_size, root, "projector"),
                          intrinsics_of(require_member(root, {names.second_matrix})),
-                         distortion_of(find(root, {names.second_distortion}), {}, false)};
+                         distortion_of(root, find(root, {names.second_distortion}), {}, false)};
   Rig rig = rig_of(camera, projector,
                    pose_of(require_member(poses, names.rotation, next),
                            require_member(poses, names.translation, next), context.metres_per_unit),
@@ -359,7 +373,7 @@ Rig read_kalibr(const Value& root, const CalibrationContext& context) {
     camera.camera.intrinsics = intrinsics_of(require_member(*found, {"intrinsics"}));
     camera.camera.size = required_size(size_of(*found), context.camera_size, *found, "camera");
     camera.camera.distortion =
-        distortion_of(find(*found, {"distortion_coeffs"}), find(*found, {"distortion_model"}), false);
+        distortion_of(*found, find(*found, {"distortion_coeffs"}), find(*found, {"distortion_model"}), false);
     if (i > 0) {
       const Value step = require_member(*found, {"T_cn_cnm1"});
       const Mat4 cn_from_cnm1 = matrix_of(step, 4, 4);
@@ -388,7 +402,7 @@ Node parse_any(const std::string& bytes, const std::string& file) {
 
 Rig load_calibration(const std::filesystem::path& path, const CalibrationContext& context) {
   require(context.metres_per_unit > 0, "load_calibration: the unit is not positive");
-  const std::string bytes = read_file(path, kLargestDocument), file = path.string();
+  const std::string bytes = read_file(path, limits::kDocumentBytes), file = path.string();
   const Node document = parse_any(bytes, file);
   const Value root{&document, &file, ""};
   if (!is_group(root)) root.fail("it is no calibration", kNextCalibration);
@@ -406,7 +420,7 @@ Rig load_calibration(const std::filesystem::path& path, const CalibrationContext
     const std::filesystem::path extrinsics = path.parent_path() / "extrinsics.yml";
     if (!find(root, pair->rotation) && std::filesystem::exists(extrinsics, ignored)) {
       beside_file = extrinsics.string();
-      beside = parse_any(read_file(extrinsics, kLargestDocument), beside_file);
+      beside = parse_any(read_file(extrinsics, limits::kDocumentBytes), beside_file);
     }
     rig = read_pair(*pair, root, beside.line > 0 ? Value{&beside, &beside_file, ""} : root, context);
   } else if (find(root, {"cam0"})) {
@@ -429,6 +443,57 @@ Rig load_calibration(const std::filesystem::path& path, const CalibrationContext
   if (rig.provenance.tool.empty()) rig.provenance.tool = "another program";
   rig.provenance.inputs = {{file, sha256(bytes)}};
   return rig;
+}
+
+namespace {
+
+/// "525,525,319.5,239.5": empty unless every part is a finite number.
+std::vector<double> numbers_between_commas(const std::string& text) {
+  std::vector<double> numbers;
+  for (std::size_t at = 0; at <= text.size();) {
+    const std::size_t comma = std::min(text.find(',', at), text.size());
+    const std::string part = text.substr(at, comma - at);
+    char* end = nullptr;
+    const double value = std::strtod(part.c_str(), &end);
+    if (part.empty() || *end != 0 || !std::isfinite(value)) return {};
+    numbers.push_back(value);
+    at = comma + 1;
+  }
+  return numbers;
+}
+
+Intrinsics intrinsics_of(const std::string& text, const std::vector<double>& k, ImageSize size) {
+  constexpr const char* kNext =
+      "give fx,fy,cx,cy in pixels, e.g. 525,525,319.5,239.5, in the mode of the image";
+  const auto fail = [&](const std::string& why) { return Error(ErrorKind::kInput, text, why, kNext); };
+  if (k.empty()) throw fail("not all of it are numbers");
+  if (k.size() != 4 && k.size() != 5) throw fail("these are " + std::to_string(k.size()) + " numbers");
+  if (!(k[0] > 0 && k[1] > 0)) throw fail("the focal lengths are not positive");
+  // A cropped image may have it outside, but not by more than its own size.
+  if (std::abs(k[2] / size.width - 0.5) > 1.5 || std::abs(k[3] / size.height - 0.5) > 1.5)
+    throw fail("the principal point lies far outside the image of " + format_size(size) + " pixels");
+  return {k[0], k[1], k[2], k[3], k.size() == 5 ? k[4] : 0};
+}
+
+}  // namespace
+
+RigCamera load_camera(const std::string& text, const std::string& name, ImageSize size) {
+  const std::vector<double> numbers = numbers_between_commas(text);
+  RigCamera camera;
+  if (!numbers.empty() || std::count(text.begin(), text.end(), ',') >= 3) {
+    camera.camera = {size, intrinsics_of(text, numbers, size), NoDistortion{}};
+    return camera;
+  }
+  CalibrationContext context;
+  context.camera_size = size;
+  context.projector_size = size;  // of a projector in the file, which is not used
+  camera = load_calibration(text, context).camera(name);
+  if (camera.camera.size != size)
+    throw Error(
+        ErrorKind::kInput, text,
+        "its camera has " + format_size(camera.camera.size) + " pixels, the image " + format_size(size),
+        "give the calibration of the camera that took the image, in the mode of the image");
+  return camera;
 }
 
 }  // namespace procam::io

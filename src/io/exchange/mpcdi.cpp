@@ -13,6 +13,7 @@
 #include "image/image_check.hpp"
 #include "image/image_decode.hpp"
 #include "image/pfm_bytes.hpp"
+#include "procam/core/base/limits.hpp"
 #include "procam/io/files.hpp"
 #include "procam/io/image/images.hpp"
 #include "procam/io/image/pfm.hpp"
@@ -21,7 +22,6 @@ namespace procam::io {
 namespace {
 
 const char* const kNextMap = "export it again from the program that made it";
-constexpr double kLargestLength = 1e6;  // metres
 
 std::string size_words(ImageSize size) {
   return std::to_string(size.width) + " x " + std::to_string(size.height);
@@ -85,7 +85,7 @@ ImageF positions_from_file(ImageF map, double metres_per_unit, const std::string
       for (int c = 0; c < 3; ++c) {
         float& metres = map.at(x, y, c);
         metres = finite ? float(metres * metres_per_unit) : std::numeric_limits<float>::quiet_NaN();
-        if (std::abs(metres) > kLargestLength)
+        if (std::abs(metres) > limits::kLengthM)
           throw Error(ErrorKind::kInput, what,
                       "at pixel " + std::to_string(x) + ", " + std::to_string(y) +
                           " it lies a thousand kilometres away",
@@ -194,7 +194,7 @@ Mpcdi load_mpcdi(const std::filesystem::path& path, std::size_t largest_unpacked
   const std::string file = path.string();
   std::string bytes = read_file(path, largest_unpacked);
   if (bytes.compare(0, 2, "PK") != 0) {
-    if (bytes.size() > kLargestDocument)
+    if (bytes.size() > limits::kDocumentBytes)
       throw Error(ErrorKind::kInput, file, "it is neither an archive nor a short XML file", kNextMap);
     MpcdiDocument document = parse_mpcdi_xml(bytes, file);
     for (const MpcdiFiles& files : document.files)
@@ -210,7 +210,7 @@ Mpcdi load_mpcdi(const std::filesystem::path& path, std::size_t largest_unpacked
   const Archive archive(std::move(bytes), file, largest_unpacked);
   const std::string xml_name = xml_member(archive, file);
   const std::string xml = archive.read(xml_name);
-  if (xml.size() > kLargestDocument)
+  if (xml.size() > limits::kDocumentBytes)
     throw Error(ErrorKind::kInput, file + ": " + xml_name, "it is too large for an MPCDI description",
                 kNextMap);
   MpcdiDocument document = parse_mpcdi_xml(xml, file + ": " + xml_name);

@@ -10,12 +10,10 @@
 #include "document/number.hpp"
 #include "document/trimmed.hpp"
 #include "exchange/archive.hpp"
+#include "procam/core/base/limits.hpp"
 
 namespace procam::io {
 namespace {
-
-constexpr int kLargestSide = 16384;  ///< of a projector's picture, pixels
-constexpr std::size_t kMaxRegions = 1024;
 
 constexpr std::array<const char*, 4> kProfiles{"2d", "3d", "sl", "a3"};
 
@@ -85,16 +83,16 @@ class MpcdiReader {
   }
   int side(const Node& region, const Node& buffer, const std::string& name) const {
     const double value = number(find(region, name) != nullptr ? region : buffer, name);
-    if (!(value >= 1 && value <= kLargestSide && value == std::floor(value)))
+    if (!(value >= 1 && value <= limits::kFrameSide && value == std::floor(value)))
       fail(region, "its " + name + " is " + format_number(value) + ", and a picture has 1 to " +
-                       std::to_string(kLargestSide) + " pixels a side");
+                       std::to_string(limits::kFrameSide) + " pixels a side");
     return int(value);
   }
   void add_buffer(const Node& buffer, MpcdiDocument& document) {
     for (const Node& node : buffer.children) {
       if (lower(node.name) != "region") continue;
-      if (document.mpcdi.regions.size() == kMaxRegions)
-        fail(node, "it has more than " + std::to_string(kMaxRegions) + " regions");
+      if (document.mpcdi.regions.size() == limits::kRegions)
+        fail(node, "it has more than " + std::to_string(limits::kRegions) + " regions");
       MpcdiRegion region;
       region.buffer = text(buffer, "id");
       region.id = text(node, "id");

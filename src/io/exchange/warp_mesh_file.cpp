@@ -8,8 +8,6 @@
 namespace procam::io {
 namespace {
 
-constexpr std::size_t kLargestObj = std::size_t(256) << 20;
-
 void require_obj(const std::filesystem::path& path) {
   if (lower_extension(path) != ".obj")
     throw Error(ErrorKind::kUnsupported, path.string(), "warp meshes are OBJ files",
@@ -44,7 +42,7 @@ void save_warp_mesh(const std::filesystem::path& path, const WarpMesh& mesh) {
 WarpMesh load_warp_mesh(const std::filesystem::path& path, ImageSize projector) {
   require_obj(path);
   require(projector.width > 0 && projector.height > 0, "load_warp_mesh: the projector's picture is empty");
-  const Mesh file = parse_obj(read_file(path, kLargestObj), path.string());
+  const Mesh file = parse_obj(read_file(path), path.string());
   WarpMesh mesh;
   mesh.projector = projector;
   mesh.content = file.uv;

@@ -1,6 +1,7 @@
 #include "procam/io/image/depth_file.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <opencv2/imgcodecs.hpp>
 
 #include "image/image_decode.hpp"
@@ -31,6 +32,26 @@ Image<std::uint16_t> load_depth(const std::filesystem::path& path) {
   if (decoded.type() != CV_16UC1)
     throw no_depth(path, cv::typeToString(decoded.type()), "16 bits in one channel");
   return copy_of<std::uint16_t>(decoded);
+}
+
+Image<std::uint16_t> load_packed_depth(const std::filesystem::path& path, DepthPacking packing) {
+  DepthPixels pixels = load_depth_pixels(path);
+  auto* const numbers = std::get_if<Image<std::uint16_t>>(&pixels);
+  if (numbers == nullptr)
+    throw Error(ErrorKind::kInput, path.string(), "its pixels are floats, in which nothing is packed",
+                "read it without a packing: floats are metres");
+  Image<std::uint16_t> depth = std::move(*numbers);
+  for (int y = 0; y < depth.height(); ++y)
+    for (int x = 0; x < depth.width(); ++x) {
+      std::uint16_t& value = depth.at(x, y);
+      if (packing == DepthPacking::kSunRgbd) {
+        value = std::uint16_t(value >> 3 | value << 13);
+      } else {
+        const double metres = value < 1092 ? 351.3 / (1092.5 - value) : 0;
+        value = metres < 20 ? std::uint16_t(std::lround(1000 * metres)) : std::uint16_t(0);
+      }
+    }
+  return depth;
 }
 
 DepthPixels load_depth_pixels(const std::filesystem::path& path) {

@@ -1,9 +1,12 @@
 #include "image/image_check.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <map>
 #include <vector>
+
+#include "procam/core/base/limits.hpp"
 
 namespace procam::io {
 
@@ -64,8 +67,10 @@ class Bytes {
 };
 
 ImageCheck check_png(std::string_view bytes) {
-  ImageCheck check{ImageFormat::kPng, 0, 0, ""};
+  ImageCheck check;
+  check.format = ImageFormat::kPng;
   Bytes data(bytes, true);
+  long long bits_a_pixel = 0, compressed = 0;
   for (std::size_t at = 8;;) {
     const std::size_t length = data.number(at, 4);
     if (data.overrun() || bytes.size() - at < 12 || bytes.size() - at - 12 < length) {
@@ -84,14 +89,28 @@ ImageCheck check_png(std::string_view bytes) {
       }
       check.width = data.number(at + 8, 4);
       check.height = data.number(at + 12, 4);
+      const std::uint32_t bits = data.number(at + 16, 1), color = data.number(at + 17, 1);
+      // Grey, grey and alpha, R G B; a palette's entries may have alpha.
+      const long long stored = color == 2 ? 3 : color == 4 ? 2 : color == 6 ? 4 : 1;
+      const long long decoded = color == 0 ? 1 : color == 2 ? 3 : 4;
+      bits_a_pixel = stored * bits;
+      check.bytes_a_pixel = decoded * (bits == 16 ? 2 : 1);
     }
-    if (type == "IEND") return check;
+    if (type == "IDAT") compressed += static_cast<long long>(length);
+    if (type == "IEND") {
+      // Deflate makes a byte of at most 1032; the headers are the rest.
+      constexpr long long kMaxRatio = 1040;
+      if (check.width > 0 && check.height > limits::kImagePixels / check.width) return check;
+      if (check.width * check.height * bits_a_pixel / 8 > kMaxRatio * compressed) check.damage = kCutShort;
+      return check;
+    }
     at += 12 + length;
   }
 }
 
 ImageCheck check_jpeg(std::string_view bytes) {
-  ImageCheck check{ImageFormat::kJpeg, 0, 0, ""};
+  ImageCheck check;
+  check.format = ImageFormat::kJpeg;
   Bytes data(bytes, true);
   bool in_scan = false;
   for (std::size_t at = 2;;) {
@@ -125,6 +144,7 @@ ImageCheck check_jpeg(std::string_view bytes) {
     if ((marker & 0xfff0) == 0xffc0 && marker != 0xffc4 && marker != 0xffc8 && marker != 0xffcc) {
       check.height = data.number(at + 5, 2);
       check.width = data.number(at + 7, 2);
+      check.bytes_a_pixel = data.number(at + 9, 1) == 1 ? 1 : 3;
     }
     in_scan = marker == 0xffda;
     at += 2 + length;
@@ -134,7 +154,8 @@ ImageCheck check_jpeg(std::string_view bytes) {
 }
 
 ImageCheck check_bmp(std::string_view bytes) {
-  ImageCheck check{ImageFormat::kBmp, 0, 0, ""};
+  ImageCheck check;
+  check.format = ImageFormat::kBmp;
   Bytes data(bytes, false);
   const std::uint32_t pixels_at = data.number(10, 4), header_size = data.number(14, 4);
   long long bits = 0;
@@ -155,6 +176,7 @@ ImageCheck check_bmp(std::string_view bytes) {
     check.damage = "its header is not a BMP header";
     return check;
   }
+  check.bytes_a_pixel = bits == 32 ? 4 : 3;
   const long long row = (check.width * bits + 31) / 32 * 4;
   const auto size = static_cast<long long>(bytes.size());
   if (data.overrun() ||
@@ -177,7 +199,8 @@ std::vector<std::uint32_t> tiff_values(Bytes& data, std::size_t entry) {
 }
 
 ImageCheck check_tiff(std::string_view bytes) {
-  ImageCheck check{ImageFormat::kTiff, 0, 0, ""};
+  ImageCheck check;
+  check.format = ImageFormat::kTiff;
   Bytes data(bytes, bytes[0] == 'M');
   const std::size_t directory = data.number(4, 4);
   const std::size_t entries = data.number(directory, 2);
@@ -185,14 +208,20 @@ ImageCheck check_tiff(std::string_view bytes) {
   for (std::size_t i = 0; i < entries && !data.overrun(); ++i) {
     const std::size_t entry = directory + 2 + 12 * i;
     const std::uint32_t tag = data.number(entry, 2);
-    // Width, height, and where strips (273, 279) or tiles (324, 325) lie; other fields may have any type.
+    // Width, height, bits (258) of each sample, color (262), samples a pixel (277), and where strips (273, 279) or
+    // tiles (324, 325) lie; other fields may have any type.
     if (tags.count(tag) != 0) continue;
-    if (tag == 256 || tag == 257 || tag == 273 || tag == 279 || tag == 324 || tag == 325)
+    if ((tag >= 256 && tag <= 258) || tag == 262 || tag == 273 || tag == 277 || tag == 279 || tag == 324 ||
+        tag == 325)
       tags[tag] = tiff_values(data, entry);
   }
   const auto single = [&](std::uint32_t tag) { return tags[tag].empty() ? 0 : tags[tag].front(); };
   check.width = single(256);
   check.height = single(257);
+  // Gray is one channel; a palette and all else become three or four.
+  const long long samples = single(277), bits = single(258);
+  const bool is_gray = samples <= 1 && single(262) != 3;
+  check.bytes_a_pixel = (is_gray ? 1 : std::max(3LL, samples)) * std::max(1LL, bits / 8);
   const bool tiled = !tags[324].empty();
   const auto& offsets = tags[tiled ? 324 : 273];
   const auto& lengths = tags[tiled ? 325 : 279];
@@ -206,6 +235,15 @@ ImageCheck check_tiff(std::string_view bytes) {
 }
 
 }  // namespace
+
+std::string too_large(const ImageCheck& check) {
+  const bool fits =
+      check.width < 1 || (check.height <= limits::kImagePixels / check.width &&
+                          check.width * check.height <= limits::kImageBytes / check.bytes_a_pixel);
+  return fits ? ""
+              : "its header claims " + std::to_string(check.width) + " x " + std::to_string(check.height) +
+                    " pixels of " + std::to_string(check.bytes_a_pixel) + " bytes";
+}
 
 ImageCheck check_image(std::string_view bytes) {
   const auto begins = [&](std::string_view magic) { return bytes.substr(0, magic.size()) == magic; };

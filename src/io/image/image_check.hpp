@@ -12,10 +12,14 @@ enum class ImageFormat { kPng, kJpeg, kBmp, kTiff, kUnknown };
 struct ImageCheck {
   ImageFormat format = ImageFormat::kUnknown;
   long long width = 0, height = 0;  ///< as the header declares
+  long long bytes_a_pixel = 1;      ///< once decoded, at most
   std::string damage;               ///< what is wrong with the file; empty when nothing is
 };
 
-/// PNG: every chunk whole with the right checksum, up to IEND. JPEG: every segment whole, and the end marker
+/// Why nobody should decode it: too many pixels, or bytes once decoded; empty when all is well.
+std::string too_large(const ImageCheck& check);
+
+/// PNG: every chunk whole with the right checksum, up to IEND, and enough compressed bytes for the pixels. JPEG: every segment whole, and the end marker
 /// after the last scan. BMP: as many bytes as the header implies. TIFF: the first picture's strips or tiles
 /// inside the file.
 ImageCheck check_image(std::string_view bytes);

@@ -10,6 +10,8 @@
 #include "image/exr.hpp"
 #include "image/image_check.hpp"
 #include "image/image_decode.hpp"
+#include "procam/core/base/detail/regular_file.hpp"
+#include "procam/core/base/limits.hpp"
 #include "procam/io/files.hpp"
 
 namespace procam::io {
@@ -61,12 +63,16 @@ cv::Mat decode_image(const std::string& bytes, const std::string& file) {
   if (check.format == ImageFormat::kUnknown)
     throw Error(ErrorKind::kUnsupported, file, "it is not a PNG, JPEG, BMP or TIFF picture",
                 "convert it to PNG");
+  if (const std::string why = too_large(check); !why.empty())
+    throw Error(ErrorKind::kInput, file, why,
+                "give a picture of at most " + std::to_string(limits::kImagePixels) + " pixels and " +
+                    std::to_string(limits::kImageBytes >> 20) + " MiB of them");
   if (!check.damage.empty()) throw Error(ErrorKind::kInput, file, check.damage, next);
-  if (check.width < 1 || check.height < 1 || check.width > kLargestImage / check.height)
+  if (check.width < 1 || check.height < 1)
     throw Error(
         ErrorKind::kInput, file,
         "its header claims " + std::to_string(check.width) + " x " + std::to_string(check.height) + " pixels",
-        "give a picture of at most " + std::to_string(kLargestImage) + " pixels");
+        next);
   try {
     const QuietOpencv quiet;
     const cv::Mat encoded(1, int(bytes.size()), CV_8U, const_cast<char*>(bytes.data()));
@@ -81,6 +87,7 @@ cv::Mat decode_image(const std::string& bytes, const std::string& file) {
 std::optional<ImageSize> image_size(const fs::path& path) {
   try {
     // A PNG's size is in its first 24 bytes, a JPEG's behind its thumbnail and notes, a TIFF's anywhere.
+    procam::internal::require_regular_file(path);
     std::string head(std::size_t(64) << 10, '\0');
     std::ifstream file(path, std::ios::binary);
     file.read(head.data(), 32);
@@ -102,8 +109,7 @@ std::optional<ImageSize> image_size(const fs::path& path) {
       check = check_image(head);
       if (check.width < 1 || check.height < 1) check = check_image(read_file(path));
     }
-    if (check.width < 1 || check.height < 1 || check.width > kLargestImage / check.height)
-      return std::nullopt;
+    if (check.width < 1 || check.height < 1 || !too_large(check).empty()) return std::nullopt;
     return ImageSize{int(check.width), int(check.height)};
   } catch (const Error&) {
     return std::nullopt;

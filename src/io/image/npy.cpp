@@ -10,15 +10,14 @@
 #include <optional>
 
 #include "procam/core/base/error.hpp"
+#include "procam/core/base/limits.hpp"
 #include "procam/io/files.hpp"
 
 namespace procam::io {
 namespace {
 
 constexpr std::string_view kMagic("\x93NUMPY", 6);
-constexpr std::size_t kMaxHeader = 65536;
-constexpr std::size_t kMaxValues = std::size_t(1) << 27;  // a gigabyte of doubles
-constexpr double kMaxExact = 9007199254740992.0;          // 2^53: above it integers are no doubles
+constexpr double kMaxExact = 9007199254740992.0;  // 2^53: above it integers are no doubles
 constexpr const char* kNextNpy = "write it with numpy.save() from a float64 array in C order";
 
 [[noreturn]] void fail_npy(const std::string& file, const std::string& why,
@@ -205,7 +204,8 @@ NpyArray parse_npy(std::string_view bytes, const std::string& name) {
   const std::size_t length_bytes = version == 1 ? 2 : 4, begin = 8 + length_bytes;
   if (bytes.size() < begin) fail_npy(name, "it is cut short");
   const std::size_t length = little_endian(bytes.substr(8, length_bytes));
-  if (length > kMaxHeader) fail_npy(name, "its header claims " + std::to_string(length) + " bytes");
+  if (length > limits::kArrayHeaderBytes)
+    fail_npy(name, "its header claims " + std::to_string(length) + " bytes");
   if (bytes.size() - begin < length) fail_npy(name, "it is cut short in its header");
   const Header header(bytes.substr(begin, length), name);
 
@@ -213,13 +213,13 @@ NpyArray parse_npy(std::string_view bytes, const std::string& name) {
   array.shape = header.shape;
   std::size_t count = 1, record = 0;
   for (const std::size_t side : header.shape) {
-    if (side > kMaxValues || (side > 0 && count > kMaxValues / side))
-      fail_npy(name, "it claims more than " + std::to_string(kMaxValues) + " values");
+    if (side > limits::kArrayValues || (side > 0 && count > limits::kArrayValues / side))
+      fail_npy(name, "it claims more than " + std::to_string(limits::kArrayValues) + " values");
     count *= side;
   }
   for (const Field& field : header.fields) record += field.type.bytes;
-  if (count * header.fields.size() > kMaxValues)
-    fail_npy(name, "it claims more than " + std::to_string(kMaxValues) + " values");
+  if (count * header.fields.size() > limits::kArrayValues)
+    fail_npy(name, "it claims more than " + std::to_string(limits::kArrayValues) + " values");
   const std::string_view data = bytes.substr(begin + length);
   if (data.size() != count * record)
     fail_npy(name, "it holds " + std::to_string(data.size()) + " bytes of numbers where its header states " +

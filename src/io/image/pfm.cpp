@@ -7,12 +7,12 @@
 
 #include "document/number.hpp"
 #include "image/pfm_bytes.hpp"
+#include "procam/core/base/limits.hpp"
 #include "procam/io/files.hpp"
 
 namespace procam::io {
 namespace {
 
-constexpr std::size_t kLargestPfm = std::size_t(1) << 30;
 const char* const kNextPfm = "export the map again, or copy the whole file";
 
 bool is_pfm_blank(char c) {
@@ -36,7 +36,7 @@ class PfmHeader {
   }
   int size(const char* what) {
     const double value = number(what);
-    if (!(value >= 1 && value <= 1 << 20 && value == std::floor(value)))
+    if (!(value >= 1 && value <= limits::kSizeSide && value == std::floor(value)))
       throw Error(ErrorKind::kInput, file_,
                   std::string("its header's ") + what + " is " + format_number(value), kNextPfm);
     return int(value);
@@ -93,7 +93,7 @@ ImageF decode_pfm(std::string_view bytes, const std::string& file) {
 }
 
 ImageF load_pfm(const std::filesystem::path& path) {
-  return decode_pfm(read_file(path, kLargestPfm), path.string());
+  return decode_pfm(read_file(path), path.string());
 }
 
 std::string encode_pfm(ViewF image) {

@@ -73,6 +73,8 @@ class PlyReader {
           "place on it",
           "unwrap the mesh in the program that made it and export it with texture coordinates");
     if (mesh.triangles.empty()) refuse_mesh(name_, "it has no face");
+    if (!corner_uv_.empty() && corner_uv_.size() != 3 * mesh.triangles.size())
+      refuse_mesh(name_, "some of its faces have a texcoord and others have none");
     return corner_uv_.empty() ? mesh : split_at_seams(mesh);
   }
 
@@ -122,6 +124,10 @@ class PlyReader {
       }
     }
     if (!has_format) refuse_header("it has no format line");
+    // Elements of no bytes could be claimed without end.
+    for (const PlyElement& element : elements_)
+      if (element.properties.empty())
+        refuse_header("the element '" + element.name.substr(0, 40) + "' has no property");
   }
 
   void add_property(const std::vector<std::string>& words) {

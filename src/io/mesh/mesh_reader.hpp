@@ -3,11 +3,10 @@
 #include <string_view>
 
 #include "procam/core/base/error.hpp"
+#include "procam/core/base/limits.hpp"
 #include "procam/core/geometry/mesh.hpp"
 
 namespace procam::io {
-
-inline constexpr std::size_t kMaxTriangles = std::size_t(1) << 24;
 
 /// `where`: file and line, or file and element.
 [[noreturn]] inline void refuse_mesh(
@@ -20,7 +19,7 @@ inline constexpr std::size_t kMaxTriangles = std::size_t(1) << 24;
 inline void add_fan(const std::vector<int>& corners, const std::string& where, Mesh& mesh) {
   for (std::size_t i = 2; i < corners.size(); ++i)
     mesh.triangles.push_back({corners[0], corners[i - 1], corners[i]});
-  if (mesh.triangles.size() > kMaxTriangles)
+  if (mesh.triangles.size() > limits::kMeshTriangles)
     throw Error(ErrorKind::kUnsupported, where, "it has more than 2^24 triangles", "reduce the mesh");
 }
 

@@ -13,6 +13,7 @@
 #include "document/value.hpp"
 #include "extension.hpp"
 #include "image/npy.hpp"
+#include "procam/core/base/limits.hpp"
 #include "procam/core/board/board_artwork.hpp"
 #include "procam/io/board_file.hpp"
 #include "procam/io/files.hpp"
@@ -22,8 +23,6 @@
 namespace procam::io {
 namespace {
 
-constexpr std::size_t kMaxFile = std::size_t(512) << 20;
-constexpr std::size_t kMaxRows = 5'000'000;
 constexpr double kDefaultSigma = 0.1;  // pixels, as Observation::covariance begins
 constexpr const char* kNextTable =
     "give the columns view, device, point (or x, y, z), u, v and, where known, sigma; see "
@@ -181,8 +180,9 @@ Table table_of_csv(const std::string& text, const std::string& name) {
     if (cells.size() != columns)
       fail_table(where, "it has " + std::to_string(cells.size()) + " columns where the first line names " +
                             std::to_string(columns));
-    if (table.rows.size() >= kMaxRows)
-      fail_table(name, "it has more than " + std::to_string(kMaxRows) + " rows", "give one session a file");
+    if (table.rows.size() >= limits::kTableRows)
+      fail_table(name, "it has more than " + std::to_string(limits::kTableRows) + " rows",
+                 "give one session a file");
     const auto number = [&](Column column) {
       const std::string& cell = cells[std::size_t(at[column])];
       const auto value = parse_number(cell);
@@ -220,7 +220,8 @@ Table table_of_npy(const NpyArray& array, const std::string& name) {
     names.insert(names.end(), {"u", "v"});
     if (columns % 2 == 0) names.emplace_back("sigma");
   }
-  if (rows > kMaxRows) fail_table(name, "it has more than " + std::to_string(kMaxRows) + " rows");
+  if (rows > limits::kTableRows)
+    fail_table(name, "it has more than " + std::to_string(limits::kTableRows) + " rows");
   const std::array<int, kColumns> at = find_columns(names, name);
   Table table{name, at[kX] >= 0, {}, {}};
   for (std::size_t r = 0; r < rows; ++r) {
@@ -442,28 +443,41 @@ Correspondences correspondences_of(Table table, const ObservationsContext& conte
   return data;
 }
 
-/// The numbers of a view's light points in a file. A point of the pattern keeps its number in all views, so
-/// that views can be compared by it; points of several projectors follow each other, then those without a
-/// number. Cameras that see the same point share its number.
-std::vector<int> light_numbers(const Correspondences& data, const View& view) {
-  const int cameras = int(std::count_if(data.devices.begin(), data.devices.end(),
-                                        [](const Device& d) { return d.kind == DeviceKind::kCamera; }));
-  int block = 0;  // longer than any projector's numbers
-  for (const View& other : data.views)
-    for (const LightPoint& light : other.light_points) block = std::max(block, light.point + 1);
-  std::map<std::pair<int, int>, const LightPoint*> first;  // by number and camera: the one that has it
+/// The number that each point (projector, point) of the pattern has in a file, in all views, so that views can
+/// be compared by it: its own, unless two projectors share one; then they are counted.
+using PatternNumbers = std::map<std::pair<int, int>, int>;
+
+PatternNumbers pattern_numbers(const Correspondences& data) {
+  PatternNumbers numbers;
+  std::set<int> points;
+  bool is_shared = false;
+  for (const View& view : data.views)
+    for (const LightPoint& light : view.light_points)
+      if (light.point >= 0 && numbers.emplace(std::pair(light.projector, light.point), light.point).second)
+        is_shared = !points.insert(light.point).second || is_shared;
+  if (!is_shared) return numbers;
+  int next = 0;
+  for (auto& [point, number] : numbers) number = next++;
+  return numbers;
+}
+
+/// The numbers of a view's light points in a file; those without a number of their own follow. Cameras that
+/// see the same point share its number.
+std::vector<int> light_numbers(const View& view, const PatternNumbers& pattern) {
+  std::set<std::pair<int, int>> taken;  // number and camera
+  std::map<int, Vec2> shown;            // the projector's pixel by number
   std::vector<int> numbers;
-  int next = block * (int(data.devices.size()) - cameras);
+  int next = 0;
+  for (const auto& [point, number] : pattern) next = std::max(next, number + 1);
   for (const LightPoint& light : view.light_points) {
-    int number = block * (light.projector - cameras) + light.point;
-    bool free = light.point >= 0;
-    for (std::size_t d = 0; free && d < data.devices.size(); ++d) {
-      const auto taken = first.find({number, int(d)});
-      if (taken == first.end()) continue;
-      free = int(d) != light.camera && taken->second->projector_pixel == light.projector_pixel;
-    }
-    if (!free) number = next++;
-    first[{number, light.camera}] = &light;
+    const auto own = pattern.find({light.projector, light.point});
+    int number = own == pattern.end() ? next : own->second;
+    const auto before = shown.find(number);
+    const bool is_free = own != pattern.end() && taken.count({number, light.camera}) == 0 &&
+                         (before == shown.end() || before->second == light.projector_pixel);
+    if (!is_free) number = next++;
+    taken.insert({number, light.camera});
+    shown[number] = light.projector_pixel;
     numbers.push_back(pattern_point(number));
   }
   return numbers;
@@ -489,12 +503,13 @@ bool has_uncorrelated_pixel(const Correspondences& data) {
 /// What both syntaxes write, row by row: write(view, device, camera, point, pixel, covariance, correlated).
 template <typename Write>
 void for_each_row(const Correspondences& data, const Write& write) {
+  const PatternNumbers pattern = pattern_numbers(data);
   for (std::size_t v = 0; v < data.views.size(); ++v) {
     for (std::size_t d = 0; d < data.devices.size(); ++d)
       for (const Observation& o : data.views[v].observations[d])
         write(v, int(d), data.devices[d].kind == DeviceKind::kCamera ? int(d) : o.camera, o.point, o.pixel,
               o.covariance, o.correlated_with_camera);
-    const std::vector<int> numbers = light_numbers(data, data.views[v]);
+    const std::vector<int> numbers = light_numbers(data.views[v], pattern);
     std::set<int> written;
     for (std::size_t i = 0; i < numbers.size(); ++i) {
       const LightPoint& light = data.views[v].light_points[i];
@@ -514,7 +529,7 @@ Correspondences parse_observations(const std::string& text, const std::string& n
 }
 
 Correspondences load_observations(const std::filesystem::path& path, const ObservationsContext& context) {
-  const std::string bytes = read_file(path, kMaxFile);
+  const std::string bytes = read_file(path, limits::kTableBytes);
   if (lower_extension(path) == ".npy")
     return correspondences_of(table_of_npy(parse_npy(bytes, path.string()), path.string()), context);
   return parse_observations(bytes, path.string(), context);

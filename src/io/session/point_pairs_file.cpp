@@ -5,6 +5,7 @@
 
 #include "document/number.hpp"
 #include "document/table.hpp"
+#include "procam/core/base/limits.hpp"
 #include "procam/io/files.hpp"
 #include "session/point_pairs_text.hpp"
 
@@ -45,8 +46,7 @@ std::vector<PointPair> parse_point_pairs(const std::string& text, const std::str
 }
 
 std::vector<PointPair> load_point_pairs(const std::filesystem::path& path) {
-  constexpr std::size_t kLargest = std::size_t(16) << 20;
-  return parse_point_pairs(read_file(path, kLargest), path.string());
+  return parse_point_pairs(read_file(path, limits::kPointPairsBytes), path.string());
 }
 
 }  // namespace procam::io

@@ -3,15 +3,37 @@
 #include <algorithm>
 #include <atomic>
 #include <exception>
+#include <system_error>
 #include <thread>
 #include <vector>
 
+#include "procam/core/base/limits.hpp"
+
 namespace procam {
 
-/// Threads to start: `threads`, or the machine's cores for 0.
+/// Threads to start: `threads`, or the machine's cores for 0; at most limits::kThreads.
 inline int thread_count(int threads) {
-  return threads > 0 ? threads : int(std::max(1u, std::thread::hardware_concurrency()));
+  if (threads <= 0) threads = int(std::max(1u, std::thread::hardware_concurrency()));
+  return std::min(threads, limits::kThreads);
 }
+
+namespace internal {
+
+/// Starts `count` threads that call `serve`, or as many as the system grants: the work is shared by those that there
+/// are, and by the caller.
+template <typename Serve>
+void start_threads(std::vector<std::thread>& threads, int count, const Serve& serve) {
+  threads.reserve(threads.size() + std::size_t(std::max(count, 0)));
+  for (int i = 0; i < count; ++i) {
+    try {
+      threads.emplace_back(serve);
+    } catch (const std::system_error&) {
+      return;
+    }
+  }
+}
+
+}  // namespace internal
 
 /// Calls work(i) once for each i of [0, count), started in ascending order, at most `threads` (0: the machine's)
 /// at a time. All are called even when one throws; the exception of the lowest i is thrown again here.
@@ -29,7 +51,7 @@ void parallel_each(int count, int threads, const Work& work) {
     }
   };
   std::vector<std::thread> others;
-  for (int i = 1; i < std::min(thread_count(threads), count); ++i) others.emplace_back(serve);
+  internal::start_threads(others, std::min(thread_count(threads), count) - 1, serve);
   serve();
   for (std::thread& other : others) other.join();
   for (const std::exception_ptr& error : errors)

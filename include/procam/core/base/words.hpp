@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <cstdarg>
+#include <cstdio>
 #include <string>
 #include <vector>
 
@@ -24,6 +26,16 @@ inline std::string digits(double value, std::chars_format format, int precision)
 }
 
 }  // namespace detail
+
+/// std::printf into a string, for messages; cut after 511 characters.
+__attribute__((format(printf, 1, 2))) inline std::string format(const char* pattern, ...) {
+  char text[512];
+  va_list values;
+  va_start(values, pattern);
+  std::vsnprintf(text, sizeof text, pattern, values);
+  va_end(values);
+  return text;
+}
 
 /// fixed(2.5, 2) = "2.50": with that many decimals.
 inline std::string fixed(double value, int decimals) {

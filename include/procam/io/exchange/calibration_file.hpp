@@ -5,13 +5,13 @@
 /// | written by | read |
 /// |---|---|
 /// | procam | rig.json, all of it |
-/// | OpenCV's calibration sample | camera_matrix, distortion_coefficients, image_width, image_height;
-/// fisheye_model | | OpenCV's stereo sample | M1 D1 M2 D2 with R T, in one file or in extrinsics.yml beside
-/// it | | ROS (camera_info files and messages) | camera_matrix, distortion_model, distortion_coefficients; K
-/// and D | | Kalibr (camchain) | cam0, cam1, ...: intrinsics, distortion_model, distortion_coeffs,
-/// resolution, T_cn_cnm1 | | projector-camera programs | cam_int cam_dist proj_int proj_dist rotation
-/// translation img_shape; cam_K cam_kc proj_K proj_kc R T | | people | K (3 x 3, or fx fy cx cy), D, size; or
-/// such a camera and projector with R and T |
+/// | OpenCV's calibration sample | camera_matrix, distortion_coefficients, image_width, image_height; fisheye_model |
+/// | OpenCV's stereo sample | M1 D1 M2 D2 with R T, in one file or in extrinsics.yml beside it |
+/// | ROS (camera_info files and messages) | camera_matrix, distortion_model, distortion_coefficients; K and D |
+/// | Kalibr (camchain) | cam0, cam1, ...: intrinsics, distortion_model, distortion_coeffs, resolution, T_cn_cnm1 |
+/// | projector-camera programs | cam_int cam_dist proj_int proj_dist rotation translation img_shape; or
+///   cam_K cam_kc proj_K proj_kc R T |
+/// | people | K (3 x 3, or fx fy cx cy), D, size; or such a camera and projector with R and T |
 ///
 /// All of them count pixels as procam does, centres at integers, and keep K = [fx skew cx; 0 fy cy; 0 0 1].
 /// Distortion is in OpenCV's order k1 k2 p1 p2 k3 k4 k5 k6 (plumb_bob, radtan, rational_polynomial), or
@@ -36,5 +36,10 @@ struct CalibrationContext {
 /// of each. Throws Error(kInput) naming file, line and field where something is missing or not what it should
 /// be, Error(kUnsupported) for lens models that procam has not, Error(kIo).
 Rig load_calibration(const std::filesystem::path& path, const CalibrationContext& context = {});
+
+/// One camera for images of `size`: "fx,fy,cx,cy" or "fx,fy,cx,cy,skew" in pixels, without distortion, or a file
+/// as above, in which `name` may be empty when it holds one camera. Throws Error as load_calibration() does, and
+/// Error(kInput) for numbers that no camera has and for a camera of another size.
+RigCamera load_camera(const std::string& text, const std::string& name, ImageSize size);
 
 }  // namespace procam::io

@@ -30,6 +30,7 @@
 #include <string>
 #include <vector>
 
+#include "procam/core/base/limits.hpp"
 #include "procam/core/lens/projector.hpp"
 #include "procam/core/surface/warp_map.hpp"
 
@@ -83,16 +84,13 @@ Pose world_from_projector(const MpcdiRegion& region);
 /// says by how many pixels the frustum alone is off.
 Diagnostics set_projector(MpcdiRegion& region, const Projector& projector, const Pose& world_from_projector);
 
-/// Bytes that an archive may unpack to, declared or found.
-constexpr std::size_t kLargestMpcdi = std::size_t(1) << 30;
-
 /// .mpcdi or .mpcdi.xml, recognised by its contents. Names are taken in any case ("xResolution"). Only what
 /// the XML names is unpacked, in memory. Throws Error(kInput), naming file and member or line, for archives
 /// that are damaged, unpack to more than `largest_unpacked` or than they declare, have members outside the
 /// archive (".."), lack a file, or whose maps have another size than their region or numbers that are none;
 /// regions outside 0..1, absurd sizes. Error(kUnsupported) for an archive when procam was built without
 /// libzip.
-Mpcdi load_mpcdi(const std::filesystem::path& path, std::size_t largest_unpacked = kLargestMpcdi);
+Mpcdi load_mpcdi(const std::filesystem::path& path, std::size_t largest_unpacked = limits::kFileBytes);
 
 /// Writes profiles 2d, sl and a3, at once or not at all; the same data give the same bytes. The name must end
 /// in .mpcdi. Throws std::invalid_argument for regions without what their profile needs, Error(kUnsupported)

@@ -15,6 +15,15 @@ Image<std::uint16_t> load_depth(const std::filesystem::path& path);
 /// The same, and floats in metres: a TIFF of 32-bit floats or a PFM, of one channel.
 DepthPixels load_depth_pixels(const std::filesystem::path& path);
 
+/// 16-bit numbers that stand for something else than a multiple of a length.
+enum class DepthPacking {
+  kSunRgbd,  ///< SUN RGB-D: millimetres whose bits are rotated left by three
+  kNyu       ///< NYU Depth's raw frames: z = 351.3 / (1092.5 - value) metres, 2047 where there is none
+};
+
+/// As load_depth(), in millimetres.
+Image<std::uint16_t> load_packed_depth(const std::filesystem::path& path, DepthPacking packing);
+
 /// Written at once or not at all, as PNG. Throws Error(kUnsupported) unless the name ends in .png.
 void save_depth(const std::filesystem::path& path, ImageView<const std::uint16_t> depth);
 

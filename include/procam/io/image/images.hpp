@@ -18,10 +18,6 @@ struct LoadedImage {
   Diagnostics diagnostics;  ///< "reduced_to_8_bit" when the file has 16 bits a channel
 };
 
-/// Largest picture read, in pixels: a header that claims more is taken for damage, not for a reason to
-/// allocate.
-constexpr long long kLargestImage = 1LL << 28;
-
 /// 16-bit pictures are reduced by v / 257, rounded. Throws Error(kIo) when the file cannot be read,
 /// Error(kInput) when it is damaged, cut short or too large, Error(kUnsupported) for another format or depth.
 LoadedImage load_image(const std::filesystem::path& path);

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "procam/core/base/limits.hpp"
 #include "procam/track/byte_source.hpp"
 #include "procam/track/detail/inbox.hpp"
 
@@ -41,7 +42,7 @@ class ParsedSource final : public Source, private ByteHandler {
   void failed(const std::string& why) override { inbox_.failed(why); }
 
   InboxOf<Message> inbox_;
-  std::array<Parser, kMaxPeers> parsers_;
+  std::array<Parser, limits::kSenders> parsers_;
   std::unique_ptr<ByteSource> bytes_;  ///< last: its thread uses the others until it is destroyed
 };
 

@@ -55,6 +55,5 @@ struct Bytes {
 };
 
 inline constexpr std::string_view kOscBundle("#bundle\0", 8);
-inline constexpr int kDeepestOscBundle = 4;
 
 }  // namespace procam::track::internal

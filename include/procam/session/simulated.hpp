@@ -1,0 +1,55 @@
+#pragma once
+/// A simulated calibration session as a folder: what capture-session records, with the truth beside it.
+///
+///   session/session.json, view_00/frame_00.png ...   as captured
+///   session/truth.json, view_00/truth_pose.json ...  the true rig and board poses
+///   session/marker_view.png, markers.json, truth_projector_from_world.json   with `markers`
+///   session/check/frame_00.png ..., session.json, surfaces.json, truth.json  with `check`
+///
+/// Equal options give equal folders. Several cameras or projectors have a folder each in a view
+/// (simulate/fleet.hpp).
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "procam/core/board/board.hpp"
+#include "procam/session/reader.hpp"
+#include "procam/simulate/session.hpp"
+
+namespace procam::session {
+
+struct SimulationOptions {
+  std::uint64_t seed = 1;
+  simulate::Level level = simulate::Level::kEasy;
+  std::string pattern = "gray";  ///< pattern_help()
+  std::optional<Board> board;    ///< the printed board instead of the level's
+  int views = 0;                 ///< only the first ones; 0: all of the level
+  int cameras = 1, projectors = 1;
+  std::vector<std::string> settings;  ///< KEY=VALUE changes to the level's conditions: settings_help()
+  bool markers = false;               ///< also a view of markers on the wall (simulate/marker_view.hpp)
+  std::string check;                  ///< also captures of this projected board on the bare wall
+  double bump = 0;                    ///< rotation of the projector before `check`, radians
+  bool replace = false;               ///< remove an earlier simulated session
+};
+
+/// The folder as it was written.
+struct SimulatedFolder {
+  int views = 0;
+  int frames_per_view = 0;
+  std::string pattern;
+  Board board;
+  ImageSize projector_size;
+};
+
+/// The keys of `settings` with an example and their meaning, for --help.
+std::string settings_help();
+
+/// The folder appears whole or not at all. Throws Error(kIo) for a folder that is not empty (unless `replace`,
+/// and then for one that is no simulated session), Error(kInput) for settings that cannot be read,
+/// Error(kUnsupported) for `markers`, `check` and `board` with several devices, and as make_session() does.
+SimulatedFolder write_simulated_session(const std::filesystem::path& folder, const SimulationOptions& options,
+                                        const ReadingProgress& progress = {});
+
+}  // namespace procam::session

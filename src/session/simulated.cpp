@@ -1,0 +1,197 @@
+#include "procam/session/simulated.hpp"
+
+#include <algorithm>
+
+#include "condition_settings.hpp"
+#include "new_folder.hpp"
+#include "procam/core/geometry/se3.hpp"
+#include "procam/detect/board_artwork.hpp"
+#include "procam/detect/marker_edges.hpp"
+#include "procam/io/image/images.hpp"
+#include "procam/io/marker_map_file.hpp"
+#include "procam/io/pose_file.hpp"
+#include "procam/io/rig_file.hpp"
+#include "procam/io/session/captures.hpp"
+#include "procam/io/surface_file.hpp"
+#include "procam/session/files.hpp"
+#include "procam/session/patterns.hpp"
+#include "procam/simulate/fleet.hpp"
+#include "procam/simulate/marker_view.hpp"
+
+namespace procam::session {
+namespace fs = std::filesystem;
+namespace {
+
+std::size_t views_of(const SimulationOptions& options, std::size_t all) {
+  return options.views > 0 ? std::min(std::size_t(options.views), all) : all;
+}
+
+simulate::Conditions conditions_of(const SimulationOptions& options) {
+  return with_settings(simulate::level_conditions(options.level), options.settings);
+}
+
+void write_view(const simulate::SimulatedSession& session, std::size_t view,
+                const std::vector<ImageU8>& frames, const fs::path& folder) {
+  fs::create_directory(folder);
+  const std::vector<ImageU8> captures = simulate::capture_view(session, view, frames);
+  for (std::size_t frame = 0; frame < captures.size(); ++frame)
+    io::save_image(folder / numbered("frame", frame, ".png"), captures[frame]);
+  io::save_pose(folder / "truth_pose.json",
+                {"rig", "board", PoseWithCovariance{session.views[view].rig_from_board}});
+}
+
+/// The rig before markers on its wall, blurred and noisy as the session's captures.
+void write_marker_view(const simulate::SimulatedSession& session, const fs::path& folder) {
+  const simulate::World& world = session.views.front();
+  const simulate::HungMarkers hung = simulate::hang_markers(world);
+  simulate::MarkerViewOptions view;
+  view.blur_px = session.capture.camera_blur_px;
+  view.noise = session.capture.noise;
+  view.seed = session.capture.seed;
+  const RigCamera& camera = session.rig().camera();
+  io::save_image(folder / "marker_view.png",
+                 simulate::marker_view(camera.camera, camera.rig_from_camera.inverse() * hung.rig_from_world,
+                                       hung.map.markers, detect::marker_cells(hung.map.dictionary), view));
+  io::save_marker_map(folder / "markers.json", hung.map);
+  const RigProjector& projector = session.rig().projector();
+  io::save_pose(folder / "truth_projector_from_world.json",
+                {projector.name, "world",
+                 PoseWithCovariance{projector.rig_from_projector.inverse() * hung.rig_from_world}});
+}
+
+void save_truth(Rig truth, const SimulationOptions& options, const std::string& pattern,
+                const fs::path& folder) {
+  truth.provenance.tool = "simulate-captures";
+  truth.provenance.options["seed"] = std::to_string(options.seed);
+  truth.provenance.options["level"] = simulate::to_string(options.level);
+  truth.provenance.options["pattern"] = pattern;
+  for (const std::string& setting : options.settings) {
+    std::string& all = truth.provenance.options["set"];
+    all += (all.empty() ? "" : ",") + setting;
+  }
+  io::save_rig(folder / "truth.json", truth);
+}
+
+/// What is wrong with each view, beside the seed and the level in truth.json.
+Rig with_defects(Rig truth, const simulate::SimulatedSession& session, std::size_t views, int frames) {
+  for (std::size_t view = 0; view < std::min(views, session.defects.size()); ++view)
+    if (const std::string text = simulate::description(session.defects[view], frames); !text.empty())
+      truth.provenance.options[numbered("view", view)] = text;
+  return truth;
+}
+
+/// The wall as a surface of the room, placed in the rig; what is shown there spans a quarter of its distance.
+SurfaceSet wall_of(const simulate::World& world) {
+  PlanarSurface plane;
+  plane.content = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
+  plane.frame = "rig";
+  plane.frame_from_surface = simulate::rig_from_wall(world);
+  const double half =
+      0.25 * (plane.frame_from_surface.translation - world.rig.camera().rig_from_camera.translation).norm();
+  plane.points = {{-half, -0.75 * half}, {half, -0.75 * half}, {half, 0.75 * half}, {-half, 0.75 * half}};
+  return {{{"wall", plane, {}, ""}}};
+}
+
+/// A projected board on the bare wall, after somebody has bumped the projector.
+void write_check(const simulate::SimulatedSession& session, const SimulationOptions& options,
+                 const fs::path& folder) {
+  simulate::World world = simulate::with_bare_wall(session.views.front());
+  const auto pattern = make_pattern(options.check, world.rig.projector().projector.size());
+  Pose& place = world.rig.projectors.front().rig_from_projector;
+  place = place * Pose(so3_exp(Vec3(options.bump * Vec3(0.7, -0.6, 0.38).normalized())), Vec3::Zero());
+  fs::create_directory(folder);
+  const std::vector<ImageU8> captures = simulate::capture(world, pattern->frames(), session.capture);
+  for (std::size_t frame = 0; frame < captures.size(); ++frame)
+    io::save_image(folder / numbered("frame", frame, ".png"), captures[frame]);
+  io::save_session(folder, {pattern->text(), world.rig.projector().projector.size(), {}, {}});
+  io::save_surfaces(folder / "surfaces.json", wall_of(world));
+  save_truth(world.rig, options, pattern->text(), folder);
+}
+
+/// view_NN/<projector>/<camera>/frame_NN.png, without a folder for the only one of a kind.
+void write_fleet_view(const simulate::Fleet& fleet, std::size_t view, const std::vector<ImageU8>& frames,
+                      const fs::path& folder) {
+  for (const std::size_t p : fleet.views[view].projectors)
+    for (const std::size_t c : fleet.views[view].cameras) {
+      fs::path stack = folder;
+      if (fleet.rig.projectors.size() > 1) stack /= fleet.rig.projectors[p].name;
+      if (fleet.rig.cameras.size() > 1) stack /= fleet.rig.cameras[c].name;
+      make_folder(stack);
+      const std::vector<ImageU8> captures = simulate::capture_pair(fleet, view, c, p, frames);
+      for (std::size_t frame = 0; frame < captures.size(); ++frame)
+        io::save_image(stack / numbered("frame", frame, ".png"), captures[frame]);
+    }
+  io::save_pose(folder / "truth_pose.json",
+                {"rig", "board", PoseWithCovariance{fleet.views[view].rig_from_board}});
+}
+
+/// A session of several devices.
+SimulatedFolder write_fleet(const fs::path& place, const SimulationOptions& options,
+                            const SessionPattern& pattern, const ReadingProgress& progress) {
+  if (pattern.on_blank_paper() || options.markers || options.board || !options.check.empty())
+    throw Error(ErrorKind::kUnsupported,
+                pattern.on_blank_paper() ? "pattern '" + options.pattern + "'"
+                : options.markers        ? "--markers"
+                : options.board          ? "--board"
+                                         : "--check",
+                "it is simulated for one camera and one projector", "leave out --cameras and --projectors");
+  const simulate::Fleet fleet = simulate::make_fleet(options.level, options.seed, options.cameras,
+                                                     options.projectors, conditions_of(options));
+  const std::vector<ImageU8> frames = pattern.frames();
+  const std::size_t views = views_of(options, fleet.views.size());
+  NewFolder folder(place, options.replace);
+  for (std::size_t view = 0; view < views; ++view) {
+    if (progress) progress(numbered("view", view), int(view), int(views));
+    write_fleet_view(fleet, view, frames, folder.path() / numbered("view", view));
+  }
+  pattern.save_files(folder.path());
+  const ImageSize size = simulate::projector_size(options.level);
+  io::SessionInfo session{pattern.text(), {}, fleet.world.board.layout, {}};
+  if (options.projectors == 1)
+    session.projector_size = size;
+  else
+    for (const RigProjector& projector : fleet.rig.projectors)
+      session.projectors[projector.name] = projector.projector.size();
+  io::save_session(folder.path(), session);
+  save_truth(fleet.rig, options, pattern.text(), folder.path());
+  folder.finish();
+  return {int(views), pattern.frame_count(), pattern.text(), fleet.world.board.layout, size};
+}
+
+/// A session of one camera and one projector.
+SimulatedFolder write_pair(const fs::path& place, const SimulationOptions& options,
+                           const SessionPattern& pattern, const ReadingProgress& progress) {
+  std::optional<simulate::BoardPrint> print;
+  if (options.board) print = simulate::BoardPrint{*options.board, detect::board_artwork(*options.board)};
+  const simulate::SimulatedSession session = simulate::make_session(
+      options.level, options.seed, pattern.on_blank_paper(), print, conditions_of(options));
+  const std::vector<ImageU8> frames = pattern.frames();
+  const std::size_t views = views_of(options, session.views.size());
+  NewFolder folder(place, options.replace);
+  for (std::size_t view = 0; view < views; ++view) {
+    if (progress) progress(numbered("view", view), int(view), int(views));
+    write_view(session, view, frames, folder.path() / numbered("view", view));
+  }
+  if (options.markers) write_marker_view(session, folder.path());
+  if (!options.check.empty()) write_check(session, options, folder.path() / "check");
+  pattern.save_files(folder.path());
+  const ImageSize size = simulate::projector_size(options.level);
+  io::save_session(folder.path(), {pattern.text(), size, session.stated_board, {}});
+  save_truth(with_defects(session.rig(), session, views, pattern.frame_count()), options, pattern.text(),
+             folder.path());
+  folder.finish();
+  return {int(views), pattern.frame_count(), pattern.text(), session.board().layout, size};
+}
+
+}  // namespace
+
+SimulatedFolder write_simulated_session(const fs::path& folder, const SimulationOptions& options,
+                                        const ReadingProgress& progress) {
+  const auto pattern = make_pattern(options.pattern, simulate::projector_size(options.level));
+  const bool fleet = options.cameras > 1 || options.projectors > 1;
+  const SimulatedFolder written = (fleet ? write_fleet : write_pair)(folder, options, *pattern, progress);
+  if (progress) progress("", written.views, written.views);
+  return written;
+}
+
+}  // namespace procam::session

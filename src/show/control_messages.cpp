@@ -1,0 +1,126 @@
+#include "control_messages.hpp"
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+#include <random>
+
+namespace procam::show {
+namespace {
+
+using nlohmann::json;
+
+constexpr int kViewWidth = 960;
+
+json finite(double value) {
+  return std::isfinite(value) ? json(value) : json(nullptr);
+}
+
+json to_json(const PageStatus& status) {
+  json surfaces = json::array();
+  for (const PageSurface& surface : status.surfaces) {
+    json points = json::array();
+    for (const auto& point : surface.points)
+      points.push_back(point && point->allFinite() ? json{point->x(), point->y()} : json(nullptr));
+    surfaces.push_back({{"name", surface.name}, {"content", surface.content}, {"points", std::move(points)}});
+  }
+  constexpr const char* kPictures[] = {"content", "grid", "mask"};
+  return {{"frame", {status.frame.width, status.frame.height}},
+          {"surfaces", std::move(surfaces)},
+          {"contents", status.contents},
+          {"picture", kPictures[int(status.picture)]},
+          {"frozen", status.frozen},
+          {"blanked", status.blanked},
+          {"unsaved", status.unsaved},
+          {"can_undo", status.can_undo},
+          {"can_redo", status.can_redo},
+          {"frames_per_s", finite(status.frames_per_s)},
+          {"frame_ms", finite(status.frame_ms)},
+          {"pose_state", status.pose_state},
+          {"waiting", status.waiting},
+          {"poses_per_s", finite(status.poses_per_s)},
+          {"pose_age_ms", finite(status.pose_age_ms)},
+          {"delay_ms", finite(status.delay_ms)},
+          {"pose_error_mm", finite(status.pose_error_mm)},
+          {"messages", status.messages}};
+}
+
+}  // namespace
+
+std::string random_token() {
+  std::random_device random;
+  std::string token;
+  for (int i = 0; i < 32; ++i) token += "0123456789abcdef"[random() % 16];
+  return token;
+}
+
+bool same_secret(std::string_view a, std::string_view b) {
+  unsigned different = unsigned(a.size() != b.size());
+  for (std::size_t i = 0; i < a.size(); ++i) different |= unsigned(a[i] ^ (i < b.size() ? b[i] : 0));
+  return different == 0;
+}
+
+std::string token_of(std::string_view target, std::string_view authorization) {
+  constexpr std::string_view kBearer = "Bearer ";
+  if (authorization.substr(0, kBearer.size()) == kBearer)
+    return std::string(authorization.substr(kBearer.size()));
+  for (std::size_t at = target.find('?'); at != std::string_view::npos; at = target.find('&', at)) {
+    const std::string_view rest = target.substr(++at);
+    if (rest.substr(0, 6) == "token=") return std::string(rest.substr(6, rest.find('&') - 6));
+  }
+  return "";
+}
+
+std::optional<Command> to_command(std::string_view text) {
+  const json document = json::parse(text.begin(), text.end(), nullptr, false);
+  if (!document.is_object()) return std::nullopt;
+  Command command;
+  for (const auto& [key, value] : document.items()) {
+    const auto take = [&value = value](std::string& into) {
+      if (!value.is_string()) return false;
+      into = value.get<std::string>();
+      return into.size() <= 1024;
+    };
+    bool good = false;
+    if (key == "do") good = take(command.verb);
+    if (key == "surface") good = take(command.surface);
+    if (key == "text") good = take(command.text);
+    if (key == "gesture") good = take(command.gesture);
+    if (key == "point" && value.is_number_integer()) {
+      const auto point = value.get<std::int64_t>();
+      good = point >= -1 && point < 100000;
+      command.point = good ? int(point) : -1;
+    }
+    if (key == "pixels" && value.is_array() && value.size() == 2 && value[0].is_number() &&
+        value[1].is_number()) {
+      command.pixels = Vec2(value[0].get<double>(), value[1].get<double>());
+      good = command.pixels.allFinite();
+    }
+    if (!good) return std::nullopt;
+  }
+  if (command.verb.empty()) return std::nullopt;
+  return command;
+}
+
+std::string to_jpeg(const ImageU8& frame) {
+  const cv::Mat rgb(frame.height(), frame.width(), frame.channels() == 3 ? CV_8UC3 : CV_8UC1,
+                    const_cast<std::uint8_t*>(frame.data()));
+  cv::Mat small = rgb, bgr;
+  if (frame.width() > kViewWidth)
+    cv::resize(rgb, small,
+               cv::Size(kViewWidth,
+                        std::max(1, int(std::lround(double(frame.height()) * kViewWidth / frame.width())))),
+               0, 0, cv::INTER_AREA);
+  cv::cvtColor(small, bgr, frame.channels() == 3 ? cv::COLOR_RGB2BGR : cv::COLOR_GRAY2BGR);
+  std::vector<std::uint8_t> bytes;
+  cv::imencode(".jpg", bgr, bytes, {cv::IMWRITE_JPEG_QUALITY, 82});
+  return {bytes.begin(), bytes.end()};
+}
+
+std::string to_json_text(const PageStatus& status) {
+  // Text of files and people: what is no UTF-8 is replaced.
+  return to_json(status).dump(-1, ' ', false, json::error_handler_t::replace);
+}
+
+}  // namespace procam::show

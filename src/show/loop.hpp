@@ -1,0 +1,61 @@
+#pragma once
+/// The loop of a running show: poll, predict, place, draw, show, and listen to people in between.
+///
+/// A frame that begins to be drawn at t is for the light of t + delay, delay being one number for the whole
+/// way from there to the wall (drawing, the window, the projector): session/delay.hpp measures it.
+#include <functional>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "control_page.hpp"
+#include "editor.hpp"
+#include "procam/device/frame_sink.hpp"
+#include "procam/show/metrics.hpp"
+#include "procam/show/projection.hpp"
+#include "procam/track/pose_source.hpp"
+#include "room_watch.hpp"
+#include "run_log.hpp"
+#include "show_loader.hpp"
+
+namespace procam::show {
+
+struct LoopOptions {
+  double fps = 60;        ///< frames begun a second; 0: as many as can be
+  double delay_s = 0;     ///< from a frame's begin to its light
+  double duration_s = 0;  ///< ends after it; 0: when the sink or `tick` ends it
+  bool autosave = false;  ///< edits are saved within a second, as the command "save" does
+};
+
+/// What the loop works with; pointers may be null.
+struct LoopParts {
+  Projection& projection;
+  device::FrameSink& sink;
+  std::vector<track::PoseSource*> sources = {};
+  std::string source_names = {};  ///< for people: "udp:9000"
+  Editor* editor = nullptr;
+  ShowLoader* loader = nullptr;        ///< opens contents; with an editor it watches the file that is saved
+  DepthSurfaceSource* room = nullptr;  ///< where the surfaces come from, instead of a file
+  /// The contents of the room's surfaces, by their names.
+  std::map<std::string, std::string> room_contents = {};
+  ControlPage* page = nullptr;
+  RunRecorder* recorder = nullptr;
+  /// What may be chosen as content at the page.
+  std::vector<std::string> contents = {};
+  /// Called with what happens, a sentence at a time: faults, recoveries, reloads.
+  std::function<void(const std::string&)> say = [](const std::string&) {};
+  /// Called after each frame, and ten times a second while the next one is awaited, with the metrics so far;
+  /// what it throws ends the loop.
+  std::function<void(const Metrics&)> tick = [](const Metrics&) {};
+};
+
+/// Runs until the sink is closed, the time is over, or `tick` throws. Besides those of the Editor it knows
+/// the commands "save", "freeze" (and again: go on), "picture" ("content", "grid", "mask") and "help" (the
+/// keys, over the frame).
+///
+/// Only the sink and `tick` end a show: what they throw is thrown. Every command, file, message and frame that
+/// fails otherwise is counted by its name (Metrics::faults) and reported, the same sentence at most every ten
+/// seconds, and the loop continues. A frame that cannot be drawn is black. Recording that fails stops.
+Metrics run_loop(const LoopParts& parts, const LoopOptions& options);
+
+}  // namespace procam::show

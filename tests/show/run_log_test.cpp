@@ -1,0 +1,150 @@
+/// A run's log on a long evening: bounded, in parts, and on a disk that is full.
+#include "run_log.hpp"
+
+#include <gtest/gtest.h>
+
+#include "io/scratch.hpp"
+#include "live_world.hpp"
+#include "support/expect_error.hpp"
+#include "support/file_size_limit.hpp"
+
+namespace procam::show {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct ReadRun {
+  std::vector<long long> frames;
+  int surfaces = 0, pictures = 0;
+  std::vector<MissingParts> missing;
+};
+
+ReadRun read_all(const fs::path& log) {
+  ReadRun run;
+  RunReader reader(log);
+  while (const std::optional<RunRecord> record = reader.next()) {
+    if (const auto* frame = std::get_if<RecordedFrame>(&*record)) run.frames.push_back(frame->number);
+    if (const auto* parts = std::get_if<MissingParts>(&*record)) run.missing.push_back(*parts);
+    run.surfaces += std::holds_alternative<SurfaceSet>(*record) ? 1 : 0;
+    run.pictures += std::holds_alternative<TestPattern>(*record) ? 1 : 0;
+  }
+  return run;
+}
+
+/// A hundred bytes a frame, more or less, and 2 KB of surfaces at the begin of each part.
+void record_frames(RunRecorder& recorder, int begin, int end) {
+  for (int i = begin; i < end; ++i) recorder.record(RecordedFrame{i, 100 + i / 60.0, i / 60.0, 7});
+}
+
+TEST(RunParts, ALogInPartsIsReadAsOne) {
+  test::Scratch folder;
+  {
+    RunRecorder recorder(folder / "run.log", "now", {10000, 4});
+    recorder.record(small_show().surfaces);
+    recorder.record(TestPattern::kContent);
+    record_frames(recorder, 0, 150);
+    recorder.record(TestPattern::kGrid);
+    record_frames(recorder, 150, 250);
+  }
+  ASSERT_TRUE(fs::exists(folder / "run.log.1"));
+  const ReadRun run = read_all(folder / "run.log");
+  EXPECT_EQ(run.frames.size(), 250u);
+  for (std::size_t i = 0; i < run.frames.size(); ++i) EXPECT_EQ(run.frames[i], (long long)i);
+  EXPECT_TRUE(run.missing.empty());
+  EXPECT_EQ(run.surfaces, 1) << "what a part repeats is not read twice";
+  EXPECT_EQ(run.pictures, 2);
+}
+
+TEST(RunParts, TheLogIsBoundedAndTheNewestStays) {
+  test::Scratch folder;
+  {
+    RunRecorder recorder(folder / "run.log", "now", {10000, 3});
+    recorder.record(small_show().surfaces);
+    recorder.record(TestPattern::kMask);
+    record_frames(recorder, 0, 2000);
+  }
+  EXPECT_FALSE(fs::exists(folder / "run.log.3"));
+  std::uintmax_t bytes = 0;
+  for (const auto& entry : fs::directory_iterator(folder / "")) bytes += entry.file_size();
+  EXPECT_LT(bytes, 3 * 10200u);
+  const ReadRun run = read_all(folder / "run.log");
+  ASSERT_EQ(run.missing.size(), 1u);
+  EXPECT_EQ(run.missing[0].first, 1);
+  EXPECT_GT(run.missing[0].last, 10);
+  EXPECT_EQ(run.surfaces, 1);
+  EXPECT_EQ(run.pictures, 1);
+  ASSERT_GT(run.frames.size(), 100u);
+  EXPECT_EQ(run.frames.back(), 1999);
+  EXPECT_EQ(run.frames.back() - run.frames.front() + 1, (long long)run.frames.size());
+
+  // The next run of this name does not continue the old one.
+  { RunRecorder recorder(folder / "run.log", "then"); }
+  EXPECT_FALSE(fs::exists(folder / "run.log.1"));
+  EXPECT_TRUE(read_all(folder / "run.log").frames.empty());
+}
+
+TEST(RunParts, AMissingPartIsNamed) {
+  test::Scratch folder;
+  {
+    RunRecorder recorder(folder / "run.log", "now", {10000, 8});
+    recorder.record(small_show().surfaces);
+    recorder.record(TestPattern::kContent);
+    record_frames(recorder, 0, 400);
+  }
+  // One in the middle is lost, and the older ones are renamed.
+  ASSERT_TRUE(fs::exists(folder / "run.log.3"));
+  for (int age = 3; fs::exists(folder / ("run.log." + std::to_string(age))); ++age)
+    fs::rename(folder / ("run.log." + std::to_string(age)), folder / ("run.log." + std::to_string(age - 1)));
+  const ReadRun run = read_all(folder / "run.log");
+  ASSERT_EQ(run.missing.size(), 1u);
+  EXPECT_EQ(run.missing[0].first, run.missing[0].last);
+  EXPECT_LT(run.frames.size(), 400u);
+}
+
+/// kill -9 in the middle of a change of parts.
+TEST(RunParts, AChangeOfPartsThatWasCutEndsTheLog) {
+  test::Scratch folder;
+  {
+    RunRecorder recorder(folder / "run.log", "now", {10000, 8});
+    recorder.record(small_show().surfaces);
+    recorder.record(TestPattern::kContent);
+    record_frames(recorder, 0, 100);
+  }
+  ASSERT_TRUE(fs::exists(folder / "run.log.1"));
+  const std::size_t all = read_all(folder / "run.log").frames.size();
+  fs::resize_file(folder / "run.log", 20);
+  const std::size_t without_newest = read_all(folder / "run.log").frames.size();
+  EXPECT_GT(without_newest, 50u);
+  EXPECT_LT(without_newest, all);
+  fs::remove(folder / "run.log");
+  EXPECT_EQ(read_all(folder / "run.log").frames.size(), without_newest);
+}
+
+TEST(RunParts, AFullDiskIsAnErrorAndWhatWasWrittenIsALog) {
+  test::Scratch folder;
+  {
+    RunRecorder recorder(folder / "run.log", "now");
+    recorder.record(small_show().surfaces);
+    recorder.record(TestPattern::kContent);
+    {
+      const test::FileSizeLimit limit(20000);
+      EXPECT_ERROR(record_frames(recorder, 0, 1000), kIo, "run.log");
+    }
+    // There is room again: a log with a hole would be no log.
+    EXPECT_ERROR(record_frames(recorder, 1000, 1100), kIo, "run.log");
+  }
+  EXPECT_GT(read_all(folder / "run.log").frames.size(), 100u);
+}
+
+TEST(RunParts, AnEmptyLogAndAnEndlessLineAreErrors) {
+  test::Scratch folder;
+  folder.write("empty.log", "");
+  EXPECT_ERROR(read_all(folder / "empty.log"), kInput, "is empty");
+  folder.write("cut.log", "{\"format\":\"procam-run\",");
+  EXPECT_ERROR(read_all(folder / "cut.log"), kInput, "ends in its first line");
+  // A line without an end, as a device would give it.
+  EXPECT_ERROR(read_all("/dev/zero"), kInput, "longer than 64 MiB");
+}
+
+}  // namespace
+}  // namespace procam::show

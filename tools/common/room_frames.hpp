@@ -1,2 +1,0 @@
-#pragma once
-#include "procam/core/rig/room_frames.hpp"

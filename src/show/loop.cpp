@@ -43,6 +43,19 @@ class Loop {
   }
 
   Metrics run() {
+    try {
+      draw_frames();
+    } catch (...) {  // a listener that ends the show, or an output that broke
+      finish();
+      throw;
+    }
+    finish();
+    gather_counts();
+    return metrics_;
+  }
+
+ private:
+  void draw_frames() {
     begin_ = device::now_s();
     double due = begin_;
     double free_since = begin_;
@@ -66,11 +79,14 @@ class Loop {
       free_since = device::now_s();
       tick();
     }
-    gather_counts();
-    return metrics_;
   }
 
- private:
+  /// Commands that the page has accepted since the last frame are executed, and unsaved edits saved where that is asked.
+  void finish() {
+    take_commands();
+    if (options_.autosave && is_unsaved()) guarded("save", [&] { save(); });
+  }
+
   void say(const std::string& message) {
     parts_.say(message);
     messages_.push_back(message);
@@ -156,8 +172,7 @@ class Loop {
 
   /// People and files.
   void poll_inputs() {
-    if (parts_.page != nullptr)
-      for (const Command& command : parts_.page->take()) guarded("command", [&] { execute(command); });
+    take_commands();
     autosave();
     guarded("room", [&] { watch_room(); });
     if (parts_.loader == nullptr) return;
@@ -166,8 +181,15 @@ class Loop {
     });
   }
 
+  void take_commands() {
+    if (parts_.page == nullptr) return;
+    for (const Command& command : parts_.page->take()) guarded("command", [&] { execute(command); });
+  }
+
+  bool is_unsaved() const { return parts_.editor != nullptr && parts_.editor->is_unsaved(); }
+
   void autosave() {
-    if (!options_.autosave || parts_.editor == nullptr || !parts_.editor->is_unsaved()) return;
+    if (!options_.autosave || !is_unsaved()) return;
     const double now = device::now_s();
     if (now - autosaved_ < kAutosave) return;
     autosaved_ = now;

@@ -182,6 +182,25 @@ TEST(Loop, EditsAreSavedAutomatically) {
   options.duration_s = 60;
   run_loop(loop.parts, options);
   EXPECT_EQ(io::load_surfaces(folder / "surfaces.json").surfaces.back().name, "edited");
+
+  // An edit of the last frame, whether the window is closed or the listener ends the show.
+  const auto rename = [&](const char* name) {
+    editor.apply({"rename", editor.surfaces().surfaces.back().name, -1, {}, name, ""},
+                 loop.projection.projector(), loop.projection.solved());
+  };
+  loop.parts.tick = [&](const Metrics&) {
+    rename("edited last");
+    loop.sink.wish(device::WindowEvent::kClose);
+  };
+  run_loop(loop.parts, options);
+  EXPECT_EQ(io::load_surfaces(folder / "surfaces.json").surfaces.back().name, "edited last");
+  struct Ended {};
+  loop.parts.tick = [&](const Metrics&) {
+    rename("edited at the end");
+    throw Ended();
+  };
+  EXPECT_THROW(run_loop(loop.parts, options), Ended);
+  EXPECT_EQ(io::load_surfaces(folder / "surfaces.json").surfaces.back().name, "edited at the end");
 }
 
 TEST(Loop, WhatAWorldSurfaceWaitsForIsNamed) {

@@ -1,12 +1,11 @@
 #include "procam/analyze/monte_carlo.hpp"
 
-#include <atomic>
 #include <cmath>
 #include <random>
-#include <thread>
 
 #include "landing_lanes.hpp"
 #include "light_chain.hpp"
+#include "procam/core/base/parallel.hpp"
 #include "procam/core/geometry/se3.hpp"
 
 namespace procam::analyze {
@@ -170,17 +169,9 @@ std::vector<std::optional<LandingSpread>> monte_carlo_landing(const LightPath& p
   const int pieces = (options.draws + kPiece - 1) / kPiece;
   std::vector<std::vector<LandingSums>> of_piece;
   of_piece.resize(std::size_t(pieces));
-  std::atomic<int> next{0};
-  const auto work = [&] {
-    for (int piece = next++; piece < pieces; piece = next++)
-      of_piece[std::size_t(piece)] = drawing.draw(piece, std::min(kPiece, options.draws - piece * kPiece));
-  };
-  const int wanted =
-      options.threads > 0 ? options.threads : int(std::max(1u, std::thread::hardware_concurrency()));
-  std::vector<std::thread> others;
-  for (int i = 1; i < std::min(wanted, pieces); ++i) others.emplace_back(work);
-  work();
-  for (std::thread& other : others) other.join();
+  parallel_each(pieces, options.threads, [&](int piece) {
+    of_piece[std::size_t(piece)] = drawing.draw(piece, std::min(kPiece, options.draws - piece * kPiece));
+  });
 
   // In the order of the pieces, so that rounding is the same whoever drew them.
   std::vector<std::optional<LandingSpread>> spreads(on_surface.size());

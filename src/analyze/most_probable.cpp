@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "procam/core/base/closed_form.hpp"
+#include "procam/core/base/stats.hpp"
 
 namespace procam::analyze {
 
@@ -34,10 +35,8 @@ void whiten(LinearMarks& linear, double scatter, const VecX& weights) {
 }
 
 double scatter2_of(const VecX& squares) {
-  std::vector<double> sorted(squares.data(), squares.data() + squares.size());
-  const auto middle = sorted.begin() + long(sorted.size() / 2);
-  std::nth_element(sorted.begin(), middle, sorted.end());
-  return std::max(1.0, *middle / (2 * std::log(2.0)));
+  const double typical = median(std::vector<double>(squares.data(), squares.data() + squares.size()));
+  return std::max(1.0, typical / (2 * std::log(2.0)));
 }
 
 namespace {

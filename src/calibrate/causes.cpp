@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <map>
 
+#include "procam/core/base/stats.hpp"
 #include "procam/core/base/words.hpp"
 #include "procam/core/geometry/se3.hpp"
 
@@ -38,9 +39,7 @@ std::optional<double> typical_distance(const std::map<int, Vec2>& a, const std::
     if (const auto other = b.find(point); other != b.end())
       distances.push_back((pixel - other->second).norm());
   if (distances.size() < 6) return std::nullopt;
-  const auto middle = distances.begin() + long(distances.size() / 2);
-  std::nth_element(distances.begin(), middle, distances.end());
-  return *middle;
+  return median(std::move(distances));
 }
 
 /// The board's pose that one device alone asks for, and how well it explains its pixels.

@@ -8,6 +8,7 @@
 
 #include "believed_covariance.hpp"
 #include "normal_equations.hpp"
+#include "procam/core/base/stats.hpp"
 #include "residual_blocks.hpp"
 #include "rig_covariance.hpp"
 
@@ -15,13 +16,6 @@ namespace procam::calibrate {
 namespace {
 
 constexpr double kLitShare = 0.9, kUsualLightShare = 2.0 / 3, kMinCosine = 0.5;
-
-double median_or(std::vector<double> values, double otherwise) {
-  if (values.empty()) return otherwise;
-  const auto middle = values.begin() + long(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 /// What the session's views have in common, as a pattern for another one.
 struct Usual {

@@ -5,6 +5,7 @@
 
 #include "initial.hpp"
 #include "joined.hpp"
+#include "procam/core/base/stats.hpp"
 #include "procam/core/geometry/homography_fit.hpp"
 #include "procam/core/geometry/planar_pose.hpp"
 
@@ -201,10 +202,9 @@ std::optional<CameraPlace> place_camera(const Correspondences& data, std::size_t
       fits.push_back(fit);
       sorted.push_back(fit.rms);
     }
-    const auto middle = sorted.begin() + long(sorted.size() / 2);
-    std::nth_element(sorted.begin(), middle, sorted.end());
-    if (!(*middle < least)) continue;
-    least = *middle;
+    const double typical = at_rank(sorted, sorted.size() / 2);
+    if (!(typical < least)) continue;
+    least = typical;
     best = {camera_from_rig, {}, {}};
     for (std::size_t i = 0; i < shared.size(); ++i) {
       if (fits[i].rms <= std::max(kFarOffPlace * least, kFewPixelsOff)) best.agreeing.push_back(shared[i]);

@@ -20,6 +20,7 @@
 #include "procam/calibrate/costs/lens_prior.hpp"
 #include "procam/calibrate/costs/se3_manifold.hpp"
 #include "procam/calibrate/gates.hpp"
+#include "procam/core/base/stats.hpp"
 #include "procam/core/geometry/se3.hpp"
 #include "quiet_log.hpp"
 #include "residual_blocks.hpp"
@@ -71,9 +72,7 @@ double within_px(const PointsProblem& problem, const PointsFit& fit) {
     const auto r = residual_of(fit, pair);
     lengths.push_back(r ? r->norm() : 1e300);
   }
-  const auto last = lengths.begin() + long(agreeing_pairs(problem) - 1);
-  std::nth_element(lengths.begin(), last, lengths.end());
-  return *last;
+  return at_rank(lengths, agreeing_pairs(problem) - 1);
 }
 
 /// Least squares from a start, the residuals in units of `sigma_px`; nullopt when it leads nowhere.
@@ -343,11 +342,9 @@ double robust_sigma(const PointsProblem& problem, const PointsFit& fit, const st
   for (std::size_t i = 0; i < used.size(); ++i)
     if (const auto r = residual_of(fit, problem.pairs[i])) squares.push_back(r->squaredNorm());
   if (squares.empty()) return problem.options.sigma_px;
-  const auto middle = squares.begin() + long(squares.size() / 2);
-  std::nth_element(squares.begin(), middle, squares.end());
   const double equations = 2.0 * double(used.size());
   const double share = std::max(equations - double(free) - 6, 1.0) / equations;
-  return std::max(std::sqrt(*middle / (2 * std::log(2.0)) / share), 1e-6);
+  return std::max(std::sqrt(median(std::move(squares)) / (2 * std::log(2.0)) / share), 1e-6);
 }
 
 /// The fit and what is known of it when points share their board's error.

@@ -1,4 +1,5 @@
 #include "resect_views.hpp"
+#include "procam/core/base/stats.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -46,13 +47,8 @@ Agreement resect_those_that_agree(const std::vector<Lit>& lit, const std::vector
       rms.push_back(rms_under(resection, turned[i] ? lit[i].turned : lit[i].as_given, lit[i].pixels));
     return rms;
   };
-  const auto median = [](std::vector<double> values) {
-    const auto middle = values.begin() + long((values.size() - 1) / 2);
-    std::nth_element(values.begin(), middle, values.end());
-    return *middle;
-  };
   const auto holding = [&](const std::vector<double>& rms) {
-    const double limit = std::max(kFarOff * median(rms), kFewPixels);
+    const double limit = std::max(kFarOff * lower_median(rms), kFewPixels);
     std::vector<std::size_t> views;
     for (std::size_t i = 0; i < rms.size(); ++i)
       if (rms[i] <= limit) views.push_back(i);
@@ -66,7 +62,7 @@ Agreement resect_those_that_agree(const std::vector<Lit>& lit, const std::vector
   const auto compete = [&](const std::vector<std::size_t>& views) {
     try {
       const Resection trial = resect_views(lit, turned, views, name);
-      const double error = median(errors(trial));
+      const double error = lower_median(errors(trial));
       if (error < least) least = error, best = trial;
     } catch (const Error& error) {
       if (error.kind() != ErrorKind::kDegenerate && error.kind() != ErrorKind::kNotConverged) throw;

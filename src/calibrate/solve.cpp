@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "joined.hpp"
+#include "procam/core/base/stats.hpp"
 #include "residual_blocks.hpp"
 
 namespace procam::calibrate {
@@ -29,9 +30,7 @@ ResidualNoise estimate_noise(const std::vector<std::pair<Vec2, Mat2>>& residuals
     squares.reserve(residuals.size());
     for (const auto& [residual, covariance] : residuals)
       squares.push_back(squared_sigmas(residual, noise.covariance(covariance)));
-    const auto at = squares.begin() + long(kNoiseQuantile * double(squares.size() - 1));
-    std::nth_element(squares.begin(), at, squares.end());
-    return *at;
+    return procam::quantile(std::move(squares), kNoiseQuantile);
   };
   ResidualNoise noise;
   if (residuals.size() < 8) return noise;  // too few to say anything
@@ -80,9 +79,7 @@ struct ViewResiduals {
   double noise_quantile(Square square) const {
     std::vector<double> squares;
     for (const auto& [residual, covariance] : residuals) squares.push_back(square(residual, covariance));
-    const auto at = squares.begin() + long(kNoiseQuantile * double(squares.size() - 1));
-    std::nth_element(squares.begin(), at, squares.end());
-    return *at;
+    return procam::quantile(std::move(squares), kNoiseQuantile);
   }
 };
 
@@ -92,9 +89,7 @@ std::vector<std::pair<Vec2, Mat2>> typical_residuals(const std::vector<ViewResid
   for (const ViewResiduals& view : views)
     if (!view.residuals.empty()) quantiles.push_back(view.quantile());
   if (quantiles.empty()) return {};
-  const auto middle = quantiles.begin() + long((quantiles.size() - 1) / 2);
-  std::nth_element(quantiles.begin(), middle, quantiles.end());
-  const double limit = kGross * kGross * *middle;
+  const double limit = kGross * kGross * lower_median(std::move(quantiles));
   std::vector<std::pair<Vec2, Mat2>> all;
   for (const ViewResiduals& view : views)
     if (!view.residuals.empty() &&

@@ -1,4 +1,5 @@
 #include "cells.hpp"
+#include "procam/core/base/stats.hpp"
 
 #include <algorithm>
 #include <array>
@@ -74,9 +75,7 @@ double noise_ratio_of(const CellGrid& grid) {
   for (const Cell& cell : grid.cells)
     if (cell.n >= kWhole) squares.push_back(cell.error / float(cell.n - 3));
   if (squares.size() < kFewest) return 0;
-  const auto quartile = squares.begin() + std::ptrdiff_t(squares.size() / 4);
-  std::nth_element(squares.begin(), quartile, squares.end());
-  return std::sqrt(double(*quartile) / kLowerQuartile);
+  return std::sqrt(double(at_rank(squares, squares.size() / 4)) / kLowerQuartile);
 }
 
 /// What means of cells err by, over what they may share by the noise model (DepthNoise::correlated_sigma()
@@ -110,9 +109,7 @@ double shared_ratio_of(const CellGrid& grid, double shared) {
       }
     }
   if (squares.size() < kFewest) return 1;
-  const auto quartile = squares.begin() + std::ptrdiff_t(squares.size() / 4);
-  std::nth_element(squares.begin(), quartile, squares.end());
-  return std::sqrt(double(*quartile) / kLowerQuartile);
+  return std::sqrt(double(at_rank(squares, squares.size() / 4)) / kLowerQuartile);
 }
 
 /// Cells as if the sensor's noise were `ratio` times its model; what they share is left as it is.

@@ -6,6 +6,7 @@
 #include <numeric>
 #include <utility>
 
+#include "procam/core/base/stats.hpp"
 #include "regions.hpp"
 
 namespace procam::depth::internal {
@@ -219,8 +220,7 @@ std::optional<Fit> fit_from(const std::vector<Sample>& samples, Shape shape) {
   std::vector<double> cosines;
   middle.normalize();
   for (const Sample& s : samples) cosines.push_back(shape.from_axis(s.point).normalized().dot(middle));
-  std::nth_element(cosines.begin(), cosines.begin() + std::ptrdiff_t(cosines.size() / 20), cosines.end());
-  out.turn = 2 * std::acos(std::clamp(cosines[cosines.size() / 20], -1.0, 1.0));
+  out.turn = 2 * std::acos(std::clamp(at_rank(cosines, cosines.size() / 20), -1.0, 1.0));
   return out;
 }
 

@@ -7,6 +7,7 @@
 
 #include "cells.hpp"
 #include "plane_estimate.hpp"
+#include "procam/core/base/stats.hpp"
 #include "procam/core/geometry/se3.hpp"
 #include "regions.hpp"
 
@@ -57,10 +58,7 @@ void drop_outliers(const CellGrid& grid, int least, std::vector<int>& cells, Mom
       const double r = double(cell.q) - plane.at(double(cell.u), double(cell.v));
       off.push_back(std::abs(float(r)) * std::sqrt(float(cell.n)) / cell.sigma);
     }
-    std::vector<float> sorted = off;
-    const auto middle = sorted.begin() + std::ptrdiff_t(sorted.size() / 2);
-    std::nth_element(sorted.begin(), middle, sorted.end());
-    const float gate = 3.5f * std::max(1.4826f * *middle, 1.0f);
+    const float gate = 3.5f * std::max(1.4826f * median(off), 1.0f);
     std::vector<int> kept;
     for (std::size_t i = 0; i < cells.size(); ++i)
       if (off[i] < gate) kept.push_back(cells[i]);

@@ -1,8 +1,8 @@
 #include "procam/depth/sensor_check.hpp"
 
-#include <algorithm>
 #include <cmath>
 
+#include "procam/core/base/stats.hpp"
 #include "procam/core/base/words.hpp"
 
 namespace procam::depth {
@@ -22,10 +22,7 @@ double median_depth(const DepthImage& image) {
   for (int y = 0; y < image.size().height; ++y)
     for (int x = 0; x < image.size().width; ++x)
       if (const float z = image.at(x, y); z > 0) depths.push_back(z);
-  if (depths.empty()) return 0;
-  const auto middle = depths.begin() + std::ptrdiff_t(depths.size() / 2);
-  std::nth_element(depths.begin(), middle, depths.end());
-  return double(*middle);
+  return double(median_or(std::move(depths), 0.0f));
 }
 
 SensorCheck check_sensor(const Planes& planes, const DepthImage& image, const RayTable& rays,

@@ -10,6 +10,7 @@
 #include "corner_fit.hpp"
 #include "corner_grid.hpp"
 #include "fit_verdict.hpp"
+#include "procam/core/base/stats.hpp"
 
 namespace procam::detect {
 namespace {
@@ -253,11 +254,7 @@ PrintQuality print_quality(const Fits& fits, int columns) {
     residuals.push_back(fits[i]->residual);
   }
   if (contrasts.empty()) return {};
-  const auto median = [](std::vector<double>& v) {
-    std::nth_element(v.begin(), v.begin() + std::ptrdiff_t(v.size() / 2), v.end());
-    return v[v.size() / 2];
-  };
-  return {median(contrasts), median(residuals)};
+  return {median(std::move(contrasts)), median(std::move(residuals))};
 }
 
 /// Median over the fitted ones; 0 without any.
@@ -265,10 +262,7 @@ template <typename Value>
 double median_of(const std::vector<const CornerFit*>& fits, Value value) {
   std::vector<double> values;
   for (const CornerFit* fit : fits) values.push_back(value(*fit));
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + std::ptrdiff_t(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
+  return median_or(std::move(values), 0.0);
 }
 
 /// Contrast in units of the light on the corner: the same in projector light and in room light.

@@ -5,6 +5,7 @@
 
 #include "corner_fit.hpp"
 #include "fit_verdict.hpp"
+#include "procam/core/base/stats.hpp"
 
 namespace procam::detect {
 namespace {
@@ -33,11 +34,6 @@ std::optional<CornerNeighbourhood> neighbourhood(const BoardMap& map, const Vec2
   const double square = std::max(1.0, std::min(around.e_x.norm(), around.e_y.norm()));
   around.clear = std::max(corners.margin - 2 * blur / square, 0.4 * corners.margin);
   return around;
-}
-
-double median(std::vector<double>& v) {
-  std::nth_element(v.begin(), v.begin() + std::ptrdiff_t(v.size() / 2), v.end());
-  return v[v.size() / 2];
 }
 
 using Fits = std::vector<std::optional<CornerFit>>;

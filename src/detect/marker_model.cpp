@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "procam/core/base/cholesky.hpp"
+#include "procam/core/base/stats.hpp"
 
 namespace procam::detect {
 namespace {
@@ -337,10 +338,7 @@ double weigh(const std::vector<Sample>& samples, const Levels& levels, std::vect
   std::vector<double> sizes;
   for (std::size_t i = 0; i < samples.size(); ++i)
     sizes.push_back(std::abs(samples[i].grey - levels.grey[i]));
-  std::vector<double> sorted = sizes;
-  const auto middle = sorted.begin() + std::ptrdiff_t(sorted.size() / 2);
-  std::nth_element(sorted.begin(), middle, sorted.end());
-  const double largest = 4.5 * std::max(1.4826 * *middle, 0.5);
+  const double largest = 4.5 * std::max(1.4826 * median(sizes), 0.5);
   double n = 0, sx = 0, sxx = 0, sy = 0, sxy = 0;
   for (std::size_t i = 0; i < samples.size(); ++i) {
     if (sizes[i] > largest) continue;

@@ -5,6 +5,7 @@
 
 #include "edge_profile.hpp"
 #include "procam/core/base/cholesky.hpp"
+#include "procam/core/base/stats.hpp"
 #include "procam/core/geometry/homography_fit.hpp"
 
 namespace procam::detect {
@@ -108,18 +109,16 @@ void fit_run(const ViewU8& image, const SeenRun& run, const MarkerWarp& warp, in
 }
 
 template <typename Value>
-double median(const std::vector<Piece>& pieces, const Value& value) {
+double median_of_pieces(const std::vector<Piece>& pieces, const Value& value) {
   std::vector<double> values;
   for (const Piece& piece : pieces) values.push_back(value(piece));
-  const auto middle = values.begin() + std::ptrdiff_t(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
+  return median(std::move(values));
 }
 
 /// Share a pixel by which the white round the marker brightens: a plane through the pieces' light sides,
 /// without those far from the median (a finger, a shadow's edge).
 Vec2 light_gradient(const std::vector<Piece>& pieces) {
-  const double light = median(pieces, [](const Piece& p) { return p.profile.light; });
+  const double light = median_of_pieces(pieces, [](const Piece& p) { return p.profile.light; });
   Mat3 normal = Mat3::Zero();
   Vec3 right = Vec3::Zero();
   for (const Piece& piece : pieces) {
@@ -172,8 +171,8 @@ FoundEdges find_edges(const ViewU8& image, const MarkerCells& codes, int id, con
     fit_run(image, runs[i], warp, kFewestOnSide, runs[i].cell_px, std::clamp(0.6 * runs[i].cell_px, 2.5, 8.0),
             1, Vec2::Zero(), pieces);
   if (pieces.empty()) return {};
-  const double blur = median(pieces, [](const Piece& p) { return p.profile.blur; });
-  const double contrast = median(pieces, [](const Piece& p) { return p.profile.contrast; });
+  const double blur = median_of_pieces(pieces, [](const Piece& p) { return p.profile.blur; });
+  const double contrast = median_of_pieces(pieces, [](const Piece& p) { return p.profile.contrast; });
   const Vec2 gradient = light_gradient(pieces);
 
   pieces.clear();
@@ -190,7 +189,8 @@ FoundEdges find_edges(const ViewU8& image, const MarkerCells& codes, int id, con
   if (pieces.empty()) return {};
 
   // Each piece's own residual is a poor estimate of the noise; only one that stands out is believed.
-  const double noise = std::max(median(pieces, [](const Piece& p) { return p.profile.noise; }), 1. / 12);
+  const double noise =
+      std::max(median_of_pieces(pieces, [](const Piece& p) { return p.profile.noise; }), 1. / 12);
   std::vector<MarkerEdge> edges;
   for (Piece& piece : pieces) {
     piece.edge.variance =
@@ -269,9 +269,7 @@ std::optional<WarpFit> fit_warp(std::vector<MarkerEdge>& edges, const MarkerWarp
     std::vector<double> sizes;
     for (std::size_t i = 0; i < edges.size(); ++i)
       sizes.push_back(std::abs(system->residuals[i]) / std::sqrt(edges[i].variance));
-    std::vector<double> sorted = sizes;
-    std::nth_element(sorted.begin(), sorted.begin() + std::ptrdiff_t(sorted.size() / 2), sorted.end());
-    const double robust_scale = std::max(1.0, 1.4826 * sorted[sorted.size() / 2]);
+    const double robust_scale = std::max(1.0, 1.4826 * median(sizes));
 
     // Tukey's weight: nothing beyond 4.7 sigma counts. The last rounds take what is left as it is.
     Normal normal = Normal::Zero();

@@ -11,6 +11,7 @@
 #include <unordered_map>
 
 #include "print.hpp"
+#include "procam/core/base/stats.hpp"
 #include "procam/core/geometry/homography.hpp"
 #include "smooth_field.hpp"
 
@@ -108,9 +109,7 @@ std::optional<Homography> projector_from_camera(const Print& print, const std::v
       weights[i] = 1 / (mapped.z() * mapped.z());
     }
     if (2 * std::size_t(behind) > used.size()) h = -h;
-    std::vector<double> sorted = sizes;
-    std::nth_element(sorted.begin(), sorted.begin() + std::ptrdiff_t(sorted.size() / 2), sorted.end());
-    const double scale = std::max(sorted[sorted.size() / 2], 1e-9);
+    const double scale = std::max(median(sizes), 1e-9);
     for (std::size_t i = 0; i < used.size(); ++i) weights[i] /= 1 + (sizes[i] / scale) * (sizes[i] / scale);
   }
   const Mat3 map = unit_from_projector.inverse() * h * unit_from_camera;

@@ -1,4 +1,5 @@
 #include "procam/pattern/decoded_pixels.hpp"
+#include "procam/core/base/stats.hpp"
 #include "procam/core/base/words.hpp"
 
 #include <algorithm>
@@ -18,12 +19,6 @@ constexpr double kRepeats = 16;  // projector pixels: errors of phase repeat wit
 constexpr double kFewWrong = 0.05, kMaxWrong = 0.5;
 
 const float kUndecoded = std::numeric_limits<float>::quiet_NaN();
-
-double median(std::vector<float>& values) {
-  const auto middle = values.begin() + std::ptrdiff_t(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return double(*middle);
-}
 
 bool is_decoded(const ImageF& pixels, int x, int y) {
   return std::isfinite(pixels.at(x, y, 0)) && std::isfinite(pixels.at(x, y, 1));
@@ -164,9 +159,7 @@ double quantum(const ImageF& pixels, int a) {
         if (std::abs(here - other) > 0) steps.push_back(std::abs(here - other));  // false for NaN
     }
   if (steps.empty()) return 0;
-  const auto low = steps.begin() + std::ptrdiff_t(steps.size() / 100);
-  std::nth_element(steps.begin(), low, steps.end());
-  const double width = double(*low);
+  const double width = double(at_rank(steps, steps.size() / 100));
   const auto multiples = std::count_if(steps.begin(), steps.end(), [&](float step) {
     return std::abs(double(step) / width - std::round(double(step) / width)) < 0.02;
   });
@@ -188,9 +181,9 @@ SigmaByClass estimate_sigma(const ImageF& pixels, const ViewU8& white, int a) {
   std::vector<float> all;
   for (std::size_t k = 0; k < kClasses; ++k) {
     all.insert(all.end(), differences[k].begin(), differences[k].end());
-    if (differences[k].size() >= kFewestOfClass) measured[k] = median(differences[k]);
+    if (differences[k].size() >= kFewestOfClass) measured[k] = double(median(std::move(differences[k])));
   }
-  const double of_all = all.empty() ? 0 : median(all);
+  const double of_all = double(median_or(std::move(all), 0.0f));
   const double rounding = quantum(pixels, a) / std::sqrt(12.0), least = 1e-3;
   SigmaByClass sigma;
   for (std::size_t k = 0; k < kClasses; ++k) {

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "gray_code_bits.hpp"
+#include "procam/core/base/stats.hpp"
 #include "procam/core/base/words.hpp"
 #include "waves.hpp"
 
@@ -218,10 +219,7 @@ ImageU8 end_of(const std::vector<ViewU8>& captures, const GrayFrames& found, boo
                               : std::min(at(pair.pattern), at(pair.inverse)));
     if (pairs.empty())
       for (const int frame : all) values.push_back(at(frame));
-    const auto nth = values.begin() + (pairs.empty() ? (bright ? std::ptrdiff_t(values.size()) - 1 : 0)
-                                                     : std::ptrdiff_t(values.size() / 2));
-    std::nth_element(values.begin(), nth, values.end());
-    return *nth;
+    return at_rank(values, pairs.empty() ? (bright ? values.size() - 1 : 0) : values.size() / 2);
   });
 }
 

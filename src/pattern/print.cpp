@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "procam/core/base/stats.hpp"
 #include "procam/core/geometry/homography_fit.hpp"
 
 namespace procam::pattern {
@@ -20,9 +21,7 @@ constexpr double kPlaceSigma = 0.005, kBendSigma = 0.05;
 std::vector<double> weights_of(const Points2& residuals) {
   std::vector<double> sizes;
   for (const Vec2& r : residuals) sizes.push_back(r.norm());
-  std::vector<double> sorted = sizes;
-  std::nth_element(sorted.begin(), sorted.begin() + std::ptrdiff_t(sorted.size() / 2), sorted.end());
-  const double scale = std::max(sorted[sorted.size() / 2], 1e-6);
+  const double scale = std::max(median(sizes), 1e-6);
   for (double& size : sizes) size = 1 / (1 + (size / scale) * (size / scale));
   return sizes;
 }

@@ -1,4 +1,5 @@
 #include "sequence.hpp"
+#include "procam/core/base/stats.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -14,13 +15,6 @@ constexpr std::size_t kMaxMiddles = 6000;
 
 }  // namespace
 
-double median(std::vector<double> values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + std::ptrdiff_t(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 Usual usual(std::vector<double> values) {
   if (values.empty()) return {};
   std::sort(values.begin(), values.end());
@@ -33,7 +27,7 @@ Usual usual(std::vector<double> values) {
   for (int round = 0; round < 4; ++round) {
     std::vector<double> sizes;
     for (const double value : values) sizes.push_back(std::abs(value - centre));
-    const double sigma = std::max(1.4826 * median(std::move(sizes)), 1e-12);
+    const double sigma = std::max(1.4826 * median_or(std::move(sizes), 0.0), 1e-12);
     double sum = 0;
     std::size_t count = 0;
     for (const double value : values)
@@ -116,7 +110,7 @@ void Sequence::find_shown() {
   // Beyond the projected frame noise alone may look like stripes.
   std::vector<double> contrasts;
   for (const Pixel& p : lit_) contrasts.push_back(white(p.x, p.y) - black(p.x, p.y));
-  const double min_contrast = 0.15 * median(std::move(contrasts));
+  const double min_contrast = 0.15 * median_or(std::move(contrasts), 0.0);
   for (int y = step; y + step < size().height; y += step)
     for (int x = step; x + step < size().width; x += step) {
       const int w = frames_.white.at(x, y);
@@ -202,7 +196,7 @@ double Sequence::black_stripes() const {
       if (std::abs(a - b) < kGrey || std::max(a, b) > kFullScale) continue;
       darker.push_back((std::min(a, b) - mean_of(frames_.black, x, y)) / std::abs(a - b));
     }
-  return darker.size() < 200 ? 0 : median(std::move(darker));
+  return darker.size() < 200 ? 0 : median_or(std::move(darker), 0.0);
 }
 
 std::optional<Sequence::Gain> Sequence::gain(int index) const {
@@ -214,7 +208,7 @@ std::optional<Sequence::Gain> Sequence::gain(int index) const {
   // Print that is black has little light to tell anything.
   std::vector<double> contrasts;
   for (const Pixel& p : shown_) contrasts.push_back(white(p.x, p.y) - black(p.x, p.y));
-  const double min_contrast = 0.4 * median(std::move(contrasts));
+  const double min_contrast = 0.4 * median_or(std::move(contrasts), 0.0);
   std::vector<Pixel> pixels, mixed;
   for (const Pixel& p : shown_)
     if (white(p.x, p.y) - black(p.x, p.y) >= min_contrast && is_below_full_scale(of, p))
@@ -254,7 +248,7 @@ bool Sequence::is_below_full_scale(const FramePair& of, const Pixel& p) const {
 double Sequence::scattered() const {
   std::vector<double> whites;
   for (const Pixel& p : lit_) whites.push_back(white(p.x, p.y));
-  const double paper = median(whites);
+  const double paper = median_or(whites, 0.0);
   std::vector<double> of_pairs;
   for (const FramePair& coarse : frames_.pairs) {
     std::vector<double> shares;
@@ -264,10 +258,10 @@ double Sequence::scattered() const {
       const double a = at(coarse.first, p.x, p.y), b = at(coarse.second, p.x, p.y);
       if (std::abs(a - b) > 0.4 * (w - k)) shares.push_back(2 * (std::min(a, b) - k) / (w - k));
     }
-    if (4 * shares.size() > lit_.size()) of_pairs.push_back(median(std::move(shares)));
+    if (4 * shares.size() > lit_.size()) of_pairs.push_back(median_or(std::move(shares), 0.0));
     if (of_pairs.size() == 4) break;
   }
-  return median(of_pairs);
+  return median_or(of_pairs, 0.0);
 }
 
 double Sequence::noise() const {
@@ -286,7 +280,7 @@ double Sequence::noise() const {
     differences.push_back(
         std::abs(at(a, p.x, p.y) - at(b, p.x, p.y) - at(a, p.x + 1, p.y) + at(b, p.x + 1, p.y)) / contrast);
   }
-  return differences.size() < 100 ? 0 : 1.4826 * median(std::move(differences)) / 2;
+  return differences.size() < 100 ? 0 : 1.4826 * median_or(std::move(differences), 0.0) / 2;
 }
 
 double Sequence::contrast() const {

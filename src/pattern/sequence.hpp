@@ -31,7 +31,6 @@ struct Pixel {
   int x, y;
 };
 
-double median(std::vector<double> values);
 /// The mean of the values about the densest 40 %, and its standard error: the usual value where up to half of
 /// them are others.
 struct Usual {

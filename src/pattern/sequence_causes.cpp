@@ -7,6 +7,7 @@
 #include <optional>
 #include <vector>
 
+#include "procam/core/base/stats.hpp"
 #include "sequence_motion.hpp"
 #include "stripe_motion.hpp"
 #include "wrong_frame.hpp"
@@ -58,13 +59,13 @@ void check_brightness(const Sequence& sequence, const Gains& gains, bool shakes,
     sums.push_back(gain->all);
     if (gain->first) steps.push_back(std::abs(*gain->first - *gain->second));
   }
-  const double usual = median(sums);
+  const double usual = median_or(sums, 0.0);
   for (const double sum : sums) off.push_back(std::abs(sum / usual - 1));
   for (std::size_t i = 0; i < kBands; ++i) {
     std::vector<double> of_band;
     for (const Sequence::Gain* gain : coarse)
       if (gain->error[i] > 0) of_band.push_back(gain->band[i] / gain->all);
-    usual_band[i] = median(std::move(of_band));
+    usual_band[i] = median_or(std::move(of_band), 0.0);
   }
   for (const Sequence::Gain* gain : coarse) {
     double squares = 0, noise = 0;
@@ -78,8 +79,9 @@ void check_brightness(const Sequence& sequence, const Gains& gains, bool shakes,
     if (bands >= 3) ripples.push_back(std::sqrt(std::max(0.0, squares - noise) / bands));
   }
   // Of a frame: the sum averages two, the difference of two has twice the variance of one.
-  const double spread = 1.4826 * std::max(std::sqrt(2.0) * median(off), median(steps) / std::sqrt(2.0));
-  const double ripple = median(ripples);
+  const double spread =
+      1.4826 * std::max(std::sqrt(2.0) * median_or(off, 0.0), median_or(steps, 0.0) / std::sqrt(2.0));
+  const double ripple = median_or(ripples, 0.0);
   const double change = std::max(std::abs(usual - 1), darker);
   // Noise shifts ratios: their numerator and denominator have it.
   const double by_noise = kByNoise * check.noise;
@@ -167,7 +169,7 @@ void check_motion(const Sequence& sequence, const Motion& motion, const GrayCode
   for (std::size_t i = 1; i < blur.size(); ++i) steps.push_back(std::abs(blur[i] - blur[i - 1]));
   const auto [low, high] = std::minmax_element(blur.begin(), blur.end());
   // A change over the whole sequence that no step between two pairs comes near to.
-  if (*high - *low > 0.15 && *high - *low > 5 * median(steps) &&
+  if (*high - *low > 0.15 && *high - *low > 5 * median_or(steps, 0.0) &&
       std::abs(blur.front() - blur.back()) > 0.6 * (*high - *low))
     found.warn("focus_drift", "The camera's focus changes during the sequence: switch autofocus off");
 }

@@ -1,4 +1,5 @@
 #include "sequence_motion.hpp"
+#include "procam/core/base/stats.hpp"
 
 #include <Eigen/Cholesky>
 #include <algorithm>
@@ -92,7 +93,7 @@ std::optional<PairFit> fit_near(const Sequence& sequence, int pair, const std::v
     if (solver.info() != Eigen::Success || !(solver.vectorD().minCoeff() > 0)) return std::nullopt;
     solution = solver.solve(right);
     for (std::size_t i = 0; i < rows.size(); ++i) sizes[i] = std::abs(values[i] - rows[i].dot(solution));
-    const double scale = std::max(2 * median(sizes), 1e-9);
+    const double scale = std::max(2 * median_or(sizes, 0.0), 1e-9);
     for (std::size_t i = 0; i < rows.size(); ++i)
       weights[i] = 1 / (1 + sizes[i] * sizes[i] / (scale * scale));
   }

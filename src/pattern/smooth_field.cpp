@@ -1,4 +1,5 @@
 #include "smooth_field.hpp"
+#include "procam/core/base/stats.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -40,11 +41,6 @@ int finest_stripe(const std::vector<FieldSample>& samples) {
     if (count > fewest) break;
   }
   return unit;
-}
-
-double median(std::vector<double> v) {
-  std::nth_element(v.begin(), v.begin() + std::ptrdiff_t(v.size() / 2), v.end());
-  return v[v.size() / 2];
 }
 
 /// Normal equations of one share of the samples: a band below the diagonal, which it is a part of. Entry

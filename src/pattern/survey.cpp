@@ -9,6 +9,7 @@
 
 #include "gray_code_bits.hpp"
 #include "noise_classes.hpp"
+#include "procam/core/base/stats.hpp"
 #include "procam/core/base/words.hpp"
 
 namespace procam::pattern {
@@ -269,8 +270,7 @@ Survey survey_captures(const std::vector<ViewU8>& captures, const GrayCode& gray
                          " grey levels); raise the exposure or check that the camera sees the projection");
     return survey;
   }
-  std::nth_element(contrasts.begin(), contrasts.begin() + lit_pixels / 2, contrasts.end());
-  const int median_contrast = contrasts[std::size_t(lit_pixels / 2)];
+  const int median_contrast = at_rank(contrasts, std::size_t(lit_pixels / 2));
   if (median_contrast < 20) {
     diagnostics.warn("low_contrast", "White is only " + std::to_string(median_contrast) +
                                          " grey levels brighter than black (median of the lit pixels); raise "

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "noise_classes.hpp"
+#include "procam/core/base/stats.hpp"
 
 namespace procam::pattern {
 
@@ -29,8 +30,7 @@ NoiseModel noise_of_steps(const std::vector<ViewU8>& captures, int first, int st
   for (std::size_t b = 0; b < squares.size(); ++b) {
     std::vector<double>& s = squares[b];
     if (int(s.size()) < kFewest) continue;
-    std::nth_element(s.begin(), s.begin() + std::ptrdiff_t(s.size() / 2), s.end());
-    const double variance = s[s.size() / 2] / kMedianOfSquare;
+    const double variance = at_rank(s, s.size() / 2) / kMedianOfSquare;
     classes.variances[b] = variance;
     // A variance's own spread grows with it.
     classes.weights[b] = double(s.size()) / std::max(variance * variance, 1e-2);

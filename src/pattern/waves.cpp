@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "noise_classes.hpp"
+#include "procam/core/base/stats.hpp"
 #include "wave_noise.hpp"
 
 namespace procam::pattern {
@@ -147,12 +148,10 @@ double misfit_of_phases(const std::vector<ViewU8>& captures, const AxisWaves& ax
     }
   }
   if (misfits.empty()) return 1;
-  const auto middle = misfits.begin() + std::ptrdiff_t(misfits.size() / 2);
-  std::nth_element(misfits.begin(), middle, misfits.end());
   // A sum over the waves but one; the median of chi-square is below its mean, of one degree by
   // kMedianOfSquare.
   const double degrees = double(axis.waves.size() - 1);
-  return std::max(*middle / (degrees * (degrees > 1 ? 0.7 : kMedianOfSquare)), 1e-6);
+  return std::max(median(std::move(misfits)) / (degrees * (degrees > 1 ? 0.7 : kMedianOfSquare)), 1e-6);
 }
 
 /// Noise of a grey value by what the phase jumps between neighbouring pixels: on a smooth surface its second
@@ -180,8 +179,7 @@ NoiseModel noise_of_neighbours(const std::vector<ViewU8>& captures, const Wave& 
   for (std::size_t b = 0; b < squares.size(); ++b) {
     std::vector<double>& s = squares[b];
     if (s.size() < kFewest) continue;
-    std::nth_element(s.begin(), s.begin() + std::ptrdiff_t(s.size() / 2), s.end());
-    const double variance = s[s.size() / 2] / kMedianOfSquare;
+    const double variance = at_rank(s, s.size() / 2) / kMedianOfSquare;
     classes.variances[b] = variance;
     classes.weights[b] = double(s.size()) / std::max(variance * variance, 1e-2);
   }

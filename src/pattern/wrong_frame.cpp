@@ -1,4 +1,5 @@
 #include "wrong_frame.hpp"
+#include "procam/core/base/stats.hpp"
 
 #include <algorithm>
 #include <array>
@@ -43,7 +44,7 @@ std::optional<WrongFrame> find_wrong_frame(const Sequence& sequence,
   std::vector<double> usual;
   for (const auto& gain : gains)
     if (gain) usual.push_back(gain->all);
-  const double usual_gain = usual.empty() ? 1 : median(usual);
+  const double usual_gain = usual.empty() ? 1 : median_or(usual, 0.0);
   std::vector<Bands> sums;
   for (int k = 0; k < sequence.pairs(); ++k) {
     const auto& gain = gains[std::size_t(k)];
@@ -85,7 +86,7 @@ std::optional<WrongFrame> find_wrong_frame(const Sequence& sequence,
       // The border between two frames crosses a band or two.
       if (explained < 2 || explained + 2 < wrong.size() || 3 * explained < 2 * wrong.size()) continue;
       if (total >= least) continue;
-      const double limit = median(wrong_sums) / kFarAbove;
+      const double limit = median_or(wrong_sums, 0.0) / kFarAbove;
       const auto known = std::count_if(like.begin(), like.end(), [](double l) { return l >= 0; });
       const auto unlike = std::count_if(like.begin(), like.end(), [&](double l) { return l >= limit; });
       const bool everywhere = 8 * unlike <= known;  // few rows at the rim of the light may be noise
@@ -122,8 +123,9 @@ EndFault end_fault(const Sequence& sequence) {
   // White that shows the finest stripes is equal to the capture before, and darker than coarse white stripes,
   // while black is right: a camera whose exposure follows the light makes black brighter than black stripes.
   constexpr double kAlike = 0.04, kMaxDarker = 0.03;
-  return squares < kAlike * contrasts && median(std::move(blacks)) > -kMaxDarker ? EndFault::kStaleWhite
-                                                                                 : EndFault::kNone;
+  return squares < kAlike * contrasts && median_or(std::move(blacks), 0.0) > -kMaxDarker
+             ? EndFault::kStaleWhite
+             : EndFault::kNone;
 }
 
 }  // namespace procam::pattern::internal

@@ -60,7 +60,7 @@ void refuse_vmc(ParsedSkeletons& parsed, const char* why) {
 }
 
 /// Seven numbers; nullptr when all is well.
-const char* read_vmc_pose(track::internal::Bytes& in, std::string_view types, Pose& pose) {
+const char* read_vmc_pose(ByteReader& in, std::string_view types, Pose& pose) {
   std::array<double, 7> v{};
   for (std::size_t i = 0; i < 7; ++i) {
     if (types[i] != 'f' && types[i] != 'd') return "a VMC pose is not of seven floats";
@@ -87,7 +87,7 @@ void VmcReader::read(std::string_view bytes, int depth, ParsedSkeletons& parsed)
   if (bytes.substr(0, track::internal::kOscBundle.size()) != track::internal::kOscBundle)
     return read_message(bytes, parsed);
   if (depth == limits::kOscDepth) return refuse_vmc(parsed, "OSC bundles are nested too deeply");
-  track::internal::Bytes in{bytes.substr(track::internal::kOscBundle.size())};
+  ByteReader in{bytes.substr(track::internal::kOscBundle.size())};
   in.take(8);  // the time tag: senders leave it at "now"
   while (!in.bad && !in.rest.empty()) {
     const std::string_view element = in.take(in.number<std::uint32_t>(true));
@@ -97,8 +97,8 @@ void VmcReader::read(std::string_view bytes, int depth, ParsedSkeletons& parsed)
 }
 
 void VmcReader::read_message(std::string_view bytes, ParsedSkeletons& parsed) {
-  track::internal::Bytes in{bytes};
-  const std::string_view address = in.osc_text(), types = in.osc_text();
+  ByteReader in{bytes};
+  const std::string_view address = track::internal::osc_text(in), types = track::internal::osc_text(in);
   constexpr std::string_view kOurs = "/VMC/Ext/";
   if (in.bad || address.substr(0, kOurs.size()) != kOurs) return refuse_vmc(parsed, "it is no VMC message");
   if (address == "/VMC/Ext/OK") {
@@ -116,7 +116,7 @@ void VmcReader::read_message(std::string_view bytes, ParsedSkeletons& parsed) {
   // A root may tell a scale and an offset behind its pose, which are for pictures.
   if (types.size() < 9 || types.substr(0, 2) != ",s" || (!is_root && types.size() != 9))
     return refuse_vmc(parsed, "a VMC pose is a name and seven floats");
-  const std::string_view name = in.osc_text();
+  const std::string_view name = track::internal::osc_text(in);
   Pose pose;
   if (const char* why = read_vmc_pose(in, types.substr(2, 7), pose)) return refuse_vmc(parsed, why);
   if (is_root) {

@@ -1,19 +1,17 @@
 #pragma once
-/// 8-bit values <-> light. sRGB's curve (IEC 61966-2-1) or none.
+/// 8-bit values <-> light. sRGB's curve or none.
 #include <array>
 #include <cmath>
 
 #include "kernels.hpp"
+#include "procam/core/base/color.hpp"
 
 namespace procam::render {
 
 class LightCurve {
  public:
   explicit LightCurve(bool srgb) {
-    const auto decode = [srgb](double value) {
-      if (!srgb) return value;
-      return value <= 0.04045 ? value / 12.92 : std::pow((value + 0.055) / 1.055, 2.4);
-    };
+    const auto decode = [srgb](double value) { return srgb ? light_from_srgb(value) : value; };
     for (int v = 0; v < 256; ++v) light_[std::size_t(v)] = Light(std::lround(kFull * decode(v / 255.0)));
     int v = 0;
     for (int step = 0; step < kSteps; ++step) {

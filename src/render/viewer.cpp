@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "footprint.hpp"
+#include "procam/core/base/stats.hpp"
 #include "room_seen.hpp"
 
 namespace procam::render {
@@ -232,13 +233,12 @@ std::optional<ViewerEye> viewer_eye(const Vec3& eye_in_projector, const Scene& r
     if (narrow > 0) finest.push_back(narrow);
   }
   if (finest.empty()) return std::nullopt;
-  const auto fine = finest.begin() + std::ptrdiff_t(finest.size() / 20);
-  std::nth_element(finest.begin(), fine, finest.end());
+  const double fine = at_rank(finest, finest.size() / 20);
   // A step of the grid more on each side: light ends between its points.
-  const Vec2 margin = Vec2::Constant(2 * *fine) + 0.02 * (high - low);
+  const Vec2 margin = Vec2::Constant(2 * fine) + 0.02 * (high - low);
   low -= margin;
   high += margin;
-  double f = 1 / *fine;
+  double f = 1 / fine;
   const Vec2 span = high - low;
   const double most =
       std::min(std::sqrt(options.max_pixels / (span.x() * span.y())), 16384 / std::max(span.x(), span.y()));

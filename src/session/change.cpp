@@ -1,9 +1,8 @@
 #include "procam/session/change.hpp"
+#include "procam/core/base/stats.hpp"
 
 #include <algorithm>
 #include <cmath>
-
-#include "median.hpp"
 
 namespace procam::session {
 namespace {

@@ -5,16 +5,11 @@
 #include <cmath>
 #include <map>
 #include "light_checks.hpp"
+#include "procam/core/base/stats.hpp"
 #include "procam/core/base/words.hpp"
 
 namespace procam::session {
 namespace {
-
-double quantile(std::vector<int>& values, double share) {
-  const auto place = values.begin() + std::ptrdiff_t(share * double(values.size() - 1));
-  std::nth_element(values.begin(), place, values.end());
-  return *place;
-}
 
 void require_alike(ViewU8 a, ViewU8 b) {
   require(!a.empty() && a.size() == b.size() && a.channels == 1 && b.channels == 1,

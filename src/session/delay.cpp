@@ -5,8 +5,8 @@
 #include <random>
 
 #include "delay_code.hpp"
-#include "median.hpp"
 #include "procam/core/base/error.hpp"
+#include "procam/core/base/stats.hpp"
 
 namespace procam::session {
 namespace {

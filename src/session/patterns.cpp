@@ -7,6 +7,7 @@
 #include <regex>
 
 #include "pattern_table.hpp"
+#include "procam/core/base/stats.hpp"
 #include "procam/detect/board_artwork.hpp"
 #include "procam/detect/detect_board.hpp"
 #include "procam/detect/projected_board.hpp"
@@ -49,15 +50,12 @@ ImageU8 in_room_light(const std::vector<ViewU8>& captures) {
       int* sum = &sums[std::size_t(y) * std::size_t(first.width)];
       for (int x = 0; x < first.width; ++x) sum[x] += std::min(frame[x], inverse[x]);
     }
-  std::vector<int> sorted = sums;
-  const auto bright = sorted.begin() + long(0.999 * double(sorted.size() - 1));
-  std::nth_element(sorted.begin(), bright, sorted.end());
+  const int bright = std::max(quantile(sums, 0.999), 1);
   ImageU8 image(first.width, first.height);
   for (int y = 0; y < first.height; ++y)
     for (int x = 0; x < first.width; ++x)
-      image.at(x, y) =
-          std::uint8_t(std::min(255, 255 * sums[std::size_t(y) * std::size_t(first.width) + std::size_t(x)] /
-                                         std::max(*bright, 1)));
+      image.at(x, y) = std::uint8_t(
+          std::min(255, 255 * sums[std::size_t(y) * std::size_t(first.width) + std::size_t(x)] / bright));
   return image;
 }
 

@@ -6,12 +6,12 @@
 #include <map>
 #include <mutex>
 #include <optional>
-#include <thread>
 #include <utility>
 
 #include "folder_name.hpp"
 #include "identical_files.hpp"
 #include "photographed_views.hpp"
+#include "procam/core/base/parallel.hpp"
 #include "procam/detect/board_artwork.hpp"
 #include "procam/detect/detect_board.hpp"
 #include "procam/io/files.hpp"
@@ -243,25 +243,18 @@ ReadView read_view(const SessionPlan& plan, std::size_t number, const CameraSize
 std::vector<ReadView> read_views(const SessionPlan& plan, int begin, int end, const CameraSizes& sizes,
                                  const ReadingProgress& progress) {
   std::vector<ReadView> views(std::size_t(end - begin));
-  const int cores = int(std::max(1u, std::thread::hardware_concurrency()));
-  const int members = std::min({cores, kViewsAtATime, end - begin});
   std::mutex reporting;
-  std::atomic<int> next{begin};
   std::atomic<bool> failed{false};
-  const auto work = [&] {
-    for (int i = next++; i < end && !failed; i = next++) {
-      if (progress) {
-        const std::lock_guard<std::mutex> lock(reporting);
-        progress(plan.views[std::size_t(i)].name, i, int(plan.views.size()));
-      }
-      ReadView& read = views[std::size_t(i - begin)] = read_view(plan, std::size_t(i), sizes);
-      if (read.error) failed = true;
+  parallel_each(end - begin, std::min(thread_count(0), kViewsAtATime), [&](int at) {
+    if (failed) return;
+    const auto i = std::size_t(begin + at);
+    if (progress) {
+      const std::lock_guard<std::mutex> lock(reporting);
+      progress(plan.views[i].name, int(i), int(plan.views.size()));
     }
-  };
-  std::vector<std::thread> team;
-  for (int member = 1; member < members; ++member) team.emplace_back(work);
-  work();
-  for (std::thread& member : team) member.join();
+    ReadView& read = views[std::size_t(at)] = read_view(plan, i, sizes);
+    if (read.error) failed = true;
+  });
   return views;
 }
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "caster.hpp"
+#include "procam/core/base/stats.hpp"
 
 namespace procam::simulate {
 namespace {
@@ -86,9 +87,7 @@ double bright_level(const Room& room, const std::vector<RoomLight>& lights, doub
       }
   }
   if (levels.empty()) return 0;
-  const auto at = levels.begin() + std::ptrdiff_t(levels.size() * 9 / 10);
-  std::nth_element(levels.begin(), at, levels.end());
-  return *at;
+  return at_rank(levels, levels.size() * 9 / 10);
 }
 
 }  // namespace

@@ -7,6 +7,8 @@
 #include <limits>
 #include <queue>
 
+#include "procam/core/base/color.hpp"
+#include "procam/core/base/stats.hpp"
 #include "procam/surface/warp.hpp"
 
 namespace procam::surface {
@@ -270,12 +272,6 @@ void fill_rim(const std::vector<int>& surface, BlendMap& map) {
     }
 }
 
-double at_share(std::vector<float>& values, double share) {
-  const auto place = std::ptrdiff_t(share * double(values.size() - 1));
-  std::nth_element(values.begin(), values.begin() + place, values.end());
-  return double(values[std::size_t(place)]);
-}
-
 }  // namespace
 
 Blend blend_maps(const std::vector<BlendInput>& projectors, const BlendOptions& options) {
@@ -322,7 +318,7 @@ Blend blend_maps(const std::vector<BlendInput>& projectors, const BlendOptions& 
           if (views[p].surface[i] >= 0 && group(views[p].surface[i]) == g)
             possible.push_back(sums[p][i].most);
       if (possible.empty()) continue;
-      const double darkest = at_share(possible, 0.01), brightest = at_share(possible, 0.99);
+      const double darkest = double(quantile(possible, 0.01)), brightest = double(quantile(possible, 0.99));
       level[g] = std::max(darkest, options.min_gain * brightest);
       if (darkest < level[g])
         blend.diagnostics.warn(
@@ -368,14 +364,8 @@ void apply_blend(const BlendMap& map, ImageView<std::uint8_t> frame, double gamm
           "apply_blend: the frame must have 3 channels and the map's size");
   require(gamma >= 0 && gamma < 10, "apply_blend: gamma must be 0 (sRGB) or up to 10");
   std::array<float, 256> light{};
-  for (std::size_t v = 0; v < light.size(); ++v) {
-    const double value = double(v) / 255;
-    light[v] = float(value <= 0.04045 ? value / 12.92 : std::pow((value + 0.055) / 1.055, 2.4));
-  }
-  const auto encoded = [&](double l) {
-    if (gamma > 0) return std::pow(l, 1 / gamma);
-    return l <= 0.0031308 ? 12.92 * l : 1.055 * std::pow(l, 1 / 2.4) - 0.055;
-  };
+  for (std::size_t v = 0; v < light.size(); ++v) light[v] = float(light_from_srgb(double(v) / 255));
+  const auto encoded = [&](double l) { return gamma > 0 ? std::pow(l, 1 / gamma) : srgb_from_light(l); };
   // Steps so fine in the root of light that no 8-bit value is missed.
   constexpr int kSteps = 1 << 14;
   std::vector<std::uint8_t> value(kSteps + 1);

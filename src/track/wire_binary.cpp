@@ -40,7 +40,7 @@ void put_float(std::string& bytes, double value, bool big) {
   put(bytes, bits, big);
 }
 
-using internal::Bytes;
+using internal::osc_text;
 
 std::uint32_t crc32(std::string_view bytes) {
   boost::crc_32_type crc;
@@ -50,10 +50,10 @@ std::uint32_t crc32(std::string_view bytes) {
 
 /// A whole binary message, magic to CRC.
 const char* read_binary(std::string_view bytes, StampedPose& message) {
-  Bytes crc{bytes.substr(bytes.size() - 4)};
+  ByteReader crc{bytes.substr(bytes.size() - 4)};
   const std::string_view covered = bytes.substr(0, bytes.size() - 4);
   if (crc.number<std::uint32_t>() != crc32(covered)) return "the checksum is wrong";
-  Bytes in{covered};
+  ByteReader in{covered};
   in.take(kMagic.size());
   if (in.number<std::uint8_t>() != kVersion) return "a binary message of another version";
   const auto flags = in.number<std::uint8_t>();
@@ -230,9 +230,9 @@ std::optional<double> osc_time(std::uint64_t tag) {
 }
 
 void read_osc_message(std::string_view bytes, const std::optional<double>& bundle_stamp, Parsed& parsed) {
-  Bytes in{bytes};
-  std::string_view address = in.osc_text();
-  const std::string_view types = in.osc_text();
+  ByteReader in{bytes};
+  std::string_view address = osc_text(in);
+  const std::string_view types = osc_text(in);
   constexpr std::string_view kEnd = "/pose";
   if (in.bad || address.empty() || address[0] != '/') return refuse(parsed, "it is no OSC message");
   if (address.size() < kEnd.size() || address.substr(address.size() - kEnd.size()) != kEnd)
@@ -280,7 +280,7 @@ void read_osc(std::string_view bytes, const std::optional<double>& stamp, int de
   if (bytes.substr(0, internal::kOscBundle.size()) != internal::kOscBundle)
     return read_osc_message(bytes, stamp, parsed);
   if (depth == limits::kOscDepth) return refuse(parsed, "OSC bundles are nested too deeply");
-  Bytes in{bytes.substr(internal::kOscBundle.size())};
+  ByteReader in{bytes.substr(internal::kOscBundle.size())};
   const std::optional<double> bundle_stamp = osc_time(in.number<std::uint64_t>(true));
   if (in.bad) return refuse(parsed, "an OSC bundle is cut short");
   while (!in.rest.empty()) {
@@ -328,10 +328,10 @@ constexpr std::uint32_t kPsnPosition = 0, kPsnOrientation = 2, kPsnTime = 6;
 
 struct Chunk {
   std::uint32_t id = 0;
-  Bytes data;
+  ByteReader data;
 };
 /// nullopt at the end and when it is cut short (in.bad).
-std::optional<Chunk> next_chunk(Bytes& in) {
+std::optional<Chunk> next_chunk(ByteReader& in) {
   if (in.rest.empty()) return std::nullopt;
   const auto head = in.number<std::uint32_t>();
   Chunk chunk;
@@ -341,13 +341,13 @@ std::optional<Chunk> next_chunk(Bytes& in) {
   return chunk;
 }
 
-void read_tracker(std::uint32_t id, Bytes in, std::optional<double> stamp, Parsed& parsed) {
+void read_tracker(std::uint32_t id, ByteReader in, std::optional<double> stamp, Parsed& parsed) {
   StampedPose message;
   message.frame = "psn";
   message.child = "tracker " + std::to_string(id);
   bool has_position = false, has_orientation = false;
   while (auto chunk = next_chunk(in)) {
-    Bytes& data = chunk->data;
+    ByteReader& data = chunk->data;
     if (chunk->id == kPsnPosition || chunk->id == kPsnOrientation) {
       const double x = data.real32(), y = data.real32(), z = data.real32();
       const Vec3 v(x, y, z);
@@ -385,7 +385,7 @@ void put_chunk(std::string& bytes, std::uint32_t id, const std::string& data, bo
 
 Parsed parse_psn(std::string_view datagram) {
   Parsed parsed;
-  Bytes in{datagram};
+  ByteReader in{datagram};
   auto packet = next_chunk(in);
   if (packet && packet->id == kPsnInfo) return parsed;
   if (!packet || packet->id != kPsnData) {

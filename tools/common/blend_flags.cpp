@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "common/cli.hpp"
+#include "procam/core/base/color.hpp"
 #include "procam/io/image/images.hpp"
 #include "procam/io/surface_file.hpp"
 
@@ -75,10 +76,7 @@ ImageF light_of(const ImageU8& picture) {
   const ImageU8 grey = io::to_gray(picture);
   ImageF light(grey.size());
   for (int y = 0; y < grey.height(); ++y)
-    for (int x = 0; x < grey.width(); ++x) {
-      const double value = grey.at(x, y) / 255.0;
-      light.at(x, y) = float(value <= 0.04045 ? value / 12.92 : std::pow((value + 0.055) / 1.055, 2.4));
-    }
+    for (int x = 0; x < grey.width(); ++x) light.at(x, y) = float(light_from_srgb(grey.at(x, y) / 255.0));
   return light;
 }
 

@@ -1,4 +1,5 @@
 #include "common/note_groups.hpp"
+#include "procam/core/base/stats.hpp"
 
 #include <algorithm>
 #include <cctype>
@@ -42,12 +43,6 @@ Template taken_apart(const std::string& message) {
     at = end;
   }
   return text;
-}
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + long(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 std::string line(const Diagnostic& item) {

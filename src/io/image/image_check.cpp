@@ -6,6 +6,7 @@
 #include <map>
 #include <vector>
 
+#include "procam/core/base/bytes.hpp"
 #include "procam/core/base/limits.hpp"
 
 namespace procam::io {
@@ -48,16 +49,9 @@ class Bytes {
   std::size_t size() const { return bytes_.size(); }
   bool overrun() const { return overrun_; }
   std::uint32_t number(std::size_t offset, std::size_t count) {
-    if (offset > bytes_.size() || bytes_.size() - offset < count) {
-      overrun_ = true;
-      return 0;
-    }
-    std::uint32_t value = 0;
-    for (std::size_t i = 0; i < count; ++i) {
-      const auto byte = static_cast<unsigned char>(bytes_[offset + (big_endian_ ? i : count - 1 - i)]);
-      value = value << 8 | byte;
-    }
-    return value;
+    const auto value = unsigned_at(bytes_, offset, count, big_endian_);
+    overrun_ = overrun_ || !value;
+    return std::uint32_t(value.value_or(0));
   }
 
  private:

@@ -1,6 +1,5 @@
 #include "image/npy.hpp"
 
-#include <algorithm>
 #include <cctype>
 #include <charconv>
 #include <cmath>
@@ -9,6 +8,7 @@
 #include <limits>
 #include <optional>
 
+#include "procam/core/base/bytes.hpp"
 #include "procam/core/base/error.hpp"
 #include "procam/core/base/limits.hpp"
 #include "procam/io/files.hpp"
@@ -187,12 +187,6 @@ class Header {
   }
 };
 
-std::size_t little_endian(std::string_view bytes) {
-  std::size_t value = 0;
-  for (std::size_t i = bytes.size(); i-- > 0;) value = value << 8 | static_cast<unsigned char>(bytes[i]);
-  return value;
-}
-
 }  // namespace
 
 NpyArray parse_npy(std::string_view bytes, const std::string& name) {
@@ -203,7 +197,7 @@ NpyArray parse_npy(std::string_view bytes, const std::string& name) {
              ErrorKind::kUnsupported);
   const std::size_t length_bytes = version == 1 ? 2 : 4, begin = 8 + length_bytes;
   if (bytes.size() < begin) fail_npy(name, "it is cut short");
-  const std::size_t length = little_endian(bytes.substr(8, length_bytes));
+  const std::size_t length = unsigned_at(bytes, 8, length_bytes, false).value_or(0);
   if (length > limits::kArrayHeaderBytes)
     fail_npy(name, "its header claims " + std::to_string(length) + " bytes");
   if (bytes.size() - begin < length) fail_npy(name, "it is cut short in its header");

@@ -1,12 +1,12 @@
 #include "procam/io/image/pfm.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
 
 #include "document/number.hpp"
 #include "image/pfm_bytes.hpp"
+#include "procam/core/base/bytes.hpp"
 #include "procam/core/base/limits.hpp"
 #include "procam/io/files.hpp"
 
@@ -50,12 +50,6 @@ class PfmHeader {
   std::size_t at_ = 0;
 };
 
-std::uint32_t float_bits(const unsigned char* bytes, bool lowest_first) {
-  std::uint32_t value = 0;
-  for (int i = 0; i < 4; ++i) value = value << 8 | bytes[lowest_first ? 3 - i : i];
-  return value;
-}
-
 }  // namespace
 
 ImageF decode_pfm(std::string_view bytes, const std::string& file) {
@@ -81,13 +75,9 @@ ImageF decode_pfm(std::string_view bytes, const std::string& file) {
                 kNextPfm);
   ImageF image(width, height, channels);
   for (int y = 0; y < height; ++y) {
-    const auto* from =
-        reinterpret_cast<const unsigned char*>(pixels.data()) + row_bytes * std::size_t(height - 1 - y);
+    ByteReader from{pixels.substr(row_bytes * std::size_t(height - 1 - y), row_bytes)};
     float* to = image.row(y);
-    for (int i = 0; i < width * channels; ++i, from += 4) {
-      const std::uint32_t bits = float_bits(from, scale < 0);
-      std::memcpy(to + i, &bits, 4);
-    }
+    for (int i = 0; i < width * channels; ++i) to[i] = real_of_bits(from.number<std::uint32_t>(scale > 0));
   }
   return image;
 }

@@ -1,10 +1,10 @@
 #include <algorithm>
 #include <array>
-#include <cstring>
 #include <map>
 
 #include "document/number.hpp"
 #include "mesh/mesh_reader.hpp"
+#include "procam/core/base/bytes.hpp"
 
 namespace procam::io {
 namespace {
@@ -157,23 +157,12 @@ class PlyReader {
                                           : "'" + std::string(word.substr(0, 40)) + "' is no finite number");
       return *number;
     }
-    if (bytes_.size() - at_ < type.bytes) refuse_mesh(where(), "the file ends");
-    std::array<unsigned char, 8> raw{};
-    std::memcpy(raw.data(), bytes_.data() + at_, type.bytes);
+    const auto read = unsigned_at(bytes_, at_, type.bytes, coding_ == PlyCoding::kBigEndian);
+    if (!read) refuse_mesh(where(), "the file ends");
     at_ += type.bytes;
-    if (coding_ == PlyCoding::kBigEndian) std::reverse(raw.begin(), raw.begin() + std::ptrdiff_t(type.bytes));
-    std::uint64_t bits = 0;
-    for (std::size_t i = 0; i < type.bytes; ++i) bits |= std::uint64_t(raw[i]) << (8 * i);
+    const std::uint64_t bits = read.value_or(0);
     if (type.is_float) {
-      double number = 0;
-      if (type.bytes == 4) {
-        const auto narrow = std::uint32_t(bits);
-        float f;
-        std::memcpy(&f, &narrow, 4);
-        number = double(f);
-      } else {
-        std::memcpy(&number, &bits, 8);
-      }
+      const double number = type.bytes == 4 ? double(real_of_bits(std::uint32_t(bits))) : real_of_bits(bits);
       if (!std::isfinite(number)) refuse_mesh(where(), "a number is not finite");
       return number;
     }

@@ -59,7 +59,7 @@ Usual usual_view(const SolvedBundle& solved) {
     usual.correlated.push_back(correlated);
     usual.variance.push_back(median_or(variances, 0.01));
   }
-  usual.light_points = median_or(counts, 0);
+  usual.light_points = median_or(counts, 0.0);
   return usual;
 }
 

@@ -281,10 +281,13 @@ TEST(ControlPage, ANameThatCannotBeSavedDoesNotEndTheShow) {
     const std::string answer = talk(at, get(at, "/status?token=" + at.token));
     return nlohmann::json::parse(answer.substr(answer.find("\r\n\r\n") + 4));
   };
-  for (int i = 0; i < 1000 && status()["surfaces"].size() == 3 && status()["surfaces"][2]["name"] != "good";
-       ++i)
-    std::this_thread::sleep_for(std::chrono::milliseconds(20));
-  EXPECT_EQ(status()["surfaces"][2]["name"], "good");
+  // Before its first frame the show reports no surfaces.
+  const auto is_renamed = [&] {
+    const nlohmann::json surfaces = status()["surfaces"];
+    return surfaces.size() == 3 && surfaces[2]["name"] == "good";
+  };
+  for (int i = 0; i < 1000 && !is_renamed(); ++i) std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  ASSERT_TRUE(is_renamed());
   // What was accepted is done, also when the show ends at once.
   EXPECT_EQ(post("{\"do\":\"save\"}"), 202);
   show.end();

@@ -15,6 +15,8 @@ namespace {
 /// A fit this much better than the limit for outliers explains what the rig does not.
 constexpr double kExplained = 3;
 constexpr double kSamePixel = 1;  ///< pixels: light that has not moved between views
+/// Of the RMS as given: another order or view explains the pixels, though a board's pose is known from few corners.
+constexpr double kFarBetter = 0.02;
 
 std::string amount(const Pose& motion) {
   return format("%.1f mm and %.2f degrees", 1e3 * motion.translation.norm(),
@@ -147,6 +149,49 @@ std::optional<std::string> shown_in_other_view(const Correspondences& data, cons
   return best;
 }
 
+/// Another view on whose board, as the other devices have it, this view's pixels of the device lie. The best of all
+/// views, nullopt when none is below `limit_px`.
+std::optional<std::string> belongs_to_view(const Correspondences& data, const UsedMask& everything,
+                                           const Solution& solution, int view, int device, double limit_px) {
+  const auto d = std::size_t(device);
+  const View& here = data.views[std::size_t(view)];
+  if (here.observations[d].size() < 6) return std::nullopt;
+  std::optional<std::string> best;
+  double best_px = limit_px;
+  for (std::size_t v = 0; v < data.views.size(); ++v) {
+    if (int(v) == view || posing_camera(data, solution.used, v, device) < 0) continue;
+    Correspondences other = data;
+    other.views[v] = here;
+    UsedMask mask = everything;
+    mask[v] = mask[std::size_t(view)];
+    const Spread spread = spread_of(other, solution.state(), mask, device, int(v));
+    if (spread.count < 6 || spread.rms_px >= best_px) continue;
+    best_px = spread.rms_px;
+    best = data.views[v].name;
+  }
+  return best;
+}
+
+/// For each of the board's points the point in its place once the board is turned by 180 degrees, or is seen in a
+/// mirror that exchanges left and right (`flip` = (-1, 1)) or top and bottom.
+std::vector<int> exchanged_order(const Points3& board, const Vec2& flip) {
+  Vec2 low = board.front().head<2>(), high = low;
+  for (const Vec3& point : board) {
+    low = low.cwiseMin(Vec2(point.head<2>()));
+    high = high.cwiseMax(Vec2(point.head<2>()));
+  }
+  const Vec2 middle = 0.5 * (low + high);
+  std::vector<int> order;
+  for (const Vec3& point : board) {
+    const Vec2 place = middle + flip.cwiseProduct(Vec2(point.head<2>()) - middle);
+    const auto nearest = std::min_element(board.begin(), board.end(), [&](const Vec3& a, const Vec3& b) {
+      return (a.head<2>() - place).squaredNorm() < (b.head<2>() - place).squaredNorm();
+    });
+    order.push_back(int(nearest - board.begin()));
+  }
+  return order;
+}
+
 }  // namespace
 
 std::string cause_of_disagreement(const Correspondences& data, const UsedMask& everything,
@@ -175,13 +220,26 @@ std::string cause_of_disagreement(const Correspondences& data, const UsedMask& e
     return "its pictures are those of " + *twin +
            ": the folders of two cameras were exchanged; put each camera's frames into its own folder";
 
+  const double as_given = takes_part(solution.used, std::size_t(view))
+                              ? spread_of(data, solution.state(), everything, device, view).rms_px
+                              : 0;
+  const double fits = std::max(explained, kFarBetter * as_given);
+  if (const auto owner = belongs_to_view(data, everything, solution, view, device, fits))
+    return (projects ? "its light is that of view " : "its picture is that of view ") + *owner +
+           ": the frames of two views were exchanged, or not renewed; put each view's frames into its own folder, or "
+           "capture the view again";
+
   const Points3 board = points_in_board(data.board);
-  std::vector<int> turned(board.size());
-  for (std::size_t i = 0; i < turned.size(); ++i) turned[i] = int(turned.size() - 1 - i);
-  if (const auto rms = rms_in_order(data, everything, solution, view, device, turned);
-      rms && *rms < explained)
+  const auto fits_in_order = [&](const Vec2& flip) {
+    const auto rms = rms_in_order(data, everything, solution, view, device, exchanged_order(board, flip));
+    return rms && *rms < fits;
+  };
+  if (fits_in_order(Vec2(-1, -1)))
     return "the order of its points is turned by 180 degrees in " + name +
            "; keep the board the same way up in all views";
+  if (fits_in_order(Vec2(-1, 1)) || fits_in_order(Vec2(1, -1)))
+    return "the order of its points is mirrored in " + name +
+           "; switch the mirroring of camera and projector off, and capture the view again";
 
   if (const auto own = try_own_pose(data, everything, solution, view, device);
       own && own->rms_px < explained) {

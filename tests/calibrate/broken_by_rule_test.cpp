@@ -274,7 +274,7 @@ struct Judged {
 };
 
 Judged judge(const Rule& rule, std::uint64_t seed) {
-  Dice dice{std::mt19937_64(seed * 1000003 + std::hash<std::string>()(rule.name) % 65536)};
+  Dice dice{std::mt19937_64(seed * 1000003 + std::uint64_t(&rule - rules().data()))};
   dice.views = 6 + int(dice.within(0, 6));
   Session session;
   session.world =
@@ -360,7 +360,7 @@ TEST(BrokenByRule, FourOfEach) {
 }
 
 TEST(BrokenByRule, ThirtyOfEach) {
-  expect_honest(count(100, 30));
+  expect_honest(count(200, 30));
 }
 
 }  // namespace

@@ -9,6 +9,9 @@ build_packages=(g++ clang cmake ninja-build libeigen3-dev libopencv-dev libceres
   libcli11-dev libboost-dev libglfw3-dev libgl-dev pkg-config libzip-dev libepoxy-dev libegl-dev libopenni2-dev)
 test_packages=(libgtest-dev libbenchmark-dev libclang-rt-dev clang-format clang-tidy xvfb libx11-dev libegl-mesa0
   libgl1-mesa-dri chromium blender godot3)
+# The fuzz targets (tests/fuzz/run.sh): libFuzzer is part of libclang-rt-dev; llvm has the symbolizer, without which a
+# finding's stack has no names.
+fuzz_packages=(clang libclang-rt-dev llvm)
 
 # install_packages PACKAGE...: installs those that are missing, and asks for no more rights than that needs.
 install_packages() {

@@ -120,6 +120,18 @@ show::ShowOptions example_options() {
 
 }  // namespace
 
+std::string changed_document(std::string_view bytes, std::string_view draws) {
+  try {
+    Draws from(draws);
+    std::string text = io::to_json(changed(io::parse_json(bytes, "f.json"), from));
+    if (bytes.substr(0, bytes.size() - 1).find('\n') == bytes.npos)
+      std::replace(text.begin(), text.end(), '\n', ' ');
+    return text;
+  } catch (const Error&) {
+    return "";
+  }
+}
+
 void rig_fields(std::string_view bytes) {
   static const io::Node valid = document_of(
       "valid.json", [](const std::filesystem::path& file) { io::save_rig(file, test::example_rig()); });

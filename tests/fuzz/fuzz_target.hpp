@@ -3,6 +3,7 @@
 /// whatever a sanitizer reports are findings. libFuzzer runs the targets (fuzzer.cpp), and the ordinary tests
 /// run them over the kept inputs (regressions_test.cpp). See docs/fuzzing.md.
 #include <filesystem>
+#include <ostream>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -16,7 +17,12 @@ namespace procam::fuzz {
 struct Target {
   const char* name;
   void (*run)(std::string_view bytes);
+  /// Its inputs are JSON documents: the search changes their values as well as their bytes.
+  bool is_json = false;
 };
+inline void PrintTo(const Target& target, std::ostream* out) {
+  *out << target.name;
+}
 
 const std::vector<Target>& targets();
 
@@ -29,6 +35,10 @@ void run(const Target& target, std::string_view bytes);
 inline void check(bool holds, const std::string& what) {
   if (!holds) throw std::logic_error(what);
 }
+
+/// The JSON document with some of its values changed, removed, doubled and exchanged as the draws say, in one
+/// line if it was one; empty where the bytes are no document.
+std::string changed_document(std::string_view bytes, std::string_view draws);
 
 /// The texts around the first byte that differs become part of the finding.
 void check_same(const std::string& once, const std::string& twice, const std::string& what);

@@ -3,6 +3,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <random>
 
 #include "fuzz_target.hpp"
 
@@ -31,6 +32,25 @@ extern "C" int LLVMFuzzerInitialize(int* count, char*** arguments) {
     std::exit(2);
   }
   return 0;
+}
+
+extern "C" std::size_t LLVMFuzzerMutate(std::uint8_t* data, std::size_t size, std::size_t max_size);
+
+/// JSON is changed as a document every second time, else as bytes.
+extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t size, std::size_t max_size,
+                                               unsigned seed) {
+  if (procam::fuzz::chosen->is_json && seed % 2 == 0) {
+    std::minstd_rand random(seed);
+    std::string draws(8 + seed / 2 % 32, '\0');
+    for (char& byte : draws) byte = char(random() >> 8);
+    const std::string changed =
+        procam::fuzz::changed_document({reinterpret_cast<const char*>(data), size}, draws);
+    if (!changed.empty() && changed.size() <= max_size) {
+      std::memcpy(data, changed.data(), changed.size());
+      return changed.size();
+    }
+  }
+  return LLVMFuzzerMutate(data, size, max_size);
 }
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

@@ -1,48 +1,68 @@
 #!/usr/bin/env bash
-# Builds the fuzz targets (preset fuzz) and runs all of them, one after the other:
+# Builds the fuzz targets (preset fuzz) and runs all of them:
 #
 #   tests/fuzz/run.sh 2            two hours for all targets together; the default is one
 #   tests/fuzz/run.sh --minute     one minute for all targets together
 #   tests/fuzz/run.sh 0.5 osc psn  these targets alone
 #
-# New inputs are kept in build/fuzz/corpus/TARGET, findings in build/fuzz/findings. Prints executions and covered
-# edges of each target, and their sum. Exit status 0 if there was no finding.
+# JOBS=4: so many targets at a time; the default is one. New inputs are kept in build/fuzz/corpus/TARGET, findings in
+# build/fuzz/findings, what libFuzzer says in build/fuzz/TARGET.log. Prints executions, covered edges and features
+# (edges by how often they were passed) of each target, and the sum. Exit status 0 if there was no finding.
 set -uo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.." || exit 1
+source scripts/common.sh
 
-hours=1
+hours=1 jobs=${JOBS:-1}
 [[ ${1:-} == --minute ]] && hours=0.0166667 && shift
 [[ ${1:-} =~ ^[0-9]+(\.[0-9]+)?$ ]] && hours=$1 && shift
 
+install_packages "${build_packages[@]}" "${fuzz_packages[@]}" || exit 1
 cmake --preset fuzz && cmake --build --preset fuzz || exit 1
 program=build/fuzz/tests/fuzz/procam_fuzz
 targets=("$@")
 ((${#targets[@]} > 0)) || mapfile -t targets < <("$program" --list)
-seconds=$(awk -v hours="$hours" -v count="${#targets[@]}" \
-  'BEGIN { each = int(hours * 3600 / count); print each > 0 ? each : 1 }')
+seconds=$(awk -v hours="$hours" -v count="${#targets[@]}" -v jobs="$jobs" \
+  'BEGIN { each = int(hours * 3600 * jobs / count); print (each > 0 ? each : 1) }')
 
 export ASAN_OPTIONS=allocator_may_return_null=1:handle_abort=2:detect_leaks=1
 export UBSAN_OPTIONS=print_stacktrace=1
-mkdir -p build/fuzz/findings
-total=0 findings=0
-printf '%-18s %14s %8s\n' target executions edges
-for target in "${targets[@]}"; do
-  corpus=build/fuzz/corpus/$target log=build/fuzz/$target.log
-  mkdir -p "$corpus"
-  inputs=()
+
+# Runs a target; its log ends with a line of the exit status.
+run_target() {
+  local target=$1 corpus=build/fuzz/corpus/$1 inputs=() folder dictionary timeout=20
+  mkdir -p "$corpus" build/fuzz/findings
   for folder in tests/fuzz/corpus/"$target" tests/fuzz/regressions/"$target"; do
     [[ -d $folder ]] && inputs+=("$folder")
   done
   dictionary=tests/fuzz/dictionaries/$(sed -n "s/^$target //p" tests/fuzz/dictionaries/of_targets.txt).dict
   [[ -f $dictionary ]] && inputs+=("-dict=$dictionary")
-  "$program" --target="$target" -max_total_time="$seconds" -timeout=20 -rss_limit_mb=2048 \
-    -artifact_prefix=build/fuzz/findings/"$target"- -print_final_stats=1 "$corpus" "${inputs[@]}" >"$log" 2>&1
-  status=$?
+  # OpenGL without a card compiles its shaders first: seconds, on a busy machine more.
+  [[ $target == renderers ]] && timeout=120
+  "$program" --target="$target" -max_total_time="$seconds" -timeout="$timeout" -rss_limit_mb=2048 -len_control=100 \
+    -artifact_prefix=build/fuzz/findings/"$target"- -print_final_stats=1 "$corpus" "${inputs[@]}" \
+    >build/fuzz/"$target".log 2>&1
+  echo "exit status $?" >>build/fuzz/"$target".log
+}
+
+# Each target is a process group of its own, so that Ctrl-C ends them all.
+set -m
+trap 'for group in $(jobs -p); do kill -- "-$group"; done 2>/dev/null' EXIT
+for target in "${targets[@]}"; do
+  while (($(jobs -rp | wc -l) >= jobs)); do wait -n; done
+  run_target "$target" &
+done
+wait
+
+total=0 findings=0
+printf '%-18s %14s %8s %8s\n' target executions edges features
+for target in "${targets[@]}"; do
+  log=build/fuzz/$target.log
   count=$(sed -n 's/^stat::number_of_executed_units: *//p' "$log")
   edges=$(sed -n 's/.* cov: \([0-9]*\) .*/\1/p' "$log" | tail -n 1)
-  printf '%-18s %14d %8s' "$target" "${count:-0}" "${edges:--}"
+  features=$(sed -n 's/.* ft: \([0-9]*\) .*/\1/p' "$log" | tail -n 1)
+  printf '%-18s %14d %8s %8s' "$target" "${count:-0}" "${edges:--}" "${features:--}"
   total=$((total + ${count:-0}))
-  if ((status != 0)); then
+  if ! grep -q '^exit status 0$' "$log"; then
     findings=$((findings + 1))
     printf '  FINDING, see %s' "$log"
   fi

@@ -55,4 +55,10 @@ void vmc(std::string_view bytes);
 void http(std::string_view bytes);
 void editor(std::string_view bytes);
 
+// Frames drawn in two ways (frames.cpp).
+void kernels(std::string_view bytes);
+void vector_widths(std::string_view bytes);
+void renderers(std::string_view bytes);
+void replay(std::string_view bytes);
+
 }  // namespace procam::fuzz

@@ -131,6 +131,12 @@ TEST(Images, RefusesASizeThatCannotBeMeant) {
   EXPECT_ERROR(load_image(scratch.write("x.png", png_claiming(1 << 20, 1 << 20))), kInput,
                "claims 1048576 x 1048576");
   EXPECT_ERROR(load_image(scratch.write("x.png", png_claiming(0, 4))), kInput, "claims 0 x 4");
+  // The largest of a BMP's numbers: their product times the bits overflows 64 bits.
+  std::string bmp = encode(".bmp", coloured(7, 5));
+  for (const std::size_t at : {18, 22})
+    for (const std::size_t i : {0, 1, 2, 3}) bmp[at + i] = i == 3 ? '\x7f' : '\xff';
+  bmp[28] = 32;
+  EXPECT_ERROR(load_image(scratch.write("x.bmp", bmp)), kInput, "claims 2147483647 x 2147483647");
 }
 
 // 16384 x 8192 pixels are the most; a file that small cannot hold them, and nothing is allocated for either.

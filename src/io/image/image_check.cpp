@@ -171,6 +171,7 @@ ImageCheck check_bmp(std::string_view bytes) {
     return check;
   }
   check.bytes_a_pixel = bits == 32 ? 4 : 3;
+  if (check.height > limits::kImagePixels / check.width) return check;  // too_large() refuses it
   const long long row = (check.width * bits + 31) / 32 * 4;
   const auto size = static_cast<long long>(bytes.size());
   if (data.overrun() ||

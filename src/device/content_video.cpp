@@ -22,7 +22,6 @@ class Video : public PictureReader {
     std::error_code ignored;
     if (!std::filesystem::exists(name_, ignored))
       throw Error(ErrorKind::kIo, name_, "there is no such file", "check the name of the video");
-    procam::internal::require_regular_file(name_);
     open();
   }
   const std::string& name() const override { return name_; }
@@ -56,6 +55,7 @@ class Video : public PictureReader {
     return Error(ErrorKind::kInput, name_, why, "convert it, e.g. to H.264 in an .mp4 file");
   }
   void open() {
+    procam::internal::require_regular_file(name_);  // also when it begins anew: it may have been replaced
     video_ = open_capture(name_);
     if (!video_.isOpened()) throw unreadable("OpenCV cannot open it as a video");
   }

@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <cmath>
 #include <condition_variable>
+#include <limits>
 #include <mutex>
 #include <thread>
 
@@ -23,6 +25,9 @@ constexpr Number kMaxUnseen = 16;
 
 /// 3 / 25 s * 25 / s must be picture 3, whatever the rounding.
 constexpr double kRounding = 1e-6;
+
+/// After a fault.
+constexpr std::chrono::seconds kBetweenTries{1};
 
 class Playback : public ContentSource {
  public:
@@ -69,7 +74,7 @@ class Playback : public ContentSource {
   Diagnostics diagnostics() const override { return remarks_; }
 
  private:
-  static constexpr Number kEmpty = -1;
+  static constexpr Number kEmpty = -1, kLost = std::numeric_limits<Number>::max();
   struct Slot {
     ImageU8 picture;
     Number number = kEmpty;
@@ -118,32 +123,42 @@ class Playback : public ContentSource {
     throw std::logic_error("Playback: no free slot");
   }
 
+  /// A file that cannot be read is tried again every second: it may be replaced while it is shown.
   void decode() {
     std::unique_lock<std::mutex> lock(mutex_);
-    try {
-      while (!stop_) {
-        Number number = missing();
-        if (number == kEmpty) {
-          changed_.wait(lock);
-          continue;
-        }
-        Slot& slot = free_slot();
-        const Number length_before = length_;
-        lock.unlock();
-        const bool there = read(number, slot.picture);
-        lock.lock();
-        if (there) slot.number = number;
-        if (there || length_ != length_before) changed_.notify_all();
+    while (!stop_) {
+      try {
+        decode_missing(lock);
+        continue;
+      } catch (const Error& error) {
+        if (!lock.owns_lock()) lock.lock();
+        fault_ = error;
+      } catch (const std::exception& error) {
+        if (!lock.owns_lock()) lock.lock();
+        fault_ = Error(ErrorKind::kInput, reader_->name(), error.what(), "play it with another program");
       }
-    } catch (const Error& error) {
-      if (!lock.owns_lock()) lock.lock();
-      fault_ = error;
       changed_.notify_all();
-    } catch (const std::exception& error) {
-      if (!lock.owns_lock()) lock.lock();
-      fault_ = Error(ErrorKind::kInput, reader_->name(), error.what(), "play it with another program");
-      changed_.notify_all();
+      changed_.wait_for(lock, kBetweenTries, [this] { return stop_; });
+      position_ = kLost;
     }
+  }
+
+  void decode_missing(std::unique_lock<std::mutex>& lock) {
+    Number number = missing();
+    if (number == kEmpty) {
+      changed_.wait(lock);
+      return;
+    }
+    Slot& slot = free_slot();
+    const Number length_before = length_;
+    lock.unlock();
+    const bool there = read(number, slot.picture);
+    lock.lock();
+    if (there) {
+      slot.number = number;
+      fault_.reset();
+    }
+    if (there || length_ != length_before) changed_.notify_all();
   }
 
   /// Goes to the picture and reads it; false when the end came before it and there is no repetition. Where
@@ -154,6 +169,7 @@ class Playback : public ContentSource {
       if (!options_.loop && length_ > 0 && asked >= length_) return false;
       const Number target = length_ > 0 ? asked % length_ : asked;
       if (target < position_) {
+        position_ = kLost;  // also if this throws
         reader_->rewind();
         position_ = 0;
       }
@@ -185,7 +201,8 @@ class Playback : public ContentSource {
   const ContentOptions options_;
   Diagnostics remarks_;  ///< of the first picture
   ViewU8 shape_;         ///< of the first picture; its pixels are not looked at
-  Number position_ = 0;  ///< of what the reader reads next, in the file
+  /// Of what the reader reads next, in the file; kLost after a fault.
+  Number position_ = 0;
   mutable std::mutex mutex_;
   std::condition_variable changed_;
   std::array<Slot, kSlots> slots_;

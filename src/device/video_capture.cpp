@@ -2,8 +2,20 @@
 
 #include <algorithm>
 #include <opencv2/core/utils/logger.hpp>
+#include <opencv2/videoio/registry.hpp>
 
 namespace procam::device::internal {
+
+/// An address, by FFmpeg where OpenCV has it: one that does not answer, or stops sending, is given up after some
+/// seconds (OpenCV's own limit is 30 s), because a thread that waits for it cannot be ended before.
+static void open_address(cv::VideoCapture& video, const std::string& name) {
+  const auto backends = cv::videoio_registry::getStreamBackends();
+  if (std::find(backends.begin(), backends.end(), cv::CAP_FFMPEG) == backends.end())
+    video.open(name);
+  else
+    video.open(name, cv::CAP_FFMPEG,
+               {cv::CAP_PROP_OPEN_TIMEOUT_MSEC, 5000, cv::CAP_PROP_READ_TIMEOUT_MSEC, 5000});
+}
 
 cv::VideoCapture open_capture(const std::string& name) {
   const bool is_number =
@@ -15,6 +27,8 @@ cv::VideoCapture open_capture(const std::string& name) {
   try {
     if (is_number)
       video.open(std::stoi(name));
+    else if (name.find("://") != std::string::npos)
+      open_address(video, name);
     else
       video.open(name);
   } catch (const cv::Exception&) {

@@ -69,7 +69,9 @@ class WatchedFolder : public Source {
   }
 
   void look(double now) {
-    for (const std::filesystem::path& file : pictures()) {
+    const std::vector<std::filesystem::path> found = pictures();
+    forget_removed(found);
+    for (const std::filesystem::path& file : found) {
       if (done_.count(file) != 0) continue;
       std::error_code no_size, no_time;
       const std::uintmax_t size = std::filesystem::file_size(file, no_size);
@@ -93,6 +95,15 @@ class WatchedFolder : public Source {
       done_.insert(oldest->first);
       arriving_.erase(oldest);
     }
+  }
+
+  /// What is done with and removed may come again under its name, and its name takes no more memory.
+  void forget_removed(const std::vector<std::filesystem::path>& found) {
+    if (done_.size() <= found.size()) return;
+    std::set<std::filesystem::path> still;
+    for (const std::filesystem::path& file : found)
+      if (auto known = done_.extract(file)) still.insert(std::move(known));
+    done_ = std::move(still);
   }
 
   /// True when the file is done with.

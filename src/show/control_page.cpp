@@ -92,7 +92,7 @@ class ControlPage::Server {
     metrics_ = std::move(text);
   }
   bool wants_frame() const { return wants_frame_; }
-  Faults faults() const { return {failed_, evicted_}; }
+  Faults faults() const { return {failed_, evicted_, refused_}; }
   void publish(std::shared_ptr<const ImageU8> frame) {
     const std::lock_guard<std::mutex> lock(mutex_);
     frame_ = std::move(frame);
@@ -177,7 +177,7 @@ class ControlPage::Server {
   std::shared_ptr<const ImageU8> frame_;
   std::uint64_t frame_number_ = 0;
   std::atomic<bool> wants_frame_{true};
-  std::atomic<std::uint64_t> failed_{0}, evicted_{0};
+  std::atomic<std::uint64_t> failed_{0}, evicted_{0}, refused_{0};
 
   asio::io_context io_{1};
   tcp::acceptor acceptor_;
@@ -235,8 +235,10 @@ class ControlPage::Server::WebSocketClient : public std::enable_shared_from_this
       self->buffer_.consume(self->buffer_.size());
       if (text == "seen")
         self->has_seen_ = true;
-      else if (!self->server_.add(to_command(text)))
+      else if (!self->server_.add(to_command(text))) {
+        ++self->server_.refused_;
         return self->socket_.async_close(websocket::close_code::policy_error, [self](beast::error_code) {});
+      }
       self->read();
     });
   }
@@ -309,6 +311,7 @@ class ControlPage::Server::Request : public std::enable_shared_from_this<Request
       return answer(http::status::payload_too_large, "text/plain", "too large\n");
     if (failed == http::error::header_limit)
       return answer(http::status::request_header_fields_too_large, "text/plain", "too large\n");
+    if (failed == beast::error::timeout) ++server_.refused_;
     if (failed == http::error::end_of_stream || failed == beast::error::timeout ||
         failed == asio::error::operation_aborted)
       return;
@@ -367,6 +370,9 @@ class ControlPage::Server::Request : public std::enable_shared_from_this<Request
   }
 
   void answer(http::status status, const char* type, const std::string& body) {
+    if (http::to_status_class(status) == http::status_class::client_error &&
+        status != http::status::not_found)
+      ++server_.refused_;
     response_.emplace(status, 11);
     response_->set(http::field::content_type, type);
     response_->set(http::field::cache_control, "no-store");
@@ -404,8 +410,11 @@ void ControlPage::Server::accept() {
       std::make_shared<Request>(*this, std::move(socket))->read();
     } else if (!failed && connections_ < kMaxConnections)
       std::make_shared<Request>(*this, std::move(socket))->read();
+    else if (!failed)
+      ++refused_;
     // Out of files: the next try must not spin.
     if (failed && failed != asio::error::operation_aborted) {
+      ++failed_;
       auto later = std::make_shared<asio::steady_timer>(io_, std::chrono::milliseconds(100));
       later->async_wait([this, later](beast::error_code) { accept(); });
     } else if (!failed) {

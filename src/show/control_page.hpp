@@ -79,9 +79,12 @@ class ControlPage {
   void publish_metrics(std::string prometheus_text);
   /// Is anybody looking who could do with a newer frame?
   bool wants_frame() const;
-  /// Counted since the begin: requests that failed in the server, connections that were closed for others.
+  /// Counted since the begin.
   struct Faults {
-    std::uint64_t failed = 0, evicted = 0;
+    std::uint64_t failed = 0;   ///< requests that failed in the server, connections that it could not accept
+    std::uint64_t evicted = 0;  ///< connections that were closed for others
+    /// Requests and messages without the token, too large, incomplete after their time, or that are none.
+    std::uint64_t refused = 0;
   };
   Faults faults() const;
   /// Is read in the server's thread: must not be written to while others hold it.

@@ -26,6 +26,8 @@ constexpr double kRepeatFault = 10;
 constexpr double kTickPeriod = 0.1;
 /// Between two automatic savings, seconds.
 constexpr double kAutosave = 1;
+/// Between two checks whether contents or sources have stopped, seconds.
+constexpr double kPartsCheck = 0.5;
 
 const std::vector<std::string>& keys() {
   static const std::vector<std::string> lines = {"h  these keys",        "g  grid",         "m  mask",
@@ -122,6 +124,7 @@ class Loop {
 
   void tick() {
     ticked_ = device::now_s();
+    if (ticked_ - gathered_ >= kTickPeriod) gather_counts();
     parts_.tick(metrics_);
   }
 
@@ -175,10 +178,47 @@ class Loop {
     take_commands();
     autosave();
     guarded("room", [&] { watch_room(); });
+    guarded("content", [&] { check_parts(); });
     if (parts_.loader == nullptr) return;
     guarded("reload", [&] {
       if (std::optional<LoadedShow> loaded = parts_.loader->take()) take(std::move(*loaded));
     });
+  }
+
+  void check_parts() {
+    const double now = device::now_s();
+    if (now - parts_checked_ < kPartsCheck) return;
+    parts_checked_ = now;
+    check_contents();
+    for (std::size_t i = 0; i < parts_.sources.size(); ++i) check_source(i);
+  }
+
+  /// A sender that goes and a camera that is unplugged; a log that ends without a fault is none.
+  void check_source(std::size_t i) {
+    const track::SourceStatus status = parts_.sources[i]->status();
+    connected_.resize(parts_.sources.size());
+    if (connected_[i] && !status.connected && !status.last_error.empty())
+      count_fault("pose_source", status.last_error);
+    connected_[i] = status.connected;
+  }
+
+  /// A content that has stopped keeps its last image: that is counted and reported once, and so is its return.
+  void check_contents() {
+    const Show& show = parts_.projection.show();
+    std::map<std::string, std::string> stopped;
+    for (std::size_t i = 0; i < show.contents.size(); ++i) {
+      if (!show.contents[i]) continue;
+      const std::string& name = show.surfaces.surfaces[i].name;
+      const auto known = stopped_contents_.find(name);
+      if (const auto fault = show.contents[i]->fault()) {
+        stopped[name] = fault->what();
+        if (known == stopped_contents_.end() || known->second != stopped[name])
+          count_fault("content", "surface '" + name + "' shows its last image: " + stopped[name]);
+      } else if (known != stopped_contents_.end()) {
+        say("surface '" + name + "' shows new images again");
+      }
+    }
+    stopped_contents_ = std::move(stopped);
   }
 
   void take_commands() {
@@ -208,7 +248,10 @@ class Loop {
       metrics_.failed_reloads += loaded.from_file ? 1 : 0;
       return say("the surfaces from before stay");
     }
-    if (!loaded.from_file && !same_names(loaded.show->surfaces)) return;
+    if (!loaded.from_file && !same_names(loaded.show->surfaces)) {
+      if (parts_.loader != nullptr) parts_.loader->retire(std::move(loaded.show->contents));
+      return;
+    }
     const SurfaceSet surfaces = loaded.show->surfaces;
     // Corners may have been dragged since contents were asked for: only those are news then.
     if (!loaded.from_file && parts_.editor != nullptr) loaded.show->surfaces = parts_.editor->surfaces();
@@ -237,12 +280,14 @@ class Loop {
   }
 
   bool show(Show next) {
+    std::vector<std::shared_ptr<device::ContentSource>> before = parts_.projection.show().contents;
     try {
       parts_.projection.set_show(std::move(next));
     } catch (const std::exception& error) {
       count_fault("surfaces", std::string(error.what()) + "; the surfaces from before stay");
       return false;
     }
+    if (parts_.loader != nullptr) parts_.loader->retire(std::move(before));
     light_.show_changed();
     record(parts_.projection.show().surfaces);
     return true;
@@ -326,6 +371,7 @@ class Loop {
     std::optional<SurfaceUpdate> news = parts_.room->take();
     if (!news) return;
     for (const std::string& words : news->words) say(words);
+    if (news->faults > 0) metrics_.faults["depth"] += news->faults;
     if (!news->surfaces) return;
     for (const Surface& surface : news->surfaces->surfaces)
       if (seen_in_room_.insert(surface.name).second) say("sees " + surface.name);
@@ -395,6 +441,7 @@ class Loop {
       drawn_.blanked = true;
       return;
     }
+    if (!drawn_.content_fault.empty()) count_fault("content", drawn_.content_fault);
     metrics_.render.add(drawn_.render_s);
     if (drawn_.pose.state != track::TrackState::kNone && !drawn_.blanked)
       metrics_.pose_age.add(drawn_.pose.age);
@@ -472,17 +519,20 @@ class Loop {
     status.messages.assign(messages_.begin(), messages_.end());
     gather_counts();
     parts_.page->publish(status);
-    parts_.page->publish_metrics(to_prometheus(metrics_));
+    parts_.page->publish_metrics(to_prometheus(metrics_, parts_.projection.track().faults()));
     published_ = now;
   }
 
   void gather_counts() {
+    gathered_ = device::now_s();
     metrics_.malformed = 0;
     for (const track::PoseSource* source : parts_.sources) metrics_.malformed += source->status().malformed;
+    parts_.other_faults(metrics_.faults);
     if (parts_.page == nullptr) return;
     const ControlPage::Faults faults = parts_.page->faults();
     if (faults.failed > 0) metrics_.faults["page_request"] = faults.failed;
     if (faults.evicted > 0) metrics_.faults["page_connection"] = faults.evicted;
+    if (faults.refused > 0) metrics_.faults["page_refused"] = faults.refused;
   }
 
   const LoopParts& parts_;
@@ -500,10 +550,13 @@ class Loop {
   std::deque<std::string> messages_;
   std::map<std::string, std::shared_ptr<device::ContentSource>> of_room_;  ///< null: opening, or failed
   std::set<std::string> seen_in_room_;
+  std::map<std::string, std::string> stopped_contents_;  ///< by surface, why
+  std::vector<bool> connected_;                          ///< one a source
   DrawnFrame drawn_;
   LightCheck light_;
   track::TrackState told_ = track::TrackState::kNone;
-  double begin_ = 0, newest_arrival_ = 0, published_ = 0, ticked_ = 0, autosaved_ = 0;
+  double begin_ = 0, newest_arrival_ = 0, published_ = 0, ticked_ = 0, autosaved_ = 0, parts_checked_ = 0,
+         gathered_ = 0;
   double frames_per_s_ = 0, poses_per_s_ = 0;
   std::uint64_t frames_then_ = 0, poses_then_ = 0;
   bool closed_ = false, frozen_ = false, help_ = false, waiting_ = false;

@@ -42,6 +42,9 @@ struct LoopParts {
   RunRecorder* recorder = nullptr;
   /// What may be chosen as content at the page.
   std::vector<std::string> contents = {};
+  /// Adds the faults of parts that the loop does not know to Metrics::faults, before these are published.
+  std::function<void(std::map<std::string, std::uint64_t>&)> other_faults =
+      [](std::map<std::string, std::uint64_t>&) {};
   /// Called with what happens, a sentence at a time: faults, recoveries, reloads.
   std::function<void(const std::string&)> say = [](const std::string&) {};
   /// Called after each frame, and ten times a second while the next one is awaited, with the metrics so far;

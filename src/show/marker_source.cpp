@@ -1,6 +1,7 @@
 #include "marker_source.hpp"
 
 #include <atomic>
+#include <chrono>
 #include <mutex>
 #include <thread>
 
@@ -15,6 +16,7 @@ struct MarkerSource::State {
   RigCamera camera;
   MarkerMap map;
   MarkerCells cells;
+  Open reopen;
   track::PoseQueue queue;
   std::atomic<bool> ends{false}, connected{true};
   std::mutex mutex;  ///< of the two below
@@ -26,21 +28,30 @@ struct MarkerSource::State {
     double after = 0;
     while (!ends) {
       try {
+        if (!frames) {
+          frames = reopen();
+          connected = true;
+        }
         // Only the newest is of use: what arrived while the last one was looked at is passed over.
         std::optional<device::SeenFrame> frame = frames->next(after, 0.1);
-        while (auto newer = frame ? frames->next(frame->time_s, 0) : std::nullopt) frame = std::move(newer);
+        while (auto newer = frame && !ends ? frames->next(frame->time_s, 0) : std::nullopt)
+          frame = std::move(newer);
         if (!frame) continue;
         after = frame->time_s;
         look_at(*frame);
-      } catch (const Error& error) {
-        const std::lock_guard<std::mutex> lock(mutex);
-        ++without;
-        why = error.what();
-        // A camera that is gone stays so; a frame without markers is followed by others.
-        if (error.kind() == ErrorKind::kDevice) {
-          connected = false;
-          return;
+      } catch (const std::exception& error) {
+        {
+          const std::lock_guard<std::mutex> lock(mutex);
+          ++without;
+          why = error.what();
         }
+        // A frame without markers is followed by others; a camera that is gone has to be opened again.
+        const auto* known = dynamic_cast<const Error*>(&error);
+        if (frames && (known == nullptr || known->kind() != ErrorKind::kDevice)) continue;
+        connected = false;
+        if (!reopen) return;
+        frames.reset();
+        for (int i = 0; i < 20 && !ends; ++i) std::this_thread::sleep_for(std::chrono::milliseconds(50));
       }
     }
   }
@@ -65,13 +76,14 @@ struct MarkerSource::State {
 };
 
 MarkerSource::MarkerSource(std::unique_ptr<device::FrameSource> frames, const RigCamera& camera,
-                           const MarkerMap& map, const MarkerCells& cells)
+                           const MarkerMap& map, const MarkerCells& cells, Open reopen)
     : state_(std::make_unique<State>()) {
   require(frames != nullptr, "MarkerSource: no frames");
   state_->frames = std::move(frames);
   state_->camera = camera;
   state_->map = map;
   state_->cells = cells;
+  state_->reopen = std::move(reopen);
   state_->thread = std::thread([state = state_.get()] { state->run(); });
 }
 

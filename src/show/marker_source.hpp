@@ -9,6 +9,7 @@
 ///   world_from_rig = (rig_from_camera * camera_from_world)^-1,   frame "world", child "rig",
 /// with the covariance of the sighting (track/locate.hpp). It has no stamp: it speaks of the frame's arrival,
 /// and what camera and exposure are late by is TrackOptions::delay.
+#include <functional>
 #include <memory>
 
 #include "procam/core/board/marker.hpp"
@@ -22,8 +23,10 @@ class MarkerSource : public track::PoseSource {
  public:
   /// Looks on a thread of its own. Frames of another size than the camera was calibrated with are counted as
   /// malformed.
+  /// A camera that is gone is opened again by `reopen` every second; without it no more poses come.
+  using Open = std::function<std::unique_ptr<device::FrameSource>()>;
   MarkerSource(std::unique_ptr<device::FrameSource> frames, const RigCamera& camera, const MarkerMap& map,
-               const MarkerCells& cells);
+               const MarkerCells& cells, Open reopen = {});
   ~MarkerSource() override;
 
   void poll(std::vector<track::StampedPose>& arrived) override;

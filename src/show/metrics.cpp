@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <utility>
+
 #include "prometheus.hpp"
 
 namespace procam::show {
@@ -55,7 +57,7 @@ double Durations::quantile(double q) const {
   return largest_;
 }
 
-std::string to_prometheus(const Metrics& m) {
+std::string to_prometheus(const Metrics& m, const track::Faults& poses) {
   std::string text;
   write(text, "frames_total", "Frames shown.", m.frames);
   write(text, "frames_dropped_total", "Frames whose time passed while another was drawn.", m.dropped);
@@ -70,6 +72,22 @@ std::string to_prometheus(const Metrics& m) {
       "# HELP procam_faults_total What failed while the show went on.\n# TYPE procam_faults_total counter\n";
   for (const auto& [name, count] : m.faults)
     text += "procam_faults_total{name=\"" + name + "\"} " + std::to_string(count) + "\n";
+  text +=
+      "# HELP procam_pose_faults_total Good messages that were not simply taken, and events of the poses.\n"
+      "# TYPE procam_pose_faults_total counter\n";
+  const std::pair<const char*, std::uint64_t> pose_faults[] = {{"reordered", poses.reordered},
+                                                               {"late", poses.late},
+                                                               {"duplicated", poses.duplicated},
+                                                               {"outliers", poses.outliers},
+                                                               {"doubtful", poses.doubtful},
+                                                               {"invalid", poses.invalid},
+                                                               {"foreign", poses.foreign},
+                                                               {"lost", poses.lost},
+                                                               {"stale", poses.stale},
+                                                               {"map_jumps", poses.map_jumps},
+                                                               {"clock_jumps", poses.clock_jumps}};
+  for (const auto& [name, count] : pose_faults)
+    text += "procam_pose_faults_total{name=\"" + std::string(name) + "\"} " + std::to_string(count) + "\n";
   write(text, "draw", "From the last look at the pose sources to the frame ready.", m.draw);
   write(text, "render", "The renderer's part of it.", m.render);
   write(text, "frame_jitter", "Between the begins of two frames, from what it should be.", m.jitter);

@@ -227,7 +227,12 @@ DrawnFrame Projection::draw(double light_time, double content_time, ImageView<st
       drawn.waiting = true;
       continue;
     }
-    s.add_item(i, content_time);
+    try {
+      s.add_item(i, content_time);
+    } catch (const std::exception& error) {
+      drawn.content_fault = "surface '" + surface.surface.name + "' is dark: " + error.what();
+      continue;
+    }
     const auto* plane = std::get_if<PlacedPlane>(&surface.placement);
     if (plane != nullptr && drawn.pose.state != track::TrackState::kNone && stands_in_world(surface.surface))
       drawn.pose_error =

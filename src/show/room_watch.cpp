@@ -142,10 +142,14 @@ struct DepthSurfaceSource::State {
     if (surfaces) news.surfaces = std::move(surfaces);
     if (!words.empty()) news.words.push_back(words);
   }
-  /// Once, however often it happens.
+  /// The same words once, however often it happens.
   void tell_fault(const std::string& words) {
     if (words != last_fault) tell(std::nullopt, words);
     last_fault = words;
+  }
+  void count_fault() {
+    const std::lock_guard<std::mutex> lock(mutex);
+    ++news.faults;
   }
 
   void run() {
@@ -156,12 +160,14 @@ struct DepthSurfaceSource::State {
       try {
         if (!source) source = open();
         std::optional<device::SeenDepth> seen = source->next(after, 0.1);
-        while (auto newer = seen ? source->next(seen->time_s, 0) : std::nullopt) seen = std::move(newer);
+        while (auto newer = seen && !ends ? source->next(seen->time_s, 0) : std::nullopt)
+          seen = std::move(newer);
         if (seen) {
           after = seen->time_s;
           look(*seen);
         }
       } catch (const std::exception& error) {
+        count_fault();
         tell_fault(error.what());
         source.reset();
         for (int i = 0; i < 20 && !ends; ++i) {
@@ -204,6 +210,7 @@ struct DepthSurfaceSource::State {
   void watch_for_loss() {
     if (lost || device::now_s() - last_good < options.lost_after) return;
     lost = true;
+    count_fault();
     if (options.blank_on_loss)
       tell(SurfaceSet{}, "the depth camera is silent: its surfaces are black until it sees again");
     else
@@ -234,7 +241,8 @@ void DepthSurfaceSource::add(const track::StampedPose& message) {
 
 std::optional<SurfaceUpdate> DepthSurfaceSource::take() {
   const std::unique_lock<std::mutex> lock(state_->mutex, std::try_to_lock);
-  if (!lock || (!state_->news.surfaces && state_->news.words.empty())) return std::nullopt;
+  const SurfaceUpdate& news = state_->news;
+  if (!lock || (!news.surfaces && news.words.empty() && news.faults == 0)) return std::nullopt;
   return std::exchange(state_->news, {});
 }
 

@@ -101,6 +101,8 @@ struct DepthSurfaceSourceOptions {
 struct SurfaceUpdate {
   std::optional<SurfaceSet> surfaces;  ///< frame "world", without contents
   std::vector<std::string> words;      ///< what people should know
+  /// Since the last update: images that cannot be used, failed attempts to open the camera, and its losses.
+  std::uint64_t faults = 0;
 };
 
 class DepthSurfaceSource {

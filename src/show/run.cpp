@@ -167,8 +167,8 @@ std::unique_ptr<track::PoseSource> open_markers(const MarkerInput& input, const 
   const RigCamera& camera = rig.camera(input.name);
   device::CameraOptions options;
   options.size = camera.camera.size;
-  return std::make_unique<MarkerSource>(device::open_camera(input.camera, options), camera, map,
-                                        detect::marker_cells(map.dictionary));
+  const auto open = [name = input.camera, options] { return device::open_camera(name, options); };
+  return std::make_unique<MarkerSource>(open(), camera, map, detect::marker_cells(map.dictionary), open);
 }
 
 ControlOptions control_options(const ShowOptions& options) {
@@ -246,6 +246,9 @@ class ShowRun {
     parts.page = page_.get();
     parts.recorder = recorder_ ? &*recorder_ : nullptr;
     parts.contents = content_choices(folder_, first_);
+    parts.other_faults = [this](std::map<std::string, std::uint64_t>& faults) {
+      count_people_faults(faults);
+    };
     parts.say = [this](const std::string& sentence) { listener_.on_event(sentence); };
     parts.tick = [this](const Metrics& metrics) {
       take_people();
@@ -272,10 +275,21 @@ class ShowRun {
     }
   }
 
+  void count_people_faults(std::map<std::string, std::uint64_t>& faults) const {
+    if (!people_) return;
+    const PeopleCounts counts = people_->counts();
+    const std::pair<const char*, std::uint64_t> by_name[] = {{"people", people_faults_},
+                                                             {"people_malformed", counts.malformed},
+                                                             {"people_refused", counts.refused},
+                                                             {"people_repeated", counts.repeated},
+                                                             {"people_teleports", counts.teleports}};
+    for (const auto& [name, count] : by_name)
+      if (count > 0) faults[name] = count;
+  }
+
   ShowReport report(const Metrics& metrics) const {
     ShowReport report;
     report.metrics = metrics;
-    if (people_faults_ > 0) report.metrics.faults["people"] = people_faults_;
     report.poses = projection_->track().faults();
     if (people_) report.people = people_->counts();
     return report;
@@ -390,6 +404,7 @@ struct Replay {
   ImageU8 frame;
   std::map<std::string, std::shared_ptr<device::ContentSource>> opened = {};
   ReplayReport report = {};
+  std::string content_fault = {};  ///< that was reported last
 
   void operator()(const RunConditions& recorded) {
     if (recorded.text != conditions)
@@ -417,7 +432,9 @@ struct Replay {
   void operator()(TestPattern picture) { projection.set_picture(picture); }
   void operator()(const track::StampedPose& message) { projection.add(message); }
   void operator()(const RecordedFrame& recorded) {
-    projection.draw(recorded.light_time, recorded.content_time, frame);
+    const DrawnFrame drawn = projection.draw(recorded.light_time, recorded.content_time, frame);
+    if (!drawn.content_fault.empty() && drawn.content_fault != content_fault)
+      listener.on_event(content_fault = drawn.content_fault);
     sink.show_next(frame);
     report.equal += fingerprint(frame) == recorded.fingerprint ? 1 : 0;
     ++report.frames;

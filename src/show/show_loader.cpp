@@ -68,6 +68,7 @@ struct ShowLoader::State {
   bool ends = false;
   FileState known;
   std::optional<SurfaceSet> requested;
+  std::vector<std::shared_ptr<device::ContentSource>> retired;
   std::deque<LoadedShow> ready;
   std::mutex opening;  ///< of `opened`: load_now() and the thread
   std::map<std::string, std::weak_ptr<device::ContentSource>> opened;
@@ -121,8 +122,15 @@ struct ShowLoader::State {
     FileState seen = known;
     while (!ends) {
       woken.wait_for(lock, std::chrono::duration<double>(options.period_s),
-                     [&] { return ends || requested; });
+                     [&] { return ends || requested || !retired.empty(); });
       if (ends) return;
+      if (!retired.empty()) {
+        auto ended = std::exchange(retired, {});
+        lock.unlock();
+        ended.clear();
+        lock.lock();
+        continue;
+      }
       if (requested) {
         SurfaceSet surfaces = std::move(*requested);
         requested.reset();
@@ -136,8 +144,15 @@ struct ShowLoader::State {
       // Changed, and not changing any more: a writer that does not rename is let finish.
       const bool settled = now == seen;
       seen = now;
-      if (now == known || !settled || !now.exists) continue;
+      if (now == known || !settled) continue;
       known = now;
+      if (!now.exists) {
+        LoadedShow gone;
+        gone.from_file = true;
+        gone.faults.push_back(options.surfaces.string() + ": it was removed; write it again, or save");
+        ready.push_back(std::move(gone));
+        continue;
+      }
       lock.unlock();
       LoadedShow loaded = load();
       lock.lock();
@@ -168,6 +183,12 @@ LoadedShow ShowLoader::load_now(const std::function<void(int, int)>& progress) {
 void ShowLoader::request(SurfaceSet surfaces) {
   const std::lock_guard<std::mutex> lock(state_->mutex);
   state_->requested = std::move(surfaces);
+  state_->woken.notify_all();
+}
+
+void ShowLoader::retire(std::vector<std::shared_ptr<device::ContentSource>> contents) {
+  const std::lock_guard<std::mutex> lock(state_->mutex);
+  for (auto& content : contents) state_->retired.push_back(std::move(content));
   state_->woken.notify_all();
 }
 

@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "procam/show/projection.hpp"
 
@@ -51,6 +52,8 @@ class ShowLoader {
   void save(const SurfaceSet& surfaces);
   /// What is ready, if anything; never waits.
   std::optional<LoadedShow> take();
+  /// Ends contents in the background: a camera that has stopped sending takes seconds to end.
+  void retire(std::vector<std::shared_ptr<device::ContentSource>> contents);
 
  private:
   struct State;

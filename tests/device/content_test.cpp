@@ -1,5 +1,6 @@
 /// Content sources: every picture is grey with its own brightness, so that it says which one it is.
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <chrono>
@@ -220,6 +221,31 @@ TEST_F(Content, AVideoCutShortRepeatsWhatThereIs) {
   const auto content = open_content(file, options_);
   for (int n = 0; n < 60; n += 7) content->at(n / 25.0);  // no end, no fault
   EXPECT_FALSE(content->fault());
+}
+
+/// Files are replaced while they are shown: the content comes back with them.
+TEST_F(Content, AVideoThatIsBrokenForAWhileComesBack) {
+  options_.pace = Pace::kLive;
+  const std::string file = video(3, 25), good = file + ".good";
+  fs::copy_file(file, good);
+  const auto content = open_content(file, options_);
+  const double begin = now_s();
+  const auto plays_until = [&](auto holds) {
+    for (const double end = now_s() + 20; now_s() < end && !holds();) {
+      content->at(now_s() - begin);
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    }
+    return holds();
+  };
+  EXPECT_TRUE(plays_until([&] { return content->at(now_s() - begin).revision == 3; }));
+  fs::remove(file);
+  ASSERT_EQ(mkfifo(file.c_str(), 0600), 0);  // opening it would wait for its writer
+  ASSERT_TRUE(plays_until([&] { return content->fault().has_value(); }));
+  EXPECT_NE(content->fault()->why().find("named pipe"), std::string::npos) << content->fault()->what();
+  fs::rename(good, file);
+  EXPECT_TRUE(plays_until([&] { return !content->fault(); })) << "it did not come back";
+  const std::uint64_t revision = content->at(now_s() - begin).revision;
+  EXPECT_TRUE(plays_until([&] { return content->at(now_s() - begin).revision != revision; }));
 }
 
 /// A video file stands for the camera: it ends, as a camera that is unplugged, and comes back when opened

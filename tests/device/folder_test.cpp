@@ -58,6 +58,20 @@ TEST_F(WatchedFolder, HandsOutNewPicturesInOrderOnceEach) {
   EXPECT_FALSE(source->next(begin, 0.05)) << "a picture was handed out twice, or an old one";
 }
 
+/// Cameras that write one name again and again, and programs that clear the folder.
+TEST_F(WatchedFolder, ANameThatWasRemovedMayComeAgain) {
+  const auto source = watch_folder(folder_);
+  const double begin = now_s();
+  for (int i = 0; i < 3; ++i) {
+    io::save_image(folder_ / "newest.png", picture(10 + i));
+    const auto frame = source->next(begin, 5);
+    ASSERT_TRUE(frame) << i;
+    EXPECT_EQ(frame->image.at(0, 0), 10 + i);
+    fs::remove(folder_ / "newest.png");
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));  // some looks of the source
+  }
+}
+
 TEST_F(WatchedFolder, WaitsForAPictureThatIsStillWritten) {
   const auto source = watch_folder(folder_);
   const std::string bytes = io::encode_png(picture(77));

@@ -6,10 +6,9 @@
 #include <chrono>
 #include <thread>
 
+#include "lamp_show.hpp"
 #include "procam/io/image/depth_file.hpp"
 #include "procam/io/image/images.hpp"
-#include "procam/io/rig_file.hpp"
-#include "procam/io/surface_file.hpp"
 #include "procam/simulate/depth_view.hpp"
 #include "running_tool.hpp"
 #include "support/lopsided.hpp"
@@ -25,33 +24,12 @@ namespace {
 namespace fs = std::filesystem;
 using std::chrono::steady_clock;
 
-class LiveRoute : public testing::Test {
+class LiveRoute : public LampShow {
  protected:
   void SetUp() override {
-    Rig rig;
-    RigProjector projector;
-    projector.name = "lamp";
-    projector.projector.inverse_camera.intrinsics = {410.0, 396.0, 171.3, 148.9, 1.7};
-    projector.projector.inverse_camera.size = {320, 200};
-    // The robot's base has x ahead and z up; the lamp looks ahead.
-    Mat3 looks_ahead;
-    looks_ahead << 0, 0, 1, -1, 0, 0, 0, -1, 0;
-    projector.rig_from_projector = Pose(looks_ahead, Vec3(0.2, 0.03, 0.9));
-    rig.projectors.push_back(projector);
-    io::save_rig(at("rig.json"), rig);
     SurfaceSet set;
-    // Walls all around, so that light always meets one.
-    for (int i = 0; i < 4; ++i) {
-      PlanarSurface wall;
-      const Pose turned(so3_exp(Vec3(0, 0, i * kPi / 2 + 0.1)), Vec3::Zero());
-      Mat3 upright;
-      upright << 0, 0, 1, -1, 0, 0, 0, -1, 0;
-      wall.frame_from_surface = turned * Pose(upright, Vec3(3.1, 1.7, 1.9));
-      wall.content = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
-      wall.points = {{0, 0}, {3.4, 0}, {3.4, 1.8}, {0, 1.8}};
-      set.surfaces.push_back({"wall " + std::to_string(i), wall, {}, "picture.png"});
-    }
-    io::save_surfaces(at("surfaces.json"), set);
+    for (int i = 0; i < 4; ++i) set.surfaces.push_back(wall_around(i, "picture.png"));
+    save("surfaces.json", set);
     ImageU8 picture(200, 100, 3);
     for (int y = 0; y < 100; ++y)
       for (int x = 0; x < 200; ++x) {
@@ -60,12 +38,10 @@ class LiveRoute : public testing::Test {
         picture.at(x, y, 2) = (x / 20 + y / 20) % 2 == 0 ? 250 : 70;
       }
     io::save_image(at("picture.png"), picture);
-    show_ = "--rig " + at("rig.json") + " --surfaces " + at("surfaces.json") + " --control off --json ";
+    show_ = show() + "--control off --json ";
   }
-  std::string at(const std::string& name) const { return (folder_ / name).string(); }
   static nlohmann::json read(const std::string& file) { return nlohmann::json::parse(slurp(file)); }
 
-  ScratchFolder folder_;
   std::string show_;
 };
 

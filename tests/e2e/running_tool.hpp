@@ -43,6 +43,7 @@ class Running {
     return WIFEXITED(status_) ? WEXITSTATUS(status_) : 128 + WTERMSIG(status_);
   }
   void tell(int signal) { kill(process_, signal); }
+  pid_t process() const { return process_; }
   /// Resident memory, bytes.
   double memory() const {
     std::ifstream file("/proc/" + std::to_string(process_) + "/statm");

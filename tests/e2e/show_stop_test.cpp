@@ -1,14 +1,14 @@
 /// How a show ends, and what does not end it: signals, full disks, readers that go away.
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 #include <sys/un.h>
 
 #include <algorithm>
 #include <chrono>
 #include <thread>
 
+#include "lamp_show.hpp"
 #include "procam/device/content_source.hpp"
-#include "procam/io/rig_file.hpp"
-#include "procam/io/surface_file.hpp"
 #include "running_tool.hpp"
 #include "support/local_socket.hpp"
 
@@ -60,31 +60,12 @@ std::string ask(int port, const std::string& request) {
   return answer;
 }
 
-class ShowStop : public testing::Test {
+class ShowStop : public LampShow {
  protected:
-  void SetUp() override {
-    Rig rig;
-    RigProjector projector;
-    projector.name = "lamp";
-    projector.projector.inverse_camera.intrinsics = {410.0, 396.0, 171.3, 148.9, 1.7};
-    projector.projector.inverse_camera.size = {320, 200};
-    rig.projectors.push_back(projector);
-    io::save_rig(at("rig.json"), rig);
-    PixelSurface sign;
-    sign.content = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
-    sign.pixels = {{20, 110}, {120, 101}, {131, 170}, {15, 185}};
-    save("surfaces.json", sign);
+  void SetUp() override { save("surfaces.json", lamp_sign("sign", "#ff8040")); }
+  void save(const std::string& name, const Surface& surface) const {
+    LampShow::save(name, SurfaceSet{{surface}});
   }
-  void save(const std::string& name, const SurfaceGeometry& geometry) const {
-    SurfaceSet set;
-    set.surfaces.push_back({"sign", geometry, {}, "#ff8040"});
-    io::save_surfaces(at(name), set);
-  }
-  std::string at(const std::string& name) const { return (folder_ / name).string(); }
-  std::string show(const std::string& surfaces = "surfaces.json") const {
-    return "--rig " + at("rig.json") + " --surfaces " + at(surfaces) + " ";
-  }
-  ScratchFolder folder_;
 };
 
 /// A service manager's SIGTERM: the video can be read, and the statistics are printed.
@@ -193,12 +174,43 @@ TEST_F(ShowStop, AFullDiskEndsTheRecordingOnly) {
   EXPECT_EQ(run.json()["faults"]["record"], 1) << run.out;
 }
 
+/// Also the log on the full disk: with room again, messages are written again.
+TEST_F(ShowStop, AFullDiskForAWhileEndsNoMessages) {
+  const int port = free_port(SOCK_STREAM);
+  const std::string head =
+      " HTTP/1.1\r\nHost: localhost:" + std::to_string(port) + "\r\nAuthorization: Bearer 0123456789\r\n";
+  Running running("project-live",
+                  show() + "--output none --fps 20 --json --autosave --token 0123456789 --control " +
+                      std::to_string(port),
+                  at("out"));
+  const auto faults = [&](const std::string& name) {
+    const std::string metrics = ask(port, "GET /metrics" + head + "\r\n");
+    const std::size_t found = metrics.find("procam_faults_total{name=\"" + name + "\"} ");
+    return found == std::string::npos ? 0 : std::atoi(metrics.c_str() + metrics.find('}', found) + 1);
+  };
+  const auto command = [&](const std::string& body) {
+    ask(port, "POST /command" + head + "Content-Length: " + std::to_string(body.size()) + "\r\n\r\n" + body);
+  };
+  ASSERT_TRUE(wait_for([&] { return !ask(port, "GET /status" + head + "\r\n").empty(); }));
+  rlimit disk{50, RLIM_INFINITY};  // bytes of a file: fewer than there are
+  ASSERT_EQ(prlimit(running.process(), RLIMIT_FSIZE, &disk, nullptr), 0);
+  command("{\"do\":\"rename\",\"surface\":\"sign\",\"text\":\"renamed\"}");
+  ASSERT_TRUE(wait_for([&] { return faults("save") > 0; }));
+  disk.rlim_cur = RLIM_INFINITY;
+  ASSERT_EQ(prlimit(running.process(), RLIMIT_FSIZE, &disk, nullptr), 0);
+  EXPECT_TRUE(wait_for([&] { return slurp(at("surfaces.json")).find("renamed") != std::string::npos; }));
+  command("{\"do\":\"explode\"}");
+  ASSERT_TRUE(wait_for([&] { return faults("command") > 0; }));
+  EXPECT_TRUE(wait_for([&] { return slurp(at("out.err")).find("explode") != std::string::npos; }))
+      << slurp(at("out.err"));
+}
+
 TEST_F(ShowStop, AShowThatNobodySeesIsNoSilentSuccess) {
   PlanarSurface wall;
   wall.frame_from_surface = Pose(so3_exp(Vec3(0.1, 0.45, -0.07)), Vec3(-0.3, -0.2, 2.1));
   wall.content = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
   wall.points = {{0, 0}, {0.71, 0.02}, {0.68, 0.42}, {-0.03, 0.4}};
-  save("wall.json", wall);
+  save("wall.json", Surface{"sign", wall, {}, "#ff8040"});
   const std::string brief = "--control off --json --output none --fps 20 --duration 1500ms ";
   const ToolRun without = run_tool("project-live", show("wall.json") + brief);
   EXPECT_EQ(without.exit_code, 0) << without.err;
@@ -208,7 +220,7 @@ TEST_F(ShowStop, AShowThatNobodySeesIsNoSilentSuccess) {
   wall.frame = "rig";
   for (Vec2& point : wall.points) point *= 1000;
   wall.frame_from_surface.translation = {3000, -200, 2100};
-  save("wall.json", wall);
+  save("wall.json", Surface{"sign", wall, {}, "#ff8040"});
   const ToolRun far = run_tool("project-live", show("wall.json") + brief);
   EXPECT_NE(far.err.find("millimetres"), std::string::npos) << far.err;
   EXPECT_EQ(far.json()["diagnostics"][0]["code"], "no_light") << far.out;

@@ -100,6 +100,7 @@ TEST(ControlPage, RefusesWhoHasNoBusinessHere) {
   EXPECT_THROW(ControlPage(ControlOptions{"127.0.0.1", 0, "a234567"}), Error);
   EXPECT_NO_THROW(ControlPage(ControlOptions{"127.0.0.1", 0, "a2345678"}));
   EXPECT_EQ(page.faults().failed, 0u);
+  EXPECT_EQ(page.faults().refused, 7 * 4 + 10 + 5u) << "all of the above but what is not found or not ready";
 }
 
 /// A connection that sends half of a request.
@@ -146,6 +147,7 @@ TEST(ControlPage, HalfOpenRequestsDoNotLockTheOwnerOut) {
   EXPECT_GE(page.faults().evicted, 8u);
   // And none stays for ever.
   strangers.back().wait_for_end();
+  EXPECT_GE(page.faults().refused, 1u) << "a request that was never complete";
 }
 
 /// A loop on a thread of its own, as project-live runs it, and the page before it.

@@ -3,11 +3,15 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
+#include <thread>
+
 #include "io/scratch.hpp"
 #include "live_world.hpp"
 #include "procam/io/image/images.hpp"
 #include "procam/io/rig_file.hpp"
 #include "procam/io/surface_file.hpp"
+#include "procam/render/cpu.hpp"
 #include "procam/show/run.hpp"
 #include "support/file_size_limit.hpp"
 
@@ -81,23 +85,159 @@ TEST(Loop, AMessageThatFailsIsCountedAndTheShowContinues) {
   EXPECT_EQ(loop.said.find("nobody foresaw"), loop.said.rfind("nobody foresaw")) << loop.said;
 }
 
-TEST(Loop, AFrameThatCannotBeDrawnIsBlackAndTheShowContinues) {
-  ShortLoop loop;
-  Show show = small_show();
+/// Draws as the processor does, until it fails.
+class FailingRenderer : public render::CpuRenderer {
+ public:
+  using render::CpuRenderer::render;
+  render::RenderWork render(const Scene& scene, const Projector& projector,
+                            ImageView<std::uint8_t> frame) override {
+    if (fails) throw std::runtime_error("the graphics driver is gone");
+    return CpuRenderer::render(scene, projector, frame);
+  }
   bool fails = false;
-  show.contents[1] = device::drawn_content({31, 21}, 3, [&](double, ImageView<std::uint8_t> picture) {
-    if (fails) throw std::runtime_error("the content is broken");
-    std::fill_n(picture.row(0), 31, std::uint8_t(200));
-    return true;
-  });
-  loop.projection.set_show(show);
+};
+
+TEST(Loop, AFrameThatCannotBeDrawnIsBlackAndTheShowContinues) {
+  ProjectionOptions options = ShortLoop::standing();
+  const auto renderer = std::make_shared<FailingRenderer>();
+  options.renderer = renderer;
+  ShortLoop loop{options};
   EXPECT_TRUE(loop.run(3).faults.empty());
   EXPECT_FALSE(has_no_light(loop.sink.last()));
-  fails = true;
+  renderer->fails = true;
   const Metrics metrics = loop.run(5);
   EXPECT_GE(metrics.faults.at("frame"), 5u);
   EXPECT_TRUE(has_no_light(loop.sink.last()));
-  EXPECT_NE(loop.said.find("the content is broken"), std::string::npos) << loop.said;
+  EXPECT_NE(loop.said.find("the graphics driver is gone"), std::string::npos) << loop.said;
+}
+
+TEST(Loop, AContentThatFailsLeavesTheOthersLit) {
+  ShortLoop loop;
+  Show show = small_show();
+  show.contents[1] = device::drawn_content({31, 21}, 3, [](double, ImageView<std::uint8_t>) -> bool {
+    throw std::runtime_error("the content is broken");
+  });
+  loop.projection.set_show(show);
+  const Metrics metrics = loop.run(5);
+  EXPECT_GE(metrics.faults.at("content"), 5u);
+  EXPECT_EQ(metrics.faults.count("frame"), 0u);
+  EXPECT_FALSE(has_no_light(loop.sink.last()));
+  EXPECT_NE(loop.said.find("'right' is dark: the content is broken"), std::string::npos) << loop.said;
+}
+
+/// A content whose images may stop, and that remembers which thread ended it.
+class StoppingContent : public device::ContentSource {
+ public:
+  struct Seen {
+    std::atomic<bool> stopped{false};
+    std::atomic<std::thread::id> ended_by{};
+  };
+  explicit StoppingContent(Seen& seen) : seen_(seen) {}
+  ~StoppingContent() override { seen_.ended_by = std::this_thread::get_id(); }
+  device::ContentFrame at(double) override { return {image_.view(), 0}; }
+  std::optional<Error> fault() const override {
+    if (!seen_.stopped) return std::nullopt;
+    return Error(ErrorKind::kDevice, "camera 3", "no more images come from it", "check its cable");
+  }
+
+ private:
+  Seen& seen_;
+  ImageU8 image_ = colourful(20, 10, 2);
+};
+
+TEST(Loop, AContentThatStopsIsCountedOnceAndItsReturnReported) {
+  ShortLoop loop;
+  StoppingContent::Seen seen;
+  Show show = small_show();
+  show.contents[0] = std::make_shared<StoppingContent>(seen);
+  loop.projection.set_show(show);
+  seen.stopped = true;
+  int checks = 0;
+  loop.parts.tick = [&](const Metrics& metrics) {
+    if (metrics.faults.count("content") != 0) checks += 1;
+    if (checks > 80) seen.stopped = false;  // two checks later, at 60 frames a second
+    if (loop.said.find("'left' shows new images again") != std::string::npos)
+      loop.sink.wish(device::WindowEvent::kClose);
+  };
+  LoopOptions options;
+  options.duration_s = 60;
+  const Metrics metrics = run_loop(loop.parts, options);
+  EXPECT_EQ(metrics.faults.at("content"), 1u);
+  EXPECT_NE(loop.said.find("surface 'left' shows its last image: camera 3"), std::string::npos) << loop.said;
+  EXPECT_NE(loop.said.find("again"), std::string::npos) << loop.said;
+}
+
+/// A camera that has stopped sending takes seconds to end, in which the loop goes on.
+TEST(Loop, ContentsAreEndedInTheBackground) {
+  test::Scratch folder;
+  io::save_surfaces(folder / "surfaces.json", small_show().surfaces);
+  ShortLoop loop;
+  StoppingContent::Seen seen;
+  {
+    Show show = small_show();
+    show.contents[0] = std::make_shared<StoppingContent>(seen);
+    loop.projection.set_show(std::move(show));
+  }
+  ShowLoaderOptions loading;
+  loading.surfaces = folder / "surfaces.json";
+  loading.period_s = 0.01;
+  ShowLoader loader(loading);
+  loop.parts.loader = &loader;
+  io::save_surfaces(folder / "surfaces.json", {{pixel_area("another")}});
+  loop.parts.tick = [&](const Metrics&) {
+    if (seen.ended_by.load() != std::thread::id()) loop.sink.wish(device::WindowEvent::kClose);
+  };
+  LoopOptions options;
+  options.duration_s = 60;
+  EXPECT_EQ(run_loop(loop.parts, options).reloads, 1u);
+  EXPECT_NE(seen.ended_by.load(), std::thread::id());
+  EXPECT_NE(seen.ended_by.load(), std::this_thread::get_id());
+}
+
+/// What parts of the show count by themselves is in the statistics also when the listener ends it without a page.
+TEST(Loop, FaultsOfOtherPartsAreThereWhenTheShowIsEnded) {
+  ShortLoop loop;
+  struct Ended {};
+  std::uint64_t people = 0;
+  loop.parts.other_faults = [](std::map<std::string, std::uint64_t>& faults) { faults["people"] = 5; };
+  loop.parts.tick = [&](const Metrics& metrics) {
+    if (metrics.faults.count("people") != 0) people = metrics.faults.at("people");
+    if (metrics.frames == 3) throw Ended();
+  };
+  EXPECT_THROW(run_loop(loop.parts, {}), Ended);
+  EXPECT_EQ(people, 5u);
+}
+
+/// A sender or a camera that goes.
+class LeavingSource : public track::PoseSource {
+ public:
+  void poll(std::vector<track::StampedPose>& arrived) override { arrived.clear(); }
+  track::SourceStatus status() const override {
+    track::SourceStatus status;
+    status.connected = ++asked_ < 2;
+    if (!status.connected && has_reason) status.last_error = "the sender has closed the connection";
+    return status;
+  }
+  bool has_reason = true;
+
+ private:
+  mutable int asked_ = 0;
+};
+
+TEST(Loop, ASourceThatDisconnectsIsCountedUnlessItIsAtItsEnd) {
+  ShortLoop loop{ProjectionOptions()};
+  LeavingSource sender, log;
+  log.has_reason = false;
+  loop.parts.sources = {&sender, &log};
+  loop.parts.source_names = "a";
+  LoopOptions options;
+  options.duration_s = 60;
+  loop.parts.tick = [&](const Metrics& metrics) {
+    if (metrics.faults.count("pose_source") != 0) loop.sink.wish(device::WindowEvent::kClose);
+  };
+  const Metrics metrics = run_loop(loop.parts, options);
+  EXPECT_EQ(metrics.faults.at("pose_source"), 1u);
+  EXPECT_NE(loop.said.find("closed the connection"), std::string::npos) << loop.said;
 }
 
 TEST(Loop, ASinkThatFailsEndsTheShow) {

@@ -82,5 +82,45 @@ TEST(MarkerSource, PlacesTheRig) {
   EXPECT_NE(status.last_error.find("gone"), std::string::npos);
 }
 
+/// A camera that fails as its driver likes, then ends; frames come again when it was opened anew.
+class FailingCamera : public device::FrameSource {
+ public:
+  explicit FailingCamera(bool works) : works_(works) {}
+  std::optional<device::SeenFrame> next(double after_s, double) override {
+    if (!works_ && calls_++ == 0) throw std::length_error("a driver's own exception");
+    if (!works_) throw Error(ErrorKind::kDevice, "camera", "it is gone", "plug it in");
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    if (calls_++ % 2 == 0) return std::nullopt;
+    return device::SeenFrame{ImageU8(32, 24, 1, 90), after_s + 1};
+  }
+
+ private:
+  const bool works_;
+  int calls_ = 0;
+};
+
+TEST(MarkerSource, ACameraThatIsGoneIsOpenedAgain) {
+  RigCamera camera;
+  camera.camera = {{32, 24}, {30, 29, 15, 12, 0.1}, {}};
+  MarkerMap map;
+  map.dictionary = MarkerDictionary::kAprilTag36h11;
+  map.markers = {{3, 0.3, Pose()}};
+  int opened = 0;
+  MarkerSource source(std::make_unique<FailingCamera>(false), camera, map,
+                      detect::marker_cells(map.dictionary),
+                      [&opened]() -> std::unique_ptr<device::FrameSource> {
+                        if (++opened == 1) throw Error(ErrorKind::kDevice, "camera", "it is away", "wait");
+                        return std::make_unique<FailingCamera>(true);
+                      });
+  const auto wait_for = [&](const auto& holds) {
+    for (int i = 0; i < 2000 && !holds(); ++i) std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    return holds();
+  };
+  EXPECT_TRUE(wait_for([&] { return !source.status().connected; }));
+  EXPECT_TRUE(wait_for([&] { return source.status().connected && source.status().malformed > 5; }))
+      << source.status().last_error;
+  EXPECT_EQ(opened, 2);
+}
+
 }  // namespace
 }  // namespace procam::show

@@ -345,6 +345,11 @@ TEST_F(Loader, ReadsAgainWhatChangedAndToldWhatFailed) {
   EXPECT_FALSE(loaded->show);
   ASSERT_EQ(loaded->faults.size(), 1u);
   fs::remove(folder_ / "surfaces.json");
+  loaded = wait(loader);
+  ASSERT_TRUE(loaded && loaded->from_file);
+  EXPECT_FALSE(loaded->show);
+  ASSERT_EQ(loaded->faults.size(), 1u);
+  EXPECT_NE(loaded->faults[0].find("it was removed"), std::string::npos) << loaded->faults[0];
   write("dark");
   loaded = wait(loader);
   ASSERT_TRUE(loaded && loaded->show);
@@ -377,9 +382,12 @@ TEST(Metrics, PercentilesOfWhatCame) {
   Metrics metrics;
   metrics.frames = 12;
   metrics.draw.add(0.004);
-  const std::string text = to_prometheus(metrics);
+  track::Faults poses;
+  poses.lost = 7;
+  const std::string text = to_prometheus(metrics, poses);
   EXPECT_NE(text.find("\nprocam_frames_total 12\n"), std::string::npos);
   EXPECT_NE(text.find("\nprocam_draw_seconds_count 1\n"), std::string::npos);
+  EXPECT_NE(text.find("\nprocam_pose_faults_total{name=\"lost\"} 7\n"), std::string::npos);
 }
 
 }  // namespace

@@ -266,6 +266,7 @@ TEST(DepthSurfaceSource, ACameraThatIsLostIsToldAndComesBack) {
   Fed::Shared shared;
   DepthSurfaceSource watch([&] { return std::make_unique<Fed>(shared); }, options);
   std::vector<std::string> words;
+  std::uint64_t faults = 0;
   std::optional<SurfaceSet> now;
   std::uint64_t seed = 0;
   const auto feed_until = [&](const auto& done, bool feeds) {
@@ -277,6 +278,7 @@ TEST(DepthSurfaceSource, ACameraThatIsLostIsToldAndComesBack) {
       }
       if (auto news = watch.take()) {
         words.insert(words.end(), news->words.begin(), news->words.end());
+        faults += news->faults;
         if (news->surfaces) now = std::move(news->surfaces);
       }
       std::this_thread::sleep_for(std::chrono::milliseconds(20));
@@ -288,6 +290,7 @@ TEST(DepthSurfaceSource, ACameraThatIsLostIsToldAndComesBack) {
                        [&](const std::string& text) { return text.find(part) != std::string::npos; });
   };
   feed_until([&] { return now && !now->surfaces.empty(); }, true);
+  EXPECT_EQ(faults, 0u);
   {
     const std::lock_guard<std::mutex> lock(shared.mutex);
     shared.broken = true;
@@ -299,6 +302,7 @@ TEST(DepthSurfaceSource, ACameraThatIsLostIsToldAndComesBack) {
   }
   feed_until([&] { return is_told("sees again") && !now->surfaces.empty(); }, true);
   EXPECT_EQ(shared.opened, 2);
+  EXPECT_EQ(faults, 2u) << "the camera that broke, and its loss";
 }
 
 }  // namespace

@@ -204,6 +204,7 @@ Console::Console(bool json) : json_(json), stderr_is_terminal_(isatty(STDERR_FIL
 
 void Console::say(const std::string& line) {
   clear_progress();
+  std::cerr.clear();                                     // a full disk may have room again
   (json_ ? std::cerr : std::cout) << line << std::endl;  // a pipe gets it at once
 }
 
@@ -214,6 +215,7 @@ void Console::say(const std::vector<std::string>& lines) {
 void Console::log(const std::string& line) {
   clear_progress();
   std::cout.flush();  // where both go to one terminal, they keep their order
+  std::cerr.clear();
   std::cerr << line << '\n';
 }
 

@@ -67,6 +67,8 @@ struct DrawnFrame {
   bool blanked = false;     ///< black because the pose is stale or has never come
   bool waiting = false;     ///< surfaces in the world are dark because no pose has come yet
   double render_s = 0;      ///< spent in the renderer
+  /// Why a content gave no image, with its surface, which is dark in this frame; of the last one. Empty: all did.
+  std::string content_fault;
   /// Root mean square distance of the light from its place that the pose's covariance predicts, metres: the
   /// largest over the centres of the plane surfaces in the world. To first order, for a point p on a plane
   /// with normal n lit along d, all in the world, and the pose's left increment [w, v]:
@@ -108,7 +110,7 @@ class Projection {
   /// anew, which is slow.
   SolvedSurfaceSet solve_again() const;
 
-  /// Draws into a frame of frame_size() with 3 channels.
+  /// Draws into a frame of frame_size() with 3 channels. A content that throws leaves its surface dark.
   DrawnFrame draw(double light_time, double content_time, ImageView<std::uint8_t> frame);
 
  private:

@@ -44,7 +44,7 @@ class SharedContent : public ContentSource {
 
   /// A writer that was started again has new memory.
   void look_for_another() {
-    if (!reader_->is_orphan()) return;
+    if (!reader_->is_orphan()) return fault_.reset();
     try {
       auto other = std::make_unique<SharedFrameReader>(name_);
       if (other->size() != shown_.image.size()) {

@@ -219,6 +219,7 @@ class Loop {
       }
     }
     stopped_contents_ = std::move(stopped);
+    metrics_.contents_stopped = stopped_contents_.size();
   }
 
   void take_commands() {

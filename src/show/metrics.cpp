@@ -69,6 +69,10 @@ std::string to_prometheus(const Metrics& m, const track::Faults& poses) {
   write(text, "poses_total", "Good pose messages.", m.poses);
   write(text, "poses_malformed_total", "Messages that were no pose.", m.malformed);
   text +=
+      "# HELP procam_contents_stopped Contents that show their last image at present.\n"
+      "# TYPE procam_contents_stopped gauge\nprocam_contents_stopped " +
+      std::to_string(m.contents_stopped) + "\n";
+  text +=
       "# HELP procam_faults_total What failed while the show went on.\n# TYPE procam_faults_total counter\n";
   for (const auto& [name, count] : m.faults)
     text += "procam_faults_total{name=\"" + name + "\"} " + std::to_string(count) + "\n";

@@ -318,6 +318,30 @@ TEST_F(Content, SharedMemoryIsTheNewestFrameOfAnotherProgram) {
   }));
 }
 
+/// The memory could not be looked at for a while (no descriptors, say), or its owner cut it and made it whole again.
+TEST_F(Content, SharedMemoryThatIsWholeAgainIsNoFault) {
+  const std::string name = "procam_content_whole_" + std::to_string(getpid()), file = "/dev/shm/" + name;
+  SinkOptions writing;
+  writing.size = {33, 21};
+  const auto writer = open_sink("shm:" + name, writing);
+  writer->show(ImageU8(writing.size, 3, 7));
+  const auto content = open_content("shm:" + name, options_);
+  const auto wait_for = [&](auto holds) {
+    for (const double end = now_s() + 10; now_s() < end && !holds();) {
+      content->at(0);
+      std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    }
+    return holds();
+  };
+  const auto size = fs::file_size(file);
+  fs::resize_file(file, 100);
+  ASSERT_TRUE(wait_for([&] { return content->fault().has_value(); }));
+  fs::resize_file(file, size);
+  writer->show(ImageU8(writing.size, 3, 90));
+  EXPECT_TRUE(wait_for([&] { return !content->fault(); }));
+  EXPECT_EQ(content->at(0).view.at(0, 0, 0), 90);
+}
+
 TEST_F(Content, AFunctionSaysWhenItsPictureChanges) {
   const auto content = drawn_content({6, 4}, 3, [](double time, ImageView<std::uint8_t> picture) {
     const auto value = std::uint8_t(time);

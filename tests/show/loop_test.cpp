@@ -154,6 +154,7 @@ TEST(Loop, AContentThatStopsIsCountedOnceAndItsReturnReported) {
   seen.stopped = true;
   int checks = 0;
   loop.parts.tick = [&](const Metrics& metrics) {
+    if (metrics.faults.count("content") != 0 && seen.stopped) EXPECT_EQ(metrics.contents_stopped, 1u);
     if (metrics.faults.count("content") != 0) checks += 1;
     if (checks > 80) seen.stopped = false;  // two checks later, at 60 frames a second
     if (loop.said.find("'left' shows new images again") != std::string::npos)
@@ -163,6 +164,7 @@ TEST(Loop, AContentThatStopsIsCountedOnceAndItsReturnReported) {
   options.duration_s = 60;
   const Metrics metrics = run_loop(loop.parts, options);
   EXPECT_EQ(metrics.faults.at("content"), 1u);
+  EXPECT_EQ(metrics.contents_stopped, 0u);
   EXPECT_NE(loop.said.find("surface 'left' shows its last image: camera 3"), std::string::npos) << loop.said;
   EXPECT_NE(loop.said.find("again"), std::string::npos) << loop.said;
 }

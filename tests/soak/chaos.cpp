@@ -40,6 +40,7 @@ class Chaos {
   int run() {
     begin_ = device::now_s();
     if (!is_ready()) return 1;
+    if (const std::string missing = stage_.repair(); !missing.empty()) fail("at the start " + missing);
     calm(is_short() ? 5 : 15);
     std::vector<ChaosStep> steps = chaos_steps(stage_);
     steps.erase(std::remove_if(steps.begin(), steps.end(),
@@ -149,7 +150,7 @@ class Chaos {
     if (!step.counters.empty() && !wait_for(25, [&] { return (faults = counted() - before) > 0; }))
       fail(step.name + ": not counted as " + step.counters.front());
     step.end();
-    if (!stage_.repair()) fail(step.name + ": the repaired surfaces file is not read");
+    if (const std::string missing = stage_.repair(); !missing.empty()) fail(step.name + ": " + missing);
     check_alive("after " + step.name);
     add_frames(chaos_);
     Done& done = done_[step.name];

@@ -191,28 +191,35 @@ void ChaosStage::repair_files() const {
   }
 }
 
-bool ChaosStage::has_first_surfaces() const {
-  const nlohmann::json status = show->status();
-  if (!status.is_object() || status.value("unsaved", true)) return false;
+std::string ChaosStage::unrecovered() const {
+  const nlohmann::json status = show->status(), of_room = room->status(), of_marker = marker->status();
+  if (!status.is_object() || !of_room.is_object() || !of_marker.is_object()) return "a show does not answer";
   nlohmann::json surfaces = nlohmann::json::array();
   for (const nlohmann::json& surface : status["surfaces"])
     surfaces.push_back({surface["name"], surface["content"]});
-  return surfaces == first_surfaces_;
+  if (surfaces != first_surfaces_) return "the surfaces file is not read again";
+  if (status.value("unsaved", true)) return "edits are not saved";
+  if (status["pose_state"] != "fresh") return "the pose is " + status["pose_state"].get<std::string>();
+  if (show->metric("contents_stopped") != 0) return "a content has not come back";
+  if (of_room["surfaces"].empty()) return "the depth camera's surfaces have not come back";
+  if (of_marker["pose_state"] != "fresh") return "the marker camera has not come back";
+  return "";
 }
 
-bool ChaosStage::repair() {
+std::string ChaosStage::repair() {
   poses->set({});
   camera->set(NetworkCamera::State::kSends);
   marker_camera->set(NetworkCamera::State::kSends);
   depth->pause(false);
   people->pause(false);
-  // An edit that is saved late replaces the file again.
-  for (int i = 0; i < 200; ++i) {
-    repair_files();
-    if (has_first_surfaces()) return true;
+  std::string missing;
+  for (const double end = device::now_s() + 30; device::now_s() < end;) {
+    repair_files();  // again and again: an edit that is saved late replaces the file
+    missing = unrecovered();
+    if (missing.empty()) break;
     std::this_thread::sleep_for(std::chrono::milliseconds(100));
   }
-  return !show->is_running();  // that is another fault
+  return missing;
 }
 
 }  // namespace procam::test

@@ -31,9 +31,9 @@ class ChaosStage {
   void replace(const std::string& name, const std::string& bytes) const;
   void open_shared_writer();
   std::string shared_name() const { return "procam_chaos_" + std::to_string(getpid()); }
-  /// All faults are off, all files are there again, and the show has the surfaces that it began with. False when it
-  /// does not read them.
-  bool repair();
+  /// Ends all faults and restores all files, until the shows have recovered: the surfaces that they began with, fresh
+  /// poses, contents that play. What has not recovered after 30 s; empty: all has.
+  std::string repair();
 
   std::mt19937_64 random;
   std::unique_ptr<ChaosShow> show, room, marker;
@@ -47,7 +47,7 @@ class ChaosStage {
   void start_feeds(std::uint64_t seed);
   void start_shows();
   void repair_files() const;
-  bool has_first_surfaces() const;
+  std::string unrecovered() const;
 
   ScratchFolder folder_;
   std::map<std::string, std::string> files_;  ///< as they should be

@@ -48,6 +48,7 @@ struct Metrics {
   /// and "people_..." (messages), "page_connection" (closed for others), "page_refused", "page_request", "pose_source",
   /// "record", "reload", "room", "save", "surfaces".
   std::map<std::string, std::uint64_t> faults;
+  std::uint64_t contents_stopped = 0;  ///< now: contents that give no new images and show their last one
 };
 
 }  // namespace procam::show

@@ -52,8 +52,8 @@ class ContentSource {
   /// tells; with Pace::kExact it throws it as Error, naming the file.
   virtual ContentFrame at(double time_s) = 0;
 
-  /// Why new pictures have stopped coming, if they have: at() keeps giving the last one. A camera that has
-  /// vanished is opened again every second, and fault() is gone when it is back.
+  /// Why new pictures have stopped coming, if they have: at() keeps giving the last one. Files are read and cameras
+  /// opened again every second, and fault() is gone when they are back.
   virtual std::optional<Error> fault() const { return std::nullopt; }
 
   /// Pictures a second of what is recorded; 0 for what does not move or is live.

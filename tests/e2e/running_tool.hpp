@@ -42,7 +42,10 @@ class Running {
     process_ = -1;
     return WIFEXITED(status_) ? WEXITSTATUS(status_) : 128 + WTERMSIG(status_);
   }
-  void tell(int signal) { kill(process_, signal); }
+  /// Nobody when it has ended: kill() takes -1 for all processes of the machine.
+  void tell(int signal) {
+    if (is_running()) kill(process_, signal);
+  }
   pid_t process() const { return process_; }
   /// Resident memory, bytes.
   double memory() const {

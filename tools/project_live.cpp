@@ -19,7 +19,10 @@ struct Flags {
 };
 
 void declare(CLI::App& app, Flags& flags) {
-  app.add_option("--rig", flags.rig, "rig.json, as calibrate-projector writes it");
+  app.add_option(
+      "--rig", flags.rig,
+      "rig.json, as calibrate-projector writes it; without it surfaces are in projector pixels, and their "
+      "corners are dragged at the control page");
   declare_show(app, flags.show);
   app.add_option("--replay", flags.replay, "show a recorded run again, frame by frame, and compare");
   app.add_option("--save-show", flags.save, "write what the flags say as a show.json, for --show, and end");
@@ -154,13 +157,14 @@ ExitCode run(const Flags& flags, Console& console) {
   };
   need(flags.show.surfaces, "--surfaces");
   if (!flags.save.empty()) return show::save_options(flags.save, flags.show), ExitCode::kOk;
-  need(flags.rig, "--rig");
-  const Rig rig = io::load_rig(flags.rig);
-  if (!flags.replay.empty()) return replay(flags, rig, console);
+  if (!flags.replay.empty()) need(flags.rig, "--rig");
+  const std::optional<Rig> rig = flags.rig.empty() ? std::nullopt : std::optional(io::load_rig(flags.rig));
+  if (!flags.replay.empty()) return replay(flags, *rig, console);
   try {
     // A reader of the messages that goes away does not end the show.
     std::signal(SIGPIPE, SIG_IGN);
-    print(show::run(rig, flags.show, &follower), flags.show, console);
+    print(rig ? show::run(*rig, flags.show, &follower) : show::run(flags.show, &follower), flags.show,
+          console);
   } catch (...) {  // Ctrl-C, SIGTERM, a pipe that broke: what was measured is printed all the same
     if (follower.newest().metrics.frames > 0) print(follower.newest(), flags.show, console);
     throw;

@@ -9,6 +9,7 @@
 #include "loop.hpp"
 #include "marker_source.hpp"
 #include "overlay.hpp"
+#include "procam/core/base/words.hpp"
 #include "procam/core/rig/room_frames.hpp"
 #include "procam/detect/marker_edges.hpp"
 #include "procam/device/frame_source.hpp"
@@ -21,6 +22,7 @@
 #include "procam/render/gl.hpp"
 #include "procam/session/capture.hpp"
 #include "show_people.hpp"
+#include "uncalibrated.hpp"
 
 namespace procam::show {
 namespace {
@@ -204,8 +206,9 @@ void check_combination(const ShowOptions& options) {
 /// The parts of one show, in the order in which they are made ready.
 class ShowRun {
  public:
-  ShowRun(const Rig& rig, const ShowOptions& options, ShowListener& listener)
+  ShowRun(const Rig& rig, bool is_calibrated, const ShowOptions& options, ShowListener& listener)
       : rig_(rig),
+        is_calibrated_(is_calibrated),
         options_(options),
         listener_(listener),
         in_room_(is_depth_source(options.surfaces)),
@@ -302,6 +305,7 @@ class ShowRun {
       loading.contents = absolute_contents(options_);
     }
     loading.folder = folder_;
+    loading.pixels_only = !is_calibrated_;
     // A frame of a run that is to be shown again waits for its picture.
     loading.pace = options_.record.empty() ? device::Pace::kLive : device::Pace::kExact;
     first_ = show::load_surfaces(loading);  // throws what is wrong with it
@@ -375,6 +379,7 @@ class ShowRun {
   }
 
   const Rig& rig_;
+  const bool is_calibrated_;
   const ShowOptions& options_;
   ShowListener& listener_;
   const bool in_room_;
@@ -452,7 +457,23 @@ ShowListener& listener_or_none(ShowListener* listener) {
 }  // namespace
 
 ShowReport run(const Rig& rig, const ShowOptions& options, ShowListener* listener) {
-  return ShowRun(rig, options, listener_or_none(listener)).run();
+  return ShowRun(rig, true, options, listener_or_none(listener)).run();
+}
+
+ShowReport run(const ShowOptions& options, ShowListener* listener) {
+  check_combination(options);
+  require_no_rig_needed(options);
+  const Rig rig = stand_in_rig(frame_size_without_rig(options));
+  if (!fs::exists(options.surfaces)) {
+    const SurfaceSet first = first_surfaces(absolute_contents(options), rig.projector().projector.size());
+    ShowLoaderOptions writing;
+    writing.surfaces = options.surfaces;
+    ShowLoader(writing).save(first);
+    listener_or_none(listener).on_start(options.surfaces + " is new, with " +
+                                        counted(first.surfaces.size(), "surface") +
+                                        "; drag the corners at the control page, and save");
+  }
+  return ShowRun(rig, false, options, listener_or_none(listener)).run();
 }
 
 ReplayReport replay(const Rig& rig, const ShowOptions& options, const std::filesystem::path& log,

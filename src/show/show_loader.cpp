@@ -10,6 +10,7 @@
 #include <thread>
 
 #include "procam/io/surface_file.hpp"
+#include "uncalibrated.hpp"
 
 namespace procam::show {
 namespace {
@@ -44,18 +45,28 @@ std::filesystem::path folder_file(const ShowLoaderOptions& options) {
                                 : options.folder / "surfaces.json";
 }
 
+/// The content with its file named from the folder, if the file is in the folder.
+std::string beside(const std::filesystem::path& folder, const std::string& content) {
+  const auto file = device::content_file(content);
+  if (!file || !std::filesystem::path(*file).is_absolute()) return content;
+  const std::filesystem::path relative = std::filesystem::path(*file).lexically_relative(folder);
+  if (relative.empty() || *relative.begin() == "..") return content;
+  return device::with_content_file(content, relative.string());
+}
+
 }  // namespace
 
 SurfaceSet load_surfaces(const ShowLoaderOptions& options) {
   if (options.surfaces.empty()) return {};
   SurfaceSet set = io::load_surfaces(options.surfaces);
+  if (options.pixels_only) require_pixel_surfaces(set, options.surfaces.string());
   for (const auto& [name, content] : options.contents) {
     const auto named = std::find_if(set.surfaces.begin(), set.surfaces.end(),
                                     [name = &name](const Surface& surface) { return surface.name == *name; });
     if (named == set.surfaces.end())
       throw Error(ErrorKind::kInput, "content of '" + name + "'", "no surface has this name",
                   "name a surface of " + options.surfaces.string());
-    named->content = content;
+    named->content = beside(folder_file(options).parent_path(), content);
   }
   return set;
 }
@@ -192,9 +203,12 @@ void ShowLoader::retire(std::vector<std::shared_ptr<device::ContentSource>> cont
   state_->woken.notify_all();
 }
 
-void ShowLoader::save(const SurfaceSet& surfaces) {
+void ShowLoader::save(SurfaceSet surfaces) {
   require(!state_->options.surfaces.empty(), "ShowLoader: no file is watched");
   const std::lock_guard<std::mutex> lock(state_->mutex);
+  // A folder with the surfaces and their contents can be moved to another computer.
+  const std::filesystem::path folder = std::filesystem::absolute(state_->options.surfaces).parent_path();
+  for (Surface& surface : surfaces.surfaces) surface.content = beside(folder, surface.content);
   io::save_surfaces(state_->options.surfaces, surfaces);
   state_->known = look_at(state_->options.surfaces);
 }

@@ -20,6 +20,7 @@ struct ShowLoaderOptions {
   /// Relative files that `content` names are in it (device::content_beside); empty: the folder of `surfaces`.
   std::filesystem::path folder = {};
   device::Pace pace = device::Pace::kLive;  ///< of contents
+  bool pixels_only = false;                 ///< no rig: surfaces that are placed in metres are refused
   double period_s = 0.2;                    ///< between two looks at the file
 };
 
@@ -32,7 +33,7 @@ struct LoadedShow {
 };
 
 /// The file's surfaces with the given contents. Throws Error as io::load_surfaces does, and Error(kInput) for
-/// a content whose surface is not in the file. An empty `surfaces` gives no surface.
+/// a content whose surface is not in the file, and for surfaces that the options refuse. An empty `surfaces` gives no surface.
 SurfaceSet load_surfaces(const ShowLoaderOptions& options);
 
 class ShowLoader {
@@ -48,8 +49,9 @@ class ShowLoader {
   LoadedShow load_now(const std::function<void(int done, int total)>& progress = {});
   /// Asks for these surfaces with their contents; replaces what was asked for and not yet begun.
   void request(SurfaceSet surfaces);
-  /// Writes the watched file; what is in it afterwards is known, and is not read again. Throws Error.
-  void save(const SurfaceSet& surfaces);
+  /// Writes the watched file; what is in it afterwards is known, and is not read again. Contents in the file's folder are
+  /// named relative to it. Throws Error.
+  void save(SurfaceSet surfaces);
   /// What is ready, if anything; never waits.
   std::optional<LoadedShow> take();
   /// Ends contents in the background: a camera that has stopped sending takes seconds to end.

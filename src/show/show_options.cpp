@@ -84,6 +84,7 @@ static void fields(io::Fields& f, ShowOptions& o) {
   f.optional("freeze_on_stale_s", o.freeze_on_stale_s);
   f.optional("display", o.display);
   f.optional("output", o.output);
+  f.optional("size", o.size);
   field_or(f, "fps", o.fps, usual.fps);
   field_or(f, "duration_s", o.duration_s, usual.duration_s);
   field_or(f, "delay_s", o.delay_s, usual.delay_s);

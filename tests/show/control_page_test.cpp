@@ -209,7 +209,7 @@ TEST(ControlPage, ACornerDraggedInABrowserMovesTheLight) {
   ASSERT_TRUE(
       browser.wait_for("document.querySelectorAll('circle').length === 4 && $('frame').naturalWidth === 320"))
       << browser.console();
-  ASSERT_TRUE(browser.wait_for("$('state').textContent === 'standing'"));
+  ASSERT_TRUE(browser.wait_for("$('state').textContent === 'fixed projector'"));
   // The sign, in the projector's own pixels.
   browser.evaluate(
       "[...document.querySelectorAll('#list button')].find(b => b.textContent.includes('sign')).click()");

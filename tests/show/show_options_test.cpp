@@ -29,6 +29,7 @@ ShowOptions everything() {
   o.blank_on_stale_s = 0.25;
   o.display = "EPSON";
   o.output = "none";
+  o.size = ImageSize{1280, 800};
   o.fps = 30;
   o.duration_s = 2.5;
   o.delay_s = 0.0351;

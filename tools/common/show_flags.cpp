@@ -125,6 +125,9 @@ void declare_output(CLI::App& app, show::ShowOptions& o) {
                  "instead of a display: frames:FOLDER, video:FILE, stdout, shm:NAME or none");
   app.add_option("--camera", o.delay_camera,
                  "camera that looks at the light: it measures the delay before the show");
+  add_parsed(
+      app, "--size", [&](const std::string& text) { o.size = io::parse_size(text); },
+      "the frame, e.g. 1280x800, where neither --rig nor a display states it");
   app.add_option_function<std::string>(
       "--delay",
       [&](const std::string& text) {

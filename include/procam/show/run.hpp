@@ -60,6 +60,12 @@ class ShowListener {
 /// the show is an event, is counted by its name (Metrics::faults), and the show continues.
 ShowReport run(const Rig& rig, const ShowOptions& options, ShowListener* listener = nullptr);
 
+/// A show without a calibrated rig: surfaces in projector pixels alone, whose corners are dragged at the control page.
+/// The frame has the display's size, or ShowOptions::size with another output. A surface file that does not exist is
+/// written first: a surface for each of the contents, side by side, or one white surface "wall". Otherwise as above;
+/// throws Error(kInput) as well for options and surfaces that need a rig.
+ShowReport run(const ShowOptions& options, ShowListener* listener = nullptr);
+
 struct ReplayReport {
   std::uint64_t frames = 0;
   std::uint64_t equal = 0;  ///< to the recorded ones, bit for bit

@@ -64,12 +64,13 @@ struct ShowOptions {
 
   /// The projector's display (device::find_display); without it, as device::choose_display() chooses.
   std::optional<std::string> display;
-  std::string output;         ///< instead of a display, as device::open_sink() takes it
-  double fps = 0;             ///< frames a second; 0: the display's, or 60
-  double duration_s = 0;      ///< 0: until the window is closed or the listener ends it
-  double delay_s = 0;         ///< from the begin of a frame to its light
-  std::string delay_camera;   ///< a camera that measures delay_s before the show, instead
-  double camera_delay_s = 0;  ///< the camera's own share of what it measures
+  std::string output;             ///< instead of a display, as device::open_sink() takes it
+  std::optional<ImageSize> size;  ///< of the frame, where neither a rig nor a display states it
+  double fps = 0;                 ///< frames a second; 0: the display's, or 60
+  double duration_s = 0;          ///< 0: until the window is closed or the listener ends it
+  double delay_s = 0;             ///< from the begin of a frame to its light
+  std::string delay_camera;       ///< a camera that measures delay_s before the show, instead
+  double camera_delay_s = 0;      ///< the camera's own share of what it measures
 
   DepthInput depth;
   std::optional<PeopleInput> people;

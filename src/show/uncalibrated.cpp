@@ -1,0 +1,79 @@
+#include "uncalibrated.hpp"
+
+#include "procam/device/frame_sink.hpp"
+
+namespace procam::show {
+namespace {
+
+/// Share of the frame round the surfaces, and between two of them.
+constexpr double kMargin = 0.1;
+
+PixelSurface rectangle(const Vec2& corner, const Vec2& size) {
+  PixelSurface surface;
+  surface.content = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
+  for (const Vec2& uv : surface.content) surface.pixels.push_back(corner + uv.cwiseProduct(size));
+  return surface;
+}
+
+}  // namespace
+
+void require_no_rig_needed(const ShowOptions& options) {
+  const auto refuse_if = [](bool given, const char* what) {
+    if (given)
+      throw Error(ErrorKind::kInput, what, "only a calibrated rig gives it a meaning, and there is none",
+                  "give --rig rig.json, or leave it out");
+  };
+  refuse_if(!options.projector.empty(), "projector");
+  refuse_if(is_depth_source(options.surfaces), "surfaces from a depth camera");
+  refuse_if(!options.poses.empty(), "pose source");
+  refuse_if(options.marker.has_value(), "marker camera");
+  refuse_if(!options.pose.empty(), "pose");
+  refuse_if(!options.mount.empty(), "mount");
+  refuse_if(options.people.has_value(), "people");
+  refuse_if(options.depth.silhouettes, "silhouettes");
+  refuse_if(!options.record.empty(), "record");
+}
+
+void require_pixel_surfaces(const SurfaceSet& set, const std::string& file) {
+  for (const Surface& surface : set.surfaces)
+    if (!std::holds_alternative<PixelSurface>(surface.geometry))
+      throw Error(ErrorKind::kInput, file + ": surface '" + surface.name + "'",
+                  "it is placed in metres, and no calibrated rig says how the projector sees it",
+                  "give --rig rig.json, or use surfaces in projector pixels (\"pixels\")");
+}
+
+ImageSize frame_size_without_rig(const ShowOptions& options) {
+  if (options.output.empty()) {
+    const std::vector<device::Display> list = device::displays();
+    return device::choose_display(list, options.display).size;
+  }
+  if (!options.size)
+    throw Error(ErrorKind::kInput, "output " + options.output,
+                "neither a rig nor a display states the frame's size", "give --size, e.g. 1280x800");
+  return *options.size;
+}
+
+Rig stand_in_rig(ImageSize size) {
+  Rig rig;
+  RigProjector& projector = rig.projectors.emplace_back();
+  Camera& lens = projector.projector.inverse_camera;
+  lens.size = size;
+  lens.intrinsics = {1.5 * size.width, 1.5 * size.width, 0.5 * size.width, 0.5 * size.height, 0};
+  return rig;
+}
+
+SurfaceSet first_surfaces(std::map<std::string, std::string> contents, ImageSize size) {
+  if (contents.empty()) contents["wall"] = "#ffffff";
+  const Vec2 frame(size.width, size.height), step((1 - kMargin) / double(contents.size()), 1 - kMargin);
+  SurfaceSet set;
+  Vec2 corner(kMargin, kMargin);
+  for (const auto& [name, content] : contents) {
+    const PixelSurface geometry =
+        rectangle(corner.cwiseProduct(frame), (step - Vec2::Constant(kMargin)).cwiseProduct(frame));
+    set.surfaces.push_back({name, geometry, {}, content});
+    corner.x() += step.x();
+  }
+  return set;
+}
+
+}  // namespace procam::show

@@ -23,8 +23,8 @@ configure_and_build() {
 run_ctest() {
   local report=$PWD/build/$1/ctest.xml tests failures disabled not_run
   rm -f "$report"
-  # One more than there are cores: some tests wait more than they work.
-  ctest --preset "$1" -j "$((jobs + 1))" -LE long --output-junit "$report"
+  # Two more than there are cores: the long shows at the begin wait more than they work.
+  ctest --preset "$1" -j "$((jobs + 2))" -LE long --output-junit "$report"
   local status=$?
   if [[ ! -s $report ]]; then
     failed=$((failed + 1))

@@ -1,0 +1,60 @@
+/// `procam`: the command in front of the tools.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <set>
+#include <sstream>
+
+#include "e2e/tool_runner.hpp"
+
+namespace procam::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// The tools by their sources: a tool that is added must be listed.
+std::set<std::string> tool_names() {
+  std::set<std::string> names;
+  for (const auto& entry : fs::directory_iterator(fs::path(PROCAM_SOURCE_DIR) / "tools")) {
+    std::string name = entry.path().stem().string();
+    if (entry.path().extension() != ".cpp" || name == "procam") continue;
+    std::replace(name.begin(), name.end(), '_', '-');
+    names.insert(name);
+  }
+  return names;
+}
+
+TEST(FrontCommand, ListsEveryTool) {
+  const ToolRun run = run_tool("procam", "");
+  EXPECT_EQ(run.exit_code, 0);
+  EXPECT_GE(tool_names().size(), 17u);
+  std::set<std::string> listed;
+  std::istringstream lines(run.out);
+  for (std::string line; std::getline(lines, line);)
+    if (line.rfind("  ", 0) == 0 && line.rfind("  procam", 0) != 0)
+      listed.insert(line.substr(2, line.find(' ', 2) - 2));
+  EXPECT_EQ(listed, tool_names());
+  EXPECT_EQ(run_tool("procam", "--help").out, run.out);
+}
+
+TEST(FrontCommand, RunsATool) {
+  const ToolRun direct = run_tool("make-board", "--help"), through = run_tool("procam", "make-board --help");
+  EXPECT_EQ(through.exit_code, 0);
+  EXPECT_EQ(through.out, direct.out);
+  const ToolRun wrong = run_tool("procam", "make-board --board chessboard:7x9");
+  EXPECT_EQ(wrong.exit_code, run_tool("make-board", "--board chessboard:7x9").exit_code);
+  EXPECT_NE(wrong.exit_code, 0);
+  EXPECT_NE(wrong.err.find("make-board: "), std::string::npos) << wrong.err;
+}
+
+TEST(FrontCommand, SuggestsATool) {
+  const ToolRun run = run_tool("procam", "calibrate");
+  EXPECT_EQ(run.exit_code, 2);
+  for (const char* part : {"'calibrate'", "why:", "next:", "calibrate-projector", "calibrate-camera"})
+    EXPECT_NE(run.err.find(part), std::string::npos) << part << " is not in " << run.err;
+  EXPECT_EQ(run.err.find("make-board"), std::string::npos) << run.err;
+  EXPECT_EQ(run_tool("procam", "../../bin/sh").exit_code, 2);
+}
+
+}  // namespace
+}  // namespace procam::test

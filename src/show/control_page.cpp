@@ -11,6 +11,7 @@
 
 #include "control_messages.hpp"
 #include "control_page_html.hpp"
+#include "procam/core/base/limits.hpp"
 
 namespace procam::show {
 namespace {
@@ -21,10 +22,7 @@ namespace http = beast::http;
 namespace websocket = beast::websocket;
 using tcp = asio::ip::tcp;
 
-constexpr std::size_t kMaxHeader = 8192, kMaxBody = 16384, kMaxConnections = 32, kMaxCommands = 1000;
-constexpr std::size_t kMinToken = 8, kMaxToken = 256;
-/// For the head of a request, then for its body, and for its answer.
-constexpr auto kHeadPatience = std::chrono::seconds(3), kRequestPatience = std::chrono::seconds(10);
+constexpr std::chrono::seconds kHeadPatience(limits::kPageHeadS), kRequestPatience(limits::kPageRequestS);
 constexpr auto kStatusPeriod = std::chrono::milliseconds(100);
 
 bool is_loopback(const tcp::endpoint& endpoint) {
@@ -48,7 +46,7 @@ class ControlPage::Server {
       if (std::isalnum(letter) == 0 && letter != '-' && letter != '_')
         throw Error(ErrorKind::kInput, what, "its token has other letters than a-z A-Z 0-9 - _",
                     "give another token");
-    if (token_.size() < kMinToken || token_.size() > kMaxToken)
+    if (token_.size() < limits::kMinTokenBytes || token_.size() > limits::kMaxTokenBytes)
       throw Error(ErrorKind::kInput, what,
                   "its token has " + std::to_string(token_.size()) + " letters, and 8 to 256 are allowed",
                   "give a longer token, or none for a random one");
@@ -136,7 +134,7 @@ class ControlPage::Server {
   bool add(std::optional<Command> command) {
     if (!command) return false;
     const std::lock_guard<std::mutex> lock(mutex_);
-    if (commands_.size() >= kMaxCommands) return false;
+    if (commands_.size() >= limits::kPageCommands) return false;
     commands_.push_back(std::move(*command));
     return true;
   }
@@ -202,7 +200,7 @@ class ControlPage::Server::WebSocketClient : public std::enable_shared_from_this
 
   void begin(const http::request<http::string_body>& request) {
     socket_.set_option(websocket::stream_base::timeout::suggested(beast::role_type::server));
-    socket_.read_message_max(kMaxBody);
+    socket_.read_message_max(limits::kPageBodyBytes);
     socket_.async_accept(request, [self = shared_from_this()](beast::error_code failed) {
       if (failed) return;
       self->open_ = true;
@@ -266,7 +264,9 @@ class ControlPage::Server::WebSocketClient : public std::enable_shared_from_this
 class ControlPage::Server::Request : public std::enable_shared_from_this<Request> {
  public:
   Request(Server& server, tcp::socket socket)
-      : server_(server), stream_(std::move(socket)), buffer_(kMaxHeader + kMaxBody) {
+      : server_(server),
+        stream_(std::move(socket)),
+        buffer_(limits::kPageHeaderBytes + limits::kPageBodyBytes) {
     ++server_.connections_;
     place_ = server_.strangers_.insert(server_.strangers_.end(), this);
   }
@@ -279,8 +279,8 @@ class ControlPage::Server::Request : public std::enable_shared_from_this<Request
 
   void read() {
     parser_.emplace();
-    parser_->header_limit(kMaxHeader);
-    parser_->body_limit(kMaxBody);
+    parser_->header_limit(limits::kPageHeaderBytes);
+    parser_->body_limit(limits::kPageBodyBytes);
     stream_.expires_after(kHeadPatience);
     http::async_read_header(stream_, buffer_, *parser_,
                             [self = shared_from_this()](beast::error_code failed, std::size_t) {
@@ -404,11 +404,11 @@ class ControlPage::Server::Request : public std::enable_shared_from_this<Request
 void ControlPage::Server::accept() {
   acceptor_.async_accept([this](beast::error_code failed, tcp::socket socket) {
     // Whoever has the token keeps a place; of the others the oldest gives way to the newest.
-    if (!failed && connections_ >= kMaxConnections && !strangers_.empty()) {
+    if (!failed && connections_ >= limits::kPageConnections && !strangers_.empty()) {
       ++evicted_;
       strangers_.front()->evict();
       std::make_shared<Request>(*this, std::move(socket))->read();
-    } else if (!failed && connections_ < kMaxConnections)
+    } else if (!failed && connections_ < limits::kPageConnections)
       std::make_shared<Request>(*this, std::move(socket))->read();
     else if (!failed)
       ++refused_;

@@ -3,11 +3,10 @@
 #include <algorithm>
 #include "document/document.hpp"
 #include "editor_points.hpp"
+#include "procam/core/base/limits.hpp"
 
 namespace procam::show {
 namespace {
-
-constexpr std::size_t kLongestName = 64;
 
 Error refuse(const Command& command, const std::string& why, const std::string& next) {
   return Error(ErrorKind::kInput,
@@ -21,7 +20,7 @@ const SolvedSurface* find(const SolvedSurfaceSet& solved, const std::string& nam
 }
 
 void require_name(const Command& command, const std::string& name, const SurfaceSet& surfaces) {
-  if (name.empty() || name.size() > kLongestName)
+  if (name.empty() || name.size() > limits::kSurfaceNameBytes)
     throw refuse(command, "a surface needs a name of at most 64 letters", "give another name");
   if (!io::is_plain_text(name) || name.find_first_of("\t\n\r") != name.npos)
     throw refuse(command, "the name is not UTF-8 or has letters that do not print", "give another name");
@@ -80,7 +79,7 @@ void Editor::begin_step(const std::string& gesture) {
   gesture_ = gesture;
   if (same_step) return;
   before_.push_back(surfaces_);
-  if (before_.size() > kMaxSteps) before_.erase(before_.begin());
+  if (before_.size() > limits::kEditSteps) before_.erase(before_.begin());
   after_.clear();
 }
 
@@ -117,7 +116,7 @@ void Editor::apply(const Command& command, const Projector& projector, const Sol
     find(command.surface) = std::move(changed);
   } else if (verb == "add") {
     require_name(command, command.surface, surfaces_);
-    if (surfaces_.surfaces.size() >= kMaxSurfaces)
+    if (surfaces_.surfaces.size() >= limits::kEditedSurfaces)
       throw refuse(command, "there are 64 surfaces already", "remove one first");
     begin_step("");
     surfaces_.surfaces.push_back({command.surface, in_the_middle(projector.size()), {}, command.text});

@@ -36,9 +36,6 @@ struct Command {
 
 class Editor {
  public:
-  static constexpr std::size_t kMaxSteps = 200;  ///< kept for undo
-  static constexpr std::size_t kMaxSurfaces = 64;
-
   explicit Editor(SurfaceSet surfaces);
 
   const SurfaceSet& surfaces() const { return surfaces_; }

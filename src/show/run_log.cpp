@@ -12,6 +12,9 @@
 #include <fstream>
 #include <utility>
 
+#include "procam/core/base/detail/bounded_line.hpp"
+#include "procam/core/base/detail/regular_file.hpp"
+#include "procam/core/base/limits.hpp"
 #include "procam/io/surface_file.hpp"
 #include "procam/track/wire.hpp"
 
@@ -21,8 +24,6 @@ namespace {
 constexpr const char* kHeader = "{\"format\":\"procam-run\",\"version\":1,\"conditions\":\"";
 constexpr const char* kPart = "{\"part\":";
 constexpr const char* kPictures[] = {"content", "grid", "mask"};
-/// A surface file may hold many surfaces; nothing else is long.
-constexpr std::size_t kLongestLine = std::size_t(1) << 26;
 
 std::uint64_t rotated(std::uint64_t x, int by) {
   return (x << by) | (x >> (64 - by));
@@ -79,20 +80,6 @@ int older_parts(const std::filesystem::path& log) {
   int count = 0;
   while (std::filesystem::exists(part_path(log, count + 1), ignored)) ++count;
   return count;
-}
-
-enum class LineEnd { kLineFeed, kCut, kTooLong };
-
-/// std::getline() with a bound.
-LineEnd read_line(std::istream& file, std::string& line) {
-  line.clear();
-  std::streambuf& bytes = *file.rdbuf();
-  for (int letter = bytes.sbumpc(); letter != std::streambuf::traits_type::eof(); letter = bytes.sbumpc()) {
-    if (letter == '\n') return LineEnd::kLineFeed;
-    if (line.size() == kLongestLine) return LineEnd::kTooLong;
-    line.push_back(char(letter));
-  }
-  return LineEnd::kCut;
 }
 
 }  // namespace
@@ -254,6 +241,7 @@ struct RunReader::State {
 
   void open() {
     path = part_path(log, age);
+    procam::internal::require_regular_file(path);
     errno = 0;
     file = std::ifstream(path, std::ios::binary);
     number = 0;
@@ -264,7 +252,8 @@ struct RunReader::State {
 
   /// The next whole line of this part; false at its end.
   bool read(std::string& line) {
-    const LineEnd end = read_line(file, line);
+    using procam::internal::LineEnd;
+    const LineEnd end = procam::internal::read_bounded_line(file, line, limits::kLogLineBytes);
     ++number;
     if (end == LineEnd::kTooLong) throw log_error(path, number, "it is longer than 64 MiB");
     if (end == LineEnd::kCut && number == 1 && part == 0)

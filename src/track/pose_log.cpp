@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <cstring>
 
+#include "procam/core/base/detail/bounded_line.hpp"
 #include "procam/core/base/detail/regular_file.hpp"
 #include "procam/core/base/error.hpp"
 #include "procam/core/base/limits.hpp"
@@ -47,19 +48,31 @@ std::vector<StampedPose> read_pose_log(const std::filesystem::path& path) {
   procam::internal::require_regular_file(path);
   errno = 0;
   std::ifstream file(path, std::ios::binary);
+  if (!file.is_open()) throw io_error(path, "give a log that can be read");
   std::string line;
-  if (!std::getline(file, line)) {
-    if (!file.is_open() || errno != 0) throw io_error(path, "give a log that can be read");
+  int number = 0;
+  /// false where the file ends within the line.
+  const auto read_line = [&] {
+    ++number;
+    const procam::internal::LineEnd end =
+        procam::internal::read_bounded_line(file, line, limits::kLogLineBytes);
+    if (file.bad()) throw io_error(path, "give a log that can be read");
+    if (end == procam::internal::LineEnd::kTooLong)
+      throw Error(ErrorKind::kInput, path.string() + ", line " + std::to_string(number),
+                  "it is longer than 64 MiB", "give a log that was recorded");
+    return end == procam::internal::LineEnd::kLineFeed;
+  };
+  bool whole = read_line();
+  if (!whole && line.empty())
     throw Error(ErrorKind::kInput, path.string(), "it is empty", "give a log that was recorded");
-  }
   if (!line.empty() && line.back() == '\r') line.pop_back();
   const bool is_run = line.rfind(kRunBegins, 0) == 0;
   if (line != kFirstLine && !is_run)
     throw Error(ErrorKind::kInput, path.string() + ", line 1", "it is no pose log",
                 std::string("its first line must be ") + kFirstLine);
   std::vector<StampedPose> messages;
-  for (int number = 2; std::getline(file, line); ++number) {
-    const bool whole = !file.eof();
+  while (whole) {
+    whole = read_line();
     if (line.find_first_not_of(" \t\r") == line.npos) continue;
     if (is_run && line.rfind("{\"arrival\":", 0) != 0) continue;
     StampedPose message;
@@ -76,7 +89,6 @@ std::vector<StampedPose> read_pose_log(const std::filesystem::path& path) {
     }
     messages.push_back(std::move(message));
   }
-  if (file.bad()) throw io_error(path, "give a log that can be read");
   std::stable_sort(messages.begin(), messages.end(),
                    [](const StampedPose& a, const StampedPose& b) { return a.arrival < b.arrival; });
   return messages;

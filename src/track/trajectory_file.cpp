@@ -10,8 +10,10 @@
 #include <optional>
 
 #include "message_check.hpp"
+#include "procam/core/base/detail/bounded_line.hpp"
 #include "procam/core/base/detail/regular_file.hpp"
 #include "procam/core/base/error.hpp"
+#include "procam/core/base/limits.hpp"
 #include "procam/core/geometry/se3.hpp"
 #include "wire_json.hpp"
 
@@ -42,7 +44,18 @@ std::vector<Line> lines_of(const fs::path& path) {
   std::ifstream file(path, std::ios::binary);
   std::vector<Line> lines;
   std::string text;
-  for (int number = 1; std::getline(file, text); ++number) {
+  std::size_t bytes = 0;
+  using procam::internal::LineEnd;
+  LineEnd end = LineEnd::kLineFeed;
+  for (int number = 1; file.is_open() && end == LineEnd::kLineFeed; ++number) {
+    end = procam::internal::read_bounded_line(file, text, limits::kLogLineBytes);
+    bytes += text.size();
+    const char* const why = end == LineEnd::kTooLong     ? "it is longer than 64 MiB"
+                            : bytes > limits::kFileBytes ? "the file is longer than 1024 MiB"
+                                                         : nullptr;
+    if (why != nullptr)
+      throw Error(ErrorKind::kInput, path.string() + ", line " + std::to_string(number), why,
+                  "give a trajectory, or a part of one");
     if (number == 1 && text.rfind("\xef\xbb\xbf", 0) == 0) text.erase(0, 3);
     if (text = trimmed(text); !text.empty()) lines.push_back({number, text});
   }

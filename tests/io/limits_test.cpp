@@ -34,8 +34,7 @@ std::string in_words(const std::string& name, double value) {
   EXPECT_EQ(double(count), value) << name;
   if (ends("Bytes") && count % (1 << 20) == 0) return std::to_string(count >> 20) + " MiB";
   if (name == "kLengthM") return std::to_string(count) + " m";
-  for (const char* seconds : {"SilenceS", "kDurationS", "kDelayS"})
-    if (ends(seconds) || name == seconds) return std::to_string(count) + " s";
+  if (ends("S")) return std::to_string(count) + " s";
   return std::to_string(count);
 }
 
@@ -54,7 +53,11 @@ const std::map<std::string, double> kAll = {
     LIMIT(kFrameNameBytes),    LIMIT(kOscDepth),        LIMIT(kRosbridgeBytes),
     LIMIT(kRosbridgeDepth),    LIMIT(kTransforms),      LIMIT(kSkeletonLineBytes),
     LIMIT(kSkeletonDepth),     LIMIT(kPeople),          LIMIT(kThreads),
-    LIMIT(kDurationS),         LIMIT(kDelayS),          LIMIT(kLengthM)};
+    LIMIT(kDurationS),         LIMIT(kDelayS),          LIMIT(kLengthM),
+    LIMIT(kLogLineBytes),      LIMIT(kPageHeaderBytes), LIMIT(kPageBodyBytes),
+    LIMIT(kPageConnections),   LIMIT(kPageCommands),    LIMIT(kPageHeadS),
+    LIMIT(kPageRequestS),      LIMIT(kMinTokenBytes),   LIMIT(kMaxTokenBytes),
+    LIMIT(kSurfaceNameBytes),  LIMIT(kEditedSurfaces),  LIMIT(kEditSteps)};
 #undef LIMIT
 
 TEST(Limits, AreAllInTheTableOfTheDocuments) {

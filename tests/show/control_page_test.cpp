@@ -12,6 +12,7 @@
 #include "io/scratch.hpp"
 #include "live_world.hpp"
 #include "loop.hpp"
+#include "procam/core/base/limits.hpp"
 #include "procam/io/surface_file.hpp"
 #include "support/browser.hpp"
 
@@ -86,19 +87,28 @@ TEST(ControlPage, RefusesWhoHasNoBusinessHere) {
         "{\"do\":\"x\",\"other\":1}", "{\"do\":\"x\",\"pixels\":[1,1e999]}", "\xff\xfe", "{\"do\":\"x\""})
     EXPECT_EQ(status_of(post(body)), 400) << body;
   EXPECT_TRUE(page.take().empty());
-  EXPECT_EQ(status_of(post(std::string(20000, ' '))), 413);
+  const std::string undo = "{\"do\":\"undo\"}";
+  EXPECT_EQ(status_of(post(undo + std::string(limits::kPageBodyBytes - undo.size(), ' '))), 202);
+  EXPECT_EQ(page.take().size(), 1u);
+  EXPECT_EQ(status_of(post(undo + std::string(limits::kPageBodyBytes - undo.size() + 1, ' '))), 413);
   EXPECT_EQ(status_of(talk(at, get(at, "/command" + with))), 405);
   EXPECT_EQ(status_of(talk(at, get(at, "/" + with, "X: " + std::string(10000, 'x') + "\r\n"))), 431);
   EXPECT_EQ(status_of(talk(at, "nonsense\r\n\r\n")), 400);
   // A thousand commands that nobody takes, and no more.
-  for (int i = 0; i < 1000; ++i) ASSERT_EQ(status_of(post("{\"do\":\"undo\"}")), 202);
+  for (std::size_t i = 0; i < limits::kPageCommands; ++i)
+    ASSERT_EQ(status_of(post("{\"do\":\"undo\"}")), 202);
   EXPECT_EQ(status_of(post("{\"do\":\"undo\"}")), 400);
   EXPECT_THROW(ControlPage(ControlOptions{"127.0.0.1", std::stoi(at.port), ""}), Error);
   EXPECT_THROW(ControlPage(ControlOptions{"localhost.example", 0, ""}), Error);
   EXPECT_THROW(ControlPage(ControlOptions{"127.0.0.1", 0, "a b c d e"}), Error);
   // What can be guessed is no secret.
-  EXPECT_THROW(ControlPage(ControlOptions{"127.0.0.1", 0, "a234567"}), Error);
-  EXPECT_NO_THROW(ControlPage(ControlOptions{"127.0.0.1", 0, "a2345678"}));
+  const auto page_with_token = [](std::size_t letters) {
+    ControlPage(ControlOptions{"127.0.0.1", 0, std::string(letters, 'a')});
+  };
+  EXPECT_THROW(page_with_token(limits::kMinTokenBytes - 1), Error);
+  EXPECT_NO_THROW(page_with_token(limits::kMinTokenBytes));
+  EXPECT_NO_THROW(page_with_token(limits::kMaxTokenBytes));
+  EXPECT_THROW(page_with_token(limits::kMaxTokenBytes + 1), Error);
   EXPECT_EQ(page.faults().failed, 0u);
   EXPECT_EQ(page.faults().refused, 7 * 4 + 10 + 5u) << "all of the above but what is not found or not ready";
 }

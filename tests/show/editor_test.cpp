@@ -4,6 +4,7 @@
 
 #include "editor_points.hpp"
 #include "live_world.hpp"
+#include "procam/core/base/limits.hpp"
 #include "procam/surface/solve.hpp"
 
 namespace procam::show {
@@ -87,7 +88,7 @@ TEST_F(Edited, WhatCannotBeChangesNothing) {
                              {"add", "sign", -1, {}, "", ""},
                              {"add", "", -1, {}, "", ""},
                              {"add", "a\nb", -1, {}, "", ""},
-                             {"add", std::string(65, 'x'), -1, {}, "", ""},
+                             {"add", std::string(limits::kSurfaceNameBytes + 1, 'x'), -1, {}, "", ""},
                              {"rename", "sign", -1, {}, "left", ""},
                              {"remove", "nobody", -1, {}, "", ""},
                              {"dance", "sign", -1, {}, "", ""},
@@ -98,7 +99,9 @@ TEST_F(Edited, WhatCannotBeChangesNothing) {
     EXPECT_FALSE(editor_.can_undo());
   }
   EXPECT_FALSE(editor_.is_unsaved());
-  for (int i = 0; i < 61; ++i) apply({"add", "s" + std::to_string(i), -1, {}, "", ""});
+  apply({"add", std::string(limits::kSurfaceNameBytes, 'x'), -1, {}, "", ""});
+  while (editor_.surfaces().surfaces.size() < limits::kEditedSurfaces)
+    apply({"add", "s" + std::to_string(editor_.surfaces().surfaces.size()), -1, {}, "", ""});
   EXPECT_THROW(apply({"add", "one more", -1, {}, "", ""}), Error);
 }
 

@@ -5,6 +5,7 @@
 
 #include "io/scratch.hpp"
 #include "live_world.hpp"
+#include "procam/core/base/limits.hpp"
 #include "support/expect_error.hpp"
 #include "support/file_size_limit.hpp"
 
@@ -142,8 +143,14 @@ TEST(RunParts, AnEmptyLogAndAnEndlessLineAreErrors) {
   EXPECT_ERROR(read_all(folder / "empty.log"), kInput, "is empty");
   folder.write("cut.log", "{\"format\":\"procam-run\",");
   EXPECT_ERROR(read_all(folder / "cut.log"), kInput, "ends in its first line");
-  // A line without an end, as a device would give it.
-  EXPECT_ERROR(read_all("/dev/zero"), kInput, "longer than 64 MiB");
+  const std::string header = "{\"format\":\"procam-run\",\"version\":1,\"conditions\":\"\"}\n";
+  const auto endless = folder.write("endless.log", header);
+  std::filesystem::resize_file(endless, header.size() + limits::kLogLineBytes);
+  EXPECT_EQ(read_all(endless).frames.size(), 0u) << "a line that was cut";
+  std::filesystem::resize_file(endless, header.size() + limits::kLogLineBytes + 1);
+  EXPECT_ERROR(read_all(endless), kInput, "line 2: it is longer than 64 MiB");
+  EXPECT_ERROR(read_all("/dev/zero"), kIo, "a device");
+  EXPECT_ERROR(read_all(folder / "."), kIo, "a folder");
 }
 
 }  // namespace

@@ -5,8 +5,10 @@
 #include <stdlib.h>
 #include <unistd.h>
 
+#include <filesystem>
 #include <fstream>
 
+#include "procam/core/base/limits.hpp"
 #include "procam/core/geometry/se3.hpp"
 #include "procam/track/pose_source.hpp"
 #include "support/expect_error.hpp"
@@ -119,6 +121,9 @@ TEST(Trajectory, RefusesWhatItCannotRead) {
   const TextFile comment("# nothing\n");
   EXPECT_ERROR(read_trajectory(comment.path()), kNotEnoughData, "it holds no pose");
   EXPECT_ERROR(read_trajectory("/nowhere/at/all.txt"), kIo, "all.txt");
+  const TextFile endless("1 0 0 0 0 0 0 1\n");
+  std::filesystem::resize_file(endless.path(), 16 + limits::kLogLineBytes + 1);
+  EXPECT_ERROR(read_trajectory(endless.path()), kInput, "line 2: it is longer than 64 MiB");
 }
 
 }  // namespace

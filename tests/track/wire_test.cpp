@@ -13,6 +13,7 @@
 #include "procam/core/geometry/covariance.hpp"
 #include "procam/track/pose_log.hpp"
 #include "procam/track/pose_source.hpp"
+#include "support/expect_error.hpp"
 #include "wire_parsers.hpp"
 
 namespace procam::track {
@@ -490,6 +491,20 @@ TEST(PoseLog, IsReadBackAndReplayed) {
   { std::ofstream(path, std::ios::app) << "\n"; }
   EXPECT_THROW(read_pose_log(path), Error);
   EXPECT_THROW(read_pose_log("/nowhere/run.log"), Error);
+  std::filesystem::remove(path);
+}
+
+// It is not read to its end: memory stays bounded.
+TEST(PoseLog, AnEndlessLineIsAnError) {
+  const auto path = std::filesystem::path(testing::TempDir()) / "procam_endless_pose_log_test.log";
+  { PoseLogWriter(path).write(bare_message()); }
+  const auto size = std::filesystem::file_size(path);
+  std::filesystem::resize_file(path, size + limits::kLogLineBytes);
+  EXPECT_EQ(read_pose_log(path).size(), 1u) << "a last line that was cut";
+  std::filesystem::resize_file(path, size + limits::kLogLineBytes + 1);
+  EXPECT_ERROR(read_pose_log(path), kInput, "line 3: it is longer than 64 MiB");
+  std::filesystem::resize_file(path, 0);
+  EXPECT_ERROR(read_pose_log(path), kInput, "it is empty");
   std::filesystem::remove(path);
 }
 

@@ -55,6 +55,8 @@ inline constexpr std::int64_t kArchiveMembers = 4096;
 inline constexpr std::size_t kRegions = 1024;
 /// Bytes of a recorded file of skeletons: an hour of an Azure Kinect.
 inline constexpr std::size_t kSkeletonFileBytes = 256 * kMebibyte;
+/// Bytes of one line of a log or a trajectory: all surfaces of a recorded run are one line.
+inline constexpr std::size_t kLogLineBytes = 64 * kMebibyte;
 
 // --- network ---
 
@@ -84,6 +86,31 @@ inline constexpr std::size_t kSkeletonLineBytes = 65536;
 inline constexpr int kSkeletonDepth = 8;
 /// People in one frame of skeletons.
 inline constexpr std::size_t kPeople = 16;
+
+// --- the control page and its editor ---
+
+/// Bytes of the head of a request to the control page: browsers send some 1000.
+inline constexpr std::size_t kPageHeaderBytes = 8192;
+/// Bytes of a command or a WebSocket message to the control page: the longest valid one has some 1000.
+inline constexpr std::size_t kPageBodyBytes = 16384;
+/// Connections to the control page: an open page has one, and a few while it loads.
+inline constexpr std::size_t kPageConnections = 32;
+/// Commands of the control page that wait for the next frame.
+inline constexpr std::size_t kPageCommands = 1000;
+/// Seconds in which the head of a request must have come: half-open requests take the place of others.
+inline constexpr int kPageHeadS = 3;
+/// Seconds for the rest of a request, and for its answer.
+inline constexpr int kPageRequestS = 10;
+/// Letters of a token that is given, at least: fewer can be guessed.
+inline constexpr std::size_t kMinTokenBytes = 8;
+/// Letters of a token that is given, at most: it is part of an address.
+inline constexpr std::size_t kMaxTokenBytes = 256;
+/// Bytes of a surface's name that is given in the control page.
+inline constexpr std::size_t kSurfaceNameBytes = 64;
+/// Surfaces up to which the control page adds one: people arrange them by hand.
+inline constexpr std::size_t kEditedSurfaces = 64;
+/// Steps that can be undone in the control page: each is a copy of the surfaces.
+inline constexpr std::size_t kEditSteps = 200;
 
 // --- numbers that people state ---
 

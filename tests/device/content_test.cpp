@@ -4,10 +4,8 @@
 #include <unistd.h>
 
 #include <chrono>
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
-#include <new>
 #include <opencv2/imgproc.hpp>
 #include <opencv2/videoio.hpp>
 #include <thread>
@@ -16,23 +14,7 @@
 #include "procam/device/frame_sink.hpp"
 #include "procam/device/video_file.hpp"
 #include "procam/io/image/images.hpp"
-
-namespace {
-/// Of one thread: sources may allocate in threads of their own.
-thread_local long allocations = 0;
-}  // namespace
-
-void* operator new(std::size_t size) {
-  ++allocations;
-  if (void* const memory = std::malloc(size == 0 ? 1 : size)) return memory;
-  throw std::bad_alloc();
-}
-void operator delete(void* memory) noexcept {
-  std::free(memory);
-}
-void operator delete(void* memory, std::size_t) noexcept {
-  std::free(memory);
-}
+#include "support/counted_allocations.hpp"
 
 namespace procam::device {
 namespace {
@@ -290,9 +272,9 @@ TEST_F(Content, SharedMemoryIsTheNewestFrameOfAnotherProgram) {
   EXPECT_EQ(first.view.at(32, 20, 2), 7);
   EXPECT_EQ(first.revision, same.revision);
   for (std::uint8_t value = 8; value < 13; ++value) writer->show(ImageU8(writing.size, 3, value));
-  const long before = allocations;
+  const long before = test::allocations_of_this;  // sources have threads of their own
   const ContentFrame newest = content->at(0);
-  EXPECT_EQ(allocations, before);
+  EXPECT_EQ(test::allocations_of_this, before);
   EXPECT_EQ(newest.view.at(32, 20, 2), 12);
   EXPECT_NE(newest.revision, first.revision);
   EXPECT_FALSE(content->fault());
@@ -404,9 +386,9 @@ TEST_F(Content, AskingForAPictureAllocatesNothing) {
                                   (folder_ / "p%d.png").string(), file, "camera:" + file}) {
     options_.pace = what.rfind("camera", 0) == 0 ? Pace::kLive : Pace::kExact;
     const auto content = open_content(what, options_);
-    const long before = allocations;
+    const long before = test::allocations_of_this;  // sources have threads of their own
     for (int n = 0; n < 30; ++n) content->at(n / 20.0);
-    EXPECT_EQ(allocations, before) << what;
+    EXPECT_EQ(test::allocations_of_this, before) << what;
   }
 }
 

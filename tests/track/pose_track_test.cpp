@@ -4,28 +4,11 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
-#include <cstdlib>
-#include <new>
 
+#include "../support/counted_allocations.hpp"
 #include "../support/lopsided.hpp"
 #include "procam/core/base/error.hpp"
 #include "procam/simulate/drive.hpp"
-
-// Counted, so that a test can say that nothing was asked for.
-namespace {
-std::size_t allocations = 0;
-}
-void* operator new(std::size_t size) {
-  ++allocations;
-  if (void* memory = std::malloc(size)) return memory;
-  throw std::bad_alloc();
-}
-void operator delete(void* memory) noexcept {
-  std::free(memory);
-}
-void operator delete(void* memory, std::size_t) noexcept {
-  std::free(memory);
-}
 
 namespace procam::track {
 namespace {
@@ -482,13 +465,13 @@ TEST(PoseTrack, AsksForNoMemoryWhileItRuns) {
   std::swap(messages[200], messages[202]);
   PoseTrack track;
   for (int k = 0; k < 10; ++k) track.add(messages[std::size_t(k)]);
-  const std::size_t before = allocations;
+  const long before = test::allocations;
   for (std::size_t k = 10; k < messages.size(); ++k) {
     track.add(messages[k]);
     track.at(messages[k].arrival + 0.04);
     track.at(messages[k].arrival - 0.1);
   }
-  EXPECT_EQ(allocations, before);
+  EXPECT_EQ(test::allocations, before);
 }
 
 TEST(PoseTrack, RefusesOptionsWithoutSense) {

@@ -56,6 +56,9 @@ ChaosStage::ChaosStage(std::uint64_t seed) : random(seed) {
 }
 
 ChaosStage::~ChaosStage() {
+  // Their threads use what follows.
+  depth.reset();
+  people.reset();
   shared_frames.reset();
   shared_.reset();
 }

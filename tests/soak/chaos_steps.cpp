@@ -367,6 +367,9 @@ class Steps : public std::enable_shared_from_this<Steps> {
       limit(RLIMIT_FSIZE, 100);
       s.show->command(
           {{"do", "rename"}, {"surface", "sign"}, {"text", "renamed " + std::to_string(s.random() % 1000)}});
+      // The first one ends the recording as well, as soon as its buffer is full.
+      for (int i = 0; i < 100 && s.show->metric("faults/record") == 0; ++i) wait(0.1);
+      return s.show->metric("faults/record") > 0 ? "" : "the end of the recording is not counted";
     }).end = [this, &s] {
       limit(RLIMIT_FSIZE, RLIM_INFINITY);
       // What could not be saved is saved as soon as there is room.

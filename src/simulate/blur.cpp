@@ -6,10 +6,16 @@
 namespace procam::simulate::internal {
 namespace {
 
+/// As std::lgamma(), which writes a variable of the whole process (signgam): views are blurred by several threads.
+double thread_safe_lgamma(double x) {
+  int sign = 0;
+  return ::lgamma_r(x, &sign);
+}
+
 /// exp(-t) I_n(t) by the power series of the modified Bessel function; all terms positive, so nothing
 /// cancels.
 double bessel_weight(int n, double t) {
-  double term = std::exp(n * std::log(0.5 * t) - std::lgamma(n + 1.0) - t);
+  double term = std::exp(n * std::log(0.5 * t) - thread_safe_lgamma(n + 1.0) - t);
   double sum = term;
   for (int k = 1; term > 1e-18 * sum; ++k) {
     term *= 0.25 * t * t / (double(k) * (k + n));

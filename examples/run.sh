@@ -81,7 +81,7 @@ In $out:
   rig.json, solved.json, session/  the calibrated rig, the solved surfaces, the captures with their truth
 All of it took $SECONDS s.
 
-The tools that made it are in $tools; README.md says how to build and install all of them. Next, without a projector:
-  $tools/calibrate-projector --captures $out/session --help
-With a projector: docs/mapping.md for a first picture by hand, docs/capture.md for a calibration.
+The tools that made it are in $tools; README.md says how to install all of them.
+Next: open report.html. With a projector, docs/mapping.md leads to a first picture by hand, docs/capture.md to a
+calibration.
 END

@@ -1,14 +1,16 @@
 #include "video_capture.hpp"
 
 #include <algorithm>
+#include <filesystem>
 #include <opencv2/core/utils/logger.hpp>
 #include <opencv2/videoio/registry.hpp>
 
 namespace procam::device::internal {
 
-/// An address, by FFmpeg where OpenCV has it: one that does not answer, or stops sending, is given up after some
-/// seconds (OpenCV's own limit is 30 s), because a thread that waits for it cannot be ended before.
-static void open_address(cv::VideoCapture& video, const std::string& name) {
+/// Files and addresses, by FFmpeg where OpenCV has it. The other backends leave memory behind for each file that they
+/// cannot open, and a broken file is tried every second. An address that does not answer, or stops sending, is given up
+/// after some seconds (OpenCV's own limit is 30 s), because a thread that waits for it cannot be ended before.
+static void open_stream(cv::VideoCapture& video, const std::string& name) {
   const auto backends = cv::videoio_registry::getStreamBackends();
   if (std::find(backends.begin(), backends.end(), cv::CAP_FFMPEG) == backends.end())
     video.open(name);
@@ -24,12 +26,13 @@ cv::VideoCapture open_capture(const std::string& name) {
   // OpenCV tells of every driver that it tries; what matters of that is in the caller's error.
   const auto level = cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
   cv::VideoCapture video;
+  std::error_code ignored;
   try {
     if (is_number)
       video.open(std::stoi(name));
-    else if (name.find("://") != std::string::npos)
-      open_address(video, name);
-    else
+    else if (name.find("://") != std::string::npos || std::filesystem::is_regular_file(name, ignored))
+      open_stream(video, name);
+    else  // a device by its name
       video.open(name);
   } catch (const cv::Exception&) {
     video.release();

@@ -151,7 +151,9 @@ TEST_F(LiveRoute, SurfacesComeFromADepthCamera) {
 }
 
 TEST_F(LiveRoute, WhatIsWrongIsSaid) {
-  EXPECT_EQ(run_tool("project-live", "--surfaces x.json").exit_code, 3);
+  const std::string without_rig = "--surfaces " + at("x.json");
+  EXPECT_EQ(run_tool("project-live", without_rig + " --pose-source udp:9000").exit_code, 3);
+  EXPECT_EQ(run_tool("project-live", without_rig + " --output none").exit_code, 3);  // of no known size
   EXPECT_EQ(run_tool("project-live", show_ + "--output tape:x").exit_code, 3);
   EXPECT_EQ(run_tool("project-live", show_ + "--output none --content nobody=#ffffff").exit_code, 3);
   EXPECT_EQ(run_tool("project-live", show_ + "--output none --pose-source pigeon:9").exit_code, 3);

@@ -4,6 +4,7 @@
 #include "document/document.hpp"
 #include "editor_points.hpp"
 #include "procam/core/base/limits.hpp"
+#include "uncalibrated.hpp"
 
 namespace procam::show {
 namespace {
@@ -52,14 +53,6 @@ Vec2 on_plane(const Command& command, const Vec2& pixel, const Pose& projector_f
     throw refuse(command, "the light of that pixel does not meet the surface's plane",
                  "drop the corner on the surface");
   return met->head<2>();
-}
-
-PixelSurface in_the_middle(ImageSize size) {
-  PixelSurface surface;
-  surface.content = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
-  for (const Vec2& uv : surface.content)
-    surface.pixels.push_back(Vec2((0.25 + 0.5 * uv.x()) * size.width, (0.25 + 0.5 * uv.y()) * size.height));
-  return surface;
 }
 
 }  // namespace
@@ -119,7 +112,9 @@ void Editor::apply(const Command& command, const Projector& projector, const Sol
     if (surfaces_.surfaces.size() >= limits::kEditedSurfaces)
       throw refuse(command, "there are 64 surfaces already", "remove one first");
     begin_step("");
-    surfaces_.surfaces.push_back({command.surface, in_the_middle(projector.size()), {}, command.text});
+    const Vec2 frame(projector.size().width, projector.size().height);
+    surfaces_.surfaces.push_back(
+        {command.surface, pixel_rectangle(0.25 * frame, 0.5 * frame), {}, command.text});
   } else if (verb == "remove") {
     const Surface* gone = &find(command.surface);
     begin_step("");

@@ -8,14 +8,14 @@ namespace {
 /// Share of the frame round the surfaces, and between two of them.
 constexpr double kMargin = 0.1;
 
-PixelSurface rectangle(const Vec2& corner, const Vec2& size) {
+}  // namespace
+
+PixelSurface pixel_rectangle(const Vec2& corner, const Vec2& size) {
   PixelSurface surface;
   surface.content = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
   for (const Vec2& uv : surface.content) surface.pixels.push_back(corner + uv.cwiseProduct(size));
   return surface;
 }
-
-}  // namespace
 
 void require_no_rig_needed(const ShowOptions& options) {
   const auto refuse_if = [](bool given, const char* what) {
@@ -69,7 +69,7 @@ SurfaceSet first_surfaces(std::map<std::string, std::string> contents, ImageSize
   Vec2 corner(kMargin, kMargin);
   for (const auto& [name, content] : contents) {
     const PixelSurface geometry =
-        rectangle(corner.cwiseProduct(frame), (step - Vec2::Constant(kMargin)).cwiseProduct(frame));
+        pixel_rectangle(corner.cwiseProduct(frame), (step - Vec2::Constant(kMargin)).cwiseProduct(frame));
     set.surfaces.push_back({name, geometry, {}, content});
     corner.x() += step.x();
   }

@@ -6,6 +6,9 @@
 
 namespace procam::show {
 
+/// The whole content in an upright rectangle of projector pixels.
+PixelSurface pixel_rectangle(const Vec2& corner, const Vec2& size);
+
 /// Throws Error(kInput) for an option that only a rig gives a meaning.
 void require_no_rig_needed(const ShowOptions& options);
 

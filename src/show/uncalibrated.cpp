@@ -1,12 +1,14 @@
 #include "uncalibrated.hpp"
 
+#include <algorithm>
+
 #include "procam/device/frame_sink.hpp"
 
 namespace procam::show {
 namespace {
 
-/// Share of the frame round the surfaces, and between two of them.
-constexpr double kMargin = 0.1;
+/// Shares of the frame: round the surfaces, and between two of them, where that leaves the surfaces wide enough.
+constexpr double kMargin = 0.1, kLargestGap = 0.1;
 
 }  // namespace
 
@@ -64,14 +66,15 @@ Rig stand_in_rig(ImageSize size) {
 
 SurfaceSet first_surfaces(std::map<std::string, std::string> contents, ImageSize size) {
   if (contents.empty()) contents["wall"] = "#ffffff";
-  const Vec2 frame(size.width, size.height), step((1 - kMargin) / double(contents.size()), 1 - kMargin);
+  const auto count = double(contents.size());
+  const double span = 1 - 2 * kMargin, gap = std::min(kLargestGap, span / (4 * count));
+  const Vec2 frame(size.width, size.height), share((span - (count - 1) * gap) / count, span);
   SurfaceSet set;
   Vec2 corner(kMargin, kMargin);
   for (const auto& [name, content] : contents) {
-    const PixelSurface geometry =
-        pixel_rectangle(corner.cwiseProduct(frame), (step - Vec2::Constant(kMargin)).cwiseProduct(frame));
+    const PixelSurface geometry = pixel_rectangle(corner.cwiseProduct(frame), share.cwiseProduct(frame));
     set.surfaces.push_back({name, geometry, {}, content});
-    corner.x() += step.x();
+    corner.x() += share.x() + gap;
   }
   return set;
 }

@@ -70,6 +70,21 @@ TEST(RunWithoutRig, ANewFileGetsASurfaceForEachContent) {
   EXPECT_EQ(saved.surfaces[0].content, "green.png") << "not the name on this computer";
 }
 
+TEST(RunWithoutRig, NineContentsHavePlaceSideBySide) {
+  test::Scratch folder;
+  ShowOptions options = without_rig(folder);
+  for (int i = 0; i < 9; ++i) options.contents["s" + std::to_string(i)] = "#ffffff";
+  run(options);
+  double end = 0;
+  for (const Surface& surface : io::load_surfaces(options.surfaces).surfaces) {
+    const Points2& pixels = std::get<PixelSurface>(surface.geometry).pixels;
+    EXPECT_GT(pixels[0].x(), end + 3) << surface.name;
+    EXPECT_GT(pixels[1].x(), pixels[0].x() + 15) << surface.name;
+    end = pixels[1].x();
+  }
+  EXPECT_LT(end, 320);
+}
+
 /// What a person does at the page, in a real browser: a corner is dragged and saved, and the next show begins with it.
 class PageVisitor : public ShowListener {
  public:

@@ -1,6 +1,5 @@
 /// make-board: a board's text -> a sheet to print, true to scale, and the board file of what was printed.
 #include <CLI/CLI.hpp>
-#include <cmath>
 #include <filesystem>
 #include <optional>
 
@@ -43,53 +42,10 @@ void declare(CLI::App& app, Flags& flags) {
       "paper");
 }
 
-/// Whole tenths of a micrometre, far below any ruler: 37.696mm rather than 37.69599999999999mm.
-double rounded(double metres) {
-  return std::round(metres * 1e7) / 1e7;
-}
-
-Board rounded(const Board& board) {
-  struct Visitor {
-    Board operator()(const Chessboard& b) const {
-      return Chessboard{b.columns, b.rows, rounded(b.square_size)};
-    }
-    Board operator()(CharucoBoard b) const {
-      b.square_size = rounded(b.square_size);
-      b.marker_size = rounded(b.marker_size);
-      return b;
-    }
-    Board operator()(MarkerGrid b) const {
-      b.marker_size = rounded(b.marker_size);
-      b.gap = rounded(b.gap);
-      return b;
-    }
-    Board operator()(CircleGrid b) const {
-      b.spacing = rounded(b.spacing);
-      b.diameter = rounded(b.diameter);
-      return b;
-    }
-    Board operator()(AprilGrid b) const {
-      b.tag_size = rounded(b.tag_size);
-      return b;
-    }
-  };
-  return std::visit(Visitor(), board);
-}
-
-/// The board as the printer made it.
-Board as_measured(const Board& board, double ruler) {
-  const double factor = ruler / io::kRulerLength;
-  if (!(factor > 0.9 && factor < 1.1))
-    throw Error(ErrorKind::kInput, "--measured " + io::format_length(ruler),
-                "the ruler is 100 mm, and no printer is wrong by a tenth",
-                "measure the printed ruler from end to end; if it is that long, print again at 100 %");
-  return rounded(scaled(board, factor));
-}
-
 ExitCode make_board(const Flags& flags, Console& console) {
   if (flags.output.empty() && flags.save_board.empty())
     throw CLI::RequiredError("a file to write: -o board.pdf or --save-board board.json");
-  const Board board = flags.measured ? as_measured(*flags.board, *flags.measured) : *flags.board;
+  const Board board = flags.measured ? io::board_as_measured(*flags.board, *flags.measured) : *flags.board;
   const std::string text = io::format_board(board);
   console.summary().set("/board", text);
   if (flags.measured)

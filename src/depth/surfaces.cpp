@@ -9,7 +9,7 @@ namespace procam::depth {
 namespace {
 
 constexpr double kLevel = 12 * kDegree;
-constexpr double kStep = 0.15;  ///< metres: what lies lower is below
+constexpr double kTableStep = 0.15;  ///< metres: what lies lower is below
 
 /// Depth of a pixel on its plane.
 Vec3 point_on(const Plane& plane, const RayTable& rays, int x, int y) {
@@ -24,7 +24,7 @@ bool something_below(const DepthImage& image, const RayTable& rays, const Vec3& 
       const double z = double(image.at(x, y));
       if (!(z > 0) || std::isnan(rays.u(x, y))) continue;
       ++all;
-      below += up.dot(z * Vec3(double(rays.u(x, y)), double(rays.v(x, y)), 1)) < height - kStep;
+      below += up.dot(z * Vec3(double(rays.u(x, y)), double(rays.v(x, y)), 1)) < height - kTableStep;
     }
   return 100 * below > all;
 }
@@ -80,7 +80,7 @@ std::vector<PlaneKind> kinds_of(const Planes& planes, const DepthImage& image, c
   }
   if (lowest > 1e8 || something_below(image, rays, up, lowest)) return kinds;
   for (std::size_t i = 0; i < kinds.size(); ++i)
-    if (kinds[i] == PlaneKind::kTable && up.dot(planes.planes[i].middle) < lowest + kStep)
+    if (kinds[i] == PlaneKind::kTable && up.dot(planes.planes[i].middle) < lowest + kTableStep)
       kinds[i] = PlaneKind::kFloor;
   return kinds;
 }

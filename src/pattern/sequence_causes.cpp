@@ -104,6 +104,23 @@ struct Motion {
   Series print;
   std::vector<EdgePixel> background_edges;
 
+  /// The print rests after a step that no light can feign: by more than a pixel, in several pairs alike.
+  bool has_clear_step() const {
+    constexpr double kClearPx = 1;
+    constexpr std::ptrdiff_t kMovedPairs = 2, kRestingPairs = 3;
+    if (!print.known()) return false;
+    const Points3 all = print.motion();
+    int at = 0;
+    if (!(print.largest() > kClearPx) || course(print, at) != Course::kStep) return false;
+    const auto after =
+        all.begin() + (std::lower_bound(print.pair.begin(), print.pair.end(), at) - print.pair.begin());
+    const auto rests = [](const Vec3& m) { return m.norm() < kMotionPx; };
+    const auto moved = std::count_if(all.begin(), after, [&](const Vec3& m) { return m.norm() > kClearPx; });
+    // The step may lie within the first pair after it.
+    return moved >= kMovedPairs && std::count_if(after, all.end(), rests) >= kRestingPairs &&
+           std::all_of(after + 1, all.end(), rests);
+  }
+
   /// In most pairs, each its own way.
   bool shakes() const {
     int at = 0;
@@ -253,6 +270,8 @@ void find_cause(Sequence& sequence, const GrayCode* gray_code, const FrameName& 
   const bool shakes = motion.shakes();
 
   if (gray_code) check.noise = sequence.noise();
+  // A print elsewhere changes the brightness of its pixels too.
+  if (motion.has_clear_step()) return check_print(sequence, motion, name, check);
   // No wrong frame makes black stripes darker than black.
   if (-sequence.black_stripes() > 5 * kDarker) check_brightness(sequence, gains, shakes, check);
   if (!found.items.empty()) return;
@@ -271,14 +290,17 @@ void find_cause(Sequence& sequence, const GrayCode* gray_code, const FrameName& 
   if (found.items.empty() && gray_code) check_scattered(sequence, check);
 }
 
+bool warn_if_overexposed(const Sequence& sequence, SequenceCheck& check) {
+  const Sequence::Clipping clipping = sequence.clipping();
+  if (clipping.share <= kClipped) return false;
+  warn_overexposed(clipping, check.diagnostics);
+  return true;
+}
+
 void find_cause_of_pair(const Sequence& sequence, SequenceCheck& check) {
   if (sequence.lit().size() < kFewLit) return;
   check.has_lit_board = sequence.has_board();
-  const Sequence::Clipping clipping = sequence.clipping();
-  if (clipping.share > kClipped) {
-    warn_overexposed(clipping, check.diagnostics);
-    return;
-  }
+  if (warn_if_overexposed(sequence, check)) return;
   const auto gain = sequence.gain(0);
   if (!gain) return;
   Motion motion;

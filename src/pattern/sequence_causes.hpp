@@ -16,6 +16,9 @@ using FrameName = std::function<std::string(int)>;
 /// patterns.
 void find_cause(Sequence& sequence, const GrayCode* gray_code, const FrameName& name, SequenceCheck& check);
 
+/// "overexposed" where the paper is at full scale.
+bool warn_if_overexposed(const Sequence& sequence, SequenceCheck& check);
+
 /// Of a pair that shows the same light on the print, flat light and a projected board: pair 0 of the
 /// sequence, by white.
 void find_cause_of_pair(const Sequence& sequence, SequenceCheck& check);

@@ -137,4 +137,15 @@ SequenceCheck check_flat_and_board(const ViewU8& flat_lit, const ViewU8& board_l
   return check;
 }
 
+SequenceCheck check_photograph(const ViewU8& photograph, const Points2& on_boards) {
+  require(!photograph.empty() && photograph.channels == 1,
+          "check_photograph: a photograph of one channel is needed");
+  const ImageU8 dark(photograph.size());
+  const Sequence sequence(SequenceFrames{{photograph}, {}, photograph, dark}, on_boards);
+  SequenceCheck check;
+  check.has_lit_board = sequence.has_board();
+  warn_if_overexposed(sequence, check);
+  return check;
+}
+
 }  // namespace procam::pattern

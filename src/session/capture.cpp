@@ -255,17 +255,33 @@ Diagnostics LightReport::diagnostics() const {
   return all;
 }
 
+namespace {
+
+/// Some frames pass first, so that not even a slow camera's transition counts as noise.
+NoiseModel noise_of_white_and_black(Shutter& shutter) {
+  constexpr int kFrames = 5, kFramesPassed = 2;
+  constexpr double kAnyNoise = 1e4;  // until it is known
+  shutter.options().noise = {kAnyNoise, 0};
+  std::vector<std::vector<ImageU8>> images;
+  std::vector<std::vector<ViewU8>> scenes;
+  for (const int level : {255, 0}) {
+    std::vector<ImageU8>& taken = images.emplace_back();
+    shutter.capture_unchecked(flat(shutter.screen_size(), level));
+    for (int i = 1; i < kFramesPassed; ++i) shutter.next_frame();
+    for (int i = 0; i < kFrames; ++i) taken.push_back(shutter.next_frame());
+  }
+  for (const std::vector<ImageU8>& taken : images) scenes.emplace_back(taken.begin(), taken.end());
+  return measure_noise_of_scenes(scenes);
+}
+
+}  // namespace
+
 LightReport check_light(Shutter& shutter, const KeepFrame& keep) {
   const ImageSize size = shutter.screen_size();
   const ImageU8 white = flat(size, 255), black = flat(size, 0);
   LightReport report;
 
-  // Some frames pass first, so that not even a slow camera's transition counts as noise.
-  constexpr int kFramesOfWhite = 5, kFramesPassed = 2;
-  std::vector<ImageU8> whites{shutter.capture_unchecked(white)};
-  for (int i = 1; i < kFramesOfWhite + kFramesPassed; ++i) whites.push_back(shutter.next_frame());
-  whites.erase(whites.begin(), whites.begin() + kFramesPassed);
-  report.noise = shutter.options().noise = measure_noise({whites.begin(), whites.end()});
+  report.noise = shutter.options().noise = noise_of_white_and_black(shutter);
   const ImageU8 first_white = shutter.take(white).image;
   report.exposure = check_exposure(first_white, shutter.take(black).image, report.noise);
   if (report.exposure.diagnostics.failed()) {

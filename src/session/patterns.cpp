@@ -122,7 +122,6 @@ session::BoardView read_gray(const std::string& view_name, const std::vector<Vie
     options.min_step_sigmas *= std::sqrt(3.0);
   }
   DecodedMap decoded = decode(captures, gray_code, options.decode, how);
-  require_size_fits(decoded);
   const ViewU8& white = captures[captures.size() - 2];
   Detections in_camera = detect::detect_board(white, board), in_projector;
   in_projector.image_size = how.projector_size;
@@ -138,6 +137,8 @@ session::BoardView read_gray(const std::string& view_name, const std::vector<Vie
   }
   pattern::SequenceCheck sequence;
   if (how.has_inverses) sequence = pattern::check_sequence(captures, gray_code, pixels_of(in_camera));
+  // Codes of a view whose frames do not belong together say nothing about the projector.
+  if (!sequence.decoding_is_wrong) require_size_fits(decoded);
   if (!in_camera.observations.empty() && !sequence.decoding_is_wrong) {
     const BoardArtwork artwork = detect::board_artwork(board);
     const ImageU8 area = pattern::readable_area(in_camera, board, artwork);

@@ -40,7 +40,9 @@ class Recorder {
   }
 
   RecorderReport run() {
-    if (!options_.single_shot) {
+    if (options_.checked) {
+      shutter_.options() = *options_.checked;
+    } else if (!options_.single_shot) {
       check();
       if (light_.failed() && !options_.despite_checks) {
         dialog_.say("nothing was captured: fix what failed, or go on with --despite-checks");
@@ -225,7 +227,7 @@ class Recorder {
     }
     dialog_.say(what + ", then press Enter, here or in the projector's window");
     for (go_on_ = false; !go_on_ && !dialog_.wants_to_go_on();)
-      now_doing(what + "; views", view, options_.views);
+      now_doing(what + "; captured", view, options_.views);
   }
 
   BoardView read(const std::vector<ImageU8>& frames, const std::string& name) const {

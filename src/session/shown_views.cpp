@@ -13,6 +13,7 @@
 #include "procam/io/session/captures.hpp"
 #include "procam/io/session/shown_file.hpp"
 #include "procam/io/text.hpp"
+#include "procam/pattern/sequence_check.hpp"
 
 namespace procam::session {
 namespace {
@@ -41,6 +42,14 @@ detect::ShownBoardOptions options_for(const pattern::ShownBoard& board, bool upr
   options.light_first = board.light_first;
   options.upright = upright;
   return options;
+}
+
+/// Camera pixels of both boards.
+Points2 points_of(const Detections& print, const Detections& light) {
+  Points2 points;
+  for (const Detections* board : {&print, &light})
+    for (const Observation& corner : board->observations) points.push_back(corner.pixel);
+  return points;
 }
 
 /// Boards by what shown.json calls them, each read once.
@@ -201,6 +210,7 @@ session::BoardView read_shown_view(const ShownViews& shown, const PhotographedVi
   for (const Observation& corner : found.observations)
     seen.light_points.push_back({kProjectorDevice, board.corners[std::size_t(corner.point)], kCameraDevice,
                                  corner.pixel, corner.covariance, corner.point});
+  print.diagnostics.append(pattern::check_photograph(photograph, points_of(print, found)).diagnostics);
   return seen;
 }
 

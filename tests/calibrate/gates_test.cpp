@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
+#include "procam/calibrate/calibrate.hpp"
 #include "rig_checks.hpp"
 #include "support/numeric_world.hpp"
 
@@ -92,6 +95,28 @@ TEST(Gates, OfAStoredRigKeepWhatOnlyItsCalibrationSaw) {
   rig.quality.gates.push_back({"captures", false, "1 failure in the captures"});
   for (const Gate& gate : check_stored_rig(rig)) names += gate.passed ? "" : "[" + gate.name + "]";
   EXPECT_EQ(names, "[captures]");
+}
+
+/// Ten views seen by the camera, four or five of them by the projector: the figures of the whole rig hide that it is
+/// calibrated by few views.
+TEST(Gates, OfViewsReadNameTheDeviceThatReadsFewerThanHalf) {
+  const Correspondences all = test::NumericWorld::make(10, 31, 0.05, 0.05).correspondences(8);
+  for (const int read : {4, 5}) {
+    Correspondences data = all;
+    for (int v = read; v < 10; ++v) data.views[std::size_t(v)].observations[1].clear();
+    const CalibrationResult result = calibrate_rig(data);
+    const auto& gates = result.rig.quality.gates;
+    const auto gate =
+        std::find_if(gates.begin(), gates.end(), [](const Gate& g) { return g.name == "views read"; });
+    ASSERT_NE(gate, gates.end());
+    EXPECT_EQ(gate->passed, read == 5);
+    const std::string counts = "camera 10 of 10, projector " + std::to_string(read) + " of 10";
+    EXPECT_EQ(gate->detail, read == 5
+                                ? counts
+                                : counts +
+                                      ": fewer than half of the views hold points of projector; the views' "
+                                      "remarks give the cause, capture them again");
+  }
 }
 
 TEST(Gates, SayWhatToDo) {

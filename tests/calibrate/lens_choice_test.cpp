@@ -136,7 +136,7 @@ TEST(LensChoice, TakesSkewForSkewAndNotForABentBoard) {
 }
 
 /// Light and camera both wide, so that boards reach far off the axis.
-TEST(LensChoice, TakesAFisheyeForOne) {
+NumericWorld fisheye_rig() {
   NumericWorld world;
   world.camera.intrinsics = {640.0, 643.0, 655.0, 470.0, 0.0};
   world.camera.distortion = FisheyeDistortion{{-0.02, 0.006, -0.003, 0.0004}};
@@ -149,7 +149,33 @@ TEST(LensChoice, TakesAFisheyeForOne) {
         so3_exp<double>(Vec3(test::uniform(random, -0.5, 0.5), test::uniform(random, -0.5, 0.5), 0.1 * v)),
         Vec3(test::uniform(random, -0.5, 0.25), test::uniform(random, -0.35, 0.2),
              test::uniform(random, 0.4, 0.7)));
-  EXPECT_EQ(taken(calibrate_rig(world.correspondences(6), to_choose()), 0), "fisheye");
+  return world;
+}
+
+TEST(LensChoice, TakesAFisheyeForOne) {
+  EXPECT_EQ(taken(calibrate_rig(fisheye_rig().correspondences(6), to_choose()), 0), "fisheye");
+}
+
+/// The model that held-out views choose was solved roughly, to be judged. If its solve to the end fails, the usual
+/// model's solution is returned as if nothing had been tried, and the failure is the reason beside the chosen one.
+TEST(LensChoice, FallsBackWhereTheChosenModelCannotBeSolvedToTheEnd) {
+  const Correspondences data = fisheye_rig().correspondences(6);
+  Options failing = to_choose(), usual = to_choose();
+  usual.camera.choose = usual.projector.choose = false;
+  int solves = 0;
+  failing.progress = [&](const std::string& step, double share) {
+    if (step != "bundle adjustment" || share > 0.2) return;  // the first round of a solve
+    if (++solves == 2) throw Error(ErrorKind::kNotConverged, "bundle adjustment", "it failed on purpose", "");
+  };
+  const CalibrationResult result = calibrate_rig(data, failing), expected = calibrate_rig(data, usual);
+  EXPECT_GE(solves, 2);
+  EXPECT_EQ(taken(result, 0), kUsualLensModel);
+  EXPECT_EQ(taken(result, 1), kUsualLensModel);
+  for (const LensAlternative& one : result.lens_alternatives)
+    if (one.device == 0 && one.model == "fisheye") EXPECT_EQ(one.ruled_out, "it failed on purpose");
+  EXPECT_EQ(result.rms_px, expected.rms_px);
+  EXPECT_EQ(result.rig.camera().camera.intrinsics.fx, expected.rig.camera().camera.intrinsics.fx);
+  EXPECT_EQ(result.rig.covariance.matrix, expected.rig.covariance.matrix);
 }
 
 /// Small boards in three to five views do not determine eight terms: trials whose equations are singular,

@@ -9,7 +9,7 @@ namespace {
 
 using test::NumericWorld;
 
-Options flat_board() {
+Options flat_options() {
   Options options;
   options.board_shape = BoardShape::kFlat;
   return options;
@@ -34,7 +34,7 @@ TEST(RigMotion, IsReportedWithItsInstant) {
     const CalibrationResult result = calibrate_rig(
         moved_from(world, from, Pose(so3_exp<double>(Vec3(0.0004, -0.0008, 0.0002)), Vec3(0.002, 0, 0.001)),
                    50 + seed),
-        flat_board());
+        flat_options());
     const Diagnostic* remark = result.diagnostics.find("device_moved");
     ASSERT_NE(remark, nullptr) << seed;
     EXPECT_NE(remark->message.find("projector stands elsewhere from view view_" + std::to_string(from)),
@@ -49,7 +49,7 @@ TEST(RigMotion, IsReportedWhereItsViewsAreRejected) {
   const Pose motion(Eigen::Quaterniond::Identity(), Vec3(0.8, 0.5, 0.33).normalized() * 0.005);
   for (const std::uint64_t seed : {0, 5, 6, 8}) {
     const NumericWorld world = NumericWorld::make_rig(7, 7007 + 97 * seed, 0.05, 0.08);
-    const CalibrationResult result = calibrate_rig(moved_from(world, 3, motion, seed + 1), flat_board());
+    const CalibrationResult result = calibrate_rig(moved_from(world, 3, motion, seed + 1), flat_options());
     EXPECT_NE(result.diagnostics.find("view_left_out"), nullptr) << seed;
     const Diagnostic* remark = result.diagnostics.find("device_moved");
     ASSERT_NE(remark, nullptr) << seed;
@@ -72,7 +72,7 @@ TEST(RigMotion, IsNotSeenWhereNothingMoved) {
       if (seed % 2 == 1)
         for (Observation& o : view.observations[1]) o.pixel += offset;
     }
-    alarms += calibrate_rig(data, flat_board()).diagnostics.find("device_moved") != nullptr;
+    alarms += calibrate_rig(data, flat_options()).diagnostics.find("device_moved") != nullptr;
   }
   EXPECT_LE(alarms, 1);
 }

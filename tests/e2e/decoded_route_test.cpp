@@ -5,6 +5,7 @@
 #include <functional>
 #include <limits>
 
+#include "e2e/small_session.hpp"
 #include "e2e/tool_runner.hpp"
 #include "image/npy.hpp"
 #include "procam/io/files.hpp"
@@ -18,7 +19,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const fs::path kSession = PROCAM_E2E_SESSION;
 constexpr int kBits = 10;  // 1024x768
 const double kNaN = std::numeric_limits<double>::quiet_NaN();
 

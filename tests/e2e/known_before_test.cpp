@@ -2,13 +2,12 @@
 /// apart from what the views say? And the view to add next, as the program says it.
 #include <gtest/gtest.h>
 
+#include "e2e/small_session.hpp"
 #include "e2e/tool_runner.hpp"
 #include "procam/io/rig_file.hpp"
 
 namespace procam::test {
 namespace {
-
-const std::filesystem::path kSession = PROCAM_E2E_SESSION;
 
 /// The session's four views alone know the lenses' fx, fy, cx, cy to 0.06 to 0.13 px. What is known here is
 /// three times better where it speaks, and silent elsewhere: the throw ratio of the projector's fx, the lens

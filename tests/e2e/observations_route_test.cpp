@@ -3,14 +3,13 @@
 
 #include <cmath>
 
+#include "e2e/small_session.hpp"
 #include "e2e/tool_runner.hpp"
 #include "procam/io/rig_file.hpp"
 #include "procam/io/session/observations_file.hpp"
 
 namespace procam::test {
 namespace {
-
-const std::filesystem::path kSession = PROCAM_E2E_SESSION;
 
 void expect_same_camera(const Camera& a, const Camera& b) {
   const VecX left = parameters_of(a), right = parameters_of(b);

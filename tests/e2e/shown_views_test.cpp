@@ -2,6 +2,7 @@
 /// the captures of an independent world.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
@@ -114,6 +115,84 @@ TEST(ShownViews, CalibrateAProjectorAndNameTheStaleOne) {
   EXPECT_EQ(run.exit_code, 0) << run.err;
   EXPECT_NE(run.out.find("stale frame"), std::string::npos);
   EXPECT_TRUE(fs::exists(scratch / "rig.json"));
+}
+
+/// Photographs of one view whose print cannot be read in the projector's light: NAME_unlit.png beside NAME.png shows it.
+TEST(ShownViews, ReadThePrintInThePhotographWithoutLight) {
+  const ScratchFolder scratch;
+  const fs::path folder = scratch / "session";
+  fs::create_directory(folder);
+  SimulatedViews views(simulate::Level::kEasy, 3, folder);
+  const ImageU8 unlit =
+      simulate::capture_view(views.session, 0, {ImageU8(simulate::projector_size(simulate::Level::kEasy), 1)})
+          .front();
+  ImageU8 covered = io::to_gray(io::load_image(folder / "view_0.png").image);
+  const std::vector<Observation> corners = simulate::board_in_camera(views.session.views[0]);
+  for (const Observation& corner : corners)  // a dark spot on each corner of the print
+    for (int y = -5; y <= 5; ++y)
+      for (int x = -5; x <= 5; ++x) covered.at(int(corner.pixel.x()) + x, int(corner.pixel.y()) + y) = 0;
+  io::save_image(folder / "view_0.png", covered);
+  io::SessionInfo stated;
+  stated.board = views.session.board().layout;
+  const auto printed = [&] {
+    const auto contents = session::read(session::open(folder, {stated, {}}));
+    const auto& all = contents.correspondences.views;
+    const auto view = std::find_if(all.begin(), all.end(), [](const View& v) { return v.name == "view_0"; });
+    return view == all.end() ? std::vector<Observation>() : view->observations[0];
+  };
+  EXPECT_TRUE(printed().empty());
+  io::save_image(folder / "view_0_unlit.png", unlit);
+  const std::vector<Observation> found = printed();
+  ASSERT_EQ(found.size(), corners.size());
+  for (const Observation& o : found)
+    EXPECT_LT((o.pixel - corners[std::size_t(o.point)].pixel).norm(), 0.2) << o.point;
+}
+
+/// White paper at 1.6 times full scale: the remark, and none of the views exposed as they should be.
+TEST(ShownViews, NameOverexposedPhotographs) {
+  const ScratchFolder scratch;
+  const fs::path folder = scratch / "session";
+  fs::create_directory(folder);
+  SimulatedViews views(simulate::Level::kEasy, 6, folder);
+  views.session.capture.brightest_grey = 1.6 * 255;
+  const ImageU8 shown =
+      frame_with(simulate::projector_size(simulate::Level::kEasy), views.projected, views.firsts[0]);
+  for (const std::size_t v : {2u, 4u})
+    io::save_image(folder / ("view_" + std::to_string(v) + ".png"),
+                   simulate::capture_view(views.session, v, {shown}).front());
+  io::SessionInfo stated;
+  stated.board = views.session.board().layout;
+  const auto contents = session::read(session::open(folder, {stated, {}}));
+  std::string named;
+  for (const Diagnostic& remark : contents.correspondences.diagnostics.items)
+    if (remark.code == "overexposed") named += remark.message.substr(0, remark.message.find(':')) + ";";
+  EXPECT_NE(named.find("view_2"), std::string::npos) << named;
+  EXPECT_NE(named.find("view_4"), std::string::npos) << named;
+  EXPECT_EQ(std::count(named.begin(), named.end(), ';'), 2) << named;
+}
+
+/// A projected chessboard with two odd counts looks the same after half a turn: ":upright" states the order, from
+/// making the frames to the rig.
+TEST(ShownViews, CalibrateByABoardOfOddCountsThatIsStatedUpright) {
+  const ScratchFolder scratch;
+  const std::string session = (scratch / "s").string(), rig = (scratch / "rig.json").string();
+  const ToolRun made =
+      run_tool("simulate-captures",
+               "--seed 2 --level easy --views 6 --pattern chessboard:9x7:64px:upright -o " + session);
+  ASSERT_EQ(made.exit_code, 0) << made.err;
+  const ToolRun run = run_tool("calibrate-projector", "--json --accept 100mm --captures " + session +
+                                                          " --truth " + session + "/truth.json -o " + rig);
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  const Rig truth = io::load_rig(scratch / "s" / "truth.json"), found = io::load_rig(rig);
+  const Vec2 off(found.projector().projector.inverse_camera.intrinsics.cx -
+                     truth.projector().projector.inverse_camera.intrinsics.cx,
+                 found.projector().projector.inverse_camera.intrinsics.cy -
+                     truth.projector().projector.inverse_camera.intrinsics.cy);
+  EXPECT_LT(off.norm(), 10);
+  EXPECT_LT(
+      (found.projector().rig_from_projector.translation - truth.projector().rig_from_projector.translation)
+          .norm(),
+      0.01);
 }
 
 TEST(ShownViews, RefusesWhatCannotBeRead) {

@@ -132,47 +132,62 @@ std::vector<std::pair<std::string, double>> scores(const Rig& rig, const Rig& tr
 
 struct LevelCase {
   simulate::Level level;
-  std::uint64_t seeds;  ///< 1 .. seeds
+  std::uint64_t seeds;      ///< 1 .. seeds
+  bool with_peers = false;  ///< OpenCV searches for minutes for a board half in the dark
+};
+
+/// Parameters of sessions, by the size of their errors in reported sigmas.
+struct Coverage {
+  int total = 0, in_two = 0, in_three = 0;
+  std::string outside;  ///< three sigmas, with the scores
+
+  void add(const Rig& rig, const Rig& truth) {
+    for (const auto& [name, score] : scores(rig, truth)) {
+      ++total;
+      in_two += std::abs(score) <= 2;
+      in_three += std::abs(score) <= 3;
+      if (std::abs(score) > 3) outside += " " + name + " " + std::to_string(score);
+    }
+  }
 };
 
 class SimulatedSessions : public ::testing::TestWithParam<LevelCase> {};
 
-/// Some 24 parameters a seed. Were the sigmas exact, 99.7 % would lie inside three of them; parameters of one
-/// rig are correlated, so a share below 95 % by chance alone has a probability well under 1 % over five
-/// seeds, and of 3 % for one.
-TEST_P(SimulatedSessions, TruthLiesInsideThreeReportedSigmas) {
-  int inside = 0, total = 0;
+/// Under the level's own conditions: gamma, glare, indirect light, defocus, skew and k3; level hard with its dark,
+/// overexposed, moved and stale views. Some 26 parameters a seed. Were the sigmas exact, 95.4 % would lie inside two of
+/// them and 99.7 % inside three.
+TEST_P(SimulatedSessions, TruthLiesInsideTheReportedSigmas) {
+  Coverage all;
   Compared sums;
   const simulate::Level level = GetParam().level;
-  const bool with_peers = GetParam().seeds > 1;  // OpenCV searches for minutes for a board half in the dark
   for (std::uint64_t seed = 1; seed <= GetParam().seeds; ++seed) {
-    const simulate::SimulatedSession session =
-        simulate::make_session(level, seed, {}, {}, simulate::plain_conditions());
-    const Seen seen = look_at(session, "gray", with_peers);
+    const simulate::SimulatedSession session = simulate::make_session(level, seed);
+    const Seen seen = look_at(session, "gray", GetParam().with_peers);
     const calibrate::CalibrationResult result = calibrate::calibrate_rig(seen.data);
     EXPECT_TRUE(result.rig.quality.passed()) << "seed " << seed;
-    // Also those whose board is lit in part, as in hard seeds 1 and 3.
     EXPECT_EQ(result.rig.quality.views_used, int(session.views.size())) << "seed " << seed;
     const analyze::LightError predicted = analyze::predicted_light_error(result.rig, 2.0);
     const analyze::LightError actual = analyze::true_light_error(result.rig, session.rig(), 2.0);
-    std::string outside;
-    for (const auto& [name, score] : scores(result.rig, session.rig())) {
-      ++total;
-      inside += std::abs(score) <= 3;
-      if (std::abs(score) > 3) outside += " " + name + " " + std::to_string(score);
-    }
+    const double by_camera = analyze::true_light_errors(result.rig, session.rig(), 2.0)
+                                 .of(analyze::SurfaceLocated::kByCamera)
+                                 .rms_mm;
+    Coverage one;
+    one.add(result.rig, session.rig());
+    all.add(result.rig, session.rig());
     std::printf(
-        "%s seed %llu: rms camera %.3f projector %.3f px; light at 2 m off by %.3f mm mean, %.3f rms; "
-        "predicted %.3f rms;%s\n",
+        "%s seed %llu: rms camera %.3f projector %.3f px; light at 2 m off by %.3f mm rms (located by the camera %.3f); "
+        "predicted %.3f rms; inside 2 sigma %d, 3 sigma %d of %d;%s\n",
         simulate::to_string(level), static_cast<unsigned long long>(seed), result.rms_px[0], result.rms_px[1],
-        actual.mean_mm, actual.rms_mm, predicted.rms_mm,
-        outside.empty() ? " all inside 3 sigma" : (" outside:" + outside).c_str());
+        actual.rms_mm, by_camera, predicted.rms_mm, one.in_two, one.in_three, one.total, one.outside.c_str());
+    std::fflush(stdout);
     EXPECT_LT(actual.rms_mm, 4 * predicted.rms_mm)
         << "seed " << seed;  // four times the rms of 2-D Gaussians: never
-    if (with_peers) compare(seen, result.rig, {}, sums);
+    if (GetParam().with_peers) compare(seen, result.rig, {}, sums);
   }
-  EXPECT_GE(inside, 0.95 * total) << inside << " of " << total;
-  EXPECT_LE(sums.ours, sums.opencv);
+  // Parameters of one rig are correlated: of one session 80 %.
+  EXPECT_GE(all.in_two, (GetParam().seeds > 1 ? 0.9 : 0.8) * all.total) << all.in_two << " of " << all.total;
+  EXPECT_GE(all.in_three, 0.95 * all.total) << all.in_three << " of " << all.total << all.outside;
+  if (GetParam().with_peers) EXPECT_LE(sums.ours, sums.opencv);
 }
 
 /// The other ways to pair projector and board, a session each.
@@ -180,6 +195,7 @@ struct PatternCase {
   simulate::Level level;
   const char* pattern;
   std::optional<Board> board = std::nullopt;  ///< instead of the level's
+  bool plain = false;                         ///< not under the level's own conditions
 };
 
 class PatternSessions : public ::testing::TestWithParam<PatternCase> {};
@@ -191,8 +207,9 @@ TEST_P(PatternSessions, TruthLiesInsideThreeReportedSigmas) {
   const auto pattern = session::make_pattern(which.pattern, simulate::projector_size(which.level));
   std::optional<simulate::BoardPrint> print;
   if (which.board) print = simulate::BoardPrint{*which.board, detect::board_artwork(*which.board)};
-  const simulate::SimulatedSession session =
-      simulate::make_session(which.level, 2, pattern->on_blank_paper(), print, simulate::plain_conditions());
+  const simulate::SimulatedSession session = simulate::make_session(
+      which.level, 2, pattern->on_blank_paper(), print,
+      which.plain ? simulate::plain_conditions() : simulate::level_conditions(which.level));
   const calibrate::CalibrationResult result = calibrate::calibrate_rig(look_at(session, which.pattern).data);
   EXPECT_TRUE(result.rig.quality.passed());
   const analyze::LightError predicted = analyze::predicted_light_error(result.rig, 2.0);
@@ -278,9 +295,9 @@ INSTANTIATE_TEST_SUITE_P(
                                   MarkerGrid{5, 4, 0.045, 0.018, MarkerDictionary::k4x4_50}},
                       PatternCase{simulate::Level::kEasy, "gray", CircleGrid{5, 9, 0.026, 0.022, true}},
                       PatternCase{simulate::Level::kPaper, "charuco", kCharucoSheet},
-                      PatternCase{simulate::Level::kHard, "markers", kCharucoSheet},
-                      PatternCase{simulate::Level::kHard, "circles", kCharucoSheet},
-                      PatternCase{simulate::Level::kPaper, "chessboard:colour"}));
+                      PatternCase{simulate::Level::kHard, "markers", kCharucoSheet, true},
+                      PatternCase{simulate::Level::kHard, "circles", kCharucoSheet, true},
+                      PatternCase{simulate::Level::kPaper, "chessboard:colour", std::nullopt, true}));
 
 /// Someone puts the sheet back upside down: the same board, its first corner at the other end.
 TEST(BoardTurnedByHalf, InOneViewChangesNothing) {
@@ -304,7 +321,7 @@ INSTANTIATE_TEST_SUITE_P(OneSeed, SimulatedSessions,
                                            LevelCase{simulate::Level::kHard, 1}),
                          kLevelName);
 INSTANTIATE_TEST_SUITE_P(FiveSeeds, SimulatedSessions,
-                         ::testing::Values(LevelCase{simulate::Level::kEasy, 5},
+                         ::testing::Values(LevelCase{simulate::Level::kEasy, 5, true},
                                            LevelCase{simulate::Level::kPaper, 5},
                                            LevelCase{simulate::Level::kHard, 5}),
                          kLevelName);

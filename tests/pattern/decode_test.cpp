@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdlib>
 #include <opencv2/structured_light.hpp>
+#include <tuple>
 
 #include "procam/pattern/gray_code.hpp"
 #include "support/gray_code_data.hpp"
@@ -182,6 +183,32 @@ TEST(Decode, HintsAtExchangedAxesSaturationAndLowContrast) {
     for (int y = 0; y < image.height(); ++y)
       for (int x = 0; x < image.width(); ++x) image.at(x, y) = image.at(x, y) != 0 ? 18 : 6;
   EXPECT_NE(decode(test::views_of(dark), square).diagnostics.find("low_contrast"), nullptr);
+}
+
+/// A Gaussian of sigma s leaves exp(-2 pi^2 s^2 / p^2) of stripes of period p: about 30 % of the finest (p = 4) at
+/// s = 1, and of the next (p = 8) at s = 2. One bit lost costs little, two are worth a wider step.
+TEST(Decode, NamesStripesThatBlurMakesUnreadableAndTheStepThatHelps) {
+  const GrayCode code{{61, 45}, 1};
+  const auto blurred = [&](double sigma) {
+    test::GrayCodeWorld world;
+    world.camera = {87, 71};
+    world.projector_blur = sigma;
+    return decode(test::views_of(test::capture_all(world, frames(code))), code).diagnostics;
+  };
+  EXPECT_EQ(blurred(0.35).find("stripes_blurred"), nullptr);
+  for (const auto& [sigma, severity, width, next] :
+       {std::tuple(1.1, Severity::kNote, "2 projector pixels", "the wider ones are used"),
+        std::tuple(2.2, Severity::kWarning, "4 projector pixels", "wider stripes with --step 2")}) {
+    int remarks = 0;
+    for (const Diagnostic& remark : blurred(sigma).items) {
+      if (remark.code != "stripes_blurred") continue;
+      ++remarks;
+      EXPECT_EQ(remark.severity, severity) << remark.message;
+      EXPECT_NE(remark.message.find(width), std::string::npos) << remark.message;
+      EXPECT_NE(remark.message.find(next), std::string::npos) << remark.message;
+    }
+    EXPECT_EQ(remarks, 2) << "columns and rows, sigma " << sigma;
+  }
 }
 
 TEST(Decode, AgreesWithOpencvOnRealCaptures) {

@@ -3,6 +3,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+#include <random>
+
 #include "lit_scene.hpp"
 
 namespace procam::session {
@@ -76,6 +80,39 @@ TEST(MeasureNoise, MeasuresIt) {
   const NoiseModel noise = measure_noise({frames.begin(), frames.end()});
   for (const double grey : {10.0, 100.0, 180.0})
     EXPECT_NEAR(noise.variance(grey) / noise_of(scene).variance(grey), 1, 0.25) << grey;
+}
+
+/// A camera with gamma 2: grey = sqrt(255 light), so dark pixels are the noisiest. Neither a flat scene nor fine stripes
+/// count as a change; a block that is ten levels brighter does.
+TEST(MeasureNoise, KnowsTheNoiseOfACameraWithAGamma) {
+  std::mt19937 random(11);
+  std::normal_distribution<double> normal;
+  const auto camera = [&](const auto& light) {
+    ImageU8 image(192, 112);
+    for (int y = 0; y < image.height(); ++y)
+      for (int x = 0; x < image.width(); ++x) {
+        const double linear =
+            std::clamp(light(x, y) + std::sqrt(0.6 + 0.03 * light(x, y)) * normal(random), 0.0, 255.0);
+        image.at(x, y) = std::uint8_t(std::lround(std::sqrt(255 * linear)));
+      }
+    return image;
+  };
+  const auto lamp = [](int x, int y) { return 1 + 30.0 * x / 192 + 10.0 * y / 112; };
+  const auto veil = [](int x, int) { return 0.5 + 1.0 * x / 192; };
+  std::vector<ImageU8> white, black;
+  for (int i = 0; i < 5; ++i) white.push_back(camera(lamp)), black.push_back(camera(veil));
+  const NoiseModel noise =
+      measure_noise_of_scenes({{white.begin(), white.end()}, {black.begin(), black.end()}});
+  const auto stripes = [&](int x, int y) { return x / 3 % 2 == 0 ? lamp(x, y) : veil(x, y); };
+  for (int i = 0; i < 20; ++i) {
+    EXPECT_FALSE(compare(camera(lamp), camera(lamp), noise).any());
+    EXPECT_FALSE(compare(camera(veil), camera(veil), noise).any());
+    EXPECT_FALSE(compare(camera(stripes), camera(stripes), noise).any());
+  }
+  ImageU8 changed = camera(lamp);
+  for (int y = 32; y < 64; ++y)
+    for (int x = 96; x < 128; ++x) changed.at(x, y) = std::uint8_t(changed.at(x, y) + 10);
+  EXPECT_TRUE(compare(camera(lamp), changed, noise).any());
 }
 
 TEST(MeasureNoise, KeepsTheRoundingOfANoiselessCamera) {

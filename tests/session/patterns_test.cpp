@@ -5,6 +5,7 @@
 #include <functional>
 
 #include "pattern_table.hpp"
+#include "procam/pattern/gray_code.hpp"
 #include "procam/simulate/session.hpp"
 
 namespace procam::session {
@@ -176,6 +177,24 @@ TEST(ChessboardPattern, NamesWhatHappenedBetweenItsTwoCaptures) {
       EXPECT_FALSE(read.view.light_points.empty());
     }
   }
+}
+
+/// A stale frame in one view (capture 22 of this one, the coarsest row bit) makes codes beyond the projector's height. They
+/// say nothing about its size: the view is named and the session goes on.
+TEST(GrayPattern, TakesTheCodesOfAStaleFrameForNoOtherProjectorSize) {
+  simulate::SimulatedSession session = simulate::make_session(simulate::Level::kHard, 1);
+  session.capture.samples_per_axis = 1;
+  ASSERT_TRUE(session.defects[0].stale);
+  const ImageSize size = session.rig().projector().projector.size();
+  const auto pattern = make_pattern("gray", size);
+  const std::vector<ImageU8> captures = simulate::capture_view(session, 0, pattern->frames());
+  const std::vector<ViewU8> views(captures.begin(), captures.end());
+  const DecodedMap decoded = pattern::decode(views, pattern::GrayCode{size});
+  ASSERT_NE(decoded.diagnostics.find("projector_size"), nullptr) << "else this view tests nothing";
+  const BoardView view = pattern->read("view_00", views, session.board().layout);
+  EXPECT_NE(view.detections[0].diagnostics.find("stale_frame"), nullptr);
+  EXPECT_GE(view.detections[0].observations.size(), 60u);  // of 63
+  EXPECT_TRUE(view.detections[1].observations.empty());
 }
 
 }  // namespace

@@ -142,6 +142,23 @@ INSTANTIATE_TEST_SUITE_P(ManySeeds, BrokenSequences,
                                          KindCase{Level::kPaper, 11, 15, 4},
                                          KindCase{Level::kHard, 11, 15, 4}));
 
+/// A print that is elsewhere changes the brightness of its pixels too: neither flicker nor an exposure that follows the
+/// light. The two views were called so before steps of the print were looked for first.
+TEST(BoardRotatedBetweenFrames, IsAMovedBoard) {
+  for (const auto& [level, view] :
+       {std::pair(Level::kPaper, std::size_t(3)), std::pair(Level::kHard, std::size_t(2))}) {
+    Conditions conditions = sound_conditions(level);
+    conditions.moved_views = 99;
+    SimulatedSession session = make_session(level, 201, {}, {}, conditions);
+    session.capture.samples_per_axis = 1;
+    session.defects[view].moved->board_from_moved.rotation =
+        Eigen::AngleAxisd(15 * kDegree, Vec3(0.05, -0.08, 1).normalized());
+    const pattern::SequenceCheck found = check(session, view);
+    EXPECT_EQ(cause(found), "board_moved") << to_string(level);
+    EXPECT_TRUE(found.decoding_is_wrong);
+  }
+}
+
 TEST(ComplementaryFrames, AreFoundInAnyPattern) {
   const auto gray = pattern::complementary_frames(pattern::frames(pattern::GrayCode{{200, 120}}));
   EXPECT_EQ(gray.frames, 32);

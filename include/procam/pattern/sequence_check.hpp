@@ -74,4 +74,10 @@ SequenceCheck check_sequence(const std::vector<ViewU8>& captures, const Compleme
 /// std::invalid_argument unless both have one channel and one size.
 SequenceCheck check_flat_and_board(const ViewU8& flat_lit, const ViewU8& board_lit, const Points2& on_board);
 
+/// One photograph of printed and projected boards, `on_boards` the camera pixels of the points of both; empty: no board
+/// was found, and the whole image is judged. "overexposed" where the paper is at full scale over more than a tenth of
+/// the boards: half of a chessboard is paper, and only edges that are not clipped are where they seem. Throws
+/// std::invalid_argument unless the photograph has one channel.
+SequenceCheck check_photograph(const ViewU8& photograph, const Points2& on_boards);
+
 }  // namespace procam::pattern

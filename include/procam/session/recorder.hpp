@@ -16,6 +16,8 @@ struct RecorderOptions {
   double interval_s = 0;     ///< time to move the board between poses; 0: RecorderDialog::wants_to_go_on()
   bool single_shot = false;  ///< a camera triggered by hand: one image a frame is awaited, no checks are made
   bool despite_checks = false;  ///< capture even when a check of the light fails
+  /// Measured before with the same screen and camera (measure_delay(), check_light()): neither is done again.
+  std::optional<ShutterOptions> checked = {};
 };
 
 /// The person beside the projector.

@@ -12,32 +12,33 @@
 namespace procam::io {
 namespace {
 
-constexpr std::array<const char*, 5> kColumns{"x", "y", "z", "u", "v"};
+constexpr std::array<const char*, 5> kPairColumns{"x", "y", "z", "u", "v"};
 
 }  // namespace
 
 std::vector<PointPair> parse_point_pairs(const std::string& text, const std::string& name) {
   std::vector<PointPair> pairs;
   for (const auto& [number, cells] : table_lines(text)) {
-    if (pairs.empty() && names_columns(cells, kColumns)) continue;
+    if (pairs.empty() && names_columns(cells, kPairColumns)) continue;
     const std::string where = name + ", line " + std::to_string(number);
     const char* const expected =
         "write x, y, z in metres, then the pixel u, v, e.g. 1.35, 0.02, 2.417, 901, 140";
-    if (cells.size() < kColumns.size() || cells.size() > kColumns.size() + 1)
+    if (cells.size() < kPairColumns.size() || cells.size() > kPairColumns.size() + 1)
       throw Error(ErrorKind::kInput, where, "it has " + std::to_string(cells.size()) + " columns", expected);
     std::array<double, 5> numbers{};
     for (std::size_t i = 0; i < numbers.size(); ++i) {
       const auto value = parse_number(cells[i]);
       if (!value)
-        throw Error(ErrorKind::kInput, where,
-                    std::string("column ") + kColumns[i] + " is no number: '" + cells[i].substr(0, 40) + "'",
-                    expected);
+        throw Error(
+            ErrorKind::kInput, where,
+            std::string("column ") + kPairColumns[i] + " is no number: '" + cells[i].substr(0, 40) + "'",
+            expected);
       numbers[i] = *value;
     }
     PointPair pair;
     pair.point_in_world = Vec3(numbers[0], numbers[1], numbers[2]);
     pair.pixel = Vec2(numbers[3], numbers[4]);
-    if (cells.size() > kColumns.size()) pair.name = cells.back();
+    if (cells.size() > kPairColumns.size()) pair.name = cells.back();
     pairs.push_back(pair);
   }
   if (pairs.empty())

@@ -130,4 +130,50 @@ void save_sheet(const std::filesystem::path& path, const BoardSheet& sheet, doub
               "give it a name that ends in .pdf, .svg or .png");
 }
 
+namespace {
+
+/// Whole tenths of a micrometre, far below any ruler: 37.696mm rather than 37.69599999999999mm.
+double rounded(double metres) {
+  return std::round(metres * 1e7) / 1e7;
+}
+
+Board rounded(const Board& board) {
+  struct Visitor {
+    Board operator()(const Chessboard& b) const {
+      return Chessboard{b.columns, b.rows, rounded(b.square_size)};
+    }
+    Board operator()(CharucoBoard b) const {
+      b.square_size = rounded(b.square_size);
+      b.marker_size = rounded(b.marker_size);
+      return b;
+    }
+    Board operator()(MarkerGrid b) const {
+      b.marker_size = rounded(b.marker_size);
+      b.gap = rounded(b.gap);
+      return b;
+    }
+    Board operator()(CircleGrid b) const {
+      b.spacing = rounded(b.spacing);
+      b.diameter = rounded(b.diameter);
+      return b;
+    }
+    Board operator()(AprilGrid b) const {
+      b.tag_size = rounded(b.tag_size);
+      return b;
+    }
+  };
+  return std::visit(Visitor(), board);
+}
+
+}  // namespace
+
+Board board_as_measured(const Board& board, double ruler) {
+  const double factor = ruler / kRulerLength;
+  if (!(factor > 0.9 && factor < 1.1))
+    throw Error(ErrorKind::kInput, "measured ruler " + format_length(ruler),
+                "the ruler is 100 mm, and no printer is wrong by a tenth",
+                "measure the printed ruler from end to end; if it is that long, print again at 100 %");
+  return rounded(scaled(board, factor));
+}
+
 }  // namespace procam::io

@@ -42,6 +42,10 @@ struct BoardSheet {
 /// Throws Error(kInput) when it does not fit, naming both sizes and the smallest paper that would do.
 BoardSheet board_sheet(const Board& board, const BoardArtwork& artwork, const Paper& paper);
 
+/// The board as the printer made it: every length times `ruler` / kRulerLength, in whole tenths of a micrometre. Throws
+/// Error(kInput) for a ruler that is off by a tenth or more.
+Board board_as_measured(const Board& board, double ruler);
+
 /// By the name's extension: .pdf, .svg or .png. Throws Error(kUnsupported) for another one.
 void save_sheet(const std::filesystem::path& path, const BoardSheet& sheet, double dots_per_inch);
 

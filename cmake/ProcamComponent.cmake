@@ -6,7 +6,8 @@
 #     [PRIVATE target...]        what only the bodies include
 #     [FIND "Eigen3 3.4" ...])   packages that find_package(procam COMPONENTS <name>) must find first
 #
-# Target procam_<name>, alias procam::<name>, headers include/procam/<name>/.
+# Target procam_<name>, alias procam::<name>, headers include/procam/<name>/; installed as a component of the CMake package
+# and as procam-<name>.pc.
 include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
 
@@ -28,7 +29,9 @@ function(procam_component name)
     add_library(${target} ${arg_SOURCES})
     set(scope PUBLIC)
     target_link_libraries(${target} PRIVATE ${arg_PRIVATE} $<BUILD_INTERFACE:procam_warnings>)
-    set_target_properties(${target} PROPERTIES POSITION_INDEPENDENT_CODE ON)
+    # The ABI may change with every 0.y (docs/stability.md).
+    set_target_properties(${target} PROPERTIES POSITION_INDEPENDENT_CODE ON VERSION ${PROJECT_VERSION}
+      SOVERSION ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR})
   else()
     add_library(${target} INTERFACE)
     set(scope INTERFACE)
@@ -39,6 +42,9 @@ function(procam_component name)
     $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/include> $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
   target_link_libraries(${target} ${scope} ${arg_PUBLIC})
   set_target_properties(${target} PROPERTIES EXPORT_NAME ${name})
+  if(NOT PROCAM_INSTALL)
+    return()
+  endif()
 
   install(TARGETS ${target} EXPORT procam-${name}
     ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
@@ -60,6 +66,63 @@ function(procam_component name)
 "set(procam_@name@_NEEDS @components@)\nset(procam_@name@_PACKAGES \"@arg_FIND@\")\n")
   install(FILES ${PROJECT_BINARY_DIR}/procam-${name}-needs.cmake
     DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/procam)
+  procam_pkg_config(${name} SOURCES "${arg_SOURCES}" PUBLIC ${arg_PUBLIC} PRIVATE ${arg_PRIVATE})
+endfunction()
+
+# procam-<name>.pc; see below for what it holds. A link without a row here is an error, so that none is forgotten.
+function(procam_pkg_config name)
+  cmake_parse_arguments(arg "" "SOURCES" "PUBLIC;PRIVATE" ${ARGN})
+  set(requires)
+  set(requires_private)
+  set(libs)
+  set(libs_private)
+  foreach(scope PUBLIC PRIVATE)
+    # A static library needs at the link what its bodies use.
+    set(suffix)
+    if(scope STREQUAL "PRIVATE" AND BUILD_SHARED_LIBS)
+      set(suffix _private)
+    endif()
+    foreach(link IN LISTS arg_${scope})
+      if(link MATCHES "^procam::(.+)$")
+        list(APPEND requires${suffix} "procam-${CMAKE_MATCH_1} = ${PROJECT_VERSION}")
+      elseif(link STREQUAL "Eigen3::Eigen")
+        list(APPEND requires${suffix} "eigen3 >= 3.4")
+      elseif(link STREQUAL "Ceres::ceres")
+        list(APPEND libs${suffix} -lceres -lglog)
+      elseif(link STREQUAL "pugixml::pugixml")
+        list(APPEND requires${suffix} "pugixml >= 1.13")
+      elseif(link STREQUAL "glfw")
+        list(APPEND requires${suffix} "glfw3 >= 3.3")
+      elseif(link STREQUAL "OpenGL::GL")
+        list(APPEND libs${suffix} -lGL)
+      elseif(link STREQUAL "Threads::Threads")
+        list(APPEND libs${suffix} -pthread)
+      elseif(link MATCHES "^opencv_" OR link MATCHES "^[a-z]+$")
+        list(APPEND libs${suffix} -l${link})
+      elseif(link MATCHES "^/")
+        list(APPEND libs${suffix} ${link})
+      elseif(NOT link MATCHES "^\\$<BUILD_INTERFACE:")
+        message(FATAL_ERROR "procam-${name}.pc: no row in ProcamComponent.cmake for ${link}")
+      endif()
+    endforeach()
+  endforeach()
+  if(arg_SOURCES)
+    list(PREPEND libs -L\${libdir} -lprocam_${name})
+  endif()
+  foreach(list requires requires_private)
+    list(JOIN ${list} ", " ${list})
+  endforeach()
+  foreach(list libs libs_private)
+    list(JOIN ${list} " " ${list})
+  endforeach()
+  file(RELATIVE_PATH to_prefix /prefix/${CMAKE_INSTALL_LIBDIR}/pkgconfig /prefix)
+  string(REGEX REPLACE "/$" "" to_prefix ${to_prefix})
+  set(module procam-${name})
+  if(name STREQUAL "procam")
+    set(module procam)
+  endif()
+  configure_file(${PROJECT_SOURCE_DIR}/cmake/procam.pc.in ${PROJECT_BINARY_DIR}/${module}.pc @ONLY)
+  install(FILES ${PROJECT_BINARY_DIR}/${module}.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
 endfunction()
 
 function(procam_install_package)
@@ -68,19 +131,25 @@ function(procam_install_package)
   write_basic_package_version_file(${PROJECT_BINARY_DIR}/procamConfigVersion.cmake COMPATIBILITY SameMinorVersion)
   install(FILES ${PROJECT_BINARY_DIR}/procamConfig.cmake ${PROJECT_BINARY_DIR}/procamConfigVersion.cmake
     DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/procam)
+  install(FILES ${PROJECT_SOURCE_DIR}/LICENSE ${PROJECT_SOURCE_DIR}/README.md ${PROJECT_SOURCE_DIR}/CHANGELOG.md
+    DESTINATION ${CMAKE_INSTALL_DOCDIR})
+  install(DIRECTORY ${PROJECT_SOURCE_DIR}/docs ${PROJECT_SOURCE_DIR}/examples DESTINATION ${CMAKE_INSTALL_DOCDIR})
 endfunction()
 
 # A stage's tests: tests/<name>/*.cpp become one program, each TEST its own ctest entry "<name>.Suite.Test".
-# SLOW, LONG and FIRST are patterns of GoogleTest's filter that share no test. SLOW and LONG label those that take minutes
+# SLOW, LONG, FIRST and ALONE are patterns of GoogleTest's filter that share no test. SLOW and LONG label those that take minutes
 # under sanitizers and those that take minutes anywhere: `ctest -LE "slow|long"` omits both, tests/run.sh leaves the latter
 # to `ctest -L long`. (One label each: gtest_discover_tests() drops the second of a list.) FIRST are begun before all
-# others: they take minutes, and little of a core.
+# others: they take minutes, and little of a core. ALONE run beside no other test: they look at the time of each frame.
 function(procam_test name)
-  cmake_parse_arguments(arg "" "SLOW;LONG;FIRST" "SOURCES;LINK" ${ARGN})
+  cmake_parse_arguments(arg "UNOPTIMISED" "SLOW;LONG;FIRST;ALONE" "SOURCES;LINK" ${ARGN})
   add_executable(test_${name} ${arg_SOURCES})
   target_link_libraries(test_${name} PRIVATE ${arg_LINK} procam_warnings procam_test_support)
+  if(arg_UNOPTIMISED)
+    target_compile_options(test_${name} PRIVATE -O0)
+  endif()
   set(discovery TEST_PREFIX ${name}. DISCOVERY_MODE PRE_TEST)
-  set(others ${arg_SLOW} ${arg_LONG} ${arg_FIRST})
+  set(others ${arg_SLOW} ${arg_LONG} ${arg_FIRST} ${arg_ALONE})
   if(others)
     list(JOIN others ":" others)
     gtest_discover_tests(test_${name} ${discovery} TEST_FILTER "-${others}" PROPERTIES TIMEOUT 600)
@@ -95,5 +164,8 @@ function(procam_test name)
   endif()
   if(arg_FIRST)
     gtest_discover_tests(test_${name} ${discovery} TEST_FILTER "${arg_FIRST}" PROPERTIES TIMEOUT 3000 COST 1000)
+  endif()
+  if(arg_ALONE)
+    gtest_discover_tests(test_${name} ${discovery} TEST_FILTER "${arg_ALONE}" PROPERTIES TIMEOUT 600 RUN_SERIAL TRUE)
   endif()
 endfunction()

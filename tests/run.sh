@@ -1,8 +1,9 @@
 #!/usr/bin/env bash
 # Everything that procam promises, tested from nothing on Debian 12:   tests/run.sh
 # Installs missing packages, checks style and sources, builds and tests three presets (ci: everything; core-only: Eigen
-# alone, under sanitizers; asan: what reads files, under sanitizers), walks the main job (examples/run.sh), and
-# ends with "N passed, N failed". The tests labelled "long" are left to `ctest --preset ci -L long`.
+# alone, under sanitizers; asan: what reads files, under sanitizers, and a minute of fuzzing), walks the main job
+# (examples/run.sh), does ten minutes of faults to running shows beside that, and ends with "N passed, N failed". The
+# tests labelled "long" are left to `ctest --preset ci -L long`.
 # Exit status 0 if nothing failed.
 set -uo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.." || exit 1
@@ -48,19 +49,37 @@ check_format() {
   find include src tools tests examples -name '*.hpp' -o -name '*.cpp' | sort | xargs clang-format --dry-run --Werror
 }
 
+# Faults at random to running shows. All that follows is begun at a lower priority, so that the shows have their frames;
+# still, how many are dropped is judged on a quiet machine alone (docs/soak.md).
+begin_chaos() {
+  build/ci/tests/soak/chaos --minutes 10 --seed 20 --dropped 0.3 >build/ci/chaos.log 2>&1 &
+  chaos=$!
+  renice -n 10 $$ >/dev/null
+}
+
+end_chaos() {
+  local status=0
+  wait "$chaos" || status=$?
+  if ((status == 0)); then passed=$((passed + 1)); tail -n 20 build/ci/chaos.log; else cat build/ci/chaos.log; fi
+  return "$status"
+}
+
 # The libraries' sources as preset ci compiles them, several in one: clang-tidy parses Eigen anew for each file it gets.
 check_tidy() {
   sed -n 's/^ *"file": "\(.*\)".*/\1/p' build/ci/compile_commands.json | grep -E "^$PWD/(build/ci/)?src/" | sort |
     xargs -P "$jobs" -n 1 clang-tidy -p build/ci --quiet
 }
 
-step "Packages" install_packages "${build_packages[@]}" "${test_packages[@]}" || { echo "$passed passed, $failed failed"; exit 1; }
+step "Packages" install_packages "${build_packages[@]}" "${test_packages[@]}" "${fuzz_packages[@]}" || { echo "$passed passed, $failed failed"; exit 1; }
 step "Style: clang-format" check_format
 build_and_test ci "everything, optimised"
+begin_chaos
 step "Style: clang-tidy" check_tidy
 step "The main job: examples/run.sh" env PROCAM_PRESET=ci examples/run.sh build/ci/out
 build_and_test core-only "core alone, without OpenCV and Ceres, under sanitizers"
 build_and_test asan "what reads files, under sanitizers"
+step "Fuzz: a minute for all targets" env JOBS="$jobs" tests/fuzz/run.sh --minute
+step "Soak: ten minutes of faults, beside the phases above" end_chaos
 
 printf '\nAll phases: %d s\n' "$SECONDS"
 if ((skipped > 0)); then

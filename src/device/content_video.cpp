@@ -18,12 +18,7 @@ constexpr double kHighestRate = 1000;  // pictures a second: what is beyond is a
 
 class Video : public PictureReader {
  public:
-  explicit Video(const std::string& file) : name_(file) {
-    std::error_code ignored;
-    if (!std::filesystem::exists(name_, ignored))
-      throw Error(ErrorKind::kIo, name_, "there is no such file", "check the name of the video");
-    open();
-  }
+  explicit Video(const std::string& file) : name_(file) { open(); }
   const std::string& name() const override { return name_; }
   double rate_hz() const {
     const double rate = video_.get(cv::CAP_PROP_FPS);
@@ -54,8 +49,13 @@ class Video : public PictureReader {
   Error unreadable(const std::string& why) const {
     return Error(ErrorKind::kInput, name_, why, "convert it, e.g. to H.264 in an .mp4 file");
   }
+  /// Also when it begins anew, so the file may have been removed or replaced. A name without a file would be tried as
+  /// a device by all backends of OpenCV, some of which leave memory behind.
   void open() {
-    procam::internal::require_regular_file(name_);  // also when it begins anew: it may have been replaced
+    std::error_code ignored;
+    if (!std::filesystem::exists(name_, ignored))
+      throw Error(ErrorKind::kIo, name_, "there is no such file", "check the name of the video");
+    procam::internal::require_regular_file(name_);
     video_ = open_capture(name_);
     if (!video_.isOpened()) throw unreadable("OpenCV cannot open it as a video");
   }

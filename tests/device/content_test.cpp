@@ -226,6 +226,12 @@ TEST_F(Content, AVideoThatIsBrokenForAWhileComesBack) {
   EXPECT_NE(content->fault()->why().find("named pipe"), std::string::npos) << content->fault()->what();
   fs::rename(good, file);
   EXPECT_TRUE(plays_until([&] { return !content->fault(); })) << "it did not come back";
+  // Without a file, its name is not tried as a device.
+  fs::rename(file, good);
+  ASSERT_TRUE(plays_until([&] { return content->fault().has_value(); }));
+  EXPECT_EQ(content->fault()->why(), "there is no such file");
+  fs::rename(good, file);
+  EXPECT_TRUE(plays_until([&] { return !content->fault(); })) << "it did not come back";
   const std::uint64_t revision = content->at(now_s() - begin).revision;
   EXPECT_TRUE(plays_until([&] { return content->at(now_s() - begin).revision != revision; }));
 }

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Builds the fuzz targets (preset fuzz) and runs all of them:
+# Builds the fuzz targets (preset asan) and runs all of them:
 #
 #   tests/fuzz/run.sh 2            two hours for all targets together; the default is one
 #   tests/fuzz/run.sh --minute     one minute for all targets together
@@ -12,13 +12,13 @@ set -uo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.." || exit 1
 source scripts/common.sh
 
-hours=1 jobs=${JOBS:-1}
-[[ ${1:-} == --minute ]] && hours=0.0166667 && shift
+hours=1 jobs=${JOBS:-1} seed=0
+[[ ${1:-} == --minute ]] && hours=0.0166667 seed=1 && shift  # about the same inputs in each run
 [[ ${1:-} =~ ^[0-9]+(\.[0-9]+)?$ ]] && hours=$1 && shift
 
 install_packages "${build_packages[@]}" "${fuzz_packages[@]}" || exit 1
-cmake --preset fuzz && cmake --build --preset fuzz || exit 1
-program=build/fuzz/tests/fuzz/procam_fuzz
+cmake --preset asan && cmake --build --preset asan --target procam_fuzz || exit 1
+program=build/asan/tests/fuzz/procam_fuzz
 targets=("$@")
 ((${#targets[@]} > 0)) || mapfile -t targets < <("$program" --list)
 seconds=$(awk -v hours="$hours" -v count="${#targets[@]}" -v jobs="$jobs" \
@@ -38,7 +38,7 @@ run_target() {
   [[ -f $dictionary ]] && inputs+=("-dict=$dictionary")
   # OpenGL without a card compiles its shaders first: seconds, on a busy machine more.
   [[ $target == renderers ]] && timeout=120
-  "$program" --target="$target" -max_total_time="$seconds" -timeout="$timeout" -rss_limit_mb=2048 -len_control=100 \
+  "$program" --target="$target" -seed="$seed" -max_total_time="$seconds" -timeout="$timeout" -rss_limit_mb=2048 -len_control=100 \
     -artifact_prefix=build/fuzz/findings/"$target"- -print_final_stats=1 "$corpus" "${inputs[@]}" \
     >build/fuzz/"$target".log 2>&1
   echo "exit status $?" >>build/fuzz/"$target".log

@@ -186,12 +186,16 @@ void ChaosStage::start_shows() {
   }
 }
 
-void ChaosStage::repair_files() const {
+bool ChaosStage::repair_files() const {
+  bool surfaces_written = false;
   for (const auto& [name, bytes] : files_) {
     std::error_code ignored;
     if (!fs::is_regular_file(at(name), ignored)) fs::remove_all(at(name), ignored);
-    if (slurp(at(name)) != bytes) replace(name, bytes);
+    if (slurp(at(name)) == bytes) continue;
+    replace(name, bytes);
+    if (name == "surfaces.json") surfaces_written = true;
   }
+  return surfaces_written;
 }
 
 std::string ChaosStage::unrecovered() const {
@@ -216,10 +220,18 @@ std::string ChaosStage::repair() {
   depth->pause(false);
   people->pause(false);
   std::string missing;
+  double written = device::now_s(), reloads = -1;
   for (const double end = device::now_s() + 30; device::now_s() < end;) {
-    repair_files();  // again and again: an edit that is saved late replaces the file
+    // Again and again: an edit that is saved late replaces the file.
+    const double before = show->metric("reloads");
+    if (repair_files()) {
+      written = device::now_s();
+      reloads = before;
+    }
     missing = unrecovered();
-    if (missing.empty()) break;
+    // A file that is read only during the next step would undo the edit of that step. A file whose bytes the show has
+    // saved itself is not read.
+    if (missing.empty() && (show->metric("reloads") > reloads || device::now_s() - written > 5)) break;
     std::this_thread::sleep_for(std::chrono::milliseconds(100));
   }
   return missing;

@@ -46,7 +46,8 @@ class ChaosStage {
   void make_files();
   void start_feeds(std::uint64_t seed);
   void start_shows();
-  void repair_files() const;
+  /// Returns whether the surfaces file was written.
+  bool repair_files() const;
   std::string unrecovered() const;
 
   ScratchFolder folder_;

@@ -21,6 +21,9 @@ struct Group {
 
 const std::vector<Group>& groups() {
   static const std::vector<Group> all = {
+      {"Guided",
+       {{"studio",
+         "one page in the browser from nothing to a checked image on the wall; --simulate without hardware"}}},
       {"Prepare",
        {{"plan-projection", "predict the image on a wall from the projector's data sheet and position"},
         {"make-board", "draw a calibration board to print"},
@@ -109,9 +112,12 @@ int main(int argc, char** argv) {
   }
   std::error_code error;
   const std::filesystem::path here = std::filesystem::read_symlink("/proc/self/exe", error).parent_path();
-  const std::string beside = (here / name).string();
-  if (!error) execv(beside.c_str(), argv + 1);
-  execvp(name.c_str(), argv + 1);
+  // A general word is no name for a program: "procam studio" runs procam-studio.
+  for (const std::string& program : {name, "procam-" + name}) {
+    const std::string beside = (here / program).string();
+    if (!error) execv(beside.c_str(), argv + 1);
+  }
+  for (const std::string& program : {"procam-" + name, name}) execvp(program.c_str(), argv + 1);
   return refuse(name, std::string("it cannot be started: ") + std::strerror(errno),
                 "install the tools together, or put them on the PATH");
 }

@@ -1,5 +1,7 @@
 #include "control_messages.hpp"
 
+#include "procam/show/page_server.hpp"
+
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
@@ -10,8 +12,6 @@ namespace procam::show {
 namespace {
 
 using nlohmann::json;
-
-constexpr int kViewWidth = 960;
 
 json finite(double value) {
   return std::isfinite(value) ? json(value) : json(nullptr);
@@ -103,16 +103,19 @@ std::optional<Command> to_command(std::string_view text) {
   return command;
 }
 
-std::string to_jpeg(const ImageU8& frame) {
-  const cv::Mat rgb(frame.height(), frame.width(), frame.channels() == 3 ? CV_8UC3 : CV_8UC1,
-                    const_cast<std::uint8_t*>(frame.data()));
+std::string to_jpeg(ViewU8 frame, int max_width) {
+  const cv::Mat rgb(frame.height, frame.width, frame.channels == 3 ? CV_8UC3 : CV_8UC1,
+                    const_cast<std::uint8_t*>(frame.data), std::size_t(frame.stride));
   cv::Mat small = rgb, bgr;
-  if (frame.width() > kViewWidth)
-    cv::resize(rgb, small,
-               cv::Size(kViewWidth,
-                        std::max(1, int(std::lround(double(frame.height()) * kViewWidth / frame.width())))),
-               0, 0, cv::INTER_AREA);
-  cv::cvtColor(small, bgr, frame.channels() == 3 ? cv::COLOR_RGB2BGR : cv::COLOR_GRAY2BGR);
+  if (frame.width > max_width)
+    cv::resize(
+        rgb, small,
+        cv::Size(max_width, std::max(1, int(std::lround(double(frame.height) * max_width / frame.width)))), 0,
+        0, cv::INTER_AREA);
+  if (frame.channels == 3)
+    cv::cvtColor(small, bgr, cv::COLOR_RGB2BGR);
+  else
+    bgr = small;
   std::vector<std::uint8_t> bytes;
   cv::imencode(".jpg", bgr, bytes, {cv::IMWRITE_JPEG_QUALITY, 82});
   return {bytes.begin(), bytes.end()};

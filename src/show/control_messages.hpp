@@ -22,7 +22,4 @@ std::string to_json_text(const PageStatus& status);
 /// nullopt for what is no command.
 std::optional<Command> to_command(std::string_view text);
 
-/// The frame for a phone, at most 960 pixels wide.
-std::string to_jpeg(const ImageU8& frame);
-
 }  // namespace procam::show

@@ -1,82 +1,54 @@
 #include "control_page.hpp"
 
 #include <atomic>
-#include <boost/asio.hpp>
-#include <boost/beast.hpp>
-#include <chrono>
-#include <list>
 #include <mutex>
-#include <set>
-#include <thread>
+#include <utility>
 
 #include "control_messages.hpp"
 #include "control_page_html.hpp"
 #include "procam/core/base/limits.hpp"
 
 namespace procam::show {
-namespace {
 
-namespace asio = boost::asio;
-namespace beast = boost::beast;
-namespace http = beast::http;
-namespace websocket = beast::websocket;
-using tcp = asio::ip::tcp;
-
-constexpr std::chrono::seconds kHeadPatience(limits::kPageHeadS), kRequestPatience(limits::kPageRequestS);
-constexpr auto kStatusPeriod = std::chrono::milliseconds(100);
-
-bool is_loopback(const tcp::endpoint& endpoint) {
-  return endpoint.address().is_loopback();
-}
-
-}  // namespace
-
-/// All of it runs in the one thread of `io`, but for what `mutex` guards.
-class ControlPage::Server {
+/// What the loop hands over, behind a mutex; the server's thread makes text and images of it.
+class ControlPage::Page : public ServedPage {
  public:
-  explicit Server(const ControlOptions& options)
-      : token_(options.token.empty() ? random_token() : options.token), acceptor_(io_), timer_(io_) {
-    const std::string what = "control page " + options.address + ":" + std::to_string(options.port);
-    beast::error_code failed;
-    const asio::ip::address address = asio::ip::make_address(options.address, failed);
-    if (failed || options.port < 0 || options.port > 65535)
-      throw Error(ErrorKind::kInput, what, "it is no address to listen on",
-                  "give e.g. 127.0.0.1:8737, or 0.0.0.0:8737");
-    for (const unsigned char letter : token_)
-      if (std::isalnum(letter) == 0 && letter != '-' && letter != '_')
-        throw Error(ErrorKind::kInput, what, "its token has other letters than a-z A-Z 0-9 - _",
-                    "give another token");
-    if (token_.size() < limits::kMinTokenBytes || token_.size() > limits::kMaxTokenBytes)
-      throw Error(ErrorKind::kInput, what,
-                  "its token has " + std::to_string(token_.size()) + " letters, and 8 to 256 are allowed",
-                  "give a longer token, or none for a random one");
-    const tcp::endpoint wanted(address, static_cast<unsigned short>(options.port));
-    acceptor_.open(wanted.protocol(), failed);
-    if (!failed) acceptor_.set_option(asio::socket_base::reuse_address(true), failed);
-    if (!failed) acceptor_.bind(wanted, failed);
-    if (!failed) acceptor_.listen(asio::socket_base::max_listen_connections, failed);
-    if (failed)
-      throw Error(ErrorKind::kDevice, what, failed.message(), "give another port, or 0 for a free one");
-    endpoint_ = acceptor_.local_endpoint();
-    accept();
-    tick();
-    thread_ = std::thread([this] { run(); });
+  const char* html() override { return kControlPageHtml; }
+  bool take(const std::string& message) override {
+    std::optional<Command> command = to_command(message);
+    if (!command) return false;
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (commands_.size() >= limits::kPageCommands) return false;
+    commands_.push_back(std::move(*command));
+    return true;
   }
-
-  ~Server() {
-    io_.stop();
-    thread_.join();
+  void update_state(PageData& state) override {
+    std::optional<PageStatus> changed;
+    {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      if (state.number != status_number_) changed = status_;
+      state.number = status_number_;
+    }
+    if (changed || state.bytes.empty()) state.bytes = to_json_text(changed ? *changed : PageStatus{});
   }
-
-  std::string url() const {
-    const bool any = endpoint_.address().is_unspecified();
-    const std::string host = any                           ? "localhost"
-                             : endpoint_.address().is_v6() ? "[" + endpoint_.address().to_string() + "]"
-                                                           : endpoint_.address().to_string();
-    return "http://" + host + ":" + std::to_string(endpoint_.port()) + "/?token=" + token_;
+  void update_image(PageData& image) override {
+    std::shared_ptr<const ImageU8> changed;
+    {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      if (image.number != frame_number_) changed = std::exchange(frame_, nullptr);
+      if (changed) image.number = frame_number_;
+    }
+    if (changed) image.bytes = to_jpeg(*changed);
   }
+  std::optional<PageFile> file(const std::string& path) override {
+    if (path != "/metrics") return std::nullopt;
+    const std::lock_guard<std::mutex> lock(mutex_);
+    return PageFile{"text/plain; version=0.0.4", metrics_};
+  }
+  // A pointer ten times a second costs the loop nothing, and whoever asks for a frame gets a new one.
+  void tick() override { wants_frame_ = true; }
 
-  std::vector<Command> take() {
+  std::vector<Command> take_commands() {
     const std::lock_guard<std::mutex> lock(mutex_);
     return std::exchange(commands_, {});
   }
@@ -89,84 +61,15 @@ class ControlPage::Server {
     const std::lock_guard<std::mutex> lock(mutex_);
     metrics_ = std::move(text);
   }
-  bool wants_frame() const { return wants_frame_; }
-  Faults faults() const { return {failed_, evicted_, refused_}; }
   void publish(std::shared_ptr<const ImageU8> frame) {
     const std::lock_guard<std::mutex> lock(mutex_);
     frame_ = std::move(frame);
     ++frame_number_;
     wants_frame_ = false;
   }
+  bool wants_frame() const { return wants_frame_; }
 
  private:
-  class WebSocketClient;
-  class Request;
-  friend class WebSocketClient;
-  friend class Request;
-
-  void accept();
-  void tick();
-
-  /// A request that fails is counted and ends; the others go on.
-  void run() {
-    while (true) try {
-        io_.run();
-        return;
-      } catch (const std::exception&) {
-        ++failed_;
-      }
-  }
-
-  /// Why a request is refused; nullptr when it is fine.
-  const char* refusal(const http::fields& fields, std::string_view target) const {
-    const std::string host(fields[http::field::host]);
-    const std::string port = ":" + std::to_string(endpoint_.port());
-    if (is_loopback(endpoint_) && host != "localhost" + port && host != "127.0.0.1" + port &&
-        host != "[::1]" + port)
-      return "the Host is not this machine";
-    const std::string origin(fields[http::field::origin]);
-    if (!origin.empty() && origin != "http://" + host) return "the Origin is another site";
-    if (!same_secret(token_of(target, std::string(fields[http::field::authorization])), token_))
-      return "the token is missing or wrong";
-    return nullptr;
-  }
-
-  bool add(std::optional<Command> command) {
-    if (!command) return false;
-    const std::lock_guard<std::mutex> lock(mutex_);
-    if (commands_.size() >= limits::kPageCommands) return false;
-    commands_.push_back(std::move(*command));
-    return true;
-  }
-  const std::string& status_text() {
-    std::optional<PageStatus> changed;
-    {
-      const std::lock_guard<std::mutex> lock(mutex_);
-      if (status_text_number_ != status_number_) changed = status_;
-      status_text_number_ = status_number_;
-    }
-    if (changed || status_text_.empty()) status_text_ = to_json_text(changed ? *changed : PageStatus{});
-    return status_text_;
-  }
-  const std::string& jpeg() {
-    std::shared_ptr<const ImageU8> changed;
-    {
-      const std::lock_guard<std::mutex> lock(mutex_);
-      if (jpeg_number_ != frame_number_) changed = std::exchange(frame_, nullptr);
-      if (changed) jpeg_number_ = frame_number_;
-    }
-    if (changed) jpeg_ = to_jpeg(*changed);
-    return jpeg_;
-  }
-
-  const std::string token_;
-  // What requests and lookers use at their end comes before `io_`, whose end is theirs.
-  std::set<WebSocketClient*> clients_;
-  std::list<Request*> strangers_;  ///< requests without the token so far, the oldest first
-  std::size_t connections_ = 0;
-  std::string status_text_, jpeg_;
-  std::uint64_t status_text_number_ = 0, jpeg_number_ = 0;
-
   std::mutex mutex_;
   std::vector<Command> commands_;
   PageStatus status_;
@@ -175,293 +78,31 @@ class ControlPage::Server {
   std::shared_ptr<const ImageU8> frame_;
   std::uint64_t frame_number_ = 0;
   std::atomic<bool> wants_frame_{true};
-  std::atomic<std::uint64_t> failed_{0}, evicted_{0}, refused_{0};
-
-  asio::io_context io_{1};
-  tcp::acceptor acceptor_;
-  asio::steady_timer timer_;
-  tcp::endpoint endpoint_;
-  std::thread thread_;
 };
 
-/// One who has a WebSocket open.
-class ControlPage::Server::WebSocketClient : public std::enable_shared_from_this<WebSocketClient> {
- public:
-  WebSocketClient(Server& server, beast::tcp_stream stream) : server_(server), socket_(std::move(stream)) {
-    ++server_.connections_;
-    server_.clients_.insert(this);
-  }
-  ~WebSocketClient() {
-    --server_.connections_;
-    server_.clients_.erase(this);
-  }
-  WebSocketClient(const WebSocketClient&) = delete;
-  WebSocketClient& operator=(const WebSocketClient&) = delete;
-
-  void begin(const http::request<http::string_body>& request) {
-    socket_.set_option(websocket::stream_base::timeout::suggested(beast::role_type::server));
-    socket_.read_message_max(limits::kPageBodyBytes);
-    socket_.async_accept(request, [self = shared_from_this()](beast::error_code failed) {
-      if (failed) return;
-      self->open_ = true;
-      self->read();
-    });
-  }
-
-  bool is_ready_for_frame() const { return open_ && has_seen_; }
-
-  /// Sends what is new: the status first, a frame when the last one has been seen.
-  void send() {
-    if (!open_ || writing_) return;
-    if (status_sent_ != server_.status_text_number_ || status_sent_ == 0) {
-      message_ = server_.status_text();
-      status_sent_ = std::max<std::uint64_t>(1, server_.status_text_number_);
-      write(true);
-    } else if (has_seen_ && frame_sent_ != server_.jpeg_number_ && !server_.jpeg_.empty()) {
-      message_ = server_.jpeg_;
-      frame_sent_ = server_.jpeg_number_;
-      has_seen_ = false;
-      write(false);
-    }
-  }
-
- private:
-  void read() {
-    socket_.async_read(buffer_, [self = shared_from_this()](beast::error_code failed, std::size_t) {
-      if (failed) return;  // gone: nobody holds it any more
-      const std::string text = beast::buffers_to_string(self->buffer_.data());
-      self->buffer_.consume(self->buffer_.size());
-      if (text == "seen")
-        self->has_seen_ = true;
-      else if (!self->server_.add(to_command(text))) {
-        ++self->server_.refused_;
-        return self->socket_.async_close(websocket::close_code::policy_error, [self](beast::error_code) {});
-      }
-      self->read();
-    });
-  }
-  void write(bool is_text) {
-    writing_ = true;
-    socket_.text(is_text);
-    socket_.async_write(asio::buffer(message_),
-                        [self = shared_from_this()](beast::error_code failed, std::size_t) {
-                          self->writing_ = false;
-                          if (failed)
-                            self->open_ = false;
-                          else
-                            self->send();
-                        });
-  }
-
-  Server& server_;
-  websocket::stream<beast::tcp_stream> socket_;
-  beast::flat_buffer buffer_;
-  std::string message_;
-  bool open_ = false, writing_ = false, has_seen_ = true;
-  std::uint64_t status_sent_ = 0, frame_sent_ = 0;
-};
-
-class ControlPage::Server::Request : public std::enable_shared_from_this<Request> {
- public:
-  Request(Server& server, tcp::socket socket)
-      : server_(server),
-        stream_(std::move(socket)),
-        buffer_(limits::kPageHeaderBytes + limits::kPageBodyBytes) {
-    ++server_.connections_;
-    place_ = server_.strangers_.insert(server_.strangers_.end(), this);
-  }
-  ~Request() {
-    --server_.connections_;
-    is_no_stranger();
-  }
-  Request(const Request&) = delete;
-  Request& operator=(const Request&) = delete;
-
-  void read() {
-    parser_.emplace();
-    parser_->header_limit(limits::kPageHeaderBytes);
-    parser_->body_limit(limits::kPageBodyBytes);
-    stream_.expires_after(kHeadPatience);
-    http::async_read_header(stream_, buffer_, *parser_,
-                            [self = shared_from_this()](beast::error_code failed, std::size_t) {
-                              if (failed) return self->refuse(failed);
-                              if (self->refusal() == nullptr) self->is_no_stranger();
-                              self->read_body();
-                            });
-  }
-
-  /// Its place is needed for another.
-  void evict() {
-    is_no_stranger();
-    stream_.close();
-  }
-
- private:
-  void read_body() {
-    stream_.expires_after(kRequestPatience);
-    http::async_read(stream_, buffer_, *parser_,
-                     [self = shared_from_this()](beast::error_code failed, std::size_t) {
-                       if (failed) return self->refuse(failed);
-                       self->handle();
-                     });
-  }
-
-  void refuse(beast::error_code failed) {
-    if (failed == http::error::body_limit)
-      return answer(http::status::payload_too_large, "text/plain", "too large\n");
-    if (failed == http::error::header_limit)
-      return answer(http::status::request_header_fields_too_large, "text/plain", "too large\n");
-    if (failed == beast::error::timeout) ++server_.refused_;
-    if (failed == http::error::end_of_stream || failed == beast::error::timeout ||
-        failed == asio::error::operation_aborted)
-      return;
-    answer(http::status::bad_request, "text/plain", "no request\n");
-  }
-
-  void is_no_stranger() {
-    if (place_ == server_.strangers_.end()) return;
-    server_.strangers_.erase(place_);
-    place_ = server_.strangers_.end();
-  }
-
-  const char* refusal() const {
-    const http::request<http::string_body>& request = parser_->get();
-    return server_.refusal(request, std::string(request.target()));
-  }
-
-  void handle() {
-    const http::request<http::string_body>& request = parser_->get();
-    const std::string target(request.target());
-    const std::string path = target.substr(0, target.find('?'));
-    if (const char* why = refusal())
-      return answer(http::status::forbidden, "text/plain", std::string("refused: ") + why + "\n");
-    if (path == "/command") {
-      if (request.method() != http::verb::post)
-        return answer(http::status::method_not_allowed, "text/plain", "POST it\n");
-      const bool good = server_.add(to_command(request.body()));
-      return good ? answer(http::status::accepted, "text/plain", "accepted\n")
-                  : answer(http::status::bad_request, "text/plain", "no command\n");
-    }
-    if (request.method() != http::verb::get)
-      return answer(http::status::method_not_allowed, "text/plain", "GET it\n");
-    if (path == "/ws") {
-      if (!websocket::is_upgrade(request))
-        return answer(http::status::upgrade_required, "text/plain", "a WebSocket\n");
-      stream_.expires_never();
-      std::make_shared<WebSocketClient>(server_, std::move(stream_))->begin(request);
-      return;
-    }
-    if (path == "/") return answer(http::status::ok, "text/html; charset=utf-8", kControlPageHtml);
-    if (path == "/status") return answer(http::status::ok, "application/json", server_.status_text());
-    if (path == "/metrics") {
-      std::string text;
-      {
-        const std::lock_guard<std::mutex> lock(server_.mutex_);
-        text = server_.metrics_;
-      }
-      return answer(http::status::ok, "text/plain; version=0.0.4", text);
-    }
-    if (path == "/frame.jpg") {
-      const std::string& picture = server_.jpeg();
-      return picture.empty() ? answer(http::status::service_unavailable, "text/plain", "no frame yet\n")
-                             : answer(http::status::ok, "image/jpeg", picture);
-    }
-    answer(http::status::not_found, "text/plain", "there is no such page\n");
-  }
-
-  void answer(http::status status, const char* type, const std::string& body) {
-    if (http::to_status_class(status) == http::status_class::client_error &&
-        status != http::status::not_found)
-      ++server_.refused_;
-    response_.emplace(status, 11);
-    response_->set(http::field::content_type, type);
-    response_->set(http::field::cache_control, "no-store");
-    response_->set(http::field::x_frame_options, "DENY");
-    response_->set("Referrer-Policy", "no-referrer");
-    response_->set("X-Content-Type-Options", "nosniff");
-    response_->set("Content-Security-Policy",
-                   "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src "
-                   "'self' blob: data:; "
-                   "connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'");
-    response_->body() = body;
-    response_->keep_alive(false);
-    response_->prepare_payload();
-    stream_.expires_after(kRequestPatience);
-    http::async_write(stream_, *response_, [self = shared_from_this()](beast::error_code, std::size_t) {
-      beast::error_code ignored;
-      self->stream_.socket().shutdown(tcp::socket::shutdown_send, ignored);
-    });
-  }
-
-  Server& server_;
-  std::list<Request*>::iterator place_;  ///< among the strangers; their end(): it has the token
-  beast::tcp_stream stream_;
-  beast::flat_buffer buffer_;
-  std::optional<http::request_parser<http::string_body>> parser_;
-  std::optional<http::response<http::string_body>> response_;
-};
-
-void ControlPage::Server::accept() {
-  acceptor_.async_accept([this](beast::error_code failed, tcp::socket socket) {
-    // Whoever has the token keeps a place; of the others the oldest gives way to the newest.
-    if (!failed && connections_ >= limits::kPageConnections && !strangers_.empty()) {
-      ++evicted_;
-      strangers_.front()->evict();
-      std::make_shared<Request>(*this, std::move(socket))->read();
-    } else if (!failed && connections_ < limits::kPageConnections)
-      std::make_shared<Request>(*this, std::move(socket))->read();
-    else if (!failed)
-      ++refused_;
-    // Out of files: the next try must not spin.
-    if (failed && failed != asio::error::operation_aborted) {
-      ++failed_;
-      auto later = std::make_shared<asio::steady_timer>(io_, std::chrono::milliseconds(100));
-      later->async_wait([this, later](beast::error_code) { accept(); });
-    } else if (!failed) {
-      accept();
-    }
-  });
-}
-
-void ControlPage::Server::tick() {
-  timer_.expires_after(kStatusPeriod);
-  timer_.async_wait([this](beast::error_code failed) {
-    if (failed) return;
-    tick();  // first, so that a fault below does not end it
-    // A pointer ten times a second costs the loop nothing, and whoever asks for a frame gets a new one.
-    wants_frame_ = true;
-    if (!clients_.empty()) {
-      status_text();
-      bool wanted = false;
-      for (WebSocketClient* client : clients_) wanted = wanted || client->is_ready_for_frame();
-      if (wanted) jpeg();
-      for (WebSocketClient* client : clients_) client->send();
-    }
-  });
-}
-
-ControlPage::ControlPage(const ControlOptions& options) : server_(std::make_unique<Server>(options)) {}
+ControlPage::ControlPage(const ControlOptions& options)
+    : page_(std::make_unique<Page>()), server_(std::make_unique<PageServer>(*page_, options)) {}
 ControlPage::~ControlPage() = default;
 std::string ControlPage::url() const {
   return server_->url();
 }
 std::vector<Command> ControlPage::take() {
-  return server_->take();
+  return page_->take_commands();
 }
 void ControlPage::publish(const PageStatus& status) {
-  server_->publish(status);
+  page_->publish(status);
 }
 void ControlPage::publish_metrics(std::string prometheus_text) {
-  server_->publish_metrics(std::move(prometheus_text));
+  page_->publish_metrics(std::move(prometheus_text));
 }
 bool ControlPage::wants_frame() const {
-  return server_->wants_frame();
+  return page_->wants_frame();
 }
-ControlPage::Faults ControlPage::faults() const {
+PageFaults ControlPage::faults() const {
   return server_->faults();
 }
 void ControlPage::publish(std::shared_ptr<const ImageU8> frame) {
-  server_->publish(std::move(frame));
+  page_->publish(std::move(frame));
 }
 
 }  // namespace procam::show

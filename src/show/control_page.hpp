@@ -19,12 +19,7 @@
 /// | GET /metrics | metrics.hpp's text |
 /// | POST /command | one command, JSON: for scripts |
 ///
-/// Every request needs the token, as ?token= or as "Authorization: Bearer". On loopback the Host must be one
-/// of loopback's names (a page elsewhere that has its name pointed here gets nothing), and an Origin, if
-/// there is one, must be this server. Headers are limited to 8 KB and three seconds, bodies and messages to
-/// 16 KB, each request to ten seconds more, and connections to 32; what is over is refused or closed. When all
-/// 32 are taken, the oldest one that has not given the token is closed for the next. The server has a thread of its
-/// own, and takes no more of the loop than handing over a pointer.
+/// The server, its token and its limits are those of page_server.hpp.
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -33,15 +28,12 @@
 
 #include "editor.hpp"
 #include "procam/core/base/image.hpp"
+#include "procam/show/page_server.hpp"
 #include "procam/show/projection.hpp"
 
 namespace procam::show {
 
-struct ControlOptions {
-  std::string address = "127.0.0.1";  ///< to listen on; another machine needs this one's, or 0.0.0.0
-  int port = 8737;                    ///< 0: a free one
-  std::string token;                  ///< 8 to 256 letters of a-z A-Z 0-9 - _; empty: 128 random bits
-};
+using ControlOptions = PageServerOptions;
 
 struct PageSurface {
   std::string name, content;
@@ -79,20 +71,14 @@ class ControlPage {
   void publish_metrics(std::string prometheus_text);
   /// Is anybody looking who could do with a newer frame?
   bool wants_frame() const;
-  /// Counted since the begin.
-  struct Faults {
-    std::uint64_t failed = 0;   ///< requests that failed in the server, connections that it could not accept
-    std::uint64_t evicted = 0;  ///< connections that were closed for others
-    /// Requests and messages without the token, too large, incomplete after their time, or that are none.
-    std::uint64_t refused = 0;
-  };
-  Faults faults() const;
+  PageFaults faults() const;
   /// Is read in the server's thread: must not be written to while others hold it.
   void publish(std::shared_ptr<const ImageU8> frame);
 
  private:
-  class Server;
-  std::unique_ptr<Server> server_;
+  class Page;
+  std::unique_ptr<Page> page_;
+  std::unique_ptr<PageServer> server_;  ///< ends before the page
 };
 
 }  // namespace procam::show

@@ -8,6 +8,7 @@
 #include <set>
 #include <thread>
 
+#include "control_messages.hpp"
 #include "editor_points.hpp"
 #include "light_check.hpp"
 #include "overlay.hpp"
@@ -223,6 +224,12 @@ class Loop {
   }
 
   void take_commands() {
+    for (const std::string& text : parts_.commands())
+      guarded("command", [&] {
+        const std::optional<Command> command = to_command(text);
+        if (!command) throw Error(ErrorKind::kInput, "command " + text, "it is invalid", "see docs/live.md");
+        execute(*command);
+      });
     if (parts_.page == nullptr) return;
     for (const Command& command : parts_.page->take()) guarded("command", [&] { execute(command); });
   }
@@ -530,7 +537,7 @@ class Loop {
     for (const track::PoseSource* source : parts_.sources) metrics_.malformed += source->status().malformed;
     parts_.other_faults(metrics_.faults);
     if (parts_.page == nullptr) return;
-    const ControlPage::Faults faults = parts_.page->faults();
+    const PageFaults faults = parts_.page->faults();
     if (faults.failed > 0) metrics_.faults["page_request"] = faults.failed;
     if (faults.evicted > 0) metrics_.faults["page_connection"] = faults.evicted;
     if (faults.refused > 0) metrics_.faults["page_refused"] = faults.refused;

@@ -45,6 +45,8 @@ struct LoopParts {
   /// Adds the faults of parts that the loop does not know to Metrics::faults, before these are published.
   std::function<void(std::map<std::string, std::uint64_t>&)> other_faults =
       [](std::map<std::string, std::uint64_t>&) {};
+  /// Commands of others than the page, JSON as the page sends them.
+  std::function<std::vector<std::string>()> commands = [] { return std::vector<std::string>(); };
   /// Called with what happens, a sentence at a time: faults, recoveries, reloads.
   std::function<void(const std::string&)> say = [](const std::string&) {};
   /// Called after each frame, and ten times a second while the next one is awaited, with the metrics so far;

@@ -174,17 +174,7 @@ std::unique_ptr<track::PoseSource> open_markers(const MarkerInput& input, const 
 }
 
 ControlOptions control_options(const ShowOptions& options) {
-  const std::string& text = options.control;
-  const std::size_t colon = text.rfind(':');
-  const std::string port = colon == std::string::npos ? text : text.substr(colon + 1);
-  ControlOptions control;
-  if (colon != std::string::npos) control.address = text.substr(0, colon);
-  if (control.address.size() > 2 && control.address.front() == '[')
-    control.address = control.address.substr(1, control.address.size() - 2);
-  if (port.empty() || port.size() > 5 || port.find_first_not_of("0123456789") != std::string::npos)
-    throw Error(ErrorKind::kInput, "control " + text, "it does not end in a port",
-                "give e.g. 8737, 0.0.0.0:8737 or off");
-  control.port = std::stoi(port);
+  ControlOptions control = parse_page_address(options.control);
   control.token = options.token;
   return control;
 }
@@ -206,11 +196,13 @@ void check_combination(const ShowOptions& options) {
 /// The parts of one show, in the order in which they are made ready.
 class ShowRun {
  public:
-  ShowRun(const Rig& rig, bool is_calibrated, const ShowOptions& options, ShowListener& listener)
+  ShowRun(const Rig& rig, bool is_calibrated, const ShowOptions& options, ShowListener& listener,
+          device::FrameSink* sink = nullptr)
       : rig_(rig),
         is_calibrated_(is_calibrated),
         options_(options),
         listener_(listener),
+        sink_(sink),
         in_room_(is_depth_source(options.surfaces)),
         folder_(content_folder(options.surfaces)),
         silhouettes_([this](const std::string& sentence) { listener_.on_event(sentence); }) {
@@ -252,6 +244,7 @@ class ShowRun {
     parts.other_faults = [this](std::map<std::string, std::uint64_t>& faults) {
       count_people_faults(faults);
     };
+    parts.commands = [this] { return listener_.commands(); };
     parts.say = [this](const std::string& sentence) { listener_.on_event(sentence); };
     parts.tick = [this](const Metrics& metrics) {
       take_people();
@@ -321,13 +314,17 @@ class ShowRun {
     loop_.fps = options_.fps > 0 ? options_.fps : kUsualRate;
     loop_.duration_s = options_.duration_s;
     loop_.autosave = options_.autosave;
-    if (options_.output.empty()) {
+    if (sink_ != nullptr) {
+      require(sink_->size() == projection_->frame_size(),
+              "show::run: a sink of another size than the projector's");
+    } else if (options_.output.empty()) {
       open_display();
     } else {
       device::SinkOptions sink;
       sink.size = projection_->frame_size();
       sink.fps = loop_.fps;
-      sink_ = device::open_sink(options_.output, sink);
+      opened_sink_ = device::open_sink(options_.output, sink);
+      sink_ = opened_sink_.get();
     }
     loop_.delay_s = options_.delay_camera.empty() ? options_.delay_s : measured_delay();
   }
@@ -341,7 +338,8 @@ class ShowRun {
                   "it shows " + io::format_size(display.size) + " and the projector was calibrated with " +
                       io::format_size(size),
                   "set the display's mode to the projector's, or calibrate in this mode");
-    sink_ = device::open_window(display.number);
+    opened_sink_ = device::open_window(display.number);
+    sink_ = opened_sink_.get();
     if (options_.fps <= 0 && display.refresh_hz > 0) loop_.fps = display.refresh_hz;
     listener_.on_start("display " + std::to_string(display.number) + ": " + display.name + ", " +
                        io::format_size(display.size));
@@ -382,6 +380,7 @@ class ShowRun {
   const bool is_calibrated_;
   const ShowOptions& options_;
   ShowListener& listener_;
+  device::FrameSink* sink_;  ///< the caller's, or opened_sink_
   const bool in_room_;
   const fs::path folder_;
   std::string conditions_;
@@ -392,7 +391,7 @@ class ShowRun {
   std::unique_ptr<Projection> projection_;
   SurfaceSet first_;
   std::unique_ptr<ShowLoader> loader_;
-  std::unique_ptr<device::FrameSink> sink_;
+  std::unique_ptr<device::FrameSink> opened_sink_;
   LoopOptions loop_;
   std::vector<std::unique_ptr<track::PoseSource>> sources_;
   std::optional<RunRecorder> recorder_;
@@ -458,6 +457,10 @@ ShowListener& listener_or_none(ShowListener* listener) {
 
 ShowReport run(const Rig& rig, const ShowOptions& options, ShowListener* listener) {
   return ShowRun(rig, true, options, listener_or_none(listener)).run();
+}
+
+ShowReport run(const Rig& rig, const ShowOptions& options, device::FrameSink& sink, ShowListener* listener) {
+  return ShowRun(rig, true, options, listener_or_none(listener), &sink).run();
 }
 
 ShowReport run(const ShowOptions& options, ShowListener* listener) {

@@ -111,7 +111,8 @@ std::vector<ImageF> levels_of(const SampledView& view, const std::vector<ShownFr
 /// Widths of the light that surfaces and the lens scatter, in image widths.
 constexpr double kIndirectWidth = 0.06, kGlareWidth = 0.15;
 
-/// What reaches the sensor through the lens.
+}  // namespace
+
 ImageF through_lens(ImageF levels, const ImageF& albedo, const Sensor& sensor,
                     const std::vector<float>& kernel) {
   const std::ptrdiff_t pixels = std::ptrdiff_t(levels.width()) * levels.height();
@@ -127,6 +128,8 @@ ImageF through_lens(ImageF levels, const ImageF& albedo, const Sensor& sensor,
     seen.data()[i] += float(sensor.glare) * (veil.data()[i] - seen.data()[i]);
   return seen;
 }
+
+namespace {
 
 /// The image moved by `shift`, linear between pixels; beyond the border the outermost pixels repeat.
 ImageF shifted(const ImageF& image, const Vec2& shift) {
@@ -168,9 +171,11 @@ ImageF spoiled(ImageF levels, const Sensor& sensor, std::size_t frame) {
   return levels;
 }
 
-/// The grey value of every thousandth linear level; empty for a linear sensor.
 constexpr int kCurveSteps = 1000;
-std::vector<std::uint8_t> curve_of(double gamma) {
+
+}  // namespace
+
+std::vector<std::uint8_t> response_curve(double gamma) {
   std::vector<std::uint8_t> curve;
   if (gamma == 1) return curve;
   for (int i = 0; i <= 255 * kCurveSteps; ++i)
@@ -178,8 +183,6 @@ std::vector<std::uint8_t> curve_of(double gamma) {
   return curve;
 }
 
-/// Exposure, noise, the sensor's curve, 8 bits. Every (number, row) has a random stream of its own, so
-/// threads change nothing.
 ImageU8 develop(const ImageF& levels, const Sensor& sensor, const std::vector<std::uint8_t>& curve,
                 std::uint64_t number) {
   const std::vector<float>& normal = normal_table();
@@ -211,6 +214,8 @@ ImageU8 develop(const ImageF& levels, const Sensor& sensor, const std::vector<st
   return grey;
 }
 
+namespace {
+
 /// Channels of one picture put together.
 ImageU8 interleaved(const ImageU8* channels, int count) {
   ImageU8 picture(channels[0].size(), count);
@@ -225,7 +230,7 @@ ImageU8 interleaved(const ImageU8* channels, int count) {
 std::vector<ImageU8> record(const SampledView& view, const std::vector<ShownFrames>& lights,
                             std::size_t count, const Sensor& sensor, int threads) {
   const std::vector<float> kernel = gaussian_kernel(sensor.blur_px);
-  const std::vector<std::uint8_t> curve = curve_of(sensor.gamma);
+  const std::vector<std::uint8_t> curve = response_curve(sensor.gamma);
   const std::size_t channels = std::size_t(sensor.channels);
   std::vector<ImageU8> developed(count * channels);
   for (std::size_t first = 0; first < developed.size(); first += kMaxPlanes) {

@@ -27,6 +27,16 @@ struct Sensor {
   std::uint64_t seed = 0;
 };
 
+/// The grey value of every thousandth linear level; empty for a linear sensor (gamma 1).
+std::vector<std::uint8_t> response_curve(double gamma);
+/// Exposure, falloff, noise, the sensor's curve, 8 bits. Every (number, row) has a random stream of its own, so threads
+/// change nothing.
+ImageU8 develop(const ImageF& levels, const Sensor& sensor, const std::vector<std::uint8_t>& curve,
+                std::uint64_t number);
+/// What reaches the sensor through the lens: indirect light (with an albedo), blur by the kernel, glare.
+ImageF through_lens(ImageF levels, const ImageF& albedo, const Sensor& sensor,
+                    const std::vector<float>& kernel);
+
 /// One capture a frame: all lights show their frames of one number together. `count` is theirs, or 1 for a
 /// view without lights.
 std::vector<ImageU8> record(const SampledView& view, const std::vector<ShownFrames>& lights,

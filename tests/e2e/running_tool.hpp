@@ -47,12 +47,15 @@ class Running {
     if (is_running()) kill(process_, signal);
   }
   pid_t process() const { return process_; }
-  /// Resident memory, bytes.
+  /// Resident memory of its own, bytes: anonymous and shared. Pages of libraries that a first use brings in are those
+  /// of the files, and not counted.
   double memory() const {
-    std::ifstream file("/proc/" + std::to_string(process_) + "/statm");
-    double total = 0, resident = 0;
-    file >> total >> resident;
-    return resident * double(sysconf(_SC_PAGESIZE));
+    std::ifstream file("/proc/" + std::to_string(process_) + "/status");
+    double sum_kib = 0;
+    for (std::string line; std::getline(file, line);)
+      if (line.rfind("RssAnon:", 0) == 0 || line.rfind("RssShmem:", 0) == 0)
+        sum_kib += std::stod(line.substr(line.find(':') + 1));
+    return 1024 * sum_kib;
   }
 
  private:

@@ -8,6 +8,7 @@ set(begin "<!-- arrows: made by tests/layering/diagram.cmake -->\n")
 set(end "<!-- end of the arrows -->\n")
 
 file(GLOB needs ${BUILD}/procam-*-needs.cmake)
+list(FILTER needs EXCLUDE REGEX procam-procam-)  # procam::procam, which is all of them
 set(components)
 foreach(file IN LISTS needs)
   include(${file})

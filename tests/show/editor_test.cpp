@@ -41,6 +41,17 @@ TEST_F(Edited, ACornerGoesWhereItIsDragged) {
   for (std::size_t i = 0; i < 4; ++i) EXPECT_LT((*points(0)[i] - *before[i] - Vec2(0.1, -0.3)).norm(), 1e-9);
 }
 
+TEST_F(Edited, AsManyStepsAsTheLimitAreUndone) {
+  for (std::size_t i = 0; i <= limits::kEditSteps; ++i) apply({"nudge", "sign", 0, {0.1, 0}, "", ""});
+  std::size_t undone = 0;
+  while (editor_.undo()) ++undone;
+  EXPECT_EQ(undone, limits::kEditSteps) << "the oldest step is forgotten";
+  solve();
+  EXPECT_NEAR(points(2)[0]->x(), 20.1, 1e-9);
+  while (editor_.redo()) --undone;
+  EXPECT_EQ(undone, 0u);
+}
+
 TEST_F(Edited, ADragIsOneStep) {
   const auto before = points(2);
   for (int i = 1; i <= 20; ++i) apply({"move", "sign", 0, {20.0 + i, 110.0 - i}, "", "drag 7"});

@@ -142,8 +142,20 @@ void Browser::mouse(const std::string& what, double x, double y) {
                                             {"clickCount", 1}});
 }
 void Browser::press(const std::string& key) {
+  // The browser's own elements go by the number of the key.
+  const int number = key == "ArrowLeft"    ? 37
+                     : key == "ArrowUp"    ? 38
+                     : key == "ArrowRight" ? 39
+                     : key == "ArrowDown"  ? 40
+                     : key == "Tab"        ? 9
+                     : key == "Escape"     ? 27
+                                           : 0;
   for (const char* type : {"keyDown", "keyUp"})
-    state_->call("Input.dispatchKeyEvent", {{"type", type}, {"key", key}, {"code", key}});
+    state_->call("Input.dispatchKeyEvent",
+                 {{"type", type}, {"key", key}, {"code", key}, {"windowsVirtualKeyCode", number}});
+}
+void Browser::type(const std::string& text) {
+  state_->call("Input.insertText", {{"text", text}});
 }
 void Browser::screenshot(const std::filesystem::path& png) {
   const std::string text = state_->call("Page.captureScreenshot", {{"format", "png"}}).value("data", "");

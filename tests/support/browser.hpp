@@ -25,6 +25,8 @@ class Browser {
   void mouse(const std::string& what, double x, double y);
   /// "ArrowLeft", ...
   void press(const std::string& key);
+  /// Inserts text where the focus is, as if it were pasted.
+  void type(const std::string& text);
   void screenshot(const std::filesystem::path& png);
   /// What the page wrote to its console, and exceptions.
   const std::string& console() const;

@@ -11,9 +11,11 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "procam/core/base/error.hpp"
 #include "procam/core/rig/rig.hpp"
+#include "procam/device/frame_sink.hpp"
 #include "procam/show/metrics.hpp"
 #include "procam/show/show_options.hpp"
 #include "procam/track/pose_track.hpp"
@@ -53,12 +55,20 @@ class ShowListener {
   /// (`report` without frames then). What it throws ends the
   /// show and passes through run(), after the sink was finished.
   virtual void on_frame(const ShowReport& report) { (void)report; }
+  /// Commands to the show since the last call, JSON as the control page sends them (docs/live.md); asked for before each
+  /// frame.
+  virtual std::vector<std::string> commands() { return {}; }
 };
 
 /// Shows until the window is closed, the time is over or the listener throws. Throws Error for options, files and
 /// devices that cannot be used, and for an output that fails during the show. Everything else that fails during
 /// the show is an event, is counted by its name (Metrics::faults), and the show continues.
 ShowReport run(const Rig& rig, const ShowOptions& options, ShowListener* listener = nullptr);
+
+/// The same into a sink that the caller has opened, instead of a display or options.output. Throws std::invalid_argument
+/// for a sink whose size is not that of the rig's projector.
+ShowReport run(const Rig& rig, const ShowOptions& options, device::FrameSink& sink,
+               ShowListener* listener = nullptr);
 
 /// A show without a calibrated rig: surfaces in projector pixels alone, whose corners are dragged at the control page.
 /// The frame has the display's size, or ShowOptions::size with another output. A surface file that does not exist is

@@ -1,0 +1,411 @@
+#include "desk.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "desk_devices.hpp"
+#include "procam/analyze/light_error.hpp"
+#include "procam/core/base/clock.hpp"
+#include "procam/core/base/words.hpp"
+#include "procam/detect/board_artwork.hpp"
+#include "procam/device/content_source.hpp"
+#include "procam/io/board_file.hpp"
+#include "procam/io/files.hpp"
+#include "procam/io/rig_file.hpp"
+#include "procam/io/sheet/board_sheet.hpp"
+#include "procam/io/surface_file.hpp"
+#include "procam/io/text.hpp"
+
+namespace procam::studio {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kMessages = 6;
+constexpr double kPublishPeriod = 0.05;
+constexpr double kLook = 0.03;
+
+show::PageServerOptions server_options(const StudioOptions& options) {
+  show::PageServerOptions server = show::parse_page_address(options.control);
+  server.token = options.token;
+  server.period_s = kPublishPeriod / 2;
+  server.name = "studio";
+  return server;
+}
+
+Error refused(const std::string& what, const std::string& why, const std::string& next) {
+  return Error(ErrorKind::kInput, what, why, next);
+}
+
+}  // namespace
+
+Desk::Desk(const StudioOptions& options, StudioListener& listener)
+    : options_(options), listener_(listener), project_(options.project), page_(project_) {
+  if (options.simulate) stage_ = std::make_unique<SimulatedStage>(*options.simulate);
+  load_results();
+  server_.emplace(page_, server_options(options));
+  listener.on_start("studio: " + server_->url());
+}
+
+Desk::~Desk() = default;
+
+void Desk::run() {
+  try {
+    // What was open before is opened again; a projector that is gone is reported on the page.
+    for (const auto open : {&Desk::open_display, &Desk::open_camera}) {
+      try {
+        (this->*open)();
+      } catch (const Error& error) {
+        fail(error);
+      }
+    }
+    go_to(project_.choices.step);
+    while (true) {
+      pump();
+      if (job_ != Job::kNone) run_job();
+      look(kLook);
+    }
+  } catch (const Ending&) {
+    std::rethrow_exception(ending_);
+  }
+}
+
+void Desk::pump() {
+  for (const StudioCommand& command : page_.take_commands()) {
+    try {
+      error_.reset();
+      execute(command);
+    } catch (const Error& error) {
+      fail(error);
+    } catch (const std::invalid_argument& error) {
+      fail(refused(command.verb, error.what(), "try another value"));
+    }
+  }
+  take_calibration();
+  if (sink_) sink_->poll();
+  const double now = steady_now();
+  if (now - published_s_ >= kPublishPeriod) {
+    published_s_ = now;
+    page_.publish(state_text());
+  }
+  try {
+    listener_.on_tick();
+  } catch (...) {
+    ending_ = std::current_exception();
+    throw Ending();
+  }
+  if (stop_) {
+    stop_ = false;
+    if (job_ != Job::kNone) throw Stopped();
+  }
+}
+
+void Desk::say(const std::string& sentence) {
+  messages_.push_back(sentence);
+  if (messages_.size() > kMessages) messages_.erase(messages_.begin());
+  listener_.on_event(sentence);
+}
+
+void Desk::fail(const Error& error) {
+  error_ = error;
+  listener_.on_event(error.what());
+}
+
+void Desk::begin(Job job) {
+  if (job_ != Job::kNone) throw refused("start", "something else is running", "stop it first");
+  if (calibration_.is_running())
+    throw refused("start", "a calibration is running", "wait for its end, or stop it");
+  job_ = job;
+  doing_.clear();
+  done_ = total_ = 0;
+}
+
+void Desk::execute(const StudioCommand& command) {
+  const std::string& verb = command.verb;
+  if (verb == "step") {
+    const std::optional<Step> step = step_named(command.text);
+    if (!step) throw refused("step '" + command.text + "'", "there is none", "name one of the steps");
+    if (job_ != Job::kNone) throw refused("step", "something is running", "stop it first");
+    return go_to(*step);
+  }
+  if (verb == "stop") {
+    stop_ = job_ != Job::kNone;
+    calibration_.stop();
+    return;
+  }
+  if (verb == "take") {
+    take_now_ = true;
+    return;
+  }
+  if (verb == "show_command") {
+    if (job_ == Job::kShow) show_commands_.push_back(command.text);
+    return;
+  }
+  if (job_ != Job::kNone) throw refused(verb, "something is running", "stop it first");
+  if (verb == "check_camera") return begin(Job::kCheckCamera);
+  if (verb == "capture") return begin(Job::kCapture);
+  if (verb == "scan") return begin(Job::kScan);
+  if (verb == "show") return begin(Job::kShow);
+  if (verb == "calibrate") {
+    if (!project_.is_done(Step::kCapture))
+      throw refused("calibrate", "the session is not complete", "capture all views first");
+    calibration_.start(project_, stage_ ? std::optional(stage_->truth()) : std::nullopt);
+    return;
+  }
+  if (verb == "surface" || verb == "corner" || verb == "remove" || verb == "content")
+    return execute_surfaces(command);
+  execute_setup(command);
+}
+
+void Desk::execute_setup(const StudioCommand& command) {
+  const std::string &verb = command.verb, &text = command.text;
+  Choices& choices = project_.choices;
+  const Choices before = choices;
+  try {
+    if (verb == "display") {
+      choices.display = text;
+      open_display();
+      show_test_card();
+    } else if (verb == "camera") {
+      choices.camera = text;
+      choices.camera_checked = 0;
+      open_camera();
+    } else if (verb == "camera_size") {
+      if (!text.empty()) io::parse_size(text);
+      choices.camera_size = text;
+      open_camera();
+    } else if (verb == "exposure") {
+      choices.exposure = text;
+      open_camera();
+    } else if (verb == "light") {
+      show_flat(text == "black" ? 0 : 255);
+    } else if (verb == "test_card") {
+      show_test_card();
+    } else if (verb == "board") {
+      choices.board = text;
+      choices.measured.clear();
+      make_board();
+    } else if (verb == "paper") {
+      io::parse_paper(text);
+      choices.paper = text;
+    } else if (verb == "measured") {
+      if (choices.board.empty()) throw refused("measured", "no board is chosen", "choose a board first");
+      choices.measured = text;
+      make_board();
+    } else if (verb == "views") {
+      const double wanted = command.numbers.empty() ? 0 : command.numbers[0];
+      if (!(wanted >= 3 && wanted <= 100)) throw refused("views", "3 to 100 are possible", "give e.g. 6");
+      choices.views = int(wanted);
+    } else if (verb == "accept") {
+      const double wanted = command.numbers.empty() ? 0 : command.numbers[0];
+      if (!(wanted > 0 && wanted < 1e4)) throw refused("limit", "it is no length in mm", "give e.g. 5");
+      choices.accept_mm = wanted;
+    } else {
+      throw refused("command '" + verb + "'", "there is none", "reload the page");
+    }
+  } catch (...) {
+    choices = before;
+    throw;
+  }
+  project_.save();
+}
+
+void Desk::execute_surfaces(const StudioCommand& command) {
+  const std::vector<double>& n = command.numbers;
+  if (command.verb == "surface") {
+    if (n.size() != 8) throw refused("surface", "four corners are needed", "click four corners");
+    if (command.name.empty() || command.name.size() > 64)
+      throw refused("surface", "a surface needs a name of at most 64 letters", "give a name");
+    for (const Surface& one : surfaces_.surfaces)
+      if (one.name == command.name)
+        throw refused("surface '" + one.name + "'", "there is one already", "give another name");
+    if (scan_.empty() && fs::exists(project_.scan())) scan_ = read_scan(project_.scan(), rig());
+    if (scan_.empty())
+      throw refused("surface", "the wall is not measured yet", "click 'Measure the wall' first");
+    const CameraCorners corners = {Vec2(n[0], n[1]), Vec2(n[2], n[3]), Vec2(n[4], n[5]), Vec2(n[6], n[7])};
+    FittedSurface fitted = fit_surface(scan_, rig(), corners, command.name);
+    fitted.surface.content = "#ffffff";
+    const Vec2 sides = side_lengths(fitted.surface);
+    say("surface '" + command.name + "': " + fixed(sides.x(), 3) + " m x " + fixed(sides.y(), 3) + " m, " +
+        std::to_string(fitted.points) + " points of the wall within " + mm(fitted.rms, 1) +
+        " (rms) of its plane");
+    surfaces_.surfaces.push_back(std::move(fitted.surface));
+  } else if (command.verb == "corner") {
+    if (n.size() != 3) throw refused("corner", "its number and its pixel are needed", "drag a corner");
+    Surface& moved = surface(command.name);
+    moved = move_corner(moved, rig(), int(n[0]), Vec2(n[1], n[2]));
+  } else if (command.verb == "remove") {
+    const Surface* gone = &surface(command.name);
+    surfaces_.surfaces.erase(surfaces_.surfaces.begin() + (gone - surfaces_.surfaces.data()));
+  } else {
+    const std::vector<std::string> files = device::content_files(project_.folder(), 200);
+    const bool is_color = command.text.size() == 7 && command.text[0] == '#' &&
+                          command.text.find_first_not_of("0123456789abcdefABCDEF", 1) == std::string::npos;
+    if (!is_color && std::find(files.begin(), files.end(), command.text) == files.end())
+      throw refused("content '" + command.text + "'", "it is no file of the project's folder and no color",
+                    "put the file into " + project_.folder().string() + ", or give a color such as #ffffff");
+    surface(command.name).content = command.text;
+  }
+  save_surfaces();
+}
+
+Surface& Desk::surface(const std::string& name) {
+  for (Surface& one : surfaces_.surfaces)
+    if (one.name == name) return one;
+  throw refused("surface '" + name + "'", "there is none of this name", "choose one of the list");
+}
+
+void Desk::save_surfaces() {
+  io::save_surfaces(project_.surfaces(), surfaces_);
+}
+
+const Rig& Desk::rig() const {
+  if (!rig_) throw refused("rig", "it is not calibrated yet", "finish the step 'calibrate' first");
+  return *rig_;
+}
+
+void Desk::go_to(Step step) {
+  project_.choices.step = step;
+  project_.save();
+  spotter_.look_for(step == Step::kBoard || step == Step::kCapture ? board_ : std::nullopt);
+  if (stage_ && step != Step::kCapture) stage_->put_board_away();
+  if (!sink_) return;
+  if (step == Step::kDisplay)
+    show_test_card();
+  else
+    show_flat(255);
+}
+
+void Desk::show_flat(int level) {
+  device::FrameSink& sink = projector();
+  sink.show(ImageU8(sink.size(), 1, std::uint8_t(level)));
+}
+
+/// A frame's border, its diagonals and one-pixel squares: keystone, scaling and cut edges can be seen.
+void Desk::show_test_card() {
+  device::FrameSink& sink = projector();
+  ImageU8 card(sink.size(), 1, 0);
+  const int w = card.width(), h = card.height(), step = std::max(16, h / 12);
+  for (int y = 0; y < h; ++y)
+    for (int x = 0; x < w; ++x) {
+      const bool border = x < 3 || y < 3 || x >= w - 3 || y >= h - 3;
+      const bool grid = x % step == 0 || y % step == 0;
+      const bool squares = std::abs(x - w / 2) < 2 * step && std::abs(y - h / 2) < step;
+      card.at(x, y) = border ? 255 : squares ? ((x + y) % 2 == 0 ? 255 : 0) : grid ? 160 : 24;
+    }
+  sink.show(card);
+}
+
+void Desk::open_display() {
+  sink_.reset();
+  opened_sink_.reset();
+  const std::string& wanted = project_.choices.display;
+  if (wanted.empty()) return;
+  if (!stage_) opened_sink_ = device::open_window(device::find_display(device::displays(), wanted).number);
+  sink_ = std::make_unique<Screen>(stage_ ? stage_->projector() : *opened_sink_, page_);
+}
+
+void Desk::open_camera() {
+  camera_.reset();
+  opened_source_.reset();
+  const Choices& choices = project_.choices;
+  if (choices.camera.empty()) return;
+  device::FrameSource* source = nullptr;
+  if (stage_) {
+    source = &stage_->camera();
+  } else {
+    device::CameraOptions options;
+    if (!choices.camera_size.empty()) options.size = io::parse_size(choices.camera_size);
+    if (!choices.exposure.empty()) {
+      char* end = nullptr;
+      options.exposure = std::strtod(choices.exposure.c_str(), &end);
+      if (*end != '\0' || !std::isfinite(*options.exposure))
+        throw refused("exposure " + choices.exposure, "it is no number",
+                      "give a number in the driver's unit");
+    }
+    opened_source_ = device::open_camera(choices.camera, options);
+    source = opened_source_.get();
+  }
+  camera_ = std::make_unique<Camera>(*source, [this](const device::SeenFrame& frame) { seen(frame); });
+}
+
+device::FrameSink& Desk::projector() {
+  if (!sink_) throw refused("projector", "no display is chosen", "choose one in the step 'display'");
+  return *sink_;
+}
+device::FrameSource& Desk::camera() {
+  if (!camera_) throw refused("camera", "none is chosen", "choose one in the step 'camera'");
+  return *camera_;
+}
+
+void Desk::look(double timeout_s) {
+  if (!camera_) {
+    std::this_thread::sleep_for(std::chrono::duration<double>(timeout_s));
+    return;
+  }
+  try {
+    camera_->next(last_image_s_, timeout_s);
+  } catch (const Error& error) {
+    camera_.reset();
+    fail(error);
+  }
+}
+
+void Desk::seen(const device::SeenFrame& frame) {
+  const double interval = frame.time_s - last_image_s_;
+  constexpr double kShare = 0.1, kGap = 2;
+  if (interval > 0 && interval < kGap)
+    images_per_s_ = images_per_s_ > 0 ? 1 / ((1 - kShare) / images_per_s_ + kShare * interval) : 1 / interval;
+  last_image_s_ = frame.time_s;
+  image_size_ = frame.image.size();
+  std::size_t saturated = 0, count = 0;
+  double sum = 0, steps = 0;
+  constexpr int kEvery = 4, kSaturated = 252;
+  for (int y = 0; y < frame.image.height(); y += kEvery)
+    for (int x = 0; x + 2 < frame.image.width(); x += kEvery, ++count) {
+      const int level = frame.image.at(x, y);
+      saturated += level >= kSaturated ? 1 : 0;
+      sum += level;
+      steps += std::pow(double(frame.image.at(x + 2, y)) - level, 2);
+    }
+  if (count > 0) {
+    saturated_share_ = double(saturated) / double(count);
+    brightness_ = sum / double(count);
+    sharpness_ = std::sqrt(steps / double(count));
+  }
+  if (spotter_.is_free()) spotter_.give(frame.image, frame.time_s);
+  page_.publish(std::make_shared<const ImageU8>(frame.image));
+}
+
+void Desk::make_board() {
+  const Choices& choices = project_.choices;
+  const Board printed = io::parse_board(choices.board);
+  const Board board =
+      choices.measured.empty() ? printed : io::board_as_measured(printed, io::parse_length(choices.measured));
+  if (board_ && !(*board_ == board) && project_.views_captured() > 0)
+    throw refused("board", "the captured views show another one",
+                  "move " + project_.session().string() + " away to begin again");
+  const io::BoardSheet sheet =
+      io::board_sheet(printed, detect::board_artwork(printed), io::parse_paper(choices.paper));
+  io::save_sheet(project_.board_sheet(), sheet, 300);
+  io::save_board(project_.board(), board);
+  board_ = board;
+  if (stage_) stage_->take_board(board_);
+  spotter_.look_for(board_);
+}
+
+void Desk::load_results() {
+  if (fs::exists(project_.board())) board_ = io::load_board(project_.board());
+  if (stage_) stage_->take_board(board_);
+  if (fs::exists(project_.surfaces())) surfaces_ = io::load_surfaces(project_.surfaces());
+  if (!fs::exists(project_.rig())) return;
+  rig_ = io::load_rig(project_.rig());
+  const CalibrationOutcome judged = judge_stored(*rig_, project_.choices.accept_mm);
+  headline_ = judged.lines;
+  predicted_mm_ = judged.predicted_mm;
+  rig_passed_ = judged.passed;
+  if (stage_) true_rig_mm_ = analyze::true_light_error(*rig_, stage_->truth(), kStatedDistance).rms_mm;
+}
+
+}  // namespace procam::studio

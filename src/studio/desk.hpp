@@ -1,0 +1,133 @@
+#pragma once
+/// The studio at work: takes what people did on the page, drives the devices, and tells the page how it stands.
+///
+/// One thread does all of it: devices belong to the thread that opened them. Long work (a capture, a show) calls pump()
+/// again and again; a calibration and the search for the board have threads of their own.
+#include <exception>
+#include <memory>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "board_spotter.hpp"
+#include "calibration_job.hpp"
+#include "next_pose_job.hpp"
+#include "page.hpp"
+#include "pose_guide.hpp"
+#include "procam/core/base/error.hpp"
+#include "procam/device/frame_sink.hpp"
+#include "procam/device/frame_source.hpp"
+#include "procam/session/capture.hpp"
+#include "procam/studio/studio.hpp"
+#include "project.hpp"
+#include "simulated_stage.hpp"
+#include "wall.hpp"
+
+namespace procam::studio {
+
+class Desk {
+ public:
+  Desk(const StudioOptions& options, StudioListener& listener);
+  ~Desk();
+  /// Until the listener throws.
+  void run();
+
+ private:
+  enum class Job { kNone, kCheckCamera, kCapture, kScan, kShow };
+  /// What the listener threw ends everything.
+  struct Ending {};
+  /// The person has stopped a job.
+  struct Stopped {};
+  class Camera;         ///< the source, with a copy of each image for the page
+  class Screen;         ///< the sink, with a copy of each frame
+  class CaptureDialog;  ///< of session::record_session()
+  class ShowFollower;   ///< of show::run()
+
+  // desk.cpp
+  void pump();
+  void execute(const StudioCommand& command);
+  void execute_setup(const StudioCommand& command);
+  void execute_surfaces(const StudioCommand& command);
+  void go_to(Step step);
+  void begin(Job job);
+  void say(const std::string& sentence);
+  void fail(const Error& error);
+  /// Waits for the next camera image, which goes to the page and to the search for the board.
+  void look(double timeout_s);
+  void seen(const device::SeenFrame& frame);
+  void show_flat(int level);
+  void show_test_card();
+  void open_display();
+  void open_camera();
+  device::FrameSink& projector();
+  device::FrameSource& camera();
+  void make_board();
+  void load_results();
+  void save_surfaces();
+  const Rig& rig() const;
+  Surface& surface(const std::string& name);
+
+  // desk_jobs.cpp
+  void run_job();
+  void check_camera();
+  void capture();
+  void scan_wall();
+  void run_show();
+  void take_calibration();
+  session::CaptureRig capture_rig();
+  void begin_guiding();
+  void guide_next_pose(const std::optional<GuidedPose>& advised);
+
+  // desk_state.cpp
+  std::string state_text() const;
+
+  const StudioOptions options_;
+  StudioListener& listener_;
+  Project project_;
+  std::exception_ptr ending_;
+  StudioPage page_;
+
+  std::unique_ptr<SimulatedStage> stage_;  ///< with options_.simulate
+  std::unique_ptr<device::FrameSink> opened_sink_;
+  std::unique_ptr<device::FrameSource> opened_source_;
+  std::unique_ptr<Screen> sink_;
+  std::unique_ptr<Camera> camera_;
+
+  Job job_ = Job::kNone;
+  bool stop_ = false;      ///< the job is to end
+  bool take_now_ = false;  ///< the person asks for a capture without waiting for a still board
+  std::string doing_;
+  int done_ = 0, total_ = 0;
+  std::optional<Error> error_;
+  std::vector<std::string> messages_;
+  double published_s_ = 0;
+
+  // What the camera sees.
+  double last_image_s_ = 0, images_per_s_ = 0;
+  ImageSize image_size_;
+  double saturated_share_ = 0, brightness_ = 0, sharpness_ = 0;
+  std::optional<LitBox> lit_;
+  std::optional<session::ShutterOptions> shutter_;  ///< measured by check_camera()
+  BoardSpotter spotter_;
+
+  // Results.
+  std::optional<Board> board_;
+  std::optional<GuidedPose> guided_;
+  std::optional<Detections> captured_;  ///< of the pose captured last
+  double camera_coverage_ = 0, projector_coverage_ = 0;
+  NextPoseJob next_pose_;
+  CalibrationJob calibration_;
+  std::vector<std::string> headline_;
+  std::optional<double> predicted_mm_, true_rig_mm_;
+  bool rig_passed_ = false;
+  std::optional<Rig> rig_;
+  std::vector<ScanPoint> scan_;
+  SurfaceSet surfaces_;
+  std::string show_url_;
+  bool frozen_ = false;
+  std::vector<std::string> show_commands_;
+  std::optional<show::PageServer> server_;  ///< last: its thread uses the page
+};
+
+}  // namespace procam::studio

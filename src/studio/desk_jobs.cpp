@@ -1,0 +1,301 @@
+/// The long works of the desk: captures, measurements of the wall, the show.
+#include <algorithm>
+#include <utility>
+
+#include "desk.hpp"
+#include "desk_devices.hpp"
+#include "procam/analyze/light_error.hpp"
+#include "procam/core/base/stats.hpp"
+#include "procam/core/base/words.hpp"
+#include "procam/io/board_file.hpp"
+#include "procam/io/session/captures.hpp"
+#include "procam/session/files.hpp"
+#include "procam/session/patterns.hpp"
+#include "procam/session/recorder.hpp"
+#include "procam/show/run.hpp"
+
+namespace procam::studio {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kStillFor = 0.5;       // seconds without a movement before a capture starts
+constexpr double kNewPoseShare = 0.02;  // of the image's width, by which corners differ from the last pose
+constexpr double kDialogLook = 0.04;
+
+/// The box of what is brighter under white than under black by half of what the brightest parts are; single pixels at its
+/// border do not count.
+std::optional<LitBox> lit_box(const ImageU8& white, const ImageU8& black) {
+  constexpr int kEvery = 2, kContrast = 12;
+  std::vector<int> steps;
+  for (int y = 0; y < white.height(); y += kEvery)
+    for (int x = 0; x < white.width(); x += kEvery) steps.push_back(int(white.at(x, y)) - black.at(x, y));
+  const int limit = std::max(kContrast, quantile(steps, 0.98) / 2);
+  std::vector<int> columns, rows;
+  for (int y = 0; y < white.height(); y += kEvery)
+    for (int x = 0; x < white.width(); x += kEvery)
+      if (white.at(x, y) - black.at(x, y) > limit) columns.push_back(x), rows.push_back(y);
+  constexpr std::size_t kFewest = 200;
+  if (columns.size() < kFewest) return std::nullopt;
+  return LitBox{Vec2(quantile(columns, 0.01), quantile(rows, 0.01)),
+                Vec2(quantile(columns, 0.99), quantile(rows, 0.99))};
+}
+
+}  // namespace
+
+class Desk::CaptureDialog : public session::RecorderDialog {
+ public:
+  explicit CaptureDialog(Desk& desk) : desk_(desk) {}
+
+  void progress(const std::string& doing, int done, int total) override {
+    desk_.doing_ = doing, desk_.done_ = done, desk_.total_ = total;
+    desk_.pump();
+  }
+  void say(const std::string& line) override {
+    // The page has its own words for what the person does next.
+    if (line.rfind("next:", 0) != 0 && line.rfind("pose ", 0) != 0) desk_.say(line);
+  }
+  void report(const Diagnostics& remarks) override {
+    for (const Diagnostic& remark : remarks.items) desk_.say(remark.message);
+  }
+  /// Yes: the board is still in a new pose, or the person has asked for it.
+  bool wants_to_go_on() override {
+    const int view = desk_.project_.views_captured();
+    if (view != guided_) {
+      guided_ = view;
+      desk_.begin_guiding();
+    }
+    if (const auto advice = desk_.next_pose_.take()) desk_.guide_next_pose(advice->pose);
+    desk_.look(kDialogLook);
+    if (std::exchange(desk_.take_now_, false)) return note_pose();
+    if (desk_.stage_ && (desk_.stage_->is_moving() || desk_.next_pose_.is_running())) return false;
+    const std::optional<SpottedBoard> spotted = desk_.spotter_.newest();
+    if (!spotted || spotted->found.observations.empty() || spotted->still_s < kStillFor) return false;
+    if (desk_.captured_) {
+      const auto moved = largest_move(*desk_.captured_, spotted->found);
+      if (moved && *moved < kNewPoseShare * spotted->found.image_size.width) return false;
+    }
+    return note_pose();
+  }
+
+ private:
+  bool note_pose() {
+    if (const auto spotted = desk_.spotter_.newest()) desk_.captured_ = spotted->found;
+    return true;
+  }
+
+  Desk& desk_;
+  int guided_ = -1;
+};
+
+class Desk::ShowFollower : public show::ShowListener {
+ public:
+  explicit ShowFollower(Desk& desk) : desk_(desk) {}
+  void on_start(const std::string& sentence) override {
+    const std::string page = "control page: ";
+    if (sentence.rfind(page, 0) == 0)
+      desk_.show_url_ = sentence.substr(page.size());
+    else
+      desk_.say(sentence);
+  }
+  void on_load(int, int) override { desk_.pump(); }
+  void on_event(const std::string& sentence) override { desk_.say(sentence); }
+  void on_frame(const show::ShowReport& report) override {
+    desk_.done_ = int(report.metrics.frames);
+    desk_.look(0);
+    desk_.pump();
+  }
+  std::vector<std::string> commands() override { return std::exchange(desk_.show_commands_, {}); }
+
+ private:
+  Desk& desk_;
+};
+
+void Desk::run_job() {
+  const Job job = job_;
+  try {
+    switch (job) {
+      case Job::kCheckCamera:
+        check_camera();
+        break;
+      case Job::kCapture:
+        capture();
+        break;
+      case Job::kScan:
+        scan_wall();
+        break;
+      case Job::kShow:
+        run_show();
+        break;
+      case Job::kNone:
+        break;
+    }
+  } catch (const Stopped&) {
+    say("stopped; everything written is kept");
+  } catch (const Error& error) {
+    fail(error);
+  } catch (const std::exception& error) {
+    fail(Error(ErrorKind::kDevice, "the step", error.what(), "try it again"));
+  }
+  job_ = Job::kNone;
+  stop_ = false;
+  show_url_.clear();
+  doing_.clear();
+  guided_.reset();
+  if (sink_) show_flat(255);
+}
+
+session::CaptureRig Desk::capture_rig() {
+  return {projector(), camera(), [this] { pump(); }};
+}
+
+void Desk::check_camera() {
+  const session::CaptureRig devices = capture_rig();
+  if (stage_) stage_->put_board_away();
+  doing_ = "measuring the camera's delay";
+  const session::Delay delay = session::measure_delay(devices);
+  doing_ = "checking light, tone and pixels";
+  session::Shutter shutter(devices, session::shutter_options(delay));
+  ImageU8 white, black;
+  const session::LightReport report =
+      session::check_light(shutter, [&](const std::string& name, const ImageU8& image) {
+        if (name == "white_0" || name == "white") white = image;
+        if (name == "black_0") black = image;
+        ++done_;
+        pump();
+      });
+  say("the camera sees a frame " + std::to_string(int(1000 * delay.delay_s)) + " ms after it is shown; " +
+      fixed(100 * report.exposure.lit_share, 0) + " % of its image is lit, with " +
+      fixed(report.exposure.contrast, 0) + " grey levels of contrast, " +
+      fixed(100 * report.exposure.saturated_share, 1) + " % saturated");
+  const Diagnostics found = report.diagnostics();
+  for (const Diagnostic& remark : found.items) say(remark.message);
+  lit_ = white.size() == black.size() && !white.empty() ? lit_box(white, black) : std::nullopt;
+  shutter_ = shutter.options();
+  if (found.failed()) {
+    shutter_.reset();
+    for (const Diagnostic& remark : found.items)
+      if (remark.severity == Severity::kFailure)
+        throw Error(ErrorKind::kDevice, "check of projector and camera", remark.message,
+                    "correct it and check again");
+  }
+  project_.choices.camera_checked = 1;
+  project_.save();
+}
+
+void Desk::capture() {
+  if (!board_)
+    throw Error(ErrorKind::kInput, "capture", "no board is chosen", "choose one in the step 'board'");
+  if (!shutter_) check_camera();
+  const session::CaptureRig devices = capture_rig();
+  const auto pattern = session::make_pattern(project_.choices.pattern, devices.screen.size());
+  const io::SessionInfo session = session::describe_session(*pattern, devices.screen.size(), board_, 1);
+  session::make_folder(project_.session());
+  session::require_same_session(project_.session(), session);
+  pattern->save_files(project_.session());
+  io::save_session(project_.session(), session);
+  session::RecorderOptions options;
+  options.folder = project_.session();
+  options.views = project_.choices.views;
+  options.checked = shutter_;
+  CaptureDialog dialog(*this);
+  captured_.reset();
+  take_now_ = false;
+  spotter_.look_for(board_);
+  // Of an interrupted pose the frames are kept while the board is where it was.
+  if (stage_ && project_.views_captured() < NextPoseJob::kFewestViews) {
+    guide_next_pose(std::nullopt);
+    while (stage_->is_moving()) look(kDialogLook), pump();
+  }
+  const session::RecorderReport report =
+      session::record_session(*pattern, *board_, devices.screen, devices.camera, options, dialog);
+  camera_coverage_ = report.camera_coverage;
+  projector_coverage_ = report.projector_coverage;
+  if (stage_) stage_->put_board_away();
+}
+
+void Desk::begin_guiding() {
+  guided_.reset();
+  if (project_.views_captured() >= NextPoseJob::kFewestViews)
+    next_pose_.start(project_.session());
+  else
+    guide_next_pose(std::nullopt);
+}
+
+void Desk::guide_next_pose(const std::optional<GuidedPose>& advised) {
+  if (!board_ || image_size_.width == 0) return;
+  const Vec2 size(image_size_.width, image_size_.height);
+  const LitBox light = lit_.value_or(LitBox{0.25 * size, 0.75 * size});
+  guided_ = advised ? *advised : guided_pose(project_.views_captured(), *board_, image_size_, light);
+  if (!stage_ || stage_->hold_at(guided_->camera_from_board)) return;
+  // The person cannot bring it there: the next of the list that is possible.
+  constexpr int kOthers = 12;
+  for (int i = 0; i < kOthers; ++i) {
+    guided_ = guided_pose(project_.views_captured() + i, *board_, image_size_, light);
+    if (stage_->hold_at(guided_->camera_from_board)) return;
+  }
+  say("the simulated person finds no pose of this board that camera and projector both cover");
+}
+
+/// The wall under Gray code: scan/session.json, scan/view_00/.
+void Desk::scan_wall() {
+  rig();
+  if (!shutter_) check_camera();
+  if (stage_) {
+    stage_->put_board_away();
+    while (stage_->is_moving()) look(kDialogLook), pump();
+  }
+  const session::CaptureRig devices = capture_rig();
+  const auto pattern = session::make_pattern("gray", devices.screen.size());
+  std::error_code ignored;
+  fs::remove_all(project_.scan() / "view_00", ignored);
+  fs::remove_all(project_.scan() / ".view_00.partial", ignored);
+  session::make_folder(project_.scan());
+  io::save_session(project_.scan(),
+                   session::describe_session(*pattern, devices.screen.size(), std::nullopt, 1));
+  session::ViewWriter files(project_.scan(), 0);
+  session::Shutter shutter(devices, *shutter_);
+  total_ = pattern->frame_count();
+  doing_ = "measuring the wall";
+  for (const ImageU8& frame : pattern->frames()) {
+    files.keep(shutter.take(frame).image);
+    done_ = files.kept();
+  }
+  files.finish();
+  scan_ = read_scan(project_.scan(), rig());
+  say("the wall is measured: " + std::to_string(scan_.size()) + " points");
+}
+
+void Desk::run_show() {
+  if (surfaces_.surfaces.empty())
+    throw Error(ErrorKind::kInput, "show", "there is no surface", "make one in the step 'surfaces'");
+  show::ShowOptions options;
+  options.surfaces = project_.surfaces().string();
+  if (!stage_) options.display = project_.choices.display;
+  show::save_options(project_.show(), options);
+  const std::size_t colon = options_.control.rfind(':');
+  options.control = (colon == std::string::npos ? "" : options_.control.substr(0, colon + 1)) + "0";
+  options.token = options_.token;
+  if (stage_) options.fps = options_.simulate->frames_per_s;
+  frozen_ = false;
+  doing_ = "frames shown";
+  ShowFollower follower(*this);
+  show::run(rig(), options, projector(), &follower);
+}
+
+void Desk::take_calibration() {
+  std::optional<CalibrationOutcome> outcome = calibration_.take();
+  if (!outcome) return;
+  if (outcome->error) return fail(*outcome->error);
+  rig_ = outcome->rig;
+  headline_ = outcome->lines;
+  predicted_mm_ = outcome->predicted_mm;
+  rig_passed_ = outcome->passed;
+  scan_.clear();  // it is read again with this rig
+  for (const std::string& line : headline_) say(line);
+  if (!stage_) return;
+  true_rig_mm_ = analyze::true_light_error(*rig_, stage_->truth(), kStatedDistance).rms_mm;
+  say("true error on a wall at 2 m: " + fixed(*true_rig_mm_, 2) + " mm rms");
+}
+
+}  // namespace procam::studio

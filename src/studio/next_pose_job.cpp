@@ -1,0 +1,60 @@
+#include "next_pose_job.hpp"
+
+#include <exception>
+#include <utility>
+
+#include "procam/analyze/advice.hpp"
+#include "procam/calibrate/calibrate.hpp"
+#include "procam/core/base/words.hpp"
+#include "procam/session/reader.hpp"
+
+namespace procam::studio {
+namespace {
+
+constexpr double kWall = 2;  // metres
+struct AdviceStopped {};
+
+}  // namespace
+
+NextPoseJob::~NextPoseJob() {
+  stopping_ = true;
+  if (thread_.joinable()) thread_.join();
+}
+
+void NextPoseJob::start(const std::filesystem::path& session) {
+  if (running_) return;
+  if (thread_.joinable()) thread_.join();
+  running_ = true;
+  thread_ = std::thread([this, session] {
+    Result result;
+    try {
+      const auto go_on = [this] {
+        if (stopping_) throw AdviceStopped();
+      };
+      const session::SessionContents contents =
+          session::read(session::open(session), [&](const std::string&, int, int) { go_on(); });
+      calibrate::Options options;
+      options.progress = [&](const std::string&, double) { go_on(); };
+      const calibrate::CalibrationResult solved = calibrate::calibrate_rig(contents.correspondences, options);
+      if (const auto next = analyze::advise_next_view(solved, kWall)) {
+        const RigCamera& camera = solved.rig.camera();
+        result.pose = GuidedPose{camera.rig_from_camera.inverse() * next->rig_from_board, camera.camera,
+                                 next->words + "; the predicted error at 2 m then falls from " +
+                                     fixed(next->now.externally.rms_mm, 1) + " to " +
+                                     fixed(next->then.externally.rms_mm, 1) + " mm"};
+      }
+    } catch (const AdviceStopped&) {   // the studio ends
+    } catch (const std::exception&) {  // not solvable yet: the next pose is that of the list
+    }
+    const std::lock_guard<std::mutex> lock(mutex_);
+    result_ = std::move(result);
+    running_ = false;
+  });
+}
+
+std::optional<NextPoseJob::Result> NextPoseJob::take() {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return std::exchange(result_, std::nullopt);
+}
+
+}  // namespace procam::studio

@@ -1,0 +1,288 @@
+#include "simulated_stage.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <random>
+
+#include "procam/core/geometry/plane.hpp"
+#include "procam/core/geometry/ray.hpp"
+#include "procam/core/geometry/se3.hpp"
+#include "procam/detect/board_artwork.hpp"
+
+namespace procam::studio {
+namespace {
+
+constexpr double kWallDistance = 2.1;           // on the camera's axis, metres
+const Vec3 kWallNormal = Vec3(0.2, -0.06, -1);  // towards the rig, not of unit length
+constexpr double kWallAlbedo = 0.6, kAmbient = 0.02;
+constexpr double kMargin = 0.02;  // white paper round a print, metres
+/// White paper at this distance is as bright as the level's brightest sheet.
+constexpr double kExposedFor = 0.85;
+constexpr double kProjectorGamma = 2.2, kProjectorBlack = 0.001;
+constexpr std::size_t kShownFrames = 64;
+
+/// The camera cut to the shape of `size` about its middle row, then reduced.
+Camera cut_to(Camera camera, ImageSize size) {
+  const double height = double(camera.size.width) * size.height / size.width;
+  camera.intrinsics.cy -= 0.5 * (camera.size.height - height);
+  const double scale = double(size.width) / camera.size.width;
+  Intrinsics& k = camera.intrinsics;
+  k.fx *= scale, k.fy *= scale, k.skew *= scale;
+  k.cx = scale * (k.cx + 0.5) - 0.5;
+  k.cy = scale * (k.cy + 0.5) - 0.5;
+  camera.size = size;
+  return camera;
+}
+
+ImageU8 copy(ViewU8 picture) {
+  ImageU8 result(picture.width, picture.height, picture.channels);
+  for (int y = 0; y < picture.height; ++y)
+    std::copy_n(picture.row(y), picture.width * picture.channels, result.row(y));
+  return result;
+}
+
+Pose wall_pose() {
+  const Vec3 z = -kWallNormal.normalized();
+  const Vec3 x = (Vec3::UnitX() - Vec3::UnitX().dot(z) * z).normalized();
+  Mat3 axes;
+  axes << x, z.cross(x), z;
+  return Pose(axes, Vec3(0, 0, kWallDistance));
+}
+
+}  // namespace
+
+class SimulatedStage::Sink : public device::FrameSink {
+ public:
+  explicit Sink(SimulatedStage& stage) : stage_(stage) {}
+  ImageSize size() const override { return stage_.rig_.projector().projector.size(); }
+  double show(ViewU8 picture) override {
+    require(picture.size() == size(), "simulated projector: a frame of another size");
+    auto frame = std::make_shared<const ImageU8>(copy(picture));
+    const double now = device::now_s();
+    const std::lock_guard<std::mutex> lock(stage_.mutex_);
+    stage_.shown_.push_back({now, std::move(frame)});
+    while (stage_.shown_.size() > kShownFrames) stage_.shown_.pop_front();
+    return now;
+  }
+
+ private:
+  SimulatedStage& stage_;
+};
+
+class SimulatedStage::Source : public device::FrameSource {
+ public:
+  explicit Source(SimulatedStage& stage) : stage_(stage) {}
+  std::optional<device::SeenFrame> next(double after_s, double timeout_s) override {
+    std::unique_lock<std::mutex> lock(stage_.mutex_);
+    const double end = device::now_s() + timeout_s;
+    while (true) {
+      while (!stage_.seen_.empty() && stage_.seen_.front().time_s <= after_s) stage_.seen_.pop_front();
+      const double now = device::now_s();
+      if (!stage_.seen_.empty() && stage_.seen_.front().time_s <= now) {
+        device::SeenFrame frame = std::move(stage_.seen_.front());
+        stage_.seen_.pop_front();
+        return frame;
+      }
+      if (now >= end) return std::nullopt;
+      const double until = stage_.seen_.empty() ? end : std::min(end, stage_.seen_.front().time_s);
+      stage_.changed_.wait_for(lock, std::chrono::duration<double>(until - now));
+    }
+  }
+
+ private:
+  SimulatedStage& stage_;
+};
+
+SimulatedStage::SimulatedStage(const SimulatedRoom& options) : options_(options) {
+  const simulate::SimulatedSession session =
+      simulate::make_session(simulate::level_named(options.level), options.seed);
+  rig_ = session.rig();
+  rig_.cameras.front().camera = cut_to(rig_.cameras.front().camera, options.camera_size);
+  capture_ = session.capture;
+  rig_from_wall_ = wall_pose();
+  sink_ = std::make_unique<Sink>(*this);
+  source_ = std::make_unique<Source>(*this);
+  shown_.push_back({0, std::make_shared<const ImageU8>(sink_->size(), 1)});
+  view_ = trace(std::nullopt);
+  person_ = std::thread([this] { move_boards(); });
+  sensor_ = std::thread([this] { expose_images(); });
+}
+
+SimulatedStage::~SimulatedStage() {
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    ended_ = true;
+  }
+  changed_.notify_all();
+  person_.join();
+  sensor_.join();
+}
+
+device::FrameSink& SimulatedStage::projector() {
+  return *sink_;
+}
+device::FrameSource& SimulatedStage::camera() {
+  return *source_;
+}
+
+std::optional<Vec3> SimulatedStage::on_wall(const Ray& ray_in_rig) const {
+  return intersect(ray_in_rig, Plane::of_xy(rig_from_wall_));
+}
+
+simulate::Room SimulatedStage::room(const std::optional<Pose>& rig_from_board) const {
+  simulate::Room room;
+  room.ambient = kAmbient;
+  room.bodies.push_back({"wall", simulate::Rectangle{Vec2(-6, -4), Vec2(6, 4)}, rig_from_wall_, kWallAlbedo});
+  if (rig_from_board) room.bodies.push_back(simulate::printed_sheet("board", *board_, *rig_from_board));
+  return room;
+}
+
+std::shared_ptr<const simulate::LiveView> SimulatedStage::trace(
+    const std::optional<Pose>& rig_from_board) const {
+  simulate::RoomLight light;
+  light.projector = rig_.projector().projector;
+  light.room_from_projector = rig_.projector().rig_from_projector;
+  light.lens = capture_.projector_lens;
+  light.blur_px = capture_.projector_blur_px;
+  light.gamma = kProjectorGamma;
+  light.black = kProjectorBlack;
+  simulate::LiveViewOptions options;
+  options.view.exposure = capture_.brightest_grey * kExposedFor * kExposedFor / 0.8;
+  options.view.camera_blur_px = capture_.camera_blur_px * options_.camera_size.width / 1280.0;
+  options.view.vignetting = capture_.vignetting;
+  options.view.gamma = capture_.gamma;
+  options.view.noise = capture_.noise;
+  options.view.seed = options_.seed;
+  options.view.adaptive = true;
+  options.glare = capture_.glare;
+  return std::make_shared<const simulate::LiveView>(room(rig_from_board), rig_.camera().camera, Pose(), light,
+                                                    options);
+}
+
+void SimulatedStage::take_board(const std::optional<Board>& board) {
+  std::optional<simulate::PrintedBoard> print;
+  if (board) {
+    print.emplace();
+    print->layout = *board;
+    print->margin = kMargin;
+    if (!std::holds_alternative<Chessboard>(*board)) print->artwork = detect::board_artwork(*board);
+  }
+  const std::lock_guard<std::mutex> lock(mutex_);
+  board_ = std::move(print);
+}
+
+bool SimulatedStage::is_usable(const Pose& rig_from_board) const {
+  constexpr double kRim = 8;
+  const auto inside = [](const Camera& device, const Vec3& point) {
+    const std::optional<Vec2> p = device.project(point);
+    return p && p->x() >= kRim && p->y() >= kRim && p->x() <= device.size.width - 1 - kRim &&
+           p->y() <= device.size.height - 1 - kRim;
+  };
+  const Pose projector_from_board = rig_.projector().rig_from_projector.inverse() * rig_from_board;
+  for (const Pose& device_from_board : {rig_from_board, projector_from_board}) {
+    const Vec3 eye = device_from_board.inverse().translation;
+    if (eye.z() > -0.6 * eye.norm()) return false;
+  }
+  for (const Vec3& corner : simulate::sheet_corners_in_board(*board_)) {
+    if (!inside(rig_.camera().camera, rig_from_board * corner)) return false;
+    if (!((rig_from_wall_.inverse() * (rig_from_board * corner)).z() < -0.05)) return false;
+  }
+  // As many points in the light as advised poses have (calibrate/next_view.hpp).
+  const Points3 points = points_in_board(board_->layout);
+  const auto lit = std::count_if(points.begin(), points.end(), [&](const Vec3& point) {
+    return inside(rig_.projector().projector.inverse_camera, projector_from_board * point);
+  });
+  return 10 * std::size_t(lit) >= 9 * points.size();
+}
+
+bool SimulatedStage::hold_at(const Pose& wished) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (!board_) return false;
+  // Nearest first: a hand moves the board until the light covers it, away from the camera rather than towards it.
+  std::mt19937 random(unsigned(options_.seed));
+  std::uniform_real_distribution<double> unit(-1, 1);
+  constexpr int kTries = 20000;
+  for (int i = 0; i < kTries; ++i) {
+    const double reach = double(i) / kTries;
+    Vec6 change;
+    for (int k = 0; k < 6; ++k) change[k] = unit(random);
+    change.head<3>() *= 0.7 * reach;
+    change.tail<3>() *= 0.5 * reach;
+    // About the board's middle, not the rig's origin.
+    const Pose about(Eigen::Quaterniond::Identity(), wished.translation);
+    Pose pose = about * se3_exp(change) * about.inverse() * wished;
+    pose.translation *= 1 + reach * (1 + unit(random)) / 2;
+    if (!is_usable(pose)) continue;
+    wish_ = Wish{pose};
+    moving_ = true;
+    changed_.notify_all();
+    return true;
+  }
+  return false;
+}
+
+void SimulatedStage::put_board_away() {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (!held_ && !wish_) return;
+  wish_ = Wish{};
+  moving_ = true;
+  changed_.notify_all();
+}
+
+void SimulatedStage::move_boards() {
+  while (true) {
+    std::optional<Pose> pose;
+    {
+      std::unique_lock<std::mutex> lock(mutex_);
+      changed_.wait(lock, [&] { return ended_ || wish_; });
+      if (ended_) return;
+      pose = wish_->rig_from_board;
+      wish_.reset();
+    }
+    auto view = trace(pose);
+    const std::lock_guard<std::mutex> lock(mutex_);
+    view_ = std::move(view);
+    held_ = pose;
+    if (!wish_) moving_ = false;
+  }
+}
+
+std::shared_ptr<const ImageU8> SimulatedStage::frame_at(double time_s) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  auto frame = shown_.front().frame;
+  for (const Shown& one : shown_)
+    if (one.time_s <= time_s) frame = one.frame;
+  return frame;
+}
+
+void SimulatedStage::expose_images() {
+  const double period = 1 / options_.frames_per_s;
+  double due = device::now_s();
+  std::shared_ptr<const ImageU8> lit_frame;
+  std::shared_ptr<const simulate::LiveView> lit_view;
+  std::shared_ptr<const simulate::LiveView::Light> light;
+  for (std::uint64_t number = 0; !ended_; ++number) {
+    // The light is that of `latency` before the image arrives, whatever the drawing takes.
+    std::this_thread::sleep_for(std::chrono::duration<double>(std::max(0.0, due - device::now_s())));
+    const double exposed = device::now_s();
+    const auto frame = frame_at(exposed);
+    std::shared_ptr<const simulate::LiveView> view;
+    {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      view = view_;
+    }
+    if (frame != lit_frame || view != lit_view) light = view->light_of(*frame);
+    lit_frame = frame, lit_view = view;
+    ImageU8 image = view->capture(*light, number);
+    {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      seen_.push_back({std::move(image), std::max(device::now_s(), exposed + options_.latency_s)});
+      while (seen_.size() > device::FrameSource::kNewest) seen_.pop_front();
+    }
+    changed_.notify_all();
+    due = std::max(due + period, device::now_s());
+  }
+}
+
+}  // namespace procam::studio

@@ -1,0 +1,80 @@
+#pragma once
+/// A simulated room at the level of devices: a projector and a camera in front of a slanted wall, and a person who holds a
+/// printed board. The camera sees the frames that the projector shows, later and through both lenses (simulate/live_view.hpp).
+#include <atomic>
+#include <condition_variable>
+#include <deque>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <thread>
+
+#include "procam/core/board/board.hpp"
+#include "procam/device/frame_sink.hpp"
+#include "procam/device/frame_source.hpp"
+#include "procam/simulate/live_view.hpp"
+#include "procam/simulate/session.hpp"
+#include "procam/studio/studio.hpp"
+
+namespace procam::studio {
+
+class SimulatedStage {
+ public:
+  explicit SimulatedStage(const SimulatedRoom& options);
+  ~SimulatedStage();
+  SimulatedStage(const SimulatedStage&) = delete;
+  SimulatedStage& operator=(const SimulatedStage&) = delete;
+
+  device::FrameSink& projector();
+  device::FrameSource& camera();
+
+  /// The person takes a print of this board, or puts it away.
+  void take_board(const std::optional<Board>& board);
+  /// Moves it to the pose nearest to the given one that camera and projector both cover; the move takes a moment.
+  /// false: there is none near it, and the board stays.
+  bool hold_at(const Pose& wished);
+  void put_board_away();
+  bool is_moving() const { return moving_; }
+
+  const Rig& truth() const { return rig_; }
+  /// The point of the wall that a camera or projector ray in the rig's frame meets.
+  std::optional<Vec3> on_wall(const Ray& ray_in_rig) const;
+
+ private:
+  class Sink;
+  class Source;
+  struct Shown {
+    double time_s;
+    std::shared_ptr<const ImageU8> frame;
+  };
+
+  simulate::Room room(const std::optional<Pose>& rig_from_board) const;
+  std::shared_ptr<const simulate::LiveView> trace(const std::optional<Pose>& rig_from_board) const;
+  bool is_usable(const Pose& rig_from_board) const;
+  void move_boards();
+  void expose_images();
+  std::shared_ptr<const ImageU8> frame_at(double time_s);
+
+  const SimulatedRoom options_;
+  Rig rig_;
+  simulate::CaptureOptions capture_;
+  Pose rig_from_wall_;
+  std::unique_ptr<Sink> sink_;
+  std::unique_ptr<Source> source_;
+
+  std::mutex mutex_;  ///< of all below
+  std::condition_variable changed_;
+  std::deque<Shown> shown_;  ///< the newest last
+  std::deque<device::SeenFrame> seen_;
+  std::optional<simulate::PrintedBoard> board_;
+  struct Wish {
+    std::optional<Pose> rig_from_board;  ///< nullopt: no board
+  };
+  std::optional<Wish> wish_;
+  std::optional<Pose> held_;
+  std::shared_ptr<const simulate::LiveView> view_;
+  std::atomic<bool> moving_{false}, ended_{false};
+  std::thread person_, sensor_;
+};
+
+}  // namespace procam::studio

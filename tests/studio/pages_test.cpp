@@ -1,0 +1,198 @@
+/// The studio's server before strangers, two pages at once, and what is left after kill -9.
+#include <gtest/gtest.h>
+
+#include <cstdio>
+
+#include "io/scratch.hpp"
+#include "procam/io/board_file.hpp"
+#include "procam/io/files.hpp"
+#include "procam/io/image/images.hpp"
+#include "running_studio.hpp"
+
+namespace procam::studio {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+const std::vector<std::string> kSmall = {"--camera-size", "320x180", "--camera-rate", "20"};
+
+/// A script at the studio's door: curl, as an operator types it.
+class Script {
+ public:
+  explicit Script(const test::RunningStudio& studio) : studio_(studio) {}
+
+  /// The status of the answer, 0 without one.
+  int status(const std::string& path, const std::string& more = "") const {
+    return std::atoi(run("-o /dev/null -w '%{http_code}' " + more, path).c_str());
+  }
+  int authorised(const std::string& path, const std::string& more = "") const {
+    return status(path,
+                  std::string("-H 'Authorization: Bearer ") + test::RunningStudio::kToken + "' " + more);
+  }
+  void command(const json& message) const {
+    EXPECT_EQ(authorised("/command", "-d '" + message.dump() + "'"), 202) << message;
+  }
+  json state() const {
+    return json::parse(
+        run(std::string("-H 'Authorization: Bearer ") + test::RunningStudio::kToken + "'", "/status"),
+        nullptr, false);
+  }
+  bool wait(const std::function<bool(const json&)>& holds, int seconds = 60) const {
+    for (int i = 0; i < 10 * seconds; ++i) {
+      const json now = state();
+      if (now.is_object() && now.contains("step") && holds(now)) return true;
+      std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    }
+    return false;
+  }
+  bool wait_for_start() const {
+    return wait([](const json&) { return true; });
+  }
+
+ private:
+  std::string run(const std::string& options, const std::string& path) const {
+    const std::string line =
+        "curl -s " + options + " http://127.0.0.1:" + std::to_string(studio_.port()) + path + " </dev/null";
+    std::string out;
+    std::FILE* pipe = popen(line.c_str(), "r");
+    if (pipe == nullptr) return out;
+    char bytes[4096];
+    for (std::size_t count = 0; (count = std::fread(bytes, 1, sizeof bytes, pipe)) > 0;)
+      out.append(bytes, count);
+    pclose(pipe);
+    return out;
+  }
+  const test::RunningStudio& studio_;
+};
+
+TEST(StudioServer, RefusesStrangers) {
+  test::Scratch scratch;
+  const test::RunningStudio studio(scratch / "stage", kSmall);
+  const Script script(studio);
+  ASSERT_TRUE(script.wait_for_start());
+  const std::string here = "http://127.0.0.1:" + std::to_string(studio.port());
+  EXPECT_EQ(script.authorised("/"), 200);
+  EXPECT_EQ(script.authorised("/", "-H 'Origin: " + here + "'"), 200);
+  for (const char* path : {"/", "/status", "/frame.jpg", "/ws", "/report", "/board.pdf", "/projector.png"}) {
+    EXPECT_EQ(script.status(path), 403) << path;
+    EXPECT_EQ(script.status(path, "-H 'Authorization: Bearer studio-test-tokem'"), 403) << path;
+    EXPECT_EQ(script.authorised(path, "-H 'Origin: http://elsewhere.example'"), 403) << path;
+    EXPECT_EQ(script.authorised(path, "-H 'Host: elsewhere.example'"), 403) << path;
+  }
+  EXPECT_EQ(script.status("/command", "-d '{\"do\":\"step\",\"text\":\"show\"}'"), 403);
+  EXPECT_EQ(
+      script.authorised("/command", "-d '{\"do\":\"step\",\"text\":\"" + std::string(17000, 'x') + "\"}'"),
+      413);
+  for (const char* invalid :
+       {"{}", "[]", "{\"do\":1}", "{\"do\":\"step\",\"other\":1}", "{\"do\":\"views\",\"numbers\":[null]}"})
+    EXPECT_EQ(script.authorised("/command", std::string("-d '") + invalid + "'"), 400) << invalid;
+  EXPECT_EQ(script.state()["step"], "display");
+}
+
+/// Every choice is on disk when the page shows it.
+TEST(StudioProject, ChoicesSurviveKillMinusNine) {
+  test::Scratch scratch;
+  const fs::path project = scratch / "stage";
+  struct Act {
+    json command;
+    std::function<bool(const json&)> result;
+  };
+  const std::vector<Act> acts = {
+      {{{"do", "display"}, {"text", "simulated"}},
+       [](const json& s) { return s["display"]["open"] == true; }},
+      {{{"do", "step"}, {"text", "camera"}}, [](const json& s) { return s["step"] == "camera"; }},
+      {{{"do", "camera"}, {"text", "simulated"}}, [](const json& s) { return s["camera"]["open"] == true; }},
+      {{{"do", "step"}, {"text", "board"}}, [](const json& s) { return s["step"] == "board"; }},
+      {{{"do", "paper"}, {"text", "a3"}}, [](const json& s) { return s["board"]["paper"] == "a3"; }},
+      {{{"do", "board"}, {"text", "chessboard:9x6:30mm"}},
+       [](const json& s) {
+         return s["board"]["text"] == "chessboard:9x6:30mm" && s["steps"][2]["done"] == true;
+       }},
+      {{{"do", "measured"}, {"text", "99mm"}},
+       [](const json& s) { return s["board"]["text"] == "chessboard:9x6:29.7mm"; }},
+      {{{"do", "views"}, {"numbers", {5}}}, [](const json& s) { return s["capture"]["wanted"] == 5; }},
+      {{{"do", "accept"}, {"numbers", {2.5}}}, [](const json& s) { return s["rig"]["accept_mm"] == 2.5; }}};
+  for (std::size_t i = 0; i < acts.size(); ++i) {
+    test::RunningStudio studio(project, kSmall);
+    const Script script(studio);
+    ASSERT_TRUE(script.wait_for_start());
+    for (std::size_t k = 0; k < i; ++k) {
+      if (k + 1 < i && (acts[k].command["do"] == "step" || acts[k].command["do"] == "board"))
+        continue;  // changed since
+      EXPECT_TRUE(script.wait(acts[k].result, 10)) << "after kill -9: " << acts[k].command << "\n"
+                                                   << script.state();
+    }
+    script.command(acts[i].command);
+    ASSERT_TRUE(script.wait(acts[i].result, 20)) << acts[i].command << "\n" << script.state();
+    studio.kill_now();
+  }
+  EXPECT_EQ(std::get<Chessboard>(io::load_board(project / "board.json")).square_size, 0.0297);
+}
+
+/// What cannot be done says why on the page, and changes nothing.
+TEST(StudioProject, ErrorsHaveThreePartsAndChangeNothing) {
+  test::Scratch scratch;
+  const test::RunningStudio studio(scratch / "stage", kSmall);
+  const Script script(studio);
+  ASSERT_TRUE(script.wait_for_start());
+  for (const json& message :
+       {json{{"do", "capture"}}, json{{"do", "scan"}}, json{{"do", "show"}}, json{{"do", "calibrate"}},
+        json{{"do", "step"}, {"text", "nowhere"}}, json{{"do", "board"}, {"text", "chessboard:9x6:90mm"}},
+        json{{"do", "measured"}, {"text", "50mm"}}, json{{"do", "views"}, {"numbers", {1}}},
+        json{{"do", "surface"}, {"name", "a"}, {"numbers", {1, 2, 3}}},
+        json{{"do", "content"}, {"name", "a"}, {"text", "/etc/passwd"}}, json{{"do", "nonsense"}}}) {
+    script.command(message);
+    EXPECT_TRUE(script.wait(
+        [&](const json& s) {
+          return s["job"] == "" && s["error"].is_object() && s["error"]["what"] != "" &&
+                 s["error"]["why"] != "" && s["error"]["next"] != "";
+        },
+        10))
+        << message << "\n"
+        << script.state();
+    script.command({{"do", "step"}, {"text", "display"}});
+    EXPECT_TRUE(script.wait([](const json& s) { return s["error"].is_null(); }, 10));
+  }
+  EXPECT_EQ(script.state()["step"], "display");
+  EXPECT_FALSE(fs::exists(scratch / "stage" / "board.json"));
+}
+
+TEST(StudioProject, AWrongStudioFileIsRefusedByName) {
+  test::Scratch scratch;
+  for (const char* text : {"{", "{\"format\":\"other\"}", "{\"format\":\"procam-studio\",\"version\":2}",
+                           "{\"format\":\"procam-studio\",\"version\":1,\"views\":-1}",
+                           "{\"format\":\"procam-studio\",\"version\":1,\"veiws\":5}"}) {
+    scratch.write("stage/studio.json", text);
+    test::RunningStudio studio(scratch / "stage", kSmall);
+    for (int i = 0; i < 100 && studio.is_running(); ++i)
+      std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    EXPECT_FALSE(studio.is_running()) << text;
+    const std::string log = io::read_file(scratch / "stage.log");
+    EXPECT_NE(log.find("studio.json"), std::string::npos) << log;
+    EXPECT_NE(log.find("next:"), std::string::npos) << log;
+    fs::remove(scratch / "stage.log");
+  }
+}
+
+TEST(StudioPages, TwoSeeEachOthersChanges) {
+  test::Person one(1280, 800), other(1280, 800);
+  if (!one.has_browser() || !other.has_browser()) GTEST_SKIP() << "no Chromium";
+  test::Scratch scratch;
+  const test::RunningStudio studio(scratch / "stage", kSmall);
+  ASSERT_TRUE(one.open(studio) && other.open(studio));
+  ASSERT_TRUE(one.choose("display", "simulated"));
+  EXPECT_TRUE(other.wait("state.display.chosen === 'simulated' && $('display').value === 'simulated'"));
+  ASSERT_TRUE(other.click("document.querySelector('[data-step=capture]')"));
+  EXPECT_TRUE(
+      one.wait("state.step === 'capture' && !document.querySelector('section[data-step=capture]').hidden"));
+  ASSERT_TRUE(one.enter("views", "9"));
+  EXPECT_TRUE(other.wait("$('views').value === '9'"));
+  // A reload loses nothing.
+  ASSERT_TRUE(one.open(studio));
+  EXPECT_TRUE(one.wait("state.step === 'capture' && $('views').value === '9'"));
+  EXPECT_EQ(one.browser().console() + other.browser().console(), "");
+}
+
+}  // namespace
+}  // namespace procam::studio

@@ -1,0 +1,153 @@
+#pragma once
+/// procam-studio as a program of its own, and a person at its page.
+#include <signal.h>
+#include <sys/prctl.h>
+#include <sys/socket.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <filesystem>
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "support/browser.hpp"
+#include "support/local_socket.hpp"
+
+namespace procam::test {
+
+/// Ends by kill -9 with the object.
+class RunningStudio {
+ public:
+  RunningStudio(const std::filesystem::path& project, const std::vector<std::string>& more)
+      : port_(free_port(SOCK_STREAM)) {
+    const std::string tool = std::string(PROCAM_TOOLS) + "/procam-studio";
+    std::vector<std::string> words = {
+        tool,  project.string(), "--simulate", "--control", "127.0.0.1:" + std::to_string(port_), "--token",
+        kToken};
+    words.insert(words.end(), more.begin(), more.end());
+    process_ = fork();
+    if (process_ != 0) return;
+    prctl(PR_SET_PDEATHSIG, SIGKILL);
+    if (std::freopen((project.string() + ".log").c_str(), "a", stdout) == nullptr) _exit(126);
+    dup2(STDOUT_FILENO, STDERR_FILENO);
+    std::vector<char*> arguments;
+    for (std::string& word : words) arguments.push_back(word.data());
+    arguments.push_back(nullptr);
+    execv(tool.c_str(), arguments.data());
+    _exit(127);
+  }
+  ~RunningStudio() { kill_now(); }
+  RunningStudio(const RunningStudio&) = delete;
+  RunningStudio& operator=(const RunningStudio&) = delete;
+
+  void kill_now() {
+    if (process_ <= 0) return;
+    kill(process_, SIGKILL);
+    waitpid(process_, nullptr, 0);
+    process_ = -1;
+  }
+  bool is_running() {
+    if (process_ > 0 && waitpid(process_, nullptr, WNOHANG) == process_) process_ = -1;
+    return process_ > 0;
+  }
+  int port() const { return port_; }
+  std::string url() const { return "http://127.0.0.1:" + std::to_string(port_) + "/?token=" + kToken; }
+
+  static constexpr const char* kToken = "studio-test-token";
+
+ private:
+  int port_;
+  pid_t process_ = -1;
+};
+
+/// Clicks, drags and keys alone; what the page shows is read from its script's state.
+class Person {
+ public:
+  Person(int width, int height) : browser_(width, height) {}
+  bool has_browser() const { return browser_.is_running(); }
+  Browser& browser() { return browser_; }
+
+  bool open(const RunningStudio& studio) {
+    const auto end = now() + std::chrono::seconds(20);
+    while (now() < end) {
+      browser_.open(studio.url());
+      if (browser_.wait_for("document.readyState === 'complete'") &&
+          browser_.evaluate("typeof state") == "\"object\"" &&
+          browser_.wait_for("state !== null && state.step !== undefined"))
+        return true;
+    }
+    return false;
+  }
+  nlohmann::json state(const std::string& field) {
+    return nlohmann::json::parse(browser_.evaluate("state." + field));
+  }
+  /// Until a JavaScript condition is true.
+  bool wait(const std::string& condition, int seconds = 30) {
+    const auto end = now() + std::chrono::seconds(seconds);
+    while (browser_.evaluate(condition) != "true") {
+      if (now() > end) return false;
+      std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    }
+    return true;
+  }
+  /// The middle of the element that the expression names, in the page's pixels, scrolled into view.
+  std::pair<double, double> place(const std::string& element) {
+    const auto at = nlohmann::json::parse(
+        browser_.evaluate("(() => { const e = " + element +
+                          "; e.scrollIntoView({block: 'nearest'}); const b = e.getBoundingClientRect(); "
+                          "return [b.x + b.width / 2, b.y + b.height / 2]; })()"));
+    if (!at.is_array()) return {-1, -1};
+    return {at[0].get<double>(), at[1].get<double>()};
+  }
+  /// Clicks an element once it is shown and may be clicked.
+  bool click(const std::string& element) {
+    if (!wait("(() => { const e = " + element +
+              "; return !!e && !e.disabled && e.getBoundingClientRect().width > 0; })()"))
+      return false;
+    const auto [x, y] = place(element);
+    click_at(x, y);
+    return true;
+  }
+  void click_at(double x, double y) {
+    browser_.mouse("mouseMoved", x, y);
+    browser_.mouse("mousePressed", x, y);
+    browser_.mouse("mouseReleased", x, y);
+  }
+  /// Chooses the option by arrow keys, as a person at the keyboard does.
+  bool choose(const std::string& id, const std::string& value) {
+    if (!wait("[...$('" + id + "').options].some(o => o.value === '" + value + "')")) return false;
+    browser_.evaluate("$('" + id + "').focus()");
+    for (int i = 0; i < 10; ++i) {
+      if (browser_.evaluate("$('" + id + "').value") == "\"" + value + "\"") return true;
+      browser_.press("ArrowDown");
+      std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    }
+    return false;
+  }
+  bool enter(const std::string& id, const std::string& text) {
+    if (!click("$('" + id + "')")) return false;
+    browser_.evaluate("$('" + id + "').select()");
+    browser_.type(text);
+    browser_.press("Tab");
+    browser_.evaluate("$('" + id + "').blur()");
+    return true;
+  }
+  /// A pixel of the camera's image in the page's pixels.
+  std::pair<double, double> in_image(double x, double y) {
+    const auto box = nlohmann::json::parse(browser_.evaluate(
+        "(() => { const b = $('marks').getBoundingClientRect(); return [b.x, b.y, b.width, b.height]; })()"));
+    const nlohmann::json size = state("camera.size");
+    return {box[0].get<double>() + (x + 0.5) / size[0].get<double>() * box[2].get<double>(),
+            box[1].get<double>() + (y + 0.5) / size[1].get<double>() * box[3].get<double>()};
+  }
+
+ private:
+  static std::chrono::steady_clock::time_point now() { return std::chrono::steady_clock::now(); }
+  Browser browser_;
+};
+
+}  // namespace procam::test

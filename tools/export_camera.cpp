@@ -23,7 +23,7 @@ void declare(CLI::App& app, Flags& flags) {
   app.add_option("--rig", flags.rig, "rig.json, as calibrate-projector writes it")->required();
   add_parsed(
       app, "--for", [&](const std::string& text) { flags.program = io::parse_camera_program(text); },
-      "unity, unreal, godot, blender, splash or sgct")
+      "unity, unreal, godot, blender, splash, sgct or opengl (glFrustum, projection and view matrix)")
       ->required();
   app.add_option("--projector", flags.projector, "its name, for a rig with several");
   app.add_option("--pose", flags.pose,

@@ -11,8 +11,12 @@ inline double chi_square_tail(double x, int degrees_of_freedom) {
   const double half = 0.5 * x;
   int k = degrees_of_freedom % 2 == 1 ? 1 : 2;
   double tail = k == 1 ? std::erfc(std::sqrt(half)) : std::exp(-half);
-  for (; k < degrees_of_freedom; k += 2)
-    tail += std::exp(0.5 * k * std::log(half) - half - std::lgamma(0.5 * k + 1));
+  // log Gamma(k/2 + 1) as a sum: std::lgamma() writes a variable of the whole process (signgam), which threads share.
+  double log_gamma = k == 1 ? -0.12078223763524522 : 0;  // log(sqrt(pi) / 2)
+  for (; k < degrees_of_freedom; k += 2) {
+    tail += std::exp(0.5 * k * std::log(half) - half - log_gamma);
+    log_gamma += std::log(0.5 * k + 1);
+  }
   return tail;
 }
 

@@ -48,6 +48,54 @@ TEST(CalibrationFile, ReadsOpencvsCalibrationSample) {
   EXPECT_STREQ(name_of(fisheye.camera().camera.distortion), "fisheye");
 }
 
+TEST(CalibrationFile, ReadsMrcalsCameramodel) {
+  const Rig rig = load_calibration(golden("mrcal.cameramodel"));
+  expect_golden_camera(rig.camera().camera, {-0.2125, 0.0625, 0.00125, -0.0005, 0.015625, 0, 0.25, 0.03125});
+  // rt_cam_ref: a quarter turn about z, then (0.1, -0.6, 0.25).
+  expect_golden_pose(rig.camera().rig_from_camera.inverse());
+  EXPECT_EQ(rig.provenance.tool, "mrcal");
+  EXPECT_EQ(rig.provenance.inputs.size(), 1u);
+
+  Scratch folder;
+  const std::string good = read_file(golden("mrcal.cameramodel"));
+  const auto changed = [&](const std::string& from, const std::string& to) {
+    std::string text = good;
+    text.replace(text.find(from), from.size(), to);
+    write_file_atomically(folder / "changed.cameramodel", text);
+    return folder / "changed.cameramodel";
+  };
+  EXPECT_ERROR(load_calibration(changed("LENSMODEL_OPENCV8", "LENSMODEL_SPLINED_STEREOGRAPHIC")),
+               kUnsupported, "mrcal-convert-lensmodel");
+  EXPECT_ERROR(load_calibration(changed("633.25,", "")), kInput, "it has 11 numbers, not 12");
+  EXPECT_ERROR(load_calibration(changed("1401.125", "-1401.125")), kInput, "focal lengths");
+  EXPECT_ERROR(load_calibration(changed("1280, 960,", "1280.5, 960")), kInput, "whole pixels");
+  EXPECT_ERROR(load_calibration(changed("'imagersize'", "'size'")), kInput, "'imagersize' is missing");
+  EXPECT_ERROR(load_calibration(changed("(0, 0, 1.57", "(nan, 0, 1.57")), kInput, "no number");
+  EXPECT_ERROR(load_calibration(changed("b'P)h", "b'P)h\n")), kInput, "changed.cameramodel:20");
+}
+
+TEST(CalibrationFile, ReadsColmapsCameras) {
+  expect_golden_camera(load_calibration(golden("colmap_cameras.txt")).camera().camera,
+                       {-0.2125, 0.0625, 0.00125, -0.0005, 0});
+  Scratch folder;
+  const auto lines = [&](const std::string& text) {
+    write_file_atomically(folder / "cameras.txt", text);
+    return load_calibration(folder / "cameras.txt").camera().camera;
+  };
+  const Camera simple = lines("7 SIMPLE_RADIAL 640 400 500 320.5 200.25 -0.125\n");
+  EXPECT_EQ(simple.intrinsics.fx, 500);
+  EXPECT_EQ(simple.intrinsics.fy, 500);
+  EXPECT_EQ(simple.intrinsics.cy, 199.75);
+  EXPECT_EQ(coefficients_of(simple.distortion), (std::vector<double>{-0.125, 0, 0, 0, 0}));
+  EXPECT_ERROR(lines("1 PINHOLE 640 400 500 501 320 200\n2 PINHOLE 640 400 500 501 320 200\n"), kInput,
+               "keep the line of one camera");
+  EXPECT_ERROR(lines("1 FOV 640 400 500 501 320 200 0.1\n"), kUnsupported, "no camera model 'FOV'");
+  EXPECT_ERROR(lines("1 PINHOLE 640 400 500 501 320\n"), kInput, "has 4 parameters, not 3");
+  EXPECT_ERROR(lines("1 PINHOLE 640 400 500 0 320 200\n"), kInput, "focal lengths");
+  EXPECT_ERROR(lines("1 PINHOLE 640 400 500 nan 320 200\n"), kInput, "is no number");
+  EXPECT_ERROR(lines("1 PINHOLE 640 0 500 500 320 200\n"), kInput, "640x0");
+}
+
 TEST(CalibrationFile, ReadsOpencvsStereoSampleWithItsTwoFiles) {
   CalibrationContext context;
   context.camera_size = ImageSize{1280, 960};

@@ -177,17 +177,43 @@ Vec2 sgct(const CameraSettings& s, const Vec3& ros) {
       -lower_left.dot(z_axis), Vec3(d.dot(x_axis), d.dot(y_axis), d.dot(z_axis))));
 }
 
+/// The rows of a matrix, for column vectors.
+Mat4 matrix_called(const CameraSettings& s, const char* name) {
+  Mat4 m;
+  for (Eigen::Index i = 0; i < 16; ++i) m(i / 4, i % 4) = values(s, name)[std::size_t(i)];
+  return m;
+}
+
+/// OpenGL 2.1's fixed function: clip = projection * modelview * point. World: ROS's (x, y, z) is (-y, z, -x) here.
+Vec2 opengl(const CameraSettings& s, const Vec3& ros) {
+  const Vec4 clip = matrix_called(s, "projection_matrix") * matrix_called(s, "view_matrix") *
+                    Vec4(-ros.y(), ros.z(), -ros.x(), 1);
+  EXPECT_LT(std::abs(clip.z()), clip.w()) << "between the clip planes";
+  return pixel_from_ndc(clip.head<2>() / clip.w());
+}
+
+/// glFrustum in the projection's place: without the skew.
+Vec2 opengl_frustum(const CameraSettings& s, const Vec3& ros) {
+  const Vec4 eye = matrix_called(s, "view_matrix") * Vec4(-ros.y(), ros.z(), -ros.x(), 1);
+  const auto& f = values(s, "frustum");
+  return pixel_from_ndc(project_frustum(f[0], f[1], f[2], f[3], f[4], eye.head<3>()));
+}
+
 struct Program {
   CameraProgram program;
   Vec2 (*project)(const CameraSettings&, const Vec3&);
   bool has_skew;
 };
 
-const Program kAll[] = {
-    {CameraProgram::kUnity, unity, true},      {CameraProgram::kUnity, unity_physical, false},
-    {CameraProgram::kUnreal, unreal, false},   {CameraProgram::kGodot, godot, false},
-    {CameraProgram::kBlender, blender, false}, {CameraProgram::kSplash, splash, false},
-    {CameraProgram::kSgct, sgct, false}};
+const Program kAll[] = {{CameraProgram::kUnity, unity, true},
+                        {CameraProgram::kUnity, unity_physical, false},
+                        {CameraProgram::kUnreal, unreal, false},
+                        {CameraProgram::kGodot, godot, false},
+                        {CameraProgram::kBlender, blender, false},
+                        {CameraProgram::kSplash, splash, false},
+                        {CameraProgram::kSgct, sgct, false},
+                        {CameraProgram::kOpenGl, opengl, true},
+                        {CameraProgram::kOpenGl, opengl_frustum, false}};
 
 /// The largest distance between the program's pixels and the projector's, over points of the room.
 double largest_distance(const Program& program, const RigProjector& projector) {
@@ -216,7 +242,7 @@ TEST(CameraSettings, PortraitPicturesToo) {
   for (const Program& program : kAll) EXPECT_LT(largest_distance(program, portrait), 1e-3);
 }
 
-TEST(CameraSettings, SkewIsExactInUnitysMatrixAndNamedWhereItIsLost) {
+TEST(CameraSettings, SkewIsExactInMatricesAndNamedWhereItIsLost) {
   const RigProjector projector = shifted_projector(5);
   const double stated = 5 * 0.5 * 768 / 1846.2;  // at the edges of rows; none on the middle row
   for (const Program& program : kAll) {
@@ -229,7 +255,8 @@ TEST(CameraSettings, SkewIsExactInUnitysMatrixAndNamedWhereItIsLost) {
     }
     EXPECT_LT(distance, stated + 1e-3);
     EXPECT_GT(distance, 0.9 * stated);
-    if (program.program == CameraProgram::kUnity) continue;  // the matrix overrides its physical camera
+    // The matrix has the skew.
+    if (program.program == CameraProgram::kUnity || program.program == CameraProgram::kOpenGl) continue;
     ASSERT_TRUE(settings.diagnostics.find("skew_lost")) << int(program.program);
     EXPECT_TRUE(test::contains(settings.diagnostics.find("skew_lost")->message, "up to 1.04 pixels"));
   }
@@ -282,7 +309,7 @@ TEST(CameraSettings, WorldUpTurnsTheRoomUpright) {
 }
 
 TEST(CameraSettings, TextSaysEveryNumberAndItsConventions) {
-  for (const char* name : {"unity", "unreal", "godot", "blender", "splash", "sgct"}) {
+  for (const char* name : {"unity", "unreal", "godot", "blender", "splash", "sgct", "opengl"}) {
     const CameraSettings settings =
         camera_settings(parse_camera_program(name), shifted_projector(), world_from_beamer(), WorldUp::kZ);
     EXPECT_TRUE(test::contains(settings.text, "World: ")) << settings.text;

@@ -133,10 +133,13 @@ class HalfOpen {
     boost::asio::read(socket_, boost::asio::dynamic_buffer(answer), ignored);
     return answer;
   }
-  /// Sends the rest and waits for the answer.
-  std::string finish(const std::string& bytes) {
+  void send(const std::string& bytes) {
     boost::system::error_code ignored;
     boost::asio::write(socket_, boost::asio::buffer(bytes), ignored);
+  }
+  /// Sends the rest and waits for the answer.
+  std::string finish(const std::string& bytes) {
+    send(bytes);
     return wait_for_end();
   }
 
@@ -163,6 +166,66 @@ TEST(ControlPage, HalfOpenRequestsDoNotLockTheOwnerOut) {
   // And none stays for ever.
   strangers.back().wait_for_end();
   EXPECT_GE(page.faults().refused, 1u) << "a request that was never complete";
+}
+
+struct SlowRequest {
+  int status = 0;      ///< of the answer; 0: none
+  double sent_s = 0;   ///< from before the connection to the moment in which all was sent
+  double ended_s = 0;  ///< from before the connection to the moment in which the server had closed it
+};
+/// Sends `first`, and `rest` after so many seconds (negative: never).
+SlowRequest slow_request(const Address& to, const std::string& first, double after_s,
+                         const std::string& rest) {
+  SlowRequest request;
+  const auto begin = std::chrono::steady_clock::now();
+  const auto elapsed = [&] {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  };
+  HalfOpen connection(to, first);
+  if (after_s >= 0) {
+    std::this_thread::sleep_for(std::chrono::duration<double>(after_s));
+    connection.send(rest);
+    request.sent_s = elapsed();
+  }
+  request.status = status_of(connection.wait_for_end());
+  request.ended_s = elapsed();
+  return request;
+}
+
+TEST(ControlPage, SlowRequestsHaveTheirTimeAndNotMore) {
+  ControlOptions options;
+  options.port = 0;
+  ControlPage page(options);
+  const Address at(page.url());
+  const std::string line = "POST /command HTTP/1.1\r\nHost: " + at.host + "\r\n";
+  const std::string body = "{\"do\":\"undo\"}";
+  const std::string rest_of_head =
+      "Authorization: Bearer " + at.token + "\r\nContent-Length: " + std::to_string(body.size()) + "\r\n\r\n";
+  const double margin_s = 0.5;
+  struct Case {
+    double limit_s;
+    std::string first, rest;
+    SlowRequest in_time, never;
+  };
+  Case cases[] = {{limits::kPageHeadS, line, rest_of_head + body, {}, {}},
+                  {limits::kPageRequestS, line + rest_of_head, body, {}, {}}};
+  std::vector<std::thread> threads;
+  for (Case& c : cases) {
+    threads.emplace_back([&] {
+      // On a busy machine the rest may be sent too late by ourselves: only what was sent in time is judged.
+      do c.in_time = slow_request(at, c.first, c.limit_s - margin_s, c.rest);
+      while (c.in_time.sent_s > c.limit_s - margin_s / 4);
+    });
+    threads.emplace_back([&] { c.never = slow_request(at, c.first, -1, ""); });
+  }
+  for (std::thread& thread : threads) thread.join();
+  for (const Case& c : cases) {
+    EXPECT_EQ(c.in_time.status, 202) << "limit " << c.limit_s << " s, sent after " << c.in_time.sent_s
+                                     << " s";
+    EXPECT_EQ(c.never.status, 0);
+    EXPECT_GE(c.never.ended_s, c.limit_s);
+  }
+  EXPECT_EQ(page.faults().refused, 2u);
 }
 
 /// A loop on a thread of its own, as project-live runs it, and the page before it.

@@ -8,6 +8,7 @@
 #include "document/size_check.hpp"
 #include "document/trimmed.hpp"
 #include "document/value.hpp"
+#include "exchange/calibration_readers.hpp"
 #include "procam/core/base/limits.hpp"
 #include "procam/io/files.hpp"
 #include "procam/io/rig_file.hpp"
@@ -333,15 +334,27 @@ Rig read_pair(const PairNames& names, const Value& root, const Value& extrinsics
   const Value& poses = find(root, names.rotation) ? root : extrinsics;
   const char* const next =
       "put R and T of stereoCalibrate into the file, or extrinsics.yml beside it: x_2 = R x_1 + T";
-  const Camera camera{required_size(size_of(root), context.camera_size, root, "camera"),
-                      intrinsics_of(require_member(root, {names.first_matrix})),
-                      distortion_of(root, find(root, {names.first_distortion}), {}, false)};
-  const Camera projector{required_size({}, context.projector_size, root, "projector"),
+  const auto stated_size = [&](const char* name) -> std::optional<ImageSize> {
+    const auto size = find(root, {name});
+    if (!size) return std::nullopt;
+    const std::vector<double> sides = numbers_of(*size).values;
+    if (sides.size() != 2) size->fail("it is not a width and a height", kNextCalibration);
+    return size_in(*size, sides[0], sides[1]);
+  };
+  const auto first_size = stated_size("size1");
+  const auto unit = find(root, {"metres_per_unit"});
+  if (unit && !(unit->number() > 0)) unit->fail("it is not positive", kNextCalibration);
+  const double metres_per_unit = unit ? unit->number() : context.metres_per_unit;
+  const Camera camera{
+      required_size(first_size ? first_size : size_of(root), context.camera_size, root, "camera"),
+      intrinsics_of(require_member(root, {names.first_matrix})),
+      distortion_of(root, find(root, {names.first_distortion}), {}, false)};
+  const Camera projector{required_size(stated_size("size2"), context.projector_size, root, "projector"),
                          intrinsics_of(require_member(root, {names.second_matrix})),
                          distortion_of(root, find(root, {names.second_distortion}), {}, false)};
   Rig rig = rig_of(camera, projector,
                    pose_of(require_member(poses, names.rotation, next),
-                           require_member(poses, names.translation, next), context.metres_per_unit),
+                           require_member(poses, names.translation, next), metres_per_unit),
                    find(root, names.rms));
   rig.provenance.tool = names.program;
   return rig;
@@ -403,6 +416,11 @@ Node parse_any(const std::string& bytes, const std::string& file) {
 Rig load_calibration(const std::filesystem::path& path, const CalibrationContext& context) {
   require(context.metres_per_unit > 0, "load_calibration: the unit is not positive");
   const std::string bytes = read_file(path, limits::kDocumentBytes), file = path.string();
+  if (is_mrcal(bytes) || is_colmap(bytes)) {
+    Rig rig = is_mrcal(bytes) ? read_mrcal(bytes, file) : read_colmap(bytes, file);
+    rig.provenance.inputs = {{file, sha256(bytes)}};
+    return rig;
+  }
   const Node document = parse_any(bytes, file);
   const Value root{&document, &file, ""};
   if (!is_group(root)) root.fail("it is no calibration", kNextCalibration);
@@ -443,57 +461,6 @@ Rig load_calibration(const std::filesystem::path& path, const CalibrationContext
   if (rig.provenance.tool.empty()) rig.provenance.tool = "another program";
   rig.provenance.inputs = {{file, sha256(bytes)}};
   return rig;
-}
-
-namespace {
-
-/// "525,525,319.5,239.5": empty unless every part is a finite number.
-std::vector<double> numbers_between_commas(const std::string& text) {
-  std::vector<double> numbers;
-  for (std::size_t at = 0; at <= text.size();) {
-    const std::size_t comma = std::min(text.find(',', at), text.size());
-    const std::string part = text.substr(at, comma - at);
-    char* end = nullptr;
-    const double value = std::strtod(part.c_str(), &end);
-    if (part.empty() || *end != 0 || !std::isfinite(value)) return {};
-    numbers.push_back(value);
-    at = comma + 1;
-  }
-  return numbers;
-}
-
-Intrinsics intrinsics_of(const std::string& text, const std::vector<double>& k, ImageSize size) {
-  constexpr const char* kNext =
-      "give fx,fy,cx,cy in pixels, e.g. 525,525,319.5,239.5, in the mode of the image";
-  const auto fail = [&](const std::string& why) { return Error(ErrorKind::kInput, text, why, kNext); };
-  if (k.empty()) throw fail("not all of it are numbers");
-  if (k.size() != 4 && k.size() != 5) throw fail("these are " + std::to_string(k.size()) + " numbers");
-  if (!(k[0] > 0 && k[1] > 0)) throw fail("the focal lengths are not positive");
-  // A cropped image may have it outside, but not by more than its own size.
-  if (std::abs(k[2] / size.width - 0.5) > 1.5 || std::abs(k[3] / size.height - 0.5) > 1.5)
-    throw fail("the principal point lies far outside the image of " + format_size(size) + " pixels");
-  return {k[0], k[1], k[2], k[3], k.size() == 5 ? k[4] : 0};
-}
-
-}  // namespace
-
-RigCamera load_camera(const std::string& text, const std::string& name, ImageSize size) {
-  const std::vector<double> numbers = numbers_between_commas(text);
-  RigCamera camera;
-  if (!numbers.empty() || std::count(text.begin(), text.end(), ',') >= 3) {
-    camera.camera = {size, intrinsics_of(text, numbers, size), NoDistortion{}};
-    return camera;
-  }
-  CalibrationContext context;
-  context.camera_size = size;
-  context.projector_size = size;  // of a projector in the file, which is not used
-  camera = load_calibration(text, context).camera(name);
-  if (camera.camera.size != size)
-    throw Error(
-        ErrorKind::kInput, text,
-        "its camera has " + format_size(camera.camera.size) + " pixels, the image " + format_size(size),
-        "give the calibration of the camera that took the image, in the mode of the image");
-  return camera;
 }
 
 }  // namespace procam::io

@@ -13,7 +13,8 @@ namespace {
 
 constexpr double kSensorWidthMm = 36;  ///< a free choice: only its ratio to the focal length matters
 
-constexpr std::array<const char*, 6> kPrograms{"unity", "unreal", "godot", "blender", "splash", "sgct"};
+constexpr std::array<const char*, 7> kPrograms{"unity",  "unreal", "godot", "blender",
+                                               "splash", "sgct",   "opengl"};
 
 /// The text as it grows, and its numbers as they read there.
 class SettingsText {
@@ -45,7 +46,7 @@ std::vector<double> numbers(const Vec3& v) {
   return {v.x(), v.y(), v.z()};
 }
 
-/// Common input of the six exporters: a pinhole camera in the program's axes.
+/// Common input of the exporters: a pinhole camera in the program's axes.
 struct View {
   ImageSize size;
   Intrinsics k;
@@ -316,6 +317,30 @@ void write_sgct(const View& view, SettingsText& text) {
   text.line("}");
 }
 
+void write_opengl(const View& view, const Intrinsics& exact, SettingsText& text) {
+  const ClipPlanes clip = view.clip;
+  const Frustum f = frustum(view.k, view.size, clip.near, clip.far);
+  const Mat4 projection = clip_from_eye(exact, view.size, clip.near, clip.far, GraphicsApi::kOpenGL);
+  Mat4 eye_from_world = Mat4::Identity();
+  eye_from_world.topLeftCorner<3, 3>() = view.backward_axes().transpose();
+  eye_from_world.topRightCorner<3, 1>() = -view.backward_axes().transpose() * view.eye;
+  text.line(
+      "// OpenGL. World and eye: x right, y up, z backward, right-handed, metres. glFrustum has no skew;");
+  text.line(
+      "// the projection matrix has it. Matrices: rows as written, for column vectors; OpenGL's functions");
+  text.line(
+      "// take them column by column (transpose = GL_TRUE of glUniformMatrix4fv takes them as written).");
+  text.set("frustum", {f.left, f.right, f.bottom, f.top, f.near, f.far}, "glFrustum(@, @, @, @, @, @);");
+  const auto set_matrix = [&](const std::string& name, const Mat4& m) {
+    text.line("double " + name + "[16] = {");
+    for (int row = 0; row < 4; ++row)
+      text.set(name, {m(row, 0), m(row, 1), m(row, 2), m(row, 3)},
+               row < 3 ? "    @, @, @, @," : "    @, @, @, @};");
+  };
+  set_matrix("projection_matrix", projection);
+  set_matrix("view_matrix", eye_from_world);
+}
+
 /// What right, up and forward are in each program's world.
 Directions directions_of(CameraProgram program) {
   const Vec3 x = Vec3::UnitX(), y = Vec3::UnitY(), z = Vec3::UnitZ();
@@ -329,6 +354,7 @@ Directions directions_of(CameraProgram program) {
       return {-y, z, x};
     case CameraProgram::kGodot:
     case CameraProgram::kSgct:
+    case CameraProgram::kOpenGl:
       break;
   }
   return {x, y, -z};
@@ -340,7 +366,7 @@ CameraProgram parse_camera_program(const std::string& name) {
   for (std::size_t i = 0; i < kPrograms.size(); ++i)
     if (name == kPrograms[i]) return CameraProgram(i);
   throw Error(ErrorKind::kInput, "'" + name + "'", "there are no camera settings for it",
-              "give unity, unreal, godot, blender, splash or sgct");
+              "give unity, unreal, godot, blender, splash, sgct or opengl");
 }
 
 CameraSettings camera_settings(CameraProgram program, const RigProjector& projector,
@@ -353,7 +379,8 @@ CameraSettings camera_settings(CameraProgram program, const RigProjector& projec
                            program == CameraProgram::kSplash;
   CameraSettings settings;
   settings.render_size = square_only ? render_size(view.size, view.width_over_height) : view.size;
-  report_losses(projector, program != CameraProgram::kUnity, settings.diagnostics);
+  const bool has_skew = program == CameraProgram::kUnity || program == CameraProgram::kOpenGl;
+  report_losses(projector, !has_skew, settings.diagnostics);
   say_render_size(settings, view.size);
   SettingsText text(settings);
   switch (program) {
@@ -374,6 +401,9 @@ CameraSettings camera_settings(CameraProgram program, const RigProjector& projec
       break;
     case CameraProgram::kSgct:
       write_sgct(view, text);
+      break;
+    case CameraProgram::kOpenGl:
+      write_opengl(view, lens.intrinsics, text);
       break;
   }
   return settings;

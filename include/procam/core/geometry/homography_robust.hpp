@@ -97,8 +97,12 @@ inline std::array<int, 4> draw_four(std::mt19937_64& random, int count) {
   return drawn;
 }
 
-inline double log_choose(double n, double k) {
-  return std::lgamma(n + 1.0) - std::lgamma(k + 1.0) - std::lgamma(n - k + 1.0);
+/// The logarithm of n over k. A sum: std::lgamma() writes a variable of the whole process (signgam), and several threads
+/// may fit at a time.
+inline double log_choose(int n, int k) {
+  double sum = 0;
+  for (int i = 1; i <= std::min(k, n - k); ++i) sum += std::log(double(n - i + 1) / i);
+  return sum;
 }
 
 }  // namespace detail

@@ -6,14 +6,18 @@
 /// |---|---|
 /// | procam | rig.json, all of it |
 /// | OpenCV's calibration sample | camera_matrix, distortion_coefficients, image_width, image_height; fisheye_model |
-/// | OpenCV's stereo sample | M1 D1 M2 D2 with R T, in one file or in extrinsics.yml beside it |
+/// | OpenCV's stereo sample | M1 D1 M2 D2 with R T, in one file or in extrinsics.yml beside it; from
+///   export_calibration() with size1, size2, metres_per_unit |
 /// | ROS (camera_info files and messages) | camera_matrix, distortion_model, distortion_coefficients; K and D |
+/// | mrcal (.cameramodel) | lensmodel PINHOLE, OPENCV4, OPENCV5, OPENCV8; its pose, the reference as the rig |
+/// | COLMAP (cameras.txt) | one camera: PINHOLE, OPENCV, FULL_OPENCV, OPENCV_FISHEYE, (SIMPLE_)RADIAL; cx and cy less
+///   0.5, as COLMAP counts from the corner of the first pixel |
 /// | Kalibr (camchain) | cam0, cam1, ...: intrinsics, distortion_model, distortion_coeffs, resolution, T_cn_cnm1 |
 /// | projector-camera programs | cam_int cam_dist proj_int proj_dist rotation translation img_shape; or
 ///   cam_K cam_kc proj_K proj_kc R T |
 /// | people | K (3 x 3, or fx fy cx cy), D, size; or such a camera and projector with R and T |
 ///
-/// All of them count pixels as procam does, centres at integers, and keep K = [fx skew cx; 0 fy cy; 0 0 1].
+/// All others count pixels as procam does, centres at integers, and keep K = [fx skew cx; 0 fy cy; 0 0 1].
 /// Distortion is in OpenCV's order k1 k2 p1 p2 k3 k4 k5 k6 (plumb_bob, radtan, rational_polynomial), or
 /// k1 k2 k3 k4 of the equidistant fisheye. Poses: R, T and T_cn_cnm1 take points of the first (previous)
 /// device's frame to the second's (this one's): x_2 = R x_1 + T. Kalibr's lengths are metres.

@@ -5,7 +5,7 @@
 ///   const CameraSettings settings = camera_settings(CameraProgram::kBlender, rig.projector(), pose);
 ///   std::cout << settings.text;
 ///
-/// No program's camera has lens distortion. Only Unity's projection matrix can express skew. Unreal, Godot
+/// No program's camera has lens distortion. Only the projection matrices of Unity and OpenGL can express skew. Unreal, Godot
 /// and Splash have square pixels only: unequal focal lengths change the size of the image to draw
 /// (`render_size`), which the program or the window stretches to the projector's size. `diagnostics` names
 /// every loss in pixels; avoid it with a warp map (export-warp).
@@ -21,9 +21,9 @@
 
 namespace procam::io {
 
-enum class CameraProgram { kUnity, kUnreal, kGodot, kBlender, kSplash, kSgct };
+enum class CameraProgram { kUnity, kUnreal, kGodot, kBlender, kSplash, kSgct, kOpenGl };
 
-/// "unity", "unreal", "godot", "blender", "splash", "sgct"; else Error(kInput).
+/// "unity", "unreal", "godot", "blender", "splash", "sgct", "opengl"; else Error(kInput).
 CameraProgram parse_camera_program(const std::string& name);
 
 struct ClipPlanes {

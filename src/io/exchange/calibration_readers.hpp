@@ -1,0 +1,22 @@
+#pragma once
+/// Formats of load_calibration() with a syntax of their own.
+#include <string>
+#include <string_view>
+
+#include "procam/core/rig/rig.hpp"
+
+namespace procam::io {
+
+/// mrcal's .cameramodel: a Python literal with the member 'lensmodel'.
+bool is_mrcal(std::string_view bytes);
+/// The camera, its pose from rt_cam_ref ('extrinsics'): the rig is mrcal's reference. Throws Error(kInput), and
+/// Error(kUnsupported) for the lens models CAHVOR, CAHVORE, STEREOGRAPHIC, LONLAT, LATLON, SPLINED and OPENCV12.
+Rig read_mrcal(std::string_view bytes, const std::string& file);
+
+/// COLMAP's cameras.txt: lines of "ID MODEL WIDTH HEIGHT PARAMS".
+bool is_colmap(std::string_view bytes);
+/// The file's only camera: several without poses make no rig. COLMAP counts pixels from the corner of the first one, so
+/// cx and cy are 0.5 smaller here. Throws as above.
+Rig read_colmap(std::string_view bytes, const std::string& file);
+
+}  // namespace procam::io

@@ -1,0 +1,266 @@
+// Rigs written for other programs: read back by procam, by OpenCV, and by the formats' own formulas.
+#include "procam/io/exchange/calibration_export.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <opencv2/core.hpp>
+#include <regex>
+
+#include "procam/io/exchange/calibration_file.hpp"
+#include "procam/io/files.hpp"
+#include "scratch.hpp"
+#include "support/expect_error.hpp"
+#include "support/lopsided.hpp"
+
+namespace procam::io {
+namespace {
+
+using test::Scratch;
+
+Rig lopsided_rig(double skew, const Distortion& lens) {
+  Rig rig;
+  RigCamera camera;
+  camera.name = "left";
+  camera.camera = {{1280, 960}, {1401.125, 1398.75, 633.3, 501.7, skew}, lens};
+  camera.rig_from_camera = test::other_lopsided_pose();
+  RigProjector projector;
+  projector.name = "beamer";
+  projector.projector.inverse_camera = {{1024, 768}, {1880.7, 1846.2, 497.3, 751.6, skew}, lens};
+  projector.rig_from_projector = test::lopsided_pose();
+  rig.cameras = {camera};
+  rig.projectors = {projector};
+  return rig;
+}
+
+const BrownConrady kBrown{{-0.21, 0.06, 0.0013, -0.0005, 0.016}};
+const RationalDistortion kRational{{-0.21, 0.06, 0.0013, -0.0005, 0.016, 0.11, -0.02, 0.003}};
+const FisheyeDistortion kFisheye{{-0.03, 0.007, -0.002, 0.0004}};
+
+Rig read_back(const std::string& text) {
+  Scratch folder;
+  write_file_atomically(folder / "calibration", text);
+  return load_calibration(folder / "calibration");
+}
+
+void expect_same_lens(const Camera& a, const Camera& b, double pixels = 0) {
+  EXPECT_EQ(a.size, b.size);
+  EXPECT_EQ(a.distortion.index(), b.distortion.index());
+  EXPECT_LE((parameters_of(a) - parameters_of(b)).cwiseAbs().maxCoeff(), pixels);
+}
+void expect_same_pose(const Pose& a, const Pose& b) {
+  EXPECT_LT((a.matrix() - b.matrix()).cwiseAbs().maxCoeff(), 1e-14);
+}
+
+TEST(CalibrationExport, OpencvAndRosReadBackExactly) {
+  for (const Distortion& lens :
+       {Distortion(kBrown), Distortion(kRational), Distortion(kFisheye), Distortion(NoDistortion{})}) {
+    const Rig rig = lopsided_rig(2.7, lens);
+    for (const CalibrationFormat format : {CalibrationFormat::kOpenCv, CalibrationFormat::kRos}) {
+      expect_same_lens(read_back(export_calibration(format, rig, "left").text).camera().camera,
+                       rig.camera().camera);
+      const ForeignCalibration beamer = export_calibration(format, rig, "beamer");
+      expect_same_lens(read_back(beamer.text).camera().camera, rig.projector().projector.inverse_camera);
+      EXPECT_TRUE(beamer.diagnostics.find("poses_lost"));
+      EXPECT_TRUE(beamer.diagnostics.find("skew_ignored"));
+    }
+  }
+  EXPECT_FALSE(export_calibration(CalibrationFormat::kRos, lopsided_rig(0, kBrown), "left")
+                   .diagnostics.find("skew_ignored"));
+}
+
+TEST(CalibrationExport, OpencvsOwnReaderTakesIt) {
+  const Rig rig = lopsided_rig(2.7, kRational);
+  cv::FileStorage camera(export_calibration(CalibrationFormat::kOpenCv, rig, "left").text,
+                         cv::FileStorage::READ | cv::FileStorage::MEMORY);
+  cv::Mat k, d;
+  camera["camera_matrix"] >> k;
+  camera["distortion_coefficients"] >> d;
+  EXPECT_EQ(int(camera["image_width"]), 1280);
+  ASSERT_EQ(k.size(), cv::Size(3, 3));
+  EXPECT_EQ(k.at<double>(0, 1), 2.7);
+  EXPECT_EQ(k.at<double>(1, 2), 501.7);
+  ASSERT_EQ(d.total(), 8u);
+  EXPECT_EQ(d.at<double>(7), 0.003);
+
+  cv::FileStorage pair(export_calibration(CalibrationFormat::kOpenCvStereo, rig).text,
+                       cv::FileStorage::READ | cv::FileStorage::MEMORY);
+  cv::Mat r, t;
+  pair["R"] >> r;
+  pair["T"] >> t;
+  const Pose second_from_first = rig.projector_from_camera();
+  EXPECT_EQ(r.at<double>(2, 0), second_from_first.rotation_matrix()(2, 0));
+  EXPECT_EQ(t.at<double>(1), second_from_first.translation.y());
+}
+
+TEST(CalibrationExport, StereoPairsReadBackWithSizesAndPose) {
+  const Rig rig = lopsided_rig(2.7, kBrown);
+  const Rig back = read_back(export_calibration(CalibrationFormat::kOpenCvStereo, rig).text);
+  expect_same_lens(back.camera().camera, rig.camera().camera);
+  expect_same_lens(back.projector().projector.inverse_camera, rig.projector().projector.inverse_camera);
+  expect_same_pose(back.projector_from_camera(), rig.projector_from_camera());
+  Rig two = rig;
+  two.cameras.push_back(two.cameras[0]);
+  EXPECT_ERROR(export_calibration(CalibrationFormat::kOpenCvStereo, two), kInput, "kalibr");
+  EXPECT_ERROR(export_calibration(CalibrationFormat::kOpenCvStereo, lopsided_rig(0, kFisheye)), kUnsupported,
+               "export each device by itself");
+}
+
+TEST(CalibrationExport, KalibrReadsBackWithItsChain) {
+  const BrownConrady four{{-0.21, 0.06, 0.0013, -0.0005, 0}};
+  for (const Distortion& lens : {Distortion(four), Distortion(kFisheye), Distortion(NoDistortion{})}) {
+    const Rig rig = lopsided_rig(0, lens);
+    const ForeignCalibration chain = export_calibration(CalibrationFormat::kKalibr, rig);
+    EXPECT_FALSE(chain.diagnostics.find("lens_lost"));
+    EXPECT_FALSE(chain.diagnostics.find("skew_lost"));
+    const Rig back = read_back(chain.text);
+    ASSERT_EQ(back.cameras.size(), 2u);
+    expect_same_lens(back.cameras[0].camera, rig.camera().camera);
+    expect_same_lens(back.cameras[1].camera, rig.projector().projector.inverse_camera);
+    expect_same_pose(back.cameras[1].rig_from_camera.inverse() * back.cameras[0].rig_from_camera,
+                     rig.projector_from_camera());
+  }
+}
+
+TEST(CalibrationExport, MrcalReadsBackWithItsPose) {
+  for (const Distortion& lens : {Distortion(kBrown), Distortion(kRational), Distortion(NoDistortion{})}) {
+    const Rig rig = lopsided_rig(0, lens);
+    const Rig back = read_back(export_calibration(CalibrationFormat::kMrcal, rig, "beamer").text);
+    expect_same_lens(back.camera().camera, rig.projector().projector.inverse_camera);
+    expect_same_pose(back.camera().rig_from_camera, rig.projector().rig_from_projector);
+  }
+  EXPECT_ERROR(export_calibration(CalibrationFormat::kMrcal, lopsided_rig(0, kFisheye), "left"), kUnsupported,
+               "export to kalibr");
+}
+
+TEST(CalibrationExport, ColmapReadsBackAndCountsFromTheCorner) {
+  for (const Distortion& lens : {Distortion(kRational), Distortion(kFisheye), Distortion(NoDistortion{})}) {
+    Rig rig = lopsided_rig(0, lens);
+    rig.projectors.clear();
+    const std::string text = export_calibration(CalibrationFormat::kColmap, rig).text;
+    EXPECT_TRUE(test::contains(text, " 1280 960 1401.125 1398.75 633.8 502.2")) << text;
+    expect_same_lens(read_back(text).camera().camera, rig.camera().camera, 1e-12);
+  }
+}
+
+/// The largest distance over the image's 17 x 17 pixels, by the lens's own projection.
+double distance(const Camera& from, const Camera& to) {
+  double largest = 0;
+  for (int j = 0; j <= 16; ++j)
+    for (int i = 0; i <= 16; ++i) {
+      const Vec2 pixel(i * (from.size.width - 1) / 16.0, j * (from.size.height - 1) / 16.0);
+      largest = std::max(largest, (*to.project(*from.unproject(pixel)) - pixel).norm());
+    }
+  return largest;
+}
+
+TEST(CalibrationExport, LossesAreNamedWithTheirPixels) {
+  Rig rig = lopsided_rig(5, kBrown);
+  rig.projectors.clear();
+  const ForeignCalibration chain = export_calibration(CalibrationFormat::kKalibr, rig);
+  const Camera &lens = rig.camera().camera, back = read_back(chain.text).camera().camera;
+  EXPECT_EQ(back.intrinsics.skew, 0);
+  EXPECT_EQ(coefficients_of(back.distortion)[4], 0);
+  const auto stated = [&](const char* code) {
+    const Diagnostic* found = chain.diagnostics.find(code);
+    EXPECT_TRUE(found) << code;
+    std::smatch number;
+    const std::string message = found ? found->message : "";
+    EXPECT_TRUE(std::regex_search(message, number, std::regex("up to ([0-9.]+) pixels"))) << message;
+    return number.empty() ? 0 : std::stod(number[1]);
+  };
+  Camera without_skew = lens, without_k3 = lens;
+  without_skew.intrinsics.skew = 0;
+  without_k3.distortion = back.distortion;
+  EXPECT_NEAR(stated("skew_lost"), distance(lens, without_skew), 0.006);
+  EXPECT_NEAR(stated("lens_lost"), distance(lens, without_k3), 0.006);
+  EXPECT_GT(stated("skew_lost"), 1.5);
+  EXPECT_GT(stated("lens_lost"), 0.1);
+  rig.covariance.names = {"left.fx"};
+  rig.covariance.matrix = MatX::Identity(1, 1);
+  EXPECT_TRUE(export_calibration(CalibrationFormat::kUrdf, rig).diagnostics.find("covariance_lost"));
+  EXPECT_TRUE(export_calibration(CalibrationFormat::kUrdf, rig).diagnostics.find("intrinsics_lost"));
+}
+
+/// URDF's rpy: about the fixed axes x, then y, then z.
+Pose pose_of_urdf(const std::string& text, const std::string& xyz, const std::string& rpy) {
+  double t[3], a[3];
+  EXPECT_EQ(std::sscanf(xyz.c_str(), "%lf %lf %lf", &t[0], &t[1], &t[2]), 3) << text;
+  EXPECT_EQ(std::sscanf(rpy.c_str(), "%lf %lf %lf", &a[0], &a[1], &a[2]), 3) << text;
+  const Mat3 r = (Eigen::AngleAxisd(a[2], Vec3::UnitZ()) * Eigen::AngleAxisd(a[1], Vec3::UnitY()) *
+                  Eigen::AngleAxisd(a[0], Vec3::UnitX()))
+                     .toRotationMatrix();
+  return Pose(r, Vec3(t[0], t[1], t[2]));
+}
+
+TEST(CalibrationExport, UrdfAndSdfHoldTheFrames) {
+  Rig rig = lopsided_rig(2.7, kBrown);
+  // A pitch of 90 degrees: roll and yaw are one.
+  rig.cameras[0].rig_from_camera = Pose(
+      (Eigen::AngleAxisd(kPi / 2, Vec3::UnitY()) * Eigen::AngleAxisd(0.7, Vec3::UnitX())).toRotationMatrix(),
+      Vec3(0.1, 0.2, -0.3));
+  const std::string urdf = export_calibration(CalibrationFormat::kUrdf, rig).text;
+  const std::string sdf = export_calibration(CalibrationFormat::kSdf, rig).text;
+  const auto pose_in_urdf = [&](const std::string& child) {
+    std::smatch found;
+    EXPECT_TRUE(std::regex_search(
+        urdf, found,
+        std::regex("<child link=\"" + child + "\"/>\\s*<origin xyz=\"([^\"]*)\" rpy=\"([^\"]*)\"/>")))
+        << urdf;
+    return pose_of_urdf(urdf, found[1], found[2]);
+  };
+  expect_same_pose(pose_in_urdf("left_optical_frame"), rig.camera().rig_from_camera);
+  expect_same_pose(pose_in_urdf("beamer_optical_frame"), rig.projector().rig_from_projector);
+  std::smatch found;
+  ASSERT_TRUE(std::regex_search(
+      sdf, found,
+      std::regex(
+          "name=\"beamer_optical_frame\" attached_to=\"rig\">\\s*<pose>(\\S+ \\S+ \\S+) ([^<]*)</pose>")))
+      << sdf;
+  expect_same_pose(pose_of_urdf(sdf, found[1], found[2]), rig.projector().rig_from_projector);
+  rig.cameras[0].name = "<\"&>";
+  EXPECT_TRUE(
+      test::contains(export_calibration(CalibrationFormat::kUrdf, rig).text, "&lt;&quot;&amp;&gt;_optical"));
+}
+
+// glTF 2.0, 3.10.3.3: clip x = x / (aspectRatio tan(yfov / 2)) / -z, and the camera looks along -z.
+TEST(CalibrationExport, GltfCamerasSeeWhatTheRigSees) {
+  Rig rig = lopsided_rig(0, NoDistortion{});
+  Intrinsics& k = rig.projectors[0].projector.inverse_camera.intrinsics;
+  k.cx = 511.5;
+  k.cy = 383.5;
+  const ForeignCalibration scene = export_calibration(CalibrationFormat::kGltf, rig);
+  const nlohmann::json gltf = nlohmann::json::parse(scene.text);
+  EXPECT_EQ(gltf["asset"]["version"], "2.0");
+  EXPECT_EQ(gltf["nodes"][0]["children"], nlohmann::json({1, 2}));
+  const nlohmann::json node = gltf["nodes"][2], lens = gltf["cameras"][int(node["camera"])]["perspective"];
+  EXPECT_EQ(node["name"], "beamer");
+  const auto q = node["rotation"].get<std::vector<double>>(),
+             t = node["translation"].get<std::vector<double>>();
+  const Vec3 in_camera(0.4, -0.3, 2.1);
+  const Vec3 in_rig = rig.projector().rig_from_projector * in_camera;
+  const Vec3 local =
+      Eigen::Quaterniond(q[3], q[0], q[1], q[2]).conjugate() * (in_rig - Vec3(t[0], t[1], t[2]));
+  const double half = std::tan(0.5 * double(lens["yfov"]));
+  const Vec2 clip(local.x() / (double(lens["aspectRatio"]) * half) / -local.z(),
+                  local.y() / half / -local.z());
+  const Vec2 pixel((clip.x() + 1) / 2 * 1024 - 0.5, (1 - clip.y()) / 2 * 768 - 0.5);
+  EXPECT_LT((pixel - *rig.projector().projector.inverse_camera.project(in_camera)).norm(), 1e-9);
+  ASSERT_TRUE(scene.diagnostics.find("frustum_centred"));
+  EXPECT_TRUE(test::contains(scene.diagnostics.find("frustum_centred")->message, "left: "));
+}
+
+TEST(CalibrationExport, OneDeviceIsNamedAndFormatsAreKnown) {
+  const Rig rig = lopsided_rig(0, kBrown);
+  EXPECT_ERROR(export_calibration(CalibrationFormat::kRos, rig), kInput, "name one of: left, beamer");
+  EXPECT_ERROR(export_calibration(CalibrationFormat::kRos, rig, "right"), kInput,
+               "name one of: left, beamer");
+  EXPECT_ERROR(export_calibration(CalibrationFormat::kMrcal, Rig{}), kInput, "the rig has none");
+  EXPECT_ERROR(parse_calibration_format("kalib"), kInput, "kalibr");
+  EXPECT_EQ(parse_calibration_format("gltf"), CalibrationFormat::kGltf);
+  EXPECT_EQ(parse_calibration_format("opencv-stereo"), CalibrationFormat::kOpenCvStereo);
+}
+
+}  // namespace
+}  // namespace procam::io

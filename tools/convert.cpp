@@ -1,0 +1,87 @@
+/// procam-convert: a calibration of any program that procam reads -> the formats of other programs, or rig.json.
+#include <CLI/CLI.hpp>
+
+#include "common/cli.hpp"
+#include "procam/io/exchange/calibration_export.hpp"
+#include "procam/io/exchange/calibration_file.hpp"
+#include "procam/io/files.hpp"
+#include "procam/io/rig_file.hpp"
+#include "procam/io/text.hpp"
+
+namespace procam::tools {
+namespace {
+
+struct Flags {
+  std::string input, device, output;
+  std::optional<io::CalibrationFormat> format;  ///< nullopt: procam's own
+  io::CalibrationContext context;
+};
+
+void declare(CLI::App& app, Flags& flags) {
+  app.add_option("INPUT", flags.input,
+                 "rig.json, or a calibration of OpenCV, ROS, Kalibr, mrcal, COLMAP, or K and D")
+      ->required();
+  add_parsed(
+      app, "--to",
+      [&](const std::string& text) {
+        if (text != "procam") flags.format = io::parse_calibration_format(text);
+      },
+      "opencv, opencv-stereo, ros, kalibr, mrcal, colmap, urdf, sdf, gltf, or procam (rig.json)")
+      ->required();
+  app.add_option("--device", flags.device,
+                 "the camera or projector, for formats of one device: opencv, ros, mrcal");
+  add_parsed(
+      app, "--camera-size",
+      [&](const std::string& text) { flags.context.camera_size = io::parse_size(text); },
+      "the camera's image, where INPUT does not state it, e.g. 1280x960");
+  add_parsed(
+      app, "--projector-size",
+      [&](const std::string& text) { flags.context.projector_size = io::parse_size(text); },
+      "the projector's image, likewise");
+  add_parsed(
+      app, "--unit",
+      [&](const std::string& text) {
+        flags.context.metres_per_unit = io::parse_length(text);
+        if (!(flags.context.metres_per_unit > 0))
+          throw Error(ErrorKind::kInput, "'" + text + "'", "it is no unit of length",
+                      "give e.g. 1mm or 25mm");
+      },
+      "the unit of INPUT's translations, where INPUT does not state it [1mm]");
+  app.add_option("-o,--output", flags.output, "file to write; without it the text is printed");
+}
+
+ExitCode convert(const Flags& flags, Console& console) {
+  const Rig rig = io::load_calibration(flags.input, flags.context);
+  if (!flags.format && flags.output.empty())
+    throw Error(ErrorKind::kInput, "--to procam", "a rig is written to a file", "give -o rig.json");
+  Diagnostics diagnostics;
+  if (!flags.format) {
+    io::save_rig(flags.output, rig);
+  } else {
+    const io::ForeignCalibration converted = io::export_calibration(*flags.format, rig, flags.device);
+    diagnostics = converted.diagnostics;
+    if (flags.output.empty())
+      console.say(converted.text.substr(0, converted.text.size() - 1));
+    else
+      io::write_file_atomically(flags.output, converted.text);
+  }
+  if (!flags.output.empty()) {
+    console.say("wrote " + flags.output);
+    console.summary().set("/files", std::vector<std::string>{flags.output});
+  }
+  console.report(diagnostics);
+  return exit_code(diagnostics);
+}
+
+}  // namespace
+}  // namespace procam::tools
+
+int main(int argc, char** argv) {
+  using namespace procam::tools;
+  Flags flags;
+  return run_tool(
+      argc, argv,
+      {"procam-convert", "converts calibrations between procam and other programs.",
+       "procam-convert rig.json --to ros --device camera -o camera_info.yaml"},
+      [&](CLI::App& app) { declare(app, flags); }, [&](Console& console) { return convert(flags, console); });
+}

@@ -8,7 +8,7 @@
 namespace procam::io {
 namespace {
 
-const std::string kText =
+const std::string kPairsText =
     "# the lab\n"
     "x, y, z, u, v, name\r\n"
     "0.5, -1.25e-1, 1.204, 312.5, 88.0, shelf left\r\n"
@@ -17,7 +17,7 @@ const std::string kText =
     "-3\t0\t2\t-4.5\t1080\tbelow the picture";
 
 TEST(PointPairs, AreReadWithEverySeparator) {
-  const std::vector<PointPair> pairs = parse_point_pairs(kText, "lab.csv");
+  const std::vector<PointPair> pairs = parse_point_pairs(kPairsText, "lab.csv");
   ASSERT_EQ(pairs.size(), 3u);
   EXPECT_EQ(pairs[0].point_in_world, Vec3(0.5, -0.125, 1.204));
   EXPECT_EQ(pairs[0].pixel, Vec2(312.5, 88));
@@ -49,7 +49,7 @@ TEST(PointPairs, NameFileLineAndColumnOfAMistake) {
 TEST(PointPairs, SurviveDamage) {
   std::mt19937 random(4);
   for (int trial = 0; trial < 3000; ++trial) {
-    std::string text = kText;
+    std::string text = kPairsText;
     for (int hit = 0; hit < 1 + trial % 6; ++hit) text[random() % text.size()] = char(random() % 256);
     if (trial % 3 == 0) text.resize(random() % text.size());
     try {

@@ -71,7 +71,7 @@ TEST(CalibrationFile, ReadsMrcalsCameramodel) {
   EXPECT_ERROR(load_calibration(changed("1280, 960,", "1280.5, 960")), kInput, "whole pixels");
   EXPECT_ERROR(load_calibration(changed("'imagersize'", "'size'")), kInput, "'imagersize' is missing");
   EXPECT_ERROR(load_calibration(changed("(0, 0, 1.57", "(nan, 0, 1.57")), kInput, "no number");
-  EXPECT_ERROR(load_calibration(changed("b'P)h", "b'P)h\n")), kInput, "changed.cameramodel:20");
+  EXPECT_ERROR(load_calibration(changed("b'P)h", "b'P)h\n")), kInput, "changed.cameramodel:19");
 }
 
 TEST(CalibrationFile, ReadsColmapsCameras) {

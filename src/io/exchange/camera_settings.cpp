@@ -325,7 +325,7 @@ void write_opengl(const View& view, const Intrinsics& exact, SettingsText& text)
   eye_from_world.topLeftCorner<3, 3>() = view.backward_axes().transpose();
   eye_from_world.topRightCorner<3, 1>() = -view.backward_axes().transpose() * view.eye;
   text.line(
-      "// OpenGL. World and eye: x right, y up, z backward, right-handed, metres. glFrustum has no skew;");
+      "// OpenGL. World: x right, y up, z backward, right-handed, metres; the eye likewise. glFrustum has no skew;");
   text.line(
       "// the projection matrix has it. Matrices: rows as written, for column vectors; OpenGL's functions");
   text.line(

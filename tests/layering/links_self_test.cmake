@@ -1,0 +1,26 @@
+# Proves that links.cmake can fail, and that it passes good links.   cmake -DSCRATCH=<folder> -P links_self_test.cmake
+cmake_minimum_required(VERSION 3.22)
+set(check ${CMAKE_CURRENT_LIST_DIR}/links.cmake)
+
+function(expect name text verdict)
+  file(REMOVE_RECURSE ${SCRATCH})
+  file(WRITE ${SCRATCH}/include/procam/core/rig.hpp "#pragma once\n")
+  file(WRITE ${SCRATCH}/docs/other.md "# Other\n\n## Fit, and `crop` [mm]\n\n```\n# no heading\n```\n")
+  file(WRITE ${SCRATCH}/docs/references.md "# One\n\n${text}\n")
+  execute_process(COMMAND ${CMAKE_COMMAND} -DROOT=${SCRATCH} -P ${check}
+    RESULT_VARIABLE result OUTPUT_VARIABLE output ERROR_VARIABLE output)
+  string(REGEX REPLACE "[ \n]+" " " output "${output}")
+  string(FIND "${output}" "${verdict}" position)
+  if(position EQUAL -1 OR (verdict MATCHES "lead to" AND NOT result EQUAL 0)
+      OR (NOT verdict MATCHES "lead to" AND result EQUAL 0))
+    message(FATAL_ERROR "${name}: expected '${verdict}', got (${result}):\n${output}")
+  endif()
+endfunction()
+
+expect(good "[a](other.md#fit-and-crop-mm), [b](#one), [c](https://example.com/none), `core/rig.hpp`" "3 lead to")
+expect(no_file "[a](another.md)" "another.md: there is no such file")
+expect(no_heading "[a](other.md#fit)" "other.md#fit: no heading of that name")
+expect(no_heading_here "[a](#two)" "#two: no heading of that name")
+expect(heading_in_code "[a](other.md#no-heading)" "no heading of that name")
+expect(no_header "[a](#one) `core/rigs.hpp`" "core/rigs.hpp: there is no such file")
+expect(no_link "none" "no link was found")

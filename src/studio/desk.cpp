@@ -44,6 +44,7 @@ Desk::Desk(const StudioOptions& options, StudioListener& listener)
     : options_(options), listener_(listener), project_(options.project), page_(project_) {
   if (options.simulate) stage_ = std::make_unique<SimulatedStage>(*options.simulate);
   load_results();
+  page_.publish(state_text());  // before the first page can ask for one
   server_.emplace(page_, server_options(options));
   listener.on_start("studio: " + server_->url());
 }
@@ -75,7 +76,7 @@ void Desk::pump() {
   for (const StudioCommand& command : page_.take_commands()) {
     try {
       error_.reset();
-      execute(command);
+      take(command);
     } catch (const Error& error) {
       fail(error);
     } catch (const std::invalid_argument& error) {
@@ -119,6 +120,19 @@ void Desk::begin(Job job) {
   job_ = job;
   doing_.clear();
   done_ = total_ = 0;
+}
+
+/// An edit of something that another page has changed meanwhile waits for the person's choice.
+void Desk::take(const StudioCommand& command) {
+  if (command.verb == "use_mine" || command.verb == "keep_theirs") {
+    const std::optional<EditLog::Held> held = edits_.take_held(command.page);
+    if (!held || command.verb == "keep_theirs") return;
+    execute(held->command);
+    return edits_.record(held->command);
+  }
+  if (const std::optional<std::string> thing = edits_.conflict(command)) return edits_.hold(command, *thing);
+  execute(command);
+  edits_.record(command);
 }
 
 void Desk::execute(const StudioCommand& command) {
@@ -214,23 +228,7 @@ void Desk::execute_setup(const StudioCommand& command) {
 void Desk::execute_surfaces(const StudioCommand& command) {
   const std::vector<double>& n = command.numbers;
   if (command.verb == "surface") {
-    if (n.size() != 8) throw refused("surface", "four corners are needed", "click four corners");
-    if (command.name.empty() || command.name.size() > 64)
-      throw refused("surface", "a surface needs a name of at most 64 letters", "give a name");
-    for (const Surface& one : surfaces_.surfaces)
-      if (one.name == command.name)
-        throw refused("surface '" + one.name + "'", "there is one already", "give another name");
-    if (scan_.empty() && fs::exists(project_.scan())) scan_ = read_scan(project_.scan(), rig());
-    if (scan_.empty())
-      throw refused("surface", "the wall is not measured yet", "click 'Measure the wall' first");
-    const CameraCorners corners = {Vec2(n[0], n[1]), Vec2(n[2], n[3]), Vec2(n[4], n[5]), Vec2(n[6], n[7])};
-    FittedSurface fitted = fit_surface(scan_, rig(), corners, command.name);
-    fitted.surface.content = "#ffffff";
-    const Vec2 sides = side_lengths(fitted.surface);
-    say("surface '" + command.name + "': " + fixed(sides.x(), 3) + " m x " + fixed(sides.y(), 3) + " m, " +
-        std::to_string(fitted.points) + " points of the wall within " + mm(fitted.rms, 1) +
-        " (rms) of its plane");
-    surfaces_.surfaces.push_back(std::move(fitted.surface));
+    add_surface(command);
   } else if (command.verb == "corner") {
     if (n.size() != 3) throw refused("corner", "its number and its pixel are needed", "drag a corner");
     Surface& moved = surface(command.name);
@@ -248,6 +246,38 @@ void Desk::execute_surfaces(const StudioCommand& command) {
     surface(command.name).content = command.text;
   }
   save_surfaces();
+}
+
+/// numbers: four corners in the camera's image, then the radius of a round wall where it is known; text: "round" or "".
+void Desk::add_surface(const StudioCommand& command) {
+  const std::vector<double>& n = command.numbers;
+  const bool is_round = command.text == "round";
+  if (n.size() != 8 && !(is_round && n.size() == 9))
+    throw refused("surface", "four corners are needed", "click four corners");
+  if (!is_round && !command.text.empty() && command.text != "flat")
+    throw refused("shape '" + command.text + "'", "there is none", "choose flat or round");
+  if (n.size() == 9 && !(n[8] >= 0.05 && n[8] <= 100))
+    throw refused("radius", "0.05 m to 100 m are possible", "give e.g. 0.5, or nothing to have it measured");
+  if (command.name.empty() || command.name.size() > 64)
+    throw refused("surface", "a surface needs a name of at most 64 letters", "give a name");
+  for (const Surface& one : surfaces_.surfaces)
+    if (one.name == command.name)
+      throw refused("surface '" + one.name + "'", "there is one already", "give another name");
+  if (scan_.empty() && fs::exists(project_.scan())) scan_ = read_scan(project_.scan(), rig());
+  if (scan_.empty())
+    throw refused("surface", "the wall is not measured yet", "click 'Measure the wall' first");
+  const CameraCorners corners = {Vec2(n[0], n[1]), Vec2(n[2], n[3]), Vec2(n[4], n[5]), Vec2(n[6], n[7])};
+  FittedSurface fitted = is_round ? fit_round_surface(scan_, rig(), corners, command.name,
+                                                      n.size() == 9 ? std::optional(n[8]) : std::nullopt)
+                                  : fit_surface(scan_, rig(), corners, command.name);
+  fitted.surface.content = "#ffffff";
+  const Vec2 sides = side_lengths(fitted.surface);
+  say("surface '" + command.name + "': " + fixed(sides.x(), 3) + " m x " + fixed(sides.y(), 3) + " m, " +
+      std::to_string(fitted.points) + " points of the wall within " + mm(fitted.rms, 1) + " (rms) of its " +
+      (fitted.radius ? "cylinder of radius " + fixed(*fitted.radius, 3) + " m" : "plane"));
+  if (fitted.looks_round)
+    say("a round wall explains these points better: remove '" + command.name + "' and click it as round");
+  surfaces_.surfaces.push_back(std::move(fitted.surface));
 }
 
 Surface& Desk::surface(const std::string& name) {

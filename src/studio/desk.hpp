@@ -12,6 +12,7 @@
 
 #include "board_spotter.hpp"
 #include "calibration_job.hpp"
+#include "edit_log.hpp"
 #include "next_pose_job.hpp"
 #include "page.hpp"
 #include "pose_guide.hpp"
@@ -46,9 +47,11 @@ class Desk {
 
   // desk.cpp
   void pump();
+  void take(const StudioCommand& command);
   void execute(const StudioCommand& command);
   void execute_setup(const StudioCommand& command);
   void execute_surfaces(const StudioCommand& command);
+  void add_surface(const StudioCommand& command);
   void go_to(Step step);
   void begin(Job job);
   void say(const std::string& sentence);
@@ -85,6 +88,7 @@ class Desk {
   const StudioOptions options_;
   StudioListener& listener_;
   Project project_;
+  EditLog edits_;
   std::exception_ptr ending_;
   StudioPage page_;
 

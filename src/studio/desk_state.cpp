@@ -77,6 +77,13 @@ std::string Desk::state_text() const {
       {"total", calibration_.is_running() ? 100 : total_},
       {"messages", messages_},
   };
+  state["revision"] = edits_.revision();
+  state["edit"] = {{"revision", edits_.newest().revision},
+                   {"page", edits_.newest().page},
+                   {"thing", edits_.newest().thing}};
+  json held = json::object();
+  for (const auto& [page, one] : edits_.held()) held[page] = one.thing;
+  state["held"] = std::move(held);
   state["error"] = error_
                        ? json{{"what", error_->subject()}, {"why", error_->why()}, {"next", error_->next()}}
                        : json(nullptr);
@@ -128,6 +135,8 @@ std::string Desk::state_text() const {
                   {"width", finite(sides.x())},
                   {"height", finite(sides.y())}};
     entry["corners"] = rig_ ? points(corners_in_camera(one, *rig_)) : json::array();
+    entry["outline"] = rig_ ? points(outline_in_camera(one, *rig_)) : json::array();
+    entry["round"] = std::holds_alternative<GridSurface>(one.geometry);
     if (stage_ && rig_ && side_lengths(one) != Vec2::Zero()) {
       const TrueLanding truth =
           true_landing(one, *rig_, stage_->truth(), [this](const Ray& ray) { return stage_->on_wall(ray); });

@@ -14,6 +14,7 @@ namespace procam::studio {
 namespace {
 
 constexpr int kImageWidth = 1280;
+constexpr std::size_t kLongestPage = 32;
 
 }  // namespace
 
@@ -27,6 +28,7 @@ std::optional<StudioCommand> to_studio_command(const std::string& text) {
     std::string* into = key == "do"     ? &command.verb
                         : key == "name" ? &command.name
                         : key == "text" ? &command.text
+                        : key == "page" ? &command.page
                                         : nullptr;
     if (into != nullptr && value.is_string()) {
       *into = value.get<std::string>();
@@ -36,11 +38,13 @@ std::optional<StudioCommand> to_studio_command(const std::string& text) {
         if (!number.is_number() || !std::isfinite(number.get<double>())) return std::nullopt;
         command.numbers.push_back(number.get<double>());
       }
+    } else if (key == "seen" && value.is_number()) {
+      command.seen = value.get<double>();
     } else {
       return std::nullopt;
     }
   }
-  if (command.verb.empty()) return std::nullopt;
+  if (command.verb.empty() || command.page.size() > kLongestPage) return std::nullopt;
   return command;
 }
 

@@ -12,10 +12,13 @@
 
 namespace procam::studio {
 
-/// What a person did on the page: {"do": "corner", "name": "wall", "text": "", "numbers": [2, 512.5, 300]}
+/// What a person did on the page: {"do": "corner", "name": "wall", "text": "", "numbers": [2, 512.5, 300], "page": "k3x", "seen": 7}
 struct StudioCommand {
   std::string verb, name, text;
   std::vector<double> numbers;
+  std::string page = {};  ///< of the page that sends it, a random word; empty: a script
+  std::optional<double> seen =
+      {};  ///< revision of the state that the person saw when the edit began (edit_log.hpp)
 };
 
 /// nullopt for what is no command.

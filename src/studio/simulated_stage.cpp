@@ -15,8 +15,12 @@ namespace {
 
 constexpr double kWallDistance = 2.1;           // on the camera's axis, metres
 const Vec3 kWallNormal = Vec3(0.2, -0.06, -1);  // towards the rig, not of unit length
-constexpr double kWallAlbedo = 0.6, kAmbient = 0.02;
-constexpr double kMargin = 0.02;  // white paper round a print, metres
+constexpr double kWallAlbedo = 0.6, kColumnAlbedo = 0.5, kAmbient = 0.02;
+/// A column half sunk into the wall, upright on it: its axis is at kColumnX to the right of the camera's axis, and it stands
+/// out by kColumnDepth.
+constexpr double kColumnRadius = 0.35, kColumnDepth = 0.08, kColumnX = 0.14, kColumnHalfHeight = 2;
+constexpr double kFreeAir = 0.05;  ///< between a board and what is behind it, metres
+constexpr double kMargin = 0.02;   // white paper round a print, metres
 /// White paper at this distance is as bright as the level's brightest sheet.
 constexpr double kExposedFor = 0.85;
 constexpr double kProjectorGamma = 2.2, kProjectorBlack = 0.001;
@@ -48,6 +52,12 @@ Pose wall_pose() {
   Mat3 axes;
   axes << x, z.cross(x), z;
   return Pose(axes, Vec3(0, 0, kWallDistance));
+}
+
+Pose column_pose(const Pose& rig_from_wall) {
+  Mat3 axes;  // along the wall's x, into it, and down it
+  axes << Vec3::UnitX(), -Vec3::UnitZ(), Vec3::UnitY();
+  return rig_from_wall * Pose(axes, Vec3(kColumnX, 0, kColumnRadius - kColumnDepth));
 }
 
 }  // namespace
@@ -101,6 +111,7 @@ SimulatedStage::SimulatedStage(const SimulatedRoom& options) : options_(options)
   rig_.cameras.front().camera = cut_to(rig_.cameras.front().camera, options.camera_size);
   capture_ = session.capture;
   rig_from_wall_ = wall_pose();
+  rig_from_column_ = column_pose(rig_from_wall_);
   sink_ = std::make_unique<Sink>(*this);
   source_ = std::make_unique<Source>(*this);
   shown_.push_back({0, std::make_shared<const ImageU8>(sink_->size(), 1)});
@@ -127,13 +138,26 @@ device::FrameSource& SimulatedStage::camera() {
 }
 
 std::optional<Vec3> SimulatedStage::on_wall(const Ray& ray_in_rig) const {
-  return intersect(ray_in_rig, Plane::of_xy(rig_from_wall_));
+  const auto wall = intersect(ray_in_rig, Plane::of_xy(rig_from_wall_));
+  const Pose column_from_rig = rig_from_column_.inverse();
+  const Vec3 from = column_from_rig * ray_in_rig.origin,
+             direction = column_from_rig.rotate(ray_in_rig.direction);
+  // |(from + s direction) across the axis| = radius, the near root
+  const double a = direction.head<2>().squaredNorm(), b = from.head<2>().dot(direction.head<2>()),
+               c = from.head<2>().squaredNorm() - kColumnRadius * kColumnRadius, root = b * b - a * c;
+  if (!(a > 0 && root >= 0)) return wall;
+  const double s = (-b - std::sqrt(root)) / a;
+  if (!(s > 0) || std::abs(from.z() + s * direction.z()) > kColumnHalfHeight) return wall;
+  const Vec3 column = ray_in_rig.at(s);
+  return wall && (*wall - ray_in_rig.origin).norm() < (column - ray_in_rig.origin).norm() ? wall : column;
 }
 
 simulate::Room SimulatedStage::room(const std::optional<Pose>& rig_from_board) const {
   simulate::Room room;
   room.ambient = kAmbient;
   room.bodies.push_back({"wall", simulate::Rectangle{Vec2(-6, -4), Vec2(6, 4)}, rig_from_wall_, kWallAlbedo});
+  room.bodies.push_back({"column", simulate::Cylinder{kColumnRadius, -kColumnHalfHeight, kColumnHalfHeight},
+                         rig_from_column_, kColumnAlbedo});
   if (rig_from_board) room.bodies.push_back(simulate::printed_sheet("board", *board_, *rig_from_board));
   return room;
 }
@@ -186,7 +210,9 @@ bool SimulatedStage::is_usable(const Pose& rig_from_board) const {
   }
   for (const Vec3& corner : simulate::sheet_corners_in_board(*board_)) {
     if (!inside(rig_.camera().camera, rig_from_board * corner)) return false;
-    if (!((rig_from_wall_.inverse() * (rig_from_board * corner)).z() < -0.05)) return false;
+    const Vec3 in_rig = rig_from_board * corner;
+    if (!((rig_from_wall_.inverse() * in_rig).z() < -kFreeAir)) return false;
+    if (!((rig_from_column_.inverse() * in_rig).head<2>().norm() > kColumnRadius + kFreeAir)) return false;
   }
   // As many points in the light as advised poses have (calibrate/next_view.hpp).
   const Points3 points = points_in_board(board_->layout);

@@ -1,6 +1,7 @@
 #pragma once
-/// A simulated room at the level of devices: a projector and a camera in front of a slanted wall, and a person who holds a
-/// printed board. The camera sees the frames that the projector shows, later and through both lenses (simulate/live_view.hpp).
+/// A simulated room at the level of devices: a projector and a camera in front of a slanted wall with a round column, and
+/// a person who holds a printed board. The camera sees the frames that the projector shows, later and through both lenses
+/// (simulate/live_view.hpp).
 #include <atomic>
 #include <condition_variable>
 #include <deque>
@@ -37,7 +38,7 @@ class SimulatedStage {
   bool is_moving() const { return moving_; }
 
   const Rig& truth() const { return rig_; }
-  /// The point of the wall that a camera or projector ray in the rig's frame meets.
+  /// The point of the wall or the column that a camera or projector ray in the rig's frame meets first.
   std::optional<Vec3> on_wall(const Ray& ray_in_rig) const;
 
  private:
@@ -58,7 +59,7 @@ class SimulatedStage {
   const SimulatedRoom options_;
   Rig rig_;
   simulate::CaptureOptions capture_;
-  Pose rig_from_wall_;
+  Pose rig_from_wall_, rig_from_column_;  ///< of the column, z is the axis
   std::unique_ptr<Sink> sink_;
   std::unique_ptr<Source> source_;
 

@@ -12,6 +12,7 @@
 #include "procam/io/session/captures.hpp"
 #include "procam/pattern/gray_code.hpp"
 #include "procam/session/reader.hpp"
+#include "round_wall.hpp"
 
 namespace procam::studio {
 namespace {
@@ -97,17 +98,146 @@ Plane away_from(const Vec3& eye, Plane plane) {
   return plane;
 }
 
-Plane plane_of(const Surface& surface) {
-  return Plane::of_xy(std::get<PlanarSurface>(surface.geometry).frame_from_surface);
+/// The corners (0, 0), (1, 0), (1, 1), (0, 1) of a surface in the rig's frame; none for other kinds and frames.
+std::optional<std::array<Vec3, 4>> corners_in_rig(const Surface& surface) {
+  std::array<Vec3, 4> corners;
+  if (const auto* plane = std::get_if<PlanarSurface>(&surface.geometry)) {
+    if (plane->frame != "rig" || plane->points.size() != 4) return std::nullopt;
+    for (std::size_t i = 0; i < 4; ++i)
+      corners[i] = plane->frame_from_surface * Vec3(plane->points[i].x(), plane->points[i].y(), 0);
+  } else if (const auto* grid = std::get_if<GridSurface>(&surface.geometry)) {
+    if (grid->frame != "rig" || grid->fault() != nullptr) return std::nullopt;
+    const std::array<Vec2, 4> at = {Vec2(0, 0), Vec2(1, 0), Vec2(1, 1), Vec2(0, 1)};
+    for (std::size_t i = 0; i < 4; ++i) corners[i] = grid->frame_from_surface * grid->point(at[i]);
+  } else {
+    return std::nullopt;
+  }
+  return corners;
 }
 
-const PlanarSurface& planar(const Surface& surface) {
-  const auto* plane = std::get_if<PlanarSurface>(&surface.geometry);
-  if (plane == nullptr || plane->frame != "rig" || plane->points.size() != 4)
-    throw Error(ErrorKind::kInput, "surface '" + surface.name + "'",
-                "it is no plane with four corners in the rig's frame",
-                "change its file, or remove it here and click it again");
-  return *plane;
+Error no_clicked_surface(const Surface& surface) {
+  return Error(ErrorKind::kInput, "surface '" + surface.name + "'",
+               "it is neither a plane nor a round wall with four corners in the rig's frame",
+               "change its file, or remove it here and click it again");
+}
+
+std::array<Vec3, 4> required_corners(const Surface& surface) {
+  if (const auto corners = corners_in_rig(surface)) return *corners;
+  throw no_clicked_surface(surface);
+}
+
+/// Content coordinates to points in the rig's frame.
+using ContentToRig = std::function<Vec3(const Vec2&)>;
+ContentToRig points_of(const Surface& surface) {
+  required_corners(surface);
+  if (const auto* grid = std::get_if<GridSurface>(&surface.geometry))
+    return [shape = *grid](const Vec2& uv) -> Vec3 { return shape.frame_from_surface * shape.point(uv); };
+  const auto& shape = std::get<PlanarSurface>(surface.geometry);
+  const Mat3 plane_from_content =
+      fit_homography(shape.content, shape.points).destination_from_source.matrix();
+  return [shape, plane_from_content](const Vec2& uv) -> Vec3 {
+    const Vec3 on_plane = plane_from_content * uv.homogeneous();
+    return shape.frame_from_surface * Vec3(on_plane.x() / on_plane.z(), on_plane.y() / on_plane.z(), 0);
+  };
+}
+
+/// x along the upper side, z away from the camera.
+Pose content_frame(const Vec3& top_left, const Vec3& top_right, const Vec3& normal) {
+  const Vec3 x = (top_right - top_left).normalized();
+  const Vec3 z = (normal - normal.dot(x) * x).normalized();
+  Mat3 axes;
+  axes << x, z.cross(x), z;
+  return Pose(axes, top_left);
+}
+
+PlanarSurface flat_shape(const std::array<Vec3, 4>& corners, const Plane& plane) {
+  PlanarSurface shape;
+  shape.frame = "rig";
+  shape.frame_from_surface = content_frame(corners[0], corners[1], plane.normal);
+  shape.content = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
+  for (const Vec3& corner : corners)
+    shape.points.push_back(Vec3(shape.frame_from_surface.inverse() * corner).head<2>());
+  return shape;
+}
+
+/// Content is laid on the unrolled wall by the homography of its corners.
+GridSurface round_shape(const std::array<Vec3, 4>& corners, const RoundWall& wall, const Vec3& eye) {
+  const Vec3 mean = 0.25 * (corners[0] + corners[1] + corners[2] + corners[3]);
+  const Vec3 ahead = wall.across(mean).normalized(), sideways = wall.axis.cross(ahead);
+  Points2 unrolled;  // arc length, height
+  for (const Vec3& corner : corners) {
+    const Vec3 out = wall.across(corner);
+    unrolled.emplace_back(wall.radius * std::atan2(out.dot(sideways), out.dot(ahead)),
+                          (corner - wall.middle).dot(wall.axis));
+  }
+  const Mat3 unrolled_from_content =
+      fit_homography({{0, 0}, {1, 0}, {1, 1}, {0, 1}}, unrolled).destination_from_source.matrix();
+  // A chord is farther from its arc than this nowhere, metres.
+  constexpr double kSagitta = 5e-5;
+  const double cell = std::sqrt(8 * wall.radius * kSagitta);
+  const auto cells = [&](int from, int to, int other_from, int other_to) {
+    const double length =
+        std::max(std::abs(unrolled[std::size_t(to)].x() - unrolled[std::size_t(from)].x()),
+                 std::abs(unrolled[std::size_t(other_to)].x() - unrolled[std::size_t(other_from)].x()));
+    return std::clamp(int(std::ceil(length / cell)), 8, 128);
+  };
+  GridSurface shape;
+  shape.frame = "rig";
+  const double side = ahead.dot(eye - mean) > 0 ? -1 : 1;
+  shape.frame_from_surface = content_frame(corners[0], corners[1], side * ahead);
+  shape.columns = cells(0, 1, 3, 2) + 1;
+  shape.rows = cells(0, 3, 1, 2) + 1;
+  const Pose surface_from_rig = shape.frame_from_surface.inverse();
+  for (int j = 0; j < shape.rows; ++j)
+    for (int i = 0; i < shape.columns; ++i) {
+      const Vec2 at = Vec3(unrolled_from_content * Vec3(i / (shape.columns - 1.0), j / (shape.rows - 1.0), 1))
+                          .hnormalized();
+      const double angle = at.x() / wall.radius;
+      shape.points.push_back(surface_from_rig *
+                             Vec3(wall.middle + at.y() * wall.axis +
+                                  wall.radius * (std::cos(angle) * ahead + std::sin(angle) * sideways)));
+    }
+  return shape;
+}
+
+/// The cylinder that a round surface was made from: its points lie on it exactly.
+RoundWall wall_below(const Surface& surface, const GridSurface& shape) {
+  Points3 points;
+  for (const Vec3& p : shape.points) points.push_back(shape.frame_from_surface * p);
+  constexpr double kExact = 1e-5;  // metres: rounded numbers of a file
+  const auto wall = fit_round_wall(points, std::nullopt);
+  if (!wall || !(wall->rms < kExact) || wall->points < points.size()) throw no_clicked_surface(surface);
+  return *wall;
+}
+
+Points3 points_inside(const std::vector<ScanPoint>& scan, const CameraCorners& corners,
+                      const std::string& name) {
+  require_convex(corners);
+  Points3 inside;
+  for (const ScanPoint& point : scan)
+    if (is_inside(corners, point.camera_pixel)) inside.push_back(point.in_rig);
+  constexpr std::size_t kFewest = 50;
+  if (inside.size() < kFewest)
+    throw Error(
+        ErrorKind::kNotEnoughData, "surface '" + name + "'",
+        "the projector lights only " + std::to_string(inside.size()) + " measured points inside its corners",
+        "click corners within the light, or move the projector and measure again");
+  return inside;
+}
+
+/// Where the corners' rays meet the wall.
+std::array<Vec3, 4> corners_on(const std::function<std::optional<Vec3>(const Ray&)>& meet, const Rig& rig,
+                               const CameraCorners& corners, const std::string& name) {
+  std::array<Vec3, 4> on_wall;
+  for (std::size_t i = 0; i < 4; ++i) {
+    const auto ray = camera_ray(rig, corners[i]);
+    const auto met = ray ? meet(*ray) : std::nullopt;
+    if (!met)
+      throw Error(ErrorKind::kInput, "surface '" + name + "'", "a corner's ray does not meet the wall",
+                  "click corners on the wall");
+    on_wall[i] = *met;
+  }
+  return on_wall;
 }
 
 }  // namespace
@@ -141,94 +271,118 @@ std::vector<ScanPoint> read_scan(const std::filesystem::path& folder, const Rig&
 
 FittedSurface fit_surface(const std::vector<ScanPoint>& scan, const Rig& rig, const CameraCorners& corners,
                           const std::string& name) {
-  require_convex(corners);
-  Points3 inside;
-  for (const ScanPoint& point : scan)
-    if (is_inside(corners, point.camera_pixel)) inside.push_back(point.in_rig);
-  constexpr std::size_t kFewest = 50;
-  if (inside.size() < kFewest)
-    throw Error(
-        ErrorKind::kNotEnoughData, "surface '" + name + "'",
-        "the projector lights only " + std::to_string(inside.size()) + " measured points inside its corners",
-        "click corners within the light, or move the projector and measure again");
-  const PlaneFit fit = fit_plane_robustly(std::move(inside));
+  const Points3 inside = points_inside(scan, corners, name);
+  const PlaneFit fit = fit_plane_robustly(inside);
   const Plane plane = away_from(rig.camera().rig_from_camera.translation, fit.plane);
-
-  std::array<Vec3, 4> on_plane;
-  for (std::size_t i = 0; i < 4; ++i) {
-    const auto ray = camera_ray(rig, corners[i]);
-    const auto met = ray ? intersect(*ray, plane) : std::nullopt;
-    if (!met)
-      throw Error(ErrorKind::kInput, "surface '" + name + "'", "a corner's ray does not meet the wall",
-                  "click corners on the wall");
-    on_plane[i] = *met;
-  }
-  const Vec3 x = (on_plane[1] - on_plane[0]).normalized();
-  Mat3 axes;
-  axes << x, plane.normal.cross(x), plane.normal;
-  PlanarSurface shape;
-  shape.frame = "rig";
-  shape.frame_from_surface = Pose(axes, on_plane[0]);
-  shape.content = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
-  for (const Vec3& corner : on_plane)
-    shape.points.push_back(Vec3(shape.frame_from_surface.inverse() * corner).head<2>());
   FittedSurface fitted;
   fitted.surface.name = name;
-  fitted.surface.geometry = shape;
+  fitted.surface.geometry = flat_shape(
+      corners_on([&](const Ray& ray) { return intersect(ray, plane); }, rig, corners, name), plane);
   fitted.rms = fit.rms;
   fitted.points = fit.used;
+  // As a round wall it would be closer to the points by more than chance.
+  constexpr double kCloser = 0.7;
+  const auto round = fit_round_wall(inside, std::nullopt);
+  fitted.looks_round = round && round->rms < kCloser * fit.rms && round->points > inside.size() / 2;
+  return fitted;
+}
+
+FittedSurface fit_round_surface(const std::vector<ScanPoint>& scan, const Rig& rig,
+                                const CameraCorners& corners, const std::string& name,
+                                const std::optional<double>& radius) {
+  const Points3 inside = points_inside(scan, corners, name);
+  const auto wall = fit_round_wall(inside, radius);
+  if (!wall)
+    throw Error(ErrorKind::kInput, "surface '" + name + "'", "the measured points show no curvature",
+                "choose the shape 'flat', or corners that are farther apart");
+  Vec3 mean = Vec3::Zero();
+  for (const Vec3& p : inside) mean += p / double(inside.size());
+  FittedSurface fitted;
+  fitted.surface.name = name;
+  fitted.surface.geometry =
+      round_shape(corners_on([&](const Ray& ray) { return intersect(ray, *wall, mean); }, rig, corners, name),
+                  *wall, rig.camera().rig_from_camera.translation);
+  fitted.rms = wall->rms;
+  fitted.points = wall->points;
+  fitted.radius = wall->radius;
   return fitted;
 }
 
 Surface move_corner(const Surface& surface, const Rig& rig, int corner, const Vec2& camera_pixel_at) {
-  PlanarSurface shape = planar(surface);
+  std::array<Vec3, 4> corners = required_corners(surface);
   const auto ray = camera_pixel_at.allFinite() ? camera_ray(rig, camera_pixel_at) : std::nullopt;
-  const auto met = ray ? intersect(*ray, plane_of(surface)) : std::nullopt;
+  const auto* grid = std::get_if<GridSurface>(&surface.geometry);
+  std::optional<RoundWall> wall;
+  if (grid != nullptr) wall = wall_below(surface, *grid);
+  std::optional<Vec3> met;
+  if (ray && wall) met = intersect(*ray, *wall, 0.5 * (corners[0] + corners[2]));
+  if (ray && !wall)
+    met = intersect(*ray, Plane::of_xy(std::get<PlanarSurface>(surface.geometry).frame_from_surface));
   if (!met || corner < 0 || corner > 3)
     throw Error(ErrorKind::kInput, "surface '" + surface.name + "'",
-                "the corner's ray does not meet its plane", "drop the corner on the wall");
-  shape.points[std::size_t(corner)] = Vec3(shape.frame_from_surface.inverse() * *met).head<2>();
+                "the corner's ray does not meet its wall", "drop the corner on the wall");
+  corners[std::size_t(corner)] = *met;
   Surface moved = surface;
-  moved.geometry = shape;
-  CameraCorners corners;
+  if (wall) {
+    moved.geometry = round_shape(corners, *wall, rig.camera().rig_from_camera.translation);
+  } else {
+    auto& shape = std::get<PlanarSurface>(moved.geometry);
+    shape.points[std::size_t(corner)] = Vec3(shape.frame_from_surface.inverse() * *met).head<2>();
+  }
+  CameraCorners seen_corners;
   const std::vector<Vec2> seen = corners_in_camera(moved, rig);
   if (seen.size() == 4) {
-    std::copy(seen.begin(), seen.end(), corners.begin());
-    require_convex(corners);
+    std::copy(seen.begin(), seen.end(), seen_corners.begin());
+    require_convex(seen_corners);
   }
   return moved;
 }
 
 std::vector<Vec2> corners_in_camera(const Surface& surface, const Rig& rig) {
   std::vector<Vec2> seen;
-  const auto* shape = std::get_if<PlanarSurface>(&surface.geometry);
-  if (shape == nullptr || shape->frame != "rig") return seen;
-  for (const Vec2& point : shape->points)
-    if (const auto pixel = camera_pixel(rig, shape->frame_from_surface * Vec3(point.x(), point.y(), 0)))
-      seen.push_back(*pixel);
+  if (const auto corners = corners_in_rig(surface))
+    for (const Vec3& corner : *corners)
+      if (const auto pixel = camera_pixel(rig, corner)) seen.push_back(*pixel);
+  return seen;
+}
+
+std::vector<Vec2> outline_in_camera(const Surface& surface, const Rig& rig) {
+  std::vector<Vec2> seen;
+  if (!corners_in_rig(surface)) return seen;
+  const ContentToRig point = points_of(surface);
+  constexpr int kAlongASide = 16;
+  const std::array<Vec2, 4> at = {Vec2(0, 0), Vec2(1, 0), Vec2(1, 1), Vec2(0, 1)};
+  for (std::size_t side = 0; side < 4; ++side)
+    for (int i = 0; i < kAlongASide; ++i)
+      if (const auto pixel =
+              camera_pixel(rig, point(at[side] + i / double(kAlongASide) * (at[(side + 1) % 4] - at[side]))))
+        seen.push_back(*pixel);
   return seen;
 }
 
 Vec2 side_lengths(const Surface& surface) {
-  const auto* shape = std::get_if<PlanarSurface>(&surface.geometry);
-  if (shape == nullptr || shape->points.size() != 4) return Vec2::Zero();
-  return {(shape->points[1] - shape->points[0]).norm(), (shape->points[3] - shape->points[0]).norm()};
+  if (!corners_in_rig(surface)) return Vec2::Zero();
+  const ContentToRig point = points_of(surface);
+  constexpr int kChords = 64;
+  Vec2 lengths = Vec2::Zero();
+  for (int axis = 0; axis < 2; ++axis)
+    for (int i = 0; i < kChords; ++i)
+      lengths[axis] += (point((i + 1) / double(kChords) * Vec2::Unit(axis)) -
+                        point(i / double(kChords) * Vec2::Unit(axis)))
+                           .norm();
+  return lengths;
 }
 
 TrueLanding true_landing(const Surface& surface, const Rig& estimated, const Rig& truth,
                          const OnWall& on_wall) {
-  const PlanarSurface& shape = planar(surface);
-  const Mat3 plane_from_content =
-      fit_homography(shape.content, shape.points).destination_from_source.matrix();
+  const ContentToRig content_to_rig = points_of(surface);
   const Pose projector_from_rig = estimated.projector().rig_from_projector.inverse();
   TrueLanding landing;
   double squares = 0;
   constexpr int kGrid = 9;
   for (int j = 0; j < kGrid; ++j)
     for (int i = 0; i < kGrid; ++i) {
-      const Vec3 on_plane = plane_from_content * Vec3(i / (kGrid - 1.0), j / (kGrid - 1.0), 1);
-      const Vec3 point =
-          shape.frame_from_surface * Vec3(on_plane.x() / on_plane.z(), on_plane.y() / on_plane.z(), 0);
+      const Vec3 point = content_to_rig(Vec2(i, j) / (kGrid - 1.0));
       const auto seen = camera_pixel(estimated, point);
       const auto lit = estimated.projector().projector.project(projector_from_rig * point);
       const auto wanted = seen ? camera_ray(truth, *seen) : std::nullopt;

@@ -3,11 +3,13 @@
 ///
 /// A scan is the wall under the pattern of a session: each camera pixel that decodes has a ray of the camera and one of the
 /// projector, which meet on the wall (core/geometry/triangulate.hpp). A surface is clicked as four corners in the camera's
-/// image, clockwise from the content's top left. Its plane is the one with the smallest squared distances to the scan's
-/// points inside the corners; the corners are where their camera rays meet this plane.
+/// image, clockwise from the content's top left. The wall below is the plane, or the circular cylinder (round_wall.hpp), with
+/// the smallest squared distances to the scan's points inside the corners; the corners are where their camera rays meet it.
+/// On a round wall content is laid as on paper: straight and undistorted once the wall is unrolled.
 #include <array>
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -25,12 +27,14 @@ using CameraCorners = std::array<Vec2, 4>;
 
 /// The points of a captured scan (frames of Gray code in `folder`/view_00), every `step`-th pixel in each direction. Throws
 /// as session::open() and pattern::decode() do, Error(kNotEnoughData) where nothing is lit.
-std::vector<ScanPoint> read_scan(const std::filesystem::path& folder, const Rig& rig, int step = 3);
+std::vector<ScanPoint> read_scan(const std::filesystem::path& folder, const Rig& rig, int step = 2);
 
 struct FittedSurface {
-  Surface surface;  ///< a PlanarSurface in the frame "rig"; content and corners in the order clicked
-  double rms = 0;   ///< of the scan's points from the plane, metres
+  Surface surface;  ///< a PlanarSurface or a GridSurface in the frame "rig"; corners in the order clicked
+  double rms = 0;   ///< of the scan's points from the wall, metres
   std::size_t points = 0;
+  std::optional<double> radius = {};  ///< of a round wall, metres
+  bool looks_round = false;           ///< a plane whose points a round wall explains better
 };
 
 /// Throws Error(kInput) for corners that are no convex quadrilateral with the right sense, Error(kNotEnoughData) where the
@@ -38,14 +42,23 @@ struct FittedSurface {
 FittedSurface fit_surface(const std::vector<ScanPoint>& scan, const Rig& rig, const CameraCorners& corners,
                           const std::string& name);
 
-/// The surface with a corner moved to where the ray of that camera pixel meets its plane. Throws Error(kInput) for a
+/// The same on a column or a curved wall; without a radius it is measured as well. Throws Error(kInput) as well where the
+/// points show no curvature.
+FittedSurface fit_round_surface(const std::vector<ScanPoint>& scan, const Rig& rig,
+                                const CameraCorners& corners, const std::string& name,
+                                const std::optional<double>& radius);
+
+/// The surface with a corner moved to where the ray of that camera pixel meets its wall. Throws Error(kInput) for a
 /// surface or a pixel that has none.
 Surface move_corner(const Surface& surface, const Rig& rig, int corner, const Vec2& camera_pixel);
 
 /// The surface's corners in the camera's image; fewer than four where the camera does not see one.
 std::vector<Vec2> corners_in_camera(const Surface& surface, const Rig& rig);
 
-/// Lengths of the upper and the left side, metres.
+/// Its sides in the camera's image, curved ones as many points.
+std::vector<Vec2> outline_in_camera(const Surface& surface, const Rig& rig);
+
+/// Lengths of the upper and the left side along the wall, metres.
 Vec2 side_lengths(const Surface& surface);
 
 /// The distance between where content is seen to belong and where its light falls, in a true world: over a grid of content

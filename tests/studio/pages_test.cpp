@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <cstdio>
+#include <cstdlib>
 
 #include "io/scratch.hpp"
 #include "procam/io/board_file.hpp"
@@ -45,6 +46,9 @@ class Script {
       std::this_thread::sleep_for(std::chrono::milliseconds(100));
     }
     return false;
+  }
+  std::string page() const {
+    return run(std::string("-H 'Authorization: Bearer ") + test::RunningStudio::kToken + "'", "/");
   }
   bool wait_for_start() const {
     return wait([](const json&) { return true; });
@@ -192,6 +196,72 @@ TEST(StudioPages, TwoSeeEachOthersChanges) {
   ASSERT_TRUE(one.open(studio));
   EXPECT_TRUE(one.wait("state.step === 'capture' && $('views').value === '9'"));
   EXPECT_EQ(one.browser().console() + other.browser().console(), "");
+}
+
+/// Both go into the same field; the second one's change waits for a choice, and the first one is informed of it.
+TEST(StudioPages, NeitherOverwritesTheOtherUnseen) {
+  test::Person one(1280, 800), other(1280, 800);
+  if (!one.has_browser() || !other.has_browser()) GTEST_SKIP() << "no Chromium";
+  test::Scratch scratch;
+  const test::RunningStudio studio(scratch / "stage", kSmall);
+  ASSERT_TRUE(one.open(studio) && other.open(studio));
+  ASSERT_TRUE(one.click("document.querySelector('[data-step=capture]')"));
+  ASSERT_TRUE(
+      other.wait("state.step === 'capture' && !document.querySelector('[data-step=capture]').hidden"));
+  const auto type = [](test::Person& person, const std::string& text) {
+    person.browser().evaluate("$('views').select()");
+    person.browser().type(text);
+    person.browser().press("Tab");
+    person.browser().evaluate("$('views').blur()");
+  };
+  const auto both_change = [&](const std::string& others, const std::string& ones) {
+    ASSERT_TRUE(one.click("$('views')"));
+    ASSERT_TRUE(other.enter("views", others));
+    ASSERT_TRUE(one.wait("state.capture.wanted === " + others));
+    type(one, ones);
+    ASSERT_TRUE(one.wait("!$('held').hidden && $('held_words').textContent.includes('the number of poses')"));
+    EXPECT_EQ(one.state("capture.wanted").dump(), others);
+    EXPECT_EQ(other.browser().evaluate("$('held').hidden"), "true");
+  };
+  both_change("9", "12");
+  if (const char* folder = std::getenv("PROCAM_STUDIO_SCREENSHOTS"))
+    one.browser().screenshot(fs::path(folder) / "two_pages.png");
+  ASSERT_TRUE(one.click("$('use_mine')"));
+  EXPECT_TRUE(other.wait("state.capture.wanted === 12 && $('views').value === '12'"));
+  EXPECT_TRUE(other.wait("$('other').textContent === 'Another page has changed the number of poses.'"));
+  EXPECT_TRUE(one.wait("$('held').hidden"));
+  both_change("8", "15");
+  ASSERT_TRUE(one.click("$('keep_theirs')"));
+  EXPECT_TRUE(one.wait("$('held').hidden && $('views').value === '8'"));
+  EXPECT_EQ(other.state("capture.wanted"), 8);
+  // One after the other is no conflict.
+  ASSERT_TRUE(one.enter("views", "7"));
+  EXPECT_TRUE(other.wait("$('views').value === '7'"));
+  ASSERT_TRUE(other.enter("views", "6"));
+  EXPECT_TRUE(one.wait("$('views').value === '6' && $('held').hidden"));
+  EXPECT_EQ(other.browser().evaluate("$('held').hidden"), "true");
+  EXPECT_EQ(one.browser().console() + other.browser().console(), "");
+}
+
+/// Before the first state and without a connection, a click would be lost; the page takes none.
+TEST(StudioPages, TakesNoClickWithoutAState) {
+  test::Person person(1280, 800);
+  if (!person.has_browser()) GTEST_SKIP() << "no Chromium";
+  test::Scratch scratch;
+  test::RunningStudio studio(scratch / "stage", kSmall);
+  ASSERT_TRUE(person.open(studio));
+  EXPECT_FALSE(person.is_inert());
+  EXPECT_TRUE(person.wait("document.querySelectorAll('section:not([hidden])').length === 1"));
+  EXPECT_EQ(person.browser().console(), "");
+  const std::string html = Script(studio).page();
+  studio.kill_now();
+  EXPECT_TRUE(person.wait("$('link').className === 'lost'"));
+  EXPECT_TRUE(person.is_inert());
+  // The same page where no server answers.
+  person.browser().open("file://" + scratch.write("page.html", html).string());
+  ASSERT_TRUE(person.wait("document.readyState === 'complete' && state === null"));
+  EXPECT_EQ(person.browser().evaluate("document.querySelectorAll('section:not([hidden])').length"), "0");
+  EXPECT_TRUE(person.is_inert());
 }
 
 }  // namespace

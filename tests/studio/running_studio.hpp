@@ -72,7 +72,7 @@ class Person {
   Browser& browser() { return browser_; }
 
   bool open(const RunningStudio& studio) {
-    const auto end = now() + std::chrono::seconds(20);
+    const auto end = now() + std::chrono::seconds(kPatience);
     while (now() < end) {
       browser_.open(studio.url());
       if (browser_.wait_for("document.readyState === 'complete'") &&
@@ -86,13 +86,18 @@ class Person {
     return nlohmann::json::parse(browser_.evaluate("state." + field));
   }
   /// Until a JavaScript condition is true.
-  bool wait(const std::string& condition, int seconds = 30) {
+  bool wait(const std::string& condition, int seconds = kPatience) {
     const auto end = now() + std::chrono::seconds(seconds);
     while (browser_.evaluate(condition) != "true") {
       if (now() > end) return false;
       std::this_thread::sleep_for(std::chrono::milliseconds(100));
     }
     return true;
+  }
+  /// Sets window.NAME once a state that the page has drawn fulfils the condition, however short.
+  void note(const std::string& name, const std::string& condition) {
+    browser_.evaluate("draw = (drawn => () => { drawn(); if (" + condition + ") window." + name +
+                      " = true; })(draw)");
   }
   /// The middle of the element that the expression names, in the page's pixels, scrolled into view.
   std::pair<double, double> place(const std::string& element) {
@@ -103,14 +108,23 @@ class Person {
     if (!at.is_array()) return {-1, -1};
     return {at[0].get<double>(), at[1].get<double>()};
   }
-  /// Clicks an element once it is shown and may be clicked.
+  /// Clicks an element once it is shown, may be clicked, and nothing covers it. false: something else got the click.
   bool click(const std::string& element) {
-    if (!wait("(() => { const e = " + element +
-              "; return !!e && !e.disabled && e.getBoundingClientRect().width > 0; })()"))
-      return false;
-    const auto [x, y] = place(element);
-    click_at(x, y);
-    return true;
+    const auto end = now() + std::chrono::seconds(kPatience);
+    for (; now() < end; std::this_thread::sleep_for(std::chrono::milliseconds(100))) {
+      const auto at = nlohmann::json::parse(browser_.evaluate(
+          "(() => { const e = " + element +
+          "; if (!e || e.disabled || e.getBoundingClientRect().width === 0) return null;"
+          " e.scrollIntoView({block: 'nearest'}); const b = e.getBoundingClientRect();"
+          " const x = b.x + b.width / 2, y = b.y + b.height / 2; if (!e.contains(document.elementFromPoint(x, y))) return null;"
+          " window.aimed = e; window.struck = null;"
+          " addEventListener('click', event => { window.struck = event.target; }, {capture: true, once: true});"
+          " return [x, y]; })()"));
+      if (!at.is_array()) continue;
+      click_at(at[0], at[1]);
+      return browser_.evaluate("aimed.contains(struck)") == "true";
+    }
+    return false;
   }
   void click_at(double x, double y) {
     browser_.mouse("mouseMoved", x, y);
@@ -136,6 +150,11 @@ class Person {
     browser_.evaluate("$('" + id + "').blur()");
     return true;
   }
+  /// Does the page take no clicks?
+  bool is_inert() {
+    return browser_.evaluate("[...document.querySelectorAll('nav, #panel')].every(part => part.inert)") ==
+           "true";
+  }
   /// A pixel of the camera's image in the page's pixels.
   std::pair<double, double> in_image(double x, double y) {
     const auto box = nlohmann::json::parse(browser_.evaluate(
@@ -146,6 +165,7 @@ class Person {
   }
 
  private:
+  static constexpr int kPatience = 120;  ///< seconds; on a busy machine the page's answers are slow
   static std::chrono::steady_clock::time_point now() { return std::chrono::steady_clock::now(); }
   Browser browser_;
 };

@@ -47,6 +47,18 @@ TEST(FrontCommand, RunsATool) {
   EXPECT_NE(wrong.err.find("make-board: "), std::string::npos) << wrong.err;
 }
 
+TEST(FrontCommand, HelpOfEveryToolIsTypedAndFitsTheTerminal) {
+  for (const std::string& tool : tool_names()) {
+    const ToolRun run = run_tool("procam", tool + " --help");
+    EXPECT_EQ(run.exit_code, 0) << tool;
+    EXPECT_EQ(run.out.find(" TEXT"), std::string::npos)
+        << tool << ": name the option's type in the table of tools/common/help.cpp\n"
+        << run.out.substr(run.out.find(" TEXT") > 60 ? run.out.find(" TEXT") - 60 : 0, 120);
+    std::istringstream lines(run.out);
+    for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 104u) << tool << ": " << line;
+  }
+}
+
 TEST(FrontCommand, SuggestsATool) {
   const ToolRun run = run_tool("procam", "calibrate");
   EXPECT_EQ(run.exit_code, 2);

@@ -8,6 +8,8 @@
 #include <new>
 #include <stdexcept>
 
+#include "common/help.hpp"
+
 namespace procam::tools {
 namespace {
 
@@ -44,6 +46,55 @@ TEST(Cli, HelpOpensWithWhatTheToolDoesAndOneLineToTry) {
   EXPECT_EQ(run.code, 0);
   EXPECT_EQ(run.out.rfind("measure-wall: Measures a wall.\n\nTry:\n  measure-wall --width 2m\n", 0), 0u)
       << run.out;
+}
+
+TEST(Cli, HelpNamesTypesAndGroups) {
+  const auto declare = [](CLI::App& app) {
+    static std::string rig, output;
+    static int threads = 0;
+    app.add_option("--rig", rig,
+                   "the rig's file, with so many words that they need more than one line of the help text")
+        ->required();
+    app.add_option("-o,--output", output, "the result");
+    app.add_option("--threads", threads, "as many at a time")->check(CLI::Range(0, 8));
+  };
+  const ToolRun run = run_with({"--help"}, nothing, declare);
+  const std::size_t rig = run.out.find("  --rig FILE (required)"), results = run.out.find("Results:\n"),
+                    output = run.out.find("  -o,--output FILE"), general = run.out.find("General:\n");
+  EXPECT_LT(rig, results) << run.out;
+  EXPECT_LT(results, output);
+  EXPECT_LT(output, general) << run.out;
+  EXPECT_NE(general, std::string::npos);
+  EXPECT_TRUE(contains(run.out, "--threads INTEGER in [0 - 8]") ||
+              contains(run.out, "--threads INT in [0 - 8]"))
+      << run.out;
+}
+
+TEST(Cli, WrapsAtTheWidthAndKeepsLines) {
+  EXPECT_EQ(wrapped("one two three four", 9, 2, 0), "one two\n  three\n  four");
+  EXPECT_EQ(wrapped("one two", 20, 4, 15), "one\n    two");
+  EXPECT_EQ(wrapped("unbreakable", 4, 2, 0), "unbreakable");
+  EXPECT_EQ(wrapped("Try:\n  a b c\n", 80, 0, 0), "Try:\n  a b c\n");
+  EXPECT_EQ(wrapped("", 80, 0, 0), "");
+}
+
+TEST(Cli, SuggestsTheOptionThatWasMeant) {
+  const auto declare = [](CLI::App& app) {
+    static std::string captures, rig;
+    app.add_option("--captures", captures, "folder")->required();
+    app.add_option("--rig", rig, "file");
+  };
+  ToolRun run = run_with({"--capture", "folder"}, nothing, declare);
+  EXPECT_EQ(run.code, int(ExitCode::kUsage));
+  EXPECT_TRUE(contains(run.err, "'--capture'")) << run.err;
+  EXPECT_TRUE(contains(run.err, "did you mean --captures? see measure-wall --help")) << run.err;
+  run = run_with({"--captures", "folder", "--nothing-alike=7"}, nothing, declare);
+  EXPECT_EQ(run.code, int(ExitCode::kUsage));
+  EXPECT_FALSE(contains(run.err, "did you mean")) << run.err;
+  const std::string long_word(100000, 'x');
+  run = run_with({"--captures=a", long_word.c_str()}, nothing, declare);
+  EXPECT_EQ(run.code, int(ExitCode::kUsage));
+  EXPECT_LT(run.err.size(), 1000u);
 }
 
 TEST(Cli, VersionNamesToolAndLibrary) {

@@ -15,6 +15,7 @@
 #include <new>
 #include <nlohmann/json.hpp>
 
+#include "common/help.hpp"
 #include "common/note_groups.hpp"
 
 namespace procam::tools {
@@ -70,6 +71,11 @@ const char* stop_reason() {
                                  : "Ctrl-C was pressed";
 }
 
+/// An option that the tool does not have, or a word where none is expected.
+struct UnknownArgument {
+  std::string typed, nearest;
+};
+
 /// The report of a failure, for people and for programs.
 struct Failure {
   ExitCode code;
@@ -86,6 +92,10 @@ Failure describe_current_exception(const ToolInfo& info) {
   } catch (const Error& error) {
     return {exit_code(error.kind()), procam::to_string(error.kind()), error.subject(), error.why(),
             error.next()};
+  } catch (const UnknownArgument& unknown) {
+    return {ExitCode::kUsage, "usage", "'" + unknown.typed.substr(0, 80) + "'", "the tool has no such option",
+            (unknown.nearest.empty() ? "" : "did you mean " + unknown.nearest + "? ") + "see " + info.name +
+                " --help"};
   } catch (const CLI::ParseError& error) {
     return {ExitCode::kUsage, "usage", "command line", error.what(), "see " + info.name + " --help"};
   } catch (const std::bad_alloc&) {
@@ -290,12 +300,18 @@ int run_tool(int argc, const char* const* argv, const ToolInfo& info,
     app.add_flag("--json", json, "Print a machine-readable summary on stdout; sentences go to stderr");
     app.footer(kHelpFooter);
     declare(app);
+    arrange_help(app);
     try {
       app.parse(argc, argv);
     } catch (const CLI::Success& asked) {  // --help, --version
       app.exit(asked);
       require_written(std::cout.flush());
       return static_cast<int>(ExitCode::kOk);
+    } catch (const CLI::ParseError&) {
+      // A mistyped option is the cause where a required one is missing.
+      const std::vector<std::string> unknown = app.remaining();
+      if (unknown.empty()) throw;
+      throw UnknownArgument{unknown.front(), nearest_option(app, unknown.front())};
     }
 
     console.summary().set("/tool", info.name);

@@ -4,6 +4,7 @@
 
 #include "document/number.hpp"
 #include "document/trimmed.hpp"
+#include "procam/core/base/detail/edit_distance.hpp"
 
 namespace procam::io {
 namespace {
@@ -113,35 +114,11 @@ std::vector<Value> Value::members() const {
   return out;
 }
 
-int edit_distance(const std::string& a, const std::string& b) {
-  std::vector<std::vector<int>> d(a.size() + 1, std::vector<int>(b.size() + 1));
-  for (std::size_t i = 0; i <= a.size(); ++i)
-    for (std::size_t j = 0; j <= b.size(); ++j) {
-      if (i == 0 || j == 0) {
-        d[i][j] = int(i + j);
-        continue;
-      }
-      d[i][j] = std::min({d[i - 1][j] + 1, d[i][j - 1] + 1, d[i - 1][j - 1] + int(a[i - 1] != b[j - 1])});
-      if (i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1])
-        d[i][j] = std::min(d[i][j], d[i - 2][j - 2] + 1);
-    }
-  return d[a.size()][b.size()];
-}
-
 std::string suggest(const std::string& name, const std::vector<std::string>& known) {
-  std::string list, closest;
-  int fewest_edits = 0;
-  for (const std::string& candidate : known) {
-    list += (list.empty() ? "" : ", ") + candidate;
-    // A hostile name may be megabytes long, and the table of edits is its length squared.
-    if (name.size() > 64) continue;
-    const int edits = edit_distance(name, candidate);
-    if (edits <= 1 + int(candidate.size()) / 3 && (closest.empty() || edits < fewest_edits)) {
-      closest = candidate;
-      fewest_edits = edits;
-    }
-  }
-  return (closest.empty() ? "" : "did you mean '" + closest + "'? ") + "known here: " + list;
+  std::string list;
+  for (const std::string& candidate : known) list += (list.empty() ? "" : ", ") + candidate;
+  const std::string nearest = internal::nearest_name(name, known);
+  return (nearest.empty() ? "" : "did you mean '" + nearest + "'? ") + "known here: " + list;
 }
 
 }  // namespace procam::io

@@ -28,7 +28,4 @@ struct Value {
   std::vector<Value> members() const;
 };
 
-/// Edits (insert, delete, replace, swap of neighbours) from a to b.
-int edit_distance(const std::string& a, const std::string& b);
-
 }  // namespace procam::io

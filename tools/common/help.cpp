@@ -1,0 +1,210 @@
+#include "common/help.hpp"
+
+#include <sys/ioctl.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <array>
+#include <cstdlib>
+
+#include "procam/core/base/detail/edit_distance.hpp"
+
+namespace procam::tools {
+namespace {
+
+constexpr std::size_t kColumn = 30;  ///< where explanations begin
+constexpr std::size_t kMinWidth = 60, kMaxWidth = 120, kUsualWidth = 100;
+
+struct ValueType {
+  const char* type;
+  const char* options;  ///< their long names, with blanks around; "tool:option" where tools differ
+};
+
+// A flag that another tool has with another type stands first, with that tool's name.
+constexpr ValueType kValueTypes[] = {
+    {"FOLDER",
+     " simulate-captures:output capture-session:output make-patterns:output calibrate-camera:images "},
+    {"FORMAT", " procam-convert:to "},
+    {"LENGTH", " plan-projection:viewer "},
+    {"FILE",
+     " annotate blend check depth image intrinsics known-camera markers mount observations output picture points pose "
+     "preview record replay report rig save-board save-show show shown surfaces truth virtual weights "
+     "write-observations sensor mirror-view "},
+    {"FOLDER", " captures decoded watch images "},
+    {"LENGTH",
+     " accept depth-scale distance far focal-length measured mirror-depth near scale text-height unit wall "},
+    {"ANGLE", " bump pitch roll yaw "},
+    {"TIME",
+     " blank-on-stale camera-delay clock-offset delay delay-sigma depth-delay duration freeze-on-stale interval "
+     "jitter latency sensor-delay source-delay "},
+    {"WxH", " camera-size grid projector-size resolution size target "},
+    {"BOARD", " board mirror-board "},
+    {"MARKER", " marker "},
+    {"NAME", " child depth-camera device frame marker-camera-name projector surface "},
+    {"SHARE", " duplicate garbage loss reorder "},
+    {"SURFACE=VALUE", " content crop fit reflectance "},
+    {"PROJECTOR=NUMBER", " black brightness "},
+    {"X,Y,Z", " forward gravity target-at up viewer "},
+    {"LENGTH,ANGLE", " map-sigma noise pose-sigma sigma-bump "},
+    {"SPEED", " speed speed-sigma "},
+    {"ADDRESS", " control people people-to pose-source to "},
+    {"CAMERA", " camera marker-camera "},
+    {"DISPLAY", " display "},
+    {"PAPER", " paper "},
+    {"PATTERN", " pattern "},
+    {"LENS", " camera-model projector-model "},
+    {"LEVEL", " level "},
+    {"AXIS", " world-up "},
+    {"PROGRAM", " for "},
+    {"PROFILE", " profile "},
+    {"RULE", " predict "},
+    {"KEY=VALUE", " set "},
+    {"TOKEN", " token "},
+    {"PATH", " path "},
+    {"SHIFT", " lens-shift "},
+    {"RATIO", " throw-ratio "},
+};
+
+/// Files that a tool writes beside its one result.
+constexpr const char* kResults =
+    " annotate json output picture preview record report save-board save-show weights write-observations ";
+
+bool is_listed(const char* list, const std::string& name) {
+  return std::string(list).find(" " + name + " ") != std::string::npos;
+}
+
+std::string long_name(const CLI::Option& option) {
+  return option.get_lnames().empty() ? "" : option.get_lnames().front();
+}
+
+const char* type_of(const std::string& tool, const std::string& option) {
+  for (const std::string& name : {tool + ":" + option, option})
+    for (const ValueType& entry : kValueTypes)
+      if (is_listed(entry.options, name)) return entry.type;
+  return nullptr;
+}
+
+std::size_t terminal_width() {
+  winsize size = {};
+  if (ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0)
+    return std::clamp<std::size_t>(size.ws_col, kMinWidth, kMaxWidth);
+  const char* const columns = std::getenv("COLUMNS");
+  const int stated = columns != nullptr ? std::atoi(columns) : 0;
+  return stated > 0 ? std::clamp<std::size_t>(std::size_t(stated), kMinWidth, kMaxWidth) : kUsualWidth;
+}
+
+class WrappedHelp : public CLI::Formatter {
+ public:
+  WrappedHelp() {
+    column_width(kColumn);
+    label("REQUIRED", "(required)");
+    label("Needs", "needs");
+    label("Excludes", "not with");
+  }
+
+  std::string make_option(const CLI::Option* option, bool is_positional) const override {
+    const std::string left =
+        "  " + make_option_name(option, is_positional) + in_words(make_option_opts(option));
+    const std::string right = make_option_desc(option);
+    if (right.empty()) return left + "\n";
+    const bool is_beside = left.size() + 2 <= kColumn;
+    return left + (is_beside ? std::string(kColumn - left.size(), ' ') : "\n" + std::string(kColumn, ' ')) +
+           wrapped(right, width_, kColumn, kColumn) + "\n";
+  }
+
+  /// The tool's own options first, then those of a group by name, then what all tools have.
+  std::string make_groups(const CLI::App* app, CLI::AppFormatMode) const override {
+    std::vector<std::string> groups = app->get_groups();
+    const auto rank = [](const std::string& group) {
+      return group == "General" ? 2 : group == "Results" ? 1 : 0;
+    };
+    std::stable_sort(groups.begin(), groups.end(),
+                     [&](const auto& a, const auto& b) { return rank(a) < rank(b); });
+    std::string text;
+    for (const std::string& group : groups) {
+      const std::vector<const CLI::Option*> options = app->get_options(
+          [&](const CLI::Option* option) { return option->get_group() == group && option->nonpositional(); });
+      if (!group.empty() && !options.empty()) text += make_group(group, false, options);
+    }
+    return text;
+  }
+
+  std::string make_description(const CLI::App* app) const override {
+    return wrapped(app->get_description(), width_, 0, 0) + "\n";
+  }
+
+ private:
+  /// Numbers and choices as people call them: "INT:INT in [2 - 64]" is "INTEGER in [2 - 64]".
+  static std::string in_words(std::string text) {
+    constexpr std::array<std::array<const char*, 2>, 8> kWords{{{"TEXT:{", "{"},
+                                                                {"UINT:", ""},
+                                                                {"INT:", ""},
+                                                                {"FLOAT:", ""},
+                                                                {"UINT", "INTEGER"},
+                                                                {" INT", " INTEGER"},
+                                                                {"INTEGEREGER", "INTEGER"},
+                                                                {"FLOAT", "NUMBER"}}};
+    for (const auto& [word, instead] : kWords)
+      for (std::size_t at = 0; (at = text.find(word, at)) != std::string::npos;) {
+        text.replace(at, std::string(word).size(), instead);
+        at += std::string(instead).size();
+      }
+    return text;
+  }
+
+  const std::size_t width_ = terminal_width();
+};
+
+}  // namespace
+
+std::string wrapped(const std::string& text, std::size_t width, std::size_t indent, std::size_t used) {
+  std::string result;
+  for (std::size_t at = 0; at < text.size();) {
+    if (text[at] == '\n') {
+      result += '\n';
+      used = 0;
+      ++at;
+      // Lines of examples keep their own indent.
+      for (; at < text.size() && text[at] == ' '; ++at, ++used) result += ' ';
+      continue;
+    }
+    const std::size_t end = std::min(text.find_first_of(" \n", at), text.size());
+    const std::string word = text.substr(at, end - at);
+    const bool begins_line = result.empty() || result.back() == '\n' || result.back() == ' ';
+    if (!begins_line && used + 1 + word.size() > width) {
+      result += "\n" + std::string(indent, ' ');
+      used = indent;
+    } else if (!begins_line) {
+      result += ' ';
+      ++used;
+    }
+    result += word;
+    used += word.size();
+    at = end < text.size() && text[end] == ' ' ? end + 1 : end;
+  }
+  return result;
+}
+
+void arrange_help(CLI::App& app) {
+  for (CLI::Option* option : app.get_options()) {
+    const std::string name = long_name(*option);
+    if (name == "help" || name == "version")
+      option->group("General");
+    else if (is_listed(kResults, name))
+      option->group("Results");
+    // Choices are listed by their validator.
+    const char* const type = type_of(app.get_name(), name);
+    if (type != nullptr && option->get_type_name() == "TEXT") option->type_name(type);
+  }
+  app.formatter(std::make_shared<WrappedHelp>());
+}
+
+std::string nearest_option(const CLI::App& app, const std::string& typed) {
+  std::vector<std::string> names;
+  for (const CLI::Option* option : app.get_options())
+    for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
+  return internal::nearest_name(typed.substr(0, typed.find('=')), names);
+}
+
+}  // namespace procam::tools

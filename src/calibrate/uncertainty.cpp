@@ -200,21 +200,18 @@ std::vector<std::optional<BundleState>> leave_one_view_out(const Correspondences
 RobustCovariance robust_covariance(const NamedCovariance& formal, const Jackknife& jackknife, int views) {
   RobustCovariance robust;
   robust.devices = formal;
-  if (jackknife.plain.empty() || formal.empty() || views < 3) return robust;
-  require(jackknife.plain.names == formal.names && jackknife.corrected.names == formal.names,
-          "robust_covariance: all must have the same rows");
+  if (jackknife.corrected.empty() || formal.empty() || views < 3) return robust;
+  require(jackknife.corrected.names == formal.names, "robust_covariance: both must have the same rows");
   const double p = double(formal.names.size()), n = views;
   const VecX scale = formal.matrix.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
   const Eigen::LDLT<MatX> factors(MatX(scale.asDiagonal() * formal.matrix * scale.asDiagonal()));
-  const auto ratio = [&](const MatX& covariance) {
-    return factors.solve(MatX(scale.asDiagonal() * covariance * scale.asDiagonal())).trace() / p;
-  };
-  robust.variance_ratio = ratio(jackknife.corrected.matrix);
+  const MatX scaled = scale.asDiagonal() * jackknife.corrected.matrix * scale.asDiagonal();
+  robust.variance_ratio = factors.solve(scaled).trace() / p;
   if (!(robust.variance_ratio > 1 + 2 * jackknife.ratio_sigma)) return robust;
   const double shrink = p / (p + n - 1);
   robust.inflated = true;
   robust.devices.matrix =
-      (1 - shrink) * jackknife.plain.matrix + shrink * ratio(jackknife.plain.matrix) * formal.matrix;
+      (1 - shrink) * jackknife.corrected.matrix + shrink * robust.variance_ratio * formal.matrix;
   return robust;
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "edge_shift.hpp"
 #include "fit_verdict.hpp"
 #include "marker_board.hpp"
 
@@ -72,10 +73,16 @@ Detections detect_marker_grid(const ViewU8& image, const MarkerGrid& board, cons
       markers->map = *map;
   }
 
+  std::vector<FoundCorner> corners;
   for (const auto& [marker, residual] : refined)
     for (int c = 0; c < 4; ++c)
-      result.observations.push_back(
-          {4 * marker.id + c, marker.corners[std::size_t(c)], marker.covariance[std::size_t(c)]});
+      corners.push_back({layout.corner_in_board(marker.id, c),
+                         Vec2(c == 1 || c == 2 ? 1 : -1, c >= 2 ? 1 : -1), marker.corners[std::size_t(c)],
+                         marker.covariance[std::size_t(c)]});
+  remove_edge_shift(corners, image.size());
+  for (std::size_t i = 0; i < corners.size(); ++i)
+    result.observations.push_back(
+        {4 * refined[i / 4].marker.id + int(i % 4), corners[i].pixel, corners[i].covariance});
   if (const std::size_t rejected = markers->markers.size() - refined.size(); rejected > 0)
     result.diagnostics.warn("markers_left_out", std::to_string(rejected) + " of " +
                                                     std::to_string(markers->markers.size()) +

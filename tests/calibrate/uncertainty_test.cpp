@@ -6,6 +6,7 @@
 #include <map>
 #include <random>
 
+#include "procam/analyze/light_error.hpp"
 #include "procam/calibrate/calibrate.hpp"
 #include "support/numeric_world.hpp"
 
@@ -35,6 +36,46 @@ void shift_views(Correspondences& data, double sigma_px, std::uint64_t seed) {
     const Vec2 shift(sigma_px * normal(random), sigma_px * normal(random));
     for (Observation& o : view.observations[1]) o.pixel += shift;
   }
+}
+
+/// Every view's projector pixels are off by a smooth field of its own over the board, `sigma_px` RMS an axis:
+/// what decoding of blurred stripes leaves.
+void bend_light(Correspondences& data, double sigma_px, std::uint64_t seed) {
+  std::mt19937_64 random(seed);
+  std::normal_distribution<double> normal;
+  const Points3 points = points_in_board(data.board);
+  const Vec3 middle = 0.5 * (points.front() + points.back()), half = points.back() - middle;
+  for (View& view : data.views)
+    for (int axis = 0; axis < 2; ++axis) {
+      Eigen::Matrix<double, 6, 1> terms;
+      for (double& term : terms) term = sigma_px * normal(random) / std::sqrt(2.0);
+      for (Observation& o : view.observations[1]) {
+        const Vec3 at = points[std::size_t(o.point)] - middle;
+        const double x = at.x() / half.x(), y = at.y() / half.y();
+        Eigen::Matrix<double, 6, 1> field;
+        field << 1, x, y, x * y, x * x - 0.4, y * y - 0.4;
+        o.pixel[axis] += terms.dot(field);
+      }
+    }
+}
+
+/// Estimated minus true, of every lens term in the covariance and of the projector's pose.
+std::map<std::string, double> errors(const Rig& estimated, const Rig& truth) {
+  std::map<std::string, double> all;
+  const auto add_lens = [&](const std::string& device, const Camera& lens, const Camera& true_lens) {
+    const VecX error = parameters_of(lens) - parameters_of(true_lens);
+    const std::vector<std::string> names = parameter_names(lens);
+    for (std::size_t i = 0; i < names.size(); ++i)
+      if (estimated.covariance.index_of(device + "." + names[i]))
+        all[device + "." + names[i]] = error[Eigen::Index(i)];
+  };
+  add_lens("camera", estimated.camera().camera, truth.camera().camera);
+  add_lens("projector", estimated.projector().projector.inverse_camera,
+           truth.projector().projector.inverse_camera);
+  const Vec6 xi =
+      se3_log(estimated.projector().rig_from_projector * truth.projector().rig_from_projector.inverse());
+  for (int i = 0; i < 6; ++i) all[pose_increment_names("rig_from_projector")[std::size_t(i)]] = xi[i];
+  return all;
 }
 
 struct Solved {
@@ -150,6 +191,47 @@ TEST(RobustCovariance, HoldsWhenWholeViewsAreOff) {
   }
   EXPECT_GT(honest_inside, 0.85 * total);
   EXPECT_LT(formal_inside, 0.70 * total);
+}
+
+/// Errors that the corners of a view share, and independent ones: the sigmas come from the views. They must
+/// be neither too small nor too large, because the prediction in millimetres uses them. 40 sessions of 12
+/// views, 22 parameters each: 97.7 % lie inside two sigmas, and the predicted light is 1.34 times the true
+/// one (RMS over the sessions) for a surface located externally, 1.33 times by the camera. Of exact sigmas
+/// 95.4 % do, with a standard error of 1.4 % (the parameters of one rig count as 6 independent ones); the
+/// ratio has one of 10 %. The limits are passed by these seeds; exact sigmas would leave them in 2 % of
+/// draws. (With the uncorrected jackknife: 99.4 %, 1.84 and 1.92.)
+TEST(RobustCovariance, IsNeitherTooSmallNorTooLargeWhereCornersOfAViewErrTogether) {
+  int inside = 0, total = 0, from_views = 0;
+  Eigen::Array2d predicted(0, 0), actual(0, 0);
+  for (std::uint64_t seed = 0; seed < 40; ++seed) {
+    const NumericWorld world = NumericWorld::make_rig(12, 900 + seed, 0.03, 0.015);
+    Correspondences data = world.with_light_read_at_corners(1000 + seed);
+    bend_light(data, 0.015, 1100 + seed);
+    const CalibrationResult result = calibrate_rig(data, without_averaging());
+    from_views += result.sigmas_from_views;
+    Rig truth;
+    truth.cameras.push_back({"camera", world.camera, Pose()});
+    truth.projectors.push_back({"projector", world.projector, world.projector_from_camera.inverse()});
+    for (const auto& [name, error] : errors(result.rig, truth)) {
+      const double sigmas = std::abs(error) / result.rig.covariance.sigma(name);
+      inside += sigmas <= 2;
+      ++total;
+    }
+    const analyze::LightErrors told = analyze::predicted_light_errors(result.rig, 2),
+                               is = analyze::true_light_errors(result.rig, truth, 2);
+    ASSERT_TRUE(told.by_camera && is.by_camera) << seed;
+    predicted += Eigen::Array2d(told.externally.rms_mm, told.by_camera->rms_mm).square();
+    actual += Eigen::Array2d(is.externally.rms_mm, is.by_camera->rms_mm).square();
+  }
+  EXPECT_EQ(total, 40 * 22);
+  EXPECT_GE(from_views, 36);
+  const Eigen::Array2d ratio = (predicted / actual).sqrt();
+  EXPECT_GE(inside, 0.88 * total);
+  EXPECT_LE(inside, 0.985 * total);
+  for (const double one : ratio) {
+    EXPECT_GT(one, 1 / 1.5);
+    EXPECT_LT(one, 1.5);
+  }
 }
 
 /// One corner error in camera and projector alike. Over 30 seeds x 6 weak parameters the share inside 2 sigma

@@ -23,6 +23,7 @@ struct ArtworkScene {
   Vec2 shift = Vec2(0.011, -0.007);  ///< of the sheet's middle, as a share of the distance
   double blur_px = 0.9;
   double noise = 1.5;  ///< grey levels
+  double gamma = 1;    ///< of the camera; noise is added before it
   unsigned seed = 1;
   /// Grey cardboard over the sheet where this holds, in the picture.
   std::function<bool(double x, double y)> covered = [](double, double) { return false; };
@@ -126,9 +127,11 @@ inline ImageU8 render(const ArtworkScene& scene) {
   std::normal_distribution<double> noise(0, scene.noise);
   ImageU8 image(size);
   for (int y = 0; y < size.height; ++y)
-    for (int x = 0; x < size.width; ++x)
-      image.at(x, y) =
-          std::uint8_t(std::lround(std::min(255., std::max(0., light.at<float>(y, x) + 8 + noise(random)))));
+    for (int x = 0; x < size.width; ++x) {
+      const double linear = std::min(255., std::max(0., light.at<float>(y, x) + 8 + noise(random)));
+      image.at(x, y) = std::uint8_t(
+          std::lround(scene.gamma == 1 ? linear : 255 * std::pow(linear / 255, 1 / scene.gamma)));
+    }
   return image;
 }
 

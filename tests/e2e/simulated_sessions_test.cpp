@@ -139,11 +139,13 @@ struct LevelCase {
 /// Parameters of sessions, by the size of their errors in reported sigmas.
 struct Coverage {
   int total = 0, in_two = 0, in_three = 0;
+  double squares = 0;   ///< of the scores
   std::string outside;  ///< three sigmas, with the scores
 
   void add(const Rig& rig, const Rig& truth) {
     for (const auto& [name, score] : scores(rig, truth)) {
       ++total;
+      squares += score * score;
       in_two += std::abs(score) <= 2;
       in_three += std::abs(score) <= 3;
       if (std::abs(score) > 3) outside += " " + name + " " + std::to_string(score);
@@ -153,11 +155,15 @@ struct Coverage {
 
 class SimulatedSessions : public ::testing::TestWithParam<LevelCase> {};
 
-/// Under the level's own conditions: gamma, glare, indirect light, defocus, skew and k3; level hard with its dark,
-/// overexposed, moved and stale views. Some 26 parameters a seed. Were the sigmas exact, 95.4 % would lie inside two of
-/// them and 99.7 % inside three.
+/// Under the level's own conditions: gamma, glare, indirect light, defocus, skew and k3; level hard with its
+/// dark, overexposed, moved and stale views. Some 26 parameters a seed. Were the sigmas exact, 95.4 % would
+/// lie inside two of them and 99.7 % inside three. Sigmas may not be too large either: over five seeds
+/// of paper and hard the mean squared score is at least 0.5 and the predicted light within a factor of two of the true
+/// one (RMS), however the surface is located. Exact sigmas have a score of 1 with a standard error of 0.22
+/// (parameters of one rig count as 8 independent ones), and leave the limits in 2 % of draws.
 TEST_P(SimulatedSessions, TruthLiesInsideTheReportedSigmas) {
   Coverage all;
+  Vec2 predicted_squares = Vec2::Zero(), actual_squares = Vec2::Zero();  // located externally, by the camera
   Compared sums;
   const simulate::Level level = GetParam().level;
   for (std::uint64_t seed = 1; seed <= GetParam().seeds; ++seed) {
@@ -166,19 +172,22 @@ TEST_P(SimulatedSessions, TruthLiesInsideTheReportedSigmas) {
     const calibrate::CalibrationResult result = calibrate::calibrate_rig(seen.data);
     EXPECT_TRUE(result.rig.quality.passed()) << "seed " << seed;
     EXPECT_EQ(result.rig.quality.views_used, int(session.views.size())) << "seed " << seed;
-    const analyze::LightError predicted = analyze::predicted_light_error(result.rig, 2.0);
-    const analyze::LightError actual = analyze::true_light_error(result.rig, session.rig(), 2.0);
-    const double by_camera = analyze::true_light_errors(result.rig, session.rig(), 2.0)
-                                 .of(analyze::SurfaceLocated::kByCamera)
-                                 .rms_mm;
+    const analyze::LightErrors both_predicted = analyze::predicted_light_errors(result.rig, 2.0);
+    const analyze::LightErrors both = analyze::true_light_errors(result.rig, session.rig(), 2.0);
+    const analyze::LightError &predicted = both_predicted.externally, &actual = both.externally;
+    const double by_camera = both.of(analyze::SurfaceLocated::kByCamera).rms_mm;
+    const double predicted_by_camera = both_predicted.of(analyze::SurfaceLocated::kByCamera).rms_mm;
+    predicted_squares += Vec2(predicted.rms_mm, predicted_by_camera).cwiseAbs2();
+    actual_squares += Vec2(actual.rms_mm, by_camera).cwiseAbs2();
     Coverage one;
     one.add(result.rig, session.rig());
     all.add(result.rig, session.rig());
     std::printf(
         "%s seed %llu: rms camera %.3f projector %.3f px; light at 2 m off by %.3f mm rms (located by the camera %.3f); "
-        "predicted %.3f rms; inside 2 sigma %d, 3 sigma %d of %d;%s\n",
+        "predicted %.3f rms (%.3f); inside 2 sigma %d, 3 sigma %d of %d;%s\n",
         simulate::to_string(level), static_cast<unsigned long long>(seed), result.rms_px[0], result.rms_px[1],
-        actual.rms_mm, by_camera, predicted.rms_mm, one.in_two, one.in_three, one.total, one.outside.c_str());
+        actual.rms_mm, by_camera, predicted.rms_mm, predicted_by_camera, one.in_two, one.in_three, one.total,
+        one.outside.c_str());
     std::fflush(stdout);
     EXPECT_LT(actual.rms_mm, 4 * predicted.rms_mm)
         << "seed " << seed;  // four times the rms of 2-D Gaussians: never
@@ -187,6 +196,13 @@ TEST_P(SimulatedSessions, TruthLiesInsideTheReportedSigmas) {
   // Parameters of one rig are correlated: of one session 80 %.
   EXPECT_GE(all.in_two, (GetParam().seeds > 1 ? 0.9 : 0.8) * all.total) << all.in_two << " of " << all.total;
   EXPECT_GE(all.in_three, 0.95 * all.total) << all.in_three << " of " << all.total << all.outside;
+  if (GetParam().seeds > 1 && level != simulate::Level::kEasy) {
+    EXPECT_GE(all.squares, 0.5 * all.total);
+    for (const double ratio : Vec2(predicted_squares.cwiseQuotient(actual_squares).cwiseSqrt())) {
+      EXPECT_GT(ratio, 0.5);
+      EXPECT_LT(ratio, 2);
+    }
+  }
   if (GetParam().with_peers) EXPECT_LE(sums.ours, sums.opencv);
 }
 

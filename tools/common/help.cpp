@@ -18,7 +18,7 @@ constexpr std::size_t kMinWidth = 60, kMaxWidth = 120, kUsualWidth = 100;
 
 struct ValueType {
   const char* type;
-  const char* options;  ///< their long names, with blanks around; "tool:option" where tools differ
+  const char* options;  ///< their names without "--", with blanks around; "tool:option" where tools differ
 };
 
 // A flag that another tool has with another type stands first, with that tool's name.
@@ -26,12 +26,13 @@ constexpr ValueType kValueTypes[] = {
     {"FOLDER",
      " simulate-captures:output capture-session:output make-patterns:output calibrate-camera:images "},
     {"FORMAT", " procam-convert:to "},
+    {"BOARD", " simulate-captures:check "},
     {"LENGTH", " plan-projection:viewer "},
     {"FILE",
      " annotate blend check depth image intrinsics known-camera markers mount observations output picture points pose "
      "preview record replay report rig save-board save-show show shown surfaces truth virtual weights "
-     "write-observations sensor mirror-view "},
-    {"FOLDER", " captures decoded watch images "},
+     "write-observations sensor mirror-view INPUT "},
+    {"FOLDER", " captures decoded watch images project "},
     {"LENGTH",
      " accept depth-scale distance far focal-length measured mirror-depth near scale text-height unit wall "},
     {"ANGLE", " bump pitch roll yaw "},
@@ -74,8 +75,9 @@ bool is_listed(const char* list, const std::string& name) {
   return std::string(list).find(" " + name + " ") != std::string::npos;
 }
 
-std::string long_name(const CLI::Option& option) {
-  return option.get_lnames().empty() ? "" : option.get_lnames().front();
+/// "rig" of --rig; of a positional argument its own.
+std::string name_of(const CLI::Option& option) {
+  return option.get_lnames().empty() ? option.get_name(true) : option.get_lnames().front();
 }
 
 const char* type_of(const std::string& tool, const std::string& option) {
@@ -113,8 +115,19 @@ class WrappedHelp : public CLI::Formatter {
            wrapped(right, width_, kColumn, kColumn) + "\n";
   }
 
-  /// The tool's own options first, then those of a group by name, then what all tools have.
-  std::string make_groups(const CLI::App* app, CLI::AppFormatMode) const override {
+  /// As CLI11's, but for the order of the groups. No tool has subcommands.
+  std::string make_help(const CLI::App* app, std::string name, CLI::AppFormatMode) const override {
+    return make_description(app) + make_usage(app, std::move(name)) + make_positionals(app) + groups_of(app) +
+           "\n" + make_footer(app);
+  }
+
+  std::string make_description(const CLI::App* app) const override {
+    return wrapped(app->get_description(), width_, 0, 0) + "\n";
+  }
+
+ private:
+  /// The tool's own options first, then its results, then what all tools have.
+  std::string groups_of(const CLI::App* app) const {
     std::vector<std::string> groups = app->get_groups();
     const auto rank = [](const std::string& group) {
       return group == "General" ? 2 : group == "Results" ? 1 : 0;
@@ -130,11 +143,6 @@ class WrappedHelp : public CLI::Formatter {
     return text;
   }
 
-  std::string make_description(const CLI::App* app) const override {
-    return wrapped(app->get_description(), width_, 0, 0) + "\n";
-  }
-
- private:
   /// Numbers and choices as people call them: "INT:INT in [2 - 64]" is "INTEGER in [2 - 64]".
   static std::string in_words(std::string text) {
     constexpr std::array<std::array<const char*, 2>, 8> kWords{{{"TEXT:{", "{"},
@@ -188,7 +196,7 @@ std::string wrapped(const std::string& text, std::size_t width, std::size_t inde
 
 void arrange_help(CLI::App& app) {
   for (CLI::Option* option : app.get_options()) {
-    const std::string name = long_name(*option);
+    const std::string name = name_of(*option);
     if (name == "help" || name == "version")
       option->group("General");
     else if (is_listed(kResults, name))

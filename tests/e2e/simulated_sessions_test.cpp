@@ -311,7 +311,7 @@ INSTANTIATE_TEST_SUITE_P(
                                   MarkerGrid{5, 4, 0.045, 0.018, MarkerDictionary::k4x4_50}},
                       PatternCase{simulate::Level::kEasy, "gray", CircleGrid{5, 9, 0.026, 0.022, true}},
                       PatternCase{simulate::Level::kPaper, "charuco", kCharucoSheet},
-                      PatternCase{simulate::Level::kHard, "markers", kCharucoSheet, true},
+                      PatternCase{simulate::Level::kHard, "markers", kCharucoSheet},
                       PatternCase{simulate::Level::kHard, "circles", kCharucoSheet, true},
                       PatternCase{simulate::Level::kPaper, "chessboard:colour", std::nullopt, true}));
 

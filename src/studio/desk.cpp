@@ -167,7 +167,8 @@ void Desk::execute(const StudioCommand& command) {
     calibration_.start(project_, stage_ ? std::optional(stage_->truth()) : std::nullopt);
     return;
   }
-  if (verb == "surface" || verb == "corner" || verb == "remove" || verb == "content")
+  if (verb == "surface" || verb == "corner" || verb == "corner_in_frame" || verb == "remove" ||
+      verb == "content")
     return execute_surfaces(command);
   execute_setup(command);
 }
@@ -193,7 +194,7 @@ void Desk::execute_setup(const StudioCommand& command) {
       choices.exposure = text;
       open_camera();
     } else if (verb == "light") {
-      show_flat(text == "black" ? 0 : 255);
+      text == "outlines" ? show_outlines() : show_flat(text == "black" ? 0 : 255);
     } else if (verb == "test_card") {
       show_test_card();
     } else if (verb == "board") {
@@ -229,10 +230,11 @@ void Desk::execute_surfaces(const StudioCommand& command) {
   const std::vector<double>& n = command.numbers;
   if (command.verb == "surface") {
     add_surface(command);
-  } else if (command.verb == "corner") {
+  } else if (command.verb == "corner" || command.verb == "corner_in_frame") {
     if (n.size() != 3) throw refused("corner", "its number and its pixel are needed", "drag a corner");
     Surface& moved = surface(command.name);
-    moved = move_corner(moved, rig(), int(n[0]), Vec2(n[1], n[2]));
+    const auto move = command.verb == "corner" ? move_corner : move_lit_corner;
+    moved = move(moved, rig(), int(n[0]), Vec2(n[1], n[2]));
   } else if (command.verb == "remove") {
     const Surface* gone = &surface(command.name);
     surfaces_.surfaces.erase(surfaces_.surfaces.begin() + (gone - surfaces_.surfaces.data()));
@@ -288,6 +290,7 @@ Surface& Desk::surface(const std::string& name) {
 
 void Desk::save_surfaces() {
   io::save_surfaces(project_.surfaces(), surfaces_);
+  if (outlines_shown_ && sink_) show_outlines();
 }
 
 const Rig& Desk::rig() const {
@@ -307,13 +310,37 @@ void Desk::go_to(Step step) {
     show_flat(255);
 }
 
+/// The surfaces' sides as light, to see on the wall what is dragged in the frame.
+void Desk::show_outlines() {
+  device::FrameSink& sink = projector();
+  ImageU8 frame(sink.size(), 1, 0);
+  for (const Surface& one : surfaces_.surfaces) {
+    const std::vector<Vec2> outline = outline_in_frame(one, rig());
+    for (std::size_t i = 0; i < outline.size(); ++i) {
+      const Vec2 from = outline[i], step = outline[(i + 1) % outline.size()] - from;
+      if (step.norm() > frame.width() + frame.height()) continue;
+      const int steps = int(std::ceil(2 * step.norm())) + 1;
+      for (int k = 0; k < steps; ++k) {
+        const Vec2 at = from + k / double(steps) * step;
+        for (int y = int(std::lround(at.y())) - 1; y <= int(std::lround(at.y())) + 1; ++y)
+          for (int x = int(std::lround(at.x())) - 1; x <= int(std::lround(at.x())) + 1; ++x)
+            if (x >= 0 && y >= 0 && x < frame.width() && y < frame.height()) frame.at(x, y) = 255;
+      }
+    }
+  }
+  sink.show(frame);
+  outlines_shown_ = true;
+}
+
 void Desk::show_flat(int level) {
+  outlines_shown_ = false;
   device::FrameSink& sink = projector();
   sink.show(ImageU8(sink.size(), 1, std::uint8_t(level)));
 }
 
 /// A frame's border, its diagonals and one-pixel squares: keystone, scaling and cut edges can be seen.
 void Desk::show_test_card() {
+  outlines_shown_ = false;
   device::FrameSink& sink = projector();
   ImageU8 card(sink.size(), 1, 0);
   const int w = card.width(), h = card.height(), step = std::max(16, h / 12);

@@ -60,6 +60,7 @@ class Desk {
   void look(double timeout_s);
   void seen(const device::SeenFrame& frame);
   void show_flat(int level);
+  void show_outlines();
   void show_test_card();
   void open_display();
   void open_camera();
@@ -128,6 +129,7 @@ class Desk {
   std::optional<Rig> rig_;
   std::vector<ScanPoint> scan_;
   SurfaceSet surfaces_;
+  bool outlines_shown_ = false;
   std::string show_url_;
   bool frozen_ = false;
   std::vector<std::string> show_commands_;

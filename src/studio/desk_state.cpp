@@ -88,6 +88,11 @@ std::string Desk::state_text() const {
                        ? json{{"what", error_->subject()}, {"why", error_->why()}, {"next", error_->next()}}
                        : json(nullptr);
   state["display"] = {{"chosen", choices.display}, {"open", bool(sink_)}};
+  if (rig_) {
+    const ImageSize frame = rig_->projector().projector.size();
+    state["frame"] = {frame.width, frame.height};
+  }
+  state["outlines"] = outlines_shown_;
   if (choices.step == Step::kDisplay) state["display"]["list"] = displays(stage_ != nullptr);
   state["camera"] = {{"chosen", choices.camera},
                      {"open", camera_ != nullptr},
@@ -136,6 +141,7 @@ std::string Desk::state_text() const {
                   {"height", finite(sides.y())}};
     entry["corners"] = rig_ ? points(corners_in_camera(one, *rig_)) : json::array();
     entry["outline"] = rig_ ? points(outline_in_camera(one, *rig_)) : json::array();
+    entry["in_frame"] = rig_ ? points(corners_in_frame(one, *rig_)) : json::array();
     entry["round"] = std::holds_alternative<GridSurface>(one.geometry);
     if (stage_ && rig_ && side_lengths(one) != Vec2::Zero()) {
       const TrueLanding truth =

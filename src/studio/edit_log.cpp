@@ -32,7 +32,7 @@ std::string content_of(const std::string& surface) {
 
 std::vector<std::string> edited_things(const StudioCommand& command) {
   const std::string& verb = command.verb;
-  if (verb == "corner" && !command.numbers.empty())
+  if ((verb == "corner" || verb == "corner_in_frame") && !command.numbers.empty())
     return {corner_of(command.name, int(std::clamp(command.numbers[0], 0.0, 3.0)))};
   if (verb == "content") return {content_of(command.name)};
   if (verb == "remove" || verb == "surface") {

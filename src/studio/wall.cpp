@@ -35,6 +35,10 @@ std::optional<Vec2> camera_pixel(const Rig& rig, const Vec3& point_in_rig) {
   return rig.camera().camera.project(rig.camera().rig_from_camera.inverse() * point_in_rig);
 }
 
+std::optional<Vec2> projector_pixel(const Rig& rig, const Vec3& point_in_rig) {
+  return rig.projector().projector.project(rig.projector().rig_from_projector.inverse() * point_in_rig);
+}
+
 /// Twice the signed area of a, b, c: positive where they run clockwise in the image.
 double sense(const Vec2& a, const Vec2& b, const Vec2& c) {
   return (b - a).x() * (c - a).y() - (b - a).y() * (c - a).x();
@@ -240,6 +244,60 @@ std::array<Vec3, 4> corners_on(const std::function<std::optional<Vec3>(const Ray
   return on_wall;
 }
 
+using PixelOf = std::optional<Vec2> (*)(const Rig&, const Vec3&);
+
+std::vector<Vec2> seen_corners(const Surface& surface, const Rig& rig, PixelOf pixel_of) {
+  std::vector<Vec2> seen;
+  if (const auto corners = corners_in_rig(surface))
+    for (const Vec3& corner : *corners)
+      if (const auto pixel = pixel_of(rig, corner)) seen.push_back(*pixel);
+  return seen;
+}
+
+std::vector<Vec2> seen_outline(const Surface& surface, const Rig& rig, PixelOf pixel_of) {
+  std::vector<Vec2> seen;
+  if (!corners_in_rig(surface)) return seen;
+  const ContentToRig point = points_of(surface);
+  constexpr int kAlongASide = 16;
+  const std::array<Vec2, 4> at = {Vec2(0, 0), Vec2(1, 0), Vec2(1, 1), Vec2(0, 1)};
+  for (std::size_t side = 0; side < 4; ++side)
+    for (int i = 0; i < kAlongASide; ++i)
+      if (const auto pixel =
+              pixel_of(rig, point(at[side] + i / double(kAlongASide) * (at[(side + 1) % 4] - at[side]))))
+        seen.push_back(*pixel);
+  return seen;
+}
+
+/// The corner moved along its wall to where the ray meets it.
+Surface slide(const Surface& surface, const Rig& rig, int corner, const std::optional<Ray>& ray) {
+  std::array<Vec3, 4> corners = required_corners(surface);
+  const auto* grid = std::get_if<GridSurface>(&surface.geometry);
+  std::optional<RoundWall> wall;
+  if (grid != nullptr) wall = wall_below(surface, *grid);
+  std::optional<Vec3> met;
+  if (ray && wall) met = intersect(*ray, *wall, 0.5 * (corners[0] + corners[2]));
+  if (ray && !wall)
+    met = intersect(*ray, Plane::of_xy(std::get<PlanarSurface>(surface.geometry).frame_from_surface));
+  if (!met || corner < 0 || corner > 3)
+    throw Error(ErrorKind::kInput, "surface '" + surface.name + "'",
+                "the corner's ray does not meet its wall", "drop the corner on the wall");
+  corners[std::size_t(corner)] = *met;
+  Surface moved = surface;
+  if (wall) {
+    moved.geometry = round_shape(corners, *wall, rig.camera().rig_from_camera.translation);
+  } else {
+    auto& shape = std::get<PlanarSurface>(moved.geometry);
+    shape.points[std::size_t(corner)] = Vec3(shape.frame_from_surface.inverse() * *met).head<2>();
+  }
+  CameraCorners seen_now;
+  const std::vector<Vec2> seen = seen_corners(moved, rig, camera_pixel);
+  if (seen.size() == 4) {
+    std::copy(seen.begin(), seen.end(), seen_now.begin());
+    require_convex(seen_now);
+  }
+  return moved;
+}
+
 }  // namespace
 
 std::vector<ScanPoint> read_scan(const std::filesystem::path& folder, const Rig& rig, int step) {
@@ -309,55 +367,26 @@ FittedSurface fit_round_surface(const std::vector<ScanPoint>& scan, const Rig& r
 }
 
 Surface move_corner(const Surface& surface, const Rig& rig, int corner, const Vec2& camera_pixel_at) {
-  std::array<Vec3, 4> corners = required_corners(surface);
-  const auto ray = camera_pixel_at.allFinite() ? camera_ray(rig, camera_pixel_at) : std::nullopt;
-  const auto* grid = std::get_if<GridSurface>(&surface.geometry);
-  std::optional<RoundWall> wall;
-  if (grid != nullptr) wall = wall_below(surface, *grid);
-  std::optional<Vec3> met;
-  if (ray && wall) met = intersect(*ray, *wall, 0.5 * (corners[0] + corners[2]));
-  if (ray && !wall)
-    met = intersect(*ray, Plane::of_xy(std::get<PlanarSurface>(surface.geometry).frame_from_surface));
-  if (!met || corner < 0 || corner > 3)
-    throw Error(ErrorKind::kInput, "surface '" + surface.name + "'",
-                "the corner's ray does not meet its wall", "drop the corner on the wall");
-  corners[std::size_t(corner)] = *met;
-  Surface moved = surface;
-  if (wall) {
-    moved.geometry = round_shape(corners, *wall, rig.camera().rig_from_camera.translation);
-  } else {
-    auto& shape = std::get<PlanarSurface>(moved.geometry);
-    shape.points[std::size_t(corner)] = Vec3(shape.frame_from_surface.inverse() * *met).head<2>();
-  }
-  CameraCorners seen_corners;
-  const std::vector<Vec2> seen = corners_in_camera(moved, rig);
-  if (seen.size() == 4) {
-    std::copy(seen.begin(), seen.end(), seen_corners.begin());
-    require_convex(seen_corners);
-  }
-  return moved;
+  return slide(surface, rig, corner,
+               camera_pixel_at.allFinite() ? camera_ray(rig, camera_pixel_at) : std::nullopt);
+}
+
+Surface move_lit_corner(const Surface& surface, const Rig& rig, int corner, const Vec2& projector_pixel_at) {
+  return slide(surface, rig, corner,
+               projector_pixel_at.allFinite() ? projector_ray(rig, projector_pixel_at) : std::nullopt);
 }
 
 std::vector<Vec2> corners_in_camera(const Surface& surface, const Rig& rig) {
-  std::vector<Vec2> seen;
-  if (const auto corners = corners_in_rig(surface))
-    for (const Vec3& corner : *corners)
-      if (const auto pixel = camera_pixel(rig, corner)) seen.push_back(*pixel);
-  return seen;
+  return seen_corners(surface, rig, camera_pixel);
 }
-
+std::vector<Vec2> corners_in_frame(const Surface& surface, const Rig& rig) {
+  return seen_corners(surface, rig, projector_pixel);
+}
 std::vector<Vec2> outline_in_camera(const Surface& surface, const Rig& rig) {
-  std::vector<Vec2> seen;
-  if (!corners_in_rig(surface)) return seen;
-  const ContentToRig point = points_of(surface);
-  constexpr int kAlongASide = 16;
-  const std::array<Vec2, 4> at = {Vec2(0, 0), Vec2(1, 0), Vec2(1, 1), Vec2(0, 1)};
-  for (std::size_t side = 0; side < 4; ++side)
-    for (int i = 0; i < kAlongASide; ++i)
-      if (const auto pixel =
-              camera_pixel(rig, point(at[side] + i / double(kAlongASide) * (at[(side + 1) % 4] - at[side]))))
-        seen.push_back(*pixel);
-  return seen;
+  return seen_outline(surface, rig, camera_pixel);
+}
+std::vector<Vec2> outline_in_frame(const Surface& surface, const Rig& rig) {
+  return seen_outline(surface, rig, projector_pixel);
 }
 
 Vec2 side_lengths(const Surface& surface) {

@@ -52,11 +52,17 @@ FittedSurface fit_round_surface(const std::vector<ScanPoint>& scan, const Rig& r
 /// surface or a pixel that has none.
 Surface move_corner(const Surface& surface, const Rig& rig, int corner, const Vec2& camera_pixel);
 
-/// The surface's corners in the camera's image; fewer than four where the camera does not see one.
-std::vector<Vec2> corners_in_camera(const Surface& surface, const Rig& rig);
+/// The same for where the light of that projector pixel falls: what is dragged in the projector's frame.
+Surface move_lit_corner(const Surface& surface, const Rig& rig, int corner, const Vec2& projector_pixel);
 
-/// Its sides in the camera's image, curved ones as many points.
+/// The surface's corners in the camera's image and in the projector's frame; fewer than four where the camera does not see
+/// one, or the light does not reach it.
+std::vector<Vec2> corners_in_camera(const Surface& surface, const Rig& rig);
+std::vector<Vec2> corners_in_frame(const Surface& surface, const Rig& rig);
+
+/// Its sides, curved ones as many points.
 std::vector<Vec2> outline_in_camera(const Surface& surface, const Rig& rig);
+std::vector<Vec2> outline_in_frame(const Surface& surface, const Rig& rig);
 
 /// Lengths of the upper and the left side along the wall, metres.
 Vec2 side_lengths(const Surface& surface);

@@ -24,6 +24,8 @@ TEST(EditLog, AnotherPagesNewerChangeIsAConflict) {
   log.record(corner("b", 2, before));
   EXPECT_EQ(log.conflict(corner("a", 2, before)).value_or(""), "corner 3 of 'wall 1'");
   EXPECT_FALSE(log.conflict(corner("a", 2, double(log.revision()))));
+  // The same corner by its light.
+  EXPECT_TRUE(log.conflict(of_page({"corner_in_frame", "wall 1", "", {2, 300, 200}}, "a", before)));
   // Other corners, other surfaces, one's own changes and scripts.
   EXPECT_FALSE(log.conflict(corner("a", 1, before)));
   EXPECT_FALSE(log.conflict(corner("b", 2, before)));

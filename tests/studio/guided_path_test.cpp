@@ -114,6 +114,15 @@ class GuidedPath {
     drag_a_corner(person, "column", 1, -8, 6);
     drag_a_corner(person, "wall 1", 2, -15, 10);
     picture(person, "6_surfaces");
+    // The projector shows the outlines, and the page its frame.
+    ASSERT_TRUE(person.click("$('in_frame')"));
+    ASSERT_TRUE(
+        person.wait("state.outlines && in_frame && !$('frame').hidden && $('frame').naturalWidth === 1024"));
+    drag_a_corner(person, "column", 3, 9, -12, "in_frame");
+    EXPECT_TRUE(person.wait("state.outlines && $('frame').complete"));
+    picture(person, "6_frame");
+    ASSERT_TRUE(person.click("$('in_camera')"));
+    ASSERT_TRUE(person.wait("!state.outlines && !$('image').hidden"));
   }
   void content_and_show(test::Person& person) {
     ASSERT_TRUE(person.click("document.querySelector('[data-go=content]')"));
@@ -144,9 +153,10 @@ class GuidedPath {
     }
   }
   /// By so many pixels of the page; the server then has it there.
-  void drag_a_corner(test::Person& person, const std::string& name, int corner, int right, int down) {
-    const std::string at =
-        "state.surfaces.list.find(s => s.name === '" + name + "').corners[" + std::to_string(corner) + "]";
+  void drag_a_corner(test::Person& person, const std::string& name, int corner, int right, int down,
+                     const std::string& corners = "corners") {
+    const std::string at = "state.surfaces.list.find(s => s.name === '" + name + "')." + corners + "[" +
+                           std::to_string(corner) + "]";
     const json before = json::parse(person.browser().evaluate(at));
     const auto [x, y] = person.place("document.querySelector('.handle[data-name=\"" + name +
                                      "\"][data-index=\"" + std::to_string(corner) + "\"]')");
@@ -262,13 +272,14 @@ void walk(const PathOptions& options, double largest_rig_mm, double largest_cont
   if (!options.kill) EXPECT_EQ(person.browser().console(), "");
 }
 
-/// A small camera and four poses keep it short; four poses state an error of several millimetres, and the content's is
-/// below one, since the camera that was calibrated with the projector has measured the wall.
+/// A small camera keeps it short. After six poses the rig was right to 0.4 to 1.6 mm at 2 m in four runs; the content is right
+/// to a tenth, since the camera that was calibrated with the projector has measured the wall.
 TEST(GuidedPath, FromAnEmptyFolderToContentOnTheWall) {
   PathOptions options;
   options.tool = {"--camera-size", "640x360", "--camera-rate", "60", "--latency", "25ms"};
+  options.views = 6;
   if (const char* folder = std::getenv("PROCAM_STUDIO_SCREENSHOTS")) options.screenshots = folder;
-  walk(options, 15, 1);
+  walk(options, 5, 1);
 }
 
 TEST(GuidedPathLong, GoesOnAfterKillMinusNineAtEachStep) {
@@ -278,14 +289,13 @@ TEST(GuidedPathLong, GoesOnAfterKillMinusNineAtEachStep) {
   walk(options, 15, 1);
 }
 
-/// A camera of 1280x720. On idle cores five poses gave 0.6 mm; how far the poses lie apart decides, so the limit is wide, and
-/// walk() compares with the predicted error. On busy cores a pose takes minutes.
+/// A camera of 1280x720. On busy cores a pose takes minutes.
 TEST(GuidedPathLong, FromAnEmptyFolderToContentOnTheWall) {
   PathOptions options;
-  options.views = 5;
+  options.views = 6;
   options.patience_s = 1500;
   if (const char* folder = std::getenv("PROCAM_STUDIO_SCREENSHOTS")) options.screenshots = folder;
-  walk(options, 5, 1);
+  walk(options, 1, 1);
 }
 
 }  // namespace

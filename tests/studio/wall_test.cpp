@@ -148,6 +148,12 @@ TEST(RoundWall, ACornerSlidesOnTheWall) {
     EXPECT_LT((now[2] - there).norm(), 1e-4);
     for (const std::size_t other : {0u, 1u, 3u}) EXPECT_LT((now[other] - corners[other]).norm(), 1e-4);
     EXPECT_LT(largest_distance(wall, std::get<GridSurface>(moved.geometry)), 7e-5);
+    // The same by its light: the frame's pixel is where the corner then is.
+    const Vec2 lit = corners_in_frame(fitted.surface, rig)[1] + Vec2(13, -7);
+    const Surface by_light = move_lit_corner(fitted.surface, rig, 1, lit);
+    EXPECT_LT((corners_in_frame(by_light, rig)[1] - lit).norm(), 1e-4);
+    EXPECT_LT((corners_in_camera(by_light, rig)[0] - corners[0]).norm(), 1e-4);
+    EXPECT_LT(largest_distance(wall, std::get<GridSurface>(by_light.geometry)), 7e-5);
   }
   Surface curtain;
   curtain.name = "curtain";

@@ -94,6 +94,19 @@ class Person {
     }
     return true;
   }
+  /// Until a condition is true, or the step has made no progress for that long.
+  bool wait_while_it_goes_on(const std::string& condition, int seconds_without) {
+    auto end = now() + std::chrono::seconds(seconds_without);
+    for (std::string last; browser_.evaluate(condition) != "true";) {
+      const std::string progress = browser_.evaluate(
+          "JSON.stringify([state.job, state.doing, state.done, state.capture.views, state.messages])");
+      if (progress != last) end = now() + std::chrono::seconds(seconds_without);
+      last = progress;
+      if (now() > end) return false;
+      std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    }
+    return true;
+  }
   /// Sets window.NAME once a state that the page has drawn fulfils the condition, however short.
   void note(const std::string& name, const std::string& condition) {
     browser_.evaluate("draw = (drawn => () => { drawn(); if (" + condition + ") window." + name +

@@ -11,6 +11,7 @@
 #include "procam/io/pose_file.hpp"
 #include "procam/io/rig_file.hpp"
 #include "procam/io/surface_file.hpp"
+#include "support/expect_error.hpp"
 
 namespace procam::test {
 namespace {

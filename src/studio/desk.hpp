@@ -82,6 +82,9 @@ class Desk {
   session::CaptureRig capture_rig();
   void begin_guiding();
   void guide_next_pose(const std::optional<GuidedPose>& advised);
+  GuidedPose listed_pose(int number) const;
+  /// The simulated person's; false: it cannot be held.
+  bool hold_listed_pose(int number);
 
   // desk_state.cpp
   std::string state_text() const;

@@ -63,6 +63,7 @@ class Desk::CaptureDialog : public session::RecorderDialog {
     const int view = desk_.project_.views_captured();
     if (view != guided_) {
       guided_ = view;
+      others_ = 0;
       desk_.begin_guiding();
     }
     if (const auto advice = desk_.next_pose_.take()) desk_.guide_next_pose(advice->pose);
@@ -73,7 +74,11 @@ class Desk::CaptureDialog : public session::RecorderDialog {
     if (!spotted || spotted->found.observations.empty() || spotted->still_s < kStillFor) return false;
     if (desk_.captured_) {
       const auto moved = largest_move(*desk_.captured_, spotted->found);
-      if (moved && *moved < kNewPoseShare * spotted->found.image_size.width) return false;
+      if (moved && *moved < kNewPoseShare * spotted->found.image_size.width) {
+        // The pose nearest to the advised one that the simulated person can hold is the last one again.
+        if (desk_.stage_) desk_.hold_listed_pose(view + ++others_);
+        return false;
+      }
     }
     return note_pose();
   }
@@ -86,6 +91,7 @@ class Desk::CaptureDialog : public session::RecorderDialog {
 
   Desk& desk_;
   int guided_ = -1;
+  int others_ = 0;  ///< poses of the list that were tried instead of the advised one
 };
 
 class Desk::ShowFollower : public show::ShowListener {
@@ -222,18 +228,24 @@ void Desk::begin_guiding() {
     guide_next_pose(std::nullopt);
 }
 
+GuidedPose Desk::listed_pose(int number) const {
+  const Vec2 size(image_size_.width, image_size_.height);
+  return guided_pose(number, *board_, image_size_, lit_.value_or(LitBox{0.25 * size, 0.75 * size}));
+}
+
+bool Desk::hold_listed_pose(int number) {
+  guided_ = listed_pose(number);
+  return stage_->hold_at(guided_->camera_from_board);
+}
+
 void Desk::guide_next_pose(const std::optional<GuidedPose>& advised) {
   if (!board_ || image_size_.width == 0) return;
-  const Vec2 size(image_size_.width, image_size_.height);
-  const LitBox light = lit_.value_or(LitBox{0.25 * size, 0.75 * size});
-  guided_ = advised ? *advised : guided_pose(project_.views_captured(), *board_, image_size_, light);
+  guided_ = advised ? *advised : listed_pose(project_.views_captured());
   if (!stage_ || stage_->hold_at(guided_->camera_from_board)) return;
   // The person cannot bring it there: the next of the list that is possible.
   constexpr int kOthers = 12;
-  for (int i = 0; i < kOthers; ++i) {
-    guided_ = guided_pose(project_.views_captured() + i, *board_, image_size_, light);
-    if (stage_->hold_at(guided_->camera_from_board)) return;
-  }
+  for (int i = 0; i < kOthers; ++i)
+    if (hold_listed_pose(project_.views_captured() + i)) return;
   say("the simulated person finds no pose of this board that camera and projector both cover");
 }
 

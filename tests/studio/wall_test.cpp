@@ -87,8 +87,7 @@ TEST(RoundWall, IsExactWithoutNoise) {
   }
 }
 
-/// 1 mm of noise and 5 % wrong points, 40 seeds. The radius' standard deviation is 0.6 mm (200 seeds); the limit is five of
-/// them: a false alarm in 40 000 runs.
+/// 1 mm of noise and 5 % wrong points, 40 fixed seeds: the radius within three times the noise.
 TEST(RoundWall, RejectsWrongPoints) {
   const TrueWall wall;
   const Rig rig = paper_rig();

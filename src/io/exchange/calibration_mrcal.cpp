@@ -32,16 +32,16 @@ class PythonLiteral {
 
   void step() {
     const char c = here();
+    const bool is_prefix_of_bytes = (c == 'b' || c == 'B') && (next() == '\'' || next() == '"');
+    const bool is_trailing_comma = c == ',' && closes(at_ + 1);
     if (c == '#') {
       at_ = std::min(bytes_.find('\n', at_), bytes_.size());
-    } else if ((c == 'b' || c == 'B') && (next() == '\'' || next() == '"')) {
+    } else if (is_prefix_of_bytes || is_trailing_comma) {
       ++at_;
     } else if (c == '\'' || c == '"') {
       copy_text();
     } else if (is_word(c)) {
       copy_word();
-    } else if (c == ',' && closes(at_ + 1)) {
-      ++at_;
     } else {
       json_ += c == '(' ? '[' : c == ')' ? ']' : c;
       ++at_;

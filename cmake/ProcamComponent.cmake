@@ -4,7 +4,8 @@
 #     [SOURCES file...]          bodies in src/<name>/; none makes a header-only (INTERFACE) target
 #     [PUBLIC target...]         what the public headers include
 #     [PRIVATE target...]        what only the bodies include
-#     [FIND "Eigen3 3.4" ...])   packages that find_package(procam COMPONENTS <name>) must find first
+#     [FIND "Eigen3 3.4" ...]    packages that find_package(procam COMPONENTS <name>) must find first
+#     [FIND_PRIVATE ...])        the same for what only the bodies include: static libraries alone need them
 #
 # Target procam_<name>, alias procam::<name>, headers include/procam/<name>/; installed as a component of the CMake package
 # and as procam-<name>.pc.
@@ -23,15 +24,20 @@ if(PROCAM_SANITIZE)
 endif()
 
 function(procam_component name)
-  cmake_parse_arguments(arg "" "" "SOURCES;PUBLIC;PRIVATE;FIND" ${ARGN})
+  cmake_parse_arguments(arg "" "" "SOURCES;PUBLIC;PRIVATE;FIND;FIND_PRIVATE" ${ARGN})
   set(target procam_${name})
   if(arg_SOURCES)
     add_library(${target} ${arg_SOURCES})
     set(scope PUBLIC)
     target_link_libraries(${target} PRIVATE ${arg_PRIVATE} $<BUILD_INTERFACE:procam_warnings>)
-    # The ABI may change with every 0.y (docs/stability.md).
+    # The ABI may change with every 0.y (docs/stability.md). Symbols are hidden unless marked PROCAM_EXPORT
+    # (core/base/export.hpp), in static libraries as well: one set of objects serves both.
     set_target_properties(${target} PROPERTIES POSITION_INDEPENDENT_CODE ON VERSION ${PROJECT_VERSION}
-      SOVERSION ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR})
+      SOVERSION ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR} CXX_VISIBILITY_PRESET hidden
+      VISIBILITY_INLINES_HIDDEN ON DEFINE_SYMBOL "")
+    if(BUILD_SHARED_LIBS AND NOT PROCAM_SANITIZE)
+      target_link_options(${target} PRIVATE LINKER:-z,defs)  # a symbol that no library exports is an error here, not in a program
+    endif()
   else()
     add_library(${target} INTERFACE)
     set(scope INTERFACE)
@@ -56,6 +62,10 @@ function(procam_component name)
   install(EXPORT procam-${name} NAMESPACE procam:: DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/procam)
 
   # What the package file needs to know: the components below this one, and the packages it asks for.
+  set(packages ${arg_FIND})
+  if(NOT BUILD_SHARED_LIBS)
+    list(APPEND packages ${arg_FIND_PRIVATE})
+  endif()
   set(components)
   foreach(link IN LISTS arg_PUBLIC arg_PRIVATE)
     if(link MATCHES "^procam::(.+)$")
@@ -63,7 +73,7 @@ function(procam_component name)
     endif()
   endforeach()
   file(CONFIGURE OUTPUT ${PROJECT_BINARY_DIR}/procam-${name}-needs.cmake @ONLY CONTENT
-"set(procam_@name@_NEEDS @components@)\nset(procam_@name@_PACKAGES \"@arg_FIND@\")\n")
+"set(procam_@name@_NEEDS @components@)\nset(procam_@name@_PACKAGES \"@packages@\")\n")
   install(FILES ${PROJECT_BINARY_DIR}/procam-${name}-needs.cmake
     DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/procam)
   procam_pkg_config(${name} SOURCES "${arg_SOURCES}" PUBLIC ${arg_PUBLIC} PRIVATE ${arg_PRIVATE})

@@ -8,10 +8,12 @@
 build_packages=(g++ clang cmake ninja-build libeigen3-dev libopencv-dev libceres-dev nlohmann-json3-dev libpugixml-dev
   libcli11-dev libboost-dev libglfw3-dev libgl-dev pkg-config libzip-dev libepoxy-dev libegl-dev libopenni2-dev)
 test_packages=(libgtest-dev libbenchmark-dev libclang-rt-dev clang-format clang-tidy xvfb libx11-dev libegl-mesa0
-  libgl1-mesa-dri chromium blender godot3)
+  libgl1-mesa-dri chromium blender godot3 zsh)
 # The fuzz targets (tests/fuzz/run.sh): libFuzzer is part of libclang-rt-dev; llvm has the symbolizer, without which a
 # finding's stack has no names.
 fuzz_packages=(clang libclang-rt-dev llvm)
+# The Debian packages and a bare system to try them in (scripts/packages.sh).
+package_packages=(dpkg-dev debhelper help2man lintian debootstrap)
 
 # install_packages PACKAGE...: installs those that are missing, and asks for no more rights than that needs.
 install_packages() {

@@ -8,6 +8,7 @@
 #include "procam/core/base/depth_pixels.hpp"
 #include "procam/core/base/dual.hpp"
 #include "procam/core/base/error.hpp"
+#include "procam/core/base/export.hpp"
 #include "procam/core/base/image.hpp"
 #include "procam/core/base/limits.hpp"
 #include "procam/core/base/parallel.hpp"

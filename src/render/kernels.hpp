@@ -9,6 +9,8 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "procam/core/base/export.hpp"
+
 namespace procam::render {
 
 /// The part of the frame that is drawn at a time: wide, as memory is read and written in long runs; low, so
@@ -204,9 +206,9 @@ extern const Kernels kPlainKernels, kWideKernels;
 void use_widest(Kernels& kernels, bool gathers);
 /// Does this machine gather faster than it loads one by one? Intel's do; AMD's split a gather into more steps
 /// than the loads take (a frame takes 1.25 times as long on Zen 4).
-bool gathers_fast();
+PROCAM_EXPORT bool gathers_fast();
 /// Those for vectors of at most so many bits, of those that this machine has; 0: plain code.
-const Kernels& kernels_for(int vector_bits, bool gathers = gathers_fast());
+PROCAM_EXPORT const Kernels& kernels_for(int vector_bits, bool gathers = gathers_fast());
 /// The best this machine has.
 inline const Kernels& best_kernels() {
   return kernels_for(512);

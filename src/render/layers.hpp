@@ -6,21 +6,22 @@
 
 #include "mesh_layer.hpp"
 #include "plane_layer.hpp"
+#include "procam/core/base/export.hpp"
 #include "procam/core/surface/scene.hpp"
 
 namespace procam::render {
 
 /// Throws std::invalid_argument for content that is empty or has 2 or more than 4 channels, and for a mask
 /// with more than one; Error(kInput) for sizes that are not drawn (render/cpu.hpp).
-void require_drawable(const Scene& scene, ImageSize frame);
+PROCAM_EXPORT void require_drawable(const Scene& scene, ImageSize frame);
 
-bool same_view(ViewU8 a, ViewU8 b);
+PROCAM_EXPORT bool same_view(ViewU8 a, ViewU8 b);
 
 /// A mask as the alpha of black, in `memory`.
-ViewU8 as_alpha(ViewU8 mask, std::vector<std::uint8_t>& memory);
+PROCAM_EXPORT ViewU8 as_alpha(ViewU8 mask, std::vector<std::uint8_t>& memory);
 
 /// Where one item of the scene is; kept while it stays there.
-struct Layer {
+struct PROCAM_EXPORT Layer {
   PlaneLayer plane;               ///< of a plane or a pixel surface
   std::optional<MeshLayer> room;  ///< of a plane or a mesh
   std::uint64_t made = 0;         ///< how many times anything was
@@ -46,7 +47,7 @@ struct Layer {
 /// where the scene has them, and part what is in the room before them from what comes after.
 ///
 /// Its memory is kept from tile to tile.
-class TileSteps {
+class PROCAM_EXPORT TileSteps {
  public:
   static constexpr int kCast = -1;
 

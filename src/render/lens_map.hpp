@@ -9,6 +9,7 @@
 
 #include "kernels.hpp"
 #include "patch.hpp"
+#include "procam/core/base/export.hpp"
 #include "procam/core/lens/projector.hpp"
 #include "workers.hpp"
 
@@ -33,7 +34,7 @@ struct TileGrid {
 };
 
 /// The pieces of every tile of a projector's frame, kept as long as the projector does not change.
-class LensMap {
+class PROCAM_EXPORT LensMap {
  public:
   /// Returns whether anything changed.
   bool update(const Projector& projector, Workers& workers);

@@ -7,6 +7,7 @@
 
 #include "footprint.hpp"
 #include "lens_map.hpp"
+#include "procam/core/base/export.hpp"
 #include "texture.hpp"
 
 namespace procam::render {
@@ -59,7 +60,7 @@ struct PlaneView {
   }
 };
 
-class PlaneLayer {
+class PROCAM_EXPORT PlaneLayer {
  public:
   /// The map for this view, unless it is the one kept and the lens map is `same_lens`. `area`: samples over
   /// whole pixels, else one a pixel. Returns whether a map was made.

@@ -4,6 +4,7 @@
 
 #include "kernels.hpp"
 #include "light.hpp"
+#include "procam/core/base/export.hpp"
 #include "procam/core/base/image.hpp"
 #include "workers.hpp"
 
@@ -26,10 +27,10 @@ struct Texels {
 
 /// Level l has half as many texels a side as level l - 1 (rounded up), each the exact mean of its area; the
 /// last has one.
-int levels_of(ImageSize size);
+PROCAM_EXPORT int levels_of(ImageSize size);
 
 /// Light in a pyramid of area means.
-class LightTexture {
+class PROCAM_EXPORT LightTexture {
  public:
   using Pixel = Light;
 

@@ -7,9 +7,11 @@
 #include <thread>
 #include <vector>
 
+#include "procam/core/base/export.hpp"
+
 namespace procam::render {
 
-class Workers {
+class PROCAM_EXPORT Workers {
  public:
   /// `threads`, the caller's included; 0: as many as the machine has.
   explicit Workers(int threads);

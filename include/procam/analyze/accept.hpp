@@ -7,6 +7,7 @@
 
 #include "procam/analyze/light_error.hpp"
 #include "procam/calibrate/result.hpp"
+#include "procam/core/base/export.hpp"
 
 namespace procam::analyze {
 
@@ -21,26 +22,28 @@ struct AcceptedError {
 
 /// Whether the rig's predicted error (RMS) is accepted. Both errors are in its detail. Named "predicted
 /// error", after the projector where the rig has several.
-Gate predicted_error_check(const Rig& rig, const LightErrors& predicted, const AcceptedError& accepted);
+PROCAM_EXPORT Gate predicted_error_check(const Rig& rig, const LightErrors& predicted,
+                                         const AcceptedError& accepted);
 
 /// The predicted errors of every projector, in the rig's order, on a wall `wall` metres from each; none where
 /// the rig has no covariance.
-std::vector<LightErrors> predicted_errors(const Rig& rig, double wall);
+PROCAM_EXPORT std::vector<LightErrors> predicted_errors(const Rig& rig, double wall);
 
 /// Adds the check of each projector's predicted error to `gates`; a failed one to `diagnostics` as well.
-void check_predicted_errors(const Rig& rig, const std::vector<LightErrors>& predicted,
-                            const AcceptedError& accepted, std::vector<Gate>& gates,
-                            Diagnostics& diagnostics);
+PROCAM_EXPORT void check_predicted_errors(const Rig& rig, const std::vector<LightErrors>& predicted,
+                                          const AcceptedError& accepted, std::vector<Gate>& gates,
+                                          Diagnostics& diagnostics);
 
 /// The same for a calibration: predicts, adds the checks to its rig's quality and its diagnostics, and returns
 /// what was predicted.
-std::vector<LightErrors> check_predicted_errors(calibrate::CalibrationResult& result, double wall = 2,
-                                                const AcceptedError& accepted = {});
+PROCAM_EXPORT std::vector<LightErrors> check_predicted_errors(calibrate::CalibrationResult& result,
+                                                              double wall = 2,
+                                                              const AcceptedError& accepted = {});
 
 /// Does the rig fail for its predicted error alone? Then its numbers are sound, and more views make it good.
-bool only_predicted_error_failed(const RigQuality& quality);
+PROCAM_EXPORT bool only_predicted_error_failed(const RigQuality& quality);
 
 /// "29 mm RMS at 2 m, surface located externally"; of a camera that does not see all of the frame its share.
-std::string in_words(const LightError& error);
+PROCAM_EXPORT std::string in_words(const LightError& error);
 
 }  // namespace procam::analyze

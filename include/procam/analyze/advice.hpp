@@ -6,6 +6,7 @@
 
 #include "procam/analyze/light_error.hpp"
 #include "procam/calibrate/result.hpp"
+#include "procam/core/base/export.hpp"
 
 namespace procam::analyze {
 
@@ -22,12 +23,12 @@ struct NextView {
 /// nine positions in the projector's frame, untilted and tilted 35 degrees in eight directions) that all
 /// devices can use, the one with the smallest predicted error of the given kind on a wall at `wall` metres
 /// (calibrate/next_view.hpp). nullopt when none can be used or none reduces the error.
-std::optional<NextView> advise_next_view(const calibrate::CalibrationResult& result, double wall,
-                                         const std::string& projector = "",
-                                         SurfaceLocated located = SurfaceLocated::kExternally);
+PROCAM_EXPORT std::optional<NextView> advise_next_view(const calibrate::CalibrationResult& result,
+                                                       double wall, const std::string& projector = "",
+                                                       SurfaceLocated located = SurfaceLocated::kExternally);
 
 /// A line a view: "fine", or what is wrong with it: few points, all points near the image centre, parallel to
 /// another view, contributes little.
-std::vector<std::string> view_verdicts(const calibrate::CalibrationResult& result);
+PROCAM_EXPORT std::vector<std::string> view_verdicts(const calibrate::CalibrationResult& result);
 
 }  // namespace procam::analyze

@@ -18,6 +18,7 @@
 #include <string>
 #include <vector>
 
+#include "procam/core/base/export.hpp"
 #include "procam/core/geometry/covariance.hpp"
 #include "procam/core/geometry/plane.hpp"
 #include "procam/core/rig/rig.hpp"
@@ -27,10 +28,10 @@ namespace procam::analyze {
 
 /// Position and rotation each alike in all directions and independent: sigma_position metres, sigma_rotation
 /// radians, about the thing's own origin. Throws std::invalid_argument for a negative sigma or NaN.
-Mat6 isotropic_pose_covariance(double sigma_position, double sigma_rotation);
+PROCAM_EXPORT Mat6 isotropic_pose_covariance(double sigma_position, double sigma_rotation);
 
 /// Of the right increment, in the thing's own frame: Ad(T^-1) C Ad(T^-1)^T, from core's left increments.
-Mat6 own_frame_covariance(const PoseWithCovariance& parent_from_thing);
+PROCAM_EXPORT Mat6 own_frame_covariance(const PoseWithCovariance& parent_from_thing);
 
 /// The rig moves while its pose travels to the light.
 struct RobotMotion {
@@ -68,8 +69,8 @@ struct ErrorSources {
 /// believed parameters,
 ///
 ///   xi = -(d rig_from_camera + Ad(rig_from_camera) (by_lens d + noise)).
-void set_measured_pose(ErrorSources& sources, const RigCamera& camera, const Mat6& covariance,
-                       const MatX& by_lens);
+PROCAM_EXPORT void set_measured_pose(ErrorSources& sources, const RigCamera& camera, const Mat6& covariance,
+                                     const MatX& by_lens);
 
 /// The links between one projector's pixel and one surface, as they are believed to be.
 struct LightPath {
@@ -82,14 +83,15 @@ struct LightPath {
 
 /// `frame` is the surface's: "world", "rig" or "projector" (core/surface/surface.hpp). Throws Error(kInput) for
 /// another frame, or "world" without the rig's pose.
-LightPath light_path(const RigProjector& projector, const std::string& frame, const Pose& frame_from_surface,
-                     const std::optional<Pose>& world_from_rig = std::nullopt);
+PROCAM_EXPORT LightPath light_path(const RigProjector& projector, const std::string& frame,
+                                   const Pose& frame_from_surface,
+                                   const std::optional<Pose>& world_from_rig = std::nullopt);
 
 /// A wall in the rig's frame. The surface's origin is the wall's point nearest to the rig's; its axes lie in
 /// the wall, z into it.
-LightPath light_path(const RigProjector& projector, const Plane& wall_in_rig);
+PROCAM_EXPORT LightPath light_path(const RigProjector& projector, const Plane& wall_in_rig);
 
 /// Where the light of a pixel lands on the surface, metres along its x and y; nullopt when it misses.
-std::optional<Vec2> landing_place(const LightPath& path, const Vec2& pixel);
+PROCAM_EXPORT std::optional<Vec2> landing_place(const LightPath& path, const Vec2& pixel);
 
 }  // namespace procam::analyze

@@ -15,10 +15,11 @@
 #include <vector>
 
 #include "procam/analyze/error_sources.hpp"
+#include "procam/core/base/export.hpp"
 
 namespace procam::analyze {
 
-struct LandingError {
+struct PROCAM_EXPORT LandingError {
   /// One cause's share. Offsets on the surface, along its x and y, metres.
   struct SourceError {
     std::string name;  ///< "calibration", "rig pose", "map", "delay", "pixels"
@@ -48,14 +49,14 @@ struct LandingError {
 /// Throws Error(kInput) when the calibration's
 /// covariance lacks the projector, std::invalid_argument for covariances that are not symmetric, positive
 /// semidefinite and finite, or a negative sigma.
-std::optional<LandingError> landing_error(const LightPath& path, const ErrorSources& sources,
-                                          const Vec2& on_surface);
+PROCAM_EXPORT std::optional<LandingError> landing_error(const LightPath& path, const ErrorSources& sources,
+                                                        const Vec2& on_surface);
 
 /// A 95 % region's half axes and the angle of the longer one to the surface's x axis: chi-square of two
 /// degrees of freedom, 5.99.
 struct Ellipse {
   double semi_major = 0, semi_minor = 0, angle = 0;
 };
-Ellipse region95(const Mat2& covariance);
+PROCAM_EXPORT Ellipse region95(const Mat2& covariance);
 
 }  // namespace procam::analyze

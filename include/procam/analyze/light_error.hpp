@@ -37,6 +37,7 @@
 #include <optional>
 #include <string>
 
+#include "procam/core/base/export.hpp"
 #include "procam/core/rig/rig.hpp"
 
 namespace procam::analyze {
@@ -48,7 +49,7 @@ enum class SurfaceLocated {
 };
 
 /// "externally", "by camera"
-const char* to_string(SurfaceLocated located);
+PROCAM_EXPORT const char* to_string(SurfaceLocated located);
 
 struct LightError {
   double distance = 0;         ///< metres from the lens to the wall
@@ -76,22 +77,24 @@ struct LightErrors {
 /// What the rig's covariance means on the wall. Parameters without a covariance (a camera whose lens was
 /// given) are taken as exact. Throws Error(kInput) when the rig carries no covariance of that projector,
 /// std::invalid_argument unless distance > 0.
-LightErrors predicted_light_errors(const Rig& rig, double distance, const std::string& projector = "");
+PROCAM_EXPORT LightErrors predicted_light_errors(const Rig& rig, double distance,
+                                                 const std::string& projector = "");
 
 /// The errors of an estimated rig against the true one, without approximation. The first kind needs both
 /// rigs in the same rig frame. Throws Error(kInput) when the two have different devices.
-LightErrors true_light_errors(const Rig& estimated, const Rig& truth, double distance,
-                              const std::string& projector = "");
+PROCAM_EXPORT LightErrors true_light_errors(const Rig& estimated, const Rig& truth, double distance,
+                                            const std::string& projector = "");
 
 /// How many parameters of the rig's covariance differ from the true rig's by three sigmas or less.
 struct WithinTruth {
   int inside_3_sigma = 0, parameters = 0;
 };
-WithinTruth parameters_within_truth(const Rig& estimated, const Rig& truth);
+PROCAM_EXPORT WithinTruth parameters_within_truth(const Rig& estimated, const Rig& truth);
 
 /// Of a surface that is located externally.
-LightError predicted_light_error(const Rig& rig, double distance, const std::string& projector = "");
-LightError true_light_error(const Rig& estimated, const Rig& truth, double distance,
-                            const std::string& projector = "");
+PROCAM_EXPORT LightError predicted_light_error(const Rig& rig, double distance,
+                                               const std::string& projector = "");
+PROCAM_EXPORT LightError true_light_error(const Rig& estimated, const Rig& truth, double distance,
+                                          const std::string& projector = "");
 
 }  // namespace procam::analyze

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "procam/analyze/error_sources.hpp"
+#include "procam/core/base/export.hpp"
 
 namespace procam::analyze {
 
@@ -31,9 +32,8 @@ struct LandingSpread {
 /// One spread a point of the surface, from the same draws: they correlate as they do in the room. nullopt for
 /// a point that no light reaches in the chain as it is believed to be. Throws as landing_error() does, and
 /// std::invalid_argument unless draws >= 2.
-std::vector<std::optional<LandingSpread>> monte_carlo_landing(const LightPath& path,
-                                                              const ErrorSources& sources,
-                                                              const Points2& on_surface,
-                                                              const MonteCarloOptions& options = {});
+PROCAM_EXPORT std::vector<std::optional<LandingSpread>> monte_carlo_landing(
+    const LightPath& path, const ErrorSources& sources, const Points2& on_surface,
+    const MonteCarloOptions& options = {});
 
 }  // namespace procam::analyze

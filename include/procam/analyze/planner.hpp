@@ -25,6 +25,7 @@
 #include <optional>
 
 #include "procam/core/base/error.hpp"
+#include "procam/core/base/export.hpp"
 #include "procam/core/lens/projector.hpp"
 
 namespace procam::analyze {
@@ -40,16 +41,16 @@ struct DataSheet {
 };
 
 /// The projector that the data sheet describes. Throws Error(kInput) for values that no projector has.
-Projector projector_of(const DataSheet& sheet);
+PROCAM_EXPORT Projector projector_of(const DataSheet& sheet);
 
 /// projector_from_wall of a projector whose lens is `distance` metres from the wall. The wall's origin is
 /// then the foot of the lens, where a plumb line from the lens meets the wall. Turned from looking straight
 /// at the wall, radians: first `yaw` to its right, then `pitch` upwards, then `roll` clockwise as seen from
 /// behind it. Throws Error(kInput) unless the distance is positive and the angles are finite.
-Pose pose_before_wall(double distance, double yaw = 0, double pitch = 0, double roll = 0);
+PROCAM_EXPORT Pose pose_before_wall(double distance, double yaw = 0, double pitch = 0, double roll = 0);
 
 /// A rectangle parallel to the wall's axes.
-struct WallRectangle {
+struct PROCAM_EXPORT WallRectangle {
   Vec2 centre = Vec2::Zero(), size = Vec2::Zero();  ///< metres
 
   /// Top left, top right, bottom right, bottom left.
@@ -82,8 +83,8 @@ struct LightOnWall {
 
 /// nullopt where the light misses the wall. The projector's lens must have no distortion and no skew, as
 /// projector_of() makes it.
-std::optional<LightOnWall> light_on_wall(const Projector& projector, const Pose& projector_from_wall,
-                                         const Vec2& pixel);
+PROCAM_EXPORT std::optional<LightOnWall> light_on_wall(const Projector& projector,
+                                                       const Pose& projector_from_wall, const Vec2& pixel);
 
 /// The lens focused on the middle of the picture. That is the best place: 1 / depth changes evenly over the
 /// picture, so the nearest and the farthest corner are blurred alike. Depths along the optical axis, metres.
@@ -94,7 +95,7 @@ struct DepthOfField {
   double blur_max_px = 0;            ///< at those corners
 };
 
-struct ProjectionPlan {
+struct PROCAM_EXPORT ProjectionPlan {
   struct TargetCoverage {
     WallRectangle rectangle;
     double covered_share = 0;  ///< of its area, 0..1
@@ -131,12 +132,12 @@ struct ProjectionPlan {
 ///
 /// Throws Error(kInput) for values that are not finite or not positive and for a lens in or behind the wall,
 /// Error(kDegenerate) when the light of the picture or of a corner never meets the wall.
-ProjectionPlan plan_projection(const DataSheet& sheet, const Site& site);
+PROCAM_EXPORT ProjectionPlan plan_projection(const DataSheet& sheet, const Site& site);
 
 /// The figures as people read them: a name and a value a line, ASCII.
 struct PlanFigure {
   std::string name, value;
 };
-std::vector<PlanFigure> figures_of(const analyze::ProjectionPlan& plan);
+PROCAM_EXPORT std::vector<PlanFigure> figures_of(const analyze::ProjectionPlan& plan);
 
 }  // namespace procam::analyze

@@ -9,6 +9,7 @@
 
 #include "procam/analyze/landing_error.hpp"
 #include "procam/analyze/monte_carlo.hpp"
+#include "procam/core/base/export.hpp"
 
 namespace procam::analyze {
 
@@ -28,7 +29,7 @@ struct Sweep {
 };
 
 /// Every source, or its parts, over the points: largest first. All points have the same sources.
-std::vector<Cause> rank_causes(const std::vector<const LandingError*>& points);
+PROCAM_EXPORT std::vector<Cause> rank_causes(const std::vector<const LandingError*>& points);
 
 struct SurfacePrediction {
   std::string surface;
@@ -55,8 +56,8 @@ struct SurfacePrediction {
 /// `plane_from_content` takes (u, v, 1) to metres on the surface (PlacedPlane). `draws` > 0 asks for Monte
 /// Carlo beside the closed form. Throws as landing_error() does, and Error(kDegenerate) when the projector's
 /// picture lights no point of the content.
-SurfacePrediction predict_surface(const std::string& name, const LightPath& path,
-                                  const Mat3& plane_from_content, const ErrorSources& sources,
-                                  const std::optional<MonteCarloOptions>& draws = std::nullopt);
+PROCAM_EXPORT SurfacePrediction predict_surface(const std::string& name, const LightPath& path,
+                                                const Mat3& plane_from_content, const ErrorSources& sources,
+                                                const std::optional<MonteCarloOptions>& draws = std::nullopt);
 
 }  // namespace procam::analyze

@@ -29,6 +29,7 @@
 #include <string>
 #include <vector>
 
+#include "procam/core/base/export.hpp"
 #include "procam/core/rig/observation.hpp"
 #include "procam/core/rig/rig.hpp"
 #include "procam/core/surface/surface.hpp"
@@ -68,7 +69,7 @@ struct VerifiedMark {
 };
 
 /// One explanation: this thing alone has moved.
-struct Movement {
+struct PROCAM_EXPORT Movement {
   std::string what;  ///< the projector's or the surface's name
   /// Of the right increment in the thing's own frame, [rotation, translation]:
   /// true rig_from_thing = rig_from_thing * exp(moved).
@@ -112,8 +113,8 @@ struct VerifyResult {
 /// kNotEnoughData for fewer than eight marks; kDegenerate when the marks contradict each other, when they lie
 /// on one line, and when the marks say that the other thing has moved (odds above 1000 to 1); kNotConverged.
 /// std::invalid_argument for sigmas and rates out of range, and covariances that are none.
-VerifyResult verify(const Rig& rig, const RigCamera& camera, const RigProjector& projector,
-                    const StatedSurface& surface, const std::vector<LightPoint>& marks,
-                    const VerifyOptions& options = {});
+PROCAM_EXPORT VerifyResult verify(const Rig& rig, const RigCamera& camera, const RigProjector& projector,
+                                  const StatedSurface& surface, const std::vector<LightPoint>& marks,
+                                  const VerifyOptions& options = {});
 
 }  // namespace procam::analyze

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "procam/calibrate/lens_prior.hpp"
+#include "procam/core/base/export.hpp"
 #include "procam/core/geometry/pose.hpp"
 #include "procam/core/lens/camera.hpp"
 #include "procam/core/rig/observation.hpp"
@@ -84,18 +85,19 @@ struct Measurement {
 };
 
 /// All of them; they point into `correspondences`.
-std::vector<Measurement> measurements_of(const Correspondences& correspondences, int view, int device);
+PROCAM_EXPORT std::vector<Measurement> measurements_of(const Correspondences& correspondences, int view,
+                                                       int device);
 
 /// used[view][device][index] is true if a measurement is used.
 using UsedMask = std::vector<std::vector<std::vector<char>>>;
 
 /// A mask that uses everything.
-UsedMask use_all(const Correspondences& correspondences);
+PROCAM_EXPORT UsedMask use_all(const Correspondences& correspondences);
 
 /// Throws std::invalid_argument when sizes disagree, Error(kDegenerate) when a start cannot be projected at
 /// all.
-BundleResult bundle_adjust(const Correspondences& correspondences, const UsedMask& used,
-                           const BundleState& start, const BundleOptions& options);
+PROCAM_EXPORT BundleResult bundle_adjust(const Correspondences& correspondences, const UsedMask& used,
+                                         const BundleState& start, const BundleOptions& options);
 
 /// projected - measured, pixels of the measurement's device; nullopt where a lens cannot see the point. A
 /// light point is projected from where the camera's ray through its pixel meets the sheet. Light that was
@@ -105,6 +107,7 @@ BundleResult bundle_adjust(const Correspondences& correspondences, const UsedMas
 ///   r_p - J r_c
 /// which no longer holds the corner's error. (Left in, one error would count as two independent ones, and the
 /// sigmas come out too small by up to sqrt(2).)
-std::optional<Vec2> reprojection_residual(const BundleState& state, const Measurement& measurement);
+PROCAM_EXPORT std::optional<Vec2> reprojection_residual(const BundleState& state,
+                                                        const Measurement& measurement);
 
 }  // namespace procam::calibrate

@@ -17,18 +17,22 @@
 /// checks failed is returned, with the failed checks in rig.quality and in diagnostics.
 #include "procam/calibrate/options.hpp"
 #include "procam/calibrate/result.hpp"
+#include "procam/core/base/export.hpp"
 
 namespace procam::calibrate {
 
 /// The cameras among the devices, alone.
-CalibrationResult calibrate_camera(const Correspondences& correspondences, const Options& options = {});
+PROCAM_EXPORT CalibrationResult calibrate_camera(const Correspondences& correspondences,
+                                                 const Options& options = {});
 
 /// Projectors (and further cameras) beside a first camera whose lens is known, and stays within its
 /// covariance.
-CalibrationResult calibrate_projector(const Correspondences& correspondences, const KnownLens& known_camera,
-                                      const Options& options = {});
+PROCAM_EXPORT CalibrationResult calibrate_projector(const Correspondences& correspondences,
+                                                    const KnownLens& known_camera,
+                                                    const Options& options = {});
 
 /// Every device and every view in one solve.
-CalibrationResult calibrate_rig(const Correspondences& correspondences, const Options& options = {});
+PROCAM_EXPORT CalibrationResult calibrate_rig(const Correspondences& correspondences,
+                                              const Options& options = {});
 
 }  // namespace procam::calibrate

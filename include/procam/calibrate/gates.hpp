@@ -3,6 +3,7 @@
 /// focal length wrong by two has been published with an RMS of 0.86.
 #include <vector>
 
+#include "procam/core/base/export.hpp"
 #include "procam/core/rig/rig.hpp"
 
 namespace procam::calibrate {
@@ -30,6 +31,6 @@ struct GateLimits {
 /// The quality checks of a rig that was read from a file, and the checks in the file that only its calibration
 /// could make (views that disagree, broken captures): a rig that failed one of them stays marked. The check
 /// on the predicted error is not among them, since it depends on the wall and the accepted error.
-std::vector<Gate> check_stored_rig(const Rig& rig, const GateLimits& limits = {});
+PROCAM_EXPORT std::vector<Gate> check_stored_rig(const Rig& rig, const GateLimits& limits = {});
 
 }  // namespace procam::calibrate

@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "procam/core/base/export.hpp"
 #include "procam/core/lens/camera.hpp"
 #include "procam/core/rig/observation.hpp"
 
@@ -25,6 +26,6 @@ inline constexpr char kWithoutTangential[] = "brown-conrady:k1,k2,k3";
 /// The model of a name: a distortion's, with the estimated coefficients after a colon where not all of them
 /// are ("brown-conrady:k1,k2"). "brown-conrady" alone is k1,k2,p1,p2. Throws Error(kUnsupported)
 /// for another distortion, Error(kInput) for a coefficient that it lacks.
-LensModel lens_model_named(const std::string& name);
+PROCAM_EXPORT LensModel lens_model_named(const std::string& name);
 
 }  // namespace procam::calibrate

@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "procam/core/base/export.hpp"
 #include "procam/core/geometry/covariance.hpp"
 #include "procam/core/lens/camera.hpp"
 
@@ -21,15 +22,15 @@ struct LensPrior {
 };
 
 /// fx = fy, to a thousandth of a pixel.
-LensPrior square_pixels();
+PROCAM_EXPORT LensPrior square_pixels();
 
 /// Throw ratio of a data sheet, distance over picture width: fx = ratio * width. `sigma` is the ratio's own.
-LensPrior throw_ratio_prior(double ratio, double sigma, ImageSize picture);
+PROCAM_EXPORT LensPrior throw_ratio_prior(double ratio, double sigma, ImageSize picture);
 
 /// Lens shift: how far the optical axis lies from the picture's centre, in picture widths and heights, x
 /// right, y down (Projector::lens_shift()); (0, 0.5) is the common table-top projector, whose axis passes the
 /// bottom edge. `sigma` in the same shares.
-std::vector<LensPrior> lens_shift_prior(const Vec2& shift, double sigma, ImageSize picture);
+PROCAM_EXPORT std::vector<LensPrior> lens_shift_prior(const Vec2& shift, double sigma, ImageSize picture);
 
 /// A lens that was calibrated before.
 struct KnownLens {

@@ -10,6 +10,7 @@
 /// non-overlapping cameras with a mirror", CVPR 2008; K. Takahashi et al., CVPR 2012.) So the mirror is
 /// measured: it carries a board on its surface, which the camera sees directly.
 #include "procam/calibrate/result.hpp"
+#include "procam/core/base/export.hpp"
 #include "procam/core/geometry/plane.hpp"
 
 namespace procam::calibrate {
@@ -35,6 +36,6 @@ struct MirrorSolution {
 ///
 /// Throws Error(kNotEnoughData) for fewer than six points of the mirror's board, Error(kDegenerate) where
 /// they do not tell its plane, std::invalid_argument for a result of several cameras or another picture size.
-MirrorSolution through_mirror(const CalibrationResult& mirrored, const MirrorView& view);
+PROCAM_EXPORT MirrorSolution through_mirror(const CalibrationResult& mirrored, const MirrorView& view);
 
 }  // namespace procam::calibrate

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "procam/calibrate/result.hpp"
+#include "procam/core/base/export.hpp"
 
 namespace procam::calibrate {
 
@@ -19,7 +20,7 @@ namespace procam::calibrate {
 /// of the board, no projector that lights nine tenths of them (or, where the light is projected corners,
 /// fewer of them on the sheet than two thirds of what a view has had so far), or seen more than 60
 /// degrees from the side. All nullopt when the rig has no covariance.
-std::vector<std::optional<NamedCovariance>> covariance_with_view(const CalibrationResult& result,
-                                                                 const std::vector<Pose>& rig_from_board);
+PROCAM_EXPORT std::vector<std::optional<NamedCovariance>> covariance_with_view(
+    const CalibrationResult& result, const std::vector<Pose>& rig_from_board);
 
 }  // namespace procam::calibrate

@@ -22,6 +22,7 @@
 #include <vector>
 
 #include "procam/calibrate/options.hpp"
+#include "procam/core/base/export.hpp"
 #include "procam/core/rig/observation.hpp"
 #include "procam/core/rig/rig.hpp"
 
@@ -58,7 +59,7 @@ struct PointsResult {
   Diagnostics diagnostics;
 };
 
-PointsResult calibrate_from_points(const Device& device, const std::vector<PointPair>& pairs,
-                                   const PointsOptions& options = {});
+PROCAM_EXPORT PointsResult calibrate_from_points(const Device& device, const std::vector<PointPair>& pairs,
+                                                 const PointsOptions& options = {});
 
 }  // namespace procam::calibrate

@@ -6,6 +6,7 @@
 /// stands, its lower edge nearest; on a ceiling its upper edge is nearest.
 #include <optional>
 
+#include "procam/core/base/export.hpp"
 #include "procam/depth/planes.hpp"
 
 namespace procam::depth {
@@ -48,16 +49,16 @@ struct PlaneArea {
 };
 
 /// Of the plane's labels as the camera sees them. Single pixels without a label do not make holes.
-PlaneArea area_of(const Planes& planes, std::size_t plane, const RayTable& rays, const Vec3& up,
-                  const AreaOptions& options = {});
+PROCAM_EXPORT PlaneArea area_of(const Planes& planes, std::size_t plane, const RayTable& rays, const Vec3& up,
+                                const AreaOptions& options = {});
 
 /// The largest rectangle of free cells, by the largest rectangle under the histogram that ends in each row (a
 /// stack, time linear in the cells: D. Vandevoorde, "The maximal rectangle problem", Dr. Dobb's, 1998). Of
 /// those with both sides `min_side` long or longer; `margin` is taken off each side after.
-std::optional<FreeRectangle> largest_rectangle(const PlaneRaster& raster, double min_side = 0,
-                                               double margin = 0);
+PROCAM_EXPORT std::optional<FreeRectangle> largest_rectangle(const PlaneRaster& raster, double min_side = 0,
+                                                             double margin = 0);
 
 /// Borders of the free cells, straightened by Douglas and Peucker's rule to one and a half cells.
-std::vector<PlaneOutline> outlines_of(const PlaneRaster& raster, double min_part);
+PROCAM_EXPORT std::vector<PlaneOutline> outlines_of(const PlaneRaster& raster, double min_part);
 
 }  // namespace procam::depth

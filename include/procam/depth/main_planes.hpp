@@ -24,6 +24,7 @@
 /// moves it by more than one sigma.
 #include <vector>
 
+#include "procam/core/base/export.hpp"
 #include "procam/depth/planes.hpp"
 
 namespace procam::depth {
@@ -48,7 +49,7 @@ struct MainPlanes {
 
 /// `fine` is of the same image and camera. Takes ten milliseconds or more: it is no part of find_planes().
 /// Throws std::invalid_argument where sizes differ or options are out of range.
-MainPlanes main_planes(const Planes& fine, const DepthImage& image, const RayTable& rays,
-                       const MainPlaneOptions& options = {});
+PROCAM_EXPORT MainPlanes main_planes(const Planes& fine, const DepthImage& image, const RayTable& rays,
+                                     const MainPlaneOptions& options = {});
 
 }  // namespace procam::depth

@@ -20,6 +20,7 @@
 /// when that is free again.
 #include <string>
 
+#include "procam/core/base/export.hpp"
 #include "procam/core/geometry/covariance.hpp"
 #include "procam/depth/surfaces.hpp"
 
@@ -55,7 +56,7 @@ struct MapPlane {
   double last_seen = 0;                  ///< seconds
 };
 
-class PlaneMap {
+class PROCAM_EXPORT PlaneMap {
  public:
   /// Throws std::invalid_argument for options out of range.
   explicit PlaneMap(const PlaneMapOptions& options = {});

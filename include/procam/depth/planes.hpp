@@ -26,6 +26,7 @@
 #include <variant>
 #include <vector>
 
+#include "procam/core/base/export.hpp"
 #include "procam/core/geometry/plane.hpp"
 #include "procam/core/surface/cylinder.hpp"
 #include "procam/core/surface/sphere.hpp"
@@ -43,7 +44,7 @@ struct PlaneEstimate {
 
 /// How far `truth` is from the estimate: e^T C^-1 e over the three directions, chi-square with 3 degrees of
 /// freedom when the covariance is right (7.81 bounds 95 %).
-double squared_sigmas(const PlaneEstimate& estimate, const Plane& truth);
+PROCAM_EXPORT double squared_sigmas(const PlaneEstimate& estimate, const Plane& truth);
 
 struct PlaneOptions {
   DepthNoise noise = DepthNoise::kinect_v1();
@@ -94,9 +95,10 @@ struct Planes {
 
 /// Throws std::invalid_argument for an image that is not of the camera's size or options out of range. An
 /// image without a reading has no planes.
-Planes find_planes(const DepthImage& image, const RayTable& rays, const PlaneOptions& options = {});
+PROCAM_EXPORT Planes find_planes(const DepthImage& image, const RayTable& rays,
+                                 const PlaneOptions& options = {});
 
 /// Planes::noise_ratio of the image for another noise model: which kind of sensor took it.
-double noise_ratio(const DepthImage& image, const RayTable& rays, const DepthNoise& noise);
+PROCAM_EXPORT double noise_ratio(const DepthImage& image, const RayTable& rays, const DepthNoise& noise);
 
 }  // namespace procam::depth

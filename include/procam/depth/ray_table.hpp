@@ -2,12 +2,13 @@
 /// Where every pixel of a depth camera looks, through its lens, worked out once per camera.
 ///
 /// A pixel's ray is (u, v, 1): its point is z (u, v, 1), z the depth.
+#include "procam/core/base/export.hpp"
 #include "procam/core/base/image.hpp"
 #include "procam/core/lens/camera.hpp"
 
 namespace procam::depth {
 
-class RayTable {
+class PROCAM_EXPORT RayTable {
  public:
   /// Images are read in cells of this many pixels a side.
   static constexpr int kCell = 8;

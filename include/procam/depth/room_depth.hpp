@@ -12,6 +12,7 @@
 ///
 /// A person who stands still may become a plane of the map, upright and of about a square metre at most:
 /// upright and slanted planes count from `min_wall` on.
+#include "procam/core/base/export.hpp"
 #include "procam/depth/plane_map.hpp"
 
 namespace procam::depth {
@@ -25,7 +26,7 @@ struct RoomDepthOptions {
 
 /// Metres along the optical axis; 0: nothing is known there. Exact within a plane, to 4 pixels where planes
 /// end. Throws std::invalid_argument for an image that is not of the camera's size or options out of range.
-ImageF room_depth(const PlaneMap& map, const DepthImage& image, const RayTable& rays,
-                  const Pose& world_from_camera, const RoomDepthOptions& options = {});
+PROCAM_EXPORT ImageF room_depth(const PlaneMap& map, const DepthImage& image, const RayTable& rays,
+                                const Pose& world_from_camera, const RoomDepthOptions& options = {});
 
 }  // namespace procam::depth

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "procam/core/base/error.hpp"
+#include "procam/core/base/export.hpp"
 #include "procam/depth/planes.hpp"
 #include "procam/depth/surfaces.hpp"
 
@@ -14,12 +15,12 @@ struct SensorKind {
   std::string name;  ///< "kinect-v1" (structured light, stereo), "tof" (time of flight)
   DepthNoise noise;
 };
-std::vector<SensorKind> sensor_kinds();
+PROCAM_EXPORT std::vector<SensorKind> sensor_kinds();
 /// Throws Error(kInput) for an unknown name.
-SensorKind sensor_kind(const std::string& name);
+PROCAM_EXPORT SensorKind sensor_kind(const std::string& name);
 
 /// The median of the readings, metres; 0 without readings.
-double median_depth(const DepthImage& image);
+PROCAM_EXPORT double median_depth(const DepthImage& image);
 
 /// The noise of the image against the model of a sensor, and against the other sensors' where it does not fit.
 struct SensorCheck {
@@ -28,10 +29,10 @@ struct SensorCheck {
   std::string next;
 };
 /// `planes` were found with the sensor's noise.
-SensorCheck check_sensor(const Planes& planes, const DepthImage& image, const RayTable& rays,
-                         const SensorKind& sensor);
+PROCAM_EXPORT SensorCheck check_sensor(const Planes& planes, const DepthImage& image, const RayTable& rays,
+                                       const SensorKind& sensor);
 
 /// Warnings for surfaces that are less flat than is usual: surface_uneven, surface_noisy.
-Diagnostics flatness(const Planes& planes, const RoomSurfaces& room);
+PROCAM_EXPORT Diagnostics flatness(const Planes& planes, const RoomSurfaces& room);
 
 }  // namespace procam::depth

@@ -7,6 +7,7 @@
 ///   io::save_surfaces("surfaces.json", room.set);
 #include <string>
 
+#include "procam/core/base/export.hpp"
 #include "procam/core/surface/surface.hpp"
 #include "procam/depth/areas.hpp"
 
@@ -14,7 +15,7 @@ namespace procam::depth {
 
 enum class PlaneKind { kUnknown, kWall, kFloor, kCeiling, kTable, kSlope };
 /// "plane", "wall", "floor", "ceiling", "table", "slope".
-const char* to_string(PlaneKind kind);
+PROCAM_EXPORT const char* to_string(PlaneKind kind);
 
 /// Where two planes meet, as far as both are seen there.
 struct CornerLine {
@@ -49,7 +50,7 @@ enum class PlaneState {
   kNoFreeRectangle,  ///< narrower than AreaOptions::min_side, or covered: no surface
 };
 /// "free", "uneven", "noisy", "no_free_rectangle".
-const char* to_string(PlaneState state);
+PROCAM_EXPORT const char* to_string(PlaneState state);
 
 struct RoomSurfaces {
   /// Planes by their free rectangle, content (0, 0) .. (1, 1) on it, read upright; then curves.
@@ -62,7 +63,7 @@ struct RoomSurfaces {
 
 /// Names count from the camera's left to its right: wall_1, wall_2, table_1, floor; column_1 and ball_1 are
 /// curves seen from outside, niche_1 and dome_1 from inside.
-RoomSurfaces surfaces_from_planes(const Planes& planes, const DepthImage& image, const RayTable& rays,
-                                  const SurfaceOptions& options = {});
+PROCAM_EXPORT RoomSurfaces surfaces_from_planes(const Planes& planes, const DepthImage& image,
+                                                const RayTable& rays, const SurfaceOptions& options = {});
 
 }  // namespace procam::depth

@@ -17,6 +17,7 @@
 ///     one image cannot tell. The first corner is the one towards the image's top left; calibrate settles the
 ///     order between views by the residual.
 /// A 7x9 board turned by a quarter is a 9x7 board: both are found, each in its own right-handed order.
+#include "procam/core/base/export.hpp"
 #include "procam/core/base/image.hpp"
 #include "procam/core/rig/observation.hpp"
 
@@ -36,7 +37,7 @@ struct ChessboardOptions {
 /// Without a board the observations are empty and the diagnostics say why: "board_not_found", or
 /// "board_counts_differ" when a board with other counts is there. Rejected corners are named by
 /// "corners_left_out". Throws std::invalid_argument for an empty or multi-channel image or a board below 3x3.
-Detections detect_chessboard(const ViewU8& image, const Chessboard& board,
-                             const ChessboardOptions& options = {});
+PROCAM_EXPORT Detections detect_chessboard(const ViewU8& image, const Chessboard& board,
+                                           const ChessboardOptions& options = {});
 
 }  // namespace procam::detect

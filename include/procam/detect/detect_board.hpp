@@ -1,5 +1,6 @@
 #pragma once
 /// One call for every kind of printed board.
+#include "procam/core/base/export.hpp"
 #include "procam/core/board/board.hpp"
 #include "procam/detect/chessboard.hpp"
 
@@ -33,6 +34,7 @@ struct BoardOptions {
 };
 
 /// The points of the board that the image shows, by the detector of its kind.
-Detections detect_board(const ViewU8& image, const Board& board, const BoardOptions& options = {});
+PROCAM_EXPORT Detections detect_board(const ViewU8& image, const Board& board,
+                                      const BoardOptions& options = {});
 
 }  // namespace procam::detect

@@ -19,6 +19,7 @@
 #include <filesystem>
 #include <optional>
 
+#include "procam/core/base/export.hpp"
 #include "procam/core/base/image.hpp"
 #include "procam/core/board/marker.hpp"
 #include "procam/core/board/marker_dictionary.hpp"
@@ -27,11 +28,11 @@
 namespace procam::detect {
 
 /// The cells of a known dictionary.
-MarkerCells marker_cells(MarkerDictionary dictionary);
+PROCAM_EXPORT MarkerCells marker_cells(MarkerDictionary dictionary);
 
 /// The cells of a dictionary of one's own, in OpenCV's file form (nmarkers, markersize, marker_0: "0110...").
 /// Throws Error(kIo) when the file cannot be read, Error(kInput) when it is no such dictionary.
-MarkerCells load_marker_cells(const std::filesystem::path& path);
+PROCAM_EXPORT MarkerCells load_marker_cells(const std::filesystem::path& path);
 
 struct MarkerEdgeOptions {
   /// The camera, where it is known: edges that the lens bends are straightened. Without it a marker that
@@ -42,7 +43,7 @@ struct MarkerEdgeOptions {
 /// All markers of the dictionary, by id; of two with one id the larger, with the remark "marker_twice".
 /// Nothing found: no markers and "markers_not_found". Throws std::invalid_argument for an empty or
 /// multi-channel image, or one whose size is not the camera's.
-MarkerDetections detect_marker_edges(const ViewU8& image, const MarkerCells& codes,
-                                     const MarkerEdgeOptions& options = {});
+PROCAM_EXPORT MarkerDetections detect_marker_edges(const ViewU8& image, const MarkerCells& codes,
+                                                   const MarkerEdgeOptions& options = {});
 
 }  // namespace procam::detect

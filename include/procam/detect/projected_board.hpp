@@ -12,6 +12,7 @@
 ///
 /// Discs of light are corrected for perspective like printed ones: lengths of the
 /// layout are projector pixels then, and the map of the whole board is that of the light.
+#include "procam/core/base/export.hpp"
 #include "procam/detect/detect_board.hpp"
 
 namespace procam::detect {
@@ -20,7 +21,7 @@ namespace procam::detect {
 /// land beside the sheet, on what lies behind it, are rejected as long as two thirds of those that are seen
 /// land on it. Remarks as for detect_board(). Throws std::invalid_argument if the two pictures differ in
 /// size, are empty, or have several channels.
-Detections detect_projected_board(const ViewU8& board_lit, const ViewU8& flat_lit, const Board& layout,
-                                  const BoardOptions& options = {});
+PROCAM_EXPORT Detections detect_projected_board(const ViewU8& board_lit, const ViewU8& flat_lit,
+                                                const Board& layout, const BoardOptions& options = {});
 
 }  // namespace procam::detect

@@ -9,6 +9,7 @@
 /// The colour decides where both are given and counts allow it.
 #include <optional>
 
+#include "procam/core/base/export.hpp"
 #include "procam/detect/chessboard.hpp"
 
 namespace procam::detect {
@@ -20,16 +21,16 @@ struct ShownBoardOptions {
 };
 
 /// Do these statements settle the first corner of a board with such counts?
-bool order_is_settled(const Chessboard& layout, const ShownBoardOptions& options);
+PROCAM_EXPORT bool order_is_settled(const Chessboard& layout, const ShownBoardOptions& options);
 
 /// Numbers the corners anew so that rows run to the right and columns down in the image, within 90 degrees
 /// (of equal counts: 45). `found` as from detect_chessboard().
-void number_upright(Detections& found, const Chessboard& layout);
+PROCAM_EXPORT void number_upright(Detections& found, const Chessboard& layout);
 
 /// Observations numbered row by row as the frame has its corners; remarks as for detect_chessboard().
 /// Corners whose window holds the border of the print, of the sheet or of the frame are rejected by their
 /// residual. `layout` in any unit. Throws std::invalid_argument when the order is not settled.
-Detections detect_shown_board(const ViewU8& photograph, const Chessboard& layout,
-                              const ShownBoardOptions& options);
+PROCAM_EXPORT Detections detect_shown_board(const ViewU8& photograph, const Chessboard& layout,
+                                            const ShownBoardOptions& options);
 
 }  // namespace procam::detect

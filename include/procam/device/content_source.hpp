@@ -35,6 +35,7 @@
 #include <vector>
 
 #include "procam/core/base/error.hpp"
+#include "procam/core/base/export.hpp"
 #include "procam/core/base/image.hpp"
 
 namespace procam::device {
@@ -44,7 +45,7 @@ struct ContentFrame {
   std::uint64_t revision = 0;
 };
 
-class ContentSource {
+class PROCAM_EXPORT ContentSource {
  public:
   virtual ~ContentSource() = default;
 
@@ -90,33 +91,35 @@ struct ContentOptions {
 ///
 /// Throws Error: kInput for text or a file that is wrong, kIo for a file that cannot be read, kDevice for a
 /// camera that cannot be opened or shows nothing.
-std::unique_ptr<ContentSource> open_content(const std::string& what, const ContentOptions& options = {});
+PROCAM_EXPORT std::unique_ptr<ContentSource> open_content(const std::string& what,
+                                                          const ContentOptions& options = {});
 
 /// The kinds that open_content() knows, for help texts.
 struct ContentKind {
   std::string name;
   std::string example;
 };
-std::vector<ContentKind> content_kinds();
+PROCAM_EXPORT std::vector<ContentKind> content_kinds();
 
 /// The file or pattern that a content's text names, with its rate ("clip.bin@30" in "video:clip.bin@30");
 /// nullopt for colours, cameras, addresses and shared memory, and for an empty text.
-std::optional<std::string> content_file(const std::string& what);
+PROCAM_EXPORT std::optional<std::string> content_file(const std::string& what);
 
 /// The text with another file's name in the place of content_file(). Throws std::invalid_argument where it
 /// names none.
-std::string with_content_file(const std::string& what, const std::string& file);
+PROCAM_EXPORT std::string with_content_file(const std::string& what, const std::string& file);
 
 /// The text as seen from the working directory, of a content that is named in the file `named_in`: a relative
 /// file name is taken relative to that file's folder. What names no file stays as it is.
-std::string content_beside(const std::filesystem::path& named_in, const std::string& what);
+PROCAM_EXPORT std::string content_beside(const std::filesystem::path& named_in, const std::string& what);
 
 /// The names of a folder's pictures and videos, by their extensions, in natural order (9 before 10), at most
 /// `max_count`; hidden files are omitted. Empty for a folder that cannot be read.
-std::vector<std::string> content_files(const std::filesystem::path& folder, std::size_t max_count);
+PROCAM_EXPORT std::vector<std::string> content_files(const std::filesystem::path& folder,
+                                                     std::size_t max_count);
 
 /// One picture, for ever.
-std::unique_ptr<ContentSource> still_content(ImageU8 picture);
+PROCAM_EXPORT std::unique_ptr<ContentSource> still_content(ImageU8 picture);
 
 /// Draws the picture for a time into memory that is kept (its first value is 0) and says whether it changed
 /// anything. Another scene's render is content this way:
@@ -128,6 +131,6 @@ std::unique_ptr<ContentSource> still_content(ImageU8 picture);
 ///
 /// It is called once by at(), for every at(), in its thread; what it throws passes through.
 using DrawContent = std::function<bool(double time_s, ImageView<std::uint8_t> picture)>;
-std::unique_ptr<ContentSource> drawn_content(ImageSize size, int channels, DrawContent draw);
+PROCAM_EXPORT std::unique_ptr<ContentSource> drawn_content(ImageSize size, int channels, DrawContent draw);
 
 }  // namespace procam::device

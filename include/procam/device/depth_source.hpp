@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "procam/core/base/depth_pixels.hpp"
+#include "procam/core/base/export.hpp"
 
 namespace procam::device {
 
@@ -25,7 +26,7 @@ struct SeenDepth {
   std::optional<double> metres_per_unit = {};  ///< where the sensor states it
 };
 
-class DepthSource {
+class PROCAM_EXPORT DepthSource {
  public:
   virtual ~DepthSource() = default;
 
@@ -41,6 +42,7 @@ struct DepthOptions {
 
 /// Opens a source by its text. Throws Error(kInput) for a text that names none, Error(kDevice) for one that
 /// cannot be opened, Error(kUnsupported) for a sensor where procam was built without OpenNI2.
-std::unique_ptr<DepthSource> open_depth(const std::string& what, const DepthOptions& options = {});
+PROCAM_EXPORT std::unique_ptr<DepthSource> open_depth(const std::string& what,
+                                                      const DepthOptions& options = {});
 
 }  // namespace procam::device

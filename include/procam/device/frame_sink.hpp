@@ -11,12 +11,13 @@
 #include <string>
 #include <vector>
 
+#include "procam/core/base/export.hpp"
 #include "procam/core/base/image.hpp"
 
 namespace procam::device {
 
 /// Seconds of the steady clock that all devices stamp with.
-double now_s();
+PROCAM_EXPORT double now_s();
 
 /// A full-screen window takes the keyboard from the terminal, so it must hear what is typed there.
 enum class WindowEvent {
@@ -32,7 +33,7 @@ enum class WindowEvent {
 /// Keys of a game on the wall; none of them is a wish.
 enum class Key { kW, kA, kS, kD, kLeft, kRight, kUp, kDown };
 
-class FrameSink {
+class PROCAM_EXPORT FrameSink {
  public:
   virtual ~FrameSink() = default;
 
@@ -69,7 +70,7 @@ struct SinkOptions {
 ///   none            nowhere, for measuring
 ///
 /// Throws Error(kInput) for other text, Error(kDevice) or Error(kIo) for what cannot be opened.
-std::unique_ptr<FrameSink> open_sink(const std::string& text, const SinkOptions& options);
+PROCAM_EXPORT std::unique_ptr<FrameSink> open_sink(const std::string& text, const SinkOptions& options);
 
 /// A screen that the machine drives.
 struct Display {
@@ -84,17 +85,18 @@ struct Display {
 
 /// Empty without a screen. Throws Error(kDevice) when the machine has no graphics, or procam was built
 /// without windows.
-std::vector<Display> displays();
+PROCAM_EXPORT std::vector<Display> displays();
 
 /// The display that a person means by its number ("1"), its name or a part of it that no other has
 /// ("EPSON"), or a place on the desktop that it shows ("1920,0"). Throws Error(kInput) listing them.
-const Display& find_display(const std::vector<Display>& list, const std::string& text);
+PROCAM_EXPORT const Display& find_display(const std::vector<Display>& list, const std::string& text);
 
 /// Which display the projector is: the one that `wanted` names (find_display()); without a name the first that
 /// is not primary, else the first. Throws Error(kDevice) without any display, Error(kInput) listing them.
-const Display& choose_display(const std::vector<Display>& list, const std::optional<std::string>& wanted);
+PROCAM_EXPORT const Display& choose_display(const std::vector<Display>& list,
+                                            const std::optional<std::string>& wanted);
 
 /// A window that fills the display in the mode that runs now. Throws Error(kDevice), saying what is missing.
-std::unique_ptr<FrameSink> open_window(int display_number);
+PROCAM_EXPORT std::unique_ptr<FrameSink> open_window(int display_number);
 
 }  // namespace procam::device

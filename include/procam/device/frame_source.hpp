@@ -9,6 +9,7 @@
 #include <optional>
 #include <string>
 
+#include "procam/core/base/export.hpp"
 #include "procam/core/base/image.hpp"
 
 namespace procam::device {
@@ -18,7 +19,7 @@ struct SeenFrame {
   double time_s = 0;  ///< of arrival, clock of now_s(). The light was there earlier
 };
 
-class FrameSource {
+class PROCAM_EXPORT FrameSource {
  public:
   static constexpr std::size_t kNewest = 8;
 
@@ -38,12 +39,14 @@ struct CameraOptions {
 
 /// `name` is a device number ("0"), a device, a URL or a video, as OpenCV's VideoCapture takes it. Throws
 /// Error(kDevice).
-std::unique_ptr<FrameSource> open_camera(const std::string& name, const CameraOptions& options = {});
+PROCAM_EXPORT std::unique_ptr<FrameSource> open_camera(const std::string& name,
+                                                       const CameraOptions& options = {});
 
 /// Images (png, jpg, bmp, tif) that appear in a folder after now, in order of appearance, as grey. A file is
 /// complete when its size has settled and io::load_image() can read it; one that stays unreadable for
 /// `patience_s` is an Error(kDevice). Nothing in the folder is changed. Throws Error(kDevice) when the folder
 /// cannot be read.
-std::unique_ptr<FrameSource> watch_folder(const std::filesystem::path& folder, double patience_s = 5);
+PROCAM_EXPORT std::unique_ptr<FrameSource> watch_folder(const std::filesystem::path& folder,
+                                                        double patience_s = 5);
 
 }  // namespace procam::device

@@ -21,12 +21,13 @@
 #include <optional>
 #include <string>
 
+#include "procam/core/base/export.hpp"
 #include "procam/core/base/image.hpp"
 
 namespace procam::device {
 
 /// Reads what a sink "shm:NAME" writes. As content: open_content("shm:NAME") (content_source.hpp).
-class SharedFrameReader {
+class PROCAM_EXPORT SharedFrameReader {
  public:
   struct Frame {
     std::uint64_t number = 0;

@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "procam/core/base/error.hpp"
+#include "procam/core/base/export.hpp"
 #include "procam/core/base/image.hpp"
 
 namespace procam::device {
@@ -13,7 +14,7 @@ namespace procam::device {
 /// | .mkv | FFV1: every value as it was given; large |
 /// | .mp4 | MPEG-4: plays everywhere; values change by some steps, colours have half the resolution |
 /// | .avi | Motion JPEG: as .mp4, every picture by itself |
-class VideoFile {
+class PROCAM_EXPORT VideoFile {
  public:
   /// Throws Error(kUnsupported) for another extension, for .mp4 with an odd side, and where OpenCV has no
   /// such encoder; Error(kIo) when the file cannot be written. std::invalid_argument for an empty size or a

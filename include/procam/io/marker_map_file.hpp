@@ -10,16 +10,17 @@
 #include <filesystem>
 #include <string>
 
+#include "procam/core/base/export.hpp"
 #include "procam/core/board/marker.hpp"
 
 namespace procam::io {
 
 /// Errors as for rig files (rig_file.hpp); also for an id that the dictionary lacks, and one given twice.
-MarkerMap load_marker_map(const std::filesystem::path& path);
-void save_marker_map(const std::filesystem::path& path, const MarkerMap& map);
+PROCAM_EXPORT MarkerMap load_marker_map(const std::filesystem::path& path);
+PROCAM_EXPORT void save_marker_map(const std::filesystem::path& path, const MarkerMap& map);
 
 /// "apriltag_36h11:3:160mm": one marker, its black square 160 mm wide. Its own frame is the world. Throws
 /// Error(kInput).
-MarkerMap parse_marker(const std::string& text);
+PROCAM_EXPORT MarkerMap parse_marker(const std::string& text);
 
 }  // namespace procam::io

@@ -8,12 +8,13 @@
 /// drops into a FrameTree: frames.set(link.target, link.source, link.target_from_source).
 #include <filesystem>
 
+#include "procam/core/base/export.hpp"
 #include "procam/core/geometry/frame_tree.hpp"
 
 namespace procam::io {
 
 /// Errors as for rig files (rig_file.hpp).
-FrameTree::Link load_pose(const std::filesystem::path& path);
-void save_pose(const std::filesystem::path& path, const FrameTree::Link& pose);
+PROCAM_EXPORT FrameTree::Link load_pose(const std::filesystem::path& path);
+PROCAM_EXPORT void save_pose(const std::filesystem::path& path, const FrameTree::Link& pose);
 
 }  // namespace procam::io

@@ -5,6 +5,7 @@
 /// matrices a row a line: files of two calibrations can be compared by eye.
 #include <filesystem>
 
+#include "procam/core/base/export.hpp"
 #include "procam/core/rig/rig.hpp"
 
 namespace procam::io {
@@ -14,10 +15,10 @@ namespace procam::io {
 /// ones are normalised), sizes and focal lengths not positive, two devices of one name, a covariance that is
 /// not symmetric and positive semi-definite or names a parameter the rig does not have. Throws
 /// Error(kUnsupported) for a file of a later version, Error(kIo) when it cannot be read.
-Rig load_rig(const std::filesystem::path& path);
+PROCAM_EXPORT Rig load_rig(const std::filesystem::path& path);
 
 /// Written at once or not at all. Throws std::invalid_argument for a rig that load_rig would refuse (NaN
 /// ...), Error(kIo) when the file cannot be written.
-void save_rig(const std::filesystem::path& path, const Rig& rig);
+PROCAM_EXPORT void save_rig(const std::filesystem::path& path, const Rig& rig);
 
 }  // namespace procam::io

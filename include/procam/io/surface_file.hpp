@@ -7,19 +7,20 @@
 /// Error(kUnsupported).
 #include <filesystem>
 
+#include "procam/core/base/export.hpp"
 #include "procam/core/surface/surface.hpp"
 
 namespace procam::io {
 
-SurfaceSet load_surfaces(const std::filesystem::path& path);
-void save_surfaces(const std::filesystem::path& path, const SurfaceSet& surfaces);
+PROCAM_EXPORT SurfaceSet load_surfaces(const std::filesystem::path& path);
+PROCAM_EXPORT void save_surfaces(const std::filesystem::path& path, const SurfaceSet& surfaces);
 
 /// The JSON form as text, for logs, and back; files that it names are beside the file `beside`, which need
 /// not exist.
-std::string surfaces_to_text(SurfaceSet surfaces);
-SurfaceSet surfaces_from_text(const std::string& text, const std::filesystem::path& beside);
+PROCAM_EXPORT std::string surfaces_to_text(SurfaceSet surfaces);
+PROCAM_EXPORT SurfaceSet surfaces_from_text(const std::string& text, const std::filesystem::path& beside);
 
-SolvedSurfaceSet load_solved_surfaces(const std::filesystem::path& path);
-void save_solved_surfaces(const std::filesystem::path& path, const SolvedSurfaceSet& surfaces);
+PROCAM_EXPORT SolvedSurfaceSet load_solved_surfaces(const std::filesystem::path& path);
+PROCAM_EXPORT void save_solved_surfaces(const std::filesystem::path& path, const SolvedSurfaceSet& surfaces);
 
 }  // namespace procam::io

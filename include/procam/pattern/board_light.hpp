@@ -13,6 +13,7 @@
 /// enough; the map then covers that part. See docs/matching.md for the measured precision.
 #include <vector>
 
+#include "procam/core/base/export.hpp"
 #include "procam/core/base/image.hpp"
 #include "procam/core/board/board_artwork.hpp"
 #include "procam/core/rig/decoded_map.hpp"
@@ -32,8 +33,8 @@ struct BoardLightOptions {
 /// Where project_board() looks for stripe edges: 1 at the camera pixels on the board from which an edge clear
 /// of printed borders may begin, 0 elsewhere. As StripeEdgeOptions::area it saves the edges that would be
 /// dropped. All zero if `in_camera` holds fewer than four points.
-ImageU8 readable_area(const Detections& in_camera, const Board& board, const BoardArtwork& artwork,
-                      const BoardLightOptions& options = {});
+PROCAM_EXPORT ImageU8 readable_area(const Detections& in_camera, const Board& board,
+                                    const BoardArtwork& artwork, const BoardLightOptions& options = {});
 
 /// The projector pixels of the board's points, as if the projector had seen the board: image_size is the
 /// projector's, point indices those of `in_camera`. The covariance is that of the map at the corner (from the
@@ -44,13 +45,15 @@ ImageU8 readable_area(const Detections& in_camera, const Board& board, const Boa
 /// with stripe edges of both axes surrounds it; "corners_not_lit"
 /// counts the rejected, "board_not_lit" means too little light on the board for any map. Throws
 /// std::invalid_argument if `in_camera` and `decoded` differ in size.
-Detections project_board(const Detections& in_camera, const Board& board, const BoardArtwork& artwork,
-                         const DecodedMap& decoded, const std::vector<StripeEdge>& edges,
-                         const BoardLightOptions& options = {});
+PROCAM_EXPORT Detections project_board(const Detections& in_camera, const Board& board,
+                                       const BoardArtwork& artwork, const DecodedMap& decoded,
+                                       const std::vector<StripeEdge>& edges,
+                                       const BoardLightOptions& options = {});
 
 /// The same from a map that is known to a fraction of a pixel: every decoded pixel of the print counts as its
 /// own measurement with its own sigma, those of one wave in one square as erring together.
-Detections project_board(const Detections& in_camera, const Board& board, const BoardArtwork& artwork,
-                         const LightMap& light, const BoardLightOptions& options = {});
+PROCAM_EXPORT Detections project_board(const Detections& in_camera, const Board& board,
+                                       const BoardArtwork& artwork, const LightMap& light,
+                                       const BoardLightOptions& options = {});
 
 }  // namespace procam::pattern

@@ -10,6 +10,7 @@
 ///   d = c(x-1) - 2 c(x) + c(x+1)   has variance 6 sigma^2.
 /// The median of |d| in classes of brightness gives sigma by brightness: dark print is noisier than light
 /// paper. Codes in whole stripes have at least the error of their rounding, width / sqrt(12).
+#include "procam/core/base/export.hpp"
 #include "procam/core/base/image.hpp"
 #include "procam/core/rig/light_map.hpp"
 
@@ -22,6 +23,6 @@ namespace procam::pattern {
 /// (columns and rows are exchanged, or one of them runs backwards; a print cannot be seen so),
 /// "zeros_undecoded" and "decoded_share". Throws std::invalid_argument unless `pixels` has two channels and
 /// the size of `white`.
-LightMap light_map(const ImageF& pixels, const ViewU8& white, ImageSize projector_size);
+PROCAM_EXPORT LightMap light_map(const ImageF& pixels, const ViewU8& white, ImageSize projector_size);
 
 }  // namespace procam::pattern

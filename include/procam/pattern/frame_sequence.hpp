@@ -19,6 +19,7 @@
 #include <string>
 #include <vector>
 
+#include "procam/core/base/export.hpp"
 #include "procam/core/base/image.hpp"
 #include "procam/core/rig/frame_sequence.hpp"
 #include "procam/core/rig/light_map.hpp"
@@ -38,15 +39,15 @@ struct PhaseOptions {
 /// Throws Error(kInput), naming the frame or the bit, unless both axes can be decoded: both by Gray code
 /// whose bits are complete, or both by waves of three phases or more whose number is known over the whole
 /// frame.
-void require_decodable(const FrameSequence& sequence, ImageSize projector_size);
+PROCAM_EXPORT void require_decodable(const FrameSequence& sequence, ImageSize projector_size);
 
 /// Is it Gray code alone? Then gray_captures() serves; else decode().
-bool is_gray_code(const FrameSequence& sequence);
+PROCAM_EXPORT bool is_gray_code(const FrameSequence& sequence);
 
 /// All of them in order, one channel; ignored frames are black.
-std::vector<ImageU8> frames(const FrameSequence& sequence, ImageSize projector_size);
+PROCAM_EXPORT std::vector<ImageU8> frames(const FrameSequence& sequence, ImageSize projector_size);
 /// "30 frames for 1024x768 (12 Gray code, 18 phase, 2 other)".
-std::string describe(const FrameSequence& sequence, ImageSize projector_size);
+PROCAM_EXPORT std::string describe(const FrameSequence& sequence, ImageSize projector_size);
 
 /// Captures in the order of pattern/gray_code.hpp.
 struct GrayCaptures {
@@ -60,17 +61,17 @@ struct GrayCaptures {
 
 /// `captures` must outlive the result. Throws Error(kInput) as require_decodable() does, and for captures of
 /// another number or of different sizes.
-GrayCaptures gray_captures(const std::vector<ViewU8>& captures, const FrameSequence& sequence,
-                           ImageSize projector_size);
+PROCAM_EXPORT GrayCaptures gray_captures(const std::vector<ViewU8>& captures, const FrameSequence& sequence,
+                                         ImageSize projector_size);
 
 /// The map of phases. The noise is measured: from eight or more equal steps by their highest harmonic, else
 /// from second differences of the phase between neighbouring pixels. Throws as gray_captures() does. Remarks:
 /// "low_modulation", "saturated", and those of the Gray code.
-LightMap decode(const std::vector<ViewU8>& captures, const FrameSequence& sequence, ImageSize projector_size,
-                const PhaseOptions& options = {});
+PROCAM_EXPORT LightMap decode(const std::vector<ViewU8>& captures, const FrameSequence& sequence,
+                              ImageSize projector_size, const PhaseOptions& options = {});
 
 /// The scene under flat light, for the board's corners: the mean of the waves, else white.
-ImageU8 flat_light(const std::vector<ViewU8>& captures, const FrameSequence& sequence,
-                   ImageSize projector_size);
+PROCAM_EXPORT ImageU8 flat_light(const std::vector<ViewU8>& captures, const FrameSequence& sequence,
+                                 ImageSize projector_size);
 
 }  // namespace procam::pattern

@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "procam/core/base/export.hpp"
 #include "procam/core/base/image.hpp"
 #include "procam/core/base/types.hpp"
 #include "procam/core/rig/decoded_map.hpp"
@@ -26,17 +27,17 @@ struct GrayCode {
 };
 
 /// 2 * (column bits + row bits) + 2.
-int frame_count(const GrayCode& gray_code);
+PROCAM_EXPORT int frame_count(const GrayCode& gray_code);
 
 /// For people, e.g. "frame 21 (row bit 9, inverse)".
-std::string frame_name(const GrayCode& gray_code, int index);
+PROCAM_EXPORT std::string frame_name(const GrayCode& gray_code, int index);
 /// The picture for the projector: 0 and 255, one channel, projector_size.
-ImageU8 frame(const GrayCode& gray_code, int index);
+PROCAM_EXPORT ImageU8 frame(const GrayCode& gray_code, int index);
 /// All of them in order.
-std::vector<ImageU8> frames(const GrayCode& gray_code);
+PROCAM_EXPORT std::vector<ImageU8> frames(const GrayCode& gray_code);
 
 /// "42 frames for 1024x768 (columns 10 bits, rows 10 bits, white, black)".
-std::string describe(const GrayCode& gray_code);
+PROCAM_EXPORT std::string describe(const GrayCode& gray_code);
 
 struct DecodeOptions {
   /// White minus black, in grey levels, below which a pixel counts as unlit (shadow, or too dark to read).
@@ -57,7 +58,7 @@ struct DecodeOptions {
 ///
 /// `reuse` is an unused map whose memory is used again: fresh memory costs as much time as the
 /// decoding.
-DecodedMap decode(const std::vector<ViewU8>& captures, const GrayCode& gray_code,
-                  const DecodeOptions& options = {}, DecodedMap reuse = {});
+PROCAM_EXPORT DecodedMap decode(const std::vector<ViewU8>& captures, const GrayCode& gray_code,
+                                const DecodeOptions& options = {}, DecodedMap reuse = {});
 
 }  // namespace procam::pattern

@@ -17,6 +17,7 @@
 #include <string>
 #include <vector>
 
+#include "procam/core/base/export.hpp"
 #include "procam/core/base/image.hpp"
 #include "procam/core/rig/decoded_map.hpp"
 #include "procam/core/rig/light_map.hpp"
@@ -36,20 +37,20 @@ struct PhaseShift {
 
 /// The frames as a list, which is decoded by pattern/frame_sequence.hpp. Throws std::invalid_argument for a
 /// period that is odd, below 4, or longer than the frame, as do the functions below.
-FrameSequence sequence(const PhaseShift& phase_shift);
-int frame_count(const PhaseShift& phase_shift);
+PROCAM_EXPORT FrameSequence sequence(const PhaseShift& phase_shift);
+PROCAM_EXPORT int frame_count(const PhaseShift& phase_shift);
 /// One channel, projector_size.
-std::vector<ImageU8> frames(const PhaseShift& phase_shift);
+PROCAM_EXPORT std::vector<ImageU8> frames(const PhaseShift& phase_shift);
 /// "32 frames for 1024x768 (8 steps of 16 px waves, 4 steps each of 2 coarser waves)".
-std::string describe(const PhaseShift& phase_shift);
+PROCAM_EXPORT std::string describe(const PhaseShift& phase_shift);
 
 /// Reads the map back. The noise is measured: the fourth harmonic of the eight steps is noise alone.
 /// Throws procam::Error (kInput) if the number of captures, their sizes or channels are wrong. Remarks:
 /// "low_modulation", "saturated", and those of the Gray code.
-LightMap decode(const std::vector<ViewU8>& captures, const PhaseShift& phase_shift,
-                const PhaseOptions& options = {});
+PROCAM_EXPORT LightMap decode(const std::vector<ViewU8>& captures, const PhaseShift& phase_shift,
+                              const PhaseOptions& options = {});
 
 /// The captures' mean: the scene under flat light of half the power, for the board's corners.
-ImageU8 flat_light(const std::vector<ViewU8>& captures, const PhaseShift& phase_shift);
+PROCAM_EXPORT ImageU8 flat_light(const std::vector<ViewU8>& captures, const PhaseShift& phase_shift);
 
 }  // namespace procam::pattern

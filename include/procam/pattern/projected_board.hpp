@@ -15,6 +15,7 @@
 #include <string>
 #include <vector>
 
+#include "procam/core/base/export.hpp"
 #include "procam/core/base/image.hpp"
 #include "procam/core/board/board_artwork.hpp"
 
@@ -32,23 +33,24 @@ struct ProjectedBoard {
 /// In the middle of the picture. `artwork` is detect::board_artwork(layout). Throws Error(kInput) when half a
 /// pitch of light (a gap and a module at least round markers) does not fit round it, when it looks the same
 /// turned and is no upright chessboard, or when its edges do not fall between pixels.
-ProjectedBoard projected_board(ImageSize projector_size, const Board& layout, const BoardArtwork& artwork,
-                               bool colour = false, bool upright = false);
+PROCAM_EXPORT ProjectedBoard projected_board(ImageSize projector_size, const Board& layout,
+                                             const BoardArtwork& artwork, bool colour = false,
+                                             bool upright = false);
 
 /// The projector pixels of the layout's points, by point index.
-Points2 point_pixels(const ProjectedBoard& board);
+PROCAM_EXPORT Points2 point_pixels(const ProjectedBoard& board);
 /// The part of the picture that must land on the sheet, so that all of it can be read: the dark shapes and
 /// half a pitch of light round them.
-Eigen::AlignedBox2d area_needed(const ProjectedBoard& board);
+PROCAM_EXPORT Eigen::AlignedBox2d area_needed(const ProjectedBoard& board);
 /// Flat and board, one channel; or one frame of three.
-std::vector<ImageU8> frames(const ProjectedBoard& board);
-int frame_count(const ProjectedBoard& board);
+PROCAM_EXPORT std::vector<ImageU8> frames(const ProjectedBoard& board);
+PROCAM_EXPORT int frame_count(const ProjectedBoard& board);
 
 /// Boards that fill the picture, of a sixteenth of its longer side a pitch (circles: two, staggered): for
 /// 1024x768 12x9 corners; 15x11 squares; 10x7 markers; 7x11 discs.
-Chessboard chessboard_filling(ImageSize projector_size);
-CharucoBoard charuco_filling(ImageSize projector_size);
-MarkerGrid markers_filling(ImageSize projector_size);
-CircleGrid circles_filling(ImageSize projector_size);
+PROCAM_EXPORT Chessboard chessboard_filling(ImageSize projector_size);
+PROCAM_EXPORT CharucoBoard charuco_filling(ImageSize projector_size);
+PROCAM_EXPORT MarkerGrid markers_filling(ImageSize projector_size);
+PROCAM_EXPORT CircleGrid circles_filling(ImageSize projector_size);
 
 }  // namespace procam::pattern

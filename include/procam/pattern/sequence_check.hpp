@@ -27,6 +27,7 @@
 #include <vector>
 
 #include "procam/core/base/error.hpp"
+#include "procam/core/base/export.hpp"
 #include "procam/core/base/image.hpp"
 #include "procam/pattern/gray_code.hpp"
 
@@ -50,8 +51,8 @@ struct SequenceCheck {
 
 /// Throws as decode() for captures of wrong number or size. `on_board`: camera pixels of points of the board;
 /// empty: the board was not found, and print is not separated from background.
-SequenceCheck check_sequence(const std::vector<ViewU8>& captures, const GrayCode& gray_code,
-                             const Points2& on_board);
+PROCAM_EXPORT SequenceCheck check_sequence(const std::vector<ViewU8>& captures, const GrayCode& gray_code,
+                                           const Points2& on_board);
 
 /// Of a pattern's frames, two that sum to full light at every pixel, in the order of the first one's number,
 /// and the frames that are white and black all over.
@@ -60,24 +61,25 @@ struct ComplementaryFrames {
   std::optional<int> white, black;
   int frames = 0;  ///< number of the pattern's frames
 };
-ComplementaryFrames complementary_frames(const std::vector<ImageU8>& frames);
+PROCAM_EXPORT ComplementaryFrames complementary_frames(const std::vector<ImageU8>& frames);
 
 /// The same for any pattern; without frame_missing, noisy and scattered_light, which need Gray code. Nothing
 /// is found with fewer than six pairs. Throws std::invalid_argument for captures of another number, size or
 /// number of channels.
-SequenceCheck check_sequence(const std::vector<ViewU8>& captures, const ComplementaryFrames& frames,
-                             const Points2& on_board);
+PROCAM_EXPORT SequenceCheck check_sequence(const std::vector<ViewU8>& captures,
+                                           const ComplementaryFrames& frames, const Points2& on_board);
 
 /// The two captures of a projected board, under flat light and under the board
 /// (pattern/projected_board.hpp): the print is in the same light in both, so that it looks the same.
 /// "stale_frame", "overexposed", "board_moved", "camera_moved", "exposure_changes". Throws
 /// std::invalid_argument unless both have one channel and one size.
-SequenceCheck check_flat_and_board(const ViewU8& flat_lit, const ViewU8& board_lit, const Points2& on_board);
+PROCAM_EXPORT SequenceCheck check_flat_and_board(const ViewU8& flat_lit, const ViewU8& board_lit,
+                                                 const Points2& on_board);
 
 /// One photograph of printed and projected boards, `on_boards` the camera pixels of the points of both; empty: no board
 /// was found, and the whole image is judged. "overexposed" where the paper is at full scale over more than a tenth of
 /// the boards: half of a chessboard is paper, and only edges that are not clipped are where they seem. Throws
 /// std::invalid_argument unless the photograph has one channel.
-SequenceCheck check_photograph(const ViewU8& photograph, const Points2& on_boards);
+PROCAM_EXPORT SequenceCheck check_photograph(const ViewU8& photograph, const Points2& on_boards);
 
 }  // namespace procam::pattern

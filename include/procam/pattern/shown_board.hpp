@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 
+#include "procam/core/base/export.hpp"
 #include "procam/core/base/image.hpp"
 #include "procam/core/base/types.hpp"
 #include "procam/core/board/board.hpp"
@@ -20,12 +21,12 @@ struct ShownBoard {
 };
 
 /// From its numbers. Throws Error(kInput), `name` in front, when a corner is outside the frame.
-ShownBoard shown_board(const Chessboard& layout, const Vec2& first_corner, ImageSize projector_size,
-                       const std::string& name);
+PROCAM_EXPORT ShownBoard shown_board(const Chessboard& layout, const Vec2& first_corner,
+                                     ImageSize projector_size, const std::string& name);
 
 /// From the frame itself, one channel: exact for squares that are aligned with the pixels and whose edges are
 /// between pixels. Throws Error(kInput), `name` in front, when the frame does not show one such chessboard of
 /// 3x3 inner corners or more.
-ShownBoard read_shown_board(const ViewU8& frame, const std::string& name);
+PROCAM_EXPORT ShownBoard read_shown_board(const ViewU8& frame, const std::string& name);
 
 }  // namespace procam::pattern

@@ -18,6 +18,7 @@
 /// hundredths of one.
 #include <vector>
 
+#include "procam/core/base/export.hpp"
 #include "procam/core/base/image.hpp"
 #include "procam/core/rig/decoded_map.hpp"
 #include "procam/core/rig/stripe_edge.hpp"
@@ -47,7 +48,8 @@ struct StripeEdgeOptions {
 /// along the camera direction in which its codes vary faster; mirrored and turned projectors are read like
 /// any other. `captures` are those that `decoded` came from: throws procam::Error as decode() does, and
 /// std::invalid_argument if sizes or steps of the three do not belong together.
-std::vector<StripeEdge> stripe_edges(const std::vector<ViewU8>& captures, const DecodedMap& decoded,
-                                     const GrayCode& gray_code, const StripeEdgeOptions& options = {});
+PROCAM_EXPORT std::vector<StripeEdge> stripe_edges(const std::vector<ViewU8>& captures,
+                                                   const DecodedMap& decoded, const GrayCode& gray_code,
+                                                   const StripeEdgeOptions& options = {});
 
 }  // namespace procam::pattern

@@ -17,6 +17,7 @@
 /// seen.
 ///
 /// It is a courtesy to eyes, not a safety device: what the sensor does not see is not kept out of the light.
+#include "procam/core/base/export.hpp"
 #include "procam/core/base/image.hpp"
 #include "procam/core/lens/projector.hpp"
 #include "procam/people/people.hpp"
@@ -39,13 +40,14 @@ struct MaskResult {
 
 /// Blackens the heads in a frame of the projector's size, any number of channels (std::invalid_argument
 /// otherwise). `people` from PeopleTrack::at(light_time); `newest` from PeopleTrack::newest().
-MaskResult darken_heads(ImageView<std::uint8_t> frame, const Projector& projector,
-                        const Pose& projector_from_sensor, const std::vector<TrackedPerson>& people,
-                        const std::optional<double>& newest, double light_time,
-                        const EyeSafeOptions& options = {});
+PROCAM_EXPORT MaskResult darken_heads(ImageView<std::uint8_t> frame, const Projector& projector,
+                                      const Pose& projector_from_sensor,
+                                      const std::vector<TrackedPerson>& people,
+                                      const std::optional<double>& newest, double light_time,
+                                      const EyeSafeOptions& options = {});
 /// The same, asking the track.
-MaskResult darken_heads(ImageView<std::uint8_t> frame, const Projector& projector,
-                        const Pose& projector_from_sensor, const PeopleTrack& track, double light_time,
-                        const EyeSafeOptions& options = {});
+PROCAM_EXPORT MaskResult darken_heads(ImageView<std::uint8_t> frame, const Projector& projector,
+                                      const Pose& projector_from_sensor, const PeopleTrack& track,
+                                      double light_time, const EyeSafeOptions& options = {});
 
 }  // namespace procam::people

@@ -7,6 +7,7 @@
 #include <optional>
 #include <vector>
 
+#include "procam/core/base/export.hpp"
 #include "procam/core/geometry/ray.hpp"
 #include "procam/people/people.hpp"
 
@@ -16,15 +17,15 @@ struct SurfacePoint {
   Vec2 point = Vec2::Zero();  ///< the foot of the perpendicular
   double distance = 0;  ///< in front of the surface; negative: inside the wall, which noise makes happen
 };
-SurfacePoint on_surface(const Vec3& point_in_sensor, const Pose& surface_from_sensor);
+PROCAM_EXPORT SurfacePoint on_surface(const Vec3& point_in_sensor, const Pose& surface_from_sensor);
 
 /// From the head through the hand: of the lines that can be had from joints the one that people mean (K.
 /// Nickel, R. Stiefelhagen, "Visual recognition of pointing gestures for human-robot interaction", Image and
 /// Vision Computing 25(12), 2007). nullopt without both, or when they are closer than 0.2 m: a hand at the
 /// face points nowhere.
-std::optional<Ray> pointing_ray(const Skeleton& person, Side side);
+PROCAM_EXPORT std::optional<Ray> pointing_ray(const Skeleton& person, Side side);
 /// Where a ray meets the surface's plane; nullopt when it leads away from it.
-std::optional<Vec2> hit_on_surface(const Ray& ray_in_sensor, const Pose& surface_from_sensor);
+PROCAM_EXPORT std::optional<Vec2> hit_on_surface(const Ray& ray_in_sensor, const Pose& surface_from_sensor);
 
 struct ZoneOptions {
   double margin = 0.03;    ///< hysteresis, metres: entered that far inside, left that far outside
@@ -32,7 +33,7 @@ struct ZoneOptions {
   double patience = 0.25;  ///< seconds without a point until the zone is left
 };
 /// Enter, leave and dwell, each reported once.
-class Zone {
+class PROCAM_EXPORT Zone {
  public:
   enum class Event { kNone, kEntered, kDwelled, kLeft };
   explicit Zone(Points2 polygon, const ZoneOptions& options = {});
@@ -71,7 +72,8 @@ class Touch {
 
 /// A forbidden zone: the first joint of anybody whose foot is inside the polygon and that is nearer to the
 /// surface than `height`, on either side. nullopt: nobody is there.
-std::optional<Vec2> trespass(const std::vector<TrackedPerson>& people, const Pose& surface_from_sensor,
-                             const Points2& polygon, double height);
+PROCAM_EXPORT std::optional<Vec2> trespass(const std::vector<TrackedPerson>& people,
+                                           const Pose& surface_from_sensor, const Points2& polygon,
+                                           double height);
 
 }  // namespace procam::people

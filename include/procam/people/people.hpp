@@ -24,6 +24,7 @@
 #include <string>
 #include <vector>
 
+#include "procam/core/base/export.hpp"
 #include "procam/core/geometry/pose.hpp"
 #include "procam/people/skeleton.hpp"
 #include "procam/track/clock.hpp"
@@ -61,7 +62,7 @@ struct PeopleFaults {
   std::string why;              ///< of the last refused frame
 };
 
-class PeopleTrack {
+class PROCAM_EXPORT PeopleTrack {
  public:
   /// Throws std::invalid_argument for options that are not positive.
   explicit PeopleTrack(const PeopleOptions& options = {});
@@ -119,9 +120,10 @@ struct SeatOptions {
 };
 /// Whoever has a seat keeps it until gone or across; a free seat goes to the person on its side nearest the
 /// middle.
-Players seat_players(const std::vector<TrackedPerson>& people, const Pose& surface_from_sensor,
-                     const Players& before, const SeatOptions& options = {});
+PROCAM_EXPORT Players seat_players(const std::vector<TrackedPerson>& people, const Pose& surface_from_sensor,
+                                   const Players& before, const SeatOptions& options = {});
 /// nullptr when nobody has that number.
-const TrackedPerson* find_person(const std::vector<TrackedPerson>& people, std::optional<int> number);
+PROCAM_EXPORT const TrackedPerson* find_person(const std::vector<TrackedPerson>& people,
+                                               std::optional<int> number);
 
 }  // namespace procam::people

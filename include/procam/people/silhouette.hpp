@@ -24,6 +24,7 @@
 ///
 /// As darken_heads(), it is a courtesy to eyes: light that the depth camera does not see stays lit, and so
 /// does what is hidden behind what it sees by more than the margin.
+#include "procam/core/base/export.hpp"
 #include "procam/core/lens/camera.hpp"
 #include "procam/people/eye_safe.hpp"
 
@@ -62,12 +63,13 @@ struct Silhouettes {
 };
 
 /// Throws std::invalid_argument for depth images that have not the camera's size.
-Silhouettes find_silhouettes(const SilhouetteInput& view, const SilhouetteOptions& options = {});
+PROCAM_EXPORT Silhouettes find_silhouettes(const SilhouetteInput& view,
+                                           const SilhouetteOptions& options = {});
 
 /// `age`: seconds from the moment of the depth image to the light. Throws std::invalid_argument for a frame
 /// that has not the projector's size.
-MaskResult darken_silhouettes(ImageView<std::uint8_t> frame, const Projector& projector,
-                              const Pose& projector_from_camera, const Silhouettes& silhouettes, double age,
-                              const SilhouetteOptions& options = {});
+PROCAM_EXPORT MaskResult darken_silhouettes(ImageView<std::uint8_t> frame, const Projector& projector,
+                                            const Pose& projector_from_camera, const Silhouettes& silhouettes,
+                                            double age, const SilhouetteOptions& options = {});
 
 }  // namespace procam::people

@@ -14,6 +14,7 @@
 #include <string_view>
 #include <vector>
 
+#include "procam/core/base/export.hpp"
 #include "procam/core/base/types.hpp"
 
 namespace procam::people {
@@ -54,8 +55,8 @@ enum class Joint {
 inline constexpr std::size_t kJointCount = std::size_t(Joint::kRightFoot) + 1;
 
 /// As in files: "left_wrist".
-const char* to_string(Joint joint);
-std::optional<Joint> joint_of(std::string_view name);
+PROCAM_EXPORT const char* to_string(Joint joint);
+PROCAM_EXPORT std::optional<Joint> joint_of(std::string_view name);
 
 enum class Side { kLeft, kRight };
 /// The joint of that side; `left` is one of the left joints.
@@ -104,7 +105,7 @@ inline constexpr double kFarthestJoint =
     20;  ///< metres from the sensor along any axis: no body sensor sees beyond
 
 /// nullptr when all is well; else why a frame is refused.
-const char* why_refused(const SkeletonFrame& frame);
+PROCAM_EXPORT const char* why_refused(const SkeletonFrame& frame);
 
 /// Where the hand is: palm, else wrist, else the tip of the fingers.
 inline std::optional<Vec3> hand_of(const Skeleton& person, Side side) {
@@ -112,9 +113,9 @@ inline std::optional<Vec3> hand_of(const Skeleton& person, Side side) {
                          of_side(Joint::kLeftHandTip, side));
 }
 /// Where the head is: its middle; else between the ears, between the eyes, the nose.
-std::optional<Vec3> head_of(const Skeleton& person);
+PROCAM_EXPORT std::optional<Vec3> head_of(const Skeleton& person);
 /// Where the person stands: pelvis, navel, chest, neck, the middle of hips or shoulders, else the mean of all
 /// joints.
-std::optional<Vec3> body_of(const Skeleton& person);
+PROCAM_EXPORT std::optional<Vec3> body_of(const Skeleton& person);
 
 }  // namespace procam::people

@@ -14,6 +14,7 @@
 #include <string_view>
 #include <vector>
 
+#include "procam/core/base/export.hpp"
 #include "procam/core/geometry/plane.hpp"
 #include "procam/core/lens/camera.hpp"
 #include "procam/people/skeleton.hpp"
@@ -30,23 +31,23 @@ struct ParsedSkeletons {
 ///   {"stamp": 12.5, "frame": "camera", "people": [{"id": 3, "joints": {"left_wrist": [x, y, z, confidence],
 ///   ...}}]}
 /// stamp, frame, id and the confidence may be omitted; null for a joint is absent.
-ParsedSkeletons parse_skeletons(std::string_view lines);
+PROCAM_EXPORT ParsedSkeletons parse_skeletons(std::string_view lines);
 /// What parse_skeletons() reads back; ends in a newline.
-std::string to_json_line(const SkeletonFrame& frame);
+PROCAM_EXPORT std::string to_json_line(const SkeletonFrame& frame);
 
 /// A file of JSON lines or CSV, recognised by its first byte. Throws Error: kIo for a file that cannot be
 /// read, kInput for one without a single frame.
-std::vector<SkeletonFrame> read_skeleton_log(const std::filesystem::path& file);
+PROCAM_EXPORT std::vector<SkeletonFrame> read_skeleton_log(const std::filesystem::path& file);
 
 /// OpenPose's JSON of one picture (BODY_25): pixels alone. A keypoint of confidence 0 is absent.
 struct PixelPeople {
   std::vector<PixelSkeleton> people;
   std::string why;  ///< empty unless the text was refused
 };
-PixelPeople parse_openpose(std::string_view text);
+PROCAM_EXPORT PixelPeople parse_openpose(std::string_view text);
 /// Pixels to metres where the depth (along the optical axis, metres; nullopt where there is none) is known.
-Skeleton lifted(const PixelSkeleton& seen, const Camera& camera,
-                const std::function<std::optional<double>(const Vec2&)>& depth_at);
+PROCAM_EXPORT Skeleton lifted(const PixelSkeleton& seen, const Camera& camera,
+                              const std::function<std::optional<double>(const Vec2&)>& depth_at);
 
 /// MediaPipe's pose landmarks: "worldLandmarks" (33 of x, y, z, visibility a person) are metres about the
 /// middle of the hips, axes as the camera's; "landmarks" are fractions of the picture, if there. To be
@@ -59,15 +60,15 @@ struct HipCentredPeople {
   std::vector<HipCentredPerson> people;
   std::string why;  ///< empty unless the text was refused
 };
-HipCentredPeople parse_mediapipe(std::string_view text);
+PROCAM_EXPORT HipCentredPeople parse_mediapipe(std::string_view text);
 /// By depth: the hips are where a depth camera sees them, `hips_in_sensor`.
-Skeleton anchored(const Skeleton& about_hips, const Vec3& hips_in_sensor);
+PROCAM_EXPORT Skeleton anchored(const Skeleton& about_hips, const Vec3& hips_in_sensor);
 /// By the floor: the hips lie along `bearing`, as far as puts the lowest ankle or foot p on the floor n.x + d
 /// = 0:
 ///   s = -(d + min n.p) / (n.bearing),    n pointing up.
 /// nullopt when no foot was seen, or the bearing does not lead there.
-std::optional<Skeleton> anchored_on_floor(const Skeleton& about_hips, const Vec3& bearing,
-                                          const Plane& floor_in_sensor);
+PROCAM_EXPORT std::optional<Skeleton> anchored_on_floor(const Skeleton& about_hips, const Vec3& bearing,
+                                                        const Plane& floor_in_sensor);
 
 /// Joints as a device's own list has them, in its order, units and axes.
 enum class JointSet {
@@ -80,8 +81,8 @@ struct ForeignJoint {
   int confidence = 0;  ///< the set's own level
 };
 /// Throws std::invalid_argument for a list of another length. Positions that are not finite are absent.
-Skeleton from_joint_set(JointSet set, const std::vector<ForeignJoint>& joints);
+PROCAM_EXPORT Skeleton from_joint_set(JointSet set, const std::vector<ForeignJoint>& joints);
 /// Azure Kinect's recorded JSON: frames with timestamp_usec and bodies with joint_positions of 32 triples.
-ParsedSkeletons parse_azure_kinect(std::string_view text);
+PROCAM_EXPORT ParsedSkeletons parse_azure_kinect(std::string_view text);
 
 }  // namespace procam::people

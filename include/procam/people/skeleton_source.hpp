@@ -18,12 +18,13 @@
 #include <string_view>
 #include <vector>
 
+#include "procam/core/base/export.hpp"
 #include "procam/people/skeleton_reader.hpp"
 #include "procam/track/pose_source.hpp"
 
 namespace procam::people {
 
-class SkeletonSource {
+class PROCAM_EXPORT SkeletonSource {
  public:
   virtual ~SkeletonSource() = default;
 
@@ -34,7 +35,7 @@ class SkeletonSource {
 
 /// Throws Error(kInput) for a text that names no source or a log that is none, Error(kDevice) for a port that
 /// cannot be bound.
-std::unique_ptr<SkeletonSource> open_skeleton_source(const std::string& text,
-                                                     const track::SourceOptions& options = {});
+PROCAM_EXPORT std::unique_ptr<SkeletonSource> open_skeleton_source(const std::string& text,
+                                                                   const track::SourceOptions& options = {});
 
 }  // namespace procam::people

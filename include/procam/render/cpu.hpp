@@ -27,6 +27,7 @@
 /// vectors the machine has.
 #include <memory>
 
+#include "procam/core/base/export.hpp"
 #include "procam/render/renderer.hpp"
 
 namespace procam::render {
@@ -35,7 +36,7 @@ namespace procam::render {
 inline constexpr double kLensTolerancePx = 1e-3;
 
 /// Throws Error(kInput) for a frame with a side above limits::kFrameSide; call it before taking memory for one.
-void require_drawable(ImageSize frame);
+PROCAM_EXPORT void require_drawable(ImageSize frame);
 
 /// Draws frame after frame and keeps what the next one can use: pictures ready to be sampled, the lens map
 /// and every surface's warp map, threads and memory. Nothing is allocated for a frame that needs nothing
@@ -47,7 +48,7 @@ void require_drawable(ImageSize frame);
 /// not noticed. A surface that moves makes its own map again, and no other; a change of the projector's
 /// lens or size makes all. Tiles rendered by ray casting are cached once two consecutive frames needed
 /// the same one.
-class CpuRenderer : public Renderer {
+class PROCAM_EXPORT CpuRenderer : public Renderer {
  public:
   explicit CpuRenderer(const RenderOptions& options = {});
   CpuRenderer(CpuRenderer&&) noexcept;
@@ -71,10 +72,11 @@ class CpuRenderer : public Renderer {
 };
 
 /// One frame by a renderer of its own.
-void render(const Scene& scene, const Projector& projector, ImageView<std::uint8_t> frame,
-            const RenderOptions& options = {});
+PROCAM_EXPORT void render(const Scene& scene, const Projector& projector, ImageView<std::uint8_t> frame,
+                          const RenderOptions& options = {});
 
 /// The same into a new frame.
-ImageU8 render(const Scene& scene, const Projector& projector, const RenderOptions& options = {});
+PROCAM_EXPORT ImageU8 render(const Scene& scene, const Projector& projector,
+                             const RenderOptions& options = {});
 
 }  // namespace procam::render

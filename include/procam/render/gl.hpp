@@ -18,6 +18,7 @@
 #include <memory>
 #include <string>
 
+#include "procam/core/base/export.hpp"
 #include "procam/render/cpu.hpp"
 
 namespace procam::render_gl {
@@ -29,7 +30,7 @@ enum class Context {
 
 /// Draws frame after frame and keeps what the next one can use, on the card: as render::CpuRenderer does, by
 /// the same rules (content_revision, places in the scene). Belongs to one thread at a time.
-class GlRenderer : public render::Renderer {
+class PROCAM_EXPORT GlRenderer : public render::Renderer {
  public:
   /// Of the options, `threads` are those that prepare pictures and maps; `vector_bits` have no meaning here.
   explicit GlRenderer(const render::RenderOptions& options = {}, Context context = Context::kOwn);
@@ -58,7 +59,7 @@ class GlRenderer : public render::Renderer {
 };
 
 /// The renderer of a name: "cpu" or "gl". Throws Error(kInput) for another name, and what GlRenderer throws.
-std::unique_ptr<render::Renderer> open_renderer(const std::string& name,
-                                                const render::RenderOptions& options = {});
+PROCAM_EXPORT std::unique_ptr<render::Renderer> open_renderer(const std::string& name,
+                                                              const render::RenderOptions& options = {});
 
 }  // namespace procam::render_gl

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <string>
 
+#include "procam/core/base/export.hpp"
 #include "procam/core/lens/projector.hpp"
 #include "procam/core/surface/scene.hpp"
 
@@ -33,7 +34,7 @@ struct RenderWork {
 };
 
 /// Draws frame after frame and keeps what the next one can use. Belongs to one thread at a time.
-class Renderer {
+class PROCAM_EXPORT Renderer {
  public:
   virtual ~Renderer() = default;
 

@@ -31,6 +31,7 @@
 ///
 /// A real surface that is not among `room` is not known to be there. Pixel surfaces have no place in the room
 /// and are skipped.
+#include "procam/core/base/export.hpp"
 #include "procam/core/lens/projector.hpp"
 #include "procam/render/cpu.hpp"
 #include "procam/render/viewpoint.hpp"
@@ -56,8 +57,9 @@ struct ViewerEye {
 /// The picture of an eye that holds all that the projector lights of the room, such that the projector's
 /// finest pixels (all but the finest twentieth) see a pixel of it each. nullopt where no light lands in
 /// sight. The real surfaces are those of `room`; their content is not looked at.
-std::optional<ViewerEye> viewer_eye(const Vec3& eye_in_projector, const Scene& room,
-                                    const Projector& projector, const ViewerEyeOptions& options = {});
+PROCAM_EXPORT std::optional<ViewerEye> viewer_eye(const Vec3& eye_in_projector, const Scene& room,
+                                                  const Projector& projector,
+                                                  const ViewerEyeOptions& options = {});
 
 /// Pass 2. The scene looks at the pictures beside it: it moves, and is not copied.
 struct ViewerScene {
@@ -84,7 +86,7 @@ struct ViewerScene {
 
 /// Made anew when the eye, the projector or the room moves; a scene that is drawn for a moving eye every
 /// frame costs one pass over the projector's pixels (docs/render.md).
-ViewerScene viewer_scene(const Scene& room, const Projector& projector, const Viewpoint& eye,
-                         const RenderOptions& options = {});
+PROCAM_EXPORT ViewerScene viewer_scene(const Scene& room, const Projector& projector, const Viewpoint& eye,
+                                       const RenderOptions& options = {});
 
 }  // namespace procam::render

@@ -15,6 +15,7 @@
 #include "procam/analyze/advice.hpp"
 #include "procam/calibrate/points.hpp"
 #include "procam/calibrate/result.hpp"
+#include "procam/core/base/export.hpp"
 
 namespace procam::report {
 
@@ -34,43 +35,48 @@ struct ReportInput {
 /// What a report about a fresh calibration holds: predicts the errors on a wall, adds their checks to
 /// result.rig.quality (a failed one to result.diagnostics), finds the view that reduces the error most, and
 /// compares with the true rig where one is given. A rig without projectors gets none of it.
-ReportInput judge(calibrate::CalibrationResult& result, double wall, const analyze::AcceptedError& accepted,
-                  const std::optional<Rig>& truth = std::nullopt);
+PROCAM_EXPORT ReportInput judge(calibrate::CalibrationResult& result, double wall,
+                                const analyze::AcceptedError& accepted,
+                                const std::optional<Rig>& truth = std::nullopt);
 
 /// The predicted errors of a rig alone, and their checks.
-ReportInput judge(const Rig& rig, double wall, const analyze::AcceptedError& accepted,
-                  std::vector<Gate>& gates, Diagnostics& diagnostics);
+PROCAM_EXPORT ReportInput judge(const Rig& rig, double wall, const analyze::AcceptedError& accepted,
+                                std::vector<Gate>& gates, Diagnostics& diagnostics);
 
 /// Compares with the true rig, on the wall of `input`.
-void add_truth(const Rig& rig, const Rig& truth, ReportInput& input);
+PROCAM_EXPORT void add_truth(const Rig& rig, const Rig& truth, ReportInput& input);
 
 /// The fields of a calibration as JSON text. Figures of one projector stand in "wall", "truth" and at the top; of
 /// several, each under its name.
-std::string to_json(const calibrate::CalibrationResult& result, const ReportInput& input);
+PROCAM_EXPORT std::string to_json(const calibrate::CalibrationResult& result, const ReportInput& input);
 /// Of a projector alone, calibrated from points.
-std::string to_json(const calibrate::PointsResult& result, const ReportInput& input);
+PROCAM_EXPORT std::string to_json(const calibrate::PointsResult& result, const ReportInput& input);
 /// Of a rig whose stored numbers were checked.
-std::string to_json(const Rig& rig, const RigQuality& quality, const ReportInput& input);
+PROCAM_EXPORT std::string to_json(const Rig& rig, const RigQuality& quality, const ReportInput& input);
 
 /// The first lines of a console: may the rig be used, and its predicted errors.
-std::vector<std::string> headline(const calibrate::CalibrationResult& result, const ReportInput& input);
-std::vector<std::string> headline(const Rig& rig, const RigQuality& quality, const ReportInput& input);
+PROCAM_EXPORT std::vector<std::string> headline(const calibrate::CalibrationResult& result,
+                                                const ReportInput& input);
+PROCAM_EXPORT std::vector<std::string> headline(const Rig& rig, const RigQuality& quality,
+                                                const ReportInput& input);
 /// The lines below it.
-std::vector<std::string> lines(const calibrate::CalibrationResult& result, const ReportInput& input);
-std::vector<std::string> lines(const calibrate::PointsResult& result, const std::vector<PointPair>& pairs,
-                               const ReportInput& input);
-std::vector<std::string> lines(const Rig& rig, const RigQuality& quality);
+PROCAM_EXPORT std::vector<std::string> lines(const calibrate::CalibrationResult& result,
+                                             const ReportInput& input);
+PROCAM_EXPORT std::vector<std::string> lines(const calibrate::PointsResult& result,
+                                             const std::vector<PointPair>& pairs, const ReportInput& input);
+PROCAM_EXPORT std::vector<std::string> lines(const Rig& rig, const RigQuality& quality);
 
 /// What was found and used of a device.
 struct DeviceCounts {
   int views_used = 0, points_found = 0, points_used = 0;
 };
-DeviceCounts device_counts(const calibrate::CalibrationResult& result, int device);
+PROCAM_EXPORT DeviceCounts device_counts(const calibrate::CalibrationResult& result, int device);
 
 /// The page as UTF-8 text. The same input gives the same text, byte by byte, in every locale; a number that
 /// is not finite reads "-". The correspondences are those the result was made from: their board and the views
 /// that were rejected are drawn. Throws std::invalid_argument when the two do not belong together.
-std::string calibration_report(const calibrate::CalibrationResult& result,
-                               const Correspondences& correspondences, const ReportInput& input = {});
+PROCAM_EXPORT std::string calibration_report(const calibrate::CalibrationResult& result,
+                                             const Correspondences& correspondences,
+                                             const ReportInput& input = {});
 
 }  // namespace procam::report

@@ -17,6 +17,7 @@
 #include <optional>
 #include <string>
 
+#include "procam/core/base/export.hpp"
 #include "procam/device/frame_sink.hpp"
 #include "procam/device/frame_source.hpp"
 #include "procam/session/change.hpp"
@@ -35,7 +36,7 @@ struct CaptureRig {
 /// Shows an irregular code of white and black for some seconds and finds the delay. Codes three times as slow
 /// follow when the first is not recognised. Throws Error(kDevice) when no frames arrive or the screen's light
 /// is not among them.
-Delay measure_delay(const CaptureRig& stand);
+PROCAM_EXPORT Delay measure_delay(const CaptureRig& stand);
 
 struct ShutterOptions {
   double wait_s = 0;       ///< from show() to the first frame that may hold the new picture alone
@@ -50,7 +51,7 @@ struct ShutterOptions {
 };
 
 /// The delay with half a frame's interval on top.
-ShutterOptions shutter_options(const Delay& delay);
+PROCAM_EXPORT ShutterOptions shutter_options(const Delay& delay);
 
 /// Why a frame was not taken.
 enum class Rejected { kTorn, kStale };
@@ -61,7 +62,7 @@ struct TakenFrame {
   double unsteady = 0;  ///< by how many grey levels they did not, in the block that changed most
 };
 
-class Shutter {
+class PROCAM_EXPORT Shutter {
  public:
   Shutter(const CaptureRig& stand, const ShutterOptions& options);
 
@@ -93,7 +94,7 @@ class Shutter {
   ImageU8 shown_before_, seen_before_;  ///< of the last take(); empty when forgotten
 };
 
-struct LightReport {
+struct PROCAM_EXPORT LightReport {
   NoiseModel noise;
   ExposureCheck exposure;
   ToneCheck tone;
@@ -106,6 +107,6 @@ struct LightReport {
 using KeepFrame = std::function<void(const std::string& name, const ImageU8& frame)>;
 
 /// Noise, exposure, tone and native resolution. Sets the shutter's noise.
-LightReport check_light(Shutter& shutter, const KeepFrame& keep);
+PROCAM_EXPORT LightReport check_light(Shutter& shutter, const KeepFrame& keep);
 
 }  // namespace procam::session

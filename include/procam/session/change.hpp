@@ -11,6 +11,7 @@
 /// is slightly wrong. A 1280x960 pair without change is called changed less than once in 10^6.
 #include <vector>
 
+#include "procam/core/base/export.hpp"
 #include "procam/core/base/image.hpp"
 #include "procam/core/rig/decoded_map.hpp"
 
@@ -24,15 +25,15 @@ struct Change {
 };
 
 /// Throws std::invalid_argument for images of two sizes or more than one channel.
-Change compare(ViewU8 a, ViewU8 b, const NoiseModel& noise);
+PROCAM_EXPORT Change compare(ViewU8 a, ViewU8 b, const NoiseModel& noise);
 
 /// The noise of single frames, from frames of one unchanging scene: variance at_black + per_level * grey
 /// through the medians of the blocks' half mean squared differences, so that a torn part does not count as
 /// noise, and its departure from this line by the pixels near each knot. At least 1/12, the rounding. Needs two frames or
 /// more of one size.
-NoiseModel measure_noise(const std::vector<ViewU8>& frames);
+PROCAM_EXPORT NoiseModel measure_noise(const std::vector<ViewU8>& frames);
 /// The same from several scenes, each with frames of its own: a dark one shows the noise of dark pixels, which is the
 /// largest of cameras with a gamma.
-NoiseModel measure_noise_of_scenes(const std::vector<std::vector<ViewU8>>& scenes);
+PROCAM_EXPORT NoiseModel measure_noise_of_scenes(const std::vector<std::vector<ViewU8>>& scenes);
 
 }  // namespace procam::session

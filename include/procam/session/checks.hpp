@@ -7,6 +7,7 @@
 /// last.
 #include <vector>
 
+#include "procam/core/base/export.hpp"
 #include "procam/core/base/image.hpp"
 #include "procam/core/rig/decoded_map.hpp"
 
@@ -24,7 +25,7 @@ struct ExposureCheck {
   Diagnostics diagnostics;
 };
 
-ExposureCheck check_exposure(ViewU8 white, ViewU8 black, const NoiseModel& noise);
+PROCAM_EXPORT ExposureCheck check_exposure(ViewU8 white, ViewU8 black, const NoiseModel& noise);
 
 /// A ramp of flat pictures, up and down again.
 struct ToneCheck {

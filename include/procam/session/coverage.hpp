@@ -5,12 +5,13 @@
 #include <string>
 #include <vector>
 
+#include "procam/core/base/export.hpp"
 #include "procam/core/base/image.hpp"
 #include "procam/core/base/types.hpp"
 
 namespace procam::session {
 
-class Coverage {
+class PROCAM_EXPORT Coverage {
  public:
   explicit Coverage(ImageSize device);
 
@@ -33,6 +34,6 @@ class Coverage {
 };
 
 /// Side by side, three channels: dark where nothing was, greener with each view, points white.
-ImageU8 draw(const std::vector<const Coverage*>& devices);
+PROCAM_EXPORT ImageU8 draw(const std::vector<const Coverage*>& devices);
 
 }  // namespace procam::session

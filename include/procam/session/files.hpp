@@ -14,26 +14,28 @@
 #include <optional>
 #include <string>
 
+#include "procam/core/base/export.hpp"
 #include "procam/io/session/captures.hpp"
 #include "procam/session/patterns.hpp"
 
 namespace procam::session {
 
 /// "view_07", "frame_12.png": at least two digits.
-std::string numbered(const std::string& stem, std::size_t number, const std::string& extension = "");
+PROCAM_EXPORT std::string numbered(const std::string& stem, std::size_t number,
+                                   const std::string& extension = "");
 
 /// Makes the folder unless it is there. Throws Error(kIo).
-void make_folder(const std::filesystem::path& folder);
+PROCAM_EXPORT void make_folder(const std::filesystem::path& folder);
 
 /// session.json's contents.
-io::SessionInfo describe_session(const SessionPattern& pattern, ImageSize projector_size,
-                                 const std::optional<Board>& board, int step);
+PROCAM_EXPORT io::SessionInfo describe_session(const SessionPattern& pattern, ImageSize projector_size,
+                                               const std::optional<Board>& board, int step);
 
 /// Throws Error(kInput) when the folder holds a session of another pattern, size, step or board.
-void require_same_session(const std::filesystem::path& folder, const io::SessionInfo& session);
+PROCAM_EXPORT void require_same_session(const std::filesystem::path& folder, const io::SessionInfo& session);
 
 /// One view on its way to disk.
-class ViewWriter {
+class PROCAM_EXPORT ViewWriter {
  public:
   /// Picks up what an earlier run has left of this view.
   ViewWriter(const std::filesystem::path& session, std::size_t view);
@@ -57,9 +59,9 @@ class ViewWriter {
 };
 
 /// session/view_NN of an earlier run, complete?
-bool is_complete(const std::filesystem::path& session, std::size_t view);
+PROCAM_EXPORT bool is_complete(const std::filesystem::path& session, std::size_t view);
 
 /// session/.checks_N: a new folder for the frames of the checks.
-std::filesystem::path make_checks_folder(const std::filesystem::path& session);
+PROCAM_EXPORT std::filesystem::path make_checks_folder(const std::filesystem::path& session);
 
 }  // namespace procam::session

@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "procam/core/base/export.hpp"
 #include "procam/core/rig/observation.hpp"
 
 namespace procam::session {
@@ -30,14 +31,14 @@ struct Reading {
 /// carried to the mean by the homography from the camera's picture to the projector's, which is good for the
 /// small part of a pixel that this takes. Throws std::invalid_argument for device numbers that are no camera
 /// and projector.
-BoardView combine(const std::string& name, const std::vector<Device>& devices,
-                  const std::vector<Reading>& readings);
+PROCAM_EXPORT BoardView combine(const std::string& name, const std::vector<Device>& devices,
+                                const std::vector<Reading>& readings);
 
 /// Correspondences of all views in which a camera sees at least four points, and the others as many as they
 /// have. Diagnostics of the detections are kept, their view named; a rejected view is warned of
 /// ("view_left_out"). Light points travel with their view. Throws Error(kInput), naming the view, where an
 /// image's size is not the device's, and Error(kNotEnoughData) when no view is left.
-Correspondences join(const Board& board, const std::vector<Device>& devices,
-                     const std::vector<BoardView>& views);
+PROCAM_EXPORT Correspondences join(const Board& board, const std::vector<Device>& devices,
+                                   const std::vector<BoardView>& views);
 
 }  // namespace procam::session

@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "procam/core/base/export.hpp"
 #include "procam/core/base/image.hpp"
 #include "procam/session/join.hpp"
 
@@ -26,7 +27,7 @@ struct ProjectedBoardPoints {
   Diagnostics diagnostics;  ///< why there are no points
 };
 
-class SessionPattern {
+class PROCAM_EXPORT SessionPattern {
  public:
   virtual ~SessionPattern() = default;
 
@@ -59,9 +60,10 @@ class SessionPattern {
 
 /// "gray", a name with parameters after a colon, or a pattern file (.json, io/session/pattern_file.hpp). Throws
 /// Error(kInput) with the names there are.
-std::unique_ptr<SessionPattern> make_pattern(const std::string& text, ImageSize projector_size, int step = 1);
+PROCAM_EXPORT std::unique_ptr<SessionPattern> make_pattern(const std::string& text, ImageSize projector_size,
+                                                           int step = 1);
 
 /// The table as help for --pattern: "gray (...) | phase (...)".
-std::string pattern_help();
+PROCAM_EXPORT std::string pattern_help();
 
 }  // namespace procam::session

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "procam/core/base/export.hpp"
 #include "procam/core/rig/rig.hpp"
 #include "procam/session/patterns.hpp"
 
@@ -18,7 +19,8 @@ struct ProjectedBoardCapture {
 /// Reads the captures of `pattern`; empty: what session.json states, in the folder or the one above. Throws
 /// Error(kInput) for a pattern that is no projected board, for images of another size than the camera's, and
 /// where the pattern is not found.
-ProjectedBoardCapture read_projected_board(const std::filesystem::path& captures, const std::string& pattern,
-                                           ImageSize projector_size, ImageSize camera_size);
+PROCAM_EXPORT ProjectedBoardCapture read_projected_board(const std::filesystem::path& captures,
+                                                         const std::string& pattern, ImageSize projector_size,
+                                                         ImageSize camera_size);
 
 }  // namespace procam::session

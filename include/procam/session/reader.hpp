@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "procam/core/base/export.hpp"
 #include "procam/core/rig/rig.hpp"
 #include "procam/io/session/captures.hpp"
 #include "procam/session/patterns.hpp"
@@ -45,8 +46,8 @@ struct SessionPlan {
 constexpr const char* kDecodedMaps = "decoded";
 
 /// u -> width - 1 - u.
-void turn_left_to_right(ImageU8& image);
-void turn_left_to_right(ImageF& image);
+PROCAM_EXPORT void turn_left_to_right(ImageU8& image);
+PROCAM_EXPORT void turn_left_to_right(ImageF& image);
 
 /// What a caller knows of a session; it goes before what session.json states.
 struct OpenOptions {
@@ -62,10 +63,10 @@ struct OpenOptions {
 ///   const auto session = session::read(session::open("captures"));
 ///   const auto result = calibrate::calibrate_rig(session.correspondences);
 ///   io::save_rig("rig.json", result.rig);
-SessionPlan open(const std::filesystem::path& folder, const OpenOptions& options = {});
+PROCAM_EXPORT SessionPlan open(const std::filesystem::path& folder, const OpenOptions& options = {});
 
 /// As --pattern states it; of photographs "shown", of decoded maps "decoded".
-std::string pattern_text(const SessionPlan& plan);
+PROCAM_EXPORT std::string pattern_text(const SessionPlan& plan);
 
 /// Called before each view is read: name, number done, number of all.
 using ReadingProgress = std::function<void(const std::string& view, int done, int total)>;
@@ -84,28 +85,29 @@ struct SessionContents {
 /// view's files. An image whose size is not that of most of its camera's images is rejected by name; a view
 /// that then has too few frames is rejected with it.
 /// Files that repeat another view's are warned of ("identical_files").
-SessionContents read(const SessionPlan& plan, const ReadingProgress& progress = {});
+PROCAM_EXPORT SessionContents read(const SessionPlan& plan, const ReadingProgress& progress = {});
 
 /// A table of observations (io/session/observations_file.hpp); `devices` and `board` as far as the caller knows
 /// them. Views without four points in any camera are rejected with a warning, as in a session of images. Throws
 /// as io::load_observations().
-SessionContents read_observations(const std::filesystem::path& file, const std::vector<Device>& devices = {},
-                                  const std::optional<Board>& board = {});
+PROCAM_EXPORT SessionContents read_observations(const std::filesystem::path& file,
+                                                const std::vector<Device>& devices = {},
+                                                const std::optional<Board>& board = {});
 
 /// The images of a folder (png, jpg, bmp, tif), each one view of the board by one camera called "camera". Images
 /// whose size is not that of most are rejected by name. Throws Error(kInput) for a folder without images and for
 /// images without the board, Error(kIo) for what cannot be read.
-SessionContents read_board_images(const std::filesystem::path& folder, const Board& board,
-                                  const ReadingProgress& progress = {});
+PROCAM_EXPORT SessionContents read_board_images(const std::filesystem::path& folder, const Board& board,
+                                                const ReadingProgress& progress = {});
 
 /// The board's points in one image file. Throws Error(kIo), Error(kInput) for what cannot be read.
-Detections read_board_image(const std::filesystem::path& file, const Board& board);
+PROCAM_EXPORT Detections read_board_image(const std::filesystem::path& file, const Board& board);
 
 /// For the rig that was solved from the contents: `program`, procam's version, the time (SOURCE_DATE_EPOCH
 /// where it is set: https://reproducible-builds.org/specs/source-date-epoch), what was read.
-Provenance provenance(const SessionContents& contents, const std::string& program);
+PROCAM_EXPORT Provenance provenance(const SessionContents& contents, const std::string& program);
 
 /// The devices of a session with one of each, in the order of kCameraDevice, kProjectorDevice.
-std::vector<Device> session_devices(ImageSize camera_size, ImageSize projector_size);
+PROCAM_EXPORT std::vector<Device> session_devices(ImageSize camera_size, ImageSize projector_size);
 
 }  // namespace procam::session

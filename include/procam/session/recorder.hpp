@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 
+#include "procam/core/base/export.hpp"
 #include "procam/session/capture.hpp"
 #include "procam/session/patterns.hpp"
 
@@ -21,7 +22,7 @@ struct RecorderOptions {
 };
 
 /// The person beside the projector.
-class RecorderDialog {
+class PROCAM_EXPORT RecorderDialog {
  public:
   virtual ~RecorderDialog() = default;
   /// Called often, at least before every frame; may throw to end the capture (everything written is kept).
@@ -45,8 +46,8 @@ struct RecorderReport {
 /// Shows the pattern's frames on `screen`, watches them with `source`, and asks for a pose again where its board
 /// was not found. Throws Error(kDevice) when the window is closed or a device fails, Error(kNotEnoughData) for a
 /// board that is not found in three poses, Error(kIo).
-RecorderReport record_session(const SessionPattern& pattern, const Board& board, device::FrameSink& screen,
-                              device::FrameSource& source, const RecorderOptions& options,
-                              RecorderDialog& dialog);
+PROCAM_EXPORT RecorderReport record_session(const SessionPattern& pattern, const Board& board,
+                                            device::FrameSink& screen, device::FrameSource& source,
+                                            const RecorderOptions& options, RecorderDialog& dialog);
 
 }  // namespace procam::session

@@ -14,6 +14,7 @@
 #include <string>
 #include <vector>
 
+#include "procam/core/base/export.hpp"
 #include "procam/core/board/board.hpp"
 #include "procam/session/reader.hpp"
 #include "procam/simulate/session.hpp"
@@ -44,12 +45,13 @@ struct SimulatedFolder {
 };
 
 /// The keys of `settings` with an example and their meaning, for --help.
-std::string settings_help();
+PROCAM_EXPORT std::string settings_help();
 
 /// The folder appears whole or not at all. Throws Error(kIo) for a folder that is not empty (unless `replace`,
 /// and then for one that is no simulated session), Error(kInput) for settings that cannot be read,
 /// Error(kUnsupported) for `markers`, `check` and `board` with several devices, and as make_session() does.
-SimulatedFolder write_simulated_session(const std::filesystem::path& folder, const SimulationOptions& options,
-                                        const ReadingProgress& progress = {});
+PROCAM_EXPORT SimulatedFolder write_simulated_session(const std::filesystem::path& folder,
+                                                      const SimulationOptions& options,
+                                                      const ReadingProgress& progress = {});
 
 }  // namespace procam::session

@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "procam/core/base/error.hpp"
+#include "procam/core/base/export.hpp"
 #include "procam/core/rig/rig.hpp"
 #include "procam/core/surface/surface.hpp"
 #include "procam/render/renderer.hpp"
@@ -66,7 +67,8 @@ using FrameProgress = std::function<void(int done, int total)>;
 
 /// Every file appears whole or not at all. Throws Error(kInput) for options that contradict each other and for
 /// names of other kinds of file, Error(kDegenerate) for a viewer who sees none of the light, Error(kIo).
-FrameFilesReport write_frames(const Rig& rig, const SolvedSurfaceSet& solved,
-                              const FrameFilesOptions& options, const FrameProgress& progress = {});
+PROCAM_EXPORT FrameFilesReport write_frames(const Rig& rig, const SolvedSurfaceSet& solved,
+                                            const FrameFilesOptions& options,
+                                            const FrameProgress& progress = {});
 
 }  // namespace procam::show

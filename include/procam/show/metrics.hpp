@@ -5,11 +5,13 @@
 #include <map>
 #include <string>
 
+#include "procam/core/base/export.hpp"
+
 namespace procam::show {
 
 /// Durations in bins that grow by a twentieth of an octave, from 1 us to 1000 s: percentiles are right to
 /// 1.8 %, whatever came, in 5 KB. Shorter ones count as 1 us, longer as 1000 s.
-class Durations {
+class PROCAM_EXPORT Durations {
  public:
   void add(double seconds);
   std::uint64_t count() const { return count_; }

@@ -26,6 +26,7 @@
 #include <optional>
 #include <string>
 
+#include "procam/core/base/export.hpp"
 #include "procam/core/base/image.hpp"
 
 namespace procam::show {
@@ -39,7 +40,7 @@ struct PageServerOptions {
 };
 
 /// Address, port and token of "[ADDRESS:]PORT". Throws Error(kInput) for other text.
-PageServerOptions parse_page_address(const std::string& text);
+PROCAM_EXPORT PageServerOptions parse_page_address(const std::string& text);
 
 /// The bytes that go out and their number, another one after each change.
 struct PageData {
@@ -53,7 +54,7 @@ struct PageFile {
 };
 
 /// What is served. All functions are called in the server's thread.
-class ServedPage {
+class PROCAM_EXPORT ServedPage {
  public:
   virtual ~ServedPage() = default;
   virtual const char* html() = 0;
@@ -78,10 +79,10 @@ struct PageFaults {
 };
 
 /// An image (grey or RGB) as JPEG, reduced to that width. Two threads may call it at once.
-std::string to_jpeg(ViewU8 image, int max_width = 960);
+PROCAM_EXPORT std::string to_jpeg(ViewU8 image, int max_width = 960);
 
 /// Serves in a thread of its own.
-class PageServer {
+class PROCAM_EXPORT PageServer {
  public:
   /// Throws Error(kDevice) when the address cannot be listened on, Error(kInput) for an invalid one. `page` must outlive
   /// the server.

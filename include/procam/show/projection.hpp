@@ -22,6 +22,7 @@
 #include <string>
 #include <vector>
 
+#include "procam/core/base/export.hpp"
 #include "procam/core/rig/rig.hpp"
 #include "procam/core/surface/scene.hpp"
 #include "procam/core/surface/surface.hpp"
@@ -76,7 +77,7 @@ struct DrawnFrame {
   double pose_error = 0;
 };
 
-class Projection {
+class PROCAM_EXPORT Projection {
  public:
   /// Throws Error(kInput) for a projector that the rig does not have.
   Projection(const Rig& rig, ProjectionOptions options);

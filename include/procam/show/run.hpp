@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "procam/core/base/error.hpp"
+#include "procam/core/base/export.hpp"
 #include "procam/core/rig/rig.hpp"
 #include "procam/device/frame_sink.hpp"
 #include "procam/show/metrics.hpp"
@@ -39,10 +40,10 @@ struct ShowReport {
 };
 
 /// Warnings about a show that nobody could see: "no_pose", "no_light".
-Diagnostics darkness(const ShowReport& report, const ShowOptions& options);
+PROCAM_EXPORT Diagnostics darkness(const ShowReport& report, const ShowOptions& options);
 
 /// Follows a running show.
-class ShowListener {
+class PROCAM_EXPORT ShowListener {
  public:
   virtual ~ShowListener() = default;
   /// Before the first frame: the display, the control page's address, the measured delay.
@@ -63,18 +64,18 @@ class ShowListener {
 /// Shows until the window is closed, the time is over or the listener throws. Throws Error for options, files and
 /// devices that cannot be used, and for an output that fails during the show. Everything else that fails during
 /// the show is an event, is counted by its name (Metrics::faults), and the show continues.
-ShowReport run(const Rig& rig, const ShowOptions& options, ShowListener* listener = nullptr);
+PROCAM_EXPORT ShowReport run(const Rig& rig, const ShowOptions& options, ShowListener* listener = nullptr);
 
 /// The same into a sink that the caller has opened, instead of a display or options.output. Throws std::invalid_argument
 /// for a sink whose size is not that of the rig's projector.
-ShowReport run(const Rig& rig, const ShowOptions& options, device::FrameSink& sink,
-               ShowListener* listener = nullptr);
+PROCAM_EXPORT ShowReport run(const Rig& rig, const ShowOptions& options, device::FrameSink& sink,
+                             ShowListener* listener = nullptr);
 
 /// A show without a calibrated rig: surfaces in projector pixels alone, whose corners are dragged at the control page.
 /// The frame has the display's size, or ShowOptions::size with another output. A surface file that does not exist is
 /// written first: a surface for each of the contents, side by side, or one white surface "wall". Otherwise as above;
 /// throws Error(kInput) as well for options and surfaces that need a rig.
-ShowReport run(const ShowOptions& options, ShowListener* listener = nullptr);
+PROCAM_EXPORT ShowReport run(const ShowOptions& options, ShowListener* listener = nullptr);
 
 struct ReplayReport {
   std::uint64_t frames = 0;
@@ -83,10 +84,10 @@ struct ReplayReport {
 
 /// Shows a recorded run again, frame by frame, and compares. Of `options`, surfaces and contents are those of
 /// the log. Events name conditions other than the recorded ones.
-ReplayReport replay(const Rig& rig, const ShowOptions& options, const std::filesystem::path& log,
-                    ShowListener* listener = nullptr);
+PROCAM_EXPORT ReplayReport replay(const Rig& rig, const ShowOptions& options,
+                                  const std::filesystem::path& log, ShowListener* listener = nullptr);
 
 /// Shows each display its number for some seconds, or until Escape.
-void identify_displays(ShowListener* listener = nullptr);
+PROCAM_EXPORT void identify_displays(ShowListener* listener = nullptr);
 
 }  // namespace procam::show

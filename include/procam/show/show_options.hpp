@@ -13,6 +13,7 @@
 #include <string>
 #include <vector>
 
+#include "procam/core/base/export.hpp"
 #include "procam/core/base/types.hpp"
 
 namespace procam::show {
@@ -87,13 +88,13 @@ struct ShowOptions {
 };
 
 /// Does the text name a depth camera instead of a surface file?
-bool is_depth_source(const std::string& surfaces);
+PROCAM_EXPORT bool is_depth_source(const std::string& surfaces);
 
 /// Relative file names become relative to the working directory. Throws Error(kIo), and Error(kInput) with file,
 /// line and field, also for an unknown field.
-ShowOptions load_options(const std::filesystem::path& path);
+PROCAM_EXPORT ShowOptions load_options(const std::filesystem::path& path);
 
 /// Writes what differs from the defaults; file names become relative to the file. Throws Error(kIo).
-void save_options(const std::filesystem::path& path, const ShowOptions& options);
+PROCAM_EXPORT void save_options(const std::filesystem::path& path, const ShowOptions& options);
 
 }  // namespace procam::show

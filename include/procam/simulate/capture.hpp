@@ -25,6 +25,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "procam/core/base/export.hpp"
 #include "procam/core/rig/decoded_map.hpp"
 #include "procam/simulate/thin_lens.hpp"
 #include "procam/simulate/world.hpp"
@@ -67,7 +68,7 @@ struct CaptureOptions {
 /// One capture a projector frame (one channel or three, all alike; the projector's size, 0 dark .. 255 full
 /// light). Throws std::invalid_argument for frames of another size, options out of range, or a sheet that no
 /// light reaches.
-std::vector<ImageU8> capture(const World& world, const std::vector<ImageU8>& projector_frames,
-                             const CaptureOptions& options = {});
+PROCAM_EXPORT std::vector<ImageU8> capture(const World& world, const std::vector<ImageU8>& projector_frames,
+                                           const CaptureOptions& options = {});
 
 }  // namespace procam::simulate

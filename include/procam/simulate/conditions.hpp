@@ -11,6 +11,7 @@
 #include <optional>
 #include <string>
 
+#include "procam/core/base/export.hpp"
 #include "procam/core/geometry/pose.hpp"
 #include "procam/core/rig/decoded_map.hpp"
 
@@ -81,9 +82,9 @@ struct ViewDefects {
 };
 
 /// The frame at a share of a sequence, 1 .. frames - 1; 0 for a single frame.
-int frame_at(double share, int frames);
+PROCAM_EXPORT int frame_at(double share, int frames);
 
 /// "white at 27 % of full scale, board moved by 7.1 mm before frame 12"; empty for none.
-std::string description(const ViewDefects& defects, int frames);
+PROCAM_EXPORT std::string description(const ViewDefects& defects, int frames);
 
 }  // namespace procam::simulate

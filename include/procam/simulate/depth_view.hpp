@@ -19,6 +19,7 @@
 /// which the real sensor's are not.
 #include <cstdint>
 
+#include "procam/core/base/export.hpp"
 #include "procam/simulate/room_view.hpp"
 
 namespace procam::simulate {
@@ -43,13 +44,13 @@ struct DepthView {
 };
 
 /// The standard deviation of an axial reading at depth z of a surface turned by theta, metres.
-double axial_sigma(double z, double theta);
+PROCAM_EXPORT double axial_sigma(double z, double theta);
 /// Of a place along each axis of the image, pixels.
-double lateral_sigma(double theta);
+PROCAM_EXPORT double lateral_sigma(double theta);
 
 /// Equal seeds give equal views. Throws std::invalid_argument for numbers out of range or bodies that cannot
 /// be.
-DepthView depth_view(const Room& room, const DepthSensor& sensor, const Pose& room_from_camera,
-                     std::uint64_t seed, int threads = 0);
+PROCAM_EXPORT DepthView depth_view(const Room& room, const DepthSensor& sensor, const Pose& room_from_camera,
+                                   std::uint64_t seed, int threads = 0);
 
 }  // namespace procam::simulate

@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "procam/core/base/export.hpp"
 #include "procam/core/geometry/se3.hpp"
 #include "procam/simulate/motion.hpp"
 
@@ -24,7 +25,7 @@ struct Leg {
   bool rest_to_rest = false;
 };
 
-class Drive {
+class PROCAM_EXPORT Drive {
  public:
   /// Throws std::invalid_argument for a duration that is not positive or a number that is not finite.
   Drive(const Pose& world_from_rig_at_start, const std::vector<Leg>& legs, double start_time = 0);
@@ -47,11 +48,11 @@ class Drive {
 };
 
 /// The same twist all along.
-Leg constant_twist(const Vec6& twist, double duration);
+PROCAM_EXPORT Leg constant_twist(const Vec6& twist, double duration);
 
 /// Once round a circle in the rig's x-y plane, x ahead (a robot's base, z up): a positive radius turns left,
 /// a negative one right. `turns` may be any number above zero. Speed in m/s, above zero.
-Leg circle(double radius, double speed, double turns = 1);
+PROCAM_EXPORT Leg circle(double radius, double speed, double turns = 1);
 
 struct Waypoint {
   Pose world_from_rig;
@@ -59,7 +60,7 @@ struct Waypoint {
 };
 /// From waypoint to waypoint along screws, resting at each; the first gives start and start time. Throws
 /// std::invalid_argument for fewer than two, or times that do not grow.
-Drive drive_through(const std::vector<Waypoint>& waypoints);
+PROCAM_EXPORT Drive drive_through(const std::vector<Waypoint>& waypoints);
 
 struct Localiser {
   double rate = 20;           ///< messages a second
@@ -81,6 +82,6 @@ struct LocalisedPose {
 /// Messages stamped start, start + 1 / rate, ... up to the drive's end, in the order of arrival (jitter above
 /// the period lets them overtake each other). Equal seeds give equal messages, and dropping some changes
 /// nothing in the others. Throws std::invalid_argument for numbers out of range.
-std::vector<LocalisedPose> localise(const Drive& drive, const Localiser& localiser);
+PROCAM_EXPORT std::vector<LocalisedPose> localise(const Drive& drive, const Localiser& localiser);
 
 }  // namespace procam::simulate

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "procam/core/base/export.hpp"
 #include "procam/simulate/session.hpp"
 
 namespace procam::simulate {
@@ -24,12 +25,13 @@ struct Fleet {
 /// The level's lenses, board and noise; four views a camera, eight at least. Equal seeds give equal fleets.
 /// Throws std::invalid_argument unless there is one of each at least, Error(kNotConverged) when no board pose
 /// is found that the devices cover.
-Fleet make_fleet(Level level, std::uint64_t seed, int cameras, int projectors);
+PROCAM_EXPORT Fleet make_fleet(Level level, std::uint64_t seed, int cameras, int projectors);
 /// Under other conditions than the level's; no view has defects of its own.
-Fleet make_fleet(Level level, std::uint64_t seed, int cameras, int projectors, const Conditions& conditions);
+PROCAM_EXPORT Fleet make_fleet(Level level, std::uint64_t seed, int cameras, int projectors,
+                               const Conditions& conditions);
 
 /// What one camera records of one projector's frames in one view.
-std::vector<ImageU8> capture_pair(const Fleet& fleet, std::size_t view, std::size_t camera,
-                                  std::size_t projector, const std::vector<ImageU8>& frames);
+PROCAM_EXPORT std::vector<ImageU8> capture_pair(const Fleet& fleet, std::size_t view, std::size_t camera,
+                                                std::size_t projector, const std::vector<ImageU8>& frames);
 
 }  // namespace procam::simulate

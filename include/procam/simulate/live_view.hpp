@@ -17,6 +17,7 @@
 #include <cstdint>
 #include <memory>
 
+#include "procam/core/base/export.hpp"
 #include "procam/simulate/room_view.hpp"
 
 namespace procam::simulate {
@@ -26,7 +27,7 @@ struct LiveViewOptions {
   double glare = 0;      ///< light that the camera's lens scatters over its image, share (capture.hpp)
 };
 
-class LiveView {
+class PROCAM_EXPORT LiveView {
  public:
   /// Of `light`, the frames are not used. Throws std::invalid_argument as room_view() does.
   LiveView(const Room& room, const Camera& camera, const Pose& room_from_camera, const RoomLight& light,

@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "procam/core/base/export.hpp"
 #include "procam/core/base/image.hpp"
 #include "procam/core/board/marker.hpp"
 #include "procam/core/lens/camera.hpp"
@@ -32,9 +33,9 @@ struct MarkerViewOptions {
 
 /// The camera's image of the markers; where sheets overlap in the image the first one shows. Throws
 /// std::invalid_argument for a size that is not positive, an id that the codes lack, or options out of range.
-ImageU8 marker_view(const Camera& camera, const Pose& camera_from_world,
-                    const std::vector<PlacedMarker>& markers, const MarkerCells& codes,
-                    const MarkerViewOptions& options = {});
+PROCAM_EXPORT ImageU8 marker_view(const Camera& camera, const Pose& camera_from_world,
+                                  const std::vector<PlacedMarker>& markers, const MarkerCells& codes,
+                                  const MarkerViewOptions& options = {});
 
 /// Markers with their true places.
 struct HungMarkers {
@@ -45,6 +46,6 @@ struct HungMarkers {
 /// Four markers (ids 3, 7, 11, 20 of apriltag_36h11; sides of a tenth of the camera's distance and less) on
 /// the wall of the world, round the point that the camera's axis meets, each turned a little in its plane.
 /// Throws std::invalid_argument when the camera does not face the wall.
-HungMarkers hang_markers(const World& world);
+PROCAM_EXPORT HungMarkers hang_markers(const World& world);
 
 }  // namespace procam::simulate

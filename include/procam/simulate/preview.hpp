@@ -10,6 +10,7 @@
 /// anything borders on anything, and an exposure such that a tenth of what the projectors' full light falls
 /// on would be brighter than white. So distance and incidence (cos / d^2), shadows, spilled light, overlaps
 /// and a projector's black are seen as the room shows them; everything is in focus unless a light has a lens.
+#include "procam/core/base/export.hpp"
 #include "procam/core/surface/scene.hpp"
 #include "procam/simulate/room_view.hpp"
 
@@ -19,7 +20,7 @@ namespace procam::simulate {
 /// plane's content area, a mesh's triangles, less where the item's mask is below one half. Round every plane
 /// a backdrop of a fifth of its size on each side: most are part of a wall. Contents are not looked at; pixel
 /// surfaces have no place in the room.
-Room room_of(const Scene& scene);
+PROCAM_EXPORT Room room_of(const Scene& scene);
 
 struct PreviewOptions {
   /// The room's own light, over the light of full projection that is shown as white. 0: the room's as it is.
@@ -29,7 +30,7 @@ struct PreviewOptions {
 
 /// The eye's picture, RGB, sRGB. Of each light the first frame is shown. Throws std::invalid_argument as
 /// room_view().
-ImageU8 preview(const Room& room, const std::vector<RoomLight>& lights, const Camera& eye,
-                const Pose& room_from_eye, const PreviewOptions& options = {});
+PROCAM_EXPORT ImageU8 preview(const Room& room, const std::vector<RoomLight>& lights, const Camera& eye,
+                              const Pose& room_from_eye, const PreviewOptions& options = {});
 
 }  // namespace procam::simulate

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "procam/core/base/export.hpp"
 #include "procam/simulate/drive.hpp"
 #include "procam/track/stamped_pose.hpp"
 
@@ -39,17 +40,17 @@ struct RobotMessages {
 };
 
 /// Throws std::invalid_argument as localise() does.
-RobotMessages robot_messages(const Drive& drive, const RobotOptions& options);
+PROCAM_EXPORT RobotMessages robot_messages(const Drive& drive, const RobotOptions& options);
 
 /// The message's bytes as noise, cut short, or with one bit changed; each ends its line in a stream.
-std::string malformed_bytes(std::mt19937_64& random, const std::string& message);
+PROCAM_EXPORT std::string malformed_bytes(std::mt19937_64& random, const std::string& message);
 
 /// Arcs of 0.3 to 1.5 m from rest to rest in the x-y plane, at `speed` at most (m/s), for `duration` seconds at
 /// least.
-Drive random_walk(double speed, double duration, std::uint64_t seed);
+PROCAM_EXPORT Drive random_walk(double speed, double duration, std::uint64_t seed);
 
 /// Along recorded poses at their times, from one to the next along a screw: resting at each, or at constant
 /// twist. Throws Error(kNotEnoughData) for fewer than two.
-Drive drive_along(const std::vector<track::StampedPose>& poses, bool rest_at_each);
+PROCAM_EXPORT Drive drive_along(const std::vector<track::StampedPose>& poses, bool rest_at_each);
 
 }  // namespace procam::simulate

@@ -18,6 +18,7 @@
 #include <variant>
 #include <vector>
 
+#include "procam/core/base/export.hpp"
 #include "procam/core/board/marker.hpp"
 #include "procam/core/geometry/mesh.hpp"
 #include "procam/core/geometry/ray.hpp"
@@ -61,7 +62,7 @@ struct Cylinder {
 /// smooth surface that they stand for: where triangles meet at less than 30 degrees, the normal is
 /// interpolated between their corners; sharper edges stay sharp. Copies share the mesh and the tree over it
 /// by which a ray finds its triangle.
-class TriangleMesh {
+class PROCAM_EXPORT TriangleMesh {
  public:
   /// Throws Error(kInput) with the fault of a mesh that cannot be (fault_of).
   explicit TriangleMesh(std::shared_ptr<const Mesh> mesh);
@@ -109,7 +110,7 @@ struct Body {
   bool backdrop = false;
 };
 
-struct Room {
+struct PROCAM_EXPORT Room {
   std::vector<Body> bodies;
   double ambient = 0;  ///< irradiance on everything, in units of a projector's full light at one metre
 
@@ -119,19 +120,20 @@ struct Room {
 
 /// A body's point at u, v: the other way round. Throws std::invalid_argument outside [0, 1], and where no
 /// triangle of a mesh has them.
-Vec3 point_at(const Body& body, const Vec2& uv);
+PROCAM_EXPORT Vec3 point_at(const Body& body, const Vec2& uv);
 
 /// The six faces of a block from the origin of its frame to `size`, "NAME -x" .. "NAME +z", printed sides
 /// outwards.
-std::vector<Body> box(const std::string& name, const Pose& room_from_box, const Vec3& size,
-                      const Paint& paint);
+PROCAM_EXPORT std::vector<Body> box(const std::string& name, const Pose& room_from_box, const Vec3& size,
+                                    const Paint& paint);
 
 /// The sheet with its margin, placed by the board's frame.
-Body printed_sheet(const std::string& name, const PrintedBoard& board, const Pose& room_from_board);
+PROCAM_EXPORT Body printed_sheet(const std::string& name, const PrintedBoard& board,
+                                 const Pose& room_from_board);
 
 /// A marker's sheet: the black square, and round it white paper of `rim_cells` cells. Its frame is the
 /// marker's. Throws std::invalid_argument for a size that is not positive or an id that the codes lack.
-Body marker_sheet(const PlacedMarker& marker, const MarkerCells& codes, const Pose& room_from_world = {},
-                  int rim_cells = 2);
+PROCAM_EXPORT Body marker_sheet(const PlacedMarker& marker, const MarkerCells& codes,
+                                const Pose& room_from_world = {}, int rim_cells = 2);
 
 }  // namespace procam::simulate

@@ -27,6 +27,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "procam/core/base/export.hpp"
 #include "procam/core/lens/projector.hpp"
 #include "procam/core/rig/decoded_map.hpp"
 #include "procam/simulate/motion.hpp"
@@ -91,7 +92,7 @@ struct RoomView {
 /// All lights show the same number of frames, at the same time; noise differs from frame to frame. Throws
 /// std::invalid_argument for frames of another size or number, options out of range, bodies that cannot be,
 /// or (exposure 0) a view without any light.
-RoomView room_view(const Room& room, const Camera& camera, const Motion& room_from_camera,
-                   const std::vector<RoomLight>& lights, const RoomViewOptions& options = {});
+PROCAM_EXPORT RoomView room_view(const Room& room, const Camera& camera, const Motion& room_from_camera,
+                                 const std::vector<RoomLight>& lights, const RoomViewOptions& options = {});
 
 }  // namespace procam::simulate

@@ -26,6 +26,7 @@
 #include <optional>
 #include <string>
 
+#include "procam/core/base/export.hpp"
 #include "procam/simulate/capture.hpp"
 #include "procam/simulate/conditions.hpp"
 
@@ -33,14 +34,14 @@ namespace procam::simulate {
 
 enum class Level { kEasy, kPaper, kHard };
 
-const char* to_string(Level level);
+PROCAM_EXPORT const char* to_string(Level level);
 /// Throws Error(kUnsupported) for an unknown name.
-Level level_named(const std::string& name);
+PROCAM_EXPORT Level level_named(const std::string& name);
 /// The size of the level's projector picture.
-ImageSize projector_size(Level level);
+PROCAM_EXPORT ImageSize projector_size(Level level);
 
 /// The level's departures from what calibration assumes: none for easy.
-Conditions level_conditions(Level level);
+PROCAM_EXPORT Conditions level_conditions(Level level);
 
 struct SimulatedSession {
   Level level = Level::kEasy;
@@ -63,15 +64,16 @@ struct BoardPrint {
 /// `on_blank_paper` is the part of the projector's picture that lands on blank paper in every view. Throws
 /// Error(kNotConverged) when no poses are found that camera and projector both cover, std::invalid_argument
 /// for conditions out of range. Without conditions: those of the level.
-SimulatedSession make_session(Level level, std::uint64_t seed,
-                              const std::optional<Eigen::AlignedBox2d>& on_blank_paper = std::nullopt,
-                              const std::optional<BoardPrint>& print = std::nullopt);
-SimulatedSession make_session(Level level, std::uint64_t seed,
-                              const std::optional<Eigen::AlignedBox2d>& on_blank_paper,
-                              const std::optional<BoardPrint>& print, const Conditions& conditions);
+PROCAM_EXPORT SimulatedSession make_session(
+    Level level, std::uint64_t seed, const std::optional<Eigen::AlignedBox2d>& on_blank_paper = std::nullopt,
+    const std::optional<BoardPrint>& print = std::nullopt);
+PROCAM_EXPORT SimulatedSession make_session(Level level, std::uint64_t seed,
+                                            const std::optional<Eigen::AlignedBox2d>& on_blank_paper,
+                                            const std::optional<BoardPrint>& print,
+                                            const Conditions& conditions);
 
 /// The captures of one view while the projector shows `frames`. Noise differs from view to view.
-std::vector<ImageU8> capture_view(const SimulatedSession& session, std::size_t view,
-                                  const std::vector<ImageU8>& frames);
+PROCAM_EXPORT std::vector<ImageU8> capture_view(const SimulatedSession& session, std::size_t view,
+                                                const std::vector<ImageU8>& frames);
 
 }  // namespace procam::simulate

@@ -9,6 +9,7 @@
 #include <optional>
 #include <vector>
 
+#include "procam/core/base/export.hpp"
 #include "procam/core/base/image.hpp"
 #include "procam/core/board/board_artwork.hpp"
 #include "procam/core/rig/observation.hpp"
@@ -38,32 +39,32 @@ struct World {
 
 /// A surface frame on the wall: origin where the camera's axis meets it, x as the camera's, z into the wall.
 /// Throws std::invalid_argument when the camera does not face the wall.
-Pose rig_from_wall(const World& world);
+PROCAM_EXPORT Pose rig_from_wall(const World& world);
 /// The world before its wall alone: the sheet is behind the camera, as far away as the wall (so that captures
 /// are exposed as for a sheet on the wall).
-World with_bare_wall(World world);
+PROCAM_EXPORT World with_bare_wall(World world);
 
 /// The sheet's corners in the board's frame, clockwise from the origin's, metres.
-Points3 sheet_corners_in_board(const PrintedBoard& board);
+PROCAM_EXPORT Points3 sheet_corners_in_board(const PrintedBoard& board);
 
 /// The board's points that fall on the camera's image / that the projector's picture covers, at their exact
 /// pixels. Occlusion is ignored: nothing stands before the board.
-std::vector<Observation> board_in_camera(const World& world);
-std::vector<Observation> board_in_projector(const World& world);
+PROCAM_EXPORT std::vector<Observation> board_in_camera(const World& world);
+PROCAM_EXPORT std::vector<Observation> board_in_projector(const World& world);
 
 /// Where the camera sees that light; nullopt where it falls outside the sheet or the image.
-std::optional<Vec2> camera_pixel_of_light(const World& world, const Vec2& projector_pixel);
+PROCAM_EXPORT std::optional<Vec2> camera_pixel_of_light(const World& world, const Vec2& projector_pixel);
 
 /// The projector pixel whose light falls on the surface point that a camera pixel sees; nullopt where the
 /// camera sees nothing, or where no projector light arrives (outside its picture, in the board's shadow, from
 /// behind).
-std::optional<Vec2> projector_pixel_seen_at(const World& world, const Vec2& camera_pixel);
+PROCAM_EXPORT std::optional<Vec2> projector_pixel_seen_at(const World& world, const Vec2& camera_pixel);
 
 /// projector_pixel_seen_at() for the centres of all camera pixels.
 struct ProjectorMap {
   ImageF pixel;  ///< two channels, x and y; 0 where not lit
   ImageU8 lit;   ///< 1 where projector light arrives, else 0
 };
-ProjectorMap projector_map(const World& world);
+PROCAM_EXPORT ProjectorMap projector_map(const World& world);
 
 }  // namespace procam::simulate

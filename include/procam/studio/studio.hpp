@@ -25,6 +25,7 @@
 #include <optional>
 #include <string>
 
+#include "procam/core/base/export.hpp"
 #include "procam/core/base/types.hpp"
 
 namespace procam::studio {
@@ -46,7 +47,7 @@ struct StudioOptions {
 };
 
 /// Follows a running studio. What a function throws ends it and passes through run().
-class StudioListener {
+class PROCAM_EXPORT StudioListener {
  public:
   virtual ~StudioListener() = default;
   /// The page's address.
@@ -59,6 +60,6 @@ class StudioListener {
 
 /// Runs until the listener throws. Throws Error(kInput), Error(kIo), Error(kDevice) for a folder, a project or an address
 /// that cannot be used. Everything that fails later is shown on the page, and the studio continues.
-void run(const StudioOptions& options, StudioListener* listener = nullptr);
+PROCAM_EXPORT void run(const StudioOptions& options, StudioListener* listener = nullptr);
 
 }  // namespace procam::studio

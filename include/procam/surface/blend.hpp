@@ -28,6 +28,7 @@
 /// shadows.)
 #include <map>
 
+#include "procam/core/base/export.hpp"
 #include "procam/core/lens/projector.hpp"
 #include "procam/core/surface/surface.hpp"
 
@@ -76,13 +77,13 @@ struct BlendedSets {
 
 /// Throws std::invalid_argument for options out of range: brightness > 0, 0 <= black < 1, 0 < min_gain <=
 /// 1, reflectance pictures with one channel and numbers of 0 or more.
-Blend blend_maps(const std::vector<BlendInput>& projectors, const BlendOptions& options = {});
+PROCAM_EXPORT Blend blend_maps(const std::vector<BlendInput>& projectors, const BlendOptions& options = {});
 
 /// Frame values (RGB, sRGB) as they were drawn -> as they must be shown: decoded, gain and lift, encoded for
 /// a projector that makes light of values as value^gamma; 0: as sRGB.
-void apply_blend(const BlendMap& map, ImageView<std::uint8_t> frame, double gamma = 0);
+PROCAM_EXPORT void apply_blend(const BlendMap& map, ImageView<std::uint8_t> frame, double gamma = 0);
 
 /// The same for a frame of light, 0..1, which stays light.
-void apply_blend(const BlendMap& map, ImageView<float> frame);
+PROCAM_EXPORT void apply_blend(const BlendMap& map, ImageView<float> frame);
 
 }  // namespace procam::surface

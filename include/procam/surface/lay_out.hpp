@@ -10,6 +10,7 @@
 /// surface's homography or its mesh's uv once. It holds for all pictures of one size; while the surface
 /// moves, only laid.placement's pose changes. What is not covered by the picture (Fit::kContain) is not
 /// there: what lies behind it shows.
+#include "procam/core/base/export.hpp"
 #include "procam/core/surface/surface.hpp"
 
 namespace procam::surface {
@@ -40,7 +41,7 @@ inline constexpr int kMaskSide = 2048;
 ///
 /// Throws Error(kInput), naming the surface, for a crop without area or beyond the picture and for a shape
 /// with a fault; std::invalid_argument for an empty picture.
-LaidOut lay_out(const Placement& placement, const Surface& surface, ImageSize picture);
+PROCAM_EXPORT LaidOut lay_out(const Placement& placement, const Surface& surface, ImageSize picture);
 inline LaidOut lay_out(const SolvedSurface& solved, ImageSize picture) {
   return lay_out(solved.placement, solved.surface, picture);
 }

@@ -9,6 +9,7 @@
 /// Placement: projector_from_surface = projector_from_frame * frame_from_surface, for frame "projector" (the
 /// identity), "rig" (the rig's own pose) or "world" (`projector_from_world`). Pixels, frames: see
 /// docs/conventions.md.
+#include "procam/core/base/export.hpp"
 #include "procam/core/rig/rig.hpp"
 #include "procam/core/surface/surface.hpp"
 
@@ -40,16 +41,17 @@ struct SolveOptions {
 /// Diagnostics, a surface each (`SolvedSurface::diagnostics`): failures "behind_projector" and "edge_on", no
 /// light can land; warnings "outside_picture", "partly_outside", "seen_from_behind", "grazing",
 /// "outlying_pair", "implausible_units" (farther than 200 m).
-SolvedSurfaceSet solve_surfaces(const SurfaceSet& set, const RigProjector& projector,
-                                const std::optional<Pose>& projector_from_world = std::nullopt,
-                                const SolveOptions& options = {});
+PROCAM_EXPORT SolvedSurfaceSet solve_surfaces(const SurfaceSet& set, const RigProjector& projector,
+                                              const std::optional<Pose>& projector_from_world = std::nullopt,
+                                              const SolveOptions& options = {});
 
 /// The same surfaces from another pose of the projector: what stands in the world moves, homographies and
 /// meshes stay. For every frame of a drive: visibility, corners and remarks are left as they were solved, and
 /// nothing is allocated.
-void move_to(SolvedSurfaceSet& solved, const RigProjector& projector, const Pose& projector_from_world);
+PROCAM_EXPORT void move_to(SolvedSurfaceSet& solved, const RigProjector& projector,
+                           const Pose& projector_from_world);
 
 /// All diagnostics of the set, each message beginning with its surface's name.
-Diagnostics diagnostics_of(const SolvedSurfaceSet& solved);
+PROCAM_EXPORT Diagnostics diagnostics_of(const SolvedSurfaceSet& solved);
 
 }  // namespace procam::surface

@@ -10,28 +10,30 @@
 /// their numbers. They agree with what render draws there.
 #include <cstdint>
 
+#include "procam/core/base/export.hpp"
 #include "procam/core/lens/projector.hpp"
 #include "procam/core/surface/surface.hpp"
 #include "procam/core/surface/warp_map.hpp"
 
 namespace procam::surface {
 
-WarpMap warp_map(const Placement& placement, const Projector& projector);
+PROCAM_EXPORT WarpMap warp_map(const Placement& placement, const Projector& projector);
 
 /// Where each pixel's light lands on the content: x, y, z in metres in the target frame, NaN in all three
 /// where the content is not shown. Throws Error(kUnsupported) for a pixel surface, which has no place in the
 /// room.
-ImageF position_map(const Placement& placement, const Projector& projector,
-                    const Pose& target_from_projector = Pose::identity());
+PROCAM_EXPORT ImageF position_map(const Placement& placement, const Projector& projector,
+                                  const Pose& target_from_projector = Pose::identity());
 
 /// Which surface the light of each pixel meets first, by its place in the set; -1: none. As renderers have
 /// it: by distance, of two that lie together (within a thousandth of it) the later; a pixel surface covers
 /// what is before it in the set and is covered by what comes after. Outside its outline and in its holes a
 /// surface is not there.
-Image<std::int16_t> nearest_surfaces(const SolvedSurfaceSet& solved, const Projector& projector);
+PROCAM_EXPORT Image<std::int16_t> nearest_surfaces(const SolvedSurfaceSet& solved,
+                                                   const Projector& projector);
 
 /// One surface of a set, or all of it (nullptr), as its light meets it: what other surfaces hide is not shown.
-struct VisiblePart {
+struct PROCAM_EXPORT VisiblePart {
   const SolvedSurfaceSet& solved;
   const SolvedSurface* chosen = nullptr;
   Image<std::int16_t> nearest;  ///< nearest_surfaces()
@@ -43,11 +45,12 @@ struct VisiblePart {
 };
 
 /// 1, or `weight`, where the part is shown, else 0.
-ImageF alpha_map(const VisiblePart& part, const ImageF* weight = nullptr);
+PROCAM_EXPORT ImageF alpha_map(const VisiblePart& part, const ImageF* weight = nullptr);
 /// warp_map() of the chosen surface without what others hide: outline and holes do nothing to a map.
-WarpMap warp_map(const VisiblePart& part, const Projector& projector);
+PROCAM_EXPORT WarpMap warp_map(const VisiblePart& part, const Projector& projector);
 /// position_map() of each surface where it is the nearest. Of several, pixel surfaces are skipped.
-ImageF position_map(const VisiblePart& part, const Projector& projector, const Pose& target_from_projector);
+PROCAM_EXPORT ImageF position_map(const VisiblePart& part, const Projector& projector,
+                                  const Pose& target_from_projector);
 
 /// Cells of the content across and down; each becomes two triangles.
 struct MeshGrid {
@@ -67,6 +70,7 @@ struct WarpGrid {
 /// are skipped. Curved surfaces and meshes: the triangles that they are made of (`grid` is ignored then),
 /// the farthest first, so that the nearer cover them. Throws std::invalid_argument unless there are 1 to 1024
 /// columns and rows.
-WarpGrid warp_mesh(const Placement& placement, const Projector& projector, const MeshGrid& grid = {});
+PROCAM_EXPORT WarpGrid warp_mesh(const Placement& placement, const Projector& projector,
+                                 const MeshGrid& grid = {});
 
 }  // namespace procam::surface

@@ -22,11 +22,13 @@
 #include <string>
 #include <string_view>
 
+#include "procam/core/base/export.hpp"
+
 namespace procam::track {
 
 /// Called on the source's thread. What received() throws goes to failed(), and the source continues; the others must
 /// not throw.
-class ByteHandler {
+class PROCAM_EXPORT ByteHandler {
  public:
   virtual ~ByteHandler() = default;
   /// A datagram (peer 0) or the next piece of the stream of `peer`, 0 .. limits::kSenders - 1. `arrival`:
@@ -39,13 +41,13 @@ class ByteHandler {
   virtual void failed(const std::string& /*why*/) {}
 };
 
-class ByteSource {
+class PROCAM_EXPORT ByteSource {
  public:
   virtual ~ByteSource() = default;
 };
 
 /// Throws Error(kInput) for a text of no such form, Error(kDevice) for a port that cannot be bound. A TCP peer that is
 /// not there yet is no error.
-std::unique_ptr<ByteSource> open_byte_source(const std::string& text, ByteHandler& handler);
+PROCAM_EXPORT std::unique_ptr<ByteSource> open_byte_source(const std::string& text, ByteHandler& handler);
 
 }  // namespace procam::track

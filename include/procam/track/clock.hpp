@@ -21,6 +21,8 @@
 #include <cstdint>
 #include <optional>
 
+#include "procam/core/base/export.hpp"
+
 namespace procam::track {
 
 struct ClockOptions {
@@ -44,7 +46,7 @@ enum class ClockVerdict {
   kJumped     ///< the sender's clock was set: this message confirmed it, and its time is to be believed
 };
 
-class Clock {
+class PROCAM_EXPORT Clock {
  public:
   struct Estimate {
     double offset = 0;  ///< local - sender at the last stamp, seconds, with the shortest delay in it
@@ -90,6 +92,6 @@ class Clock {
 
 /// steady_now() less the system clock's Unix time, now: ClockOptions::known_offset for stamps in Unix time of
 /// this machine, or of one that PTP keeps with it. It changes when the system clock is set.
-double local_from_unix();
+PROCAM_EXPORT double local_from_unix();
 
 }  // namespace procam::track

@@ -20,6 +20,7 @@
 #include <string>
 #include <vector>
 
+#include "procam/core/base/export.hpp"
 #include "procam/core/board/marker.hpp"
 #include "procam/core/geometry/frame_tree.hpp"
 #include "procam/core/rig/rig.hpp"
@@ -65,8 +66,8 @@ struct LocateResult {
 /// Throws Error kNotEnoughData when no marker of the map is seen, kDegenerate when the markers contradict
 /// each other without a majority or when the second pose cannot be excluded, kNotConverged; and
 /// std::invalid_argument when the image's size is not the camera's or the map's sizes are not positive.
-LocateResult locate(const MarkerDetections& detections, const Camera& camera, const MarkerMap& map,
-                    const LocateOptions& options = {});
+PROCAM_EXPORT LocateResult locate(const MarkerDetections& detections, const Camera& camera,
+                                  const MarkerMap& map, const LocateOptions& options = {});
 
 /// projector_from_world = projector_from_camera * camera_from_world.
 struct Chain {
@@ -76,7 +77,7 @@ struct Chain {
 
 /// The covariance of the total counts what the rig file says of the lens and of both devices' places once,
 /// with its correlations: the links' own covariances overlap where the lens takes part in both.
-Chain projector_chain(const Rig& rig, const RigProjector& projector, const RigCamera& camera,
-                      const LocateResult& seen);
+PROCAM_EXPORT Chain projector_chain(const Rig& rig, const RigProjector& projector, const RigCamera& camera,
+                                    const LocateResult& seen);
 
 }  // namespace procam::track

@@ -9,12 +9,13 @@
 #include <string>
 #include <vector>
 
+#include "procam/core/base/export.hpp"
 #include "procam/track/stamped_pose.hpp"
 
 namespace procam::track {
 
 /// Appends as messages come; what was written survives a crash of the program up to the last flush().
-class PoseLogWriter {
+class PROCAM_EXPORT PoseLogWriter {
  public:
   /// Throws Error(kIo).
   explicit PoseLogWriter(const std::filesystem::path& path);
@@ -29,6 +30,6 @@ class PoseLogWriter {
 
 /// The whole log, in its order; of a run (`project-live --record`) the poses. A last line that was cut is skipped.
 /// Throws Error(kIo), Error(kInput) with the line.
-std::vector<StampedPose> read_pose_log(const std::filesystem::path& path);
+PROCAM_EXPORT std::vector<StampedPose> read_pose_log(const std::filesystem::path& path);
 
 }  // namespace procam::track

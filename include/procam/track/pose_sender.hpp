@@ -3,11 +3,12 @@
 #include <memory>
 #include <string>
 
+#include "procam/core/base/export.hpp"
 #include "procam/track/stamped_pose.hpp"
 
 namespace procam::track {
 
-class PoseSender {
+class PROCAM_EXPORT PoseSender {
  public:
   virtual ~PoseSender() = default;
   /// As it is, one datagram or a piece of the stream.
@@ -21,6 +22,6 @@ class PoseSender {
 /// "udp:HOST:PORT", "osc:HOST:PORT", "psn:[GROUP:]PORT", "tcp:HOST:PORT" (connects, again when it ends),
 /// "tcp-listen:PORT" (everybody who connects gets all). `binary`: udp and tcp send the binary form. Throws
 /// Error(kInput), Error(kDevice).
-std::unique_ptr<PoseSender> open_pose_sender(const std::string& text, bool binary);
+PROCAM_EXPORT std::unique_ptr<PoseSender> open_pose_sender(const std::string& text, bool binary);
 
 }  // namespace procam::track

@@ -28,6 +28,7 @@
 #include <string>
 #include <vector>
 
+#include "procam/core/base/export.hpp"
 #include "procam/track/stamped_pose.hpp"
 
 namespace procam::track {
@@ -48,7 +49,7 @@ struct SourceStatus {
   std::string last_error;         ///< of the last malformed message or failed connection; empty when none
 };
 
-class PoseSource {
+class PROCAM_EXPORT PoseSource {
  public:
   virtual ~PoseSource() = default;
 
@@ -61,11 +62,12 @@ class PoseSource {
 /// Opens a source by its text. Throws Error(kInput) for a text that names none or a log that is none,
 /// Error(kDevice) for a port that cannot be bound. A peer that is not there yet is no error: the source tries
 /// again after 0.1 s, 0.2 s, ... 3 s.
-std::unique_ptr<PoseSource> open_pose_source(const std::string& text, const SourceOptions& options = {});
+PROCAM_EXPORT std::unique_ptr<PoseSource> open_pose_source(const std::string& text,
+                                                           const SourceOptions& options = {});
 
 /// For robot software that links the library, for sightings of a marker, and for tests: whoever has a pose
 /// pushes it, from any thread. An arrival of zero is set to steady_now().
-class PoseQueue : public PoseSource {
+class PROCAM_EXPORT PoseQueue : public PoseSource {
  public:
   explicit PoseQueue(const SourceOptions& options = {});
   ~PoseQueue() override;

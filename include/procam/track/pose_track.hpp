@@ -35,6 +35,7 @@
 #include <optional>
 #include <string>
 
+#include "procam/core/base/export.hpp"
 #include "procam/track/clock.hpp"
 #include "procam/track/stamped_pose.hpp"
 
@@ -47,8 +48,8 @@ enum class Prediction {
   kNone                   ///< the newest pose as it came: for comparison, and for what is already predicted
 };
 /// "auto", "twist", "acceleration", "none". Throws Error(kInput).
-Prediction parse_prediction(const std::string& text);
-const char* to_string(Prediction prediction);
+PROCAM_EXPORT Prediction parse_prediction(const std::string& text);
+PROCAM_EXPORT const char* to_string(Prediction prediction);
 
 struct TrackOptions {
   /// Which messages are meant; empty takes the names of the first message.
@@ -78,7 +79,7 @@ enum class TrackState {
   kFresh,  ///<
   kStale   ///< the newest pose is older than stale_after at the time asked for
 };
-const char* to_string(TrackState state);
+PROCAM_EXPORT const char* to_string(TrackState state);
 
 struct TrackedPose {
   TrackState state = TrackState::kNone;
@@ -110,7 +111,7 @@ struct Faults {
   std::uint64_t lost = 0;         ///< sequence numbers that never came
 };
 
-class PoseTrack {
+class PROCAM_EXPORT PoseTrack {
  public:
   /// Throws std::invalid_argument for options that are not positive where they must be.
   explicit PoseTrack(const TrackOptions& options = {});

@@ -9,6 +9,7 @@
 #include <optional>
 #include <string>
 
+#include "procam/core/base/export.hpp"
 #include "procam/core/base/types.hpp"
 #include "procam/core/geometry/se3.hpp"
 
@@ -29,6 +30,6 @@ struct StampedPose {
 };
 
 /// Seconds of std::chrono::steady_clock: the clock of every arrival, and of device::now_s().
-double steady_now();
+PROCAM_EXPORT double steady_now();
 
 }  // namespace procam::track

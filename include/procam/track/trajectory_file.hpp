@@ -16,6 +16,7 @@
 #include <string>
 #include <vector>
 
+#include "procam/core/base/export.hpp"
 #include "procam/track/stamped_pose.hpp"
 
 namespace procam::track {
@@ -28,10 +29,10 @@ struct Trajectory {
 
 /// `file`: a path, or of KITTI "poses+times". Throws Error(kIo), Error(kInput) with the line,
 /// Error(kNotEnoughData) for a file without poses.
-Trajectory read_trajectory(const std::string& file);
+PROCAM_EXPORT Trajectory read_trajectory(const std::string& file);
 
 /// Waypoints in a plane: lines of "time x y yaw_deg" between blanks or commas, seconds and metres; '#' begins a
 /// comment. Errors as above.
-Trajectory read_waypoints(const std::string& file);
+PROCAM_EXPORT Trajectory read_waypoints(const std::string& file);
 
 }  // namespace procam::track

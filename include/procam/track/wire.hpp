@@ -9,6 +9,7 @@
 #include <string_view>
 #include <vector>
 
+#include "procam/core/base/export.hpp"
 #include "procam/core/base/limits.hpp"
 #include "procam/track/stamped_pose.hpp"
 
@@ -24,12 +25,12 @@ struct Parsed {
 };
 
 /// JSON lines and binary messages, in any mixture: one datagram.
-Parsed parse_poses(std::string_view datagram);
+PROCAM_EXPORT Parsed parse_poses(std::string_view datagram);
 /// What the parsers read back. JSON ends in a newline. OSC: without twist or covariance.
-std::string to_json_line(const StampedPose& message);
-std::string to_binary(const StampedPose& message);
-std::string to_osc(const StampedPose& message);
+PROCAM_EXPORT std::string to_json_line(const StampedPose& message);
+PROCAM_EXPORT std::string to_binary(const StampedPose& message);
+PROCAM_EXPORT std::string to_osc(const StampedPose& message);
 /// Several trackers make one packet; IDs are taken from children named "tracker ID", else 0.
-std::string to_psn(const StampedPose& message);
+PROCAM_EXPORT std::string to_psn(const StampedPose& message);
 
 }  // namespace procam::track

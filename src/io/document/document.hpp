@@ -8,6 +8,7 @@
 
 #include "procam/core/base/detail/plain_text.hpp"
 #include "procam/core/base/error.hpp"
+#include "procam/core/base/export.hpp"
 
 namespace procam::io {
 
@@ -50,8 +51,8 @@ enum class Syntax { kJson, kXml };
 /// By extension; throws Error(kUnsupported) for one that is neither.
 Syntax syntax_of(const std::filesystem::path& path);
 
-Node load_document(const std::filesystem::path& path, Syntax syntax);
-void save_document(const std::filesystem::path& path, Syntax syntax, const Node& document);
+PROCAM_EXPORT Node load_document(const std::filesystem::path& path, Syntax syntax);
+PROCAM_EXPORT void save_document(const std::filesystem::path& path, Syntax syntax, const Node& document);
 
 /// Texts in documents: the set that both syntaxes hand back unchanged.
 using procam::internal::is_plain_text;

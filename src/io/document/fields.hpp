@@ -18,6 +18,7 @@
 
 #include "document/size_check.hpp"
 #include "document/value.hpp"
+#include "procam/core/base/export.hpp"
 #include "procam/core/base/types.hpp"
 
 namespace procam::io {
@@ -303,7 +304,7 @@ void write(T& value, Node& out, const std::string& path) {
 }
 
 /// The first two fields of every procam file. Throws Error(kUnsupported) for a version after `newest`.
-void header(Fields& f, const char* format, int newest);
+PROCAM_EXPORT void header(Fields& f, const char* format, int newest);
 
 /// Reads a document whose first fields are those of header().
 template <typename T>

@@ -4,11 +4,12 @@
 #include <vector>
 
 #include "document/document.hpp"
+#include "procam/core/base/export.hpp"
 #include "procam/io/text.hpp"
 
 namespace procam::io {
 
-struct Value {
+struct PROCAM_EXPORT Value {
   const Node* node = nullptr;
   const std::string* file = nullptr;
   std::string path;  ///< "cameras[0].intrinsics.fx"; empty for the whole document

@@ -11,6 +11,8 @@
 #include <utility>
 #include <vector>
 
+#include "procam/core/base/export.hpp"
+
 namespace procam {
 
 enum class ErrorKind { kInput, kNotEnoughData, kDegenerate, kNotConverged, kUnsupported, kIo, kDevice };
@@ -36,7 +38,7 @@ inline const char* to_string(ErrorKind kind) {
 }
 
 /// An error that a person must act on. what() reads "<what>: <why>; <next>".
-class Error : public std::runtime_error {
+class PROCAM_EXPORT Error : public std::runtime_error {
  public:
   Error(ErrorKind kind, std::string what, std::string why, std::string next)
       : std::runtime_error(what + ": " + why + "; " + next),

@@ -24,6 +24,7 @@
 #include <string>
 #include <vector>
 
+#include "procam/core/base/export.hpp"
 #include "procam/core/rig/rig.hpp"
 
 namespace procam::io {
@@ -31,7 +32,7 @@ namespace procam::io {
 enum class CalibrationFormat { kOpenCv, kOpenCvStereo, kRos, kKalibr, kMrcal, kColmap, kUrdf, kSdf, kGltf };
 
 /// "opencv", "opencv-stereo", "ros", ... as in the table. Throws Error(kInput) that suggests the nearest.
-CalibrationFormat parse_calibration_format(const std::string& name);
+PROCAM_EXPORT CalibrationFormat parse_calibration_format(const std::string& name);
 
 struct ForeignCalibration {
   std::string text;
@@ -43,7 +44,7 @@ struct ForeignCalibration {
 /// `device` names the camera or projector for a format of one device; empty: the only one. Throws Error(kInput) when
 /// the rig has several, or none of that name, and for a stereo pair that is not one camera and one projector;
 /// Error(kUnsupported) for a lens that the format has no model for.
-ForeignCalibration export_calibration(CalibrationFormat format, const Rig& rig,
-                                      const std::string& device = "");
+PROCAM_EXPORT ForeignCalibration export_calibration(CalibrationFormat format, const Rig& rig,
+                                                    const std::string& device = "");
 
 }  // namespace procam::io

@@ -25,6 +25,7 @@
 #include <optional>
 #include <vector>
 
+#include "procam/core/base/export.hpp"
 #include "procam/core/rig/rig.hpp"
 
 namespace procam::io {
@@ -39,11 +40,11 @@ struct CalibrationContext {
 /// a stereo calibration too: whoever checks a projector calibrated it as one). One RMS for both becomes that
 /// of each. Throws Error(kInput) naming file, line and field where something is missing or not what it should
 /// be, Error(kUnsupported) for lens models that procam has not, Error(kIo).
-Rig load_calibration(const std::filesystem::path& path, const CalibrationContext& context = {});
+PROCAM_EXPORT Rig load_calibration(const std::filesystem::path& path, const CalibrationContext& context = {});
 
 /// One camera for images of `size`: "fx,fy,cx,cy" or "fx,fy,cx,cy,skew" in pixels, without distortion, or a file
 /// as above, in which `name` may be empty when it holds one camera. Throws Error as load_calibration() does, and
 /// Error(kInput) for numbers that no camera has and for a camera of another size.
-RigCamera load_camera(const std::string& text, const std::string& name, ImageSize size);
+PROCAM_EXPORT RigCamera load_camera(const std::string& text, const std::string& name, ImageSize size);
 
 }  // namespace procam::io

@@ -16,6 +16,7 @@
 #include <string>
 #include <vector>
 
+#include "procam/core/base/export.hpp"
 #include "procam/core/rig/rig.hpp"
 #include "procam/io/exchange/world_axes.hpp"
 
@@ -24,7 +25,7 @@ namespace procam::io {
 enum class CameraProgram { kUnity, kUnreal, kGodot, kBlender, kSplash, kSgct, kOpenGl };
 
 /// "unity", "unreal", "godot", "blender", "splash", "sgct", "opengl"; else Error(kInput).
-CameraProgram parse_camera_program(const std::string& name);
+PROCAM_EXPORT CameraProgram parse_camera_program(const std::string& name);
 
 struct ClipPlanes {
   double near = 0.1, far = 100;  ///< metres
@@ -38,7 +39,8 @@ struct CameraSettings {
 };
 
 /// Throws std::invalid_argument for clip planes that are not 0 < near < far < infinity.
-CameraSettings camera_settings(CameraProgram program, const RigProjector& projector,
-                               const Pose& world_from_projector, WorldUp up, ClipPlanes clip = {});
+PROCAM_EXPORT CameraSettings camera_settings(CameraProgram program, const RigProjector& projector,
+                                             const Pose& world_from_projector, WorldUp up,
+                                             ClipPlanes clip = {});
 
 }  // namespace procam::io

@@ -30,6 +30,7 @@
 #include <string>
 #include <vector>
 
+#include "procam/core/base/export.hpp"
 #include "procam/core/base/limits.hpp"
 #include "procam/core/lens/projector.hpp"
 #include "procam/core/surface/warp_map.hpp"
@@ -39,7 +40,7 @@ namespace procam::io {
 enum class MpcdiProfile { k2d, k3d, kShaderLamps, kAdvanced3d };
 
 /// "2d", "3d", "sl" or "a3", in any case; else Error(kInput).
-MpcdiProfile parse_mpcdi_profile(const std::string& text);
+PROCAM_EXPORT MpcdiProfile parse_mpcdi_profile(const std::string& text);
 
 /// As in the file: degrees.
 struct MpcdiFrustum {
@@ -75,14 +76,15 @@ struct Mpcdi {
 
 /// The pinhole that the region's frustum and size describe; and where it stands. Throw Error(kInput) for a
 /// region without one, Error(kUnsupported) for a left-handed coordinate frame.
-Projector projector_of(const MpcdiRegion& region);
-Pose world_from_projector(const MpcdiRegion& region);
+PROCAM_EXPORT Projector projector_of(const MpcdiRegion& region);
+PROCAM_EXPORT Pose world_from_projector(const MpcdiRegion& region);
 
 /// Sets size, frustum, frame and distortion from a projector in a world of x right, y up, z backward (the
 /// file's usual axes). The frustum is the smallest that holds all of the light; it is the projector itself,
 /// to rounding, where the lens has neither skew nor distortion. Where it has, a warning "frustum_is_not_lens"
 /// says by how many pixels the frustum alone is off.
-Diagnostics set_projector(MpcdiRegion& region, const Projector& projector, const Pose& world_from_projector);
+PROCAM_EXPORT Diagnostics set_projector(MpcdiRegion& region, const Projector& projector,
+                                        const Pose& world_from_projector);
 
 /// .mpcdi or .mpcdi.xml, recognised by its contents. Names are taken in any case ("xResolution"). Only what
 /// the XML names is unpacked, in memory. Throws Error(kInput), naming file and member or line, for archives
@@ -90,11 +92,12 @@ Diagnostics set_projector(MpcdiRegion& region, const Projector& projector, const
 /// archive (".."), lack a file, or whose maps have another size than their region or numbers that are none;
 /// regions outside 0..1, absurd sizes. Error(kUnsupported) for an archive when procam was built without
 /// libzip.
-Mpcdi load_mpcdi(const std::filesystem::path& path, std::size_t largest_unpacked = limits::kFileBytes);
+PROCAM_EXPORT Mpcdi load_mpcdi(const std::filesystem::path& path,
+                               std::size_t largest_unpacked = limits::kFileBytes);
 
 /// Writes profiles 2d, sl and a3, at once or not at all; the same data give the same bytes. The name must end
 /// in .mpcdi. Throws std::invalid_argument for regions without what their profile needs, Error(kUnsupported)
 /// for profile 3d, for another name, and when procam was built without libzip.
-void save_mpcdi(const std::filesystem::path& path, const Mpcdi& mpcdi);
+PROCAM_EXPORT void save_mpcdi(const std::filesystem::path& path, const Mpcdi& mpcdi);
 
 }  // namespace procam::io

@@ -10,24 +10,25 @@
 /// bits of a float, an .obj to the last bit.
 #include <filesystem>
 
+#include "procam/core/base/export.hpp"
 #include "procam/core/surface/warp_map.hpp"
 
 namespace procam::io {
 
 /// By the name's extension; Error(kUnsupported) for another than the three, Error(kIo) when it cannot be
 /// written. At once or not at all.
-void save_warp_map(const std::filesystem::path& path, const WarpMap& map);
+PROCAM_EXPORT void save_warp_map(const std::filesystem::path& path, const WarpMap& map);
 
 /// .pfm and .png. Throws Error(kInput) for a file that is damaged, cut short, not a map of three channels, or
 /// that has coordinates outside 0..1 or not finite where it shows content; Error(kUnsupported) for another
 /// extension or a .png without 16 bits.
-WarpMap load_warp_map(const std::filesystem::path& path);
+PROCAM_EXPORT WarpMap load_warp_map(const std::filesystem::path& path);
 
 /// .obj, else Error(kUnsupported).
-void save_warp_mesh(const std::filesystem::path& path, const WarpMesh& mesh);
+PROCAM_EXPORT void save_warp_mesh(const std::filesystem::path& path, const WarpMesh& mesh);
 
 /// `projector`: the size of the picture that the file's square stands for. Polygons are cut into triangles.
 /// Errors as for mesh files: kIo for a file that cannot be read, kInput with file and line for one that is no mesh.
-WarpMesh load_warp_mesh(const std::filesystem::path& path, ImageSize projector);
+PROCAM_EXPORT WarpMesh load_warp_mesh(const std::filesystem::path& path, ImageSize projector);
 
 }  // namespace procam::io

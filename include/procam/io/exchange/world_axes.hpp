@@ -3,6 +3,7 @@
 /// mean something (y up, z up, left-handed ...).
 #include <string>
 
+#include "procam/core/base/export.hpp"
 #include "procam/core/base/types.hpp"
 
 namespace procam::io {
@@ -14,7 +15,7 @@ enum class WorldUp {
 };
 
 /// "z", "y" or "-y"; else Error(kInput).
-WorldUp parse_world_up(const std::string& text);
+PROCAM_EXPORT WorldUp parse_world_up(const std::string& text);
 
 /// Three directions as unit vectors in some axes; in a left-handed program's axes as well.
 struct Directions {
@@ -23,6 +24,6 @@ struct Directions {
 
 /// The matrix that takes coordinates in the user's axes to those of a program, given what the three
 /// directions are there; its determinant is -1 for a left-handed one.
-Mat3 program_from_world(const Directions& in_program, WorldUp up);
+PROCAM_EXPORT Mat3 program_from_world(const Directions& in_program, WorldUp up);
 
 }  // namespace procam::io

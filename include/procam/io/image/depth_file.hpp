@@ -4,16 +4,17 @@
 #include <filesystem>
 
 #include "procam/core/base/depth_pixels.hpp"
+#include "procam/core/base/export.hpp"
 
 namespace procam::io {
 
 /// A 16-bit PNG or TIFF of one channel, as it is: the unit of its numbers is in no file. Throws Error(kIo)
 /// when the file cannot be read, Error(kInput) when it is damaged, cut short or too large,
 /// Error(kUnsupported) for pictures of other pixels.
-Image<std::uint16_t> load_depth(const std::filesystem::path& path);
+PROCAM_EXPORT Image<std::uint16_t> load_depth(const std::filesystem::path& path);
 
 /// The same, and floats in metres: a TIFF of 32-bit floats or a PFM, of one channel.
-DepthPixels load_depth_pixels(const std::filesystem::path& path);
+PROCAM_EXPORT DepthPixels load_depth_pixels(const std::filesystem::path& path);
 
 /// 16-bit numbers that stand for something else than a multiple of a length.
 enum class DepthPacking {
@@ -22,9 +23,9 @@ enum class DepthPacking {
 };
 
 /// As load_depth(), in millimetres.
-Image<std::uint16_t> load_packed_depth(const std::filesystem::path& path, DepthPacking packing);
+PROCAM_EXPORT Image<std::uint16_t> load_packed_depth(const std::filesystem::path& path, DepthPacking packing);
 
 /// Written at once or not at all, as PNG. Throws Error(kUnsupported) unless the name ends in .png.
-void save_depth(const std::filesystem::path& path, ImageView<const std::uint16_t> depth);
+PROCAM_EXPORT void save_depth(const std::filesystem::path& path, ImageView<const std::uint16_t> depth);
 
 }  // namespace procam::io

@@ -9,6 +9,7 @@
 #include <optional>
 #include <string>
 
+#include "procam/core/base/export.hpp"
 #include "procam/core/base/image.hpp"
 
 namespace procam::io {
@@ -20,24 +21,24 @@ struct LoadedImage {
 
 /// 16-bit pictures are reduced by v / 257, rounded. Throws Error(kIo) when the file cannot be read,
 /// Error(kInput) when it is damaged, cut short or too large, Error(kUnsupported) for another format or depth.
-LoadedImage load_image(const std::filesystem::path& path);
+PROCAM_EXPORT LoadedImage load_image(const std::filesystem::path& path);
 
 /// Width and height as the file's header states them, without decoding; nullopt where it is no such image or
 /// cannot be read (load_image() says why).
-std::optional<ImageSize> image_size(const std::filesystem::path& path);
+PROCAM_EXPORT std::optional<ImageSize> image_size(const std::filesystem::path& path);
 
 /// Grey from R G B (A ignored): ITU-R BT.601 luma, 0.299 R + 0.587 G + 0.114 B, rounded. One channel is
 /// copied.
-ImageU8 to_gray(ViewU8 image);
+PROCAM_EXPORT ImageU8 to_gray(ViewU8 image);
 
 /// The picture as the bytes of a PNG file; the same pixels give the same bytes.
-std::string encode_png(ViewU8 image);
+PROCAM_EXPORT std::string encode_png(ViewU8 image);
 
 /// Writes a PNG, at once or not at all. Throws Error(kUnsupported) unless the name ends in .png.
-void save_image(const std::filesystem::path& path, ViewU8 image);
+PROCAM_EXPORT void save_image(const std::filesystem::path& path, ViewU8 image);
 
 /// Writes R G B light as an OpenEXR picture of 32-bit floats, uncompressed, linear, at once or not at all.
 /// Throws Error(kUnsupported) unless the name ends in .exr.
-void save_light(const std::filesystem::path& path, ViewF light);
+PROCAM_EXPORT void save_light(const std::filesystem::path& path, ViewF light);
 
 }  // namespace procam::io

@@ -8,11 +8,12 @@
 #include <string>
 #include <string_view>
 
+#include "procam/core/base/export.hpp"
 #include "procam/core/base/image.hpp"
 
 namespace procam::io {
 
 /// Written lowest byte first, at once or not at all. 1 or 3 channels, else std::invalid_argument.
-void save_pfm(const std::filesystem::path& path, ViewF image);
+PROCAM_EXPORT void save_pfm(const std::filesystem::path& path, ViewF image);
 
 }  // namespace procam::io

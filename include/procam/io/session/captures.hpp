@@ -21,6 +21,7 @@
 #include <string>
 #include <vector>
 
+#include "procam/core/base/export.hpp"
 #include "procam/core/base/image.hpp"
 #include "procam/core/board/board.hpp"
 
@@ -39,20 +40,20 @@ struct CaptureFolder {
 /// Error(kInput) for: no image, an image without a number, two series or two files of one number, a gap
 /// (naming the missing file), another count than expected, frames of two sizes, a damaged frame, a grey frame
 /// where `channels` is 3; Error(kIo) when the folder cannot be read.
-CaptureFolder load_capture_folder(const std::filesystem::path& folder, int expected_frames, int channels = 1,
-                                  const std::optional<ImageSize>& size = {});
+PROCAM_EXPORT CaptureFolder load_capture_folder(const std::filesystem::path& folder, int expected_frames,
+                                                int channels = 1, const std::optional<ImageSize>& size = {});
 
 /// The size that most images in the folders have, by their headers; the first one's among equals, nullopt
 /// without a readable image.
-std::optional<ImageSize> common_image_size(const std::vector<std::filesystem::path>& folders);
+PROCAM_EXPORT std::optional<ImageSize> common_image_size(const std::vector<std::filesystem::path>& folders);
 
 /// The images (png, jpg, bmp, tif) of a folder in natural order of their names. Throws Error(kIo) when it
 /// cannot be read.
-std::vector<std::filesystem::path> list_images(const std::filesystem::path& folder);
+PROCAM_EXPORT std::vector<std::filesystem::path> list_images(const std::filesystem::path& folder);
 
 /// The sub-folders that hold images, or folders with images, in natural order of their names. Throws
 /// Error(kInput) when there is none, Error(kIo) when the folder cannot be read.
-std::vector<std::filesystem::path> list_views(const std::filesystem::path& session_folder);
+PROCAM_EXPORT std::vector<std::filesystem::path> list_views(const std::filesystem::path& session_folder);
 
 /// One camera's frames of one projector's patterns in one view.
 struct Stack {
@@ -63,8 +64,8 @@ struct Stack {
 /// The stacks of a view, in natural order; a folder with the name of one of `projectors` is that projector's,
 /// any other a camera's. Folders named "rejected" and those that hold neither images nor a stack are left
 /// alone. Throws Error(kInput) for images beside folders of images, Error(kIo) when a folder cannot be read.
-std::vector<Stack> list_stacks(const std::filesystem::path& view_folder,
-                               const std::vector<std::string>& projectors);
+PROCAM_EXPORT std::vector<Stack> list_stacks(const std::filesystem::path& view_folder,
+                                             const std::vector<std::string>& projectors);
 
 /// What was shown while the session was captured; unknown values are omitted.
 struct SessionInfo {
@@ -78,7 +79,7 @@ struct SessionInfo {
 };
 
 /// session.json in the folder; nullopt when there is no such file. Errors as for rig files.
-std::optional<SessionInfo> load_session(const std::filesystem::path& session_folder);
-void save_session(const std::filesystem::path& session_folder, const SessionInfo& session);
+PROCAM_EXPORT std::optional<SessionInfo> load_session(const std::filesystem::path& session_folder);
+PROCAM_EXPORT void save_session(const std::filesystem::path& session_folder, const SessionInfo& session);
 
 }  // namespace procam::io

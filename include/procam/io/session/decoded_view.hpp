@@ -10,6 +10,7 @@
 #include <filesystem>
 #include <vector>
 
+#include "procam/core/base/export.hpp"
 #include "procam/core/base/image.hpp"
 
 namespace procam::io {
@@ -23,6 +24,6 @@ struct DecodedView {
 
 /// Throws Error(kInput), with what is expected, for maps that are missing or there twice, and for arrays of
 /// another shape; Error(kIo) for files that cannot be read.
-DecodedView load_decoded_view(const std::filesystem::path& folder);
+PROCAM_EXPORT DecodedView load_decoded_view(const std::filesystem::path& folder);
 
 }  // namespace procam::io

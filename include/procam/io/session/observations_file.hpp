@@ -40,6 +40,7 @@
 #include <string>
 #include <vector>
 
+#include "procam/core/base/export.hpp"
 #include "procam/core/base/types.hpp"
 #include "procam/core/rig/observation.hpp"
 
@@ -54,10 +55,12 @@ struct ObservationsContext {
 /// Correspondences of all rows: cameras first among the devices, in the order given, then projectors; views
 /// in the order of their first rows. Throws Error(kIo) for a file that cannot be read, Error(kInput) naming
 /// file, line and column.
-Correspondences load_observations(const std::filesystem::path& path, const ObservationsContext& context = {});
+PROCAM_EXPORT Correspondences load_observations(const std::filesystem::path& path,
+                                                const ObservationsContext& context = {});
 
 /// Writes CSV, or records of numbers for a name that ends in .npy (which then needs a context to be read).
 /// Every number reads back as the same double. Throws Error(kIo).
-void save_observations(const std::filesystem::path& path, const Correspondences& correspondences);
+PROCAM_EXPORT void save_observations(const std::filesystem::path& path,
+                                     const Correspondences& correspondences);
 
 }  // namespace procam::io

@@ -20,12 +20,13 @@
 /// may be absent.
 #include <filesystem>
 
+#include "procam/core/base/export.hpp"
 #include "procam/core/rig/frame_sequence.hpp"
 
 namespace procam::io {
 
 /// Errors as for rig files.
-FrameSequence load_pattern(const std::filesystem::path& path);
-void save_pattern(const std::filesystem::path& path, const FrameSequence& sequence);
+PROCAM_EXPORT FrameSequence load_pattern(const std::filesystem::path& path);
+PROCAM_EXPORT void save_pattern(const std::filesystem::path& path, const FrameSequence& sequence);
 
 }  // namespace procam::io

@@ -12,11 +12,12 @@
 #include <string>
 #include <vector>
 
+#include "procam/core/base/export.hpp"
 #include "procam/core/rig/observation.hpp"
 
 namespace procam::io {
 
 /// Throws Error(kIo) for a file that cannot be read, Error(kInput) naming file, line and column.
-std::vector<PointPair> load_point_pairs(const std::filesystem::path& path);
+PROCAM_EXPORT std::vector<PointPair> load_point_pairs(const std::filesystem::path& path);
 
 }  // namespace procam::io

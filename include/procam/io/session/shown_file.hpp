@@ -22,6 +22,7 @@
 #include <map>
 #include <string>
 
+#include "procam/core/base/export.hpp"
 #include "procam/core/base/types.hpp"
 
 namespace procam::io {
@@ -40,7 +41,7 @@ struct ShownInViews {
 };
 
 /// Errors as for rig files.
-ShownInViews load_shown(const std::filesystem::path& path);
-void save_shown(const std::filesystem::path& path, const ShownInViews& shown);
+PROCAM_EXPORT ShownInViews load_shown(const std::filesystem::path& path);
+PROCAM_EXPORT void save_shown(const std::filesystem::path& path, const ShownInViews& shown);
 
 }  // namespace procam::io

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "procam/core/base/export.hpp"
 #include "procam/core/base/image.hpp"
 #include "procam/core/board/board.hpp"
 #include "procam/core/board/board_artwork.hpp"
@@ -23,7 +24,7 @@ struct Paper {
 };
 
 /// "a4", "letter" ...: ISO A sizes a0 to a5, letter, legal, tabloid. Throws Error(kInput) naming those known.
-Paper parse_paper(const std::string& name);
+PROCAM_EXPORT Paper parse_paper(const std::string& name);
 
 struct BoardSheet {
   struct Text {
@@ -40,13 +41,14 @@ struct BoardSheet {
 
 /// The board in the middle of the paper, upright or turned as it fits, with its light rim, ruler and text.
 /// Throws Error(kInput) when it does not fit, naming both sizes and the smallest paper that would do.
-BoardSheet board_sheet(const Board& board, const BoardArtwork& artwork, const Paper& paper);
+PROCAM_EXPORT BoardSheet board_sheet(const Board& board, const BoardArtwork& artwork, const Paper& paper);
 
 /// The board as the printer made it: every length times `ruler` / kRulerLength, in whole tenths of a micrometre. Throws
 /// Error(kInput) for a ruler that is off by a tenth or more.
-Board board_as_measured(const Board& board, double ruler);
+PROCAM_EXPORT Board board_as_measured(const Board& board, double ruler);
 
 /// By the name's extension: .pdf, .svg or .png. Throws Error(kUnsupported) for another one.
-void save_sheet(const std::filesystem::path& path, const BoardSheet& sheet, double dots_per_inch);
+PROCAM_EXPORT void save_sheet(const std::filesystem::path& path, const BoardSheet& sheet,
+                              double dots_per_inch);
 
 }  // namespace procam::io

@@ -4,6 +4,7 @@
 #include <utility>
 #include <vector>
 
+#include "procam/core/base/export.hpp"
 #include "procam/track/pose_source.hpp"
 
 namespace procam::track::internal {
@@ -13,7 +14,7 @@ struct FileAndSpeed {
   std::string file;
   double speed = 1;
 };
-FileAndSpeed parse_file_and_speed(const std::string& rest);
+PROCAM_EXPORT FileAndSpeed parse_file_and_speed(const std::string& rest);
 
 template <typename Message, typename Source>
 class Recorded : public Source {

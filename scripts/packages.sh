@@ -1,0 +1,63 @@
+#!/usr/bin/env bash
+# Builds the Debian packages and tries them:
+#
+#   scripts/packages.sh            packages in build/packages; lintian looks at them
+#   scripts/packages.sh --bare     and installs them in a bare Debian 12 (debootstrap; needs root) that has nothing of
+#                                  procam, and runs debian/tests there
+#
+# DEB_BUILD_OPTIONS=parallel=N as for dpkg-buildpackage. Ends with an error if lintian finds an error or a warning, or a test
+# fails.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+source scripts/common.sh
+
+bare=false
+[[ ${1:-} == --bare ]] && bare=true
+out=$PWD/build/packages
+
+# The sources as they are committed, so that nothing of this folder gets into a package by chance.
+build_packages_of_commit() {
+  rm -rf "$out" && mkdir -p "$out"/procam || return 1
+  git archive HEAD | tar -x -C "$out"/procam || return 1
+  (cd "$out"/procam && DEB_BUILD_OPTIONS=${DEB_BUILD_OPTIONS:-parallel=$(nproc)} dpkg-buildpackage -b -us -uc) >"$out"/build.log 2>&1 ||
+    { tail -n 40 "$out"/build.log && return 1; }
+  ls -lh "$out"/*.deb
+}
+
+look_by_lintian() {
+  lintian --fail-on error,warning "$out"/*.changes
+}
+
+# Runs debian/tests in a fresh system, as autopkgtest does: packages by apt, tests by their Depends.
+try_in_bare_system() {
+  local system test depends status=0
+  system=$(mktemp -d) || return 1
+  debootstrap --variant=minbase bookworm "$system" >"$out"/debootstrap.log 2>&1 || { tail "$out"/debootstrap.log && return 1; }
+  mount --bind /proc "$system"/proc && mount --bind /dev "$system"/dev || return 1
+  trap 'umount "$system"/proc "$system"/dev; rm -rf --one-file-system "$system"' RETURN
+  mkdir "$system"/packages && cp "$out"/*.deb "$system"/packages && cp -r debian/tests "$system"/tests || return 1
+  local apt="env DEBIAN_FRONTEND=noninteractive apt-get -y -qq --no-install-recommends"
+  chroot "$system" $apt update >/dev/null || return 1
+  local start=$SECONDS
+  chroot "$system" sh -c "$apt install /packages/libprocam0_*.deb /packages/procam-tools_*.deb" >"$out"/install.log 2>&1 ||
+    { tail "$out"/install.log && return 1; }
+  echo "installed after $((SECONDS - start)) s"
+  while read -r test; do
+    depends=$(awk -v test="$test" 'BEGIN { RS = "" } $2 == test' debian/tests/control | sed -n 's/^Depends: //p' | tr -d ,)
+    chroot "$system" sh -c "cd /packages && $apt install \$(for package in $depends; do ls ./\${package}_*.deb 2>/dev/null || echo \$package; done)" \
+      >>"$out"/install.log 2>&1 || { tail "$out"/install.log && return 1; }
+    start=$SECONDS
+    if chroot "$system" /tests/"$test" >"$out"/"$test".log 2>&1; then
+      echo "$test: passed after $((SECONDS - start)) s"
+    else
+      echo "$test: FAILED" && tail -n 20 "$out"/"$test".log
+      status=1
+    fi
+  done < <(sed -n 's/^Tests: //p' debian/tests/control)
+  return "$status"
+}
+
+install_packages "${build_packages[@]}" "${package_packages[@]}"
+phase "packages" build_packages_of_commit
+phase "lintian" look_by_lintian
+if $bare; then phase "a bare system" try_in_bare_system; fi

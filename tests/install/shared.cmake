@@ -1,0 +1,36 @@
+# cmake -DPREFIX=... -DLIBDIR=... -DCOMPONENTS="core;io;..." -DTOOL=procam-studio -DOBJECTS=... -DCOMMON=... -DCXX=... -DOUT=... -P shared.cmake
+# The installed static libraries, made from hidden symbols, as shared ones: every symbol that one library takes from
+# another, or a tool from any, must be exported (PROCAM_EXPORT in core/base/export.hpp). Then the tool runs on them.
+# COMPONENTS: those below before those above.
+file(REMOVE_RECURSE ${OUT})
+file(MAKE_DIRECTORY ${OUT})
+set(ENV{PKG_CONFIG_PATH} ${PREFIX}/${LIBDIR}/pkgconfig)
+foreach(component IN LISTS COMPONENTS)
+  set(archive ${PREFIX}/${LIBDIR}/libprocam_${component}.a)
+  if(NOT EXISTS ${archive})
+    continue()  # headers alone
+  endif()
+  execute_process(COMMAND pkg-config --libs procam-${component} OUTPUT_VARIABLE links OUTPUT_STRIP_TRAILING_WHITESPACE
+    COMMAND_ERROR_IS_FATAL ANY)
+  # The prefix has static libraries alone.
+  string(REPLACE "-L${PREFIX}/${LIBDIR}" "" links "${links}")
+  string(REGEX REPLACE "-L[^ ]*${LIBDIR}/pkgconfig/[^ ]*" "" links "${links}")
+  string(REPLACE "-lprocam_${component} " "" links "${links} ")
+  separate_arguments(links UNIX_COMMAND "${links}")
+  execute_process(COMMAND ${CXX} -shared -Wl,-z,defs -Wl,--whole-archive ${archive} -Wl,--no-whole-archive -L${OUT} ${links}
+      -o ${OUT}/libprocam_${component}.so
+    RESULT_VARIABLE result ERROR_VARIABLE errors)
+  if(NOT result EQUAL 0)
+    message(FATAL_ERROR "libprocam_${component}.so cannot be linked; PROCAM_EXPORT is missing on:\n${errors}")
+  endif()
+endforeach()
+
+execute_process(COMMAND pkg-config --libs procam OUTPUT_VARIABLE links OUTPUT_STRIP_TRAILING_WHITESPACE COMMAND_ERROR_IS_FATAL ANY)
+string(REGEX REPLACE "-L[^ ]*" "" links "${links}")
+separate_arguments(links UNIX_COMMAND "${links}")
+execute_process(COMMAND ${CXX} ${OBJECTS} ${COMMON} -L${OUT} -Wl,-rpath,${OUT} ${links} -o ${OUT}/${TOOL}
+  RESULT_VARIABLE result ERROR_VARIABLE errors)
+if(NOT result EQUAL 0)
+  message(FATAL_ERROR "${TOOL} cannot be linked with shared libraries:\n${errors}")
+endif()
+execute_process(COMMAND ${OUT}/${TOOL} --version COMMAND_ERROR_IS_FATAL ANY)

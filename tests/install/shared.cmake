@@ -13,8 +13,7 @@ foreach(component IN LISTS COMPONENTS)
   execute_process(COMMAND pkg-config --libs procam-${component} OUTPUT_VARIABLE links OUTPUT_STRIP_TRAILING_WHITESPACE
     COMMAND_ERROR_IS_FATAL ANY)
   # The prefix has static libraries alone.
-  string(REPLACE "-L${PREFIX}/${LIBDIR}" "" links "${links}")
-  string(REGEX REPLACE "-L[^ ]*${LIBDIR}/pkgconfig/[^ ]*" "" links "${links}")
+  string(REGEX REPLACE "-L[^ ]*" "" links "${links}")
   string(REPLACE "-lprocam_${component} " "" links "${links} ")
   separate_arguments(links UNIX_COMMAND "${links}")
   execute_process(COMMAND ${CXX} -shared -Wl,-z,defs -Wl,--whole-archive ${archive} -Wl,--no-whole-archive -L${OUT} ${links}

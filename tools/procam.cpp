@@ -35,6 +35,7 @@ const std::vector<Group>& groups() {
       {"Place",
        {{"locate-projector", "the projector's pose in the room, from markers"},
         {"detect-surfaces", "walls, floor and tables in a depth image"},
+        {"scan-surfaces", "the shape of any room, from structured light and a rig"},
         {"solve-surfaces", "where surfaces lie in the projector's frame, and the light on them"}}},
       {"Show",
        {{"project-live", "a running show; without a rig, corners are dragged by hand"},

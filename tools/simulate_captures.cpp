@@ -55,6 +55,10 @@ void declare(CLI::App& app, Flags& flags) {
       "the projector was turned by this angle before --check, and the true rig is check/truth.json; e.g. "
       "0.2deg")
       ->needs(check);
+  app.add_option(
+      "--room", options.room,
+      "instead of boards one view of a room, sphere | cylinder | corner | relief | steps, by the same rig: try "
+      "scan-surfaces on it; the true depths are in view_00/truth_depth.pfm");
   app.add_flag("--force", options.replace, "replace an earlier simulated session");
 }
 
@@ -68,7 +72,10 @@ void summarize(const Flags& flags, const session::SimulatedFolder& written, Summ
   summary.set("/projectors", options.projectors);
   summary.set("/pattern", written.pattern);
   summary.set("/frames_per_view", written.frames_per_view);
-  summary.set("/board", io::format_board(written.board));
+  if (options.room.empty())
+    summary.set("/board", io::format_board(written.board));
+  else
+    summary.set("/room", options.room);
   summary.set("/projector_size", io::format_size(written.projector_size));
 }
 
@@ -77,6 +84,13 @@ ExitCode simulate_captures(const Flags& flags, Console& console) {
   const session::SimulatedFolder written = session::write_simulated_session(
       flags.output, options,
       [&](const std::string&, int done, int total) { console.progress("views", done, total); });
+  if (!options.room.empty()) {
+    console.say("the room '" + options.room + "' in " + std::to_string(written.frames_per_view) +
+                " frames, projector " + io::format_size(written.projector_size) + ": " + flags.output);
+    console.say("the true rig is in truth.json, the true depths in view_00/truth_depth.pfm");
+    summarize(flags, written, console.summary());
+    return ExitCode::kOk;
+  }
   const std::string board = io::format_board(written.board), views = std::to_string(written.views);
   if (options.cameras > 1 || options.projectors > 1)
     console.say(views + " views of " + std::to_string(options.cameras) + " cameras and " +

@@ -30,6 +30,7 @@
 #include "procam/core/geometry/mirror.hpp"
 #include "procam/core/geometry/planar_pose.hpp"
 #include "procam/core/geometry/plane.hpp"
+#include "procam/core/geometry/point_cloud.hpp"
 #include "procam/core/geometry/pose.hpp"
 #include "procam/core/geometry/ray.hpp"
 #include "procam/core/geometry/se3.hpp"

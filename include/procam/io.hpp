@@ -12,6 +12,7 @@
 #include "procam/io/image/images.hpp"
 #include "procam/io/image/pfm.hpp"
 #include "procam/io/marker_map_file.hpp"
+#include "procam/io/mesh/mesh_writer.hpp"
 #include "procam/io/pose_file.hpp"
 #include "procam/io/rig_file.hpp"
 #include "procam/io/session/captures.hpp"

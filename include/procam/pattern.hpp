@@ -9,3 +9,4 @@
 #include "procam/pattern/sequence_check.hpp"
 #include "procam/pattern/shown_board.hpp"
 #include "procam/pattern/stripe_edges.hpp"
+#include "procam/pattern/stripe_map.hpp"

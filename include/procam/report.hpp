@@ -4,4 +4,5 @@
 #include "procam/report/plan.hpp"
 #include "procam/report/prediction.hpp"
 #include "procam/report/room.hpp"
+#include "procam/report/scan.hpp"
 #include "procam/report/verify.hpp"

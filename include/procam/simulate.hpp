@@ -12,6 +12,7 @@
 #include "procam/simulate/robot.hpp"
 #include "procam/simulate/room.hpp"
 #include "procam/simulate/room_view.hpp"
+#include "procam/simulate/scan_view.hpp"
 #include "procam/simulate/session.hpp"
 #include "procam/simulate/thin_lens.hpp"
 #include "procam/simulate/world.hpp"

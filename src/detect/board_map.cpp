@@ -46,10 +46,6 @@ std::optional<Vec2> BoardMap::at(const Vec2& in_board) const {
   return Vec2(centre_ + half_diagonal_ * *d);
 }
 
-Vec2 BoardMap::straightened(const Vec2& pixel) const {
-  return centre_ + half_diagonal_ * undistort(lens_, (pixel - centre_) / half_diagonal_);
-}
-
 std::optional<BoardMap> BoardMap::fit(const Points2& in_board, const Points2& pixels, ImageSize size,
                                       const std::vector<double>& weights) {
   BoardMap map;

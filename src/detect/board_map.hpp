@@ -23,8 +23,6 @@ class BoardMap {
 
   /// The pixel of a board point; nullopt beyond the horizon.
   std::optional<Vec2> at(const Vec2& in_board) const;
-  /// Where a pixel would be without the lens: H b.
-  Vec2 straightened(const Vec2& pixel) const;
 
  private:
   Homography undistorted_from_board_;

@@ -64,14 +64,7 @@ double area(const Corners& c) {
 SeenMarker refine_small(const ViewU8& image, const MarkerCells& codes, int id, const Corners& start,
                         const Camera* lens) {
   constexpr double kCoarseSigma = 1;  // pixels: a detector's corners, with its bias
-  Straighten straighten;
-  if (lens != nullptr)
-    straighten = [&](const Vec2& pixel) -> std::optional<Vec2> {
-      const auto bearing = lens->unproject(pixel);
-      if (!bearing || !(bearing->z() > 0)) return std::nullopt;
-      return Vec2(bearing->head<2>() / bearing->z());
-    };
-  if (const auto fit = fit_model(image, codes, id, start, straighten))
+  if (const auto fit = fit_model(image, codes, id, start, lens))
     return {id, fit->corners, fit->covariance, {}, false};
   return {id, start, Eigen::Matrix<double, 8, 8>::Identity() * kCoarseSigma * kCoarseSigma, {}, true};
 }

@@ -25,7 +25,6 @@ struct EdgeSurroundings {
 struct RefinedMarker {
   Marker marker;
   double residual = 0;  ///< RMS of the worst of its edges' fits, grey levels
-  double blur = 0;      ///< of the most blurred, sigma in pixels
 };
 
 /// nullopt where an edge is covered, unsharp beyond use, or out of the picture.

@@ -1,6 +1,5 @@
 #include "marker_model.hpp"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
@@ -25,8 +24,7 @@ constexpr double kGammaPrior = 0.75, kGammaSigma = 0.4, kInkSigma = 0.15;
 constexpr double kMinBlur = 0.2887;
 
 struct Sample {
-  Vec2 pixel, on_plane;  ///< the same place in the image and on the straight plane
-  Mat2 plane_by_pixel;
+  Vec2 pixel, on_marker;  ///< on_marker at the current corners, unit coordinates
   double grey = 0;
 };
 
@@ -37,66 +35,28 @@ struct White {
   Vec2 gradient = Vec2::Zero();
 };
 
-/// The standard normal distribution and its density, linear between the places of a table: to 4e-6.
-class NormalTable {
- public:
-  static constexpr double kEnd = 5;
-
-  static const NormalTable& get() {
-    static const NormalTable table;
-    return table;
-  }
-  /// |z| <= kEnd
-  void at(double z, double& below, double& density) const {
-    const double place = (z + kEnd) * kPerUnit;
-    const auto i = std::min(std::size_t(place), kSize - 2);
-    const double u = place - double(i);
-    below = below_[i] + u * (below_[i + 1] - below_[i]);
-    density = density_[i] + u * (density_[i + 1] - density_[i]);
-  }
-
- private:
-  static constexpr int kPerUnit = 128;
-  static constexpr std::size_t kSize = std::size_t(2 * kEnd * kPerUnit) + 1;
-  NormalTable() {
-    for (std::size_t i = 0; i < kSize; ++i) {
-      const double z = double(i) / kPerUnit - kEnd;
-      below_[i] = 0.5 * std::erfc(-z * M_SQRT1_2);
-      density_[i] = 0.3989422804014327 * std::exp(-0.5 * z * z);
-    }
-  }
-  std::array<double, kSize> below_{}, density_{};
-};
-
 /// Normal distribution and density at the grid's lines along one axis.
 class Axis {
  public:
   void fill(int cells, double at, double sigma) {
-    const NormalTable& table = NormalTable::get();
-    // Farther lines have no density, and cells beyond them no share.
-    const double first = at - NormalTable::kEnd * sigma, last = at + NormalTable::kEnd * sigma;
-    begin = std::size_t(std::clamp(int(std::floor(first)), 0, cells));
-    end = std::size_t(std::clamp(int(std::ceil(last)), 0, cells));
-    double before = 0, density_before = 0;
-    for (std::size_t i = begin; i <= end; ++i) {
-      const double z = (double(i) - at) / sigma;
-      double below = z > 0, here = 0;
-      if (std::abs(z) < NormalTable::kEnd) table.at(z, below, here);
-      density[i] = here / sigma;
-      if (i > begin) {
-        share[i - 1] = below - before;
-        by_place[i - 1] = density_before - density[i];
-        wider[i - 1] = density_before * (double(i - 1) - at) - density[i] * (double(i) - at);
-      }
-      before = below;
-      density_before = density[i];
+    for (int i = 0; i <= cells; ++i) {
+      const double z = (i - at) / sigma;
+      const bool far = std::abs(z) > 5;
+      below_[std::size_t(i)] = far ? double(z > 0) : 0.5 * std::erfc(-z * M_SQRT1_2);
+      density[std::size_t(i)] = far ? 0 : 0.3989422804014327 * std::exp(-0.5 * z * z) / sigma;
+    }
+    for (std::size_t i = 0; i < std::size_t(cells); ++i) {
+      share[i] = below_[i + 1] - below_[i];
+      by_place[i] = density[i] - density[i + 1];
+      wider[i] = density[i] * (double(i) - at) - density[i + 1] * (double(i) + 1 - at);
     }
   }
   static constexpr std::size_t kMaxLines = 24;
-  /// Of the cells `begin` to before `end`: the share, by the place, by log sigma. Of their lines, `end`
-  /// included: the density. The rest has none.
-  std::size_t begin = 0, end = 0;
-  std::array<double, kMaxLines> share, by_place, wider, density;
+  /// Of cells: the share, by the place, by log sigma. Of lines: the density.
+  std::array<double, kMaxLines> share{}, by_place{}, wider{}, density{};
+
+ private:
+  std::array<double, kMaxLines> below_{};
 };
 
 class Print {
@@ -143,27 +103,28 @@ class Print {
     y.fill(cells_, at.y(), sigma_y);
     White out;
     const auto n = std::size_t(cells_);
-    const auto is_black = [&](std::size_t row, std::size_t column) { return black_[row * n + column] != 0; };
-    for (std::size_t row = y.begin; row < y.end; ++row) {
+    for (std::size_t row = 0; row < n; ++row) {
       double black = 0, by_x = 0, wider_x = 0, borders = 0;
-      bool before = x.begin > 0 && is_black(row, x.begin - 1);
-      for (std::size_t column = x.begin; column < x.end; ++column) {
-        const bool here = is_black(row, column);
+      bool before = false;
+      for (std::size_t column = 0; column < n; ++column) {
+        const bool here = black_[row * n + column];
         if (here) black += x.share[column], by_x += x.by_place[column], wider_x += x.wider[column];
         if (here != before) borders += x.density[column];
         before = here;
       }
-      if (before != (x.end < n && is_black(row, x.end))) borders += x.density[x.end];
+      if (before) borders += x.density[n];
       out.share -= black * y.share[row];
       out.wider -= wider_x * y.share[row] + black * y.wider[row];
       out.gradient.x() -= by_x * y.share[row];
       out.gradient.y() -= black * y.by_place[row];
       out.ink += borders * y.share[row];
     }
-    for (std::size_t line = y.begin; line <= y.end; ++line) {
+    for (std::size_t line = 0; line <= n; ++line) {
+      if (!(y.density[line] > 0)) continue;
       double borders = 0;
-      for (std::size_t column = x.begin; column < x.end; ++column) {
-        const bool above = line > 0 && is_black(line - 1, column), below = line < n && is_black(line, column);
+      for (std::size_t column = 0; column < n; ++column) {
+        const bool above = line > 0 && black_[(line - 1) * n + column],
+                   below = line < n && black_[line * n + column];
         if (above != below) borders += x.share[column];
       }
       out.ink += borders * y.density[line];
@@ -175,21 +136,22 @@ class Print {
   std::vector<char> black_;
 };
 
-/// The unit coordinates of a point of the straight plane.
-struct OnMarker {
-  Mat3 marker_from_plane;
-
-  Vec2 operator()(const Vec2& plane) const {
-    const Vec3 h = marker_from_plane * plane.homogeneous();
-    return h.head<2>() / h.z();
+/// The unit coordinates that the warp shows at a pixel; Newton's method from `start`.
+std::optional<Vec2> on_marker_of(const MarkerWarp& warp, const Vec2& pixel, Vec2 start, Mat2& by_pixel) {
+  constexpr double kStep = 1e-4;
+  for (int i = 0; i < 4; ++i) {
+    const auto at = warp(start), x = warp(start + Vec2(kStep, 0)), y = warp(start + Vec2(0, kStep));
+    if (!at || !x || !y) return std::nullopt;
+    Mat2 by_marker;
+    by_marker << (*x - *at) / kStep, (*y - *at) / kStep;
+    if (!(std::abs(by_marker.determinant()) > 1)) return std::nullopt;
+    by_pixel = by_marker.inverse();
+    const Vec2 step = by_pixel * (pixel - *at);
+    start += step;
+    if (step.squaredNorm() < 1e-16) break;
   }
-  Mat2 derivative(const Vec2& plane) const {
-    const Vec3 h = marker_from_plane * plane.homogeneous();
-    return (marker_from_plane.topLeftCorner<2, 2>() -
-            h.head<2>() / h.z() * marker_from_plane.bottomLeftCorner<1, 2>()) /
-           h.z();
-  }
-};
+  return start;
+}
 
 struct State {
   Corners corners;
@@ -206,19 +168,18 @@ struct Levels {
 
 class Fitter {
  public:
-  Fitter(const ViewU8& image, const MarkerCells& codes, int id, const Straighten& straighten)
-      : image_(image), print_(codes, id), straighten_(straighten) {}
+  Fitter(const ViewU8& image, const MarkerCells& codes, int id, const Camera* lens)
+      : image_(image), print_(codes, id), lens_(lens) {}
 
   /// The pixels of the print and its rim at these corners; false where they reach beyond the image.
   bool gather(const Corners& corners) {
     samples_.clear();
-    const auto flat = MarkerWarp::through(corners, nullptr);
-    const auto to_marker = on_marker(corners);
-    if (!flat || !to_marker) return false;
+    const auto warp = MarkerWarp::through(corners, lens_);
+    if (!warp) return false;
     const double reach = 0.5 + kRim / print_.cells();
     Vec2 low = corners[0], high = corners[0];
     for (const Vec2& corner : marker_corners()) {
-      const auto at = (*flat)(2 * reach * corner);
+      const auto at = (*warp)(2 * reach * corner);
       if (!at) return false;
       low = low.cwiseMin(*at);
       high = high.cwiseMax(*at);
@@ -226,13 +187,15 @@ class Fitter {
     if (low.x() < 0 || low.y() < 0 || high.x() > image_.width - 1 || high.y() > image_.height - 1)
       return false;
     middle_ = 0.5 * (low + high);
-    constexpr double kBent = 1;  // pixels by which a lens bends the rim
-    const auto from = [](double v) { return std::max(0, int(std::ceil(v - kBent))); };
-    for (int y = from(low.y()); y <= std::min(image_.height - 1, int(high.y() + kBent)); ++y)
-      for (int x = from(low.x()); x <= std::min(image_.width - 1, int(high.x() + kBent)); ++x) {
-        Sample sample{Vec2(x, y), Vec2::Zero(), Mat2::Identity(), double(image_.at(x, y))};
-        if (!straighten(sample)) return false;
-        if ((*to_marker)(sample.on_plane).cwiseAbs().maxCoeff() < reach) samples_.push_back(sample);
+    Mat2 by_pixel;
+    const auto start = on_marker_of(*warp, middle_, Vec2::Zero(), by_pixel);
+    if (!start) return false;
+    for (int y = int(std::ceil(low.y())); y <= int(high.y()); ++y)
+      for (int x = int(std::ceil(low.x())); x <= int(high.x()); ++x) {
+        const Vec2 pixel(x, y);
+        const auto at = on_marker_of(*warp, pixel, *start, by_pixel);
+        if (at && at->cwiseAbs().maxCoeff() < reach)
+          samples_.push_back({pixel, *at, double(image_.at(x, y))});
       }
     return samples_.size() > 4 * kUnknowns;
   }
@@ -249,25 +212,27 @@ class Fitter {
   }
 
   std::optional<Levels> levels(const State& state) {
-    const auto to_marker = on_marker(state.corners);
-    if (!to_marker) return std::nullopt;
-    std::array<OnMarker, 8> moved;
+    const auto warp = MarkerWarp::through(state.corners, lens_);
+    if (!warp) return std::nullopt;
+    std::array<MarkerWarp, 8> moved;
     constexpr double kStep = 1e-3;
     for (std::size_t k = 0; k < 8; ++k) {
       Corners other = state.corners;
       other[k / 2][Eigen::Index(k % 2)] += kStep;
-      const auto through = on_marker(other);
+      const auto through = MarkerWarp::through(other, lens_);
       if (!through) return std::nullopt;
       moved[k] = *through;
     }
     const double cells = print_.cells(), blur = state.at(kBlur), gamma = state.at(kGamma);
     const Vec2 ramp(state.at(kRampX), state.at(kRampY));
     Levels out;
-    for (const Sample& s : samples_) {
-      const Vec2 at = (*to_marker)(s.on_plane);
-      if (!(at.cwiseAbs().maxCoeff() < 2)) return std::nullopt;
-      const Mat2 cells_by_pixel = cells * to_marker->derivative(s.on_plane) * s.plane_by_pixel;
-      const Vec2 in_cells = cells * (at + Vec2(0.5, 0.5));
+    for (Sample& s : samples_) {
+      Mat2 by_pixel;
+      const auto at = on_marker_of(*warp, s.pixel, s.on_marker, by_pixel);
+      if (!at || !(at->cwiseAbs().maxCoeff() < 2)) return std::nullopt;
+      s.on_marker = *at;
+      const Mat2 cells_by_pixel = cells * by_pixel;
+      const Vec2 in_cells = cells * (*at + Vec2(0.5, 0.5));
       const Mat2 shape = cells_by_pixel * cells_by_pixel.transpose();
       const White white = print_.under(in_cells, blur * blur * shape);
       const double level =
@@ -277,8 +242,13 @@ class Fitter {
       Unknowns by = Unknowns::Zero();
       if (lamp * power < 255) {  // else it is clipped
         const double by_level = lamp * power * gamma / level, by_share = by_level * state.at(kContrast);
-        for (std::size_t k = 0; k < 8; ++k)
-          by[Eigen::Index(k)] = by_share * cells * white.gradient.dot(moved[k](s.on_plane) - at) / kStep;
+        const auto here = (*warp)(*at);
+        for (std::size_t k = 0; k < 8; ++k) {
+          const auto there = moved[k](*at);
+          if (!here || !there) return std::nullopt;
+          // At the same pixel the print appears moved the other way.
+          by[Eigen::Index(k)] = -by_share * white.gradient.dot(cells_by_pixel * (*there - *here)) / kStep;
+        }
         by[kBlur] = by_share * white.wider / blur;
         by[kDark] = by_level;
         by[kContrast] = by_level * (white.share - state.at(kInk) * white.ink);
@@ -319,8 +289,8 @@ class Fitter {
     return normal;
   }
 
-  /// Levenberg-Marquardt at the present weights, until the corners rest within `enough` pixels.
-  bool solve(State& state, double enough) {
+  /// Levenberg-Marquardt at the present weights.
+  bool solve(State& state) {
     auto now = levels(state);
     if (!now) return false;
     double sum = cost(state, *now), damping = 1e-3;
@@ -339,7 +309,7 @@ class Fitter {
       auto next = levels(trial);
       const double trial_sum = next ? cost(trial, *next) : 1e300;
       if (trial_sum <= sum) {
-        const bool done = step.head<8>().norm() < enough && sum - trial_sum < 1e-3 * sum;
+        const bool done = step.head<8>().norm() < 1e-3 && sum - trial_sum < 1e-3 * sum;
         state = trial;
         damping = std::max(0.1 * damping, 1e-7);
         now = std::move(next);
@@ -356,34 +326,7 @@ class Fitter {
  private:
   const ViewU8& image_;
   Print print_;
-  /// nullopt where the corners span no area of the plane.
-  std::optional<OnMarker> on_marker(Corners corners) const {
-    if (straighten_)
-      for (Vec2& corner : corners) {
-        const auto plane = straighten_(corner);
-        if (!plane) return std::nullopt;
-        corner = *plane;
-      }
-    const auto plane_from_marker = MarkerWarp::through(corners, nullptr);
-    if (!plane_from_marker) return std::nullopt;
-    OnMarker to_marker{plane_from_marker->plane_from_marker.inverse()};
-    return to_marker.marker_from_plane.allFinite() ? std::optional(to_marker) : std::nullopt;
-  }
-
-  /// Fills in the place on the plane.
-  bool straighten(Sample& sample) const {
-    sample.on_plane = sample.pixel;
-    if (!straighten_) return true;
-    constexpr double kStep = 0.5;
-    const auto at = straighten_(sample.pixel), x = straighten_(sample.pixel + Vec2(kStep, 0)),
-               y = straighten_(sample.pixel + Vec2(0, kStep));
-    if (!at || !x || !y) return false;
-    sample.on_plane = *at;
-    sample.plane_by_pixel << (*x - *at) / kStep, (*y - *at) / kStep;
-    return true;
-  }
-
-  const Straighten& straighten_;
+  const Camera* lens_;
   std::vector<Sample> samples_;
   std::vector<double> weights_;
   Vec2 middle_ = Vec2::Zero();
@@ -416,16 +359,16 @@ double weigh(const std::vector<Sample>& samples, const Levels& levels, std::vect
 }  // namespace
 
 std::optional<ModelFit> fit_model(const ViewU8& image, const MarkerCells& codes, int id,
-                                  const std::array<Vec2, 4>& start, const Straighten& straighten) {
+                                  const std::array<Vec2, 4>& start, const Camera* lens) {
   if (codes.per_side + 3 > int(Axis::kMaxLines)) return std::nullopt;
-  Fitter fitter(image, codes, id, straighten);
+  Fitter fitter(image, codes, id, lens);
   if (!fitter.gather(start)) return std::nullopt;
   fitter.weights().assign(fitter.samples().size(), 1);
   State state = fitter.begin(start);
   double rms = 0;
   constexpr int kRounds = 3;
   for (int round = 0; round < kRounds; ++round) {
-    if (!fitter.solve(state, round + 1 < kRounds ? 0.03 : 0.003)) return std::nullopt;
+    if (!fitter.solve(state)) return std::nullopt;
     // From where the marker is now.
     if (round == 0 && !fitter.gather(state.corners)) return std::nullopt;
     const auto levels = fitter.levels(state);

@@ -10,21 +10,12 @@
 /// straight line over its level, estimated from the residuals (a camera's gamma makes it largest in the
 /// dark).
 ///
-/// A lens bends the print by what no homography follows. Without it the corners of a marker of 36 px err by
-/// 0.02 to 0.05 px near a wide lens's rim, all towards one side.
-///
 /// In the cells' own axes the blur is an ellipse. Its covariance is that of two independent axes and of a
 /// line, C = diag(c) + v v^T; over the axes W is a sum of products of normal distributions, over the line a
 /// Gauss-Hermite quadrature.
-#include <functional>
-
 #include "marker_warp.hpp"
 
 namespace procam::detect {
-
-/// A pixel on a plane where the print is seen through a homography alone; nullopt where the lens has no such
-/// point. Any scale. Empty: the image is that plane.
-using Straighten = std::function<std::optional<Vec2>(const Vec2& pixel)>;
 
 struct ModelFit {
   std::array<Vec2, 4> corners;
@@ -35,6 +26,6 @@ struct ModelFit {
 /// enough: the residuals are more than 12 % of the contrast, a corner's sigma is above half a pixel, or it
 /// lies at the image's border.
 std::optional<ModelFit> fit_model(const ViewU8& image, const MarkerCells& codes, int id,
-                                  const std::array<Vec2, 4>& start, const Straighten& straighten);
+                                  const std::array<Vec2, 4>& start, const Camera* lens);
 
 }  // namespace procam::detect

@@ -192,12 +192,13 @@ std::optional<RefinedMarker> refine_marker(const ViewU8& image, const FoundMarke
       marker.corners[i] = corner->point;
       marker.covariance[i] = corner->covariance;
     }
-    refined.residual = refined.blur = 0;
+    double blur = 0;
+    refined.residual = 0;
     for (const EdgeFit& edge : edges) {
-      refined.blur = std::max(refined.blur, edge.blur);
+      blur = std::max(blur, edge.blur);
       refined.residual = std::max(refined.residual, edge.residual);
     }
-    reach = std::max(kReachInBlurs * refined.blur, 2.5);
+    reach = std::max(kReachInBlurs * blur, 2.5);
   }
   for (const Mat2& covariance : marker.covariance)
     if (!(covariance.determinant() > 0) || std::sqrt(covariance.trace() / 2) > max_sigma_px)

@@ -8,28 +8,12 @@ namespace procam::detect {
 /// boards without noise err by this much.
 constexpr double kRasterSigmaPx = 0.005;
 
-namespace {
-
-constexpr float kLight = 200;  // grey of full light; what noise makes brighter still fits
-
-/// Flat light is at full scale where the board is dark: more of it than is known.
-bool is_clipped(const ViewU8& board_lit, const ViewU8& flat_lit) {
-  constexpr int kFull = 250, kDarker = 20;
-  constexpr double kShare = 0.02;
-  int dark = 0, clipped = 0;
-  for (int y = 0; y < flat_lit.height; ++y)
-    for (int x = 0; x < flat_lit.width; ++x)
-      if (flat_lit.at(x, y) - board_lit.at(x, y) > kDarker) ++dark, clipped += flat_lit.at(x, y) >= kFull;
-  return clipped > kShare * dark;
-}
-
-}  // namespace
-
 Detections detect_projected_board(const ViewU8& board_lit, const ViewU8& flat_lit, const Board& layout,
                                   const BoardOptions& options) {
   require(board_lit.size() == flat_lit.size() && board_lit.channels == 1 && flat_lit.channels == 1,
           "detect_projected_board: needs two images of one size with one channel");
-  constexpr float kDark = 4;  // grey levels: darkness is not blown up to noise
+  constexpr float kDark = 4;     // grey levels: darkness is not blown up to noise
+  constexpr float kLight = 200;  // grey of full light; what noise makes brighter still fits
   ImageU8 light(board_lit.size());
   for (int y = 0; y < light.height(); ++y) {
     const std::uint8_t *lit = board_lit.row(y), *flat = flat_lit.row(y);
@@ -38,9 +22,7 @@ Detections detect_projected_board(const ViewU8& board_lit, const ViewU8& flat_li
       out[x] =
           std::uint8_t(std::min(255.f, kLight * (float(lit[x]) + kDark) / (float(flat[x]) + kDark) + 0.5f));
   }
-  BoardOptions used = options;
-  used.markers.fit_cells = options.markers.fit_cells && !is_clipped(board_lit, flat_lit);
-  Detections result = detect_board(light, layout, used);
+  Detections result = detect_board(light, layout, options);
   for (Observation& point : result.observations)
     point.covariance += kRasterSigmaPx * kRasterSigmaPx * Mat2::Identity();
   return result;

@@ -22,6 +22,7 @@
 #include "procam/pattern/projected_board.hpp"
 #include "procam/pattern/sequence_check.hpp"
 #include "procam/pattern/stripe_edges.hpp"
+#include "procam/pattern/stripe_map.hpp"
 
 namespace procam::session {
 namespace {
@@ -156,6 +157,30 @@ session::BoardView read_gray(const std::string& view_name, const std::vector<Vie
   return {view_name, {in_camera, in_projector}};
 }
 
+/// Every pixel's light from Gray code: the edges of stripes, joined along each line of the image.
+PatternLight gray_light(const std::vector<ViewU8>& captures, const pattern::GrayCode& gray_code,
+                        const GrayReading& how) {
+  pattern::StripeEdgeOptions options;
+  if (!how.has_inverses) {
+    options.decode.bit_sigmas *= std::sqrt(3.0);
+    options.min_step_sigmas *= std::sqrt(3.0);
+  }
+  DecodedMap decoded = decode(captures, gray_code, options.decode, how);
+  require_size_fits(decoded);
+  PatternLight read;
+  read.light = pattern::light_map(decoded, pattern::stripe_edges(captures, decoded, gray_code, options));
+  read.light.projector_size = how.projector_size;
+  for (int y = 0; y < read.light.pixel.height(); ++y)
+    for (int x = 0; x < read.light.pixel.width(); ++x)
+      for (int c = 0; c < 2; ++c) read.light.pixel.at(x, y, c) -= float(how.offset[std::size_t(c)]);
+  if (how.has_inverses)
+    read.light.diagnostics.append(pattern::check_sequence(captures, gray_code, {}).diagnostics);
+  const ViewU8& white = captures[captures.size() - 2];
+  read.flat_lit = ImageU8(white.size());
+  for (int y = 0; y < white.height; ++y) std::copy_n(white.row(y), white.width, read.flat_lit.row(y));
+  return read;
+}
+
 class GrayPattern : public SessionPattern {
  public:
   explicit GrayPattern(const pattern::GrayCode& gray_code) : gray_code_(gray_code) {}
@@ -168,6 +193,9 @@ class GrayPattern : public SessionPattern {
   session::BoardView read(const std::string& view_name, const std::vector<ViewU8>& captures,
                           const Board& board) const override {
     return read_gray(view_name, captures, gray_code_, board, {true, {0, 0}, gray_code_.projector_size});
+  }
+  std::optional<PatternLight> read_light_map(const std::vector<ViewU8>& captures) const override {
+    return gray_light(captures, gray_code_, {true, {0, 0}, gray_code_.projector_size});
   }
 
  private:
@@ -193,9 +221,9 @@ ImageU8 last_light(const std::vector<ViewU8>& captures, const pattern::Complemen
   return mean;
 }
 
-session::BoardView read_light_map(const std::string& view_name, const std::vector<ViewU8>& captures,
-                                  const pattern::ComplementaryFrames& frames, const LightMap& light,
-                                  const ViewU8& flat_lit, const Board& board) {
+session::BoardView read_board_by_map(const std::string& view_name, const std::vector<ViewU8>& captures,
+                                     const pattern::ComplementaryFrames& frames, const LightMap& light,
+                                     const ViewU8& flat_lit, const Board& board) {
   Detections in_camera = detect::detect_board(flat_lit, board), in_projector;
   in_projector.image_size = light.projector_size;
   const pattern::SequenceCheck sequence = pattern::check_sequence(captures, frames, pixels_of(in_camera));
@@ -225,8 +253,11 @@ class PhasePattern : public SessionPattern {
 
   session::BoardView read(const std::string& view_name, const std::vector<ViewU8>& captures,
                           const Board& board) const override {
-    return read_light_map(view_name, captures, complementary_, pattern::decode(captures, shown_),
-                          pattern::flat_light(captures, shown_), board);
+    return read_board_by_map(view_name, captures, complementary_, pattern::decode(captures, shown_),
+                             pattern::flat_light(captures, shown_), board);
+  }
+  std::optional<PatternLight> read_light_map(const std::vector<ViewU8>& captures) const override {
+    return PatternLight{pattern::decode(captures, shown_), pattern::flat_light(captures, shown_)};
   }
 
  private:
@@ -253,22 +284,32 @@ class DescribedPattern : public SessionPattern {
   session::BoardView read(const std::string& view_name, const std::vector<ViewU8>& captures,
                           const Board& board) const override {
     if (!pattern::is_gray_code(sequence_))
-      return read_light_map(view_name, captures, pattern::complementary_frames(frames()),
-                            pattern::decode(captures, sequence_, projector_size_),
-                            pattern::flat_light(captures, sequence_, projector_size_), board);
+      return read_board_by_map(view_name, captures, pattern::complementary_frames(frames()),
+                               pattern::decode(captures, sequence_, projector_size_),
+                               pattern::flat_light(captures, sequence_, projector_size_), board);
     const pattern::GrayCaptures ordered = pattern::gray_captures(captures, sequence_, projector_size_);
     session::BoardView view =
-        read_gray(view_name, ordered.captures, ordered.gray_code, board,
-                  {ordered.has_all_inverses,
-                   {sequence_.offset[0] * sequence_.step, sequence_.offset[1] * sequence_.step},
-                   projector_size_});
+        read_gray(view_name, ordered.captures, ordered.gray_code, board, gray_reading(ordered));
     for (Detections& detections : view.detections)
       for (Diagnostic& remark : detections.diagnostics.items)
         remark.message = with_original_numbers(remark.message, ordered.original);
     return view;
   }
+  std::optional<PatternLight> read_light_map(const std::vector<ViewU8>& captures) const override {
+    if (!pattern::is_gray_code(sequence_))
+      return PatternLight{pattern::decode(captures, sequence_, projector_size_),
+                          pattern::flat_light(captures, sequence_, projector_size_)};
+    const pattern::GrayCaptures ordered = pattern::gray_captures(captures, sequence_, projector_size_);
+    return gray_light(ordered.captures, ordered.gray_code, gray_reading(ordered));
+  }
 
  private:
+  GrayReading gray_reading(const pattern::GrayCaptures& ordered) const {
+    return {ordered.has_all_inverses,
+            {sequence_.offset[0] * sequence_.step, sequence_.offset[1] * sequence_.step},
+            projector_size_};
+  }
+
   /// "frame 20 (row bit 9)": the number in procam's order becomes that of the capture.
   static std::string with_original_numbers(const std::string& text, const std::vector<int>& original) {
     static const std::regex number("frame ([0-9]+) \\(");

@@ -295,8 +295,8 @@ SessionPlan open(const fs::path& folder, const OpenOptions& options) {
     throw Error(ErrorKind::kInput, "--pattern, --step", "they have no effect on sessions of photographs",
                 "leave them out: shown.json names what was shown");
   if (sizes.empty()) throw ask("projector's size", "--projector-size 1024x768");
-  if (!board) throw ask("board", "--board chessboard:7x9:75mm");
-  plan.board = *board;
+  if (!board && options.needs_board) throw ask("board", "--board chessboard:7x9:75mm");
+  if (board) plan.board = *board;
   if (plan.shown) {
     plan.projectors.push_back({sizes.begin()->first, sizes.begin()->second, nullptr});
     for (const PhotographedView& view : plan.shown->views) plan.views.push_back({view.name, {}});

@@ -8,6 +8,7 @@
 #include "procam/detect/board_artwork.hpp"
 #include "procam/detect/marker_edges.hpp"
 #include "procam/io/image/images.hpp"
+#include "procam/io/image/pfm.hpp"
 #include "procam/io/marker_map_file.hpp"
 #include "procam/io/pose_file.hpp"
 #include "procam/io/rig_file.hpp"
@@ -17,6 +18,7 @@
 #include "procam/session/patterns.hpp"
 #include "procam/simulate/fleet.hpp"
 #include "procam/simulate/marker_view.hpp"
+#include "procam/simulate/scan_view.hpp"
 
 namespace procam::session {
 namespace fs = std::filesystem;
@@ -183,13 +185,43 @@ SimulatedFolder write_pair(const fs::path& place, const SimulationOptions& optio
   return {int(views), pattern.frame_count(), pattern.text(), session.board().layout, size};
 }
 
+/// One view of a room, by the rig of the level and seed.
+SimulatedFolder write_room(const fs::path& place, const SimulationOptions& options,
+                           const SessionPattern& pattern, const ReadingProgress& progress) {
+  if (options.markers || options.board || !options.check.empty() || options.cameras > 1 ||
+      options.projectors > 1)
+    throw Error(ErrorKind::kUnsupported, "--room",
+                "a room is simulated for one camera and one projector, without boards",
+                "leave out --board, --markers, --check, --cameras and --projectors");
+  const simulate::SimulatedSession session =
+      simulate::make_session(options.level, options.seed, std::nullopt, std::nullopt, conditions_of(options));
+  const simulate::Room room = simulate::scan_scene(options.room);
+  NewFolder folder(place, options.replace);
+  const std::string name = numbered("view", 0);
+  if (progress) progress(name, 0, 1);
+  const simulate::RoomView view = simulate::scan_view(session, room, pattern.frames());
+  fs::create_directory(folder.path() / name);
+  for (std::size_t frame = 0; frame < view.captures.size(); ++frame)
+    io::save_image(folder.path() / name / numbered("frame", frame, ".png"), view.captures[frame]);
+  io::save_pfm(folder.path() / name / "truth_depth.pfm", view.truth.depth);
+  pattern.save_files(folder.path());
+  const ImageSize size = simulate::projector_size(options.level);
+  io::save_session(folder.path(), {pattern.text(), size, {}, {}});
+  Rig truth = session.rig();
+  truth.provenance.options["room"] = options.room;
+  save_truth(truth, options, pattern.text(), folder.path());
+  folder.finish();
+  return {1, pattern.frame_count(), pattern.text(), {}, size};
+}
+
 }  // namespace
 
 SimulatedFolder write_simulated_session(const fs::path& folder, const SimulationOptions& options,
                                         const ReadingProgress& progress) {
   const auto pattern = make_pattern(options.pattern, simulate::projector_size(options.level));
   const bool fleet = options.cameras > 1 || options.projectors > 1;
-  const SimulatedFolder written = (fleet ? write_fleet : write_pair)(folder, options, *pattern, progress);
+  const auto write = !options.room.empty() ? write_room : fleet ? write_fleet : write_pair;
+  const SimulatedFolder written = write(folder, options, *pattern, progress);
   if (progress) progress("", written.views, written.views);
   return written;
 }

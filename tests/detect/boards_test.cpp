@@ -98,49 +98,6 @@ TEST(MarkerGrids, HaveTheirCornersInPlaceUnderGamma) {
   }
 }
 
-/// Cells of seven pixels under a blur of 1.5: the code blurs into the border, and the lens bends each marker.
-/// Such an error is the same in every view, so that no number of views averages it. In the mean over four
-/// images of one pose the corners err by no more than their sigmas allow. e^T C^-1 e / 2 over 192 corners is
-/// 1 +- 0.15 where noise alone errs, a marker's four corners counted as one: 2 % of draws exceed 1.3.
-/// For the corners' common shift it lies below 9 but for one draw in 8000.
-TEST(MarkerGrids, SmallCellsDoNotDisplaceTheirMarkers) {
-  const MarkerGrid board{8, 6, 0.03, 0.015, MarkerDictionary::k4x4_250};
-  ArtworkScene scene;
-  scene.board = board;
-  scene.blur_px = 1.5;
-  scene.gamma = 2.2;
-  scene.noise = 4;
-  constexpr unsigned kImages = 4;
-  const Points2 truth = test::true_pixels(scene);
-  Points2 sum(truth.size(), Vec2::Zero());
-  std::vector<Mat2> covariance(truth.size(), Mat2::Zero());
-  int count = 0;
-  for (scene.seed = 1; scene.seed <= kImages; ++scene.seed) {
-    const Detections found = detect_board(test::render(scene), scene.board);
-    for (const Observation& o : found.observations) {
-      ++count;
-      sum[std::size_t(o.point)] += o.pixel - truth[std::size_t(o.point)];
-      covariance[std::size_t(o.point)] += o.covariance;
-    }
-  }
-  double rms = 0, chi2 = 0;
-  EXPECT_GT(count, 0.8 * kImages * double(truth.size()));
-  Vec2 shift = Vec2::Zero();
-  Mat2 information = Mat2::Zero();
-  const double n = double(truth.size());
-  for (std::size_t i = 0; i < truth.size(); ++i) {
-    if (!(covariance[i].determinant() > 0)) continue;  // the camera does not see it
-    const Mat2 weight = covariance[i].inverse();
-    rms += sum[i].squaredNorm() / (kImages * kImages * 2 * n);
-    chi2 += sum[i].dot(weight * sum[i]) / (2 * n);
-    shift += weight * sum[i];
-    information += weight;
-  }
-  EXPECT_LT(std::sqrt(rms), 0.03);
-  EXPECT_LT(chi2, 1.3);
-  EXPECT_LT(shift.dot(information.inverse() * shift) / 2, 9);
-}
-
 TEST_P(EveryBoard, HalfCoveredIsFoundWhereItShowsOrRefusedWithTheReason) {
   ArtworkScene scene;
   scene.board = GetParam().board;

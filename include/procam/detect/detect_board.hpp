@@ -19,9 +19,6 @@ struct BoardOptions {
     double window_modules = 0.5;
     /// Markers with a corner whose own sigma is larger than this many pixels are rejected.
     double max_sigma_px = 0.5;
-    /// Markers of small cells are fitted as a whole, in the light of a camera's gamma; false: by their edges
-    /// alone, which clipped light disturbs less.
-    bool fit_cells = true;
   } markers;
   struct Circles {
     /// A centre whose own sigma is larger than this many pixels is rejected.

@@ -13,6 +13,7 @@
 
 #include "procam/core/base/export.hpp"
 #include "procam/core/base/image.hpp"
+#include "procam/core/rig/light_map.hpp"
 #include "procam/session/join.hpp"
 
 namespace procam::session {
@@ -25,6 +26,12 @@ struct ProjectedBoardPoints {
   std::vector<LightPoint> points;
   ImageU8 flat_lit;         ///< the same view under flat light
   Diagnostics diagnostics;  ///< why there are no points
+};
+
+/// Which projector pixel lights each camera pixel, whatever the light falls on.
+struct PatternLight {
+  LightMap light;
+  ImageU8 flat_lit;  ///< the same view under flat light
 };
 
 class PROCAM_EXPORT SessionPattern {
@@ -50,6 +57,12 @@ class PROCAM_EXPORT SessionPattern {
   /// detections; throws Error(kInput) for captures that are not of this pattern.
   virtual session::BoardView read(const std::string& view_name, const std::vector<ViewU8>& captures,
                                   const Board& board) const = 0;
+  /// Every camera pixel's light, for a scan of any shape; nullopt of patterns that light points alone. Throws
+  /// Error(kInput) for captures that are not of this pattern.
+  virtual std::optional<PatternLight> read_light_map(const std::vector<ViewU8>& captures) const {
+    static_cast<void>(captures);
+    return std::nullopt;
+  }
   /// The points of a projected board, with no printed board round it; nullopt of patterns that have none.
   /// Throws Error(kInput) for pictures that show no light, or whose order is not that of frames().
   virtual std::optional<ProjectedBoardPoints> read_light(const std::vector<ViewU8>& captures) const {

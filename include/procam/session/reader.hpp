@@ -51,8 +51,9 @@ PROCAM_EXPORT void turn_left_to_right(ImageF& image);
 
 /// What a caller knows of a session; it goes before what session.json states.
 struct OpenOptions {
-  io::SessionInfo stated;  ///< pattern, sizes, board, step
-  ShownFlags shown;        ///< of a session of one photograph a view
+  io::SessionInfo stated;   ///< pattern, sizes, board, step
+  ShownFlags shown;         ///< of a session of one photograph a view
+  bool needs_board = true;  ///< false: the light on whatever it falls on is read (session/light.hpp)
 };
 
 /// What is to be read, without reading an image: `options` first, then session.json; without either the

@@ -6,6 +6,8 @@
 ///   session/marker_view.png, markers.json, truth_projector_from_world.json   with `markers`
 ///   session/check/frame_00.png ..., session.json, surfaces.json, truth.json  with `check`
 ///
+///   session/view_00/truth_depth.pfm                                          with `room`: the camera's depths, metres
+///
 /// Equal options give equal folders. Several cameras or projectors have a folder each in a view
 /// (simulate/fleet.hpp).
 #include <cstdint>
@@ -32,7 +34,9 @@ struct SimulationOptions {
   bool markers = false;               ///< also a view of markers on the wall (simulate/marker_view.hpp)
   std::string check;                  ///< also captures of this projected board on the bare wall
   double bump = 0;                    ///< rotation of the projector before `check`, radians
-  bool replace = false;               ///< remove an earlier simulated session
+  /// A room of simulate/scan_view.hpp instead of boards: one view to scan, with truth_depth.pfm in it.
+  std::string room;
+  bool replace = false;  ///< remove an earlier simulated session
 };
 
 /// The folder as it was written.
@@ -40,7 +44,7 @@ struct SimulatedFolder {
   int views = 0;
   int frames_per_view = 0;
   std::string pattern;
-  Board board;
+  Board board;  ///< none in a room
   ImageSize projector_size;
 };
 
@@ -49,7 +53,7 @@ PROCAM_EXPORT std::string settings_help();
 
 /// The folder appears whole or not at all. Throws Error(kIo) for a folder that is not empty (unless `replace`,
 /// and then for one that is no simulated session), Error(kInput) for settings that cannot be read,
-/// Error(kUnsupported) for `markers`, `check` and `board` with several devices, and as make_session() does.
+/// Error(kUnsupported) for `markers`, `check` and `board` with several devices or in a `room`, and as make_session() does.
 PROCAM_EXPORT SimulatedFolder write_simulated_session(const std::filesystem::path& folder,
                                                       const SimulationOptions& options,
                                                       const ReadingProgress& progress = {});

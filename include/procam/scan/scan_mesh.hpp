@@ -1,0 +1,31 @@
+#pragma once
+/// A scan -> a mesh that keeps edges and holes, with no more triangles than a stated deviation needs.
+///
+/// The image is split into right-angled triangles, each along its hypotenuse, until none deviates: at the middle of every
+/// hypotenuse, down to single pixels, the measured inverse depth (in which planes are linear) is within the tolerance of
+/// the line between its ends (right-triangulated irregular networks: W. Evans, D. Kirkpatrick, G. Townsend,
+/// Algorithmica 30(2), 2001). Neighbours are split alike, so no cracks appear. Triangles that hold pixels without a depth, or
+/// a step in depth, are split to single pixels, and those without three measured corners on one surface are omitted.
+///
+/// Content coordinates are those of the camera's image, (0, 0) .. (1, 1): content looks undistorted from where the camera
+/// is.
+#include "procam/core/base/export.hpp"
+#include "procam/core/geometry/mesh.hpp"
+#include "procam/scan/scan.hpp"
+
+namespace procam::scan {
+
+struct MeshOptions {
+  /// Largest deviation of a measured depth from the mesh, metres ...
+  double max_deviation = 0.5e-3;
+  /// ... or this many standard deviations of its noise, if they are more.
+  double max_sigmas = 3;
+  /// Neighbouring pixels are on two surfaces when the surface between them would be seen at a flatter angle than this,
+  /// radians.
+  double min_angle = 5 * kDegree;
+};
+
+/// In the rig's frame. Throws Error(kNotEnoughData) when no three neighbouring pixels are measured.
+PROCAM_EXPORT Mesh mesh_of(const Scan& scan, const MeshOptions& options = {});
+
+}  // namespace procam::scan

@@ -1,0 +1,31 @@
+#pragma once
+/// Rooms to scan, and what the camera of a simulated session records of them.
+///
+///   sphere     a ball of 0.35 m radius before a wall
+///   cylinder   a column of 0.25 m radius before a wall
+///   corner     two walls that meet at 90 degrees
+///   relief     a wavy wall: 30 mm high waves of 0.5 and 0.7 m length
+///   steps      boards of 20 to 120 mm before a wall
+///
+/// At 1 to 2 m from the camera, in the frame of the level's rig; albedos differ. Light and sensor are those of the level
+/// (level_conditions()) as far as a room has them (room_view.hpp): gamma, vignetting, noise, blur and defocus; not indirect
+/// light and glare.
+#include <string>
+#include <vector>
+
+#include "procam/core/base/export.hpp"
+#include "procam/simulate/room_view.hpp"
+#include "procam/simulate/session.hpp"
+
+namespace procam::simulate {
+
+PROCAM_EXPORT const std::vector<std::string>& scan_scenes();
+
+/// In the frame of the rig's camera. Throws Error(kUnsupported) with the names there are.
+PROCAM_EXPORT Room scan_scene(const std::string& name);
+
+/// What the session's rig records while its projector shows `frames` on the room, with the truth.
+PROCAM_EXPORT RoomView scan_view(const SimulatedSession& session, const Room& room,
+                                 const std::vector<ImageU8>& frames);
+
+}  // namespace procam::simulate

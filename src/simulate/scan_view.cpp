@@ -1,0 +1,114 @@
+#include "procam/simulate/scan_view.hpp"
+
+#include <cmath>
+
+#include "procam/core/geometry/se3.hpp"
+
+namespace procam::simulate {
+namespace {
+
+Pose turned(const Vec3& rotation, const Vec3& translation) {
+  return Pose(so3_exp(rotation), translation);
+}
+
+Body far_wall() {
+  return {"wall", Rectangle{Vec2(-4, -4), Vec2(4, 4)}, turned(Vec3(0.05, -0.2, 0.02), Vec3(0.1, 0, 2)), 0.7};
+}
+
+/// Waves over 2.4 x 2 m, a vertex every 20 mm; normals are interpolated between them.
+Body wavy_wall() {
+  constexpr int kColumns = 121, kRows = 101;
+  auto mesh = std::make_shared<Mesh>();
+  for (int j = 0; j < kRows; ++j)
+    for (int i = 0; i < kColumns; ++i) {
+      const double x = 0.02 * i - 1.2, y = 0.02 * j - 1.0;
+      mesh->vertices.push_back(
+          Vec3(x, y, 0.015 * (std::sin(2 * kPi * x / 0.5) + std::sin(2 * kPi * y / 0.7))));
+      mesh->uv.push_back(Vec2(double(i) / (kColumns - 1), double(j) / (kRows - 1)));
+    }
+  for (int j = 0; j + 1 < kRows; ++j)
+    for (int i = 0; i + 1 < kColumns; ++i) {
+      const int a = j * kColumns + i, b = a + 1, c = a + kColumns, d = c + 1;
+      mesh->triangles.push_back({a, b, d});
+      mesh->triangles.push_back({a, d, c});
+    }
+  return {"relief", TriangleMesh(mesh), turned(Vec3(0.1, -0.25, 0.03), Vec3(0.05, 0.02, 1.6)), 0.65};
+}
+
+Room corner() {
+  Room room;
+  const double left = -0.7;  // the walls' turns about y: 90 degrees apart
+  room.bodies = {
+      {"left", Rectangle{Vec2(-3, -3), Vec2(0, 3)}, turned(Vec3(0, left, 0), Vec3(0.05, 0, 1.9)), 0.7},
+      {"right", Rectangle{Vec2(0, -3), Vec2(3, 3)}, turned(Vec3(0, left + kPi / 2, 0), Vec3(0.05, 0, 1.9)),
+       0.5}};
+  return room;
+}
+
+Room steps() {
+  Room room;
+  room.bodies.push_back(far_wall());
+  const double heights[] = {0.02, 0.05, 0.12};
+  for (int i = 0; i < 3; ++i) {
+    const Vec3 size(0.18, 0.4, heights[i]);
+    const Pose place =
+        far_wall().room_from_body * Pose(Mat3::Identity(), Vec3(-0.4 + 0.26 * i, -0.25, -heights[i]));
+    for (Body& face : box(std::string("board ") + char('1' + i), place, size, 0.5 + 0.1 * i))
+      room.bodies.push_back(face);
+  }
+  return room;
+}
+
+}  // namespace
+
+const std::vector<std::string>& scan_scenes() {
+  static const std::vector<std::string> names = {"sphere", "cylinder", "corner", "relief", "steps"};
+  return names;
+}
+
+Room scan_scene(const std::string& name) {
+  Room room;
+  if (name == "sphere") {
+    room.bodies = {far_wall(), {"sphere", Sphere{0.35}, turned(Vec3::Zero(), Vec3(0.05, -0.1, 1.55)), 0.75}};
+  } else if (name == "cylinder") {
+    room.bodies = {
+        far_wall(),
+        {"cylinder", Cylinder{0.25, -0.6, 0.6}, turned(Vec3(1.4, 0.1, 0.2), Vec3(0.1, -0.05, 1.5)), 0.6}};
+  } else if (name == "corner") {
+    room = corner();
+  } else if (name == "relief") {
+    room.bodies = {wavy_wall()};
+  } else if (name == "steps") {
+    room = steps();
+  } else {
+    std::string known;
+    for (const std::string& scene : scan_scenes()) known += (known.empty() ? "" : ", ") + scene;
+    throw Error(ErrorKind::kUnsupported, "room '" + name + "'", "there is no such room",
+                "use one of: " + known);
+  }
+  room.ambient = 0.02;
+  return room;
+}
+
+RoomView scan_view(const SimulatedSession& session, const Room& room, const std::vector<ImageU8>& frames) {
+  const RigProjector& projector = session.rig().projector();
+  const RigCamera& camera = session.rig().camera();
+  const CaptureOptions& capture = session.capture;
+  RoomLight light;
+  light.projector = projector.projector;
+  light.room_from_projector = projector.rig_from_projector;
+  light.frames = frames;
+  light.lens = capture.projector_lens;
+  light.blur_px = capture.projector_blur_px;
+  RoomViewOptions options;
+  options.brightest_grey = capture.brightest_grey;
+  options.camera_blur_px = capture.camera_blur_px;
+  options.vignetting = capture.vignetting;
+  options.gamma = capture.gamma;
+  options.noise = capture.noise;
+  options.seed = capture.seed;
+  options.adaptive = true;
+  return room_view(room, camera.camera, camera.rig_from_camera, {light}, options);
+}
+
+}  // namespace procam::simulate

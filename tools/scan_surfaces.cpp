@@ -1,0 +1,184 @@
+/// scan-surfaces: captures of Gray code or phase shift + a rig -> points, a mesh, and surfaces.json.
+#include <CLI/CLI.hpp>
+
+#include "common/cli.hpp"
+#include "procam/io/files.hpp"
+#include "procam/io/image/depth_file.hpp"
+#include "procam/io/image/images.hpp"
+#include "procam/io/image/pfm.hpp"
+#include "procam/io/mesh/mesh_writer.hpp"
+#include "procam/io/rig_file.hpp"
+#include "procam/io/surface_file.hpp"
+#include "procam/io/text.hpp"
+#include "procam/report/scan.hpp"
+#include "procam/scan/scan_mesh.hpp"
+#include "procam/session/light.hpp"
+
+namespace procam::tools {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Flags {
+  std::string captures, view, rig, output, points, depth, preview, truth;
+  session::OpenOptions open;
+  scan::ScanOptions scan;
+  scan::MeshOptions mesh;
+};
+
+void declare(CLI::App& app, Flags& flags) {
+  app.add_option(
+         "--captures", flags.captures,
+         "Folder with a sub-folder of numbered frames, as capture-session and simulate-captures write it; no board "
+         "is needed")
+      ->required();
+  app.add_option("--rig", flags.rig, "rig.json of the camera and projector, as calibrate-projector writes it")
+      ->required();
+  app.add_option("--view", flags.view, "Name of the sub-folder, where there are several");
+  app.add_option(
+      "--pattern", flags.open.stated.pattern,
+      "What was projected, if session.json does not say (default gray): gray, phase, gray+phase, a pattern.json");
+  add_parsed(
+      app, "--projector-size",
+      [&](const std::string& text) { flags.open.stated.projector_size = io::parse_size(text); },
+      "Size of the projected picture, if session.json does not say, e.g. 1024x768");
+  app.add_option("--step", flags.open.stated.step,
+                 "Projector pixels a stripe of Gray code, if session.json does not say (default 1)")
+      ->check(CLI::Range(1, 1024));
+  add_parsed(
+      app, "--deviation", [&](const std::string& text) { flags.mesh.max_deviation = io::parse_length(text); },
+      "Largest deviation of the mesh from the points (default 0.5mm, and never below their noise)");
+  add_parsed(
+      app, "--nearest", [&](const std::string& text) { flags.scan.nearest = io::parse_length(text); },
+      "Depths below are rejected (default 0.05m)");
+  add_parsed(
+      app, "--farthest", [&](const std::string& text) { flags.scan.farthest = io::parse_length(text); },
+      "Depths above are rejected (default 50m)");
+  app.add_option(
+         "-o,--output", flags.output,
+         "surface definitions to write, .json or .xml; each mesh is written beside it, for surfaces.json as surfaces_scan.ply")
+      ->required();
+  app.add_option("--points", flags.points,
+                 "Also write the points with normals and standard deviations, .ply or .pcd");
+  app.add_option(
+      "--depth", flags.depth,
+      "Also write the camera's depths in metres, .pfm (0: not measured): detect-surfaces finds planes in them");
+  app.add_option("--preview", flags.preview, "Also draw the surface and its standard deviation, .png");
+  app.add_option("--truth", flags.truth,
+                 "True depths of a simulation (truth_depth.pfm): report the distance to them");
+}
+
+void require_writable(const Flags& flags) {
+  for (const std::string& path : {flags.output, flags.points, flags.depth, flags.preview})
+    if (!path.empty()) io::require_writable(path);
+}
+
+std::optional<scan::ScanError> true_error(const Flags& flags, const scan::Scan& scan) {
+  if (flags.truth.empty()) return std::nullopt;
+  const DepthPixels truth = io::load_depth_pixels(flags.truth);
+  const ImageF* metres = std::get_if<ImageF>(&truth);
+  if (metres == nullptr || metres->size() != scan.depth.size())
+    throw Error(ErrorKind::kInput, flags.truth, "it has no float depths of the camera's size",
+                "give the truth_depth.pfm of this view");
+  return scan::compare(scan, *metres);
+}
+
+/// "scan", or with several cameras or projectors "scan_CAMERA_PROJECTOR".
+std::string name_of(const session::CapturedLight& seen, std::size_t count) {
+  std::string name = "scan";
+  if (count > 1)
+    for (const std::string& device : {seen.camera, seen.projector})
+      name += device.empty() ? "" : "_" + device;
+  return name;
+}
+
+SurfaceSet save_meshes(const Flags& flags, const std::vector<report::ScannedSurface>& surfaces,
+                       std::vector<std::string>& files) {
+  SurfaceSet set;
+  for (const report::ScannedSurface& surface : surfaces) {
+    MeshSurface geometry;
+    geometry.frame = "rig";
+    geometry.file = fs::path(flags.output).stem().string() + "_" + surface.name + ".ply";
+    geometry.mesh = std::make_shared<const Mesh>(surface.mesh);
+    const fs::path path = fs::path(flags.output).parent_path() / geometry.file;
+    io::save_mesh(path, surface.mesh);
+    files.push_back(path.string());
+    Surface definition;
+    definition.name = surface.name;
+    definition.geometry = geometry;
+    set.surfaces.push_back(definition);
+  }
+  io::save_surfaces(flags.output, set);
+  files.push_back(flags.output);
+  return set;
+}
+
+void append(const PointCloud& more, PointCloud& all) {
+  all.points.insert(all.points.end(), more.points.begin(), more.points.end());
+  all.normals.insert(all.normals.end(), more.normals.begin(), more.normals.end());
+  all.sigma.insert(all.sigma.end(), more.sigma.begin(), more.sigma.end());
+}
+
+void save_others(const Flags& flags, const std::vector<report::ScannedSurface>& surfaces,
+                 std::vector<std::string>& files) {
+  if (!flags.points.empty()) {
+    PointCloud all;
+    for (const report::ScannedSurface& surface : surfaces) append(scan::point_cloud(surface.scan), all);
+    io::save_points(flags.points, all);
+    files.push_back(flags.points);
+  }
+  if (!flags.depth.empty()) {
+    io::save_pfm(flags.depth, surfaces.front().scan.depth);
+    files.push_back(flags.depth);
+  }
+  if (!flags.preview.empty()) {
+    io::save_image(flags.preview, report::scan_picture(surfaces.front().scan));
+    files.push_back(flags.preview);
+  }
+}
+
+ExitCode scan_surfaces(Flags flags, Console& console) {
+  flags.open.needs_board = false;
+  const Rig rig = io::load_rig(flags.rig);
+  const session::SessionPlan plan = session::open(flags.captures, flags.open);
+  require_writable(flags);
+  std::vector<report::ScannedSurface> surfaces;
+  Diagnostics remarks;
+  const std::vector<session::CapturedLight> lights = session::read_light(plan, flags.view);
+  for (const session::CapturedLight& seen : lights) {
+    console.progress("scans", int(surfaces.size()), int(lights.size()));
+    report::ScannedSurface surface;
+    surface.name = name_of(seen, lights.size());
+    surface.scan = scan::measure_depth(seen.light, rig, seen.camera, seen.projector, flags.scan);
+    surface.mesh = scan::mesh_of(surface.scan, flags.mesh);
+    surface.error = true_error(flags, surface.scan);
+    remarks.append(seen.light.diagnostics);
+    remarks.append(surface.scan.diagnostics);
+    surfaces.push_back(std::move(surface));
+  }
+  std::vector<std::string> files;
+  save_meshes(flags, surfaces, files);
+  save_others(flags, surfaces, files);
+  console.say(report::lines(surfaces));
+  console.summary().merge(report::to_json(surfaces));
+  console.summary().set("/files", files);
+  console.report(remarks);
+  for (const std::string& file : files) console.say("wrote " + file);
+  return ExitCode::kOk;
+}
+
+}  // namespace
+}  // namespace procam::tools
+
+int main(int argc, char** argv) {
+  using namespace procam::tools;
+  Flags flags;
+  return run_tool(
+      argc, argv,
+      {"scan-surfaces",
+       "Measures the shape of a room from captures of Gray code or phase shift and a calibrated rig: points with standard "
+       "deviations, and a mesh that content can be put on.",
+       "scan-surfaces --captures scan --rig rig.json -o surfaces.json --points points.ply --preview scan.png"},
+      [&](CLI::App& app) { declare(app, flags); },
+      [&](Console& console) { return scan_surfaces(flags, console); });
+}

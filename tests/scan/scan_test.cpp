@@ -4,6 +4,7 @@
 
 #include <map>
 #include <random>
+#include <set>
 
 #include "procam/core/base/stats.hpp"
 #include "procam/core/geometry/plane.hpp"
@@ -242,6 +243,24 @@ std::map<std::pair<int, int>, int> edges_of(const Mesh& mesh) {
   return count;
 }
 
+/// Edges whose middle is a vertex of another triangle: cracks.
+int cracks_of(const Mesh& mesh) {
+  const auto pixel = [&](int vertex) {
+    const Vec2& uv = mesh.uv[std::size_t(vertex)];
+    return std::pair<int, int>(int(std::lround(uv.x() * 96 - 0.5)), int(std::lround(uv.y() * 64 - 0.5)));
+  };
+  std::set<std::pair<int, int>> vertices;
+  for (int i = 0; i < int(mesh.vertices.size()); ++i) vertices.insert(pixel(i));
+  int cracks = 0;
+  for (const auto& [edge, count] : edges_of(mesh)) {
+    const auto [ax, ay] = pixel(edge.first);
+    const auto [bx, by] = pixel(edge.second);
+    if (std::abs(ax - bx) > 1 || std::abs(ay - by) > 1)
+      cracks += int(vertices.count({(ax + bx) / 2, (ay + by) / 2}));
+  }
+  return cracks;
+}
+
 TEST(ScanMesh, OfAWallHasFewTrianglesAndNoCracks) {
   const Rig rig = lopsided_rig();
   const Look look = look_at_wall(rig, 0.01, 8);
@@ -279,6 +298,8 @@ TEST(ScanMesh, KeepsStepsAndHoles) {
     for (int x = 60; x < 68; ++x) look.light.sigma.at(x, y, 0) = 0;
   const Scan scan = measure_depth(look.light, rig, "", "", quiet());
   const Mesh mesh = mesh_of(scan);
+  EXPECT_EQ(cracks_of(mesh), 0);
+  EXPECT_LT(mesh.triangles.size(), std::size_t(scan.counts.measured));
   const Pose camera_from_rig = rig.camera().rig_from_camera.inverse();
   for (const auto& t : mesh.triangles) {
     double nearest = 9, farthest = 0;

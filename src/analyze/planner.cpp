@@ -302,6 +302,7 @@ std::optional<LightOnWall> light_on_wall(const Projector& projector, const Pose&
 }
 
 std::vector<PlanFigure> figures_of(const ProjectionPlan& plan) {
+  require(plan.corners.size() == 4, "figures_of: a plan without corners");
   const auto side = [&](std::size_t i) {
     return in_metres((plan.corners[(i + 1) % 4] - plan.corners[i]).norm());
   };

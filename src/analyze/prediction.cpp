@@ -47,10 +47,12 @@ double squared(const LandingError::SourceError& source) {
 }  // namespace
 
 std::vector<Cause> rank_causes(const std::vector<const LandingError*>& lit) {
+  require(!lit.empty(), "rank_causes: no points");
   std::vector<Cause> causes;
   for (const LandingError::SourceError& part : parts_of(*lit.front())) causes.push_back({part.name, 0, 0});
   for (const LandingError* error : lit) {
     const std::vector<LandingError::SourceError> parts = parts_of(*error);
+    require(parts.size() == causes.size(), "rank_causes: points of different sources");
     for (std::size_t i = 0; i < parts.size(); ++i) {
       causes[i].rms_mm += squared(parts[i]);
       LandingError::SourceError rest = error->total;

@@ -385,6 +385,7 @@ LightMap decode(const std::vector<ViewU8>& captures, const FrameSequence& sequen
 ImageU8 flat_light(const std::vector<ViewU8>& captures, const FrameSequence& sequence,
                    ImageSize projector_size) {
   check_captures(captures, sequence);
+  require(!captures.empty(), "flat_light: no captures");
   std::vector<Wave> waves;
   for (const StripeAxis axis : {StripeAxis::kColumn, StripeAxis::kRow})
     for (Wave& wave : waves_of(sequence, projector_size, axis).waves) waves.push_back(std::move(wave));

@@ -336,6 +336,7 @@ std::string figures(const ProjectionPlan& plan) {
 }  // namespace
 
 std::string plan_picture(const ProjectionPlan& plan) {
+  require(plan.corners.size() == 4, "plan_picture: a plan without corners");
   const Projector& projector = plan.projector;
   const std::string sheet =
       std::to_string(projector.size().width) + " × " + std::to_string(projector.size().height) +

@@ -50,6 +50,15 @@ TEST(Prediction, RanksTheCausesAndNamesTheChangeThatHelpsMost) {
   EXPECT_FALSE(procam::test::contains(predicted.advice, "--predict")) << predicted.advice;
 }
 
+TEST(Prediction, CausesOfNoPointsAndOfUnequalPointsAreRefused) {
+  EXPECT_THROW(rank_causes({}), std::invalid_argument);
+  const Room room;
+  const SurfacePrediction wall = predict_surface("wall", room.path(), room.plane_from_content, room.sources);
+  const LandingError without_sources;
+  ASSERT_TRUE(wall.corners[0]);
+  EXPECT_THROW(rank_causes({&*wall.corners[0], &without_sources}), std::invalid_argument);
+}
+
 /// 20 000 draws: the rms's standard error is below 0.6 %; 4 % is seven of them and what first order leaves.
 TEST(Prediction, AgreesWithMonteCarlo) {
   Room room;

@@ -28,7 +28,8 @@ struct Sweep {
   std::vector<double> values, rms_mm;  ///< a curve; points without light are omitted
 };
 
-/// Every source, or its parts, over the points: largest first. All points have the same sources.
+/// Every source, or its parts, over the points: largest first. Throws std::invalid_argument without points, and for points
+/// of different sources.
 PROCAM_EXPORT std::vector<Cause> rank_causes(const std::vector<const LandingError*>& points);
 
 struct SurfacePrediction {

@@ -1,0 +1,22 @@
+#pragma once
+/// One function for each component; they are called in this order, as signatures name types bound before.
+#include <pybind11/pybind11.h>
+
+namespace procam::python {
+
+void bind_core(pybind11::module_& m);
+void bind_pattern(pybind11::module_& m);
+void bind_io(pybind11::module_& m);
+void bind_detect(pybind11::module_& m);
+void bind_surface(pybind11::module_& m);
+void bind_calibrate(pybind11::module_& m);
+void bind_render(pybind11::module_& m);
+void bind_track(pybind11::module_& m);
+void bind_simulate(pybind11::module_& m);
+void bind_session(pybind11::module_& m);
+void bind_depth(pybind11::module_& m);
+void bind_analyze(pybind11::module_& m);
+void bind_report(pybind11::module_& m);
+void bind_show(pybind11::module_& m);
+
+}  // namespace procam::python

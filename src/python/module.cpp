@@ -1,0 +1,140 @@
+// The extension module procam._procam, which fills the package procam and its submodules.
+#include "bind.hpp"
+#include "components.hpp"
+
+namespace procam::python {
+
+void check_signals() {
+  const py::gil_scoped_acquire gil;
+  if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+}
+
+void require_pixel(ImageSize size, int x, int y, const char* function) {
+  if (x < 0 || y < 0 || x >= size.width || y >= size.height)
+    throw std::invalid_argument(std::string(function) + ": (" + std::to_string(x) + ", " + std::to_string(y) +
+                                ") is outside of " + std::to_string(size.width) + " x " +
+                                std::to_string(size.height));
+}
+
+namespace {
+
+/// The text of one field, short enough for a line.
+std::string short_text(const py::object& value) {
+  if (py::isinstance<py::array>(value)) {
+    const auto array = py::reinterpret_borrow<py::array>(value);
+    if (array.size() > 9) return "<" + description(array) + ">";
+    return py::str(array.attr("tolist")()).cast<std::string>();
+  }
+  if (py::isinstance<py::tuple>(value) && py::len(value) > 4)
+    return "<" + std::to_string(py::len(value)) + " items>";
+  return py::repr(value).cast<std::string>();
+}
+
+}  // namespace
+
+std::string record_text(py::handle self, const std::vector<std::string>& fields) {
+  std::string text = self.get_type().attr("__name__").cast<std::string>() + "(";
+  for (const std::string& field : fields) {
+    if (text.back() != '(') text += ", ";
+    text += field + "=" + short_text(self.attr(field.c_str()));
+  }
+  return text + ")";
+}
+
+void set_fields(py::handle self, const std::vector<std::string>& names, const py::args& values,
+                const py::kwargs& named) {
+  const std::string type = self.get_type().attr("__name__").cast<std::string>();
+  if (values.size() > names.size())
+    throw py::type_error(type + ": expected at most " + std::to_string(names.size()) + " fields, found " +
+                         std::to_string(values.size()));
+  for (std::size_t i = 0; i < values.size(); ++i) py::setattr(self, names[i].c_str(), values[i]);
+  for (const auto& [key, value] : named) {
+    const std::string name = py::str(key);
+    const auto found = std::find(names.begin(), names.end(), name);
+    if (found == names.end()) {
+      std::string known;
+      for (const std::string& one : names) known += (known.empty() ? "" : ", ") + one;
+      throw py::type_error(type + ": no field '" + name + "'; its fields are " + known);
+    }
+    if (std::size_t(found - names.begin()) < values.size())
+      throw py::type_error(type + ": field '" + name + "' is given twice");
+    py::setattr(self, key, value);
+  }
+}
+
+namespace {
+
+constexpr const char* kErrorDoc =
+    "An error that a person must act on: a file, too few views, a degenerate layout.\n\n"
+    "kind: ErrorKind\nsubject, what_failed: the thing that failed, with its file, line, view or field\n"
+    "why, cause: why it failed\nnext, next_step: what the person can do about it";
+
+PyObject* error_type = nullptr;
+
+void set_error(const Error& error) {
+  py::object made = py::reinterpret_borrow<py::object>(error_type)(py::str(error.what()));
+  made.attr("kind") = error.kind();
+  for (const char* name : {"subject", "what_failed"}) made.attr(name) = error.subject();
+  for (const char* name : {"why", "cause"}) made.attr(name) = error.why();
+  for (const char* name : {"next", "next_step"}) made.attr(name) = error.next();
+  PyErr_SetObject(error_type, made.ptr());
+}
+
+py::module_ submodule(const py::module_& package, const std::string& name, const char* doc) {
+  const std::string full = package.attr("__name__").cast<std::string>() + "." + name;
+  auto module = py::reinterpret_borrow<py::module_>(PyImport_AddModule(full.c_str()));
+  module.doc() = doc;
+  package.attr(name.c_str()) = module;
+  return module;
+}
+
+}  // namespace
+
+PYBIND11_MODULE(_procam, module) {
+  module.doc() = "What procam is made of; import procam instead.";
+  auto package = py::reinterpret_borrow<py::module_>(PyImport_AddModule("procam"));
+  py::options options;
+  options.disable_enum_members_docstring();
+
+  error_type = PyErr_NewExceptionWithDoc("procam.Error", kErrorDoc, PyExc_RuntimeError, nullptr);
+  package.attr("Error") = py::handle(error_type);
+  py::register_exception_translator([](std::exception_ptr thrown) {
+    try {
+      if (thrown) std::rethrow_exception(thrown);
+    } catch (const Error& error) {
+      set_error(error);
+    }
+  });
+
+  bind_core(package);
+  py::module_ pattern = submodule(package, "pattern", "Patterns that projectors show, and their decoding.");
+  bind_pattern(pattern);
+  py::module_ io = submodule(package, "io", "File formats.");
+  bind_io(io);
+  py::module_ detect = submodule(package, "detect", "Boards and markers in images.");
+  bind_detect(detect);
+  py::module_ surface = submodule(package, "surface", "Surfaces to placements, blending and warps.");
+  bind_surface(surface);
+  py::module_ calibrate = submodule(package, "calibrate", "Correspondences to a rig.");
+  bind_calibrate(calibrate);
+  py::module_ render = submodule(package, "render", "Placements to frames.");
+  bind_render(render);
+  py::module_ track = submodule(package, "track", "Poses over time, and from markers.");
+  bind_track(track);
+  py::module_ simulate =
+      submodule(package, "simulate", "Simulated captures, rooms and robots, with their truth.");
+  bind_simulate(simulate);
+  py::module_ session = submodule(package, "session", "Folders of captures.");
+  bind_session(session);
+  py::module_ depth = submodule(package, "depth", "Planes in depth images.");
+  bind_depth(depth);
+  py::module_ analyze =
+      submodule(package, "analyze", "The error in millimetres: predicted, drawn, measured.");
+  bind_analyze(analyze);
+  py::module_ report = submodule(package, "report", "Results as JSON, lines and pages.");
+  bind_report(report);
+  py::module_ show = submodule(package, "show", "Content on surfaces, live.");
+  bind_show(show);
+}
+
+}  // namespace procam::python

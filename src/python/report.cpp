@@ -1,0 +1,125 @@
+// procam.report
+#include "procam/report.hpp"
+
+#include "bind.hpp"
+#include "components.hpp"
+
+namespace procam::python {
+
+void bind_report(py::module_& m) {
+  Record<report::ReportInput> report_input(m, "ReportInput",
+                                           "What a report may hold beyond the calibration itself.");
+  Record<report::DeviceCounts> device_counts(m, "DeviceCounts", "What was found and used of a device.");
+
+  report_input.fields_init()
+      .field("title", &report::ReportInput::title, "")
+      .field("predicted", &report::ReportInput::predicted,
+             "from the covariance, one a distance and projector")
+      .field("accepted", &report::ReportInput::accepted,
+             "the kind of error that leads the page, and its limit")
+      .field("next_view", &report::ReportInput::next_view, "drawn and described")
+      .field("truth", &report::ReportInput::truth,
+             "Where the true rig is known (a simulated session): the errors by projector, and the\n"
+             "parameters.")
+      .field("within_truth", &report::ReportInput::within_truth, "")
+      .field("wall", &report::ReportInput::wall, "metres, for which lens models are compared")
+      .field("views", &report::ReportInput::views, "that were given; 0: as many as the result has");
+  device_counts.fields_init()
+      .field("views_used", &report::DeviceCounts::views_used, "")
+      .field("points_found", &report::DeviceCounts::points_found, "")
+      .field("points_used", &report::DeviceCounts::points_used, "");
+
+  function(m, "judge",
+           py::overload_cast<calibrate::CalibrationResult&, double, const analyze::AcceptedError&,
+                             const std::optional<Rig>&>(&report::judge),
+           "What a report about a fresh calibration holds: predicts the errors on a wall, adds\n"
+           "their checks to result.rig.quality (a failed one to result.diagnostics), finds the\n"
+           "view that reduces the error most, and compares with the true rig where one is given.\n"
+           "A rig without projectors gets none of it.",
+           py::arg("result"), py::arg("wall"), py::arg("accepted"), py::arg("truth") = py::none());
+  function(m, "add_truth", &report::add_truth, "Compares with the true rig, on the wall of `input`.",
+           py::arg("rig"), py::arg("truth"), py::arg("input"));
+  function(
+      m, "to_json",
+      py::overload_cast<const calibrate::CalibrationResult&, const report::ReportInput&>(&report::to_json),
+      "The fields of a calibration as JSON text. Figures of one projector stand in \"wall\",\n"
+      "\"truth\" and at the top; of several, each under its name.",
+      py::arg("result"), py::arg("input"));
+  function(m, "to_json",
+           py::overload_cast<const calibrate::PointsResult&, const report::ReportInput&>(&report::to_json),
+           "Of a projector alone, calibrated from points.", py::arg("result"), py::arg("input"));
+  function(m, "to_json",
+           py::overload_cast<const Rig&, const RigQuality&, const report::ReportInput&>(&report::to_json),
+           "Of a rig whose stored numbers were checked.", py::arg("rig"), py::arg("quality"),
+           py::arg("input"));
+  function(
+      m, "headline",
+      py::overload_cast<const calibrate::CalibrationResult&, const report::ReportInput&>(&report::headline),
+      "The first lines of a console: may the rig be used, and its predicted errors.", py::arg("result"),
+      py::arg("input"));
+  function(m, "headline",
+           py::overload_cast<const Rig&, const RigQuality&, const report::ReportInput&>(&report::headline),
+           "", py::arg("rig"), py::arg("quality"), py::arg("input"));
+  function(m, "lines",
+           py::overload_cast<const calibrate::CalibrationResult&, const report::ReportInput&>(&report::lines),
+           "The lines below it.", py::arg("result"), py::arg("input"));
+  function(m, "lines",
+           py::overload_cast<const calibrate::PointsResult&, const std::vector<PointPair>&,
+                             const report::ReportInput&>(&report::lines),
+           "", py::arg("result"), py::arg("pairs"), py::arg("input"));
+  function(m, "lines", py::overload_cast<const Rig&, const RigQuality&>(&report::lines), "", py::arg("rig"),
+           py::arg("quality"));
+  function(m, "device_counts", &report::device_counts, "", py::arg("result"), py::arg("device"));
+  function(m, "calibration_report", &report::calibration_report,
+           "The page as UTF-8 text. The same input gives the same text, byte by byte, in every\n"
+           "locale; a number that is not finite reads \"-\". The correspondences are those the\n"
+           "result was made from: their board and the views that were rejected are drawn. Throws\n"
+           "std::invalid_argument when the two do not belong together.",
+           py::arg("result"), py::arg("correspondences"),
+           py::arg_v("input", report::ReportInput{}, "ReportInput()"));
+  function(m, "to_json", py::overload_cast<const analyze::ProjectionPlan&>(&report::to_json),
+           "The plan's fields as JSON text; metres unless a name ends otherwise.", py::arg("plan"));
+  function(m, "lines", py::overload_cast<const analyze::ProjectionPlan&>(&report::lines),
+           "The figures as lines of a console.", py::arg("plan"));
+  function(m, "plan_picture", &report::plan_picture,
+           "The plan as one SVG file, complete in itself: the wall seen straight on, with the\n"
+           "lit area, its pixels' size as colours, the target and the largest undistorted\n"
+           "rectangle; the projector and its light from above and from the side; the figures.\n"
+           "The same plan gives the same text, byte by byte, in every locale.",
+           py::arg("plan"));
+  function(m, "to_json", py::overload_cast<const std::vector<analyze::SurfacePrediction>&>(&report::to_json),
+           "The fields of every surface as JSON text: {\"surfaces\": [{\"name\", \"rms_mm\",\n"
+           "\"worst_mm\", \"causes\": [...], ...}]}.",
+           py::arg("surfaces"));
+  function(m, "lines", py::overload_cast<const analyze::SurfacePrediction&>(&report::lines),
+           "The lines of a console.", py::arg("prediction"));
+  function(m, "prediction_report", &report::prediction_report,
+           "One self-contained page: verdict, numbers, heat maps, causes, sweeps, rig and\n"
+           "surfaces in space (as calibration_report()).",
+           py::arg("surfaces"), py::arg("rig"), py::arg("title"));
+  function(m, "to_json",
+           py::overload_cast<const depth::Planes&, const depth::RoomSurfaces&, const depth::SensorKind&,
+                             const depth::SensorCheck&>(&report::to_json),
+           "\"surfaces\", \"planes\" (every plane, also one without a surface) and \"sensor\"; metres.",
+           py::arg("planes"), py::arg("room"), py::arg("sensor"), py::arg("check"));
+  function(m, "lines", py::overload_cast<const depth::Planes&, const depth::RoomSurfaces&>(&report::lines),
+           "A table of the surfaces, then of the planes without one.", py::arg("planes"), py::arg("room"));
+  function(m, "room_picture", &report::room_picture,
+           "The depth image shaded by its slopes, every surface in its colour with outline, free\n"
+           "rectangle, name and size, corners of the room, and a legend at the right. RGB.",
+           py::arg("planes"), py::arg("room"), py::arg("image"), py::arg("rays"));
+  function(m, "to_json", py::overload_cast<const analyze::VerifyResult&>(&report::to_json),
+           "The result's fields as JSON text, every mark included.", py::arg("result"));
+  function(m, "lines", py::overload_cast<const analyze::VerifyResult&>(&report::lines),
+           "The lines of a console: verdict, movements, a table of the marks.", py::arg("result"));
+  function(m, "description", &report::description,
+           "\"projector turned by 0.210 +- 0.004 deg and shifted by ...\"", py::arg("movement"));
+  function(m, "verify_picture", &report::verify_picture,
+           "The surface as its content is read, with every mark's error as an arrow, magnified,\n"
+           "before (and after, when something was corrected), and the 95 % region in which an\n"
+           "error would be no surprise. `content` is the outline of what is shown there, on the\n"
+           "surface; it may be empty. A complete SVG file.",
+           py::arg("result"), py::arg_v("content", Points2{}, "Points2()"));
+}
+
+}  // namespace procam::python

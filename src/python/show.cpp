@@ -1,0 +1,264 @@
+// procam.show
+#include "procam/show.hpp"
+
+#include "bind.hpp"
+#include "components.hpp"
+
+namespace procam::python {
+
+namespace {
+
+class ListenerInPython : public show::ShowListener {
+ public:
+  void on_start(const std::string& sentence) override {
+    PYBIND11_OVERRIDE(void, show::ShowListener, on_start, sentence);
+  }
+  void on_load(int done, int total) override {
+    PYBIND11_OVERRIDE(void, show::ShowListener, on_load, done, total);
+  }
+  void on_event(const std::string& sentence) override {
+    PYBIND11_OVERRIDE(void, show::ShowListener, on_event, sentence);
+  }
+  void on_frame(const show::ShowReport& report) override {
+    PYBIND11_OVERRIDE(void, show::ShowListener, on_frame, report);
+  }
+  std::vector<std::string> commands() override {
+    PYBIND11_OVERRIDE(std::vector<std::string>, show::ShowListener, commands, );
+  }
+};
+
+/// Looks for Ctrl-C before each frame, and passes all on.
+class InterruptibleListener : public show::ShowListener {
+ public:
+  explicit InterruptibleListener(show::ShowListener* listener) : listener_(listener) {}
+  void on_start(const std::string& sentence) override {
+    if (listener_ != nullptr) listener_->on_start(sentence);
+  }
+  void on_load(int done, int total) override {
+    check_signals();
+    if (listener_ != nullptr) listener_->on_load(done, total);
+  }
+  void on_event(const std::string& sentence) override {
+    if (listener_ != nullptr) listener_->on_event(sentence);
+  }
+  void on_frame(const show::ShowReport& report) override {
+    check_signals();
+    if (listener_ != nullptr) listener_->on_frame(report);
+  }
+  std::vector<std::string> commands() override {
+    return listener_ != nullptr ? listener_->commands() : std::vector<std::string>();
+  }
+
+ private:
+  show::ShowListener* listener_;
+};
+
+}  // namespace
+
+void bind_show(py::module_& m) {
+  Record<show::Durations> durations(
+      m, "Durations",
+      "Durations in bins that grow by a twentieth of an octave, from 1 us to 1000 s:\n"
+      "percentiles are right to 1.8 %, whatever came, in 5 KB. Shorter ones count as 1 us,\n"
+      "longer as 1000 s.");
+  Record<show::Metrics> metrics(m, "Metrics", "");
+  Record<show::MarkerInput> marker_input(
+      m, "MarkerInput", "Poses from what a camera of the rig sees of markers (marker_source.hpp).");
+  Record<show::DepthInput> depth_input(m, "DepthInput",
+                                       "The rig's depth camera, for surfaces that begin with \"depth:\".");
+  Record<show::PeopleInput> people_input(
+      m, "PeopleInput", "Skeletons of the people before the projector, whose heads are kept dark.");
+  Record<show::ShowOptions> show_options(m, "ShowOptions", "");
+  Record<show::PeopleCounts> people_counts(m, "PeopleCounts", "What became of the people's skeletons.");
+  Record<show::ShowReport> show_report(m, "ShowReport", "");
+  Record<show::ReplayReport> replay_report(m, "ReplayReport", "");
+  py::class_<show::ShowListener, ListenerInPython> show_listener(
+      m, "ShowListener", "Follows a running show: derive from it and define what is of interest.");
+
+  durations.method("add", &show::Durations::add, "", py::arg("seconds"))
+      .method("count", &show::Durations::count, "")
+      .method("mean", &show::Durations::mean, "")
+      .method("largest", &show::Durations::largest, "")
+      .method("sum", &show::Durations::sum, "")
+      .method("quantile", &show::Durations::quantile,
+              "The duration that the share `q` (0..1) of all does not exceed; 0 without any.", py::arg("q"));
+  metrics.fields_init()
+      .field("frames", &show::Metrics::frames, "shown")
+      .field("dropped", &show::Metrics::dropped, "whose time passed while another was drawn")
+      .field("blanked", &show::Metrics::blanked, "shown black because the pose was stale")
+      .field("waiting", &show::Metrics::waiting,
+             "in which surfaces in the world were dark because no pose had come")
+      .field("checked", &show::Metrics::checked,
+             "frames, one a second, that were looked at while surfaces were placed")
+      .field("dark", &show::Metrics::dark, "of these, without any light")
+      .field("reloads", &show::Metrics::reloads, "of the surfaces file that succeeded")
+      .field("failed_reloads", &show::Metrics::failed_reloads,
+             "of a file that cannot be read, or whose surfaces cannot be shown")
+      .field("poses", &show::Metrics::poses, "arrived, good ones")
+      .field("malformed", &show::Metrics::malformed, "messages that were none")
+      .field("draw", &show::Metrics::draw, "from the last look at the sources to the frame ready")
+      .field("render", &show::Metrics::render, "of that, the renderer")
+      .field("jitter", &show::Metrics::jitter, "between two frames' begins, from what it should be")
+      .field("pose_age", &show::Metrics::pose_age,
+             "of frames that are not black: from the moment that the newest pose speaks of to the\n"
+             "light of the frame")
+      .field("pose_to_frame", &show::Metrics::pose_to_frame,
+             "from a pose's arrival to the first frame with it ready, less that frame's render")
+      .field("faults", &show::Metrics::faults,
+             "What failed while the show went on, by name: \"command\", \"content\", \"control_page\",\n"
+             "\"depth\", \"frame\", \"people\" and \"people_...\" (messages), \"page_connection\" (closed\n"
+             "for others), \"page_refused\", \"page_request\", \"pose_source\", \"record\", \"reload\",\n"
+             "\"room\", \"save\", \"surfaces\".")
+      .field("contents_stopped", &show::Metrics::contents_stopped,
+             "now: contents that give no new images and show their last one");
+  marker_input.fields_init()
+      .field("camera", &show::MarkerInput::camera,
+             "number, device or address, as device::open_camera() takes it")
+      .field("name", &show::MarkerInput::name,
+             "the camera's name in the rig; may be empty when the rig has one")
+      .field("marker", &show::MarkerInput::marker,
+             "one marker, whose frame becomes the world: DICTIONARY:ID:SIZE (io::parse_marker)")
+      .field("markers", &show::MarkerInput::markers, "or a marker map file");
+  depth_input.fields_init()
+      .field("camera", &show::DepthInput::camera,
+             "its name in the rig; may be empty when the rig has one camera")
+      .field("metres_per_unit", &show::DepthInput::metres_per_unit,
+             "of 16-bit depth images, where no sensor states it")
+      .field("delay_s", &show::DepthInput::delay_s, "from a depth image's exposure to its arrival")
+      .field("up", &show::DepthInput::up, "in the world; default 0,0,1, without poses 0,-1,0 (the rig's)")
+      .field("silhouettes", &show::DepthInput::silhouettes,
+             "what comes before the room is kept out of the light; dark without depth");
+  people_input.fields_init()
+      .field("source", &show::PeopleInput::source,
+             "udp:9100, tcp:HOST:PORT, tcp-listen:PORT, vmc:39539, log:FILE")
+      .field("sensor", &show::PeopleInput::sensor,
+             "pose file between \"sensor\" and the rig, its projector, a camera or the world")
+      .field("delay_s", &show::PeopleInput::delay_s,
+             "from the exposure of a skeleton to its arrival, the fastest")
+      .field("destinations", &show::PeopleInput::destinations,
+             "SURFACE=udp:HOST:PORT: skeletons in metres of that surface");
+  show_options.fields_init()
+      .field("projector", &show::ShowOptions::projector,
+             "its name in the rig; may be empty when the rig has one")
+      .field("surfaces", &show::ShowOptions::surfaces,
+             "A surface file, read again when it changes; or depth:watch:FOLDER,\n"
+             "depth:folder:FOLDER, depth:openni2:[URI].")
+      .field("contents", &show::ShowOptions::contents,
+             "Contents by surface (device/content_source.hpp), instead of the surface file's own.")
+      .field("poses", &show::ShowOptions::poses, "pose sources (track/pose_source.hpp): \"udp:9000\"")
+      .field("marker", &show::ShowOptions::marker, "instead of `poses`")
+      .field("pose", &show::ShowOptions::pose, "or a pose file, for a projector that stands still")
+      .field("mount", &show::ShowOptions::mount,
+             "Pose file that places the rig, its projector or a camera on \"base\", the moving frame\n"
+             "of the poses. Without it the poses are those of the rig.")
+      .field("frame", &show::ShowOptions::frame, "of the poses; empty: those of the first message")
+      .field("child", &show::ShowOptions::child, "of the poses; empty: those of the first message")
+      .field("prediction", &show::ShowOptions::prediction, "auto, twist, acceleration or none")
+      .field("source_delay_s", &show::ShowOptions::source_delay_s,
+             "from the time of a pose to its arrival, the fastest")
+      .field("blank_on_stale_s", &show::ShowOptions::blank_on_stale_s,
+             "Without a new pose for so long the frame is black, or drawn for the last pose (the\n"
+             "default, 0.5 s).")
+      .field("freeze_on_stale_s", &show::ShowOptions::freeze_on_stale_s,
+             "Without a new pose for so long the frame is black, or drawn for the last pose (the\n"
+             "default, 0.5 s).")
+      .field("display", &show::ShowOptions::display,
+             "The projector's display (device::find_display); without it, as\n"
+             "device::choose_display() chooses.")
+      .field("output", &show::ShowOptions::output, "instead of a display, as device::open_sink() takes it")
+      .field("size", &show::ShowOptions::size, "of the frame, where neither a rig nor a display states it")
+      .field("fps", &show::ShowOptions::fps, "frames a second; 0: the display's, or 60")
+      .field("duration_s", &show::ShowOptions::duration_s,
+             "0: until the window is closed or the listener ends it")
+      .field("delay_s", &show::ShowOptions::delay_s, "from the begin of a frame to its light")
+      .field("delay_camera", &show::ShowOptions::delay_camera,
+             "a camera that measures delay_s before the show, instead")
+      .field("camera_delay_s", &show::ShowOptions::camera_delay_s,
+             "the camera's own share of what it measures")
+      .field("depth", &show::ShowOptions::depth, "")
+      .field("people", &show::ShowOptions::people, "")
+      .field("autosave", &show::ShowOptions::autosave, "edits at the control page are saved within a second")
+      .field("record", &show::ShowOptions::record, "log of the run, for replay()")
+      .field("control", &show::ShowOptions::control, "[ADDRESS:]PORT of the control page, or \"off\"")
+      .field("token", &show::ShowOptions::token, "the control page's secret; empty: a random one")
+      .field("renderer", &show::ShowOptions::renderer, "cpu or gl")
+      .field("threads", &show::ShowOptions::threads, "0: as many as the machine has")
+      .field("bilinear", &show::ShowOptions::bilinear,
+             "one sample a pixel: faster, and aliases where content is minified")
+      .field("average_numbers", &show::ShowOptions::average_numbers,
+             "average pixel values as they stand instead of the light");
+  people_counts.fields_init()
+      .field("frames", &show::PeopleCounts::frames, "of skeletons taken")
+      .field("malformed", &show::PeopleCounts::malformed, "messages that were none")
+      .field("refused", &show::PeopleCounts::refused, "frames with impossible values")
+      .field("repeated", &show::PeopleCounts::repeated, "frames that came twice or late")
+      .field("teleports", &show::PeopleCounts::teleports, "joints that jumped")
+      .field("sent", &show::PeopleCounts::sent, "frames sent to contents");
+  show_report.fields_init()
+      .field("metrics", &show::ShowReport::metrics, "")
+      .field("poses", &show::ShowReport::poses, "by their fate")
+      .field("people", &show::ShowReport::people, "");
+  replay_report.fields_init()
+      .field("frames", &show::ReplayReport::frames, "")
+      .field("equal", &show::ReplayReport::equal, "to the recorded ones, bit for bit");
+
+  show_listener.def(py::init<>())
+      .def("on_start", &show::ShowListener::on_start,
+           "Before the first frame: the display, the control page's address, the measured delay.",
+           py::arg("sentence"))
+      .def("on_load", &show::ShowListener::on_load, "While contents are opened, before each surface.",
+           py::arg("done"), py::arg("total"))
+      .def("on_event", &show::ShowListener::on_event, "An event: faults, recoveries, reloads.",
+           py::arg("sentence"))
+      .def("on_frame", &show::ShowListener::on_frame,
+           "After each frame, and ten times a second while the next one is awaited. An exception\n"
+           "ends the show and passes through run().",
+           py::arg("report"))
+      .def("commands", &show::ShowListener::commands,
+           "Commands to the show since the last call, JSON as the control page sends them.");
+
+  function(m, "is_depth_source", &show::is_depth_source,
+           "Does the text name a depth camera instead of a surface file?", py::arg("surfaces"));
+  function(m, "load_options", &show::load_options,
+           "Relative file names become relative to the working directory. Throws Error(kIo), and\n"
+           "Error(kInput) with file, line and field, also for an unknown field.",
+           py::arg("path"));
+  function(m, "save_options", &show::save_options,
+           "Writes what differs from the defaults; file names become relative to the file.\n"
+           "Throws Error(kIo).",
+           py::arg("path"), py::arg("options"));
+  function(m, "darkness", &show::darkness,
+           "Warnings about a show that nobody could see: \"no_pose\", \"no_light\".", py::arg("report"),
+           py::arg("options"));
+
+  function(
+      m, "run",
+      [](const Rig& rig, const show::ShowOptions& options, show::ShowListener* listener) {
+        InterruptibleListener interruptible_listener(listener);
+        return show::run(rig, options, &interruptible_listener);
+      },
+      "Shows until the window is closed, the time is over, the listener raises or Ctrl-C.\n"
+      "Throws Error for options, files and devices that cannot be used.",
+      py::arg("rig"), py::arg("options"), py::arg("listener") = py::none());
+  function(
+      m, "run",
+      [](const show::ShowOptions& options, show::ShowListener* listener) {
+        InterruptibleListener interruptible_listener(listener);
+        return show::run(options, &interruptible_listener);
+      },
+      "A show without a calibrated rig: surfaces in projector pixels alone, whose corners\n"
+      "are dragged at the control page.",
+      py::arg("options"), py::arg("listener") = py::none());
+  function(
+      m, "replay",
+      [](const Rig& rig, const show::ShowOptions& options, const std::filesystem::path& log,
+         show::ShowListener* listener) {
+        InterruptibleListener interruptible_listener(listener);
+        return show::replay(rig, options, log, &interruptible_listener);
+      },
+      "Shows a recorded run again, frame by frame, and compares. Of `options`, surfaces and\n"
+      "contents are those of the log. Events name conditions other than the recorded ones.",
+      py::arg("rig"), py::arg("options"), py::arg("log"), py::arg("listener") = py::none());
+}
+
+}  // namespace procam::python

@@ -1,0 +1,353 @@
+// procam.track
+#include "procam/track.hpp"
+
+#include "bind.hpp"
+#include "components.hpp"
+
+namespace procam::python {
+
+void bind_track(py::module_& m) {
+  Enum<track::ClockVerdict>(m, "ClockVerdict", "What observe() made of a message.")
+      .value("kTaken", track::ClockVerdict::kTaken, "its time is to be believed")
+      .value("kDoubtful", track::ClockVerdict::kDoubtful, "its stamp contradicts the others; wait for more")
+      .value("kJumped", track::ClockVerdict::kJumped,
+             "the sender's clock was set: this message confirmed it, and its time is to be\n"
+             "believed");
+  Enum<track::Prediction>(m, "Prediction", "")
+      .value("kAuto", track::Prediction::kAuto,
+             "all of them, weighted by how well each predicts the messages")
+      .value("kConstantTwist", track::Prediction::kConstantTwist, "arcs and straight lines")
+      .value("kConstantAcceleration", track::Prediction::kConstantAcceleration, "speeding up and braking")
+      .value("kNone", track::Prediction::kNone,
+             "the newest pose as it came: for comparison, and for what is already predicted");
+  Enum<track::TrackState>(m, "TrackState", "")
+      .value("kNone", track::TrackState::kNone, "no message yet")
+      .value("kFresh", track::TrackState::kFresh)
+      .value("kStale", track::TrackState::kStale,
+             "the newest pose is older than stale_after at the time asked for");
+  Record<track::ClockOptions> clock_options(m, "ClockOptions", "");
+  Record<track::Clock> clock(m, "Clock", "");
+  Record<track::Clock::Estimate> estimate(clock.type, "Estimate", "");
+  Record<track::LocateOptions> locate_options(m, "LocateOptions", "");
+  Record<track::LocatedMarker> located_marker(m, "LocatedMarker", "One marker of the map in the image.");
+  Record<track::LocateResult> locate_result(m, "LocateResult", "");
+  Record<track::Chain> chain(m, "Chain", "projector_from_world = projector_from_camera * camera_from_world.");
+  Record<track::StampedPose> stamped_pose(m, "StampedPose", "");
+  Record<track::PoseLogWriter> pose_log_writer(
+      m, "PoseLogWriter",
+      "Appends as messages come; what was written survives a crash of the program up to the\n"
+      "last flush().");
+  Record<track::SourceOptions> source_options(m, "SourceOptions", "");
+  Record<track::SourceStatus> source_status(m, "SourceStatus", "What a source has seen since it was opened.");
+  Record<track::TrackOptions> track_options(m, "TrackOptions", "");
+  Record<track::TrackedPose> tracked_pose(m, "TrackedPose", "");
+  Record<track::Faults> faults(
+      m, "Faults",
+      "Every message that add() got is counted in exactly one of `taken` .. `pending`; a\n"
+      "refused message leaves no trace in the pose. The last four are events.");
+  Record<track::PoseTrack> pose_track(m, "PoseTrack", "");
+  Record<track::Trajectory> trajectory(m, "Trajectory", "");
+  Record<track::Parsed> parsed(m, "Parsed",
+                               "What a piece of bytes held. Arrivals are zero: the source sets them.");
+  Record<track::PoseSource> pose_source(m, "PoseSource", "Poses as they come in.");
+  Record<track::PoseQueue, track::PoseSource> pose_queue(
+      m, "PoseQueue", "For whoever has poses in the program: pushes them, from any thread.");
+  Record<track::PoseSender> pose_sender(m, "PoseSender", "Sends poses.");
+
+  clock_options.fields_init()
+      .field("window", &track::ClockOptions::window,
+             "seconds of the sender's clock that the line is fitted to")
+      .field("max_drift", &track::ClockOptions::max_drift,
+             "500 ppm: NTP slews no faster, crystals are ten times better")
+      .field("jump", &track::ClockOptions::jump,
+             "A message that is later than the fastest by more than this is doubtful. After\n"
+             "`confirm` of them that agree over 2 * jump seconds the clock was set back by as\n"
+             "much. Steps back by less are absorbed after three bins (1/20 of the window) whose\n"
+             "messages all stay above the line. Steps forward show as messages faster than any:\n"
+             "from 10 ms on, `confirm` of them are enough.")
+      .field("confirm", &track::ClockOptions::confirm, "messages in a row")
+      .field("known_offset", &track::ClockOptions::known_offset,
+             "local - sender, for clocks that are known to agree (one machine, PTP):\n"
+             "local_from_unix() when stamps are Unix time. Nothing is estimated then, and no\n"
+             "constant delay is hidden.");
+  clock
+      .init([](const track::ClockOptions& options) { return track::Clock(options); }, "",
+            py::arg_v("options", track::ClockOptions{}, "ClockOptions()"))
+      .method("observe", &track::Clock::observe,
+              "Takes one (stamp, arrival); both finite (std::invalid_argument).", py::arg("stamp"),
+              py::arg("arrival"))
+      .method("time", &track::Clock::time,
+              "The local moment that a stamp speaks of, later by the shortest delay. Before the\n"
+              "first message: the stamp plus the known offset, or plus zero.",
+              py::arg("stamp"))
+      .method("estimate", &track::Clock::estimate, "");
+  estimate.fields_init()
+      .field("offset", &track::Clock::Estimate::offset,
+             "local - sender at the last stamp, seconds, with the shortest delay in it")
+      .field("drift", &track::Clock::Estimate::drift, "local seconds a sender's second, less one")
+      .field("sigma", &track::Clock::Estimate::sigma, "")
+      .field("jitter", &track::Clock::Estimate::jitter, "mean of arrival - time, seconds")
+      .field("jumps", &track::Clock::Estimate::jumps, "");
+  locate_options.fields_init()
+      .field("outlier_px", &track::LocateOptions::outlier_px,
+             "A marker whose corners lie further than this from where the others put it (and three\n"
+             "sigmas of the map and of the image) was moved or measured wrong: it is rejected and\n"
+             "named.")
+      .field("largest_odds", &track::LocateOptions::largest_odds,
+             "Odds of the second pose from which no pose is given.");
+  located_marker.fields_init()
+      .field("id", &track::LocatedMarker::id, "")
+      .field("used", &track::LocatedMarker::used, "")
+      .field("edge_rms_px", &track::LocatedMarker::edge_rms_px, "of its edges from the fit")
+      .field("error_px", &track::LocatedMarker::error_px,
+             "rms distance of its corners from where the fit puts them")
+      .field("reason", &track::LocatedMarker::reason, "why it was rejected; empty when used");
+  locate_result.fields_init()
+      .field("camera_from_world", &track::LocateResult::camera_from_world, "")
+      .field("covariance", &track::LocateResult::covariance,
+             "Of the left increment: image noise and the map's sigmas, scaled up when the\n"
+             "residuals exceed them. The lens is taken as exact here.")
+      .field("jacobian_lens", &track::LocateResult::jacobian_lens,
+             "What the lens adds: d increment / d camera parameters, 6 rows, columns in the order\n"
+             "of parameter_names(camera).")
+      .field("other", &track::LocateResult::other, "the second pose that fits, if there is one")
+      .field("other_odds", &track::LocateResult::other_odds, "that it is the true one, 0 .. 1/2")
+      .field("chi2_per_dof", &track::LocateResult::chi2_per_dof, "about 1 when noise and map are as stated")
+      .field("markers", &track::LocateResult::markers, "")
+      .field("diagnostics", &track::LocateResult::diagnostics, "");
+  chain.fields_init()
+      .field("links", &track::Chain::links, "in the order of multiplication, each with its own covariance")
+      .field("total", &track::Chain::total, "");
+  stamped_pose.fields_init()
+      .field("stamp", &track::StampedPose::stamp,
+             "sender's clock, seconds; nullopt when the format or the sender has none")
+      .field("arrival", &track::StampedPose::arrival, "local steady clock, seconds")
+      .field("frame", &track::StampedPose::frame, "the parent: \"map\"")
+      .field("child", &track::StampedPose::child, "what moves: \"base\"")
+      .field("frame_from_child", &track::StampedPose::frame_from_child, "")
+      .field("covariance", &track::StampedPose::covariance,
+             "Of the left increment [rotation, translation] in `frame`: frame_from_child =\n"
+             "se3_exp(xi) * mean.")
+      .field("twist", &track::StampedPose::twist,
+             "[rotation, translation] of the child in its own frame, rad/s and m/s: d/dt T = T\n"
+             "hat(twist).")
+      .field("angular_rate", &track::StampedPose::angular_rate, "a gyro's, in the child's own frame, rad/s")
+      .field("sequence", &track::StampedPose::sequence, "counts the sender's messages by one, wraps at 2^32");
+  pose_log_writer
+      .init([](const std::filesystem::path& path) { return track::PoseLogWriter(path); },
+            "Throws Error(kIo).", py::arg("path"))
+      .method("write", &track::PoseLogWriter::write, "", py::arg("message"))
+      .method("flush", &track::PoseLogWriter::flush,
+              "To the operating system. Throws Error(kIo) when the disk is full.");
+  source_options.fields_init().field(
+      "queue", &track::SourceOptions::queue,
+      "messages held between two polls; beyond, the oldest are dropped and counted");
+  source_status.fields_init()
+      .field("connected", &track::SourceStatus::connected,
+             "A datagram socket is bound, a stream has a peer, a log has messages left.")
+      .field("messages", &track::SourceStatus::messages, "well-formed poses")
+      .field("malformed", &track::SourceStatus::malformed,
+             "messages, or stretches of a stream, that are none")
+      .field("dropped", &track::SourceStatus::dropped, "well-formed poses that nobody fetched in time")
+      .field("bytes", &track::SourceStatus::bytes, "received")
+      .field("connections", &track::SourceStatus::connections, "made or accepted")
+      .field("last_error", &track::SourceStatus::last_error,
+             "of the last malformed message or failed connection; empty when none");
+  track_options.fields_init()
+      .field("frame", &track::TrackOptions::frame,
+             "Which messages are meant; empty takes the names of the first message.")
+      .field("child", &track::TrackOptions::child,
+             "Which messages are meant; empty takes the names of the first message.")
+      .field("prediction", &track::TrackOptions::prediction, "")
+      .field("clock", &track::TrackOptions::clock, "")
+      .field("delay", &track::TrackOptions::delay,
+             "From the moment that a message speaks of to its arrival at the fastest (sensor,\n"
+             "localiser, network), seconds: what no clock can tell (clock.hpp). With\n"
+             "ClockOptions::known_offset: zero, if stamps are right. Messages without a stamp are\n"
+             "taken to be this old.")
+      .field("position_sigma", &track::TrackOptions::position_sigma,
+             "Of a message that states no covariance, until the track has measured it, and where\n"
+             "it cannot: one sigma, metres and radians.")
+      .field("rotation_sigma", &track::TrackOptions::rotation_sigma,
+             "Of a message that states no covariance, until the track has measured it, and where\n"
+             "it cannot: one sigma, metres and radians.")
+      .field("speed_sigma", &track::TrackOptions::speed_sigma,
+             "Of a stated twist and a gyro's rate (its bias included), m/s and rad/s.")
+      .field("turn_sigma", &track::TrackOptions::turn_sigma,
+             "Of a stated twist and a gyro's rate (its bias included), m/s and rad/s.")
+      .field("acceleration", &track::TrackOptions::acceleration,
+             "What the robot can do, one sigma: m/s^2, rad/s^2. Larger follows quicker and smooths\n"
+             "less.")
+      .field("turn_acceleration", &track::TrackOptions::turn_acceleration,
+             "What the robot can do, one sigma: m/s^2, rad/s^2. Larger follows quicker and smooths\n"
+             "less.")
+      .field("max_speed", &track::TrackOptions::max_speed,
+             "No pose moves faster; what seems to, jumps. m/s, rad/s.")
+      .field("max_turn", &track::TrackOptions::max_turn,
+             "No pose moves faster; what seems to, jumps. m/s, rad/s.")
+      .field("stale_after", &track::TrackOptions::stale_after,
+             "seconds without news, after which the state is kStale and the pose frozen")
+      .field("confirm", &track::TrackOptions::confirm,
+             "messages in a row that agree on another place, before it is believed")
+      .field("blend", &track::TrackOptions::blend, "seconds in which the picture moves there");
+  tracked_pose.fields_init()
+      .field("state", &track::TrackedPose::state, "")
+      .field("frame_from_child", &track::TrackedPose::frame_from_child, "")
+      .field("covariance", &track::TrackedPose::covariance,
+             "Of the left increment [rotation, translation] in `frame`; grows with age. Not told\n"
+             "by it: what is left of a blend.")
+      .field("twist", &track::TrackedPose::twist, "at the time asked for, in the child's own frame")
+      .field("age", &track::TrackedPose::age,
+             "time asked for less that of the newest pose, seconds; negative in the past")
+      .field("blend_left", &track::TrackedPose::blend_left,
+             "1 right after the map jumped, 0 when the pose is where the messages say");
+  faults.fields_init()
+      .field("taken", &track::Faults::taken, "in order and believed")
+      .field("reordered", &track::Faults::reordered,
+             "overtaken by a newer one, put in its place and believed")
+      .field("late", &track::Faults::late, "older than all that is kept: refused")
+      .field("duplicated", &track::Faults::duplicated, "the same sequence number or stamp again: refused")
+      .field("outliers", &track::Faults::outliers, "a place the child cannot be at, not confirmed: refused")
+      .field("doubtful", &track::Faults::doubtful, "a stamp that contradicts the clock: refused (clock.hpp)")
+      .field("invalid", &track::Faults::invalid, "not finite, no rotation: refused")
+      .field("foreign", &track::Faults::foreign, "of other frames: refused")
+      .field("pending", &track::Faults::pending,
+             "of another place, not decided yet; moves to `outliers` or `taken`")
+      .field("map_jumps", &track::Faults::map_jumps, "other places that were confirmed")
+      .field("clock_jumps", &track::Faults::clock_jumps, "times the sender's clock was set")
+      .field("stale", &track::Faults::stale, "gaps longer than stale_after, when they ended")
+      .field("lost", &track::Faults::lost, "sequence numbers that never came");
+  pose_track
+      .init([](const track::TrackOptions& options) { return track::PoseTrack(options); },
+            "Throws std::invalid_argument for options that are not positive where they must be.",
+            py::arg_v("options", track::TrackOptions{}, "TrackOptions()"))
+      .method("add", &track::PoseTrack::add, "Takes a message, whatever is in it.", py::arg("message"))
+      .method("at", &track::PoseTrack::at,
+              "frame_from_child at a local time: between kept poses interpolated (a cubic through\n"
+              "both with their twists), after the newest predicted, no further than stale_after;\n"
+              "before the oldest kept, the oldest.",
+              py::arg("time"))
+      .method("faults", &track::PoseTrack::faults, "")
+      .method("clock", &track::PoseTrack::clock, "")
+      .method("frame", &track::PoseTrack::frame,
+              "The names this track follows; empty before the first message when the options give\n"
+              "none.")
+      .method("child", &track::PoseTrack::child, "")
+      .method("noise", &track::PoseTrack::noise,
+              "What the messages scatter by, measured from their third differences, or as stated\n"
+              "where that is not known yet: sigmas of [rotation, translation] in the child's frame.")
+      .method("newest_time", &track::PoseTrack::newest_time, "");
+  trajectory.fields_init()
+      .field("format", &track::Trajectory::format, "\"TUM\", \"EuRoC\", \"KITTI\", \"rosbag\"")
+      .field("poses", &track::Trajectory::poses,
+             "Stamps increase; arrival is the stamp. Frames are \"map\" and \"base\" where the file\n"
+             "names none.");
+  parsed.fields_init()
+      .field("poses", &track::Parsed::poses, "")
+      .field("malformed", &track::Parsed::malformed, "")
+      .field("why", &track::Parsed::why, "of the last malformed one");
+
+  pose_source
+      .method(
+          "poll",
+          [](track::PoseSource& self) {
+            std::vector<track::StampedPose> arrived;
+            self.poll(arrived);
+            return arrived;
+          },
+          "What came since the last call, in order of arrival. Never waits.")
+      .method("status", &track::PoseSource::status, "");
+  pose_queue
+      .init([](const track::SourceOptions& options) { return std::make_unique<track::PoseQueue>(options); },
+            "", py::arg_v("options", track::SourceOptions{}, "SourceOptions()"))
+      .method("push", &track::PoseQueue::push,
+              "A pose that is not finite or whose quaternion is no rotation is counted as\n"
+              "malformed. Returns whether it was taken.",
+              py::arg("message"));
+  pose_sender
+      .method(
+          "send", [](track::PoseSender& self, const py::bytes& bytes) { self.send(std::string(bytes)); }, "",
+          py::arg("bytes"))
+      .method(
+          "encoded",
+          [](const track::PoseSender& self, const track::StampedPose& message) {
+            return py::bytes(self.encoded(message));
+          },
+          "", py::arg("message"))
+      .method("has_receiver", &track::PoseSender::has_receiver, "");
+
+  function(m, "local_from_unix", &track::local_from_unix,
+           "steady_now() less the system clock's Unix time, now: ClockOptions::known_offset for\n"
+           "stamps in Unix time of this machine, or of one that PTP keeps with it. It changes\n"
+           "when the system clock is set.");
+  function(m, "locate", &track::locate,
+           "Remarks: \"marker_left_out\" names a moved marker, \"second_pose\" gives odds above\n"
+           "1/1000, \"map_disagrees\" says that the residuals are above what image and map\n"
+           "promise, \"marker_coarse\" that neither edges nor pixels of a marker could be fitted\n"
+           "and the detector's corners are used.\n"
+           "\n"
+           "Throws Error kNotEnoughData when no marker of the map is seen, kDegenerate when the\n"
+           "markers contradict each other without a majority or when the second pose cannot be\n"
+           "excluded, kNotConverged; and std::invalid_argument when the image's size is not the\n"
+           "camera's or the map's sizes are not positive.",
+           py::arg("detections"), py::arg("camera"), py::arg("map"),
+           py::arg_v("options", track::LocateOptions{}, "LocateOptions()"));
+  function(m, "projector_chain", &track::projector_chain,
+           "The covariance of the total counts what the rig file says of the lens and of both\n"
+           "devices' places once, with its correlations: the links' own covariances overlap\n"
+           "where the lens takes part in both.",
+           py::arg("rig"), py::arg("projector"), py::arg("camera"), py::arg("seen"));
+  function(m, "read_pose_log", &track::read_pose_log,
+           "The whole log, in its order; of a run (`project-live --record`) the poses. A last\n"
+           "line that was cut is skipped. Throws Error(kIo), Error(kInput) with the line.",
+           py::arg("path"));
+  function(m, "parse_prediction", &track::parse_prediction,
+           "\"auto\", \"twist\", \"acceleration\", \"none\". Throws Error(kInput).", py::arg("text"));
+  function(m, "to_string", py::overload_cast<track::Prediction>(&track::to_string), "",
+           py::arg("prediction"));
+  function(m, "to_string", py::overload_cast<track::TrackState>(&track::to_string), "", py::arg("state"));
+  function(m, "read_trajectory", &track::read_trajectory,
+           "`file`: a path, or of KITTI \"poses+times\". Throws Error(kIo), Error(kInput) with the\n"
+           "line, Error(kNotEnoughData) for a file without poses.",
+           py::arg("file"));
+  function(m, "read_waypoints", &track::read_waypoints,
+           "Waypoints in a plane: lines of \"time x y yaw_deg\" between blanks or commas, seconds\n"
+           "and metres; '#' begins a comment. Errors as above.",
+           py::arg("file"));
+  function(m, "parse_poses", &track::parse_poses,
+           "JSON lines and binary messages, in any mixture: one datagram.", py::arg("datagram"));
+  function(m, "to_json_line", &track::to_json_line,
+           "What the parsers read back. JSON ends in a newline. OSC: without twist or\n"
+           "covariance.",
+           py::arg("message"));
+
+  function(m, "open_pose_source", &track::open_pose_source,
+           "Opens a source by its text. Throws Error(kInput) for a text that names none or a log\n"
+           "that is none, Error(kDevice) for a port that cannot be bound. A peer that is not\n"
+           "there yet is no error: the source tries again after 0.1 s, 0.2 s, ... 3 s.",
+           py::arg("text"), py::arg_v("options", track::SourceOptions{}, "SourceOptions()"));
+  function(m, "open_pose_sender", &track::open_pose_sender,
+           "\"udp:HOST:PORT\", \"osc:HOST:PORT\", \"psn:[GROUP:]PORT\", \"tcp:HOST:PORT\" (connects,\n"
+           "again when it ends), \"tcp-listen:PORT\" (everybody who connects gets all). `binary`:\n"
+           "udp and tcp send the binary form. Throws Error(kInput), Error(kDevice).",
+           py::arg("text"), py::arg("binary"));
+  m.attr("steady_now") = py::module_::import("procam").attr("steady_now");
+  function(
+      m, Gil::kHeld, "to_binary",
+      [](const track::StampedPose& message) { return py::bytes(track::to_binary(message)); }, "",
+      py::arg("message"));
+  function(
+      m, Gil::kHeld, "to_osc",
+      [](const track::StampedPose& message) { return py::bytes(track::to_osc(message)); }, "",
+      py::arg("message"));
+  function(
+      m, Gil::kHeld, "to_psn",
+      [](const track::StampedPose& message) { return py::bytes(track::to_psn(message)); },
+      "Several trackers make one packet; IDs are taken from children named \"tracker ID\",\n"
+      "else 0.",
+      py::arg("message"));
+
+  m.attr("kFarthest") = track::kFarthest;
+}
+
+}  // namespace procam::python

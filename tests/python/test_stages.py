@@ -1,0 +1,233 @@
+"""The stages one by one: patterns, detection, poses in time, depth, simulation, files, patterns in Python."""
+
+import numpy
+import pytest
+
+import procam
+
+
+def world(seed=4):
+    return procam.simulate.make_session(procam.simulate.Level.kEasy, seed)
+
+
+def test_gray_code_frames_decode_from_arrays():
+    code = procam.pattern.GrayCode(procam.ImageSize(60, 44), 1)
+    frames = procam.pattern.frames(code)
+    assert len(frames) == procam.pattern.frame_count(code)
+    assert all(frame.shape == (44, 60) and frame.dtype == numpy.uint8 for frame in frames)
+    # A camera that sees each projector pixel twice across and three times down.
+    captures = [numpy.repeat(numpy.repeat(frame, 3, axis=0), 2, axis=1) for frame in frames]
+    decoded = procam.pattern.decode(captures, code)
+    assert decoded.columns.shape == (132, 120) and decoded.columns.dtype == numpy.int16
+    assert decoded.camera_size() == procam.ImageSize(120, 132)
+    want = numpy.repeat(numpy.arange(60), 2)[None, :].repeat(132, axis=0)
+    assert (decoded.columns == want).mean() > 0.95
+    with pytest.raises((ValueError, procam.Error)):
+        procam.pattern.decode(captures[:-1], code)
+    with pytest.raises(TypeError, match="decode: captures: expected uint8 array"):
+        procam.pattern.decode([frame.astype(float) for frame in captures], code)
+    with pytest.raises(TypeError, match="decode: captures: expected sequence"):
+        procam.pattern.decode(5, code)
+    # Elements that live only as long as the sequence hands them out.
+    class Handed:
+        def __len__(self):
+            return len(captures)
+
+        def __getitem__(self, i):
+            return captures[range(len(captures))[i]].copy()
+
+    again = procam.pattern.decode(Handed(), code)
+    assert (again.columns == decoded.columns).all()
+
+
+def test_phase_shift_frames():
+    shift = procam.pattern.PhaseShift(procam.ImageSize(64, 48), 16)
+    frames = procam.pattern.frames(shift)
+    assert len(frames) == procam.pattern.frame_count(shift)
+    light = procam.pattern.decode([numpy.kron(frame, numpy.ones((2, 2), numpy.uint8)) for frame in frames], shift)
+    assert light.pixel.shape[:2] == (96, 128)
+
+
+def test_a_board_is_found_where_it_is():
+    session = world()
+    view = session.views[0]
+    image = procam.simulate.capture_view(session, 0, [numpy.full((768, 1024), 255, numpy.uint8)])[0]
+    size = view.rig.projector().projector.size()
+    assert (size.width, size.height) == (1024, 768)
+    detections = procam.detect.detect_board(image, session.stated_board)
+    truth = {one.point: one.pixel for one in procam.simulate.board_in_camera(view)}
+    assert len(detections.observations) > 20
+    errors = [numpy.linalg.norm(one.pixel - truth[one.point]) for one in detections.observations]
+    assert numpy.sqrt(numpy.mean(numpy.square(errors))) < 0.2
+    blank = procam.detect.detect_board(numpy.zeros_like(image), session.stated_board)
+    assert not blank.observations and blank.diagnostics.items
+
+
+def test_poses_are_tracked_and_predicted():
+    track = procam.track.PoseTrack(procam.track.TrackOptions(frame="world", child="rig"))
+    speed = 0.4
+    for i in range(100):
+        pose = procam.Pose([0, 0, 0, 1], [speed * i * 0.02, 0, 0])
+        track.add(procam.track.StampedPose(stamp=i * 0.02, arrival=100 + i * 0.02, frame="world", child="rig", frame_from_child=pose))
+    assert track.faults().taken == 100
+    now = track.at(100 + 99 * 0.02 + 0.05)
+    assert now.state == procam.track.TrackState.kFresh
+    assert now.frame_from_child.translation[0] == pytest.approx(speed * (99 * 0.02 + 0.05), abs=0.02)
+    assert now.covariance.shape == (6, 6)
+    line = procam.track.to_json_line(procam.track.StampedPose(stamp=1.5, frame="world", child="rig"))
+    parsed = procam.track.parse_poses(line)
+    assert parsed.poses[0].stamp == 1.5 and parsed.malformed == 0
+    assert isinstance(procam.track.to_binary(parsed.poses[0]), bytes)
+
+
+def test_markers_place_the_camera():
+    session = world()
+    camera = session.views[0].rig.camera().camera
+    cells = procam.detect.marker_cells(procam.MarkerDictionary.k4x4_50)
+    marker = procam.PlacedMarker(id=3, size=0.2, world_from_marker=procam.Pose())
+    camera_from_world = procam.se3_exp([0.2, -0.3, 0.1, 0, 0, 0])
+    camera_from_world.translation = [0.05, -0.02, 1.4]
+    image = procam.simulate.marker_view(camera, camera_from_world, [marker], cells)
+    found = procam.detect.detect_marker_edges(image, cells, procam.detect.MarkerEdgeOptions(camera=camera))
+    assert [one.id for one in found.markers] == [3]
+    marker_map = procam.MarkerMap(dictionary=procam.MarkerDictionary.k4x4_50, markers=[marker])
+    located = procam.track.locate(found, camera, marker_map)
+    error = procam.se3_log(located.camera_from_world * camera_from_world.inverse())
+    assert numpy.linalg.norm(error[:3]) < 0.02 and numpy.linalg.norm(error[3:]) < 0.02
+
+
+def test_planes_of_a_depth_image():
+    intrinsics = procam.Intrinsics(fx=285.0, fy=285.0, cx=159.5, cy=119.5)
+    camera = procam.Camera(procam.ImageSize(320, 240), intrinsics)
+    rays = procam.depth.RayTable(camera)
+    depth = numpy.full((240, 320), 2.0, numpy.float32)
+    depth += numpy.random.default_rng(5).normal(0, 0.002, depth.shape).astype(numpy.float32)
+    planes = procam.depth.find_planes(procam.depth.DepthImage(depth), rays)
+    assert len(planes.planes) == 1
+    plane = planes.planes[0].estimate.plane
+    assert abs(plane.normal[2]) == pytest.approx(1, abs=1e-3) and abs(plane.offset) == pytest.approx(2.0, abs=0.005)
+    units = (depth * 1000).astype(numpy.uint16)
+    again = procam.depth.find_planes(procam.depth.DepthImage(units, 0.001), rays)
+    assert len(again.planes) == 1
+    image = procam.depth.DepthImage(units.copy(), 0.001)
+    assert image.at(5, 6) == pytest.approx(units[6, 5] * 0.001)
+    with pytest.raises(ValueError):
+        image.at(320, 0)
+    with pytest.raises(TypeError, match="DepthImage: pixels"):
+        procam.depth.DepthImage(units.astype(numpy.float64))
+
+
+def test_blending_two_projectors(projector):
+    surface = procam.Surface(name="wall", geometry=procam.PlanarSurface(
+        frame="projector", frame_from_surface=procam.Pose([0, 0, 0, 1], [-0.4, -0.9, 2.0]),
+        content=[(0, 0), (1, 0), (1, 1), (0, 1)], points=[(0, 0), (0.8, 0), (0.8, 0.5), (0, 0.5)]))
+    solved = procam.surface.solve_surfaces(procam.SurfaceSet([surface]), procam.RigProjector("a", projector, procam.Pose()))
+    one = procam.surface.BlendInput(projector, solved)
+    blend = procam.surface.blend_maps([one, one])
+    assert len(blend.maps) == 2
+    weights = [each.weight for each in blend.maps]
+    lit = weights[0] > 0
+    assert lit.any() and numpy.allclose((weights[0] + weights[1])[lit], 1, atol=1e-3)
+    frame = numpy.full((400, 640, 3), 200, numpy.uint8)
+    procam.surface.apply_blend(blend.maps[0], frame)
+    assert frame.max() <= 200 and (frame < 200).any()
+    part = procam.surface.VisiblePart(solved, projector)
+    assert 0 < part.share() < 1
+    warp = procam.surface.warp_map(solved.surfaces[0].placement, projector)
+    assert warp.content.shape == (400, 640, 3)  # x, y, shown
+
+
+def test_files_come_back(tmp_path):
+    board = procam.CharucoBoard(columns=7, rows=5, square_size=0.03, marker_size=0.02)
+    procam.io.save_board(tmp_path / "board.json", board)
+    assert procam.io.load_board(tmp_path / "board.json") == board
+    rng = numpy.random.default_rng(0)
+    image = rng.integers(0, 256, (20, 31, 3), dtype=numpy.uint8)
+    procam.io.save_image(tmp_path / "image.png", image)
+    assert (procam.io.load_image(tmp_path / "image.png").image == image).all()
+    depth = rng.integers(0, 5000, (20, 31), dtype=numpy.uint16)
+    procam.io.save_depth(tmp_path / "depth.png", depth)
+    assert (procam.io.load_depth(tmp_path / "depth.png") == depth).all()
+    assert procam.io.encode_png(image)[:4] == b"\x89PNG"
+    sequence = procam.pattern.sequence(procam.pattern.PhaseShift(procam.ImageSize(64, 48), 16))
+    procam.io.save_pattern(tmp_path / "pattern.json", sequence)
+    assert len(procam.io.load_pattern(tmp_path / "pattern.json").frames) == len(sequence.frames)
+    assert procam.io.parse_size("640x400") == procam.ImageSize(640, 400)
+
+
+def test_boards_are_variants():
+    board = procam.Chessboard(9, 6, 0.025)
+    assert procam.points_in_board(board).shape == (54, 3)
+    correspondences = procam.Correspondences(board=board)
+    assert correspondences.board == board
+    with pytest.raises(TypeError):
+        correspondences.board = 5
+
+
+class Inverted(procam.session.SessionPattern):
+    """The Gray code in another order: captures come last frame first."""
+
+    def __init__(self, size):
+        super().__init__()
+        self.gray = procam.session.make_pattern("gray", size)
+        self.reads = []
+
+    def text(self):
+        return self.gray.text()
+
+    def describe(self):
+        return "last frame first"
+
+    def frames(self):
+        return self.gray.frames()[::-1]
+
+    def frame_count(self):
+        return self.gray.frame_count()
+
+    def read(self, view_name, captures, board):
+        self.reads.append(view_name)
+        return self.gray.read(view_name, captures[::-1], board)
+
+
+def test_a_pattern_of_python_reads_a_session(captures, contents, tmp_path):
+    import shutil
+
+    folder = tmp_path / "session"
+    shutil.copytree(captures, folder)
+    for view in sorted(folder.glob("view_*")):
+        frames = sorted(view.glob("frame_*.png"))
+        data = [frame.read_bytes() for frame in frames]
+        for frame, bytes_ in zip(frames, reversed(data)):
+            frame.write_bytes(bytes_)
+    plan = procam.session.open(folder)
+    pattern = Inverted(plan.projectors[0].size)
+    plan.projectors[0].pattern = pattern
+    assert plan.projectors[0].pattern is pattern
+    read = procam.session.read(plan)
+    assert sorted(pattern.reads) == ["view_00", "view_01", "view_02", "view_03"]
+    for mine, want in zip(read.correspondences.views, contents.correspondences.views):
+        assert mine.name == want.name
+        assert len(mine.observations[1]) == len(want.observations[1]) > 10
+        for a, b in zip(mine.observations[1], want.observations[1]):
+            assert (a.pixel == b.pixel).all()
+
+
+def test_an_exception_of_a_pattern_of_python_passes_through(captures):
+    class Broken(Inverted):
+        def read(self, view_name, captures, board):
+            raise LookupError(view_name)
+
+    plan = procam.session.open(captures)
+    plan.projectors[0].pattern = Broken(plan.projectors[0].size)
+    with pytest.raises(LookupError, match="view_0"):
+        procam.session.read(plan)
+    with pytest.raises(TypeError, match="SessionPattern"):
+        plan.projectors[0].pattern = 5
+
+
+def test_a_pattern_that_lacks_a_method_is_an_error():
+    class Empty(procam.session.SessionPattern):
+        pass
+
+    with pytest.raises(RuntimeError, match="frames"):
+        Empty().frames()

@@ -1,0 +1,9 @@
+"""Mistakes that a checker of types must find: one in each line that ends in "# error"."""
+
+import procam
+
+count: int = procam.ImageSize(3, 4).size  # error
+text: str = procam.Intrinsics().fx  # error
+procam.io.save_rig("rig.json", 5)  # error
+procam.session.opne("folder")  # error
+procam.ErrorKind.kNone  # error

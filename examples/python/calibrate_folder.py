@@ -31,8 +31,11 @@ def print_views(result):
     print(f"{'all':14}" + "".join(f"{rms:14.3f}" for rms in result.rms_px))
 
 
-def residual_picture(result, scale=400.0, longest=640):
-    """One panel a device: each residual as a line from its pixel, `scale` times as long; green used, red rejected."""
+def residual_picture(result, longest=640, line=30):
+    """One panel a device: each residual as a line from its pixel, most of them `line` pixels long or shorter; green used,
+    red rejected. Returns the picture and how many times longer a line is than its residual."""
+    lengths = [numpy.linalg.norm(one.residual) for one in result.residuals if one.used]
+    scale = line / max(numpy.percentile(lengths, 95), 1e-9)
     panels = []
     for index, device in enumerate(result.devices):
         shrink = longest / max(device.size.width, device.size.height)
@@ -41,13 +44,12 @@ def residual_picture(result, scale=400.0, longest=640):
             if residual.device != index:
                 continue
             steps = numpy.linspace(0, 1, 40)[:, None]
-            line = (residual.pixel + steps * scale / 10 * residual.residual) * shrink
-            x, y = numpy.rint(line).astype(int).T
+            x, y = numpy.rint(residual.pixel * shrink + steps * scale * residual.residual).astype(int).T
             inside = (x >= 0) & (y >= 0) & (x < panel.shape[1]) & (y < panel.shape[0])
             panel[y[inside], x[inside]] = (60, 220, 90) if residual.used else (240, 70, 60)
         panels.append(panel)
     height = max(panel.shape[0] for panel in panels)
-    return numpy.hstack([numpy.pad(panel, ((0, height - panel.shape[0]), (0, 8), (0, 0))) for panel in panels])
+    return numpy.hstack([numpy.pad(panel, ((0, height - panel.shape[0]), (0, 8), (0, 0))) for panel in panels]), scale
 
 
 def main():
@@ -74,8 +76,9 @@ def main():
 
     result.rig.provenance = procam.session.provenance(contents, "calibrate_folder.py")
     procam.io.save_rig(arguments.rig, result.rig)
-    procam.io.save_image(arguments.picture, residual_picture(result))
-    print(f"\n{arguments.rig}, {arguments.picture}")
+    picture, scale = residual_picture(result)
+    procam.io.save_image(arguments.picture, picture)
+    print(f"\n{arguments.rig}; {arguments.picture}: residuals {scale:.0f} times as long as they are")
     return 0 if result.rig.quality.passed() else 1
 
 

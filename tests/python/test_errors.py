@@ -251,6 +251,8 @@ def test_no_function_crashes_on_empty_objects(module, variant, tmp_path, monkeyp
 
     def try_out(function, where, *first):
         nonlocal called
+        if where in ("run", "replay", "write_simulated_session"):
+            return  # they work for long, and have tests of their own
         for line in (function.__doc__ or "").split("\n"):
             signature = re.match(r"(?:\d+\. )?\w+\((.*)\) -> ", line)
             if not signature:

@@ -76,6 +76,24 @@ SearchPicture quick_look(const cv::Mat& image) {
   return reduced(image, std::max(half, scale_for(image, kQuickPixels)));
 }
 
+/// No two steps in a row along a line differ by half of the shorter one: no lens and no view bends a print so. A
+/// small picture, in which squares are a few pixels wide, shows crossings that are none.
+bool is_regular(const Grid& grid) {
+  constexpr double kMaxChange = 0.5;  // of the shorter step
+  const auto even = [](const Vec2& before, const Vec2& here, const Vec2& after) {
+    const Vec2 a = here - before, b = after - here;
+    return (b - a).norm() < kMaxChange * std::min(a.norm(), b.norm());
+  };
+  for (int r = 0; r < grid.rows; ++r)
+    for (int c = 0; c < grid.columns; ++c) {
+      if (c > 0 && c + 1 < grid.columns && !even(grid.at(c - 1, r), grid.at(c, r), grid.at(c + 1, r)))
+        return false;
+      if (r > 0 && r + 1 < grid.rows && !even(grid.at(c, r - 1), grid.at(c, r), grid.at(c, r + 1)))
+        return false;
+    }
+  return true;
+}
+
 /// Every grid of corners, at the first scale at which the board is one of them; else those of all scales.
 /// First at sizes at which a search is fast, then at larger ones for small squares.
 struct GridSearch {
@@ -99,6 +117,7 @@ GridSearch search_grids(const cv::Mat& image, const Chessboard& board) {
   for (const int scale : search_scales(image)) {
     const SearchPicture picture = reduced(image, scale);
     for (Grid& grid : find_corner_grids(picture.pixels)) {
+      if (!is_regular(grid)) continue;
       for (Vec2& p : grid.points) p = picture.in_original(p);
       if (grid.columns != board.columns) turn_quarter(grid);
       const bool counts_fit = grid.columns == board.columns && grid.rows == board.rows;

@@ -14,6 +14,7 @@ void bind_render(pybind11::module_& m);
 void bind_track(pybind11::module_& m);
 void bind_simulate(pybind11::module_& m);
 void bind_session(pybind11::module_& m);
+void bind_scan(pybind11::module_& m);
 void bind_depth(pybind11::module_& m);
 void bind_analyze(pybind11::module_& m);
 void bind_report(pybind11::module_& m);

@@ -284,6 +284,7 @@ void bind_core(py::module_& m) {
   Record<WarpMap> warp_map(m, "WarpMap",
                            "For the centre of every projector pixel, the content coordinates that its light\n"
                            "shows.");
+  Record<PointCloud> point_cloud(m, "PointCloud", "Measured points of surfaces, in no order.");
   Record<WarpMesh> warp_mesh(
       m, "WarpMesh",
       "Triangles over the content, with the projector pixel of each corner (it may lie\n"
@@ -1099,6 +1100,11 @@ void bind_core(py::module_& m) {
             return self.at(x, y);
           },
           "", py::arg("x"), py::arg("y"));
+  point_cloud.fields_init()
+      .field("points", &PointCloud::points, "float64 (n, 3), metres")
+      .field("normals", &PointCloud::normals, "float64 (n, 3) unit vectors, or none at all")
+      .field("sigma", &PointCloud::sigma,
+             "standard deviation along the device's ray, metres, or none at all");
   warp_mesh.fields_init()
       .field("projector", &WarpMesh::projector, "")
       .field("content", &WarpMesh::content, "")

@@ -349,6 +349,10 @@ void bind_io(py::module_& m) {
            "Writes R G B light as an OpenEXR picture of 32-bit floats, uncompressed, linear, at\n"
            "once or not at all. Throws Error(kUnsupported) unless the name ends in .exr.",
            py::arg("path"), py::arg("light"));
+  function(m, "save_mesh", &io::save_mesh, "Written at once or not at all, as .ply or .obj.", py::arg("path"),
+           py::arg("mesh"));
+  function(m, "save_points", &io::save_points, "Written at once or not at all, as .ply or .pcd.",
+           py::arg("path"), py::arg("cloud"));
   function(m, "save_pfm", &io::save_pfm,
            "Written lowest byte first, at once or not at all. 1 or 3 channels, else\n"
            "std::invalid_argument.",

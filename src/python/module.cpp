@@ -98,13 +98,15 @@ PYBIND11_MODULE(_procam, module) {
 
   error_type = PyErr_NewExceptionWithDoc("procam.Error", kErrorDoc, PyExc_RuntimeError, nullptr);
   package.attr("Error") = py::handle(error_type);
-  py::register_exception_translator([](std::exception_ptr thrown) {
-    try {
-      if (thrown) std::rethrow_exception(thrown);
-    } catch (const Error& error) {
-      set_error(error);
-    }
-  });
+  // By value: the type that pybind11 calls.
+  py::register_exception_translator(
+      [](std::exception_ptr thrown) {  // NOLINT(performance-unnecessary-value-param)
+        try {
+          if (thrown) std::rethrow_exception(thrown);
+        } catch (const Error& error) {
+          set_error(error);
+        }
+      });
 
   bind_core(package);
   py::module_ pattern = submodule(package, "pattern", "Patterns that projectors show, and their decoding.");
@@ -126,6 +128,8 @@ PYBIND11_MODULE(_procam, module) {
   bind_simulate(simulate);
   py::module_ session = submodule(package, "session", "Folders of captures.");
   bind_session(session);
+  py::module_ scan = submodule(package, "scan", "The shape of a room, from structured light.");
+  bind_scan(scan);
   py::module_ depth = submodule(package, "depth", "Planes in depth images.");
   bind_depth(depth);
   py::module_ analyze =

@@ -136,7 +136,7 @@ void bind_pattern(py::module_& m) {
            "square as erring together.",
            py::arg("in_camera"), py::arg("board"), py::arg("artwork"), py::arg("light"),
            py::arg_v("options", pattern::BoardLightOptions{}, "BoardLightOptions()"));
-  function(m, "light_map", &pattern::light_map,
+  function(m, "light_map", py::overload_cast<const ImageF&, const ViewU8&, ImageSize>(&pattern::light_map),
            "`white`: the scene under the projector's full light, for the classes of brightness.\n"
            "\n"
            "Throws Error(kInput) when no pixel is decoded, when all values are between 0 and 1\n"

@@ -118,6 +118,8 @@ void bind_session(py::module_& m) {
       m, "SessionContents",
       "What a calibration works on, whether it comes from images or from a table of\n"
       "observations.");
+  Record<session::CapturedLight> captured_light(m, "CapturedLight",
+                                                "One camera's captures of one projector's pattern.");
   Record<session::SimulationOptions> simulation_options(m, "SimulationOptions", "");
   Record<session::SimulatedFolder> simulated_folder(m, "SimulatedFolder", "The folder as it was written.");
   py::class_<session::SessionPattern, PatternInPython> session_pattern(
@@ -212,9 +214,18 @@ void bind_session(py::module_& m) {
   planned_view.fields_init()
       .field("name", &session::PlannedView::name, "")
       .field("stacks", &session::PlannedView::stacks, "");
+  captured_light.fields_init()
+      .field("view", &session::CapturedLight::view, "")
+      .field("camera", &session::CapturedLight::camera, "")
+      .field("projector", &session::CapturedLight::projector, "")
+      .field("light", &session::CapturedLight::light, "")
+      .field("flat_lit", &session::CapturedLight::flat_lit, "the same view under flat light")
+      .field("inputs", &session::CapturedLight::inputs, "");
   open_options.fields_init()
       .field("stated", &session::OpenOptions::stated, "pattern, sizes, board, step")
-      .field("shown", &session::OpenOptions::shown, "of a session of one photograph a view");
+      .field("shown", &session::OpenOptions::shown, "of a session of one photograph a view")
+      .field("needs_board", &session::OpenOptions::needs_board,
+             "False: the light on whatever it falls on is read");
   session_contents.fields_init()
       .field("correspondences", &session::SessionContents::correspondences, "")
       .field("inputs", &session::SessionContents::inputs, "every file that was read")
@@ -236,6 +247,7 @@ void bind_session(py::module_& m) {
       .field("check", &session::SimulationOptions::check,
              "also captures of this projected board on the bare wall")
       .field("bump", &session::SimulationOptions::bump, "rotation of the projector before `check`, radians")
+      .field("room", &session::SimulationOptions::room, "a room to scan instead of boards")
       .field("replace", &session::SimulationOptions::replace, "remove an earlier simulated session");
   simulated_folder.fields_init()
       .field("views", &session::SimulatedFolder::views, "")
@@ -272,7 +284,7 @@ void bind_session(py::module_& m) {
       .field("size", &session::PlannedProjector::size, "");
   planned_projector.type.def_property(
       "pattern",
-      [](py::object self) -> py::object {
+      [](const py::object& self) -> py::object {
         SessionPattern* const pattern = self.cast<session::PlannedProjector&>().pattern.get();
         if (const auto* of_python = dynamic_cast<const PatternOfPython*>(pattern)) return of_python->object();
         return py::cast(pattern, py::return_value_policy::reference_internal, self);
@@ -297,7 +309,7 @@ void bind_session(py::module_& m) {
              "turn every frame left to right before it is read");
   session_plan.type.def_property_readonly(
       "projectors",
-      [](py::object self) {
+      [](const py::object& self) {
         auto& projectors = self.cast<session::SessionPlan&>().projectors;
         py::tuple out(projectors.size());
         for (std::size_t i = 0; i < projectors.size(); ++i)
@@ -425,6 +437,10 @@ void bind_session(py::module_& m) {
            "too few frames is rejected with it. Files that repeat another view's are warned of\n"
            "(\"identical_files\").",
            py::arg("plan"), py::arg("progress") = py::none());
+  function(m, "read_light", &session::read_light,
+           "Which projector pixel lights each camera pixel, of the view of that name or of the\n"
+           "only one. Throws Error(kInput).",
+           py::arg("plan"), py::arg("view") = "");
   function(m, "make_pattern", &session::make_pattern,
            "\"gray\", a name with parameters after a colon, or a pattern file (.json,\n"
            "io/session/pattern_file.hpp). Throws Error(kInput) with the names there are.",

@@ -609,6 +609,13 @@ void bind_simulate(py::module_& m) {
   function(m, "capture_pair", &simulate::capture_pair,
            "What one camera records of one projector's frames in one view.", py::arg("fleet"),
            py::arg("view"), py::arg("camera"), py::arg("projector"), py::arg("frames"));
+  function(m, "scan_scenes", &simulate::scan_scenes, "The names of the rooms to scan.");
+  function(m, "scan_scene", &simulate::scan_scene,
+           "In the frame of the rig's camera. Throws Error(kUnsupported) with the names there are.",
+           py::arg("name"));
+  function(m, "scan_view", &simulate::scan_view,
+           "What the session's rig records while its projector shows `frames` on the room.",
+           py::arg("session"), py::arg("room"), py::arg("frames"));
   function(m, "marker_view", &simulate::marker_view,
            "The camera's image of the markers; where sheets overlap in the image the first one\n"
            "shows. Throws std::invalid_argument for a size that is not positive, an id that the\n"

@@ -231,3 +231,33 @@ def test_a_pattern_that_lacks_a_method_is_an_error():
 
     with pytest.raises(RuntimeError, match="frames"):
         Empty().frames()
+
+
+def test_a_scan_of_exact_light_is_exact(tmp_path):
+    rig = procam.simulate.make_session(procam.simulate.Level.kPaper, 3).rig()
+    camera, projector = rig.camera(), rig.projector()
+    rays = procam.scan.pixel_rays(camera.camera).astype(float)
+    height, width = rays.shape[:2]
+    points = numpy.dstack([rays, numpy.ones((height, width))]).reshape(-1, 3) * 1.6
+    rig_from_camera = camera.rig_from_camera.matrix()
+    projector_from_rig = numpy.linalg.inv(projector.rig_from_projector.matrix())
+    moved = points @ (projector_from_rig @ rig_from_camera)[:3, :3].T + (projector_from_rig @ rig_from_camera)[:3, 3]
+    pixels, seen = projector.projector.project_points(moved)
+    size = projector.projector.size()
+    lit = seen & (pixels > -0.5).all(axis=1) & (pixels < [size.width - 0.5, size.height - 0.5]).all(axis=1)
+    assert lit.sum() > 10000
+    light = procam.LightMap()
+    light.projector_size = size
+    light.pixel = numpy.where(lit[:, None], pixels, 0).reshape(height, width, 2).astype(numpy.float32)
+    light.sigma = numpy.where(lit[:, None], 0.05, 0).repeat(2, axis=1).reshape(height, width, 2).astype(numpy.float32)
+    scan = procam.scan.measure_depth(light, rig)
+    measured = scan.depth > 0
+    assert measured.sum() > 0.999 * lit.sum()
+    assert abs(scan.depth[measured] - 1.6).max() < 1e-3
+    error = procam.scan.compare(scan, numpy.full((height, width), 1.6, numpy.float32))
+    assert error.rms < 2e-4 and error.outliers == 0
+    mesh = procam.scan.mesh_of(scan)
+    assert 2 <= len(mesh.triangles) < measured.sum() / 4
+    procam.io.save_mesh(tmp_path / "scan.ply", mesh)
+    procam.io.save_points(tmp_path / "scan.pcd", procam.scan.point_cloud(scan))
+    assert (tmp_path / "scan.pcd").stat().st_size > 28 * measured.sum()

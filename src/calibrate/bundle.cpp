@@ -8,7 +8,6 @@
 
 #include <array>
 #include <memory>
-#include <set>
 
 #include "prior_terms.hpp"
 #include "procam/calibrate/costs/lens_prior.hpp"
@@ -130,14 +129,18 @@ std::unique_ptr<Blocks> build(const Correspondences& data, const UsedMask& used,
   return blocks;
 }
 
-/// The board's points first when they are free: they are coupled through everything else only.
-std::shared_ptr<ceres::ParameterBlockOrdering> points_first(const Blocks& blocks) {
-  std::vector<double*> all;
-  blocks.problem->GetParameterBlocks(&all);
-  std::set<const double*> points;
-  for (const Vec3& point : blocks.points) points.insert(point.data());
+/// The board's points first when they are free: they are coupled through everything else only. The others have a group
+/// each: within a group Ceres takes blocks by their addresses, and the last digits would differ from run to run.
+std::shared_ptr<ceres::ParameterBlockOrdering> points_first(Blocks& blocks) {
   auto ordering = std::make_shared<ceres::ParameterBlockOrdering>();
-  for (double* block : all) ordering->AddElementToGroup(block, points.count(block) > 0 ? 0 : 1);
+  const auto add = [&](double* block, int group) {
+    if (blocks.problem->HasParameterBlock(block)) ordering->AddElementToGroup(block, group);
+  };
+  for (Vec3& point : blocks.points) add(point.data(), 0);
+  int group = 1;
+  for (std::vector<double>& lens : blocks.lenses) add(lens.data(), group++);
+  for (PoseBlock& device : blocks.devices) add(device.data(), group++);
+  for (PoseBlock& board : blocks.boards) add(board.data(), group++);
   return ordering;
 }
 

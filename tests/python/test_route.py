@@ -1,5 +1,7 @@
 """The route from captures to a frame and its predicted error, against the tools."""
 
+import os
+import pathlib
 import subprocess
 
 import numpy
@@ -153,3 +155,23 @@ def test_verify_of_an_exact_scene_has_no_alarm(calibrated):
     assert result.used == len(marks) and not result.alarm
     assert result.rms < 1e-6
     assert procam.report.lines(result)
+
+
+def test_real_captures_give_the_rig_of_the_tool_byte_for_byte(tools, tmp_path, epoch):
+    """Five views of a camera and a projector, in PROCAM_TEST_DATA; ninety 1-megapixel captures and more."""
+    captures = pathlib.Path(os.environ.get("PROCAM_TEST_DATA", pathlib.Path(os.environ["PROCAM_SOURCE_DIR"]) / "../shared/data")) / "graycode"
+    if not (captures / "capture_0").exists():
+        pytest.skip(f"no real captures in {captures}: set PROCAM_TEST_DATA")
+    run = subprocess.run([tools / "calibrate-projector", "--captures", captures, "--pattern", "gray", "--projector-size", "1024x768",
+                          "--board", "chessboard:7x9:75mm", "-o", tmp_path / "tool.json"], capture_output=True, check=False)
+    assert run.returncode == 5, run.stderr  # sound, but five boards of one tilt are imprecise
+    stated = procam.io.SessionInfo(pattern="gray", projector_size=procam.ImageSize(1024, 768),
+                                   board=procam.io.read_board("chessboard:7x9:75mm"))
+    contents = procam.session.read(procam.session.open(captures, procam.session.OpenOptions(stated=stated)))
+    options = procam.calibrate.Options()
+    options.camera.choose = options.projector.choose = True
+    result = procam.calibrate.calibrate_rig(contents.correspondences, options)
+    procam.analyze.check_predicted_errors(result)
+    result.rig.provenance = procam.session.provenance(contents, "calibrate-projector")
+    procam.io.save_rig(tmp_path / "python.json", result.rig)
+    assert (tmp_path / "python.json").read_bytes() == (tmp_path / "tool.json").read_bytes()

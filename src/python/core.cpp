@@ -467,20 +467,7 @@ void bind_core(py::module_& m) {
       .field("discs", &BoardArtwork::discs, "")
       .field("sheet", &BoardArtwork::sheet, "the shapes and the light rim that a detector needs round them")
       .method("is_dark", &BoardArtwork::is_dark, "", py::arg("point_in_board"));
-  pose.init([]() { return Pose(); }, "")
-      .init(
-          [](const Eigen::Quaterniond& target_from_source_rotation, const Vec3& source_origin_in_target) {
-            return Pose(target_from_source_rotation, source_origin_in_target);
-          },
-          "", py::arg("target_from_source_rotation"), py::arg("source_origin_in_target"))
-      .init(
-          [](const Mat3& target_from_source_rotation, const Vec3& source_origin_in_target) {
-            return Pose(target_from_source_rotation, source_origin_in_target);
-          },
-          "From a rotation matrix; the caller answers for its orthonormality (see io for\n"
-          "checked input).",
-          py::arg("target_from_source_rotation"), py::arg("source_origin_in_target"))
-      .field("rotation", &Pose::rotation, "")
+  pose.field("rotation", &Pose::rotation, "")
       .field("translation", &Pose::translation, "")
       .static_method("identity", &Pose::identity, "")
       .method("rotation_matrix", &Pose::rotation_matrix, "")

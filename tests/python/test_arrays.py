@@ -181,3 +181,9 @@ def test_quaternions_read_x_y_z_w():
     assert numpy.allclose(pose * [1, 0, 0], [0, 1, 0])
     assert numpy.allclose(procam.se3_log(pose), [0, 0, numpy.pi / 2, 0, 0, 0])
     assert numpy.allclose((pose * pose.inverse()).matrix(), numpy.eye(4))
+
+
+def test_a_quaternion_is_brought_to_unit_length():
+    pose = procam.Pose([0, 0, 3, 4], [1, 2, 3])
+    assert numpy.allclose(pose.rotation, [0, 0, 0.6, 0.8])
+    assert numpy.allclose(procam.Pose.from_rotation_matrix(pose.rotation_matrix(), [1, 2, 3]).matrix(), pose.matrix())

@@ -91,6 +91,7 @@ Room scan_scene(const std::string& name) {
 }
 
 RoomView scan_view(const SimulatedSession& session, const Room& room, const std::vector<ImageU8>& frames) {
+  require(!session.views.empty(), "scan_view: the session has no view");
   const RigProjector& projector = session.rig().projector();
   const RigCamera& camera = session.rig().camera();
   const CaptureOptions& capture = session.capture;

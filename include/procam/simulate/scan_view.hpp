@@ -24,7 +24,8 @@ PROCAM_EXPORT const std::vector<std::string>& scan_scenes();
 /// In the frame of the rig's camera. Throws Error(kUnsupported) with the names there are.
 PROCAM_EXPORT Room scan_scene(const std::string& name);
 
-/// What the session's rig records while its projector shows `frames` on the room, with the truth.
+/// What the session's rig records while its projector shows `frames` on the room, with the truth. Throws
+/// std::invalid_argument for a session without views, and as room_view() does.
 PROCAM_EXPORT RoomView scan_view(const SimulatedSession& session, const Room& room,
                                  const std::vector<ImageU8>& frames);
 

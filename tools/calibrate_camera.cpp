@@ -68,15 +68,13 @@ ExitCode calibrate_alone(const Flags& flags, Console& console) {
   report::ReportInput summary;
   summary.title = input.title;
   summary.views = input.views;
-  if (!flags.report.empty()) {
-    Correspondences cameras = input.correspondences;  // as calibrate_camera takes them
-    cameras.devices = result.devices;
-    for (View& view : cameras.views) {
-      view.observations.resize(result.devices.size());
-      view.light_points.clear();
-    }
-    io::write_file_atomically(flags.report, report::calibration_report(result, cameras, summary));
+  Correspondences cameras = input.correspondences;  // as calibrate_camera takes them
+  cameras.devices = result.devices;
+  for (View& view : cameras.views) {
+    view.observations.resize(result.devices.size());
+    view.light_points.clear();
   }
+  write_report(flags, result, cameras, summary);
 
   console.say(report::headline(result, summary));
   console.report(result.diagnostics);

@@ -110,8 +110,7 @@ ExitCode calibrate_session(const Flags& flags, Console& console) {
   summary.title = input.title;
   summary.views = input.views;
   io::save_rig(flags.output, result.rig);
-  if (!flags.report.empty())
-    io::write_file_atomically(flags.report, report::calibration_report(result, correspondences, summary));
+  write_report(flags, result, correspondences, summary);
   console.say(report::headline(result, summary));
   console.report(result.diagnostics);
   console.say(report::lines(result, summary));

@@ -10,6 +10,7 @@
 #include "procam/io/rig_file.hpp"
 #include "procam/io/surface_file.hpp"
 #include "procam/io/text.hpp"
+#include "procam/report/files.hpp"
 #include "procam/report/prediction.hpp"
 #include "procam/surface/solve.hpp"
 
@@ -17,7 +18,7 @@ namespace procam::tools {
 namespace {
 
 struct Flags {
-  std::string rig, surfaces, pose, projector, report;
+  std::string rig, surfaces, pose, projector, report, figures;
   std::optional<io::LengthAndAngle> pose_sigma;
   io::LengthAndAngle map_sigma, speed, speed_sigma;
   Vec3 forward = Vec3::UnitZ(), up = -Vec3::UnitY();
@@ -68,6 +69,7 @@ void declare(CLI::App& app, Flags& flags) {
       ->check(CLI::Range(2, 100000000));
   app.add_option("--seed", flags.seed, "of the draws")->capture_default_str();
   app.add_option("--report", flags.report, "Also write a self-contained HTML page with heat maps");
+  app.add_option("--figures", flags.figures, "Also write the page's figures into this folder, as SVG files");
 }
 
 analyze::ErrorSources sources_of(const Flags& flags, const Rig& rig, const std::optional<FrameTree>& frames) {
@@ -147,10 +149,16 @@ ExitCode predict(const Flags& flags, Console& console) {
   for (const analyze::SurfacePrediction& one : predictions) console.say(report::lines(one));
   console.summary().merge(report::to_json(predictions));
   console.report(diagnostics);
+  if (flags.report.empty() && flags.figures.empty()) return exit_code(diagnostics);
+  const std::string page =
+      report::prediction_report(predictions, rig, "Error of " + projector.name + "'s light");
   if (!flags.report.empty()) {
-    io::write_file_atomically(
-        flags.report, report::prediction_report(predictions, rig, "Error of " + projector.name + "'s light"));
+    io::write_file_atomically(flags.report, page);
     console.say("wrote " + flags.report);
+  }
+  if (!flags.figures.empty()) {
+    report::save_files(flags.figures, report::figures(page));
+    console.say("wrote " + flags.figures);
   }
   return exit_code(diagnostics);
 }

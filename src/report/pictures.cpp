@@ -344,10 +344,10 @@ std::string residual_quivers(const CalibrationResult& result, int device) {
     const std::string lines = quiver_of(result, device, int(v), scale, 0.6 * arm);
     if (lines.empty()) continue;
     const std::string around = box_around(result, device, int(v), 1.5 * scale.typical);
-    tiles +=
-        figure(svg(around, "Residual vectors of one view", rectangle("class=\"frame\"", first, size) + lines),
-               escaped(result.views[v].name) + " · " + pixels(result.views[v].rms_px[std::size_t(device)]) +
-                   " px RMS");
+    tiles += figure(svg(around, "Residual vectors of " + about.name + " in " + result.views[v].name,
+                        rectangle("class=\"frame\"", first, size) + lines),
+                    escaped(result.views[v].name) + " · " +
+                        pixels(result.views[v].rms_px[std::size_t(device)]) + " px RMS");
   }
   return out + element("div", "class=\"tiles\"", "\n" + tiles) + "\n" +
          element(

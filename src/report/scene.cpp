@@ -196,7 +196,7 @@ void draw_body(Scene& scene, const Body& body, double near, double far) {
   for (std::size_t i = 0; i < close.size(); ++i)
     sides.push_back({origin, close[i], close[(i + 1) % close.size()]});
   if (!sides.empty()) scene.shape(sides, true, "class=\"body " + kind + "\"", body.name);
-  scene.words(origin, "class=\"tick halo " + kind + "\" dx=\"9\" dy=\"17\"", body.name);
+  scene.words(origin, "class=\"tick halo " + kind + "\" text-anchor=\"middle\" dy=\"18\"", body.name);
 }
 
 void draw_axes(Scene& scene, double length) {

@@ -3,6 +3,7 @@
 import os
 import re
 import resource
+import select
 import signal
 import threading
 import time
@@ -245,50 +246,80 @@ def test_no_function_crashes_on_empty_objects(module, variant, tmp_path, monkeyp
     """Functions and methods with arguments of the right types that are empty, zero, negative, large or not numbers."""
     monkeypatch.chdir(tmp_path)
     scope = getattr(procam, module) if module else procam
-    crashed = []
-    called = 0
     made = default_objects()
+    calls = []
 
-    def try_out(function, where, *first):
-        nonlocal called
+    def add(function, where, *first):
         if where in ("run", "replay", "write_simulated_session"):
             return  # they work for long, and have tests of their own
         for line in (function.__doc__ or "").split("\n"):
             signature = re.match(r"(?:\d+\. )?\w+\((.*)\) -> ", line)
-            if not signature:
-                continue
-            called += 1
-            values = arguments_for(signature.group(1), made, variant)
-            child = os.fork()
-            if child == 0:
-                status = 0
-                try:
-                    signal.alarm(5)
-                    resource.setrlimit(resource.RLIMIT_AS, (6 << 30, 6 << 30))
-                    function(*first, *values)
-                except (TypeError, ValueError, OverflowError, RuntimeError, IndexError, MemoryError):
-                    pass
-                except BaseException as error:  # noqa: B902
-                    print(where, repr(error), flush=True)
-                    status = 1
-                os._exit(status)
-            _, status = os.waitpid(child, 0)
-            # Some do work for long.
-            if status not in (0, signal.SIGALRM):
-                crashed.append(f"{where}{tuple(values)}: status {status}"[:300])
+            if signature:
+                calls.append((where, function, [*first, *arguments_for(signature.group(1), made, variant)]))
 
     for name, value in list(vars(scope).items()):
         if name.startswith("_"):
             continue
         if not isinstance(value, type):
             if callable(value):
-                try_out(value, name)
+                add(value, name)
         elif not issubclass(value, Exception) and not hasattr(value, "__members__"):
             one = made.get(f"{value.__module__}.{value.__qualname__}")
             if one is None:
                 continue
             for key, method in vars(value).items():
                 if not key.startswith("_") and callable(method) and not isinstance(method, type):
-                    try_out(method, f"{name}.{key}", one)
-    assert called > 0
+                    add(method, f"{name}.{key}", one)
+    assert calls
+    crashed = []
+    begin = 0
+    while begin < len(calls):
+        at, status = run_in_child(calls[begin:])
+        if at is None:
+            break
+        where, _, values = calls[begin + at]
+        # Some do work for long.
+        if status not in (signal.SIGALRM, signal.SIGKILL):
+            crashed.append(f"{where}{tuple(values)}: status {status}"[:300])
+        begin += at + 1
     assert not crashed, "\n".join(crashed)
+
+
+def run_in_child(calls, seconds=1.0):
+    """Runs the calls in a forked process, each for a limited time. Returns the first that ended the process, and how."""
+    reader, writer = os.pipe()
+    child = os.fork()
+    if child == 0:
+        status = 1
+        try:
+            os.close(reader)
+            signal.signal(signal.SIGALRM, signal.SIG_DFL)
+            signal.pthread_sigmask(signal.SIG_UNBLOCK, [signal.SIGALRM])
+            resource.setrlimit(resource.RLIMIT_AS, (6 << 30, 6 << 30))
+            for where, function, values in calls:
+                os.write(writer, b".")
+                signal.setitimer(signal.ITIMER_REAL, seconds)
+                try:
+                    function(*values)
+                except (TypeError, ValueError, OverflowError, RuntimeError, IndexError, MemoryError):
+                    pass
+                except BaseException as error:  # noqa: B902
+                    print(where, repr(error), flush=True)
+                    break
+            else:
+                status = 0
+        finally:
+            os._exit(status)
+    os.close(writer)
+    begun = 0
+    while True:
+        # A call that the alarm does not end, in a system call that cannot be interrupted say, is killed.
+        if select.select([reader], [], [], 20 * seconds)[0]:
+            begun += len(byte := os.read(reader, 1))
+            if not byte:
+                break
+        else:
+            os.kill(child, signal.SIGKILL)
+    os.close(reader)
+    _, status = os.waitpid(child, 0)
+    return (None if status == 0 else begun - 1), status

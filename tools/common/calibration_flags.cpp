@@ -4,6 +4,7 @@
 
 #include "procam/io/files.hpp"
 #include "procam/io/text.hpp"
+#include "procam/report/files.hpp"
 
 namespace procam::tools {
 namespace {
@@ -32,6 +33,9 @@ void declare_calibration(CLI::App& app, CalibrationFlags& flags) {
   app.add_option("--write-observations", flags.write_observations,
                  "Also write the points and pixels that were found, as --observations reads them");
   app.add_option("--report", flags.report, "Also write a self-contained HTML page");
+  app.add_option("--figures", flags.figures, "Also write the page's figures into this folder, as SVG files");
+  app.add_option("--data", flags.data,
+                 "Also write parameters, covariance, views and residuals into this folder, as CSV files");
   app.add_option("--board-shape", flags.board_shape,
                  "Is the board flat, as printed? auto: by the prediction of held-out views; flat; free: "
                  "every point may be off its position by about 1 % of a square")
@@ -48,6 +52,18 @@ void declare_calibration(CLI::App& app, CalibrationFlags& flags) {
 void require_outputs(const CalibrationFlags& flags) {
   for (const std::filesystem::path& file : {flags.output, flags.report, flags.write_observations})
     if (!file.empty()) io::require_writable(file);
+  for (const std::filesystem::path& folder : {flags.figures, flags.data})
+    if (!folder.empty())
+      io::require_writable(std::filesystem::is_directory(folder) ? folder / "files" : folder);
+}
+
+void write_report(const CalibrationFlags& flags, const calibrate::CalibrationResult& result,
+                  const Correspondences& correspondences, const report::ReportInput& input) {
+  if (!flags.data.empty()) report::save_files(flags.data, report::calibration_tables(result));
+  if (flags.report.empty() && flags.figures.empty()) return;
+  const std::string page = report::calibration_report(result, correspondences, input);
+  if (!flags.report.empty()) io::write_file_atomically(flags.report, page);
+  if (!flags.figures.empty()) report::save_files(flags.figures, report::figures(page));
 }
 
 calibrate::Options calibration_options(const CalibrationFlags& flags) {
@@ -68,7 +84,10 @@ void add_options(const CalibrationFlags& flags, const std::map<std::string, std:
 }
 
 std::string written_line(const CalibrationFlags& flags) {
-  return "written    " + flags.output.string() + (flags.report.empty() ? "" : ", " + flags.report.string());
+  std::string line = "written    " + flags.output.string();
+  for (const std::filesystem::path& path : {flags.report, flags.figures, flags.data})
+    if (!path.empty()) line += ", " + path.string();
+  return line;
 }
 
 }  // namespace procam::tools

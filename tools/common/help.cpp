@@ -33,7 +33,7 @@ constexpr ValueType kValueTypes[] = {
      " annotate blend check depth image intrinsics known-camera markers mount observations output picture points pose "
      "preview record replay report rig save-board save-show show shown surfaces truth virtual weights "
      "write-observations sensor mirror-view INPUT "},
-    {"FOLDER", " captures decoded watch images project "},
+    {"FOLDER", " captures data decoded figures watch images project "},
     {"LENGTH",
      " accept depth-scale deviation distance far farthest focal-length measured mirror-depth near nearest scale text-height unit wall "},
     {"ANGLE", " bump pitch roll yaw "},
@@ -70,7 +70,7 @@ constexpr ValueType kValueTypes[] = {
 
 /// Files that a tool writes beside its one result.
 constexpr const char* kResults =
-    " annotate json output picture preview record report save-board save-show weights write-observations ";
+    " annotate data figures json output picture preview record report save-board save-show weights write-observations ";
 
 bool is_listed(const char* list, const std::string& name) {
   return std::string(list).find(" " + name + " ") != std::string::npos;

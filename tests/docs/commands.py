@@ -1,0 +1,175 @@
+"""The commands in the documents, checked against the tools of the build, and run where that needs no hardware.
+
+    commands.py check  SOURCE TOOLS EXAMPLES            every tool and option that a document names exists
+    commands.py run    SOURCE TOOLS EXAMPLES SESSION    the commands of PAGES, each page in its own folder of simulated input;
+                                                        exit code 5, a failed quality check of the small session, is accepted
+
+A command stands in a ```sh block, or in a line as `tool --option ...`.
+"""
+
+import pathlib
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+import tempfile
+
+# Pages whose commands are run, with the prepared files that the page makes itself. A command that matches the reasons below
+# is checked for its options alone.
+PAGES = {
+    "README.md": [],
+    "docs/content.md": [],
+    "docs/exchange.md": [],
+    "docs/file-formats.md": [],
+    "docs/locate.md": ["session", "pose.json"],
+    "docs/planning.md": [],
+    "docs/render.md": [],
+    "docs/surfaces.md": ["solved.json"],
+    "docs/verify.md": ["session"],
+}
+NOT_RUN = {
+    r"capture-session|--display 1|--list-displays|studio|\bdepth:": "hardware or a person",
+    r"^detect-surfaces|^scan-surfaces|^procam scan-surfaces": "a depth image or a scan: tests/e2e",
+    r"^project-live .*--pose-source|^simulate-robot .*--to udp": "two programs at a time: tests/e2e/live_route_test.cpp",
+    r"--captures check": "captures of a person: tests/e2e/verify_route_test.cpp",
+    r"camchain": "another program's file: tests/e2e/exchange_route_test.cpp",
+    r"--blend|--projector (left|right)": "several projectors: tests/e2e/content_route_test.cpp",
+    r"--virtual": "a file of virtual objects: tests/e2e/viewer_route_test.cpp",
+    r"^(bench_|test_|air_hockey|exercise)": "a program of the tests or examples",
+    r"--seconds 10": "a long video: tests/e2e/content_route_test.cpp",
+}
+
+
+def blocks(text):
+    """The shell commands of a document, continued lines joined."""
+    for block in re.findall(r"^```sh\n(.*?)^```", text, re.M | re.S):
+        for line in re.sub(r"\\\n\s*", " ", block).split("\n"):
+            if line.strip():
+                yield line.strip()
+
+
+def inline(text):
+    return re.findall(r"`((?:procam )?[a-z]+(?:-[a-z]+)+ -[^`]*)`", re.sub(r"^```.*?^```", "", text, flags=re.M | re.S))
+
+
+def words(command):
+    """Arguments of each program of a line; comments and redirections omitted."""
+    lexer = shlex.shlex(command, posix=True, punctuation_chars="|&;<>()")
+    lexer.whitespace_split = True
+    lexer.commenters = "#"
+    one = []
+    for word in lexer:
+        if re.fullmatch(r"[|&;<>()]+", word):
+            yield one
+            one = []
+        else:
+            one.append(word)
+    yield one
+
+
+class Tools:
+    def __init__(self, folders):
+        self.programs = {}
+        for folder in folders:
+            for path in sorted(pathlib.Path(folder).rglob("*")):
+                if path.is_file() and path.stat().st_mode & 0o111 and "." not in path.name:
+                    self.programs.setdefault(path.name, path)
+        self.known = {}
+
+    def options(self, name):
+        if name not in self.known:
+            text = subprocess.run([self.programs[name], "--help"], capture_output=True, text=True, timeout=60).stdout
+            self.known[name] = set(re.findall(r"(?<![\w-])(--?[a-zA-Z][\w-]*)", text))
+        return self.known[name]
+
+
+def problems(tools, command):
+    for line in words(command):
+        line = line[1:] if line[:1] == ["sudo"] else line
+        if line[:1] == ["procam"] and len(line) > 1 and not line[1].startswith("-"):
+            name = line[1] if line[1] in tools.programs else "procam-" + line[1]
+            if name not in tools.programs:
+                yield f"procam has no tool '{line[1]}'"
+                continue
+        elif line and line[0] in tools.programs:
+            name = line[0]
+        else:
+            if line and re.fullmatch(r"(?:[a-z]+-)+[a-z]+", line[0]) and line[0] not in ("apt-get",):
+                yield f"there is no tool '{line[0]}'"
+            continue
+        for word in line[1:]:
+            option = re.match(r"--?[a-zA-Z][\w-]*", word)
+            if option and option.group() not in tools.options(name):
+                yield f"{name} has no option '{option.group()}'"
+
+
+def pages(source):
+    for path in [source / "README.md", *sorted(source.glob("docs/*.md")), *sorted(source.glob("examples/*/README.md"))]:
+        yield str(path.relative_to(source)), path.read_text()
+
+
+def check(source, tools):
+    bad, count = [], 0
+    for name, text in pages(source):
+        for command in [*blocks(text), *inline(text)]:
+            count += 1
+            bad += [f"{name}: {problem}: {command}" for problem in problems(tools, command)]
+    print(f"{count} commands")
+    print("\n".join(bad))
+    return count > 100 and not bad
+
+
+def prepare(folder, source, tools, session):
+    """The files that the documents' commands name, of one simulated rig."""
+    shutil.copytree(session, folder / "session")
+    shutil.copy(session / "truth.json", folder / "rig.json")
+    shutil.copy(source / "examples/data/surfaces.json", folder / "surfaces.json")
+    shutil.copy(source / "examples/data/test_card.png", folder / "picture.png")
+    for command in ["solve-surfaces --rig rig.json --surfaces surfaces.json -o solved.json",
+                    "calibrate-projector --captures session --write-observations found.csv -o calibrated.json"]:
+        subprocess.run([tools.programs[command.split()[0]], *command.split()[1:]], cwd=folder, check=True, capture_output=True)
+    pose = ('{"format": "procam-pose", "version": 1, "target": "projector", "source": "world", '
+            '"translation": [0.1, 0.2, 0.3], "rotation_xyzw": [0, 0, 0, 1]}')
+    for name in ["pose.json", "projector_from_world.json"]:
+        (folder / name).write_text(pose)
+
+
+def run(source, tools, session):
+    bad, count = [], 0
+    with tempfile.TemporaryDirectory() as scratch:
+        stage = pathlib.Path(scratch) / "stage"
+        stage.mkdir()
+        prepare(stage, source, tools, session)
+        for name, text in pages(source):
+            if name not in PAGES:
+                continue
+            folder = pathlib.Path(scratch) / name.replace("/", "_")
+            shutil.copytree(stage, folder)
+            for made in PAGES[name]:
+                path = folder / made
+                shutil.rmtree(path) if path.is_dir() else path.unlink()
+            for command in blocks(text):
+                program = next((line for line in words(command) if line), [""])
+                if program[0] not in tools.programs or any(re.search(key, command) for key in NOT_RUN):
+                    continue
+                done = subprocess.run([tools.programs[program[0]], *program[1:]], cwd=folder, capture_output=True, text=True,
+                                      stdin=subprocess.DEVNULL, timeout=300)
+                count += 1
+                print(f"{done.returncode} {name}: {command}")
+                if done.returncode not in (0, 5):
+                    bad.append(f"{name}: {command}\n{done.stdout[-1500:]}{done.stderr[-1500:]}")
+    print(f"{count} commands run")
+    print("\n".join(bad))
+    return count > 10 and not bad
+
+
+def main():
+    mode, source, *folders = sys.argv[1:]
+    source = pathlib.Path(source)
+    tools = Tools(folders[:2])
+    good = check(source, tools) if mode == "check" else run(source, tools, pathlib.Path(folders[2]))
+    sys.exit(0 if good else 1)
+
+
+main()

@@ -261,6 +261,7 @@ class Recorder {
     dialog_.say(text);
     report_.camera_coverage = camera_->share();
     report_.projector_coverage = projector_.share();
+    dialog_.covered(report_.camera_coverage, report_.projector_coverage);
   }
 
   const RecorderOptions& options_;

@@ -82,6 +82,9 @@ class Desk::CaptureDialog : public session::RecorderDialog {
     }
     return note_pose();
   }
+  void covered(double camera, double projector) override {
+    desk_.camera_coverage_ = camera, desk_.projector_coverage_ = projector;
+  }
 
  private:
   bool note_pose() {
@@ -213,10 +216,7 @@ void Desk::capture() {
     guide_next_pose(std::nullopt);
     while (stage_->is_moving()) look(kDialogLook), pump();
   }
-  const session::RecorderReport report =
-      session::record_session(*pattern, *board_, devices.screen, devices.camera, options, dialog);
-  camera_coverage_ = report.camera_coverage;
-  projector_coverage_ = report.projector_coverage;
+  session::record_session(*pattern, *board_, devices.screen, devices.camera, options, dialog);
   if (stage_) stage_->put_board_away();
 }
 

@@ -88,10 +88,14 @@ class GuidedPath {
     ASSERT_TRUE(person.enter("views", std::to_string(options_.views)));
     ASSERT_TRUE(person.wait("state.capture.wanted === " + std::to_string(options_.views)));
     person.note("corners_and_outline", "state.capture.corners.length === 54 && !!state.capture.next");
+    person.note("coverage_while_capturing",
+                "state.job !== '' && state.capture.camera_coverage > 1 && "
+                "state.capture.projector_coverage > 1");
     ASSERT_TRUE(person.click("$('capture')"));
     ASSERT_TRUE(person.wait("window.corners_and_outline === true", options_.patience_s));
     picture(person, "4_capture");
     finish(person, "state.steps[3].done");
+    EXPECT_TRUE(person.wait("window.coverage_while_capturing === true"));
   }
   void calibrate(test::Person& person) {
     ASSERT_TRUE(person.click("document.querySelector('[data-go=calibrate]')"));

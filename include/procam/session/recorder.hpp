@@ -31,6 +31,9 @@ class PROCAM_EXPORT RecorderDialog {
   virtual void report(const Diagnostics& remarks) = 0;
   /// Is the board in its next pose? Called some 20 times a second while one is awaited.
   virtual bool wants_to_go_on() = 0;
+  /// Shares of the images that the boards captured so far have covered, 0..1. Called at the start of a session that is
+  /// continued, and after each view.
+  virtual void covered(double /*camera*/, double /*projector*/) {}
 };
 
 struct RecorderReport {

@@ -29,6 +29,20 @@ void bind_report(py::module_& m) {
       .field("points_found", &report::DeviceCounts::points_found, "")
       .field("points_used", &report::DeviceCounts::points_used, "");
 
+  Record<report::TextFile> text_file(m, "TextFile", "A file in memory: its name and its text.");
+  text_file.fields_init()
+      .field("name", &report::TextFile::name, "residuals_of_camera.svg")
+      .field("text", &report::TextFile::text, "");
+  function(m, "figures", &report::figures,
+           "The figures of a report page as SVG files without CSS variables, in the page's order.",
+           py::arg("page"));
+  function(m, "calibration_tables", &report::calibration_tables,
+           "parameters.csv, covariance.csv, views.csv and residuals.csv of a calibration.",
+           py::arg("result"));
+  function(m, "save_files", &report::save_files,
+           "Writes files into the folder, which is made where it does not exist.", py::arg("folder"),
+           py::arg("files"));
+
   function(m, "judge",
            py::overload_cast<calibrate::CalibrationResult&, double, const analyze::AcceptedError&,
                              const std::optional<Rig>&>(&report::judge),

@@ -9,12 +9,16 @@
 build_packages=(g++ clang cmake ninja-build libeigen3-dev libopencv-dev libceres-dev nlohmann-json3-dev libpugixml-dev
   libcli11-dev libboost-dev libglfw3-dev libgl-dev pkg-config libzip-dev libepoxy-dev libegl-dev libopenni2-dev)
 test_packages=(libgtest-dev libbenchmark-dev libclang-rt-dev clang-format clang-tidy xvfb libx11-dev libegl-mesa0
-  libgl1-mesa-dri chromium blender godot3 pybind11-dev python3-dev python3-numpy python3-pytest mypy zsh)
+  libgl1-mesa-dri chromium blender godot3 pybind11-dev python3-dev python3-numpy python3-pytest mypy zsh abigail-tools)
 # The fuzz targets (tests/fuzz/run.sh): libFuzzer is part of libclang-rt-dev; llvm has the symbolizer, without which a
 # finding's stack has no names.
 fuzz_packages=(clang libclang-rt-dev llvm)
 # The Debian packages and a bare system to try them in (scripts/packages.sh).
-package_packages=(dpkg-dev debhelper help2man lintian debootstrap)
+package_packages=(dpkg-dev debhelper dh-python help2man lintian debootstrap pybind11-dev python3-dev python3-numpy)
+# A release compares the interface with the last one's (scripts/abi.sh).
+release_packages=(abigail-tools)
+# The site (scripts/site.sh).
+site_packages=(doxygen graphviz python3-sphinx python3-myst-parser furo)
 
 # install_packages PACKAGE...: installs those that are missing, and asks for no more rights than that needs.
 install_packages() {

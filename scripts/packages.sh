@@ -2,6 +2,9 @@
 # Builds the Debian packages and tries them:
 #
 #   scripts/packages.sh            packages in build/packages; lintian looks at them
+#   scripts/packages.sh --reproducible
+#                                  and builds them again, in another folder, with another time zone, language and umask: the
+#                                  packages must be the same, byte for byte
 #   scripts/packages.sh --bare     and installs them in a bare Debian 12 (debootstrap; needs root) that has nothing of
 #                                  procam, and runs debian/tests there
 #
@@ -11,8 +14,14 @@ set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 source scripts/common.sh
 
-bare=false
-[[ ${1:-} == --bare ]] && bare=true
+bare=false reproducible=false
+for option in "$@"; do
+  case $option in
+    --bare) bare=true ;;
+    --reproducible) reproducible=true ;;
+    *) sed -n '2,13s/^# \?//p' "$0" >&2 && exit 2 ;;
+  esac
+done
 out=$PWD/build/packages
 
 # The sources as they are committed, so that nothing of this folder gets into a package by chance.
@@ -22,6 +31,38 @@ build_packages_of_commit() {
   (cd "$out"/procam && DEB_BUILD_OPTIONS=${DEB_BUILD_OPTIONS:-parallel=$(nproc)} dpkg-buildpackage -b -us -uc) >"$out"/build.log 2>&1 ||
     { tail -n 40 "$out"/build.log && return 1; }
   ls -lh "$out"/*.deb
+}
+
+# What differs between two packages of one name: files by their sums, and the control files.
+show_difference() {
+  local side
+  for side in "$1" "$2"; do
+    local folder
+    folder=$(mktemp -d) && dpkg-deb -R "$side" "$folder" || return 1
+    (cd "$folder" && find . -type f -exec sha256sum {} + | sort -k 2 && find . -printf '%m %y %p\n' | sort -k 3)
+    rm -rf "$folder"
+  done | sort | uniq -u | head -n 40
+}
+
+build_again_and_compare() {
+  local again status=0 deb
+  again=$(mktemp -d)/another/folder || return 1
+  mkdir -p "$again"/procam || return 1
+  git archive HEAD | tar -x -C "$again"/procam || return 1
+  (cd "$again"/procam && umask 027 && TZ=Pacific/Kiritimati LC_ALL=C.UTF-8 LANGUAGE=de HOME=/nonexistent \
+    DEB_BUILD_OPTIONS=${DEB_BUILD_OPTIONS:-parallel=$(nproc)} dpkg-buildpackage -b -us -uc) >"$out"/build_again.log 2>&1 ||
+    { tail -n 40 "$out"/build_again.log && return 1; }
+  for deb in "$out"/*.deb; do
+    if cmp -s "$deb" "$again/${deb##*/}"; then
+      echo "${deb##*/}: the same"
+    else
+      echo "${deb##*/}: DIFFERS"
+      show_difference "$deb" "$again/${deb##*/}"
+      status=1
+    fi
+  done
+  rm -rf "${again%/another/folder}"
+  return "$status"
 }
 
 look_by_lintian() {
@@ -57,7 +98,8 @@ try_in_bare_system() {
   return "$status"
 }
 
-install_packages "${build_packages[@]}" "${package_packages[@]}"
+install_packages "${build_packages[@]}" "${package_packages[@]}" "${site_packages[@]}"
 phase "packages" build_packages_of_commit
 phase "lintian" look_by_lintian
+if $reproducible; then phase "the same again" build_again_and_compare; fi
 if $bare; then phase "a bare system" try_in_bare_system; fi

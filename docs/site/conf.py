@@ -1,0 +1,37 @@
+"""Sphinx's configuration of the site (scripts/site.sh)."""
+import os
+import pathlib
+
+root = pathlib.Path(__file__).resolve().parents[2]
+
+project = "procam"
+author = "procam maintainers"
+copyright = "procam contributors"
+release = os.environ.get("PROCAM_VERSION", "")
+version = release
+
+extensions = ["myst_parser", "sphinx.ext.graphviz"]
+graphviz_output_format = "svg"
+
+# The headings' anchors are those of GitHub, which the documents link.
+myst_heading_anchors = 6
+myst_all_links_external = False
+suppress_warnings = [
+    "misc.highlighting_failure",  # JSON with comments, output of programs
+    "myst.header",  # a document may begin below its first level
+]
+
+html_theme = "furo"
+html_title = f"procam {release}"
+html_static_path = [str(root / "docs/site/static")]
+html_extra_path = [os.environ.get("PROCAM_SITE_EXTRA", "")] if os.environ.get("PROCAM_SITE_EXTRA") else []
+html_css_files = ["procam.css"]
+html_copy_source = False
+html_show_sourcelink = False
+html_last_updated_fmt = None
+html_theme_options = {"navigation_with_keys": True}
+pygments_style = "tango"
+primary_domain = "cpp"
+highlight_language = "none"
+nitpicky = False
+toc_object_entries = False

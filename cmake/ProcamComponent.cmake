@@ -4,6 +4,7 @@
 #     [SOURCES file...]          bodies in src/<name>/; none makes a header-only (INTERFACE) target
 #     [PUBLIC target...]         what the public headers include
 #     [PRIVATE target...]        what only the bodies include
+#     [DEFINES name...]          macros that the bodies and whoever includes the headers see
 #     [FIND "Eigen3 3.4" ...]    packages that find_package(procam COMPONENTS <name>) must find first
 #     [FIND_PRIVATE ...])        the same for what only the bodies include: static libraries alone need them
 #
@@ -24,7 +25,7 @@ if(PROCAM_SANITIZE)
 endif()
 
 function(procam_component name)
-  cmake_parse_arguments(arg "" "" "SOURCES;PUBLIC;PRIVATE;FIND;FIND_PRIVATE" ${ARGN})
+  cmake_parse_arguments(arg "" "" "SOURCES;PUBLIC;PRIVATE;DEFINES;FIND;FIND_PRIVATE" ${ARGN})
   set(target procam_${name})
   if(arg_SOURCES)
     add_library(${target} ${arg_SOURCES})
@@ -47,6 +48,7 @@ function(procam_component name)
   target_include_directories(${target} ${scope}
     $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/include> $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
   target_link_libraries(${target} ${scope} ${arg_PUBLIC})
+  target_compile_definitions(${target} ${scope} ${arg_DEFINES})
   set_target_properties(${target} PROPERTIES EXPORT_NAME ${name})
   if(NOT PROCAM_INSTALL)
     return()
@@ -76,12 +78,12 @@ function(procam_component name)
 "set(procam_@name@_NEEDS @components@)\nset(procam_@name@_PACKAGES \"@packages@\")\n")
   install(FILES ${PROJECT_BINARY_DIR}/procam-${name}-needs.cmake
     DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/procam)
-  procam_pkg_config(${name} SOURCES "${arg_SOURCES}" PUBLIC ${arg_PUBLIC} PRIVATE ${arg_PRIVATE})
+  procam_pkg_config(${name} SOURCES "${arg_SOURCES}" DEFINES "${arg_DEFINES}" PUBLIC ${arg_PUBLIC} PRIVATE ${arg_PRIVATE})
 endfunction()
 
 # procam-<name>.pc; see below for what it holds. A link without a row here is an error, so that none is forgotten.
 function(procam_pkg_config name)
-  cmake_parse_arguments(arg "" "SOURCES" "PUBLIC;PRIVATE" ${ARGN})
+  cmake_parse_arguments(arg "" "SOURCES;DEFINES" "PUBLIC;PRIVATE" ${ARGN})
   set(requires)
   set(requires_private)
   set(libs)
@@ -122,6 +124,9 @@ function(procam_pkg_config name)
   foreach(list requires requires_private)
     list(JOIN ${list} ", " ${list})
   endforeach()
+  set(defines ${arg_DEFINES})
+  list(TRANSFORM defines PREPEND " -D")
+  list(JOIN defines "" defines)
   foreach(list libs libs_private)
     list(JOIN ${list} " " ${list})
   endforeach()
@@ -143,7 +148,9 @@ function(procam_install_package)
     DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/procam)
   install(FILES ${PROJECT_SOURCE_DIR}/LICENSE ${PROJECT_SOURCE_DIR}/README.md ${PROJECT_SOURCE_DIR}/CITATION.cff ${PROJECT_SOURCE_DIR}/CHANGELOG.md
     DESTINATION ${CMAKE_INSTALL_DOCDIR})
-  install(DIRECTORY ${PROJECT_SOURCE_DIR}/docs ${PROJECT_SOURCE_DIR}/examples DESTINATION ${CMAKE_INSTALL_DOCDIR})
+  install(DIRECTORY ${PROJECT_SOURCE_DIR}/docs ${PROJECT_SOURCE_DIR}/examples DESTINATION ${CMAKE_INSTALL_DOCDIR}
+    PATTERN docs/site EXCLUDE PATTERN __pycache__ EXCLUDE)
+  install(FILES ${PROJECT_SOURCE_DIR}/package.xml DESTINATION ${CMAKE_INSTALL_DATADIR}/procam)
 endfunction()
 
 # A stage's tests: tests/<name>/*.cpp become one program, each TEST its own ctest entry "<name>.Suite.Test".

@@ -222,7 +222,7 @@ def examples(root, source):
 
 def index(root, source, names):
     """The first page: its text, and the documents by group."""
-    page = (root / "docs/site/index.md").read_text()
+    page = (root / "docs/site/index.txt").read_text()
     listed = [name for _, group in GROUPS for name in group]
     rest = [name for name in names if name not in listed]
     for title, group in GROUPS + [("More", rest)]:

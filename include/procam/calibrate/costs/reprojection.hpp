@@ -15,6 +15,7 @@
 
 #include "procam/calibrate/costs/se3_manifold.hpp"
 #include "procam/core/base/dual.hpp"
+#include "procam/core/geometry/se3.hpp"
 #include "procam/core/lens/camera.hpp"
 
 namespace procam::calibrate {

@@ -11,7 +11,8 @@
 
 #include <Eigen/Core>
 
-#include "procam/core/geometry/se3.hpp"
+#include "procam/core/base/export.hpp"
+#include "procam/core/geometry/pose.hpp"
 
 namespace procam::calibrate {
 
@@ -26,27 +27,14 @@ inline void pose_to_block(const Pose& pose, double* block) {
   Eigen::Map<Vec3>(block + 4, 3) = pose.translation;
 }
 
-class Se3Manifold final : public ceres::Manifold {
+class PROCAM_EXPORT Se3Manifold final : public ceres::Manifold {
  public:
   int AmbientSize() const override { return kPoseBlockSize; }
   int TangentSize() const override { return 6; }
-  bool Plus(const double* x, const double* delta, double* x_plus_delta) const override {
-    pose_to_block((se3_exp<double>(Eigen::Map<const Vec6>(delta)) * pose_from_block(x)).normalized(),
-                  x_plus_delta);
-    return true;
-  }
-  bool PlusJacobian(const double*, double* jacobian) const override {
-    Eigen::Map<Eigen::Matrix<double, kPoseBlockSize, 6, Eigen::RowMajor>>(jacobian).setIdentity();
-    return true;
-  }
-  bool Minus(const double* y, const double* x, double* y_minus_x) const override {
-    Eigen::Map<Vec6>(y_minus_x, 6) = se3_log(pose_from_block(y) * pose_from_block(x).inverse());
-    return true;
-  }
-  bool MinusJacobian(const double*, double* jacobian) const override {
-    Eigen::Map<Eigen::Matrix<double, 6, kPoseBlockSize, Eigen::RowMajor>>(jacobian).setIdentity();
-    return true;
-  }
+  bool Plus(const double* x, const double* delta, double* x_plus_delta) const override;
+  bool PlusJacobian(const double*, double* jacobian) const override;
+  bool Minus(const double* y, const double* x, double* y_minus_x) const override;
+  bool MinusJacobian(const double*, double* jacobian) const override;
 };
 
 }  // namespace procam::calibrate

@@ -5,6 +5,7 @@
 ///
 /// project<Model, T> is the one formula: double here, Jet in the cost functors, the renderers' per-pixel
 /// code.
+#include "procam/core/base/export.hpp"
 #include "procam/core/lens/distortion.hpp"
 #include "procam/core/lens/intrinsics.hpp"
 
@@ -58,30 +59,15 @@ struct Camera {
 
 /// Names of all parameters in the order of files and covariances: fx fy cx cy skew, then the model's
 /// coefficients.
-inline std::vector<std::string> parameter_names(const Camera& camera) {
-  std::vector<std::string> names(kIntrinsicsNames.begin(), kIntrinsicsNames.end());
-  for (const std::string& name : coefficient_names(camera.distortion)) names.push_back(name);
-  return names;
-}
+PROCAM_EXPORT std::vector<std::string> parameter_names(const Camera& camera);
 
-inline VecX parameters_of(const Camera& camera) {
-  const auto k = camera.intrinsics.to_array();
-  const std::vector<double> c = coefficients_of(camera.distortion);
-  VecX p(k.size() + c.size());
-  for (std::size_t i = 0; i < k.size(); ++i) p[Eigen::Index(i)] = k[i];
-  for (std::size_t i = 0; i < c.size(); ++i) p[Eigen::Index(k.size() + i)] = c[i];
-  return p;
-}
+PROCAM_EXPORT VecX parameters_of(const Camera& camera);
 
 /// The same camera (size, distortion model) with other parameters, in the order of parameter_names().
-inline Camera with_parameters(Camera camera, const VecX& parameters) {
-  require(std::size_t(parameters.size()) == parameter_names(camera).size(),
-          "with_parameters: wrong number of parameters");
-  camera.intrinsics = Intrinsics::from_array(parameters.data());
-  camera.distortion =
-      with_coefficients(camera.distortion, std::vector<double>(parameters.data() + Intrinsics::kNumParameters,
-                                                               parameters.data() + parameters.size()));
-  return camera;
-}
+PROCAM_EXPORT Camera with_parameters(Camera camera, const VecX& parameters);
 
 }  // namespace procam
+
+#ifndef PROCAM_CORE_COMPILED
+#include "procam/core/lens/detail/camera_body.hpp"
+#endif

@@ -6,11 +6,11 @@
 ///   distort<T>(coefficients, point in optical frame) -> distorted normalised image point, or nullopt
 ///   undistort(coefficients, distorted point) -> direction in optical frame, or nullopt
 #include <string>
-#include <type_traits>
 #include <variant>
 #include <vector>
 
 #include "procam/core/base/error.hpp"
+#include "procam/core/base/export.hpp"
 #include "procam/core/lens/distortion/brown_conrady.hpp"
 #include "procam/core/lens/distortion/fisheye.hpp"
 #include "procam/core/lens/distortion/none.hpp"
@@ -20,59 +20,20 @@ namespace procam {
 
 using Distortion = std::variant<NoDistortion, BrownConrady, RationalDistortion, FisheyeDistortion>;
 
-inline const char* name_of(const Distortion& distortion) {
-  return std::visit([](const auto& model) { return std::decay_t<decltype(model)>::kName; }, distortion);
-}
+PROCAM_EXPORT const char* name_of(const Distortion& distortion);
 
-inline std::vector<std::string> coefficient_names(const Distortion& distortion) {
-  return std::visit(
-      [](const auto& model) {
-        const auto& names = std::decay_t<decltype(model)>::kCoefficientNames;
-        return std::vector<std::string>(names.begin(), names.end());
-      },
-      distortion);
-}
+PROCAM_EXPORT std::vector<std::string> coefficient_names(const Distortion& distortion);
 
-inline std::vector<double> coefficients_of(const Distortion& distortion) {
-  return std::visit(
-      [](const auto& model) {
-        return std::vector<double>(model.coefficients.begin(), model.coefficients.end());
-      },
-      distortion);
-}
-
-namespace internal {
-/// `known` gathers the names that did not match, for the message.
-template <std::size_t Index = 0>
-Distortion distortion_named(const std::string& name, const std::string& known = "") {
-  if constexpr (Index < std::variant_size_v<Distortion>) {
-    using Model = std::variant_alternative_t<Index, Distortion>;
-    if (name == Model::kName) return Model{};
-    return distortion_named<Index + 1>(name, known + (known.empty() ? "" : ", ") + Model::kName);
-  } else {
-    throw Error(ErrorKind::kUnsupported, "distortion model '" + name + "'", "there is no such model",
-                "use one of: " + known);
-  }
-}
-}  // namespace internal
+PROCAM_EXPORT std::vector<double> coefficients_of(const Distortion& distortion);
 
 /// The model of that name, all coefficients zero. Throws Error(kUnsupported) for an unknown name.
-inline Distortion distortion_named(const std::string& name) {
-  return internal::distortion_named<>(name);
-}
+PROCAM_EXPORT Distortion distortion_named(const std::string& name);
 
 /// The same model with other coefficients; their number must be the model's.
-inline Distortion with_coefficients(Distortion distortion, const std::vector<double>& values) {
-  std::visit(
-      [&](auto& model) {
-        require(values.size() == model.coefficients.size(),
-                "with_coefficients: " + std::string(std::decay_t<decltype(model)>::kName) + " takes " +
-                    std::to_string(model.coefficients.size()) + " coefficients, not " +
-                    std::to_string(values.size()));
-        for (std::size_t i = 0; i < values.size(); ++i) model.coefficients[i] = values[i];
-      },
-      distortion);
-  return distortion;
-}
+PROCAM_EXPORT Distortion with_coefficients(Distortion distortion, const std::vector<double>& values);
 
 }  // namespace procam
+
+#ifndef PROCAM_CORE_COMPILED
+#include "procam/core/lens/detail/distortion_body.hpp"
+#endif

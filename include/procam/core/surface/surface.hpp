@@ -13,6 +13,7 @@
 #include <variant>
 
 #include "procam/core/base/error.hpp"
+#include "procam/core/base/export.hpp"
 #include "procam/core/surface/bezier.hpp"
 #include "procam/core/surface/content_layout.hpp"
 #include "procam/core/surface/cylinder.hpp"
@@ -48,28 +49,7 @@ inline constexpr double kTessellationTolerance = 1e-4;
 
 /// The triangles that a surface is drawn as; none for those drawn by homography. Throws Error(kInput) naming
 /// the surface and its fault for a shape that cannot be.
-inline std::shared_ptr<const Mesh> mesh_of(const Surface& surface) {
-  const auto refuse = [&](const std::string& why) {
-    throw Error(ErrorKind::kInput, "surface '" + surface.name + "'", why, "correct its definition");
-  };
-  return std::visit(
-      [&](const auto& shape) -> std::shared_ptr<const Mesh> {
-        using Shape = std::decay_t<decltype(shape)>;
-        if constexpr (std::is_same_v<Shape, PlanarSurface> || std::is_same_v<Shape, PixelSurface>) {
-          return nullptr;
-        } else {
-          if (const char* fault = shape.fault()) refuse(fault);
-          std::shared_ptr<const Mesh> mesh;
-          if constexpr (std::is_same_v<Shape, MeshSurface>)
-            mesh = shape.mesh;
-          else
-            mesh = std::make_shared<const Mesh>(tessellate(shape, kTessellationTolerance));
-          if (const auto fault = fault_of(*mesh)) refuse(*fault);
-          return mesh;
-        }
-      },
-      surface.geometry);
-}
+PROCAM_EXPORT std::shared_ptr<const Mesh> mesh_of(const Surface& surface);
 
 /// Where it stands in the room; nullptr for a pixel surface.
 inline const InRoom* place_of(const SurfaceGeometry& geometry) {
@@ -116,3 +96,7 @@ struct SolvedSurfaceSet {
 };
 
 }  // namespace procam
+
+#ifndef PROCAM_CORE_COMPILED
+#include "procam/core/surface/detail/surface_body.hpp"
+#endif

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "procam/core/base/error.hpp"
 #include "procam/core/geometry/homography.hpp"
 
 namespace procam::detail {

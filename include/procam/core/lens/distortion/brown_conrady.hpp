@@ -9,7 +9,11 @@
 /// [0, s], and of the whole map: a point beyond it would come back into the picture as a ghost, so it has no
 /// projection here.
 /// Source: D. C. Brown, "Close-range camera calibration", Photogrammetric Engineering 37(8), 1971.
-#include "procam/core/lens/distortion/inverse.hpp"
+#include <array>
+#include <optional>
+
+#include "procam/core/base/export.hpp"
+#include "procam/core/base/types.hpp"
 #include "procam/core/lens/distortion/polynomial.hpp"
 #include "procam/core/lens/distortion/tangential.hpp"
 
@@ -55,9 +59,7 @@ struct BrownConrady {
     return r * (1 + s * (c[0] + s * (c[1] + s * c[4])));
   }
 
-  static std::optional<Vec3> undistort(const double* c, const Vec2& distorted) {
-    return internal::undistort_by_newton<BrownConrady>(c, distorted);
-  }
+  PROCAM_EXPORT static std::optional<Vec3> undistort(const double* c, const Vec2& distorted);
 
  private:
   /// d(r f)/dr as a polynomial in s.
@@ -68,3 +70,7 @@ struct BrownConrady {
 };
 
 }  // namespace procam
+
+#ifndef PROCAM_CORE_COMPILED
+#include "procam/core/lens/distortion/detail/brown_conrady_body.hpp"
+#endif

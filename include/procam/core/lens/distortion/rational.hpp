@@ -8,7 +8,11 @@
 /// does too, r f grows from 0), and up to the fold of the whole map.
 /// Source: Claus and Fitzgibbon, "A rational function lens distortion model", CVPR 2005 (as in OpenCV's
 /// CALIB_RATIONAL_MODEL).
-#include "procam/core/lens/distortion/inverse.hpp"
+#include <array>
+#include <optional>
+
+#include "procam/core/base/export.hpp"
+#include "procam/core/base/types.hpp"
 #include "procam/core/lens/distortion/polynomial.hpp"
 #include "procam/core/lens/distortion/tangential.hpp"
 
@@ -54,9 +58,7 @@ struct RationalDistortion {
     return r * (1 + s * (c[0] + s * (c[1] + s * c[4]))) / (1 + s * (c[5] + s * (c[6] + s * c[7])));
   }
 
-  static std::optional<Vec3> undistort(const double* c, const Vec2& distorted) {
-    return internal::undistort_by_newton<RationalDistortion>(c, distorted);
-  }
+  PROCAM_EXPORT static std::optional<Vec3> undistort(const double* c, const Vec2& distorted);
 
  private:
   template <typename T>
@@ -79,3 +81,7 @@ struct RationalDistortion {
 };
 
 }  // namespace procam
+
+#ifndef PROCAM_CORE_COMPILED
+#include "procam/core/lens/distortion/detail/rational_body.hpp"
+#endif

@@ -1,0 +1,36 @@
+#pragma once
+/// The body of surface.hpp.
+#include <memory>
+#include <string>
+#include <type_traits>
+#include <variant>
+
+#include "procam/core/base/error.hpp"
+#include "procam/core/surface/surface.hpp"
+
+namespace procam {
+
+PROCAM_CORE_INLINE std::shared_ptr<const Mesh> mesh_of(const Surface& surface) {
+  const auto refuse = [&](const std::string& why) {
+    throw Error(ErrorKind::kInput, "surface '" + surface.name + "'", why, "correct its definition");
+  };
+  return std::visit(
+      [&](const auto& shape) -> std::shared_ptr<const Mesh> {
+        using Shape = std::decay_t<decltype(shape)>;
+        if constexpr (std::is_same_v<Shape, PlanarSurface> || std::is_same_v<Shape, PixelSurface>) {
+          return nullptr;
+        } else {
+          if (const char* fault = shape.fault()) refuse(fault);
+          std::shared_ptr<const Mesh> mesh;
+          if constexpr (std::is_same_v<Shape, MeshSurface>)
+            mesh = shape.mesh;
+          else
+            mesh = std::make_shared<const Mesh>(tessellate(shape, kTessellationTolerance));
+          if (const auto fault = fault_of(*mesh)) refuse(*fault);
+          return mesh;
+        }
+      },
+      surface.geometry);
+}
+
+}  // namespace procam

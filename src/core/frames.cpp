@@ -1,0 +1,5 @@
+#include "procam/core/geometry/detail/covariance_body.hpp"
+#include "procam/core/geometry/detail/frame_tree_body.hpp"
+#include "procam/core/geometry/detail/mirror_body.hpp"
+#include "procam/core/geometry/detail/triangulate_body.hpp"
+#include "procam/core/rig/detail/room_frames_body.hpp"

@@ -1,0 +1,1 @@
+#include "procam/core/geometry/detail/planar_pose_body.hpp"

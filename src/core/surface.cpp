@@ -1,0 +1,1 @@
+#include "procam/core/surface/detail/surface_body.hpp"

@@ -89,7 +89,9 @@ struct Diagnostics {
   void fail(std::string code, std::string message) {
     add(Severity::kFailure, std::move(code), std::move(message));
   }
-  void append(const Diagnostics& other) { items.insert(items.end(), other.items.begin(), other.items.end()); }
+  void append(const Diagnostics& other) {
+    for (const Diagnostic& item : other.items) items.push_back(item);
+  }
 
   bool failed() const {
     for (const Diagnostic& item : items)

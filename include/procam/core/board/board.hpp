@@ -11,6 +11,7 @@
 #include <variant>
 
 #include "procam/core/base/error.hpp"
+#include "procam/core/base/export.hpp"
 #include "procam/core/base/types.hpp"
 #include "procam/core/board/marker_dictionary.hpp"
 
@@ -199,37 +200,23 @@ struct AprilGrid {
 using Board = std::variant<Chessboard, CharucoBoard, MarkerGrid, CircleGrid, AprilGrid>;
 
 /// All points in the board's frame, metres, by point index.
-inline Points3 points_in_board(const Board& board) {
-  return std::visit(
-      [](const auto& layout) {
-        require(layout.size() >= 0, "points_in_board: a board has no negative number of points");
-        Points3 points;
-        points.reserve(std::size_t(layout.size()));
-        for (int i = 0; i < layout.size(); ++i) points.push_back(layout.point_in_board(i));
-        return points;
-      },
-      board);
-}
+PROCAM_EXPORT Points3 points_in_board(const Board& board);
 
 /// Does the board look the same after half a turn, so that one picture cannot tell its two ends apart? Point
 /// i is then where point size() - 1 - i was.
-inline bool is_symmetric_180(const Board& board) {
-  return std::visit([](const auto& layout) { return layout.is_symmetric_180(); }, board);
-}
+PROCAM_EXPORT bool is_symmetric_180(const Board& board);
 
 /// Do markers say which point is which, so that a part of the board is enough?
-inline bool is_coded(const Board& board) {
-  return std::visit([](const auto& layout) { return layout.is_coded(); }, board);
-}
+PROCAM_EXPORT bool is_coded(const Board& board);
 
 /// Every length times `factor`: a sheet that the printer scaled.
-inline Board scaled(const Board& board, double factor) {
-  return std::visit([factor](const auto& layout) { return Board(layout.scaled(factor)); }, board);
-}
+PROCAM_EXPORT Board scaled(const Board& board, double factor);
 
 /// Why nobody can print or find this board, as the end of a sentence; empty when nothing is wrong.
-inline std::string flaw(const Board& board) {
-  return std::visit([](const auto& layout) { return layout.flaw(); }, board);
-}
+PROCAM_EXPORT std::string flaw(const Board& board);
 
 }  // namespace procam
+
+#ifndef PROCAM_CORE_COMPILED
+#include "procam/core/board/detail/board_body.hpp"
+#endif

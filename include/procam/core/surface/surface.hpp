@@ -52,16 +52,7 @@ inline constexpr double kTessellationTolerance = 1e-4;
 PROCAM_EXPORT std::shared_ptr<const Mesh> mesh_of(const Surface& surface);
 
 /// Where it stands in the room; nullptr for a pixel surface.
-inline const InRoom* place_of(const SurfaceGeometry& geometry) {
-  return std::visit(
-      [](const auto& shape) -> const InRoom* {
-        if constexpr (std::is_base_of_v<InRoom, std::decay_t<decltype(shape)>>)
-          return &shape;
-        else
-          return nullptr;
-      },
-      geometry);
-}
+PROCAM_EXPORT const InRoom* place_of(const SurfaceGeometry& geometry);
 
 using Placement = std::variant<PlacedPlane, PlacedPixels, PlacedMesh>;
 

@@ -1,5 +1,5 @@
 #pragma once
-/// The body of surface.hpp.
+/// The bodies of surface.hpp.
 #include <memory>
 #include <string>
 #include <type_traits>
@@ -31,6 +31,17 @@ PROCAM_CORE_INLINE std::shared_ptr<const Mesh> mesh_of(const Surface& surface) {
         }
       },
       surface.geometry);
+}
+
+PROCAM_CORE_INLINE const InRoom* place_of(const SurfaceGeometry& geometry) {
+  return std::visit(
+      [](const auto& shape) -> const InRoom* {
+        if constexpr (std::is_base_of_v<InRoom, std::decay_t<decltype(shape)>>)
+          return &shape;
+        else
+          return nullptr;
+      },
+      geometry);
 }
 
 }  // namespace procam

@@ -1,5 +1,7 @@
+#include "procam/core/geometry/detail/convex_body.hpp"
 #include "procam/core/geometry/detail/covariance_body.hpp"
 #include "procam/core/geometry/detail/frame_tree_body.hpp"
+#include "procam/core/geometry/detail/mesh_body.hpp"
 #include "procam/core/geometry/detail/mirror_body.hpp"
 #include "procam/core/geometry/detail/triangulate_body.hpp"
 #include "procam/core/rig/detail/room_frames_body.hpp"

@@ -22,7 +22,7 @@ COMPONENTS = [  # in the order of the pipeline, each with the document about it
     ("session", "capture"), ("show", "live"), ("studio", "studio"),
 ]
 GROUPS = [  # documents by what a reader wants; the rest follows under "More"
-    ("Begin", ["README", "docs/studio", "docs/mapping", "docs/ten-functions", "docs/python", "docs/packages", "docs/troubleshooting"]),
+    ("Begin", ["README", "docs/README", "docs/first-wall", "docs/studio", "docs/mapping", "docs/ten-functions", "docs/python", "docs/packages", "docs/troubleshooting"]),
     ("Calibrate", ["docs/calibration", "docs/capture", "docs/patterns", "docs/boards", "docs/planning", "docs/verify", "docs/error",
                    "docs/photographs", "docs/exchange"]),
     ("Project", ["docs/surfaces", "docs/content", "docs/render", "docs/live", "docs/locate", "docs/people", "docs/depth", "docs/scan"]),
@@ -92,23 +92,44 @@ def indented(text, by):
 
 
 def literal(text):
-    """A docstring as text that holds no markup: its paragraphs, and indented lines as they are."""
-    blocks = re.split(r"\n\s*\n", text.strip())
-    result = []
-    for block in blocks:
-        if any(line.startswith("  ") for line in block.split("\n")):
-            result.append("::\n\n" + indented(block, 3).rstrip())
+    """A docstring as text that holds no markup: paragraphs, and indented lines as they are."""
+    blocks = []  # (are its lines indented, lines)
+    for line in text.strip("\n").split("\n"):
+        kind = line.startswith("  ")
+        if not line.strip():
+            if blocks and blocks[-1][0] is not True:
+                blocks.append((None, []))
+            elif blocks:
+                blocks[-1][1].append("")
+        elif blocks and blocks[-1][0] is kind:
+            blocks[-1][1].append(line)
         else:
-            parts = block.split("`")
+            blocks.append((kind, [line]))
+    result = []
+    for kind, lines in blocks:
+        if kind:
+            result.append("::\n\n" + indented("\n".join(lines).rstrip(), 3).rstrip())
+        elif len(lines) > 1 and all(re.match(r"[\w, ]+: ", line) for line in lines):  # a list of fields
+            result.append("\n".join("| " + re.sub(r"([\\*`|_])", r"\\\1", line) for line in lines))
+        elif lines:
+            parts = " ".join(lines).split("`")
             for i, part in enumerate(parts):
-                parts[i] = f"``{part}``" if i % 2 and len(parts) % 2 and part.strip() == part and part else re.sub(r"([\\*`|_])", r"\\\1", part)
-            result.append(" ".join("".join(parts).split("\n")))
+                code = i % 2 and len(parts) % 2 and part.strip() == part != ""
+                parts[i] = f"``{part}``\\ " if code else re.sub(r"([\\*`|_])", r"\\\1", part)
+            result.append("".join(parts).strip())
     return "\n\n".join(result)
 
 
-def python_entry(node, depth):
-    """A function, class or constant of the stubs as directives of Sphinx."""
+def python_entry(node, depth, known):
+    """A function, class or constant of the stubs as directives of Sphinx. `known`: names that have an entry in the index; a
+    further overload gets none."""
     pad = 3 * depth
+
+    def index():
+        fresh = node.name not in known
+        known.add(node.name)
+        return "" if fresh else "   :noindex:\n"
+
     if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef)):
         decorators = {ast.unparse(d).split(".")[-1] for d in node.decorator_list}
         if node.name.startswith("_") and node.name != "__init__":
@@ -129,16 +150,17 @@ def python_entry(node, depth):
             head = f".. py:{kind}:: {node.name}({arguments}){returns}\n"
             if "staticmethod" in decorators:
                 head += "   :staticmethod:\n"
-        return indented(head.rstrip() + "\n   :noindex:\n\n" + indented(literal(doc), 3), pad)
+        return indented(head.rstrip() + "\n" + index() + "\n" + indented(literal(doc), 3), pad)
     if isinstance(node, ast.ClassDef):
         bases = [ast.unparse(b) for b in node.bases if ast.unparse(b) not in ("object",)]
         head = f".. py:class:: {node.name}\n\n" + indented(literal(ast.get_docstring(node) or ""), 3)
         if bases:
-            head += indented("Derived from " + ", ".join(f"``{b}``" for b in bases) + ".", 3)
-        return indented(head, pad) + "\n" + "".join(python_entry(child, depth + 1) for child in node.body)
+            head += "\n" + indented("Derived from " + ", ".join(f"``{b}``" for b in bases) + ".", 3)
+        own = set()
+        return indented(head, pad) + "\n" + "".join(python_entry(child, depth + 1, own) for child in node.body)
     if isinstance(node, ast.AnnAssign) and isinstance(node.target, ast.Name) and not node.target.id.startswith("_"):
         kind = "attribute" if depth else "data"
-        return indented(f".. py:{kind}:: {node.target.id}\n   :type: {ast.unparse(node.annotation)}\n   :noindex:\n", pad)
+        return indented(f".. py:{kind}:: {node.target.id}\n   :type: {ast.unparse(node.annotation)}\n", pad)
     return ""
 
 
@@ -160,7 +182,8 @@ def python_reference(source, stubs):
         page = heading(name) + f".. py:module:: {name}\n\n"
         if ast.get_docstring(tree):
             page += literal(ast.get_docstring(tree)) + "\n\n"
-        entries = [python_entry(node, 0) for node in tree.body]
+        known = set()
+        entries = [python_entry(node, 0, known) for node in tree.body]
         (folder / f"{name}.rst").write_text(page + "\n".join(entry for entry in entries if entry))
         index += f"   {name}\n"
     (folder / "index.rst").write_text(index)

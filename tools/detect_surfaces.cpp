@@ -49,7 +49,7 @@ void declare(CLI::App& app, Flags& flags) {
                      "it), a calibration of OpenCV, ROS, Kalibr and others, or fx,fy,cx,cy in pixels");
   auto* rig = app.add_option(
       "--rig", flags.rig, "rig.json: surfaces are placed in its frame; the depth camera is --camera of it");
-  app.add_option("--camera", flags.camera, "The depth camera's name, for a file with several");
+  app.add_option("--camera-name", flags.camera, "The depth camera's name, for a file with several");
   add_parsed(
       app, "--gravity", [&](const std::string& text) { flags.gravity = io::parse_direction(text); },
       "Which way things fall in the camera's frame: x,y,z of any length; walls, floor, ceiling and tables "
@@ -60,7 +60,7 @@ void declare(CLI::App& app, Flags& flags) {
   app.add_flag("--main-planes", flags.main_planes,
                "Few large planes as a person names them: a door and its wall are one (default: all that the "
                "sensor can tell apart); their sigma and rms hold the steps");
-  app.add_option("--sensor", flags.sensor,
+  app.add_option("--sensor-model", flags.sensor,
                  "Noise: kinect-v1 (structured light, stereo) or tof (time of flight); a warning where the "
                  "image shows another")
       ->check(CLI::IsMember({"kinect-v1", "tof"}));

@@ -30,10 +30,10 @@ void declare(CLI::App& app, Flags& flags) {
   auto* markers = app.add_option("--markers", flags.markers,
                                  "markers.json: several markers and their places in the world");
   marker->excludes(markers);
-  app.add_option("--camera", flags.camera, "its name, for a rig with several");
+  app.add_option("--camera-name", flags.camera, "its name, for a rig with several");
   app.add_option("--projector", flags.projector, "its name, for a rig with several");
   app.add_option("-o,--output", flags.output, "pose.json to write, for solve-surfaces --pose")->required();
-  app.add_option("--annotate", flags.annotate,
+  app.add_option("--preview", flags.annotate,
                  "Also write the image with the markers as found (green), as the pose has them (red) and the "
                  "world's axes (x red, y green, z blue), .png");
   app.callback([marker, markers] {

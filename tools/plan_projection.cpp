@@ -77,7 +77,8 @@ void declare(CLI::App& app, Flags& flags) {
       "the target's centre, right and down from the wall's origin, e.g. 0.2m,-0.3m (default: where it fits "
       "best)")
       ->needs(target);
-  add_length(app, "--viewer", flags.site.viewer_distance, "distance of the reader from the wall, e.g. 3m");
+  add_length(app, "--viewer-distance", flags.site.viewer_distance,
+             "distance of the reader from the wall, e.g. 3m");
   add_length(app, "--text-height", flags.site.text_height,
              "height of the smallest capitals that shall be read, e.g. 20mm");
   app.add_option("-o,--output", flags.output, "also draw the plan, .svg");

@@ -49,7 +49,7 @@ void declare(CLI::App& app, Flags& flags) {
       "the robot drives and turns: 0.5m/s,30deg/s");
   add_parsed(
       app, "--speed-sigma", [&](const std::string& text) { flags.speed_sigma = io::parse_speed(text); },
-      "how well that is known, each axis, where --predict uses it");
+      "how well that is known, each axis, where --with-prediction uses it");
   add_parsed(
       app, "--forward", [&](const std::string& text) { flags.forward = io::parse_direction(text); },
       "where it drives, in the rig's frame (0,0,1: as the camera looks)");
@@ -62,7 +62,7 @@ void declare(CLI::App& app, Flags& flags) {
   add_parsed(
       app, "--delay-sigma", [&](const std::string& text) { flags.delay_sigma = io::parse_delay(text); },
       "how well the delay is known");
-  app.add_flag("--predict", flags.predict, "the pose is predicted to the moment of light");
+  app.add_flag("--with-prediction", flags.predict, "the pose is predicted to the moment of light");
   app.add_flag("--whole-pixels", flags.whole_pixels,
                "content moves in whole projector pixels (not with procam's renderer)");
   app.add_option("--monte-carlo", flags.draws, "draw so many cases beside the closed form")

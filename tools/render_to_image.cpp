@@ -40,14 +40,22 @@ void declare(CLI::App& app, Flags& flags) {
   app.add_option("--crop", flags.crop,
                  "SURFACE=LEFT,TOP,RIGHT,BOTTOM, fractions of the picture; else the surface file's own");
   app.add_option("-o,--output", frames.output,
-                 "the projector's frame, .png, or its light as floats, .exr; with --seconds frames, "
+                 "the projector's frame, .png, or its light as floats, .exr; with --duration frames, "
                  "frame_%04d.png or "
                  ".exr, or a video: .mkv (lossless), .mp4, .avi")
       ->required();
   app.add_option("--time", frames.time_s, "seconds since the content began, of the first frame [0]")
       ->check(within(0, limits::kDurationS));
-  app.add_option("--seconds", frames.seconds, "how long frames are written")->check(within(1e-3, 86400));
-  app.add_option("--fps", frames.fps, "frames a second, with --seconds [25]")->check(within(1e-3, 1e3));
+  add_parsed(
+      app, "--duration",
+      [&](const std::string& text) {
+        frames.seconds = io::parse_duration(text);
+        if (frames.seconds < 1e-3 || frames.seconds > 86400)
+          throw Error(ErrorKind::kInput, "duration '" + text + "'", "it is not from 1 ms to 86400 s",
+                      "write the time that the frames last, e.g. 10s");
+      },
+      "how long frames are written, e.g. 10s");
+  app.add_option("--fps", frames.fps, "frames a second, with --duration [25]")->check(within(1e-3, 1e3));
   app.add_option("--preview", frames.preview, "what a person facing the surfaces would see, .png");
   add_parsed(
       app, "--viewer", [&](const std::string& text) { flags.eye = io::parse_position(text); },

@@ -58,10 +58,10 @@ void declare(CLI::App& app, Flags& flags) {
          "-o,--output", flags.output,
          "surface definitions to write, .json or .xml; each mesh is written beside it, for surfaces.json as surfaces_scan.ply")
       ->required();
-  app.add_option("--points", flags.points,
+  app.add_option("--save-points", flags.points,
                  "Also write the points with normals and standard deviations, .ply or .pcd");
   app.add_option(
-      "--depth", flags.depth,
+      "--save-depth", flags.depth,
       "Also write the camera's depths in metres, .pfm (0: not measured): detect-surfaces finds planes in them");
   app.add_option("--preview", flags.preview, "Also draw the surface and its standard deviation, .png");
   app.add_option("--truth", flags.truth,
@@ -178,7 +178,7 @@ int main(int argc, char** argv) {
       {"scan-surfaces",
        "Measures the shape of a room from captures of Gray code or phase shift and a calibrated rig: points with standard "
        "deviations, and a mesh that content can be put on.",
-       "scan-surfaces --captures scan --rig rig.json -o surfaces.json --points points.ply --preview scan.png"},
+       "scan-surfaces --captures scan --rig rig.json -o surfaces.json --save-points points.ply --preview scan.png"},
       [&](CLI::App& app) { declare(app, flags); },
       [&](Console& console) { return scan_surfaces(flags, console); });
 }

@@ -43,11 +43,11 @@ void declare(CLI::App& app, Flags& flags) {
       ->check(CLI::Range(1, 8))
       ->capture_default_str();
   app.add_flag(
-      "--markers", options.markers,
+      "--marker-view", options.markers,
       "also marker_view.png, markers on the wall as the rig's camera sees them, with markers.json and "
       "truth_projector_from_world.json: try locate-projector on it");
   auto* check = app.add_option(
-      "--check", options.check,
+      "--check-board", options.check,
       "also check/frame_00.png ..., this projected board (e.g. charuco) on the bare wall, with "
       "session.json and surfaces.json: try verify-projection on it");
   add_parsed(

@@ -44,7 +44,7 @@ void declare(CLI::App& app, Flags& flags) {
       "--pattern", flags.pattern,
       "the projected board that was shown: chessboard, charuco, markers or circles, with its layout as "
       "in session.json (default: from session.json in that folder or the one above)");
-  app.add_option("--camera", flags.camera, "its name, for a rig with several");
+  app.add_option("--camera-name", flags.camera, "its name, for a rig with several");
   app.add_option("--projector", flags.projector, "its name, for a rig with several");
   app.add_option_function<std::string>(
          "--correct",
@@ -75,7 +75,7 @@ void declare(CLI::App& app, Flags& flags) {
       ->capture_default_str();
   app.add_option("-o,--output", flags.output,
                  "the corrected file: rig.json for --correct projector, surfaces.json for --correct surface");
-  app.add_option("--picture", flags.picture, "also draw the errors on the surface, .svg");
+  app.add_option("--preview", flags.picture, "also draw the errors on the surface, .svg");
   app.callback([&flags] {
     if (flags.output.empty() != (flags.options.correct == analyze::Correct::kNothing))
       throw CLI::ValidationError("--correct and -o", "go together: what to correct, and the file for it");

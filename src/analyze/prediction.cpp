@@ -83,7 +83,7 @@ std::string advice_for(const SurfacePrediction& prediction, const ErrorSources& 
                              fixed(best->without_mm, 1) + " mm";
   if (best->name == "delay")
     return (sources.motion.predicted ? "a shorter delay, or a better known speed,"
-                                     : "predicting the pose to the moment of light (--predict)") +
+                                     : "predicting the pose to the moment of light (--with-prediction)") +
            effect;
   if (best->name == "rig pose: rotation")
     return "a better known direction of the robot (a marker on the surface, a gyro)" + effect;

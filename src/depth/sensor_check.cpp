@@ -42,11 +42,11 @@ SensorCheck check_sensor(const Planes& planes, const DepthImage& image, const Ra
   }
   if (better.empty() && !(off(out.ratio) > std::log(kTooMuch))) return out;
   out.fault =
-      format("its readings vary by %.1f times the noise of --sensor %s", out.ratio, sensor.name.c_str()) +
+      format("its readings vary by %.1f times the noise of --sensor-model %s", out.ratio, sensor.name.c_str()) +
       others;
   out.next = better.empty()
-                 ? "check --scale and --sensor (kinect-v1: structured light and stereo; tof: time of flight)"
-                 : "give --sensor " + better;
+                 ? "check --scale and --sensor-model (kinect-v1: structured light and stereo; tof: time of flight)"
+                 : "give --sensor-model " + better;
   return out;
 }
 

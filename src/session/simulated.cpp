@@ -133,9 +133,9 @@ SimulatedFolder write_fleet(const fs::path& place, const SimulationOptions& opti
   if (pattern.on_blank_paper() || options.markers || options.board || !options.check.empty())
     throw Error(ErrorKind::kUnsupported,
                 pattern.on_blank_paper() ? "pattern '" + options.pattern + "'"
-                : options.markers        ? "--markers"
+                : options.markers        ? "--marker-view"
                 : options.board          ? "--board"
-                                         : "--check",
+                                         : "--check-board",
                 "it is simulated for one camera and one projector", "leave out --cameras and --projectors");
   const simulate::Fleet fleet = simulate::make_fleet(options.level, options.seed, options.cameras,
                                                      options.projectors, conditions_of(options));
@@ -192,7 +192,7 @@ SimulatedFolder write_room(const fs::path& place, const SimulationOptions& optio
       options.projectors > 1)
     throw Error(ErrorKind::kUnsupported, "--room",
                 "a room is simulated for one camera and one projector, without boards",
-                "leave out --board, --markers, --check, --cameras and --projectors");
+                "leave out --board, --marker-view, --check-board, --cameras and --projectors");
   const simulate::SimulatedSession session =
       simulate::make_session(options.level, options.seed, std::nullopt, std::nullopt, conditions_of(options));
   const simulate::Room room = simulate::scan_scene(options.room);

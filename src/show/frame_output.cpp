@@ -32,7 +32,7 @@ FrameOutput::FrameOutput(const FrameFilesOptions& options, ImageSize size)
   std::string extension = std::filesystem::path(pattern_).extension().string();
   holds_light_ = extension == ".exr" || extension == ".EXR";
   if (holds_light_ && many_ && !numbered(pattern_, 0))
-    throw Error(ErrorKind::kInput, pattern_, "an .exr holds one frame, and --seconds makes several",
+    throw Error(ErrorKind::kInput, pattern_, "an .exr holds one frame, and --duration makes several",
                 "number them: frame_%04d.exr");
   if (holds_light_ && options.gamma > 0)
     throw Error(ErrorKind::kInput, "--gamma with an .exr", "it holds light, not a projector's values",

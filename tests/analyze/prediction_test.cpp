@@ -21,7 +21,7 @@ TEST(Prediction, RanksTheCausesAndNamesTheChangeThatHelpsMost) {
   EXPECT_NEAR(wall.size.x(), 0.7, 1e-12);
   ASSERT_FALSE(wall.causes.empty());
   EXPECT_EQ(wall.causes.front().name, "delay");
-  EXPECT_TRUE(procam::test::contains(wall.advice, "--predict")) << wall.advice;
+  EXPECT_TRUE(procam::test::contains(wall.advice, "--with-prediction")) << wall.advice;
   double squares = 0;
   for (std::size_t i = 0; i < wall.causes.size(); ++i) {
     EXPECT_LE(wall.causes[i].rms_mm, wall.causes[i == 0 ? 0 : i - 1].rms_mm);
@@ -47,7 +47,7 @@ TEST(Prediction, RanksTheCausesAndNamesTheChangeThatHelpsMost) {
       predict_surface("wall", room.path(), room.plane_from_content, room.sources);
   // Not quite the same: without prediction the spread is that of the place where the drive leads.
   EXPECT_NEAR(predicted.rms_mm / wall.causes.front().without_mm, 1, 0.1);
-  EXPECT_FALSE(procam::test::contains(predicted.advice, "--predict")) << predicted.advice;
+  EXPECT_FALSE(procam::test::contains(predicted.advice, "--with-prediction")) << predicted.advice;
 }
 
 TEST(Prediction, CausesOfNoPointsAndOfUnequalPointsAreRefused) {

@@ -37,7 +37,7 @@ NOT_RUN = {
     r"--blend|--projector (left|right)": "several projectors: tests/e2e/content_route_test.cpp",
     r"--virtual": "a file of virtual objects: tests/e2e/viewer_route_test.cpp",
     r"^(bench_|test_|air_hockey|exercise)": "a program of the tests or examples",
-    r"--seconds 10": "a long video: tests/e2e/content_route_test.cpp",
+    r"--duration 10s": "a long video: tests/e2e/content_route_test.cpp",
 }
 
 

@@ -87,16 +87,16 @@ TEST_F(ContentRoute, FramesOfLightAreExr) {
   const int x = values.width() / 2, y = values.height() / 2;
   EXPECT_NEAR(row(y, 2, x), 0.21586, 5e-5) << "red 0x80";
   EXPECT_NEAR(row(y, 0, x), 0.01444, 5e-5) << "blue 0x20";
-  ASSERT_EQ(render(content + "--seconds 0.1 --fps 20 -o " + at("l_%02d.exr")).exit_code, 0);
+  ASSERT_EQ(render(content + "--duration 0.1s --fps 20 -o " + at("l_%02d.exr")).exit_code, 0);
   EXPECT_TRUE(fs::exists(folder_ / "l_01.exr"));
-  EXPECT_NE(render(content + "--seconds 0.1 -o " + at("l.exr")).exit_code, 0);
+  EXPECT_NE(render(content + "--duration 0.1s -o " + at("l.exr")).exit_code, 0);
   EXPECT_NE(render(content + "--gamma 2.2 -o " + at("l.exr")).exit_code, 0);
   EXPECT_NE(render(content + "--renderer gl -o " + at("l.exr")).exit_code, 0);
 }
 
 TEST_F(ContentRoute, SequencesBecomeFramesAndVideos) {
   solve("left", "solved.json");
-  const std::string content = "--content wall=" + at("shots") + "/p%d.png@10 --seconds 0.5 ";
+  const std::string content = "--content wall=" + at("shots") + "/p%d.png@10 --duration 0.5s ";
   const ToolRun frames = render(content + "--fps 10 --time 0.1 -o " + at("f_%02d.png") + " --json");
   ASSERT_EQ(frames.exit_code, 0) << frames.err;
   EXPECT_EQ(frames.json()["frames"], 5);

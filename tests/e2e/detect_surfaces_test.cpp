@@ -94,10 +94,10 @@ TEST_F(DetectSurfaces, NamesTheSensorThatTheNoiseFits) {
   ASSERT_EQ(own.exit_code, 0) << own.err;
   EXPECT_TRUE(own.json()["sensor"]["fits"].get<bool>());
   EXPECT_EQ(own.err.find("sensor"), std::string::npos) << own.err;
-  const ToolRun other = run("depth.png", camera_ + " --sensor tof");
+  const ToolRun other = run("depth.png", camera_ + " --sensor-model tof");
   ASSERT_EQ(other.exit_code, 0) << other.err;
   EXPECT_FALSE(other.json()["sensor"]["fits"].get<bool>());
-  EXPECT_NE(other.err.find("give --sensor kinect-v1"), std::string::npos) << other.err;
+  EXPECT_NE(other.err.find("give --sensor-model kinect-v1"), std::string::npos) << other.err;
   // And its planes are found all the same.
   EXPECT_EQ(other.json()["surfaces"].size(), 2u);
 }
@@ -148,7 +148,7 @@ TEST_F(DetectSurfaces, RefusesBadDepthInThreeParts) {
       noise.at(x, y) = std::uint16_t(500 + (state >> 16) % 4000);
     }
   io::save_depth(folder_ / "noise.png", noise);
-  expect_refused(run("noise.png", camera_), 4, "times the noise of --sensor kinect-v1");
+  expect_refused(run("noise.png", camera_), 4, "times the noise of --sensor-model kinect-v1");
 }
 
 TEST_F(DetectSurfaces, PlacesThemInTheWorldByAPose) {

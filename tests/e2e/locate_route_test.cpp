@@ -47,7 +47,7 @@ class LocateRoute : public ::testing::Test {
 
 TEST_F(LocateRoute, FindsTheProjectorFromAMapAndFromOneMarker) {
   const ToolRun mapped =
-      locate("--markers " + at("markers.json") + " --annotate " + at("seen.png") + " --json");
+      locate("--markers " + at("markers.json") + " --preview " + at("seen.png") + " --json");
   ASSERT_EQ(mapped.exit_code, 0) << mapped.err;
   const FrameTree::Link pose = io::load_pose(folder_ / "pose.json");
   EXPECT_EQ(pose.target, "projector");

@@ -81,7 +81,7 @@ TEST_F(Nonsense, IsRefusedByPredictError) {
 TEST_F(Nonsense, IsRefusedByVerifyProjection) {
   const auto call = [&](const std::string& rig, const std::string& more) {
     return "--rig " + rig + " --surfaces " + at("wall.json") + " --captures " + at("captures") +
-           " --pattern charuco --correct projector -o " + at("out.json") + " --picture " + at("marks.svg") +
+           " --pattern charuco --correct projector -o " + at("out.json") + " --preview " + at("marks.svg") +
            more;
   };
   expect_refused("verify-projection", {{call(truth(), " --map-sigma=-5mm"), 2, "negative"},

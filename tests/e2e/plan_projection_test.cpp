@@ -11,11 +11,11 @@ const std::string kSheet = "--resolution 1280x801 --throw-ratio 0.83 --lens-shif
 TEST(PlanProjection, SaysAndDrawsWhatTheProjectorWillDo) {
   const ScratchFolder folder;
   const std::string svg = (folder / "plan.svg").string();
-  const ToolRun run = run_tool("plan-projection",
-                               kSheet +
-                                   "--f-number 1.9 --focal-length 13.7mm --distance 166cm --target 1.5mx90cm "
-                                   "--target-at 140mm,-0.576m --viewer 4m --text-height 20mm --json -o " +
-                                   svg);
+  const ToolRun run = run_tool(
+      "plan-projection", kSheet +
+                             "--f-number 1.9 --focal-length 13.7mm --distance 166cm --target 1.5mx90cm "
+                             "--target-at 140mm,-0.576m --viewer-distance 4m --text-height 20mm --json -o " +
+                             svg);
   ASSERT_EQ(run.exit_code, 0) << run.err;
   const auto json = run.json();
   // Straight before the wall: two metres wide, its middle moved by the lens shift.
@@ -33,10 +33,11 @@ TEST(PlanProjection, SaysAndDrawsWhatTheProjectorWillDo) {
 }
 
 TEST(PlanProjection, WarnsAndStillPlans) {
-  const ToolRun run = run_tool("plan-projection", kSheet +
-                                                      "--f-number 1.9 --focal-length 13.7mm --distance 2m "
-                                                      "--yaw 45deg --pitch -5deg --roll 3deg --viewer 3m "
-                                                      "--text-height 10mm --target 3mx3m --target-at 2m,-1m");
+  const ToolRun run =
+      run_tool("plan-projection", kSheet +
+                                      "--f-number 1.9 --focal-length 13.7mm --distance 2m "
+                                      "--yaw 45deg --pitch -5deg --roll 3deg --viewer-distance 3m "
+                                      "--text-height 10mm --target 3mx3m --target-at 2m,-1m");
   EXPECT_EQ(run.exit_code, 0) << run.err;
   EXPECT_NE(run.out.find("capitals of"), std::string::npos) << run.out;
   for (const char* words : {"warning: light meets the wall at", "% of the target is lit",
@@ -65,7 +66,7 @@ TEST(PlanProjection, RefusesNonsenseWithItsReason) {
       {"--throw-ratio 1.2 --distance 2m --target 0mx1m", 3, "target width 0 m"},
       {"--throw-ratio 1.2 --distance 2m --target-at 0m,0m", 2, "--target"},
       {"--throw-ratio 1.2 --distance 2m --lens-shift 0.5", 2, "--lens-shift"},
-      {"--throw-ratio 1.2 --distance 2m --viewer 0m", 3, "viewer distance 0 m"},
+      {"--throw-ratio 1.2 --distance 2m --viewer-distance 0m", 3, "viewer distance 0 m"},
       {"--distance 2m", 2, "--throw-ratio"},
   };
   for (const auto& bad : cases) {

@@ -38,8 +38,8 @@ class ScanRoute : public ::testing::Test {
 
 TEST_F(ScanRoute, FromARoomToContentOnIt) {
   simulate("--room corner");
-  const ToolRun run = scan("--points " + at("points.pcd") + " --depth " + at("depth.pfm") + " --preview " +
-                           at("seen.png") + " --truth " + at("room/view_00/truth_depth.pfm"));
+  const ToolRun run = scan("--save-points " + at("points.pcd") + " --save-depth " + at("depth.pfm") +
+                           " --preview " + at("seen.png") + " --truth " + at("room/view_00/truth_depth.pfm"));
   ASSERT_EQ(run.exit_code, 0) << run.err;
   const auto scans = run.json()["scans"];
   ASSERT_EQ(scans.size(), 1u);

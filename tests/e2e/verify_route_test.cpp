@@ -81,7 +81,7 @@ TEST_F(VerifyRoute, FindsABumpAndBringsTheLightBack) {
   const double before = analyze::true_light_error(io::load_rig(folder_ / "rig.json"), world_.rig, 2).worst_mm;
   EXPECT_GT(before, 6);
   const ToolRun run = verify(wall + " --correct projector --sigma-bump 1deg,20mm -o " + at("corrected.json") +
-                             " --picture " + at("seen.svg") + " --json");
+                             " --preview " + at("seen.svg") + " --json");
   ASSERT_EQ(run.exit_code, 5) << run.err;
   const auto json = run.json();
   EXPECT_TRUE(json.at("alarm").get<bool>());
@@ -151,7 +151,7 @@ TEST_F(VerifyRoute, RefusesCapturesThatShowSomethingElse) {
   Pose behind = simulate::rig_from_wall(world_);
   behind.translation *= -1;
   save_wall("behind.json", behind);
-  refused(3, "cannot reach the surface", "--surfaces " + at("behind.json") + " --picture " + at("marks.svg"));
+  refused(3, "cannot reach the surface", "--surfaces " + at("behind.json") + " --preview " + at("marks.svg"));
   EXPECT_FALSE(fs::exists(folder_ / "marks.svg"));
   save("unlit", {ImageU8(seen[0].size(), 1, 9), ImageU8(seen[0].size(), 1, 8)});
   refused(3, "same light", wall, "unlit");

@@ -9,6 +9,7 @@
 #include <stdexcept>
 
 #include "common/help.hpp"
+#include "common/renamed_options.hpp"
 
 namespace procam::tools {
 namespace {
@@ -312,6 +313,34 @@ TEST(Summary, SurvivesFileNamesThatAreNoUtf8) {
   Summary summary;
   summary.set("/file", "wall\xff.png");
   EXPECT_TRUE(contains(summary.to_json(), "wall\xEF\xBF\xBD.png"));
+}
+
+TEST(RenamedOptions, OldSpellingsAreAcceptedWithANote) {
+  const CurrentArguments now =
+      with_current_names("render-to-image", {"--seconds", "10", "--seconds=0.5", "--fps", "25"});
+  EXPECT_EQ(now.arguments, (std::vector<std::string>{"--duration", "10s", "--duration=0.5s", "--fps", "25"}));
+  EXPECT_EQ(now.notes.size(), 2u);
+}
+
+TEST(RenamedOptions, OnlyOfTheToolThatHadThem) {
+  EXPECT_EQ(with_current_names("capture-session", {"--camera", "0"}).arguments,
+            (std::vector<std::string>{"--camera", "0"}));
+  const CurrentArguments now =
+      with_current_names("locate-projector", {"--camera", "left", "--annotate=seen.png"});
+  EXPECT_EQ(now.arguments, (std::vector<std::string>{"--camera-name", "left", "--preview=seen.png"}));
+  ASSERT_EQ(now.notes.size(), 2u);
+  EXPECT_EQ(now.notes[1], "--annotate is now --preview; the old name is accepted for one more version");
+}
+
+TEST(RenamedOptions, ReachTheTool) {
+  std::string name;
+  const char* const arguments[] = {"locate-projector", "--camera", "left"};
+  const int code = run_tool(
+      3, arguments, {"locate-projector", "Finds a projector.", "locate-projector --camera-name left"},
+      [&](CLI::App& app) { app.add_option("--camera-name", name, "its name"); },
+      [](Console&) { return ExitCode::kOk; });
+  EXPECT_EQ(code, 0);
+  EXPECT_EQ(name, "left");
 }
 
 }  // namespace

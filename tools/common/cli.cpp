@@ -17,6 +17,7 @@
 
 #include "common/help.hpp"
 #include "common/note_groups.hpp"
+#include "common/renamed_options.hpp"
 
 namespace procam::tools {
 namespace {
@@ -295,6 +296,9 @@ int run_tool(int argc, const char* const* argv, const ToolInfo& info,
   Console console(json);
   const SignalScope signals;
   try {
+    const CurrentArguments now =
+        with_current_names(info.name, std::vector<std::string>(argv + std::min(argc, 1), argv + argc));
+    for (const std::string& note : now.notes) console.log("note: " + note);
     CLI::App app(help_opening(info), info.name);
     app.set_version_flag("--version", info.name + " (procam " PROCAM_VERSION ")");
     app.add_flag("--json", json, "Print a machine-readable summary on stdout; sentences go to stderr");
@@ -302,7 +306,9 @@ int run_tool(int argc, const char* const* argv, const ToolInfo& info,
     declare(app);
     arrange_help(app);
     try {
-      app.parse(argc, argv);
+      // CLI11 takes them in reverse order.
+      std::vector<std::string> arguments(now.arguments.rbegin(), now.arguments.rend());
+      app.parse(std::move(arguments));
     } catch (const CLI::Success& asked) {  // --help, --version
       app.exit(asked);
       require_written(std::cout.flush());

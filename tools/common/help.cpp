@@ -27,11 +27,11 @@ constexpr ValueType kValueTypes[] = {
      " simulate-captures:output capture-session:output make-patterns:output calibrate-camera:images "},
     {"FORMAT", " procam-convert:to "},
     {"ROOM", " simulate-captures:room "},
-    {"BOARD", " simulate-captures:check "},
-    {"LENGTH", " plan-projection:viewer "},
+    {"BOARD", " simulate-captures:check-board "},
+    {"LENGTH", " plan-projection:viewer-distance "},
     {"FILE",
-     " annotate blend check depth image intrinsics known-camera markers mount observations output picture points pose "
-     "preview record replay report rig save-board save-show show shown surfaces truth virtual weights "
+     " blend check depth image intrinsics known-camera markers mount observations output points pose "
+     "preview record replay report rig save-board save-depth save-points save-show show shown surfaces truth virtual weights "
      "write-observations sensor mirror-view INPUT "},
     {"FOLDER", " captures data decoded figures watch images project "},
     {"LENGTH",
@@ -43,7 +43,7 @@ constexpr ValueType kValueTypes[] = {
     {"WxH", " camera-size grid projector-size resolution size target "},
     {"BOARD", " board mirror-board "},
     {"MARKER", " marker "},
-    {"NAME", " child depth-camera device frame marker-camera-name projector surface view "},
+    {"NAME", " camera-name child depth-camera device frame marker-camera-name projector surface view "},
     {"SHARE", " duplicate garbage loss reorder "},
     {"SURFACE=VALUE", " content crop fit reflectance "},
     {"PROJECTOR=NUMBER", " black brightness "},
@@ -70,7 +70,7 @@ constexpr ValueType kValueTypes[] = {
 
 /// Files that a tool writes beside its one result.
 constexpr const char* kResults =
-    " annotate data figures json output picture preview record report save-board save-show weights write-observations ";
+    " data figures json output preview record report save-board save-depth save-points save-show weights write-observations ";
 
 bool is_listed(const char* list, const std::string& name) {
   return std::string(list).find(" " + name + " ") != std::string::npos;

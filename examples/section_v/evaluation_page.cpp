@@ -107,10 +107,10 @@ std::string of_sheet_result(const Evaluation& evaluation, const SheetEvaluation&
   if (result.turn)
     words = element("p", "class=\"hint\"",
                     "One pixel of reprojection error is " + significant(result.mm_per_pixel, 2) +
-                        " mm here. A turn of all light by " +
-                        significant(result.turn->rotation.norm() / kDegree, 2) + "° explains " +
+                        " mm here. A common rotation of the projector by " +
+                        significant(result.turn->rotation.norm() / kDegree, 2) + "° would explain " +
                         fixed(100 * result.turn->explained, 0) + " % of the squared error; " +
-                        significant(result.turn->rest_mm, 2) + " mm (rms) are left.");
+                        significant(result.turn->rest_mm, 2) + " mm RMS remain.");
   return element("div", "class=\"key\"", key) + "\n" + corner_table(result) + words + "\n" +
          element("div", "class=\"pair\"",
                  scatter(evaluation, result) +

@@ -115,13 +115,14 @@ Outcome simulate_trial(const Flags& flags, Console& console, Diagnostics& diagno
                    true_calibration = evaluate(sheets, experiment.with_true_calibration, projector);
   for (std::size_t i = 0; i < outcome.evaluation.results.size(); ++i) {
     const SheetEvaluation& one = outcome.evaluation.results[i];
-    outcome.verdict.push_back("On the sheet at " + one.sheet.name + " the corners land " + mm(one.median_mm) +
-                              " from their places (median; " + mm(one.worst_mm) + " at worst).");
+    outcome.verdict.push_back("Sheet at " + one.sheet.name + ": the projected corners are " +
+                              mm(one.median_mm) + " off (median; largest " + mm(one.worst_mm) + ").");
+    outcome.verdict.push_back(one.sheet.name + ": " + mm(true_calibration.results[i].median_mm) +
+                              " with a perfect calibration (marker detection noise only).");
     outcome.verdict.push_back(
-        one.sheet.name + ": " + mm(true_calibration.results[i].median_mm) +
-        " with the true calibration (the marker's picture alone), " + mm(true_pose.results[i].median_mm) +
-        " with the true pose in place of the marker's, which takes back what camera and "
-        "projector have wrong in common.");
+        one.sheet.name + ": " + mm(true_pose.results[i].median_mm) +
+        " if the pose came from an external tracker: calibration errors shared by camera and projector then no "
+        "longer cancel.");
     const std::string at = "/sheets/" + std::to_string(i);
     console.summary().set(at + "/with_true_pose_median_mm", true_pose.results[i].median_mm);
     console.summary().set(at + "/with_true_calibration_median_mm", true_calibration.results[i].median_mm);

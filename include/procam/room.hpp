@@ -1,0 +1,4 @@
+#pragma once
+/// Every public header of procam::room.
+#include "procam/room/calibrate_room.hpp"
+#include "procam/room/points.hpp"

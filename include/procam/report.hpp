@@ -5,5 +5,6 @@
 #include "procam/report/plan.hpp"
 #include "procam/report/prediction.hpp"
 #include "procam/report/room.hpp"
+#include "procam/report/room_calibration.hpp"
 #include "procam/report/scan.hpp"
 #include "procam/report/verify.hpp"

@@ -101,7 +101,8 @@ Layout Adjustment::layout(const RoomState& state) const {
   return out;
 }
 
-bool Adjustment::linearise(const RoomState& state, const Layout* layout, int point, Rows& rows) const {
+bool Adjustment::linearise(const RoomState& state, const Layout* layout, int point, Rows& rows,
+                           bool only_anchor) const {
   const RoomPoint& p = points_.points[std::size_t(point)];
   const int anchor = points_.maps[std::size_t(p.readings[0].map)].position;
   const double w = state.inverse_depth[std::size_t(point)];
@@ -115,7 +116,7 @@ bool Adjustment::linearise(const RoomState& state, const Layout* layout, int poi
   if (!(std::abs(w) < 1e4)) return false;
 
   std::vector<int> in_use;
-  for (int r = 0; r < int(p.readings.size()); ++r)
+  for (int r = 0; r < (only_anchor ? 1 : int(p.readings.size())); ++r)
     if (active(state, point, r)) in_use.push_back(r);
   if (in_use.empty()) return false;
   rows.count = 2 * int(in_use.size());
@@ -164,9 +165,9 @@ bool Adjustment::linearise(const RoomState& state, const Layout* layout, int poi
     ray_by_lens.topRows<2>() = -at->by_point.leftCols<2>().inverse() * at->by_lens;
   }
 
-  const auto add = [&](int row, const Mat23& by_rig_direction, const Mat23& by_point, const Camera&, int pose,
-                       int lens, const ProjectedPoint& projected, const Mat2& weight) {
-    // by_rig_direction: derivative by U; by_point: by Y.
+  // by_rig_direction: the weighted derivative by U.
+  const auto add = [&](int row, const Mat23& by_rig_direction, int pose, int lens, const ProjectedPoint& projected,
+                       const Mat2& weight) {
     const Pose& place = state.rig_from_device[std::size_t(pose)];
     rows.by_depth.segment<2>(row) += by_rig_direction * (rig_from_anchor.translation - place.translation);
     if (layout == nullptr) return;
@@ -192,7 +193,6 @@ bool Adjustment::linearise(const RoomState& state, const Layout* layout, int poi
       if (columns[i] >= 0)
         rows.by_parameters.block<2, 1>(row, rows.local[std::size_t(columns[i])]) +=
             weight * projected.by_lens.col(Eigen::Index(i));
-    (void)by_point;
   };
 
   rows.by_depth.setZero();
@@ -212,10 +212,9 @@ bool Adjustment::linearise(const RoomState& state, const Layout* layout, int poi
     Vec2 residual = reading.projector_pixel - light->pixel;
     {
       const Mat2 weight = -whiten;
-      const Mat23 by_point = weight * light->by_point;
       const Mat23 by_rig =
-          by_point * state.rig_from_device[std::size_t(projector)].rotation_matrix().transpose();
-      add(row, by_rig, by_point, lit, projector, projector_glass, *light, weight);
+          weight * light->by_point * state.rig_from_device[std::size_t(projector)].rotation_matrix().transpose();
+      add(row, by_rig, projector, projector_glass, *light, weight);
     }
     if (map.position != anchor) {
       const int glass = camera_lens(map.position);
@@ -224,10 +223,9 @@ bool Adjustment::linearise(const RoomState& state, const Layout* layout, int poi
       if (!image) return false;
       residual += reading.projector_by_camera * (image->pixel - reading.camera_pixel);
       const Mat2 weight = whiten * reading.projector_by_camera;
-      const Mat23 by_point = weight * image->by_point;
       const Mat23 by_rig =
-          by_point * state.rig_from_device[std::size_t(map.position)].rotation_matrix().transpose();
-      add(row, by_rig, by_point, lens, map.position, glass, *image, weight);
+          weight * image->by_point * state.rig_from_device[std::size_t(map.position)].rotation_matrix().transpose();
+      add(row, by_rig, map.position, glass, *image, weight);
     }
     rows.residual.segment<2>(row) = whiten * residual;
   }
@@ -400,9 +398,10 @@ double Adjustment::scatter(const RoomState& state) const {
 }
 
 std::optional<Adjustment::DepthGradient> Adjustment::depth_gradient(const RoomState& state,
-                                                                    const Layout& layout, int point) const {
+                                                                    const Layout& layout, int point,
+                                                                    bool only_anchor) const {
   Rows rows;
-  if (!linearise(state, &layout, point, rows)) return std::nullopt;
+  if (!linearise(state, &layout, point, rows, only_anchor)) return std::nullopt;
   const double w = state.inverse_depth[std::size_t(point)], by_depth = rows.by_depth.squaredNorm();
   if (!(by_depth > 0) || !(w > 0)) return std::nullopt;
   DepthGradient out{VecX::Zero(layout.size), 1 / (std::sqrt(by_depth) * w)};

@@ -94,12 +94,16 @@ class Adjustment {
     VecX by_parameters;
     double noise = 0;
   };
-  std::optional<DepthGradient> depth_gradient(const RoomState& state, const Layout& layout, int point) const;
+  /// `only_anchor`: by the anchor's camera and projector alone, as a scan of the rig measures it.
+  std::optional<DepthGradient> depth_gradient(const RoomState& state, const Layout& layout, int point,
+                                              bool only_anchor) const;
+  /// What the lenses' priors cost, squares of standard deviations.
+  double prior(const RoomState& state) const { return prior_cost(state, layout(state), nullptr); }
   RoomState moved(const RoomState& state, const Layout& layout, const VecX& step) const;
 
  private:
   struct Rows;
-  bool linearise(const RoomState& state, const Layout* layout, int point, Rows& rows) const;
+  bool linearise(const RoomState& state, const Layout* layout, int point, Rows& rows, bool only_anchor = false) const;
   double cost(const RoomState& state, const Layout& layout, double loss_square) const;
   double prior_cost(const RoomState& state, const Layout& layout, Normal* normal) const;
   bool active(const RoomState& state, int point, int reading) const;

@@ -46,6 +46,7 @@ class Route {
     covariance_ = adjustment_->covariance(state_, layout_, groups(), int(points_.maps.size()) * kGroupColumns * kGroupRows,
                                           std::max(1e-6, result_.scatter));
     measure_parallax();
+    check_known_lenses();
     find_scale();
     check_walls();
     fill_rig();
@@ -90,7 +91,7 @@ class Route {
         if (plan.guess[c]) plan.lenses[c].intrinsics.fx = plan.lenses[c].intrinsics.fy *= std::exp(0.15 * step);
       try {
         Started trial = start_room(points_, plan, options_.threads);
-        if (!best || trial.scatter < best->scatter) best = std::move(trial);
+        if (!best || trial.merit < best->merit) best = std::move(trial);
       } catch (const Error& error) {
         problem = error;
       }
@@ -165,8 +166,9 @@ class Route {
 
   void check_fit() const {
     const int all = result_.points + result_.outliers;
-    const bool few = result_.points < all / 2;
+    const bool few = result_.points < all / 3;
     if (result_.points >= 50 && !few && result_.rms_px < options_.max_rms_px) return;
+    refuse_if_turned_only(points_, plan_);
     throw Error(ErrorKind::kNotConverged, "the room's light",
                 few ? "no rig explains it: " + std::to_string(result_.outliers) + " of " + std::to_string(all) +
                           " points are off"
@@ -205,6 +207,51 @@ class Route {
       angles.push_back(largest);
     }
     result_.parallax = median_or(angles, 0.0);
+  }
+
+  /// The light of several positions tells a camera's lens as well, though less exactly than a board: does it agree?
+  void check_known_lenses() {
+    if (positions() < 2) return;
+    for (int camera = 0; camera < int(points_.cameras.size()); ++camera) {
+      if (plan_.guess[std::size_t(camera)]) continue;
+      const LensPlan doubt = doubting(plan_, camera);
+      AdjustOptions options;
+      options.free = doubt.free;
+      options.known = knowledge_at(doubt, state_);
+      options.threads = options_.threads;
+      options.robust_sigmas = 0;
+      options.max_iterations = 25;
+      Adjustment adjustment(points_, options);
+      adjustment.used = adjustment_->used;
+      RoomState state = state_;
+      adjustment.solve(state);
+      const Layout layout = adjustment.layout(state);
+      const MatX covariance =
+          adjustment.covariance(state, layout, groups(), int(points_.maps.size()) * kGroupColumns * kGroupRows,
+                                std::max(1e-6, result_.scatter));
+      const VecX off = parameters_of(state.lenses[std::size_t(camera)]) - parameters_of(state_.lenses[std::size_t(camera)]);
+      const double size = points_.cameras[std::size_t(camera)].size.width;
+      const double focal = parameters_of(state_.lenses[std::size_t(camera)])[0];
+      const char* names[] = {"focal length", "focal length", "principal point (x)", "principal point (y)"};
+      for (const int i : {0, 2, 3}) {
+        const int column = layout.lens[std::size_t(camera)][std::size_t(i)];
+        if (column < 0) continue;
+        const double sigma = std::sqrt(std::max(covariance(column, column), 0.0));
+        constexpr double kDoubt = 6, kMaterial = 0.005;
+        if (!(std::abs(off[i]) > kDoubt * sigma) || !(std::abs(off[i]) > kMaterial * (i == 0 ? focal : size))) continue;
+        result_.diagnostics.fail(
+            "known_lens_disagrees",
+            "camera '" + points_.cameras[std::size_t(camera)].name + "': the light of the room puts its " + names[i] + " " +
+                fixed(off[i], 1) + " px (+-" + significant(sigma, 2) +
+                ") from the known lens; check that --known-camera is this camera at this zoom, focus and resolution");
+        break;
+      }
+    }
+  }
+
+  /// Is this position where the rig has its camera?
+  bool is_in_rig(int position) const {
+    return first_position(points_.cameras[std::size_t(points_.positions[std::size_t(position)].camera)].name) == position;
   }
 
   // ---- scale
@@ -250,7 +297,7 @@ class Route {
       double variance = std::pow(distance.sigma / distance.length, 2);
       for (const int point : distance.points) {  // the light's own noise at the point
         RoomState other = state;
-        const auto gradient = adjustment_->depth_gradient(state, layout_, point);
+        const auto gradient = adjustment_->depth_gradient(state, layout_, point, false);
         if (!gradient) continue;
         other.inverse_depth[std::size_t(point)] *= 1 + 1e-4;
         const double by = (distance_between(distance, other) / *here - 1) / 1e-4;
@@ -292,17 +339,22 @@ class Route {
 
   void check_walls() {
     std::vector<double> sigma, share, distances;
-    const int step = std::max(1, int(points_.points.size()) / 2000);
-    for (int i = 0; i < int(points_.points.size()); i += step) {
+    for (int i = 0; i < int(points_.points.size()); ++i) {
       if (!adjustment_->used[std::size_t(i)]) continue;
-      const auto gradient = adjustment_->depth_gradient(state_, layout_, i);
+      // As the rig will measure it: by its own camera and projector.
+      const bool in_rig = is_in_rig(points_.maps[std::size_t(points_.points[std::size_t(i)].readings[0].map)].position);
+      const auto gradient = adjustment_->depth_gradient(state_, layout_, i, in_rig);
       const std::optional<Vec3> at = place(points_, state_, i);
       if (!gradient || !at) continue;
       const VecX total = gradient->by_parameters + scale_by_parameters_;
       const double relative = std::sqrt(std::max(0.0, total.dot(covariance_ * total)) + scale_variance_);
+      const double deviation = relative * scale_ / state_.inverse_depth[std::size_t(i)];
+      result_.walls.points.push_back(scale_ * *at);
+      result_.walls.sigma.push_back(deviation);
+      if (!in_rig) continue;
       share.push_back(relative);
       distances.push_back(scale_ * at->norm());
-      sigma.push_back(relative * scale_ / state_.inverse_depth[std::size_t(i)]);
+      sigma.push_back(deviation);
     }
     result_.wall_sigma = median_or(sigma, 0.0);
     result_.wall_sigma_95 = sigma.empty() ? 0 : quantile(sigma, 0.95);
@@ -391,8 +443,8 @@ class Route {
   }
 
   void judge_regions() {
-    constexpr int kParts = 3;
-    std::vector<double> sums(points_.maps.size() * kParts * kParts);
+    constexpr int kRegions = 3;
+    std::vector<double> sums(points_.maps.size() * kRegions * kRegions);
     std::vector<int> rows(sums.size()), tally(sums.size());
     double total = 0;
     int total_rows = 0;
@@ -406,9 +458,9 @@ class Route {
       const LightReading& anchor = points_.points[std::size_t(i)].readings[0];
       const int position = points_.maps[std::size_t(anchor.map)].position;
       const ImageSize size = points_.cameras[std::size_t(points_.positions[std::size_t(position)].camera)].size;
-      const int column = std::clamp(int(kParts * anchor.camera_pixel.x() / size.width), 0, kParts - 1),
-                row = std::clamp(int(kParts * anchor.camera_pixel.y() / size.height), 0, kParts - 1);
-      const std::size_t at = std::size_t((anchor.map * kParts + row) * kParts + column);
+      const int column = std::clamp(int(kRegions * anchor.camera_pixel.x() / size.width), 0, kRegions - 1),
+                row = std::clamp(int(kRegions * anchor.camera_pixel.y() / size.height), 0, kRegions - 1);
+      const std::size_t at = std::size_t((anchor.map * kRegions + row) * kRegions + column);
       sums[at] += fit.square * mean_variance(i);
       rows[at] += fit.freedom;
       ++tally[at];
@@ -418,11 +470,11 @@ class Route {
     result_.held_out_px = total_rows > 0 ? std::sqrt(total / total_rows) : 0;
     for (std::size_t at = 0; at < sums.size(); ++at) {
       if (tally[at] == 0) continue;
-      const MapDevices& map = points_.maps[at / (kParts * kParts)];
+      const MapDevices& map = points_.maps[at / (kRegions * kRegions)];
       const CameraPosition& position = points_.positions[std::size_t(map.position)];
       result_.regions.push_back({points_.cameras[std::size_t(position.camera)].name, position.view,
-                                 points_.projectors[std::size_t(map.projector)].name, int(at % kParts),
-                                 int(at / kParts % kParts), tally[at], std::sqrt(sums[at] / rows[at])});
+                                 points_.projectors[std::size_t(map.projector)].name, int(at % kRegions),
+                                 int(at / kRegions % kRegions), tally[at], std::sqrt(sums[at] / rows[at])});
     }
     for (const Device& projector : points_.projectors)
       result_.rig.quality.holdout_px[projector.name] = result_.held_out_px;

@@ -1,7 +1,4 @@
 /// Why a room gives no rig.
-#include <algorithm>
-#include <cmath>
-
 #include "epipolar.hpp"
 #include "procam/core/base/stats.hpp"
 #include "procam/core/base/words.hpp"
@@ -41,13 +38,12 @@ double off_homography(const RoomPoints& points, const LensPlan& plan, int map) {
   }
 }
 
-/// Do two views of one camera differ by a rotation alone? The largest is the rotation's error over all shared points, rays.
+/// Do all camera positions differ from the first by a rotation alone?
 bool only_rotated(const RoomPoints& points, const LensPlan& plan) {
   if (points.positions.size() < 2 || !plan.cameras_known) return false;
   bool any = false;
   for (int b = 1; b < int(points.positions.size()); ++b) {
-    Mat3 sum = Mat3::Zero();
-    std::vector<std::pair<Vec3, Vec3>> rays;
+    std::vector<ImagePair> rays;
     for (const RoomPoint& point : points.points) {
       const int from = points.maps[std::size_t(point.readings[0].map)].position;
       for (std::size_t r = 1; r < point.readings.size(); ++r) {
@@ -56,18 +52,13 @@ bool only_rotated(const RoomPoints& points, const LensPlan& plan) {
         const auto lens = [&](int p) { return plan.lenses[std::size_t(points.positions[std::size_t(p)].camera)]; };
         const auto x = lens(from).unproject(point.readings[0].camera_pixel),
                    y = lens(to).unproject(point.readings[r].camera_pixel);
-        if (!x || !y) continue;
-        rays.emplace_back(from == 0 ? *x : *y, from == 0 ? *y : *x);
-        sum += rays.back().second * rays.back().first.transpose();
+        if (!x || !y || !(x->z() > 1e-6) || !(y->z() > 1e-6)) continue;
+        const Vec2 first = x->head<2>() / x->z(), second = y->head<2>() / y->z();
+        rays.push_back(from == 0 ? ImagePair{first, second} : ImagePair{second, first});
       }
     }
     if (rays.size() < 16) continue;
-    const Eigen::JacobiSVD<Mat3> svd(sum, Eigen::ComputeFullU | Eigen::ComputeFullV);
-    const double sign = (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0 ? -1 : 1;
-    const Mat3 rotation = svd.matrixU() * Vec3(1, 1, sign).asDiagonal() * svd.matrixV().transpose();
-    std::vector<double> off;
-    for (const auto& [first, second] : rays) off.push_back((rotation * first - second).norm());
-    if (quantile(off, 0.9) > 2e-3) return false;
+    if (rotation_error(rays) > 6e-4) return false;
     any = true;
   }
   return any;
@@ -75,12 +66,16 @@ bool only_rotated(const RoomPoints& points, const LensPlan& plan) {
 
 }  // namespace
 
+void refuse_if_turned_only(const RoomPoints& points, const LensPlan& plan, const std::string& seen) {
+  if (only_rotated(points, plan))
+    throw Error(ErrorKind::kDegenerate, "the room's light", "the camera was only turned between the views, not moved: " + seen,
+                "move it sideways between the views by a tenth of the room's distance or more");
+}
+
 void refuse_room(const RoomPoints& points, const LensPlan& plan, const std::string& seen, double parallax) {
   constexpr double kSmallParallax = 1.5 * kDegree, kFlatPx = 4;
   const std::string what = "the room's light";
-  if (only_rotated(points, plan))
-    throw Error(ErrorKind::kDegenerate, what, "the camera was only turned between the views, not moved: " + seen,
-                "move it sideways between the views by a tenth of the room's distance or more");
+  refuse_if_turned_only(points, plan, seen);
   bool flat = true;
   for (int map = 0; map < int(points.maps.size()); ++map) flat &= off_homography(points, plan, map) < kFlatPx;
   if (parallax >= 0 && parallax < kSmallParallax)

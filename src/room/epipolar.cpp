@@ -7,6 +7,7 @@
 #include <limits>
 #include <random>
 
+#include "procam/core/base/stats.hpp"
 #include "procam/core/geometry/se3.hpp"
 
 namespace procam::room {
@@ -174,6 +175,19 @@ std::vector<Pose> poses_of_homography(const Mat3& homography) {
     }
   }
   return poses;
+}
+
+double rotation_error(const std::vector<ImagePair>& rays) {
+  if (rays.empty()) return 0;
+  Mat3 sum = Mat3::Zero();
+  const auto unit = [](const Vec2& ray) { return Vec3(Vec3(ray.x(), ray.y(), 1).normalized()); };
+  for (const ImagePair& pair : rays) sum += unit(pair.second) * unit(pair.first).transpose();
+  const Eigen::JacobiSVD<Mat3> svd(sum, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const double sign = (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0 ? -1 : 1;
+  const Mat3 rotation = svd.matrixU() * Vec3(1, 1, sign).asDiagonal() * svd.matrixV().transpose();
+  std::vector<double> off;
+  for (const ImagePair& pair : rays) off.push_back((rotation * unit(pair.first) - unit(pair.second)).norm());
+  return quantile(off, 0.9);
 }
 
 double share_in_front(const Pose& second_from_first, const std::vector<ImagePair>& rays) {

@@ -38,6 +38,9 @@ std::vector<Pose> poses_of_essential(const Mat3& essential);
 /// The poses second_from_first of a plane's homography between normalised images: two or four.
 std::vector<Pose> poses_of_homography(const Mat3& homography);
 
+/// How far the rays (a, b, 1) are from a rotation of each other, the 90 % quantile, radians: two devices in one place (Kabsch 1976).
+double rotation_error(const std::vector<ImagePair>& rays);
+
 /// The share of the pairs (rays (a, b, 1)) whose point is in front of both devices.
 double share_in_front(const Pose& second_from_first, const std::vector<ImagePair>& rays);
 

@@ -134,6 +134,23 @@ LensPlan plan_lenses(const RoomPoints& points, const RoomOptions& options) {
   return plan;
 }
 
+LensPlan doubting(const LensPlan& plan, int camera) {
+  LensPlan out = plan;
+  const auto index = std::size_t(camera);
+  const Camera& lens = plan.lenses[index];
+  out.known.erase(std::remove_if(out.known.begin(), out.known.end(),
+                                 [&](const LensKnowledge& known) { return known.lens == camera; }),
+                  out.known.end());
+  const Intrinsics& k = lens.intrinsics;
+  std::fill(out.free[index].begin(), out.free[index].begin() + 4, 1);
+  std::fill(out.free[index].begin() + 4, out.free[index].end(), 0);
+  out.known.push_back({camera, {{0, 1.0}, {1, -k.fx / k.fy}}, 0, 1e-3 * k.fx});
+  out.known.push_back({camera, {{0, 1.0}}, k.fx, 0.2 * k.fx});
+  out.known.push_back({camera, {{2, 1.0}}, k.cx, 0.05 * lens.size.width});
+  out.known.push_back({camera, {{3, 1.0}}, k.cy, 0.05 * lens.size.width});
+  return out;
+}
+
 std::vector<LensKnowledge> knowledge_at(const LensPlan& plan, const RoomState& state) {
   std::vector<LensKnowledge> known;
   for (const LensKnowledge& item : plan.known)

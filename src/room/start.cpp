@@ -31,19 +31,19 @@ class Builder {
 
   Started run() {
     Started best;
-    best.scatter = std::numeric_limits<double>::infinity();
+    best.merit = std::numeric_limits<double>::infinity();
     for (RoomState& state : first_devices()) {
       Started trial{std::move(state), 0};
-      trial.scatter = adjust(trial.state, kFocalAndCentre);
-      if (trial.scatter < best.scatter) best = std::move(trial);
+      trial.merit = adjust(trial.state, kFocalAndCentre);
+      if (trial.merit < best.merit) best = std::move(trial);
     }
-    if (!std::isfinite(best.scatter)) refuse_room(points_, plan_, "no two devices fit the light that they share");
+    if (!std::isfinite(best.merit)) refuse_room(points_, plan_, "no two devices fit the light that they share");
     adjust(best.state, kRadial);
     while (add_device(best.state)) {
     }
     for (std::size_t i = 0; i < best.state.solved.size(); ++i)
       if (!best.state.solved[i]) refuse_unconnected(best.state, int(i));
-    best.scatter = adjust(best.state, kRadial);
+    best.merit = adjust(best.state, kRadial);
     return best;
   }
 
@@ -82,7 +82,7 @@ class Builder {
     return out;
   }
 
-  /// Places depths and improves all that is solved, by a part of the points.
+  /// Places depths and improves all that is solved, by a part of the points. Returns Started::merit.
   double adjust(RoomState& state, Stage stage) const {
     to_first(state);
     Adjustment adjustment(points_, options(stage));
@@ -96,12 +96,13 @@ class Builder {
     if (int(usable.size()) < kFewestShared) return std::numeric_limits<double>::infinity();
     const double step = std::max(1.0, double(usable.size()) / (kSearchPoints * std::max(2, solved(state) - 1)));
     for (double at = 0; at < double(usable.size()); at += step) adjustment.used[std::size_t(usable[std::size_t(at)])] = 1;
-    const double scatter = adjustment.solve(state);
+    const double scatter = std::max(adjustment.solve(state), 1e-6);
+    const double merit = 2 * kSearchPoints * std::log(scatter) + adjustment.prior(state);
     for (const int i : usable) {
       if (adjustment.used[std::size_t(i)]) continue;
       if (!adjustment.refine_depth(state, i)) adjustment.start_depth(state, i);
     }
-    return scatter;
+    return merit;
   }
 
   static int solved(const RoomState& state) { return int(std::count(state.solved.begin(), state.solved.end(), 1)); }
@@ -163,6 +164,7 @@ class Builder {
   void solve_pair(PositionPair& pair) const {
     const double focal = lens_focal(pair.a), threshold = (plan_.cameras_known ? 1.0 : 6.0) / focal;
     const std::size_t shared = pair.rays.size();
+    if (rotation_error(pair.rays) < (plan_.cameras_known ? 6e-4 : 4e-3)) return;  // no parallax: any translation fits
     const auto take = [&](const std::vector<Pose>& poses, std::size_t most) {
       std::vector<std::pair<double, Pose>> ranked;
       for (const Pose& pose : poses)
@@ -391,14 +393,14 @@ class Builder {
       if (*most < kFewestShared) return false;
       const int device = int(most - count.begin());
       Started best;
-      best.scatter = std::numeric_limits<double>::infinity();
+      best.merit = std::numeric_limits<double>::infinity();
       for (RoomState& trial : device < positions() ? with_position(state, device)
                                                    : with_projector(state, device - positions())) {
         Started started{std::move(trial), 0};
-        started.scatter = adjust(started.state, kFocalAndCentre);
-        if (started.scatter < best.scatter) best = std::move(started);
+        started.merit = adjust(started.state, kFocalAndCentre);
+        if (started.merit < best.merit) best = std::move(started);
       }
-      if (std::isfinite(best.scatter)) {
+      if (std::isfinite(best.merit)) {
         state = std::move(best.state);
         adjust(state, kRadial);
         return true;
@@ -409,6 +411,7 @@ class Builder {
 
   [[noreturn]] void refuse_unconnected(const RoomState& state, int device) const {
     const int count = shared_points(state)[std::size_t(device)];
+    if (count >= kFewestShared) refuse_room(points_, plan_, "no place of a device fits the light that it shares");
     const bool is_projector = device >= positions();
     const std::string name =
         is_projector ? "projector '" + points_.projectors[std::size_t(device - positions())].name + "'"

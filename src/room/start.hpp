@@ -24,9 +24,12 @@ LensPlan plan_lenses(const RoomPoints& points, const RoomOptions& options);
 /// The plan's knowledge with the weak priors of unknown lenses scaled to the lenses as solved.
 std::vector<LensKnowledge> knowledge_at(const LensPlan& plan, const RoomState& state);
 
+/// A plan in which the lens of a known camera is as unknown as a lens of about its focal length: what the light says against it.
+LensPlan doubting(const LensPlan& plan, int camera);
+
 struct Started {
   RoomState state;
-  double scatter = 0;
+  double merit = 0;  ///< -2 log of the likelihood with the priors, up to a constant: the smallest is best
 };
 
 /// Every device with a place, the first position at the origin, scale arbitrary. Throws as calibrate_room().
@@ -36,5 +39,8 @@ Started start_room(const RoomPoints& points, const LensPlan& plan, int threads);
 /// shows it; `parallax` in radians where it is known, else negative.
 [[noreturn]] void refuse_room(const RoomPoints& points, const LensPlan& plan, const std::string& seen,
                               double parallax = -1);
+
+/// Throws Error(kDegenerate) when all camera positions differ by rotations alone.
+void refuse_if_turned_only(const RoomPoints& points, const LensPlan& plan, const std::string& seen = "no depth follows");
 
 }  // namespace procam::room

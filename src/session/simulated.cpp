@@ -185,33 +185,71 @@ SimulatedFolder write_pair(const fs::path& place, const SimulationOptions& optio
   return {int(views), pattern.frame_count(), pattern.text(), session.board().layout, size};
 }
 
-/// One view of a room, by the rig of the level and seed.
-SimulatedFolder write_room(const fs::path& place, const SimulationOptions& options,
-                           const SessionPattern& pattern, const ReadingProgress& progress) {
-  if (options.markers || options.board || !options.check.empty() || options.cameras > 1 ||
-      options.projectors > 1)
-    throw Error(ErrorKind::kUnsupported, "--room",
-                "a room is simulated for one camera and one projector, without boards",
-                "leave out --board, --marker-view, --check-board, --cameras and --projectors");
+/// The rig of the level and seed, and how it captures.
+std::pair<Rig, simulate::CaptureOptions> room_rig(const SimulationOptions& options) {
+  if (options.cameras > 1 || options.projectors > 1) {
+    const simulate::Fleet fleet = simulate::make_fleet(options.level, options.seed, options.cameras,
+                                                       options.projectors, conditions_of(options));
+    return {fleet.rig, fleet.capture};
+  }
   const simulate::SimulatedSession session =
       simulate::make_session(options.level, options.seed, std::nullopt, std::nullopt, conditions_of(options));
+  return {session.rig(), session.capture};
+}
+
+/// What one camera records of one projector in a room, and the truth beside the view's folders.
+void write_room_pair(const simulate::CaptureOptions& capture, const simulate::Room& room, const RigCamera& camera,
+                     const RigProjector& projector, const std::vector<ImageU8>& frames, bool only_camera,
+                     const fs::path& stack, const fs::path& view) {
+  const simulate::RoomView seen = simulate::scan_view(capture, room, camera, projector, frames);
+  make_folder(stack);
+  for (std::size_t frame = 0; frame < seen.captures.size(); ++frame)
+    io::save_image(stack / numbered("frame", frame, ".png"), seen.captures[frame]);
+  io::save_pfm(view / (only_camera ? "truth_depth.pfm" : "truth_depth_" + camera.name + ".pfm"), seen.truth.depth);
+  io::save_pose(view / ("truth_" + camera.name + ".json"),
+                {"rig", camera.name, PoseWithCovariance{camera.rig_from_camera}});
+}
+
+/// Views of a room. Between them the cameras are moved.
+SimulatedFolder write_room(const fs::path& place, const SimulationOptions& options,
+                           const SessionPattern& pattern, const ReadingProgress& progress) {
+  if (options.markers || options.board || !options.check.empty())
+    throw Error(ErrorKind::kUnsupported, "--room", "a room is simulated without boards",
+                "leave out --board, --marker-view and --check-board");
+  const auto [rig, fixed_capture] = room_rig(options);
+  simulate::CaptureOptions capture = fixed_capture;
   const simulate::Room room = simulate::scan_scene(options.room);
+  const std::vector<ImageU8> frames = pattern.frames();
+  const int views = std::max(1, options.views);
   NewFolder folder(place, options.replace);
-  const std::string name = numbered("view", 0);
-  if (progress) progress(name, 0, 1);
-  const simulate::RoomView view = simulate::scan_view(session, room, pattern.frames());
-  fs::create_directory(folder.path() / name);
-  for (std::size_t frame = 0; frame < view.captures.size(); ++frame)
-    io::save_image(folder.path() / name / numbered("frame", frame, ".png"), view.captures[frame]);
-  io::save_pfm(folder.path() / name / "truth_depth.pfm", view.truth.depth);
+  for (int view = 0; view < views; ++view) {
+    const std::string name = numbered("view", std::size_t(view));
+    if (progress) progress(name, view, views);
+    fs::create_directory(folder.path() / name);
+    for (const RigProjector& projector : rig.projectors)
+      for (RigCamera camera : rig.cameras) {
+        camera.rig_from_camera = simulate::moved_camera(camera.rig_from_camera, view);
+        fs::path stack = folder.path() / name;
+        if (rig.projectors.size() > 1) stack /= projector.name;
+        if (rig.cameras.size() > 1) stack /= camera.name;
+        write_room_pair(capture, room, camera, projector, frames, rig.cameras.size() == 1, stack,
+                        folder.path() / name);
+        ++capture.seed;  // noise of its own
+      }
+  }
   pattern.save_files(folder.path());
   const ImageSize size = simulate::projector_size(options.level);
-  io::save_session(folder.path(), {pattern.text(), size, {}, {}});
-  Rig truth = session.rig();
+  io::SessionInfo session{pattern.text(), {}, {}, {}};
+  if (rig.projectors.size() == 1)
+    session.projector_size = size;
+  else
+    for (const RigProjector& projector : rig.projectors) session.projectors[projector.name] = projector.projector.size();
+  io::save_session(folder.path(), session);
+  Rig truth = rig;
   truth.provenance.options["room"] = options.room;
   save_truth(truth, options, pattern.text(), folder.path());
   folder.finish();
-  return {1, pattern.frame_count(), pattern.text(), {}, size};
+  return {views, pattern.frame_count(), pattern.text(), {}, size};
 }
 
 }  // namespace

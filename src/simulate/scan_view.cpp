@@ -92,9 +92,11 @@ Room scan_scene(const std::string& name) {
 
 RoomView scan_view(const SimulatedSession& session, const Room& room, const std::vector<ImageU8>& frames) {
   require(!session.views.empty(), "scan_view: the session has no view");
-  const RigProjector& projector = session.rig().projector();
-  const RigCamera& camera = session.rig().camera();
-  const CaptureOptions& capture = session.capture;
+  return scan_view(session.capture, room, session.rig().camera(), session.rig().projector(), frames);
+}
+
+RoomView scan_view(const CaptureOptions& capture, const Room& room, const RigCamera& camera,
+                   const RigProjector& projector, const std::vector<ImageU8>& frames) {
   RoomLight light;
   light.projector = projector.projector;
   light.room_from_projector = projector.rig_from_projector;
@@ -110,6 +112,19 @@ RoomView scan_view(const SimulatedSession& session, const Room& room, const std:
   options.seed = capture.seed;
   options.adaptive = true;
   return room_view(room, camera.camera, camera.rig_from_camera, {light}, options);
+}
+
+Pose moved_camera(const Pose& rig_from_camera, int view) {
+  require(view >= 0, "moved_camera: a negative view");
+  if (view == 0) return rig_from_camera;
+  constexpr double kTarget = 1.75;  // metres ahead of the rig's camera
+  const Vec3 moves[] = {Vec3(-0.5, -0.15, 0.05), Vec3(0.25, -0.45, 0.1), Vec3(-0.3, 0.4, -0.1),
+                        Vec3(0.6, 0.2, 0.0)};
+  const Vec3 move = moves[(view - 1) % 4] * (1 + 0.2 * ((view - 1) / 4));
+  const Vec3 before = Vec3::UnitZ(), after = (Vec3(0, 0, kTarget) - move).normalized();
+  const Eigen::Quaterniond turn = Eigen::Quaterniond::FromTwoVectors(before, after);
+  const Eigen::Quaterniond roll = so3_exp(Vec3(0, 0, 0.04 * view));
+  return rig_from_camera * Pose(Eigen::Quaterniond(turn * roll), move);
 }
 
 }  // namespace procam::simulate

@@ -23,6 +23,7 @@
 #include <vector>
 
 #include "procam/core/base/export.hpp"
+#include "procam/core/geometry/point_cloud.hpp"
 #include "procam/core/rig/rig.hpp"
 #include "procam/room/points.hpp"
 
@@ -90,6 +91,7 @@ struct RoomCalibration {
   double wall_sigma = 0, wall_sigma_95 = 0, wall_sigma_share = 0;
   double distance = 0;     ///< of the points from the first camera, median, metres
   bool planar = false;     ///< all points are on one plane
+  PointCloud walls;        ///< the points in use, in the rig's frame; standard deviation along the anchor's ray by the rig
   std::vector<RegionError> regions;
   Diagnostics diagnostics;
 };

@@ -29,4 +29,12 @@ PROCAM_EXPORT Room scan_scene(const std::string& name);
 PROCAM_EXPORT RoomView scan_view(const SimulatedSession& session, const Room& room,
                                  const std::vector<ImageU8>& frames);
 
+/// The same by one camera and one projector of several.
+PROCAM_EXPORT RoomView scan_view(const CaptureOptions& capture, const Room& room, const RigCamera& camera,
+                                 const RigProjector& projector, const std::vector<ImageU8>& frames);
+
+/// Where somebody stands a camera for the views of calibrate-room: `view` 0 is where the rig has it, the others are half a metre
+/// to its sides, above and below, and look at the same part of the room.
+PROCAM_EXPORT Pose moved_camera(const Pose& rig_from_camera, int view);
+
 }  // namespace procam::simulate

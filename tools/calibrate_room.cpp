@@ -21,8 +21,9 @@ void require_outputs(const RoomFlags& flags) {
 }
 
 /// All views' light.
-std::vector<room::PositionLight> read_lights(const session::SessionPlan& plan, session::SessionContents& contents,
-                                             Diagnostics& remarks, Console& console) {
+std::vector<room::PositionLight> read_lights(const session::SessionPlan& plan,
+                                             session::SessionContents& contents, Diagnostics& remarks,
+                                             Console& console) {
   std::vector<room::PositionLight> lights;
   for (const session::PlannedView& view : plan.views) {
     console.progress("reading " + view.name, int(contents.views++), int(plan.views.size()));
@@ -44,7 +45,7 @@ ExitCode calibrate_room(RoomFlags flags, Console& console) {
   Diagnostics remarks;
   session::SessionContents contents;
   const std::vector<room::PositionLight> lights = read_lights(plan, contents, remarks, console);
-  room::PointsOptions points_options;
+  room::RoomPointsOptions points_options;
   points_options.points_a_map = flags.points_a_map;
   points_options.marked = marked_pixels(flags);
   const room::RoomPoints points = room::room_points(lights, points_options);
@@ -79,7 +80,8 @@ int main(int argc, char** argv) {
   return run_tool(
       argc, argv,
       {"calibrate-room",
-       "Calibrates projectors and cameras together from structured light on the room that they stand in, without a board. Capture "
+       "Calibrates projectors and cameras together from structured light on the room that they stand in, "
+       "without a board. Capture "
        "from two places of the camera or more, each a view; the projectors must not move.",
        "calibrate-room --captures room --known-camera camera.json --distance 412,300:880,310:1.25m -o rig.json"},
       [&](CLI::App& app) { declare_room(app, flags); },

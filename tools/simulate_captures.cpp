@@ -58,7 +58,8 @@ void declare(CLI::App& app, Flags& flags) {
   app.add_option(
       "--room", options.room,
       "instead of boards one view of a room, sphere | cylinder | corner | relief | steps, by the same rig: try "
-      "scan-surfaces on it; the true depths are in view_00/truth_depth.pfm. With --views N the cameras are moved between the "
+      "scan-surfaces on it; the true depths are in view_00/truth_depth.pfm. With --views N the cameras are "
+      "moved between the "
       "views: try calibrate-room");
   app.add_flag("--force", options.replace, "replace an earlier simulated session");
 }

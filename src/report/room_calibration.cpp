@@ -38,18 +38,20 @@ int inside_three_sigmas(const std::vector<room::ParameterDeviation>& deviations)
                            [](const room::ParameterDeviation& d) { return std::abs(d.sigmas()) <= 3; }));
 }
 
-std::string device_line(const char* kind, const std::string& name, const Camera& lens, const Pose& rig_from_device,
-                        const NamedCovariance& covariance) {
+std::string device_line(const char* kind, const std::string& name, const Camera& lens,
+                        const Pose& rig_from_device, const NamedCovariance& covariance) {
   const Intrinsics& k = lens.intrinsics;
   const Vec3& t = rig_from_device.translation;
-  return format("%-10s %s: focal length %.1f (+-%.2g) px, principal point %.1f, %.1f (+-%.2g, %.2g) px, at %.3f %.3f %.3f m", kind,
-                name.c_str(), k.fx, covariance.sigma(name + ".fx"), k.cx, k.cy, covariance.sigma(name + ".cx"),
-                covariance.sigma(name + ".cy"), t.x(), t.y(), t.z());
+  return format(
+      "%-10s %s: focal length %.1f (+-%.2g) px, principal point %.1f, %.1f (+-%.2g, %.2g) px, at %.3f %.3f %.3f m",
+      kind, name.c_str(), k.fx, covariance.sigma(name + ".fx"), k.cx, k.cy, covariance.sigma(name + ".cx"),
+      covariance.sigma(name + ".cy"), t.x(), t.y(), t.z());
 }
 
 // ---- the picture
 
-const cv::Scalar kPaper(248, 248, 248), kInk(40, 40, 40), kCameraColour(66, 103, 212), kProjectorColour(200, 80, 30);
+const cv::Scalar kPaper(248, 248, 248), kInk(40, 40, 40), kCameraColour(66, 103, 212),
+    kProjectorColour(200, 80, 30);
 constexpr int kViewWidth = 700, kViewHeight = 620, kRoomMargin = 50, kFooter = 56;
 
 /// x or y against z, metres to pixels.
@@ -59,7 +61,8 @@ struct RoomView2 {
   Vec2 low = Vec2::Zero();
   cv::Point at(const Vec3& p, int left) const {
     const double across = p[axis] - low.x(), ahead = p.z() - low.y();
-    return axis == 0 ? cv::Point(left + kRoomMargin + int(scale * across), kViewHeight - kRoomMargin - int(scale * ahead))
+    return axis == 0 ? cv::Point(left + kRoomMargin + int(scale * across),
+                                 kViewHeight - kRoomMargin - int(scale * ahead))
                      : cv::Point(left + kRoomMargin + int(scale * ahead), kRoomMargin + int(scale * across));
   }
 };
@@ -76,16 +79,20 @@ RoomView2 fitted(const Points3& points, int axis) {
   return {axis, std::min(across / size.x(), ahead / size.y()), low};
 }
 
-void draw_device(cv::Mat& canvas, const RoomView2& view, int left, const Camera& lens, const Pose& rig_from_device,
-                 const std::string& name, const cv::Scalar& colour, double length) {
+void draw_device(cv::Mat& canvas, const RoomView2& view, int left, const Camera& lens,
+                 const Pose& rig_from_device, const std::string& name, const cv::Scalar& colour,
+                 double length) {
   const cv::Point from = view.at(rig_from_device.translation, left);
   const double w = lens.size.width - 1, h = lens.size.height - 1;
-  const Vec2 ends[] = {view.axis == 0 ? Vec2(0, h / 2) : Vec2(w / 2, 0), view.axis == 0 ? Vec2(w, h / 2) : Vec2(w / 2, h)};
+  const Vec2 ends[] = {view.axis == 0 ? Vec2(0, h / 2) : Vec2(w / 2, 0),
+                       view.axis == 0 ? Vec2(w, h / 2) : Vec2(w / 2, h)};
   for (const Vec2& pixel : ends)
     if (const std::optional<Vec3> bearing = lens.unproject(pixel))
-      cv::line(canvas, from, view.at(rig_from_device * Vec3(length * *bearing), left), colour, 1, cv::LINE_AA);
+      cv::line(canvas, from, view.at(rig_from_device * Vec3(length * *bearing), left), colour, 1,
+               cv::LINE_AA);
   cv::circle(canvas, from, 6, colour, cv::FILLED, cv::LINE_AA);
-  if (view.axis == 0) cv::putText(canvas, name, from + cv::Point(9, 16), cv::FONT_HERSHEY_DUPLEX, 0.5, colour, 1, cv::LINE_AA);
+  if (view.axis == 0)
+    cv::putText(canvas, name, from + cv::Point(9, 16), cv::FONT_HERSHEY_DUPLEX, 0.5, colour, 1, cv::LINE_AA);
 }
 
 }  // namespace
@@ -125,25 +132,30 @@ std::vector<std::string> lines(const RoomReport& report) {
   for (const RigCamera& c : r.rig.cameras)
     out.push_back(device_line("camera", c.name, c.camera, c.rig_from_camera, r.rig.covariance));
   for (const RigProjector& p : r.rig.projectors)
-    out.push_back(device_line("projector", p.name, p.projector.inverse_camera, p.rig_from_projector, r.rig.covariance));
-  out.push_back(format("points     %d in use, %d rejected; the light is off by %.3f projector pixels (RMS of a coordinate), on points "
-                       "held out %.3f; rays meet at %.1f degrees",
-                       r.points, r.outliers, r.rms_px, r.held_out_px, r.parallax / kDegree));
+    out.push_back(
+        device_line("projector", p.name, p.projector.inverse_camera, p.rig_from_projector, r.rig.covariance));
+  out.push_back(format(
+      "points     %d in use, %d rejected; the light is off by %.3f projector pixels (RMS of a coordinate), on points "
+      "held out %.3f; rays meet at %.1f degrees",
+      r.points, r.outliers, r.rms_px, r.held_out_px, r.parallax / kDegree));
   const auto worst = std::max_element(r.regions.begin(), r.regions.end(), [](const auto& a, const auto& b) {
     return (a.points >= 10 ? a.rms_px : 0) < (b.points >= 10 ? b.rms_px : 0);
   });
   if (worst != r.regions.end())
-    out.push_back(format("           of the parts of the images, column %d row %d of 3 x 3 in view '%s' is worst: %.3f px on %d points "
-                         "held out",
-                         worst->column + 1, worst->row + 1, worst->view.c_str(), worst->rms_px, worst->points));
-  out.push_back(format("walls      at %.2f m (median); the rig leaves them uncertain by %.2g mm (median), %.2g mm (95 %% of the points)",
-                       r.distance, 1e3 * r.wall_sigma, 1e3 * r.wall_sigma_95));
+    out.push_back(format(
+        "           of the parts of the images, column %d row %d of 3 x 3 in view '%s' is worst: %.3f px on %d points "
+        "held out",
+        worst->column + 1, worst->row + 1, worst->view.c_str(), worst->rms_px, worst->points));
+  out.push_back(format(
+      "walls      at %.2f m (median); the rig leaves them uncertain by %.2g mm (median), %.2g mm (95 %% of the points)",
+      r.distance, 1e3 * r.wall_sigma, 1e3 * r.wall_sigma_95));
   if (!report.deviations.empty()) {
-    out.push_back(format("truth      %d of %zu parameters inside three standard deviations", inside_three_sigmas(report.deviations),
-                         report.deviations.size()));
+    out.push_back(format("truth      %d of %zu parameters inside three standard deviations",
+                         inside_three_sigmas(report.deviations), report.deviations.size()));
     for (const room::ParameterDeviation& d : report.deviations)
       if (std::abs(d.sigmas()) > 3)
-        out.push_back(format("           %s is off by %.3g, %.1f standard deviations", d.name.c_str(), d.off, d.sigmas()));
+        out.push_back(format("           %s is off by %.3g, %.1f standard deviations", d.name.c_str(), d.off,
+                             d.sigmas()));
   }
   return out;
 }
@@ -165,27 +177,30 @@ ImageU8 room_calibration_picture(const room::RoomCalibration& result) {
     for (std::size_t i = 0; i < result.walls.points.size(); ++i) {
       const int level = int(std::clamp(255 * result.walls.sigma[i] / largest, 0.0, 255.0));
       const cv::Vec3b c = rgb.at<cv::Vec3b>(0, level);
-      cv::circle(canvas, view.at(result.walls.points[i], left), 1, cv::Scalar(c[0], c[1], c[2]), cv::FILLED, cv::LINE_AA);
+      cv::circle(canvas, view.at(result.walls.points[i], left), 1, cv::Scalar(c[0], c[1], c[2]), cv::FILLED,
+                 cv::LINE_AA);
     }
     const double length = 0.35 * result.distance;
     for (const room::SolvedPosition& p : result.positions)
-      draw_device(canvas, view, left, result.rig.camera(p.camera).camera, p.rig_from_camera, p.camera + " " + p.view,
-                  kCameraColour, length);
+      draw_device(canvas, view, left, result.rig.camera(p.camera).camera, p.rig_from_camera,
+                  p.camera + " " + p.view, kCameraColour, length);
     for (const RigProjector& p : result.rig.projectors)
-      draw_device(canvas, view, left, p.projector.inverse_camera, p.rig_from_projector, p.name, kProjectorColour, length);
-    cv::putText(canvas, axis == 0 ? "from above" : "from the side", {left + 12, 28}, cv::FONT_HERSHEY_DUPLEX, 0.6, kInk, 1,
-                cv::LINE_AA);
+      draw_device(canvas, view, left, p.projector.inverse_camera, p.rig_from_projector, p.name,
+                  kProjectorColour, length);
+    cv::putText(canvas, axis == 0 ? "from above" : "from the side", {left + 12, 28}, cv::FONT_HERSHEY_DUPLEX,
+                0.6, kInk, 1, cv::LINE_AA);
     const int bar = int(0.5 * view.scale), y = kViewHeight - 14;
     cv::line(canvas, {left + 14, y}, {left + 14 + bar, y}, kInk, 2);
-    cv::putText(canvas, "0.5 m", {left + 22 + bar, y + 5}, cv::FONT_HERSHEY_DUPLEX, 0.5, kInk, 1, cv::LINE_AA);
+    cv::putText(canvas, "0.5 m", {left + 22 + bar, y + 5}, cv::FONT_HERSHEY_DUPLEX, 0.5, kInk, 1,
+                cv::LINE_AA);
   }
   cv::Mat wide;
   cv::resize(rgb, wide, cv::Size(180, 16));
   wide.copyTo(canvas(cv::Rect(360, kViewHeight + 20, 180, 16)));
-  cv::putText(canvas, "standard deviation of the walls   0", {14, kViewHeight + 34}, cv::FONT_HERSHEY_DUPLEX, 0.6, kInk, 1,
-              cv::LINE_AA);
-  cv::putText(canvas, format("%.2g mm", 1e3 * largest), {550, kViewHeight + 34}, cv::FONT_HERSHEY_DUPLEX, 0.6, kInk, 1,
-              cv::LINE_AA);
+  cv::putText(canvas, "standard deviation of the walls   0", {14, kViewHeight + 34}, cv::FONT_HERSHEY_DUPLEX,
+              0.6, kInk, 1, cv::LINE_AA);
+  cv::putText(canvas, format("%.2g mm", 1e3 * largest), {550, kViewHeight + 34}, cv::FONT_HERSHEY_DUPLEX, 0.6,
+              kInk, 1, cv::LINE_AA);
   ImageU8 out(canvas.cols, canvas.rows, 3);
   for (int y = 0; y < canvas.rows; ++y)
     std::copy_n(canvas.ptr<std::uint8_t>(y), std::ptrdiff_t(canvas.cols) * 3, out.row(y));

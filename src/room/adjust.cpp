@@ -90,7 +90,8 @@ Layout Adjustment::layout(const RoomState& state) const {
   }
   out.pose.assign(state.rig_from_device.size(), -1);
   double farthest = 0;
-  const auto first = std::size_t(std::find(state.solved.begin(), state.solved.end(), 1) - state.solved.begin());
+  const auto first =
+      std::size_t(std::find(state.solved.begin(), state.solved.end(), 1) - state.solved.begin());
   for (std::size_t i = first + 1; i < out.pose.size(); ++i) {
     if (!state.solved[i]) continue;
     out.pose[i] = out.size;
@@ -166,8 +167,8 @@ bool Adjustment::linearise(const RoomState& state, const Layout* layout, int poi
   }
 
   // by_rig_direction: the weighted derivative by U.
-  const auto add = [&](int row, const Mat23& by_rig_direction, int pose, int lens, const ProjectedPoint& projected,
-                       const Mat2& weight) {
+  const auto add = [&](int row, const Mat23& by_rig_direction, int pose, int lens,
+                       const ProjectedPoint& projected, const Mat2& weight) {
     const Pose& place = state.rig_from_device[std::size_t(pose)];
     rows.by_depth.segment<2>(row) += by_rig_direction * (rig_from_anchor.translation - place.translation);
     if (layout == nullptr) return;
@@ -212,8 +213,8 @@ bool Adjustment::linearise(const RoomState& state, const Layout* layout, int poi
     Vec2 residual = reading.projector_pixel - light->pixel;
     {
       const Mat2 weight = -whiten;
-      const Mat23 by_rig =
-          weight * light->by_point * state.rig_from_device[std::size_t(projector)].rotation_matrix().transpose();
+      const Mat23 by_rig = weight * light->by_point *
+                           state.rig_from_device[std::size_t(projector)].rotation_matrix().transpose();
       add(row, by_rig, projector, projector_glass, *light, weight);
     }
     if (map.position != anchor) {
@@ -223,8 +224,8 @@ bool Adjustment::linearise(const RoomState& state, const Layout* layout, int poi
       if (!image) return false;
       residual += reading.projector_by_camera * (image->pixel - reading.camera_pixel);
       const Mat2 weight = whiten * reading.projector_by_camera;
-      const Mat23 by_rig =
-          weight * image->by_point * state.rig_from_device[std::size_t(map.position)].rotation_matrix().transpose();
+      const Mat23 by_rig = weight * image->by_point *
+                           state.rig_from_device[std::size_t(map.position)].rotation_matrix().transpose();
       add(row, by_rig, map.position, glass, *image, weight);
     }
     rows.residual.segment<2>(row) = whiten * residual;
@@ -336,14 +337,13 @@ Normal Adjustment::normal(const RoomState& state, const Layout& layout, double l
     for (int i = int(long(count) * part / kParts); i < int(long(count) * (part + 1) / kParts); ++i) {
       if (!used[std::size_t(i)] || !linearise(state, &layout, i, rows)) continue;
       const double square = rows.residual.squaredNorm();
-      const double weight =
-          loss_square > 0 ? std::pow(loss_square / (loss_square + square), 2) : 1;
+      const double weight = loss_square > 0 ? std::pow(loss_square / (loss_square + square), 2) : 1;
       sum.cost += loss_square > 0 ? loss_square * square / (loss_square + square) : square;
       const double by_depth = rows.by_depth.squaredNorm();
       if (!(by_depth > 0)) continue;
       const VecX cross = rows.by_parameters.transpose() * rows.by_depth;
-      const MatX local =
-          weight * (rows.by_parameters.transpose() * rows.by_parameters - cross * cross.transpose() / by_depth);
+      const MatX local = weight * (rows.by_parameters.transpose() * rows.by_parameters -
+                                   cross * cross.transpose() / by_depth);
       const VecX gradient = weight * (rows.by_parameters.transpose() * rows.residual -
                                       cross * (rows.by_depth.dot(rows.residual) / by_depth));
       for (int r = 0; r < int(rows.columns.size()); ++r) {
@@ -405,7 +405,8 @@ std::optional<Adjustment::DepthGradient> Adjustment::depth_gradient(const RoomSt
   const double w = state.inverse_depth[std::size_t(point)], by_depth = rows.by_depth.squaredNorm();
   if (!(by_depth > 0) || !(w > 0)) return std::nullopt;
   DepthGradient out{VecX::Zero(layout.size), 1 / (std::sqrt(by_depth) * w)};
-  const VecX cross = rows.by_parameters.transpose() * rows.by_depth;  // dw = -cross / by_depth, dlog z = -dw / w
+  const VecX cross =
+      rows.by_parameters.transpose() * rows.by_depth;  // dw = -cross / by_depth, dlog z = -dw / w
   for (int c = 0; c < int(rows.columns.size()); ++c)
     out.by_parameters[rows.columns[std::size_t(c)]] = cross[c] / (by_depth * w);
   return out;
@@ -429,7 +430,9 @@ RoomState Adjustment::moved(const RoomState& state, const Layout& layout, const 
 double Adjustment::solve(RoomState& state) const {
   const Layout layout = this->layout(state);
   double scale = std::max(scatter(state), 1e-6);
-  const auto loss_of = [&](double s) { return options_.robust_sigmas > 0 ? std::pow(options_.robust_sigmas * s, 2) : 0; };
+  const auto loss_of = [&](double s) {
+    return options_.robust_sigmas > 0 ? std::pow(options_.robust_sigmas * s, 2) : 0;
+  };
   double loss = loss_of(scale), damping = 1e-3;
   double current = cost(state, layout, loss);
   int still = 0;

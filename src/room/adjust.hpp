@@ -1,14 +1,14 @@
 #pragma once
 /// Bundle adjustment over lenses, poses and one inverse depth a point.
 ///
-/// A point is d / w in its anchor's frame, d = (a, b, 1) the ray of the anchor's pixel, w its inverse depth. In the frame of
-/// device s, times w (a projection does not change by it),
+/// A point is d / w in its anchor's frame, d = (a, b, 1) the ray of the anchor's pixel, w its inverse depth. In the
+/// frame of device s, times w (a projection does not change by it),
 ///
 ///   U = R_a d + w t_a (rig),    Y_s = R_s^T (U - w t_s),    rig_from_device = (R, t), increments on the left.
 ///
-/// Each point's depth is eliminated by its Schur complement, so that the system has the devices' parameters alone (Triggs,
-/// McLauchlan, Hartley, Fitzgibbon, "Bundle adjustment - a modern synthesis", 2000, sections 6.1 and 9). Levenberg-Marquardt;
-/// outliers by iteratively reweighted least squares with the loss of Geman and McClure.
+/// Each point's depth is eliminated by its Schur complement, so that the system has the devices' parameters alone
+/// (Triggs, McLauchlan, Hartley, Fitzgibbon, "Bundle adjustment - a modern synthesis", 2000, sections 6.1 and 9).
+/// Levenberg-Marquardt; outliers by iteratively reweighted least squares with the loss of Geman and McClure.
 #include <functional>
 #include <optional>
 #include <utility>
@@ -49,8 +49,8 @@ struct PointFit {
   int freedom = 0;    ///< rows less one, 0: not in use
 };
 
-/// The parameters of the system: offsets of each lens' free parameters and each pose. The first pose that has a place is fixed and
-/// must be the identity; the distance of the farthest one from it is fixed as well.
+/// The parameters of the system: offsets of each lens' free parameters and each pose. The first pose that has a
+/// place is fixed and must be the identity; the distance of the farthest one from it is fixed as well.
 struct Layout {
   std::vector<std::vector<int>> lens;  ///< by lens and parameter; -1: fixed
   std::vector<int> pose;               ///< of the first of six; -1: fixed
@@ -61,7 +61,7 @@ struct Layout {
 struct Normal {
   MatX information;  ///< of the parameters, depths eliminated, with the priors
   VecX gradient;
-  MatX prior;        ///< the priors' part, and the scale's
+  MatX prior;  ///< the priors' part, and the scale's
   double cost = 0;
 };
 
@@ -83,13 +83,13 @@ class Adjustment {
 
   Layout layout(const RoomState& state) const;
   Normal normal(const RoomState& state, const Layout& layout, double loss_square) const;
-  /// Covariance of the parameters by Layout, first the inverse of the information times `scale`^2, made robust by what groups
-  /// of points say: group[point] >= 0.
+  /// Covariance of the parameters by Layout, first the inverse of the information times `scale`^2, made robust by
+  /// what groups of points say: group[point] >= 0.
   MatX covariance(const RoomState& state, const Layout& layout, const std::vector<int>& group, int groups,
                   double scale) const;
   double scatter(const RoomState& state) const;
-  /// d log(depth) / d parameters of a point, the light as it is; and the standard deviation of log(depth) by the light's noise for
-  /// readings as certain as stated. nullopt: not in use.
+  /// d log(depth) / d parameters of a point, the light as it is; and the standard deviation of log(depth) by the
+  /// light's noise for readings as certain as stated. nullopt: not in use.
   struct DepthGradient {
     VecX by_parameters;
     double noise = 0;
@@ -103,7 +103,8 @@ class Adjustment {
 
  private:
   struct Rows;
-  bool linearise(const RoomState& state, const Layout* layout, int point, Rows& rows, bool only_anchor = false) const;
+  bool linearise(const RoomState& state, const Layout* layout, int point, Rows& rows,
+                 bool only_anchor = false) const;
   double cost(const RoomState& state, const Layout& layout, double loss_square) const;
   double prior_cost(const RoomState& state, const Layout& layout, Normal* normal) const;
   bool active(const RoomState& state, int point, int reading) const;

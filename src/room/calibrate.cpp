@@ -43,7 +43,8 @@ class Route {
     fit_without_loss();
     check_fit();
     layout_ = adjustment_->layout(state_);
-    covariance_ = adjustment_->covariance(state_, layout_, groups(), int(points_.maps.size()) * kGroupColumns * kGroupRows,
+    covariance_ = adjustment_->covariance(state_, layout_, groups(),
+                                          int(points_.maps.size()) * kGroupColumns * kGroupRows,
                                           std::max(1e-6, result_.scatter));
     measure_parallax();
     check_known_lenses();
@@ -63,13 +64,16 @@ class Route {
     const auto known = [](const std::vector<Device>& devices, const std::string& name) {
       return std::any_of(devices.begin(), devices.end(), [&](const Device& d) { return d.name == name; });
     };
-    const auto require_known = [&](const std::vector<Device>& devices, const std::string& name, const char* what) {
+    const auto require_known = [&](const std::vector<Device>& devices, const std::string& name,
+                                   const char* what) {
       if (!known(devices, name))
-        throw Error(ErrorKind::kInput, std::string(what) + " '" + name + "'", "the session has none of that name",
+        throw Error(ErrorKind::kInput, std::string(what) + " '" + name + "'",
+                    "the session has none of that name",
                     "name one of: " + comma_list(devices, [](const Device& d) { return d.name; }));
     };
     for (const auto& [name, lens] : options_.cameras) require_known(points_.cameras, name, "known camera");
-    for (const auto& [name, sheet] : options_.projectors) require_known(points_.projectors, name, "projector");
+    for (const auto& [name, sheet] : options_.projectors)
+      require_known(points_.projectors, name, "projector");
     require(!options_.distances.empty(), "calibrate_room: no known distance");
     for (const KnownDistance& distance : options_.distances) {
       require(distance.length > 0 && distance.sigma >= 0 &&
@@ -88,7 +92,8 @@ class Route {
     for (int step = -5; step <= 5; ++step) {
       LensPlan plan = plan_;
       for (std::size_t c = 0; c < points_.cameras.size(); ++c)
-        if (plan.guess[c]) plan.lenses[c].intrinsics.fx = plan.lenses[c].intrinsics.fy *= std::exp(0.15 * step);
+        if (plan.guess[c])
+          plan.lenses[c].intrinsics.fx = plan.lenses[c].intrinsics.fy *= std::exp(0.15 * step);
       try {
         Started trial = start_room(points_, plan, options_.threads);
         if (!best || trial.merit < best->merit) best = std::move(trial);
@@ -160,7 +165,8 @@ class Route {
 
   double mean_variance(int point) const {
     double sum = 0;
-    for (const LightReading& reading : points_.points[std::size_t(point)].readings) sum += reading.sigma.squaredNorm() / 2;
+    for (const LightReading& reading : points_.points[std::size_t(point)].readings)
+      sum += reading.sigma.squaredNorm() / 2;
     return sum / double(points_.points[std::size_t(point)].readings.size());
   }
 
@@ -169,12 +175,13 @@ class Route {
     const bool few = result_.points < all / 3;
     if (result_.points >= 50 && !few && result_.rms_px < options_.max_rms_px) return;
     refuse_if_turned_only(points_, plan_);
-    throw Error(ErrorKind::kNotConverged, "the room's light",
-                few ? "no rig explains it: " + std::to_string(result_.outliers) + " of " + std::to_string(all) +
-                          " points are off"
-                    : "no rig explains it: it is off by " + px(result_.rms_px) + " of the projector (RMS)",
-                "check that the camera's lens is the one of these captures (zoom, resolution), that --projector-size is the "
-                "display's own, and that the projectors did not move between the views");
+    throw Error(
+        ErrorKind::kNotConverged, "the room's light",
+        few ? "no rig explains it: " + std::to_string(result_.outliers) + " of " + std::to_string(all) +
+                  " points are off"
+            : "no rig explains it: it is off by " + px(result_.rms_px) + " of the projector (RMS)",
+        "check that the camera's lens is the one of these captures (zoom, resolution), that --projector-size is the "
+        "display's own, and that the projectors did not move between the views");
   }
 
   std::vector<int> groups() const {
@@ -182,8 +189,10 @@ class Route {
     for (const RoomPoint& point : points_.points) {
       const LightReading& anchor = point.readings[0];
       const int position = points_.maps[std::size_t(anchor.map)].position;
-      const ImageSize size = points_.cameras[std::size_t(points_.positions[std::size_t(position)].camera)].size;
-      const int column = std::clamp(int(kGroupColumns * anchor.camera_pixel.x() / size.width), 0, kGroupColumns - 1),
+      const ImageSize size =
+          points_.cameras[std::size_t(points_.positions[std::size_t(position)].camera)].size;
+      const int column = std::clamp(int(kGroupColumns * anchor.camera_pixel.x() / size.width), 0,
+                                    kGroupColumns - 1),
                 row = std::clamp(int(kGroupRows * anchor.camera_pixel.y() / size.height), 0, kGroupRows - 1);
       group.push_back((anchor.map * kGroupRows + row) * kGroupColumns + column);
     }
@@ -203,7 +212,8 @@ class Route {
           from.push_back((state_.rig_from_device[std::size_t(pose)].translation - *at).normalized());
       }
       double largest = 0;
-      for (const Vec3& a : from) largest = std::max(largest, std::atan2(a.cross(from[0]).norm(), a.dot(from[0])));
+      for (const Vec3& a : from)
+        largest = std::max(largest, std::atan2(a.cross(from[0]).norm(), a.dot(from[0])));
       angles.push_back(largest);
     }
     result_.parallax = median_or(angles, 0.0);
@@ -226,10 +236,11 @@ class Route {
       RoomState state = state_;
       adjustment.solve(state);
       const Layout layout = adjustment.layout(state);
-      const MatX covariance =
-          adjustment.covariance(state, layout, groups(), int(points_.maps.size()) * kGroupColumns * kGroupRows,
-                                std::max(1e-6, result_.scatter));
-      const VecX off = parameters_of(state.lenses[std::size_t(camera)]) - parameters_of(state_.lenses[std::size_t(camera)]);
+      const MatX covariance = adjustment.covariance(state, layout, groups(),
+                                                    int(points_.maps.size()) * kGroupColumns * kGroupRows,
+                                                    std::max(1e-6, result_.scatter));
+      const VecX off = parameters_of(state.lenses[std::size_t(camera)]) -
+                       parameters_of(state_.lenses[std::size_t(camera)]);
       const double size = points_.cameras[std::size_t(camera)].size.width;
       const double focal = parameters_of(state_.lenses[std::size_t(camera)])[0];
       const char* names[] = {"focal length", "focal length", "principal point (x)", "principal point (y)"};
@@ -238,11 +249,12 @@ class Route {
         if (column < 0) continue;
         const double sigma = std::sqrt(std::max(covariance(column, column), 0.0));
         constexpr double kDoubt = 6, kMaterial = 0.005;
-        if (!(std::abs(off[i]) > kDoubt * sigma) || !(std::abs(off[i]) > kMaterial * (i == 0 ? focal : size))) continue;
+        if (!(std::abs(off[i]) > kDoubt * sigma) || !(std::abs(off[i]) > kMaterial * (i == 0 ? focal : size)))
+          continue;
         result_.diagnostics.fail(
             "known_lens_disagrees",
-            "camera '" + points_.cameras[std::size_t(camera)].name + "': the light of the room puts its " + names[i] + " " +
-                fixed(off[i], 1) + " px (+-" + significant(sigma, 2) +
+            "camera '" + points_.cameras[std::size_t(camera)].name + "': the light of the room puts its " +
+                names[i] + " " + fixed(off[i], 1) + " px (+-" + significant(sigma, 2) +
                 ") from the known lens; check that --known-camera is this camera at this zoom, focus and resolution");
         break;
       }
@@ -251,7 +263,9 @@ class Route {
 
   /// Is this position where the rig has its camera?
   bool is_in_rig(int position) const {
-    return first_position(points_.cameras[std::size_t(points_.positions[std::size_t(position)].camera)].name) == position;
+    return first_position(
+               points_.cameras[std::size_t(points_.positions[std::size_t(position)].camera)].name) ==
+           position;
   }
 
   // ---- scale
@@ -259,7 +273,9 @@ class Route {
   /// A known distance by the state's own length, the points' depths at their minimum.
   std::optional<double> modelled(const KnownDistance& distance, RoomState& state) const {
     if (!distance.devices.empty())
-      return (pose_of(distance.devices[0], state).translation - pose_of(distance.devices[1], state).translation).norm();
+      return (pose_of(distance.devices[0], state).translation -
+              pose_of(distance.devices[1], state).translation)
+          .norm();
     Vec3 at[2];
     for (int k = 0; k < 2; ++k) {
       const int point = distance.points[std::size_t(k)];
@@ -292,7 +308,8 @@ class Route {
       RoomState state = state_;
       const std::optional<double> here = modelled(distance, state);
       if (!here || !(*here > 0))
-        throw Error(ErrorKind::kDegenerate, "the known distance", "its two ends are in one place, or have no depth",
+        throw Error(ErrorKind::kDegenerate, "the known distance",
+                    "its two ends are in one place, or have no depth",
                     "measure between two points of the walls that are far apart");
       double variance = std::pow(distance.sigma / distance.length, 2);
       for (const int point : distance.points) {  // the light's own noise at the point
@@ -312,9 +329,11 @@ class Route {
         const double step = 0.1 * std::sqrt(std::max(covariance_(i, i), 1e-24));
         VecX move = VecX::Zero(layout_.size);
         move[i] = step;
-        RoomState up = adjustment_->moved(state, layout_, move), down = adjustment_->moved(state, layout_, -move);
+        RoomState up = adjustment_->moved(state, layout_, move),
+                  down = adjustment_->moved(state, layout_, -move);
         const auto above = modelled(distance, up), below = modelled(distance, down);
-        if (above && below) scale_by_parameters_[i] -= weight * (std::log(*above) - std::log(*below)) / (2 * step);
+        if (above && below)
+          scale_by_parameters_[i] -= weight * (std::log(*above) - std::log(*below)) / (2 * step);
       }
     }
     scale_by_parameters_ /= weights;
@@ -324,9 +343,9 @@ class Route {
     for (const auto& [value, variance] : logs) disagreement += std::pow(value - sum / weights, 2) / variance;
     const double freedom = double(logs.size()) - 1;
     if (freedom > 0 && disagreement > 9 + 4 * freedom) {
-      result_.diagnostics.warn("distances_disagree",
-                               "the known distances disagree by " + fixed(std::sqrt(disagreement / freedom), 1) +
-                                   " of their standard deviations; measure them again");
+      result_.diagnostics.warn("distances_disagree", "the known distances disagree by " +
+                                                         fixed(std::sqrt(disagreement / freedom), 1) +
+                                                         " of their standard deviations; measure them again");
       scale_variance_ *= disagreement / freedom;
     }
   }
@@ -342,7 +361,8 @@ class Route {
     for (int i = 0; i < int(points_.points.size()); ++i) {
       if (!adjustment_->used[std::size_t(i)]) continue;
       // As the rig will measure it: by its own camera and projector.
-      const bool in_rig = is_in_rig(points_.maps[std::size_t(points_.points[std::size_t(i)].readings[0].map)].position);
+      const bool in_rig =
+          is_in_rig(points_.maps[std::size_t(points_.points[std::size_t(i)].readings[0].map)].position);
       const auto gradient = adjustment_->depth_gradient(state_, layout_, i, in_rig);
       const std::optional<Vec3> at = place(points_, state_, i);
       if (!gradient || !at) continue;
@@ -392,7 +412,8 @@ class Route {
     const auto name_lens = [&](const Device& device, std::size_t lens) {
       const std::vector<std::string> all = parameter_names(state_.lenses[lens]);
       for (std::size_t i = 0; i < all.size(); ++i)
-        if (layout_.lens[lens][i] >= 0) names.push_back(device.name + "." + all[i]), rows.push_back(layout_.lens[lens][i]);
+        if (layout_.lens[lens][i] >= 0)
+          names.push_back(device.name + "." + all[i]), rows.push_back(layout_.lens[lens][i]);
     };
     const auto name_pose = [&](const Device& device, std::size_t pose) {
       if (layout_.pose[pose] < 0) return;
@@ -418,8 +439,9 @@ class Route {
       name_pose(points_.projectors[p], pose);
     }
     for (int i = 0; i < positions(); ++i)
-      result_.positions.push_back({points_.cameras[std::size_t(points_.positions[std::size_t(i)].camera)].name,
-                                   points_.positions[std::size_t(i)].view, scaled(std::size_t(i))});
+      result_.positions.push_back(
+          {points_.cameras[std::size_t(points_.positions[std::size_t(i)].camera)].name,
+           points_.positions[std::size_t(i)].view, scaled(std::size_t(i))});
 
     // Translations grow with the scale, which depends on all parameters and on the distance's own error.
     MatX by = MatX::Identity(layout_.size, layout_.size);
@@ -437,7 +459,8 @@ class Route {
     rig.covariance.matrix.resize(Eigen::Index(rows.size()), Eigen::Index(rows.size()));
     for (std::size_t r = 0; r < rows.size(); ++r)
       for (std::size_t c = 0; c < rows.size(); ++c)
-        rig.covariance.matrix(Eigen::Index(r), Eigen::Index(c)) = 0.5 * (all(rows[r], rows[c]) + all(rows[c], rows[r]));
+        rig.covariance.matrix(Eigen::Index(r), Eigen::Index(c)) =
+            0.5 * (all(rows[r], rows[c]) + all(rows[c], rows[r]));
     rig.quality.views_used = positions();
     for (const Device& projector : points_.projectors) rig.quality.rms_px[projector.name] = result_.rms_px;
   }
@@ -457,7 +480,8 @@ class Route {
       if (fit.freedom < 1 || fit.square > limit * limit * fit.freedom) continue;  // an outlier of the light
       const LightReading& anchor = points_.points[std::size_t(i)].readings[0];
       const int position = points_.maps[std::size_t(anchor.map)].position;
-      const ImageSize size = points_.cameras[std::size_t(points_.positions[std::size_t(position)].camera)].size;
+      const ImageSize size =
+          points_.cameras[std::size_t(points_.positions[std::size_t(position)].camera)].size;
       const int column = std::clamp(int(kRegions * anchor.camera_pixel.x() / size.width), 0, kRegions - 1),
                 row = std::clamp(int(kRegions * anchor.camera_pixel.y() / size.height), 0, kRegions - 1);
       const std::size_t at = std::size_t((anchor.map * kRegions + row) * kRegions + column);
@@ -482,17 +506,32 @@ class Route {
 
   void add_remarks() {
     Diagnostics& remarks = result_.diagnostics;
+    for (const RigProjector& projector : result_.rig.projectors) {
+      const Intrinsics& k = projector.projector.inverse_camera.intrinsics;
+      const double sigma = result_.rig.covariance.sigma(projector.name + ".fx") / k.fx;
+      constexpr double kSquare = 0.03;
+      if (std::abs(k.fx / k.fy - 1) > kSquare && std::abs(k.fx / k.fy - 1) > 5 * sigma)
+        remarks.fail(
+            "pixels_not_square",
+            "projector '" + projector.name + "': its pixels are " + fixed(k.fy / k.fx, 3) +
+                " times as wide as high; check --projector-size against the display's own resolution, and turn the "
+                "projector's keystone correction off");
+    }
     if (result_.planar)
-      remarks.note("planar_room",
-                   "the room is one plane: of the projector's lens it determines two numbers; square pixels and the given or "
-                   "usual lens shift are assumed for the others");
+      remarks.note(
+          "planar_room",
+          "the room is one plane: of the projector's lens it determines two numbers; square pixels and the given or "
+          "usual lens shift are assumed for the others");
     if (positions() == 1)
-      remarks.note("one_position",
-                   "one camera position: of the projector's lens it determines two numbers; square pixels and the data sheet are "
-                   "assumed for the others. A second view from another place of the camera needs no assumption");
+      remarks.note(
+          "one_position",
+          "one camera position: of the projector's lens it determines two numbers; square pixels and the "
+          "data sheet are "
+          "assumed for the others. A second view from another place of the camera needs no assumption");
     if (!plan_.cameras_known)
-      remarks.note("lens_estimated",
-                   "the lens of a camera is estimated from the room; a calibrated lens (--known-camera) is more certain");
+      remarks.note(
+          "lens_estimated",
+          "the lens of a camera is estimated from the room; a calibrated lens (--known-camera) is more certain");
     const int all = result_.points + result_.outliers;
     if (result_.outliers > all / 5)
       remarks.warn("many_outliers", std::to_string(result_.outliers) + " of " + std::to_string(all) +
@@ -516,6 +555,12 @@ class Route {
 
 RoomCalibration calibrate_room(const RoomPoints& points, const RoomOptions& options) {
   require(!points.points.empty() && !points.maps.empty(), "calibrate_room: no points");
+  constexpr std::size_t kFewest = 100;
+  if (points.points.size() < kFewest)
+    throw Error(
+        ErrorKind::kNotEnoughData, "the room's light",
+        std::to_string(points.points.size()) + " points are read, " + std::to_string(kFewest) + " are needed",
+        "darken the room, raise the camera's exposure, and see that it looks at the projected picture");
   return Route(points, options).run();
 }
 

@@ -8,8 +8,8 @@
 namespace procam::room {
 namespace {
 
-/// Median distance of a map's light from a homography of the camera's rays, projector pixels; large where none fits. The projector's
-/// distortion is part of it.
+/// Median distance of a map's light from a homography of the camera's rays, projector pixels; large where none fits.
+/// The projector's distortion is part of it.
 double off_homography(const RoomPoints& points, const LensPlan& plan, int map) {
   Points2 rays, pixels;
   const Camera& lens =
@@ -49,7 +49,9 @@ bool only_rotated(const RoomPoints& points, const LensPlan& plan) {
       for (std::size_t r = 1; r < point.readings.size(); ++r) {
         const int to = points.maps[std::size_t(point.readings[r].map)].position;
         if (to == from || (from != 0 && to != 0) || (from != b && to != b)) continue;
-        const auto lens = [&](int p) { return plan.lenses[std::size_t(points.positions[std::size_t(p)].camera)]; };
+        const auto lens = [&](int p) {
+          return plan.lenses[std::size_t(points.positions[std::size_t(p)].camera)];
+        };
         const auto x = lens(from).unproject(point.readings[0].camera_pixel),
                    y = lens(to).unproject(point.readings[r].camera_pixel);
         if (!x || !y || !(x->z() > 1e-6) || !(y->z() > 1e-6)) continue;
@@ -68,7 +70,8 @@ bool only_rotated(const RoomPoints& points, const LensPlan& plan) {
 
 void refuse_if_turned_only(const RoomPoints& points, const LensPlan& plan, const std::string& seen) {
   if (only_rotated(points, plan))
-    throw Error(ErrorKind::kDegenerate, "the room's light", "the camera was only turned between the views, not moved: " + seen,
+    throw Error(ErrorKind::kDegenerate, "the room's light",
+                "the camera was only turned between the views, not moved: " + seen,
                 "move it sideways between the views by a tenth of the room's distance or more");
 }
 
@@ -80,24 +83,31 @@ void refuse_room(const RoomPoints& points, const LensPlan& plan, const std::stri
   for (int map = 0; map < int(points.maps.size()); ++map) flat &= off_homography(points, plan, map) < kFlatPx;
   if (parallax >= 0 && parallax < kSmallParallax)
     throw Error(ErrorKind::kDegenerate, what,
-                format("the devices stand too close together, a point's rays meet at %.2g degrees: ", parallax / kDegree) + seen,
+                format("the devices stand too close together, a point's rays meet at %.2g degrees: ",
+                       parallax / kDegree) +
+                    seen,
                 "put the camera farther from the projector, by a tenth of the room's distance or more");
   if (flat)
-    throw Error(ErrorKind::kDegenerate, what,
-                "all of it lies on one plane, or camera and projector stand in one place: " + seen,
-                points.positions.size() < 2
-                    ? "let the picture fall into a corner or on boxes before the wall, and capture from two camera positions"
-                    : "let the picture fall into a corner or on boxes before the wall, or give the projector's lens shift and "
-                      "throw ratio from its data sheet");
+    throw Error(
+        ErrorKind::kDegenerate, what,
+        "all of it lies on one plane, or camera and projector stand in one place: " + seen,
+        points.positions.size() < 2
+            ? "let the picture fall into a corner or on boxes before the wall, and capture from two camera positions"
+            : "let the picture fall into a corner or on boxes before the wall, or give the projector's lens shift and "
+              "throw ratio from its data sheet");
   if (points.positions.size() < 2)
-    throw Error(ErrorKind::kDegenerate, what,
-                "one camera position determines two of the three numbers of the projector's lens (focal length, principal "
-                "point): " + seen,
-                "capture a second view from another place of the camera, or give the lens shift or the throw ratio from the "
-                "projector's data sheet");
-  throw Error(ErrorKind::kDegenerate, what, seen,
-              plan.cameras_known ? "capture one more view from another place of the camera, where the room has more depth"
-                                 : "give the camera's lens (a calibrate-camera result), or one more view from another place");
+    throw Error(
+        ErrorKind::kDegenerate, what,
+        "one camera position determines two of the three numbers of the projector's lens (focal length, principal "
+        "point): " +
+            seen,
+        "capture a second view from another place of the camera, or give the lens shift or the throw ratio from the "
+        "projector's data sheet");
+  throw Error(
+      ErrorKind::kDegenerate, what, seen,
+      plan.cameras_known
+          ? "capture one more view from another place of the camera, where the room has more depth"
+          : "give the camera's lens (a calibrate-camera result), or one more view from another place");
 }
 
 }  // namespace procam::room

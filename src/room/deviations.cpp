@@ -9,12 +9,13 @@ std::vector<ParameterDeviation> deviations(const Rig& rig, const Rig& truth) {
   const auto add = [&](const std::string& name, double off) {
     if (const double sigma = rig.covariance.sigma(name); sigma > 0) out.push_back({name, off, sigma});
   };
-  const auto add_device = [&](const std::string& name, const Camera& lens, const Pose& place, const Camera& true_lens,
-                              const Pose& true_place) {
+  const auto add_device = [&](const std::string& name, const Camera& lens, const Pose& place,
+                              const Camera& true_lens, const Pose& true_place) {
     const std::vector<std::string> names = parameter_names(lens);
     if (names != parameter_names(true_lens))
       throw Error(ErrorKind::kInput, "the true rig's '" + name + "'",
-                  std::string("its lens model is ") + name_of(true_lens.distortion) + ", not " + name_of(lens.distortion),
+                  std::string("its lens model is ") + name_of(true_lens.distortion) + ", not " +
+                      name_of(lens.distortion),
                   "compare with the truth of the same simulation");
     const VecX off = parameters_of(lens) - parameters_of(true_lens);
     for (std::size_t i = 0; i < names.size(); ++i) add(name + "." + names[i], off[Eigen::Index(i)]);

@@ -119,9 +119,10 @@ LensPlan plan_lenses(const RoomPoints& points, const RoomOptions& options) {
     }
     const Camera& lens = known->second.lens;
     if (lens.size != camera.size)
-      throw Error(ErrorKind::kInput, "known camera '" + camera.name + "'",
-                  "its lens is for images of " + counts(lens.size) + ", the captures are " + counts(camera.size),
-                  "give the lens of this camera at this resolution");
+      throw Error(
+          ErrorKind::kInput, "known camera '" + camera.name + "'",
+          "its lens is for images of " + counts(lens.size) + ", the captures are " + counts(camera.size),
+          "give the lens of this camera at this resolution");
     plan.lenses.push_back(lens);
     plan.guess.emplace_back();
     plan.free.emplace_back(std::size_t(parameters_of(lens).size()), 0);

@@ -13,7 +13,7 @@
 namespace procam::room {
 namespace {
 
-constexpr int kHalf = 2;          // of the window that a map is linear in, pixels
+constexpr int kHalf = 2;  // of the window that a map is linear in, pixels
 constexpr int kFewestInWindow = 15;
 constexpr int kFewestPoints = 100;
 
@@ -33,7 +33,8 @@ std::optional<LightReading> read(const LightMap& light, const Vec2& at) {
       const Vec3 a(1, x - at.x(), y - at.y());
       normal += a * a.transpose();
       right += a * p->transpose();
-      for (int c = 0; c < 2; ++c) variance[c] += double(light.sigma.at(x, y, c)) * double(light.sigma.at(x, y, c));
+      for (int c = 0; c < 2; ++c)
+        variance[c] += double(light.sigma.at(x, y, c)) * double(light.sigma.at(x, y, c));
       ++count;
     }
   if (count < kFewestInWindow) return std::nullopt;
@@ -46,7 +47,8 @@ std::optional<LightReading> read(const LightMap& light, const Vec2& at) {
         const Vec2 off = fit.transpose() * Vec3(1, x - at.x(), y - at.y()) - *p;
         square = std::max(square, off.cwiseAbs2().cwiseQuotient(variance).maxCoeff());
       }
-  // An edge of depth within the window moves the light by pixels; noise of 25 values reaches four sigmas once in 600 windows.
+  // An edge of depth within the window moves the light by pixels; noise of 25 values reaches four sigmas once in 600
+  // windows.
   constexpr double kLargest = 5;
   if (!(square < kLargest * kLargest)) return std::nullopt;
   LightReading reading;
@@ -132,7 +134,7 @@ int decoded_pixels(const LightMap& light) {
 
 }  // namespace
 
-RoomPoints room_points(const std::vector<PositionLight>& lights, const PointsOptions& options) {
+RoomPoints room_points(const std::vector<PositionLight>& lights, const RoomPointsOptions& options) {
   require(!lights.empty() && options.points_a_map > 0, "room_points: no light maps, or no points asked for");
   RoomPoints out;
   for (const PositionLight& seen : lights) {
@@ -175,26 +177,28 @@ RoomPoints room_points(const std::vector<PositionLight>& lights, const PointsOpt
       for (int x = step / 2; x < light.camera_size().width; x += step) {
         const Vec2 at(x, row * step + step / 2);
         if (at.y() >= light.camera_size().height || !light.decoded(x, int(at.y()))) continue;
-        if (std::optional<RoomPoint> point = point_at(m, at)) found[std::size_t(row)].push_back(std::move(*point));
+        if (std::optional<RoomPoint> point = point_at(m, at))
+          found[std::size_t(row)].push_back(std::move(*point));
       }
     });
     for (std::vector<RoomPoint>& points : found)
       std::move(points.begin(), points.end(), std::back_inserter(out.points));
   }
   if (int(out.points.size()) < kFewestPoints) {
-    const std::size_t least =
-        std::size_t(std::min_element(decoded.begin(), decoded.end()) - decoded.begin());
-    throw Error(ErrorKind::kNotEnoughData, "the room's light",
-                std::to_string(out.points.size()) + " points are read, " + std::to_string(kFewestPoints) +
-                    " are needed; the least light is in view '" + lights[least].view + "', " +
-                    std::to_string(decoded[least]) + " pixels",
-                "darken the room, raise the camera's exposure, and see that it looks at the projected picture");
+    const std::size_t least = std::size_t(std::min_element(decoded.begin(), decoded.end()) - decoded.begin());
+    throw Error(
+        ErrorKind::kNotEnoughData, "the room's light",
+        std::to_string(out.points.size()) + " points are read, " + std::to_string(kFewestPoints) +
+            " are needed; the least light is in view '" + lights[least].view + "', " +
+            std::to_string(decoded[least]) + " pixels",
+        "darken the room, raise the camera's exposure, and see that it looks at the projected picture");
   }
   for (const MarkedPixel& mark : options.marked) {
     std::optional<RoomPoint> point;
     for (int m = 0; m < count && !point; ++m) {
       const PositionLight& seen = lights[std::size_t(m)];
-      if ((mark.camera.empty() || mark.camera == seen.camera) && (mark.view.empty() || mark.view == seen.view))
+      if ((mark.camera.empty() || mark.camera == seen.camera) &&
+          (mark.view.empty() || mark.view == seen.view))
         point = point_at(m, mark.pixel);
     }
     if (!point)

@@ -21,9 +21,9 @@ constexpr double kHuberPx = 3;
 
 struct Centred {
   Vec3 mean = Vec3::Zero();
-  double size = 1;       ///< root mean square distance from the mean
-  Mat3 axes;             ///< columns: by falling extent
-  double flatness = 0;   ///< smallest extent over the largest
+  double size = 1;      ///< root mean square distance from the mean
+  Mat3 axes;            ///< columns: by falling extent
+  double flatness = 0;  ///< smallest extent over the largest
 };
 
 Centred centred(const Points3& points) {
@@ -81,7 +81,8 @@ std::optional<Mat34> linear_projection(const Points3& points, const Points2& ima
 
 Mat3 nearest_rotation(const Mat3& m) {
   const Eigen::JacobiSVD<Mat3> svd(m, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  const Mat3 flip = Vec3(1, 1, (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0 ? -1 : 1).asDiagonal();
+  const Mat3 flip =
+      Vec3(1, 1, (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0 ? -1 : 1).asDiagonal();
   return svd.matrixU() * flip * svd.matrixV().transpose();
 }
 
@@ -119,8 +120,7 @@ class Refiner {
         damped.diagonal().array() += 1e-12;
         const VecX step = -damped.ldlt().solve(g);
         Resection next = out.at;
-        next.device_from_rig =
-            (se3_exp<double>(Vec6(step.head<6>())) * next.device_from_rig).normalized();
+        next.device_from_rig = (se3_exp<double>(Vec6(step.head<6>())) * next.device_from_rig).normalized();
         if (guess_ != nullptr) {
           const double factor = std::exp(std::clamp(step[6], -0.5, 0.5));
           next.lens.fx *= factor;
@@ -146,8 +146,9 @@ class Refiner {
     std::vector<double> squares;
     for (std::size_t i = 0; i < points_.size(); ++i) {
       const Vec3 y = out.at.device_from_rig * points_[i];
-      squares.push_back(y.z() > 0 ? (out.at.lens.pixel_from_normalized(y.head<2>() / y.z()) - pixels_[i]).squaredNorm()
-                                  : 1e12);
+      squares.push_back(
+          y.z() > 0 ? (out.at.lens.pixel_from_normalized(y.head<2>() / y.z()) - pixels_[i]).squaredNorm()
+                    : 1e12);
     }
     const double limit = 9 * median(squares);
     double sum = 0;
@@ -200,8 +201,8 @@ class Refiner {
       const Vec2 r = at.lens.pixel_from_normalized(m) - pixels_[i];
       const double weight = each * (r.norm() < kHuberPx ? 1 : kHuberPx / r.norm());
       Mat23 by_y;
-      by_y << at.lens.fx / y.z(), at.lens.skew / y.z(), -(at.lens.fx * m.x() + at.lens.skew * m.y()) / y.z(), 0,
-          at.lens.fy / y.z(), -at.lens.fy * m.y() / y.z();
+      by_y << at.lens.fx / y.z(), at.lens.skew / y.z(), -(at.lens.fx * m.x() + at.lens.skew * m.y()) / y.z(),
+          0, at.lens.fy / y.z(), -at.lens.fy * m.y() / y.z();
       Eigen::Matrix<double, 2, 9> j = Eigen::Matrix<double, 2, 9>::Zero();
       j.leftCols<3>() = -by_y * hat(y);
       j.middleCols<3>(3) = by_y;
@@ -244,7 +245,8 @@ std::vector<Pose> start_poses(const Points3& points, const Points2& images) {
 }
 
 void keep_best(std::vector<Resection>& found, std::size_t count) {
-  std::sort(found.begin(), found.end(), [](const Resection& a, const Resection& b) { return a.cost < b.cost; });
+  std::sort(found.begin(), found.end(),
+            [](const Resection& a, const Resection& b) { return a.cost < b.cost; });
   std::vector<Resection> kept;
   for (const Resection& r : found) {
     const bool known = std::any_of(kept.begin(), kept.end(), [&](const Resection& k) {
@@ -260,8 +262,8 @@ void keep_best(std::vector<Resection>& found, std::size_t count) {
 
 std::vector<Intrinsics> lens_grid(const LensGuess& guess) {
   std::vector<Intrinsics> grid;
-  const auto steps = [](double sigma, double step, int most) {
-    return std::clamp(int(std::ceil(1.5 * sigma / step)), 0, most);
+  const auto steps = [](double sigma, double step, int max_steps) {
+    return std::clamp(int(std::ceil(1.5 * sigma / step)), 0, max_steps);
   };
   const int focal = steps(guess.focal_sigma, 0.2, 5);
   const int x = steps(guess.centre_sigma.x() / guess.size.width, 0.15, 2),
@@ -276,7 +278,8 @@ std::vector<Intrinsics> lens_grid(const LensGuess& guess) {
   return grid;
 }
 
-std::vector<Resection> resect_with_lens(const Points3& points, const Points2& pixels, const LensGuess& guess) {
+std::vector<Resection> resect_with_lens(const Points3& points, const Points2& pixels,
+                                        const LensGuess& guess) {
   std::vector<Resection> found;
   if (points.size() < 6) return found;
   // The search with few points, the last steps with all.
@@ -306,7 +309,8 @@ std::vector<Resection> resect_with_lens(const Points3& points, const Points2& pi
         k /= k(2, 2);
         const double f = std::sqrt(std::abs(k(0, 0) * k(1, 1)));
         if (std::isfinite(f) && f > 0)
-          if (const Refined refined = finish.run(Pose(rotation, t), {f, f, k(0, 2), k(1, 2), 0}, 60); refined.ok)
+          if (const Refined refined = finish.run(Pose(rotation, t), {f, f, k(0, 2), k(1, 2), 0}, 60);
+              refined.ok)
             found.push_back(refined.at);
       }
     }
@@ -317,8 +321,7 @@ std::vector<Resection> resect_with_lens(const Points3& points, const Points2& pi
       if (const Refined refined = search.run(pose, lens, 15); refined.ok) found.push_back(refined.at);
   }
   keep_best(found, 6);
-  for (Resection& resection : found)
-    resection = finish.run(resection.device_from_rig, resection.lens, 60).at;
+  for (Resection& resection : found) resection = finish.run(resection.device_from_rig, resection.lens, 60).at;
   keep_best(found, 3);
   return found;
 }

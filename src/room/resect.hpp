@@ -1,10 +1,11 @@
 #pragma once
-/// A device from points in space and where it sees them: pose, and for a lens that is not known the focal length and the
-/// principal point as well, wherever it is.
+/// A device from points in space and where it sees them: pose, and for a lens that is not known the focal length and
+/// the principal point as well, wherever it is.
 ///
-/// Starts: the direct linear transform (Hartley & Zisserman, 7.1), whole for an unknown lens and normalised by each lens of a
-/// grid of focal lengths and lens shifts; for points near a plane the poses of its homography (core/geometry/planar_pose.hpp).
-/// Each is refined by Gauss-Newton with the loss of Huber; what is known of the lens is part of the cost.
+/// Starts: the direct linear transform (Hartley & Zisserman, 7.1), whole for an unknown lens and normalised by each
+/// lens of a grid of focal lengths and lens shifts; for points near a plane the poses of its homography
+/// (core/geometry/planar_pose.hpp). Each is refined by Gauss-Newton with the loss of Huber; what is known of the
+/// lens is part of the cost.
 #include <vector>
 
 #include "procam/core/geometry/pose.hpp"

@@ -37,7 +37,8 @@ class Builder {
       trial.merit = adjust(trial.state, kFocalAndCentre);
       if (trial.merit < best.merit) best = std::move(trial);
     }
-    if (!std::isfinite(best.merit)) refuse_room(points_, plan_, "no two devices fit the light that they share");
+    if (!std::isfinite(best.merit))
+      refuse_room(points_, plan_, "no two devices fit the light that they share");
     adjust(best.state, kRadial);
     while (add_device(best.state)) {
     }
@@ -52,7 +53,9 @@ class Builder {
 
   int cameras() const { return int(points_.cameras.size()); }
   int positions() const { return int(points_.positions.size()); }
-  const MapDevices& devices(const LightReading& reading) const { return points_.maps[std::size_t(reading.map)]; }
+  const MapDevices& devices(const LightReading& reading) const {
+    return points_.maps[std::size_t(reading.map)];
+  }
   int anchor(const RoomPoint& point) const { return devices(point.readings[0]).position; }
   const Camera& lens_of_position(const RoomState& state, int position) const {
     return state.lenses[std::size_t(points_.positions[std::size_t(position)].camera)];
@@ -77,7 +80,8 @@ class Builder {
         std::fill(out.free[l].begin(), out.free[l].end(), 0);
         continue;
       }
-      for (std::size_t i = 4; i < out.free[l].size(); ++i) out.free[l][i] = stage == kRadial && (i == 5 || i == 6);
+      for (std::size_t i = 4; i < out.free[l].size(); ++i)
+        out.free[l][i] = stage == kRadial && (i == 5 || i == 6);
     }
     return out;
   }
@@ -94,8 +98,10 @@ class Builder {
       if (adjustment.fit(state, i).freedom > 0) usable.push_back(i);
     }
     if (int(usable.size()) < kFewestShared) return std::numeric_limits<double>::infinity();
-    const double step = std::max(1.0, double(usable.size()) / (kSearchPoints * std::max(2, solved(state) - 1)));
-    for (double at = 0; at < double(usable.size()); at += step) adjustment.used[std::size_t(usable[std::size_t(at)])] = 1;
+    const double step =
+        std::max(1.0, double(usable.size()) / (kSearchPoints * std::max(2, solved(state) - 1)));
+    for (double at = 0; at < double(usable.size()); at += step)
+      adjustment.used[std::size_t(usable[std::size_t(at)])] = 1;
     const double scatter = std::max(adjustment.solve(state), 1e-6);
     const double merit = 2 * kSearchPoints * std::log(scatter) + adjustment.prior(state);
     for (const int i : usable) {
@@ -105,7 +111,9 @@ class Builder {
     return merit;
   }
 
-  static int solved(const RoomState& state) { return int(std::count(state.solved.begin(), state.solved.end(), 1)); }
+  static int solved(const RoomState& state) {
+    return int(std::count(state.solved.begin(), state.solved.end(), 1));
+  }
 
   /// The first device that has a place becomes the rig's frame.
   void to_first(RoomState& state) const {
@@ -164,22 +172,28 @@ class Builder {
   void solve_pair(PositionPair& pair) const {
     const double focal = lens_focal(pair.a), threshold = (plan_.cameras_known ? 1.0 : 6.0) / focal;
     const std::size_t shared = pair.rays.size();
-    if (rotation_error(pair.rays) < (plan_.cameras_known ? 6e-4 : 4e-3)) return;  // no parallax: any translation fits
-    const auto take = [&](const std::vector<Pose>& poses, std::size_t most) {
+    if (rotation_error(pair.rays) < (plan_.cameras_known ? 6e-4 : 4e-3))
+      return;  // no parallax: any translation fits
+    const auto take = [&](const std::vector<Pose>& poses, std::size_t max_count) {
       std::vector<std::pair<double, Pose>> ranked;
       for (const Pose& pose : poses)
-        if (const double share = share_in_front(pose, pair.rays); share > 0.8) ranked.emplace_back(share, pose);
-      std::stable_sort(ranked.begin(), ranked.end(), [](const auto& x, const auto& y) { return x.first > y.first; });
-      for (std::size_t i = 0; i < std::min(most, ranked.size()); ++i) pair.poses.push_back(ranked[i].second);
+        if (const double share = share_in_front(pose, pair.rays); share > 0.8)
+          ranked.emplace_back(share, pose);
+      std::stable_sort(ranked.begin(), ranked.end(),
+                       [](const auto& x, const auto& y) { return x.first > y.first; });
+      for (std::size_t i = 0; i < std::min(max_count, ranked.size()); ++i) pair.poses.push_back(ranked[i].second);
     };
-    if (const auto geometry = find_epipolar(pair.rays, threshold)) take(poses_of_essential(geometry->fundamental), 2);
-    if (const std::optional<Mat3> plane = homography(pair.rays, 2 * threshold)) take(poses_of_homography(*plane), 2);
+    if (const auto geometry = find_epipolar(pair.rays, threshold))
+      take(poses_of_essential(geometry->fundamental), 2);
+    if (const std::optional<Mat3> plane = homography(pair.rays, 2 * threshold))
+      take(poses_of_homography(*plane), 2);
     if (pair.poses.empty()) return;
     pair.merit = double(shared) * std::min(0.35, parallax(pair.poses.front(), pair.rays));
   }
 
   double lens_focal(int position) const {
-    const Intrinsics& k = plan_.lenses[std::size_t(points_.positions[std::size_t(position)].camera)].intrinsics;
+    const Intrinsics& k =
+        plan_.lenses[std::size_t(points_.positions[std::size_t(position)].camera)].intrinsics;
     return std::sqrt(std::abs(k.fx * k.fy));
   }
 
@@ -213,7 +227,8 @@ class Builder {
   std::vector<RoomState> first_devices() const {
     std::vector<RoomState> states;
     const std::vector<PositionPair> pairs = position_pairs();
-    for (std::size_t i = 0; i < std::min<std::size_t>(2, pairs.size()); ++i) begin_with_positions(pairs[i], states);
+    for (std::size_t i = 0; i < std::min<std::size_t>(2, pairs.size()); ++i)
+      begin_with_positions(pairs[i], states);
     if (states.empty()) begin_with_projector(states);
     return states;
   }
@@ -307,7 +322,8 @@ class Builder {
       if (!ray) continue;
       for (const LightReading& reading : point.readings)
         if (devices(reading).projector == projector && state.solved[std::size_t(devices(reading).position)]) {
-          places.push_back(state.rig_from_device[std::size_t(anchor(point))] * Vec3(Vec3(ray->x(), ray->y(), 1) / w));
+          places.push_back(state.rig_from_device[std::size_t(anchor(point))] *
+                           Vec3(Vec3(ray->x(), ray->y(), 1) / w));
           pixels.push_back(reading.projector_pixel);
           break;
         }
@@ -339,7 +355,8 @@ class Builder {
         if (devices(point.readings[r]).position == position) {
           const auto seen = ray_at(lens_of_position(state, position), point.readings[r].camera_pixel);
           if (!seen) break;
-          places.push_back(state.rig_from_device[std::size_t(anchor(point))] * Vec3(Vec3(ray->x(), ray->y(), 1) / w));
+          places.push_back(state.rig_from_device[std::size_t(anchor(point))] *
+                           Vec3(Vec3(ray->x(), ray->y(), 1) / w));
           rays.push_back(*seen);
           break;
         }
@@ -357,15 +374,15 @@ class Builder {
   }
 
   static void keep_some(Points3& places, Points2& images) {
-    constexpr std::size_t kMost = 400;
-    if (places.size() <= kMost) return;
-    for (std::size_t i = 0; i < kMost; ++i) {
-      const std::size_t from = places.size() * i / kMost;
+    constexpr std::size_t kMax = 400;
+    if (places.size() <= kMax) return;
+    for (std::size_t i = 0; i < kMax; ++i) {
+      const std::size_t from = places.size() * i / kMax;
       places[i] = places[from];
       images[i] = images[from];
     }
-    places.resize(kMost);
-    images.resize(kMost);
+    places.resize(kMax);
+    images.resize(kMax);
   }
 
   /// Points with a depth that each device without a place shares.
@@ -411,12 +428,14 @@ class Builder {
 
   [[noreturn]] void refuse_unconnected(const RoomState& state, int device) const {
     const int count = shared_points(state)[std::size_t(device)];
-    if (count >= kFewestShared) refuse_room(points_, plan_, "no place of a device fits the light that it shares");
+    if (count >= kFewestShared)
+      refuse_room(points_, plan_, "no place of a device fits the light that it shares");
     const bool is_projector = device >= positions();
     const std::string name =
-        is_projector ? "projector '" + points_.projectors[std::size_t(device - positions())].name + "'"
-                     : "camera '" + points_.cameras[std::size_t(points_.positions[std::size_t(device)].camera)].name +
-                           "' in view '" + points_.positions[std::size_t(device)].view + "'";
+        is_projector
+            ? "projector '" + points_.projectors[std::size_t(device - positions())].name + "'"
+            : "camera '" + points_.cameras[std::size_t(points_.positions[std::size_t(device)].camera)].name +
+                  "' in view '" + points_.positions[std::size_t(device)].view + "'";
     throw Error(ErrorKind::kNotEnoughData, name,
                 "it shares " + std::to_string(count) + " measured points with the other devices, and " +
                     std::to_string(kFewestShared) + " are needed",

@@ -15,7 +15,7 @@ struct LensPlan {
   std::vector<Camera> lenses;                   ///< by lens, to begin with
   std::vector<std::optional<LensGuess>> guess;  ///< of lenses that are not known
   std::vector<LensKnowledge> known;
-  std::vector<std::vector<char>> free;          ///< in the last adjustment
+  std::vector<std::vector<char>> free;  ///< in the last adjustment
   bool cameras_known = true;
 };
 
@@ -24,7 +24,8 @@ LensPlan plan_lenses(const RoomPoints& points, const RoomOptions& options);
 /// The plan's knowledge with the weak priors of unknown lenses scaled to the lenses as solved.
 std::vector<LensKnowledge> knowledge_at(const LensPlan& plan, const RoomState& state);
 
-/// A plan in which the lens of a known camera is as unknown as a lens of about its focal length: what the light says against it.
+/// A plan in which the lens of a known camera is as unknown as a lens of about its focal length: what the light says
+/// against it.
 LensPlan doubting(const LensPlan& plan, int camera);
 
 struct Started {
@@ -35,12 +36,13 @@ struct Started {
 /// Every device with a place, the first position at the origin, scale arbitrary. Throws as calibrate_room().
 Started start_room(const RoomPoints& points, const LensPlan& plan, int threads);
 
-/// Throws Error(kDegenerate) with the cause why a room gives no rig: one plane, no parallax, one camera position. `seen` is what
-/// shows it; `parallax` in radians where it is known, else negative.
+/// Throws Error(kDegenerate) with the cause why a room gives no rig: one plane, no parallax, one camera position.
+/// `seen` is what shows it; `parallax` in radians where it is known, else negative.
 [[noreturn]] void refuse_room(const RoomPoints& points, const LensPlan& plan, const std::string& seen,
                               double parallax = -1);
 
 /// Throws Error(kDegenerate) when all camera positions differ by rotations alone.
-void refuse_if_turned_only(const RoomPoints& points, const LensPlan& plan, const std::string& seen = "no depth follows");
+void refuse_if_turned_only(const RoomPoints& points, const LensPlan& plan,
+                           const std::string& seen = "no depth follows");
 
 }  // namespace procam::room

@@ -198,14 +198,16 @@ std::pair<Rig, simulate::CaptureOptions> room_rig(const SimulationOptions& optio
 }
 
 /// What one camera records of one projector in a room, and the truth beside the view's folders.
-void write_room_pair(const simulate::CaptureOptions& capture, const simulate::Room& room, const RigCamera& camera,
-                     const RigProjector& projector, const std::vector<ImageU8>& frames, bool only_camera,
-                     const fs::path& stack, const fs::path& view) {
+void write_room_pair(const simulate::CaptureOptions& capture, const simulate::Room& room,
+                     const RigCamera& camera, const RigProjector& projector,
+                     const std::vector<ImageU8>& frames, bool only_camera, const fs::path& stack,
+                     const fs::path& view) {
   const simulate::RoomView seen = simulate::scan_view(capture, room, camera, projector, frames);
   make_folder(stack);
   for (std::size_t frame = 0; frame < seen.captures.size(); ++frame)
     io::save_image(stack / numbered("frame", frame, ".png"), seen.captures[frame]);
-  io::save_pfm(view / (only_camera ? "truth_depth.pfm" : "truth_depth_" + camera.name + ".pfm"), seen.truth.depth);
+  io::save_pfm(view / (only_camera ? "truth_depth.pfm" : "truth_depth_" + camera.name + ".pfm"),
+               seen.truth.depth);
   io::save_pose(view / ("truth_" + camera.name + ".json"),
                 {"rig", camera.name, PoseWithCovariance{camera.rig_from_camera}});
 }
@@ -243,7 +245,8 @@ SimulatedFolder write_room(const fs::path& place, const SimulationOptions& optio
   if (rig.projectors.size() == 1)
     session.projector_size = size;
   else
-    for (const RigProjector& projector : rig.projectors) session.projectors[projector.name] = projector.projector.size();
+    for (const RigProjector& projector : rig.projectors)
+      session.projectors[projector.name] = projector.projector.size();
   io::save_session(folder.path(), session);
   Rig truth = rig;
   truth.provenance.options["room"] = options.room;

@@ -1,5 +1,6 @@
 #pragma once
-/// Rooms of planes and spheres, a rig, and the light that its cameras read in them, without images: truth for calibrate_room().
+/// Rooms of planes and spheres, a rig, and the light that its cameras read in them, without images: truth for
+/// calibrate_room().
 #include <optional>
 #include <random>
 #include <string>
@@ -30,7 +31,8 @@ struct NumericRoom {
     }
     for (const NumericBall& ball : balls) {
       const Vec3 o = from - ball.centre;
-      const double a = direction.squaredNorm(), b = o.dot(direction), c = o.squaredNorm() - ball.radius * ball.radius;
+      const double a = direction.squaredNorm(), b = o.dot(direction),
+                   c = o.squaredNorm() - ball.radius * ball.radius;
       const double root = b * b - a * c;
       if (root <= 0) continue;
       const double t = (-b - std::sqrt(root)) / a;
@@ -47,9 +49,10 @@ inline Plane plane_through(const Vec3& point, const Vec3& normal) {
 
 /// Two walls that meet, a floor, and a ball before them.
 inline NumericRoom corner_room() {
-  return {{plane_through({0.1, 0, 2.3}, {0.6, 0.05, -0.8}), plane_through({0.1, 0, 2.3}, {-0.75, 0.02, -0.66}),
-           plane_through({0, 0.75, 0}, {0.03, -1, -0.02})},
-          {{{0.15, 0.2, 1.7}, 0.25}}};
+  return {
+      {plane_through({0.1, 0, 2.3}, {0.6, 0.05, -0.8}), plane_through({0.1, 0, 2.3}, {-0.75, 0.02, -0.66}),
+       plane_through({0, 0.75, 0}, {0.03, -1, -0.02})},
+      {{{0.15, 0.2, 1.7}, 0.25}}};
 }
 inline NumericRoom flat_room() {
   return {{plane_through({0, 0, 2}, {0.25, 0.1, -1})}, {}};
@@ -66,12 +69,14 @@ inline Pose looking_at(const Vec3& from, const Vec3& at, double roll) {
 /// Skewed, distorted lenses, no two alike. The projector's axis is far from the middle of its picture.
 inline Camera numeric_camera(int which) {
   const double z = 1 + 0.03 * which;
-  return {{1280, 960}, {1052 * z, 1047 * z, 633.0 - 5 * which, 491.0 + 3 * which, 1.7},
+  return {{1280, 960},
+          {1052 * z, 1047 * z, 633.0 - 5 * which, 491.0 + 3 * which, 1.7},
           BrownConrady{{0.06, -0.12, 0.001, -0.0007, 0.02}}};
 }
 inline Camera numeric_projector(int which) {
   const double z = 1 + 0.05 * which;
-  return {{1024, 768}, {1710 * z, 1704 * z, 611.0 + 8 * which, 696.0 - 20 * which, -1.4},
+  return {{1024, 768},
+          {1710 * z, 1704 * z, 611.0 + 8 * which, 696.0 - 20 * which, -1.4},
           BrownConrady{{-0.05, 0.03, 0.0006, 0.0008, -0.02}}};
 }
 
@@ -114,20 +119,23 @@ struct NumericWorld {
   }
 };
 
-/// One camera position after the other around a corner; `projectors` beside them. Every position sees every projector.
-inline NumericWorld numeric_world(int cameras, int positions_each, int projectors, NumericRoom room = corner_room()) {
+/// One camera position after the other around a corner; `projectors` beside them. Every position sees every
+/// projector.
+inline NumericWorld numeric_world(int cameras, int positions_each, int projectors,
+                                  NumericRoom room = corner_room()) {
   NumericWorld world;
   world.room = std::move(room);
   for (int c = 0; c < cameras; ++c) world.cameras.push_back(numeric_camera(c));
   const Vec3 middle(0.08, 0.05, 2.0);
-  const Vec3 places[] = {{0, 0, 0},        {-0.45, -0.2, 0.1}, {0.5, 0.15, -0.1}, {0.1, -0.5, 0.05},
+  const Vec3 places[] = {{0, 0, 0},         {-0.45, -0.2, 0.1}, {0.5, 0.15, -0.1}, {0.1, -0.5, 0.05},
                          {-0.6, 0.25, 0.2}, {0.7, -0.3, 0.1},   {-0.2, 0.35, 0.0}, {0.3, -0.15, 0.25}};
   const Pose first = looking_at(places[0], middle, 0.02);
   int at = 0;
   for (int v = 0; v < positions_each; ++v)
     for (int c = 0; c < cameras; ++c, ++at) {
       const Pose pose = looking_at(places[at % 8], middle + 0.03 * Vec3(at % 3, at % 2, 0), 0.05 * at - 0.04);
-      world.positions.push_back({c, "view_0" + std::to_string(v), first.inverse() * (at == 0 ? first : pose)});
+      world.positions.push_back(
+          {c, "view_0" + std::to_string(v), first.inverse() * (at == 0 ? first : pose)});
     }
   for (int p = 0; p < projectors; ++p) {
     RigProjector projector;
@@ -146,7 +154,8 @@ inline NumericWorld numeric_world(int cameras, int positions_each, int projector
   for (const Plane& plane : world.room.planes)
     moved.planes.push_back(plane_through(rig_from_room * Vec3(-plane.offset * plane.normal),
                                          rig_from_room.rotation * plane.normal));
-  for (const NumericBall& ball : world.room.balls) moved.balls.push_back({rig_from_room * ball.centre, ball.radius});
+  for (const NumericBall& ball : world.room.balls)
+    moved.balls.push_back({rig_from_room * ball.centre, ball.radius});
   world.room = moved;
   for (int i = 0; i < int(world.positions.size()); ++i)
     for (int p = 0; p < projectors; ++p) world.maps.emplace_back(i, p);
@@ -158,14 +167,16 @@ inline std::string numeric_camera_name(const NumericWorld& world, int camera) {
 }
 
 /// The light's derivative by the camera's pixel; nullopt beside an edge.
-inline std::optional<Mat2> light_by_pixel(const NumericWorld& world, int position, int projector, const Vec2& at) {
+inline std::optional<Mat2> light_by_pixel(const NumericWorld& world, int position, int projector,
+                                          const Vec2& at) {
   constexpr double kStep = 1.5;
   Mat2 j;
   const auto middle = world.light(position, projector, at);
   if (!middle) return std::nullopt;
   for (int c = 0; c < 2; ++c) {
     const Vec2 step = kStep * Vec2::Unit(c);
-    const auto up = world.light(position, projector, at + step), down = world.light(position, projector, at - step);
+    const auto up = world.light(position, projector, at + step),
+               down = world.light(position, projector, at - step);
     if (!up || !down || (*up + *down - 2 * *middle).norm() > 0.05) return std::nullopt;
     j.col(c) = (*up - *down) / (2 * kStep);
   }
@@ -173,15 +184,16 @@ inline std::optional<Mat2> light_by_pixel(const NumericWorld& world, int positio
 }
 
 struct NumericNoise {
-  double sigma = 0.05;     ///< projector pixels, both coordinates
-  double wrong = 0;        ///< share of readings that are off by 2 to 40 pixels
+  double sigma = 0.05;  ///< projector pixels, both coordinates
+  double wrong = 0;     ///< share of readings that are off by 2 to 40 pixels
   unsigned seed = 1;
 };
 
 inline room::RoomPoints read_points(const NumericWorld& world, int step, const NumericNoise& noise) {
   room::RoomPoints out;
   for (int c = 0; c < int(world.cameras.size()); ++c)
-    out.cameras.push_back({numeric_camera_name(world, c), DeviceKind::kCamera, world.cameras[std::size_t(c)].size});
+    out.cameras.push_back(
+        {numeric_camera_name(world, c), DeviceKind::kCamera, world.cameras[std::size_t(c)].size});
   for (const RigProjector& projector : world.projectors)
     out.projectors.push_back({projector.name, DeviceKind::kProjector, projector.projector.size()});
   for (const NumericPosition& p : world.positions) out.positions.push_back({p.camera, p.view});

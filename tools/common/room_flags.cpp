@@ -15,17 +15,20 @@ std::pair<std::string, std::string> named(const std::string& text) {
   return {text.substr(0, equals), text.substr(equals + 1)};
 }
 
-std::string device_name(const std::string& name, const std::vector<Device>& devices, const std::string& flag) {
+std::string device_name(const std::string& name, const std::vector<Device>& devices,
+                        const std::string& flag) {
   if (!name.empty()) return name;
   if (devices.size() == 1) return devices.front().name;
-  throw Error(ErrorKind::kInput, flag, "the session has several such devices",
-              "say which one, NAME=VALUE, of: " + comma_list(devices, [](const Device& d) { return d.name; }));
+  throw Error(
+      ErrorKind::kInput, flag, "the session has several such devices",
+      "say which one, NAME=VALUE, of: " + comma_list(devices, [](const Device& d) { return d.name; }));
 }
 
 std::optional<Vec2> pixel_in(const std::string& text) {
   const std::size_t comma = text.find(',');
   if (comma == std::string::npos) return std::nullopt;
-  return Vec2(io::parse_uncertain(text.substr(0, comma)).value, io::parse_uncertain(text.substr(comma + 1)).value);
+  return Vec2(io::parse_uncertain(text.substr(0, comma)).value,
+              io::parse_uncertain(text.substr(comma + 1)).value);
 }
 
 room::Estimate estimate(const io::Uncertain& value, double sigma) {
@@ -63,8 +66,9 @@ void add_known(const std::string& flag, const std::vector<Device>& cameras,
 DistanceFlag parse_distance(const std::string& text) {
   const std::size_t first = text.find(':'), last = text.rfind(':');
   if (first == std::string::npos || first == last)
-    throw Error(ErrorKind::kInput, "'" + text + "'", "a distance has two ends and a length",
-                "give e.g. 412,300:880,310:1.25m, two pixels of the first view's image, or camera:projector:0.4m");
+    throw Error(
+        ErrorKind::kInput, "'" + text + "'", "a distance has two ends and a length",
+        "give e.g. 412,300:880,310:1.25m, two pixels of the first view's image, or camera:projector:0.4m");
   DistanceFlag out;
   out.text = text;
   const std::string ends[] = {text.substr(0, first), text.substr(first + 1, last - first - 1)};
@@ -87,44 +91,62 @@ DistanceFlag parse_distance(const std::string& text) {
   }
   out.length = io::parse_length(length);
   if (!(out.length > 0) || !(out.sigma >= 0))
-    throw Error(ErrorKind::kInput, "'" + text + "'", "the length is not positive", "give a length above zero, e.g. 1.25m");
+    throw Error(ErrorKind::kInput, "'" + text + "'", "the length is not positive",
+                "give a length above zero, e.g. 1.25m");
   return out;
 }
 
 void declare_room(CLI::App& app, RoomFlags& flags) {
-  app.add_option("--captures", flags.captures,
-                 "Folder of views, each a sub-folder of numbered frames as for scan-surfaces. Between the views the cameras are moved; "
-                 "the projectors stand still")
+  app.add_option(
+         "--captures", flags.captures,
+         "Folder of views, each a sub-folder of numbered frames as for scan-surfaces. Between the views the "
+         "cameras are moved; "
+         "the projectors stand still")
       ->required();
-  app.add_option("--known-camera", flags.known_cameras,
-                 "Lens of the camera: a rig file of calibrate-camera, or another program's calibration (docs/exchange.md). Of several "
-                 "cameras NAME=FILE for each, or one file with all. Without it the lens is estimated from the room, less certainly");
+  app.add_option(
+      "--known-camera", flags.known_cameras,
+      "Lens of the camera: a rig file of calibrate-camera, or another program's calibration "
+      "(docs/exchange.md). Of several "
+      "cameras NAME=FILE for each, or one file with all. Without it the lens is estimated from the room, "
+      "less certainly");
   add_parsed(
       app, "--distance", [&](const std::string& text) { flags.distances.push_back(parse_distance(text)); },
-      "A known length, which gives the scale: two pixels of the first view's image and how far apart their points of the walls are, "
-      "412,300:880,310:1.25m or with its deviation 1.25m+-1mm (default 2mm); or two devices' lenses, camera:projector:0.4m "
+      "A known length, which gives the scale: two pixels of the first view's image and how far apart their "
+      "points of the walls are, "
+      "412,300:880,310:1.25m or with its deviation 1.25m+-1mm (default 2mm); or two devices' lenses, "
+      "camera:projector:0.4m "
       "(default +-5mm). Several are averaged by their certainty")
       ->required()
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
-  app.add_option("--throw-ratio", flags.throw_ratios,
-                 "Known of the projector: distance over picture width, e.g. 1.4 or 1.4+-0.02; of several projectors NAME=1.4");
-  app.add_option("--lens-shift", flags.lens_shifts,
-                 "Known of the projector: how far its axis lies from the picture's centre, in widths and heights, right and down, e.g. "
-                 "0,0.5 or 0+-0.01,0.5+-0.02; of several projectors NAME=0,0.5");
-  app.add_option("--pattern", flags.open.stated.pattern,
-                 "What was projected, if session.json does not say (default gray): gray, phase, gray+phase, a pattern.json");
+  app.add_option(
+      "--throw-ratio", flags.throw_ratios,
+      "Known of the projector: distance over picture width, e.g. 1.4 or 1.4+-0.02; of several projectors NAME=1.4");
+  app.add_option(
+      "--lens-shift", flags.lens_shifts,
+      "Known of the projector: how far its axis lies from the picture's centre, in widths and heights, "
+      "right and down, e.g. "
+      "0,0.5 or 0+-0.01,0.5+-0.02; of several projectors NAME=0,0.5");
+  app.add_option(
+      "--pattern", flags.open.stated.pattern,
+      "What was projected, if session.json does not say (default gray): gray, phase, gray+phase, a pattern.json");
   add_parsed(
-      app, "--projector-size", [&](const std::string& text) { flags.open.stated.projector_size = io::parse_size(text); },
+      app, "--projector-size",
+      [&](const std::string& text) { flags.open.stated.projector_size = io::parse_size(text); },
       "Size of the projected picture, if session.json does not say, e.g. 1024x768");
-  app.add_option("--step", flags.open.stated.step, "Projector pixels a stripe of Gray code, if session.json does not say (default 1)")
+  app.add_option("--step", flags.open.stated.step,
+                 "Projector pixels a stripe of Gray code, if session.json does not say (default 1)")
       ->check(CLI::Range(1, 1024));
-  app.add_option("--points-per-view", flags.points_a_map, "Points of the walls that each view and projector adds")
+  app.add_option("--points-per-view", flags.points_a_map,
+                 "Points of the walls that each view and projector adds")
       ->check(CLI::Range(100, 100000))
       ->capture_default_str();
   app.add_option("-o,--output", flags.output, "rig.json to write")->required();
-  app.add_option("--points", flags.points, "Also write the points of the walls with standard deviations, .ply or .pcd");
-  app.add_option("--preview", flags.preview, "Also draw the room from above and from the side with the devices, .png");
-  app.add_option("--truth", flags.truth, "A rig file known to be true (a simulation's): report the distance to it");
+  app.add_option("--points", flags.points,
+                 "Also write the points of the walls with standard deviations, .ply or .pcd");
+  app.add_option("--preview", flags.preview,
+                 "Also draw the room from above and from the side with the devices, .png");
+  app.add_option("--truth", flags.truth,
+                 "A rig file known to be true (a simulation's): report the distance to it");
 }
 
 std::vector<room::MarkedPixel> marked_pixels(const RoomFlags& flags) {
@@ -142,7 +164,8 @@ room::RoomOptions room_options(const RoomFlags& flags, const room::RoomPoints& p
     const auto [name, value] = named(flag);
     const io::Uncertain ratio = io::parse_uncertain(value);
     if (!(ratio.value > 0))
-      throw Error(ErrorKind::kInput, "--throw-ratio " + flag, "it is not positive", "give distance over width, e.g. 1.4+-0.02");
+      throw Error(ErrorKind::kInput, "--throw-ratio " + flag, "it is not positive",
+                  "give distance over width, e.g. 1.4+-0.02");
     options.projectors[device_name(name, points.projectors, "--throw-ratio")].throw_ratio =
         estimate(ratio, kSheet * ratio.value);
   }

@@ -25,7 +25,7 @@ struct DistanceFlag {
 struct RoomFlags {
   std::string captures, output, points, preview, truth;
   session::OpenOptions open;
-  std::vector<std::string> known_cameras;  ///< FILE or NAME=FILE
+  std::vector<std::string> known_cameras;              ///< FILE or NAME=FILE
   std::vector<std::string> throw_ratios, lens_shifts;  ///< VALUE or NAME=VALUE
   std::vector<DistanceFlag> distances;
   int points_a_map = 4000;
@@ -33,8 +33,8 @@ struct RoomFlags {
 
 void declare_room(CLI::App& app, RoomFlags& flags);
 
-/// "412,300:880,310:1.25m", "camera:projector:0.4m+-2mm". Without a deviation: 2 mm between points, 5 mm between devices. Throws
-/// Error(kInput).
+/// "412,300:880,310:1.25m", "camera:projector:0.4m+-2mm". Without a deviation: 2 mm between points, 5 mm between
+/// devices. Throws Error(kInput).
 DistanceFlag parse_distance(const std::string& text);
 
 /// Of the distances, two for each.

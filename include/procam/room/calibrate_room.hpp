@@ -1,22 +1,25 @@
 #pragma once
 /// A rig without a board: cameras and projectors from the structured light that they see on a room.
 ///
-/// Unknown are every projector's lens and pose, the poses of the camera positions, and lenses of cameras that are not known. From
-/// the points of the walls (points.hpp): epipolar geometry of two camera positions, or of a camera and a projector; the other
-/// devices one after the other by resection; bundle adjustment over everything (src/room/adjust.hpp). Light tells no length: the
-/// scale is that of a known distance.
+/// Unknown are every projector's lens and pose, the poses of the camera positions, and lenses of cameras that are
+/// not known. From the points of the walls (points.hpp): epipolar geometry of two camera positions, or of a camera
+/// and a projector; the other devices one after the other by resection; bundle adjustment over everything
+/// (src/room/adjust.hpp). Light tells no length: the scale is that of a known distance.
 ///
-/// What the light determines. One camera position and a projector are two images of a scene: seven numbers, five of which are
-/// the pose's. Two are left for the projector's focal length and principal point, three unknowns even with square pixels and a known
-/// camera (Hartley & Zisserman, "Multiple View Geometry", 2nd edition, 19.3). So one position needs a data sheet; a second camera
-/// position, or a second camera, determines the whole lens of the projector. Projector and camera calibrated by their own light: S. Yamazaki,
-/// M. Mochimaru, T. Kanade, "Simultaneous self-calibration of a projector and a camera using structured light", PROCAMS 2011 (lens
-/// shift, radial terms by the epipolar geometry); R. Furukawa, H. Kawasaki, "Uncalibrated multiple image stereo system with
-/// arbitrarily movable camera and projector for wide range scanning", 3DIM 2005; several devices by bundle adjustment.
+/// What the light determines. One camera position and a projector are two images of a scene: seven numbers, five of
+/// which are the pose's. Two are left for the projector's focal length and principal point, three unknowns even with
+/// square pixels and a known camera (Hartley & Zisserman, "Multiple View Geometry", 2nd edition, 19.3). So one
+/// position needs a data sheet; a second camera position, or a second camera, determines the whole lens of the
+/// projector. Projector and camera calibrated by their own light: S. Yamazaki, M. Mochimaru, T. Kanade,
+/// "Simultaneous self-calibration of a projector and a camera using structured light", PROCAMS 2011 (lens shift,
+/// radial terms by the epipolar geometry); R. Furukawa, H. Kawasaki, "Uncalibrated multiple image stereo system with
+/// arbitrarily movable camera and projector for wide range scanning", 3DIM 2005; several devices by bundle
+/// adjustment.
 ///
-/// Every lens has weak priors: pixels square to 0.5 %, terms of distortion as small as those of real lenses, a principal point within
-/// about half a picture. The covariance holds them, what the light determines, and the noise as neighbouring points share it (by groups of
-/// points). A result is refused when this covariance says that the walls are not known: the cause is named.
+/// Every lens has weak priors: pixels square to 0.5 %, terms of distortion as small as those of real lenses, a
+/// principal point within about half a picture. The covariance holds them, what the light determines, and the noise
+/// as neighbouring points share it (by groups of points). A result is refused when this covariance says that the
+/// walls are not known: the cause is named.
 #include <map>
 #include <optional>
 #include <string>
@@ -42,8 +45,9 @@ struct Estimate {
 
 /// A projector's data sheet, as far as it is known.
 struct LensSheet {
-  std::optional<Estimate> throw_ratio;            ///< distance over width of the picture
-  std::optional<Estimate> shift_x, shift_y;       ///< Projector::lens_shift(): parts of the picture's width and height
+  std::optional<Estimate> throw_ratio;  ///< distance over width of the picture
+  std::optional<Estimate> shift_x,
+      shift_y;  ///< Projector::lens_shift(): parts of the picture's width and height
 };
 
 /// What gives the scale: the distance of two points of the walls, or of two devices' centres of projection.
@@ -54,10 +58,10 @@ struct KnownDistance {
 };
 
 struct RoomOptions {
-  std::map<std::string, CameraLens> cameras;     ///< by name; of the others the lens is estimated
-  std::map<std::string, LensSheet> projectors;   ///< by name
-  std::vector<KnownDistance> distances;          ///< at least one
-  double outlier_sigmas = 5;                     ///< farther points are rejected
+  std::map<std::string, CameraLens> cameras;    ///< by name; of the others the lens is estimated
+  std::map<std::string, LensSheet> projectors;  ///< by name
+  std::vector<KnownDistance> distances;         ///< at least one
+  double outlier_sigmas = 5;                    ///< farther points are rejected
   /// Refused when the walls' standard deviation (95 % of the points) exceeds this share of their distance ...
   double max_wall_sigma = 0.03;
   /// ... or when the light misses the devices by more than this, projector pixels.
@@ -86,20 +90,24 @@ struct RoomCalibration {
   double rms_px = 0;       ///< of one coordinate of the light, points in use
   double held_out_px = 0;  ///< of points that took no part
   double scatter = 1;      ///< of the readings over their stated standard deviations
-  double parallax = 0;     ///< angle between the rays of a point, the largest of each, median over the points, radians
-  /// Standard deviation of the walls by the rig, median and 95 % of the points, metres; and as a share of their distance.
+  double parallax =
+      0;  ///< angle between the rays of a point, the largest of each, median over the points, radians
+  /// Standard deviation of the walls by the rig, median and 95 % of the points, metres; and as a share of their
+  /// distance.
   double wall_sigma = 0, wall_sigma_95 = 0, wall_sigma_share = 0;
-  double distance = 0;     ///< of the points from the first camera, median, metres
-  bool planar = false;     ///< all points are on one plane
-  PointCloud walls;        ///< the points in use, in the rig's frame; standard deviation along the anchor's ray by the rig
+  double distance = 0;  ///< of the points from the first camera, median, metres
+  bool planar = false;  ///< all points are on one plane
+  PointCloud
+      walls;  ///< the points in use, in the rig's frame; standard deviation along the anchor's ray by the rig
   std::vector<RegionError> regions;
   Diagnostics diagnostics;
 };
 
-/// Notes of assumptions travel in the result: "planar_room", "one_position", "lens_estimated". Throws Error(kDegenerate) for a room or
-/// devices whose light does not determine the rig (one plane, no parallax, one position without a data sheet), Error(kNotEnoughData)
-/// for devices that share too few points with the others, Error(kNotConverged) for light that no rig explains: a wrong lens or
-/// size, a device that moved; Error(kInput) for a known lens of another image size and for names that the session does not have.
+/// Notes of assumptions travel in the result: "planar_room", "one_position", "lens_estimated". Throws
+/// Error(kDegenerate) for a room or devices whose light does not determine the rig (one plane, no parallax, one
+/// position without a data sheet), Error(kNotEnoughData) for devices that share too few points with the others,
+/// Error(kNotConverged) for light that no rig explains: a wrong lens or size, a device that moved; Error(kInput) for
+/// a known lens of another image size and for names that the session does not have.
 PROCAM_EXPORT RoomCalibration calibrate_room(const RoomPoints& points, const RoomOptions& options);
 
 }  // namespace procam::room

@@ -9,14 +9,14 @@
 namespace procam::room {
 
 struct ParameterDeviation {
-  std::string name;       ///< as in the rig's covariance
-  double off = 0;         ///< estimate less truth, in the parameter's unit
-  double sigma = 0;       ///< as stated
+  std::string name;  ///< as in the rig's covariance
+  double off = 0;    ///< estimate less truth, in the parameter's unit
+  double sigma = 0;  ///< as stated
   double sigmas() const { return off / sigma; }
 };
 
-/// Of every parameter that the rig's covariance names; devices are matched by their names. Throws Error(kInput) for a true rig
-/// without one of them or with another lens model.
+/// Of every parameter that the rig's covariance names; devices are matched by their names. Throws Error(kInput) for
+/// a true rig without one of them or with another lens model.
 PROCAM_EXPORT std::vector<ParameterDeviation> deviations(const Rig& rig, const Rig& truth);
 
 }  // namespace procam::room

@@ -6,7 +6,8 @@
 ///   session/marker_view.png, markers.json, truth_projector_from_world.json   with `markers`
 ///   session/check/frame_00.png ..., session.json, surfaces.json, truth.json  with `check`
 ///
-///   session/view_00/truth_depth.pfm, truth_camera.json   with `room`: the camera's depths in metres, and its pose in the rig;
+///   session/view_00/truth_depth.pfm, truth_camera.json   with `room`: the camera's depths in metres, and its pose
+///   in the rig;
 ///                                                        of several cameras truth_depth_NAME.pfm, truth_NAME.json
 ///
 /// Equal options give equal folders. Several cameras or projectors have a folder each in a view
@@ -35,8 +36,8 @@ struct SimulationOptions {
   bool markers = false;               ///< also a view of markers on the wall (simulate/marker_view.hpp)
   std::string check;                  ///< also captures of this projected board on the bare wall
   double bump = 0;                    ///< rotation of the projector before `check`, radians
-  /// A room of simulate/scan_view.hpp instead of boards. One view to scan, or `views` between which the cameras are moved and the
-  /// projectors stand still (simulate::moved_camera).
+  /// A room of simulate/scan_view.hpp instead of boards. One view to scan, or `views` between which the cameras are
+  /// moved and the projectors stand still (simulate::moved_camera).
   std::string room;
   bool replace = false;  ///< remove an earlier simulated session
 };
@@ -55,7 +56,8 @@ PROCAM_EXPORT std::string settings_help();
 
 /// The folder appears whole or not at all. Throws Error(kIo) for a folder that is not empty (unless `replace`,
 /// and then for one that is no simulated session), Error(kInput) for settings that cannot be read,
-/// Error(kUnsupported) for `markers`, `check` and `board` with several devices or in a `room`, and as make_session() does.
+/// Error(kUnsupported) for `markers`, `check` and `board` with several devices or in a `room`, and as make_session()
+/// does.
 PROCAM_EXPORT SimulatedFolder write_simulated_session(const std::filesystem::path& folder,
                                                       const SimulationOptions& options,
                                                       const ReadingProgress& progress = {});

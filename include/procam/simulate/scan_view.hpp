@@ -7,9 +7,9 @@
 ///   relief     a wavy wall: 30 mm high waves of 0.5 and 0.7 m length
 ///   steps      boards of 20 to 120 mm before a wall
 ///
-/// At 1 to 2 m from the camera, in the frame of the level's rig; albedos differ. Light and sensor are those of the level
-/// (level_conditions()) as far as a room has them (room_view.hpp): gamma, vignetting, noise, blur and defocus; not indirect
-/// light and glare.
+/// At 1 to 2 m from the camera, in the frame of the level's rig; albedos differ. Light and sensor are those of the
+/// level (level_conditions()) as far as a room has them (room_view.hpp): gamma, vignetting, noise, blur and defocus;
+/// not indirect light and glare.
 #include <string>
 #include <vector>
 
@@ -33,8 +33,8 @@ PROCAM_EXPORT RoomView scan_view(const SimulatedSession& session, const Room& ro
 PROCAM_EXPORT RoomView scan_view(const CaptureOptions& capture, const Room& room, const RigCamera& camera,
                                  const RigProjector& projector, const std::vector<ImageU8>& frames);
 
-/// Where somebody stands a camera for the views of calibrate-room: `view` 0 is where the rig has it, the others are half a metre
-/// to its sides, above and below, and look at the same part of the room.
+/// Where somebody stands a camera for the views of calibrate-room: `view` 0 is where the rig has it, the others are
+/// half a metre to its sides, above and below, and look at the same part of the room.
 PROCAM_EXPORT Pose moved_camera(const Pose& rig_from_camera, int view);
 
 }  // namespace procam::simulate

@@ -613,7 +613,9 @@ void bind_simulate(py::module_& m) {
   function(m, "scan_scene", &simulate::scan_scene,
            "In the frame of the rig's camera. Throws Error(kUnsupported) with the names there are.",
            py::arg("name"));
-  function(m, "scan_view", &simulate::scan_view,
+  function(m, "scan_view",
+           py::overload_cast<const simulate::SimulatedSession&, const simulate::Room&,
+                             const std::vector<ImageU8>&>(&simulate::scan_view),
            "What the session's rig records while its projector shows `frames` on the room.",
            py::arg("session"), py::arg("room"), py::arg("frames"));
   function(m, "marker_view", &simulate::marker_view,

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "e2e/tool_runner.hpp"
+#include "procam/core/base/words.hpp"
 #include "procam/io/image/depth_file.hpp"
 #include "procam/io/rig_file.hpp"
 

@@ -307,7 +307,7 @@ class Route {
     for (const KnownDistance& distance : options_.distances) {
       RoomState state = state_;
       const std::optional<double> here = modelled(distance, state);
-      if (!here || !(*here > 0))
+      if (!here || !(*here > 1e-6))
         throw Error(ErrorKind::kDegenerate, "the known distance",
                     "its two ends are in one place, or have no depth",
                     "measure between two points of the walls that are far apart");
@@ -532,6 +532,14 @@ class Route {
       remarks.note(
           "lens_estimated",
           "the lens of a camera is estimated from the room; a calibrated lens (--known-camera) is more certain");
+    constexpr double kDisagreePx = 0.12,
+                     kDisagree = 2;  // well beyond what light in focus leaves, and beyond its own noise
+    if (result_.rms_px > kDisagreePx && result_.scatter > kDisagree)
+      remarks.fail(
+          "light_disagrees",
+          "no rig explains the light to its noise: it is off by " + px(result_.rms_px) + ", " +
+              fixed(result_.scatter, 1) +
+              " times its own deviation; check the camera's lens, and that neither projectors nor the room moved");
     const int all = result_.points + result_.outliers;
     if (result_.outliers > all / 5)
       remarks.warn("many_outliers", std::to_string(result_.outliers) + " of " + std::to_string(all) +

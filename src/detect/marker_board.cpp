@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <opencv2/imgproc.hpp>
 
 namespace procam::detect {
 namespace {
@@ -43,6 +44,33 @@ std::pair<std::size_t, double> worst(const MarkerLayout& layout, const BoardMark
   return worst;
 }
 
+/// Where noise is a large part of the contrast (a print in the room's light alone, beside a projected frame many times
+/// as bright) it breaks the outlines of markers: they are searched for again in smoothed images,
+/// relative to the brightness around. Markers found in the image as it is come first.
+std::vector<FoundMarker> find_in_noise(const ViewU8& image, const MarkerCodes& codes,
+                                       std::vector<FoundMarker> found) {
+  constexpr double kAround = 20;  // pixels
+  constexpr double kMean = 110,
+                   kDark = 4;  // grey levels: of the surroundings; darkness is not enlarged to noise
+  const cv::Mat pixels(image.height, image.width, CV_8U, const_cast<std::uint8_t*>(image.data),
+                       std::size_t(image.stride));
+  cv::Mat linear, around;
+  pixels.convertTo(linear, CV_32F);
+  cv::boxFilter(linear, around, CV_32F, cv::Size(2 * int(kAround) + 1, 2 * int(kAround) + 1));
+  around += kDark;
+  for (const double sigma : {1.0, 2.0}) {
+    cv::Mat smooth, relative;
+    cv::GaussianBlur(linear, smooth, cv::Size(), sigma);
+    cv::divide(smooth + kDark, around, smooth, kMean);
+    smooth.convertTo(relative, CV_8U);
+    const ViewU8 view(relative.data, relative.cols, relative.rows, 1, std::ptrdiff_t(relative.step[0]));
+    for (const FoundMarker& marker : find_markers(view, codes))
+      if (std::none_of(found.begin(), found.end(), [&](const FoundMarker& m) { return m.id == marker.id; }))
+        found.push_back(marker);
+  }
+  return found;
+}
+
 /// Of the other dictionaries the one that explains most; the smallest of those that explain as many.
 std::string other_dictionary(const ViewU8& image, MarkerDictionary asked) {
   std::size_t most = 2;  // chance reads one marker here and there
@@ -63,7 +91,16 @@ std::optional<BoardMarkers> find_board_markers(const ViewU8& image, const Marker
   const int count = int(layout.first.size());
   BoardMarkers board;
   int lowest_other = 0, highest_other = -1;
-  for (const FoundMarker& marker : find_markers(image, layout.codes)) {
+  std::vector<FoundMarker> found = find_markers(image, layout.codes);
+  const auto of_board = [&](const std::vector<FoundMarker>& markers) {
+    return std::count_if(markers.begin(), markers.end(), [&](const FoundMarker& m) { return m.id < count; });
+  };
+  if (3 * of_board(found) < 2 * count) {
+    // One marker alone is misread in noise now and then.
+    std::vector<FoundMarker> more = find_in_noise(image, layout.codes, found);
+    if (of_board(more) > std::max<std::ptrdiff_t>(of_board(found), 1)) found = std::move(more);
+  }
+  for (const FoundMarker& marker : found) {
     if (marker.id < count) {
       board.markers.push_back(marker);
     } else {

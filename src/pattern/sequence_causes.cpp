@@ -307,8 +307,10 @@ void find_cause_of_pair(const Sequence& sequence, SequenceCheck& check) {
   motion.gains = {gain->all};
   motion.print = follow(sequence, print_edges(sequence), motion.gains);
   // One pair alone: no mean over many.
-  constexpr double kMovedPx = 0.5;
-  if (motion.print.size() == 1 && (motion.print.fit[0].lost || motion.print.motion()[0].norm() > kMovedPx)) {
+  constexpr double kMovedPx = 0.5, kMovedSigmas = 4;
+  if (motion.print.size() == 1 &&
+      (motion.print.fit[0].lost ||
+       motion.print.motion()[0].norm() > kMovedPx + kMovedSigmas * motion.print.fit[0].sigma)) {
     const Background behind = background(sequence, background_edges(sequence), motion.print, motion.gains);
     const bool board = behind != Background::kMoves;
     check.diagnostics.warn(board ? "board_moved" : "camera_moved",

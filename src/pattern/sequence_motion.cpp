@@ -11,6 +11,7 @@ namespace {
 constexpr std::size_t kMaxEdges = 1500, kFewEdges = 100;
 constexpr int kPrintStep = 20, kWallStep = 12;  // grey levels; a wall is farther than the board, and darker
 constexpr int kRim = 6;                         // the means stay inside
+constexpr int kBelowFullScale = 250;            // grey levels
 
 double mean_reference(const Sequence& sequence, int x, int y) {
   double all = 0;
@@ -38,7 +39,7 @@ std::vector<EdgePixel> edges_where(const Sequence& sequence, int min_step, const
     for (int x = kRim; x + kRim < white.width; x += 2) {
       const int quick = std::abs(white.at(x + 2, y) - white.at(x - 2, y)) +
                         std::abs(white.at(x, y + 2) - white.at(x, y - 2));
-      if (quick < min_step || white.at(x, y) > 250 || !wanted(x, y)) continue;
+      if (quick < min_step || white.at(x, y) > kBelowFullScale || !wanted(x, y)) continue;
       const auto level = [&](int u, int v) { return mean_reference(sequence, u, v); };
       const double centre = level(x, y), left = level(x - 2, y), right = level(x + 2, y),
                    above = level(x, y - 2), below = level(x, y + 2);
@@ -51,6 +52,61 @@ std::vector<EdgePixel> edges_where(const Sequence& sequence, int min_step, const
   std::vector<EdgePixel> some;
   for (std::size_t i = 0; i < found.size(); i += stride) some.push_back(found[i]);
   return some;
+}
+
+/// Of the differences S - gain R that squares_at() takes the mean square of, what noise contributes: the variance of
+/// 3 x 3 means. From mixed second differences of single pixels,
+///   m = d(x, y) - d(x + 1, y) - d(x, y + 1) + d(x + 1, y + 1),  var m = 4 var d,
+/// which light that changes slowly does not enter, at the flattest pixels near the edges, which a motion of the print
+/// changes least. Dark and light pixels count alike, as noise depends on the level.
+double noise_at(const Sequence& sequence, int pair, const std::vector<EdgePixel>& edges, double gain) {
+  struct Flat {
+    double contrast, level, difference;
+  };
+  std::vector<Flat> flat;
+  const std::size_t stride = 1 + edges.size() / 400;
+  constexpr int kBeside = 6;  // pixels: beyond the blur of an edge
+  for (std::size_t i = 0; i < edges.size(); i += stride)
+    for (const auto& [dx, dy] :
+         {std::pair(-kBeside, 0), std::pair(kBeside, 0), std::pair(0, -kBeside), std::pair(0, kBeside)}) {
+      const int x = edges[i].at.x + dx, y = edges[i].at.y + dy;
+      if (!is_inside(sequence, x, y) || sequence.white_grey().at(x, y) > kBelowFullScale) continue;
+      const auto d = [&](int u, int v) { return sequence.sum(pair, u, v) - gain * sequence.reference(u, v); };
+      const double contrast =
+          std::abs(mean_reference(sequence, x + 2, y) - mean_reference(sequence, x - 2, y)) +
+          std::abs(mean_reference(sequence, x, y + 2) - mean_reference(sequence, x, y - 2));
+      flat.push_back({contrast, mean_reference(sequence, x, y),
+                      std::abs(d(x, y) - d(x + 1, y) - d(x, y + 1) + d(x + 1, y + 1))});
+    }
+  if (flat.size() < kFewEdges) return 0;
+  const auto half = flat.begin() + std::ptrdiff_t(flat.size() / 2);
+  std::nth_element(flat.begin(), half, flat.end(),
+                   [](const Flat& a, const Flat& b) { return a.contrast < b.contrast; });
+  flat.erase(half, flat.end());
+  std::sort(flat.begin(), flat.end(), [](const Flat& a, const Flat& b) { return a.level < b.level; });
+  double variance = 0;
+  for (const bool light : {false, true}) {
+    std::vector<double> sizes;
+    const std::size_t begin = light ? flat.size() / 2 : 0, end = light ? flat.size() : flat.size() / 2;
+    for (std::size_t i = begin; i < end; ++i) sizes.push_back(flat[i].difference);
+    const double sigma = 1.4826 * median_or(std::move(sizes), 0.0) / 2;
+    variance += 0.5 * sigma * sigma;
+  }
+  return variance / 9;
+}
+
+/// The share of the print's gradients that the pair's sum has where the reference has them, sum g_S g_R / sum g_R^2:
+/// 1 for a print that rests, under any noise; 0 for one that is elsewhere.
+double share_in_place(const Sequence& sequence, int pair, const std::vector<EdgePixel>& edges, double gain) {
+  double both = 0, alone = 0;
+  for (const EdgePixel& e : edges) {
+    const auto level = [&](int u, int v) { return mean_sum(sequence, pair, u, v); };
+    const Vec2 gradient(0.25 * (level(e.at.x + 2, e.at.y) - level(e.at.x - 2, e.at.y)),
+                        0.25 * (level(e.at.x, e.at.y + 2) - level(e.at.x, e.at.y - 2)));
+    both += gradient.dot(e.gradient);
+    alone += gain * e.gradient.squaredNorm();
+  }
+  return both / alone;
 }
 
 /// Weighted least squares of S over R, 1, its gradient and Laplacian, about a whole-pixel shift. Of edges
@@ -79,6 +135,7 @@ std::optional<PairFit> fit_near(const Sequence& sequence, int pair, const std::v
   if (rows.size() < kFewEdges) return std::nullopt;
   std::vector<double> weights(rows.size(), 1), sizes(rows.size());
   Row solution = Row::Zero();
+  Eigen::Matrix<double, kTerms, kTerms> inverse;
   for (int pass = 0; pass < 3; ++pass) {
     Eigen::Matrix<double, kTerms, kTerms> normal = Eigen::Matrix<double, kTerms, kTerms>::Zero();
     Row right = Row::Zero();
@@ -92,6 +149,7 @@ std::optional<PairFit> fit_near(const Sequence& sequence, int pair, const std::v
     const Eigen::LDLT<Eigen::Matrix<double, kTerms, kTerms>> solver(normal);
     if (solver.info() != Eigen::Success || !(solver.vectorD().minCoeff() > 0)) return std::nullopt;
     solution = solver.solve(right);
+    inverse = solver.solve(Eigen::Matrix<double, kTerms, kTerms>::Identity());
     for (std::size_t i = 0; i < rows.size(); ++i) sizes[i] = std::abs(values[i] - rows[i].dot(solution));
     const double scale = std::max(2 * median_or(sizes, 0.0), 1e-9);
     for (std::size_t i = 0; i < rows.size(); ++i)
@@ -99,6 +157,10 @@ std::optional<PairFit> fit_near(const Sequence& sequence, int pair, const std::v
   }
   if (!(solution[0] > 0.2)) return std::nullopt;
   PairFit fit;
+  const double scale = 1.4826 * median_or(sizes, 0.0);
+  // Means of 3 x 3 two pixels apart share a third of their pixels, along either axis.
+  constexpr double kShared = 9.0 / 4;
+  fit.sigma = scale / solution[0] * std::sqrt(kShared * inverse.diagonal()({2, 3, 5}).sum());
   fit.shift = Vec2(sx, sy) + solution.segment<2>(2) / solution[0];
   fit.blur = solution[4] / solution[0];
   fit.rotation = solution[5] / solution[0];
@@ -132,7 +194,8 @@ std::optional<PairFit> fit(const Sequence& sequence, int pair, const std::vector
   if (edges.size() < kFewEdges) return std::nullopt;
   double steepness = 0;
   for (const EdgePixel& e : edges) steepness += e.gradient.squaredNorm() / double(edges.size());
-  const double here = squares_at(sequence, pair, edges, gain, 0, 0);
+  const double noise = noise_at(sequence, pair, edges, gain);
+  const double here = std::max(squares_at(sequence, pair, edges, gain, 0, 0) - noise, 0.0);
   const double unfitted = std::sqrt(here / (gain * gain * steepness));
   const auto from = [&](Vec2 start) {
     std::optional<PairFit> best;
@@ -148,7 +211,7 @@ std::optional<PairFit> fit(const Sequence& sequence, int pair, const std::vector
   };
   const auto explains = [&](const std::optional<PairFit>& found) {
     constexpr double kExplained = 0.4;
-    return found && found->residual < kExplained * here;
+    return found && found->residual - noise < kExplained * here;
   };
   std::optional<PairFit> found = from(Vec2::Zero());
   // Farther away only where the sum differs by more than half a pixel's motion that no small shift explains:
@@ -168,7 +231,11 @@ std::optional<PairFit> fit(const Sequence& sequence, int pair, const std::vector
         }
       farther = from(start);
     }
-    lost = !explains(farther) && unfitted > 2 * kDifferent && !(found && found->residual < 0.7 * here);
+    // Light that differs over the board, or noise beyond its estimate, leaves the print where it was.
+    constexpr double kInPlace = 0.6;
+    lost = !explains(farther) && unfitted > 2 * kDifferent &&
+           !(found && found->residual - noise < 0.7 * here) &&
+           share_in_place(sequence, pair, edges, gain) < kInPlace;
     if (explains(farther)) found = farther;
   }
   if (!found && !lost) return std::nullopt;

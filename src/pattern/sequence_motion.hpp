@@ -27,8 +27,9 @@ struct PairFit {
   Vec2 shift = Vec2::Zero();
   double blur = 0;
   double rotation = 0;  ///< about the edges' centre, pixels at their rms distance from it
+  double sigma = 0;     ///< standard deviation of |(shift, rotation)|, from the residuals
   double residual = 0;  ///< mean square of the edges
-  /// The sum differs at the edges as after a motion of this many pixels across them, without any fit.
+  /// The sum differs at the edges, noise excluded, as after a motion of this many pixels across them, without any fit.
   double unfitted = 0;
   bool lost = false;  ///< no shift explains the difference
 };

@@ -381,10 +381,13 @@ class Route {
     result_.wall_sigma_share = share.empty() ? 1 : quantile(share, 0.95);
     result_.distance = median_or(distances, 0.0);
     measure_flatness();
-    if (!(result_.wall_sigma_share < options_.max_wall_sigma))
+    // The light of one position leaves a number of the lens to its priors, and their shape is a guess.
+    const double limit =
+        points_.positions.size() == 1 ? 0.5 * options_.max_wall_sigma : options_.max_wall_sigma;
+    if (!(result_.wall_sigma_share < limit))
       refuse_room(points_, plan_,
                   "the walls would be uncertain by " + percent(std::min(result_.wall_sigma_share, 9.99)) +
-                      " of their distance (limit " + percent(options_.max_wall_sigma) + ")",
+                      " of their distance (limit " + percent(limit) + ")",
                   result_.parallax);
   }
 

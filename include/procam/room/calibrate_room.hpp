@@ -62,7 +62,8 @@ struct RoomOptions {
   std::map<std::string, LensSheet> projectors;  ///< by name
   std::vector<KnownDistance> distances;         ///< at least one
   double outlier_sigmas = 5;                    ///< farther points are rejected
-  /// Refused when the walls' standard deviation (95 % of the points) exceeds this share of their distance ...
+  /// Refused when the walls' standard deviation (95 % of the points) exceeds this share of their distance (half of it
+  /// for one camera position, whose result rests on the priors) ...
   double max_wall_sigma = 0.03;
   /// ... or when the light misses the devices by more than this, projector pixels.
   double max_rms_px = 0.6;

@@ -18,14 +18,14 @@ import cpp
 COMPONENTS = [  # in the order of the pipeline, each with the document about it
     ("core", "pipeline"), ("pattern", "patterns"), ("detect", "boards"), ("io", "file-formats"), ("device", "capture"),
     ("surface", "surfaces"), ("depth", "depth"), ("render", "render"), ("calibrate", "calibration"), ("track", "locate"),
-    ("people", "people"), ("scan", "scan"), ("simulate", "simulate"), ("analyze", "error"), ("report", "verify"),
+    ("people", "people"), ("scan", "scan"), ("room", "room"), ("simulate", "simulate"), ("analyze", "error"), ("report", "verify"),
     ("session", "capture"), ("show", "live"), ("studio", "studio"),
 ]
 GROUPS = [  # documents by what a reader wants; the rest follows under "More"
     ("Begin", ["README", "docs/README", "docs/first-wall", "docs/studio", "docs/mapping", "docs/ten-functions", "docs/python", "docs/packages", "docs/troubleshooting"]),
     ("Calibrate", ["docs/calibration", "docs/capture", "docs/patterns", "docs/boards", "docs/planning", "docs/verify", "docs/error",
                    "docs/photographs", "docs/exchange"]),
-    ("Project", ["docs/surfaces", "docs/content", "docs/render", "docs/live", "docs/locate", "docs/people", "docs/depth", "docs/scan"]),
+    ("Project", ["docs/surfaces", "docs/content", "docs/render", "docs/live", "docs/locate", "docs/people", "docs/depth", "docs/scan", "docs/room"]),
     ("Background", ["docs/pipeline", "docs/conventions", "docs/glossary", "docs/file-formats", "docs/matching", "docs/simulate",
                     "docs/references", "docs/stability", "docs/security", "docs/fuzzing", "docs/soak", "CONTRIBUTING", "SECURITY",
                     "CHANGELOG"]),
@@ -71,7 +71,9 @@ def cpp_reference(root, source, xml):
     index = heading("C++ reference")
     index += "Each component is a namespace, a folder of headers and a CMake target of its name; ``core`` is ``procam`` itself.\n\n"
     index += ".. toctree::\n   :maxdepth: 1\n\n"
-    for component, document in COMPONENTS:
+    known = [component for component, _ in COMPONENTS]
+    others = sorted(p.name for p in (root / "include/procam").iterdir() if p.is_dir() and p.name not in known)
+    for component, document in COMPONENTS + [(name, "pipeline") for name in others]:
         headers = sorted(p.relative_to(root / "include/procam").with_suffix("") for p in (root / f"include/procam/{component}").rglob("*.hpp")
                          if "detail" not in p.parts)
         page = heading(f"procam::{component}")

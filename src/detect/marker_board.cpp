@@ -96,9 +96,10 @@ std::optional<BoardMarkers> find_board_markers(const ViewU8& image, const Marker
     return std::count_if(markers.begin(), markers.end(), [&](const FoundMarker& m) { return m.id < count; });
   };
   if (3 * of_board(found) < 2 * count) {
-    // One marker alone is misread in noise now and then.
+    // A marker is misread in noise now and then, and corners in smoothed images are displaced: four check each other.
+    constexpr std::ptrdiff_t kFew = 3;
     std::vector<FoundMarker> more = find_in_noise(image, layout.codes, found);
-    if (of_board(more) > std::max<std::ptrdiff_t>(of_board(found), 1)) found = std::move(more);
+    if (of_board(more) > std::max<std::ptrdiff_t>(of_board(found), kFew)) found = std::move(more);
   }
   for (const FoundMarker& marker : found) {
     if (marker.id < count) {

@@ -41,12 +41,13 @@ SensorCheck check_sensor(const Planes& planes, const DepthImage& image, const Ra
     if (ratio > 0 && off(ratio) < 0.5 * off(out.ratio)) better = other.name;
   }
   if (better.empty() && !(off(out.ratio) > std::log(kTooMuch))) return out;
-  out.fault =
-      format("its readings vary by %.1f times the noise of --sensor-model %s", out.ratio, sensor.name.c_str()) +
-      others;
-  out.next = better.empty()
-                 ? "check --scale and --sensor-model (kinect-v1: structured light and stereo; tof: time of flight)"
-                 : "give --sensor-model " + better;
+  out.fault = format("its readings vary by %.1f times the noise of --sensor-model %s", out.ratio,
+                     sensor.name.c_str()) +
+              others;
+  out.next =
+      better.empty()
+          ? "check --scale and --sensor-model (kinect-v1: structured light and stereo; tof: time of flight)"
+          : "give --sensor-model " + better;
   return out;
 }
 

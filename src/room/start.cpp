@@ -181,7 +181,8 @@ class Builder {
           ranked.emplace_back(share, pose);
       std::stable_sort(ranked.begin(), ranked.end(),
                        [](const auto& x, const auto& y) { return x.first > y.first; });
-      for (std::size_t i = 0; i < std::min(max_count, ranked.size()); ++i) pair.poses.push_back(ranked[i].second);
+      for (std::size_t i = 0; i < std::min(max_count, ranked.size()); ++i)
+        pair.poses.push_back(ranked[i].second);
     };
     if (const auto geometry = find_epipolar(pair.rays, threshold))
       take(poses_of_essential(geometry->fundamental), 2);

@@ -308,9 +308,11 @@ void find_cause_of_pair(const Sequence& sequence, SequenceCheck& check) {
   motion.print = follow(sequence, print_edges(sequence), motion.gains);
   // One pair alone: no mean over many.
   constexpr double kMovedPx = 0.5, kMovedSigmas = 4;
-  if (motion.print.size() == 1 &&
-      (motion.print.fit[0].lost ||
-       motion.print.motion()[0].norm() > kMovedPx + kMovedSigmas * motion.print.fit[0].sigma)) {
+  const auto has_moved = [&](const PairFit& fit, double px) {
+    // Far away from the print every fit is uncertain.
+    return fit.lost || px > kMovedPx + kMovedSigmas * fit.sigma || (px > kMovedPx && fit.in_place < kInPlace);
+  };
+  if (motion.print.size() == 1 && has_moved(motion.print.fit[0], motion.print.motion()[0].norm())) {
     const Background behind = background(sequence, background_edges(sequence), motion.print, motion.gains);
     const bool board = behind != Background::kMoves;
     check.diagnostics.warn(board ? "board_moved" : "camera_moved",

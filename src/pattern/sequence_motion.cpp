@@ -95,9 +95,11 @@ double noise_at(const Sequence& sequence, int pair, const std::vector<EdgePixel>
   return variance / 9;
 }
 
-/// The share of the print's gradients that the pair's sum has where the reference has them, sum g_S g_R / sum g_R^2:
-/// 1 for a print that rests, under any noise; 0 for one that is elsewhere.
-double share_in_place(const Sequence& sequence, int pair, const std::vector<EdgePixel>& edges, double gain) {
+/// The share of the print's gradients that the pair's sum has where the reference has them, sum g_S g_R / sum g_R^2,
+/// the noise of the reference (half of `noise`, of the difference) taken from the sum below: 1 for a print that rests,
+/// under any noise; 0 for one that is elsewhere.
+double share_in_place(const Sequence& sequence, int pair, const std::vector<EdgePixel>& edges, double gain,
+                      double noise) {
   double both = 0, alone = 0;
   for (const EdgePixel& e : edges) {
     const auto level = [&](int u, int v) { return mean_sum(sequence, pair, u, v); };
@@ -106,7 +108,9 @@ double share_in_place(const Sequence& sequence, int pair, const std::vector<Edge
     both += gradient.dot(e.gradient);
     alone += gain * e.gradient.squaredNorm();
   }
-  return both / alone;
+  // A component is a quarter of the difference of two means.
+  const double of_noise = 2 * double(edges.size()) * (2.0 / 16) * 0.5 * noise / gain;
+  return both / std::max(alone - of_noise, 0.3 * alone);
 }
 
 /// Weighted least squares of S over R, 1, its gradient and Laplacian, about a whole-pixel shift. Of edges
@@ -197,6 +201,7 @@ std::optional<PairFit> fit(const Sequence& sequence, int pair, const std::vector
   const double noise = noise_at(sequence, pair, edges, gain);
   const double here = std::max(squares_at(sequence, pair, edges, gain, 0, 0) - noise, 0.0);
   const double unfitted = std::sqrt(here / (gain * gain * steepness));
+  const double in_place = share_in_place(sequence, pair, edges, gain, noise);
   const auto from = [&](Vec2 start) {
     std::optional<PairFit> best;
     for (int round = 0; round < 3; ++round) {
@@ -232,16 +237,15 @@ std::optional<PairFit> fit(const Sequence& sequence, int pair, const std::vector
       farther = from(start);
     }
     // Light that differs over the board, or noise beyond its estimate, leaves the print where it was.
-    constexpr double kInPlace = 0.6;
     lost = !explains(farther) && unfitted > 2 * kDifferent &&
-           !(found && found->residual - noise < 0.7 * here) &&
-           share_in_place(sequence, pair, edges, gain) < kInPlace;
+           !(found && found->residual - noise < 0.7 * here) && in_place < kInPlace;
     if (explains(farther)) found = farther;
   }
   if (!found && !lost) return std::nullopt;
   if (!found) found = PairFit{};
   found->unfitted = unfitted;
   found->lost = lost;
+  found->in_place = in_place;
   return found;
 }
 

@@ -22,6 +22,9 @@ std::vector<EdgePixel> print_edges(const Sequence& sequence);
 /// beyond which almost no light arrives.
 std::vector<EdgePixel> background_edges(const Sequence& sequence);
 
+/// Less of the print's gradients than this in place: it has moved, whatever a fit of small shifts says.
+constexpr double kInPlace = 0.5;
+
 /// How a pair's sum differs from white and black: S = gain R(p - shift) + blur laplace R + offset.
 struct PairFit {
   Vec2 shift = Vec2::Zero();
@@ -31,6 +34,8 @@ struct PairFit {
   double residual = 0;  ///< mean square of the edges
   /// The sum differs at the edges, noise excluded, as after a motion of this many pixels across them, without any fit.
   double unfitted = 0;
+  /// Of the print's gradients, where the reference has them: 1 where it rests, 0 where it is elsewhere.
+  double in_place = 1;
   bool lost = false;  ///< no shift explains the difference
 };
 

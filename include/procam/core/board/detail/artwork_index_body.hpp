@@ -1,5 +1,5 @@
 #pragma once
-/// The bodies of artwork_index.hpp.
+/// The bodies of artwork_index.hpp. NOLINTBEGIN(misc-definitions-in-headers)
 #include <algorithm>
 #include <cmath>
 
@@ -64,3 +64,4 @@ PROCAM_CORE_INLINE double ArtworkIndex::dark_share(const Vec2& low, const Vec2& 
 }
 
 }  // namespace procam
+// NOLINTEND(misc-definitions-in-headers)

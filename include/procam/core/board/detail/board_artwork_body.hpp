@@ -1,5 +1,5 @@
 #pragma once
-/// The bodies of board_artwork.hpp.
+/// The bodies of board_artwork.hpp. NOLINTBEGIN(misc-definitions-in-headers)
 #include "procam/core/board/board_artwork.hpp"
 
 namespace procam {
@@ -43,3 +43,4 @@ PROCAM_CORE_INLINE double pitch_of(const Board& board) {
 }
 
 }  // namespace procam
+// NOLINTEND(misc-definitions-in-headers)

@@ -1,5 +1,5 @@
 #pragma once
-/// The bodies of board.hpp.
+/// The bodies of board.hpp. NOLINTBEGIN(misc-definitions-in-headers)
 #include "procam/core/board/board.hpp"
 
 namespace procam {
@@ -33,3 +33,4 @@ PROCAM_CORE_INLINE std::string flaw(const Board& board) {
 }
 
 }  // namespace procam
+// NOLINTEND(misc-definitions-in-headers)

@@ -1,5 +1,5 @@
 #pragma once
-/// The bodies of convex.hpp.
+/// The bodies of convex.hpp. NOLINTBEGIN(misc-definitions-in-headers)
 #include "procam/core/geometry/convex.hpp"
 
 namespace procam {
@@ -38,3 +38,4 @@ PROCAM_CORE_INLINE Points2 clipped(const Points2& polygon, const HalfPlane& half
 }
 
 }  // namespace procam
+// NOLINTEND(misc-definitions-in-headers)

@@ -1,5 +1,5 @@
 #pragma once
-/// The bodies of covariance.hpp.
+/// The bodies of covariance.hpp. NOLINTBEGIN(misc-definitions-in-headers)
 #include "procam/core/geometry/covariance.hpp"
 
 namespace procam {
@@ -44,3 +44,4 @@ PROCAM_CORE_INLINE MatX NamedCovariance::block(const std::vector<std::string>& w
 }
 
 }  // namespace procam
+// NOLINTEND(misc-definitions-in-headers)

@@ -1,5 +1,5 @@
 #pragma once
-/// The bodies of frame_tree.hpp.
+/// The bodies of frame_tree.hpp. NOLINTBEGIN(misc-definitions-in-headers)
 #include "procam/core/base/error.hpp"
 #include "procam/core/geometry/frame_tree.hpp"
 
@@ -62,3 +62,4 @@ PROCAM_CORE_INLINE std::vector<std::string> FrameTree::ancestors(const std::stri
 }
 
 }  // namespace procam
+// NOLINTEND(misc-definitions-in-headers)

@@ -1,5 +1,5 @@
 #pragma once
-/// The bodies of homography.hpp.
+/// The bodies of homography.hpp. NOLINTBEGIN(misc-definitions-in-headers)
 #include <string>
 
 #include "procam/core/base/error.hpp"
@@ -57,3 +57,4 @@ namespace procam::detail {
 }
 
 }  // namespace procam::detail
+// NOLINTEND(misc-definitions-in-headers)

@@ -1,5 +1,5 @@
 #pragma once
-/// The bodies of homography_fit.hpp.
+/// The bodies of homography_fit.hpp. NOLINTBEGIN(misc-definitions-in-headers)
 #include <cmath>
 #include <optional>
 #include <string>
@@ -154,3 +154,4 @@ PROCAM_CORE_INLINE HomographyFit fit_homography(const Points2& source, const Poi
 }
 
 }  // namespace procam
+// NOLINTEND(misc-definitions-in-headers)

@@ -1,5 +1,5 @@
 #pragma once
-/// The bodies of homography_robust.hpp.
+/// The bodies of homography_robust.hpp. NOLINTBEGIN(misc-definitions-in-headers)
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -160,3 +160,4 @@ PROCAM_CORE_INLINE HomographyFit fit_homography_robust(const Points2& source, co
 }
 
 }  // namespace procam
+// NOLINTEND(misc-definitions-in-headers)

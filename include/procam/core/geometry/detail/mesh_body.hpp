@@ -1,5 +1,5 @@
 #pragma once
-/// The bodies of mesh.hpp.
+/// The bodies of mesh.hpp. NOLINTBEGIN(misc-definitions-in-headers)
 #include "procam/core/geometry/mesh.hpp"
 
 namespace procam {
@@ -31,3 +31,4 @@ PROCAM_CORE_INLINE std::optional<std::string> fault_of(const Mesh& mesh) {
 }
 
 }  // namespace procam
+// NOLINTEND(misc-definitions-in-headers)

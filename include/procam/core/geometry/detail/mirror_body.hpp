@@ -1,5 +1,5 @@
 #pragma once
-/// The bodies of mirror.hpp.
+/// The bodies of mirror.hpp. NOLINTBEGIN(misc-definitions-in-headers)
 #include <string>
 #include <vector>
 
@@ -29,3 +29,4 @@ PROCAM_CORE_INLINE Pose camera_from_mirrored_camera(const Plane& mirror_in_camer
 }
 
 }  // namespace procam
+// NOLINTEND(misc-definitions-in-headers)

@@ -1,5 +1,5 @@
 #pragma once
-/// The bodies of planar_pose.hpp.
+/// The bodies of planar_pose.hpp. NOLINTBEGIN(misc-definitions-in-headers)
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -152,3 +152,4 @@ PROCAM_CORE_INLINE PlanarPose planar_pose(const Points2& plane_points, const Poi
 }
 
 }  // namespace procam
+// NOLINTEND(misc-definitions-in-headers)

@@ -1,5 +1,5 @@
 #pragma once
-/// The body of triangulate.hpp.
+/// The body of triangulate.hpp. NOLINTBEGIN(misc-definitions-in-headers)
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <cmath>
@@ -59,3 +59,4 @@ PROCAM_CORE_INLINE std::optional<Triangulation> triangulate(const std::vector<Ra
 }
 
 }  // namespace procam
+// NOLINTEND(misc-definitions-in-headers)

@@ -1,5 +1,5 @@
 #pragma once
-/// The bodies of camera.hpp.
+/// The bodies of camera.hpp. NOLINTBEGIN(misc-definitions-in-headers)
 #include "procam/core/base/error.hpp"
 #include "procam/core/lens/camera.hpp"
 
@@ -31,3 +31,4 @@ PROCAM_CORE_INLINE Camera with_parameters(Camera camera, const VecX& parameters)
 }
 
 }  // namespace procam
+// NOLINTEND(misc-definitions-in-headers)

@@ -1,5 +1,5 @@
 #pragma once
-/// The bodies of distortion.hpp.
+/// The bodies of distortion.hpp. NOLINTBEGIN(misc-definitions-in-headers)
 #include <type_traits>
 
 #include "procam/core/base/error.hpp"
@@ -61,3 +61,4 @@ PROCAM_CORE_INLINE Distortion with_coefficients(Distortion distortion, const std
 }
 
 }  // namespace procam
+// NOLINTEND(misc-definitions-in-headers)

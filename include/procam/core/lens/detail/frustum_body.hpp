@@ -1,5 +1,5 @@
 #pragma once
-/// The bodies of frustum.hpp.
+/// The bodies of frustum.hpp. NOLINTBEGIN(misc-definitions-in-headers)
 #include "procam/core/lens/frustum.hpp"
 
 namespace procam {
@@ -47,3 +47,4 @@ PROCAM_CORE_INLINE Mat4 clip_from_eye(const Intrinsics& k, ImageSize size, doubl
 }
 
 }  // namespace procam
+// NOLINTEND(misc-definitions-in-headers)

@@ -1,5 +1,5 @@
 #pragma once
-/// The body of room_frames.hpp.
+/// The body of room_frames.hpp. NOLINTBEGIN(misc-definitions-in-headers)
 #include <utility>
 
 #include "procam/core/rig/room_frames.hpp"
@@ -21,3 +21,4 @@ PROCAM_CORE_INLINE FrameTree room_frames(const Rig& rig, const RigProjector& pro
 }
 
 }  // namespace procam
+// NOLINTEND(misc-definitions-in-headers)

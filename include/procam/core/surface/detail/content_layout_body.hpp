@@ -1,5 +1,5 @@
 #pragma once
-/// The bodies of content_layout.hpp.
+/// The bodies of content_layout.hpp. NOLINTBEGIN(misc-definitions-in-headers)
 #include "procam/core/surface/content_layout.hpp"
 
 namespace procam {
@@ -57,3 +57,4 @@ PROCAM_CORE_INLINE std::optional<std::string> fault_of(const ContentShape& shape
 }
 
 }  // namespace procam
+// NOLINTEND(misc-definitions-in-headers)

@@ -1,5 +1,5 @@
 #pragma once
-/// The bodies of surface.hpp.
+/// The bodies of surface.hpp. NOLINTBEGIN(misc-definitions-in-headers)
 #include <memory>
 #include <string>
 #include <type_traits>
@@ -45,3 +45,4 @@ PROCAM_CORE_INLINE const InRoom* place_of(const SurfaceGeometry& geometry) {
 }
 
 }  // namespace procam
+// NOLINTEND(misc-definitions-in-headers)

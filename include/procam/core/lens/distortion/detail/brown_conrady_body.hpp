@@ -1,5 +1,5 @@
 #pragma once
-/// The body of brown_conrady.hpp.
+/// The body of brown_conrady.hpp. NOLINTBEGIN(misc-definitions-in-headers)
 #include "procam/core/lens/distortion/brown_conrady.hpp"
 #include "procam/core/lens/distortion/inverse.hpp"
 
@@ -10,3 +10,4 @@ PROCAM_CORE_INLINE std::optional<Vec3> BrownConrady::undistort(const double* c, 
 }
 
 }  // namespace procam
+// NOLINTEND(misc-definitions-in-headers)

@@ -1,5 +1,5 @@
 #pragma once
-/// The body of rational.hpp.
+/// The body of rational.hpp. NOLINTBEGIN(misc-definitions-in-headers)
 #include "procam/core/lens/distortion/inverse.hpp"
 #include "procam/core/lens/distortion/rational.hpp"
 
@@ -10,3 +10,4 @@ PROCAM_CORE_INLINE std::optional<Vec3> RationalDistortion::undistort(const doubl
 }
 
 }  // namespace procam
+// NOLINTEND(misc-definitions-in-headers)

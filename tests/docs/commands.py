@@ -30,7 +30,7 @@ PAGES = {
 }
 NOT_RUN = {
     r"capture-session|--display 1|--list-displays|studio|\bdepth:": "hardware or a person",
-    r"^detect-surfaces|^scan-surfaces|^procam scan-surfaces": "a depth image or a scan: tests/e2e",
+    r"^(detect-surfaces|scan-surfaces|calibrate-room)": "a depth image, or captures of a room: tests/e2e",
     r"^project-live .*--pose-source|^simulate-robot .*--to udp": "two programs at a time: tests/e2e/live_route_test.cpp",
     r"--captures check": "captures of a person: tests/e2e/verify_route_test.cpp",
     r"camchain": "another program's file: tests/e2e/exchange_route_test.cpp",

@@ -35,7 +35,7 @@ void declare(CLI::App& app, Flags& flags) {
   app.get_option("--output")->required();
   add_parsed(
       app, "--board", [&](const std::string& text) { flags.board = io::read_board(text); },
-      "The printed board, e.g. chessboard:7x9:75mm (inner corners); needed with --images");
+      "The printed board, e.g. charuco:5x7:34mm:25mm:5x5_100 or chessboard:9x6:24mm (inner corners); needed with --images");
   app.add_option("--camera-model", flags.model, std::string("The lens: ") + kLensModelHelp + " or fisheye")
       ->capture_default_str();
   app.add_option("--free", flags.free, "Accepted for older scripts: skew and k3 are estimated anyway")
@@ -94,8 +94,7 @@ int main(int argc, char** argv) {
       argc, argv,
       {"calibrate-camera",
        "Calibrates cameras alone from photographs of a printed board, or from a table of its points and "
-       "pixels.",
-       "calibrate-camera --images photos --board chessboard:7x9:75mm -o camera.json"},
+       "pixels."},
       [&](CLI::App& app) { declare(app, flags); },
       [&](Console& console) { return calibrate_alone(flags, console); });
 }

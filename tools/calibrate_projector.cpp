@@ -186,9 +186,7 @@ int main(int argc, char** argv) {
       argc, argv,
       {"calibrate-projector",
        "Calibrates a projector and a camera together from captures of a printed board lit by patterns, or a "
-       "projector alone from points of a room.",
-       "calibrate-projector --captures captures --pattern gray --projector-size 1024x768 "
-       "--board chessboard:7x9:75mm -o rig.json --report report.html"},
+       "projector alone from points of a room."},
       [&](CLI::App& app) { declare_projector(app, flags); },
       [&](Console& console) {
         if (!flags.points.empty()) return calibrate_points(flags, console);

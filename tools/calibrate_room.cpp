@@ -82,8 +82,7 @@ int main(int argc, char** argv) {
       {"calibrate-room",
        "Calibrates projectors and cameras together from structured light on the room that they stand in, "
        "without a board. Capture "
-       "from two places of the camera or more, each a view; the projectors must not move.",
-       "calibrate-room --captures room --known-camera camera.json --distance 412,300:880,310:1.25m -o rig.json"},
+       "from two places of the camera or more, each a view; the projectors must not move."},
       [&](CLI::App& app) { declare_room(app, flags); },
       [&](Console& console) { return calibrate_room(flags, console); });
 }

@@ -56,7 +56,7 @@ void declare(CLI::App& app, Flags& flags) {
       ->capture_default_str();
   add_parsed(
       app, "--board", [&](const std::string& text) { flags.board = io::read_board(text); },
-      "the printed board, e.g. chessboard:7x9:75mm, or a board file");
+      "the printed board, e.g. charuco:5x7:34mm:25mm:5x5_100, or a board file");
   app.add_option("--views", flags.recorder.views, "poses of the board")
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
@@ -193,8 +193,7 @@ int main(int argc, char** argv) {
       argc, argv,
       {"capture-session",
        "Shows a pattern full-screen on a projector, captures it with a camera, and writes a session for "
-       "calibrate-projector. After Ctrl-C the same command continues.",
-       "capture-session --camera 0 --camera-size 1280x720 --board chessboard:7x9:75mm --views 8 -o session"},
+       "calibrate-projector. After Ctrl-C the same command continues."},
       [&](CLI::App& app) { declare(app, flags); },
       [&](Console& console) { return capture_session(flags, console); });
 }

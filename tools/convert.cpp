@@ -80,8 +80,6 @@ int main(int argc, char** argv) {
   using namespace procam::tools;
   Flags flags;
   return run_tool(
-      argc, argv,
-      {"procam-convert", "converts calibrations between procam and other programs.",
-       "procam-convert rig.json --to ros --device camera -o camera_info.yaml"},
+      argc, argv, {"procam-convert", "converts calibrations between procam and other programs."},
       [&](CLI::App& app) { declare(app, flags); }, [&](Console& console) { return convert(flags, console); });
 }

@@ -173,8 +173,6 @@ int main(int argc, char** argv) {
       argc, argv,
       {"detect-surfaces",
        "finds walls, floor, tables and columns in a depth image, and the largest free rectangle on each: "
-       "surfaces that content can be put on.",
-       "detect-surfaces --depth frame.png --scale 1mm --intrinsics 525,525,319.5,239.5 --gravity 0,1,0 "
-       "-o surfaces.json --preview seen.png"},
+       "surfaces that content can be put on."},
       [&](CLI::App& app) { declare(app, flags); }, [&](Console& console) { return detect(flags, console); });
 }

@@ -83,8 +83,7 @@ int main(int argc, char** argv) {
       argc, argv,
       {"export-camera",
        "prints what to set in another program so that its camera's picture, sent to the projector, "
-       "lands in place.",
-       "export-camera --rig rig.json --pose pose.json --for blender"},
+       "lands in place."},
       [&](CLI::App& app) { declare(app, flags); },
       [&](Console& console) { return describe(flags, console); });
 }

@@ -190,8 +190,7 @@ int main(int argc, char** argv) {
   return run_tool(
       argc, argv,
       {"export-warp",
-       "writes a solved surface's warp for another program: a map, a mesh or an MPCDI archive.",
-       "export-warp --rig rig.json --surfaces solved.json --surface wall -o wall.mpcdi"},
+       "writes a solved surface's warp for another program: a map, a mesh or an MPCDI archive."},
       [&](CLI::App& app) { declare(app, flags); },
       [&](Console& console) { return export_warp(flags, console); });
 }

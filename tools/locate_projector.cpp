@@ -50,12 +50,17 @@ void say_link(Console& console, const FrameTree::Link& link, const std::string& 
   const Vec3 turn = so3_log(pose.pose.rotation) * kDegrees, shift = pose.pose.translation * 1e3;
   const Vec3 turn_sigma = pose.covariance.diagonal().head<3>().cwiseMax(0).cwiseSqrt() * kDegrees;
   const Vec3 shift_sigma = point_covariance(pose, Vec3::Zero()).diagonal().cwiseMax(0).cwiseSqrt() * 1e3;
+  const auto values = [](const Vec3& v, int decimals) {
+    return format("%9.*f %9.*f %9.*f", decimals, v.x(), decimals, v.y(), decimals, v.z());
+  };
+  const auto sigmas = [](const Vec3& v) {
+    return comma_list(std::vector<double>{v.x(), v.y(), v.z()},
+                      [](double sigma) { return significant(sigma, 2); });
+  };
+  console.say(format("%-22s rotation    %s deg (+- %s)", (link.target + "_from_" + link.source).c_str(),
+                     values(turn, 3).c_str(), sigmas(turn_sigma).c_str()));
   console.say(
-      format("%-26s turn %8.3f %8.3f %8.3f deg (+- %.3f %.3f %.3f)   shift %9.2f %9.2f %9.2f mm (+- "
-             "%.2f %.2f %.2f)",
-             (link.target + "_from_" + link.source).c_str(), turn.x(), turn.y(), turn.z(), turn_sigma.x(),
-             turn_sigma.y(), turn_sigma.z(), shift.x(), shift.y(), shift.z(), shift_sigma.x(),
-             shift_sigma.y(), shift_sigma.z()));
+      format("%-22s translation %s mm  (+- %s)", "", values(shift, 2).c_str(), sigmas(shift_sigma).c_str()));
   const auto list = [](const Vec3& v) { return std::vector<double>{v.x(), v.y(), v.z()}; };
   Summary& summary = console.summary();
   summary.set(at + "/target", link.target);
@@ -70,7 +75,7 @@ void say_markers(Console& console, const track::LocateResult& seen) {
   for (std::size_t i = 0; i < seen.markers.size(); ++i) {
     const track::LocatedMarker& marker = seen.markers[i];
     console.say(format("marker %-5d corners %.3f px from the fit, ", marker.id, marker.error_px) +
-                (marker.used ? format("edges %.3f px rms", marker.edge_rms_px) : "REJECTED"));
+                (marker.used ? format("edges %.3f px RMS", marker.edge_rms_px) : "REJECTED"));
     const std::string at = "/markers/" + std::to_string(i);
     console.summary().set(at + "/id", marker.id);
     console.summary().set(at + "/used", marker.used);
@@ -138,7 +143,7 @@ ExitCode locate(const Flags& flags, Console& console) {
   for (std::size_t i = 0; i < chain.links.size(); ++i)
     say_link(console, chain.links[i], "/chain/" + std::to_string(i));
   say_link(console, chain.total, "/pose");
-  if (seen.other) console.say(format("second pose                odds %.2g %%", 100 * seen.other_odds));
+  if (seen.other) console.say(format("second pose            probability %.2g %%", 100 * seen.other_odds));
   console.summary().set("/second_pose_odds", seen.other_odds);
   console.summary().set("/chi2_per_dof", seen.chi2_per_dof);
   Diagnostics diagnostics = loaded.diagnostics;
@@ -162,7 +167,6 @@ int main(int argc, char** argv) {
   return run_tool(
       argc, argv,
       {"locate-projector",
-       "Computes the projector's pose in the room from an image of ArUco or AprilTag markers.",
-       "locate-projector --rig rig.json --image view.png --marker apriltag_36h11:3:160mm -o pose.json"},
+       "Computes the projector's pose in the room from an image of ArUco or AprilTag markers."},
       [&](CLI::App& app) { declare(app, flags); }, [&](Console& console) { return locate(flags, console); });
 }

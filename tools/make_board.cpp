@@ -77,8 +77,7 @@ int main(int argc, char** argv) {
   Flags flags;
   return run_tool(
       argc, argv,
-      {"make-board", "Draws a calibration board to print, true to scale, with a ruler to check it.",
-       "make-board --board charuco:5x7:34mm:25mm:5x5_100 -o board.pdf --save-board board.json"},
+      {"make-board", "Draws a calibration board to print, true to scale, with a ruler to check it."},
       [&](CLI::App& app) { declare(app, flags); },
       [&](Console& console) { return make_board(flags, console); });
 }

@@ -36,7 +36,7 @@ void declare(CLI::App& app, Flags& flags) {
       ->capture_default_str();
   add_parsed(
       app, "--board", [&](const std::string& text) { flags.board = io::read_board(text); },
-      "the printed board, to note it in session.json, e.g. chessboard:7x9:75mm");
+      "the printed board, to note it in session.json, e.g. charuco:5x7:34mm:25mm:5x5_100");
   app.add_option("-o,--output", flags.output, "folder for show_00.png ... and session.json")->required();
 }
 
@@ -74,8 +74,7 @@ int main(int argc, char** argv) {
       argc, argv,
       {"make-patterns",
        "Writes the frames that a projector shows in a calibration session, for other programs than "
-       "capture-session.",
-       "make-patterns --pattern gray --projector-size 1024x768 --board chessboard:7x9:75mm -o session"},
+       "capture-session."},
       [&](CLI::App& app) { declare(app, flags); },
       [&](Console& console) { return make_patterns(flags, console); });
 }

@@ -113,8 +113,6 @@ int main(int argc, char** argv) {
       argc, argv,
       {"plan-projection",
        "Predicts the image of a projector on a wall from its data sheet and its pose: size, pixels, light, "
-       "sharpness, readable text and coverage. Draws a plan.",
-       "plan-projection --resolution 1280x800 --throw-ratio 0.8 --lens-shift 0,0.5 --distance 1.5m "
-       "--yaw 20deg --target 1.2mx0.8m -o plan.svg"},
+       "sharpness, readable text and coverage. Draws a plan."},
       [&](CLI::App& app) { declare(app, flags); }, [&](Console& console) { return plan(flags, console); });
 }

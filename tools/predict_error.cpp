@@ -100,9 +100,9 @@ analyze::SurfacePrediction predict_plane(const Flags& flags, const SolvedSurface
   const analyze::SurfacePrediction prediction = analyze::predict_surface(
       name, path, std::get<PlacedPlane>(surface.placement).plane_from_content, sources, draws);
   if (!path.through_pose && (flags.pose_sigma || flags.delay > 0))
-    diagnostics.note("pose_does_not_act", name + ": it is placed in the frame '" +
+    diagnostics.note("pose_does_not_act", name + ": its frame is '" +
                                               std::get<PlanarSurface>(surface.surface.geometry).frame +
-                                              "' and moves with the rig: pose and speed do not act on it");
+                                              "', which moves with the rig: pose and speed have no effect");
   for (Diagnostic item : prediction.diagnostics.items) {
     item.message = name + ": " + item.message;
     diagnostics.items.push_back(item);
@@ -112,6 +112,7 @@ analyze::SurfacePrediction predict_plane(const Flags& flags, const SolvedSurface
 
 ExitCode predict(const Flags& flags, Console& console) {
   if (!flags.report.empty()) io::require_writable(flags.report);
+  if (!flags.figures.empty()) report::require_folder(flags.figures);
   const Rig rig = io::load_rig(flags.rig);
   const RigProjector& projector = rig.projector(flags.projector);
   std::optional<FrameTree> frames;
@@ -173,8 +174,6 @@ int main(int argc, char** argv) {
       argc, argv,
       {"predict-error",
        "Predicts the error of the light on each surface in millimetres, its causes, and the most useful "
-       "change. Sources: calibration, the rig's pose, the map, delay and speed.",
-       "predict-error --rig rig.json --surfaces surfaces.json --pose pose.json --pose-sigma 10mm,0.5deg "
-       "--map-sigma 5mm --speed 0.5m/s,30deg/s --delay 50ms --report error.html"},
+       "change. Sources: calibration, the rig's pose, the map, delay and speed."},
       [&](CLI::App& app) { declare(app, flags); }, [&](Console& console) { return predict(flags, console); });
 }

@@ -182,8 +182,6 @@ int main(int argc, char** argv) {
       argc, argv,
       {"project-live",
        "projects onto surfaces while the robot moves: poses come in over the network, are predicted to the "
-       "moment of light, and every frame is drawn for it. A control page shows the frame and moves corners.",
-       "project-live --rig rig.json --surfaces surfaces.json --content wall=picture.png --pose-source "
-       "udp:9000 --blank-on-stale 500ms"},
+       "moment of light, and every frame is drawn for it. A control page shows the frame and moves corners."},
       [&](CLI::App& app) { declare(app, flags); }, [&](Console& console) { return run(flags, console); });
 }

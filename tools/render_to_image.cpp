@@ -171,7 +171,6 @@ int main(int argc, char** argv) {
       argc, argv,
       {"render-to-image",
        "draws pictures, videos and colours onto solved surfaces, through the projector's lens, into the "
-       "frames it must show; blends them with those of other projectors.",
-       "render-to-image --rig rig.json --surfaces solved.json --content wall=picture.png -o frame.png"},
+       "frames it must show; blends them with those of other projectors."},
       [&](CLI::App& app) { declare(app, flags); }, [&](Console& console) { return draw(flags, console); });
 }

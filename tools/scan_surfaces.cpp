@@ -177,8 +177,7 @@ int main(int argc, char** argv) {
       argc, argv,
       {"scan-surfaces",
        "Measures the shape of a room from captures of Gray code or phase shift and a calibrated rig: points with standard "
-       "deviations, and a mesh that content can be put on.",
-       "scan-surfaces --captures scan --rig rig.json -o surfaces.json --save-points points.ply --preview scan.png"},
+       "deviations, and a mesh that content can be put on."},
       [&](CLI::App& app) { declare(app, flags); },
       [&](Console& console) { return scan_surfaces(flags, console); });
 }

@@ -120,8 +120,7 @@ int main(int argc, char** argv) {
   return run_tool(
       argc, argv,
       {"simulate-captures",
-       "Simulates the captures of a projector-camera calibration session from a seed, with the true rig.",
-       "simulate-captures --seed 7 --level easy -o session"},
+       "Simulates the captures of a projector-camera calibration session from a seed, with the true rig."},
       [&](CLI::App& app) { declare(app, flags); },
       [&](Console& console) { return simulate_captures(flags, console); });
 }

@@ -193,8 +193,7 @@ int main(int argc, char** argv) {
   return run_tool(
       argc, argv,
       {"simulate-robot",
-       "Simulates a robot and its localiser: late and noisy poses, some lost, to a socket or a log, with truth.",
-       "simulate-robot --path circle:0.95m --rate 30 --noise 5mm,0.2deg --to udp:127.0.0.1:9000"},
+       "Simulates a robot and its localiser: late and noisy poses, some lost, to a socket or a log, with truth."},
       [&](CLI::App& app) { declare(app, flags); },
       [&](Console& console) { return simulate_robot(flags, console); });
 }

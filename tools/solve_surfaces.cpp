@@ -118,7 +118,6 @@ int main(int argc, char** argv) {
       argc, argv,
       {"solve-surfaces",
        "works out where surfaces lie for a projector: each one's homography, its pose, and how much of it "
-       "the light reaches.",
-       "solve-surfaces --rig rig.json --surfaces surfaces.json --pose pose.json -o solved.json"},
+       "the light reaches."},
       [&](CLI::App& app) { declare(app, flags); }, [&](Console& console) { return solve(flags, console); });
 }

@@ -82,7 +82,6 @@ int main(int argc, char** argv) {
       argc, argv,
       {"procam-studio",
        "Opens one page in the browser that leads from nothing to a checked image on the wall: display, camera, "
-       "board, capture, calibration, surfaces, content, show.",
-       "procam studio stage --simulate"},
+       "board, capture, calibration, surfaces, content, show."},
       [&](CLI::App& app) { declare(app, flags); }, [&](Console& console) { return run(flags, console); });
 }

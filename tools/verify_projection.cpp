@@ -19,7 +19,8 @@ namespace {
 namespace fs = std::filesystem;
 
 struct Flags {
-  std::string rig, surfaces, pose, markers, surface, pattern, captures, camera, projector, output, picture;
+  std::string rig, surfaces, pose, markers, surface, pattern, captures, camera, projector, output, picture,
+      data;
   analyze::VerifyOptions options;
   io::LengthAndAngle map_sigma;
 };
@@ -76,6 +77,7 @@ void declare(CLI::App& app, Flags& flags) {
   app.add_option("-o,--output", flags.output,
                  "the corrected file: rig.json for --correct projector, surfaces.json for --correct surface");
   app.add_option("--preview", flags.picture, "also draw the errors on the surface, .svg");
+  app.add_option("--data", flags.data, "also write a table of the marks into this folder: marks.csv");
   app.callback([&flags] {
     if (flags.output.empty() != (flags.options.correct == analyze::Correct::kNothing))
       throw CLI::ValidationError("--correct and -o", "go together: what to correct, and the file for it");
@@ -119,6 +121,7 @@ void write_corrected(Console& console, const analyze::VerifyResult& result, cons
 ExitCode verify_projection(Flags flags, Console& console) {
   for (const std::string& file : {flags.output, flags.picture})
     if (!file.empty()) io::require_writable(file);
+  if (!flags.data.empty()) report::require_folder(flags.data);
   const Rig rig = io::load_rig(flags.rig);
   const RigCamera& camera = rig.camera(flags.camera);
   const RigProjector& projector = rig.projector(flags.projector);
@@ -139,13 +142,15 @@ ExitCode verify_projection(Flags flags, Console& console) {
         flags.picture,
         report::verify_picture(result, content_outline(surface, projector, frame.rig_from_world.pose)));
 
+  if (!flags.data.empty()) report::save_files(flags.data, report::verify_tables(result));
+
   console.say(report::lines(result));
   console.summary().merge(report::to_json(result));
   Diagnostics diagnostics = captures.light.diagnostics;
   diagnostics.append(frame.diagnostics);
   diagnostics.append(result.diagnostics);
   console.report(diagnostics);
-  for (const std::string& file : {flags.output, flags.picture})
+  for (const std::string& file : {flags.output, flags.picture, flags.data})
     if (!file.empty()) console.say("wrote " + file);
   return exit_code(diagnostics);
 }
@@ -161,8 +166,7 @@ int main(int argc, char** argv) {
       {"verify-projection",
        "Measures with the rig's camera whether the projector's light agrees with the rig file: millimetres "
        "per mark, an alarm if something has moved (exit 5), and the correction of the projector's or the "
-       "surface's pose.",
-       "verify-projection --rig rig.json --surfaces surfaces.json --surface wall --captures check/view_00"},
+       "surface's pose."},
       [&](CLI::App& app) { declare(app, flags); },
       [&](Console& console) { return verify_projection(flags, console); });
 }

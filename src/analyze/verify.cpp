@@ -111,7 +111,7 @@ double sigma_along(const Vec3& direction, const Mat3& covariance) {
 }
 
 std::string words_of(const Movement& m) {
-  return m.what + " turned by " + fixed(m.angle() / kDegree, 3) + " deg and shifted by " +
+  return m.what + " rotated by " + fixed(m.angle() / kDegree, 3) + " deg and translated by " +
          fixed(1e3 * m.shift(), 1) + " mm";
 }
 
@@ -243,10 +243,10 @@ void add_remarks(const Rig& rig, const StatedSurface& surface, const VerifyOptio
   if (result.alarm) {
     const bool corrected = result.rig || result.rig_from_surface;
     remarks.fail("drift",
-                 "the light lies " + mm(result.rms) + " rms and at most " + mm(result.worst) +
-                     " from its place, beyond what rig, surface and noise allow" +
-                     (corrected ? "; with the correction " + mm(result.rms_after) + " rms"
-                                : "; look what moved, correct it with --correct, or calibrate again"));
+                 "the error is " + mm(result.rms) + " RMS, " + mm(result.worst) +
+                     " max, more than rig, surface and noise explain" +
+                     (corrected ? "; with the correction " + mm(result.rms_after) + " RMS"
+                                : "; find what moved, correct it with --correct, or calibrate again"));
     const Movement& moved = result.projector_moved;
     if (options.correct == Correct::kNothing && beyond_bump(moved, options) &&
         (!result.surface_moved || beyond_bump(*result.surface_moved, options)))

@@ -39,6 +39,9 @@ void bind_report(py::module_& m) {
   function(m, "calibration_tables", &report::calibration_tables,
            "parameters.csv, covariance.csv, views.csv and residuals.csv of a calibration.",
            py::arg("result"));
+  function(m, "require_folder", &report::require_folder,
+           "Raises an error if save_files() could not make or write the folder: before the work.",
+           py::arg("folder"));
   function(m, "save_files", &report::save_files,
            "Writes files into the folder, which is made where it does not exist.", py::arg("folder"),
            py::arg("files"));
@@ -125,9 +128,15 @@ void bind_report(py::module_& m) {
   function(m, "to_json", py::overload_cast<const analyze::VerifyResult&>(&report::to_json),
            "The result's fields as JSON text, every mark included.", py::arg("result"));
   function(m, "lines", py::overload_cast<const analyze::VerifyResult&>(&report::lines),
-           "The lines of a console: verdict, movements, a table of the marks.", py::arg("result"));
+           "The lines of a console: the verdict, the two possible causes with their odds, the error\n"
+           "after the correction, the noise.",
+           py::arg("result"));
   function(m, "description", &report::description,
-           "\"projector turned by 0.210 +- 0.004 deg and shifted by ...\"", py::arg("movement"));
+           "\"projector rotated by 0.210 +- 0.0040 deg and translated by ...\"", py::arg("movement"));
+  function(m, "verify_tables", &report::verify_tables,
+           "marks.csv: of each mark its pixels, its intended point and error on the surface (mm),\n"
+           "sigma, chi-square (two degrees of freedom), whether it was used, and why not.",
+           py::arg("result"));
   function(m, "verify_picture", &report::verify_picture,
            "The surface as its content is read, with every mark's error as an arrow, magnified,\n"
            "before (and after, when something was corrected), and the 95 % region in which an\n"

@@ -1,11 +1,11 @@
 #include "procam/report/files.hpp"
 
-#include <cmath>
 #include <map>
 #include <optional>
 #include <regex>
 #include <system_error>
 
+#include "csv.hpp"
 #include "procam/core/base/error.hpp"
 #include "procam/core/base/words.hpp"
 #include "procam/core/geometry/se3.hpp"
@@ -86,29 +86,11 @@ std::string as_file(const std::string& tag, const std::string& content) {
          "</style>\n" + with_colors(content) + "</svg>\n";
 }
 
-/// Quoted where the text has a separator, a quote or a line's end (RFC 4180).
-std::string quoted(const std::string& text) {
-  if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
-  std::string out = "\"";
-  for (const char c : text) out += c == '"' ? "\"\"" : std::string(1, c);
-  return out + "\"";
-}
-
-/// Nothing for a value that is not finite.
-std::string number(double value) {
-  return std::isfinite(value) ? shortest(value, 12) : "";
-}
-
-void add_row(std::string& table, const std::vector<std::string>& cells) {
-  for (std::size_t i = 0; i < cells.size(); ++i) table += (i > 0 ? "," : "") + cells[i];
-  table += "\n";
-}
-
 std::vector<std::string> pose_cells(const Pose& pose) {
   const Vec3 rotation = so3_log(pose.rotation);
   std::vector<std::string> cells;
   for (const Vec3& part : {rotation, pose.translation})
-    for (int i = 0; i < 3; ++i) cells.push_back(number(part[i]));
+    for (int i = 0; i < 3; ++i) cells.push_back(csv_number(part[i]));
   return cells;
 }
 
@@ -116,7 +98,8 @@ std::string parameters_table(const Rig& rig) {
   std::string table = "name,value,sigma\n";
   const auto add = [&](const std::string& name, double value, const std::string& sigma_of) {
     const std::optional<Eigen::Index> known = rig.covariance.index_of(sigma_of);
-    add_row(table, {quoted(name), number(value), known ? number(rig.covariance.sigma(sigma_of)) : ""});
+    add_csv_row(table, {csv_quoted(name), csv_number(value),
+                        known ? csv_number(rig.covariance.sigma(sigma_of)) : ""});
   };
   const auto add_device = [&](const std::string& device, const Camera& lens, const Pose& rig_from_device) {
     const std::vector<std::string> names = parameter_names(lens);
@@ -137,29 +120,29 @@ std::string parameters_table(const Rig& rig) {
 
 std::string covariance_table(const NamedCovariance& covariance) {
   std::string table = "name";
-  for (const std::string& name : covariance.names) table += "," + quoted(name);
+  for (const std::string& name : covariance.names) table += "," + csv_quoted(name);
   table += "\n";
   for (Eigen::Index i = 0; i < covariance.matrix.rows(); ++i) {
-    std::vector<std::string> cells{quoted(covariance.names[std::size_t(i)])};
+    std::vector<std::string> cells{csv_quoted(covariance.names[std::size_t(i)])};
     for (Eigen::Index j = 0; j < covariance.matrix.cols(); ++j)
-      cells.push_back(number(covariance.matrix(i, j)));
-    add_row(table, cells);
+      cells.push_back(csv_number(covariance.matrix(i, j)));
+    add_csv_row(table, cells);
   }
   return table;
 }
 
 std::string views_table(const calibrate::CalibrationResult& result) {
   std::string table = "view,used,rx,ry,rz,tx,ty,tz";
-  for (const Device& device : result.devices) table += "," + quoted("rms_px " + device.name);
+  for (const Device& device : result.devices) table += "," + csv_quoted("rms_px " + device.name);
   table += ",share,note\n";
   for (const calibrate::ViewResult& view : result.views) {
-    std::vector<std::string> cells{quoted(view.name), view.used ? "1" : "0"};
+    std::vector<std::string> cells{csv_quoted(view.name), view.used ? "1" : "0"};
     for (const std::string& cell : pose_cells(view.rig_from_board)) cells.push_back(view.used ? cell : "");
     for (std::size_t d = 0; d < result.devices.size(); ++d)
-      cells.push_back(d < view.rms_px.size() ? number(view.rms_px[d]) : "");
-    cells.push_back(number(view.share));
-    cells.push_back(quoted(view.note));
-    add_row(table, cells);
+      cells.push_back(d < view.rms_px.size() ? csv_number(view.rms_px[d]) : "");
+    cells.push_back(csv_number(view.share));
+    cells.push_back(csv_quoted(view.note));
+    add_csv_row(table, cells);
   }
   return table;
 }
@@ -167,10 +150,10 @@ std::string views_table(const calibrate::CalibrationResult& result) {
 std::string residuals_table(const calibrate::CalibrationResult& result) {
   std::string table = "view,device,point,x,y,residual_x,residual_y,used,reason\n";
   for (const calibrate::Residual& r : result.residuals)
-    add_row(table, {quoted(result.views[std::size_t(r.view)].name),
-                    quoted(result.devices[std::size_t(r.device)].name), std::to_string(r.point),
-                    number(r.pixel.x()), number(r.pixel.y()), number(r.residual.x()), number(r.residual.y()),
-                    r.used ? "1" : "0", quoted(r.reason)});
+    add_csv_row(table, {csv_quoted(result.views[std::size_t(r.view)].name),
+                        csv_quoted(result.devices[std::size_t(r.device)].name), std::to_string(r.point),
+                        csv_number(r.pixel.x()), csv_number(r.pixel.y()), csv_number(r.residual.x()),
+                        csv_number(r.residual.y()), r.used ? "1" : "0", csv_quoted(r.reason)});
   return table;
 }
 
@@ -192,9 +175,13 @@ std::vector<TextFile> figures(const std::string& page) {
   return files;
 }
 
+void require_folder(const std::filesystem::path& folder) {
+  io::require_writable(std::filesystem::is_directory(folder) ? folder / "files" : folder);
+}
+
 void save_files(const std::filesystem::path& folder, const std::vector<TextFile>& files) {
   std::error_code error;
-  std::filesystem::create_directories(folder, error);
+  std::filesystem::create_directory(folder, error);
   if (error)
     throw Error(ErrorKind::kIo, folder.string(), "the folder cannot be made: " + error.message(),
                 "name a folder that can be written");

@@ -11,15 +11,15 @@ using analyze::VerifiedMark;
 using analyze::VerifyResult;
 namespace {
 
-constexpr double kSheetWidth = 900, kRim = 30, kFoot = 96;
+constexpr double kSheetWidth = 900, kRim = 30, kHead = 34, kFoot = 96;
 constexpr double kChiSquare95 = 5.991464547107979;  ///< two degrees of freedom
 
 /// Surface metres to picture units; x right, y down as the content is read.
 struct SurfaceFrame {
   Vec2 low, high;
   double units_per_metre;
-  Vec2 at(const Vec2& p) const { return Vec2::Constant(kRim) + units_per_metre * (p - low); }
-  double height() const { return 2 * kRim + units_per_metre * (high.y() - low.y()); }
+  Vec2 at(const Vec2& p) const { return Vec2(kRim, kHead + kRim) + units_per_metre * (p - low); }
+  double height() const { return kHead + 2 * kRim + units_per_metre * (high.y() - low.y()); }
 };
 
 SurfaceFrame frame_round(const VerifyResult& result, const Points2& content) {
@@ -88,7 +88,7 @@ std::string verify_picture(const VerifyResult& result, const Points2& content) {
   }
   const char* const kBefore = "fill=\"none\" stroke=\"#c62f2f\" stroke-width=\"1.3\"";
   const char* const kAfter = "fill=\"none\" stroke=\"#1b7f3b\" stroke-width=\"1.3\"";
-  const char* const kLeftOut = "fill=\"none\" stroke=\"#b58900\" stroke-width=\"1.3\"";
+  const char* const kRejected = "fill=\"none\" stroke=\"#b58900\" stroke-width=\"1.3\"";
   std::string arrows;
   Marks rejected;
   for (const VerifiedMark& mark : result.marks) {
@@ -102,7 +102,20 @@ std::string verify_picture(const VerifyResult& result, const Points2& content) {
     arrows += arrow(at, at + scale * mark.error, kBefore);
     if (corrected) arrows += arrow(at, at + scale * mark.error_after, kAfter);
   }
-  drawing += arrows + rejected.path(kLeftOut);
+  drawing += arrows + rejected.path(kRejected);
+  const auto largest = std::max_element(
+      result.marks.begin(), result.marks.end(), [](const VerifiedMark& a, const VerifiedMark& b) {
+        return (a.rejection.empty() ? a.error.norm() : -1) < (b.rejection.empty() ? b.error.norm() : -1);
+      });
+  if (largest->rejection.empty())
+    drawing += label(frame.at(largest->intended) + Vec2(6, 14),
+                     "font-family=\"sans-serif\" font-size=\"12\" fill=\"#c62f2f\"",
+                     significant(1e3 * largest->error.norm(), 2) + " mm");
+  drawing += label(Vec2(kRim, kHead),
+                   "font-family=\"sans-serif\" font-size=\"22\" font-weight=\"bold\" fill=\"" +
+                       std::string(result.alarm ? "#c62f2f" : "#1b7f3b") + "\"",
+                   (result.alarm ? "ALARM: " : "No alarm: ") + significant(1e3 * result.rms, 2) +
+                       " mm RMS on " + result.surface);
 
   const double foot = frame.height() + 8;
   const std::string words = "font-family=\"sans-serif\" font-size=\"14\" fill=\"#222\"";
@@ -115,13 +128,13 @@ std::string verify_picture(const VerifyResult& result, const Points2& content) {
                        " times larger than the surface");
   drawing += arrow(Vec2(kRim, foot + 22), Vec2(kRim + 40, foot + 22), kBefore);
   drawing += label(Vec2(kRim + 50, foot + 27), words,
-                   "from its place to where the light is: " + fixed(1e3 * result.rms, 2) + " mm rms, " +
-                       fixed(1e3 * result.worst, 2) + " at most");
+                   "from the intended to the measured point: " + significant(1e3 * result.rms, 2) +
+                       " mm RMS, " + significant(1e3 * result.worst, 2) + " mm max");
   if (corrected) {
     drawing += arrow(Vec2(kRim, foot + 44), Vec2(kRim + 40, foot + 44), kAfter);
     drawing += label(Vec2(kRim + 50, foot + 49), words,
-                     "after the correction: " + fixed(1e3 * result.rms_after, 2) + " mm rms, " +
-                         fixed(1e3 * result.worst_after, 2) + " at most");
+                     "after the correction: " + significant(1e3 * result.rms_after, 2) + " mm RMS, " +
+                         significant(1e3 * result.worst_after, 2) + " mm max");
   }
   drawing += label(Vec2(kRim, foot + 71), words,
                    "grey: 95 % of errors when nothing has moved" +

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "csv.hpp"
 #include "fields.hpp"
 #include "procam/report/verify.hpp"
 
@@ -29,7 +30,7 @@ static void fields(Fields& f, const analyze::VerifiedMark& mark) {
   f.field("sigma_mm", Vec2(1e3 * mark.covariance.diagonal().cwiseSqrt()));
   f.field("chi2", mark.chi2);
   f.field("used", mark.rejection.empty());
-  f.optional("left_out", mark.rejection);
+  f.optional("rejected", mark.rejection);
 }
 
 static void fields(Fields& f, const analyze::VerifyResult& result) {
@@ -58,44 +59,49 @@ std::string to_json(const analyze::VerifyResult& result) {
 }
 
 std::string description(const analyze::Movement& m) {
-  return format("%s turned by %.3f +- %.3f deg and shifted by %.2f +- %.2f mm: leaves %.3f mm rms",
-                m.what.c_str(), m.angle() / kDegree, m.angle_sigma() / kDegree, 1e3 * m.shift(),
-                1e3 * m.shift_sigma(), 1e3 * m.rms_after);
-}
-
-static std::string mark_line(std::size_t index, const analyze::VerifiedMark& mark) {
-  const Vec2 at = 1e3 * mark.intended, error = 1e3 * mark.error,
-             sigma = 1e3 * mark.covariance.diagonal().cwiseSqrt();
-  const Vec2& pixel = mark.seen.projector_pixel;
-  return format("%-6zu %7.1f %8.1f  %8.1f %8.1f  %8.3f %8.3f  %7.3f %7.3f %8.3g", index, pixel.x(), pixel.y(),
-                at.x(), at.y(), error.x(), error.y(), sigma.x(), sigma.y(), mark.chi2) +
-         (!mark.rejection.empty() ? "  rejected: " + mark.rejection
-          : mark.beyond           ? "  beyond"
-                                  : "");
+  return format("%s rotated by %.3f +- %s deg and translated by %.2f +- %s mm: %s mm RMS remain",
+                m.what.c_str(), m.angle() / kDegree, significant(m.angle_sigma() / kDegree, 2).c_str(),
+                1e3 * m.shift(), significant(1e3 * m.shift_sigma(), 2).c_str(),
+                significant(1e3 * m.rms_after, 2).c_str());
 }
 
 std::vector<std::string> lines(const analyze::VerifyResult& result) {
+  const auto size = [](double rms, double max) {
+    return significant(1e3 * rms, 2) + " mm RMS, " + significant(1e3 * max, 2) + " mm max";
+  };
   std::vector<std::string> lines{format(
-      "%s: light on '%s' lies %.3f mm rms from its place, %.3f at most (%d marks; chi-square %.1f of "
-      "%d, limit %.1f at a false-alarm rate of %g)",
-      result.alarm ? "ALARM" : "all well", result.surface.c_str(), 1e3 * result.rms, 1e3 * result.worst,
-      result.used, result.chi2, result.degrees_of_freedom, result.limit, result.false_alarm_rate)};
-  if (result.alarm) lines.push_back("either " + description(result.projector_moved));
+      "%-11serror on '%s': %s (%d marks; false-alarm rate %g)", result.alarm ? "ALARM" : "no alarm",
+      result.surface.c_str(), size(result.rms, result.worst).c_str(), result.used, result.false_alarm_rate)};
+  if (result.alarm) lines.push_back("cause 1    " + description(result.projector_moved));
   if (result.alarm && result.surface_moved) {
-    lines.push_back("or     " + description(*result.surface_moved));
+    lines.push_back("cause 2    " + description(*result.surface_moved));
     const double odds = result.projector_moved.log_evidence - result.surface_moved->log_evidence;
-    lines.push_back(format("odds of the first to the second: %s%.3g to 1",
-                           std::abs(odds) > 13 ? "beyond " : "", std::exp(std::clamp(odds, -13.8, 13.8))));
+    lines.push_back(format("odds       cause %d is %s%.2g times more probable than cause %d",
+                           odds >= 0 ? 1 : 2, std::abs(odds) > 13 ? "at least " : "",
+                           std::exp(std::min(std::abs(odds), 13.8)), odds >= 0 ? 2 : 1));
   }
   if (result.rig || result.rig_from_surface)
-    lines.push_back(
-        format("corrected: %.3f mm rms, %.3f at most", 1e3 * result.rms_after, 1e3 * result.worst_after));
-  lines.push_back(format("residual RMS without movement: %.3f mm, %.2f times the detected noise",
-                         1e3 * result.scatter_rms, result.scatter));
-  lines.push_back(format("%-6s %16s %18s %18s %15s %8s", "mark", "projector px", "on surface mm", "error mm",
-                         "sigma mm", "chi2"));
-  for (std::size_t i = 0; i < result.marks.size(); ++i) lines.push_back(mark_line(i, result.marks[i]));
+    lines.push_back("corrected  " + size(result.rms_after, result.worst_after));
+  lines.push_back(format("noise      %s mm RMS if nothing has moved, %.2f times the expected noise",
+                         significant(1e3 * result.scatter_rms, 2).c_str(), result.scatter));
   return lines;
+}
+
+std::vector<TextFile> verify_tables(const analyze::VerifyResult& result) {
+  std::string table =
+      "mark,projector_x,projector_y,camera_x,camera_y,surface_x_mm,surface_y_mm,error_x_mm,error_y_mm,"
+      "sigma_x_mm,sigma_y_mm,chi2,used,reason\n";
+  for (std::size_t i = 0; i < result.marks.size(); ++i) {
+    const analyze::VerifiedMark& mark = result.marks[i];
+    std::vector<std::string> cells{std::to_string(i)};
+    for (const Vec2& pair : {mark.seen.projector_pixel, mark.seen.camera_pixel, Vec2(1e3 * mark.intended),
+                             Vec2(1e3 * mark.error), Vec2(1e3 * mark.covariance.diagonal().cwiseSqrt())})
+      for (int k = 0; k < 2; ++k) cells.push_back(csv_number(pair[k]));
+    cells.insert(cells.end(),
+                 {csv_number(mark.chi2), mark.rejection.empty() ? "1" : "0", csv_quoted(mark.rejection)});
+    add_csv_row(table, cells);
+  }
+  return {{"marks.csv", table}};
 }
 
 }  // namespace procam::report

@@ -157,7 +157,7 @@ TEST(Verify, TellsWhichOfTheTwoHasMoved) {
   world.bump_projector(turned_by(0.2));
   const Error error = refusal(world, world.marks(5), correcting(Correct::kSurface));
   EXPECT_EQ(error.kind(), ErrorKind::kDegenerate);
-  const std::string words = error.what(), said = "the marks say that lamp turned by ";
+  const std::string words = error.what(), said = "the marks say that lamp rotated by ";
   const auto at = words.find(said);
   ASSERT_NE(at, std::string::npos) << words;
   EXPECT_NEAR(std::stod(words.substr(at + said.size())), 0.2, 0.02) << words;

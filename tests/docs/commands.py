@@ -2,7 +2,10 @@
 
     commands.py check  SOURCE TOOLS EXAMPLES            every tool and option that a document names exists
     commands.py run    SOURCE TOOLS EXAMPLES SESSION    the commands of PAGES, each page in its own folder of simulated input;
-                                                        exit code 5, a failed quality check of the small session, is accepted
+                                                        exit code 5, a failed quality check of the small session, is accepted;
+                                                        a ```text block after commands is part of their output, in its order:
+                                                        the same words, and numbers within 30 % or one unit of their last
+                                                        digit; "..." stands for any lines
 
 A command stands in a ```sh block, or in a line as `tool --option ...`.
 """
@@ -19,7 +22,9 @@ import tempfile
 # is checked for its options alone.
 PAGES = {
     "README.md": [],
+    "docs/calibrate.md": [],
     "docs/content.md": [],
+    "docs/error.md": [],
     "docs/exchange.md": [],
     "docs/file-formats.md": [],
     "docs/locate.md": ["session", "pose.json"],
@@ -28,7 +33,9 @@ PAGES = {
     "docs/surfaces.md": ["solved.json"],
     "docs/verify.md": ["session"],
 }
+OTHER_SAMPLES = {"docs/calibrate.md": "of a session that takes a minute to simulate"}
 NOT_RUN = {
+    r"^simulate-captures --seed 7 --level paper --board charuco": "a minute",
     r"capture-session|--display 1|--list-displays|studio|\bdepth:": "hardware or a person",
     r"^(detect-surfaces|scan-surfaces|calibrate-room)": "a depth image, or captures of a room: tests/e2e",
     r"^project-live .*--pose-source|^simulate-robot .*--to udp": "two programs at a time: tests/e2e/live_route_test.cpp",
@@ -47,6 +54,35 @@ def blocks(text):
         for line in re.sub(r"\\\n\s*", " ", block).split("\n"):
             if line.strip():
                 yield line.strip()
+
+
+def samples(text):
+    """Commands of each ```sh block, and the lines of the ```text block that follows it (none without one)."""
+    for block, sample in re.findall(r"^```sh\n(.*?)^```\n(?:\s*```text\n(.*?)^```)?", text, re.M | re.S):
+        yield list(blocks("```sh\n" + block + "```")), sample.splitlines()
+
+
+NUMBER = r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?"
+
+
+def alike(sample, line):
+    """The same words, and numbers that agree within the tolerance."""
+    if re.split(NUMBER, " ".join(sample.split())) != re.split(NUMBER, " ".join(line.split())):
+        return False
+    for a, b in zip(re.findall(NUMBER, sample), re.findall(NUMBER, line)):
+        unit = 10.0 ** -len(a.partition("e")[0].partition(".")[2])
+        if abs(float(a) - float(b)) > max(1.01 * unit if "e" not in a else 0, 0.3 * abs(float(a))):
+            return False
+    return True
+
+
+def missing(sample, output):
+    """The first line of the sample that is not in the output, after the lines before it."""
+    lines = iter(output.splitlines())
+    for expected in sample:
+        if expected.strip() != "..." and not any(alike(expected, line) for line in lines):
+            return expected
+    return None
 
 
 def inline(text):
@@ -109,8 +145,26 @@ def pages(source):
         yield str(path.relative_to(source)), path.read_text()
 
 
+def examples(text):
+    """The commands below "Try:" of a tool's help."""
+    block = re.search(r"^Try:\n((?:  .*\n)+)", text, re.M)
+    return [line.strip() for line in (block.group(1) if block else "").split("\n") if line and not line.startswith("  #")]
+
+
+def check_help(source, tools):
+    """Every tool of the table in docs/README.md prints three examples, with options that exist."""
+    table = (source / "docs/README.md").read_text().split("## The tools")[1]
+    for name in re.findall(r"^\|[^|]*\| `((?:procam )?[a-z-]+)` \|", table, re.M):
+        program = name.replace("procam ", "procam-")
+        shown = examples(subprocess.run([tools.programs[program], "--help"], capture_output=True, text=True, timeout=60).stdout)
+        if len(shown) != 3:
+            yield f"{program} --help: {len(shown)} examples, not 3"
+        for command in shown:
+            yield from (f"{program} --help: {problem}: {command}" for problem in problems(tools, command))
+
+
 def check(source, tools):
-    bad, count = [], 0
+    bad, count = list(check_help(source, tools)), 0
     for name, text in pages(source):
         for command in [*blocks(text), *inline(text)]:
             count += 1
@@ -149,16 +203,22 @@ def run(source, tools, session):
             for made in PAGES[name]:
                 path = folder / made
                 shutil.rmtree(path) if path.is_dir() else path.unlink()
-            for command in blocks(text):
-                program = next((line for line in words(command) if line), [""])
-                if program[0] not in tools.programs or any(re.search(key, command) for key in NOT_RUN):
-                    continue
-                done = subprocess.run([tools.programs[program[0]], *program[1:]], cwd=folder, capture_output=True, text=True,
-                                      stdin=subprocess.DEVNULL, timeout=300)
-                count += 1
-                print(f"{done.returncode} {name}: {command}")
-                if done.returncode not in (0, 5):
-                    bad.append(f"{name}: {command}\n{done.stdout[-1500:]}{done.stderr[-1500:]}")
+            for commands, sample in samples(text):
+                output = ""
+                for command in commands:
+                    program = next((line for line in words(command) if line), [""])
+                    if program[0] not in tools.programs or any(re.search(key, command) for key in NOT_RUN):
+                        continue
+                    done = subprocess.run([tools.programs[program[0]], *program[1:]], cwd=folder, capture_output=True, text=True,
+                                          stdin=subprocess.DEVNULL, timeout=300)
+                    count += 1
+                    output += done.stdout
+                    print(f"{done.returncode} {name}: {command}")
+                    if done.returncode not in (0, 5):
+                        bad.append(f"{name}: {command}\n{done.stdout[-1500:]}{done.stderr[-1500:]}")
+                line = None if name in OTHER_SAMPLES else missing(sample, output)
+                if line is not None:
+                    bad.append(f"{name}: the output has no line like this one:\n{line}\nbut is:\n{output[-3000:]}")
     print(f"{count} commands run")
     print("\n".join(bad))
     return count > 10 and not bad

@@ -95,13 +95,13 @@ TEST_F(VerifyRoute, FindsABumpAndBringsTheLightBack) {
   const Rig corrected = io::load_rig(folder_ / "corrected.json");
   EXPECT_LT(analyze::true_light_error(corrected, world_.rig, 2).worst_mm, 1);
   EXPECT_EQ(corrected.provenance.tool, world_.rig.provenance.tool);
-  EXPECT_NE(corrected.provenance.options.at("corrected").find("turned by 0."), std::string::npos);
+  EXPECT_NE(corrected.provenance.options.at("corrected").find("rotated by 0."), std::string::npos);
   EXPECT_EQ(corrected.provenance.inputs.size(), world_.rig.provenance.inputs.size() + 3);
 
   fs::rename(folder_ / "corrected.json", folder_ / "rig.json");
   EXPECT_EQ(verify(wall).exit_code, 0);
   io::save_rig(folder_ / "rig.json", session_.rig());
-  refused(4, "the marks say that projector turned by 0.", wall + " --correct surface -o " + at("moved.json"));
+  refused(4, "the marks say that projector rotated by 0.", wall + " --correct surface -o " + at("moved.json"));
   EXPECT_FALSE(fs::exists(folder_ / "moved.json"));
 }
 

@@ -8,6 +8,7 @@
 #include <new>
 #include <stdexcept>
 
+#include "common/examples.hpp"
 #include "common/help.hpp"
 #include "common/renamed_options.hpp"
 
@@ -19,16 +20,16 @@ struct ToolRun {
   std::string out, err;
 };
 
-const ToolInfo kTool{"measure-wall", "Measures a wall.", "measure-wall --width 2m"};
+const ToolInfo kTool{"measure-wall", "Measures a wall."};
 
 ToolRun run_with(
     std::vector<const char*> arguments, const std::function<ExitCode(Console&)>& body,
-    const std::function<void(CLI::App&)>& declare = [](CLI::App&) {}) {
-  arguments.insert(arguments.begin(), "measure-wall");
+    const std::function<void(CLI::App&)>& declare = [](CLI::App&) {}, const ToolInfo& tool = kTool) {
+  arguments.insert(arguments.begin(), tool.name.c_str());
   ToolRun run;
   testing::internal::CaptureStdout();
   testing::internal::CaptureStderr();
-  run.code = run_tool(int(arguments.size()), arguments.data(), kTool, declare, body);
+  run.code = run_tool(int(arguments.size()), arguments.data(), tool, declare, body);
   run.out = testing::internal::GetCapturedStdout();
   run.err = testing::internal::GetCapturedStderr();
   return run;
@@ -42,11 +43,16 @@ bool contains(const std::string& text, const std::string& part) {
   return text.find(part) != std::string::npos;
 }
 
-TEST(Cli, HelpOpensWithWhatTheToolDoesAndOneLineToTry) {
+TEST(Cli, HelpOpensWithWhatTheToolDoesAndItsExamples) {
   const ToolRun run = run_with({"--help"}, nothing);
   EXPECT_EQ(run.code, 0);
-  EXPECT_EQ(run.out.rfind("measure-wall: Measures a wall.\n\nTry:\n  measure-wall --width 2m\n", 0), 0u)
-      << run.out;
+  EXPECT_EQ(run.out.rfind("measure-wall: Measures a wall.\n\nUsage:", 0), 0u) << run.out;
+  const ToolRun known = run_with({"--help"}, nothing, [](CLI::App&) {}, {"make-board", "Measures a wall."});
+  const std::vector<Example>& lines = examples("make-board");
+  ASSERT_EQ(lines.size(), 3u);
+  const std::string opening =
+      "make-board: Measures a wall.\n\nTry:\n  # " + lines[0].purpose + "\n  " + lines[0].command + "\n";
+  EXPECT_EQ(known.out.rfind(opening, 0), 0u) << known.out;
 }
 
 TEST(Cli, HelpNamesTypesAndGroups) {
@@ -75,7 +81,7 @@ TEST(Cli, WrapsAtTheWidthAndKeepsLines) {
   EXPECT_EQ(wrapped("one two three four", 9, 2, 0), "one two\n  three\n  four");
   EXPECT_EQ(wrapped("one two", 20, 4, 15), "one\n    two");
   EXPECT_EQ(wrapped("unbreakable", 4, 2, 0), "unbreakable");
-  EXPECT_EQ(wrapped("Try:\n  a b c\n", 80, 0, 0), "Try:\n  a b c\n");
+  EXPECT_EQ(wrapped("Try:\n  a command stays one line\n", 9, 0, 0), "Try:\n  a command stays one line\n");
   EXPECT_EQ(wrapped("", 80, 0, 0), "");
 }
 
@@ -336,7 +342,7 @@ TEST(RenamedOptions, ReachTheTool) {
   std::string name;
   const char* const arguments[] = {"locate-projector", "--camera", "left"};
   const int code = run_tool(
-      3, arguments, {"locate-projector", "Finds a projector.", "locate-projector --camera-name left"},
+      3, arguments, {"locate-projector", "Finds a projector."},
       [&](CLI::App& app) { app.add_option("--camera-name", name, "its name"); },
       [](Console&) { return ExitCode::kOk; });
   EXPECT_EQ(code, 0);

@@ -53,8 +53,7 @@ void require_outputs(const CalibrationFlags& flags) {
   for (const std::filesystem::path& file : {flags.output, flags.report, flags.write_observations})
     if (!file.empty()) io::require_writable(file);
   for (const std::filesystem::path& folder : {flags.figures, flags.data})
-    if (!folder.empty())
-      io::require_writable(std::filesystem::is_directory(folder) ? folder / "files" : folder);
+    if (!folder.empty()) report::require_folder(folder);
 }
 
 void write_report(const CalibrationFlags& flags, const calibrate::CalibrationResult& result,

@@ -15,6 +15,7 @@
 #include <new>
 #include <nlohmann/json.hpp>
 
+#include "common/examples.hpp"
 #include "common/help.hpp"
 #include "common/note_groups.hpp"
 #include "common/renamed_options.hpp"
@@ -133,7 +134,11 @@ void require_written(const std::ostream& out) {
 }
 
 std::string help_opening(const ToolInfo& info) {
-  return info.name + ": " + info.about + "\n\nTry:\n  " + info.try_it + "\n";
+  std::string text = info.name + ": " + info.about + "\n";
+  const std::vector<Example>& lines = examples(info.name);
+  if (!lines.empty()) text += "\nTry:\n";
+  for (const Example& one : lines) text += "  # " + one.purpose + "\n  " + one.command + "\n";
+  return text;
 }
 
 constexpr const char* kHelpFooter =

@@ -45,9 +45,8 @@ ExitCode exit_code(ErrorKind kind);
 ExitCode exit_code(const Diagnostics& diagnostics);
 
 struct ToolInfo {
-  std::string name;    ///< as typed: "calibrate-projector"
-  std::string about;   ///< what it does, in a sentence or two
-  std::string try_it;  ///< one line that works
+  std::string name;   ///< as typed: "calibrate-projector"
+  std::string about;  ///< what it does, in a sentence or two
 };
 
 /// The machine's summary: one JSON object. Fields are named by JSON pointers ("/projector/fx"), which make

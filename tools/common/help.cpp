@@ -174,8 +174,12 @@ std::string wrapped(const std::string& text, std::size_t width, std::size_t inde
       result += '\n';
       used = 0;
       ++at;
-      // Lines of examples keep their own indent.
-      for (; at < text.size() && text[at] == ' '; ++at, ++used) result += ' ';
+      // A command stays one line, so that it can be copied.
+      const std::size_t line_end = std::min(text.find('\n', at), text.size());
+      if (text.compare(at, 2, "  ") == 0) {
+        result.append(text, at, line_end - at);
+        at = line_end;
+      }
       continue;
     }
     const std::size_t end = std::min(text.find_first_of(" \n", at), text.size());

@@ -15,7 +15,8 @@ namespace procam::tools {
 void arrange_help(CLI::App& app);
 
 /// Words of `text` in lines of at most `width` letters; a longer word has a line of its own. Lines after the first begin
-/// with `indent` blanks, and the first has `used` letters already. Line breaks of the text stay.
+/// with `indent` blanks, and the first has `used` letters already. Line breaks of the text stay, and
+/// lines that begin with two blanks (commands) are not wrapped.
 std::string wrapped(const std::string& text, std::size_t width, std::size_t indent, std::size_t used);
 
 /// The options' long names ("--rig") that may have been meant by one that is not known; empty when none is near.

@@ -104,7 +104,7 @@ void declare_projector(CLI::App& app, ProjectorFlags& flags) {
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeLast);
   add_parsed(
       app, "--board", [&](const std::string& text) { flags.stated.board = io::read_board(text); },
-      "The printed board, e.g. chessboard:7x9:75mm (inner corners), or its board file (.json)");
+      "The printed board, e.g. charuco:5x7:34mm:25mm:5x5_100 or chessboard:9x6:24mm (inner corners), or its board file (.json)");
   app.add_option("--step", flags.stated.step, "Stripe width of the finest pattern in projector pixels")
       ->check(CLI::Range(1, 1024));
   app.add_option(

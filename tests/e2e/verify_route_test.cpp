@@ -101,7 +101,8 @@ TEST_F(VerifyRoute, FindsABumpAndBringsTheLightBack) {
   fs::rename(folder_ / "corrected.json", folder_ / "rig.json");
   EXPECT_EQ(verify(wall).exit_code, 0);
   io::save_rig(folder_ / "rig.json", session_.rig());
-  refused(4, "the marks say that projector rotated by 0.", wall + " --correct surface -o " + at("moved.json"));
+  refused(4, "the marks say that projector rotated by 0.",
+          wall + " --correct surface -o " + at("moved.json"));
   EXPECT_FALSE(fs::exists(folder_ / "moved.json"));
 }
 

@@ -300,6 +300,7 @@ TEST_P(SurfaceFile, NamesFileLineAndField) {
   EXPECT_ERROR(loads("[1.25, 0.01]", "1.25 0.01", "[NaN, 0]", "NaN 0"), kInput, "finite");
   EXPECT_ERROR(loads("hand placed", "hand placed", "wall", "wall"), kInput, "two surfaces are named 'wall'");
   EXPECT_ERROR(load_solved_surfaces(f.scratch / name), kInput, "the file is a 'procam-surfaces'");
+  EXPECT_ERROR(load_solved_surfaces(f.scratch / name), kInput, "run solve-surfaces on it first");
 }
 
 TEST(SurfaceJson, TheLimitIsOfSurfaces) {

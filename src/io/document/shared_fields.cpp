@@ -4,12 +4,25 @@
 
 namespace procam::io {
 
+namespace {
+
+/// What to do with a file of another format.
+std::string next_for(const std::string& found, const std::string& expected) {
+  if (found == "procam-surfaces" && expected == "procam-solved-surfaces")
+    return "run solve-surfaces on it first: solve-surfaces --rig rig.json --surfaces FILE -o solved.json";
+  if (found == "procam-solved-surfaces" && expected == "procam-surfaces")
+    return "give the file that solve-surfaces read, not the one that it wrote";
+  return "give a " + expected + " file";
+}
+
+}  // namespace
+
 void header(Fields& f, const char* format, int newest) {
   std::string found_format = format;
   int version = newest;
   f.field("format", found_format);
   f.check(found_format == format, "format", "the file is a '" + found_format + "' and not a '" + format + "'",
-          "give a " + std::string(format) + " file");
+          next_for(found_format, format));
   f.field("version", version);
   f.check(version <= newest, "version",
           "version " + std::to_string(version) + " was written by a newer procam; this one reads up to " +

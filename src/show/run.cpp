@@ -504,14 +504,18 @@ ReplayReport replay(const Rig& rig, const ShowOptions& options, const std::files
   return replay.report;
 }
 
+ImageU8 identification(ImageSize size, int number, const std::string& name) {
+  ImageU8 picture(size, 3, 40);
+  draw_words(picture, {std::to_string(number), name});
+  return picture;
+}
+
 void identify_displays(ShowListener* listener) {
   constexpr double kTime = 3;  // seconds each
   for (const device::Display& display : device::displays()) {
     listener_or_none(listener).on_start("display " + std::to_string(display.number) + ": " + display.name);
     const auto window = device::open_window(display.number);
-    ImageU8 picture(window->size(), 3, 40);
-    draw_words(picture, {std::to_string(display.number), display.name});
-    window->show(picture);
+    window->show(identification(window->size(), display.number, display.name));
     for (const double end = device::now_s() + kTime;
          device::now_s() < end && window->poll() != device::WindowEvent::kClose;) {
       listener_or_none(listener).on_frame({});

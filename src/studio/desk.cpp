@@ -157,6 +157,7 @@ void Desk::execute(const StudioCommand& command) {
     return;
   }
   if (job_ != Job::kNone) throw refused(verb, "something is running", "stop it first");
+  if (verb == "identify") return begin(Job::kIdentify);
   if (verb == "check_camera") return begin(Job::kCheckCamera);
   if (verb == "capture") return begin(Job::kCapture);
   if (verb == "scan") return begin(Job::kScan);

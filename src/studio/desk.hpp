@@ -35,7 +35,7 @@ class Desk {
   void run();
 
  private:
-  enum class Job { kNone, kCheckCamera, kCapture, kScan, kShow };
+  enum class Job { kNone, kIdentify, kCheckCamera, kCapture, kScan, kShow };
   /// What the listener threw ends everything.
   struct Ending {};
   /// The person has stopped a job.
@@ -74,6 +74,7 @@ class Desk {
 
   // desk_jobs.cpp
   void run_job();
+  void identify();
   void check_camera();
   void capture();
   void scan_wall();

@@ -5,6 +5,7 @@
 #include "desk.hpp"
 #include "desk_devices.hpp"
 #include "procam/analyze/light_error.hpp"
+#include "procam/core/base/clock.hpp"
 #include "procam/core/base/stats.hpp"
 #include "procam/core/base/words.hpp"
 #include "procam/io/board_file.hpp"
@@ -124,6 +125,9 @@ void Desk::run_job() {
   const Job job = job_;
   try {
     switch (job) {
+      case Job::kIdentify:
+        identify();
+        break;
       case Job::kCheckCamera:
         check_camera();
         break;
@@ -151,7 +155,30 @@ void Desk::run_job() {
   show_url_.clear();
   doing_.clear();
   guided_.reset();
-  if (sink_) show_flat(255);
+  if (!sink_) return;
+  job == Job::kIdentify ? show_test_card() : show_flat(255);
+}
+
+/// The projector's own window makes way for those of all displays.
+void Desk::identify() {
+  doing_ = "showing each display its number";
+  sink_.reset();
+  opened_sink_.reset();
+  try {
+    if (stage_) {
+      const auto shown = std::make_unique<Screen>(stage_->projector(), page_);
+      shown->show(show::identification(shown->size(), 1, "simulated projector"));
+      constexpr double kTime = 3;  // seconds
+      for (const double end = steady_now() + kTime; steady_now() < end; look(kDialogLook)) pump();
+    } else {
+      ShowFollower follower(*this);
+      show::identify_displays(&follower);
+    }
+  } catch (...) {
+    open_display();
+    throw;
+  }
+  open_display();
 }
 
 session::CaptureRig Desk::capture_rig() {

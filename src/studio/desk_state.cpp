@@ -64,7 +64,7 @@ std::string Desk::state_text() const {
   json steps = json::array();
   for (int i = 0; i < kSteps; ++i)
     steps.push_back({{"id", to_string(Step(i))}, {"done", project_.is_done(Step(i))}});
-  constexpr const char* kJobs[] = {"", "check", "capture", "scan", "show"};
+  constexpr const char* kJobs[] = {"", "identify", "check", "capture", "scan", "show"};
   const auto [calibrating, percent] = calibration_.progress();
   json state = {
       {"project", project_.folder().string()},

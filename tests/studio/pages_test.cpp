@@ -50,6 +50,10 @@ class Script {
   std::string page() const {
     return run(std::string("-H 'Authorization: Bearer ") + test::RunningStudio::kToken + "'", "/");
   }
+  std::string projector_frame() const {
+    return run(std::string("-H 'Authorization: Bearer ") + test::RunningStudio::kToken + "'",
+               "/projector.png");
+  }
   bool wait_for_start() const {
     return wait([](const json&) { return true; });
   }
@@ -132,6 +136,24 @@ TEST(StudioProject, ChoicesSurviveKillMinusNine) {
     studio.kill_now();
   }
   EXPECT_EQ(std::get<Chessboard>(io::load_board(project / "board.json")).square_size, 0.0297);
+}
+
+TEST(StudioDisplay, ShowsItsNumberAndThenTheTestCardAgain) {
+  test::Scratch scratch;
+  const test::RunningStudio studio(scratch / "stage", kSmall);
+  const Script script(studio);
+  ASSERT_TRUE(script.wait_for_start());
+  script.command({{"do", "display"}, {"text", "simulated"}});
+  ASSERT_TRUE(script.wait([](const json& s) { return s["display"]["open"] == true; }));
+  const std::string test_card = script.projector_frame();
+  ASSERT_GT(test_card.size(), 1000u);
+  script.command({{"do", "identify"}});
+  ASSERT_TRUE(script.wait([](const json& s) { return s["job"] == "identify"; }, 5));
+  std::string number = script.projector_frame();
+  EXPECT_NE(number, test_card);
+  EXPECT_GT(number.size(), 1000u);
+  ASSERT_TRUE(script.wait([](const json& s) { return s["job"] == ""; }, 20));
+  EXPECT_EQ(script.projector_frame(), test_card);
 }
 
 /// What cannot be done says why on the page, and changes nothing.

@@ -87,6 +87,9 @@ struct ReplayReport {
 PROCAM_EXPORT ReplayReport replay(const Rig& rig, const ShowOptions& options,
                                   const std::filesystem::path& log, ShowListener* listener = nullptr);
 
+/// A grey frame with a display's number and name in it, RGB.
+PROCAM_EXPORT ImageU8 identification(ImageSize size, int number, const std::string& name);
+
 /// Shows each display its number for some seconds, or until Escape.
 PROCAM_EXPORT void identify_displays(ShowListener* listener = nullptr);
 

@@ -10,7 +10,7 @@
 /// is not flat. The coefficients are robust weighted least squares with a light bending penalty whose weight
 /// is chosen by held-out stripes. Edges beside printed borders, known from the board's artwork, are
 /// ignored: there camera blur mixes light and dark print, which moves a crossing. Any part of the board is
-/// enough; the map then covers that part. See docs/matching.md for the measured precision.
+/// enough; the map then covers that part. See docs/matching-measured.md for the precision.
 #include <vector>
 
 #include "procam/core/base/export.hpp"

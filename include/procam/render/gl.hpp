@@ -9,7 +9,7 @@
 ///
 /// OpenGL 3.3 core or OpenGL ES 3.0. A fragment shader follows each pixel's light as render/cpu.hpp says,
 /// through the same lens map, footprints and samples, in the same integers: values differ from the CPU's by
-/// at most 2 of 255 on 99.9 % of the pixels (tests/render_gl; measured figures in docs/render.md). What a
+/// at most 2 of 255 on 99.9 % of the pixels (tests/render_gl; measured figures in docs/render-measured.md). What a
 /// moved surface needs (a mesh's triangles in the projector's frame, where planes lie on the tiles) is worked
 /// out on the CPU and sent to the card; a scene that stands still sends nothing.
 ///

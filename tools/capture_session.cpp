@@ -31,33 +31,31 @@ struct Flags {
 };
 
 void declare(CLI::App& app, Flags& flags) {
-  auto* camera =
-      app.add_option("--camera", flags.camera, "camera that this machine drives: number, device or URL");
+  auto* camera = app.add_option("--camera", flags.camera, "Camera of this computer: number, device or URL");
   auto* watch =
-      app.add_option("--watch", flags.watch, "folder into which a separate camera writes its pictures");
+      app.add_option("--watch", flags.watch, "Folder into which a separate camera writes its images");
   camera->excludes(watch);
   add_parsed(
       app, "--camera-size",
       [&](const std::string& text) { flags.camera_options.size = io::parse_size(text); },
-      "the camera's mode, e.g. 1280x720 (default: the driver's)")
+      "Image size of the camera, e.g. 1280x720 (default: the driver's)")
       ->needs(camera);
   app.add_option("--exposure", flags.camera_options.exposure,
-                 "exposure in the camera driver's own unit; turns its automatic off")
+                 "Exposure in the unit of the camera driver; switches automatic exposure off")
       ->needs(camera);
-  app.add_option(
-      "--display", flags.display,
-      "the projector's display: its number, its name or a part of it, or a place on the desktop such as 1920,0 "
-      "(default: the one that is not primary)");
-  app.add_flag("--list-displays", flags.list_displays, "say which displays there are, and end");
+  app.add_option("--display", flags.display,
+                 "Display of the projector: number, name or a part of it, or position on the desktop such as "
+                 "1920,0 (default: the display that is not primary)");
+  app.add_flag("--list-displays", flags.list_displays, "List the displays and end");
   app.add_option("--pattern", flags.pattern, "What is projected: " + session::pattern_help())
       ->capture_default_str();
-  app.add_option("--step", flags.step, "Gray code's stripe width in projector pixels")
+  app.add_option("--step", flags.step, "Stripe width of Gray code in projector pixels")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
   add_parsed(
       app, "--board", [&](const std::string& text) { flags.board = io::read_board(text); },
-      "the printed board, e.g. charuco:5x7:34mm:25mm:5x5_100, or a board file");
-  app.add_option("--views", flags.recorder.views, "poses of the board")
+      "The printed board, e.g. charuco:5x7:34mm:25mm:5x5_100, or a board file");
+  app.add_option("--views", flags.recorder.views, "Number of board poses")
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
   add_parsed(
@@ -66,11 +64,11 @@ void declare(CLI::App& app, Flags& flags) {
         if (!((flags.recorder.interval_s = io::parse_duration(text)) > 0))
           throw Error(ErrorKind::kInput, "--interval " + text, "a time must be positive", "give e.g. 8s");
       },
-      "time to move the board between poses, e.g. 8s (default: wait for Enter)");
+      "Time to move the board between poses, e.g. 8s (default: wait for Enter)");
   app.add_flag("--single-shot", flags.recorder.single_shot,
-               "a camera triggered by hand: one picture a frame is waited for, and no checks are made");
-  app.add_flag("--despite-checks", flags.recorder.despite_checks, "go on when a check of the light fails");
-  app.add_option("-o,--output", flags.recorder.folder, "session folder; one that is there is gone on with");
+               "For a camera that is triggered by hand: one image for each frame, without checks");
+  app.add_flag("--despite-checks", flags.recorder.despite_checks, "Continue when a check of the light fails");
+  app.add_option("-o,--output", flags.recorder.folder, "Session folder; an existing session is continued");
 }
 
 void list_displays(Console& console) {

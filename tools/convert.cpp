@@ -29,15 +29,15 @@ void declare(CLI::App& app, Flags& flags) {
       "opencv, opencv-stereo, ros, kalibr, mrcal, colmap, urdf, sdf, gltf, or procam (rig.json)")
       ->required();
   app.add_option("--device", flags.device,
-                 "the camera or projector, for formats of one device: opencv, ros, mrcal");
+                 "Camera or projector, for formats of one device: opencv, ros, mrcal");
   add_parsed(
       app, "--camera-size",
       [&](const std::string& text) { flags.context.camera_size = io::parse_size(text); },
-      "the camera's image, where INPUT does not state it, e.g. 1280x960");
+      "Image size of the camera, if INPUT does not state it, e.g. 1280x960");
   add_parsed(
       app, "--projector-size",
       [&](const std::string& text) { flags.context.projector_size = io::parse_size(text); },
-      "the projector's image, likewise");
+      "Size of the projector's frame, if INPUT does not state it");
   add_parsed(
       app, "--unit",
       [&](const std::string& text) {
@@ -46,8 +46,8 @@ void declare(CLI::App& app, Flags& flags) {
           throw Error(ErrorKind::kInput, "'" + text + "'", "it is no unit of length",
                       "give e.g. 1mm or 25mm");
       },
-      "the unit of INPUT's translations, where INPUT does not state it [1mm]");
-  app.add_option("-o,--output", flags.output, "file to write; without it the text is printed");
+      "Unit of the translations, if INPUT does not state it [1mm]");
+  app.add_option("-o,--output", flags.output, "File to write; without it the text is printed");
 }
 
 ExitCode convert(const Flags& flags, Console& console) {
@@ -80,6 +80,6 @@ int main(int argc, char** argv) {
   using namespace procam::tools;
   Flags flags;
   return run_tool(
-      argc, argv, {"procam-convert", "converts calibrations between procam and other programs."},
+      argc, argv, {"procam-convert", "Converts calibrations between procam and other programs."},
       [&](CLI::App& app) { declare(app, flags); }, [&](Console& console) { return convert(flags, console); });
 }

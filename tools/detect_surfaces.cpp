@@ -41,31 +41,32 @@ void declare(CLI::App& app, Flags& flags) {
           throw Error(ErrorKind::kInput, "'" + text + "'", "one step of the image cannot be that long",
                       "give the unit of its numbers, e.g. 1mm, or 0.2mm for 1/5000 m");
       },
-      "Unit of the image's numbers, e.g. 1mm (the default) or 0.2mm; sun or nyu for what SUN RGB-D and the "
-      "raw NYU Depth frames pack");
+      "Unit of the depth values, e.g. 1mm (the default) or 0.2mm; sun or nyu for the encodings of "
+      "SUN RGB-D and of raw NYU Depth frames");
   auto* intrinsics =
       app.add_option("--intrinsics", flags.intrinsics,
                      "The depth camera: rig.json with one camera (as calibrate-camera writes "
                      "it), a calibration of OpenCV, ROS, Kalibr and others, or fx,fy,cx,cy in pixels");
-  auto* rig = app.add_option(
-      "--rig", flags.rig, "rig.json: surfaces are placed in its frame; the depth camera is --camera of it");
+  auto* rig =
+      app.add_option("--rig", flags.rig,
+                     "rig.json with the depth camera (--camera-name): surfaces are in the frame of the rig");
   app.add_option("--camera-name", flags.camera, "The depth camera's name, for a file with several");
   add_parsed(
       app, "--gravity", [&](const std::string& text) { flags.gravity = io::parse_direction(text); },
-      "Which way things fall in the camera's frame: x,y,z of any length; walls, floor, ceiling and tables "
-      "are distinguished by it");
-  app.add_option(
-      "--pose", flags.pose,
-      "pose.json that places the rig or its camera in the world: surfaces come in the world's frame");
+      "Direction of gravity in the camera's frame, x,y,z of any length; distinguishes walls, floor, "
+      "ceiling and tables");
+  app.add_option("--pose", flags.pose,
+                 "pose.json of the rig or its camera in the world: surfaces are then in the world frame");
   app.add_flag("--main-planes", flags.main_planes,
-               "Few large planes as a person names them: a door and its wall are one (default: all that the "
-               "sensor can tell apart); their sigma and rms hold the steps");
-  app.add_option("--sensor-model", flags.sensor,
-                 "Noise: kinect-v1 (structured light, stereo) or tof (time of flight); a warning where the "
-                 "image shows another")
+               "A few large planes: a door and its wall are one (default: all planes that the sensor can "
+               "separate); sigma and RMS include the steps between them");
+  app.add_option(
+         "--sensor-model", flags.sensor,
+         "Noise model: kinect-v1 (structured light, stereo) or tof (time of flight); a warning if the "
+         "image contradicts it")
       ->check(CLI::IsMember({"kinect-v1", "tof"}));
   app.add_option("-o,--output", flags.output, "surface definitions to write, .json or .xml")->required();
-  app.add_option("--preview", flags.preview, "Also draw what was found, .png");
+  app.add_option("--preview", flags.preview, "Also draw the surfaces found, .png");
   app.callback([intrinsics, rig] {
     if (intrinsics->count() + rig->count() == 0) throw CLI::RequiredError("--intrinsics or --rig");
   });
@@ -172,7 +173,7 @@ int main(int argc, char** argv) {
   return run_tool(
       argc, argv,
       {"detect-surfaces",
-       "finds walls, floor, tables and columns in a depth image, and the largest free rectangle on each: "
-       "surfaces that content can be put on."},
+       "Finds walls, floor, tables and columns in a depth image, and the largest free rectangle on "
+       "each: surfaces for content."},
       [&](CLI::App& app) { declare(app, flags); }, [&](Console& console) { return detect(flags, console); });
 }

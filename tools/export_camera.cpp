@@ -20,26 +20,27 @@ struct Flags {
 };
 
 void declare(CLI::App& app, Flags& flags) {
-  app.add_option("--rig", flags.rig, "rig.json, as calibrate-projector writes it")->required();
+  app.add_option("--rig", flags.rig, "rig.json of calibrate-projector")->required();
   add_parsed(
       app, "--for", [&](const std::string& text) { flags.program = io::parse_camera_program(text); },
       "unity, unreal, godot, blender, splash, sgct or opengl (glFrustum, projection and view matrix)")
       ->required();
-  app.add_option("--projector", flags.projector, "its name, for a rig with several");
-  app.add_option("--pose", flags.pose,
-                 "pose.json that joins 'world' to 'projector', 'rig' or a camera of the rig; without it the "
-                 "rig is the world");
+  app.add_option("--projector", flags.projector, "Name of the device, for a rig with several");
+  app.add_option(
+      "--pose", flags.pose,
+      "pose.json between 'world' and 'projector', 'rig' or a camera of the rig; without it the rig "
+      "is the world");
   add_parsed(
       app, "--world-up", [&](const std::string& text) { flags.up = io::parse_world_up(text); },
-      "the world's upward axis: z (x forward; as in ROS), y (as in OpenGL) or -y (an optical frame) "
-      "[z; -y without --pose]");
+      "Upward axis of the world: z (x forward; as in ROS), y (as in OpenGL) or -y (an optical "
+      "frame) [z; -y without --pose]");
   add_parsed(
       app, "--near", [&](const std::string& text) { flags.clip.near = io::parse_length(text); },
-      "near clip plane [10cm]");
+      "Near clip plane [10cm]");
   add_parsed(
       app, "--far", [&](const std::string& text) { flags.clip.far = io::parse_length(text); },
-      "far clip plane [100m]");
-  app.add_option("-o,--output", flags.output, "text file; without it the text is printed");
+      "Far clip plane [100m]");
+  app.add_option("-o,--output", flags.output, "Text file; without it the text is printed");
 }
 
 ExitCode describe(const Flags& flags, Console& console) {
@@ -82,8 +83,8 @@ int main(int argc, char** argv) {
   return run_tool(
       argc, argv,
       {"export-camera",
-       "prints what to set in another program so that its camera's picture, sent to the projector, "
-       "lands in place."},
+       "Prints the camera settings for another program, so that its image, sent to the projector, "
+       "fits the room."},
       [&](CLI::App& app) { declare(app, flags); },
       [&](Console& console) { return describe(flags, console); });
 }

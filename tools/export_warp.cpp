@@ -26,21 +26,21 @@ struct Flags {
 };
 
 void declare(CLI::App& app, Flags& flags) {
-  app.add_option("--rig", flags.rig, "rig.json, as calibrate-projector writes it")->required();
-  app.add_option("--surfaces", flags.surfaces, "solved surfaces, as solve-surfaces writes them")->required();
+  app.add_option("--rig", flags.rig, "rig.json of calibrate-projector")->required();
+  app.add_option("--surfaces", flags.surfaces, "Solved surfaces of solve-surfaces")->required();
   app.add_option("--surface", flags.surface,
-                 "its name, for a file with several; an .mpcdi of positions takes all without it");
+                 "Name of the surface, for a file with several; without it an .mpcdi of positions holds all");
   app.add_option("-o,--output", flags.output,
-                 "a map: .pfm, .png (16-bit ST map) or .exr; a mesh: .obj; or .mpcdi")
+                 "A map (.pfm, .png as 16-bit ST map, or .exr), a mesh (.obj), or an archive (.mpcdi)")
       ->required();
   add_parsed(
       app, "--profile", [&](const std::string& text) { flags.profile = io::parse_mpcdi_profile(text); },
-      "of an .mpcdi: 2d (content a pixel), sl (shader lamp: frustum, place and positions) or a3 (positions) "
-      "[2d]");
+      "Profile of an .mpcdi: 2d (content of each pixel), sl (shader lamp: frustum, pose and "
+      "positions) or a3 (positions) [2d]");
   add_parsed(
       app, "--world-up", [&](const std::string& text) { flags.up = io::parse_world_up(text); },
-      "of an .mpcdi with positions: the world's upward axis, z (as in ROS), y or -y [z; -y where the "
-      "surfaces are not placed in a world and the rig is taken for it]");
+      "Upward axis of the world, for an .mpcdi with positions: z (as in ROS), y or -y [z; -y if the "
+      "surfaces are in the frame of the rig]");
   add_parsed(
       app, "--grid",
       [&](const std::string& text) {
@@ -50,11 +50,10 @@ void declare(CLI::App& app, Flags& flags) {
                       "give e.g. 64x36");
         flags.grid = surface::MeshGrid{cells.width, cells.height};
       },
-      "of an .obj of a plane: cells of the content across and down [64x36]");
-  app.add_option(
-      "--blend", flags.blend.others,
-      "solved surfaces of another projector of the rig, once each: an .mpcdi's alpha is this projector's "
-      "share of the light");
+      "Cells of an .obj of a plane: across and down [64x36]");
+  app.add_option("--blend", flags.blend.others,
+                 "Solved surfaces of another projector of the rig, once for each: the alpha of an .mpcdi is "
+                 "this projector's share of the light");
 }
 
 std::string extension_of(const Flags& flags) {
@@ -190,7 +189,7 @@ int main(int argc, char** argv) {
   return run_tool(
       argc, argv,
       {"export-warp",
-       "writes a solved surface's warp for another program: a map, a mesh or an MPCDI archive."},
+       "Writes the warp of a solved surface for another program: a map, a mesh or an MPCDI archive."},
       [&](CLI::App& app) { declare(app, flags); },
       [&](Console& console) { return export_warp(flags, console); });
 }

@@ -21,21 +21,22 @@ struct Flags {
 };
 
 void declare(CLI::App& app, Flags& flags) {
-  app.add_option("--rig", flags.rig, "rig.json, as calibrate-projector writes it")->required();
-  app.add_option("--image", flags.image, "what the rig's camera sees of the markers, png or jpg")->required();
+  app.add_option("--rig", flags.rig, "rig.json of calibrate-projector")->required();
+  app.add_option("--image", flags.image, "Image of the markers by the camera of the rig, .png or .jpg")
+      ->required();
   auto* marker = add_parsed(
       app, "--marker", [&](const std::string& text) { flags.marker = io::parse_marker(text); },
-      "One marker, whose frame becomes the world: DICTIONARY:ID:SIZE, the side of the black square, e.g. "
-      "apriltag_36h11:3:160mm");
+      "One marker that defines the world frame: DICTIONARY:ID:SIZE, the side of the black square, "
+      "e.g. apriltag_36h11:3:160mm");
   auto* markers = app.add_option("--markers", flags.markers,
-                                 "markers.json: several markers and their places in the world");
+                                 "markers.json: several markers with their poses in the world");
   marker->excludes(markers);
-  app.add_option("--camera-name", flags.camera, "its name, for a rig with several");
-  app.add_option("--projector", flags.projector, "its name, for a rig with several");
+  app.add_option("--camera-name", flags.camera, "Name of the device, for a rig with several");
+  app.add_option("--projector", flags.projector, "Name of the device, for a rig with several");
   app.add_option("-o,--output", flags.output, "pose.json to write, for solve-surfaces --pose")->required();
   app.add_option("--preview", flags.annotate,
-                 "Also write the image with the markers as found (green), as the pose has them (red) and the "
-                 "world's axes (x red, y green, z blue), .png");
+                 "Also write the image with the detected markers (green), the markers as the pose predicts "
+                 "them (red) and the axes of the world (x red, y green, z blue), .png");
   app.callback([marker, markers] {
     if (marker->count() + markers->count() == 0) throw CLI::RequiredError("--marker or --markers");
   });

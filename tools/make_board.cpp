@@ -38,8 +38,7 @@ void declare(CLI::App& app, Flags& flags) {
       ->capture_default_str();
   add_parsed(
       app, "--measured", [&](const std::string& text) { flags.measured = io::parse_length(text); },
-      "How long the printed 100 mm ruler came out, e.g. 99.2mm: every size is scaled to what lies on the "
-      "paper");
+      "Measured length of the printed 100 mm ruler, e.g. 99.2mm: every size is scaled by it");
 }
 
 ExitCode make_board(const Flags& flags, Console& console) {
@@ -49,15 +48,16 @@ ExitCode make_board(const Flags& flags, Console& console) {
   const std::string text = io::format_board(board);
   console.summary().set("/board", text);
   if (flags.measured)
-    console.say("the ruler came out " + io::format_length(*flags.measured) + " long, so the board is " +
+    console.say("the printed ruler is " + io::format_length(*flags.measured) + " long, so the board is " +
                 text);
   if (!flags.output.empty()) {
     const io::BoardSheet sheet = io::board_sheet(board, detect::board_artwork(board), flags.paper);
     io::save_sheet(flags.output, sheet, flags.dpi);
-    console.say("wrote " + flags.output + ": " + text + " on " + flags.paper.name +
-                (flags.measured
-                     ? ""
-                     : "; print it at 100 %, measure the ruler, and say --measured if it is not 100 mm"));
+    console.say(
+        "wrote " + flags.output + ": " + text + " on " + flags.paper.name +
+        (flags.measured
+             ? ""
+             : "; print it at 100 %, measure the ruler, and give --measured if it is not 100 mm long"));
     console.summary().set("/sheet/file", flags.output);
     console.summary().set("/sheet/size", std::vector<double>{sheet.size.x(), sheet.size.y()});
   }

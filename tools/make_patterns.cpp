@@ -29,15 +29,15 @@ void declare(CLI::App& app, Flags& flags) {
       ->capture_default_str();
   add_parsed(
       app, "--projector-size", [&](const std::string& text) { flags.projector_size = io::parse_size(text); },
-      "the projector's own resolution, e.g. 1024x768")
+      "Native resolution of the projector, e.g. 1024x768")
       ->required();
-  app.add_option("--step", flags.step, "Gray code's stripe width in projector pixels")
+  app.add_option("--step", flags.step, "Stripe width of Gray code in projector pixels")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
   add_parsed(
       app, "--board", [&](const std::string& text) { flags.board = io::read_board(text); },
-      "the printed board, to note it in session.json, e.g. charuco:5x7:34mm:25mm:5x5_100");
-  app.add_option("-o,--output", flags.output, "folder for show_00.png ... and session.json")->required();
+      "The printed board, for session.json, e.g. charuco:5x7:34mm:25mm:5x5_100");
+  app.add_option("-o,--output", flags.output, "Folder for show_00.png ... and session.json")->required();
 }
 
 ExitCode make_patterns(const Flags& flags, Console& console) {

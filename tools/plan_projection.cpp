@@ -43,45 +43,44 @@ void declare(CLI::App& app, Flags& flags) {
   analyze::DataSheet& sheet = flags.sheet;
   add_parsed(
       app, "--resolution", [&](const std::string& text) { sheet.resolution = io::parse_size(text); },
-      "data sheet: pixels of the picture, e.g. 1280x800")
+      "Data sheet: native resolution, e.g. 1280x800")
       ->required();
   app.add_option("--throw-ratio", sheet.throw_ratio,
-                 "data sheet: distance over picture width, e.g. 0.8; of a zoom, at the zoom that is meant")
+                 "Data sheet: distance over image width, e.g. 0.8; for a zoom lens, at the zoom in use")
       ->required();
-  app.add_option(
-         "--lens-shift", flags.lens_shift,
-         "data sheet: how far the axis lies from the picture's centre, in picture widths and heights, "
-         "right and down, e.g. 0,0.5 for an axis at the bottom edge (default 0,0)")
+  app.add_option("--lens-shift", flags.lens_shift,
+                 "Data sheet: offset of the optical axis from the centre of the image, in image widths and "
+                 "heights, right and down, e.g. 0,0.5 for an axis at the bottom edge (default 0,0)")
       ->delimiter(',')
       ->expected(2);
-  app.add_option("--lumens", sheet.lumens, "data sheet: light of a white picture, for the illuminance");
-  app.add_option("--f-number", sheet.f_number, "data sheet: with --focal-length, for the depth of field");
-  add_length(app, "--focal-length", sheet.focal_length, "data sheet: e.g. 14mm");
+  app.add_option("--lumens", sheet.lumens, "Data sheet: light of a white image, for the illuminance");
+  app.add_option("--f-number", sheet.f_number, "Data sheet: with --focal-length, for the depth of field");
+  add_length(app, "--focal-length", sheet.focal_length, "Data sheet: e.g. 14mm");
 
   add_parsed(
       app, "--distance", [&](const std::string& text) { flags.distance = io::parse_length(text); },
-      "from the lens straight to the wall, e.g. 1.5m; the wall's origin is there")
+      "Perpendicular distance of the lens from the wall, e.g. 1.5m; the foot of the perpendicular "
+      "is the origin of the wall")
       ->required();
-  add_angle(app, "--yaw", flags.yaw,
-            "then turned to its right, e.g. 20deg (default 0deg: straight at the wall)");
-  add_angle(app, "--pitch", flags.pitch, "then turned upwards, e.g. -10deg");
-  add_angle(app, "--roll", flags.roll, "then turned clockwise as seen from behind it, e.g. 2deg");
+  add_angle(app, "--yaw", flags.yaw, "Rotation to the right, e.g. 20deg (default 0deg: facing the wall)");
+  add_angle(app, "--pitch", flags.pitch, "Then rotation upwards, e.g. -10deg");
+  add_angle(app, "--roll", flags.roll, "Then clockwise rotation as seen from behind, e.g. 2deg");
 
   auto* target = add_parsed(
       app, "--target",
       [&](const std::string& text) { flags.target_size = parse_lengths(text, 'x', "1.2mx0.8m"); },
-      "what shall be covered, width x height, e.g. 1.2mx0.8m");
+      "Area to cover, width x height, e.g. 1.2mx0.8m");
   add_parsed(
       app, "--target-at",
       [&](const std::string& text) { flags.target_centre = parse_lengths(text, ',', "0.2m,-0.3m"); },
-      "the target's centre, right and down from the wall's origin, e.g. 0.2m,-0.3m (default: where it fits "
-      "best)")
+      "Centre of the area, right and down from the origin of the wall, e.g. 0.2m,-0.3m (default: "
+      "where it fits best)")
       ->needs(target);
   add_length(app, "--viewer-distance", flags.site.viewer_distance,
-             "distance of the reader from the wall, e.g. 3m");
+             "Distance of the reader from the wall, e.g. 3m");
   add_length(app, "--text-height", flags.site.text_height,
-             "height of the smallest capitals that shall be read, e.g. 20mm");
-  app.add_option("-o,--output", flags.output, "also draw the plan, .svg");
+             "Height of the smallest capital letters, e.g. 20mm");
+  app.add_option("-o,--output", flags.output, "Also draw the plan, .svg");
 }
 
 ExitCode plan(Flags flags, Console& console) {

@@ -29,39 +29,39 @@ struct Flags {
 };
 
 void declare(CLI::App& app, Flags& flags) {
-  app.add_option("--rig", flags.rig, "rig.json, as calibrate-projector writes it")->required();
-  app.add_option("--surfaces", flags.surfaces, "surface definitions, .json or .xml")->required();
+  app.add_option("--rig", flags.rig, "rig.json of calibrate-projector")->required();
+  app.add_option("--surfaces", flags.surfaces, "Surface definitions, .json or .xml")->required();
   app.add_option(
       "--pose", flags.pose,
-      "pose.json that joins 'world' to 'projector', 'rig' or a camera of the rig; needed for surfaces "
-      "placed in the world. Its covariance counts unless --pose-sigma is given");
-  app.add_option("--projector", flags.projector, "its name, for a rig with several");
+      "pose.json between 'world' and 'projector', 'rig' or a camera of the rig; needed for surfaces "
+      "in the world. Its covariance is used unless --pose-sigma is given");
+  app.add_option("--projector", flags.projector, "Name of the device, for a rig with several");
   add_parsed(
       app, "--pose-sigma",
       [&](const std::string& text) { flags.pose_sigma = io::parse_length_and_angle(text); },
-      "standard deviations of the rig's pose, each axis: 10mm,0.5deg");
+      "Standard deviations of the pose of the rig, each axis: 10mm,0.5deg");
   add_parsed(
       app, "--map-sigma",
       [&](const std::string& text) { flags.map_sigma = io::parse_length_and_angle(text); },
-      "the same of the surfaces' places: 5mm,0.2deg");
+      "Standard deviations of the poses of the surfaces: 5mm,0.2deg");
   add_parsed(
       app, "--speed", [&](const std::string& text) { flags.speed = io::parse_speed(text); },
-      "the robot drives and turns: 0.5m/s,30deg/s");
+      "Speed and turning rate of the robot: 0.5m/s,30deg/s");
   add_parsed(
       app, "--speed-sigma", [&](const std::string& text) { flags.speed_sigma = io::parse_speed(text); },
-      "how well that is known, each axis, where --with-prediction uses it");
+      "Standard deviations of the speed, each axis, for --with-prediction");
   add_parsed(
       app, "--forward", [&](const std::string& text) { flags.forward = io::parse_direction(text); },
-      "where it drives, in the rig's frame (0,0,1: as the camera looks)");
+      "Direction of driving in the frame of the rig (0,0,1: along the camera's axis)");
   add_parsed(
       app, "--up", [&](const std::string& text) { flags.up = io::parse_direction(text); },
-      "the axis it turns about, in the rig's frame (0,-1,0)");
+      "Axis of turning in the frame of the rig (0,-1,0)");
   add_parsed(
       app, "--delay", [&](const std::string& text) { flags.delay = io::parse_delay(text); },
-      "from the pose's stamp to the light: 50ms");
+      "Time from the stamp of a pose to the light: 50ms");
   add_parsed(
       app, "--delay-sigma", [&](const std::string& text) { flags.delay_sigma = io::parse_delay(text); },
-      "how well the delay is known");
+      "Standard deviation of the delay");
   app.add_flag("--with-prediction", flags.predict, "the pose is predicted to the moment of light");
   app.add_flag("--whole-pixels", flags.whole_pixels,
                "content moves in whole projector pixels (not with procam's renderer)");

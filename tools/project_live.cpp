@@ -19,15 +19,14 @@ struct Flags {
 };
 
 void declare(CLI::App& app, Flags& flags) {
-  app.add_option(
-      "--rig", flags.rig,
-      "rig.json, as calibrate-projector writes it; without it surfaces are in projector pixels, and their "
-      "corners are dragged at the control page");
+  app.add_option("--rig", flags.rig,
+                 "rig.json of calibrate-projector. Without a rig, surfaces are in projector pixels and their "
+                 "corners are dragged on the control page");
   declare_show(app, flags.show);
-  app.add_option("--replay", flags.replay, "show a recorded run again, frame by frame, and compare");
-  app.add_option("--save-show", flags.save, "write what the flags say as a show.json, for --show, and end");
-  app.add_flag("--list-displays", flags.list_displays, "say which displays there are, and end");
-  app.add_flag("--identify", flags.identify, "show each display its number for three seconds, and end");
+  app.add_option("--replay", flags.replay, "Show a recorded run again and compare each frame");
+  app.add_option("--save-show", flags.save, "Write the options into a show.json, for --show, and end");
+  app.add_flag("--list-displays", flags.list_displays, "List the displays and end");
+  app.add_flag("--identify", flags.identify, "Show each display its number for three seconds and end");
 }
 
 ExitCode list_displays(Console& console) {
@@ -181,7 +180,8 @@ int main(int argc, char** argv) {
   return run_tool(
       argc, argv,
       {"project-live",
-       "projects onto surfaces while the robot moves: poses come in over the network, are predicted to the "
-       "moment of light, and every frame is drawn for it. A control page shows the frame and moves corners."},
+       "Projects onto surfaces while the robot moves: poses arrive over the network, are predicted "
+       "to the time of light, and every frame is drawn for that pose. A control page shows the frame "
+       "and moves corners."},
       [&](CLI::App& app) { declare(app, flags); }, [&](Console& console) { return run(flags, console); });
 }

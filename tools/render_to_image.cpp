@@ -32,19 +32,20 @@ std::string kinds_of_content() {
 
 void declare(CLI::App& app, Flags& flags) {
   show::FrameFilesOptions& frames = flags.frames;
-  app.add_option("--rig", flags.rig, "rig.json, as calibrate-projector writes it")->required();
-  app.add_option("--surfaces", flags.surfaces, "solved surfaces, as solve-surfaces writes them")->required();
-  app.add_option("--content", flags.content,
-                 "SURFACE=WHAT, once a surface; else the surface file's own: " + kinds_of_content());
-  app.add_option("--fit", flags.fit, "SURFACE=stretch, contain or cover; else the surface file's own");
+  app.add_option("--rig", flags.rig, "rig.json of calibrate-projector")->required();
+  app.add_option("--surfaces", flags.surfaces, "Solved surfaces of solve-surfaces")->required();
+  app.add_option(
+      "--content", flags.content,
+      "Content of a surface, once for each (default: as in the surface file): " + kinds_of_content());
+  app.add_option("--fit", flags.fit,
+                 "How content fits its surface: stretch, contain or cover (default: as in the surface file)");
   app.add_option("--crop", flags.crop,
-                 "SURFACE=LEFT,TOP,RIGHT,BOTTOM, fractions of the picture; else the surface file's own");
+                 "Part of the content: LEFT,TOP,RIGHT,BOTTOM as fractions (default: as in the surface file)");
   app.add_option("-o,--output", frames.output,
-                 "the projector's frame, .png, or its light as floats, .exr; with --duration frames, "
-                 "frame_%04d.png or "
-                 ".exr, or a video: .mkv (lossless), .mp4, .avi")
+                 "Frame of the projector, .png, or its light as floats, .exr; with --duration frames, "
+                 "frame_%04d.png or .exr, or a video: .mkv (lossless), .mp4, .avi")
       ->required();
-  app.add_option("--time", frames.time_s, "seconds since the content began, of the first frame [0]")
+  app.add_option("--time", frames.time_s, "Time in the content of the first frame, seconds [0]")
       ->check(within(0, limits::kDurationS));
   add_parsed(
       app, "--duration",
@@ -54,29 +55,30 @@ void declare(CLI::App& app, Flags& flags) {
           throw Error(ErrorKind::kInput, "duration '" + text + "'", "it is not from 1 ms to 86400 s",
                       "write the time that the frames last, e.g. 10s");
       },
-      "how long frames are written, e.g. 10s");
-  app.add_option("--fps", frames.fps, "frames a second, with --duration [25]")->check(within(1e-3, 1e3));
-  app.add_option("--preview", frames.preview, "what a person facing the surfaces would see, .png");
+      "Duration of the written frames, e.g. 10s");
+  app.add_option("--fps", frames.fps, "Frames a second, with --duration [25]")->check(within(1e-3, 1e3));
+  app.add_option("--preview", frames.preview, "View of a person who faces the surfaces, .png");
   add_parsed(
       app, "--viewer", [&](const std::string& text) { flags.eye = io::parse_position(text); },
-      "X,Y,Z of an eye, each with its unit, in the world (in the rig where the surfaces are not placed in a "
-      "world): what --virtual holds is drawn so that it stands there for this eye, behind the surfaces or "
-      "before them");
+      "Position of the viewer's eye, each number with a unit, in the world (in the rig if no "
+      "surface is in the world): objects of --virtual are drawn with the right parallax for this "
+      "eye, behind or in front of the surfaces");
   app.add_option("--virtual", flags.things,
-                 "with --viewer: surface definitions, .json or .xml, of what is seen; --content, --fit and "
-                 "--crop then name these, and the surfaces of --surfaces only catch the light");
+                 "With --viewer: definitions of the virtual surfaces, .json or .xml; --content, --fit and "
+                 "--crop then name these, and --surfaces are what the light falls on");
   declare_blend(app, flags.blend);
-  app.add_option("--weights", frames.weights,
-                 "also the projector's share of the light in each pixel, .png (8 bits) or .pfm (floats)");
-  app.add_option("--gamma", frames.gamma, "of the projector, light = value^gamma; else sRGB")
+  app.add_option(
+      "--weights", frames.weights,
+      "Also write the projector's share of the light in each pixel, .png (8 bits) or .pfm (floats)");
+  app.add_option("--gamma", frames.gamma, "Gamma of the projector: light = value^gamma (default: sRGB)")
       ->check(within(0.2, 5));
-  app.add_option("--threads", frames.rendering.threads, "0: as many as the machine has")
+  app.add_option("--threads", frames.rendering.threads, "Number of threads; 0: one for each core")
       ->check(CLI::Range(0, limits::kThreads));
   app.add_option("--renderer", frames.renderer, "cpu, or gl for OpenGL without a window: the same picture")
       ->check(CLI::IsMember({"cpu", "gl"}))
       ->capture_default_str();
   app.add_flag("--average-numbers", flags.encoded,
-               "average pixel values as they stand instead of the light they stand for (codes, masks)");
+               "Average pixel values instead of light (for codes and masks)");
 }
 
 /// The surfaces that content lies on.
@@ -170,7 +172,7 @@ int main(int argc, char** argv) {
   return run_tool(
       argc, argv,
       {"render-to-image",
-       "draws pictures, videos and colours onto solved surfaces, through the projector's lens, into the "
-       "frames it must show; blends them with those of other projectors."},
+       "Draws the frames that a projector must show so that images, videos and colours appear "
+       "undistorted on solved surfaces; blends them with those of other projectors."},
       [&](CLI::App& app) { declare(app, flags); }, [&](Console& console) { return draw(flags, console); });
 }

@@ -16,7 +16,7 @@ struct Flags {
 
 void declare(CLI::App& app, Flags& flags) {
   session::SimulationOptions& options = flags.simulation;
-  app.add_option("--seed", options.seed, "equal seeds make equal sessions")->capture_default_str();
+  app.add_option("--seed", options.seed, "Equal seeds make equal sessions")->capture_default_str();
   add_parsed(
       app, "--level", [&](const std::string& text) { options.level = simulate::level_named(text); },
       "easy | paper | hard (default easy)");
@@ -30,16 +30,16 @@ void declare(CLI::App& app, Flags& flags) {
                  "change the level's conditions, KEY=VALUE,...: " + session::settings_help())
       ->delimiter(',');
   app.add_option("-o,--output", flags.output,
-                 "folder to make: view_00/frame_00.png ..., session.json, truth.json")
+                 "Folder to make: view_00/frame_00.png ..., session.json, truth.json")
       ->required();
-  app.add_option("--views", options.views, "make only the first N views (default: all of the level)")
+  app.add_option("--views", options.views, "Make only the first N views (default: all of the level)")
       ->check(CLI::Range(1, 1000));
   app.add_option("--cameras", options.cameras,
-                 "cameras side by side; every second view has one of them alone")
+                 "Number of cameras side by side; only one of them sees every second view")
       ->check(CLI::Range(1, 8))
       ->capture_default_str();
   app.add_option("--projectors", options.projectors,
-                 "projectors that show their patterns one after the other")
+                 "Number of projectors; they show their patterns one after the other")
       ->check(CLI::Range(1, 8))
       ->capture_default_str();
   app.add_flag(
@@ -52,8 +52,8 @@ void declare(CLI::App& app, Flags& flags) {
       "session.json and surfaces.json: try verify-projection on it");
   add_parsed(
       app, "--bump", [&](const std::string& text) { options.bump = io::parse_angle(text); },
-      "the projector was turned by this angle before --check, and the true rig is check/truth.json; e.g. "
-      "0.2deg")
+      "Rotate the projector by this angle before --check-board; the true rig is then "
+      "check/truth.json; e.g. 0.2deg")
       ->needs(check);
   app.add_option(
       "--room", options.room,
@@ -61,7 +61,7 @@ void declare(CLI::App& app, Flags& flags) {
       "scan-surfaces on it; the true depths are in view_00/truth_depth.pfm. With --views N the cameras are "
       "moved between the "
       "views: try calibrate-room");
-  app.add_flag("--force", options.replace, "replace an earlier simulated session");
+  app.add_flag("--force", options.replace, "Replace an earlier simulated session");
 }
 
 void summarize(const Flags& flags, const session::SimulatedFolder& written, Summary& summary) {

@@ -42,30 +42,30 @@ void declare(CLI::App& app, Flags& flags) {
   simulate::RobotOptions& robot = flags.robot;
   app.add_option(
       "--path", flags.path,
-      "circle:RADIUS (negative turns right), walk (arcs from rest to rest, at random), waypoints:FILE "
-      "(lines of 'time x y yaw_deg', rests at each), trajectory:FILE (TUM, EuRoC, rosbag CSV, or KITTI as "
+      "circle:RADIUS (negative: clockwise), walk (random arcs with stops), waypoints:FILE "
+      "(lines of 'time x y yaw_deg', a stop at each), trajectory:FILE (TUM, EuRoC, rosbag CSV, or KITTI as "
       "poses.txt+times.txt: docs/live.md); "
       "default circle:0.95m");
   add_parsed(
       app, "--speed", [&](const std::string& text) { flags.speed = io::parse_speed(text).length; },
-      "of circle and walk, at most, e.g. 0.5m/s (default)");
+      "Max speed of circle and walk, e.g. 0.5m/s (default)");
   add_duration(app, "--duration", robot.duration,
-               "how long, e.g. 60s (default); a path from a file ends by itself");
+               "Duration, e.g. 60s (default); a path from a file has its own");
 
   app.add_option("--to", flags.to, "udp:HOST:PORT, tcp:HOST:PORT, tcp-listen:PORT, osc:HOST:PORT, psn:PORT");
-  app.add_flag("--binary", flags.binary, "udp and tcp: the binary form instead of JSON lines");
-  app.add_option("-o,--output", flags.log, "a log for log:FILE; without --to as fast as possible");
-  app.add_option(
-      "--truth", flags.truth,
-      "CSV of every message that the robot made: time (local steady clock), stamp, x, y, z, qx, qy, qz, qw");
+  app.add_flag("--binary", flags.binary, "With udp and tcp: binary messages instead of JSON lines");
+  app.add_option("-o,--output", flags.log, "Log for log:FILE; without --to as fast as possible");
+  app.add_option("--truth", flags.truth,
+                 "CSV of the true pose of every message: time (local steady clock), stamp, x, y, z, qx, qy, "
+                 "qz, qw");
   app.add_option("--frame", robot.frame, "default map");
   app.add_option("--child", robot.child, "default base");
-  app.add_flag("--covariance", robot.with_covariance, "state the covariance of the noise");
-  app.add_flag("--twist", robot.with_twist, "state the twist, exactly (JSON and binary)");
-  app.add_flag("--gyro", robot.with_rate, "state the angular rate, exactly (JSON and binary)");
-  app.add_flag("--no-stamp", flags.without_stamp, "state no time");
+  app.add_flag("--covariance", robot.with_covariance, "Send the covariance of the noise");
+  app.add_flag("--twist", robot.with_twist, "Send the exact twist (JSON and binary)");
+  app.add_flag("--gyro", robot.with_rate, "Send the exact angular rate (JSON and binary)");
+  app.add_flag("--no-stamp", flags.without_stamp, "Send no time stamp");
 
-  app.add_option("--rate", robot.localiser.rate, "messages a second (default 20)")->check(within(1e-3, 1e4));
+  app.add_option("--rate", robot.localiser.rate, "Messages a second (default 20)")->check(within(1e-3, 1e4));
   add_parsed(
       app, "--noise",
       [&](const std::string& text) {
@@ -73,24 +73,24 @@ void declare(CLI::App& app, Flags& flags) {
         robot.localiser.position_sigma = noise.length;
         robot.localiser.rotation_sigma = noise.angle;
       },
-      "sigmas of position and rotation, e.g. 5mm,0.2deg (default none)");
+      "Standard deviations of position and rotation, e.g. 5mm,0.2deg (default none)");
   add_duration(app, "--delay", robot.localiser.delay,
-               "from the moment meant to sending, e.g. 50ms (default)");
-  add_duration(app, "--jitter", robot.jitter, "mean of what the network adds to it, exponential, e.g. 5ms");
-  add_share(app, "--loss", robot.localiser.dropped, "share of messages that never arrive, e.g. 5%");
-  add_share(app, "--reorder", robot.reordered, "share that is overtaken by the next two");
-  add_share(app, "--duplicate", robot.duplicated, "share that arrives twice");
-  add_share(app, "--garbage", robot.malformed, "malformed messages besides, as a share");
+               "Time from the measurement of a pose to sending, e.g. 50ms (default)");
+  add_duration(app, "--jitter", robot.jitter, "Mean of the exponential delay of the network, e.g. 5ms");
+  add_share(app, "--loss", robot.localiser.dropped, "Share of messages that are lost, e.g. 5%");
+  add_share(app, "--reorder", robot.reordered, "Share of messages that arrive after the next two");
+  add_share(app, "--duplicate", robot.duplicated, "Share of messages that arrive twice");
+  add_share(app, "--garbage", robot.malformed, "Malformed messages in addition, as a share");
   add_parsed(
       app, "--clock-offset",
       [&](const std::string& text) {
         const bool behind = text.rfind('-', 0) == 0;
         flags.clock_offset = (behind ? -1 : 1) * io::parse_duration(text.substr(behind ? 1 : 0));
       },
-      "what the sender's clock is ahead, e.g. 3s or -3s");
-  app.add_option("--clock-drift", flags.clock_drift_ppm, "what it gains, parts in a million")
+      "Offset of the sender's clock, e.g. 3s (ahead) or -3s");
+  app.add_option("--clock-drift", flags.clock_drift_ppm, "Drift of the sender's clock, parts per million")
       ->check(within(-99999, 99999));
-  app.add_option("--seed", robot.localiser.seed, "equal seeds give equal messages (default 0)");
+  app.add_option("--seed", robot.localiser.seed, "Equal seeds give equal messages (default 0)");
 }
 
 simulate::Drive drive_of(const Flags& flags) {

@@ -18,14 +18,14 @@ struct Flags {
 };
 
 void declare(CLI::App& app, Flags& flags) {
-  app.add_option("--rig", flags.rig, "rig.json, as calibrate-projector writes it")->required();
-  app.add_option("--surfaces", flags.surfaces, "surface definitions, .json or .xml")->required();
+  app.add_option("--rig", flags.rig, "rig.json of calibrate-projector")->required();
+  app.add_option("--surfaces", flags.surfaces, "Surface definitions, .json or .xml")->required();
   app.add_option(
       "--pose", flags.pose,
-      "pose.json that joins 'world' to 'projector', 'rig' or a camera of the rig; needed for surfaces "
-      "placed in the world");
-  app.add_option("--projector", flags.projector, "its name, for a rig with several");
-  app.add_option("-o,--output", flags.output, "solved surfaces, .json or .xml")->required();
+      "pose.json between 'world' and 'projector', 'rig' or a camera of the rig; needed for surfaces "
+      "in the world");
+  app.add_option("--projector", flags.projector, "Name of the device, for a rig with several");
+  app.add_option("-o,--output", flags.output, "Solved surfaces, .json or .xml")->required();
 }
 
 void print_table(const SolvedSurfaceSet& solved, Console& console) {
@@ -117,7 +117,6 @@ int main(int argc, char** argv) {
   return run_tool(
       argc, argv,
       {"solve-surfaces",
-       "works out where surfaces lie for a projector: each one's homography, its pose, and how much of it "
-       "the light reaches."},
+       "Computes the homography, the pose and the lit share of each surface for a projector."},
       [&](CLI::App& app) { declare(app, flags); }, [&](Console& console) { return solve(flags, console); });
 }

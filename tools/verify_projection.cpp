@@ -26,34 +26,33 @@ struct Flags {
 };
 
 void declare(CLI::App& app, Flags& flags) {
-  app.add_option("--rig", flags.rig, "rig.json, as calibrate-projector writes it")->required();
-  app.add_option("--surfaces", flags.surfaces, "surface definitions, .json or .xml")->required();
+  app.add_option("--rig", flags.rig, "rig.json of calibrate-projector")->required();
+  app.add_option("--surfaces", flags.surfaces, "Surface definitions, .json or .xml")->required();
   app.add_option("--surface", flags.surface,
-                 "the one that the light falls on; needed where there are several");
-  auto* pose =
-      app.add_option("--pose", flags.pose,
-                     "pose.json that joins 'world' to 'projector', 'rig' or a camera of the rig, for a "
-                     "surface placed in the world");
-  auto* markers =
-      app.add_option("--markers", flags.markers,
-                     "markers.json: printed markers of the world that show in the same captures. The "
-                     "camera then measures where the surface is, instead of --pose");
+                 "Name of the surface with the projected board; needed if there are several");
+  auto* pose = app.add_option(
+      "--pose", flags.pose,
+      "pose.json between 'world' and 'projector', 'rig' or a camera of the rig, for a surface in "
+      "the world");
+  auto* markers = app.add_option(
+      "--markers", flags.markers,
+      "markers.json: printed markers of the world in the same captures. The camera then locates the "
+      "surface, instead of --pose");
   pose->excludes(markers);
-  app.add_option("--captures", flags.captures, "folder with the captures of the pattern, in its order")
+  app.add_option("--captures", flags.captures, "Folder with the captures of the pattern, in its order")
       ->required();
-  app.add_option(
-      "--pattern", flags.pattern,
-      "the projected board that was shown: chessboard, charuco, markers or circles, with its layout as "
-      "in session.json (default: from session.json in that folder or the one above)");
-  app.add_option("--camera-name", flags.camera, "its name, for a rig with several");
-  app.add_option("--projector", flags.projector, "its name, for a rig with several");
+  app.add_option("--pattern", flags.pattern,
+                 "The projected board: chessboard, charuco, markers or circles, with its layout as in "
+                 "session.json (default: from session.json in that folder or in the folder above)");
+  app.add_option("--camera-name", flags.camera, "Name of the device, for a rig with several");
+  app.add_option("--projector", flags.projector, "Name of the device, for a rig with several");
   app.add_option_function<std::string>(
          "--correct",
          [&flags](const std::string& what) {
            flags.options.correct =
                what == "projector" ? analyze::Correct::kProjector : analyze::Correct::kSurface;
          },
-         "what to correct when the alarm fires: projector (its place in the rig) | surface (its pose)")
+         "What to correct after an alarm: projector (its pose in the rig) | surface (its pose)")
       ->check(CLI::IsMember({"projector", "surface"}));
   add_parsed(
       app, "--sigma-bump",
@@ -65,19 +64,20 @@ void declare(CLI::App& app, Flags& flags) {
         flags.options.bump_position_sigma = sigma.length;
         flags.options.bump_rotation_sigma = sigma.angle;
       },
-      "how far a thing moves when it is bumped, one standard deviation (default 1deg,20mm)");
+      "Standard deviation of the movement by a bump (default 1deg,20mm)");
   add_parsed(
       app, "--map-sigma",
       [&](const std::string& text) { flags.map_sigma = io::parse_length_and_angle(text); },
-      "how well the surface's pose is known, about its own origin, e.g. 5mm,0.2deg; adds to what --pose "
-      "states");
-  app.add_option("--false-alarms", flags.options.false_alarm_rate, "share of sound checks that give an alarm")
+      "Standard deviation of the pose of the surface, about its own origin, e.g. 5mm,0.2deg; added "
+      "to the covariance of --pose");
+  app.add_option("--false-alarms", flags.options.false_alarm_rate,
+                 "Probability of an alarm if nothing has moved")
       ->check(within(1e-9, 0.5))
       ->capture_default_str();
   app.add_option("-o,--output", flags.output,
-                 "the corrected file: rig.json for --correct projector, surfaces.json for --correct surface");
-  app.add_option("--preview", flags.picture, "also draw the errors on the surface, .svg");
-  app.add_option("--data", flags.data, "also write a table of the marks into this folder: marks.csv");
+                 "Corrected file: rig.json for --correct projector, surfaces.json for --correct surface");
+  app.add_option("--preview", flags.picture, "Also draw the errors on the surface, .svg");
+  app.add_option("--data", flags.data, "Also write a table of the marks into this folder: marks.csv");
   app.callback([&flags] {
     if (flags.output.empty() != (flags.options.correct == analyze::Correct::kNothing))
       throw CLI::ValidationError("--correct and -o", "go together: what to correct, and the file for it");

@@ -440,7 +440,7 @@ void explain_missing(const cv::Mat& image, const Chessboard& board, const std::v
       "board_not_found",
       "no chessboard with " + asked +
           " inner corners was found; check the counts (inner corners, one less than squares a side), "
-          "that all of the board and a light rim round it are in the picture, sharp and not saturated");
+          "that all of the board and a white margin around it are in the image, sharp and not saturated");
 }
 
 }  // namespace

@@ -31,26 +31,22 @@ NamedTexts named_texts(const std::string& flag, const std::vector<std::string>& 
 }
 
 void declare_blend(CLI::App& app, BlendFlags& flags) {
-  app.add_option(
-      "--blend", flags.others,
-      "solved surfaces of another projector of the rig, once each: the frame takes its part of what they "
-      "show together");
+  app.add_option("--blend", flags.others,
+                 "Solved surfaces of another projector of the rig, once for each: blend with it where both "
+                 "project");
   app.add_option("--brightness", flags.brightness,
-                 "PROJECTOR=NUMBER, light of its white to a common factor (lumens), with --compensate [1]");
-  app.add_option(
-      "--black", flags.black,
-      "PROJECTOR=NUMBER, light of its black over that of its white: 0.001 for a contrast of 1000:1 [0]");
+                 "Light of a projector's white (lumens, or any common unit), with --compensate [1]");
+  app.add_option("--black", flags.black,
+                 "Ratio of a projector's black to its white: 0.001 for a contrast of 1000:1 [0]");
   app.add_option(
          "--compensate", flags.compensate,
-         "even out brightness for distance and angle, with the least share (0.05 to 1) of their light that "
-         "bright places keep, e.g. 0.3")
+         "Compensate brightness for distance and angle; bright parts keep at least this share (0.05 to "
+         "1) of their light, e.g. 0.3")
       ->check(within(0.05, 1));
   app.add_flag("--one-level", flags.one_level,
-               "with --compensate: all surfaces alike, as the walls of a room");
-  app.add_option(
-      "--reflectance", flags.reflectance,
-      "SURFACE=PICTURE, with --compensate: how bright the surface is by itself, as photographed (sRGB) "
-      "over the content's area");
+               "With --compensate: the same brightness on all surfaces, as for the walls of a room");
+  app.add_option("--reflectance", flags.reflectance,
+                 "With --compensate: reflectance of a surface, an image (sRGB) over the area of the content");
 }
 
 namespace {

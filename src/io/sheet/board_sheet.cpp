@@ -75,7 +75,7 @@ BoardSheet board_sheet(const Board& board, const BoardArtwork& artwork, const Pa
           break;
         }
       throw Error(ErrorKind::kInput, "board " + format_board(board),
-                  "with its light rim and the ruler it takes " + in_millimetres(size) + ", and " +
+                  "with its white margin and the ruler it takes " + in_millimetres(size) + ", and " +
                       paper.name + " has " + in_millimetres(paper.size),
                   next);
     }

@@ -21,6 +21,8 @@ namespace {
 constexpr std::size_t kEdgesForHomography = 50000;  // in the whole picture
 constexpr std::ptrdiff_t kFewestInBoard = 30;       // of each axis
 constexpr int kHomographyRounds = 12;
+constexpr std::int64_t kRowKey = 1 << 20;  // of pitches: fewer columns than this
+constexpr std::int64_t kStripeKey = kRowKey << 20;
 constexpr int kFewestEdges = 8;  // in a quadrant beside a corner, of each axis
 
 /// One projector coordinate that a camera position sees.
@@ -143,8 +145,8 @@ AxisLight light_along(StripeAxis axis, const std::vector<Measured>& measured, co
           projector_from_camera.jacobian(one.camera_pixel)(row, *one.scan == ScanAxis::kCameraX ? 0 : 1));
     if (!(sample.sigma > 0)) continue;
     sample.stripe = one.stripe;
-    const auto key = (std::int64_t(sample.stripe) << 40) + (std::int64_t(std::floor(at->y())) << 20) +
-                     std::int64_t(std::floor(at->x()));
+    const std::int64_t key = sample.stripe * kStripeKey + std::int64_t(std::floor(at->y())) * kRowKey +
+                             std::int64_t(std::floor(at->x()));
     sample.group = groups.emplace(key, int(groups.size())).first->second;
     light.samples.push_back(sample);
   }

@@ -205,7 +205,7 @@ class Scan {
   };
 
   /// Codes without their `bit` finest bits differ by `jump`: can they be neighbours on one surface?
-  bool connected(int jump, int bit) const { return ((jump - 1) << bit) + 1 <= options_.max_code_jump; }
+  bool connected(int jump, int bit) const { return (jump - 1) * (1 << bit) + 1 <= options_.max_code_jump; }
 
   /// By the medians of the codes' change over some pixels along x and along y: noise reads codes where there
   /// is no light, but as often too high as too low.

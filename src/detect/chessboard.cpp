@@ -492,11 +492,8 @@ Detections detect_chessboard(const ViewU8& image, const Chessboard& board, const
     else
       ++rejected;
   }
-  if (rejected > 0)
-    result.diagnostics.warn("corners_left_out",
-                            std::to_string(rejected) + " of " + std::to_string(board.size()) +
-                                " corners could not be refined and are rejected: blur, glare, a "
-                                "cover, or the image's rim beside them");
+  report_rejected(result.diagnostics, "corners_left_out", rejected, board.size(), "corners",
+                  "a cover or the image's rim beside them");
   return result;
 }
 

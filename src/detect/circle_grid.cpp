@@ -198,11 +198,8 @@ Detections detect_circle_grid(const ViewU8& image, const CircleGrid& board,
     if (fits[i] && fits[i]->residual < kWorstResidual * usual &&
         std::sqrt(fits[i]->covariance.trace() / 2) <= options.max_sigma_px)
       result.observations.push_back({int(i), fits[i]->centre, fits[i]->covariance});
-  if (const std::size_t rejected = fits.size() - result.observations.size(); rejected > 0)
-    result.diagnostics.warn("circles_left_out", std::to_string(rejected) + " of " +
-                                                    std::to_string(fits.size()) +
-                                                    " circles could not be refined and are rejected: blur, "
-                                                    "glare, a cover, or the image's rim beside them");
+  report_rejected(result.diagnostics, "circles_left_out", int(fits.size() - result.observations.size()),
+                  int(fits.size()), "circles", "a cover or the image's rim beside them");
   return result;
 }
 

@@ -106,11 +106,8 @@ void find_coded_corners(const ViewU8& image, const BoardMarkers& markers, const 
     if (fit && std::sqrt(fit->covariance.trace() / 2) <= max_sigma_px)
       result.observations.push_back({i, fit->corner, fit->covariance});
   }
-  if (const int rejected = in_picture - int(result.observations.size()); rejected > 0)
-    result.diagnostics.warn("corners_left_out",
-                            std::to_string(rejected) + " of " + std::to_string(in_picture) +
-                                " corners in the image could not be refined and are rejected: blur, "
-                                "glare, a cover, or the image's rim beside them");
+  report_rejected(result.diagnostics, "corners_left_out", in_picture - int(result.observations.size()),
+                  in_picture, "corners in the image", "a cover or the image's rim beside them");
 }
 
 }  // namespace procam::detect

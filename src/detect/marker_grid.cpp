@@ -83,11 +83,8 @@ Detections detect_marker_grid(const ViewU8& image, const MarkerGrid& board, cons
   for (std::size_t i = 0; i < corners.size(); ++i)
     result.observations.push_back(
         {4 * refined[i / 4].marker.id + int(i % 4), corners[i].pixel, corners[i].covariance});
-  if (const std::size_t rejected = markers->markers.size() - refined.size(); rejected > 0)
-    result.diagnostics.warn("markers_left_out", std::to_string(rejected) + " of " +
-                                                    std::to_string(markers->markers.size()) +
-                                                    " markers could not be refined and are rejected: blur, "
-                                                    "glare, a cover, or too little light paper round them");
+  report_rejected(result.diagnostics, "markers_left_out", int(markers->markers.size() - refined.size()),
+                  int(markers->markers.size()), "markers", "a cover or too little light paper round them");
   return result;
 }
 

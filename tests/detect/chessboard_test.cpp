@@ -138,6 +138,10 @@ TEST(Chessboard, IsFoundWhereTheProjectorLightsOnlyAPartOfIt) {
       if (3 * x + y > 1230) image.at(x, y) = std::uint8_t(image.at(x, y) / 9);  // room light alone
   const Detections found = detect_chessboard(image, scene.board);
   EXPECT_GE(found.observations.size(), 50u);  // those on the light's border are rejected
+  const Diagnostic* rejected = found.diagnostics.find("corners_left_out");
+  ASSERT_NE(rejected, nullptr);  // usual, and no reason to take the view again
+  EXPECT_EQ(rejected->severity, Severity::kNote);
+  EXPECT_NE(rejected->message.find("border of the projected light"), std::string::npos) << rejected->message;
   const Points2 truth = test::true_corners(scene);
   for (const Observation& o : found.observations) {
     double nearest = 1e9;  // 7x9 may be read from either end

@@ -61,7 +61,9 @@ ExitCode calibrate_alone(const Flags& flags, Console& console) {
     io::save_observations(flags.write_observations, input.correspondences);
   calibrate::Options options = calibration_options(flags);
   set_lens_model(flags.model, flags.fixed, options.camera);
-  calibrate::CalibrationResult result = calibrate::calibrate_camera(input.correspondences, options);
+  calibrate::CalibrationResult result = console.reporting(input.correspondences.diagnostics, [&] {
+    return calibrate::calibrate_camera(input.correspondences, options);
+  });
   result.rig.provenance = session::provenance(input, "calibrate-camera");
   add_options(flags, {{"camera-model", flags.model}}, result.rig.provenance);
   io::save_rig(flags.output, result.rig);

@@ -77,11 +77,13 @@ ExitCode calibrate_session(const Flags& flags, Console& console) {
   const Correspondences& correspondences = input.correspondences;
   if (!flags.write_observations.empty()) io::save_observations(flags.write_observations, correspondences);
   const calibrate::Options options = options_of(flags, correspondences.devices, console);
-  calibrate::CalibrationResult result =
-      flags.known_camera.empty()
-          ? calibrate::calibrate_rig(correspondences, options)
-          : calibrate::calibrate_projector(
-                correspondences, read_known_camera(flags.known_camera, correspondences.devices), options);
+  calibrate::CalibrationResult result = console.reporting(correspondences.diagnostics, [&] {
+    return flags.known_camera.empty()
+               ? calibrate::calibrate_rig(correspondences, options)
+               : calibrate::calibrate_projector(
+                     correspondences, read_known_camera(flags.known_camera, correspondences.devices),
+                     options);
+  });
   if (mirror) {
     calibrate::MirrorSolution seen = calibrate::through_mirror(result, *mirror);
     result = std::move(seen.result);

@@ -81,6 +81,25 @@ TEST(CalibrationVerdict, IsTheSameEverywhere) {
   }
 }
 
+/// Too few views are left since others were lost in the reading: they are named, with the cause, before the error.
+TEST(CalibrationVerdict, NamesTheViewsThatWereLostBeforeAnError) {
+  const ScratchFolder folder;
+  Correspondences data = NumericWorld::make(5, 3, 0.03, 0.03).correspondences(5);
+  for (std::size_t v = 2; v < 5; ++v)
+    for (auto& observations : data.views[v].observations) observations.resize(3);
+  const std::string table = (folder / "t.csv").string();
+  io::save_observations(table, data);
+  for (const char* tool : {"calibrate-projector", "calibrate-camera"}) {
+    const ToolRun run =
+        run_tool(tool, "--observations " + table + " --json -o " + (folder / "rig.json").string());
+    EXPECT_EQ(run.exit_code, 4) << run.err;
+    for (std::size_t v = 2; v < 5; ++v)
+      EXPECT_NE(run.err.find(data.views[v].name), std::string::npos) << tool << ": " << run.err;
+    EXPECT_LT(run.err.find("warning: "), run.err.find("views are usable")) << run.err;
+    EXPECT_GE(run.json().at("diagnostics").size(), 3u) << run.out;
+  }
+}
+
 /// A failure that only the calibration could see stays with the file: --check does not pass it.
 TEST(CalibrationVerdict, OfAStoredRigKeepsItsFailures) {
   const ScratchFolder folder;

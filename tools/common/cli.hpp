@@ -93,6 +93,17 @@ class Console {
   /// Logs the remarks, notes of one kind in one line (note_groups.hpp), and puts every one into the summary.
   /// Failed quality checks are logged by the list of checks alone.
   void report(const Diagnostics& diagnostics);
+  /// `solve()`, whose result carries `remarks` of its input on. Where it throws, they are reported before the
+  /// error: views that were lost in the reading are often the cause.
+  template <typename Solve>
+  auto reporting(const Diagnostics& remarks, const Solve& solve) -> decltype(solve()) {
+    try {
+      return solve();
+    } catch (const Error&) {
+      report(remarks);
+      throw;
+    }
+  }
   /// Ends the tool after Ctrl-C, SIGTERM or SIGHUP: throws, so that files are completed or removed. What the
   /// summary holds by then is printed.
   void stop_if_requested();

@@ -134,16 +134,19 @@ Correspondences join(const Board& board, const std::vector<Device>& devices,
     for (LightPoint& light : seen.light_points) make_symmetric(light.camera_covariance);
     std::size_t most = 0;
     std::string saw;
+    bool explained = false;  // by a warning, with what to do about it
     for (std::size_t d = 0; d < devices.size(); ++d) {
       if (devices[d].kind != DeviceKind::kCamera) continue;
+      for (const Diagnostic& remark : view.detections[d].diagnostics.items)
+        explained = explained || remark.severity == Severity::kWarning;
       most = std::max(most, seen.observations[d].size());
       saw += (saw.empty() ? "" : ", ") + devices[d].name + " sees " +
              std::to_string(seen.observations[d].size());
     }
     if (most < kFewestPoints) {
       joined.diagnostics.warn("view_left_out",
-                              "view '" + view.name + "' is rejected: " + saw +
-                                  " points of the board; take it again with the board in full view");
+                              "view '" + view.name + "': rejected, " + saw + " points of the board" +
+                                  (explained ? "" : "; take it again with the board in full view"));
       continue;
     }
     joined.views.push_back(std::move(seen));

@@ -50,6 +50,21 @@ TEST(Join, LeavesOutAViewTheCameraHardlySees) {
   EXPECT_THROW(session::join(kBoard, kDevices, {poor}), Error);
 }
 
+/// "Take it again with the board in full view" is no advice for a view whose images have another size.
+TEST(Join, GivesNoSecondCauseForAViewThatHasOne) {
+  const session::BoardView good{"good", {seen({640, 480}, 12), seen({1024, 768}, 12)}};
+  session::BoardView poor{"poor", {seen({640, 480}, 0), seen({1024, 768}, 0)}};
+  const auto remark = [&] {
+    return session::join(kBoard, kDevices, {poor, good}).diagnostics.find("view_left_out")->message;
+  };
+  EXPECT_NE(remark().find("in full view"), std::string::npos) << remark();
+  poor.detections[0].diagnostics.warn("image_size_differs", "a.png is rejected");
+  const Correspondences joined = session::join(kBoard, kDevices, {poor, good});
+  ASSERT_NE(joined.diagnostics.find("view_left_out"), nullptr);
+  EXPECT_EQ(joined.diagnostics.find("view_left_out")->message.find("in full view"), std::string::npos)
+      << joined.diagnostics.find("view_left_out")->message;
+}
+
 TEST(Join, NamesTheViewWhoseImageHasAnotherSize) {
   const session::BoardView view{"turned", {seen({480, 640}, 12), seen({1024, 768}, 12)}};
   try {

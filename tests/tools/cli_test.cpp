@@ -301,6 +301,23 @@ TEST(Cli, SummarisesNotesOfOneKindAndNamesTheOddOnes) {
   EXPECT_TRUE(contains(run.out, "'pose 8', projector: decoded rows 2..763")) << run.out;
 }
 
+/// Names with digits stay what they are: no line names "view_5" for view_03, view_05 and view_09.
+TEST(Cli, TakesNoMedianOfNames) {
+  const ToolRun run = run_with({}, [](Console& console) {
+    Diagnostics diagnostics;
+    for (const char* name : {"view_03", "view_05", "view_09"})
+      diagnostics.warn("stale",
+                       std::string("view ") + name + ": its light is that of frame_" + (name + 5) + ".png");
+    for (const char* term : {"k1", "k2", "k3"}) diagnostics.note("term", std::string(term) + " helps");
+    console.report(diagnostics);
+    return ExitCode::kOk;
+  });
+  for (const char* words : {"view_05: its light is that of frame_05.png",
+                            "view_09: its light is that of frame_09.png", "note: k1 helps", "note: k3 helps"})
+    EXPECT_TRUE(contains(run.err, words)) << run.err;
+  EXPECT_FALSE(contains(run.err, "medians")) << run.err;
+}
+
 TEST(Cli, TwoDigits) {
   EXPECT_EQ(two_digits(0.00623), "0.0062");
   EXPECT_EQ(two_digits(0.38956), "0.39");

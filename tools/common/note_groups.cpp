@@ -31,9 +31,17 @@ Template taken_apart(const std::string& message) {
   text.subject = message.substr(0, at);
   text.words.emplace_back();
   const auto digit = [&](std::size_t i) { return i < message.size() && std::isdigit(message[i]) != 0; };
+  // Digits of a name ("frame_07.png", "k1") are no number: a mean of names is the name of nothing.
+  const auto in_name = [&](std::size_t i) {
+    return i > 0 && (std::isalpha(static_cast<unsigned char>(message[i - 1])) != 0 || message[i - 1] == '_');
+  };
   while (at < message.size()) {
     if (!digit(at)) {
       text.words.back() += message[at++];
+      continue;
+    }
+    if (in_name(at)) {
+      while (digit(at)) text.words.back() += message[at++];
       continue;
     }
     std::size_t end = at;

@@ -100,6 +100,16 @@ void add_lens_models(const CalibrationResult& result, Lines& lines) {
                     (one.by_view.empty() ? format("%16s", "") : format("%13.3f   ", one.holdout_px)) +
                     (one.chosen ? "selected" : one.ruled_out));
   }
+  // A table whose smallest number is not selected asks for the reason.
+  for (const calibrate::LensAlternative& chosen : result.lens_alternatives)
+    for (const calibrate::LensAlternative& one : result.lens_alternatives)
+      if (chosen.chosen && one.device == chosen.device && one.terms < chosen.terms && one.ruled_out.empty() &&
+          !one.by_view.empty() && one.holdout_px < chosen.holdout_px) {
+        lines.push_back(
+            "           fewer terms are not selected though they predict these views as well: the missing "
+            "ones show where no view is");
+        return;
+      }
 }
 
 void add_views(const CalibrationResult& result, const ReportInput& input, Lines& lines) {

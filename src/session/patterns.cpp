@@ -151,8 +151,13 @@ session::BoardView read_gray(const std::string& view_name, const std::vector<Vie
     in_projector = pattern::project_board(in_camera, board, artwork, decoded, edges);
     for (Diagnostic& remark : in_projector.diagnostics.items) name_blur(decoded.diagnostics, remark);
   }
+  // Out of focus few pixels read every bit, and the board's points are read all the same.
+  const bool board_read = !in_camera.observations.empty() &&
+                          2 * in_projector.observations.size() >= in_camera.observations.size();
   for (const Diagnostic& remark : decoded.diagnostics.items)
-    if (!is_replaced_by(sequence, remark.code)) in_camera.diagnostics.items.push_back(remark);
+    if (!is_replaced_by(sequence, remark.code) &&
+        !(remark.code == "hardly_decoded" && (board_read || sequence.decoding_is_wrong)))
+      in_camera.diagnostics.items.push_back(remark);
   add_remarks(sequence, in_camera);
   return {view_name, {in_camera, in_projector}};
 }
@@ -397,7 +402,10 @@ class BoardOfLight : public SessionPattern {
     const pattern::SequenceCheck sequence =
         pattern::check_flat_and_board(captures[0], captures[1], pixels_of(in_camera));
     add_remarks(sequence, in_camera);
-    if (sequence.decoding_is_wrong) view.light_points.clear();
+    if (sequence.decoding_is_wrong) {
+      view.light_points.clear();
+      view.detections[kProjectorDevice].diagnostics = {};  // what was not found in the light has that cause
+    }
     return view;
   }
   std::optional<ProjectedBoardPoints> read_light(const std::vector<ViewU8>& captures) const override {

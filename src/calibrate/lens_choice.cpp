@@ -90,7 +90,7 @@ std::size_t groups_left(const BundleOptions& options, const HeldOut& states) {
   return groups.size();
 }
 
-/// RMS of a device on left-out views, over what the solution uses, pixels.
+/// RMS of a device on left-out views, over what the solution uses, pixels; NaN where none has any.
 double held_out_rms(const Correspondences& data, const Solution& solution, std::size_t device,
                     const HeldOut& states) {
   double sum = 0;
@@ -101,7 +101,7 @@ double held_out_rms(const Correspondences& data, const Solution& solution, std::
     sum += spread.rms_px * spread.rms_px * spread.count;
     count += spread.count;
   }
-  return count > 0 ? std::sqrt(sum / count) : 0;
+  return count > 0 ? std::sqrt(sum / count) : std::nan("");
 }
 
 /// The solution with one device's lens in another model.
@@ -128,6 +128,12 @@ LensTrial try_lens(const Correspondences& data, const Solution& solution, std::s
     trial.told.rig.covariance = rig_covariance(
         bundle_covariance(data, solution.used, trial.state, trial.options).devices, data, trial.state);
     if (!bundle.converged) trial.told.ruled_out = "did not converge";
+    // NaN, or an error larger than the image, which is none.
+    if (!(trial.told.holdout_px <= data.devices[device].size.width)) {
+      trial.held_out.clear();
+      trial.told.holdout_px = std::nan("");
+      if (trial.told.ruled_out.empty()) trial.told.ruled_out = "not determined once a view is held out";
+    }
   } catch (const Error&) {
     trial.held_out.clear();
     trial.told.rig = Rig();
@@ -208,10 +214,13 @@ std::vector<LensAlternative> choose_lenses(const Correspondences& data, const Us
       if (model.name == kUsualLensModel) usual = trials.size();
       trials.push_back(try_lens(data, next, d, model, lens_options(options, kind).priors));
     }
-    if (groups_left(next.options, trials[usual].held_out) < 2) continue;  // too few views to leave one out
+    // Too few views to leave one out, or none of this device among those that can be.
+    if (groups_left(next.options, trials[usual].held_out) < 2) continue;
     std::vector<double> variance;
-    for (std::size_t i = 0; i < data.devices.size(); ++i)
-      variance.push_back(std::max(std::pow(held_out_rms(data, next, i, trials[usual].held_out), 2), 1e-12));
+    for (std::size_t i = 0; i < data.devices.size(); ++i) {
+      const double rms = held_out_rms(data, next, i, trials[usual].held_out);
+      variance.push_back(rms > 1e-6 ? rms * rms : 1e-12);
+    }
     for (LensTrial& trial : trials) {
       trial.told.by_view = squares_by_view(data, all, next, variance, trial.held_out);
       if (trial.told.ruled_out.empty() &&

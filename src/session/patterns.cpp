@@ -63,6 +63,9 @@ ImageU8 in_room_light(const std::vector<ViewU8>& captures) {
 /// The check of the sequence names the cause of what decode() remarks on: the whole image's contrast, where
 /// the wall counts as much as the board, and pairs that do not complement each other.
 bool is_replaced_by(const pattern::SequenceCheck& sequence, const std::string& code) {
+  // White and black are frames of the sequence as well: where these are not what they should be, their
+  // difference is no measure of the light.
+  if (sequence.decoding_is_wrong && (code == "unlit" || code == "hardly_decoded")) return true;
   if (code == "low_contrast" || code == "saturated") return sequence.has_lit_board;
   return code == "pair_not_complementary" && !sequence.diagnostics.items.empty();
 }
@@ -155,8 +158,7 @@ session::BoardView read_gray(const std::string& view_name, const std::vector<Vie
   const bool board_read = !in_camera.observations.empty() &&
                           2 * in_projector.observations.size() >= in_camera.observations.size();
   for (const Diagnostic& remark : decoded.diagnostics.items)
-    if (!is_replaced_by(sequence, remark.code) &&
-        !(remark.code == "hardly_decoded" && (board_read || sequence.decoding_is_wrong)))
+    if (!is_replaced_by(sequence, remark.code) && !(remark.code == "hardly_decoded" && board_read))
       in_camera.diagnostics.items.push_back(remark);
   add_remarks(sequence, in_camera);
   return {view_name, {in_camera, in_projector}};

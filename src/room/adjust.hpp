@@ -88,6 +88,8 @@ class Adjustment {
   MatX covariance(const RoomState& state, const Layout& layout, const std::vector<int>& group, int groups,
                   double scale) const;
   double scatter(const RoomState& state) const;
+  /// Sum of squares of the points in use and of the priors.
+  double cost(const RoomState& state) const { return cost(state, layout(state), 0); }
   /// d log(depth) / d parameters of a point, the light as it is; and the standard deviation of log(depth) by the
   /// light's noise for readings as certain as stated. nullopt: not in use.
   struct DepthGradient {

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "adjust.hpp"
+#include "lens_check.hpp"
 #include "procam/core/base/stats.hpp"
 #include "procam/core/base/words.hpp"
 #include "start.hpp"
@@ -42,14 +43,14 @@ class Route {
     }
     fit_without_loss();
     check_fit();
-    layout_ = adjustment_->layout(state_);
-    covariance_ = adjustment_->covariance(state_, layout_, groups(),
-                                          int(points_.maps.size()) * kGroupColumns * kGroupRows,
-                                          std::max(1e-6, result_.scatter));
+    find_covariance();
     measure_parallax();
-    check_known_lenses();
+    measure_flatness();
+    check_stated_lenses();
     find_scale();
-    check_walls();
+    measure_walls();
+    refuse_uncertain();
+    check_unstated_lenses();
     fill_rig();
     judge_regions();
     add_remarks();
@@ -106,6 +107,15 @@ class Route {
   }
 
   void prepare() {
+    // A known lens of stated deviation has begun where it is stated.
+    std::vector<char> uncertain = known_lenses(false);
+    for (std::size_t lens = 0; lens < uncertain.size(); ++lens)
+      uncertain[lens] = uncertain[lens] && plan_.free[lens][0];
+    if (any(uncertain)) {
+      std::vector<char> usable;
+      for (const double w : state_.inverse_depth) usable.push_back(std::isfinite(w));
+      state_ = along_focal_length(points_, plan_, uncertain, state_, usable, options_.threads);
+    }
     AdjustOptions options;
     options.free = plan_.free;
     options.known = knowledge_at(plan_, state_);
@@ -219,46 +229,98 @@ class Route {
     result_.parallax = median_or(angles, 0.0);
   }
 
+  void find_covariance() {
+    layout_ = adjustment_->layout(state_);
+    covariance_ =
+        adjustment_->covariance(state_, layout_, groups(), group_count(), std::max(1e-6, result_.scatter));
+  }
+  int group_count() const { return int(points_.maps.size()) * kGroupColumns * kGroupRows; }
+
+  // ---- known lenses
+
+  std::vector<char> known_lenses(bool unstated) const {
+    std::vector<char> chosen(plan_.lenses.size(), 0);
+    for (std::size_t lens = 0; lens < chosen.size(); ++lens)
+      chosen[lens] = !plan_.guess[lens] && (plan_.unstated[lens] != 0) == unstated;
+    return chosen;
+  }
+  static bool any(const std::vector<char>& chosen) {
+    return std::find(chosen.begin(), chosen.end(), 1) != chosen.end();
+  }
+  PointsInUse in_use() const { return {adjustment_->used, groups(), group_count()}; }
+
+  std::string disagreement_words(const LensDisagreement& disagrees) const {
+    const Camera& known = plan_.lenses[std::size_t(disagrees.lens)];
+    const double corner = known.intrinsics.normalized_from_pixel(Vec2(-0.5, -0.5)).squaredNorm();
+    const int i = disagrees.parameter;
+    const double unit = i < 4 ? 1 : known.intrinsics.fx * std::pow(corner, i == 5 ? 1.5 : 2.5);
+    return "camera '" + points_.cameras[std::size_t(disagrees.lens)].name +
+           "': the light of the room puts its " +
+           (i == 0   ? "focal length "
+            : i == 2 ? "principal point (x) "
+            : i == 3 ? "principal point (y) "
+                     : "distortion in the corner ") +
+           fixed(disagrees.off * unit, 1) + " px (+-" + significant(disagrees.sigma * unit, 2) +
+           ") from the known lens";
+  }
+
   /// The light of several positions tells a camera's lens as well, though less exactly than a board: does it agree?
-  void check_known_lenses() {
-    if (positions() < 2) return;
-    for (int camera = 0; camera < int(points_.cameras.size()); ++camera) {
-      if (plan_.guess[std::size_t(camera)]) continue;
-      const LensPlan doubt = doubting(plan_, camera);
-      AdjustOptions options;
-      options.free = doubt.free;
-      options.known = knowledge_at(doubt, state_);
-      options.threads = options_.threads;
-      options.robust_sigmas = 0;
-      options.max_iterations = 25;
-      Adjustment adjustment(points_, options);
-      adjustment.used = adjustment_->used;
-      RoomState state = state_;
-      adjustment.solve(state);
-      const Layout layout = adjustment.layout(state);
-      const MatX covariance = adjustment.covariance(state, layout, groups(),
-                                                    int(points_.maps.size()) * kGroupColumns * kGroupRows,
-                                                    std::max(1e-6, result_.scatter));
-      const VecX off = parameters_of(state.lenses[std::size_t(camera)]) -
-                       parameters_of(state_.lenses[std::size_t(camera)]);
-      const double size = points_.cameras[std::size_t(camera)].size.width;
-      const double focal = parameters_of(state_.lenses[std::size_t(camera)])[0];
-      const char* names[] = {"focal length", "focal length", "principal point (x)", "principal point (y)"};
-      for (const int i : {0, 2, 3}) {
-        const int column = layout.lens[std::size_t(camera)][std::size_t(i)];
-        if (column < 0) continue;
-        const double sigma = std::sqrt(std::max(covariance(column, column), 0.0));
-        constexpr double kDoubt = 6, kMaterial = 0.005;
-        if (!(std::abs(off[i]) > kDoubt * sigma) || !(std::abs(off[i]) > kMaterial * (i == 0 ? focal : size)))
-          continue;
-        result_.diagnostics.fail(
-            "known_lens_disagrees",
-            "camera '" + points_.cameras[std::size_t(camera)].name + "': the light of the room puts its " +
-                names[i] + " " + fixed(off[i], 1) + " px (+-" + significant(sigma, 2) +
-                ") from the known lens; check that --known-camera is this camera at this zoom, focus and resolution");
-        break;
-      }
+  void check_stated_lenses() {
+    const std::vector<char> stated = known_lenses(false);
+    if (positions() < 2 || result_.planar || !any(stated)) return;
+    const FreedRig rig = free_lenses(points_, widened(plan_, stated), stated, state_, in_use(),
+                                     result_.scatter, options_.threads);
+    if (const auto disagrees = disagreement(plan_, rig, stated))
+      result_.diagnostics.fail(
+          "known_lens_disagrees",
+          disagreement_words(*disagrees) +
+              "; check that --known-camera is this camera at this zoom, focus and resolution");
+  }
+
+  /// A lens of which nothing is stated: kept where the light agrees, else estimated. What the light leaves open is part
+  /// of the covariance.
+  void check_unstated_lenses() {
+    const std::vector<char> unstated = known_lenses(true);
+    if (!any(unstated)) return;
+    const double by_given = result_.wall_sigma;
+    const LensPlan wide = widened(plan_, unstated);
+    const bool trusted = positions() > 1 && !result_.planar;
+    const FreedRig rig =
+        trusted ? free_lenses(points_, wide, unstated, state_, in_use(), result_.scatter, options_.threads)
+                : open_lenses(points_, wide, state_, in_use(), result_.scatter, options_.threads);
+    const auto disagrees = trusted ? disagreement(plan_, rig, unstated) : std::nullopt;
+    if (disagrees) {
+      const std::string words = disagreement_words(*disagrees);
+      plan_ = wide;
+      state_ = rig.state;
+      result_.outliers = result_.points = 0;
+      reject();
+      fit_without_loss();
+      check_fit();
+      find_covariance();
+      result_.diagnostics.warn("known_lens_disagrees",
+                               words +
+                                   ", of which no deviation is stated: the light's own estimate is in use; "
+                                   "calibrate the camera by calibrate-camera for a more certain result");
+    } else {
+      covariance_ =
+          trusted ? kept_covariance(rig, state_) : considered_covariance(wide, rig, layout_, covariance_);
+      layout_ = rig.layout;
     }
+    find_scale();
+    measure_walls();
+    if (disagrees) return refuse_uncertain();
+    constexpr double kMaterial = 2;
+    if (!(result_.wall_sigma > kMaterial * by_given)) return;
+    const std::string words =
+        "no deviation is stated of a known camera's lens, and the light determines it no better: taken as a data "
+        "sheet's (10 % of the focal length), it leaves the walls uncertain by " +
+        mm(result_.wall_sigma) + ", as an exact lens by " + mm(by_given) +
+        "; give a calibrate-camera result, or --lens-sigma";
+    if (result_.wall_sigma_share < options_.max_wall_sigma)
+      result_.diagnostics.note("lens_unchecked", words);
+    else
+      result_.diagnostics.warn("lens_unchecked", words);
   }
 
   /// Is this position where the rig has its camera?
@@ -356,7 +418,8 @@ class Route {
 
   // ---- judgement
 
-  void check_walls() {
+  void measure_walls() {
+    result_.walls = {};
     std::vector<double> sigma, share, distances;
     for (int i = 0; i < int(points_.points.size()); ++i) {
       if (!adjustment_->used[std::size_t(i)]) continue;
@@ -380,7 +443,9 @@ class Route {
     result_.wall_sigma_95 = sigma.empty() ? 0 : quantile(sigma, 0.95);
     result_.wall_sigma_share = share.empty() ? 1 : quantile(share, 0.95);
     result_.distance = median_or(distances, 0.0);
-    measure_flatness();
+  }
+
+  void refuse_uncertain() const {
     // The light of one position leaves a number of the lens to its priors, and their shape is a guess.
     const double limit =
         points_.positions.size() == 1 ? 0.5 * options_.max_wall_sigma : options_.max_wall_sigma;
@@ -524,7 +589,7 @@ class Route {
       remarks.note(
           "planar_room",
           "the room is one plane: of the projector's lens it determines two numbers; square pixels and the given or "
-          "usual lens shift are assumed for the others");
+          "usual lens shift are assumed for the others, and a known lens of a camera is not checked");
     if (positions() == 1)
       remarks.note(
           "one_position",

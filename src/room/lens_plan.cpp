@@ -11,17 +11,25 @@ namespace {
 constexpr double kSquareShare = 0.005, kSkewShare = 0.005, kTangential = 0.005, kCornerShare = 0.15,
                  kHighOrderShare = 0.05;
 
-/// Weak knowledge of any lens, as calibration from boards has it (src/calibrate/lens_prior.cpp), and square pixels.
-void add_any_lens(const Camera& lens, int index, std::vector<LensKnowledge>& known) {
-  const Intrinsics& k = lens.intrinsics;
+/// What a lens without a stated deviation may be off by, as a data sheet's: shares of the focal length, of the image's
+/// width and of the corner's distance from the axis.
+constexpr double kSheetFocal = 0.1, kSheetCentre = 0.03, kSheetCorner = 0.1;
+
+/// Of the image's farthest corner on the normalised plane, the square of its distance from the axis.
+double corner_square(const Camera& lens) {
   double corner = 0;
   for (const double x : {-0.5, lens.size.width - 0.5})
     for (const double y : {-0.5, lens.size.height - 0.5})
-      corner = std::max(corner, k.normalized_from_pixel(Vec2(x, y)).norm());
-  corner = std::clamp(corner, 0.2, 2.0);
+      corner = std::max(corner, lens.intrinsics.normalized_from_pixel(Vec2(x, y)).norm());
+  return std::pow(std::clamp(corner, 0.2, 2.0), 2);
+}
+
+/// Weak knowledge of any lens, as calibration from boards has it (src/calibrate/lens_prior.cpp), and square pixels.
+void add_any_lens(const Camera& lens, int index, std::vector<LensKnowledge>& known) {
+  const Intrinsics& k = lens.intrinsics;
   known.push_back({index, {{0, 1.0}, {1, -1.0}}, 0, kSquareShare * k.fx});
   known.push_back({index, {{4, 1.0}}, 0, kSkewShare * k.fx});
-  const double squares = corner * corner;
+  const double squares = corner_square(lens);
   known.push_back({index, {{5, 1.0}}, 0, kCornerShare / squares});
   known.push_back({index, {{6, 1.0}}, 0, kCornerShare / (squares * squares)});
   known.push_back({index, {{7, 1.0}}, 0, kTangential});
@@ -61,6 +69,35 @@ void add_covariance(const CameraLens& camera, int index, LensPlan& plan) {
     plan.known.push_back(std::move(known));
     plan.free[std::size_t(index)][std::size_t(rows[std::size_t(row)])] = 1;
   }
+}
+
+/// A known lens whose focal length, principal point and distortion in the corner are uncertain by shares: of the focal
+/// length, of the same, and of the corner's distance from the axis. The shape of the pixels and the skew are exact.
+void add_share(LensPlan& plan, int camera, double focal, double centre, double corner_share) {
+  const auto index = std::size_t(camera);
+  const Camera& lens = plan.lenses[index];
+  const Intrinsics& k = lens.intrinsics;
+  const VecX values = parameters_of(lens);
+  const double squares = corner_square(lens);
+  std::vector<char>& free = plan.free[index];
+  free.assign(std::size_t(values.size()), 0);
+  std::fill(free.begin(), free.begin() + 4, 1);
+  constexpr double kSquareOfKnown = 1e-3;
+  plan.known.push_back({camera, {{0, 1.0}, {1, -k.fx / k.fy}}, 0, kSquareOfKnown * k.fx});
+  plan.known.push_back({camera, {{0, 1.0}}, k.fx, focal * k.fx});
+  plan.known.push_back({camera, {{2, 1.0}}, k.cx, centre * k.fx});
+  plan.known.push_back({camera, {{3, 1.0}}, k.cy, centre * k.fx});
+  const auto uncertain = [&](int parameter, double sigma) {
+    if (parameter >= int(values.size())) return;
+    free[std::size_t(parameter)] = 1;
+    plan.known.push_back({camera, {{parameter, 1.0}}, values[parameter], sigma});
+  };
+  uncertain(5, corner_share / squares);
+  uncertain(6, corner_share / (squares * squares));
+  if (!std::holds_alternative<BrownConrady>(lens.distortion)) return;
+  uncertain(7, std::min(kTangential, corner_share));
+  uncertain(8, std::min(kTangential, corner_share));
+  uncertain(9, std::min(kHighOrderShare, corner_share) / (squares * squares * squares));
 }
 
 LensGuess projector_guess(const Device& projector, const LensSheet& sheet) {
@@ -107,6 +144,7 @@ LensPlan plan_lenses(const RoomPoints& points, const RoomOptions& options) {
         {guess.size, {guess.focal, guess.focal, guess.centre.x(), guess.centre.y(), 0}, BrownConrady{}});
     plan.guess.emplace_back(guess);
     plan.free.emplace_back(10, 1);
+    plan.unstated.push_back(0);
     add_guess(guess, index, plan.known);
     add_any_lens(plan.lenses.back(), index, plan.known);
   };
@@ -123,10 +161,19 @@ LensPlan plan_lenses(const RoomPoints& points, const RoomOptions& options) {
           ErrorKind::kInput, "known camera '" + camera.name + "'",
           "its lens is for images of " + counts(lens.size) + ", the captures are " + counts(camera.size),
           "give the lens of this camera at this resolution");
-    plan.lenses.push_back(lens);
+    const bool has_covariance = !known->second.covariance.names.empty(),
+               has_sigma = bool(known->second.sigma);
+    const bool varies = !has_covariance && known->second.sigma.value_or(0) > 0;
+    plan.lenses.push_back(varies || (!has_covariance && !has_sigma) ? with_distortion(lens) : lens);
     plan.guess.emplace_back();
-    plan.free.emplace_back(std::size_t(parameters_of(lens).size()), 0);
-    add_covariance(known->second, int(plan.lenses.size()) - 1, plan);
+    plan.free.emplace_back(std::size_t(parameters_of(plan.lenses.back()).size()), 0);
+    plan.unstated.push_back(!has_covariance && !has_sigma);
+    const int index = int(plan.lenses.size()) - 1;
+    if (has_covariance) add_covariance(known->second, index, plan);
+    if (varies) {
+      const double sigma = *known->second.sigma;
+      add_share(plan, index, sigma, sigma, sigma);
+    }
   }
   for (const Device& projector : points.projectors) {
     const auto sheet = options.projectors.find(projector.name);
@@ -135,20 +182,24 @@ LensPlan plan_lenses(const RoomPoints& points, const RoomOptions& options) {
   return plan;
 }
 
-LensPlan doubting(const LensPlan& plan, int camera) {
+Camera with_distortion(const Camera& lens) {
+  if (!std::holds_alternative<NoDistortion>(lens.distortion)) return lens;
+  return {lens.size, lens.intrinsics, BrownConrady{}};
+}
+
+LensPlan widened(const LensPlan& plan, const std::vector<char>& chosen) {
   LensPlan out = plan;
-  const auto index = std::size_t(camera);
-  const Camera& lens = plan.lenses[index];
-  out.known.erase(std::remove_if(out.known.begin(), out.known.end(),
-                                 [&](const LensKnowledge& known) { return known.lens == camera; }),
-                  out.known.end());
-  const Intrinsics& k = lens.intrinsics;
-  std::fill(out.free[index].begin(), out.free[index].begin() + 4, 1);
-  std::fill(out.free[index].begin() + 4, out.free[index].end(), 0);
-  out.known.push_back({camera, {{0, 1.0}, {1, -k.fx / k.fy}}, 0, 1e-3 * k.fx});
-  out.known.push_back({camera, {{0, 1.0}}, k.fx, 0.2 * k.fx});
-  out.known.push_back({camera, {{2, 1.0}}, k.cx, 0.05 * lens.size.width});
-  out.known.push_back({camera, {{3, 1.0}}, k.cy, 0.05 * lens.size.width});
+  for (std::size_t index = 0; index < chosen.size(); ++index) {
+    if (!chosen[index] || plan.guess[index]) continue;
+    const int camera = int(index);
+    out.known.erase(std::remove_if(out.known.begin(), out.known.end(),
+                                   [&](const LensKnowledge& known) { return known.lens == camera; }),
+                    out.known.end());
+    out.lenses[index] = with_distortion(plan.lenses[index]);
+    const double width = plan.lenses[index].size.width;
+    add_share(out, camera, kSheetFocal, kSheetCentre * width / plan.lenses[index].intrinsics.fx,
+              kSheetCorner);
+  }
   return out;
 }
 

@@ -16,6 +16,7 @@ struct LensPlan {
   std::vector<std::optional<LensGuess>> guess;  ///< of lenses that are not known
   std::vector<LensKnowledge> known;
   std::vector<std::vector<char>> free;  ///< in the last adjustment
+  std::vector<char> unstated;           ///< by lens: known, but nothing is stated of how well
   bool cameras_known = true;
 };
 
@@ -24,9 +25,12 @@ LensPlan plan_lenses(const RoomPoints& points, const RoomOptions& options);
 /// The plan's knowledge with the weak priors of unknown lenses scaled to the lenses as solved.
 std::vector<LensKnowledge> knowledge_at(const LensPlan& plan, const RoomState& state);
 
-/// A plan in which the lens of a known camera is as unknown as a lens of about its focal length: what the light says
-/// against it.
-LensPlan doubting(const LensPlan& plan, int camera);
+/// A plan in which the lenses of known cameras, chosen by lens, are as unknown as those of a data sheet: what the light
+/// says about them.
+LensPlan widened(const LensPlan& plan, const std::vector<char>& chosen);
+
+/// The same lens by a model whose distortion can be estimated.
+Camera with_distortion(const Camera& lens);
 
 struct Started {
   RoomState state;

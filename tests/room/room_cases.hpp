@@ -10,7 +10,7 @@ namespace procam::test {
 inline room::RoomOptions known_cameras(const NumericWorld& world) {
   room::RoomOptions options;
   for (int c = 0; c < int(world.cameras.size()); ++c)
-    options.cameras[numeric_camera_name(world, c)] = {world.cameras[std::size_t(c)], {}};
+    options.cameras[numeric_camera_name(world, c)] = {world.cameras[std::size_t(c)], {}, 0.0};
   options.threads = 2;
   return options;
 }

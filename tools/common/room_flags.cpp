@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 
 #include "common/cli.hpp"
+#include "procam/core/base/words.hpp"
 #include "procam/io/exchange/calibration_file.hpp"
 
 namespace procam::tools {
@@ -31,19 +32,29 @@ std::optional<Vec2> pixel_in(const std::string& text) {
               io::parse_uncertain(text.substr(comma + 1)).value);
 }
 
+/// "0.5%" or "0.005" as 0.005.
+double parse_share(const std::string& text) {
+  const bool is_percent = !text.empty() && text.back() == '%';
+  const double value = io::parse_uncertain(is_percent ? text.substr(0, text.size() - 1) : text).value;
+  const double share = is_percent ? value / 100 : value;
+  if (!(share >= 0 && share <= 0.5))
+    throw Error(ErrorKind::kInput, "'" + text + "'", "it is no share between 0 and 50 %", "give e.g. 0.5%");
+  return share;
+}
+
 room::Estimate estimate(const io::Uncertain& value, double sigma) {
   return {value.value, value.sigma > 0 ? value.sigma : sigma};
 }
 
 /// The cameras of one --known-camera, by the names that they have in the session.
 void add_known(const std::string& flag, const std::vector<Device>& cameras,
-               std::map<std::string, room::CameraLens>& known) {
+               const std::optional<double>& sigma, std::map<std::string, room::CameraLens>& known) {
   const auto [name, file] = named(flag);
   io::CalibrationContext context;
   context.camera_size = cameras.front().size;
   const Rig rig = io::load_calibration(file, context);
   const auto take = [&](const std::string& session_name, const RigCamera& camera) {
-    room::CameraLens lens{camera.camera, {}};
+    room::CameraLens lens{camera.camera, {}, sigma};
     std::vector<std::string> rows;
     for (const std::string& parameter : parameter_names(camera.camera))
       if (rig.covariance.sigma(camera.name + "." + parameter) > 0) {
@@ -110,6 +121,10 @@ void declare_room(CLI::App& app, RoomFlags& flags) {
       "cameras NAME=FILE for each, or one file with all. Without it the lens is estimated from the room, "
       "less certainly");
   add_parsed(
+      app, "--lens-sigma", [&](const std::string& text) { flags.lens_sigma = parse_share(text); },
+      "Deviation of a --known-camera whose file has no covariance, as a share of its focal length: 0.5%, or 0 for an "
+      "exact lens. Without it such a lens is kept while the light agrees, and may be off as a data sheet's, by 10%");
+  add_parsed(
       app, "--distance", [&](const std::string& text) { flags.distances.push_back(parse_distance(text)); },
       "A known length, which gives the scale: two pixels of the first view's image and how far apart their "
       "points of the walls are, "
@@ -159,7 +174,8 @@ std::vector<room::MarkedPixel> marked_pixels(const RoomFlags& flags) {
 room::RoomOptions room_options(const RoomFlags& flags, const room::RoomPoints& points) {
   constexpr double kSheet = 0.02;  // data sheets round
   room::RoomOptions options;
-  for (const std::string& flag : flags.known_cameras) add_known(flag, points.cameras, options.cameras);
+  for (const std::string& flag : flags.known_cameras)
+    add_known(flag, points.cameras, flags.lens_sigma, options.cameras);
   for (const std::string& flag : flags.throw_ratios) {
     const auto [name, value] = named(flag);
     const io::Uncertain ratio = io::parse_uncertain(value);
@@ -196,6 +212,7 @@ std::map<std::string, std::string> given_options(const RoomFlags& flags) {
     if (!values.empty()) given[name] = comma_list(values);
   };
   add("known-camera", flags.known_cameras);
+  if (flags.lens_sigma) given["lens-sigma"] = shortest(*flags.lens_sigma);
   add("throw-ratio", flags.throw_ratios);
   add("lens-shift", flags.lens_shifts);
   given["distance"] = comma_list(flags.distances, [](const DistanceFlag& d) { return d.text; });

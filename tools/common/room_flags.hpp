@@ -1,6 +1,7 @@
 #pragma once
 /// The options of calibrate-room.
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -27,6 +28,7 @@ struct RoomFlags {
   session::OpenOptions open;
   std::vector<std::string> known_cameras;              ///< FILE or NAME=FILE
   std::vector<std::string> throw_ratios, lens_shifts;  ///< VALUE or NAME=VALUE
+  std::optional<double> lens_sigma;  ///< of known cameras whose file has no covariance, a share
   std::vector<DistanceFlag> distances;
   int points_a_map = 4000;
 };

@@ -32,10 +32,17 @@
 
 namespace procam::room {
 
-/// A camera's lens that was calibrated before.
+/// A camera's lens that is known before. How well, by the first of:
+/// - `covariance`, as a calibration gives it; a parameter without a row is exact;
+/// - `sigma`, a share: of the focal length, of the principal point's offset over the focal length, and of the distortion
+///   in the image's corner. 0: exact;
+/// - neither: the lens may be exact or a data sheet's. It is kept while the light agrees, and what the light leaves open
+///   within 10 % of the focal length, 3 % of the width and 10 % of distortion is part of the result's covariance.
+///   A lens that the light contradicts is estimated from the light ("known_lens_disagrees").
 struct CameraLens {
   Camera lens;
-  NamedCovariance covariance = {};  ///< rows by parameter names ("fx", "k1"); without a row: exact
+  NamedCovariance covariance = {};  ///< rows by parameter names ("fx", "k1")
+  std::optional<double> sigma = {};
 };
 
 /// A number and its standard deviation.
@@ -104,7 +111,9 @@ struct RoomCalibration {
   Diagnostics diagnostics;
 };
 
-/// Notes of assumptions travel in the result: "planar_room", "one_position", "lens_estimated". Throws
+/// Notes of assumptions travel in the result: "planar_room", "one_position", "lens_estimated", "lens_unchecked" (a lens
+/// without a stated deviation that the light does not determine). "known_lens_disagrees": the light contradicts a known
+/// lens; a failure for a lens with a stated deviation, else a warning, and the light's estimate is in use. Throws
 /// Error(kDegenerate) for a room or devices whose light does not determine the rig (one plane, no parallax, one
 /// position without a data sheet), Error(kNotEnoughData) for devices that share too few points with the others,
 /// Error(kNotConverged) for light that no rig explains: a wrong lens or size, a device that moved; Error(kInput) for

@@ -3,6 +3,7 @@
 
 #include "common/cli.hpp"
 #include "common/room_flags.hpp"
+#include "common/room_targets.hpp"
 #include "procam/core/base/clock.hpp"
 #include "procam/io/files.hpp"
 #include "procam/io/image/images.hpp"
@@ -22,13 +23,14 @@ void require_outputs(const RoomFlags& flags) {
 
 /// All views' light.
 std::vector<room::PositionLight> read_lights(const session::SessionPlan& plan,
-                                             session::SessionContents& contents, Diagnostics& remarks,
-                                             Console& console) {
+                                             session::SessionContents& contents, TargetSearch& targets,
+                                             Diagnostics& remarks, Console& console) {
   std::vector<room::PositionLight> lights;
   for (const session::PlannedView& view : plan.views) {
     console.progress("reading " + view.name, int(contents.views++), int(plan.views.size()));
     for (session::CapturedLight& seen : session::read_light(plan, view.name)) {
       remarks.append(seen.light.diagnostics);
+      targets.look(seen);
       contents.inputs.insert(contents.inputs.end(), seen.inputs.begin(), seen.inputs.end());
       lights.push_back({seen.camera, seen.view, seen.projector, std::move(seen.light)});
     }
@@ -36,20 +38,21 @@ std::vector<room::PositionLight> read_lights(const session::SessionPlan& plan,
   return lights;
 }
 
-ExitCode calibrate_room(RoomFlags flags, Console& console) {
-  flags.open.needs_board = false;
+ExitCode calibrate_room(const RoomFlags& flags, Console& console) {
   const session::SessionPlan plan = session::open(flags.captures, flags.open);
   require_outputs(flags);
   std::optional<Rig> truth;
   if (!flags.truth.empty()) truth = io::load_rig(flags.truth);
   Diagnostics remarks;
   session::SessionContents contents;
-  const std::vector<room::PositionLight> lights = read_lights(plan, contents, remarks, console);
+  TargetSearch targets(flags.marker, flags.board);
+  const std::vector<room::PositionLight> lights = read_lights(plan, contents, targets, remarks, console);
   room::RoomPointsOptions points_options;
   points_options.points_a_map = flags.points_a_map;
   points_options.marked = marked_pixels(flags);
   const room::RoomPoints points = room::room_points(lights, points_options);
-  const room::RoomOptions options = room_options(flags, points);
+  room::RoomOptions options = room_options(flags, points);
+  options.targets = targets.found();
   console.progress("solving", 0, 1);
   const double start = steady_now();
   report::RoomReport report{room::calibrate_room(points, options), {}, 0};

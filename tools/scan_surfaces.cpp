@@ -2,6 +2,7 @@
 #include <CLI/CLI.hpp>
 
 #include "common/cli.hpp"
+#include "common/light_flags.hpp"
 #include "procam/io/files.hpp"
 #include "procam/io/image/depth_file.hpp"
 #include "procam/io/image/images.hpp"
@@ -35,16 +36,7 @@ void declare(CLI::App& app, Flags& flags) {
   app.add_option("--rig", flags.rig, "rig.json of the camera and projector, as calibrate-projector writes it")
       ->required();
   app.add_option("--view", flags.view, "Name of the sub-folder, where there are several");
-  app.add_option(
-      "--pattern", flags.open.stated.pattern,
-      "What was projected, if session.json does not say (default gray): gray, phase, gray+phase, a pattern.json");
-  add_parsed(
-      app, "--projector-size",
-      [&](const std::string& text) { flags.open.stated.projector_size = io::parse_size(text); },
-      "Size of the projected picture, if session.json does not say, e.g. 1024x768");
-  app.add_option("--step", flags.open.stated.step,
-                 "Projector pixels a stripe of Gray code, if session.json does not say (default 1)")
-      ->check(CLI::Range(1, 1024));
+  declare_light(app, flags.open);
   add_parsed(
       app, "--deviation", [&](const std::string& text) { flags.mesh.max_deviation = io::parse_length(text); },
       "Largest deviation of the mesh from the points (default 0.5mm, and never below their noise)");
@@ -137,8 +129,7 @@ void save_others(const Flags& flags, const std::vector<report::ScannedSurface>& 
   }
 }
 
-ExitCode scan_surfaces(Flags flags, Console& console) {
-  flags.open.needs_board = false;
+ExitCode scan_surfaces(const Flags& flags, Console& console) {
   const Rig rig = io::load_rig(flags.rig);
   const session::SessionPlan plan = session::open(flags.captures, flags.open);
   require_writable(flags);

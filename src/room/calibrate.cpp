@@ -3,6 +3,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 
 #include "adjust.hpp"
@@ -10,6 +11,7 @@
 #include "procam/core/base/stats.hpp"
 #include "procam/core/base/words.hpp"
 #include "start.hpp"
+#include "target.hpp"
 
 namespace procam::room {
 namespace {
@@ -75,7 +77,7 @@ class Route {
     for (const auto& [name, lens] : options_.cameras) require_known(points_.cameras, name, "known camera");
     for (const auto& [name, sheet] : options_.projectors)
       require_known(points_.projectors, name, "projector");
-    require(!options_.distances.empty(), "calibrate_room: no known distance");
+    require(!options_.distances.empty() || !options_.targets.empty(), "calibrate_room: no known distance");
     for (const KnownDistance& distance : options_.distances) {
       require(distance.length > 0 && distance.sigma >= 0 &&
                   (distance.points.size() == 2) != (distance.devices.size() == 2),
@@ -361,29 +363,66 @@ class Route {
     return 0;
   }
 
+  /// Something of known length, by the state's own length.
+  struct KnownLength {
+    double length = 0, relative_variance = 0;
+    std::function<std::optional<double>(RoomState&)> modelled;
+  };
+
+  KnownLength known_length(const KnownDistance& distance) const {
+    RoomState state = state_;
+    const std::optional<double> here = modelled(distance, state);
+    if (!here || !(*here > 1e-6))
+      throw Error(ErrorKind::kDegenerate, "the known distance",
+                  "its two ends are in one place, or have no depth",
+                  "measure between two points of the walls that are far apart");
+    double variance = std::pow(distance.sigma / distance.length, 2);
+    for (const int point : distance.points) {  // the light's own noise at the point
+      RoomState other = state;
+      const auto gradient = adjustment_->depth_gradient(state, layout_, point, false);
+      if (!gradient) continue;
+      other.inverse_depth[std::size_t(point)] *= 1 + 1e-4;
+      const double by = (distance_between(distance, other) / *here - 1) / 1e-4;
+      variance += std::pow(by * gradient->noise * result_.scatter, 2);
+    }
+    return {distance.length, variance, [&](RoomState& moved) { return modelled(distance, moved); }};
+  }
+
+  KnownLength known_length(const KnownTarget& target) const {
+    const std::optional<SeenTarget> seen = see_target(points_, state_, target);
+    if (!seen)
+      throw Error(ErrorKind::kNotEnoughData, target.name,
+                  "fewer than two camera positions see the same points of it",
+                  "let it stand still where two camera positions or more see it");
+    double sigma = 0;
+    for (const KnownTarget::View& view : target.views) sigma = std::max(sigma, view.sigma);
+    // Points of a marker that stood still meet to their noise, the rig's own error included.
+    constexpr double kMovedPx = 2, kMovedSigmas = 8;
+    if (seen->rms_px > std::max(kMovedPx, kMovedSigmas * sigma))
+      throw Error(ErrorKind::kInput, target.name,
+                  "the camera positions see it " + px(seen->rms_px) + " apart: it moved between the views",
+                  "let it stand still from the first view to the last");
+    const Points3 places = seen->places;
+    return {extent(places), size_variance(points_, state_, target),
+            [this, &target](RoomState& moved) -> std::optional<double> {
+              const std::optional<SeenTarget> other = see_target(points_, moved, target);
+              return other ? std::optional<double>(extent(other->points)) : std::nullopt;
+            }};
+  }
+
   /// log(scale) = value + by_parameters . (change of the parameters) + noise.
   void find_scale() {
     scale_by_parameters_ = VecX::Zero(layout_.size);
     double weights = 0, sum = 0;
     std::vector<std::pair<double, double>> logs;
-    for (const KnownDistance& distance : options_.distances) {
+    std::vector<KnownLength> lengths;
+    for (const KnownDistance& distance : options_.distances) lengths.push_back(known_length(distance));
+    for (const KnownTarget& target : options_.targets) lengths.push_back(known_length(target));
+    for (const KnownLength& known : lengths) {
       RoomState state = state_;
-      const std::optional<double> here = modelled(distance, state);
-      if (!here || !(*here > 1e-6))
-        throw Error(ErrorKind::kDegenerate, "the known distance",
-                    "its two ends are in one place, or have no depth",
-                    "measure between two points of the walls that are far apart");
-      double variance = std::pow(distance.sigma / distance.length, 2);
-      for (const int point : distance.points) {  // the light's own noise at the point
-        RoomState other = state;
-        const auto gradient = adjustment_->depth_gradient(state, layout_, point, false);
-        if (!gradient) continue;
-        other.inverse_depth[std::size_t(point)] *= 1 + 1e-4;
-        const double by = (distance_between(distance, other) / *here - 1) / 1e-4;
-        variance += std::pow(by * gradient->noise * result_.scatter, 2);
-      }
-      variance = std::max(variance, 1e-16);
-      const double value = std::log(distance.length / *here), weight = 1 / variance;
+      const double here = *known.modelled(state);
+      const double variance = std::max(known.relative_variance, 1e-16);
+      const double value = std::log(known.length / here), weight = 1 / variance;
       logs.emplace_back(value, variance);
       weights += weight;
       sum += weight * value;
@@ -393,7 +432,7 @@ class Route {
         move[i] = step;
         RoomState up = adjustment_->moved(state, layout_, move),
                   down = adjustment_->moved(state, layout_, -move);
-        const auto above = modelled(distance, up), below = modelled(distance, down);
+        const auto above = known.modelled(up), below = known.modelled(down);
         if (above && below)
           scale_by_parameters_[i] -= weight * (std::log(*above) - std::log(*below)) / (2 * step);
       }
@@ -405,9 +444,11 @@ class Route {
     for (const auto& [value, variance] : logs) disagreement += std::pow(value - sum / weights, 2) / variance;
     const double freedom = double(logs.size()) - 1;
     if (freedom > 0 && disagreement > 9 + 4 * freedom) {
-      result_.diagnostics.warn("distances_disagree", "the known distances disagree by " +
-                                                         fixed(std::sqrt(disagreement / freedom), 1) +
-                                                         " of their standard deviations; measure them again");
+      if (result_.diagnostics.find("distances_disagree") == nullptr)
+        result_.diagnostics.warn("distances_disagree",
+                                 "the known distances disagree by " +
+                                     fixed(std::sqrt(disagreement / freedom), 1) +
+                                     " of their standard deviations; measure them again");
       scale_variance_ *= disagreement / freedom;
     }
   }

@@ -78,6 +78,8 @@ TEST_F(RoomRoute, FromACornerToARigThatScansIt) {
   // Mistakes are named, and no rig is left.
   fs::remove(folder_ / "rig.json");
   expect_refused(calibrate(lens + " --distance 2,2:790,560:1m"), 3, "no projector's light is read there");
+  expect_refused(calibrate(lens + " --marker apriltag_36h11:3:160mm"), 4,
+                 "it is found in 0 of the 2 camera positions");
   fs::remove_all(folder_ / "room/view_01");
   expect_refused(calibrate(lens + " " + length), 4, "one camera position determines two");
 }
@@ -86,6 +88,9 @@ TEST_F(RoomRoute, FlagsThatDoNotParseAreUsage) {
   const ToolRun run = calibrate("--distance 412,300:1.25m");
   EXPECT_EQ(run.exit_code, 2) << run.err;
   EXPECT_NE(run.err.find("a distance has two ends and a length"), std::string::npos) << run.err;
+  const ToolRun no_length = calibrate("");
+  EXPECT_EQ(no_length.exit_code, 2) << no_length.err;
+  EXPECT_NE(no_length.err.find("--distance, --marker or --board"), std::string::npos) << no_length.err;
 }
 
 }  // namespace

@@ -3,8 +3,11 @@
 #include <CLI/CLI.hpp>
 
 #include "common/cli.hpp"
+#include "common/light_flags.hpp"
 #include "procam/core/base/words.hpp"
+#include "procam/io/board_file.hpp"
 #include "procam/io/exchange/calibration_file.hpp"
+#include "procam/io/marker_map_file.hpp"
 
 namespace procam::tools {
 namespace {
@@ -131,8 +134,19 @@ void declare_room(CLI::App& app, RoomFlags& flags) {
       "412,300:880,310:1.25m or with its deviation 1.25m+-1mm (default 2mm); or two devices' lenses, "
       "camera:projector:0.4m "
       "(default +-5mm). Several are averaged by their certainty")
-      ->required()
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+  add_parsed(
+      app, "--marker", [&](const std::string& text) { flags.marker = io::parse_marker(text); },
+      "Scale from a printed marker that stands still while two camera positions see it: DICTIONARY:ID:SIZE, the side of "
+      "the black square, e.g. apriltag_36h11:3:160mm");
+  add_parsed(
+      app, "--board", [&](const std::string& text) { flags.board = io::read_board(text); },
+      "Scale from a printed board that stands still while two camera positions see it, e.g. charuco:6x5:60mm:45mm:4x4_50");
+  app.callback([&app] {
+    for (const char* name : {"--distance", "--marker", "--board"})
+      if (app.count(name) > 0) return;
+    throw CLI::RequiredError("--distance, --marker or --board: light tells no length, so one of them");
+  });
   app.add_option(
       "--throw-ratio", flags.throw_ratios,
       "Known of the projector: distance over picture width, e.g. 1.4 or 1.4+-0.02; of several projectors NAME=1.4");
@@ -141,16 +155,7 @@ void declare_room(CLI::App& app, RoomFlags& flags) {
       "Known of the projector: how far its axis lies from the picture's centre, in widths and heights, "
       "right and down, e.g. "
       "0,0.5 or 0+-0.01,0.5+-0.02; of several projectors NAME=0,0.5");
-  app.add_option(
-      "--pattern", flags.open.stated.pattern,
-      "What was projected, if session.json does not say (default gray): gray, phase, gray+phase, a pattern.json");
-  add_parsed(
-      app, "--projector-size",
-      [&](const std::string& text) { flags.open.stated.projector_size = io::parse_size(text); },
-      "Size of the projected picture, if session.json does not say, e.g. 1024x768");
-  app.add_option("--step", flags.open.stated.step,
-                 "Projector pixels a stripe of Gray code, if session.json does not say (default 1)")
-      ->check(CLI::Range(1, 1024));
+  declare_light(app, flags.open);
   app.add_option("--points-per-view", flags.points_a_map,
                  "Points of the walls that each view and projector adds")
       ->check(CLI::Range(100, 100000))
@@ -215,7 +220,8 @@ std::map<std::string, std::string> given_options(const RoomFlags& flags) {
   if (flags.lens_sigma) given["lens-sigma"] = shortest(*flags.lens_sigma);
   add("throw-ratio", flags.throw_ratios);
   add("lens-shift", flags.lens_shifts);
-  given["distance"] = comma_list(flags.distances, [](const DistanceFlag& d) { return d.text; });
+  if (!flags.distances.empty())
+    given["distance"] = comma_list(flags.distances, [](const DistanceFlag& d) { return d.text; });
   return given;
 }
 

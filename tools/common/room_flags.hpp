@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "procam/core/board/board.hpp"
+#include "procam/core/board/marker.hpp"
 #include "procam/io/text.hpp"
 #include "procam/room/calibrate_room.hpp"
 #include "procam/session/reader.hpp"
@@ -30,6 +32,8 @@ struct RoomFlags {
   std::vector<std::string> throw_ratios, lens_shifts;  ///< VALUE or NAME=VALUE
   std::optional<double> lens_sigma;  ///< of known cameras whose file has no covariance, a share
   std::vector<DistanceFlag> distances;
+  std::optional<MarkerMap> marker;  ///< one
+  std::optional<Board> board;
   int points_a_map = 4000;
 };
 

@@ -4,7 +4,8 @@
 /// Unknown are every projector's lens and pose, the poses of the camera positions, and lenses of cameras that are
 /// not known. From the points of the walls (points.hpp): epipolar geometry of two camera positions, or of a camera
 /// and a projector; the other devices one after the other by resection; bundle adjustment over everything
-/// (src/room/adjust.hpp). Light tells no length: the scale is that of a known distance.
+/// (src/room/adjust.hpp). Light tells no length: the scale is that of known distances, or of a marker or board whose
+/// points are triangulated by the camera positions.
 ///
 /// What the light determines. One camera position and a projector are two images of a scene: seven numbers, five of
 /// which are the pose's. Two are left for the projector's focal length and principal point, three unknowns even with
@@ -64,11 +65,26 @@ struct KnownDistance {
   double length = 0, sigma = 0;      ///< metres
 };
 
+/// A marker or board of known size that stands still while several camera positions see it: it gives the scale as well.
+struct KnownTarget {
+  struct View {
+    std::string camera, view;
+    std::vector<int> points;  ///< indices into `places`
+    Points2 pixels;           ///< where this position sees them
+    double sigma = 0.1;       ///< of a pixel's coordinate
+  };
+  std::string name;       ///< for messages
+  Points3 places;         ///< in the target's frame, metres
+  double size_sigma = 0;  ///< of its size, a share
+  std::vector<View> views;
+};
+
 struct RoomOptions {
   std::map<std::string, CameraLens> cameras;    ///< by name; of the others the lens is estimated
   std::map<std::string, LensSheet> projectors;  ///< by name
-  std::vector<KnownDistance> distances;         ///< at least one
-  double outlier_sigmas = 5;                    ///< farther points are rejected
+  std::vector<KnownDistance> distances;         ///< at least one, or a target
+  std::vector<KnownTarget> targets;
+  double outlier_sigmas = 5;  ///< farther points are rejected
   /// Refused when the walls' standard deviation (95 % of the points) exceeds this share of their distance (half of it
   /// for one camera position, whose result rests on the priors) ...
   double max_wall_sigma = 0.03;

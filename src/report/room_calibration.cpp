@@ -79,9 +79,24 @@ RoomView2 fitted(const Points3& points, int axis) {
   return {axis, std::min(across / size.x(), ahead / size.y()), low};
 }
 
+/// A label beside a point; it moves down until it covers none of those before.
+void draw_label(cv::Mat& canvas, const std::string& text, const cv::Point& beside, const cv::Scalar& colour,
+                std::vector<cv::Rect>& labels) {
+  int below = 0;
+  const cv::Size size = cv::getTextSize(text, cv::FONT_HERSHEY_DUPLEX, 0.5, 1, &below);
+  cv::Rect box(beside.x + 9, beside.y + 16 - size.height, size.width, size.height + below);
+  box.x = std::clamp(box.x, 0, std::max(0, canvas.cols - box.width));
+  const auto covers = [&](const cv::Rect& other) { return (other & box).area() > 0; };
+  for (int attempt = 0; attempt < 20 && std::any_of(labels.begin(), labels.end(), covers); ++attempt)
+    box.y += box.height + 2;
+  labels.push_back(box);
+  cv::putText(canvas, text, {box.x, box.y + size.height}, cv::FONT_HERSHEY_DUPLEX, 0.5, colour, 1,
+              cv::LINE_AA);
+}
+
 void draw_device(cv::Mat& canvas, const RoomView2& view, int left, const Camera& lens,
                  const Pose& rig_from_device, const std::string& name, const cv::Scalar& colour,
-                 double length) {
+                 double length, std::vector<cv::Rect>& labels) {
   const cv::Point from = view.at(rig_from_device.translation, left);
   const double w = lens.size.width - 1, h = lens.size.height - 1;
   const Vec2 ends[] = {view.axis == 0 ? Vec2(0, h / 2) : Vec2(w / 2, 0),
@@ -91,8 +106,7 @@ void draw_device(cv::Mat& canvas, const RoomView2& view, int left, const Camera&
       cv::line(canvas, from, view.at(rig_from_device * Vec3(length * *bearing), left), colour, 1,
                cv::LINE_AA);
   cv::circle(canvas, from, 6, colour, cv::FILLED, cv::LINE_AA);
-  if (view.axis == 0)
-    cv::putText(canvas, name, from + cv::Point(9, 16), cv::FONT_HERSHEY_DUPLEX, 0.5, colour, 1, cv::LINE_AA);
+  if (view.axis == 0) draw_label(canvas, name, from, colour, labels);
 }
 
 }  // namespace
@@ -181,12 +195,13 @@ ImageU8 room_calibration_picture(const room::RoomCalibration& result) {
                  cv::LINE_AA);
     }
     const double length = 0.35 * result.distance;
+    std::vector<cv::Rect> labels;
     for (const room::SolvedPosition& p : result.positions)
       draw_device(canvas, view, left, result.rig.camera(p.camera).camera, p.rig_from_camera,
-                  p.camera + " " + p.view, kCameraColour, length);
+                  p.camera + " " + p.view, kCameraColour, length, labels);
     for (const RigProjector& p : result.rig.projectors)
       draw_device(canvas, view, left, p.projector.inverse_camera, p.rig_from_projector, p.name,
-                  kProjectorColour, length);
+                  kProjectorColour, length, labels);
     cv::putText(canvas, axis == 0 ? "from above" : "from the side", {left + 12, 28}, cv::FONT_HERSHEY_DUPLEX,
                 0.6, kInk, 1, cv::LINE_AA);
     const int bar = int(0.5 * view.scale), y = kViewHeight - 14;

@@ -18,7 +18,7 @@ NumericWorld corner() {
 NumericWorld plane() {
   return numeric_world(1, 2, 1, flat_room());
 }
-/// A ball on a wall: hardly more than a plane.
+/// A ball on a wall: little more than a plane.
 NumericWorld ball_on_a_wall() {
   NumericRoom room = flat_room();
   room.balls.push_back({{0.1, 0.05, 2.05}, 0.2});

@@ -312,28 +312,42 @@ class Builder {
 
   // ---- one more device
 
-  std::vector<RoomState> with_projector(const RoomState& state, int projector) const {
+  /// Points that have a place, and where a device has their image.
+  struct SharedImages {
     Points3 places;
-    Points2 pixels;
+    Points2 images;
+  };
+  /// image(point): std::optional<Vec2>. None where fewer points are shared than a pose needs.
+  template <typename Image>
+  std::optional<SharedImages> shared_images(const RoomState& state, const Image& image) const {
+    SharedImages shared;
     for (std::size_t i = 0; i < points_.points.size(); ++i) {
       const RoomPoint& point = points_.points[i];
       const double w = state.inverse_depth[i];
       if (!std::isfinite(w)) continue;
       const auto ray = ray_at(lens_of_position(state, anchor(point)), point.readings[0].camera_pixel);
-      if (!ray) continue;
-      for (const LightReading& reading : point.readings)
-        if (devices(reading).projector == projector && state.solved[std::size_t(devices(reading).position)]) {
-          places.push_back(state.rig_from_device[std::size_t(anchor(point))] *
-                           Vec3(Vec3(ray->x(), ray->y(), 1) / w));
-          pixels.push_back(reading.projector_pixel);
-          break;
-        }
+      const std::optional<Vec2> at = ray ? image(point) : std::nullopt;
+      if (!at) continue;
+      shared.places.push_back(state.rig_from_device[std::size_t(anchor(point))] *
+                              Vec3(Vec3(ray->x(), ray->y(), 1) / w));
+      shared.images.push_back(*at);
     }
+    if (int(shared.places.size()) < kFewestShared) return std::nullopt;
+    keep_some(shared.places, shared.images);
+    return shared;
+  }
+
+  std::vector<RoomState> with_projector(const RoomState& state, int projector) const {
     std::vector<RoomState> out;
-    if (int(places.size()) < kFewestShared) return out;
-    keep_some(places, pixels);
+    const auto shared = shared_images(state, [&](const RoomPoint& point) -> std::optional<Vec2> {
+      for (const LightReading& reading : point.readings)
+        if (devices(reading).projector == projector && state.solved[std::size_t(devices(reading).position)])
+          return reading.projector_pixel;
+      return std::nullopt;
+    });
+    if (!shared) return out;
     const std::size_t lens = std::size_t(cameras() + projector);
-    for (const Resection& resection : resect_with_lens(places, pixels, *plan_.guess[lens])) {
+    for (const Resection& resection : resect_with_lens(shared->places, shared->images, *plan_.guess[lens])) {
       RoomState next = state;
       next.solved[std::size_t(positions() + projector)] = 1;
       next.rig_from_device[std::size_t(positions() + projector)] = resection.device_from_rig.inverse();
@@ -344,28 +358,15 @@ class Builder {
   }
 
   std::vector<RoomState> with_position(const RoomState& state, int position) const {
-    Points3 places;
-    Points2 rays;
-    for (std::size_t i = 0; i < points_.points.size(); ++i) {
-      const RoomPoint& point = points_.points[i];
-      const double w = state.inverse_depth[i];
-      if (!std::isfinite(w)) continue;
-      const auto ray = ray_at(lens_of_position(state, anchor(point)), point.readings[0].camera_pixel);
-      if (!ray) continue;
-      for (std::size_t r = 1; r < point.readings.size(); ++r)
-        if (devices(point.readings[r]).position == position) {
-          const auto seen = ray_at(lens_of_position(state, position), point.readings[r].camera_pixel);
-          if (!seen) break;
-          places.push_back(state.rig_from_device[std::size_t(anchor(point))] *
-                           Vec3(Vec3(ray->x(), ray->y(), 1) / w));
-          rays.push_back(*seen);
-          break;
-        }
-    }
     std::vector<RoomState> out;
-    if (int(places.size()) < kFewestShared) return out;
-    keep_some(places, rays);
-    for (const Resection& resection : resect_known(places, rays, lens_focal(position))) {
+    const auto shared = shared_images(state, [&](const RoomPoint& point) -> std::optional<Vec2> {
+      for (std::size_t r = 1; r < point.readings.size(); ++r)
+        if (devices(point.readings[r]).position == position)
+          return ray_at(lens_of_position(state, position), point.readings[r].camera_pixel);
+      return std::nullopt;
+    });
+    if (!shared) return out;
+    for (const Resection& resection : resect_known(shared->places, shared->images, lens_focal(position))) {
       RoomState next = state;
       next.solved[std::size_t(position)] = 1;
       next.rig_from_device[std::size_t(position)] = resection.device_from_rig.inverse();

@@ -22,10 +22,11 @@ const std::vector<Example>& examples(const std::string& tool) {
         {"check an existing rig with new captures",
          "calibrate-projector --captures session --check rig.json"}}},
       {"calibrate-room",
-       {{"a known lens, and one measured distance between two pixels of the projector",
+       {{"a known lens, and the measured distance between two points of the walls, by their pixels in the first view",
          "calibrate-room --captures room --known-camera camera.json --distance 412,300:880,310:1.25m -o rig.json"},
-        {"the distance between camera and projector instead",
-         "calibrate-room --captures room --known-camera camera.json --distance camera:projector:0.4m -o rig.json"},
+        {"a lens from a data sheet, 3 % uncertain, and the scale by a printed marker",
+         "calibrate-room --captures room --known-camera sheet.json --lens-sigma 3% --marker apriltag_36h11:3:160mm "
+         "-o rig.json"},
         {"with the data sheet of the projector, and a drawing",
          "calibrate-room --captures room --throw-ratio 1.4+-0.02 --lens-shift 0,0.5 --distance "
          "412,300:880,310:1.25m -o rig.json --preview room.png"}}},

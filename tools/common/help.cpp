@@ -44,7 +44,7 @@ constexpr ValueType kValueTypes[] = {
     {"BOARD", " board mirror-board "},
     {"MARKER", " marker "},
     {"NAME", " camera-name child depth-camera device frame marker-camera-name projector surface view "},
-    {"SHARE", " duplicate garbage loss reorder "},
+    {"SHARE", " duplicate garbage lens-sigma loss reorder "},
     {"SURFACE=VALUE", " content crop fit reflectance "},
     {"PROJECTOR=NUMBER", " black brightness "},
     {"X,Y,Z", " forward gravity target-at up viewer "},

@@ -207,9 +207,9 @@ TEST(GrayPattern, TakesTheCodesOfAStaleFrameForNoOtherProjectorSize) {
   EXPECT_TRUE(view.detections[1].observations.empty());
 }
 
-/// Captures of an independent world on a wider image. Defocus leaves few pixels with every bit (0.6 % of the image), and the
-/// light at half of the corners is read all the same: no reason to check "the order of the frames". Where the board
-/// moved, that is the cause.
+/// Captures of an independent world on a wider image. Defocus leaves few pixels with every bit (0.6 % of the
+/// image), and the light at half of the corners is read all the same: no reason to check "the order of the
+/// frames". Where the board moved, that is the cause.
 TEST(GrayPattern, DoesNotCallFewPixelsAFaultWhereTheBoardIsRead) {
   PROCAM_REQUIRE_TEST_DATA("worlds/gray_hard/capture_03");
   const auto pattern = make_pattern("gray", {1024, 768});

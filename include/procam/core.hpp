@@ -50,6 +50,7 @@
 #include "procam/core/rig/decoded_map.hpp"
 #include "procam/core/rig/frame_sequence.hpp"
 #include "procam/core/rig/light_map.hpp"
+#include "procam/core/rig/mount_data.hpp"
 #include "procam/core/rig/observation.hpp"
 #include "procam/core/rig/rig.hpp"
 #include "procam/core/rig/room_frames.hpp"

@@ -1,0 +1,30 @@
+#pragma once
+/// A drive for the calibration of a mount: poses of a robot's base by its localiser, and sightings of markers by the rig
+/// on it, each in its own clock.
+#include <string>
+#include <vector>
+
+#include "procam/core/geometry/covariance.hpp"
+
+namespace procam {
+
+/// A pose of the localiser.
+struct BasePose {
+  double time = 0;  ///< localiser's clock, seconds
+  Pose world_from_base;
+};
+
+/// A marker, or a map of markers, in one image.
+struct MarkerSighting {
+  double time = 0;     ///< camera's clock, seconds
+  std::string marker;  ///< equal names are one marker (or one map of markers)
+  /// With the covariance of the left increment, in the marker's frame.
+  PoseWithCovariance marker_from_rig;
+};
+
+struct MountData {
+  std::vector<BasePose> base;             ///< times grow
+  std::vector<MarkerSighting> sightings;  ///< in any order
+};
+
+}  // namespace procam

@@ -1,0 +1,242 @@
+#include "procam/simulate/mount_drive.hpp"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+#include "procam/core/base/error.hpp"
+#include "procam/core/geometry/se3.hpp"
+#include "procam/core/lens/distortion/brown_conrady.hpp"
+
+namespace procam::simulate {
+namespace {
+
+/// Equal on every machine, which the standard's distributions are not.
+class Draw {
+ public:
+  Draw(std::uint64_t seed, std::uint64_t stream) : random_(seed * 0x9e3779b97f4a7c15u + stream) {
+    random_.discard(8);
+  }
+  double uniform(double low, double high) { return low + (high - low) * double(random_() >> 11) * 0x1p-53; }
+  double gauss() {
+    const double u = 1 - uniform(0, 1), v = uniform(0, 2 * kPi);
+    return std::sqrt(-2 * std::log(u)) * std::cos(v);
+  }
+  Vec3 gauss3() {
+    const double x = gauss(), y = gauss(), z = gauss();
+    return {x, y, z};
+  }
+
+ private:
+  std::mt19937_64 random_;
+};
+
+Camera usual_camera() {
+  Camera camera;
+  camera.size = {1280, 960};
+  camera.intrinsics = {1150, 1157, 652, 468, 0.4};
+  camera.distortion = BrownConrady{{-0.09, 0.05, 0.0004, -0.0003, 0}};
+  return camera;
+}
+
+/// Robot: x ahead, z up. Camera ahead, some degrees off in each direction.
+Pose usual_mount(Draw& draw) {
+  Mat3 optical;
+  optical << 0, 0, 1, -1, 0, 0, 0, -1, 0;
+  const Vec3 off(draw.uniform(-0.1, 0.1), draw.uniform(-0.15, 0.25), draw.uniform(-0.5, 0.5));
+  const Vec3 position(draw.uniform(0.05, 0.25), draw.uniform(-0.12, 0.12), draw.uniform(0.6, 1.1));
+  return {so3_exp(off) * Eigen::Quaterniond(optical), position};
+}
+
+/// Slow waves: roll, pitch and height of a base on an uneven floor.
+class Floor {
+ public:
+  Floor(const SightingOptions& options, Draw draw) : options_(options) {
+    for (auto& wave : waves_) wave = {draw.uniform(0, 2 * kPi), draw.uniform(0.5, 3)};
+  }
+  Pose operator()(double time) const {
+    const auto wave = [&](std::size_t i) {
+      return std::sin(waves_[i].second * time + waves_[i].first) +
+             std::sin(1.7 * waves_[i].second * time + 2 * waves_[i].first);
+    };
+    return {so3_exp(Vec3(options_.floor_tilt_sigma * wave(0), options_.floor_tilt_sigma * wave(1), 0)),
+            Vec3(0, 0, options_.floor_sigma * wave(2))};
+  }
+
+ private:
+  SightingOptions options_;
+  std::array<std::pair<double, double>, 3> waves_;
+};
+
+Vec3 corner(const PlacedMarker& marker, std::size_t i) {
+  const Vec2 at = marker_corners()[i] * marker.size;
+  return {at.x(), at.y(), 0};
+}
+
+/// A marker before the camera, its print towards it.
+Pose placed_before(const Pose& world_from_camera, Draw& draw) {
+  const double distance = draw.uniform(1.2, 3);
+  const Vec3 towards = Vec3(draw.uniform(-0.35, 0.35), draw.uniform(-0.2, 0.2), 1).normalized();
+  const double turn = draw.uniform(15, 40) * kDegree * (draw.uniform(-1, 1) < 0 ? -1 : 1);
+  const Pose camera_from_marker(so3_exp(Vec3(draw.uniform(-0.2, 0.2), turn, draw.uniform(-0.3, 0.3))),
+                                distance * towards);
+  return world_from_camera * camera_from_marker;
+}
+
+struct Corners {
+  std::array<Vec2, 4> pixels;
+};
+std::optional<Corners> seen_corners(const Camera& camera, const Pose& camera_from_marker,
+                                    const PlacedMarker& marker) {
+  // From its back and at more than 70 degrees nobody detects it.
+  const Vec3 sight = camera_from_marker.translation;
+  if (camera_from_marker.rotate(Vec3::UnitZ()).dot(sight.normalized()) < std::cos(70 * kDegree))
+    return std::nullopt;
+  Corners corners;
+  for (std::size_t i = 0; i < 4; ++i) {
+    const Vec3 point = camera_from_marker * corner(marker, i);
+    if (!(point.z() > 0.3) || !camera.sees(point)) return std::nullopt;
+    corners.pixels[i] = *camera.project(point);
+  }
+  constexpr double kMinSide = 30;
+  if ((corners.pixels[0] - corners.pixels[1]).norm() < kMinSide) return std::nullopt;
+  return corners;
+}
+
+/// marker_from_camera by Gauss-Newton on the corners, from the truth on.
+std::optional<PoseWithCovariance> fitted(const Camera& camera, const PlacedMarker& marker,
+                                         const Corners& corners, Pose marker_from_camera, double sigma) {
+  Mat6 normal = Mat6::Zero();
+  for (int round = 0; round < 6; ++round) {
+    Vec6 gradient = Vec6::Zero();
+    normal.setZero();
+    for (std::size_t i = 0; i < 4; ++i) {
+      const auto pixel = [&](const Vec6& xi) {
+        return camera.project((se3_exp(xi) * marker_from_camera).inverse() * corner(marker, i));
+      };
+      const auto at = pixel(Vec6::Zero());
+      if (!at) return std::nullopt;
+      Eigen::Matrix<double, 2, 6> by;
+      for (int k = 0; k < 6; ++k) {
+        constexpr double kStep = 1e-6;
+        const auto ahead = pixel(kStep * Vec6::Unit(k)), behind = pixel(-kStep * Vec6::Unit(k));
+        if (!ahead || !behind) return std::nullopt;
+        by.col(k) = (*ahead - *behind) / (2 * kStep);
+      }
+      normal += by.transpose() * by;
+      gradient += by.transpose() * (*at - corners.pixels[i]);
+    }
+    const Vec6 step = -normal.ldlt().solve(gradient);
+    if (!(step.norm() < 0.5)) return std::nullopt;
+    marker_from_camera = se3_exp(step) * marker_from_camera;
+  }
+  return PoseWithCovariance{marker_from_camera.normalized(),
+                            sigma * sigma * normal.ldlt().solve(Mat6::Identity())};
+}
+
+std::vector<track::StampedPose> localiser_poses(const Drive& drive, const MountDriveOptions& options) {
+  Draw draw(options.seed, 1);
+  const double share = options.correlation_s > 0 ? std::exp(-1 / (options.rate * options.correlation_s)) : 0;
+  Vec3 shift = options.position_sigma * draw.gauss3(), turn = options.rotation_sigma * draw.gauss3();
+  Pose jump;  // of the world
+  if (options.jump_time) {
+    const Pose there = drive(drive.start_time() + *options.jump_time);
+    jump = there * options.jump * there.inverse();
+  }
+  std::vector<track::StampedPose> poses;
+  const int count = int((drive.end_time() - drive.start_time()) * options.rate);
+  for (int i = 0; i <= count; ++i) {
+    const double time = drive.start_time() + i / options.rate;
+    track::StampedPose message;
+    message.stamp = time + options.latency;
+    message.arrival = *message.stamp;
+    message.sequence = std::uint32_t(i);
+    message.frame = "map";
+    message.child = "base";
+    const Pose truth = drive(time);
+    Pose measured(truth.rotation * so3_exp(turn), truth.translation + shift);
+    if (options.planar_localiser) {
+      const Vec3 ahead = measured.rotate(Vec3::UnitX());
+      measured = Pose(so3_exp(Vec3(0, 0, std::atan2(ahead.y(), ahead.x()))),
+                      Vec3(measured.translation.x(), measured.translation.y(), 0));
+    }
+    if (options.jump_time && time >= drive.start_time() + *options.jump_time) measured = jump * measured;
+    message.frame_from_child = measured.normalized();
+    poses.push_back(message);
+    const double fresh = std::sqrt(1 - share * share);
+    shift = share * shift + fresh * options.position_sigma * draw.gauss3();
+    turn = share * turn + fresh * options.rotation_sigma * draw.gauss3();
+  }
+  return poses;
+}
+
+}  // namespace
+
+MarkerSightings marker_sightings(const Drive& drive, const SightingOptions& options) {
+  require(options.sighting_rate > 0 && options.corner_sigma_px > 0 && options.markers > 0 &&
+              options.marker_size > 0 && options.outliers >= 0 && options.outliers < 1 &&
+              options.floor_sigma >= 0 && options.floor_tilt_sigma >= 0,
+          "marker_sightings: a rate, sigma, size or share is out of range");
+  const Camera camera = options.camera.value_or(usual_camera());
+  MarkerSightings made;
+  Draw of_mount(options.seed, 2), of_markers(options.seed, 3), of_pixels(options.seed, 4),
+      of_outliers(options.seed, 5);
+  const Pose drawn = usual_mount(of_mount);
+  made.base_from_rig_at_start = options.base_from_rig.value_or(drawn);
+  made.base_from_rig =
+      options.bump_time ? options.bump * made.base_from_rig_at_start : made.base_from_rig_at_start;
+  const double duration = drive.end_time() - drive.start_time();
+  for (int i = 0; i < options.markers; ++i) {
+    const double time = drive.start_time() + (i + of_markers.uniform(0, 1)) * duration / options.markers;
+    made.markers.push_back(
+        {i, options.marker_size, placed_before(drive(time) * made.base_from_rig_at_start, of_markers)});
+  }
+  const Floor floor(options, Draw(options.seed, 6));
+  const int images = int(duration * options.sighting_rate);
+  for (int k = 0; k <= images; ++k) {
+    // Not in step with the localiser.
+    const double time = drive.start_time() + (k + 0.37) / options.sighting_rate;
+    const bool bumped = options.bump_time && time >= drive.start_time() + *options.bump_time;
+    const Pose world_from_camera =
+        drive(time) * floor(time) * (bumped ? made.base_from_rig : made.base_from_rig_at_start);
+    for (const PlacedMarker& marker : made.markers) {
+      const Pose camera_from_marker = world_from_camera.inverse() * marker.world_from_marker;
+      std::optional<Corners> corners = seen_corners(camera, camera_from_marker, marker);
+      if (!corners) continue;
+      for (Vec2& pixel : corners->pixels)
+        pixel += options.corner_sigma_px * Vec2(of_pixels.gauss(), of_pixels.gauss());
+      auto pose = fitted(camera, marker, *corners, camera_from_marker.inverse(), options.corner_sigma_px);
+      if (!pose) continue;
+      if (of_outliers.uniform(0, 1) < options.outliers) {
+        Vec6 off;
+        off << 0.35 *
+                   Vec3(of_outliers.uniform(-1, 1), of_outliers.uniform(-1, 1), of_outliers.uniform(-1, 1)),
+            0.3 * Vec3(of_outliers.uniform(-1, 1), of_outliers.uniform(-1, 1), of_outliers.uniform(-1, 1));
+        pose->pose = se3_exp(off) * pose->pose;
+        made.outliers.push_back(made.messages.size());
+      }
+      track::StampedPose message;
+      message.stamp = time;
+      message.arrival = time;
+      message.frame = "marker_" + std::to_string(marker.id);
+      message.child = "rig";
+      message.frame_from_child = pose->pose.normalized();
+      message.covariance = pose->covariance;
+      made.messages.push_back(message);
+    }
+  }
+  if (made.messages.empty())
+    throw Error(ErrorKind::kNotEnoughData, "drive", "no marker is seen",
+                "drive further or place more markers");
+  return made;
+}
+
+MountDrive mount_drive(const Drive& drive, const MountDriveOptions& options) {
+  require(options.rate > 0 && options.position_sigma >= 0 && options.rotation_sigma >= 0 &&
+              options.correlation_s >= 0 && std::isfinite(options.latency),
+          "mount_drive: the localiser's rate, sigmas or latency is out of range");
+  return {localiser_poses(drive, options), marker_sightings(drive, options), options.latency};
+}
+
+}  // namespace procam::simulate

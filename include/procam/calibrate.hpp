@@ -6,6 +6,7 @@
 #include "procam/calibrate/lens_model.hpp"
 #include "procam/calibrate/lens_prior.hpp"
 #include "procam/calibrate/mirror.hpp"
+#include "procam/calibrate/mount.hpp"
 #include "procam/calibrate/next_view.hpp"
 #include "procam/calibrate/options.hpp"
 #include "procam/calibrate/points.hpp"

@@ -1,0 +1,161 @@
+#pragma once
+/// The pose of the rig on its robot base ("mount"), from a drive past markers.
+///
+///   MountData drive;                                   // poses of the base, sightings of markers, in time
+///   MountOptions options;
+///   options.height = MountHeight{0.85, 0.005};         // a planar drive cannot observe it
+///   const MountResult mount = calibrate_mount(drive, options);
+///   mount.base_from_rig;                               // with its 6 x 6 covariance
+///
+/// Unknown are the mount X = base_from_rig, the pose W_m of each marker, the path T(t) of the base, and the
+/// offset d of the two clocks. Minimised is
+///   sum_i |log(B_i^-1 C T(t_i - d))|^2 / sigma_base^2           poses B_i of the localiser, at its times t_i
+/// + sum_j |log(W_m^-1 T(s_j) X M_j^-1)|^2 in C_j^-1             sightings M_j = marker_from_rig, at camera time s_j
+/// + sum_k |log(T_k-1^-1 T_k) - log(T_k^-1 T_k+1)|^2 / sigma_a^2 white acceleration between the knots T_k
+/// + the priors: height, earlier mount, known markers.
+/// T(t) is a constant twist between knots 50 ms apart, in the camera's time: the time offset moves the noisy poses along
+/// the knots, not the precise sightings. A fit draws what is precise to the knots, where the path is least stiff, and
+/// sightings that move biased the time offset by 1 to 2 ms. The acceleration term is weak and bridges gaps. C is the
+/// plane of the floor in the localiser's world (planar motion), and what the localiser jumped by. Solved by Ceres
+/// with analytic derivatives (Levenberg-Marquardt).
+///
+/// Planar motion. Base poses that leave a plane by no more than their noise are taken as planar: tilt and height of T(t)
+/// are those of an uneven floor, a first-order Gauss-Markov process of 1 s and small, estimated variance, of which the
+/// localiser tells nothing. With free ones, the noise of roll and pitch would look like motion, and the height would
+/// seem observable. What the drive cannot observe is read from the information about the mount with all else eliminated
+/// (Schur complement): a direction whose standard deviation exceeds MountOptions::max_sigma is unobservable. It is
+/// named, and has to be supplied by a stated measurement; without one Error(kDegenerate) states the measurement or
+/// the drive that is missing. No value is assumed.
+///
+/// Noise. The standard deviations of the localiser and a factor on those of the sightings are estimated (variance
+/// components: W. Foerstner, 1979; the traces by random probes: A. Girard, 1989). Errors of the localiser that stay
+/// correlated in time are replaced by white noise of the same power at low frequency (C. Geyer, 1992, initial
+/// positive sequence).
+///
+/// Events. For each candidate time two changes are tested by their score (Lagrange multiplier): the rig moved on the
+/// base (bump), or the localiser's world moved (jump, wheel slip). The best one that is significant becomes an
+/// unknown of the solve; then the next is looked for. Single outliers are rejected by their chi-square.
+///
+/// Sources: F. Park, B. Martin, "Robot sensor calibration: solving AX = XB on the Euclidean group", IEEE TRA 10(5),
+/// 1994; H. Zhuang, Z. Roth, R. Sudhakar, "Simultaneous robot/world and tool/flange calibration by solving
+/// homogeneous transformation equations of the form AX = YB", IEEE TRA 10(4), 1994 (AX = ZB is the full motion of
+/// this solver); C. Guo, F. Mirzaei, S. Roumeliotis, "An analytical least-squares solution to the odometer-camera
+/// extrinsic calibration problem", ICRA 2012 (planar start values); P. Furgale, J. Rehder, R. Siegwart, "Unified
+/// temporal and spatial calibration for multi-sensor systems", IROS 2013 (time offset); T. Barfoot, "State
+/// Estimation for Robotics", 2017 (priors of continuous time).
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "procam/core/base/error.hpp"
+#include "procam/core/base/export.hpp"
+#include "procam/core/rig/mount_data.hpp"
+
+namespace procam::calibrate {
+
+/// A marker in the world; the covariance is of the left increment, in the world.
+struct MountMarker {
+  std::string name;
+  PoseWithCovariance world_from_marker;
+};
+
+enum class BaseMotion {
+  kAuto,    ///< planar if the base poses leave a plane by no more than their noise
+  kPlanar,  ///< a robot on a floor
+  kFull     ///< six degrees of freedom: ramps, arms, hand-held
+};
+/// "auto", "planar", "full". Throws Error(kInput).
+PROCAM_EXPORT BaseMotion parse_base_motion(const std::string& text);
+
+/// Height of the rig's origin above the base's origin, along the base's z axis; metres.
+struct MountHeight {
+  double value = 0, sigma = 0;
+};
+
+struct MountOptions {
+  BaseMotion motion = BaseMotion::kAuto;
+  std::optional<MountHeight> height;        ///< as measured
+  std::optional<PoseWithCovariance> prior;  ///< base_from_rig as known before (drawing, earlier calibration)
+  std::vector<MountMarker> markers;         ///< markers of known pose in the localiser's world
+  bool estimate_time_offset = true;         ///< else `time_offset` is exact
+  double time_offset = 0;                   ///< start value, seconds (MountResult::time_offset)
+  double max_time_offset = 1;               ///< searched about the start value, seconds
+  /// Of the localiser: start values, or exact if estimate_noise is false. Metres, each axis of the world; radians,
+  /// about each axis of the base.
+  double position_sigma = 0.01, rotation_sigma = 0.01;
+  bool estimate_noise = true;
+  /// White acceleration of the base, one standard deviation of the change of speed in a second: m/s, rad/s. Too loose,
+  /// and the noise of the path biases the time offset; too stiff, and braking looks like a jump.
+  double acceleration = 0.1, turn_acceleration = 0.2;
+  /// How uneven the floor is under a planar base: start values, or exact if estimate_noise is false. Metres, radians.
+  double floor_sigma = 0.0003, floor_tilt_sigma = 0.0003;
+  /// A direction of the mount is unobservable from this standard deviation on: metres, and radians (1 m away).
+  double max_sigma = 0.1;
+  bool find_events = true;   ///< bumps of the rig, jumps of the localiser
+  double event_chi2 = 60;    ///< of a change's score, 6 or 3 degrees of freedom
+  double event_size = 2e-3;  ///< smallest change that is looked for, metres, or radians 1 m away
+};
+
+/// A change during the drive.
+struct MountEvent {
+  enum class Kind {
+    kRigBumped,  ///< change = base_from_rig after, times the inverse of before
+    kLocaliserJumped  ///< change = reported pose after, times the inverse of before: jump of the map, or wheel slip
+  };
+  Kind kind = Kind::kRigBumped;
+  double time = 0;  ///< localiser's clock
+  Pose change;
+  double chi2 = 0;        ///< by which the fit improves, to first order
+  double other_chi2 = 0;  ///< the same of the other kind, at its best time
+};
+
+/// One of the six directions of the mount: rotation about the base's axes at the rig's origin, position of that
+/// origin on the base.
+struct MountDirection {
+  std::string name;       ///< "roll", "pitch", "yaw", "x", "y", "height"
+  double sigma = 0;       ///< radians, metres
+  double sigma_data = 0;  ///< from the drive alone; infinite if it does not depend on it at all
+  bool observable = true;
+};
+
+struct MountResult {
+  /// After the last bump, if there was one. The covariance is of the left increment [rotation, translation] in the
+  /// base's frame.
+  PoseWithCovariance base_from_rig;
+  std::vector<MountDirection> directions;  ///< roll, pitch, yaw, x, y, height
+  /// Localiser time = camera time + time_offset: positive if the localiser's stamps are late against the camera's.
+  double time_offset = 0, time_offset_sigma = 0;
+  std::vector<MountMarker> markers;  ///< all that were seen, by name
+  bool planar = false;
+  std::vector<BasePose> path;                     ///< estimated, at the knots
+  double position_sigma = 0, rotation_sigma = 0;  ///< of the localiser, estimated
+  double correlation = 1;                         ///< variance at low frequency over that of white noise
+  double sighting_factor = 1;                     ///< on the stated standard deviations of the sightings
+  double floor_sigma = 0, floor_tilt_sigma = 0;   ///< of an uneven floor, estimated; planar
+  std::size_t sightings_used = 0, base_poses_used = 0;
+  std::vector<std::size_t> rejected_sightings, rejected_base_poses;  ///< indices into the data
+  std::size_t sightings_outside = 0;                                 ///< at times without base poses
+  std::vector<MountEvent> events;
+  Diagnostics diagnostics;
+
+  /// Names of the directions that the drive cannot observe.
+  std::vector<std::string> unobservable() const {
+    std::vector<std::string> names;
+    for (const MountDirection& direction : directions)
+      if (!direction.observable) names.push_back(direction.name);
+    return names;
+  }
+};
+
+/// Remarks: "stated_not_observed" names the directions that come from a stated measurement, "sightings_rejected",
+/// "base_poses_rejected", "rig_bumped", "localiser_jumped", "event_unclear" (the two kinds cannot be separated),
+/// "correlated_localiser", "sightings_noisier" (the stated covariances are too small), "time_offset_weak",
+/// "statement_disagrees" (the stated height or prior contradicts the drive).
+///
+/// Throws Error kNotEnoughData (too few poses or sightings, no overlap in time), kDegenerate (an unobservable
+/// direction without a stated measurement; a base that does not turn), kNotConverged, kInput (times that do not grow);
+/// std::invalid_argument for numbers that are not finite or sigmas that are not positive.
+PROCAM_EXPORT MountResult calibrate_mount(const MountData& data, const MountOptions& options = {});
+
+}  // namespace procam::calibrate

@@ -1,0 +1,47 @@
+#pragma once
+/// Private to calibrate: what the equations of calibrate_mount tell beside the solution.
+#include <Eigen/SparseCholesky>
+#include <array>
+#include <optional>
+
+#include "mount_model.hpp"
+
+namespace procam::calibrate::mount {
+
+/// J^T J and its factors.
+struct Equations {
+  explicit Equations(Linear linear);
+  Linear linear;
+  Eigen::SparseMatrix<double> normal;
+  Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> factor;
+};
+
+/// sqrt(sum r^2 / redundancy) of each group: by what its standard deviations are off. 1 for an empty group.
+std::array<double, kGroups> variance_factors(const Equations& equations);
+
+/// Variance at low frequency over that of white noise, of the localiser's residuals; at least 1.
+double correlation_of(const Linear& linear, bool planar);
+
+/// What the drive and the stated measurements tell about the last mount's directions and the time offset.
+struct MountInformation {
+  Mat6 data, posterior;  ///< information about the mount, all else eliminated
+  Mat6 covariance;       ///< of the directions, after the stated measurements
+  double offset_sigma = 0;
+  std::vector<MatX> marker_covariance;  ///< of the right increments, by marker
+};
+MountInformation mount_information(const Equations& equations, bool with_offset);
+
+/// Directions with a standard deviation above `max_sigma`.
+std::array<bool, 6> unobservable_directions(const Mat6& information, double max_sigma);
+
+/// The most significant change, if there is one. `problem` made the equations.
+struct FoundEvent {
+  MountEvent::Kind kind = MountEvent::Kind::kRigBumped;
+  double time = 0;  ///< camera's clock for a bump, localiser's for a jump
+  double chi2 = 0, other_chi2 = 0;
+  Vec6 increment = Vec6::Zero();  ///< of the mount's directions; right increment of the localiser's frame
+};
+std::optional<FoundEvent> find_event(const Model& model, const MountProblem& problem,
+                                     const Equations& equations);
+
+}  // namespace procam::calibrate::mount

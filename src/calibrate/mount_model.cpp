@@ -1,0 +1,337 @@
+#include "mount_model.hpp"
+
+#include <ceres/loss_function.h>
+#include <ceres/problem.h>
+#include <ceres/solver.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "quiet_log.hpp"
+
+namespace procam::calibrate::mount {
+
+std::optional<Model::At> Model::at(double time) const {
+  const double steps = (time - start) / spacing, last = double(knots.size() - 1);
+  if (!(steps >= 0 && steps <= last)) return std::nullopt;
+  const double knot = std::min(std::floor(steps), last - 1);
+  return At{std::size_t(knot), steps - knot};
+}
+
+Pose Model::path(double time) const {
+  const At found = at(time).value_or(time < start ? At{0, 0} : At{knots.size() - 2, 1});
+  return between_knots(pose_of(knots[found.knot].data()), pose_of(knots[found.knot + 1].data()), found.alpha)
+      .pose;
+}
+
+std::size_t Model::epoch(const std::vector<Epoch>& epochs, double time) const {
+  std::size_t found = 0;
+  for (std::size_t i = 1; i < epochs.size(); ++i)
+    if (time >= epochs[i].from) found = i;
+  return found;
+}
+
+namespace {
+
+constexpr double kHuberNorm = 4.5;  // of six whitened residuals: 0.2 % of good ones lie beyond
+
+Mat6 whitening_of(const Mat6& covariance) {
+  const Eigen::LLT<Mat6> root(covariance);
+  return root.matrixL().solve(Mat6::Identity());
+}
+
+}  // namespace
+
+struct MountProblem::Impl {
+  Model& model;
+  bool robust;
+  // Before the problem, which refers to them until its end.
+  std::vector<std::unique_ptr<ceres::Manifold>> manifolds;
+  ceres::HuberLoss huber{kHuberNorm};
+  ceres::Problem problem;
+  std::vector<ceres::ResidualBlockId> blocks;
+  std::vector<std::array<Group, 6>> groups;  ///< by block
+  std::vector<int> sizes, base_block, sighting_block;
+  std::vector<std::pair<const ceres::CostFunction*, std::vector<double*>>> stated;  ///< of the last mount
+
+  Impl(Model& the_model, bool is_robust) : model(the_model), robust(is_robust), problem(options()) {
+    build();
+  }
+
+  static ceres::Problem::Options options() {
+    ceres::Problem::Options options;
+    options.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+    options.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+    return options;
+  }
+
+  ceres::Manifold* manifold(std::vector<int> free, PoseManifold::Side side = PoseManifold::Side::kRight) {
+    manifolds.push_back(std::make_unique<PoseManifold>(std::move(free), side));
+    return manifolds.back().get();
+  }
+
+  void add(ceres::CostFunction* cost, bool robustly, std::array<Group, 6> rows,
+           const std::vector<double*>& parameters) {
+    blocks.push_back(problem.AddResidualBlock(cost, robust && robustly ? &huber : nullptr, parameters));
+    groups.push_back(rows);
+    sizes.push_back(cost->num_residuals());
+  }
+  static std::array<Group, 6> all(Group group) { return {group, group, group, group, group, group}; }
+
+  void build() {
+    const std::vector<int> every{0, 1, 2, 3, 4, 5}, off_plane{0, 1, 5};
+    ceres::Manifold* const free = manifold(every);
+    for (PoseBlock& knot : model.knots) problem.AddParameterBlock(knot.data(), 7, free);
+    for (std::size_t i = 0; i < model.frames.size(); ++i)
+      problem.AddParameterBlock(model.frames[i].pose.data(), 7,
+                                i == 0 && model.planar ? manifold(off_plane) : free);
+    if (!model.planar) problem.SetParameterBlockConstant(model.frames[0].pose.data());
+    for (PoseBlock& marker : model.markers) problem.AddParameterBlock(marker.data(), 7, free);
+    for (Epoch& mount : model.mounts)
+      problem.AddParameterBlock(mount.pose.data(), 7, manifold(every, PoseManifold::Side::kMount));
+    problem.AddParameterBlock(&model.offset, 1);
+    if (!model.options->estimate_time_offset) problem.SetParameterBlockConstant(&model.offset);
+    add_base();
+    add_sightings();
+    add_motion();
+    if (model.planar) add_floor();
+    add_markers();
+    add_stated();
+  }
+
+  void add_base() {
+    base_block.assign(model.data->base.size(), -1);
+    const Noise& noise = model.noise;
+    Vec6 sigma;
+    sigma << noise.tilt, noise.tilt, noise.turn, noise.position, noise.position, noise.height;
+    sigma *= std::sqrt(noise.correlation);
+    std::array<Group, 6> rows{kBaseTilt, kBaseTilt, kBaseTurn, kBasePosition, kBasePosition, kBaseHeight};
+    if (!model.planar) rows = {kBaseTurn, kBaseTurn, kBaseTurn, kBasePosition, kBasePosition, kBasePosition};
+    for (std::size_t i = 0; i < model.data->base.size(); ++i) {
+      const BasePose& pose = model.data->base[i];
+      const auto at = model.at(pose.time - model.offset);
+      if (!model.use_base[i] || !at) continue;
+      auto* cost = new BaseCost;
+      cost->measured = pose.world_from_base;
+      cost->inverse_sigma = sigma.cwiseInverse();
+      cost->time = pose.time;
+      cost->knot_time = model.start + double(at->knot) * model.spacing;
+      cost->spacing = model.spacing;
+      cost->planar = model.planar;
+      base_block[i] = int(blocks.size());
+      Epoch& frame = model.frames[model.epoch(model.frames, pose.time)];
+      add(cost, true, rows,
+          {model.knots[at->knot].data(), model.knots[at->knot + 1].data(), frame.pose.data(), &model.offset});
+    }
+  }
+
+  void add_sightings() {
+    sighting_block.assign(model.data->sightings.size(), -1);
+    Vec6 doubt = Vec6::Zero();  // of the base, besides its path
+    if (model.coarse)
+      doubt << Vec3::Constant(std::pow(2 * std::max(model.noise.turn, model.options->rotation_sigma), 2)),
+          Vec3::Constant(std::pow(2 * std::max(model.noise.position, model.options->position_sigma), 2));
+    for (std::size_t i = 0; i < model.data->sightings.size(); ++i) {
+      const MarkerSighting& seen = model.data->sightings[i];
+      const auto at = model.at(seen.time);
+      if (!model.use_sighting[i] || !at) continue;
+      Epoch& mount = model.mounts[model.epoch(model.mounts, seen.time)];
+      const Mat6 from_base = adjoint(seen.marker_from_rig.pose * pose_of(mount.pose.data()).inverse());
+      auto* cost = new SightingCost;
+      cost->rig_from_marker = seen.marker_from_rig.pose.inverse();
+      cost->whiten = whitening_of(std::pow(model.noise.sighting, 2) * seen.marker_from_rig.covariance +
+                                  from_base * doubt.asDiagonal() * from_base.transpose());
+      cost->alpha = at->alpha;
+      sighting_block[i] = int(blocks.size());
+      add(cost, true, all(kSighting),
+          {model.knots[at->knot].data(), model.knots[at->knot + 1].data(), mount.pose.data(),
+           model.markers[std::size_t(model.marker_of[i])].data()});
+    }
+  }
+
+  void add_motion() {
+    const double root = model.noise.motion * std::pow(model.spacing, 1.5);
+    Vec6 sigma;
+    sigma << Vec3::Constant(root * model.options->turn_acceleration),
+        Vec3::Constant(root * model.options->acceleration);
+    std::array<Group, 6> rows = all(kMotion);
+    Vec6 inverse_sigma = sigma.cwiseInverse();
+    if (model.planar)
+      for (const int i : {0, 1, 5}) inverse_sigma[i] = 0, rows[std::size_t(i)] = kOther;  // the floor's
+    for (std::size_t k = 1; k + 1 < model.knots.size(); ++k) {
+      auto* cost = new MotionCost;
+      cost->inverse_sigma = inverse_sigma;
+      add(cost, false, rows, {model.knots[k - 1].data(), model.knots[k].data(), model.knots[k + 1].data()});
+    }
+  }
+
+  void add_floor() {
+    constexpr double kCorrelation = 1;  // s
+    const double share = std::exp(-model.spacing / kCorrelation);
+    const Vec3 sigma(model.noise.floor_tilt, model.noise.floor_tilt, model.noise.floor);
+    const std::array<Group, 6> rows{kFloorTilt, kFloorTilt, kFloorHeight, kOther, kOther, kOther};
+    for (std::size_t k = 0; k + 1 < model.knots.size(); ++k) {
+      auto* cost = new FloorCost;
+      cost->share = share;
+      cost->inverse_sigma = (std::sqrt(1 - share * share) * sigma).cwiseInverse();
+      add(cost, false, rows, {model.knots[k].data(), model.knots[k + 1].data()});
+    }
+    auto* first = new FirstFloorCost;
+    first->inverse_sigma = sigma.cwiseInverse();
+    add(first, false, rows, {model.knots.front().data()});
+  }
+
+  void add_markers() {
+    for (const MountMarker& known : model.options->markers) {
+      const auto name = std::lower_bound(model.marker_names.begin(), model.marker_names.end(), known.name);
+      if (name == model.marker_names.end() || *name != known.name) continue;
+      const PoseWithCovariance inverse_of = inverse(known.world_from_marker);
+      auto* cost = new MarkerPriorCost;
+      cost->marker_from_world = inverse_of.pose;
+      // Exactly known is a hundredth of a millimetre: the equations stay solvable.
+      cost->whiten = whitening_of(inverse_of.covariance + 1e-10 * Mat6::Identity());
+      add(cost, false, all(kOther),
+          {model.markers[std::size_t(name - model.marker_names.begin())].data(),
+           model.frames[0].pose.data()});
+    }
+  }
+
+  void add_stated() {
+    double* const last = model.mounts.back().pose.data();
+    const auto state = [&](ceres::CostFunction* cost, const std::vector<double*>& parameters) {
+      add(cost, false, all(kOther), parameters);
+      stated.push_back({cost, parameters});
+    };
+    if (const auto& height = model.options->height) {
+      auto* cost = new HeightCost;
+      cost->height = height->value;
+      cost->sigma = height->sigma;
+      state(cost, {last});
+    }
+    if (const auto& prior = model.options->prior) {
+      auto* cost = new MountPriorCost;
+      cost->rig_from_base = prior->pose.inverse();
+      cost->whiten = whitening_of(prior->covariance);
+      state(cost, {last});
+    }
+    // A hundred metres: no information, but equations that can be solved.
+    for (Epoch& mount : model.mounts) {
+      auto* weak = new MountPriorCost;
+      weak->rig_from_base = pose_of(mount.pose.data()).inverse();
+      weak->whiten = 1e-2 * Mat6::Identity();
+      if (mount.pose.data() == last)
+        state(weak, {last});
+      else
+        add(weak, false, all(kOther), {mount.pose.data()});
+    }
+    auto* time = new WeakTimeCost;
+    time->start = model.offset;
+    time->sigma = model.options->max_time_offset;
+    add(time, false, all(kOther), {&model.offset});
+  }
+
+  /// A block's residuals and its derivative by one parameter, with the robust weight.
+  Mat6 derivative(int block, int parameter) const {
+    const ceres::CostFunction* cost = problem.GetCostFunctionForResidualBlock(blocks[std::size_t(block)]);
+    std::vector<double*> parameters;
+    problem.GetParameterBlocksForResidualBlock(blocks[std::size_t(block)], &parameters);
+    RowMat6x7 by = RowMat6x7::Zero();
+    std::vector<double*> jacobians(parameters.size(), nullptr);
+    jacobians[std::size_t(parameter)] = by.data();
+    Vec6 residuals = Vec6::Zero();
+    cost->Evaluate(parameters.data(), residuals.data(), jacobians.data());
+    const double norm = residuals.norm();
+    const double weight = robust && norm > kHuberNorm ? std::sqrt(kHuberNorm / norm) : 1;
+    return weight * by.leftCols<6>();
+  }
+};
+
+MountProblem::MountProblem(Model& model, bool robust) : impl_(std::make_unique<Impl>(model, robust)) {}
+MountProblem::~MountProblem() = default;
+
+void MountProblem::solve() {
+  const QuietLog quiet;
+  ceres::Solver::Options options;
+  options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
+  options.max_num_iterations = 60;
+  options.function_tolerance = 1e-9;
+  options.parameter_tolerance = 1e-10;
+  options.logging_type = ceres::SILENT;
+  ceres::Solver::Summary summary;
+  ceres::Solve(options, &impl_->problem, &summary);
+  if (!summary.IsSolutionUsable())
+    throw Error(
+        ErrorKind::kNotConverged, "mount", "the solve failed: " + summary.message,
+        "check that the times of poses and sightings belong to one drive and the markers did not move");
+}
+
+Mat6 MountProblem::by_frame(std::size_t base) const {
+  return impl_->derivative(impl_->base_block[base], 2);
+}
+Mat6 MountProblem::by_mount(std::size_t sighting) const {
+  return impl_->derivative(impl_->sighting_block[sighting], 2);
+}
+
+Linear MountProblem::linearise() {
+  Impl& impl = *impl_;
+  Model& model = impl.model;
+  Linear linear;
+  ceres::Problem::EvaluateOptions options;
+  options.apply_loss_function = true;
+  options.residual_blocks = impl.blocks;
+  options.num_threads = 1;
+  Eigen::Index column = 0;
+  const auto take = [&](double* block) {
+    if (impl.problem.IsParameterBlockConstant(block)) return Eigen::Index(-1);
+    options.parameter_blocks.push_back(block);
+    const Eigen::Index first = column;
+    column += impl.problem.ParameterBlockTangentSize(block);
+    return first;
+  };
+  for (PoseBlock& knot : model.knots) take(knot.data());
+  for (Epoch& frame : model.frames) take(frame.pose.data());
+  for (PoseBlock& marker : model.markers) linear.marker_column.push_back(take(marker.data()));
+  for (Epoch& mount : model.mounts) linear.mount_column = take(mount.pose.data());
+  take(&model.offset);
+  linear.columns = column;
+
+  std::vector<double> residuals;
+  ceres::CRSMatrix rows;
+  double cost = 0;
+  impl.problem.Evaluate(options, &cost, &residuals, nullptr, &rows);
+  const Eigen::Map<const Eigen::SparseMatrix<double, Eigen::RowMajor, int>> jacobian(
+      rows.num_rows, rows.num_cols, Eigen::Index(rows.values.size()), rows.rows.data(), rows.cols.data(),
+      rows.values.data());
+  linear.jacobian = jacobian;
+  linear.residuals = Eigen::Map<const VecX>(residuals.data(), Eigen::Index(residuals.size()));
+
+  std::vector<int> first_row(impl.blocks.size());
+  for (std::size_t b = 0; b < impl.blocks.size(); ++b) {
+    first_row[b] = int(linear.group.size());
+    for (int r = 0; r < impl.sizes[b]; ++r) linear.group.push_back(impl.groups[b][std::size_t(r)]);
+  }
+  const auto rows_of = [&](const std::vector<int>& of_blocks) {
+    std::vector<int> first;
+    for (const int block : of_blocks) first.push_back(block < 0 ? -1 : first_row[std::size_t(block)]);
+    return first;
+  };
+  linear.base_row = rows_of(impl.base_block);
+  linear.sighting_row = rows_of(impl.sighting_block);
+
+  linear.prior_information = MatX::Zero(6, 6);
+  linear.prior_gradient = VecX::Zero(6);
+  for (const auto& [stated, parameters] : impl.stated) {
+    std::array<double, 42> by{};
+    std::array<double, 6> value{};
+    double* jacobians[] = {by.data()};
+    stated->Evaluate(parameters.data(), value.data(), jacobians);
+    const int n = stated->num_residuals();
+    const MatX j =
+        Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, 7, Eigen::RowMajor>>(by.data(), n, 7).leftCols(6);
+    linear.prior_information += j.transpose() * j;
+    linear.prior_gradient += j.transpose() * Eigen::Map<VecX>(value.data(), n);
+  }
+  return linear;
+}
+
+}  // namespace procam::calibrate::mount

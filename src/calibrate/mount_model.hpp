@@ -1,0 +1,102 @@
+#pragma once
+/// Private to calibrate: the unknowns of calibrate_mount, their solve, and the solve's linear equations.
+#include <Eigen/Sparse>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "mount_costs.hpp"
+#include "procam/calibrate/mount.hpp"
+
+namespace procam::calibrate::mount {
+
+/// Rows of the residuals by what made them: the variance components.
+enum Group {
+  kBaseTurn,
+  kBasePosition,
+  kBaseTilt,
+  kBaseHeight,
+  kSighting,
+  kMotion,
+  kFloorTilt,
+  kFloorHeight,
+  kOther,
+  kGroups
+};
+
+struct Noise {
+  double position = 0.01, turn = 0.01;  ///< of the localiser: in the plane if the motion is planar
+  double height = 0.01, tilt = 0.01;    ///< off the plane; equal to the above in full motion
+  double sighting = 1;                  ///< factor on the stated sigma
+  double motion = 1;                    ///< factor on the acceleration
+  double floor = 0, floor_tilt = 0;     ///< of an uneven floor under a planar base
+  double correlation = 1;               ///< factor on the localiser's variance
+};
+
+/// A block that holds from a time on.
+struct Epoch {
+  double from = 0;  ///< clock of its data: localiser's for a frame, camera's for a mount
+  PoseBlock pose{};
+};
+
+struct Model {
+  const MountData* data = nullptr;
+  const MountOptions* options = nullptr;
+  bool planar = false;
+  /// Knots are in the camera's time. Between knots the path is stiffer than at them: were the precise sightings to move
+  /// along the knots with the time offset, the fit would draw them to the knots.
+  double start = 0, spacing = 0.05;
+  std::vector<PoseBlock> knots;
+  std::vector<Epoch> frames, mounts;      ///< the first of each from the beginning
+  std::vector<std::string> marker_names;  ///< sorted
+  std::vector<PoseBlock> markers;
+  std::vector<int> marker_of;  ///< by sighting
+  double offset = 0;
+  Noise noise;
+  /// At the start a sighting counts no more than a pose of the localiser: else the path, which follows the precise
+  /// sightings, would follow the wrong ones too.
+  bool coarse = true;
+  std::vector<char> use_base, use_sighting;
+
+  /// The knot before a time, and the share of the way to the next; nullopt outside.
+  struct At {
+    std::size_t knot;
+    double alpha;
+  };
+  std::optional<At> at(double camera_time) const;
+  Pose path(double camera_time) const;  ///< at the ends, the first and last knot
+  std::size_t epoch(const std::vector<Epoch>& epochs, double time) const;
+};
+
+/// The equations at the solution: J, r of the whitened residuals (with robust weights if the solve had them). The
+/// columns of the last mount (6) and the time offset (0 or 1) come last.
+struct Linear {
+  Eigen::SparseMatrix<double> jacobian;
+  VecX residuals;
+  std::vector<Group> group;                    ///< by row
+  std::vector<int> base_row, sighting_row;     ///< first row of each base pose and sighting; -1: not used
+  std::vector<Eigen::Index> marker_column;     ///< first column of each marker
+  Eigen::Index mount_column = 0, columns = 0;  ///< of the last mount
+  MatX prior_information;  ///< of what the stated measurements say of the last mount (6 x 6)
+  VecX prior_gradient;
+};
+
+class MountProblem {
+ public:
+  /// Refers to the model's blocks.
+  MountProblem(Model& model, bool robust);
+  ~MountProblem();
+  /// Throws Error(kNotConverged).
+  void solve();
+  Linear linearise();
+  /// Derivative of a base pose's or sighting's residual, whitened and with its robust weight: by the frame of the
+  /// localiser (right increments), and by the mount (its directions).
+  Mat6 by_frame(std::size_t base) const;
+  Mat6 by_mount(std::size_t sighting) const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace procam::calibrate::mount

@@ -1,0 +1,346 @@
+#include "mount_start.hpp"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+
+#include "procam/core/base/stats.hpp"
+#include "procam/core/base/words.hpp"
+
+namespace procam::calibrate::mount {
+namespace {
+
+constexpr std::size_t kMinBasePoses = 20, kMinSightings = 20;
+constexpr double kKnotSpacing = 0.05;  // s: at 1 m/s^2 a straight step is 0.3 mm off its curve
+constexpr double kMargin = 0.1;        // s: of knots about the base poses, as the solve moves the time offset
+constexpr std::size_t kMaxKnots = 40000;      // a drive of half an hour
+constexpr double kMinRotation = 5 * kDegree;  // between two sightings, to start from
+
+void check(const MountData& data, const MountOptions& options) {
+  require(options.position_sigma > 0 && options.rotation_sigma > 0 && options.acceleration > 0 &&
+              options.turn_acceleration > 0 && options.max_sigma > 0 && options.max_time_offset > 0 &&
+              options.floor_sigma > 0 && options.floor_tilt_sigma > 0 && std::isfinite(options.time_offset),
+          "calibrate_mount: an option's sigma is not positive");
+  require(!options.height || (std::isfinite(options.height->value) && options.height->sigma > 0),
+          "calibrate_mount: the height needs a positive sigma");
+  require(!options.prior || (options.prior->pose.is_finite() &&
+                             Eigen::LLT<Mat6>(options.prior->covariance).info() == Eigen::Success),
+          "calibrate_mount: the prior needs a positive definite covariance");
+  if (data.base.size() < kMinBasePoses)
+    throw Error(ErrorKind::kNotEnoughData, "poses of the base",
+                "there are " + std::to_string(data.base.size()) + ", and at least " +
+                    std::to_string(kMinBasePoses) + " are needed",
+                "record the localiser during a drive of 30 s or more");
+  for (std::size_t i = 0; i < data.base.size(); ++i) {
+    require(std::isfinite(data.base[i].time) && data.base[i].world_from_base.is_finite(),
+            "calibrate_mount: a base pose is not finite");
+    if (i > 0 && !(data.base[i].time > data.base[i - 1].time))
+      throw Error(ErrorKind::kInput, "pose " + std::to_string(i + 1) + " of the base",
+                  "its time is not after that of the pose before", "sort the poses by time, one a time");
+  }
+  for (const MarkerSighting& seen : data.sightings) {
+    require(std::isfinite(seen.time) && seen.marker_from_rig.pose.is_finite() &&
+                seen.marker_from_rig.covariance.allFinite(),
+            "calibrate_mount: a sighting is not finite");
+    if (Eigen::LLT<Mat6>(seen.marker_from_rig.covariance).info() != Eigen::Success)
+      throw Error(ErrorKind::kInput, "a sighting of " + seen.marker,
+                  "its covariance is not positive definite, as that of a measurement is",
+                  "give the covariance of locate-projector as it is");
+  }
+}
+
+Vec3 upright(const Pose& world_from_base) {
+  return world_from_base.rotate(Vec3::UnitZ());
+}
+
+/// world_from_plane: the frame in which the base moves with z = 0, next to the world's own.
+Pose plane_of(const std::vector<BasePose>& base) {
+  Vec3 normal = Vec3::Zero();
+  for (const BasePose& pose : base) normal += upright(pose.world_from_base);
+  normal.normalize();
+  std::vector<double> heights;
+  for (const BasePose& pose : base) heights.push_back(normal.dot(pose.world_from_base.translation));
+  return {Eigen::Quaterniond::FromTwoVectors(Vec3::UnitZ(), normal), normal * median(heights)};
+}
+
+/// Off the plane: height and tilt of each pose, and what neighbours differ by, which is noise alone.
+bool is_planar(const std::vector<BasePose>& base, const Pose& world_from_plane) {
+  const Pose plane_from_world = world_from_plane.inverse();
+  std::vector<double> heights, tilts, height_steps, tilt_steps;
+  Pose before;
+  for (std::size_t i = 0; i < base.size(); ++i) {
+    const Pose pose = plane_from_world * base[i].world_from_base;
+    const double tilt = upright(pose).head<2>().norm();
+    heights.push_back(std::abs(pose.translation.z()));
+    tilts.push_back(tilt);
+    if (i > 0) {
+      height_steps.push_back(std::abs(pose.translation.z() - before.translation.z()));
+      tilt_steps.push_back((upright(pose) - upright(before)).head<2>().norm());
+    }
+    before = pose;
+  }
+  // White noise: the step of neighbours is sqrt(2) of it. An even floor is within the constants.
+  constexpr double kSlack = 2, kFloor = 0.004, kTilt = 0.3 * kDegree;
+  return median(heights) < kSlack * median(height_steps) / std::sqrt(2) + kFloor &&
+         median(tilts) < kSlack * median(tilt_steps) / std::sqrt(2) + kTilt;
+}
+
+/// Mean of the poses near a time, or on the way between the two next to it.
+Pose smoothed(const std::vector<BasePose>& base, double time) {
+  const auto after = std::lower_bound(base.begin(), base.end(), time,
+                                      [](const BasePose& pose, double t) { return pose.time < t; });
+  const BasePose& right = after == base.end() ? base.back() : *after;
+  const BasePose& left = after == base.begin() ? base.front() : *(after - 1);
+  const double span = right.time - left.time;
+  const double alpha = span > 0 ? std::clamp((time - left.time) / span, 0.0, 1.0) : 0;
+  const Pose middle = between_knots(left.world_from_base, right.world_from_base, alpha).pose;
+  constexpr double kWindow = 0.15;
+  Vec6 sum = Vec6::Zero();
+  double count = 0;
+  const auto add = [&](const BasePose& pose) {
+    sum += se3_log(middle.inverse() * pose.world_from_base);
+    count += 1;
+  };
+  for (auto p = after; p != base.end() && p->time <= time + kWindow; ++p) add(*p);
+  for (auto p = after; p != base.begin() && (p - 1)->time >= time - kWindow; --p) add(*(p - 1));
+  return count < 4 ? middle : middle * se3_exp(Vec6(sum / count));
+}
+
+struct Pair {
+  std::size_t first, second;
+  Pose rig_from_later;
+};
+
+/// Sightings of one marker 0.7 and 2.5 s apart, at most `max_pairs`.
+std::vector<Pair> pairs_of(const Model& model, std::size_t max_pairs) {
+  std::vector<std::vector<std::size_t>> by_marker(model.markers.size());
+  for (std::size_t i = 0; i < model.data->sightings.size(); ++i)
+    if (model.use_sighting[i]) by_marker[std::size_t(model.marker_of[i])].push_back(i);
+  std::vector<Pair> pairs;
+  const auto& sightings = model.data->sightings;
+  for (std::vector<std::size_t>& seen : by_marker) {
+    std::sort(seen.begin(), seen.end(),
+              [&](std::size_t a, std::size_t b) { return sightings[a].time < sightings[b].time; });
+    for (const double lag : {0.7, 2.5})
+      for (std::size_t a = 0, b = 0; a < seen.size(); ++a) {
+        while (b < seen.size() && sightings[seen[b]].time < sightings[seen[a]].time + lag) ++b;
+        if (b == seen.size()) break;
+        if (sightings[seen[b]].time > sightings[seen[a]].time + 2 * lag) continue;
+        pairs.push_back(
+            {seen[a], seen[b],
+             sightings[seen[a]].marker_from_rig.pose.inverse() * sightings[seen[b]].marker_from_rig.pose});
+      }
+  }
+  if (pairs.size() > max_pairs) {
+    std::vector<Pair> thinned;
+    for (std::size_t i = 0; i < max_pairs; ++i) thinned.push_back(pairs[i * pairs.size() / max_pairs]);
+    return thinned;
+  }
+  return pairs;
+}
+
+double angle_of(const Pose& pose) {
+  return so3_log(pose.rotation).norm();
+}
+
+Pose base_step(const Model& model, const Pair& pair, double later = 0) {
+  const auto at = [&](std::size_t i) { return model.path(model.data->sightings[i].time + later); };
+  return at(pair.first).inverse() * at(pair.second);
+}
+
+/// The offset at which base and rig rotate by the same angles (Furgale et al. 2013).
+void start_offset(Model& model, const std::vector<Pair>& pairs) {
+  const MountOptions& options = *model.options;
+  if (!options.estimate_time_offset || pairs.empty()) return;
+  constexpr double kStep = 0.02, kClip = 0.05;  // s, rad
+  double best = std::numeric_limits<double>::infinity(), chosen = 0;
+  const int steps = int(std::ceil(options.max_time_offset / kStep));
+  for (int s = -steps; s <= steps; ++s) {
+    const double later = s * kStep;
+    double cost = 1e-9 * std::abs(s);  // of equal ones the nearest
+    for (const Pair& pair : pairs) {
+      const double difference = angle_of(base_step(model, pair, later)) - angle_of(pair.rig_from_later);
+      cost += std::min(difference * difference, kClip * kClip);
+    }
+    if (cost < best) {
+      best = cost;
+      chosen = later;
+    }
+  }
+  model.offset += chosen;
+  model.start -= chosen;
+}
+
+/// A X = X B over the pairs: rotation from the axes (Park and Martin 1994); where all rotations have one axis, the
+/// rotation about it with the translation as Guo et al. 2012.
+Pose hand_eye(const Model& model, const std::vector<Pair>& pairs) {
+  std::vector<Pose> a, b;
+  Mat3 correlation = Mat3::Zero();
+  double largest = 0;
+  for (const Pair& pair : pairs) {
+    const Pose step = base_step(model, pair);
+    constexpr double kAgree = 0.06;
+    if (std::abs(angle_of(step) - angle_of(pair.rig_from_later)) > kAgree) continue;  // an outlier
+    a.push_back(step);
+    b.push_back(pair.rig_from_later);
+    largest = std::max(largest, std::min(angle_of(step), angle_of(pair.rig_from_later)));
+    correlation += so3_log(step.rotation) * so3_log(pair.rig_from_later.rotation).transpose();
+  }
+  if (a.empty() || largest < kMinRotation)
+    throw Error(ErrorKind::kDegenerate, "mount",
+                "the base does not turn while it sees a marker (" + fixed(largest / kDegree, 1) +
+                    " degrees within 2.5 s at most): x, y and yaw of the rig on the base are unobservable",
+                "drive curves of 90 degrees or more in both directions past the markers, or give --prior");
+  const Eigen::JacobiSVD<Mat3> svd(correlation, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  Mat3 sign = Mat3::Identity();
+  sign(2, 2) = (svd.matrixU() * svd.matrixV().transpose()).determinant();
+  const Vec3 values = svd.singularValues();
+  constexpr double kOneAxis = 0.03;
+  const bool one_axis = values[1] < kOneAxis * values[0] || model.planar;
+  const Vec3 axis_base = model.planar ? Vec3::UnitZ() : Vec3(svd.matrixU().col(0));
+  Vec3 axis_rig = correlation.transpose() * axis_base;
+  axis_rig.normalize();
+  const Mat3 to_axis = Eigen::Quaterniond::FromTwoVectors(axis_base, Vec3::UnitZ()).toRotationMatrix(),
+             rig_to_axis = Eigen::Quaterniond::FromTwoVectors(axis_rig, Vec3::UnitZ()).toRotationMatrix();
+  Mat3 rotation = svd.matrixU() * sign * svd.matrixV().transpose();
+
+  // Twice: the second time with the rotation known. Rows are weighted by what the first found.
+  const auto n = Eigen::Index(a.size());
+  Vec3 translation = Vec3::Zero();
+  std::vector<double> weight(a.size(), 1);
+  for (int round = 0; round < 6; ++round) {
+    const bool angle = one_axis && round < 3;
+    MatX rows = MatX::Zero(3 * n, 5);
+    VecX right(3 * n);
+    for (Eigen::Index i = 0; i < n; ++i) {
+      const Pose &base = a[std::size_t(i)], &rig = b[std::size_t(i)];
+      const double w = weight[std::size_t(i)];
+      rows.block<3, 3>(3 * i, 0) = w * (base.rotation_matrix() - Mat3::Identity());
+      if (angle) {
+        const Vec3 u = rig_to_axis * rig.translation;
+        rows.block<3, 1>(3 * i, 3) = -w * to_axis.transpose() * Vec3(u.x(), u.y(), 0);
+        rows.block<3, 1>(3 * i, 4) = -w * to_axis.transpose() * Vec3(-u.y(), u.x(), 0);
+        right.segment<3>(3 * i) = w * (to_axis.transpose() * Vec3(0, 0, u.z()) - base.translation);
+      } else {
+        right.segment<3>(3 * i) = w * (rotation * rig.translation - base.translation);
+      }
+    }
+    const VecX solved = rows.completeOrthogonalDecomposition().solve(right);
+    translation = solved.head<3>();
+    if (angle)
+      rotation = to_axis.transpose() *
+                 so3_exp(Vec3(0, 0, std::atan2(solved[4], solved[3]))).toRotationMatrix() * rig_to_axis;
+    for (Eigen::Index i = 0; i < n; ++i) {
+      const Pose &base = a[std::size_t(i)], &rig = b[std::size_t(i)];
+      const double error =
+          (base.rotation_matrix() * translation + base.translation - rotation * rig.translation - translation)
+              .norm();
+      constexpr double kUsual = 0.03;  // m
+      weight[std::size_t(i)] = 1 / (1 + std::pow(error / kUsual, 2));
+    }
+  }
+  return {rotation, translation};
+}
+
+void start_markers(Model& model, const Pose& mount) {
+  const auto& sightings = model.data->sightings;
+  for (std::size_t m = 0; m < model.markers.size(); ++m) {
+    std::vector<Pose> candidates;
+    for (std::size_t i = 0; i < sightings.size(); ++i)
+      if (model.use_sighting[i] && model.marker_of[i] == int(m) && model.at(sightings[i].time))
+        candidates.push_back(model.path(sightings[i].time) * mount *
+                             sightings[i].marker_from_rig.pose.inverse());
+    constexpr std::size_t kEnough = 40;
+    const std::size_t stride = 1 + candidates.size() / kEnough;
+    double best = std::numeric_limits<double>::infinity();
+    for (std::size_t i = 0; i < candidates.size(); i += stride) {  // the one in the middle of the others
+      double sum = 0;
+      for (std::size_t j = 0; j < candidates.size(); j += stride)
+        sum += std::min(1.0, (candidates[i].translation - candidates[j].translation).norm() +
+                                 candidates[i].rotation.angularDistance(candidates[j].rotation));
+      if (sum < best) {
+        best = sum;
+        model.markers[m] = block_of(candidates[i]);
+      }
+    }
+  }
+}
+
+/// Markers of known pose, and the height that they give the rig.
+void start_known(Model& model, Pose& mount) {
+  const Pose plane_from_world = pose_of(model.frames[0].pose.data()).inverse();
+  std::vector<double> heights;
+  for (const MountMarker& known : model.options->markers)
+    for (std::size_t i = 0; i < model.data->sightings.size(); ++i) {
+      const MarkerSighting& seen = model.data->sightings[i];
+      if (seen.marker == known.name && model.at(seen.time))
+        heights.push_back((model.path(seen.time).inverse() * plane_from_world * known.world_from_marker.pose *
+                           seen.marker_from_rig.pose)
+                              .translation.z());
+    }
+  if (!heights.empty()) mount.translation.z() = median(heights);
+}
+
+}  // namespace
+
+Model start_model(const MountData& data, const MountOptions& options) {
+  check(data, options);
+  Model model;
+  model.data = &data;
+  model.options = &options;
+  const Pose world_from_plane = plane_of(data.base);
+  model.planar = options.motion == BaseMotion::kPlanar ||
+                 (options.motion == BaseMotion::kAuto && is_planar(data.base, world_from_plane));
+  model.frames = {
+      {-std::numeric_limits<double>::infinity(), block_of(model.planar ? world_from_plane : Pose())}};
+  model.noise.position = model.noise.height = options.position_sigma;
+  model.noise.turn = model.noise.tilt = options.rotation_sigma;
+  model.noise.floor = options.floor_sigma;
+  model.noise.floor_tilt = options.floor_tilt_sigma;
+
+  model.offset = options.time_offset;
+  const double first = data.base.front().time - kMargin;
+  model.start = first - model.offset;
+  const double duration = data.base.back().time + kMargin - first;
+  const std::size_t count = std::size_t(std::ceil(duration / kKnotSpacing)) + 1;
+  if (count > kMaxKnots)
+    throw Error(ErrorKind::kInput, "poses of the base", "they last " + fixed(duration, 0) + " s",
+                "give a drive of half an hour at most");
+  model.spacing = duration / double(count - 1);
+  const Pose plane_from_world = pose_of(model.frames[0].pose.data()).inverse();
+  for (std::size_t k = 0; k < count; ++k) {
+    const Pose pose = plane_from_world * smoothed(data.base, first + double(k) * model.spacing);
+    model.knots.push_back(block_of(model.planar ? in_plane(pose) : pose));
+  }
+
+  for (const MarkerSighting& seen : data.sightings) model.marker_names.push_back(seen.marker);
+  std::sort(model.marker_names.begin(), model.marker_names.end());
+  model.marker_names.erase(std::unique(model.marker_names.begin(), model.marker_names.end()),
+                           model.marker_names.end());
+  model.markers.assign(model.marker_names.size(), block_of(Pose()));
+  for (const MarkerSighting& seen : data.sightings)
+    model.marker_of.push_back(
+        int(std::lower_bound(model.marker_names.begin(), model.marker_names.end(), seen.marker) -
+            model.marker_names.begin()));
+  model.use_base.assign(data.base.size(), 1);
+  model.use_sighting.assign(data.sightings.size(), 1);
+
+  std::size_t inside = 0;
+  for (const MarkerSighting& seen : data.sightings) inside += model.at(seen.time) ? 1 : 0;
+  if (inside < kMinSightings)
+    throw Error(ErrorKind::kNotEnoughData, "sightings",
+                std::to_string(inside) + " of " + std::to_string(data.sightings.size()) +
+                    " are within the times of the base poses, and at least " + std::to_string(kMinSightings) +
+                    " are needed",
+                "record both on one drive and one clock, or give the clocks' difference as --time-offset");
+  const std::vector<Pair> pairs = pairs_of(model, 600);
+  start_offset(model, pairs);
+  Pose mount = options.prior ? options.prior->pose : hand_eye(model, pairs);
+  if (options.height) mount.translation.z() = options.height->value;
+  if (!options.height && !options.prior) start_known(model, mount);
+  model.mounts = {{-std::numeric_limits<double>::infinity(), block_of(mount)}};
+  start_markers(model, mount);
+  return model;
+}
+
+}  // namespace procam::calibrate::mount

@@ -2,6 +2,7 @@
 /// Every public header of procam::report.
 #include "procam/report/calibration.hpp"
 #include "procam/report/files.hpp"
+#include "procam/report/mount.hpp"
 #include "procam/report/plan.hpp"
 #include "procam/report/prediction.hpp"
 #include "procam/report/room.hpp"

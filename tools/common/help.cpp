@@ -26,29 +26,32 @@ constexpr ValueType kValueTypes[] = {
     {"FOLDER",
      " simulate-captures:output capture-session:output make-patterns:output calibrate-camera:images "},
     {"FORMAT", " procam-convert:to "},
+    {"LENGTH+-LENGTH", " calibrate-mount:height "},
+    {"MOTION", " motion "},
+    {"DICTIONARY", " dictionary "},
     {"ROOM", " simulate-captures:room "},
     {"BOARD", " simulate-captures:check-board "},
     {"LENGTH", " plan-projection:viewer-distance "},
     {"FILE",
-     " blend check depth image intrinsics known-camera markers mount observations output points pose "
-     "preview record replay report rig save-board save-depth save-points save-show show shown surfaces truth virtual weights "
+     " base blend check depth image intrinsics known-camera markers mount observations output points pose prior "
+     "preview record replay report rig save-board save-depth save-points save-mount save-show show shown sightings surfaces truth virtual weights "
      "write-observations sensor mirror-view INPUT "},
     {"FOLDER", " captures data decoded figures watch images project "},
     {"LENGTH",
-     " accept depth-scale deviation distance far farthest focal-length measured mirror-depth near nearest scale text-height unit wall "},
+     " accept depth-scale deviation distance far farthest focal-length measured marker-size mirror-depth near nearest scale text-height unit wall "},
     {"ANGLE", " bump pitch roll yaw "},
     {"TIME",
      " blank-on-stale camera-delay clock-offset delay delay-sigma depth-delay duration freeze-on-stale interval "
-     "jitter latency sensor-delay source-delay "},
+     "jitter latency sensor-delay source-delay time-offset "},
     {"WxH", " camera-size grid projector-size resolution size target "},
     {"BOARD", " board mirror-board "},
     {"MARKER", " marker "},
-    {"NAME", " camera-name child depth-camera device frame marker-camera-name projector surface view "},
+    {"NAME", " camera-name child depth-camera device frame marker-camera-name projector rig-frame surface view "},
     {"SHARE", " duplicate garbage lens-sigma loss reorder "},
     {"SURFACE=VALUE", " content crop fit reflectance "},
     {"PROJECTOR=NUMBER", " black brightness "},
     {"X,Y,Z", " forward gravity target-at up viewer "},
-    {"LENGTH,ANGLE", " map-sigma noise pose-sigma sigma-bump "},
+    {"LENGTH,ANGLE", " map-sigma noise pose-sigma prior-sigma sigma-bump "},
     {"SPEED", " speed speed-sigma "},
     {"ADDRESS", " control people people-to pose-source to "},
     {"CAMERA", " camera marker-camera "},
@@ -70,7 +73,7 @@ constexpr ValueType kValueTypes[] = {
 
 /// Files that a tool writes beside its one result.
 constexpr const char* kResults =
-    " data figures json output preview record report save-board save-depth save-points save-show weights write-observations ";
+    " data figures json output preview record report save-board save-depth save-mount save-points save-show weights write-observations ";
 
 bool is_listed(const char* list, const std::string& name) {
   return std::string(list).find(" " + name + " ") != std::string::npos;

@@ -1,0 +1,260 @@
+#include "procam/report/mount.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "fields.hpp"
+#include "html.hpp"
+#include "procam/core/base/closed_form.hpp"
+
+namespace procam::report {
+
+using calibrate::MountDirection;
+using calibrate::MountEvent;
+using calibrate::MountMarker;
+using calibrate::MountResult;
+
+namespace {
+
+bool is_angle(std::size_t direction) {
+  return direction < 3;
+}
+
+std::string kind_name(MountEvent::Kind kind) {
+  return kind == MountEvent::Kind::kRigBumped ? "rig_bumped" : "localiser_jumped";
+}
+
+Vec3 rotation_deg(const Pose& pose) {
+  return so3_log(pose.rotation) / kDegree;
+}
+
+/// Of each direction its value: degrees and millimetres. The angles are those of the first camera against one that looks
+/// along the base's x axis: yaw to the left, pitch down, roll clockwise, applied in the order Rz(yaw) Ry(pitch) Rx(roll).
+std::array<double, 6> direction_values(const Pose& base_from_rig) {
+  Mat3 ahead_from_optical;
+  ahead_from_optical << 0, 0, 1, -1, 0, 0, 0, -1, 0;
+  const Mat3 r = base_from_rig.rotation_matrix() * ahead_from_optical.transpose();
+  const double yaw = std::atan2(r(1, 0), r(0, 0)), pitch = std::asin(std::clamp(-r(2, 0), -1.0, 1.0)),
+               roll = std::atan2(r(2, 1), r(2, 2));
+  const Vec3 at = 1e3 * base_from_rig.translation;
+  return {roll / kDegree, pitch / kDegree, yaw / kDegree, at.x(), at.y(), at.z()};
+}
+
+}  // namespace
+
+static void fields(Fields& f, const MountDirection& direction) {
+  f.field("name", direction.name);
+  f.field("sigma", direction.sigma);
+  f.field("sigma_of_drive", direction.sigma_data);
+  f.field("observable", direction.observable);
+}
+
+static void fields(Fields& f, const MountMarker& marker) {
+  const PoseWithCovariance& pose = marker.world_from_marker;
+  f.field("name", marker.name);
+  f.field("translation", Vec3(pose.pose.translation));
+  f.field("rotation_xyzw", Vec4(pose.pose.rotation.coeffs()));
+  f.field("position_sigma", Vec3(point_covariance(pose, Vec3::Zero()).diagonal().cwiseMax(0).cwiseSqrt()));
+}
+
+static void fields(Fields& f, const MountEvent& event) {
+  f.field("kind", kind_name(event.kind));
+  f.field("time", event.time);
+  f.field("translation_mm", Vec3(1e3 * event.change.translation));
+  f.field("rotation_deg", rotation_deg(event.change));
+  f.field("chi2", event.chi2);
+  f.field("other_chi2", event.other_chi2);
+}
+
+static void fields(Fields& f, const MountResult& result) {
+  const Pose& mount = result.base_from_rig.pose;
+  f.object("base_from_rig", [&](Fields& pose) {
+    pose.field("translation", mount.translation);
+    pose.field("rotation_xyzw", Vec4(mount.rotation.coeffs()));
+    const std::array<double, 6> values = direction_values(mount);
+    pose.field("roll_pitch_yaw_deg", Vec3(values[0], values[1], values[2]));
+  });
+  f.field("directions", result.directions);
+  f.field("unobservable", result.unobservable());
+  f.field("planar", result.planar);
+  f.field("time_offset", result.time_offset);
+  f.field("time_offset_sigma", result.time_offset_sigma);
+  f.field("position_sigma", result.position_sigma);
+  f.field("rotation_sigma_deg", result.rotation_sigma / kDegree);
+  f.field("correlation", result.correlation);
+  f.field("floor_sigma", result.floor_sigma);
+  f.field("floor_tilt_sigma_deg", result.floor_tilt_sigma / kDegree);
+  f.field("sighting_factor", result.sighting_factor);
+  f.field("base_poses_used", result.base_poses_used);
+  f.field("base_poses_rejected", result.rejected_base_poses.size());
+  f.field("sightings_used", result.sightings_used);
+  f.field("sightings_rejected", result.rejected_sightings.size());
+  f.field("sightings_outside", result.sightings_outside);
+  f.field("events", result.events);
+  f.field("markers", result.markers);
+}
+
+std::string to_json(const MountResult& result) {
+  return text(json(result));
+}
+
+std::vector<std::string> lines(const MountResult& result) {
+  std::vector<std::string> lines{format("%zu base poses and %zu sightings of %zu markers; the base moves %s",
+                                        result.base_poses_used, result.sightings_used, result.markers.size(),
+                                        result.planar ? "in a plane" : "in space")};
+  lines.push_back("base_from_rig        value      sigma   sigma of the drive alone");
+  const std::array<double, 6> values = direction_values(result.base_from_rig.pose);
+  for (std::size_t i = 0; i < result.directions.size(); ++i) {
+    const MountDirection& direction = result.directions[i];
+    const char* const unit = is_angle(i) ? "deg" : "mm";
+    const double scale = is_angle(i) ? 1 / kDegree : 1e3;
+    const std::string drive = direction.observable ? format("%8.3f %s", scale * direction.sigma_data, unit)
+                                                   : "not observable: as stated";
+    lines.push_back(format("  %-8s %12.3f %10.3f %-3s  %s", direction.name.c_str(), values[i],
+                           scale * direction.sigma, unit, drive.c_str()));
+  }
+  lines.push_back(format("time offset %.1f +- %.1f ms (localiser's stamps %s against the camera's)",
+                         1e3 * result.time_offset, 1e3 * result.time_offset_sigma,
+                         result.time_offset >= 0 ? "late" : "early"));
+  lines.push_back(
+      format("noise of the localiser %.1f mm, %.2f deg; of the sightings %.2f times their covariance",
+             1e3 * result.position_sigma, result.rotation_sigma / kDegree, result.sighting_factor));
+  if (result.planar)
+    lines.push_back(format("the floor is uneven by %.2f mm and %.3f deg", 1e3 * result.floor_sigma,
+                           result.floor_tilt_sigma / kDegree));
+  return lines;
+}
+
+namespace {
+
+constexpr double kSide = 560, kInset = 400, kRim = 34, kFoot = 64;
+
+/// World metres to picture units, x right and y up.
+struct Above {
+  Vec2 low, high;
+  double scale = 1;
+  Vec2 at(const Vec2& p) const {
+    return {kRim + scale * (p.x() - low.x()), kRim + scale * (high.y() - p.y())};
+  }
+};
+
+Above frame_around(const MountResult& result, const MountData& data) {
+  Above above{Vec2::Constant(1e300), Vec2::Constant(-1e300)};
+  const auto include = [&](const Vec3& p) {
+    above.low = above.low.cwiseMin(p.head<2>());
+    above.high = above.high.cwiseMax(p.head<2>());
+  };
+  for (const BasePose& pose : data.base) include(pose.world_from_base.translation);
+  for (const MountMarker& marker : result.markers) include(marker.world_from_marker.pose.translation);
+  const double extent = std::max(0.5, (above.high - above.low).maxCoeff());
+  const Vec2 middle = 0.5 * (above.low + above.high);
+  above.low = middle - Vec2::Constant(0.53 * extent);
+  above.high = middle + Vec2::Constant(0.53 * extent);
+  above.scale = (kSide - 2 * kRim) / (above.high.x() - above.low.x());
+  return above;
+}
+
+const char* const kText = "font-family=\"sans-serif\" font-size=\"13\" fill=\"#222\"";
+
+std::string path_of(const std::vector<BasePose>& poses, const Above& above) {
+  std::string d;
+  for (std::size_t i = 0; i < poses.size(); i += 3)
+    d += (i == 0 ? "M" : "L") + position(above.at(poses[i].world_from_base.translation.head<2>()));
+  return d;
+}
+
+std::string drive_from_above(const MountResult& result, const MountData& data) {
+  const Above above = frame_around(result, data);
+  Marks reported;
+  for (const BasePose& pose : data.base) reported.dot(above.at(pose.world_from_base.translation.head<2>()));
+  std::string drawing = reported.path("stroke=\"#9fb4cc\" stroke-width=\"2.4\" stroke-linecap=\"round\"");
+  drawing += element(
+      "path",
+      "d=\"" + path_of(result.path, above) + "\" fill=\"none\" stroke=\"#1c4f8f\" stroke-width=\"1.4\"", "");
+  for (const MountMarker& marker : result.markers) {
+    const Pose& pose = marker.world_from_marker.pose;
+    const Vec3 half = 0.5 * 0.16 * pose.rotate(Vec3::UnitX());
+    const double least = 7 / above.scale;  // visible at any scale
+    const Vec2 along = half.head<2>() * std::max(1.0, least / std::max(half.head<2>().norm(), 1e-6));
+    const Vec2 at = pose.translation.head<2>(), front = at - 0.15 * pose.rotate(Vec3::UnitZ()).head<2>();
+    Marks marks;
+    marks.line(above.at(at - along), above.at(at + along));
+    marks.line(above.at(at), above.at(front));
+    drawing += marks.path("stroke=\"#1b7f3b\" stroke-width=\"3\" fill=\"none\"");
+    drawing += label(above.at(at) + Vec2(6, -6), kText, marker.name);
+  }
+  for (const MountEvent& event : result.events) {
+    const auto after = std::lower_bound(result.path.begin(), result.path.end(), event.time,
+                                        [](const BasePose& pose, double time) { return pose.time < time; });
+    if (after == result.path.end()) continue;
+    const Vec2 at = above.at(after->world_from_base.translation.head<2>());
+    drawing += circle("fill=\"none\" stroke=\"#c62f2f\" stroke-width=\"2\"", at, 8);
+    drawing += label(at + Vec2(12, 4), kText,
+                     event.kind == MountEvent::Kind::kRigBumped ? "rig bumped" : "localiser jumped");
+  }
+  const double ruler = round_step(0.35 * (above.high.x() - above.low.x()));
+  Marks bar;
+  bar.line(Vec2(kRim, kSide + 6), Vec2(kRim + above.scale * ruler, kSide + 6));
+  drawing += bar.path("stroke=\"#222\" stroke-width=\"3\" fill=\"none\"");
+  drawing += label(Vec2(kRim + above.scale * ruler + 10, kSide + 11), kText, shortest(ruler) + " m");
+  drawing += label(Vec2(kRim, kSide + 32), kText,
+                   "The drive from above: localiser (dots), path (line), markers (green)");
+  return drawing;
+}
+
+std::string mount_from_above(const MountResult& result) {
+  const Vec2 origin(kSide + 0.5 * kInset, 0.5 * kSide);
+  const Pose& mount = result.base_from_rig.pose;
+  const double reach = std::max(0.3, mount.translation.head<2>().norm()), scale = 0.36 * kInset / reach;
+  const auto at = [&](const Vec2& p) { return Vec2(origin + scale * Vec2(-p.y(), -p.x())); };  // x ahead: up
+  const Vec2 rig = mount.translation.head<2>();
+  Marks axes, sight;
+  axes.line(at(Vec2::Zero()), at(Vec2(0.5 * reach, 0)));
+  axes.line(at(Vec2::Zero()), at(Vec2(0, 0.5 * reach)));
+  Vec2 ahead = mount.rotate(Vec3::UnitZ()).head<2>();
+  if (ahead.norm() > 1e-6) ahead.normalize();
+  sight.line(at(rig), at(rig + 0.4 * reach * ahead));
+  std::string drawing = axes.path("stroke=\"#222\" stroke-width=\"2\" fill=\"none\"");
+  drawing += label(at(Vec2(0.5 * reach, 0)) + Vec2(-14, 4), kText, "x");
+  drawing += label(at(Vec2(0, 0.5 * reach)) + Vec2(-6, 18), kText, "y");
+  drawing += label(at(Vec2::Zero()) + Vec2(6, 18), kText, "base");
+  drawing += sight.path("stroke=\"#b0620f\" stroke-width=\"2\" stroke-dasharray=\"5 4\" fill=\"none\"");
+  const Mat2 covariance = point_covariance(result.base_from_rig, Vec3::Zero()).topLeftCorner<2, 2>();
+  const SymmetricEigen2 eigen = symmetric_eigen(covariance);
+  constexpr double kChiSquare95 = 5.991464547107979;
+  const auto half = [&](int i) { return std::sqrt(kChiSquare95 * std::max(eigen.values[i], 0.0)); };
+  const double larger = std::max({half(0), half(1), 1e-6});
+  const double magnified = std::max(1.0, round_step(0.28 * reach / larger));
+  const Vec2 axis(-eigen.vectors(1, 0), -eigen.vectors(0, 0));
+  drawing +=
+      element("ellipse",
+              "rx=\"" + fixed(scale * magnified * half(0), 2) + "\" ry=\"" +
+                  fixed(scale * magnified * half(1), 2) + "\" transform=\"translate(" + position(at(rig)) +
+                  ") rotate(" + fixed(std::atan2(axis.y(), axis.x()) / kDegree, 1) +
+                  ")\" fill=\"#b0620f\" fill-opacity=\"0.25\" stroke=\"#b0620f\"",
+              "");
+  drawing += circle("fill=\"#b0620f\"", at(rig), 3.5);
+  drawing += label(at(rig) + Vec2(8, 18), kText, "rig");
+  const double left = kSide + 10;
+  drawing += label(Vec2(left, kSide + 11), kText,
+                   format("x %.1f +- %.1f mm, y %.1f +- %.1f mm", 1e3 * mount.translation.x(),
+                          1e3 * std::sqrt(covariance(0, 0)), 1e3 * mount.translation.y(),
+                          1e3 * std::sqrt(covariance(1, 1))));
+  drawing += label(Vec2(left, kSide + 32), kText,
+                   "The rig on the base; 95 % region " + shortest(magnified) + " times larger");
+  return drawing;
+}
+
+}  // namespace
+
+std::string mount_picture(const MountResult& result, const MountData& data) {
+  require(!data.base.empty() && !result.path.empty(), "mount_picture: there is no drive");
+  const Vec2 size(kSide + kInset, kSide + kFoot);
+  std::string picture = svg(box(Vec2::Zero(), size), "The drive and the pose of the rig on its base",
+                            rectangle("fill=\"#fff\"", Vec2::Zero(), size) + drive_from_above(result, data) +
+                                mount_from_above(result));
+  picture.insert(picture.find("<svg") + 4, " xmlns=\"http://www.w3.org/2000/svg\"");
+  return picture + "\n";
+}
+
+}  // namespace procam::report

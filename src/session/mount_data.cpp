@@ -1,0 +1,193 @@
+#include "procam/session/mount_data.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <fstream>
+
+#include "procam/core/base/words.hpp"
+#include "procam/detect/marker_edges.hpp"
+#include "procam/io/files.hpp"
+#include "procam/io/image/images.hpp"
+#include "procam/track/locate.hpp"
+#include "procam/track/pose_log.hpp"
+#include "procam/track/trajectory_file.hpp"
+
+namespace procam::session {
+namespace {
+
+namespace fs = std::filesystem;
+
+bool is_pose_log(const std::string& file) {
+  std::ifstream stream(file, std::ios::binary);
+  return stream.get() == '{';
+}
+
+/// Stamps if every message has one, else arrivals.
+class MessageTime {
+ public:
+  MessageTime(const std::vector<track::StampedPose>& messages, const std::string& file,
+              Diagnostics& diagnostics)
+      : stamped_(std::all_of(messages.begin(), messages.end(),
+                             [](const track::StampedPose& message) { return message.stamp.has_value(); })) {
+    if (!stamped_)
+      diagnostics.note("arrival_times",
+                       file + ": not every message has a stamp, so that the times of arrival are used");
+  }
+  double operator()(const track::StampedPose& message) const {
+    return stamped_ ? *message.stamp : message.arrival;
+  }
+
+ private:
+  bool stamped_;
+};
+
+void add_input(MountRecording& recording, const std::string& file) {
+  if (fs::is_regular_file(file)) recording.inputs.push_back({file, io::sha256_of_file(file)});
+}
+
+/// Messages of one child; the names of the others are counted.
+std::vector<track::StampedPose> messages_of(std::vector<track::StampedPose> messages,
+                                            const std::string& child, const std::string& file,
+                                            const std::string& flag) {
+  std::vector<std::string> others;
+  std::vector<track::StampedPose> kept;
+  for (track::StampedPose& message : messages) {
+    if (message.child == child)
+      kept.push_back(std::move(message));
+    else if (std::find(others.begin(), others.end(), message.child) == others.end())
+      others.push_back(message.child);
+  }
+  if (kept.empty())
+    throw Error(ErrorKind::kInput, file, "no message is of the frame '" + child + "'",
+                others.empty() ? "give a log that holds poses"
+                               : "it holds " + and_list(others) + ": name the right one with " + flag);
+  return kept;
+}
+
+void read_base(const MountFiles& files, MountRecording& recording) {
+  std::vector<track::StampedPose> messages;
+  if (is_pose_log(files.base))
+    messages = messages_of(track::read_pose_log(files.base), files.child, files.base, "--child");
+  else
+    messages = track::read_trajectory(files.base).poses;
+  add_input(recording, files.base);
+  const MessageTime time(messages, files.base, recording.diagnostics);
+  recording.world = messages.front().frame;
+  std::size_t dropped = 0;
+  for (const track::StampedPose& message : messages) {
+    if (message.frame != recording.world)
+      throw Error(ErrorKind::kInput, files.base,
+                  "the poses of '" + files.child + "' are in the frames '" + recording.world + "' and '" +
+                      message.frame + "'",
+                  "record one localiser alone");
+    std::vector<BasePose>& base = recording.data.base;
+    if (!base.empty() && !(time(message) > base.back().time))
+      ++dropped;
+    else
+      base.push_back({time(message), message.frame_from_child});
+  }
+  if (dropped > 0)
+    recording.diagnostics.note("poses_out_of_order",
+                               files.base + ": " + std::to_string(dropped) + " of " +
+                                   std::to_string(messages.size()) +
+                                   " poses are not later than those before them and are skipped");
+}
+
+void read_sightings(const MountFiles& files, MountRecording& recording) {
+  if (!is_pose_log(files.sightings))
+    throw Error(ErrorKind::kInput, files.sightings, "it is no pose log",
+                "give a log whose messages have the marker as frame and the rig as child, with covariance "
+                "(docs/mount.md)");
+  const std::vector<track::StampedPose> messages =
+      messages_of(track::read_pose_log(files.sightings), files.rig, files.sightings, "--rig-frame");
+  if (files.sightings != files.base) add_input(recording, files.sightings);
+  const MessageTime time(messages, files.sightings, recording.diagnostics);
+  for (const track::StampedPose& message : messages) {
+    if (!message.covariance)
+      throw Error(ErrorKind::kInput, files.sightings,
+                  "a sighting of '" + message.frame + "' at " + fixed(time(message), 3) +
+                      " s has no covariance: how much it counts is unknown",
+                  "write the covariance that the marker's pose was located with");
+    recording.data.sightings.push_back(
+        {time(message), message.frame, {message.frame_from_child, *message.covariance}});
+  }
+}
+
+/// Of a name such as 12.35 or 1403636579763555584.
+std::optional<double> time_of(const fs::path& file) {
+  const std::string name = file.stem().string();
+  double time = 0;
+  const auto [end, failed] = std::from_chars(name.data(), name.data() + name.size(), time);
+  if (failed != std::errc() || end != name.data() + name.size() || !std::isfinite(time)) return std::nullopt;
+  constexpr double kNanoseconds = 1e14;
+  return std::abs(time) > kNanoseconds ? 1e-9 * time : time;
+}
+
+std::vector<std::pair<double, fs::path>> timed_images(const fs::path& folder) {
+  if (!fs::is_directory(folder))
+    throw Error(ErrorKind::kIo, folder.string(), "it is no folder", "give a folder of images");
+  std::vector<std::pair<double, fs::path>> images;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
+    const std::string extension = entry.path().extension().string();
+    if (extension != ".png" && extension != ".jpg" && extension != ".jpeg" && extension != ".pgm") continue;
+    const auto time = time_of(entry.path());
+    if (!time)
+      throw Error(ErrorKind::kInput, entry.path().string(), "its name is no time",
+                  "name the images after their times: seconds (12.35.png) or nanoseconds");
+    images.emplace_back(*time, entry.path());
+  }
+  std::sort(images.begin(), images.end());
+  return images;
+}
+
+/// nullopt if the marker's pose is not certain.
+std::optional<PoseWithCovariance> marker_from_rig(const SeenMarker& seen, ImageSize size,
+                                                  const RigCamera& camera, const SightingImages& images) {
+  MarkerMap alone;
+  alone.dictionary = images.dictionary;
+  alone.markers = {{seen.id, images.size, Pose()}};
+  MarkerDetections detections;
+  detections.image_size = size;
+  detections.markers = {seen};
+  try {
+    const track::LocateResult located = track::locate(detections, camera.camera, alone);
+    return inverse(
+        compose({camera.rig_from_camera, Mat6::Zero()}, {located.camera_from_world, located.covariance}));
+  } catch (const Error& error) {
+    if (error.kind() != ErrorKind::kDegenerate && error.kind() != ErrorKind::kNotConverged) throw;
+    return std::nullopt;  // a flat view whose mirror image fits as well
+  }
+}
+
+}  // namespace
+
+MountRecording read_mount_data(const MountFiles& files) {
+  MountRecording recording;
+  read_base(files, recording);
+  if (!files.sightings.empty()) read_sightings(files, recording);
+  return recording;
+}
+
+std::vector<MarkerSighting> sightings_in_images(const SightingImages& images, const RigCamera& camera) {
+  require(images.size > 0, "sightings_in_images: the marker's size is not positive");
+  const MarkerCells cells = detect::marker_cells(images.dictionary);
+  std::vector<MarkerSighting> sightings;
+  const auto files = timed_images(images.folder);
+  for (const auto& [time, file] : files) {
+    const ImageU8 grey = io::to_gray(io::load_image(file).image);
+    if (grey.size() != camera.camera.size)
+      throw Error(ErrorKind::kInput, file.string(), "it is not of the size of the rig's camera",
+                  "use images of that camera in the mode in which it was calibrated");
+    const MarkerDetections seen = detect::detect_marker_edges(grey, cells, {camera.camera});
+    for (const SeenMarker& marker : seen.markers)
+      if (const auto pose = marker_from_rig(marker, grey.size(), camera, images))
+        sightings.push_back({time, "marker_" + std::to_string(marker.id), *pose});
+  }
+  if (sightings.empty())
+    throw Error(ErrorKind::kNotEnoughData, images.folder.string(),
+                std::to_string(files.size()) + " images show no marker of " + info_of(images.dictionary).name,
+                "check the dictionary, and that markers are 30 pixels wide or more");
+  return sightings;
+}
+
+}  // namespace procam::session

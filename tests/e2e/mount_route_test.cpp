@@ -1,0 +1,129 @@
+// A drive recorded -> the pose of the rig on its base, as a user does it; and the files that lead there.
+#include <gtest/gtest.h>
+
+#include "procam/detect/marker_edges.hpp"
+#include "procam/io/image/images.hpp"
+#include "procam/io/pose_file.hpp"
+#include "procam/session/mount_data.hpp"
+#include "procam/simulate/marker_view.hpp"
+#include "procam/track/pose_log.hpp"
+#include "tool_runner.hpp"
+
+namespace procam::test {
+namespace {
+
+TEST(MountRoute, FindsTheRigOfASimulatedRobot) {
+  const ScratchFolder folder;
+  const auto file = [&](const char* name) { return (folder / name).string(); };
+  ASSERT_EQ(run_tool("simulate-robot",
+                     "--path walk --duration 40s --noise 10mm,0.5deg --seed 3 --clock-offset 80ms -o " +
+                         file("base.log") + " --sightings " + file("sightings.log") + " --save-mount " +
+                         file("true.json"))
+                .exit_code,
+            0);
+  const Pose truth = io::load_pose(file("true.json")).target_from_source.pose;
+  const std::string inputs = "--base " + file("base.log") + " --sightings " + file("sightings.log") + " -o " +
+                             file("mount.json") + " --preview " + file("mount.svg") + " --json ";
+
+  // The drive in a plane cannot observe the height: it is asked for, and no file appears.
+  const ToolRun refused = run_tool("calibrate-mount", inputs);
+  EXPECT_EQ(refused.exit_code, 4) << refused.err;
+  EXPECT_NE(refused.err.find("height"), std::string::npos) << refused.err;
+  EXPECT_NE(refused.err.find("--height 0.85m+-5mm"), std::string::npos) << refused.err;
+  EXPECT_FALSE(std::filesystem::exists(file("mount.json")));
+
+  const ToolRun run =
+      run_tool("calibrate-mount", inputs + "--height " + std::to_string(truth.translation.z()) + "m+-2mm");
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const nlohmann::json json = run.json();
+  EXPECT_EQ(json["unobservable"], nlohmann::json({"height"}));
+  EXPECT_NEAR(json["time_offset"].get<double>(), 0.08, 0.006);
+  EXPECT_EQ(json["markers"].size(), 8u);
+  const FrameTree::Link mount = io::load_pose(file("mount.json"));
+  EXPECT_EQ(mount.target + "_from_" + mount.source, "base_from_rig");
+  const Vec6 error = se3_log(mount.target_from_source.pose * truth.inverse());
+  EXPECT_LT(error.dot(mount.target_from_source.covariance.ldlt().solve(error)), 27.9);  // 1 in 10 000
+  EXPECT_NE(slurp(file("mount.svg")).find("<ellipse"), std::string::npos);
+
+  // A flag without its deviation, and one that counts for two things.
+  EXPECT_EQ(run_tool("calibrate-mount", inputs + "--height 0.85m").exit_code, 2);
+  EXPECT_EQ(run_tool("calibrate-mount", "--base " + file("base.log") + " -o " + file("mount.json")).exit_code,
+            2);
+  EXPECT_EQ(run_tool("calibrate-mount", inputs + "--height 0.7m+-2mm --child robot").exit_code, 3);
+}
+
+track::StampedPose message(double time, const char* frame, const char* child) {
+  track::StampedPose made;
+  made.stamp = time;
+  made.arrival = time;
+  made.frame = frame;
+  made.child = child;
+  return made;
+}
+
+TEST(MountData, ReadsOneLogOfBothAndSkipsWhatIsNeither) {
+  const ScratchFolder folder;
+  const std::string file = (folder / "run.log").string();
+  {
+    track::PoseLogWriter log(file);
+    for (int i = 0; i < 4; ++i) {
+      log.write(message(10 + i, "map", "base"));
+      log.write(message(10 + i, "map", "laser"));
+      track::StampedPose seen = message(9.5 + i, "marker_3", "rig");
+      seen.arrival = 10 + i;
+      seen.covariance = 1e-6 * Mat6::Identity();
+      log.write(seen);
+    }
+    track::StampedPose late = message(11, "map", "base");  // overtaken
+    late.arrival = 14;
+    log.write(late);
+  }
+  session::MountFiles files;
+  files.base = files.sightings = file;
+  const session::MountRecording recording = session::read_mount_data(files);
+  EXPECT_EQ(recording.data.base.size(), 4u);
+  EXPECT_EQ(recording.data.sightings.size(), 4u);
+  EXPECT_EQ(recording.data.sightings[2].marker, "marker_3");
+  EXPECT_DOUBLE_EQ(recording.data.sightings[2].time, 11.5);
+  EXPECT_EQ(recording.world, "map");
+  EXPECT_NE(recording.diagnostics.find("poses_out_of_order"), nullptr);
+  files.rig = "head";
+  EXPECT_THROW(session::read_mount_data(files), Error);
+  files.rig = "laser";  // without covariance
+  EXPECT_THROW(session::read_mount_data(files), Error);
+}
+
+TEST(MountData, FindsSingleMarkersInImagesNamedAfterTheirTimes) {
+  const ScratchFolder folder;
+  RigCamera camera;
+  camera.name = "front";
+  camera.camera.size = {640, 480};
+  camera.camera.intrinsics = {560, 566, 331, 236, 0.3};
+  camera.rig_from_camera = Pose(so3_exp(Vec3(0.02, -0.05, 0.01)), Vec3(0.1, 0.02, -0.03));
+  const MarkerCells cells = detect::marker_cells(MarkerDictionary::kAprilTag36h11);
+  const Pose camera_from_world(so3_exp(Vec3(0.1, 0.5, -0.05)), Vec3(0.02, -0.03, 0.9));
+  const std::vector<PlacedMarker> markers{
+      {3, 0.16, Pose(Eigen::Quaterniond::Identity(), Vec3(-0.15, 0, 0))},
+      {8, 0.16, Pose(Eigen::Quaterniond::Identity(), Vec3(0.15, 0.05, 0))}};
+  const ImageU8 image = simulate::marker_view(camera.camera, camera_from_world, markers, cells);
+  io::save_image(folder / "1403636579763555584.png", image.view());
+  io::save_image(folder / "12.25.png", image.view());
+  session::SightingImages images;
+  images.folder = folder / "";
+  images.size = 0.16;
+  const std::vector<MarkerSighting> seen = session::sightings_in_images(images, camera);
+  ASSERT_EQ(seen.size(), 4u);
+  EXPECT_DOUBLE_EQ(seen[0].time, 12.25);
+  EXPECT_NEAR(seen[2].time, 1403636579.763555584, 1e-6);
+  for (std::size_t i = 0; i < 2; ++i) {
+    EXPECT_EQ(seen[i].marker, i == 0 ? "marker_3" : "marker_8");
+    const Pose truth = (camera.rig_from_camera * camera_from_world * markers[i].world_from_marker).inverse();
+    const Vec6 error = se3_log(seen[i].marker_from_rig.pose * truth.inverse());
+    EXPECT_LT(error.dot(seen[i].marker_from_rig.covariance.ldlt().solve(error)), 40);
+  }
+  io::save_image(folder / "front.png", image.view());
+  EXPECT_THROW(session::sightings_in_images(images, camera), Error);
+}
+
+}  // namespace
+}  // namespace procam::test

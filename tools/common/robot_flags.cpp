@@ -1,0 +1,115 @@
+#include "common/robot_flags.hpp"
+
+#include <CLI/CLI.hpp>
+#include <cmath>
+
+#include "common/cli.hpp"
+#include "procam/io/text.hpp"
+#include "procam/track/trajectory_file.hpp"
+
+namespace procam::tools {
+namespace {
+
+void add_share(CLI::App& app, const std::string& flag, double& value, const std::string& help) {
+  add_parsed(
+      app, flag,
+      [&value](const std::string& text) {
+        value = io::parse_share(text);
+        if (text.back() != '%' || !(value >= 0 && value <= 1))
+          throw Error(ErrorKind::kInput, "'" + text + "'", "it is no share", "give e.g. 5%");
+      },
+      help);
+}
+void add_duration(CLI::App& app, const std::string& flag, double& value, const std::string& help) {
+  add_parsed(
+      app, flag, [&value](const std::string& text) { value = io::parse_duration(text); }, help);
+}
+
+}  // namespace
+
+void declare(CLI::App& app, RobotFlags& flags) {
+  simulate::RobotOptions& robot = flags.robot;
+  app.add_option(
+      "--path", flags.path,
+      "circle:RADIUS (negative: clockwise), walk (random arcs with stops), waypoints:FILE "
+      "(lines of 'time x y yaw_deg', a stop at each), trajectory:FILE (TUM, EuRoC, rosbag CSV, or KITTI as "
+      "poses.txt+times.txt: docs/live.md); "
+      "default circle:0.95m");
+  add_parsed(
+      app, "--speed", [&](const std::string& text) { flags.speed = io::parse_speed(text).length; },
+      "Max speed of circle and walk, e.g. 0.5m/s (default)");
+  add_duration(app, "--duration", robot.duration,
+               "Duration, e.g. 60s (default); a path from a file has its own");
+
+  app.add_option("--to", flags.to, "udp:HOST:PORT, tcp:HOST:PORT, tcp-listen:PORT, osc:HOST:PORT, psn:PORT");
+  app.add_flag("--binary", flags.binary, "With udp and tcp: binary messages instead of JSON lines");
+  app.add_option("-o,--output", flags.log, "Log for log:FILE; without --to as fast as possible");
+  app.add_option("--truth", flags.truth,
+                 "CSV of the true pose of every message: time (local steady clock), stamp, x, y, z, qx, qy, "
+                 "qz, qw");
+  app.add_option(
+      "--sightings", flags.sightings,
+      "Log of the marker sightings of a rig on the robot, for calibrate-mount; its stamps are without "
+      "--clock-offset");
+  app.add_option("--save-mount", flags.true_mount, "True pose of that rig on the robot, a pose file");
+  app.add_option("--frame", robot.frame, "default map");
+  app.add_option("--child", robot.child, "default base");
+  app.add_flag("--covariance", robot.with_covariance, "Send the covariance of the noise");
+  app.add_flag("--twist", robot.with_twist, "Send the exact twist (JSON and binary)");
+  app.add_flag("--gyro", robot.with_rate, "Send the exact angular rate (JSON and binary)");
+  app.add_flag("--no-stamp", flags.without_stamp, "Send no time stamp");
+
+  app.add_option("--rate", robot.localiser.rate, "Messages a second (default 20)")->check(within(1e-3, 1e4));
+  add_parsed(
+      app, "--noise",
+      [&](const std::string& text) {
+        const io::LengthAndAngle noise = io::parse_length_and_angle(text);
+        robot.localiser.position_sigma = noise.length;
+        robot.localiser.rotation_sigma = noise.angle;
+      },
+      "Standard deviations of position and rotation, e.g. 5mm,0.2deg (default none)");
+  add_duration(app, "--delay", robot.localiser.delay,
+               "Time from the measurement of a pose to sending, e.g. 50ms (default)");
+  add_duration(app, "--jitter", robot.jitter, "Mean of the exponential delay of the network, e.g. 5ms");
+  add_share(app, "--loss", robot.localiser.dropped, "Share of messages that are lost, e.g. 5%");
+  add_share(app, "--reorder", robot.reordered, "Share of messages that arrive after the next two");
+  add_share(app, "--duplicate", robot.duplicated, "Share of messages that arrive twice");
+  add_share(app, "--garbage", robot.malformed, "Malformed messages in addition, as a share");
+  add_parsed(
+      app, "--clock-offset",
+      [&](const std::string& text) {
+        const bool behind = text.rfind('-', 0) == 0;
+        flags.clock_offset = (behind ? -1 : 1) * io::parse_duration(text.substr(behind ? 1 : 0));
+      },
+      "Offset of the sender's clock, e.g. 3s (ahead) or -3s");
+  app.add_option("--clock-drift", flags.clock_drift_ppm, "Drift of the sender's clock, parts per million")
+      ->check(within(-99999, 99999));
+  app.add_option("--seed", robot.localiser.seed, "Equal seeds give equal messages (default 0)");
+  app.callback([&flags] {
+    if (!flags.true_mount.empty() && flags.sightings.empty())
+      throw CLI::RequiresError("--save-mount", "--sightings");
+  });
+}
+
+simulate::Drive robot_drive(const RobotFlags& flags) {
+  const std::size_t colon = flags.path.find(':');
+  const std::string kind = flags.path.substr(0, colon),
+                    rest = colon == flags.path.npos ? "" : flags.path.substr(colon + 1);
+  if (kind == "circle") {
+    const double radius = io::parse_length(rest);
+    if (!(std::abs(radius) > 0))
+      throw Error(ErrorKind::kInput, "--path " + flags.path, "a circle needs a radius",
+                  "give e.g. circle:0.95m");
+    return simulate::Drive(
+        Pose(), {simulate::circle(radius, flags.speed,
+                                  flags.robot.duration * flags.speed / (2 * M_PI * std::abs(radius)))});
+  }
+  if (kind == "walk" && rest.empty())
+    return simulate::random_walk(flags.speed, flags.robot.duration, flags.robot.localiser.seed);
+  if (kind == "waypoints") return simulate::drive_along(track::read_waypoints(rest).poses, true);
+  if (kind == "trajectory") return simulate::drive_along(track::read_trajectory(rest).poses, false);
+  throw Error(ErrorKind::kInput, "--path " + flags.path, "no path is called so",
+              "say circle:RADIUS, walk, waypoints:FILE or trajectory:FILE");
+}
+
+}  // namespace procam::tools

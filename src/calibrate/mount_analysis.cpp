@@ -219,7 +219,8 @@ std::optional<FoundEvent> find_event(const Model& model, const MountProblem& pro
     std::vector<double> times;
     for (double t = step; t < duration - step / 2; t += step) times.push_back(start + t);
     Score found = scan.best(times);
-    if (found.chi2 < 0.5 * model.options->event_chi2) return found;  // no event; half a step costs less than that
+    if (found.chi2 < 0.5 * model.options->event_chi2)
+      return found;  // no event; half a step costs less than that
     for (const double finer : {0.1 * step, 0.01 * step}) {
       times.clear();
       for (int i = -10; i <= 10; ++i) times.push_back(found.time + i * finer);

@@ -40,7 +40,7 @@ void bind_report(py::module_& m) {
            "parameters.csv, covariance.csv, views.csv and residuals.csv of a calibration.",
            py::arg("result"));
   function(m, "require_folder", &report::require_folder,
-           "Raises an error if save_files() could not make or write the folder: before the work.",
+           "Raises an error if the folder may not be written, or if its parent does not exist.",
            py::arg("folder"));
   function(m, "save_files", &report::save_files,
            "Writes files into the folder, which is made where it does not exist.", py::arg("folder"),

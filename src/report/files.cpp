@@ -181,7 +181,7 @@ void require_folder(const std::filesystem::path& folder) {
 
 void save_files(const std::filesystem::path& folder, const std::vector<TextFile>& files) {
   std::error_code error;
-  std::filesystem::create_directory(folder, error);
+  std::filesystem::create_directories(folder, error);
   if (error)
     throw Error(ErrorKind::kIo, folder.string(), "the folder cannot be made: " + error.message(),
                 "name a folder that can be written");

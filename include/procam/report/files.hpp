@@ -30,11 +30,11 @@ PROCAM_EXPORT std::vector<TextFile> figures(const std::string& page);
 ///   residuals.csv    view, device, point, x, y, residual_x, residual_y (projected minus observed, pixels), used, reason
 PROCAM_EXPORT std::vector<TextFile> calibration_tables(const calibrate::CalibrationResult& result);
 
-/// Throws Error(kIo) if save_files() could not make or write the folder: its parent does not exist, or it may not be
-/// written. For a tool's start, before the work.
+/// Throws Error(kIo) if the folder may not be written, or if its parent does not exist, which is more often a typing error than a
+/// wish. For a tool's start, before the work.
 PROCAM_EXPORT void require_folder(const std::filesystem::path& folder);
 
-/// Writes the files into the folder, which is made where it does not exist (its parent must exist). Each appears complete or not at all.
+/// Writes the files into the folder, which is made, with its parents, where it does not exist. Each appears complete or not at all.
 /// Throws Error(kIo).
 PROCAM_EXPORT void save_files(const std::filesystem::path& folder, const std::vector<TextFile>& files);
 

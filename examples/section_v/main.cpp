@@ -329,11 +329,8 @@ int main(int argc, char** argv) {
   return procam::tools::run_tool(
       argc, argv,
       {"section_v",
-       "says how far from their places the corners of a sheet of paper land when they are projected on it, "
-       "at 47 and 60 degrees and 1.2 to 2.2 m: simulated from a "
-       "calibration and the truth, or measured with a "
-       "ruler.",
-       "section_v --rig rig.json --truth session/truth.json --report evaluation.html"},
+       "Computes the error of the corners of a sheet of paper that are projected onto it, at 47 and 60 degrees "
+       "and 1.2 to 2.2 m: simulated from a calibration and the truth, or measured with a ruler."},
       [&](CLI::App& app) { declare(app, flags); },
       [&](Console& console) { return evaluate(flags, console); });
 }

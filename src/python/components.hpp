@@ -19,5 +19,6 @@ void bind_depth(pybind11::module_& m);
 void bind_analyze(pybind11::module_& m);
 void bind_report(pybind11::module_& m);
 void bind_show(pybind11::module_& m);
+void bind_mount(pybind11::module_& package);
 
 }  // namespace procam::python

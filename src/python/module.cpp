@@ -139,6 +139,7 @@ PYBIND11_MODULE(_procam, module) {
   bind_report(report);
   py::module_ show = submodule(package, "show", "Content on surfaces, live.");
   bind_show(show);
+  bind_mount(package);
 }
 
 }  // namespace procam::python

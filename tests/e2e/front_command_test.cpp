@@ -55,7 +55,11 @@ TEST(FrontCommand, HelpOfEveryToolIsTypedAndFitsTheTerminal) {
         << tool << ": name the option's type in the table of tools/common/help.cpp\n"
         << run.out.substr(run.out.find(" TEXT") > 60 ? run.out.find(" TEXT") - 60 : 0, 120);
     std::istringstream lines(run.out);
-    for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 104u) << tool << ": " << line;
+    bool in_examples = false;  // a command stays one line, so that it can be copied
+    for (std::string line; std::getline(lines, line);) {
+      in_examples = line == "Try:" || (in_examples && !line.empty());
+      if (!in_examples) EXPECT_LE(line.size(), 104u) << tool << ": " << line;
+    }
   }
 }
 

@@ -1,0 +1,233 @@
+// The pose of a rig on a robot's base: parts of procam, calibrate, simulate, session and report.
+#include "procam/calibrate/mount.hpp"
+
+#include "bind.hpp"
+#include "components.hpp"
+
+#include "procam/report/mount.hpp"
+#include "procam/session/mount_data.hpp"
+#include "procam/simulate/mount_drive.hpp"
+
+namespace procam::python {
+namespace {
+
+void bind_data(py::module_& m) {
+  Record<BasePose> base_pose(m, "BasePose", "A pose of the robot's base.");
+  Record<MarkerSighting> marker_sighting(m, "MarkerSighting", "A marker that the rig's camera saw.");
+  Record<MountData> mount_data(m, "MountData", "The recordings of a drive.");
+  base_pose.fields_init()
+      .field("time", &BasePose::time, "localiser's clock, seconds")
+      .field("world_from_base", &BasePose::world_from_base, "");
+  marker_sighting.fields_init()
+      .field("time", &MarkerSighting::time, "camera's clock, seconds")
+      .field("marker", &MarkerSighting::marker, "equal names are one marker (or one map of markers)")
+      .field("marker_from_rig", &MarkerSighting::marker_from_rig,
+             "with the covariance of the left increment, in the marker's frame");
+  mount_data.fields_init()
+      .field("base", &MountData::base, "times grow")
+      .field("sightings", &MountData::sightings, "in any order");
+}
+
+void bind_options(py::module_& m) {
+  Enum<calibrate::BaseMotion>(m, "BaseMotion", "")
+      .value("kAuto", calibrate::BaseMotion::kAuto)
+      .value("kPlanar", calibrate::BaseMotion::kPlanar)
+      .value("kFull", calibrate::BaseMotion::kFull);
+  Record<calibrate::MountMarker> mount_marker(
+      m, "MountMarker", "A marker in the world; the covariance is of the left increment, in the world.");
+  Record<calibrate::MountHeight> mount_height(
+      m, "MountHeight",
+      "Height of the rig's origin above the base's origin, along the base's z axis; metres.");
+  Record<calibrate::MountOptions> mount_options(m, "MountOptions", "");
+  mount_marker.fields_init()
+      .field("name", &calibrate::MountMarker::name, "")
+      .field("world_from_marker", &calibrate::MountMarker::world_from_marker, "");
+  mount_height.fields_init()
+      .field("value", &calibrate::MountHeight::value, "")
+      .field("sigma", &calibrate::MountHeight::sigma, "");
+  mount_options.fields_init()
+      .field("motion", &calibrate::MountOptions::motion, "")
+      .field("height", &calibrate::MountOptions::height, "as measured")
+      .field("prior", &calibrate::MountOptions::prior,
+             "base_from_rig as known before (drawing, earlier calibration)")
+      .field("markers", &calibrate::MountOptions::markers, "markers of known pose in the localiser's world")
+      .field("estimate_time_offset", &calibrate::MountOptions::estimate_time_offset,
+             "else time_offset is exact")
+      .field("time_offset", &calibrate::MountOptions::time_offset, "start value, seconds")
+      .field("max_time_offset", &calibrate::MountOptions::max_time_offset,
+             "searched about the start value, seconds")
+      .field("position_sigma", &calibrate::MountOptions::position_sigma,
+             "of the localiser, metres: start value, or exact without estimate_noise")
+      .field("rotation_sigma", &calibrate::MountOptions::rotation_sigma, "radians, likewise")
+      .field("estimate_noise", &calibrate::MountOptions::estimate_noise, "")
+      .field("acceleration", &calibrate::MountOptions::acceleration,
+             "of the base: standard deviation of the change of speed in a second, m/s")
+      .field("turn_acceleration", &calibrate::MountOptions::turn_acceleration, "rad/s, likewise")
+      .field("floor_sigma", &calibrate::MountOptions::floor_sigma,
+             "of an uneven floor, metres: start value, or exact without estimate_noise")
+      .field("floor_tilt_sigma", &calibrate::MountOptions::floor_tilt_sigma, "radians, likewise")
+      .field("max_sigma", &calibrate::MountOptions::max_sigma,
+             "A direction of the mount is unobservable from this standard deviation on: metres,\n"
+             "and radians.")
+      .field("find_events", &calibrate::MountOptions::find_events, "bumps of the rig, jumps of the localiser")
+      .field("event_chi2", &calibrate::MountOptions::event_chi2, "of a change's score")
+      .field("event_size", &calibrate::MountOptions::event_size,
+             "smallest change that is looked for, metres, or radians 1 m away");
+}
+
+void bind_result(py::module_& m) {
+  Record<calibrate::MountEvent> mount_event(m, "MountEvent", "A change during the drive.");
+  Enum<calibrate::MountEvent::Kind>(mount_event.type, "Kind", "")
+      .value("kRigBumped", calibrate::MountEvent::Kind::kRigBumped)
+      .value("kLocaliserJumped", calibrate::MountEvent::Kind::kLocaliserJumped);
+  Record<calibrate::MountDirection> mount_direction(
+      m, "MountDirection",
+      "One of the six directions of the mount: rotation about the base's axes at the rig's\n"
+      "origin, position of that origin on the base.");
+  Record<calibrate::MountResult> mount_result(m, "MountResult", "");
+  mount_event.fields_init()
+      .field("kind", &calibrate::MountEvent::kind, "")
+      .field("time", &calibrate::MountEvent::time, "localiser's clock")
+      .field("change", &calibrate::MountEvent::change, "after times the inverse of before")
+      .field("chi2", &calibrate::MountEvent::chi2, "by which the fit improves, to first order")
+      .field("other_chi2", &calibrate::MountEvent::other_chi2, "the same of the other kind");
+  mount_direction.fields_init()
+      .field("name", &calibrate::MountDirection::name, "roll, pitch, yaw, x, y, height")
+      .field("sigma", &calibrate::MountDirection::sigma, "radians, metres")
+      .field("sigma_data", &calibrate::MountDirection::sigma_data, "from the drive alone")
+      .field("observable", &calibrate::MountDirection::observable, "");
+  mount_result.fields_init()
+      .field("base_from_rig", &calibrate::MountResult::base_from_rig,
+             "After the last bump, if there was one. The covariance is of the left increment\n"
+             "[rotation, translation] in the base's frame.")
+      .field("directions", &calibrate::MountResult::directions, "")
+      .field("time_offset", &calibrate::MountResult::time_offset,
+             "localiser time = camera time + time_offset, seconds")
+      .field("time_offset_sigma", &calibrate::MountResult::time_offset_sigma, "")
+      .field("markers", &calibrate::MountResult::markers, "all that were seen, by name")
+      .field("planar", &calibrate::MountResult::planar, "")
+      .field("path", &calibrate::MountResult::path, "estimated, at the knots")
+      .field("position_sigma", &calibrate::MountResult::position_sigma, "of the localiser, estimated")
+      .field("rotation_sigma", &calibrate::MountResult::rotation_sigma, "of the localiser, estimated")
+      .field("correlation", &calibrate::MountResult::correlation,
+             "variance at low frequency over that of white noise")
+      .field("sighting_factor", &calibrate::MountResult::sighting_factor,
+             "on the stated standard deviations of the sightings")
+      .field("floor_sigma", &calibrate::MountResult::floor_sigma, "of an uneven floor, estimated")
+      .field("floor_tilt_sigma", &calibrate::MountResult::floor_tilt_sigma, "")
+      .field("sightings_used", &calibrate::MountResult::sightings_used, "")
+      .field("base_poses_used", &calibrate::MountResult::base_poses_used, "")
+      .field("rejected_sightings", &calibrate::MountResult::rejected_sightings, "indices into the data")
+      .field("rejected_base_poses", &calibrate::MountResult::rejected_base_poses, "indices into the data")
+      .field("sightings_outside", &calibrate::MountResult::sightings_outside, "at times without base poses")
+      .field("events", &calibrate::MountResult::events, "")
+      .field("diagnostics", &calibrate::MountResult::diagnostics, "")
+      .method("unobservable", &calibrate::MountResult::unobservable,
+              "Names of the directions that the drive cannot observe.");
+}
+
+void bind_drives(py::module_& m) {
+  Record<simulate::SightingOptions> sighting_options(m, "SightingOptions", "");
+  Record<simulate::MarkerSightings> marker_sightings(m, "MarkerSightings", "");
+  Record<simulate::MountDriveOptions, simulate::SightingOptions> mount_drive_options(
+      m, "MountDriveOptions", "SightingOptions, and the localiser.");
+  Record<simulate::MountDrive> mount_drive(m, "MountDrive", "");
+  sighting_options.fields_init()
+      .field("sighting_rate", &simulate::SightingOptions::sighting_rate, "images a second")
+      .field("corner_sigma_px", &simulate::SightingOptions::corner_sigma_px, "")
+      .field("markers", &simulate::SightingOptions::markers, "")
+      .field("marker_size", &simulate::SightingOptions::marker_size, "metres")
+      .field("outliers", &simulate::SightingOptions::outliers, "share of wrong sightings")
+      .field("floor_sigma", &simulate::SightingOptions::floor_sigma, "of an uneven floor, metres")
+      .field("floor_tilt_sigma", &simulate::SightingOptions::floor_tilt_sigma, "radians")
+      .field("bump_time", &simulate::SightingOptions::bump_time,
+             "from this time on, seconds, the rig is moved: base_from_rig = bump * before")
+      .field("bump", &simulate::SightingOptions::bump, "")
+      .field("base_from_rig", &simulate::SightingOptions::base_from_rig, "else drawn by the seed")
+      .field("camera", &simulate::SightingOptions::camera, "else 1280 x 960, 1150 px")
+      .field("seed", &simulate::SightingOptions::seed, "");
+  marker_sightings.fields_init()
+      .field("messages", &simulate::MarkerSightings::messages,
+             "frame \"marker_3\", child \"rig\", with covariance")
+      .field("base_from_rig", &simulate::MarkerSightings::base_from_rig, "")
+      .field("base_from_rig_at_start", &simulate::MarkerSightings::base_from_rig_at_start,
+             "different after a bump")
+      .field("markers", &simulate::MarkerSightings::markers, "world_from_marker")
+      .field("outliers", &simulate::MarkerSightings::outliers, "indices of messages");
+  mount_drive_options.fields_init()
+      .field("rate", &simulate::MountDriveOptions::rate, "messages a second")
+      .field("position_sigma", &simulate::MountDriveOptions::position_sigma, "metres")
+      .field("rotation_sigma", &simulate::MountDriveOptions::rotation_sigma, "radians")
+      .field("correlation_s", &simulate::MountDriveOptions::correlation_s,
+             "time constant of these errors; 0: white")
+      .field("planar_localiser", &simulate::MountDriveOptions::planar_localiser,
+             "height, roll and pitch are reported as zero")
+      .field("latency", &simulate::MountDriveOptions::latency, "by which its stamps are late, seconds")
+      .field("jump_time", &simulate::MountDriveOptions::jump_time,
+             "from this time on, seconds, its poses are moved about the robot")
+      .field("jump", &simulate::MountDriveOptions::jump, "");
+  mount_drive.fields_init()
+      .field("base", &simulate::MountDrive::base, "in the order of their stamps")
+      .field("sightings", &simulate::MountDrive::sightings, "")
+      .field("time_offset", &simulate::MountDrive::time_offset,
+             "localiser stamp less camera stamp of one moment, seconds");
+  function(m, "marker_sightings", &simulate::marker_sightings,
+           "What the camera of a rig sees of markers along a drive, with the true mount.", py::arg("drive"),
+           py::arg_v("options", simulate::SightingOptions{}, "SightingOptions()"));
+  function(m, "mount_drive", &simulate::mount_drive,
+           "marker_sightings(), and what a localiser reports of the drive.", py::arg("drive"),
+           py::arg_v("options", simulate::MountDriveOptions{}, "MountDriveOptions()"));
+}
+
+void bind_recordings(py::module_& m) {
+  Record<session::MountFiles> mount_files(m, "MountFiles", "");
+  Record<session::MountRecording> mount_recording(m, "MountRecording", "");
+  Record<session::SightingImages> sighting_images(m, "SightingImages", "");
+  mount_files.fields_init()
+      .field("base", &session::MountFiles::base, "a pose log, or a trajectory of another program")
+      .field("sightings", &session::MountFiles::sightings, "")
+      .field("child", &session::MountFiles::child, "name of the base in its log")
+      .field("rig", &session::MountFiles::rig, "name of the rig in the log of sightings");
+  mount_recording.fields_init()
+      .field("data", &session::MountRecording::data, "")
+      .field("world", &session::MountRecording::world, "frame of the base's poses")
+      .field("inputs", &session::MountRecording::inputs, "with their digests")
+      .field("diagnostics", &session::MountRecording::diagnostics, "");
+  sighting_images.fields_init()
+      .field("folder", &session::SightingImages::folder, "")
+      .field("dictionary", &session::SightingImages::dictionary, "")
+      .field("size", &session::SightingImages::size, "side of each marker's black square, metres");
+  function(m, "read_mount_data", &session::read_mount_data,
+           "The recordings of a drive, for calibrate_mount().", py::arg("files"));
+  function(m, "sightings_in_images", &session::sightings_in_images,
+           "Markers in images that are named after their times.", py::arg("images"), py::arg("camera"));
+}
+
+}  // namespace
+
+void bind_mount(py::module_& package) {
+  py::module_ calibrate = package.attr("calibrate"), simulate = package.attr("simulate"),
+              session = package.attr("session"), report = package.attr("report");
+  bind_data(package);
+  bind_options(calibrate);
+  bind_result(calibrate);
+  bind_drives(simulate);
+  bind_recordings(session);
+  function(calibrate, "parse_base_motion", &calibrate::parse_base_motion, "\"auto\", \"planar\", \"full\".",
+           py::arg("text"));
+  function(calibrate, "calibrate_mount", &calibrate::calibrate_mount,
+           "The pose of the rig on the robot's base from the recordings of a drive: planar motion\n"
+           "is modelled, what it cannot observe is named and must be given, and the time offset\n"
+           "between localiser and camera is estimated.",
+           py::arg("data"), py::arg_v("options", calibrate::MountOptions{}, "MountOptions()"));
+  function(report, "to_json", py::overload_cast<const calibrate::MountResult&>(&report::to_json),
+           "The result's fields as JSON text.", py::arg("result"));
+  function(report, "lines", py::overload_cast<const calibrate::MountResult&>(&report::lines),
+           "The lines of a console: the six directions, the time offset, the noise, events.",
+           py::arg("result"));
+  function(report, "mount_picture", &report::mount_picture,
+           "The drive from above, and the rig on the base with its 95 % region: SVG.", py::arg("result"),
+           py::arg("data"));
+}
+
+}  // namespace procam::python

@@ -261,3 +261,24 @@ def test_a_scan_of_exact_light_is_exact(tmp_path):
     procam.io.save_mesh(tmp_path / "scan.ply", mesh)
     procam.io.save_points(tmp_path / "scan.pcd", procam.scan.point_cloud(scan))
     assert (tmp_path / "scan.pcd").stat().st_size > 28 * measured.sum()
+
+
+def test_the_mount_of_a_rig_from_a_drive():
+    simulate = procam.simulate
+    options = simulate.MountDriveOptions()
+    options.seed = 11
+    made = simulate.mount_drive(simulate.random_walk(0.5, 40.0, 11), options)
+    true = made.sightings.base_from_rig.translation
+    data = procam.MountData()
+    data.base = [procam.BasePose(p.stamp, p.frame_from_child) for p in made.base]
+    data.sightings = [procam.MarkerSighting(s.stamp, s.frame, procam.PoseWithCovariance(s.frame_from_child, s.covariance))
+                      for s in made.sightings.messages]
+    wanted = procam.calibrate.MountOptions()
+    with pytest.raises(procam.Error, match="height"):
+        procam.calibrate.calibrate_mount(data, wanted)
+    wanted.height = procam.calibrate.MountHeight(true[2], 0.002)
+    found = procam.calibrate.calibrate_mount(data, wanted)
+    assert found.unobservable() == ["height"]
+    assert abs(found.base_from_rig.pose.translation - true).max() < 0.01
+    assert abs(found.time_offset - made.time_offset) < 0.01
+    assert "<svg" in procam.report.mount_picture(found, data)

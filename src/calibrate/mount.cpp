@@ -113,6 +113,13 @@ void require_observable(const MountInformation& information, const MountOptions&
   if (names.empty()) return;
   const bool height_alone = names.size() == 1 && missing[5];
   const bool yaw_alone = missing[2] && !missing[0] && !missing[1] && !missing[3] && !missing[4];
+  if (height_alone && options.height)
+    throw Error(ErrorKind::kDegenerate, "mount",
+                "the standard deviation of the given height, " + mm(options.height->sigma, 0) +
+                    ", is too large: this drive cannot observe the height, and the limit is " +
+                    mm(options.max_sigma, 0),
+                "measure the height of the rig's origin (the first camera's centre) above the base's origin "
+                "more precisely, e.g. --height 0.85m+-5mm");
   throw Error(
       ErrorKind::kDegenerate, "mount",
       "this drive cannot observe " + listed(names) + " of the rig on the base" +

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "autostart.hpp"
 #include "desk_devices.hpp"
 #include "procam/analyze/light_error.hpp"
 #include "procam/core/base/clock.hpp"
@@ -16,6 +17,7 @@
 #include "procam/io/sheet/board_sheet.hpp"
 #include "procam/io/surface_file.hpp"
 #include "procam/io/text.hpp"
+#include "procam/session/files.hpp"
 
 namespace procam::studio {
 namespace {
@@ -161,7 +163,11 @@ void Desk::execute(const StudioCommand& command) {
   if (verb == "check_camera") return begin(Job::kCheckCamera);
   if (verb == "capture") return begin(Job::kCapture);
   if (verb == "scan") return begin(Job::kScan);
+  if (verb == "check_drift") return begin(Job::kDriftCheck);
   if (verb == "show") return begin(Job::kShow);
+  if (verb == "correct_rig") return correct_rig();
+  if (verb == "autostart") return write_service();
+  if (verb == "bump" && stage_) return stage_->bump_projector();
   if (verb == "calibrate") {
     if (!project_.is_done(Step::kCapture))
       throw refused("calibrate", "the session is not complete", "capture all views first");
@@ -169,7 +175,7 @@ void Desk::execute(const StudioCommand& command) {
     return;
   }
   if (verb == "surface" || verb == "corner" || verb == "corner_in_frame" || verb == "remove" ||
-      verb == "content")
+      verb == "content" || verb == "mask" || verb == "unmask")
     return execute_surfaces(command);
   execute_setup(command);
 }
@@ -236,6 +242,10 @@ void Desk::execute_surfaces(const StudioCommand& command) {
     Surface& moved = surface(command.name);
     const auto move = command.verb == "corner" ? move_corner : move_lit_corner;
     moved = move(moved, rig(), int(n[0]), Vec2(n[1], n[2]));
+  } else if (command.verb == "mask") {
+    add_mask(command);
+  } else if (command.verb == "unmask") {
+    surface(command.name).shape.holes.clear();
   } else if (command.verb == "remove") {
     const Surface* gone = &surface(command.name);
     surfaces_.surfaces.erase(surfaces_.surfaces.begin() + (gone - surfaces_.surfaces.data()));
@@ -283,6 +293,48 @@ void Desk::add_surface(const StudioCommand& command) {
   surfaces_.surfaces.push_back(std::move(fitted.surface));
 }
 
+/// numbers: the corners of a part that stays dark, in the camera's image.
+void Desk::add_mask(const StudioCommand& command) {
+  Surface& masked = surface(command.name);
+  const std::vector<double>& n = command.numbers;
+  if (n.size() < 6 || n.size() % 2 != 0)
+    throw refused("mask", "three corners or more are needed", "click around the part that stays dark");
+  ContentShape shape = masked.shape;
+  Points2& hole = shape.holes.emplace_back();
+  for (std::size_t i = 0; i < n.size(); i += 2)
+    hole.push_back(content_at(masked, rig(), Vec2(n[i], n[i + 1])));
+  if (const std::optional<std::string> fault = fault_of(shape))
+    throw refused("mask on '" + masked.name + "'", *fault, "click its corners in order, inside the surface");
+  masked.shape = std::move(shape);
+}
+
+/// Of the rig as it was and of the wall's measurement, which the moved projector made, a copy is kept.
+void Desk::correct_rig() {
+  if (!drift_ || !drift_->corrected)
+    throw refused("correction", "the last check found no movement of the projector", "check for drift first");
+  const fs::path kept = project_.before_correction();
+  std::error_code problem;
+  fs::remove_all(kept, problem);
+  session::make_folder(kept);
+  fs::copy_file(project_.rig(), kept / project_.rig().filename(), problem);
+  if (!problem && fs::exists(project_.scan())) fs::rename(project_.scan(), kept / "scan", problem);
+  if (problem)
+    throw Error(ErrorKind::kIo, kept.string(), problem.message(), "check the folder's permissions and space");
+  io::save_rig(project_.rig(), *drift_->corrected);
+  drift_.reset();
+  scan_.clear();
+  load_results();
+  say("rig.json has the corrected projector; what it replaces is in " + kept.filename().string() +
+      "/. Measure the wall again before you click new surfaces");
+}
+
+void Desk::write_service() {
+  if (!fs::exists(project_.show()))
+    throw refused("start with the computer", "there is no show yet", "start the show once");
+  io::write_file_atomically(project_.service(), service_file(project_.folder()));
+  say("wrote " + project_.service().string());
+}
+
 Surface& Desk::surface(const std::string& name) {
   for (Surface& one : surfaces_.surfaces)
     if (one.name == name) return one;
@@ -290,6 +342,7 @@ Surface& Desk::surface(const std::string& name) {
 }
 
 void Desk::save_surfaces() {
+  drift_.reset();
   io::save_surfaces(project_.surfaces(), surfaces_);
   if (outlines_shown_ && sink_) show_outlines();
 }

@@ -12,6 +12,7 @@
 
 #include "board_spotter.hpp"
 #include "calibration_job.hpp"
+#include "drift_check.hpp"
 #include "edit_log.hpp"
 #include "next_pose_job.hpp"
 #include "page.hpp"
@@ -20,6 +21,7 @@
 #include "procam/device/frame_sink.hpp"
 #include "procam/device/frame_source.hpp"
 #include "procam/session/capture.hpp"
+#include "procam/session/patterns.hpp"
 #include "procam/studio/studio.hpp"
 #include "project.hpp"
 #include "simulated_stage.hpp"
@@ -35,7 +37,7 @@ class Desk {
   void run();
 
  private:
-  enum class Job { kNone, kIdentify, kCheckCamera, kCapture, kScan, kShow };
+  enum class Job { kNone, kIdentify, kCheckCamera, kCapture, kScan, kDriftCheck, kShow };
   /// What the listener threw ends everything.
   struct Ending {};
   /// The person has stopped a job.
@@ -52,6 +54,9 @@ class Desk {
   void execute_setup(const StudioCommand& command);
   void execute_surfaces(const StudioCommand& command);
   void add_surface(const StudioCommand& command);
+  void add_mask(const StudioCommand& command);
+  void correct_rig();
+  void write_service();
   void go_to(Step step);
   void begin(Job job);
   void say(const std::string& sentence);
@@ -78,6 +83,9 @@ class Desk {
   void check_camera();
   void capture();
   void scan_wall();
+  void find_drift();
+  /// The wall without the board under each frame, in folder/view_00.
+  void capture_wall(const session::SessionPattern& pattern, const std::filesystem::path& folder);
   void run_show();
   void take_calibration();
   session::CaptureRig capture_rig();
@@ -133,6 +141,7 @@ class Desk {
   std::optional<Rig> rig_;
   std::vector<ScanPoint> scan_;
   SurfaceSet surfaces_;
+  std::optional<Drift> drift_;
   bool outlines_shown_ = false;
   std::string show_url_;
   bool frozen_ = false;

@@ -137,6 +137,9 @@ void Desk::run_job() {
       case Job::kScan:
         scan_wall();
         break;
+      case Job::kDriftCheck:
+        find_drift();
+        break;
       case Job::kShow:
         run_show();
         break;
@@ -276,33 +279,48 @@ void Desk::guide_next_pose(const std::optional<GuidedPose>& advised) {
   say("the simulated person finds no pose of this board that camera and projector both cover");
 }
 
-/// The wall under Gray code: scan/session.json, scan/view_00/.
-void Desk::scan_wall() {
-  rig();
+void Desk::capture_wall(const session::SessionPattern& pattern, const fs::path& folder) {
   if (!shutter_) check_camera();
   if (stage_) {
     stage_->put_board_away();
     while (stage_->is_moving()) look(kDialogLook), pump();
   }
   const session::CaptureRig devices = capture_rig();
-  const auto pattern = session::make_pattern("gray", devices.screen.size());
   std::error_code ignored;
-  fs::remove_all(project_.scan() / "view_00", ignored);
-  fs::remove_all(project_.scan() / ".view_00.partial", ignored);
-  session::make_folder(project_.scan());
-  io::save_session(project_.scan(),
-                   session::describe_session(*pattern, devices.screen.size(), std::nullopt, 1));
-  session::ViewWriter files(project_.scan(), 0);
+  fs::remove_all(folder / "view_00", ignored);
+  fs::remove_all(folder / ".view_00.partial", ignored);
+  session::make_folder(folder);
+  io::save_session(folder, session::describe_session(pattern, devices.screen.size(), std::nullopt, 1));
+  session::ViewWriter files(folder, 0);
   session::Shutter shutter(devices, *shutter_);
-  total_ = pattern->frame_count();
+  done_ = 0;
+  total_ = pattern.frame_count();
   doing_ = "measuring the wall";
-  for (const ImageU8& frame : pattern->frames()) {
+  for (const ImageU8& frame : pattern.frames()) {
     files.keep(shutter.take(frame).image);
     done_ = files.kept();
   }
   files.finish();
+}
+
+void Desk::scan_wall() {
+  rig();
+  capture_wall(*session::make_pattern("gray", projector().size()), project_.scan());
   scan_ = read_scan(project_.scan(), rig());
   say("the wall is measured: " + std::to_string(scan_.size()) + " points");
+}
+
+void Desk::find_drift() {
+  const auto pattern = session::make_pattern("charuco", projector().size());
+  const Rig& stated = rig();
+  if (surfaces_.surfaces.empty())
+    throw Error(ErrorKind::kInput, "drift check", "there is no surface", "make one in the step 'surfaces'");
+  drift_.reset();
+  capture_wall(*pattern, project_.check());
+  drift_ = check_drift(stated, surfaces_,
+                       session::read_projected_board(project_.check() / "view_00", "", projector().size(),
+                                                     stated.camera().camera.size));
+  for (const WallDrift& wall : drift_->walls) say(to_sentence(wall));
 }
 
 void Desk::run_show() {
@@ -331,6 +349,7 @@ void Desk::take_calibration() {
   predicted_mm_ = outcome->predicted_mm;
   rig_passed_ = outcome->passed;
   scan_.clear();  // it is read again with this rig
+  drift_.reset();
   for (const std::string& line : headline_) say(line);
   if (!stage_) return;
   true_rig_mm_ = analyze::true_light_error(*rig_, stage_->truth(), kStatedDistance).rms_mm;

@@ -64,7 +64,7 @@ std::string Desk::state_text() const {
   json steps = json::array();
   for (int i = 0; i < kSteps; ++i)
     steps.push_back({{"id", to_string(Step(i))}, {"done", project_.is_done(Step(i))}});
-  constexpr const char* kJobs[] = {"", "identify", "check", "capture", "scan", "show"};
+  constexpr const char* kJobs[] = {"", "identify", "check", "capture", "scan", "drift", "show"};
   const auto [calibrating, percent] = calibration_.progress();
   json state = {
       {"project", project_.folder().string()},
@@ -142,6 +142,10 @@ std::string Desk::state_text() const {
     entry["corners"] = rig_ ? points(corners_in_camera(one, *rig_)) : json::array();
     entry["outline"] = rig_ ? points(outline_in_camera(one, *rig_)) : json::array();
     entry["in_frame"] = rig_ ? points(corners_in_frame(one, *rig_)) : json::array();
+    entry["masks"] = json::array();
+    if (rig_)
+      for (const std::vector<Vec2>& mask : masks_in_camera(one, *rig_))
+        entry["masks"].push_back(points(mask));
     entry["round"] = std::holds_alternative<GridSurface>(one.geometry);
     if (stage_ && rig_ && side_lengths(one) != Vec2::Zero()) {
       const TrueLanding truth =
@@ -155,6 +159,17 @@ std::string Desk::state_text() const {
   state["surfaces"] = {{"list", std::move(surfaces)},
                        {"scanned", std::filesystem::exists(project_.scan() / "view_00", ignored)}};
   if (choices.step == Step::kContent) state["contents"] = device::content_files(project_.folder(), 200);
+  json walls = json::array();
+  if (drift_)
+    for (const WallDrift& wall : drift_->walls)
+      walls.push_back({{"name", wall.surface},
+                       {"rms_mm", finite(wall.rms_mm)},
+                       {"checked", wall.checked},
+                       {"moved", wall.moved},
+                       {"words", to_sentence(wall)}});
+  state["drift"] = {{"walls", std::move(walls)}, {"can_correct", drift_ && drift_->corrected}};
+  const bool has_service = std::filesystem::exists(project_.service(), ignored);
+  state["service"] = has_service ? std::filesystem::absolute(project_.service()).string() : "";
   state["show"] = {{"running", job_ == Job::kShow},
                    {"frozen", frozen_},
                    {"url", show_url_},

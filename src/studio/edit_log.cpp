@@ -24,6 +24,9 @@ constexpr std::array<std::pair<const char*, const char*>, 9> kSettings = {{
 std::string corner_of(const std::string& surface, int corner) {
   return "corner " + std::to_string(corner + 1) + " of '" + surface + "'";
 }
+std::string masks_of(const std::string& surface) {
+  return "the masks of '" + surface + "'";
+}
 std::string content_of(const std::string& surface) {
   return "the content of '" + surface + "'";
 }
@@ -35,8 +38,9 @@ std::vector<std::string> edited_things(const StudioCommand& command) {
   if ((verb == "corner" || verb == "corner_in_frame") && !command.numbers.empty())
     return {corner_of(command.name, int(std::clamp(command.numbers[0], 0.0, 3.0)))};
   if (verb == "content") return {content_of(command.name)};
+  if (verb == "mask" || verb == "unmask") return {masks_of(command.name)};
   if (verb == "remove" || verb == "surface") {
-    std::vector<std::string> things = {content_of(command.name)};
+    std::vector<std::string> things = {content_of(command.name), masks_of(command.name)};
     for (int i = 0; i < 4; ++i) things.push_back(corner_of(command.name, i));
     return things;
   }

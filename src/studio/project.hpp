@@ -50,8 +50,12 @@ class Project {
   std::filesystem::path rig() const { return folder_ / "rig.json"; }
   std::filesystem::path report() const { return folder_ / "report.html"; }
   std::filesystem::path scan() const { return folder_ / "scan"; }
+  std::filesystem::path check() const { return folder_ / "check"; }
+  /// What a correction of the rig replaces is moved here.
+  std::filesystem::path before_correction() const { return folder_ / "before_correction"; }
   std::filesystem::path surfaces() const { return folder_ / "surfaces.json"; }
   std::filesystem::path show() const { return folder_ / "show.json"; }
+  std::filesystem::path service() const { return folder_ / "procam-show.service"; }
 
   /// Complete views in session/.
   int views_captured() const;

@@ -256,6 +256,19 @@ void SimulatedStage::put_board_away() {
   changed_.notify_all();
 }
 
+void SimulatedStage::bump_projector() {
+  constexpr double kAngle = 0.2 * kPi / 180;
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (moving_) return;  // the other thread traces the rig as it is
+  Vec6 bump = Vec6::Zero();
+  bump.head<3>() = kAngle * Vec3(0.3, -0.9, 0.2).normalized();
+  RigProjector& projector = rig_.projectors.front();
+  projector.rig_from_projector = projector.rig_from_projector * se3_exp(bump);
+  wish_ = Wish{held_};
+  moving_ = true;
+  changed_.notify_all();
+}
+
 void SimulatedStage::move_boards() {
   while (true) {
     std::optional<Pose> pose;

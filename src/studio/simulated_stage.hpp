@@ -35,6 +35,8 @@ class SimulatedStage {
   /// false: there is none near it, and the board stays.
   bool hold_at(const Pose& wished);
   void put_board_away();
+  /// Somebody knocks against the projector: 0.2 degrees.
+  void bump_projector();
   bool is_moving() const { return moving_; }
 
   const Rig& truth() const { return rig_; }

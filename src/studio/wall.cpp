@@ -1,6 +1,7 @@
 #include "wall.hpp"
 
 #include <Eigen/Eigenvalues>
+#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 
@@ -387,6 +388,45 @@ std::vector<Vec2> outline_in_camera(const Surface& surface, const Rig& rig) {
 }
 std::vector<Vec2> outline_in_frame(const Surface& surface, const Rig& rig) {
   return seen_outline(surface, rig, projector_pixel);
+}
+
+Vec2 content_at(const Surface& surface, const Rig& rig, const Vec2& camera_pixel_at) {
+  const ContentToRig point = points_of(surface);
+  const auto seen = [&](const Vec2& uv) { return camera_pixel(rig, point(uv)); };
+  // Gauss-Newton in the unit square: the map is smooth and one to one.
+  Vec2 uv(0.5, 0.5);
+  constexpr int kIterations = 50;
+  constexpr double kStep = 1e-4, kClose = 1e-9;
+  for (int i = 0; i < kIterations; ++i) {
+    const auto here = seen(uv);
+    Mat2 slope;
+    for (int k = 0; k < 2; ++k) {
+      const double step = uv[k] < 0.5 ? kStep : -kStep;
+      const auto there = seen(uv + step * Vec2::Unit(k));
+      if (!here || !there || !camera_pixel_at.allFinite())
+        throw Error(ErrorKind::kInput, "surface '" + surface.name + "'", "the camera does not see all of it",
+                    "click in the camera's image, inside the surface");
+      slope.col(k) = (*there - *here) / step;
+    }
+    const Vec2 next =
+        (uv + slope.colPivHouseholderQr().solve(camera_pixel_at - *here)).cwiseMax(0).cwiseMin(1);
+    const double moved = (next - uv).norm();
+    uv = next;
+    if (!(moved > kClose)) break;
+  }
+  return uv;
+}
+
+std::vector<std::vector<Vec2>> masks_in_camera(const Surface& surface, const Rig& rig) {
+  std::vector<std::vector<Vec2>> masks;
+  if (!corners_in_rig(surface)) return masks;
+  const ContentToRig point = points_of(surface);
+  for (const Points2& hole : surface.shape.holes) {
+    std::vector<Vec2>& mask = masks.emplace_back();
+    for (const Vec2& corner : hole)
+      if (const auto pixel = camera_pixel(rig, point(corner))) mask.push_back(*pixel);
+  }
+  return masks;
 }
 
 Vec2 side_lengths(const Surface& surface) {

@@ -60,6 +60,13 @@ Surface move_lit_corner(const Surface& surface, const Rig& rig, int corner, cons
 std::vector<Vec2> corners_in_camera(const Surface& surface, const Rig& rig);
 std::vector<Vec2> corners_in_frame(const Surface& surface, const Rig& rig);
 
+/// The content coordinates that the camera sees at this pixel; beside the surface the nearest of its border. Throws
+/// Error(kInput) for a surface that the camera does not see.
+Vec2 content_at(const Surface& surface, const Rig& rig, const Vec2& camera_pixel);
+
+/// The surface's masked parts in the camera's image.
+std::vector<std::vector<Vec2>> masks_in_camera(const Surface& surface, const Rig& rig);
+
 /// Its sides, curved ones as many points.
 std::vector<Vec2> outline_in_camera(const Surface& surface, const Rig& rig);
 std::vector<Vec2> outline_in_frame(const Surface& surface, const Rig& rig);

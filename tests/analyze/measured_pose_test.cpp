@@ -19,7 +19,7 @@ TEST(MeasuredPose, SharesTheCalibrationsErrorsWithTheLight) {
   const Eigen::Index n = known.matrix.rows();
   known.names.push_back("camera.fx");
   known.matrix.conservativeResize(n + 1, n + 1);
-  const VecX with_others = 0.5 * known.matrix.col(0);
+  const VecX with_others = 0.5 * known.matrix.col(0).head(n);
   known.matrix.col(n).head(n) = with_others;
   known.matrix.row(n).head(n) = with_others.transpose();
   known.matrix(n, n) = 4;

@@ -11,6 +11,11 @@
 #include "support/expect_error.hpp"
 #include "support/simulated_sensor.hpp"
 
+/// OpenNI2 unloads its drivers. What their static variables point to then looks lost; without the unloading nothing is.
+extern "C" const char* __asan_default_options() {  // NOLINT(bugprone-reserved-identifier)
+  return "detect_leaks=0";
+}
+
 namespace procam::device {
 namespace {
 

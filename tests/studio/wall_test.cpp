@@ -184,5 +184,33 @@ TEST(RoundWall, AFlatOneIsRefusedAndARoundOneIsNamed) {
   EXPECT_THROW(fit_round_surface(flat, rig, corners, "w", std::nullopt), Error);
 }
 
+/// A mask's corners are where the camera sees them, on flat and on round walls; beside a surface they are on its border.
+TEST(Masks, LieWhereTheyWereClicked) {
+  const TrueWall wall;
+  const Rig rig = paper_rig();
+  const CameraCorners corners = clicked(wall, rig);
+  const std::vector<ScanPoint> scan = scan_of(wall, rig, 0, 0, 1);
+  for (const bool is_round : {false, true}) {
+    Surface surface = (is_round ? fit_round_surface(scan, rig, corners, "w", std::nullopt)
+                                : fit_surface(scan, rig, corners, "w"))
+                          .surface;
+    const Vec2 middle = 0.25 * (corners[0] + corners[1] + corners[2] + corners[3]);
+    Points2 hole;
+    std::vector<Vec2> clicks;
+    for (const Vec2& off : {Vec2(-31, -22), Vec2(40, -17), Vec2(12, 35)}) {
+      clicks.push_back(middle + off);
+      hole.push_back(content_at(surface, rig, clicks.back()));
+    }
+    surface.shape.holes = {hole};
+    ASSERT_FALSE(fault_of(surface.shape));
+    const auto masks = masks_in_camera(surface, rig);
+    ASSERT_EQ(masks.size(), 1u);
+    for (std::size_t i = 0; i < 3; ++i) EXPECT_LT((masks[0][i] - clicks[i]).norm(), 1e-4) << i;
+    const Vec2 beside = content_at(surface, rig, corners[0] + 3 * (corners[0] - middle));
+    EXPECT_TRUE(beside.x() == 0 || beside.y() == 0) << beside.transpose();
+    EXPECT_THROW(content_at(surface, rig, Vec2(std::nan(""), 3)), Error);
+  }
+}
+
 }  // namespace
 }  // namespace procam::studio

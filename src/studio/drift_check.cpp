@@ -1,0 +1,110 @@
+#include "drift_check.hpp"
+
+#include <algorithm>
+#include <iterator>
+
+#include "procam/analyze/verify.hpp"
+#include "procam/core/base/clock.hpp"
+#include "procam/core/base/words.hpp"
+#include "procam/report/verify.hpp"
+#include "wall.hpp"
+
+namespace procam::studio {
+namespace {
+
+constexpr std::size_t kFewestMarks = 8;  // that analyze::verify() takes
+
+std::vector<LightPoint> marks_on(const Surface& surface, const Rig& rig,
+                                 const std::vector<LightPoint>& marks) {
+  const Points2 outline = outline_in_frame(surface, rig);
+  std::vector<LightPoint> inside;
+  std::copy_if(marks.begin(), marks.end(), std::back_inserter(inside),
+               [&](const LightPoint& mark) { return contains(outline, mark.projector_pixel); });
+  return inside;
+}
+
+/// The movement that explains the marks better.
+std::string cause(const analyze::VerifyResult& result) {
+  const bool is_wall =
+      result.surface_moved && result.surface_moved->log_evidence > result.projector_moved.log_evidence;
+  return report::description(is_wall ? *result.surface_moved : result.projector_moved);
+}
+
+Rig with_note(const Rig& corrected, const Rig& before, const std::string& note) {
+  Rig rig = corrected;
+  rig.provenance = before.provenance;
+  std::string& notes = rig.provenance.options["corrected"];
+  notes += (notes.empty() ? "" : "; ") + note;
+  return rig;
+}
+
+}  // namespace
+
+std::string to_sentence(const WallDrift& wall) {
+  if (!wall.checked) return "'" + wall.surface + "': " + wall.remarks;
+  return "'" + wall.surface + "': the light is off by " + fixed(wall.rms_mm, 2) + " mm rms, " +
+         fixed(wall.max_mm, 2) + " mm max (" + std::to_string(wall.marks) + " marks); " +
+         (wall.moved ? "moved: " + wall.remarks : "nothing has moved");
+}
+
+bool Drift::moved() const {
+  return std::any_of(walls.begin(), walls.end(), [](const WallDrift& wall) { return wall.moved; });
+}
+
+Drift check_drift(const Rig& rig, const SurfaceSet& surfaces,
+                  const session::ProjectedBoardCapture& captured) {
+  Drift drift;
+  int most = 0, checked = 0;
+  for (const Surface& surface : surfaces.surfaces) {
+    WallDrift wall;
+    wall.surface = surface.name;
+    const auto* plane = std::get_if<PlanarSurface>(&surface.geometry);
+    if (plane == nullptr || plane->frame != "rig") {
+      wall.remarks = "not checked: it is not flat";
+      drift.walls.push_back(std::move(wall));
+      continue;
+    }
+    const std::vector<LightPoint> marks = marks_on(surface, rig, captured.light.points);
+    wall.marks = int(marks.size());
+    if (marks.size() < kFewestMarks) {
+      wall.remarks = "not checked: only " + std::to_string(marks.size()) + " marks of light fall on it";
+      drift.walls.push_back(std::move(wall));
+      continue;
+    }
+    const analyze::StatedSurface stated{surface.name, {plane->frame_from_surface}};
+    const auto verify = [&](analyze::Correct correct) {
+      analyze::VerifyOptions options;
+      options.correct = correct;
+      return analyze::verify(rig, rig.camera(), rig.projector(), stated, marks, options);
+    };
+    try {
+      const analyze::VerifyResult result = verify(analyze::Correct::kNothing);
+      ++checked;
+      wall.checked = true;
+      wall.rms_mm = 1e3 * result.rms;
+      wall.max_mm = 1e3 * result.worst;
+      wall.marks = result.used;
+      wall.moved = result.alarm;
+      if (result.alarm) wall.remarks = cause(result);
+      if (result.alarm && result.used > most) {
+        most = result.used;
+        drift.corrected.reset();
+        // Throws where the marks say that the wall has moved, not the projector.
+        if (const auto corrected = verify(analyze::Correct::kProjector).rig)
+          drift.corrected = with_note(*corrected, rig, "procam studio, " + utc_now() + ": " + wall.remarks);
+      }
+    } catch (const Error& error) {
+      wall.remarks += (wall.remarks.empty() ? "" : "; ") + error.why();
+    }
+    drift.walls.push_back(std::move(wall));
+  }
+  if (checked == 0)
+    throw Error(ErrorKind::kNotEnoughData, "drift check",
+                surfaces.surfaces.empty() ? "there is no surface"
+                                          : "no surface is checked: " + drift.walls.front().surface + ": " +
+                                                drift.walls.front().remarks,
+                "make a flat surface that the projector lights, and check again");
+  return drift;
+}
+
+}  // namespace procam::studio

@@ -253,9 +253,13 @@ void Desk::execute_surfaces(const StudioCommand& command) {
     const std::vector<std::string> files = device::content_files(project_.folder(), 200);
     const bool is_color = command.text.size() == 7 && command.text[0] == '#' &&
                           command.text.find_first_not_of("0123456789abcdefABCDEF", 1) == std::string::npos;
-    if (!is_color && std::find(files.begin(), files.end(), command.text) == files.end())
-      throw refused("content '" + command.text + "'", "it is no file of the project's folder and no color",
-                    "put the file into " + project_.folder().string() + ", or give a color such as #ffffff");
+    const bool is_live =
+        !command.text.empty() && command.text[0] != '#' && !device::content_file(command.text);
+    if (!is_color && !is_live && std::find(files.begin(), files.end(), command.text) == files.end())
+      throw refused("content '" + command.text + "'",
+                    "it is no file of the project's folder, no live source and no color",
+                    "put the file into " + project_.folder().string() +
+                        ", or give camera:1, shm:name, or a color such as #ffffff");
     surface(command.name).content = command.text;
   }
   save_surfaces();

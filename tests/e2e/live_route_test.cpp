@@ -172,7 +172,9 @@ TEST_F(LiveRoute, WhatIsWrongIsSaid) {
   EXPECT_EQ(run_tool("project-live", by_depth + "radar:1").exit_code, 3);
   EXPECT_EQ(run_tool("project-live", by_depth + "watch:" + at("nowhere")).exit_code, 6);
   EXPECT_EQ(run_tool("project-live", by_depth + "folder:" + at("nowhere")).exit_code, 6);
-  const ToolRun sensor = run_tool("project-live", by_depth + "openni2:no/such@sensor");
+  // OpenNI2 unloads its drivers, whose static variables then look lost to the leak sanitizer.
+  const ToolRun sensor = run_tool("project-live", by_depth + "openni2:no/such@sensor",
+                                  "ASAN_OPTIONS=$ASAN_OPTIONS:detect_leaks=0");
   EXPECT_TRUE(sensor.exit_code == 6 || sensor.exit_code == 3) << sensor.err;  // 3: built without OpenNI2
   EXPECT_NE(sensor.err.find("openni2:no/such@sensor"), std::string::npos) << sensor.err;
   std::ofstream(at("run.log")) << "{\"format\":\"procam-pose-log\",\"version\":1}\n";

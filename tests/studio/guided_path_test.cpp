@@ -134,6 +134,10 @@ class GuidedPath {
     ASSERT_TRUE(person.wait("state.step === 'content' && (state.contents || []).includes('picture.png')"));
     ASSERT_TRUE(person.choose("content_wall 1", "picture.png"));
     ASSERT_TRUE(person.wait("state.surfaces.list[0].content === 'picture.png'")) << person.state("error");
+    ASSERT_TRUE(person.enter("live_column", "shm:game"));
+    ASSERT_TRUE(person.wait(
+        "state.surfaces.list[1].content === 'shm:game' && $('content_column').value === 'shm:game'"))
+        << person.state("error");
     ASSERT_TRUE(person.choose("content_column", "second.png"));
     ASSERT_TRUE(person.wait("state.surfaces.list[1].content === 'second.png'")) << person.state("error");
     picture(person, "7_content");

@@ -164,6 +164,8 @@ TEST(StudioProject, ErrorsHaveThreePartsAndChangeNothing) {
   ASSERT_TRUE(script.wait_for_start());
   for (const json& message :
        {json{{"do", "capture"}}, json{{"do", "scan"}}, json{{"do", "show"}}, json{{"do", "calibrate"}},
+        json{{"do", "check_drift"}}, json{{"do", "correct_rig"}}, json{{"do", "autostart"}},
+        json{{"do", "mask"}, {"name", "a"}, {"numbers", {1, 1, 9, 1, 5, 9}}},
         json{{"do", "step"}, {"text", "nowhere"}}, json{{"do", "board"}, {"text", "chessboard:9x6:90mm"}},
         json{{"do", "measured"}, {"text", "50mm"}}, json{{"do", "views"}, {"numbers", {1}}},
         json{{"do", "surface"}, {"name", "a"}, {"numbers", {1, 2, 3}}},

@@ -60,11 +60,11 @@ void declare(CLI::App& app, Flags& flags) {
   app.add_flag("--main-planes", flags.main_planes,
                "A few large planes: a door and its wall are one (default: all planes that the sensor can "
                "separate); sigma and RMS include the steps between them");
-  app.add_option(
-         "--sensor-model", flags.sensor,
-         "Noise model: kinect-v1 (structured light, stereo) or tof (time of flight); a warning if the "
-         "image contradicts it")
-      ->check(CLI::IsMember({"kinect-v1", "tof"}));
+  app.add_option("--sensor-model", flags.sensor,
+                 "Noise model: kinect-v1 (structured light, stereo), tof (time of flight) or scan (depths of "
+                 "scan-surfaces); a warning if the "
+                 "image contradicts it")
+      ->check(CLI::IsMember({"kinect-v1", "tof", "scan"}));
   app.add_option("-o,--output", flags.output, "surface definitions to write, .json or .xml")->required();
   app.add_option("--preview", flags.preview, "Also draw the surfaces found, .png");
   app.callback([intrinsics, rig] {

@@ -54,7 +54,7 @@ void declare(CLI::App& app, Flags& flags) {
                  "Also write the points with normals and standard deviations, .ply or .pcd");
   app.add_option(
       "--save-depth", flags.depth,
-      "Also write the camera's depths in metres, .pfm (0: not measured): detect-surfaces finds planes in them");
+      "Also write the camera's depths in metres, .pfm (0: not measured): detect-surfaces --sensor-model scan finds walls, columns and balls in them");
   app.add_option("--preview", flags.preview, "Also draw the surface and its standard deviation, .png");
   app.add_option("--truth", flags.truth,
                  "True depths of a simulation (truth_depth.pfm): report the distance to them");

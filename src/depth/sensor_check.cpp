@@ -8,13 +8,15 @@
 namespace procam::depth {
 
 std::vector<SensorKind> sensor_kinds() {
-  return {{"kinect-v1", DepthNoise::kinect_v1()}, {"tof", DepthNoise::time_of_flight()}};
+  return {{"kinect-v1", DepthNoise::kinect_v1()},
+          {"tof", DepthNoise::time_of_flight()},
+          {"scan", DepthNoise::scan()}};
 }
 
 SensorKind sensor_kind(const std::string& name) {
   for (SensorKind& sensor : sensor_kinds())
     if (sensor.name == name) return sensor;
-  throw Error(ErrorKind::kInput, "sensor '" + name + "'", "it is unknown", "give kinect-v1 or tof");
+  throw Error(ErrorKind::kInput, "sensor '" + name + "'", "it is unknown", "give kinect-v1, tof or scan");
 }
 
 double median_depth(const DepthImage& image) {
@@ -46,7 +48,7 @@ SensorCheck check_sensor(const Planes& planes, const DepthImage& image, const Ra
               others;
   out.next =
       better.empty()
-          ? "check --scale and --sensor-model (kinect-v1: structured light and stereo; tof: time of flight)"
+          ? "check --scale and --sensor-model (kinect-v1: structured light and stereo; tof: time of flight; scan: scan-surfaces)"
           : "give --sensor-model " + better;
   return out;
 }

@@ -92,6 +92,11 @@ void bind_depth(py::module_& m) {
                      "for indoor mapping applications\", Sensors 12, 2012, equation 11), with what remains\n"
                      "near the camera by C. V. Nguyen, S. Izadi, D. Lovell, \"Modeling Kinect sensor\n"
                      "noise\", 3DIMPVT 2012, whose 0.0012 + 0.0019 (z - 0.4)^2 this is, multiplied out.")
+      .static_method(
+          "scan", &depth::DepthNoise::scan,
+          "Depths of scan-surfaces, Gray code or phase shift of a megapixel projector, as simulated at\n"
+          "level paper: between edges of stripes they are interpolated, so that neighbours vary less\n"
+          "(0.2 mm at 1.3 m) than what they share.")
       .static_method("time_of_flight", &depth::DepthNoise::time_of_flight,
                      "Time of flight, facing the camera (P. Fankhauser et al., \"Kinect v2 for mobile robot\n"
                      "navigation: evaluation and modeling\", ICAR 2015).")
@@ -269,7 +274,7 @@ void bind_depth(py::module_& m) {
       .field("rim", &depth::RoomDepthOptions::rim, "metres, about, around what was seen of a plane");
   sensor_kind.fields_init()
       .field("name", &depth::SensorKind::name,
-             "\"kinect-v1\" (structured light, stereo), \"tof\" (time of flight)")
+             "\"kinect-v1\" (structured light, stereo), \"tof\" (time of flight), \"scan\" (scan-surfaces)")
       .field("noise", &depth::SensorKind::noise, "");
   sensor_check.fields_init()
       .field("ratio", &depth::SensorCheck::ratio, "measured over predicted")

@@ -70,9 +70,12 @@ TEST_F(ScanRoute, FromARoomToContentOnIt) {
   EXPECT_GT(lit, 0.9 * frame.width() * frame.height());  // the camera sees all of the projector's picture
 
   // The two walls, at a right angle.
-  const ToolRun planes = run_tool("detect-surfaces", "--json --depth " + at("depth.pfm") + " --rig " +
-                                                         at("room/truth.json") + " -o " + at("planes.json"));
+  const ToolRun planes =
+      run_tool("detect-surfaces", "--json --sensor-model scan --depth " + at("depth.pfm") + " --rig " +
+                                      at("room/truth.json") + " -o " + at("planes.json"));
   ASSERT_EQ(planes.exit_code, 0) << planes.err;
+  EXPECT_EQ(planes.err.find("sensor_noise"), std::string::npos) << planes.err;
+  EXPECT_EQ(planes.err.find("times the noise"), std::string::npos) << planes.err;
   const auto found = planes.json()["planes"];
   ASSERT_GE(found.size(), 2u);
   Vec3 normals[2];

@@ -146,8 +146,8 @@ class StoppingContent : public device::ContentSource {
 };
 
 TEST(Loop, AContentThatStopsIsCountedOnceAndItsReturnReported) {
+  StoppingContent::Seen seen;  // the loop's projection ends the content
   ShortLoop loop;
-  StoppingContent::Seen seen;
   Show show = small_show();
   show.contents[0] = std::make_shared<StoppingContent>(seen);
   loop.projection.set_show(show);
@@ -173,8 +173,8 @@ TEST(Loop, AContentThatStopsIsCountedOnceAndItsReturnReported) {
 TEST(Loop, ContentsAreEndedInTheBackground) {
   test::Scratch folder;
   io::save_surfaces(folder / "surfaces.json", small_show().surfaces);
+  StoppingContent::Seen seen;  // the loop's projection ends the content
   ShortLoop loop;
-  StoppingContent::Seen seen;
   {
     Show show = small_show();
     show.contents[0] = std::make_shared<StoppingContent>(seen);

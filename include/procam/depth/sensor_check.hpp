@@ -12,7 +12,7 @@ namespace procam::depth {
 
 /// A kind of sensor by its noise.
 struct SensorKind {
-  std::string name;  ///< "kinect-v1" (structured light, stereo), "tof" (time of flight)
+  std::string name;  ///< "kinect-v1" (structured light, stereo), "tof" (time of flight), "scan" (scan-surfaces)
   DepthNoise noise;
 };
 PROCAM_EXPORT std::vector<SensorKind> sensor_kinds();

@@ -1,4 +1,4 @@
-#include "message_check.hpp"
+#include "procam/track/detail/message_check.hpp"
 
 #include <Eigen/Cholesky>
 #include <cmath>

@@ -5,11 +5,11 @@
 #include <filesystem>
 #include <fstream>
 
-#include "message_check.hpp"
 #include "pose_source_kinds.hpp"
 #include "procam/core/base/detail/regular_file.hpp"
 #include "procam/core/base/error.hpp"
 #include "procam/track/detail/inbox.hpp"
+#include "procam/track/detail/message_check.hpp"
 #include "procam/track/detail/parsed_source.hpp"
 #include "procam/track/detail/recorded.hpp"
 #include "procam/track/pose_log.hpp"
@@ -48,6 +48,13 @@ std::unique_ptr<PoseSource> internal::open_tcp_listener(const std::string& rest,
   return open_poses<StreamParser>("tcp-listen:" + rest, options);
 }
 
+std::unique_ptr<PoseSource> internal::open_ros2(const std::string& rest, const SourceOptions&) {
+  // So that programs that link track, ROS nodes among them, have no second DDS.
+  throw Error(ErrorKind::kUnsupported, "pose source 'ros2:" + rest + "'",
+              "track::open_pose_source() does not know DDS",
+              "call dds::open_pose_source(), which opens all kinds");
+}
+
 const std::vector<PoseSourceKind>& pose_source_kinds() {
   static const std::vector<PoseSourceKind> kinds = {
       {"udp", "udp:[ADDRESS:]PORT", "JSON lines or binary messages in datagrams", internal::open_udp},
@@ -57,6 +64,8 @@ const std::vector<PoseSourceKind>& pose_source_kinds() {
       {"osc", "osc:[ADDRESS:]PORT", "OSC, addresses that end in /pose", internal::open_osc},
       {"psn", "psn:[GROUP:]PORT", "PosiStageNet 2, multicast", internal::open_psn},
       {"rosbridge", "rosbridge:HOST:PORT[/TOPIC]", "ROS through rosbridge_server", internal::open_rosbridge},
+      {"ros2", "ros2:[FRAME,CHILD | /TOPIC]", "the ROS 2 graph by DDS: dds::open_pose_source()",
+       internal::open_ros2},
       {"log", "log:FILE[@SPEED]", "a recorded run, or a trajectory of another program", internal::open_log},
   };
   return kinds;

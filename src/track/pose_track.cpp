@@ -6,9 +6,9 @@
 #include <cmath>
 #include <vector>
 
-#include "message_check.hpp"
 #include "motion_bank.hpp"
 #include "procam/core/base/error.hpp"
+#include "procam/track/detail/message_check.hpp"
 #include "scatter.hpp"
 
 namespace procam::track {

@@ -15,6 +15,7 @@ std::unique_ptr<PoseSource> open_tcp_listener(const std::string& rest, const Sou
 std::unique_ptr<PoseSource> open_osc(const std::string& rest, const SourceOptions& options);
 std::unique_ptr<PoseSource> open_psn(const std::string& rest, const SourceOptions& options);
 std::unique_ptr<PoseSource> open_rosbridge(const std::string& rest, const SourceOptions& options);
+std::unique_ptr<PoseSource> open_ros2(const std::string& rest, const SourceOptions& options);
 std::unique_ptr<PoseSource> open_log(const std::string& rest, const SourceOptions& options);
 
 /// "HOST:PORT", "[::1]:PORT", ":PORT" or "PORT"; the host may be empty. Throws Error(kInput).

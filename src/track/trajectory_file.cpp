@@ -9,12 +9,13 @@
 #include <initializer_list>
 #include <optional>
 
-#include "message_check.hpp"
 #include "procam/core/base/detail/bounded_line.hpp"
 #include "procam/core/base/detail/regular_file.hpp"
 #include "procam/core/base/error.hpp"
 #include "procam/core/base/limits.hpp"
 #include "procam/core/geometry/se3.hpp"
+#include "procam/track/detail/covariance_from_ros.hpp"
+#include "procam/track/detail/message_check.hpp"
 #include "wire_json.hpp"
 
 namespace procam::track {

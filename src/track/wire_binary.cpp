@@ -2,8 +2,8 @@
 #include <cmath>
 #include <cstring>
 
-#include "message_check.hpp"
 #include "procam/core/base/limits.hpp"
+#include "procam/track/detail/message_check.hpp"
 #include "procam/track/detail/wire_bytes.hpp"
 #include "procam/track/wire.hpp"
 #include "wire_json.hpp"

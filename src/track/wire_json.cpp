@@ -6,10 +6,11 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
-#include "message_check.hpp"
 #include "procam/core/base/detail/plain_text.hpp"
 #include "procam/core/base/limits.hpp"
+#include "procam/track/detail/covariance_from_ros.hpp"
 #include "procam/track/detail/json_depth.hpp"
+#include "procam/track/detail/message_check.hpp"
 #include "procam/track/wire.hpp"
 #include "wire_parsers.hpp"
 

@@ -18,12 +18,14 @@
 /// | osc:[ADDRESS:]PORT | OSC 1.0 over UDP, addresses that end in /pose |
 /// | psn:PORT, psn:GROUP:PORT | PosiStageNet 2, multicast group 236.10.10.10 unless stated |
 /// | rosbridge:HOST:PORT[/TOPIC] | ROS through rosbridge_server: /tf, /amcl_pose, /odom unless stated |
+/// | ros2:[FRAME,CHILD], ros2:/TOPIC | the ROS 2 graph: opened by dds::open_pose_source() (procam/dds) |
 /// | log:FILE[@SPEED] | a recorded run, or a trajectory (trajectory_file.hpp): in recorded time, faster (@2),
 /// or all at once (@0) |
 ///
 /// A port without an address listens on every interface: the localiser of a robot is often another computer.
 /// State 127.0.0.1 where it is not.
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -57,6 +59,10 @@ class PROCAM_EXPORT PoseSource {
   /// once `arrived` has grown to its working size.
   virtual void poll(std::vector<StampedPose>& arrived) = 0;
   virtual SourceStatus status() const = 0;
+  /// SourceStatus::malformed by cause, where the source names them: "ros2_oversized".
+  virtual std::map<std::string, std::uint64_t> rejected() const { return {}; }
+  /// What was opened, where the text does not tell: a network, names that were mapped. Empty: the text tells all.
+  virtual std::string description() const { return {}; }
 };
 
 /// Opens a source by its text. Throws Error(kInput) for a text that names none or a log that is none,

@@ -62,7 +62,7 @@ foreach(file IN LISTS files)
     elseif(is_public AND included MATCHES "^ceres/" AND file MATCHES "^include/procam/calibrate/costs/")
       # The cost functors are the one place where Ceres is public.
     elseif(is_public AND included MATCHES
-           "^(opencv2?|nlohmann|CLI|ceres|yaml-cpp|GLFW|GL|EGL|GLES3|epoxy|X11|boost)/|^(pugixml|opencv)")
+           "^(opencv2?|nlohmann|CLI|ceres|yaml-cpp|GLFW|GL|EGL|GLES3|epoxy|X11|boost|dds|ddsc)/|^(pugixml|opencv)")
       list(APPEND problems "${file}: a public header may not include ${included}")
     elseif(stage STREQUAL "core" AND included MATCHES "/" AND NOT included MATCHES "^Eigen/")
       list(APPEND problems "${file}: core needs Eigen alone, not ${included}")
@@ -81,7 +81,7 @@ foreach(file IN LISTS tools)
     set(included "${CMAKE_MATCH_1}")
     if(included MATCHES "^procam/([^/]+)/")
       list(APPEND named ${CMAKE_MATCH_1})
-    elseif(included MATCHES "^(opencv2|ceres|boost|Eigen|GLFW|epoxy)/|^pugixml" OR
+    elseif(included MATCHES "^(opencv2|ceres|boost|Eigen|GLFW|epoxy|dds)/|^pugixml" OR
            (included MATCHES "^nlohmann/" AND NOT file STREQUAL "tools/common/cli.cpp"))
       list(APPEND problems "${file}: a tool may not include ${included}")
     elseif(included MATCHES "^(\\.\\./|src/|session/|show/)")

@@ -1,0 +1,4 @@
+#pragma once
+/// Every public header of procam::dds.
+#include "procam/dds/pose_source.hpp"
+#include "procam/dds/projector_publisher.hpp"

@@ -1,0 +1,53 @@
+#pragma once
+/// A projector as nodes of the ROS 2 graph see it (docs/ros2.md):
+///
+///   dds::ProjectorPublisher publisher("ros2:/procam");
+///   publisher.publish_camera_info("projector", rig.projector().projector.inverse_camera, unix_time);
+///   publisher.publish_frames({{"base_link", publisher.frame("rig"), base_from_rig}});
+///
+/// | topic | type | QoS |
+/// |---|---|---|
+/// | NAMESPACE/PROJECTOR/camera_info | sensor_msgs/CameraInfo | reliable, transient local |
+/// | /tf_static | tf2_msgs/TFMessage | reliable, transient local |
+///
+/// CameraInfo is that of the inverse camera: K with its skew and a principal point that may lie outside of the image,
+/// distortion plumb_bob, rational_polynomial or equidistant, R = I, P = [K 0]. ROS counts pixels as procam does: the
+/// centre of the top left pixel is (0, 0).
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "procam/core/base/export.hpp"
+#include "procam/core/geometry/frame_tree.hpp"
+#include "procam/core/lens/camera.hpp"
+
+namespace procam::dds {
+
+class PROCAM_EXPORT ProjectorPublisher {
+ public:
+  /// "ros2:[NAMESPACE]", with remaps as in dds/pose_source.hpp. Throws Error(kInput) for another text, Error(kUnsupported)
+  /// in a build without DDS, Error(kDevice) where DDS finds no network.
+  explicit ProjectorPublisher(const std::string& text);
+  ~ProjectorPublisher();
+  ProjectorPublisher(ProjectorPublisher&&) noexcept;
+  ProjectorPublisher& operator=(ProjectorPublisher&&) noexcept;
+
+  /// The name of a frame of procam in the graph: "procam/rig" in the namespace /procam.
+  std::string frame(const std::string& name) const;
+  /// Domain, network and topics, in words.
+  std::string description() const;
+
+  /// `unix_time`: of the message, seconds. Throws Error(kInput) for a name that has no letter of a topic's name, and
+  /// Error(kDevice) when DDS does not take the message.
+  void publish_camera_info(const std::string& device, const Camera& camera, double unix_time);
+
+  /// The static frames: for each link its source frame in its target frame, the parent. They replace those from before;
+  /// a late joiner gets the newest. Throws Error(kDevice).
+  void publish_frames(const std::vector<FrameTree::Link>& links, double unix_time);
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace procam::dds

@@ -1,0 +1,47 @@
+#pragma once
+/// Cyclone DDS, as far as procam needs it: a participant in the ROS 2 graph, its topics and QoS, what it logs.
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "dds/dds.h"
+
+namespace procam::dds::internal {
+
+/// QoS of ROS 2's topics.
+enum class Reliability { kReliable, kBestEffort };
+enum class Durability { kVolatile, kTransientLocal };
+
+/// A part of the graph in the domain of the environment. Deleted with all that was created from it.
+class Participant {
+ public:
+  /// Throws Error(kInput) for an environment that names no domain, Error(kDevice) where DDS cannot be started.
+  Participant();
+  ~Participant();
+  Participant(const Participant&) = delete;
+  Participant& operator=(const Participant&) = delete;
+
+  dds_entity_t entity() const { return entity_; }
+  int domain() const { return domain_; }
+  /// Its domain and network, in words: "ROS 2 domain 0, network eth0 (192.0.2.2)".
+  std::string description() const {
+    return "ROS 2 domain " + std::to_string(domain_) + (network_.empty() ? "" : ", network " + network_);
+  }
+
+  /// Of an absolute ROS 2 topic; throw Error(kDevice).
+  dds_entity_t create_reader(const dds_topic_descriptor_t& type, const std::string& topic,
+                             Reliability reliability, Durability durability, int depth) const;
+  dds_entity_t create_writer(const dds_topic_descriptor_t& type, const std::string& topic,
+                             Reliability reliability, Durability durability, int depth) const;
+
+ private:
+  std::shared_ptr<void> domain_kept_;
+  int domain_ = 0;
+  std::string network_;
+  dds_entity_t entity_ = 0;
+};
+
+/// Samples of a ROS 2 topic that Cyclone could not decode, in this process; it drops and logs them.
+std::uint64_t undecodable_samples(const std::string& topic);
+
+}  // namespace procam::dds::internal

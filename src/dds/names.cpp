@@ -1,0 +1,142 @@
+#include "names.hpp"
+
+#include <algorithm>
+#include <cstdlib>
+
+#include "procam/core/base/error.hpp"
+#include "procam/core/base/limits.hpp"
+
+namespace procam::dds::internal {
+namespace {
+
+bool is_letter(char c) {
+  return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_';
+}
+bool is_digit(char c) {
+  return c >= '0' && c <= '9';
+}
+
+/// Tokens of letters, digits and underscores that begin with no digit, divided by single slashes.
+bool is_topic_name(const std::string& name) {
+  if (name.empty() || name.size() > limits::kFrameNameBytes || name.back() == '/') return false;
+  char before = '/';
+  for (std::size_t i = name.front() == '/' ? 1 : 0; i < name.size(); before = name[i++]) {
+    const char c = name[i];
+    if (c == '/' ? before == '/' : !is_letter(c) && (!is_digit(c) || before == '/')) return false;
+  }
+  return true;
+}
+
+std::string joined(const std::string& node_namespace, const std::string& name) {
+  if (!name.empty() && name.front() == '/') return name;
+  return (node_namespace == "/" ? "" : node_namespace) + "/" + name;
+}
+
+/// Parts divided by commas; remaps and the namespace go into `names`, the others are returned.
+std::vector<std::string> take_parts(const std::string& rest, GraphNames& names) {
+  std::vector<std::string> plain;
+  for (std::size_t begin = 0; !rest.empty() && begin <= rest.size();) {
+    const std::size_t end = std::min(rest.find(',', begin), rest.size());
+    const std::string part = rest.substr(begin, end - begin);
+    begin = end + 1;
+    const std::size_t remap = part.find(":=");
+    if (remap == part.npos) {
+      plain.push_back(part);
+      continue;
+    }
+    const std::string from = part.substr(0, remap), to = part.substr(remap + 2);
+    const std::string what = "ros2:" + rest;
+    if (from == "__ns") {
+      if (to != "/") require_topic_name(to, what);
+      names.node_namespace = to.front() == '/' ? to : "/" + to;
+    } else {
+      require_topic_name(from, what);
+      require_topic_name(to, what);
+      names.remaps.emplace_back(from, to);
+    }
+  }
+  return plain;
+}
+
+}  // namespace
+
+void require_topic_name(const std::string& name, const std::string& what) {
+  if (!is_topic_name(name))
+    throw Error(ErrorKind::kInput, what, "'" + name + "' is no name of a topic",
+                "use letters, digits, '_' and single '/', e.g. /odom");
+}
+
+std::string GraphNames::resolve(const std::string& name) const {
+  const std::string full = joined(node_namespace, name);
+  for (const auto& [from, to] : remaps)
+    if (joined(node_namespace, from) == full) return joined(node_namespace, to);
+  return full;
+}
+
+Ros2Source parse_ros2_source(const std::string& rest) {
+  GraphNames names;
+  const std::vector<std::string> plain = take_parts(rest, names);
+  Ros2Source source;
+  const auto refuse = [&](const std::string& why) {
+    throw Error(ErrorKind::kInput, "pose source 'ros2:" + rest + "'", why,
+                "give two frames (ros2:map,base_link) or a topic (ros2:/odom)");
+  };
+  for (const std::string& part : plain)
+    if (part.empty() || part.size() > limits::kFrameNameBytes) refuse("a part of it is empty or too long");
+  if (plain.size() > 2) refuse("it has more than two names");
+  if (plain.size() == 1) {
+    if (plain.front().front() != '/')
+      refuse("'" + plain.front() + "' is one frame of two, or a topic without '/'");
+    require_topic_name(plain.front(), "pose source 'ros2:" + rest + "'");
+    source.topic = names.resolve(plain.front());
+    return source;
+  }
+  source.frame = plain.empty() ? "map" : plain[0];
+  source.child = plain.empty() ? "base_link" : plain[1];
+  // tf2 has no names with a slash in front; tf had.
+  for (std::string* frame : {&source.frame, &source.child})
+    if (frame->front() == '/') frame->erase(0, 1);
+  if (source.frame.empty() || source.frame == source.child) refuse("its frames are not two");
+  source.tf = names.resolve("/tf");
+  source.tf_static = names.resolve("/tf_static");
+  return source;
+}
+
+GraphNames parse_ros2_output(const std::string& text) {
+  const std::string kind = "ros2:";
+  if (text.compare(0, kind.size(), kind) != 0)
+    throw Error(ErrorKind::kInput, "'" + text + "'",
+                "it does not begin with ros2:", "give e.g. ros2:/procam");
+  GraphNames names;
+  const std::vector<std::string> plain = take_parts(text.substr(kind.size()), names);
+  if (plain.size() > 1)
+    throw Error(ErrorKind::kInput, "'" + text + "'", "it has more than one namespace",
+                "give e.g. ros2:/procam");
+  if (!plain.empty() && plain.front() != "/") {
+    require_topic_name(plain.front(), "'" + text + "'");
+    names.node_namespace = (plain.front().front() == '/' ? "" : "/") + plain.front();
+  }
+  return names;
+}
+
+int domain_of_environment() {
+  const char* text = std::getenv("ROS_DOMAIN_ID");
+  if (text == nullptr || *text == '\0') return 0;
+  char* end = nullptr;
+  const long domain = std::strtol(text, &end, 10);
+  // Ports of domain 233 are above 65535.
+  if (!is_digit(*text) || *end != '\0' || domain > 232)
+    throw Error(ErrorKind::kInput, "ROS_DOMAIN_ID", std::string("'") + text + "' is no domain",
+                "set it to a number from 0 to 232");
+  return int(domain);
+}
+
+bool is_localhost_only() {
+  const auto is = [](const char* name, const char* value) {
+    const char* text = std::getenv(name);
+    return text != nullptr && std::string(text) == value;
+  };
+  return is("ROS_LOCALHOST_ONLY", "1") || is("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST");
+}
+
+}  // namespace procam::dds::internal

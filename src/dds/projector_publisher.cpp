@@ -1,0 +1,131 @@
+#include "procam/dds/projector_publisher.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "graph.hpp"
+#include "names.hpp"
+#include "procam/core/base/error.hpp"
+#include "procam/core/lens/distortion.hpp"
+#include "ros2_messages.h"
+
+namespace procam::dds {
+namespace {
+
+builtin_interfaces_msg_dds__Time_ time_of(double unix_time) {
+  const double whole = std::floor(unix_time);
+  return {std::int32_t(whole), std::min(std::uint32_t(1e9 * (unix_time - whole)), 999'999'999u)};
+}
+
+/// A device's name as a token of a topic: "left projector" -> "left_projector".
+std::string topic_token(const std::string& name) {
+  std::string token;
+  for (const char c : name)
+    token += (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ? c : '_';
+  if (token.find_first_not_of('_') == token.npos)
+    throw Error(ErrorKind::kInput, "device '" + name + "'", "no topic can be named after it",
+                "give it a name with Latin letters in the rig file");
+  if (token.front() >= '0' && token.front() <= '9') token.insert(0, "_");
+  return token;
+}
+
+}  // namespace
+
+struct ProjectorPublisher::Impl {
+  internal::GraphNames names;
+  internal::Participant participant;
+  dds_entity_t tf_static = 0;
+  std::map<std::string, dds_entity_t> camera_info;  ///< by device
+
+  static void written(dds_return_t result, const std::string& topic) {
+    if (result != DDS_RETCODE_OK)
+      throw Error(ErrorKind::kDevice, "ROS 2 topic " + topic,
+                  std::string("DDS does not take a message: ") + dds_strretcode(result), "check the network");
+  }
+  std::string topic(const std::string& device) const {
+    return names.resolve(topic_token(device) + "/camera_info");
+  }
+};
+
+ProjectorPublisher::ProjectorPublisher(const std::string& text) {
+  internal::GraphNames names = internal::parse_ros2_output(text);
+  impl_ = std::make_unique<Impl>();
+  impl_->names = std::move(names);
+}
+ProjectorPublisher::~ProjectorPublisher() = default;
+ProjectorPublisher::ProjectorPublisher(ProjectorPublisher&&) noexcept = default;
+ProjectorPublisher& ProjectorPublisher::operator=(ProjectorPublisher&&) noexcept = default;
+
+std::string ProjectorPublisher::frame(const std::string& name) const {
+  const std::string& prefix = impl_->names.node_namespace;
+  return prefix == "/" ? name : prefix.substr(1) + "/" + name;
+}
+
+std::string ProjectorPublisher::description() const {
+  std::string topics;
+  for (const auto& [device, writer] : impl_->camera_info) topics += impl_->topic(device) + ", ";
+  return impl_->participant.description() + ": publishes " + topics + impl_->names.resolve("/tf_static");
+}
+
+void ProjectorPublisher::publish_camera_info(const std::string& device, const Camera& camera,
+                                             double unix_time) {
+  const std::string topic = impl_->topic(device);
+  dds_entity_t& writer = impl_->camera_info[device];
+  if (writer <= 0)
+    writer = impl_->participant.create_writer(sensor_msgs_msg_dds__CameraInfo__desc, topic,
+                                              internal::Reliability::kReliable,
+                                              internal::Durability::kTransientLocal, 1);
+  std::string frame_id = frame(device);
+  std::vector<double> d = coefficients_of(camera.distortion);
+  d.resize(std::max<std::size_t>(d.size(), 5));  // plumb_bob has 5
+  std::string model = "plumb_bob";
+  if (std::holds_alternative<RationalDistortion>(camera.distortion)) model = "rational_polynomial";
+  if (std::holds_alternative<FisheyeDistortion>(camera.distortion)) {
+    model = "equidistant";
+    d.resize(4);
+  }
+  sensor_msgs_msg_dds__CameraInfo_ info{};
+  info.header.stamp = time_of(unix_time);
+  info.header.frame_id = frame_id.data();
+  info.width = std::uint32_t(camera.size.width);
+  info.height = std::uint32_t(camera.size.height);
+  info.distortion_model = model.data();
+  info.d._buffer = d.data();
+  info.d._length = info.d._maximum = std::uint32_t(d.size());
+  const Mat3 k = camera.intrinsics.matrix();
+  for (int row = 0; row < 3; ++row)
+    for (int column = 0; column < 3; ++column) {
+      info.k[3 * row + column] = info.p[4 * row + column] = k(row, column);
+      info.r[3 * row + column] = row == column ? 1 : 0;
+    }
+  Impl::written(dds_write(writer, &info), topic);
+}
+
+void ProjectorPublisher::publish_frames(const std::vector<FrameTree::Link>& links, double unix_time) {
+  const std::string topic = impl_->names.resolve("/tf_static");
+  // One message with all, as tf2's static broadcaster: a late joiner gets the last one.
+  if (impl_->tf_static <= 0)
+    impl_->tf_static = impl_->participant.create_writer(tf2_msgs_msg_dds__TFMessage__desc, topic,
+                                                        internal::Reliability::kReliable,
+                                                        internal::Durability::kTransientLocal, 1);
+  std::vector<FrameTree::Link> kept = links;  // C structures point to texts that may be written
+  std::vector<geometry_msgs_msg_dds__TransformStamped_> transforms;
+  for (FrameTree::Link& link : kept) {
+    geometry_msgs_msg_dds__TransformStamped_ one{};
+    one.header.stamp = time_of(unix_time);
+    one.header.frame_id = link.target.data();
+    one.child_frame_id = link.source.data();
+    const Vec3& t = link.target_from_source.pose.translation;
+    const Eigen::Quaterniond& q = link.target_from_source.pose.rotation;
+    one.transform.translation = {t.x(), t.y(), t.z()};
+    one.transform.rotation = {q.x(), q.y(), q.z(), q.w()};
+    transforms.push_back(one);
+  }
+  tf2_msgs_msg_dds__TFMessage_ message{};
+  message.transforms._buffer = transforms.data();
+  message.transforms._length = message.transforms._maximum = std::uint32_t(transforms.size());
+  Impl::written(dds_write(impl_->tf_static, &message), topic);
+}
+
+}  // namespace procam::dds

@@ -1,0 +1,55 @@
+#pragma once
+/// The frames of a robot over time: what /tf and /tf_static say of them, for any chain of frames.
+///
+/// Each frame has one parent at a time. A transform between two stamps of an edge is interpolated: its position along
+/// the straight line, its rotation along the shorter arc (slerp), as tf2 does. There is no extrapolation: outside of
+/// the stamps of any edge of the chain there is no answer. Stamps are those of the senders, which in one ROS graph share
+/// one clock.
+#include <deque>
+#include <map>
+#include <optional>
+#include <string>
+
+#include "procam/track/stamped_pose.hpp"
+
+namespace procam::dds::internal {
+
+class TransformBuffer {
+ public:
+  /// `span`: seconds that an edge remembers.
+  explicit TransformBuffer(double span = 10) : span_(span) {}
+
+  /// Takes frame_from_child at its stamp; a static one counts for all times. nullptr, or why it is refused: a loop, an
+  /// edge that is older than what is remembered, too many frames. Stamps more than `span` behind the newest begin the
+  /// edge anew: the sender's clock was set back.
+  const char* set(const track::StampedPose& edge, bool is_static);
+
+  /// The latest time at which the whole chain is known; infinity when all of it is static; nullopt when the frames are
+  /// not connected.
+  std::optional<double> latest(const std::string& frame, const std::string& child) const;
+
+  /// frame_from_child at a time; nullopt when the frames are not connected, or were not known at this time.
+  std::optional<Pose> lookup(const std::string& frame, const std::string& child, double time) const;
+
+  std::size_t size() const { return edges_.size(); }
+
+ private:
+  struct Sample {
+    double stamp = 0;
+    Pose parent_from_child;
+  };
+  struct Edge {
+    std::string parent;
+    bool is_static = false;
+    std::deque<Sample> samples;  ///< by stamp; of a static edge: one
+  };
+
+  bool reaches(const std::string& from, const std::string& ancestor) const;
+  template <typename Visit>
+  bool walk(const std::string& frame, const std::string& child, Visit visit) const;
+
+  double span_;
+  std::map<std::string, Edge> edges_;  ///< by child
+};
+
+}  // namespace procam::dds::internal

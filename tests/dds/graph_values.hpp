@@ -1,0 +1,111 @@
+#pragma once
+/// What the tests of the graph share: an encoder of CDR that is written from its rules, and values about no axis.
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <cstdint>
+#include <cstring>
+#include <functional>
+#include <initializer_list>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "procam/core/base/clock.hpp"
+#include "procam/core/geometry/se3.hpp"
+#include "procam/core/lens/camera.hpp"
+#include "procam/track/pose_source.hpp"
+
+namespace procam::test {
+
+inline bool wait_until(const std::function<bool()>& is_done, double seconds = 8) {
+  for (const double begin = steady_now(); steady_now() < begin + seconds;) {
+    if (is_done()) return true;
+    std::this_thread::sleep_for(std::chrono::milliseconds(2));
+  }
+  return is_done();
+}
+
+/// The next `count` poses, or those that came in time.
+inline std::vector<track::StampedPose> next_poses(track::PoseSource& source, std::size_t count = 1) {
+  std::vector<track::StampedPose> all, arrived;
+  wait_until([&] {
+    source.poll(arrived);
+    all.insert(all.end(), arrived.begin(), arrived.end());
+    return all.size() >= count;
+  });
+  return all;
+}
+
+/// A pose about no axis, different for each k.
+inline Pose some_pose(double k) {
+  Vec6 xi;
+  xi << 0.3 + 0.1 * k, -0.2, 0.5 - 0.05 * k, 1 + k, -2, 0.7 * k;
+  return se3_exp(xi);
+}
+
+inline void expect_equal(const Pose& a, const Pose& b, double tolerance = 1e-12) {
+  EXPECT_LT((a.matrix() - b.matrix()).cwiseAbs().maxCoeff(), tolerance);
+}
+
+/// A covariance without symmetry between its parts; ROS: x, y, z, then rotations about the axes of the frame.
+inline Mat6 some_ros_covariance() {
+  Mat6 root = Mat6::Zero();
+  for (int i = 0; i < 6; ++i)
+    for (int k = 0; k <= i; ++k) root(i, k) = 0.01 * (i + 1) + 0.003 * k * (i - 2);
+  return root * root.transpose();
+}
+
+/// By differences: ROS shifts the child's origin and rotates about it; procam's increment acts on the left.
+inline Mat6 left_covariance(const Mat6& ros, const Pose& mean) {
+  Mat6 left_from_ros;
+  const double h = 1e-6;
+  for (int k = 0; k < 6; ++k) {
+    const auto increment = [&](double step) {
+      Vec6 shift = Vec6::Zero();
+      shift[k] = step;
+      const Pose moved(so3_exp(Vec3(shift.tail<3>())) * mean.rotation, mean.translation + shift.head<3>());
+      return se3_log(Pose(moved * mean.inverse()));
+    };
+    left_from_ros.col(k) = (increment(h) - increment(-h)) / (2 * h);
+  }
+  return left_from_ros * ros * left_from_ros.transpose();
+}
+
+inline Camera lens_shifted_projector() {
+  Camera camera;
+  camera.size = {1280, 800};
+  camera.intrinsics = {1510.5, 1498.25, 655.75, 905.5, 1.25};  // its cy lies below the image
+  camera.distortion = BrownConrady{{-0.1, 0.02, 0.003, -0.004, 0.0005}};
+  return camera;
+}
+
+/// CDR by its rules (OMG DDSI-RTPS 2.3, 10.2; CORBA 3.0.3, 15.3), little endian: numbers aligned to their size from the
+/// end of the header of four bytes; a text as its length with the zero, and the zero.
+class Cdr {
+ public:
+  template <typename T>
+  Cdr& number(T value) {
+    while ((bytes_.size() - 4) % sizeof(T) != 0) bytes_.push_back(0);
+    std::uint64_t bits = 0;
+    std::memcpy(&bits, &value, sizeof value);
+    for (std::size_t i = 0; i < sizeof value; ++i) bytes_.push_back(std::uint8_t(bits >> (8 * i)));
+    return *this;
+  }
+  Cdr& text(const std::string& value) {
+    number(std::uint32_t(value.size() + 1));
+    bytes_.insert(bytes_.end(), value.begin(), value.end());
+    bytes_.push_back(0);
+    return *this;
+  }
+  Cdr& numbers(std::initializer_list<double> values) {
+    for (const double value : values) number(value);
+    return *this;
+  }
+  std::vector<std::uint8_t> bytes() const { return bytes_; }
+
+ private:
+  std::vector<std::uint8_t> bytes_ = {0, 1, 0, 0};  // CDR_LE, no options
+};
+
+}  // namespace procam::test

@@ -1,0 +1,20 @@
+#include <gtest/gtest.h>
+
+#include "procam/dds/pose_source.hpp"
+#include "support/expect_error.hpp"
+
+namespace procam::dds {
+namespace {
+
+TEST(NoDds, NamesThePackages) {
+  EXPECT_FALSE(is_available());
+  EXPECT_ERROR(open_pose_source("ros2:map,base_link"), kUnsupported,
+               "install cyclonedds-dev and cyclonedds-tools");
+}
+
+TEST(NoDds, OpensAllOtherSources) {
+  EXPECT_NE(open_pose_source("udp:127.0.0.1:39518"), nullptr);
+}
+
+}  // namespace
+}  // namespace procam::dds

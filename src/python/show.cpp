@@ -177,6 +177,7 @@ void bind_show(py::module_& m) {
              "the camera's own share of what it measures")
       .field("depth", &show::ShowOptions::depth, "")
       .field("people", &show::ShowOptions::people, "")
+      .field("publish", &show::ShowOptions::publish, "ros2:[NAMESPACE]: the projector in the ROS 2 graph")
       .field("autosave", &show::ShowOptions::autosave, "edits at the control page are saved within a second")
       .field("record", &show::ShowOptions::record, "log of the run, for replay()")
       .field("control", &show::ShowOptions::control, "[ADDRESS:]PORT of the control page, or \"off\"")

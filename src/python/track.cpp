@@ -1,5 +1,6 @@
 // procam.track
 #include "procam/track.hpp"
+#include "procam/dds/pose_source.hpp"
 
 #include "bind.hpp"
 #include "components.hpp"
@@ -256,7 +257,11 @@ void bind_track(py::module_& m) {
             return arrived;
           },
           "What came since the last call, in order of arrival. Never waits.")
-      .method("status", &track::PoseSource::status, "");
+      .method("status", &track::PoseSource::status, "")
+      .method("rejected", &track::PoseSource::rejected,
+              "SourceStatus.malformed by cause, where the source names them.")
+      .method("description", &track::PoseSource::description,
+              "What was opened, where the text does not tell.");
   pose_queue
       .init([](const track::SourceOptions& options) { return std::make_unique<track::PoseQueue>(options); },
             "", py::arg_v("options", track::SourceOptions{}, "SourceOptions()"))
@@ -321,7 +326,7 @@ void bind_track(py::module_& m) {
            "covariance.",
            py::arg("message"));
 
-  function(m, "open_pose_source", &track::open_pose_source,
+  function(m, "open_pose_source", &dds::open_pose_source,
            "Opens a source by its text. Throws Error(kInput) for a text that names none or a log\n"
            "that is none, Error(kDevice) for a port that cannot be bound. A peer that is not\n"
            "there yet is no error: the source tries again after 0.1 s, 0.2 s, ... 3 s.",

@@ -11,6 +11,7 @@
 #include "overlay.hpp"
 #include "procam/core/base/words.hpp"
 #include "procam/core/rig/room_frames.hpp"
+#include "procam/dds/pose_source.hpp"
 #include "procam/detect/marker_edges.hpp"
 #include "procam/device/frame_source.hpp"
 #include "procam/io/files.hpp"
@@ -21,6 +22,7 @@
 #include "procam/render/cpu.hpp"
 #include "procam/render/gl.hpp"
 #include "procam/session/capture.hpp"
+#include "ros2_output.hpp"
 #include "show_people.hpp"
 #include "uncalibrated.hpp"
 
@@ -221,6 +223,14 @@ class ShowRun {
         if (options_.depth.silhouettes) silhouettes_.add(room_->darken(frame, through, light_time));
       };
     if (in_room_) room_ = watch_room(options, rig, projection);
+    if (!options.publish.empty()) {
+      std::optional<Pose> world_from_rig;
+      if (projection.projector_from_world)
+        world_from_rig =
+            (rig.projector(options.projector).rig_from_projector * *projection.projector_from_world)
+                .inverse();
+      graph_ = std::make_unique<Ros2Output>(options, rig, projection.child_from_rig, world_from_rig);
+    }
     projection_ = std::make_unique<Projection>(rig, std::move(projection));
     load_surfaces();
     open_output();
@@ -243,11 +253,17 @@ class ShowRun {
     parts.contents = content_choices(folder_, first_);
     parts.other_faults = [this](std::map<std::string, std::uint64_t>& faults) {
       count_people_faults(faults);
+      if (publish_faults_ > 0) faults["ros2_publish"] = publish_faults_;
+      std::map<std::string, std::uint64_t> rejected;
+      for (const auto& source : sources_)
+        for (const auto& [cause, count] : source->rejected()) rejected[cause] += count;
+      for (const auto& [cause, count] : rejected) faults[cause] = count;
     };
     parts.commands = [this] { return listener_.commands(); };
     parts.say = [this](const std::string& sentence) { listener_.on_event(sentence); };
     parts.tick = [this](const Metrics& metrics) {
       take_people();
+      publish();
       listener_.on_frame(report(metrics));
     };
     try {
@@ -268,6 +284,15 @@ class ShowRun {
       people_->take(*projection_);
     } catch (const std::exception& error) {
       if (people_faults_++ == 0) listener_.on_event(error.what());
+    }
+  }
+
+  void publish() {
+    if (!graph_) return;
+    try {
+      graph_->publish(*projection_);
+    } catch (const std::exception& error) {
+      if (publish_faults_++ == 0) listener_.on_event(error.what());
     }
   }
 
@@ -361,8 +386,16 @@ class ShowRun {
   }
 
   void open_inputs() {
-    for (const std::string& text : options_.poses) sources_.push_back(track::open_pose_source(text));
+    for (const std::string& text : options_.poses) {
+      sources_.push_back(dds::open_pose_source(text));
+      if (const std::string opened = sources_.back()->description(); !opened.empty())
+        listener_.on_start(opened);
+    }
     if (options_.marker) sources_.push_back(open_markers(*options_.marker, rig_));
+    if (graph_) {
+      publish();
+      listener_.on_start(graph_->description());
+    }
     if (!options_.record.empty()) {
       recorder_.emplace(options_.record, conditions_);
       // A recorded run begins from what its log holds, digit by digit.
@@ -387,6 +420,8 @@ class ShowRun {
   BlackoutLog silhouettes_;
   std::unique_ptr<ShowPeople> people_;
   std::uint64_t people_faults_ = 0;
+  std::unique_ptr<Ros2Output> graph_;
+  std::uint64_t publish_faults_ = 0;
   std::unique_ptr<DepthSurfaceSource> room_;
   std::unique_ptr<Projection> projection_;
   SurfaceSet first_;

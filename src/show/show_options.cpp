@@ -93,6 +93,7 @@ static void fields(io::Fields& f, ShowOptions& o) {
   const bool has_depth = f.reading() ? f.has("depth") : is_depth_source(o.surfaces);
   if (has_depth) f.field("depth", o.depth);
   f.optional("people", o.people);
+  f.optional("publish", o.publish);
   field_or(f, "autosave", o.autosave, usual.autosave);
   f.optional("record", o.record);
   field_or(f, "control", o.control, usual.control);

@@ -64,6 +64,7 @@ TEST(ShowOptions, TheSchemaDescribesExactlyWhatIsWritten) {
   other.people->sensor = "sensor.json";
   other.people->delay_s = 0.02;
   other.record = "run.log";
+  other.publish = "ros2:/procam";
   other.renderer = "gl";
   other.average_numbers = true;
   other.autosave = true;

@@ -66,7 +66,7 @@ void declare_poses(CLI::App& app, show::ShowOptions& o) {
   CLI::Option* sources =
       app.add_option("--pose-source", o.poses,
                      "Source of poses: udp:9000, tcp:HOST:PORT, tcp-listen:PORT, osc:PORT, psn:PORT, "
-                     "rosbridge:HOST:PORT, log:FILE");
+                     "rosbridge:HOST:PORT, ros2:map,base_link, ros2:/TOPIC, log:FILE");
   const auto marker = [&](const char* flag, std::string show::MarkerInput::*member, const char* help) {
     return app.add_option_function<std::string>(
         flag, [&o, member](const std::string& text) { marker_of(o).*member = text; }, help);
@@ -153,6 +153,10 @@ void declare_output(CLI::App& app, show::ShowOptions& o) {
   app.add_option("--fps", o.fps, "Frames a second (default: rate of the display, or 60)")
       ->check(within(0.1, 1000));
   add_parsed(app, "--duration", into(o.duration_s, io::parse_duration), "End after this time, e.g. 30s");
+  app.add_option(
+      "--publish", o.publish,
+      "ros2:[NAMESPACE]: publish the projector in the ROS 2 graph: CameraInfo, and the frames of the rig "
+      "and the surfaces on /tf_static");
   app.add_flag("--autosave", o.autosave,
                "Save edits of the control page to the surfaces file within a second");
   app.add_option("--record", o.record, "Record the run in this log, for --replay");

@@ -51,7 +51,7 @@ struct ShowOptions {
   /// Contents by surface (device/content_source.hpp), instead of the surface file's own.
   std::map<std::string, std::string> contents;
 
-  std::vector<std::string> poses;     ///< pose sources (track/pose_source.hpp): "udp:9000"
+  std::vector<std::string> poses;     ///< pose sources (dds/pose_source.hpp): "udp:9000", "ros2:map,base_link"
   std::optional<MarkerInput> marker;  ///< instead of `poses`
   std::string pose;                   ///< or a pose file, for a projector that stands still
   /// Pose file that places the rig, its projector or a camera on "base", the moving frame of the poses. Without
@@ -75,6 +75,8 @@ struct ShowOptions {
 
   DepthInput depth;
   std::optional<PeopleInput> people;
+
+  std::string publish;  ///< ros2:[NAMESPACE]: CameraInfo and frames in the ROS 2 graph (dds/projector_publisher.hpp)
 
   bool autosave = false;                   ///< edits at the control page are saved within a second
   std::string record;                      ///< log of the run, for replay()

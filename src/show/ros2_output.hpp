@@ -1,0 +1,38 @@
+#pragma once
+/// What a running show says of its projector in the ROS 2 graph: CameraInfo each second, and the static frames of the rig
+/// and the surfaces whenever they change.
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "procam/core/rig/rig.hpp"
+#include "procam/dds/projector_publisher.hpp"
+#include "procam/show/projection.hpp"
+#include "procam/show/show_options.hpp"
+
+namespace procam::show {
+
+class Ros2Output {
+ public:
+  /// `base_from_rig`: the rig on what the poses tell of; `world_from_rig`: of a rig that stands still.
+  Ros2Output(const ShowOptions& options, const Rig& rig, const Pose& base_from_rig,
+             const std::optional<Pose>& world_from_rig);
+
+  /// Publishes what is due. Throws Error when DDS does not take it.
+  void publish(const Projection& projection);
+  std::string description() const { return publisher_.description(); }
+
+  /// Frames with their parents; those of moving poses need a pose that has come.
+  std::vector<FrameTree::Link> frames(const Projection& projection) const;
+
+ private:
+  const ShowOptions& options_;
+  const Rig& rig_;
+  Pose base_from_rig_;
+  std::optional<Pose> world_from_rig_;
+  dds::ProjectorPublisher publisher_;
+  double published_ = -1e9;  ///< steady time of the last CameraInfo
+  std::vector<FrameTree::Link> frames_;
+};
+
+}  // namespace procam::show

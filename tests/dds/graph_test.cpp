@@ -25,6 +25,7 @@ namespace {
 
 using test::Cdr;
 using test::expect_equal;
+using test::is_connected;
 using test::left_covariance;
 using test::lens_shifted_projector;
 using test::LoopbackDomain;
@@ -87,7 +88,7 @@ TEST(Ros2Graph, APoseOnTfArrivesAsItWasSentAndAtOnce) {
       << source->status().last_error;
   EXPECT_FALSE(source->status().connected);
   const dds_entity_t tf = robot.writer(tf2_msgs_msg_dds__TFMessage__desc, "rt/tf");
-  ASSERT_TRUE(has_readers(tf));
+  ASSERT_TRUE(has_readers(tf) && is_connected(*source));
   const double sent = steady_now();
   Transforms().add("map", "base_link", 1700000000.25, some_pose(1)).write(tf);
   const std::vector<StampedPose> poses = next_poses(*source);
@@ -122,7 +123,7 @@ TEST(Ros2Graph, ALateSourceGetsStaticFramesAndInterpolatesTheChain) {
       other.writer(tf2_msgs_msg_dds__TFMessage__desc, "rt/robot1/tf_static", true, true);
   Transforms().add("earth", "map", 0, some_pose(8)).write(other_static);
   const auto source = open_pose_source("ros2:earth,projector,__ns:=/robot1,/tf:=tf,/tf_static:=tf_static");
-  ASSERT_TRUE(has_readers(tf));
+  ASSERT_TRUE(has_readers(tf) && is_connected(*source, 3));
   ASSERT_TRUE(has_readers(tf_static));
   ASSERT_TRUE(has_readers(other_static));
   // As AMCL does: map -> odom comes seldom, and speaks of the future.
@@ -157,7 +158,7 @@ TEST(Ros2Graph, OdometryOfABestEffortPublisherBringsTwistAndCovariance) {
   const Ros2Peer robot(domain);
   const auto source = open_pose_source("ros2:/odom");
   const dds_entity_t odom = robot.writer(nav_msgs_msg_dds__Odometry__desc, "rt/odom", false);
-  ASSERT_TRUE(has_readers(odom));
+  ASSERT_TRUE(has_readers(odom) && is_connected(*source));
   nav_msgs_msg_dds__Odometry_ message{};
   char frame[] = "odom", child[] = "chassis";
   message.header.stamp = {12, 500'000'000};
@@ -187,8 +188,8 @@ TEST(Ros2Graph, PosesWithCovarianceAndStampedPosesAreReadByTheirPublishedType) {
   const dds_entity_t amcl =
       robot.writer(geometry_msgs_msg_dds__PoseWithCovarianceStamped__desc, "rt/amcl_pose");
   const dds_entity_t vicon = robot.writer(geometry_msgs_msg_dds__PoseStamped__desc, "rt/vicon/pose", false);
-  ASSERT_TRUE(has_readers(amcl));
-  ASSERT_TRUE(has_readers(vicon));
+  ASSERT_TRUE(has_readers(amcl) && is_connected(*amcl_source));
+  ASSERT_TRUE(has_readers(vicon) && is_connected(*vicon_source));
   geometry_msgs_msg_dds__PoseWithCovarianceStamped_ message{};
   char frame[] = "/map";
   message.header.frame_id = frame;
@@ -220,7 +221,7 @@ TEST(Ros2Graph, WhatIsNoMessageIsCountedByItsCauseAndTheNextPoseArrives) {
   const Ros2Peer robot(domain);
   const auto source = open_pose_source("ros2:map,base_link");
   const dds_entity_t tf = robot.writer(tf2_msgs_msg_dds__TFMessage__desc, "rt/tf");
-  ASSERT_TRUE(has_readers(tf));
+  ASSERT_TRUE(has_readers(tf) && is_connected(*source));
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const auto with = [](double x, double qw) {
     Pose pose = some_pose(1);
@@ -294,7 +295,7 @@ TEST(Ros2Graph, SaysWhyNothingComes) {
   EXPECT_TRUE(says("another quality of service (it is not reliable)"));
   const Ros2Peer other(domain);
   const dds_entity_t tf = other.writer(tf2_msgs_msg_dds__TFMessage__desc, "rt/tf");
-  ASSERT_TRUE(has_readers(tf));
+  ASSERT_TRUE(has_readers(tf) && is_connected(*source));
   Transforms().add("odom", "base_link", 1, some_pose(1)).write(tf);
   EXPECT_TRUE(says("no chain leads from 'map' to 'base_link' by the 1 frame received"));
   const auto unknown = open_pose_source("ros2:/camera_info");
@@ -353,16 +354,7 @@ TEST(Ros2Publisher, CameraInfoOfALensShiftedProjectorReachesALateJoinerByteForBy
   const Ros2Peer late(domain);
   const dds_entity_t reader =
       late.reader(sensor_msgs_msg_dds__CameraInfo__desc, "rt/robot1/left_projector/camera_info", true, true);
-  Cdr cdr;
-  cdr.number(std::int32_t(1700000000)).number(std::uint32_t(500000000)).text("robot1/left projector");
-  cdr.number(std::uint32_t(800)).number(std::uint32_t(1280)).text("plumb_bob");
-  cdr.number(std::uint32_t(5)).numbers({-0.1, 0.02, 0.003, -0.004, 0.0005});
-  cdr.numbers({1510.5, 1.25, 655.75, 0, 1498.25, 905.5, 0, 0, 1});
-  cdr.numbers({1, 0, 0, 0, 1, 0, 0, 0, 1});
-  cdr.numbers({1510.5, 1.25, 655.75, 0, 0, 1498.25, 905.5, 0, 0, 0, 1, 0});
-  for (int i = 0; i < 6; ++i) cdr.number(std::uint32_t(0));
-  cdr.number(std::uint8_t(0));
-  EXPECT_EQ(next_bytes(reader), cdr.bytes());
+  EXPECT_EQ(next_bytes(reader), test::camera_info_bytes(1700000000, 500000000, "robot1/left projector"));
   // A sensor subscriber: best effort, volatile.
   const dds_entity_t sensor =
       late.reader(sensor_msgs_msg_dds__CameraInfo__desc, "rt/robot1/left_projector/camera_info", false);
@@ -410,7 +402,7 @@ TEST(Ros2Publisher, FramesOfTheRigJoinTheChainsOfTheRobot) {
   dds_return_loan(joiner, samples, count);
   // By a source of this process, which shares its domain.
   const auto source = open_pose_source("ros2:map,procam/projector");
-  ASSERT_TRUE(has_readers(tf));
+  ASSERT_TRUE(has_readers(tf) && is_connected(*source));
   ASSERT_TRUE(wait_until([&] { return source->status().connections >= 2; }));
   Transforms().add("map", "base_link", 5, some_pose(3)).write(tf);
   std::vector<StampedPose> poses = next_poses(*source);

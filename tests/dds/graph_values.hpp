@@ -26,6 +26,11 @@ inline bool wait_until(const std::function<bool()>& is_done, double seconds = 8)
   return is_done();
 }
 
+/// A source that has found `count` publishers: what is written before may be lost.
+inline bool is_connected(const track::PoseSource& source, std::uint64_t count = 1) {
+  return wait_until([&] { return source.status().connections >= count; });
+}
+
 /// The next `count` poses, or those that came in time.
 inline std::vector<track::StampedPose> next_poses(track::PoseSource& source, std::size_t count = 1) {
   std::vector<track::StampedPose> all, arrived;
@@ -107,5 +112,19 @@ class Cdr {
  private:
   std::vector<std::uint8_t> bytes_ = {0, 1, 0, 0};  // CDR_LE, no options
 };
+
+/// sensor_msgs/CameraInfo of lens_shifted_projector().
+inline std::vector<std::uint8_t> camera_info_bytes(int sec, unsigned nanosec, const std::string& frame) {
+  Cdr cdr;
+  cdr.number(std::int32_t(sec)).number(std::uint32_t(nanosec)).text(frame);
+  cdr.number(std::uint32_t(800)).number(std::uint32_t(1280)).text("plumb_bob");
+  cdr.number(std::uint32_t(5)).numbers({-0.1, 0.02, 0.003, -0.004, 0.0005});
+  cdr.numbers({1510.5, 1.25, 655.75, 0, 1498.25, 905.5, 0, 0, 1});
+  cdr.numbers({1, 0, 0, 0, 1, 0, 0, 0, 1});
+  cdr.numbers({1510.5, 1.25, 655.75, 0, 0, 1498.25, 905.5, 0, 0, 0, 1, 0});
+  for (int i = 0; i < 6; ++i) cdr.number(std::uint32_t(0));
+  cdr.number(std::uint8_t(0));
+  return cdr.bytes();
+}
 
 }  // namespace procam::test

@@ -1,0 +1,259 @@
+// A peer of another vendor: eProsima Fast DDS, the usual middleware of ROS 2, on real sockets of the loopback interface. It
+// knows nothing of procam's IDL: its types are the names that ROS 2 gives them, its bytes those of the encoder of the tests.
+#include <gtest/gtest.h>
+
+#include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
+#include <fastdds/dds/domain/DomainParticipant.hpp>
+#include <fastdds/dds/domain/DomainParticipantFactory.hpp>
+#include <fastdds/dds/publisher/DataWriter.hpp>
+#include <fastdds/dds/publisher/Publisher.hpp>
+#include <fastdds/dds/subscriber/DataReader.hpp>
+#include <fastdds/dds/subscriber/SampleInfo.hpp>
+#include <fastdds/dds/subscriber/Subscriber.hpp>
+#include <fastdds/dds/topic/TopicDataType.hpp>
+
+#include <cstring>
+#include <memory>
+#include <vector>
+
+#include "graph_values.hpp"
+#include "procam/dds/pose_source.hpp"
+#include "procam/dds/projector_publisher.hpp"
+#include "ros2_peer.hpp"
+
+namespace procam::test {
+namespace {
+
+namespace fast = eprosima::fastdds::dds;
+namespace rtps = eprosima::fastrtps::rtps;
+using Bytes = std::vector<std::uint8_t>;
+
+/// Bytes under the name of a type.
+class RawType : public fast::TopicDataType {
+ public:
+  explicit RawType(const char* name) {
+    setName(name);
+    m_typeSize = 4096;
+    m_isGetKeyDefined = false;
+    auto_fill_type_information(false);
+    auto_fill_type_object(false);
+  }
+  bool serialize(void* data, rtps::SerializedPayload_t* payload) override {
+    const Bytes& bytes = *static_cast<const Bytes*>(data);
+    std::memcpy(payload->data, bytes.data(), bytes.size());
+    payload->length = std::uint32_t(bytes.size());
+    payload->encapsulation = CDR_LE;
+    return true;
+  }
+  bool deserialize(rtps::SerializedPayload_t* payload, void* data) override {
+    static_cast<Bytes*>(data)->assign(payload->data, payload->data + payload->length);
+    return true;
+  }
+  std::function<std::uint32_t()> getSerializedSizeProvider(void* data) override {
+    return [data] { return std::uint32_t(static_cast<const Bytes*>(data)->size()); };
+  }
+  void* createData() override { return new Bytes; }
+  void deleteData(void* data) override { delete static_cast<Bytes*>(data); }
+  bool getKey(void*, rtps::InstanceHandle_t*, bool) override { return false; }
+};
+
+class FastPeer {
+ public:
+  explicit FastPeer(const LoopbackDomain& domain) {
+    fast::DomainParticipantQos qos;
+    const auto udp = std::make_shared<eprosima::fastdds::rtps::UDPv4TransportDescriptor>();
+    udp->interfaceWhiteList = {"127.0.0.1"};
+    qos.transport().use_builtin_transports = false;
+    qos.transport().user_transports.push_back(udp);
+    for (int participant = 0; participant <= 10; ++participant) {
+      rtps::Locator_t peer;
+      rtps::IPLocator::setIPv4(peer, 127, 0, 0, 1);
+      peer.port = std::uint32_t(7400 + 250 * domain.number() + 10 + 2 * participant);
+      qos.wire_protocol().builtin.initialPeersList.push_back(peer);
+    }
+    participant_ = fast::DomainParticipantFactory::get_instance()->create_participant(
+        fast::DomainId_t(domain.number()), qos);
+    EXPECT_NE(participant_, nullptr);
+  }
+  ~FastPeer() {
+    participant_->delete_contained_entities();
+    fast::DomainParticipantFactory::get_instance()->delete_participant(participant_);
+  }
+  FastPeer(const FastPeer&) = delete;
+  FastPeer& operator=(const FastPeer&) = delete;
+
+  fast::DataWriter* writer(const char* type, const char* topic, bool transient_local = false) {
+    fast::DataWriterQos qos;
+    qos.reliability().kind = fast::RELIABLE_RELIABILITY_QOS;
+    qos.durability().kind =
+        transient_local ? fast::TRANSIENT_LOCAL_DURABILITY_QOS : fast::VOLATILE_DURABILITY_QOS;
+    qos.history().depth = 10;
+    qos.data_sharing().off();
+    qos.endpoint().history_memory_policy = rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
+    return participant_->create_publisher(fast::PUBLISHER_QOS_DEFAULT)
+        ->create_datawriter(topic_of(type, topic), qos);
+  }
+  fast::DataReader* reader(const char* type, const char* topic) {
+    fast::DataReaderQos qos;
+    qos.reliability().kind = fast::RELIABLE_RELIABILITY_QOS;
+    qos.durability().kind = fast::TRANSIENT_LOCAL_DURABILITY_QOS;
+    qos.history().depth = 10;
+    qos.data_sharing().off();
+    qos.endpoint().history_memory_policy = rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
+    return participant_->create_subscriber(fast::SUBSCRIBER_QOS_DEFAULT)
+        ->create_datareader(topic_of(type, topic), qos);
+  }
+
+ private:
+  fast::Topic* topic_of(const char* type, const char* topic) {
+    fast::TypeSupport(new RawType(type)).register_type(participant_);
+    return participant_->create_topic(topic, type, fast::TOPIC_QOS_DEFAULT);
+  }
+  fast::DomainParticipant* participant_ = nullptr;
+};
+
+bool has_readers(fast::DataWriter* writer) {
+  return wait_until([&] {
+    fast::PublicationMatchedStatus matched;
+    writer->get_publication_matched_status(matched);
+    return matched.current_count > 0;
+  });
+}
+
+void write(fast::DataWriter* writer, Cdr cdr) {
+  Bytes bytes = cdr.bytes();
+  EXPECT_TRUE(writer->write(&bytes));
+}
+
+/// The next message, without the padding that its header counts.
+Bytes next_bytes(fast::DataReader* reader) {
+  Bytes bytes;
+  fast::SampleInfo info;
+  EXPECT_TRUE(
+      wait_until([&] { return reader->take_next_sample(&bytes, &info) == ReturnCode_t::RETCODE_OK; }));
+  if (bytes.size() < 4) return bytes;
+  bytes.resize(bytes.size() - (bytes[3] & 3u));
+  bytes[3] = 0;
+  return bytes;
+}
+
+Cdr& put(Cdr& cdr, const Pose& pose) {
+  const Eigen::Quaterniond& q = pose.rotation;
+  return cdr.numbers(
+      {pose.translation.x(), pose.translation.y(), pose.translation.z(), q.x(), q.y(), q.z(), q.w()});
+}
+Cdr& put(Cdr& cdr, int sec, unsigned nanosec, const char* frame) {
+  return cdr.number(std::int32_t(sec)).number(std::uint32_t(nanosec)).text(frame);
+}
+Cdr transforms(int sec, unsigned nanosec, const char* frame, const char* child, const Pose& pose) {
+  Cdr cdr;
+  put(cdr.number(std::uint32_t(1)), sec, nanosec, frame).text(child);
+  put(cdr, pose);
+  return cdr;
+}
+
+const char* const kTf = "tf2_msgs::msg::dds_::TFMessage_";
+
+TEST(FastDds, PosesOfEachTypeReachProcam) {
+  const LoopbackDomain domain;
+  FastPeer robot(domain);
+  fast::DataWriter* tf_static = robot.writer(kTf, "rt/tf_static", true);
+  write(tf_static, transforms(0, 0, "base_link", "lamp", some_pose(1)));
+  fast::DataWriter* tf = robot.writer(kTf, "rt/tf");
+  const auto chain = dds::open_pose_source("ros2:map,lamp");
+  ASSERT_TRUE(has_readers(tf) && is_connected(*chain, 2));
+  write(tf, transforms(1700000000, 250000000, "map", "base_link", some_pose(2)));
+  std::vector<track::StampedPose> poses = next_poses(*chain);
+  ASSERT_EQ(poses.size(), 1u);
+  EXPECT_EQ(poses[0].stamp, 1700000000.25);
+  expect_equal(poses[0].frame_from_child, some_pose(2) * some_pose(1));
+
+  const Mat6 ros = some_ros_covariance();
+  const auto put_covariance = [&](Cdr& cdr, const Mat6& covariance) {
+    for (int i = 0; i < 36; ++i) cdr.number(covariance(i / 6, i % 6));
+  };
+  const auto odometry = dds::open_pose_source("ros2:/odom");
+  fast::DataWriter* odom = robot.writer("nav_msgs::msg::dds_::Odometry_", "rt/odom");
+  ASSERT_TRUE(has_readers(odom) && is_connected(*odometry));
+  Cdr message;
+  put(message, 12, 500000000, "odom").text("chassis");
+  put_covariance(put(message, some_pose(3)), ros);
+  message.numbers({0.5, -0.1, 0.02, 0.01, 0.03, -0.4});
+  put_covariance(message, Mat6::Zero());
+  write(odom, message);
+  poses = next_poses(*odometry);
+  ASSERT_EQ(poses.size(), 1u);
+  EXPECT_EQ(poses[0].frame + " " + poses[0].child, "odom chassis");
+  expect_equal(poses[0].frame_from_child, some_pose(3));
+  ASSERT_TRUE(poses[0].covariance && poses[0].twist);
+  const Mat6 expected = left_covariance(ros, some_pose(3));
+  EXPECT_LT((*poses[0].covariance - expected).cwiseAbs().maxCoeff(), 1e-8 * expected.cwiseAbs().maxCoeff());
+  EXPECT_EQ(*poses[0].twist, (Vec6() << 0.01, 0.03, -0.4, 0.5, -0.1, 0.02).finished());
+
+  const auto amcl_source = dds::open_pose_source("ros2:/amcl_pose");
+  fast::DataWriter* amcl =
+      robot.writer("geometry_msgs::msg::dds_::PoseWithCovarianceStamped_", "rt/amcl_pose");
+  ASSERT_TRUE(has_readers(amcl) && is_connected(*amcl_source));
+  Cdr pose;
+  put_covariance(put(put(pose, 7, 0, "map"), some_pose(4)), ros);
+  write(amcl, pose);
+  poses = next_poses(*amcl_source);
+  ASSERT_EQ(poses.size(), 1u);
+  expect_equal(poses[0].frame_from_child, some_pose(4));
+  ASSERT_TRUE(poses[0].covariance);
+
+  const auto vicon_source = dds::open_pose_source("ros2:/vicon");
+  fast::DataWriter* vicon = robot.writer("geometry_msgs::msg::dds_::PoseStamped_", "rt/vicon");
+  ASSERT_TRUE(has_readers(vicon) && is_connected(*vicon_source));
+  Cdr bare;
+  put(put(bare, 8, 0, "map"), some_pose(5));
+  write(vicon, bare);
+  poses = next_poses(*vicon_source);
+  ASSERT_EQ(poses.size(), 1u);
+  expect_equal(poses[0].frame_from_child, some_pose(5));
+}
+
+TEST(FastDds, BytesThatAreNoneAreCountedAndTheNextPoseArrives) {
+  const LoopbackDomain domain;
+  FastPeer robot(domain);
+  fast::DataWriter* tf = robot.writer(kTf, "rt/tf");
+  const auto source = dds::open_pose_source("ros2:map,base_link");
+  ASSERT_TRUE(has_readers(tf) && is_connected(*source));
+  const Bytes whole = transforms(3, 0, "map", "base_link", some_pose(1)).bytes();
+  std::uint64_t cut = 0;
+  for (std::size_t size = 4; size < whole.size(); size += 7, ++cut) {  // cut anywhere
+    Bytes bytes(whole.begin(), whole.begin() + std::ptrdiff_t(size));
+    EXPECT_TRUE(tf->write(&bytes));
+  }
+  for (const std::uint32_t length : {0xffffffffu, 0x10000000u, 200u}) {  // sequences longer than the message
+    Bytes bytes = whole;
+    std::memcpy(bytes.data() + 4, &length, 4);
+    EXPECT_TRUE(tf->write(&bytes));
+    ++cut;
+  }
+  Bytes text = whole;  // a text without its zero
+  text[4 + 4 + 8 + 4 + 3] = 'x';
+  EXPECT_TRUE(tf->write(&text));
+  ++cut;
+  EXPECT_TRUE(wait_until([&] { return source->rejected()["ros2_undecodable"] == cut; }))
+      << source->rejected()["ros2_undecodable"] << " of " << cut;
+  write(tf, transforms(4, 0, "map", "base_link", some_pose(2)));
+  const std::vector<track::StampedPose> poses = next_poses(*source);
+  ASSERT_EQ(poses.size(), 1u);
+  expect_equal(poses[0].frame_from_child, some_pose(2));
+}
+
+TEST(FastDds, CameraInfoAndFramesOfProcamReachALateJoinerByteForByte) {
+  const LoopbackDomain domain;
+  dds::ProjectorPublisher publisher("ros2:/procam");
+  publisher.publish_camera_info("lamp", lens_shifted_projector(), 1700000000.5);
+  publisher.publish_frames({{"base_link", "procam/rig", {some_pose(1), Mat6::Zero()}}}, 3.25);
+  FastPeer late(domain);
+  fast::DataReader* info = late.reader("sensor_msgs::msg::dds_::CameraInfo_", "rt/procam/lamp/camera_info");
+  fast::DataReader* frames = late.reader(kTf, "rt/tf_static");
+  EXPECT_EQ(next_bytes(info), camera_info_bytes(1700000000, 500000000, "procam/lamp"));
+  EXPECT_EQ(next_bytes(frames), transforms(3, 250000000, "base_link", "procam/rig", some_pose(1)).bytes());
+}
+
+}  // namespace
+}  // namespace procam::test

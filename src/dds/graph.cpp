@@ -8,9 +8,9 @@
 #include <optional>
 
 #include "dds/ddsrt/log.h"
-#include "dds_limits.hpp"
 #include "names.hpp"
 #include "procam/core/base/error.hpp"
+#include "procam/core/base/limits.hpp"
 
 namespace procam::dds::internal {
 namespace {

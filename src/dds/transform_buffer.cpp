@@ -4,7 +4,7 @@
 #include <limits>
 #include <vector>
 
-#include "dds_limits.hpp"
+#include "procam/core/base/limits.hpp"
 
 namespace procam::dds::internal {
 

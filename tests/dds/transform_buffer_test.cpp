@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "dds_limits.hpp"
+#include "procam/core/base/limits.hpp"
 #include "procam/core/geometry/se3.hpp"
 
 namespace procam::dds::internal {

@@ -57,6 +57,7 @@ const std::map<std::string, double> kAll = {
     LIMIT(kLogLineBytes),      LIMIT(kPageHeaderBytes), LIMIT(kPageBodyBytes),
     LIMIT(kPageConnections),   LIMIT(kPageCommands),    LIMIT(kPageHeadS),
     LIMIT(kPageRequestS),      LIMIT(kMinTokenBytes),   LIMIT(kMaxTokenBytes),
+    LIMIT(kDdsSampleBytes),    LIMIT(kTransformFrames), LIMIT(kTransformStamps),
     LIMIT(kSurfaceNameBytes),  LIMIT(kEditedSurfaces),  LIMIT(kEditSteps)};
 #undef LIMIT
 

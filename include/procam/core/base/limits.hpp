@@ -80,6 +80,12 @@ inline constexpr std::size_t kRosbridgeBytes = kMebibyte;
 inline constexpr int kRosbridgeDepth = 16;
 /// Transforms in a message of rosbridge: a robot has some dozens.
 inline constexpr std::size_t kTransforms = 256;
+/// Bytes of one DDS sample: an uncompressed image of 16 million pixels has 48 MiB.
+inline constexpr std::size_t kDdsSampleBytes = 64 * kMebibyte;
+/// Frames that a buffer of /tf remembers: a robot has some dozens.
+inline constexpr std::size_t kTransformFrames = 512;
+/// Stamps that such a buffer remembers of a frame: ten seconds at 100 Hz.
+inline constexpr std::size_t kTransformStamps = 1024;
 /// Bytes of one line of skeletons: 16 people with all joints take 48 000.
 inline constexpr std::size_t kSkeletonLineBytes = 65536;
 /// Nested groups in a text of skeletons.

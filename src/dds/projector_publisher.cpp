@@ -35,7 +35,7 @@ std::string topic_token(const std::string& name) {
 struct ProjectorPublisher::Impl {
   internal::GraphNames names;
   internal::Participant participant;
-  dds_entity_t tf_static = 0;
+  dds_entity_t tf_static = 0, diagnostics = 0;
   std::map<std::string, dds_entity_t> camera_info;  ///< by device
 
   static void written(dds_return_t result, const std::string& topic) {
@@ -65,7 +65,8 @@ std::string ProjectorPublisher::frame(const std::string& name) const {
 std::string ProjectorPublisher::description() const {
   std::string topics;
   for (const auto& [device, writer] : impl_->camera_info) topics += impl_->topic(device) + ", ";
-  return impl_->participant.description() + ": publishes " + topics + impl_->names.resolve("/tf_static");
+  return impl_->participant.description() + ": publishes " + topics + impl_->names.resolve("/tf_static") +
+         ", " + impl_->names.resolve("/diagnostics");
 }
 
 void ProjectorPublisher::publish_camera_info(const std::string& device, const Camera& camera,
@@ -126,6 +127,31 @@ void ProjectorPublisher::publish_frames(const std::vector<FrameTree::Link>& link
   message.transforms._buffer = transforms.data();
   message.transforms._length = message.transforms._maximum = std::uint32_t(transforms.size());
   Impl::written(dds_write(impl_->tf_static, &message), topic);
+}
+
+void ProjectorPublisher::publish_health(const DeviceHealth& health, double unix_time) {
+  const std::string topic = impl_->names.resolve("/diagnostics");
+  if (impl_->diagnostics <= 0)
+    impl_->diagnostics = impl_->participant.create_writer(diagnostic_msgs_msg_dds__DiagnosticArray__desc,
+                                                          topic, internal::Reliability::kReliable,
+                                                          internal::Durability::kVolatile, 10);
+  DeviceHealth kept = health;  // C structures point to texts that may be written
+  std::string none;
+  std::vector<diagnostic_msgs_msg_dds__KeyValue_> values;
+  for (auto& [key, value] : kept.values) values.push_back({key.data(), value.data()});
+  diagnostic_msgs_msg_dds__DiagnosticStatus_ status{};
+  status.level = std::uint8_t(kept.level);
+  status.name = kept.name.data();
+  status.message = kept.message.data();
+  status.hardware_id = none.data();
+  status.values._buffer = values.data();
+  status.values._length = status.values._maximum = std::uint32_t(values.size());
+  diagnostic_msgs_msg_dds__DiagnosticArray_ array{};
+  array.header.stamp = time_of(unix_time);
+  array.header.frame_id = none.data();
+  array.status._buffer = &status;
+  array.status._length = array.status._maximum = 1;
+  Impl::written(dds_write(impl_->diagnostics, &array), topic);
 }
 
 }  // namespace procam::dds

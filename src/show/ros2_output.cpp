@@ -58,12 +58,50 @@ std::vector<FrameTree::Link> Ros2Output::frames(const Projection& projection) co
   return links;
 }
 
-void Ros2Output::publish(const Projection& projection) {
+/// What happened since the last publication.
+dds::DeviceHealth Ros2Output::health(const Projection& projection, const Metrics& metrics) {
+  dds::DeviceHealth health;
+  health.name = "procam: " + rig_.projector(options_.projector).name;
+  std::string faults;
+  for (const auto& [name, count] : metrics.faults) {
+    const auto known = before_.faults.find(name);
+    const std::uint64_t fresh = count - (known == before_.faults.end() ? 0 : known->second);
+    if (fresh > 0) faults += (faults.empty() ? "" : ", ") + name + " " + std::to_string(fresh);
+    health.values.emplace_back("fault " + name, std::to_string(count));
+  }
+  const std::uint64_t blanked = metrics.blanked - before_.blanked, dark = metrics.dark - before_.dark;
+  if (projection.track().newest_time() == 0 && metrics.waiting > before_.waiting) {
+    health.level = dds::HealthLevel::kStale;
+    health.message = "no pose has arrived";
+  } else if (blanked > 0) {
+    health.level = dds::HealthLevel::kWarning;
+    health.message = std::to_string(blanked) + " frames are black: the pose is too old";
+  } else if (dark > 0) {
+    health.level = dds::HealthLevel::kWarning;
+    health.message = "no light reaches a surface";
+  } else if (!faults.empty()) {
+    health.level = dds::HealthLevel::kWarning;
+    health.message = "faults: " + faults;
+  } else {
+    health.message = "projecting";
+  }
+  const std::pair<const char*, std::uint64_t> counts[] = {{"frames", metrics.frames},
+                                                          {"frames dropped", metrics.dropped},
+                                                          {"frames blanked", metrics.blanked},
+                                                          {"poses", metrics.poses},
+                                                          {"poses malformed", metrics.malformed}};
+  for (const auto& [name, count] : counts) health.values.emplace_back(name, std::to_string(count));
+  before_ = metrics;
+  return health;
+}
+
+void Ros2Output::publish(const Projection& projection, const Metrics& metrics) {
   const double now = steady_now();
   if (now < published_ + kPeriod) return;
   published_ = now;
   const RigProjector& projector = rig_.projector(options_.projector);
   publisher_.publish_camera_info(projector.name, projector.projector.inverse_camera, unix_now());
+  publisher_.publish_health(health(projection, metrics), unix_now());
   std::vector<FrameTree::Link> links = frames(projection);
   if (are_equal(links, frames_)) return;
   publisher_.publish_frames(links, unix_now());

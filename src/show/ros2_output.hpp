@@ -1,12 +1,13 @@
 #pragma once
-/// What a running show says of its projector in the ROS 2 graph: CameraInfo each second, and the static frames of the rig
-/// and the surfaces whenever they change.
+/// What a running show says of its projector in the ROS 2 graph: CameraInfo and its health each second, and the static
+/// frames of the rig and the surfaces whenever they change.
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "procam/core/rig/rig.hpp"
 #include "procam/dds/projector_publisher.hpp"
+#include "procam/show/metrics.hpp"
 #include "procam/show/projection.hpp"
 #include "procam/show/show_options.hpp"
 
@@ -19,7 +20,7 @@ class Ros2Output {
              const std::optional<Pose>& world_from_rig);
 
   /// Publishes what is due. Throws Error when DDS does not take it.
-  void publish(const Projection& projection);
+  void publish(const Projection& projection, const Metrics& metrics);
   std::string description() const { return publisher_.description(); }
 
   /// Frames with their parents; those of moving poses need a pose that has come.
@@ -31,6 +32,9 @@ class Ros2Output {
   Pose base_from_rig_;
   std::optional<Pose> world_from_rig_;
   dds::ProjectorPublisher publisher_;
+  dds::DeviceHealth health(const Projection& projection, const Metrics& metrics);
+
+  Metrics before_;           ///< at the last publication
   double published_ = -1e9;  ///< steady time of the last CameraInfo
   std::vector<FrameTree::Link> frames_;
 };

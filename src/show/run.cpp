@@ -263,7 +263,7 @@ class ShowRun {
     parts.say = [this](const std::string& sentence) { listener_.on_event(sentence); };
     parts.tick = [this](const Metrics& metrics) {
       take_people();
-      publish();
+      publish(metrics);
       listener_.on_frame(report(metrics));
     };
     try {
@@ -287,10 +287,10 @@ class ShowRun {
     }
   }
 
-  void publish() {
+  void publish(const Metrics& metrics) {
     if (!graph_) return;
     try {
-      graph_->publish(*projection_);
+      graph_->publish(*projection_, metrics);
     } catch (const std::exception& error) {
       if (publish_faults_++ == 0) listener_.on_event(error.what());
     }
@@ -393,7 +393,7 @@ class ShowRun {
     }
     if (options_.marker) sources_.push_back(open_markers(*options_.marker, rig_));
     if (graph_) {
-      publish();
+      publish({});
       listener_.on_start(graph_->description());
     }
     if (!options_.record.empty()) {

@@ -216,6 +216,33 @@ TEST(Ros2Graph, PosesWithCovarianceAndStampedPosesAreReadByTheirPublishedType) {
   expect_equal(bare_poses[0].frame_from_child, some_pose(4));
 }
 
+TEST(Ros2Graph, LostPacketsAreSentAgainAndARestartedRobotIsFollowed) {
+  const LoopbackDomain domain;
+  const auto source = open_pose_source("ros2:map,base_link");
+  std::vector<StampedPose> poses;
+  {
+    const Ros2Peer robot(domain, 100);  // one packet of ten is lost
+    const dds_entity_t tf = robot.writer(tf2_msgs_msg_dds__TFMessage__desc, "rt/tf");
+    ASSERT_TRUE(has_readers(tf) && is_connected(*source));
+    for (int i = 0; i < 100; ++i) {
+      Transforms().add("map", "base_link", 1000 + 0.125 * i, some_pose(0.1 * i)).write(tf);
+      std::this_thread::sleep_for(std::chrono::milliseconds(3));
+    }
+    poses = next_poses(*source, 100);
+  }
+  ASSERT_EQ(poses.size(), 100u);
+  for (std::size_t i = 0; i < poses.size(); ++i) EXPECT_EQ(poses[i].stamp, 1000 + 0.125 * double(i));
+  EXPECT_TRUE(wait_until([&] { return !source->status().connected; }));
+  // Its clock begins anew.
+  const Ros2Peer robot(domain);
+  const dds_entity_t tf = robot.writer(tf2_msgs_msg_dds__TFMessage__desc, "rt/tf");
+  ASSERT_TRUE(has_readers(tf) && is_connected(*source, 2));
+  Transforms().add("map", "base_link", 3.5, some_pose(2)).write(tf);
+  poses = next_poses(*source);
+  ASSERT_EQ(poses.size(), 1u);
+  EXPECT_EQ(poses[0].stamp, 3.5);
+}
+
 TEST(Ros2Graph, WhatIsNoMessageIsCountedByItsCauseAndTheNextPoseArrives) {
   const LoopbackDomain domain;
   const Ros2Peer robot(domain);
@@ -348,9 +375,10 @@ TEST(Ros2Publisher, CameraInfoOfALensShiftedProjectorReachesALateJoinerByteForBy
   const LoopbackDomain domain;
   ProjectorPublisher publisher("ros2:/robot1");
   publisher.publish_camera_info("left projector", lens_shifted_projector(), 1700000000.5);
-  EXPECT_EQ(publisher.description(),
-            "ROS 2 domain " + std::to_string(domain.number()) +
-                ", network lo (127.0.0.1): publishes /robot1/left_projector/camera_info, /tf_static");
+  EXPECT_EQ(
+      publisher.description(),
+      "ROS 2 domain " + std::to_string(domain.number()) +
+          ", network lo (127.0.0.1): publishes /robot1/left_projector/camera_info, /tf_static, /diagnostics");
   const Ros2Peer late(domain);
   const dds_entity_t reader =
       late.reader(sensor_msgs_msg_dds__CameraInfo__desc, "rt/robot1/left_projector/camera_info", true, true);
@@ -408,6 +436,28 @@ TEST(Ros2Publisher, FramesOfTheRigJoinTheChainsOfTheRobot) {
   std::vector<StampedPose> poses = next_poses(*source);
   ASSERT_EQ(poses.size(), 1u);
   expect_equal(poses[0].frame_from_child, some_pose(3) * some_pose(1) * some_pose(2));
+}
+
+TEST(Ros2Publisher, HealthIsADiagnosticArrayByteForByte) {
+  const LoopbackDomain domain;
+  ProjectorPublisher publisher("ros2:");
+  const Ros2Peer monitor(domain);
+  const dds_entity_t reader =
+      monitor.reader(diagnostic_msgs_msg_dds__DiagnosticArray__desc, "rt/diagnostics");
+  const DeviceHealth health{
+      "procam: lamp", HealthLevel::kWarning, "faults: depth 2", {{"frames", "61"}, {"a", ""}}};
+  publisher.publish_health(health, 1);
+  ASSERT_TRUE(wait_until([&] {
+    dds_subscription_matched_status_t matched;
+    return dds_get_subscription_matched_status(reader, &matched) == DDS_RETCODE_OK &&
+           matched.current_count == 1;
+  }));
+  publisher.publish_health(health, 2.5);
+  Cdr cdr;
+  cdr.number(std::int32_t(2)).number(std::uint32_t(500000000)).text("");
+  cdr.number(std::uint32_t(1)).number(std::uint8_t(1)).text("procam: lamp").text("faults: depth 2").text("");
+  cdr.number(std::uint32_t(2)).text("frames").text("61").text("a").text("");
+  EXPECT_EQ(next_bytes(reader), cdr.bytes());
 }
 
 }  // namespace

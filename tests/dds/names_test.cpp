@@ -6,6 +6,7 @@
 
 #include "procam/dds/pose_source.hpp"
 #include "support/expect_error.hpp"
+#include "support/udp.hpp"
 
 namespace procam::dds::internal {
 namespace {
@@ -40,7 +41,7 @@ TEST(Ros2Source, RefusesWhatIsNone) {
 }
 
 TEST(Ros2Source, OtherTextsAreOpenedAsBefore) {
-  EXPECT_NE(open_pose_source("udp:127.0.0.1:39517"), nullptr);
+  EXPECT_NE(open_pose_source("udp:127.0.0.1:" + test::free_udp_port()), nullptr);
   EXPECT_ERROR(open_pose_source("laser:1"), kInput, "ros2:[FRAME,CHILD | /TOPIC]");
   EXPECT_ERROR(track::open_pose_source("ros2:map,base"), kUnsupported, "dds::open_pose_source()");
 }

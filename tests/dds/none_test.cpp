@@ -2,6 +2,7 @@
 
 #include "procam/dds/pose_source.hpp"
 #include "support/expect_error.hpp"
+#include "support/udp.hpp"
 
 namespace procam::dds {
 namespace {
@@ -13,7 +14,7 @@ TEST(NoDds, NamesThePackages) {
 }
 
 TEST(NoDds, OpensAllOtherSources) {
-  EXPECT_NE(open_pose_source("udp:127.0.0.1:39518"), nullptr);
+  EXPECT_NE(open_pose_source("udp:127.0.0.1:" + test::free_udp_port()), nullptr);
 }
 
 }  // namespace

@@ -1,6 +1,8 @@
 #include "ros2_peer.hpp"
 
+#include <fcntl.h>
 #include <gtest/gtest.h>
+#include <sys/file.h>
 #include <unistd.h>
 
 #include <atomic>
@@ -9,18 +11,29 @@
 
 namespace procam::test {
 
-std::string LoopbackDomain::configuration(const std::string& more) {
+std::string LoopbackDomain::configuration(const std::string& discovery, int lost_per_mille) {
   return "<CycloneDDS><Domain><General><Interfaces><NetworkInterface address=\"127.0.0.1\" multicast=\"false\"/>"
          "</Interfaces><AllowMulticast>false</AllowMulticast></General><Discovery>" +
-         more +
+         discovery +
          "<ParticipantIndex>auto</ParticipantIndex><MaxAutoParticipantIndex>10</MaxAutoParticipantIndex>"
-         "<Peers><Peer address=\"127.0.0.1\"/></Peers></Discovery></Domain></CycloneDDS>";
+         "<Peers><Peer address=\"127.0.0.1\"/></Peers></Discovery><Internal><Test><XmitLossiness>" +
+         std::to_string(lost_per_mille) + "</XmitLossiness></Test></Internal></Domain></CycloneDDS>";
 }
 
 LoopbackDomain::LoopbackDomain() {
   // Below 100: ports of higher ones are in the range from which the system gives ports away.
   std::random_device random;
-  number_ = 1 + int((unsigned(::getpid()) + random()) % 99);
+  const unsigned first = random();
+  for (unsigned i = 0; i < 99 && lock_ < 0; ++i) {
+    number_ = 1 + int((first + i) % 99);
+    lock_ = ::open(("/tmp/procam-test-domain-" + std::to_string(number_)).c_str(),
+                   O_CREAT | O_RDWR | O_CLOEXEC, 0666);
+    if (lock_ >= 0 && ::flock(lock_, LOCK_EX | LOCK_NB) != 0) {
+      ::close(lock_);
+      lock_ = -1;
+    }
+  }
+  EXPECT_GE(lock_, 0) << "no domain is free";
   ::setenv("ROS_DOMAIN_ID", std::to_string(number_).c_str(), 1);
   ::setenv("CYCLONEDDS_URI", configuration().c_str(), 1);
 }
@@ -28,14 +41,15 @@ LoopbackDomain::LoopbackDomain() {
 LoopbackDomain::~LoopbackDomain() {
   ::unsetenv("ROS_DOMAIN_ID");
   ::unsetenv("CYCLONEDDS_URI");
+  if (lock_ >= 0) ::close(lock_);
 }
 
-Ros2Peer::Ros2Peer(const LoopbackDomain& domain) {
+Ros2Peer::Ros2Peer(const LoopbackDomain& domain, int lost_per_mille) {
   static std::atomic<int> others{120};
   const auto id = dds_domainid_t(others++);
   domain_ = dds_create_domain(
-      id, LoopbackDomain::configuration("<ExternalDomainId>" + std::to_string(domain.number()) +
-                                        "</ExternalDomainId>")
+      id, LoopbackDomain::configuration(
+              "<ExternalDomainId>" + std::to_string(domain.number()) + "</ExternalDomainId>", lost_per_mille)
               .c_str());
   participant_ = dds_create_participant(id, nullptr, nullptr);
   EXPECT_GT(domain_, 0);

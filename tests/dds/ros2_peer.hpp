@@ -15,15 +15,16 @@ class LoopbackDomain {
   ~LoopbackDomain();
   int number() const { return number_; }
   /// What the environment says to any other program that is to take part.
-  static std::string configuration(const std::string& more = "");
+  static std::string configuration(const std::string& discovery = "", int lost_per_mille = 0);
 
  private:
-  int number_ = 0;
+  int number_ = 0, lock_ = -1;
 };
 
 class Ros2Peer {
  public:
-  explicit Ros2Peer(const LoopbackDomain& domain);
+  /// `lost_per_mille`: packets that it does not send.
+  explicit Ros2Peer(const LoopbackDomain& domain, int lost_per_mille = 0);
   ~Ros2Peer();
   Ros2Peer(const Ros2Peer&) = delete;
   Ros2Peer& operator=(const Ros2Peer&) = delete;

@@ -68,7 +68,8 @@ TEST_F(Ros2Route, AShowFollowsTheRobotAndTellsTheGraphOfItsProjector) {
   EXPECT_NE(said.find("ROS 2 domain " + std::to_string(domain.number()) + ", network lo (127.0.0.1)"),
             std::string::npos)
       << said;
-  EXPECT_NE(said.find("publishes /procam/lamp/camera_info, /tf_static"), std::string::npos) << said;
+  EXPECT_NE(said.find("publishes /procam/lamp/camera_info, /tf_static, /diagnostics"), std::string::npos)
+      << said;
   const nlohmann::json live = nlohmann::json::parse(slurp(at("live.json")));
   EXPECT_GT(live["poses"]["taken"].get<double>(), 40) << live;
   EXPECT_EQ(live["poses"]["malformed"], 0);

@@ -9,12 +9,14 @@
 /// |---|---|---|
 /// | NAMESPACE/PROJECTOR/camera_info | sensor_msgs/CameraInfo | reliable, transient local |
 /// | /tf_static | tf2_msgs/TFMessage | reliable, transient local |
+/// | /diagnostics | diagnostic_msgs/DiagnosticArray | reliable, volatile |
 ///
 /// CameraInfo is that of the inverse camera: K with its skew and a principal point that may lie outside of the image,
 /// distortion plumb_bob, rational_polynomial or equidistant, R = I, P = [K 0]. ROS counts pixels as procam does: the
 /// centre of the top left pixel is (0, 0).
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "procam/core/base/export.hpp"
@@ -22,6 +24,15 @@
 #include "procam/core/lens/camera.hpp"
 
 namespace procam::dds {
+
+/// Of a device, as rqt's robot monitor shows it; the numbers are those of diagnostic_msgs/DiagnosticStatus.
+enum class HealthLevel { kOk = 0, kWarning = 1, kError = 2, kStale = 3 };
+struct DeviceHealth {
+  std::string name;  ///< "procam: projector"
+  HealthLevel level = HealthLevel::kOk;
+  std::string message;
+  std::vector<std::pair<std::string, std::string>> values;  ///< key, value
+};
 
 class PROCAM_EXPORT ProjectorPublisher {
  public:
@@ -44,6 +55,9 @@ class PROCAM_EXPORT ProjectorPublisher {
   /// The static frames: for each link its source frame in its target frame, the parent. They replace those from before;
   /// a late joiner gets the newest. Throws Error(kDevice).
   void publish_frames(const std::vector<FrameTree::Link>& links, double unix_time);
+
+  /// Throws Error(kDevice).
+  void publish_health(const DeviceHealth& health, double unix_time);
 
  private:
   struct Impl;

@@ -48,7 +48,7 @@ struct Metrics {
       pose_to_frame;  ///< from a pose's arrival to the first frame with it ready, less that frame's render
   /// What failed while the show went on, by name: "command", "content", "control_page", "depth", "frame", "people"
   /// and "people_..." (messages), "page_connection" (closed for others), "page_refused", "page_request", "pose_source",
-  /// "record", "reload", "room", "save", "surfaces".
+  /// "record", "reload", "room", "save", "surfaces", and what a source rejected by its cause ("ros2_oversized").
   std::map<std::string, std::uint64_t> faults;
   std::uint64_t contents_stopped = 0;  ///< now: contents that give no new images and show their last one
 };

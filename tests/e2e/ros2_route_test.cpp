@@ -4,6 +4,8 @@
 
 #include <chrono>
 #include <cmath>
+#include <map>
+#include <string>
 #include <thread>
 
 #include "dds/ros2_peer.hpp"
@@ -47,12 +49,29 @@ class Sender {
   std::string frame_, child_;
 };
 
+/// Calls visit(message) for all that a reader has.
+template <typename Message, typename Visit>
+void for_each(dds_entity_t reader, Visit visit) {
+  for (;;) {
+    void* samples[1] = {};
+    dds_sample_info_t info;
+    if (dds_take(reader, samples, &info, 1, 1) < 1) return;
+    if (info.valid_data) visit(*static_cast<const Message*>(samples[0]));
+    dds_return_loan(reader, samples, 1);
+  }
+}
+
 TEST_F(Ros2Route, AShowFollowsTheRobotAndTellsTheGraphOfItsProjector) {
   const LoopbackDomain domain;
   const Ros2Peer robot(domain);
   Sender odom(robot.writer(tf2_msgs_msg_dds__TFMessage__desc, "rt/tf"), "odom", "base_link");
   Sender map(robot.writer(tf2_msgs_msg_dds__TFMessage__desc, "rt/tf_static", true, true), "map", "odom");
   map.send(0, 0.25);
+  const Ros2Peer viewer(domain);
+  const dds_entity_t frames = viewer.reader(tf2_msgs_msg_dds__TFMessage__desc, "rt/tf_static", true, true);
+  const dds_entity_t info =
+      viewer.reader(sensor_msgs_msg_dds__CameraInfo__desc, "rt/procam/lamp/camera_info", false);
+  const dds_entity_t health = viewer.reader(diagnostic_msgs_msg_dds__DiagnosticArray__desc, "rt/diagnostics");
   Running show("project-live",
                this->show() + "--control off --json --pose-source ros2:map,base_link --publish ros2:/procam" +
                    " --output frames:" + at("frames") + " --fps 20 --duration 3s --blank-on-stale 500ms",
@@ -74,6 +93,48 @@ TEST_F(Ros2Route, AShowFollowsTheRobotAndTellsTheGraphOfItsProjector) {
   EXPECT_GT(live["poses"]["taken"].get<double>(), 40) << live;
   EXPECT_EQ(live["poses"]["malformed"], 0);
   EXPECT_FALSE(live.contains("faults")) << live.dump();
+  // What the graph was told: the tree of frames, with the surfaces where the file places them.
+  std::map<std::string, std::string> parents;
+  for_each<tf2_msgs_msg_dds__TFMessage_>(frames, [&](const auto& message) {
+    for (std::uint32_t i = 0; i < message.transforms._length; ++i) {
+      const geometry_msgs_msg_dds__TransformStamped_& one = message.transforms._buffer[i];
+      parents[one.child_frame_id] = one.header.frame_id;
+      if (std::string(one.child_frame_id) == "procam/lamp") {
+        const auto& t = one.transform.translation;
+        EXPECT_EQ(Vec3(t.x, t.y, t.z), Vec3(0.2, 0.03, 0.9));
+      }
+      if (std::string(one.child_frame_id) == "procam/surfaces/wall 1") {
+        const auto& t = one.transform.translation;
+        const Vec3 expected =
+            std::get<PlanarSurface>(wall_around(1, "").geometry).frame_from_surface.translation;
+        EXPECT_LT((Vec3(t.x, t.y, t.z) - expected).norm(), 1e-6);
+      }
+    }
+  });
+  const std::map<std::string, std::string> expected = {{"odom", "map"},
+                                                       {"procam/rig", "base_link"},
+                                                       {"procam/lamp", "procam/rig"},
+                                                       {"procam/surfaces/wall 0", "map"},
+                                                       {"procam/surfaces/wall 1", "map"},
+                                                       {"procam/surfaces/wall 2", "map"},
+                                                       {"procam/surfaces/wall 3", "map"}};
+  EXPECT_EQ(parents, expected);
+  int infos = 0;
+  for_each<sensor_msgs_msg_dds__CameraInfo_>(info, [&](const auto& message) {
+    ++infos;
+    EXPECT_EQ(message.width, 320u);
+    EXPECT_EQ(message.k[0], 410.0);
+    EXPECT_STREQ(message.header.frame_id, "procam/lamp");
+  });
+  EXPECT_GE(infos, 2);
+  bool is_healthy = false;  // once: a machine under load may be late at other times
+  for_each<diagnostic_msgs_msg_dds__DiagnosticArray_>(health, [&](const auto& message) {
+    ASSERT_EQ(message.status._length, 1u);
+    EXPECT_STREQ(message.status._buffer[0].name, "procam: lamp");
+    is_healthy |= message.status._buffer[0].level == 0 &&
+                  std::string(message.status._buffer[0].message) == "projecting";
+  });
+  EXPECT_TRUE(is_healthy);
   // The last frame is lit.
   const ImageU8 last = io::load_image(at("frames/frame_000050.png")).image;
   const std::uint8_t* end = last.data() + std::ptrdiff_t(last.width()) * last.height() * 3;

@@ -18,14 +18,14 @@ import cpp
 COMPONENTS = [  # in the order of the pipeline, each with the document about it
     ("core", "pipeline"), ("pattern", "patterns"), ("detect", "boards"), ("io", "file-formats"), ("device", "capture"),
     ("surface", "surfaces"), ("depth", "depth"), ("render", "render"), ("calibrate", "calibration"), ("track", "locate"),
-    ("people", "people"), ("scan", "scan"), ("room", "room"), ("simulate", "simulate"), ("analyze", "error"), ("report", "verify"),
+    ("dds", "ros2"), ("people", "people"), ("scan", "scan"), ("room", "room"), ("simulate", "simulate"), ("analyze", "error"), ("report", "verify"),
     ("session", "capture"), ("show", "live"), ("studio", "studio"),
 ]
 GROUPS = [  # documents by what a reader wants; the rest follows under "More"
     ("Begin", ["README", "docs/README", "docs/first-wall", "docs/studio", "docs/mapping", "docs/ten-functions", "docs/python", "docs/packages", "docs/troubleshooting"]),
     ("Calibrate", ["docs/calibration", "docs/capture", "docs/patterns", "docs/boards", "docs/planning", "docs/verify", "docs/error",
                    "docs/photographs", "docs/exchange"]),
-    ("Project", ["docs/surfaces", "docs/content", "docs/render", "docs/live", "docs/locate", "docs/people", "docs/depth", "docs/scan", "docs/room"]),
+    ("Project", ["docs/surfaces", "docs/content", "docs/render", "docs/live", "docs/ros2", "docs/locate", "docs/people", "docs/depth", "docs/scan", "docs/room"]),
     ("Background", ["docs/pipeline", "docs/conventions", "docs/glossary", "docs/file-formats", "docs/matching", "docs/simulate",
                     "docs/references", "docs/stability", "docs/security", "docs/fuzzing", "docs/soak", "CONTRIBUTING", "SECURITY",
                     "CHANGELOG"]),

@@ -14,6 +14,7 @@ namespace {
 
 constexpr int kCoarse = 4, kCoarseReach = 8;  ///< of the coarse search: working pixels a pixel, and +- pixels
 constexpr double kEnough = 0.35;              ///< share of textured cells that must agree with the start
+constexpr double kManyMore = 0.5;             ///< share that must agree with another start
 constexpr double kClippedGrey = 253, kMaxClipped = 0.05;
 constexpr double kMinGain = 5;     ///< sigmas of a cell's gain: with less it may be noise
 constexpr double kSteady = 0.005;  ///< working pixels: the iteration has settled
@@ -99,7 +100,9 @@ class CellTemplate {
       for (int i = x - half; i <= x + half; ++i, ++n)
         basis_.row(n) << row[i], 0.5f * (row[i + 1] - row[i - 1]), 0.5f * (below[i] - above[i]);
     }
-    basis_.rowwise() -= basis_.colwise().mean();
+    const Eigen::RowVector3f means = basis_.colwise().mean();
+    basis_.rowwise() -= means;
+    mean_ = double(means[0]);
     gram_ = (basis_.transpose() * basis_).cast<double>();
   }
 
@@ -109,6 +112,7 @@ class CellTemplate {
     if (!(gram_(0, 0) > 0)) return all;
     return all - gram_.bottomLeftCorner<2, 1>() * gram_.topRightCorner<1, 2>() / gram_(0, 0);
   }
+  double mean() const { return mean_; }  ///< of T
   double variance() const { return gram_(0, 0) / double(basis_.rows()); }
   Eigen::Index pixels() const { return basis_.rows(); }
 
@@ -147,6 +151,7 @@ class CellTemplate {
   int x_, y_, half_;
   Eigen::Matrix<float, Eigen::Dynamic, 3> basis_;
   Mat3 gram_ = Mat3::Zero();
+  double mean_ = 0;
 };
 
 struct Search {
@@ -198,7 +203,7 @@ struct Search {
         std::max(noise, rest / double(shape.pixels()) * freedom / std::max(1.0, freedom - 4));
     result.shift = shift;
     result.gain = gain;
-    result.offset = products->mean;
+    result.offset = products->mean - gain * shape.mean();
     result.misfit = std::sqrt(rest / std::max(1e-30, gain * gain * shape.gram()(0, 0)));
     result.information = gain * gain / (kNoiseArea * variance) * shape.structure();
     if (prediction.change) result.by_delay = apparent_shift(cell, factors);
@@ -360,7 +365,8 @@ ImageComparison compare(const LightGeometry& geometry, const SeenLight& light, d
     if ((other - start).norm() > 1) {
       ImageComparison again = result;
       measure_all(search, textured, shapes, other, again);
-      if (again.measured > before) result = std::move(again);
+      if (again.measured >= 2 * before && again.measured >= kManyMore * double(textured.size()))
+        result = std::move(again);
     }
   }
   std::vector<double> offsets;

@@ -158,7 +158,9 @@ std::optional<WatchState> Watch::view_state(double time, const ImageComparison& 
 WatchReport Watch::add(double time, const ShownLight& light, ViewU8 image) {
   CompareOptions comparing = options_.compare;
   if (tone_) comparing.tone = *tone_;
-  ImageComparison compared = compare(geometry_, light, image, start_, comparing);
+  // Repeated content (lines of text) fits at many shifts: only a shift that windows confirm is a start.
+  const Vec2 start = is_alarm_ || moved_windows_ > 0 ? start_ : Vec2::Zero();
+  ImageComparison compared = compare(geometry_, light, image, start, comparing);
   if (!tone_ && compared.measured >= options_.min_cells) {
     tone_ = comparing.tone = fit_tone(geometry_, light, image, compared.start, comparing);
     compared = compare(geometry_, light, image, compared.start, comparing);

@@ -23,6 +23,12 @@ int number_of(const char* variable, int usual) {
   const char* text = std::getenv(variable);
   return text != nullptr ? std::atoi(text) : usual;
 }
+/// All, or the one of PROCAM_WATCH_CONTENT.
+std::vector<Content> contents() {
+  const int one = number_of("PROCAM_WATCH_CONTENT", -1);
+  if (one >= 0) return {Content(one)};
+  return {std::begin(kTextured), std::end(kTextured)};
+}
 double cpu_s() {
   return double(std::clock()) / CLOCKS_PER_SEC;
 }
@@ -83,7 +89,7 @@ WorldOptions world_of(Content content, int seed, bool corner, bool person) {
 TEST(WatchFigures, Bumps) {
   const int seeds = number_of("PROCAM_WATCH_SEEDS", 5), first = number_of("PROCAM_WATCH_FIRST", 0);
   int found = 0, wrong = 0, inseparable = 0, runs = 0;
-  for (const Content content : kTextured)
+  for (const Content content : contents())
     for (int seed = first; seed < first + seeds; ++seed)
       for (const bool turned : {true, false}) {
         LongRun run(world_of(content, seed, seed % 2 == 1, true));
@@ -164,7 +170,7 @@ TEST(WatchFigures, Timeline) {
 TEST(WatchFigures, Still) {
   const int seeds = number_of("PROCAM_WATCH_SEEDS", 5), first = number_of("PROCAM_WATCH_FIRST", 0);
   const double seconds = number_of("PROCAM_WATCH_SECONDS", 60);
-  for (const Content content : kTextured)
+  for (const Content content : contents())
     for (int seed = first; seed < first + seeds; ++seed) {
       LongRun run(world_of(content, seed, seed % 2 == 1, true));
       int windows = 0, below[4] = {0, 0, 0, 0}, alarms = 0;

@@ -132,6 +132,21 @@ TEST(Watch, ACoveredCameraALampAndAnAbsentProjectorAreReported) {
   EXPECT_FALSE(report.is_alarm);
 }
 
+/// A cut of a film changes the whole image, and nothing in the room.
+TEST(Watch, ACutIsNoLampAndNoMovement) {
+  WorldOptions options;
+  options.seed = 6;
+  options.person = true;
+  Session session(options);
+  session.time = 5.813;  // the cut is at seven seconds
+  for (int i = 0; i < 16; ++i) {
+    const WatchReport report = session.next();
+    EXPECT_NE(report.state, WatchState::kLightSwitched) << report.time;
+    EXPECT_FALSE(report.is_alarm);
+    EXPECT_GT(report.measured, 40) << report.time;
+  }
+}
+
 TEST(Watch, ImagesAndFramesOfOtherSizesAreRefused) {
   Session session(WorldOptions{});
   const ImageU8 frame = session.world.frame(0);

@@ -4,13 +4,17 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
+#include <cmath>
 #include <fstream>
 #include <mutex>
+#include <nlohmann/json.hpp>
 #include <thread>
 
+#include "control_messages.hpp"
 #include "io/scratch.hpp"
 #include "procam/device/frame_sink.hpp"
 #include "procam/surface/solve.hpp"
+#include "prometheus.hpp"
 #include "support/expect_error.hpp"
 #include "watch/watched_world.hpp"
 
@@ -124,6 +128,35 @@ TEST(LightWatch, ACameraThatIsGoneIsCountedAndComesBack) {
     stage.is_gone = false;
   }
   EXPECT_TRUE(show_until(watch, stage, sentences, [](const WatchStatus& s) { return s.checks > 0; }));
+}
+
+TEST(LightWatch, StatusAndMetricsShowIt) {
+  PageStatus page;
+  EXPECT_TRUE(nlohmann::json::parse(to_json_text(page)).at("watch").is_null());
+  WatchStatus status;
+  status.state = "moved";
+  status.sentence = "the light is off by 7.4 mm";
+  status.is_alarm = true;
+  status.checks = 31;
+  status.alarms = 2;
+  status.error_mm = 7.375;
+  status.error_sigma_mm = 0.125;
+  status.history_mm = {0.0625, NAN};
+  page.watch = status;
+  const nlohmann::json watch = nlohmann::json::parse(to_json_text(page)).at("watch");
+  EXPECT_EQ(watch.at("state"), "moved");
+  EXPECT_EQ(watch.at("alarm"), true);
+  EXPECT_EQ(watch.at("error_mm"), 7.375);
+  EXPECT_EQ(watch.at("history_mm"), nlohmann::json::parse("[0.0625, null]"));
+  Metrics metrics;
+  EXPECT_EQ(to_prometheus(metrics, {}).find("procam_watch"), std::string::npos);
+  metrics.watch = status;
+  const std::string text = to_prometheus(metrics, {});
+  for (const char* line :
+       {"procam_watch_checks_total 31\n", "procam_watch_alarms_total 2\n", "procam_watch_alarm 1\n",
+        "procam_watch_error_metres 0.007375\n", "procam_watch_error_sigma_metres 0.000125\n",
+        "procam_watch_state{state=\"moved\"} 1\n"})
+    EXPECT_NE(text.find(line), std::string::npos) << line;
 }
 
 TEST(LightWatch, ALogThatCannotBeWrittenIsRefused) {

@@ -18,8 +18,9 @@ inline __attribute__((always_inline)) void noise_thresholds(const std::uint8_t* 
   const float at_black = float(2.0 * noise.at_black * sigmas * sigmas);
   const float per_level = float(noise.per_level * sigmas * sigmas);
   for (int x = 0; x < width; ++x) {
+    // The model's line may fall below zero where the noise falls with the light.
     const float variance = at_black + per_level * float(int(white[x]) + int(black[x]));
-    threshold[x] = std::uint8_t(std::min(255, int(std::sqrt(variance)) + 1));
+    threshold[x] = std::uint8_t(std::min(255, int(std::sqrt(std::max(variance, 0.0f))) + 1));
   }
 }
 

@@ -61,11 +61,15 @@ void bind_show(py::module_& m) {
       "Durations in bins that grow by a twentieth of an octave, from 1 us to 1000 s:\n"
       "percentiles are right to 1.8 %, whatever came, in 5 KB. Shorter ones count as 1 us,\n"
       "longer as 1000 s.");
+  Record<show::WatchStatus> watch_status(m, "WatchStatus",
+                                         "Where the light is, by a camera that watches it (docs/watch.md).");
   Record<show::Metrics> metrics(m, "Metrics", "");
   Record<show::MarkerInput> marker_input(
       m, "MarkerInput", "Poses from what a camera of the rig sees of markers (marker_source.hpp).");
   Record<show::DepthInput> depth_input(m, "DepthInput",
                                        "The rig's depth camera, for surfaces that begin with \"depth:\".");
+  Record<show::WatchInput> watch_input(
+      m, "WatchInput", "A camera of the rig that watches where the light of the show is (docs/watch.md).");
   Record<show::PeopleInput> people_input(
       m, "PeopleInput", "Skeletons of the people before the projector, whose heads are kept dark.");
   Record<show::ShowOptions> show_options(m, "ShowOptions", "");
@@ -108,9 +112,33 @@ void bind_show(py::module_& m) {
              "What failed while the show went on, by name: \"command\", \"content\", \"control_page\",\n"
              "\"depth\", \"frame\", \"people\" and \"people_...\" (messages), \"page_connection\" (closed\n"
              "for others), \"page_refused\", \"page_request\", \"pose_source\", \"record\", \"reload\",\n"
-             "\"room\", \"save\", \"surfaces\".")
+             "\"room\", \"save\", \"surfaces\", \"watch\".")
+      .field("watch", &show::Metrics::watch, "")
       .field("contents_stopped", &show::Metrics::contents_stopped,
              "now: contents that give no new images and show their last one");
+  watch_status.fields_init()
+      .field("state", &show::WatchStatus::state, "\"ok\", \"moved\", \"no_texture\" ...: watch::to_string()")
+      .field("sentence", &show::WatchStatus::sentence, "for people")
+      .field("is_alarm", &show::WatchStatus::is_alarm, "")
+      .field("checks", &show::WatchStatus::checks, "")
+      .field("alarms", &show::WatchStatus::alarms, "")
+      .field("faults", &show::WatchStatus::faults, "")
+      .field("error_mm", &show::WatchStatus::error_mm, "of the last window, RMS on the surfaces")
+      .field("error_sigma_mm", &show::WatchStatus::error_sigma_mm, "of the last window, RMS on the surfaces")
+      .field("probability", &show::WatchStatus::probability, "of such shifts without a movement")
+      .field("textured", &show::WatchStatus::textured, "cells of the last image")
+      .field("measured", &show::WatchStatus::measured, "cells of the last image")
+      .field("window_time", &show::WatchStatus::window_time,
+             "end of the last window, clock of device::now_s()")
+      .field("history_mm", &show::WatchStatus::history_mm, "errors of the last windows, oldest first");
+  watch_input.fields_init()
+      .field("camera", &show::WatchInput::camera,
+             "number, device or address, as device::open_camera() takes it; watch:FOLDER for a folder")
+      .field("name", &show::WatchInput::name,
+             "the camera's name in the rig; may be empty when the rig has one")
+      .field("delay_s", &show::WatchInput::delay_s, "from the exposure of an image to its arrival")
+      .field("only", &show::WatchInput::only,
+             "report, and correct nothing; corrections are not built yet, so this is needed");
   marker_input.fields_init()
       .field("camera", &show::MarkerInput::camera,
              "number, device or address, as device::open_camera() takes it")
@@ -178,6 +206,7 @@ void bind_show(py::module_& m) {
       .field("depth", &show::ShowOptions::depth, "")
       .field("people", &show::ShowOptions::people, "")
       .field("publish", &show::ShowOptions::publish, "ros2:[NAMESPACE]: the projector in the ROS 2 graph")
+      .field("watch", &show::ShowOptions::watch, "")
       .field("autosave", &show::ShowOptions::autosave, "edits at the control page are saved within a second")
       .field("record", &show::ShowOptions::record, "log of the run, for replay()")
       .field("control", &show::ShowOptions::control, "[ADDRESS:]PORT of the control page, or \"off\"")

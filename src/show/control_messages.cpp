@@ -17,6 +17,23 @@ json finite(double value) {
   return std::isfinite(value) ? json(value) : json(nullptr);
 }
 
+json to_json(const WatchStatus& watch) {
+  json history = json::array();
+  for (const double error_mm : watch.history_mm) history.push_back(finite(error_mm));
+  return {{"state", watch.state},
+          {"sentence", watch.sentence},
+          {"alarm", watch.is_alarm},
+          {"checks", watch.checks},
+          {"alarms", watch.alarms},
+          {"faults", watch.faults},
+          {"error_mm", finite(watch.error_mm)},
+          {"error_sigma_mm", finite(watch.error_sigma_mm)},
+          {"probability", finite(watch.probability)},
+          {"textured", watch.textured},
+          {"measured", watch.measured},
+          {"history_mm", std::move(history)}};
+}
+
 json to_json(const PageStatus& status) {
   json surfaces = json::array();
   for (const PageSurface& surface : status.surfaces) {
@@ -43,6 +60,7 @@ json to_json(const PageStatus& status) {
           {"pose_age_ms", finite(status.pose_age_ms)},
           {"delay_ms", finite(status.delay_ms)},
           {"pose_error_mm", finite(status.pose_error_mm)},
+          {"watch", status.watch ? to_json(*status.watch) : json(nullptr)},
           {"messages", status.messages}};
 }
 

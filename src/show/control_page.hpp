@@ -28,6 +28,7 @@
 
 #include "editor.hpp"
 #include "procam/core/base/image.hpp"
+#include "procam/show/metrics.hpp"
 #include "procam/show/page_server.hpp"
 #include "procam/show/projection.hpp"
 
@@ -52,6 +53,7 @@ struct PageStatus {
   std::string waiting;     ///< why surfaces in the world are dark: "waiting for a pose from udp:9000"
   double poses_per_s = 0, pose_age_ms = 0, delay_ms = 0;
   double pose_error_mm = 0;           ///< of the light, predicted from the pose's covariance
+  std::optional<WatchStatus> watch;   ///< of a show that is watched
   std::vector<std::string> messages;  ///< the last ones for people, oldest first
 };
 

@@ -179,6 +179,7 @@ class Loop {
     take_commands();
     autosave();
     guarded("room", [&] { watch_room(); });
+    guarded("watch", [&] { take_watch(); });
     guarded("content", [&] { check_parts(); });
     if (parts_.loader == nullptr) return;
     guarded("reload", [&] {
@@ -389,6 +390,15 @@ class Loop {
     show_of(*news->surfaces);
   }
 
+  void take_watch() {
+    if (parts_.watch == nullptr) return;
+    const std::optional<LightWatch::News> news = parts_.watch->take();
+    if (!news) return;
+    for (const std::string& sentence : news->sentences) say(sentence);
+    if (news->status.faults > 0) metrics_.faults["watch"] = news->status.faults;
+    metrics_.watch = news->status;
+  }
+
   void take_poses() {
     for (track::PoseSource* source : parts_.sources) guarded("pose_source", [&] { take_poses(*source); });
   }
@@ -429,6 +439,9 @@ class Loop {
       if (!good) make_black(*(shown_ = frame));
     }
     parts_.sink.show_next(*shown_);
+    if (parts_.watch != nullptr)
+      guarded("watch",
+              [&] { parts_.watch->shown(shown_, now + options_.delay_s, parts_.projection.solved()); });
     ++metrics_.frames;
     metrics_.blanked += drawn_.blanked ? 1 : 0;
     metrics_.waiting += drawn_.waiting ? 1 : 0;
@@ -523,6 +536,7 @@ class Loop {
     status.poses_per_s = poses_per_s_;
     status.pose_age_ms = 1e3 * drawn_.pose.age;
     status.delay_ms = 1e3 * options_.delay_s;
+    status.watch = metrics_.watch;
     status.pose_error_mm = 1e3 * drawn_.pose_error;
     status.messages.assign(messages_.begin(), messages_.end());
     gather_counts();

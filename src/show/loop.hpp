@@ -10,6 +10,7 @@
 
 #include "control_page.hpp"
 #include "editor.hpp"
+#include "light_watch.hpp"
 #include "procam/device/frame_sink.hpp"
 #include "procam/show/metrics.hpp"
 #include "procam/show/projection.hpp"
@@ -38,6 +39,7 @@ struct LoopParts {
   DepthSurfaceSource* room = nullptr;  ///< where the surfaces come from, instead of a file
   /// The contents of the room's surfaces, by their names.
   std::map<std::string, std::string> room_contents = {};
+  LightWatch* watch = nullptr;  ///< gets each frame that is shown
   ControlPage* page = nullptr;
   RunRecorder* recorder = nullptr;
   /// What may be chosen as content at the page.

@@ -34,6 +34,24 @@ void write(std::string& text, const char* name, const char* help, const Duration
   text += line;
 }
 
+void write(std::string& text, const WatchStatus& watch) {
+  const auto add = [&](const char* name, const char* kind, const char* help, double value) {
+    char line[256];
+    std::snprintf(line, sizeof line,
+                  "# HELP procam_watch_%s %s\n# TYPE procam_watch_%s %s\nprocam_watch_%s %.9g\n", name, help,
+                  name, kind, name, value);
+    text += line;
+  };
+  add("checks_total", "counter", "Camera images that were compared with the frame.", double(watch.checks));
+  add("alarms_total", "counter", "Times that the light was found to be off.", double(watch.alarms));
+  add("alarm", "gauge", "1 while the light is off.", watch.is_alarm ? 1 : 0);
+  add("error_metres", "gauge", "Error of the light on the surfaces, RMS.", 1e-3 * watch.error_mm);
+  add("error_sigma_metres", "gauge", "Its standard deviation.", 1e-3 * watch.error_sigma_mm);
+  text +=
+      "# HELP procam_watch_state What the camera sees.\n# TYPE procam_watch_state gauge\nprocam_watch_state{state=\"" +
+      watch.state + "\"} 1\n";
+}
+
 }  // namespace
 
 void Durations::add(double seconds) {
@@ -92,6 +110,7 @@ std::string to_prometheus(const Metrics& m, const track::Faults& poses) {
                                                                {"clock_jumps", poses.clock_jumps}};
   for (const auto& [name, count] : pose_faults)
     text += "procam_pose_faults_total{name=\"" + std::string(name) + "\"} " + std::to_string(count) + "\n";
+  if (m.watch) write(text, *m.watch);
   write(text, "draw", "From the last look at the pose sources to the frame ready.", m.draw);
   write(text, "render", "The renderer's part of it.", m.render);
   write(text, "frame_jitter", "Between the begins of two frames, from what it should be.", m.jitter);

@@ -175,6 +175,29 @@ std::unique_ptr<track::PoseSource> open_markers(const MarkerInput& input, const 
   return std::make_unique<MarkerSource>(open(), camera, map, detect::marker_cells(map.dictionary), open);
 }
 
+/// "camera:0" and "0" are one camera; watch:FOLDER is a folder into which a camera program writes.
+std::unique_ptr<device::FrameSource> open_watch_camera(const std::string& name, ImageSize size) {
+  if (name.rfind("watch:", 0) == 0) return device::watch_folder(name.substr(6));
+  device::CameraOptions options;
+  options.size = size;
+  return device::open_camera(name.rfind("camera:", 0) == 0 ? name.substr(7) : name, options);
+}
+
+std::unique_ptr<LightWatch> watch_light(const ShowOptions& options, const Rig& rig) {
+  const WatchInput& input = *options.watch;
+  LightWatchOptions watching;
+  watching.camera = rig.camera(input.name);
+  watching.projector = rig.projector(options.projector);
+  watching.camera_delay = input.delay_s;
+  watching.watch.movement.projector_covariance =
+      watch::projector_covariance(rig, watching.projector.name, watching.camera.name);
+  if (!options.record.empty())
+    watching.log = (fs::absolute(options.record).parent_path() / "watch.csv").string();
+  return std::make_unique<LightWatch>(
+      [name = input.camera, size = watching.camera.camera.size] { return open_watch_camera(name, size); },
+      watching);
+}
+
 ControlOptions control_options(const ShowOptions& options) {
   ControlOptions control = parse_page_address(options.control);
   control.token = options.token;
@@ -189,6 +212,8 @@ void check_combination(const ShowOptions& options) {
   if (options.surfaces.empty()) refuse("surfaces", "none are given", "name a surface file");
   if (options.people && !options.record.empty())
     refuse("record", "a run with people cannot be shown again bit for bit", "leave one of them out");
+  if (options.watch && !options.watch->only)
+    refuse("watch", "what it finds is not corrected yet", "add --watch-only, so that it reports");
   if (options.depth.silhouettes && !is_depth_source(options.surfaces))
     refuse("silhouettes", "no depth camera sees the room", "give surfaces depth:SOURCE");
   if (options.depth.silhouettes && !options.record.empty())
@@ -248,6 +273,7 @@ class ShowRun {
     parts.loader = loader_.get();
     parts.room = room_.get();
     if (in_room_) parts.room_contents = absolute_contents(options_);
+    parts.watch = watch_.get();
     parts.page = page_.get();
     parts.recorder = recorder_ ? &*recorder_ : nullptr;
     parts.contents = content_choices(folder_, first_);
@@ -396,6 +422,7 @@ class ShowRun {
       publish({});
       listener_.on_start(graph_->description());
     }
+    if (options_.watch) watch_ = watch_light(options_, rig_);
     if (!options_.record.empty()) {
       recorder_.emplace(options_.record, conditions_);
       // A recorded run begins from what its log holds, digit by digit.
@@ -430,6 +457,7 @@ class ShowRun {
   LoopOptions loop_;
   std::vector<std::unique_ptr<track::PoseSource>> sources_;
   std::optional<RunRecorder> recorder_;
+  std::unique_ptr<LightWatch> watch_;
   std::unique_ptr<ControlPage> page_;
 };
 

@@ -53,6 +53,15 @@ static void fields(io::Fields& f, PeopleInput& people) {
           "give seconds, e.g. 0.05");
 }
 
+static void fields(io::Fields& f, WatchInput& watch) {
+  f.field("camera", watch.camera);
+  f.optional("name", watch.name);
+  field_or(f, "delay_s", watch.delay_s, 0.0);
+  field_or(f, "only", watch.only, false);
+  f.check(watch.delay_s >= 0 && watch.delay_s <= limits::kDelayS, "delay_s", "no camera is that late",
+          "give seconds, e.g. 0.05");
+}
+
 static void check_times(io::Fields& f, const ShowOptions& o) {
   const auto check = [&](const char* name, const std::optional<double>& seconds, double max) {
     f.check(!seconds || (*seconds >= 0 && *seconds <= max), name,
@@ -94,6 +103,7 @@ static void fields(io::Fields& f, ShowOptions& o) {
   if (has_depth) f.field("depth", o.depth);
   f.optional("people", o.people);
   f.optional("publish", o.publish);
+  f.optional("watch", o.watch);
   field_or(f, "autosave", o.autosave, usual.autosave);
   f.optional("record", o.record);
   field_or(f, "control", o.control, usual.control);

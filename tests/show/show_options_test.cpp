@@ -42,6 +42,11 @@ ShowOptions everything() {
   o.people->source = "udp:9100";
   o.people->sensor = "sensor.json";
   o.people->destinations = {"wall=udp:127.0.0.1:9101"};
+  o.watch = WatchInput{};
+  o.watch->camera = "camera:1";
+  o.watch->name = "left";
+  o.watch->delay_s = 0.03;
+  o.watch->only = true;
   o.autosave = true;
   o.control = "off";
   o.token = "secret";
@@ -224,6 +229,10 @@ TEST(Run, ShowsRecordsAndShowsAgain) {
 TEST(Run, RefusesWhatCannotBe) {
   ShowOptions options;
   EXPECT_ERROR(run(small_rig(), options), kInput, "surfaces");
+  options.surfaces = "surfaces.json";
+  options.watch.emplace().camera = "camera:0";
+  EXPECT_ERROR(run(small_rig(), options), kInput, "--watch-only");
+  options.watch.reset();
   options.surfaces = "depth:watch:nowhere";
   options.depth.silhouettes = true;
   options.record = "run.log";

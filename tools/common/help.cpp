@@ -25,6 +25,7 @@ struct ValueType {
 constexpr ValueType kValueTypes[] = {
     {"FOLDER",
      " simulate-captures:output capture-session:output make-patterns:output calibrate-camera:images "},
+    {"CAMERA", " project-live:watch "},
     {"FORMAT", " procam-convert:to "},
     {"LENGTH+-LENGTH", " calibrate-mount:height "},
     {"MOTION", " motion "},
@@ -42,12 +43,12 @@ constexpr ValueType kValueTypes[] = {
     {"ANGLE", " bump pitch roll yaw "},
     {"TIME",
      " blank-on-stale camera-delay clock-offset delay delay-sigma depth-delay duration freeze-on-stale interval "
-     "jitter latency sensor-delay source-delay time-offset "},
+     "jitter latency sensor-delay source-delay time-offset watch-delay "},
     {"WxH", " camera-size grid projector-size resolution size target "},
     {"BOARD", " board mirror-board "},
     {"MARKER", " marker "},
     {"NAME",
-     " camera-name child depth-camera device frame marker-camera-name projector rig-frame surface view "},
+     " camera-name child depth-camera device frame marker-camera-name projector rig-frame surface view watch-name "},
     {"SHARE", " duplicate garbage lens-sigma loss reorder "},
     {"SURFACE=VALUE", " content crop fit reflectance "},
     {"PROJECTOR=NUMBER", " black brightness "},

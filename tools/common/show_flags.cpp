@@ -125,6 +125,26 @@ void declare_people(CLI::App& app, show::ShowOptions& o) {
       ->needs(people);
 }
 
+void declare_watch(CLI::App& app, show::ShowOptions& o) {
+  const auto watch = [&o]() -> show::WatchInput& { return o.watch ? *o.watch : o.watch.emplace(); };
+  CLI::Option* camera = app.add_option_function<std::string>(
+      "--watch", [watch](const std::string& text) { watch().camera = text; },
+      "Camera of the rig that watches where the light is, without a pattern: camera:0, a device, a URL, or "
+      "watch:FOLDER (docs/watch.md)");
+  app.add_flag_callback(
+         "--watch-only", [watch] { watch().only = true; },
+         "Report what it finds and correct nothing; needed, as corrections are not built yet")
+      ->needs(camera);
+  app.add_option_function<std::string>(
+         "--watch-name", [watch](const std::string& text) { watch().name = text; },
+         "Name of that camera, for a rig with several cameras")
+      ->needs(camera);
+  add_parsed(
+      app, "--watch-delay", [watch](const std::string& text) { watch().delay_s = io::parse_delay(text); },
+      "Time from the exposure of its image to its arrival, e.g. 40ms")
+      ->needs(camera);
+}
+
 void declare_output(CLI::App& app, show::ShowOptions& o) {
   app.add_option("--display", o.display,
                  "Display for the full-screen window: number, name or position on the desktop ('1920,0')");
@@ -183,6 +203,7 @@ void declare_show(CLI::App& app, show::ShowOptions& options) {
   declare_surfaces(app, options);
   declare_poses(app, options);
   declare_people(app, options);
+  declare_watch(app, options);
   declare_output(app, options);
 }
 

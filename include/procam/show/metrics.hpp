@@ -3,7 +3,9 @@
 #include <array>
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
+#include <vector>
 
 #include "procam/core/base/export.hpp"
 
@@ -28,6 +30,19 @@ class PROCAM_EXPORT Durations {
   double sum_ = 0, largest_ = 0;
 };
 
+/// Where the light is, by a camera that watches it (docs/watch.md).
+struct WatchStatus {
+  std::string state;     ///< "ok", "moved", "no_texture" ...: watch::to_string()
+  std::string sentence;  ///< for people
+  bool is_alarm = false;
+  std::uint64_t checks = 0, alarms = 0, faults = 0;
+  double error_mm = 0, error_sigma_mm = 0;  ///< of the last window, RMS on the surfaces
+  double probability = 1;                   ///< of such shifts without a movement
+  int textured = 0, measured = 0;           ///< cells of the last image
+  double window_time = 0;                   ///< end of the last window, clock of device::now_s()
+  std::vector<double> history_mm;           ///< errors of the last windows, oldest first
+};
+
 struct Metrics {
   std::uint64_t frames = 0;          ///< shown
   std::uint64_t dropped = 0;         ///< whose time passed while another was drawn
@@ -48,8 +63,10 @@ struct Metrics {
       pose_to_frame;  ///< from a pose's arrival to the first frame with it ready, less that frame's render
   /// What failed while the show went on, by name: "command", "content", "control_page", "depth", "frame", "people"
   /// and "people_..." (messages), "page_connection" (closed for others), "page_refused", "page_request", "pose_source",
-  /// "record", "reload", "room", "save", "surfaces", and what a source rejected by its cause ("ros2_oversized").
+  /// "record", "reload", "room", "save", "surfaces", "watch", and what a source rejected by its cause
+  /// ("ros2_oversized").
   std::map<std::string, std::uint64_t> faults;
+  std::optional<WatchStatus> watch;
   std::uint64_t contents_stopped = 0;  ///< now: contents that give no new images and show their last one
 };
 

@@ -43,6 +43,15 @@ struct PeopleInput {
   std::vector<std::string> destinations;  ///< SURFACE=udp:HOST:PORT: skeletons in metres of that surface
 };
 
+/// A camera of the rig that watches where the light of the show is (docs/watch.md).
+struct WatchInput {
+  std::string
+      camera;  ///< number, device or address, as device::open_camera() takes it; watch:FOLDER for a folder
+  std::string name;    ///< the camera's name in the rig; may be empty when the rig has one
+  double delay_s = 0;  ///< from the exposure of an image to its arrival
+  bool only = false;   ///< report, and correct nothing; corrections are not built yet, so this is needed
+};
+
 struct ShowOptions {
   std::string projector;  ///< its name in the rig; may be empty when the rig has one
 
@@ -75,6 +84,7 @@ struct ShowOptions {
 
   DepthInput depth;
   std::optional<PeopleInput> people;
+  std::optional<WatchInput> watch;
 
   std::string publish;  ///< ros2:[NAMESPACE]: CameraInfo and frames in the ROS 2 graph (dds/projector_publisher.hpp)
 

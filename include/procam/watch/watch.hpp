@@ -1,0 +1,119 @@
+#pragma once
+/// Watches where the light of a running show is: image after image, without a pattern, with a stated rate of false alarms.
+///
+///   watch::Watch watch(rig.camera(), rig.projector(), covariance, options);
+///   watch.place(watch::watched_surfaces(solved, rig.projector()));
+///   WatchReport report = watch.add(time, light, image);           // some 5 a second
+///
+/// Each image gives shifts of cells (cell_shifts.hpp). Those of one window (2 s) are averaged cell by cell and give one
+/// estimate (movement.hpp) and one test. Two windows in a row beyond the limit, with an error of at least `smallest_error`,
+/// raise the alarm. With a rate R of false alarms a week and N windows a week the limit of one window is at the probability
+///
+///   p = sqrt(R / N),   N = 604800 s / window
+///
+/// as far as windows are independent and the noise is as stated (cell_sigma covers what windows have in common). Two windows
+/// in a row without a movement end the alarm.
+///
+/// No clock, no thread and no device here: the same calls in the same order give the same reports.
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "procam/core/base/export.hpp"
+#include "procam/watch/cell_shifts.hpp"
+#include "procam/watch/light_geometry.hpp"
+#include "procam/watch/movement.hpp"
+
+namespace procam::watch {
+
+enum class WatchState {
+  kStarting,       ///< no window is complete yet
+  kOk,             ///< the light is where it should be
+  kSuspected,      ///< one window is beyond the limit; the next one decides
+  kMoved,          ///< alarm, with one plausible cause
+  kInseparable,    ///< alarm, with several plausible causes
+  kNoTexture,      ///< the content has too little texture where the camera sees it
+  kNotSeen,        ///< the camera is covered, or sees something else
+  kProjectorOff,   ///< the camera sees the room without the content's light
+  kLightSwitched,  ///< the room's light has changed within the last two seconds
+};
+
+PROCAM_EXPORT const char* to_string(WatchState state);
+
+struct WatchOptions {
+  GeometryOptions geometry;
+  CompareOptions compare;
+  MovementOptions movement;
+  double window = 2;  ///< seconds
+  double false_alarms_a_week = 1;
+  double smallest_error = 5e-4;  ///< metres RMS on the surfaces: less is no alarm, however certain
+  int min_cells = 8;             ///< textured cells that are needed
+};
+
+struct WatchReport {
+  double time = 0;
+  WatchState state = WatchState::kStarting;
+  bool is_alarm = false;  ///< moved or inseparable, also while the view is lost for a moment
+  std::string sentence;   ///< for people
+  // Of this image.
+  int textured = 0, measured = 0;
+  Vec2 median_shift = Vec2::Zero();  ///< of the measured cells, camera pixels
+  // Of the last complete window; of its most probable explanation.
+  double window_time = 0;             ///< its end; 0: none yet
+  double error = 0, error_sigma = 0;  ///< of the light on the surfaces, metres RMS
+  double probability = 1;             ///< of the test
+  std::optional<MovementEstimate> estimate;
+};
+
+class PROCAM_EXPORT Watch {
+ public:
+  /// Throws std::invalid_argument for options out of range.
+  Watch(const RigCamera& camera, const RigProjector& projector, const WatchOptions& options = {});
+
+  /// Surfaces as the projector is to light them from now on. The window begins anew.
+  void place(const std::vector<WatchedSurface>& surfaces);
+  /// The projector as it is now known (a correction). The window begins anew, and the alarm ends.
+  void correct(const RigProjector& projector);
+
+  /// The camera's image at `time` (seconds, growing) and the light that was shown then. Throws std::invalid_argument for
+  /// other sizes than those of the rig.
+  WatchReport add(double time, const ShownLight& light, ViewU8 image);
+
+  const LightGeometry& geometry() const { return geometry_; }
+  const RigProjector& projector() const { return projector_; }
+  /// Probability below which a window counts as moved.
+  double window_limit() const { return window_limit_; }
+
+ private:
+  struct CellSum {
+    Mat2 information = Mat2::Zero();
+    Vec2 shift = Vec2::Zero(), by_delay = Vec2::Zero();  ///< weighted by the information
+  };
+  void begin_window(double time);
+  void add_to_window(const ImageComparison& compared);
+  void end_window(double time);
+  std::optional<WatchState> view_state(double time, const ImageComparison& compared);
+  void describe(WatchReport& report) const;
+
+  RigCamera camera_;
+  RigProjector projector_;
+  WatchOptions options_;
+  double window_limit_ = 0;
+  std::vector<WatchedSurface> surfaces_;
+  LightGeometry geometry_;
+  std::optional<CameraTone> tone_;
+  Vec2 start_ = Vec2::Zero();
+  std::vector<CellSum> sums_;
+  double window_begin_ = -1;
+  int window_images_ = 0;
+  std::optional<double> usual_mean_;  ///< of images in which the content is seen, grey levels
+  double usual_deviation_ = 0;
+  std::optional<double> unlit_;  ///< grey level without the projector's light
+  double switched_ = -1e9;       ///< when the room's light changed
+  int moved_windows_ = 0, calm_windows_ = 0;
+  bool is_alarm_ = false;
+  double window_time_ = 0;
+  std::optional<MovementEstimate> estimate_;
+};
+
+}  // namespace procam::watch

@@ -1,0 +1,222 @@
+#include "light_watch.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <condition_variable>
+#include <cstdio>
+#include <fstream>
+#include <mutex>
+#include <thread>
+#include <utility>
+
+#include "procam/device/frame_sink.hpp"
+#include "procam/io/files.hpp"
+
+namespace procam::show {
+namespace {
+
+constexpr std::size_t kFramesOfCheck = 4;  ///< in a row, that a camera image may have seen
+constexpr double kPatience = 0.5;          ///< seconds for these frames, then for the image
+constexpr double kStillMetres = 1e-5,
+                 kStillRadians = 1e-5;        ///< metres, radians: surfaces that stay where they are
+constexpr std::size_t kHistoryWindows = 300;  ///< windows that the status holds
+
+struct HeldFrame {
+  std::shared_ptr<const ImageU8> frame;
+  double light_time = 0;
+};
+
+bool are_in_place(const std::vector<watch::WatchedSurface>& a, const std::vector<watch::WatchedSurface>& b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const auto& one, const auto& other) {
+    const Vec6 moved = se3_log(Pose(one.rig_from_surface * other.rig_from_surface.inverse()));
+    return one.name == other.name && one.outline == other.outline && moved.head<3>().norm() < kStillRadians &&
+           moved.tail<3>().norm() < kStillMetres;
+  });
+}
+
+bool are_equal(const ImageU8& a, const ImageU8& b) {
+  const std::size_t size = std::size_t(a.width()) * std::size_t(a.height()) * std::size_t(a.channels());
+  return a.size() == b.size() && a.channels() == b.channels() &&
+         std::equal(a.data(), a.data() + size, b.data());
+}
+
+}  // namespace
+
+struct LightWatch::State {
+  LightWatchOptions options;
+  Open open;
+  std::unique_ptr<device::FrameSource> camera;
+  watch::Watch watcher;
+  std::ofstream log;
+  std::vector<watch::WatchedSurface> placed;
+
+  std::atomic<bool> ends{false}, wants_frames{false};
+  std::mutex mutex;  ///< of the rest
+  std::condition_variable changed;
+  std::vector<HeldFrame> frames;
+  std::vector<watch::WatchedSurface> surfaces;
+  std::optional<News> news;
+  WatchStatus status;
+  std::thread thread;
+
+  State(Open opening, const LightWatchOptions& given)
+      : options(given), open(std::move(opening)), watcher(given.camera, given.projector, given.watch) {}
+
+  void run() {
+    while (!ends) {
+      const double begin = device::now_s();
+      try {
+        if (!camera) camera = open();
+        check();
+      } catch (const std::exception& error) {
+        fail(error);
+      }
+      while (!ends && device::now_s() - begin < options.period)
+        std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    }
+  }
+
+  void fail(const std::exception& error) {
+    {
+      const std::lock_guard<std::mutex> lock(mutex);
+      ++status.faults;
+      tell(std::string("watch: ") + error.what());
+    }
+    const auto* known = dynamic_cast<const Error*>(&error);
+    if (camera && (known == nullptr || known->kind() != ErrorKind::kDevice)) return;
+    camera.reset();
+    for (int i = 0; i < 20 && !ends; ++i) std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  }
+
+  /// With the mutex held.
+  void tell(const std::string& sentence) {
+    if (!news) news.emplace();
+    news->status = status;
+    if (!sentence.empty()) news->sentences.push_back(sentence);
+  }
+
+  std::vector<HeldFrame> next_frames(std::vector<watch::WatchedSurface>& lit) {
+    std::unique_lock<std::mutex> lock(mutex);
+    frames.clear();
+    wants_frames = true;
+    changed.wait_for(lock, std::chrono::duration<double>(kPatience),
+                     [&] { return frames.size() >= kFramesOfCheck || ends; });
+    wants_frames = false;
+    lit = surfaces;
+    return std::move(frames);
+  }
+
+  void check() {
+    std::vector<watch::WatchedSurface> lit;
+    const std::vector<HeldFrame> shown = next_frames(lit);
+    if (shown.size() < 2) return;
+    const double first = shown.front().light_time + options.camera_delay,
+                 last = shown.back().light_time + options.camera_delay;
+    for (const double begin = device::now_s(); !ends && device::now_s() - begin < kPatience;) {
+      const std::optional<device::SeenFrame> seen = camera->next(first, 0.05);
+      if (!seen) continue;
+      // It saw later frames: of content that stands still they are the same.
+      if (seen->time_s > last && !are_equal(*shown.front().frame, *shown.back().frame)) return;
+      return compare(shown, lit, *seen);
+    }
+  }
+
+  void compare(const std::vector<HeldFrame>& shown, const std::vector<watch::WatchedSurface>& lit,
+               const device::SeenFrame& seen) {
+    if (seen.image.size() != options.camera.camera.size)
+      throw Error(ErrorKind::kInput, "camera", "its frames are not of the size it was calibrated with",
+                  "set its mode to that of the rig file");
+    const double exposed = seen.time_s - options.camera_delay;
+    std::size_t k = 0;
+    while (k + 2 < shown.size() && shown[k + 1].light_time <= exposed) ++k;
+    const double interval = shown[k + 1].light_time - shown[k].light_time;
+    const double share = interval > 0 ? std::clamp((exposed - shown[k].light_time) / interval, 0.0, 1.0) : 0;
+    if (!are_in_place(placed, lit)) watcher.place(placed = lit);
+    // Frames of equal pixels are compared as one that stands still.
+    const ImageU8 &frame = *shown[k].frame, &next = *shown[k + 1].frame;
+    const bool still = are_equal(frame, next);
+    watch::ShownLight light{frame, still ? frame : next, share, interval};
+    report(watcher.add(exposed, light, seen.image));
+  }
+
+  void report(const watch::WatchReport& seen) {
+    write_line(seen);
+    const std::lock_guard<std::mutex> lock(mutex);
+    const bool is_new = status.state != to_string(seen.state) || status.is_alarm != seen.is_alarm;
+    ++status.checks;
+    status.alarms += seen.is_alarm && !status.is_alarm ? 1 : 0;
+    status.state = to_string(seen.state);
+    status.sentence = seen.sentence;
+    status.is_alarm = seen.is_alarm;
+    status.error_mm = 1e3 * seen.error;
+    status.error_sigma_mm = 1e3 * seen.error_sigma;
+    status.probability = seen.probability;
+    status.textured = seen.textured;
+    status.measured = seen.measured;
+    if (seen.window_time > status.window_time) {
+      status.window_time = seen.window_time;
+      status.history_mm.push_back(status.error_mm);
+      if (status.history_mm.size() > kHistoryWindows) status.history_mm.erase(status.history_mm.begin());
+    }
+    tell(is_new ? "watch: " + seen.sentence : "");
+  }
+
+  void write_line(const watch::WatchReport& seen) {
+    if (!log.is_open()) return;
+    char line[256];
+    std::snprintf(line, sizeof line, "%.3f,%s,%d,%d,%d,%.3f,%.3f,%.4g,%.2f,%.2f\n", seen.time,
+                  to_string(seen.state), int(seen.is_alarm), seen.textured, seen.measured, 1e3 * seen.error,
+                  1e3 * seen.error_sigma, seen.probability, seen.median_shift.x(), seen.median_shift.y());
+    log << line << std::flush;
+    if (log) return;
+    log.close();
+    const std::lock_guard<std::mutex> lock(mutex);
+    ++status.faults;
+    tell("watch: '" + options.log + "' cannot be written; the show continues without it");
+  }
+};
+
+LightWatch::LightWatch(Open open, const LightWatchOptions& options)
+    : state_(std::make_unique<State>(std::move(open), options)) {
+  State& s = *state_;
+  s.camera = s.open();
+  if (!options.log.empty()) {
+    s.log.open(options.log);
+    s.log << "time_s,state,alarm,textured,measured,error_mm,sigma_mm,probability,shift_x_px,shift_y_px\n"
+          << std::flush;
+    if (!s.log)
+      throw Error(ErrorKind::kIo, options.log, "it cannot be written",
+                  "choose a folder that exists for the record");
+  }
+  s.status.state = to_string(watch::WatchState::kStarting);
+  s.thread = std::thread([state = state_.get()] { state->run(); });
+}
+
+LightWatch::~LightWatch() {
+  state_->ends = true;
+  state_->changed.notify_all();
+  state_->thread.join();
+}
+
+void LightWatch::shown(const std::shared_ptr<const ImageU8>& frame, double light_time,
+                       const SolvedSurfaceSet& solved) {
+  State& s = *state_;
+  if (!s.wants_frames) return;
+  {
+    const std::lock_guard<std::mutex> lock(s.mutex);
+    if (!s.wants_frames) return;
+    if (s.frames.empty()) s.surfaces = watch::watched_surfaces(solved, s.options.projector);
+    s.frames.push_back({frame, light_time});
+    if (s.frames.size() < kFramesOfCheck) return;
+    s.wants_frames = false;
+  }
+  s.changed.notify_all();
+}
+
+std::optional<LightWatch::News> LightWatch::take() {
+  const std::lock_guard<std::mutex> lock(state_->mutex);
+  return std::exchange(state_->news, std::nullopt);
+}
+
+}  // namespace procam::show

@@ -1,0 +1,59 @@
+#pragma once
+/// A camera of the rig that watches the light of the running show (watch/watch.hpp), on a thread of its own.
+///
+///   LightWatch watch([&] { return device::open_camera("0"); }, options);
+///   watch.shown(frame, light_time, solved);          // after each frame; keeps four of them for each check
+///   if (auto news = watch.take()) ...                // state and error, sentences for people
+///
+/// A check takes the camera image that saw one of a few frames in a row: exposed at its arrival less `camera_delay`. Between
+/// two frames the light is taken as mixed. The loop only hands over pointers; nothing waits for the camera, and images that
+/// arrive while one is compared are passed over. A camera that is gone is opened again every second.
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "procam/core/surface/surface.hpp"
+#include "procam/device/frame_source.hpp"
+#include "procam/show/metrics.hpp"
+#include "procam/watch/watch.hpp"
+
+namespace procam::show {
+
+struct LightWatchOptions {
+  RigCamera camera;
+  RigProjector projector;
+  watch::WatchOptions watch;
+  double camera_delay = 0;  ///< from the exposure of an image to its arrival, seconds
+  double period = 0.2;      ///< between two checks, seconds
+  std::string log;          ///< file of a line for each check, CSV; empty: none
+};
+
+class LightWatch {
+ public:
+  using Open = std::function<std::unique_ptr<device::FrameSource>()>;
+  /// Opens the camera and the log at once and throws what that throws; later faults are counted, and it continues.
+  LightWatch(Open open, const LightWatchOptions& options);
+  ~LightWatch();
+  LightWatch(const LightWatch&) = delete;
+  LightWatch& operator=(const LightWatch&) = delete;
+
+  /// A frame of which the light comes at `light_time` (clock of device::now_s()), and the surfaces as it was drawn for.
+  /// Never waits.
+  void shown(const std::shared_ptr<const ImageU8>& frame, double light_time, const SolvedSurfaceSet& solved);
+
+  struct News {
+    WatchStatus status;
+    std::vector<std::string> sentences;  ///< changes of the state, faults
+  };
+  /// What is new since the last call, if anything; never waits.
+  std::optional<News> take();
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace procam::show

@@ -1,0 +1,170 @@
+/// Images of rendered content on simulated walls: is a bump found, its cause, its size; what is reported where nothing can
+/// be measured. Sub-pixel limits are those of the systematic errors that WatchOptions state.
+#include "procam/watch/watch.hpp"
+
+#include <gtest/gtest.h>
+
+#include "watched_world.hpp"
+
+namespace procam::watch {
+namespace {
+
+using test::Content;
+using test::WatchedWorld;
+using test::WorldOptions;
+
+/// Images of a show from `begin` on, five a second.
+struct Session {
+  WatchedWorld world;
+  Watch watch;
+  double time = 0.013;
+
+  explicit Session(const WorldOptions& options, const WatchOptions& watching = {})
+      : world(options), watch(world.rig().camera(), world.rig().projector(), watching) {
+    watch.place(world.surfaces());
+  }
+  WatchReport next() {
+    const ImageU8 frame = world.frame(time);
+    const WatchReport report = watch.add(time, {frame, frame, 0, 0}, world.image(frame, time));
+    time += 0.2;
+    return report;
+  }
+  /// After so many seconds.
+  WatchReport after(double seconds) {
+    WatchReport report = next();
+    for (const double end = time + seconds - 0.25; time < end;) report = next();
+    return report;
+  }
+};
+
+/// Of the light of each cell from its place on the wall, metres RMS, with the full models.
+double true_error(const Session& session, const WorldOptions& options) {
+  const WatchedWorld& world = session.world;
+  const Pose rig_from_projector = se3_exp(world.projector_moved) * world.rig().projector().rig_from_projector;
+  double square = 0;
+  for (const LitCell& cell : session.watch.geometry().cells) {
+    const Plane wall = Plane::of_xy(options.walls[std::size_t(cell.surface)].rig_from_surface);
+    const Ray ray = rig_from_projector * *world.rig().projector().projector.emit(cell.projector_pixel);
+    square += (*intersect(ray, wall) - cell.point_in_rig).squaredNorm();
+  }
+  return std::sqrt(square / double(session.watch.geometry().cells.size()));
+}
+
+TEST(Watch, ABumpBehindAWalkingPersonIsFoundAndCorrected) {
+  WorldOptions options;
+  options.person = true;
+  options.seed = 4;
+  Session session(options);
+  WatchReport report = session.after(4.5);
+  EXPECT_EQ(report.state, WatchState::kOk) << report.sentence;
+  EXPECT_LT(report.error, 4e-4);
+  session.world.projector_moved << 0.0015, 0.0030, 0.0012, 0, 0, 0;  // 0.2 degrees
+  const double bumped = session.time;
+  const double error = true_error(session, options);
+  while (!report.is_alarm && session.time < bumped + 10) report = session.next();
+  ASSERT_TRUE(report.is_alarm) << report.sentence;
+  const auto causes = report.estimate->plausible();
+  ASSERT_FALSE(causes.empty());
+  EXPECT_EQ(causes.front()->thing, MovedThing::kProjector);
+  EXPECT_EQ(report.state, WatchState::kMoved) << report.sentence;
+  EXPECT_NEAR(report.error, error, 4e-4);
+
+  RigProjector corrected = session.watch.projector();
+  corrected.rig_from_projector = (se3_exp(causes.front()->moved) * corrected.rig_from_projector).normalized();
+  session.watch.correct(corrected);
+  session.world.believed_rig_from_projector = corrected.rig_from_projector;
+  EXPECT_LT(true_error(session, options), 5e-4);
+  report = session.after(2.5);
+  EXPECT_EQ(report.state, WatchState::kOk) << report.sentence;
+}
+
+TEST(Watch, ALargeBumpIsFoundByTheCoarseSearch) {
+  WorldOptions options;
+  options.seed = 2;
+  Session session(options);
+  session.world.projector_moved << 0.012, 0.022, 0, 0, 0, 0;  // 17 pixels
+  const double error = true_error(session, options);
+  const WatchReport report = session.after(4.6);
+  EXPECT_EQ(report.state, WatchState::kMoved) << report.sentence;
+  EXPECT_NEAR(report.error / error, 1, 0.05);
+}
+
+TEST(Watch, APlainColourHasNoTexture) {
+  WorldOptions options;
+  options.content = Content::kPlain;
+  Session session(options);
+  const WatchReport report = session.after(1);
+  EXPECT_EQ(report.state, WatchState::kNoTexture) << report.sentence;
+  EXPECT_FALSE(report.is_alarm);
+}
+
+TEST(Watch, SlidesOnAnOverexposedWallGiveNoAlarm) {
+  WorldOptions options;
+  options.content = Content::kSlides;
+  options.seed = 3;
+  Session session(options);
+  const WatchReport report = session.after(4.6);
+  EXPECT_EQ(report.state, WatchState::kOk) << report.sentence;
+  EXPECT_LT(report.error, 5e-4);
+}
+
+TEST(Watch, ACoveredCameraALampAndAnAbsentProjectorAreReported) {
+  WorldOptions options;
+  options.seed = 5;
+  Session session(options);
+  EXPECT_EQ(session.after(2.5).state, WatchState::kOk);
+  session.world.covered = true;
+  WatchReport report = session.after(1);
+  EXPECT_EQ(report.state, WatchState::kNotSeen) << report.sentence;
+  EXPECT_FALSE(report.is_alarm);
+  session.world.covered = false;
+  session.after(0.5);
+  session.world.projector_off = true;
+  report = session.after(1);
+  EXPECT_EQ(report.state, WatchState::kProjectorOff) << report.sentence;
+  session.world.projector_off = false;
+  session.after(0.5);
+  session.world.ambient_factor = 3;
+  report = session.next();
+  EXPECT_EQ(report.state, WatchState::kLightSwitched) << report.sentence;
+  report = session.after(4.6);
+  EXPECT_EQ(report.state, WatchState::kOk) << report.sentence;
+  EXPECT_FALSE(report.is_alarm);
+}
+
+/// A cut of a film changes the whole image, and nothing in the room.
+TEST(Watch, ACutIsNoLampAndNoMovement) {
+  WorldOptions options;
+  options.seed = 6;
+  options.person = true;
+  Session session(options);
+  session.time = 5.813;  // the cut is at seven seconds
+  for (int i = 0; i < 16; ++i) {
+    const WatchReport report = session.next();
+    EXPECT_NE(report.state, WatchState::kLightSwitched) << report.time;
+    EXPECT_FALSE(report.is_alarm);
+    EXPECT_GT(report.measured, 40) << report.time;
+  }
+}
+
+TEST(Watch, ImagesAndFramesOfOtherSizesAreRefused) {
+  Session session(WorldOptions{});
+  const ImageU8 frame = session.world.frame(0);
+  const ImageU8 small(64, 64);
+  EXPECT_THROW(session.watch.add(0, {frame, frame, 0, 0}, small), std::invalid_argument);
+  EXPECT_THROW(session.watch.add(0, {small, small, 0, 0}, session.world.image(frame, 0)),
+               std::invalid_argument);
+  WatchOptions none;
+  none.window = 0;
+  EXPECT_THROW(Watch(session.world.rig().camera(), session.world.rig().projector(), none),
+               std::invalid_argument);
+}
+
+TEST(Watch, WithoutSurfacesThereIsNoTexture) {
+  Session session(WorldOptions{});
+  session.watch.place({});
+  EXPECT_EQ(session.next().state, WatchState::kNoTexture);
+}
+
+}  // namespace
+}  // namespace procam::watch

@@ -113,8 +113,10 @@ void average_terms(const Correspondences& data, const Options& options, Solution
     if (factors.info() != Eigen::Success) continue;
     const Normal mixture = averaged(estimated);
     const MatX regression = factors.solve(by_all.transpose()).transpose();
-    const VecX step = regression * (mixture.mean - estimated.mean);
-    covariance.matrix += regression * (mixture.covariance - estimated.covariance) * regression.transpose();
+    const VecX shift = mixture.mean - estimated.mean, step = regression * shift;
+    covariance.matrix += regression *
+                         (mixture.covariance + shift * shift.transpose() - estimated.covariance) *
+                         regression.transpose();
     for (std::size_t d = 0; d < lenses.size(); ++d) {
       const std::vector<std::string> names = parameter_names(solution.state().lenses[d]);
       for (std::size_t i = 0; i < names.size(); ++i)

@@ -90,7 +90,9 @@ void bind_analyze(py::module_& m) {
       .field("projector", &analyze::LightError::projector, "whose light")
       .field("located", &analyze::LightError::located, "")
       .field("camera", &analyze::LightError::camera, "that located the surface")
-      .field("share", &analyze::LightError::share, "of the grid that counts: what the camera sees of it");
+      .field("share", &analyze::LightError::share, "of the grid that counts: what the camera sees of it")
+      .field("rms95_mm", &analyze::LightError::rms95_mm,
+             "predictions only: 95 of 100 such calibrations have a smaller RMS error");
   light_errors.fields_init()
       .field("externally", &analyze::LightErrors::externally, "")
       .field("by_camera", &analyze::LightErrors::by_camera,

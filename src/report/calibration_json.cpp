@@ -29,10 +29,12 @@ void wall_fields(Fields& f, const Rig& rig, const ReportInput& input) {
       of_projector(wall, rig, rig.projectors[i].name, [&](Fields& errors) {
         const analyze::LightErrors& predicted = input.predicted[i];
         errors.field("rms_mm", predicted.externally.rms_mm);
+        errors.field("rms95_mm", predicted.externally.rms95_mm);
         errors.field("worst_mm", predicted.externally.worst_mm);
         if (!predicted.by_camera) return;
         errors.object("by_camera", [&](Fields& located) {
           located.field("rms_mm", predicted.by_camera->rms_mm);
+          located.field("rms95_mm", predicted.by_camera->rms95_mm);
           located.field("worst_mm", predicted.by_camera->worst_mm);
           located.field("camera", predicted.by_camera->camera);
           located.field("share", predicted.by_camera->share);

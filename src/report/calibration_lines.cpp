@@ -172,6 +172,11 @@ Lines headline(const Rig& rig, const RigQuality& quality, const ReportInput& inp
     if (selected.located == analyze::SurfaceLocated::kExternally)
       other = errors.by_camera ? &*errors.by_camera : nullptr;
     if (other != nullptr) lines.push_back("           " + analyze::in_words(*other));
+    std::string limit = "           with 95 % confidence below " + significant(selected.rms95_mm, 2) + " mm";
+    if (other != nullptr)
+      limit += ", located " + std::string(analyze::to_string(other->located)) + " below " +
+               significant(other->rms95_mm, 2) + " mm";
+    lines.push_back(limit);
     if (!errors.by_camera && !rig.cameras.empty())
       lines.push_back("           no camera of the rig sees the frame there, so none can locate the surface");
   }

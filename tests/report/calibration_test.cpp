@@ -13,6 +13,7 @@
 
 #include "io/scratch.hpp"
 #include "procam/calibrate/calibrate.hpp"
+#include "procam/core/base/words.hpp"
 #include "procam/report/files.hpp"
 #include "report/page_data.hpp"
 #include "support/numeric_world.hpp"
@@ -428,6 +429,14 @@ TEST(CalibrationLines, BeginWithTheVerdict) {
   const auto head = headline(session.result, session.input);
   EXPECT_EQ(head.at(0).rfind("result     ", 0), 0u) << head[0];
   EXPECT_NE(head[0].find("predicted error"), std::string::npos) << head[0];
+  const analyze::LightErrors& predicted = session.input.predicted.at(0);
+  const std::string limit =
+      "with 95 % confidence below " + significant(predicted.externally.rms95_mm, 2) + " mm, ";
+  EXPECT_NE(head.back().find(limit), std::string::npos) << head.back();
+  const auto wall = nlohmann::json::parse(to_json(session.result, session.input)).at("wall");
+  EXPECT_EQ(wall.at("rms95_mm"), predicted.externally.rms95_mm);
+  EXPECT_GT(wall.at("rms95_mm"), wall.at("rms_mm"));
+  EXPECT_EQ(wall.at("by_camera").at("rms95_mm"), predicted.by_camera.value().rms95_mm);
   const auto below = lines(session.result, session.input);
   EXPECT_NE(below.at(0).find("of " + std::to_string(session.input.views) + " used"), std::string::npos);
   EXPECT_EQ(below.back().rfind("check", 0), 0u) << below.back();

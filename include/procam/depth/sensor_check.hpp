@@ -12,7 +12,8 @@ namespace procam::depth {
 
 /// A kind of sensor by its noise.
 struct SensorKind {
-  std::string name;  ///< "kinect-v1" (structured light, stereo), "tof" (time of flight), "scan" (scan-surfaces)
+  /// "kinect-v1" (structured light, stereo), "tof" (time of flight), "scan" (scan-surfaces).
+  std::string name;
   DepthNoise noise;
 };
 PROCAM_EXPORT std::vector<SensorKind> sensor_kinds();

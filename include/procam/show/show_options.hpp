@@ -60,7 +60,7 @@ struct ShowOptions {
   /// Contents by surface (device/content_source.hpp), instead of the surface file's own.
   std::map<std::string, std::string> contents;
 
-  std::vector<std::string> poses;     ///< pose sources (dds/pose_source.hpp): "udp:9000", "ros2:map,base_link"
+  std::vector<std::string> poses;  ///< pose sources (dds/pose_source.hpp): "udp:9000", "ros2:map,base_link"
   std::optional<MarkerInput> marker;  ///< instead of `poses`
   std::string pose;                   ///< or a pose file, for a projector that stands still
   /// Pose file that places the rig, its projector or a camera on "base", the moving frame of the poses. Without
@@ -86,7 +86,8 @@ struct ShowOptions {
   std::optional<PeopleInput> people;
   std::optional<WatchInput> watch;
 
-  std::string publish;  ///< ros2:[NAMESPACE]: CameraInfo and frames in the ROS 2 graph (dds/projector_publisher.hpp)
+  /// ros2:[NAMESPACE]: CameraInfo and frames in the ROS 2 graph (dds/projector_publisher.hpp).
+  std::string publish;
 
   bool autosave = false;                   ///< edits at the control page are saved within a second
   std::string record;                      ///< log of the run, for replay()

@@ -55,7 +55,7 @@ constexpr ValueType kValueTypes[] = {
     {"X,Y,Z", " forward gravity target-at up viewer "},
     {"LENGTH,ANGLE", " map-sigma noise pose-sigma prior-sigma sigma-bump "},
     {"SPEED", " speed speed-sigma "},
-    {"ADDRESS", " control people people-to pose-source to "},
+    {"ADDRESS", " control people people-to pose-source publish to "},
     {"CAMERA", " camera marker-camera "},
     {"DISPLAY", " display "},
     {"PAPER", " paper "},

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "chi_square.hpp"
 #include "most_probable.hpp"
 #include "procam/analyze/error_sources.hpp"
 #include "procam/core/base/closed_form.hpp"
+#include "procam/core/base/detail/chi_square.hpp"
 #include "procam/core/base/words.hpp"
 
 namespace procam::analyze {
@@ -119,7 +119,7 @@ std::string words_of(const Movement& m) {
 bool beyond_bump(const Movement& m, const VerifyOptions& options) {
   const double chi2 = std::pow(m.angle() / options.bump_rotation_sigma, 2) +
                       std::pow(m.shift() / options.bump_position_sigma, 2);
-  return chi2 > chi_square_limit(kBeyondBumpRate, 6);
+  return chi2 > internal::chi_square_limit(kBeyondBumpRate, 6);
 }
 
 /// Throws when the correction asked for is not what the marks say; remarks on what they leave open.
@@ -326,7 +326,7 @@ VerifyResult verify(const Rig& rig, const RigCamera& camera, const RigProjector&
   result.chi2 = common.chi2;
   result.degrees_of_freedom = common.degrees_of_freedom;
   result.false_alarm_rate = options.false_alarm_rate;
-  result.limit = chi_square_limit(options.false_alarm_rate, common.degrees_of_freedom);
+  result.limit = internal::chi_square_limit(options.false_alarm_rate, common.degrees_of_freedom);
   result.alarm = result.chi2 > result.limit;
 
   const Fit by_projector = fit(used, {true, false}, result.scatter),

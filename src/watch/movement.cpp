@@ -7,6 +7,7 @@
 #include <optional>
 #include <utility>
 
+#include "procam/core/base/detail/chi_square.hpp"
 #include "procam/core/base/stats.hpp"
 
 namespace procam::watch {
@@ -271,20 +272,6 @@ Vec3 projector_centre(const LightGeometry& geometry) {
 
 }  // namespace
 
-double chi_square_tail(double x, int degrees_of_freedom) {
-  if (!(x > 0)) return 1;
-  // The recurrence of Abramowitz & Stegun 26.4.8, from one or two degrees of freedom.
-  const double half = 0.5 * x;
-  int k = degrees_of_freedom % 2 == 1 ? 1 : 2;
-  double tail = k == 1 ? std::erfc(std::sqrt(half)) : std::exp(-half);
-  double log_gamma = k == 1 ? -0.12078223763524522 : 0;  // log(sqrt(pi) / 2)
-  for (; k < degrees_of_freedom; k += 2) {
-    tail += std::exp(0.5 * k * std::log(half) - half - log_gamma);
-    log_gamma += std::log(0.5 * k + 1);
-  }
-  return std::min(1.0, tail);
-}
-
 std::vector<const Explanation*> MovementEstimate::plausible(double more) const {
   std::vector<const Explanation*> result;
   double best = INFINITY;
@@ -347,7 +334,8 @@ MovementEstimate estimate_movement(const LightGeometry& geometry, const std::str
   const Test test = test_movement(problem, all, weights);
   estimate.chi2 = test.chi2;
   estimate.degrees_of_freedom = test.degrees_of_freedom;
-  if (test.degrees_of_freedom > 0) estimate.probability = chi_square_tail(test.chi2, test.degrees_of_freedom);
+  if (test.degrees_of_freedom > 0)
+    estimate.probability = internal::chi_square_tail(test.chi2, test.degrees_of_freedom);
 
   estimate.explanations.push_back(explain(problem, {}, weights, "nothing", &estimate.delay));
   estimate.explanations.push_back(explain(problem, {all.front()}, weights, projector, nullptr));

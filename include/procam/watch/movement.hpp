@@ -85,9 +85,6 @@ PROCAM_EXPORT std::vector<double> agreeing_cells(const LightGeometry& geometry,
                                                  const std::vector<CellShift>& shifts,
                                                  const MovementOptions& options = {});
 
-/// P(X > x) of a chi-square variable.
-PROCAM_EXPORT double chi_square_tail(double x, int degrees_of_freedom);
-
 /// Covariance of the projector's place relative to a camera of the rig, as left increments of rig_from_projector, from the
 /// rig's covariance. Zero for a rig without one.
 PROCAM_EXPORT Mat6 projector_covariance(const Rig& rig, const std::string& projector,

@@ -1,8 +1,9 @@
 #pragma once
 /// The chi-square distribution's upper tail, for small whole degrees of freedom.
+#include <algorithm>
 #include <cmath>
 
-namespace procam::analyze {
+namespace procam::internal {
 
 /// P(X > x), by the recurrence Q_{k+2} = Q_k + (x/2)^{k/2} exp(-x/2) / Gamma(k/2 + 1) from Q_1 =
 /// erfc(sqrt(x/2)) and Q_2 = exp(-x/2) (Abramowitz & Stegun 26.4.8).
@@ -17,7 +18,7 @@ inline double chi_square_tail(double x, int degrees_of_freedom) {
     tail += std::exp(0.5 * k * std::log(half) - half - log_gamma);
     log_gamma += std::log(0.5 * k + 1);
   }
-  return tail;
+  return std::min(1.0, tail);
 }
 
 /// The x with chi_square_tail(x) = rate, 0 < rate < 1.
@@ -31,4 +32,4 @@ inline double chi_square_limit(double rate, int degrees_of_freedom) {
   return high;
 }
 
-}  // namespace procam::analyze
+}  // namespace procam::internal

@@ -53,7 +53,7 @@ for target in "${targets[@]}"; do
 done
 wait
 
-total=0 findings=0
+total=0 findings=0 found=()
 printf '%-18s %14s %8s %8s\n' target executions edges features
 for target in "${targets[@]}"; do
   log=build/fuzz/$target.log
@@ -65,8 +65,14 @@ for target in "${targets[@]}"; do
   if ! grep -q '^exit status 0$' "$log"; then
     findings=$((findings + 1))
     printf '  FINDING, see %s' "$log"
+    found+=("$log")
   fi
   printf '\n'
+done
+# A machine that is gone afterwards must have told the finding: the report, and the input as Base64.
+for log in "${found[@]}"; do
+  printf -- '-- %s\n' "$log"
+  grep -nE 'runtime error|ERROR: |SUMMARY|^ *#[0-9]+ .*/(src|include|tests)/|Base64|exit status' "$log" | cut -c1-400 | head -n 30
 done
 printf '%-18s %14d\n' all "$total"
 echo "$findings targets with a finding"

@@ -46,10 +46,12 @@ static void fields(Fields& f, FrameSequence& sequence) {
           "give the width of the finest stripes in projector pixels");
   Vec2 offset(sequence.offset[0], sequence.offset[1]);
   if (f.reading() ? f.has("offset") : !offset.isZero()) f.field("offset", offset);
-  f.check(offset == offset.array().round().matrix() && offset.minCoeff() >= 0 && offset.maxCoeff() <= 16384,
-          "offset", "it is not two whole numbers from 0 to 16384",
+  const bool whole =
+      offset == offset.array().round().matrix() && offset.minCoeff() >= 0 && offset.maxCoeff() <= 16384;
+  f.check(whole, "offset", "it is not two whole numbers from 0 to 16384",
           "give what the Gray code adds to the number of a stripe, for columns and rows");
-  sequence.offset = {int(offset.x()), int(offset.y())};
+  // check() does not throw where a field is missing, and a number beyond an int has no value as one.
+  if (whole) sequence.offset = {int(offset.x()), int(offset.y())};
   f.list("frames", "frame", sequence.frames);
   f.check(!sequence.frames.empty(), "frames", "there is none",
           "describe each frame, in the order of capture");

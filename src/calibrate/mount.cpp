@@ -136,12 +136,7 @@ void require_observable(const MountInformation& information, const MountOptions&
                 std::string(missing[5] ? ", and measure the height: --height 0.85m+-5mm" : ""));
 }
 
-void remark(MountResult& result, const MountOptions& options, const MountInformation& information) {
-  Diagnostics& diagnostics = result.diagnostics;
-  if (const auto names = result.unobservable(); !names.empty())
-    diagnostics.note("stated_not_observed", "the drive cannot observe " + listed(names) + " of the mount; " +
-                                                (names.size() == 1 ? "it is" : "they are") +
-                                                " as stated, with the stated sigma");
+void remark_on_rejected(const MountResult& result, Diagnostics& diagnostics) {
   const auto share = [&](const char* code, const char* what, std::size_t rejected, std::size_t used,
                          const char* next) {
     if (rejected == 0) return;
@@ -157,28 +152,30 @@ void remark(MountResult& result, const MountOptions& options, const MountInforma
         "a marker moved, two have one id, or flat views were taken for their mirror image");
   share("base_poses_rejected", "base poses", result.rejected_base_poses.size(), result.base_poses_used,
         "the localiser loses itself; check its map");
-  for (const MountEvent& event : result.events) {
-    const bool bump = event.kind == MountEvent::Kind::kRigBumped;
-    const Vec6 change = se3_log(event.change);
-    const std::string size = mm(event.change.translation.norm(), 1) + " and " +
-                             fixed(change.head<3>().norm() / kDegree, 2) + " degrees";
-    if (bump)
-      diagnostics.warn("rig_bumped",
-                       "the rig moved on its base at " + fixed(event.time, 2) + " s by " + size +
-                           "; the mount is that of the time after. Fix the rig and drive again");
-    else
-      diagnostics.warn("localiser_jumped", "the localiser's poses moved at " + fixed(event.time, 2) +
-                                               " s by " + size +
-                                               ": a jump on the map, or wheel slip; the solve allows for it");
-    constexpr double kClear = 0.7;
-    if (event.other_chi2 > kClear * event.chi2)
-      diagnostics.warn("event_unclear",
-                       "at " + fixed(event.time, 2) +
-                           " s a moved rig and a jump of the localiser explain the drive nearly "
-                           "equally well (chi-square " +
-                           fixed(event.chi2, 0) + " and " + fixed(event.other_chi2, 0) +
-                           "); repeat the drive with more turns after this time");
-  }
+}
+
+void remark_on_event(const MountEvent& event, Diagnostics& diagnostics) {
+  const Vec6 change = se3_log(event.change);
+  const std::string size = mm(event.change.translation.norm(), 1) + " and " +
+                           fixed(change.head<3>().norm() / kDegree, 2) + " degrees";
+  if (event.kind == MountEvent::Kind::kRigBumped)
+    diagnostics.warn("rig_bumped", "the rig moved on its base at " + fixed(event.time, 2) + " s by " + size +
+                                       "; the mount is that of the time after. Fix the rig and drive again");
+  else
+    diagnostics.warn("localiser_jumped", "the localiser's poses moved at " + fixed(event.time, 2) + " s by " +
+                                             size +
+                                             ": a jump on the map, or wheel slip; the solve allows for it");
+  constexpr double kClear = 0.7;
+  if (event.other_chi2 > kClear * event.chi2)
+    diagnostics.warn("event_unclear",
+                     "at " + fixed(event.time, 2) +
+                         " s a moved rig and a jump of the localiser explain the drive nearly "
+                         "equally well (chi-square " +
+                         fixed(event.chi2, 0) + " and " + fixed(event.other_chi2, 0) +
+                         "); repeat the drive with more turns after this time");
+}
+
+void remark_on_noise(const MountResult& result, const MountOptions& options, Diagnostics& diagnostics) {
   if (result.correlation > 1)
     diagnostics.note("correlated_localiser",
                      "the localiser's errors are correlated in time; its variance counts " +
@@ -194,7 +191,11 @@ void remark(MountResult& result, const MountOptions& options, const MountInforma
     diagnostics.warn("time_offset_weak", "the time offset is known to " +
                                              fixed(1000 * result.time_offset_sigma, 0) +
                                              " ms only; change speed and direction more often");
-  // The statement against the drive alone, where the drive knows.
+}
+
+/// What was stated against the drive alone, where the drive determines it.
+void remark_on_statements(const MountResult& result, const MountOptions& options,
+                          const MountInformation& information, Diagnostics& diagnostics) {
   constexpr double kDisagrees = 4.5;
   if (options.height && information.data(5, 5) > 0) {
     const double off =
@@ -213,6 +214,18 @@ void remark(MountResult& result, const MountOptions& options, const MountInforma
                        "the earlier pose of the rig contradicts the drive (chi-square " + fixed(chi2, 0) +
                            " of 6); the rig has moved since, or its covariance is too small");
   }
+}
+
+void remark(MountResult& result, const MountOptions& options, const MountInformation& information) {
+  Diagnostics& diagnostics = result.diagnostics;
+  if (const auto names = result.unobservable(); !names.empty())
+    diagnostics.note("stated_not_observed", "the drive cannot observe " + listed(names) + " of the mount; " +
+                                                (names.size() == 1 ? "it is" : "they are") +
+                                                " as stated, with the stated sigma");
+  remark_on_rejected(result, diagnostics);
+  for (const MountEvent& event : result.events) remark_on_event(event, diagnostics);
+  remark_on_noise(result, options, diagnostics);
+  remark_on_statements(result, options, information, diagnostics);
 }
 
 MountResult result_of(const Model& model, const Equations& equations) {

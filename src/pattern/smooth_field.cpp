@@ -227,142 +227,209 @@ MatX SmoothField::bending() const {
   return p;
 }
 
-void SmoothField::fit(const std::vector<FieldSample>& samples, int group_count) {
-  const int n = size();
-  const MatX penalty = bending();
-  const int coarser = 2 * finest_stripe(samples);
+/// The steps of fit(), over the samples in the order of the cells between knots: within a cell the same splines
+/// count, and the sums stay small.
+class SmoothField::Fitting {
+ public:
+  Fitting(SmoothField& field, const std::vector<FieldSample>& samples)
+      : field_(field),
+        penalty_(field.bending()),
+        coarser_(2 * finest_stripe(samples)),
+        placed_(place(samples)) {}
 
-  // The same splines count within a cell of the knots: cell by cell, the sums stay small.
+  /// Iteratively reweighted least squares (Tukey's biweight). The smoothness is chosen in the first round, and
+  /// again in the last but one, whose weights are nearly final.
+  void solve() {
+    for (int round = 0; round < kRobustRounds; ++round) {
+      const bool last = round == kRobustRounds - 1;
+      const bool chooses = round == 0 || round == kRobustRounds - 2;
+      const NormalEquations all = chooses ? sum_choosing_smoothness() : sum_of_halves(last);
+      const BandCholesky factors = factor(all, field_.lambda_ * all.mean_diagonal());
+      field_.coefficients_ = factors.solve(all.right);
+      const std::vector<double> sizes = find_residuals();
+      if (last)
+        find_inverse(factors);
+      else
+        weigh(sizes);
+    }
+  }
+
+  /// Boundaries of the finest bit that was read against those of the others: their disagreement is no scatter
+  /// that more stripes average out. Half of the disagreement, squared, over the board.
+  double systematic_variance() {
+    double sum = 0, total = 0;
+    field_.coefficients_.swap(disagreement_);
+    for (const Placed& one : placed_) {
+      const double half = 0.5 * field_.value(one.at);
+      sum += one.weight * half * half, total += one.weight;
+    }
+    field_.coefficients_.swap(disagreement_);
+    return total > 0 ? sum / total : 0;
+  }
+
+  /// The sandwich H^-1 (sum over groups of g g^T) H^-1 with g the gradient of one group.
+  MatX covariance(int group_count) const {
+    const int n = field_.size();
+    const MatX scores = products_of_scores(group_count);
+    MatX covariance = inverse_ * scores.selfadjointView<Eigen::Lower>() * inverse_;
+    covariance *= double(group_count) / std::max(1, group_count - n);
+    return covariance;
+  }
+
+ private:
   struct Placed {
     Support at;
     double value, sigma, weight, residual;
     int stripe, group;
   };
-  const auto cell = [&](const Support& at) { return at.first[1] * count_[0] + at.first[0]; };
-  std::vector<Support> supports;
-  std::vector<std::size_t> cell_ends(std::size_t(n) + 1, 0);
-  for (const FieldSample& sample : samples) {
-    supports.push_back(support(sample.at));
-    ++cell_ends[std::size_t(cell(supports.back())) + 1];
-  }
-  std::partial_sum(cell_ends.begin(), cell_ends.end(), cell_ends.begin());
-  std::vector<Placed> placed(samples.size());
-  for (std::size_t i = 0; i < samples.size(); ++i) {
-    const FieldSample& sample = samples[i];
-    placed[cell_ends[std::size_t(cell(supports[i]))]++] = {
-        supports[i], sample.value,  sample.sigma, 1 / (sample.sigma * sample.sigma),
-        0,           sample.stripe, sample.group};
+
+  int cell(const Support& at) const { return at.first[1] * field_.count_[0] + at.first[0]; }
+
+  std::vector<Placed> place(const std::vector<FieldSample>& samples) const {
+    std::vector<Support> supports;
+    std::vector<std::size_t> cell_ends(std::size_t(field_.size()) + 1, 0);
+    for (const FieldSample& sample : samples) {
+      supports.push_back(field_.support(sample.at));
+      ++cell_ends[std::size_t(cell(supports.back())) + 1];
+    }
+    std::partial_sum(cell_ends.begin(), cell_ends.end(), cell_ends.begin());
+    std::vector<Placed> placed(samples.size());
+    for (std::size_t i = 0; i < samples.size(); ++i) {
+      const FieldSample& sample = samples[i];
+      placed[cell_ends[std::size_t(cell(supports[i]))]++] = {
+          supports[i], sample.value,  sample.sigma, 1 / (sample.sigma * sample.sigma),
+          0,           sample.stripe, sample.group};
+    }
+    return placed;
   }
 
-  // Share by share of the samples, as `share` numbers their stripes.
-  const auto accumulate = [&](std::size_t shares, const auto& share) {
-    std::vector<NormalEquations> sums(shares, NormalEquations(n, band_width()));
-    for (std::size_t begin = 0, end = 0; begin < placed.size(); begin = end) {
-      const int first = cell(placed[begin].at);
+  /// Share by share of the samples, as `share` numbers their stripes.
+  template <typename Share>
+  std::vector<NormalEquations> accumulate(std::size_t shares, const Share& share) const {
+    std::vector<NormalEquations> sums(shares, NormalEquations(field_.size(), field_.band_width()));
+    for (std::size_t begin = 0, end = 0; begin < placed_.size(); begin = end) {
+      const int first = cell(placed_[begin].at);
       std::vector<CellSums> of_cell(shares);
-      for (; end < placed.size() && cell(placed[end].at) == first; ++end) {
-        const Placed& one = placed[end];
+      for (; end < placed_.size() && cell(placed_[end].at) == first; ++end) {
+        const Placed& one = placed_[end];
         if (one.weight == 0) continue;
         double along_s[4], along_t[4];
         cubic(one.at.fraction[0], along_s);
         cubic(one.at.fraction[1], along_t);
         of_cell[std::size_t(share(one.stripe))].add(along_s, along_t, one.weight, one.value);
       }
-      for (std::size_t i = 0; i < shares; ++i) of_cell[i].add_to(sums[i], first, count_[0]);
+      for (std::size_t i = 0; i < shares; ++i) of_cell[i].add_to(sums[i], first, field_.count_[0]);
     }
     return sums;
-  };
-  const auto factor = [&](const NormalEquations& normal, double lambda) {
-    return BandCholesky(normal.band + lambda * penalty);
-  };
-  const auto field = [&](const NormalEquations& normal) {
-    return factor(normal, lambda_ * normal.mean_diagonal()).solve(normal.right);
-  };
+  }
 
-  VecX disagreement;
-  MatX inverse;
-  for (int round = 0; round < kRobustRounds; ++round) {
-    NormalEquations all(n, band_width());
-    if (round == 0 || round == kRobustRounds - 2) {
-      const std::vector<NormalEquations> folds =
-          accumulate(kFolds, [](int stripe) { return ((stripe % kFolds) + kFolds) % kFolds; });
-      for (const NormalEquations& fold : folds) all += fold;
-      const double unit = all.mean_diagonal();
-      double best = std::numeric_limits<double>::infinity();
-      for (double relative = 1e-6; relative < 2e2; relative *= 10) {
-        double error = 0;
-        for (const NormalEquations& held_out : folds) {
-          NormalEquations rest = all;
-          rest.band -= held_out.band, rest.right -= held_out.right;
-          const VecX c = factor(rest, relative * unit).solve(rest.right);
-          error += c.dot(held_out.times(c)) - 2 * c.dot(held_out.right) + held_out.squares;
-        }
-        if (error < best) best = error, lambda_ = relative;
+  BandCholesky factor(const NormalEquations& normal, double lambda) const {
+    return BandCholesky(normal.band + lambda * penalty_);
+  }
+  VecX coefficients_of(const NormalEquations& normal) const {
+    return factor(normal, field_.lambda_ * normal.mean_diagonal()).solve(normal.right);
+  }
+
+  NormalEquations sum_choosing_smoothness() {
+    NormalEquations all(field_.size(), field_.band_width());
+    const std::vector<NormalEquations> folds =
+        accumulate(kFolds, [](int stripe) { return ((stripe % kFolds) + kFolds) % kFolds; });
+    for (const NormalEquations& fold : folds) all += fold;
+    const double unit = all.mean_diagonal();
+    double best = std::numeric_limits<double>::infinity();
+    for (double relative = 1e-6; relative < 2e2; relative *= 10) {
+      double error = 0;
+      for (const NormalEquations& held_out : folds) {
+        NormalEquations rest = all;
+        rest.band -= held_out.band, rest.right -= held_out.right;
+        const VecX c = factor(rest, relative * unit).solve(rest.right);
+        error += c.dot(held_out.times(c)) - 2 * c.dot(held_out.right) + held_out.squares;
       }
-    } else {
-      const std::vector<NormalEquations> halves =
-          accumulate(2, [&](int stripe) { return int(stripe % coarser != 0); });
-      if (round == kRobustRounds - 1) disagreement = field(halves[0]) - field(halves[1]);
-      all += halves[0], all += halves[1];
+      if (error < best) best = error, field_.lambda_ = relative;
     }
-    const BandCholesky factors = factor(all, lambda_ * all.mean_diagonal());
-    coefficients_ = factors.solve(all.right);
+    return all;
+  }
+
+  /// Of the finest bit's boundaries and the others'.
+  NormalEquations sum_of_halves(bool compares) {
+    const std::vector<NormalEquations> halves =
+        accumulate(2, [&](int stripe) { return int(stripe % coarser_ != 0); });
+    if (compares) disagreement_ = coefficients_of(halves[0]) - coefficients_of(halves[1]);
+    NormalEquations all(field_.size(), field_.band_width());
+    all += halves[0], all += halves[1];
+    return all;
+  }
+
+  /// Returns their sizes in sigmas.
+  std::vector<double> find_residuals() {
     std::vector<double> sizes;
-    sizes.reserve(placed.size());
-    for (Placed& one : placed) {
-      one.residual = value(one.at) - one.value;
+    sizes.reserve(placed_.size());
+    for (Placed& one : placed_) {
+      one.residual = field_.value(one.at) - one.value;
       sizes.push_back(std::abs(one.residual) / one.sigma);
     }
-    if (round == kRobustRounds - 1) {
-      inverse.resize(n, n);
-      for (int i = 0; i < n; ++i) inverse.col(i) = factors.solve(VecX::Unit(n, i));
-      break;
-    }
+    return sizes;
+  }
+
+  void weigh(const std::vector<double>& sizes) {
     const double scatter = std::max(1.4826 * median(sizes), 1e-9);
-    for (std::size_t i = 0; i < placed.size(); ++i) {
+    for (std::size_t i = 0; i < placed_.size(); ++i) {
       const double x = sizes[i] / (kTukey * scatter), y = std::max(0.0, 1 - x * x);
-      placed[i].weight = y * y / (placed[i].sigma * placed[i].sigma);
+      placed_[i].weight = y * y / (placed_[i].sigma * placed_[i].sigma);
     }
   }
 
-  // Boundaries of the finest bit that was read against those of the others; what they disagree by is no
-  // scatter that more stripes average out. Half of it, squared, over the board.
-  double sum = 0, total = 0;
-  coefficients_.swap(disagreement);
-  for (const Placed& one : placed) {
-    const double half = 0.5 * value(one.at);
-    sum += one.weight * half * half, total += one.weight;
+  void find_inverse(const BandCholesky& factors) {
+    const int n = field_.size();
+    inverse_.resize(n, n);
+    for (int i = 0; i < n; ++i) inverse_.col(i) = factors.solve(VecX::Unit(n, i));
   }
-  coefficients_.swap(disagreement);
-  systematic_variance_ = total > 0 ? sum / total : 0;
 
-  // A group's samples are near each other: its score has few entries that are not zero.
-  std::vector<std::size_t> group_ends(std::size_t(group_count) + 1, 0), by_group(placed.size());
-  for (const Placed& one : placed) ++group_ends[std::size_t(one.group) + 1];
-  std::partial_sum(group_ends.begin(), group_ends.end(), group_ends.begin());
-  for (std::size_t i = 0; i < placed.size(); ++i) by_group[group_ends[std::size_t(placed[i].group)]++] = i;
-  MatX scores = MatX::Zero(n, n);  // of all groups, each times its transpose; lower triangle
-  VecX score = VecX::Zero(n);
-  std::size_t begin = 0;
-  for (int group = 0; group < group_count; ++group) {
-    int low = n, high = 0;
-    for (; begin < group_ends[std::size_t(group)]; ++begin) {
-      const Placed& one = placed[by_group[begin]];
-      double along_s[4], along_t[4];
-      cubic(one.at.fraction[0], along_s);
-      cubic(one.at.fraction[1], along_t);
-      const int first = cell(one.at);
-      for (int j = 0; j < 4; ++j)
-        for (int i = 0; i < 4; ++i)
-          score[first + j * count_[0] + i] += one.weight * one.residual * along_s[i] * along_t[j];
-      low = std::min(low, first), high = std::max(high, first + 3 * count_[0] + 4);
+  /// Of all groups, each score times its transpose; lower triangle. A group's samples are near each other: its
+  /// score has few entries that are not zero.
+  MatX products_of_scores(int group_count) const {
+    std::vector<std::size_t> group_ends(std::size_t(group_count) + 1, 0), by_group(placed_.size());
+    for (const Placed& one : placed_) ++group_ends[std::size_t(one.group) + 1];
+    std::partial_sum(group_ends.begin(), group_ends.end(), group_ends.begin());
+    for (std::size_t i = 0; i < placed_.size(); ++i)
+      by_group[group_ends[std::size_t(placed_[i].group)]++] = i;
+    const int n = field_.size(), row = field_.count_[0];
+    MatX scores = MatX::Zero(n, n);
+    VecX score = VecX::Zero(n);
+    std::size_t begin = 0;
+    for (int group = 0; group < group_count; ++group) {
+      int low = n, high = 0;
+      for (; begin < group_ends[std::size_t(group)]; ++begin) {
+        const Placed& one = placed_[by_group[begin]];
+        double along_s[4], along_t[4];
+        cubic(one.at.fraction[0], along_s);
+        cubic(one.at.fraction[1], along_t);
+        const int first = cell(one.at);
+        for (int j = 0; j < 4; ++j)
+          for (int i = 0; i < 4; ++i)
+            score[first + j * row + i] += one.weight * one.residual * along_s[i] * along_t[j];
+        low = std::min(low, first), high = std::max(high, first + 3 * row + 4);
+      }
+      for (int i = low; i < high; ++i)
+        if (score[i] != 0) scores.col(i).segment(i, high - i) += score[i] * score.segment(i, high - i);
+      if (low < high) score.segment(low, high - low).setZero();
     }
-    for (int i = low; i < high; ++i)
-      if (score[i] != 0) scores.col(i).segment(i, high - i) += score[i] * score.segment(i, high - i);
-    if (low < high) score.segment(low, high - low).setZero();
+    return scores;
   }
-  covariance_ = inverse * scores.selfadjointView<Eigen::Lower>() * inverse;
-  covariance_ *= double(group_count) / std::max(1, group_count - n);
+
+  SmoothField& field_;
+  MatX penalty_;
+  int coarser_;
+  std::vector<Placed> placed_;
+  VecX disagreement_;
+  MatX inverse_;
+};
+
+void SmoothField::fit(const std::vector<FieldSample>& samples, int group_count) {
+  Fitting fitting(*this, samples);
+  fitting.solve();
+  systematic_variance_ = fitting.systematic_variance();
+  covariance_ = fitting.covariance(group_count);
 }
 
 }  // namespace procam::pattern

@@ -45,6 +45,7 @@ class SmoothField {
     double fraction[2];  ///< of a knot interval
   };
   Support support(const Vec2& at) const;
+  class Fitting;
   double value(const Support& s) const;
   VecX basis(const Vec2& at) const;
   MatX bending() const;

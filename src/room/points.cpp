@@ -132,6 +132,93 @@ int decoded_pixels(const LightMap& light) {
   return count;
 }
 
+/// Reads points of the room in every map of light that sees them.
+class PointReader {
+ public:
+  /// `maps` belong to `lights`, one by one.
+  PointReader(const std::vector<PositionLight>& lights, const std::vector<MapDevices>& maps, int threads)
+      : lights_(lights), maps_(maps), threads_(threads), inverse_(lights.size()), decoded_(lights.size()) {
+    parallel_each(int(lights.size()), threads, [&](int i) {
+      inverse_[std::size_t(i)].emplace(lights[std::size_t(i)].light);
+      decoded_[std::size_t(i)] = decoded_pixels(lights[std::size_t(i)].light);
+    });
+  }
+
+  /// The point seen at a camera's pixel in map m: in the other maps of its position by the camera's pixel, in
+  /// those of its projector by the projector's pixel.
+  std::optional<RoomPoint> point_at(int m, const Vec2& at) const {
+    std::optional<LightReading> anchor = read(lights_[std::size_t(m)].light, at);
+    if (!anchor) return std::nullopt;
+    anchor->map = m;
+    RoomPoint point{{*anchor}};
+    for (int other = 0; other < int(lights_.size()); ++other) {
+      if (other == m) continue;
+      std::optional<LightReading> reading;
+      if (maps_[std::size_t(other)].position == maps_[std::size_t(m)].position)
+        reading = read(lights_[std::size_t(other)].light, at);
+      else if (maps_[std::size_t(other)].projector == maps_[std::size_t(m)].projector)
+        reading = inverse_[std::size_t(other)]->read_at(anchor->projector_pixel);
+      if (!reading) continue;
+      reading->map = other;
+      point.readings.push_back(*reading);
+    }
+    return point;
+  }
+
+  /// On a grid of map m's camera with about `points` points, row by row.
+  std::vector<RoomPoint> points_of_map(int m, int points) const {
+    const LightMap& light = lights_[std::size_t(m)].light;
+    const ImageSize size = light.camera_size();
+    const int step = std::max(kHalf, int(std::sqrt(double(decoded_[std::size_t(m)]) / points)));
+    const int rows = size.height / step;
+    std::vector<std::vector<RoomPoint>> found(std::size_t(std::max(rows, 0)));
+    parallel_each(rows, threads_, [&](int row) {
+      for (int x = step / 2; x < size.width; x += step) {
+        const Vec2 at(x, row * step + step / 2);
+        if (at.y() >= size.height || !light.decoded(x, int(at.y()))) continue;
+        if (std::optional<RoomPoint> point = point_at(m, at))
+          found[std::size_t(row)].push_back(std::move(*point));
+      }
+    });
+    std::vector<RoomPoint> out;
+    for (std::vector<RoomPoint>& row : found) std::move(row.begin(), row.end(), std::back_inserter(out));
+    return out;
+  }
+
+  RoomPoint marked_point(const MarkedPixel& mark) const {
+    for (std::size_t m = 0; m < lights_.size(); ++m) {
+      const PositionLight& seen = lights_[m];
+      if ((!mark.camera.empty() && mark.camera != seen.camera) ||
+          (!mark.view.empty() && mark.view != seen.view))
+        continue;
+      if (std::optional<RoomPoint> point = point_at(int(m), mark.pixel)) return std::move(*point);
+    }
+    throw Error(ErrorKind::kInput,
+                format("camera pixel %g,%g", mark.pixel.x(), mark.pixel.y()) +
+                    (mark.view.empty() ? "" : " of view '" + mark.view + "'"),
+                "no projector's light is read there, or it is on an edge",
+                "give a pixel on a lit, smooth part of the wall");
+  }
+
+  [[noreturn]] void fail_with_too_few(std::size_t points) const {
+    const std::size_t least =
+        std::size_t(std::min_element(decoded_.begin(), decoded_.end()) - decoded_.begin());
+    throw Error(
+        ErrorKind::kNotEnoughData, "the room's light",
+        std::to_string(points) + " points are read, " + std::to_string(kFewestPoints) +
+            " are needed; the least light is in view '" + lights_[least].view + "', " +
+            std::to_string(decoded_[least]) + " pixels",
+        "darken the room, raise the camera's exposure, and see that it looks at the projected picture");
+  }
+
+ private:
+  const std::vector<PositionLight>& lights_;
+  const std::vector<MapDevices>& maps_;
+  int threads_;
+  std::vector<std::optional<InverseMap>> inverse_;
+  std::vector<int> decoded_;  ///< pixels, by map
+};
+
 }  // namespace
 
 RoomPoints room_points(const std::vector<PositionLight>& lights, const RoomPointsOptions& options) {
@@ -143,72 +230,16 @@ RoomPoints room_points(const std::vector<PositionLight>& lights, const RoomPoint
         index_of(out.projectors, seen.projector, DeviceKind::kProjector, seen.light.projector_size);
     out.maps.push_back({position_of(out, camera, seen.view), projector});
   }
-  const int count = int(lights.size());
-  std::vector<std::optional<InverseMap>> inverse(lights.size());
-  std::vector<int> decoded(lights.size());
-  parallel_each(count, options.threads, [&](int i) {
-    inverse[std::size_t(i)].emplace(lights[std::size_t(i)].light);
-    decoded[std::size_t(i)] = decoded_pixels(lights[std::size_t(i)].light);
-  });
-  const auto point_at = [&](int m, const Vec2& at) -> std::optional<RoomPoint> {
-    std::optional<LightReading> anchor = read(lights[std::size_t(m)].light, at);
-    if (!anchor) return std::nullopt;
-    anchor->map = m;
-    RoomPoint point{{*anchor}};
-    for (int other = 0; other < count; ++other) {
-      if (other == m) continue;
-      std::optional<LightReading> reading;
-      if (out.maps[std::size_t(other)].position == out.maps[std::size_t(m)].position)
-        reading = read(lights[std::size_t(other)].light, at);
-      else if (out.maps[std::size_t(other)].projector == out.maps[std::size_t(m)].projector)
-        reading = inverse[std::size_t(other)]->read_at(anchor->projector_pixel);
-      if (!reading) continue;
-      reading->map = other;
-      point.readings.push_back(*reading);
-    }
-    return point;
-  };
-  for (int m = 0; m < count; ++m) {
-    const LightMap& light = lights[std::size_t(m)].light;
-    const int step = std::max(kHalf, int(std::sqrt(double(decoded[std::size_t(m)]) / options.points_a_map)));
-    const int rows = light.camera_size().height / step;
-    std::vector<std::vector<RoomPoint>> found(std::size_t(std::max(rows, 0)));
-    parallel_each(rows, options.threads, [&](int row) {
-      for (int x = step / 2; x < light.camera_size().width; x += step) {
-        const Vec2 at(x, row * step + step / 2);
-        if (at.y() >= light.camera_size().height || !light.decoded(x, int(at.y()))) continue;
-        if (std::optional<RoomPoint> point = point_at(m, at))
-          found[std::size_t(row)].push_back(std::move(*point));
-      }
-    });
-    for (std::vector<RoomPoint>& points : found)
-      std::move(points.begin(), points.end(), std::back_inserter(out.points));
+  const PointReader reader(lights, out.maps, options.threads);
+  for (int m = 0; m < int(lights.size()); ++m) {
+    std::vector<RoomPoint> points = reader.points_of_map(m, options.points_a_map);
+    std::move(points.begin(), points.end(), std::back_inserter(out.points));
   }
-  if (int(out.points.size()) < kFewestPoints) {
-    const std::size_t least = std::size_t(std::min_element(decoded.begin(), decoded.end()) - decoded.begin());
-    throw Error(
-        ErrorKind::kNotEnoughData, "the room's light",
-        std::to_string(out.points.size()) + " points are read, " + std::to_string(kFewestPoints) +
-            " are needed; the least light is in view '" + lights[least].view + "', " +
-            std::to_string(decoded[least]) + " pixels",
-        "darken the room, raise the camera's exposure, and see that it looks at the projected picture");
-  }
+  if (int(out.points.size()) < kFewestPoints) reader.fail_with_too_few(out.points.size());
   for (const MarkedPixel& mark : options.marked) {
-    std::optional<RoomPoint> point;
-    for (int m = 0; m < count && !point; ++m) {
-      const PositionLight& seen = lights[std::size_t(m)];
-      if ((mark.camera.empty() || mark.camera == seen.camera) &&
-          (mark.view.empty() || mark.view == seen.view))
-        point = point_at(m, mark.pixel);
-    }
-    if (!point)
-      throw Error(ErrorKind::kInput,
-                  format("camera pixel %g,%g", mark.pixel.x(), mark.pixel.y()) +
-                      (mark.view.empty() ? "" : " of view '" + mark.view + "'"),
-                  "no projector's light is read there, or it is on an edge",
-                  "give a pixel on a lit, smooth part of the wall");
+    RoomPoint point = reader.marked_point(mark);
     out.marked.push_back(int(out.points.size()));
-    out.points.push_back(std::move(*point));
+    out.points.push_back(std::move(point));
   }
   return out;
 }

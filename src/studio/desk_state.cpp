@@ -57,6 +57,61 @@ json cameras(bool simulated) {
   return list;
 }
 
+/// By page, the edit that waits for its answer.
+json held_edits(const EditLog& edits) {
+  json held = json::object();
+  for (const auto& [page, one] : edits.held()) held[page] = one.thing;
+  return held;
+}
+
+/// `captured`: the state of the capture so far; the camera's newest board joins it.
+void add_spotted(const BoardSpotter& spotter, json& captured) {
+  captured["corners"] = json::array();
+  captured["still_s"] = 0;
+  const auto spotted = spotter.newest();
+  if (!spotted) return;
+  for (const Observation& corner : spotted->found.observations)
+    captured["corners"].push_back(point(corner.pixel));
+  captured["still_s"] = finite(spotted->still_s);
+  if (spotted->found.observations.empty() && !spotted->found.diagnostics.items.empty())
+    captured["why_not"] = spotted->found.diagnostics.items.front().message;
+}
+
+/// The surface in the images of the camera and of the projector; nothing of both without a rig.
+json surface_entry(const Surface& one, const std::optional<Rig>& rig, const SimulatedStage* stage) {
+  const Vec2 sides = side_lengths(one);
+  json entry = {{"name", one.name},
+                {"content", one.content},
+                {"width", finite(sides.x())},
+                {"height", finite(sides.y())}};
+  entry["corners"] = rig ? points(corners_in_camera(one, *rig)) : json::array();
+  entry["outline"] = rig ? points(outline_in_camera(one, *rig)) : json::array();
+  entry["in_frame"] = rig ? points(corners_in_frame(one, *rig)) : json::array();
+  entry["masks"] = json::array();
+  if (rig)
+    for (const std::vector<Vec2>& mask : masks_in_camera(one, *rig)) entry["masks"].push_back(points(mask));
+  entry["round"] = std::holds_alternative<GridSurface>(one.geometry);
+  if (stage && rig && sides != Vec2::Zero()) {
+    const TrueLanding truth =
+        true_landing(one, *rig, stage->truth(), [&](const Ray& ray) { return stage->on_wall(ray); });
+    entry["true_mm"] = finite(truth.rms_mm);
+    entry["true_worst_mm"] = finite(truth.worst_mm);
+  }
+  return entry;
+}
+
+json drift_of(const std::optional<Drift>& drift) {
+  json walls = json::array();
+  if (drift)
+    for (const WallDrift& wall : drift->walls)
+      walls.push_back({{"name", wall.surface},
+                       {"rms_mm", finite(wall.rms_mm)},
+                       {"checked", wall.checked},
+                       {"moved", wall.moved},
+                       {"words", to_sentence(wall)}});
+  return {{"walls", std::move(walls)}, {"can_correct", drift && drift->corrected}};
+}
+
 }  // namespace
 
 std::string Desk::state_text() const {
@@ -81,9 +136,7 @@ std::string Desk::state_text() const {
   state["edit"] = {{"revision", edits_.newest().revision},
                    {"page", edits_.newest().page},
                    {"thing", edits_.newest().thing}};
-  json held = json::object();
-  for (const auto& [page, one] : edits_.held()) held[page] = one.thing;
-  state["held"] = std::move(held);
+  state["held"] = held_edits(edits_);
   state["error"] = error_
                        ? json{{"what", error_->subject()}, {"why", error_->why()}, {"next", error_->next()}}
                        : json(nullptr);
@@ -111,16 +164,8 @@ std::string Desk::state_text() const {
   json capture = {{"views", project_.views_captured()},
                   {"wanted", choices.views},
                   {"camera_coverage", finite(100 * camera_coverage_)},
-                  {"projector_coverage", finite(100 * projector_coverage_)},
-                  {"corners", json::array()},
-                  {"still_s", 0}};
-  if (const auto spotted = spotter_.newest()) {
-    for (const Observation& corner : spotted->found.observations)
-      capture["corners"].push_back(point(corner.pixel));
-    capture["still_s"] = finite(spotted->still_s);
-    if (spotted->found.observations.empty() && !spotted->found.diagnostics.items.empty())
-      capture["why_not"] = spotted->found.diagnostics.items.front().message;
-  }
+                  {"projector_coverage", finite(100 * projector_coverage_)}};
+  add_spotted(spotter_, capture);
   if (guided_ && board_ && image_size_.width > 0)
     capture["next"] = {{"outline", points(outline(*board_, guided_->camera_from_board, guided_->camera))},
                        {"words", guided_->words}};
@@ -133,41 +178,12 @@ std::string Desk::state_text() const {
                   {"accept_mm", finite(choices.accept_mm)},
                   {"lines", headline_}};
   json surfaces = json::array();
-  for (const Surface& one : surfaces_.surfaces) {
-    const Vec2 sides = side_lengths(one);
-    json entry = {{"name", one.name},
-                  {"content", one.content},
-                  {"width", finite(sides.x())},
-                  {"height", finite(sides.y())}};
-    entry["corners"] = rig_ ? points(corners_in_camera(one, *rig_)) : json::array();
-    entry["outline"] = rig_ ? points(outline_in_camera(one, *rig_)) : json::array();
-    entry["in_frame"] = rig_ ? points(corners_in_frame(one, *rig_)) : json::array();
-    entry["masks"] = json::array();
-    if (rig_)
-      for (const std::vector<Vec2>& mask : masks_in_camera(one, *rig_))
-        entry["masks"].push_back(points(mask));
-    entry["round"] = std::holds_alternative<GridSurface>(one.geometry);
-    if (stage_ && rig_ && side_lengths(one) != Vec2::Zero()) {
-      const TrueLanding truth =
-          true_landing(one, *rig_, stage_->truth(), [this](const Ray& ray) { return stage_->on_wall(ray); });
-      entry["true_mm"] = finite(truth.rms_mm);
-      entry["true_worst_mm"] = finite(truth.worst_mm);
-    }
-    surfaces.push_back(std::move(entry));
-  }
+  for (const Surface& one : surfaces_.surfaces) surfaces.push_back(surface_entry(one, rig_, stage_.get()));
   std::error_code ignored;
   state["surfaces"] = {{"list", std::move(surfaces)},
                        {"scanned", std::filesystem::exists(project_.scan() / "view_00", ignored)}};
   if (choices.step == Step::kContent) state["contents"] = device::content_files(project_.folder(), 200);
-  json walls = json::array();
-  if (drift_)
-    for (const WallDrift& wall : drift_->walls)
-      walls.push_back({{"name", wall.surface},
-                       {"rms_mm", finite(wall.rms_mm)},
-                       {"checked", wall.checked},
-                       {"moved", wall.moved},
-                       {"words", to_sentence(wall)}});
-  state["drift"] = {{"walls", std::move(walls)}, {"can_correct", drift_ && drift_->corrected}};
+  state["drift"] = drift_of(drift_);
   const bool has_service = std::filesystem::exists(project_.service(), ignored);
   state["service"] = has_service ? std::filesystem::absolute(project_.service()).string() : "";
   state["show"] = {{"running", job_ == Job::kShow},

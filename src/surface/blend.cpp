@@ -272,9 +272,7 @@ void fill_rim(const std::vector<int>& surface, BlendMap& map) {
     }
 }
 
-}  // namespace
-
-Blend blend_maps(const std::vector<BlendInput>& projectors, const BlendOptions& options) {
+void require_valid(const std::vector<BlendInput>& projectors, const BlendOptions& options) {
   require(options.min_gain > 0 && options.min_gain <= 1, "blend_maps: min_gain is not in (0, 1]");
   for (const auto& [name, picture] : options.reflectance) {
     bool good = picture.channels == 1 && !picture.empty() && options.compensate;
@@ -284,78 +282,101 @@ Blend blend_maps(const std::vector<BlendInput>& projectors, const BlendOptions& 
     require(good, "blend_maps: the reflectance of '" + name +
                       "' is not one channel of numbers, or not compensated");
   }
-  Blend blend;
-  std::vector<std::string> names;
-  for (const BlendInput& lit : projectors) {
+  for (const BlendInput& lit : projectors)
     require(lit.surfaces && lit.brightness > 0 && lit.black >= 0 && lit.black < 1,
             "blend_maps: a projector without surfaces, with brightness 0 or less, or black outside [0, 1)");
+}
+
+/// Of all surfaces, each once.
+std::vector<std::string> surface_names(const std::vector<BlendInput>& projectors, Diagnostics& diagnostics) {
+  std::vector<std::string> names;
+  for (const BlendInput& lit : projectors)
     for (const SolvedSurface& solved : lit.surfaces->surfaces) {
       const std::string& name = solved.surface.name;
       if (std::find(names.begin(), names.end(), name) != names.end()) continue;
       names.push_back(name);
       if (std::holds_alternative<PlacedPixels>(solved.placement))
-        blend.diagnostics.warn("no_place",
-                               "surface '" + name +
-                                   "' is given in a projector's pixels, so where the others light it is "
-                                   "not known: it is not blended; define it in metres");
+        diagnostics.warn("no_place",
+                         "surface '" + name +
+                             "' is given in a projector's pixels, so where the others light it is "
+                             "not known: it is not blended; define it in metres");
     }
+  return names;
+}
+
+/// E_0 and B of each surface, or of all.
+struct Levels {
+  bool one_level = false;
+  std::vector<double> level, black;
+
+  std::size_t group(int surface) const { return one_level ? 0 : std::size_t(surface); }
+};
+
+Levels levels_of(const std::vector<View>& views, const std::vector<std::vector<Sum>>& sums,
+                 const std::vector<std::string>& names, const BlendOptions& options,
+                 Diagnostics& diagnostics) {
+  const std::size_t groups = options.one_level ? 1 : names.size();
+  Levels out{options.one_level, std::vector<double>(groups, 1), std::vector<double>(groups, 0)};
+  std::vector<std::vector<float>> possible(groups);
+  for (std::size_t p = 0; p < views.size(); ++p)
+    for (std::size_t i = 0; i < sums[p].size(); ++i)
+      if (views[p].surface[i] >= 0) possible[out.group(views[p].surface[i])].push_back(sums[p][i].most);
+  for (std::size_t g = 0; g < groups; ++g) {
+    if (!options.compensate || possible[g].empty()) continue;
+    const double darkest = double(quantile(possible[g], 0.01)),
+                 brightest = double(quantile(possible[g], 0.99));
+    out.level[g] = std::max(darkest, options.min_gain * brightest);
+    if (darkest < out.level[g])
+      diagnostics.warn("stays_dark",
+                       (options.one_level ? std::string("the surfaces' darkest places")
+                                          : "surface '" + names[g] + "': its darkest places") +
+                           " get " + std::to_string(int(std::lround(100 * darkest / brightest))) +
+                           " % of the brightest's light; they stay darker than the rest, which is held at " +
+                           std::to_string(int(std::lround(100 * options.min_gain))) +
+                           " % (least gain): lower it for an even, darker picture");
   }
+  for (std::size_t p = 0; p < views.size(); ++p)
+    for (std::size_t i = 0; i < sums[p].size(); ++i)
+      if (views[p].surface[i] >= 0) {
+        const std::size_t g = out.group(views[p].surface[i]);
+        out.black[g] = std::max(out.black[g], std::min(1.0, double(sums[p][i].black) / out.level[g]));
+      }
+  return out;
+}
+
+/// `full_white`: light of the projector's white over its black.
+BlendMap map_of(const View& view, const std::vector<Sum>& sums, const Levels& levels, double full_white) {
+  BlendMap map{ImageF(view.size), ImageF(view.size, 1, 1.0F), ImageF(view.size)};
+  for (int y = 0; y < view.size.height; ++y)
+    for (int x = 0; x < view.size.width; ++x) {
+      const std::size_t i = view.at(x, y);
+      if (view.surface[i] < 0) continue;
+      const std::size_t g = levels.group(view.surface[i]);
+      const double level = levels.level[g], black = levels.black[g], w = double(sums[i].weight);
+      const double full = full_white * double(view.light[i]);
+      const double lift = std::min(1.0, std::max(0.0, w * (level * black - double(sums[i].black)) / full));
+      map.weight.at(x, y) = float(w);
+      map.lift.at(x, y) = float(lift);
+      map.gain.at(x, y) = float(std::min(w * level * (1 - black) / full, 1 - lift));
+    }
+  fill_rim(view.surface, map);
+  return map;
+}
+
+}  // namespace
+
+Blend blend_maps(const std::vector<BlendInput>& projectors, const BlendOptions& options) {
+  require_valid(projectors, options);
+  Blend blend;
+  const std::vector<std::string> names = surface_names(projectors, blend.diagnostics);
   std::vector<View> views;
   views.reserve(projectors.size());
   for (const BlendInput& lit : projectors) views.push_back(look(lit, names, options));
   std::vector<std::vector<Sum>> sums;
   for (std::size_t p = 0; p < views.size(); ++p) sums.push_back(sum_up(p, views, projectors));
-
-  // E_0 and B of each surface, or of all.
-  const auto group = [&](int name) { return options.one_level ? 0 : std::size_t(name); };
-  const std::size_t groups = options.one_level ? 1 : names.size();
-  std::vector<double> level(groups, 1), black(groups, 0);
-  if (options.compensate)
-    for (std::size_t g = 0; g < groups; ++g) {
-      std::vector<float> possible;
-      for (std::size_t p = 0; p < views.size(); ++p)
-        for (std::size_t i = 0; i < sums[p].size(); ++i)
-          if (views[p].surface[i] >= 0 && group(views[p].surface[i]) == g)
-            possible.push_back(sums[p][i].most);
-      if (possible.empty()) continue;
-      const double darkest = double(quantile(possible, 0.01)), brightest = double(quantile(possible, 0.99));
-      level[g] = std::max(darkest, options.min_gain * brightest);
-      if (darkest < level[g])
-        blend.diagnostics.warn(
-            "stays_dark",
-            (options.one_level ? std::string("the surfaces' darkest places")
-                               : "surface '" + names[g] + "': its darkest places") +
-                " get " + std::to_string(int(std::lround(100 * darkest / brightest))) +
-                " % of the brightest's light; they stay darker than the rest, which is held at " +
-                std::to_string(int(std::lround(100 * options.min_gain))) +
-                " % (least gain): lower it for an even, darker picture");
-    }
+  const Levels levels = levels_of(views, sums, names, options, blend.diagnostics);
   for (std::size_t p = 0; p < views.size(); ++p)
-    for (std::size_t i = 0; i < sums[p].size(); ++i)
-      if (views[p].surface[i] >= 0) {
-        const std::size_t g = group(views[p].surface[i]);
-        black[g] = std::max(black[g], std::min(1.0, double(sums[p][i].black) / level[g]));
-      }
-
-  for (std::size_t p = 0; p < views.size(); ++p) {
-    const View& view = views[p];
-    BlendMap map{ImageF(view.size), ImageF(view.size, 1, 1.0F), ImageF(view.size)};
-    for (int y = 0; y < view.size.height; ++y)
-      for (int x = 0; x < view.size.width; ++x) {
-        const std::size_t i = view.at(x, y);
-        if (view.surface[i] < 0) continue;
-        const std::size_t g = group(view.surface[i]);
-        const double w = double(sums[p][i].weight);
-        const double full = (1 - projectors[p].black) * double(view.light[i]);
-        const double lift =
-            std::min(1.0, std::max(0.0, w * (level[g] * black[g] - double(sums[p][i].black)) / full));
-        map.weight.at(x, y) = float(w);
-        map.lift.at(x, y) = float(lift);
-        map.gain.at(x, y) = float(std::min(w * level[g] * (1 - black[g]) / full, 1 - lift));
-      }
-    fill_rim(view.surface, map);
-    blend.maps.push_back(std::move(map));
-  }
+    blend.maps.push_back(map_of(views[p], sums[p], levels, 1 - projectors[p].black));
   return blend;
 }
 

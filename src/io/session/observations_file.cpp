@@ -356,91 +356,121 @@ int pattern_point(int number) {
   return -1 - number;
 }
 
-Correspondences correspondences_of(Table table, const ObservationsContext& context) {
-  if (table.rows.empty()) fail_table(table.name, "it has no row");
-  Correspondences data;
-  data.devices = devices_of(table, context);
-  if (context.board)
-    data.board = *context.board;
-  else if (table.stated.board)
-    data.board = *table.stated.board;
-  else if (table.by_position)
-    data.board = board_of_grid(table);
-  else
-    fail_table(table.name, "the board is not given", "give --board, e.g. chessboard:7x9:75mm");
-  const int points = int(points_in_board(data.board).size());
-  const PointFinder finder(data.board);
-  const std::size_t cameras =
-      std::size_t(std::count_if(data.devices.begin(), data.devices.end(),
-                                [](const Device& d) { return d.kind == DeviceKind::kCamera; }));
+Board board_of(const Table& table, const ObservationsContext& context) {
+  if (context.board) return *context.board;
+  if (table.stated.board) return *table.stated.board;
+  if (table.by_position) return board_of_grid(table);
+  fail_table(table.name, "the board is not given", "give --board, e.g. chessboard:7x9:75mm");
+}
 
-  std::map<std::string, std::size_t> view_of;
-  std::set<std::tuple<std::size_t, int, int, int>> seen;  // view, device, camera, point
-  struct Shown {                                          // a point of the pattern, row by row
+/// Takes the rows of a table one by one.
+class RowsToCorrespondences {
+ public:
+  RowsToCorrespondences(std::vector<Device> devices, Board board)
+      : finder_(board), points_(int(points_in_board(board).size())) {
+    data_.devices = std::move(devices);
+    data_.board = std::move(board);
+    cameras_ = std::count_if(data_.devices.begin(), data_.devices.end(),
+                             [](const Device& d) { return d.kind == DeviceKind::kCamera; });
+  }
+
+  /// `row` must live until take(). `by_position`: its point is given by its place on the board.
+  void add(const Row& row, bool by_position) {
+    const std::size_t v = view_of(row.view);
+    const int d = device_index(data_.devices, row.device, row.where);
+    check_pixel(row, data_.devices[std::size_t(d)]);
+    const Observation o = observation_of(row, d, by_position);
+    if (!seen_.insert({v, d, o.camera, o.point}).second)
+      fail_table(row.where, "the view has this point of this device already", "give every point once");
+    if (o.point >= 0)
+      data_.views[v].observations[std::size_t(d)].push_back(o);
+    else
+      add_shown(shown_[v][o.point], row, d);
+  }
+
+  Correspondences take() {
+    for (std::size_t v = 0; v < shown_.size(); ++v)
+      for (auto at = shown_[v].rbegin(); at != shown_[v].rend(); ++at)
+        add_light(data_.views[v], at->first, at->second);
+    return std::move(data_);
+  }
+
+ private:
+  /// A point of the pattern, row by row.
+  struct Shown {
     const Row* projector = nullptr;
     int device = 0;
     std::vector<std::pair<int, const Row*>> cameras;
   };
-  std::vector<std::map<int, Shown>> shown;  // by view, by negative point
-  for (const Row& row : table.rows) {
-    const auto [at, is_new] = view_of.emplace(row.view, data.views.size());
+
+  std::size_t view_of(const std::string& name) {
+    const auto [at, is_new] = views_.emplace(name, data_.views.size());
     if (is_new) {
-      data.views.push_back({row.view, std::vector<std::vector<Observation>>(data.devices.size()), {}});
-      shown.emplace_back();
+      data_.views.push_back({name, std::vector<std::vector<Observation>>(data_.devices.size()), {}});
+      shown_.emplace_back();
     }
-    const int d = device_index(data.devices, row.device, row.where);
-    const Device& device = data.devices[std::size_t(d)];
-    check_pixel(row, device);
+    return at->second;
+  }
+
+  Observation observation_of(const Row& row, int device, bool by_position) const {
     Observation o;
-    o.point = row.point;
+    o.point = by_position ? finder_.index_of(row.position, row.where) : row.point;
     o.pixel = row.pixel;
     o.covariance = row.covariance;
-    if (table.by_position) o.point = finder.index_of(row.position, row.where);
-    if (o.point >= points)
+    if (o.point >= points_)
       fail_table(row.where,
-                 "point " + std::to_string(o.point) + " is not on the board " + format_board(data.board) +
-                     " of " + std::to_string(points) + " points",
+                 "point " + std::to_string(o.point) + " is not on the board " + format_board(data_.board) +
+                     " of " + std::to_string(points_) + " points",
                  "points count from 0, row by row");
-    if (device.kind == DeviceKind::kProjector && o.point >= 0) {
-      if (!row.camera.empty())
-        o.camera = device_index(data.devices, row.camera, row.where);
-      else if (cameras > 1)
-        fail_table(row.where, "there are several cameras, and the row does not name the one that read it",
-                   "add the column 'camera'");
-      if (data.devices[std::size_t(o.camera)].kind != DeviceKind::kCamera)
-        fail_table(row.where, "'" + row.camera + "' is no camera");
-      o.correlated_with_camera = row.correlated;
-    }
-    if (!seen.insert({at->second, d, o.camera, o.point}).second)
-      fail_table(row.where, "the view has this point of this device already", "give every point once");
-    if (o.point >= 0) {
-      data.views[at->second].observations[std::size_t(d)].push_back(o);
-      continue;
-    }
-    Shown& point = shown[at->second][o.point];
-    if (device.kind == DeviceKind::kCamera) {
-      point.cameras.emplace_back(d, &row);
-    } else {
-      if (point.projector != nullptr)
-        fail_table(row.where, "two projectors show this point",
-                   "give points of each projector numbers of their own");
-      point.projector = &row;
-      point.device = d;
-    }
+    if (data_.devices[std::size_t(device)].kind != DeviceKind::kProjector || o.point < 0) return o;
+    if (!row.camera.empty())
+      o.camera = device_index(data_.devices, row.camera, row.where);
+    else if (cameras_ > 1)
+      fail_table(row.where, "there are several cameras, and the row does not name the one that read it",
+                 "add the column 'camera'");
+    if (data_.devices[std::size_t(o.camera)].kind != DeviceKind::kCamera)
+      fail_table(row.where, "'" + row.camera + "' is no camera");
+    o.correlated_with_camera = row.correlated;
+    return o;
   }
-  for (std::size_t v = 0; v < shown.size(); ++v)
-    for (auto at = shown[v].rbegin(); at != shown[v].rend(); ++at) {
-      const Shown& point = at->second;
-      if (point.projector == nullptr || point.cameras.empty())
-        fail_table(point.projector != nullptr ? point.projector->where : point.cameras.front().second->where,
-                   "point " + std::to_string(at->first) +
-                       " of the pattern needs a row of the projector and one of "
-                       "a camera in its view");
-      for (const auto& [camera, row] : point.cameras)
-        data.views[v].light_points.push_back({point.device, point.projector->pixel, camera, row->pixel,
-                                              row->covariance, pattern_point(at->first)});
+
+  void add_shown(Shown& point, const Row& row, int device) const {
+    if (data_.devices[std::size_t(device)].kind == DeviceKind::kCamera) {
+      point.cameras.emplace_back(device, &row);
+      return;
     }
-  return data;
+    if (point.projector != nullptr)
+      fail_table(row.where, "two projectors show this point",
+                 "give points of each projector numbers of their own");
+    point.projector = &row;
+    point.device = device;
+  }
+
+  static void add_light(View& view, int number, const Shown& point) {
+    if (point.projector == nullptr || point.cameras.empty())
+      fail_table(point.projector != nullptr ? point.projector->where : point.cameras.front().second->where,
+                 "point " + std::to_string(number) +
+                     " of the pattern needs a row of the projector and one of a camera in its view");
+    for (const auto& [camera, row] : point.cameras)
+      view.light_points.push_back(
+          {point.device, point.projector->pixel, camera, row->pixel, row->covariance, pattern_point(number)});
+  }
+
+  Correspondences data_;
+  PointFinder finder_;
+  int points_ = 0;
+  std::ptrdiff_t cameras_ = 0;
+  std::map<std::string, std::size_t> views_;
+  std::set<std::tuple<std::size_t, int, int, int>> seen_;  // view, device, camera, point
+  std::vector<std::map<int, Shown>> shown_;                // by view, by negative point
+};
+
+Correspondences correspondences_of(const Table& table, const ObservationsContext& context) {
+  if (table.rows.empty()) fail_table(table.name, "it has no row");
+  std::vector<Device> devices = devices_of(table, context);
+  RowsToCorrespondences out(std::move(devices), board_of(table, context));
+  for (const Row& row : table.rows) out.add(row, table.by_position);
+  return out.take();
 }
 
 /// The number that each point (projector, point) of the pattern has in a file, in all views, so that views can

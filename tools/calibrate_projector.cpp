@@ -6,6 +6,7 @@
 
 #include "common/lens_flags.hpp"
 #include "common/projector_flags.hpp"
+#include "common/rig_update.hpp"
 #include "procam/calibrate/calibrate.hpp"
 #include "procam/calibrate/gates.hpp"
 #include "procam/calibrate/mirror.hpp"
@@ -76,6 +77,7 @@ ExitCode calibrate_session(const Flags& flags, Console& console) {
       flags.observations.empty() ? read_captures(flags, mirror, console) : read_observations(flags);
   const Correspondences& correspondences = input.correspondences;
   if (!flags.write_observations.empty()) io::save_observations(flags.write_observations, correspondences);
+  if (!flags.update.empty()) return update_rig(flags, input, console);
   const calibrate::Options options = options_of(flags, correspondences.devices, console);
   calibrate::CalibrationResult result = console.reporting(correspondences.diagnostics, [&] {
     return flags.known_camera.empty()

@@ -46,15 +46,17 @@ void declare(CLI::App& app, Flags& flags) {
       "--marker-view", options.markers,
       "also marker_view.png, markers on the wall as the rig's camera sees them, with markers.json and "
       "truth_projector_from_world.json: try locate-projector on it");
-  auto* check = app.add_option(
-      "--check-board", options.check,
-      "also check/frame_00.png ..., this projected board (e.g. charuco) on the bare wall, with "
-      "session.json and surfaces.json: try verify-projection on it");
+  app.add_option("--check-board", options.check,
+                 "also check/frame_00.png ..., this projected board (e.g. charuco) on the bare wall, with "
+                 "session.json and surfaces.json: try verify-projection on it");
   add_parsed(
       app, "--bump", [&](const std::string& text) { options.bump = io::parse_angle(text); },
-      "Rotate the projector by this angle before --check-board; the true rig is then "
-      "check/truth.json; e.g. 0.2deg")
-      ->needs(check);
+      "Rotate the projector by this angle before --check-board (the true rig is then check/truth.json), "
+      "else before the views, which are then the level's last: try calibrate-projector --update on it; e.g. "
+      "0.2deg");
+  app.add_option("--zoom", options.zoom,
+                 "Multiply the projector's focal lengths by this, as --bump rotates it")
+      ->check(CLI::Range(0.5, 2.0));
   app.add_option(
       "--room", options.room,
       "instead of boards one view of a room, sphere | cylinder | corner | relief | steps, by the same rig: try "

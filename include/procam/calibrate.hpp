@@ -11,3 +11,4 @@
 #include "procam/calibrate/options.hpp"
 #include "procam/calibrate/points.hpp"
 #include "procam/calibrate/result.hpp"
+#include "procam/calibrate/update.hpp"

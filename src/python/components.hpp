@@ -20,5 +20,6 @@ void bind_analyze(pybind11::module_& m);
 void bind_report(pybind11::module_& m);
 void bind_show(pybind11::module_& m);
 void bind_mount(pybind11::module_& package);
+void bind_update(pybind11::module_& package);
 
 }  // namespace procam::python

@@ -140,6 +140,7 @@ PYBIND11_MODULE(_procam, module) {
   py::module_ show = submodule(package, "show", "Content on surfaces, live.");
   bind_show(show);
   bind_mount(package);
+  bind_update(package);
 }
 
 }  // namespace procam::python

@@ -205,7 +205,38 @@ void view_fields(Fields& f, const CalibrationResult& result, const ReportInput& 
   });
 }
 
+struct UpdatedViewRow {
+  const calibrate::UpdatedView& view;
+  const std::vector<Device>& devices;
+};
+
+void fields(Fields& f, const UpdatedViewRow& row) {
+  f.field("view", row.view.name);
+  f.field("used", row.view.used);
+  f.optional("note", row.view.note);
+  f.object("rms_px", [&](Fields& rms) {
+    for (std::size_t d = 0; d < row.devices.size(); ++d) rms.field(row.devices[d].name, row.view.rms_px[d]);
+  });
+}
+
 }  // namespace
+}  // namespace procam::report
+
+namespace procam::calibrate {
+
+static void fields(report::Fields& f, const DeviceChange& change) {
+  f.field("device", change.device);
+  f.field("rotation_deg", change.rotation / kDegree);
+  f.field("rotation_sigma_deg", change.rotation_sigma / kDegree);
+  f.field("translation_mm", 1e3 * change.translation);
+  f.field("translation_sigma_mm", 1e3 * change.translation_sigma);
+  f.field("focal_ratio", change.focal_ratio);
+  f.field("focal_ratio_sigma", change.focal_ratio_sigma);
+}
+
+}  // namespace procam::calibrate
+
+namespace procam::report {
 
 std::string to_json(const CalibrationResult& result, const ReportInput& input) {
   Json object = Json::object();
@@ -232,6 +263,17 @@ std::string to_json(const calibrate::PointsResult& result, const ReportInput& in
   f.field("left_out_px", result.loo_rms_px);
   f.field("pairs", int(result.pairs.size()));
   f.field("place_m", result.rig.projector().rig_from_projector.translation);
+  return text(object);
+}
+
+std::string to_json(const calibrate::UpdateResult& result, const ReportInput& input) {
+  Json object = Json::object();
+  Fields f(object);
+  rig_fields(f, result.rig, result.rig.quality, input);
+  f.field("changes", result.changes);
+  std::vector<UpdatedViewRow> views;
+  for (const calibrate::UpdatedView& view : result.views) views.push_back({view, result.devices});
+  f.field("views", views);
   return text(object);
 }
 

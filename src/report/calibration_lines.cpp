@@ -241,6 +241,31 @@ Lines lines(const calibrate::PointsResult& result, const std::vector<PointPair>&
   return lines;
 }
 
+Lines lines(const calibrate::UpdateResult& result, const ReportInput& input) {
+  Lines lines;
+  for (const calibrate::DeviceChange& one : result.changes) {
+    std::string line = format("changed    %s", one.device.c_str());
+    if (one.rotation_sigma > 0)
+      line += format(" rotated by %.3f +- %s deg and moved by %.2f +- %s mm", one.rotation / kDegree,
+                     significant(one.rotation_sigma / kDegree, 2).c_str(), 1e3 * one.translation,
+                     significant(1e3 * one.translation_sigma, 2).c_str());
+    if (one.focal_ratio_sigma > 0)
+      line += format("%s focal length multiplied by %.5f +- %s", one.rotation_sigma > 0 ? "," : "",
+                     one.focal_ratio, significant(one.focal_ratio_sigma, 2).c_str());
+    lines.push_back(line);
+  }
+  for (const calibrate::UpdatedView& view : result.views) {
+    std::string line = format("view       %s", view.name.c_str());
+    for (std::size_t d = 0; view.used && d < result.devices.size(); ++d)
+      if (view.rms_px[d] > 0) line += format("  %s %.3f px", result.devices[d].name.c_str(), view.rms_px[d]);
+    lines.push_back(line + (view.used ? "" : "  rejected"));
+  }
+  add_lenses(result.rig, lines);
+  add_truth_lines(result.rig, input, lines);
+  add_gates(result.rig.quality.gates, lines);
+  return lines;
+}
+
 Lines lines(const Rig& rig, const RigQuality& quality) {
   Lines lines;
   add_lenses(rig, lines);

@@ -75,9 +75,10 @@ void save_truth(Rig truth, const SimulationOptions& options, const std::string& 
 }
 
 /// What is wrong with each view, beside the seed and the level in truth.json.
-Rig with_defects(Rig truth, const simulate::SimulatedSession& session, std::size_t views, int frames) {
-  for (std::size_t view = 0; view < std::min(views, session.defects.size()); ++view)
-    if (const std::string text = simulate::description(session.defects[view], frames); !text.empty())
+Rig with_defects(Rig truth, const simulate::SimulatedSession& session, std::size_t first, std::size_t views,
+                 int frames) {
+  for (std::size_t view = 0; view < views && first + view < session.defects.size(); ++view)
+    if (const std::string text = simulate::description(session.defects[first + view], frames); !text.empty())
       truth.provenance.options[numbered("view", view)] = text;
   return truth;
 }
@@ -94,13 +95,37 @@ SurfaceSet wall_of(const simulate::World& world) {
   return {{{"wall", plane, {}, ""}}};
 }
 
+bool changes_rig(const SimulationOptions& options) {
+  return options.bump != 0 || options.zoom != 1;
+}
+
+/// Rotated about its centre; the principal point of a zoomed lens moves, too.
+void change_projector(RigProjector& projector, const SimulationOptions& options) {
+  Pose& place = projector.rig_from_projector;
+  place = place * Pose(so3_exp(Vec3(options.bump * Vec3(0.7, -0.6, 0.38).normalized())), Vec3::Zero());
+  Camera& lens = projector.projector.inverse_camera;
+  lens.intrinsics.fx *= options.zoom;
+  lens.intrinsics.fy *= options.zoom;
+  constexpr double kWander = 0.15;  // shares of the picture, for a zoom by two
+  lens.intrinsics.cx -= 0.4 * kWander * (options.zoom - 1) * lens.size.width;
+  lens.intrinsics.cy += kWander * (options.zoom - 1) * lens.size.height;
+}
+
+/// The first of `count` views, and the noise of captures that were made at another time where the rig was changed.
+std::size_t first_view(const SimulationOptions& options, std::size_t of_level, std::size_t count,
+                       simulate::CaptureOptions& capture) {
+  if (!changes_rig(options) || !options.check.empty()) return 0;
+  constexpr std::uint64_t kLater = 7919;
+  capture.seed += kLater;
+  return of_level - count;
+}
+
 /// A projected board on the bare wall, after somebody has bumped the projector.
 void write_check(const simulate::SimulatedSession& session, const SimulationOptions& options,
                  const fs::path& folder) {
   simulate::World world = simulate::with_bare_wall(session.views.front());
   const auto pattern = make_pattern(options.check, world.rig.projector().projector.size());
-  Pose& place = world.rig.projectors.front().rig_from_projector;
-  place = place * Pose(so3_exp(Vec3(options.bump * Vec3(0.7, -0.6, 0.38).normalized())), Vec3::Zero());
+  change_projector(world.rig.projectors.front(), options);
   fs::create_directory(folder);
   const std::vector<ImageU8> captures = simulate::capture(world, pattern->frames(), session.capture);
   for (std::size_t frame = 0; frame < captures.size(); ++frame)
@@ -137,14 +162,16 @@ SimulatedFolder write_fleet(const fs::path& place, const SimulationOptions& opti
                 : options.board          ? "--board"
                                          : "--check-board",
                 "it is simulated for one camera and one projector", "leave out --cameras and --projectors");
-  const simulate::Fleet fleet = simulate::make_fleet(options.level, options.seed, options.cameras,
-                                                     options.projectors, conditions_of(options));
+  simulate::Fleet fleet = simulate::make_fleet(options.level, options.seed, options.cameras,
+                                               options.projectors, conditions_of(options));
+  change_projector(fleet.rig.projectors.front(), options);
   const std::vector<ImageU8> frames = pattern.frames();
   const std::size_t views = views_of(options, fleet.views.size());
+  const std::size_t first = first_view(options, fleet.views.size(), views, fleet.capture);
   NewFolder folder(place, options.replace);
   for (std::size_t view = 0; view < views; ++view) {
     if (progress) progress(numbered("view", view), int(view), int(views));
-    write_fleet_view(fleet, view, frames, folder.path() / numbered("view", view));
+    write_fleet_view(fleet, first + view, frames, folder.path() / numbered("view", view));
   }
   pattern.save_files(folder.path());
   const ImageSize size = simulate::projector_size(options.level);
@@ -165,22 +192,25 @@ SimulatedFolder write_pair(const fs::path& place, const SimulationOptions& optio
                            const SessionPattern& pattern, const ReadingProgress& progress) {
   std::optional<simulate::BoardPrint> print;
   if (options.board) print = simulate::BoardPrint{*options.board, detect::board_artwork(*options.board)};
-  const simulate::SimulatedSession session = simulate::make_session(
+  simulate::SimulatedSession session = simulate::make_session(
       options.level, options.seed, pattern.on_blank_paper(), print, conditions_of(options));
+  if (options.check.empty())
+    for (simulate::World& world : session.views) change_projector(world.rig.projectors.front(), options);
   const std::vector<ImageU8> frames = pattern.frames();
   const std::size_t views = views_of(options, session.views.size());
+  const std::size_t first = first_view(options, session.views.size(), views, session.capture);
   NewFolder folder(place, options.replace);
   for (std::size_t view = 0; view < views; ++view) {
     if (progress) progress(numbered("view", view), int(view), int(views));
-    write_view(session, view, frames, folder.path() / numbered("view", view));
+    write_view(session, first + view, frames, folder.path() / numbered("view", view));
   }
   if (options.markers) write_marker_view(session, folder.path());
   if (!options.check.empty()) write_check(session, options, folder.path() / "check");
   pattern.save_files(folder.path());
   const ImageSize size = simulate::projector_size(options.level);
   io::save_session(folder.path(), {pattern.text(), size, session.stated_board, {}});
-  save_truth(with_defects(session.rig(), session, views, pattern.frame_count()), options, pattern.text(),
-             folder.path());
+  save_truth(with_defects(session.rig(), session, first, views, pattern.frame_count()), options,
+             pattern.text(), folder.path());
   folder.finish();
   return {int(views), pattern.frame_count(), pattern.text(), session.board().layout, size};
 }
@@ -215,9 +245,9 @@ void write_room_pair(const simulate::CaptureOptions& capture, const simulate::Ro
 /// Views of a room. Between them the cameras are moved.
 SimulatedFolder write_room(const fs::path& place, const SimulationOptions& options,
                            const SessionPattern& pattern, const ReadingProgress& progress) {
-  if (options.markers || options.board || !options.check.empty())
-    throw Error(ErrorKind::kUnsupported, "--room", "a room is simulated without boards",
-                "leave out --board, --marker-view and --check-board");
+  if (options.markers || options.board || !options.check.empty() || changes_rig(options))
+    throw Error(ErrorKind::kUnsupported, "--room", "a room is simulated without boards and changes",
+                "leave out --board, --marker-view, --check-board, --bump and --zoom");
   const auto [rig, fixed_capture] = room_rig(options);
   simulate::CaptureOptions capture = fixed_capture;
   const simulate::Room room = simulate::scan_scene(options.room);

@@ -19,8 +19,8 @@ const std::vector<Example>& examples(const std::string& tool) {
         {"captures of another program",
          "calibrate-projector --captures captures --pattern gray --projector-size 1024x768 --board "
          "charuco:5x7:34mm:25mm:5x5_100 -o rig.json"},
-        {"check an existing rig with new captures",
-         "calibrate-projector --captures session --check rig.json"}}},
+        {"refresh a rig by one or two new views after the projector was bumped",
+         "calibrate-projector --captures session --update rig.json --changed pose -o rig.json"}}},
       {"calibrate-mount",
        {{"a recorded drive, and the height as measured",
          "calibrate-mount --base base.log --sightings sightings.log --height 0.85m+-5mm -o mount.json"},

@@ -35,7 +35,7 @@ constexpr ValueType kValueTypes[] = {
     {"LENGTH", " plan-projection:viewer-distance "},
     {"FILE",
      " base blend check depth image intrinsics known-camera markers mount observations output points pose prior "
-     "preview record replay report rig save-board save-depth save-points save-mount save-show show shown sightings surfaces truth virtual weights "
+     "preview record replay report rig save-board save-depth save-points save-mount save-show show shown sightings surfaces truth update virtual weights "
      "write-observations sensor mirror-view INPUT "},
     {"FOLDER", " captures data decoded figures watch images project "},
     {"LENGTH",
@@ -65,12 +65,13 @@ constexpr ValueType kValueTypes[] = {
     {"AXIS", " world-up "},
     {"PROGRAM", " for "},
     {"PROFILE", " profile "},
+    {"CHANGE", " changed "},
     {"RULE", " predict "},
     {"KEY=VALUE", " set "},
     {"TOKEN", " token "},
     {"PATH", " path "},
     {"SHIFT", " lens-shift "},
-    {"RATIO", " throw-ratio "},
+    {"RATIO", " throw-ratio zoom "},
 };
 
 /// Files that a tool writes beside its one result.

@@ -40,6 +40,12 @@ const std::vector<InputKind>& input_kinds() {
   return kinds;
 }
 
+/// A rig that is refreshed keeps its lens models and its board; the page is of a whole calibration.
+constexpr const char* kNotOfUpdate[] = {
+    "--known-camera", "--mirror-view", "--report",        "--figures",        "--data",
+    "--board-shape",  "--holdout",     "--fix",           "--free",           "--camera-model",
+    "--throw-ratio",  "--lens-shift",  "--square-pixels", "--projector-model"};
+
 /// An option that would be ignored is a usage error.
 void require_one_input(const CLI::App& app, const ProjectorFlags& flags) {
   const InputKind* given = nullptr;
@@ -66,10 +72,44 @@ void require_one_input(const CLI::App& app, const ProjectorFlags& flags) {
     if (option->count() > 0 && !used)
       throw CLI::ValidationError(name, std::string("has no effect with ") + given->name);
   }
+  if (!flags.update.empty())
+    for (const char* name : kNotOfUpdate)
+      if (app.get_option(name)->count() > 0) throw CLI::ValidationError(name, "has no effect with --update");
   const bool frees_k3 = std::find(flags.free.begin(), flags.free.end(), "k3") != flags.free.end();
   if (frees_k3 && !flags.points.empty())
     throw CLI::ValidationError("--free k3",
                                "has no effect with --points: a few points estimate no distortion");
+}
+
+/// "pose" or "lamp:zoom".
+calibrate::Change parse_change(const std::string& text) {
+  using Kind = calibrate::Change::Kind;
+  const std::size_t colon = text.rfind(':');
+  calibrate::Change change;
+  if (colon != std::string::npos) change.device = text.substr(0, colon);
+  const std::string kind = colon == std::string::npos ? text : text.substr(colon + 1);
+  for (const Kind known : {Kind::kPose, Kind::kZoom, Kind::kFocus})
+    if (kind == calibrate::to_string(known)) return change.kind = known, change;
+  throw Error(ErrorKind::kInput, "--changed " + text, "'" + kind + "' is none of pose, zoom and focus",
+              "give e.g. pose, or of several devices camera:focus,projector:pose");
+}
+
+void declare_update(CLI::App& app, ProjectorFlags& flags) {
+  auto* update =
+      app.add_option("--update", flags.update,
+                     "Refresh this rig by one or two new views instead of a calibration from nothing; "
+                     "see --changed");
+  add_parsed(
+      app, "--changed",
+      [&](const std::string& text) {
+        for (std::size_t begin = 0, end = 0; end != std::string::npos; begin = end + 1) {
+          end = text.find(',', begin);
+          flags.changed.push_back(parse_change(text.substr(begin, end - begin)));
+        }
+      },
+      "What may have changed since then: pose (bumped), zoom, focus, of the projector or of a named device: "
+      "camera:focus,projector:pose (default: nothing, and the views must agree with the rig)")
+      ->needs(update);
 }
 
 }  // namespace
@@ -138,6 +178,7 @@ void declare_projector(CLI::App& app, ProjectorFlags& flags) {
                  "Rig file of the camera (from calibrate-camera), or another program's calibration of it "
                  "(docs/exchange.md): its lens is kept within the file's sigmas, or as it is where the file "
                  "has none");
+  declare_update(app, flags);
   app.add_option("--free", flags.free,
                  "With --points: also estimate skew. Boards estimate skew and k3 anyway")
       ->check(CLI::IsMember({"skew", "k3"}))

@@ -7,6 +7,7 @@
 #include "common/calibration_flags.hpp"
 #include "common/known_before.hpp"
 #include "procam/analyze/accept.hpp"
+#include "procam/calibrate/update.hpp"
 #include "procam/core/board/board.hpp"
 #include "procam/io/session/pattern_file.hpp"
 #include "procam/session/reader.hpp"
@@ -26,7 +27,8 @@ struct ProjectorFlags : CalibrationFlags {
   double mirror_depth = 0;  ///< metres
   std::string camera_model = "auto", projector_model = "auto";
   DataSheet sheet;  ///< of the projector
-  std::filesystem::path known_camera;
+  std::filesystem::path known_camera, update;
+  std::vector<calibrate::Change> changed;  ///< with `update`; an empty name is the only projector
 };
 
 /// --observations, with the sizes that flags give. Throws Error(kInput) where no projector is among them.

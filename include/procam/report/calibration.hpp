@@ -15,6 +15,7 @@
 #include "procam/analyze/advice.hpp"
 #include "procam/calibrate/points.hpp"
 #include "procam/calibrate/result.hpp"
+#include "procam/calibrate/update.hpp"
 #include "procam/core/base/export.hpp"
 
 namespace procam::report {
@@ -51,6 +52,8 @@ PROCAM_EXPORT void add_truth(const Rig& rig, const Rig& truth, ReportInput& inpu
 PROCAM_EXPORT std::string to_json(const calibrate::CalibrationResult& result, const ReportInput& input);
 /// Of a projector alone, calibrated from points.
 PROCAM_EXPORT std::string to_json(const calibrate::PointsResult& result, const ReportInput& input);
+/// Of a rig that was refreshed.
+PROCAM_EXPORT std::string to_json(const calibrate::UpdateResult& result, const ReportInput& input);
 /// Of a rig whose stored numbers were checked.
 PROCAM_EXPORT std::string to_json(const Rig& rig, const RigQuality& quality, const ReportInput& input);
 
@@ -64,6 +67,7 @@ PROCAM_EXPORT std::vector<std::string> lines(const calibrate::CalibrationResult&
                                              const ReportInput& input);
 PROCAM_EXPORT std::vector<std::string> lines(const calibrate::PointsResult& result,
                                              const std::vector<PointPair>& pairs, const ReportInput& input);
+PROCAM_EXPORT std::vector<std::string> lines(const calibrate::UpdateResult& result, const ReportInput& input);
 PROCAM_EXPORT std::vector<std::string> lines(const Rig& rig, const RigQuality& quality);
 
 /// What was found and used of a device.

@@ -35,7 +35,9 @@ struct SimulationOptions {
   std::vector<std::string> settings;  ///< KEY=VALUE changes to the level's conditions: settings_help()
   bool markers = false;               ///< also a view of markers on the wall (simulate/marker_view.hpp)
   std::string check;                  ///< also captures of this projected board on the bare wall
-  double bump = 0;                    ///< rotation of the projector before `check`, radians
+  /// A change of the (first) projector after the calibration with the same seed: rotation in radians, and a factor of
+  /// its focal lengths. With `check` it comes before `check`, else before the views, which are then the level's last.
+  double bump = 0, zoom = 1;
   /// A room of simulate/scan_view.hpp instead of boards. One view to scan, or `views` between which the cameras are
   /// moved and the projectors stand still (simulate::moved_camera).
   std::string room;

@@ -122,6 +122,10 @@ void bind_show(py::module_& m) {
       .field("is_alarm", &show::WatchStatus::is_alarm, "")
       .field("checks", &show::WatchStatus::checks, "")
       .field("alarms", &show::WatchStatus::alarms, "")
+      .field("corrections", &show::WatchStatus::corrections, "")
+      .field("corrects", &show::WatchStatus::corrects, "what is found is corrected, not only reported")
+      .field("is_corrected", &show::WatchStatus::is_corrected,
+             "the projector does not stand where the rig file has it")
       .field("faults", &show::WatchStatus::faults, "")
       .field("error_mm", &show::WatchStatus::error_mm, "of the last window, RMS on the surfaces")
       .field("error_sigma_mm", &show::WatchStatus::error_sigma_mm, "of the last window, RMS on the surfaces")
@@ -137,8 +141,9 @@ void bind_show(py::module_& m) {
       .field("name", &show::WatchInput::name,
              "the camera's name in the rig; may be empty when the rig has one")
       .field("delay_s", &show::WatchInput::delay_s, "from the exposure of an image to its arrival")
-      .field("only", &show::WatchInput::only,
-             "report, and correct nothing; corrections are not built yet, so this is needed");
+      .field("only", &show::WatchInput::only, "report, and correct nothing")
+      .field("save", &show::WatchInput::save,
+             "file for the rig as corrected, written after each correction; empty: none");
   marker_input.fields_init()
       .field("camera", &show::MarkerInput::camera,
              "number, device or address, as device::open_camera() takes it")

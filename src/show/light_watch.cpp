@@ -10,8 +10,10 @@
 #include <thread>
 #include <utility>
 
+#include "procam/core/geometry/se3.hpp"
 #include "procam/device/frame_sink.hpp"
 #include "procam/io/files.hpp"
+#include "procam/io/rig_file.hpp"
 
 namespace procam::show {
 namespace {
@@ -35,6 +37,15 @@ bool are_in_place(const std::vector<watch::WatchedSurface>& a, const std::vector
   });
 }
 
+/// The name of one in the projector's frame; empty: there is none.
+std::string surface_of_projector(const SolvedSurfaceSet& solved) {
+  for (const SolvedSurface& surface : solved.surfaces) {
+    const InRoom* place = place_of(surface.surface.geometry);
+    if (place == nullptr || (place->frame != "world" && place->frame != "rig")) return surface.surface.name;
+  }
+  return "";
+}
+
 bool are_equal(const ImageU8& a, const ImageU8& b) {
   const std::size_t size = std::size_t(a.width()) * std::size_t(a.height()) * std::size_t(a.channels());
   return a.size() == b.size() && a.channels() == b.channels() &&
@@ -56,12 +67,20 @@ struct LightWatch::State {
   std::condition_variable changed;
   std::vector<HeldFrame> frames;
   std::vector<watch::WatchedSurface> surfaces;
+  std::string
+      fixed_to_projector;    ///< a surface in the projector's frame, which a corrected pose does not move
+  std::optional<bool> wish;  ///< to correct, or to undo
   std::optional<News> news;
   WatchStatus status;
   std::thread thread;
+  // Of the thread.
+  std::string said_of_correction;
+  double corrected_by = 0;  ///< metres, in all
 
   State(Open opening, const LightWatchOptions& given)
-      : options(given), open(std::move(opening)), watcher(given.camera, given.projector, given.watch) {}
+      : options(given), open(std::move(opening)), watcher(given.camera, given.projector, given.watch) {
+    status.corrects = given.corrects;
+  }
 
   void run() {
     while (!ends) {
@@ -132,12 +151,65 @@ struct LightWatch::State {
     while (k + 2 < shown.size() && shown[k + 1].light_time <= exposed) ++k;
     const double interval = shown[k + 1].light_time - shown[k].light_time;
     const double share = interval > 0 ? std::clamp((exposed - shown[k].light_time) / interval, 0.0, 1.0) : 0;
+    take_wish();
     if (!are_in_place(placed, lit)) watcher.place(placed = lit);
     // Frames of equal pixels are compared as one that stands still.
     const ImageU8 &frame = *shown[k].frame, &next = *shown[k + 1].frame;
     const bool still = are_equal(frame, next);
     watch::ShownLight light{frame, still ? frame : next, share, interval};
-    report(watcher.add(exposed, light, seen.image));
+    const watch::WatchReport found = watcher.add(exposed, light, seen.image);
+    report(found);
+    correct(found);
+  }
+
+  void take_wish() {
+    const std::lock_guard<std::mutex> lock(mutex);
+    const std::optional<bool> wished = std::exchange(wish, std::nullopt);
+    if (!wished || *wished == status.corrects) return;
+    status.corrects = *wished;
+    if (*wished) return tell("watch: what is found is corrected from now on");
+    const double error = corrected_by;
+    corrected_by = 0;
+    watcher.correct(options.projector, options.watch.movement.projector_covariance);
+    status.is_corrected = false;
+    tell("watch: the correction is undone; from now on errors are reported and not corrected");
+    news->target = Target{options.projector.rig_from_projector, error};
+  }
+
+  void correct(const watch::WatchReport& found) {
+    if (!status.corrects) return;
+    watch::Correction correction = watch::correction_of(found, watcher.projector(), options.correction);
+    const std::lock_guard<std::mutex> lock(mutex);
+    if (correction.is_possible() && !fixed_to_projector.empty()) {
+      correction.error = 0;
+      correction.sentence = "not corrected: surface '" + fixed_to_projector +
+                            "' was placed in the projector's frame; place it in the rig or the world";
+    }
+    if (correction.sentence != said_of_correction && !correction.sentence.empty())
+      tell("watch: " + correction.sentence);
+    said_of_correction = correction.is_possible() ? "" : correction.sentence;
+    if (!correction.is_possible()) return;
+    watcher.correct(correction.projector, correction.covariance);
+    ++status.corrections;
+    status.is_corrected = true;
+    status.is_alarm = false;
+    corrected_by += correction.error;
+    tell("");
+    news->target = Target{correction.projector.rig_from_projector, correction.error};
+    save(correction);
+  }
+
+  /// With the mutex held.
+  void save(const watch::Correction& correction) {
+    if (options.save.empty()) return;
+    try {
+      Rig rig = watch::corrected_rig(options.rig, correction, options.camera.name);
+      rig.provenance.options["corrected"] = correction.sentence;
+      io::save_rig(options.save, rig);
+    } catch (const Error& error) {
+      ++status.faults;
+      tell(std::string("watch: ") + error.what());
+    }
   }
 
   void report(const watch::WatchReport& seen) {
@@ -199,14 +271,29 @@ LightWatch::~LightWatch() {
   state_->thread.join();
 }
 
+void LightWatch::undo() {
+  const std::lock_guard<std::mutex> lock(state_->mutex);
+  state_->wish = false;
+}
+
+void LightWatch::resume() {
+  const std::lock_guard<std::mutex> lock(state_->mutex);
+  state_->wish = true;
+}
+
 void LightWatch::shown(const std::shared_ptr<const ImageU8>& frame, double light_time,
-                       const SolvedSurfaceSet& solved) {
+                       const SolvedSurfaceSet& solved, const Pose& rig_from_projector) {
   State& s = *state_;
   if (!s.wants_frames) return;
   {
     const std::lock_guard<std::mutex> lock(s.mutex);
     if (!s.wants_frames) return;
-    if (s.frames.empty()) s.surfaces = watch::watched_surfaces(solved, s.options.projector);
+    if (s.frames.empty()) {
+      RigProjector drawn_for = s.options.projector;
+      drawn_for.rig_from_projector = rig_from_projector;
+      s.surfaces = watch::watched_surfaces(solved, drawn_for);
+      s.fixed_to_projector = surface_of_projector(solved);
+    }
     s.frames.push_back({frame, light_time});
     if (s.frames.size() < kFramesOfCheck) return;
     s.wants_frames = false;

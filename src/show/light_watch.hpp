@@ -2,8 +2,8 @@
 /// A camera of the rig that watches the light of the running show (watch/watch.hpp), on a thread of its own.
 ///
 ///   LightWatch watch([&] { return device::open_camera("0"); }, options);
-///   watch.shown(frame, light_time, solved);          // after each frame; keeps four of them for each check
-///   if (auto news = watch.take()) ...                // state and error, sentences for people
+///   watch.shown(frame, light_time, solved, pose);    // after each frame; keeps four of them for each check
+///   if (auto news = watch.take()) ...                // state and error, sentences for people, a corrected pose
 ///
 /// A check takes the camera image that saw one of a few frames in a row: exposed at its arrival less `camera_delay`. Between
 /// two frames the light is taken as mixed. The loop only hands over pointers; nothing waits for the camera, and images that
@@ -15,9 +15,11 @@
 #include <string>
 #include <vector>
 
+#include "procam/core/rig/rig.hpp"
 #include "procam/core/surface/surface.hpp"
 #include "procam/device/frame_source.hpp"
 #include "procam/show/metrics.hpp"
+#include "procam/watch/correction.hpp"
 #include "procam/watch/watch.hpp"
 
 namespace procam::show {
@@ -29,6 +31,10 @@ struct LightWatchOptions {
   double camera_delay = 0;  ///< from the exposure of an image to its arrival, seconds
   double period = 0.2;      ///< between two checks, seconds
   std::string log;          ///< file of a line for each check, CSV; empty: none
+  bool corrects = false;    ///< a movement of the projector is corrected
+  watch::CorrectionOptions correction;
+  Rig rig;           ///< for `save`
+  std::string save;  ///< file for the rig with the corrected projector; empty: none
 };
 
 class LightWatch {
@@ -40,12 +46,23 @@ class LightWatch {
   LightWatch(const LightWatch&) = delete;
   LightWatch& operator=(const LightWatch&) = delete;
 
-  /// A frame of which the light comes at `light_time` (clock of device::now_s()), and the surfaces as it was drawn for.
-  /// Never waits.
-  void shown(const std::shared_ptr<const ImageU8>& frame, double light_time, const SolvedSurfaceSet& solved);
+  /// A frame of which the light comes at `light_time` (clock of device::now_s()), and the surfaces and the pose of the
+  /// projector that it was drawn for. Never waits.
+  void shown(const std::shared_ptr<const ImageU8>& frame, double light_time, const SolvedSurfaceSet& solved,
+             const Pose& rig_from_projector);
 
+  /// From the next check on: takes all corrections back, and only reports.
+  void undo();
+  /// From the next check on: corrects what is found.
+  void resume();
+
+  struct Target {
+    Pose rig_from_projector;
+    double error = 0;  ///< by which the light is to move, metres
+  };
   struct News {
     WatchStatus status;
+    std::optional<Target> target;        ///< where the projector stands, from now on
     std::vector<std::string> sentences;  ///< changes of the state, faults
   };
   /// What is new since the last call, if anything; never waits.

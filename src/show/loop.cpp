@@ -319,6 +319,7 @@ class Loop {
       help_ = !help_;
       return;
     }
+    if (command.verb == "correction") return change_correction(command.text);
     if (parts_.editor == nullptr)
       throw Error(ErrorKind::kInput, command.verb, "these surfaces cannot be changed here",
                   "change their file");
@@ -337,6 +338,18 @@ class Loop {
     }
     parts_.editor->apply(command, parts_.projection.projector(), parts_.projection.solved());
     if (!show_edited()) parts_.editor->revoke();
+  }
+
+  void change_correction(const std::string& text) {
+    if (parts_.watch == nullptr)
+      throw Error(ErrorKind::kInput, "correction", "no camera watches this show",
+                  "start with --watch CAMERA");
+    if (text != "undo" && text != "resume")
+      throw Error(ErrorKind::kInput, "correction '" + text + "'", "there is none", "name undo or resume");
+    if (text == "undo")
+      parts_.watch->undo();
+    else
+      parts_.watch->resume();
   }
 
   /// A page is not to open any file or device of this machine.
@@ -397,6 +410,18 @@ class Loop {
     for (const std::string& sentence : news->sentences) say(sentence);
     if (news->status.faults > 0) metrics_.faults["watch"] = news->status.faults;
     metrics_.watch = news->status;
+    if (news->target)
+      glide_.emplace(parts_.projection.rig_from_projector(), news->target->rig_from_projector,
+                     news->target->error, device::now_s());
+  }
+
+  /// A corrected projector comes to its place slowly, so that the light does not jump.
+  void move_projector(double now) {
+    if (!glide_) return;
+    const Pose rig_from_projector = glide_->at(now);
+    if (glide_->is_over(now)) glide_.reset();
+    guarded("watch", [&] { parts_.projection.move_projector(rig_from_projector); });
+    record(MovedProjector{parts_.projection.rig_from_projector()});
   }
 
   void take_poses() {
@@ -418,6 +443,7 @@ class Loop {
     take_poses();
     std::shared_ptr<ImageU8>& frame = unheld_frame();
     if (!frozen_ || metrics_.frames == 0) {
+      move_projector(now);
       draw_new(now, *frame);
       const double ready = device::now_s();
       metrics_.draw.add(ready - now);
@@ -440,8 +466,10 @@ class Loop {
     }
     parts_.sink.show_next(*shown_);
     if (parts_.watch != nullptr)
-      guarded("watch",
-              [&] { parts_.watch->shown(shown_, now + options_.delay_s, parts_.projection.solved()); });
+      guarded("watch", [&] {
+        parts_.watch->shown(shown_, now + options_.delay_s, parts_.projection.solved(),
+                            parts_.projection.rig_from_projector());
+      });
     ++metrics_.frames;
     metrics_.blanked += drawn_.blanked ? 1 : 0;
     metrics_.waiting += drawn_.waiting ? 1 : 0;
@@ -575,6 +603,7 @@ class Loop {
   std::map<std::string, std::string> stopped_contents_;  ///< by surface, why
   std::vector<bool> connected_;                          ///< one a source
   DrawnFrame drawn_;
+  std::optional<watch::Glide> glide_;  ///< of the projector, to its corrected place
   LightCheck light_;
   track::TrackState told_ = track::TrackState::kNone;
   double begin_ = 0, newest_arrival_ = 0, published_ = 0, ticked_ = 0, autosaved_ = 0, parts_checked_ = 0,

@@ -57,8 +57,8 @@ struct LoopParts {
 };
 
 /// Runs until the sink is closed, the time is over, or `tick` throws. Besides those of the Editor it knows
-/// the commands "save", "freeze" (and again: go on), "picture" ("content", "grid", "mask") and "help" (the
-/// keys, over the frame).
+/// the commands "save", "freeze" (and again: go on), "picture" ("content", "grid", "mask"), "help" (the keys, over the
+/// frame) and "correction" ("undo": where the rig file has the projector, and only reports; "resume").
 ///
 /// Only the sink and `tick` end a show: what they throw is thrown. Every command, file, message and frame that
 /// fails otherwise is counted by its name (Metrics::faults) and reported, the same sentence at most every ten

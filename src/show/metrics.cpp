@@ -44,6 +44,7 @@ void write(std::string& text, const WatchStatus& watch) {
   };
   add("checks_total", "counter", "Camera images that were compared with the frame.", double(watch.checks));
   add("alarms_total", "counter", "Times that the light was found to be off.", double(watch.alarms));
+  add("corrections_total", "counter", "Corrections of the projector's pose.", double(watch.corrections));
   add("alarm", "gauge", "1 while the light is off.", watch.is_alarm ? 1 : 0);
   add("error_metres", "gauge", "Error of the light on the surfaces, RMS.", 1e-3 * watch.error_mm);
   add("error_sigma_metres", "gauge", "Its standard deviation.", 1e-3 * watch.error_sigma_mm);

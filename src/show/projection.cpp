@@ -86,10 +86,13 @@ struct Projection::State {
   /// the next, and the renderer knows pictures by their memory and revision.
   std::vector<std::uint64_t> serials;
   std::uint64_t next_serial = 1;
+  std::optional<Pose> rig_from_world;  ///< of a projector that stands still
 
   State(const Rig& rig, ProjectionOptions given)
       : projector(rig.projector(given.projector)), options(std::move(given)), track(options.track) {
     if (!options.renderer) options.renderer = std::make_shared<render::CpuRenderer>();
+    if (options.projector_from_world)
+      rig_from_world = projector.rig_from_projector * *options.projector_from_world;
   }
 
   Pose projector_from_world(const Pose& world_from_child) const {
@@ -179,6 +182,18 @@ const SolvedSurfaceSet& Projection::solved() const {
 SolvedSurfaceSet Projection::solve_again() const {
   return surface::solve_surfaces(state_->show.surfaces, state_->projector,
                                  state_->solved.projector_from_world.value_or(Pose()));
+}
+
+void Projection::move_projector(const Pose& rig_from_projector) {
+  State& s = *state_;
+  require(rig_from_projector.is_finite(), "Projection: the projector's pose is not finite");
+  s.projector.rig_from_projector = rig_from_projector;
+  if (s.rig_from_world)
+    s.options.projector_from_world = (rig_from_projector.inverse() * *s.rig_from_world).normalized();
+  surface::move_in_rig(s.solved, s.projector);
+}
+const Pose& Projection::rig_from_projector() const {
+  return state_->projector.rig_from_projector;
 }
 
 void Projection::add(const track::StampedPose& message) {

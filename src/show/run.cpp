@@ -189,6 +189,9 @@ std::unique_ptr<LightWatch> watch_light(const ShowOptions& options, const Rig& r
   watching.camera = rig.camera(input.name);
   watching.projector = rig.projector(options.projector);
   watching.camera_delay = input.delay_s;
+  watching.corrects = !input.only;
+  watching.rig = rig;
+  watching.save = input.save;
   watching.watch.movement.projector_covariance =
       watch::projector_covariance(rig, watching.projector.name, watching.camera.name);
   if (!options.record.empty())
@@ -212,8 +215,8 @@ void check_combination(const ShowOptions& options) {
   if (options.surfaces.empty()) refuse("surfaces", "none are given", "name a surface file");
   if (options.people && !options.record.empty())
     refuse("record", "a run with people cannot be shown again bit for bit", "leave one of them out");
-  if (options.watch && !options.watch->only)
-    refuse("watch", "what it finds is not corrected yet", "add --watch-only, so that it reports");
+  if (options.watch && options.watch->only && !options.watch->save.empty())
+    refuse("watch", "nothing is corrected that could be saved", "leave out --watch-only or --watch-save");
   if (options.depth.silhouettes && !is_depth_source(options.surfaces))
     refuse("silhouettes", "no depth camera sees the room", "give surfaces depth:SOURCE");
   if (options.depth.silhouettes && !options.record.empty())
@@ -497,6 +500,7 @@ struct Replay {
     projection.set_show(std::move(show));
   }
   void operator()(TestPattern picture) { projection.set_picture(picture); }
+  void operator()(const MovedProjector& moved) { projection.move_projector(moved.rig_from_projector); }
   void operator()(const track::StampedPose& message) { projection.add(message); }
   void operator()(const RecordedFrame& recorded) {
     const DrawnFrame drawn = projection.draw(recorded.light_time, recorded.content_time, frame);

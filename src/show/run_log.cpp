@@ -67,6 +67,20 @@ std::optional<RecordedFrame> read_frame(const std::string& line) {
   return frame;
 }
 
+/// Bit for bit as it was: nothing is normalised.
+std::optional<MovedProjector> read_projector(const std::string& line) {
+  double v[7];
+  int end = 0;
+  if (std::sscanf(line.c_str(), "{\"projector\":[%lg,%lg,%lg,%lg,%lg,%lg,%lg]}%n", &v[0], &v[1], &v[2], &v[3],
+                  &v[4], &v[5], &v[6], &end) != 7 ||
+      std::size_t(end) != line.size())
+    return std::nullopt;
+  constexpr double kUnit = 1e-6;
+  const Pose pose(Eigen::Quaterniond(v[0], v[1], v[2], v[3]), Vec3(v[4], v[5], v[6]));
+  if (!pose.is_finite() || std::abs(pose.rotation.norm() - 1) > kUnit) return std::nullopt;
+  return MovedProjector{pose};
+}
+
 constexpr std::size_t kBuffer = 65536;  // bytes
 
 /// `run.log` is the newest part, `run.log.1` the one before.
@@ -115,7 +129,7 @@ struct RunRecorder::State {
   std::uint64_t offset = 0;  ///< of the end of what was written whole
   int part = 1;
   double flushed = 0;
-  std::string surfaces, picture;  ///< lines of the newest, which begin the next part
+  std::string surfaces, picture, projector;  ///< lines of the newest, which begin the next part
 
   ~State() {
     try {
@@ -174,7 +188,7 @@ struct RunRecorder::State {
                   "give a log in a folder that can be written");
     open();
     line(kPart + std::to_string(++part) + "}");
-    for (const std::string* text : {&surfaces, &picture})
+    for (const std::string* text : {&surfaces, &picture, &projector})
       if (!text->empty()) line(*text);
   }
 };
@@ -207,6 +221,16 @@ void RunRecorder::record(const SurfaceSet& surfaces) {
 void RunRecorder::record(TestPattern picture) {
   state_->picture = std::string("{\"picture\":\"") + kPictures[int(picture)] + "\"}";
   state_->line(state_->picture);
+}
+
+void RunRecorder::record(const MovedProjector& moved) {
+  const auto& q = moved.rig_from_projector.rotation;
+  const Vec3& t = moved.rig_from_projector.translation;
+  char line[256];
+  std::snprintf(line, sizeof line, "{\"projector\":[%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g]}", q.w(),
+                q.x(), q.y(), q.z(), t.x(), t.y(), t.z());
+  state_->projector = line;
+  state_->line(state_->projector);
 }
 
 void RunRecorder::record(const track::StampedPose& message) {
@@ -294,6 +318,11 @@ struct RunReader::State {
       const std::optional<RecordedFrame> frame = read_frame(line);
       if (!frame) throw log_error(path, number, "it holds no frame");
       return *frame;
+    }
+    if (line.rfind("{\"projector\":", 0) == 0) {
+      const std::optional<MovedProjector> moved = read_projector(line);
+      if (!moved) throw log_error(path, number, "it holds no pose of the projector");
+      return *moved;
     }
     if (const auto text = between(line, "{\"surfaces\":", "}")) {
       try {

@@ -8,12 +8,13 @@
 ///   {"format":"procam-run","version":1,"conditions":"projector left, predict auto, ..."}
 ///   {"surfaces":{...}}                       the surface file's contents, whenever they changed
 ///   {"picture":"grid"}                       what the surfaces carry: "content", "grid" or "mask"
+///   {"projector":[qw,qx,qy,qz,x,y,z]}        rig_from_projector, whenever a correction has changed it
 ///   {"arrival":812.25,"stamp":...}           a pose
 ///   {"frame":17,"light":812.31,"content":4.2,"fingerprint":"a59f12..."}
 ///
 /// A log is bounded: at LogLimits::part_bytes `run.log` becomes `run.log.1`, what was `run.log.1` becomes
 /// `run.log.2`, and so on; of `parts` files in all the oldest is removed. Each part begins with the header, its
-/// number since the run began, the surfaces and the picture, so that it can be read alone:
+/// number since the run began, the surfaces, the picture and the projector, so that it can be read alone:
 ///
 ///   {"part":3}
 ///
@@ -41,6 +42,11 @@ struct RecordedFrame {
   std::uint64_t fingerprint = 0;
 };
 
+/// The projector was moved in its rig (Projection::move_projector).
+struct MovedProjector {
+  Pose rig_from_projector;
+};
+
 /// The default keeps 2 GiB: the last 9 to 40 hours of a show.
 struct LogLimits {
   std::uint64_t part_bytes = std::uint64_t(256) << 20;
@@ -57,6 +63,7 @@ class RunRecorder {
 
   void record(const SurfaceSet& surfaces);
   void record(TestPattern picture);
+  void record(const MovedProjector& moved);
   void record(const track::StampedPose& message);
   /// Every second to the operating system; begins the next part when this one is full.
   void record(const RecordedFrame& frame);
@@ -77,8 +84,8 @@ struct MissingParts {
 };
 
 /// One line of a run.
-using RunRecord =
-    std::variant<RunConditions, SurfaceSet, TestPattern, track::StampedPose, RecordedFrame, MissingParts>;
+using RunRecord = std::variant<RunConditions, SurfaceSet, TestPattern, MovedProjector, track::StampedPose,
+                               RecordedFrame, MissingParts>;
 
 /// Reads a run line by line, through all its parts, the oldest first.
 ///

@@ -80,6 +80,21 @@ SolvedSurface solve(const Surface& surface, const Shape& shape, const RigProject
   return solved;
 }
 
+/// Of the surfaces in this frame. Returns whether there is one.
+bool move_surfaces(SolvedSurfaceSet& solved, const char* frame, const RigProjector& projector,
+                   const std::optional<Pose>& projector_from_world) {
+  bool is_any = false;
+  for (SolvedSurface& surface : solved.surfaces) {
+    const InRoom* place = place_of(surface.surface.geometry);
+    if (place == nullptr || place->frame != frame) continue;
+    const Pose moved = projector_from(surface.surface, *place, projector, projector_from_world);
+    if (auto* plane = std::get_if<PlacedPlane>(&surface.placement)) plane->projector_from_surface = moved;
+    if (auto* mesh = std::get_if<PlacedMesh>(&surface.placement)) mesh->projector_from_surface = moved;
+    is_any = true;
+  }
+  return is_any;
+}
+
 }  // namespace
 
 SolvedSurfaceSet solve_surfaces(const SurfaceSet& set, const RigProjector& projector,
@@ -106,16 +121,15 @@ SolvedSurfaceSet solve_surfaces(const SurfaceSet& set, const RigProjector& proje
   return result;
 }
 
+void move_in_rig(SolvedSurfaceSet& solved, const RigProjector& projector) {
+  require(projector.rig_from_projector.is_finite(), "move_in_rig: the pose is not finite");
+  move_surfaces(solved, "rig", projector, std::nullopt);
+}
+
 void move_to(SolvedSurfaceSet& solved, const RigProjector& projector, const Pose& projector_from_world) {
   require(projector_from_world.is_finite(), "move_to: the pose is not finite");
-  for (SolvedSurface& surface : solved.surfaces) {
-    const InRoom* place = place_of(surface.surface.geometry);
-    if (place == nullptr || place->frame != "world") continue;
-    const Pose moved = projector_from(surface.surface, *place, projector, projector_from_world);
-    if (auto* plane = std::get_if<PlacedPlane>(&surface.placement)) plane->projector_from_surface = moved;
-    if (auto* mesh = std::get_if<PlacedMesh>(&surface.placement)) mesh->projector_from_surface = moved;
+  if (move_surfaces(solved, "world", projector, projector_from_world))
     solved.projector_from_world = projector_from_world;
-  }
 }
 
 Diagnostics diagnostics_of(const SolvedSurfaceSet& solved) {

@@ -279,6 +279,8 @@ std::vector<const Explanation*> MovementEstimate::plausible(double more) const {
     if (one.thing != MovedThing::kNothing) best = std::min(best, one.cost);
   for (const Explanation& one : explanations)
     if (one.thing != MovedThing::kNothing && one.cost <= best + more) result.push_back(&one);
+  std::stable_sort(result.begin(), result.end(),
+                   [](const Explanation* a, const Explanation* b) { return a->cost < b->cost; });
   return result;
 }
 

@@ -75,8 +75,9 @@ void Watch::place(const std::vector<WatchedSurface>& surfaces) {
   window_begin_ = -1;
 }
 
-void Watch::correct(const RigProjector& projector) {
+void Watch::correct(const RigProjector& projector, const std::optional<Mat6>& covariance) {
   projector_ = projector;
+  if (covariance) options_.movement.projector_covariance = *covariance;
   start_ = Vec2::Zero();
   moved_windows_ = calm_windows_ = 0;
   is_alarm_ = false;
@@ -204,12 +205,14 @@ WatchReport Watch::add(double time, const ShownLight& light, ViewU8 image) {
 void Watch::describe(WatchReport& report) const {
   std::string causes;
   if (report.estimate) {
-    const Explanation& best = report.estimate->explanations.front();
+    const std::vector<const Explanation*> plausible = report.estimate->plausible();
+    const bool is_moved = is_alarm_ || moved_windows_ > 0;
+    const Explanation& best =
+        is_moved && !plausible.empty() ? *plausible.front() : report.estimate->explanations.front();
     report.error = best.error;
     report.error_sigma = best.error_sigma;
     report.probability = report.estimate->probability;
-    for (const Explanation* one : report.estimate->plausible())
-      causes += (causes.empty() ? "" : ", or ") + movement_text(*one);
+    for (const Explanation* one : plausible) causes += (causes.empty() ? "" : ", or ") + movement_text(*one);
   }
   const std::string error = mm(report.error, 1) + " +- " + mm(report.error_sigma);
   switch (report.state) {

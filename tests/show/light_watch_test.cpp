@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <fstream>
@@ -12,7 +14,13 @@
 
 #include "control_messages.hpp"
 #include "io/scratch.hpp"
+#include "live_world.hpp"
+#include "procam/core/geometry/se3.hpp"
 #include "procam/device/frame_sink.hpp"
+#include "procam/io/image/images.hpp"
+#include "procam/io/rig_file.hpp"
+#include "procam/io/surface_file.hpp"
+#include "procam/show/run.hpp"
 #include "procam/surface/solve.hpp"
 #include "prometheus.hpp"
 #include "support/expect_error.hpp"
@@ -77,7 +85,7 @@ bool show_until(LightWatch& watch, const Stage& stage, std::vector<std::string>&
   const auto frame = std::make_shared<const ImageU8>(stage.frame);
   WatchStatus status;
   for (const double begin = device::now_s(); device::now_s() < begin + 60;) {
-    watch.shown(frame, device::now_s(), solved);
+    watch.shown(frame, device::now_s(), solved, stage.world.rig().projector().rig_from_projector);
     std::this_thread::sleep_for(std::chrono::milliseconds(16));
     const auto news = watch.take();
     if (!news) continue;
@@ -116,6 +124,145 @@ TEST(LightWatch, ABumpIsReportedAndLogged) {
   EXPECT_NE(last.find(",1,"), std::string::npos);
 }
 
+/// Largest distance on the wall between the light of two projectors, millimetres.
+double apart_mm(const Stage& stage, const Pose& one, const Pose& other) {
+  const Plane wall = Plane::of_xy(watch::test::one_wall().front().rig_from_surface);
+  double largest = 0;
+  for (const Vec2& pixel : {Vec2(250, 150), Vec2(800, 150), Vec2(800, 650), Vec2(250, 650), Vec2(520, 400)}) {
+    const Ray ray = *stage.world.rig().projector().projector.emit(pixel);
+    largest = std::max(largest, (*intersect(one * ray, wall) - *intersect(other * ray, wall)).norm());
+  }
+  return 1e3 * largest;
+}
+
+TEST(LightWatch, ABumpIsCorrectedSavedAndUndone) {
+  test::Scratch folder;
+  Stage stage;
+  const Pose before = stage.world.rig().projector().rig_from_projector;
+  std::vector<std::string> sentences;
+  LightWatchOptions options = quick(stage, "");
+  options.corrects = true;
+  options.rig = stage.world.rig();
+  options.save = (folder / "corrected.json").string();
+  LightWatch watch([&] { return std::make_unique<StageCamera>(stage); }, options);
+  ASSERT_TRUE(show_until(watch, stage, sentences, [](const WatchStatus& s) { return s.state == "ok"; }));
+  {
+    const std::lock_guard<std::mutex> lock(stage.mutex);
+    stage.world.projector_moved << 0.001, 0.004, 0, 0, 0, 0;
+  }
+  const Pose truth = se3_exp(stage.world.projector_moved) * before;
+  EXPECT_GT(apart_mm(stage, before, truth), 5);
+  ASSERT_TRUE(show_until(watch, stage, sentences, [](const WatchStatus& s) {
+    return s.corrections > 0 && s.is_corrected && !s.is_alarm && s.state == "ok";
+  }));
+  EXPECT_NE(std::find_if(sentences.begin(), sentences.end(),
+                         [](const std::string& one) {
+                           return one.rfind("watch: corrected: projector rotated by", 0) == 0;
+                         }),
+            sentences.end());
+  const Rig saved = io::load_rig(options.save);
+  EXPECT_LT(apart_mm(stage, saved.projector().rig_from_projector, truth), 0.8);
+  EXPECT_NE(saved.provenance.options.at("corrected").find("rotated by"), std::string::npos);
+
+  watch.undo();
+  ASSERT_TRUE(show_until(watch, stage, sentences, [](const WatchStatus& s) {
+    return !s.corrects && !s.is_corrected && s.is_alarm;  // it is off again, and stays so
+  }));
+  const std::uint64_t corrections = 1;
+  watch.resume();
+  ASSERT_TRUE(show_until(watch, stage, sentences,
+                         [](const WatchStatus& s) { return s.corrects && s.corrections > corrections; }));
+}
+
+/// A show as a user starts it: frames into a screen, a camera's images in a folder, a bump in the middle.
+class BumpedShow : public ShowListener {
+ public:
+  BumpedShow(Stage& stage, KeptFrames& screen) : stage_(stage), screen_(screen) {}
+  void on_event(const std::string& sentence) override { events += sentence + "\n"; }
+  void on_frame(const ShowReport& report) override {
+    if (!report.metrics.watch) return;
+    const WatchStatus& watch = *report.metrics.watch;
+    if (watch.state == "ok" && watch.corrections == 0) {
+      const std::lock_guard<std::mutex> lock(stage_.mutex);
+      stage_.world.projector_moved << 0.001, 0.004, 0, 0, 0, 0;
+    }
+    if (watch.corrections > 0 && watch.state == "ok" && corrected_at == 0) corrected_at = device::now_s();
+    if (corrected_at > 0 && device::now_s() > corrected_at + 3) screen_.wish(device::WindowEvent::kClose);
+  }
+  std::string events;
+  double corrected_at = 0;
+
+ private:
+  Stage& stage_;
+  KeptFrames& screen_;
+};
+
+TEST(LightWatch, AShowCorrectsItsPictureAndReplays) {
+  test::Scratch folder;
+  Stage stage;
+  const Rig rig = stage.world.rig();
+  io::save_image(folder / "content.png", watch::test::picture(watch::test::Content::kVideo, 0.5, 1));
+  SurfaceSet set;
+  for (const SolvedSurface& surface : stage.solved().surfaces) set.surfaces.push_back(surface.surface);
+  set.surfaces[0].content = "content.png";
+  io::save_surfaces(folder / "surfaces.json", set);
+  std::filesystem::create_directory(folder / "camera");
+  KeptFrames screen(rig.projector().projector.size());
+  std::atomic<bool> ends{false};
+  std::thread camera([&] {
+    for (int i = 0; !ends; ++i) {
+      const ImageU8 frame = screen.last();
+      if (frame.width() == 0) continue;
+      ImageU8 seen;
+      {
+        const std::lock_guard<std::mutex> lock(stage.mutex);
+        seen = stage.world.image(frame, 0.5);
+      }
+      const auto part = folder / "camera.part.png";
+      io::save_image(part, seen);
+      std::filesystem::rename(part, folder / "camera" / ("image_" + std::to_string(100000 + i) + ".png"));
+      std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    }
+  });
+  ShowOptions options;
+  options.surfaces = (folder / "surfaces.json").string();
+  options.control = "off";
+  options.fps = 20;
+  options.duration_s = 90;
+  options.record = (folder / "run.log").string();
+  WatchInput& watching = options.watch.emplace();
+  watching.camera = "watch:" + (folder / "camera").string();
+  watching.save = (folder / "corrected.json").string();
+  BumpedShow listener(stage, screen);
+  const ShowReport report = run(rig, options, screen, &listener);
+  ends = true;
+  camera.join();
+  EXPECT_GT(listener.corrected_at, 0) << listener.events;
+  ASSERT_TRUE(report.metrics.watch && report.metrics.watch->corrections > 0) << listener.events;
+
+  // The last frame is the one that is drawn for the projector where it truly is, but for what the estimate is off.
+  const Pose truth = se3_exp(stage.world.projector_moved) * rig.projector().rig_from_projector;
+  const Rig corrected = io::load_rig(watching.save);
+  EXPECT_LT(apart_mm(stage, corrected.projector().rig_from_projector, truth), 0.8);
+  ShowOptions again = options;
+  again.watch.reset();
+  again.record.clear();
+  again.duration_s = 0.3;
+  KeptFrames fresh(screen.size());
+  run(corrected, again, fresh);
+  const ImageU8 last = screen.last(), expected = fresh.last();
+  long differing = 0;
+  for (int y = 0; y < last.height(); ++y)
+    for (int x = 0; x < last.width(); ++x)
+      differing += std::abs(int(last.at(x, y)) - int(expected.at(x, y))) > 1;
+  EXPECT_LT(differing, 20);
+
+  again.output = "none";
+  const ReplayReport replayed = replay(rig, again, options.record);
+  EXPECT_EQ(replayed.equal, replayed.frames);
+  EXPECT_GT(replayed.frames, 40u);
+}
+
 TEST(LightWatch, ACameraThatIsGoneIsCountedAndComesBack) {
   Stage stage;
   stage.is_gone = true;
@@ -139,6 +286,8 @@ TEST(LightWatch, StatusAndMetricsShowIt) {
   status.is_alarm = true;
   status.checks = 31;
   status.alarms = 2;
+  status.corrections = 3;
+  status.corrects = true;
   status.error_mm = 7.375;
   status.error_sigma_mm = 0.125;
   status.history_mm = {0.0625, NAN};
@@ -146,6 +295,9 @@ TEST(LightWatch, StatusAndMetricsShowIt) {
   const nlohmann::json watch = nlohmann::json::parse(to_json_text(page)).at("watch");
   EXPECT_EQ(watch.at("state"), "moved");
   EXPECT_EQ(watch.at("alarm"), true);
+  EXPECT_EQ(watch.at("corrections"), 3);
+  EXPECT_EQ(watch.at("corrects"), true);
+  EXPECT_EQ(watch.at("corrected"), false);
   EXPECT_EQ(watch.at("error_mm"), 7.375);
   EXPECT_EQ(watch.at("history_mm"), nlohmann::json::parse("[0.0625, null]"));
   Metrics metrics;
@@ -153,7 +305,8 @@ TEST(LightWatch, StatusAndMetricsShowIt) {
   metrics.watch = status;
   const std::string text = to_prometheus(metrics, {});
   for (const char* line :
-       {"procam_watch_checks_total 31\n", "procam_watch_alarms_total 2\n", "procam_watch_alarm 1\n",
+       {"procam_watch_checks_total 31\n", "procam_watch_alarms_total 2\n",
+        "procam_watch_corrections_total 3\n", "procam_watch_alarm 1\n",
         "procam_watch_error_metres 0.007375\n", "procam_watch_error_sigma_metres 0.000125\n",
         "procam_watch_state{state=\"moved\"} 1\n"})
     EXPECT_NE(text.find(line), std::string::npos) << line;

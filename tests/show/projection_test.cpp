@@ -53,6 +53,51 @@ ProjectionOptions newest_pose_counts() {
   return options;
 }
 
+/// A bump that is known: frames are those of a rig in which the projector stands there, wherever the surfaces are.
+TEST(Projection, AMovedProjectorDrawsAsOneOfARigThatHasItThere) {
+  Rig bumped = small_rig();
+  const Pose moved(so3_exp(Vec3(0.01, -0.02, 0.015)), Vec3(0.02, -0.01, 0.03));
+  bumped.projectors[0].rig_from_projector = moved * bumped.projectors[0].rig_from_projector;
+  Show show = small_show();
+  // A surface of the rig beside that of the world.
+  Surface in_rig = show.surfaces.surfaces[0];
+  in_rig.name += " of the rig";
+  auto& plane = std::get<PlanarSurface>(in_rig.geometry);
+  plane.frame = "rig";
+  plane.frame_from_surface =
+      small_rig().projector().rig_from_projector * Pose(so3_exp(Vec3(0.1, 0.2, 0)), Vec3(-0.3, -0.2, 2));
+  show.surfaces.surfaces.push_back(in_rig);
+  show.contents.push_back(show.contents[0]);
+  for (const bool stands : {false, true}) {
+    ProjectionOptions options = newest_pose_counts();
+    const Pose world_from_child(so3_exp(Vec3(0.02, 0.1, -0.03)), Vec3(0.1, 0.05, -0.2));
+    const auto standing = [&](const Rig& rig) {
+      ProjectionOptions own = options;
+      if (stands)
+        own.projector_from_world =
+            (world_from_child * options.child_from_rig * rig.projector().rig_from_projector).inverse();
+      return own;
+    };
+    Projection projection(small_rig(), standing(small_rig())), expected(bumped, standing(bumped));
+    projection.set_show(show);
+    expected.set_show(show);
+    ImageU8 before(projection.frame_size(), 3), frame(projection.frame_size(), 3),
+        reference(projection.frame_size(), 3);
+    for (Projection* one : {&projection, &expected}) one->add(message(10, world_from_child));
+    projection.draw(10, 0, before);
+    projection.move_projector(bumped.projector().rig_from_projector);
+    projection.draw(10, 0, frame);
+    expected.draw(10, 0, reference);
+    EXPECT_FALSE(is_black(reference));
+    EXPECT_FALSE(same(before, frame));
+    EXPECT_TRUE(same(frame, reference)) << stands;
+    // And back, bit for bit.
+    projection.move_projector(small_rig().projector().rig_from_projector);
+    projection.draw(10, 0, frame);
+    EXPECT_TRUE(same(before, frame)) << stands;
+  }
+}
+
 TEST(Projection, DrawsFromWhereTheRobotIs) {
   const Rig rig = small_rig();
   const ProjectionOptions options = newest_pose_counts();

@@ -3,9 +3,12 @@
 
 #include <gtest/gtest.h>
 
+#include <fstream>
+
 #include "io/scratch.hpp"
 #include "live_world.hpp"
 #include "procam/core/base/limits.hpp"
+#include "procam/core/geometry/se3.hpp"
 #include "support/expect_error.hpp"
 #include "support/file_size_limit.hpp"
 
@@ -54,6 +57,37 @@ TEST(RunParts, ALogInPartsIsReadAsOne) {
   EXPECT_TRUE(run.missing.empty());
   EXPECT_EQ(run.surfaces, 1) << "what a part repeats is not read twice";
   EXPECT_EQ(run.pictures, 2);
+}
+
+/// What a replay needs to draw the same frames: the pose as it was, to the last bit, also in a later part.
+TEST(RunParts, AMovedProjectorIsReadAsItWasWritten) {
+  test::Scratch folder;
+  const Pose pose = (se3_exp(Vec6((Vec6() << 0.1, -0.7, 0.2, 1.0 / 3, -0.1, 2.7).finished()))).normalized();
+  {
+    RunRecorder recorder(folder / "run.log", "now", {10000, 4});
+    recorder.record(small_show().surfaces);
+    recorder.record(TestPattern::kContent);
+    recorder.record(MovedProjector{pose});
+    record_frames(recorder, 0, 150);
+  }
+  ASSERT_TRUE(fs::exists(folder / "run.log.1"));
+  int moved = 0;
+  RunReader reader(folder / "run.log");
+  while (const std::optional<RunRecord> record = reader.next())
+    if (const auto* one = std::get_if<MovedProjector>(&*record)) {
+      ++moved;
+      EXPECT_TRUE(one->rig_from_projector.rotation.coeffs() == pose.rotation.coeffs());
+      EXPECT_TRUE(one->rig_from_projector.translation == pose.translation);
+    }
+  EXPECT_GE(moved, 2) << "each part begins with it";
+  for (const char* line : {"{\"projector\":[1,0,0,0,0,0]}", "{\"projector\":[2,0,0,0,0,0,0]}",
+                           "{\"projector\":[nan,0,0,0,0,0,0]}", "{\"projector\":[1,0,0,0,0,0,inf]}"}) {
+    std::ofstream(folder / "bad.log") << "{\"format\":\"procam-run\",\"version\":1,\"conditions\":\"x\"}\n"
+                                      << line << "\n";
+    RunReader bad(folder / "bad.log");
+    bad.next();
+    EXPECT_ERROR(bad.next(), kInput, "line 2");
+  }
 }
 
 TEST(RunParts, TheLogIsBoundedAndTheNewestStays) {

@@ -47,6 +47,7 @@ ShowOptions everything() {
   o.watch->name = "left";
   o.watch->delay_s = 0.03;
   o.watch->only = true;
+  o.watch->save = "corrected.json";
   o.autosave = true;
   o.control = "off";
   o.token = "secret";
@@ -231,7 +232,9 @@ TEST(Run, RefusesWhatCannotBe) {
   EXPECT_ERROR(run(small_rig(), options), kInput, "surfaces");
   options.surfaces = "surfaces.json";
   options.watch.emplace().camera = "camera:0";
-  EXPECT_ERROR(run(small_rig(), options), kInput, "--watch-only");
+  options.watch->only = true;
+  options.watch->save = "corrected.json";
+  EXPECT_ERROR(run(small_rig(), options), kInput, "--watch-save");
   options.watch.reset();
   options.surfaces = "depth:watch:nowhere";
   options.depth.silhouettes = true;

@@ -35,7 +35,7 @@ constexpr ValueType kValueTypes[] = {
     {"LENGTH", " plan-projection:viewer-distance "},
     {"FILE",
      " base blend check depth image intrinsics known-camera markers mount observations output points pose prior "
-     "preview record replay report rig save-board save-depth save-points save-mount save-show show shown sightings surfaces truth update virtual weights "
+     "preview record replay report rig save-board save-depth save-points save-mount save-show show shown sightings surfaces truth update virtual watch-save weights "
      "write-observations sensor mirror-view INPUT "},
     {"FOLDER", " captures data decoded figures watch images project "},
     {"LENGTH",
@@ -76,7 +76,7 @@ constexpr ValueType kValueTypes[] = {
 
 /// Files that a tool writes beside its one result.
 constexpr const char* kResults =
-    " data figures json output preview record report save-board save-depth save-mount save-points save-show weights write-observations ";
+    " data figures json output preview record report save-board save-depth save-mount save-points save-show watch-save weights write-observations ";
 
 bool is_listed(const char* list, const std::string& name) {
   return std::string(list).find(" " + name + " ") != std::string::npos;

@@ -133,7 +133,11 @@ void declare_watch(CLI::App& app, show::ShowOptions& o) {
       "watch:FOLDER (docs/watch.md)");
   app.add_flag_callback(
          "--watch-only", [watch] { watch().only = true; },
-         "Report what it finds and correct nothing; needed, as corrections are not built yet")
+         "Report what it finds, and correct nothing")
+      ->needs(camera);
+  app.add_option_function<std::string>(
+         "--watch-save", [watch](const std::string& text) { watch().save = text; },
+         "Write the rig with the corrected projector to this file after each correction")
       ->needs(camera);
   app.add_option_function<std::string>(
          "--watch-name", [watch](const std::string& text) { watch().name = text; },

@@ -35,7 +35,9 @@ struct WatchStatus {
   std::string state;     ///< "ok", "moved", "no_texture" ...: watch::to_string()
   std::string sentence;  ///< for people
   bool is_alarm = false;
-  std::uint64_t checks = 0, alarms = 0, faults = 0;
+  std::uint64_t checks = 0, alarms = 0, corrections = 0, faults = 0;
+  bool corrects = false;                    ///< what is found is corrected, not only reported
+  bool is_corrected = false;                ///< the projector does not stand where the rig file has it
   double error_mm = 0, error_sigma_mm = 0;  ///< of the last window, RMS on the surfaces
   double probability = 1;                   ///< of such shifts without a movement
   int textured = 0, measured = 0;           ///< cells of the last image

@@ -95,6 +95,11 @@ class PROCAM_EXPORT Projection {
   /// As they were last drawn.
   const SolvedSurfaceSet& solved() const;
 
+  /// The projector where it stands in the rig from now on: after a bump, say. The rig stays where it is in the world, and
+  /// so do surfaces in the world and in the rig.
+  void move_projector(const Pose& rig_from_projector);
+  const Pose& rig_from_projector() const;
+
   void add(const track::StampedPose& message);
   const track::PoseTrack& track() const;
   /// Where the projector stands at a time; nullopt before the first pose.

@@ -49,7 +49,8 @@ struct WatchInput {
       camera;  ///< number, device or address, as device::open_camera() takes it; watch:FOLDER for a folder
   std::string name;    ///< the camera's name in the rig; may be empty when the rig has one
   double delay_s = 0;  ///< from the exposure of an image to its arrival
-  bool only = false;   ///< report, and correct nothing; corrections are not built yet, so this is needed
+  bool only = false;   ///< report, and correct nothing
+  std::string save;    ///< file for the rig as corrected, written after each correction; empty: none
 };
 
 struct ShowOptions {

@@ -45,6 +45,10 @@ PROCAM_EXPORT SolvedSurfaceSet solve_surfaces(const SurfaceSet& set, const RigPr
                                               const std::optional<Pose>& projector_from_world = std::nullopt,
                                               const SolveOptions& options = {});
 
+/// The same surfaces after the projector was moved in its rig: those in the frame of the rig move in the projector's, with
+/// all else as in move_to(). Surfaces in the world are left to that.
+PROCAM_EXPORT void move_in_rig(SolvedSurfaceSet& solved, const RigProjector& projector);
+
 /// The same surfaces from another pose of the projector: what stands in the world moves, homographies and
 /// meshes stay. For every frame of a drive: visibility, corners and remarks are left as they were solved, and
 /// nothing is allocated.

@@ -70,7 +70,8 @@ struct MovementEstimate {
   std::vector<Explanation> explanations;  ///< the most probable first; "nothing" is one of them
   std::vector<double> weights;            ///< of each given shift, 0: rejected or not measured
 
-  /// Explanations whose cost is at most so much above the smallest, "nothing" not among them, in their order. 16: chance
+  /// Explanations whose cost is at most so much above the smallest, "nothing" not among them, the best fit first: evidence
+  /// prefers, of small movements, the one that the cells determine worst. 16: chance
   /// rules out the true one in 1 of 1000 estimates (three more parameters, chi-square).
   PROCAM_EXPORT std::vector<const Explanation*> plausible(double more = 16) const;
 };

@@ -58,7 +58,7 @@ struct WatchReport {
   // Of this image.
   int textured = 0, measured = 0;
   Vec2 median_shift = Vec2::Zero();  ///< of the measured cells, camera pixels
-  // Of the last complete window; of its most probable explanation.
+  // Of the last complete window; of the explanation that fits best, without a movement of the most probable one.
   double window_time = 0;             ///< its end; 0: none yet
   double error = 0, error_sigma = 0;  ///< of the light on the surfaces, metres RMS
   double probability = 1;             ///< of the test
@@ -72,8 +72,9 @@ class PROCAM_EXPORT Watch {
 
   /// Surfaces as the projector is to light them from now on. The window begins anew.
   void place(const std::vector<WatchedSurface>& surfaces);
-  /// The projector as it is now known (a correction). The window begins anew, and the alarm ends.
-  void correct(const RigProjector& projector);
+  /// The projector as it is now known (a correction), and the covariance of its pose relative to the camera where that has
+  /// changed. The window begins anew, and the alarm ends.
+  void correct(const RigProjector& projector, const std::optional<Mat6>& covariance = std::nullopt);
 
   /// The camera's image at `time` (seconds, growing) and the light that was shown then. Throws std::invalid_argument for
   /// other sizes than those of the rig.

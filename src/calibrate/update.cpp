@@ -169,7 +169,7 @@ class Parameters {
   MatX covariance_;
 };
 
-std::size_t device_of(const Correspondences& data, const Change& change) {
+std::size_t device_of(const Correspondences& data, const RigChange& change) {
   const auto found = std::find_if(data.devices.begin(), data.devices.end(),
                                   [&](const Device& d) { return d.name == change.device; });
   if (found == data.devices.end()) {
@@ -212,14 +212,14 @@ void add_lens_change(const Parameters& all, std::size_t device, const ChangeSize
     if (prior.terms.front().first != "skew") add(prior.terms.front().first, size.distortion * prior.sigma);
 }
 
-MatX variance_of(const std::vector<Change>& changes, const Correspondences& data, const Parameters& all) {
+MatX variance_of(const std::vector<RigChange>& changes, const Correspondences& data, const Parameters& all) {
   MatX variance = MatX::Zero(all.size(), all.size());
-  for (const Change& change : changes) {
+  for (const RigChange& change : changes) {
     const std::size_t device = device_of(data, change);
-    if (change.kind == Change::Kind::kPose)
+    if (change.kind == RigChange::Kind::kPose)
       add_pose_change(all, device, variance);
     else
-      add_lens_change(all, device, change.kind == Change::Kind::kZoom ? kZoomed : kFocused, variance);
+      add_lens_change(all, device, change.kind == RigChange::Kind::kZoom ? kZoomed : kFocused, variance);
   }
   return variance;
 }
@@ -304,7 +304,7 @@ class Update {
   }
 
   /// Sigma of a device's fx over fx, if `also` had changed too.
-  double focal_sigma_with(const Change& also, std::size_t device) const {
+  double focal_sigma_with(const RigChange& also, std::size_t device) const {
     const auto at = all_.lens_at(device, "fx");
     MatX variance = variance_;
     variance += variance_of({also}, data_, all_);
@@ -494,25 +494,27 @@ class Update {
   int usable_ = 0;                  ///< views with enough of the board
 };
 
-std::string in_words(const Change& change) {
+std::string in_words(const RigChange& change) {
   return change.device + ":" + to_string(change.kind);
 }
 
-std::string in_words(const std::vector<Change>& changes) {
+std::string in_words(const std::vector<RigChange>& changes) {
   std::string out;
-  for (const Change& change : changes) out += (out.empty() ? "" : ",") + in_words(change);
+  for (const RigChange& change : changes) out += (out.empty() ? "" : ",") + in_words(change);
   return out;
 }
 
 /// The changes that one could state further: of each device, but the pose of only one of two.
-std::vector<Change> further_changes(const std::vector<Device>& devices, const std::vector<Change>& stated) {
+std::vector<RigChange> further_changes(const std::vector<Device>& devices,
+                                       const std::vector<RigChange>& stated) {
   const bool is_pair = devices.size() == 2;
-  std::vector<Change> out;
+  std::vector<RigChange> out;
   for (std::size_t d = 0; d < devices.size(); ++d)
-    for (const Change::Kind kind : {Change::Kind::kFocus, Change::Kind::kZoom, Change::Kind::kPose}) {
-      const bool is_pose = kind == Change::Kind::kPose;
+    for (const RigChange::Kind kind :
+         {RigChange::Kind::kFocus, RigChange::Kind::kZoom, RigChange::Kind::kPose}) {
+      const bool is_pose = kind == RigChange::Kind::kPose;
       if (is_pose && is_pair && d == 0) continue;  // seen from the other device, the same
-      if (std::none_of(stated.begin(), stated.end(), [&](const Change& one) {
+      if (std::none_of(stated.begin(), stated.end(), [&](const RigChange& one) {
             return one.kind == kind && (one.device == devices[d].name || (is_pose && is_pair));
           }))
         out.push_back({devices[d].name, kind});
@@ -522,13 +524,13 @@ std::vector<Change> further_changes(const std::vector<Device>& devices, const st
 
 /// By which changes every view would agree with the rig: one instead of the stated, or one beside them, of least cost.
 /// Empty: by none.
-std::vector<Change> explanation(const Correspondences& data, const Parameters& all,
-                                const UpdateOptions& options, const Rig& rig) {
-  std::vector<Change> best;
+std::vector<RigChange> explanation(const Correspondences& data, const Parameters& all,
+                                   const UpdateOptions& options, const Rig& rig) {
+  std::vector<RigChange> best;
   constexpr double kCostOfChange = 16;  // four sigmas for a change more
   double least = 1e300;
   for (const bool beside : {false, true})
-    for (const Change& further : further_changes(data.devices, options.changed)) {
+    for (const RigChange& further : further_changes(data.devices, options.changed)) {
       if (beside && options.changed.empty()) continue;
       UpdateOptions trial = options;
       if (!beside) trial.changed.clear();
@@ -551,7 +553,7 @@ std::vector<DeviceChange> changes_of(const Update& update, const Correspondences
   for (std::size_t d = 0; d < data.devices.size(); ++d) {
     const std::string& name = data.devices[d].name;
     if (std::none_of(options.changed.begin(), options.changed.end(),
-                     [&](const Change& stated) { return device_of(data, stated) == d; }))
+                     [&](const RigChange& stated) { return device_of(data, stated) == d; }))
       continue;
     DeviceChange one{name};
     // Of the first camera: the motion that all others have in common, as seen from any of them.
@@ -597,13 +599,13 @@ void remark_on_hidden_zoom(const Update& update, const Correspondences& data, co
                            Diagnostics& diagnostics) {
   constexpr double kHidden = 0.005;
   for (std::size_t d = 0; d < data.devices.size(); ++d) {
-    const auto stated = [&](Change::Kind kind) {
-      return std::any_of(options.changed.begin(), options.changed.end(), [&](const Change& change) {
+    const auto stated = [&](RigChange::Kind kind) {
+      return std::any_of(options.changed.begin(), options.changed.end(), [&](const RigChange& change) {
         return change.device == data.devices[d].name && change.kind == kind;
       });
     };
-    if (!stated(Change::Kind::kPose) || stated(Change::Kind::kZoom)) continue;
-    const double sigma = update.focal_sigma_with({data.devices[d].name, Change::Kind::kZoom}, d);
+    if (!stated(RigChange::Kind::kPose) || stated(RigChange::Kind::kZoom)) continue;
+    const double sigma = update.focal_sigma_with({data.devices[d].name, RigChange::Kind::kZoom}, d);
     if (sigma > kHidden)
       diagnostics.note(
           "zoom_not_tested",
@@ -648,7 +650,7 @@ UpdateResult result_of(const Update& update, const Correspondences& data, const 
                                       const Rig& before) {
   std::size_t first = 0;
   while (first + 1 < data.views.size() && update.notes()[first].empty()) ++first;
-  const std::vector<Change> explained_by = explanation(data, all, options, before);
+  const std::vector<RigChange> explained_by = explanation(data, all, options, before);
   const std::string stated = in_words(options.changed);
   throw Error(
       ErrorKind::kDegenerate, "view " + data.views[first].name,
@@ -663,7 +665,7 @@ UpdateResult result_of(const Update& update, const Correspondences& data, const 
 
 }  // namespace
 
-const char* to_string(Change::Kind kind) {
+const char* to_string(RigChange::Kind kind) {
   constexpr const char* kNames[] = {"pose", "zoom", "focus"};
   return kNames[int(kind)];
 }

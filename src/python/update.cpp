@@ -9,21 +9,21 @@
 namespace procam::python {
 namespace {
 
-using calibrate::Change;
 using calibrate::DeviceChange;
+using calibrate::RigChange;
 using calibrate::UpdatedView;
 using calibrate::UpdateOptions;
 using calibrate::UpdateResult;
 
 void bind_options(py::module_& m) {
-  Record<Change> change(m, "Change",
-                        "A possible change of one device. Its variance is added to the rig's covariance.");
-  Enum<Change::Kind>(change.type, "Kind", "")
-      .value("kPose", Change::Kind::kPose)
-      .value("kZoom", Change::Kind::kZoom)
-      .value("kFocus", Change::Kind::kFocus);
+  Record<RigChange> change(m, "RigChange",
+                           "A possible change of one device. Its variance is added to the rig's covariance.");
+  Enum<RigChange::Kind>(change.type, "Kind", "")
+      .value("kPose", RigChange::Kind::kPose)
+      .value("kZoom", RigChange::Kind::kZoom)
+      .value("kFocus", RigChange::Kind::kFocus);
   Record<UpdateOptions> options(m, "UpdateOptions", "");
-  change.fields_init().field("device", &Change::device, "").field("kind", &Change::kind, "");
+  change.fields_init().field("device", &RigChange::device, "").field("kind", &RigChange::kind, "");
   options.fields_init()
       .field("changed", &UpdateOptions::changed,
              "empty: the views are checked against the rig, and refine it within its sigmas")

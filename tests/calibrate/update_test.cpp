@@ -62,13 +62,13 @@ struct Calibrated {
   }
 };
 
-UpdateOptions changed(std::vector<Change> changes) {
+UpdateOptions changed(std::vector<RigChange> changes) {
   UpdateOptions options;
   options.changed = std::move(changes);
   return options;
 }
-const Change kBump{"projector", Change::Kind::kPose}, kZoom{"projector", Change::Kind::kZoom},
-    kFocus{"projector", Change::Kind::kFocus};
+const RigChange kBump{"projector", RigChange::Kind::kPose}, kZoom{"projector", RigChange::Kind::kZoom},
+    kFocus{"projector", RigChange::Kind::kFocus};
 
 /// Of an estimate, the squared errors of all parameters in sigmas.
 std::vector<double> scores(const Rig& estimated, const Rig& truth) {
@@ -106,7 +106,7 @@ TEST(UpdateRig, OneViewFindsABump) {
   EXPECT_EQ(fresh.rig.quality.views_used, 11);
 }
 
-/// Errors of one rig are correlated: over 24 rigs the share inside 2 sigma of honest covariances has a standard
+/// Errors of one rig are correlated: over 24 rigs the share inside 2 sigma of right covariances has a standard
 /// deviation of about 1.5 %; below 0.90 or above 0.99 chance comes in less than one of a thousand suites.
 TEST(UpdateRig, CovarianceHoldsAfterBumpsAndZooms) {
   int inside = 0, count = 0;
@@ -221,7 +221,7 @@ TEST(UpdateRig, ABumpOfTheFirstCameraMovesAllOthers) {
   NumericFleet now = NumericFleet::make({{0, 1, 2}}, 53, kCameraSigma, kLightSigma);
   now.rig = fleet.rig;
   const UpdateResult fresh =
-      update_rig(before, now.correspondences(54), changed({{"left", Change::Kind::kPose}}));
+      update_rig(before, now.correspondences(54), changed({{"left", RigChange::Kind::kPose}}));
   const auto error_mm = [&](const Rig& rig) {
     return 1e3 * (rig.projector("beamer").rig_from_projector.translation -
                   fleet.rig.projector("beamer").rig_from_projector.translation)
@@ -237,7 +237,7 @@ TEST(UpdateRig, RefusesUnusableInput) {
   Rig bare = old.rig;
   bare.covariance = {};
   EXPECT_THROW(update_rig(bare, views, {}), Error);
-  EXPECT_THROW(update_rig(old.rig, views, changed({{"beamer", Change::Kind::kZoom}})), Error);
+  EXPECT_THROW(update_rig(old.rig, views, changed({{"beamer", RigChange::Kind::kZoom}})), Error);
   Correspondences other = views;
   other.devices[1].size = {800, 600};
   EXPECT_THROW(update_rig(old.rig, other, {}), Error);

@@ -82,10 +82,10 @@ void require_one_input(const CLI::App& app, const ProjectorFlags& flags) {
 }
 
 /// "pose" or "lamp:zoom".
-calibrate::Change parse_change(const std::string& text) {
-  using Kind = calibrate::Change::Kind;
+calibrate::RigChange parse_change(const std::string& text) {
+  using Kind = calibrate::RigChange::Kind;
   const std::size_t colon = text.rfind(':');
-  calibrate::Change change;
+  calibrate::RigChange change;
   if (colon != std::string::npos) change.device = text.substr(0, colon);
   const std::string kind = colon == std::string::npos ? text : text.substr(colon + 1);
   for (const Kind known : {Kind::kPose, Kind::kZoom, Kind::kFocus})

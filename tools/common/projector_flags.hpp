@@ -28,7 +28,7 @@ struct ProjectorFlags : CalibrationFlags {
   std::string camera_model = "auto", projector_model = "auto";
   DataSheet sheet;  ///< of the projector
   std::filesystem::path known_camera, update;
-  std::vector<calibrate::Change> changed;  ///< with `update`; an empty name is the only projector
+  std::vector<calibrate::RigChange> changed;  ///< with `update`; an empty name is the only projector
 };
 
 /// --observations, with the sizes that flags give. Throws Error(kInput) where no projector is among them.

@@ -12,7 +12,7 @@ ExitCode update_rig(const ProjectorFlags& flags, const session::SessionContents&
   calibrate::UpdateOptions options;
   options.changed = flags.changed;
   if (flags.keep_outliers) options.outlier_sigmas = 0;
-  for (calibrate::Change& change : options.changed)
+  for (calibrate::RigChange& change : options.changed)
     if (change.device.empty()) change.device = before.projector().name;
   calibrate::UpdateResult result = console.reporting(contents.correspondences.diagnostics, [&] {
     return calibrate::update_rig(before, contents.correspondences, options);
@@ -21,7 +21,7 @@ ExitCode update_rig(const ProjectorFlags& flags, const session::SessionContents&
   rig.provenance = session::provenance(contents, "calibrate-projector");
   rig.provenance.inputs.push_back({flags.update.filename().string(), io::sha256_of_file(flags.update)});
   std::string changed;
-  for (const calibrate::Change& change : options.changed)
+  for (const calibrate::RigChange& change : options.changed)
     changed += (changed.empty() ? "" : ",") + change.device + ":" + calibrate::to_string(change.kind);
   rig.provenance.options["changed"] = changed.empty() ? "nothing" : changed;
 

@@ -2,7 +2,7 @@
 /// A rig refreshed by one or two new views, when something was bumped, zoomed or focused since its calibration.
 ///
 ///   UpdateOptions options;
-///   options.changed = {{"projector", Change::kPose}};
+///   options.changed = {{"projector", RigChange::kPose}};
 ///   const UpdateResult fresh = update_rig(rig, correspondences, options);
 ///   io::save_rig("rig.json", fresh.rig);
 ///
@@ -25,7 +25,7 @@
 namespace procam::calibrate {
 
 /// A possible change of one device. Its variance is added to the rig's covariance.
-struct Change {
+struct RigChange {
   enum class Kind {
     kPose,  ///< bumped or mounted again: 10 degrees, 0.2 m. Of the first camera: of all others against it
     kZoom,  ///< focal lengths by a common 30 %, principal point by 10 % of the picture, distortion by 2 % at the corner
@@ -36,10 +36,10 @@ struct Change {
 };
 
 /// "pose", "zoom", "focus".
-PROCAM_EXPORT const char* to_string(Change::Kind kind);
+PROCAM_EXPORT const char* to_string(RigChange::Kind kind);
 
 struct UpdateOptions {
-  std::vector<Change>
+  std::vector<RigChange>
       changed;  ///< empty: the views are checked against the rig, and refine it within its sigmas
   /// As Options::outlier_sigmas. A view is rejected where fewer than half of a device's points lie within, or where
   /// the residuals of those are twice as long as the rig's own.

@@ -21,7 +21,9 @@ namespace {
 constexpr std::size_t kFramesOfCheck = 4;  ///< in a row, that a camera image may have seen
 constexpr double kPatience = 0.5;          ///< seconds for these frames, then for the image
 constexpr double kStillMetres = 1e-5,
-                 kStillRadians = 1e-5;        ///< metres, radians: surfaces that stay where they are
+                 kStillRadians = 1e-5;  ///< metres, radians: surfaces that stay where they are
+constexpr double kSilence = 1.5;        ///< seconds without an image: that is told
+constexpr const char* kNoImages = "no_images";
 constexpr std::size_t kHistoryWindows = 300;  ///< windows that the status holds
 
 struct HeldFrame {
@@ -76,6 +78,7 @@ struct LightWatch::State {
   // Of the thread.
   std::string said_of_correction;
   double corrected_by = 0;  ///< metres, in all
+  double last_image = device::now_s();
 
   State(Open opening, const LightWatchOptions& given)
       : options(given), open(std::move(opening)), watcher(given.camera, given.projector, given.watch) {
@@ -135,10 +138,20 @@ struct LightWatch::State {
     for (const double begin = device::now_s(); !ends && device::now_s() - begin < kPatience;) {
       const std::optional<device::SeenFrame> seen = camera->next(first, 0.05);
       if (!seen) continue;
+      last_image = device::now_s();
       // It saw later frames: of content that stands still they are the same.
       if (seen->time_s > last && !are_equal(*shown.front().frame, *shown.back().frame)) return;
       return compare(shown, lit, *seen);
     }
+    if (device::now_s() - last_image > kSilence) report_silence();
+  }
+
+  void report_silence() {
+    const std::lock_guard<std::mutex> lock(mutex);
+    if (status.state == kNoImages) return;
+    status.state = kNoImages;
+    status.sentence = "the camera gives no images";
+    tell("watch: " + status.sentence);
   }
 
   void compare(const std::vector<HeldFrame>& shown, const std::vector<watch::WatchedSurface>& lit,
@@ -262,6 +275,7 @@ LightWatch::LightWatch(Open open, const LightWatchOptions& options)
                   "choose a folder that exists for the record");
   }
   s.status.state = to_string(watch::WatchState::kStarting);
+  s.tell("");  // the page shows from the start that the light is watched
   s.thread = std::thread([state = state_.get()] { state->run(); });
 }
 

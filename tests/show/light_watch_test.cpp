@@ -263,6 +263,24 @@ TEST(LightWatch, AShowCorrectsItsPictureAndReplays) {
   EXPECT_GT(replayed.frames, 40u);
 }
 
+TEST(LightWatch, ACameraWithoutImagesIsReported) {
+  class Silent : public device::FrameSource {
+    std::optional<device::SeenFrame> next(double, double timeout) override {
+      std::this_thread::sleep_for(std::chrono::duration<double>(timeout));
+      return std::nullopt;
+    }
+  };
+  Stage stage;
+  std::vector<std::string> sentences;
+  LightWatch watch([] { return std::make_unique<Silent>(); }, quick(stage, ""));
+  const std::optional<LightWatch::News> first = watch.take();
+  ASSERT_TRUE(first);
+  EXPECT_EQ(first->status.state, "starting");
+  ASSERT_TRUE(
+      show_until(watch, stage, sentences, [](const WatchStatus& s) { return s.state == "no_images"; }));
+  EXPECT_EQ(sentences, std::vector<std::string>{"watch: the camera gives no images"});
+}
+
 TEST(LightWatch, ACameraThatIsGoneIsCountedAndComesBack) {
   Stage stage;
   stage.is_gone = true;

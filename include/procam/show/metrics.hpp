@@ -32,7 +32,7 @@ class PROCAM_EXPORT Durations {
 
 /// Where the light is, by a camera that watches it (docs/watch.md).
 struct WatchStatus {
-  std::string state;     ///< "ok", "moved", "no_texture" ...: watch::to_string()
+  std::string state;     ///< "ok", "moved", "no_texture" ...: watch::to_string(); or "no_images"
   std::string sentence;  ///< for people
   bool is_alarm = false;
   std::uint64_t checks = 0, alarms = 0, corrections = 0, faults = 0;

@@ -53,9 +53,9 @@ std::string size_text(const RawImage& raw) {
 }
 
 [[noreturn]] void refuse_encoding(const RawImage& raw) {
-  throw Refusal{"ros2_unknown_encoding", "encoding '" +
-                                             procam::internal::to_plain_text(raw.encoding.substr(0, 64)) +
-                                             "' is not read here"};
+  throw Refusal{
+      "ros2_unknown_encoding",
+      "encoding '" + procam::internal::to_plain_text(raw.encoding.substr(0, 64)) + "' is not read here"};
 }
 
 /// Each byte that is read afterwards is there.
@@ -65,8 +65,8 @@ void check(const RawImage& raw, int bytes_a_pixel) {
     throw Refusal{"ros2_oversized", "an image has " + size_text(raw) + " pixels, more than " +
                                         std::to_string(limits::kRos2ImagePixels)};
   if (raw.step < std::uint64_t(raw.width) * std::uint64_t(bytes_a_pixel))
-    throw Refusal{"ros2_invalid_image",
-                  "a row of " + std::to_string(raw.width) + " pixels has " + std::to_string(raw.step) + " bytes"};
+    throw Refusal{"ros2_invalid_image", "a row of " + std::to_string(raw.width) + " pixels has " +
+                                            std::to_string(raw.step) + " bytes"};
   if (raw.data == nullptr || raw.size != std::uint64_t(raw.step) * raw.height)
     throw Refusal{"ros2_invalid_image", "an image of " + std::to_string(raw.height) + " rows of " +
                                             std::to_string(raw.step) + " bytes has " +
@@ -125,7 +125,8 @@ DepthPixels depth_of(const RawImage& raw) {
     Image<std::uint16_t> depth(int(raw.width), int(raw.height));
     for (int y = 0; y < depth.height(); ++y)
       for (int x = 0; x < depth.width(); ++x)
-        depth.at(x, y) = number_at(raw.data + std::size_t(y) * raw.step + 2 * std::size_t(x), raw.is_big_endian);
+        depth.at(x, y) =
+            number_at(raw.data + std::size_t(y) * raw.step + 2 * std::size_t(x), raw.is_big_endian);
     return depth;
   }
   if (raw.encoding != "32FC1") refuse_encoding(raw);

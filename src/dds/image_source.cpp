@@ -89,8 +89,8 @@ struct ImageTopic::Impl {
       throw Error(ErrorKind::kDevice, "ROS 2", "DDS gives no waitset", "free memory");
     dds_set_status_mask(discovery, DDS_DATA_AVAILABLE_STATUS);
     dds_waitset_attach(waitset, discovery, 0);
-    why = "no publisher of " + names.topic + " was found in ROS domain " +
-          std::to_string(participant.domain());
+    why =
+        "no publisher of " + names.topic + " was found in ROS domain " + std::to_string(participant.domain());
   }
 
   /// One message; `make` is given it and its arrival, and returns what next() does.
@@ -139,7 +139,8 @@ struct ImageTopic::Impl {
       if (!info.valid_data) return;
       camera.reset();
       guarded([&] {
-        camera = internal::camera_of(raw_camera_info(*static_cast<const sensor_msgs_msg_dds__CameraInfo_*>(sample)));
+        camera = internal::camera_of(
+            raw_camera_info(*static_cast<const sensor_msgs_msg_dds__CameraInfo_*>(sample)));
       });
     });
   }
@@ -148,7 +149,8 @@ struct ImageTopic::Impl {
     if (clocks.size() >= limits::kRos2Publishers && clocks.count(publisher) == 0) clocks.clear();
     track::Clock& clock = clocks[publisher];
     double time = arrival;
-    if (clock.observe(stamp, arrival) != track::ClockVerdict::kDoubtful) time = std::min(clock.time(stamp), arrival);
+    if (clock.observe(stamp, arrival) != track::ClockVerdict::kDoubtful)
+      time = std::min(clock.time(stamp), arrival);
     // In the order of arrival: whoever asks for what came after an image asks by its time.
     last_time = std::max(time, std::nextafter(last_time, std::numeric_limits<double>::infinity()));
     return last_time;
@@ -200,9 +202,9 @@ std::string ImageTopic::description() const {
 }
 
 ImageSource::ImageSource(const std::string& text)
-    : ImageTopic(std::make_unique<Impl>(
-          text, "image source",
-          TopicReader::Types{&sensor_msgs_msg_dds__Image__desc, &sensor_msgs_msg_dds__CompressedImage__desc})) {}
+    : ImageTopic(std::make_unique<Impl>(text, "image source",
+                                        TopicReader::Types{&sensor_msgs_msg_dds__Image__desc,
+                                                           &sensor_msgs_msg_dds__CompressedImage__desc})) {}
 
 std::optional<ReceivedImage> ImageSource::next(double timeout_s) {
   Impl& impl = *impl_;
@@ -226,8 +228,8 @@ std::optional<ReceivedImage> ImageSource::next(double timeout_s) {
 }
 
 DepthImageSource::DepthImageSource(const std::string& text)
-    : ImageTopic(std::make_unique<Impl>(text, "depth source", TopicReader::Types{&sensor_msgs_msg_dds__Image__desc})) {
-}
+    : ImageTopic(std::make_unique<Impl>(text, "depth source",
+                                        TopicReader::Types{&sensor_msgs_msg_dds__Image__desc})) {}
 
 std::optional<ReceivedDepth> DepthImageSource::next(double timeout_s) {
   Impl& impl = *impl_;

@@ -12,8 +12,7 @@ namespace {
 constexpr const char* kInstall = "install cyclonedds-dev and cyclonedds-tools and build procam again";
 
 [[noreturn]] void refuse(const char* what, const char* next = kInstall) {
-  throw Error(ErrorKind::kUnsupported, what, "procam was built without DDS",
-              next);
+  throw Error(ErrorKind::kUnsupported, what, "procam was built without DDS", next);
 }
 
 }  // namespace

@@ -265,7 +265,8 @@ class Ros2PoseSource : public track::PoseSource {
     for (const std::string& topic : topics()) {
       const std::string type = endpoint.type_name;
       if (endpoint.topic_name == dds_topic(topic) && type != tf2_msgs_msg_dds__TFMessage__desc.m_typename)
-        reject({"ros2_foreign_type", topic + " is published as " + ros_type(type) + ", which is not read here"});
+        reject(
+            {"ros2_foreign_type", topic + " is published as " + ros_type(type) + ", which is not read here"});
     }
   }
 

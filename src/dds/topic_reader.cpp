@@ -24,7 +24,8 @@ TopicReader::TopicReader(const Participant& participant, dds_entity_t waitset, s
       types_(std::move(types)),
       depth_(depth) {}
 
-std::string TopicReader::discovered(const dds_builtintopic_endpoint_t& endpoint, const dds_sample_info_t& info) {
+std::string TopicReader::discovered(const dds_builtintopic_endpoint_t& endpoint,
+                                    const dds_sample_info_t& info) {
   Key key;
   std::copy_n(endpoint.key.v, key.size(), key.begin());
   if (!info.valid_data || info.instance_state != DDS_IST_ALIVE) {
@@ -33,8 +34,8 @@ std::string TopicReader::discovered(const dds_builtintopic_endpoint_t& endpoint,
   }
   if (endpoint.topic_name == nullptr || endpoint.topic_name != dds_topic(topic_)) return {};
   const std::string type = endpoint.type_name == nullptr ? "" : endpoint.type_name;
-  const auto known = std::find_if(types_.begin(), types_.end(),
-                                  [&](const auto* one) { return type == one->m_typename; });
+  const auto known =
+      std::find_if(types_.begin(), types_.end(), [&](const auto* one) { return type == one->m_typename; });
   const auto sentence = [&] {
     return info.view_state != DDS_VST_NEW
                ? std::string()
@@ -73,7 +74,8 @@ void TopicReader::follow() {
   }
   // What a publisher keeps for late readers is sent again only to a reliable one.
   if (wanted.reliability == Reliability::kBestEffort) wanted.durability = Durability::kVolatile;
-  if (reader_ > 0 && type_ == wanted.type && reliability_ == wanted.reliability && durability_ == wanted.durability)
+  if (reader_ > 0 && type_ == wanted.type && reliability_ == wanted.reliability &&
+      durability_ == wanted.durability)
     return;
   if (reader_ > 0) {
     const dds_entity_t topic = dds_get_topic(reader_);

@@ -37,15 +37,16 @@ class TopicReader {
  public:
   using Types = std::vector<const dds_topic_descriptor_t*>;
   /// `depth`: samples that are kept. Data and publishers that come or go wake `waitset`.
-  TopicReader(const Participant& participant, dds_entity_t waitset, std::string topic, Types types, int depth);
+  TopicReader(const Participant& participant, dds_entity_t waitset, std::string topic, Types types,
+              int depth);
 
   /// A publisher of any topic, as DDS' discovery tells of it. "", or the sentence for a new one whose type is not read. Throws
   /// Error(kDevice).
   std::string discovered(const dds_builtintopic_endpoint_t& endpoint, const dds_sample_info_t& info);
 
   const std::string& topic() const { return topic_; }
-  dds_entity_t entity() const { return reader_; }                    ///< 0 before there is a publisher
-  const dds_topic_descriptor_t* type() const { return type_; }       ///< nullptr before
+  dds_entity_t entity() const { return reader_; }               ///< 0 before there is a publisher
+  const dds_topic_descriptor_t* type() const { return type_; }  ///< nullptr before
   std::size_t publishers() const;                               ///< of this type, at present
 
  private:

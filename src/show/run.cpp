@@ -175,14 +175,6 @@ std::unique_ptr<track::PoseSource> open_markers(const MarkerInput& input, const 
   return std::make_unique<MarkerSource>(open(), camera, map, detect::marker_cells(map.dictionary), open);
 }
 
-/// "camera:0" and "0" are one camera; watch:FOLDER is a folder into which a camera program writes.
-std::unique_ptr<device::FrameSource> open_watch_camera(const std::string& name, ImageSize size) {
-  if (name.rfind("watch:", 0) == 0) return device::watch_folder(name.substr(6));
-  device::CameraOptions options;
-  options.size = size;
-  return device::open_camera(name.rfind("camera:", 0) == 0 ? name.substr(7) : name, options);
-}
-
 std::unique_ptr<LightWatch> watch_light(const ShowOptions& options, const Rig& rig) {
   const WatchInput& input = *options.watch;
   LightWatchOptions watching;
@@ -193,9 +185,10 @@ std::unique_ptr<LightWatch> watch_light(const ShowOptions& options, const Rig& r
       watch::projector_covariance(rig, watching.projector.name, watching.camera.name);
   if (!options.record.empty())
     watching.log = (fs::absolute(options.record).parent_path() / "watch.csv").string();
+  device::CameraOptions opening;
+  opening.size = watching.camera.camera.size;
   return std::make_unique<LightWatch>(
-      [name = input.camera, size = watching.camera.camera.size] { return open_watch_camera(name, size); },
-      watching);
+      [name = input.camera, opening] { return device::open_camera(name, opening); }, watching);
 }
 
 ControlOptions control_options(const ShowOptions& options) {

@@ -37,9 +37,9 @@ struct ReceivedImage {
 };
 
 struct ReceivedDepth {
-  DepthPixels pixels;  ///< 0 where nothing was measured
-  double stamp = 0;    ///< of the exposure, by the sender's clock, seconds
-  double arrival = 0;  ///< by the clock of steady_now(), seconds
+  DepthPixels pixels;                     ///< 0 where nothing was measured
+  double stamp = 0;                       ///< of the exposure, by the sender's clock, seconds
+  double arrival = 0;                     ///< by the clock of steady_now(), seconds
   std::optional<double> metres_per_unit;  ///< of 16-bit pixels
   /// Of the newest CameraInfo on the topic beside the images', named camera_info, if it is of this size.
   std::optional<Camera> camera;

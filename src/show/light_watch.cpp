@@ -12,6 +12,7 @@
 
 #include "procam/device/frame_sink.hpp"
 #include "procam/io/files.hpp"
+#include "rejected_counts.hpp"
 
 namespace procam::show {
 namespace {
@@ -58,6 +59,7 @@ struct LightWatch::State {
   std::vector<watch::WatchedSurface> surfaces;
   std::optional<News> news;
   WatchStatus status;
+  RejectedCounts rejected;
   std::thread thread;
 
   State(Open opening, const LightWatchOptions& given)
@@ -69,6 +71,7 @@ struct LightWatch::State {
       try {
         if (!camera) camera = open();
         check();
+        rejected.note(camera->rejected());
       } catch (const std::exception& error) {
         fail(error);
       }
@@ -85,7 +88,9 @@ struct LightWatch::State {
     }
     const auto* known = dynamic_cast<const Error*>(&error);
     if (camera && (known == nullptr || known->kind() != ErrorKind::kDevice)) return;
+    if (camera) rejected.note(camera->rejected());
     camera.reset();
+    rejected.closed();
     for (int i = 0; i < 20 && !ends; ++i) std::this_thread::sleep_for(std::chrono::milliseconds(50));
   }
 
@@ -212,6 +217,10 @@ void LightWatch::shown(const std::shared_ptr<const ImageU8>& frame, double light
     s.wants_frames = false;
   }
   s.changed.notify_all();
+}
+
+std::map<std::string, std::uint64_t> LightWatch::rejected() const {
+  return state_->rejected.counts();
 }
 
 std::optional<LightWatch::News> LightWatch::take() {

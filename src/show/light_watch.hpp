@@ -50,6 +50,8 @@ class LightWatch {
   };
   /// What is new since the last call, if anything; never waits.
   std::optional<News> take();
+  /// Messages of its camera that were dropped, by cause.
+  std::map<std::string, std::uint64_t> rejected() const;
 
  private:
   struct State;

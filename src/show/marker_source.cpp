@@ -8,6 +8,7 @@
 #include "procam/core/geometry/covariance.hpp"
 #include "procam/detect/marker_edges.hpp"
 #include "procam/track/locate.hpp"
+#include "rejected_counts.hpp"
 
 namespace procam::show {
 
@@ -18,6 +19,7 @@ struct MarkerSource::State {
   MarkerCells cells;
   Open reopen;
   track::PoseQueue queue;
+  RejectedCounts rejected;
   std::atomic<bool> ends{false}, connected{true};
   std::mutex mutex;  ///< of the two below
   std::uint64_t without = 0;
@@ -36,6 +38,7 @@ struct MarkerSource::State {
         std::optional<device::SeenFrame> frame = frames->next(after, 0.1);
         while (auto newer = frame && !ends ? frames->next(frame->time_s, 0) : std::nullopt)
           frame = std::move(newer);
+        rejected.note(frames->rejected());
         if (!frame) continue;
         after = frame->time_s;
         look_at(*frame);
@@ -50,7 +53,9 @@ struct MarkerSource::State {
         if (frames && (known == nullptr || known->kind() != ErrorKind::kDevice)) continue;
         connected = false;
         if (!reopen) return;
+        if (frames) rejected.note(frames->rejected());
         frames.reset();
+        rejected.closed();
         for (int i = 0; i < 20 && !ends; ++i) std::this_thread::sleep_for(std::chrono::milliseconds(50));
       }
     }
@@ -103,6 +108,10 @@ track::SourceStatus MarkerSource::status() const {
   status.malformed += state_->without;
   if (!state_->why.empty()) status.last_error = state_->why;
   return status;
+}
+
+std::map<std::string, std::uint64_t> MarkerSource::rejected() const {
+  return state_->rejected.counts();
 }
 
 }  // namespace procam::show

@@ -22,6 +22,7 @@
 #include "procam/render/cpu.hpp"
 #include "procam/render/gl.hpp"
 #include "procam/session/capture.hpp"
+#include "rejected_counts.hpp"
 #include "ros2_output.hpp"
 #include "show_people.hpp"
 #include "uncalibrated.hpp"
@@ -273,10 +274,7 @@ class ShowRun {
     parts.other_faults = [this](std::map<std::string, std::uint64_t>& faults) {
       count_people_faults(faults);
       if (publish_faults_ > 0) faults["ros2_publish"] = publish_faults_;
-      std::map<std::string, std::uint64_t> rejected;
-      for (const auto& source : sources_)
-        for (const auto& [cause, count] : source->rejected()) rejected[cause] += count;
-      for (const auto& [cause, count] : rejected) faults[cause] = count;
+      for (const auto& [cause, count] : rejected()) faults[cause] = count;
     };
     parts.commands = [this] { return listener_.commands(); };
     parts.say = [this](const std::string& sentence) { listener_.on_event(sentence); };
@@ -313,6 +311,25 @@ class ShowRun {
     } catch (const std::exception& error) {
       if (publish_faults_++ == 0) listener_.on_event(error.what());
     }
+  }
+
+  /// By all sources of poses, images and depth.
+  Rejected rejected() {
+    Rejected sum;
+    for (const auto& source : sources_) add_to(sum, source->rejected());
+    if (room_) add_to(sum, room_->rejected());
+    if (watch_) add_to(sum, watch_->rejected());
+    // Contents come and go; what those that went have rejected stays counted.
+    for (const auto& content : projection_->show().contents) {
+      const Rejected now = content ? content->rejected() : Rejected();
+      if (now.empty()) continue;
+      Rejected& known = by_content_[content.get()];
+      for (const auto& [cause, count] : now)
+        rejected_by_contents_[cause] += count >= known[cause] ? count - known[cause] : count;
+      known = now;
+    }
+    add_to(sum, rejected_by_contents_);
+    return sum;
   }
 
   void count_people_faults(std::map<std::string, std::uint64_t>& faults) const {
@@ -445,6 +462,8 @@ class ShowRun {
   std::unique_ptr<DepthSurfaceSource> room_;
   std::unique_ptr<Projection> projection_;
   SurfaceSet first_;
+  std::map<const device::ContentSource*, Rejected> by_content_;  ///< at the last count
+  Rejected rejected_by_contents_;
   std::unique_ptr<ShowLoader> loader_;
   std::unique_ptr<device::FrameSink> opened_sink_;
   LoopOptions loop_;

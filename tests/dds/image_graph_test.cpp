@@ -237,7 +237,7 @@ TEST(Ros2Images, ASampleAboveTheLimitIsDroppedAndCounted) {
   const LoopbackDomain domain;
   const Ros2Peer robot(domain);
   ImageSource source("/image");
-  const dds_entity_t writer = robot.writer(kImage, "rt/image", false);
+  const dds_entity_t writer = robot.writer(kImage, "rt/image");
   ASSERT_TRUE(has_reader(source, writer));
   ImageMessage message = grey_image(1, 9);
   message.data.resize(limits::kDdsSampleBytes + 1000);

@@ -7,6 +7,7 @@
 #include <chrono>
 #include <cmath>
 #include <map>
+#include <set>
 #include <string>
 #include <thread>
 
@@ -77,6 +78,8 @@ TEST_F(Ros2Route, AShowFollowsTheRobotAndTellsTheGraphOfItsProjector) {
   const dds_entity_t frames = viewer.reader(tf2_msgs_msg_dds__TFMessage__desc, "rt/tf_static", true, true);
   const dds_entity_t info =
       viewer.reader(sensor_msgs_msg_dds__CameraInfo__desc, "rt/procam/lamp/camera_info", false);
+  const dds_entity_t drawn =
+      viewer.reader(visualization_msgs_msg_dds__MarkerArray__desc, "rt/procam/markers", true, true);
   const dds_entity_t health = viewer.reader(diagnostic_msgs_msg_dds__DiagnosticArray__desc, "rt/diagnostics");
   Running show("project-live",
                this->show() + "--control off --json --pose-source ros2:map,base_link --publish ros2:/procam" +
@@ -93,7 +96,8 @@ TEST_F(Ros2Route, AShowFollowsTheRobotAndTellsTheGraphOfItsProjector) {
   EXPECT_NE(said.find("ROS 2 domain " + std::to_string(domain.number()) + ", network lo (127.0.0.1)"),
             std::string::npos)
       << said;
-  EXPECT_NE(said.find("publishes /procam/lamp/camera_info, /tf_static, /diagnostics"), std::string::npos)
+  EXPECT_NE(said.find("publishes /procam/lamp/camera_info, /tf_static, /procam/markers, /diagnostics"),
+            std::string::npos)
       << said;
   const nlohmann::json live = nlohmann::json::parse(slurp(at("live.json")));
   EXPECT_GT(live["poses"]["taken"].get<double>(), 40) << live;
@@ -133,6 +137,15 @@ TEST_F(Ros2Route, AShowFollowsTheRobotAndTellsTheGraphOfItsProjector) {
     EXPECT_STREQ(message.header.frame_id, "procam/lamp");
   });
   EXPECT_GE(infos, 2);
+  std::set<std::string> names;
+  for_each<visualization_msgs_msg_dds__MarkerArray_>(drawn, [&](const auto& message) {
+    ASSERT_GT(message.markers._length, 0u);
+    EXPECT_EQ(message.markers._buffer[0].action, 3) << "what was there before goes";
+    names.clear();
+    for (std::uint32_t i = 1; i < message.markers._length; ++i) names.insert(message.markers._buffer[i].ns);
+  });
+  EXPECT_EQ(names, (std::set<std::string>{"frustum", "surface wall 0", "surface wall 1", "surface wall 2",
+                                          "surface wall 3"}));
   bool is_healthy = false;  // once: a machine under load may be late at other times
   for_each<diagnostic_msgs_msg_dds__DiagnosticArray_>(health, [&](const auto& message) {
     ASSERT_EQ(message.status._length, 1u);

@@ -94,6 +94,7 @@ std::vector<dds::GraphMarker> error_markers(const SolvedSurface& surface, const 
   const std::optional<Mat3> shift = light_shift(*plane, world_from_projector, covariance);
   const std::optional<Vec2> centre = content_centre(*plane);
   if (!shift || !centre) return {};
+  if (!((plane->projector_from_surface * Vec3(centre->x(), centre->y(), 0)).z() > 0)) return {};
   const Mat3 world_axes = (world_from_projector * plane->projector_from_surface).rotation.toRotationMatrix();
   const Eigen::Matrix<double, 3, 2> axes = world_axes.leftCols<2>();
   const Eigen::SelfAdjointEigenSolver<Mat2> own(Mat2(axes.transpose() * *shift * axes));

@@ -16,7 +16,7 @@ dds::GraphMarker frustum_marker(const Camera& inverse_camera, const std::string&
 dds::GraphMarker outline_marker(const SolvedSurface& surface, const std::string& frame);
 
 /// For a plane in the world: the ellipse on it that holds the light of the content's middle with 95 %, true to scale, and its
-/// semi-axes in millimetres as a text. None where the covariance is unknown (zero) or the plane is edge-on.
+/// semi-axes in millimetres as a text. None where the covariance is unknown (zero), or the middle is edge-on or behind the projector.
 std::vector<dds::GraphMarker> error_markers(const SolvedSurface& surface, const std::string& frame,
                                             const Pose& world_from_projector, const Mat6& covariance);
 

@@ -73,6 +73,9 @@ TEST(GraphMarkers, TheEllipseHoldsTheLightWithNinetyFivePercent) {
   for (const Vec3& p : markers[0].lines) longest = std::max(longest, (p - middle).norm());
   EXPECT_NEAR(1e3 * longest, std::stod(markers[1].text.substr(6)), 0.01 * 1e3 * longest) << markers[1].text;
   EXPECT_TRUE(error_markers(wall, "", world_from_projector, Mat6::Zero()).empty()) << "unknown";
+  SolvedSurface behind = wall;
+  std::get<PlacedPlane>(behind.placement).projector_from_surface.translation.z() = -2.3;
+  EXPECT_TRUE(error_markers(behind, "", world_from_projector, Mat6::Identity()).empty());
 }
 
 TEST(GraphMarkers, TheFrustumEndsOnTheBorderOfTheImage) {

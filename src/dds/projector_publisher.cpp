@@ -35,7 +35,7 @@ std::string topic_token(const std::string& name) {
 struct ProjectorPublisher::Impl {
   internal::GraphNames names;
   internal::Participant participant;
-  dds_entity_t tf_static = 0, markers = 0, diagnostics = 0;
+  dds_entity_t tf_static = 0, markers = 0, pose = 0, diagnostics = 0;
   std::map<std::string, dds_entity_t> camera_info;  ///< by device
 
   static void written(dds_return_t result, const std::string& topic) {
@@ -67,7 +67,7 @@ std::string ProjectorPublisher::description() const {
   for (const auto& [device, writer] : impl_->camera_info) topics += impl_->topic(device) + ", ";
   return impl_->participant.description() + ": publishes " + topics + impl_->names.resolve("/tf_static") +
          ", " + (impl_->markers > 0 ? impl_->names.resolve("markers") + ", " : "") +
-         impl_->names.resolve("/diagnostics");
+         (impl_->pose > 0 ? impl_->names.resolve("pose") + ", " : "") + impl_->names.resolve("/diagnostics");
 }
 
 void ProjectorPublisher::publish_camera_info(const std::string& device, const Camera& camera,
@@ -174,6 +174,31 @@ void ProjectorPublisher::publish_markers(const std::vector<GraphMarker>& markers
   message.markers._buffer = array.data();
   message.markers._length = message.markers._maximum = std::uint32_t(array.size());
   Impl::written(dds_write(impl_->markers, &message), topic);
+}
+
+void ProjectorPublisher::publish_pose(const std::string& frame, const PoseWithCovariance& pose,
+                                      double unix_time) {
+  const std::string topic = impl_->names.resolve("pose");
+  if (impl_->pose <= 0)
+    impl_->pose = impl_->participant.create_writer(geometry_msgs_msg_dds__PoseWithCovarianceStamped__desc,
+                                                   topic, internal::Reliability::kReliable,
+                                                   internal::Durability::kVolatile, 10);
+  std::string frame_id = frame;
+  geometry_msgs_msg_dds__PoseWithCovarianceStamped_ message{};
+  message.header.stamp = time_of(unix_time);
+  message.header.frame_id = frame_id.data();
+  const Vec3& t = pose.pose.translation;
+  const Eigen::Quaterniond& q = pose.pose.rotation;
+  message.pose.pose.position = {t.x(), t.y(), t.z()};
+  message.pose.pose.orientation = {q.x(), q.y(), q.z(), q.w()};
+  // The left increment [w, v] moves the origin by v + w x t.
+  Mat6 ros_from_left = Mat6::Zero();
+  ros_from_left.topRightCorner<3, 3>().setIdentity();
+  ros_from_left.bottomLeftCorner<3, 3>().setIdentity();
+  ros_from_left.topLeftCorner<3, 3>() << 0, t.z(), -t.y(), -t.z(), 0, t.x(), t.y(), -t.x(), 0;
+  Eigen::Map<Eigen::Matrix<double, 6, 6, Eigen::RowMajor>>(message.pose.covariance) =
+      ros_from_left * pose.covariance * ros_from_left.transpose();
+  Impl::written(dds_write(impl_->pose, &message), topic);
 }
 
 void ProjectorPublisher::publish_health(const DeviceHealth& health, double unix_time) {

@@ -122,6 +122,12 @@ dds::DeviceHealth Ros2Output::health(const Projection& projection, const Metrics
   return health;
 }
 
+void Ros2Output::publish_pose(const track::StampedPose& message, double delay) {
+  const double age = steady_now() - message.arrival + delay;
+  publisher_.publish_pose(
+      message.frame, {message.frame_from_child, message.covariance.value_or(Mat6::Zero())}, unix_now() - age);
+}
+
 void Ros2Output::publish(const Projection& projection, const Metrics& metrics) {
   const double now = steady_now();
   if (now < published_ + kPeriod) return;

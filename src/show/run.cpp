@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <cinttypes>
 #include <cstdio>
+#include <functional>
+#include <map>
+#include <memory>
 #include <thread>
 #include <tuple>
 
@@ -198,6 +201,25 @@ ControlOptions control_options(const ShowOptions& options) {
   return control;
 }
 
+/// The poses of a source, each of which is also told to somebody.
+class HeardPoses : public track::PoseSource {
+ public:
+  using Hear = std::function<void(const track::StampedPose&)>;
+  HeardPoses(std::unique_ptr<track::PoseSource> source, Hear hear)
+      : source_(std::move(source)), hear_(std::move(hear)) {}
+  void poll(std::vector<track::StampedPose>& arrived) override {
+    source_->poll(arrived);
+    for (const track::StampedPose& message : arrived) hear_(message);
+  }
+  track::SourceStatus status() const override { return source_->status(); }
+  std::map<std::string, std::uint64_t> rejected() const override { return source_->rejected(); }
+  std::string description() const override { return source_->description(); }
+
+ private:
+  std::unique_ptr<track::PoseSource> source_;
+  Hear hear_;
+};
+
 /// What a run that is recorded, or has no depth camera, cannot have.
 void check_combination(const ShowOptions& options) {
   const auto refuse = [](const std::string& what, const std::string& why, const std::string& next) {
@@ -308,6 +330,15 @@ class ShowRun {
     if (!graph_) return;
     try {
       graph_->publish(*projection_, metrics);
+    } catch (const std::exception& error) {
+      if (publish_faults_++ == 0) listener_.on_event(error.what());
+    }
+  }
+
+  void publish_pose(const track::StampedPose& message) {
+    if (!graph_) return;
+    try {
+      graph_->publish_pose(message, options_.source_delay_s);
     } catch (const std::exception& error) {
       if (publish_faults_++ == 0) listener_.on_event(error.what());
     }
@@ -427,7 +458,10 @@ class ShowRun {
       if (const std::string opened = sources_.back()->description(); !opened.empty())
         listener_.on_start(opened);
     }
-    if (options_.marker) sources_.push_back(open_markers(*options_.marker, rig_));
+    if (options_.marker)
+      sources_.push_back(
+          std::make_unique<HeardPoses>(open_markers(*options_.marker, rig_),
+                                       [this](const track::StampedPose& message) { publish_pose(message); }));
     if (graph_) {
       publish({});
       listener_.on_start(graph_->description());

@@ -485,6 +485,35 @@ TEST(Ros2Publisher, MarkersReachALateJoinerByteForByte) {
   EXPECT_EQ(next_bytes(reader), cdr.bytes());
 }
 
+TEST(Ros2Publisher, APoseHasItsCovarianceInTheOrderOfRos) {
+  const LoopbackDomain domain;
+  ProjectorPublisher publisher("ros2:/procam");
+  const Mat6 ros = some_ros_covariance(), left = left_covariance(ros, some_pose(4));
+  publisher.publish_pose("world", {some_pose(4), left}, 1);
+  // By a source of this process, and by a reader of another.
+  const auto source = open_pose_source("ros2:/procam/pose");
+  const Ros2Peer robot(domain);
+  const dds_entity_t reader =
+      robot.reader(geometry_msgs_msg_dds__PoseWithCovarianceStamped__desc, "rt/procam/pose");
+  ASSERT_TRUE(is_connected(*source) && has_writer(reader));
+  void* samples[1] = {};
+  dds_sample_info_t info;
+  ASSERT_TRUE(wait_until([&] {
+    publisher.publish_pose("world", {some_pose(4), left}, 2.5);
+    return dds_take(reader, samples, &info, 1, 1) == 1;
+  }));
+  const auto& message = *static_cast<const geometry_msgs_msg_dds__PoseWithCovarianceStamped_*>(samples[0]);
+  EXPECT_EQ(message.header.stamp.sec, 2);
+  for (int i = 0; i < 36; ++i)
+    EXPECT_NEAR(message.pose.covariance[i], ros(i / 6, i % 6), 1e-8 * ros.cwiseAbs().maxCoeff()) << i;
+  dds_return_loan(reader, samples, 1);
+  const std::vector<StampedPose> poses = next_poses(*source);
+  ASSERT_FALSE(poses.empty());
+  expect_equal(poses.back().frame_from_child, some_pose(4));
+  ASSERT_TRUE(poses.back().covariance);
+  EXPECT_LT((*poses.back().covariance - left).cwiseAbs().maxCoeff(), 1e-8 * left.cwiseAbs().maxCoeff());
+}
+
 TEST(Ros2Publisher, HealthIsADiagnosticArrayByteForByte) {
   const LoopbackDomain domain;
   ProjectorPublisher publisher("ros2:");

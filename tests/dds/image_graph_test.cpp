@@ -89,9 +89,13 @@ TEST(Ros2Images, AReaderIsAsReliableAsItsPublishersAlsoWhenTheyChange) {
   const LoopbackDomain domain;
   ImageSource source("/image");
   const Ros2Peer robot(domain);
-  // A driver with "sensor data" QoS; then it comes back reliable; then both at once; then the first alone.
+  // A reliable driver; it comes back with "sensor data" QoS; then reliable; then both at once; then one alone.
+  const dds_entity_t first = robot.writer(kImage, "rt/image", true);
+  ASSERT_TRUE(has_reader(source, first));
+  EXPECT_EQ(value_of_next(source, first, 5), 5);
+  dds_delete(first);
+  ASSERT_TRUE(wait_until([&] { return source.next(0.01), !source.has_publisher(); }));
   dds_entity_t sensor = robot.writer(kImage, "rt/image", false);
-  ASSERT_TRUE(has_reader(source, sensor));
   EXPECT_EQ(value_of_next(source, sensor, 10), 10);
   dds_delete(sensor);
   ASSERT_TRUE(wait_until([&] { return source.next(0.01), !source.has_publisher(); }));

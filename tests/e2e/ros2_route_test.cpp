@@ -16,9 +16,11 @@
 #include "dds/ros2_peer.hpp"
 #include "lamp_show.hpp"
 #include "procam/core/base/clock.hpp"
+#include "procam/detect/marker_edges.hpp"
 #include "procam/device/frame_source.hpp"
 #include "procam/io/image/images.hpp"
 #include "procam/simulate/depth_view.hpp"
+#include "procam/simulate/marker_view.hpp"
 #include "running_tool.hpp"
 
 namespace procam::test {
@@ -266,6 +268,55 @@ TEST_F(Ros2Route, ADepthTopicSuppliesTheSurfaces) {
   const ImageU8 frame = io::load_image(at(name)).image;
   const auto lit = std::count(frame.data(), frame.data() + 320 * 200 * 3, std::uint8_t(255));
   EXPECT_GT(double(lit), 0.5 * 320 * 200 * 3);
+}
+
+/// The rig's camera is a topic; what it sees of a marker places the rig, and the graph is told.
+TEST_F(Ros2Route, AMarkerBeforeACameraOfTheGraphGivesThePoseOfTheRig) {
+  Rig rig = lamp_rig();
+  RigCamera eye;
+  eye.name = "eye";
+  eye.camera = {{640, 480}, {720, 705, 331, 228, 1.1}, NoDistortion{}};
+  eye.rig_from_camera = Pose(so3_exp(Vec3(0.1, -0.2, 0.05)), Vec3(0.1, 0.2, -0.05));
+  rig.cameras.push_back(eye);
+  io::save_rig(at("rig.json"), rig);
+  PlacedMarker marker;
+  marker.id = 3;
+  marker.size = 0.3;
+  const Pose camera_from_world(so3_exp(Vec3(0.4, -0.5, 0.1)), Vec3(0.05, -0.03, 1.3));
+  const ImageU8 view = simulate::marker_view(eye.camera, camera_from_world, {marker},
+                                             detect::marker_cells(MarkerDictionary::kAprilTag36h11));
+  ImageMessage image = grey_image(0, 0, 640, 480);
+  std::copy_n(view.data(), image.data.size(), image.data.begin());
+  const LoopbackDomain domain;
+  const Ros2Peer robot(domain);
+  const dds_entity_t writer = robot.writer(sensor_msgs_msg_dds__Image__desc, "rt/eye/image_raw");
+  const dds_entity_t poses =
+      robot.reader(geometry_msgs_msg_dds__PoseWithCovarianceStamped__desc, "rt/procam/pose");
+  Running show("project-live",
+               this->show() +
+                   "--control off --json --marker-camera ros2:/eye/image_raw --output none --fps 20 " +
+                   "--marker apriltag_36h11:3:300mm --publish ros2:/procam --duration 5s",
+               folder_ / "live.json");
+  const double begin = steady_now();
+  for (int i = 0; show.is_running() && steady_now() < begin + 30; ++i) {
+    image.stamp = 100 + 0.1 * i;
+    write_image(writer, image);
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  }
+  ASSERT_EQ(show.wait(), 0) << slurp(at("live.json.err"));
+  const nlohmann::json live = nlohmann::json::parse(slurp(at("live.json")));
+  EXPECT_GT(live["poses"]["taken"].get<double>(), 5) << live.dump();
+  const Pose truth = (eye.rig_from_camera * camera_from_world).inverse();
+  int count = 0;
+  for_each<geometry_msgs_msg_dds__PoseWithCovarianceStamped_>(poses, [&](const auto& message) {
+    ++count;
+    EXPECT_STREQ(message.header.frame_id, "world");
+    const auto& p = message.pose.pose.position;
+    EXPECT_LT((Vec3(p.x, p.y, p.z) - truth.translation).norm(), 0.05);
+    EXPECT_GT(message.pose.covariance[0], 0);
+    EXPECT_GT(message.header.stamp.sec, 1700000000) << "Unix time, not the camera's";
+  });
+  EXPECT_GT(count, 5);
 }
 
 /// A topic that nobody publishes: a content says so within its patience, a camera after five seconds.

@@ -179,7 +179,7 @@ void declare_output(CLI::App& app, show::ShowOptions& o) {
   add_parsed(app, "--duration", into(o.duration_s, io::parse_duration), "End after this time, e.g. 30s");
   app.add_option(
       "--publish", o.publish,
-      "ros2:[NAMESPACE]: publish the projector in the ROS 2 graph: CameraInfo, and the frames of the rig "
+      "ros2:[NAMESPACE]: publish the projector in the ROS 2 graph: CameraInfo, markers, and the frames of the rig "
       "and the surfaces on /tf_static");
   app.add_flag("--autosave", o.autosave,
                "Save edits of the control page to the surfaces file within a second");

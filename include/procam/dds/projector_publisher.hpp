@@ -10,6 +10,7 @@
 /// | NAMESPACE/PROJECTOR/camera_info | sensor_msgs/CameraInfo | reliable, transient local |
 /// | /tf_static | tf2_msgs/TFMessage | reliable, transient local |
 /// | NAMESPACE/markers | visualization_msgs/MarkerArray | reliable, transient local |
+/// | NAMESPACE/pose | geometry_msgs/PoseWithCovarianceStamped | reliable, volatile |
 /// | /diagnostics | diagnostic_msgs/DiagnosticArray | reliable, volatile |
 ///
 /// CameraInfo is that of the inverse camera: K with its skew and a principal point that may lie outside of the image,
@@ -22,6 +23,7 @@
 #include <vector>
 
 #include "procam/core/base/export.hpp"
+#include "procam/core/geometry/covariance.hpp"
 #include "procam/core/geometry/frame_tree.hpp"
 #include "procam/core/lens/camera.hpp"
 
@@ -70,6 +72,10 @@ class PROCAM_EXPORT ProjectorPublisher {
 
   /// They replace those from before; a late joiner gets the newest. Throws Error(kDevice).
   void publish_markers(const std::vector<GraphMarker>& markers, double unix_time);
+
+  /// A pose in `frame`, with the covariance of its left increment [rotation, translation]; it becomes ROS' [translation,
+  /// rotation] about the pose's origin. Throws Error(kDevice).
+  void publish_pose(const std::string& frame, const PoseWithCovariance& pose, double unix_time);
 
   /// Throws Error(kDevice).
   void publish_health(const DeviceHealth& health, double unix_time);

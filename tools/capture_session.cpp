@@ -169,6 +169,7 @@ ExitCode capture_session(const Flags& flags, Console& console) {
 
   const auto source = device::open_camera(
       flags.watch.empty() ? flags.camera : "watch:" + flags.watch.string(), flags.camera_options);
+  if (const std::string opened = source->description(); !opened.empty()) console.say("camera     " + opened);
   const auto screen = device::open_window(display.number);
   if (screen->size() != display.size)
     throw Error(

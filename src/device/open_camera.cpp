@@ -21,6 +21,7 @@ class OfSize : public FrameSource {
     return frame;
   }
   std::map<std::string, std::uint64_t> rejected() const override { return source_->rejected(); }
+  std::string description() const override { return source_->description(); }
 
  private:
   static std::string text(ImageSize size) {

@@ -38,6 +38,7 @@ class Topic {
   Error gone() const { return Error(ErrorKind::kDevice, name_, source_.last_error(), kNext); }
   void start_again() { last_ = now_s(); }
   std::map<std::string, std::uint64_t> rejected() const { return source_.rejected(); }
+  std::string description() const { return source_.description(); }
 
  private:
   Source source_;
@@ -59,6 +60,7 @@ class Ros2Camera : public FrameSource {
     return queue_.next(after_s, timeout_s);
   }
   std::map<std::string, std::uint64_t> rejected() const override { return topic_.rejected(); }
+  std::string description() const override { return topic_.description(); }
 
  private:
   void listen() {
@@ -100,6 +102,7 @@ class Ros2Depth : public DepthListener {
   }
   ~Ros2Depth() override { end(); }
   std::map<std::string, std::uint64_t> rejected() const override { return topic_.rejected(); }
+  std::string description() const override { return topic_.description(); }
 
  private:
   void read() {

@@ -48,6 +48,7 @@ struct LightWatch::State {
   LightWatchOptions options;
   Open open;
   std::unique_ptr<device::FrameSource> camera;
+  std::string description;  ///< of the first
   watch::Watch watcher;
   std::ofstream log;
   std::vector<watch::WatchedSurface> placed;
@@ -186,6 +187,7 @@ LightWatch::LightWatch(Open open, const LightWatchOptions& options)
     : state_(std::make_unique<State>(std::move(open), options)) {
   State& s = *state_;
   s.camera = s.open();
+  s.description = s.camera->description();
   if (!options.log.empty()) {
     s.log.open(options.log);
     s.log << "time_s,state,alarm,textured,measured,error_mm,sigma_mm,probability,shift_x_px,shift_y_px\n"
@@ -217,6 +219,10 @@ void LightWatch::shown(const std::shared_ptr<const ImageU8>& frame, double light
     s.wants_frames = false;
   }
   s.changed.notify_all();
+}
+
+std::string LightWatch::description() const {
+  return state_->description;
 }
 
 std::map<std::string, std::uint64_t> LightWatch::rejected() const {

@@ -52,6 +52,8 @@ class LightWatch {
   std::optional<News> take();
   /// Messages of its camera that were dropped, by cause.
   std::map<std::string, std::uint64_t> rejected() const;
+  /// Of its camera.
+  std::string description() const;
 
  private:
   struct State;

@@ -14,6 +14,7 @@ namespace procam::show {
 
 struct MarkerSource::State {
   std::unique_ptr<device::FrameSource> frames;
+  std::string description;  ///< of the first
   RigCamera camera;
   MarkerMap map;
   MarkerCells cells;
@@ -84,6 +85,7 @@ MarkerSource::MarkerSource(std::unique_ptr<device::FrameSource> frames, const Ri
                            const MarkerMap& map, const MarkerCells& cells, Open reopen)
     : state_(std::make_unique<State>()) {
   require(frames != nullptr, "MarkerSource: no frames");
+  state_->description = frames->description();
   state_->frames = std::move(frames);
   state_->camera = camera;
   state_->map = map;
@@ -108,6 +110,10 @@ track::SourceStatus MarkerSource::status() const {
   status.malformed += state_->without;
   if (!state_->why.empty()) status.last_error = state_->why;
   return status;
+}
+
+std::string MarkerSource::description() const {
+  return state_->description;
 }
 
 std::map<std::string, std::uint64_t> MarkerSource::rejected() const {

@@ -34,6 +34,8 @@ class MarkerSource : public track::PoseSource {
   track::SourceStatus status() const override;
   /// What its camera rejected.
   std::map<std::string, std::uint64_t> rejected() const override;
+  /// Of its camera.
+  std::string description() const override;
 
  private:
   struct State;

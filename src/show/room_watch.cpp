@@ -138,6 +138,7 @@ struct DepthSurfaceSource::State {
   Open open;
   DepthSurfaceSourceOptions options;
   std::unique_ptr<device::DepthSource> source;
+  std::string description;  ///< of the first
   DepthSurfaceTracker view;
   std::mutex mutex;  ///< of the three below
   std::vector<track::StampedPose> poses;
@@ -240,6 +241,7 @@ DepthSurfaceSource::DepthSurfaceSource(Open open, const DepthSurfaceSourceOption
     : state_(std::make_unique<State>(std::move(open), options)) {
   require(options.lost_after > 0, "DepthSurfaceSource: lost_after must be positive");
   state_->source = state_->open();
+  state_->description = state_->source->description();
   state_->thread = std::thread([state = state_.get()] { state->run(); });
 }
 
@@ -262,6 +264,10 @@ std::optional<SurfaceUpdate> DepthSurfaceSource::take() {
   const SurfaceUpdate& news = state_->news;
   if (!lock || (!news.surfaces && news.words.empty() && news.faults == 0)) return std::nullopt;
   return std::exchange(state_->news, {});
+}
+
+std::string DepthSurfaceSource::description() const {
+  return state_->description;
 }
 
 std::map<std::string, std::uint64_t> DepthSurfaceSource::rejected() const {

@@ -125,6 +125,8 @@ class DepthSurfaceSource {
   std::optional<SurfaceUpdate> take();
   /// Messages of its camera that were dropped, by cause.
   std::map<std::string, std::uint64_t> rejected() const;
+  /// Of its camera.
+  std::string description() const;
   /// darken_before_room() by the newest depth.
   people::MaskResult darken(ImageView<std::uint8_t> frame, const Projection& projection,
                             double light_time) const;

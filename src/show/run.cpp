@@ -437,6 +437,12 @@ class ShowRun {
                        io::format_size(display.size));
   }
 
+  /// Domain and network of what listens in the ROS 2 graph.
+  template <typename Source>
+  void tell_opened(const Source& source) {
+    if (const std::string opened = source.description(); !opened.empty()) listener_.on_start(opened);
+  }
+
   /// From a frame's show() to its light on the wall, seen by a camera.
   double measured_delay() {
     const auto camera = device::open_camera(options_.delay_camera);
@@ -455,18 +461,22 @@ class ShowRun {
   void open_inputs() {
     for (const std::string& text : options_.poses) {
       sources_.push_back(dds::open_pose_source(text));
-      if (const std::string opened = sources_.back()->description(); !opened.empty())
-        listener_.on_start(opened);
+      tell_opened(*sources_.back());
     }
     if (options_.marker)
       sources_.push_back(
           std::make_unique<HeardPoses>(open_markers(*options_.marker, rig_),
                                        [this](const track::StampedPose& message) { publish_pose(message); }));
+    if (options_.marker) tell_opened(*sources_.back());
+    if (room_) tell_opened(*room_);
     if (graph_) {
       publish({});
       listener_.on_start(graph_->description());
     }
-    if (options_.watch) watch_ = watch_light(options_, rig_);
+    if (options_.watch) {
+      watch_ = watch_light(options_, rig_);
+      tell_opened(*watch_);
+    }
     if (!options_.record.empty()) {
       recorder_.emplace(options_.record, conditions_);
       // A recorded run begins from what its log holds, digit by digit.

@@ -262,6 +262,7 @@ TEST_F(Ros2Route, ADepthTopicSuppliesTheSurfaces) {
   ASSERT_EQ(show.wait(), 0) << slurp(at("live.json.err"));
   const std::string said = slurp(at("live.json.err"));
   EXPECT_NE(said.find("sees wall_1"), std::string::npos) << said;
+  EXPECT_NE(said.find("network lo (127.0.0.1): images of /camera/depth"), std::string::npos) << said;
   const int last = nlohmann::json::parse(slurp(at("live.json")))["frames"].get<int>() - 1;
   char name[32];
   std::snprintf(name, sizeof name, "seen/frame_%06d.png", last);
@@ -306,6 +307,8 @@ TEST_F(Ros2Route, AMarkerBeforeACameraOfTheGraphGivesThePoseOfTheRig) {
   ASSERT_EQ(show.wait(), 0) << slurp(at("live.json.err"));
   const nlohmann::json live = nlohmann::json::parse(slurp(at("live.json")));
   EXPECT_GT(live["poses"]["taken"].get<double>(), 5) << live.dump();
+  const std::string said = slurp(at("live.json.err"));
+  EXPECT_NE(said.find("network lo (127.0.0.1): images of /eye/image_raw"), std::string::npos) << said;
   const Pose truth = (eye.rig_from_camera * camera_from_world).inverse();
   int count = 0;
   for_each<geometry_msgs_msg_dds__PoseWithCovarianceStamped_>(poses, [&](const auto& message) {
@@ -364,6 +367,7 @@ TEST_F(Ros2Capture, ACameraOfTheGraphCapturesAView) {
   ends = true;
   relay.join();
   ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_NE(run.err.find("images of /camera/image_raw"), std::string::npos) << run.err;
   EXPECT_GT(run.json()["delay"]["delay_ms"], 25);
   EXPECT_LT(run.json()["delay"]["delay_ms"], 250);
   EXPECT_NEAR(run.json()["light"]["gamma"], 2.2, 0.15);

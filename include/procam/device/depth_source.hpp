@@ -42,6 +42,9 @@ class PROCAM_EXPORT DepthSource {
 
   /// Messages that were dropped, by cause ("ros2_invalid_image"); for any thread.
   virtual std::map<std::string, std::uint64_t> rejected() const { return {}; }
+
+  /// What was opened, where the text does not tell: domain and network of a topic. Empty: the text tells all.
+  virtual std::string description() const { return {}; }
 };
 
 struct DepthOptions {

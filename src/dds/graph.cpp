@@ -115,8 +115,9 @@ std::string configuration() {
         "<General><Interfaces><NetworkInterface address=\"127.0.0.1\" multicast=\"false\"/></Interfaces>"
         "<AllowMulticast>false</AllowMulticast></General><Discovery><ParticipantIndex>auto</ParticipantIndex>"
         "<MaxAutoParticipantIndex>32</MaxAutoParticipantIndex><Peers><Peer address=\"127.0.0.1\"/></Peers></Discovery>";
-  text +=
-      "<Internal><MaxSampleSize>" + std::to_string(limits::kDdsSampleBytes) + " B</MaxSampleSize></Internal>";
+  text += "<Internal><MaxSampleSize>" + std::to_string(limits::kDdsSampleBytes) + " B</MaxSampleSize>";
+  // Asked for; the system gives what it allows. An image comes as hundreds of packets at once.
+  text += "<SocketReceiveBufferSize max=\"8 MiB\"/></Internal>";
   text +=
       "<Tracing><Category>config</Category><OutputFile>/dev/null</OutputFile></Tracing></Domain></CycloneDDS>";
   if (const char* uri = std::getenv("CYCLONEDDS_URI"); uri != nullptr && *uri != '\0')

@@ -262,6 +262,7 @@ TEST(FastDds, ImagesOfEachTypeReachProcam) {
   ASSERT_TRUE(wait_until([&] { return source.next(0.01), source.has_publisher(); }) && has_readers(raw));
   Bytes data(2 * 20);
   for (std::size_t i = 0; i < data.size(); ++i) data[i] = std::uint8_t(6 * i + 1);
+  ASSERT_TRUE(in_step(source, [&] { write(raw, image_bytes(1, 0, 6, 2, "bgr8", 20, data)); }));
   write(raw, image_bytes(1700000000, 250000000, 6, 2, "bgr8", 20, data));
   std::optional<dds::ReceivedImage> image = source.next(8);
   ASSERT_TRUE(image);
@@ -278,10 +279,11 @@ TEST(FastDds, ImagesOfEachTypeReachProcam) {
   ASSERT_TRUE(wait_until([&] { return compressed.next(0.01), compressed.has_publisher(); }) &&
               has_readers(png));
   const ImageU8 sent(11, 3, 1, 201);
-  Cdr message;
   const std::string picture = io::encode_png(sent);
+  Cdr message;
   put(message, 4, 500000000, "camera").text("mono8; png compressed ").number(std::uint32_t(picture.size()));
   for (const char byte : picture) message.number(std::uint8_t(byte));
+  ASSERT_TRUE(in_step(compressed, [&] { write(png, message); }));
   write(png, message);
   image = compressed.next(8);
   ASSERT_TRUE(image);
@@ -297,15 +299,14 @@ TEST(FastDds, DepthAndItsLensReachProcam) {
   fast::DataWriter* depth = robot.writer("sensor_msgs::msg::dds_::Image_", "rt/camera/depth");
   fast::DataWriter* info = robot.writer("sensor_msgs::msg::dds_::CameraInfo_", "rt/camera/camera_info");
   ASSERT_TRUE(wait_until([&] { return source.next(0.01), source.has_publisher(); }));
-  ASSERT_TRUE(has_readers(depth) && has_readers(info));
   Bytes bytes = camera_info_bytes(1, 0, "camera");  // of 1280 x 800
-  EXPECT_TRUE(info->write(&bytes));
   const Camera lens = lens_shifted_projector();
   // One row of the sensor, 800 times: the bytes of an image are many, and few are needed.
   Bytes data(std::size_t(2) * 1280 * 800);
   data[2 * 1280 + 6] = 0x34, data[2 * 1280 + 7] = 0x12;
   std::optional<dds::ReceivedDepth> seen;
   ASSERT_TRUE(wait_until([&] {
+    EXPECT_TRUE(info->write(&bytes));
     write(depth, image_bytes(2, 0, 1280, 800, "16UC1", 2560, data));
     seen = source.next(1);
     return seen && seen->camera;
@@ -321,6 +322,7 @@ TEST(FastDds, BytesOfAnImageThatAreNoneAreCountedAndTheNextOneArrives) {
   dds::ImageSource source("/image");
   fast::DataWriter* writer = robot.writer("sensor_msgs::msg::dds_::Image_", "rt/image");
   ASSERT_TRUE(wait_until([&] { return source.next(0.01), source.has_publisher(); }) && has_readers(writer));
+  ASSERT_TRUE(in_step(source, [&] { write(writer, image_bytes(2, 0, 4, 4, "mono8", 4, Bytes(16, 9))); }));
   const Bytes whole = image_bytes(3, 0, 4, 4, "mono8", 4, Bytes(16, 9)).bytes();
   std::uint64_t cut = 0;
   for (std::size_t size = 4; size < whole.size(); size += 5, ++cut) {  // cut anywhere

@@ -18,6 +18,7 @@ namespace {
 
 using test::grey_image;
 using test::ImageMessage;
+using test::in_step;
 using test::LoopbackDomain;
 using test::Ros2Peer;
 using test::wait_until;
@@ -59,6 +60,7 @@ TEST(Ros2Images, AnImageArrivesAsItWasSentAndTheReasonIsGivenBefore) {
   const dds_entity_t writer = robot.writer(kImage, "rt/cameras/left/image_raw");
   ASSERT_TRUE(has_reader(source, writer));
   EXPECT_TRUE(test::contains(source.last_error(), "no image has come"));
+  ASSERT_TRUE(in_step(source, [&] { write_image(writer, grey_image(1700000000, 1)); }));
   ImageMessage message;
   message.stamp = 1700000000.25;
   message.width = 5;
@@ -117,6 +119,7 @@ TEST(Ros2Images, ImagesOfAReliablePublisherSurviveLostPackets) {
   const Ros2Peer robot(domain, 50);  // one packet of twenty is lost; an image has some 60
   const dds_entity_t writer = robot.writer(kImage, "rt/image");
   ASSERT_TRUE(has_reader(source, writer));
+  ASSERT_TRUE(in_step(source, [&] { write_image(writer, grey_image(0.5, 0)); }));
   int last = 0;
   for (int i = 1; i <= 10; ++i) {
     write_image(writer, grey_image(i, i, 320, 240));
@@ -151,6 +154,7 @@ TEST(Ros2Images, CompressedImagesAreReadByTheirPublishedType) {
     for (int x = 0; x < 9; ++x)
       for (int k = 0; k < 3; ++k) sent.at(x, y, k) = std::uint8_t(20 * x + 7 * y + 40 * k);
   const std::string png = io::encode_png(sent);
+  ASSERT_TRUE(in_step(source, [&] { test::write_compressed(writer, 1, png); }));
   test::write_compressed(writer, 4, png.substr(0, png.size() / 2));
   test::write_compressed(writer, 5, "GIF89a", "gif");
   test::write_compressed(writer, 6, io::encode_png(ImageU8(4200, 4200, 1)));
@@ -171,13 +175,15 @@ TEST(Ros2Images, TheJitterOfTheNetworkIsTakenAway) {
   ImageSource source("/image");
   const dds_entity_t writer = robot.writer(kImage, "rt/image");
   ASSERT_TRUE(has_reader(source, writer));
-  const double begin = steady_now();
+  const double sender = 1700000000 - steady_now();  // its clock less this one
+  ASSERT_TRUE(in_step(source, [&] { write_image(writer, grey_image(sender + steady_now(), 0)); }));
+  const double begin = steady_now() + 0.05;
   std::vector<double> late;
   for (int i = 0; i < 25; ++i) {
     const double delay = i % 3 == 0 ? 0 : i % 3 == 1 ? 0.06 : 0.03;
     while (steady_now() < begin + 0.1 * i + delay)
       std::this_thread::sleep_for(std::chrono::microseconds(200));
-    write_image(writer, grey_image(1700000000 + 0.1 * i, i));
+    write_image(writer, grey_image(sender + begin + 0.1 * i, i));
     const auto image = source.next(8);
     ASSERT_TRUE(image);
     if (i > 5) late.push_back(image->time - begin - 0.1 * i);
@@ -192,6 +198,7 @@ TEST(Ros2Images, WhatIsNoImageIsCountedByItsCauseAndTheNextOneArrives) {
   ImageSource source("/image");
   const dds_entity_t writer = robot.writer(kImage, "rt/image");
   ASSERT_TRUE(has_reader(source, writer));
+  ASSERT_TRUE(in_step(source, [&] { write_image(writer, grey_image(1, 9)); }));
   const auto send = [&](const std::function<void(ImageMessage&)>& change) {
     ImageMessage message = grey_image(1, 9);
     change(message);
@@ -271,6 +278,7 @@ TEST(Ros2Depth, DepthComesWithItsUnitAndTheLensOfCameraInfo) {
     message.data.push_back(std::uint8_t(i));
     message.data.push_back(4);
   }
+  ASSERT_TRUE(in_step(source, [&] { write_image(images, message); }));
   const double sent = steady_now();
   write_image(images, message);
   std::optional<ReceivedDepth> depth = source.next(8);

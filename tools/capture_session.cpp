@@ -31,7 +31,8 @@ struct Flags {
 };
 
 void declare(CLI::App& app, Flags& flags) {
-  auto* camera = app.add_option("--camera", flags.camera, "Camera of this computer: number, device or URL");
+  auto* camera =
+      app.add_option("--camera", flags.camera, "Camera: its number, device or URL, or ros2:/TOPIC");
   auto* watch =
       app.add_option("--watch", flags.watch, "Folder into which a separate camera writes its images");
   camera->excludes(watch);
@@ -166,8 +167,9 @@ ExitCode capture_session(const Flags& flags, Console& console) {
   console.summary().set("/pattern", pattern->text());
   console.summary().set("/projector_size", io::format_size(display.size));
 
-  const auto source = flags.watch.empty() ? device::open_camera(flags.camera, flags.camera_options)
-                                          : device::watch_folder(flags.watch);
+  const auto source = device::open_camera(
+      flags.watch.empty() ? flags.camera : "watch:" + flags.watch.string(), flags.camera_options);
+  if (const std::string opened = source->description(); !opened.empty()) console.say("camera     " + opened);
   const auto screen = device::open_window(display.number);
   if (screen->size() != display.size)
     throw Error(

@@ -22,10 +22,10 @@ class Log {
     static Log* log = new Log;  // Cyclone's threads outlive statics
     return *log;
   }
-  std::uint64_t undecodable(const std::string& topic) {
+  DroppedSamples dropped(const std::string& topic) {
     const std::lock_guard<std::mutex> lock(mutex_);
-    const auto found = undecodable_.find(topic);
-    return found == undecodable_.end() ? 0 : found->second;
+    const auto found = dropped_.find(topic);
+    return found == dropped_.end() ? DroppedSamples() : found->second;
   }
   std::string last() {
     const std::lock_guard<std::mutex> lock(mutex_);
@@ -41,20 +41,25 @@ class Log {
     std::string line(data.message, data.size);
     while (!line.empty() && line.back() == '\n') line.pop_back();
     const std::lock_guard<std::mutex> lock(mutex_);
-    // "... deserialization TOPIC/TYPE failed (...)"; a type has no slash.
-    const char* begins = "deserialization ";
-    const std::size_t begin = line.find(begins), end = line.find(" failed");
-    if (begin != line.npos && end != line.npos && begin < end) {
-      const std::size_t slash = line.rfind('/', end);
-      const std::size_t topic = begin + std::strlen(begins);
-      // Few topics have readers here, and only these are decoded.
-      if (slash != line.npos && slash > topic) ++undecodable_[line.substr(topic, slash - topic)];
-    }
+    // Few topics have readers here, and only these are decoded and put together. "... deserialization TOPIC/TYPE failed
+    // (...)"; "dropping oversize (... > ...) sample ... from remote writer GUID TOPIC/TYPE"; a type has no slash.
+    const std::string undecodable = "deserialization ", oversized = "dropping oversize ";
+    if (const std::size_t begin = line.find(undecodable), end = line.find(" failed");
+        begin != line.npos && end != line.npos && begin < end)
+      count(line.substr(begin + undecodable.size(), end - begin - undecodable.size()),
+            &DroppedSamples::undecodable);
+    if (line.find(oversized) != line.npos && line.find(" remote writer ") != line.npos)
+      count(line.substr(line.rfind(' ') + 1), &DroppedSamples::oversized);
     last_ = std::move(line);
   }
 
+  void count(const std::string& topic_and_type, std::uint64_t DroppedSamples::*which) {
+    const std::size_t slash = topic_and_type.rfind('/');
+    if (slash != topic_and_type.npos && slash > 0) ++(dropped_[topic_and_type.substr(0, slash)].*which);
+  }
+
   std::mutex mutex_;
-  std::map<std::string, std::uint64_t> undecodable_;
+  std::map<std::string, DroppedSamples> dropped_;
   std::string last_;
 };
 
@@ -110,8 +115,9 @@ std::string configuration() {
         "<General><Interfaces><NetworkInterface address=\"127.0.0.1\" multicast=\"false\"/></Interfaces>"
         "<AllowMulticast>false</AllowMulticast></General><Discovery><ParticipantIndex>auto</ParticipantIndex>"
         "<MaxAutoParticipantIndex>32</MaxAutoParticipantIndex><Peers><Peer address=\"127.0.0.1\"/></Peers></Discovery>";
-  text +=
-      "<Internal><MaxSampleSize>" + std::to_string(limits::kDdsSampleBytes) + " B</MaxSampleSize></Internal>";
+  text += "<Internal><MaxSampleSize>" + std::to_string(limits::kDdsSampleBytes) + " B</MaxSampleSize>";
+  // Asked for; the system gives what it allows. An image comes as hundreds of packets at once.
+  text += "<SocketReceiveBufferSize max=\"8 MiB\"/></Internal>";
   text +=
       "<Tracing><Category>config</Category><OutputFile>/dev/null</OutputFile></Tracing></Domain></CycloneDDS>";
   if (const char* uri = std::getenv("CYCLONEDDS_URI"); uri != nullptr && *uri != '\0')
@@ -200,8 +206,8 @@ dds_entity_t Participant::create_writer(const dds_topic_descriptor_t& type, cons
   return checked(dds_create_writer(entity_, entity, qos.get(), nullptr), topic);
 }
 
-std::uint64_t undecodable_samples(const std::string& topic) {
-  return Log::of_process().undecodable(dds_topic(topic));
+DroppedSamples dropped_samples(const std::string& topic) {
+  return Log::of_process().dropped(dds_topic(topic));
 }
 
 }  // namespace procam::dds::internal

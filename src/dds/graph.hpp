@@ -41,7 +41,11 @@ class Participant {
   dds_entity_t entity_ = 0;
 };
 
-/// Samples of a ROS 2 topic that Cyclone could not decode, in this process; it drops and logs them.
-std::uint64_t undecodable_samples(const std::string& topic);
+/// Samples of a ROS 2 topic that Cyclone dropped and logged, in this process.
+struct DroppedSamples {
+  std::uint64_t undecodable = 0;  ///< no CDR of the type
+  std::uint64_t oversized = 0;    ///< above limits::kDdsSampleBytes
+};
+DroppedSamples dropped_samples(const std::string& topic);
 
 }  // namespace procam::dds::internal

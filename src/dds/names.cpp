@@ -102,6 +102,17 @@ Ros2Source parse_ros2_source(const std::string& rest) {
   return source;
 }
 
+Ros2Topic parse_ros2_topic(const std::string& rest, const std::string& what) {
+  GraphNames names;
+  const std::vector<std::string> plain = take_parts(rest, names);
+  if (plain.size() != 1 || plain.front().empty())
+    throw Error(ErrorKind::kInput, what + " 'ros2:" + rest + "'", "it names no topic, or several",
+                "give one topic, e.g. ros2:/camera/image_raw");
+  require_topic_name(plain.front(), what + " 'ros2:" + rest + "'");
+  const std::string given = joined(names.node_namespace, plain.front());
+  return {names.resolve(given), names.resolve(given.substr(0, given.rfind('/')) + "/camera_info")};
+}
+
 GraphNames parse_ros2_output(const std::string& text) {
   const std::string kind = "ros2:";
   if (text.compare(0, kind.size(), kind) != 0)

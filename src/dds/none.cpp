@@ -1,6 +1,7 @@
 /// A build without DDS.
 #include "names.hpp"
 #include "procam/core/base/error.hpp"
+#include "procam/dds/image_source.hpp"
 #include "procam/dds/pose_source.hpp"
 #include "procam/dds/projector_publisher.hpp"
 #include "ros2_pose_source.hpp"
@@ -8,9 +9,10 @@
 namespace procam::dds {
 namespace {
 
-[[noreturn]] void refuse(const char* what) {
-  throw Error(ErrorKind::kUnsupported, what, "procam was built without DDS",
-              "install cyclonedds-dev and cyclonedds-tools and build procam again, or use rosbridge:");
+constexpr const char* kInstall = "install cyclonedds-dev and cyclonedds-tools and build procam again";
+
+[[noreturn]] void refuse(const char* what, const char* next = kInstall) {
+  throw Error(ErrorKind::kUnsupported, what, "procam was built without DDS", next);
 }
 
 }  // namespace
@@ -20,7 +22,23 @@ bool is_available() {
 }
 
 std::unique_ptr<track::PoseSource> internal::open_ros2(const Ros2Source&, const track::SourceOptions&) {
-  refuse("pose source ros2:");
+  refuse("pose source ros2:",
+         "install cyclonedds-dev and cyclonedds-tools and build procam again, or use rosbridge:");
+}
+
+struct ImageTopic::Impl {};
+ImageTopic::ImageTopic(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+ImageTopic::ImageTopic(ImageTopic&&) noexcept = default;
+ImageTopic& ImageTopic::operator=(ImageTopic&&) noexcept = default;
+ImageTopic::~ImageTopic() = default;
+
+ImageSource::ImageSource(const std::string& text) : ImageTopic(nullptr) {
+  internal::parse_ros2_topic(text, "image source");
+  refuse("image source ros2:");
+}
+DepthImageSource::DepthImageSource(const std::string& text) : ImageTopic(nullptr) {
+  internal::parse_ros2_topic(text, "depth source");
+  refuse("depth source ros2:");
 }
 
 struct ProjectorPublisher::Impl {};
@@ -34,6 +52,24 @@ ProjectorPublisher::ProjectorPublisher(ProjectorPublisher&&) noexcept = default;
 ProjectorPublisher& ProjectorPublisher::operator=(ProjectorPublisher&&) noexcept = default;
 
 // None can be made: these are never reached.
+bool ImageTopic::has_publisher() const {
+  return false;
+}
+std::string ImageTopic::last_error() const {
+  return {};
+}
+std::map<std::string, std::uint64_t> ImageTopic::rejected() const {
+  return {};
+}
+std::string ImageTopic::description() const {
+  return {};
+}
+std::optional<ReceivedImage> ImageSource::next(double) {
+  return {};
+}
+std::optional<ReceivedDepth> DepthImageSource::next(double) {
+  return {};
+}
 std::string ProjectorPublisher::frame(const std::string&) const {
   return {};
 }
@@ -42,6 +78,8 @@ std::string ProjectorPublisher::description() const {
 }
 void ProjectorPublisher::publish_camera_info(const std::string&, const Camera&, double) {}
 void ProjectorPublisher::publish_frames(const std::vector<FrameTree::Link>&, double) {}
+void ProjectorPublisher::publish_markers(const std::vector<GraphMarker>&, double) {}
+void ProjectorPublisher::publish_pose(const std::string&, const PoseWithCovariance&, double) {}
 void ProjectorPublisher::publish_health(const DeviceHealth&, double) {}
 
 }  // namespace procam::dds

@@ -35,7 +35,7 @@ std::string topic_token(const std::string& name) {
 struct ProjectorPublisher::Impl {
   internal::GraphNames names;
   internal::Participant participant;
-  dds_entity_t tf_static = 0, diagnostics = 0;
+  dds_entity_t tf_static = 0, markers = 0, pose = 0, diagnostics = 0;
   std::map<std::string, dds_entity_t> camera_info;  ///< by device
 
   static void written(dds_return_t result, const std::string& topic) {
@@ -66,7 +66,8 @@ std::string ProjectorPublisher::description() const {
   std::string topics;
   for (const auto& [device, writer] : impl_->camera_info) topics += impl_->topic(device) + ", ";
   return impl_->participant.description() + ": publishes " + topics + impl_->names.resolve("/tf_static") +
-         ", " + impl_->names.resolve("/diagnostics");
+         ", " + (impl_->markers > 0 ? impl_->names.resolve("markers") + ", " : "") +
+         (impl_->pose > 0 ? impl_->names.resolve("pose") + ", " : "") + impl_->names.resolve("/diagnostics");
 }
 
 void ProjectorPublisher::publish_camera_info(const std::string& device, const Camera& camera,
@@ -127,6 +128,77 @@ void ProjectorPublisher::publish_frames(const std::vector<FrameTree::Link>& link
   message.transforms._buffer = transforms.data();
   message.transforms._length = message.transforms._maximum = std::uint32_t(transforms.size());
   Impl::written(dds_write(impl_->tf_static, &message), topic);
+}
+
+void ProjectorPublisher::publish_markers(const std::vector<GraphMarker>& markers, double unix_time) {
+  const std::string topic = impl_->names.resolve("markers");
+  if (impl_->markers <= 0)
+    impl_->markers = impl_->participant.create_writer(visualization_msgs_msg_dds__MarkerArray__desc, topic,
+                                                      internal::Reliability::kReliable,
+                                                      internal::Durability::kTransientLocal, 1);
+  constexpr std::int32_t kLineList = 5, kText = 9, kDeleteAll = 3;
+  std::string none;
+  std::vector<GraphMarker> kept = markers;  // C structures point to texts that may be written
+  std::vector<std::vector<geometry_msgs_msg_dds__Point_>> points(kept.size());
+  std::vector<visualization_msgs_msg_dds__Marker_> array(kept.size() + 1);
+  for (std::size_t i = 0; i < array.size(); ++i) {
+    visualization_msgs_msg_dds__Marker_& one = array[i] = {};
+    for (char** text : {&one.header.frame_id, &one.ns, &one.texture_resource, &one.texture.header.frame_id,
+                        &one.texture.format, &one.text, &one.mesh_resource, &one.mesh_file.filename})
+      *text = none.data();
+    one.header.stamp = time_of(unix_time);
+    one.pose.orientation.w = 1;
+    one.action = kDeleteAll;  // the first one: what was shown before goes
+    if (i == 0) continue;
+    GraphMarker& marker = kept[i - 1];
+    one.action = 0;
+    one.header.frame_id = marker.frame.data();
+    one.ns = marker.name.data();
+    one.frame_locked = true;
+    one.color = {marker.color[0], marker.color[1], marker.color[2], marker.color[3]};
+    one.type = marker.text.empty() ? kLineList : kText;
+    // RViz warns of a scale that a type does not use.
+    one.scale = marker.text.empty() ? geometry_msgs_msg_dds__Vector3_{marker.size, 0, 0}
+                                    : geometry_msgs_msg_dds__Vector3_{0, 0, marker.size};
+    if (!marker.text.empty()) {
+      one.text = marker.text.data();
+      if (!marker.lines.empty())
+        one.pose.position = {marker.lines[0].x(), marker.lines[0].y(), marker.lines[0].z()};
+      continue;
+    }
+    for (const Vec3& p : marker.lines) points[i - 1].push_back({p.x(), p.y(), p.z()});
+    one.points._buffer = points[i - 1].data();
+    one.points._length = one.points._maximum = std::uint32_t(points[i - 1].size());
+  }
+  visualization_msgs_msg_dds__MarkerArray_ message{};
+  message.markers._buffer = array.data();
+  message.markers._length = message.markers._maximum = std::uint32_t(array.size());
+  Impl::written(dds_write(impl_->markers, &message), topic);
+}
+
+void ProjectorPublisher::publish_pose(const std::string& frame, const PoseWithCovariance& pose,
+                                      double unix_time) {
+  const std::string topic = impl_->names.resolve("pose");
+  if (impl_->pose <= 0)
+    impl_->pose = impl_->participant.create_writer(geometry_msgs_msg_dds__PoseWithCovarianceStamped__desc,
+                                                   topic, internal::Reliability::kReliable,
+                                                   internal::Durability::kVolatile, 10);
+  std::string frame_id = frame;
+  geometry_msgs_msg_dds__PoseWithCovarianceStamped_ message{};
+  message.header.stamp = time_of(unix_time);
+  message.header.frame_id = frame_id.data();
+  const Vec3& t = pose.pose.translation;
+  const Eigen::Quaterniond& q = pose.pose.rotation;
+  message.pose.pose.position = {t.x(), t.y(), t.z()};
+  message.pose.pose.orientation = {q.x(), q.y(), q.z(), q.w()};
+  // The left increment [w, v] moves the origin by v + w x t.
+  Mat6 ros_from_left = Mat6::Zero();
+  ros_from_left.topRightCorner<3, 3>().setIdentity();
+  ros_from_left.bottomLeftCorner<3, 3>().setIdentity();
+  ros_from_left.topLeftCorner<3, 3>() << 0, t.z(), -t.y(), -t.z(), 0, t.x(), t.y(), -t.x(), 0;
+  Eigen::Map<Eigen::Matrix<double, 6, 6, Eigen::RowMajor>>(message.pose.covariance) =
+      ros_from_left * pose.covariance * ros_from_left.transpose();
+  Impl::written(dds_write(impl_->pose, &message), topic);
 }
 
 void ProjectorPublisher::publish_health(const DeviceHealth& health, double unix_time) {

@@ -1,5 +1,7 @@
 #include "ros2_pose_source.hpp"
 
+#include <algorithm>
+#include <array>
 #include <atomic>
 #include <cmath>
 #include <cstring>
@@ -7,6 +9,7 @@
 #include <thread>
 
 #include "graph.hpp"
+#include "messages.hpp"
 #include "procam/core/base/clock.hpp"
 #include "procam/core/base/detail/plain_text.hpp"
 #include "procam/core/base/error.hpp"
@@ -17,6 +20,7 @@
 #include "procam/track/detail/inbox.hpp"
 #include "procam/track/detail/message_check.hpp"
 #include "ros2_messages.h"
+#include "topic_reader.hpp"
 #include "transform_buffer.hpp"
 
 namespace procam::dds {
@@ -47,24 +51,10 @@ Pose pose(const geometry_msgs_msg_dds__Pose_& in) {
   return result;
 }
 
-/// Throws the cause of a refusal, as a name.
-struct Refusal {
-  const char* cause;
-  std::string why;
-};
-
 /// tf's names had a slash in front.
 std::string frame_name(const char* text) {
   if (text == nullptr) return {};
   return *text == '/' ? text + 1 : text;
-}
-
-/// A stamp of zero is none: then the moment at which the message was written, by the clock of its sender.
-double stamp(const builtin_interfaces_msg_dds__Time_& time, const dds_sample_info_t& info) {
-  if (time.nanosec >= 1'000'000'000)
-    throw Refusal{"ros2_invalid_stamp", "its stamp has more than 1e9 nanoseconds"};
-  if (time.sec == 0 && time.nanosec == 0) return 1e-9 * double(info.source_timestamp);
-  return time.sec + 1e-9 * time.nanosec;
 }
 
 /// Throws Refusal for what is no pose; the rotation becomes a unit quaternion.
@@ -81,7 +71,7 @@ void check(StampedPose& message) {
 
 StampedPose message_of(const geometry_msgs_msg_dds__TransformStamped_& in, const dds_sample_info_t& info) {
   StampedPose message;
-  message.stamp = stamp(in.header.stamp, info);
+  message.stamp = stamp_of(in.header.stamp, info);
   message.frame = frame_name(in.header.frame_id);
   message.child = frame_name(in.child_frame_id);
   message.frame_from_child = pose(in.transform);
@@ -93,7 +83,7 @@ const char* const kBase = "base_link";
 
 StampedPose message_of(const geometry_msgs_msg_dds__PoseStamped_& in, const dds_sample_info_t& info) {
   StampedPose message;
-  message.stamp = stamp(in.header.stamp, info);
+  message.stamp = stamp_of(in.header.stamp, info);
   message.frame = frame_name(in.header.frame_id);
   message.child = kBase;
   message.frame_from_child = pose(in.pose);
@@ -108,7 +98,7 @@ void take_covariance(const double (&rows)[36], StampedPose& message) {
 StampedPose message_of(const geometry_msgs_msg_dds__PoseWithCovarianceStamped_& in,
                        const dds_sample_info_t& info) {
   StampedPose message;
-  message.stamp = stamp(in.header.stamp, info);
+  message.stamp = stamp_of(in.header.stamp, info);
   message.frame = frame_name(in.header.frame_id);
   message.child = kBase;
   message.frame_from_child = pose(in.pose.pose);
@@ -118,7 +108,7 @@ StampedPose message_of(const geometry_msgs_msg_dds__PoseWithCovarianceStamped_& 
 
 StampedPose message_of(const nav_msgs_msg_dds__Odometry_& in, const dds_sample_info_t& info) {
   StampedPose message;
-  message.stamp = stamp(in.header.stamp, info);
+  message.stamp = stamp_of(in.header.stamp, info);
   message.frame = frame_name(in.header.frame_id);
   message.child = frame_name(in.child_frame_id);
   if (message.child.empty()) message.child = kBase;
@@ -145,19 +135,10 @@ const PoseType kPoseTypes[] = {
     {&geometry_msgs_msg_dds__TransformStamped__desc, read<geometry_msgs_msg_dds__TransformStamped_>},
 };
 
-constexpr int kTaken = 32;  ///< samples at once
-
-/// Calls visit(sample, info, arrival) for all that a reader has.
-template <typename Visit>
-void take_all(dds_entity_t reader, Visit visit) {
-  for (int count = kTaken; count == kTaken;) {
-    void* samples[kTaken] = {};
-    dds_sample_info_t infos[kTaken];
-    count = dds_take(reader, samples, infos, kTaken, kTaken);
-    const double arrival = steady_now();  // after the samples, so that none arrived before it was sent
-    for (int i = 0; i < count; ++i) visit(samples[i], infos[i], arrival);
-    if (count > 0) dds_return_loan(reader, samples, count);
-  }
+TopicReader::Types pose_types() {
+  TopicReader::Types types;
+  for (const PoseType& one : kPoseTypes) types.push_back(one.type);
+  return types;
 }
 
 class Ros2PoseSource : public track::PoseSource {
@@ -181,7 +162,9 @@ class Ros2PoseSource : public track::PoseSource {
       attach(tf_);
       attach(tf_static_);
     }
-    for (const std::string& topic : topics()) undecodable_before_ += undecodable_samples(topic);
+    if (!source_.topic.empty())
+      poses_ = std::make_unique<TopicReader>(participant_, waitset_, source_.topic, pose_types(), 32);
+    for (const std::string& topic : topics()) undecodable_before_ += dropped_samples(topic).undecodable;
     inbox_.failed("no publisher of " + (source_.topic.empty() ? source_.tf : source_.topic) +
                   " was found in ROS domain " + std::to_string(participant_.domain()));
     thread_ = std::thread([this] { run(); });
@@ -225,7 +208,7 @@ class Ros2PoseSource : public track::PoseSource {
 
   std::uint64_t undecodable() const {
     std::uint64_t count = 0;
-    for (const std::string& topic : topics()) count += undecodable_samples(topic);
+    for (const std::string& topic : topics()) count += dropped_samples(topic).undecodable;
     return count - undecodable_before_;
   }
 
@@ -239,11 +222,11 @@ class Ros2PoseSource : public track::PoseSource {
     while (!is_stopping_) {
       dds_waitset_wait(waitset_, nullptr, 0, DDS_SECS(1));
       take_all(discovery_, [&](const void* sample, const dds_sample_info_t& info, double) {
-        if (info.valid_data && info.instance_state == DDS_IST_ALIVE && info.view_state == DDS_VST_NEW)
-          found(*static_cast<const dds_builtintopic_endpoint_t*>(sample));
+        found(*static_cast<const dds_builtintopic_endpoint_t*>(sample), info);
       });
-      for (const dds_entity_t reader : {tf_static_, tf_, poses_})
-        if (reader > 0) look_at(reader);
+      const std::array<dds_entity_t, 3> readers = {tf_static_, tf_, poses_ ? poses_->entity() : 0};
+      for (std::size_t i = 0; i < readers.size(); ++i)
+        if (readers[i] > 0) look_at(readers[i], peers_[i]);
       const auto take_transforms = [&](dds_entity_t reader) {
         if (reader <= 0) return;
         take_all(reader, [&](const void* sample, const dds_sample_info_t& info, double arrival) {
@@ -254,63 +237,46 @@ class Ros2PoseSource : public track::PoseSource {
       };
       take_transforms(tf_static_);
       take_transforms(tf_);
-      if (poses_ > 0)
-        take_all(poses_, [&](const void* sample, const dds_sample_info_t& info, double arrival) {
-          if (info.valid_data) guarded([&] { put(pose_type_->read(sample, info), arrival); });
+      if (poses_ && poses_->entity() > 0)
+        take_all(poses_->entity(), [&](const void* sample, const dds_sample_info_t& info, double arrival) {
+          if (info.valid_data) guarded([&] { put(read_pose(sample, info), arrival); });
         });
     }
   }
 
-  /// A publisher was discovered, of any topic.
-  void found(const dds_builtintopic_endpoint_t& endpoint) {
+  StampedPose read_pose(const void* sample, const dds_sample_info_t& info) const {
+    const auto* type = std::find_if(std::begin(kPoseTypes), std::end(kPoseTypes),
+                                    [&](const PoseType& one) { return one.type == poses_->type(); });
+    return type->read(sample, info);
+  }
+
+  /// A publisher came, changed or went, of any topic.
+  void found(const dds_builtintopic_endpoint_t& endpoint, const dds_sample_info_t& info) {
+    if (poses_) {
+      try {
+        const std::string why = poses_->discovered(endpoint, info);
+        if (!why.empty()) reject({"ros2_foreign_type", why});
+      } catch (const Error& error) {
+        inbox_.failed(error.what());
+      }
+      return;
+    }
+    if (!info.valid_data || info.instance_state != DDS_IST_ALIVE || info.view_state != DDS_VST_NEW) return;
     for (const std::string& topic : topics()) {
-      if (endpoint.topic_name != dds_topic(topic)) continue;
       const std::string type = endpoint.type_name;
-      if (source_.topic.empty()) {
-        if (type != tf2_msgs_msg_dds__TFMessage__desc.m_typename) foreign(topic, type);
-        continue;
-      }
-      const PoseType* known = nullptr;
-      for (const PoseType& one : kPoseTypes)
-        if (type == one.type->m_typename) known = &one;
-      if (known == nullptr || (pose_type_ != nullptr && pose_type_ != known)) {
-        foreign(topic, type);
-      } else if (pose_type_ == nullptr) {
-        // Reliable where the first publisher is: a reliable reader gets nothing of one that is not.
-        dds_reliability_kind_t reliability = DDS_RELIABILITY_BEST_EFFORT;
-        dds_qget_reliability(endpoint.qos, &reliability, nullptr);
-        try {
-          poses_ = participant_.create_reader(
-              *known->type, topic,
-              reliability == DDS_RELIABILITY_RELIABLE ? Reliability::kReliable : Reliability::kBestEffort,
-              Durability::kVolatile, 32);
-          pose_type_ = known;
-          attach(poses_);
-        } catch (const Error& error) {
-          inbox_.failed(error.what());
-        }
-      }
+      if (endpoint.topic_name == dds_topic(topic) && type != tf2_msgs_msg_dds__TFMessage__desc.m_typename)
+        reject(
+            {"ros2_foreign_type", topic + " is published as " + ros_type(type) + ", which is not read here"});
     }
   }
 
-  /// "nav_msgs::msg::dds_::Odometry_" as ROS writes it.
-  static std::string ros_type(std::string type) {
-    for (const auto& [from, to] : {std::pair<std::string, std::string>{"::dds_::", "/"}, {"::", "/"}})
-      for (std::size_t at; (at = type.find(from)) != type.npos;) type.replace(at, from.size(), to);
-    if (!type.empty() && type.back() == '_') type.pop_back();
-    return procam::internal::to_plain_text(type.substr(0, 200));
-  }
-
-  void foreign(const std::string& topic, const std::string& type) {
-    reject({"ros2_foreign_type", topic + " is published as " + ros_type(type) + ", which is not read here"});
-  }
-
-  /// Publishers that came, went or do not fit.
-  void look_at(dds_entity_t reader) {
+  /// Publishers that came, went or do not fit; `peers`: those that were there before, also of a reader made anew.
+  void look_at(dds_entity_t reader, std::uint32_t& peers) {
     dds_subscription_matched_status_t matched;
-    if (dds_get_subscription_matched_status(reader, &matched) == DDS_RETCODE_OK)
-      for (int change = matched.current_count_change; change != 0; change += change > 0 ? -1 : 1)
-        change > 0 ? inbox_.connected() : inbox_.disconnected("a publisher has gone");
+    if (dds_get_subscription_matched_status(reader, &matched) == DDS_RETCODE_OK) {
+      for (; peers < matched.current_count; ++peers) inbox_.connected();
+      for (; peers > matched.current_count; --peers) inbox_.disconnected("a publisher has gone");
+    }
     dds_requested_incompatible_qos_status_t incompatible;
     if (dds_get_requested_incompatible_qos_status(reader, &incompatible) == DDS_RETCODE_OK &&
         incompatible.total_count_change > 0)
@@ -386,8 +352,9 @@ class Ros2PoseSource : public track::PoseSource {
   const Ros2Source source_;
   track::internal::Inbox inbox_;
   Participant participant_;
-  dds_entity_t waitset_ = 0, stop_ = 0, discovery_ = 0, tf_ = 0, tf_static_ = 0, poses_ = 0;
-  const PoseType* pose_type_ = nullptr;
+  dds_entity_t waitset_ = 0, stop_ = 0, discovery_ = 0, tf_ = 0, tf_static_ = 0;
+  std::unique_ptr<TopicReader> poses_;  ///< of a topic
+  std::array<std::uint32_t, 3> peers_{};
   TransformBuffer buffer_;
   double put_ = -1e300;  ///< stamp of the last pose of the chain
   std::size_t unconnected_ = 0;

@@ -3,9 +3,9 @@
 #include <opencv2/imgproc.hpp>
 #include <thread>
 
+#include "camera_kinds.hpp"
 #include "frame_queue.hpp"
 #include "procam/device/frame_sink.hpp"
-#include "procam/device/frame_source.hpp"
 #include "video_capture.hpp"
 
 namespace procam::device {
@@ -91,7 +91,8 @@ class Camera : public FrameSource {
 
 }  // namespace
 
-std::unique_ptr<FrameSource> open_camera(const std::string& name, const CameraOptions& options) {
+std::unique_ptr<FrameSource> internal::open_video_camera(const std::string& name,
+                                                         const CameraOptions& options) {
   return std::make_unique<Camera>(name, options);
 }
 

@@ -5,6 +5,7 @@
 #include <charconv>
 #include <cmath>
 
+#include "camera_kinds.hpp"
 #include "content_files.hpp"
 #include "procam/io/files.hpp"
 #include "procam/io/image/images.hpp"
@@ -116,11 +117,13 @@ bool is_address(const std::string& what) {
 }
 
 // One row a kind.
-constexpr std::array<Kind, 6> kKinds{{
+constexpr std::array<Kind, 7> kKinds{{
     {"color", "#ff8000", false,
      [](const std::string& what) { return begins_with(what, "#") && !exists(what); }, open_color},
     {"camera", "camera:0", false, is_address, internal::open_live},
     {"shm", "shm:game", false, [](const std::string&) { return false; }, internal::open_shared_content},
+    {"ros2", "ros2:/camera/image_raw", false, [](const std::string&) { return false; },
+     internal::open_ros2_content},
     {"images", "shots/*.png@12.5", true, looks_like_images, open_images},
     {"image", "wall.png", true, [](const std::string& what) { return internal::is_picture(what); },
      open_image},

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <charconv>
 
+#include "camera_kinds.hpp"
 #include "depth_kinds.hpp"
 #include "depth_listener.hpp"
 #include "procam/io/files.hpp"
@@ -75,7 +76,8 @@ std::unique_ptr<DepthSource> open_played(const std::string& rest, const DepthOpt
 const std::vector<DepthKind>& depth_kinds() {
   static const std::vector<DepthKind> kinds{{"watch", "watch:FOLDER", open_watched},
                                             {"folder", "folder:FOLDER[@HZ]", open_played},
-                                            {"openni2", "openni2:[URI]", internal::open_openni2}};
+                                            {"openni2", "openni2:[URI]", internal::open_openni2},
+                                            {"ros2", "ros2:/TOPIC", internal::open_ros2_depth}};
   return kinds;
 }
 

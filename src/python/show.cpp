@@ -137,7 +137,7 @@ void bind_show(py::module_& m) {
       .field("history_mm", &show::WatchStatus::history_mm, "errors of the last windows, oldest first");
   watch_input.fields_init()
       .field("camera", &show::WatchInput::camera,
-             "number, device or address, as device::open_camera() takes it; watch:FOLDER for a folder")
+             "number, device, address, topic or folder, as device::open_camera() takes it")
       .field("name", &show::WatchInput::name,
              "the camera's name in the rig; may be empty when the rig has one")
       .field("delay_s", &show::WatchInput::delay_s, "from the exposure of an image to its arrival")
@@ -146,7 +146,7 @@ void bind_show(py::module_& m) {
              "file for the rig as corrected, written after each correction; empty: none");
   marker_input.fields_init()
       .field("camera", &show::MarkerInput::camera,
-             "number, device or address, as device::open_camera() takes it")
+             "number, device, address, topic or folder, as device::open_camera() takes it")
       .field("name", &show::MarkerInput::name,
              "the camera's name in the rig; may be empty when the rig has one")
       .field("marker", &show::MarkerInput::marker,
@@ -175,7 +175,8 @@ void bind_show(py::module_& m) {
              "its name in the rig; may be empty when the rig has one")
       .field("surfaces", &show::ShowOptions::surfaces,
              "A surface file, read again when it changes; or depth:watch:FOLDER,\n"
-             "depth:folder:FOLDER, depth:openni2:[URI].")
+             "depth:folder:FOLDER, depth:openni2:[URI],\n"
+             "depth:ros2:/TOPIC.")
       .field("contents", &show::ShowOptions::contents,
              "Contents by surface (device/content_source.hpp), instead of the surface file's own.")
       .field("poses", &show::ShowOptions::poses, "pose sources (track/pose_source.hpp): \"udp:9000\"")

@@ -14,6 +14,7 @@
 #include "procam/device/frame_sink.hpp"
 #include "procam/io/files.hpp"
 #include "procam/io/rig_file.hpp"
+#include "rejected_counts.hpp"
 
 namespace procam::show {
 namespace {
@@ -60,6 +61,7 @@ struct LightWatch::State {
   LightWatchOptions options;
   Open open;
   std::unique_ptr<device::FrameSource> camera;
+  std::string description;  ///< of the first
   watch::Watch watcher;
   std::ofstream log;
   std::vector<watch::WatchedSurface> placed;
@@ -74,6 +76,7 @@ struct LightWatch::State {
   std::optional<bool> wish;  ///< to correct, or to undo
   std::optional<News> news;
   WatchStatus status;
+  RejectedCounts rejected;
   std::thread thread;
   // Of the thread.
   std::string said_of_correction;
@@ -91,6 +94,7 @@ struct LightWatch::State {
       try {
         if (!camera) camera = open();
         check();
+        rejected.note(camera->rejected());
       } catch (const std::exception& error) {
         fail(error);
       }
@@ -107,7 +111,9 @@ struct LightWatch::State {
     }
     const auto* known = dynamic_cast<const Error*>(&error);
     if (camera && (known == nullptr || known->kind() != ErrorKind::kDevice)) return;
+    if (camera) rejected.note(camera->rejected());
     camera.reset();
+    rejected.closed();
     for (int i = 0; i < 20 && !ends; ++i) std::this_thread::sleep_for(std::chrono::milliseconds(50));
   }
 
@@ -266,6 +272,7 @@ LightWatch::LightWatch(Open open, const LightWatchOptions& options)
     : state_(std::make_unique<State>(std::move(open), options)) {
   State& s = *state_;
   s.camera = s.open();
+  s.description = s.camera->description();
   if (!options.log.empty()) {
     s.log.open(options.log);
     s.log << "time_s,state,alarm,textured,measured,error_mm,sigma_mm,probability,shift_x_px,shift_y_px\n"
@@ -313,6 +320,14 @@ void LightWatch::shown(const std::shared_ptr<const ImageU8>& frame, double light
     s.wants_frames = false;
   }
   s.changed.notify_all();
+}
+
+std::string LightWatch::description() const {
+  return state_->description;
+}
+
+std::map<std::string, std::uint64_t> LightWatch::rejected() const {
+  return state_->rejected.counts();
 }
 
 std::optional<LightWatch::News> LightWatch::take() {

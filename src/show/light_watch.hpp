@@ -67,6 +67,10 @@ class LightWatch {
   };
   /// What is new since the last call, if anything; never waits.
   std::optional<News> take();
+  /// Messages of its camera that were dropped, by cause.
+  std::map<std::string, std::uint64_t> rejected() const;
+  /// Of its camera.
+  std::string description() const;
 
  private:
   struct State;

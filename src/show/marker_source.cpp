@@ -8,16 +8,19 @@
 #include "procam/core/geometry/covariance.hpp"
 #include "procam/detect/marker_edges.hpp"
 #include "procam/track/locate.hpp"
+#include "rejected_counts.hpp"
 
 namespace procam::show {
 
 struct MarkerSource::State {
   std::unique_ptr<device::FrameSource> frames;
+  std::string description;  ///< of the first
   RigCamera camera;
   MarkerMap map;
   MarkerCells cells;
   Open reopen;
   track::PoseQueue queue;
+  RejectedCounts rejected;
   std::atomic<bool> ends{false}, connected{true};
   std::mutex mutex;  ///< of the two below
   std::uint64_t without = 0;
@@ -36,6 +39,7 @@ struct MarkerSource::State {
         std::optional<device::SeenFrame> frame = frames->next(after, 0.1);
         while (auto newer = frame && !ends ? frames->next(frame->time_s, 0) : std::nullopt)
           frame = std::move(newer);
+        rejected.note(frames->rejected());
         if (!frame) continue;
         after = frame->time_s;
         look_at(*frame);
@@ -50,7 +54,9 @@ struct MarkerSource::State {
         if (frames && (known == nullptr || known->kind() != ErrorKind::kDevice)) continue;
         connected = false;
         if (!reopen) return;
+        if (frames) rejected.note(frames->rejected());
         frames.reset();
+        rejected.closed();
         for (int i = 0; i < 20 && !ends; ++i) std::this_thread::sleep_for(std::chrono::milliseconds(50));
       }
     }
@@ -79,6 +85,7 @@ MarkerSource::MarkerSource(std::unique_ptr<device::FrameSource> frames, const Ri
                            const MarkerMap& map, const MarkerCells& cells, Open reopen)
     : state_(std::make_unique<State>()) {
   require(frames != nullptr, "MarkerSource: no frames");
+  state_->description = frames->description();
   state_->frames = std::move(frames);
   state_->camera = camera;
   state_->map = map;
@@ -103,6 +110,14 @@ track::SourceStatus MarkerSource::status() const {
   status.malformed += state_->without;
   if (!state_->why.empty()) status.last_error = state_->why;
   return status;
+}
+
+std::string MarkerSource::description() const {
+  return state_->description;
+}
+
+std::map<std::string, std::uint64_t> MarkerSource::rejected() const {
+  return state_->rejected.counts();
 }
 
 }  // namespace procam::show

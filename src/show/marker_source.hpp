@@ -32,6 +32,10 @@ class MarkerSource : public track::PoseSource {
   void poll(std::vector<track::StampedPose>& arrived) override;
   /// `malformed` counts frames without a pose; `last_error` says why the last one had none.
   track::SourceStatus status() const override;
+  /// What its camera rejected.
+  std::map<std::string, std::uint64_t> rejected() const override;
+  /// Of its camera.
+  std::string description() const override;
 
  private:
   struct State;

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cstring>
 
+#include "light_shift.hpp"
 #include "procam/render/cpu.hpp"
 #include "procam/surface/lay_out.hpp"
 #include "procam/surface/solve.hpp"
@@ -31,19 +32,8 @@ ImageU8 grid_picture() {
 }
 
 double rms_of_light(const PlacedPlane& plane, const Pose& world_from_projector, const Mat6& covariance) {
-  const Vec3 h = plane.plane_from_content * Vec3(0.5, 0.5, 1);
-  if (!(std::abs(h.z()) > 0)) return 0;
-  const Vec3 in_projector = plane.projector_from_surface * Vec3(h.x() / h.z(), h.y() / h.z(), 0);
-  const Vec3 p = world_from_projector * in_projector;
-  const Vec3 d = world_from_projector.rotate(in_projector);
-  const Vec3 n = world_from_projector.rotate(plane.projector_from_surface.rotate(Vec3::UnitZ()));
-  if (!(std::abs(n.dot(d)) > 1e-6 * d.norm())) return 0;  // edge-on: no light on it
-  Eigen::Matrix<double, 3, 6> moved;
-  moved << 0, p.z(), -p.y(), 1, 0, 0,  //
-      -p.z(), 0, p.x(), 0, 1, 0,       //
-      p.y(), -p.x(), 0, 0, 0, 1;
-  const Eigen::Matrix<double, 3, 6> shift = (Mat3::Identity() - d * n.transpose() / n.dot(d)) * moved;
-  return std::sqrt(std::max(0.0, (shift * covariance * shift.transpose()).trace()));
+  const std::optional<Mat3> shift = light_shift(plane, world_from_projector, covariance);
+  return shift ? std::sqrt(std::max(0.0, shift->trace())) : 0;
 }
 
 void make_black(ImageView<std::uint8_t> frame) {

@@ -14,6 +14,7 @@
 
 #include "procam/depth/room_depth.hpp"
 #include "procam/device/frame_sink.hpp"
+#include "rejected_counts.hpp"
 
 namespace procam::show {
 namespace {
@@ -49,7 +50,11 @@ void let_the_show_go_first() {
 }  // namespace
 
 DepthSurfaceTracker::DepthSurfaceTracker(const RoomOptions& options)
-    : options_(options), rays_(options.camera.camera), map_(options.map), track_(options.track) {
+    : options_(options),
+      lens_(options.camera.camera),
+      rays_(lens_),
+      map_(options.map),
+      track_(options.track) {
   require(options.delay >= 0 && options.news_from >= 0,
           "DepthSurfaceTracker: delay and news_from must not be negative");
 }
@@ -76,14 +81,23 @@ std::shared_ptr<const RoomSilhouettes> DepthSurfaceTracker::find(const depth::De
     for (int y = 0; y < metres.height(); ++y)
       for (int x = 0; x < metres.width(); ++x) metres.at(x, y) = image.at(x, y);
   }
-  const people::SilhouetteInput view{options_.camera.camera, image.units.data ? metres.view() : image.metres,
+  const people::SilhouetteInput view{lens_, image.units.data ? metres.view() : image.metres,
                                      background.view()};
   return std::make_shared<const RoomSilhouettes>(
       RoomSilhouettes{people::find_silhouettes(view, *options_.silhouettes), world_from_camera, time});
 }
 
+void DepthSurfaceTracker::follow_lens(const Camera& lens) {
+  if (lens.size == lens_.size && lens.distortion.index() == lens_.distortion.index() &&
+      parameters_of(lens) == parameters_of(lens_))
+    return;
+  lens_ = lens;
+  rays_ = depth::RayTable(lens_);
+}
+
 std::optional<SurfaceSet> DepthSurfaceTracker::look(const device::SeenDepth& seen) {
   const ImageSize size = size_of(seen.pixels);
+  follow_lens(seen.camera.value_or(options_.camera.camera));
   if (size != rays_.size())
     throw Error(ErrorKind::kInput, "depth camera " + options_.camera.name,
                 "its pictures have " + std::to_string(size.width) + "x" + std::to_string(size.height) +
@@ -124,11 +138,13 @@ struct DepthSurfaceSource::State {
   Open open;
   DepthSurfaceSourceOptions options;
   std::unique_ptr<device::DepthSource> source;
+  std::string description;  ///< of the first
   DepthSurfaceTracker view;
   std::mutex mutex;  ///< of the three below
   std::vector<track::StampedPose> poses;
   SurfaceUpdate news;
   std::shared_ptr<const RoomSilhouettes> silhouettes;
+  RejectedCounts rejected;
   std::atomic<bool> ends{false};
   std::thread thread;
 
@@ -160,6 +176,7 @@ struct DepthSurfaceSource::State {
       try {
         if (!source) source = open();
         std::optional<device::SeenDepth> seen = source->next(after, 0.1);
+        rejected.note(source->rejected());
         while (auto newer = seen && !ends ? source->next(seen->time_s, 0) : std::nullopt)
           seen = std::move(newer);
         if (seen) {
@@ -169,7 +186,9 @@ struct DepthSurfaceSource::State {
       } catch (const std::exception& error) {
         count_fault();
         tell_fault(error.what());
+        if (source) rejected.note(source->rejected());
         source.reset();
+        rejected.closed();
         for (int i = 0; i < 20 && !ends; ++i) {
           watch_for_loss();
           std::this_thread::sleep_for(std::chrono::milliseconds(50));
@@ -222,6 +241,7 @@ DepthSurfaceSource::DepthSurfaceSource(Open open, const DepthSurfaceSourceOption
     : state_(std::make_unique<State>(std::move(open), options)) {
   require(options.lost_after > 0, "DepthSurfaceSource: lost_after must be positive");
   state_->source = state_->open();
+  state_->description = state_->source->description();
   state_->thread = std::thread([state = state_.get()] { state->run(); });
 }
 
@@ -244,6 +264,14 @@ std::optional<SurfaceUpdate> DepthSurfaceSource::take() {
   const SurfaceUpdate& news = state_->news;
   if (!lock || (!news.surfaces && news.words.empty() && news.faults == 0)) return std::nullopt;
   return std::exchange(state_->news, {});
+}
+
+std::string DepthSurfaceSource::description() const {
+  return state_->description;
+}
+
+std::map<std::string, std::uint64_t> DepthSurfaceSource::rejected() const {
+  return state_->rejected.counts();
 }
 
 people::MaskResult DepthSurfaceSource::darken(ImageView<std::uint8_t> frame, const Projection& projection,

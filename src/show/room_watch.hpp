@@ -10,9 +10,13 @@
 /// jitter on its way: track/clock.hpp), seen from
 ///   world_from_camera = world_from_child(t - delay) * child_from_rig * rig_from_camera.
 ///
+/// A lens that the camera states with its pictures (SeenDepth::camera) counts more than that of the rig file: it belongs to
+/// pictures that were cropped, binned or rectified on the way.
+///
 /// All work is done on a thread of its own, at the camera's pace; where that is faster, pictures are passed
 /// over. A camera that is gone is opened again every second.
 #include <functional>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -78,10 +82,12 @@ class DepthSurfaceTracker {
 
  private:
   double time_of(const device::SeenDepth& seen);
+  void follow_lens(const Camera& lens);
   std::shared_ptr<const RoomSilhouettes> find(const depth::DepthImage& image, const Pose& world_from_camera,
                                               double time) const;
 
   RoomOptions options_;
+  Camera lens_;  ///< the one that the pictures state, or the rig's
   depth::RayTable rays_;
   depth::PlaneMap map_;
   track::PoseTrack track_;
@@ -117,6 +123,10 @@ class DepthSurfaceSource {
   void add(const track::StampedPose& message);
   /// What is new, if anything; never waits.
   std::optional<SurfaceUpdate> take();
+  /// Messages of its camera that were dropped, by cause.
+  std::map<std::string, std::uint64_t> rejected() const;
+  /// Of its camera.
+  std::string description() const;
   /// darken_before_room() by the newest depth.
   people::MaskResult darken(ImageView<std::uint8_t> frame, const Projection& projection,
                             double light_time) const;

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <chrono>
 
+#include "graph_markers.hpp"
+#include "light_shift.hpp"
 #include "procam/core/base/clock.hpp"
 
 namespace procam::show {
@@ -58,6 +60,31 @@ std::vector<FrameTree::Link> Ros2Output::frames(const Projection& projection) co
   return links;
 }
 
+std::vector<dds::GraphMarker> Ros2Output::markers(const Projection& projection) const {
+  const RigProjector& projector = rig_.projector(options_.projector);
+  std::vector<dds::GraphMarker> markers;
+  double length = 1;  // metres; to the farthest surface
+  const SolvedSurfaceSet& solved = projection.solved();
+  const track::TrackedPose pose = projection.track().at(steady_now());
+  for (const SolvedSurface& surface : solved.surfaces) {
+    const InRoom* place = place_of(surface.surface.geometry);
+    if (place == nullptr) continue;
+    const std::string frame = publisher_.frame("surfaces/" + surface.surface.name);
+    markers.push_back(outline_marker(surface, frame));
+    if (const auto* plane = std::get_if<PlacedPlane>(&surface.placement))
+      if (const auto centre = content_centre(*plane))
+        length = std::max(length, (plane->projector_from_surface * Vec3(centre->x(), centre->y(), 0)).z());
+    if (place->frame != "world" || !solved.projector_from_world || pose.state == track::TrackState::kNone)
+      continue;
+    for (dds::GraphMarker& error :
+         error_markers(surface, frame, solved.projector_from_world->inverse(), pose.covariance))
+      markers.push_back(std::move(error));
+  }
+  markers.push_back(
+      frustum_marker(projector.projector.inverse_camera, publisher_.frame(projector.name), length));
+  return markers;
+}
+
 /// What happened since the last publication.
 dds::DeviceHealth Ros2Output::health(const Projection& projection, const Metrics& metrics) {
   dds::DeviceHealth health;
@@ -95,6 +122,12 @@ dds::DeviceHealth Ros2Output::health(const Projection& projection, const Metrics
   return health;
 }
 
+void Ros2Output::publish_pose(const track::StampedPose& message, double delay) {
+  const double age = steady_now() - message.arrival + delay;
+  publisher_.publish_pose(
+      message.frame, {message.frame_from_child, message.covariance.value_or(Mat6::Zero())}, unix_now() - age);
+}
+
 void Ros2Output::publish(const Projection& projection, const Metrics& metrics) {
   const double now = steady_now();
   if (now < published_ + kPeriod) return;
@@ -102,6 +135,7 @@ void Ros2Output::publish(const Projection& projection, const Metrics& metrics) {
   const RigProjector& projector = rig_.projector(options_.projector);
   publisher_.publish_camera_info(projector.name, projector.projector.inverse_camera, unix_now());
   publisher_.publish_health(health(projection, metrics), unix_now());
+  publisher_.publish_markers(markers(projection), unix_now());
   std::vector<FrameTree::Link> links = frames(projection);
   if (are_equal(links, frames_)) return;
   publisher_.publish_frames(links, unix_now());

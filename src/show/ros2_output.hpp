@@ -21,6 +21,11 @@ class Ros2Output {
 
   /// Publishes what is due. Throws Error when DDS does not take it.
   void publish(const Projection& projection, const Metrics& metrics);
+  /// Frustum, surfaces and 95 % ellipses, as they were last drawn.
+  std::vector<dds::GraphMarker> markers(const Projection& projection) const;
+  /// A pose that the rig's camera measured by markers; `delay`: from its exposure to its arrival. Throws Error when DDS does
+  /// not take it.
+  void publish_pose(const track::StampedPose& message, double delay);
   std::string description() const { return publisher_.description(); }
 
   /// Frames with their parents; those of moving poses need a pose that has come.

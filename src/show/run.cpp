@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <cinttypes>
 #include <cstdio>
+#include <functional>
+#include <map>
+#include <memory>
 #include <thread>
 #include <tuple>
 
@@ -22,6 +25,7 @@
 #include "procam/render/cpu.hpp"
 #include "procam/render/gl.hpp"
 #include "procam/session/capture.hpp"
+#include "rejected_counts.hpp"
 #include "ros2_output.hpp"
 #include "show_people.hpp"
 #include "uncalibrated.hpp"
@@ -175,14 +179,6 @@ std::unique_ptr<track::PoseSource> open_markers(const MarkerInput& input, const 
   return std::make_unique<MarkerSource>(open(), camera, map, detect::marker_cells(map.dictionary), open);
 }
 
-/// "camera:0" and "0" are one camera; watch:FOLDER is a folder into which a camera program writes.
-std::unique_ptr<device::FrameSource> open_watch_camera(const std::string& name, ImageSize size) {
-  if (name.rfind("watch:", 0) == 0) return device::watch_folder(name.substr(6));
-  device::CameraOptions options;
-  options.size = size;
-  return device::open_camera(name.rfind("camera:", 0) == 0 ? name.substr(7) : name, options);
-}
-
 std::unique_ptr<LightWatch> watch_light(const ShowOptions& options, const Rig& rig) {
   const WatchInput& input = *options.watch;
   LightWatchOptions watching;
@@ -196,9 +192,10 @@ std::unique_ptr<LightWatch> watch_light(const ShowOptions& options, const Rig& r
       watch::projector_covariance(rig, watching.projector.name, watching.camera.name);
   if (!options.record.empty())
     watching.log = (fs::absolute(options.record).parent_path() / "watch.csv").string();
+  device::CameraOptions opening;
+  opening.size = watching.camera.camera.size;
   return std::make_unique<LightWatch>(
-      [name = input.camera, size = watching.camera.camera.size] { return open_watch_camera(name, size); },
-      watching);
+      [name = input.camera, opening] { return device::open_camera(name, opening); }, watching);
 }
 
 ControlOptions control_options(const ShowOptions& options) {
@@ -206,6 +203,25 @@ ControlOptions control_options(const ShowOptions& options) {
   control.token = options.token;
   return control;
 }
+
+/// The poses of a source, each of which is also told to somebody.
+class HeardPoses : public track::PoseSource {
+ public:
+  using Hear = std::function<void(const track::StampedPose&)>;
+  HeardPoses(std::unique_ptr<track::PoseSource> source, Hear hear)
+      : source_(std::move(source)), hear_(std::move(hear)) {}
+  void poll(std::vector<track::StampedPose>& arrived) override {
+    source_->poll(arrived);
+    for (const track::StampedPose& message : arrived) hear_(message);
+  }
+  track::SourceStatus status() const override { return source_->status(); }
+  std::map<std::string, std::uint64_t> rejected() const override { return source_->rejected(); }
+  std::string description() const override { return source_->description(); }
+
+ private:
+  std::unique_ptr<track::PoseSource> source_;
+  Hear hear_;
+};
 
 /// What a run that is recorded, or has no depth camera, cannot have.
 void check_combination(const ShowOptions& options) {
@@ -283,10 +299,7 @@ class ShowRun {
     parts.other_faults = [this](std::map<std::string, std::uint64_t>& faults) {
       count_people_faults(faults);
       if (publish_faults_ > 0) faults["ros2_publish"] = publish_faults_;
-      std::map<std::string, std::uint64_t> rejected;
-      for (const auto& source : sources_)
-        for (const auto& [cause, count] : source->rejected()) rejected[cause] += count;
-      for (const auto& [cause, count] : rejected) faults[cause] = count;
+      for (const auto& [cause, count] : rejected()) faults[cause] = count;
     };
     parts.commands = [this] { return listener_.commands(); };
     parts.say = [this](const std::string& sentence) { listener_.on_event(sentence); };
@@ -323,6 +336,34 @@ class ShowRun {
     } catch (const std::exception& error) {
       if (publish_faults_++ == 0) listener_.on_event(error.what());
     }
+  }
+
+  void publish_pose(const track::StampedPose& message) {
+    if (!graph_) return;
+    try {
+      graph_->publish_pose(message, options_.source_delay_s);
+    } catch (const std::exception& error) {
+      if (publish_faults_++ == 0) listener_.on_event(error.what());
+    }
+  }
+
+  /// By all sources of poses, images and depth.
+  Rejected rejected() {
+    Rejected sum;
+    for (const auto& source : sources_) add_to(sum, source->rejected());
+    if (room_) add_to(sum, room_->rejected());
+    if (watch_) add_to(sum, watch_->rejected());
+    // Contents come and go; what those that went have rejected stays counted.
+    for (const auto& content : projection_->show().contents) {
+      const Rejected now = content ? content->rejected() : Rejected();
+      if (now.empty()) continue;
+      Rejected& known = by_content_[content.get()];
+      for (const auto& [cause, count] : now)
+        rejected_by_contents_[cause] += count >= known[cause] ? count - known[cause] : count;
+      known = now;
+    }
+    add_to(sum, rejected_by_contents_);
+    return sum;
   }
 
   void count_people_faults(std::map<std::string, std::uint64_t>& faults) const {
@@ -399,6 +440,12 @@ class ShowRun {
                        io::format_size(display.size));
   }
 
+  /// Domain and network of what listens in the ROS 2 graph.
+  template <typename Source>
+  void tell_opened(const Source& source) {
+    if (const std::string opened = source.description(); !opened.empty()) listener_.on_start(opened);
+  }
+
   /// From a frame's show() to its light on the wall, seen by a camera.
   double measured_delay() {
     const auto camera = device::open_camera(options_.delay_camera);
@@ -417,15 +464,22 @@ class ShowRun {
   void open_inputs() {
     for (const std::string& text : options_.poses) {
       sources_.push_back(dds::open_pose_source(text));
-      if (const std::string opened = sources_.back()->description(); !opened.empty())
-        listener_.on_start(opened);
+      tell_opened(*sources_.back());
     }
-    if (options_.marker) sources_.push_back(open_markers(*options_.marker, rig_));
+    if (options_.marker)
+      sources_.push_back(
+          std::make_unique<HeardPoses>(open_markers(*options_.marker, rig_),
+                                       [this](const track::StampedPose& message) { publish_pose(message); }));
+    if (options_.marker) tell_opened(*sources_.back());
+    if (room_) tell_opened(*room_);
     if (graph_) {
       publish({});
       listener_.on_start(graph_->description());
     }
-    if (options_.watch) watch_ = watch_light(options_, rig_);
+    if (options_.watch) {
+      watch_ = watch_light(options_, rig_);
+      tell_opened(*watch_);
+    }
     if (!options_.record.empty()) {
       recorder_.emplace(options_.record, conditions_);
       // A recorded run begins from what its log holds, digit by digit.
@@ -455,6 +509,8 @@ class ShowRun {
   std::unique_ptr<DepthSurfaceSource> room_;
   std::unique_ptr<Projection> projection_;
   SurfaceSet first_;
+  std::map<const device::ContentSource*, Rejected> by_content_;  ///< at the last count
+  Rejected rejected_by_contents_;
   std::unique_ptr<ShowLoader> loader_;
   std::unique_ptr<device::FrameSink> opened_sink_;
   LoopOptions loop_;

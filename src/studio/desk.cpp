@@ -259,7 +259,7 @@ void Desk::execute_surfaces(const StudioCommand& command) {
       throw refused("content '" + command.text + "'",
                     "it is no file of the project's folder, no live source and no color",
                     "put the file into " + project_.folder().string() +
-                        ", or give camera:1, shm:name, or a color such as #ffffff");
+                        ", or give camera:1, ros2:/topic, shm:name, or a color such as #ffffff");
     surface(command.name).content = command.text;
   }
   save_surfaces();

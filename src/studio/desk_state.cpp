@@ -45,7 +45,8 @@ json displays(bool simulated) {
   return list;
 }
 
-json cameras(bool simulated) {
+/// The devices of this machine, and what was typed: a topic, an address, a folder.
+json cameras(bool simulated, const std::string& chosen) {
   if (simulated) return json::array({{{"text", "simulated"}, {"words", "simulated camera"}}});
   json list = json::array();
   constexpr int kDevices = 16;
@@ -54,6 +55,9 @@ json cameras(bool simulated) {
     const std::string path = "/dev/video" + std::to_string(i);
     if (std::filesystem::exists(path, ignored)) list.push_back({{"text", path}, {"words", path}});
   }
+  const std::string device = "/dev/video";  // one that is gone is shown as not found
+  if (!chosen.empty() && chosen.compare(0, device.size(), device) != 0)
+    list.push_back({{"text", chosen}, {"words", chosen}});
   return list;
 }
 
@@ -156,7 +160,7 @@ std::string Desk::state_text() const {
                      {"saturated", finite(100 * saturated_share_)},
                      {"brightness", finite(brightness_)},
                      {"sharpness", finite(sharpness_)}};
-  if (choices.step == Step::kCamera) state["camera"]["list"] = cameras(stage_ != nullptr);
+  if (choices.step == Step::kCamera) state["camera"]["list"] = cameras(stage_ != nullptr, choices.camera);
   state["lit"] = lit_ ? json::array({point(lit_->low), point(lit_->high)}) : json(nullptr);
   state["board"] = {{"text", board_ ? io::format_board(*board_) : ""},
                     {"paper", choices.paper},

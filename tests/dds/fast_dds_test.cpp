@@ -17,8 +17,10 @@
 #include <vector>
 
 #include "graph_values.hpp"
+#include "procam/dds/image_source.hpp"
 #include "procam/dds/pose_source.hpp"
 #include "procam/dds/projector_publisher.hpp"
+#include "procam/io/image/images.hpp"
 #include "ros2_peer.hpp"
 
 namespace procam::test {
@@ -33,7 +35,7 @@ class RawType : public fast::TopicDataType {
  public:
   explicit RawType(const char* name) {
     setName(name);
-    m_typeSize = 4096;
+    m_typeSize = 4 << 20;
     m_isGetKeyDefined = false;
     auto_fill_type_information(false);
     auto_fill_type_object(false);
@@ -241,6 +243,110 @@ TEST(FastDds, BytesThatAreNoneAreCountedAndTheNextPoseArrives) {
   const std::vector<track::StampedPose> poses = next_poses(*source);
   ASSERT_EQ(poses.size(), 1u);
   expect_equal(poses[0].frame_from_child, some_pose(2));
+}
+
+Cdr image_bytes(int sec, unsigned nanosec, std::uint32_t width, std::uint32_t height, const char* encoding,
+                std::uint32_t step, const Bytes& data) {
+  Cdr cdr;
+  put(cdr, sec, nanosec, "camera").number(height).number(width).text(encoding).number(std::uint8_t(0));
+  cdr.number(step).number(std::uint32_t(data.size()));
+  for (const std::uint8_t byte : data) cdr.number(byte);
+  return cdr;
+}
+
+TEST(FastDds, ImagesOfEachTypeReachProcam) {
+  const LoopbackDomain domain;
+  FastPeer robot(domain);
+  dds::ImageSource source("/left/image_raw");
+  fast::DataWriter* raw = robot.writer("sensor_msgs::msg::dds_::Image_", "rt/left/image_raw");
+  ASSERT_TRUE(wait_until([&] { return source.next(0.01), source.has_publisher(); }) && has_readers(raw));
+  Bytes data(2 * 20);
+  for (std::size_t i = 0; i < data.size(); ++i) data[i] = std::uint8_t(6 * i + 1);
+  ASSERT_TRUE(in_step(source, [&] { write(raw, image_bytes(1, 0, 6, 2, "bgr8", 20, data)); }));
+  write(raw, image_bytes(1700000000, 250000000, 6, 2, "bgr8", 20, data));
+  std::optional<dds::ReceivedImage> image = source.next(8);
+  ASSERT_TRUE(image);
+  EXPECT_EQ(image->stamp, 1700000000.25);
+  ASSERT_EQ(image->pixels.size(), (ImageSize{6, 2}));
+  for (int y = 0; y < 2; ++y)
+    for (int x = 0; x < 6; ++x)
+      for (int k = 0; k < 3; ++k)
+        EXPECT_EQ(image->pixels.at(x, y, k), data[std::size_t(20 * y + 3 * x + 2 - k)]);
+
+  dds::ImageSource compressed("/left/image_raw/compressed");
+  fast::DataWriter* png =
+      robot.writer("sensor_msgs::msg::dds_::CompressedImage_", "rt/left/image_raw/compressed");
+  ASSERT_TRUE(wait_until([&] { return compressed.next(0.01), compressed.has_publisher(); }) &&
+              has_readers(png));
+  const ImageU8 sent(11, 3, 1, 201);
+  const std::string picture = io::encode_png(sent);
+  Cdr message;
+  put(message, 4, 500000000, "camera").text("mono8; png compressed ").number(std::uint32_t(picture.size()));
+  for (const char byte : picture) message.number(std::uint8_t(byte));
+  ASSERT_TRUE(in_step(compressed, [&] { write(png, message); }));
+  write(png, message);
+  image = compressed.next(8);
+  ASSERT_TRUE(image);
+  EXPECT_EQ(image->stamp, 4.5);
+  EXPECT_EQ(image->pixels.size(), (ImageSize{11, 3}));
+  EXPECT_EQ(image->pixels.at(10, 2), 201);
+}
+
+TEST(FastDds, DepthAndItsLensReachProcam) {
+  const LoopbackDomain domain;
+  FastPeer robot(domain);
+  dds::DepthImageSource source("/camera/depth");
+  fast::DataWriter* depth = robot.writer("sensor_msgs::msg::dds_::Image_", "rt/camera/depth");
+  fast::DataWriter* info = robot.writer("sensor_msgs::msg::dds_::CameraInfo_", "rt/camera/camera_info");
+  ASSERT_TRUE(wait_until([&] { return source.next(0.01), source.has_publisher(); }));
+  Bytes bytes = camera_info_bytes(1, 0, "camera");  // of 1280 x 800
+  const Camera lens = lens_shifted_projector();
+  // One row of the sensor, 800 times: the bytes of an image are many, and few are needed.
+  Bytes data(std::size_t(2) * 1280 * 800);
+  data[2 * 1280 + 6] = 0x34, data[2 * 1280 + 7] = 0x12;
+  std::optional<dds::ReceivedDepth> seen;
+  ASSERT_TRUE(wait_until([&] {
+    EXPECT_TRUE(info->write(&bytes));
+    write(depth, image_bytes(2, 0, 1280, 800, "16UC1", 2560, data));
+    seen = source.next(1);
+    return seen && seen->camera;
+  }));
+  EXPECT_EQ(std::get<Image<std::uint16_t>>(seen->pixels).at(3, 1), 0x1234);
+  EXPECT_EQ(parameters_of(*seen->camera), parameters_of(lens));
+  EXPECT_EQ(seen->camera->size, lens.size);
+}
+
+TEST(FastDds, BytesOfAnImageThatAreNoneAreCountedAndTheNextOneArrives) {
+  const LoopbackDomain domain;
+  FastPeer robot(domain);
+  dds::ImageSource source("/image");
+  fast::DataWriter* writer = robot.writer("sensor_msgs::msg::dds_::Image_", "rt/image");
+  ASSERT_TRUE(wait_until([&] { return source.next(0.01), source.has_publisher(); }) && has_readers(writer));
+  ASSERT_TRUE(in_step(source, [&] { write(writer, image_bytes(2, 0, 4, 4, "mono8", 4, Bytes(16, 9))); }));
+  const Bytes whole = image_bytes(3, 0, 4, 4, "mono8", 4, Bytes(16, 9)).bytes();
+  std::uint64_t cut = 0;
+  for (std::size_t size = 4; size < whole.size(); size += 5, ++cut) {  // cut anywhere
+    Bytes bytes(whole.begin(), whole.begin() + std::ptrdiff_t(size));
+    EXPECT_TRUE(writer->write(&bytes));
+    source.next(0.01);
+  }
+  for (const std::uint32_t length : {0xffffffffu, 0x10000000u, 17u}) {  // more bytes than there are
+    Bytes bytes = whole;
+    std::memcpy(bytes.data() + bytes.size() - 20, &length, 4);
+    EXPECT_TRUE(writer->write(&bytes));
+    ++cut;
+    source.next(0.01);
+  }
+  Bytes text = whole;  // a text without its zero
+  text[4 + 8 + 4 + 6] = 'x';
+  EXPECT_TRUE(writer->write(&text));
+  ++cut;
+  EXPECT_TRUE(wait_until([&] { return source.next(0.01), source.rejected()["ros2_undecodable"] == cut; }))
+      << source.rejected()["ros2_undecodable"] << " of " << cut;
+  write(writer, image_bytes(4, 0, 4, 4, "mono8", 4, Bytes(16, 55)));
+  const auto image = source.next(8);
+  ASSERT_TRUE(image);
+  EXPECT_EQ(image->pixels.at(3, 3), 55);
 }
 
 TEST(FastDds, CameraInfoAndFramesOfProcamReachALateJoinerByteForByte) {

@@ -1,6 +1,7 @@
 // Poses of the ROS 2 graph: real DDS traffic through sockets of the loopback interface, written by a second DDS domain.
 #include <gtest/gtest.h>
 
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <cstring>
@@ -446,6 +447,71 @@ TEST(Ros2Publisher, FramesOfTheRigJoinTheChainsOfTheRobot) {
   std::vector<StampedPose> poses = next_poses(*source);
   ASSERT_EQ(poses.size(), 1u);
   expect_equal(poses[0].frame_from_child, some_pose(3) * some_pose(1) * some_pose(2));
+}
+
+/// visualization_msgs/Marker of Humble and later, member by member.
+Cdr& put_marker(Cdr& cdr, const char* frame, const char* ns, std::int32_t type, std::int32_t action,
+                std::initializer_list<double> position, std::initializer_list<double> scale,
+                std::array<float, 4> color, const std::vector<Vec3>& points, const char* text) {
+  cdr.number(std::int32_t(2)).number(std::uint32_t(500000000)).text(frame).text(ns);
+  cdr.number(std::int32_t(0)).number(type).number(action);
+  cdr.numbers(position).numbers({0, 0, 0, 1}).numbers(scale);
+  for (const float value : color) cdr.number(value);
+  cdr.number(std::int32_t(0)).number(std::uint32_t(0)).number(std::uint8_t(action == 0 ? 1 : 0));
+  cdr.number(std::uint32_t(points.size()));
+  for (const Vec3& p : points) cdr.numbers({p.x(), p.y(), p.z()});
+  cdr.number(std::uint32_t(0)).text("");  // colors, texture_resource
+  cdr.number(std::int32_t(0)).number(std::uint32_t(0)).text("").text("").number(std::uint32_t(0));  // texture
+  cdr.number(std::uint32_t(0)).text(text).text("").text("").number(std::uint32_t(0)).number(std::uint8_t(0));
+  return cdr;
+}
+
+TEST(Ros2Publisher, MarkersReachALateJoinerByteForByte) {
+  const LoopbackDomain domain;
+  ProjectorPublisher publisher("ros2:/procam");
+  GraphMarker lines{"procam/lamp", "frustum", {{0, 0, 0}, {0.5, -0.25, 1}}, "", 0.01, {1, 0.5f, 0.25f, 1}};
+  GraphMarker text{"map", "words", {{1, 2, 3}}, "95 %", 0.125, {0, 1, 0, 0.5f}};
+  publisher.publish_markers({text}, 1);
+  publisher.publish_markers({lines, text}, 2.5);
+  const Ros2Peer late(domain);
+  const dds_entity_t reader =
+      late.reader(visualization_msgs_msg_dds__MarkerArray__desc, "rt/procam/markers", true, true);
+  Cdr cdr;
+  cdr.number(std::uint32_t(3));
+  put_marker(cdr, "", "", 0, 3, {0, 0, 0}, {0, 0, 0}, {0, 0, 0, 0}, {}, "");
+  put_marker(cdr, "procam/lamp", "frustum", 5, 0, {0, 0, 0}, {0.01, 0, 0}, {1, 0.5f, 0.25f, 1}, lines.lines,
+             "");
+  put_marker(cdr, "map", "words", 9, 0, {1, 2, 3}, {0, 0, 0.125}, {0, 1, 0, 0.5f}, {}, "95 %");
+  EXPECT_EQ(next_bytes(reader), cdr.bytes());
+}
+
+TEST(Ros2Publisher, APoseHasItsCovarianceInTheOrderOfRos) {
+  const LoopbackDomain domain;
+  ProjectorPublisher publisher("ros2:/procam");
+  const Mat6 ros = some_ros_covariance(), left = left_covariance(ros, some_pose(4));
+  publisher.publish_pose("world", {some_pose(4), left}, 1);
+  // By a source of this process, and by a reader of another.
+  const auto source = open_pose_source("ros2:/procam/pose");
+  const Ros2Peer robot(domain);
+  const dds_entity_t reader =
+      robot.reader(geometry_msgs_msg_dds__PoseWithCovarianceStamped__desc, "rt/procam/pose");
+  ASSERT_TRUE(is_connected(*source) && has_writer(reader));
+  void* samples[1] = {};
+  dds_sample_info_t info;
+  ASSERT_TRUE(wait_until([&] {
+    publisher.publish_pose("world", {some_pose(4), left}, 2.5);
+    return dds_take(reader, samples, &info, 1, 1) == 1;
+  }));
+  const auto& message = *static_cast<const geometry_msgs_msg_dds__PoseWithCovarianceStamped_*>(samples[0]);
+  EXPECT_EQ(message.header.stamp.sec, 2);
+  for (int i = 0; i < 36; ++i)
+    EXPECT_NEAR(message.pose.covariance[i], ros(i / 6, i % 6), 1e-8 * ros.cwiseAbs().maxCoeff()) << i;
+  dds_return_loan(reader, samples, 1);
+  const std::vector<StampedPose> poses = next_poses(*source);
+  ASSERT_FALSE(poses.empty());
+  expect_equal(poses.back().frame_from_child, some_pose(4));
+  ASSERT_TRUE(poses.back().covariance);
+  EXPECT_LT((*poses.back().covariance - left).cwiseAbs().maxCoeff(), 1e-8 * left.cwiseAbs().maxCoeff());
 }
 
 TEST(Ros2Publisher, HealthIsADiagnosticArrayByteForByte) {

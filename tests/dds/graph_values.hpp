@@ -42,6 +42,19 @@ inline std::vector<track::StampedPose> next_poses(track::PoseSource& source, std
   return all;
 }
 
+/// A reader that is made when its publisher is found may miss what is written at that moment: writes until a message arrives,
+/// and takes all of them.
+template <typename Source, typename Write>
+bool in_step(Source& source, const Write& write) {
+  const bool is = wait_until([&] {
+    write();
+    return source.next(0.1).has_value();
+  });
+  while (source.next(0.2)) {
+  }
+  return is;
+}
+
 /// A pose about no axis, different for each k.
 inline Pose some_pose(double k) {
   Vec6 xi;

@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include "procam/dds/image_source.hpp"
 #include "procam/dds/pose_source.hpp"
 #include "support/expect_error.hpp"
 #include "support/udp.hpp"
@@ -11,6 +12,12 @@ TEST(NoDds, NamesThePackages) {
   EXPECT_FALSE(is_available());
   EXPECT_ERROR(open_pose_source("ros2:map,base_link"), kUnsupported,
                "install cyclonedds-dev and cyclonedds-tools");
+}
+
+TEST(NoDds, ImagesNameThePackages) {
+  EXPECT_ERROR(ImageSource("/image"), kUnsupported, "install cyclonedds-dev and cyclonedds-tools");
+  EXPECT_ERROR(DepthImageSource("/depth"), kUnsupported, "install cyclonedds-dev and cyclonedds-tools");
+  EXPECT_ERROR(ImageSource("/a,/b"), kInput, "one topic");
 }
 
 TEST(NoDds, OpensAllOtherSources) {

@@ -6,6 +6,8 @@
 #include <opencv2/videoio.hpp>
 
 #include "procam/device/frame_source.hpp"
+#include "procam/io/image/images.hpp"
+#include "support/expect_error.hpp"
 
 namespace procam::device {
 namespace {
@@ -38,6 +40,32 @@ TEST(Camera, ReadsGreyFramesUntilTheVideoEnds) {
     EXPECT_EQ(error.kind(), ErrorKind::kDevice);
   }
   std::filesystem::remove(file);
+}
+
+/// One function for all that may be named as a camera.
+TEST(Camera, IsNamedByItsKindOrWithoutIt) {
+  std::string name = (std::filesystem::temp_directory_path() / "procam_camera_XXXXXX").string();
+  const std::filesystem::path folder = mkdtemp(name.data());
+  for (const std::string& text : {folder.string(), "watch:" + folder.string()}) {
+    const auto camera = open_camera(text);
+    EXPECT_FALSE(camera->next(0, 0.02));
+    io::save_image(folder / "one.png", ImageU8(9, 5, 3, 80));
+    const auto frame = camera->next(0, 5);
+    ASSERT_TRUE(frame) << text;
+    EXPECT_EQ(frame->image.size(), (ImageSize{9, 5}));
+    std::filesystem::remove(folder / "one.png");
+  }
+  CameraOptions options;
+  options.size = ImageSize{8, 5};
+  const auto of_size = open_camera("watch:" + folder.string(), options);
+  io::save_image(folder / "two.png", ImageU8(9, 5, 3, 80));
+  EXPECT_ERROR(of_size->next(0, 5), kInput, "9x5 pixels, not 8x5");
+  options.exposure = 1;
+  EXPECT_ERROR(open_camera(folder.string(), options), kInput, "exposure");
+  EXPECT_ERROR(open_camera("watch:" + (folder / "none").string()), kDevice, "none");
+  EXPECT_ERROR(open_camera("camera:97"), kDevice, "camera 97");
+  EXPECT_ERROR(open_camera("camera:"), kInput, "nothing follows");
+  std::filesystem::remove_all(folder);
 }
 
 TEST(Camera, ThatIsNotThereIsADeviceError) {

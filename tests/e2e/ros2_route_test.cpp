@@ -2,16 +2,25 @@
 // the loopback interface. The robot is a DDS domain of this process.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <map>
+#include <set>
 #include <string>
 #include <thread>
 
+#include "capture_stage.hpp"
+#include "dds/image_messages.hpp"
 #include "dds/ros2_peer.hpp"
 #include "lamp_show.hpp"
 #include "procam/core/base/clock.hpp"
+#include "procam/detect/marker_edges.hpp"
+#include "procam/device/frame_source.hpp"
 #include "procam/io/image/images.hpp"
+#include "procam/simulate/depth_view.hpp"
+#include "procam/simulate/marker_view.hpp"
 #include "running_tool.hpp"
 
 namespace procam::test {
@@ -71,6 +80,8 @@ TEST_F(Ros2Route, AShowFollowsTheRobotAndTellsTheGraphOfItsProjector) {
   const dds_entity_t frames = viewer.reader(tf2_msgs_msg_dds__TFMessage__desc, "rt/tf_static", true, true);
   const dds_entity_t info =
       viewer.reader(sensor_msgs_msg_dds__CameraInfo__desc, "rt/procam/lamp/camera_info", false);
+  const dds_entity_t drawn =
+      viewer.reader(visualization_msgs_msg_dds__MarkerArray__desc, "rt/procam/markers", true, true);
   const dds_entity_t health = viewer.reader(diagnostic_msgs_msg_dds__DiagnosticArray__desc, "rt/diagnostics");
   Running show("project-live",
                this->show() + "--control off --json --pose-source ros2:map,base_link --publish ros2:/procam" +
@@ -87,7 +98,8 @@ TEST_F(Ros2Route, AShowFollowsTheRobotAndTellsTheGraphOfItsProjector) {
   EXPECT_NE(said.find("ROS 2 domain " + std::to_string(domain.number()) + ", network lo (127.0.0.1)"),
             std::string::npos)
       << said;
-  EXPECT_NE(said.find("publishes /procam/lamp/camera_info, /tf_static, /diagnostics"), std::string::npos)
+  EXPECT_NE(said.find("publishes /procam/lamp/camera_info, /tf_static, /procam/markers, /diagnostics"),
+            std::string::npos)
       << said;
   const nlohmann::json live = nlohmann::json::parse(slurp(at("live.json")));
   EXPECT_GT(live["poses"]["taken"].get<double>(), 40) << live;
@@ -127,6 +139,17 @@ TEST_F(Ros2Route, AShowFollowsTheRobotAndTellsTheGraphOfItsProjector) {
     EXPECT_STREQ(message.header.frame_id, "procam/lamp");
   });
   EXPECT_GE(infos, 2);
+  std::set<std::string> names;
+  for_each<visualization_msgs_msg_dds__MarkerArray_>(drawn, [&](const auto& message) {
+    ASSERT_GT(message.markers._length, 0u);
+    EXPECT_EQ(message.markers._buffer[0].action, 3) << "what was there before goes";
+    names.clear();
+    for (std::uint32_t i = 1; i < message.markers._length; ++i) names.insert(message.markers._buffer[i].ns);
+  });
+  for (const char* name : {"frustum", "surface wall 0", "surface wall 1", "surface wall 2", "surface wall 3",
+                           "error wall 0", "error in mm wall 0"})
+    EXPECT_EQ(names.count(name), 1u) << name;
+  EXPECT_EQ(names.count("error wall 2"), 0u) << "it is behind the projector";
   bool is_healthy = false;  // once: a machine under load may be late at other times
   for_each<diagnostic_msgs_msg_dds__DiagnosticArray_>(health, [&](const auto& message) {
     ASSERT_EQ(message.status._length, 1u);
@@ -156,6 +179,202 @@ TEST_F(Ros2Route, WithoutARobotTheReasonIsGiven) {
   EXPECT_EQ(wrong.exit_code, 3);
   EXPECT_NE(wrong.err.find("give two frames"), std::string::npos) << wrong.err;
 }
+
+/// A sign that shows a topic; then the topic breaks, which is counted, and the last picture stays.
+TEST_F(Ros2Route, ATopicIsTheContentOfASurface) {
+  const LoopbackDomain domain;
+  const Ros2Peer robot(domain);
+  const dds_entity_t writer = robot.writer(sensor_msgs_msg_dds__Image__desc, "rt/camera/image_raw", false);
+  SurfaceSet set;
+  set.surfaces.push_back(lamp_sign("sign", "ros2:/camera/image_raw"));
+  save("sign.json", set);
+  Running show("project-live",
+               this->show("sign.json") + "--control off --json --output frames:" + at("frames") +
+                   " --fps 20 --duration 4s",
+               folder_ / "live.json");
+  const double begin = steady_now();
+  for (int i = 0; show.is_running() && steady_now() < begin + 30; ++i) {
+    ImageMessage image;
+    image.stamp = 0.02 * i;
+    image.width = image.height = 8;
+    image.encoding = "bgr8";
+    image.step = 24;
+    for (int k = 0; k < 64; ++k) image.data.insert(image.data.end(), {0, 255, 40});
+    if (i % 50 == 49) image.data.pop_back();
+    write_image(writer, image);
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  }
+  ASSERT_EQ(show.wait(), 0) << slurp(at("live.json.err"));
+  const nlohmann::json live = nlohmann::json::parse(slurp(at("live.json")));
+  EXPECT_GE(live["faults"]["ros2_invalid_image"].get<int>(), 1) << live.dump();
+  EXPECT_FALSE(live["faults"].contains("content")) << live.dump();
+  const ImageU8 last = io::load_image(at("frames/frame_000060.png")).image;
+  EXPECT_EQ(last.at(70, 140, 0), 40);
+  EXPECT_EQ(last.at(70, 140, 1), 255);
+  EXPECT_EQ(last.at(70, 140, 2), 0);
+}
+
+/// The rig file's lens is of another size: that of CameraInfo counts.
+TEST_F(Ros2Route, ADepthTopicSuppliesTheSurfaces) {
+  Rig rig = lamp_rig();
+  rig.projectors[0].rig_from_projector = Pose(so3_exp(Vec3(0.02, -0.03, 0.01)), Vec3(0.05, -0.02, 0.03));
+  simulate::DepthSensor sensor;
+  sensor.camera = {{320, 240}, {292, 283.24, 166.4, 112.8, 0.2}, NoDistortion{}};
+  RigCamera eye;
+  eye.name = "depth";
+  eye.camera = {{640, 480}, {500, 490, 320.5, 230.5, 0}, NoDistortion{}};
+  eye.rig_from_camera = Pose(so3_exp(Vec3(-0.01, 0.04, 0.02)), Vec3(-0.04, 0.03, 0));
+  rig.cameras.push_back(eye);
+  io::save_rig(at("room.json"), rig);
+  simulate::Room room;
+  room.bodies.push_back({"wall", simulate::Rectangle{Vec2(-2, -1.5), Vec2(2, 1.0)},
+                         Pose(so3_exp(Vec3(0.03, 0.1, 0)), Vec3(0, 0, 2)), 0.5});
+  std::vector<ImageMessage> made;
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+    const Image<std::uint16_t> mm = simulate::depth_view(room, sensor, eye.rig_from_camera, seed).mm;
+    ImageMessage image;
+    image.width = 320;
+    image.height = 240;
+    image.step = 640;
+    image.encoding = "16UC1";
+    for (int y = 0; y < 240; ++y)
+      for (int x = 0; x < 320; ++x) {
+        image.data.push_back(std::uint8_t(mm.at(x, y) & 255));
+        image.data.push_back(std::uint8_t(mm.at(x, y) >> 8));
+      }
+    made.push_back(std::move(image));
+  }
+  const LoopbackDomain domain;
+  const Ros2Peer robot(domain);
+  const dds_entity_t depth = robot.writer(sensor_msgs_msg_dds__Image__desc, "rt/camera/depth");
+  const dds_entity_t info = robot.writer(sensor_msgs_msg_dds__CameraInfo__desc, "rt/camera/camera_info");
+  Running show("project-live",
+               "--rig " + at("room.json") + " --surfaces depth:ros2:/camera/depth --content wall_1=#ffffff" +
+                   " --control off --json --output frames:" + at("seen") + " --fps 8 --duration 9s",
+               folder_ / "live.json");
+  const double begin = steady_now();
+  for (std::size_t i = 0; show.is_running() && steady_now() < begin + 40; ++i) {
+    write_camera_info(info, 320, 240, 292, 0.2, {});
+    made[i % 3].stamp = 1000 + 0.1 * double(i);
+    write_image(depth, made[i % 3]);
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  }
+  ASSERT_EQ(show.wait(), 0) << slurp(at("live.json.err"));
+  const std::string said = slurp(at("live.json.err"));
+  EXPECT_NE(said.find("sees wall_1"), std::string::npos) << said;
+  EXPECT_NE(said.find("network lo (127.0.0.1): images of /camera/depth"), std::string::npos) << said;
+  const int last = nlohmann::json::parse(slurp(at("live.json")))["frames"].get<int>() - 1;
+  char name[32];
+  std::snprintf(name, sizeof name, "seen/frame_%06d.png", last);
+  const ImageU8 frame = io::load_image(at(name)).image;
+  const auto lit = std::count(frame.data(), frame.data() + 320 * 200 * 3, std::uint8_t(255));
+  EXPECT_GT(double(lit), 0.5 * 320 * 200 * 3);
+}
+
+/// The rig's camera is a topic; what it sees of a marker places the rig, and the graph is told.
+TEST_F(Ros2Route, AMarkerBeforeACameraOfTheGraphGivesThePoseOfTheRig) {
+  Rig rig = lamp_rig();
+  RigCamera eye;
+  eye.name = "eye";
+  eye.camera = {{640, 480}, {720, 705, 331, 228, 1.1}, NoDistortion{}};
+  eye.rig_from_camera = Pose(so3_exp(Vec3(0.1, -0.2, 0.05)), Vec3(0.1, 0.2, -0.05));
+  rig.cameras.push_back(eye);
+  io::save_rig(at("rig.json"), rig);
+  PlacedMarker marker;
+  marker.id = 3;
+  marker.size = 0.3;
+  const Pose camera_from_world(so3_exp(Vec3(0.4, -0.5, 0.1)), Vec3(0.05, -0.03, 1.3));
+  const ImageU8 view = simulate::marker_view(eye.camera, camera_from_world, {marker},
+                                             detect::marker_cells(MarkerDictionary::kAprilTag36h11));
+  ImageMessage image = grey_image(0, 0, 640, 480);
+  std::copy_n(view.data(), image.data.size(), image.data.begin());
+  const LoopbackDomain domain;
+  const Ros2Peer robot(domain);
+  const dds_entity_t writer = robot.writer(sensor_msgs_msg_dds__Image__desc, "rt/eye/image_raw");
+  const dds_entity_t poses =
+      robot.reader(geometry_msgs_msg_dds__PoseWithCovarianceStamped__desc, "rt/procam/pose");
+  Running show("project-live",
+               this->show() +
+                   "--control off --json --marker-camera ros2:/eye/image_raw --output none --fps 20 " +
+                   "--marker apriltag_36h11:3:300mm --publish ros2:/procam --duration 5s",
+               folder_ / "live.json");
+  const double begin = steady_now();
+  for (int i = 0; show.is_running() && steady_now() < begin + 30; ++i) {
+    image.stamp = 100 + 0.1 * i;
+    write_image(writer, image);
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  }
+  ASSERT_EQ(show.wait(), 0) << slurp(at("live.json.err"));
+  const nlohmann::json live = nlohmann::json::parse(slurp(at("live.json")));
+  EXPECT_GT(live["poses"]["taken"].get<double>(), 5) << live.dump();
+  const std::string said = slurp(at("live.json.err"));
+  EXPECT_NE(said.find("network lo (127.0.0.1): images of /eye/image_raw"), std::string::npos) << said;
+  const Pose truth = (eye.rig_from_camera * camera_from_world).inverse();
+  int count = 0;
+  for_each<geometry_msgs_msg_dds__PoseWithCovarianceStamped_>(poses, [&](const auto& message) {
+    ++count;
+    EXPECT_STREQ(message.header.frame_id, "world");
+    const auto& p = message.pose.pose.position;
+    EXPECT_LT((Vec3(p.x, p.y, p.z) - truth.translation).norm(), 0.05);
+    EXPECT_GT(message.pose.covariance[0], 0);
+    EXPECT_GT(message.header.stamp.sec, 1700000000) << "Unix time, not the camera's";
+  });
+  EXPECT_GT(count, 5);
+}
+
+/// A topic that nobody publishes: a content says so within its patience, a camera after five seconds.
+TEST_F(Ros2Route, ATopicWithoutAPublisherIsReportedWithTheReason) {
+  const LoopbackDomain domain;
+  SurfaceSet set;
+  set.surfaces.push_back(lamp_sign("sign", "#ffffff"));
+  save("sign.json", set);
+  const ToolRun markers =
+      run_tool("project-live", show("sign.json") +
+                                   "--control off --json --output none --marker apriltag_36h11:3:160mm " +
+                                   "--marker-camera ros2:/a,/b");
+  EXPECT_EQ(markers.exit_code, 3) << markers.err;
+  const ToolRun delay =
+      run_tool("project-live",
+               show("sign.json") + "--control off --output none --delay auto " + "--camera ros2:/nothing");
+  EXPECT_EQ(delay.exit_code, 6) << delay.err;
+  EXPECT_NE(delay.err.find("no publisher of /nothing was found in ROS domain"), std::string::npos)
+      << delay.err;
+}
+
+#ifdef PROCAM_SIMULATED_CAMERA
+
+class Ros2Capture : public CaptureStage {};
+
+/// A camera on another machine, as far as DDS is concerned: what a simulated camera sees goes through the graph.
+TEST_F(Ros2Capture, ACameraOfTheGraphCapturesAView) {
+  const LoopbackDomain domain;
+  const Ros2Peer host(domain);
+  const dds_entity_t writer = host.writer(sensor_msgs_msg_dds__Image__desc, "rt/camera/image_raw");
+  const Process camera_process(camera(30, 0, 0));
+  std::atomic<bool> ends{false};
+  std::thread relay([&] {
+    const auto shots = device::watch_folder(scratch_ / "shots");
+    while (!ends) {
+      const auto shot = shots->next(0, 0.05);
+      if (!shot) continue;
+      ImageMessage image = grey_image(shot->time_s, 0, std::uint32_t(shot->image.width()),
+                                      std::uint32_t(shot->image.height()));
+      std::copy_n(shot->image.data(), image.data.size(), image.data.begin());
+      write_image(writer, image);
+    }
+  });
+  const ToolRun run = this->run(rest_of_arguments("--camera ros2:/camera/image_raw", 1), "graph");
+  ends = true;
+  relay.join();
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_NE(run.err.find("images of /camera/image_raw"), std::string::npos) << run.err;
+  EXPECT_GT(run.json()["delay"]["delay_ms"], 25);
+  EXPECT_LT(run.json()["delay"]["delay_ms"], 250);
+  EXPECT_NEAR(run.json()["light"]["gamma"], 2.2, 0.15);
+  EXPECT_TRUE(std::filesystem::exists(std::filesystem::path(session()) / "view_00"));
+}
+
+#endif
 
 }  // namespace
 }  // namespace procam::test

@@ -226,6 +226,36 @@ TEST(DepthSurfaceTracker, PassesPicturesOverWithoutAPoseAndRefusesOtherSizes) {
   EXPECT_EQ(of_still.looked(), 8);
 }
 
+/// Pictures that state their lens are seen through it, whatever the rig file says.
+TEST(DepthSurfaceTracker, TheLensOfThePicturesCountsMoreThanTheRigs) {
+  const SmallRoom world;
+  const Pose stands = simulate::test::looking_at(Vec3(0, 0.9, 1.2), Vec3(0, 3.2, 1.1));
+  const auto look = [&](const RoomOptions& options, bool states_lens) {
+    RoomOptions still = options;
+    still.world_from_rig = stands;
+    DepthSurfaceTracker view(still);
+    for (int i = 0; i < 10; ++i) {
+      device::SeenDepth seen = world.seen(stands, 1 + 0.1 * i, {}, std::uint64_t(i));
+      if (states_lens) seen.camera = world.options().camera.camera;
+      view.look(seen);
+    }
+    return view.map().surfaces();
+  };
+  const SurfaceSet truth = look(world.options(), false);
+  ASSERT_FALSE(truth.surfaces.empty());
+  RoomOptions wrong = world.options();
+  wrong.camera.camera.intrinsics.fx *= 1.2;
+  wrong.camera.camera.size.width += 16;
+  EXPECT_THROW(look(wrong, false), Error) << "of another size";
+  const SurfaceSet by_lens = look(wrong, true);
+  ASSERT_EQ(by_lens.surfaces.size(), truth.surfaces.size());
+  for (std::size_t i = 0; i < truth.surfaces.size(); ++i) {
+    const auto &a = std::get<PlanarSurface>(truth.surfaces[i].geometry),
+               &b = std::get<PlanarSurface>(by_lens.surfaces[i].geometry);
+    EXPECT_EQ(a.frame_from_surface.matrix(), b.frame_from_surface.matrix());
+  }
+}
+
 /// Hands out what the test puts in; can break.
 class Fed : public device::DepthSource {
  public:

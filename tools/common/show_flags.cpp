@@ -32,7 +32,8 @@ show::PeopleInput& people_of(show::ShowOptions& options) {
 void declare_surfaces(CLI::App& app, show::ShowOptions& o) {
   app.add_option("--surfaces", o.surfaces,
                  "Surface definitions, .json or .xml, read again when the file changes; or surfaces found by "
-                 "the depth camera of the rig: depth:watch:FOLDER, depth:folder:FOLDER, depth:openni2:[URI]");
+                 "the depth camera of the rig: depth:watch:FOLDER, depth:folder:FOLDER, depth:openni2:[URI], "
+                 "depth:ros2:/TOPIC");
   app.add_option("--depth-camera", o.depth.camera,
                  "With --surfaces depth: name of the depth camera, for a rig with several");
   add_parsed(app, "--depth-scale", into(o.depth.metres_per_unit, parse_depth_scale),
@@ -58,7 +59,7 @@ void declare_surfaces(CLI::App& app, show::ShowOptions& o) {
           o.contents[item.substr(0, equals)] = item.substr(equals + 1);
         }
       },
-      "Content of a surface: an image, a folder or pattern of images, a video, camera:0, shm:NAME, "
+      "Content of a surface: an image, a folder or pattern of images, a video, camera:0, ros2:/TOPIC, shm:NAME, "
       "#rrggbb (default: as in the surface file)");
 }
 
@@ -73,7 +74,8 @@ void declare_poses(CLI::App& app, show::ShowOptions& o) {
   };
   CLI::Option* camera =
       marker("--marker-camera", &show::MarkerInput::camera,
-             "Poses from markers in the image of the camera of the rig: its number, device or URL")
+             "Poses from markers in the image of the camera of the rig: its number, device or "
+             "URL, ros2:/TOPIC or watch:FOLDER")
           ->excludes(sources);
   marker("--marker", &show::MarkerInput::marker,
          "The marker that defines the world frame: DICTIONARY:ID:SIZE, e.g. apriltag_36h11:3:160mm")
@@ -129,8 +131,8 @@ void declare_watch(CLI::App& app, show::ShowOptions& o) {
   const auto watch = [&o]() -> show::WatchInput& { return o.watch ? *o.watch : o.watch.emplace(); };
   CLI::Option* camera = app.add_option_function<std::string>(
       "--watch", [watch](const std::string& text) { watch().camera = text; },
-      "Camera of the rig that watches where the light is, without a pattern: camera:0, a device, a URL, or "
-      "watch:FOLDER (docs/watch.md)");
+      "Camera of the rig that watches where the light is, without a pattern: camera:0, a device, a URL, "
+      "ros2:/TOPIC or watch:FOLDER (docs/watch.md)");
   app.add_flag_callback(
          "--watch-only", [watch] { watch().only = true; }, "Report what it finds, and correct nothing until the control page asks for it")
       ->needs(camera);
@@ -153,8 +155,10 @@ void declare_output(CLI::App& app, show::ShowOptions& o) {
                  "Display for the full-screen window: number, name or position on the desktop ('1920,0')");
   app.add_option("--output", o.output,
                  "Output instead of a display: frames:FOLDER, video:FILE, stdout, shm:NAME or none");
-  app.add_option("--camera", o.delay_camera,
-                 "Camera that sees the projection; it measures the delay before the show");
+  app.add_option(
+      "--camera", o.delay_camera,
+      "Camera that sees the projection; it measures the delay before the show: its number, device or "
+      "URL, or ros2:/TOPIC");
   add_parsed(
       app, "--size", [&](const std::string& text) { o.size = io::parse_size(text); },
       "Size of the frame, e.g. 1280x800, where neither --rig nor a display gives it");
@@ -178,7 +182,7 @@ void declare_output(CLI::App& app, show::ShowOptions& o) {
   add_parsed(app, "--duration", into(o.duration_s, io::parse_duration), "End after this time, e.g. 30s");
   app.add_option(
       "--publish", o.publish,
-      "ros2:[NAMESPACE]: publish the projector in the ROS 2 graph: CameraInfo, and the frames of the rig "
+      "ros2:[NAMESPACE]: publish the projector in the ROS 2 graph: CameraInfo, markers, and the frames of the rig "
       "and the surfaces on /tf_static");
   app.add_flag("--autosave", o.autosave,
                "Save edits of the control page to the surfaces file within a second");

@@ -9,17 +9,21 @@
 /// |---|---|---|
 /// | NAMESPACE/PROJECTOR/camera_info | sensor_msgs/CameraInfo | reliable, transient local |
 /// | /tf_static | tf2_msgs/TFMessage | reliable, transient local |
+/// | NAMESPACE/markers | visualization_msgs/MarkerArray | reliable, transient local |
+/// | NAMESPACE/pose | geometry_msgs/PoseWithCovarianceStamped | reliable, volatile |
 /// | /diagnostics | diagnostic_msgs/DiagnosticArray | reliable, volatile |
 ///
 /// CameraInfo is that of the inverse camera: K with its skew and a principal point that may lie outside of the image,
 /// distortion plumb_bob, rational_polynomial or equidistant, R = I, P = [K 0]. ROS counts pixels as procam does: the
 /// centre of the top left pixel is (0, 0).
+#include <array>
 #include <memory>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "procam/core/base/export.hpp"
+#include "procam/core/geometry/covariance.hpp"
 #include "procam/core/geometry/frame_tree.hpp"
 #include "procam/core/lens/camera.hpp"
 
@@ -32,6 +36,16 @@ struct DeviceHealth {
   HealthLevel level = HealthLevel::kOk;
   std::string message;
   std::vector<std::pair<std::string, std::string>> values;  ///< key, value
+};
+
+/// Lines or a text in the room, as RViz draws them.
+struct GraphMarker {
+  std::string frame;        ///< a frame of the graph
+  std::string name;         ///< "frustum"; each name once
+  std::vector<Vec3> lines;  ///< metres in `frame`: begin and end of each line; of a text its place alone
+  std::string text;         ///< empty: lines
+  double size = 0.01;       ///< width of the lines, height of the letters, metres
+  std::array<float, 4> color{1, 1, 1, 1};  ///< red, green, blue, alpha: 0 to 1
 };
 
 class PROCAM_EXPORT ProjectorPublisher {
@@ -55,6 +69,13 @@ class PROCAM_EXPORT ProjectorPublisher {
   /// The static frames: for each link its source frame in its target frame, the parent. They replace those from before;
   /// a late joiner gets the newest. Throws Error(kDevice).
   void publish_frames(const std::vector<FrameTree::Link>& links, double unix_time);
+
+  /// They replace those from before; a late joiner gets the newest. Throws Error(kDevice).
+  void publish_markers(const std::vector<GraphMarker>& markers, double unix_time);
+
+  /// A pose in `frame`, with the covariance of its left increment [rotation, translation]; it becomes ROS' [translation,
+  /// rotation] about the pose's origin. Throws Error(kDevice).
+  void publish_pose(const std::string& frame, const PoseWithCovariance& pose, double unix_time);
 
   /// Throws Error(kDevice).
   void publish_health(const DeviceHealth& health, double unix_time);

@@ -29,6 +29,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -57,6 +58,9 @@ class PROCAM_EXPORT ContentSource {
   /// opened again every second, and fault() is gone when they are back.
   virtual std::optional<Error> fault() const { return std::nullopt; }
 
+  /// Messages that were dropped, by cause ("ros2_invalid_image").
+  virtual std::map<std::string, std::uint64_t> rejected() const { return {}; }
+
   /// Pictures a second of what is recorded; 0 for what does not move or is live.
   virtual double rate_hz() const { return 0; }
 
@@ -83,6 +87,7 @@ struct ContentOptions {
 ///           before 10); numbered ones begin with the lowest number and may have no gap
 ///   video   any other file, as OpenCV's videoio (FFmpeg) reads it: upright, without alpha or sound
 ///   camera  camera:0, camera:/dev/video2, rtsp://..., http://...
+///   ros2    ros2:/TOPIC, images of the ROS 2 graph (dds/image_source.hpp): live, the newest image
 ///   shm     shm:NAME, what another program writes there (shared_frame.hpp): live, the newest frame. A writer
 ///           that was started again is found again within a second, if its frames have the same size
 ///
@@ -90,7 +95,7 @@ struct ContentOptions {
 /// the mean rate in the header of a video.
 ///
 /// Throws Error: kInput for text or a file that is wrong, kIo for a file that cannot be read, kDevice for a
-/// camera that cannot be opened or shows nothing.
+/// camera that cannot be opened or shows nothing, kUnsupported for ros2: in a build without DDS.
 PROCAM_EXPORT std::unique_ptr<ContentSource> open_content(const std::string& what,
                                                           const ContentOptions& options = {});
 
@@ -102,7 +107,7 @@ struct ContentKind {
 PROCAM_EXPORT std::vector<ContentKind> content_kinds();
 
 /// The file or pattern that a content's text names, with its rate ("clip.bin@30" in "video:clip.bin@30");
-/// nullopt for colours, cameras, addresses and shared memory, and for an empty text.
+/// nullopt for colours, cameras, addresses, topics and shared memory, and for an empty text.
 PROCAM_EXPORT std::optional<std::string> content_file(const std::string& what);
 
 /// The text with another file's name in the place of content_file(). Throws std::invalid_argument where it

@@ -5,9 +5,12 @@
 ///   folder:FOLDER[@HZ]  those that are there, in natural order, once through at 30 or HZ a second
 ///   openni2:            the first sensor that OpenNI2 knows (Kinect, Xtion, Astra and their kin)
 ///   openni2:URI         the one of that URI, or a recording (.oni), once through
+///   ros2:/TOPIC         images of 16 bits (mm) or floats (m) of the ROS 2 graph (dds/image_source.hpp)
 ///
 /// Every source listens on a thread of its own, so that a picture's time is that of its arrival, and holds
 /// the newest few.
+#include <cstdint>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -15,6 +18,7 @@
 
 #include "procam/core/base/depth_pixels.hpp"
 #include "procam/core/base/export.hpp"
+#include "procam/core/lens/camera.hpp"
 
 namespace procam::device {
 
@@ -24,6 +28,7 @@ struct SeenDepth {
   /// Of the exposure, by the sensor's own clock, which began at any time and may start again: seconds.
   std::optional<double> stamp_s = {};
   std::optional<double> metres_per_unit = {};  ///< where the sensor states it
+  std::optional<Camera> camera = {};           ///< its lens, where the sensor states it
 };
 
 class PROCAM_EXPORT DepthSource {
@@ -34,6 +39,12 @@ class PROCAM_EXPORT DepthSource {
   /// Throws Error(kDevice) when the sensor is gone or its file cannot be read, and at a folder's or a
   /// recording's end.
   virtual std::optional<SeenDepth> next(double after_s, double timeout_s) = 0;
+
+  /// Messages that were dropped, by cause ("ros2_invalid_image"); for any thread.
+  virtual std::map<std::string, std::uint64_t> rejected() const { return {}; }
+
+  /// What was opened, where the text does not tell: domain and network of a topic. Empty: the text tells all.
+  virtual std::string description() const { return {}; }
 };
 
 struct DepthOptions {
@@ -41,7 +52,7 @@ struct DepthOptions {
 };
 
 /// Opens a source by its text. Throws Error(kInput) for a text that names none, Error(kDevice) for one that
-/// cannot be opened, Error(kUnsupported) for a sensor where procam was built without OpenNI2.
+/// cannot be opened, Error(kUnsupported) for what procam was built without: OpenNI2, DDS.
 PROCAM_EXPORT std::unique_ptr<DepthSource> open_depth(const std::string& what,
                                                       const DepthOptions& options = {});
 

@@ -1,10 +1,12 @@
 #pragma once
-/// Where pictures come from: a camera that the machine drives, or a folder into which a separate camera
-/// writes.
+/// Where pictures come from: a camera that the machine drives, a folder into which a separate camera
+/// writes, or a topic of the ROS 2 graph.
 ///
 /// Every source listens on a thread of its own from the moment it is opened, so that a frame's time is that
 /// of its arrival, however late it is asked for. It holds the newest kNewest frames; older ones are dropped.
+#include <cstdint>
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -29,6 +31,12 @@ class PROCAM_EXPORT FrameSource {
   /// Each frame is handed out once, in order. Throws Error(kDevice) when the camera is gone, or its file
   /// cannot be read.
   virtual std::optional<SeenFrame> next(double after_s, double timeout_s) = 0;
+
+  /// Messages that were dropped, by cause ("ros2_invalid_image"); for any thread.
+  virtual std::map<std::string, std::uint64_t> rejected() const { return {}; }
+
+  /// What was opened, where the text does not tell: domain and network of a topic. Empty: the text tells all.
+  virtual std::string description() const { return {}; }
 };
 
 struct CameraOptions {
@@ -37,8 +45,16 @@ struct CameraOptions {
   std::optional<double> exposure;
 };
 
-/// `name` is a device number ("0"), a device, a URL or a video, as OpenCV's VideoCapture takes it. Throws
-/// Error(kDevice).
+/// Wherever a camera is named:
+///
+///   camera:NAME, NAME   a device number ("0"), a device, a URL or a video, as OpenCV's VideoCapture takes it
+///   watch:FOLDER        images that appear in a folder (watch_folder()); also the name of a folder alone
+///   ros2:/TOPIC         images of the ROS 2 graph (dds/image_source.hpp). Its publisher need not be there yet; after 5 s
+///                       without one, next() throws. An image's time is free of the network's jitter
+///
+/// Throws Error(kDevice) for a camera that cannot be opened; Error(kInput) for a text that names none, and for an exposure of
+/// a folder or a topic, whose images must have `options.size` where that is given (else next() throws Error(kInput));
+/// Error(kUnsupported) for ros2: in a build without DDS.
 PROCAM_EXPORT std::unique_ptr<FrameSource> open_camera(const std::string& name,
                                                        const CameraOptions& options = {});
 

@@ -20,7 +20,7 @@ namespace procam::show {
 
 /// Poses from what a camera of the rig sees of markers (marker_source.hpp).
 struct MarkerInput {
-  std::string camera;   ///< number, device or address, as device::open_camera() takes it
+  std::string camera;   ///< number, device, address, topic or folder, as device::open_camera() takes it
   std::string name;     ///< the camera's name in the rig; may be empty when the rig has one
   std::string marker;   ///< one marker, whose frame becomes the world: DICTIONARY:ID:SIZE (io::parse_marker)
   std::string markers;  ///< or a marker map file
@@ -45,8 +45,7 @@ struct PeopleInput {
 
 /// A camera of the rig that watches where the light of the show is (docs/watch.md).
 struct WatchInput {
-  std::string
-      camera;  ///< number, device or address, as device::open_camera() takes it; watch:FOLDER for a folder
+  std::string camera;  ///< number, device, address, topic or folder, as device::open_camera() takes it
   std::string name;    ///< the camera's name in the rig; may be empty when the rig has one
   double delay_s = 0;  ///< from the exposure of an image to its arrival
   bool only = false;   ///< report, and correct nothing
@@ -56,7 +55,8 @@ struct WatchInput {
 struct ShowOptions {
   std::string projector;  ///< its name in the rig; may be empty when the rig has one
 
-  /// A surface file, read again when it changes; or depth:watch:FOLDER, depth:folder:FOLDER, depth:openni2:[URI].
+  /// A surface file, read again when it changes; or depth:watch:FOLDER, depth:folder:FOLDER, depth:openni2:[URI],
+  /// depth:ros2:/TOPIC.
   std::string surfaces;
   /// Contents by surface (device/content_source.hpp), instead of the surface file's own.
   std::map<std::string, std::string> contents;

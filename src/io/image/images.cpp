@@ -57,7 +57,7 @@ void swap_blue_and_red(std::uint8_t* row, int width, int channels) {
 
 }  // namespace
 
-cv::Mat decode_image(const std::string& bytes, const std::string& file) {
+cv::Mat decode_image(const std::string& bytes, const std::string& file, std::int64_t max_pixels) {
   const char* const next = "capture or copy the picture again";
   const ImageCheck check = check_image(bytes);
   if (check.format == ImageFormat::kUnknown)
@@ -67,6 +67,11 @@ cv::Mat decode_image(const std::string& bytes, const std::string& file) {
     throw Error(ErrorKind::kInput, file, why,
                 "give a picture of at most " + std::to_string(limits::kImagePixels) + " pixels and " +
                     std::to_string(limits::kImageBytes >> 20) + " MiB of them");
+  // Not too large: the product does not overflow.
+  if (check.width > 0 && check.height > 0 && check.width * check.height > max_pixels)
+    throw Error(ErrorKind::kInput, file,
+                "it has " + std::to_string(check.width) + " x " + std::to_string(check.height) + " pixels",
+                "give a picture of at most " + std::to_string(max_pixels) + " pixels");
   if (!check.damage.empty()) throw Error(ErrorKind::kInput, file, check.damage, next);
   if (check.width < 1 || check.height < 1)
     throw Error(
@@ -117,11 +122,15 @@ std::optional<ImageSize> image_size(const fs::path& path) {
 }
 
 LoadedImage load_image(const fs::path& path) {
-  const cv::Mat decoded = decode_image(read_file(path), path.string());
+  return read_image(read_file(path), path.string());
+}
+
+LoadedImage read_image(const std::string& bytes, const std::string& name, std::int64_t max_pixels) {
+  const cv::Mat decoded = decode_image(bytes, name, max_pixels);
   const int channels = decoded.channels(), depth = decoded.depth();
   if ((depth != CV_8U && depth != CV_16U) || (channels != 1 && channels != 3 && channels != 4))
     throw Error(
-        ErrorKind::kUnsupported, path.string(),
+        ErrorKind::kUnsupported, name,
         "its pixels are " + cv::typeToString(decoded.type()) + ", not 8 or 16 bits in 1, 3 or 4 channels",
         "convert it to an 8-bit PNG");
   LoadedImage out;
@@ -138,7 +147,7 @@ LoadedImage load_image(const fs::path& path) {
     if (channels >= 3) swap_blue_and_red(row, decoded.cols, channels);
   }
   if (depth == CV_16U)
-    out.diagnostics.note("reduced_to_8_bit", path.string() +
+    out.diagnostics.note("reduced_to_8_bit", name +
                                                  ": 16 bits a channel were reduced to 8; pictures of a "
                                                  "10- or 12-bit camera should fill the 16 bits");
   return out;

@@ -82,6 +82,10 @@ inline constexpr int kRosbridgeDepth = 16;
 inline constexpr std::size_t kTransforms = 256;
 /// Bytes of one DDS sample: an uncompressed image of 16 million pixels has 48 MiB.
 inline constexpr std::size_t kDdsSampleBytes = 64 * kMebibyte;
+/// Pixels of an image of a ROS 2 topic, once decoded: 4096 x 4096.
+inline constexpr std::int64_t kRos2ImagePixels = std::int64_t(1) << 24;
+/// Publishers of a ROS 2 topic that a reader tells apart: a topic has one, as a rule.
+inline constexpr std::size_t kRos2Publishers = 64;
 /// Frames that a buffer of /tf remembers: a robot has some dozens.
 inline constexpr std::size_t kTransformFrames = 512;
 /// Stamps that such a buffer remembers of a frame: ten seconds at 100 Hz.

@@ -174,6 +174,10 @@ void bind_surface(py::module_& m) {
            "moves, homographies and meshes stay. For every frame of a drive: visibility, corners\n"
            "and remarks are left as they were solved, and nothing is allocated.",
            py::arg("solved"), py::arg("projector"), py::arg("projector_from_world"));
+  function(m, "move_in_rig", &surface::move_in_rig,
+           "The same surfaces after the projector was moved in its rig: those in the frame of the\n"
+           "rig move in the projector's. Surfaces in the world are left to move_to().",
+           py::arg("solved"), py::arg("projector"));
   function(m, "diagnostics_of", &surface::diagnostics_of,
            "All diagnostics of the set, each message beginning with its surface's name.", py::arg("solved"));
   function(m, "warp_map", py::overload_cast<const Placement&, const Projector&>(&surface::warp_map), "",

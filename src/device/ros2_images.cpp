@@ -108,8 +108,8 @@ class Ros2Depth : public DepthListener {
   void read() {
     while (!ends_)
       if (auto depth = topic_.next())
-        queue_.push({std::move(depth->pixels), depth->arrival, depth->stamp, depth->metres_per_unit,
-                     std::move(depth->camera)});
+        queue_.push(
+            {std::move(depth->pixels), depth->arrival, depth->stamp, depth->metres_per_unit, depth->camera});
   }
   Topic<dds::DepthImageSource> topic_;
 };

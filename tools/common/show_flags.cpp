@@ -134,7 +134,8 @@ void declare_watch(CLI::App& app, show::ShowOptions& o) {
       "Camera of the rig that watches where the light is, without a pattern: camera:0, a device, a URL, "
       "ros2:/TOPIC or watch:FOLDER (docs/watch.md)");
   app.add_flag_callback(
-         "--watch-only", [watch] { watch().only = true; }, "Report what it finds, and correct nothing until the control page asks for it")
+         "--watch-only", [watch] { watch().only = true; },
+         "Report what it finds, and correct nothing until the control page asks for it")
       ->needs(camera);
   app.add_option_function<std::string>(
          "--watch-save", [watch](const std::string& text) { watch().save = text; },

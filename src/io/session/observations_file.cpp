@@ -366,10 +366,10 @@ Board board_of(const Table& table, const ObservationsContext& context) {
 /// Takes the rows of a table one by one.
 class RowsToCorrespondences {
  public:
-  RowsToCorrespondences(std::vector<Device> devices, Board board)
+  RowsToCorrespondences(std::vector<Device> devices, const Board& board)
       : finder_(board), points_(int(points_in_board(board).size())) {
     data_.devices = std::move(devices);
-    data_.board = std::move(board);
+    data_.board = board;
     cameras_ = std::count_if(data_.devices.begin(), data_.devices.end(),
                              [](const Device& d) { return d.kind == DeviceKind::kCamera; });
   }

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstring>
 #include <opencv2/imgproc.hpp>
+#include <optional>
 
 #include "procam/core/base/detail/plain_text.hpp"
 #include "procam/core/base/error.hpp"
@@ -150,11 +151,15 @@ ImageU8 decompressed(const std::string& bytes) {
   const bool is_jpeg = bytes.compare(0, 3, "\xff\xd8\xff") == 0, is_png = bytes.compare(0, 4, "\x89PNG") == 0;
   if (!is_jpeg && !is_png)
     throw Refusal{"ros2_unknown_encoding", "a compressed image is neither JPEG nor PNG"};
+  const std::optional<ImageSize> size = io::image_size_in(bytes);
+  if (size && std::int64_t(size->width) * size->height > limits::kRos2ImagePixels)
+    throw Refusal{"ros2_oversized", "a compressed image has " + std::to_string(size->width) + "x" +
+                                        std::to_string(size->height) + " pixels, more than " +
+                                        std::to_string(limits::kRos2ImagePixels)};
   try {
-    return io::read_image(bytes, "a compressed image", limits::kRos2ImagePixels).image;
+    return io::read_image(bytes, "a compressed image").image;
   } catch (const Error& error) {
-    const bool is_large = error.why().find(" pixels") != std::string::npos;
-    throw Refusal{is_large ? "ros2_oversized" : "ros2_invalid_image", "a compressed image: " + error.why()};
+    throw Refusal{"ros2_invalid_image", "a compressed image: " + error.why()};
   }
 }
 

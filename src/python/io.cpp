@@ -333,6 +333,11 @@ void bind_io(py::module_& m) {
            "cannot be read, Error(kInput) when it is damaged, cut short or too large,\n"
            "Error(kUnsupported) for another format or depth.",
            py::arg("path"));
+  function(m, "read_image", &io::read_image, "The same of a picture in memory; `name` is how errors call it.",
+           py::arg("bytes"), py::arg("name"));
+  function(m, "image_size_in", &io::image_size_in,
+           "Width and height of a picture in memory, however large; nullopt where it is no image.",
+           py::arg("bytes"));
   function(m, "image_size", &io::image_size,
            "Width and height as the file's header states them, without decoding; nullopt where\n"
            "it is no such image or cannot be read (load_image() says why).",

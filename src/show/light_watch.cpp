@@ -23,7 +23,7 @@ constexpr std::size_t kFramesOfCheck = 4;  ///< in a row, that a camera image ma
 constexpr double kPatience = 0.5;          ///< seconds for these frames, then for the image
 constexpr double kStillMetres = 1e-5,
                  kStillRadians = 1e-5;  ///< metres, radians: surfaces that stay where they are
-constexpr double kSilence = 1.5;        ///< seconds without an image: that is told
+constexpr double kSilence = 1.5;        ///< seconds without an image: reported then
 constexpr const char* kNoImages = "no_images";
 constexpr std::size_t kHistoryWindows = 300;  ///< windows that the status holds
 

@@ -191,6 +191,12 @@ TEST(CompressedPixels, APngIsAsItWasAndWhatIsNoneIsRefused) {
   EXPECT_EQ(cause("\xff\xd8\xff\xe0 no picture"), "ros2_invalid_image");
   // 4200 x 4200 black pixels are some 20 kB of PNG.
   EXPECT_EQ(cause(io::encode_png(ImageU8(4200, 4200, 1))), "ros2_oversized");
+  std::string forged = png;
+  forged[16] = '\x7f';  // a width that the checksum refutes
+  EXPECT_FALSE(io::image_size_in(forged));
+  EXPECT_EQ(cause(forged), "ros2_invalid_image");
+  EXPECT_EQ(io::image_size_in(png), (ImageSize{7, 5}));
+  EXPECT_FALSE(io::image_size_in("BM and no more"));
 }
 
 /// Any bytes are an image or are refused with a cause.

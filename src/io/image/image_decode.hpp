@@ -4,13 +4,10 @@
 #include <opencv2/core.hpp>
 #include <string>
 
-#include "procam/core/base/limits.hpp"
-
 namespace procam::io {
 
 /// The picture in these bytes, in its own depth and with OpenCV's order of channels (blue first). Errors as
 /// for load_image(); `file` is how they call it.
-cv::Mat decode_image(const std::string& bytes, const std::string& file,
-                     std::int64_t max_pixels = limits::kImagePixels);
+cv::Mat decode_image(const std::string& bytes, const std::string& file);
 
 }  // namespace procam::io

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <fstream>
+#include <limits>
 #include <mutex>
 #include <opencv2/core.hpp>
 #include <opencv2/core/utils/logger.hpp>
@@ -57,7 +58,7 @@ void swap_blue_and_red(std::uint8_t* row, int width, int channels) {
 
 }  // namespace
 
-cv::Mat decode_image(const std::string& bytes, const std::string& file, std::int64_t max_pixels) {
+cv::Mat decode_image(const std::string& bytes, const std::string& file) {
   const char* const next = "capture or copy the picture again";
   const ImageCheck check = check_image(bytes);
   if (check.format == ImageFormat::kUnknown)
@@ -67,11 +68,6 @@ cv::Mat decode_image(const std::string& bytes, const std::string& file, std::int
     throw Error(ErrorKind::kInput, file, why,
                 "give a picture of at most " + std::to_string(limits::kImagePixels) + " pixels and " +
                     std::to_string(limits::kImageBytes >> 20) + " MiB of them");
-  // Not too large: the product does not overflow.
-  if (check.width > 0 && check.height > 0 && check.width * check.height > max_pixels)
-    throw Error(ErrorKind::kInput, file,
-                "it has " + std::to_string(check.width) + " x " + std::to_string(check.height) + " pixels",
-                "give a picture of at most " + std::to_string(max_pixels) + " pixels");
   if (!check.damage.empty()) throw Error(ErrorKind::kInput, file, check.damage, next);
   if (check.width < 1 || check.height < 1)
     throw Error(
@@ -121,12 +117,19 @@ std::optional<ImageSize> image_size(const fs::path& path) {
   }
 }
 
+std::optional<ImageSize> image_size_in(const std::string& bytes) {
+  const ImageCheck check = check_image(bytes);
+  if (check.width < 1 || check.height < 1) return std::nullopt;
+  constexpr long long kMaxSide = std::numeric_limits<int>::max();
+  return ImageSize{int(std::min(check.width, kMaxSide)), int(std::min(check.height, kMaxSide))};
+}
+
 LoadedImage load_image(const fs::path& path) {
   return read_image(read_file(path), path.string());
 }
 
-LoadedImage read_image(const std::string& bytes, const std::string& name, std::int64_t max_pixels) {
-  const cv::Mat decoded = decode_image(bytes, name, max_pixels);
+LoadedImage read_image(const std::string& bytes, const std::string& name) {
+  const cv::Mat decoded = decode_image(bytes, name);
   const int channels = decoded.channels(), depth = decoded.depth();
   if ((depth != CV_8U && depth != CV_16U) || (channels != 1 && channels != 3 && channels != 4))
     throw Error(

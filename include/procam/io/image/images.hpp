@@ -5,14 +5,12 @@
 /// or damaged is refused: a half-decoded frame would look like a dark one. (PNG is checked to the last bit;
 /// damage inside the coded data of a JPEG does not show in its pixels.) Pixels are those of the sensor:
 /// an orientation note in the file is not applied.
-#include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <string>
 
 #include "procam/core/base/export.hpp"
 #include "procam/core/base/image.hpp"
-#include "procam/core/base/limits.hpp"
 
 namespace procam::io {
 
@@ -25,14 +23,14 @@ struct LoadedImage {
 /// Error(kInput) when it is damaged, cut short or too large, Error(kUnsupported) for another format or depth.
 PROCAM_EXPORT LoadedImage load_image(const std::filesystem::path& path);
 
-/// The same of a picture in memory; `name` is how errors call it. Error(kInput) also for one whose header states more than
-/// `max_pixels`: it is not decoded.
-PROCAM_EXPORT LoadedImage read_image(const std::string& bytes, const std::string& name,
-                                     std::int64_t max_pixels = limits::kImagePixels);
+/// The same of a picture in memory; `name` is how errors call it.
+PROCAM_EXPORT LoadedImage read_image(const std::string& bytes, const std::string& name);
 
 /// Width and height as the file's header states them, without decoding; nullopt where it is no such image or
 /// cannot be read (load_image() says why).
 PROCAM_EXPORT std::optional<ImageSize> image_size(const std::filesystem::path& path);
+/// The same of a picture in memory, however large; nullopt where it is no image.
+PROCAM_EXPORT std::optional<ImageSize> image_size_in(const std::string& bytes);
 
 /// Grey from R G B (A ignored): ITU-R BT.601 luma, 0.299 R + 0.587 G + 0.114 B, rounded. One channel is
 /// copied.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "joined.hpp"
 #include "procam/calibrate/gates.hpp"
 #include "procam/core/base/detail/chi_square.hpp"
 #include "procam/core/base/words.hpp"
@@ -181,6 +182,20 @@ UpdateResult result_of(const UpdateSolve& update, const Correspondences& data, c
                 "; state --changed " + in_words(explained_by) + " if it is true");
 }
 
+/// What no view shows stays as uncertain as the change made it.
+void require_seen(const std::vector<RigChange>& changed, const Correspondences& data) {
+  for (const RigChange& change : changed) {
+    const std::size_t device = device_of(data, change);
+    std::size_t points = 0;
+    for (std::size_t v = 0; v < data.views.size(); ++v)
+      points += measurements_of(data, int(v), int(device)).size();
+    if (points < std::size_t(kMinPointsPerView))
+      throw Error(ErrorKind::kNotEnoughData, change.device,
+                  "it is stated as changed, and the views have " + counted(points, "point") + " of it",
+                  "capture the board where the device sees it or lights it");
+  }
+}
+
 }  // namespace
 
 const char* to_string(RigChange::Kind kind) {
@@ -195,6 +210,7 @@ UpdateResult update_rig(const Rig& before, const Correspondences& views, const U
                                        : "it has no covariance, which says what its values are worth",
                 "give a rig that calibrate-projector wrote");
   const Correspondences data = of_whole_rig(before, views);
+  require_seen(options.changed, data);
   const RigParameters all(before, data, state_of(before, data));
   UpdateSolve update(data, all, options, before);
   if (!update.any_used())

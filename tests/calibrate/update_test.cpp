@@ -7,6 +7,7 @@
 
 #include "procam/analyze/light_error.hpp"
 #include "procam/calibrate/calibrate.hpp"
+#include "support/expect_error.hpp"
 #include "support/numeric_fleet.hpp"
 #include "support/numeric_world.hpp"
 
@@ -244,6 +245,9 @@ TEST(UpdateRig, RefusesUnusableInput) {
   Correspondences none = views;
   none.views.clear();
   EXPECT_THROW(update_rig(old.rig, none, {}), Error);
+  Correspondences dark = views;
+  dark.views[0].observations[1].clear();
+  EXPECT_ERROR(update_rig(old.rig, dark, changed({kBump})), kNotEnoughData, "0 points of it");
   Correspondences few = views;
   few.views[0].observations[0].resize(3);
   EXPECT_THROW(update_rig(old.rig, few, {}), Error);

@@ -73,8 +73,8 @@ struct UpdateResult {
 };
 
 /// Each device of the views is one of the rig's, by name and size. Throws Error(kInput) for devices that the rig lacks
-/// and for a rig without covariance; kNotEnoughData when no view is usable; kDegenerate when half of the
-/// views or more contradict the rig, naming the further change that would explain the views, if one does.
+/// and for a rig without covariance; kNotEnoughData when no view is usable or none shows a changed device; kDegenerate
+/// when half of the views or more contradict the rig, naming the changes that would explain the views, if any do.
 PROCAM_EXPORT UpdateResult update_rig(const Rig& before, const Correspondences& views,
                                       const UpdateOptions& options = {});
 

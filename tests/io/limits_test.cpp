@@ -15,12 +15,7 @@
 
 #include "procam/core/base/parallel.hpp"
 #include "procam/io/files.hpp"
-
-#if defined(__has_feature)
-#define PROCAM_HAS_SANITIZER (__has_feature(address_sanitizer) || __has_feature(thread_sanitizer))
-#else
-#define PROCAM_HAS_SANITIZER 0
-#endif
+#include "support/sanitizer.hpp"
 
 namespace procam::limits {
 namespace {
@@ -80,7 +75,7 @@ TEST(Limits, AreAllInTheTableOfTheDocuments) {
   EXPECT_EQ(table.size(), kAll.size()) << "the table has a limit that the header lacks";
 }
 
-#if !defined(__SANITIZE_ADDRESS__) && !PROCAM_HAS_SANITIZER
+#if !defined(PROCAM_ADDRESS_SANITIZER) && !defined(PROCAM_THREAD_SANITIZER)
 // With room for few stacks, the system refuses most threads: those that there are do the work.
 TEST(Limits, TheWorkIsDoneByTheThreadsThatTheSystemGrants) {
   const auto work_with_little_memory = [] {

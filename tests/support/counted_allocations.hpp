@@ -6,14 +6,7 @@
 #include <cstdlib>
 #include <new>
 
-#if defined(__has_feature)
-#if __has_feature(thread_sanitizer)
-#define PROCAM_THREAD_SANITIZER
-#endif
-#endif
-#ifdef __SANITIZE_THREAD__
-#define PROCAM_THREAD_SANITIZER
-#endif
+#include "sanitizer.hpp"
 
 namespace procam::test {
 

@@ -233,6 +233,7 @@ void check_combination(const ShowOptions& options) {
     refuse("record", "a run with people cannot be shown again bit for bit", "leave one of them out");
   if (options.watch && options.watch->only && !options.watch->save.empty())
     refuse("watch", "nothing is corrected that could be saved", "leave out --watch-only or --watch-save");
+  if (options.watch && !options.watch->save.empty()) io::require_writable(options.watch->save);
   if (options.depth.silhouettes && !is_depth_source(options.surfaces))
     refuse("silhouettes", "no depth camera sees the room", "give surfaces depth:SOURCE");
   if (options.depth.silhouettes && !options.record.empty())

@@ -235,6 +235,9 @@ TEST(Run, RefusesWhatCannotBe) {
   options.watch->only = true;
   options.watch->save = "corrected.json";
   EXPECT_ERROR(run(small_rig(), options), kInput, "--watch-save");
+  options.watch->only = false;
+  options.watch->save = "no such folder/corrected.json";
+  EXPECT_ERROR(run(small_rig(), options), kIo, "no such folder");
   options.watch.reset();
   options.surfaces = "depth:watch:nowhere";
   options.depth.silhouettes = true;

@@ -86,7 +86,7 @@ void Watch::correct(const RigProjector& projector, const std::optional<Mat6>& co
 }
 
 void Watch::begin_window(double time) {
-  window_begin_ = time;
+  window_begin_ = used_time_ = time;
   window_images_ = 0;
   sums_.assign(geometry_.cells.size(), {});
 }
@@ -171,7 +171,7 @@ WatchReport Watch::add(double time, const ShownLight& light, ViewU8 image) {
   report.textured = compared.textured;
   report.measured = compared.measured;
   const std::optional<WatchState> lost = view_state(time, compared);
-  if (window_begin_ < 0 || time - window_begin_ > options_.window + kMaxGap) begin_window(time);
+  if (window_begin_ < 0 || time - used_time_ > kMaxGap) begin_window(time);
   if (!lost) {
     std::vector<double> x, y;
     for (const CellShift& cell : compared.cells)
@@ -179,14 +179,11 @@ WatchReport Watch::add(double time, const ShownLight& light, ViewU8 image) {
     const Vec2 middle(median_or(std::move(x), 0.0), median_or(std::move(y), 0.0));
     report.median_shift = geometry_.average * middle;
     start_ = middle;
+    used_time_ = time;
     add_to_window(compared);
   }
-  if (time - window_begin_ >= options_.window) {
-    if (window_images_ >= kMinImages)
-      end_window(time);
-    else
-      begin_window(time);
-  }
+  // A slow camera or computer lengthens the window.
+  if (time - window_begin_ >= options_.window && window_images_ >= kMinImages) end_window(time);
   report.is_alarm = is_alarm_;
   report.window_time = window_time_;
   report.estimate = estimate_;

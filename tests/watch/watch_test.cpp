@@ -13,11 +13,11 @@ using test::Content;
 using test::WatchedWorld;
 using test::WorldOptions;
 
-/// Images of a show from `begin` on, five a second.
+/// Images of a show from `time` on, five a second.
 struct Session {
   WatchedWorld world;
   Watch watch;
-  double time = 0.013;
+  double time = 0.013, period = 0.2;
 
   explicit Session(const WorldOptions& options, const WatchOptions& watching = {})
       : world(options), watch(world.rig().camera(), world.rig().projector(), watching) {
@@ -26,13 +26,13 @@ struct Session {
   WatchReport next() {
     const ImageU8 frame = world.frame(time);
     const WatchReport report = watch.add(time, {frame, frame, 0, 0}, world.image(frame, time));
-    time += 0.2;
+    time += period;
     return report;
   }
   /// After so many seconds.
   WatchReport after(double seconds) {
     WatchReport report = next();
-    for (const double end = time + seconds - 0.25; time < end;) report = next();
+    for (const double end = time + seconds - 1.25 * period; time < end;) report = next();
     return report;
   }
 };
@@ -87,6 +87,19 @@ TEST(Watch, ALargeBumpIsFoundByTheCoarseSearch) {
   const WatchReport report = session.after(4.6);
   EXPECT_EQ(report.state, WatchState::kMoved) << report.sentence;
   EXPECT_NEAR(report.error / error, 1, 0.05);
+}
+
+/// A window of 2 s has fewer than three of these images.
+TEST(Watch, AnImageEverySecondOrTwoSuffices) {
+  WorldOptions options;
+  options.seed = 7;
+  Session session(options);
+  session.period = 1.2;
+  WatchReport report = session.after(8);
+  EXPECT_EQ(report.state, WatchState::kOk) << report.sentence;
+  session.world.projector_moved << 0.0015, 0.0030, 0.0012, 0, 0, 0;  // 0.2 degrees
+  report = session.after(13);
+  EXPECT_EQ(report.state, WatchState::kMoved) << report.sentence;
 }
 
 TEST(Watch, APlainColourHasNoTexture) {

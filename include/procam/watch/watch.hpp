@@ -44,7 +44,7 @@ struct WatchOptions {
   GeometryOptions geometry;
   CompareOptions compare;
   MovementOptions movement;
-  double window = 2;  ///< seconds
+  double window = 2;  ///< seconds; longer where that time gives fewer than three usable images
   double false_alarms_a_week = 1;
   double smallest_error = 5e-4;  ///< metres RMS on the surfaces: less is no alarm, however certain
   int min_cells = 8;             ///< textured cells that are needed
@@ -106,6 +106,7 @@ class PROCAM_EXPORT Watch {
   Vec2 start_ = Vec2::Zero();
   std::vector<CellSum> sums_;
   double window_begin_ = -1;
+  double used_time_ = 0;  ///< of the last usable image of the window, or its begin
   int window_images_ = 0;
   std::optional<double> usual_mean_;  ///< of images in which the content is seen, grey levels
   double usual_deviation_ = 0;

@@ -20,6 +20,10 @@ fuzz_packages=(clang libclang-rt-dev llvm)
 package_packages=(dpkg-dev debhelper dh-python help2man lintian debootstrap pybind11-dev python3-dev python3-numpy)
 # A release compares the interface with the last one's (scripts/abi.sh).
 release_packages=(abigail-tools)
+# For arm64 (scripts/arm64.sh): what runs here, and the libraries of arm64.
+arm64_packages=(clang lld cmake ninja-build mmdebstrap qemu-user-static)
+arm64_libraries=(libc6-dev libstdc++-12-dev libgcc-12-dev libeigen3-dev libopencv-dev libceres-dev libblas-dev liblapack-dev
+  nlohmann-json3-dev libpugixml-dev libcli11-dev libboost-dev libzip-dev libgtest-dev libhwy-dev)
 # The site (scripts/site.sh).
 site_packages=(doxygen graphviz python3-sphinx python3-myst-parser furo)
 

@@ -6,7 +6,8 @@
 #                                  and builds them again, in another folder, with another time zone, language and umask: the
 #                                  packages must be the same, byte for byte
 #   scripts/packages.sh --bare     and installs them in a bare Debian 12 (debootstrap; needs root) that has nothing of
-#                                  procam, and runs debian/tests there
+#                                  procam, and runs debian/tests there; the captures are the real ones of PROCAM_TEST_DATA
+#                                  (../shared/data), where they are
 #
 # DEB_BUILD_OPTIONS=parallel=N as for dpkg-buildpackage. Ends with an error if lintian finds an error or a warning, or a test
 # fails.
@@ -19,7 +20,7 @@ for option in "$@"; do
   case $option in
     --bare) bare=true ;;
     --reproducible) reproducible=true ;;
-    *) sed -n '2,13s/^# \?//p' "$0" >&2 && exit 2 ;;
+    *) sed -n '2,14s/^# \?//p' "$0" >&2 && exit 2 ;;
   esac
 done
 out=$PWD/build/packages
@@ -76,6 +77,13 @@ try_in_bare_system() {
   debootstrap --variant=minbase bookworm "$system" >"$out"/debootstrap.log 2>&1 || { tail "$out"/debootstrap.log && return 1; }
   mount --bind /proc "$system"/proc && mount --bind /dev "$system"/dev || return 1
   trap 'umount "$system"/proc "$system"/dev; rm -rf --one-file-system "$system"' RETURN
+  local captures=${PROCAM_TEST_DATA:-../shared/data}/graycode
+  if [[ -d $captures ]]; then
+    cp -r "$captures" "$system"/captures && rm -f "$system"/captures/*.xml || return 1
+    echo '{"format": "procam-session", "version": 1, "pattern": "gray", "projector_size": [1024, 768], "board": "chessboard:7x9:75mm"}' \
+      >"$system"/captures/session.json
+    local -x PROCAM_CAPTURES=/captures
+  fi
   mkdir "$system"/packages && cp "$out"/*.deb "$system"/packages && cp -r debian/tests "$system"/tests || return 1
   local apt="env DEBIAN_FRONTEND=noninteractive apt-get -y -qq --no-install-recommends"
   chroot "$system" $apt update >/dev/null || return 1
@@ -90,6 +98,7 @@ try_in_bare_system() {
     start=$SECONDS
     if chroot "$system" /tests/"$test" >"$out"/"$test".log 2>&1; then
       echo "$test: passed after $((SECONDS - start)) s"
+      grep -E '^[^:]+: [0-9]+ s$|^one rig' "$out"/"$test".log || true
     else
       echo "$test: FAILED" && tail -n 20 "$out"/"$test".log
       status=1

@@ -1,0 +1,44 @@
+#!/usr/bin/env bash
+# Builds procam for arm64 with Debian's arm64 packages, and tests it under qemu-user:
+#
+#   scripts/arm64.sh            components core, pattern, render, depth, track and calibrate
+#   scripts/arm64.sh TEST...    these alone (core render): the names of ctest before the point
+#
+# The packages are extracted into build/arm64-sysroot (1.4 GB) at the first run; this machine's own packages stay as they
+# are. Emulation takes 10 to 30 times the time. Ends with an error if a test fails.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+source scripts/common.sh
+
+tests=("$@")
+((${#tests[@]} > 0)) || tests=(core pattern render depth track track_wire calibrate)
+sysroot=$PWD/build/arm64-sysroot
+
+# Packages are extracted, not configured, so the links that Debian's alternatives make to BLAS and LAPACK are made here.
+make_sysroot() {
+  [[ -e $sysroot/complete ]] && return 0
+  rm -rf "$sysroot" && mkdir -p build || return 1
+  local list
+  list=$(IFS=, && echo "${arm64_libraries[*]}")
+  mmdebstrap --quiet --variant=extract --architectures=arm64 --include="$list" bookworm "$sysroot" || return 1
+  local folder=$sysroot/usr/lib/aarch64-linux-gnu library
+  for library in "$folder"/{blas,lapack}/*.so*; do
+    ln -sf "$(realpath --relative-to="$folder" "$library")" "$folder"/"${library##*/}" || return 1
+  done
+  # Ceres' CMake file names these libraries by the path on the machine where they are installed.
+  sed -i "s|;/usr/lib/|;$sysroot/usr/lib/|g" "$folder"/cmake/Ceres/CeresTargets.cmake || return 1
+  touch "$sysroot"/complete
+}
+
+build() {
+  cmake --preset arm64 && cmake --build --preset arm64 --target "${tests[@]/#/test_}"
+}
+
+run_tests() {
+  ctest --preset arm64 -j "$(nproc)" -R "^($(IFS='|' && echo "${tests[*]}"))\\." -LE long
+}
+
+phase "Packages" install_packages "${arm64_packages[@]}"
+phase "Sysroot: Debian's arm64 packages" make_sysroot
+phase "Build: arm64" build
+phase "Test: arm64, under qemu-user" run_tests

@@ -214,11 +214,11 @@ std::optional<ReceivedImage> ImageSource::next(double timeout_s) {
         ReceivedImage image;
         if (impl.images.type() == &sensor_msgs_msg_dds__Image__desc) {
           const auto& message = *static_cast<const sensor_msgs_msg_dds__Image_*>(sample);
-          image.stamp = internal::stamp_of(message.header.stamp, info);
+          image.stamp = internal::stamp_of(message.header.stamp, internal::written(info));
           image.pixels = internal::pixels_of(raw_image(message));
         } else {
           const auto& message = *static_cast<const sensor_msgs_msg_dds__CompressedImage_*>(sample);
-          image.stamp = internal::stamp_of(message.header.stamp, info);
+          image.stamp = internal::stamp_of(message.header.stamp, internal::written(info));
           image.pixels = internal::decompressed(
               std::string(reinterpret_cast<const char*>(message.data._buffer), message.data._length));
         }
@@ -238,7 +238,7 @@ std::optional<ReceivedDepth> DepthImageSource::next(double timeout_s) {
       [&](const void* sample, const dds_sample_info_t& info, double arrival) -> std::optional<ReceivedDepth> {
         const auto& message = *static_cast<const sensor_msgs_msg_dds__Image_*>(sample);
         ReceivedDepth depth;
-        depth.stamp = internal::stamp_of(message.header.stamp, info);
+        depth.stamp = internal::stamp_of(message.header.stamp, internal::written(info));
         depth.pixels = internal::depth_of(raw_image(message));
         depth.arrival = arrival;
         constexpr double kMillimetre = 1e-3;

@@ -6,13 +6,18 @@
 
 namespace procam::dds::internal {
 
-/// The stamp of a message, seconds of the sender's clock. A stamp of zero is none: then the moment at which the message was
-/// written, by the same clock. Throws Refusal (ros2_invalid_stamp).
-inline double stamp_of(const builtin_interfaces_msg_dds__Time_& time, const dds_sample_info_t& info) {
+/// The stamp of a message, seconds of the sender's clock. A stamp of zero is none: then `written`, the moment at which the
+/// message was written, by the same clock. Throws Refusal (ros2_invalid_stamp).
+inline double stamp_of(const builtin_interfaces_msg_dds__Time_& time, double written) {
   if (time.nanosec >= 1'000'000'000)
     throw Refusal{"ros2_invalid_stamp", "its stamp has more than 1e9 nanoseconds"};
-  if (time.sec == 0 && time.nanosec == 0) return 1e-9 * double(info.source_timestamp);
+  if (time.sec == 0 && time.nanosec == 0) return written;
   return time.sec + 1e-9 * time.nanosec;
+}
+
+/// When DDS says that a sample was written, seconds.
+inline double written(const dds_sample_info_t& info) {
+  return 1e-9 * double(info.source_timestamp);
 }
 
 }  // namespace procam::dds::internal

@@ -33,7 +33,8 @@ std::string joined(const std::string& node_namespace, const std::string& name) {
 }
 
 /// Parts divided by commas; remaps and the namespace go into `names`, the others are returned.
-std::vector<std::string> take_parts(const std::string& rest, GraphNames& names) {
+std::vector<std::string> take_parts(const std::string& rest, GraphNames& names,
+                                    const std::string& kind = "ros2:") {
   std::vector<std::string> plain;
   for (std::size_t begin = 0; !rest.empty() && begin <= rest.size();) {
     const std::size_t end = std::min(rest.find(',', begin), rest.size());
@@ -45,7 +46,7 @@ std::vector<std::string> take_parts(const std::string& rest, GraphNames& names) 
       continue;
     }
     const std::string from = part.substr(0, remap), to = part.substr(remap + 2);
-    const std::string what = "ros2:" + rest;
+    const std::string what = kind + rest;
     if (from == "__ns") {
       if (to != "/") require_topic_name(to, what);
       names.node_namespace = to.front() == '/' ? to : "/" + to;
@@ -73,13 +74,13 @@ std::string GraphNames::resolve(const std::string& name) const {
   return full;
 }
 
-Ros2Source parse_ros2_source(const std::string& rest) {
+Ros2Source parse_ros2_source(const std::string& rest, const std::string& kind) {
   GraphNames names;
-  const std::vector<std::string> plain = take_parts(rest, names);
+  const std::vector<std::string> plain = take_parts(rest, names, kind);
   Ros2Source source;
   const auto refuse = [&](const std::string& why) {
-    throw Error(ErrorKind::kInput, "pose source 'ros2:" + rest + "'", why,
-                "give two frames (ros2:map,base_link) or a topic (ros2:/odom)");
+    throw Error(ErrorKind::kInput, "pose source '" + kind + rest + "'", why,
+                "give two frames (" + kind + "map,base_link) or a topic (" + kind + "/odom)");
   };
   for (const std::string& part : plain)
     if (part.empty() || part.size() > limits::kFrameNameBytes) refuse("a part of it is empty or too long");
@@ -87,7 +88,7 @@ Ros2Source parse_ros2_source(const std::string& rest) {
   if (plain.size() == 1) {
     if (plain.front().front() != '/')
       refuse("'" + plain.front() + "' is one frame of two, or a topic without '/'");
-    require_topic_name(plain.front(), "pose source 'ros2:" + rest + "'");
+    require_topic_name(plain.front(), "pose source '" + kind + rest + "'");
     source.topic = names.resolve(plain.front());
     return source;
   }

@@ -27,8 +27,8 @@ struct Ros2Source {
   std::string topic;                                 ///< or a topic, resolved
   std::string tf = "/tf", tf_static = "/tf_static";  ///< resolved
 };
-/// Throws Error(kInput).
-Ros2Source parse_ros2_source(const std::string& rest);
+/// `kind`: what stands before it, for messages. Throws Error(kInput).
+Ros2Source parse_ros2_source(const std::string& rest, const std::string& kind = "ros2:");
 
 /// What follows "ros2:" in the text of an image source: one topic, and remaps. `what` is named in the message. Throws
 /// Error(kInput).

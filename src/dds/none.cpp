@@ -1,4 +1,5 @@
 /// A build without DDS.
+#include "log_pose_source.hpp"
 #include "names.hpp"
 #include "procam/core/base/error.hpp"
 #include "procam/dds/image_source.hpp"
@@ -24,6 +25,11 @@ bool is_available() {
 std::unique_ptr<track::PoseSource> internal::open_ros2(const Ros2Source&, const track::SourceOptions&) {
   refuse("pose source ros2:",
          "install cyclonedds-dev and cyclonedds-tools and build procam again, or use rosbridge:");
+}
+
+std::unique_ptr<track::PoseSource> internal::open_log_poses(const std::string& rest,
+                                                            const track::SourceOptions&) {
+  refuse(("log of ROS 2 '" + rest + "'").c_str());
 }
 
 struct ImageTopic::Impl {};

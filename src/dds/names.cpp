@@ -103,13 +103,13 @@ Ros2Source parse_ros2_source(const std::string& rest, const std::string& kind) {
   return source;
 }
 
-Ros2Topic parse_ros2_topic(const std::string& rest, const std::string& what) {
+Ros2Topic parse_ros2_topic(const std::string& rest, const std::string& what, const std::string& kind) {
   GraphNames names;
-  const std::vector<std::string> plain = take_parts(rest, names);
+  const std::vector<std::string> plain = take_parts(rest, names, kind);
   if (plain.size() != 1 || plain.front().empty())
-    throw Error(ErrorKind::kInput, what + " 'ros2:" + rest + "'", "it names no topic, or several",
-                "give one topic, e.g. ros2:/camera/image_raw");
-  require_topic_name(plain.front(), what + " 'ros2:" + rest + "'");
+    throw Error(ErrorKind::kInput, what + " '" + kind + rest + "'", "it names no topic, or several",
+                "give one topic, e.g. " + kind + "/camera/image_raw");
+  require_topic_name(plain.front(), what + " '" + kind + rest + "'");
   const std::string given = joined(names.node_namespace, plain.front());
   return {names.resolve(given), names.resolve(given.substr(0, given.rfind('/')) + "/camera_info")};
 }

@@ -30,13 +30,14 @@ struct Ros2Source {
 /// `kind`: what stands before it, for messages. Throws Error(kInput).
 Ros2Source parse_ros2_source(const std::string& rest, const std::string& kind = "ros2:");
 
-/// What follows "ros2:" in the text of an image source: one topic, and remaps. `what` is named in the message. Throws
-/// Error(kInput).
+/// What follows "ros2:" in the text of an image source: one topic, and remaps. `what` and `kind` are named in the
+/// message. Throws Error(kInput).
 struct Ros2Topic {
   std::string topic;  ///< resolved
   std::string info;   ///< resolved: camera_info beside it, as image_transport names it
 };
-Ros2Topic parse_ros2_topic(const std::string& rest, const std::string& what);
+Ros2Topic parse_ros2_topic(const std::string& rest, const std::string& what,
+                           const std::string& kind = "ros2:");
 
 /// The text of an output: "ros2:[NAMESPACE]" and remaps. Throws Error(kInput).
 GraphNames parse_ros2_output(const std::string& text);

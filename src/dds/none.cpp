@@ -39,10 +39,12 @@ ImageTopic& ImageTopic::operator=(ImageTopic&&) noexcept = default;
 ImageTopic::~ImageTopic() = default;
 
 ImageSource::ImageSource(const std::string& text) : ImageTopic(nullptr) {
+  if (text.rfind("log:", 0) == 0) refuse("log of ROS 2");
   internal::parse_ros2_topic(text, "image source");
   refuse("image source ros2:");
 }
 DepthImageSource::DepthImageSource(const std::string& text) : ImageTopic(nullptr) {
+  if (text.rfind("log:", 0) == 0) refuse("log of ROS 2");
   internal::parse_ros2_topic(text, "depth source");
   refuse("depth source ros2:");
 }

@@ -148,6 +148,17 @@ inline Cdr transforms(int sec, unsigned nanosec, const char* frame, const char* 
   return cdr;
 }
 
+/// A sensor_msgs/Image all of whose bytes have one value.
+inline std::vector<std::uint8_t> image_bytes(int sec, unsigned nanosec, std::uint32_t width,
+                                             std::uint32_t height, const std::string& encoding,
+                                             std::uint32_t step, int value) {
+  Cdr cdr;
+  put(cdr, sec, nanosec, "camera").number(height).number(width).text(encoding);
+  cdr.number(std::uint8_t(0)).number(step).number(step * height);
+  for (std::uint32_t i = 0; i < step * height; ++i) cdr.number(std::uint8_t(value));
+  return cdr.bytes();
+}
+
 /// sensor_msgs/CameraInfo of lens_shifted_projector().
 inline std::vector<std::uint8_t> camera_info_bytes(int sec, unsigned nanosec, const std::string& frame) {
   Cdr cdr;

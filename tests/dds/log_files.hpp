@@ -58,6 +58,9 @@ inline std::string record(int opcode, const std::string& contents) {
   return std::string(1, char(opcode)) + number(std::uint64_t(contents.size())) + contents;
 }
 
+/// Nanoseconds of Unix time.
+constexpr std::uint64_t kLogStart = 1'700'000'000'000'000'000;
+
 const std::string kMcapMagic("\x89MCAP0\r\n", 8);
 
 /// Messages in the order of their calls; chunk() packs what came since the last one.

@@ -14,6 +14,7 @@ namespace {
 
 using test::Cdr;
 using test::expect_equal;
+using test::kLogStart;
 using test::left_covariance;
 using test::log_folder;
 using test::McapFile;
@@ -26,7 +27,6 @@ using test::transforms;
 using test::write_file;
 using track::StampedPose;
 
-constexpr std::uint64_t kStart = 1'700'000'000'000'000'000;
 const char* const kTf = "tf2_msgs/msg/TFMessage";
 
 std::string bytes(const Cdr& cdr) {
@@ -54,11 +54,11 @@ std::vector<StampedPose> all_of(const std::string& text) {
 std::string robot() {
   McapFile file;
   file.channel(1, "/tf", kTf).channel(2, "/tf_static", kTf).channel(3, "/odom", "nav_msgs/msg/Odometry");
-  file.message(2, kStart, bytes(transforms(0, 0, "base_link", "lamp", some_pose(5))));
+  file.message(2, kLogStart, bytes(transforms(0, 0, "base_link", "lamp", some_pose(5))));
   for (int k = 0; k < 4; ++k) {
-    file.message(1, kStart + std::uint64_t(k) * 100'000'000,
+    file.message(1, kLogStart + std::uint64_t(k) * 100'000'000,
                  bytes(transforms(1700000000, unsigned(k) * 100000000, "map", "base_link", some_pose(k))));
-    file.message(3, kStart + std::uint64_t(k) * 100'000'000 + 1000, odometry(k));
+    file.message(3, kLogStart + std::uint64_t(k) * 100'000'000 + 1000, odometry(k));
   }
   return file.chunk("").closed();
 }
@@ -100,8 +100,8 @@ TEST(LogPoses, BothByteOrdersAreRead) {
   Cdr stamped(true);
   put(put(stamped, 7, 500000000, "/world"), some_pose(9));
   McapFile file;
-  file.channel(1, "/odom", "nav_msgs/msg/Odometry").message(1, kStart, odometry(1, true));
-  file.channel(2, "/vicon", "geometry_msgs/msg/PoseStamped").message(2, kStart, bytes(stamped));
+  file.channel(1, "/odom", "nav_msgs/msg/Odometry").message(1, kLogStart, odometry(1, true));
+  file.channel(2, "/vicon", "geometry_msgs/msg/PoseStamped").message(2, kLogStart, bytes(stamped));
   write_file(path, file.closed(false));
   const std::vector<StampedPose> poses = all_of("log:" + path + "+/odom@0");
   ASSERT_EQ(poses.size(), 1u);
@@ -117,8 +117,8 @@ TEST(LogPoses, ALogIsPlayedInItsTimeOrFaster) {
   const std::string path = (log_folder() / "run.mcap").string();
   McapFile file;
   file.channel(1, "/odom", "nav_msgs/msg/Odometry").channel(2, "/start", "std_msgs/msg/String");
-  file.message(2, kStart, "");  // the log begins before the first pose
-  for (int k = 1; k <= 3; ++k) file.message(1, kStart + std::uint64_t(k) * 1'000'000'000, odometry(k));
+  file.message(2, kLogStart, "");  // the log begins before the first pose
+  for (int k = 1; k <= 3; ++k) file.message(1, kLogStart + std::uint64_t(k) * 1'000'000'000, odometry(k));
   write_file(path, file.closed());
   const double begin = steady_now();
   const auto source = open_pose_source("log:" + path + "@10");
@@ -144,16 +144,16 @@ TEST(LogPoses, WhatIsNoPoseIsCountedByItsCause) {
   McapFile file;
   file.channel(1, "/odom", "nav_msgs/msg/Odometry");
   const std::string good = odometry(1);
-  file.message(1, kStart, good);
-  for (std::size_t length : {0, 3, 4, 50, 200}) file.message(1, kStart + 1, good.substr(0, length));
+  file.message(1, kLogStart, good);
+  for (std::size_t length : {0, 3, 4, 50, 200}) file.message(1, kLogStart + 1, good.substr(0, length));
   std::string wrong = good;
   wrong[1] = 7;  // XCDR2
-  file.message(1, kStart + 2, wrong);
+  file.message(1, kLogStart + 2, wrong);
   wrong = good;
   wrong[4 + 8] = 0x7f;  // the length of the frame's name
   wrong[4 + 8 + 2] = 0x7f;
-  file.message(1, kStart + 3, wrong);
-  file.message(1, kStart + 4, good);
+  file.message(1, kLogStart + 3, wrong);
+  file.message(1, kLogStart + 4, good);
   write_file(path, file.closed());
   const auto source = open_pose_source("log:" + path + "@0");
   std::vector<StampedPose> poses;
@@ -170,11 +170,11 @@ TEST(LogPoses, ALogWithoutSuchPosesTellsWhatItHolds) {
   EXPECT_ERROR(open_pose_source("log:" + path + "+map"), kInput, "'map' is one frame of two");
   McapFile two;
   two.channel(1, "/a", "nav_msgs/msg/Odometry").channel(2, "/b", "nav_msgs/msg/Odometry");
-  write_file(path, two.message(1, kStart, odometry(1)).closed());
+  write_file(path, two.message(1, kLogStart, odometry(1)).closed());
   EXPECT_ERROR(open_pose_source("log:" + path), kInput, "/a (nav_msgs/msg/Odometry), /b");
   McapFile ros1;
   ros1.channel(1, "/odom", "nav_msgs/Odometry", "ros1");
-  write_file(path, ros1.message(1, kStart, "x").closed());
+  write_file(path, ros1.message(1, kLogStart, "x").closed());
   EXPECT_ERROR(open_pose_source("log:" + path), kInput, "give a log with /tf or with a topic of poses");
   // Logs of procam and trajectories are opened as before.
   write_file(path, "1700000000 1 2 3 0 0 0 1\n");
@@ -185,8 +185,8 @@ TEST(LogPoses, AKilledRecordersFileIsPlayedWithANotice) {
   const std::string path = (log_folder() / "run.mcap").string();
   McapFile file;
   file.channel(1, "/odom", "nav_msgs/msg/Odometry")
-      .message(1, kStart, odometry(1))
-      .message(1, kStart, odometry(2));
+      .message(1, kLogStart, odometry(1))
+      .message(1, kLogStart, odometry(2));
   const std::string whole = file.unclosed();
   write_file(path, whole.substr(0, whole.size() - 10));
   const auto source = open_pose_source("log:" + path + "@0");
@@ -203,8 +203,8 @@ TEST(LogPoses, AFolderOfRosbag2IsOneLog) {
   std::filesystem::create_directories(folder);
   {
     test::Db3File first(folder / "bag_0.db3"), second(folder / "bag_1.db3");
-    first.topic(1, "/odom", "nav_msgs/msg/Odometry").message(1, (long long)(kStart), odometry(1));
-    second.topic(4, "/odom", "nav_msgs/msg/Odometry").message(4, (long long)(kStart) + 1000, odometry(2));
+    first.topic(1, "/odom", "nav_msgs/msg/Odometry").message(1, (long long)(kLogStart), odometry(1));
+    second.topic(4, "/odom", "nav_msgs/msg/Odometry").message(4, (long long)(kLogStart) + 1000, odometry(2));
   }
   const std::vector<StampedPose> poses = all_of("log:" + folder.string() + "/@0");
   ASSERT_EQ(poses.size(), 2u);

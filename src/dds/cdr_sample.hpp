@@ -1,6 +1,7 @@
 #pragma once
 /// Bytes of a log -> a message of the graph's types, by Cyclone's own decoder.
 #include <cstdint>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -25,5 +26,8 @@ class CdrSample {
   const dds_topic_descriptor_t& type_;
   std::vector<std::uint64_t> payload_, sample_;  ///< aligned for any member
 };
+
+/// A message as CDR with its header, little endian.
+std::string cdr_bytes(const dds_topic_descriptor_t& type, const void* sample);
 
 }  // namespace procam::dds::internal

@@ -14,6 +14,8 @@
 #include "procam/core/base/clock.hpp"
 #include "procam/core/base/error.hpp"
 #include "procam/core/base/limits.hpp"
+#include "procam/track/detail/log_line.hpp"
+#include "run_lines.hpp"
 #include "topic_reader.hpp"
 
 namespace procam::dds::internal {
@@ -35,7 +37,9 @@ class LoggedPoses {
  public:
   explicit LoggedPoses(const LogText& text)
       : file_(text.file), log_(open_message_log(text.file)), source_(chosen(text.what)) {
-    if (source_.topic.empty()) {
+    if (source_.topic == kRunTopic) {
+      take_topics(kRunTopic, {kTextType});
+    } else if (source_.topic.empty()) {
       chain_.emplace(source_.frame, source_.child);
       for (const std::string* name : {&source_.tf, &source_.tf_static})
         take_topics(*name, {transforms_type()});
@@ -85,8 +89,14 @@ class LoggedPoses {
     return types;
   }
 
-  /// Without a choice: map,base_link where the log has transforms, else its only topic of poses.
+  /// Without a choice: the poses of a run of procam to the last digit, or map,base_link where the log has transforms, else its
+  /// only topic of poses.
   Ros2Source chosen(const std::string& what) const {
+    if (what.empty() && !topics_of(*log_, {kTextType}, kRunTopic).empty()) {
+      Ros2Source source;
+      source.topic = kRunTopic;
+      return source;
+    }
     if (!what.empty() || !topics_of(*log_, {transforms_type()}).empty())
       return parse_ros2_source(what, "log:" + file_.string() + "+");
     const std::vector<std::size_t> poses = topics_of(*log_, types_of_poses());
@@ -117,6 +127,7 @@ class LoggedPoses {
   template <typename Reject>
   std::optional<StampedPose> read(const LoggedMessage& message, Reject reject) {
     const std::string& type = log_->topics()[message.topic].type;
+    if (type == kTextType) return track::internal::pose_of_log_line(text_of_message(message.bytes));
     const double logged = 1e-9 * double(message.logged_ns);
     const void* sample = readers_.at(type)->read(message.bytes);
     if (!chain_) {

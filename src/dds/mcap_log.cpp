@@ -5,7 +5,6 @@
 /// The data are read from front to back. The summary, where there is one, tells the topics without that, and which chunks
 /// hold none of the selected ones. A file without an end is read as far as it goes.
 #include <algorithm>
-#include <boost/crc.hpp>
 #include <cerrno>
 #include <cstring>
 #include <fstream>
@@ -14,6 +13,7 @@
 #include <optional>
 
 #include "compression.hpp"
+#include "mcap_records.hpp"
 #include "message_log.hpp"
 #include "procam/core/base/bytes.hpp"
 #include "procam/core/base/error.hpp"
@@ -22,30 +22,13 @@
 namespace procam::dds::internal {
 namespace {
 
-enum Opcode : std::uint8_t {
-  kFooter = 0x02,
-  kSchema = 0x03,
-  kChannel = 0x04,
-  kMessage = 0x05,
-  kChunk = 0x06,
-  kChunkIndex = 0x08,
-  kStatistics = 0x0b,
-  kDataEnd = 0x0f
-};
-
-constexpr std::size_t kMagicBytes = 8, kRecordHeader = 9;
+constexpr std::size_t kMagicBytes = kMcapMagic.size(), kRecordHeader = 9;
 constexpr std::size_t kFooterBytes = kRecordHeader + 20;
 constexpr std::size_t kSmallRecord = limits::kMebibyte;  ///< a schema or a channel
 constexpr std::size_t kMessageHeader = 22;
 
 std::string_view text(ByteReader& in) {
   return in.take(in.number<std::uint32_t>());
-}
-
-std::uint32_t crc32_of(std::string_view bytes) {
-  boost::crc_32_type crc;
-  crc.process_bytes(bytes.data(), bytes.size());
-  return crc.checksum();
 }
 
 /// A name of a topic or a type, shortened to what is compared.
@@ -131,7 +114,7 @@ class McapLog : public MessageLog {
     const auto start = footer.number<std::uint64_t>();
     footer.take(8);
     const auto crc = footer.number<std::uint32_t>();
-    if (footer.rest != std::string_view("\x89MCAP0\r\n", kMagicBytes)) return false;
+    if (footer.rest != kMcapMagic) return false;
     notice_.clear();
     if (start < kMagicBytes || start >= footer_at || footer_at - start > limits::kLogSummaryBytes)
       return false;

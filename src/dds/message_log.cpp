@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <fstream>
 
+#include "mcap_records.hpp"
 #include "procam/core/base/detail/regular_file.hpp"
 #include "procam/core/base/error.hpp"
 #include "procam/io/files.hpp"
@@ -21,7 +22,7 @@ Format format_of(const fs::path& path) {
   std::ifstream(path, std::ios::binary).read(bytes, sizeof bytes);
   const std::string_view begin(bytes, sizeof bytes);
   const auto is = [&](std::string_view magic) { return begin.substr(0, magic.size()) == magic; };
-  if (is(std::string_view("\x89MCAP0\r\n", 8))) return Format::kMcap;
+  if (is(kMcapMagic)) return Format::kMcap;
   if (is(std::string_view("SQLite format 3\0", 16))) return Format::kSqlite;
   if (is("\x28\xb5\x2f\xfd")) return Format::kZstd;
   if (is("#ROSBAG V")) return Format::kRos1;

@@ -1,8 +1,10 @@
 #include "pose_messages.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 
+#include "cdr_sample.hpp"
 #include "procam/core/base/detail/plain_text.hpp"
 #include "procam/core/base/limits.hpp"
 #include "procam/core/base/words.hpp"
@@ -46,6 +48,9 @@ StampedPose message_of(const geometry_msgs_msg_dds__TransformStamped_& in, doubl
   return message;
 }
 
+/// First in the covariance of a part that the sender does not know.
+constexpr double kUnknown = -1;
+
 /// Of poses that name no child.
 const char* const kBase = "base_link";
 
@@ -81,7 +86,8 @@ StampedPose message_of(const nav_msgs_msg_dds__Odometry_& in, double written) {
   if (message.child.empty()) message.child = kBase;
   message.frame_from_child = pose(in.pose.pose);
   take_covariance(in.pose.covariance, message);
-  message.twist.emplace() << vector(in.twist.twist.angular), vector(in.twist.twist.linear);
+  if (in.twist.covariance[0] != kUnknown)
+    message.twist.emplace() << vector(in.twist.twist.angular), vector(in.twist.twist.linear);
   return message;
 }
 
@@ -112,6 +118,37 @@ void require_pose(StampedPose& message) {
   }
   if (const char* why = track::internal::why_malformed(message)) throw Refusal{"ros2_invalid_pose", why};
   track::internal::make_unit(message.frame_from_child.rotation);
+}
+
+void write_covariance(const Mat6& left, const Vec3& t, double (&rows)[36]) {
+  // The left increment [w, v] moves the origin by v + w x t.
+  Mat6 ros_from_left = Mat6::Zero();
+  ros_from_left.topRightCorner<3, 3>().setIdentity();
+  ros_from_left.bottomLeftCorner<3, 3>().setIdentity();
+  ros_from_left.topLeftCorner<3, 3>() << 0, t.z(), -t.y(), -t.z(), 0, t.x(), t.y(), -t.x(), 0;
+  Eigen::Map<Eigen::Matrix<double, 6, 6, Eigen::RowMajor>> ros(rows);
+  ros = ros_from_left * left * ros_from_left.transpose();
+}
+
+std::string odometry_bytes(const StampedPose& pose) {
+  StampedPose kept = pose;  // C structures point to texts that may be written
+  nav_msgs_msg_dds__Odometry_ message{};
+  constexpr double kMostSeconds = 2147483647;
+  if (kept.stamp && std::abs(*kept.stamp) < kMostSeconds) message.header.stamp = ros_time(*kept.stamp);
+  message.header.frame_id = kept.frame.data();
+  message.child_frame_id = kept.child.data();
+  const Vec3& t = kept.frame_from_child.translation;
+  const Eigen::Quaterniond& q = kept.frame_from_child.rotation;
+  message.pose.pose.position = {t.x(), t.y(), t.z()};
+  message.pose.pose.orientation = {q.x(), q.y(), q.z(), q.w()};
+  if (kept.covariance) write_covariance(*kept.covariance, t, message.pose.covariance);
+  if (kept.twist) {
+    const Vec6& v = *kept.twist;
+    message.twist.twist = {{v[3], v[4], v[5]}, {v[0], v[1], v[2]}};
+  } else {
+    message.twist.covariance[0] = kUnknown;
+  }
+  return cdr_bytes(nav_msgs_msg_dds__Odometry__desc, &message);
 }
 
 void PoseChain::take(const tf2_msgs_msg_dds__TFMessage_& message, double written, bool is_static,

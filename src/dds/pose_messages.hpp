@@ -24,6 +24,12 @@ const PoseType (&pose_types())[kPoseTypes];
 /// Throws Refusal for what is no pose; the rotation becomes a unit quaternion.
 void require_pose(track::StampedPose& message);
 
+/// A covariance of the left increment of a pose, as ROS orders it; `translation` is the pose's.
+void write_covariance(const Mat6& left, const Vec3& translation, double (&rows)[36]);
+/// What a log has as an Odometry; a stamp that is unknown is zero, and so is a covariance. A twist that is unknown has -1 first
+/// in its covariance.
+std::string odometry_bytes(const track::StampedPose& pose);
+
 /// The pose of a frame over a chain of /tf and /tf_static, at the latest time at which all of it is known.
 class PoseChain {
  public:

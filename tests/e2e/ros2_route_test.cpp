@@ -180,15 +180,24 @@ TEST_F(Ros2Route, AShowFollowsARecordedLog) {
   for (int k = 0; k < 20; ++k)
     log.message(1, kBegin + std::uint64_t(k) * 100'000'000, transform(0.01 * k, k, "odom", "base_link"));
   write_file(at("run.mcap"), log.chunk("").unclosed());  // the recorder was killed
-  const ToolRun run =
-      run_tool("project-live",
-               show() + "--control off --json --output none --fps 20 --duration 3s --pose-source log:" +
-                   at("run.mcap") + "+map,base_link");
+  const ToolRun run = run_tool(
+      "project-live", show() + "--control off --json --output none --fps 20 --duration 3s --record " +
+                          at("show.mcap") + " --pose-source log:" + at("run.mcap") + "+map,base_link");
   ASSERT_EQ(run.exit_code, 0) << run.err;
   EXPECT_EQ(run.json()["poses"]["taken"], 20) << run.json();
   EXPECT_NE(run.err.find("'base_link' in 'map' from /tf and /tf_static; the log has no end"),
             std::string::npos)
       << run.err;
+  // What was recorded as messages of ROS 2 is shown again, and its poses drive another show.
+  const ToolRun again =
+      run_tool("project-live", show() + "--control off --json --output none --replay " + at("show.mcap"));
+  ASSERT_EQ(again.exit_code, 0) << again.err;
+  EXPECT_EQ(again.json()["equal"], run.json()["frames"]);
+  const ToolRun other = run_tool(
+      "project-live", show() + "--control off --json --output none --duration 500ms --pose-source log:" +
+                          at("show.mcap") + "@0");
+  ASSERT_EQ(other.exit_code, 0) << other.err;
+  EXPECT_EQ(other.json()["poses"]["arrived"], run.json()["poses"]["arrived"]);
   const ToolRun wrong =
       run_tool("project-live", show() + "--output none --pose-source log:" + at("run.mcap") + "+/odom");
   EXPECT_EQ(wrong.exit_code, 3);

@@ -98,11 +98,18 @@ class LoggedPoses {
       return source;
     }
     if (!what.empty() || !topics_of(*log_, {transforms_type()}).empty())
-      return parse_ros2_source(what, "log:" + file_.string() + "+");
+      return of_log(parse_ros2_source(what, "log:" + file_.string() + "+"));
     const std::vector<std::size_t> poses = topics_of(*log_, types_of_poses());
     if (poses.size() != 1) refuse();
     Ros2Source source;
     source.topic = log_->topics()[poses.front()].name;
+    return source;
+  }
+
+  Ros2Source of_log(Ros2Source source) const {
+    if (!source.clock.empty())
+      throw Error(ErrorKind::kInput, "log " + file_.string(), "use_sim_time is for poses of the graph alone",
+                  "remove it: a log is played by the times of its recorder");
     return source;
   }
 

@@ -50,6 +50,10 @@ std::vector<std::string> take_parts(const std::string& rest, GraphNames& names,
     if (from == "__ns") {
       if (to != "/") require_topic_name(to, what);
       names.node_namespace = to.front() == '/' ? to : "/" + to;
+    } else if (from == "use_sim_time") {
+      if (to != "true" && to != "false")
+        throw Error(ErrorKind::kInput, what, "use_sim_time is true or false", "write use_sim_time:=true");
+      names.use_sim_time = to == "true";
     } else {
       require_topic_name(from, what);
       require_topic_name(to, what);
@@ -57,6 +61,11 @@ std::vector<std::string> take_parts(const std::string& rest, GraphNames& names,
     }
   }
   return plain;
+}
+
+void refuse_sim_time(const GraphNames& names, const std::string& what) {
+  if (names.use_sim_time)
+    throw Error(ErrorKind::kInput, what, "use_sim_time is for poses of the graph alone", "remove it");
 }
 
 }  // namespace
@@ -82,6 +91,7 @@ Ros2Source parse_ros2_source(const std::string& rest, const std::string& kind) {
     throw Error(ErrorKind::kInput, "pose source '" + kind + rest + "'", why,
                 "give two frames (" + kind + "map,base_link) or a topic (" + kind + "/odom)");
   };
+  if (names.use_sim_time) source.clock = names.resolve("/clock");
   for (const std::string& part : plain)
     if (part.empty() || part.size() > limits::kFrameNameBytes) refuse("a part of it is empty or too long");
   if (plain.size() > 2) refuse("it has more than two names");
@@ -106,6 +116,7 @@ Ros2Source parse_ros2_source(const std::string& rest, const std::string& kind) {
 Ros2Topic parse_ros2_topic(const std::string& rest, const std::string& what, const std::string& kind) {
   GraphNames names;
   const std::vector<std::string> plain = take_parts(rest, names, kind);
+  refuse_sim_time(names, what + " '" + kind + rest + "'");
   if (plain.size() != 1 || plain.front().empty())
     throw Error(ErrorKind::kInput, what + " '" + kind + rest + "'", "it names no topic, or several",
                 "give one topic, e.g. " + kind + "/camera/image_raw");
@@ -121,6 +132,7 @@ GraphNames parse_ros2_output(const std::string& text) {
                 "it does not begin with ros2:", "give e.g. ros2:/procam");
   GraphNames names;
   const std::vector<std::string> plain = take_parts(text.substr(kind.size()), names);
+  refuse_sim_time(names, "'" + text + "'");
   if (plain.size() > 1)
     throw Error(ErrorKind::kInput, "'" + text + "'", "it has more than one namespace",
                 "give e.g. ros2:/procam");

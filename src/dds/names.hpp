@@ -12,6 +12,7 @@ namespace procam::dds::internal {
 struct GraphNames {
   std::string node_namespace = "/";
   std::vector<std::pair<std::string, std::string>> remaps;  ///< from, to: as given
+  bool use_sim_time = false;
 
   /// The absolute name of a topic: "odom" -> "/robot1/odom", "/tf" -> what it is mapped to.
   std::string resolve(const std::string& name) const;
@@ -22,10 +23,12 @@ struct GraphNames {
 ///   FRAME,CHILD     a chain of /tf and /tf_static; without any part: map,base_link
 ///   /TOPIC          poses of a topic
 ///   FROM:=TO        a remap; __ns:=NAMESPACE the namespace
+///   use_sim_time:=true   stamps are of /clock
 struct Ros2Source {
   std::string frame, child;                          ///< of a chain
   std::string topic;                                 ///< or a topic, resolved
   std::string tf = "/tf", tf_static = "/tf_static";  ///< resolved
+  std::string clock;  ///< of simulated time, resolved; empty: stamps are of the senders
 };
 /// `kind`: what stands before it, for messages. Throws Error(kInput).
 Ros2Source parse_ros2_source(const std::string& rest, const std::string& kind = "ros2:");

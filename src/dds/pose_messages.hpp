@@ -42,6 +42,12 @@ class PoseChain {
   /// The pose, if what was taken made a later one known; without an arrival.
   std::optional<track::StampedPose> next();
 
+  /// Time has jumped: what is not static counts no longer.
+  void restart() {
+    buffer_.forget_moving();
+    put_ = -1e300;
+  }
+
   /// Why there is none: a sentence while the frames are not connected, once for each number of frames; else empty.
   std::string why_none();
 

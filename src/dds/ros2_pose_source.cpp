@@ -13,6 +13,7 @@
 #include "procam/core/base/error.hpp"
 #include "procam/dds/pose_source.hpp"
 #include "procam/track/detail/inbox.hpp"
+#include "simulated_clock.hpp"
 #include "topic_reader.hpp"
 
 namespace procam::dds {
@@ -55,6 +56,12 @@ class Ros2PoseSource : public track::PoseSource {
     }
     if (!source_.topic.empty())
       poses_ = std::make_unique<TopicReader>(participant_, waitset_, source_.topic, topic_types(), 32);
+    if (!source_.clock.empty()) {
+      // As rclcpp's: of the newest alone, from whoever publishes it.
+      clock_ = participant_.create_reader(rosgraph_msgs_msg_dds__Clock__desc, source_.clock,
+                                          Reliability::kBestEffort, Durability::kVolatile, 32);
+      attach(clock_);
+    }
     for (const std::string& topic : topics()) undecodable_before_ += dropped_samples(topic).undecodable;
     inbox_.failed("no publisher of " + (source_.topic.empty() ? source_.tf : source_.topic) +
                   " was found in ROS domain " + std::to_string(participant_.domain()));
@@ -88,7 +95,8 @@ class Ros2PoseSource : public track::PoseSource {
     return participant_.description() + ": " +
            (source_.topic.empty() ? "'" + source_.child + "' in '" + source_.frame + "' from " + source_.tf +
                                         " and " + source_.tf_static
-                                  : "poses of " + source_.topic);
+                                  : "poses of " + source_.topic) +
+           (source_.clock.empty() ? "" : ", by the simulated time of " + source_.clock);
   }
 
  private:
@@ -118,6 +126,7 @@ class Ros2PoseSource : public track::PoseSource {
       const std::array<dds_entity_t, 3> readers = {tf_static_, tf_, poses_ ? poses_->entity() : 0};
       for (std::size_t i = 0; i < readers.size(); ++i)
         if (readers[i] > 0) look_at(readers[i], peers_[i]);
+      take_clock();
       const auto take_transforms = [&](dds_entity_t reader) {
         if (reader <= 0) return;
         take_all(reader, [&](const void* sample, const dds_sample_info_t& info, double arrival) {
@@ -189,9 +198,49 @@ class Ros2PoseSource : public track::PoseSource {
     });
   }
 
+  void take_clock() {
+    if (clock_ <= 0) return;
+    take_all(clock_, [&](const void* sample, const dds_sample_info_t& info, double arrival) {
+      if (!info.valid_data) return;
+      const auto& time = static_cast<const rosgraph_msgs_msg_dds__Clock_*>(sample)->clock;
+      if (time.nanosec >= 1'000'000'000)
+        return reject({"ros2_invalid_stamp", "a Clock has more than 1e9 nanoseconds"});
+      const SimulatedClock::Change change = simulated_.take(time.sec + 1e-9 * time.nanosec, arrival);
+      if (change == SimulatedClock::Change::kJumped) {
+        chain_.restart();
+        last_.reset();
+        inbox_.failed("the simulated time has jumped; poses are taken anew");
+      }
+      // The robot stands as long as the simulation does: its pose does not grow old.
+      if (change == SimulatedClock::Change::kStands && last_) put_again(*last_, arrival);
+    });
+  }
+
+  void put_again(StampedPose message, double arrival) {
+    message.stamp = message.arrival = arrival;
+    if (message.twist) message.twist->setZero();
+    inbox_.put(std::move(message));
+  }
+
+  /// From simulated to local time; false before there is a clock.
+  bool make_local(StampedPose& message, double arrival) {
+    const std::optional<double> local = simulated_.local(message.stamp.value_or(0), arrival);
+    if (!local) {
+      inbox_.failed("no simulated time has come on " + source_.clock);
+      return false;
+    }
+    if (message.stamp) message.stamp = local;
+    if (message.twist) *message.twist *= simulated_.rate();
+    return true;
+  }
+
   void put(StampedPose message, double arrival) {
     require_pose(message);
     message.arrival = arrival;
+    if (clock_ > 0) {
+      if (!make_local(message, arrival)) return;
+      last_ = message;
+    }
     inbox_.put(std::move(message));
   }
 
@@ -212,10 +261,12 @@ class Ros2PoseSource : public track::PoseSource {
   const Ros2Source source_;
   track::internal::Inbox inbox_;
   Participant participant_;
-  dds_entity_t waitset_ = 0, stop_ = 0, discovery_ = 0, tf_ = 0, tf_static_ = 0;
+  dds_entity_t waitset_ = 0, stop_ = 0, discovery_ = 0, tf_ = 0, tf_static_ = 0, clock_ = 0;
   std::unique_ptr<TopicReader> poses_;  ///< of a topic
   std::array<std::uint32_t, 3> peers_{};
   PoseChain chain_;
+  SimulatedClock simulated_;         ///< with clock_
+  std::optional<StampedPose> last_;  ///< that was put, in local time
   std::uint64_t undecodable_before_ = 0;
   mutable std::mutex mutex_;
   std::map<std::string, std::uint64_t> rejected_;

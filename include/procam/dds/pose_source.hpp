@@ -9,6 +9,7 @@
 /// | ros2:/TOPIC | Odometry, PoseWithCovarianceStamped, PoseStamped or TransformStamped: the type that is published |
 /// | log:FILE[+FRAME,CHILD or +/TOPIC][@SPEED] | the same from a log: MCAP, .db3 of rosbag2, or a folder of these |
 /// | ...,FROM:=TO | a remap as in ROS 2: ros2:map,base_link,/tf:=/robot1/tf,/tf_static:=/robot1/tf_static |
+/// | ...,use_sim_time:=true | stamps are those of /clock: at any rate, through pauses and jumps |
 /// | ...,__ns:=/robot1 | a namespace for relative names |
 ///
 /// The domain is ROS_DOMAIN_ID or 0; ROS_LOCALHOST_ONLY, ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST and CYCLONEDDS_URI are

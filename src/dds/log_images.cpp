@@ -16,7 +16,7 @@
 namespace procam::dds::internal {
 namespace {
 
-/// Images that are later than this, as of a computer that is too slow, are left out while others follow.
+/// Images that are later than this, as of a computer that is too slow, are skipped while others follow.
 constexpr double kLate_s = 0.5;
 
 class LogImages : public ImageInput {
@@ -119,7 +119,7 @@ class LogImages : public ImageInput {
   /// false at the end. An image waits then, or a CameraInfo was taken.
   bool read_on() {
     try {
-      // An image that is late is left out, unless it is the last one: its bytes are kept until the next is there.
+      // An image that is late is skipped, unless it is the last one: its bytes are kept until the next is there.
       if (!log_->next(waiting_)) {
         const std::lock_guard<std::mutex> lock(mutex_);
         has_ended_ = true;
@@ -168,7 +168,7 @@ class LogImages : public ImageInput {
       info_{sensor_msgs_msg_dds__CameraInfo__desc};
   LoggedMessage waiting_;
   bool is_waiting_ = false;
-  std::string late_, last_;  ///< an image that was left out
+  std::string late_, last_;  ///< an image that was skipped
   std::int64_t late_ns_ = 0;
   track::Clock clock_;
   ImageTimes order_;

@@ -55,13 +55,13 @@ std::vector<std::size_t> topics_of(const MessageLog& log, const std::vector<std:
 }
 
 std::string topic_list(const MessageLog& log, const std::vector<std::size_t>& topics) {
-  constexpr std::size_t kMost = 20;
+  constexpr std::size_t kMaxNamed = 20;
   std::string list;
-  for (std::size_t i = 0; i < std::min(topics.size(), kMost); ++i) {
+  for (std::size_t i = 0; i < std::min(topics.size(), kMaxNamed); ++i) {
     const LogTopic& topic = log.topics()[topics[i]];
     list += (list.empty() ? "" : ", ") + topic.name + " (" + topic.type + ")";
   }
-  if (topics.size() > kMost) list += ", ...";
+  if (topics.size() > kMaxNamed) list += ", ...";
   return list.empty() ? "none" : procam::internal::to_plain_text(list);
 }
 

@@ -49,7 +49,7 @@ class LoggedPoses {
       for (const PoseType& type : pose_types())
         readers_.emplace(name_of(*type.type), std::make_unique<CdrSample>(*type.type));
     }
-    if (topics_.empty()) refuse();
+    if (topics_.empty()) refuse(source_.topic);
     log_->select(topics_);
     times_ = shared_times(text, log_->begin_ns());
   }
@@ -100,7 +100,7 @@ class LoggedPoses {
     if (!what.empty() || !topics_of(*log_, {transforms_type()}).empty())
       return of_log(parse_ros2_source(what, "log:" + file_.string() + "+"));
     const std::vector<std::size_t> poses = topics_of(*log_, types_of_poses());
-    if (poses.size() != 1) refuse();
+    if (poses.size() != 1) refuse({});
     Ros2Source source;
     source.topic = log_->topics()[poses.front()].name;
     return source;
@@ -118,13 +118,13 @@ class LoggedPoses {
     topics_.insert(topics_.end(), found.begin(), found.end());
   }
 
-  [[noreturn]] void refuse() const {
+  /// Also before there is a source_: an empty topic is a chain, or none that was chosen.
+  [[noreturn]] void refuse(const std::string& topic) const {
     std::vector<std::string> types = types_of_poses();
     types.push_back(transforms_type());
     const std::vector<std::size_t> found = topics_of(*log_, types);
-    const std::string why = source_.topic.empty()
-                                ? "it does not hold one topic of poses or transforms to take"
-                                : "it holds no poses of the topic " + source_.topic;
+    const std::string why = topic.empty() ? "it does not hold one topic of poses or transforms to take"
+                                          : "it holds no poses of the topic " + topic;
     throw Error(ErrorKind::kInput, "log " + file_.string(), why,
                 found.empty()
                     ? "give a log with /tf or with a topic of poses"

@@ -10,7 +10,6 @@
 #include <string_view>
 #include <vector>
 
-#include "log_limits.hpp"
 #include "refusal.hpp"
 
 namespace procam::dds::internal {

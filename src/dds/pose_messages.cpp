@@ -133,8 +133,8 @@ void write_covariance(const Mat6& left, const Vec3& t, double (&rows)[36]) {
 std::string odometry_bytes(const StampedPose& pose) {
   StampedPose kept = pose;  // C structures point to texts that may be written
   nav_msgs_msg_dds__Odometry_ message{};
-  constexpr double kMostSeconds = 2147483647;
-  if (kept.stamp && std::abs(*kept.stamp) < kMostSeconds) message.header.stamp = ros_time(*kept.stamp);
+  constexpr double kMaxSeconds = 2147483647;
+  if (kept.stamp && std::abs(*kept.stamp) < kMaxSeconds) message.header.stamp = ros_time(*kept.stamp);
   message.header.frame_id = kept.frame.data();
   message.child_frame_id = kept.child.data();
   const Vec3& t = kept.frame_from_child.translation;

@@ -96,7 +96,7 @@ std::optional<std::string> RunMcapLines::next() {
     try {
       if (!state_->log->next(message)) return std::nullopt;
       return text_of_message(message.bytes);
-    } catch (const Refusal&) {  // damaged: left out, as a part that is missing
+    } catch (const Refusal&) {  // damaged: skipped, as a part that is missing
     }
   }
 }

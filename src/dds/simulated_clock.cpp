@@ -10,7 +10,7 @@ constexpr double kJump_s =
     10;  // forward; a simulation that runs faster than that between two messages is none to watch
 constexpr double kRateSpan_s = 1;  // local time that the rate is taken over
 constexpr double kSpan_s = 10;     // local time that is remembered
-constexpr std::size_t kMost = 4096;
+constexpr std::size_t kMaxSamples = 4096;
 
 }  // namespace
 
@@ -29,7 +29,7 @@ SimulatedClock::Change SimulatedClock::take(double simulated, double arrival) {
     }
   }
   samples_.push_back({simulated, arrival});
-  while (samples_.size() > kMost || samples_.front().local < arrival - kSpan_s) samples_.pop_front();
+  while (samples_.size() > kMaxSamples || samples_.front().local < arrival - kSpan_s) samples_.pop_front();
   return change;
 }
 

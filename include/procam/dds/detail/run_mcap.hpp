@@ -52,7 +52,7 @@ class PROCAM_EXPORT RunMcapLines {
   RunMcapLines(RunMcapLines&&) noexcept;
   RunMcapLines& operator=(RunMcapLines&&) noexcept;
 
-  /// nullopt at the end; what is damaged is left out.
+  /// nullopt at the end; what is damaged is skipped.
   std::optional<std::string> next();
 
  private:

@@ -78,7 +78,7 @@ class Db3Log : public MessageLog {
   Error error() const {
     return Error(ErrorKind::kInput, path_.string(),
                  database_ ? sqlite3_errmsg(database_.get()) : "SQLite has no memory",
-                 "give a .db3 file of rosbag2 that is whole; 'ros2 bag reindex' mends some");
+                 "give a .db3 file of rosbag2 that is whole; 'ros2 bag reindex' repairs some");
   }
 
   Statement prepared(const std::string& text) const {

@@ -90,14 +90,23 @@ class McapLog : public MessageLog {
     in_chunk_ = {};
   }
 
+  /// Throws Error(kIo).
+  void read(std::uint64_t offset, char* bytes, std::size_t count) {
+    if (offset != position_) {  // a seek forgets what the stream has read ahead
+      file_.clear();
+      file_.seekg(std::streamoff(offset));
+    }
+    position_ = offset + count;
+    if (!file_.read(bytes, std::streamsize(count))) {
+      position_ = std::uint64_t(-1);
+      throw Error(ErrorKind::kIo, path_.string(), "it could be opened and cannot be read",
+                  "check the disk, or whether another program has cut the file");
+    }
+  }
   /// Bytes of the file; the buffer lasts until the next call. Throws Error(kIo).
   std::string_view bytes_at(std::uint64_t offset, std::size_t count) {
     buffer_.resize(count);
-    file_.clear();
-    file_.seekg(std::streamoff(offset));
-    if (!file_.read(buffer_.data(), std::streamsize(count)))
-      throw Error(ErrorKind::kIo, path_.string(), "it could be opened and cannot be read",
-                  "check the disk, or whether another program has cut the file");
+    read(offset, buffer_.data(), count);
     return buffer_;
   }
 
@@ -142,7 +151,8 @@ class McapLog : public MessageLog {
     }
     std::sort(index_.begin(), index_.end(),
               [](const Indexed& a, const Indexed& b) { return a.offset < b.offset; });
-    return has_statistics && !topics_.empty();
+    // Not every writer states the first time.
+    return has_statistics && begin_ns_ != 0 && !topics_.empty();
   }
 
   void take_chunk_index(ByteReader& body) {
@@ -238,7 +248,9 @@ class McapLog : public MessageLog {
   std::optional<bool> next_in_file(LoggedMessage& message) {
     if (at_ + kRecordHeader > size_) return false;
     const std::uint64_t offset = at_;
-    ByteReader head{bytes_at(offset, kRecordHeader)};
+    char head_bytes[kRecordHeader];
+    read(offset, head_bytes, kRecordHeader);
+    ByteReader head{{head_bytes, kRecordHeader}};
     const Record record = record_header(head);
     if (record.opcode == kDataEnd || record.opcode == kFooter || record.opcode == 0) return false;
     if (record.length > size_ - offset - kRecordHeader) return false;  // cut
@@ -279,24 +291,27 @@ class McapLog : public MessageLog {
     if (body.bad) refuse_damaged("a chunk of the log contradicts its own lengths");
     if (size > limits::kLogChunkBytes)
       throw Refusal{"ros2_oversized", "a chunk of the log is larger than 128 MiB"};
+    std::string_view records = packed;
     if (compression.empty())
-      chunk_ = packed;
+      chunk_.clear();
     else if (compression == "zstd")
       chunk_ = unpacked_zstd(packed, std::size_t(size));
     else if (compression == "lz4")
       chunk_ = unpacked_lz4(packed, std::size_t(size));
     else
       refuse_damaged("a chunk of the log is compressed by a method that is neither zstd nor lz4");
-    if (crc != 0 && crc != crc32_of(chunk_))
+    if (!compression.empty()) records = chunk_;
+    if (!is_scanning_ && crc != 0 && crc != crc32_of(records))
       refuse_damaged("a chunk of the log has another checksum than it states");
-    in_chunk_ = {chunk_};
+    in_chunk_ = {records};
   }
 
   const std::filesystem::path path_;
   std::ifstream file_;
   std::uint64_t size_ = 0, at_ = 0;
+  std::uint64_t position_ = std::uint64_t(-1);  ///< of the stream
   std::string buffer_, chunk_;
-  ByteReader in_chunk_;  ///< the records of chunk_ that are left
+  ByteReader in_chunk_;  ///< records of a chunk that are left, in buffer_ or chunk_
   std::map<std::uint16_t, std::string> schemas_;
   std::map<std::uint16_t, std::size_t> channels_;  ///< indices into topics_
   std::vector<bool> selected_;

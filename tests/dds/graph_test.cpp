@@ -286,6 +286,40 @@ TEST(Ros2Graph, SimulatedTimeIsFollowedThroughPausesAndJumps) {
   EXPECT_NEAR(*poses.back().stamp, poses.back().arrival, 0.05);
 }
 
+/// Half a metre a simulated second, at four times the speed, are two metres a second here.
+TEST(Ros2Graph, TwistsAreScaledToTheRateOfSimulatedTime) {
+  const LoopbackDomain domain;
+  const Ros2Peer robot(domain);
+  const dds_entity_t clock = robot.writer(rosgraph_msgs_msg_dds__Clock__desc, "rt/clock");
+  const dds_entity_t odom = robot.writer(nav_msgs_msg_dds__Odometry__desc, "rt/odom");
+  const auto source = open_pose_source("ros2:/odom,use_sim_time:=true");
+  ASSERT_TRUE(has_readers(clock) && has_readers(odom) && is_connected(*source));
+  std::vector<StampedPose> poses, arrived;
+  char frame[] = "odom", child[] = "base_link";
+  for (int k = 0; k < 50; ++k) {
+    const double time = 5000 + 0.04 * k;
+    nav_msgs_msg_dds__Odometry_ message{};
+    message.header.stamp = {std::int32_t(std::floor(time)), std::uint32_t(1e9 * (time - std::floor(time)))};
+    message.header.frame_id = frame;
+    message.child_frame_id = child;
+    message.pose.pose.position = {0.5 * time, 0, 0};
+    message.pose.pose.orientation.w = 1;
+    message.twist.twist.linear.x = 0.5;
+    const rosgraph_msgs_msg_dds__Clock_ now{message.header.stamp};
+    EXPECT_EQ(dds_write(clock, &now), DDS_RETCODE_OK);
+    EXPECT_EQ(dds_write(odom, &message), DDS_RETCODE_OK);
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    source->poll(arrived);
+    poses.insert(poses.end(), arrived.begin(), arrived.end());
+  }
+  ASSERT_GE(poses.size(), 30u);
+  const StampedPose &first = poses.front(), &last = poses.back();
+  const double speed = (last.frame_from_child.translation.x() - first.frame_from_child.translation.x()) /
+                       (*last.stamp - *first.stamp);
+  EXPECT_GT(speed, 1.2);
+  EXPECT_NEAR((*last.twist)[3], speed, 0.2 * speed);
+}
+
 TEST(Ros2Graph, LostPacketsAreSentAgainAndARestartedRobotIsFollowed) {
   const LoopbackDomain domain;
   const auto source = open_pose_source("ros2:map,base_link");

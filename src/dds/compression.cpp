@@ -13,9 +13,11 @@
 namespace procam::dds::internal {
 namespace {
 
+#if defined(PROCAM_HAVE_ZSTD) || defined(PROCAM_HAVE_LZ4)
 [[noreturn]] void refuse_packed(const char* how) {
   throw Refusal{"log_damaged", std::string("a part of the log that is compressed (") + how + ") is damaged"};
 }
+#endif
 #if !defined(PROCAM_HAVE_ZSTD) || !defined(PROCAM_HAVE_LZ4)
 [[noreturn]] void not_built(const char* how, const char* package) {
   throw Error(ErrorKind::kUnsupported, std::string("a log that is compressed (") + how + ")",

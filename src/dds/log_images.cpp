@@ -100,7 +100,10 @@ class LogImages : public ImageInput {
         sleep_until(end);
         return std::nullopt;
       }
-      if (!is_waiting_) continue;
+      if (!is_waiting_) {
+        if (steady_now() > end) return std::nullopt;  // much is late: the next call goes on
+        continue;
+      }
       const double due = times_->due(waiting_.logged_ns);
       if (due > end) {
         sleep_until(end);

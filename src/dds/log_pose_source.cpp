@@ -211,7 +211,7 @@ class LogPoseSource : public track::PoseSource {
     std::string failed;
     try {
       read_ahead();
-    } catch (const Error& error) {
+    } catch (const std::exception& error) {  // of a thread: nobody else would catch it
       failed = error.what();
     }
     const std::lock_guard<std::mutex> lock(mutex_);

@@ -33,7 +33,8 @@ std::string joined(const std::string& node_namespace, const std::string& name) {
 }
 
 /// Parts divided by commas; remaps and the namespace go into `names`, the others are returned.
-std::vector<std::string> take_parts(const std::string& rest, GraphNames& names) {
+std::vector<std::string> take_parts(const std::string& rest, GraphNames& names,
+                                    const std::string& kind = "ros2:") {
   std::vector<std::string> plain;
   for (std::size_t begin = 0; !rest.empty() && begin <= rest.size();) {
     const std::size_t end = std::min(rest.find(',', begin), rest.size());
@@ -45,10 +46,14 @@ std::vector<std::string> take_parts(const std::string& rest, GraphNames& names) 
       continue;
     }
     const std::string from = part.substr(0, remap), to = part.substr(remap + 2);
-    const std::string what = "ros2:" + rest;
+    const std::string what = kind + rest;
     if (from == "__ns") {
       if (to != "/") require_topic_name(to, what);
       names.node_namespace = to.front() == '/' ? to : "/" + to;
+    } else if (from == "use_sim_time") {
+      if (to != "true" && to != "false")
+        throw Error(ErrorKind::kInput, what, "use_sim_time is true or false", "write use_sim_time:=true");
+      names.use_sim_time = to == "true";
     } else {
       require_topic_name(from, what);
       require_topic_name(to, what);
@@ -56,6 +61,11 @@ std::vector<std::string> take_parts(const std::string& rest, GraphNames& names) 
     }
   }
   return plain;
+}
+
+void refuse_sim_time(const GraphNames& names, const std::string& what) {
+  if (names.use_sim_time)
+    throw Error(ErrorKind::kInput, what, "use_sim_time is for poses of the graph alone", "remove it");
 }
 
 }  // namespace
@@ -73,21 +83,22 @@ std::string GraphNames::resolve(const std::string& name) const {
   return full;
 }
 
-Ros2Source parse_ros2_source(const std::string& rest) {
+Ros2Source parse_ros2_source(const std::string& rest, const std::string& kind) {
   GraphNames names;
-  const std::vector<std::string> plain = take_parts(rest, names);
+  const std::vector<std::string> plain = take_parts(rest, names, kind);
   Ros2Source source;
   const auto refuse = [&](const std::string& why) {
-    throw Error(ErrorKind::kInput, "pose source 'ros2:" + rest + "'", why,
-                "give two frames (ros2:map,base_link) or a topic (ros2:/odom)");
+    throw Error(ErrorKind::kInput, "pose source '" + kind + rest + "'", why,
+                "give two frames (" + kind + "map,base_link) or a topic (" + kind + "/odom)");
   };
+  if (names.use_sim_time) source.clock = names.resolve("/clock");
   for (const std::string& part : plain)
     if (part.empty() || part.size() > limits::kFrameNameBytes) refuse("a part of it is empty or too long");
   if (plain.size() > 2) refuse("it has more than two names");
   if (plain.size() == 1) {
     if (plain.front().front() != '/')
       refuse("'" + plain.front() + "' is one frame of two, or a topic without '/'");
-    require_topic_name(plain.front(), "pose source 'ros2:" + rest + "'");
+    require_topic_name(plain.front(), "pose source '" + kind + rest + "'");
     source.topic = names.resolve(plain.front());
     return source;
   }
@@ -102,13 +113,14 @@ Ros2Source parse_ros2_source(const std::string& rest) {
   return source;
 }
 
-Ros2Topic parse_ros2_topic(const std::string& rest, const std::string& what) {
+Ros2Topic parse_ros2_topic(const std::string& rest, const std::string& what, const std::string& kind) {
   GraphNames names;
-  const std::vector<std::string> plain = take_parts(rest, names);
+  const std::vector<std::string> plain = take_parts(rest, names, kind);
+  refuse_sim_time(names, what + " '" + kind + rest + "'");
   if (plain.size() != 1 || plain.front().empty())
-    throw Error(ErrorKind::kInput, what + " 'ros2:" + rest + "'", "it names no topic, or several",
-                "give one topic, e.g. ros2:/camera/image_raw");
-  require_topic_name(plain.front(), what + " 'ros2:" + rest + "'");
+    throw Error(ErrorKind::kInput, what + " '" + kind + rest + "'", "it names no topic, or several",
+                "give one topic, e.g. " + kind + "/camera/image_raw");
+  require_topic_name(plain.front(), what + " '" + kind + rest + "'");
   const std::string given = joined(names.node_namespace, plain.front());
   return {names.resolve(given), names.resolve(given.substr(0, given.rfind('/')) + "/camera_info")};
 }
@@ -120,6 +132,7 @@ GraphNames parse_ros2_output(const std::string& text) {
                 "it does not begin with ros2:", "give e.g. ros2:/procam");
   GraphNames names;
   const std::vector<std::string> plain = take_parts(text.substr(kind.size()), names);
+  refuse_sim_time(names, "'" + text + "'");
   if (plain.size() > 1)
     throw Error(ErrorKind::kInput, "'" + text + "'", "it has more than one namespace",
                 "give e.g. ros2:/procam");

@@ -12,6 +12,7 @@ namespace procam::dds::internal {
 struct GraphNames {
   std::string node_namespace = "/";
   std::vector<std::pair<std::string, std::string>> remaps;  ///< from, to: as given
+  bool use_sim_time = false;
 
   /// The absolute name of a topic: "odom" -> "/robot1/odom", "/tf" -> what it is mapped to.
   std::string resolve(const std::string& name) const;
@@ -22,21 +23,24 @@ struct GraphNames {
 ///   FRAME,CHILD     a chain of /tf and /tf_static; without any part: map,base_link
 ///   /TOPIC          poses of a topic
 ///   FROM:=TO        a remap; __ns:=NAMESPACE the namespace
+///   use_sim_time:=true   stamps are of /clock
 struct Ros2Source {
   std::string frame, child;                          ///< of a chain
   std::string topic;                                 ///< or a topic, resolved
   std::string tf = "/tf", tf_static = "/tf_static";  ///< resolved
+  std::string clock;  ///< of simulated time, resolved; empty: stamps are of the senders
 };
-/// Throws Error(kInput).
-Ros2Source parse_ros2_source(const std::string& rest);
+/// `kind`: what stands before it, for messages. Throws Error(kInput).
+Ros2Source parse_ros2_source(const std::string& rest, const std::string& kind = "ros2:");
 
-/// What follows "ros2:" in the text of an image source: one topic, and remaps. `what` is named in the message. Throws
-/// Error(kInput).
+/// What follows "ros2:" in the text of an image source: one topic, and remaps. `what` and `kind` are named in the
+/// message. Throws Error(kInput).
 struct Ros2Topic {
   std::string topic;  ///< resolved
   std::string info;   ///< resolved: camera_info beside it, as image_transport names it
 };
-Ros2Topic parse_ros2_topic(const std::string& rest, const std::string& what);
+Ros2Topic parse_ros2_topic(const std::string& rest, const std::string& what,
+                           const std::string& kind = "ros2:");
 
 /// The text of an output: "ros2:[NAMESPACE]" and remaps. Throws Error(kInput).
 GraphNames parse_ros2_output(const std::string& text);

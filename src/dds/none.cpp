@@ -1,4 +1,5 @@
 /// A build without DDS.
+#include "log_pose_source.hpp"
 #include "names.hpp"
 #include "procam/core/base/error.hpp"
 #include "procam/dds/image_source.hpp"
@@ -26,6 +27,11 @@ std::unique_ptr<track::PoseSource> internal::open_ros2(const Ros2Source&, const 
          "install cyclonedds-dev and cyclonedds-tools and build procam again, or use rosbridge:");
 }
 
+std::unique_ptr<track::PoseSource> internal::open_log_poses(const std::string& rest,
+                                                            const track::SourceOptions&) {
+  refuse(("log of ROS 2 '" + rest + "'").c_str());
+}
+
 struct ImageTopic::Impl {};
 ImageTopic::ImageTopic(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 ImageTopic::ImageTopic(ImageTopic&&) noexcept = default;
@@ -33,10 +39,12 @@ ImageTopic& ImageTopic::operator=(ImageTopic&&) noexcept = default;
 ImageTopic::~ImageTopic() = default;
 
 ImageSource::ImageSource(const std::string& text) : ImageTopic(nullptr) {
+  if (text.rfind("log:", 0) == 0) refuse("log of ROS 2");
   internal::parse_ros2_topic(text, "image source");
   refuse("image source ros2:");
 }
 DepthImageSource::DepthImageSource(const std::string& text) : ImageTopic(nullptr) {
+  if (text.rfind("log:", 0) == 0) refuse("log of ROS 2");
   internal::parse_ros2_topic(text, "depth source");
   refuse("depth source ros2:");
 }

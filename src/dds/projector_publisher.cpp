@@ -6,17 +6,13 @@
 
 #include "graph.hpp"
 #include "names.hpp"
+#include "pose_messages.hpp"
 #include "procam/core/base/error.hpp"
 #include "procam/core/lens/distortion.hpp"
 #include "ros2_messages.h"
 
 namespace procam::dds {
 namespace {
-
-builtin_interfaces_msg_dds__Time_ time_of(double unix_time) {
-  const double whole = std::floor(unix_time);
-  return {std::int32_t(whole), std::min(std::uint32_t(1e9 * (unix_time - whole)), 999'999'999u)};
-}
 
 /// A device's name as a token of a topic: "left projector" -> "left_projector".
 std::string topic_token(const std::string& name) {
@@ -88,7 +84,7 @@ void ProjectorPublisher::publish_camera_info(const std::string& device, const Ca
     d.resize(4);
   }
   sensor_msgs_msg_dds__CameraInfo_ info{};
-  info.header.stamp = time_of(unix_time);
+  info.header.stamp = internal::ros_time(unix_time);
   info.header.frame_id = frame_id.data();
   info.width = std::uint32_t(camera.size.width);
   info.height = std::uint32_t(camera.size.height);
@@ -115,7 +111,7 @@ void ProjectorPublisher::publish_frames(const std::vector<FrameTree::Link>& link
   std::vector<geometry_msgs_msg_dds__TransformStamped_> transforms;
   for (FrameTree::Link& link : kept) {
     geometry_msgs_msg_dds__TransformStamped_ one{};
-    one.header.stamp = time_of(unix_time);
+    one.header.stamp = internal::ros_time(unix_time);
     one.header.frame_id = link.target.data();
     one.child_frame_id = link.source.data();
     const Vec3& t = link.target_from_source.pose.translation;
@@ -146,7 +142,7 @@ void ProjectorPublisher::publish_markers(const std::vector<GraphMarker>& markers
     for (char** text : {&one.header.frame_id, &one.ns, &one.texture_resource, &one.texture.header.frame_id,
                         &one.texture.format, &one.text, &one.mesh_resource, &one.mesh_file.filename})
       *text = none.data();
-    one.header.stamp = time_of(unix_time);
+    one.header.stamp = internal::ros_time(unix_time);
     one.pose.orientation.w = 1;
     one.action = kDeleteAll;  // the first one: what was shown before goes
     if (i == 0) continue;
@@ -185,19 +181,13 @@ void ProjectorPublisher::publish_pose(const std::string& frame, const PoseWithCo
                                                    internal::Durability::kVolatile, 10);
   std::string frame_id = frame;
   geometry_msgs_msg_dds__PoseWithCovarianceStamped_ message{};
-  message.header.stamp = time_of(unix_time);
+  message.header.stamp = internal::ros_time(unix_time);
   message.header.frame_id = frame_id.data();
   const Vec3& t = pose.pose.translation;
   const Eigen::Quaterniond& q = pose.pose.rotation;
   message.pose.pose.position = {t.x(), t.y(), t.z()};
   message.pose.pose.orientation = {q.x(), q.y(), q.z(), q.w()};
-  // The left increment [w, v] moves the origin by v + w x t.
-  Mat6 ros_from_left = Mat6::Zero();
-  ros_from_left.topRightCorner<3, 3>().setIdentity();
-  ros_from_left.bottomLeftCorner<3, 3>().setIdentity();
-  ros_from_left.topLeftCorner<3, 3>() << 0, t.z(), -t.y(), -t.z(), 0, t.x(), t.y(), -t.x(), 0;
-  Eigen::Map<Eigen::Matrix<double, 6, 6, Eigen::RowMajor>>(message.pose.covariance) =
-      ros_from_left * pose.covariance * ros_from_left.transpose();
+  internal::write_covariance(pose.covariance, t, message.pose.covariance);
   Impl::written(dds_write(impl_->pose, &message), topic);
 }
 
@@ -219,7 +209,7 @@ void ProjectorPublisher::publish_health(const DeviceHealth& health, double unix_
   status.values._buffer = values.data();
   status.values._length = status.values._maximum = std::uint32_t(values.size());
   diagnostic_msgs_msg_dds__DiagnosticArray_ array{};
-  array.header.stamp = time_of(unix_time);
+  array.header.stamp = internal::ros_time(unix_time);
   array.header.frame_id = none.data();
   array.status._buffer = &status;
   array.status._length = array.status._maximum = 1;

@@ -3,25 +3,18 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
-#include <cmath>
-#include <cstring>
 #include <mutex>
 #include <thread>
 
 #include "graph.hpp"
 #include "messages.hpp"
+#include "pose_messages.hpp"
 #include "procam/core/base/clock.hpp"
-#include "procam/core/base/detail/plain_text.hpp"
 #include "procam/core/base/error.hpp"
-#include "procam/core/base/limits.hpp"
-#include "procam/core/base/words.hpp"
 #include "procam/dds/pose_source.hpp"
-#include "procam/track/detail/covariance_from_ros.hpp"
 #include "procam/track/detail/inbox.hpp"
-#include "procam/track/detail/message_check.hpp"
-#include "ros2_messages.h"
+#include "simulated_clock.hpp"
 #include "topic_reader.hpp"
-#include "transform_buffer.hpp"
 
 namespace procam::dds {
 
@@ -34,117 +27,16 @@ namespace {
 
 using track::StampedPose;
 
-Vec3 vector(const geometry_msgs_msg_dds__Vector3_& v) {
-  return {v.x, v.y, v.z};
-}
-Pose pose(const geometry_msgs_msg_dds__Transform_& transform) {
-  Pose result;
-  result.translation = vector(transform.translation);
-  result.rotation.coeffs() << transform.rotation.x, transform.rotation.y, transform.rotation.z,
-      transform.rotation.w;
-  return result;
-}
-Pose pose(const geometry_msgs_msg_dds__Pose_& in) {
-  Pose result;
-  result.translation << in.position.x, in.position.y, in.position.z;
-  result.rotation.coeffs() << in.orientation.x, in.orientation.y, in.orientation.z, in.orientation.w;
-  return result;
-}
-
-/// tf's names had a slash in front.
-std::string frame_name(const char* text) {
-  if (text == nullptr) return {};
-  return *text == '/' ? text + 1 : text;
-}
-
-/// Throws Refusal for what is no pose; the rotation becomes a unit quaternion.
-void check(StampedPose& message) {
-  for (const std::string* name : {&message.frame, &message.child}) {
-    if (name->size() > limits::kFrameNameBytes) throw Refusal{"ros2_oversized", "a frame's name is too long"};
-    if (!procam::internal::is_plain_text(*name))
-      throw Refusal{"ros2_invalid_text", "a frame's name is not UTF-8, or has control characters"};
-    if (name->empty()) throw Refusal{"ros2_invalid_text", "a frame has no name"};
-  }
-  if (const char* why = track::internal::why_malformed(message)) throw Refusal{"ros2_invalid_pose", why};
-  track::internal::make_unit(message.frame_from_child.rotation);
-}
-
-StampedPose message_of(const geometry_msgs_msg_dds__TransformStamped_& in, const dds_sample_info_t& info) {
-  StampedPose message;
-  message.stamp = stamp_of(in.header.stamp, info);
-  message.frame = frame_name(in.header.frame_id);
-  message.child = frame_name(in.child_frame_id);
-  message.frame_from_child = pose(in.transform);
-  return message;
-}
-
-/// Of poses that name no child.
-const char* const kBase = "base_link";
-
-StampedPose message_of(const geometry_msgs_msg_dds__PoseStamped_& in, const dds_sample_info_t& info) {
-  StampedPose message;
-  message.stamp = stamp_of(in.header.stamp, info);
-  message.frame = frame_name(in.header.frame_id);
-  message.child = kBase;
-  message.frame_from_child = pose(in.pose);
-  return message;
-}
-
-void take_covariance(const double (&rows)[36], StampedPose& message) {
-  const Mat6 ros = Eigen::Map<const Eigen::Matrix<double, 6, 6, Eigen::RowMajor>>(rows);
-  message.covariance = track::internal::covariance_from_ros(ros, message.frame_from_child.translation);
-}
-
-StampedPose message_of(const geometry_msgs_msg_dds__PoseWithCovarianceStamped_& in,
-                       const dds_sample_info_t& info) {
-  StampedPose message;
-  message.stamp = stamp_of(in.header.stamp, info);
-  message.frame = frame_name(in.header.frame_id);
-  message.child = kBase;
-  message.frame_from_child = pose(in.pose.pose);
-  take_covariance(in.pose.covariance, message);
-  return message;
-}
-
-StampedPose message_of(const nav_msgs_msg_dds__Odometry_& in, const dds_sample_info_t& info) {
-  StampedPose message;
-  message.stamp = stamp_of(in.header.stamp, info);
-  message.frame = frame_name(in.header.frame_id);
-  message.child = frame_name(in.child_frame_id);
-  if (message.child.empty()) message.child = kBase;
-  message.frame_from_child = pose(in.pose.pose);
-  take_covariance(in.pose.covariance, message);
-  message.twist.emplace() << vector(in.twist.twist.angular), vector(in.twist.twist.linear);
-  return message;
-}
-
-/// A type of which a topic of poses may be.
-struct PoseType {
-  const dds_topic_descriptor_t* type;
-  StampedPose (*read)(const void* sample, const dds_sample_info_t& info);
-};
-template <typename Message>
-StampedPose read(const void* sample, const dds_sample_info_t& info) {
-  return message_of(*static_cast<const Message*>(sample), info);
-}
-const PoseType kPoseTypes[] = {
-    {&nav_msgs_msg_dds__Odometry__desc, read<nav_msgs_msg_dds__Odometry_>},
-    {&geometry_msgs_msg_dds__PoseWithCovarianceStamped__desc,
-     read<geometry_msgs_msg_dds__PoseWithCovarianceStamped_>},
-    {&geometry_msgs_msg_dds__PoseStamped__desc, read<geometry_msgs_msg_dds__PoseStamped_>},
-    {&geometry_msgs_msg_dds__TransformStamped__desc, read<geometry_msgs_msg_dds__TransformStamped_>},
-};
-
-TopicReader::Types pose_types() {
+TopicReader::Types topic_types() {
   TopicReader::Types types;
-  for (const PoseType& one : kPoseTypes) types.push_back(one.type);
+  for (const PoseType& one : pose_types()) types.push_back(one.type);
   return types;
 }
 
 class Ros2PoseSource : public track::PoseSource {
  public:
   Ros2PoseSource(Ros2Source source, const track::SourceOptions& options)
-      : source_(std::move(source)), inbox_(options) {
+      : source_(std::move(source)), inbox_(options), chain_(source_.frame, source_.child) {
     waitset_ = dds_create_waitset(participant_.entity());
     stop_ = dds_create_guardcondition(participant_.entity());
     discovery_ =
@@ -163,7 +55,13 @@ class Ros2PoseSource : public track::PoseSource {
       attach(tf_static_);
     }
     if (!source_.topic.empty())
-      poses_ = std::make_unique<TopicReader>(participant_, waitset_, source_.topic, pose_types(), 32);
+      poses_ = std::make_unique<TopicReader>(participant_, waitset_, source_.topic, topic_types(), 32);
+    if (!source_.clock.empty()) {
+      // As rclcpp's: of the newest alone, from whoever publishes it.
+      clock_ = participant_.create_reader(rosgraph_msgs_msg_dds__Clock__desc, source_.clock,
+                                          Reliability::kBestEffort, Durability::kVolatile, 32);
+      attach(clock_);
+    }
     for (const std::string& topic : topics()) undecodable_before_ += dropped_samples(topic).undecodable;
     inbox_.failed("no publisher of " + (source_.topic.empty() ? source_.tf : source_.topic) +
                   " was found in ROS domain " + std::to_string(participant_.domain()));
@@ -197,7 +95,8 @@ class Ros2PoseSource : public track::PoseSource {
     return participant_.description() + ": " +
            (source_.topic.empty() ? "'" + source_.child + "' in '" + source_.frame + "' from " + source_.tf +
                                         " and " + source_.tf_static
-                                  : "poses of " + source_.topic);
+                                  : "poses of " + source_.topic) +
+           (source_.clock.empty() ? "" : ", by the simulated time of " + source_.clock);
   }
 
  private:
@@ -227,6 +126,7 @@ class Ros2PoseSource : public track::PoseSource {
       const std::array<dds_entity_t, 3> readers = {tf_static_, tf_, poses_ ? poses_->entity() : 0};
       for (std::size_t i = 0; i < readers.size(); ++i)
         if (readers[i] > 0) look_at(readers[i], peers_[i]);
+      take_clock();
       const auto take_transforms = [&](dds_entity_t reader) {
         if (reader <= 0) return;
         take_all(reader, [&](const void* sample, const dds_sample_info_t& info, double arrival) {
@@ -245,9 +145,9 @@ class Ros2PoseSource : public track::PoseSource {
   }
 
   StampedPose read_pose(const void* sample, const dds_sample_info_t& info) const {
-    const auto* type = std::find_if(std::begin(kPoseTypes), std::end(kPoseTypes),
+    const auto* type = std::find_if(std::begin(pose_types()), std::end(pose_types()),
                                     [&](const PoseType& one) { return one.type == poses_->type(); });
-    return type->read(sample, info);
+    return type->read(sample, written(info));
   }
 
   /// A publisher came, changed or went, of any topic.
@@ -291,47 +191,56 @@ class Ros2PoseSource : public track::PoseSource {
 
   void take(const tf2_msgs_msg_dds__TFMessage_& message, const dds_sample_info_t& info, bool is_static,
             double arrival) {
-    if (message.transforms._length > limits::kTransforms)
-      return reject({"ros2_oversized",
-                     "a message has more than " + std::to_string(limits::kTransforms) + " transforms"});
-    for (std::uint32_t i = 0; i < message.transforms._length; ++i)
-      guarded([&] {
-        StampedPose edge = message_of(message.transforms._buffer[i], info);
-        check(edge);
-        if (const char* why = buffer_.set(edge, is_static))
-          throw Refusal{std::strcmp(why, "loop of frames") == 0 ? "ros2_loop" : "ros2_frames", why};
-      });
-    put_chain(arrival);
+    chain_.take(message, written(info), is_static, [this](const Refusal& refusal) { reject(refusal); });
+    if (const std::string why = chain_.why_none(); !why.empty()) inbox_.failed(why);
+    guarded([&] {
+      if (std::optional<StampedPose> pose = chain_.next()) put(std::move(*pose), arrival);
+    });
   }
 
-  void put_chain(double arrival) {
-    const std::optional<double> latest = buffer_.latest(source_.frame, source_.child);
-    if (!latest) {
-      if (buffer_.size() != unconnected_) {
-        unconnected_ = buffer_.size();
-        inbox_.failed("no chain leads from '" + source_.frame + "' to '" + source_.child + "' by the " +
-                      counted(unconnected_, "frame") + " received");
+  void take_clock() {
+    if (clock_ <= 0) return;
+    take_all(clock_, [&](const void* sample, const dds_sample_info_t& info, double arrival) {
+      if (!info.valid_data) return;
+      const auto& time = static_cast<const rosgraph_msgs_msg_dds__Clock_*>(sample)->clock;
+      if (time.nanosec >= 1'000'000'000)
+        return reject({"ros2_invalid_stamp", "a Clock has more than 1e9 nanoseconds"});
+      const SimulatedClock::Change change = simulated_.take(time.sec + 1e-9 * time.nanosec, arrival);
+      if (change == SimulatedClock::Change::kJumped) {
+        chain_.restart();
+        last_.reset();
+        inbox_.failed("the simulated time has jumped; poses are taken anew");
       }
-      return;
+      // The robot stands as long as the simulation does: its pose does not grow old.
+      if (change == SimulatedClock::Change::kStands && last_) put_again(*last_, arrival);
+    });
+  }
+
+  void put_again(StampedPose message, double arrival) {
+    message.stamp = message.arrival = arrival;
+    if (message.twist) message.twist->setZero();
+    inbox_.put(std::move(message));
+  }
+
+  /// From simulated to local time; false before there is a clock.
+  bool make_local(StampedPose& message, double arrival) {
+    const std::optional<double> local = simulated_.local(message.stamp.value_or(0), arrival);
+    if (!local) {
+      inbox_.failed("no simulated time has come on " + source_.clock);
+      return false;
     }
-    StampedPose message;
-    if (std::isfinite(*latest)) {
-      // Back by more than a chain that changed: the clock was set.
-      if (*latest <= put_ && *latest > put_ - 1) return;
-      message.stamp = *latest;
-    }
-    const std::optional<Pose> pose = buffer_.lookup(source_.frame, source_.child, *latest);
-    if (!pose) return;
-    if (message.stamp) put_ = *message.stamp;
-    message.frame = source_.frame;
-    message.child = source_.child;
-    message.frame_from_child = *pose;
-    guarded([&] { put(std::move(message), arrival); });
+    if (message.stamp) message.stamp = local;
+    if (message.twist) *message.twist *= simulated_.rate();
+    return true;
   }
 
   void put(StampedPose message, double arrival) {
-    check(message);
+    require_pose(message);
     message.arrival = arrival;
+    if (clock_ > 0) {
+      if (!make_local(message, arrival)) return;
+      last_ = message;
+    }
     inbox_.put(std::move(message));
   }
 
@@ -352,12 +261,12 @@ class Ros2PoseSource : public track::PoseSource {
   const Ros2Source source_;
   track::internal::Inbox inbox_;
   Participant participant_;
-  dds_entity_t waitset_ = 0, stop_ = 0, discovery_ = 0, tf_ = 0, tf_static_ = 0;
+  dds_entity_t waitset_ = 0, stop_ = 0, discovery_ = 0, tf_ = 0, tf_static_ = 0, clock_ = 0;
   std::unique_ptr<TopicReader> poses_;  ///< of a topic
   std::array<std::uint32_t, 3> peers_{};
-  TransformBuffer buffer_;
-  double put_ = -1e300;  ///< stamp of the last pose of the chain
-  std::size_t unconnected_ = 0;
+  PoseChain chain_;
+  SimulatedClock simulated_;         ///< with clock_
+  std::optional<StampedPose> last_;  ///< that was put, in local time
   std::uint64_t undecodable_before_ = 0;
   mutable std::mutex mutex_;
   std::map<std::string, std::uint64_t> rejected_;

@@ -1,6 +1,7 @@
 #include "transform_buffer.hpp"
 
 #include <algorithm>
+#include <iterator>
 #include <limits>
 #include <vector>
 
@@ -46,6 +47,11 @@ const char* TransformBuffer::set(const track::StampedPose& edge, bool is_static)
          known.samples.front().stamp < known.samples.back().stamp - span_)
     known.samples.pop_front();
   return nullptr;
+}
+
+void TransformBuffer::forget_moving() {
+  for (auto edge = edges_.begin(); edge != edges_.end();)
+    edge = edge->second.is_static ? std::next(edge) : edges_.erase(edge);
 }
 
 /// Calls visit(edge, is_up) for each edge from both frames up to the one that they share; false when there is none.

@@ -31,6 +31,9 @@ class TransformBuffer {
   /// frame_from_child at a time; nullopt when the frames are not connected, or were not known at this time.
   std::optional<Pose> lookup(const std::string& frame, const std::string& child, double time) const;
 
+  /// Time has jumped: what is not static counts no longer.
+  void forget_moving();
+
   std::size_t size() const { return edges_.size(); }
 
  private:

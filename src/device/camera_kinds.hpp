@@ -17,4 +17,9 @@ std::unique_ptr<FrameSource> open_ros2_camera(const std::string& topic, const Ca
 std::unique_ptr<ContentSource> open_ros2_content(const std::string& topic, const ContentOptions& options);
 std::unique_ptr<DepthSource> open_ros2_depth(const std::string& topic, const DepthOptions& options);
 
+/// Images of a log of ROS 2: "run.mcap+/camera/image_raw@2".
+std::unique_ptr<FrameSource> open_log_camera(const std::string& log, const CameraOptions& options);
+std::unique_ptr<ContentSource> open_log_content(const std::string& log, const ContentOptions& options);
+std::unique_ptr<DepthSource> open_log_depth(const std::string& log, const DepthOptions& options);
+
 }  // namespace procam::device::internal

@@ -117,13 +117,15 @@ bool is_address(const std::string& what) {
 }
 
 // One row a kind.
-constexpr std::array<Kind, 7> kKinds{{
+constexpr std::array<Kind, 8> kKinds{{
     {"color", "#ff8000", false,
      [](const std::string& what) { return begins_with(what, "#") && !exists(what); }, open_color},
     {"camera", "camera:0", false, is_address, internal::open_live},
     {"shm", "shm:game", false, [](const std::string&) { return false; }, internal::open_shared_content},
     {"ros2", "ros2:/camera/image_raw", false, [](const std::string&) { return false; },
      internal::open_ros2_content},
+    {"log", "log:run.mcap+/camera/image_raw", true, [](const std::string&) { return false; },
+     internal::open_log_content},
     {"images", "shots/*.png@12.5", true, looks_like_images, open_images},
     {"image", "wall.png", true, [](const std::string& what) { return internal::is_picture(what); },
      open_image},

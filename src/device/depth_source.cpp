@@ -77,7 +77,8 @@ const std::vector<DepthKind>& depth_kinds() {
   static const std::vector<DepthKind> kinds{{"watch", "watch:FOLDER", open_watched},
                                             {"folder", "folder:FOLDER[@HZ]", open_played},
                                             {"openni2", "openni2:[URI]", internal::open_openni2},
-                                            {"ros2", "ros2:/TOPIC", internal::open_ros2_depth}};
+                                            {"ros2", "ros2:/TOPIC", internal::open_ros2_depth},
+                                            {"log", "log:FILE+/TOPIC[@SPEED]", internal::open_log_depth}};
   return kinds;
 }
 

@@ -43,10 +43,11 @@ struct CameraKind {
 };
 
 // One row a kind.
-constexpr std::array<CameraKind, 3> kCameraKinds{{
+constexpr std::array<CameraKind, 4> kCameraKinds{{
     {"camera:", true, internal::open_video_camera},
     {"watch:", false, open_folder},
     {"ros2:", false, internal::open_ros2_camera},
+    {"log:", false, internal::open_log_camera},
 }};
 
 }  // namespace

@@ -1,4 +1,4 @@
-/// Topics of the ROS 2 graph as cameras, contents and depth cameras.
+/// Topics of the ROS 2 graph and of its logs as cameras, contents and depth cameras.
 #include <thread>
 #include <utility>
 
@@ -15,14 +15,22 @@ namespace {
 
 constexpr double kWait_s = 0.1;    ///< for an image, before asking whether to end
 constexpr double kPatience_s = 5;  ///< without an image or a publisher
-constexpr const char* kNext = "start the node that publishes it; check the topic's name and ROS_DOMAIN_ID";
+constexpr const char* kLog = "log:";
+
+bool is_log(const std::string& topic) {
+  return topic.rfind(kLog, 0) == 0;
+}
 
 /// A source that says when it is gone: at first no image came, or its publishers have been away, for kPatience_s. A
 /// publisher that pauses is not gone.
 template <typename Source>
 class Topic {
  public:
-  Topic(const std::string& topic, const char* what) : source_(topic), name_(what + (" ros2:" + topic)) {}
+  Topic(const std::string& topic, const char* what)
+      : source_(topic),
+        name_(what + ((is_log(topic) ? " " : " ros2:") + topic)),
+        next_(is_log(topic) ? "start again, with a longer log"
+                            : "start the node that publishes it; check the topic's name and ROS_DOMAIN_ID") {}
 
   /// The next image, or nullopt after a moment. Throws Error(kDevice).
   auto next() {
@@ -35,14 +43,14 @@ class Topic {
     }
     return image;
   }
-  Error gone() const { return Error(ErrorKind::kDevice, name_, source_.last_error(), kNext); }
+  Error gone() const { return Error(ErrorKind::kDevice, name_, source_.last_error(), next_); }
   void start_again() { last_ = now_s(); }
   std::map<std::string, std::uint64_t> rejected() const { return source_.rejected(); }
   std::string description() const { return source_.description(); }
 
  private:
   Source source_;
-  std::string name_;
+  std::string name_, next_;
   bool has_any_ = false;
   double last_ = now_s();
 };
@@ -126,6 +134,18 @@ std::unique_ptr<ContentSource> open_ros2_content(const std::string& topic, const
 
 std::unique_ptr<DepthSource> open_ros2_depth(const std::string& topic, const DepthOptions&) {
   return std::make_unique<Ros2Depth>(topic);
+}
+
+std::unique_ptr<FrameSource> open_log_camera(const std::string& log, const CameraOptions& options) {
+  return open_ros2_camera(kLog + log, options);
+}
+
+std::unique_ptr<ContentSource> open_log_content(const std::string& log, const ContentOptions& options) {
+  return open_ros2_content(kLog + log, options);
+}
+
+std::unique_ptr<DepthSource> open_log_depth(const std::string& log, const DepthOptions& options) {
+  return open_ros2_depth(kLog + log, options);
 }
 
 }  // namespace procam::device::internal

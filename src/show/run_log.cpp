@@ -12,10 +12,14 @@
 #include <fstream>
 #include <utility>
 
+#include "procam/core/base/clock.hpp"
 #include "procam/core/base/detail/bounded_line.hpp"
 #include "procam/core/base/detail/regular_file.hpp"
 #include "procam/core/base/limits.hpp"
+#include "procam/dds/detail/run_mcap.hpp"
 #include "procam/io/surface_file.hpp"
+#include "procam/track/clock.hpp"
+#include "procam/track/detail/log_line.hpp"
 #include "procam/track/wire.hpp"
 
 namespace procam::show {
@@ -41,18 +45,6 @@ std::optional<std::string> between(const std::string& line, const char* begin, c
       line.compare(line.size() - tail, tail, end) != 0)
     return std::nullopt;
   return line.substr(head, line.size() - head - tail);
-}
-
-std::optional<track::StampedPose> read_pose(const std::string& line) {
-  constexpr const char* kBegin = "{\"arrival\":";
-  const char* number = line.c_str() + std::strlen(kBegin);
-  char* end = nullptr;
-  const double arrival = std::strtod(number, &end);
-  if (end == number || *end != ',' || !std::isfinite(arrival)) return std::nullopt;
-  track::Parsed parsed = track::parse_poses("{" + std::string(end + 1));
-  if (parsed.poses.size() != 1 || parsed.malformed != 0) return std::nullopt;
-  parsed.poses[0].arrival = arrival;
-  return std::move(parsed.poses[0]);
 }
 
 std::optional<RecordedFrame> read_frame(const std::string& line) {
@@ -129,24 +121,36 @@ struct RunRecorder::State {
   std::uint64_t offset = 0;  ///< of the end of what was written whole
   int part = 1;
   double flushed = 0;
-  std::string surfaces, picture, projector;  ///< lines of the newest, which begin the next part
+  std::string surfaces, picture, projector;           ///< lines of the newest, which begin the next part
+  std::optional<dds::internal::RunMcapEncoder> mcap;  ///< of a file that is named .mcap
+  double unix_from_steady = 0, newest = 0;  ///< seconds; time of the newest line, by the steady clock
 
   ~State() {
     try {
-      if (file >= 0) flush();
+      if (file >= 0) end_part();
     } catch (const Error&) {  // nobody is left who could free the disk
     }
     close();
   }
 
   void line(const std::string& text_of_line) {
-    pending += text_of_line;
-    pending += '\n';
+    if (mcap) {
+      mcap->add_line(text_of_line, unix_ns(newest));
+    } else {
+      pending += text_of_line;
+      pending += '\n';
+    }
     bytes += text_of_line.size() + 1;
-    if (pending.size() > kBuffer || file < 0) flush();
+    if (pending.size() + (mcap ? mcap->waiting() / 16 : 0) > kBuffer || file < 0) flush();
+  }
+  std::int64_t unix_ns(double steady) const { return std::int64_t(1e9 * (steady + unix_from_steady)); }
+  void end_part() {
+    if (mcap) pending += mcap->end();
+    flush();
   }
   /// What was written in part when it fails is cut off: the log ends with a whole line.
   void flush() {
+    if (mcap) pending += mcap->chunk();
     int reason = file < 0 ? EBADF : 0;
     for (std::size_t done = 0; done < pending.size() && reason == 0;) {
       const ssize_t wrote = ::write(file, pending.data() + done, pending.size() - done);
@@ -174,11 +178,12 @@ struct RunRecorder::State {
     if (file < 0)
       throw Error(ErrorKind::kIo, path.string(), std::strerror(errno), "give a file that can be written");
     bytes = offset = 0;
+    if (mcap) pending += mcap->begin();
     line(header);
     flush();
   }
   void begin_next_part() {
-    flush();
+    end_part();
     close();
     std::error_code failed;
     for (int age = std::min(older_parts(path), limits.parts - 2); age >= 0 && !failed; --age)
@@ -199,6 +204,9 @@ RunRecorder::RunRecorder(const std::filesystem::path& path, const std::string& c
   require(limits.parts >= 2 && limits.part_bytes > 0, "RunRecorder: a log has at least two parts");
   state_->path = path;
   state_->limits = limits;
+  state_->unix_from_steady = -track::local_from_unix();
+  state_->newest = steady_now();
+  if (path.extension() == ".mcap") state_->mcap.emplace();
   std::string words = conditions;
   // What would end the string or the line stands for nothing here.
   for (char& letter : words)
@@ -238,6 +246,8 @@ void RunRecorder::record(const track::StampedPose& message) {
   std::snprintf(arrival, sizeof arrival, "{\"arrival\":%.17g,", message.arrival);
   std::string line = arrival + track::to_json_line(message).substr(1);
   while (!line.empty() && line.back() == '\n') line.pop_back();
+  state_->newest = message.arrival;
+  if (state_->mcap) state_->mcap->add_pose(message, state_->unix_ns(message.arrival));
   state_->line(line);
 }
 
@@ -246,6 +256,7 @@ void RunRecorder::record(const RecordedFrame& frame) {
   std::snprintf(line, sizeof line,
                 "{\"frame\":%lld,\"light\":%.17g,\"content\":%.17g,\"fingerprint\":\"%016" PRIx64 "\"}",
                 frame.number, frame.light_time, frame.content_time, frame.fingerprint);
+  state_->newest = frame.light_time;
   state_->line(line);
   if (state_->bytes >= state_->limits.part_bytes) state_->begin_next_part();
   if (frame.light_time - state_->flushed < 1 && frame.light_time > state_->flushed) return;
@@ -259,16 +270,19 @@ struct RunReader::State {
   int part = 0;                ///< its number; 0: none was read yet
   std::filesystem::path path;  ///< of this part
   std::ifstream file;
-  long long number = 0;  ///< of the line, from 1
+  std::optional<dds::internal::RunMcapLines> mcap;  ///< instead of the file
+  long long number = 0;                             ///< of the line, from 1
   /// A part repeats the surfaces and the picture that the one before ended with.
   bool skips_surfaces = false, skips_picture = false;
 
   void open() {
     path = part_path(log, age);
     procam::internal::require_regular_file(path);
+    number = 0;
+    mcap.reset();
+    if (dds::internal::is_run_mcap(path)) return void(mcap.emplace(path));
     errno = 0;
     file = std::ifstream(path, std::ios::binary);
-    number = 0;
     if (!file)
       throw Error(ErrorKind::kIo, path.string(), std::strerror(errno),
                   "give a log that project-live --record wrote");
@@ -277,6 +291,14 @@ struct RunReader::State {
   /// The next whole line of this part; false at its end.
   bool read(std::string& line) {
     using procam::internal::LineEnd;
+    if (mcap) {
+      std::optional<std::string> next = mcap->next();
+      if (!next && ++number == 1 && part == 0) throw log_error(path, 1, "the log is empty");
+      if (!next) return false;
+      ++number;
+      line = std::move(*next);
+      return true;
+    }
     const LineEnd end = procam::internal::read_bounded_line(file, line, limits::kLogLineBytes);
     ++number;
     if (end == LineEnd::kTooLong) throw log_error(path, number, "it is longer than 64 MiB");
@@ -310,7 +332,7 @@ struct RunReader::State {
 
   RunRecord parse(const std::string& line) const {
     if (line.rfind("{\"arrival\":", 0) == 0) {
-      std::optional<track::StampedPose> pose = read_pose(line);
+      std::optional<track::StampedPose> pose = track::internal::pose_of_log_line(line);
       if (!pose) throw log_error(path, number, "it holds no pose");
       return std::move(*pose);
     }

@@ -18,6 +18,9 @@
 ///
 ///   {"part":3}
 ///
+/// A log that is named .mcap holds the same lines as messages of ROS 2, and the poses as Odometry besides
+/// (dds/detail/run_mcap.hpp); RunReader tells by what is in the file.
+///
 /// Numbers are written with 17 digits, which gives back the same doubles.
 #include <cstdint>
 #include <filesystem>

@@ -141,6 +141,16 @@ internal::FileAndSpeed internal::parse_file_and_speed(const std::string& rest) {
 
 namespace {
 
+/// As it begins; which logs these are, dds/message_log.hpp knows.
+bool is_of_ros2(const std::string& file) {
+  std::error_code ignored;
+  if (std::filesystem::is_directory(file, ignored)) return true;
+  char begin[8] = {};
+  std::ifstream(file, std::ios::binary).read(begin, sizeof begin);
+  const std::string text(begin, sizeof begin);
+  return text.rfind("\x89MCAP0", 0) == 0 || text == "SQLite f";
+}
+
 /// Logs and runs of procam are lines of JSON.
 bool is_pose_log(const std::string& file) {
   procam::internal::require_regular_file(file);
@@ -153,6 +163,10 @@ bool is_pose_log(const std::string& file) {
 
 std::unique_ptr<PoseSource> internal::open_log(const std::string& rest, const SourceOptions&) {
   const FileAndSpeed log = parse_file_and_speed(rest);
+  if (is_of_ros2(log.file.substr(0, log.file.find('+'))))
+    throw Error(ErrorKind::kUnsupported, "log '" + rest + "'",
+                "it is a log of ROS 2, which track does not decode",
+                "call dds::open_pose_source(), which opens all kinds");
   std::error_code ignored;
   const bool exists = std::filesystem::exists(log.file, ignored);
   const bool own = is_pose_log(log.file) && (exists || log.file.find('+') == log.file.npos);

@@ -144,21 +144,6 @@ Bytes next_bytes(fast::DataReader* reader) {
   return bytes;
 }
 
-Cdr& put(Cdr& cdr, const Pose& pose) {
-  const Eigen::Quaterniond& q = pose.rotation;
-  return cdr.numbers(
-      {pose.translation.x(), pose.translation.y(), pose.translation.z(), q.x(), q.y(), q.z(), q.w()});
-}
-Cdr& put(Cdr& cdr, int sec, unsigned nanosec, const char* frame) {
-  return cdr.number(std::int32_t(sec)).number(std::uint32_t(nanosec)).text(frame);
-}
-Cdr transforms(int sec, unsigned nanosec, const char* frame, const char* child, const Pose& pose) {
-  Cdr cdr;
-  put(cdr.number(std::uint32_t(1)), sec, nanosec, frame).text(child);
-  put(cdr, pose);
-  return cdr;
-}
-
 const char* const kTf = "tf2_msgs::msg::dds_::TFMessage_";
 
 TEST(FastDds, PosesOfEachTypeReachProcam) {

@@ -225,6 +225,101 @@ TEST(Ros2Graph, PosesWithCovarianceAndStampedPosesAreReadByTheirPublishedType) {
   expect_equal(bare_poses[0].frame_from_child, some_pose(4));
 }
 
+/// A simulation at four times the speed, that stands for a while and begins again.
+TEST(Ros2Graph, SimulatedTimeIsFollowedThroughPausesAndJumps) {
+  const LoopbackDomain domain;
+  const Ros2Peer robot(domain);
+  const dds_entity_t clock = robot.writer(rosgraph_msgs_msg_dds__Clock__desc, "rt/clock");
+  const dds_entity_t tf = robot.writer(tf2_msgs_msg_dds__TFMessage__desc, "rt/tf");
+  const dds_entity_t tf_static = robot.writer(tf2_msgs_msg_dds__TFMessage__desc, "rt/tf_static", true, true);
+  Transforms().add("base_link", "lamp", 0, some_pose(7)).write(tf_static);
+  const auto source = open_pose_source("ros2:map,lamp,use_sim_time:=true");
+  EXPECT_TRUE(test::contains(source->description(), "by the simulated time of /clock"))
+      << source->description();
+  ASSERT_TRUE(has_readers(clock) && has_readers(tf) && is_connected(*source, 2));
+  const auto tick = [&](double time) {
+    const rosgraph_msgs_msg_dds__Clock_ sample{
+        {std::int32_t(std::floor(time)), std::uint32_t(std::lround(1e9 * (time - std::floor(time))))}};
+    EXPECT_EQ(dds_write(clock, &sample), DDS_RETCODE_OK);
+  };
+  std::vector<StampedPose> poses, arrived;
+  const auto take = [&] {
+    source->poll(arrived);
+    poses.insert(poses.end(), arrived.begin(), arrived.end());
+  };
+  // Stamps of the future and the past of here, by 40 ms of simulated time every 10 ms.
+  const auto drive = [&](double begin, int steps) {
+    for (int k = 0; k < steps; ++k) {
+      const double time = begin + 0.04 * k;
+      tick(time);
+      Transforms().add("map", "base_link", time, some_pose(k)).write(tf);
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+      take();
+    }
+  };
+  drive(5000, 40);
+  ASSERT_GE(poses.size(), 30u);
+  for (std::size_t i = 1; i < poses.size(); ++i) {
+    EXPECT_NEAR(*poses[i].stamp, poses[i].arrival, 0.05) << "stamps are of the clock of here";
+    EXPECT_GE(*poses[i].stamp, *poses[i - 1].stamp);
+  }
+  const double span = *poses.back().stamp - *poses.front().stamp;
+  EXPECT_LT(span, 1.5) << "1.6 s of simulated time are 0.4 s and the time of a busy machine";
+  expect_equal(poses.back().frame_from_child, some_pose(39) * some_pose(7));
+  // It stands: the pose does not grow old.
+  poses.clear();
+  for (int k = 0; k < 20; ++k) {
+    tick(5000 + 0.04 * 39);
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    take();
+  }
+  ASSERT_GE(poses.size(), 10u);
+  EXPECT_GT(*poses.back().stamp - *poses.front().stamp, 0.1);
+  expect_equal(poses.back().frame_from_child, some_pose(39) * some_pose(7));
+  // It is set back: the frames that move are known anew, the static ones still.
+  poses.clear();
+  tick(5000.8);
+  ASSERT_TRUE(wait_until([&] { return test::contains(source->status().last_error, "has jumped"); }));
+  drive(5000.8, 10);
+  ASSERT_GE(poses.size(), 5u);
+  expect_equal(poses.back().frame_from_child, some_pose(9) * some_pose(7));
+  EXPECT_NEAR(*poses.back().stamp, poses.back().arrival, 0.05);
+}
+
+/// Half a metre a simulated second, at four times the speed, are two metres a second here.
+TEST(Ros2Graph, TwistsAreScaledToTheRateOfSimulatedTime) {
+  const LoopbackDomain domain;
+  const Ros2Peer robot(domain);
+  const dds_entity_t clock = robot.writer(rosgraph_msgs_msg_dds__Clock__desc, "rt/clock");
+  const dds_entity_t odom = robot.writer(nav_msgs_msg_dds__Odometry__desc, "rt/odom");
+  const auto source = open_pose_source("ros2:/odom,use_sim_time:=true");
+  ASSERT_TRUE(has_readers(clock) && has_readers(odom) && is_connected(*source));
+  std::vector<StampedPose> poses, arrived;
+  char frame[] = "odom", child[] = "base_link";
+  for (int k = 0; k < 50; ++k) {
+    const double time = 5000 + 0.04 * k;
+    nav_msgs_msg_dds__Odometry_ message{};
+    message.header.stamp = {std::int32_t(std::floor(time)), std::uint32_t(1e9 * (time - std::floor(time)))};
+    message.header.frame_id = frame;
+    message.child_frame_id = child;
+    message.pose.pose.position = {0.5 * time, 0, 0};
+    message.pose.pose.orientation.w = 1;
+    message.twist.twist.linear.x = 0.5;
+    const rosgraph_msgs_msg_dds__Clock_ now{message.header.stamp};
+    EXPECT_EQ(dds_write(clock, &now), DDS_RETCODE_OK);
+    EXPECT_EQ(dds_write(odom, &message), DDS_RETCODE_OK);
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    source->poll(arrived);
+    poses.insert(poses.end(), arrived.begin(), arrived.end());
+  }
+  ASSERT_GE(poses.size(), 30u);
+  const StampedPose &first = poses.front(), &last = poses.back();
+  const double speed = (last.frame_from_child.translation.x() - first.frame_from_child.translation.x()) /
+                       (*last.stamp - *first.stamp);
+  EXPECT_GT(speed, 1.2);
+  EXPECT_NEAR((*last.twist)[3], speed, 0.2 * speed);
+}
+
 TEST(Ros2Graph, LostPacketsAreSentAgainAndARestartedRobotIsFollowed) {
   const LoopbackDomain domain;
   const auto source = open_pose_source("ros2:map,base_link");

@@ -98,16 +98,20 @@ inline Camera lens_shifted_projector() {
   return camera;
 }
 
-/// CDR by its rules (OMG DDSI-RTPS 2.3, 10.2; CORBA 3.0.3, 15.3), little endian: numbers aligned to their size from the
+/// CDR by its rules (OMG DDSI-RTPS 2.3, 10.2; CORBA 3.0.3, 15.3), little endian unless stated: numbers aligned to their size from the
 /// end of the header of four bytes; a text as its length with the zero, and the zero.
 class Cdr {
  public:
+  explicit Cdr(bool big_endian = false) : big_endian_(big_endian) {
+    if (big_endian) bytes_[1] = 0;
+  }
   template <typename T>
   Cdr& number(T value) {
     while ((bytes_.size() - 4) % sizeof(T) != 0) bytes_.push_back(0);
     std::uint64_t bits = 0;
     std::memcpy(&bits, &value, sizeof value);
-    for (std::size_t i = 0; i < sizeof value; ++i) bytes_.push_back(std::uint8_t(bits >> (8 * i)));
+    for (std::size_t i = 0; i < sizeof value; ++i)
+      bytes_.push_back(std::uint8_t(bits >> (8 * (big_endian_ ? sizeof value - 1 - i : i))));
     return *this;
   }
   Cdr& text(const std::string& value) {
@@ -123,8 +127,37 @@ class Cdr {
   std::vector<std::uint8_t> bytes() const { return bytes_; }
 
  private:
+  bool big_endian_;
   std::vector<std::uint8_t> bytes_ = {0, 1, 0, 0};  // CDR_LE, no options
 };
+
+inline Cdr& put(Cdr& cdr, const Pose& pose) {
+  const Eigen::Quaterniond& q = pose.rotation;
+  return cdr.numbers(
+      {pose.translation.x(), pose.translation.y(), pose.translation.z(), q.x(), q.y(), q.z(), q.w()});
+}
+/// A std_msgs/Header.
+inline Cdr& put(Cdr& cdr, int sec, unsigned nanosec, const char* frame) {
+  return cdr.number(std::int32_t(sec)).number(std::uint32_t(nanosec)).text(frame);
+}
+/// A TFMessage of one transform.
+inline Cdr transforms(int sec, unsigned nanosec, const char* frame, const char* child, const Pose& pose) {
+  Cdr cdr;
+  put(cdr.number(std::uint32_t(1)), sec, nanosec, frame).text(child);
+  put(cdr, pose);
+  return cdr;
+}
+
+/// A sensor_msgs/Image all of whose bytes have one value.
+inline std::vector<std::uint8_t> image_bytes(int sec, unsigned nanosec, std::uint32_t width,
+                                             std::uint32_t height, const std::string& encoding,
+                                             std::uint32_t step, int value) {
+  Cdr cdr;
+  put(cdr, sec, nanosec, "camera").number(height).number(width).text(encoding);
+  cdr.number(std::uint8_t(0)).number(step).number(step * height);
+  for (std::uint32_t i = 0; i < step * height; ++i) cdr.number(std::uint8_t(value));
+  return cdr.bytes();
+}
 
 /// sensor_msgs/CameraInfo of lens_shifted_projector().
 inline std::vector<std::uint8_t> camera_info_bytes(int sec, unsigned nanosec, const std::string& frame) {

@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include "log_files.hpp"
 #include "procam/dds/image_source.hpp"
 #include "procam/dds/pose_source.hpp"
 #include "support/expect_error.hpp"
@@ -18,6 +19,15 @@ TEST(NoDds, ImagesNameThePackages) {
   EXPECT_ERROR(ImageSource("/image"), kUnsupported, "install cyclonedds-dev and cyclonedds-tools");
   EXPECT_ERROR(DepthImageSource("/depth"), kUnsupported, "install cyclonedds-dev and cyclonedds-tools");
   EXPECT_ERROR(ImageSource("/a,/b"), kInput, "one topic");
+}
+
+TEST(NoDds, LogsOfRos2NameThePackages) {
+  const std::filesystem::path log = test::log_folder() / "run.mcap";
+  test::write_file(log, test::McapFile().closed());
+  EXPECT_ERROR(open_pose_source("log:" + log.string()), kUnsupported,
+               "install cyclonedds-dev and cyclonedds-tools");
+  EXPECT_ERROR(ImageSource("log:" + log.string()), kUnsupported,
+               "install cyclonedds-dev and cyclonedds-tools");
 }
 
 TEST(NoDds, OpensAllOtherSources) {

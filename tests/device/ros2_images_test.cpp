@@ -6,7 +6,9 @@
 #include <functional>
 #include <thread>
 
+#include "dds/graph_values.hpp"
 #include "dds/image_messages.hpp"
+#include "dds/log_files.hpp"
 #include "dds/ros2_peer.hpp"
 #include "procam/device/content_source.hpp"
 #include "procam/device/depth_source.hpp"
@@ -177,6 +179,39 @@ TEST(Ros2Depth, IsADepthSourceWithUnitLensAndStamp) {
     return;
   }
   FAIL() << "no lens came";
+}
+
+/// The three kinds of sources, of a log.
+TEST(Ros2Log, IsACameraAContentAndADepthCamera) {
+  test::McapFile file;
+  constexpr std::uint64_t kStart = 1'700'000'000'000'000'000;
+  file.channel(1, "/eye", "sensor_msgs/msg/Image").channel(2, "/depth", "sensor_msgs/msg/Image");
+  for (int k = 0; k < 3; ++k) {
+    const std::uint64_t time = kStart + std::uint64_t(k) * 200'000'000;
+    const unsigned nanosec = unsigned(k) * 200'000'000;
+    file.message(1, time, test::text_of(test::image_bytes(1700000000, nanosec, 6, 3, "rgb8", 18, 40 + k)));
+    file.message(2, time, test::text_of(test::image_bytes(1700000000, nanosec, 4, 3, "16UC1", 8, 2)));
+  }
+  const std::string path = (test::log_folder() / "run.mcap").string();
+  test::write_file(path, file.chunk("").closed());
+  const auto camera = open_camera("log:" + path + "+/eye");
+  const auto depth = open_depth("log:" + path + "+/depth");
+  const auto content = open_content("log:" + path + "+/eye");
+  const auto seen = camera->next(0, 5);
+  ASSERT_TRUE(seen);
+  EXPECT_EQ(seen->image.size(), (ImageSize{6, 3}));
+  EXPECT_EQ(seen->image.channels(), 1);
+  const auto measured = depth->next(0, 5);
+  ASSERT_TRUE(measured);
+  EXPECT_EQ(*measured->metres_per_unit, 1e-3);
+  ContentFrame last;
+  for (const double begin = now_s();
+       now_s() < begin + 5 && (last.view.data == nullptr || last.view.at(0, 0) != 42);)
+    last = content->at(now_s() - begin);
+  EXPECT_EQ(last.view.at(5, 2, 1), 42) << "contents keep their last image";
+  // Beside a surfaces file, as other files are.
+  EXPECT_EQ(content_beside("/show/surfaces.json", "log:run.mcap+/eye@2"), "log:/show/run.mcap+/eye@2");
+  EXPECT_ERROR(open_camera("log:" + path + "+/none"), kInput, "it holds /eye (sensor_msgs/msg/Image)");
 }
 
 }  // namespace

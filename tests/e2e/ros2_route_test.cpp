@@ -12,7 +12,9 @@
 #include <thread>
 
 #include "capture_stage.hpp"
+#include "dds/graph_values.hpp"
 #include "dds/image_messages.hpp"
+#include "dds/log_files.hpp"
 #include "dds/ros2_peer.hpp"
 #include "lamp_show.hpp"
 #include "procam/core/base/clock.hpp"
@@ -162,6 +164,44 @@ TEST_F(Ros2Route, AShowFollowsTheRobotAndTellsTheGraphOfItsProjector) {
   const ImageU8 last = io::load_image(at("frames/frame_000050.png")).image;
   const std::uint8_t* end = last.data() + std::ptrdiff_t(last.width()) * last.height() * 3;
   EXPECT_TRUE(std::any_of(last.data(), end, [](std::uint8_t v) { return v > 0; }));
+}
+
+/// A recorded drive, without a graph.
+TEST_F(Ros2Route, AShowFollowsARecordedLog) {
+  McapFile log;
+  log.channel(1, "/tf", "tf2_msgs/msg/TFMessage").channel(2, "/tf_static", "tf2_msgs/msg/TFMessage");
+  const auto transform = [](double yaw, int tenth, const char* frame, const char* child) {
+    const Pose pose(so3_exp(Vec3(0, 0, yaw)), Vec3(0.01 * tenth, 0, 0));
+    return text_of(
+        transforms(1700000000 + tenth / 10, unsigned(tenth % 10) * 100'000'000, frame, child, pose).bytes());
+  };
+  constexpr std::uint64_t kBegin = 1'700'000'000'000'000'000;
+  log.message(2, kBegin, transform(0.25, 0, "map", "odom"));
+  for (int k = 0; k < 20; ++k)
+    log.message(1, kBegin + std::uint64_t(k) * 100'000'000, transform(0.01 * k, k, "odom", "base_link"));
+  write_file(at("run.mcap"), log.chunk("").unclosed());  // the recorder was killed
+  const ToolRun run = run_tool(
+      "project-live", show() + "--control off --json --output none --fps 20 --duration 3s --record " +
+                          at("show.mcap") + " --pose-source log:" + at("run.mcap") + "+map,base_link");
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_EQ(run.json()["poses"]["taken"], 20) << run.json();
+  EXPECT_NE(run.err.find("'base_link' in 'map' from /tf and /tf_static; the log has no end"),
+            std::string::npos)
+      << run.err;
+  // What was recorded as messages of ROS 2 is shown again, and its poses drive another show.
+  const ToolRun again =
+      run_tool("project-live", show() + "--control off --json --output none --replay " + at("show.mcap"));
+  ASSERT_EQ(again.exit_code, 0) << again.err;
+  EXPECT_EQ(again.json()["equal"], run.json()["frames"]);
+  const ToolRun other = run_tool(
+      "project-live", show() + "--control off --json --output none --duration 500ms --pose-source log:" +
+                          at("show.mcap") + "@0");
+  ASSERT_EQ(other.exit_code, 0) << other.err;
+  EXPECT_EQ(other.json()["poses"]["arrived"], run.json()["poses"]["arrived"]);
+  const ToolRun wrong =
+      run_tool("project-live", show() + "--output none --pose-source log:" + at("run.mcap") + "+/odom");
+  EXPECT_EQ(wrong.exit_code, 3);
+  EXPECT_NE(wrong.err.find("it holds /tf (tf2_msgs/msg/TFMessage)"), std::string::npos) << wrong.err;
 }
 
 /// The environment's graph has no such robot: that is said, and the frames are dark.

@@ -65,6 +65,7 @@ const std::vector<Target>& targets() {
       {"trajectory", trajectory},
       {"pose_log", pose_log},
       {"run_log", run_log},
+      {"mcap", mcap},
       {"poses", poses, true},
       {"pose_stream", pose_stream},
       {"osc", osc},

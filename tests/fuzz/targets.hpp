@@ -39,6 +39,7 @@ void point_pairs(std::string_view bytes);
 void trajectory(std::string_view bytes);
 void pose_log(std::string_view bytes);
 void run_log(std::string_view bytes);
+void mcap(std::string_view bytes);
 
 // What arrives by sockets; wire_fields: valid messages with drawn changes (poses.cpp, people.cpp, page.cpp).
 void poses(std::string_view bytes);

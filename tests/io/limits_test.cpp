@@ -36,24 +36,26 @@ std::string in_words(const std::string& name, double value) {
 #define LIMIT(name) \
   { #name, double(name) }
 const std::map<std::string, double> kAll = {
-    LIMIT(kFileBytes),         LIMIT(kDocumentBytes),   LIMIT(kDocumentValues),
-    LIMIT(kDocumentDepth),     LIMIT(kGroupFields),     LIMIT(kListBytes),
-    LIMIT(kMatrixNumbers),     LIMIT(kImagePixels),     LIMIT(kImageBytes),
-    LIMIT(kSizeSide),          LIMIT(kFrameSide),       LIMIT(kContentPixels),
-    LIMIT(kSurfaces),          LIMIT(kMeshTriangles),   LIMIT(kTableBytes),
-    LIMIT(kTableRows),         LIMIT(kPointPairsBytes), LIMIT(kArrayHeaderBytes),
-    LIMIT(kArrayValues),       LIMIT(kArchiveMembers),  LIMIT(kRegions),
-    LIMIT(kSkeletonFileBytes), LIMIT(kSenders),         LIMIT(kTakeoverSilenceS),
-    LIMIT(kSenderSilenceS),    LIMIT(kMessageBytes),    LIMIT(kMalformedPerDatagram),
-    LIMIT(kFrameNameBytes),    LIMIT(kOscDepth),        LIMIT(kRosbridgeBytes),
-    LIMIT(kRosbridgeDepth),    LIMIT(kTransforms),      LIMIT(kSkeletonLineBytes),
-    LIMIT(kSkeletonDepth),     LIMIT(kPeople),          LIMIT(kThreads),
-    LIMIT(kDurationS),         LIMIT(kDelayS),          LIMIT(kLengthM),
-    LIMIT(kLogLineBytes),      LIMIT(kPageHeaderBytes), LIMIT(kPageBodyBytes),
-    LIMIT(kPageConnections),   LIMIT(kPageCommands),    LIMIT(kPageHeadS),
-    LIMIT(kPageRequestS),      LIMIT(kMinTokenBytes),   LIMIT(kMaxTokenBytes),
-    LIMIT(kDdsSampleBytes),    LIMIT(kTransformFrames), LIMIT(kTransformStamps),
-    LIMIT(kSurfaceNameBytes),  LIMIT(kEditedSurfaces),  LIMIT(kEditSteps)};
+    LIMIT(kFileBytes),         LIMIT(kDocumentBytes),    LIMIT(kDocumentValues),
+    LIMIT(kDocumentDepth),     LIMIT(kGroupFields),      LIMIT(kListBytes),
+    LIMIT(kMatrixNumbers),     LIMIT(kImagePixels),      LIMIT(kImageBytes),
+    LIMIT(kSizeSide),          LIMIT(kFrameSide),        LIMIT(kContentPixels),
+    LIMIT(kSurfaces),          LIMIT(kMeshTriangles),    LIMIT(kTableBytes),
+    LIMIT(kTableRows),         LIMIT(kPointPairsBytes),  LIMIT(kArrayHeaderBytes),
+    LIMIT(kArrayValues),       LIMIT(kArchiveMembers),   LIMIT(kRegions),
+    LIMIT(kSkeletonFileBytes), LIMIT(kSenders),          LIMIT(kTakeoverSilenceS),
+    LIMIT(kSenderSilenceS),    LIMIT(kMessageBytes),     LIMIT(kMalformedPerDatagram),
+    LIMIT(kFrameNameBytes),    LIMIT(kOscDepth),         LIMIT(kRosbridgeBytes),
+    LIMIT(kRosbridgeDepth),    LIMIT(kTransforms),       LIMIT(kSkeletonLineBytes),
+    LIMIT(kSkeletonDepth),     LIMIT(kPeople),           LIMIT(kThreads),
+    LIMIT(kDurationS),         LIMIT(kDelayS),           LIMIT(kLengthM),
+    LIMIT(kLogLineBytes),      LIMIT(kLogChunkBytes),    LIMIT(kLogSummaryBytes),
+    LIMIT(kLogTopics),         LIMIT(kLogPoses),         LIMIT(kPageHeaderBytes),
+    LIMIT(kPageBodyBytes),     LIMIT(kPageConnections),  LIMIT(kPageCommands),
+    LIMIT(kPageHeadS),         LIMIT(kPageRequestS),     LIMIT(kMinTokenBytes),
+    LIMIT(kMaxTokenBytes),     LIMIT(kDdsSampleBytes),   LIMIT(kTransformFrames),
+    LIMIT(kTransformStamps),   LIMIT(kSurfaceNameBytes), LIMIT(kEditedSurfaces),
+    LIMIT(kEditSteps)};
 #undef LIMIT
 
 TEST(Limits, AreAllInTheTableOfTheDocuments) {

@@ -9,6 +9,8 @@
 #include "live_world.hpp"
 #include "procam/core/base/limits.hpp"
 #include "procam/core/geometry/se3.hpp"
+#include "procam/dds/pose_source.hpp"
+#include "procam/track/wire.hpp"
 #include "support/expect_error.hpp"
 #include "support/file_size_limit.hpp"
 
@@ -88,6 +90,88 @@ TEST(RunParts, AMovedProjectorIsReadAsItWasWritten) {
     bad.next();
     EXPECT_ERROR(bad.next(), kInput, "line 2");
   }
+}
+
+track::StampedPose some_message(double arrival) {
+  track::StampedPose message;
+  message.stamp = 1.7e9 + arrival / 3;
+  message.arrival = arrival;
+  message.frame = "map";
+  message.child = "base";
+  message.frame_from_child =
+      se3_exp(Vec6((Vec6() << 0.1, -0.7, 0.2, arrival / 3, -0.1, 2.7).finished())).normalized();
+  message.covariance = Mat6(Vec6(1e-4, 2e-4, 3e-4, 4e-4, 5e-4, 6e-4).asDiagonal());
+  return message;
+}
+
+/// As messages of ROS 2: shown again from the same records, and its poses are a source, both to the last digit.
+TEST(RunMcap, HoldsWhatALogHoldsAndItsPosesAreASource) {
+  if (!dds::is_available()) GTEST_SKIP() << "built without DDS";
+  test::Scratch folder;
+  for (const char* name : {"run.log", "run.mcap"}) {
+    RunRecorder recorder(folder / name, "now", {4000000, 4});
+    recorder.record(small_show().surfaces);
+    recorder.record(TestPattern::kGrid);
+    for (int i = 0; i < 300; ++i) {
+      recorder.record(some_message(100 + i / 30.0));
+      recorder.record(RecordedFrame{i, 100.02 + i / 30.0, i / 30.0, 7});
+    }
+  }
+  RunReader log(folder / "run.log"), mcap(folder / "run.mcap");
+  int poses = 0, frames = 0;
+  for (;;) {
+    const std::optional<RunRecord> expected = log.next(), found = mcap.next();
+    ASSERT_EQ(expected.has_value(), found.has_value());
+    if (!expected) break;
+    ASSERT_EQ(expected->index(), found->index());
+    if (const auto* frame = std::get_if<RecordedFrame>(&*found)) {
+      EXPECT_EQ(frame->light_time, std::get<RecordedFrame>(*expected).light_time);
+      ++frames;
+    }
+    if (const auto* pose = std::get_if<track::StampedPose>(&*found)) {
+      EXPECT_EQ(track::to_json_line(*pose), track::to_json_line(std::get<track::StampedPose>(*expected)));
+      EXPECT_EQ(pose->arrival, std::get<track::StampedPose>(*expected).arrival);
+      ++poses;
+    }
+  }
+  EXPECT_EQ(poses, 300);
+  EXPECT_EQ(frames, 300);
+
+  std::vector<track::StampedPose> from_lines, from_odometry;
+  const std::string source = "log:" + (folder / "run.mcap").string();
+  dds::open_pose_source(source + "@0")->poll(from_lines);
+  dds::open_pose_source(source + "+/procam/poses@0")->poll(from_odometry);
+  ASSERT_EQ(from_lines.size(), 300u);
+  ASSERT_EQ(from_odometry.size(), 300u);
+  const track::StampedPose truth = some_message(100 + 7 / 30.0);
+  EXPECT_EQ(track::to_json_line(from_lines[7]), track::to_json_line(truth));
+  EXPECT_NEAR(from_lines[7].arrival - from_lines[0].arrival, 7 / 30.0, 1e-6);
+  const track::StampedPose& other = from_odometry[7];
+  EXPECT_EQ(other.frame + " " + other.child, "map base");
+  EXPECT_NEAR(*other.stamp, *truth.stamp, 1e-6);
+  EXPECT_LT((other.frame_from_child.matrix() - truth.frame_from_child.matrix()).cwiseAbs().maxCoeff(), 1e-12);
+  ASSERT_TRUE(other.covariance);
+  EXPECT_LT((*other.covariance - *truth.covariance).cwiseAbs().maxCoeff(), 1e-12);
+  EXPECT_FALSE(other.twist) << "an unknown twist is not a standstill";
+}
+
+TEST(RunMcap, InPartsAndOfAKilledShow) {
+  if (!dds::is_available()) GTEST_SKIP() << "built without DDS";
+  test::Scratch folder;
+  {
+    RunRecorder recorder(folder / "run.mcap", "now", {10000, 4});
+    recorder.record(small_show().surfaces);
+    recorder.record(TestPattern::kContent);
+    record_frames(recorder, 0, 250);
+  }
+  ASSERT_TRUE(fs::exists(folder / "run.mcap.1"));
+  EXPECT_EQ(read_all(folder / "run.mcap").frames.size(), 250u);
+  // Killed: what was flushed each second is there, the end is not.
+  RunRecorder recorder(folder / "killed.mcap", "now");
+  recorder.record(small_show().surfaces);
+  record_frames(recorder, 0, 300);
+  fs::copy_file(folder / "killed.mcap", folder / "copy.mcap");
+  EXPECT_GE(read_all(folder / "copy.mcap").frames.size(), 230u);
 }
 
 TEST(RunParts, TheLogIsBoundedAndTheNewestStays) {

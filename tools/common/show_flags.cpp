@@ -33,7 +33,7 @@ void declare_surfaces(CLI::App& app, show::ShowOptions& o) {
   app.add_option("--surfaces", o.surfaces,
                  "Surface definitions, .json or .xml, read again when the file changes; or surfaces found by "
                  "the depth camera of the rig: depth:watch:FOLDER, depth:folder:FOLDER, depth:openni2:[URI], "
-                 "depth:ros2:/TOPIC");
+                 "depth:ros2:/TOPIC, depth:log:FILE+/TOPIC");
   app.add_option("--depth-camera", o.depth.camera,
                  "With --surfaces depth: name of the depth camera, for a rig with several");
   add_parsed(app, "--depth-scale", into(o.depth.metres_per_unit, parse_depth_scale),
@@ -59,7 +59,8 @@ void declare_surfaces(CLI::App& app, show::ShowOptions& o) {
           o.contents[item.substr(0, equals)] = item.substr(equals + 1);
         }
       },
-      "Content of a surface: an image, a folder or pattern of images, a video, camera:0, ros2:/TOPIC, shm:NAME, "
+      "Content of a surface: an image, a folder or pattern of images, a video, camera:0, ros2:/TOPIC, "
+      "log:FILE+/TOPIC, shm:NAME, "
       "#rrggbb (default: as in the surface file)");
 }
 
@@ -67,7 +68,8 @@ void declare_poses(CLI::App& app, show::ShowOptions& o) {
   CLI::Option* sources =
       app.add_option("--pose-source", o.poses,
                      "Source of poses: udp:9000, tcp:HOST:PORT, tcp-listen:PORT, osc:PORT, psn:PORT, "
-                     "rosbridge:HOST:PORT, ros2:map,base_link, ros2:/TOPIC, log:FILE");
+                     "rosbridge:HOST:PORT, ros2:map,base_link, ros2:/TOPIC, log:FILE; of a log of ROS 2: "
+                     "log:FILE+map,base_link, log:FILE+/TOPIC");
   const auto marker = [&](const char* flag, std::string show::MarkerInput::*member, const char* help) {
     return app.add_option_function<std::string>(
         flag, [&o, member](const std::string& text) { marker_of(o).*member = text; }, help);
@@ -75,7 +77,7 @@ void declare_poses(CLI::App& app, show::ShowOptions& o) {
   CLI::Option* camera =
       marker("--marker-camera", &show::MarkerInput::camera,
              "Poses from markers in the image of the camera of the rig: its number, device or "
-             "URL, ros2:/TOPIC or watch:FOLDER")
+             "URL, ros2:/TOPIC, log:FILE+/TOPIC or watch:FOLDER")
           ->excludes(sources);
   marker("--marker", &show::MarkerInput::marker,
          "The marker that defines the world frame: DICTIONARY:ID:SIZE, e.g. apriltag_36h11:3:160mm")
@@ -187,7 +189,8 @@ void declare_output(CLI::App& app, show::ShowOptions& o) {
       "and the surfaces on /tf_static");
   app.add_flag("--autosave", o.autosave,
                "Save edits of the control page to the surfaces file within a second");
-  app.add_option("--record", o.record, "Record the run in this log, for --replay");
+  app.add_option("--record", o.record,
+                 "Record the run in this log, for --replay; run.mcap: as messages of ROS 2");
   app.add_option("--control", o.control, "[ADDRESS:]PORT of the control page, or off")->capture_default_str();
   app.add_option("--token", o.token, "Secret of the control page (default: a new one)");
   app.add_option("--threads", o.threads, "Number of threads; 0: one for each core")

@@ -10,6 +10,9 @@
 /// | sensor_msgs/CompressedImage | JPEG, PNG |
 /// | of depth: sensor_msgs/Image | 16UC1 and mono16 in millimetres, 32FC1 in metres |
 ///
+/// Images of a log of ROS 2 are played in their time: "log:run.mcap+/camera/image_raw" (dds/pose_source.hpp). Sources of one
+/// log play together.
+///
 /// The text is a topic, with remaps as in dds/pose_source.hpp: "/camera/image_raw,/camera/image_raw:=/left/image". The type
 /// is the one that is published, and the reader is as reliable as its publishers, also when these change.
 ///

@@ -88,6 +88,7 @@ struct ContentOptions {
 ///   video   any other file, as OpenCV's videoio (FFmpeg) reads it: upright, without alpha or sound
 ///   camera  camera:0, camera:/dev/video2, rtsp://..., http://...
 ///   ros2    ros2:/TOPIC, images of the ROS 2 graph (dds/image_source.hpp): live, the newest image
+///   log     log:run.mcap+/TOPIC[@SPEED], images of a log of ROS 2 in their time, once through
 ///   shm     shm:NAME, what another program writes there (shared_frame.hpp): live, the newest frame. A writer
 ///           that was started again is found again within a second, if its frames have the same size
 ///

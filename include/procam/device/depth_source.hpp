@@ -6,6 +6,7 @@
 ///   openni2:            the first sensor that OpenNI2 knows (Kinect, Xtion, Astra and their kin)
 ///   openni2:URI         the one of that URI, or a recording (.oni), once through
 ///   ros2:/TOPIC         images of 16 bits (mm) or floats (m) of the ROS 2 graph (dds/image_source.hpp)
+///   log:FILE+/TOPIC[@SPEED]  the same from a log of ROS 2, in their time, once through
 ///
 /// Every source listens on a thread of its own, so that a picture's time is that of its arrival, and holds
 /// the newest few.

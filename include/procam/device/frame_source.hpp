@@ -51,6 +51,7 @@ struct CameraOptions {
 ///   watch:FOLDER        images that appear in a folder (watch_folder()); also the name of a folder alone
 ///   ros2:/TOPIC         images of the ROS 2 graph (dds/image_source.hpp). Its publisher need not be there yet; after 5 s
 ///                       without one, next() throws. An image's time is free of the network's jitter
+///   log:FILE+/TOPIC[@SPEED]  images of a log of ROS 2 (dds/image_source.hpp) in their time, once through
 ///
 /// Throws Error(kDevice) for a camera that cannot be opened; Error(kInput) for a text that names none, and for an exposure of
 /// a folder or a topic, whose images must have `options.size` where that is given (else next() throws Error(kInput));

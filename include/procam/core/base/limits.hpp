@@ -58,6 +58,15 @@ inline constexpr std::size_t kSkeletonFileBytes = 256 * kMebibyte;
 /// Bytes of one line of a log or a trajectory: all surfaces of a recorded run are one line.
 inline constexpr std::size_t kLogLineBytes = 64 * kMebibyte;
 
+/// Bytes of a chunk of an MCAP log, packed or unpacked: it is taken into memory as a whole. Writers make some megabytes.
+inline constexpr std::size_t kLogChunkBytes = 128 * kMebibyte;
+/// Bytes of the summary of an MCAP log: a larger one is not used. An hour in chunks of a megabyte has some 10 MiB.
+inline constexpr std::size_t kLogSummaryBytes = 64 * kMebibyte;
+/// Topics of a log of ROS 2: a robot has some hundred.
+inline constexpr std::size_t kLogTopics = 4096;
+/// Poses of a log of ROS 2 that are given all at once: three hours at 100 Hz.
+inline constexpr std::size_t kLogPoses = std::size_t(1) << 20;
+
 // --- network ---
 
 /// Connections of a source that listens (tcp-listen): each has a buffer and a parser.

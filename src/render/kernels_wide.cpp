@@ -370,14 +370,9 @@ constexpr int kHalf = kVector / 2;  ///< pixels in 16-bit numbers that a vector 
 template <typename Skip, typename Work>
 HWY_INLINE int each_half(int count, const Skip& skip, const Work& work) {
   int i = 0;
-  while (i + kHalf <= count) {
-    if (i + kVector <= count && skip(i)) {
-      i += kVector;
-    } else {
-      work(i);
-      i += kHalf;
-    }
-  }
+  for (; i + kVector <= count; i += kVector)
+    if (!skip(i)) work(i), work(i + kHalf);
+  for (; i + kHalf <= count; i += kHalf) work(i);
   return i;
 }
 
@@ -495,16 +490,26 @@ void values_to_rgb(const Value* from, int count, std::uint8_t* to) {
 }
 
 void rgb_to_texels(const std::uint8_t* from, int count, Value* to) {
+  int i = 0;
+#if HWY_TARGET == HWY_AVX2
   static constexpr std::uint8_t kColours[16] = {0, 1, 2, 128, 3, 4, 5, 128, 6, 7, 8, 128, 9, 10, 11, 128};
   const Bytes colours = each_block(kByte, kColours);
   // Alpha is 0 so far.
   const Bytes signs = hn::BitCast(kByte, hn::Set(kUnsigned, 0x7f808080));
-  int i = 0;
-  // The last load ends four bytes after the last texel.
-  for (; i + kVector + 2 <= count; i += kVector, from += 3 * kVector, to += 4 * kVector) {
+  // The second load ends four bytes after the eighth texel.
+  for (; i + kLanes + 2 <= count; i += kLanes, from += 3 * kLanes, to += 4 * kLanes) {
     const Bytes bytes = load_blocks(kByte, from, from + 12);
     hn::StoreU(hn::Xor(hn::TableLookupBytesOr0(bytes, colours), signs), kByte, to);
   }
+#else
+  const Bytes signs = hn::Set(kByte, 0x80), opaque = hn::Set(kByte, 255 ^ 0x80);
+  for (; i + 16 <= count; i += 16, from += 48, to += 64) {
+    Bytes red, green, blue;
+    hn::LoadInterleaved3(kByte, from, red, green, blue);
+    hn::StoreInterleaved4(hn::Xor(red, signs), hn::Xor(green, signs), hn::Xor(blue, signs), opaque, kByte,
+                          to);
+  }
+#endif
   kPlainKernels.rgb_to_texels(from, count - i, to);
 }
 

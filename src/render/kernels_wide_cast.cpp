@@ -40,10 +40,16 @@ HWY_INLINE Mask before_end(int begin, int end) {
 void follow(const RowMap& row, int first, int count, Rays& rays) {
   for (int i = 0; i < count; i += kVector) {
     const Floats s = times_plus(numbers_from(i), all(row.ds), all(row.s0));
-    const Mask wanted = before_end(i, count);  // what follows may be another piece's
-    hn::BlendedStore(quadratic(row.q, 0, s), wanted, kFloat, rays.x + first + i);
-    hn::BlendedStore(quadratic(row.q, 1, s), wanted, kFloat, rays.y + first + i);
-    hn::BlendedStore(quadratic(row.q, 2, s), wanted, kFloat, rays.z + first + i);
+    const auto keep = [&](int k, float* to) HWY_ATTR {
+      const Floats q = quadratic(row.q, k, s);
+      if (i + kVector <= count)
+        store(q, to + first + i);
+      else  // what follows may be another piece's
+        hn::BlendedStore(q, before_end(i, count), kFloat, to + first + i);
+    };
+    keep(0, rays.x);
+    keep(1, rays.y);
+    keep(2, rays.z);
   }
 }
 

@@ -12,7 +12,7 @@
 namespace procam::render {
 namespace {
 
-constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
+constexpr float kNoRay = std::numeric_limits<float>::quiet_NaN();
 
 /// Two layers of rectangles, each of two triangles, with gaps between them; some rays are missing.
 struct Stage {
@@ -26,7 +26,7 @@ struct Stage {
       return std::uniform_real_distribution<float>(low, high)(random);
     };
     for (float* const numbers : {rays.x, rays.y, rays.z, right.x, right.y, right.z, down.x, down.y, down.z})
-      std::fill_n(numbers, kRayRoom, kNaN);
+      std::fill_n(numbers, kRayRoom, kNoRay);
     for (int y = -1; y <= kTileHeight; ++y)
       for (int x = -1; x <= kTileWidth; ++x) {
         if (random() % 40 == 0) continue;

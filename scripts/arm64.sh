@@ -14,7 +14,8 @@ tests=("$@")
 ((${#tests[@]} > 0)) || tests=(core pattern render depth track track_wire calibrate)
 sysroot=$PWD/build/arm64-sysroot
 
-# Packages are extracted, not configured, so the links that Debian's alternatives make to BLAS and LAPACK are made here.
+# Packages are extracted, not configured. The links that Debian's alternatives make to BLAS and LAPACK are made here, and
+# absolute links, which would lead to this machine's files, become relative.
 make_sysroot() {
   [[ -e $sysroot/complete ]] && return 0
   rm -rf "$sysroot" && mkdir -p build || return 1
@@ -25,6 +26,10 @@ make_sysroot() {
   for library in "$folder"/{blas,lapack}/*.so*; do
     ln -sf "$(realpath --relative-to="$folder" "$library")" "$folder"/"${library##*/}" || return 1
   done
+  local link target
+  while read -r link target; do
+    ln -sf "$(realpath -m --relative-to="${link%/*}" "$sysroot$target")" "$link" || return 1
+  done < <(find "$sysroot" -lname '/*' -printf '%p %l\n')
   # Ceres' CMake file names these libraries by the path on the machine where they are installed.
   sed -i "s|;/usr/lib/|;$sysroot/usr/lib/|g" "$folder"/cmake/Ceres/CeresTargets.cmake || return 1
   touch "$sysroot"/complete

@@ -26,18 +26,25 @@ bool gathers_fast() {
 }
 
 const Kernels& kernels_for([[maybe_unused]] int vector_bits, [[maybe_unused]] bool gathers) {
+#if !defined(PROCAM_HIGHWAY)
+  const Kernels& wide_kernels = kPlainKernels;
+#else
+  const Kernels& wide_kernels = kWideKernels;
+#endif
 #if defined(__x86_64__)
   static const bool wide = has_avx2(), widest = wide && has_avx512();
-  const auto make_widest = [](bool by_gathers) {
-    Kernels kernels = kWideKernels;
+  const auto make_widest = [&](bool by_gathers) {
+    Kernels kernels = wide_kernels;
     use_widest(kernels, by_gathers);
     return kernels;
   };
   static const Kernels loading = make_widest(false), gathering = make_widest(true);
   if (vector_bits >= 512 && widest) return gathers ? gathering : loading;
-  if (vector_bits >= 256 && wide) return kWideKernels;
-#endif
+  if (vector_bits >= 256 && wide) return wide_kernels;
   return kPlainKernels;
+#else
+  return vector_bits >= 128 ? wide_kernels : kPlainKernels;
+#endif
 }
 
 }  // namespace procam::render

@@ -1,6 +1,7 @@
 #pragma once
-/// The work on rows of pixels: in plain C++, in vectors of 256 bits (AVX2) and, where most time goes, of 512
-/// (AVX-512 with VBMI and VNNI). All give the same bits; which of them runs is chosen when the program runs.
+/// The work on rows of pixels: in plain C++, by Highway in vectors of 256 bits (AVX2) or 128 (NEON) and, where
+/// most time goes on x86, of 512 (AVX-512 with VBMI and VNNI). All give the same bits; which of them runs is
+/// chosen when the program runs.
 ///
 /// Two kinds of pixel, both RGBA, premultiplied:
 ///   Light: 16 bits, 0..kFull. What is averaged: light, or values as they stand times 128.
@@ -200,8 +201,10 @@ struct Kernels {
                int first, int count, bool slopes, TexCoords& texcoords);
 };
 
-extern const Kernels kPlainKernels, kWideKernels;
-/// Replaces those of kWideKernels that there are in vectors of 512 bits. `gathers`: texels are read by gather
+extern const Kernels kPlainKernels;
+/// By Highway: there where it was found, on x86 for machines with AVX2 and on 64-bit ARM for all.
+extern const Kernels kWideKernels;
+/// Replaces those that there are in vectors of 512 bits. `gathers`: texels are read by gather
 /// instructions, else one by one.
 void use_widest(Kernels& kernels, bool gathers);
 /// Does this machine gather faster than it loads one by one? Intel's do; AMD's split a gather into more steps

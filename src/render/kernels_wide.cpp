@@ -1,192 +1,276 @@
+#include "kernels_targets.hpp"
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "kernels_wide.cpp"
+#include <hwy/foreach_target.h>
+// Last, as it comes once for each kind of processor.
+#include <hwy/cache_control.h>
+
 #include "kernels_wide.hpp"
 
-#if defined(__x86_64__)
+#if HWY_TARGET != HWY_EMU128 && HWY_TARGET != HWY_SCALAR
 
-namespace procam::render {
-
-namespace wide {
+HWY_BEFORE_NAMESPACE();
+namespace procam::render::HWY_NAMESPACE {
 
 namespace {
 
-PROCAM_AVX2 void locate(const RowMap& row, int begin, int end, bool slopes, Points& points) {
-  const __m256 ds = _mm256_set1_ps(row.ds);
-  for (int i = begin; i < end; i += kLanes) {
-    const __m256i index = _mm256_add_epi32(_mm256_set1_epi32(i), _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7));
-    const __m256 s = _mm256_add_ps(_mm256_set1_ps(row.s0), _mm256_mul_ps(_mm256_cvtepi32_ps(index), ds));
-    const __m256 depth = _mm256_max_ps(quadratic(row.q, 2, s), _mm256_set1_ps(kMinDepth));
-    const __m256 inverse = _mm256_div_ps(_mm256_set1_ps(1), depth);
-    const __m256 u = _mm256_mul_ps(quadratic(row.q, 0, s), inverse);
-    const __m256 v = _mm256_mul_ps(quadratic(row.q, 1, s), inverse);
-    _mm256_storeu_ps(points.u + i, u);
-    _mm256_storeu_ps(points.v + i, v);
+// As many bytes as the eight or four numbers of a Floats.
+using ShortTag = hn::Repartition<std::int16_t, FloatTag>;
+using ByteTag = hn::Repartition<std::uint8_t, FloatTag>;
+using Shorts = hn::Vec<ShortTag>;
+using Bytes = hn::Vec<ByteTag>;
+constexpr ShortTag kShort;
+constexpr ByteTag kByte;
+constexpr hn::Repartition<std::uint16_t, FloatTag> kUnsignedShort;
+constexpr hn::Repartition<std::uint32_t, FloatTag> kUnsigned;
+constexpr hn::Rebind<std::uint8_t, ShortTag> kHalfOfBytes;
+
+// Numbers that 32 bits hold. Highway's own conversions ask whether they do, which AVX2 has no instruction for.
+HWY_INLINE Ints truncated(Floats x) {
+#if HWY_TARGET == HWY_AVX2
+  return Ints{_mm256_cvttps_epi32(x.raw)};
+#else
+  return hn::ConvertTo(kInt, x);
+#endif
+}
+HWY_INLINE Ints nearest(Floats x) {
+#if HWY_TARGET == HWY_AVX2
+  return Ints{_mm256_cvtps_epi32(x.raw)};
+#else
+  return hn::NearestInt(x);
+#endif
+}
+
+void locate(const RowMap& row, int begin, int end, bool slopes, Points& points) {
+  const Floats ds = all(row.ds);
+  for (int i = begin; i < end; i += kVector) {
+    const Floats s = times_plus(numbers_from(i), ds, all(row.s0));
+    const Floats inverse = hn::Div(all(1), hn::Max(quadratic(row.q, 2, s), all(kMinDepth)));
+    const Floats u = hn::Mul(quadratic(row.q, 0, s), inverse);
+    const Floats v = hn::Mul(quadratic(row.q, 1, s), inverse);
+    store(u, points.u + i);
+    store(v, points.v + i);
     if (!slopes) continue;
-    const __m256 twice_s = _mm256_add_ps(s, s);
-    __m256 right[3], down[3];
+    const Floats twice_s = hn::Add(s, s);
+    Floats right[3], down[3];
     for (int k = 0; k < 3; ++k) {
-      right[k] =
-          _mm256_mul_ps(ds, times_plus(twice_s, _mm256_set1_ps(row.q[6 + k]), _mm256_set1_ps(row.q[3 + k])));
+      right[k] = hn::Mul(ds, times_plus(twice_s, all(row.q[6 + k]), all(row.q[3 + k])));
       down[k] = quadratic(row.down, k, s);
     }
-    const auto store = [&](float* to, __m256 of_q, __m256 position, __m256 of_depth) PROCAM_AVX2 {
-      const __m256 slope = _mm256_sub_ps(of_q, _mm256_mul_ps(position, of_depth));
-      _mm256_storeu_ps(to + i, _mm256_mul_ps(slope, inverse));
-    };
-    store(points.u_x, right[0], u, right[2]);
-    store(points.v_x, right[1], v, right[2]);
-    store(points.u_y, down[0], u, down[2]);
-    store(points.v_y, down[1], v, down[2]);
+    const auto slope = [&](Floats of_q, Floats position, Floats of_depth)
+                           HWY_ATTR { return hn::Mul(hn::Sub(of_q, hn::Mul(position, of_depth)), inverse); };
+    store(slope(right[0], u, right[2]), points.u_x + i);
+    store(slope(right[1], v, right[2]), points.v_x + i);
+    store(slope(down[0], u, down[2]), points.u_y + i);
+    store(slope(down[1], v, down[2]), points.v_y + i);
   }
 }
 
 /// From the content's corner to texel centres, inside the first and last of them; in `steps` a texel. NaN:
 /// the first.
-PROCAM_AVX2 inline __m256 inside(__m256 position, __m256 last, float steps = 1) {
-  const __m256 p = _mm256_sub_ps(position, _mm256_set1_ps(0.5f * steps));
-  return _mm256_min_ps(_mm256_max_ps(p, _mm256_setzero_ps()), last);
+HWY_INLINE Floats inside(Floats position, Floats last, float steps = 1) {
+  return hn::Min(hn::Max(hn::Sub(position, all(0.5f * steps)), hn::Zero(kFloat)), last);
 }
 
 /// Beyond a border, as far inside it.
-PROCAM_AVX2 inline __m256 mirrored(__m256 position, __m256 twice_size) {
-  const __m256 p = _mm256_andnot_ps(_mm256_set1_ps(-0.0f), position);
-  return _mm256_min_ps(p, _mm256_sub_ps(twice_size, p));
+HWY_INLINE Floats mirrored(Floats position, Floats twice_size) {
+  const Floats p = hn::Abs(position);
+  return hn::Min(p, hn::Sub(twice_size, p));
 }
 
-/// Eight positions as whole texels, and how far they are towards the next: in 1 / steps, rounded, to the
-/// right, and in 2^-15 downwards (the lower 16 bits).
+/// Positions as whole texels, and how far they are towards the next: in 1 / steps, rounded, to the right, and
+/// in 2^-15 downwards (the lower 16 bits).
 struct Cells {
-  alignas(32) std::int32_t offset[kLanes];  ///< texels from the first
-  __m256i right, down;
+  alignas(32) std::int32_t offset[kVector];  ///< texels from the first
+  Ints right, down;
 };
 
-PROCAM_AVX2 inline void find_cells(__m256 u, __m256 v, float steps, __m256i stride, Cells& cells) {
-  const __m256i x = _mm256_cvttps_epi32(u), y = _mm256_cvttps_epi32(v);
-  _mm256_store_si256(reinterpret_cast<__m256i*>(cells.offset),
-                     _mm256_add_epi32(_mm256_mullo_epi32(y, stride), x));
+HWY_INLINE void find_cells(Floats u, Floats v, float steps, Ints stride, Cells& cells) {
+  const Ints x = truncated(u), y = truncated(v);
+  store(hn::Add(hn::Mul(y, stride), x), cells.offset);
   // Through memory: compilers take them from the vector one by one instead, which is slower.
   __asm__("" : "+m"(cells.offset));
-  const __m256 right = _mm256_sub_ps(u, _mm256_cvtepi32_ps(x)),
-               down = _mm256_sub_ps(v, _mm256_cvtepi32_ps(y));
-  cells.right = _mm256_cvtps_epi32(_mm256_mul_ps(right, _mm256_set1_ps(steps)));
-  cells.down = _mm256_cvttps_epi32(_mm256_mul_ps(down, _mm256_set1_ps(32768.0f)));
+  const Floats right = hn::Sub(u, hn::ConvertTo(kFloat, x)), down = hn::Sub(v, hn::ConvertTo(kFloat, y));
+  cells.right = nearest(hn::Mul(right, all(steps)));
+  cells.down = truncated(hn::Mul(down, all(32768.0f)));
 }
 
 /// Asks for the memory of a texel and the one below. Wrong guesses (beyond the picture) do no harm.
 template <typename Pixel>
-PROCAM_AVX2 inline void fetch_ahead(const Pixel* upper, const Pixel* lower, std::ptrdiff_t texel) {
-  _mm_prefetch(reinterpret_cast<const char*>(upper + 4 * texel), _MM_HINT_T0);
-  _mm_prefetch(reinterpret_cast<const char*>(lower + 4 * texel), _MM_HINT_T0);
+HWY_INLINE void fetch_ahead(const Pixel* upper, const Pixel* lower, std::ptrdiff_t texel) {
+  hwy::Prefetch(upper + 4 * texel);
+  hwy::Prefetch(lower + 4 * texel);
 }
 
-/// 2 x 2 pairs of Value texels: pixels i, i + 1 in the lower half, i + 4, i + 5 in the upper.
-PROCAM_AVX2 inline __m256i load_pairs(const Value* texels, const std::int32_t* offset) {
-  const auto at = [&](int i) PROCAM_AVX2 {
-    return reinterpret_cast<const double*>(texels + std::ptrdiff_t(offset[i]) * 4);
-  };
-  const __m128d low = _mm_loadh_pd(_mm_load_sd(at(0)), at(1));
-  const __m128d high = _mm_loadh_pd(_mm_load_sd(at(4)), at(5));
-  return _mm256_castpd_si256(_mm256_set_m128d(high, low));
-}
-
-PROCAM_AVX2 inline __m256i twice(__m128i mask) {
-  return _mm256_broadcastsi128_si256(mask);
+/// 16 bytes, in each part of 128 bits.
+template <typename Tag>
+HWY_INLINE hn::Vec<Tag> each_block(Tag tag, const std::uint8_t (&bytes)[16]) {
+  return hn::BitCast(tag, hn::LoadDup128(kByte, bytes));
 }
 
 /// The two bytes 128 - right and right.
-PROCAM_AVX2 inline __m256i shares_of(__m256i right) {
-  return _mm256_add_epi16(_mm256_mullo_epi16(right, _mm256_set1_epi32(255)), _mm256_set1_epi32(128));
+HWY_INLINE Ints shares_of(Ints right) {
+  const Shorts shares = hn::Mul(hn::BitCast(kShort, right), hn::BitCast(kShort, hn::Set(kInt, 255)));
+  return hn::BitCast(kInt, hn::Add(shares, hn::BitCast(kShort, hn::Set(kInt, 128))));
 }
 
-PROCAM_AVX2 inline void store(__m256i eight, std::int32_t* to) {
-  _mm256_storeu_si256(reinterpret_cast<__m256i*>(to), eight);
-}
-PROCAM_AVX2 inline __m256i load(const std::int32_t* from) {
-  return _mm256_load_si256(reinterpret_cast<const __m256i*>(from));
+/// Pairs of texels of two pixels in each part of 128 bits: `i` and the next, in the upper part four on.
+template <typename Tag>
+HWY_INLINE hn::Vec<Tag> load_pairs(Tag tag, const Value* texels, const std::int32_t* offset, int i) {
+  const auto at = [&](int pixel) HWY_ATTR {
+    return reinterpret_cast<const double*>(texels + std::ptrdiff_t(offset[pixel]) * 4);
+  };
+  const auto two = [&](int first) HWY_ATTR {
+#if HWY_TARGET == HWY_AVX2  // in one instruction each, which GCC does not find by itself
+    return hn::Vec<hn::Full128<double>>{_mm_loadh_pd(_mm_load_sd(at(first)), at(first + 1))};
+#else
+    constexpr hn::Full64<double> kPair;
+    constexpr hn::Full128<double> kBlock;
+    return hn::Combine(kBlock, hn::LoadU(kPair, at(first + 1)), hn::LoadU(kPair, at(first)));
+#endif
+  };
+  const hn::Repartition<double, Tag> pairs;
+  if constexpr (hn::MaxLanes(pairs) == 2)
+    return hn::BitCast(tag, two(i));
+  else
+    return hn::BitCast(tag, hn::Combine(pairs, two(i + 4), two(i)));
 }
 
-PROCAM_AVX2 void sample_cells(const TexelsView<Value>& texels, const RowCells& cells, std::ptrdiff_t soon,
-                              int count, Value* to) {
-  const __m256i interleave = twice(_mm_setr_epi8(0, 4, 1, 5, 2, 6, 3, 7, 8, 12, 9, 13, 10, 14, 11, 15));
+#if HWY_TARGET == HWY_AVX2
+
+/// Bilinear samples at the cells of eight pixels.
+HWY_INLINE Bytes sample(const Value* upper, const Value* lower, const std::int32_t* offset, Ints shares,
+                        Ints downs) {
+  static constexpr std::uint8_t kInterleave[16] = {0, 4, 1, 5, 2, 6, 3, 7, 8, 12, 9, 13, 10, 14, 11, 15};
   // The first two bytes of each of two 32-bit numbers, four times each: pixels 0, 1 | 4, 5 and 2, 3 | 6, 7.
-  const __m256i spread[2] = {twice(_mm_setr_epi8(0, 1, 0, 1, 0, 1, 0, 1, 4, 5, 4, 5, 4, 5, 4, 5)),
-                             twice(_mm_setr_epi8(8, 9, 8, 9, 8, 9, 8, 9, 12, 13, 12, 13, 12, 13, 12, 13))};
+  static constexpr std::uint8_t kSpread[2][16] = {{0, 1, 0, 1, 0, 1, 0, 1, 4, 5, 4, 5, 4, 5, 4, 5},
+                                                  {8, 9, 8, 9, 8, 9, 8, 9, 12, 13, 12, 13, 12, 13, 12, 13}};
+  __m256i blended[2];
+  for (int half = 0; half < 2; ++half) {
+    const Bytes spread = each_block(kByte, kSpread[half]);
+    const Bytes share = hn::TableLookupBytes(hn::BitCast(kByte, shares), spread);
+    const auto row = [&](const Value* texels) HWY_ATTR {
+      const Bytes pairs =
+          hn::TableLookupBytes(load_pairs(kByte, texels, offset, 2 * half), each_block(kByte, kInterleave));
+      return Shorts{_mm256_maddubs_epi16(share.raw, pairs.raw)};
+    };
+    const Shorts a = row(upper), b = row(lower);
+    const Shorts down = hn::BitCast(kShort, hn::TableLookupBytes(hn::BitCast(kByte, downs), spread));
+    const Shorts sum = hn::Add(a, hn::MulFixedPoint15(hn::Sub(b, a), down));
+    blended[half] = hn::MulFixedPoint15(sum, hn::Set(kShort, 256)).raw;  // / 128, rounded
+  }
+  return hn::Xor(Bytes{_mm256_packs_epi16(blended[0], blended[1])}, hn::Set(kByte, 0x80));
+}
+
+#else
+
+/// Bilinear samples at the cells of four pixels.
+HWY_INLINE Bytes sample(const Value* upper, const Value* lower, const std::int32_t* offset, Ints shares,
+                        Ints downs) {
+  static constexpr std::uint8_t kLeft[16] = {0, 0, 0, 0, 4, 4, 4, 4, 8, 8, 8, 8, 12, 12, 12, 12};
+  static constexpr std::uint8_t kRight[16] = {1, 1, 1, 1, 5, 5, 5, 5, 9, 9, 9, 9, 13, 13, 13, 13};
+  static constexpr std::uint8_t kSpread[2][16] = {{0, 1, 0, 1, 0, 1, 0, 1, 4, 5, 4, 5, 4, 5, 4, 5},
+                                                  {8, 9, 8, 9, 8, 9, 8, 9, 12, 13, 12, 13, 12, 13, 12, 13}};
+  const auto shuffled = [](Ints numbers, const std::uint8_t(&places)[16]) {
+    return hn::TableLookupBytes(hn::BitCast(kByte, numbers), each_block(kByte, places)).raw;
+  };
+  const uint8x16_t left = shuffled(shares, kLeft), right = shuffled(shares, kRight);
+  // Texels as they were: 0 to 255, and sums of up to 128 * 255, which have a sign in 16 bits.
+  const auto row = [&](const Value* texels, int16x8_t(&to)[2]) {
+    const auto first = load_pairs(kUnsigned, texels, offset, 0),
+               second = load_pairs(kUnsigned, texels, offset, 2);
+    const Bytes signs = hn::Set(kByte, 0x80);
+    const uint8x16_t lefts = hn::Xor(hn::BitCast(kByte, hn::ConcatEven(kUnsigned, second, first)), signs).raw;
+    const uint8x16_t rights = hn::Xor(hn::BitCast(kByte, hn::ConcatOdd(kUnsigned, second, first)), signs).raw;
+    to[0] = vreinterpretq_s16_u16(
+        vmlal_u8(vmull_u8(vget_low_u8(lefts), vget_low_u8(left)), vget_low_u8(rights), vget_low_u8(right)));
+    to[1] = vreinterpretq_s16_u16(vmlal_high_u8(vmull_high_u8(lefts, left), rights, right));
+  };
+  int16x8_t a[2], b[2];
+  row(upper, a);
+  row(lower, b);
+  const auto blended = [&](int half) {
+    const int16x8_t down = vreinterpretq_s16_u8(shuffled(downs, kSpread[half]));
+    return vreinterpretq_u16_s16(vaddq_s16(a[half], vqrdmulhq_s16(vsubq_s16(b[half], a[half]), down)));
+  };
+  return Bytes{vrshrn_high_n_u16(vrshrn_n_u16(blended(0), 7), blended(1), 7)};
+}
+
+#endif
+
+void sample_cells(const TexelsView<Value>& texels, const RowCells& cells, std::ptrdiff_t soon, int count,
+                  Value* to) {
   const Value* const upper = texels.data;
   const Value* const lower = texels.data + std::ptrdiff_t(texels.stride) * 4;
-  for (int i = 0; i < count; i += kLanes, to += 4 * kLanes) {
+  for (int i = 0; i < count; i += kLanes) {
     fetch_ahead(upper, lower, cells.offset[i] + soon);
-    const __m256i shares = load(cells.shares + i), downs = load(cells.down + i);
-    __m256i blended[2];
-    for (int half = 0; half < 2; ++half) {
-      const __m256i share = _mm256_shuffle_epi8(shares, spread[half]);
-      const auto row = [&](const Value* texel_row) PROCAM_AVX2 {
-        const __m256i pairs = load_pairs(texel_row, cells.offset + i + 2 * half);
-        return _mm256_maddubs_epi16(share, _mm256_shuffle_epi8(pairs, interleave));
-      };
-      const __m256i a = row(upper), b = row(lower);
-      const __m256i down = _mm256_shuffle_epi8(downs, spread[half]);
-      const __m256i sum = _mm256_add_epi16(a, _mm256_mulhrs_epi16(_mm256_sub_epi16(b, a), down));
-      blended[half] = _mm256_mulhrs_epi16(sum, _mm256_set1_epi16(256));  // / 128, rounded
+    for (int k = i; k < i + kLanes; k += kVector) {
+      const Bytes values =
+          sample(upper, lower, cells.offset + k, load(cells.shares + k), load(cells.down + k));
+      hn::StoreU(values, kByte, to + 4 * k);
     }
-    const __m256i values = _mm256_packs_epi16(blended[0], blended[1]);
-    _mm256_storeu_si256(reinterpret_cast<__m256i*>(to),
-                        _mm256_xor_si256(values, _mm256_set1_epi8(char(0x80))));
   }
 }
 
-PROCAM_AVX2 void find_long_cells(const TexelsView<Value>& texels, const Points& points, int begin, int count,
-                                 float steps_across, float steps_down, int at, RowCells& cells) {
-  const __m256 of_u = _mm256_set1_ps(1 / steps_across), of_v = _mm256_set1_ps(1 / steps_down);
-  const __m256 last_u = _mm256_set1_ps(float(texels.width - 1)),
-               last_v = _mm256_set1_ps(float(texels.height - 1));
-  const __m256i stride = _mm256_set1_epi32(texels.stride);
-  for (int i = 0; i < count; i += kLanes) {
+void find_long_cells(const TexelsView<Value>& texels, const Points& points, int begin, int count,
+                     float steps_across, float steps_down, int at, RowCells& cells) {
+  const Floats of_u = all(1 / steps_across), of_v = all(1 / steps_down);
+  const Floats last_u = all(float(texels.width - 1)), last_v = all(float(texels.height - 1));
+  const Ints stride = hn::Set(kInt, texels.stride);
+  for (int i = 0; i < count; i += kVector) {
     Cells found;
-    find_cells(inside(_mm256_mul_ps(_mm256_loadu_ps(points.u + begin + i), of_u), last_u),
-               inside(_mm256_mul_ps(_mm256_loadu_ps(points.v + begin + i), of_v), last_v), kStepsAcross,
-               stride, found);
+    find_cells(inside(hn::Mul(load(points.u + begin + i), of_u), last_u),
+               inside(hn::Mul(load(points.v + begin + i), of_v), last_v), kStepsAcross, stride, found);
     store(load(found.offset), cells.offset + at + i);
     store(shares_of(found.right), cells.shares + at + i);
     store(found.down, cells.down + at + i);
   }
 }
 
-PROCAM_AVX2 void sample_values(const TexelsView<Value>& texels, const Points& points, int begin, int count,
-                               Value* to) {
+void sample_values(const TexelsView<Value>& texels, const Points& points, int begin, int count, Value* to) {
   RowCells cells;
-  find_long_cells(texels, points, begin, count, 1, 1, 0, cells);
+  find_long_cells(texels, points, begin, (count + kLanes - 1) / kLanes * kLanes, 1, 1, 0, cells);
   sample_cells(texels, cells, points.soon, count, to);
+}
+
+/// The upper half of v, whole texels, times what 16 bits hold.
+HWY_INLINE Ints upper_times(Ints v, Ints factor) {
+#if HWY_TARGET == HWY_AVX2
+  return Ints{_mm256_madd_epi16(v.raw, _mm256_slli_epi32(factor.raw, 16))};
+#else
+  return hn::Mul(hn::ShiftRight<16>(v), factor);
+#endif
 }
 
 /// Of a picture of short sides.
 template <bool kStraight>
-PROCAM_AVX2 void find_short_cells(const TexelsView<Value>& texels, const RowMap& row, int begin, int count,
-                                  int at, RowCells& cells) {
-  __m256 q[3][3];
+void find_short_cells(const TexelsView<Value>& texels, const RowMap& row, int begin, int count, int at,
+                      RowCells& cells) {
+  Floats q[3][3];
   for (int power = 0; power < 3; ++power)
-    for (int k = 0; k < 3; ++k) q[power][k] = _mm256_set1_ps(row.q[3 * power + k]);
-  const __m256 ds = _mm256_set1_ps(row.ds), s0 = _mm256_set1_ps(row.s0);
-  const __m256 last_u = _mm256_set1_ps(kStepsAcross * float(texels.width - 1)),
-               last_v = _mm256_set1_ps(kStepsDown * float(texels.height - 1));
-  const __m256i stride = _mm256_set1_epi32(texels.stride << 16);
-  __m256 pixel = _mm256_add_ps(_mm256_set1_ps(float(begin)), _mm256_setr_ps(0, 1, 2, 3, 4, 5, 6, 7));
-  for (int i = 0; i < count; i += kLanes) {
-    const __m256 s = times_plus(pixel, ds, s0);
-    pixel = _mm256_add_ps(pixel, _mm256_set1_ps(kLanes));
-    const auto along = [&](int k) PROCAM_AVX2 {
+    for (int k = 0; k < 3; ++k) q[power][k] = all(row.q[3 * power + k]);
+  const Floats ds = all(row.ds), s0 = all(row.s0);
+  const Floats last_u = all(kStepsAcross * float(texels.width - 1)),
+               last_v = all(kStepsDown * float(texels.height - 1));
+  const Ints stride = hn::Set(kInt, texels.stride);
+  Floats pixel = numbers_from(begin);
+  for (int i = 0; i < count; i += kVector) {
+    const Floats s = times_plus(pixel, ds, s0);
+    pixel = hn::Add(pixel, all(kVector));
+    const auto along_row = [&](int k) HWY_ATTR {
       return times_plus(s, kStraight ? q[1][k] : times_plus(s, q[2][k], q[1][k]), q[0][k]);
     };
-    const __m256 inverse =
-        _mm256_div_ps(_mm256_set1_ps(1), _mm256_max_ps(along(2), _mm256_set1_ps(kMinDepth)));
-    const __m256i u = _mm256_cvtps_epi32(inside(_mm256_mul_ps(along(0), inverse), last_u, kStepsAcross));
-    const __m256i v = _mm256_cvttps_epi32(inside(_mm256_mul_ps(along(1), inverse), last_v, kStepsDown));
-    // The upper half of v, whole texels, times the stride.
-    store(_mm256_add_epi32(_mm256_madd_epi16(v, stride), _mm256_srli_epi32(u, 7)), cells.offset + at + i);
-    store(shares_of(_mm256_and_si256(u, _mm256_set1_epi32(127))), cells.shares + at + i);
-    store(_mm256_srli_epi16(v, 1), cells.down + at + i);
+    const Floats inverse = hn::Div(all(1), hn::Max(along_row(2), all(kMinDepth)));
+    const Ints u = nearest(inside(hn::Mul(along_row(0), inverse), last_u, kStepsAcross));
+    const Ints v = truncated(inside(hn::Mul(along_row(1), inverse), last_v, kStepsDown));
+    store(hn::Add(upper_times(v, stride), hn::ShiftRight<7>(u)), cells.offset + at + i);
+    store(shares_of(hn::And(u, hn::Set(kInt, 127))), cells.shares + at + i);
+    store(hn::BitCast(kInt, hn::ShiftRight<1>(hn::BitCast(kUnsignedShort, v))), cells.down + at + i);
   }
 }
 
-PROCAM_AVX2 void find_row_cells(const TexelsView<Value>& texels, const RowMap& row, int begin, int end,
-                                int at, RowCells& cells) {
+void find_row_cells(const TexelsView<Value>& texels, const RowMap& row, int begin, int end, int at,
+                    RowCells& cells) {
   if (!has_short_sides(texels)) {
     Points points;
     locate(row, begin, end, false, points);
@@ -198,216 +282,257 @@ PROCAM_AVX2 void find_row_cells(const TexelsView<Value>& texels, const RowMap& r
   }
 }
 
-/// Pairs of Light texels: pixel i in the lower half, i + 4 in the upper.
-PROCAM_AVX2 inline __m256i load_pairs(const Light* texels, const std::int32_t* offset) {
-  const auto at = [&](int i) PROCAM_AVX2 {
-    return _mm_loadu_si128(reinterpret_cast<const __m128i*>(texels + std::ptrdiff_t(offset[i]) * 4));
-  };
-  return _mm256_set_m128i(at(4), at(0));
-}
-
-/// Adds 512 times the bilinear samples at the cells of pixels kPixel and kPixel + 4.
+/// Adds 512 times the bilinear samples at the cells of one pixel and, in the upper 128 bits, of the fourth
+/// after it.
 template <int kPixel>
-PROCAM_AVX2 inline __m256i add_sample(const Light* upper, const Light* lower, const Cells& cells,
-                                      __m256i shares, __m256i sum) {
-  const __m256i interleave = twice(_mm_setr_epi8(0, 1, 8, 9, 2, 3, 10, 11, 4, 5, 12, 13, 6, 7, 14, 15));
-  constexpr char k = 4 * kPixel;
-  const __m256i spread =
-      twice(_mm_setr_epi8(k, k + 1, k, k + 1, k, k + 1, k, k + 1, k, k + 1, k, k + 1, k, k + 1, k, k + 1));
-  const __m256i a = load_pairs(upper, cells.offset + kPixel), b = load_pairs(lower, cells.offset + kPixel);
-  const __m256i down = _mm256_shuffle_epi8(cells.down, spread);
-  const __m256i row = _mm256_add_epi16(a, _mm256_mulhrs_epi16(_mm256_sub_epi16(b, a), down));
-  const __m256i share = _mm256_shuffle_epi32(shares, kPixel * 0x55);
-  return _mm256_add_epi32(sum, _mm256_madd_epi16(_mm256_shuffle_epi8(row, interleave), share));
+HWY_INLINE void add_sample(const Light* upper, const Light* lower, const Cells& cells, Ints& sum) {
+  const auto pairs = [&](const Light* texels) HWY_ATTR {
+    const auto at = [&](int i) { return texels + std::ptrdiff_t(cells.offset[i]) * 4; };
+    return load_blocks(kShort, at(kPixel), at(kVector - 4 + kPixel));
+  };
+  const Shorts a = pairs(upper), step = hn::Sub(pairs(lower), a);
+#if HWY_TARGET == HWY_AVX2
+  static constexpr std::uint8_t kInterleave[16] = {0, 1, 8, 9, 2, 3, 10, 11, 4, 5, 12, 13, 6, 7, 14, 15};
+  constexpr std::uint8_t k = 4 * kPixel;
+  static constexpr std::uint8_t kSpread[16] = {k, k + 1, k, k + 1, k, k + 1, k, k + 1,
+                                               k, k + 1, k, k + 1, k, k + 1, k, k + 1};
+  const Shorts down = hn::TableLookupBytes(hn::BitCast(kShort, cells.down), each_block(kShort, kSpread));
+  const Shorts row = hn::Add(a, hn::MulFixedPoint15(step, down));
+  // The two 16-bit numbers 512 - right and right.
+  const Ints shares = hn::Or(hn::ShiftLeft<16>(cells.right), hn::Sub(hn::Set(kInt, 512), cells.right));
+  sum = Ints{_mm256_add_epi32(
+      sum.raw, _mm256_madd_epi16(hn::TableLookupBytes(row, each_block(kShort, kInterleave)).raw,
+                                 _mm256_shuffle_epi32(shares.raw, kPixel * 0x55)))};
+#else
+  const Shorts right = hn::BitCast(kShort, cells.right), left = hn::Sub(hn::Set(kShort, 512), right);
+  const int16x8_t downs = vreinterpretq_s16_s32(cells.down.raw);
+  const int16x8_t row = vaddq_s16(a.raw, vqrdmulhq_laneq_s16(step.raw, downs, 2 * kPixel));
+  sum.raw = vmlal_laneq_s16(sum.raw, vget_low_s16(row), left.raw, 2 * kPixel);
+  sum.raw = vmlal_high_laneq_s16(sum.raw, row, right.raw, 2 * kPixel);
+#endif
 }
 
-PROCAM_AVX2 void sample_light(const TexelsView<Light>& texels, const FilterGrid& taps, const Points& points,
-                              int begin, int count, Light* to) {
-  const __m256 last_u = _mm256_set1_ps(float(texels.width - 1)),
-               last_v = _mm256_set1_ps(float(texels.height - 1));
-  const __m256 twice_u = _mm256_set1_ps(float(2 * texels.width)),
-               twice_v = _mm256_set1_ps(float(2 * texels.height));
-  const __m256i stride = _mm256_set1_epi32(texels.stride);
+void sample_light(const TexelsView<Light>& texels, const FilterGrid& taps, const Points& points, int begin,
+                  int count, Light* to) {
+  const Floats last_u = all(float(texels.width - 1)), last_v = all(float(texels.height - 1));
+  const Floats twice_u = all(float(2 * texels.width)), twice_v = all(float(2 * texels.height));
+  const Ints stride = hn::Set(kInt, texels.stride);
   const float step_across = taps.share_across / float(taps.across),
               step_down = taps.share_down / float(taps.down);
-  const __m256 inverse = _mm256_set1_ps(1.0f / float(512 * taps.across * taps.down));
+  const Floats inverse = all(1.0f / float(512 * taps.across * taps.down));
   const Light* upper = texels.data;
   const Light* lower = texels.data + std::ptrdiff_t(texels.stride) * 4;
-  for (int i = begin; i < begin + count; i += kLanes, to += 4 * kLanes) {
-    const __m256 u_x = _mm256_loadu_ps(points.u_x + i), v_x = _mm256_loadu_ps(points.v_x + i);
-    const __m256 u_y = _mm256_loadu_ps(points.u_y + i), v_y = _mm256_loadu_ps(points.v_y + i);
-    __m256i sum[4] = {_mm256_setzero_si256(), _mm256_setzero_si256(), _mm256_setzero_si256(),
-                      _mm256_setzero_si256()};
+  for (int i = begin; i < begin + count; i += kVector, to += 4 * kVector) {
+    const Floats u_x = load(points.u_x + i), v_x = load(points.v_x + i);
+    const Floats u_y = load(points.u_y + i), v_y = load(points.v_y + i);
+    Ints sum[4] = {hn::Zero(kInt), hn::Zero(kInt), hn::Zero(kInt), hn::Zero(kInt)};
     for (int n = 0; n < taps.down; ++n) {
-      const __m256 dy = _mm256_set1_ps((float(n) - 0.5f * float(taps.down - 1)) * step_down);
-      const __m256 u_row = times_plus(dy, u_y, _mm256_loadu_ps(points.u + i));
-      const __m256 v_row = times_plus(dy, v_y, _mm256_loadu_ps(points.v + i));
+      const Floats dy = all((float(n) - 0.5f * float(taps.down - 1)) * step_down);
+      const Floats u_row = times_plus(dy, u_y, load(points.u + i));
+      const Floats v_row = times_plus(dy, v_y, load(points.v + i));
       for (int m = 0; m < taps.across; ++m) {
-        const __m256 dx = _mm256_set1_ps((float(m) - 0.5f * float(taps.across - 1)) * step_across);
+        const Floats dx = all((float(m) - 0.5f * float(taps.across - 1)) * step_across);
         Cells cells;
         find_cells(inside(mirrored(times_plus(dx, u_x, u_row), twice_u), last_u),
                    inside(mirrored(times_plus(dx, v_x, v_row), twice_v), last_v), 512.0f, stride, cells);
         if (m == 0) fetch_ahead(upper, lower, cells.offset[0] + points.soon);
-        // The two 16-bit numbers 512 - right and right.
-        const __m256i shares = _mm256_or_si256(_mm256_slli_epi32(cells.right, 16),
-                                               _mm256_sub_epi32(_mm256_set1_epi32(512), cells.right));
-        sum[0] = add_sample<0>(upper, lower, cells, shares, sum[0]);
-        sum[1] = add_sample<1>(upper, lower, cells, shares, sum[1]);
-        sum[2] = add_sample<2>(upper, lower, cells, shares, sum[2]);
-        sum[3] = add_sample<3>(upper, lower, cells, shares, sum[3]);
+        add_sample<0>(upper, lower, cells, sum[0]);
+        add_sample<1>(upper, lower, cells, sum[1]);
+        add_sample<2>(upper, lower, cells, sum[2]);
+        add_sample<3>(upper, lower, cells, sum[3]);
       }
     }
-    const auto mean = [&](__m256i total) PROCAM_AVX2 {
-      return _mm256_cvtps_epi32(_mm256_mul_ps(_mm256_cvtepi32_ps(total), inverse));
-    };
-    const __m256i first = _mm256_packs_epi32(mean(sum[0]), mean(sum[1]));   // pixels 0, 1 | 4, 5
-    const __m256i second = _mm256_packs_epi32(mean(sum[2]), mean(sum[3]));  // 2, 3 | 6, 7
-    _mm256_storeu_si256(reinterpret_cast<__m256i*>(to), _mm256_permute2x128_si256(first, second, 0x20));
-    _mm256_storeu_si256(reinterpret_cast<__m256i*>(to + 16), _mm256_permute2x128_si256(first, second, 0x31));
+    const auto mean = [&](Ints total)
+                          HWY_ATTR { return nearest(hn::Mul(hn::ConvertTo(kFloat, total), inverse)); };
+    const Shorts first = hn::ReorderDemote2To(kShort, mean(sum[0]), mean(sum[1]));   // pixels 0, 1 | 4, 5
+    const Shorts second = hn::ReorderDemote2To(kShort, mean(sum[2]), mean(sum[3]));  // 2, 3 | 6, 7
+    if constexpr (kVector == 4) {
+      hn::StoreU(first, kShort, to);
+      hn::StoreU(second, kShort, to + 8);
+    } else {
+      hn::StoreU(hn::ConcatLowerLower(kShort, second, first), kShort, to);
+      hn::StoreU(hn::ConcatUpperUpper(kShort, second, first), kShort, to + 16);
+    }
   }
 }
 
-PROCAM_AVX2 void values_over(const Value* drawn, int count, Value* there) {
-  const __m128i alpha = _mm_setr_epi8(6, 7, 6, 7, 6, 7, 6, 7, 14, 15, 14, 15, 14, 15, 14, 15);
-  const __m256i but_alpha = _mm256_set1_epi32(0x00ffffff), all = _mm256_set1_epi8(-1);
-  int i = 0;
-  while (i + 4 <= count) {
-    // Most of what is drawn hides what is below.
-    if (i + kLanes <= count) {
-      const __m256i eight = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(drawn + 4 * i));
-      if (_mm256_testc_si256(_mm256_or_si256(eight, but_alpha), all)) {
-        _mm256_storeu_si256(reinterpret_cast<__m256i*>(there + 4 * i), eight);
-        i += kLanes;
-        continue;
-      }
-    }
-    const __m128i from = _mm_loadu_si128(reinterpret_cast<const __m128i*>(drawn + 4 * i));
-    __m128i* const to = reinterpret_cast<__m128i*>(there + 4 * i);
-    const __m256i wide = _mm256_cvtepu8_epi16(from), below = _mm256_cvtepu8_epi16(_mm_loadu_si128(to));
-    const __m256i rest = _mm256_sub_epi16(_mm256_set1_epi16(255), _mm256_shuffle_epi8(wide, twice(alpha)));
-    const __m256i product = _mm256_add_epi16(_mm256_mullo_epi16(below, rest), _mm256_set1_epi16(128));
-    const __m256i share = _mm256_srli_epi16(_mm256_add_epi16(product, _mm256_srli_epi16(product, 8)), 8);
-    const __m256i sum = _mm256_add_epi16(wide, share);
-    _mm_storeu_si128(to, _mm_packus_epi16(_mm256_castsi256_si128(sum), _mm256_extracti128_si256(sum, 1)));
-    i += 4;
-  }
-  kPlainKernels.values_over(drawn + 4 * i, count - i, there + 4 * i);
+/// The fourth of each four 16-bit numbers, four times: the alphas.
+template <typename V>
+HWY_INLINE V alphas(V pixels) {
+  static constexpr std::uint8_t kAlpha[16] = {6, 7, 6, 7, 6, 7, 6, 7, 14, 15, 14, 15, 14, 15, 14, 15};
+  return hn::TableLookupBytes(pixels, each_block(hn::DFromV<V>(), kAlpha));
 }
 
-PROCAM_AVX2 void light_over(const Light* drawn, int count, Light* there) {
-  const __m128i alpha = _mm_setr_epi8(6, 7, 6, 7, 6, 7, 6, 7, 14, 15, 14, 15, 14, 15, 14, 15);
+constexpr int kHalf = kVector / 2;  ///< pixels in 16-bit numbers that a vector holds
+
+/// Calls what works on kHalf pixels, from the i-th on, for those of `count` that `skip(i)`, which looks at
+/// kVector pixels, says need it; returns how many that were in all.
+template <typename Skip, typename Work>
+HWY_INLINE int each_half(int count, const Skip& skip, const Work& work) {
   int i = 0;
-  for (; i + 4 <= count; i += 4) {
-    const __m256i from = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(drawn + 4 * i));
-    __m256i* const to = reinterpret_cast<__m256i*>(there + 4 * i);
-    const __m256i rest = _mm256_sub_epi16(_mm256_set1_epi16(kFull), _mm256_shuffle_epi8(from, twice(alpha)));
-    const __m256i share = _mm256_add_epi16(rest, _mm256_srai_epi16(rest, 8));
-    const __m256i sum = _mm256_adds_epi16(from, _mm256_mulhrs_epi16(_mm256_loadu_si256(to), share));
-    _mm256_storeu_si256(to, _mm256_min_epi16(sum, _mm256_set1_epi16(kFull)));
+  for (; i + kVector <= count; i += kVector)
+    if (!skip(i)) work(i), work(i + kHalf);
+  for (; i + kHalf <= count; i += kHalf) work(i);
+  return i;
+}
+
+HWY_INLINE auto widened(const Value* pixels) {
+  return hn::PromoteTo(kUnsignedShort, hn::LoadU(kHalfOfBytes, pixels));
+}
+
+/// Have all pixels this alpha?
+HWY_INLINE bool all_alphas(Bytes pixels, std::uint32_t alpha) {
+  const auto only_alpha = hn::Set(kUnsigned, 0xff000000);
+  return hn::AllTrue(kUnsigned,
+                     hn::Eq(hn::And(hn::BitCast(kUnsigned, pixels), only_alpha), hn::Set(kUnsigned, alpha)));
+}
+
+void values_over(const Value* drawn, int count, Value* there) {
+  // Most of what is drawn hides what is below.
+  const auto hides = [&](int i) HWY_ATTR {
+    const Bytes from = hn::LoadU(kByte, drawn + 4 * i);
+    if (!all_alphas(from, 0xff000000)) return false;
+    hn::StoreU(from, kByte, there + 4 * i);
+    return true;
+  };
+  const int done = each_half(count, hides, [&](int i) HWY_ATTR {
+    const auto from = widened(drawn + 4 * i), below = widened(there + 4 * i);
+    const auto rest = hn::Sub(hn::Set(kUnsignedShort, 255), alphas(from));
+    const auto product = hn::Add(hn::Mul(below, rest), hn::Set(kUnsignedShort, 128));
+    const auto share = hn::ShiftRight<8>(hn::Add(product, hn::ShiftRight<8>(product)));
+    const Shorts sum = hn::BitCast(kShort, hn::Add(from, share));
+    hn::StoreU(hn::DemoteTo(kHalfOfBytes, sum), kHalfOfBytes, there + 4 * i);
+  });
+  kPlainKernels.values_over(drawn + 4 * done, count - done, there + 4 * done);
+}
+
+void light_over(const Light* drawn, int count, Light* there) {
+  int i = 0;
+  for (; i + kHalf <= count; i += kHalf) {
+    const Shorts from = hn::LoadU(kShort, drawn + 4 * i), below = hn::LoadU(kShort, there + 4 * i);
+    const Shorts rest = hn::Sub(hn::Set(kShort, kFull), alphas(from));
+    const Shorts share = hn::Add(rest, hn::ShiftRight<8>(rest));
+    const Shorts sum = hn::SaturatedAdd(from, hn::MulFixedPoint15(below, share));
+    hn::StoreU(hn::Min(sum, hn::Set(kShort, kFull)), kShort, there + 4 * i);
   }
   kPlainKernels.light_over(drawn + 4 * i, count - i, there + 4 * i);
 }
 
-PROCAM_AVX2 void values_alpha(const Value* mask, int count, Value* drawn) {
-  const __m128i alpha = _mm_setr_epi8(6, 7, 6, 7, 6, 7, 6, 7, 14, 15, 14, 15, 14, 15, 14, 15);
-  const __m256i only_alpha = _mm256_set1_epi32(int(0xff000000)), all = _mm256_set1_epi8(-1);
-  int i = 0;
-  while (i + 4 <= count) {
-    // Most of a mask hides all or nothing.
-    if (i + kLanes <= count) {
-      const __m256i eight = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(mask + 4 * i));
-      const bool none = _mm256_testz_si256(eight, only_alpha) != 0;
-      if (none) _mm256_storeu_si256(reinterpret_cast<__m256i*>(drawn + 4 * i), _mm256_setzero_si256());
-      if (none || _mm256_testc_si256(_mm256_or_si256(eight, _mm256_andnot_si256(only_alpha, all)), all)) {
-        i += kLanes;
-        continue;
-      }
-    }
-    __m128i* const to = reinterpret_cast<__m128i*>(drawn + 4 * i);
-    const __m256i share = _mm256_shuffle_epi8(
-        _mm256_cvtepu8_epi16(_mm_loadu_si128(reinterpret_cast<const __m128i*>(mask + 4 * i))), twice(alpha));
-    const __m256i product = _mm256_mullo_epi16(_mm256_cvtepu8_epi16(_mm_loadu_si128(to)), share);
-    const __m256i sum = _mm256_add_epi16(product, _mm256_set1_epi16(127));
+void values_alpha(const Value* mask, int count, Value* drawn) {
+  // Most of a mask hides all or nothing.
+  const auto simple = [&](int i) HWY_ATTR {
+    const Bytes from = hn::LoadU(kByte, mask + 4 * i);
+    const bool none = all_alphas(from, 0);
+    if (none) hn::StoreU(hn::Zero(kByte), kByte, drawn + 4 * i);
+    return none || all_alphas(from, 0xff000000);
+  };
+  const int done = each_half(count, simple, [&](int i) HWY_ATTR {
+    const auto product = hn::Mul(widened(drawn + 4 * i), alphas(widened(mask + 4 * i)));
+    const auto sum = hn::Add(product, hn::Set(kUnsignedShort, 127));
     // / 255: exact for 16 bits.
-    const __m256i kept = _mm256_srli_epi16(_mm256_mulhi_epu16(sum, _mm256_set1_epi16(short(0x8081))), 7);
-    _mm_storeu_si128(to, _mm_packus_epi16(_mm256_castsi256_si128(kept), _mm256_extracti128_si256(kept, 1)));
-    i += 4;
-  }
-  kPlainKernels.values_alpha(mask + 4 * i, count - i, drawn + 4 * i);
+    const auto kept = hn::ShiftRight<7>(hn::MulHigh(sum, hn::Set(kUnsignedShort, 0x8081)));
+    hn::StoreU(hn::DemoteTo(kHalfOfBytes, hn::BitCast(kShort, kept)), kHalfOfBytes, drawn + 4 * i);
+  });
+  kPlainKernels.values_alpha(mask + 4 * done, count - done, drawn + 4 * done);
 }
 
-/// `share` of kFull of eight numbers of light.
-PROCAM_AVX2 inline __m256i keep(__m128i light, __m128i share) {
-  const __m256i product = _mm256_mullo_epi32(_mm256_cvtepi16_epi32(light), _mm256_cvtepi16_epi32(share));
+/// `share` of kFull of numbers of light.
+HWY_INLINE Ints keep(Ints light, Ints share) {
+  const Ints product = hn::Mul(light, share);
   // / 128, and / 255: below 2^24, where division of floats has the right whole part.
-  const __m256i by_128 = _mm256_srli_epi32(_mm256_add_epi32(product, _mm256_set1_epi32(kFull / 2)), 7);
-  return _mm256_cvttps_epi32(_mm256_div_ps(_mm256_cvtepi32_ps(by_128), _mm256_set1_ps(255)));
+  const Ints by_128 = hn::ShiftRight<7>(hn::Add(product, hn::Set(kInt, kFull / 2)));
+  return truncated(hn::Div(hn::ConvertTo(kFloat, by_128), all(255)));
 }
 
-PROCAM_AVX2 void light_alpha(const Light* mask, int count, Light* drawn) {
-  const __m256i only_alpha = _mm256_set1_epi64x(std::int64_t(0xffff000000000000u));
-  const __m256i full = _mm256_and_si256(only_alpha, _mm256_set1_epi16(kFull));
+void light_alpha(const Light* mask, int count, Light* drawn) {
+  const Shorts full = hn::Set(kShort, kFull), zero = hn::Zero(kShort);
   int i = 0;
-  for (; i + 4 <= count; i += 4) {
-    __m256i* const to = reinterpret_cast<__m256i*>(drawn + 4 * i);
-    const __m256i alphas =
-        _mm256_and_si256(only_alpha, _mm256_loadu_si256(reinterpret_cast<const __m256i*>(mask + 4 * i)));
+  for (; i + kHalf <= count; i += kHalf) {
+    Light* const to = drawn + 4 * i;
+    const Shorts share = alphas(hn::LoadU(kShort, mask + 4 * i));
     // Most of a mask hides all or nothing.
-    if (_mm256_testz_si256(alphas, alphas)) {
-      _mm256_storeu_si256(to, alphas);
+    if (hn::AllTrue(kShort, hn::Eq(share, zero))) {
+      hn::StoreU(zero, kShort, to);
       continue;
     }
-    const __m256i differs = _mm256_xor_si256(alphas, full);
-    if (_mm256_testz_si256(differs, differs)) continue;
-    const __m256i from = _mm256_loadu_si256(to);
-    const __m256i shares = _mm256_shufflehi_epi16(_mm256_shufflelo_epi16(alphas, 0xff), 0xff);
-    const __m256i low = keep(_mm256_castsi256_si128(from), _mm256_castsi256_si128(shares));
-    const __m256i high = keep(_mm256_extracti128_si256(from, 1), _mm256_extracti128_si256(shares, 1));
-    _mm256_storeu_si256(to, _mm256_permute4x64_epi64(_mm256_packs_epi32(low, high), 0xd8));
+    if (hn::AllTrue(kShort, hn::Eq(share, full))) continue;
+    // None is negative.
+    const Shorts from = hn::LoadU(kShort, to);
+    const Ints low = keep(hn::BitCast(kInt, hn::InterleaveLower(kShort, from, zero)),
+                          hn::BitCast(kInt, hn::InterleaveLower(kShort, share, zero)));
+    const Ints high = keep(hn::BitCast(kInt, hn::InterleaveUpper(kShort, from, zero)),
+                           hn::BitCast(kInt, hn::InterleaveUpper(kShort, share, zero)));
+    hn::StoreU(hn::ReorderDemote2To(kShort, low, high), kShort, to);
   }
   kPlainKernels.light_alpha(mask + 4 * i, count - i, drawn + 4 * i);
 }
 
-PROCAM_AVX2 void values_to_rgb(const Value* from, int count, std::uint8_t* to) {
-  const __m256i colours = twice(_mm_setr_epi8(0, 1, 2, 4, 5, 6, 8, 9, 10, 12, 13, 14, -1, -1, -1, -1));
-  const __m256i together = _mm256_setr_epi32(0, 1, 2, 4, 5, 6, 3, 7);
+void values_to_rgb(const Value* from, int count, std::uint8_t* to) {
   int i = 0;
+#if HWY_TARGET == HWY_AVX2
+  static constexpr std::uint8_t kColours[16] = {0, 1, 2, 4, 5, 6, 8, 9, 10, 12, 13, 14, 128, 128, 128, 128};
+  const Bytes colours = each_block(kByte, kColours);
+  const __m256i together = _mm256_setr_epi32(0, 1, 2, 4, 5, 6, 3, 7);
   for (; i + kLanes <= count; i += kLanes, from += 4 * kLanes, to += 3 * kLanes) {
-    const __m256i pixels = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(from));
-    const __m256i bytes = _mm256_permutevar8x32_epi32(_mm256_shuffle_epi8(pixels, colours), together);
+    const Bytes pixels = hn::TableLookupBytes(hn::LoadU(kByte, from), colours);
+    const __m256i bytes = _mm256_permutevar8x32_epi32(pixels.raw, together);
     _mm_storeu_si128(reinterpret_cast<__m128i*>(to), _mm256_castsi256_si128(bytes));
     _mm_storel_epi64(reinterpret_cast<__m128i*>(to + 16), _mm256_extracti128_si256(bytes, 1));
   }
+#else
+  for (; i + 16 <= count; i += 16, from += 64, to += 48) {
+    Bytes red, green, blue, alpha;
+    hn::LoadInterleaved4(kByte, from, red, green, blue, alpha);
+    hn::StoreInterleaved3(red, green, blue, kByte, to);
+  }
+#endif
   kPlainKernels.values_to_rgb(from, count - i, to);
 }
 
-PROCAM_AVX2 void rgb_to_texels(const std::uint8_t* from, int count, Value* to) {
-  const __m256i colours = twice(_mm_setr_epi8(0, 1, 2, -1, 3, 4, 5, -1, 6, 7, 8, -1, 9, 10, 11, -1));
-  // Alpha is 0 so far.
-  const __m256i signs = _mm256_set1_epi32(0x7f808080);
+void rgb_to_texels(const std::uint8_t* from, int count, Value* to) {
   int i = 0;
+#if HWY_TARGET == HWY_AVX2
+  static constexpr std::uint8_t kColours[16] = {0, 1, 2, 128, 3, 4, 5, 128, 6, 7, 8, 128, 9, 10, 11, 128};
+  const Bytes colours = each_block(kByte, kColours);
+  // Alpha is 0 so far.
+  const Bytes signs = hn::BitCast(kByte, hn::Set(kUnsigned, 0x7f808080));
   // The second load ends four bytes after the eighth texel.
   for (; i + kLanes + 2 <= count; i += kLanes, from += 3 * kLanes, to += 4 * kLanes) {
-    const __m128i* const low = reinterpret_cast<const __m128i*>(from);
-    const __m128i* const high = reinterpret_cast<const __m128i*>(from + 12);
-    const __m256i bytes = _mm256_set_m128i(_mm_loadu_si128(high), _mm_loadu_si128(low));
-    _mm256_storeu_si256(reinterpret_cast<__m256i*>(to),
-                        _mm256_xor_si256(_mm256_shuffle_epi8(bytes, colours), signs));
+    const Bytes bytes = load_blocks(kByte, from, from + 12);
+    hn::StoreU(hn::Xor(hn::TableLookupBytesOr0(bytes, colours), signs), kByte, to);
   }
+#else
+  const Bytes signs = hn::Set(kByte, 0x80), opaque = hn::Set(kByte, 255 ^ 0x80);
+  for (; i + 16 <= count; i += 16, from += 48, to += 64) {
+    Bytes red, green, blue;
+    hn::LoadInterleaved3(kByte, from, red, green, blue);
+    hn::StoreInterleaved4(hn::Xor(red, signs), hn::Xor(green, signs), hn::Xor(blue, signs), opaque, kByte,
+                          to);
+  }
+#endif
   kPlainKernels.rgb_to_texels(from, count - i, to);
 }
 
 }  // namespace
 
-}  // namespace wide
-
-using namespace wide;
-
-const Kernels kWideKernels{locate,       sample_values, find_row_cells, sample_cells,
+constexpr Kernels kKernels{locate,       sample_values, find_row_cells, sample_cells,
                            sample_light, values_over,   light_over,     values_alpha,
                            light_alpha,  values_to_rgb, rgb_to_texels,  follow,
                            find_slopes,  cast,          find_steps,     look};
 
-}  // namespace procam::render
+}  // namespace procam::render::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
 
+#endif
+
+#if HWY_ONCE
+namespace procam::render {
+
+#if defined(__x86_64__)
+const Kernels kWideKernels = N_AVX2::kKernels;
+#else
+const Kernels kWideKernels = HWY_STATIC_DISPATCH(kKernels);
+#endif
+
+}  // namespace procam::render
 #endif

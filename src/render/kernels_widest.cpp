@@ -134,7 +134,7 @@ template <bool kGathers>
 PROCAM_AVX512 void sample_values(const TexelsView<Value>& texels, const Points& points, int begin, int count,
                                  Value* to) {
   if (count < kMany || !has_short_sides(texels))
-    return kWideKernels.sample_values(texels, points, begin, count, to);
+    return kernels_for(256).sample_values(texels, points, begin, count, to);
   const Finder finder(texels);
   RowCells cells;
   for (int i = 0; i < count; i += kMany) {
@@ -171,7 +171,7 @@ PROCAM_AVX512 void find_short_cells(const TexelsView<Value>& texels, const RowMa
 PROCAM_AVX512 void find_cells(const TexelsView<Value>& texels, const RowMap& row, int begin, int end, int at,
                               RowCells& cells) {
   if (!has_short_sides(texels))
-    kWideKernels.find_cells(texels, row, begin, end, at, cells);
+    kernels_for(256).find_cells(texels, row, begin, end, at, cells);
   else if (is_straight(row))
     find_short_cells<true>(texels, row, begin, end - begin, at, cells);
   else

@@ -22,8 +22,8 @@ struct RenderOptions {
   /// Filter::kBilinear that is the fastest way to draw.
   bool linear_light = true;
   int threads = 0;  ///< 0: as many as the machine has
-  /// Vectors of at most so many bits, of those that the machine has: 512 (AVX-512), 256 (AVX2) or 0 (plain
-  /// code). Fewer are slower; for comparing, as the pixels are the same.
+  /// Vectors of at most so many bits, of those that the machine has: 512 (AVX-512), 256 (AVX2; on ARM
+  /// NEON) or 0 (plain code). Fewer are slower; for comparing, as the pixels are the same.
   int vector_bits = 512;
 };
 

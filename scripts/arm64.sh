@@ -29,7 +29,7 @@ make_sysroot() {
   local link target
   while read -r link target; do
     ln -sf "$(realpath -m --relative-to="${link%/*}" "$sysroot$target")" "$link" || return 1
-  done < <(find "$sysroot" -lname '/*' -printf '%p %l\n')
+  done < <(find "$sysroot"/usr "$sysroot"/lib -lname '/*' -printf '%p %l\n')
   # Ceres' CMake file names these libraries by the path on the machine where they are installed.
   sed -i "s|;/usr/lib/|;$sysroot/usr/lib/|g" "$folder"/cmake/Ceres/CeresTargets.cmake || return 1
   touch "$sysroot"/complete

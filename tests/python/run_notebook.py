@@ -1,6 +1,7 @@
-"""Executes a notebook from its first cell to its last, as Jupyter does:   run_notebook.py notebook.ipynb OUTPUT
+"""Executes a notebook from its first cell to its last, as Jupyter does:   run_notebook.py notebook.ipynb OUTPUT LINE
 
-Prints what its cells print. Ends with an error if a cell does, or if a figure of the notebook is not in OUTPUT.
+Prints the text that its cells print. Ends with an error if a cell does, if no text matches LINE (a regular expression),
+or if a figure of the notebook is not in OUTPUT.
 """
 
 import os
@@ -24,10 +25,10 @@ def main():
         figure.unlink(missing_ok=True)
     client = nbclient.NotebookClient(document, timeout=600, kernel_name="python3", resources={"metadata": {"path": str(notebook.parent)}})
     client.execute()
-    for cell in document.cells:
-        assert cell.cell_type != "code" or cell.execution_count, "a cell that was not executed"
-        for part in cell.get("outputs", []):
-            print(part.get("text", ""), end="")
+    text = "".join(part.get("text", "") for cell in document.cells for part in cell.get("outputs", []))
+    print(text)
+    if not re.search(sys.argv[3], text):
+        sys.exit(f"{notebook.name}: no cell printed {sys.argv[3]!r}")
     missing = [str(figure) for figure in figures if not figure.exists() or figure.stat().st_size == 0]
     if missing or not figures:
         sys.exit(f"{notebook.name}: not written: {missing}")

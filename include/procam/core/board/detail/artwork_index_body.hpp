@@ -16,7 +16,8 @@ PROCAM_CORE_INLINE double area_of_disc_in_box(double radius, const Vec2& low, co
       for (const double x : {-std::sqrt(radius * radius - y * y), std::sqrt(radius * radius - y * y)})
         if (x > left && x < right) cuts.push_back(x);
   std::sort(cuts.begin(), cuts.end());
-  const auto rim = [&](double x) { return std::sqrt(std::max(0.0, radius * radius - x * x)); };
+  // As a product: where the compiler fuses r^2 - x^2, the rounded square leaves sqrt(1e-17) at x = r.
+  const auto rim = [&](double x) { return std::sqrt(std::max(0.0, (radius - x) * (radius + x))); };
   // Integral of the upper rim from 0.
   const auto under_rim = [&](double x) {
     return 0.5 * (x * rim(x) + radius * radius * std::asin(std::clamp(x / radius, -1.0, 1.0)));

@@ -263,7 +263,8 @@ TYPED_TEST(DistortionLaws, CrazyNumbersGiveARightAnswerOrNone) {
     ASSERT_TRUE(direction->allFinite()) << "trial " << trial;
     const auto again = this->distort(model, *direction);
     ASSERT_TRUE(again) << "trial " << trial;
-    EXPECT_LE((*again - pixel).norm(), 2e-13 * (1 + pixel.norm())) << "trial " << trial;
+    // Rounding near a pole of a rational lens: 2e-13 on x86-64, 6e-13 on arm64, where products and sums are fused.
+    EXPECT_LE((*again - pixel).norm(), 1e-12 * (1 + pixel.norm())) << "trial " << trial;
   }
   EXPECT_GT(answers, 1000);
 }

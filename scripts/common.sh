@@ -7,13 +7,14 @@
 # the screen that the tests look at, Mesa's EGL and drivers draw without a graphics card, Chromium is the browser that
 # shows the reports, Blender and Godot are asked whether their cameras look where export-camera says, Fast DDS is a peer
 # of another vendor in the ROS 2 graph; pybind11 and numpy are for the Python package,
-# pytest and mypy for its tests, nbclient, ipykernel and Matplotlib for its notebooks.
+# pytest and mypy for its tests, nbclient, ipykernel and Matplotlib for its notebooks, colcon for a workspace of ROS.
 build_packages=(g++ clang cmake ninja-build libeigen3-dev libopencv-dev libceres-dev nlohmann-json3-dev libpugixml-dev
   libcli11-dev libboost-dev libglfw3-dev libgl-dev pkg-config libzip-dev libepoxy-dev libegl-dev libopenni2-dev
   cyclonedds-dev cyclonedds-tools libsqlite3-dev libzstd-dev liblz4-dev libhwy-dev)
 test_packages=(libgtest-dev libbenchmark-dev libclang-rt-dev clang-format clang-tidy xvfb libx11-dev libegl-mesa0
   libgl1-mesa-dri chromium blender godot3 pybind11-dev python3-dev python3-numpy python3-pytest mypy zsh abigail-tools
-  libfastrtps-dev python3-nbclient python3-ipykernel python3-matplotlib)
+  libfastrtps-dev python3-nbclient python3-ipykernel python3-matplotlib colcon python3-colcon-cmake python3-colcon-ros
+  python3-colcon-recursive-crawl)
 # The fuzz targets (tests/fuzz/run.sh): libFuzzer is part of libclang-rt-dev; llvm has the symbolizer, without which a
 # finding's stack has no names.
 fuzz_packages=(clang libclang-rt-dev llvm)

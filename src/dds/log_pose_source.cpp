@@ -54,7 +54,7 @@ class LoggedPoses {
     times_ = shared_times(text, log_->begin_ns());
   }
 
-  /// nullopt at the end. What is dropped is told to `reject`.
+  /// nullopt at the end. Each dropped message is passed to `reject`, with the cause.
   template <typename Reject>
   std::optional<StampedPose> next(Reject reject) {
     for (;;) {

@@ -35,7 +35,7 @@ class PoseChain {
  public:
   PoseChain(std::string frame, std::string child) : frame_(std::move(frame)), child_(std::move(child)) {}
 
-  /// Each transform that is not taken is told to `reject`.
+  /// Each rejected transform is passed to `reject`, with the cause.
   void take(const tf2_msgs_msg_dds__TFMessage_& message, double written, bool is_static,
             const std::function<void(const Refusal&)>& reject);
 

@@ -64,7 +64,7 @@ TEST(CalibrationFile, ReadsMrcalsCameramodel) {
     write_file_atomically(folder / "changed.cameramodel", text);
     return folder / "changed.cameramodel";
   };
-  EXPECT_ERROR(load_calibration(changed("LENSMODEL_OPENCV8", "LENSMODEL_SPLINED_STEREOGRAPHIC")),
+  EXPECT_ERROR(load_calibration(changed("'LENSMODEL_OPENCV8", "'LENSMODEL_SPLINED_STEREOGRAPHIC")),
                kUnsupported, "mrcal-convert-lensmodel");
   EXPECT_ERROR(load_calibration(changed("633.25,", "")), kInput, "it has 11 numbers, not 12");
   EXPECT_ERROR(load_calibration(changed("1401.125", "-1401.125")), kInput, "focal lengths");
@@ -168,6 +168,93 @@ TEST(CalibrationFile, ReadsTheFileThatCameWithTheCaptures) {
   EXPECT_NEAR(rig.quality.rms_px.at("camera"), 0.8566, 1e-4);
 }
 
+/// What becomes of a file of another program.
+struct OtherProgramsFile {
+  const char* file;
+  std::vector<double> coefficients;
+  double skew = 0;
+  const char* refusal = nullptr;
+};
+void PrintTo(const OtherProgramsFile& of, std::ostream* out) {
+  *out << of.file;
+}
+
+class FilesOfOtherPrograms : public testing::TestWithParam<OtherProgramsFile> {};
+
+TEST_P(FilesOfOtherPrograms, AreReadOrRefusedWithTheReason) {
+  const auto& [file, coefficients, skew, refusal] = GetParam();
+  if (refusal) {
+    try {
+      load_calibration(golden(file));
+      ADD_FAILURE() << "it is read";
+    } catch (const Error& error) {
+      EXPECT_NE(std::string(error.what()).find(refusal), std::string::npos) << error.what();
+      EXPECT_FALSE(error.next().empty());
+    }
+    return;
+  }
+  const Rig rig = load_calibration(golden(file));
+  expect_golden_camera(rig.cameras.front().camera, coefficients, skew);
+  EXPECT_FALSE(rig.provenance.tool.empty());
+}
+
+const std::vector<double> kFourTerms{-0.2125, 0.0625, 0.00125, -0.0005, 0};
+INSTANTIATE_TEST_SUITE_P(
+    CalibrationFile, FilesOfOtherPrograms,
+    testing::Values(
+        OtherProgramsFile{"opencv_interactive.xml", kTerms},
+        OtherProgramsFile{"opencv_filestorage.json", kTerms}, OtherProgramsFile{"orb_slam3.yaml", kTerms},
+        OtherProgramsFile{"camodocal_vins.yaml", kFourTerms}, OtherProgramsFile{"open3d_intrinsic.json", {}},
+        OtherProgramsFile{"nerf_transforms.json", kFourTerms}, OtherProgramsFile{"realsense.json", kTerms},
+        OtherProgramsFile{"metashape.xml", kTerms, 1.5}, OtherProgramsFile{"autoware.yaml", kTerms},
+        OtherProgramsFile{"kalibr_omni.yaml", {}, 0, "no camera model 'omni'"},
+        OtherProgramsFile{"mrcal_splined.cameramodel", {}, 0, "no lens model 'LENSMODEL_SPLINED"},
+        OtherProgramsFile{
+            "calib_io.json", {}, 0, "no calibration is recognised among its fields (Calibration)"},
+        OtherProgramsFile{"zed.conf", {}, 0, "'[LEFT_CAM_HD]'"},
+        OtherProgramsFile{"basalt.json", {}, 0, "no calibration is recognised among its fields (value0)"},
+        OtherProgramsFile{"gazebo.sdf", {}, 0, "no calibration is recognised"}));
+
+TEST(CalibrationFile, ReadsBothCamerasOfOrbSlam) {
+  const Rig rig = load_calibration(golden("orb_slam3.yaml"));
+  ASSERT_EQ(rig.cameras.size(), 2u);
+  EXPECT_EQ(rig.camera("camera2").camera.intrinsics.fy, 703.25);
+  // T_c1_c2 takes points of the second camera's frame to the first's.
+  const Pose camera1_from_camera2 =
+      rig.camera("camera1").rig_from_camera.inverse() * rig.camera("camera2").rig_from_camera;
+  expect_golden_pose(camera1_from_camera2);
+}
+
+/// The lens models that a program has and procam has not, and those with other meanings of the same numbers.
+TEST(CalibrationFile, NamedNumbersHaveTheMeaningOfTheirProgram) {
+  const Scratch scratch;
+  const auto load = [&](const char* name, const std::string& from, const std::string& to) {
+    std::string text = read_file(golden(name));
+    const std::size_t at = text.find(from);
+    EXPECT_NE(at, std::string::npos) << from;
+    if (at != std::string::npos) text.replace(at, from.size(), to);
+    return load_calibration(scratch.write("c.txt", text)).cameras.front().camera;
+  };
+  const Camera fisheye = load("orb_slam3.yaml", "PinHole", "KannalaBrandt8");
+  EXPECT_STREQ(name_of(fisheye.distortion), "fisheye");
+  EXPECT_EQ(coefficients_of(fisheye.distortion), (std::vector<double>{-0.2125, 0.0625, 0.015625, 0}));
+  EXPECT_ERROR(load("orb_slam3.yaml", "PinHole", "Omni"), kUnsupported, "KannalaBrandt8 or Rectified");
+  EXPECT_ERROR(load("orb_slam3.yaml", "Camera1.fy: 1398.75", "#"), kInput, "'Camera1.fy' is missing");
+  EXPECT_ERROR(load("orb_slam3.yaml", "Camera1.fy: 1398.75", "Camera1.fy: 0"), kInput, "focal lengths");
+  EXPECT_ERROR(load("orb_slam3.yaml", "Stereo.T_c1_c2", "Stereo.T"), kInput, "'Stereo.T_c1_c2' is missing");
+  EXPECT_ERROR(load("orb_slam3.yaml", "Camera.width: 1280", "#"), kInput, "give --camera-size");
+  EXPECT_ERROR(load("camodocal_vins.yaml", "PINHOLE", "MEI"), kUnsupported, "KANNALA_BRANDT");
+  EXPECT_ERROR(load("nerf_transforms.json", "OPENCV", "EQUIRECTANGULAR"), kUnsupported, "OPENCV_FISHEYE");
+  EXPECT_STREQ(name_of(load("nerf_transforms.json", "OPENCV", "OPENCV_FISHEYE").distortion), "fisheye");
+  EXPECT_ERROR(load("open3d_intrinsic.json", "0.0,", "633.25,"), kInput, "column by column");
+  EXPECT_ERROR(load("realsense.json", "distortion.brown_conrady", "distortion.inverse_brown_conrady"),
+               kUnsupported, "calibrate-camera");
+  EXPECT_STREQ(name_of(load("realsense.json", "distortion.brown_conrady", "Brown Conrady").distortion),
+               "brown_conrady");
+  EXPECT_ERROR(load("metashape.xml", "<b1>", "<k4>0.25</k4><b1>"), kUnsupported, "no such term");
+  EXPECT_ERROR(load("metashape.xml", "frame", "fisheye"), kUnsupported, "frame camera");
+}
+
 TEST(CalibrationFile, ReadsARigFileWhole) {
   const Scratch scratch;
   save_rig(scratch / "rig.json", test::example_rig());
@@ -214,8 +301,10 @@ TEST(CalibrationFile, SurvivesDamage) {
   CalibrationContext context;
   context.camera_size = context.projector_size = ImageSize{1024, 768};
   std::mt19937 random(5);
-  for (const char* const name : {"opencv_camera.yml", "opencv_tutorial.xml", "ros_camera_info.yaml",
-                                 "kalibr_camchain.yaml", "plain.json", "procamcalib.yml"}) {
+  for (const char* const name :
+       {"opencv_camera.yml", "opencv_tutorial.xml", "ros_camera_info.yaml", "kalibr_camchain.yaml",
+        "plain.json", "procamcalib.yml", "orb_slam3.yaml", "camodocal_vins.yaml", "nerf_transforms.json",
+        "open3d_intrinsic.json", "metashape.xml", "realsense.json"}) {
     const std::string whole = read_file(golden(name));
     for (int trial = 0; trial < 400; ++trial) {
       std::string damaged = whole;

@@ -23,7 +23,7 @@ std::vector<double> numbers_between_commas(const std::string& text) {
   return numbers;
 }
 
-Intrinsics intrinsics_of(const std::string& text, const std::vector<double>& k, ImageSize size) {
+Intrinsics intrinsics_from_text(const std::string& text, const std::vector<double>& k, ImageSize size) {
   constexpr const char* kNext =
       "give fx,fy,cx,cy in pixels, e.g. 525,525,319.5,239.5, in the mode of the image";
   const auto fail = [&](const std::string& why) { return Error(ErrorKind::kInput, text, why, kNext); };
@@ -42,7 +42,7 @@ RigCamera load_camera(const std::string& text, const std::string& name, ImageSiz
   const std::vector<double> numbers = numbers_between_commas(text);
   RigCamera camera;
   if (!numbers.empty() || std::count(text.begin(), text.end(), ',') >= 3) {
-    camera.camera = {size, intrinsics_of(text, numbers, size), NoDistortion{}};
+    camera.camera = {size, intrinsics_from_text(text, numbers, size), NoDistortion{}};
     return camera;
   }
   CalibrationContext context;

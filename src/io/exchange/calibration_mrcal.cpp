@@ -99,19 +99,19 @@ class PythonLiteral {
   std::string json_;
 };
 
-std::optional<Value> find(const std::vector<Value>& members, const std::string& name) {
+std::optional<Value> member_called(const std::vector<Value>& members, const std::string& name) {
   for (const Value& member : members)
     if (member.node->name == name) return member;
   return std::nullopt;
 }
 
-Value require_member(const Value& root, const std::vector<Value>& members, const std::string& name) {
-  const std::optional<Value> found = find(members, name);
+Value require_member_called(const Value& root, const std::vector<Value>& members, const std::string& name) {
+  const std::optional<Value> found = member_called(members, name);
   if (!found) root.fail("the field '" + name + "' is missing", kNextMrcal);
   return *found;
 }
 
-std::vector<double> numbers_of(const Value& value, std::size_t count) {
+std::vector<double> numbers_counted(const Value& value, std::size_t count) {
   std::vector<double> numbers = value.numbers();
   if (numbers.size() != count)
     value.fail("it has " + std::to_string(numbers.size()) + " numbers, not " + std::to_string(count),
@@ -130,15 +130,16 @@ std::optional<Distortion> lens_called(const std::string& name) {
 }  // namespace
 
 bool is_mrcal(std::string_view bytes) {
-  const std::size_t at = bytes.find("lensmodel");
-  return at != std::string_view::npos && at > 0 && (bytes[at - 1] == '\'' || bytes[at - 1] == '"');
+  // The command line in a comment may name it first.
+  return bytes.find("'lensmodel'") != std::string_view::npos ||
+         bytes.find("\"lensmodel\"") != std::string_view::npos;
 }
 
 Rig read_mrcal(std::string_view bytes, const std::string& file) {
   const Node document = parse_json(PythonLiteral(bytes).json(), file);
   const Value root{&document, &file, ""};
   const std::vector<Value> members = root.members();
-  const Value model = require_member(root, members, "lensmodel");
+  const Value model = require_member_called(root, members, "lensmodel");
   const std::string name = model.text();
   const std::optional<Distortion> lens = lens_called(name);
   if (!lens)
@@ -146,8 +147,8 @@ Rig read_mrcal(std::string_view bytes, const std::string& file) {
                "fit LENSMODEL_OPENCV8 to it with mrcal-convert-lensmodel", ErrorKind::kUnsupported);
 
   RigCamera camera;
-  const Value sides = require_member(root, members, "imagersize");
-  const std::vector<double> size = numbers_of(sides, 2);
+  const Value sides = require_member_called(root, members, "imagersize");
+  const std::vector<double> size = numbers_counted(sides, 2);
   for (const double side : size)
     if (side != std::floor(side) || side < 1 || side > limits::kSizeSide)
       sides.fail("it is not a width and a height in whole pixels", kNextMrcal);
@@ -155,17 +156,17 @@ Rig read_mrcal(std::string_view bytes, const std::string& file) {
   if (const auto why = flaw(camera.camera.size)) sides.fail(*why, kNextMrcal);
 
   const std::size_t count = name == "LENSMODEL_OPENCV4" ? 4 : coefficients_of(*lens).size();
-  const Value intrinsics = require_member(root, members, "intrinsics");
-  std::vector<double> k = numbers_of(intrinsics, 4 + count);
+  const Value intrinsics = require_member_called(root, members, "intrinsics");
+  std::vector<double> k = numbers_counted(intrinsics, 4 + count);
   if (!(k[0] > 0 && k[1] > 0)) intrinsics.fail("its focal lengths are not positive", kNextMrcal);
   camera.camera.intrinsics = {k[0], k[1], k[2], k[3], 0};
   k.resize(4 + coefficients_of(*lens).size(), 0.0);
   camera.camera.distortion = with_coefficients(*lens, {k.begin() + 4, k.end()});
 
   // Newer files call it by its meaning.
-  std::optional<Value> pose = find(members, "rt_cam_ref");
-  if (!pose) pose = require_member(root, members, "extrinsics");
-  const std::vector<double> rt = numbers_of(*pose, 6);
+  std::optional<Value> pose = member_called(members, "rt_cam_ref");
+  if (!pose) pose = require_member_called(root, members, "extrinsics");
+  const std::vector<double> rt = numbers_counted(*pose, 6);
   const Vec3 r(rt[0], rt[1], rt[2]), t(rt[3], rt[4], rt[5]);
   if (!(r.norm() < 1e3) || !(t.norm() < limits::kLengthM))
     pose->fail("no camera stands so far away, or is turned so far", kNextMrcal);

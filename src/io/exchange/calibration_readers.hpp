@@ -1,9 +1,12 @@
 #pragma once
-/// Formats of load_calibration() with a syntax of their own.
+/// Formats of load_calibration() with a syntax, or with names of their numbers, of their own.
+#include <optional>
 #include <string>
 #include <string_view>
 
+#include "document/value.hpp"
 #include "procam/core/rig/rig.hpp"
+#include "procam/io/exchange/calibration_file.hpp"
 
 namespace procam::io {
 
@@ -18,5 +21,10 @@ bool is_colmap(std::string_view bytes);
 /// The file's only camera: several without poses make no rig. COLMAP counts pixels from the corner of the first one, so
 /// cx and cy are 0.5 smaller here. Throws as above.
 Rig read_colmap(std::string_view bytes, const std::string& file);
+
+/// Cameras of programs that list each number by name: ORB-SLAM, camodocal (VINS), nerfstudio, Open3D, librealsense,
+/// Metashape. nullopt for any other document. Throws Error(kInput), and Error(kUnsupported) for lens models that procam
+/// does not have.
+std::optional<Rig> read_named(const Value& root, const CalibrationContext& context);
 
 }  // namespace procam::io

@@ -160,5 +160,6 @@ phase "packages" scripts/packages.sh
 phase "site" scripts/site.sh
 cp build/packages/*.deb "$out"
 tar --sort=name --mtime="@$(git log -1 --format=%ct)" --owner=0 --group=0 --numeric-owner -C build/site -c html | gzip -n -9 >"$out/procam-$version-site.tar.gz"
+scripts/site_versions.sh "$out"/site "$out"/procam-*-site.tar.gz
 ls -lh "$out"
 echo "v$version is made. To publish: git push origin HEAD v$version"

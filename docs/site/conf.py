@@ -29,6 +29,17 @@ html_css_files = ["procam.css"]
 html_copy_source = False
 html_show_sourcelink = False
 html_last_updated_fmt = None
+templates_path = [str(root / "docs/site/templates")]
+html_sidebars = {
+    "**": [
+        "sidebar/brand.html",
+        "sidebar/search.html",
+        "sidebar/scroll-start.html",
+        "sidebar/navigation.html",
+        "sidebar/scroll-end.html",
+        "versions.html",
+    ]
+}
 html_theme_options = {"navigation_with_keys": True}
 pygments_style = "tango"
 primary_domain = "cpp"

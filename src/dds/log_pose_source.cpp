@@ -120,6 +120,10 @@ class LoggedPoses {
 
   /// Also before there is a source_: an empty topic is a chain, or none that was chosen.
   [[noreturn]] void refuse(const std::string& topic) const {
+    if (log_->topics().empty())
+      throw Error(ErrorKind::kInput, "log " + file_.string(),
+                  "it names no topic: it is empty, or damaged at its beginning",
+                  "look at it with 'ros2 bag info' or 'mcap doctor'");
     std::vector<std::string> types = types_of_poses();
     types.push_back(transforms_type());
     const std::vector<std::size_t> found = topics_of(*log_, types);

@@ -29,6 +29,10 @@ Format format_of(const fs::path& path) {
   return Format::kNone;
 }
 
+bool has_name_of_log(const fs::path& path) {
+  return path.extension() == ".mcap" || path.extension() == ".db3";
+}
+
 std::unique_ptr<MessageLog> open_file(const fs::path& path) {
   procam::internal::require_regular_file(path);
   switch (format_of(path)) {
@@ -48,7 +52,10 @@ std::unique_ptr<MessageLog> open_file(const fs::path& path) {
   std::error_code ignored;
   if (!fs::exists(path, ignored))
     throw Error(ErrorKind::kIo, path.string(), "there is no such file", "give a log that is there");
-  throw Error(ErrorKind::kInput, path.string(), "it is no log of ROS 2",
+  throw Error(ErrorKind::kInput, path.string(),
+              has_name_of_log(path)
+                  ? "it does not begin as an MCAP or SQLite file: it is damaged, or another format"
+                  : "it is no log of ROS 2",
               "give an .mcap or .db3 file, or the folder of a bag");
 }
 
@@ -131,7 +138,8 @@ class JoinedLog : public MessageLog {
 
 bool is_message_log(const fs::path& path) {
   std::error_code ignored;
-  return fs::is_directory(path, ignored) || format_of(path) != Format::kNone;
+  return fs::is_directory(path, ignored) || format_of(path) != Format::kNone ||
+         (has_name_of_log(path) && fs::exists(path, ignored));
 }
 
 std::unique_ptr<MessageLog> open_message_log(const fs::path& path) {

@@ -49,8 +49,8 @@ class MessageLog {
   std::string notice_;
 };
 
-/// Is it the beginning of an MCAP or SQLite file, of a compressed or ROS 1 bag, or a folder? Whether it can be read, the
-/// next function says.
+/// Is it the beginning of an MCAP or SQLite file, of a compressed or ROS 1 bag, a folder, or a file with the name of one?
+/// Whether it can be read, the next function says.
 bool is_message_log(const std::filesystem::path& path);
 
 /// Throws Error: kIo, kInput for what is no log of ROS 2, kUnsupported for one that this build does not read.

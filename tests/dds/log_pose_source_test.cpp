@@ -177,8 +177,21 @@ TEST(LogPoses, ALogWithoutSuchPosesTellsWhatItHolds) {
   write_file(path, ros1.message(1, kLogStart, "x").closed());
   EXPECT_ERROR(open_pose_source("log:" + path), kInput, "give a log with /tf or with a topic of poses");
   // Logs of procam and trajectories are opened as before.
-  write_file(path, "1700000000 1 2 3 0 0 0 1\n");
-  EXPECT_EQ(all_of("log:" + path + "@0").size(), 1u);
+  const std::string text = (log_folder() / "run.txt").string();
+  write_file(text, "1700000000 1 2 3 0 0 0 1\n");
+  EXPECT_EQ(all_of("log:" + text + "@0").size(), 1u);
+}
+
+/// By the name they are logs, so their error is a log's and not that of a text with numbers.
+TEST(LogPoses, ADamagedLogIsCalledDamaged) {
+  for (const char* const name : {"junk.mcap", "junk.db3"}) {
+    const std::filesystem::path path = test::log_folder() / name;
+    test::write_file(path, "\x01\x02 3 numbers 4");
+    EXPECT_ERROR(open_pose_source("log:" + path.string()), kInput, "it is damaged, or another format");
+  }
+  const std::filesystem::path begun = test::log_folder() / "begun.mcap";
+  test::write_file(begun, test::kMcapMagic + std::string(100, 'x'));
+  EXPECT_ERROR(open_pose_source("log:" + begun.string()), kInput, "it names no topic");
 }
 
 TEST(LogPoses, AKilledRecordersFileIsPlayedWithANotice) {

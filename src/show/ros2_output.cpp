@@ -48,9 +48,12 @@ std::vector<FrameTree::Link> Ros2Output::frames(const Projection& projection) co
     add(base, rig, base_from_rig_);
   for (const RigCamera& camera : rig_.cameras)
     add(rig, publisher_.frame(camera.name), camera.rig_from_camera);
+  // A correction has moved the projector that shows; its pose is not that of the rig file then.
+  const std::string& shown = rig_.projector(options_.projector).name;
   for (const RigProjector& one : rig_.projectors)
-    add(rig, publisher_.frame(one.name), one.rig_from_projector);
-  const std::string projector = publisher_.frame(rig_.projector(options_.projector).name);
+    add(rig, publisher_.frame(one.name),
+        one.name == shown ? projection.rig_from_projector() : one.rig_from_projector);
+  const std::string projector = publisher_.frame(shown);
   for (const Surface& surface : projection.show().surfaces.surfaces) {
     const InRoom* place = place_of(surface.geometry);
     if (place == nullptr) continue;

@@ -24,11 +24,12 @@ for option in "$@"; do
   esac
 done
 out=$PWD/build/packages
+commit=$(git rev-parse HEAD)
 
 # The sources as they are committed, so that nothing of this folder gets into a package by chance.
 build_packages_of_commit() {
   rm -rf "$out" && mkdir -p "$out"/procam || return 1
-  git archive HEAD | tar -x -C "$out"/procam || return 1
+  git archive "$commit" | tar -x -C "$out"/procam || return 1
   (cd "$out"/procam && DEB_BUILD_OPTIONS=${DEB_BUILD_OPTIONS:-parallel=$(nproc)} dpkg-buildpackage -b -us -uc) >"$out"/build.log 2>&1 ||
     { tail -n 40 "$out"/build.log && return 1; }
   ls -lh "$out"/*.deb
@@ -49,7 +50,7 @@ build_again_and_compare() {
   local again status=0 deb
   again=$(mktemp -d)/another/folder || return 1
   mkdir -p "$again"/procam || return 1
-  git archive HEAD | tar -x -C "$again"/procam || return 1
+  git archive "$commit" | tar -x -C "$again"/procam || return 1
   (cd "$again"/procam && umask 027 && TZ=Pacific/Kiritimati LC_ALL=C.UTF-8 LANGUAGE=de HOME=/nonexistent \
     DEB_BUILD_OPTIONS=${DEB_BUILD_OPTIONS:-parallel=$(nproc)} dpkg-buildpackage -b -us -uc) >"$out"/build_again.log 2>&1 ||
     { tail -n 40 "$out"/build_again.log && return 1; }

@@ -140,10 +140,10 @@ void Editor::revoke() {
   last_.reset();
 }
 
-void Editor::replace(SurfaceSet surfaces) {
+void Editor::replace(SurfaceSet surfaces, bool saved) {
   begin_step("");
   surfaces_ = std::move(surfaces);
-  unsaved_ = false;
+  unsaved_ = !saved;
 }
 
 bool Editor::undo() {

@@ -49,8 +49,8 @@ class Editor {
   void apply(const Command& command, const Projector& projector, const SolvedSurfaceSet& solved);
   /// The last apply() did not happen.
   void revoke();
-  /// Another set, say of a file that was changed by another program: a step that can be undone.
-  void replace(SurfaceSet surfaces);
+  /// Another set: a step that can be undone. `saved`: of a file that another program changed; a correction is not saved.
+  void replace(SurfaceSet surfaces, bool saved);
   bool undo();
   bool redo();
   void mark_saved() { unsaved_ = false; }

@@ -199,7 +199,8 @@ struct LightWatch::State {
     if (!status.corrects) return;
     watch::Correction correction = watch::correction_of(found, watcher.projector(), options.correction);
     const std::lock_guard<std::mutex> lock(mutex);
-    if (correction.is_possible() && !fixed_to_projector.empty()) {
+    const bool is_surface = !correction.surface.empty();
+    if (correction.is_possible() && !is_surface && !fixed_to_projector.empty()) {
       correction.error = 0;
       correction.sentence = "not corrected: surface '" + fixed_to_projector +
                             "' was placed in the projector's frame; place it in the rig or the world";
@@ -208,12 +209,18 @@ struct LightWatch::State {
       tell("watch: " + correction.sentence);
     said_of_correction = correction.is_possible() ? "" : correction.sentence;
     if (!correction.is_possible()) return;
-    watcher.correct(correction.projector, correction.covariance);
     ++status.corrections;
     status.is_corrected = true;
     status.is_alarm = false;
-    corrected_by += correction.error;
     tell("");
+    if (is_surface) {
+      watcher.correct(correction.surface, correction.moved);
+      placed = watcher.surfaces();
+      news->surfaces.push_back({correction.surface, correction.moved, correction.error});
+      return;
+    }
+    watcher.correct(correction.projector, correction.covariance);
+    corrected_by += correction.error;
     news->target = Target{correction.projector.rig_from_projector, correction.error};
     save(correction);
   }

@@ -31,7 +31,7 @@ struct LightWatchOptions {
   double camera_delay = 0;  ///< from the exposure of an image to its arrival, seconds
   double period = 0.2;      ///< between two checks, seconds
   std::string log;          ///< file of a line for each check, CSV; empty: none
-  bool corrects = false;    ///< a movement of the projector is corrected
+  bool corrects = false;    ///< what `correction` allows is corrected
   watch::CorrectionOptions correction;
   Rig rig;           ///< for `save`
   std::string save;  ///< file for the rig with the corrected projector; empty: none
@@ -51,7 +51,8 @@ class LightWatch {
   void shown(const std::shared_ptr<const ImageU8>& frame, double light_time, const SolvedSurfaceSet& solved,
              const Pose& rig_from_projector);
 
-  /// From the next check on: takes all corrections back, and only reports.
+  /// From the next check on: takes all corrections of the projector back, and only reports. Those of surfaces the caller takes
+  /// back.
   void undo();
   /// From the next check on: corrects what is found.
   void resume();
@@ -60,9 +61,15 @@ class LightWatch {
     Pose rig_from_projector;
     double error = 0;  ///< by which the light is to move, metres
   };
+  struct MovedSurface {
+    std::string name;
+    Vec6 moved;    ///< rig_from_surface = exp(moved) rig_from_surface
+    double error;  ///< by which the light is to move, metres
+  };
   struct News {
     WatchStatus status;
     std::optional<Target> target;        ///< where the projector stands, from now on
+    std::vector<MovedSurface> surfaces;  ///< in the order in which they moved
     std::vector<std::string> sentences;  ///< changes of the state, faults
   };
   /// What is new since the last call, if anything; never waits.

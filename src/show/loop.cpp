@@ -276,7 +276,7 @@ class Loop {
     if (!loaded.from_file) return;
     ++(shown ? metrics_.reloads : metrics_.failed_reloads);
     if (!shown) return;
-    if (parts_.editor != nullptr) parts_.editor->replace(surfaces);
+    if (parts_.editor != nullptr) parts_.editor->replace(surfaces, true);
     say("surfaces read again");
   }
 
@@ -346,10 +346,13 @@ class Loop {
                   "start with --watch CAMERA");
     if (text != "undo" && text != "resume")
       throw Error(ErrorKind::kInput, "correction '" + text + "'", "there is none", "name undo or resume");
-    if (text == "undo")
-      parts_.watch->undo();
-    else
-      parts_.watch->resume();
+    if (text == "resume") return parts_.watch->resume();
+    parts_.watch->undo();
+    surface_glides_.undo(surfaces_now(), device::now_s());
+  }
+
+  const SurfaceSet& surfaces_now() const {
+    return parts_.editor != nullptr ? parts_.editor->surfaces() : parts_.projection.show().surfaces;
   }
 
   /// A page is not to open any file or device of this machine.
@@ -413,6 +416,14 @@ class Loop {
     if (news->target)
       glide_.emplace(parts_.projection.rig_from_projector(), news->target->rig_from_projector,
                      news->target->error, device::now_s());
+    for (const LightWatch::MovedSurface& moved : news->surfaces) {
+      const Projection& projection = parts_.projection;
+      const Pose projector_from_world = projection.solved().projector_from_world.value_or(Pose());
+      surface_glides_.begin(
+          surfaces_now(), moved.name, moved.moved, moved.error,
+          {projection.rig_from_projector(), projection.rig_from_projector() * projector_from_world},
+          device::now_s());
+    }
   }
 
   /// A corrected projector comes to its place slowly, so that the light does not jump.
@@ -422,6 +433,16 @@ class Loop {
     if (glide_->is_over(now)) glide_.reset();
     guarded("watch", [&] { parts_.projection.move_projector(rig_from_projector); });
     record(MovedProjector{parts_.projection.rig_from_projector()});
+  }
+
+  /// Surfaces that were found elsewhere. What was edited meanwhile stays; the end is a step that can be undone.
+  void move_surfaces(double now) {
+    if (surface_glides_.is_idle()) return;
+    SurfaceSet moved = surfaces_now();
+    surface_glides_.apply(moved, now);
+    show_of(moved);
+    if (parts_.editor != nullptr && surface_glides_.is_idle())
+      parts_.editor->replace(std::move(moved), false);
   }
 
   void take_poses() {
@@ -444,6 +465,7 @@ class Loop {
     std::shared_ptr<ImageU8>& frame = unheld_frame();
     if (!frozen_ || metrics_.frames == 0) {
       move_projector(now);
+      move_surfaces(now);
       draw_new(now, *frame);
       const double ready = device::now_s();
       metrics_.draw.add(ready - now);
@@ -604,6 +626,7 @@ class Loop {
   std::vector<bool> connected_;                          ///< one a source
   DrawnFrame drawn_;
   std::optional<watch::Glide> glide_;  ///< of the projector, to its corrected place
+  SurfaceGlides surface_glides_;
   LightCheck light_;
   track::TrackState told_ = track::TrackState::kNone;
   double begin_ = 0, newest_arrival_ = 0, published_ = 0, ticked_ = 0, autosaved_ = 0, parts_checked_ = 0,

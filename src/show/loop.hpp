@@ -18,6 +18,7 @@
 #include "room_watch.hpp"
 #include "run_log.hpp"
 #include "show_loader.hpp"
+#include "surface_glides.hpp"
 
 namespace procam::show {
 

@@ -179,13 +179,15 @@ std::unique_ptr<track::PoseSource> open_markers(const MarkerInput& input, const 
   return std::make_unique<MarkerSource>(open(), camera, map, detect::marker_cells(map.dictionary), open);
 }
 
-std::unique_ptr<LightWatch> watch_light(const ShowOptions& options, const Rig& rig) {
+/// `stands`: the rig stays where it is in the room, and its surfaces come from a file.
+std::unique_ptr<LightWatch> watch_light(const ShowOptions& options, const Rig& rig, bool stands) {
   const WatchInput& input = *options.watch;
   LightWatchOptions watching;
   watching.camera = rig.camera(input.name);
   watching.projector = rig.projector(options.projector);
   watching.camera_delay = input.delay_s;
   watching.corrects = !input.only;
+  watching.correction.surfaces = stands;
   watching.rig = rig;
   watching.save = input.save;
   watching.watch.movement.projector_covariance =
@@ -478,7 +480,7 @@ class ShowRun {
       listener_.on_start(graph_->description());
     }
     if (options_.watch) {
-      watch_ = watch_light(options_, rig_);
+      watch_ = watch_light(options_, rig_, sources_.empty() && !in_room_);
       tell_opened(*watch_);
     }
     if (!options_.record.empty()) {

@@ -7,34 +7,63 @@
 
 namespace procam::watch {
 
+namespace {
+
+/// The one cause that a correction may take; null: there is none, and `why` says so.
+const Explanation* cause_of(const WatchReport& report, const CorrectionOptions& options, std::string& why) {
+  std::vector<const Explanation*> causes = report.estimate->plausible();
+  if (causes.empty() || (report.state != WatchState::kMoved && report.state != WatchState::kInseparable))
+    return nullptr;
+  // What a rig that moved would do to one surface's light, that surface does alone: of the two it is the surface.
+  const auto is_surface = [](const Explanation* one) { return one->thing == MovedThing::kSurface; };
+  const auto is_rig = [](const Explanation* one) { return one->thing == MovedThing::kRig; };
+  bool is_only_one = report.state == WatchState::kMoved;
+  if (options.surfaces && std::any_of(causes.begin(), causes.end(), is_surface)) {
+    causes.erase(std::remove_if(causes.begin(), causes.end(), is_rig), causes.end());
+    is_only_one = causes.size() == 1;
+  }
+  if (!is_only_one) {
+    why = "the causes cannot be separated";
+    return nullptr;
+  }
+  const Explanation& cause = *causes.front();
+  if (cause.thing == MovedThing::kProjector || (cause.thing == MovedThing::kSurface && options.surfaces))
+    return &cause;
+  why = cause.name + " has moved, not the projector; place the surfaces again";
+  return nullptr;
+}
+
+}  // namespace
+
 Correction correction_of(const WatchReport& report, const RigProjector& projector,
                          const CorrectionOptions& options) {
   Correction out;
   out.projector = projector;
   if (!report.is_alarm || !report.estimate) return out;
-  const std::vector<const Explanation*> causes = report.estimate->plausible();
-  if (causes.empty()) return out;
-  const Explanation& cause = *causes.front();
-  if (report.state == WatchState::kInseparable) {
-    out.sentence = "not corrected: the causes cannot be separated";
-  } else if (report.state != WatchState::kMoved) {
+  std::string why;
+  const Explanation* const cause = cause_of(report, options, why);
+  if (cause == nullptr) {
+    if (!why.empty()) out.sentence = "not corrected: " + why;
     return out;
-  } else if (cause.thing != MovedThing::kProjector) {
-    out.sentence = "not corrected: " + cause.name + " has moved, not the projector; place the surfaces again";
-  } else if (cause.moved.head<3>().norm() > options.max_rotation || cause.shift > options.max_shift) {
-    out.sentence = "not corrected: a movement of " + fixed(cause.moved.head<3>().norm() / kDegree, 1) +
-                   " deg and " + mm(cause.shift, 0) + " is another set-up; calibrate again";
-  } else if (cause.error_sigma > options.max_sigma * cause.error) {
+  }
+  const double degrees = cause->moved.head<3>().norm() / kDegree;
+  if (degrees * kDegree > options.max_rotation || cause->shift > options.max_shift) {
+    out.sentence = "not corrected: a movement of " + fixed(degrees, 1) + " deg and " + mm(cause->shift, 0) +
+                   " is another set-up; calibrate again";
+  } else if (cause->error_sigma > options.max_sigma * cause->error) {
     out.sentence =
-        "not corrected yet: the error is " + mm(cause.error, 1) + " +- " + mm(cause.error_sigma, 1);
+        "not corrected yet: the error is " + mm(cause->error, 1) + " +- " + mm(cause->error_sigma, 1);
   } else {
-    out.error = cause.error;
-    out.projector.rig_from_projector =
-        (se3_exp<double>(cause.moved) * projector.rig_from_projector).normalized();
-    out.covariance = cause.covariance;
-    out.sentence = "corrected: " + cause.name + " rotated by " +
-                   fixed(cause.moved.head<3>().norm() / kDegree, 2) + " deg and moved by " +
-                   mm(cause.shift, 1) + ", the light was off by " + mm(cause.error, 1);
+    out.error = cause->error;
+    out.moved = cause->moved;
+    out.covariance = cause->covariance;
+    if (cause->thing == MovedThing::kSurface)
+      out.surface = cause->name;
+    else
+      out.projector.rig_from_projector =
+          (se3_exp<double>(cause->moved) * projector.rig_from_projector).normalized();
+    out.sentence = "corrected: " + cause->name + " rotated by " + fixed(degrees, 2) + " deg and moved by " +
+                   mm(cause->shift, 1) + ", the light was off by " + mm(cause->error, 1);
   }
   return out;
 }

@@ -5,6 +5,7 @@
 
 #include "procam/core/base/stats.hpp"
 #include "procam/core/base/words.hpp"
+#include "procam/core/geometry/se3.hpp"
 
 namespace procam::watch {
 namespace {
@@ -78,11 +79,25 @@ void Watch::place(const std::vector<WatchedSurface>& surfaces) {
 void Watch::correct(const RigProjector& projector, const std::optional<Mat6>& covariance) {
   projector_ = projector;
   if (covariance) options_.movement.projector_covariance = *covariance;
+  end_alarm();
+  place(std::vector<WatchedSurface>(surfaces_));
+}
+
+void Watch::correct(const std::string& surface, const Vec6& moved) {
+  std::vector<WatchedSurface> surfaces = surfaces_;
+  const auto found = std::find_if(surfaces.begin(), surfaces.end(),
+                                  [&](const WatchedSurface& one) { return one.name == surface; });
+  require(found != surfaces.end(), "Watch: there is no such surface");
+  found->rig_from_surface = (se3_exp<double>(moved) * found->rig_from_surface).normalized();
+  end_alarm();
+  place(surfaces);
+}
+
+void Watch::end_alarm() {
   start_ = Vec2::Zero();
   moved_windows_ = calm_windows_ = 0;
   is_alarm_ = false;
   estimate_.reset();
-  place(std::vector<WatchedSurface>(surfaces_));
 }
 
 void Watch::begin_window(double time) {

@@ -37,6 +37,12 @@ TEST(FrontCommand, ListsEveryTool) {
   EXPECT_EQ(run_tool("procam", "--help").out, run.out);
 }
 
+/// The names of other options are sorted: in the order of addresses, the manual pages would differ from build to build.
+TEST(FrontCommand, HelpIsTheSameInEachRun) {
+  const ToolRun run = run_tool("calibrate-mount", "--help");
+  EXPECT_NE(run.out.find("needs: --marker-size --rig not with: --sightings"), std::string::npos) << run.out;
+}
+
 TEST(FrontCommand, RunsATool) {
   const ToolRun direct = run_tool("make-board", "--help"), through = run_tool("procam", "make-board --help");
   EXPECT_EQ(through.exit_code, 0);

@@ -23,6 +23,7 @@
 #include "procam/show/run.hpp"
 #include "procam/surface/solve.hpp"
 #include "prometheus.hpp"
+#include "run_log.hpp"
 #include "support/expect_error.hpp"
 #include "watch/watched_world.hpp"
 
@@ -177,14 +178,15 @@ TEST(LightWatch, ABumpIsCorrectedSavedAndUndone) {
 /// A show as a user starts it: frames into a screen, a camera's images in a folder, a bump in the middle.
 class BumpedShow : public ShowListener {
  public:
-  BumpedShow(Stage& stage, KeptFrames& screen) : stage_(stage), screen_(screen) {}
+  BumpedShow(Stage& stage, KeptFrames& screen, std::function<void(WatchedWorld&)> bump)
+      : stage_(stage), screen_(screen), bump_(std::move(bump)) {}
   void on_event(const std::string& sentence) override { events += sentence + "\n"; }
   void on_frame(const ShowReport& report) override {
     if (!report.metrics.watch) return;
     const WatchStatus& watch = *report.metrics.watch;
     if (watch.state == "ok" && watch.corrections == 0) {
       const std::lock_guard<std::mutex> lock(stage_.mutex);
-      stage_.world.projector_moved << 0.001, 0.004, 0, 0, 0, 0;
+      bump_(stage_.world);
     }
     if (watch.corrections > 0 && watch.state == "ok" && corrected_at == 0) corrected_at = device::now_s();
     if (corrected_at > 0 && device::now_s() > corrected_at + 3) screen_.wish(device::WindowEvent::kClose);
@@ -195,19 +197,39 @@ class BumpedShow : public ShowListener {
  private:
   Stage& stage_;
   KeptFrames& screen_;
+  std::function<void(WatchedWorld&)> bump_;
 };
 
-TEST(LightWatch, AShowCorrectsItsPictureAndReplays) {
+/// A show of one picture on the wall, with a camera that sees the stage as the screen lights it.
+struct WatchedShow {
   test::Scratch folder;
   Stage stage;
-  const Rig rig = stage.world.rig();
+  Rig rig = stage.world.rig();
+  KeptFrames screen{rig.projector().projector.size()};
+  ShowOptions options;
+  ShowReport report;
+
+  WatchedShow();
+  /// What the listener saw, when something has moved and three seconds have passed after its correction.
+  BumpedShow run(std::function<void(WatchedWorld&)> bump);
+};
+
+WatchedShow::WatchedShow() {
   io::save_image(folder / "content.png", watch::test::picture(watch::test::Content::kVideo, 0.5, 1));
   SurfaceSet set;
   for (const SolvedSurface& surface : stage.solved().surfaces) set.surfaces.push_back(surface.surface);
   set.surfaces[0].content = "content.png";
   io::save_surfaces(folder / "surfaces.json", set);
   std::filesystem::create_directory(folder / "camera");
-  KeptFrames screen(rig.projector().projector.size());
+  options.surfaces = (folder / "surfaces.json").string();
+  options.control = "off";
+  options.fps = 20;
+  options.duration_s = 90;
+  options.record = (folder / "run.log").string();
+  options.watch.emplace().camera = "watch:" + (folder / "camera").string();
+}
+
+BumpedShow WatchedShow::run(std::function<void(WatchedWorld&)> bump) {
   std::atomic<bool> ends{false};
   std::thread camera([&] {
     for (int i = 0; !ends; ++i) {
@@ -224,19 +246,20 @@ TEST(LightWatch, AShowCorrectsItsPictureAndReplays) {
       std::this_thread::sleep_for(std::chrono::milliseconds(100));
     }
   });
-  ShowOptions options;
-  options.surfaces = (folder / "surfaces.json").string();
-  options.control = "off";
-  options.fps = 20;
-  options.duration_s = 90;
-  options.record = (folder / "run.log").string();
-  WatchInput& watching = options.watch.emplace();
-  watching.camera = "watch:" + (folder / "camera").string();
-  watching.save = (folder / "corrected.json").string();
-  BumpedShow listener(stage, screen);
-  const ShowReport report = run(rig, options, screen, &listener);
+  BumpedShow listener(stage, screen, std::move(bump));
+  report = show::run(rig, options, screen, &listener);
   ends = true;
   camera.join();
+  return listener;
+}
+
+TEST(LightWatch, AShowCorrectsItsPictureAndReplays) {
+  WatchedShow show;
+  auto& [folder, stage, rig, screen, options, report] = show;
+  WatchInput& watching = *options.watch;
+  watching.save = (folder / "corrected.json").string();
+  const BumpedShow listener =
+      show.run([](WatchedWorld& world) { world.projector_moved << 0.001, 0.004, 0, 0, 0, 0; });
   EXPECT_GT(listener.corrected_at, 0) << listener.events;
   ASSERT_TRUE(report.metrics.watch && report.metrics.watch->corrections > 0) << listener.events;
 
@@ -249,7 +272,7 @@ TEST(LightWatch, AShowCorrectsItsPictureAndReplays) {
   again.record.clear();
   again.duration_s = 0.3;
   KeptFrames fresh(screen.size());
-  run(corrected, again, fresh);
+  show::run(corrected, again, fresh);
   const ImageU8 last = screen.last(), expected = fresh.last();
   long differing = 0;
   for (int y = 0; y < last.height(); ++y)
@@ -259,6 +282,39 @@ TEST(LightWatch, AShowCorrectsItsPictureAndReplays) {
 
   again.output = "none";
   const ReplayReport replayed = replay(rig, again, options.record);
+  EXPECT_EQ(replayed.equal, replayed.frames);
+  EXPECT_GT(replayed.frames, 40u);
+}
+
+/// A sheet that is tilted and pushed back during the show: the picture is a rectangle again, and the replay is the same.
+TEST(LightWatch, AShowFollowsASheetThatWasMoved) {
+  WatchedShow show;
+  const watch::test::Wall wall = watch::test::one_wall().front();
+  const Vec3 centre = wall.rig_from_surface * Vec3(wall.size.x() / 2, wall.size.y() / 2, 0);
+  const Vec3 turn(0.015, 0.035, 0), way = 0.03 * (wall.rig_from_surface.rotation * Vec3::UnitZ());
+  const BumpedShow listener =
+      show.run([&](WatchedWorld& world) { world.walls_moved[0] << turn, way - turn.cross(centre); });
+  EXPECT_GT(listener.corrected_at, 0) << listener.events;
+  EXPECT_NE(listener.events.find("watch: corrected: wall rotated by"), std::string::npos) << listener.events;
+
+  // The last surfaces of the log are those that were drawn last.
+  RunReader log(show.options.record, show.options.surfaces);
+  Pose believed;
+  while (const auto record = log.next())
+    if (const auto* surfaces = std::get_if<SurfaceSet>(&*record))
+      believed = place_of(surfaces->surfaces[0].geometry)->frame_from_surface;
+  const Pose truth = se3_exp(show.stage.world.walls_moved[0]) * wall.rig_from_surface;
+  // Three of six movements move light: the distance and the two tilts. Here of the plane at its centre.
+  const Vec3 normal = truth.rotation * Vec3::UnitZ(), found = believed.rotation * Vec3::UnitZ();
+  EXPECT_LT(std::acos(std::min(1.0, normal.dot(found))), 0.006);  // of 0.038
+  const Vec3 middle = truth * Vec3(wall.size.x() / 2, wall.size.y() / 2, 0);
+  EXPECT_LT(std::abs(found.dot(middle - believed.translation)), 0.005);  // of 0.03
+
+  ShowOptions again = show.options;
+  again.watch.reset();
+  again.record.clear();
+  again.output = "none";
+  const ReplayReport replayed = replay(show.rig, again, show.options.record);
   EXPECT_EQ(replayed.equal, replayed.frames);
   EXPECT_GT(replayed.frames, 40u);
 }

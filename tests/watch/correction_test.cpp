@@ -3,6 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
+#include <Eigen/SVD>
+
 #include "procam/core/geometry/se3.hpp"
 #include "watched_world.hpp"
 
@@ -66,6 +69,26 @@ TEST(Correction, WhatIsNotSureIsNotCorrected) {
   wall.estimate->explanations[0].name = "wall";
   EXPECT_NE(verdict_of(wall).find("wall has moved, not the projector"), std::string::npos);
 
+  CorrectionOptions with_surfaces;
+  with_surfaces.surfaces = true;
+  const Correction of_wall = correction_of(wall, test::watched_rig().projector(), with_surfaces);
+  ASSERT_TRUE(of_wall.is_possible());
+  EXPECT_EQ(of_wall.surface, "wall");
+  EXPECT_EQ(of_wall.moved, wall.estimate->explanations[0].moved);
+  EXPECT_EQ(of_wall.projector.rig_from_projector.translation,
+            test::watched_rig().projector().rig_from_projector.translation);
+
+  // A rig that moved is as plausible, but stands still; another surface is not out of the question.
+  WatchReport several_things = wall;
+  several_things.state = WatchState::kInseparable;
+  several_things.estimate->explanations.push_back(wall.estimate->explanations[0]);
+  several_things.estimate->explanations[1].thing = MovedThing::kRig;
+  EXPECT_EQ(correction_of(several_things, test::watched_rig().projector(), with_surfaces).surface, "wall");
+  EXPECT_NE(verdict_of(several_things).find("cannot be separated"), std::string::npos);
+  several_things.estimate->explanations.push_back(wall.estimate->explanations[0]);
+  several_things.estimate->explanations[2].name = "floor";
+  EXPECT_FALSE(correction_of(several_things, test::watched_rig().projector(), with_surfaces).is_possible());
+
   WatchReport vague = alarm();
   vague.estimate->explanations[0].error_sigma = 0.004;
   EXPECT_NE(verdict_of(vague).find("not corrected yet: the error is 8.0 mm +- 4.0 mm"), std::string::npos)
@@ -118,6 +141,63 @@ TEST(Correction, GlidesWithoutAJump) {
   EXPECT_LT(way(99).norm(), 1e-12);
   EXPECT_LT((way(100.5) - 0.25 * moved).norm(), 1e-12);
   EXPECT_LT((way(103) - moved).norm(), 1e-12);
+}
+
+/// How far content that is drawn for `believed` lands from its place on the true wall, RMS over its corners in metres, but for
+/// a movement along the wall: that moves no light.
+double shape_error(const test::Wall& wall, const Pose& rig_from_surface, const Pose& believed,
+                   const Rig& rig) {
+  const Plane plane = Plane::of_xy(rig_from_surface);
+  Eigen::Matrix<double, 2, 4> intended, landed;
+  for (int k = 0; k < 4; ++k) {
+    const Vec2 corner(k % 3 == 0 ? 0 : wall.size.x(), k < 2 ? 0 : wall.size.y());
+    const Pose& rig_from_projector = rig.projector().rig_from_projector;
+    const Vec2 pixel = *rig.projector().projector.inverse_camera.project(
+        rig_from_projector.inverse() * (believed * Vec3(corner.x(), corner.y(), 0)));
+    const Vec3 light = *intersect(rig_from_projector * *rig.projector().projector.emit(pixel), plane);
+    intended.col(k) = corner;
+    landed.col(k) = (rig_from_surface.inverse() * light).head<2>();
+  }
+  const Eigen::Matrix3d along = Eigen::umeyama(intended, landed, false);
+  const auto rest =
+      landed - ((along.topLeftCorner<2, 2>() * intended).colwise() + along.topRightCorner<2, 1>());
+  return std::sqrt(rest.squaredNorm() / 4);
+}
+
+/// A wall is tilted by 2.2 degrees and pushed back by 30 mm: alone, or beside one that stays.
+TEST(Correction, AWallThatMovedIsCorrected) {
+  for (const bool corner : {false, true}) {
+    test::WorldOptions options;
+    options.content = test::Content::kSlides;
+    options.seed = 11;
+    if (corner) options.walls = test::corner();
+    test::WatchedWorld world(options);
+    const test::Wall& wall = options.walls[0];
+    const Vec3 centre = wall.rig_from_surface * Vec3(wall.size.x() / 2, wall.size.y() / 2, 0);
+    const Vec3 turn(0.015, 0.035, 0), way = 0.03 * (wall.rig_from_surface.rotation * Vec3::UnitZ());
+    world.walls_moved[0] << turn, way - turn.cross(centre);
+    const Pose truth = se3_exp(world.walls_moved[0]) * wall.rig_from_surface;
+    EXPECT_GT(shape_error(wall, truth, wall.rig_from_surface, world.rig()), 0.006);
+
+    Watch watch(world.rig().camera(), world.rig().projector());
+    watch.place(world.surfaces());
+    CorrectionOptions allowed;
+    allowed.surfaces = true;
+    int corrections = 0;
+    for (double time = 0.013; time < 16; time += 0.25) {
+      const ImageU8 frame = world.frame(time);
+      const WatchReport report = watch.add(time, {frame, frame, 0, 0}, world.image(frame, time));
+      const Correction correction = correction_of(report, watch.projector(), allowed);
+      if (!correction.is_possible()) continue;
+      ++corrections;
+      EXPECT_EQ(correction.surface, wall.name);
+      if (!correction.surface.empty()) watch.correct(correction.surface, correction.moved);
+    }
+    EXPECT_GE(corrections, 1);
+    // The wall of the corner is narrow and oblique: less of it is measured.
+    EXPECT_LT(shape_error(wall, truth, watch.surfaces()[0].rig_from_surface, world.rig()),
+              corner ? 0.002 : 0.0006);
+  }
 }
 
 /// A bump, then a drift of two projector pixels a minute, twenty times that of a lamp that warms up. While the drift is

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdlib>
+#include <sstream>
 
 #include "procam/core/base/detail/edit_distance.hpp"
 
@@ -94,6 +95,28 @@ const char* type_of(const std::string& tool, const std::string& option) {
   return nullptr;
 }
 
+/// CLI11 writes the names after "needs:" and "not with:" in the order of addresses, which may differ from run to run.
+std::string with_sorted_names(const std::string& text) {
+  std::istringstream words(text);
+  std::vector<std::string> names;
+  std::string sorted, word;
+  const auto flush = [&] {
+    std::sort(names.begin(), names.end());
+    for (const std::string& name : names) sorted += " " + name;
+    names.clear();
+  };
+  while (words >> word) {
+    if (word.rfind("--", 0) == 0) {
+      names.push_back(word);
+      continue;
+    }
+    flush();
+    sorted += " " + word;
+  }
+  flush();
+  return sorted;
+}
+
 std::size_t terminal_width() {
   winsize size = {};
   if (ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0)
@@ -113,8 +136,8 @@ class WrappedHelp : public CLI::Formatter {
   }
 
   std::string make_option(const CLI::Option* option, bool is_positional) const override {
-    const std::string left =
-        "  " + make_option_name(option, is_positional) + in_words(make_option_opts(option));
+    const std::string left = "  " + make_option_name(option, is_positional) +
+                             in_words(with_sorted_names(make_option_opts(option)));
     const std::string right = make_option_desc(option);
     if (right.empty()) return left + "\n";
     const bool is_beside = left.size() + 2 <= kColumn;

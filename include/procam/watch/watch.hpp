@@ -75,6 +75,10 @@ class PROCAM_EXPORT Watch {
   /// The projector as it is now known (a correction), and the covariance of its pose relative to the camera where that has
   /// changed. The window begins anew, and the alarm ends.
   void correct(const RigProjector& projector, const std::optional<Mat6>& covariance = std::nullopt);
+  /// A surface as it is now known: rig_from_surface = exp(moved) rig_from_surface. The window begins anew, and the alarm
+  /// ends. Throws std::invalid_argument for a name that was not placed.
+  void correct(const std::string& surface, const Vec6& moved);
+  const std::vector<WatchedSurface>& surfaces() const { return surfaces_; }
 
   /// The camera's image at `time` (seconds, growing) and the light that was shown then. Throws std::invalid_argument for
   /// other sizes than those of the rig.
@@ -90,6 +94,7 @@ class PROCAM_EXPORT Watch {
     Mat2 information = Mat2::Zero();
     Vec2 shift = Vec2::Zero(), by_delay = Vec2::Zero();  ///< weighted by the information
   };
+  void end_alarm();
   void begin_window(double time);
   void add_to_window(const ImageComparison& compared);
   void end_window(double time);

@@ -53,6 +53,8 @@ PROCAM_EXPORT std::shared_ptr<const Mesh> mesh_of(const Surface& surface);
 
 /// Where it stands in the room; nullptr for a pixel surface.
 PROCAM_EXPORT const InRoom* place_of(const SurfaceGeometry& geometry);
+/// The same, to be changed.
+PROCAM_EXPORT InRoom* place_of(SurfaceGeometry& geometry);
 
 using Placement = std::variant<PlacedPlane, PlacedPixels, PlacedMesh>;
 

@@ -3,6 +3,7 @@
 #include <memory>
 #include <string>
 #include <type_traits>
+#include <utility>
 #include <variant>
 
 #include "procam/core/base/error.hpp"
@@ -42,6 +43,10 @@ PROCAM_CORE_INLINE const InRoom* place_of(const SurfaceGeometry& geometry) {
           return nullptr;
       },
       geometry);
+}
+
+PROCAM_CORE_INLINE InRoom* place_of(SurfaceGeometry& geometry) {
+  return const_cast<InRoom*>(place_of(std::as_const(geometry)));
 }
 
 }  // namespace procam

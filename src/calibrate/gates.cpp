@@ -54,11 +54,13 @@ class DeviceGates {
   /// from the principal point count.
   void monotone(double reach) {
     const double everywhere = folded_share(lens_), used = folded_share(lens_, reach);
-    const std::string folds = "the distortion folds back over " + number(100 * everywhere, 0) + " % of the picture";
+    const std::string folds =
+        "the distortion folds back over " + number(100 * everywhere, 0) + " % of the picture";
     add("distortion monotone", used == 0,
         everywhere == 0 ? std::string("over the whole picture")
-        : used == 0     ? "up to " + number(reach, 0) + " px from the principal point, where the points lie; beyond, " + folds
-                        : folds,
+        : used == 0     ? "up to " + number(reach, 0) +
+                          " px from the principal point, where the points lie; beyond, " + folds
+                    : folds,
         "hold k3 (and k2), or cover the picture's corners with the board");
   }
 

@@ -117,7 +117,8 @@ double folded_share(const Camera& lens, double reach) {
   for (int j = 0; j <= 16; ++j)
     for (int i = 0; i <= 16; ++i) {
       const Vec2 pixel(-0.5 + lens.size.width * i / 16.0, -0.5 + lens.size.height * j / 16.0);
-      lost += (pixel - Vec2(lens.intrinsics.cx, lens.intrinsics.cy)).norm() <= reach && !lens.unproject(pixel);
+      lost +=
+          (pixel - Vec2(lens.intrinsics.cx, lens.intrinsics.cy)).norm() <= reach && !lens.unproject(pixel);
     }
   return lost / 289.0;
 }

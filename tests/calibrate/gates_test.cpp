@@ -131,7 +131,8 @@ TEST(Gates, OfDistortionLookWhereTheCameraSawPoints) {
   world.camera.intrinsics.cx += 300, world.camera.intrinsics.cy += 300;
   const CalibrationResult result = calibrate_rig(world.correspondences(6));
   ASSERT_FALSE(result.rig.camera().camera.unproject(Vec2(0, 0)));
-  for (const Gate& gate : result.rig.quality.gates) EXPECT_TRUE(gate.passed) << gate.name << ": " << gate.detail;
+  for (const Gate& gate : result.rig.quality.gates)
+    EXPECT_TRUE(gate.passed) << gate.name << ": " << gate.detail;
   for (const Gate& gate : check_stored_rig(result.rig))
     EXPECT_TRUE(gate.passed) << gate.name << ": " << gate.detail;
 

@@ -8,6 +8,7 @@
 #include "causes.hpp"
 #include "joined.hpp"
 #include "lens_choice.hpp"
+#include "lens_models.hpp"
 #include "normal_equations.hpp"
 #include "observability.hpp"
 #include "pose_groups.hpp"
@@ -581,7 +582,11 @@ CalibrationResult run(const Correspondences& given, const std::optional<KnownLen
     for (std::size_t d = 0; d < expected.size(); ++d)
       if (expected[d] > 0) result.rig.quality.expected_holdout_px[data.devices[d].name] = expected[d];
   }
-  result.rig.quality.gates = check_rig(result.rig);
+  std::map<std::string, double> reach;
+  for (std::size_t d = 0; d < data.devices.size(); ++d)
+    if (data.devices[d].kind == DeviceKind::kCamera)
+      reach[data.devices[d].name] = reach_of(data, solution.used, d, solution.state().lenses[d]);
+  result.rig.quality.gates = check_rig(result.rig, {}, reach);
   int behind = 0;  // the board's printed side faces away from the camera: a mirrored order of corners
   for (const ViewResult& view : result.views)
     if (view.used && view.rig_from_board.rotate(Vec3::UnitZ()).dot(view.rig_from_board.translation) <= 0)

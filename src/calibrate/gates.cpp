@@ -2,11 +2,16 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+
+#include "lens_models.hpp"
 #include "procam/core/base/words.hpp"
 #include "rig_checks.hpp"
 
 namespace procam::calibrate {
 namespace {
+
+constexpr double kEverywhere = std::numeric_limits<double>::infinity();
 
 std::string number(double value, int decimals = 3) {
   return fixed(value, decimals);
@@ -32,26 +37,30 @@ class DeviceGates {
 
   void field_of_view(const GateLimits& limits) {
     const double middle = 0.5 * (lens_.size.height - 1);
-    const auto left = lens_.unproject(Vec2(-0.5, middle)),
-               right = lens_.unproject(Vec2(lens_.size.width - 0.5, middle));
-    if (!left || !right) return;  // the monotone gate speaks
-    const double fov = std::atan2(left->cross(*right).norm(), left->dot(*right)) / kDegree;
+    const auto ray = [&](const Vec2& pixel) {  // a pinhole's beyond the fold of the distortion
+      return lens_.unproject(pixel).value_or(
+          lens_.intrinsics.normalized_from_pixel(pixel).homogeneous().normalized());
+    };
+    const Vec3 left = ray(Vec2(-0.5, middle)), right = ray(Vec2(lens_.size.width - 0.5, middle));
+    const double fov = std::atan2(left.cross(right).norm(), left.dot(right)) / kDegree;
     add("field of view", fov >= limits.min_fov_deg && fov <= limits.max_fov_deg,
         number(fov, 1) + " degrees across",
         "expected " + number(limits.min_fov_deg, 0) + " to " + number(limits.max_fov_deg, 0) +
             "; the focal length is probably wrong: add views with the board tilted and at other distances");
   }
 
-  /// The lens model must be invertible on every pixel of the picture.
-  void monotone() {
-    int lost = 0;
-    for (int j = 0; j <= 16; ++j)
-      for (int i = 0; i <= 16; ++i)
-        if (!lens_.unproject(Vec2(-0.5 + lens_.size.width * i / 16.0, -0.5 + lens_.size.height * j / 16.0)))
-          ++lost;
-    add("distortion monotone", lost == 0,
-        lost == 0 ? std::string("over the whole picture")
-                  : "the distortion folds back over " + number(100.0 * lost / 289, 0) + " % of the picture",
+  /// The lens model must be invertible wherever the device is used: on the whole frame of a projector, which
+  /// all is lit. A camera's image may have empty borders (padding, a vignette); there only pixels up to `reach`
+  /// from the principal point count.
+  void monotone(double reach) {
+    const double everywhere = folded_share(lens_), used = folded_share(lens_, reach);
+    const std::string folds =
+        "the distortion folds back over " + number(100 * everywhere, 0) + " % of the picture";
+    add("distortion monotone", used == 0,
+        everywhere == 0 ? std::string("over the whole picture")
+        : used == 0     ? "up to " + number(reach, 0) +
+                          " px from the principal point, where the points lie; beyond, " + folds
+                    : folds,
         "hold k3 (and k2), or cover the picture's corners with the board");
   }
 
@@ -102,19 +111,21 @@ class DeviceGates {
 
 }  // namespace
 
-std::vector<Gate> check_rig(const Rig& rig, const GateLimits& limits) {
+std::vector<Gate> check_rig(const Rig& rig, const GateLimits& limits,
+                            const std::map<std::string, double>& camera_reach) {
   std::vector<Gate> gates;
-  const auto check_common = [&](DeviceGates& device) {
+  const auto check_common = [&](DeviceGates& device, const std::string& name) {
     device.rms(limits, rig.quality);
     device.aspect(limits);
     device.field_of_view(limits);
-    device.monotone();
+    const auto reach = camera_reach.find(name);
+    device.monotone(reach == camera_reach.end() ? kEverywhere : reach->second);
     device.tangential(limits);
     device.sigma(limits, rig.covariance);
   };
   for (const RigCamera& camera : rig.cameras) {
     DeviceGates device(gates, camera.name, camera.camera);
-    check_common(device);
+    check_common(device, camera.name);
     const Camera& c = camera.camera;
     const double dx = (c.intrinsics.cx - 0.5 * (c.size.width - 1)) / c.size.width,
                  dy = (c.intrinsics.cy - 0.5 * (c.size.height - 1)) / c.size.height;
@@ -124,7 +135,7 @@ std::vector<Gate> check_rig(const Rig& rig, const GateLimits& limits) {
   }
   for (const RigProjector& projector : rig.projectors) {
     DeviceGates device(gates, projector.name, projector.projector.inverse_camera);
-    check_common(device);
+    check_common(device, "");
     const Vec2 shift = projector.projector.lens_shift();
     device.add("lens shift", shift.cwiseAbs().maxCoeff() <= limits.max_lens_shift,
                number(shift.x(), 2) + " widths, " + number(shift.y(), 2) + " heights",
@@ -139,6 +150,11 @@ std::vector<Gate> check_rig(const Rig& rig, const GateLimits& limits) {
 std::vector<Gate> check_stored_rig(const Rig& rig, const GateLimits& limits) {
   const std::vector<Gate> made_again = check_rig(rig, limits);
   std::vector<Gate> gates = made_again;
+  // Where the points of a camera lie, only its calibration knew.
+  for (const RigCamera& camera : rig.cameras)
+    for (const Gate& stored : rig.quality.gates)
+      for (Gate& gate : gates)
+        if (gate.name == camera.name + " distortion monotone" && stored.name == gate.name) gate = stored;
   const std::string predicted = "predicted error";
   for (const Gate& stored : rig.quality.gates) {
     const std::size_t length = stored.name.size();

@@ -123,7 +123,11 @@ LensTrial try_lens(const Correspondences& data, const Solution& solution, std::s
     trial.state = bundle.state;
     trial.held_out = views_held_out(data, solution.used, solution.used, trial.state, trial.options);
     trial.told.holdout_px = held_out_rms(data, solution, device, trial.held_out);
-    if (!is_monotone(trial.state.lenses[device])) trial.told.ruled_out = "folds back within the picture";
+    const Camera& lens = trial.state.lenses[device];
+    const bool camera = data.devices[device].kind == DeviceKind::kCamera;
+    const double folded =
+        camera ? folded_share(lens, reach_of(data, solution.used, device, lens)) : folded_share(lens);
+    if (folded > 0) trial.told.ruled_out = "folds back within the picture";
     trial.told.rig = rig_of(data, trial.state);
     trial.told.rig.covariance = rig_covariance(
         bundle_covariance(data, solution.used, trial.state, trial.options).devices, data, trial.state);

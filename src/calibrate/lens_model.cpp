@@ -112,12 +112,24 @@ Camera in_model(const Camera& lens, const LensModel& model) {
   return out;
 }
 
-bool is_monotone(const Camera& lens) {
+double folded_share(const Camera& lens, double reach) {
+  int lost = 0;
   for (int j = 0; j <= 16; ++j)
-    for (int i = 0; i <= 16; ++i)
-      if (!lens.unproject(Vec2(-0.5 + lens.size.width * i / 16.0, -0.5 + lens.size.height * j / 16.0)))
-        return false;
-  return true;
+    for (int i = 0; i <= 16; ++i) {
+      const Vec2 pixel(-0.5 + lens.size.width * i / 16.0, -0.5 + lens.size.height * j / 16.0);
+      lost +=
+          (pixel - Vec2(lens.intrinsics.cx, lens.intrinsics.cy)).norm() <= reach && !lens.unproject(pixel);
+    }
+  return lost / 289.0;
+}
+
+double reach_of(const Correspondences& data, const UsedMask& used, std::size_t device, const Camera& lens) {
+  double farthest = 0;
+  for (std::size_t v = 0; v < data.views.size(); ++v)
+    for (const Measurement& m : measurements_of(data, int(v), int(device)))
+      if (used[v][device][std::size_t(m.index)])
+        farthest = std::max(farthest, (m.pixel() - Vec2(lens.intrinsics.cx, lens.intrinsics.cy)).norm());
+  return 1.1 * farthest;
 }
 
 }  // namespace procam::calibrate

@@ -295,6 +295,9 @@ Survey survey_captures(const std::vector<ViewU8>& captures, const GrayCode& gray
   return survey;
 }
 
+/// The share of the camera's pixels that must carry codes beyond the projector before its size is doubted.
+constexpr double kTellingShare = 1e-3;
+
 void remark_on_codes(DecodedMap& map, const GrayCode& gray_code, const CodeCounts& counts) {
   const ImageSize camera = map.camera_size();
   const Image<std::int16_t>* codes[2] = {&map.columns, &map.rows};
@@ -335,7 +338,9 @@ void remark_on_codes(DecodedMap& map, const GrayCode& gray_code, const CodeCount
               std::to_string(stripe_count(gray_code, axis == 0 ? StripeAxis::kColumn : StripeAxis::kRow) -
                              1));
     }
-    if (counts.outside[axis] * 20 > counts.outside[axis] + counts.decoded) {
+    // Where hardly a pixel decodes, as of a board in the dark, some of these few are wrong bits.
+    if (counts.outside[axis] * 20 > counts.outside[axis] + counts.decoded &&
+        double(counts.outside[axis]) > kTellingShare * pixels) {
       map.diagnostics.warn("projector_size",
                            std::to_string(counts.outside[axis]) + " pixels carry a " + names[axis] +
                                " code beyond the projector's " + sides[axis] + " (" +

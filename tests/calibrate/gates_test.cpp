@@ -119,6 +119,36 @@ TEST(Gates, OfViewsReadNameTheDeviceThatReadsFewerThanHalf) {
   }
 }
 
+/// Images with an empty border of 300 px: the lens folds there, 906 px from the principal point, and nothing was
+/// ever seen there. Its points reach 740 px. The verdict survives the rig file, which holds no points; a
+/// fold where points lie fails, and so does any fold of a projector, all of whose frame is lit.
+TEST(Gates, OfDistortionLookWhereTheCameraSawPoints) {
+  test::NumericWorld world;
+  world.camera_sigma_px = world.projector_sigma_px = 0.05;
+  world.camera.distortion = BrownConrady{{-0.3, 0.0, 0.0007, -0.0011, 0.0}};
+  world.place_boards(12, 5);
+  world.camera.size.width += 600, world.camera.size.height += 600;
+  world.camera.intrinsics.cx += 300, world.camera.intrinsics.cy += 300;
+  const CalibrationResult result = calibrate_rig(world.correspondences(6));
+  ASSERT_FALSE(result.rig.camera().camera.unproject(Vec2(0, 0)));
+  for (const Gate& gate : result.rig.quality.gates)
+    EXPECT_TRUE(gate.passed) << gate.name << ": " << gate.detail;
+  for (const Gate& gate : check_stored_rig(result.rig))
+    EXPECT_TRUE(gate.passed) << gate.name << ": " << gate.detail;
+
+  const auto failed_with = [](const Rig& rig, double reach) {
+    std::string names;
+    for (const Gate& gate : check_rig(rig, {}, {{"camera", reach}, {"projector", reach}}))
+      if (!gate.passed) names += "[" + gate.name + "]";
+    return names;
+  };
+  EXPECT_EQ(failed_with(result.rig, 800), "");
+  EXPECT_EQ(failed_with(result.rig, 1000), "[camera distortion monotone]");
+  Rig folded = good_rig();
+  folded.projectors[0].projector.inverse_camera.distortion = BrownConrady{{-2.0, 0.0, 0.0, 0.0, 0.0}};
+  EXPECT_EQ(failed_with(folded, 400), "[projector distortion monotone]");
+}
+
 TEST(Gates, SayWhatToDo) {
   Rig rig = good_rig();
   rig.projectors[0].projector.inverse_camera.intrinsics.cy = 1358;

@@ -168,6 +168,20 @@ TEST(Decode, HintsAtAProjectorSizeThatCannotBe) {
   EXPECT_EQ(map.columns.at(99, 40), 99);
 }
 
+/// A view in which hardly a pixel can be read, as of a board in the dark: a few wrong bits say nothing about the
+/// projector. (A session of level hard was refused for two pixels of one view.)
+TEST(Decode, DoesNotDoubtTheProjectorsSizeForAFewPixels) {
+  std::vector<ImageU8> captures = dimmed({{120, 100}, 1});
+  for (ImageU8& capture : captures)
+    for (int y = 0; y < capture.height(); ++y)
+      for (int x = 0; x < capture.width(); ++x)
+        if (y != 40 || x < 75 || x >= 104) capture.at(x, y) = 30;
+  const DecodedMap map = decode(test::views_of(captures), {{100, 120}, 1});
+  ASSERT_EQ(map.columns.at(99, 40), 99);
+  ASSERT_EQ(map.columns.at(101, 40), DecodedMap::kUndecoded);  // four of 29 pixels
+  EXPECT_EQ(map.diagnostics.find("projector_size"), nullptr);
+}
+
 TEST(Decode, HintsAtExchangedAxesSaturationAndLowContrast) {
   const GrayCode square{{100, 120}, 1};
   std::vector<ImageU8> captures = dimmed(square);

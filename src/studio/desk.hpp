@@ -54,6 +54,9 @@ class Desk {
   void execute_setup(const StudioCommand& command);
   void execute_surfaces(const StudioCommand& command);
   void add_surface(const StudioCommand& command);
+  FittedSurface clicked_surface(const StudioCommand& command);
+  void add_surfaces_of(const std::string& file);
+  void require_new(const std::string& surface) const;
   void add_mask(const StudioCommand& command);
   void correct_rig();
   void write_service();
@@ -82,7 +85,9 @@ class Desk {
   void identify();
   void check_camera();
   void capture();
-  void scan_wall();
+  void measure_wall();
+  void read_wall();
+  void see_marker();
   void find_drift();
   /// The wall without the board under each frame, in folder/view_00.
   void capture_wall(const session::SessionPattern& pattern, const std::filesystem::path& folder);
@@ -139,7 +144,8 @@ class Desk {
   std::optional<double> predicted_mm_, true_rig_mm_;
   bool rig_passed_ = false;
   std::optional<Rig> rig_;
-  std::vector<ScanPoint> scan_;
+  std::vector<ScanPoint> scan_;      ///< of the measured wall, by light or depth
+  std::optional<Plane> wall_plane_;  ///< or its plane, by a marker
   SurfaceSet surfaces_;
   std::optional<Drift> drift_;
   bool outlines_shown_ = false;

@@ -4,11 +4,16 @@
 
 #include "desk.hpp"
 #include "desk_devices.hpp"
+#include "measured_wall.hpp"
 #include "procam/analyze/light_error.hpp"
 #include "procam/core/base/clock.hpp"
 #include "procam/core/base/stats.hpp"
 #include "procam/core/base/words.hpp"
 #include "procam/io/board_file.hpp"
+#include "procam/io/image/depth_file.hpp"
+#include "procam/io/image/images.hpp"
+#include "procam/io/image/pfm.hpp"
+#include "procam/io/marker_map_file.hpp"
 #include "procam/io/session/captures.hpp"
 #include "procam/session/files.hpp"
 #include "procam/session/patterns.hpp"
@@ -135,7 +140,7 @@ void Desk::run_job() {
         capture();
         break;
       case Job::kScan:
-        scan_wall();
+        measure_wall();
         break;
       case Job::kDriftCheck:
         find_drift();
@@ -303,11 +308,63 @@ void Desk::capture_wall(const session::SessionPattern& pattern, const fs::path& 
   files.finish();
 }
 
-void Desk::scan_wall() {
+void Desk::measure_wall() {
   rig();
-  capture_wall(*session::make_pattern("gray", projector().size()), project_.scan());
-  scan_ = read_scan(project_.scan(), rig());
-  say("the wall is measured: " + std::to_string(scan_.size()) + " points");
+  scan_.clear(), wall_plane_.reset();
+  const std::string& by = project_.choices.measure_by;
+  if (by == "depth") {
+    doing_ = "measuring the wall by depth";
+    constexpr int kImages = 10;
+    const auto opened = stage_ ? nullptr : device::open_depth(project_.choices.depth);
+    io::save_pfm(project_.wall_depth(), mean_depth(opened ? *opened : stage_->depth_camera(),
+                                                   rig().camera().camera, kImages, [this] { pump(); }));
+  } else if (by == "marker") {
+    see_marker();
+  } else {
+    capture_wall(*session::make_pattern("gray", projector().size()), project_.scan());
+  }
+  read_wall();
+  say(wall_plane_
+          ? "the wall's plane is known, " + fixed(std::abs(wall_plane_->offset), 2) + " m from the camera"
+          : "the wall is measured: " + std::to_string(scan_.size()) + " points");
+}
+
+/// What is on disk, with the rig as it is now.
+void Desk::read_wall() {
+  if (!scan_.empty() || wall_plane_) return;
+  const Choices& choices = project_.choices;
+  if (!project_.is_wall_measured())
+    throw Error(ErrorKind::kInput, "surface", "the wall is not measured yet",
+                "click 'Measure the wall' first");
+  if (choices.measure_by == "depth") {
+    const DepthPixels pixels = io::load_depth_pixels(project_.wall_depth());
+    scan_ = points_of_depth(depth::DepthImage(pixels, 1e-3), rig());
+  } else if (choices.measure_by == "marker") {
+    wall_plane_ = plane_of_marker(io::to_gray(io::load_image(project_.wall_marker()).image), rig(),
+                                  io::parse_marker(choices.marker));
+  } else {
+    scan_ = read_scan(project_.scan(), rig());
+  }
+}
+
+void Desk::see_marker() {
+  const MarkerMap map = io::parse_marker(project_.choices.marker);
+  if (!shutter_) check_camera();
+  const auto hang = [&](const std::optional<PlacedMarker>& marker) {
+    if (!stage_) return;
+    stage_->put_board_away();
+    while (stage_->is_moving()) look(kDialogLook), pump();
+    stage_->hang_marker(marker, map.dictionary);
+    while (stage_->is_moving()) look(kDialogLook), pump();
+  };
+  doing_ = "looking for the marker";
+  hang(map.markers.front());
+  const session::CaptureRig devices = capture_rig();
+  session::Shutter shutter(devices, *shutter_);
+  const ImageU8 image = shutter.take(ImageU8(devices.screen.size(), 1, 255)).image;
+  hang(std::nullopt);
+  plane_of_marker(image, rig(), map);  // throws, before the file is written
+  io::save_image(project_.wall_marker(), image);
 }
 
 void Desk::find_drift() {
@@ -348,7 +405,7 @@ void Desk::take_calibration() {
   headline_ = outcome->lines;
   predicted_mm_ = outcome->predicted_mm;
   rig_passed_ = outcome->passed;
-  scan_.clear();  // it is read again with this rig
+  scan_.clear(), wall_plane_.reset();  // read again with this rig
   drift_.reset();
   for (const std::string& line : headline_) say(line);
   if (!stage_) return;

@@ -185,7 +185,11 @@ std::string Desk::state_text() const {
   for (const Surface& one : surfaces_.surfaces) surfaces.push_back(surface_entry(one, rig_, stage_.get()));
   std::error_code ignored;
   state["surfaces"] = {{"list", std::move(surfaces)},
-                       {"scanned", std::filesystem::exists(project_.scan() / "view_00", ignored)}};
+                       {"scanned", project_.is_wall_measured()},
+                       {"measure_by", choices.measure_by},
+                       {"depth", choices.depth},
+                       {"marker", choices.marker}};
+  if (choices.step == Step::kSurfaces) state["surfaces"]["files"] = project_.surface_files();
   if (choices.step == Step::kContent) state["contents"] = device::content_files(project_.folder(), 200);
   state["drift"] = drift_of(drift_);
   const bool has_service = std::filesystem::exists(project_.service(), ignored);

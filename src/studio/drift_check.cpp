@@ -23,6 +23,15 @@ std::vector<LightPoint> marks_on(const Surface& surface, const Rig& rig,
   return inside;
 }
 
+analyze::StatedSurface stated_surface(const Surface& surface, const Rig& rig,
+                                      const std::vector<LightPoint>& marks) {
+  analyze::StatedSurface stated{surface.name, {place_of(surface.geometry)->frame_from_surface}};
+  if (std::holds_alternative<PlanarSurface>(surface.geometry)) return stated;
+  for (const LightPoint& mark : marks)
+    stated.tangents.push_back(tangent_at(surface, rig, mark.camera_pixel));
+  return stated;
+}
+
 /// The movement that explains the marks better.
 std::string cause(const analyze::VerifyResult& result) {
   const bool is_wall =
@@ -58,9 +67,8 @@ Drift check_drift(const Rig& rig, const SurfaceSet& surfaces,
   for (const Surface& surface : surfaces.surfaces) {
     WallDrift wall;
     wall.surface = surface.name;
-    const auto* plane = std::get_if<PlanarSurface>(&surface.geometry);
-    if (plane == nullptr || plane->frame != "rig") {
-      wall.remarks = "not checked: it is not flat";
+    if (outline_in_frame(surface, rig).empty()) {
+      wall.remarks = "not checked: it is a mesh, or not in the rig's frame";
       drift.walls.push_back(std::move(wall));
       continue;
     }
@@ -71,7 +79,7 @@ Drift check_drift(const Rig& rig, const SurfaceSet& surfaces,
       drift.walls.push_back(std::move(wall));
       continue;
     }
-    const analyze::StatedSurface stated{surface.name, {plane->frame_from_surface}};
+    const analyze::StatedSurface stated = stated_surface(surface, rig, marks);
     const auto verify = [&](analyze::Correct correct) {
       analyze::VerifyOptions options;
       options.correct = correct;
@@ -103,7 +111,7 @@ Drift check_drift(const Rig& rig, const SurfaceSet& surfaces,
                 surfaces.surfaces.empty() ? "there is no surface"
                                           : "no surface is checked: " + drift.walls.front().surface + ": " +
                                                 drift.walls.front().remarks,
-                "make a flat surface that the projector lights, and check again");
+                "make a surface that the projector lights, and check again");
   return drift;
 }
 

@@ -31,7 +31,7 @@ struct Drift {
   bool moved() const;
 };
 
-/// Marks count for the flat surface inside whose outline the rig file puts their light. Throws Error(kNotEnoughData)
+/// Marks count for the surface, flat or curved, inside whose outline the rig file puts their light. Throws Error(kNotEnoughData)
 /// where no surface has marks enough.
 Drift check_drift(const Rig& rig, const SurfaceSet& surfaces, const session::ProjectedBoardCapture& captured);
 

@@ -157,7 +157,7 @@ void Desk::execute(const StudioCommand& command) {
     return;
   }
   if (verb == "show_command") {
-    if (job_ == Job::kShow) show_commands_.push_back(command.text);
+    if (job_ == Job::kShow || job_ == Job::kMapping) show_commands_.push_back(command.text);
     return;
   }
   if (job_ != Job::kNone) throw refused(verb, "something is running", "stop it first");
@@ -167,6 +167,7 @@ void Desk::execute(const StudioCommand& command) {
   if (verb == "scan") return begin(Job::kScan);
   if (verb == "check_drift") return begin(Job::kDriftCheck);
   if (verb == "show") return begin(Job::kShow);
+  if (verb == "map") return begin(Job::kMapping);
   if (verb == "correct_rig") return correct_rig();
   if (verb == "autostart") return write_service();
   if (verb == "bump" && stage_) return stage_->bump_projector();
@@ -228,8 +229,7 @@ void Desk::execute_setup(const StudioCommand& command) {
     } else if (verb == "measure_by") {
       if (text != "light" && text != "depth" && text != "marker" && text != "size")
         throw refused("measure by '" + text + "'", "there is none", "choose light, depth, marker or size");
-      choices.measure_by = text;
-      scan_.clear(), wall_plane_.reset();
+      choices.measure_by = text, scan_.clear(), wall_plane_.reset();
     } else if (verb == "depth") {
       choices.depth = text;
     } else if (verb == "marker") {

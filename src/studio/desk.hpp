@@ -22,6 +22,7 @@
 #include "procam/device/frame_source.hpp"
 #include "procam/session/capture.hpp"
 #include "procam/session/patterns.hpp"
+#include "procam/show/show_options.hpp"
 #include "procam/studio/studio.hpp"
 #include "project.hpp"
 #include "simulated_stage.hpp"
@@ -37,7 +38,7 @@ class Desk {
   void run();
 
  private:
-  enum class Job { kNone, kIdentify, kCheckCamera, kCapture, kScan, kDriftCheck, kShow };
+  enum class Job { kNone, kIdentify, kCheckCamera, kCapture, kScan, kDriftCheck, kShow, kMapping };
   /// What the listener threw ends everything.
   struct Ending {};
   /// The person has stopped a job.
@@ -92,6 +93,9 @@ class Desk {
   /// The wall without the board under each frame, in folder/view_00.
   void capture_wall(const session::SessionPattern& pattern, const std::filesystem::path& folder);
   void run_show();
+  void map_by_hand();
+  void serve_beside(show::ShowOptions& options);
+  show::ShowOptions show_options(const std::filesystem::path& surfaces) const;
   void take_calibration();
   session::CaptureRig capture_rig();
   void begin_guiding();

@@ -148,6 +148,9 @@ void Desk::run_job() {
       case Job::kShow:
         run_show();
         break;
+      case Job::kMapping:
+        map_by_hand();
+        break;
       case Job::kNone:
         break;
     }
@@ -164,7 +167,7 @@ void Desk::run_job() {
   doing_.clear();
   guided_.reset();
   if (!sink_) return;
-  job == Job::kIdentify ? show_test_card() : show_flat(255);
+  job == Job::kIdentify || job == Job::kMapping ? show_test_card() : show_flat(255);
 }
 
 /// The projector's own window makes way for those of all displays.
@@ -380,21 +383,40 @@ void Desk::find_drift() {
   for (const WallDrift& wall : drift_->walls) say(to_sentence(wall));
 }
 
+show::ShowOptions Desk::show_options(const fs::path& surfaces) const {
+  show::ShowOptions options;
+  options.surfaces = surfaces.string();
+  if (!stage_) options.display = project_.choices.display;
+  return options;
+}
+
 void Desk::run_show() {
   if (surfaces_.surfaces.empty())
     throw Error(ErrorKind::kInput, "show", "there is no surface", "make one in the step 'surfaces'");
-  show::ShowOptions options;
-  options.surfaces = project_.surfaces().string();
-  if (!stage_) options.display = project_.choices.display;
+  show::ShowOptions options = show_options(project_.surfaces());
   show::save_options(project_.show(), options);
+  serve_beside(options);
+  ShowFollower follower(*this);
+  show::run(rig(), options, projector(), &follower);
+}
+
+/// Neither board nor camera: corners in projector pixels, dragged at the control page.
+void Desk::map_by_hand() {
+  show::ShowOptions options = show_options(project_.mapping());
+  options.autosave = true;
+  serve_beside(options);
+  ShowFollower follower(*this);
+  show::run(options, projector(), &follower);
+}
+
+/// The show's control page has a port of its own.
+void Desk::serve_beside(show::ShowOptions& options) {
   const std::size_t colon = options_.control.rfind(':');
   options.control = (colon == std::string::npos ? "" : options_.control.substr(0, colon + 1)) + "0";
   options.token = options_.token;
   if (stage_) options.fps = options_.simulate->frames_per_s;
   frozen_ = false;
   doing_ = "frames shown";
-  ShowFollower follower(*this);
-  show::run(rig(), options, projector(), &follower);
 }
 
 void Desk::take_calibration() {

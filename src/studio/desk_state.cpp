@@ -123,7 +123,7 @@ std::string Desk::state_text() const {
   json steps = json::array();
   for (int i = 0; i < kSteps; ++i)
     steps.push_back({{"id", to_string(Step(i))}, {"done", project_.is_done(Step(i))}});
-  constexpr const char* kJobs[] = {"", "identify", "check", "capture", "scan", "drift", "show"};
+  constexpr const char* kJobs[] = {"", "identify", "check", "capture", "scan", "drift", "show", "map"};
   const auto [calibrating, percent] = calibration_.progress();
   json state = {
       {"project", project_.folder().string()},
@@ -197,7 +197,7 @@ std::string Desk::state_text() const {
   state["show"] = {{"running", job_ == Job::kShow},
                    {"frozen", frozen_},
                    {"url", show_url_},
-                   {"frames", job_ == Job::kShow ? done_ : 0}};
+                   {"frames", job_ == Job::kShow || job_ == Job::kMapping ? done_ : 0}};
   return state.dump(-1, ' ', false, json::error_handler_t::replace);
 }
 

@@ -60,6 +60,8 @@ class Project {
   /// What a correction of the rig replaces is moved here.
   std::filesystem::path before_correction() const { return folder_ / "before_correction"; }
   std::filesystem::path surfaces() const { return folder_ / "surfaces.json"; }
+  /// Surfaces in projector pixels, mapped by hand.
+  std::filesystem::path mapping() const { return folder_ / "mapping.json"; }
   std::filesystem::path show() const { return folder_ / "show.json"; }
   std::filesystem::path service() const { return folder_ / "procam-show.service"; }
 

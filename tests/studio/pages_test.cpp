@@ -8,6 +8,7 @@
 #include "procam/io/board_file.hpp"
 #include "procam/io/files.hpp"
 #include "procam/io/image/images.hpp"
+#include "procam/io/surface_file.hpp"
 #include "running_studio.hpp"
 
 namespace procam::studio {
@@ -103,6 +104,34 @@ TEST(StudioDisplay, ShowsItsNumberAndThenTheTestCardAgain) {
 }
 
 /// What cannot be done says why on the page, and changes nothing.
+/// No board, no camera, no rig: a corner is moved, and the file has it after kill -9.
+TEST(StudioMapping, CornersByHandNeedNoCalibration) {
+  test::Scratch scratch;
+  const fs::path project = scratch / "stage";
+  test::RunningStudio studio(project, kSmall);
+  const Script script(studio);
+  ASSERT_TRUE(script.wait_for_start());
+  script.command({{"do", "display"}, {"text", "simulated"}});
+  ASSERT_TRUE(script.wait([](const json& s) { return s["display"]["open"] == true; }));
+  script.command({{"do", "map"}});
+  ASSERT_TRUE(script.wait([](const json& s) {
+    return s["job"] == "map" && s["show"]["url"] != "" && s["show"]["frames"] > 2;
+  })) << script.state();
+  script.command(
+      {{"do", "show_command"}, {"text", R"({"do":"move","surface":"wall","point":2,"pixels":[812.5,640]})"}});
+  const auto corner = [&] {
+    const SurfaceSet set = io::load_surfaces(project / "mapping.json");
+    return set.surfaces.size() == 1 ? std::get<PixelSurface>(set.surfaces[0].geometry).pixels.at(2)
+                                    : Vec2(0, 0);
+  };
+  for (int i = 0; i < 100 && corner() != Vec2(812.5, 640); ++i)
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  EXPECT_EQ(corner(), Vec2(812.5, 640));
+  studio.kill_now();
+  EXPECT_EQ(corner(), Vec2(812.5, 640));
+  EXPECT_FALSE(fs::exists(project / "rig.json"));
+}
+
 TEST(StudioProject, ErrorsHaveThreePartsAndChangeNothing) {
   test::Scratch scratch;
   const test::RunningStudio studio(scratch / "stage", kSmall);

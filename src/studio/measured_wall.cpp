@@ -12,16 +12,16 @@ ImageF mean_depth(device::DepthSource& source, const Camera& camera, int count,
                   const std::function<void()>& pump) {
   constexpr double kPatience = 5, kWait = 0.05, kMillimetre = 0.001;  // seconds; metres
   ImageF sum(camera.size), readings(camera.size);
-  double last = 0, heard = steady_now();
+  double last = 0, received = steady_now();
   for (int taken = 0; taken < count;) {
     pump();
     const std::optional<device::SeenDepth> seen = source.next(last, kWait);
-    if (!seen && steady_now() - heard > kPatience)
+    if (!seen && steady_now() - received > kPatience)
       throw Error(ErrorKind::kDevice, "depth camera", "no image has come for 5 s",
                   "check its cable and its name, and measure again");
     if (!seen) continue;
     last = seen->time_s;
-    heard = steady_now();
+    received = steady_now();
     const depth::DepthImage image(seen->pixels, seen->metres_per_unit.value_or(kMillimetre));
     if (!(image.size() == camera.size))
       throw Error(

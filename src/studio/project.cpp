@@ -142,12 +142,12 @@ int Project::views_captured() const {
 }
 
 std::vector<std::string> Project::surface_files() const {
-  constexpr std::size_t kMost = 200;
+  constexpr std::size_t kMaxFiles = 200;
   const std::vector<fs::path> own = {"studio.json", board().filename(), rig().filename(),
                                      surfaces().filename(), show().filename()};
   std::vector<std::string> names;
   std::error_code ignored;
-  for (fs::directory_iterator file(folder_, ignored), end; file != end && names.size() < kMost;
+  for (fs::directory_iterator file(folder_, ignored), end; file != end && names.size() < kMaxFiles;
        file.increment(ignored)) {
     const fs::path name = file->path().filename();
     if (name.extension() == ".json" && file->is_regular_file(ignored) &&

@@ -23,13 +23,39 @@ std::vector<LightPoint> marks_on(const Surface& surface, const Rig& rig,
   return inside;
 }
 
-analyze::StatedSurface stated_surface(const Surface& surface, const Rig& rig,
-                                      const std::vector<LightPoint>& marks) {
-  analyze::StatedSurface stated{surface.name, {place_of(surface.geometry)->frame_from_surface}};
-  if (std::holds_alternative<PlanarSurface>(surface.geometry)) return stated;
+Rig with_note(const Rig& corrected, const Rig& before, const std::string& note) {
+  Rig rig = corrected;
+  rig.provenance = before.provenance;
+  std::string& notes = rig.provenance.options["corrected"];
+  notes += (notes.empty() ? "" : "; ") + note;
+  return rig;
+}
+
+/// The plane that each mark is on: the surface's own, or one that touches it.
+std::vector<Pose> planes_of(const Surface& surface, const Rig& rig, const std::vector<LightPoint>& marks) {
+  std::vector<Pose> planes;
+  const bool is_flat = std::holds_alternative<PlanarSurface>(surface.geometry);
   for (const LightPoint& mark : marks)
-    stated.tangents.push_back(tangent_at(surface, rig, mark.camera_pixel));
-  return stated;
+    planes.push_back(is_flat ? place_of(surface.geometry)->frame_from_surface
+                             : tangent_at(surface, rig, mark.camera_pixel));
+  return planes;
+}
+
+/// The rig with the projector where the marks of all walls together have it: walls at several angles tell more than one.
+/// nullopt where they say that something else has moved.
+std::optional<Rig> corrected_rig(const Rig& rig, const analyze::StatedSurface& walls,
+                                 const std::vector<LightPoint>& marks) {
+  analyze::VerifyOptions options;
+  options.correct = analyze::Correct::kProjector;
+  try {
+    const analyze::VerifyResult result =
+        analyze::verify(rig, rig.camera(), rig.projector(), walls, marks, options);
+    if (!result.rig) return std::nullopt;
+    return with_note(*result.rig, rig,
+                     "procam studio, " + utc_now() + ": " + report::description(result.projector_moved));
+  } catch (const Error&) {
+    return std::nullopt;
+  }
 }
 
 /// The movement that explains the marks better.
@@ -37,14 +63,6 @@ std::string cause(const analyze::VerifyResult& result) {
   const bool is_wall =
       result.surface_moved && result.surface_moved->log_evidence > result.projector_moved.log_evidence;
   return report::description(is_wall ? *result.surface_moved : result.projector_moved);
-}
-
-Rig with_note(const Rig& corrected, const Rig& before, const std::string& note) {
-  Rig rig = corrected;
-  rig.provenance = before.provenance;
-  std::string& notes = rig.provenance.options["corrected"];
-  notes += (notes.empty() ? "" : "; ") + note;
-  return rig;
 }
 
 }  // namespace
@@ -63,7 +81,9 @@ bool Drift::moved() const {
 Drift check_drift(const Rig& rig, const SurfaceSet& surfaces,
                   const session::ProjectedBoardCapture& captured) {
   Drift drift;
-  int most = 0, checked = 0;
+  int checked = 0;
+  analyze::StatedSurface walls{"walls", {}};
+  std::vector<LightPoint> on_walls;
   for (const Surface& surface : surfaces.surfaces) {
     WallDrift wall;
     wall.surface = surface.name;
@@ -79,14 +99,10 @@ Drift check_drift(const Rig& rig, const SurfaceSet& surfaces,
       drift.walls.push_back(std::move(wall));
       continue;
     }
-    const analyze::StatedSurface stated = stated_surface(surface, rig, marks);
-    const auto verify = [&](analyze::Correct correct) {
-      analyze::VerifyOptions options;
-      options.correct = correct;
-      return analyze::verify(rig, rig.camera(), rig.projector(), stated, marks, options);
-    };
+    analyze::StatedSurface stated{surface.name, {place_of(surface.geometry)->frame_from_surface}};
+    stated.tangents = planes_of(surface, rig, marks);
     try {
-      const analyze::VerifyResult result = verify(analyze::Correct::kNothing);
+      const analyze::VerifyResult result = analyze::verify(rig, rig.camera(), rig.projector(), stated, marks);
       ++checked;
       wall.checked = true;
       wall.rms_mm = 1e3 * result.rms;
@@ -94,18 +110,15 @@ Drift check_drift(const Rig& rig, const SurfaceSet& surfaces,
       wall.marks = result.used;
       wall.moved = result.alarm;
       if (result.alarm) wall.remarks = cause(result);
-      if (result.alarm && result.used > most) {
-        most = result.used;
-        drift.corrected.reset();
-        // Throws where the marks say that the wall has moved, not the projector.
-        if (const auto corrected = verify(analyze::Correct::kProjector).rig)
-          drift.corrected = with_note(*corrected, rig, "procam studio, " + utc_now() + ": " + wall.remarks);
-      }
+      walls.tangents.insert(walls.tangents.end(), stated.tangents.begin(), stated.tangents.end());
+      on_walls.insert(on_walls.end(), marks.begin(), marks.end());
+      walls.rig_from_surface.pose = stated.rig_from_surface.pose;
     } catch (const Error& error) {
       wall.remarks += (wall.remarks.empty() ? "" : "; ") + error.why();
     }
     drift.walls.push_back(std::move(wall));
   }
+  if (drift.moved()) drift.corrected = corrected_rig(rig, walls, on_walls);
   if (checked == 0)
     throw Error(ErrorKind::kNotEnoughData, "drift check",
                 surfaces.surfaces.empty() ? "there is no surface"

@@ -26,7 +26,7 @@ std::string to_sentence(const WallDrift& wall);
 
 struct Drift {
   std::vector<WallDrift> walls;
-  /// The rig with the projector's pose corrected, where the projector has moved; by the wall with the most marks.
+  /// The rig with the projector's pose corrected, where the projector has moved; by the marks of all walls.
   std::optional<Rig> corrected;
   bool moved() const;
 };

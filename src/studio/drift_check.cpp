@@ -41,20 +41,21 @@ std::vector<Pose> planes_of(const Surface& surface, const Rig& rig, const std::v
   return planes;
 }
 
-/// The rig with the projector where the marks of all walls together have it: walls at several angles tell more than one.
-/// nullopt where they say that something else has moved.
-std::optional<Rig> corrected_rig(const Rig& rig, const analyze::StatedSurface& walls,
-                                 const std::vector<LightPoint>& marks) {
+/// By the marks of all walls together, which at several angles tell more than one: what the projector did, and the rig with it
+/// there. Nothing where they say that something else has moved.
+void correct_projector(const Rig& rig, const analyze::StatedSurface& walls,
+                       const std::vector<LightPoint>& marks, Drift& drift) {
   analyze::VerifyOptions options;
   options.correct = analyze::Correct::kProjector;
   try {
     const analyze::VerifyResult result =
         analyze::verify(rig, rig.camera(), rig.projector(), walls, marks, options);
-    if (!result.rig) return std::nullopt;
-    return with_note(*result.rig, rig,
-                     "procam studio, " + utc_now() + ": " + report::description(result.projector_moved));
-  } catch (const Error&) {
-    return std::nullopt;
+    if (!result.rig) return;
+    const std::string words = report::description(result.projector_moved);
+    for (WallDrift& wall : drift.walls)
+      if (wall.moved) wall.remarks = words;
+    drift.corrected = with_note(*result.rig, rig, "procam studio, " + utc_now() + ": " + words);
+  } catch (const Error&) {  // each wall has its own cause
   }
 }
 
@@ -118,7 +119,7 @@ Drift check_drift(const Rig& rig, const SurfaceSet& surfaces,
     }
     drift.walls.push_back(std::move(wall));
   }
-  if (drift.moved()) drift.corrected = corrected_rig(rig, walls, on_walls);
+  if (drift.moved()) correct_projector(rig, walls, on_walls, drift);
   if (checked == 0)
     throw Error(ErrorKind::kNotEnoughData, "drift check",
                 surfaces.surfaces.empty() ? "there is no surface"

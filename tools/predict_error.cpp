@@ -18,7 +18,7 @@ namespace procam::tools {
 namespace {
 
 struct Flags {
-  std::string rig, surfaces, pose, projector, report, figures;
+  std::string rig, surfaces, pose, projector, report, figures, data;
   std::optional<io::LengthAndAngle> pose_sigma;
   io::LengthAndAngle map_sigma, speed, speed_sigma;
   Vec3 forward = Vec3::UnitZ(), up = -Vec3::UnitY();
@@ -70,6 +70,9 @@ void declare(CLI::App& app, Flags& flags) {
   app.add_option("--seed", flags.seed, "of the draws")->capture_default_str();
   app.add_option("--report", flags.report, "Also write a self-contained HTML page with heat maps");
   app.add_option("--figures", flags.figures, "Also write the page's figures into this folder, as SVG files");
+  app.add_option(
+      "--data", flags.data,
+      "Also write the numbers of the figures into this folder: points, causes and sweeps, as CSV files");
 }
 
 analyze::ErrorSources sources_of(const Flags& flags, const Rig& rig, const std::optional<FrameTree>& frames) {
@@ -112,7 +115,8 @@ analyze::SurfacePrediction predict_plane(const Flags& flags, const SolvedSurface
 
 ExitCode predict(const Flags& flags, Console& console) {
   if (!flags.report.empty()) io::require_writable(flags.report);
-  if (!flags.figures.empty()) report::require_folder(flags.figures);
+  for (const std::string& folder : {flags.figures, flags.data})
+    if (!folder.empty()) report::require_folder(folder);
   const Rig rig = io::load_rig(flags.rig);
   const RigProjector& projector = rig.projector(flags.projector);
   std::optional<FrameTree> frames;
@@ -150,6 +154,10 @@ ExitCode predict(const Flags& flags, Console& console) {
   for (const analyze::SurfacePrediction& one : predictions) console.say(report::lines(one));
   console.summary().merge(report::to_json(predictions));
   console.report(diagnostics);
+  if (!flags.data.empty()) {
+    report::save_files(flags.data, report::prediction_tables(predictions));
+    console.say("wrote " + flags.data);
+  }
   if (flags.report.empty() && flags.figures.empty()) return exit_code(diagnostics);
   const std::string page =
       report::prediction_report(predictions, rig, "Error of " + projector.name + "'s light");

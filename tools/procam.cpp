@@ -1,4 +1,6 @@
-/// procam: one command in front of the tools. Lists the tasks, and runs the tool that is named.
+/// procam: one command in front of the tools. Lists the tasks, and runs the tool that is named, by its first argument
+/// ("procam make-board ...") or by the link that it was started through ("make-board ..."). It answers --version for all
+/// of them: the tools' own programs load many libraries first.
 #include <unistd.h>
 
 #include <algorithm>
@@ -10,6 +12,8 @@
 #include <vector>
 
 namespace {
+
+namespace fs = std::filesystem;
 
 struct Task {
   const char *tool, *purpose;
@@ -54,11 +58,11 @@ const std::vector<Group>& groups() {
   return all;
 }
 
-void print_tasks(std::FILE* to) {
-  std::fputs("procam TOOL [OPTIONS]     runs a tool; procam TOOL --help lists its options\n", to);
+void print_tasks() {
+  std::fputs("procam TOOL [OPTIONS]     runs a tool; procam TOOL --help lists its options\n", stdout);
   for (const Group& group : groups()) {
-    std::fprintf(to, "\n%s\n", group.title);
-    for (const Task& task : group.tasks) std::fprintf(to, "  %-20s %s\n", task.tool, task.purpose);
+    std::printf("\n%s\n", group.title);
+    for (const Task& task : group.tasks) std::printf("  %-20s %s\n", task.tool, task.purpose);
   }
   std::fputs(
       "\nTo try without a projector:\n"
@@ -66,13 +70,23 @@ void print_tasks(std::FILE* to) {
       "  procam calibrate-projector --captures session -o rig.json --report report.html\n"
       "A first picture, without calibration:\n"
       "  procam project-live --display 1 --surfaces wall.json --content wall=picture.png\n",
-      to);
+      stdout);
 }
 
-/// Three parts, as all tools print errors; returns the exit code of wrong usage.
-int refuse(const std::string& what, const std::string& why, const std::string& next) {
+// The tools' codes: tools/common/cli.hpp.
+constexpr int kUsage = 2, kBadInput = 3;
+
+/// Three parts, as all tools print errors; returns the exit code.
+int refuse(int code, const std::string& what, const std::string& why, const std::string& next) {
   std::fprintf(stderr, "procam: %s\n  why:  %s\n  next: %s\n", what.c_str(), why.c_str(), next.c_str());
-  return 2;
+  return code;
+}
+
+/// The exit code after the last line on stdout.
+int written() {
+  if (std::fflush(stdout) == 0) return 0;
+  return refuse(kBadInput, "standard output", "it cannot be written",
+                "check the pipe or the disk it goes to");
 }
 
 bool is_tool(const std::string& name) {
@@ -97,31 +111,50 @@ std::string similar_tools(const std::string& name) {
   return found;
 }
 
+/// The program of a tool. A general word is no name for a program: "procam studio" runs procam-studio.
+std::string program_name(const std::string& tool) {
+  return (tool.find('-') == std::string::npos ? "procam-" : "") + tool;
+}
+
+/// The tool whose program has this name; empty where none has.
+std::string tool_of_program(const std::string& program) {
+  for (const Group& group : groups())
+    for (const Task& task : group.tasks)
+      if (program == program_name(task.tool)) return task.tool;
+  return "";
+}
+
+/// `argv`: the tool's own, its name first. Returns only if the program cannot be started.
+int run(const std::string& tool, int argc, char** argv) {
+  const std::string program = program_name(tool);
+  if (argc == 2 && std::strcmp(argv[1], "--version") == 0) {
+    std::printf("%s (procam " PROCAM_VERSION ")\n", program.c_str());
+    return written();
+  }
+  std::error_code error;
+  const fs::path folder = fs::read_symlink("/proc/self/exe", error).parent_path() / PROCAM_PROGRAMS;
+  const std::string path = (folder / program).lexically_normal().string();
+  execv(path.c_str(), argv);
+  return refuse(kBadInput, program, path + " cannot be started: " + std::strerror(errno),
+                "install the tools together, by 'cmake --install' or the package procam-tools");
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
+  const std::string started_as = argc > 0 ? fs::path(argv[0]).filename().string() : "";
+  if (const std::string tool = tool_of_program(started_as); !tool.empty()) return run(tool, argc, argv);
   const std::string name = argc > 1 ? argv[1] : "";
   if (name.empty() || name == "--help" || name == "-h" || name == "help") {
-    print_tasks(stdout);
-    return 0;
+    print_tasks();
+    return written();
   }
   if (name == "--version") {
     std::puts("procam " PROCAM_VERSION);
-    return 0;
+    return written();
   }
-  if (!is_tool(name)) {
-    const std::string similar = similar_tools(name);
-    return refuse("'" + name + "'", "no tool has this name",
-                  (similar.empty() ? "" : "did you mean " + similar + "? ") + "'procam' lists the tools");
-  }
-  std::error_code error;
-  const std::filesystem::path here = std::filesystem::read_symlink("/proc/self/exe", error).parent_path();
-  // A general word is no name for a program: "procam studio" runs procam-studio.
-  for (const std::string& program : {name, "procam-" + name}) {
-    const std::string beside = (here / program).string();
-    if (!error) execv(beside.c_str(), argv + 1);
-  }
-  for (const std::string& program : {"procam-" + name, name}) execvp(program.c_str(), argv + 1);
-  return refuse(name, std::string("it cannot be started: ") + std::strerror(errno),
-                "install the tools together, or put them on the PATH");
+  if (is_tool(name)) return run(name, argc - 1, argv + 1);
+  const std::string similar = similar_tools(name);
+  return refuse(kUsage, "'" + name + "'", "no tool has this name",
+                (similar.empty() ? "" : "did you mean " + similar + "? ") + "'procam' lists the tools");
 }

@@ -103,8 +103,11 @@ MarkChain::MarkChain(const Rig& rig, const RigCamera& camera, const RigProjector
                      const StatedSurface& surface, const std::vector<LightPoint>& marks)
     : rig_from_camera_(camera.rig_from_camera),
       rig_from_projector_(projector.rig_from_projector),
-      rig_from_surface_(surface.rig_from_surface.pose),
+      rig_from_plane_(surface.tangents.empty()
+                          ? std::vector<Pose>(marks.size(), surface.rig_from_surface.pose)
+                          : surface.tangents),
       surface_by_camera_(surface.jacobian_camera) {
+  require(rig_from_plane_.size() == marks.size(), "verify: a curved surface needs one tangent plane a mark");
   Points2 seen, shown;
   for (const LightPoint& mark : marks) {
     seen.push_back(mark.camera_pixel);
@@ -142,7 +145,7 @@ MarkChain::MarkChain(const Rig& rig, const RigCamera& camera, const RigProjector
 std::optional<Vec2> MarkChain::intended(std::size_t mark, const Moved& moved) const {
   if (!shown_[mark]) return std::nullopt;
   const auto light = place_of(shown_[mark]->direction, se3_exp(moved.projector) * rig_from_projector_,
-                              se3_exp(moved.surface) * rig_from_surface_);
+                              se3_exp(moved.surface) * rig_from_plane_[mark]);
   if (!light) return std::nullopt;
   return light->on_surface;
 }
@@ -151,7 +154,7 @@ std::optional<Vec2> MarkChain::error(std::size_t mark, const Moved& moved) const
   const auto light = intended(mark, moved);
   if (!light || !seen_[mark]) return std::nullopt;
   const auto sight =
-      place_of(seen_[mark]->direction, rig_from_camera_, se3_exp(moved.surface) * rig_from_surface_);
+      place_of(seen_[mark]->direction, rig_from_camera_, se3_exp(moved.surface) * rig_from_plane_[mark]);
   if (!sight) return std::nullopt;
   return Vec2(sight->on_surface - *light);
 }
@@ -166,12 +169,13 @@ std::string MarkChain::flaw(std::size_t mark) const {
 std::optional<LinearMarks> MarkChain::linearise(const std::vector<std::size_t>& marks,
                                                 const Moved& moved) const {
   const Pose rig_from_projector = se3_exp(moved.projector) * rig_from_projector_,
-             rig_from_surface = se3_exp(moved.surface) * rig_from_surface_;
+             moved_surface = se3_exp(moved.surface);
   const Mat6 of_projector = increment_jacobian(moved.projector),
              of_surface = increment_jacobian(moved.surface);
   const auto rows = Eigen::Index(2 * marks.size());
   LinearMarks linear{VecX(rows), MatX::Zero(rows, stated_.rows()), {}};
   for (std::size_t i = 0; i < marks.size(); ++i) {
+    const Pose rig_from_surface = moved_surface * rig_from_plane_[marks[i]];
     const Bearing &seen = *seen_[marks[i]], &shown = *shown_[marks[i]];
     const auto sight = place_of(seen.direction, rig_from_camera_, rig_from_surface),
                light = place_of(shown.direction, rig_from_projector, rig_from_surface);

@@ -1,5 +1,6 @@
 #pragma once
-/// Errors of marks of light on a plane, as a function of all that they depend on, with derivatives.
+/// Errors of marks of light on a plane, or on a plane of its own for each (StatedSurface::tangents), as a function of
+/// all that they depend on, with derivatives.
 ///
 /// The state x: what the rig's covariance names, the projector's place last of it (also where the rig holds
 /// it fixed), then six of the surface's pose; poses as left increments. A ray of bearing m from a device at T
@@ -64,7 +65,8 @@ class MarkChain {
 
   std::vector<std::optional<Bearing>> seen_, shown_;
   std::vector<Mat2> pixel_noise_;
-  Pose rig_from_camera_, rig_from_projector_, rig_from_surface_;
+  Pose rig_from_camera_, rig_from_projector_;
+  std::vector<Pose> rig_from_plane_;  ///< of each mark, as stated
   MatX surface_by_camera_;
   std::vector<std::string> rig_names_;
   /// Columns of the camera's lens and place, and of the projector's lens; -1: held fixed.

@@ -172,6 +172,8 @@ void check(const StatedSurface& surface, const std::vector<LightPoint>& marks, c
   require(options.false_alarm_rate > 0 && options.false_alarm_rate < 1,
           "verify: the false-alarm rate must lie between 0 and 1");
   require(surface.rig_from_surface.pose.is_finite(), "verify: the surface's pose is not finite");
+  for (const Pose& tangent : surface.tangents)
+    require(tangent.is_finite(), "verify: a tangent plane is not finite");
   for (const LightPoint& mark : marks)
     require(mark.camera_pixel.allFinite() && mark.projector_pixel.allFinite() &&
                 mark.camera_covariance.allFinite() && mark.camera_covariance(0, 0) > 0 &&

@@ -316,7 +316,10 @@ void bind_analyze(py::module_& m) {
              "A pose that the rig's own camera measured (markers on the surface) errs with the\n"
              "camera's lens and place: d increment / d (parameter_names(camera), six of\n"
              "rig_from_camera), 6 rows. The covariance above is then what comes on top. Empty: the\n"
-             "pose comes from elsewhere.");
+             "pose comes from elsewhere.")
+      .field("tangents", &analyze::StatedSurface::tangents,
+             "Of a curved surface: rig_from_tangent for each mark, the plane z = 0 that touches it\n"
+             "where the camera sees the mark. They move with the surface. Empty: it is flat.");
   verify_options.fields_init()
       .field("correct", &analyze::VerifyOptions::correct, "")
       .field("bump_rotation_sigma", &analyze::VerifyOptions::bump_rotation_sigma,

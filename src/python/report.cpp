@@ -114,6 +114,8 @@ void bind_report(py::module_& m) {
            "One self-contained page: verdict, numbers, heat maps, causes, sweeps, rig and\n"
            "surfaces in space (as calibration_report()).",
            py::arg("surfaces"), py::arg("rig"), py::arg("title"));
+  function(m, "prediction_tables", &report::prediction_tables,
+           "The numbers of the page's figures: points.csv, causes.csv and sweeps.csv.", py::arg("surfaces"));
   function(m, "to_json",
            py::overload_cast<const depth::Planes&, const depth::RoomSurfaces&, const depth::SensorKind&,
                              const depth::SensorCheck&>(&report::to_json),

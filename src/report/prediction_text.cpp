@@ -1,3 +1,6 @@
+#include <cmath>
+
+#include "csv.hpp"
 #include "fields.hpp"
 #include "procam/report/prediction.hpp"
 
@@ -44,6 +47,39 @@ std::vector<std::string> lines(const analyze::SurfacePrediction& one) {
                            cause.without_mm));
   lines.push_back("  helps most: " + one.advice);
   return lines;
+}
+
+static std::string points_table(const std::vector<analyze::SurfacePrediction>& surfaces) {
+  std::string table =
+      "surface,u,v,surface_x,surface_y,pixel_x,pixel_y,incidence_deg,rms_mm,bias_x_mm,bias_y_mm,sigma_x_mm,sigma_y_mm\n";
+  for (const analyze::SurfacePrediction& one : surfaces)
+    for (std::size_t i = 0; i < one.grid.size(); ++i) {
+      if (!one.grid[i]) continue;
+      const analyze::LandingError& at = *one.grid[i];
+      std::vector<std::string> cells{csv_quoted(one.surface)};
+      for (const double value :
+           {one.content[i].x(), one.content[i].y(), at.on_surface.x(), at.on_surface.y(), at.pixel.x(),
+            at.pixel.y(), at.incidence_deg, 1e3 * at.total.rms(), 1e3 * at.total.bias.x(),
+            1e3 * at.total.bias.y(), 1e3 * std::sqrt(at.total.covariance(0, 0)),
+            1e3 * std::sqrt(at.total.covariance(1, 1))})
+        cells.push_back(csv_number(value));
+      add_csv_row(table, cells);
+    }
+  return table;
+}
+
+std::vector<TextFile> prediction_tables(const std::vector<analyze::SurfacePrediction>& surfaces) {
+  std::string causes = "surface,cause,rms_mm,without_mm\n", sweeps = "surface,quantity,unit,value,rms_mm\n";
+  for (const analyze::SurfacePrediction& one : surfaces) {
+    for (const analyze::Cause& cause : one.causes)
+      add_csv_row(causes, {csv_quoted(one.surface), csv_quoted(cause.name), csv_number(cause.rms_mm),
+                           csv_number(cause.without_mm)});
+    for (const analyze::Sweep& sweep : one.sweeps)
+      for (std::size_t i = 0; i < sweep.values.size(); ++i)
+        add_csv_row(sweeps, {csv_quoted(one.surface), csv_quoted(sweep.name), csv_quoted(sweep.unit),
+                             csv_number(sweep.values[i]), csv_number(sweep.rms_mm[i])});
+  }
+  return {{"points.csv", points_table(surfaces)}, {"causes.csv", causes}, {"sweeps.csv", sweeps}};
 }
 
 }  // namespace procam::report

@@ -589,20 +589,31 @@ ShowReport run(const Rig& rig, const ShowOptions& options, device::FrameSink& si
   return ShowRun(rig, true, options, listener_or_none(listener), &sink).run();
 }
 
-ShowReport run(const ShowOptions& options, ShowListener* listener) {
-  check_combination(options);
-  require_no_rig_needed(options);
-  const Rig rig = stand_in_rig(frame_size_without_rig(options));
+/// `sink`: nullptr for the options' own output.
+static ShowReport run_without_rig(const ShowOptions& options, ImageSize size, device::FrameSink* sink,
+                                  ShowListener& listener) {
+  const Rig rig = stand_in_rig(size);
   if (!fs::exists(options.surfaces)) {
-    const SurfaceSet first = first_surfaces(absolute_contents(options), rig.projector().projector.size());
+    const SurfaceSet first = first_surfaces(absolute_contents(options), size);
     ShowLoaderOptions writing;
     writing.surfaces = options.surfaces;
     ShowLoader(writing).save(first);
-    listener_or_none(listener).on_start(options.surfaces + " is new, with " +
-                                        counted(first.surfaces.size(), "surface") +
-                                        "; drag the corners at the control page, and save");
+    listener.on_start(options.surfaces + " is new, with " + counted(first.surfaces.size(), "surface") +
+                      "; drag the corners at the control page, and save");
   }
-  return ShowRun(rig, false, options, listener_or_none(listener)).run();
+  return ShowRun(rig, false, options, listener, sink).run();
+}
+
+ShowReport run(const ShowOptions& options, ShowListener* listener) {
+  check_combination(options);
+  require_no_rig_needed(options);
+  return run_without_rig(options, frame_size_without_rig(options), nullptr, listener_or_none(listener));
+}
+
+ShowReport run(const ShowOptions& options, device::FrameSink& sink, ShowListener* listener) {
+  check_combination(options);
+  require_no_rig_needed(options);
+  return run_without_rig(options, sink.size(), &sink, listener_or_none(listener));
 }
 
 ReplayReport replay(const Rig& rig, const ShowOptions& options, const std::filesystem::path& log,

@@ -6,6 +6,7 @@
 
 #include "autostart.hpp"
 #include "desk_devices.hpp"
+#include "measured_wall.hpp"
 #include "procam/analyze/light_error.hpp"
 #include "procam/core/base/clock.hpp"
 #include "procam/core/base/words.hpp"
@@ -13,6 +14,7 @@
 #include "procam/device/content_source.hpp"
 #include "procam/io/board_file.hpp"
 #include "procam/io/files.hpp"
+#include "procam/io/marker_map_file.hpp"
 #include "procam/io/rig_file.hpp"
 #include "procam/io/sheet/board_sheet.hpp"
 #include "procam/io/surface_file.hpp"
@@ -155,7 +157,7 @@ void Desk::execute(const StudioCommand& command) {
     return;
   }
   if (verb == "show_command") {
-    if (job_ == Job::kShow) show_commands_.push_back(command.text);
+    if (job_ == Job::kShow || job_ == Job::kMapping) show_commands_.push_back(command.text);
     return;
   }
   if (job_ != Job::kNone) throw refused(verb, "something is running", "stop it first");
@@ -165,6 +167,7 @@ void Desk::execute(const StudioCommand& command) {
   if (verb == "scan") return begin(Job::kScan);
   if (verb == "check_drift") return begin(Job::kDriftCheck);
   if (verb == "show") return begin(Job::kShow);
+  if (verb == "map") return begin(Job::kMapping);
   if (verb == "correct_rig") return correct_rig();
   if (verb == "autostart") return write_service();
   if (verb == "bump" && stage_) return stage_->bump_projector();
@@ -175,7 +178,7 @@ void Desk::execute(const StudioCommand& command) {
     return;
   }
   if (verb == "surface" || verb == "corner" || verb == "corner_in_frame" || verb == "remove" ||
-      verb == "content" || verb == "mask" || verb == "unmask")
+      verb == "content" || verb == "mask" || verb == "unmask" || verb == "add_file")
     return execute_surfaces(command);
   execute_setup(command);
 }
@@ -223,6 +226,15 @@ void Desk::execute_setup(const StudioCommand& command) {
       const double wanted = command.numbers.empty() ? 0 : command.numbers[0];
       if (!(wanted > 0 && wanted < 1e4)) throw refused("limit", "it is no length in mm", "give e.g. 5");
       choices.accept_mm = wanted;
+    } else if (verb == "measure_by") {
+      if (text != "light" && text != "depth" && text != "marker" && text != "size")
+        throw refused("measure by '" + text + "'", "there is none", "choose light, depth, marker or size");
+      choices.measure_by = text, scan_.clear(), wall_plane_.reset();
+    } else if (verb == "depth") {
+      choices.depth = text;
+    } else if (verb == "marker") {
+      io::parse_marker(text);
+      choices.marker = text;
     } else {
       throw refused("command '" + verb + "'", "there is none", "reload the page");
     }
@@ -237,6 +249,8 @@ void Desk::execute_surfaces(const StudioCommand& command) {
   const std::vector<double>& n = command.numbers;
   if (command.verb == "surface") {
     add_surface(command);
+  } else if (command.verb == "add_file") {
+    add_surfaces_of(command.text);
   } else if (command.verb == "corner" || command.verb == "corner_in_frame") {
     if (n.size() != 3) throw refused("corner", "its number and its pixel are needed", "drag a corner");
     Surface& moved = surface(command.name);
@@ -265,36 +279,78 @@ void Desk::execute_surfaces(const StudioCommand& command) {
   save_surfaces();
 }
 
-/// numbers: four corners in the camera's image, then the radius of a round wall where it is known; text: "round" or "".
-void Desk::add_surface(const StudioCommand& command) {
+void Desk::require_new(const std::string& name) const {
+  for (const Surface& one : surfaces_.surfaces)
+    if (one.name == name)
+      throw refused("surface '" + name + "'", "there is one already",
+                    "give another name, or remove the other one");
+}
+
+/// numbers: four corners in the camera's image; then the radius of a round wall where it is known, or by size width and
+/// height; text: "round" or "".
+FittedSurface Desk::clicked_surface(const StudioCommand& command) {
   const std::vector<double>& n = command.numbers;
-  const bool is_round = command.text == "round";
-  if (n.size() != 8 && !(is_round && n.size() == 9))
-    throw refused("surface", "four corners are needed", "click four corners");
+  const bool is_round = command.text == "round", by_size = project_.choices.measure_by == "size";
+  if (n.size() != (by_size ? 10 : 8) && !(is_round && !by_size && n.size() == 9))
+    throw refused("surface",
+                  by_size ? "four corners, width and height are needed" : "four corners are needed",
+                  by_size ? "give width and height, then click four corners" : "click four corners");
   if (!is_round && !command.text.empty() && command.text != "flat")
     throw refused("shape '" + command.text + "'", "there is none", "choose flat or round");
-  if (n.size() == 9 && !(n[8] >= 0.05 && n[8] <= 100))
+  if (is_round && !by_size && n.size() == 9 && !(n[8] >= 0.05 && n[8] <= 100))
     throw refused("radius", "0.05 m to 100 m are possible", "give e.g. 0.5, or nothing to have it measured");
+  const CameraCorners corners = {Vec2(n[0], n[1]), Vec2(n[2], n[3]), Vec2(n[4], n[5]), Vec2(n[6], n[7])};
+  if (is_round && (by_size || project_.choices.measure_by == "marker"))
+    throw refused("shape 'round'", "a marker, or width and height, tell of planes alone",
+                  "choose flat, or measure the wall by light or by a depth camera");
+  if (by_size) return surface_on(plane_of_size(rig(), corners, n[8], n[9]), rig(), corners, command.name);
+  read_wall();
+  if (wall_plane_) return surface_on(*wall_plane_, rig(), corners, command.name);
+  if (is_round)
+    return fit_round_surface(scan_, rig(), corners, command.name,
+                             n.size() == 9 ? std::optional(n[8]) : std::nullopt);
+  return fit_surface(scan_, rig(), corners, command.name);
+}
+
+void Desk::add_surface(const StudioCommand& command) {
   if (command.name.empty() || command.name.size() > 64)
     throw refused("surface", "a surface needs a name of at most 64 letters", "give a name");
-  for (const Surface& one : surfaces_.surfaces)
-    if (one.name == command.name)
-      throw refused("surface '" + one.name + "'", "there is one already", "give another name");
-  if (scan_.empty() && fs::exists(project_.scan())) scan_ = read_scan(project_.scan(), rig());
-  if (scan_.empty())
-    throw refused("surface", "the wall is not measured yet", "click 'Measure the wall' first");
-  const CameraCorners corners = {Vec2(n[0], n[1]), Vec2(n[2], n[3]), Vec2(n[4], n[5]), Vec2(n[6], n[7])};
-  FittedSurface fitted = is_round ? fit_round_surface(scan_, rig(), corners, command.name,
-                                                      n.size() == 9 ? std::optional(n[8]) : std::nullopt)
-                                  : fit_surface(scan_, rig(), corners, command.name);
+  require_new(command.name);
+  FittedSurface fitted = clicked_surface(command);
   fitted.surface.content = "#ffffff";
   const Vec2 sides = side_lengths(fitted.surface);
-  say("surface '" + command.name + "': " + fixed(sides.x(), 3) + " m x " + fixed(sides.y(), 3) + " m, " +
-      std::to_string(fitted.points) + " points of the wall within " + mm(fitted.rms, 1) + " (rms) of its " +
-      (fitted.radius ? "cylinder of radius " + fixed(*fitted.radius, 3) + " m" : "plane"));
+  std::string words =
+      "surface '" + command.name + "': " + fixed(sides.x(), 3) + " m x " + fixed(sides.y(), 3) + " m";
+  if (fitted.points > 0)
+    words += ", " + std::to_string(fitted.points) + " points of the wall within " + mm(fitted.rms, 1) +
+             " (rms) of its " +
+             (fitted.radius ? "cylinder of radius " + fixed(*fitted.radius, 3) + " m" : "plane");
+  say(words);
   if (fitted.looks_round)
     say("a round wall explains these points better: remove '" + command.name + "' and click it as round");
   surfaces_.surfaces.push_back(std::move(fitted.surface));
+}
+
+/// Surfaces of any shape that another tool or a person has written into the project's folder.
+void Desk::add_surfaces_of(const std::string& file) {
+  const std::vector<std::string> known = project_.surface_files();
+  if (std::find(known.begin(), known.end(), file) == known.end())
+    throw refused("file '" + file + "'", "the project's folder has no such file",
+                  "put the surfaces file into " + project_.folder().string());
+  SurfaceSet more = io::load_surfaces(project_.folder() / file);
+  for (Surface& one : more.surfaces) {
+    require_new(one.name);
+    const InRoom* place = place_of(one.geometry);
+    if (place != nullptr && place->frame != "rig" && place->frame != "projector")
+      throw refused("surface '" + one.name + "'",
+                    "its frame is '" + place->frame + "', and here the rig stands still",
+                    "give it in the frame 'rig' or 'projector'");
+    if (one.content.empty()) one.content = "#ffffff";
+  }
+  for (Surface& one : more.surfaces) {
+    say("surface '" + one.name + "' of " + file);
+    surfaces_.surfaces.push_back(std::move(one));
+  }
 }
 
 /// numbers: the corners of a part that stays dark, in the camera's image.

@@ -22,6 +22,7 @@
 #include "procam/device/frame_source.hpp"
 #include "procam/session/capture.hpp"
 #include "procam/session/patterns.hpp"
+#include "procam/show/show_options.hpp"
 #include "procam/studio/studio.hpp"
 #include "project.hpp"
 #include "simulated_stage.hpp"
@@ -37,7 +38,7 @@ class Desk {
   void run();
 
  private:
-  enum class Job { kNone, kIdentify, kCheckCamera, kCapture, kScan, kDriftCheck, kShow };
+  enum class Job { kNone, kIdentify, kCheckCamera, kCapture, kScan, kDriftCheck, kShow, kMapping };
   /// What the listener threw ends everything.
   struct Ending {};
   /// The person has stopped a job.
@@ -54,6 +55,9 @@ class Desk {
   void execute_setup(const StudioCommand& command);
   void execute_surfaces(const StudioCommand& command);
   void add_surface(const StudioCommand& command);
+  FittedSurface clicked_surface(const StudioCommand& command);
+  void add_surfaces_of(const std::string& file);
+  void require_new(const std::string& surface) const;
   void add_mask(const StudioCommand& command);
   void correct_rig();
   void write_service();
@@ -82,11 +86,16 @@ class Desk {
   void identify();
   void check_camera();
   void capture();
-  void scan_wall();
+  void measure_wall();
+  void read_wall();
+  void see_marker();
   void find_drift();
   /// The wall without the board under each frame, in folder/view_00.
   void capture_wall(const session::SessionPattern& pattern, const std::filesystem::path& folder);
   void run_show();
+  void map_by_hand();
+  void serve_beside(show::ShowOptions& options);
+  show::ShowOptions show_options(const std::filesystem::path& surfaces) const;
   void take_calibration();
   session::CaptureRig capture_rig();
   void begin_guiding();
@@ -139,7 +148,8 @@ class Desk {
   std::optional<double> predicted_mm_, true_rig_mm_;
   bool rig_passed_ = false;
   std::optional<Rig> rig_;
-  std::vector<ScanPoint> scan_;
+  std::vector<ScanPoint> scan_;      ///< of the measured wall, by light or depth
+  std::optional<Plane> wall_plane_;  ///< or its plane, by a marker
   SurfaceSet surfaces_;
   std::optional<Drift> drift_;
   bool outlines_shown_ = false;

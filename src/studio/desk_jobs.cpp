@@ -4,11 +4,16 @@
 
 #include "desk.hpp"
 #include "desk_devices.hpp"
+#include "measured_wall.hpp"
 #include "procam/analyze/light_error.hpp"
 #include "procam/core/base/clock.hpp"
 #include "procam/core/base/stats.hpp"
 #include "procam/core/base/words.hpp"
 #include "procam/io/board_file.hpp"
+#include "procam/io/image/depth_file.hpp"
+#include "procam/io/image/images.hpp"
+#include "procam/io/image/pfm.hpp"
+#include "procam/io/marker_map_file.hpp"
 #include "procam/io/session/captures.hpp"
 #include "procam/session/files.hpp"
 #include "procam/session/patterns.hpp"
@@ -135,13 +140,16 @@ void Desk::run_job() {
         capture();
         break;
       case Job::kScan:
-        scan_wall();
+        measure_wall();
         break;
       case Job::kDriftCheck:
         find_drift();
         break;
       case Job::kShow:
         run_show();
+        break;
+      case Job::kMapping:
+        map_by_hand();
         break;
       case Job::kNone:
         break;
@@ -159,7 +167,7 @@ void Desk::run_job() {
   doing_.clear();
   guided_.reset();
   if (!sink_) return;
-  job == Job::kIdentify ? show_test_card() : show_flat(255);
+  job == Job::kIdentify || job == Job::kMapping ? show_test_card() : show_flat(255);
 }
 
 /// The projector's own window makes way for those of all displays.
@@ -303,11 +311,63 @@ void Desk::capture_wall(const session::SessionPattern& pattern, const fs::path& 
   files.finish();
 }
 
-void Desk::scan_wall() {
+void Desk::measure_wall() {
   rig();
-  capture_wall(*session::make_pattern("gray", projector().size()), project_.scan());
-  scan_ = read_scan(project_.scan(), rig());
-  say("the wall is measured: " + std::to_string(scan_.size()) + " points");
+  scan_.clear(), wall_plane_.reset();
+  const std::string& by = project_.choices.measure_by;
+  if (by == "depth") {
+    doing_ = "measuring the wall by depth";
+    constexpr int kImages = 10;
+    const auto opened = stage_ ? nullptr : device::open_depth(project_.choices.depth);
+    io::save_pfm(project_.wall_depth(), mean_depth(opened ? *opened : stage_->depth_camera(),
+                                                   rig().camera().camera, kImages, [this] { pump(); }));
+  } else if (by == "marker") {
+    see_marker();
+  } else {
+    capture_wall(*session::make_pattern("gray", projector().size()), project_.scan());
+  }
+  read_wall();
+  say(wall_plane_
+          ? "the wall's plane is known, " + fixed(std::abs(wall_plane_->offset), 2) + " m from the camera"
+          : "the wall is measured: " + std::to_string(scan_.size()) + " points");
+}
+
+/// What is on disk, with the rig as it is now.
+void Desk::read_wall() {
+  if (!scan_.empty() || wall_plane_) return;
+  const Choices& choices = project_.choices;
+  if (!project_.is_wall_measured())
+    throw Error(ErrorKind::kInput, "surface", "the wall is not measured yet",
+                "click 'Measure the wall' first");
+  if (choices.measure_by == "depth") {
+    const DepthPixels pixels = io::load_depth_pixels(project_.wall_depth());
+    scan_ = points_of_depth(depth::DepthImage(pixels, 1e-3), rig());
+  } else if (choices.measure_by == "marker") {
+    wall_plane_ = plane_of_marker(io::to_gray(io::load_image(project_.wall_marker()).image), rig(),
+                                  io::parse_marker(choices.marker));
+  } else {
+    scan_ = read_scan(project_.scan(), rig());
+  }
+}
+
+void Desk::see_marker() {
+  const MarkerMap map = io::parse_marker(project_.choices.marker);
+  if (!shutter_) check_camera();
+  const auto hang = [&](const std::optional<PlacedMarker>& marker) {
+    if (!stage_) return;
+    stage_->put_board_away();
+    while (stage_->is_moving()) look(kDialogLook), pump();
+    stage_->hang_marker(marker, map.dictionary);
+    while (stage_->is_moving()) look(kDialogLook), pump();
+  };
+  doing_ = "looking for the marker";
+  hang(map.markers.front());
+  const session::CaptureRig devices = capture_rig();
+  session::Shutter shutter(devices, *shutter_);
+  const ImageU8 image = shutter.take(ImageU8(devices.screen.size(), 1, 255)).image;
+  hang(std::nullopt);
+  plane_of_marker(image, rig(), map);  // throws, before the file is written
+  io::save_image(project_.wall_marker(), image);
 }
 
 void Desk::find_drift() {
@@ -323,21 +383,40 @@ void Desk::find_drift() {
   for (const WallDrift& wall : drift_->walls) say(to_sentence(wall));
 }
 
+show::ShowOptions Desk::show_options(const fs::path& surfaces) const {
+  show::ShowOptions options;
+  options.surfaces = surfaces.string();
+  if (!stage_) options.display = project_.choices.display;
+  return options;
+}
+
 void Desk::run_show() {
   if (surfaces_.surfaces.empty())
     throw Error(ErrorKind::kInput, "show", "there is no surface", "make one in the step 'surfaces'");
-  show::ShowOptions options;
-  options.surfaces = project_.surfaces().string();
-  if (!stage_) options.display = project_.choices.display;
+  show::ShowOptions options = show_options(project_.surfaces());
   show::save_options(project_.show(), options);
+  serve_beside(options);
+  ShowFollower follower(*this);
+  show::run(rig(), options, projector(), &follower);
+}
+
+/// Neither board nor camera: corners in projector pixels, dragged at the control page.
+void Desk::map_by_hand() {
+  show::ShowOptions options = show_options(project_.mapping());
+  options.autosave = true;
+  serve_beside(options);
+  ShowFollower follower(*this);
+  show::run(options, projector(), &follower);
+}
+
+/// The show's control page has a port of its own.
+void Desk::serve_beside(show::ShowOptions& options) {
   const std::size_t colon = options_.control.rfind(':');
   options.control = (colon == std::string::npos ? "" : options_.control.substr(0, colon + 1)) + "0";
   options.token = options_.token;
   if (stage_) options.fps = options_.simulate->frames_per_s;
   frozen_ = false;
   doing_ = "frames shown";
-  ShowFollower follower(*this);
-  show::run(rig(), options, projector(), &follower);
 }
 
 void Desk::take_calibration() {
@@ -348,7 +427,7 @@ void Desk::take_calibration() {
   headline_ = outcome->lines;
   predicted_mm_ = outcome->predicted_mm;
   rig_passed_ = outcome->passed;
-  scan_.clear();  // it is read again with this rig
+  scan_.clear(), wall_plane_.reset();  // read again with this rig
   drift_.reset();
   for (const std::string& line : headline_) say(line);
   if (!stage_) return;

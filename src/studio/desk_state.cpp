@@ -123,7 +123,7 @@ std::string Desk::state_text() const {
   json steps = json::array();
   for (int i = 0; i < kSteps; ++i)
     steps.push_back({{"id", to_string(Step(i))}, {"done", project_.is_done(Step(i))}});
-  constexpr const char* kJobs[] = {"", "identify", "check", "capture", "scan", "drift", "show"};
+  constexpr const char* kJobs[] = {"", "identify", "check", "capture", "scan", "drift", "show", "map"};
   const auto [calibrating, percent] = calibration_.progress();
   json state = {
       {"project", project_.folder().string()},
@@ -185,7 +185,11 @@ std::string Desk::state_text() const {
   for (const Surface& one : surfaces_.surfaces) surfaces.push_back(surface_entry(one, rig_, stage_.get()));
   std::error_code ignored;
   state["surfaces"] = {{"list", std::move(surfaces)},
-                       {"scanned", std::filesystem::exists(project_.scan() / "view_00", ignored)}};
+                       {"scanned", project_.is_wall_measured()},
+                       {"measure_by", choices.measure_by},
+                       {"depth", choices.depth},
+                       {"marker", choices.marker}};
+  if (choices.step == Step::kSurfaces) state["surfaces"]["files"] = project_.surface_files();
   if (choices.step == Step::kContent) state["contents"] = device::content_files(project_.folder(), 200);
   state["drift"] = drift_of(drift_);
   const bool has_service = std::filesystem::exists(project_.service(), ignored);
@@ -193,7 +197,7 @@ std::string Desk::state_text() const {
   state["show"] = {{"running", job_ == Job::kShow},
                    {"frozen", frozen_},
                    {"url", show_url_},
-                   {"frames", job_ == Job::kShow ? done_ : 0}};
+                   {"frames", job_ == Job::kShow || job_ == Job::kMapping ? done_ : 0}};
   return state.dump(-1, ' ', false, json::error_handler_t::replace);
 }
 

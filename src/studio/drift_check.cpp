@@ -23,19 +23,47 @@ std::vector<LightPoint> marks_on(const Surface& surface, const Rig& rig,
   return inside;
 }
 
-/// The movement that explains the marks better.
-std::string cause(const analyze::VerifyResult& result) {
-  const bool is_wall =
-      result.surface_moved && result.surface_moved->log_evidence > result.projector_moved.log_evidence;
-  return report::description(is_wall ? *result.surface_moved : result.projector_moved);
-}
-
 Rig with_note(const Rig& corrected, const Rig& before, const std::string& note) {
   Rig rig = corrected;
   rig.provenance = before.provenance;
   std::string& notes = rig.provenance.options["corrected"];
   notes += (notes.empty() ? "" : "; ") + note;
   return rig;
+}
+
+/// The plane that each mark is on: the surface's own, or one that touches it.
+std::vector<Pose> planes_of(const Surface& surface, const Rig& rig, const std::vector<LightPoint>& marks) {
+  std::vector<Pose> planes;
+  const bool is_flat = std::holds_alternative<PlanarSurface>(surface.geometry);
+  for (const LightPoint& mark : marks)
+    planes.push_back(is_flat ? place_of(surface.geometry)->frame_from_surface
+                             : tangent_at(surface, rig, mark.camera_pixel));
+  return planes;
+}
+
+/// By the marks of all walls together, which at several angles tell more than one: what the projector did, and the rig with it
+/// there. Nothing where they say that something else has moved.
+void correct_projector(const Rig& rig, const analyze::StatedSurface& walls,
+                       const std::vector<LightPoint>& marks, Drift& drift) {
+  analyze::VerifyOptions options;
+  options.correct = analyze::Correct::kProjector;
+  try {
+    const analyze::VerifyResult result =
+        analyze::verify(rig, rig.camera(), rig.projector(), walls, marks, options);
+    if (!result.rig) return;
+    const std::string words = report::description(result.projector_moved);
+    for (WallDrift& wall : drift.walls)
+      if (wall.moved) wall.remarks = words;
+    drift.corrected = with_note(*result.rig, rig, "procam studio, " + utc_now() + ": " + words);
+  } catch (const Error&) {  // each wall has its own cause
+  }
+}
+
+/// The movement that explains the marks better.
+std::string cause(const analyze::VerifyResult& result) {
+  const bool is_wall =
+      result.surface_moved && result.surface_moved->log_evidence > result.projector_moved.log_evidence;
+  return report::description(is_wall ? *result.surface_moved : result.projector_moved);
 }
 
 }  // namespace
@@ -54,13 +82,14 @@ bool Drift::moved() const {
 Drift check_drift(const Rig& rig, const SurfaceSet& surfaces,
                   const session::ProjectedBoardCapture& captured) {
   Drift drift;
-  int most = 0, checked = 0;
+  int checked = 0;
+  analyze::StatedSurface walls{"walls", {}};
+  std::vector<LightPoint> on_walls;
   for (const Surface& surface : surfaces.surfaces) {
     WallDrift wall;
     wall.surface = surface.name;
-    const auto* plane = std::get_if<PlanarSurface>(&surface.geometry);
-    if (plane == nullptr || plane->frame != "rig") {
-      wall.remarks = "not checked: it is not flat";
+    if (outline_in_frame(surface, rig).empty()) {
+      wall.remarks = "not checked: it is a mesh, or not in the rig's frame";
       drift.walls.push_back(std::move(wall));
       continue;
     }
@@ -71,14 +100,10 @@ Drift check_drift(const Rig& rig, const SurfaceSet& surfaces,
       drift.walls.push_back(std::move(wall));
       continue;
     }
-    const analyze::StatedSurface stated{surface.name, {plane->frame_from_surface}};
-    const auto verify = [&](analyze::Correct correct) {
-      analyze::VerifyOptions options;
-      options.correct = correct;
-      return analyze::verify(rig, rig.camera(), rig.projector(), stated, marks, options);
-    };
+    analyze::StatedSurface stated{surface.name, {place_of(surface.geometry)->frame_from_surface}};
+    stated.tangents = planes_of(surface, rig, marks);
     try {
-      const analyze::VerifyResult result = verify(analyze::Correct::kNothing);
+      const analyze::VerifyResult result = analyze::verify(rig, rig.camera(), rig.projector(), stated, marks);
       ++checked;
       wall.checked = true;
       wall.rms_mm = 1e3 * result.rms;
@@ -86,24 +111,21 @@ Drift check_drift(const Rig& rig, const SurfaceSet& surfaces,
       wall.marks = result.used;
       wall.moved = result.alarm;
       if (result.alarm) wall.remarks = cause(result);
-      if (result.alarm && result.used > most) {
-        most = result.used;
-        drift.corrected.reset();
-        // Throws where the marks say that the wall has moved, not the projector.
-        if (const auto corrected = verify(analyze::Correct::kProjector).rig)
-          drift.corrected = with_note(*corrected, rig, "procam studio, " + utc_now() + ": " + wall.remarks);
-      }
+      walls.tangents.insert(walls.tangents.end(), stated.tangents.begin(), stated.tangents.end());
+      on_walls.insert(on_walls.end(), marks.begin(), marks.end());
+      walls.rig_from_surface.pose = stated.rig_from_surface.pose;
     } catch (const Error& error) {
       wall.remarks += (wall.remarks.empty() ? "" : "; ") + error.why();
     }
     drift.walls.push_back(std::move(wall));
   }
+  if (drift.moved()) correct_projector(rig, walls, on_walls, drift);
   if (checked == 0)
     throw Error(ErrorKind::kNotEnoughData, "drift check",
                 surfaces.surfaces.empty() ? "there is no surface"
                                           : "no surface is checked: " + drift.walls.front().surface + ": " +
                                                 drift.walls.front().remarks,
-                "make a flat surface that the projector lights, and check again");
+                "make a surface that the projector lights, and check again");
   return drift;
 }
 

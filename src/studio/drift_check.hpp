@@ -26,12 +26,12 @@ std::string to_sentence(const WallDrift& wall);
 
 struct Drift {
   std::vector<WallDrift> walls;
-  /// The rig with the projector's pose corrected, where the projector has moved; by the wall with the most marks.
+  /// The rig with the projector's pose corrected, where the projector has moved; by the marks of all walls.
   std::optional<Rig> corrected;
   bool moved() const;
 };
 
-/// Marks count for the flat surface inside whose outline the rig file puts their light. Throws Error(kNotEnoughData)
+/// Marks count for the surface, flat or curved, inside whose outline the rig file puts their light. Throws Error(kNotEnoughData)
 /// where no surface has marks enough.
 Drift check_drift(const Rig& rig, const SurfaceSet& surfaces, const session::ProjectedBoardCapture& captured);
 

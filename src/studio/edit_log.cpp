@@ -9,7 +9,7 @@ namespace {
 
 constexpr std::size_t kHeldPages = 64, kThings = 4096;
 
-constexpr std::array<std::pair<const char*, const char*>, 9> kSettings = {{
+constexpr std::array<std::pair<const char*, const char*>, 12> kSettings = {{
     {"display", "the display"},
     {"camera", "the camera"},
     {"camera_size", "the camera's size"},
@@ -19,6 +19,9 @@ constexpr std::array<std::pair<const char*, const char*>, 9> kSettings = {{
     {"measured", "the measured length of the ruler"},
     {"views", "the number of poses"},
     {"accept", "the accepted error"},
+    {"measure_by", "what measures the wall"},
+    {"depth", "the depth camera"},
+    {"marker", "the marker on the wall"},
 }};
 
 std::string corner_of(const std::string& surface, int corner) {

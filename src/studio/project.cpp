@@ -87,6 +87,9 @@ void list_fields(Fields& fields, Choices& choices) {
   fields.field("pattern", choices.pattern);
   fields.field("views", choices.views, 3, 100);
   fields.field("accept_mm", choices.accept_mm, 1e-3, 1e4);
+  fields.field("measure_by", choices.measure_by);
+  fields.field("depth", choices.depth);
+  fields.field("marker", choices.marker);
   fields.field("camera_checked", choices.camera_checked, 0, 1);
   fields.end();
 }
@@ -136,6 +139,30 @@ int Project::views_captured() const {
   int count = 0;
   while (count < choices.views && session::is_complete(session(), std::size_t(count))) ++count;
   return count;
+}
+
+std::vector<std::string> Project::surface_files() const {
+  constexpr std::size_t kMaxFiles = 200;
+  const std::vector<fs::path> own = {"studio.json", board().filename(), rig().filename(),
+                                     surfaces().filename(), show().filename()};
+  std::vector<std::string> names;
+  std::error_code ignored;
+  for (fs::directory_iterator file(folder_, ignored), end; file != end && names.size() < kMaxFiles;
+       file.increment(ignored)) {
+    const fs::path name = file->path().filename();
+    if (name.extension() == ".json" && file->is_regular_file(ignored) &&
+        std::find(own.begin(), own.end(), name) == own.end())
+      names.push_back(name.string());
+  }
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+bool Project::is_wall_measured() const {
+  if (choices.measure_by == "size") return true;
+  return is_there(choices.measure_by == "depth"    ? wall_depth()
+                  : choices.measure_by == "marker" ? wall_marker()
+                                                   : scan() / "view_00");
 }
 
 bool Project::is_done(Step step) const {

@@ -30,7 +30,10 @@ struct Choices {
   std::string pattern = "gray";
   int views = 6;
   double accept_mm = 5;
-  int camera_checked = 0;  ///< 1: the camera has seen black and white
+  std::string measure_by = "light";  ///< what measures the wall: "light", "depth", "marker" or "size"
+  std::string depth;  ///< the depth camera, as device::open_depth() takes it; simulated: not used
+  std::string marker = "4x4_50:0:190mm";  ///< on the wall, as io::parse_marker() takes it
+  int camera_checked = 0;                 ///< 1: the camera has seen black and white
 };
 
 class Project {
@@ -50,15 +53,25 @@ class Project {
   std::filesystem::path rig() const { return folder_ / "rig.json"; }
   std::filesystem::path report() const { return folder_ / "report.html"; }
   std::filesystem::path scan() const { return folder_ / "scan"; }
+  /// Of the rig's depth camera, metres; and the camera's image of a marker on the wall.
+  std::filesystem::path wall_depth() const { return folder_ / "wall_depth.pfm"; }
+  std::filesystem::path wall_marker() const { return folder_ / "wall_marker.png"; }
   std::filesystem::path check() const { return folder_ / "check"; }
   /// What a correction of the rig replaces is moved here.
   std::filesystem::path before_correction() const { return folder_ / "before_correction"; }
   std::filesystem::path surfaces() const { return folder_ / "surfaces.json"; }
+  /// Surfaces in projector pixels, mapped by hand.
+  std::filesystem::path mapping() const { return folder_ / "mapping.json"; }
   std::filesystem::path show() const { return folder_ / "show.json"; }
   std::filesystem::path service() const { return folder_ / "procam-show.service"; }
 
+  /// Other JSON files of the folder, by name: they may hold surfaces.
+  std::vector<std::string> surface_files() const;
+
   /// Complete views in session/.
   int views_captured() const;
+  /// Is the wall measured in the chosen way?
+  bool is_wall_measured() const;
   /// Is the step's result in the folder?
   bool is_done(Step step) const;
 

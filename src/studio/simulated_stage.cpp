@@ -9,6 +9,8 @@
 #include "procam/core/geometry/ray.hpp"
 #include "procam/core/geometry/se3.hpp"
 #include "procam/detect/board_artwork.hpp"
+#include "procam/detect/marker_edges.hpp"
+#include "procam/simulate/depth_view.hpp"
 
 namespace procam::studio {
 namespace {
@@ -19,6 +21,9 @@ constexpr double kWallAlbedo = 0.6, kColumnAlbedo = 0.5, kAmbient = 0.02;
 /// A column half sunk into the wall, upright on it: its axis is at kColumnX to the right of the camera's axis, and it stands
 /// out by kColumnDepth.
 constexpr double kColumnRadius = 0.35, kColumnDepth = 0.08, kColumnX = 0.14, kColumnHalfHeight = 2;
+/// A marker that somebody hangs: metres in the wall's frame, radians.
+const Vec3 kMarkerOnWall = Vec3(-0.3, 0.02, 0);
+constexpr double kMarkerTurn = 0.15;
 constexpr double kFreeAir = 0.05;  ///< between a board and what is behind it, metres
 constexpr double kMargin = 0.02;   // white paper round a print, metres
 /// White paper at this distance is as bright as the level's brightest sheet.
@@ -104,6 +109,29 @@ class SimulatedStage::Source : public device::FrameSource {
   SimulatedStage& stage_;
 };
 
+class SimulatedStage::Depth : public device::DepthSource {
+ public:
+  explicit Depth(SimulatedStage& stage) : stage_(stage) {}
+  std::optional<device::SeenDepth> next(double, double) override {
+    simulate::DepthSensor sensor;
+    sensor.camera = stage_.rig_.camera().camera;
+    simulate::Room room;
+    {
+      const std::lock_guard<std::mutex> lock(stage_.mutex_);
+      room = stage_.room(stage_.held_);
+    }
+    simulate::DepthView view = simulate::depth_view(room, sensor, Pose(), stage_.options_.seed + ++taken_);
+    device::SeenDepth seen;
+    seen.pixels = std::move(view.mm);
+    seen.time_s = device::now_s();
+    return seen;
+  }
+
+ private:
+  SimulatedStage& stage_;
+  std::uint64_t taken_ = 0;
+};
+
 SimulatedStage::SimulatedStage(const SimulatedRoom& options) : options_(options) {
   const simulate::SimulatedSession session =
       simulate::make_session(simulate::level_named(options.level), options.seed);
@@ -114,6 +142,7 @@ SimulatedStage::SimulatedStage(const SimulatedRoom& options) : options_(options)
   rig_from_column_ = column_pose(rig_from_wall_);
   sink_ = std::make_unique<Sink>(*this);
   source_ = std::make_unique<Source>(*this);
+  depth_ = std::make_unique<Depth>(*this);
   shown_.push_back({0, std::make_shared<const ImageU8>(sink_->size(), 1)});
   view_ = trace(std::nullopt);
   person_ = std::thread([this] { move_boards(); });
@@ -137,6 +166,10 @@ device::FrameSource& SimulatedStage::camera() {
   return *source_;
 }
 
+device::DepthSource& SimulatedStage::depth_camera() {
+  return *depth_;
+}
+
 std::optional<Vec3> SimulatedStage::on_wall(const Ray& ray_in_rig) const {
   const auto wall = intersect(ray_in_rig, Plane::of_xy(rig_from_wall_));
   const Pose column_from_rig = rig_from_column_.inverse();
@@ -158,6 +191,7 @@ simulate::Room SimulatedStage::room(const std::optional<Pose>& rig_from_board) c
   room.bodies.push_back({"wall", simulate::Rectangle{Vec2(-6, -4), Vec2(6, 4)}, rig_from_wall_, kWallAlbedo});
   room.bodies.push_back({"column", simulate::Cylinder{kColumnRadius, -kColumnHalfHeight, kColumnHalfHeight},
                          rig_from_column_, kColumnAlbedo});
+  if (marker_) room.bodies.push_back(*marker_);
   if (rig_from_board) room.bodies.push_back(simulate::printed_sheet("board", *board_, *rig_from_board));
   return room;
 }
@@ -252,6 +286,21 @@ void SimulatedStage::put_board_away() {
   const std::lock_guard<std::mutex> lock(mutex_);
   if (!held_ && !wish_) return;
   wish_ = Wish{};
+  moving_ = true;
+  changed_.notify_all();
+}
+
+void SimulatedStage::hang_marker(const std::optional<PlacedMarker>& marker, MarkerDictionary dictionary) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (moving_) return;  // the other thread traces the room as it is
+  marker_.reset();
+  if (marker) {
+    Mat3 turned;
+    turned = Eigen::AngleAxisd(kMarkerTurn, Vec3::UnitZ());
+    marker_ = simulate::marker_sheet({marker->id, marker->size, rig_from_wall_ * Pose(turned, kMarkerOnWall)},
+                                     detect::marker_cells(dictionary));
+  }
+  wish_ = Wish{held_};
   moving_ = true;
   changed_.notify_all();
 }

@@ -11,6 +11,8 @@
 #include <thread>
 
 #include "procam/core/board/board.hpp"
+#include "procam/core/board/marker.hpp"
+#include "procam/device/depth_source.hpp"
 #include "procam/device/frame_sink.hpp"
 #include "procam/device/frame_source.hpp"
 #include "procam/simulate/live_view.hpp"
@@ -28,6 +30,8 @@ class SimulatedStage {
 
   device::FrameSink& projector();
   device::FrameSource& camera();
+  /// Registered to the camera: the same lens at the same place, with the noise of a Kinect (simulate/depth_view.hpp).
+  device::DepthSource& depth_camera();
 
   /// The person takes a print of this board, or puts it away.
   void take_board(const std::optional<Board>& board);
@@ -35,6 +39,8 @@ class SimulatedStage {
   /// false: there is none near it, and the board stays.
   bool hold_at(const Pose& wished);
   void put_board_away();
+  /// Somebody glues the marker flat to the wall, left of the column, or takes it off.
+  void hang_marker(const std::optional<PlacedMarker>& marker, MarkerDictionary dictionary);
   /// Somebody knocks against the projector: 0.2 degrees.
   void bump_projector();
   bool is_moving() const { return moving_; }
@@ -46,6 +52,7 @@ class SimulatedStage {
  private:
   class Sink;
   class Source;
+  class Depth;
   struct Shown {
     double time_s;
     std::shared_ptr<const ImageU8> frame;
@@ -64,12 +71,14 @@ class SimulatedStage {
   Pose rig_from_wall_, rig_from_column_;  ///< of the column, z is the axis
   std::unique_ptr<Sink> sink_;
   std::unique_ptr<Source> source_;
+  std::unique_ptr<Depth> depth_;
 
   std::mutex mutex_;  ///< of all below
   std::condition_variable changed_;
   std::deque<Shown> shown_;  ///< the newest last
   std::deque<device::SeenFrame> seen_;
   std::optional<simulate::PrintedBoard> board_;
+  std::optional<simulate::Body> marker_;
   struct Wish {
     std::optional<Pose> rig_from_board;  ///< nullopt: no board
   };

@@ -4,6 +4,7 @@
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
+#include <type_traits>
 
 #include "procam/core/base/words.hpp"
 #include "procam/core/geometry/homography_fit.hpp"
@@ -103,20 +104,54 @@ Plane away_from(const Vec3& eye, Plane plane) {
   return plane;
 }
 
-/// The corners (0, 0), (1, 0), (1, 1), (0, 1) of a surface in the rig's frame; none for other kinds and frames.
-std::optional<std::array<Vec3, 4>> corners_in_rig(const Surface& surface) {
-  std::array<Vec3, 4> corners;
+constexpr std::size_t kCorners = 4;
+const std::array<Vec2, kCorners>& content_corners() {
+  static const std::array<Vec2, kCorners> corners = {Vec2(0, 0), Vec2(1, 0), Vec2(1, 1), Vec2(0, 1)};
+  return corners;
+}
+
+/// Content coordinates to points in the rig's frame.
+using ContentToRig = std::function<Vec3(const Vec2&)>;
+
+/// None for meshes, for surfaces of pixels, and in other frames.
+std::optional<ContentToRig> content_to_rig(const Surface& surface) {
+  const InRoom* place = place_of(surface.geometry);
+  if (place == nullptr || place->frame != "rig") return std::nullopt;
+  return std::visit(
+      [](const auto& shape) -> std::optional<ContentToRig> {
+        using Shape = std::decay_t<decltype(shape)>;
+        if constexpr (std::is_same_v<Shape, PlanarSurface>) {
+          const Mat3 plane_from_content =
+              fit_homography(shape.content, shape.points).destination_from_source.matrix();
+          return [shape, plane_from_content](const Vec2& uv) -> Vec3 {
+            const Vec3 on_plane = plane_from_content * uv.homogeneous();
+            return shape.frame_from_surface *
+                   Vec3(on_plane.x() / on_plane.z(), on_plane.y() / on_plane.z(), 0);
+          };
+        } else if constexpr (std::is_same_v<Shape, PixelSurface> || std::is_same_v<Shape, MeshSurface>) {
+          return std::nullopt;
+        } else {
+          if (shape.fault() != nullptr) return std::nullopt;
+          return [shape](const Vec2& uv) -> Vec3 { return shape.frame_from_surface * shape.point(uv); };
+        }
+      },
+      surface.geometry);
+}
+
+/// The corners of a surface in the rig's frame, in the order of content_corners(), where they can be dragged: of a plane by
+/// its four corners, and of a grid. None for other kinds and frames.
+std::optional<std::array<Vec3, kCorners>> corners_in_rig(const Surface& surface) {
   if (const auto* plane = std::get_if<PlanarSurface>(&surface.geometry)) {
-    if (plane->frame != "rig" || plane->points.size() != 4) return std::nullopt;
-    for (std::size_t i = 0; i < 4; ++i)
-      corners[i] = plane->frame_from_surface * Vec3(plane->points[i].x(), plane->points[i].y(), 0);
-  } else if (const auto* grid = std::get_if<GridSurface>(&surface.geometry)) {
-    if (grid->frame != "rig" || grid->fault() != nullptr) return std::nullopt;
-    const std::array<Vec2, 4> at = {Vec2(0, 0), Vec2(1, 0), Vec2(1, 1), Vec2(0, 1)};
-    for (std::size_t i = 0; i < 4; ++i) corners[i] = grid->frame_from_surface * grid->point(at[i]);
-  } else {
+    const bool by_corners = std::equal(plane->content.begin(), plane->content.end(),
+                                       content_corners().begin(), content_corners().end());
+    if (!by_corners || plane->points.size() != kCorners) return std::nullopt;
+  } else if (!std::holds_alternative<GridSurface>(surface.geometry)) {
     return std::nullopt;
   }
+  const auto point = content_to_rig(surface);
+  if (!point) return std::nullopt;
+  std::array<Vec3, kCorners> corners;
+  for (std::size_t i = 0; i < kCorners; ++i) corners[i] = (*point)(content_corners()[i]);
   return corners;
 }
 
@@ -126,24 +161,14 @@ Error no_clicked_surface(const Surface& surface) {
                "change its file, or remove it here and click it again");
 }
 
-std::array<Vec3, 4> required_corners(const Surface& surface) {
+std::array<Vec3, kCorners> required_corners(const Surface& surface) {
   if (const auto corners = corners_in_rig(surface)) return *corners;
   throw no_clicked_surface(surface);
 }
 
-/// Content coordinates to points in the rig's frame.
-using ContentToRig = std::function<Vec3(const Vec2&)>;
 ContentToRig points_of(const Surface& surface) {
-  required_corners(surface);
-  if (const auto* grid = std::get_if<GridSurface>(&surface.geometry))
-    return [shape = *grid](const Vec2& uv) -> Vec3 { return shape.frame_from_surface * shape.point(uv); };
-  const auto& shape = std::get<PlanarSurface>(surface.geometry);
-  const Mat3 plane_from_content =
-      fit_homography(shape.content, shape.points).destination_from_source.matrix();
-  return [shape, plane_from_content](const Vec2& uv) -> Vec3 {
-    const Vec3 on_plane = plane_from_content * uv.homogeneous();
-    return shape.frame_from_surface * Vec3(on_plane.x() / on_plane.z(), on_plane.y() / on_plane.z(), 0);
-  };
+  if (auto point = content_to_rig(surface)) return std::move(*point);
+  throw no_clicked_surface(surface);
 }
 
 /// x along the upper side, z away from the camera.
@@ -257,14 +282,14 @@ std::vector<Vec2> seen_corners(const Surface& surface, const Rig& rig, PixelOf p
 
 std::vector<Vec2> seen_outline(const Surface& surface, const Rig& rig, PixelOf pixel_of) {
   std::vector<Vec2> seen;
-  if (!corners_in_rig(surface)) return seen;
-  const ContentToRig point = points_of(surface);
+  const auto point = content_to_rig(surface);
+  if (!point) return seen;
   constexpr int kAlongASide = 16;
-  const std::array<Vec2, 4> at = {Vec2(0, 0), Vec2(1, 0), Vec2(1, 1), Vec2(0, 1)};
+  const auto& at = content_corners();
   for (std::size_t side = 0; side < 4; ++side)
     for (int i = 0; i < kAlongASide; ++i)
       if (const auto pixel =
-              pixel_of(rig, point(at[side] + i / double(kAlongASide) * (at[(side + 1) % 4] - at[side]))))
+              pixel_of(rig, (*point)(at[side] + i / double(kAlongASide) * (at[(side + 1) % 4] - at[side]))))
         seen.push_back(*pixel);
   return seen;
 }
@@ -328,15 +353,22 @@ std::vector<ScanPoint> read_scan(const std::filesystem::path& folder, const Rig&
   return scan;
 }
 
-FittedSurface fit_surface(const std::vector<ScanPoint>& scan, const Rig& rig, const CameraCorners& corners,
-                          const std::string& name) {
-  const Points3 inside = points_inside(scan, corners, name);
-  const PlaneFit fit = fit_plane_robustly(inside);
-  const Plane plane = away_from(rig.camera().rig_from_camera.translation, fit.plane);
+FittedSurface surface_on(const Plane& known, const Rig& rig, const CameraCorners& corners,
+                         const std::string& name) {
+  require_convex(corners);
+  const Plane plane = away_from(rig.camera().rig_from_camera.translation, known);
   FittedSurface fitted;
   fitted.surface.name = name;
   fitted.surface.geometry = flat_shape(
       corners_on([&](const Ray& ray) { return intersect(ray, plane); }, rig, corners, name), plane);
+  return fitted;
+}
+
+FittedSurface fit_surface(const std::vector<ScanPoint>& scan, const Rig& rig, const CameraCorners& corners,
+                          const std::string& name) {
+  const Points3 inside = points_inside(scan, corners, name);
+  const PlaneFit fit = fit_plane_robustly(inside);
+  FittedSurface fitted = surface_on(fit.plane, rig, corners, name);
   fitted.rms = fit.rms;
   fitted.points = fit.used;
   // As a round wall it would be closer to the points by more than chance.
@@ -417,27 +449,47 @@ Vec2 content_at(const Surface& surface, const Rig& rig, const Vec2& camera_pixel
   return uv;
 }
 
+Pose tangent_at(const Surface& surface, const Rig& rig, const Vec2& camera_pixel_at) {
+  const ContentToRig point = points_of(surface);
+  const Vec2 uv = content_at(surface, rig, camera_pixel_at);
+  // Over as much as a chord of a round wall's grid spans.
+  constexpr double kStep = 0.01;
+  std::array<Vec3, 2> along;
+  for (int k = 0; k < 2; ++k) {
+    const Vec2 step = kStep * Vec2::Unit(k);
+    along[std::size_t(k)] = point((uv + step).cwiseMin(1)) - point((uv - step).cwiseMax(0));
+  }
+  const Vec3 at = point(uv), eye = rig.camera().rig_from_camera.translation;
+  Vec3 normal = along[0].cross(along[1]).normalized();
+  if (normal.dot(at - eye) < 0) normal = -normal;
+  const Pose& base = place_of(surface.geometry)->frame_from_surface;
+  const Eigen::Quaterniond turned =
+      Eigen::Quaterniond::FromTwoVectors(base.rotate(Vec3::UnitZ()), normal) * base.rotation;
+  const Vec3 in_base = base.inverse() * at;
+  return Pose(turned, at - turned * Vec3(in_base.x(), in_base.y(), 0));
+}
+
 std::vector<std::vector<Vec2>> masks_in_camera(const Surface& surface, const Rig& rig) {
   std::vector<std::vector<Vec2>> masks;
-  if (!corners_in_rig(surface)) return masks;
-  const ContentToRig point = points_of(surface);
+  const auto point = content_to_rig(surface);
+  if (!point) return masks;
   for (const Points2& hole : surface.shape.holes) {
     std::vector<Vec2>& mask = masks.emplace_back();
     for (const Vec2& corner : hole)
-      if (const auto pixel = camera_pixel(rig, point(corner))) mask.push_back(*pixel);
+      if (const auto pixel = camera_pixel(rig, (*point)(corner))) mask.push_back(*pixel);
   }
   return masks;
 }
 
 Vec2 side_lengths(const Surface& surface) {
-  if (!corners_in_rig(surface)) return Vec2::Zero();
-  const ContentToRig point = points_of(surface);
+  const auto point = content_to_rig(surface);
+  if (!point) return Vec2::Zero();
   constexpr int kChords = 64;
   Vec2 lengths = Vec2::Zero();
   for (int axis = 0; axis < 2; ++axis)
     for (int i = 0; i < kChords; ++i)
-      lengths[axis] += (point((i + 1) / double(kChords) * Vec2::Unit(axis)) -
-                        point(i / double(kChords) * Vec2::Unit(axis)))
+      lengths[axis] += ((*point)((i + 1) / double(kChords) * Vec2::Unit(axis)) -
+                        (*point)(i / double(kChords) * Vec2::Unit(axis)))
                            .norm();
   return lengths;
 }

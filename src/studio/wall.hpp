@@ -13,6 +13,7 @@
 #include <string>
 #include <vector>
 
+#include "procam/core/geometry/plane.hpp"
 #include "procam/core/rig/rig.hpp"
 #include "procam/core/surface/surface.hpp"
 
@@ -48,6 +49,10 @@ FittedSurface fit_round_surface(const std::vector<ScanPoint>& scan, const Rig& r
                                 const CameraCorners& corners, const std::string& name,
                                 const std::optional<double>& radius);
 
+/// The same on a known plane, without points.
+FittedSurface surface_on(const Plane& plane, const Rig& rig, const CameraCorners& corners,
+                         const std::string& name);
+
 /// The surface with a corner moved to where the ray of that camera pixel meets its wall. Throws Error(kInput) for a
 /// surface or a pixel that has none.
 Surface move_corner(const Surface& surface, const Rig& rig, int corner, const Vec2& camera_pixel);
@@ -64,10 +69,14 @@ std::vector<Vec2> corners_in_frame(const Surface& surface, const Rig& rig);
 /// Error(kInput) for a surface that the camera does not see.
 Vec2 content_at(const Surface& surface, const Rig& rig, const Vec2& camera_pixel);
 
+/// The plane z = 0 that touches the surface where the camera's pixel sees it, z away from the camera; x and y are the place
+/// there as in the surface's own frame. Throws Error(kInput) for a surface that the camera does not see there.
+Pose tangent_at(const Surface& surface, const Rig& rig, const Vec2& camera_pixel);
+
 /// The surface's masked parts in the camera's image.
 std::vector<std::vector<Vec2>> masks_in_camera(const Surface& surface, const Rig& rig);
 
-/// Its sides, curved ones as many points.
+/// Its sides, curved ones as many points; none of meshes, and of surfaces in other frames than the rig's.
 std::vector<Vec2> outline_in_camera(const Surface& surface, const Rig& rig);
 std::vector<Vec2> outline_in_frame(const Surface& surface, const Rig& rig);
 

@@ -152,6 +152,40 @@ TEST(Verify, FindsAMovedSurface) {
   EXPECT_GT(result.surface_moved->log_evidence, result.projector_moved.log_evidence);
 }
 
+/// A column: taken as flat it would raise the alarm, by its tangent planes it does not; a bump is found and corrected.
+TEST(Verify, JudgesACurvedSurfaceByItsTangentPlanes) {
+  World world;
+  world.radius = 1.4;
+  world.state_tangents(world.marks(5));
+  const VerifyResult still = world.verified();
+  EXPECT_FALSE(still.alarm) << still.chi2 << " of " << still.limit;
+  EXPECT_LT(still.rms, 0.25e-3);
+  EXPECT_EQ(still.used, int(still.marks.size()));
+  World as_flat = world;
+  as_flat.surface.tangents.clear();
+  try {
+    EXPECT_TRUE(as_flat.verified().alarm);
+  } catch (const Error& refused) {
+    EXPECT_EQ(refused.kind(), ErrorKind::kDegenerate);
+  }
+
+  const Vec6 bump = turned_by(0.2);
+  world.bump_projector(bump);
+  world.state_tangents(world.marks(5));
+  const VerifyResult moved = world.verified(correcting(Correct::kProjector));
+  EXPECT_TRUE(moved.alarm);
+  EXPECT_GT(moved.rms, 5e-3);
+  EXPECT_LT((moved.projector_moved.moved - bump).head<3>().norm(), 0.02 * kDegree);
+  ASSERT_TRUE(moved.rig);
+  World corrected = world;
+  corrected.stated = *moved.rig;
+  corrected.state_tangents(corrected.marks(5));
+  EXPECT_FALSE(corrected.verified().alarm);
+
+  world.surface.tangents.pop_back();
+  EXPECT_THROW(world.verified(), std::invalid_argument);
+}
+
 TEST(Verify, TellsWhichOfTheTwoHasMoved) {
   World world;
   world.bump_projector(turned_by(0.2));

@@ -14,6 +14,9 @@ struct VerifyWorld {
   analyze::StatedSurface surface;
   Pose true_rig_from_surface;
   double noise_px = 0.05;
+  /// Of the true wall about an axis along its y, 0: flat. It bulges towards the devices and touches the plane at `touches_at`.
+  double radius = 0;
+  double touches_at = 0.5;
   int step = 1;  ///< every which mark of a row and a column is there
 
   VerifyWorld() {
@@ -85,6 +88,28 @@ struct VerifyWorld {
     place = place * se3_exp(in_own_frame);
   }
 
+  std::optional<Vec3> on_wall(const Ray& in_rig, const Pose& rig_from_wall) const {
+    if (radius == 0) return intersect(in_rig, Plane::of_xy(rig_from_wall));
+    const Ray ray = rig_from_wall.inverse() * in_rig;
+    const Vec2 from(ray.origin.x() - touches_at, ray.origin.z() - radius),
+        along(ray.direction.x(), ray.direction.z());
+    const double a = along.squaredNorm(), b = from.dot(along), c = from.squaredNorm() - radius * radius;
+    if (!(b * b > a * c)) return std::nullopt;
+    return rig_from_wall * ray.at((-b - std::sqrt(b * b - a * c)) / a);
+  }
+  /// The planes that touch the wall as it is stated, where the stated camera sees the marks.
+  void state_tangents(const std::vector<LightPoint>& of) {
+    surface.tangents.clear();
+    const Pose& wall = surface.rig_from_surface.pose;
+    const RigCamera& eye = stated.camera();
+    for (const LightPoint& mark : of) {
+      const Ray ray = eye.rig_from_camera * Ray{Vec3::Zero(), *eye.camera.unproject(mark.camera_pixel)};
+      const Vec3 at = wall.inverse() * *on_wall(ray, wall);
+      const Pose turned(so3_exp(Vec3(0, -std::asin((at.x() - touches_at) / radius), 0)), Vec3::Zero());
+      surface.tangents.push_back(wall * Pose(turned.rotation, at - turned.rotate(Vec3(at.x(), at.y(), 0))));
+    }
+  }
+
   /// 15 x 11 marks over the picture (at step 1), where the camera truly sees them.
   std::vector<LightPoint> marks(std::uint64_t seed) const {
     std::mt19937_64 random(seed);
@@ -97,7 +122,7 @@ struct VerifyWorld {
         LightPoint mark;
         mark.projector_pixel = Vec2(63.5 + 64 * x, 47.5 + 64 * y);
         const auto ray = lamp.projector.emit(mark.projector_pixel);
-        const auto lit = intersect(lamp.rig_from_projector * *ray, Plane::of_xy(true_rig_from_surface));
+        const auto lit = on_wall(lamp.rig_from_projector * *ray, true_rig_from_surface);
         const auto seen = eye.camera.project(eye.rig_from_camera.inverse() * *lit);
         if (!seen || !eye.camera.size.contains(*seen)) continue;
         mark.camera_pixel = *seen + noise_px * Vec2{normal(random), normal(random)};

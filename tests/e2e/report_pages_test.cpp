@@ -113,11 +113,14 @@ TEST_F(ReportPages, CalibrationEvaluationAndPrediction) {
   sheet.frame_from_surface =
       Pose(Eigen::Quaterniond(Eigen::AngleAxisd(0.6, Vec3::UnitY())), Vec3(0.02, -0.3, 1.7));
   io::save_surfaces(folder_ / "surfaces.json", {{{"sheet", sheet, {}, ""}}});
-  const ToolRun predicted = run_tool(
-      "predict-error", "--rig " + at("rig.json") + " --surfaces " + at("surfaces.json") +
-                           " --map-sigma 5mm,0.2deg --monte-carlo 2000 --report " + at("prediction.html"));
+  const ToolRun predicted =
+      run_tool("predict-error", "--rig " + at("rig.json") + " --surfaces " + at("surfaces.json") +
+                                    " --map-sigma 5mm,0.2deg --monte-carlo 2000 --report " +
+                                    at("prediction.html") + " --data " + at("numbers"));
   ASSERT_EQ(predicted.exit_code, 0) << predicted.err;
   expect_sound(folder_ / "prediction.html");
+  for (const char* table : {"points.csv", "causes.csv", "sweeps.csv"})
+    EXPECT_EQ(slurp(folder_ / "numbers" / table).rfind("surface,", 0), 0u) << table;
 }
 
 TEST_F(ReportPages, Plan) {

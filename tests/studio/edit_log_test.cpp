@@ -58,8 +58,8 @@ TEST(EditLog, ARemovedSurfaceConflictsWithEveryEditOfIt) {
 }
 
 TEST(EditLog, EverySettingIsAnEditAndNavigationIsNone) {
-  for (const char* verb :
-       {"display", "camera", "camera_size", "exposure", "board", "paper", "measured", "views", "accept"}) {
+  for (const char* verb : {"display", "camera", "camera_size", "exposure", "board", "paper", "measured",
+                           "views", "accept", "measure_by", "depth", "marker"}) {
     EditLog log;
     const double before = double(log.revision());
     log.record(of_page({verb, "", "1", {1}}, "b", before));

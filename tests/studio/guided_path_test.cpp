@@ -155,6 +155,9 @@ class GuidedPath {
     finish(person, "state.drift.walls.length === 2");
     EXPECT_EQ(person.state("drift.walls[0].moved"), false) << person.state("drift");
     EXPECT_LT(person.state("drift.walls[0].rms_mm").get<double>(), 2) << person.state("drift");
+    EXPECT_EQ(person.state("drift.walls[1].checked"), true) << person.state("drift");
+    EXPECT_EQ(person.state("drift.walls[1].moved"), false) << person.state("drift");
+    EXPECT_LT(person.state("drift.walls[1].rms_mm").get<double>(), 2) << person.state("drift");
     EXPECT_EQ(person.state("drift.can_correct"), false);
     ASSERT_TRUE(person.click("$('bump')"));
     const double content_mm = person.state("surfaces.list[0].true_mm");
@@ -163,6 +166,7 @@ class GuidedPath {
     ASSERT_TRUE(person.click("$('check_drift')"));
     finish(person, "state.drift.walls.length === 2 && state.drift.can_correct");
     EXPECT_EQ(person.state("drift.walls[0].moved"), true) << person.state("drift");
+    EXPECT_EQ(person.state("drift.walls[1].moved"), true) << person.state("drift");
     picture(person, "8_drift");
     ASSERT_TRUE(person.click("$('correct_rig')"));
     ASSERT_TRUE(person.wait("!state.drift.can_correct && !state.surfaces.scanned")) << person.state("error");

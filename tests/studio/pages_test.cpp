@@ -8,6 +8,7 @@
 #include "procam/io/board_file.hpp"
 #include "procam/io/files.hpp"
 #include "procam/io/image/images.hpp"
+#include "procam/io/surface_file.hpp"
 #include "running_studio.hpp"
 
 namespace procam::studio {
@@ -18,61 +19,7 @@ using nlohmann::json;
 
 const std::vector<std::string> kSmall = {"--camera-size", "320x180", "--camera-rate", "20"};
 
-/// A script at the studio's door: curl, as an operator types it.
-class Script {
- public:
-  explicit Script(const test::RunningStudio& studio) : studio_(studio) {}
-
-  /// The status of the answer, 0 without one.
-  int status(const std::string& path, const std::string& more = "") const {
-    return std::atoi(run("-o /dev/null -w '%{http_code}' " + more, path).c_str());
-  }
-  int authorised(const std::string& path, const std::string& more = "") const {
-    return status(path,
-                  std::string("-H 'Authorization: Bearer ") + test::RunningStudio::kToken + "' " + more);
-  }
-  void command(const json& message) const {
-    EXPECT_EQ(authorised("/command", "-d '" + message.dump() + "'"), 202) << message;
-  }
-  json state() const {
-    return json::parse(
-        run(std::string("-H 'Authorization: Bearer ") + test::RunningStudio::kToken + "'", "/status"),
-        nullptr, false);
-  }
-  bool wait(const std::function<bool(const json&)>& holds, int seconds = 60) const {
-    for (int i = 0; i < 10 * seconds; ++i) {
-      const json now = state();
-      if (now.is_object() && now.contains("step") && holds(now)) return true;
-      std::this_thread::sleep_for(std::chrono::milliseconds(100));
-    }
-    return false;
-  }
-  std::string page() const {
-    return run(std::string("-H 'Authorization: Bearer ") + test::RunningStudio::kToken + "'", "/");
-  }
-  std::string projector_frame() const {
-    return run(std::string("-H 'Authorization: Bearer ") + test::RunningStudio::kToken + "'",
-               "/projector.png");
-  }
-  bool wait_for_start() const {
-    return wait([](const json&) { return true; });
-  }
-
- private:
-  std::string run(const std::string& options, const std::string& path) const {
-    const std::string line =
-        "curl -s " + options + " http://127.0.0.1:" + std::to_string(studio_.port()) + path + " </dev/null";
-    std::string out;
-    std::FILE* pipe = popen(line.c_str(), "r");
-    if (pipe == nullptr) return out;
-    char bytes[4096];
-    for (std::size_t count = 0; (count = std::fread(bytes, 1, sizeof bytes, pipe)) > 0;)
-      out.append(bytes, count);
-    pclose(pipe);
-    return out;
-  }
-  const test::RunningStudio& studio_;
-};
+using test::Script;
 
 TEST(StudioServer, RefusesStrangers) {
   test::Scratch scratch;
@@ -157,6 +104,34 @@ TEST(StudioDisplay, ShowsItsNumberAndThenTheTestCardAgain) {
 }
 
 /// What cannot be done says why on the page, and changes nothing.
+/// No board, no camera, no rig: a corner is moved, and the file has it after kill -9.
+TEST(StudioMapping, CornersByHandNeedNoCalibration) {
+  test::Scratch scratch;
+  const fs::path project = scratch / "stage";
+  test::RunningStudio studio(project, kSmall);
+  const Script script(studio);
+  ASSERT_TRUE(script.wait_for_start());
+  script.command({{"do", "display"}, {"text", "simulated"}});
+  ASSERT_TRUE(script.wait([](const json& s) { return s["display"]["open"] == true; }));
+  script.command({{"do", "map"}});
+  ASSERT_TRUE(script.wait([](const json& s) {
+    return s["job"] == "map" && s["show"]["url"] != "" && s["show"]["frames"] > 2;
+  })) << script.state();
+  script.command(
+      {{"do", "show_command"}, {"text", R"({"do":"move","surface":"wall","point":2,"pixels":[812.5,640]})"}});
+  const auto corner = [&] {
+    const SurfaceSet set = io::load_surfaces(project / "mapping.json");
+    return set.surfaces.size() == 1 ? std::get<PixelSurface>(set.surfaces[0].geometry).pixels.at(2)
+                                    : Vec2(0, 0);
+  };
+  for (int i = 0; i < 100 && corner() != Vec2(812.5, 640); ++i)
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  EXPECT_EQ(corner(), Vec2(812.5, 640));
+  studio.kill_now();
+  EXPECT_EQ(corner(), Vec2(812.5, 640));
+  EXPECT_FALSE(fs::exists(project / "rig.json"));
+}
+
 TEST(StudioProject, ErrorsHaveThreePartsAndChangeNothing) {
   test::Scratch scratch;
   const test::RunningStudio studio(scratch / "stage", kSmall);

@@ -1,5 +1,6 @@
 #pragma once
 /// procam-studio as a program of its own, and a person at its page.
+#include <gtest/gtest.h>
 #include <signal.h>
 #include <sys/prctl.h>
 #include <sys/socket.h>
@@ -7,6 +8,8 @@
 #include <unistd.h>
 
 #include <chrono>
+#include <cstdio>
+#include <cstdlib>
 #include <filesystem>
 #include <functional>
 #include <nlohmann/json.hpp>
@@ -62,6 +65,60 @@ class RunningStudio {
  private:
   int port_;
   pid_t process_ = -1;
+};
+
+/// A script at the studio's door: curl, as an operator types it.
+class Script {
+ public:
+  explicit Script(const RunningStudio& studio) : studio_(studio) {}
+
+  /// The status of the answer, 0 without one.
+  int status(const std::string& path, const std::string& more = "") const {
+    return std::atoi(run("-o /dev/null -w '%{http_code}' " + more, path).c_str());
+  }
+  int authorised(const std::string& path, const std::string& more = "") const {
+    return status(path, std::string("-H 'Authorization: Bearer ") + RunningStudio::kToken + "' " + more);
+  }
+  void command(const nlohmann::json& message) const {
+    EXPECT_EQ(authorised("/command", "-d '" + message.dump() + "'"), 202) << message;
+  }
+  nlohmann::json state() const {
+    return nlohmann::json::parse(
+        run(std::string("-H 'Authorization: Bearer ") + RunningStudio::kToken + "'", "/status"), nullptr,
+        false);
+  }
+  bool wait(const std::function<bool(const nlohmann::json&)>& holds, int seconds = 60) const {
+    for (int i = 0; i < 10 * seconds; ++i) {
+      const nlohmann::json now = state();
+      if (now.is_object() && now.contains("step") && holds(now)) return true;
+      std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    }
+    return false;
+  }
+  std::string page() const {
+    return run(std::string("-H 'Authorization: Bearer ") + RunningStudio::kToken + "'", "/");
+  }
+  std::string projector_frame() const {
+    return run(std::string("-H 'Authorization: Bearer ") + RunningStudio::kToken + "'", "/projector.png");
+  }
+  bool wait_for_start() const {
+    return wait([](const nlohmann::json&) { return true; });
+  }
+
+ private:
+  std::string run(const std::string& options, const std::string& path) const {
+    const std::string line =
+        "curl -s " + options + " http://127.0.0.1:" + std::to_string(studio_.port()) + path + " </dev/null";
+    std::string out;
+    std::FILE* pipe = popen(line.c_str(), "r");
+    if (pipe == nullptr) return out;
+    char bytes[4096];
+    for (std::size_t count = 0; (count = std::fread(bytes, 1, sizeof bytes, pipe)) > 0;)
+      out.append(bytes, count);
+    pclose(pipe);
+    return out;
+  }
+  const RunningStudio& studio_;
 };
 
 /// Clicks, drags and keys alone; what the page shows is read from its script's state.

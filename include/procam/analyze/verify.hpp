@@ -17,8 +17,8 @@
 /// Alarm: a chi-square test. With S = A P A^T + N, the errors are projected (in the metric S^-1) onto all
 /// that rigid movements of projector and surface can do, eight directions: six of the projector and the
 /// surface's two tilts (its distance acts as the projector's shift along the line to the camera; a homography
-/// has no more). Without a movement beyond what P states, the squared length of the projection is chi-square
-/// of eight degrees of freedom, whatever the number of marks.
+/// has no more, and of a curved surface the same eight count). Without a movement beyond what P states, the
+/// squared length of the projection is chi-square of eight degrees of freedom, whatever the number of marks.
 ///
 /// Correction: the most probable x when one thing may have moved by `sigma_bump` besides P, by Gauss-Newton
 /// over its increment; of x only what was asked for is corrected, and the rest stays uncertain (a
@@ -44,6 +44,10 @@ struct StatedSurface {
   /// place: d increment / d (parameter_names(camera), six of rig_from_camera), 6 rows. The covariance above
   /// is then what comes on top. Empty: the pose comes from elsewhere.
   MatX jacobian_camera = MatX();
+  /// Of a curved surface: rig_from_tangent for each mark, the plane z = 0 that touches it where the camera sees the mark.
+  /// They move with the surface. A mark displaced by e is to be e^2 / (2 r) off its plane, r being the surface's radius there;
+  /// a correction is exact all the same. Empty: the surface is flat.
+  std::vector<Pose> tangents = {};
 };
 
 enum class Correct { kNothing, kProjector, kSurface };

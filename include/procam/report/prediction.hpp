@@ -5,6 +5,7 @@
 
 #include "procam/analyze/prediction.hpp"
 #include "procam/core/base/export.hpp"
+#include "procam/report/files.hpp"
 
 namespace procam::report {
 
@@ -18,5 +19,14 @@ PROCAM_EXPORT std::vector<std::string> lines(const analyze::SurfacePrediction& p
 /// calibration_report()).
 PROCAM_EXPORT std::string prediction_report(const std::vector<analyze::SurfacePrediction>& surfaces,
                                             const Rig& rig, const std::string& title);
+
+/// The numbers of the page's figures, one row each:
+///
+///   points.csv   surface, u, v, x, y (intended, metres along the surface), pixel, incidence, RMS, bias and sigma along x and
+///                y (mm); points that are not lit have no row
+///   causes.csv   surface, cause, RMS of this cause alone, RMS without it (mm)
+///   sweeps.csv   surface, quantity, unit, value, RMS (mm) at the content's middle
+PROCAM_EXPORT std::vector<TextFile> prediction_tables(
+    const std::vector<analyze::SurfacePrediction>& surfaces);
 
 }  // namespace procam::report

@@ -77,6 +77,10 @@ PROCAM_EXPORT ShowReport run(const Rig& rig, const ShowOptions& options, device:
 /// throws Error(kInput) as well for options and surfaces that need a rig.
 PROCAM_EXPORT ShowReport run(const ShowOptions& options, ShowListener* listener = nullptr);
 
+/// The same into a sink that the caller has opened, whose size is the frame's.
+PROCAM_EXPORT ShowReport run(const ShowOptions& options, device::FrameSink& sink,
+                             ShowListener* listener = nullptr);
+
 struct ReplayReport {
   std::uint64_t frames = 0;
   std::uint64_t equal = 0;  ///< to the recorded ones, bit for bit

@@ -338,7 +338,7 @@ void remark_on_codes(DecodedMap& map, const GrayCode& gray_code, const CodeCount
               std::to_string(stripe_count(gray_code, axis == 0 ? StripeAxis::kColumn : StripeAxis::kRow) -
                              1));
     }
-    // Where hardly a pixel decodes, as of a board in the dark, some of these few are wrong bits.
+    // Where almost no pixel decodes, as of a board in the dark, some of these few are wrong bits.
     if (counts.outside[axis] * 20 > counts.outside[axis] + counts.decoded &&
         double(counts.outside[axis]) > kTellingShare * pixels) {
       map.diagnostics.warn("projector_size",

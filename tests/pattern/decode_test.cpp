@@ -168,7 +168,7 @@ TEST(Decode, HintsAtAProjectorSizeThatCannotBe) {
   EXPECT_EQ(map.columns.at(99, 40), 99);
 }
 
-/// A view in which hardly a pixel can be read, as of a board in the dark: a few wrong bits say nothing about the
+/// A view in which almost no pixel can be read, as of a board in the dark: a few wrong bits say nothing about the
 /// projector. (A session of level hard was refused for two pixels of one view.)
 TEST(Decode, DoesNotDoubtTheProjectorsSizeForAFewPixels) {
   std::vector<ImageU8> captures = dimmed({{120, 100}, 1});

@@ -440,8 +440,7 @@ class Loop {
     if (surface_glides_.is_idle()) return;
     SurfaceSet moved = surfaces_now();
     surface_glides_.apply(moved, now);
-    show_of(moved);
-    if (parts_.editor != nullptr && surface_glides_.is_idle())
+    if (show_of(moved) && parts_.editor != nullptr && surface_glides_.is_idle())
       parts_.editor->replace(std::move(moved), false);
   }
 

@@ -54,7 +54,7 @@ run_test_program() {
     echo "$1: FAILED"
     return 1
   fi
-  echo "$1: $(tail -n 1 "$log")$(grep -c SKIPPED "$log" | sed -n 's/^\([1-9][0-9]*\)$/ \1 lines about skipped tests/p')"
+  echo "$1: $(grep -E '^\[  (PASSED|SKIPPED) +\] [0-9]+ test' "$log" | tr -d '[]' | tr -s ' ' | paste -sd ,)"
 }
 
 run_tests() {

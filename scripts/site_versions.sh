@@ -28,7 +28,10 @@ for archive in "$@"; do
     exit 1
   fi
   mkdir "$joined/$version"
-  tar -xzf "$archive" -C "$joined/$version" --strip-components=1
+  if ! tar -xzf "$archive" -C "$joined/$version" --strip-components=1; then
+    echo "site_versions.sh: $archive cannot be unpacked, it is missing or damaged: give an archive of scripts/release.sh" >&2
+    exit 1
+  fi
   if [[ ! -e $joined/$version/index.html ]]; then
     echo "site_versions.sh: $archive holds no index.html: give an archive of scripts/release.sh" >&2
     exit 1

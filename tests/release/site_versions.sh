@@ -32,6 +32,9 @@ grep -q 'version 0.9.0' joined/0.9.0/index.html || fail "version 0.9.0 is missin
 # What was there stays where something is wrong.
 refused "no file nowhere.html" joined procam-0.2.0-site.tar.gz
 refused "is not named procam-VERSION-site.tar.gz" joined /dev/null
+echo noise >procam-0.4.0-site.tar.gz
+refused "missing or damaged" joined procam-0.4.0-site.tar.gz
+refused "missing or damaged" joined procam-0.5.0-site.tar.gz
 refused "given twice" joined procam-0.9.0-site.tar.gz ./procam-0.9.0-site.tar.gz
 refused "no folder to hold" absent/joined procam-0.9.0-site.tar.gz
 mkdir photographs

@@ -27,6 +27,7 @@ struct Flags {
   std::string pattern = "gray";
   int step = 1;
   std::optional<Board> board;
+  std::optional<int> views;
   session::RecorderOptions recorder;
 };
 
@@ -55,17 +56,19 @@ void declare(CLI::App& app, Flags& flags) {
       ->capture_default_str();
   add_parsed(
       app, "--board", [&](const std::string& text) { flags.board = io::read_board(text); },
-      "The printed board, e.g. charuco:5x7:34mm:25mm:5x5_100, or a board file");
-  app.add_option("--views", flags.recorder.views, "Number of board poses")
-      ->check(CLI::Range(1, 1000))
-      ->capture_default_str();
+      "The printed board, e.g. charuco:5x7:34mm:25mm:5x5_100, or a board file (without one: a room for "
+      "calibrate-room and scan-surfaces)");
+  app.add_option(
+         "--views", flags.views,
+         "Number of poses of the board (default 8), or without a board of places of the camera (default 2)")
+      ->check(CLI::Range(1, 1000));
   add_parsed(
       app, "--interval",
       [&](const std::string& text) {
         if (!((flags.recorder.interval_s = io::parse_duration(text)) > 0))
           throw Error(ErrorKind::kInput, "--interval " + text, "a time must be positive", "give e.g. 8s");
       },
-      "Time to move the board between poses, e.g. 8s (default: wait for Enter)");
+      "Time to move the board, or the camera, between views, e.g. 8s (default: wait for Enter)");
   app.add_flag("--single-shot", flags.recorder.single_shot,
                "For a camera that is triggered by hand: one image for each frame, without checks");
   app.add_flag("--despite-checks", flags.recorder.despite_checks, "Continue when a check of the light fails");
@@ -132,13 +135,13 @@ void summarize(const session::RecorderReport& report, int views, Summary& summar
   summary.set("/rejected/stale", report.stale);
 }
 
-ExitCode capture_session(const Flags& flags, Console& console) {
+ExitCode capture_session(Flags& flags, Console& console) {
   if (flags.list_displays) {
     list_displays(console);
     return ExitCode::kOk;
   }
   if (flags.camera.empty() == flags.watch.empty()) throw CLI::RequiredError("--camera or --watch");
-  if (!flags.board) throw CLI::RequiredError("--board");
+  flags.recorder.views = flags.views.value_or(flags.board ? 8 : 2);
   if (flags.recorder.folder.empty()) throw CLI::RequiredError("--output");
 
   const device::Display display = device::choose_display(device::displays(), flags.display);
@@ -163,23 +166,19 @@ ExitCode capture_session(const Flags& flags, Console& console) {
                                     ": if that is the projector's own resolution, run it there");
     console.report(remark);
   }
-  console.summary().set("/output", flags.recorder.folder.string());
-  console.summary().set("/pattern", pattern->text());
-  console.summary().set("/projector_size", io::format_size(display.size));
+  Summary& summary = console.summary();
+  summary.set("/output", flags.recorder.folder.string());
+  summary.set("/pattern", pattern->text());
+  summary.set("/projector_size", io::format_size(display.size));
 
   const auto source = device::open_camera(
       flags.watch.empty() ? flags.camera : "watch:" + flags.watch.string(), flags.camera_options);
   if (const std::string opened = source->description(); !opened.empty()) console.say("camera     " + opened);
   const auto screen = device::open_window(display.number);
-  if (screen->size() != display.size)
-    throw Error(
-        ErrorKind::kDevice, "display " + std::to_string(display.number),
-        "its window has " + io::format_size(screen->size()) + " pixels, not " + io::format_size(display.size),
-        "turn off the desktop's scaling of that display");
   Terminal terminal(console);
   const session::RecorderReport report =
-      session::record_session(*pattern, *flags.board, *screen, *source, flags.recorder, terminal);
-  summarize(report, flags.recorder.views, console.summary());
+      session::record_session(*pattern, flags.board, *screen, *source, flags.recorder, terminal);
+  summarize(report, flags.recorder.views, summary);
   return report.light_failed ? ExitCode::kGateFailed : ExitCode::kOk;
 }
 
@@ -193,7 +192,8 @@ int main(int argc, char** argv) {
       argc, argv,
       {"capture-session",
        "Shows a pattern full-screen on a projector, captures it with a camera, and writes a session for "
-       "calibrate-projector. After Ctrl-C the same command continues."},
+       "calibrate-projector, or without a board for calibrate-room and scan-surfaces. After Ctrl-C the same "
+       "command continues."},
       [&](CLI::App& app) { declare(app, flags); },
       [&](Console& console) { return capture_session(flags, console); });
 }

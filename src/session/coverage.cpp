@@ -49,16 +49,32 @@ ImageSize raster_of(ImageSize device) {
 Coverage::Coverage(ImageSize device)
     : scale_(kLongerSide / std::max(device.width, device.height)), views_(raster_of(device)) {}
 
+// A pixel's left border is half a pixel left of its centre; so is a cell's.
+Vec2 Coverage::cell_of(const Vec2& pixel) const {
+  return (pixel + Vec2(0.5, 0.5)) * scale_ - Vec2(0.5, 0.5);
+}
+
 void Coverage::add(const Points2& points) {
   Points2 cells;
-  // A pixel's left border is half a pixel left of its centre; so is a cell's.
-  for (const Vec2& point : points) cells.emplace_back((point + Vec2(0.5, 0.5)) * scale_ - Vec2(0.5, 0.5));
+  for (const Vec2& point : points) cells.push_back(cell_of(point));
   points_.insert(points_.end(), cells.begin(), cells.end());
   const Points2 hull = convex_hull(cells);
   if (hull.size() < 3) return;
   for (int y = 0; y < views_.height(); ++y)
     for (int x = 0; x < views_.width(); ++x)
       if (views_.at(x, y) < 255 && inside(hull, Vec2(x, y))) ++views_.at(x, y);
+}
+
+void Coverage::add_dense(const Points2& points) {
+  ImageU8 covered(views_.width(), views_.height(), 1, 0);
+  for (const Vec2& point : points) {
+    const Vec2 cell = cell_of(point).array().round();
+    if (cell.minCoeff() >= 0 && cell.x() < views_.width() && cell.y() < views_.height())
+      covered.at(int(cell.x()), int(cell.y())) = 1;
+  }
+  for (int y = 0; y < views_.height(); ++y)
+    for (int x = 0; x < views_.width(); ++x)
+      if (views_.at(x, y) < 255) views_.at(x, y) = std::uint8_t(views_.at(x, y) + covered.at(x, y));
 }
 
 double Coverage::share() const {

@@ -12,6 +12,7 @@
 #include "procam/core/base/clock.hpp"
 #include "procam/io/image/images.hpp"
 #include "procam/io/session/captures.hpp"
+#include "procam/io/text.hpp"
 #include "procam/session/coverage.hpp"
 #include "procam/session/files.hpp"
 #include "procam/session/reader.hpp"
@@ -21,10 +22,53 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/// Below this share of the camera's pixels the light of a view without a board counts as not seen.
+constexpr double kMinLitShare = 0.02;
+
+/// What one view's frames show.
+struct Seen {
+  ImageSize camera_size;
+  Points2 in_camera, in_projector;  ///< board points and light points; without a board every decoded pixel
+  std::string found;                ///< for people: "24 board points"; empty: the view is of no use
+  Diagnostics why_not;
+};
+
+Seen see_board(const BoardView& view) {
+  const Detections& camera = view.detections[kCameraDevice];
+  Seen seen;
+  seen.camera_size = camera.image_size;
+  seen.why_not = camera.diagnostics;
+  for (const Observation& point : camera.observations) seen.in_camera.push_back(point.pixel);
+  for (const Observation& point : view.detections[kProjectorDevice].observations)
+    seen.in_projector.push_back(point.pixel);
+  for (const LightPoint& point : view.light_points) {
+    seen.in_camera.push_back(point.camera_pixel);
+    seen.in_projector.push_back(point.projector_pixel);
+  }
+  if (!camera.observations.empty()) seen.found = format("%zu board points", camera.observations.size());
+  return seen;
+}
+
+Seen see_light(const LightMap& light) {
+  Seen seen;
+  seen.camera_size = light.camera_size();
+  seen.why_not = light.diagnostics;
+  for (int y = 0; y < seen.camera_size.height; ++y)
+    for (int x = 0; x < seen.camera_size.width; ++x)
+      if (const std::optional<Vec2> pixel = light.projector_pixel(x, y)) {
+        seen.in_camera.emplace_back(x, y);
+        seen.in_projector.push_back(*pixel);
+      }
+  const double share =
+      double(seen.in_camera.size()) / (double(seen.camera_size.width) * seen.camera_size.height);
+  if (share >= kMinLitShare) seen.found = format("light in %.0f %% of the camera's image", 100 * share);
+  return seen;
+}
+
 /// The session while it is captured.
 class Recorder {
  public:
-  Recorder(const SessionPattern& pattern, const Board& board, device::FrameSink& screen,
+  Recorder(const SessionPattern& pattern, const std::optional<Board>& board, device::FrameSink& screen,
            device::FrameSource& source, const RecorderOptions& options, RecorderDialog& dialog)
       : options_(options),
         dialog_(dialog),
@@ -40,6 +84,11 @@ class Recorder {
   }
 
   RecorderReport run() {
+    if (screen_.size() != pictures_[0].size())
+      throw Error(ErrorKind::kDevice, "window",
+                  "it has " + io::format_size(screen_.size()) + " pixels, and the pattern " +
+                      io::format_size(pictures_[0].size()),
+                  "turn off the desktop's scaling of that display");
     if (options_.checked) {
       shutter_.options() = *options_.checked;
     } else if (!options_.single_shot) {
@@ -63,7 +112,14 @@ class Recorder {
     say_coverage();
     dialog_.say(format("%d views of %d frames: ", options_.views, pattern_.frame_count()) +
                 options_.folder.string());
-    dialog_.say("next: calibrate-projector --captures " + options_.folder.string() + " -o rig.json");
+    const std::string captures = " --captures " + options_.folder.string();
+    if (board_)
+      dialog_.say("next: calibrate-projector" + captures + " -o rig.json");
+    else
+      dialog_.say("next: calibrate-room" + captures +
+                  " --known-camera camera.json -o rig.json, or with a rig "
+                  "scan-surfaces" +
+                  captures + " --view view_00 --rig rig.json -o surfaces.json");
     report_.captured = true;
     return report_;
   }
@@ -131,27 +187,28 @@ class Recorder {
       std::vector<ImageU8> frames;
       for (int i = 0; i < files.kept(); ++i) frames.push_back(io::load_image(files.frame_file(i)).image);
       try {
-        const BoardView seen = read(frames, name);
-        if (!seen.detections[kCameraDevice].observations.empty()) {
+        const Seen seen = read(frames, name);
+        if (!seen.found.empty()) {
           files.finish();
           add_coverage(seen);
-          dialog_.say(name +
-                      format(": %zu board points", seen.detections[kCameraDevice].observations.size()));
+          dialog_.say(name + ": " + seen.found);
           say_coverage();
           return;
         }
-        dialog_.report(seen.detections[kCameraDevice].diagnostics);
+        dialog_.report(seen.why_not);
       } catch (const Error& unreadable) {
         if (unreadable.kind() != ErrorKind::kInput) throw;
         dialog_.say(name + ": " + unreadable.what());
       }
       dialog_.say(name +
-                  ": the board was not found; its frames are moved away, and the pose is asked for again");
+                  format(": the %s was not found; the frames are moved away, and the %s is asked for again",
+                         wanted(), place()));
       files.set_aside();
     }
     throw Error(ErrorKind::kNotEnoughData, name,
-                "the board was not found in " + std::to_string(kTries) + " poses",
-                "check --board, and that the camera sees the whole board lit");
+                format("the %s was not found in %d %ss", wanted(), kTries, place()),
+                board_ ? "check --board, and that the camera sees the whole board lit"
+                       : "check that the camera sees the projector's picture in focus, and darken the room");
   }
 
   /// An earlier run's part of a view is of use while the board has not moved since.
@@ -169,11 +226,11 @@ class Recorder {
     const ImageU8 then = io::load_image(files.frame_file(last)).image;
     if (now.size() == then.size() && compare(now, then, shutter_.options().noise).share <= kSharesMoved) {
       dialog_.say(
-          format("going on after %d frames of an earlier run: the board has not moved", files.kept()));
+          format("going on after %d frames of an earlier run: the %s has not moved", files.kept(), moved()));
       return true;
     }
     dialog_.say(
-        format("%d frames of an earlier run are moved away: the board has moved since", files.kept()));
+        format("%d frames of an earlier run are moved away: the %s has moved since", files.kept(), moved()));
     files.set_aside();
     shutter_.forget();
     return false;
@@ -213,9 +270,10 @@ class Recorder {
   void wait_for_pose(int view) {
     const bool beside_print = pattern_.on_blank_paper().has_value();
     screen_.show(beside_print ? pictures_.back() : ImageU8(screen_.size(), 1, 255));
-    const std::string what =
-        format("pose %d of %d: ", view + 1, options_.views) +
-        (beside_print ? "print in the camera's view, light on the blank paper" : "board in the light");
+    const std::string what = format("%s %d of %d: ", place(), view + 1, options_.views) +
+                             (!board_        ? "the camera stands still and sees the light"
+                              : beside_print ? "print in the camera's view, light on the blank paper"
+                                             : "board in the light");
     if (options_.interval_s > 0) {
       dialog_.say(what + format(", within %g s", options_.interval_s));
       const double end = steady_now() + options_.interval_s;
@@ -230,23 +288,21 @@ class Recorder {
       now_doing(what + "; captured", view, options_.views);
   }
 
-  BoardView read(const std::vector<ImageU8>& frames, const std::string& name) const {
-    return pattern_.read(name, {frames.begin(), frames.end()}, board_);
+  const char* wanted() const { return board_ ? "board" : "light"; }
+  const char* place() const { return board_ ? "pose" : "place"; }
+  const char* moved() const { return board_ ? "board" : "camera"; }
+
+  Seen read(const std::vector<ImageU8>& frames, const std::string& name) const {
+    const std::vector<ViewU8> captures(frames.begin(), frames.end());
+    return board_ ? see_board(pattern_.read(name, captures, *board_))
+                  : see_light(pattern_.read_light_map(captures)->light);
   }
 
-  void add_coverage(const BoardView& seen) {
-    Points2 in_camera, in_projector;
-    for (const Observation& point : seen.detections[kCameraDevice].observations)
-      in_camera.push_back(point.pixel);
-    for (const Observation& point : seen.detections[kProjectorDevice].observations)
-      in_projector.push_back(point.pixel);
-    for (const LightPoint& point : seen.light_points) {
-      in_camera.push_back(point.camera_pixel);
-      in_projector.push_back(point.projector_pixel);
-    }
-    if (!camera_) camera_ = Coverage(seen.detections[kCameraDevice].image_size);
-    camera_->add(in_camera);
-    projector_.add(in_projector);
+  void add_coverage(const Seen& seen) {
+    if (!camera_) camera_ = Coverage(seen.camera_size);
+    const auto add = board_ ? &Coverage::add : &Coverage::add_dense;
+    ((*camera_).*add)(seen.in_camera);
+    (projector_.*add)(seen.in_projector);
   }
 
   void say_coverage() {
@@ -267,7 +323,7 @@ class Recorder {
   const RecorderOptions& options_;
   RecorderDialog& dialog_;
   const SessionPattern& pattern_;
-  const Board& board_;
+  const std::optional<Board>& board_;
   std::vector<ImageU8> pictures_;
   device::FrameSink& screen_;
   CaptureRig stand_;
@@ -283,9 +339,13 @@ class Recorder {
 
 }  // namespace
 
-RecorderReport record_session(const SessionPattern& pattern, const Board& board, device::FrameSink& screen,
-                              device::FrameSource& source, const RecorderOptions& options,
-                              RecorderDialog& dialog) {
+RecorderReport record_session(const SessionPattern& pattern, const std::optional<Board>& board,
+                              device::FrameSink& screen, device::FrameSource& source,
+                              const RecorderOptions& options, RecorderDialog& dialog) {
+  if (!board && pattern.on_blank_paper())
+    throw Error(ErrorKind::kInput, "pattern '" + pattern.text() + "'",
+                "it lights points beside a printed board, and no board is given",
+                "give the board, or capture Gray code or phase shift (gray, phase, gray+phase)");
   return Recorder(pattern, board, screen, source, options, dialog).run();
 }
 

@@ -6,6 +6,7 @@
 #include <thread>
 
 #include "capture_stage.hpp"
+#include "procam/io/image/depth_file.hpp"
 #include "procam/io/image/images.hpp"
 #include "procam/io/rig_file.hpp"
 #include "procam/io/session/captures.hpp"
@@ -104,6 +105,46 @@ TEST_F(Stage, CapturesASessionThatCalibratesTruly) {
   // is 4.4 mm wide. Old frames taken for new are refused by the reader or put the light elsewhere altogether.
   EXPECT_LT(calibrated.json()["truth"]["rms_mm"], 6);
   EXPECT_GE(calibrated.json()["truth"]["parameters_inside_3_sigma"], 20);
+}
+
+/// Without --board the captures are of a room. Here the room is one flat piece of paper, whose place is known.
+TEST_F(Stage, CapturesARoomThatScansTruly) {
+  const Process camera_process(camera(30, 0, 0));
+  const std::string room = "--json --watch " + (scratch_ / "shots").string() +
+                           " --views 1 --step 4 --interval 150ms -o " + session();
+  const ToolRun refused = run(room + " --pattern chessboard", "no_board");
+  EXPECT_EQ(refused.exit_code, 3) << refused.err;
+  EXPECT_NE(refused.err.find("no board is given"), std::string::npos) << refused.err;
+  fs::remove_all(session());
+
+  const ToolRun captured = run(room, "room");
+  ASSERT_EQ(captured.exit_code, 0) << captured.err;
+  EXPECT_NE(captured.err.find("calibrate-room"), std::string::npos) << "the next step\n" << captured.err;
+  EXPECT_GT(captured.json()["coverage"]["projector"], 0.1);
+  EXPECT_LT(captured.json()["coverage"]["projector"], 0.9) << "the paper is smaller than the picture";
+
+  io::save_rig(scratch_ / "rig.json", stage_rig());
+  const ToolRun scanned =
+      run_tool("scan-surfaces", "--captures " + session() + " --rig " + (scratch_ / "rig.json").string() +
+                                    " -o " + (scratch_ / "surfaces.json").string() + " --save-depth " +
+                                    (scratch_ / "depth.pfm").string());
+  ASSERT_EQ(scanned.exit_code, 0) << scanned.err;
+  const ImageF depth = std::get<ImageF>(io::load_depth_pixels(scratch_ / "depth.pfm"));
+  const simulate::World world = stage(0);
+  const Pose board_from_rig = world.rig_from_board.inverse();
+  std::vector<double> distances;
+  for (int y = 0; y < depth.height(); ++y)
+    for (int x = 0; x < depth.width(); ++x) {
+      if (depth.at(x, y) <= 0) continue;
+      const Vec3 ray = world.rig.cameras[0].camera.unproject(Vec2(x, y)).value();
+      distances.push_back(std::abs((board_from_rig * Vec3(depth.at(x, y) * ray / ray.z())).z()));
+    }
+  ASSERT_GT(distances.size(), 20000u);
+  std::sort(distances.begin(), distances.end());
+  // A projector pixel is 4.4 mm wide. On white paper its edges are found far better; in black squares, which reflect
+  // eleven grey levels, only the stripe of four pixels is known.
+  EXPECT_LT(distances[distances.size() / 2], 0.0005);
+  EXPECT_LT(distances[distances.size() * 98 / 100], 0.018);
 }
 
 /// The same stage with a projector that corrects keystone: one look, and no capture.

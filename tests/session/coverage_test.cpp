@@ -25,6 +25,22 @@ TEST(Coverage, IsTheUnionOfTheViewsHulls) {
   EXPECT_EQ(coverage.emptiest_part(), "");
 }
 
+/// Light on a room has holes, which a hull would cover.
+TEST(Coverage, OfDensePointsHasTheirHoles) {
+  Coverage coverage({640, 400});
+  Points2 frame;
+  for (int y = 0; y < 400; ++y)
+    for (int x = 0; x < 640; ++x)
+      if (x < 160 || x >= 480) frame.emplace_back(x, y);
+  coverage.add_dense(frame);
+  coverage.add_dense(frame);
+  coverage.add_dense({Vec2(-3, 20), Vec2(20, 401), Vec2(9000, 20)});
+  EXPECT_NEAR(coverage.share(), 0.5, 0.01);
+  EXPECT_EQ(coverage.emptiest_part(), "top");
+  EXPECT_EQ(coverage.views().at(5, 50), 2) << "once for each view, not for each point";
+  EXPECT_EQ(coverage.views().at(80, 50), 0);
+}
+
 TEST(Coverage, IsDrawnSideBySide) {
   Coverage camera({640, 400}), projector({300, 600});
   camera.add({Vec2(0, 0), Vec2(320, 0), Vec2(320, 399), Vec2(0, 399)});

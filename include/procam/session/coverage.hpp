@@ -1,7 +1,7 @@
 #pragma once
 /// How much of a camera's image or a projector's picture the views of a session have covered with board
 /// points: the union of the views' convex hulls, on a raster. Lenses are known where points were, and
-/// extrapolated elsewhere.
+/// extrapolated elsewhere. Without a board: the cells in which light was read.
 #include <string>
 #include <vector>
 
@@ -17,6 +17,8 @@ class PROCAM_EXPORT Coverage {
 
   /// One view's points, in pixels of the device. Fewer than three cover nothing.
   void add(const Points2& points);
+  /// One view's points, so dense that each cell which the view covers holds one: no hull, and none is drawn.
+  void add_dense(const Points2& points);
   /// Of the device's area, 0..1.
   double share() const;
   /// The ninth of the picture that is covered least, in words ("top left", "middle"); empty when none is
@@ -28,6 +30,8 @@ class PROCAM_EXPORT Coverage {
   const Points2& points() const { return points_; }
 
  private:
+  Vec2 cell_of(const Vec2& pixel) const;
+
   double scale_;  ///< cells a pixel
   ImageU8 views_;
   Points2 points_;

@@ -1,4 +1,5 @@
 """Sphinx's configuration of the site (scripts/site.sh)."""
+import json
 import os
 import pathlib
 
@@ -46,3 +47,19 @@ primary_domain = "cpp"
 highlight_language = "none"
 nitpicky = False
 toc_object_entries = False
+
+
+def sort_search_index(app, exception):
+    """Sphinx 5 writes the titles in the order in which its processes end: each build would have another file."""
+    file = pathlib.Path(app.outdir) / "searchindex.js"
+    if exception or not file.exists():
+        return
+    start, end = "Search.setIndex(", ")"
+    index = json.loads(file.read_text()[len(start) : -len(end)])
+    for places in index["alltitles"].values():
+        places.sort(key=json.dumps)
+    file.write_text(start + json.dumps(index, sort_keys=True) + end)
+
+
+def setup(app):
+    app.connect("build-finished", sort_search_index)

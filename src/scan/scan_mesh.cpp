@@ -5,6 +5,8 @@
 #include <limits>
 #include <vector>
 
+#include "holes.hpp"
+
 namespace procam::scan {
 namespace {
 
@@ -14,7 +16,12 @@ namespace {
 class Triangulation {
  public:
   Triangulation(const Scan& scan, const MeshOptions& options)
-      : scan_(scan), options_(options), rays_(pixel_rays(scan.camera.camera)) {
+      : scan_(scan),
+        options_(options),
+        rays_(pixel_rays(scan.camera.camera)),
+        depth_(scan.depth),
+        sigma_(scan.sigma) {
+    bridge_holes(depth_, sigma_, options.max_hole, options.max_deviation);
     const int longest = std::max({scan.depth.width(), scan.depth.height(), 3});
     while (side_ + 1 < longest) side_ *= 2;
     error_ = ImageF(side_ + 1, side_ + 1);
@@ -85,9 +92,9 @@ class Triangulation {
 
   double depth(const Pixel& p) const {
     const bool inside = p.x < scan_.depth.width() && p.y < scan_.depth.height();
-    return inside ? double(scan_.depth.at(p.x, p.y)) : 0.0;
+    return inside ? double(depth_.at(p.x, p.y)) : 0.0;
   }
-  double sigma(const Pixel& p) const { return double(scan_.sigma.at(p.x, p.y)); }
+  double sigma(const Pixel& p) const { return double(sigma_.at(p.x, p.y)); }
   Vec3 point(const Pixel& p) const {
     const double z = depth(p);
     return Vec3(z * rays_.at(p.x, p.y, 0), z * rays_.at(p.x, p.y, 1), z);
@@ -139,7 +146,7 @@ class Triangulation {
 
   const Scan& scan_;
   MeshOptions options_;
-  ImageF rays_;
+  ImageF rays_, depth_, sigma_;
   int side_ = 2;
   ImageF error_;
   std::vector<int> vertex_;
@@ -151,7 +158,7 @@ class Triangulation {
 Mesh mesh_of(const Scan& scan, const MeshOptions& options) {
   require(options.max_deviation >= 0 && options.max_sigmas >= 0 &&
               options.max_deviation + options.max_sigmas > 0 && options.min_angle >= 0 &&
-              options.min_angle < kPi / 2,
+              options.min_angle < kPi / 2 && options.max_hole >= 0,
           "mesh_of: options out of range");
   Mesh mesh = Triangulation(scan, options).mesh();
   if (mesh.triangles.empty())

@@ -2,17 +2,70 @@
 /// walls that detect-surfaces names.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <cstdio>
+#include <optional>
+#include <vector>
 
+#include "e2e/plane_in_rig.hpp"
 #include "e2e/tool_runner.hpp"
 #include "procam/io/image/images.hpp"
 #include "procam/io/rig_file.hpp"
 #include "procam/io/surface_file.hpp"
+#include "procam/simulate/room_view.hpp"
+#include "procam/simulate/scan_view.hpp"
 
 namespace procam::test {
 namespace {
 
 namespace fs = std::filesystem;
+
+/// A disc with a soft border.
+void draw_dot(const Vec2& middle, double radius, ImageU8& picture) {
+  const int reach = int(radius) + 2;
+  for (int y = int(middle.y()) - reach; y <= int(middle.y()) + reach; ++y)
+    for (int x = int(middle.x()) - reach; x <= int(middle.x()) + reach; ++x) {
+      if (x < 0 || y < 0 || x >= picture.width() || y >= picture.height()) continue;
+      const double inside = std::clamp(radius + 0.5 - (Vec2(x, y) - middle).norm(), 0.0, 1.0);
+      picture.at(x, y) = std::max(picture.at(x, y), std::uint8_t(std::lround(255 * inside)));
+    }
+}
+
+/// The centroid of the light over the background in a window about `expected`; nullopt where little is lit.
+std::optional<Vec2> dot_near(const Vec2& expected, int reach, const ImageU8& image) {
+  const int left = int(std::lround(expected.x())) - reach, top = int(std::lround(expected.y())) - reach;
+  if (left < 0 || top < 0 || left + 2 * reach >= image.width() || top + 2 * reach >= image.height())
+    return std::nullopt;
+  int darkest = 255, brightest = 0;
+  for (int y = top; y <= top + 2 * reach; ++y)
+    for (int x = left; x <= left + 2 * reach; ++x) {
+      darkest = std::min<int>(darkest, image.at(x, y));
+      brightest = std::max<int>(brightest, image.at(x, y));
+    }
+  constexpr int kVisible = 25;
+  if (brightest - darkest < kVisible) return std::nullopt;
+  Vec2 sum = Vec2::Zero();
+  double weight = 0;
+  for (int y = top; y <= top + 2 * reach; ++y)
+    for (int x = left; x <= left + 2 * reach; ++x) {
+      const double light = std::max(0.0, image.at(x, y) - darkest - 0.2 * (brightest - darkest));
+      sum += light * Vec2(x, y);
+      weight += light;
+    }
+  return Vec2(sum / weight);
+}
+
+/// Does the eye see one lit body throughout the window: no outline, no shadow, no border of the light?
+bool is_whole(const Vec2& expected, int reach, const simulate::RoomTruth& truth) {
+  const int left = int(std::lround(expected.x())) - reach, top = int(std::lround(expected.y())) - reach;
+  if (left < 0 || top < 0 || left + 2 * reach >= truth.body.width() || top + 2 * reach >= truth.body.height())
+    return false;
+  for (int y = top; y <= top + 2 * reach; ++y)
+    for (int x = left; x <= left + 2 * reach; ++x)
+      if (truth.body.at(x, y) != truth.body.at(left, top) || truth.light[0].lit.at(x, y) == 0) return false;
+  return true;
+}
 
 class ScanRoute : public ::testing::Test {
  protected:
@@ -83,6 +136,67 @@ TEST_F(ScanRoute, FromARoomToContentOnIt) {
     for (int c = 0; c < 3; ++c)
       normals[i][c] = found[std::size_t(i)]["normal_in_camera"][std::size_t(c)].get<double>();
   EXPECT_NEAR(normals[0].dot(normals[1]), 0, 0.02);
+}
+
+/// Dots on a virtual picture that stands behind the room's surfaces, drawn by render-to-image on the scan, thrown on the true
+/// room and seen by an eye that is neither at the camera nor at the projector.
+TEST_F(ScanRoute, ContentLooksRightFromAViewersPlace) {
+  simulate("--room sphere");
+  const ToolRun scanned = scan("");
+  ASSERT_EQ(scanned.exit_code, 0) << scanned.err;
+  const ToolRun solved = run_tool("solve-surfaces", "--rig " + at("room/truth.json") + " --surfaces " +
+                                                        at("out.json") + " -o " + at("solved.json"));
+  ASSERT_EQ(solved.exit_code, 0) << solved.err;
+
+  const Vec3 eye(-0.35, -0.2, 0.1);
+  const double width = 2.4, height = 1.8, apart = 0.1;  // metres
+  const Pose rig_from_picture(so3_exp<double>(Vec3(0.03, -0.05, 0.02)), Vec3(-1.2, -0.9, 2.4));
+  SurfaceSet things;
+  things.surfaces = {plane_in_rig("picture", width, height, rig_from_picture)};
+  io::save_surfaces(folder_ / "things.json", things);
+  const double per_metre = 1000;
+  ImageU8 dots(int(width * per_metre), int(height * per_metre));
+  Points3 dots_in_rig;
+  for (double y = apart; y < height - 0.01; y += apart)
+    for (double x = apart; x < width - 0.01; x += apart) {
+      draw_dot(Vec2(x, y) * per_metre - Vec2(0.5, 0.5), 12, dots);
+      dots_in_rig.push_back(rig_from_picture * Vec3(x, y, 0));
+    }
+  io::save_image(folder_ / "dots.png", dots);
+  const ToolRun drawn =
+      run_tool("render-to-image", "--rig " + at("room/truth.json") + " --surfaces " + at("solved.json") +
+                                      " -o " + at("frame.png") + " --viewer=-0.35m,-0.2m,0.1m --virtual " +
+                                      at("things.json") + " --content picture=" + at("dots.png"));
+  ASSERT_EQ(drawn.exit_code, 0) << drawn.err;
+
+  const Rig rig = io::load_rig(folder_ / "room/truth.json");
+  simulate::RoomLight light;
+  light.projector = rig.projector().projector;
+  light.room_from_projector = rig.projector().rig_from_projector;
+  light.frames = {io::to_gray(io::load_image(folder_ / "frame.png").image)};
+  const Camera lens{{1280, 960}, {1104, 1096, 633, 471, 0}, NoDistortion{}};
+  const Pose rig_from_eye(Eigen::Quaterniond::Identity(), eye);
+  simulate::RoomViewOptions options;
+  options.brightest_grey = 230;
+  const simulate::RoomView seen =
+      simulate::room_view(simulate::scan_scene("sphere"), lens, rig_from_eye, {light}, options);
+
+  std::vector<double> off;
+  int whole = 0;
+  for (const Vec3& dot : dots_in_rig) {
+    const Vec2 expected = lens.project(rig_from_eye.inverse() * dot).value();
+    if (!is_whole(expected, 10, seen.truth)) continue;
+    ++whole;
+    if (const std::optional<Vec2> found = dot_near(expected, 10, seen.image())) {
+      off.push_back((*found - expected).norm());
+    }
+  }
+  ASSERT_GT(whole, 60);
+  EXPECT_GE(int(off.size()), whole - 2) << "dots that are not seen";
+  std::sort(off.begin(), off.end());
+  std::printf("%zu of %d dots, off by %.3f px (median), %.3f px (95 %%), %.3f px (max)\n", off.size(), whole,
+              off[off.size() / 2], off[off.size() * 95 / 100], off.back());
+  EXPECT_LT(off[off.size() * 95 / 100], 1.0);
 }
 
 TEST_F(ScanRoute, RefusesWhatIsNoScan) {

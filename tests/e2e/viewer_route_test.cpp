@@ -1,6 +1,7 @@
 /// render-to-image --viewer: things that stand behind a wall, for an eye before it.
 #include <gtest/gtest.h>
 
+#include "e2e/plane_in_rig.hpp"
 #include "e2e/tool_runner.hpp"
 #include "procam/io/image/images.hpp"
 #include "procam/io/rig_file.hpp"
@@ -9,18 +10,6 @@
 
 namespace procam::test {
 namespace {
-
-Surface plane_in_rig(const std::string& name, double width, double height, const Pose& rig_from_surface) {
-  PlanarSurface plane;
-  plane.content = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
-  plane.points = {{0, 0}, {width, 0}, {width, height}, {0, height}};
-  plane.frame = "rig";
-  plane.frame_from_surface = rig_from_surface;
-  Surface surface;
-  surface.name = name;
-  surface.geometry = plane;
-  return surface;
-}
 
 /// A wall, and a picture with one white square that stands 0.7 m behind it.
 class ViewerRoute : public ::testing::Test {

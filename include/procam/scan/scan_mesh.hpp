@@ -5,7 +5,8 @@
 /// hypotenuse, down to single pixels, the measured inverse depth (in which planes are linear) is within the tolerance of
 /// the line between its ends (right-triangulated irregular networks: W. Evans, D. Kirkpatrick, G. Townsend,
 /// Algorithmica 30(2), 2001). Neighbours are split alike, so no cracks appear. Triangles that hold pixels without a depth, or
-/// a step in depth, are split to single pixels, and those without three measured corners on one surface are omitted.
+/// a step in depth, are split to single pixels, and those without three corners on one surface are omitted. Before, small holes
+/// are filled: their inverse depth is interpolated along x and y.
 ///
 /// Content coordinates are those of the camera's image, (0, 0) .. (1, 1): content looks undistorted from where the camera
 /// is.
@@ -23,6 +24,9 @@ struct MeshOptions {
   /// Neighbouring pixels are on two surfaces when the surface between them would be seen at a flatter angle than this,
   /// radians.
   double min_angle = 5 * kDegree;
+  /// Holes of so many pixels along x or y are bridged where the surface goes on behind them: content would have specks.
+  /// Wider ones, and steps in depth, stay open. 0: all do.
+  int max_hole = 8;
 };
 
 /// In the rig's frame. Throws Error(kNotEnoughData) when no three neighbouring pixels are measured.

@@ -44,7 +44,8 @@ void bind_scan(py::module_& m) {
   mesh_options.fields_init()
       .field("max_deviation", &scan::MeshOptions::max_deviation, "metres")
       .field("max_sigmas", &scan::MeshOptions::max_sigmas, "")
-      .field("min_angle", &scan::MeshOptions::min_angle, "radians");
+      .field("min_angle", &scan::MeshOptions::min_angle, "radians")
+      .field("max_hole", &scan::MeshOptions::max_hole, "pixels along x or y that are bridged; 0: none");
   scan_error.fields_init()
       .field("compared", &scan::ScanError::compared, "")
       .field("rms", &scan::ScanError::rms, "along the true surface's normal, without outliers")

@@ -392,6 +392,7 @@ class BoardOfLight : public SessionPattern {
     const Vec2 less = 0.5 * (1 - kShareOnPaper) * area.sizes();
     return Eigen::AlignedBox2d(area.min() + less, area.max() - less);
   }
+  bool looks_same_mirrored() const override { return !is_coded(shown_.layout); }
 
   session::BoardView read(const std::string& view_name, const std::vector<ViewU8>& captures,
                           const Board& board) const override {

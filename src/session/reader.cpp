@@ -258,6 +258,18 @@ std::vector<ReadView> read_views(const SessionPlan& plan, int begin, int end, co
   return views;
 }
 
+/// Two plain boards are the same in a mirror. All pixels then fit a rig whose projector stands on the other side.
+void tell_what_a_mirror_hides(const SessionPlan& plan, Diagnostics& remarks) {
+  if (is_coded(plan.board)) return;
+  for (const PlannedProjector& projector : plan.projectors)
+    if (!projector.pattern || !projector.pattern->looks_same_mirrored()) return;
+  remarks.note(
+      "mirror_not_seen",
+      "two plain boards look the same in a mirror: check that words read normally in the camera's images, and "
+      "on the wall when the projector shows them. Else the projector is put on the wrong side, and no residual "
+      "changes; switch off the mirroring of camera or projector, or use a board or pattern with markers");
+}
+
 }  // namespace
 
 void turn_left_to_right(ImageU8& image) {
@@ -348,6 +360,7 @@ SessionContents read(const SessionPlan& plan, const ReadingProgress& progress) {
     views.push_back(combine(plan.views[i].name, devices, readings[i]));
   contents.correspondences = join(plan.board, devices, views);
   warn_of_identical_files(contents.inputs, contents.correspondences.diagnostics);
+  if (!plan.shown) tell_what_a_mirror_hides(plan, contents.correspondences.diagnostics);
   std::string projector_sizes;
   for (const PlannedProjector& projector : plan.projectors)
     projector_sizes += (projector_sizes.empty() ? "" : " ") +

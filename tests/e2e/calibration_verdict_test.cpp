@@ -115,5 +115,25 @@ TEST(CalibrationVerdict, OfAStoredRigKeepsItsFailures) {
   expect_consistent(check, "");
 }
 
+/// The captures of two plain boards look the same in a mirror: said once, and for no pattern that shows it.
+TEST(CalibrationVerdict, SaysThatPlainBoardsHideAMirror) {
+  const ScratchFolder folder;
+  const auto calibrated = [&](const std::string& pattern) {
+    const std::string session = (folder / pattern).string();
+    EXPECT_EQ(run_tool("simulate-captures",
+                       "--seed 5 --level easy --views 4 --pattern " + pattern + " -o " + session)
+                  .exit_code,
+              0);
+    return run_tool("calibrate-projector",
+                    "--accept 50mm --json --captures " + session + " -o " + session + ".json");
+  };
+  const ToolRun plain = calibrated("chessboard");
+  EXPECT_EQ(plain.exit_code, 0) << plain.err;
+  EXPECT_EQ(count(plain.err, "look the same in a mirror"), 1u) << plain.err;
+  const ToolRun coded = calibrated("markers");
+  EXPECT_EQ(coded.exit_code, 0) << coded.err;
+  EXPECT_EQ(count(coded.err, "mirror"), 0u) << coded.err;
+}
+
 }  // namespace
 }  // namespace procam::test

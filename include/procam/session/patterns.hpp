@@ -53,6 +53,9 @@ class PROCAM_EXPORT SessionPattern {
   virtual int channels() const { return 1; }
   /// The part of the picture that must land on blank paper beside the print; none where the print may be lit.
   virtual std::optional<Eigen::AlignedBox2d> on_blank_paper() const { return std::nullopt; }
+  /// Does the light in a mirror look like the light itself? Then a session with a plain printed board cannot show that the
+  /// camera's images are mirrored.
+  virtual bool looks_same_mirrored() const { return false; }
   /// One board pose from its captures, frame by frame. A board that is not found is a remark in the
   /// detections; throws Error(kInput) for captures that are not of this pattern.
   virtual session::BoardView read(const std::string& view_name, const std::vector<ViewU8>& captures,

@@ -145,9 +145,10 @@ std::optional<BoardMarkers> find_board_markers(const ViewU8& image, const Marker
       board.markers.erase(board.markers.begin() + std::ptrdiff_t(index));
     }
     if (!map || 3 * board.markers.size() < 2 * seen) {
-      diagnostics.warn("board_layout_differs",
-                       "markers of " + dictionary + " are there, but not where the " + layout.noun +
-                           " has them: check its counts (columns first), its sizes, where its ids begin, and that no image is mirrored");
+      diagnostics.warn(
+          "board_layout_differs",
+          "markers of " + dictionary + " are there, but not where the " + layout.noun +
+              " has them: check its counts (columns first), its sizes, where its ids begin, and that no image is mirrored");
       return std::nullopt;
     }
   }

@@ -2,6 +2,8 @@
 /// Every public header of procam::depth.
 #include "procam/depth/areas.hpp"
 #include "procam/depth/depth_image.hpp"
+#include "procam/depth/height_field.hpp"
+#include "procam/depth/height_picture.hpp"
 #include "procam/depth/main_planes.hpp"
 #include "procam/depth/plane_map.hpp"
 #include "procam/depth/planes.hpp"

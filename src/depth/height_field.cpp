@@ -344,28 +344,31 @@ void HeightField::bridge(HeightMap& map) const {
         between(column, row, 0, 1);
 }
 
-ImageF HeightField::background(const RayTable& rays, const Pose& reference_from_camera) const {
+ImageF HeightField::background(const DepthImage& image, const RayTable& rays,
+                               const Pose& reference_from_camera) const {
+  require(image.size() == rays.size(), "HeightField: the image is not of the camera's size");
   constexpr int kRounds = 3;  // of a slope of one half, an eighth of the first error remains
   ImageF depth(rays.size());
   const Vec3 eye = reference_from_camera.translation;
   const Mat3 rotation = reference_from_camera.rotation.toRotationMatrix();
+  const auto depth_at = [&](const Vec3& ray) {
+    double height = 0, z = 0;
+    for (int round = 0; round < kRounds; ++round) {
+      z = (-height - eye.z()) / ray.z();
+      const Vec2 place = (eye + z * ray).head<2>() / options_.cell;
+      if (!(z > 0 && place.minCoeff() >= 0 && place.x() < columns_ && place.y() < rows_)) return -1.0;
+      const Cell& cell = cells_[index(int(place.x()), int(place.y()))];
+      if (!(cell.hh > 0)) return 0.0;
+      height = cell.height;
+    }
+    return (-height - eye.z()) / ray.z();
+  };
   for (int y = 0; y < depth.height(); ++y)
     for (int x = 0; x < depth.width(); ++x) {
       const Vec3 ray = rotation * Vec3(rays.u(x, y), rays.v(x, y), 1);
-      double height = 0, z = 0;
-      for (int round = 0; round < kRounds; ++round) {
-        z = (-height - eye.z()) / ray.z();
-        const Vec2 place = (eye + z * ray).head<2>() / options_.cell;
-        z = z > 0 && place.minCoeff() >= 0 && place.x() < columns_ && place.y() < rows_ ? z : 0;
-        if (!(z > 0)) break;
-        const Cell& cell = cells_[index(int(place.x()), int(place.y()))];
-        if (!(cell.hh > 0)) {
-          z = 0;
-          break;
-        }
-        height = cell.height;
-      }
-      depth.at(x, y) = float(z);
+      double z = depth_at(ray);
+      if (z < 0) z = image.at(x, y) > 0 ? (-options_.max_height - eye.z()) / ray.z() : 0;
+      depth.at(x, y) = std::isfinite(z) && z > 0 ? float(z) : 0.0f;
     }
   return depth;
 }

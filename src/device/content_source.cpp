@@ -116,8 +116,14 @@ bool is_address(const std::string& what) {
   return begins_with(what, "rtsp://") || begins_with(what, "http://") || begins_with(what, "https://");
 }
 
+/// A show makes it itself, where there are heights.
+std::unique_ptr<ContentSource> refuse_heights(const std::string& what, const ContentOptions&) {
+  throw Error(ErrorKind::kInput, "content 'height:" + what + "'", "there is no live shape whose heights it could show",
+              "use project-live with --surfaces depth-shape:SOURCE");
+}
+
 // One row a kind.
-constexpr std::array<Kind, 8> kKinds{{
+constexpr std::array<Kind, 9> kKinds{{
     {"color", "#ff8000", false,
      [](const std::string& what) { return begins_with(what, "#") && !exists(what); }, open_color},
     {"camera", "camera:0", false, is_address, internal::open_live},
@@ -126,6 +132,8 @@ constexpr std::array<Kind, 8> kKinds{{
      internal::open_ros2_content},
     {"log", "log:run.mcap+/camera/image_raw", true, [](const std::string&) { return false; },
      internal::open_log_content},
+    {"height", "height:colours,contours=20mm", false, [](const std::string&) { return false; },
+     refuse_heights},
     {"images", "shots/*.png@12.5", true, looks_like_images, open_images},
     {"image", "wall.png", true, [](const std::string& what) { return internal::is_picture(what); },
      open_image},

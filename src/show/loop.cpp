@@ -376,7 +376,10 @@ class Loop {
       for (std::size_t i = 0; i < before.contents.size() && !content; ++i)
         if (before.surfaces.surfaces[i].content == surface.content) content = before.contents[i];
       // What a part of a room showed may come back.
-      const auto kept = of_room_.find(surface.content);
+      auto kept = of_room_.find(surface.content);
+      if (!content && kept == of_room_.end() && parts_.room != nullptr)
+        if (std::shared_ptr<device::ContentSource> made = parts_.room->content(surface.content))
+          kept = of_room_.emplace(surface.content, std::move(made)).first;
       if (!content && kept != of_room_.end()) content = kept->second;
       if (!content && !surface.content.empty() && kept == of_room_.end()) missing.surfaces.push_back(surface);
       next.contents.push_back(std::move(content));
@@ -403,7 +406,14 @@ class Loop {
     for (Surface& surface : news->surfaces->surfaces)
       if (const auto content = parts_.room_contents.find(surface.name); content != parts_.room_contents.end())
         surface.content = content->second;
+    parts_.room->shape_at(device::now_s() + options_.delay_s);  // contents are made from its heights
     show_of(*news->surfaces);
+  }
+
+  /// The shape that the depth camera sees, as it will be at the frame's light.
+  void move_shape(double light_time) {
+    if (parts_.room == nullptr) return;
+    if (auto mesh = parts_.room->shape_at(light_time)) parts_.projection.set_mesh(kShapeName, std::move(mesh));
   }
 
   void take_watch() {
@@ -465,6 +475,7 @@ class Loop {
     if (!frozen_ || metrics_.frames == 0) {
       move_projector(now);
       move_surfaces(now);
+      guarded("room", [&] { move_shape(now + options_.delay_s); });
       draw_new(now, *frame);
       const double ready = device::now_s();
       metrics_.draw.add(ready - now);

@@ -108,6 +108,8 @@ struct Projection::State {
         break;
     }
     const Placement& placement = solved.surfaces[i].placement;
+    const auto* mesh = std::get_if<PlacedMesh>(&placement);
+    if (mesh != nullptr && mesh->mesh->triangles.empty()) return;
     Laid& way = laid[i];
     if (way.picture != shown.size()) {
       way.layout = surface::lay_out(placement, solved.surfaces[i].surface, shown.size());
@@ -172,6 +174,18 @@ const SolvedSurfaceSet& Projection::solved() const {
 SolvedSurfaceSet Projection::solve_again() const {
   return surface::solve_surfaces(state_->show.surfaces, state_->projector,
                                  state_->solved.projector_from_world.value_or(Pose()));
+}
+
+bool Projection::set_mesh(const std::string& surface, std::shared_ptr<const Mesh> mesh) {
+  for (std::size_t i = 0; i < state_->solved.surfaces.size(); ++i) {
+    SolvedSurface& solved = state_->solved.surfaces[i];
+    auto* placed = std::get_if<PlacedMesh>(&solved.placement);
+    if (placed == nullptr || solved.surface.name != surface) continue;
+    placed->mesh = std::move(mesh);
+    state_->laid[i] = {};
+    return true;
+  }
+  return false;
 }
 
 void Projection::move_projector(const Pose& rig_from_projector) {

@@ -12,6 +12,7 @@
 #include <mutex>
 #include <thread>
 
+#include "depth_surfaces.hpp"
 #include "procam/depth/room_depth.hpp"
 #include "procam/device/frame_sink.hpp"
 #include "rejected_counts.hpp"
@@ -70,11 +71,9 @@ double DepthSurfaceTracker::time_of(const device::SeenDepth& seen) {
 }
 
 std::shared_ptr<const RoomSilhouettes> DepthSurfaceTracker::find(const depth::DepthImage& image,
+                                                                 ViewF background,
                                                                  const Pose& world_from_camera,
                                                                  double time) const {
-  depth::RoomDepthOptions room;
-  room.within = options_.silhouettes->nearer;
-  const ImageF background = depth::room_depth(map_, image, rays_, world_from_camera, room);
   ImageF metres;
   if (image.units.data) {
     metres = ImageF(image.size().width, image.size().height);
@@ -82,7 +81,7 @@ std::shared_ptr<const RoomSilhouettes> DepthSurfaceTracker::find(const depth::De
       for (int x = 0; x < metres.width(); ++x) metres.at(x, y) = image.at(x, y);
   }
   const people::SilhouetteInput view{lens_, image.units.data ? metres.view() : image.metres,
-                                     background.view()};
+                                     background};
   return std::make_shared<const RoomSilhouettes>(
       RoomSilhouettes{people::find_silhouettes(view, *options_.silhouettes), world_from_camera, time});
 }
@@ -121,14 +120,55 @@ std::optional<SurfaceSet> DepthSurfaceTracker::look(const device::SeenDepth& see
   const PoseWithCovariance world_from_camera =
       compose(world_from_rig, {options_.camera.rig_from_camera, Mat6::Zero()});
   const depth::DepthImage image(seen.pixels, seen.metres_per_unit.value_or(options_.metres_per_unit));
-  map_.update(depth::find_planes(image, rays_, options_.planes), image, rays_, world_from_camera, time);
+  if (options_.shape)
+    follow_shape(image, world_from_camera.pose, time);
+  else
+    map_.update(depth::find_planes(image, rays_, options_.planes), image, rays_, world_from_camera, time);
   last_time_ = time;
   ++looked_;
-  if (options_.silhouettes) silhouettes_ = find(image, world_from_camera.pose, time);
-  SurfaceSet now = map_.surfaces();
-  if (!is_news(told_, now, options_.news_from)) return std::nullopt;
+  if (options_.silhouettes) {
+    const Pose& pose = world_from_camera.pose;
+    depth::RoomDepthOptions room;
+    room.within = options_.silhouettes->nearer;
+    const ImageF background =
+        shape_ ? shape_->field.background(image, rays_, shape_->world_from_reference.inverse() * pose)
+               : depth::room_depth(map_, image, rays_, pose, room);
+    silhouettes_ = find(image, background.view(), pose, time);
+  }
+  SurfaceSet now = surfaces();
+  // A shape is told once; how it moves is asked for with every frame.
+  const bool news = shape_ ? told_.surfaces.empty() && !now.surfaces.empty()
+                           : is_news(told_, now, options_.news_from);
+  if (!news) return std::nullopt;
   told_ = now;
   return now;
+}
+
+void DepthSurfaceTracker::follow_shape(const depth::DepthImage& image, const Pose& world_from_camera,
+                                       double time) {
+  // Frames look at the last one meanwhile.
+  std::shared_ptr<RoomShape> next;
+  if (shape_) {
+    next = std::make_shared<RoomShape>(*shape_);
+  } else {
+    const depth::ReferencePlane plane = depth::fit_reference_plane(image, rays_, options_.shape->region);
+    next = std::make_shared<RoomShape>(RoomShape{depth::HeightField(plane.size, options_.shape->field),
+                                                 world_from_camera * plane.camera_from_reference});
+  }
+  next->field.update(image, rays_, next->world_from_reference.inverse() * world_from_camera, time);
+  shape_ = std::move(next);
+}
+
+SurfaceSet DepthSurfaceTracker::surfaces() const {
+  if (!options_.shape) return map_.surfaces();
+  SurfaceSet set;
+  if (!shape_) return set;
+  MeshSurface shape;
+  shape.frame = "world";
+  shape.frame_from_surface = shape_->world_from_reference;
+  shape.mesh = depth::mesh_of(shape_->field.at(last_time_));
+  if (!shape.mesh->triangles.empty()) set.surfaces.push_back({kShapeName, shape, {}, ""});
+  return set;
 }
 
 struct DepthSurfaceSource::State {
@@ -140,10 +180,12 @@ struct DepthSurfaceSource::State {
   std::unique_ptr<device::DepthSource> source;
   std::string description;  ///< of the first
   DepthSurfaceTracker view;
-  std::mutex mutex;  ///< of the three below
+  std::mutex mutex;  ///< of the four below
   std::vector<track::StampedPose> poses;
   SurfaceUpdate news;
   std::shared_ptr<const RoomSilhouettes> silhouettes;
+  std::shared_ptr<const RoomShape> shape;
+  std::shared_ptr<ShownHeights> shown = std::make_shared<ShownHeights>();  ///< the show's thread's own
   RejectedCounts rejected;
   std::atomic<bool> ends{false};
   std::thread thread;
@@ -214,13 +256,14 @@ struct DepthSurfaceSource::State {
     }
     last_good = device::now_s();
     last_fault.clear();
-    if (view.silhouettes()) {
+    {
       const std::lock_guard<std::mutex> lock(mutex);
       silhouettes = view.silhouettes();
+      shape = view.shape();
     }
     if (lost) {
       lost = false;
-      tell(view.map().surfaces(), "the depth camera sees again");
+      tell(view.surfaces(), "the depth camera sees again");
     } else if (surfaces) {
       tell(std::move(surfaces));
     }
@@ -264,6 +307,22 @@ std::optional<SurfaceUpdate> DepthSurfaceSource::take() {
   const SurfaceUpdate& news = state_->news;
   if (!lock || (!news.surfaces && news.words.empty() && news.faults == 0)) return std::nullopt;
   return std::exchange(state_->news, {});
+}
+
+std::shared_ptr<const Mesh> DepthSurfaceSource::shape_at(double light_time) {
+  std::shared_ptr<const RoomShape> newest;
+  {
+    const std::lock_guard<std::mutex> lock(state_->mutex);
+    newest = state_->shape;
+  }
+  if (!newest) return nullptr;
+  state_->shown->map = newest->field.at(light_time);
+  return depth::mesh_of(state_->shown->map);
+}
+
+std::shared_ptr<device::ContentSource> DepthSurfaceSource::content(const std::string& text) const {
+  if (!is_height_content(text) || state_->shown->map.height.empty()) return nullptr;
+  return height_content(text, state_->shown);
 }
 
 std::string DepthSurfaceSource::description() const {

@@ -22,6 +22,8 @@
 #include <vector>
 
 #include "procam/core/rig/rig.hpp"
+#include "height_content.hpp"
+#include "procam/depth/height_field.hpp"
 #include "procam/depth/plane_map.hpp"
 #include "procam/device/depth_source.hpp"
 #include "procam/people/silhouette.hpp"
@@ -29,6 +31,20 @@
 #include "procam/track/pose_track.hpp"
 
 namespace procam::show {
+
+/// One surface of any shape instead of planes: "shape" (depth/height_field.hpp).
+struct ShapeOptions {
+  std::optional<depth::PixelRegion> region;  ///< of the depth camera; none: its middle
+  depth::HeightFieldOptions field;
+};
+
+/// A shape after one image, to be looked at for the time of a light.
+struct RoomShape {
+  depth::HeightField field;
+  Pose world_from_reference;
+};
+
+inline constexpr const char* kShapeName = "shape";
 
 struct RoomOptions {
   RigCamera camera;                ///< the depth camera
@@ -45,6 +61,7 @@ struct RoomOptions {
   double news_from = 2e-4;
   /// Objects in front of the room are reported (DepthSurfaceTracker::silhouettes()), to be masked.
   std::optional<people::SilhouetteOptions> silhouettes;
+  std::optional<ShapeOptions> shape;
 };
 
 /// What came before the room at a time, as the depth camera then stood.
@@ -77,14 +94,19 @@ class DepthSurfaceTracker {
   const std::shared_ptr<const RoomSilhouettes>& silhouettes() const { return silhouettes_; }
 
   const depth::PlaneMap& map() const { return map_; }
+  /// All that is known, whether told before or not.
+  SurfaceSet surfaces() const;
+  /// As of the last image; null without RoomOptions::shape, and before there is one.
+  const std::shared_ptr<const RoomShape>& shape() const { return shape_; }
   int looked() const { return looked_; }                            ///< pictures that the map took
   int frames_without_pose() const { return frames_without_pose_; }  ///< skipped without a pose
 
  private:
   double time_of(const device::SeenDepth& seen);
   void follow_lens(const Camera& lens);
-  std::shared_ptr<const RoomSilhouettes> find(const depth::DepthImage& image, const Pose& world_from_camera,
-                                              double time) const;
+  std::shared_ptr<const RoomSilhouettes> find(const depth::DepthImage& image, ViewF background,
+                                              const Pose& world_from_camera, double time) const;
+  void follow_shape(const depth::DepthImage& image, const Pose& world_from_camera, double time);
 
   RoomOptions options_;
   Camera lens_;  ///< the one that the pictures state, or the rig's
@@ -96,6 +118,7 @@ class DepthSurfaceTracker {
   int looked_ = 0, frames_without_pose_ = 0;
   SurfaceSet told_;
   std::shared_ptr<const RoomSilhouettes> silhouettes_;
+  std::shared_ptr<const RoomShape> shape_;
 };
 
 struct DepthSurfaceSourceOptions {
@@ -123,6 +146,11 @@ class DepthSurfaceSource {
   void add(const track::StampedPose& message);
   /// What is new, if anything; never waits.
   std::optional<SurfaceUpdate> take();
+  /// The shape at the time of a light, in the frame of its surface; null where there is none. Its contents show the heights
+  /// of then, from now on.
+  std::shared_ptr<const Mesh> shape_at(double light_time);
+  /// Content made from these heights (height_content.hpp); null for any other, and before shape_at() has given a shape.
+  std::shared_ptr<device::ContentSource> content(const std::string& text) const;
   /// Messages of its camera that were dropped, by cause.
   std::map<std::string, std::uint64_t> rejected() const;
   /// Of its camera.

@@ -9,6 +9,8 @@
 #include <thread>
 #include <tuple>
 
+#include "depth_surfaces.hpp"
+#include "height_content.hpp"
 #include "loop.hpp"
 #include "marker_source.hpp"
 #include "overlay.hpp"
@@ -143,6 +145,19 @@ std::vector<std::string> content_choices(const fs::path& folder, const SurfaceSe
   return found;
 }
 
+/// The region of a shape, which the camera must have.
+std::optional<depth::PixelRegion> shape_region(const DepthSurfaces& named, const RigCamera& camera) {
+  if (!named.region) return std::nullopt;
+  const depth::PixelRegion& r = *named.region;
+  const ImageSize size = camera.camera.size;
+  if (r.width < 8 || r.height < 8 || r.x + r.width > size.width || r.y + r.height > size.height || r.x < 0 || r.y < 0)
+    throw Error(ErrorKind::kInput, "region of " + std::to_string(r.width) + "x" + std::to_string(r.height) + " pixels",
+                "it is smaller than 8x8 pixels, or not inside of the " + io::format_size(size) + " pixels of camera '" +
+                    camera.name + "'",
+                "give region=X:Y:WIDTHxHEIGHT inside of the depth image");
+  return r;
+}
+
 std::unique_ptr<DepthSurfaceSource> watch_room(const ShowOptions& options, const Rig& rig,
                                                const ProjectionOptions& projection) {
   const DepthInput& depth = options.depth;
@@ -160,11 +175,12 @@ std::unique_ptr<DepthSurfaceSource> watch_room(const ShowOptions& options, const
   // The loss of the camera is handled as that of the poses.
   watch.lost_after = projection.track.stale_after;
   watch.blank_on_loss = projection.blank_on_stale;
-  const std::string source = options.surfaces.substr(options.surfaces.find(':') + 1);
+  const DepthSurfaces named = parse_depth_surfaces(options.surfaces);
+  if (named.is_shape) watch.room.shape.emplace().region = shape_region(named, watch.room.camera);
   device::DepthOptions opening;
   opening.size = watch.room.camera.camera.size;
   return std::make_unique<DepthSurfaceSource>(
-      [source, opening] { return device::open_depth(source, opening); }, watch);
+      [source = named.source, opening] { return device::open_depth(source, opening); }, watch);
 }
 
 std::unique_ptr<track::PoseSource> open_markers(const MarkerInput& input, const Rig& rig) {
@@ -238,6 +254,17 @@ void check_combination(const ShowOptions& options) {
   if (options.watch && !options.watch->save.empty()) io::require_writable(options.watch->save);
   if (options.depth.silhouettes && !is_depth_source(options.surfaces))
     refuse("silhouettes", "no depth camera sees the room", "give surfaces depth:SOURCE");
+  if (is_shape_source(options.surfaces) && !options.record.empty())
+    refuse("record", "a run with a live shape cannot be shown again bit for bit", "leave one of them out");
+  if (is_shape_source(options.surfaces) && options.watch)
+    refuse("watch", "light on a surface that moves does not show whether the projector has", "leave out --watch");
+  for (const auto& [surface, content] : options.contents)
+    if (is_height_content(content)) {
+      parse_height_content(content);
+      if (!is_shape_source(options.surfaces))
+        refuse("content '" + content + "' of '" + surface + "'", "there is no live shape whose heights it could show",
+               "give surfaces depth-shape:SOURCE");
+    }
   if (options.depth.silhouettes && !options.record.empty())
     refuse("record", "a run with silhouettes cannot be shown again bit for bit", "leave one of them out");
 }

@@ -9,6 +9,7 @@ namespace procam::show {
 // Field lists are found by the namespace of their noun, so that they are not in the unnamed one.
 
 static constexpr const char* kDepth = "depth:";
+static constexpr const char* kShape = "depth-shape:";
 
 /// A field that may be missing where it has its default.
 template <typename T>
@@ -139,7 +140,11 @@ static void for_each_file(ShowOptions& o, const Change& change) {
 }
 
 bool is_depth_source(const std::string& surfaces) {
-  return surfaces.rfind(kDepth, 0) == 0;
+  return surfaces.rfind(kDepth, 0) == 0 || is_shape_source(surfaces);
+}
+
+bool is_shape_source(const std::string& surfaces) {
+  return surfaces.rfind(kShape, 0) == 0;
 }
 
 ShowOptions load_options(const std::filesystem::path& path) {

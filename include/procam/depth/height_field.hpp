@@ -96,9 +96,9 @@ class PROCAM_EXPORT HeightField {
 
   /// Is something before the surface there, in the last image?
   bool is_covered(int column, int row) const { return hidden_[index(column, row)] != 0; }
-  /// Depth along the optical axis that the camera would see were nobody there, metres; 0 outside of the field and in holes
-  /// that nothing was ever seen in.
-  ImageF background(const RayTable& rays, const Pose& reference_from_camera) const;
+  /// Depth along the optical axis that the camera would see were nobody there, metres; 0 in holes that nothing was ever
+  /// seen in. Beside the field it is that of the plane at `max_height`, where the image has a reading.
+  ImageF background(const DepthImage& image, const RayTable& rays, const Pose& reference_from_camera) const;
 
  private:
   struct Cell {

@@ -91,6 +91,8 @@ struct ContentOptions {
 ///   log     log:run.mcap+/TOPIC[@SPEED], images of a log of ROS 2 in their time, once through
 ///   shm     shm:NAME, what another program writes there (shared_frame.hpp): live, the newest frame. A writer
 ///           that was started again is found again within a second, if its frames have the same size
+///   height  height:colours[,range=-50mm..80mm][,contours=20mm]: heights of a live shape; only in a show with
+///           surfaces depth-shape:SOURCE (docs/depth.md)
 ///
 /// @RATE behind images and videos is their pictures a second: shots/*.png@12.5. Else it is 25 for images and
 /// the mean rate in the header of a video.

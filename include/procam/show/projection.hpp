@@ -95,6 +95,10 @@ class PROCAM_EXPORT Projection {
   /// As they were last drawn.
   const SolvedSurfaceSet& solved() const;
 
+  /// Another shape of a surface in the room that is drawn as triangles, with the same content: solved() has it, show() stays
+  /// as it was given. A mesh without triangles is dark. false: there is no such surface.
+  bool set_mesh(const std::string& surface, std::shared_ptr<const Mesh> mesh);
+
   /// The projector where it stands in the rig from now on: after a bump, say. The rig stays where it is in the world, and
   /// so do surfaces in the world and in the rig.
   void move_projector(const Pose& rig_from_projector);

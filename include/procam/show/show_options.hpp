@@ -26,7 +26,7 @@ struct MarkerInput {
   std::string markers;  ///< or a marker map file
 };
 
-/// The rig's depth camera, for surfaces that begin with "depth:".
+/// The rig's depth camera, for surfaces that begin with "depth:" or "depth-shape:".
 struct DepthInput {
   std::string camera;              ///< its name in the rig; may be empty when the rig has one camera
   double metres_per_unit = 0.001;  ///< of 16-bit depth images, where no sensor states it
@@ -56,7 +56,8 @@ struct ShowOptions {
   std::string projector;  ///< its name in the rig; may be empty when the rig has one
 
   /// A surface file, read again when it changes; or depth:watch:FOLDER, depth:folder:FOLDER, depth:openni2:[URI],
-  /// depth:ros2:/TOPIC.
+  /// depth:ros2:/TOPIC; or one surface that moves and deforms, "shape": depth-shape:SOURCE[,region=X:Y:WIDTHxHEIGHT], the
+  /// region in pixels of the depth camera.
   std::string surfaces;
   /// Contents by surface (device/content_source.hpp), instead of the surface file's own.
   std::map<std::string, std::string> contents;
@@ -103,6 +104,8 @@ struct ShowOptions {
 
 /// Does the text name a depth camera instead of a surface file?
 PROCAM_EXPORT bool is_depth_source(const std::string& surfaces);
+/// Is its surface a live shape ("depth-shape:")?
+PROCAM_EXPORT bool is_shape_source(const std::string& surfaces);
 
 /// Relative file names become relative to the working directory. Throws Error(kIo), and Error(kInput) with file,
 /// line and field, also for an unknown field.

@@ -11,7 +11,7 @@
 namespace procam::depth {
 namespace {
 
-constexpr double kLongestPrediction = 0.5;  // seconds
+constexpr double kLongestPrediction = 0.2;  // seconds; a rate says little of later
 constexpr double kFirstRateSigma = 0.2;     // m/s
 constexpr float kCoveredShare = 0.15f;      // of a cell's readings
 constexpr float kFewestReadings = 2;
@@ -73,8 +73,7 @@ Vec3 fit_plane(const std::vector<RayReading>& readings) {
     std::vector<double> sorted = sizes;
     std::nth_element(sorted.begin(), sorted.begin() + std::ptrdiff_t(sorted.size() / 2), sorted.end());
     const double limit = std::max(1e-9, kHuber * 1.4826 * sorted[sorted.size() / 2]);
-    for (std::size_t i = 0; i < readings.size(); ++i)
-      weights[i] = sizes[i] <= limit ? 1 : limit / sizes[i];
+    for (std::size_t i = 0; i < readings.size(); ++i) weights[i] = sizes[i] <= limit ? 1 : limit / sizes[i];
   }
   return plane;
 }
@@ -96,8 +95,10 @@ ReferencePlane fit_reference_plane(const DepthImage& image, const RayTable& rays
   const Vec3 across = Vec3::UnitX() - z * z.x();
   if (!(across.norm() > kGrazing)) refuse();
   const Vec3 x = across.normalized(), y = z.cross(x);
-  const std::array<std::array<int, 2>, 4> corners = {
-      {{r.x, r.y}, {r.x + r.width - 1, r.y}, {r.x + r.width - 1, r.y + r.height - 1}, {r.x, r.y + r.height - 1}}};
+  const std::array<std::array<int, 2>, 4> corners = {{{r.x, r.y},
+                                                      {r.x + r.width - 1, r.y},
+                                                      {r.x + r.width - 1, r.y + r.height - 1},
+                                                      {r.x, r.y + r.height - 1}}};
   std::array<Vec2, 4> seen;
   for (std::size_t i = 0; i < 4; ++i) {
     const Vec3 ray(rays.u(corners[i][0], corners[i][1]), rays.v(corners[i][0], corners[i][1]), 1);
@@ -134,7 +135,8 @@ HeightField::HeightField(const Vec2& size, const HeightFieldOptions& options) : 
 void HeightField::update(const DepthImage& image, const RayTable& rays, const Pose& reference_from_camera,
                          double time) {
   require(image.size() == rays.size(), "HeightField: the image is not of the camera's size");
-  require(reference_from_camera.is_finite() && std::isfinite(time), "HeightField: a pose or time is not finite");
+  require(reference_from_camera.is_finite() && std::isfinite(time),
+          "HeightField: a pose or time is not finite");
   if (has_image_ && !(time > time_)) return;
   if (has_image_) predict(time - time_);
   has_image_ = true;
@@ -249,13 +251,15 @@ void HeightField::find_covered(double time) {
 Vec2 HeightField::slope(int column, int row) const {
   const auto along = [&](int before_column, int before_row, int after_column, int after_row) {
     if (before_column < 0 || before_row < 0 || after_column >= columns_ || after_row >= rows_) return 0.0;
-    const Cell &before = cells_[index(before_column, before_row)], &after = cells_[index(after_column, after_row)];
+    const Cell &before = cells_[index(before_column, before_row)],
+               &after = cells_[index(after_column, after_row)];
     return before.hh > 0 && after.hh > 0 ? (after.height - before.height) / (2 * options_.cell) : 0.0;
   };
   return {along(column - 1, row, column + 1, row), along(column, row - 1, column, row + 1)};
 }
 
-double HeightField::reading_sigma(const Pose& camera_from_reference, const Vec3& point, const Vec2& slope) const {
+double HeightField::reading_sigma(const Pose& camera_from_reference, const Vec3& point,
+                                  const Vec2& slope) const {
   const Vec3 in_camera = camera_from_reference * point;
   if (!(in_camera.z() > 0)) return options_.max_sigma;
   const Vec3 ray = camera_from_reference.rotation.conjugate() * (in_camera / in_camera.z());
@@ -287,7 +291,8 @@ void HeightField::measure(const Pose& reference_from_camera) {
       const Vec3 point((column + 0.5) * options_.cell, (row + 0.5) * options_.cell, -cell.height);
       const double sigma = reading_sigma(camera_from_reference, point, g);
       const double variance = sigma * sigma * double(squares / (weight * weight));
-      const double residual = double(height / weight) - g.dot(Vec2(double(x / weight), double(y / weight))) - cell.height;
+      const double residual =
+          double(height / weight) - g.dot(Vec2(double(x / weight), double(y / weight))) - cell.height;
       const double total = cell.hh + variance, gain_h = cell.hh / total, gain_r = cell.hr / total;
       cell.height += gain_h * residual;
       cell.rate += gain_r * residual;
@@ -305,9 +310,10 @@ HeightMap HeightField::at(double time) const {
   for (int row = 0; row < rows_; ++row)
     for (int column = 0; column < columns_; ++column) {
       const Cell& cell = cells_[index(column, row)];
-      if (!(cell.hh > 0) || hidden_[index(column, row)]) continue;
+      // By what the last image left: when no more come, the surface stays where it was, and is not full of holes.
+      if (!(cell.hh > 0 && cell.hh <= options_.max_sigma * options_.max_sigma) || hidden_[index(column, row)])
+        continue;
       const double variance = cell.hh + dt * (2 * cell.hr + dt * (cell.rr + q * dt / 3));
-      if (!(variance <= options_.max_sigma * options_.max_sigma)) continue;
       map.height.at(column, row) = float(cell.height + dt * cell.rate);
       map.sigma.at(column, row) = float(std::sqrt(std::max(variance, 1e-12)));
     }
@@ -330,12 +336,14 @@ void HeightField::bridge(HeightMap& map) const {
     };
     const int before = find(-1), after = find(1);
     if (before == 0 || after == 0 || before + after - 1 > reach) return false;
-    const int x0 = column - before * dx, y0 = row - before * dy, x1 = column + after * dx, y1 = row + after * dy;
+    const int x0 = column - before * dx, y0 = row - before * dy, x1 = column + after * dx,
+              y1 = row + after * dy;
     const float share = float(before) / float(before + after);
     const float h0 = seen.height.at(x0, y0), h1 = seen.height.at(x1, y1);
     map.height.at(column, row) = h0 + share * (h1 - h0);
     // The bridge may be off by what separates its ends, at most.
-    map.sigma.at(column, row) = std::max(seen.sigma.at(x0, y0), seen.sigma.at(x1, y1)) + 0.3f * std::abs(h1 - h0);
+    map.sigma.at(column, row) =
+        std::max(seen.sigma.at(x0, y0), seen.sigma.at(x1, y1)) + 0.3f * std::abs(h1 - h0);
     return true;
   };
   for (int row = 0; row < rows_; ++row)
@@ -391,7 +399,8 @@ std::shared_ptr<const Mesh> mesh_of(const HeightMap& map) {
     }
   for (int row = 0; row + 1 < rows; ++row)
     for (int column = 0; column + 1 < columns; ++column) {
-      const int a = at(column, row), b = at(column + 1, row), c = at(column + 1, row + 1), d = at(column, row + 1);
+      const int a = at(column, row), b = at(column + 1, row), c = at(column + 1, row + 1),
+                d = at(column, row + 1);
       if (a >= 0 && b >= 0 && c >= 0) mesh->triangles.push_back({a, b, c});
       if (a >= 0 && c >= 0 && d >= 0) mesh->triangles.push_back({a, c, d});
     }

@@ -25,7 +25,8 @@ std::array<std::uint8_t, 3> colour_of(double height, const HeightColours& colour
   const std::size_t i = std::min(std::size_t(place), kLegend.size() - 2);
   std::array<std::uint8_t, 3> colour{};
   for (std::size_t c = 0; c < 3; ++c)
-    colour[c] = std::uint8_t(std::lround(kLegend[i][c] + (place - double(i)) * (kLegend[i + 1][c] - kLegend[i][c])));
+    colour[c] =
+        std::uint8_t(std::lround(kLegend[i][c] + (place - double(i)) * (kLegend[i + 1][c] - kLegend[i][c])));
   return colour;
 }
 
@@ -38,16 +39,18 @@ void draw_heights(const HeightMap& map, const HeightColours& colours, ImageView<
   const double step = (colours.highest - colours.lowest) / (kColours - 1);
   for (int i = 0; i < kColours; ++i) table[std::size_t(i)] = colour_of(colours.lowest + i * step, colours);
   const int columns = map.height.width(), rows = map.height.height();
-  const float cell = float(map.cell), per_line = colours.contours > 0 ? float(1 / colours.contours) : 0;
-  const float half_line = float(0.5 * colours.line_width * double(per_line)) / cell;
+  const float per_line = colours.contours > 0 ? float(1 / colours.contours) : 0;
+  const float texels_per_cell = float(picture.width) / float(columns);
+  const float half_line = float(0.5 * colours.line_width / map.cell) * texels_per_cell;
   for (int y = 0; y < picture.height; ++y) {
     std::uint8_t* pixel = picture.row(y);
-    const float v = std::clamp((float(y) + 0.5f) / float(picture.height) * float(rows) - 0.5f, 0.f, float(rows - 1));
+    const float v =
+        std::clamp((float(y) + 0.5f) / float(picture.height) * float(rows) - 0.5f, 0.f, float(rows - 1));
     const int j = std::min(int(v), rows - 2);
     const float t = v - float(j);
     for (int x = 0; x < picture.width; ++x, pixel += 3) {
-      const float u =
-          std::clamp((float(x) + 0.5f) / float(picture.width) * float(columns) - 0.5f, 0.f, float(columns - 1));
+      const float u = std::clamp((float(x) + 0.5f) / float(picture.width) * float(columns) - 0.5f, 0.f,
+                                 float(columns - 1));
       const int i = std::min(int(u), columns - 2);
       const float s = u - float(i);
       const float *above = map.height.row(j) + i, *below = map.height.row(j + 1) + i;
@@ -61,13 +64,15 @@ void draw_heights(const HeightMap& map, const HeightColours& colours, ImageView<
       const float dy = (1 - s) * (below[0] - above[0]) + s * (below[1] - above[1]);
       const float height = left + s * dx;
       const float lines = height * per_line;
-      if (per_line > 0 && std::abs(lines - std::round(lines)) < half_line * std::sqrt(dx * dx + dy * dy)) {
-        pixel[0] = pixel[1] = pixel[2] = 0;
-        continue;
-      }
+      // Texels from the middle of a line; its border is one texel wide.
+      const float off = std::abs(lines - std::round(lines)) * texels_per_cell;
+      const float slope = per_line * std::sqrt(dx * dx + dy * dy);
+      const float lit = per_line > 0 && off < slope * (half_line + 0.5f)
+                            ? std::max(0.0f, off / slope - half_line + 0.5f)
+                            : 1;
       const auto number = int((double(height) - colours.lowest) / step + 0.5);
       const auto& colour = table[std::size_t(std::clamp(number, 0, kColours - 1))];
-      std::copy(colour.begin(), colour.end(), pixel);
+      for (int c = 0; c < 3; ++c) pixel[c] = std::uint8_t(lit * float(colour[std::size_t(c)]));
     }
   }
 }

@@ -118,7 +118,8 @@ bool is_address(const std::string& what) {
 
 /// A show makes it itself, where there are heights.
 std::unique_ptr<ContentSource> refuse_heights(const std::string& what, const ContentOptions&) {
-  throw Error(ErrorKind::kInput, "content 'height:" + what + "'", "there is no live shape whose heights it could show",
+  throw Error(ErrorKind::kInput, "content 'height:" + what + "'",
+              "there is no live shape whose heights it could show",
               "use project-live with --surfaces depth-shape:SOURCE");
 }
 

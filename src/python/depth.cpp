@@ -67,6 +67,16 @@ void bind_depth(py::module_& m) {
   Record<depth::MapPlane> map_plane(m, "MapPlane", "");
   Record<depth::PlaneMap> plane_map(m, "PlaneMap", "");
   Record<depth::RoomDepthOptions> room_depth_options(m, "RoomDepthOptions", "");
+  Record<depth::PixelRegion> pixel_region(m, "PixelRegion", "A rectangle of a depth camera's pixels.");
+  Record<depth::ReferencePlane> reference_plane(m, "ReferencePlane", "Where heights are counted from.");
+  Record<depth::HeightFieldOptions> height_field_options(m, "HeightFieldOptions", "");
+  Record<depth::HeightMap> height_map(m, "HeightMap",
+                                      "Heights at a moment, row by row, at the middles of the cells.");
+  Record<depth::HeightField> height_field(
+      m, "HeightField",
+      "A surface that moves and deforms before a depth camera, as heights over a reference\n"
+      "plane: a Kalman filter of height and rate for every cell.");
+  Record<depth::HeightColours> height_colours(m, "HeightColours", "");
   Record<depth::SensorKind> sensor_kind(m, "SensorKind", "A kind of sensor by its noise.");
   Record<depth::SensorCheck> sensor_check(
       m, "SensorCheck",
@@ -266,6 +276,71 @@ void bind_depth(py::module_& m) {
               "Of all named planes with content, in the frame \"world\".")
       .method("replan", &depth::PlaneMap::replan,
               "Content may move: each plane's home becomes the largest rectangle that is free now.");
+  pixel_region.fields_init()
+      .field("x", &depth::PixelRegion::x, "")
+      .field("y", &depth::PixelRegion::y, "")
+      .field("width", &depth::PixelRegion::width, "")
+      .field("height", &depth::PixelRegion::height, "");
+  reference_plane.fields_init()
+      .field("camera_from_reference", &depth::ReferencePlane::camera_from_reference, "")
+      .field("size", &depth::ReferencePlane::size, "metres");
+  height_field_options.fields_init()
+      .field("noise", &depth::HeightFieldOptions::noise, "")
+      .field("cell", &depth::HeightFieldOptions::cell, "metres, the side of a cell")
+      .field("acceleration", &depth::HeightFieldOptions::acceleration, "spectral density q, m^2/s^3")
+      .field("max_height", &depth::HeightFieldOptions::max_height,
+             "metres; what is higher is no part of the surface")
+      .field("max_jump", &depth::HeightFieldOptions::max_jump, "metres from one image to the next")
+      .field("settle_after", &depth::HeightFieldOptions::settle_after, "seconds")
+      .field("margin", &depth::HeightFieldOptions::margin, "metres around what covers the surface")
+      .field("max_sigma", &depth::HeightFieldOptions::max_sigma,
+             "metres; a cell that is less certain is a hole")
+      .field("max_gap", &depth::HeightFieldOptions::max_gap,
+             "metres; narrower holes without readings are bridged");
+  height_map.fields_init()
+      .field("cell", &depth::HeightMap::cell, "metres")
+      .field("height", &depth::HeightMap::height, "metres; 0 in a hole")
+      .field("sigma", &depth::HeightMap::sigma, "standard deviation, metres; 0 in a hole")
+      .method(
+          "is_known",
+          [](const depth::HeightMap& self, int column, int row) {
+            require_pixel(self.sigma.size(), column, row, "HeightMap.is_known");
+            return self.is_known(column, row);
+          },
+          "", py::arg("column"), py::arg("row"));
+  height_field
+      .init([](const Vec2& size,
+               const depth::HeightFieldOptions& options) { return depth::HeightField(size, options); },
+            "Throws std::invalid_argument for a size under two cells or above 1000 a side, and for\n"
+            "options out of range.",
+            py::arg("size"), py::arg_v("options", depth::HeightFieldOptions{}, "HeightFieldOptions()"))
+      .method("columns", &depth::HeightField::columns, "")
+      .method("rows", &depth::HeightField::rows, "")
+      .method("size", &depth::HeightField::size, "metres")
+      .method("update", &depth::HeightField::update,
+              "One image, exposed at `time` (seconds); images that are older than the last are left\n"
+              "out. Throws std::invalid_argument for another size than the rays' and a pose or time\n"
+              "that is not finite.",
+              py::arg("image"), py::arg("rays"), py::arg("reference_from_camera"), py::arg("time"))
+      .method("at", &depth::HeightField::at,
+              "The surface at a time, at most 0.2 s after the last image: later times are that one.",
+              py::arg("time"))
+      .method(
+          "is_covered",
+          [](const depth::HeightField& self, int column, int row) {
+            require_pixel({self.columns(), self.rows()}, column, row, "HeightField.is_covered");
+            return self.is_covered(column, row);
+          },
+          "Is something before the surface there, in the last image?", py::arg("column"), py::arg("row"))
+      .method("background", &depth::HeightField::background,
+              "Depth along the optical axis that the camera would see were nobody there, metres; 0 in\n"
+              "holes that nothing was ever seen in.",
+              py::arg("image"), py::arg("rays"), py::arg("reference_from_camera"));
+  height_colours.fields_init()
+      .field("lowest", &depth::HeightColours::lowest, "metres")
+      .field("highest", &depth::HeightColours::highest, "metres")
+      .field("contours", &depth::HeightColours::contours, "metres between two lines; 0: none")
+      .field("line_width", &depth::HeightColours::line_width, "metres, along the reference plane");
   room_depth_options.fields_init()
       .field("within", &depth::RoomDepthOptions::within,
              "metres along the axis between a reading and the plane that it lies on")
@@ -384,6 +459,26 @@ void bind_depth(py::module_& m) {
            "the camera's size or options out of range.",
            py::arg("map"), py::arg("image"), py::arg("rays"), py::arg("world_from_camera"),
            py::arg_v("options", depth::RoomDepthOptions{}, "RoomDepthOptions()"));
+  function(m, "fit_reference_plane", &depth::fit_reference_plane,
+           "The plane that fits the readings of a region best, and on it the largest upright\n"
+           "rectangle whose corners the region sees. Throws Error(kInput), Error(kNotEnoughData)\n"
+           "and Error(kDegenerate).",
+           py::arg("image"), py::arg("rays"), py::arg("region") = std::nullopt);
+  function(m, "mesh_of", &depth::mesh_of,
+           "Triangles between the middles of cells, in the reference frame; without a triangle\n"
+           "where a corner is a hole.",
+           py::arg("map"));
+  function(m, "colour_of", &depth::colour_of, "RGB of a height, limited to the range.", py::arg("height"),
+           py::arg("colours"));
+  function(
+      m, "draw_heights",
+      [](const depth::HeightMap& map, const depth::HeightColours& colours, ImageSize size) {
+        ImageU8 picture(size, 3);
+        depth::draw_heights(map, colours, picture.view());
+        return picture;
+      },
+      "A picture of that size with the heights' colours; black in holes.", py::arg("map"), py::arg("colours"),
+      py::arg("size"));
   function(m, "sensor_kinds", &depth::sensor_kinds, "");
   function(m, "sensor_kind", &depth::sensor_kind, "Throws Error(kInput) for an unknown name.",
            py::arg("name"));

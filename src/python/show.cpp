@@ -255,6 +255,8 @@ void bind_show(py::module_& m) {
 
   function(m, "is_depth_source", &show::is_depth_source,
            "Does the text name a depth camera instead of a surface file?", py::arg("surfaces"));
+  function(m, "is_shape_source", &show::is_shape_source, "Is its surface a live shape (\"depth-shape:\")?",
+           py::arg("surfaces"));
   function(m, "load_options", &show::load_options,
            "Relative file names become relative to the working directory. Throws Error(kIo), and\n"
            "Error(kInput) with file, line and field, also for an unknown field.",

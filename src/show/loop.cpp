@@ -413,7 +413,8 @@ class Loop {
   /// The shape that the depth camera sees, as it will be at the frame's light.
   void move_shape(double light_time) {
     if (parts_.room == nullptr) return;
-    if (auto mesh = parts_.room->shape_at(light_time)) parts_.projection.set_mesh(kShapeName, std::move(mesh));
+    if (auto mesh = parts_.room->shape_at(light_time))
+      parts_.projection.set_mesh(kShapeName, std::move(mesh));
   }
 
   void take_watch() {

@@ -80,8 +80,7 @@ std::shared_ptr<const RoomSilhouettes> DepthSurfaceTracker::find(const depth::De
     for (int y = 0; y < metres.height(); ++y)
       for (int x = 0; x < metres.width(); ++x) metres.at(x, y) = image.at(x, y);
   }
-  const people::SilhouetteInput view{lens_, image.units.data ? metres.view() : image.metres,
-                                     background};
+  const people::SilhouetteInput view{lens_, image.units.data ? metres.view() : image.metres, background};
   return std::make_shared<const RoomSilhouettes>(
       RoomSilhouettes{people::find_silhouettes(view, *options_.silhouettes), world_from_camera, time});
 }
@@ -135,11 +134,10 @@ std::optional<SurfaceSet> DepthSurfaceTracker::look(const device::SeenDepth& see
                : depth::room_depth(map_, image, rays_, pose, room);
     silhouettes_ = find(image, background.view(), pose, time);
   }
-  SurfaceSet now = surfaces();
   // A shape is told once; how it moves is asked for with every frame.
-  const bool news = shape_ ? told_.surfaces.empty() && !now.surfaces.empty()
-                           : is_news(told_, now, options_.news_from);
-  if (!news) return std::nullopt;
+  if (shape_ && !told_.surfaces.empty()) return std::nullopt;
+  SurfaceSet now = surfaces();
+  if (shape_ ? now.surfaces.empty() : !is_news(told_, now, options_.news_from)) return std::nullopt;
   told_ = now;
   return now;
 }
@@ -152,8 +150,11 @@ void DepthSurfaceTracker::follow_shape(const depth::DepthImage& image, const Pos
     next = std::make_shared<RoomShape>(*shape_);
   } else {
     const depth::ReferencePlane plane = depth::fit_reference_plane(image, rays_, options_.shape->region);
-    next = std::make_shared<RoomShape>(RoomShape{depth::HeightField(plane.size, options_.shape->field),
-                                                 world_from_camera * plane.camera_from_reference});
+    constexpr double kMostCells = 40000;  // of which a frame of the show can draw all
+    depth::HeightFieldOptions field = options_.shape->field;
+    field.cell = std::max(field.cell, std::sqrt(plane.size.x() * plane.size.y() / kMostCells));
+    next = std::make_shared<RoomShape>(
+        RoomShape{depth::HeightField(plane.size, field), world_from_camera * plane.camera_from_reference});
   }
   next->field.update(image, rays_, next->world_from_reference.inverse() * world_from_camera, time);
   shape_ = std::move(next);

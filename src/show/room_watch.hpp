@@ -21,8 +21,8 @@
 #include <string>
 #include <vector>
 
-#include "procam/core/rig/rig.hpp"
 #include "height_content.hpp"
+#include "procam/core/rig/rig.hpp"
 #include "procam/depth/height_field.hpp"
 #include "procam/depth/plane_map.hpp"
 #include "procam/device/depth_source.hpp"
@@ -45,6 +45,16 @@ struct RoomShape {
 };
 
 inline constexpr const char* kShapeName = "shape";
+
+/// Hands over a shape come nearer to it than people to a wall, are smaller, and their light matters less than the sand's
+/// around them.
+inline people::SilhouetteOptions shape_silhouettes() {
+  people::SilhouetteOptions options;
+  options.nearer = 0.06;
+  options.margin = 0.03;
+  options.speed = 1;
+  return options;
+}
 
 struct RoomOptions {
   RigCamera camera;                ///< the depth camera

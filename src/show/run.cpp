@@ -150,10 +150,12 @@ std::optional<depth::PixelRegion> shape_region(const DepthSurfaces& named, const
   if (!named.region) return std::nullopt;
   const depth::PixelRegion& r = *named.region;
   const ImageSize size = camera.camera.size;
-  if (r.width < 8 || r.height < 8 || r.x + r.width > size.width || r.y + r.height > size.height || r.x < 0 || r.y < 0)
-    throw Error(ErrorKind::kInput, "region of " + std::to_string(r.width) + "x" + std::to_string(r.height) + " pixels",
-                "it is smaller than 8x8 pixels, or not inside of the " + io::format_size(size) + " pixels of camera '" +
-                    camera.name + "'",
+  if (r.width < 8 || r.height < 8 || r.x + r.width > size.width || r.y + r.height > size.height || r.x < 0 ||
+      r.y < 0)
+    throw Error(ErrorKind::kInput,
+                "region of " + std::to_string(r.width) + "x" + std::to_string(r.height) + " pixels",
+                "it is smaller than 8x8 pixels, or not inside of the " + io::format_size(size) +
+                    " pixels of camera '" + camera.name + "'",
                 "give region=X:Y:WIDTHxHEIGHT inside of the depth image");
   return r;
 }
@@ -171,7 +173,9 @@ std::unique_ptr<DepthSurfaceSource> watch_room(const ShowOptions& options, const
     watch.room.world_from_rig =
         (rig.projector(projection.projector).rig_from_projector * *projection.projector_from_world).inverse();
   watch.room.map.up_in_world = depth.up.value_or(rig_is_world(options) ? Vec3(0, -1, 0) : Vec3(0, 0, 1));
-  if (depth.silhouettes) watch.room.silhouettes.emplace();
+  if (depth.silhouettes)
+    watch.room.silhouettes =
+        is_shape_source(options.surfaces) ? shape_silhouettes() : people::SilhouetteOptions();
   // The loss of the camera is handled as that of the poses.
   watch.lost_after = projection.track.stale_after;
   watch.blank_on_loss = projection.blank_on_stale;
@@ -257,13 +261,14 @@ void check_combination(const ShowOptions& options) {
   if (is_shape_source(options.surfaces) && !options.record.empty())
     refuse("record", "a run with a live shape cannot be shown again bit for bit", "leave one of them out");
   if (is_shape_source(options.surfaces) && options.watch)
-    refuse("watch", "light on a surface that moves does not show whether the projector has", "leave out --watch");
+    refuse("watch", "light on a surface that moves does not show whether the projector has",
+           "leave out --watch");
   for (const auto& [surface, content] : options.contents)
     if (is_height_content(content)) {
       parse_height_content(content);
       if (!is_shape_source(options.surfaces))
-        refuse("content '" + content + "' of '" + surface + "'", "there is no live shape whose heights it could show",
-               "give surfaces depth-shape:SOURCE");
+        refuse("content '" + content + "' of '" + surface + "'",
+               "there is no live shape whose heights it could show", "give surfaces depth-shape:SOURCE");
     }
   if (options.depth.silhouettes && !options.record.empty())
     refuse("record", "a run with silhouettes cannot be shown again bit for bit", "leave one of them out");

@@ -10,8 +10,10 @@
 #include <benchmark/benchmark.h>
 
 #include "depth/rooms.hpp"
+#include "procam/depth/height_picture.hpp"
 #include "procam/depth/surfaces.hpp"
 #include "procam/io/image/depth_file.hpp"
+#include "support/sand.hpp"
 #include "support/test_data.hpp"
 
 #ifdef PROCAM_BENCH_PCL
@@ -52,6 +54,48 @@ void find(benchmark::State& state, const Frame& frame) {
   for (auto _ : state) planes = find_planes(image, rays).planes.size();
   state.counters["planes"] = double(planes);
 }
+
+/// One image of a live shape. The peer is find_planes() of the same image, for the ratio.
+struct Sand {
+  procam::test::SandBox box{1};
+  Image<std::uint16_t> units = box.seen(box.room(0, 0), 1);
+  RayTable rays{box.sensor.camera};
+  DepthImage image{units.view(), 0.001};
+  ReferencePlane plane = fit_reference_plane(image, rays);
+  HeightField field{plane.size};
+  double time = 0;
+
+  void update() { field.update(image, rays, plane.camera_from_reference.inverse(), time += 1.0 / 30); }
+};
+
+void fuse_heights(benchmark::State& state) {
+  Sand sand;
+  for (auto _ : state) sand.update();
+  state.counters["cells"] = sand.field.columns() * sand.field.rows();
+}
+void planes_of_sand(benchmark::State& state) {
+  const Sand sand;
+  for (auto _ : state) benchmark::DoNotOptimize(find_planes(sand.image, sand.rays));
+}
+/// What a frame of the show needs of it besides drawing.
+void mesh_of_heights(benchmark::State& state) {
+  Sand sand;
+  for (int i = 0; i < 5; ++i) sand.update();
+  for (auto _ : state) benchmark::DoNotOptimize(mesh_of(sand.field.at(sand.time + 0.05)));
+}
+void colours_of_heights(benchmark::State& state) {
+  Sand sand;
+  for (int i = 0; i < 5; ++i) sand.update();
+  const HeightMap map = sand.field.at(sand.time);
+  ImageU8 picture(5 * map.height.width(), 5 * map.height.height(), 3);
+  HeightColours colours;
+  colours.contours = 0.02;
+  for (auto _ : state) draw_heights(map, colours, picture.view());
+}
+BENCHMARK(fuse_heights)->Unit(benchmark::kMillisecond);
+BENCHMARK(planes_of_sand)->Unit(benchmark::kMillisecond);
+BENCHMARK(mesh_of_heights)->Unit(benchmark::kMillisecond);
+BENCHMARK(colours_of_heights)->Unit(benchmark::kMillisecond);
 
 void place(benchmark::State& state, const Frame& frame) {
   if (frame.units.empty()) return state.SkipWithError("no test data");

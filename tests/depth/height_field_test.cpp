@@ -7,56 +7,17 @@
 #include <cmath>
 
 #include "procam/core/base/error.hpp"
-#include "procam/core/geometry/se3.hpp"
 #include "procam/depth/height_picture.hpp"
-#include "procam/simulate/depth_view.hpp"
+#include "support/expect_error.hpp"
+#include "support/sand.hpp"
 
 namespace procam::depth {
 namespace {
 
+using procam::test::sand;
+using procam::test::SandBox;
+
 constexpr double kPeriod = 1.0 / 30, kDelay = 0.06;  // from an exposure to the light
-
-/// Bumps of several widths, in metres; they move along x by `shift` and up by `rise`.
-double sand(double x, double y, double shift) {
-  x -= shift;
-  return 0.022 * std::sin(9.1 * x + 1.3) * std::cos(7.3 * y + 0.4) + 0.015 * std::sin(17 * y + 5 * x) +
-         0.02 * std::exp(-((x - 0.4) * (x - 0.4) + (y - 0.35) * (y - 0.35)) / (2 * 0.06 * 0.06));
-}
-
-struct SandBox {
-  double distance = 1;
-  simulate::DepthSensor sensor;
-  Pose room_from_camera;  ///< the room's x right, y down, z away; sand at z = -height
-  double wide = 1.3;
-
-  explicit SandBox(double metres) : distance(metres) {
-    sensor.camera = {{640, 480}, {585, 581, 316.2, 243.7, 0.3}, NoDistortion{}};
-    wide = 1.3 * metres;
-    room_from_camera = Pose(so3_exp(Vec3(0.06, -0.05, 0.02)), Vec3(0.02, -0.01, -metres));
-  }
-  simulate::Room room(double shift, double rise) const {
-    constexpr int kSide = 160;
-    auto mesh = std::make_shared<Mesh>();
-    for (int j = 0; j <= kSide; ++j)
-      for (int i = 0; i <= kSide; ++i) {
-        const double x = wide * (double(i) / kSide - 0.5), y = wide * (double(j) / kSide - 0.5);
-        mesh->vertices.emplace_back(x, y, -sand(x, y, shift) - rise);
-        mesh->uv.emplace_back(double(i) / kSide, double(j) / kSide);
-      }
-    for (int j = 0; j < kSide; ++j)
-      for (int i = 0; i < kSide; ++i) {
-        const int a = j * (kSide + 1) + i, d = a + kSide + 1;
-        mesh->triangles.push_back({a, a + 1, d + 1});
-        mesh->triangles.push_back({a, d + 1, d});
-      }
-    simulate::Room made;
-    made.bodies.push_back({"sand", simulate::TriangleMesh(mesh), Pose()});
-    return made;
-  }
-  Image<std::uint16_t> seen(const simulate::Room& now, std::uint64_t seed) const {
-    return simulate::depth_view(now, sensor, room_from_camera, seed, 2).mm;
-  }
-};
 
 struct Errors {
   double rms = 0, percentile_95 = 0, within_3_sigma = 0, known = 0;
@@ -111,9 +72,10 @@ Errors follow(const SandBox& box, double sideways, double up) {
     worst.within_3_sigma = std::min(worst.within_3_sigma, now.within_3_sigma);
     worst.known = std::min(worst.known, now.known);
   }
-  std::printf("%g m, sideways %g m/s, up %g m/s: RMS %.2f mm, 95 %% %.2f mm, within 3 sigma %.4f, known %.4f\n",
-              box.distance, sideways, up, 1e3 * worst.rms, 1e3 * worst.percentile_95, worst.within_3_sigma,
-              worst.known);
+  std::printf(
+      "%g m, sideways %g m/s, up %g m/s: RMS %.2f mm, 95 %% %.2f mm, within 3 sigma %.4f, known %.4f\n",
+      box.distance, sideways, up, 1e3 * worst.rms, 1e3 * worst.percentile_95, worst.within_3_sigma,
+      worst.known);
   return worst;
 }
 
@@ -125,6 +87,144 @@ TEST(HeightField, MovingSandIsWhereItIsSaidToBeAtTheMomentOfTheLight) {
       EXPECT_GT(worst.within_3_sigma, 0.98);
       EXPECT_GT(worst.known, 0.99);
     }
+}
+
+/// Sand that lies still, and the field after some images of it.
+struct StillSand {
+  SandBox box{1};
+  RayTable rays{box.sensor.camera};
+  ReferencePlane plane;
+  std::optional<HeightField> field;
+  double time = 0;
+
+  explicit StillSand(int images) {
+    for (int i = 0; i < images; ++i) add(box.room(0, 0));
+  }
+  void add(const simulate::Room& now) {
+    const auto pixels = box.seen(now, std::uint64_t(1000 * time) + 3);
+    const DepthImage image(pixels.view(), 0.001);
+    if (!field) {
+      plane = fit_reference_plane(image, rays);
+      field.emplace(plane.size);
+    }
+    field->update(image, rays, plane.camera_from_reference.inverse(), time += kPeriod);
+  }
+  /// The cell that is square under a point of the room.
+  std::array<int, 2> cell_at(const Vec2& place, double above) const {
+    const Vec3 seen =
+        (box.room_from_camera * plane.camera_from_reference).inverse() * Vec3(place.x(), place.y(), -above);
+    return {int(seen.x() / 0.01), int(seen.y() / 0.01)};
+  }
+  Errors errors() const {
+    return errors_of(field->at(time + kDelay), box.room_from_camera * plane.camera_from_reference, 0, 0);
+  }
+};
+
+TEST(HeightField, AHandIsNotFusedAndTheSandUnderItIsThereAgainWhenItIsGone) {
+  StillSand sandbox(15);
+  const double before = sandbox.errors().percentile_95;
+  const Vec2 place(0.08, -0.05);
+  for (int i = 0; i < 20; ++i)
+    sandbox.add(SandBox::with_hand(sandbox.box.room(0, 0), place + Vec2(0.004 * i, 0), 0.15));
+  const Vec2 last = place + Vec2(0.004 * 19, 0);
+  const auto [column, row] = sandbox.cell_at(last, 0.15);
+  EXPECT_TRUE(sandbox.field->is_covered(column, row));
+  const HeightMap map = sandbox.field->at(sandbox.time + kDelay);
+  EXPECT_FALSE(map.is_known(column, row)) << "content would be drawn on the hand";
+  const Errors beside = sandbox.errors();
+  EXPECT_LT(beside.percentile_95, 1.5 * before) << "the hand is in the surface";
+  EXPECT_GT(beside.known, 0.85);
+  for (int i = 0; i < 10; ++i) sandbox.add(sandbox.box.room(0, 0));
+  EXPECT_GT(sandbox.errors().known, 0.999);
+  EXPECT_LT(sandbox.errors().percentile_95, 1.5 * before);
+}
+
+TEST(HeightField, WhatIsPutDownIsPartOfTheSurfaceOnceItHasRested) {
+  StillSand sandbox(10);
+  const Vec2 place(-0.06, 0.07);
+  const auto [column, row] = sandbox.cell_at(place, 0.1);
+  const auto put = [&] { sandbox.add(SandBox::with_hand(sandbox.box.room(0, 0), place, 0.06)); };
+  for (int i = 0; i < 50; ++i) put();
+  EXPECT_FALSE(sandbox.field->at(sandbox.time).is_known(column, row)) << "after 1.7 s";
+  for (int i = 0; i < 25; ++i) put();
+  const HeightMap map = sandbox.field->at(sandbox.time);
+  ASSERT_TRUE(map.is_known(column, row)) << "after 2.5 s";
+  EXPECT_GT(map.height.at(column, row), 0.08);
+  // Taken away, the sand is there at once: nobody is below it.
+  for (int i = 0; i < 10; ++i) sandbox.add(sandbox.box.room(0, 0));
+  EXPECT_LT(sandbox.errors().percentile_95, 0.003);
+}
+
+TEST(HeightField, HolesWithoutReadingsStayUnlessTheyAreNarrow) {
+  const SandBox box(1);
+  const RayTable rays(box.sensor.camera);
+  auto pixels = box.seen(box.room(0, 0), 5);
+  const ReferencePlane plane = fit_reference_plane(DepthImage(pixels.view(), 0.001), rays);
+  const auto blind = [&](int x0, int width) {
+    for (int y = 0; y < 480; ++y)
+      for (int x = x0; x < x0 + width; ++x) pixels.at(x, y) = 0;
+  };
+  blind(200, 12);  // 20 mm
+  blind(400, 47);  // 80 mm
+  HeightField field(plane.size);
+  for (int i = 0; i < 5; ++i)
+    field.update(DepthImage(pixels.view(), 0.001), rays, plane.camera_from_reference.inverse(), i * kPeriod);
+  const HeightMap map = field.at(4 * kPeriod);
+  const auto column_of = [&](int x) {
+    const Vec3 ray(rays.u(x, 240), rays.v(x, 240), 1);
+    return int((plane.camera_from_reference.inverse() * ray).x() / 0.01);
+  };
+  EXPECT_TRUE(map.is_known(column_of(206), 30));
+  EXPECT_FALSE(map.is_known(column_of(424), 30));
+  EXPECT_LT(errors_of(map, box.room_from_camera * plane.camera_from_reference, 0, 0).percentile_95, 0.006);
+  const auto mesh = mesh_of(map);
+  EXPECT_FALSE(fault_of(*mesh));
+}
+
+TEST(HeightField, RegionsAndImagesThatCannotBeAreRefusedWithTheirReason) {
+  const SandBox box(1);
+  const RayTable rays(box.sensor.camera);
+  auto pixels = box.seen(box.room(0, 0), 5);
+  const DepthImage image(pixels.view(), 0.001);
+  EXPECT_ERROR((fit_reference_plane(image, rays, PixelRegion{500, 100, 200, 100})), kInput,
+               "not inside of the depth image of 640x480");
+  for (int y = 100; y < 300; ++y)
+    for (int x = 100; x < 300; ++x) pixels.at(x, y) = 0;
+  EXPECT_ERROR((fit_reference_plane(image, rays, PixelRegion{100, 100, 200, 200})), kNotEnoughData,
+               "readings in 0 of");
+  EXPECT_THROW(HeightField(Vec2(0.01, 1)), std::invalid_argument);
+  HeightField field(Vec2(0.3, 0.2));
+  const Pose nowhere(Eigen::Quaterniond::Identity(), Vec3(0, 0, std::nan("")));
+  EXPECT_THROW(field.update(image, rays, nowhere, 0), std::invalid_argument);
+  EXPECT_TRUE(mesh_of(field.at(0))->triangles.empty());
+}
+
+TEST(HeightPicture, ContoursLieAtMultiplesAndHolesAreBlack) {
+  // A ramp along x of 0.25, lopsided, with a hole.
+  HeightMap map{0.01, ImageF(41, 23), ImageF(41, 23, 1, 0.001f)};
+  for (int y = 0; y < 23; ++y)
+    for (int x = 0; x < 41; ++x) map.height.at(x, y) = float(0.0025 * x - 0.03);
+  map.sigma.at(30, 10) = 0;
+  HeightColours colours;
+  colours.contours = 0.02;
+  colours.line_width = 0.004;
+  ImageU8 picture(41 * 8, 23 * 8, 3);
+  draw_heights(map, colours, picture.view());
+  int lines = 0;
+  for (int x = 4; x < 41 * 8 - 4; ++x) {
+    const double height = 0.0025 * ((x + 0.5) / 8 - 0.5) - 0.03;
+    const double off = std::abs(height / 0.02 - std::round(height / 0.02)) * 0.02;
+    const bool is_black = picture.at(x, 30, 0) + picture.at(x, 30, 1) + picture.at(x, 30, 2) == 0;
+    // Half a line is 2 mm, of a slope of a quarter 0.5 mm of height; a texel is 0.3 mm.
+    if (off < 0.0003) EXPECT_TRUE(is_black) << x;
+    if (off > 0.0007) EXPECT_FALSE(is_black) << x;
+    lines += is_black;
+  }
+  EXPECT_GE(lines, 8);
+  EXPECT_EQ(picture.at(30 * 8 + 4, 10 * 8 + 4, 1), 0);
+  EXPECT_LT(colour_of(-0.1, colours)[0], colour_of(0.1, colours)[0]);
+  colours.lowest = colours.highest;
+  EXPECT_THROW(draw_heights(map, colours, picture.view()), std::invalid_argument);
 }
 
 }  // namespace

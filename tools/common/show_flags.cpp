@@ -30,10 +30,12 @@ show::PeopleInput& people_of(show::ShowOptions& options) {
 }
 
 void declare_surfaces(CLI::App& app, show::ShowOptions& o) {
-  app.add_option("--surfaces", o.surfaces,
-                 "Surface definitions, .json or .xml, read again when the file changes; or surfaces found by "
-                 "the depth camera of the rig: depth:watch:FOLDER, depth:folder:FOLDER, depth:openni2:[URI], "
-                 "depth:ros2:/TOPIC, depth:log:FILE+/TOPIC");
+  app.add_option(
+      "--surfaces", o.surfaces,
+      "Surface definitions, .json or .xml, read again when the file changes; or surfaces found by "
+      "the depth camera of the rig: depth:watch:FOLDER, depth:folder:FOLDER, depth:openni2:[URI], "
+      "depth:ros2:/TOPIC, depth:log:FILE+/TOPIC; or one surface that moves and deforms, \"shape\": "
+      "depth-shape:SOURCE[,region=X:Y:WIDTHxHEIGHT], the region in pixels of the depth camera");
   app.add_option("--depth-camera", o.depth.camera,
                  "With --surfaces depth: name of the depth camera, for a rig with several");
   add_parsed(app, "--depth-scale", into(o.depth.metres_per_unit, parse_depth_scale),
@@ -60,7 +62,7 @@ void declare_surfaces(CLI::App& app, show::ShowOptions& o) {
         }
       },
       "Content of a surface: an image, a folder or pattern of images, a video, camera:0, ros2:/TOPIC, "
-      "log:FILE+/TOPIC, shm:NAME, "
+      "log:FILE+/TOPIC, shm:NAME, height:colours[,range=-50mm..80mm][,contours=20mm] of a live shape, "
       "#rrggbb (default: as in the surface file)");
 }
 

@@ -65,7 +65,7 @@ struct HeightFieldOptions {
   double max_jump = 0.03;      ///< metres from one image to the next
   double settle_after = 2;     ///< seconds
   double margin = 0.03;        ///< metres around what covers the surface
-  double max_sigma = 0.01;     ///< metres; a cell that is less certain is a hole
+  double max_sigma = 0.01;     ///< metres; a cell that is less certain at the last image is a hole
   double max_gap = 0.03;       ///< metres; narrower holes without readings are bridged
 };
 
@@ -91,7 +91,7 @@ class PROCAM_EXPORT HeightField {
   /// for another size than the rays' and a pose or time that is not finite.
   void update(const DepthImage& image, const RayTable& rays, const Pose& reference_from_camera, double time);
 
-  /// The surface at a time, at most half a second after the last image: later times are that one.
+  /// The surface at a time, at most 0.2 s after the last image: later times are that one.
   HeightMap at(double time) const;
 
   /// Is something before the surface there, in the last image?
@@ -103,7 +103,7 @@ class PROCAM_EXPORT HeightField {
  private:
   struct Cell {
     double height = 0, rate = 0;
-    double hh = 0, hr = 0, rr = 0;  ///< covariance; hh 0: nothing was ever seen
+    double hh = 0, hr = 0, rr = 0;    ///< covariance; hh 0: nothing was ever seen
     double candidate = 0, since = 0;  ///< what rests there, if it is not the surface
     bool has_candidate = false;
   };

@@ -5,7 +5,7 @@
 ///   example_sandbox rig.json SOURCE OUTPUT SECONDS       e.g. watch:/run/depth frames:seen 10
 ///
 /// The rig file has the projector and the depth camera: calibrate-projector writes it. The box should fill the middle of
-/// the depth image; its edges are left out.
+/// the depth image; its edges are omitted.
 #include <cstdio>
 #include <cstdlib>
 

@@ -318,8 +318,8 @@ void bind_depth(py::module_& m) {
       .method("rows", &depth::HeightField::rows, "")
       .method("size", &depth::HeightField::size, "metres")
       .method("update", &depth::HeightField::update,
-              "One image, exposed at `time` (seconds); images that are older than the last are left\n"
-              "out. Throws std::invalid_argument for another size than the rays' and a pose or time\n"
+              "One image, exposed at `time` (seconds); images that are older than the last are\n"
+              "omitted. Throws std::invalid_argument for another size than the rays' and a pose or time\n"
               "that is not finite.",
               py::arg("image"), py::arg("rays"), py::arg("reference_from_camera"), py::arg("time"))
       .method("at", &depth::HeightField::at,

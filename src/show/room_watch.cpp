@@ -150,9 +150,9 @@ void DepthSurfaceTracker::follow_shape(const depth::DepthImage& image, const Pos
     next = std::make_shared<RoomShape>(*shape_);
   } else {
     const depth::ReferencePlane plane = depth::fit_reference_plane(image, rays_, options_.shape->region);
-    constexpr double kMostCells = 40000;  // of which a frame of the show can draw all
+    constexpr double kMaxCells = 40000;  // of which a frame of the show can draw all
     depth::HeightFieldOptions field = options_.shape->field;
-    field.cell = std::max(field.cell, std::sqrt(plane.size.x() * plane.size.y() / kMostCells));
+    field.cell = std::max(field.cell, std::sqrt(plane.size.x() * plane.size.y() / kMaxCells));
     next = std::make_shared<RoomShape>(
         RoomShape{depth::HeightField(plane.size, field), world_from_camera * plane.camera_from_reference});
   }

@@ -23,7 +23,7 @@ struct Errors {
   double rms = 0, percentile_95 = 0, within_3_sigma = 0, known = 0;
 };
 
-/// Of the map at the light, a cell's border left out, against the sand then.
+/// Of the map at the light, a cell's border omitted, against the sand then.
 Errors errors_of(const HeightMap& map, const Pose& room_from_reference, double shift, double rise) {
   std::vector<double> errors;
   double squares = 0;

@@ -87,7 +87,7 @@ class PROCAM_EXPORT HeightField {
   int rows() const { return rows_; }
   Vec2 size() const { return options_.cell * Vec2(columns_, rows_); }
 
-  /// One image, exposed at `time` (seconds); images that are older than the last are left out. Throws std::invalid_argument
+  /// One image, exposed at `time` (seconds); images that are older than the last are omitted. Throws std::invalid_argument
   /// for another size than the rays' and a pose or time that is not finite.
   void update(const DepthImage& image, const RayTable& rays, const Pose& reference_from_camera, double time);
 

@@ -31,7 +31,7 @@ PixelRegion region_or_middle(const std::optional<PixelRegion>& region, ImageSize
     throw Error(ErrorKind::kInput, "region of the shape",
                 "it is smaller than 8x8 pixels, or not inside of the depth image of " +
                     std::to_string(size.width) + "x" + std::to_string(size.height) + " pixels",
-                "give X:Y:WIDTH:HEIGHT in pixels of the depth camera");
+                "give X:Y:WIDTHxHEIGHT in pixels of the depth camera");
   return r;
 }
 

@@ -30,6 +30,9 @@ class PatternInPython : public session::SessionPattern {
   std::optional<Eigen::AlignedBox2d> on_blank_paper() const override {
     PYBIND11_OVERRIDE(std::optional<Eigen::AlignedBox2d>, session::SessionPattern, on_blank_paper, );
   }
+  bool looks_same_mirrored() const override {
+    PYBIND11_OVERRIDE(bool, session::SessionPattern, looks_same_mirrored, );
+  }
   session::BoardView read(const std::string& view_name, const std::vector<ViewU8>& captures,
                           const Board& board) const override {
     PYBIND11_OVERRIDE_PURE(session::BoardView, session::SessionPattern, read, view_name, captures, board);
@@ -61,6 +64,7 @@ class PatternOfPython : public session::SessionPattern {
   }
   int channels() const override { return pattern_.channels(); }
   std::optional<Eigen::AlignedBox2d> on_blank_paper() const override { return pattern_.on_blank_paper(); }
+  bool looks_same_mirrored() const override { return pattern_.looks_same_mirrored(); }
   session::BoardView read(const std::string& view_name, const std::vector<ViewU8>& captures,
                           const Board& board) const override {
     return pattern_.read(view_name, captures, board);
@@ -271,6 +275,9 @@ void bind_session(py::module_& m) {
       .def("on_blank_paper", &SessionPattern::on_blank_paper,
            "The part of the picture that must land on blank paper beside the print, (2, 2): low,\n"
            "high corner; or None.")
+      .def("looks_same_mirrored", &SessionPattern::looks_same_mirrored,
+           "Does the light in a mirror look like the light itself? Then a session with a plain\n"
+           "printed board cannot show that the camera's images are mirrored.")
       .def("read", &SessionPattern::read,
            "One board pose from its captures, frame by frame. Throws Error(kInput) for captures\n"
            "that are not of this pattern.",
@@ -320,6 +327,9 @@ void bind_session(py::module_& m) {
   coverage.init([](ImageSize device) { return session::Coverage(device); }, "", py::arg("device"))
       .method("add", &session::Coverage::add,
               "One view's points, in pixels of the device, (n, 2). Fewer than three cover nothing.",
+              py::arg("points"))
+      .method("add_dense", &session::Coverage::add_dense,
+              "One view's points, so dense that each cell which the view covers holds one, (n, 2).",
               py::arg("points"))
       .method("share", &session::Coverage::share, "Of the device's area, 0..1.")
       .method("emptiest_part", &session::Coverage::emptiest_part,

@@ -134,7 +134,7 @@ std::optional<SurfaceSet> DepthSurfaceTracker::look(const device::SeenDepth& see
                : depth::room_depth(map_, image, rays_, pose, room);
     silhouettes_ = find(image, background.view(), pose, time);
   }
-  // A shape is told once; how it moves is asked for with every frame.
+  // A shape is reported once. Each frame asks for its heights (shape_at()).
   if (shape_ && !told_.surfaces.empty()) return std::nullopt;
   SurfaceSet now = surfaces();
   if (shape_ ? now.surfaces.empty() : !is_news(told_, now, options_.news_from)) return std::nullopt;

@@ -70,8 +70,9 @@ void draw_heights(const HeightMap& map, const HeightColours& colours, ImageView<
       const float lit = per_line > 0 && off < slope * (half_line + 0.5f)
                             ? std::max(0.0f, off / slope - half_line + 0.5f)
                             : 1;
-      const auto number = int((double(height) - colours.lowest) / step + 0.5);
-      const auto& colour = table[std::size_t(std::clamp(number, 0, kColours - 1))];
+      // Clamped as a number: of a narrow range no int would hold it.
+      const double number = std::clamp((double(height) - colours.lowest) / step + 0.5, 0.0, kColours - 1.0);
+      const auto& colour = table[std::size_t(number)];
       for (int c = 0; c < 3; ++c) pixel[c] = std::uint8_t(lit * float(colour[std::size_t(c)]));
     }
   }

@@ -199,6 +199,20 @@ TEST(HeightField, RegionsAndImagesThatCannotBeAreRefusedWithTheirReason) {
   EXPECT_TRUE(mesh_of(field.at(0))->triangles.empty());
 }
 
+TEST(HeightPicture, OfANarrowRangeHasItsTwoEnds) {
+  HeightMap map{0.01, ImageF(5, 3), ImageF(5, 3, 1, 0.001f)};
+  for (int y = 0; y < 3; ++y)
+    for (int x = 0; x < 5; ++x) map.height.at(x, y) = x < 2 ? -0.1f : 0.1f;
+  HeightColours colours;
+  colours.lowest = 0;
+  colours.highest = 1e-12;
+  ImageU8 picture(5, 3, 3);
+  draw_heights(map, colours, picture.view());
+  EXPECT_EQ(picture.at(0, 1, 0), colour_of(-0.1, colours)[0]);
+  EXPECT_EQ(picture.at(4, 1, 0), colour_of(0.1, colours)[0]);
+  EXPECT_NE(picture.at(0, 1, 0), picture.at(4, 1, 0));
+}
+
 TEST(HeightPicture, ContoursLieAtMultiplesAndHolesAreBlack) {
   // A ramp along x of 0.25, lopsided, with a hole.
   HeightMap map{0.01, ImageF(41, 23), ImageF(41, 23, 1, 0.001f)};

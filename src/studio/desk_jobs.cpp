@@ -364,7 +364,8 @@ void Desk::see_marker() {
   hang(map.markers.front());
   const session::CaptureRig devices = capture_rig();
   session::Shutter shutter(devices, *shutter_);
-  const ImageU8 image = shutter.take(ImageU8(devices.screen.size(), 1, 255)).image;
+  constexpr int kImages = 10;
+  const ImageU8 image = mean_image(shutter, ImageU8(devices.screen.size(), 1, 255), kImages);
   hang(std::nullopt);
   plane_of_marker(image, rig(), map);  // throws, before the file is written
   io::save_image(project_.wall_marker(), image);

@@ -64,6 +64,21 @@ std::vector<ScanPoint> points_of_depth(const depth::DepthImage& image, const Rig
   return points;
 }
 
+ImageU8 mean_image(session::Shutter& shutter, ViewU8 picture, int count) {
+  ImageU8 image = shutter.take(picture).image;
+  const ImageSize size = image.size();
+  const std::size_t pixels = std::size_t(size.width) * std::size_t(size.height);
+  std::vector<int> sums(image.data(), image.data() + pixels);
+  for (int taken = 1; taken < count; ++taken) {
+    const ImageU8 next = shutter.next_frame();
+    if (!(next.size() == size))
+      throw Error(ErrorKind::kDevice, "camera", "its images change their size", "let it run in one mode");
+    for (std::size_t i = 0; i < pixels; ++i) sums[i] += next.data()[i];
+  }
+  for (std::size_t i = 0; i < pixels; ++i) image.data()[i] = std::uint8_t((sums[i] + count / 2) / count);
+  return image;
+}
+
 Plane plane_of_marker(ViewU8 image, const Rig& rig, const MarkerMap& map) {
   const RigCamera& camera = rig.camera();
   const MarkerDetections seen =

@@ -10,6 +10,7 @@
 #include "procam/core/geometry/plane.hpp"
 #include "procam/depth/depth_image.hpp"
 #include "procam/device/depth_source.hpp"
+#include "procam/session/capture.hpp"
 #include "wall.hpp"
 
 namespace procam::studio {
@@ -23,6 +24,10 @@ ImageF mean_depth(device::DepthSource& source, const Camera& camera, int count,
 /// Every second pixel in each direction that has a depth. Throws Error(kNotEnoughData) where
 /// none has one.
 std::vector<ScanPoint> points_of_depth(const depth::DepthImage& image, const Rig& rig);
+
+/// The mean of `count` images of the scene in the light of `picture`, rounded: the tilt of a small marker's plane is limited
+/// by the noise of its edges. Throws as the shutter does.
+ImageU8 mean_image(session::Shutter& shutter, ViewU8 picture, int count);
 
 /// The plane of the one marker of `map` in the camera's image, in the rig's frame. Throws as track::locate() does.
 Plane plane_of_marker(ViewU8 image, const Rig& rig, const MarkerMap& map);

@@ -163,11 +163,13 @@ TEST_F(MeasuringStudio, MarkerDepthAndSizeNeedNoPatterns) {
   EXPECT_TRUE(script_->state()["surfaces"]["scanned"]);
   EXPECT_EQ(script_->state()["surfaces"]["list"].size(), 2u);
   const double error_mm = click("by marker", corners_on_wall());
-  std::printf("content by a marker of 190 mm: %.2f mm rms\n", error_mm);
   EXPECT_LT(error_mm, 1);
   const SurfaceSet saved = io::load_surfaces(project_ / "surfaces.json");
   ASSERT_EQ(saved.surfaces.size(), 3u);
-  EXPECT_LT(largest_error(stage_, saved.surfaces[2], corners_on_wall()), 5e-3);
+  // 1.4 mm by the noise of ten images (4 mm by the noise of one): false alarm below 1 in 100 000.
+  const double corner_error = largest_error(stage_, saved.surfaces[2], corners_on_wall());
+  EXPECT_LT(corner_error, 7e-3);
+  std::printf("a marker of 190 mm: content %.2f mm rms, corners %.2f mm\n", error_mm, 1e3 * corner_error);
   // The marker's image is one that locate-projector reads.
   const std::string out = (scratch_ / "pose.json").string();
   EXPECT_EQ(

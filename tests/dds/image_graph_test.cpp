@@ -308,9 +308,10 @@ TEST(Ros2Depth, DepthComesWithItsUnitAndTheLensOfCameraInfo) {
                               std::vector<double>(is_wrong ? 7 : 5, 0.1));
       write_image(images, message);
       depth = source.next(0.2);
-      return depth && !depth->camera;
+      // Its info may arrive after its image.
+      const bool is_counted = source.rejected().count("ros2_invalid_camera_info") > 0;
+      return depth && !depth->camera && is_counted == is_wrong;
     }));
-    EXPECT_EQ(source.rejected().count("ros2_invalid_camera_info"), is_wrong ? 1u : 0u);
   }
   EXPECT_TRUE(next_lens(4, 4.5));
   // Metres, and what is no depth.

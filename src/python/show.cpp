@@ -142,6 +142,7 @@ void bind_show(py::module_& m) {
              "the camera's name in the rig; may be empty when the rig has one")
       .field("delay_s", &show::WatchInput::delay_s, "from the exposure of an image to its arrival")
       .field("only", &show::WatchInput::only, "report, and correct nothing")
+      .field("marks", &show::WatchInput::marks, "small marks are drawn where the content has no texture")
       .field("save", &show::WatchInput::save,
              "file for the rig as corrected, written after each correction; empty: none");
   marker_input.fields_init()

@@ -8,6 +8,7 @@
 #include "procam/render/cpu.hpp"
 #include "procam/surface/lay_out.hpp"
 #include "procam/surface/solve.hpp"
+#include "procam/watch/marks.hpp"
 
 namespace procam::show {
 namespace {
@@ -65,6 +66,7 @@ struct Projection::State {
   TestPattern picture = TestPattern::kContent;
   ImageU8 grid = grid_picture(), white = ImageU8(8, 8, 1, 255);
   Scene scene;
+  watch::Marks marks;
   /// One a surface: how a picture of this size lies on it.
   struct Laid {
     ImageSize picture;
@@ -265,6 +267,8 @@ DrawnFrame Projection::draw(double light_time, double content_time, ImageView<st
   }
   const auto begin = std::chrono::steady_clock::now();
   s.options.renderer->render(s.scene, s.projector.projector, frame);
+  if (s.options.marks && s.picture == TestPattern::kContent)
+    s.marks.draw(light_time, s.scene, s.projector.projector, frame);
   draw_over(light_time, frame);
   drawn.render_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   return drawn;

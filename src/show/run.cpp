@@ -79,6 +79,7 @@ ProjectionOptions projection_options(const ShowOptions& options, const Rig& rig)
   if (options.blank_on_stale_s) projection.track.stale_after = *options.blank_on_stale_s;
   if (options.freeze_on_stale_s) projection.track.stale_after = *options.freeze_on_stale_s;
   projection.blank_on_stale = options.blank_on_stale_s.has_value();
+  projection.marks = options.watch && options.watch->marks;
   projection.renderer = renderer_for(options);
   return projection;
 }
@@ -110,11 +111,12 @@ std::uint64_t rig_fingerprint(const Rig& rig) {
 std::string conditions_text(const ShowOptions& options, const ProjectionOptions& projection, const Rig& rig) {
   char text[512];
   std::snprintf(text, sizeof text,
-                "projector %s, predict %s, source delay %g s, stale %g s%s, %s%s by %s, rig %016" PRIx64,
+                "projector %s, predict %s, source delay %g s, stale %g s%s, %s%s%s by %s, rig %016" PRIx64,
                 projection.projector.c_str(), options.prediction.c_str(), options.source_delay_s,
                 projection.track.stale_after, projection.blank_on_stale ? " to black" : "",
                 options.bilinear ? "bilinear" : "area", options.average_numbers ? " of numbers" : "",
-                projection.renderer->device().c_str(), rig_fingerprint(rig));
+                projection.marks ? " with marks" : "", projection.renderer->device().c_str(),
+                rig_fingerprint(rig));
   const auto of_file = [](const char* name, const std::string& file) {
     return file.empty() ? "" : std::string(", ") + name + " " + io::sha256_of_file(file).substr(0, 16);
   };

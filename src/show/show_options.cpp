@@ -59,6 +59,7 @@ static void fields(io::Fields& f, WatchInput& watch) {
   f.optional("name", watch.name);
   field_or(f, "delay_s", watch.delay_s, 0.0);
   field_or(f, "only", watch.only, false);
+  field_or(f, "marks", watch.marks, false);
   field_or(f, "save", watch.save, std::string());
   f.check(watch.delay_s >= 0 && watch.delay_s <= limits::kDelayS, "delay_s", "no camera is that late",
           "give seconds, e.g. 0.05");

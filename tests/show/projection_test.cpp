@@ -98,6 +98,44 @@ TEST(Projection, AMovedProjectorDrawsAsOneOfARigThatHasItThere) {
   }
 }
 
+/// Marks are part of the content: masks over people are drawn over them, test patterns have none, and what is black stays so.
+TEST(Projection, MarksAreOnContentAlone) {
+  Show show = small_show();
+  for (auto& content : show.contents) content = device::still_content(ImageU8(8, 6, 3, 100));
+  ProjectionOptions options = newest_pose_counts();
+  options.blank_on_stale = true;
+  Projection plain(small_rig(), options);
+  options.marks = true;
+  bool masks = false;
+  options.over = [&](const Projection&, double, ImageView<std::uint8_t> frame) {
+    for (int y = 0; masks && y < frame.height; ++y)
+      std::fill_n(frame.row(y), frame.width * frame.channels, std::uint8_t(0));
+  };
+  Projection marked(small_rig(), options);
+  ImageU8 without(plain.frame_size(), 3), with(plain.frame_size(), 3);
+  for (Projection* one : {&plain, &marked}) one->set_show(show);
+  const auto draw = [&](double time) {
+    plain.draw(time, 0, without);
+    marked.draw(time, 0, with);
+  };
+  for (Projection* one : {&plain, &marked}) one->add(message(10, Pose()));
+  draw(10);
+  EXPECT_FALSE(is_black(without));
+  EXPECT_FALSE(same(with, without));
+  for (const TestPattern pattern : {TestPattern::kGrid, TestPattern::kMask}) {
+    for (Projection* one : {&plain, &marked}) one->set_picture(pattern);
+    draw(10);
+    EXPECT_TRUE(same(with, without));
+  }
+  marked.set_picture(TestPattern::kContent);
+  masks = true;
+  draw(10.1);
+  EXPECT_TRUE(is_black(with));
+  masks = false;
+  draw(30);
+  EXPECT_TRUE(is_black(with));  // the pose is stale
+}
+
 TEST(Projection, DrawsFromWhereTheRobotIs) {
   const Rig rig = small_rig();
   const ProjectionOptions options = newest_pose_counts();

@@ -47,6 +47,7 @@ ShowOptions everything() {
   o.watch->name = "left";
   o.watch->delay_s = 0.03;
   o.watch->only = true;
+  o.watch->marks = true;
   o.watch->save = "corrected.json";
   o.autosave = true;
   o.control = "off";

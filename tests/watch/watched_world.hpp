@@ -2,6 +2,8 @@
 /// A rig before one wall or a corner, contents that are drawn for it, and the camera that sees them: noise, gamma,
 /// vignetting, glare, blur, distortion of both lenses (also terms that the rig does not know), a textured wall, a person who
 /// walks by and throws a shadow, the room's light.
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
 #include <map>
@@ -12,6 +14,7 @@
 #include "procam/core/geometry/se3.hpp"
 #include "procam/render/cpu.hpp"
 #include "procam/simulate/live_view.hpp"
+#include "procam/watch/marks.hpp"
 #include "procam/watch/watch.hpp"
 
 namespace procam::watch::test {
@@ -70,7 +73,8 @@ inline const char* name_of(Content content) {
 }
 
 /// A picture of the content at a time, RGB.
-inline ImageU8 picture(Content content, double time, std::uint64_t seed) {
+inline ImageU8 picture(Content content, double time, std::uint64_t seed,
+                       const std::array<int, 3>& plain = {40, 90, 170}) {
   ImageU8 image(384, 272, 3);
   const int scene = int(time / 7);  // cuts
   for (int y = 0; y < image.height(); ++y)
@@ -108,7 +112,7 @@ inline ImageU8 picture(Content content, double time, std::uint64_t seed) {
         if (y > 250 && x > 250 && x < 370 && field(x / 5, 3, seed) > 0.5) grey[1] = 170;
         for (double& c : grey) c = std::max(c, 6 * octaves(x / 30.0, y / 30.0, seed));
       } else {
-        grey[0] = 40, grey[1] = 90, grey[2] = 170;
+        std::copy(plain.begin(), plain.end(), grey);
       }
       for (int c = 0; c < 3; ++c) image.at(x, y, c) = std::uint8_t(std::lround(grey[c]));
     }
@@ -118,6 +122,8 @@ inline ImageU8 picture(Content content, double time, std::uint64_t seed) {
 struct WorldOptions {
   std::vector<Wall> walls = one_wall();
   Content content = Content::kVideo;
+  std::array<int, 3> plain = {40, 90, 170};  ///< of Content::kPlain
+  bool marks = false;                        ///< watch::Marks where the content has no texture
   std::uint64_t seed = 1;
   double ambient = 0.06;
   double gamma = 2.2;         ///< of the camera
@@ -166,7 +172,7 @@ class WatchedWorld {
     return drawn_[1].frame;
   }
   ImageU8 draw(double time) {
-    const ImageU8 content = picture(options_.content, time, options_.seed);
+    const ImageU8 content = picture(options_.content, time, options_.seed, options_.plain);
     Scene scene;
     for (const Wall& wall : options_.walls) {
       PlacedPlane placed;
@@ -176,6 +182,7 @@ class WatchedWorld {
     }
     ImageU8 drawn(rig_.projector().projector.size(), 3);
     renderer_.render(scene, rig_.projector().projector, drawn);
+    if (options_.marks) marks_.draw(time, scene, rig_.projector().projector, drawn);
     return drawn;
   }
 
@@ -249,6 +256,7 @@ class WatchedWorld {
     one.threads = 1;
     return one;
   }()};
+  Marks marks_;
   struct Drawn {
     long key = -1;
     Pose rig_from_projector;

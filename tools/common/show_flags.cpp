@@ -141,6 +141,10 @@ void declare_watch(CLI::App& app, show::ShowOptions& o) {
          "--watch-only", [watch] { watch().only = true; },
          "Report what it finds, and correct nothing until the control page asks for it")
       ->needs(camera);
+  app.add_flag_callback(
+         "--marks", [watch] { watch().marks = true; },
+         "Draw small marks on the surfaces where the content has no texture that could be watched")
+      ->needs(camera);
   app.add_option_function<std::string>(
          "--watch-save", [watch](const std::string& text) { watch().save = text; },
          "Write the rig with the corrected projector to this file after each correction")

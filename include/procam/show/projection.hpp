@@ -60,7 +60,8 @@ struct ProjectionOptions {
   /// When no news has come for track.stale_after: black (true), or drawn from where the robot was then.
   bool blank_on_stale = false;
   std::shared_ptr<render::Renderer> renderer;  ///< null: a CpuRenderer of its own
-  DrawOver over;                               ///< may be empty
+  bool marks = false;  ///< watch::Marks, small marks where the content of a plane surface has no texture
+  DrawOver over;       ///< may be empty
 };
 
 struct DrawnFrame {

@@ -49,6 +49,7 @@ struct WatchInput {
   std::string name;    ///< the camera's name in the rig; may be empty when the rig has one
   double delay_s = 0;  ///< from the exposure of an image to its arrival
   bool only = false;   ///< report, and correct nothing
+  bool marks = false;  ///< small marks are drawn where the content has no texture
   std::string save;    ///< file for the rig as corrected, written after each correction; empty: none
 };
 

@@ -16,7 +16,9 @@ constexpr int kCoarse = 4, kCoarseReach = 8;  ///< of the coarse search: working
 constexpr double kEnough = 0.35;              ///< share of textured cells that must agree with the start
 constexpr double kManyMore = 0.5;             ///< share that must agree with another start
 constexpr double kClippedGrey = 253, kMaxClipped = 0.05;
-constexpr double kMinGain = 5;     ///< sigmas of a cell's gain: with less it may be noise
+constexpr double kMinGain = 5;  ///< sigmas of a cell's gain: with less it may be noise
+constexpr double kDimGain =
+    0.75;  ///< of the median gain: a cell with less shows an edge at its border, or a shadow
 constexpr double kSteady = 0.005;  ///< working pixels: the iteration has settled
 constexpr double kDamping = 1e-3;  ///< of the trace of the structure tensor
 
@@ -325,6 +327,19 @@ void add_common_gain(const ImageF& smooth, const std::vector<CellTemplate>& shap
   result.correlation = product / std::sqrt(expected * square);
 }
 
+/// The shift of a cell with a small gain is biased. At least half of the measured cells remain.
+void reject_dim_cells(ImageComparison& result) {
+  std::vector<double> gains;
+  for (const CellShift& one : result.cells)
+    if (one.state == CellState::kMeasured) gains.push_back(one.gain);
+  const double least = kDimGain * median_or(std::move(gains), 0.0);
+  for (CellShift& one : result.cells)
+    if (one.state == CellState::kMeasured && one.gain < least) {
+      one.state = CellState::kMismatch;
+      --result.measured;
+    }
+}
+
 void check(const LightGeometry& geometry, const ShownLight& light, ViewU8 image) {
   require(image.size() == geometry.camera_size && image.channels == 1,
           "compare: an image of another size than the camera's, or with several channels");
@@ -369,6 +384,7 @@ ImageComparison compare(const LightGeometry& geometry, const SeenLight& light, d
         result = std::move(again);
     }
   }
+  reject_dim_cells(result);
   std::vector<double> offsets;
   for (const CellShift& one : result.cells)
     if (one.state == CellState::kMeasured) offsets.push_back(one.offset);

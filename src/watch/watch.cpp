@@ -66,7 +66,7 @@ Watch::Watch(const RigCamera& camera, const RigProjector& projector, const Watch
     : camera_(camera), projector_(projector), options_(options) {
   require(options.window > 0 && options.false_alarms_a_week > 0 && options.smallest_error >= 0,
           "Watch: options out of range");
-  window_limit_ = std::min(0.1, std::sqrt(options.false_alarms_a_week * options.window / kWeek));
+  window_limit_ = std::min(0.1, options.false_alarms_a_week * options.window / kWeek);
   place({});
 }
 

@@ -145,6 +145,33 @@ TEST(Watch, ACoveredCameraALampAndAnAbsentProjectorAreReported) {
   EXPECT_FALSE(report.is_alarm);
 }
 
+/// Its gain is smaller than that of the others, and its shift may be biased.
+TEST(Watch, ACellInAShadowIsNotMeasured) {
+  Session session(WorldOptions{});
+  const ImageU8 frame = session.world.frame(0.5);
+  ImageU8 image = session.world.image(frame, 0.5);
+  const LightGeometry& geometry = session.watch.geometry();
+  const ImageComparison before = compare(geometry, {frame, frame, 0, 0}, image);
+  std::size_t shaded = geometry.cells.size() / 2;
+  while (before.cells[shaded].state != CellState::kMeasured) ++shaded;
+  const Vec2 centre = geometry.cells[shaded].pixel;
+  for (int y = int(centre.y()) - 18; y <= int(centre.y()) + 18; ++y)
+    for (int x = int(centre.x()) - 18; x <= int(centre.x()) + 18; ++x)
+      image.at(x, y) = std::uint8_t(0.55 * image.at(x, y));
+  const ImageComparison after = compare(geometry, {frame, frame, 0, 0}, image);
+  EXPECT_EQ(after.cells[shaded].state, CellState::kMismatch);
+  EXPECT_GE(after.measured, before.measured - 9);
+}
+
+/// Windows of content that stands still have their errors in common: no credit for two in a row.
+TEST(Watch, TheLimitOfAWindowIsTheRateOverTheWindowsOfAWeek) {
+  WatchOptions options;
+  EXPECT_NEAR(Session(WorldOptions{}, options).watch.window_limit(), 2.0 / 604800, 1e-9);
+  options.false_alarms_a_week = 7;
+  options.window = 5;
+  EXPECT_NEAR(Session(WorldOptions{}, options).watch.window_limit(), 35.0 / 604800, 1e-9);
+}
+
 /// A cut of a film changes the whole image, and nothing in the room.
 TEST(Watch, ACutIsNoLampAndNoMovement) {
   WorldOptions options;

@@ -55,7 +55,7 @@ enum class CellState {
   kMeasured,
   kFlat,      ///< the frame has no texture there
   kClipped,   ///< the camera is overexposed there
-  kMismatch,  ///< the camera sees something else there: a person, a shadow, an object
+  kMismatch,  ///< the camera sees something else there: a person, an object; or dimmer light: a shadow, an edge at the border
 };
 
 struct CellShift {

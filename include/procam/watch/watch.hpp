@@ -9,10 +9,10 @@
 /// estimate (movement.hpp) and one test. Two windows in a row beyond the limit, with an error of at least `smallest_error`,
 /// raise the alarm. With a rate R of false alarms a week and N windows a week the limit of one window is at the probability
 ///
-///   p = sqrt(R / N),   N = 604800 s / window
+///   p = R / N,   N = 604800 s / window
 ///
-/// as far as windows are independent and the noise is as stated (cell_sigma covers what windows have in common). Two windows
-/// in a row without a movement end the alarm.
+/// Windows of content that stands still have the same errors: two in a row are barely rarer than one. The rate holds as far
+/// as the noise is as stated (cell_sigma, for one). Two windows in a row without a movement end the alarm.
 ///
 /// No clock, no thread and no device here: the same calls in the same order give the same reports.
 #include <optional>

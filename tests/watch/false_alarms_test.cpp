@@ -1,0 +1,316 @@
+/// How often a window of the watch is beyond a limit although nothing moves: many installations, each with errors as large
+/// as MovementOptions states them. A camera of a few milliseconds an image, so that thousands of windows can be had:
+///   test_watch --gtest_filter=WatchFigures.Windows | scripts/watch_tail.py
+/// PROCAM_WATCH_INSTALLATIONS, PROCAM_WATCH_FIRST: how many, and the first seed. A line for each window.
+#include <gtest/gtest.h>
+
+#include <cstdio>
+#include <cstdlib>
+#include <random>
+
+#include "watched_world.hpp"
+
+namespace procam::watch {
+namespace {
+
+using Normal = std::normal_distribution<double>;
+
+constexpr ImageSize kFrame = {1024, 768};
+
+enum class Shown { kFilm, kSlides, kDarkGame, kPausedGame, kMarks };
+constexpr const char* kShownNames[] = {"film", "slides", "dark game", "paused game", "marks on a colour"};
+
+Vec6 drawn(std::mt19937& random, double rotation, double translation, const Vec3& centre) {
+  Normal normal(0, 1);
+  const Vec3 w = rotation * Vec3(normal(random), normal(random), normal(random));
+  const Vec3 v = translation * Vec3(normal(random), normal(random), normal(random));
+  Vec6 moved;
+  moved << w, v - w.cross(centre);
+  return moved;
+}
+
+/// Large pictures that frames are parts of.
+class Pictures {
+ public:
+  Pictures() {
+    for (std::uint64_t k = 0; k < 6; ++k) {
+      ImageU8& film = films_.emplace_back(kFrame.width + 240, kFrame.height + 120, 1);
+      ImageU8& page = pages_.emplace_back(kFrame.width + 240, kFrame.height + 120, 1);
+      for (int y = 0; y < film.height(); ++y)
+        for (int x = 0; x < film.width(); ++x) {
+          const double v = test::octaves(x / 58.0, y / 58.0, 31 * k);
+          film.at(x, y) = std::uint8_t(255 * std::clamp(1.7 * (v - 0.22), 0.0, 1.0));
+          const int line = y / 45;
+          const bool ink = y % 45 < 21 && x % 13 != 0 && line % 7 != 6 &&
+                           x < 500 + 700 * test::field(line, 0.5, k) &&
+                           test::field(std::floor(x / 13.0), line * 3.0, k + 3) > 0.45;
+          page.at(x, y) = ink ? 25 : 235;
+        }
+    }
+  }
+  ViewU8 film(std::uint64_t number, double time) const {
+    const ImageU8& picture = films_[std::size_t(number % films_.size())];
+    return part(picture, int(120 + 110 * std::sin(0.25 * time)), int(60 + 50 * std::cos(0.16 * time)));
+  }
+  ViewU8 page(std::uint64_t number) const {
+    return part(pages_[std::size_t(number % pages_.size())], int(number * 37 % 240), int(number * 23 % 120));
+  }
+
+ private:
+  static ViewU8 part(const ImageU8& picture, int x, int y) {
+    return {&picture.at(x, y), kFrame.width, kFrame.height, 1, picture.view().stride};
+  }
+  std::vector<ImageU8> films_, pages_;
+};
+
+ImageU8 dark_game(double time, std::uint64_t seed) {
+  ImageU8 frame(kFrame, 1, 3);
+  for (int k = 0; k < 12; ++k) {
+    const int cx = int(512 + 460 * std::sin(0.31 * time * (1 + 0.13 * k) + 2.4 * k + double(seed))),
+              cy = int(384 + 330 * std::cos(0.27 * time * (1 + 0.21 * k) + 1.7 * k)), half = 14 + k % 4 * 11;
+    for (int y = std::max(0, cy - half); y < std::min(kFrame.height, cy + half); ++y)
+      for (int x = std::max(0, cx - half); x < std::min(kFrame.width, cx + half); ++x)
+        frame.at(x, y) = std::uint8_t(120 + 20 * (k % 5));
+  }
+  return frame;
+}
+
+/// A wall, a rig and a camera with errors of their own, all drawn from what MovementOptions states.
+class Installation {
+ public:
+  Installation(std::uint64_t seed, const Pictures& pictures)
+      : seed_(seed), pictures_(pictures), random_(unsigned(seed * 7919 + 5)), noise_(1 << 16) {
+    const MovementOptions known;
+    Normal normal(0, 1);
+    for (float& value : noise_) value = float(normal(random_));
+    const test::Wall wall = test::one_wall().front();
+    const Vec3 centre = wall.rig_from_surface * Vec3(wall.size.x() / 2, wall.size.y() / 2, 0);
+    const RigProjector projector = rig.projector();
+    const Pose rig_from_wall =
+        se3_exp(drawn(random_, known.surface_rotation, known.surface_translation, centre)) *
+        wall.rig_from_surface;
+    Projector true_projector = projector.projector;
+    Camera camera = rig.camera().camera;
+    std::get<BrownConrady>(true_projector.inverse_camera.distortion).coefficients[0] +=
+        2e-4 * normal(random_);
+    std::get<BrownConrady>(camera.distortion).coefficients[0] += 2e-4 * normal(random_);
+    const Pose rig_from_projector = se3_exp(drawn(random_, known.model_rotation, known.model_translation,
+                                                  projector.rig_from_projector.translation)) *
+                                    projector.rig_from_projector;
+    delay_ = known.delay_sigma * normal(random_);
+    const double gammas[] = {1, 1.8, 2.2, 2.4};
+    gamma_ = gammas[random_() % 4];
+    ambient_ = 0.02 + 0.1 * uniform();
+    blur_ = 0.05 + 0.15 * uniform();
+    texture_ = 0.1 * uniform();
+    vignetting_ = 0.3 * uniform();
+    trace(camera, {true_projector.inverse_camera}, rig_from_projector, rig_from_wall, wall);
+    surfaces.push_back({wall.name,
+                        wall.rig_from_surface,
+                        {Vec2(0, 0), Vec2(wall.size.x(), 0), wall.size, Vec2(0, wall.size.y())}});
+  }
+
+  Rig rig = test::watched_rig();
+  std::vector<WatchedSurface> surfaces;
+
+  /// The frame at a time, and the next one a sixtieth of a second later.
+  ShownLight light(Shown shown, double time) {
+    ShownLight light;
+    light.share = 0.5;
+    light.interval = 1 / 60.0;
+    const auto scene = seed_ * 13 + std::uint64_t(time / 7);
+    if (shown == Shown::kFilm) {
+      light.frame = pictures_.film(scene, time);
+      light.next = pictures_.film(scene, time + light.interval);
+      return light;
+    }
+    if (shown == Shown::kSlides) {
+      light.frame = light.next = pictures_.page(seed_ * 11 + std::uint64_t(time / 20));
+      return light;
+    }
+    if (shown == Shown::kPausedGame) {
+      game_[0] = dark_game(11.363 + 1.7 * double(seed_ % 12), seed_);
+      light.frame = light.next = game_[0];
+      return light;
+    }
+    if (shown == Shown::kDarkGame) {
+      game_[0] = dark_game(time, seed_);
+      game_[1] = dark_game(time + light.interval, seed_);
+      light.frame = game_[0];
+      light.next = game_[1];
+      return light;
+    }
+    if (marked_.width() == 0) marked_ = marked_colour();
+    light.frame = light.next = marked_;
+    return light;
+  }
+
+  ImageU8 image(const ShownLight& light, double time) {
+    const double share = std::clamp(light.share + delay_ / light.interval, 0.0, 1.0);
+    mix(light, float(share));
+    const ImageSize size = rig.camera().camera.size;
+    grey_.resize(std::size_t(size.width) * std::size_t(size.height));
+    const int person = std::fmod(time, 12) < 8 ? int(60 + 65 * std::fmod(time, 12)) : -1000;
+    for (int y = 0; y < size.height; ++y)
+      for (int x = 0; x < size.width; ++x) {
+        const auto i = std::size_t(y) * std::size_t(size.width) + std::size_t(x);
+        const bool is_hidden = std::abs(x - person) < 26 && y > 150;
+        const float seen = is_hidden ? 0.3f * float(ambient_) : albedo_[i] * (float(ambient_) + light_at(i));
+        grey_[i] = toned(seen);
+      }
+    return recorded(size);
+  }
+
+ private:
+  double uniform() { return std::uniform_real_distribution<double>(0, 1)(random_); }
+
+  ImageU8 marked_colour() {
+    const test::Wall wall = test::one_wall().front();
+    PlacedPlane placed;
+    placed.plane_from_content = Vec3(wall.size.x(), wall.size.y(), 1).asDiagonal();
+    placed.projector_from_surface = rig.projector().rig_from_projector.inverse() * wall.rig_from_surface;
+    Scene scene;
+    scene.items.push_back({placed, {}});
+    const int greys[] = {255, 180, 120, 60, 4};
+    ImageU8 frame(kFrame, 1, std::uint8_t(greys[seed_ % 5]));
+    Marks().draw(0, scene, rig.projector().projector, frame);
+    return frame;
+  }
+
+  /// Projector pixel (halved) and albedo of each camera pixel; every fourth pixel is traced.
+  void trace(const Camera& camera, const Projector& projector, const Pose& rig_from_projector,
+             const Pose& rig_from_wall, const test::Wall& wall) {
+    constexpr int kStep = 4;
+    const int columns = camera.size.width / kStep + 2, rows = camera.size.height / kStep + 2;
+    const Plane plane = Plane::of_xy(rig_from_wall);
+    std::vector<Eigen::Vector4f> nodes;
+    for (int j = 0; j < rows; ++j)
+      for (int i = 0; i < columns; ++i) {
+        const auto bearing = camera.unproject(Vec2(i, j) * kStep);
+        const auto point = intersect(Ray{Vec3::Zero(), bearing.value_or(Vec3::UnitZ())}, plane);
+        const Vec3 at = point.value_or(Vec3(0, 0, 1));
+        const Vec2 pixel = projector.project(rig_from_projector.inverse() * at).value_or(Vec2(-1e4, -1e4));
+        const Vec3 on_wall = rig_from_wall.inverse() * at;
+        nodes.emplace_back(float(pixel.x() / 2 - 0.25), float(pixel.y() / 2 - 0.25), float(on_wall.x()),
+                           float(on_wall.y()));
+      }
+    for (int y = 0; y < camera.size.height; ++y)
+      for (int x = 0; x < camera.size.width; ++x) {
+        const auto node = std::size_t(y / kStep * columns + x / kStep);
+        const float fx = float(x % kStep) / kStep, fy = float(y % kStep) / kStep;
+        const auto below = node + std::size_t(columns);
+        const Eigen::Vector4f value = (1 - fy) * ((1 - fx) * nodes[node] + fx * nodes[node + 1]) +
+                                      fy * ((1 - fx) * nodes[below] + fx * nodes[below + 1]);
+        const bool is_on =
+            value[2] > 0 && value[3] > 0 && value[2] < wall.size.x() && value[3] < wall.size.y();
+        place_.push_back(is_on ? Eigen::Vector2f(value[0], value[1]) : Eigen::Vector2f(-1e4f, -1e4f));
+        const double paint =
+            1 - texture_ * test::octaves(33 * double(value[2]), 33 * double(value[3]), seed_);
+        const double r2 = (Vec2(x, y) - Vec2(320, 240)).squaredNorm() / 160000;
+        albedo_.push_back(float(paint * (1 - vignetting_ * r2)));
+      }
+    for (int k = 0; k <= 2048; ++k) tones_.push_back(float(std::pow(k / 2048.0, 1 / gamma_)));
+  }
+  /// 0 .. 1.3 times full light to grey levels.
+  float toned(float light) const {
+    return 205 * tones_[std::size_t(std::min(2047.f, light * (2048 / 1.3f)))];
+  }
+  /// Linear light of both frames, averaged over 2 x 2 pixels.
+  void mix(const ShownLight& light, float share) {
+    static const std::array<float, 256> linear = [] {
+      std::array<float, 256> table{};
+      for (std::size_t k = 0; k < 256; ++k) {
+        const double v = double(k) / 255;
+        table[k] = float(v <= 0.04045 ? v / 12.92 : std::pow((v + 0.055) / 1.055, 2.4));
+      }
+      return table;
+    }();
+    light_.resize(std::size_t(kFrame.width / 2) * std::size_t(kFrame.height / 2));
+    const bool is_still = light.frame.data == light.next.data;
+    for (int y = 0; y < kFrame.height / 2; ++y) {
+      float* out = &light_[std::size_t(y) * std::size_t(kFrame.width / 2)];
+      const auto add = [&](ViewU8 frame, float weight, bool first) {
+        const std::uint8_t *upper = frame.row(2 * y), *lower = frame.row(2 * y + 1);
+        for (int x = 0; x < kFrame.width / 2; ++x) {
+          const float sum = linear[upper[2 * x]] + linear[upper[2 * x + 1]] + linear[lower[2 * x]] +
+                            linear[lower[2 * x + 1]];
+          out[x] = (first ? 0 : out[x]) + 0.25f * weight * sum;
+        }
+      };
+      add(light.frame, is_still ? 1 : 1 - share, true);
+      if (!is_still) add(light.next, share, false);
+    }
+  }
+  float light_at(std::size_t i) const {
+    const float x = place_[i].x(), y = place_[i].y();
+    if (!(x >= 0 && y >= 0 && x < kFrame.width / 2 - 1 && y < kFrame.height / 2 - 1)) return 0;
+    const int column = int(x), row = int(y);
+    const float fx = x - float(column), fy = y - float(row);
+    const float* above = &light_[std::size_t(row) * std::size_t(kFrame.width / 2) + std::size_t(column)];
+    const float* below = above + kFrame.width / 2;
+    return (1 - fy) * ((1 - fx) * above[0] + fx * above[1]) + fy * ((1 - fx) * below[0] + fx * below[1]);
+  }
+  /// Blur by (b, 1 - 2 b, b) along both axes, then noise.
+  ImageU8 recorded(ImageSize size) {
+    const float b = float(blur_);
+    ImageU8 image(size, 1);
+    const auto at = [&](int x, int y) {
+      return grey_[std::size_t(y) * std::size_t(size.width) + std::size_t(x)];
+    };
+    for (int y = 1; y + 1 < size.height; ++y) {
+      std::size_t n = random_() % noise_.size();
+      for (int x = 1; x + 1 < size.width; ++x) {
+        const float cross = at(x - 1, y) + at(x + 1, y) + at(x, y - 1) + at(x, y + 1);
+        const float value = (1 - 4 * b) * at(x, y) + b * cross;
+        n = (n + 1) & (noise_.size() - 1);
+        const float grey = value + std::sqrt(2 + 0.02f * value) * noise_[n];
+        image.at(x, y) = std::uint8_t(std::clamp(grey + 0.5f, 0.f, 255.f));
+      }
+    }
+    return image;
+  }
+
+  std::uint64_t seed_;
+  const Pictures& pictures_;
+  std::mt19937 random_;
+  std::vector<float> noise_;
+  double delay_ = 0, gamma_ = 2.2, ambient_ = 0.06, blur_ = 0.1, texture_ = 0.1, vignetting_ = 0.2;
+  std::vector<Eigen::Vector2f> place_;
+  std::vector<float> albedo_, tones_, light_, grey_;
+  ImageU8 game_[2], marked_;
+};
+
+/// A line for each window: content, installation, window, chi-square, degrees of freedom, probability, error in mm, alarm, cells.
+TEST(WatchFigures, Windows) {
+  const auto number = [](const char* variable, int usual) {
+    const char* text = std::getenv(variable);
+    return text != nullptr ? std::atoi(text) : usual;
+  };
+  const int first = number("PROCAM_WATCH_FIRST", 0), count = number("PROCAM_WATCH_INSTALLATIONS", 8);
+  constexpr int kWindows = 5;  // of each content
+  const Pictures pictures;
+  std::printf("content,installation,window,chi2,dof,probability,error_mm,alarm,cells\n");
+  for (int seed = first; seed < first + count; ++seed) {
+    Installation installation(std::uint64_t(seed), pictures);
+    for (const Shown shown :
+         {Shown::kFilm, Shown::kSlides, Shown::kDarkGame, Shown::kPausedGame, Shown::kMarks}) {
+      Watch watch(installation.rig.camera(), installation.rig.projector());
+      watch.place(installation.surfaces);
+      double last = 0, time = 0.013 + 1.7 * (seed % 12);
+      int window = 0;
+      for (const double end = time + 2.1 * kWindows + 1; time < end; time += 2 / 3.0 + 1e-3) {
+        const ShownLight light = installation.light(shown, time);
+        const WatchReport report = watch.add(time, light, installation.image(light, time));
+        if (!(report.window_time > last)) continue;
+        last = report.window_time;
+        std::printf("%s,%d,%d,%.2f,%d,%.4g,%.3f,%d,%d\n", kShownNames[int(shown)], seed, window++,
+                    report.estimate->chi2, report.estimate->degrees_of_freedom, report.probability,
+                    1e3 * report.error, report.is_alarm, report.estimate->cells);
+      }
+      std::fflush(stdout);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace procam::watch

@@ -2,6 +2,7 @@
 ///   PROCAM_WATCH_SEEDS=5 test_watch --gtest_filter='WatchFigures.*'
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cstdio>
 #include <cstdlib>
 #include <ctime>
@@ -85,57 +86,91 @@ WorldOptions world_of(Content content, int seed, bool corner, bool person) {
   return options;
 }
 
-/// Bumps of 0.2 degrees or 2 mm in a random direction.
+struct Tally {
+  int runs = 0, found = 0, wrong = 0, inseparable = 0;
+
+  void print() const {
+    std::printf("bumps: %d runs, %d found, %d with a wrong cause, %d inseparable\n", runs, found, wrong,
+                inseparable);
+  }
+};
+
+/// A bump of 0.2 degrees or 2 mm in the direction of a seed, after some seconds.
+void bump(const std::string& name, const WorldOptions& options, double seconds, bool turned,
+          unsigned direction_seed, Tally& tally) {
+  LongRun run(options);
+  WatchReport report;
+  while (run.time < seconds) report = run.next();
+  const bool early = report.is_alarm;
+  const double before = report.error;
+  std::mt19937 random{direction_seed};
+  std::normal_distribution<double> normal(0, 1);
+  const Vec3 direction = Vec3(normal(random), normal(random), normal(random)).normalized();
+  const Vec3 centre = run.world.rig().projector().rig_from_projector.translation;
+  if (turned)
+    run.world.projector_moved << 0.2 * kDegree * direction, -0.2 * kDegree * direction.cross(centre);
+  else
+    run.world.projector_moved << Vec3::Zero(), 0.002 * direction;
+  const double bumped = run.time, error = run.true_error();
+  while (!report.is_alarm && run.time < bumped + 10) report = run.next();
+  std::string causes;
+  double after = error;
+  if (report.is_alarm) {
+    ++tally.found;
+    const auto plausible = report.estimate->plausible();
+    for (const Explanation* one : plausible) causes += (causes.empty() ? "" : "|") + one->name;
+    tally.inseparable += plausible.size() > 1;
+    bool named = false;
+    for (const Explanation* one : plausible) named = named || one->thing == MovedThing::kProjector;
+    tally.wrong += !named;
+    for (const Explanation& one : report.estimate->explanations)
+      if (one.thing == MovedThing::kProjector) {
+        RigProjector corrected = run.watch.projector();
+        corrected.rig_from_projector = se3_exp(one.moved) * corrected.rig_from_projector;
+        run.watch.correct(corrected);
+        after = run.true_error();
+      }
+  }
+  ++tally.runs;
+  std::printf(
+      "bump,%s,%d,%s,%s,early %d,%.2f mm before,%.2f mm true,%.2f +- %.2f estimated,%.1f s,%s,%.2f mm after,%.1f ms\n",
+      name.c_str(), int(options.seed), options.walls.size() > 1 ? "corner" : "wall",
+      turned ? "0.2 deg" : "2 mm", early, 1e3 * before, 1e3 * error, 1e3 * report.error,
+      1e3 * report.error_sigma, report.is_alarm ? run.time - bumped : -1, causes.c_str(), 1e3 * after,
+      1e3 * run.watch_s / run.images);
+  std::fflush(stdout);
+}
+
 TEST(WatchFigures, Bumps) {
   const int seeds = number_of("PROCAM_WATCH_SEEDS", 5), first = number_of("PROCAM_WATCH_FIRST", 0);
-  int found = 0, wrong = 0, inseparable = 0, runs = 0;
+  Tally tally;
   for (const Content content : contents())
     for (int seed = first; seed < first + seeds; ++seed)
-      for (const bool turned : {true, false}) {
-        LongRun run(world_of(content, seed, seed % 2 == 1, true));
-        WatchReport report;
-        while (run.time < 4.5) report = run.next();
-        const bool early = report.is_alarm;
-        const double before = report.error;
-        std::mt19937 random{unsigned(100 * seed + 10 * int(content) + turned)};
-        std::normal_distribution<double> normal(0, 1);
-        const Vec3 direction = Vec3(normal(random), normal(random), normal(random)).normalized();
-        const Vec3 centre = run.world.rig().projector().rig_from_projector.translation;
-        if (turned)
-          run.world.projector_moved << 0.2 * kDegree * direction, -0.2 * kDegree * direction.cross(centre);
-        else
-          run.world.projector_moved << Vec3::Zero(), 0.002 * direction;
-        const double bumped = run.time, error = run.true_error();
-        while (!report.is_alarm && run.time < bumped + 10) report = run.next();
-        std::string causes;
-        double after = error;
-        if (report.is_alarm) {
-          ++found;
-          const auto plausible = report.estimate->plausible();
-          for (const Explanation* one : plausible) causes += (causes.empty() ? "" : "|") + one->name;
-          inseparable += plausible.size() > 1;
-          bool named = false;
-          for (const Explanation* one : plausible) named = named || one->thing == MovedThing::kProjector;
-          wrong += !named;
-          for (const Explanation& one : report.estimate->explanations)
-            if (one.thing == MovedThing::kProjector) {
-              RigProjector corrected = run.watch.projector();
-              corrected.rig_from_projector = se3_exp(one.moved) * corrected.rig_from_projector;
-              run.watch.correct(corrected);
-              after = run.true_error();
-            }
-        }
-        ++runs;
-        std::printf(
-            "bump,%s,%d,%s,%s,early %d,%.2f mm before,%.2f mm true,%.2f +- %.2f estimated,%.1f s,%s,%.2f mm after,%.1f ms\n",
-            name_of(content), seed, seed % 2 == 1 ? "corner" : "wall", turned ? "0.2 deg" : "2 mm", early,
-            1e3 * before, 1e3 * error, 1e3 * report.error, 1e3 * report.error_sigma,
-            report.is_alarm ? run.time - bumped : -1, causes.c_str(), 1e3 * after,
-            1e3 * run.watch_s / run.images);
-        std::fflush(stdout);
-      }
-  std::printf("bumps: %d runs, %d found, %d with a wrong cause, %d inseparable\n", runs, found, wrong,
-              inseparable);
+      for (const bool turned : {true, false})
+        bump(name_of(content), world_of(content, seed, seed % 2 == 1, true), 4.5, turned,
+             unsigned(100 * seed + 10 * int(content) + turned), tally);
+  tally.print();
+}
+
+/// The same with marks, before plain colours and the dark game.
+TEST(WatchFigures, MarkedBumps) {
+  const int seeds = number_of("PROCAM_WATCH_SEEDS", 3), first = number_of("PROCAM_WATCH_FIRST", 0);
+  const std::array<int, 3> colours[] = {{255, 255, 255}, {128, 128, 128}, {40, 90, 170}, {4, 4, 4}};
+  Tally tally;
+  for (int seed = first; seed < first + seeds; ++seed)
+    for (const bool turned : {true, false}) {
+      const auto run = [&](Content content, const std::array<int, 3>& colour) {
+        WorldOptions options = world_of(content, seed + 1, seed % 2 == 1, true);
+        options.plain = colour;
+        options.marks = true;
+        const std::string name =
+            content == Content::kPlain ? "green " + std::to_string(colour[1]) : "dark game";
+        bump(name, options, 6.5, turned, unsigned(100 * seed + 10 * colour[1] + turned), tally);
+      };
+      for (const auto& colour : colours) run(Content::kPlain, colour);
+      run(Content::kDarkGame, {0, 0, 0});
+    }
+  tally.print();
 }
 
 /// A line for each image, for the picture of docs/watch.md: two bumps, each corrected six seconds after its alarm began.

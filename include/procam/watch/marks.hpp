@@ -25,8 +25,8 @@ namespace procam::watch {
 
 struct MarkOptions {
   double diameter = 0.03;  ///< share of the frame's width
-  double contrast = 96;     ///< sRGB levels of 255, up and down
-  double fade = 1;          ///< seconds from nothing to full contrast
+  double contrast = 96;    ///< sRGB levels of 255, up and down
+  double fade = 1;         ///< seconds from nothing to full contrast
 };
 
 class PROCAM_EXPORT Marks {

@@ -54,10 +54,15 @@ void declare(CLI::App& app, Flags& flags) {
                  "Also write the points with normals and standard deviations, .ply or .pcd");
   app.add_option(
       "--save-depth", flags.depth,
-      "Also write the camera's depths in metres, .pfm (0: not measured): detect-surfaces --sensor-model scan finds walls, columns and balls in them");
-  app.add_option("--preview", flags.preview, "Also draw the surface and its standard deviation, .png");
-  app.add_option("--truth", flags.truth,
-                 "True depths of a simulation (truth_depth.pfm): report the distance to them");
+      "Also write the camera's depths in metres, .pfm (0: not measured): detect-surfaces --sensor-model scan finds walls, columns and balls in them. "
+      "Of several scans depth.pfm becomes depth_scan_CAMERA_PROJECTOR.pfm");
+  app.add_option(
+      "--preview", flags.preview,
+      "Also draw the surface and its standard deviation, .png; several are named as those of --save-depth");
+  app.add_option(
+      "--truth", flags.truth,
+      "True depths of a simulation, truth_depth.pfm or the view's folder of simulate-captures (of several cameras): "
+      "report the distance to them");
 }
 
 void require_writable(const Flags& flags) {
@@ -65,12 +70,21 @@ void require_writable(const Flags& flags) {
     if (!path.empty()) io::require_writable(path);
 }
 
-std::optional<scan::ScanError> true_error(const Flags& flags, const scan::Scan& scan) {
-  if (flags.truth.empty()) return std::nullopt;
-  const DepthPixels truth = io::load_depth_pixels(flags.truth);
+/// Of the view that `camera` captured: the file itself, or the one of this camera in the folder.
+fs::path truth_of(const Flags& flags, const session::SessionPlan& plan, const std::string& camera) {
+  const bool has_one_camera = plan.cameras.size() == 1;
+  if (fs::is_directory(flags.truth))
+    return fs::path(flags.truth) / (has_one_camera ? "truth_depth.pfm" : "truth_depth_" + camera + ".pfm");
+  if (has_one_camera) return flags.truth;
+  throw Error(ErrorKind::kInput, "--truth " + flags.truth, "the session has several cameras",
+              "give the view's folder, with truth_depth_CAMERA.pfm of each");
+}
+
+std::optional<scan::ScanError> true_error(const fs::path& file, const scan::Scan& scan) {
+  const DepthPixels truth = io::load_depth_pixels(file);
   const ImageF* metres = std::get_if<ImageF>(&truth);
   if (metres == nullptr || metres->size() != scan.depth.size())
-    throw Error(ErrorKind::kInput, flags.truth, "it has no float depths of the camera's size",
+    throw Error(ErrorKind::kInput, file.string(), "it has no float depths of the camera's size",
                 "give the truth_depth.pfm of this view");
   return scan::compare(scan, *metres);
 }
@@ -82,6 +96,13 @@ std::string name_of(const session::CapturedLight& seen, std::size_t count) {
     for (const std::string& device : {seen.camera, seen.projector})
       name += device.empty() ? "" : "_" + device;
   return name;
+}
+
+/// FILE.EXT, of several scans FILE_SCAN.EXT.
+std::string file_of(const std::string& path, const std::string& scan, std::size_t count) {
+  if (count == 1) return path;
+  const fs::path file(path);
+  return (file.parent_path() / (file.stem().string() + "_" + scan + file.extension().string())).string();
 }
 
 SurfaceSet save_meshes(const Flags& flags, const std::vector<report::ScannedSurface>& surfaces,
@@ -119,13 +140,15 @@ void save_others(const Flags& flags, const std::vector<report::ScannedSurface>& 
     io::save_points(flags.points, all);
     files.push_back(flags.points);
   }
-  if (!flags.depth.empty()) {
-    io::save_pfm(flags.depth, surfaces.front().scan.depth);
-    files.push_back(flags.depth);
-  }
-  if (!flags.preview.empty()) {
-    io::save_image(flags.preview, report::scan_picture(surfaces.front().scan));
-    files.push_back(flags.preview);
+  for (const report::ScannedSurface& surface : surfaces) {
+    if (!flags.depth.empty()) {
+      files.push_back(file_of(flags.depth, surface.name, surfaces.size()));
+      io::save_pfm(files.back(), surface.scan.depth);
+    }
+    if (!flags.preview.empty()) {
+      files.push_back(file_of(flags.preview, surface.name, surfaces.size()));
+      io::save_image(files.back(), report::scan_picture(surface.scan));
+    }
   }
 }
 
@@ -142,7 +165,7 @@ ExitCode scan_surfaces(const Flags& flags, Console& console) {
     surface.name = name_of(seen, lights.size());
     surface.scan = scan::measure_depth(seen.light, rig, seen.camera, seen.projector, flags.scan);
     surface.mesh = scan::mesh_of(surface.scan, flags.mesh);
-    surface.error = true_error(flags, surface.scan);
+    if (!flags.truth.empty()) surface.error = true_error(truth_of(flags, plan, seen.camera), surface.scan);
     remarks.append(seen.light.diagnostics);
     remarks.append(surface.scan.diagnostics);
     surfaces.push_back(std::move(surface));

@@ -43,7 +43,9 @@ class StripeLine {
       if (!joins(*edges[i], *edges[i + 1], options)) continue;
       const bool before = i > 0 && joins(*edges[i - 1], *edges[i], options);
       const bool after = i + 2 < edges.size() && joins(*edges[i + 1], *edges[i + 2], options);
-      const Line line = fit(edges, i - (before ? 1 : 0), i + (after ? 2 : 1), i, inflation);
+      Line line = fit(edges, i - (before ? 1 : 0), i + (after ? 2 : 1), i, inflation);
+      line.tolerance = std::max(double(decoded_.step), std::abs(edges[i + 1]->projector_coordinate -
+                                                                edges[i]->projector_coordinate));
       draw(line, int(std::ceil(position(*edges[i]))), int(std::floor(position(*edges[i + 1]))), 1, true);
       // The surface's border: over one stripe past its last edge.
       const double reach = decoded_.step / std::abs(line.slope);
@@ -92,17 +94,20 @@ class StripeLine {
     light_.sigma.at(x, y, channel_) = float(std::max(sigma, 1e-4));
   }
 
-  /// Is the pixel's own stripe the one of `coordinate`, or beside it?
-  bool agrees(int at, double coordinate) const {
-    const std::int16_t stripe = code(at);
-    return stripe != DecodedMap::kUndecoded &&
-           std::abs(decoded_.stripe_center(stripe) - coordinate) <= 1.0 * decoded_.step;
-  }
-
   /// c(p) = middle + slope (p - centre), with the variances of both, which are independent.
   struct Line {
     double centre = 0, middle = 0, slope = 0, middle_variance = 0, slope_variance = 0;
+    /// Of a pixel's own stripe from the line: bits of stripes finer than its two edges are noise where their edges were not
+    /// found.
+    double tolerance = 0;
   };
+
+  /// Is the pixel's own stripe the one of `coordinate`, as far as its bits can be read?
+  bool agrees(int at, double coordinate, double tolerance) const {
+    const std::int16_t stripe = code(at);
+    return stripe != DecodedMap::kUndecoded &&
+           std::abs(decoded_.stripe_center(stripe) - coordinate) <= tolerance;
+  }
 
   /// The weighted line through the edges first .. last; through i and i + 1 alone where more do not lie on one line.
   Line fit(const Edges& edges, std::size_t first, std::size_t last, std::size_t i, double inflation) const {
@@ -146,7 +151,7 @@ class StripeLine {
       if (at < 0 || at >= length_) return;
       const double p = at - line.centre, coordinate = line.middle + line.slope * p;
       const bool undecoded = code(at) == DecodedMap::kUndecoded;
-      if (!(undecoded && bridge) && !agrees(at, coordinate)) {
+      if (!(undecoded && bridge) && !agrees(at, coordinate, line.tolerance)) {
         if (bridge) continue;
         return;
       }

@@ -107,7 +107,7 @@ TEST_F(Stage, CapturesASessionThatCalibratesTruly) {
   EXPECT_GE(calibrated.json()["truth"]["parameters_inside_3_sigma"], 20);
 }
 
-/// Without --board the captures are of a room. Here the room is one flat piece of paper, whose place is known.
+/// Without --board the captures are of a room. Here the room is a flat piece of paper before a wall, whose places are known.
 TEST_F(Stage, CapturesARoomThatScansTruly) {
   const Process camera_process(camera(30, 0, 0));
   const std::string room = "--json --watch " + (scratch_ / "shots").string() +
@@ -132,17 +132,24 @@ TEST_F(Stage, CapturesARoomThatScansTruly) {
   const ImageF depth = std::get<ImageF>(io::load_depth_pixels(scratch_ / "depth.pfm"));
   const simulate::World world = stage(0);
   const Pose board_from_rig = world.rig_from_board.inverse();
-  std::vector<double> distances;
+  std::vector<double> distances, wall_distances;
   for (int y = 0; y < depth.height(); ++y)
     for (int x = 0; x < depth.width(); ++x) {
       if (depth.at(x, y) <= 0) continue;
       const Vec3 ray = world.rig.cameras[0].camera.unproject(Vec2(x, y)).value();
-      distances.push_back(std::abs((board_from_rig * Vec3(depth.at(x, y) * ray / ray.z())).z()));
+      const Vec3 point = depth.at(x, y) * ray / ray.z();
+      if (depth.at(x, y) < 1.5)
+        distances.push_back(std::abs((board_from_rig * point).z()));
+      else
+        wall_distances.push_back(std::abs(world.wall_in_rig.signed_distance(point)));
     }
   ASSERT_GT(distances.size(), 20000u);
+  ASSERT_GT(wall_distances.size(), 5000u) << "ten grey levels, three metres away";
   std::sort(distances.begin(), distances.end());
+  std::sort(wall_distances.begin(), wall_distances.end());
   // A projector pixel is 4.4 mm wide. On white paper its edges are found far better; in black squares, which reflect
-  // eleven grey levels, only the stripe of four pixels is known.
+  // eleven grey levels, of some pixels only the stripe of four pixels is known. So are they on the wall.
+  EXPECT_LT(wall_distances[wall_distances.size() / 2], 0.03);
   EXPECT_LT(distances[distances.size() / 2], 0.0005);
   EXPECT_LT(distances[distances.size() * 98 / 100], 0.018);
 }

@@ -10,6 +10,7 @@
 
 #include "e2e/plane_in_rig.hpp"
 #include "e2e/tool_runner.hpp"
+#include "procam/io/image/depth_file.hpp"
 #include "procam/io/image/images.hpp"
 #include "procam/io/rig_file.hpp"
 #include "procam/io/surface_file.hpp"
@@ -197,6 +198,27 @@ TEST_F(ScanRoute, ContentLooksRightFromAViewersPlace) {
   std::printf("%zu of %d dots, off by %.3f px (median), %.3f px (95 %%), %.3f px (max)\n", off.size(), whole,
               off[off.size() / 2], off[off.size() * 95 / 100], off.back());
   EXPECT_LT(off[off.size() * 95 / 100], 1.0);
+}
+
+/// Each pair of devices has its own depths, picture, and true error.
+TEST_F(ScanRoute, SeveralDevicesGiveAFileForEachScan) {
+  simulate("--room steps --cameras 2 --pattern phase");
+  expect_refused(scan("--truth " + at("room/view_00/truth_depth_camera_1.pfm")), 3, "several cameras");
+  const ToolRun run = scan("--save-depth " + at("depth.pfm") + " --preview " + at("seen.png") + " --truth " +
+                           at("room/view_00"));
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const auto scans = run.json()["scans"];
+  ASSERT_EQ(scans.size(), 2u);
+  for (const auto& one : scans) {
+    const std::string name = one["name"];
+    EXPECT_LT(one["true_error"]["rms"].get<double>(), 1.5e-3) << name;
+    EXPECT_TRUE(fs::exists(folder_ / ("seen_" + name + ".png"))) << name;
+    const auto depths = std::get<ImageF>(io::load_depth_pixels(folder_ / ("depth_" + name + ".pfm")));
+    EXPECT_EQ(std::count_if(depths.data(), depths.data() + depths.width() * depths.height(),
+                            [](float z) { return z > 0; }),
+              one["measured"].get<int>())
+        << name;
+  }
 }
 
 TEST_F(ScanRoute, RefusesWhatIsNoScan) {

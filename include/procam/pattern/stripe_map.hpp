@@ -17,7 +17,8 @@
 /// The median of |d| over what noise explains, if it is more than one, multiplies the axis' standard deviations.
 ///
 /// Between two edges the line is fitted to these and to the next one on either side, as long as all four lie on one line.
-/// At the border of a surface it goes on over one stripe, as far as the decoded stripes agree. Pixels without edges whose
+/// At the border of a surface it goes on over one stripe, as far as the decoded stripes agree: to one stripe, and where the
+/// edges of finer stripes were not found, to the distance of the two edges. Pixels without edges whose
 /// neighbours decoded to near stripes have the middle of their stripe, with the standard deviation of its width.
 #include <vector>
 
@@ -29,8 +30,9 @@
 namespace procam::pattern {
 
 struct StripeMapOptions {
-  /// Edges farther apart than this many stripes are not joined: they lie on two surfaces.
-  int max_stripes = 4;
+  /// Edges farther apart than this many stripes are not joined: they lie on two surfaces. On dark surfaces the edges of the
+  /// fine stripes are lost in the noise; those of every eighth stripe remain.
+  int max_stripes = 8;
   /// Nor edges farther apart than this many camera pixels.
   double max_gap_px = 16;
 };

@@ -19,6 +19,9 @@ namespace {
 /// How much better (as an error, not its square) views must be predicted before the usual model is left: it
 /// serves nearly every lens, and what predicts the views no worse may still mislead between and beyond them.
 constexpr double kLensGain = 0.95;
+/// And by how many standard errors of the difference. One is enough only for a gain beyond kLargeLensGain: with
+/// eight noisy views, one in six wrong models gains one, but one view at the rim may carry all of a true gain.
+constexpr double kLensErrors = 2, kLargeLensGain = 0.7;
 /// Beyond this many sigmas an observation is a blunder, and no worse for being further off.
 constexpr double kWorst = 5;
 /// Tangential terms beyond this stand in for a wrong principal point: no lens has them (GateLimits).
@@ -161,8 +164,8 @@ double largest_tangential(const Camera& lens) {
   return largest;
 }
 
-/// The usual model, unless others predict the views better by kLensGain and by more than the difference's
-/// standard error; then the one with the fewest terms within a standard error of the best (L. Breiman et al.,
+/// The usual model, unless others predict the views better by kLensGain and by more than kLensErrors standard errors
+/// of the difference; then the one with the fewest terms within a standard error of the best (L. Breiman et al.,
 /// "Classification and Regression Trees", 1984, section 3.4.3). Never one with fewer terms than the usual:
 /// held-out views show its deficit weakly, its sigmas not at all, and the light shows it beyond the views
 /// (measured: docs/calibration.md). Terms that the views do not determine are kept near zero by what is known
@@ -185,8 +188,10 @@ std::size_t choose(const std::vector<LensTrial>& trials, std::size_t usual) {
   for (std::size_t i = 0; i < trials.size(); ++i)
     if (possible(i) && mean(trials[i].told.by_view) < mean(trials[best].told.by_view)) best = i;
   const auto& of_best = trials[best].told.by_view;
-  const bool worth_it = mean(of_best) < kLensGain * kLensGain * mean(of_usual) &&
-                        mean(of_best) + error_of_difference(of_best, of_usual) < mean(of_usual);
+  const double gain = std::sqrt(mean(of_best) / mean(of_usual));
+  const double errors = gain < kLargeLensGain ? 1 : kLensErrors;
+  const bool worth_it =
+      gain < kLensGain && mean(of_best) + errors * error_of_difference(of_best, of_usual) < mean(of_usual);
   if (!worth_it) return usual;
   for (std::size_t i = 0; i < trials.size(); ++i)  // from the fewest terms on
     if (possible(i) &&

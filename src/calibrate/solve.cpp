@@ -165,12 +165,17 @@ std::optional<std::size_t> unsupported_camera(const Correspondences& data, const
 /// Do the device's points of a view agree with a board pose of their own, with the lens as it is?
 bool agrees_alone(const Correspondences& data, const UsedMask& mask, const Solution& solution,
                   const ResidualNoise& noise, double outlier_sigmas, std::size_t view, std::size_t device) {
-  const UsedMask only = only_view(mask, view, int(device));
+  UsedMask only = only_view(mask, view, int(device));
+  const UsedMask asked = only;
+  for (const Measurement& m : measurements_of(data, int(view), int(device))) {
+    char& used = only[view][device][std::size_t(m.index)];
+    used = used && judged_residual(solution.state(), m).has_value();
+  }
   const BundleState state =
       bundle_adjust(data, only, solution.state(), hold_devices(solution.options, solution.state())).state;
   int taken = 0, kept = 0;
   for (const Measurement& m : measurements_of(data, int(view), int(device))) {
-    if (!only[view][device][std::size_t(m.index)]) continue;
+    if (!asked[view][device][std::size_t(m.index)]) continue;
     ++taken;
     const auto judged = judged_residual(state, m);
     kept += judged && squared_sigmas(judged->residual, noise.covariance(judged->covariance)) <=

@@ -174,6 +174,35 @@ void require_all_placed(const Growing& rig) {
   }
 }
 
+/// A wrong point may put a board's first pose where a ray misses the board. Points that cannot be projected there
+/// wait for the solution of the others, which judges them again.
+void begin_without_unprojectable(const Correspondences& data, Start& start) {
+  for (std::size_t d = 0; d < data.devices.size(); ++d) {
+    std::size_t views = 0;
+    std::string without;
+    for (std::size_t v = 0; v < data.views.size(); ++v) {
+      int begun = 0, dropped = 0;
+      for (const Measurement& m : measurements_of(data, int(v), int(d))) {
+        char& used = start.first[v][d][std::size_t(m.index)];
+        if (!used) continue;
+        used = judged_residual(start.state, m).has_value();
+        ++(used ? begun : dropped);
+      }
+      views += begun >= kMinPointsPerView;
+      if (dropped == 0) continue;
+      without += (without.empty() ? "" : ", ") + data.views[v].name + " (" + std::to_string(dropped) +
+                 " of " + std::to_string(begun + dropped) + ")";
+    }
+    if (without.empty() || views >= kMinLitViews) continue;
+    throw Error(
+        ErrorKind::kDegenerate, data.devices[d].name,
+        "its points miss the board, whose first pose follows from the camera's corners, in " + without,
+        "look at the board's corners in these views: with few of them, or in another order, the pose is "
+        "wrong; light the board evenly, below full scale, and check that board and image sizes are "
+        "those of the session");
+  }
+}
+
 /// Why no device poses the view.
 std::string rejection_reason(const Growing& rig, std::size_t view) {
   std::string why;
@@ -239,6 +268,7 @@ Start find_start(Correspondences& data, const std::optional<KnownLens>& known_ca
     for (UsedMask* mask : {&start.used, &start.first})
       for (auto& of_device : (*mask)[v]) std::fill(of_device.begin(), of_device.end(), char(0));
   }
+  begin_without_unprojectable(data, start);
   return std::move(start);
 }
 

@@ -14,11 +14,13 @@ namespace {
 
 using procam::detail::Float8;
 
-constexpr int kParameters = 11;
-using Parameters = Eigen::Matrix<double, kParameters, 1>;
-using Normal = Eigen::Matrix<double, kParameters, kParameters>;
-// Order of the parameters: corner, edge angles, blur, then the light that enters linearly.
-enum { kX, kY, kAngleRow, kAngleColumn, kBlur, kA, kAx, kAy, kB, kBx, kBy };
+// Order of the parameters: corner, edge angles, blur, then the light that enters linearly, the halo last.
+enum { kX, kY, kAngleRow, kAngleColumn, kBlur, kA, kAx, kAy, kB, kBx, kBy, kHalo, kAllParameters };
+constexpr int kWithoutHalo = kHalo;
+using Parameters = Eigen::Matrix<double, kAllParameters, 1>;  // the halo is zero where it is not fitted
+/// Blur of the halo beside that of the edge, pixels: sharpening filters of cameras reach one to two pixels.
+constexpr double kHaloBlur = 1.5;
+constexpr float kWhite = 255, kBlack = 0;
 
 /// Pixels, eight by eight, as seen from one of them: in whole floats. The last one's copies fill up the last
 /// eight.
@@ -166,20 +168,29 @@ struct Step {
   }
 };
 
+/// With the first kParameters of the parameters.
+template <int kParameters>
 struct Model {
+  using Normal = Eigen::Matrix<double, kParameters, kParameters>;
+  using Gradient = Eigen::Matrix<double, kParameters, 1>;
+  static constexpr bool kHasHalo = kParameters > kHalo;
+
   const Samples& samples;
   double bend_row, bend_column;
 
   /// Sum of squared residuals; fills the normal equations.
-  double evaluate(const Parameters& p, Normal& jtj, Parameters& jtr) const;
+  double evaluate(const Parameters& p, Normal& jtj, Gradient& jtr) const;
 
-  /// The parameters' derivatives, then the residual: the products of all pairs.
-  static constexpr int kRows = kParameters + 1;
+  /// The parameters' derivatives, then the residual: the products of all pairs, in whole tiles.
+  static constexpr int kTile = 3;
+  static constexpr int kRows = (kParameters / kTile + 1) * kTile;
   using Products = double[kRows][kRows];
   PROCAM_ALWAYS_INLINE void add(const Parameters& p, Products& products) const {
     // As many as stay in the nearest cache.
     constexpr std::size_t kAtOnce = 16;
     Float8 rows[kRows][kAtOnce];
+    for (int empty = kParameters + 1; empty < kRows; ++empty)
+      for (Float8& lanes : rows[empty]) lanes = 0;
     const Edge row(p[kAngleRow], bend_row), column(p[kAngleColumn], bend_column);
     const std::vector<Samples::Group>& groups = samples.groups();
     for (std::size_t begin = 0; begin < groups.size(); begin += kAtOnce) {
@@ -207,27 +218,49 @@ struct Model {
     const Step step_r(k * r.distance), step_c(k * c.distance);
     const Float8 er = step_r.erf, ec = -1 * step_c.erf, both = er * ec;
     const Float8 a = of(kA) + of(kAx) * dx + of(kAy) * dy, b = of(kB) + of(kBx) * dx + of(kBy) * dy;
-    const Float8 dr = b * ec * slope * step_r.gauss, dc = -1 * b * er * slope * step_c.gauss;
+    // The part of the step that has the edge's own blur, and with it the slopes along the two normals.
+    Float8 own = b;
+    if constexpr (kHasHalo) own = b - of(kHalo);
+    Float8 dr = own * ec * slope * step_r.gauss, dc = -1 * own * er * slope * step_c.gauss;
+    Float8 value = a + b * both, by_blur = dr * r.distance + dc * c.distance;
+    if constexpr (kHasHalo) {
+      const double wide = std::hypot(p[kBlur], kHaloBlur);
+      const float wide_k = float(1 / (std::sqrt(2.0) * wide)),
+                  wide_slope = float(2 / std::sqrt(M_PI)) * wide_k;
+      const Step wide_r(wide_k * r.distance), wide_c(wide_k * c.distance);
+      const Float8 halo = -1 * wide_r.erf * wide_c.erf;
+      const Float8 halo_dr = -of(kHalo) * wide_c.erf * wide_slope * wide_r.gauss,
+                   halo_dc = -of(kHalo) * wide_r.erf * wide_slope * wide_c.gauss;
+      by_blur += float(p[kBlur] * p[kBlur] / (wide * wide)) * (halo_dr * r.distance + halo_dc * c.distance);
+      dr += halo_dr;
+      dc += halo_dc;
+      value += of(kHalo) * (halo - both);
+      out[kHalo][g] = halo - both;
+    }
     out[kX][g] = -1 * (of(kAx) + of(kBx) * both + dr * r.by_dx + dc * c.by_dx);
     out[kY][g] = -1 * (of(kAy) + of(kBy) * both + dr * r.by_dy + dc * c.by_dy);
     out[kAngleRow][g] = dr * r.by_angle;
     out[kAngleColumn][g] = dc * c.by_angle;
-    out[kBlur][g] = (-1 / of(kBlur)) * (dr * r.distance + dc * c.distance);
+    out[kBlur][g] = (-1 / of(kBlur)) * by_blur;
     out[kA][g] = 1;
     out[kAx][g] = dx;
     out[kAy][g] = dy;
     out[kB][g] = both;
     out[kBx][g] = both * dx;
     out[kBy][g] = both * dy;
-    out[kParameters][g] = a + b * both - s.grey;
+    out[kParameters][g] = value - s.grey;
+    // A clipped pixel says that the light is no less (no more) than it shows.
+    const Float8 kept = Float8::Native(((s.grey.lanes >= kWhite) & (value.lanes > s.grey.lanes)) |
+                                               ((s.grey.lanes <= kBlack) & (value.lanes < s.grey.lanes))
+                                           ? Float8::Native{}
+                                           : Float8::Native{} + 1);
+    for (int i = 0; i <= kParameters; ++i) out[i][g] = kept * out[i][g];
   }
 
   /// Adds rows * rows^T, lower triangle: three by three, so that the sums stay in registers.
   template <std::size_t kCount>
   static PROCAM_ALWAYS_INLINE void multiply(const Float8 (&rows)[kRows][kCount], std::size_t count,
                                             Products& products) {
-    constexpr int kTile = 3;
-    static_assert(kRows % kTile == 0, "rows come in whole tiles");
     for (int i = 0; i < kRows; i += kTile)
       for (int j = 0; j <= i; j += kTile) {
         Float8 sums[kTile][kTile] = {{0, 0, 0}, {0, 0, 0}, {0, 0, 0}};
@@ -244,24 +277,33 @@ struct Model {
   }
 };
 
-void add_plain(const Model& model, const Parameters& p, Model::Products& products) {
+template <int kParameters>
+void add_plain(const Model<kParameters>& model, const Parameters& p,
+               typename Model<kParameters>::Products& products) {
   model.add(p, products);
 }
 #ifdef PROCAM_WIDE_VECTORS
-PROCAM_WIDE_VECTORS void add_wide(const Model& model, const Parameters& p, Model::Products& products) {
+template <int kParameters>
+PROCAM_WIDE_VECTORS void add_wide(const Model<kParameters>& model, const Parameters& p,
+                                  typename Model<kParameters>::Products& products) {
   model.add(p, products);
 }
-void add_all(const Model& model, const Parameters& p, Model::Products& products) {
+template <int kParameters>
+void add_all(const Model<kParameters>& model, const Parameters& p,
+             typename Model<kParameters>::Products& products) {
   static const bool wide = PROCAM_HAS_WIDE_VECTORS;
   wide ? add_wide(model, p, products) : add_plain(model, p, products);
 }
 #else
-void add_all(const Model& model, const Parameters& p, Model::Products& products) {
+template <int kParameters>
+void add_all(const Model<kParameters>& model, const Parameters& p,
+             typename Model<kParameters>::Products& products) {
   add_plain(model, p, products);
 }
 #endif
 
-double Model::evaluate(const Parameters& p, Normal& jtj, Parameters& jtr) const {
+template <int kParameters>
+double Model<kParameters>::evaluate(const Parameters& p, Normal& jtj, Gradient& jtr) const {
   Products products = {};
   add_all(*this, p, products);
   for (int i = 0; i < kParameters; ++i) {
@@ -272,15 +314,15 @@ double Model::evaluate(const Parameters& p, Normal& jtj, Parameters& jtr) const 
 }
 
 /// Starts the light: a and b by least squares for the first corner and blur.
-Parameters first_guess(const Model& model, const CornerNeighbourhood& around) {
+Parameters first_guess(const Model<kWithoutHalo>& model, const CornerNeighbourhood& around) {
   Parameters p = Parameters::Zero();
   p.head<2>() = around.corner;
   p[kAngleRow] = angle_of(around.e_x);
   p[kAngleColumn] = angle_of(around.e_y);
   p[kBlur] = 1;
   p[kB] = 1;
-  Normal jtj;
-  Parameters jtr;
+  Model<kWithoutHalo>::Normal jtj;
+  Model<kWithoutHalo>::Gradient jtr;
   model.evaluate(p, jtj, jtr);
   Mat2 n;
   n << jtj(kA, kA), jtj(kB, kA), jtj(kB, kA), jtj(kB, kB);
@@ -291,9 +333,10 @@ Parameters first_guess(const Model& model, const CornerNeighbourhood& around) {
 }
 
 /// Levenberg's iterations from `p` on; nullopt where they do not converge, or lead to another corner.
+template <int kParameters>
 struct Fitted {
   Parameters p;
-  Normal jtj;
+  typename Model<kParameters>::Normal jtj;
   double sum = 0;
 };
 struct Patience {
@@ -301,29 +344,32 @@ struct Patience {
   double step;     ///< of the corner, that ends them, pixels
   double damping;  ///< of the first, relative to the diagonal
 };
-std::optional<Fitted> descend(const Model& model, const Parameters& start, double square,
-                              const Patience& patience) {
-  Fitted at{start, {}, 0};
-  Parameters jtr;
+template <int kParameters>
+std::optional<Fitted<kParameters>> descend(const Model<kParameters>& model, const Parameters& start,
+                                           double square, const Patience& patience) {
+  using Normal = typename Model<kParameters>::Normal;
+  using Gradient = typename Model<kParameters>::Gradient;
+  Fitted<kParameters> at{start, {}, 0};
+  Gradient jtr;
   at.sum = model.evaluate(at.p, at.jtj, jtr);
   double damping = patience.damping;
   for (int iteration = 0; iteration < patience.iterations; ++iteration) {
     Normal damped = at.jtj;
     damped.diagonal() += damping * at.jtj.diagonal();
-    const Parameters step = -Cholesky(damped).solve(jtr);
-    Fitted trial = at;
-    Parameters trial_jtr;
-    trial.p = at.p + step;
+    const Gradient step = -Cholesky<kParameters>(damped).solve(jtr);
+    Fitted<kParameters> trial = at;
+    Gradient trial_jtr;
+    trial.p.template head<kParameters>() += step;
     trial.p[kBlur] = std::clamp(trial.p[kBlur], 0.2, 0.5 * square);
     // The last step changes neither the sum nor the normal equations by what matters.
-    if (step.head<2>().norm() < patience.step) return trial;
+    if (step.template head<2>().norm() < patience.step) return trial;
     trial.sum = model.evaluate(trial.p, trial.jtj, trial_jtr);
     // A sum of floats is known to a millionth.
     if (trial.sum <= at.sum * (1 + 1e-6)) {
       at = trial;
       jtr = trial_jtr;
       damping = std::max(damping * 0.1, 1e-9);
-      if ((at.p.head<2>() - start.head<2>()).norm() > square) return std::nullopt;
+      if ((at.p.template head<2>() - start.template head<2>()).norm() > square) return std::nullopt;
     } else {
       damping *= 10;
       // A good start may already be the minimum to rounding: then no step lowers the sum.
@@ -344,7 +390,67 @@ double band_of(const Parameters& p, double off) {
   return 4 * p[kBlur] + off;
 }
 
+/// Pixels that say something of the crossing: clipped ones count as far as the model is inside the range.
+template <int kParameters>
+double pixels_of(const Fitted<kParameters>& fitted) {
+  return fitted.jtj(kA, kA);
+}
+
+/// nullopt where the fit led away from the first estimate, or determines no corner.
+template <int kParameters>
+std::optional<CornerFit> judged(const Fitted<kParameters>& fitted, const CornerNeighbourhood& around,
+                                double square) {
+  if (!((fitted.p.template head<2>() - around.corner).norm() < 0.3 * square)) return std::nullopt;
+  const double freedom = pixels_of(fitted) - kParameters;
+  if (!(freedom > 0)) return std::nullopt;
+  CornerFit fit;
+  const double variance = fitted.sum / freedom;
+  const auto inverse = Cholesky<kParameters>(fitted.jtj).inverse();
+  fit.parameters = fitted.p;
+  fit.corner = fitted.p.template head<2>();
+  fit.covariance = inverse.template topLeftCorner<2, 2>() * std::max(variance, 1. / 12);
+  fit.contrast = 2 * fitted.p[kB];
+  fit.mean = fitted.p[kA];
+  fit.blur = fitted.p[kBlur];
+  fit.residual = std::sqrt(variance);
+  if (!(fit.covariance.allFinite() && fit.covariance.determinant() > 0)) return std::nullopt;
+  return fit;
+}
+
+/// Which of a large window's pixels a fit takes.
+Sampling sampling_of(const Window& window, bool glance) {
+  Sampling sampling;
+  if (window.pixels() > (glance ? kManyForGlance : kManyPixels))
+    sampling.stride =
+        int(std::ceil(std::sqrt(window.pixels() / (glance ? kPixelsForGlance : kRasterPixels))));
+  return sampling;
+}
+/// Near the minimum a step is that of Gauss and Newton.
+constexpr double kHardlyDamped = 1e-7;
+
 }  // namespace
+
+std::optional<CornerFit> fit_corner_with_halo(const ViewU8& image, const CornerNeighbourhood& around,
+                                              double window_share, const CornerFit* before) {
+  const Window window(around, window_share);
+  if (!window.usable(image)) return std::nullopt;
+  const double square = std::min(around.e_x.norm(), around.e_y.norm());
+  Sampling sampling = sampling_of(window, false);
+  if (sampling.stride > 1 && before != nullptr)
+    sampling.band = band_of(before->parameters, 1) + 4 * kHaloBlur;
+  else
+    sampling = {};
+  const Samples samples = window.samples(image, sampling);
+  if (samples.size() < 2 * kAllParameters) return std::nullopt;
+  const double bend_row = bend_of(around.e_x, around.e_xx), bend_column = bend_of(around.e_y, around.e_yy);
+  const Parameters start = before != nullptr
+                               ? before->parameters
+                               : first_guess(Model<kWithoutHalo>{samples, bend_row, bend_column}, around);
+  const double damping = before != nullptr ? kHardlyDamped : kPatient.damping;
+  const auto fitted = descend(Model<kAllParameters>{samples, bend_row, bend_column}, start, square,
+                              {kPatient.iterations, kPatient.step, damping});
+  return fitted ? judged(*fitted, around, square) : std::nullopt;
+}
 
 std::optional<CornerFit> fit_corner(const ViewU8& image, const CornerNeighbourhood& around,
                                     double window_share, FitEffort effort, const CornerFit* before) {
@@ -354,19 +460,14 @@ std::optional<CornerFit> fit_corner(const ViewU8& image, const CornerNeighbourho
   const double bend_row = bend_of(around.e_x, around.e_xx), bend_column = bend_of(around.e_y, around.e_yy);
   const bool quick = effort != FitEffort::kFull, glance = effort == FitEffort::kGlance;
   const Patience& patience = quick ? kQuick : kPatient;
-  Sampling sampling;
-  if (window.pixels() > (glance ? kManyForGlance : kManyPixels))
-    sampling.stride =
-        int(std::ceil(std::sqrt(window.pixels() / (glance ? kPixelsForGlance : kRasterPixels))));
+  Sampling sampling = sampling_of(window, glance);
   Samples samples;
-  std::optional<Fitted> fitted;
+  std::optional<Fitted<kWithoutHalo>> fitted;
   const auto fit_to_edges = [&](const Parameters& start, double off) {
-    // Near the minimum its step is that of Gauss and Newton.
-    constexpr double kHardlyDamped = 1e-7;
     if (sampling.stride > 1) sampling.band = band_of(start, off);
     samples = window.samples(image, sampling);
-    if (samples.size() >= 2 * kParameters)
-      fitted = descend(Model{samples, bend_row, bend_column}, start, square,
+    if (samples.size() >= 2 * kWithoutHalo)
+      fitted = descend(Model<kWithoutHalo>{samples, bend_row, bend_column}, start, square,
                        {patience.iterations, patience.step, kHardlyDamped});
     else
       fitted.reset();
@@ -375,8 +476,8 @@ std::optional<CornerFit> fit_corner(const ViewU8& image, const CornerNeighbourho
     fit_to_edges(before->parameters, 1);
   } else {
     samples = window.samples(image, sampling);
-    if (samples.size() < 2 * kParameters) return std::nullopt;
-    const Model model{samples, bend_row, bend_column};
+    if (samples.size() < 2 * kWithoutHalo) return std::nullopt;
+    const Model<kWithoutHalo> model{samples, bend_row, bend_column};
     const Parameters start = first_guess(model, around);
     if (2 * std::abs(start[kB]) < around.min_contrast * start[kA]) return std::nullopt;
     fitted = descend(model, start, square, patience);
@@ -386,24 +487,11 @@ std::optional<CornerFit> fit_corner(const ViewU8& image, const CornerNeighbourho
   // or end beside the edge, where every pixel of the window is needed.
   if (!fitted && (sampling.stride > 1 || before != nullptr)) {
     samples = window.samples(image, {});
-    if (samples.size() < 2 * kParameters) return std::nullopt;
-    const Model model{samples, bend_row, bend_column};
+    if (samples.size() < 2 * kWithoutHalo) return std::nullopt;
+    const Model<kWithoutHalo> model{samples, bend_row, bend_column};
     fitted = descend(model, first_guess(model, around), square, patience);
   }
-  if (!fitted || !((fitted->p.head<2>() - around.corner).norm() < 0.3 * square)) return std::nullopt;
-
-  CornerFit fit;
-  const double variance = fitted->sum / double(samples.size() - kParameters);
-  const Normal inverse = Cholesky(fitted->jtj).inverse();
-  fit.parameters = fitted->p;
-  fit.corner = fitted->p.head<2>();
-  fit.covariance = inverse.topLeftCorner<2, 2>() * std::max(variance, 1. / 12);
-  fit.contrast = 2 * fitted->p[kB];
-  fit.mean = fitted->p[kA];
-  fit.blur = fitted->p[kBlur];
-  fit.residual = std::sqrt(variance);
-  if (!(fit.covariance.allFinite() && fit.covariance.determinant() > 0)) return std::nullopt;
-  return fit;
+  return fitted ? judged(*fitted, around, square) : std::nullopt;
 }
 
 }  // namespace procam::detect

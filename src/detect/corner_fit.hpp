@@ -25,7 +25,7 @@ struct CornerFit {
   double mean = 0;      ///< a: between light and dark
   double blur = 0;      ///< s, pixels
   double residual = 0;  ///< RMS of the fit, grey levels
-  Eigen::Matrix<double, 11, 1> parameters;  ///< of the model, for a further fit to start from
+  Eigen::Matrix<double, 12, 1> parameters;  ///< of the model, for a further fit to start from
 };
 
 /// Of a large window: a coarse raster of its pixels, for whether there is a crossing; a raster, a few
@@ -38,5 +38,11 @@ enum class FitEffort { kGlance, kRaster, kFull };
 std::optional<CornerFit> fit_corner(const ViewU8& image, const CornerNeighbourhood& around,
                                     double window_share, FitEffort effort = FitEffort::kFull,
                                     const CornerFit* before = nullptr);
+
+/// A full fit, from an earlier one if there is one `before` it, with one more term of the light: the halo that a camera's sharpening leaves beside
+/// edges, c (h(d) - e(d)), where e is the product of the two edges' erf and h the same with a larger blur.
+/// c < 0: overshoot; c > 0: a wide skirt.
+std::optional<CornerFit> fit_corner_with_halo(const ViewU8& image, const CornerNeighbourhood& around,
+                                              double window_share, const CornerFit* before);
 
 }  // namespace procam::detect

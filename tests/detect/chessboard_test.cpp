@@ -84,6 +84,31 @@ TEST(Chessboard, CornersAreRightToHundredthsWithAnHonestSigma) {
   }
 }
 
+/// As a camera's sharpening (unsharp mask) leaves an image: halos beside the edges, clipped where they leave the range.
+ImageU8 sharpened(const ImageU8& image) {
+  constexpr double kAmount = 1.5, kSigma = 1.5;
+  cv::Mat grey, blurred, sharp;
+  as_mat(image).convertTo(grey, CV_32F);
+  cv::GaussianBlur(grey, blurred, cv::Size(), kSigma);
+  cv::Mat(grey + kAmount * (grey - blurred)).convertTo(sharp, CV_8U);
+  ImageU8 out(image.size());
+  for (int y = 0; y < out.height(); ++y) std::copy_n(sharp.ptr<std::uint8_t>(y), out.width(), out.row(y));
+  return out;
+}
+
+TEST(Chessboard, InASharpenedImageKeepsItsCornersAndTheirPrecision) {
+  BoardScene scene;
+  scene.blur_px = 0.6;
+  scene.noise = 0.5;
+  const Points2 truth = test::true_corners(scene);
+  const Detections found = detect_chessboard(sharpened(test::render(scene)), scene.board);
+  ASSERT_EQ(found.observations.size(), 63u);
+  double rms = 0;
+  for (const Observation& o : found.observations)
+    rms += (o.pixel - truth[std::size_t(o.point)]).squaredNorm() / 126;
+  EXPECT_LT(std::sqrt(rms), 0.015);
+}
+
 TEST(Chessboard, OfOddAndEvenCountsKeepsItsFirstCornerUnderAnyTurn) {
   for (const double turn : {0.2, 1.7, 3.1, -1.4}) {
     BoardScene scene;

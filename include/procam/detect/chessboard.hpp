@@ -8,7 +8,11 @@
 /// moves nothing, and the model is point-symmetric about the corner like the blurred print is, so a wrong
 /// blur shape or ink spread does not move it either. The 11 parameters are fitted by Gauss-Newton over a
 /// window that follows the square's size; the corner's covariance is (J^T J)^-1 scaled by the fit's own
-/// residual.
+/// residual. A pixel at full scale or at zero counts only where the model is inside the range.
+///
+/// Where a sample of the corners shows that the camera sharpens, all are fitted with a twelfth parameter c, for the
+/// halo beside the edges: b is replaced by b - c, and c times the same product with a blur of
+/// sqrt(s^2 + (1.5 px)^2) is added.
 ///
 /// Order: row by row, x along a row, y down a column, and never mirrored: seen in the image, x turns into y
 /// by the shorter way clockwise (z into the sheet). Which corner is the first:

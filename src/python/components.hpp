@@ -4,7 +4,12 @@
 
 namespace procam::python {
 
-void bind_core(pybind11::module_& m);
+void bind_core_base(pybind11::module_& m);
+void bind_core_geometry(pybind11::module_& m);
+void bind_core_lens(pybind11::module_& m);
+void bind_core_board(pybind11::module_& m);
+void bind_core_rig(pybind11::module_& m);
+void bind_core_surface(pybind11::module_& m);
 void bind_pattern(pybind11::module_& m);
 void bind_io(pybind11::module_& m);
 void bind_detect(pybind11::module_& m);

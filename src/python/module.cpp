@@ -108,7 +108,12 @@ PYBIND11_MODULE(_procam, module) {
         }
       });
 
-  bind_core(package);
+  bind_core_base(package);
+  bind_core_geometry(package);
+  bind_core_lens(package);
+  bind_core_board(package);
+  bind_core_rig(package);
+  bind_core_surface(package);
   py::module_ pattern = submodule(package, "pattern", "Patterns that projectors show, and their decoding.");
   bind_pattern(pattern);
   py::module_ io = submodule(package, "io", "File formats.");

@@ -25,27 +25,8 @@ struct Flags {
   io::LengthAndAngle map_sigma;
 };
 
-void declare(CLI::App& app, Flags& flags) {
-  app.add_option("--rig", flags.rig, "rig.json of calibrate-projector")->required();
-  app.add_option("--surfaces", flags.surfaces, "Surface definitions, .json or .xml")->required();
-  app.add_option("--surface", flags.surface,
-                 "Name of the surface with the projected board; needed if there are several");
-  auto* pose = app.add_option(
-      "--pose", flags.pose,
-      "pose.json between 'world' and 'projector', 'rig' or a camera of the rig, for a surface in "
-      "the world");
-  auto* markers = app.add_option(
-      "--markers", flags.markers,
-      "markers.json: printed markers of the world in the same captures. The camera then locates the "
-      "surface, instead of --pose");
-  pose->excludes(markers);
-  app.add_option("--captures", flags.captures, "Folder with the captures of the pattern, in its order")
-      ->required();
-  app.add_option("--pattern", flags.pattern,
-                 "The projected board: chessboard, charuco, markers or circles, with its layout as in "
-                 "session.json (default: from session.json in that folder or in the folder above)");
-  app.add_option("--camera-name", flags.camera, "Name of the device, for a rig with several");
-  app.add_option("--projector", flags.projector, "Name of the device, for a rig with several");
+/// What counts as a movement, and what is corrected then.
+void declare_correction(CLI::App& app, Flags& flags) {
   app.add_option_function<std::string>(
          "--correct",
          [&flags](const std::string& what) {
@@ -74,6 +55,30 @@ void declare(CLI::App& app, Flags& flags) {
                  "Probability of an alarm if nothing has moved")
       ->check(within(1e-9, 0.5))
       ->capture_default_str();
+}
+
+void declare(CLI::App& app, Flags& flags) {
+  app.add_option("--rig", flags.rig, "rig.json of calibrate-projector")->required();
+  app.add_option("--surfaces", flags.surfaces, "Surface definitions, .json or .xml")->required();
+  app.add_option("--surface", flags.surface,
+                 "Name of the surface with the projected board; needed if there are several");
+  auto* pose = app.add_option(
+      "--pose", flags.pose,
+      "pose.json between 'world' and 'projector', 'rig' or a camera of the rig, for a surface in "
+      "the world");
+  auto* markers = app.add_option(
+      "--markers", flags.markers,
+      "markers.json: printed markers of the world in the same captures. The camera then locates the "
+      "surface, instead of --pose");
+  pose->excludes(markers);
+  app.add_option("--captures", flags.captures, "Folder with the captures of the pattern, in its order")
+      ->required();
+  app.add_option("--pattern", flags.pattern,
+                 "The projected board: chessboard, charuco, markers or circles, with its layout as in "
+                 "session.json (default: from session.json in that folder or in the folder above)");
+  app.add_option("--camera-name", flags.camera, "Name of the device, for a rig with several");
+  app.add_option("--projector", flags.projector, "Name of the device, for a rig with several");
+  declare_correction(app, flags);
   app.add_option("-o,--output", flags.output,
                  "Corrected file: rig.json for --correct projector, surfaces.json for --correct surface");
   app.add_option("--preview", flags.picture, "Also draw the errors on the surface, .svg");

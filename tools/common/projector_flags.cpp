@@ -112,10 +112,8 @@ void declare_update(CLI::App& app, ProjectorFlags& flags) {
       ->needs(update);
 }
 
-}  // namespace
-
-void declare_projector(CLI::App& app, ProjectorFlags& flags) {
-  declare_calibration(app, flags);
+/// What was captured, and of what.
+void declare_input(CLI::App& app, ProjectorFlags& flags) {
   app.add_option("--captures", flags.captures, "Folder with one sub-folder of numbered frames a board pose");
   app.add_option_function<std::string>(
       "--decoded",
@@ -158,6 +156,10 @@ void declare_projector(CLI::App& app, ProjectorFlags& flags) {
   app.add_option("--points", flags.points,
                  "Instead of captures: a list of the room's points, a line x,y,z (metres),u,v (pixels) "
                  "for each; at least six not on one wall, or four with a data sheet's values");
+}
+
+/// What is known of the devices beforehand.
+void declare_data_sheet(CLI::App& app, ProjectorFlags& flags) {
   add_parsed(
       app, "--throw-ratio",
       [&](const std::string& text) { flags.sheet.throw_ratio = io::parse_uncertain(text); },
@@ -178,7 +180,9 @@ void declare_projector(CLI::App& app, ProjectorFlags& flags) {
                  "Rig file of the camera (from calibrate-camera), or another program's calibration of it "
                  "(docs/exchange.md): its lens is kept within the file's sigmas, or as it is where the file "
                  "has none");
-  declare_update(app, flags);
+}
+
+void declare_models(CLI::App& app, ProjectorFlags& flags) {
   app.add_option("--free", flags.free,
                  "With --points: also estimate skew. Boards estimate skew and k3 anyway")
       ->check(CLI::IsMember({"skew", "k3"}))
@@ -189,6 +193,10 @@ void declare_projector(CLI::App& app, ProjectorFlags& flags) {
   app.add_option("--projector-model", flags.projector_model,
                  std::string("The projector's lens: ") + kLensModelHelp)
       ->capture_default_str();
+}
+
+/// Which errors are predicted, and how large they may be.
+void declare_limits(CLI::App& app, ProjectorFlags& flags) {
   add_parsed(
       app, "--wall",
       [&](const std::string& text) {
@@ -217,6 +225,9 @@ void declare_projector(CLI::App& app, ProjectorFlags& flags) {
          "checked and which the next view reduces; both are reported")
       ->check(CLI::IsMember({"camera", "externally"}))
       ->default_str("externally");
+}
+
+void declare_mirror(CLI::App& app, ProjectorFlags& flags) {
   auto* mirror =
       app.add_option("--mirror-view", flags.mirror_view,
                      "The session was captured in a flat mirror: a picture of the board that lies on "
@@ -230,6 +241,18 @@ void declare_projector(CLI::App& app, ProjectorFlags& flags) {
       "How far the reflecting plane lies behind that board: paper, and two thirds of a silvered glass' "
       "thickness (default 0mm)")
       ->needs(mirror);
+}
+
+}  // namespace
+
+void declare_projector(CLI::App& app, ProjectorFlags& flags) {
+  declare_calibration(app, flags);
+  declare_input(app, flags);
+  declare_data_sheet(app, flags);
+  declare_update(app, flags);
+  declare_models(app, flags);
+  declare_limits(app, flags);
+  declare_mirror(app, flags);
   app.add_option("--truth", flags.truth,
                  "A rig file known to be true (a simulation's): report the distance to it");
   app.add_option(

@@ -25,9 +25,7 @@ void add_duration(CLI::App& app, const std::string& flag, double& value, const s
       app, flag, [&value](const std::string& text) { value = io::parse_duration(text); }, help);
 }
 
-}  // namespace
-
-void declare(CLI::App& app, RobotFlags& flags) {
+void declare_path(CLI::App& app, RobotFlags& flags) {
   simulate::RobotOptions& robot = flags.robot;
   app.add_option(
       "--path", flags.path,
@@ -40,7 +38,10 @@ void declare(CLI::App& app, RobotFlags& flags) {
       "Max speed of circle and walk, e.g. 0.5m/s (default)");
   add_duration(app, "--duration", robot.duration,
                "Duration, e.g. 60s (default); a path from a file has its own");
+}
 
+void declare_output(CLI::App& app, RobotFlags& flags) {
+  simulate::RobotOptions& robot = flags.robot;
   app.add_option("--to", flags.to, "udp:HOST:PORT, tcp:HOST:PORT, tcp-listen:PORT, osc:HOST:PORT, psn:PORT");
   app.add_flag("--binary", flags.binary, "With udp and tcp: binary messages instead of JSON lines");
   app.add_option("-o,--output", flags.log, "Log for log:FILE; without --to as fast as possible");
@@ -58,7 +59,11 @@ void declare(CLI::App& app, RobotFlags& flags) {
   app.add_flag("--twist", robot.with_twist, "Send the exact twist (JSON and binary)");
   app.add_flag("--gyro", robot.with_rate, "Send the exact angular rate (JSON and binary)");
   app.add_flag("--no-stamp", flags.without_stamp, "Send no time stamp");
+}
 
+/// How a localiser and a network spoil the messages.
+void declare_faults(CLI::App& app, RobotFlags& flags) {
+  simulate::RobotOptions& robot = flags.robot;
   app.add_option("--rate", robot.localiser.rate, "Messages a second (default 20)")->check(within(1e-3, 1e4));
   add_parsed(
       app, "--noise",
@@ -85,6 +90,14 @@ void declare(CLI::App& app, RobotFlags& flags) {
   app.add_option("--clock-drift", flags.clock_drift_ppm, "Drift of the sender's clock, parts per million")
       ->check(within(-99999, 99999));
   app.add_option("--seed", robot.localiser.seed, "Equal seeds give equal messages (default 0)");
+}
+
+}  // namespace
+
+void declare(CLI::App& app, RobotFlags& flags) {
+  declare_path(app, flags);
+  declare_output(app, flags);
+  declare_faults(app, flags);
   app.callback([&flags] {
     if (!flags.true_mount.empty() && flags.sightings.empty())
       throw CLI::RequiresError("--save-mount", "--sightings");

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <string>
 
 #include "noise.hpp"
@@ -80,6 +81,74 @@ std::string numbered_name(const std::string& kind, int number, int count) {
   return count == 1 ? kind : kind + "_" + std::to_string(number + 1);
 }
 
+/// Where the boards of a session were.
+struct BoardRange {
+  double nearest = 1e300, farthest = 0;  ///< from the rig, metres
+  Vec3 middle = Vec3::Zero();            ///< mean of the boards' middles
+};
+BoardRange board_range(const SimulatedSession& session) {
+  BoardRange range;
+  for (const World& view : session.views) {
+    const Vec3 middle = view.rig_from_board * middle_of(view.board.layout);
+    range.nearest = std::min(range.nearest, middle.norm());
+    range.farthest = std::max(range.farthest, middle.norm());
+    range.middle += middle / double(session.views.size());
+  }
+  return range;
+}
+
+/// The first of each kind is the session's, the others copies beside it.
+Rig make_fleet_rig(const Rig& base, int cameras, int projectors, const Vec3& target, Random& random) {
+  Rig rig;
+  for (int c = 0; c < cameras; ++c) {
+    const RigCamera& first = base.camera();
+    const Vec3 place(step_aside(c), random.uniform(-0.04, 0.04), random.uniform(-0.04, 0.04));
+    RigCamera camera{numbered_name("camera", c, cameras), first.camera, Pose()};
+    if (c > 0) {
+      camera.camera = copy_of(first.camera, random);
+      camera.rig_from_camera = looking_at(camera.camera, place, target, random);
+    }
+    rig.cameras.push_back(camera);
+  }
+  for (int p = 0; p < projectors; ++p) {
+    RigProjector projector = base.projector();
+    projector.name = numbered_name("projector", p, projectors);
+    if (p > 0) {
+      const Vec3 place = projector.rig_from_projector.translation + Vec3(-step_aside(p), 0.06, 0.03);
+      projector.projector.inverse_camera = copy_of(projector.projector.inverse_camera, random);
+      projector.rig_from_projector = looking_at(projector.projector.inverse_camera, place, target, random);
+    }
+    rig.projectors.push_back(projector);
+  }
+  return rig;
+}
+
+/// A board pose that all devices cover, or the camera of number `only` and a projector.
+std::optional<Fleet::View> draw_view(const Fleet& fleet, const BoardRange& range,
+                                     std::optional<std::size_t> only, Random& random) {
+  const Vec3 middle_in_board = middle_of(fleet.world.board.layout);
+  constexpr int kTries = 200000;
+  for (int i = 0; i < kTries; ++i) {
+    const double tilt_x = random.uniform(-0.6, 0.6), tilt_y = random.uniform(-0.6, 0.6),
+                 roll = random.uniform(-0.4, 0.4);
+    const double x = random.uniform(-0.6, 0.6), y = random.uniform(-0.25, 0.25),
+                 z = random.uniform(range.nearest, range.farthest);
+    const Eigen::Quaterniond rotation = so3_exp<double>(Vec3(tilt_x, tilt_y, roll));
+    const Vec3 middle(range.middle.x() + x, range.middle.y() + y, z);
+    Fleet::View view = seen_by(fleet, Pose(rotation, middle - rotation * middle_in_board));
+    if (only) {
+      if (std::count(view.cameras.begin(), view.cameras.end(), *only) == 0 || view.projectors.empty())
+        continue;
+      view.cameras = {*only};
+      return view;
+    }
+    if (view.cameras.size() == fleet.rig.cameras.size() &&
+        view.projectors.size() == fleet.rig.projectors.size())
+      return view;
+  }
+  return std::nullopt;
+}
+
 }  // namespace
 
 Fleet make_fleet(Level level, std::uint64_t seed, int cameras, int projectors) {
@@ -93,61 +162,16 @@ Fleet make_fleet(Level level, std::uint64_t seed, int cameras, int projectors, c
   Fleet fleet;
   fleet.world = base.views.front();
   fleet.capture = base.capture;
-  double nearest = 1e300, farthest = 0;
-  Vec3 target = Vec3::Zero();
-  for (const World& view : base.views) {
-    const Vec3 middle = view.rig_from_board * middle_of(view.board.layout);
-    nearest = std::min(nearest, middle.norm());
-    farthest = std::max(farthest, middle.norm());
-    target += middle / double(base.views.size());
-  }
-  for (int c = 0; c < cameras; ++c) {
-    const RigCamera& first = base.rig().camera();
-    const Vec3 place(step_aside(c), random.uniform(-0.04, 0.04), random.uniform(-0.04, 0.04));
-    RigCamera camera{numbered_name("camera", c, cameras), first.camera, Pose()};
-    if (c > 0) {
-      camera.camera = copy_of(first.camera, random);
-      camera.rig_from_camera = looking_at(camera.camera, place, target, random);
-    }
-    fleet.rig.cameras.push_back(camera);
-  }
-  for (int p = 0; p < projectors; ++p) {
-    RigProjector projector = base.rig().projector();
-    projector.name = numbered_name("projector", p, projectors);
-    if (p > 0) {
-      const Vec3 place = projector.rig_from_projector.translation + Vec3(-step_aside(p), 0.06, 0.03);
-      projector.projector.inverse_camera = copy_of(projector.projector.inverse_camera, random);
-      projector.rig_from_projector = looking_at(projector.projector.inverse_camera, place, target, random);
-    }
-    fleet.rig.projectors.push_back(projector);
-  }
-
-  const PrintedBoard& board = fleet.world.board;
-  const Vec3 middle_in_board = middle_of(board.layout);
+  const BoardRange range = board_range(base);
+  fleet.rig = make_fleet_rig(base.rig(), cameras, projectors, range.middle, random);
   for (int v = 0; v < std::max(8, 4 * cameras); ++v) {
     const bool alone = v % 2 == 1 && cameras > 1;
     const auto only = std::size_t((v / 2) % cameras);
-    constexpr int kTries = 200000;
-    bool found = false;
-    for (int i = 0; i < kTries && !found; ++i) {
-      const double tilt_x = random.uniform(-0.6, 0.6), tilt_y = random.uniform(-0.6, 0.6),
-                   roll = random.uniform(-0.4, 0.4);
-      const double x = random.uniform(-0.6, 0.6), y = random.uniform(-0.25, 0.25),
-                   z = random.uniform(nearest, farthest);
-      const Eigen::Quaterniond rotation = so3_exp<double>(Vec3(tilt_x, tilt_y, roll));
-      const Vec3 middle(target.x() + x, target.y() + y, z);
-      Fleet::View view = seen_by(fleet, Pose(rotation, middle - rotation * middle_in_board));
-      if (alone)
-        found = std::count(view.cameras.begin(), view.cameras.end(), only) > 0 && !view.projectors.empty();
-      else
-        found = view.cameras.size() == fleet.rig.cameras.size() &&
-                view.projectors.size() == fleet.rig.projectors.size();
-      if (alone) view.cameras = {only};
-      if (found) fleet.views.push_back(view);
-    }
-    if (!found)
+    const auto view = draw_view(fleet, range, alone ? std::optional(only) : std::nullopt, random);
+    if (!view)
       throw Error(ErrorKind::kNotConverged, "simulated fleet, view " + std::to_string(v),
                   "no board pose that its devices cover was found", "use another seed, or fewer devices");
+    fleet.views.push_back(*view);
   }
   return fleet;
 }

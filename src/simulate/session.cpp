@@ -446,6 +446,95 @@ BoardArtwork scaled(BoardArtwork artwork, double factor) {
   return artwork;
 }
 
+/// The board as it was printed, the rig, and a wall behind both.
+World make_world(const Recipe& recipe, const std::optional<Eigen::AlignedBox2d>& on_blank_paper,
+                 const std::optional<BoardPrint>& print, const Conditions& conditions, Random& random,
+                 Random& random_conditions) {
+  World world;
+  world.board = recipe.board;
+  if (print) {
+    world.board.layout = print->layout;
+    world.board.artwork = print->artwork;
+  }
+  if (conditions.print_scale != 1) {
+    world.board.layout = procam::scaled(world.board.layout, conditions.print_scale);
+    world.board.artwork = scaled(world.board.artwork, conditions.print_scale);
+  }
+  // Print and light share the camera's image: the light's place is half a print right of the axis.
+  const ArtworkRectangle dark = print_of(world.board.layout);
+  const double print_width = dark.high.x() - dark.low.x() + 2 * world.board.margin;
+  world.rig = make_rig(recipe, on_blank_paper ? 0.5 * print_width : 0, conditions, random, random_conditions);
+  world.ambient = recipe.ambient;
+  const Vec3 wall_normal = vary(Vec3(0.08, -0.05, -1), 0.03, random).normalized();
+  world.wall_in_rig = {wall_normal, -wall_normal.z() * (recipe.farthest + 0.7)};
+  if (on_blank_paper) add_blank_paper(recipe, world, *on_blank_paper);
+  return world;
+}
+
+CaptureOptions make_capture(const Recipe& recipe, const Conditions& conditions, bool on_blank_paper,
+                            std::uint64_t seed, Random& random_conditions) {
+  CaptureOptions capture = recipe.capture;
+  capture.seed = seed;
+  capture.gamma = draw(conditions.gamma, random_conditions);
+  capture.vignetting = conditions.vignetting;
+  capture.indirect = conditions.indirect;
+  capture.glare = conditions.glare;
+  if (conditions.noise) capture.noise = *conditions.noise;
+  capture.noise.at_black *= conditions.noise_factor * conditions.noise_factor;
+  capture.noise.per_level *= conditions.noise_factor * conditions.noise_factor;
+  const double focus_share = random_conditions.uniform(0.35, 0.65);
+  if (conditions.finest_contrast < 1) {
+    const double nearest = 0.9 * recipe.nearest;
+    const double farthest = (on_blank_paper ? kReach : 1.1) * recipe.farthest;
+    const double focus = 1 / (focus_share / nearest + (1 - focus_share) / farthest);
+    capture.projector_lens = defocused_lens(conditions.finest_contrast, focus, nearest, farthest,
+                                            recipe.projector.intrinsics.fx, capture.projector_blur_px);
+  }
+  if (on_blank_paper) capture.brightest_grey *= kExposureShare;
+  return capture;
+}
+
+/// Which part of the board goes onto which pixels of the projector.
+Placing make_placing(const Recipe& recipe, const World& world,
+                     const std::optional<Eigen::AlignedBox2d>& on_blank_paper) {
+  Placing placing;
+  const ImageSize projector_size = recipe.projector.size;
+  placing.middle_in_board = middle_of_print(world.board.layout);
+  placing.on_pixels = {Vec2(0, 0), Vec2(projector_size.width - 1.0, projector_size.height - 1.0)};
+  if (on_blank_paper) {
+    const Vec3 right = print_corners(world, world.board.margin)[1];
+    const Points3 sheet = sheet_corners_in_board(world.board);
+    placing.middle_in_board = 0.5 * (right + sheet[2]);
+    const Vec2 near_middle = 0.1 * on_blank_paper->sizes();
+    placing.on_pixels = {on_blank_paper->center() - near_middle, on_blank_paper->center() + near_middle};
+    placing.roll_deg = 10;
+  }
+  return placing;
+}
+
+/// Moves the world's board until the view is usable; false when no such pose is found.
+bool place_board(const Recipe& recipe, const std::optional<Eigen::AlignedBox2d>& on_blank_paper, Shown shown,
+                 Placing placing, World& world, Random& random) {
+  constexpr int kTries = 20000;
+  const double tilt_direction = placing.tilt_direction;
+  for (int i = 0; i < kTries; ++i) {
+    if (on_blank_paper) {
+      // Not every distance and tilt leaves room for print and light in the camera's image: search wider
+      // and wider.
+      placing.distance = random.uniform(recipe.nearest, kReach * recipe.farthest);
+      placing.tilt_direction = tilt_direction + kPi * i / kTries * random.uniform(-1, 1);
+    } else if (shown == Shown::kPartlySeen) {
+      // Light that reaches the rim of the camera's image is near.
+      placing.distance = random.uniform(kNearer * recipe.nearest, recipe.farthest);
+    }
+    const std::optional<Pose> pose = draw_pose(recipe, world, placing, random);
+    if (!pose) continue;
+    world.rig_from_board = *pose;
+    if (on_blank_paper ? is_usable(world, *on_blank_paper, shown) : is_usable(world, shown)) return true;
+  }
+  return false;
+}
+
 }  // namespace
 
 Conditions level_conditions(Level level) {
@@ -498,61 +587,14 @@ SimulatedSession make_session(Level level, std::uint64_t seed,
   const Recipe& recipe = recipe_of(level);
   Random random(seed, std::uint64_t(level), 0);
   Random random_conditions(seed, std::uint64_t(level), 11);  // the poses do not depend on conditions
-  World world;
-  world.board = recipe.board;
-  if (print) {
-    world.board.layout = print->layout;
-    world.board.artwork = print->artwork;
-  }
-  const Board stated_board = world.board.layout;
-  if (conditions.print_scale != 1) {
-    world.board.layout = procam::scaled(world.board.layout, conditions.print_scale);
-    world.board.artwork = scaled(world.board.artwork, conditions.print_scale);
-  }
-  // Print and light share the camera's image: the light's place is half a print right of the axis.
-  const ArtworkRectangle dark = print_of(world.board.layout);
-  const double print_width = dark.high.x() - dark.low.x() + 2 * world.board.margin;
-  world.rig = make_rig(recipe, on_blank_paper ? 0.5 * print_width : 0, conditions, random, random_conditions);
-  world.ambient = recipe.ambient;
-  const Vec3 wall_normal = vary(Vec3(0.08, -0.05, -1), 0.03, random).normalized();
-  world.wall_in_rig = {wall_normal, -wall_normal.z() * (recipe.farthest + 0.7)};
+  World world = make_world(recipe, on_blank_paper, print, conditions, random, random_conditions);
 
   SimulatedSession session;
   session.level = level;
-  session.capture = recipe.capture;
-  session.capture.seed = seed;
-  session.stated_board = stated_board;
+  session.stated_board = print ? print->layout : recipe.board.layout;
   session.conditions = conditions;
-  session.capture.gamma = draw(conditions.gamma, random_conditions);
-  session.capture.vignetting = conditions.vignetting;
-  session.capture.indirect = conditions.indirect;
-  session.capture.glare = conditions.glare;
-  if (conditions.noise) session.capture.noise = *conditions.noise;
-  session.capture.noise.at_black *= conditions.noise_factor * conditions.noise_factor;
-  session.capture.noise.per_level *= conditions.noise_factor * conditions.noise_factor;
-  const double focus_share = random_conditions.uniform(0.35, 0.65);
-  if (conditions.finest_contrast < 1) {
-    const double nearest = 0.9 * recipe.nearest;
-    const double farthest = (on_blank_paper ? kReach : 1.1) * recipe.farthest;
-    const double focus = 1 / (focus_share / nearest + (1 - focus_share) / farthest);
-    session.capture.projector_lens =
-        defocused_lens(conditions.finest_contrast, focus, nearest, farthest, recipe.projector.intrinsics.fx,
-                       session.capture.projector_blur_px);
-  }
-  if (on_blank_paper) add_blank_paper(recipe, world, *on_blank_paper);
-  Placing placing;
-  const ImageSize projector_size = recipe.projector.size;
-  placing.middle_in_board = middle_of_print(world.board.layout);
-  placing.on_pixels = {Vec2(0, 0), Vec2(projector_size.width - 1.0, projector_size.height - 1.0)};
-  if (on_blank_paper) {
-    const Vec3 right = print_corners(world, world.board.margin)[1];
-    const Points3 sheet = sheet_corners_in_board(world.board);
-    placing.middle_in_board = 0.5 * (right + sheet[2]);
-    const Vec2 near_middle = 0.1 * on_blank_paper->sizes();
-    placing.on_pixels = {on_blank_paper->center() - near_middle, on_blank_paper->center() + near_middle};
-    placing.roll_deg = 10;
-    session.capture.brightest_grey *= kExposureShare;
-  }
+  session.capture = make_capture(recipe, conditions, on_blank_paper.has_value(), seed, random_conditions);
+  Placing placing = make_placing(recipe, world, on_blank_paper);
   // Golden sections spread distances and tilt directions evenly, however many views there are.
   const double distance_start = random.uniform(0, 1), tilt_start = random.uniform(0, 1);
   const int views = on_blank_paper         ? kViewsOfLightPoints
@@ -562,30 +604,12 @@ SimulatedSession make_session(Level level, std::uint64_t seed,
   for (int view = 0; view < views; ++view) {
     const double turn = distance_start + view * 0.6180339887498949;
     placing.distance = recipe.nearest + (recipe.farthest - recipe.nearest) * (turn - std::floor(turn));
-    const double tilt_direction = 2 * kPi * (tilt_start + view * 0.3819660112501051);
-    placing.tilt_direction = tilt_direction;
+    placing.tilt_direction = 2 * kPi * (tilt_start + view * 0.3819660112501051);
     const bool partly_lit =
         recipe.partly_lit_every > 0 && view % recipe.partly_lit_every == recipe.partly_lit_every - 1;
     const bool partly_seen = is_coded(world.board.layout) && view % kPartlySeenEvery == 1;
     const Shown shown = partly_seen ? Shown::kPartlySeen : partly_lit ? Shown::kPartlyLit : Shown::kAll;
-    constexpr int kTries = 20000;
-    bool found = false;
-    for (int i = 0; i < kTries && !found; ++i) {
-      if (on_blank_paper) {
-        // Not every distance and tilt leaves room for print and light in the camera's image: search wider
-        // and wider.
-        placing.distance = random.uniform(recipe.nearest, kReach * recipe.farthest);
-        placing.tilt_direction = tilt_direction + kPi * i / kTries * random.uniform(-1, 1);
-      } else if (partly_seen) {
-        // Light that reaches the rim of the camera's image is near.
-        placing.distance = random.uniform(kNearer * recipe.nearest, recipe.farthest);
-      }
-      const std::optional<Pose> pose = draw_pose(recipe, world, placing, random);
-      if (!pose) continue;
-      world.rig_from_board = *pose;
-      found = on_blank_paper ? is_usable(world, *on_blank_paper, shown) : is_usable(world, shown);
-    }
-    if (!found)
+    if (!place_board(recipe, on_blank_paper, shown, placing, world, random))
       throw Error(ErrorKind::kNotConverged,
                   "simulated session of level " + std::string(recipe.name) + ", view " + std::to_string(view),
                   "no board pose that camera and projector both cover was found",

@@ -15,17 +15,7 @@ calibrate::Options interruptible_options(const calibrate::Options& options) {
   return out;
 }
 
-}  // namespace
-
-void bind_calibrate(py::module_& m) {
-  Enum<calibrate::BoardShape>(
-      m, "BoardShape",
-      "Is the board as it was printed, and flat? A sheet on a clipboard is not: it bends by\n"
-      "parts of a millimetre, which is more than its corners' noise.")
-      .value("kFlat", calibrate::BoardShape::kFlat, "as printed")
-      .value("kFree", calibrate::BoardShape::kFree,
-             "every point may lie off its place by about 1 % of a square, the same in all views")
-      .value("kAuto", calibrate::BoardShape::kAuto, "the one that predicts held-out views better");
+void bind_lens_prior(py::module_& m) {
   Record<calibrate::LensPrior> lens_prior(
       m, "LensPrior",
       "sum of weight * parameter = value, up to one standard deviation sigma: one more\n"
@@ -33,56 +23,33 @@ void bind_calibrate(py::module_& m) {
       "  (sum w_i p_i - value) / sigma.\n"
       "Parameters by their names in files (\"fx\", \"cy\", \"k1\"); all in the parameters' units\n"
       "(pixels for fx .. skew).");
-  Record<calibrate::KnownLens> known_lens(m, "KnownLens", "A lens that was calibrated before.");
-  Record<calibrate::BundleState> bundle_state(m, "BundleState", "All unknowns of a rig and its views.");
-  Record<calibrate::ResidualNoise> residual_noise(
-      m, "ResidualNoise",
-      "The covariance a residual is weighed with: scale^2 * detector's covariance +\n"
-      "floor_px^2 * I. The floor holds what the detector cannot know: a bent board, a lens\n"
-      "model that falls short. It adds instead of multiplying, so that points that were\n"
-      "found precisely do not outvote the others by a precision that the model does not\n"
-      "have.");
-  Record<calibrate::BundleOptions> bundle_options(m, "BundleOptions", "");
-  Record<calibrate::BundleResult> bundle_result(m, "BundleResult", "");
-  Record<calibrate::LensModel> lens_model(m, "LensModel",
-                                          "A distortion, and which of its coefficients are estimated.");
-  Record<calibrate::LensOptions> lens_options(
-      m, "LensOptions",
-      "One kind of device's lens: its model, and which of its parameters are fixed at zero.");
-  Record<calibrate::Options> options(m, "Options", "");
-  Record<calibrate::Residual> residual(
-      m, "Residual", "One observation after the solve. Outliers stay in the list, with the reason.");
-  Record<calibrate::ViewResult> view_result(m, "ViewResult", "");
-  Record<calibrate::EstimatedShape> estimated_shape(
-      m, "EstimatedShape", "The board as the views see it, against the board as printed.");
-  Record<calibrate::LensAlternative> lens_alternative(
-      m, "LensAlternative",
-      "A lens model that was tried on one device, the others' as they were. All from the\n"
-      "same measurements.");
-  Record<calibrate::SolvedBundle> solved_bundle(
-      m, "SolvedBundle",
-      "Where the solve ended, to go on from with bundle.hpp, uncertainty.hpp and\n"
-      "next_view.hpp.");
-  Record<calibrate::CalibrationResult> calibration_result(m, "CalibrationResult", "");
-  Record<calibrate::GateLimits> gate_limits(
-      m, "GateLimits",
-      "Limits with their reasons. Real devices lie well inside; a wrong solution rarely\n"
-      "does.");
-  Record<calibrate::MirrorView> mirror_view(m, "MirrorView", "What the camera itself saw of the mirror.");
-  Record<calibrate::MirrorSolution> mirror_solution(m, "MirrorSolution", "");
-  Record<calibrate::PointsOptions> points_options(m, "PointsOptions", "");
-  Record<calibrate::PairResidual> pair_residual(m, "PairResidual", "One pair after the solve.");
-  Record<calibrate::PointsResult> points_result(m, "PointsResult", "");
-
   lens_prior.fields_init()
       .field("terms", &calibrate::LensPrior::terms, "")
       .field("value", &calibrate::LensPrior::value, "")
       .field("sigma", &calibrate::LensPrior::sigma, "");
+
+  Record<calibrate::KnownLens> known_lens(m, "KnownLens", "A lens that was calibrated before.");
   known_lens.fields_init()
       .field("lens", &calibrate::KnownLens::lens, "")
       .field("covariance", &calibrate::KnownLens::covariance,
              "Rows by parameter names (\"fx\", \"k1\"); a parameter without a row is taken as exact.\n"
              "Empty: all of them.");
+
+  function(m, "square_pixels", &calibrate::square_pixels, "fx = fy, to a thousandth of a pixel.");
+  function(m, "throw_ratio_prior", &calibrate::throw_ratio_prior,
+           "Throw ratio of a data sheet, distance over picture width: fx = ratio * width.\n"
+           "`sigma` is the ratio's own.",
+           py::arg("ratio"), py::arg("sigma"), py::arg("picture"));
+  function(m, "lens_shift_prior", &calibrate::lens_shift_prior,
+           "Lens shift: how far the optical axis lies from the picture's centre, in picture\n"
+           "widths and heights, x right, y down (Projector::lens_shift()); (0, 0.5) is the\n"
+           "common table-top projector, whose axis passes the bottom edge. `sigma` in the same\n"
+           "shares.",
+           py::arg("shift"), py::arg("sigma"), py::arg("picture"));
+}
+
+void bind_bundle_types(py::module_& m) {
+  Record<calibrate::BundleState> bundle_state(m, "BundleState", "All unknowns of a rig and its views.");
   bundle_state.fields_init()
       .field("lenses", &calibrate::BundleState::lenses, "by device; a projector's as an inverse camera")
       .field("device_from_rig", &calibrate::BundleState::device_from_rig,
@@ -90,10 +57,20 @@ void bind_calibrate(py::module_& m) {
       .field("rig_from_board", &calibrate::BundleState::rig_from_board, "by view")
       .field("points_in_board", &calibrate::BundleState::points_in_board,
              "by point: where the board has it, metres; as printed to begin with");
+
+  Record<calibrate::ResidualNoise> residual_noise(
+      m, "ResidualNoise",
+      "The covariance a residual is weighed with: scale^2 * detector's covariance +\n"
+      "floor_px^2 * I. The floor holds what the detector cannot know: a bent board, a lens\n"
+      "model that falls short. It adds instead of multiplying, so that points that were\n"
+      "found precisely do not outvote the others by a precision that the model does not\n"
+      "have.");
   residual_noise.fields_init()
       .field("scale", &calibrate::ResidualNoise::scale, "")
       .field("floor_px", &calibrate::ResidualNoise::floor_px, "")
       .method("covariance", &calibrate::ResidualNoise::covariance, "", py::arg("of_detector"));
+
+  Record<calibrate::BundleOptions> bundle_options(m, "BundleOptions", "");
   bundle_options.fields_init()
       .field("held", &calibrate::BundleOptions::held,
              "By device: names of lens parameters held at their start (\"skew\", \"k3\"). All of them\n"
@@ -118,17 +95,55 @@ void bind_calibrate(py::module_& m) {
       .field("max_iterations", &calibrate::BundleOptions::max_iterations, "")
       .field("tolerance", &calibrate::BundleOptions::tolerance,
              "Relative decrease of the cost below which the solve has converged.");
+
+  Record<calibrate::BundleResult> bundle_result(m, "BundleResult", "");
   bundle_result.fields_init()
       .field("state", &calibrate::BundleResult::state, "")
       .field("iterations", &calibrate::BundleResult::iterations, "")
       .field("converged", &calibrate::BundleResult::converged, "")
       .field("report", &calibrate::BundleResult::report, "the solver's own one-line summary");
+}
+
+void bind_bundle(py::module_& m) {
+  function(m, "use_all", &calibrate::use_all, "A mask that uses everything.", py::arg("correspondences"));
+  function(m, "bundle_adjust", &calibrate::bundle_adjust,
+           "Throws std::invalid_argument when sizes disagree, Error(kDegenerate) when a start\n"
+           "cannot be projected at all.",
+           py::arg("correspondences"), py::arg("used"), py::arg("start"),
+           py::arg_v("options", calibrate::BundleOptions{}, "BundleOptions()"));
+}
+
+void bind_lens_model(py::module_& m) {
+  Record<calibrate::LensModel> lens_model(m, "LensModel",
+                                          "A distortion, and which of its coefficients are estimated.");
   lens_model.fields_init()
       .field("name", &calibrate::LensModel::name,
              "\"none\", \"brown-conrady:k1,k2\", \"rational\", \"fisheye\"")
       .field("distortion", &calibrate::LensModel::distortion, "")
       .field("held", &calibrate::LensModel::held, "coefficients that stay zero")
       .method("terms", &calibrate::LensModel::terms, "");
+
+  function(m, "lens_model_named", &calibrate::lens_model_named,
+           "The model of a name: a distortion's, with the estimated coefficients after a colon\n"
+           "where not all of them are (\"brown-conrady:k1,k2\"). \"brown-conrady\" alone is\n"
+           "k1,k2,p1,p2. Throws Error(kUnsupported) for another distortion, Error(kInput) for a\n"
+           "coefficient that it lacks.",
+           py::arg("name"));
+}
+
+void bind_options(py::module_& m) {
+  Enum<calibrate::BoardShape>(
+      m, "BoardShape",
+      "Is the board as it was printed, and flat? A sheet on a clipboard is not: it bends by\n"
+      "parts of a millimetre, which is more than its corners' noise.")
+      .value("kFlat", calibrate::BoardShape::kFlat, "as printed")
+      .value("kFree", calibrate::BoardShape::kFree,
+             "every point may lie off its place by about 1 % of a square, the same in all views")
+      .value("kAuto", calibrate::BoardShape::kAuto, "the one that predicts held-out views better");
+
+  Record<calibrate::LensOptions> lens_options(
+      m, "LensOptions",
+      "One kind of device's lens: its model, and which of its parameters are fixed at zero.");
   lens_options.fields_init()
       .field("model", &calibrate::LensOptions::model, "")
       .field("held", &calibrate::LensOptions::held,
@@ -143,6 +158,8 @@ void bind_calibrate(py::module_& m) {
              "What is known beforehand: a data sheet's throw ratio, square pixels.")
       .method("use", &calibrate::LensOptions::use,
               "Estimates the lens in that model; skew stays fixed or free as it is.", py::arg("lens"));
+
+  Record<calibrate::Options> options(m, "Options", "");
   options.fields_init()
       .field("camera", &calibrate::Options::camera, "")
       .field("projector", &calibrate::Options::projector, "")
@@ -155,6 +172,14 @@ void bind_calibrate(py::module_& m) {
       .field("holdout", &calibrate::Options::holdout,
              "Leave each view out in turn, take its board pose from the camera alone, predict its\n"
              "projector pixels.");
+  options.field("progress", &calibrate::Options::progress,
+                "Called with the step's name and the share that is done, 0..1, or None. From within\n"
+                "it, an exception ends the calibration.");
+}
+
+void bind_view_results(py::module_& m) {
+  Record<calibrate::Residual> residual(
+      m, "Residual", "One observation after the solve. Outliers stay in the list, with the reason.");
   residual.fields_init()
       .field("view", &calibrate::Residual::view, "index into CalibrationResult::views")
       .field("device", &calibrate::Residual::device, "index into Correspondences::devices")
@@ -163,6 +188,8 @@ void bind_calibrate(py::module_& m) {
       .field("residual", &calibrate::Residual::residual, "projected - observed, pixels")
       .field("used", &calibrate::Residual::used, "")
       .field("reason", &calibrate::Residual::reason, "why it was rejected; empty when used");
+
+  Record<calibrate::ViewResult> view_result(m, "ViewResult", "");
   view_result.fields_init()
       .field("name", &calibrate::ViewResult::name, "")
       .field("rig_from_board", &calibrate::ViewResult::rig_from_board, "")
@@ -178,6 +205,11 @@ void bind_calibrate(py::module_& m) {
              "Its share of what is known of the devices (BundleCovariance::share).")
       .field("note", &calibrate::ViewResult::note, "\"board order turned by 180 degrees\", \"rejected: ...\"")
       .field("used", &calibrate::ViewResult::used, "");
+}
+
+void bind_alternatives(py::module_& m) {
+  Record<calibrate::EstimatedShape> estimated_shape(
+      m, "EstimatedShape", "The board as the views see it, against the board as printed.");
   estimated_shape.fields_init()
       .field("free", &calibrate::EstimatedShape::free, "")
       .field("offsets", &calibrate::EstimatedShape::offsets,
@@ -193,6 +225,11 @@ void bind_calibrate(py::module_& m) {
              "RMS on held-out views (to first order), both ways; zero when only one was tried.")
       .field("holdout_free_px", &calibrate::EstimatedShape::holdout_free_px,
              "RMS on held-out views (to first order), both ways; zero when only one was tried.");
+
+  Record<calibrate::LensAlternative> lens_alternative(
+      m, "LensAlternative",
+      "A lens model that was tried on one device, the others' as they were. All from the\n"
+      "same measurements.");
   lens_alternative.fields_init()
       .field("device", &calibrate::LensAlternative::device, "index into CalibrationResult::devices")
       .field("model", &calibrate::LensAlternative::model, "LensModel::name")
@@ -213,11 +250,20 @@ void bind_calibrate(py::module_& m) {
       .method("error", &calibrate::LensAlternative::error,
               "Root of the mean of by_view, 1 for the usual model; NaN when these views do not\n"
               "determine the model.");
+}
+
+void bind_result(py::module_& m) {
+  Record<calibrate::SolvedBundle> solved_bundle(
+      m, "SolvedBundle",
+      "Where the solve ended, to go on from with bundle.hpp, uncertainty.hpp and\n"
+      "next_view.hpp.");
   solved_bundle.fields_init()
       .field("data", &calibrate::SolvedBundle::data, "as given, the order of symmetric boards settled")
       .field("used", &calibrate::SolvedBundle::used, "")
       .field("state", &calibrate::SolvedBundle::state, "")
       .field("options", &calibrate::SolvedBundle::options, "");
+
+  Record<calibrate::CalibrationResult> calibration_result(m, "CalibrationResult", "");
   calibration_result.fields_init()
       .field("rig", &calibrate::CalibrationResult::rig, "")
       .field("solved", &calibrate::CalibrationResult::solved, "")
@@ -254,6 +300,13 @@ void bind_calibrate(py::module_& m) {
              "The measurement of the printed board that shows its scale, as a sentence: no image\n"
              "does.")
       .field("diagnostics", &calibrate::CalibrationResult::diagnostics, "");
+}
+
+void bind_gates(py::module_& m) {
+  Record<calibrate::GateLimits> gate_limits(
+      m, "GateLimits",
+      "Limits with their reasons. Real devices lie well inside; a wrong solution rarely\n"
+      "does.");
   gate_limits.fields_init()
       .field("max_rms_px", &calibrate::GateLimits::max_rms_px, "")
       .field("min_fov_deg", &calibrate::GateLimits::min_fov_deg,
@@ -276,14 +329,57 @@ void bind_calibrate(py::module_& m) {
              "sound numeric sessions of 4 to 12 views, at most 1.9 in 84 with shifted views or a\n"
              "bent board (2 of them above 1.5), up to 3 where the lens has distortion that the\n"
              "model lacks.");
+
+  function(m, "check_stored_rig", &calibrate::check_stored_rig,
+           "The quality checks of a rig that was read from a file, and the checks in the file\n"
+           "that only its calibration could make (views that disagree, broken captures): a rig\n"
+           "that failed one of them stays marked. The check on the predicted error is not among\n"
+           "them, since it depends on the wall and the accepted error.",
+           py::arg("rig"), py::arg_v("limits", calibrate::GateLimits{}, "GateLimits()"));
+}
+
+void bind_mirror(py::module_& m) {
+  Record<calibrate::MirrorView> mirror_view(m, "MirrorView", "What the camera itself saw of the mirror.");
   mirror_view.fields_init()
       .field("board", &calibrate::MirrorView::board, "that lies on the mirror")
       .field("detections", &calibrate::MirrorView::detections, "of it in the picture as taken, not turned")
       .field("depth", &calibrate::MirrorView::depth, "metres from the print down to the reflecting plane");
+
+  Record<calibrate::MirrorSolution> mirror_solution(m, "MirrorSolution", "");
   mirror_solution.fields_init()
       .field("result", &calibrate::MirrorSolution::result, "the camera itself carries the rig's frame")
       .field("mirror_in_camera", &calibrate::MirrorSolution::mirror_in_camera, "")
       .field("rms_px", &calibrate::MirrorSolution::rms_px, "of the mirror's board");
+
+  function(m, "through_mirror", &calibrate::through_mirror,
+           "The mirrored rig, seen from the camera itself:\n"
+           "  rig_from_projector = S F mirrored_from_projector\n"
+           "The covariance holds the mirror's: the noise of its corners (their residual RMS, if\n"
+           "that is larger than promised), and what the lens's own errors do to its pose, with\n"
+           "their correlation. The check \"boards in the mirror\" fails for boards before the\n"
+           "mirror's plane, which the camera cannot have seen in it.\n"
+           "\n"
+           "Throws Error(kNotEnoughData) for fewer than six points of the mirror's board,\n"
+           "Error(kDegenerate) where they do not tell its plane, std::invalid_argument for a\n"
+           "result of several cameras or another picture size.",
+           py::arg("mirrored"), py::arg("view"));
+}
+
+void bind_next_view(py::module_& m) {
+  function(m, "covariance_with_view", &calibrate::covariance_with_view,
+           "The rig's covariance (the rows of result.rig.covariance) with one more view at each\n"
+           "of the poses. Where the residuals of the views exceed their noise\n"
+           "(result.variance_ratio), the new one is assumed to as well. nullopt for a pose that\n"
+           "the session's devices could not use: no camera that sees every point of the board,\n"
+           "no projector that lights nine tenths of them (or, where the light is projected\n"
+           "corners, fewer of them on the sheet than two thirds of what a view has had so far),\n"
+           "or seen more than 60 degrees from the side. All nullopt when the rig has no\n"
+           "covariance.",
+           py::arg("result"), py::arg("rig_from_board"));
+}
+
+void bind_points(py::module_& m) {
+  Record<calibrate::PointsOptions> points_options(m, "PointsOptions", "");
   points_options.fields_init()
       .field("lens", &calibrate::PointsOptions::lens,
              "A few points say little about distortion: none unless the user knows better.")
@@ -292,12 +388,16 @@ void bind_calibrate(py::module_& m) {
              "the residuals cannot tell (fewer than three equations more than unknowns).")
       .field("outlier_sigmas", &calibrate::PointsOptions::outlier_sigmas,
              "Pairs further off than this many sigmas are rejected. Zero keeps all.");
+
+  Record<calibrate::PairResidual> pair_residual(m, "PairResidual", "One pair after the solve.");
   pair_residual.fields_init()
       .field("residual", &calibrate::PairResidual::residual, "projected - stated, pixels")
       .field("used", &calibrate::PairResidual::used, "")
       .field("loo_residual", &calibrate::PairResidual::loo_residual,
              "What a solve without this pair (or without its board) misses it by; unset where the\n"
              "others do not determine the answer.");
+
+  Record<calibrate::PointsResult> points_result(m, "PointsResult", "");
   points_result.fields_init()
       .field("rig", &calibrate::PointsResult::rig,
              "one device, in the room's frame; with covariance and quality checks")
@@ -312,59 +412,11 @@ void bind_calibrate(py::module_& m) {
              "boards or more were found among the points and share errors; else 0.")
       .field("diagnostics", &calibrate::PointsResult::diagnostics, "");
 
-  options.field("progress", &calibrate::Options::progress,
-                "Called with the step's name and the share that is done, 0..1, or None. From within\n"
-                "it, an exception ends the calibration.");
-
-  function(m, "square_pixels", &calibrate::square_pixels, "fx = fy, to a thousandth of a pixel.");
-  function(m, "throw_ratio_prior", &calibrate::throw_ratio_prior,
-           "Throw ratio of a data sheet, distance over picture width: fx = ratio * width.\n"
-           "`sigma` is the ratio's own.",
-           py::arg("ratio"), py::arg("sigma"), py::arg("picture"));
-  function(m, "lens_shift_prior", &calibrate::lens_shift_prior,
-           "Lens shift: how far the optical axis lies from the picture's centre, in picture\n"
-           "widths and heights, x right, y down (Projector::lens_shift()); (0, 0.5) is the\n"
-           "common table-top projector, whose axis passes the bottom edge. `sigma` in the same\n"
-           "shares.",
-           py::arg("shift"), py::arg("sigma"), py::arg("picture"));
-  function(m, "use_all", &calibrate::use_all, "A mask that uses everything.", py::arg("correspondences"));
-  function(m, "lens_model_named", &calibrate::lens_model_named,
-           "The model of a name: a distortion's, with the estimated coefficients after a colon\n"
-           "where not all of them are (\"brown-conrady:k1,k2\"). \"brown-conrady\" alone is\n"
-           "k1,k2,p1,p2. Throws Error(kUnsupported) for another distortion, Error(kInput) for a\n"
-           "coefficient that it lacks.",
-           py::arg("name"));
-  function(m, "check_stored_rig", &calibrate::check_stored_rig,
-           "The quality checks of a rig that was read from a file, and the checks in the file\n"
-           "that only its calibration could make (views that disagree, broken captures): a rig\n"
-           "that failed one of them stays marked. The check on the predicted error is not among\n"
-           "them, since it depends on the wall and the accepted error.",
-           py::arg("rig"), py::arg_v("limits", calibrate::GateLimits{}, "GateLimits()"));
-  function(m, "through_mirror", &calibrate::through_mirror,
-           "The mirrored rig, seen from the camera itself:\n"
-           "  rig_from_projector = S F mirrored_from_projector\n"
-           "The covariance holds the mirror's: the noise of its corners (their residual RMS, if\n"
-           "that is larger than promised), and what the lens's own errors do to its pose, with\n"
-           "their correlation. The check \"boards in the mirror\" fails for boards before the\n"
-           "mirror's plane, which the camera cannot have seen in it.\n"
-           "\n"
-           "Throws Error(kNotEnoughData) for fewer than six points of the mirror's board,\n"
-           "Error(kDegenerate) where they do not tell its plane, std::invalid_argument for a\n"
-           "result of several cameras or another picture size.",
-           py::arg("mirrored"), py::arg("view"));
-  function(m, "covariance_with_view", &calibrate::covariance_with_view,
-           "The rig's covariance (the rows of result.rig.covariance) with one more view at each\n"
-           "of the poses. Where the residuals of the views exceed their noise\n"
-           "(result.variance_ratio), the new one is assumed to as well. nullopt for a pose that\n"
-           "the session's devices could not use: no camera that sees every point of the board,\n"
-           "no projector that lights nine tenths of them (or, where the light is projected\n"
-           "corners, fewer of them on the sheet than two thirds of what a view has had so far),\n"
-           "or seen more than 60 degrees from the side. All nullopt when the rig has no\n"
-           "covariance.",
-           py::arg("result"), py::arg("rig_from_board"));
   function(m, "calibrate_from_points", &calibrate::calibrate_from_points, "", py::arg("device"),
            py::arg("pairs"), py::arg_v("options", calibrate::PointsOptions{}, "PointsOptions()"));
+}
 
+void bind_calibrate_functions(py::module_& m) {
   function(
       m, "calibrate_camera",
       [](const Correspondences& correspondences, const calibrate::Options& options) {
@@ -387,11 +439,24 @@ void bind_calibrate(py::module_& m) {
       },
       "Every device and every view in one solve.", py::arg("correspondences"),
       py::arg_v("options", calibrate::Options{}, "Options()"));
-  function(m, "bundle_adjust", &calibrate::bundle_adjust,
-           "Throws std::invalid_argument when sizes disagree, Error(kDegenerate) when a start\n"
-           "cannot be projected at all.",
-           py::arg("correspondences"), py::arg("used"), py::arg("start"),
-           py::arg_v("options", calibrate::BundleOptions{}, "BundleOptions()"));
+}
+
+}  // namespace
+
+void bind_calibrate(py::module_& m) {
+  bind_lens_prior(m);
+  bind_bundle_types(m);
+  bind_bundle(m);
+  bind_lens_model(m);
+  bind_options(m);
+  bind_view_results(m);
+  bind_alternatives(m);
+  bind_result(m);
+  bind_gates(m);
+  bind_mirror(m);
+  bind_next_view(m);
+  bind_points(m);
+  bind_calibrate_functions(m);
 }
 
 }  // namespace procam::python

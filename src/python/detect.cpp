@@ -6,16 +6,10 @@
 
 namespace procam::python {
 
-void bind_detect(py::module_& m) {
-  Record<detect::ChessboardOptions> chessboard_options(m, "ChessboardOptions", "");
-  Record<detect::BoardOptions> board_options(m, "BoardOptions", "");
-  Record<detect::BoardOptions::Charuco> charuco(board_options.type, "Charuco", "");
-  Record<detect::BoardOptions::Markers> markers(board_options.type, "Markers", "");
-  Record<detect::BoardOptions::Circles> circles(board_options.type, "Circles", "");
-  Record<detect::BoardOptions::AprilGrid> april_grid(board_options.type, "AprilGrid", "");
-  Record<detect::MarkerEdgeOptions> marker_edge_options(m, "MarkerEdgeOptions", "");
-  Record<detect::ShownBoardOptions> shown_board_options(m, "ShownBoardOptions", "");
+namespace {
 
+void bind_chessboard(py::module_& m) {
+  Record<detect::ChessboardOptions> chessboard_options(m, "ChessboardOptions", "");
   chessboard_options.fields_init()
       .field("window_share", &detect::ChessboardOptions::window_share,
              "Half the refinement window, as a share of the distance to the nearest neighbouring\n"
@@ -24,6 +18,26 @@ void bind_detect(py::module_& m) {
       .field("max_sigma_px", &detect::ChessboardOptions::max_sigma_px,
              "A corner whose own sigma is larger than this many pixels is rejected (blur, glare, a\n"
              "finger).");
+
+  function(m, "detect_chessboard", &detect::detect_chessboard,
+           "All corners of the board that could be refined, each with its covariance. Takes any\n"
+           "picture in which the printed squares show; for a pattern session that is the white\n"
+           "frame.\n"
+           "\n"
+           "Without a board the observations are empty and the diagnostics say why:\n"
+           "\"board_not_found\", or \"board_counts_differ\" when a board with other counts is there.\n"
+           "Rejected corners are named by \"corners_left_out\". Throws std::invalid_argument for\n"
+           "an empty or multi-channel image or a board below 3x3.",
+           py::arg("image"), py::arg("board"),
+           py::arg_v("options", detect::ChessboardOptions{}, "ChessboardOptions()"));
+}
+
+void bind_board(py::module_& m) {
+  Record<detect::BoardOptions> board_options(m, "BoardOptions", "");
+  Record<detect::BoardOptions::Charuco> charuco(board_options.type, "Charuco", "");
+  Record<detect::BoardOptions::Markers> markers(board_options.type, "Markers", "");
+  Record<detect::BoardOptions::Circles> circles(board_options.type, "Circles", "");
+  Record<detect::BoardOptions::AprilGrid> april_grid(board_options.type, "AprilGrid", "");
   board_options.fields_init()
       .field("chessboard", &detect::BoardOptions::chessboard, "")
       .field("charuco", &detect::BoardOptions::charuco, "")
@@ -49,35 +63,25 @@ void bind_detect(py::module_& m) {
              "border of two modules, or the gap where that is narrower. The rest is room for blur.")
       .field("max_sigma_px", &detect::BoardOptions::AprilGrid::max_sigma_px,
              "A corner whose own sigma is larger than this many pixels is rejected.");
-  marker_edge_options.fields_init().field(
-      "camera", &detect::MarkerEdgeOptions::camera,
-      "The camera, where it is known: edges that the lens bends are straightened. Without\n"
-      "it a marker that fills the image of a wide lens has corners off by its bend.");
-  shown_board_options.fields_init()
-      .field("light_first", &detect::ShownBoardOptions::light_first, "of the frame (pattern/shown_board.hpp)")
-      .field("upright", &detect::ShownBoardOptions::upright, "")
-      .field("chessboard", &detect::ShownBoardOptions::chessboard, "");
 
+  function(m, "detect_board", &detect::detect_board,
+           "The points of the board that the image shows, by the detector of its kind.", py::arg("image"),
+           py::arg("board"), py::arg_v("options", detect::BoardOptions{}, "BoardOptions()"));
   function(m, "board_artwork", &detect::board_artwork,
            "Dark shapes in the board's frame, and the sheet with the light rim that the detector\n"
            "needs: a square round a chessboard, half a square round a ChArUco board, a gap and a\n"
            "module at least round markers, half a spacing round circles. Throws\n"
            "std::invalid_argument for a board with a flaw().",
            py::arg("board"));
-  function(m, "detect_chessboard", &detect::detect_chessboard,
-           "All corners of the board that could be refined, each with its covariance. Takes any\n"
-           "picture in which the printed squares show; for a pattern session that is the white\n"
-           "frame.\n"
-           "\n"
-           "Without a board the observations are empty and the diagnostics say why:\n"
-           "\"board_not_found\", or \"board_counts_differ\" when a board with other counts is there.\n"
-           "Rejected corners are named by \"corners_left_out\". Throws std::invalid_argument for\n"
-           "an empty or multi-channel image or a board below 3x3.",
-           py::arg("image"), py::arg("board"),
-           py::arg_v("options", detect::ChessboardOptions{}, "ChessboardOptions()"));
-  function(m, "detect_board", &detect::detect_board,
-           "The points of the board that the image shows, by the detector of its kind.", py::arg("image"),
-           py::arg("board"), py::arg_v("options", detect::BoardOptions{}, "BoardOptions()"));
+}
+
+void bind_marker_edges(py::module_& m) {
+  Record<detect::MarkerEdgeOptions> marker_edge_options(m, "MarkerEdgeOptions", "");
+  marker_edge_options.fields_init().field(
+      "camera", &detect::MarkerEdgeOptions::camera,
+      "The camera, where it is known: edges that the lens bends are straightened. Without\n"
+      "it a marker that fills the image of a wide lens has corners off by its bend.");
+
   function(m, "marker_cells", &detect::marker_cells, "The cells of a known dictionary.",
            py::arg("dictionary"));
   function(m, "load_marker_cells", &detect::load_marker_cells,
@@ -92,14 +96,15 @@ void bind_detect(py::module_& m) {
            "the camera's.",
            py::arg("image"), py::arg("codes"),
            py::arg_v("options", detect::MarkerEdgeOptions{}, "MarkerEdgeOptions()"));
-  function(m, "detect_projected_board", &detect::detect_projected_board,
-           "`layout` in any unit, as the projector shows it. Of boards with markers any part is\n"
-           "enough; markers that land beside the sheet, on what lies behind it, are rejected as\n"
-           "long as two thirds of those that are seen land on it. Remarks as for detect_board().\n"
-           "Throws std::invalid_argument if the two pictures differ in size, are empty, or have\n"
-           "several channels.",
-           py::arg("board_lit"), py::arg("flat_lit"), py::arg("layout"),
-           py::arg_v("options", detect::BoardOptions{}, "BoardOptions()"));
+}
+
+void bind_shown_board(py::module_& m) {
+  Record<detect::ShownBoardOptions> shown_board_options(m, "ShownBoardOptions", "");
+  shown_board_options.fields_init()
+      .field("light_first", &detect::ShownBoardOptions::light_first, "of the frame (pattern/shown_board.hpp)")
+      .field("upright", &detect::ShownBoardOptions::upright, "")
+      .field("chessboard", &detect::ShownBoardOptions::chessboard, "");
+
   function(m, "order_is_settled", &detect::order_is_settled,
            "Do these statements settle the first corner of a board with such counts?", py::arg("layout"),
            py::arg("options"));
@@ -113,6 +118,23 @@ void bind_detect(py::module_& m) {
            "sheet or of the frame are rejected by their residual. `layout` in any unit. Throws\n"
            "std::invalid_argument when the order is not settled.",
            py::arg("photograph"), py::arg("layout"), py::arg("options"));
+  function(m, "detect_projected_board", &detect::detect_projected_board,
+           "`layout` in any unit, as the projector shows it. Of boards with markers any part is\n"
+           "enough; markers that land beside the sheet, on what lies behind it, are rejected as\n"
+           "long as two thirds of those that are seen land on it. Remarks as for detect_board().\n"
+           "Throws std::invalid_argument if the two pictures differ in size, are empty, or have\n"
+           "several channels.",
+           py::arg("board_lit"), py::arg("flat_lit"), py::arg("layout"),
+           py::arg_v("options", detect::BoardOptions{}, "BoardOptions()"));
+}
+
+}  // namespace
+
+void bind_detect(py::module_& m) {
+  bind_chessboard(m);
+  bind_board(m);
+  bind_marker_edges(m);
+  bind_shown_board(m);
 }
 
 }  // namespace procam::python

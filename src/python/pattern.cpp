@@ -6,104 +6,16 @@
 
 namespace procam::python {
 
-void bind_pattern(py::module_& m) {
-  Enum<pattern::WaveNumber>(m, "WaveNumber", "")
-      .value("kCoarserWaves", pattern::WaveNumber::kCoarserWaves)
-      .value("kGrayCode", pattern::WaveNumber::kGrayCode);
-  Record<pattern::BoardLightOptions> board_light_options(m, "BoardLightOptions", "");
-  Record<pattern::GrayCode> gray_code(m, "GrayCode",
-                                      "What is shown: everything else follows from these two.");
-  Record<pattern::DecodeOptions> decode_options(m, "DecodeOptions", "");
-  Record<pattern::PhaseOptions> phase_options(m, "PhaseOptions", "");
-  Record<pattern::PhaseShift> phase_shift(m, "PhaseShift", "");
-  Record<pattern::ProjectedBoard> projected_board(m, "ProjectedBoard", "");
-  Record<pattern::SequenceCheck> sequence_check(m, "SequenceCheck", "");
-  Record<pattern::ComplementaryFrames> complementary_frames(
-      m, "ComplementaryFrames",
-      "Of a pattern's frames, two that sum to full light at every pixel, in the order of\n"
-      "the first one's number, and the frames that are white and black all over.");
-  Record<pattern::ShownBoard> shown_board(m, "ShownBoard", "");
-  Record<pattern::StripeEdgeOptions> stripe_edge_options(m, "StripeEdgeOptions", "");
+namespace {
 
+void bind_board_light(py::module_& m) {
+  Record<pattern::BoardLightOptions> board_light_options(m, "BoardLightOptions", "");
   board_light_options.fields_init()
       .field("knot_pitches", &pattern::BoardLightOptions::knot_pitches,
              "distance of the spline's knots, in pitches of the board (pitch_of)")
       .field("border_px", &pattern::BoardLightOptions::border_px,
              "Edges nearer than this to a printed border are rejected, camera pixels; half of it\n"
              "on the light side of boards with markers, which leave little clear paper.");
-  gray_code.fields_init()
-      .field("projector_size", &pattern::GrayCode::projector_size, "")
-      .field("step", &pattern::GrayCode::step, "");
-  decode_options.fields_init()
-      .field("min_contrast", &pattern::DecodeOptions::min_contrast,
-             "White minus black, in grey levels, below which a pixel counts as unlit (shadow, or\n"
-             "too dark to read).")
-      .field("bit_sigmas", &pattern::DecodeOptions::bit_sigmas,
-             "A bit is decided when pattern and inverse differ by this many standard deviations of\n"
-             "their difference. Noise alone passes all of six fine bits in one pixel of a\n"
-             "thousand, while an error on a stripe's edge costs one stripe; higher values leave\n"
-             "gaps along the stripes' edges.");
-  phase_options.fields_init()
-      .field("min_modulation", &pattern::PhaseOptions::min_modulation,
-             "grey levels of B below which a pixel counts as unlit")
-      .field("max_sigma_px", &pattern::PhaseOptions::max_sigma_px,
-             "projector pixels; what is less certain is rejected")
-      .field("wave_sigmas", &pattern::PhaseOptions::wave_sigmas,
-             "A wave's number counts as known when the coarser estimate is certain to this many\n"
-             "standard deviations: 1 in 15000 of the faintest pixels that pass is wrong by a wave.")
-      .field("saturated", &pattern::PhaseOptions::saturated,
-             "a pixel that reaches this grey in any step is rejected: its wave is cut off");
-  phase_shift.fields_init()
-      .field("projector_size", &pattern::PhaseShift::projector_size, "")
-      .field("period", &pattern::PhaseShift::period,
-             "Finest wave in projector pixels, even. Short waves are more precise until blur or\n"
-             "the camera's resolution takes their contrast: it should span five camera pixels or\n"
-             "more.")
-      .field("wave_number", &pattern::PhaseShift::wave_number, "");
-  projected_board.fields_init()
-      .field("projector_size", &pattern::ProjectedBoard::projector_size, "")
-      .field("layout", &pattern::ProjectedBoard::layout, "every length in projector pixels")
-      .field("artwork", &pattern::ProjectedBoard::artwork, "what is dark of it")
-      .field("origin", &pattern::ProjectedBoard::origin, "the projector pixel of the layout's origin")
-      .field("colour", &pattern::ProjectedBoard::colour, "")
-      .field("upright", &pattern::ProjectedBoard::upright,
-             "the frame appears upright in the images, within 90 degrees (equal counts: 45)");
-  sequence_check.fields_init()
-      .field(
-          "diagnostics", &pattern::SequenceCheck::diagnostics,
-          "At most one warning that names the cause, the strongest first:\n"
-          "  \"frame_missing\", \"stale_frame\", \"torn_frame\", \"overexposed\", \"board_moved\", \"camera_moved\",\n"
-          "  \"camera_shake\", \"camera_drift\", \"projector_moved\", \"focus_drift\", \"exposure_changes\", \"flicker\",\n"
-          "  \"noisy\", \"highlight\", \"low_contrast\", \"scattered_light\".")
-      .field("decoding_is_wrong", &pattern::SequenceCheck::decoding_is_wrong,
-             "The frames do not belong to one position or order: what is decoded from them is\n"
-             "wrong.")
-      .field("has_lit_board", &pattern::SequenceCheck::has_lit_board,
-             "Enough of the board is lit for these remarks to be about it: then they replace those\n"
-             "of decode(), which are about the whole image.")
-      .field("noise", &pattern::SequenceCheck::noise,
-             "of white stripes, share of the contrast in linear light")
-      .field("scattered", &pattern::SequenceCheck::scattered,
-             "light that black stripes receive, share of white ones")
-      .field("gamma", &pattern::SequenceCheck::gamma, "of the camera, as estimated; 1 if unknown");
-  complementary_frames.fields_init()
-      .field("pairs", &pattern::ComplementaryFrames::pairs, "")
-      .field("white", &pattern::ComplementaryFrames::white, "")
-      .field("black", &pattern::ComplementaryFrames::black, "")
-      .field("frames", &pattern::ComplementaryFrames::frames, "number of the pattern's frames");
-  shown_board.fields_init()
-      .field("layout", &pattern::ShownBoard::layout, "square_size in projector pixels")
-      .field("corners", &pattern::ShownBoard::corners, "row by row, as the frame has them")
-      .field("light_first", &pattern::ShownBoard::light_first,
-             "Is the square outside the first corner (up and left of it) light? Unknown for boards\n"
-             "given by numbers.");
-
-  stripe_edge_options.fields_init()
-      .field("decode", &pattern::StripeEdgeOptions::decode, "")
-      .field("max_code_jump", &pattern::StripeEdgeOptions::max_code_jump, "")
-      .field("min_step_sigmas", &pattern::StripeEdgeOptions::min_step_sigmas, "")
-      .field("max_sigma_px", &pattern::StripeEdgeOptions::max_sigma_px, "")
-      .field("camera_blur_px", &pattern::StripeEdgeOptions::camera_blur_px, "");
 
   function(m, "readable_area", &pattern::readable_area,
            "Where project_board() looks for stripe edges: 1 at the camera pixels on the board\n"
@@ -136,6 +48,9 @@ void bind_pattern(py::module_& m) {
            "square as erring together.",
            py::arg("in_camera"), py::arg("board"), py::arg("artwork"), py::arg("light"),
            py::arg_v("options", pattern::BoardLightOptions{}, "BoardLightOptions()"));
+}
+
+void bind_light_map(py::module_& m) {
   function(m, "light_map", py::overload_cast<const ImageF&, const ViewU8&, ImageSize>(&pattern::light_map),
            "`white`: the scene under the projector's full light, for the classes of brightness.\n"
            "\n"
@@ -146,6 +61,26 @@ void bind_pattern(py::module_& m) {
            "\"decoded_share\". Throws std::invalid_argument unless `pixels` has two channels and\n"
            "the size of `white`.",
            py::arg("pixels"), py::arg("white"), py::arg("projector_size"));
+}
+
+void bind_gray_code(py::module_& m) {
+  Record<pattern::GrayCode> gray_code(m, "GrayCode",
+                                      "What is shown: everything else follows from these two.");
+  gray_code.fields_init()
+      .field("projector_size", &pattern::GrayCode::projector_size, "")
+      .field("step", &pattern::GrayCode::step, "");
+
+  Record<pattern::DecodeOptions> decode_options(m, "DecodeOptions", "");
+  decode_options.fields_init()
+      .field("min_contrast", &pattern::DecodeOptions::min_contrast,
+             "White minus black, in grey levels, below which a pixel counts as unlit (shadow, or\n"
+             "too dark to read).")
+      .field("bit_sigmas", &pattern::DecodeOptions::bit_sigmas,
+             "A bit is decided when pattern and inverse differ by this many standard deviations of\n"
+             "their difference. Noise alone passes all of six fine bits in one pixel of a\n"
+             "thousand, while an error on a stripe's edge costs one stripe; higher values leave\n"
+             "gaps along the stripes' edges.");
+
   function(m, "frame_count", py::overload_cast<const pattern::GrayCode&>(&pattern::frame_count),
            "2 * (column bits + row bits) + 2.", py::arg("gray_code"));
   function(m, "frame_name", &pattern::frame_name, "For people, e.g. \"frame 21 (row bit 9, inverse)\".",
@@ -175,6 +110,21 @@ void bind_pattern(py::module_& m) {
            py::arg("captures"), py::arg("gray_code"),
            py::arg_v("options", pattern::DecodeOptions{}, "DecodeOptions()"),
            py::arg_v("reuse", DecodedMap{}, "DecodedMap()"));
+}
+
+void bind_frame_sequence(py::module_& m) {
+  Record<pattern::PhaseOptions> phase_options(m, "PhaseOptions", "");
+  phase_options.fields_init()
+      .field("min_modulation", &pattern::PhaseOptions::min_modulation,
+             "grey levels of B below which a pixel counts as unlit")
+      .field("max_sigma_px", &pattern::PhaseOptions::max_sigma_px,
+             "projector pixels; what is less certain is rejected")
+      .field("wave_sigmas", &pattern::PhaseOptions::wave_sigmas,
+             "A wave's number counts as known when the coarser estimate is certain to this many\n"
+             "standard deviations: 1 in 15000 of the faintest pixels that pass is wrong by a wave.")
+      .field("saturated", &pattern::PhaseOptions::saturated,
+             "a pixel that reaches this grey in any step is rejected: its wave is cut off");
+
   function(m, "require_decodable", &pattern::require_decodable,
            "Throws Error(kInput), naming the frame or the bit, unless both axes can be decoded:\n"
            "both by Gray code whose bits are complete, or both by waves of three phases or more\n"
@@ -203,6 +153,22 @@ void bind_pattern(py::module_& m) {
       "The scene under flat light, for the board's corners: the mean of the waves, else\n"
       "white.",
       py::arg("captures"), py::arg("sequence"), py::arg("projector_size"));
+}
+
+void bind_phase_shift(py::module_& m) {
+  Enum<pattern::WaveNumber>(m, "WaveNumber", "")
+      .value("kCoarserWaves", pattern::WaveNumber::kCoarserWaves)
+      .value("kGrayCode", pattern::WaveNumber::kGrayCode);
+
+  Record<pattern::PhaseShift> phase_shift(m, "PhaseShift", "");
+  phase_shift.fields_init()
+      .field("projector_size", &pattern::PhaseShift::projector_size, "")
+      .field("period", &pattern::PhaseShift::period,
+             "Finest wave in projector pixels, even. Short waves are more precise until blur or\n"
+             "the camera's resolution takes their contrast: it should span five camera pixels or\n"
+             "more.")
+      .field("wave_number", &pattern::PhaseShift::wave_number, "");
+
   function(m, "sequence", &pattern::sequence,
            "The frames as a list, which is decoded by pattern/frame_sequence.hpp. Throws\n"
            "std::invalid_argument for a period that is odd, below 4, or longer than the frame,\n"
@@ -230,6 +196,19 @@ void bind_pattern(py::module_& m) {
            "The captures' mean: the scene under flat light of half the power, for the board's\n"
            "corners.",
            py::arg("captures"), py::arg("phase_shift"));
+}
+
+void bind_projected_board(py::module_& m) {
+  Record<pattern::ProjectedBoard> projected_board(m, "ProjectedBoard", "");
+  projected_board.fields_init()
+      .field("projector_size", &pattern::ProjectedBoard::projector_size, "")
+      .field("layout", &pattern::ProjectedBoard::layout, "every length in projector pixels")
+      .field("artwork", &pattern::ProjectedBoard::artwork, "what is dark of it")
+      .field("origin", &pattern::ProjectedBoard::origin, "the projector pixel of the layout's origin")
+      .field("colour", &pattern::ProjectedBoard::colour, "")
+      .field("upright", &pattern::ProjectedBoard::upright,
+             "the frame appears upright in the images, within 90 degrees (equal counts: 45)");
+
   function(m, "projected_board", &pattern::projected_board,
            "In the middle of the picture. `artwork` is detect::board_artwork(layout). Throws\n"
            "Error(kInput) when half a pitch of light (a gap and a module at least round markers)\n"
@@ -247,6 +226,9 @@ void bind_pattern(py::module_& m) {
            "Flat and board, one channel; or one frame of three.", py::arg("board"));
   function(m, "frame_count", py::overload_cast<const pattern::ProjectedBoard&>(&pattern::frame_count), "",
            py::arg("board"));
+}
+
+void bind_filling_boards(py::module_& m) {
   function(m, "chessboard_filling", &pattern::chessboard_filling,
            "Boards that fill the picture, of a sixteenth of its longer side a pitch (circles:\n"
            "two, staggered): for 1024x768 12x9 corners; 15x11 squares; 10x7 markers; 7x11 discs.",
@@ -254,6 +236,39 @@ void bind_pattern(py::module_& m) {
   function(m, "charuco_filling", &pattern::charuco_filling, "", py::arg("projector_size"));
   function(m, "markers_filling", &pattern::markers_filling, "", py::arg("projector_size"));
   function(m, "circles_filling", &pattern::circles_filling, "", py::arg("projector_size"));
+}
+
+void bind_sequence_check(py::module_& m) {
+  Record<pattern::SequenceCheck> sequence_check(m, "SequenceCheck", "");
+  sequence_check.fields_init()
+      .field(
+          "diagnostics", &pattern::SequenceCheck::diagnostics,
+          "At most one warning that names the cause, the strongest first:\n"
+          "  \"frame_missing\", \"stale_frame\", \"torn_frame\", \"overexposed\", \"board_moved\", \"camera_moved\",\n"
+          "  \"camera_shake\", \"camera_drift\", \"projector_moved\", \"focus_drift\", \"exposure_changes\", \"flicker\",\n"
+          "  \"noisy\", \"highlight\", \"low_contrast\", \"scattered_light\".")
+      .field("decoding_is_wrong", &pattern::SequenceCheck::decoding_is_wrong,
+             "The frames do not belong to one position or order: what is decoded from them is\n"
+             "wrong.")
+      .field("has_lit_board", &pattern::SequenceCheck::has_lit_board,
+             "Enough of the board is lit for these remarks to be about it: then they replace those\n"
+             "of decode(), which are about the whole image.")
+      .field("noise", &pattern::SequenceCheck::noise,
+             "of white stripes, share of the contrast in linear light")
+      .field("scattered", &pattern::SequenceCheck::scattered,
+             "light that black stripes receive, share of white ones")
+      .field("gamma", &pattern::SequenceCheck::gamma, "of the camera, as estimated; 1 if unknown");
+
+  Record<pattern::ComplementaryFrames> complementary_frames(
+      m, "ComplementaryFrames",
+      "Of a pattern's frames, two that sum to full light at every pixel, in the order of\n"
+      "the first one's number, and the frames that are white and black all over.");
+  complementary_frames.fields_init()
+      .field("pairs", &pattern::ComplementaryFrames::pairs, "")
+      .field("white", &pattern::ComplementaryFrames::white, "")
+      .field("black", &pattern::ComplementaryFrames::black, "")
+      .field("frames", &pattern::ComplementaryFrames::frames, "number of the pattern's frames");
+
   function(m, "check_sequence",
            py::overload_cast<const std::vector<ViewU8>&, const pattern::GrayCode&, const Points2&>(
                &pattern::check_sequence),
@@ -269,6 +284,9 @@ void bind_pattern(py::module_& m) {
            "need Gray code. Nothing is found with fewer than six pairs. Throws\n"
            "std::invalid_argument for captures of another number, size or number of channels.",
            py::arg("captures"), py::arg("frames"), py::arg("on_board"));
+}
+
+void bind_flat_checks(py::module_& m) {
   function(m, "check_flat_and_board", &pattern::check_flat_and_board,
            "The two captures of a projected board, under flat light and under the board\n"
            "(pattern/projected_board.hpp): the print is in the same light in both, so that it\n"
@@ -283,6 +301,17 @@ void bind_pattern(py::module_& m) {
            "half of a chessboard is paper, and only edges that are not clipped are where they\n"
            "seem. Throws std::invalid_argument unless the photograph has one channel.",
            py::arg("photograph"), py::arg("on_boards"));
+}
+
+void bind_shown_board(py::module_& m) {
+  Record<pattern::ShownBoard> shown_board(m, "ShownBoard", "");
+  shown_board.fields_init()
+      .field("layout", &pattern::ShownBoard::layout, "square_size in projector pixels")
+      .field("corners", &pattern::ShownBoard::corners, "row by row, as the frame has them")
+      .field("light_first", &pattern::ShownBoard::light_first,
+             "Is the square outside the first corner (up and left of it) light? Unknown for boards\n"
+             "given by numbers.");
+
   function(m, "shown_board", &pattern::shown_board,
            "From its numbers. Throws Error(kInput), `name` in front, when a corner is outside\n"
            "the frame.",
@@ -292,6 +321,17 @@ void bind_pattern(py::module_& m) {
            "pixels and whose edges are between pixels. Throws Error(kInput), `name` in front,\n"
            "when the frame does not show one such chessboard of 3x3 inner corners or more.",
            py::arg("frame"), py::arg("name"));
+}
+
+void bind_stripe_edges(py::module_& m) {
+  Record<pattern::StripeEdgeOptions> stripe_edge_options(m, "StripeEdgeOptions", "");
+  stripe_edge_options.fields_init()
+      .field("decode", &pattern::StripeEdgeOptions::decode, "")
+      .field("max_code_jump", &pattern::StripeEdgeOptions::max_code_jump, "")
+      .field("min_step_sigmas", &pattern::StripeEdgeOptions::min_step_sigmas, "")
+      .field("max_sigma_px", &pattern::StripeEdgeOptions::max_sigma_px, "")
+      .field("camera_blur_px", &pattern::StripeEdgeOptions::camera_blur_px, "");
+
   function(m, "stripe_edges", &pattern::stripe_edges,
            "All edges of both axes, row-major in the camera for the columns, then for the rows.\n"
            "Each axis is scanned along the camera direction in which its codes vary faster;\n"
@@ -300,7 +340,6 @@ void bind_pattern(py::module_& m) {
            "std::invalid_argument if sizes or steps of the three do not belong together.",
            py::arg("captures"), py::arg("decoded"), py::arg("gray_code"),
            py::arg_v("options", pattern::StripeEdgeOptions{}, "StripeEdgeOptions()"));
-
   function(
       m, "stripe_edges",
       [](const std::vector<ViewU8>& captures, const DecodedMap& decoded, const pattern::GrayCode& gray_code,
@@ -311,6 +350,22 @@ void bind_pattern(py::module_& m) {
       },
       "As without `area`, but only where its pixels, uint8 (h, w), are not zero.", py::arg("captures"),
       py::arg("decoded"), py::arg("gray_code"), py::arg("options"), py::arg("area"));
+}
+
+}  // namespace
+
+void bind_pattern(py::module_& m) {
+  bind_board_light(m);
+  bind_light_map(m);
+  bind_gray_code(m);
+  bind_frame_sequence(m);
+  bind_phase_shift(m);
+  bind_projected_board(m);
+  bind_filling_boards(m);
+  bind_sequence_check(m);
+  bind_flat_checks(m);
+  bind_shown_board(m);
+  bind_stripe_edges(m);
 }
 
 }  // namespace procam::python

@@ -48,34 +48,14 @@ class LockedRenderer {
   std::vector<std::array<py::object, 2>> pictures_;
 };
 
-}  // namespace
-
-void bind_render(py::module_& m) {
+void bind_options(py::module_& m) {
   Enum<render::Filter>(m, "Filter", "")
       .value("kArea", render::Filter::kArea, "the mean over the pixel's footprint: no aliasing")
       .value("kBilinear", render::Filter::kBilinear,
              "one sample at the pixel's centre, as most warps do: faster, and aliases where it\n"
              "minifies");
-  Record<render::RenderOptions> render_options(m, "RenderOptions", "");
-  Record<render::RenderWork> render_work(
-      m, "RenderWork", "What had to be made anew for a frame; nothing for a scene that stands still.");
-  Record<render::Viewpoint> viewpoint(m, "Viewpoint", "An eye with its picture, in optical axes.");
-  Record<render::ViewerEyeOptions> viewer_eye_options(m, "ViewerEyeOptions", "");
-  Record<render::ViewerEye> viewer_eye(m, "ViewerEye", "");
-  Record<LockedRenderer> cpu_renderer(
-      m, "CpuRenderer",
-      "Draws frame after frame and keeps what the next one can use: pictures ready to be\n"
-      "sampled, the lens map and every surface's warp map, threads and memory. Nothing is\n"
-      "allocated for a frame that needs nothing anew, or whose new pictures have the size\n"
-      "of the old; where pixels are cast at one by one (meshes, planes that cut each other)\n"
-      "memory is taken until there is enough.\n"
-      "\n"
-      "Items are recognised by their place in the scene. A picture is prepared again when\n"
-      "its view points elsewhere or its content_revision differs; pixels changed behind an\n"
-      "unchanged view and revision are not noticed. A surface that moves makes its own map\n"
-      "again, and no other; a change of the projector's lens or size makes all. Tiles\n"
-      "rendered by ray casting are cached once two consecutive frames needed the same one.");
 
+  Record<render::RenderOptions> render_options(m, "RenderOptions", "");
   render_options.fields_init()
       .field("filter", &render::RenderOptions::filter, "")
       .field("linear_light", &render::RenderOptions::linear_light,
@@ -89,27 +69,28 @@ void bind_render(py::module_& m) {
              "Vectors of at most so many bits, of those that the machine has: 512 (AVX-512), 256\n"
              "(AVX2) or 0 (plain code). Fewer are slower; for comparing, as the pixels are the\n"
              "same.");
+
+  Record<render::RenderWork> render_work(
+      m, "RenderWork", "What had to be made anew for a frame; nothing for a scene that stands still.");
   render_work.fields_init()
       .field("contents", &render::RenderWork::contents, "pictures prepared for sampling")
       .field("maps", &render::RenderWork::maps, "surfaces whose way to the pixels was found");
-  viewpoint.fields_init()
-      .field("camera", &render::Viewpoint::camera, "")
-      .field("camera_from_projector", &render::Viewpoint::camera_from_projector, "");
-  viewer_eye_options.fields_init()
-      .field("widest_deg", &render::ViewerEyeOptions::widest_deg,
-             "A picture on a plane cannot hold all directions: light that lands farther than half\n"
-             "of this from the direction of its middle is left dark.")
-      .field("max_pixels", &render::ViewerEyeOptions::max_pixels,
-             "Of the eye's picture. Enough for each projector pixel to see its own, save where one\n"
-             "is very fine beside the others; with fewer the picture is coarser.");
-  viewer_eye.fields_init()
-      .field("viewpoint", &render::ViewerEye::viewpoint, "")
-      .field("finest_share", &render::ViewerEye::finest_share,
-             "Pixels of the eye's picture a projector pixel, along its finer side, where the\n"
-             "projector is finest.")
-      .field("diagnostics", &render::ViewerEye::diagnostics,
-             "warnings \"viewer_field_cut\", \"viewer_picture_coarse\"");
+}
 
+void bind_cpu_renderer(py::module_& m) {
+  Record<LockedRenderer> cpu_renderer(
+      m, "CpuRenderer",
+      "Draws frame after frame and keeps what the next one can use: pictures ready to be\n"
+      "sampled, the lens map and every surface's warp map, threads and memory. Nothing is\n"
+      "allocated for a frame that needs nothing anew, or whose new pictures have the size\n"
+      "of the old; where pixels are cast at one by one (meshes, planes that cut each other)\n"
+      "memory is taken until there is enough.\n"
+      "\n"
+      "Items are recognised by their place in the scene. A picture is prepared again when\n"
+      "its view points elsewhere or its content_revision differs; pixels changed behind an\n"
+      "unchanged view and revision are not noticed. A surface that moves makes its own map\n"
+      "again, and no other; a change of the projector's lens or size makes all. Tiles\n"
+      "rendered by ray casting are cached once two consecutive frames needed the same one.");
   cpu_renderer
       .init([](const render::RenderOptions& options) { return std::make_unique<LockedRenderer>(options); },
             "", py::arg_v("options", render::RenderOptions{}, "RenderOptions()"))
@@ -127,12 +108,13 @@ void bind_render(py::module_& m) {
           py::arg("projector"), py::arg("frame"))
       .method(
           "device", [](const LockedRenderer& self) { return self.device(); }, "\"cpu\"");
+}
 
+void bind_render_functions(py::module_& m) {
   function(m, "require_drawable", &render::require_drawable,
            "Throws Error(kInput) for a frame with a side above limits::kFrameSide; call it\n"
            "before taking memory for one.",
            py::arg("frame"));
-
   function(
       m, Gil::kHeld, "render",
       [](const HeldScene& held, const Projector& projector, const render::RenderOptions& options) {
@@ -153,6 +135,15 @@ void bind_render(py::module_& m) {
       "Into a uint8 array of the projector's size, (h, w, 3); every pixel is written.", py::arg("scene"),
       py::arg("projector"), py::arg("frame"),
       py::arg_v("options", render::RenderOptions{}, "RenderOptions()"));
+  m.attr("kLensTolerancePx") = render::kLensTolerancePx;
+}
+
+void bind_viewpoint(py::module_& m) {
+  Record<render::Viewpoint> viewpoint(m, "Viewpoint", "An eye with its picture, in optical axes.");
+  viewpoint.fields_init()
+      .field("camera", &render::Viewpoint::camera, "")
+      .field("camera_from_projector", &render::Viewpoint::camera_from_projector, "");
+
   function(
       m, Gil::kHeld, "facing_viewpoint",
       [](const HeldScene& scene, ImageSize size) { return render::facing_viewpoint(scene_of(scene), size); },
@@ -169,6 +160,27 @@ void bind_render(py::module_& m) {
       "a device that stands there. Pixel surfaces belong to the projector's picture and are\n"
       "skipped.",
       py::arg("other_from_projector"), py::arg("scene"));
+}
+
+void bind_viewer_eye(py::module_& m) {
+  Record<render::ViewerEyeOptions> viewer_eye_options(m, "ViewerEyeOptions", "");
+  viewer_eye_options.fields_init()
+      .field("widest_deg", &render::ViewerEyeOptions::widest_deg,
+             "A picture on a plane cannot hold all directions: light that lands farther than half\n"
+             "of this from the direction of its middle is left dark.")
+      .field("max_pixels", &render::ViewerEyeOptions::max_pixels,
+             "Of the eye's picture. Enough for each projector pixel to see its own, save where one\n"
+             "is very fine beside the others; with fewer the picture is coarser.");
+
+  Record<render::ViewerEye> viewer_eye(m, "ViewerEye", "");
+  viewer_eye.fields_init()
+      .field("viewpoint", &render::ViewerEye::viewpoint, "")
+      .field("finest_share", &render::ViewerEye::finest_share,
+             "Pixels of the eye's picture a projector pixel, along its finer side, where the\n"
+             "projector is finest.")
+      .field("diagnostics", &render::ViewerEye::diagnostics,
+             "warnings \"viewer_field_cut\", \"viewer_picture_coarse\"");
+
   function(
       m, Gil::kHeld, "viewer_eye",
       [](const Vec3& eye_in_projector, const HeldScene& room, const Projector& projector,
@@ -181,8 +193,16 @@ void bind_render(py::module_& m) {
       "their content is not looked at.",
       py::arg("eye_in_projector"), py::arg("room"), py::arg("projector"),
       py::arg_v("options", render::ViewerEyeOptions{}, "ViewerEyeOptions()"));
+}
 
-  m.attr("kLensTolerancePx") = render::kLensTolerancePx;
+}  // namespace
+
+void bind_render(py::module_& m) {
+  bind_options(m);
+  bind_cpu_renderer(m);
+  bind_render_functions(m);
+  bind_viewpoint(m);
+  bind_viewer_eye(m);
 }
 
 }  // namespace procam::python

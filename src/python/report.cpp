@@ -6,11 +6,11 @@
 
 namespace procam::python {
 
-void bind_report(py::module_& m) {
+namespace {
+
+void bind_input(py::module_& m) {
   Record<report::ReportInput> report_input(m, "ReportInput",
                                            "What a report may hold beyond the calibration itself.");
-  Record<report::DeviceCounts> device_counts(m, "DeviceCounts", "What was found and used of a device.");
-
   report_input.fields_init()
       .field("title", &report::ReportInput::title, "")
       .field("predicted", &report::ReportInput::predicted,
@@ -24,15 +24,32 @@ void bind_report(py::module_& m) {
       .field("within_truth", &report::ReportInput::within_truth, "")
       .field("wall", &report::ReportInput::wall, "metres, for which lens models are compared")
       .field("views", &report::ReportInput::views, "that were given; 0: as many as the result has");
+
+  Record<report::DeviceCounts> device_counts(m, "DeviceCounts", "What was found and used of a device.");
   device_counts.fields_init()
       .field("views_used", &report::DeviceCounts::views_used, "")
       .field("points_found", &report::DeviceCounts::points_found, "")
       .field("points_used", &report::DeviceCounts::points_used, "");
 
+  function(m, "judge",
+           py::overload_cast<calibrate::CalibrationResult&, double, const analyze::AcceptedError&,
+                             const std::optional<Rig>&>(&report::judge),
+           "What a report about a fresh calibration holds: predicts the errors on a wall, adds\n"
+           "their checks to result.rig.quality (a failed one to result.diagnostics), finds the\n"
+           "view that reduces the error most, and compares with the true rig where one is given.\n"
+           "A rig without projectors gets none of it.",
+           py::arg("result"), py::arg("wall"), py::arg("accepted"), py::arg("truth") = py::none());
+  function(m, "add_truth", &report::add_truth, "Compares with the true rig, on the wall of `input`.",
+           py::arg("rig"), py::arg("truth"), py::arg("input"));
+  function(m, "device_counts", &report::device_counts, "", py::arg("result"), py::arg("device"));
+}
+
+void bind_files(py::module_& m) {
   Record<report::TextFile> text_file(m, "TextFile", "A file in memory: its name and its text.");
   text_file.fields_init()
       .field("name", &report::TextFile::name, "residuals_of_camera.svg")
       .field("text", &report::TextFile::text, "");
+
   function(m, "figures", &report::figures,
            "The figures of a report page as SVG files without CSS variables, in the page's order.",
            py::arg("page"));
@@ -45,17 +62,9 @@ void bind_report(py::module_& m) {
   function(m, "save_files", &report::save_files,
            "Writes files into the folder, which is made where it does not exist.", py::arg("folder"),
            py::arg("files"));
+}
 
-  function(m, "judge",
-           py::overload_cast<calibrate::CalibrationResult&, double, const analyze::AcceptedError&,
-                             const std::optional<Rig>&>(&report::judge),
-           "What a report about a fresh calibration holds: predicts the errors on a wall, adds\n"
-           "their checks to result.rig.quality (a failed one to result.diagnostics), finds the\n"
-           "view that reduces the error most, and compares with the true rig where one is given.\n"
-           "A rig without projectors gets none of it.",
-           py::arg("result"), py::arg("wall"), py::arg("accepted"), py::arg("truth") = py::none());
-  function(m, "add_truth", &report::add_truth, "Compares with the true rig, on the wall of `input`.",
-           py::arg("rig"), py::arg("truth"), py::arg("input"));
+void bind_calibration(py::module_& m) {
   function(
       m, "to_json",
       py::overload_cast<const calibrate::CalibrationResult&, const report::ReportInput&>(&report::to_json),
@@ -86,7 +95,6 @@ void bind_report(py::module_& m) {
            "", py::arg("result"), py::arg("pairs"), py::arg("input"));
   function(m, "lines", py::overload_cast<const Rig&, const RigQuality&>(&report::lines), "", py::arg("rig"),
            py::arg("quality"));
-  function(m, "device_counts", &report::device_counts, "", py::arg("result"), py::arg("device"));
   function(m, "calibration_report", &report::calibration_report,
            "The page as UTF-8 text. The same input gives the same text, byte by byte, in every\n"
            "locale; a number that is not finite reads \"-\". The correspondences are those the\n"
@@ -94,6 +102,9 @@ void bind_report(py::module_& m) {
            "std::invalid_argument when the two do not belong together.",
            py::arg("result"), py::arg("correspondences"),
            py::arg_v("input", report::ReportInput{}, "ReportInput()"));
+}
+
+void bind_plan(py::module_& m) {
   function(m, "to_json", py::overload_cast<const analyze::ProjectionPlan&>(&report::to_json),
            "The plan's fields as JSON text; metres unless a name ends otherwise.", py::arg("plan"));
   function(m, "lines", py::overload_cast<const analyze::ProjectionPlan&>(&report::lines),
@@ -104,6 +115,9 @@ void bind_report(py::module_& m) {
            "rectangle; the projector and its light from above and from the side; the figures.\n"
            "The same plan gives the same text, byte by byte, in every locale.",
            py::arg("plan"));
+}
+
+void bind_prediction(py::module_& m) {
   function(m, "to_json", py::overload_cast<const std::vector<analyze::SurfacePrediction>&>(&report::to_json),
            "The fields of every surface as JSON text: {\"surfaces\": [{\"name\", \"rms_mm\",\n"
            "\"worst_mm\", \"causes\": [...], ...}]}.",
@@ -116,6 +130,9 @@ void bind_report(py::module_& m) {
            py::arg("surfaces"), py::arg("rig"), py::arg("title"));
   function(m, "prediction_tables", &report::prediction_tables,
            "The numbers of the page's figures: points.csv, causes.csv and sweeps.csv.", py::arg("surfaces"));
+}
+
+void bind_room(py::module_& m) {
   function(m, "to_json",
            py::overload_cast<const depth::Planes&, const depth::RoomSurfaces&, const depth::SensorKind&,
                              const depth::SensorCheck&>(&report::to_json),
@@ -127,6 +144,9 @@ void bind_report(py::module_& m) {
            "The depth image shaded by its slopes, every surface in its colour with outline, free\n"
            "rectangle, name and size, corners of the room, and a legend at the right. RGB.",
            py::arg("planes"), py::arg("room"), py::arg("image"), py::arg("rays"));
+}
+
+void bind_verify(py::module_& m) {
   function(m, "to_json", py::overload_cast<const analyze::VerifyResult&>(&report::to_json),
            "The result's fields as JSON text, every mark included.", py::arg("result"));
   function(m, "lines", py::overload_cast<const analyze::VerifyResult&>(&report::lines),
@@ -145,6 +165,18 @@ void bind_report(py::module_& m) {
            "error would be no surprise. `content` is the outline of what is shown there, on the\n"
            "surface; it may be empty. A complete SVG file.",
            py::arg("result"), py::arg_v("content", Points2{}, "Points2()"));
+}
+
+}  // namespace
+
+void bind_report(py::module_& m) {
+  bind_input(m);
+  bind_files(m);
+  bind_calibration(m);
+  bind_plan(m);
+  bind_prediction(m);
+  bind_room(m);
+  bind_verify(m);
 }
 
 }  // namespace procam::python

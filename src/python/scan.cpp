@@ -6,14 +6,10 @@
 
 namespace procam::python {
 
-void bind_scan(py::module_& m) {
+namespace {
+
+void bind_measure(py::module_& m) {
   Record<scan::ScanOptions> scan_options(m, "ScanOptions", "");
-  Record<scan::ScanCounts> scan_counts(
-      m, "ScanCounts", "Pixels that have light of both axes, and why some of them have no depth.");
-  Record<scan::Scan> scan(m, "Scan", "What one camera measured by one projector's light.");
-  Record<scan::MeshOptions> mesh_options(m, "MeshOptions", "");
-  Record<scan::ScanError> scan_error(m, "ScanError",
-                                     "How far a scan is off where the truth is known, metres.");
   scan_options.fields_init()
       .field("consistency_sigmas", &scan::ScanOptions::consistency_sigmas,
              "limit for columns and rows that disagree")
@@ -22,12 +18,17 @@ void bind_scan(py::module_& m) {
       .field("max_sigma", &scan::ScanOptions::max_sigma, "metres")
       .field("min_patch", &scan::ScanOptions::min_patch, "pixels")
       .field("threads", &scan::ScanOptions::threads, "0: as many as the machine has");
+
+  Record<scan::ScanCounts> scan_counts(
+      m, "ScanCounts", "Pixels that have light of both axes, and why some of them have no depth.");
   scan_counts.fields_init()
       .field("lit", &scan::ScanCounts::lit, "")
       .field("measured", &scan::ScanCounts::measured, "")
       .field("inconsistent", &scan::ScanCounts::inconsistent, "column and row do not meet the ray")
       .field("out_of_range", &scan::ScanCounts::out_of_range, "")
       .field("isolated", &scan::ScanCounts::isolated, "");
+
+  Record<scan::Scan> scan(m, "Scan", "What one camera measured by one projector's light.");
   scan.fields_init()
       .field("camera", &scan::Scan::camera, "")
       .field("projector", &scan::Scan::projector, "its name")
@@ -41,19 +42,7 @@ void bind_scan(py::module_& m) {
       .field("diagnostics", &scan::Scan::diagnostics, "");
   scan.type.def("measured", &scan::Scan::measured, "", py::arg("x"), py::arg("y"))
       .def("total_sigma", &scan::Scan::total_sigma, "Of both parts, metres.", py::arg("x"), py::arg("y"));
-  mesh_options.fields_init()
-      .field("max_deviation", &scan::MeshOptions::max_deviation, "metres")
-      .field("max_sigmas", &scan::MeshOptions::max_sigmas, "")
-      .field("min_angle", &scan::MeshOptions::min_angle, "radians")
-      .field("max_hole", &scan::MeshOptions::max_hole, "pixels along x or y that are bridged; 0: none");
-  scan_error.fields_init()
-      .field("compared", &scan::ScanError::compared, "")
-      .field("rms", &scan::ScanError::rms, "along the true surface's normal, without outliers")
-      .field("median", &scan::ScanError::median, "of its absolute value")
-      .field("expected_rms", &scan::ScanError::expected_rms, "")
-      .field("noise_rms", &scan::ScanError::noise_rms, "")
-      .field("inside_3_sigma", &scan::ScanError::inside_3_sigma, "")
-      .field("outliers", &scan::ScanError::outliers, "");
+
   function(m, "pixel_rays", &scan::pixel_rays,
            "float32 (h, w, 2): each camera pixel's (a, b) with the ray (a, b, 1).", py::arg("camera"),
            py::arg("threads") = 0);
@@ -64,11 +53,43 @@ void bind_scan(py::module_& m) {
            py::arg_v("options", scan::ScanOptions{}, "ScanOptions()"));
   function(m, "point_cloud", &scan::point_cloud, "The measured points in the rig's frame, with normals.",
            py::arg("scan"));
+}
+
+void bind_mesh(py::module_& m) {
+  Record<scan::MeshOptions> mesh_options(m, "MeshOptions", "");
+  mesh_options.fields_init()
+      .field("max_deviation", &scan::MeshOptions::max_deviation, "metres")
+      .field("max_sigmas", &scan::MeshOptions::max_sigmas, "")
+      .field("min_angle", &scan::MeshOptions::min_angle, "radians")
+      .field("max_hole", &scan::MeshOptions::max_hole, "pixels along x or y that are bridged; 0: none");
+
   function(m, "mesh_of", &scan::mesh_of,
            "A mesh in the rig's frame that keeps edges and holes. Throws Error(kNotEnoughData).",
            py::arg("scan"), py::arg_v("options", scan::MeshOptions{}, "MeshOptions()"));
+}
+
+void bind_error(py::module_& m) {
+  Record<scan::ScanError> scan_error(m, "ScanError",
+                                     "How far a scan is off where the truth is known, metres.");
+  scan_error.fields_init()
+      .field("compared", &scan::ScanError::compared, "")
+      .field("rms", &scan::ScanError::rms, "along the true surface's normal, without outliers")
+      .field("median", &scan::ScanError::median, "of its absolute value")
+      .field("expected_rms", &scan::ScanError::expected_rms, "")
+      .field("noise_rms", &scan::ScanError::noise_rms, "")
+      .field("inside_3_sigma", &scan::ScanError::inside_3_sigma, "")
+      .field("outliers", &scan::ScanError::outliers, "");
+
   function(m, "compare", &scan::compare, "Depths against the true ones, float32 (h, w), metres.",
            py::arg("scan"), py::arg("true_depth"));
+}
+
+}  // namespace
+
+void bind_scan(py::module_& m) {
+  bind_measure(m);
+  bind_mesh(m);
+  bind_error(m);
 }
 
 }  // namespace procam::python

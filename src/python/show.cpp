@@ -53,32 +53,12 @@ class InterruptibleListener : public show::ShowListener {
   show::ShowListener* listener_;
 };
 
-}  // namespace
-
-void bind_show(py::module_& m) {
+void bind_watch_status(py::module_& m) {
   Record<show::Durations> durations(
       m, "Durations",
       "Durations in bins that grow by a twentieth of an octave, from 1 us to 1000 s:\n"
       "percentiles are right to 1.8 %, whatever came, in 5 KB. Shorter ones count as 1 us,\n"
       "longer as 1000 s.");
-  Record<show::WatchStatus> watch_status(m, "WatchStatus",
-                                         "Where the light is, by a camera that watches it (docs/watch.md).");
-  Record<show::Metrics> metrics(m, "Metrics", "");
-  Record<show::MarkerInput> marker_input(
-      m, "MarkerInput", "Poses from what a camera of the rig sees of markers (marker_source.hpp).");
-  Record<show::DepthInput> depth_input(m, "DepthInput",
-                                       "The rig's depth camera, for surfaces that begin with \"depth:\".");
-  Record<show::WatchInput> watch_input(
-      m, "WatchInput", "A camera of the rig that watches where the light of the show is (docs/watch.md).");
-  Record<show::PeopleInput> people_input(
-      m, "PeopleInput", "Skeletons of the people before the projector, whose heads are kept dark.");
-  Record<show::ShowOptions> show_options(m, "ShowOptions", "");
-  Record<show::PeopleCounts> people_counts(m, "PeopleCounts", "What became of the people's skeletons.");
-  Record<show::ShowReport> show_report(m, "ShowReport", "");
-  Record<show::ReplayReport> replay_report(m, "ReplayReport", "");
-  py::class_<show::ShowListener, ListenerInPython> show_listener(
-      m, "ShowListener", "Follows a running show: derive from it and define what is of interest.");
-
   durations.method("add", &show::Durations::add, "", py::arg("seconds"))
       .method("count", &show::Durations::count, "")
       .method("mean", &show::Durations::mean, "")
@@ -86,6 +66,32 @@ void bind_show(py::module_& m) {
       .method("sum", &show::Durations::sum, "")
       .method("quantile", &show::Durations::quantile,
               "The duration that the share `q` (0..1) of all does not exceed; 0 without any.", py::arg("q"));
+
+  Record<show::WatchStatus> watch_status(m, "WatchStatus",
+                                         "Where the light is, by a camera that watches it (docs/watch.md).");
+  watch_status.fields_init()
+      .field("state", &show::WatchStatus::state, "\"ok\", \"moved\", \"no_texture\" ...: watch::to_string()")
+      .field("sentence", &show::WatchStatus::sentence, "for people")
+      .field("is_alarm", &show::WatchStatus::is_alarm, "")
+      .field("checks", &show::WatchStatus::checks, "")
+      .field("alarms", &show::WatchStatus::alarms, "")
+      .field("corrections", &show::WatchStatus::corrections, "")
+      .field("corrects", &show::WatchStatus::corrects, "what is found is corrected, not only reported")
+      .field("is_corrected", &show::WatchStatus::is_corrected,
+             "the projector does not stand where the rig file has it")
+      .field("faults", &show::WatchStatus::faults, "")
+      .field("error_mm", &show::WatchStatus::error_mm, "of the last window, RMS on the surfaces")
+      .field("error_sigma_mm", &show::WatchStatus::error_sigma_mm, "of the last window, RMS on the surfaces")
+      .field("probability", &show::WatchStatus::probability, "of such shifts without a movement")
+      .field("textured", &show::WatchStatus::textured, "cells of the last image")
+      .field("measured", &show::WatchStatus::measured, "cells of the last image")
+      .field("window_time", &show::WatchStatus::window_time,
+             "end of the last window, clock of device::now_s()")
+      .field("history_mm", &show::WatchStatus::history_mm, "errors of the last windows, oldest first");
+}
+
+void bind_metrics(py::module_& m) {
+  Record<show::Metrics> metrics(m, "Metrics", "");
   metrics.fields_init()
       .field("frames", &show::Metrics::frames, "shown")
       .field("dropped", &show::Metrics::dropped, "whose time passed while another was drawn")
@@ -116,25 +122,11 @@ void bind_show(py::module_& m) {
       .field("watch", &show::Metrics::watch, "")
       .field("contents_stopped", &show::Metrics::contents_stopped,
              "now: contents that give no new images and show their last one");
-  watch_status.fields_init()
-      .field("state", &show::WatchStatus::state, "\"ok\", \"moved\", \"no_texture\" ...: watch::to_string()")
-      .field("sentence", &show::WatchStatus::sentence, "for people")
-      .field("is_alarm", &show::WatchStatus::is_alarm, "")
-      .field("checks", &show::WatchStatus::checks, "")
-      .field("alarms", &show::WatchStatus::alarms, "")
-      .field("corrections", &show::WatchStatus::corrections, "")
-      .field("corrects", &show::WatchStatus::corrects, "what is found is corrected, not only reported")
-      .field("is_corrected", &show::WatchStatus::is_corrected,
-             "the projector does not stand where the rig file has it")
-      .field("faults", &show::WatchStatus::faults, "")
-      .field("error_mm", &show::WatchStatus::error_mm, "of the last window, RMS on the surfaces")
-      .field("error_sigma_mm", &show::WatchStatus::error_sigma_mm, "of the last window, RMS on the surfaces")
-      .field("probability", &show::WatchStatus::probability, "of such shifts without a movement")
-      .field("textured", &show::WatchStatus::textured, "cells of the last image")
-      .field("measured", &show::WatchStatus::measured, "cells of the last image")
-      .field("window_time", &show::WatchStatus::window_time,
-             "end of the last window, clock of device::now_s()")
-      .field("history_mm", &show::WatchStatus::history_mm, "errors of the last windows, oldest first");
+}
+
+void bind_inputs(py::module_& m) {
+  Record<show::WatchInput> watch_input(
+      m, "WatchInput", "A camera of the rig that watches where the light of the show is (docs/watch.md).");
   watch_input.fields_init()
       .field("camera", &show::WatchInput::camera,
              "number, device, address, topic or folder, as device::open_camera() takes it")
@@ -145,6 +137,9 @@ void bind_show(py::module_& m) {
       .field("marks", &show::WatchInput::marks, "small marks are drawn where the content has no texture")
       .field("save", &show::WatchInput::save,
              "file for the rig as corrected, written after each correction; empty: none");
+
+  Record<show::MarkerInput> marker_input(
+      m, "MarkerInput", "Poses from what a camera of the rig sees of markers (marker_source.hpp).");
   marker_input.fields_init()
       .field("camera", &show::MarkerInput::camera,
              "number, device, address, topic or folder, as device::open_camera() takes it")
@@ -153,6 +148,9 @@ void bind_show(py::module_& m) {
       .field("marker", &show::MarkerInput::marker,
              "one marker, whose frame becomes the world: DICTIONARY:ID:SIZE (io::parse_marker)")
       .field("markers", &show::MarkerInput::markers, "or a marker map file");
+
+  Record<show::DepthInput> depth_input(m, "DepthInput",
+                                       "The rig's depth camera, for surfaces that begin with \"depth:\".");
   depth_input.fields_init()
       .field("camera", &show::DepthInput::camera,
              "its name in the rig; may be empty when the rig has one camera")
@@ -162,6 +160,9 @@ void bind_show(py::module_& m) {
       .field("up", &show::DepthInput::up, "in the world; default 0,0,1, without poses 0,-1,0 (the rig's)")
       .field("silhouettes", &show::DepthInput::silhouettes,
              "what comes before the room is kept out of the light; dark without depth");
+
+  Record<show::PeopleInput> people_input(
+      m, "PeopleInput", "Skeletons of the people before the projector, whose heads are kept dark.");
   people_input.fields_init()
       .field("source", &show::PeopleInput::source,
              "udp:9100, tcp:HOST:PORT, tcp-listen:PORT, vmc:39539, log:FILE")
@@ -171,6 +172,15 @@ void bind_show(py::module_& m) {
              "from the exposure of a skeleton to its arrival, the fastest")
       .field("destinations", &show::PeopleInput::destinations,
              "SURFACE=udp:HOST:PORT: skeletons in metres of that surface");
+
+  function(m, "is_depth_source", &show::is_depth_source,
+           "Does the text name a depth camera instead of a surface file?", py::arg("surfaces"));
+  function(m, "is_shape_source", &show::is_shape_source, "Is its surface a live shape (\"depth-shape:\")?",
+           py::arg("surfaces"));
+}
+
+void bind_show_options(py::module_& m) {
+  Record<show::ShowOptions> show_options(m, "ShowOptions", "");
   show_options.fields_init()
       .field("projector", &show::ShowOptions::projector,
              "its name in the rig; may be empty when the rig has one")
@@ -224,6 +234,21 @@ void bind_show(py::module_& m) {
              "one sample a pixel: faster, and aliases where content is minified")
       .field("average_numbers", &show::ShowOptions::average_numbers,
              "average pixel values as they stand instead of the light");
+}
+
+void bind_show_files(py::module_& m) {
+  function(m, "load_options", &show::load_options,
+           "Relative file names become relative to the working directory. Throws Error(kIo), and\n"
+           "Error(kInput) with file, line and field, also for an unknown field.",
+           py::arg("path"));
+  function(m, "save_options", &show::save_options,
+           "Writes what differs from the defaults; file names become relative to the file.\n"
+           "Throws Error(kIo).",
+           py::arg("path"), py::arg("options"));
+}
+
+void bind_reports(py::module_& m) {
+  Record<show::PeopleCounts> people_counts(m, "PeopleCounts", "What became of the people's skeletons.");
   people_counts.fields_init()
       .field("frames", &show::PeopleCounts::frames, "of skeletons taken")
       .field("malformed", &show::PeopleCounts::malformed, "messages that were none")
@@ -231,14 +256,22 @@ void bind_show(py::module_& m) {
       .field("repeated", &show::PeopleCounts::repeated, "frames that came twice or late")
       .field("teleports", &show::PeopleCounts::teleports, "joints that jumped")
       .field("sent", &show::PeopleCounts::sent, "frames sent to contents");
+
+  Record<show::ShowReport> show_report(m, "ShowReport", "");
   show_report.fields_init()
       .field("metrics", &show::ShowReport::metrics, "")
       .field("poses", &show::ShowReport::poses, "by their fate")
       .field("people", &show::ShowReport::people, "");
+
+  Record<show::ReplayReport> replay_report(m, "ReplayReport", "");
   replay_report.fields_init()
       .field("frames", &show::ReplayReport::frames, "")
       .field("equal", &show::ReplayReport::equal, "to the recorded ones, bit for bit");
+}
 
+void bind_listener(py::module_& m) {
+  py::class_<show::ShowListener, ListenerInPython> show_listener(
+      m, "ShowListener", "Follows a running show: derive from it and define what is of interest.");
   show_listener.def(py::init<>())
       .def("on_start", &show::ShowListener::on_start,
            "Before the first frame: the display, the control page's address, the measured delay.",
@@ -253,23 +286,12 @@ void bind_show(py::module_& m) {
            py::arg("report"))
       .def("commands", &show::ShowListener::commands,
            "Commands to the show since the last call, JSON as the control page sends them.");
+}
 
-  function(m, "is_depth_source", &show::is_depth_source,
-           "Does the text name a depth camera instead of a surface file?", py::arg("surfaces"));
-  function(m, "is_shape_source", &show::is_shape_source, "Is its surface a live shape (\"depth-shape:\")?",
-           py::arg("surfaces"));
-  function(m, "load_options", &show::load_options,
-           "Relative file names become relative to the working directory. Throws Error(kIo), and\n"
-           "Error(kInput) with file, line and field, also for an unknown field.",
-           py::arg("path"));
-  function(m, "save_options", &show::save_options,
-           "Writes what differs from the defaults; file names become relative to the file.\n"
-           "Throws Error(kIo).",
-           py::arg("path"), py::arg("options"));
+void bind_run(py::module_& m) {
   function(m, "darkness", &show::darkness,
            "Warnings about a show that nobody could see: \"no_pose\", \"no_light\".", py::arg("report"),
            py::arg("options"));
-
   function(
       m, "run",
       [](const Rig& rig, const show::ShowOptions& options, show::ShowListener* listener) {
@@ -298,6 +320,19 @@ void bind_show(py::module_& m) {
       "Shows a recorded run again, frame by frame, and compares. Of `options`, surfaces and\n"
       "contents are those of the log. Events name conditions other than the recorded ones.",
       py::arg("rig"), py::arg("options"), py::arg("log"), py::arg("listener") = py::none());
+}
+
+}  // namespace
+
+void bind_show(py::module_& m) {
+  bind_watch_status(m);
+  bind_metrics(m);
+  bind_inputs(m);
+  bind_show_options(m);
+  bind_show_files(m);
+  bind_reports(m);
+  bind_listener(m);
+  bind_run(m);
 }
 
 }  // namespace procam::python

@@ -32,96 +32,11 @@ struct HeldPart {
   }
 };
 
-}  // namespace
-
-void bind_surface(py::module_& m) {
-  Record<surface::BlendMap> blend_map(
-      m, "BlendMap",
-      "Of each of the projector's pixels, one channel each; where no surface is, nor beside\n"
-      "the pixel: 0, 1, 0.");
-  Record<surface::Blend> blend(m, "Blend", "");
-  Record<surface::BlendedSets> blended_sets(
-      m, "BlendedSets", "What each projector of a group shows, and its maps, in one order.");
-  Record<surface::LaidOut> laid_out(m, "LaidOut", "");
-  Record<surface::SolveOptions> solve_options(m, "SolveOptions", "");
-  Record<surface::MeshGrid> mesh_grid(m, "MeshGrid",
-                                      "Cells of the content across and down; each becomes two triangles.");
-  Record<surface::WarpGrid> warp_grid(m, "WarpGrid", "");
-  Record<HeldBlendInput> blend_input(m, "BlendInput", "A projector of a group and its surfaces.");
-  Record<surface::BlendOptions> blend_options(m, "BlendOptions", "");
+void bind_visible_part(py::module_& m) {
   Record<HeldPart> visible_part(
       m, "VisiblePart",
       "One surface of a set, or all of it, as its light meets it: what other surfaces hide\n"
       "is not shown.");
-
-  blend_map.fields_init()
-      .field("weight", &surface::BlendMap::weight, "")
-      .field("gain", &surface::BlendMap::gain, "")
-      .field("lift", &surface::BlendMap::lift, "");
-  blend.fields_init()
-      .field("maps", &surface::Blend::maps, "in the order of the projectors")
-      .field("diagnostics", &surface::Blend::diagnostics,
-             "\"no_place\" for pixel surfaces, \"stays_dark\" where min_gain held E_0 up");
-  blended_sets.fields_init()
-      .field("sets", &surface::BlendedSets::sets, "")
-      .field("maps", &surface::BlendedSets::maps, "")
-      .field("brightness", &surface::BlendedSets::brightness, "")
-      .field("black", &surface::BlendedSets::black, "");
-  laid_out.fields_init()
-      .field("placement", &surface::LaidOut::placement, "of the part of the picture that shows")
-      .field("x", &surface::LaidOut::x, "the part's first pixel")
-      .field("y", &surface::LaidOut::y, "the part's first pixel")
-      .field("size", &surface::LaidOut::size, "the part's")
-      .field("mask", &surface::LaidOut::mask, "alpha over the part; empty without outline, holes and mask")
-      .method(
-          "part",
-          [](const surface::LaidOut& self, ViewU8 picture) {
-            require(self.x >= 0 && self.y >= 0 && self.x + self.size.width <= picture.width &&
-                        self.y + self.size.height <= picture.height,
-                    "LaidOut.part: the picture is smaller than the one that was laid out");
-            return self.part(picture);
-          },
-          "Of a picture of the size that was laid out.", py::arg("picture"));
-  solve_options.fields_init()
-      .field("visibility", &surface::SolveOptions::visibility,
-             "Without it `SolvedSurface::visibility`, `corners_px` and the remarks on them stay\n"
-             "empty, which takes a hundredth of the time: for a running show.")
-      .field("min_covered_share", &surface::SolveOptions::min_covered_share,
-             "Below this share of the content inside the projector's picture a warning is given.")
-      .field("largest_incidence_deg", &surface::SolveOptions::largest_incidence_deg,
-             "Warn when light meets the surface at a larger angle to its normal: errors in the\n"
-             "pose grow with 1 / cos^2.")
-      .field("false_alarm_rate", &surface::SolveOptions::false_alarm_rate,
-             "Rate at which good pairs with Gaussian errors get an \"outlying_pair\" warning, a\n"
-             "surface.")
-      .field("smallest_outlier_mm", &surface::SolveOptions::smallest_outlier_mm,
-             "Deviations below these are never called out: files carry rounded numbers.")
-      .field("smallest_outlier_px", &surface::SolveOptions::smallest_outlier_px, "");
-  mesh_grid.fields_init()
-      .field("columns", &surface::MeshGrid::columns, "")
-      .field("rows", &surface::MeshGrid::rows, "");
-  warp_grid.fields_init()
-      .field("mesh", &surface::WarpGrid::mesh, "")
-      .field("largest_error_px", &surface::WarpGrid::largest_error_px,
-             "How far, in projector pixels, linear interpolation puts places between the corners\n"
-             "from where they belong, at worst over those that belong into the picture. It falls\n"
-             "with the square of the triangles' size.");
-
-  blend_input.fields_init()
-      .field("projector", &HeldBlendInput::projector, "")
-      .field("surfaces", &HeldBlendInput::surfaces,
-             "Its surfaces; those of the same name in the others' sets are the same.")
-      .field("brightness", &HeldBlendInput::brightness, "light of its white, to a common factor (lumens)")
-      .field("black", &HeldBlendInput::black,
-             "light of its black over that of its white: 0.001 for a contrast of 1000 : 1");
-  blend_options.fields_init()
-      .field("compensate", &surface::BlendOptions::compensate,
-             "Off: all as bright as they are. On: places become as dark as the darkest; see\n"
-             "min_gain.")
-      .field("min_gain", &surface::BlendOptions::min_gain,
-             "No less than this share of what the brightest 1 % could show.")
-      .field("one_level", &surface::BlendOptions::one_level,
-             "One level for all surfaces, as for the walls of a room; else one for each.");
   visible_part
       .init(
           [](const SolvedSurfaceSet& set, const Projector& projector, std::optional<std::size_t> surface) {
@@ -139,6 +54,107 @@ void bind_surface(py::module_& m) {
       .method(
           "share", [](const HeldPart& self) { return self.part.share(); },
           "Of the projector's pixels, those that show it.");
+}
+
+void bind_blend_maps(py::module_& m) {
+  Record<surface::BlendMap> blend_map(
+      m, "BlendMap",
+      "Of each of the projector's pixels, one channel each; where no surface is, nor beside\n"
+      "the pixel: 0, 1, 0.");
+  blend_map.fields_init()
+      .field("weight", &surface::BlendMap::weight, "")
+      .field("gain", &surface::BlendMap::gain, "")
+      .field("lift", &surface::BlendMap::lift, "");
+
+  Record<surface::Blend> blend(m, "Blend", "");
+  blend.fields_init()
+      .field("maps", &surface::Blend::maps, "in the order of the projectors")
+      .field("diagnostics", &surface::Blend::diagnostics,
+             "\"no_place\" for pixel surfaces, \"stays_dark\" where min_gain held E_0 up");
+
+  Record<surface::BlendedSets> blended_sets(
+      m, "BlendedSets", "What each projector of a group shows, and its maps, in one order.");
+  blended_sets.fields_init()
+      .field("sets", &surface::BlendedSets::sets, "")
+      .field("maps", &surface::BlendedSets::maps, "")
+      .field("brightness", &surface::BlendedSets::brightness, "")
+      .field("black", &surface::BlendedSets::black, "");
+
+  Record<HeldBlendInput> blend_input(m, "BlendInput", "A projector of a group and its surfaces.");
+  blend_input.fields_init()
+      .field("projector", &HeldBlendInput::projector, "")
+      .field("surfaces", &HeldBlendInput::surfaces,
+             "Its surfaces; those of the same name in the others' sets are the same.")
+      .field("brightness", &HeldBlendInput::brightness, "light of its white, to a common factor (lumens)")
+      .field("black", &HeldBlendInput::black,
+             "light of its black over that of its white: 0.001 for a contrast of 1000 : 1");
+
+  Record<surface::BlendOptions> blend_options(m, "BlendOptions", "");
+  blend_options.fields_init()
+      .field("compensate", &surface::BlendOptions::compensate,
+             "Off: all as bright as they are. On: places become as dark as the darkest; see\n"
+             "min_gain.")
+      .field("min_gain", &surface::BlendOptions::min_gain,
+             "No less than this share of what the brightest 1 % could show.")
+      .field("one_level", &surface::BlendOptions::one_level,
+             "One level for all surfaces, as for the walls of a room; else one for each.");
+
+  function(
+      m, "blend_maps",
+      [](const std::vector<HeldBlendInput>& projectors, const surface::BlendOptions& options,
+         const std::map<std::string, ImageF>& reflectance) {
+        std::vector<surface::BlendInput> inputs;
+        for (const HeldBlendInput& one : projectors)
+          inputs.push_back({one.projector, &one.surfaces, one.brightness, one.black});
+        surface::BlendOptions with = options;
+        for (const auto& [name, image] : reflectance) with.reflectance[name] = image.view();
+        return surface::blend_maps(inputs, with);
+      },
+      "Weights, gains and lifts of projectors that overlap. `reflectance`: as captured,\n"
+      "over the content's area of surfaces by name, float32 (h, w), linear; needs\n"
+      "`compensate`.",
+      py::arg("projectors"), py::arg_v("options", surface::BlendOptions{}, "BlendOptions()"),
+      py::arg_v("reflectance", std::map<std::string, ImageF>{}, "{}"));
+}
+
+void bind_blend(py::module_& m) {
+  function(
+      m, "apply_blend",
+      [](const surface::BlendMap& map, ImageView<std::uint8_t> frame, double gamma) {
+        surface::apply_blend(map, frame, gamma);
+      },
+      "In place, to a frame of values: uint8 (h, w, c). `gamma` 0: sRGB.", py::arg("map"), py::arg("frame"),
+      py::arg("gamma") = 0.0);
+  function(
+      m, "apply_blend_light",
+      [](const surface::BlendMap& map, ImageView<float> frame) { surface::apply_blend(map, frame); },
+      "In place, to a frame of light: float32 (h, w, c).", py::arg("map"), py::arg("frame"));
+  function(
+      m, "alpha_map",
+      [](const HeldPart& part, const std::optional<ImageF>& weight) {
+        return surface::alpha_map(part.part, weight ? &*weight : nullptr);
+      },
+      "1, or `weight`, where the part is shown, else 0: float32 (h, w).", py::arg("part"),
+      py::arg("weight") = py::none());
+}
+
+void bind_lay_out(py::module_& m) {
+  Record<surface::LaidOut> laid_out(m, "LaidOut", "");
+  laid_out.fields_init()
+      .field("placement", &surface::LaidOut::placement, "of the part of the picture that shows")
+      .field("x", &surface::LaidOut::x, "the part's first pixel")
+      .field("y", &surface::LaidOut::y, "the part's first pixel")
+      .field("size", &surface::LaidOut::size, "the part's")
+      .field("mask", &surface::LaidOut::mask, "alpha over the part; empty without outline, holes and mask")
+      .method(
+          "part",
+          [](const surface::LaidOut& self, ViewU8 picture) {
+            require(self.x >= 0 && self.y >= 0 && self.x + self.size.width <= picture.width &&
+                        self.y + self.size.height <= picture.height,
+                    "LaidOut.part: the picture is smaller than the one that was laid out");
+            return self.part(picture);
+          },
+          "Of a picture of the size that was laid out.", py::arg("picture"));
 
   function(m, "lay_out", py::overload_cast<const Placement&, const Surface&, ImageSize>(&surface::lay_out),
            "The crop is taken to whole pixels of the picture, half a pixel off at most, and what\n"
@@ -154,6 +170,27 @@ void bind_surface(py::module_& m) {
            py::arg("placement"), py::arg("surface"), py::arg("picture"));
   function(m, "lay_out", py::overload_cast<const SolvedSurface&, ImageSize>(&surface::lay_out), "",
            py::arg("solved"), py::arg("picture"));
+  m.attr("kMaskSide") = surface::kMaskSide;
+}
+
+void bind_solve(py::module_& m) {
+  Record<surface::SolveOptions> solve_options(m, "SolveOptions", "");
+  solve_options.fields_init()
+      .field("visibility", &surface::SolveOptions::visibility,
+             "Without it `SolvedSurface::visibility`, `corners_px` and the remarks on them stay\n"
+             "empty, which takes a hundredth of the time: for a running show.")
+      .field("min_covered_share", &surface::SolveOptions::min_covered_share,
+             "Below this share of the content inside the projector's picture a warning is given.")
+      .field("largest_incidence_deg", &surface::SolveOptions::largest_incidence_deg,
+             "Warn when light meets the surface at a larger angle to its normal: errors in the\n"
+             "pose grow with 1 / cos^2.")
+      .field("false_alarm_rate", &surface::SolveOptions::false_alarm_rate,
+             "Rate at which good pairs with Gaussian errors get an \"outlying_pair\" warning, a\n"
+             "surface.")
+      .field("smallest_outlier_mm", &surface::SolveOptions::smallest_outlier_mm,
+             "Deviations below these are never called out: files carry rounded numbers.")
+      .field("smallest_outlier_px", &surface::SolveOptions::smallest_outlier_px, "");
+
   function(m, "solve_surfaces", &surface::solve_surfaces,
            "Any number of surfaces; an empty set gives an empty result.\n"
            "\n"
@@ -180,6 +217,23 @@ void bind_surface(py::module_& m) {
            py::arg("solved"), py::arg("projector"));
   function(m, "diagnostics_of", &surface::diagnostics_of,
            "All diagnostics of the set, each message beginning with its surface's name.", py::arg("solved"));
+}
+
+void bind_warps(py::module_& m) {
+  Record<surface::MeshGrid> mesh_grid(m, "MeshGrid",
+                                      "Cells of the content across and down; each becomes two triangles.");
+  mesh_grid.fields_init()
+      .field("columns", &surface::MeshGrid::columns, "")
+      .field("rows", &surface::MeshGrid::rows, "");
+
+  Record<surface::WarpGrid> warp_grid(m, "WarpGrid", "");
+  warp_grid.fields_init()
+      .field("mesh", &surface::WarpGrid::mesh, "")
+      .field("largest_error_px", &surface::WarpGrid::largest_error_px,
+             "How far, in projector pixels, linear interpolation puts places between the corners\n"
+             "from where they belong, at worst over those that belong into the picture. It falls\n"
+             "with the square of the triangles' size.");
+
   function(m, "warp_map", py::overload_cast<const Placement&, const Projector&>(&surface::warp_map), "",
            py::arg("placement"), py::arg("projector"));
   function(m, "position_map",
@@ -201,41 +255,6 @@ void bind_surface(py::module_& m) {
            "are made of (`grid` is ignored then), the farthest first, so that the nearer cover\n"
            "them. Throws std::invalid_argument unless there are 1 to 1024 columns and rows.",
            py::arg("placement"), py::arg("projector"), py::arg_v("grid", surface::MeshGrid{}, "MeshGrid()"));
-
-  function(
-      m, "blend_maps",
-      [](const std::vector<HeldBlendInput>& projectors, const surface::BlendOptions& options,
-         const std::map<std::string, ImageF>& reflectance) {
-        std::vector<surface::BlendInput> inputs;
-        for (const HeldBlendInput& one : projectors)
-          inputs.push_back({one.projector, &one.surfaces, one.brightness, one.black});
-        surface::BlendOptions with = options;
-        for (const auto& [name, image] : reflectance) with.reflectance[name] = image.view();
-        return surface::blend_maps(inputs, with);
-      },
-      "Weights, gains and lifts of projectors that overlap. `reflectance`: as captured,\n"
-      "over the content's area of surfaces by name, float32 (h, w), linear; needs\n"
-      "`compensate`.",
-      py::arg("projectors"), py::arg_v("options", surface::BlendOptions{}, "BlendOptions()"),
-      py::arg_v("reflectance", std::map<std::string, ImageF>{}, "{}"));
-  function(
-      m, "apply_blend",
-      [](const surface::BlendMap& map, ImageView<std::uint8_t> frame, double gamma) {
-        surface::apply_blend(map, frame, gamma);
-      },
-      "In place, to a frame of values: uint8 (h, w, c). `gamma` 0: sRGB.", py::arg("map"), py::arg("frame"),
-      py::arg("gamma") = 0.0);
-  function(
-      m, "apply_blend_light",
-      [](const surface::BlendMap& map, ImageView<float> frame) { surface::apply_blend(map, frame); },
-      "In place, to a frame of light: float32 (h, w, c).", py::arg("map"), py::arg("frame"));
-  function(
-      m, "alpha_map",
-      [](const HeldPart& part, const std::optional<ImageF>& weight) {
-        return surface::alpha_map(part.part, weight ? &*weight : nullptr);
-      },
-      "1, or `weight`, where the part is shown, else 0: float32 (h, w).", py::arg("part"),
-      py::arg("weight") = py::none());
   function(
       m, "warp_map",
       [](const HeldPart& part, const Projector& projector) {
@@ -250,8 +269,17 @@ void bind_surface(py::module_& m) {
       "Of each surface where it is the nearest: float32 (h, w, 3), metres, NaN where none\n"
       "is.",
       py::arg("part"), py::arg("projector"), py::arg("target_from_projector"));
+}
 
-  m.attr("kMaskSide") = surface::kMaskSide;
+}  // namespace
+
+void bind_surface(py::module_& m) {
+  bind_visible_part(m);
+  bind_blend_maps(m);
+  bind_blend(m);
+  bind_lay_out(m);
+  bind_solve(m);
+  bind_warps(m);
 }
 
 }  // namespace procam::python

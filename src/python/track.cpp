@@ -7,54 +7,17 @@
 
 namespace procam::python {
 
-void bind_track(py::module_& m) {
+namespace {
+
+void bind_clock(py::module_& m) {
   Enum<track::ClockVerdict>(m, "ClockVerdict", "What observe() made of a message.")
       .value("kTaken", track::ClockVerdict::kTaken, "its time is to be believed")
       .value("kDoubtful", track::ClockVerdict::kDoubtful, "its stamp contradicts the others; wait for more")
       .value("kJumped", track::ClockVerdict::kJumped,
              "the sender's clock was set: this message confirmed it, and its time is to be\n"
              "believed");
-  Enum<track::Prediction>(m, "Prediction", "")
-      .value("kAuto", track::Prediction::kAuto,
-             "all of them, weighted by how well each predicts the messages")
-      .value("kConstantTwist", track::Prediction::kConstantTwist, "arcs and straight lines")
-      .value("kConstantAcceleration", track::Prediction::kConstantAcceleration, "speeding up and braking")
-      .value("kNone", track::Prediction::kNone,
-             "the newest pose as it came: for comparison, and for what is already predicted");
-  Enum<track::TrackState>(m, "TrackState", "")
-      .value("kNone", track::TrackState::kNone, "no message yet")
-      .value("kFresh", track::TrackState::kFresh)
-      .value("kStale", track::TrackState::kStale,
-             "the newest pose is older than stale_after at the time asked for");
-  Record<track::ClockOptions> clock_options(m, "ClockOptions", "");
-  Record<track::Clock> clock(m, "Clock", "");
-  Record<track::Clock::Estimate> estimate(clock.type, "Estimate", "");
-  Record<track::LocateOptions> locate_options(m, "LocateOptions", "");
-  Record<track::LocatedMarker> located_marker(m, "LocatedMarker", "One marker of the map in the image.");
-  Record<track::LocateResult> locate_result(m, "LocateResult", "");
-  Record<track::Chain> chain(m, "Chain", "projector_from_world = projector_from_camera * camera_from_world.");
-  Record<track::StampedPose> stamped_pose(m, "StampedPose", "");
-  Record<track::PoseLogWriter> pose_log_writer(
-      m, "PoseLogWriter",
-      "Appends as messages come; what was written survives a crash of the program up to the\n"
-      "last flush().");
-  Record<track::SourceOptions> source_options(m, "SourceOptions", "");
-  Record<track::SourceStatus> source_status(m, "SourceStatus", "What a source has seen since it was opened.");
-  Record<track::TrackOptions> track_options(m, "TrackOptions", "");
-  Record<track::TrackedPose> tracked_pose(m, "TrackedPose", "");
-  Record<track::Faults> faults(
-      m, "Faults",
-      "Every message that add() got is counted in exactly one of `taken` .. `pending`; a\n"
-      "refused message leaves no trace in the pose. The last four are events.");
-  Record<track::PoseTrack> pose_track(m, "PoseTrack", "");
-  Record<track::Trajectory> trajectory(m, "Trajectory", "");
-  Record<track::Parsed> parsed(m, "Parsed",
-                               "What a piece of bytes held. Arrivals are zero: the source sets them.");
-  Record<track::PoseSource> pose_source(m, "PoseSource", "Poses as they come in.");
-  Record<track::PoseQueue, track::PoseSource> pose_queue(
-      m, "PoseQueue", "For whoever has poses in the program: pushes them, from any thread.");
-  Record<track::PoseSender> pose_sender(m, "PoseSender", "Sends poses.");
 
+  Record<track::ClockOptions> clock_options(m, "ClockOptions", "");
   clock_options.fields_init()
       .field("window", &track::ClockOptions::window,
              "seconds of the sender's clock that the line is fitted to")
@@ -71,6 +34,9 @@ void bind_track(py::module_& m) {
              "local - sender, for clocks that are known to agree (one machine, PTP):\n"
              "local_from_unix() when stamps are Unix time. Nothing is estimated then, and no\n"
              "constant delay is hidden.");
+
+  Record<track::Clock> clock(m, "Clock", "");
+  Record<track::Clock::Estimate> estimate(clock.type, "Estimate", "");
   clock
       .init([](const track::ClockOptions& options) { return track::Clock(options); }, "",
             py::arg_v("options", track::ClockOptions{}, "ClockOptions()"))
@@ -89,6 +55,16 @@ void bind_track(py::module_& m) {
       .field("sigma", &track::Clock::Estimate::sigma, "")
       .field("jitter", &track::Clock::Estimate::jitter, "mean of arrival - time, seconds")
       .field("jumps", &track::Clock::Estimate::jumps, "");
+
+  function(m, "local_from_unix", &track::local_from_unix,
+           "steady_now() less the system clock's Unix time, now: ClockOptions::known_offset for\n"
+           "stamps in Unix time of this machine, or of one that PTP keeps with it. It changes\n"
+           "when the system clock is set.");
+  m.attr("steady_now") = py::module_::import("procam").attr("steady_now");
+}
+
+void bind_locate(py::module_& m) {
+  Record<track::LocateOptions> locate_options(m, "LocateOptions", "");
   locate_options.fields_init()
       .field("outlier_px", &track::LocateOptions::outlier_px,
              "A marker whose corners lie further than this from where the others put it (and three\n"
@@ -96,6 +72,8 @@ void bind_track(py::module_& m) {
              "named.")
       .field("largest_odds", &track::LocateOptions::largest_odds,
              "Odds of the second pose from which no pose is given.");
+
+  Record<track::LocatedMarker> located_marker(m, "LocatedMarker", "One marker of the map in the image.");
   located_marker.fields_init()
       .field("id", &track::LocatedMarker::id, "")
       .field("used", &track::LocatedMarker::used, "")
@@ -103,6 +81,8 @@ void bind_track(py::module_& m) {
       .field("error_px", &track::LocatedMarker::error_px,
              "rms distance of its corners from where the fit puts them")
       .field("reason", &track::LocatedMarker::reason, "why it was rejected; empty when used");
+
+  Record<track::LocateResult> locate_result(m, "LocateResult", "");
   locate_result.fields_init()
       .field("camera_from_world", &track::LocateResult::camera_from_world, "")
       .field("covariance", &track::LocateResult::covariance,
@@ -116,9 +96,33 @@ void bind_track(py::module_& m) {
       .field("chi2_per_dof", &track::LocateResult::chi2_per_dof, "about 1 when noise and map are as stated")
       .field("markers", &track::LocateResult::markers, "")
       .field("diagnostics", &track::LocateResult::diagnostics, "");
+
+  Record<track::Chain> chain(m, "Chain", "projector_from_world = projector_from_camera * camera_from_world.");
   chain.fields_init()
       .field("links", &track::Chain::links, "in the order of multiplication, each with its own covariance")
       .field("total", &track::Chain::total, "");
+
+  function(m, "locate", &track::locate,
+           "Remarks: \"marker_left_out\" names a moved marker, \"second_pose\" gives odds above\n"
+           "1/1000, \"map_disagrees\" says that the residuals are above what image and map\n"
+           "promise, \"marker_coarse\" that neither edges nor pixels of a marker could be fitted\n"
+           "and the detector's corners are used.\n"
+           "\n"
+           "Throws Error kNotEnoughData when no marker of the map is seen, kDegenerate when the\n"
+           "markers contradict each other without a majority or when the second pose cannot be\n"
+           "excluded, kNotConverged; and std::invalid_argument when the image's size is not the\n"
+           "camera's or the map's sizes are not positive.",
+           py::arg("detections"), py::arg("camera"), py::arg("map"),
+           py::arg_v("options", track::LocateOptions{}, "LocateOptions()"));
+  function(m, "projector_chain", &track::projector_chain,
+           "The covariance of the total counts what the rig file says of the lens and of both\n"
+           "devices' places once, with its correlations: the links' own covariances overlap\n"
+           "where the lens takes part in both.",
+           py::arg("rig"), py::arg("projector"), py::arg("camera"), py::arg("seen"));
+}
+
+void bind_stamped_pose(py::module_& m) {
+  Record<track::StampedPose> stamped_pose(m, "StampedPose", "");
   stamped_pose.fields_init()
       .field("stamp", &track::StampedPose::stamp,
              "sender's clock, seconds; nullopt when the format or the sender has none")
@@ -134,26 +138,36 @@ void bind_track(py::module_& m) {
              "hat(twist).")
       .field("angular_rate", &track::StampedPose::angular_rate, "a gyro's, in the child's own frame, rad/s")
       .field("sequence", &track::StampedPose::sequence, "counts the sender's messages by one, wraps at 2^32");
+}
+
+void bind_pose_log(py::module_& m) {
+  Record<track::PoseLogWriter> pose_log_writer(
+      m, "PoseLogWriter",
+      "Appends as messages come; what was written survives a crash of the program up to the\n"
+      "last flush().");
   pose_log_writer
       .init([](const std::filesystem::path& path) { return track::PoseLogWriter(path); },
             "Throws Error(kIo).", py::arg("path"))
       .method("write", &track::PoseLogWriter::write, "", py::arg("message"))
       .method("flush", &track::PoseLogWriter::flush,
               "To the operating system. Throws Error(kIo) when the disk is full.");
-  source_options.fields_init().field(
-      "queue", &track::SourceOptions::queue,
-      "messages held between two polls; beyond, the oldest are dropped and counted");
-  source_status.fields_init()
-      .field("connected", &track::SourceStatus::connected,
-             "A datagram socket is bound, a stream has a peer, a log has messages left.")
-      .field("messages", &track::SourceStatus::messages, "well-formed poses")
-      .field("malformed", &track::SourceStatus::malformed,
-             "messages, or stretches of a stream, that are none")
-      .field("dropped", &track::SourceStatus::dropped, "well-formed poses that nobody fetched in time")
-      .field("bytes", &track::SourceStatus::bytes, "received")
-      .field("connections", &track::SourceStatus::connections, "made or accepted")
-      .field("last_error", &track::SourceStatus::last_error,
-             "of the last malformed message or failed connection; empty when none");
+
+  function(m, "read_pose_log", &track::read_pose_log,
+           "The whole log, in its order; of a run (`project-live --record`) the poses. A last\n"
+           "line that was cut is skipped. Throws Error(kIo), Error(kInput) with the line.",
+           py::arg("path"));
+}
+
+void bind_track_options(py::module_& m) {
+  Enum<track::Prediction>(m, "Prediction", "")
+      .value("kAuto", track::Prediction::kAuto,
+             "all of them, weighted by how well each predicts the messages")
+      .value("kConstantTwist", track::Prediction::kConstantTwist, "arcs and straight lines")
+      .value("kConstantAcceleration", track::Prediction::kConstantAcceleration, "speeding up and braking")
+      .value("kNone", track::Prediction::kNone,
+             "the newest pose as it came: for comparison, and for what is already predicted");
+
+  Record<track::TrackOptions> track_options(m, "TrackOptions", "");
   track_options.fields_init()
       .field("frame", &track::TrackOptions::frame,
              "Which messages are meant; empty takes the names of the first message.")
@@ -191,6 +205,21 @@ void bind_track(py::module_& m) {
       .field("confirm", &track::TrackOptions::confirm,
              "messages in a row that agree on another place, before it is believed")
       .field("blend", &track::TrackOptions::blend, "seconds in which the picture moves there");
+
+  function(m, "parse_prediction", &track::parse_prediction,
+           "\"auto\", \"twist\", \"acceleration\", \"none\". Throws Error(kInput).", py::arg("text"));
+  function(m, "to_string", py::overload_cast<track::Prediction>(&track::to_string), "",
+           py::arg("prediction"));
+}
+
+void bind_tracked_pose(py::module_& m) {
+  Enum<track::TrackState>(m, "TrackState", "")
+      .value("kNone", track::TrackState::kNone, "no message yet")
+      .value("kFresh", track::TrackState::kFresh)
+      .value("kStale", track::TrackState::kStale,
+             "the newest pose is older than stale_after at the time asked for");
+
+  Record<track::TrackedPose> tracked_pose(m, "TrackedPose", "");
   tracked_pose.fields_init()
       .field("state", &track::TrackedPose::state, "")
       .field("frame_from_child", &track::TrackedPose::frame_from_child, "")
@@ -202,6 +231,11 @@ void bind_track(py::module_& m) {
              "time asked for less that of the newest pose, seconds; negative in the past")
       .field("blend_left", &track::TrackedPose::blend_left,
              "1 right after the map jumped, 0 when the pose is where the messages say");
+
+  Record<track::Faults> faults(
+      m, "Faults",
+      "Every message that add() got is counted in exactly one of `taken` .. `pending`; a\n"
+      "refused message leaves no trace in the pose. The last four are events.");
   faults.fields_init()
       .field("taken", &track::Faults::taken, "in order and believed")
       .field("reordered", &track::Faults::reordered,
@@ -218,6 +252,12 @@ void bind_track(py::module_& m) {
       .field("clock_jumps", &track::Faults::clock_jumps, "times the sender's clock was set")
       .field("stale", &track::Faults::stale, "gaps longer than stale_after, when they ended")
       .field("lost", &track::Faults::lost, "sequence numbers that never came");
+
+  function(m, "to_string", py::overload_cast<track::TrackState>(&track::to_string), "", py::arg("state"));
+}
+
+void bind_pose_track(py::module_& m) {
+  Record<track::PoseTrack> pose_track(m, "PoseTrack", "");
   pose_track
       .init([](const track::TrackOptions& options) { return track::PoseTrack(options); },
             "Throws std::invalid_argument for options that are not positive where they must be.",
@@ -238,79 +278,16 @@ void bind_track(py::module_& m) {
               "What the messages scatter by, measured from their third differences, or as stated\n"
               "where that is not known yet: sigmas of [rotation, translation] in the child's frame.")
       .method("newest_time", &track::PoseTrack::newest_time, "");
+}
+
+void bind_trajectory(py::module_& m) {
+  Record<track::Trajectory> trajectory(m, "Trajectory", "");
   trajectory.fields_init()
       .field("format", &track::Trajectory::format, "\"TUM\", \"EuRoC\", \"KITTI\", \"rosbag\"")
       .field("poses", &track::Trajectory::poses,
              "Stamps increase; arrival is the stamp. Frames are \"map\" and \"base\" where the file\n"
              "names none.");
-  parsed.fields_init()
-      .field("poses", &track::Parsed::poses, "")
-      .field("malformed", &track::Parsed::malformed, "")
-      .field("why", &track::Parsed::why, "of the last malformed one");
 
-  pose_source
-      .method(
-          "poll",
-          [](track::PoseSource& self) {
-            std::vector<track::StampedPose> arrived;
-            self.poll(arrived);
-            return arrived;
-          },
-          "What came since the last call, in order of arrival. Never waits.")
-      .method("status", &track::PoseSource::status, "")
-      .method("rejected", &track::PoseSource::rejected,
-              "SourceStatus.malformed by cause, where the source names them.")
-      .method("description", &track::PoseSource::description,
-              "What was opened, where the text does not tell.");
-  pose_queue
-      .init([](const track::SourceOptions& options) { return std::make_unique<track::PoseQueue>(options); },
-            "", py::arg_v("options", track::SourceOptions{}, "SourceOptions()"))
-      .method("push", &track::PoseQueue::push,
-              "A pose that is not finite or whose quaternion is no rotation is counted as\n"
-              "malformed. Returns whether it was taken.",
-              py::arg("message"));
-  pose_sender
-      .method(
-          "send", [](track::PoseSender& self, const py::bytes& bytes) { self.send(std::string(bytes)); }, "",
-          py::arg("bytes"))
-      .method(
-          "encoded",
-          [](const track::PoseSender& self, const track::StampedPose& message) {
-            return py::bytes(self.encoded(message));
-          },
-          "", py::arg("message"))
-      .method("has_receiver", &track::PoseSender::has_receiver, "");
-
-  function(m, "local_from_unix", &track::local_from_unix,
-           "steady_now() less the system clock's Unix time, now: ClockOptions::known_offset for\n"
-           "stamps in Unix time of this machine, or of one that PTP keeps with it. It changes\n"
-           "when the system clock is set.");
-  function(m, "locate", &track::locate,
-           "Remarks: \"marker_left_out\" names a moved marker, \"second_pose\" gives odds above\n"
-           "1/1000, \"map_disagrees\" says that the residuals are above what image and map\n"
-           "promise, \"marker_coarse\" that neither edges nor pixels of a marker could be fitted\n"
-           "and the detector's corners are used.\n"
-           "\n"
-           "Throws Error kNotEnoughData when no marker of the map is seen, kDegenerate when the\n"
-           "markers contradict each other without a majority or when the second pose cannot be\n"
-           "excluded, kNotConverged; and std::invalid_argument when the image's size is not the\n"
-           "camera's or the map's sizes are not positive.",
-           py::arg("detections"), py::arg("camera"), py::arg("map"),
-           py::arg_v("options", track::LocateOptions{}, "LocateOptions()"));
-  function(m, "projector_chain", &track::projector_chain,
-           "The covariance of the total counts what the rig file says of the lens and of both\n"
-           "devices' places once, with its correlations: the links' own covariances overlap\n"
-           "where the lens takes part in both.",
-           py::arg("rig"), py::arg("projector"), py::arg("camera"), py::arg("seen"));
-  function(m, "read_pose_log", &track::read_pose_log,
-           "The whole log, in its order; of a run (`project-live --record`) the poses. A last\n"
-           "line that was cut is skipped. Throws Error(kIo), Error(kInput) with the line.",
-           py::arg("path"));
-  function(m, "parse_prediction", &track::parse_prediction,
-           "\"auto\", \"twist\", \"acceleration\", \"none\". Throws Error(kInput).", py::arg("text"));
-  function(m, "to_string", py::overload_cast<track::Prediction>(&track::to_string), "",
-           py::arg("prediction"));
-  function(m, "to_string", py::overload_cast<track::TrackState>(&track::to_string), "", py::arg("state"));
   function(m, "read_trajectory", &track::read_trajectory,
            "`file`: a path, or of KITTI \"poses+times\". Throws Error(kIo), Error(kInput) with the\n"
            "line, Error(kNotEnoughData) for a file without poses.",
@@ -319,24 +296,22 @@ void bind_track(py::module_& m) {
            "Waypoints in a plane: lines of \"time x y yaw_deg\" between blanks or commas, seconds\n"
            "and metres; '#' begins a comment. Errors as above.",
            py::arg("file"));
+}
+
+void bind_wire(py::module_& m) {
+  Record<track::Parsed> parsed(m, "Parsed",
+                               "What a piece of bytes held. Arrivals are zero: the source sets them.");
+  parsed.fields_init()
+      .field("poses", &track::Parsed::poses, "")
+      .field("malformed", &track::Parsed::malformed, "")
+      .field("why", &track::Parsed::why, "of the last malformed one");
+
   function(m, "parse_poses", &track::parse_poses,
            "JSON lines and binary messages, in any mixture: one datagram.", py::arg("datagram"));
   function(m, "to_json_line", &track::to_json_line,
            "What the parsers read back. JSON ends in a newline. OSC: without twist or\n"
            "covariance.",
            py::arg("message"));
-
-  function(m, "open_pose_source", &dds::open_pose_source,
-           "Opens a source by its text. Throws Error(kInput) for a text that names none or a log\n"
-           "that is none, Error(kDevice) for a port that cannot be bound. A peer that is not\n"
-           "there yet is no error: the source tries again after 0.1 s, 0.2 s, ... 3 s.",
-           py::arg("text"), py::arg_v("options", track::SourceOptions{}, "SourceOptions()"));
-  function(m, "open_pose_sender", &track::open_pose_sender,
-           "\"udp:HOST:PORT\", \"osc:HOST:PORT\", \"psn:[GROUP:]PORT\", \"tcp:HOST:PORT\" (connects,\n"
-           "again when it ends), \"tcp-listen:PORT\" (everybody who connects gets all). `binary`:\n"
-           "udp and tcp send the binary form. Throws Error(kInput), Error(kDevice).",
-           py::arg("text"), py::arg("binary"));
-  m.attr("steady_now") = py::module_::import("procam").attr("steady_now");
   function(
       m, Gil::kHeld, "to_binary",
       [](const track::StampedPose& message) { return py::bytes(track::to_binary(message)); }, "",
@@ -351,8 +326,96 @@ void bind_track(py::module_& m) {
       "Several trackers make one packet; IDs are taken from children named \"tracker ID\",\n"
       "else 0.",
       py::arg("message"));
-
   m.attr("kFarthest") = track::kFarthest;
+}
+
+void bind_pose_sources(py::module_& m) {
+  Record<track::SourceOptions> source_options(m, "SourceOptions", "");
+  source_options.fields_init().field(
+      "queue", &track::SourceOptions::queue,
+      "messages held between two polls; beyond, the oldest are dropped and counted");
+
+  Record<track::SourceStatus> source_status(m, "SourceStatus", "What a source has seen since it was opened.");
+  source_status.fields_init()
+      .field("connected", &track::SourceStatus::connected,
+             "A datagram socket is bound, a stream has a peer, a log has messages left.")
+      .field("messages", &track::SourceStatus::messages, "well-formed poses")
+      .field("malformed", &track::SourceStatus::malformed,
+             "messages, or stretches of a stream, that are none")
+      .field("dropped", &track::SourceStatus::dropped, "well-formed poses that nobody fetched in time")
+      .field("bytes", &track::SourceStatus::bytes, "received")
+      .field("connections", &track::SourceStatus::connections, "made or accepted")
+      .field("last_error", &track::SourceStatus::last_error,
+             "of the last malformed message or failed connection; empty when none");
+
+  Record<track::PoseSource> pose_source(m, "PoseSource", "Poses as they come in.");
+  pose_source
+      .method(
+          "poll",
+          [](track::PoseSource& self) {
+            std::vector<track::StampedPose> arrived;
+            self.poll(arrived);
+            return arrived;
+          },
+          "What came since the last call, in order of arrival. Never waits.")
+      .method("status", &track::PoseSource::status, "")
+      .method("rejected", &track::PoseSource::rejected,
+              "SourceStatus.malformed by cause, where the source names them.")
+      .method("description", &track::PoseSource::description,
+              "What was opened, where the text does not tell.");
+
+  Record<track::PoseQueue, track::PoseSource> pose_queue(
+      m, "PoseQueue", "For whoever has poses in the program: pushes them, from any thread.");
+  pose_queue
+      .init([](const track::SourceOptions& options) { return std::make_unique<track::PoseQueue>(options); },
+            "", py::arg_v("options", track::SourceOptions{}, "SourceOptions()"))
+      .method("push", &track::PoseQueue::push,
+              "A pose that is not finite or whose quaternion is no rotation is counted as\n"
+              "malformed. Returns whether it was taken.",
+              py::arg("message"));
+
+  function(m, "open_pose_source", &dds::open_pose_source,
+           "Opens a source by its text. Throws Error(kInput) for a text that names none or a log\n"
+           "that is none, Error(kDevice) for a port that cannot be bound. A peer that is not\n"
+           "there yet is no error: the source tries again after 0.1 s, 0.2 s, ... 3 s.",
+           py::arg("text"), py::arg_v("options", track::SourceOptions{}, "SourceOptions()"));
+}
+
+void bind_pose_sender(py::module_& m) {
+  Record<track::PoseSender> pose_sender(m, "PoseSender", "Sends poses.");
+  pose_sender
+      .method(
+          "send", [](track::PoseSender& self, const py::bytes& bytes) { self.send(std::string(bytes)); }, "",
+          py::arg("bytes"))
+      .method(
+          "encoded",
+          [](const track::PoseSender& self, const track::StampedPose& message) {
+            return py::bytes(self.encoded(message));
+          },
+          "", py::arg("message"))
+      .method("has_receiver", &track::PoseSender::has_receiver, "");
+
+  function(m, "open_pose_sender", &track::open_pose_sender,
+           "\"udp:HOST:PORT\", \"osc:HOST:PORT\", \"psn:[GROUP:]PORT\", \"tcp:HOST:PORT\" (connects,\n"
+           "again when it ends), \"tcp-listen:PORT\" (everybody who connects gets all). `binary`:\n"
+           "udp and tcp send the binary form. Throws Error(kInput), Error(kDevice).",
+           py::arg("text"), py::arg("binary"));
+}
+
+}  // namespace
+
+void bind_track(py::module_& m) {
+  bind_clock(m);
+  bind_locate(m);
+  bind_stamped_pose(m);
+  bind_pose_log(m);
+  bind_track_options(m);
+  bind_tracked_pose(m);
+  bind_pose_track(m);
+  bind_trajectory(m);
+  bind_wire(m);
+  bind_pose_sources(m);
+  bind_pose_sender(m);
 }
 
 }  // namespace procam::python

@@ -80,6 +80,20 @@ void set_error(const Error& error) {
   PyErr_SetObject(error_type, made.ptr());
 }
 
+void bind_error(py::module_& package) {
+  error_type = PyErr_NewExceptionWithDoc("procam.Error", kErrorDoc, PyExc_RuntimeError, nullptr);
+  package.attr("Error") = py::handle(error_type);
+  // By value: the type that pybind11 calls.
+  py::register_exception_translator(
+      [](std::exception_ptr thrown) {  // NOLINT(performance-unnecessary-value-param)
+        try {
+          if (thrown) std::rethrow_exception(thrown);
+        } catch (const Error& error) {
+          set_error(error);
+        }
+      });
+}
+
 py::module_ submodule(const py::module_& package, const std::string& name, const char* doc) {
   const std::string full = package.attr("__name__").cast<std::string>() + "." + name;
   auto module = py::reinterpret_borrow<py::module_>(PyImport_AddModule(full.c_str()));
@@ -96,18 +110,7 @@ PYBIND11_MODULE(_procam, module) {
   py::options options;
   options.disable_enum_members_docstring();
 
-  error_type = PyErr_NewExceptionWithDoc("procam.Error", kErrorDoc, PyExc_RuntimeError, nullptr);
-  package.attr("Error") = py::handle(error_type);
-  // By value: the type that pybind11 calls.
-  py::register_exception_translator(
-      [](std::exception_ptr thrown) {  // NOLINT(performance-unnecessary-value-param)
-        try {
-          if (thrown) std::rethrow_exception(thrown);
-        } catch (const Error& error) {
-          set_error(error);
-        }
-      });
-
+  bind_error(package);
   bind_core_base(package);
   bind_core_geometry(package);
   bind_core_lens(package);
@@ -118,6 +121,7 @@ PYBIND11_MODULE(_procam, module) {
   bind_pattern(pattern);
   py::module_ io = submodule(package, "io", "File formats.");
   bind_io(io);
+  bind_io_exchange(io);
   py::module_ detect = submodule(package, "detect", "Boards and markers in images.");
   bind_detect(detect);
   py::module_ surface = submodule(package, "surface", "Surfaces to placements, blending and warps.");
@@ -131,15 +135,19 @@ PYBIND11_MODULE(_procam, module) {
   py::module_ simulate =
       submodule(package, "simulate", "Simulated captures, rooms and robots, with their truth.");
   bind_simulate(simulate);
+  bind_simulate_room(simulate);
   py::module_ session = submodule(package, "session", "Folders of captures.");
+  bind_session_views(session);
   bind_session(session);
   py::module_ scan = submodule(package, "scan", "The shape of a room, from structured light.");
   bind_scan(scan);
   py::module_ depth = submodule(package, "depth", "Planes in depth images.");
   bind_depth(depth);
+  bind_depth_heights(depth);
   py::module_ analyze =
       submodule(package, "analyze", "The error in millimetres: predicted, drawn, measured.");
   bind_analyze(analyze);
+  bind_analyze_projection(analyze);
   py::module_ report = submodule(package, "report", "Results as JSON, lines and pages.");
   bind_report(report);
   py::module_ show = submodule(package, "show", "Content on surfaces, live.");

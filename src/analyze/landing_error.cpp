@@ -29,21 +29,66 @@ LandingError::SourceError pose_source(const std::string& name,
   return source;
 }
 
+/// Where the light of a pixel lands.
+struct Landing {
+  const LightPath& path;
+  Vec2 pixel, on_surface;
+};
+
 /// Half the sum of what errors along +-each column of `root` do together, from exact landings: the second
 /// derivative's trace.
 template <typename Errors>
-Vec2 second_order_of(const LightPath& path, const Vec2& pixel, const Vec2& on_surface, const MatX& root,
-                     const Errors& errors_of) {
+Vec2 second_order_of(const Landing& at, const MatX& root, const Errors& errors_of) {
   Vec2 sum = Vec2::Zero();
   for (Eigen::Index i = 0; i < root.cols(); ++i) {
     if (root.col(i).cwiseAbs().maxCoeff() == 0) continue;
-    const auto forward = land(path, pixel, errors_of(VecX(root.col(i)))),
-               back = land(path, pixel, errors_of(VecX(-root.col(i))));
+    const auto forward = land(at.path, at.pixel, errors_of(VecX(root.col(i)))),
+               back = land(at.path, at.pixel, errors_of(VecX(-root.col(i))));
     // Past the horizon no series holds: infinitely bad.
     if (!forward || !back) return Vec2::Constant(1e300);
-    sum += 0.5 * (*forward + *back) - on_surface;
+    sum += 0.5 * (*forward + *back) - at.on_surface;
   }
   return sum;
+}
+
+/// The errors of the chain when one increment alone is wrong.
+auto one_increment(Vec6 ChainErrors::*increment) {
+  return [increment](const VecX& e) {
+    ChainErrors errors;
+    errors.*increment = e;
+    return errors;
+  };
+}
+
+void add_calibration(const CalibrationErrors& all, const ChainDerivatives& chain, const Landing& at,
+                     LandingError& error) {
+  const MatX by_all = all.landing_by(chain);
+  const auto spread = [&](Eigen::Index first, Eigen::Index size) -> Mat2 {
+    return by_all.middleCols(first, size) * all.covariance.block(first, first, size, size) *
+           by_all.middleCols(first, size).transpose();
+  };
+  LandingError::SourceError calibration{"calibration", Vec2::Zero(), spread(0, by_all.cols()), {}};
+  calibration.parts.push_back({"lens", Vec2::Zero(), spread(0, all.lens), {}});
+  if (all.has_mount()) calibration.parts.push_back({"mount", Vec2::Zero(), spread(all.lens, 6), {}});
+  const Eigen::Index camera = all.rig_by_camera.cols();
+  if (camera > 0)
+    calibration.parts.push_back({"camera", Vec2::Zero(), spread(by_all.cols() - camera, camera), {}});
+  error.sources.push_back(calibration);
+  error.second_order += second_order_of(at, square_root(all.covariance, "calibration"),
+                                        [&](const VecX& e) { return all.chain_errors(e); });
+}
+
+struct PoseError {
+  const char* name;
+  const Eigen::Matrix<double, 2, 6>& by_increment;
+  const Mat6& covariance;
+  Vec6 ChainErrors::*increment;
+};
+void add_pose(const PoseError& pose, const Landing& at, LandingError& error) {
+  const MatX root = square_root(pose.covariance, pose.name);
+  if (pose.covariance.isZero(0)) return;
+  error.sources.push_back(pose_source(pose.name, pose.by_increment, pose.covariance));
+  error.second_order += second_order_of(at, root, one_increment(pose.increment));
 }
 
 }  // namespace
@@ -75,50 +120,18 @@ std::optional<LandingError> landing_error(const LightPath& path, const ErrorSour
     landed = *moved;
     chain = chain_there;
   }
-  const auto add_second_order = [&](const MatX& root, const auto& errors_of) {
-    error.second_order += second_order_of(at_mean, error.pixel, landed, root, errors_of);
-  };
-
-  if (!sources.calibration.empty()) {
-    const CalibrationErrors all(path, sources);
-    const MatX by_all = all.landing_by(*chain);
-    const auto spread = [&](Eigen::Index first, Eigen::Index size) -> Mat2 {
-      return by_all.middleCols(first, size) * all.covariance.block(first, first, size, size) *
-             by_all.middleCols(first, size).transpose();
-    };
-    LandingError::SourceError calibration{"calibration", Vec2::Zero(), spread(0, by_all.cols()), {}};
-    calibration.parts.push_back({"lens", Vec2::Zero(), spread(0, all.lens), {}});
-    if (all.has_mount()) calibration.parts.push_back({"mount", Vec2::Zero(), spread(all.lens, 6), {}});
-    const Eigen::Index camera = all.rig_by_camera.cols();
-    if (camera > 0)
-      calibration.parts.push_back({"camera", Vec2::Zero(), spread(by_all.cols() - camera, camera), {}});
-    error.sources.push_back(calibration);
-    add_second_order(square_root(all.covariance, "calibration"),
-                     [&](const VecX& e) { return all.chain_errors(e); });
-  }
-  const auto add_pose = [&](const char* name, const Eigen::Matrix<double, 2, 6>& by_increment,
-                            const Mat6& covariance, Vec6 ChainErrors::*increment) {
-    const MatX root = square_root(covariance, name);
-    if (covariance.isZero(0)) return;
-    error.sources.push_back(pose_source(name, by_increment, covariance));
-    add_second_order(root, [&](const VecX& e) {
-      ChainErrors errors;
-      errors.*increment = e;
-      return errors;
-    });
-  };
-  if (path.through_pose) add_pose("rig pose", chain->by_rig, sources.rig_pose, &ChainErrors::rig);
-  add_pose("map", chain->by_surface, sources.map, &ChainErrors::surface);
+  const Landing landing{at_mean, error.pixel, landed};
+  if (!sources.calibration.empty()) add_calibration(CalibrationErrors(path, sources), *chain, landing, error);
+  if (path.through_pose)
+    add_pose({"rig pose", chain->by_rig, sources.rig_pose, &ChainErrors::rig}, landing, error);
+  add_pose({"map", chain->by_surface, sources.map, &ChainErrors::surface}, landing, error);
   if (path.through_pose && !(motion.mean.isZero(0) && motion.covariance.isZero(0))) {
     error.sources.push_back({"delay",
                              Vec2(landed - on_surface),
                              Mat2(chain->by_rig * motion.covariance * chain->by_rig.transpose()),
                              {}});
-    add_second_order(square_root(motion.covariance, "delay"), [&](const VecX& e) {
-      ChainErrors errors;
-      errors.rig = e;
-      return errors;
-    });
+    error.second_order +=
+        second_order_of(landing, square_root(motion.covariance, "delay"), one_increment(&ChainErrors::rig));
   }
   if (sources.pixel_sigma > 0)
     error.sources.push_back(

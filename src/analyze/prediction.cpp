@@ -168,6 +168,37 @@ std::vector<Sweep> sweeps_of(const LightPath& path, const ErrorSources& sources,
   return curves;
 }
 
+/// On the surface: the lit point nearest to the content's middle. There is one.
+Vec2 lit_middle(const SurfacePrediction& prediction) {
+  Vec2 middle = Vec2::Zero();
+  double nearest = 1e300;
+  for (std::size_t i = 0; i < prediction.grid.size(); ++i) {
+    const double away = (prediction.content[i] - Vec2(0.5, 0.5)).norm();
+    if (!prediction.grid[i] || away >= nearest) continue;
+    nearest = away;
+    middle = prediction.grid[i]->on_surface;
+  }
+  return middle;
+}
+
+/// The same errors by Monte Carlo, at the lit points of the grid.
+void add_draws(const LightPath& path, const ErrorSources& sources, const MonteCarloOptions& draws,
+               const std::vector<const LandingError*>& lit, SurfacePrediction& prediction) {
+  Points2 points;
+  for (const LandingError* error : lit) points.push_back(error->on_surface);
+  const auto drawn = monte_carlo_landing(path, sources, points, draws);
+  prediction.drawn.resize(prediction.grid.size());
+  std::size_t next = 0;
+  double squares = 0;
+  for (std::size_t i = 0; i < prediction.grid.size(); ++i) {
+    if (!prediction.grid[i]) continue;
+    prediction.drawn[i] = drawn[next++];
+    const double rms = prediction.drawn[i] ? prediction.drawn[i]->rms() : 0;
+    squares += rms * rms;
+  }
+  prediction.drawn_rms_mm = 1e3 * std::sqrt(squares / double(lit.size()));
+}
+
 void remark(SurfacePrediction& prediction, const std::vector<const LandingError*>& lit) {
   if (prediction.lit_share < 1)
     prediction.diagnostics.warn("not_lit", "the projector's picture misses " +
@@ -239,31 +270,8 @@ SurfacePrediction predict_surface(const std::string& name, const LightPath& path
   prediction.rms_mm = 1e3 * std::sqrt(sum / double(lit.size()));
   prediction.causes = rank_causes(lit);
   prediction.advice = advice_for(prediction, sources);
-  // The lit point nearest to the content's middle.
-  const LandingError* middle = lit.front();
-  double nearest = 1e300;
-  for (std::size_t i = 0; i < prediction.grid.size(); ++i) {
-    const double away = (prediction.content[i] - Vec2(0.5, 0.5)).norm();
-    if (!prediction.grid[i] || away >= nearest) continue;
-    nearest = away;
-    middle = &*prediction.grid[i];
-  }
-  prediction.sweeps = sweeps_of(path, sources, middle->on_surface);
-  if (draws) {
-    Points2 points;
-    for (const LandingError* error : lit) points.push_back(error->on_surface);
-    const auto drawn = monte_carlo_landing(path, sources, points, *draws);
-    prediction.drawn.resize(prediction.grid.size());
-    std::size_t next = 0;
-    double squares = 0;
-    for (std::size_t i = 0; i < prediction.grid.size(); ++i) {
-      if (!prediction.grid[i]) continue;
-      prediction.drawn[i] = drawn[next++];
-      const double rms = prediction.drawn[i] ? prediction.drawn[i]->rms() : 0;
-      squares += rms * rms;
-    }
-    prediction.drawn_rms_mm = 1e3 * std::sqrt(squares / double(lit.size()));
-  }
+  prediction.sweeps = sweeps_of(path, sources, lit_middle(prediction));
+  if (draws) add_draws(path, sources, *draws, lit, prediction);
   remark(prediction, lit);
   return prediction;
 }

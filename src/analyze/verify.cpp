@@ -52,6 +52,16 @@ Which agreeing(const Fit& robust, const Which& marks, double rate, std::vector<V
   return used;
 }
 
+/// Times the detected noise, one at least: what the movements that explain most leave.
+double remaining_scatter(const Fit& any, std::size_t marks) {
+  const double spare = 2 * double(marks) - kDirections;
+  const double scatter = std::sqrt(std::max(1.0, any.squares.sum() / spare));
+  if (scatter > kAbsurdScatter)
+    refuse_contradiction(fixed(scatter, 0) +
+                         " times the detected noise remain after any movement of projector or surface");
+  return scatter;
+}
+
 /// Squared length of the errors' projection onto what rigid movements can do, and their number.
 struct CommonMovement {
   double chi2 = 0;
@@ -179,6 +189,8 @@ void check(const StatedSurface& surface, const std::vector<LightPoint>& marks, c
                 mark.camera_covariance.allFinite() && mark.camera_covariance(0, 0) > 0 &&
                 mark.camera_covariance.determinant() > 0,
             "verify: a mark's pixel is not finite or its covariance not positive definite");
+  require(!(surface.jacobian_camera.size() > 0 && options.correct == Correct::kSurface),
+          "verify: a surface that the camera measured in this very view needs no correction");
 }
 
 /// The marks whose rays meet the surface.
@@ -214,6 +226,35 @@ void require_an_area(const MarkChain& chain, const Which& marks) {
   if (!(spread.values[1] > kThinnest * kThinnest * spread.values[0]))
     throw Error(ErrorKind::kDegenerate, "the marks of light", "they lie on one line of the surface",
                 "let the pattern cover an area of it");
+}
+
+/// Is the common movement more than chance makes of marks that did not move?
+void test_for_movement(const CommonMovement& common, const VerifyOptions& options, VerifyResult& result) {
+  result.chi2 = common.chi2;
+  result.degrees_of_freedom = common.degrees_of_freedom;
+  result.false_alarm_rate = options.false_alarm_rate;
+  result.limit = internal::chi_square_limit(options.false_alarm_rate, common.degrees_of_freedom);
+  result.alarm = result.chi2 > result.limit;
+}
+
+/// The error of each mark that meets the surface, and whether it is beyond its own limit.
+void judge_marks(const MarkChain& chain, const Which& meet, const Moved& corrected, VerifyResult& result) {
+  const LinearMarks linear = *chain.linearise(meet, {});
+  const double limit = -2 * std::log(result.false_alarm_rate / double(meet.size()));
+  for (std::size_t i = 0; i < meet.size(); ++i) {
+    VerifiedMark& mark = result.marks[meet[i]];
+    const auto by_state = linear.by_state.middleRows(Eigen::Index(2 * i), 2);
+    mark.intended = *chain.intended(meet[i]);
+    mark.error = linear.error.segment<2>(Eigen::Index(2 * i));
+    mark.covariance =
+        result.scatter * result.scatter * linear.noise[i] + by_state * chain.stated() * by_state.transpose();
+    const Mat2 root = cholesky_lower(mark.covariance);
+    const double first = mark.error.x() / root(0, 0),
+                 second = (mark.error.y() - root(1, 0) * first) / root(1, 1);
+    mark.chi2 = first * first + second * second;
+    mark.beyond = mark.chi2 > limit;
+    mark.error_after = chain.error(meet[i], corrected).value_or(mark.error);
+  }
 }
 
 Rig corrected_rig(Rig rig, const MarkChain& chain, const RigProjector& projector, const Fit& fit) {
@@ -300,8 +341,6 @@ VerifyResult verify(const Rig& rig, const RigCamera& camera, const RigProjector&
                     const VerifyOptions& options) {
   check(surface, marks, options);
   const bool camera_measured = surface.jacobian_camera.size() > 0;
-  require(!(camera_measured && options.correct == Correct::kSurface),
-          "verify: a surface that the camera measured in this very view needs no correction");
   const Pose& rig_from_surface = surface.rig_from_surface.pose;
   const MarkChain chain(rig, camera, projector, surface, marks);
   VerifyResult result;
@@ -318,18 +357,9 @@ VerifyResult verify(const Rig& rig, const RigCamera& camera, const RigProjector&
   result.used = int(used.size());
   require_an_area(chain, used);
 
-  const double spare = 2 * double(used.size()) - kDirections;
   const Fit any = fit(used, {true, true}, 1);
-  result.scatter = std::sqrt(std::max(1.0, any.squares.sum() / spare));
-  if (result.scatter > kAbsurdScatter)
-    refuse_contradiction(fixed(result.scatter, 0) +
-                         " times the detected noise remain after any movement of projector or surface");
-  const CommonMovement common = common_movement(chain, used, result.scatter, rig_from_surface);
-  result.chi2 = common.chi2;
-  result.degrees_of_freedom = common.degrees_of_freedom;
-  result.false_alarm_rate = options.false_alarm_rate;
-  result.limit = internal::chi_square_limit(options.false_alarm_rate, common.degrees_of_freedom);
-  result.alarm = result.chi2 > result.limit;
+  result.scatter = remaining_scatter(any, used.size());
+  test_for_movement(common_movement(chain, used, result.scatter, rig_from_surface), options, result);
 
   const Fit by_projector = fit(used, {true, false}, result.scatter),
             by_surface = fit(used, {false, true}, result.scatter);
@@ -361,22 +391,7 @@ VerifyResult verify(const Rig& rig, const RigCamera& camera, const RigProjector&
   result.rms = root_mean_square(chain, used, {}, &result.worst);
   result.rms_after = root_mean_square(chain, used, corrected, &result.worst_after);
   result.scatter_rms = root_mean_square(chain, used, any.moved);
-  const LinearMarks linear = *chain.linearise(meet, {});
-  const double limit = -2 * std::log(options.false_alarm_rate / double(meet.size()));
-  for (std::size_t i = 0; i < meet.size(); ++i) {
-    VerifiedMark& mark = result.marks[meet[i]];
-    const auto by_state = linear.by_state.middleRows(Eigen::Index(2 * i), 2);
-    mark.intended = *chain.intended(meet[i]);
-    mark.error = linear.error.segment<2>(Eigen::Index(2 * i));
-    mark.covariance =
-        result.scatter * result.scatter * linear.noise[i] + by_state * chain.stated() * by_state.transpose();
-    const Mat2 root = cholesky_lower(mark.covariance);
-    const double first = mark.error.x() / root(0, 0),
-                 second = (mark.error.y() - root(1, 0) * first) / root(1, 1);
-    mark.chi2 = first * first + second * second;
-    mark.beyond = mark.chi2 > limit;
-    mark.error_after = chain.error(meet[i], corrected).value_or(mark.error);
-  }
+  judge_marks(chain, meet, corrected, result);
   add_remarks(rig, surface, options, result);
   return result;
 }

@@ -165,6 +165,32 @@ Marks unused_observations(const CalibrationResult& result, const Correspondences
   return marks;
 }
 
+/// The cells of a picture, of this first corner and size, in which nothing was observed.
+std::string empty_cells(const std::vector<int>& counts, const Vec2& first, const Vec2& size) {
+  const Vec2 cell(size.x() / kCellColumns, size.y() / kCellRows);
+  std::string content;
+  for (int row = 0; row < kCellRows; ++row)
+    for (int column = 0; column < kCellColumns; ++column)
+      if (counts[std::size_t(row * kCellColumns + column)] == 0)
+        content += rectangle("class=\"empty\"", first + Vec2(column * cell.x(), row * cell.y()), cell);
+  return content;
+}
+
+/// Dots in the colours of the views, and crosses for outliers.
+std::string observations_of_views(const CalibrationResult& result, int device, double em) {
+  std::string content;
+  for (std::size_t v = 0; v < result.views.size(); ++v) {
+    Marks dots;
+    for (const Residual& r : result.residuals)
+      if (r.device == device && r.view == int(v) && r.used && r.pixel.allFinite()) dots.dot(r.pixel);
+    content += dots.path(stroke_of(int(v)), result.views[v].name);
+  }
+  Marks outliers;
+  for (const Residual& r : result.residuals)
+    if (r.device == device && !r.used && r.pixel.allFinite()) outliers.cross(r.pixel, 0.35 * em);
+  return content + outliers.path("class=\"out\"", "rejected");
+}
+
 /// The d of a path through a board's outermost points as a device would see them; empty where it cannot.
 std::string outline_of_points(const CalibrationResult& result, const Board& board, int device,
                               const Pose& rig_from_board) {
@@ -202,23 +228,10 @@ std::string coverage(const CalibrationResult& result, const Correspondences& dat
 
   std::string content = rectangle("class=\"frame\"", first, size);
   const std::vector<int> counts = cell_counts(result, device, about.size);
-  const Vec2 cell(size.x() / kCellColumns, size.y() / kCellRows);
-  for (int row = 0; row < kCellRows; ++row)
-    for (int column = 0; column < kCellColumns; ++column)
-      if (counts[std::size_t(row * kCellColumns + column)] == 0)
-        content += rectangle("class=\"empty\"", first + Vec2(column * cell.x(), row * cell.y()), cell);
+  content += empty_cells(counts, first, size);
   const Marks unused = unused_observations(result, data, about.name, 0.2 * em);
   content += unused.path("class=\"unused\"", "view rejected");
-  for (std::size_t v = 0; v < result.views.size(); ++v) {
-    Marks dots;
-    for (const Residual& r : result.residuals)
-      if (r.device == device && r.view == int(v) && r.used && r.pixel.allFinite()) dots.dot(r.pixel);
-    content += dots.path(stroke_of(int(v)), result.views[v].name);
-  }
-  Marks outliers;
-  for (const Residual& r : result.residuals)
-    if (r.device == device && !r.used && r.pixel.allFinite()) outliers.cross(r.pixel, 0.35 * em);
-  content += outliers.path("class=\"out\"", "rejected");
+  content += observations_of_views(result, device, em);
 
   const std::string board_next =
       next ? outline_of_points(result, data.board, device, next->rig_from_board) : "";

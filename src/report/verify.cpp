@@ -72,24 +72,24 @@ std::string region(const Vec2& at, const Mat2& covariance, double scale) {
                  "");
 }
 
-}  // namespace
+constexpr const char* kBefore = "fill=\"none\" stroke=\"#c62f2f\" stroke-width=\"1.3\"";
+constexpr const char* kAfter = "fill=\"none\" stroke=\"#1b7f3b\" stroke-width=\"1.3\"";
+constexpr const char* kRejected = "fill=\"none\" stroke=\"#b58900\" stroke-width=\"1.3\"";
 
-std::string verify_picture(const VerifyResult& result, const Points2& content) {
-  require(!result.marks.empty(), "verify_picture: there are no marks");
-  const SurfaceFrame frame = frame_round(result, content);
-  const double magnification = magnification_of(result, frame), scale = magnification * frame.units_per_metre;
-  const bool corrected = result.rig || result.rig_from_surface;
-  std::string drawing = rectangle("fill=\"#fff\"", Vec2::Zero(), Vec2(kSheetWidth, frame.height() + kFoot));
-  if (content.size() >= 3) {
-    std::string outline = "M";
-    for (std::size_t i = 0; i < content.size(); ++i)
-      outline += (i > 0 ? "L" : "") + position(frame.at(content[i]));
-    drawing += element("path", "d=\"" + outline + "Z\" fill=\"#f4f6f9\" stroke=\"#9aa3ad\"", "");
-  }
-  const char* const kBefore = "fill=\"none\" stroke=\"#c62f2f\" stroke-width=\"1.3\"";
-  const char* const kAfter = "fill=\"none\" stroke=\"#1b7f3b\" stroke-width=\"1.3\"";
-  const char* const kRejected = "fill=\"none\" stroke=\"#b58900\" stroke-width=\"1.3\"";
-  std::string arrows;
+bool is_corrected(const VerifyResult& result) {
+  return result.rig || result.rig_from_surface;
+}
+
+std::string content_outline(const Points2& content, const SurfaceFrame& frame) {
+  std::string outline = "M";
+  for (std::size_t i = 0; i < content.size(); ++i)
+    outline += (i > 0 ? "L" : "") + position(frame.at(content[i]));
+  return element("path", "d=\"" + outline + "Z\" fill=\"#f4f6f9\" stroke=\"#9aa3ad\"", "");
+}
+
+/// Every mark's error as an arrow, `scale` units a metre, with the region of what would be no surprise.
+std::string mark_errors(const VerifyResult& result, const SurfaceFrame& frame, double scale) {
+  std::string drawing, arrows;
   Marks rejected;
   for (const VerifiedMark& mark : result.marks) {
     if (mark.intended.isZero(0)) continue;  // its light misses the surface
@@ -100,29 +100,29 @@ std::string verify_picture(const VerifyResult& result, const Points2& content) {
     }
     drawing += region(at, mark.covariance, scale);
     arrows += arrow(at, at + scale * mark.error, kBefore);
-    if (corrected) arrows += arrow(at, at + scale * mark.error_after, kAfter);
+    if (is_corrected(result)) arrows += arrow(at, at + scale * mark.error_after, kAfter);
   }
-  drawing += arrows + rejected.path(kRejected);
+  return drawing + arrows + rejected.path(kRejected);
+}
+
+std::string largest_error(const VerifyResult& result, const SurfaceFrame& frame) {
   const auto largest = std::max_element(
       result.marks.begin(), result.marks.end(), [](const VerifiedMark& a, const VerifiedMark& b) {
         return (a.rejection.empty() ? a.error.norm() : -1) < (b.rejection.empty() ? b.error.norm() : -1);
       });
-  if (largest->rejection.empty())
-    drawing += label(frame.at(largest->intended) + Vec2(6, 14),
-                     "font-family=\"sans-serif\" font-size=\"12\" fill=\"#c62f2f\"",
-                     significant(1e3 * largest->error.norm(), 2) + " mm");
-  drawing += label(Vec2(kRim, kHead),
-                   "font-family=\"sans-serif\" font-size=\"22\" font-weight=\"bold\" fill=\"" +
-                       std::string(result.alarm ? "#c62f2f" : "#1b7f3b") + "\"",
-                   (result.alarm ? "ALARM: " : "No alarm: ") + significant(1e3 * result.rms, 2) +
-                       " mm RMS on " + result.surface);
+  if (!largest->rejection.empty()) return "";
+  return label(frame.at(largest->intended) + Vec2(6, 14),
+               "font-family=\"sans-serif\" font-size=\"12\" fill=\"#c62f2f\"",
+               significant(1e3 * largest->error.norm(), 2) + " mm");
+}
 
-  const double foot = frame.height() + 8;
+/// What the lines and colours mean, from `foot` downwards.
+std::string legend(const VerifyResult& result, double foot, double magnification, double scale) {
   const std::string words = "font-family=\"sans-serif\" font-size=\"14\" fill=\"#222\"";
   const double ruler = round_step(120 / scale);  // metres of error
   Marks bar;
   bar.line(Vec2(kRim, foot), Vec2(kRim + scale * ruler, foot));
-  drawing += bar.path("stroke=\"#222\" stroke-width=\"3\" fill=\"none\"");
+  std::string drawing = bar.path("stroke=\"#222\" stroke-width=\"3\" fill=\"none\"");
   drawing += label(Vec2(kRim + scale * ruler + 10, foot + 5), words,
                    shortest(1e3 * ruler) + " mm of error, drawn " + shortest(magnification) +
                        " times larger than the surface");
@@ -130,17 +130,37 @@ std::string verify_picture(const VerifyResult& result, const Points2& content) {
   drawing += label(Vec2(kRim + 50, foot + 27), words,
                    "from the intended to the measured point: " + significant(1e3 * result.rms, 2) +
                        " mm RMS, " + significant(1e3 * result.worst, 2) + " mm max");
-  if (corrected) {
+  if (is_corrected(result)) {
     drawing += arrow(Vec2(kRim, foot + 44), Vec2(kRim + 40, foot + 44), kAfter);
     drawing += label(Vec2(kRim + 50, foot + 49), words,
                      "after the correction: " + significant(1e3 * result.rms_after, 2) + " mm RMS, " +
                          significant(1e3 * result.worst_after, 2) + " mm max");
   }
-  drawing += label(Vec2(kRim, foot + 71), words,
-                   "grey: 95 % of errors when nothing has moved" +
-                       std::string(rejected.d.empty() ? "" : "; crosses: marks that are rejected"));
-  std::string picture = svg(box(Vec2::Zero(), Vec2(kSheetWidth, frame.height() + kFoot)),
-                            "Errors of the light on " + result.surface, drawing);
+  const bool has_crosses = std::any_of(
+      result.marks.begin(), result.marks.end(),
+      [](const VerifiedMark& mark) { return !mark.intended.isZero(0) && !mark.rejection.empty(); });
+  return drawing + label(Vec2(kRim, foot + 71), words,
+                         "grey: 95 % of errors when nothing has moved" +
+                             std::string(has_crosses ? "; crosses: marks that are rejected" : ""));
+}
+
+}  // namespace
+
+std::string verify_picture(const VerifyResult& result, const Points2& content) {
+  require(!result.marks.empty(), "verify_picture: there are no marks");
+  const SurfaceFrame frame = frame_round(result, content);
+  const double magnification = magnification_of(result, frame), scale = magnification * frame.units_per_metre;
+  const Vec2 size(kSheetWidth, frame.height() + kFoot);
+  std::string drawing = rectangle("fill=\"#fff\"", Vec2::Zero(), size);
+  if (content.size() >= 3) drawing += content_outline(content, frame);
+  drawing += mark_errors(result, frame, scale) + largest_error(result, frame);
+  drawing += label(Vec2(kRim, kHead),
+                   "font-family=\"sans-serif\" font-size=\"22\" font-weight=\"bold\" fill=\"" +
+                       std::string(result.alarm ? "#c62f2f" : "#1b7f3b") + "\"",
+                   (result.alarm ? "ALARM: " : "No alarm: ") + significant(1e3 * result.rms, 2) +
+                       " mm RMS on " + result.surface);
+  drawing += legend(result, frame.height() + 8, magnification, scale);
+  std::string picture = svg(box(Vec2::Zero(), size), "Errors of the light on " + result.surface, drawing);
   picture.insert(picture.find("<svg") + 4, " xmlns=\"http://www.w3.org/2000/svg\"");
   return picture + "\n";
 }

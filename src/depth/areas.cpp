@@ -149,6 +149,49 @@ Points2 straightened(const Points2& loop, double tolerance) {
   return out;
 }
 
+/// Directed edges about free cells, free on their right: bits for east, south, west, north of each lattice point.
+ImageU8 edges_of(const PlaneRaster& raster) {
+  const int width = raster.free.width(), height = raster.free.height();
+  ImageU8 edges(width + 1, height + 1);
+  const auto free = [&](int i, int j) {
+    return i >= 0 && j >= 0 && i < width && j < height && raster.free.at(i, j) != 0;
+  };
+  for (int j = 0; j < height; ++j)
+    for (int i = 0; i < width; ++i) {
+      if (!free(i, j)) continue;
+      if (!free(i, j - 1)) edges.at(i, j) |= 1;
+      if (!free(i + 1, j)) edges.at(i + 1, j) |= 2;
+      if (!free(i, j + 1)) edges.at(i + 1, j + 1) |= 4;
+      if (!free(i - 1, j)) edges.at(i, j + 1) |= 8;
+    }
+  return edges;
+}
+
+/// The corners of the loop of edges from lattice point i, j on, which are taken away.
+Points2 take_loop(const PlaneRaster& raster, int i, int j, ImageU8& edges) {
+  constexpr std::array<int, 4> kX{1, 0, -1, 0}, kY{0, 1, 0, -1};
+  Points2 loop;
+  int x = i, y = j, direction = -1;
+  do {
+    // Turn right first: cells that touch at a corner only are two parts.
+    int next = -1;
+    for (const int turn : {1, 0, 3, 2}) {
+      const int d = direction < 0 ? (turn + 3) % 4 : (direction + turn) % 4;
+      if (edges.at(x, y) >> d & 1) {
+        next = d;
+        break;
+      }
+    }
+    if (next < 0) break;
+    edges.at(x, y) = std::uint8_t(edges.at(x, y) & ~(1 << next));
+    if (next != direction) loop.push_back(raster.corner(x, y));
+    direction = next;
+    x += kX[std::size_t(next)];
+    y += kY[std::size_t(next)];
+  } while (x != i || y != j);
+  return loop;
+}
+
 }  // namespace
 
 Pose upright_frame(const Plane& plane, const Vec3& origin, const Vec3& up, const Vec3& forward) {
@@ -202,46 +245,14 @@ std::optional<FreeRectangle> largest_rectangle(const PlaneRaster& raster, double
 }
 
 std::vector<PlaneOutline> outlines_of(const PlaneRaster& raster, double min_part) {
-  // Directed edges about free cells, free on their right: east, south, west, north of each lattice point.
-  const int width = raster.free.width(), height = raster.free.height();
-  ImageU8 edges(width + 1, height + 1);
-  const auto free = [&](int i, int j) {
-    return i >= 0 && j >= 0 && i < width && j < height && raster.free.at(i, j) != 0;
-  };
-  for (int j = 0; j < height; ++j)
-    for (int i = 0; i < width; ++i) {
-      if (!free(i, j)) continue;
-      if (!free(i, j - 1)) edges.at(i, j) |= 1;
-      if (!free(i + 1, j)) edges.at(i + 1, j) |= 2;
-      if (!free(i, j + 1)) edges.at(i + 1, j + 1) |= 4;
-      if (!free(i - 1, j)) edges.at(i, j + 1) |= 8;
-    }
-  constexpr std::array<int, 4> kX{1, 0, -1, 0}, kY{0, 1, 0, -1};
+  ImageU8 edges = edges_of(raster);
   const double least = 2 * min_part;
   std::vector<PlaneOutline> out;
   std::vector<Points2> holes;
-  for (int j = 0; j <= height; ++j)
-    for (int i = 0; i <= width; ++i)
+  for (int j = 0; j < edges.height(); ++j)
+    for (int i = 0; i < edges.width(); ++i)
       while (edges.at(i, j)) {
-        Points2 loop;
-        int x = i, y = j, direction = -1;
-        do {
-          // Turn right first: cells that touch at a corner only are two parts.
-          int next = -1;
-          for (const int turn : {1, 0, 3, 2}) {
-            const int d = direction < 0 ? (turn + 3) % 4 : (direction + turn) % 4;
-            if (edges.at(x, y) >> d & 1) {
-              next = d;
-              break;
-            }
-          }
-          if (next < 0) break;
-          edges.at(x, y) = std::uint8_t(edges.at(x, y) & ~(1 << next));
-          if (next != direction) loop.push_back(raster.corner(x, y));
-          direction = next;
-          x += kX[std::size_t(next)];
-          y += kY[std::size_t(next)];
-        } while (x != i || y != j);
+        const Points2 loop = take_loop(raster, i, j, edges);
         const double area = twice_area(loop);
         if (std::abs(area) < least || loop.size() < 4) continue;
         Points2 straight = straightened(loop, 1.5 * raster.cell);

@@ -2,6 +2,7 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include <utility>
 #include "plane_estimate.hpp"
 #include "plane_kinds.hpp"
 #include "upright_frame.hpp"
@@ -69,6 +70,44 @@ PlaneKind kind_of(const Plane& in_world, const Vec3& up) {
   if (rise > std::cos(12 * kDegree)) return PlaneKind::kTable;
   if (rise < -std::cos(12 * kDegree)) return PlaneKind::kCeiling;
   return PlaneKind::kSlope;
+}
+
+/// Planes move while nobody looks: `variance` more of each turn and of the offset.
+void add_drift(PlaneEstimate& in_world, double variance) {
+  const Vec3& n = in_world.plane.normal;
+  in_world.covariance.topLeftCorner<3, 3>() += variance * (Mat3::Identity() - n * n.transpose());
+  in_world.covariance(3, 3) += variance;
+}
+
+MapPlane new_plane(const PlaneEstimate& in_world, const Vec3& middle_in_world, const Vec3& forward_in_world,
+                   const PlaneMapOptions& options) {
+  MapPlane plane;
+  plane.in_world = in_world;
+  plane.kind = kind_of(in_world.plane, options.up_in_world);
+  plane.world_from_plane =
+      upright_frame(in_world.plane, middle_in_world, options.up_in_world, forward_in_world);
+  plane.raster.cell = options.cell;
+  plane.raster.free = ImageU8(1, 1);
+  plane.free_share = ImageF(1, 1, 1, -1.0f);
+  return plane;
+}
+
+/// Lowest and highest coordinates of a detected plane's pixels in the plane's own frame; low > high: none.
+std::pair<Vec2, Vec2> seen_extent(const Planes& planes, int label, const RayTable& rays,
+                                  const Pose& plane_from_camera) {
+  const Plane& in_camera = planes.planes[std::size_t(label)].estimate.plane;
+  Vec2 low = Vec2::Constant(1e9), high = Vec2::Constant(-1e9);
+  for (int y = 0; y < rays.size().height; y += 4)
+    for (int x = 0; x < rays.size().width; x += 4) {
+      if (planes.labels.at(x, y) != label) continue;
+      const Vec3 ray(double(rays.u(x, y)), double(rays.v(x, y)), 1);
+      const double z = -in_camera.offset / in_camera.normal.dot(ray);
+      if (!(z > 0 && z < 20)) continue;
+      const Vec2 at = (plane_from_camera * Vec3(z * ray)).head<2>();
+      low = low.cwiseMin(at);
+      high = high.cwiseMax(at);
+    }
+  return {low, high};
 }
 
 }  // namespace
@@ -239,12 +278,8 @@ void PlaneMap::update(const Planes& planes, const DepthImage& image, const RayTa
   time_ = time;
   const Pose& pose = world_from_camera.pose;
 
-  const double drift = options_.process_noise * options_.process_noise * step;
-  for (MapPlane& plane : planes_) {
-    const Vec3& n = plane.in_world.plane.normal;
-    plane.in_world.covariance.topLeftCorner<3, 3>() += drift * (Mat3::Identity() - n * n.transpose());
-    plane.in_world.covariance(3, 3) += drift;
-  }
+  for (MapPlane& plane : planes_)
+    add_drift(plane.in_world, options_.process_noise * options_.process_noise * step);
 
   const Vec3 up_in_camera = pose.inverse().rotate(options_.up_in_world);
   const std::vector<PlaneKind> kinds = kinds_of(planes, image, rays, up_in_camera);
@@ -255,15 +290,9 @@ void PlaneMap::update(const Planes& planes, const DepthImage& image, const RayTa
     const Vec3 middle = pose * detected.middle;
     MapPlane* plane = match(in_world, middle);
     if (plane == nullptr) {
-      planes_.emplace_back();
+      planes_.push_back(new_plane(in_world, middle, pose.rotate(Vec3::UnitZ()), options_));
       plane = &planes_.back();
-      plane->in_world = in_world;
-      plane->kind = kinds[i] == PlaneKind::kFloor ? kinds[i] : kind_of(in_world.plane, options_.up_in_world);
-      plane->world_from_plane =
-          upright_frame(in_world.plane, middle, options_.up_in_world, pose.rotate(Vec3::UnitZ()));
-      plane->raster.cell = options_.cell;
-      plane->raster.free = ImageU8(1, 1);
-      plane->free_share = ImageF(1, 1, 1, -1.0f);
+      if (kinds[i] == PlaneKind::kFloor) plane->kind = kinds[i];
     } else {
       fuse(*plane, in_world);
     }
@@ -276,19 +305,7 @@ void PlaneMap::update(const Planes& planes, const DepthImage& image, const RayTa
   for (std::size_t i = 0; i < planes.planes.size(); ++i) {
     MapPlane& plane = planes_[std::size_t(plane_of_label[i])];
     seen[std::size_t(plane_of_label[i])] = 1;
-    const Pose plane_from_camera = plane.world_from_plane.inverse() * pose;
-    const Plane& in_camera = planes.planes[i].estimate.plane;
-    Vec2 low = Vec2::Constant(1e9), high = Vec2::Constant(-1e9);
-    for (int y = 0; y < rays.size().height; y += 4)
-      for (int x = 0; x < rays.size().width; x += 4) {
-        if (planes.labels.at(x, y) != int(i)) continue;
-        const Vec3 ray(double(rays.u(x, y)), double(rays.v(x, y)), 1);
-        const double z = -in_camera.offset / in_camera.normal.dot(ray);
-        if (!(z > 0 && z < 20)) continue;
-        const Vec2 at = (plane_from_camera * Vec3(z * ray)).head<2>();
-        low = low.cwiseMin(at);
-        high = high.cwiseMax(at);
-      }
+    const auto [low, high] = seen_extent(planes, int(i), rays, plane.world_from_plane.inverse() * pose);
     if (low.x() <= high.x()) extend(plane, low, high);
   }
   for (std::size_t id = 0; id < planes_.size(); ++id) {

@@ -9,6 +9,38 @@ namespace {
 constexpr double kLattice = 8;  ///< pixels between its points
 constexpr double kMargin = 64;  ///< pixels that it reaches beyond the image
 
+/// The rays of one cell of the table's image, added up; `focal` in pixels.
+RayTable::CellRays sum_cell(const RayTable& rays, int column, int row, double focal) {
+  constexpr int kSide = RayTable::kCell;
+  RayTable::CellRays cell;
+  const int x0 = column * kSide, y0 = row * kSide;
+  const int x1 = std::min(x0 + kSide, rays.size().width), y1 = std::min(y0 + kSide, rays.size().height);
+  int count = 0;
+  for (int y = y0; y < y1; ++y)
+    for (int x = x0; x < x1; ++x) {
+      if (std::isnan(rays.u(x, y))) continue;
+      cell.u += rays.u(x, y);
+      cell.v += rays.v(x, y);
+      ++count;
+    }
+  if (count > 0) {
+    cell.u /= count;
+    cell.v /= count;
+  }
+  cell.whole = count == kSide * kSide;
+  if (cell.whole)
+    for (int y = y0; y < y1; ++y)
+      for (int x = x0; x < x1; ++x) {
+        const double dx = focal * (rays.u(x, y) - cell.u), dy = focal * (rays.v(x, y) - cell.v);
+        cell.sx += dx;
+        cell.sy += dy;
+        cell.sxx += dx * dx;
+        cell.sxy += dx * dy;
+        cell.syy += dy * dy;
+      }
+  return cell;
+}
+
 }  // namespace
 
 RayTable::RayTable(const Camera& camera) : camera_(camera) {
@@ -30,35 +62,7 @@ RayTable::RayTable(const Camera& camera) : camera_(camera) {
   columns_ = (width + kCell - 1) / kCell;
   rows_ = (height + kCell - 1) / kCell;
   for (int row = 0; row < rows_; ++row)
-    for (int column = 0; column < columns_; ++column) {
-      CellRays cell;
-      const int x0 = column * kCell, y0 = row * kCell;
-      const int x1 = std::min(x0 + kCell, width), y1 = std::min(y0 + kCell, height);
-      int count = 0;
-      for (int y = y0; y < y1; ++y)
-        for (int x = x0; x < x1; ++x) {
-          if (std::isnan(u(x, y))) continue;
-          cell.u += u(x, y);
-          cell.v += v(x, y);
-          ++count;
-        }
-      if (count > 0) {
-        cell.u /= count;
-        cell.v /= count;
-      }
-      cell.whole = count == kCell * kCell;
-      if (cell.whole)
-        for (int y = y0; y < y1; ++y)
-          for (int x = x0; x < x1; ++x) {
-            const double dx = k.fx * (u(x, y) - cell.u), dy = k.fx * (v(x, y) - cell.v);
-            cell.sx += dx;
-            cell.sy += dy;
-            cell.sxx += dx * dx;
-            cell.sxy += dx * dy;
-            cell.syy += dy * dy;
-          }
-      cells_.push_back(cell);
-    }
+    for (int column = 0; column < columns_; ++column) cells_.push_back(sum_cell(*this, column, row, k.fx));
 
   if (std::holds_alternative<NoDistortion>(camera.distortion)) return;
   lattice_columns_ = int((width + 2 * kMargin) / kLattice) + 2;

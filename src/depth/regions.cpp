@@ -241,15 +241,9 @@ double second_order(const CellGrid& grid, const Region& region) {
   return explained > 10 * 3 * scatter ? std::sqrt(explained / n) : 0;
 }
 
-/// Two parts of one plane: together they lie as flat as each alone. What is beside each other may differ by
-/// what neighbours share.
-void join(const CellGrid& grid, const PlaneOptions& options, Regions& all) {
-  constexpr double kBeside = 4;  ///< twice the RMS
-  /// Of chi-square with the 3 degrees of freedom that a plane has, 1 in 10000 is above.
-  constexpr double kSamePlane = 21.1;
-  auto& regions = all.regions;
-  std::vector<std::vector<char>> beside(regions.size(), std::vector<char>(regions.size()));
-  std::vector<std::vector<char>> refused = beside;  // [i][j], i < j
+/// [i][j]: do the regions i and j touch?
+std::vector<std::vector<char>> neighbours(const CellGrid& grid, const Regions& all) {
+  std::vector<std::vector<char>> beside(all.regions.size(), std::vector<char>(all.regions.size()));
   const auto touch = [&](std::size_t a, std::size_t b) {
     const int i = all.owner[a], j = all.owner[b];
     if (i >= 0 && j >= 0 && i != j)
@@ -261,6 +255,18 @@ void join(const CellGrid& grid, const PlaneOptions& options, Regions& all) {
       touch(at, at + 1);
       touch(at, at + std::size_t(grid.columns));
     }
+  return beside;
+}
+
+/// Two parts of one plane: together they lie as flat as each alone. What is beside each other may differ by
+/// what neighbours share.
+void join(const CellGrid& grid, const PlaneOptions& options, Regions& all) {
+  constexpr double kBeside = 4;  ///< twice the RMS
+  /// Of chi-square with the 3 degrees of freedom that a plane has, 1 in 10000 is above.
+  constexpr double kSamePlane = 21.1;
+  auto& regions = all.regions;
+  std::vector<std::vector<char>> beside = neighbours(grid, all);
+  std::vector<std::vector<char>> refused(regions.size(), std::vector<char>(regions.size()));  // [i][j], i < j
   for (bool joined = true; joined;) {
     joined = false;
     for (std::size_t i = 0; i < regions.size() && !joined; ++i)

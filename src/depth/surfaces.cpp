@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <map>
+#include <optional>
+#include <utility>
 #include "plane_kinds.hpp"
 
 namespace procam::depth {
@@ -47,6 +49,45 @@ std::string name_of(const std::string& kind, int number, int count) {
   return kind + "_" + std::to_string(number);
 }
 
+/// Where two planes meet: their line, and the places along it at which both are seen.
+struct Meeting {
+  Vec3 point, along;  ///< along: zero for planes that are as good as parallel
+  std::vector<double> places;
+};
+
+Meeting meeting_of(const Plane& first, const Plane& second) {
+  Meeting meeting;
+  meeting.along = first.normal.cross(second.normal);
+  const double sine = meeting.along.norm();
+  if (sine > std::sin(15 * kDegree)) {
+    meeting.point =
+        (first.offset * second.normal - second.offset * first.normal).cross(meeting.along) / (-sine * sine);
+    meeting.along /= sine;
+  } else {
+    meeting.along.setZero();
+  }
+  return meeting;
+}
+
+/// nullopt for planes that are seen together at too few places, or over too short a part of the line.
+std::optional<CornerLine> corner_line(const Planes& planes, int first, int second, Meeting meeting) {
+  constexpr std::size_t kMin = 12;  // places where they meet
+  if (meeting.places.size() < kMin) return std::nullopt;
+  std::sort(meeting.places.begin(), meeting.places.end());
+  const std::size_t trim = meeting.places.size() / 50;
+  CornerLine line{first, second, meeting.point + meeting.places[trim] * meeting.along,
+                  meeting.point + meeting.places[meeting.places.size() - 1 - trim] * meeting.along, 0};
+  if (!((line.to - line.from).norm() > 0.1)) return std::nullopt;
+  const auto &a = planes.planes[std::size_t(first)], &b = planes.planes[std::size_t(second)];
+  const double between =
+      std::acos(std::clamp(a.estimate.plane.normal.dot(b.estimate.plane.normal), -1.0, 1.0));
+  // Seen from a room's inside, each plane lies before the other.
+  const bool inside =
+      a.estimate.plane.signed_distance(b.middle) + b.estimate.plane.signed_distance(a.middle) > 0;
+  line.angle = inside ? kPi - between : kPi + between;
+  return line;
+}
+
 }  // namespace
 
 const char* to_string(PlaneKind kind) {
@@ -87,13 +128,8 @@ std::vector<PlaneKind> kinds_of(const Planes& planes, const DepthImage& image, c
 
 std::vector<CornerLine> corner_lines(const Planes& planes, const RayTable& rays) {
   require(planes.labels.size() == rays.size(), "corner_lines: the labels are not of the camera's size");
-  constexpr int kReach = 8;         // pixels from one plane to the other
-  constexpr double kNear = 0.06;    // metres from the line
-  constexpr std::size_t kMin = 12;  // places where they meet
-  struct Meeting {
-    Vec3 point, along;
-    std::vector<double> places;
-  };
+  constexpr int kReach = 8;       // pixels from one plane to the other
+  constexpr double kNear = 0.06;  // metres from the line
   std::map<std::pair<int, int>, Meeting> meetings;
   const int count = int(planes.planes.size());
   const auto meet = [&](int x0, int y0, int x1, int y1) {
@@ -103,19 +139,9 @@ std::vector<CornerLine> corner_lines(const Planes& planes, const RayTable& rays)
     if (a > b) std::swap(a, b);
     auto [at, fresh] = meetings.try_emplace({a, b});
     Meeting& meeting = at->second;
-    if (fresh) {
-      const Plane &first = planes.planes[std::size_t(a)].estimate.plane,
-                  &second = planes.planes[std::size_t(b)].estimate.plane;
-      meeting.along = first.normal.cross(second.normal);
-      const double sine = meeting.along.norm();
-      if (sine > std::sin(15 * kDegree)) {
-        meeting.point = (first.offset * second.normal - second.offset * first.normal).cross(meeting.along) /
-                        (-sine * sine);
-        meeting.along /= sine;
-      } else {
-        meeting.along.setZero();  // as good as parallel: no corner
-      }
-    }
+    if (fresh)
+      meeting = meeting_of(planes.planes[std::size_t(a)].estimate.plane,
+                           planes.planes[std::size_t(b)].estimate.plane);
     if (meeting.along.isZero()) return;
     const Vec3 d = p - meeting.point;
     const double s = d.dot(meeting.along);
@@ -128,22 +154,9 @@ std::vector<CornerLine> corner_lines(const Planes& planes, const RayTable& rays)
       meet(x, y, x, y + kReach);
     }
   std::vector<CornerLine> lines;
-  for (auto& [pair, meeting] : meetings) {
-    if (meeting.places.size() < kMin) continue;
-    std::sort(meeting.places.begin(), meeting.places.end());
-    const std::size_t trim = meeting.places.size() / 50;
-    CornerLine line{pair.first, pair.second, meeting.point + meeting.places[trim] * meeting.along,
-                    meeting.point + meeting.places[meeting.places.size() - 1 - trim] * meeting.along, 0};
-    if (!((line.to - line.from).norm() > 0.1)) continue;
-    const auto &a = planes.planes[std::size_t(pair.first)], &b = planes.planes[std::size_t(pair.second)];
-    const double between =
-        std::acos(std::clamp(a.estimate.plane.normal.dot(b.estimate.plane.normal), -1.0, 1.0));
-    // Seen from a room's inside, each plane lies before the other.
-    const bool inside =
-        a.estimate.plane.signed_distance(b.middle) + b.estimate.plane.signed_distance(a.middle) > 0;
-    line.angle = inside ? kPi - between : kPi + between;
-    lines.push_back(line);
-  }
+  for (auto& [pair, meeting] : meetings)
+    if (const auto line = corner_line(planes, pair.first, pair.second, std::move(meeting)))
+      lines.push_back(*line);
   return lines;
 }
 

@@ -28,6 +28,15 @@ struct Group {
   int offset = 0, size = 0;  ///< in the system
 };
 
+/// The step of Levenberg and Marquardt, the parameters scaled to a unit diagonal.
+VecX damped_step(const Normal& system, double damping) {
+  const VecX diagonal = system.information.diagonal().cwiseMax(1e-12);
+  const VecX unit = diagonal.cwiseSqrt().cwiseInverse();
+  MatX scaled = unit.asDiagonal() * system.information * unit.asDiagonal();
+  scaled.diagonal().array() += damping;
+  return -(unit.asDiagonal() * scaled.ldlt().solve(unit.asDiagonal() * system.gradient));
+}
+
 }  // namespace
 
 std::optional<ProjectedPoint> project_point(const Camera& lens, const Vec3& point) {
@@ -427,6 +436,23 @@ RoomState Adjustment::moved(const RoomState& state, const Layout& layout, const 
   return out;
 }
 
+void Adjustment::settle_depths(RoomState& state) const {
+  parallel_for(int(points_.points.size()), options_.threads, [&](int begin, int end) {
+    Rows rows;
+    for (int i = begin; i < end; ++i) {
+      if (!used[std::size_t(i)] || !std::isfinite(state.inverse_depth[std::size_t(i)])) continue;
+      for (int k = 0; k < 2; ++k) {
+        if (!linearise(state, nullptr, i, rows)) break;
+        const double curvature = rows.by_depth.squaredNorm();
+        if (!(curvature > 0)) break;
+        double& w = state.inverse_depth[std::size_t(i)];
+        const double to = w - rows.by_depth.dot(rows.residual) / curvature;
+        w = std::clamp(to, 0.3 * w, 3 * w);
+      }
+    }
+  });
+}
+
 double Adjustment::solve(RoomState& state) const {
   const Layout layout = this->layout(state);
   double scale = std::max(scatter(state), 1e-6);
@@ -440,32 +466,13 @@ double Adjustment::solve(RoomState& state) const {
     const Normal system = normal(state, layout, loss);
     bool improved = false;
     for (int attempt = 0; attempt < 8 && !improved; ++attempt) {
-      VecX diagonal = system.information.diagonal().cwiseMax(1e-12);
-      const VecX unit = diagonal.cwiseSqrt().cwiseInverse();
-      MatX scaled = unit.asDiagonal() * system.information * unit.asDiagonal();
-      scaled.diagonal().array() += damping;
-      const VecX step = -(unit.asDiagonal() * scaled.ldlt().solve(unit.asDiagonal() * system.gradient));
+      const VecX step = damped_step(system, damping);
       if (!step.allFinite()) {
         damping *= 10;
         continue;
       }
       RoomState next = moved(state, layout, step);
-      const int count = int(points_.points.size());
-      parallel_for(count, options_.threads, [&](int begin, int end) {
-        Rows rows;
-        for (int i = begin; i < end; ++i) {
-          if (!used[std::size_t(i)] || !std::isfinite(next.inverse_depth[std::size_t(i)])) continue;
-          // The depth's own minimum for the moved devices: two Gauss-Newton steps.
-          for (int k = 0; k < 2; ++k) {
-            if (!linearise(next, nullptr, i, rows)) break;
-            const double curvature = rows.by_depth.squaredNorm();
-            if (!(curvature > 0)) break;
-            double& w = next.inverse_depth[std::size_t(i)];
-            const double to = w - rows.by_depth.dot(rows.residual) / curvature;
-            w = std::clamp(to, 0.3 * w, 3 * w);
-          }
-        }
-      });
+      settle_depths(next);
       const double trial = cost(next, layout, loss);
       if (trial < current) {
         improved = true;

@@ -107,6 +107,8 @@ class Adjustment {
   struct Rows;
   bool linearise(const RoomState& state, const Layout* layout, int point, Rows& rows,
                  bool only_anchor = false) const;
+  /// Every depth in use towards its minimum, the devices as they are: two Gauss-Newton steps.
+  void settle_depths(RoomState& state) const;
   double cost(const RoomState& state, const Layout& layout, double loss_square) const;
   double prior_cost(const RoomState& state, const Layout& layout, Normal* normal) const;
   bool active(const RoomState& state, int point, int reading) const;

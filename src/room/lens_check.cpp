@@ -55,6 +55,15 @@ void linearise(const Adjustment& adjustment, const PointsInUse& in_use, double s
   rig.information = (normal.information - normal.prior) / (scale * scale) + normal.prior;
 }
 
+/// Of what is in use one in `stride`, the first of all included.
+std::vector<char> every_one_in(std::size_t stride, const std::vector<char>& used) {
+  std::vector<char> few(used.size(), 0);
+  std::size_t seen = 0;
+  for (std::size_t i = 0; i < used.size(); ++i)
+    if (used[i] && seen++ % stride == 0) few[i] = 1;
+  return few;
+}
+
 }  // namespace
 
 RoomState along_focal_length(const RoomPoints& points, const LensPlan& plan, const std::vector<char>& chosen,
@@ -69,12 +78,9 @@ RoomState along_focal_length(const RoomPoints& points, const LensPlan& plan, con
   options.robust_sigmas = 0;
   for (std::size_t lens = 0; lens < chosen.size(); ++lens)
     if (chosen[lens]) options.free[lens][0] = options.free[lens][1] = 0;
-  std::vector<char> few(used.size(), 0);
-  std::size_t count = 0, seen = 0;
-  for (const char use : used) count += use != 0;
+  const auto count = std::size_t(std::count_if(used.begin(), used.end(), [](char use) { return use != 0; }));
   const std::size_t stride = std::max<std::size_t>(1, count / kPoints);
-  for (std::size_t i = 0; i < used.size(); ++i)
-    if (used[i] && seen++ % stride == 0) few[i] = 1;
+  const std::vector<char> few = every_one_in(stride, used);
 
   struct Trial {
     RoomState state;

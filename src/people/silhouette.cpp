@@ -133,6 +133,37 @@ std::vector<int> gap_widths(const std::vector<char>& is_gap, int columns, int ro
   return width;
 }
 
+/// What a block of pixels reads.
+struct BlockReadings {
+  float nearest = 0, behind = 0;  ///< the range of what stands before the background, metres
+  float background = 0;           ///< the farthest of the block
+  int pixels = 0, strange = 0;    ///< strange: before the background
+  int known = 0, missing = 0;     ///< with a background, and of these without a reading
+};
+
+/// `nearer`: by how much what stands before the background is nearer, metres.
+BlockReadings read_block(const SilhouetteInput& view, int column, int row, float nearer) {
+  const int x = column * kReadingBlock, y = row * kReadingBlock;
+  const int right = std::min(x + kReadingBlock, view.camera.size.width),
+            bottom = std::min(y + kReadingBlock, view.camera.size.height);
+  BlockReadings block;
+  block.pixels = (right - x) * (bottom - y);
+  for (int j = y; j < bottom; ++j) {
+    const float *depths = view.depth.row(j), *wall = view.background.row(j);
+    for (int i = x; i < right; ++i) {
+      const float z = reading(depths[i]), w = reading(wall[i]);
+      block.known += w > 0;
+      block.missing += w > 0 && z == 0;
+      block.background = std::max(block.background, w);
+      if (z == 0 || (w > 0 && z > w - nearer)) continue;
+      ++block.strange;
+      if (block.nearest == 0 || z < block.nearest) block.nearest = z;
+      block.behind = std::max(block.behind, z);
+    }
+  }
+  return block;
+}
+
 }  // namespace
 
 Silhouettes find_silhouettes(const SilhouetteInput& view, const SilhouetteOptions& options) {
@@ -156,31 +187,15 @@ Silhouettes find_silhouettes(const SilhouetteInput& view, const SilhouetteOption
   const float nearer = float(options.nearer);
   for (int row = 0; row < rows; ++row)
     for (int column = 0; column < columns; ++column) {
-      const int x = column * kReadingBlock, y = row * kReadingBlock;
-      const int right = std::min(x + kReadingBlock, size.width),
-                bottom = std::min(y + kReadingBlock, size.height);
-      float nearest = 0, behind = 0, background = 0;
-      int missing = 0, known = 0, strange = 0;
-      for (int j = y; j < bottom; ++j) {
-        const float *depths = view.depth.row(j), *wall = view.background.row(j);
-        for (int i = x; i < right; ++i) {
-          const float z = reading(depths[i]), w = reading(wall[i]);
-          known += w > 0;
-          missing += w > 0 && z == 0;
-          background = std::max(background, w);
-          if (z == 0 || (w > 0 && z > w - nearer)) continue;
-          ++strange;
-          if (nearest == 0 || z < nearest) nearest = z;
-          behind = std::max(behind, z);
-        }
-      }
+      const BlockReadings block = read_block(view, column, row, nearer);
       const std::size_t here = std::size_t(row) * std::size_t(columns) + std::size_t(column);
-      is_gap[here] = known > 0 && 2 * missing > known;
-      walls[here] = background;
-      if (strange < std::min(kMinReadings, (right - x) * (bottom - y))) continue;
+      is_gap[here] = block.known > 0 && 2 * block.missing > block.known;
+      walls[here] = block.background;
+      if (block.strange < std::min(kMinReadings, block.pixels)) continue;
       const auto way = way_of(column, row);
       if (!way) continue;
       // Depth range below the margin: one bounding sphere; else one for the nearest and one for the farthest.
+      const float nearest = block.nearest, behind = block.behind;
       if (behind - nearest < options.margin) {
         const double middle = 0.5 * (nearest + behind);
         found.seen.push_back({middle * *way, 0.5 * (behind - nearest) * way->norm() + per_metre * middle});

@@ -199,6 +199,48 @@ class SeenByEye {
   ImageU8 seen_;
 };
 
+/// `finest`, pixels, or as much of it as a picture of this span on the plane z = 1 may have; then the eye says so.
+double choose_focal_length(double finest, const Vec2& span, double max_pixels, ViewerEye& eye) {
+  const double most =
+      std::min(std::sqrt(max_pixels / (span.x() * span.y())), 16384 / std::max(span.x(), span.y()));
+  if (!(finest > most)) return finest;
+  eye.finest_share = most / finest;
+  if (eye.finest_share < 0.5)
+    eye.diagnostics.warn("viewer_picture_coarse",
+                         "the eye's picture would need more pixels than it may have: it has " +
+                             std::to_string(eye.finest_share) +
+                             " a projector pixel where the projector is finest; stand nearer to what is lit, "
+                             "or light less of the room");
+  return most;
+}
+
+/// Black over what the eye does not see, as the last item.
+void cover_unseen(const SeenByEye& by_eye, ImageSize projector_size, ViewerScene& shown) {
+  shown.unseen = ImageU8(projector_size);
+  double seen = 0, lit = 0;
+  PixelRect dark{shown.unseen.width(), shown.unseen.height(), 0, 0};  // holds all that is not seen
+  for (int y = 0; y < shown.unseen.height(); ++y)
+    for (int x = 0; x < shown.unseen.width(); ++x) {
+      const std::uint8_t here = by_eye.seen().at(x, y);
+      shown.unseen.at(x, y) = std::uint8_t(255 - here);
+      lit += by_eye.is_lit(x, y);
+      seen += by_eye.is_lit(x, y) ? here / 255.0 : 0;
+      if (here == 255) continue;
+      dark = {std::min(dark.x0, x), std::min(dark.y0, y), std::max(dark.x1, x + 1), std::max(dark.y1, y + 1)};
+    }
+  shown.seen_share = lit > 0 ? seen / lit : 0;
+  if (dark.x0 >= dark.x1) return;
+  shown.black = ImageU8(1, 1, 1);
+  PlacedPixels sheet;
+  sheet.pixel_from_content << dark.width(), 0, dark.x0 - 0.5, 0, dark.height(), dark.y0 - 0.5, 0, 0, 1;
+  SceneItem over;
+  over.placement = sheet;
+  over.content = shown.black;
+  over.mask =
+      ViewU8(&shown.unseen.at(dark.x0, dark.y0), dark.width(), dark.height(), 1, shown.unseen.width());
+  shown.scene.items.push_back(over);
+}
+
 }  // namespace
 
 std::optional<ViewerEye> viewer_eye(const Vec3& eye_in_projector, const Scene& room,
@@ -238,22 +280,9 @@ std::optional<ViewerEye> viewer_eye(const Vec3& eye_in_projector, const Scene& r
   const Vec2 margin = Vec2::Constant(2 * fine) + 0.02 * (high - low);
   low -= margin;
   high += margin;
-  double f = 1 / fine;
   const Vec2 span = high - low;
-  const double most =
-      std::min(std::sqrt(options.max_pixels / (span.x() * span.y())), 16384 / std::max(span.x(), span.y()));
   ViewerEye eye;
-  if (f > most) {
-    eye.finest_share = most / f;
-    if (eye.finest_share < 0.5)
-      eye.diagnostics.warn(
-          "viewer_picture_coarse",
-          "the eye's picture would need more pixels than it may have: it has " +
-              std::to_string(eye.finest_share) +
-              " a projector pixel where the projector is finest; stand nearer to what is lit, "
-              "or light less of the room");
-    f = most;
-  }
+  const double f = choose_focal_length(1 / fine, span, options.max_pixels, eye);
   if (cut)
     eye.diagnostics.warn("viewer_field_cut",
                          "part of the light lands behind the viewer or too far to the side for one picture, "
@@ -304,30 +333,7 @@ ViewerScene viewer_scene(const Scene& room, const Projector& projector, const Vi
   if (!whole.empty()) light_up(whole.size() == 1 ? whole.front() : as_one(whole), {});
 
   Workers workers(options.threads);
-  const SeenByEye by_eye(room, projector, eye, workers);
-  shown.unseen = ImageU8(projector.size());
-  double seen = 0, lit = 0;
-  PixelRect dark{shown.unseen.width(), shown.unseen.height(), 0, 0};  // holds all that is not seen
-  for (int y = 0; y < shown.unseen.height(); ++y)
-    for (int x = 0; x < shown.unseen.width(); ++x) {
-      const std::uint8_t here = by_eye.seen().at(x, y);
-      shown.unseen.at(x, y) = std::uint8_t(255 - here);
-      lit += by_eye.is_lit(x, y);
-      seen += by_eye.is_lit(x, y) ? here / 255.0 : 0;
-      if (here == 255) continue;
-      dark = {std::min(dark.x0, x), std::min(dark.y0, y), std::max(dark.x1, x + 1), std::max(dark.y1, y + 1)};
-    }
-  shown.seen_share = lit > 0 ? seen / lit : 0;
-  if (dark.x0 >= dark.x1) return shown;
-  shown.black = ImageU8(1, 1, 1);
-  PlacedPixels sheet;
-  sheet.pixel_from_content << dark.width(), 0, dark.x0 - 0.5, 0, dark.height(), dark.y0 - 0.5, 0, 0, 1;
-  SceneItem over;
-  over.placement = sheet;
-  over.content = shown.black;
-  over.mask =
-      ViewU8(&shown.unseen.at(dark.x0, dark.y0), dark.width(), dark.height(), 1, shown.unseen.width());
-  shown.scene.items.push_back(over);
+  cover_unseen(SeenByEye(room, projector, eye, workers), projector.size(), shown);
   return shown;
 }
 

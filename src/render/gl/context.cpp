@@ -68,6 +68,31 @@ std::string version_words() {
   return words ? words : "no version";
 }
 
+[[noreturn]] void refuse_context(const std::string& why) {
+  throw Error(ErrorKind::kDevice, "OpenGL without a window", why,
+              "install a driver with EGL (on Debian libegl1 and libgl1-mesa-dri, which needs no card), or "
+              "draw on the CPU");
+}
+
+/// What the shaders are written for, and how EGL is asked for it.
+struct Api {
+  EGLenum api;
+  EGLint renderable;
+  std::vector<EGLint> attributes;
+};
+std::vector<Api> usable_apis() {
+  std::vector<Api> apis;
+  if (have_library("libOpenGL.so.0") || have_library("libGL.so.1"))
+    apis.push_back(
+        {EGL_OPENGL_API,
+         EGL_OPENGL_BIT,
+         {EGL_CONTEXT_MAJOR_VERSION_KHR, 3, EGL_CONTEXT_MINOR_VERSION_KHR, 3,
+          EGL_CONTEXT_OPENGL_PROFILE_MASK_KHR, EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT_KHR, EGL_NONE}});
+  if (have_library("libGLESv2.so.2"))
+    apis.push_back({EGL_OPENGL_ES_API, EGL_OPENGL_ES3_BIT_KHR, {EGL_CONTEXT_CLIENT_VERSION, 3, EGL_NONE}});
+  return apis;
+}
+
 }  // namespace
 
 struct OwnContext::Handles {
@@ -85,15 +110,9 @@ struct OwnContext::Use::Before {
 };
 
 OwnContext::OwnContext() : handles_(std::make_unique<Handles>()) {
-  const auto refuse = [](const std::string& why) {
-    throw Error(ErrorKind::kDevice, "OpenGL without a window", why,
-                "install a driver with EGL (on Debian libegl1 and libgl1-mesa-dri, which needs no card), or "
-                "draw on the CPU");
-  };
-  if (!have_library("libEGL.so.1")) refuse("there is no libEGL.so.1");
-  const bool gl = have_library("libOpenGL.so.0") || have_library("libGL.so.1"),
-             gles = have_library("libGLESv2.so.2");
-  if (!gl && !gles) refuse("there is neither libOpenGL.so.0, libGL.so.1 nor libGLESv2.so.2");
+  if (!have_library("libEGL.so.1")) refuse_context("there is no libEGL.so.1");
+  const std::vector<Api> apis = usable_apis();
+  if (apis.empty()) refuse_context("there is neither libOpenGL.so.0, libGL.so.1 nor libGLESv2.so.2");
 
   std::string faults;
   for (const Candidate& candidate : candidates()) {
@@ -108,21 +127,8 @@ OwnContext::OwnContext() : handles_(std::make_unique<Handles>()) {
     handles_->display = candidate.display;
     const char* const extensions = eglQueryString(candidate.display, EGL_EXTENSIONS);
     const bool surfaceless = has(extensions, "EGL_KHR_surfaceless_context");
-    struct Api {
-      EGLenum api;
-      EGLint renderable;
-      std::vector<EGLint> attributes;
-      bool have;
-    };
-    const Api apis[] = {
-        {EGL_OPENGL_API,
-         EGL_OPENGL_BIT,
-         {EGL_CONTEXT_MAJOR_VERSION_KHR, 3, EGL_CONTEXT_MINOR_VERSION_KHR, 3,
-          EGL_CONTEXT_OPENGL_PROFILE_MASK_KHR, EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT_KHR, EGL_NONE},
-         gl},
-        {EGL_OPENGL_ES_API, EGL_OPENGL_ES3_BIT_KHR, {EGL_CONTEXT_CLIENT_VERSION, 3, EGL_NONE}, gles}};
     for (const Api& api : apis) {
-      if (!api.have || !eglBindAPI(api.api)) continue;
+      if (!eglBindAPI(api.api)) continue;
       const EGLint wanted[] = {EGL_SURFACE_TYPE, surfaceless ? 0 : EGL_PBUFFER_BIT, EGL_RENDERABLE_TYPE,
                                api.renderable, EGL_NONE};
       EGLConfig config = nullptr;
@@ -157,7 +163,7 @@ OwnContext::OwnContext() : handles_(std::make_unique<Handles>()) {
     }
   }
   handles_->context = EGL_NO_CONTEXT;
-  refuse(faults.empty() ? "EGL offers no display" : faults);
+  refuse_context(faults.empty() ? "EGL offers no display" : faults);
 }
 
 OwnContext::~OwnContext() {

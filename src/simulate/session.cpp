@@ -3,152 +3,20 @@
 #include <algorithm>
 #include <cmath>
 
-#include "noise.hpp"
 #include "procam/core/base/closed_form.hpp"
+#include "session_recipe.hpp"
 #include "sheet_points.hpp"
 
 namespace procam::simulate {
 namespace {
 
+using internal::draw;
+using internal::make_rig;
 using internal::Random;
-
-struct Lens {
-  ImageSize size;
-  Intrinsics intrinsics;
-  std::array<double, 5> distortion;  ///< k1 k2 p1 p2 k3
-};
-
-/// What a level is, before the seed moves it.
-struct Recipe {
-  Level level;
-  const char* name;
-  Lens camera, projector;
-  Vec3 projector_in_camera;
-  PrintedBoard board;
-  int views;
-  double nearest, farthest;  ///< camera to board centre, metres
-  double tilt_deg;           ///< largest, against the line of sight
-  int partly_lit_every;      ///< every such view has points outside the projector's picture; 0: none
-  double ambient;
-  CaptureOptions capture;
-};
-
-CaptureOptions captured(double brightest_grey, double camera_blur_px, double projector_blur_px,
-                        NoiseModel noise) {
-  CaptureOptions options;
-  options.brightest_grey = brightest_grey;
-  options.camera_blur_px = camera_blur_px;
-  options.projector_blur_px = projector_blur_px;
-  options.noise = noise;
-  return options;
-}
-
-const std::vector<Recipe>& recipes() {
-  static const std::vector<Recipe> table{
-      {Level::kEasy,
-       "easy",
-       {{1280, 1024}, {1400, 1406, 652, 498, 0}, {-0.03, 0.01, 0.0004, -0.0003, 0}},
-       {{1024, 768}, {1500, 1507, 528, 402, 0}, {0.01, -0.005, 0.0002, 0.0003, 0}},
-       Vec3(0.27, -0.09, 0.04),
-       {Chessboard{10, 7, 0.030}, 0.03, 0.80, 0.06},
-       8,
-       0.8,
-       1.6,
-       35,
-       0,
-       0.01,
-       captured(210, 0.4, 0.2, {0.25, 0.002})},
-      {Level::kPaper,
-       "paper",
-       {{1280, 960}, {1052, 1047, 633, 491, 0}, {0.06, -0.12, 0.0010, -0.0007, 0}},
-       {{1024, 768}, {2010, 2003, 671, 696, 0}, {-0.04, 0.02, 0.0005, 0.0008, 0}},
-       Vec3(0.32, 0.12, -0.08),
-       {Chessboard{9, 6, 0.036}, 0.036, 0.80, 0.06},
-       10,
-       1.2,
-       2.2,
-       40,
-       0,
-       0.02,
-       captured(200, 0.8, 0.4, {2.5, 0.015})},
-      {Level::kHard,
-       "hard",
-       {{1280, 1024}, {905, 913, 668, 489, 0.6}, {-0.25, 0.08, 0.0012, -0.0009, 0}},
-       {{1024, 768}, {1480, 1493, 489, 845, 0.8}, {-0.10, 0.03, -0.0006, 0.0010, 0}},
-       Vec3(-0.35, 0.16, 0.10),
-       {Chessboard{7, 9, 0.034}, 0.034, 0.62, 0.10},
-       6,
-       0.8,
-       1.4,
-       40,
-       3,
-       0.08,
-       captured(170, 1.2, 1.0, {8, 0.08})},
-  };
-  return table;
-}
-
-const Recipe& recipe_of(Level level) {
-  for (const Recipe& recipe : recipes())
-    if (recipe.level == level) return recipe;
-  throw std::invalid_argument("simulate: no recipe for this level");
-}
-
-/// Takes as many random numbers from any range, so that one condition does not move the others.
-double draw(const Range& range, Random& random) {
-  const double size = random.uniform(range.low, range.high), sign = random.uniform(-1, 1);
-  return range.either_sign && sign < 0 ? -size : size;
-}
-
-Camera vary(const Lens& lens, Random& random) {
-  Intrinsics k = lens.intrinsics;
-  const double zoom = random.uniform(0.97, 1.03);  // both focal lengths: pixels stay almost square
-  k.fx *= zoom * random.uniform(0.998, 1.002);
-  k.fy *= zoom * random.uniform(0.998, 1.002);
-  k.cx += random.uniform(-0.015, 0.015) * lens.size.width;
-  k.cy += random.uniform(-0.015, 0.015) * lens.size.height;
-  k.skew *= random.uniform(0.5, 1.5);
-  BrownConrady distortion{lens.distortion};
-  for (double& c : distortion.coefficients) c *= random.uniform(0.8, 1.2);
-  return {lens.size, k, distortion};
-}
-
-Vec3 vary(const Vec3& v, double by, Random& random) {
-  const double x = random.uniform(-by, by), y = random.uniform(-by, by), z = random.uniform(-by, by);
-  return v + Vec3(x, y, z);
-}
-
-/// Terms that the recipe's lens does not have.
-Camera with_more_terms(Camera lens, const std::optional<Range>& skew_px, const std::optional<Range>& k3,
-                       Random& random) {
-  const double drawn_skew = draw(skew_px.value_or(Range{}), random),
-               drawn_k3 = draw(k3.value_or(Range{}), random);
-  if (skew_px) lens.intrinsics.skew = drawn_skew;
-  if (k3) std::get<BrownConrady>(lens.distortion).coefficients[4] = drawn_k3;
-  return lens;
-}
-
-/// Camera and projector look at the same point: the middle of the projected frame falls on the camera's axis
-/// in the middle of the working distances, or `offset` metres right of it.
-Rig make_rig(const Recipe& recipe, double offset, const Conditions& conditions, Random& random,
-             Random& random_terms) {
-  Rig rig;
-  const Camera camera = with_more_terms(vary(recipe.camera, random), conditions.camera_skew_px,
-                                        conditions.camera_k3, random_terms);
-  rig.cameras.push_back({"camera", camera, Pose::identity()});
-  const Projector projector{with_more_terms(vary(recipe.projector, random), conditions.projector_skew_px,
-                                            conditions.projector_k3, random_terms)};
-  const Vec3 position = vary(recipe.projector_in_camera, 0.03, random);
-  const Vec3 target = vary(Vec3(offset, 0, 0.5 * (recipe.nearest + recipe.farthest)), 0.04, random);
-  const Vec2 middle(0.5 * (projector.size().width - 1), 0.5 * (projector.size().height - 1));
-  const std::optional<Ray> ray = projector.emit(middle);
-  require(ray.has_value(), "simulate: the recipe's projector lens does not reach its picture's middle");
-  const Vec3 aim = (target - position).normalized();
-  const Eigen::Quaterniond roll(Eigen::AngleAxisd(random.uniform(-3, 3) * kDegree, aim));
-  rig.projectors.push_back(
-      {"projector", projector, Pose(roll * rotation_between(ray->direction, aim), position)});
-  return rig;
-}
+using internal::Recipe;
+using internal::recipe_of;
+using internal::recipes;
+using internal::vary;
 
 /// How a sheet is put before the rig: where its middle falls, and how it is turned.
 struct Placing {
@@ -365,79 +233,6 @@ std::vector<ViewDefects> draw_defects(const Conditions& c, int views, Random& ra
   return defects;
 }
 
-/// Light moved over the projected frame, linear between pixels; dark comes in from beyond its border.
-ImageU8 moved_frame(const ImageU8& frame, const Vec2& shift) {
-  ImageU8 moved(frame.size(), frame.channels());
-  const int dx = int(std::floor(shift.x())), dy = int(std::floor(shift.y()));
-  const double left = shift.x() - dx, top = shift.y() - dy;
-  for (int y = 0; y < frame.height(); ++y)
-    for (int x = 0; x < frame.width(); ++x)
-      for (int channel = 0; channel < frame.channels(); ++channel) {
-        const auto at = [&](int u, int v) {
-          return u < 0 || v < 0 || u >= frame.width() || v >= frame.height()
-                     ? 0.0
-                     : double(frame.at(u, v, channel));
-        };
-        const int u = x - dx, v = y - dy;
-        moved.at(x, y, channel) =
-            std::uint8_t((1 - top) * ((1 - left) * at(u, v) + left * at(u - 1, v)) +
-                         top * ((1 - left) * at(u, v - 1) + left * at(u - 1, v - 1)) + 0.5);
-      }
-  return moved;
-}
-
-double mean(const ImageU8& image) {
-  double sum = 0;
-  const std::ptrdiff_t count = std::ptrdiff_t(image.width()) * image.height() * image.channels();
-  for (std::ptrdiff_t i = 0; i < count; ++i) sum += image.data()[i];
-  return sum / double(count);
-}
-
-/// The conditions' faults of a view's sequence.
-void add_faults(const SimulatedSession& session, std::size_t view, CaptureOptions& options,
-                std::vector<ImageU8>& shown) {
-  const Conditions& c = session.conditions;
-  const World& world = session.views[view];
-  Random random(session.capture.seed, view, 3);
-  const auto normal = [&] {
-    double sum = -6;
-    for (int i = 0; i < 12; ++i) sum += random.uniform(0, 1);
-    return sum;
-  };
-  const double angle = random.uniform(0, 2 * kPi);
-  const Vec2 direction(std::cos(angle), std::sin(angle));
-  if (c.spot > 0) {
-    options.spot = c.spot;
-    const double x = random.uniform(0.3, 0.7), y = random.uniform(0.3, 0.7);
-    const ArtworkRectangle print = print_of(world.board.layout);
-    const Vec2 on_board = print.low + Vec2(x, y).cwiseProduct(print.high - print.low);
-    const auto pixel =
-        world.rig.camera().camera.project(world.rig.camera().rig_from_camera.inverse() *
-                                          (world.rig_from_board * Vec3(on_board.x(), on_board.y(), 0)));
-    if (pixel) options.spot_at = *pixel;
-  }
-  const std::size_t count = shown.size();
-  if (c.auto_exposure > 0 || c.flicker > 0 || c.shake_px > 0 || c.drift_px > 0 || c.focus_drift_px > 0)
-    options.faults.resize(count);
-  for (std::size_t i = 0; i < options.faults.size(); ++i) {
-    FrameFault& fault = options.faults[i];
-    const double left = count > 1 ? 1 - double(i) / double(count - 1) : 0;
-    const double shake_x = normal(), shake_y = normal();
-    fault.shift_px = c.shake_px * Vec2(shake_x, shake_y) + left * c.drift_px * direction;
-    fault.blur_px = left * c.focus_drift_px;
-    // A frame's share of full light, and a tenth of it from the room.
-    const double light = (mean(shown[i]) / 255 + 0.1) / 1.1;
-    fault.gain =
-        std::pow(light, -c.auto_exposure) * (1 + c.flicker * std::sin(2 * kPi * random.uniform(0, 1)));
-    fault.ripple = c.flicker;
-    fault.ripple_phase = random.uniform(0, 1);
-  }
-  if (c.projector_drift_px > 0)
-    for (std::size_t i = 0; i + 1 < count; ++i)
-      shown[i] =
-          moved_frame(shown[i], (1 - double(i) / double(count - 1)) * c.projector_drift_px * direction);
-}
-
 BoardArtwork scaled(BoardArtwork artwork, double factor) {
   const auto scale = [&](ArtworkRectangle& r) { r.low *= factor, r.high *= factor; };
   for (ArtworkRectangle& rectangle : artwork.rectangles) scale(rectangle);
@@ -617,56 +412,6 @@ SimulatedSession make_session(Level level, std::uint64_t seed,
     session.views.push_back(world);
   }
   return session;
-}
-
-std::vector<ImageU8> capture_view(const SimulatedSession& session, std::size_t view,
-                                  const std::vector<ImageU8>& frames) {
-  require(view < session.views.size(), "capture_view: there is no view " + std::to_string(view));
-  CaptureOptions options = session.capture;
-  options.seed = Random(session.capture.seed, view, 1).next();
-  std::vector<ImageU8> shown = frames;
-  add_faults(session, view, options, shown);
-  const ViewDefects defects = session.defects.empty() ? ViewDefects{} : session.defects.at(view);
-  if (defects.white) options.brightest_grey = 255 * *defects.white;
-  const int count = int(frames.size());
-  if (defects.missing && count > 1)
-    for (int i = frame_at(*defects.missing, count); i + 1 < count; ++i)
-      shown[std::size_t(i)] = shown[std::size_t(i + 1)];
-  if (defects.stale && count > 1) {
-    const auto stale = std::size_t(frame_at(*defects.stale, count));
-    shown[stale] = shown[stale - 1];
-  }
-  const World& world = session.views[view];
-  if (defects.torn && count > 1) {
-    std::vector<ImageU8> captures = capture(world, shown, options);
-    const auto next = std::size_t(frame_at(*defects.torn, count));
-    if (!options.faults.empty()) options.faults = {options.faults[next]};
-    options.seed = Random(options.seed, 2, 0).next();
-    const ImageU8 later = capture(world, {shown[next]}, options).front();
-    // Through the board, wherever it is.
-    const auto middle =
-        world.rig.camera().camera.project(world.rig.camera().rig_from_camera.inverse() *
-                                          (world.rig_from_board * middle_of_print(world.board.layout)));
-    const int from = middle ? int(middle->y()) : later.height() / 2;
-    for (int y = from; y < later.height(); ++y)
-      std::copy_n(later.row(y), later.width() * later.channels(), captures[next - 1].row(y));
-    return captures;
-  }
-  if (!defects.moved || count < 2) return capture(world, shown, options);
-  const std::ptrdiff_t first_moved = frame_at(defects.moved->share, count);
-  std::vector<FrameFault> later_faults;
-  if (!options.faults.empty()) {
-    later_faults.assign(options.faults.begin() + first_moved, options.faults.end());
-    options.faults.resize(std::size_t(first_moved));
-  }
-  std::vector<ImageU8> captures = capture(world, {shown.begin(), shown.begin() + first_moved}, options);
-  World moved = world;
-  moved.rig_from_board = world.rig_from_board * defects.moved->board_from_moved;
-  options.seed = Random(options.seed, 1, 0).next();
-  options.faults = later_faults;
-  for (ImageU8& image : capture(moved, {shown.begin() + first_moved, shown.end()}, options))
-    captures.push_back(std::move(image));
-  return captures;
 }
 
 }  // namespace procam::simulate

@@ -47,20 +47,11 @@ class Desk {
   class Screen;         ///< the sink, with a copy of each frame
   class CaptureDialog;  ///< of session::record_session()
   class ShowFollower;   ///< of show::run()
+  struct StateParts;    ///< of state_text()
 
   // desk.cpp
   void pump();
   void take(const StudioCommand& command);
-  void execute(const StudioCommand& command);
-  void execute_setup(const StudioCommand& command);
-  void execute_surfaces(const StudioCommand& command);
-  void add_surface(const StudioCommand& command);
-  FittedSurface clicked_surface(const StudioCommand& command);
-  void add_surfaces_of(const std::string& file);
-  void require_new(const std::string& surface) const;
-  void add_mask(const StudioCommand& command);
-  void correct_rig();
-  void write_service();
   void go_to(Step step);
   void begin(Job job);
   void say(const std::string& sentence);
@@ -80,6 +71,19 @@ class Desk {
   void save_surfaces();
   const Rig& rig() const;
   Surface& surface(const std::string& name);
+
+  // desk_commands.cpp
+  void execute(const StudioCommand& command);
+  void execute_setup(const StudioCommand& command);
+  void choose(const StudioCommand& command);  ///< what execute_setup() takes back where it fails
+  void execute_surfaces(const StudioCommand& command);
+  void add_surface(const StudioCommand& command);
+  FittedSurface clicked_surface(const StudioCommand& command);
+  void add_surfaces_of(const std::string& file);
+  void require_new(const std::string& surface) const;
+  void add_mask(const StudioCommand& command);
+  void correct_rig();
+  void write_service();
 
   // desk_jobs.cpp
   void run_job();

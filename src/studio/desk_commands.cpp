@@ -68,65 +68,69 @@ void Desk::execute(const StudioCommand& command) {
 }
 
 void Desk::execute_setup(const StudioCommand& command) {
-  const std::string &verb = command.verb, &text = command.text;
-  Choices& choices = project_.choices;
-  const Choices before = choices;
+  const Choices before = project_.choices;
   try {
-    if (verb == "display") {
-      choices.display = text;
-      open_display();
-      show_test_card();
-    } else if (verb == "camera") {
-      choices.camera = text;
-      choices.camera_checked = 0;
-      open_camera();
-    } else if (verb == "camera_size") {
-      if (!text.empty()) io::parse_size(text);
-      choices.camera_size = text;
-      open_camera();
-    } else if (verb == "exposure") {
-      choices.exposure = text;
-      open_camera();
-    } else if (verb == "light") {
-      text == "outlines" ? show_outlines() : show_flat(text == "black" ? 0 : 255);
-    } else if (verb == "test_card") {
-      show_test_card();
-    } else if (verb == "board") {
-      choices.board = text;
-      choices.measured.clear();
-      make_board();
-    } else if (verb == "paper") {
-      io::parse_paper(text);
-      choices.paper = text;
-    } else if (verb == "measured") {
-      if (choices.board.empty()) throw refused("measured", "no board is chosen", "choose a board first");
-      choices.measured = text;
-      make_board();
-    } else if (verb == "views") {
-      const double wanted = command.numbers.empty() ? 0 : command.numbers[0];
-      if (!(wanted >= 3 && wanted <= 100)) throw refused("views", "3 to 100 are possible", "give e.g. 6");
-      choices.views = int(wanted);
-    } else if (verb == "accept") {
-      const double wanted = command.numbers.empty() ? 0 : command.numbers[0];
-      if (!(wanted > 0 && wanted < 1e4)) throw refused("limit", "it is no length in mm", "give e.g. 5");
-      choices.accept_mm = wanted;
-    } else if (verb == "measure_by") {
-      if (text != "light" && text != "depth" && text != "marker" && text != "size")
-        throw refused("measure by '" + text + "'", "there is none", "choose light, depth, marker or size");
-      choices.measure_by = text, scan_.clear(), wall_plane_.reset();
-    } else if (verb == "depth") {
-      choices.depth = text;
-    } else if (verb == "marker") {
-      io::parse_marker(text);
-      choices.marker = text;
-    } else {
-      throw refused("command '" + verb + "'", "there is none", "reload the page");
-    }
+    choose(command);
   } catch (...) {
-    choices = before;
+    project_.choices = before;
     throw;
   }
   project_.save();
+}
+
+void Desk::choose(const StudioCommand& command) {
+  const std::string &verb = command.verb, &text = command.text;
+  Choices& choices = project_.choices;
+  if (verb == "display") {
+    choices.display = text;
+    open_display();
+    show_test_card();
+  } else if (verb == "camera") {
+    choices.camera = text;
+    choices.camera_checked = 0;
+    open_camera();
+  } else if (verb == "camera_size") {
+    if (!text.empty()) io::parse_size(text);
+    choices.camera_size = text;
+    open_camera();
+  } else if (verb == "exposure") {
+    choices.exposure = text;
+    open_camera();
+  } else if (verb == "light") {
+    text == "outlines" ? show_outlines() : show_flat(text == "black" ? 0 : 255);
+  } else if (verb == "test_card") {
+    show_test_card();
+  } else if (verb == "board") {
+    choices.board = text;
+    choices.measured.clear();
+    make_board();
+  } else if (verb == "paper") {
+    io::parse_paper(text);
+    choices.paper = text;
+  } else if (verb == "measured") {
+    if (choices.board.empty()) throw refused("measured", "no board is chosen", "choose a board first");
+    choices.measured = text;
+    make_board();
+  } else if (verb == "views") {
+    const double wanted = command.numbers.empty() ? 0 : command.numbers[0];
+    if (!(wanted >= 3 && wanted <= 100)) throw refused("views", "3 to 100 are possible", "give e.g. 6");
+    choices.views = int(wanted);
+  } else if (verb == "accept") {
+    const double wanted = command.numbers.empty() ? 0 : command.numbers[0];
+    if (!(wanted > 0 && wanted < 1e4)) throw refused("limit", "it is no length in mm", "give e.g. 5");
+    choices.accept_mm = wanted;
+  } else if (verb == "measure_by") {
+    if (text != "light" && text != "depth" && text != "marker" && text != "size")
+      throw refused("measure by '" + text + "'", "there is none", "choose light, depth, marker or size");
+    choices.measure_by = text, scan_.clear(), wall_plane_.reset();
+  } else if (verb == "depth") {
+    choices.depth = text;
+  } else if (verb == "marker") {
+    io::parse_marker(text);
+    choices.marker = text;
+  } else {
+    throw refused("command '" + verb + "'", "there is none", "reload the page");
+  }
 }
 
 void Desk::execute_surfaces(const StudioCommand& command) {

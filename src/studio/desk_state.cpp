@@ -118,24 +118,79 @@ json drift_of(const std::optional<Drift>& drift) {
 
 }  // namespace
 
+/// Parts of the state, by page.
+struct Desk::StateParts {
+  const Desk& desk;
+
+  json progress() const {
+    json steps = json::array();
+    for (int i = 0; i < kSteps; ++i)
+      steps.push_back({{"id", to_string(Step(i))}, {"done", desk.project_.is_done(Step(i))}});
+    constexpr const char* kJobs[] = {"", "identify", "check", "capture", "scan", "drift", "show", "map"};
+    const auto [calibrating, percent] = desk.calibration_.progress();
+    const bool is_calibrating = desk.calibration_.is_running();
+    return {
+        {"project", desk.project_.folder().string()},
+        {"simulated", desk.stage_ != nullptr},
+        {"step", to_string(desk.project_.choices.step)},
+        {"steps", std::move(steps)},
+        {"job", is_calibrating ? "calibrate" : kJobs[int(desk.job_)]},
+        {"doing", is_calibrating ? calibrating : desk.doing_},
+        {"done", is_calibrating ? percent : desk.done_},
+        {"total", is_calibrating ? 100 : desk.total_},
+        {"messages", desk.messages_},
+    };
+  }
+
+  json camera() const {
+    const Choices& choices = desk.project_.choices;
+    json camera = {{"chosen", choices.camera},
+                   {"open", desk.camera_ != nullptr},
+                   {"size", {desk.image_size_.width, desk.image_size_.height}},
+                   {"wanted_size", choices.camera_size},
+                   {"exposure", choices.exposure},
+                   {"images_per_s", finite(desk.images_per_s_)},
+                   {"saturated", finite(100 * desk.saturated_share_)},
+                   {"brightness", finite(desk.brightness_)},
+                   {"sharpness", finite(desk.sharpness_)}};
+    if (choices.step == Step::kCamera) camera["list"] = cameras(desk.stage_ != nullptr, choices.camera);
+    return camera;
+  }
+
+  json capture() const {
+    json capture = {{"views", desk.project_.views_captured()},
+                    {"wanted", desk.project_.choices.views},
+                    {"camera_coverage", finite(100 * desk.camera_coverage_)},
+                    {"projector_coverage", finite(100 * desk.projector_coverage_)}};
+    add_spotted(desk.spotter_, capture);
+    const auto& guided = desk.guided_;
+    if (guided && desk.board_ && desk.image_size_.width > 0)
+      capture["next"] = {
+          {"outline", points(outline(*desk.board_, guided->camera_from_board, guided->camera))},
+          {"words", guided->words}};
+    capture["thinking"] = desk.next_pose_.is_running();
+    return capture;
+  }
+
+  json surfaces() const {
+    const Choices& choices = desk.project_.choices;
+    json list = json::array();
+    for (const Surface& one : desk.surfaces_.surfaces)
+      list.push_back(surface_entry(one, desk.rig_, desk.stage_.get()));
+    json surfaces = {{"list", std::move(list)},
+                     {"scanned", desk.project_.is_wall_measured()},
+                     {"measure_by", choices.measure_by},
+                     {"depth", choices.depth},
+                     {"marker", choices.marker}};
+    if (choices.step == Step::kSurfaces) surfaces["files"] = desk.project_.surface_files();
+    return surfaces;
+  }
+};
+
 std::string Desk::state_text() const {
   const Choices& choices = project_.choices;
-  json steps = json::array();
-  for (int i = 0; i < kSteps; ++i)
-    steps.push_back({{"id", to_string(Step(i))}, {"done", project_.is_done(Step(i))}});
-  constexpr const char* kJobs[] = {"", "identify", "check", "capture", "scan", "drift", "show", "map"};
-  const auto [calibrating, percent] = calibration_.progress();
-  json state = {
-      {"project", project_.folder().string()},
-      {"simulated", stage_ != nullptr},
-      {"step", to_string(choices.step)},
-      {"steps", std::move(steps)},
-      {"job", calibration_.is_running() ? "calibrate" : kJobs[int(job_)]},
-      {"doing", calibration_.is_running() ? calibrating : doing_},
-      {"done", calibration_.is_running() ? percent : done_},
-      {"total", calibration_.is_running() ? 100 : total_},
-      {"messages", messages_},
-  };
+  const StateParts parts{*this};
+  json state = parts.progress();
   state["revision"] = edits_.revision();
   state["edit"] = {{"revision", edits_.newest().revision},
                    {"page", edits_.newest().page},
@@ -151,47 +206,22 @@ std::string Desk::state_text() const {
   }
   state["outlines"] = outlines_shown_;
   if (choices.step == Step::kDisplay) state["display"]["list"] = displays(stage_ != nullptr);
-  state["camera"] = {{"chosen", choices.camera},
-                     {"open", camera_ != nullptr},
-                     {"size", {image_size_.width, image_size_.height}},
-                     {"wanted_size", choices.camera_size},
-                     {"exposure", choices.exposure},
-                     {"images_per_s", finite(images_per_s_)},
-                     {"saturated", finite(100 * saturated_share_)},
-                     {"brightness", finite(brightness_)},
-                     {"sharpness", finite(sharpness_)}};
-  if (choices.step == Step::kCamera) state["camera"]["list"] = cameras(stage_ != nullptr, choices.camera);
+  state["camera"] = parts.camera();
   state["lit"] = lit_ ? json::array({point(lit_->low), point(lit_->high)}) : json(nullptr);
   state["board"] = {{"text", board_ ? io::format_board(*board_) : ""},
                     {"paper", choices.paper},
                     {"measured", choices.measured}};
-  json capture = {{"views", project_.views_captured()},
-                  {"wanted", choices.views},
-                  {"camera_coverage", finite(100 * camera_coverage_)},
-                  {"projector_coverage", finite(100 * projector_coverage_)}};
-  add_spotted(spotter_, capture);
-  if (guided_ && board_ && image_size_.width > 0)
-    capture["next"] = {{"outline", points(outline(*board_, guided_->camera_from_board, guided_->camera))},
-                       {"words", guided_->words}};
-  capture["thinking"] = next_pose_.is_running();
-  state["capture"] = std::move(capture);
+  state["capture"] = parts.capture();
   state["rig"] = {{"there", rig_.has_value()},
                   {"passed", rig_passed_},
                   {"predicted_mm", optional(predicted_mm_)},
                   {"true_mm", optional(true_rig_mm_)},
                   {"accept_mm", finite(choices.accept_mm)},
                   {"lines", headline_}};
-  json surfaces = json::array();
-  for (const Surface& one : surfaces_.surfaces) surfaces.push_back(surface_entry(one, rig_, stage_.get()));
-  std::error_code ignored;
-  state["surfaces"] = {{"list", std::move(surfaces)},
-                       {"scanned", project_.is_wall_measured()},
-                       {"measure_by", choices.measure_by},
-                       {"depth", choices.depth},
-                       {"marker", choices.marker}};
-  if (choices.step == Step::kSurfaces) state["surfaces"]["files"] = project_.surface_files();
+  state["surfaces"] = parts.surfaces();
   if (choices.step == Step::kContent) state["contents"] = device::content_files(project_.folder(), 200);
   state["drift"] = drift_of(drift_);
+  std::error_code ignored;
   const bool has_service = std::filesystem::exists(project_.service(), ignored);
   state["service"] = has_service ? std::filesystem::absolute(project_.service()).string() : "";
   state["show"] = {{"running", job_ == Job::kShow},

@@ -66,6 +66,60 @@ std::optional<ProjectedPoint> project_point(const Camera& lens, const Vec3& poin
       lens.distortion);
 }
 
+namespace {
+
+using RayByLens = Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, 16>;
+
+/// A point on the ray d of its anchor, z = 1, and its inverse depth w along it: U = R d + w t, the anchor's pose being
+/// (R, t), is w times the point in the rig's frame.
+struct AnchoredPoint {
+  int position = 0;  ///< the anchor's
+  double w = 0;
+  Vec3 u;
+  Mat3 rotation;
+  Vec3 translation;
+  /// d by the anchor's lens, whose columns these are; no columns: the lens is fixed.
+  RayByLens ray_by_lens;
+  const std::vector<int>* lens_columns = nullptr;
+};
+
+/// What one device adds to a reading's derivatives.
+struct DeviceTerm {
+  int pose, lens;
+  Mat23 by_rig_direction;  ///< the weighted derivative by U
+  Mat2 weight;
+  const ProjectedPoint& projected;
+};
+
+AnchoredPoint anchored_point(int position, const Pose& rig_from_anchor, const Vec3& d, double w) {
+  AnchoredPoint point;
+  point.position = position;
+  point.w = w;
+  point.rotation = rig_from_anchor.rotation_matrix();
+  point.translation = rig_from_anchor.translation;
+  point.u = point.rotation * d + w * point.translation;
+  return point;
+}
+
+/// How the ray moves with the lens while its pixel stays: pi(lens, d) = pixel.
+std::optional<RayByLens> ray_by_lens(const Camera& lens, const Vec3& d) {
+  const std::optional<ProjectedPoint> at = project_point(lens, d);
+  if (!at) return std::nullopt;
+  RayByLens out;
+  out.setZero(3, at->by_lens.cols());
+  out.topRows<2>() = -at->by_point.leftCols<2>().inverse() * at->by_lens;
+  return out;
+}
+
+DeviceTerm device_term(const RoomState& state, int pose, int lens, const Mat2& weight,
+                       const ProjectedPoint& projected) {
+  const Mat23 by_rig =
+      weight * projected.by_point * state.rig_from_device[std::size_t(pose)].rotation_matrix().transpose();
+  return {pose, lens, by_rig, weight, projected};
+}
+
+}  // namespace
+
 /// A point's equations: columns of the parameters in use, the depth's column, the residuals; whitened.
 struct Adjustment::Rows {
   std::vector<int> columns;  ///< in the system
@@ -73,6 +127,38 @@ struct Adjustment::Rows {
   VecX by_depth, residual;
   int count = 0;
   std::vector<int> local;  ///< by system column; -1: not in use
+
+  /// `layout` null: the depth's column alone.
+  void add(int row, const AnchoredPoint& point, const RoomState& state, const Layout* layout,
+           const DeviceTerm& term) {
+    const Pose& place = state.rig_from_device[std::size_t(term.pose)];
+    by_depth.segment<2>(row) += term.by_rig_direction * (point.translation - place.translation);
+    if (layout == nullptr) return;
+    const Mat23 rotated = term.by_rig_direction * hat(point.u);
+    add_pose(row, layout->pose[std::size_t(point.position)], -rotated, point.w * term.by_rig_direction);
+    add_pose(row, layout->pose[std::size_t(term.pose)], rotated, -point.w * term.by_rig_direction);
+    if (point.lens_columns != nullptr) {
+      const Eigen::Matrix<double, 2, Eigen::Dynamic, 0, 2, 16> by_lens =
+          term.by_rig_direction * point.rotation * point.ray_by_lens;
+      for (std::size_t i = 0; i < point.lens_columns->size(); ++i)
+        if ((*point.lens_columns)[i] >= 0)
+          by_parameters.block<2, 1>(row, local[std::size_t((*point.lens_columns)[i])]) +=
+              by_lens.col(Eigen::Index(i));
+    }
+    const std::vector<int>& own = layout->lens[std::size_t(term.lens)];
+    for (std::size_t i = 0; i < own.size(); ++i)
+      if (own[i] >= 0)
+        by_parameters.block<2, 1>(row, local[std::size_t(own[i])]) +=
+            term.weight * term.projected.by_lens.col(Eigen::Index(i));
+  }
+
+ private:
+  void add_pose(int row, int first, const Mat23& rotation, const Mat23& translation) {
+    if (first < 0) return;
+    const int at = local[std::size_t(first)];
+    by_parameters.block<2, 3>(row, at) += rotation;
+    by_parameters.block<2, 3>(row, at + 3) += translation;
+  }
 };
 
 Adjustment::Adjustment(const RoomPoints& points, const AdjustOptions& options)
@@ -111,6 +197,34 @@ Layout Adjustment::layout(const RoomState& state) const {
   return out;
 }
 
+void Adjustment::take_columns(const Layout& layout, int anchor,
+                              const std::vector<const LightReading*>& readings, Rows& rows) const {
+  rows.columns.clear();
+  rows.local.assign(std::size_t(layout.size), -1);
+  const auto take = [&](int column) {
+    if (column < 0 || rows.local[std::size_t(column)] >= 0) return;
+    rows.local[std::size_t(column)] = int(rows.columns.size());
+    rows.columns.push_back(column);
+  };
+  const auto take_pose = [&](int pose) {
+    if (layout.pose[std::size_t(pose)] >= 0)
+      for (int i = 0; i < 6; ++i) take(layout.pose[std::size_t(pose)] + i);
+  };
+  const auto take_lens = [&](int lens) {
+    for (const int column : layout.lens[std::size_t(lens)]) take(column);
+  };
+  take_pose(anchor);
+  take_lens(camera_lens(anchor));
+  for (const LightReading* reading : readings) {
+    const MapDevices& map = points_.maps[std::size_t(reading->map)];
+    take_pose(map.position);
+    take_lens(camera_lens(map.position));
+    take_pose(projector_pose(map.projector));
+    take_lens(projector_lens(map.projector));
+  }
+  rows.by_parameters.setZero(rows.count, Eigen::Index(rows.columns.size()));
+}
+
 bool Adjustment::linearise(const RoomState& state, const Layout* layout, int point, Rows& rows,
                            bool only_anchor) const {
   const RoomPoint& p = points_.points[std::size_t(point)];
@@ -119,123 +233,49 @@ bool Adjustment::linearise(const RoomState& state, const Layout* layout, int poi
   if (!std::isfinite(w) || !state.solved[std::size_t(anchor)]) return false;
   const Camera& anchor_lens = state.lenses[std::size_t(camera_lens(anchor))];
   const std::optional<Vec3> d = ray_of(anchor_lens, p.readings[0].camera_pixel);
-  if (!d) return false;
-  const Pose& rig_from_anchor = state.rig_from_device[std::size_t(anchor)];
-  const Mat3 anchor_rotation = rig_from_anchor.rotation_matrix();
-  const Vec3 u = anchor_rotation * *d + w * rig_from_anchor.translation;
-  if (!(std::abs(w) < 1e4)) return false;
+  if (!d || !(std::abs(w) < 1e4)) return false;
+  AnchoredPoint anchored = anchored_point(anchor, state.rig_from_device[std::size_t(anchor)], *d, w);
 
-  std::vector<int> in_use;
+  std::vector<const LightReading*> in_use;
   for (int r = 0; r < (only_anchor ? 1 : int(p.readings.size())); ++r)
-    if (active(state, point, r)) in_use.push_back(r);
+    if (active(state, point, r)) in_use.push_back(&p.readings[std::size_t(r)]);
   if (in_use.empty()) return false;
   rows.count = 2 * int(in_use.size());
   rows.residual.resize(rows.count);
-  rows.by_depth.resize(rows.count);
-
-  // Blocks of columns that take part.
+  rows.by_depth.setZero(rows.count);
   rows.columns.clear();
   if (layout != nullptr) {
-    rows.local.assign(std::size_t(layout->size), -1);
-    const auto take = [&](int column) {
-      if (column < 0 || rows.local[std::size_t(column)] >= 0) return;
-      rows.local[std::size_t(column)] = int(rows.columns.size());
-      rows.columns.push_back(column);
-    };
-    const auto take_pose = [&](int pose) {
-      if (layout->pose[std::size_t(pose)] >= 0)
-        for (int i = 0; i < 6; ++i) take(layout->pose[std::size_t(pose)] + i);
-    };
-    const auto take_lens = [&](int lens) {
-      for (const int column : layout->lens[std::size_t(lens)]) take(column);
-    };
-    take_pose(anchor);
-    take_lens(camera_lens(anchor));
-    for (const int r : in_use) {
-      const MapDevices& map = points_.maps[std::size_t(p.readings[std::size_t(r)].map)];
-      take_pose(map.position);
-      take_lens(camera_lens(map.position));
-      take_pose(projector_pose(map.projector));
-      take_lens(projector_lens(map.projector));
+    take_columns(*layout, anchor, in_use, rows);
+    const std::vector<int>& columns = layout->lens[std::size_t(camera_lens(anchor))];
+    if (std::any_of(columns.begin(), columns.end(), [](int c) { return c >= 0; })) {
+      const std::optional<RayByLens> by_lens = ray_by_lens(anchor_lens, *d);
+      if (!by_lens) return false;
+      anchored.ray_by_lens = *by_lens;
+      anchored.lens_columns = &columns;
     }
-    rows.by_parameters.setZero(rows.count, Eigen::Index(rows.columns.size()));
   }
 
-  // d by the anchor's lens: pi(lens, d) stays at the pixel.
-  Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, 16> ray_by_lens;
-  const std::vector<int>* anchor_columns =
-      layout != nullptr ? &layout->lens[std::size_t(camera_lens(anchor))] : nullptr;
-  const bool anchor_lens_free =
-      anchor_columns != nullptr &&
-      std::any_of(anchor_columns->begin(), anchor_columns->end(), [](int c) { return c >= 0; });
-  if (anchor_lens_free) {
-    const std::optional<ProjectedPoint> at = project_point(anchor_lens, *d);
-    if (!at) return false;
-    ray_by_lens.setZero(3, at->by_lens.cols());
-    ray_by_lens.topRows<2>() = -at->by_point.leftCols<2>().inverse() * at->by_lens;
-  }
-
-  // by_rig_direction: the weighted derivative by U.
-  const auto add = [&](int row, const Mat23& by_rig_direction, int pose, int lens,
-                       const ProjectedPoint& projected, const Mat2& weight) {
-    const Pose& place = state.rig_from_device[std::size_t(pose)];
-    rows.by_depth.segment<2>(row) += by_rig_direction * (rig_from_anchor.translation - place.translation);
-    if (layout == nullptr) return;
-    const auto block = [&](int first, const Mat23& rotation, const Mat23& translation) {
-      if (first < 0) return;
-      const int at = rows.local[std::size_t(first)];
-      rows.by_parameters.block<2, 3>(row, at) += rotation;
-      rows.by_parameters.block<2, 3>(row, at + 3) += translation;
-    };
-    const Mat23 rotated = by_rig_direction * hat(u);
-    block(layout->pose[std::size_t(anchor)], -rotated, w * by_rig_direction);
-    block(layout->pose[std::size_t(pose)], rotated, -w * by_rig_direction);
-    if (anchor_lens_free) {
-      const Eigen::Matrix<double, 2, Eigen::Dynamic, 0, 2, 16> by_lens =
-          by_rig_direction * anchor_rotation * ray_by_lens;
-      for (std::size_t i = 0; i < anchor_columns->size(); ++i)
-        if ((*anchor_columns)[i] >= 0)
-          rows.by_parameters.block<2, 1>(row, rows.local[std::size_t((*anchor_columns)[i])]) +=
-              by_lens.col(Eigen::Index(i));
-    }
-    const std::vector<int>& columns = layout->lens[std::size_t(lens)];
-    for (std::size_t i = 0; i < columns.size(); ++i)
-      if (columns[i] >= 0)
-        rows.by_parameters.block<2, 1>(row, rows.local[std::size_t(columns[i])]) +=
-            weight * projected.by_lens.col(Eigen::Index(i));
-  };
-
-  rows.by_depth.setZero();
   for (std::size_t k = 0; k < in_use.size(); ++k) {
-    const LightReading& reading = p.readings[std::size_t(in_use[k])];
+    const LightReading& reading = *in_use[k];
     const MapDevices& map = points_.maps[std::size_t(reading.map)];
     const int row = 2 * int(k);
     const Mat2 whiten = reading.sigma.cwiseInverse().asDiagonal();
     const auto place_in = [&](int pose) {
       const Pose& place = state.rig_from_device[std::size_t(pose)];
-      return Vec3(place.rotation.conjugate() * (u - w * place.translation));
+      return Vec3(place.rotation.conjugate() * (anchored.u - w * place.translation));
     };
-    const int projector = projector_pose(map.projector), projector_glass = projector_lens(map.projector);
-    const Camera& lit = state.lenses[std::size_t(projector_glass)];
-    const std::optional<ProjectedPoint> light = project_point(lit, place_in(projector));
+    const int projector = projector_pose(map.projector), glass = projector_lens(map.projector);
+    const auto light = project_point(state.lenses[std::size_t(glass)], place_in(projector));
     if (!light) return false;
     Vec2 residual = reading.projector_pixel - light->pixel;
-    {
-      const Mat2 weight = -whiten;
-      const Mat23 by_rig = weight * light->by_point *
-                           state.rig_from_device[std::size_t(projector)].rotation_matrix().transpose();
-      add(row, by_rig, projector, projector_glass, *light, weight);
-    }
+    rows.add(row, anchored, state, layout, device_term(state, projector, glass, -whiten, *light));
     if (map.position != anchor) {
-      const int glass = camera_lens(map.position);
-      const Camera& lens = state.lenses[std::size_t(glass)];
-      const std::optional<ProjectedPoint> image = project_point(lens, place_in(map.position));
+      const int lens = camera_lens(map.position);
+      const auto image = project_point(state.lenses[std::size_t(lens)], place_in(map.position));
       if (!image) return false;
       residual += reading.projector_by_camera * (image->pixel - reading.camera_pixel);
       const Mat2 weight = whiten * reading.projector_by_camera;
-      const Mat23 by_rig = weight * image->by_point *
-                           state.rig_from_device[std::size_t(map.position)].rotation_matrix().transpose();
-      add(row, by_rig, map.position, glass, *image, weight);
+      rows.add(row, anchored, state, layout, device_term(state, map.position, lens, weight, *image));
     }
     rows.residual.segment<2>(row) = whiten * residual;
   }

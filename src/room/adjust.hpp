@@ -107,6 +107,9 @@ class Adjustment {
   struct Rows;
   bool linearise(const RoomState& state, const Layout* layout, int point, Rows& rows,
                  bool only_anchor = false) const;
+  /// The columns of the anchor and of what the readings depend on.
+  void take_columns(const Layout& layout, int anchor, const std::vector<const LightReading*>& readings,
+                    Rows& rows) const;
   /// Every depth in use towards its minimum, the devices as they are: two Gauss-Newton steps.
   void settle_depths(RoomState& state) const;
   double cost(const RoomState& state, const Layout& layout, double loss_square) const;

@@ -64,8 +64,7 @@ void GlRenderer::State::write_numbers() {
   }
 }
 
-void GlRenderer::State::write_lists() {
-  // Where the levels of the contents and masks lie.
+void GlRenderer::State::place_contents() {
   content_texels_ = 0;
   for (Item& item : items_)
     for (Shown* const shown : item.records()) {
@@ -79,7 +78,10 @@ void GlRenderer::State::write_lists() {
       }
     }
   moved_contents_ = true;
+}
 
+void GlRenderer::State::write_lists() {
+  place_contents();
   const render::TileGrid grid = lens_.grid();
   lists_.clear();
   lists_.resize(items_.size() * 2 * kRecordTexels);

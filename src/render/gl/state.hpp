@@ -88,6 +88,8 @@ class GlRenderer::State {
   void write_contents();
   /// Facets of all items; those of a plane or pixel surface are one.
   void write_numbers();
+  /// Where the levels of the contents and masks lie.
+  void place_contents();
   void write_lists();
   /// The steps of a tile, and what they refer to.
   void add_tile(int x, int y);

@@ -46,8 +46,8 @@ constexpr double kSmallestStep = 1e-8;  ///< radians, metres
 
 class MostProbable {
  public:
-  MostProbable(const MarkChain& chain, const Which& marks, const Free& free, const Mat6& projector_bump,
-               const Mat6& surface_bump, double scatter)
+  MostProbable(const MarkChain& chain, const Which& marks, const Free& free, const Bumps& bumps,
+               double scatter)
       : chain_(chain),
         marks_(marks),
         free_(free),
@@ -55,8 +55,8 @@ class MostProbable {
         weights_(VecX::Ones(Eigen::Index(marks.size()))) {
     MatX prior = chain.stated();
     const Eigen::Index at_projector = chain.projector_place(), at_surface = chain.surface_place();
-    if (free.projector) prior.block<6, 6>(at_projector, at_projector) += projector_bump;
-    if (free.surface) prior.block<6, 6>(at_surface, at_surface) += surface_bump;
+    if (free.projector) prior.block<6, 6>(at_projector, at_projector) += bumps.projector;
+    if (free.surface) prior.block<6, 6>(at_surface, at_surface) += bumps.surface;
     root_ = root_of(prior);
   }
 
@@ -138,9 +138,9 @@ class MostProbable {
 
 }  // namespace
 
-Fit most_probable(const MarkChain& chain, const Which& marks, const Free& free, const Mat6& projector_bump,
-                  const Mat6& surface_bump, double scatter, bool robust) {
-  return MostProbable(chain, marks, free, projector_bump, surface_bump, scatter).fit(robust);
+Fit most_probable(const MarkChain& chain, const Which& marks, const Free& free, const Bumps& bumps,
+                  double scatter, bool robust) {
+  return MostProbable(chain, marks, free, bumps, scatter).fit(robust);
 }
 
 }  // namespace procam::analyze

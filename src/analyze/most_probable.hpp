@@ -46,6 +46,11 @@ struct Free {
   bool projector = false, surface = false;
 };
 
+/// How far things move when they are bumped, as covariances of left increments in the rig's frame.
+struct Bumps {
+  Mat6 projector, surface;
+};
+
 struct Fit {
   Moved moved;
   VecX squares;     ///< of each mark's distance from the fit, in units of its detected noise
@@ -60,7 +65,7 @@ struct Fit {
 ///
 /// With `robust`, marks far from the fit weigh less (Cauchy's weights), measured by their median: all count
 /// little while the fit is far off.
-Fit most_probable(const MarkChain& chain, const Which& marks, const Free& free, const Mat6& projector_bump,
-                  const Mat6& surface_bump, double scatter, bool robust = false);
+Fit most_probable(const MarkChain& chain, const Which& marks, const Free& free, const Bumps& bumps,
+                  double scatter, bool robust = false);
 
 }  // namespace procam::analyze

@@ -348,10 +348,9 @@ VerifyResult verify(const Rig& rig, const RigCamera& camera, const RigProjector&
   for (const LightPoint& mark : marks) result.marks.emplace_back().seen = mark;
   const Which meet = meeting(chain, surface.name, result.marks);
 
-  const Mat6 projector_bump = bump_of(projector.rig_from_projector, options),
-             surface_bump = bump_of(rig_from_surface, options);
+  const Bumps bumps{bump_of(projector.rig_from_projector, options), bump_of(rig_from_surface, options)};
   const auto fit = [&](const Which& which, const Free& free, double scatter, bool robust = false) {
-    return most_probable(chain, which, free, projector_bump, surface_bump, scatter, robust);
+    return most_probable(chain, which, free, bumps, scatter, robust);
   };
   const Which used = agreeing(fit(meet, {true, true}, 1, true), meet, options.false_alarm_rate, result.marks);
   result.used = int(used.size());

@@ -94,19 +94,26 @@ void draw_label(cv::Mat& canvas, const std::string& text, const cv::Point& besid
               cv::LINE_AA);
 }
 
-void draw_device(cv::Mat& canvas, const RoomView2& view, int left, const Camera& lens,
-                 const Pose& rig_from_device, const std::string& name, const cv::Scalar& colour,
-                 double length, std::vector<cv::Rect>& labels) {
-  const cv::Point from = view.at(rig_from_device.translation, left);
-  const double w = lens.size.width - 1, h = lens.size.height - 1;
+struct DrawnDevice {
+  const Camera& lens;
+  const Pose& rig_from_device;
+  std::string name;
+  cv::Scalar colour;
+};
+
+/// `length`: of the rays at its picture's sides, metres.
+void draw_device(cv::Mat& canvas, const RoomView2& view, int left, const DrawnDevice& device, double length,
+                 std::vector<cv::Rect>& labels) {
+  const cv::Point from = view.at(device.rig_from_device.translation, left);
+  const double w = device.lens.size.width - 1, h = device.lens.size.height - 1;
   const Vec2 ends[] = {view.axis == 0 ? Vec2(0, h / 2) : Vec2(w / 2, 0),
                        view.axis == 0 ? Vec2(w, h / 2) : Vec2(w / 2, h)};
   for (const Vec2& pixel : ends)
-    if (const std::optional<Vec3> bearing = lens.unproject(pixel))
-      cv::line(canvas, from, view.at(rig_from_device * Vec3(length * *bearing), left), colour, 1,
-               cv::LINE_AA);
-  cv::circle(canvas, from, 6, colour, cv::FILLED, cv::LINE_AA);
-  if (view.axis == 0) draw_label(canvas, name, from, colour, labels);
+    if (const std::optional<Vec3> bearing = device.lens.unproject(pixel))
+      cv::line(canvas, from, view.at(device.rig_from_device * Vec3(length * *bearing), left), device.colour,
+               1, cv::LINE_AA);
+  cv::circle(canvas, from, 6, device.colour, cv::FILLED, cv::LINE_AA);
+  if (view.axis == 0) draw_label(canvas, device.name, from, device.colour, labels);
 }
 
 }  // namespace
@@ -197,11 +204,14 @@ ImageU8 room_calibration_picture(const room::RoomCalibration& result) {
     const double length = 0.35 * result.distance;
     std::vector<cv::Rect> labels;
     for (const room::SolvedPosition& p : result.positions)
-      draw_device(canvas, view, left, result.rig.camera(p.camera).camera, p.rig_from_camera,
-                  p.camera + " " + p.view, kCameraColour, length, labels);
+      draw_device(
+          canvas, view, left,
+          {result.rig.camera(p.camera).camera, p.rig_from_camera, p.camera + " " + p.view, kCameraColour},
+          length, labels);
     for (const RigProjector& p : result.rig.projectors)
-      draw_device(canvas, view, left, p.projector.inverse_camera, p.rig_from_projector, p.name,
-                  kProjectorColour, length, labels);
+      draw_device(canvas, view, left,
+                  {p.projector.inverse_camera, p.rig_from_projector, p.name, kProjectorColour}, length,
+                  labels);
     cv::putText(canvas, axis == 0 ? "from above" : "from the side", {left + 12, 28}, cv::FONT_HERSHEY_DUPLEX,
                 0.6, kInk, 1, cv::LINE_AA);
     const int bar = int(0.5 * view.scale), y = kViewHeight - 14;

@@ -105,12 +105,10 @@ Provenance with_correction(Provenance provenance, const analyze::VerifyResult& r
   return provenance;
 }
 
-/// The asked-for file in any case: without an alarm nothing is corrected, and it says what was stated before.
-void write_corrected(Console& console, const analyze::VerifyResult& result, const Flags& flags,
+/// Without an alarm as well: then nothing is corrected, and the file says what was stated before.
+void write_corrected(const analyze::VerifyResult& result, const Flags& flags,
                      const session::ProjectedBoardCapture& captures, const Rig& rig, SurfaceSet surfaces,
                      const Pose& rig_from_frame) {
-  if (flags.output.empty()) return;
-  if (!result.alarm) console.say("nothing is corrected: " + flags.output + " is as it was");
   if (flags.options.correct == analyze::Correct::kProjector) {
     Rig corrected = result.rig.value_or(rig);
     if (result.rig) corrected.provenance = with_correction(rig.provenance, result, flags, captures);
@@ -135,13 +133,16 @@ ExitCode verify_projection(Flags flags, Console& console) {
   const PlanarSurface& plane = plane_of(surface);
   const session::ProjectedBoardCapture captures = session::read_projected_board(
       flags.captures, flags.pattern, projector.projector.size(), camera.camera.size);
-  const KnownWorld frame = frame_of(surface.name, plane, {flags.pose, flags.markers}, rig, camera, projector,
-                                    captures.light.flat_lit);
+  const KnownWorld frame =
+      frame_of(surface, {flags.pose, flags.markers}, rig, camera, projector, captures.light.flat_lit);
   const analyze::StatedSurface stated = state_surface(surface, plane, frame, flags.map_sigma);
 
   const analyze::VerifyResult result =
       analyze::verify(rig, camera, projector, stated, captures.light.points, flags.options);
-  write_corrected(console, result, flags, captures, rig, surfaces, frame.rig_from_world.pose);
+  if (!flags.output.empty() && !result.alarm)
+    console.say("nothing is corrected: " + flags.output + " is as it was");
+  if (!flags.output.empty())
+    write_corrected(result, flags, captures, rig, surfaces, frame.rig_from_world.pose);
   if (!flags.picture.empty())
     io::write_file_atomically(
         flags.picture,

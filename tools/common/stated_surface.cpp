@@ -54,22 +54,21 @@ PlanarSurface& plane_of(Surface& surface) {
   return *plane;
 }
 
-/// The pose of the frame that the surface is placed in.
-KnownWorld frame_of(const std::string& surface, const PlanarSurface& plane, const WorldFiles& files,
-                    const Rig& rig, const RigCamera& camera, const RigProjector& projector,
-                    const ImageU8& flat_lit) {
-  if (plane.frame == "rig" && files.markers.empty()) return {};
-  if (plane.frame == "rig")
-    throw Error(ErrorKind::kInput, "surface '" + surface + "'",
+KnownWorld frame_of(const Surface& surface, const WorldFiles& files, const Rig& rig, const RigCamera& camera,
+                    const RigProjector& projector, const ImageU8& flat_lit) {
+  const std::string& frame = std::get<PlanarSurface>(surface.geometry).frame;
+  if (frame == "rig" && files.markers.empty()) return {};
+  if (frame == "rig")
+    throw Error(ErrorKind::kInput, "surface '" + surface.name + "'",
                 "it is placed in the rig, and --markers measure where the world is",
                 "place it in the world of the markers, or leave --markers out");
-  if (plane.frame != "world")
-    throw Error(ErrorKind::kInput, "surface '" + surface + "'", "its frame '" + plane.frame + "' is unknown",
+  if (frame != "world")
+    throw Error(ErrorKind::kInput, "surface '" + surface.name + "'", "its frame '" + frame + "' is unknown",
                 "place it in world or rig");
   if (!files.markers.empty()) return world_by_markers(files.markers, camera, flat_lit);
   if (files.pose.empty())
     throw Error(
-        ErrorKind::kInput, "surface '" + surface + "'", "it is placed in the world",
+        ErrorKind::kInput, "surface '" + surface.name + "'", "it is placed in the world",
         "say where that is: --pose pose.json, or --markers markers.json when some show in the captures");
   return {room_frames(rig, projector, io::load_pose(files.pose)).get("rig", "world"), {}, {}};
 }

@@ -26,11 +26,10 @@ struct WorldFiles {
   std::string pose, markers;
 };
 
-/// The pose of the frame that the surface is placed in: from a pose file, or from printed markers in the
+/// The pose of the frame that the planar surface is placed in: from a pose file, or from printed markers in the
 /// flat-lit picture. Throws Error(kInput) for a frame that neither states.
-KnownWorld frame_of(const std::string& surface, const PlanarSurface& plane, const WorldFiles& files,
-                    const Rig& rig, const RigCamera& camera, const RigProjector& projector,
-                    const ImageU8& flat_lit);
+KnownWorld frame_of(const Surface& surface, const WorldFiles& files, const Rig& rig, const RigCamera& camera,
+                    const RigProjector& projector, const ImageU8& flat_lit);
 
 /// The surface in the rig; `sigma` of its pose adds to the world's.
 analyze::StatedSurface state_surface(const Surface& surface, const PlanarSurface& plane,

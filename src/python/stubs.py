@@ -8,8 +8,6 @@ import pathlib
 import re
 import sys
 
-SUBMODULES = ("analyze", "calibrate", "depth", "detect", "io", "pattern", "render", "report", "session", "show",
-              "simulate", "surface", "track")
 HEADER = """# Made from the built module by src/python/stubs.py.
 import os
 import pathlib
@@ -22,6 +20,12 @@ import numpy.typing
 import procam
 """
 ARRAY = re.compile(r"numpy\.ndarray(\[[^\[\]]*(\[[^\[\]]*\])?\])?")
+
+
+def submodules():
+    """Names of the extension's own modules, which have no file."""
+    return sorted(name.split(".")[1] for name, module in sys.modules.items()
+                  if name.startswith("procam.") and not getattr(module, "__file__", None))
 
 
 def python_type(text, result):
@@ -177,7 +181,7 @@ def class_lines(name, cls, indent):
 def module_text(module):
     lines = [HEADER]
     if module.__name__ == "procam":
-        lines += [f"from . import {one} as {one}" for one in SUBMODULES] + ["", "__version__: str"]
+        lines += [f"from . import {one} as {one}" for one in submodules()] + ["", "__version__: str"]
     own = {k: v for k, v in vars(module).items() if not k.startswith("_") and not inspect.ismodule(v)}
     for name, value in own.items():
         if inspect.isclass(value):
@@ -194,7 +198,7 @@ def main():
     sys.path[0] = str(folder.parent)  # not the sources beside this script
     import procam
 
-    for name in SUBMODULES:
+    for name in submodules():
         (folder / f"{name}.pyi").write_text(module_text(sys.modules[f"procam.{name}"]))
     (folder / "__init__.pyi").write_text(module_text(procam))
 

@@ -168,7 +168,7 @@ session::BoardView read_gray(const std::string& view_name, const std::vector<Vie
 PatternLight gray_light(const std::vector<ViewU8>& captures, const pattern::GrayCode& gray_code,
                         const GrayReading& how) {
   pattern::StripeEdgeOptions options;
-  // Edges on dark surfaces (12 grey levels) hardly stand out by 5 deviations. Each counts by its own deviation here.
+  // Few edges on dark surfaces (12 grey levels) stand out by 5 deviations. Each counts by its own deviation here.
   options.min_step_sigmas = 2;
   if (!how.has_inverses) {
     options.decode.bit_sigmas *= std::sqrt(3.0);

@@ -40,8 +40,22 @@ void bind_measure(py::module_& m) {
       .field("consistency", &scan::Scan::consistency, "1 when rig and light agree")
       .field("consistency_px", &scan::Scan::consistency_px, "RMS of the disagreement, projector pixels")
       .field("diagnostics", &scan::Scan::diagnostics, "");
-  scan.type.def("measured", &scan::Scan::measured, "", py::arg("x"), py::arg("y"))
-      .def("total_sigma", &scan::Scan::total_sigma, "Of both parts, metres.", py::arg("x"), py::arg("y"));
+  scan.type
+      .def(
+          "measured",
+          [](const scan::Scan& self, int x, int y) {
+            require_pixel(self.depth.size(), x, y, "Scan.measured");
+            return self.measured(x, y);
+          },
+          "", py::arg("x"), py::arg("y"))
+      .def(
+          "total_sigma",
+          [](const scan::Scan& self, int x, int y) {
+            require_pixel(self.sigma.size(), x, y, "Scan.total_sigma");
+            require_pixel(self.rig_sigma.size(), x, y, "Scan.total_sigma");
+            return self.total_sigma(x, y);
+          },
+          "Of both parts, metres.", py::arg("x"), py::arg("y"));
 
   function(m, "pixel_rays", &scan::pixel_rays,
            "float32 (h, w, 2): each camera pixel's (a, b) with the ray (a, b, 1).", py::arg("camera"),

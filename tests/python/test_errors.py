@@ -5,7 +5,6 @@ import re
 import resource
 import select
 import signal
-import sys
 import threading
 import time
 
@@ -203,9 +202,8 @@ def default_objects():
     return made
 
 
-# The extension's own modules have no file.
-SUBMODULES = sorted(name.split(".")[1] for name, module in sys.modules.items()
-                    if name.startswith("procam.") and not getattr(module, "__file__", None))
+SUBMODULES = ("analyze", "calibrate", "depth", "detect", "io", "pattern", "render", "report", "session", "show",
+              "simulate", "surface", "track")
 
 
 def arguments_for(signature, made, variant):

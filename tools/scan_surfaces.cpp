@@ -66,6 +66,9 @@ void declare(CLI::App& app, Flags& flags) {
 }
 
 void require_writable(const Flags& flags) {
+  if (!flags.depth.empty() && fs::path(flags.depth).extension() != ".pfm")
+    throw Error(ErrorKind::kInput, "--save-depth " + flags.depth, "depths are written as .pfm alone",
+                "name it e.g. depth.pfm");
   for (const std::string& path : {flags.output, flags.points, flags.depth, flags.preview})
     if (!path.empty()) io::require_writable(path);
 }

@@ -204,6 +204,7 @@ TEST_F(ScanRoute, ContentLooksRightFromAViewersPlace) {
 TEST_F(ScanRoute, SeveralDevicesGiveAFileForEachScan) {
   simulate("--room steps --cameras 2 --pattern phase");
   expect_refused(scan("--truth " + at("room/view_00/truth_depth_camera_1.pfm")), 3, "several cameras");
+  expect_refused(scan("--save-depth " + at("depth.png")), 3, "as .pfm alone");
   const ToolRun run = scan("--save-depth " + at("depth.pfm") + " --preview " + at("seen.png") + " --truth " +
                            at("room/view_00"));
   ASSERT_EQ(run.exit_code, 0) << run.err;

@@ -1,79 +1,18 @@
-// capture-session: shows a pattern on the projector, watches it with a camera, and keeps a session folder.
+// capture-session: shows patterns on projectors, watches them with cameras, and keeps a session folder.
 #include <poll.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
-#include <filesystem>
+#include <memory>
 
+#include "common/capture_flags.hpp"
 #include "common/cli.hpp"
-#include "procam/io/board_file.hpp"
-#include "procam/io/image/images.hpp"
 #include "procam/io/text.hpp"
-#include "procam/session/files.hpp"
 #include "procam/session/patterns.hpp"
 #include "procam/session/recorder.hpp"
 
 namespace procam::tools {
 namespace {
-
-namespace fs = std::filesystem;
-
-struct Flags {
-  std::string camera;
-  fs::path watch;
-  device::CameraOptions camera_options;
-  std::optional<std::string> display;
-  bool list_displays = false;
-  std::string pattern = "gray";
-  int step = 1;
-  std::optional<Board> board;
-  std::optional<int> views;
-  session::RecorderOptions recorder;
-};
-
-void declare(CLI::App& app, Flags& flags) {
-  auto* camera =
-      app.add_option("--camera", flags.camera, "Camera: its number, device or URL, or ros2:/TOPIC");
-  auto* watch =
-      app.add_option("--watch", flags.watch, "Folder into which a separate camera writes its images");
-  camera->excludes(watch);
-  add_parsed(
-      app, "--camera-size",
-      [&](const std::string& text) { flags.camera_options.size = io::parse_size(text); },
-      "Image size of the camera, e.g. 1280x720 (default: the driver's)")
-      ->needs(camera);
-  app.add_option("--exposure", flags.camera_options.exposure,
-                 "Exposure in the unit of the camera driver; switches automatic exposure off")
-      ->needs(camera);
-  app.add_option("--display", flags.display,
-                 "Display of the projector: number, name or a part of it, or position on the desktop such as "
-                 "1920,0 (default: the display that is not primary)");
-  app.add_flag("--list-displays", flags.list_displays, "List the displays and end");
-  app.add_option("--pattern", flags.pattern, "What is projected: " + session::pattern_help())
-      ->capture_default_str();
-  app.add_option("--step", flags.step, "Stripe width of Gray code in projector pixels")
-      ->check(CLI::PositiveNumber)
-      ->capture_default_str();
-  add_parsed(
-      app, "--board", [&](const std::string& text) { flags.board = io::read_board(text); },
-      "The printed board, e.g. charuco:5x7:34mm:25mm:5x5_100, or a board file (without one: a room for "
-      "calibrate-room and scan-surfaces)");
-  app.add_option(
-         "--views", flags.views,
-         "Number of poses of the board (default 8), or without a board of places of the camera (default 2)")
-      ->check(CLI::Range(1, 1000));
-  add_parsed(
-      app, "--interval",
-      [&](const std::string& text) {
-        if (!((flags.recorder.interval_s = io::parse_duration(text)) > 0))
-          throw Error(ErrorKind::kInput, "--interval " + text, "a time must be positive", "give e.g. 8s");
-      },
-      "Time to move the board, or the camera, between views, e.g. 8s (default: wait for Enter)");
-  app.add_flag("--single-shot", flags.recorder.single_shot,
-               "For a camera that is triggered by hand: one image for each frame, without checks");
-  app.add_flag("--despite-checks", flags.recorder.despite_checks, "Continue when a check of the light fails");
-  app.add_option("-o,--output", flags.recorder.folder, "Session folder; an existing session is continued");
-}
 
 void list_displays(Console& console) {
   std::vector<std::string> names;
@@ -111,54 +50,69 @@ class Terminal : public session::RecorderDialog {
   Console& console_;
 };
 
-void summarize(const session::RecorderReport& report, int views, Summary& summary) {
-  if (report.delay) {
-    summary.set("/delay/delay_ms", 1000 * report.delay->delay_s);
-    summary.set("/delay/settled_ms", 1000 * report.delay->settled_s);
-    summary.set("/delay/frame_interval_ms", 1000 * report.delay->frame_interval_s);
+void summarize(const session::RecordedPair& pair, const std::string& key, Summary& summary) {
+  if (pair.delay) {
+    summary.set(key + "/delay/delay_ms", 1000 * pair.delay->delay_s);
+    summary.set(key + "/delay/settled_ms", 1000 * pair.delay->settled_s);
+    summary.set(key + "/delay/frame_interval_ms", 1000 * pair.delay->frame_interval_s);
   }
-  if (const auto& light = report.light) {
-    summary.set("/light/lit_share", light->exposure.lit_share);
-    summary.set("/light/contrast", light->exposure.contrast);
-    summary.set("/light/saturated_share", light->exposure.saturated_share);
-    summary.set("/light/gamma", light->tone.gamma);
-    summary.set("/light/drift", light->tone.drift);
-    summary.set("/light/beat", light->native.beat);
-    summary.set("/light/noise_at_black", light->noise.at_black);
-    summary.set("/light/noise_per_level", light->noise.per_level);
+  if (const auto& light = pair.light) {
+    summary.set(key + "/light/lit_share", light->exposure.lit_share);
+    summary.set(key + "/light/contrast", light->exposure.contrast);
+    summary.set(key + "/light/saturated_share", light->exposure.saturated_share);
+    summary.set(key + "/light/gamma", light->tone.gamma);
+    summary.set(key + "/light/drift", light->tone.drift);
+    summary.set(key + "/light/beat", light->native.beat);
+    summary.set(key + "/light/noise_at_black", light->noise.at_black);
+    summary.set(key + "/light/noise_per_level", light->noise.per_level);
+  }
+}
+
+void summarize(const session::RecorderReport& report, const session::RecorderDevices& devices, int views,
+               Summary& summary) {
+  const bool one = report.pairs.size() == 1;
+  for (std::size_t i = 0; i < report.pairs.size(); ++i) {
+    const std::string key = one ? "" : "/pairs/" + std::to_string(i);
+    summarize(report.pairs[i], key, summary);
+    if (one) continue;
+    if (devices.projectors.size() > 1) summary.set(key + "/projector", report.pairs[i].projector);
+    if (devices.cameras.size() > 1) summary.set(key + "/camera", report.pairs[i].camera);
+    summary.set(key + "/seen", report.pairs[i].seen);
   }
   if (!report.captured) return;
-  summary.set("/coverage/camera", report.camera_coverage);
-  summary.set("/coverage/projector", report.projector_coverage);
+  const auto set_share = [&](const std::string& name, const char* kind, double share) {
+    summary.set("/coverage/" + (name.empty() ? kind : name), share);
+  };
+  for (std::size_t i = 0; i < devices.cameras.size(); ++i)
+    set_share(devices.cameras[i].name, "camera", report.camera_coverage[i]);
+  for (std::size_t i = 0; i < devices.projectors.size(); ++i)
+    set_share(devices.projectors[i].name, "projector", report.projector_coverage[i]);
   summary.set("/views", views);
   summary.set("/rejected/torn", report.torn);
   summary.set("/rejected/stale", report.stale);
 }
 
-ExitCode capture_session(Flags& flags, Console& console) {
-  if (flags.list_displays) {
-    list_displays(console);
-    return ExitCode::kOk;
-  }
-  if (flags.camera.empty() == flags.watch.empty()) throw CLI::RequiredError("--camera or --watch");
-  flags.recorder.views = flags.views.value_or(flags.board ? 8 : 2);
-  if (flags.recorder.folder.empty()) throw CLI::RequiredError("--output");
+/// A projector, and what it shows where.
+struct OpenProjector {
+  std::string name;
+  device::Display display;
+  std::unique_ptr<session::SessionPattern> pattern;
+  std::unique_ptr<device::FrameSink> screen;
+};
 
-  const device::Display display = device::choose_display(device::displays(), flags.display);
-  const auto pattern = session::make_pattern(flags.pattern, display.size, flags.step);
-  if (pattern->channels() != 1)
+OpenProjector open_projector(const std::string& name, const std::optional<std::string>& place,
+                             const CaptureFlags& flags, Console& console) {
+  OpenProjector projector{name, device::choose_display(device::displays(), place), nullptr, nullptr};
+  const device::Display& display = projector.display;
+  projector.pattern = session::make_pattern(flags.pattern, display.size, flags.recorder.step);
+  if (projector.pattern->channels() != 1)
     throw Error(
-        ErrorKind::kUnsupported, "pattern '" + pattern->text() + "'",
+        ErrorKind::kUnsupported, "pattern '" + projector.pattern->text() + "'",
         "pictures are shown and captured in grey here",
         "use the pair of frames (without ':colour'), or show the picture that make-patterns writes and "
         "capture it by other means");
-  const io::SessionInfo session = session::describe_session(*pattern, display.size, flags.board, flags.step);
-  session::make_folder(flags.recorder.folder);
-  session::require_same_session(flags.recorder.folder, session);
-  pattern->save_files(flags.recorder.folder);
-  io::save_session(flags.recorder.folder, session);
-  console.say("projector  display " + std::to_string(display.number) + " (" + display.name + "), " +
-              pattern->describe());
+  console.say("projector  " + (name.empty() ? "" : name + ": ") + "display " +
+              std::to_string(display.number) + " (" + display.name + "), " + projector.pattern->describe());
   if (display.largest != display.size) {
     Diagnostics remark;
     remark.warn("smaller_mode", "the display runs at " + io::format_size(display.size) + " and offers " +
@@ -166,19 +120,57 @@ ExitCode capture_session(Flags& flags, Console& console) {
                                     ": if that is the projector's own resolution, run it there");
     console.report(remark);
   }
+  return projector;
+}
+
+std::vector<OpenProjector> open_projectors(const CaptureFlags& flags, Console& console) {
+  std::vector<OpenProjector> projectors;
+  if (flags.displays.empty()) projectors.push_back(open_projector("", {}, flags, console));
+  for (const auto& [name, place] : named_places("--display", flags.displays)) {
+    projectors.push_back(open_projector(name, place, flags, console));
+    for (std::size_t i = 0; i + 1 < projectors.size(); ++i)
+      if (projectors[i].display.number == projectors.back().display.number)
+        throw Error(ErrorKind::kInput, "--display " + name + "=" + place,
+                    "it is the display of projector '" + projectors[i].name + "', too",
+                    "give each projector a display of its own (--list-displays)");
+  }
+  return projectors;
+}
+
+ExitCode capture_session(CaptureFlags& flags, Console& console) {
+  if (flags.list_displays) {
+    list_displays(console);
+    return ExitCode::kOk;
+  }
+  if (flags.cameras.empty() == flags.watch.empty()) throw CLI::RequiredError("--camera or --watch");
+  flags.recorder.views = flags.views.value_or(default_views(flags));
+  if (flags.recorder.folder.empty()) throw CLI::RequiredError("--output");
+
+  std::vector<OpenProjector> projectors = open_projectors(flags, console);
   Summary& summary = console.summary();
   summary.set("/output", flags.recorder.folder.string());
-  summary.set("/pattern", pattern->text());
-  summary.set("/projector_size", io::format_size(display.size));
+  summary.set("/pattern", projectors[0].pattern->text());
+  for (const OpenProjector& projector : projectors)
+    summary.set("/projector_size" + (projector.name.empty() ? "" : "/" + projector.name),
+                io::format_size(projector.display.size));
 
-  const auto source = device::open_camera(
-      flags.watch.empty() ? flags.camera : "watch:" + flags.watch.string(), flags.camera_options);
-  if (const std::string opened = source->description(); !opened.empty()) console.say("camera     " + opened);
-  const auto screen = device::open_window(display.number);
+  std::vector<std::unique_ptr<device::FrameSource>> sources;
+  session::RecorderDevices devices;
+  if (!flags.watch.empty()) flags.cameras = {"watch:" + flags.watch.string()};
+  for (const auto& [name, place] : named_places("--camera", flags.cameras)) {
+    sources.push_back(device::open_camera(place, flags.camera_options));
+    if (const std::string opened = sources.back()->description(); !opened.empty())
+      console.say("camera     " + (name.empty() ? "" : name + ": ") + opened);
+    devices.cameras.push_back({name, *sources.back()});
+  }
+  for (OpenProjector& projector : projectors) {
+    projector.screen = device::open_window(projector.display.number);
+    devices.projectors.push_back({projector.name, *projector.pattern, *projector.screen});
+  }
   Terminal terminal(console);
   const session::RecorderReport report =
-      session::record_session(*pattern, flags.board, *screen, *source, flags.recorder, terminal);
-  summarize(report, flags.recorder.views, summary);
+      session::record_session(devices, flags.board, flags.recorder, terminal);
+  summarize(report, devices, flags.recorder.views, summary);
   return report.light_failed ? ExitCode::kGateFailed : ExitCode::kOk;
 }
 
@@ -187,13 +179,13 @@ ExitCode capture_session(Flags& flags, Console& console) {
 
 int main(int argc, char** argv) {
   using namespace procam::tools;
-  Flags flags;
+  CaptureFlags flags;
   return run_tool(
       argc, argv,
       {"capture-session",
        "Shows a pattern full-screen on a projector, captures it with a camera, and writes a session for "
-       "calibrate-projector, or without a board for calibrate-room and scan-surfaces. After Ctrl-C the same "
-       "command continues."},
-      [&](CLI::App& app) { declare(app, flags); },
+       "calibrate-projector, or without a board for calibrate-room and scan-surfaces. Several projectors show it one "
+       "after the other, and all cameras watch. After Ctrl-C the same command continues."},
+      [&](CLI::App& app) { declare_capture(app, flags); },
       [&](Console& console) { return capture_session(flags, console); });
 }

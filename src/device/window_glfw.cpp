@@ -149,6 +149,8 @@ class Window : public FrameSink {
   void upload(ViewU8 picture) {
     require(picture.size() == size_ && (picture.channels == 1 || picture.channels == 3),
             "FrameSink: the picture has not the screen's size, or neither 1 nor 3 channels");
+    if (glfwGetCurrentContext() != window_)
+      glfwMakeContextCurrent(window_);  // another window was shown since
     const bool grey = picture.channels == 1;
     const GLenum format = grey ? GL_LUMINANCE : GL_RGB;
     glPixelStorei(GL_UNPACK_ROW_LENGTH, GLint(picture.stride / picture.channels));

@@ -5,6 +5,7 @@
 #include <utility>
 #include "delay_code.hpp"
 #include "light_checks.hpp"
+#include "same_picture.hpp"
 
 namespace procam::session {
 namespace {
@@ -37,19 +38,6 @@ double mean(ViewU8 picture) {
   for (int y = 0; y < picture.height; ++y)
     for (int x = 0; x < picture.width; ++x) sum += picture.at(x, y);
   return sum / (double(picture.width) * picture.height);
-}
-
-ImageU8 copy_of(ViewU8 picture) {
-  ImageU8 copy(picture.size());
-  for (int y = 0; y < picture.height; ++y) std::copy_n(picture.row(y), picture.width, copy.row(y));
-  return copy;
-}
-
-bool equal(ViewU8 a, const ImageU8& b) {
-  if (a.size() != b.size()) return false;
-  for (int y = 0; y < a.height; ++y)
-    if (!std::equal(a.row(y), a.row(y) + a.width, b.row(y))) return false;
-  return true;
 }
 
 /// Frames reduced to 16x12 means: enough to find where the light switches, and small enough to keep all of
@@ -129,7 +117,7 @@ std::optional<Delay> try_code(const CaptureRig& stand, double unit_s, double lon
 
 }  // namespace
 
-Delay measure_delay(const CaptureRig& stand) {
+std::optional<Delay> find_screen(const CaptureRig& stand) {
   // A code's parts must span several frames.
   constexpr int kFrames = 5;
   double last = stand.screen.show(flat(stand.screen.size(), 0));
@@ -141,8 +129,12 @@ Delay measure_delay(const CaptureRig& stand) {
   const double interval = (last - first) / (kFrames - 1);
   constexpr double kShortestUnit = 0.04;  // two pictures of a 60 Hz screen
   const double unit = std::max(kShortestUnit, interval);
-  if (const auto delay = try_code(stand, unit, 36 * unit, 1)) return *delay;
-  if (const auto delay = try_code(stand, 3 * unit, 108 * unit, 2)) return *delay;
+  if (const auto delay = try_code(stand, unit, 36 * unit, 1)) return delay;
+  return try_code(stand, 3 * unit, 108 * unit, 2);
+}
+
+Delay measure_delay(const CaptureRig& stand) {
+  if (const std::optional<Delay> delay = find_screen(stand)) return *delay;
   throw camera_error(
       "its pictures do not follow what the screen shows",
       "point it at the projector's picture, choose the projector with --display, and turn off automatic "
@@ -238,7 +230,7 @@ TakenFrame Shutter::take(ViewU8 picture) {
   }
   show(picture);
   TakenFrame taken = settle();
-  const bool comparable = seen_before_.size() == taken.image.size() && !equal(picture, shown_before_);
+  const bool comparable = seen_before_.size() == taken.image.size() && !same_picture(picture, shown_before_);
   if (comparable && !compare(taken.image, seen_before_, options_.noise).any()) {
     on_rejected(taken.image, Rejected::kStale);
     taken = capture_after_blank(picture);

@@ -1,6 +1,7 @@
 #include "procam/session/files.hpp"
 
 #include <system_error>
+#include <utility>
 
 #include "procam/io/image/images.hpp"
 #include "procam/io/text.hpp"
@@ -62,38 +63,41 @@ void require_same_session(const fs::path& folder, const io::SessionInfo& session
   };
   if (there->pattern != session.pattern) refuse("pattern (" + there->pattern + ")");
   if (there->projector_size != session.projector_size) refuse("projector size");
+  if (there->projectors != session.projectors) refuse("set of projectors");
   if (there->step.value_or(1) != session.step.value_or(1)) refuse("stripe width");
   if (there->board && session.board && !(*there->board == *session.board))
     refuse("board (" + io::format_board(*there->board) + ")");
 }
 
-ViewWriter::ViewWriter(const fs::path& session, std::size_t view)
-    : session_(session), place_(session / numbered("view", view)) {
+ViewWriter::ViewWriter(const fs::path& session, std::size_t view, std::vector<std::string> stacks)
+    : session_(session), place_(session / numbered("view", view)), stacks_(std::move(stacks)) {
   work_ = session / ("." + place_.filename().string() + ".partial");
   begin();
 }
 
 void ViewWriter::begin() {
-  make_folder(work_);
-  kept_ = 0;
-  std::error_code ignored;
-  while (fs::exists(frame_file(kept_), ignored)) ++kept_;
+  kept_.assign(stacks_.size(), 0);
+  for (std::size_t stack = 0; stack < stacks_.size(); ++stack) {
+    make_folder(work_ / stacks_[stack]);
+    std::error_code ignored;
+    while (fs::exists(frame_file(kept_[stack], stack), ignored)) ++kept_[stack];
+  }
 }
 
-fs::path ViewWriter::frame_file(int frame) const {
-  return work_ / numbered("frame", std::size_t(frame), ".png");
+fs::path ViewWriter::frame_file(int frame, std::size_t stack) const {
+  return work_ / stacks_[stack] / numbered("frame", std::size_t(frame), ".png");
 }
 
-void ViewWriter::keep(ViewU8 frame) {
-  io::save_image(frame_file(kept_), frame);
-  ++kept_;
+void ViewWriter::keep(ViewU8 frame, std::size_t stack) {
+  io::save_image(frame_file(kept_[stack], stack), frame);
+  ++kept_[stack];
 }
 
-void ViewWriter::keep_rejected(ViewU8 frame, const std::string& why) {
-  const fs::path folder = work_ / "rejected";
+void ViewWriter::keep_rejected(ViewU8 frame, const std::string& why, std::size_t stack) {
+  const fs::path folder = work_ / stacks_[stack] / "rejected";
   make_folder(folder);
   for (int number = 0;; ++number) {
-    const fs::path file = folder / (numbered("frame", std::size_t(kept_)) + "_" + why +
+    const fs::path file = folder / (numbered("frame", std::size_t(kept_[stack])) + "_" + why +
                                     numbered("", std::size_t(number)) + ".png");
     std::error_code ignored;
     if (fs::exists(file, ignored)) continue;

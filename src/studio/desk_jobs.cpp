@@ -236,11 +236,6 @@ void Desk::capture() {
   if (!shutter_) check_camera();
   const session::CaptureRig devices = capture_rig();
   const auto pattern = session::make_pattern(project_.choices.pattern, devices.screen.size());
-  const io::SessionInfo session = session::describe_session(*pattern, devices.screen.size(), board_, 1);
-  session::make_folder(project_.session());
-  session::require_same_session(project_.session(), session);
-  pattern->save_files(project_.session());
-  io::save_session(project_.session(), session);
   session::RecorderOptions options;
   options.folder = project_.session();
   options.views = project_.choices.views;
@@ -254,7 +249,8 @@ void Desk::capture() {
     guide_next_pose(std::nullopt);
     while (stage_->is_moving()) look(kDialogLook), pump();
   }
-  session::record_session(*pattern, *board_, devices.screen, devices.camera, options, dialog);
+  session::record_session({{{"", *pattern, devices.screen}}, {{"", devices.camera}}}, *board_, options,
+                          dialog);
   if (stage_) stage_->put_board_away();
 }
 

@@ -38,6 +38,10 @@ struct CaptureRig {
 /// is not among them.
 PROCAM_EXPORT Delay measure_delay(const CaptureRig& stand);
 
+/// The same where another camera may be the one that sees the screen: nullopt when the screen's light is not in the frames.
+/// Throws Error(kDevice) when no frames arrive.
+PROCAM_EXPORT std::optional<Delay> find_screen(const CaptureRig& stand);
+
 struct ShutterOptions {
   double wait_s = 0;       ///< from show() to the first frame that may hold the new picture alone
   double patience_s = 10;  ///< without any frame: the camera counts as gone. 0: for ever

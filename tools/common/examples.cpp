@@ -47,6 +47,8 @@ constexpr Row kRows[] = {
      "capture-session --camera 0 --camera-size 1280x720 --board charuco:5x7:34mm:25mm:5x5_100 --views 12 -o session"},
     {"capture-session", "a room for calibrate-room, by a camera whose images appear in a folder",
      "capture-session --watch photos --views 3 -o room"},
+    {"capture-session", "a room for calibrate-room, by two projectors and two cameras that stay where they are",
+     "capture-session --display lamp=1 --display beamer=2 --camera left=0 --camera right=1 -o room"},
     {"detect-surfaces", "a depth image in millimetres",
      "detect-surfaces --depth frame.png --scale 1mm --intrinsics 525,525,319.5,239.5 --gravity 0,1,0 -o surfaces.json"},
     {"detect-surfaces", "in the frame of a rig",

@@ -211,87 +211,113 @@ void check_captures(const std::vector<ViewU8>& captures, const GrayCode& gray_co
   }
 }
 
-Survey survey_captures(const std::vector<ViewU8>& captures, const GrayCode& gray_code, int min_contrast) {
+namespace {
+
+/// What a grid of pixels shows of a sequence's captures.
+struct SurveyedPixels {
+  explicit SurveyedPixels(int pairs) : broken(std::size_t(pairs), 0), stripes(std::size_t(pairs), 0) {}
+
+  long all = 0, darker = 0, saturated = 0, clear = 0;
+  std::vector<int> contrasts;  ///< white minus black, of the lit ones
+  std::vector<long>
+      broken;  ///< by pair: clear pixels where pattern and inverse do not add up to white and black
+  /// Sums of (pattern - inverse)^2 without noise, by pair, and of what stripes in focus would give.
+  std::vector<double> stripes;
+  double in_focus = 0;
+
+  long lit() const { return long(contrasts.size()); }
+};
+
+SurveyedPixels survey_pixels(const std::vector<ViewU8>& captures, const NoiseModel& noise, int min_contrast,
+                             int step_x, int step_y) {
   const int pairs = int(captures.size()) / 2 - 1;
   const ViewU8& white = captures[captures.size() - 2];
   const ViewU8& black = captures[captures.size() - 1];
-  // A few thousand pixels on a grid tell the noise to a few per cent.
-  const int step_y = std::max(1, white.height / 32);
-  const int step_x = std::max(1, white.width / 128);
-
-  Survey survey;
-  survey.noise = measure_noise(captures, step_x, step_y);
-  std::vector<long> broken(std::size_t(pairs), 0);
-  std::vector<int> contrasts;
-  // Sums of (pattern - inverse)^2 without noise, and of what stripes in focus would give.
-  std::vector<double> stripes(std::size_t(pairs), 0);
-  double in_focus = 0;
   std::array<double, 256> variance;
-  for (std::size_t grey = 0; grey < variance.size(); ++grey)
-    variance[grey] = survey.noise.variance(double(grey));
-  long pixels = 0, darker = 0, saturated = 0, clear = 0;
+  for (std::size_t grey = 0; grey < variance.size(); ++grey) variance[grey] = noise.variance(double(grey));
+  SurveyedPixels pixels(pairs);
   for (int y = step_y / 2; y < white.height; y += step_y) {
     for (int x = step_x / 2; x < white.width; x += step_x) {
       const int total = white.at(x, y) + black.at(x, y), contrast = white.at(x, y) - black.at(x, y);
-      ++pixels;
-      darker += contrast <= -min_contrast;
+      ++pixels.all;
+      pixels.darker += contrast <= -min_contrast;
       if (contrast < min_contrast) continue;
-      contrasts.push_back(contrast);
-      saturated += white.at(x, y) == 255;
+      pixels.contrasts.push_back(contrast);
+      pixels.saturated += white.at(x, y) == 255;
       // Four captures' noise must not look like a broken pair.
-      if (kBroken * contrast < 3 * std::sqrt(4 * survey.noise.variance(0.5 * total))) continue;
-      ++clear;
-      in_focus += double(contrast) * contrast;
+      if (kBroken * contrast < 3 * std::sqrt(4 * noise.variance(0.5 * total))) continue;
+      ++pixels.clear;
+      pixels.in_focus += double(contrast) * contrast;
       for (int pair = 0; pair < pairs; ++pair) {
         const int p = captures[std::size_t(2 * pair)].at(x, y),
                   q = captures[std::size_t(2 * pair + 1)].at(x, y);
-        broken[std::size_t(pair)] += std::abs(p + q - total) > kBroken * contrast;
-        stripes[std::size_t(pair)] +=
+        pixels.broken[std::size_t(pair)] += std::abs(p + q - total) > kBroken * contrast;
+        pixels.stripes[std::size_t(pair)] +=
             double(p - q) * (p - q) - variance[std::size_t(p)] - variance[std::size_t(q)];
       }
     }
   }
+  return pixels;
+}
 
-  const long lit_pixels = long(contrasts.size());
-  if (darker > lit_pixels) {
-    const int count = frame_count(gray_code);
-    throw Error(ErrorKind::kInput, "capture of " + frame_name(gray_code, count - 2),
-                "it is darker than the capture of " + frame_name(gray_code, count - 1) + " over " +
-                    percent(double(darker) / double(pixels)) + " of the image",
-                "check the order of the frames: white comes before black, at the end");
-  }
+void refuse_swapped_white_and_black(const SurveyedPixels& pixels, const GrayCode& gray_code) {
+  if (pixels.darker <= pixels.lit()) return;
+  const int count = frame_count(gray_code);
+  throw Error(ErrorKind::kInput, "capture of " + frame_name(gray_code, count - 2),
+              "it is darker than the capture of " + frame_name(gray_code, count - 1) + " over " +
+                  percent(double(pixels.darker) / double(pixels.all)) + " of the image",
+              "check the order of the frames: white comes before black, at the end");
+}
 
-  Diagnostics& diagnostics = survey.diagnostics;
-  if (lit_pixels * 100 < pixels) {
+/// Returns whether there is enough light for the other remarks.
+bool remark_on_light(const SurveyedPixels& pixels, int min_contrast, Diagnostics& diagnostics) {
+  const long lit = pixels.lit();
+  if (lit * 100 < pixels.all) {
     diagnostics.warn("unlit",
-                     "Only " + percent(double(lit_pixels) / double(pixels)) +
+                     "Only " + percent(double(lit) / double(pixels.all)) +
                          " of the camera's pixels see the projector's light (white minus black at least " +
                          std::to_string(min_contrast) +
                          " grey levels); raise the exposure or check that the camera sees the projection");
-    return survey;
+    return false;
   }
-  const int median_contrast = at_rank(contrasts, std::size_t(lit_pixels / 2));
+  std::vector<int> contrasts = pixels.contrasts;
+  const int median_contrast = at_rank(contrasts, std::size_t(lit / 2));
   if (median_contrast < 20) {
     diagnostics.warn("low_contrast", "White is only " + std::to_string(median_contrast) +
                                          " grey levels brighter than black (median of the lit pixels); raise "
                                          "the exposure or dim the room");
   }
-  if (saturated * 50 > lit_pixels) {
+  if (pixels.saturated * 50 > lit) {
     diagnostics.warn("saturated", "The white frame is at 255 over " +
-                                      percent(double(saturated) / double(lit_pixels)) +
+                                      percent(double(pixels.saturated) / double(lit)) +
                                       " of the lit pixels, which shifts stripe edges; lower the exposure");
   }
-  for (int pair = 0; pair < pairs; ++pair) {
-    if (broken[std::size_t(pair)] * 2 > clear) {
-      diagnostics.fail(
-          "pair_not_complementary",
-          "The captures of " + frame_name(gray_code, 2 * pair) + " and " +
-              frame_name(gray_code, 2 * pair + 1) + " do not add up to white and black over " +
-              percent(double(broken[std::size_t(pair)]) / double(clear)) +
-              " of the lit pixels: a frame is missing, repeated or out of order; capture this pose again");
-    }
+  return true;
+}
+
+}  // namespace
+
+Survey survey_captures(const std::vector<ViewU8>& captures, const GrayCode& gray_code, int min_contrast) {
+  // A few thousand pixels on a grid tell the noise to a few per cent.
+  const ViewU8& white = captures[captures.size() - 2];
+  const int step_y = std::max(1, white.height / 32);
+  const int step_x = std::max(1, white.width / 128);
+
+  Survey survey;
+  survey.noise = measure_noise(captures, step_x, step_y);
+  const SurveyedPixels pixels = survey_pixels(captures, survey.noise, min_contrast, step_x, step_y);
+  refuse_swapped_white_and_black(pixels, gray_code);
+  if (!remark_on_light(pixels, min_contrast, survey.diagnostics)) return survey;
+  for (std::size_t pair = 0; pair < pixels.broken.size(); ++pair) {
+    if (pixels.broken[pair] * 2 <= pixels.clear) continue;
+    survey.diagnostics.fail(
+        "pair_not_complementary",
+        "The captures of " + frame_name(gray_code, 2 * int(pair)) + " and " +
+            frame_name(gray_code, 2 * int(pair) + 1) + " do not add up to white and black over " +
+            percent(double(pixels.broken[pair]) / double(pixels.clear)) +
+            " of the lit pixels: a frame is missing, repeated or out of order; capture this pose again");
   }
-  remark_on_focus(stripes, in_focus, gray_code, diagnostics);
+  remark_on_focus(pixels.stripes, pixels.in_focus, gray_code, survey.diagnostics);
   return survey;
 }
 

@@ -176,117 +176,127 @@ void PlaneLayer::make_band(int y, const LensMap& lens, bool area) {
   while (!band.tiles.empty() && !band.tiles.back().drawn) band.tiles.pop_back();
 }
 
-PlaneLayer::MapTile PlaneLayer::make_tile(const PixelRect& rect, const LensPiece* pieces, std::size_t count,
-                                          bool area, Band& band) {
-  MapTile tile;
-  tile.first_piece = std::uint32_t(band.pieces.size());
-  constexpr float kScale[12] = {1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1};
-  int filled_pixels = 0;
-  std::vector<DrawnPiece>& drawn = band.drawn;
-  drawn.clear();
-  for (std::size_t n = 0; n < count; ++n) {
-    const Patch q = view_.content_from_direction * pieces[n].direction_from_pixel;
-    // How far inside each border, as Margins: bounds over the piece.
-    constexpr double kFar = std::numeric_limits<double>::infinity();
-    Eigen::Array4d low = Eigen::Array4d::Constant(kFar), high = -low;
-    for (const Vec3& b : q.bernstein()) {
-      const Eigen::Array4d inside(b.x(), b.z() - b.x(), b.y(), b.z() - b.y());
-      low = low.min(inside);
-      high = high.max(inside);
-    }
-    const bool filled = (low > 0).all(), outside = !(high > 0).all();
-    if (outside) continue;
-    Piece piece;
-    const PixelRect& r = pieces[n].rect;
-    piece.rect = {r.x0 - rect.x0, r.y0 - rect.y0, r.x1 - rect.x0, r.y1 - rect.y0};
-    for (std::size_t j = 0; j < 3; ++j)
-      for (std::size_t i = 0; i < 3; ++i)
-        for (std::size_t k = 0; k < 3; ++k) piece.q[j][3 * i + k] = float(q.c[j][i][Eigen::Index(k)]);
-    piece.s0 = float(piece.rect.s(0));
-    piece.ds = 2.0f / float(piece.rect.width());
-    piece.t0 = float(piece.rect.t(0));
-    piece.dt = 2.0f / float(piece.rect.height());
-    filled_pixels += filled ? piece.rect.width() * piece.rect.height() : 0;
-    band.pieces.push_back(piece);
-    drawn.push_back({q, piece.rect, filled});
+bool PlaneLayer::add_piece(const LensPiece& of_lens, const PixelRect& tile, Band& band) const {
+  const Patch q = view_.content_from_direction * of_lens.direction_from_pixel;
+  // How far inside each border, as Margins: bounds over the piece.
+  constexpr double kFar = std::numeric_limits<double>::infinity();
+  Eigen::Array4d low = Eigen::Array4d::Constant(kFar), high = -low;
+  for (const Vec3& b : q.bernstein()) {
+    const Eigen::Array4d inside(b.x(), b.z() - b.x(), b.y(), b.z() - b.y());
+    low = low.min(inside);
+    high = high.max(inside);
   }
-  if (drawn.empty()) return tile;
-  tile.pieces = std::uint32_t(drawn.size());
-  tile.whole = filled_pixels == rect.width() * rect.height();
+  const bool filled = (low > 0).all(), outside = !(high > 0).all();
+  if (outside) return false;
+  Piece piece;
+  const PixelRect& r = of_lens.rect;
+  piece.rect = {r.x0 - tile.x0, r.y0 - tile.y0, r.x1 - tile.x0, r.y1 - tile.y0};
+  for (std::size_t j = 0; j < 3; ++j)
+    for (std::size_t i = 0; i < 3; ++i)
+      for (std::size_t k = 0; k < 3; ++k) piece.q[j][3 * i + k] = float(q.c[j][i][Eigen::Index(k)]);
+  piece.s0 = float(piece.rect.s(0));
+  piece.ds = 2.0f / float(piece.rect.width());
+  piece.t0 = float(piece.rect.t(0));
+  piece.dt = 2.0f / float(piece.rect.height());
+  band.pieces.push_back(piece);
+  band.drawn.push_back({q, piece.rect, filled});
+  return filled;
+}
+
+Footprint PlaneLayer::drawn_at(const std::vector<DrawnPiece>& drawn, int x, int y) {
+  for (const DrawnPiece& d : drawn)
+    if (x >= d.rect.x0 && x < d.rect.x1 && y >= d.rect.y0 && y < d.rect.y1)
+      return footprint_at(d.q, d.rect, x, y);
+  return {Vec3(0.5, 0.5, 1), Vec3::Zero(), Vec3::Zero()};  // between pieces: nothing is drawn
+}
+
+void PlaneLayer::find_spans(const PixelRect& rect, MapTile& tile, Band& band) {
+  constexpr float kScale[12] = {1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1};
   std::array<RowClasses, kTileHeight> classes;
-  for (std::size_t n = 0; n < drawn.size() && !tile.whole; ++n) {
-    const PixelRect& r = drawn[n].rect;
+  for (std::size_t n = 0; n < band.drawn.size(); ++n) {
+    const PixelRect& r = band.drawn[n].rect;
     for (int y = r.y0; y < r.y1; ++y) {
       RowClasses& row = classes[std::size_t(y)];
-      if (drawn[n].filled)
+      if (band.drawn[n].filled)
         row.set(r.x0, r.x1, kFilled);
       else
         classify_row(RowMargins(band.pieces[tile.first_piece + n].row(y, kScale, true)), r.x0, r.x1, row);
     }
   }
-
-  const auto at = [&](int x, int y) {
-    for (const DrawnPiece& d : drawn)
-      if (x >= d.rect.x0 && x < d.rect.x1 && y >= d.rect.y0 && y < d.rect.y1)
-        return footprint_at(d.q, d.rect, x, y);
-    return Footprint{Vec3(0.5, 0.5, 1), Vec3::Zero(), Vec3::Zero()};  // between pieces: nothing is drawn
-  };
-  tile.drawn = tile.whole;
   for (int y = 0; y < rect.height(); ++y) {
-    Span& span = tile.spans[std::size_t(y)];
-    if (tile.whole) {
-      span.full_end = span.end = std::uint16_t(rect.width());
-      continue;
-    }
     const RowClasses& row = classes[std::size_t(y)];
     const int width = rect.width(), begin = row.touched.first(0, width);
     if (begin == width) continue;
     const int end = row.touched.end(), full_begin = row.filled.first(begin, end),
               full_end = (~row.filled).first(full_begin, end);
     tile.drawn = true;
-    span = {std::uint16_t(begin), std::uint16_t(end), std::uint16_t(full_begin), std::uint16_t(full_end),
-            std::uint32_t(band.border.size())};
+    tile.spans[std::size_t(y)] = {std::uint16_t(begin), std::uint16_t(end), std::uint16_t(full_begin),
+                                  std::uint16_t(full_end), std::uint32_t(band.border.size())};
     for (const auto& [first, last] : {std::pair(begin, full_begin), std::pair(full_end, end)})
       for (int x = first; x < last; ++x)
-        band.border.push_back(Light(row.touched[x] ? std::lround(kFull * coverage(at(x, y)).area) : 0));
+        band.border.push_back(
+            Light(row.touched[x] ? std::lround(kFull * coverage(drawn_at(band.drawn, x, y)).area) : 0));
   }
+}
+
+void PlaneLayer::choose_strips(const MapTile& tile, const std::vector<DrawnPiece>& drawn, int height,
+                               ImageSize content, std::array<FilterGrid, kTileHeight / kStrip>& taps) {
+  const int levels = levels_of(content);
+  for (int strip = 0; strip * kStrip < height; ++strip) {
+    PixelSize finest, largest, typical;
+    bool any = false;
+    const int y0 = strip * kStrip, y1 = std::min(y0 + kStrip, height) - 1;
+    for (const int y : {y0, y1, (y0 + y1) / 2}) {
+      const Span& span = tile.spans[std::size_t(y)];
+      if (span.begin == span.end) continue;
+      for (const int x : {int(span.begin), span.end - 1, (span.begin + span.end) / 2}) {
+        const Footprint f = drawn_at(drawn, x, y);
+        if (!(f.centre.z() > 0)) continue;
+        typical = pixel_size(f, Vec2::Zero(), content);
+        if (!any) finest = largest = typical;
+        any = true;
+        finest.narrow_squared = std::min(finest.narrow_squared, typical.narrow_squared);
+        largest.xx = std::max(largest.xx, typical.xx);
+        largest.yy = std::max(largest.yy, typical.yy);
+      }
+    }
+    if (any) taps[std::size_t(strip)] = choose_taps(typical, finest, largest, levels);
+  }
+}
+
+PlaneLayer::MapTile PlaneLayer::make_tile(const PixelRect& rect, const LensPiece* pieces, std::size_t count,
+                                          bool area, Band& band) {
+  MapTile tile;
+  tile.first_piece = std::uint32_t(band.pieces.size());
+  int filled_pixels = 0;
+  const std::vector<DrawnPiece>& drawn = band.drawn;
+  band.drawn.clear();
+  for (std::size_t n = 0; n < count; ++n)
+    if (add_piece(pieces[n], rect, band))
+      filled_pixels += drawn.back().rect.width() * drawn.back().rect.height();
+  if (drawn.empty()) return tile;
+  tile.pieces = std::uint32_t(drawn.size());
+  tile.drawn = tile.whole = filled_pixels == rect.width() * rect.height();
+  if (tile.whole)
+    for (int y = 0; y < rect.height(); ++y) {
+      Span& span = tile.spans[std::size_t(y)];
+      span.full_end = span.end = std::uint16_t(rect.width());
+    }
+  else
+    find_spans(rect, tile, band);
   if (!tile.drawn) {
     band.pieces.resize(tile.first_piece);
     return tile;
   }
-  const Footprint middle = at(rect.width() / 2, rect.height() / 2);
+  const Footprint middle = drawn_at(drawn, rect.width() / 2, rect.height() / 2);
   if (middle.centre.z() > 0) {
     const Vec3 step = middle.slope_y - middle.slope_y.z() / middle.centre.z() * middle.centre;
     tile.u_down = float(limited(step.x() / middle.centre.z()));
     tile.v_down = float(limited(step.y() / middle.centre.z()));
   }
   if (!area) return tile;
-
-  const auto choose = [&](ImageSize content, std::array<FilterGrid, kTileHeight / kStrip>& taps) {
-    const int levels = levels_of(content);
-    for (int strip = 0; strip * kStrip < rect.height(); ++strip) {
-      PixelSize finest, largest, typical;
-      bool any = false;
-      const int y0 = strip * kStrip, y1 = std::min(y0 + kStrip, rect.height()) - 1;
-      for (const int y : {y0, y1, (y0 + y1) / 2}) {
-        const Span& span = tile.spans[std::size_t(y)];
-        if (span.begin == span.end) continue;
-        for (const int x : {int(span.begin), span.end - 1, (span.begin + span.end) / 2}) {
-          const Footprint f = at(x, y);
-          if (!(f.centre.z() > 0)) continue;
-          typical = pixel_size(f, Vec2::Zero(), content);
-          if (!any) finest = largest = typical;
-          any = true;
-          finest.narrow_squared = std::min(finest.narrow_squared, typical.narrow_squared);
-          largest.xx = std::max(largest.xx, typical.xx);
-          largest.yy = std::max(largest.yy, typical.yy);
-        }
-      }
-      if (any) taps[std::size_t(strip)] = choose_taps(typical, finest, largest, levels);
-    }
-  };
-  choose(view_.content, tile.taps);
-  if (view_.mask.width > 0) choose(view_.mask, tile.mask_taps);
+  choose_strips(tile, drawn, rect.height(), view_.content, tile.taps);
+  if (view_.mask.width > 0) choose_strips(tile, drawn, rect.height(), view_.mask, tile.mask_taps);
   return tile;
 }
 

@@ -146,6 +146,14 @@ class PROCAM_EXPORT PlaneLayer {
                   const FilterGrid& taps, const Kernels& kernels, RowMemory<Pixel>& memory, Pixel* to) const;
   void make_band(int y, const LensMap& lens, bool area);
   MapTile make_tile(const PixelRect& rect, const LensPiece* pieces, std::size_t count, bool area, Band& band);
+  /// Part of the content in a part of the tile, unless all is outside; true: the content fills that part.
+  bool add_piece(const LensPiece& of_lens, const PixelRect& tile, Band& band) const;
+  static Footprint drawn_at(const std::vector<DrawnPiece>& drawn, int x, int y);
+  /// Of a tile that the content does not fill.
+  static void find_spans(const PixelRect& rect, MapTile& tile, Band& band);
+  /// The samples' grid of each strip, by the sizes of some pixels in the content.
+  static void choose_strips(const MapTile& tile, const std::vector<DrawnPiece>& drawn, int height,
+                            ImageSize content, std::array<FilterGrid, kTileHeight / kStrip>& taps);
 
   PlaneView view_{};
   std::vector<Band> bands_;

@@ -41,88 +41,117 @@ std::vector<double> radii_between(double smallest, double largest) {
   return radii;
 }
 
-}  // namespace
+/// Discs of confusion on the board in one row of the image.
+struct Radii {
+  double low = 1e300, high = 0;
+};
 
-SampledView sample_view(const World& world, const CaptureOptions& options) {
-  const Scene scene(world);
-  const Paper paper(world.board);
-  const ImageSize size = scene.camera().size;
-  const int n = options.samples_per_axis;
-  const bool defocused = options.projector_lens.aperture > 0;
-  SampledView view;
-  view.samples_per_pixel = n * n;
-  view.ambient_level = ImageF(size);
-  view.of_light.emplace_back(std::size_t(size.width) * std::size_t(size.height) * std::size_t(n * n),
-                             LightSample{0, 0, 0});
-  view.discs.emplace_back(defocused ? view.of_light.front().size() : 0);
-  if (options.indirect > 0) view.albedo = ImageF(size);
-  if (options.vignetting > 0) view.falloff = ImageF(size);
+/// Casts the rays of all pixels, row by row of the grid in which directions are linear.
+class ViewSampler {
+ public:
+  ViewSampler(const World& world, const CaptureOptions& options)
+      : options_(options),
+        scene_(world),
+        paper_(world.board),
+        size_(scene_.camera().size),
+        rays_(options.samples_per_axis),
+        share_(1.f / float(rays_ * rays_)),
+        defocused_(options.projector_lens.aperture > 0),
+        radius_on_board_(defocused_ ? std::size_t(size_.height) : 0) {
+    view_.samples_per_pixel = rays_ * rays_;
+    view_.ambient_level = ImageF(size_);
+    view_.of_light.emplace_back(
+        std::size_t(size_.width) * std::size_t(size_.height) * std::size_t(rays_ * rays_),
+        LightSample{0, 0, 0});
+    view_.discs.emplace_back(defocused_ ? view_.of_light.front().size() : 0);
+    if (options.indirect > 0) view_.albedo = ImageF(size_);
+    if (options.vignetting > 0) view_.falloff = ImageF(size_);
+  }
 
-  const int cells_x = ray_cells(size.width), cells_y = ray_cells(size.height);
-  const float share = 1.f / float(n * n);
+  SampledView sample() {
+    parallel_for(ray_cells(size_.height), options_.threads,
+                 [&](int begin, int end) { trace_rows(begin, end); });
+    if (defocused_) choose_radii();
+    return std::move(view_);
+  }
 
-  struct Radii {
-    double low = 1e300, high = 0;
-  };
-  std::vector<Radii> radius_on_board(defocused ? std::size_t(size.height) : 0);
-
-  const auto trace_pixel = [&](int x, int y, const RayCell& rays, const Vec2& width) {
-    std::size_t ray = view.first_ray_of(x, y);
-    for (int j = 0; j < n; ++j)
-      for (int i = 0; i < n; ++i, ++ray) {
-        const double s = (x % kRayCell + (i + 0.5) / n) / kRayCell;
-        const double t = (y % kRayCell + (j + 0.5) / n) / kRayCell;
-        const std::optional<Hit> hit = scene.hit(rays.direction(s, t));
-        if (!hit) continue;
-        const double albedo = !hit->on_board      ? scene.wall_albedo()
-                              : hit->printed_side ? paper.albedo(hit->point_on_board, width)
-                                                  : scene.white_albedo();
-        view.ambient_level.at(x, y) += share * float(albedo * scene.ambient());
-        if (!view.albedo.empty()) view.albedo.at(x, y) += share * float(albedo);
-        const std::optional<Lighting> light = scene.lighting(*hit);
-        if (!light) continue;
-        view.of_light.front()[ray] = {float(light->projector_pixel.x()), float(light->projector_pixel.y()),
-                                      share * float(albedo * light->irradiance)};
-        if (!defocused) continue;
-        const double radius =
-            std::abs(disc_radius(options.projector_lens, scene.projector().inverse_camera, light->depth));
-        view.discs.front()[ray] = float(radius);
-        if (!hit->on_board) continue;
-        Radii& on_board = radius_on_board[std::size_t(y)];
-        on_board = {std::min(on_board.low, radius), std::max(on_board.high, radius)};
-      }
-    if (view.falloff.empty()) return;
-    const double s = (x % kRayCell + 0.5) / kRayCell, t = (y % kRayCell + 0.5) / kRayCell;
-    view.falloff.at(x, y) =
-        float(std::pow(std::max(rays.direction(s, t).normalized().z(), 0.0), options.vignetting));
-  };
-
-  parallel_for(cells_y, options.threads, [&](int begin, int end) {
-    BoardRow above = make_board_row(scene, begin);
+ private:
+  void trace_rows(int begin, int end) {
+    const int cells_x = ray_cells(size_.width);
+    BoardRow above = make_board_row(scene_, begin);
     for (int cell_y = begin; cell_y < end; ++cell_y) {
-      BoardRow below = make_board_row(scene, cell_y + 1);
+      BoardRow below = make_board_row(scene_, cell_y + 1);
       for (int cell_x = 0; cell_x < cells_x; ++cell_x) {
         const std::size_t i = std::size_t(cell_x);
         const RayCell rays{above.rays[i], above.rays[i + 1], below.rays[i], below.rays[i + 1]};
         if (!rays.valid()) continue;  // beyond the lens: black
-        const Vec2 width =
-            footprint(above.on_board_plane[i], above.on_board_plane[i + 1], below.on_board_plane[i], 1.0 / n);
-        for (int y = cell_y * kRayCell; y < std::min((cell_y + 1) * kRayCell, size.height); ++y)
-          for (int x = cell_x * kRayCell; x < std::min((cell_x + 1) * kRayCell, size.width); ++x)
+        const Vec2 width = footprint(above.on_board_plane[i], above.on_board_plane[i + 1],
+                                     below.on_board_plane[i], 1.0 / rays_);
+        for (int y = cell_y * kRayCell; y < std::min((cell_y + 1) * kRayCell, size_.height); ++y)
+          for (int x = cell_x * kRayCell; x < std::min((cell_x + 1) * kRayCell, size_.width); ++x)
             trace_pixel(x, y, rays, width);
       }
       std::swap(above, below);
     }
-  });
-  if (defocused) {
-    double smallest = radius_on_board.front().low, largest = radius_on_board.front().high;
-    for (const Radii& row : radius_on_board) {
+  }
+
+  void trace_pixel(int x, int y, const RayCell& rays, const Vec2& width) {
+    std::size_t ray = view_.first_ray_of(x, y);
+    for (int j = 0; j < rays_; ++j)
+      for (int i = 0; i < rays_; ++i, ++ray) {
+        const double s = (x % kRayCell + (i + 0.5) / rays_) / kRayCell;
+        const double t = (y % kRayCell + (j + 0.5) / rays_) / kRayCell;
+        if (const std::optional<Hit> hit = scene_.hit(rays.direction(s, t))) add(x, y, ray, *hit, width);
+      }
+    if (view_.falloff.empty()) return;
+    const double s = (x % kRayCell + 0.5) / kRayCell, t = (y % kRayCell + 0.5) / kRayCell;
+    view_.falloff.at(x, y) =
+        float(std::pow(std::max(rays.direction(s, t).normalized().z(), 0.0), options_.vignetting));
+  }
+
+  void add(int x, int y, std::size_t ray, const Hit& hit, const Vec2& width) {
+    const double albedo = !hit.on_board      ? scene_.wall_albedo()
+                          : hit.printed_side ? paper_.albedo(hit.point_on_board, width)
+                                             : scene_.white_albedo();
+    view_.ambient_level.at(x, y) += share_ * float(albedo * scene_.ambient());
+    if (!view_.albedo.empty()) view_.albedo.at(x, y) += share_ * float(albedo);
+    const std::optional<Lighting> light = scene_.lighting(hit);
+    if (!light) return;
+    view_.of_light.front()[ray] = {float(light->projector_pixel.x()), float(light->projector_pixel.y()),
+                                   share_ * float(albedo * light->irradiance)};
+    if (!defocused_) return;
+    const double radius =
+        std::abs(disc_radius(options_.projector_lens, scene_.projector().inverse_camera, light->depth));
+    view_.discs.front()[ray] = float(radius);
+    if (!hit.on_board) return;
+    Radii& on_board = radius_on_board_[std::size_t(y)];
+    on_board = {std::min(on_board.low, radius), std::max(on_board.high, radius)};
+  }
+
+  void choose_radii() {
+    double smallest = radius_on_board_.front().low, largest = radius_on_board_.front().high;
+    for (const Radii& row : radius_on_board_) {
       smallest = std::min(smallest, row.low);
       largest = std::max(largest, row.high);
     }
-    if (smallest <= largest) view.disc_radii = radii_between(smallest, largest);
+    if (smallest <= largest) view_.disc_radii = radii_between(smallest, largest);
   }
-  return view;
+
+  const CaptureOptions& options_;
+  const Scene scene_;
+  const Paper paper_;
+  const ImageSize size_;
+  const int rays_;  ///< a pixel, along each axis
+  const float share_;
+  const bool defocused_;
+  std::vector<Radii> radius_on_board_;  ///< by row of the image, so that threads do not meet
+  SampledView view_;
+};
+
+}  // namespace
+
+SampledView sample_view(const World& world, const CaptureOptions& options) {
+  return ViewSampler(world, options).sample();
 }
 
 }  // namespace procam::simulate::internal

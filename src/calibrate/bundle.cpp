@@ -55,9 +55,9 @@ void require_matching(const Correspondences& data, const UsedMask& used, const B
               "check that board, order of corners and image sizes are those of the session");
 }
 
-std::unique_ptr<Blocks> build(const Correspondences& data, const UsedMask& used, const BundleState& state,
-                              const BundleOptions& options) {
-  const std::size_t num_devices = data.devices.size(), num_views = data.views.size();
+/// The blocks of the start, and a problem without residuals.
+std::unique_ptr<Blocks> blocks_of(const BundleState& state, const std::vector<double>& view_weight,
+                                  double huber_sigmas) {
   auto blocks = std::make_unique<Blocks>();
   for (const Camera& lens : state.lenses) {
     const VecX p = parameters_of(lens);
@@ -67,9 +67,9 @@ std::unique_ptr<Blocks> build(const Correspondences& data, const UsedMask& used,
   for (const Pose& pose : state.rig_from_board) blocks->boards.push_back(block_from_pose(pose));
   blocks->points = state.points_in_board;
 
-  for (const double weight : view_weights(used, options)) {
+  for (const double weight : view_weight) {
     std::unique_ptr<ceres::LossFunction> loss;
-    if (options.huber_sigmas > 0) loss = std::make_unique<ceres::HuberLoss>(options.huber_sigmas);
+    if (huber_sigmas > 0) loss = std::make_unique<ceres::HuberLoss>(huber_sigmas);
     if (weight != 1)
       loss = std::make_unique<ceres::ScaledLoss>(loss.release(), weight, ceres::TAKE_OWNERSHIP);
     blocks->losses.push_back(std::move(loss));
@@ -78,42 +78,54 @@ std::unique_ptr<Blocks> build(const Correspondences& data, const UsedMask& used,
   how.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
   how.disable_all_safety_checks = true;  // of the pointers given, a tenth of a small solve
   blocks->problem = std::make_unique<ceres::Problem>(how);
-  ceres::Problem& problem = *blocks->problem;
-  for (std::size_t v = 0; v < num_views; ++v)
-    for (std::size_t d = 0; d < num_devices; ++d)
-      for (const Measurement& m : measurements_of(data, int(v), int(d))) {
-        if (!used[v][d][std::size_t(m.index)]) continue;
-        auto cost = measurement_cost(state, m, options.noise[d]);
-        if (cost == nullptr) throw_not_evaluable("a measured point cannot be projected");
-        std::vector<double*> of_residual;
-        if (m.light != nullptr || read_at_corner(m)) {
-          const auto camera = std::size_t(m.camera());
-          of_residual = {blocks->lenses[camera].data(), blocks->devices[camera].data()};
-        }
-        of_residual.push_back(blocks->lenses[d].data());
-        of_residual.push_back(blocks->devices[d].data());
-        of_residual.push_back(blocks->boards[v].data());
-        if (m.observation != nullptr)
-          of_residual.push_back(blocks->points[std::size_t(m.observation->point)].data());
-        problem.AddResidualBlock(cost.release(), blocks->losses[v].get(), of_residual);
-      }
+  return blocks;
+}
 
-  for (std::size_t d = 0; d < num_devices; ++d) {
-    double* lens = blocks->lenses[d].data();
-    if (!problem.HasParameterBlock(lens)) continue;
-    for (const LensPrior& prior : priors_of(options, d))
-      problem.AddResidualBlock(
-          new LensPriorCost(prior_weights(prior, state.lenses[d]), prior.value, prior.sigma), nullptr, lens);
-    const std::vector<int> held = held_parameters(state.lenses[d], options.held[d]);
-    if (held.size() == blocks->lenses[d].size())
-      problem.SetParameterBlockConstant(lens);
-    else if (!held.empty())
-      problem.SetManifold(lens, new ceres::SubsetManifold(int(blocks->lenses[d].size()), held));
-    if (d == 0 || options.hold_pose[d])
-      problem.SetParameterBlockConstant(blocks->devices[d].data());
-    else
-      problem.SetManifold(blocks->devices[d].data(), new Se3Manifold);
+void add_measurement(const BundleState& state, const Measurement& m, std::size_t view,
+                     const ResidualNoise& noise, Blocks& blocks) {
+  auto cost = measurement_cost(state, m, noise);
+  if (cost == nullptr) throw_not_evaluable("a measured point cannot be projected");
+  std::vector<double*> of_residual;
+  if (m.light != nullptr || read_at_corner(m)) {
+    const auto camera = std::size_t(m.camera());
+    of_residual = {blocks.lenses[camera].data(), blocks.devices[camera].data()};
   }
+  of_residual.push_back(blocks.lenses[std::size_t(m.device)].data());
+  of_residual.push_back(blocks.devices[std::size_t(m.device)].data());
+  of_residual.push_back(blocks.boards[view].data());
+  if (m.observation != nullptr)
+    of_residual.push_back(blocks.points[std::size_t(m.observation->point)].data());
+  blocks.problem->AddResidualBlock(cost.release(), blocks.losses[view].get(), of_residual);
+}
+
+/// A lens's priors and held parameters, and the device's pose in the rig.
+void constrain_device(const BundleState& state, const BundleOptions& options, std::size_t d, Blocks& blocks) {
+  ceres::Problem& problem = *blocks.problem;
+  double* lens = blocks.lenses[d].data();
+  if (!problem.HasParameterBlock(lens)) return;
+  for (const LensPrior& prior : priors_of(options, d))
+    problem.AddResidualBlock(
+        new LensPriorCost(prior_weights(prior, state.lenses[d]), prior.value, prior.sigma), nullptr, lens);
+  const std::vector<int> held = held_parameters(state.lenses[d], options.held[d]);
+  if (held.size() == blocks.lenses[d].size())
+    problem.SetParameterBlockConstant(lens);
+  else if (!held.empty())
+    problem.SetManifold(lens, new ceres::SubsetManifold(int(blocks.lenses[d].size()), held));
+  if (d == 0 || options.hold_pose[d])
+    problem.SetParameterBlockConstant(blocks.devices[d].data());
+  else
+    problem.SetManifold(blocks.devices[d].data(), new Se3Manifold);
+}
+
+std::unique_ptr<Blocks> build(const Correspondences& data, const UsedMask& used, const BundleState& state,
+                              const BundleOptions& options) {
+  std::unique_ptr<Blocks> blocks = blocks_of(state, view_weights(used, options), options.huber_sigmas);
+  ceres::Problem& problem = *blocks->problem;
+  for (std::size_t v = 0; v < data.views.size(); ++v)
+    for (std::size_t d = 0; d < data.devices.size(); ++d)
+      for (const Measurement& m : measurements_of(data, int(v), int(d)))
+        if (used[v][d][std::size_t(m.index)]) add_measurement(state, m, v, options.noise[d], *blocks);
+  for (std::size_t d = 0; d < data.devices.size(); ++d) constrain_device(state, options, d, *blocks);
   for (PoseBlock& board : blocks->boards)
     if (problem.HasParameterBlock(board.data())) problem.SetManifold(board.data(), new Se3Manifold);
 

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <optional>
 
-#include "causes.hpp"
+#include "describe.hpp"
 #include "joined.hpp"
 #include "lens_choice.hpp"
 #include "lens_models.hpp"
@@ -19,9 +19,8 @@
 #include "procam/core/base/words.hpp"
 #include "procam/core/geometry/se3.hpp"
 #include "residual_blocks.hpp"
-#include "rig_checks.hpp"
+#include "result_gates.hpp"
 #include "rig_covariance.hpp"
-#include "rig_motion.hpp"
 #include "shape.hpp"
 #include "solve.hpp"
 #include "start.hpp"
@@ -203,99 +202,6 @@ ShapedSolution solve_with_shape(const Correspondences& data, const Start& start,
   return chosen;
 }
 
-void warn_view_rejected(const std::string& view, const std::string& device, const std::string& cause,
-                        std::string& note, Diagnostics& diagnostics) {
-  note += (note.empty() ? "" : "; ") + ("rejected for " + device + ": " + cause);
-  diagnostics.warn("view_left_out", "view " + view + " rejected for " + device + ": " + cause);
-}
-
-CalibrationResult describe(const Correspondences& data, const Start& start, const Solution& solution,
-                           const BundleCovariance& covariance) {
-  const BundleState& state = solution.bundle.state;
-  CalibrationResult result;
-  result.devices = data.devices;
-  result.noise = solution.options.noise;
-  result.iterations = solution.bundle.iterations;
-  result.converged = solution.bundle.converged;
-  result.diagnostics = data.diagnostics;
-  result.diagnostics.append(start.diagnostics);
-
-  double joint_sum = 0, joint_sum_all = 0;
-  std::size_t joint_count = 0, joint_count_all = 0;
-  for (std::size_t v = 0; v < data.views.size(); ++v) {
-    ViewResult view;
-    view.name = data.views[v].name;
-    view.rig_from_board = state.rig_from_board[v];
-    view.share = covariance.share[v];
-    view.rig_from_board_covariance = covariance.rig_from_board[v];
-    view.used = start.view_used[v] && takes_part(solution.used, v);
-    view.note = start.notes[v];
-    for (std::size_t d = 0; d < data.devices.size(); ++d) {
-      view.rms_px.push_back(spread_of(data, state, solution.used, int(d), int(v)).rms_px);
-      const std::vector<Measurement> measurements = measurements_of(data, int(v), int(d));
-      int dropped = 0;
-      for (const Measurement& m : measurements) {
-        if (!view.used) break;
-        Residual residual;
-        residual.view = int(v);
-        residual.device = int(d);
-        residual.point = m.observation != nullptr ? m.observation->point : -1;
-        residual.pixel = m.pixel();
-        residual.used = solution.used[v][d][std::size_t(m.index)];
-        if (const auto r = reprojection_residual(state, m)) {
-          residual.residual = *r;
-          joint_sum_all += r->squaredNorm();
-          ++joint_count_all;
-          if (!residual.used) residual.reason = px(r->norm()) + " from its projection";
-        } else {
-          residual.reason = "behind the lens or beyond its distortion's fold";
-        }
-        const bool with_camera =
-            data.devices[d].kind == DeviceKind::kProjector && solution.rejected[v][std::size_t(m.camera())];
-        if (with_camera)
-          residual.reason = "read by " + data.devices[std::size_t(m.camera())].name + ", which was rejected";
-        if (residual.used) {
-          joint_sum += residual.residual.squaredNorm();
-          ++joint_count;
-        } else if (!with_camera) {
-          ++dropped;
-        }
-        result.residuals.push_back(residual);
-      }
-      const std::string of_device = " of " + data.devices[d].name;
-      if (solution.rejected[v][d])
-        warn_view_rejected(view.name, data.devices[d].name,
-                           cause_of_disagreement(data, start.used, solution, int(v), int(d)), view.note,
-                           result.diagnostics);
-      else if (dropped > 0)
-        result.diagnostics.note("outliers", "view " + view.name + ": " + std::to_string(dropped) + " of " +
-                                                std::to_string(measurements.size()) + " points" + of_device +
-                                                " rejected as outliers");
-    }
-    result.views.push_back(view);
-  }
-  result.joint_rms_px = joint_count > 0 ? std::sqrt(joint_sum / double(joint_count)) : 0;
-  result.joint_rms_all_px = joint_count_all > 0 ? std::sqrt(joint_sum_all / double(joint_count_all)) : 0;
-
-  Rig& rig = result.rig = rig_of(data, state);
-  for (std::size_t d = 0; d < data.devices.size(); ++d) {
-    result.rms_px.push_back(spread_of(data, state, solution.used, int(d)).rms_px);
-    result.rms_all_px.push_back(spread_of(data, state, start.used, int(d)).rms_px);
-    rig.quality.rms_px[data.devices[d].name] = result.rms_px.back();
-  }
-  for (const ViewResult& view : result.views) rig.quality.views_used += view.used;
-  const std::optional<RigMotion> motion = rig_motion(data, solution);
-  if (motion) result.diagnostics.warn("device_moved", description(*motion, data));
-  for (std::size_t d = 1; d < data.devices.size(); ++d) {
-    const std::string moved = moved_device(data, start.used, solution, int(d));
-    if (!moved.empty()) result.diagnostics.warn("device_moved", moved);
-    // What a motion leaves in the residuals looks like anything, also like a periodic pattern.
-    const std::string resampled = motion ? "" : resampled_picture(data, solution, int(d));
-    if (!resampled.empty()) result.diagnostics.warn("picture_resampled", resampled);
-  }
-  return result;
-}
-
 void tell_shape(const ShapedSolution& shaped, CalibrationResult& result) {
   const EstimatedShape& shape = shaped.shape;
   result.shape = shape;
@@ -311,67 +217,6 @@ void tell_shape(const ShapedSolution& shaped, CalibrationResult& result) {
                            mm(shape.out_of_plane_rms) + " off its plane (RMS), max " + mm(shape.largest) +
                            "; modelling the board's shape reduces the held-out error from " +
                            px(shape.holdout_flat_px) + " to " + px(shape.holdout_free_px));
-}
-
-/// Fails when half of a device's views or more were rejected: there is no majority.
-Gate agreement_gate(const Correspondences& data, const Start& start, const Solution& solution) {
-  Gate gate{"views agree", true, "all"};
-  for (std::size_t d = 0; d < data.devices.size(); ++d) {
-    int rejected = 0, views = 0;
-    for (std::size_t v = 0; v < data.views.size(); ++v) {
-      if (count_used(start.used, v, d) == 0) continue;
-      ++views;
-      rejected += count_used(solution.used, v, d) == 0;
-    }
-    if (rejected == 0) continue;
-    const std::string count = std::to_string(rejected) + " of " + std::to_string(views) +
-                              " views disagree about " + data.devices[d].name;
-    gate.passed = gate.passed && 2 * rejected < views;
-    gate.detail = gate.detail == "all" ? count : gate.detail + ", " + count;
-  }
-  if (!gate.passed) gate.detail += ": capture again what the remarks name";
-  return gate;
-}
-
-/// A device that few views read is calibrated by few views, however many the other devices have.
-Gate views_gate(const Correspondences& data, const Solution& solution) {
-  Gate gate{"views read", true, ""};
-  int views = 0;
-  std::vector<int> of_device(data.devices.size());
-  for (std::size_t v = 0; v < data.views.size(); ++v) {
-    bool any = false;
-    for (std::size_t d = 0; d < data.devices.size(); ++d) {
-      const bool used = count_used(solution.used, v, d) > 0;
-      of_device[d] += used, any = any || used;
-    }
-    views += any;
-  }
-  std::string few;
-  for (std::size_t d = 0; d < data.devices.size(); ++d) {
-    gate.detail += (d > 0 ? ", " : "") + data.devices[d].name + " " + std::to_string(of_device[d]) + " of " +
-                   std::to_string(views);
-    if (2 * of_device[d] >= views) continue;
-    few += (few.empty() ? "" : " and ") + data.devices[d].name;
-  }
-  gate.passed = few.empty();
-  if (!gate.passed)
-    gate.detail += ": fewer than half of the views hold points of " + few +
-                   "; the views' remarks give the cause, capture them again";
-  return gate;
-}
-
-/// A board that is bent by more than a few sigmas of what a printed sheet does is no board to calibrate with.
-constexpr double kLargestBend = 5;
-
-Gate shape_gate(const Correspondences& data, const EstimatedShape& shape) {
-  const double limit = kLargestBend * board_sigma(points_in_board(data.board));
-  const bool passed = shape.largest <= limit;
-  return {
-      "board's shape", passed,
-      "largest offset " + mm(shape.largest) +
-          (passed ? ""
-                  : ", limit " + mm(limit) +
-                        ": mount the sheet on a stiff flat plate, and check the square's size both ways")};
 }
 
 /// What is known of the devices: by the normal equations, and to be told.
@@ -487,32 +332,29 @@ void tell_lenses(std::vector<LensAlternative> alternatives, CalibrationResult& r
   result.lens_alternatives = std::move(alternatives);
 }
 
-/// Failures of the captures are failures of the rig that was made from them: the file is marked, and no
-/// summary says that all checks passed. Nothing where there are none.
-std::optional<Gate> captures_gate(const Diagnostics& of_captures) {
-  int failures = 0;
-  for (const Diagnostic& remark : of_captures.items) failures += remark.severity == Severity::kFailure;
-  if (failures == 0) return std::nullopt;
-  return Gate{"captures", false,
-              std::to_string(failures) + (failures == 1 ? " failure" : " failures") +
-                  " in the captures: the remarks name view and cause; capture these views again"};
-}
+/// Solved with the lens models that predict held-out views best.
+struct ChosenSolution {
+  Start start;
+  ShapedSolution shaped;
+  std::vector<LensAlternative> alternatives;
+};
 
-CalibrationResult run(const Correspondences& given, const std::optional<KnownLens>& known_camera,
-                      const Options& options) {
-  require_consistent(given);
+ChosenSolution solve_with_chosen_lenses(const Correspondences& given,
+                                        const std::optional<KnownLens>& known_camera,
+                                        const Options& options) {
+  const bool camera_known = known_camera.has_value();
   Correspondences ordered = given;
   // Skew and k3 are small: a start does without them, and settles the order of symmetric boards.
   Options of_start = options;
   for (LensOptions* lens : {&of_start.camera, &of_start.projector})
     lens->held.insert(lens->held.end(), {"skew", "k3"});
   Start start = find_start(ordered, known_camera, of_start);
-  free_lenses(ordered, options, known_camera.has_value(), start);
+  free_lenses(ordered, options, camera_known, start);
   start.bundle_options.pose_groups = pose_groups(ordered);
   ShapedSolution shaped = solve_with_shape(ordered, start, options);
   Solution chosen;
   std::vector<LensAlternative> alternatives =
-      choose_lenses(shaped.data, start.used, shaped.solution, options, known_camera.has_value(), chosen);
+      choose_lenses(shaped.data, start.used, shaped.solution, options, camera_known, chosen);
   const bool another = std::any_of(alternatives.begin(), alternatives.end(), [](const LensAlternative& one) {
     return one.chosen && one.model != kUsualLensModel;
   });
@@ -526,6 +368,43 @@ CalibrationResult run(const Correspondences& given, const std::optional<KnownLen
       reject_chosen(alternatives, error.why());
     }
   }
+  return {std::move(start), std::move(shaped), std::move(alternatives)};
+}
+
+/// Each view predicted by a calibration without it, and what the covariance expects of that.
+void hold_out_views(const Correspondences& data, const Start& start, const Solution& solution,
+                    const Sigmas& sigmas, const Options& options, CalibrationResult& result) {
+  std::vector<int> counted(data.devices.size(), 0);
+  result.holdout_px.assign(data.devices.size(), 0);
+  result.holdout_all_px.assign(data.devices.size(), 0);
+  for (std::size_t v = 0; v < data.views.size(); ++v) {
+    ViewResult& view = result.views[v];
+    if (!view.used) continue;
+    report(options, "holding out view " + data.views[v].name,
+           0.8 + 0.2 * double(v) / double(data.views.size()));
+    hold_out(data, start.used, solution, int(v), view);
+    for (std::size_t d = 0; d < data.devices.size(); ++d) {
+      if (spread_of(data, solution.state(), solution.used, int(d), int(v)).count == 0) continue;
+      ++counted[d];
+      result.holdout_px[d] += view.holdout_px[d];
+      result.holdout_all_px[d] += view.holdout_all_px[d];
+    }
+  }
+  const std::vector<double> expected =
+      expected_holdout(data, solution, sigmas.robust.inflated ? sigmas.robust.variance_ratio : 1);
+  for (std::size_t d = 0; d < data.devices.size(); ++d) {
+    result.holdout_px[d] /= std::max(counted[d], 1);
+    result.holdout_all_px[d] /= std::max(counted[d], 1);
+    const std::string& name = data.devices[d].name;
+    result.rig.quality.holdout_px[name] = result.holdout_px[d];
+    if (expected[d] > 0) result.rig.quality.expected_holdout_px[name] = expected[d];
+  }
+}
+
+CalibrationResult run(const Correspondences& given, const std::optional<KnownLens>& known_camera,
+                      const Options& options) {
+  require_consistent(given);
+  auto [start, shaped, alternatives] = solve_with_chosen_lenses(given, known_camera, options);
   report(options, "covariance", 0.75);
   Sigmas sigmas = sigmas_of(shaped);
   const std::vector<WeaklyObservable> open =
@@ -550,58 +429,8 @@ CalibrationResult run(const Correspondences& given, const std::optional<KnownLen
   const std::string repeated = repeated_poses(data, solution.used, solution.options.pose_groups);
   if (!repeated.empty()) result.diagnostics.warn("repeated_poses", repeated);
   result.size_to_measure = printed_size_to_measure(data.board);
-
-  if (options.holdout) {
-    std::vector<int> counted(data.devices.size(), 0);
-    result.holdout_px.assign(data.devices.size(), 0);
-    result.holdout_all_px.assign(data.devices.size(), 0);
-    for (std::size_t v = 0; v < data.views.size(); ++v) {
-      ViewResult& view = result.views[v];
-      if (!view.used) continue;
-      report(options, "holding out view " + data.views[v].name,
-             0.8 + 0.2 * double(v) / double(data.views.size()));
-      hold_out(data, start.used, solution, int(v), view);
-      for (std::size_t d = 0; d < data.devices.size(); ++d) {
-        if (spread_of(data, solution.state(), solution.used, int(d), int(v)).count == 0) continue;
-        ++counted[d];
-        result.holdout_px[d] += view.holdout_px[d];
-        result.holdout_all_px[d] += view.holdout_all_px[d];
-      }
-    }
-    for (std::size_t d = 0; d < data.devices.size(); ++d) {
-      result.holdout_px[d] /= std::max(counted[d], 1);
-      result.holdout_all_px[d] /= std::max(counted[d], 1);
-    }
-    for (std::size_t d = 0; d < data.devices.size(); ++d)
-      result.rig.quality.holdout_px[data.devices[d].name] = result.holdout_px[d];
-  }
-
-  if (options.holdout) {
-    const std::vector<double> expected =
-        expected_holdout(data, solution, sigmas.robust.inflated ? sigmas.robust.variance_ratio : 1);
-    for (std::size_t d = 0; d < expected.size(); ++d)
-      if (expected[d] > 0) result.rig.quality.expected_holdout_px[data.devices[d].name] = expected[d];
-  }
-  std::map<std::string, double> reach;
-  for (std::size_t d = 0; d < data.devices.size(); ++d)
-    if (data.devices[d].kind == DeviceKind::kCamera)
-      reach[data.devices[d].name] = reach_of(data, solution.used, d, solution.state().lenses[d]);
-  result.rig.quality.gates = check_rig(result.rig, {}, reach);
-  int behind = 0;  // the board's printed side faces away from the camera: a mirrored order of corners
-  for (const ViewResult& view : result.views)
-    if (view.used && view.rig_from_board.rotate(Vec3::UnitZ()).dot(view.rig_from_board.translation) <= 0)
-      ++behind;
-  result.rig.quality.gates.push_back(
-      {"boards face the camera", behind == 0,
-       behind == 0 ? "all"
-                   : std::to_string(behind) +
-                         " seen from behind: the order of their corners is mirrored; do not flip images"});
-  result.rig.quality.gates.push_back(views_gate(data, solution));
-  result.rig.quality.gates.push_back(agreement_gate(data, start, solution));
-  if (shaped.shape.free) result.rig.quality.gates.push_back(shape_gate(data, shaped.shape));
-  if (const auto gate = captures_gate(given.diagnostics)) result.rig.quality.gates.push_back(*gate);
-  for (const Gate& gate : result.rig.quality.gates)
-    if (!gate.passed) result.diagnostics.fail("gate_failed", gate.name + ": " + gate.detail);
+  if (options.holdout) hold_out_views(data, start, solution, sigmas, options, result);
+  check_result(data, start, solution, shaped.shape, result);
   report(options, "done", 1);
   return result;
 }

@@ -40,24 +40,28 @@ std::optional<Intrinsics> initial_camera_intrinsics(const std::vector<Mat3>& pix
   return Intrinsics{f, f, cx, cy, 0};
 }
 
-Resection resect(const Points3& points, const Points2& pixels, const std::string& device) {
-  require(points.size() == pixels.size(), "resect: as many pixels as points");
-  if (points.size() < 6)
-    throw Error(ErrorKind::kNotEnoughData, device,
-                std::to_string(points.size()) + " points have a pixel, 6 are needed",
-                "add views in which the board is lit");
-  const double n = double(points.size());
+namespace {
+
+/// Points about their mean, in units of their spread.
+struct Normalisation {
   Vec3 mean3 = Vec3::Zero();
   Vec2 mean2 = Vec2::Zero();
+  double s3 = 1, s2 = 1;
+};
+
+/// Throws Error(kDegenerate) for points of one plane.
+Normalisation normalisation(const Points3& points, const Points2& pixels, const std::string& device) {
+  const double n = double(points.size());
+  Normalisation of;
   for (std::size_t i = 0; i < points.size(); ++i) {
-    mean3 += points[i] / n;
-    mean2 += pixels[i] / n;
+    of.mean3 += points[i] / n;
+    of.mean2 += pixels[i] / n;
   }
   Mat3 scatter = Mat3::Zero();
   double spread2 = 0;
   for (std::size_t i = 0; i < points.size(); ++i) {
-    scatter += (points[i] - mean3) * (points[i] - mean3).transpose() / n;
-    spread2 += (pixels[i] - mean2).squaredNorm() / n;
+    scatter += (points[i] - of.mean3) * (points[i] - of.mean3).transpose() / n;
+    spread2 += (pixels[i] - of.mean2).squaredNorm() / n;
   }
   const Eigen::SelfAdjointEigenSolver<Mat3> shape(scatter);
   // A hundredth of the extent out of the plane is 1 cm over a metre: below that the linear answer is noise.
@@ -65,13 +69,18 @@ Resection resect(const Points3& points, const Points2& pixels, const std::string
     throw Error(ErrorKind::kDegenerate, device,
                 "all of its points lie in one plane, which leaves its focal length open",
                 "tilt and move the board between views: 20 to 40 degrees about both axes, near and far");
-  const double s3 = std::sqrt(3.0 / scatter.trace()), s2 = std::sqrt(2.0 / spread2);
+  of.s3 = std::sqrt(3.0 / scatter.trace());
+  of.s2 = std::sqrt(2.0 / spread2);
+  return of;
+}
 
+/// The DLT: the 3x4 matrix P, pixel ~ P point, with the points in front (z > 0).
+Mat34 linear_projection(const Points3& points, const Points2& pixels, const Normalisation& of) {
   Eigen::Matrix<double, 12, 12> normal = Eigen::Matrix<double, 12, 12>::Zero();
   for (std::size_t i = 0; i < points.size(); ++i) {
     Vec4 x;
-    x << s3 * (points[i] - mean3), 1;
-    const Vec2 u = s2 * (pixels[i] - mean2);
+    x << of.s3 * (points[i] - of.mean3), 1;
+    const Vec2 u = of.s2 * (pixels[i] - of.mean2);
     Eigen::Matrix<double, 2, 12> rows = Eigen::Matrix<double, 2, 12>::Zero();
     rows.block<1, 4>(0, 0) = x.transpose();
     rows.block<1, 4>(0, 8) = -u.x() * x.transpose();
@@ -84,12 +93,23 @@ Resection resect(const Points3& points, const Points2& pixels, const std::string
   Mat34 projection;
   projection << p.segment<4>(0).transpose(), p.segment<4>(4).transpose(), p.segment<4>(8).transpose();
   Mat3 undo2;
-  undo2 << 1 / s2, 0, mean2.x(), 0, 1 / s2, mean2.y(), 0, 0, 1;
+  undo2 << 1 / of.s2, 0, of.mean2.x(), 0, 1 / of.s2, of.mean2.y(), 0, 0, 1;
   Mat4 do3 = Mat4::Identity();
-  do3.topLeftCorner<3, 3>() *= s3;
-  do3.topRightCorner<3, 1>() = -s3 * mean3;
+  do3.topLeftCorner<3, 3>() *= of.s3;
+  do3.topRightCorner<3, 1>() = -of.s3 * of.mean3;
   projection = undo2 * projection * do3;
-  if ((projection * mean3.homogeneous()).z() < 0) projection = -projection;  // the points lie in front
+  return (projection * of.mean3.homogeneous()).z() < 0 ? Mat34(-projection) : projection;
+}
+
+}  // namespace
+
+Resection resect(const Points3& points, const Points2& pixels, const std::string& device) {
+  require(points.size() == pixels.size(), "resect: as many pixels as points");
+  if (points.size() < 6)
+    throw Error(ErrorKind::kNotEnoughData, device,
+                std::to_string(points.size()) + " points have a pixel, 6 are needed",
+                "add views in which the board is lit");
+  const Mat34 projection = linear_projection(points, pixels, normalisation(points, pixels, device));
 
   // M = K R. The QR decomposition of M^-1 = R^T K^-1 gives both; signs make K's diagonal positive.
   const Mat3 m = projection.leftCols<3>();
@@ -113,7 +133,7 @@ Resection resect(const Points3& points, const Points2& pixels, const std::string
   double sum2 = 0;
   for (std::size_t i = 0; i < points.size(); ++i)
     sum2 += ((projection * points[i].homogeneous()).hnormalized() - pixels[i]).squaredNorm();
-  result.rms_px = std::sqrt(sum2 / n);
+  result.rms_px = std::sqrt(sum2 / double(points.size()));
   return result;
 }
 

@@ -82,6 +82,56 @@ MirrorPose measure_mirror(const Camera& lens, const std::string& camera, const M
   return mirror;
 }
 
+/// That of the rig as told: the mirrored rig's, and that of the board in the mirror.
+MatX covariance_through_mirror(const Rig& mirrored, const MirrorPose& mirror, double depth,
+                               const Pose& camera_from_mirrored) {
+  // Rows: the rig's parameters as told; columns: the mirrored rig's, then the mirror board's pose.
+  const RigCamera& virtual_camera = mirrored.cameras.front();
+  const NamedCovariance& before = mirrored.covariance;
+  const Eigen::Index n = before.matrix.rows();
+  MatX derivative = MatX::Zero(n, n + 6);
+  derivative.leftCols(n).setIdentity();
+  const std::vector<std::string> names = parameter_names(virtual_camera.camera);
+  const VecX signs = turned_signs(virtual_camera.camera);
+  MatX mirror_by_all = MatX::Zero(6, n + 6);
+  mirror_by_all.rightCols<6>().setIdentity();
+  for (std::size_t i = 0; i < names.size(); ++i)
+    if (const auto at = before.index_of(virtual_camera.name + "." + names[i])) {
+      const auto column = Eigen::Index(*at);
+      derivative(column, column) = signs[Eigen::Index(i)];
+      mirror_by_all.col(column) = signs[Eigen::Index(i)] * mirror.by_lens.col(Eigen::Index(i));
+    }
+  const MatX motion = motion_by_mirror(mirror.camera_from_mirror, depth) * mirror_by_all;
+  for (const RigProjector& projector : mirrored.projectors) {
+    const auto at = before.index_of("rig_from_" + projector.name + ".rx");
+    if (!at) continue;
+    const auto row = Eigen::Index(*at);
+    derivative.block(row, 0, 6, n).setZero();
+    derivative.block<6, 6>(row, row) = adjoint(camera_from_mirrored);
+    derivative.block(row, 0, 6, n + 6) += motion;
+  }
+  MatX known = MatX::Zero(n + 6, n + 6);
+  known.topLeftCorner(n, n) = before.matrix;
+  known.bottomRightCorner<6, 6>() = mirror.covariance;
+  const MatX told = derivative * known * derivative.transpose();
+  return 0.5 * (told + told.transpose());
+}
+
+Gate side_gate(const CalibrationResult& result, const Plane& mirror_in_camera) {
+  // The camera stands on one side of the mirror, and so do the boards that it reflects.
+  const double side = mirror_in_camera.signed_distance(Vec3::Zero());
+  int beyond = 0;
+  for (const ViewResult& v : result.views)
+    beyond += v.used && mirror_in_camera.signed_distance(v.rig_from_board.translation) * side <= 0;
+  Gate gate{"boards in the mirror", beyond == 0, "all"};
+  if (beyond > 0)
+    gate.detail =
+        std::to_string(beyond) +
+        " stand behind the mirror: it, or the camera, was moved after its picture was taken, or the "
+        "session was not captured through it";
+  return gate;
+}
+
 }  // namespace
 
 MirrorSolution through_mirror(const CalibrationResult& mirrored, const MirrorView& view) {
@@ -106,47 +156,8 @@ MirrorSolution through_mirror(const CalibrationResult& mirrored, const MirrorVie
     v.rig_from_board_covariance = turn * v.rig_from_board_covariance * turn.transpose();
   }
 
-  // Rows: the rig's parameters as told; columns: the mirrored rig's, then the mirror board's pose.
-  const NamedCovariance& before = mirrored.rig.covariance;
-  const Eigen::Index n = before.matrix.rows();
-  MatX derivative = MatX::Zero(n, n + 6);
-  derivative.leftCols(n).setIdentity();
-  const std::vector<std::string> names = parameter_names(virtual_camera.camera);
-  const VecX signs = turned_signs(virtual_camera.camera);
-  MatX mirror_by_all = MatX::Zero(6, n + 6);
-  mirror_by_all.rightCols<6>().setIdentity();
-  for (std::size_t i = 0; i < names.size(); ++i)
-    if (const auto at = before.index_of(camera + "." + names[i])) {
-      const auto column = Eigen::Index(*at);
-      derivative(column, column) = signs[Eigen::Index(i)];
-      mirror_by_all.col(column) = signs[Eigen::Index(i)] * mirror.by_lens.col(Eigen::Index(i));
-    }
-  const MatX motion = motion_by_mirror(mirror.camera_from_mirror, view.depth) * mirror_by_all;
-  for (const RigProjector& projector : rig.projectors) {
-    const auto at = before.index_of("rig_from_" + projector.name + ".rx");
-    if (!at) continue;
-    const auto row = Eigen::Index(*at);
-    derivative.block(row, 0, 6, n).setZero();
-    derivative.block<6, 6>(row, row) = adjoint(camera_from_mirrored);
-    derivative.block(row, 0, 6, n + 6) += motion;
-  }
-  MatX known = MatX::Zero(n + 6, n + 6);
-  known.topLeftCorner(n, n) = before.matrix;
-  known.bottomRightCorner<6, 6>() = mirror.covariance;
-  const MatX told = derivative * known * derivative.transpose();
-  rig.covariance.matrix = 0.5 * (told + told.transpose());
-
-  // The camera stands on one side of the mirror, and so do the boards that it reflects.
-  const double side = solution.mirror_in_camera.signed_distance(Vec3::Zero());
-  int beyond = 0;
-  for (const ViewResult& v : result.views)
-    beyond += v.used && solution.mirror_in_camera.signed_distance(v.rig_from_board.translation) * side <= 0;
-  Gate gate{"boards in the mirror", beyond == 0, "all"};
-  if (beyond > 0)
-    gate.detail =
-        std::to_string(beyond) +
-        " stand behind the mirror: it, or the camera, was moved after its picture was taken, or the "
-        "session was not captured through it";
+  rig.covariance.matrix = covariance_through_mirror(mirrored.rig, mirror, view.depth, camera_from_mirrored);
+  const Gate gate = side_gate(result, solution.mirror_in_camera);
   rig.quality.gates.push_back(gate);
   if (!gate.passed) result.diagnostics.fail("gate_failed", gate.name + ": " + gate.detail);
   return solution;

@@ -171,75 +171,92 @@ void start_offset(Model& model, const std::vector<Pair>& pairs) {
   model.start -= chosen;
 }
 
-/// A X = X B over the pairs: rotation from the axes (Park and Martin 1994); where all rotations have one axis, the
-/// rotation about it with the translation as Guo et al. 2012.
-Pose hand_eye(const Model& model, const std::vector<Pair>& pairs) {
-  std::vector<Pose> a, b;
-  Mat3 correlation = Mat3::Zero();
+/// Steps of the base and of the rig that belong together.
+struct HandEyePairs {
+  std::vector<Pose> base, rig;
+  Mat3 correlation = Mat3::Zero();  ///< of their rotation vectors
+};
+
+/// Without outliers. Throws Error(kDegenerate) where the base does not turn.
+HandEyePairs turning_pairs(const Model& model, const std::vector<Pair>& pairs) {
+  HandEyePairs turning;
   double largest = 0;
   for (const Pair& pair : pairs) {
     const Pose step = base_step(model, pair);
     constexpr double kAgree = 0.06;
     if (std::abs(angle_of(step) - angle_of(pair.rig_from_later)) > kAgree) continue;  // an outlier
-    a.push_back(step);
-    b.push_back(pair.rig_from_later);
+    turning.base.push_back(step);
+    turning.rig.push_back(pair.rig_from_later);
     largest = std::max(largest, std::min(angle_of(step), angle_of(pair.rig_from_later)));
-    correlation += so3_log(step.rotation) * so3_log(pair.rig_from_later.rotation).transpose();
+    turning.correlation += so3_log(step.rotation) * so3_log(pair.rig_from_later.rotation).transpose();
   }
-  if (a.empty() || largest < kMinRotation)
+  if (turning.base.empty() || largest < kMinRotation)
     throw Error(ErrorKind::kDegenerate, "mount",
                 "the base does not turn while it sees a marker (" + fixed(largest / kDegree, 1) +
                     " degrees within 2.5 s at most): x, y and yaw of the rig on the base are unobservable",
                 "drive curves of 90 degrees or more in both directions past the markers, or give --prior");
-  const Eigen::JacobiSVD<Mat3> svd(correlation, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  return turning;
+}
+
+/// The translation, and with `angle` the rotation about the axis that is z in the frames `to_axis` and `rig_to_axis`: linear least squares
+/// (Guo et al. 2012). Without `angle` the rotation is known.
+void solve_hand_eye(const HandEyePairs& pairs, const std::vector<double>& weight, bool angle,
+                    const Mat3& to_axis, const Mat3& rig_to_axis, Pose& base_from_rig) {
+  const auto n = Eigen::Index(pairs.base.size());
+  const Mat3 rotation = base_from_rig.rotation_matrix();
+  MatX rows = MatX::Zero(3 * n, 5);
+  VecX right(3 * n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const Pose &base = pairs.base[std::size_t(i)], &rig = pairs.rig[std::size_t(i)];
+    const double w = weight[std::size_t(i)];
+    rows.block<3, 3>(3 * i, 0) = w * (base.rotation_matrix() - Mat3::Identity());
+    if (angle) {
+      const Vec3 u = rig_to_axis * rig.translation;
+      rows.block<3, 1>(3 * i, 3) = -w * to_axis.transpose() * Vec3(u.x(), u.y(), 0);
+      rows.block<3, 1>(3 * i, 4) = -w * to_axis.transpose() * Vec3(-u.y(), u.x(), 0);
+      right.segment<3>(3 * i) = w * (to_axis.transpose() * Vec3(0, 0, u.z()) - base.translation);
+    } else {
+      right.segment<3>(3 * i) = w * (rotation * rig.translation - base.translation);
+    }
+  }
+  const VecX solved = rows.completeOrthogonalDecomposition().solve(right);
+  const Mat3 turned =
+      angle ? Mat3(to_axis.transpose() *
+                   so3_exp(Vec3(0, 0, std::atan2(solved[4], solved[3]))).toRotationMatrix() * rig_to_axis)
+            : rotation;
+  base_from_rig = {turned, solved.head<3>()};
+}
+
+/// A X = X B over the pairs: rotation from the axes (Park and Martin 1994); where all rotations have one axis, the
+/// rotation about it with the translation as Guo et al. 2012.
+Pose hand_eye(const Model& model, const std::vector<Pair>& pairs) {
+  const HandEyePairs turning = turning_pairs(model, pairs);
+  const Eigen::JacobiSVD<Mat3> svd(turning.correlation, Eigen::ComputeFullU | Eigen::ComputeFullV);
   Mat3 sign = Mat3::Identity();
   sign(2, 2) = (svd.matrixU() * svd.matrixV().transpose()).determinant();
   const Vec3 values = svd.singularValues();
   constexpr double kOneAxis = 0.03;
   const bool one_axis = values[1] < kOneAxis * values[0] || model.planar;
   const Vec3 axis_base = model.planar ? Vec3::UnitZ() : Vec3(svd.matrixU().col(0));
-  Vec3 axis_rig = correlation.transpose() * axis_base;
+  Vec3 axis_rig = turning.correlation.transpose() * axis_base;
   axis_rig.normalize();
   const Mat3 to_axis = Eigen::Quaterniond::FromTwoVectors(axis_base, Vec3::UnitZ()).toRotationMatrix(),
              rig_to_axis = Eigen::Quaterniond::FromTwoVectors(axis_rig, Vec3::UnitZ()).toRotationMatrix();
-  Mat3 rotation = svd.matrixU() * sign * svd.matrixV().transpose();
+  Pose base_from_rig(Mat3(svd.matrixU() * sign * svd.matrixV().transpose()), Vec3::Zero());
 
-  // Twice: the second time with the rotation known. Rows are weighted by what the first found.
-  const auto n = Eigen::Index(a.size());
-  Vec3 translation = Vec3::Zero();
-  std::vector<double> weight(a.size(), 1);
+  // Three rounds with the angle about a single axis, then with the rotation known. Rows are weighted by what the round before
+  // found.
+  std::vector<double> weight(turning.base.size(), 1);
   for (int round = 0; round < 6; ++round) {
-    const bool angle = one_axis && round < 3;
-    MatX rows = MatX::Zero(3 * n, 5);
-    VecX right(3 * n);
-    for (Eigen::Index i = 0; i < n; ++i) {
-      const Pose &base = a[std::size_t(i)], &rig = b[std::size_t(i)];
-      const double w = weight[std::size_t(i)];
-      rows.block<3, 3>(3 * i, 0) = w * (base.rotation_matrix() - Mat3::Identity());
-      if (angle) {
-        const Vec3 u = rig_to_axis * rig.translation;
-        rows.block<3, 1>(3 * i, 3) = -w * to_axis.transpose() * Vec3(u.x(), u.y(), 0);
-        rows.block<3, 1>(3 * i, 4) = -w * to_axis.transpose() * Vec3(-u.y(), u.x(), 0);
-        right.segment<3>(3 * i) = w * (to_axis.transpose() * Vec3(0, 0, u.z()) - base.translation);
-      } else {
-        right.segment<3>(3 * i) = w * (rotation * rig.translation - base.translation);
-      }
-    }
-    const VecX solved = rows.completeOrthogonalDecomposition().solve(right);
-    translation = solved.head<3>();
-    if (angle)
-      rotation = to_axis.transpose() *
-                 so3_exp(Vec3(0, 0, std::atan2(solved[4], solved[3]))).toRotationMatrix() * rig_to_axis;
-    for (Eigen::Index i = 0; i < n; ++i) {
-      const Pose &base = a[std::size_t(i)], &rig = b[std::size_t(i)];
-      const double error =
-          (base.rotation_matrix() * translation + base.translation - rotation * rig.translation - translation)
-              .norm();
+    solve_hand_eye(turning, weight, one_axis && round < 3, to_axis, rig_to_axis, base_from_rig);
+    for (std::size_t i = 0; i < weight.size(); ++i) {
+      const Vec3 error =
+          turning.base[i] * base_from_rig.translation - base_from_rig * turning.rig[i].translation;
       constexpr double kUsual = 0.03;  // m
-      weight[std::size_t(i)] = 1 / (1 + std::pow(error / kUsual, 2));
+      weight[i] = 1 / (1 + std::pow(error.norm() / kUsual, 2));
     }
   }
-  return {rotation, translation};
+  return base_from_rig;
 }
 
 void start_markers(Model& model, const Pose& mount) {

@@ -174,68 +174,62 @@ std::vector<ViewEquations> by_pose_group(const NormalEquations& equations, const
   return all;
 }
 
-NormalEquations normal_equations(const Correspondences& data, const UsedMask& used,
-                                 const BundleState& solution, const BundleOptions& options,
-                                 const CommonParameters& common) {
-  const Eigen::Index n = common.size();
-  const Linearisation linearise(solution, common);
-  NormalEquations all;
-  all.information = MatX::Zero(n, n);
-  all.diagonal = VecX::Zero(n);
-  const std::vector<double> view_weight = view_weights(used, options);
-  for (std::size_t v = 0; v < data.views.size(); ++v) {
-    MatX information = MatX::Zero(n, n);
-    Eigen::Matrix<double, 6, Eigen::Dynamic> cross = MatX::Zero(6, n);
-    VecX gradient = VecX::Zero(n);
-    Mat6 pose = Mat6::Zero();
-    Vec6 pose_gradient = Vec6::Zero();
-    ViewEquations view;
-    for (std::size_t d = 0; d < data.devices.size(); ++d)
-      for (const Measurement& m : measurements_of(data, int(v), int(d))) {
-        if (!used[v][d][std::size_t(m.index)]) continue;
-        const auto l = linearise(m, options);
-        if (!l)
-          throw Error(ErrorKind::kDegenerate, "covariance",
-                      "a measured point cannot be projected at the solution",
-                      "look at the views with the largest residuals");
-        view.used = true;
-        const auto count = Eigen::Index(l->columns.size());
-        for (Eigen::Index i = 0; i < count; ++i) {
-          const int row = l->columns[std::size_t(i)];
-          const Vec2 by_row = l->by_common.col(i);
-          for (Eigen::Index j = 0; j < count; ++j)
-            information(row, l->columns[std::size_t(j)]) += by_row.dot(l->by_common.col(j));
-          cross.col(row) += l->by_pose.transpose() * by_row;
-          gradient[row] += by_row.dot(l->residual);
-        }
-        pose += l->by_pose.transpose() * l->by_pose;
-        pose_gradient += l->by_pose.transpose() * l->residual;
-      }
-    if (view.used) {
-      information *= view_weight[v], cross *= view_weight[v], gradient *= view_weight[v],
-          pose *= view_weight[v], pose_gradient *= view_weight[v];
-      // Radians and metres compare after scaling each to its own information.
-      const Vec6 scale = pose.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
-      const Cholesky factors(Mat6(scale.asDiagonal() * pose * scale.asDiagonal()));
-      if (!(factors.pivots().minCoeff() > 1e-13))
-        throw Error(ErrorKind::kDegenerate, "view " + data.views[v].name,
-                    "its points do not determine the board's pose: they lie on a line, or too close together",
-                    "capture it again with more of the board in sight");
-      view.pose_covariance = scale.asDiagonal() * factors.inverse() * scale.asDiagonal();
-      view.pose_by_common = view.pose_covariance * cross;
-      view.diagonal = information.diagonal();
-      view.information = information - cross.transpose() * view.pose_by_common;
-      view.gradient = gradient - view.pose_by_common.transpose() * pose_gradient;
-      all.information += view.information;
-      all.diagonal += view.diagonal;
+namespace {
+
+/// One view's equations in the common parameters and the board's pose.
+struct JointEquations {
+  explicit JointEquations(Eigen::Index n)
+      : information(MatX::Zero(n, n)), cross(MatX::Zero(6, n)), gradient(VecX::Zero(n)) {}
+
+  MatX information;
+  Eigen::Matrix<double, 6, Eigen::Dynamic> cross;
+  VecX gradient;
+  Mat6 pose = Mat6::Zero();
+  Vec6 pose_gradient = Vec6::Zero();
+  bool used = false;
+
+  void add(const Linearised& l) {
+    used = true;
+    const auto count = Eigen::Index(l.columns.size());
+    for (Eigen::Index i = 0; i < count; ++i) {
+      const int row = l.columns[std::size_t(i)];
+      const Vec2 by_row = l.by_common.col(i);
+      for (Eigen::Index j = 0; j < count; ++j)
+        information(row, l.columns[std::size_t(j)]) += by_row.dot(l.by_common.col(j));
+      cross.col(row) += l.by_pose.transpose() * by_row;
+      gradient[row] += by_row.dot(l.residual);
     }
-    all.views.push_back(std::move(view));
+    pose += l.by_pose.transpose() * l.by_pose;
+    pose_gradient += l.by_pose.transpose() * l.residual;
   }
+
+  /// The pose eliminated: with the weight w and the Schur complement, information - cross^T pose^-1 cross.
+  ViewEquations eliminated(double w, const std::string& view_name) const {
+    // Radians and metres compare after scaling each to its own information.
+    const Vec6 scale = (w * pose).diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+    const Cholesky factors(Mat6(scale.asDiagonal() * (w * pose) * scale.asDiagonal()));
+    if (!(factors.pivots().minCoeff() > 1e-13))
+      throw Error(ErrorKind::kDegenerate, "view " + view_name,
+                  "its points do not determine the board's pose: they lie on a line, or too close together",
+                  "capture it again with more of the board in sight");
+    ViewEquations view;
+    view.used = true;
+    view.pose_covariance = scale.asDiagonal() * factors.inverse() * scale.asDiagonal();
+    view.pose_by_common = view.pose_covariance * (w * cross);
+    view.diagonal = w * information.diagonal();
+    view.information = w * information - w * cross.transpose() * view.pose_by_common;
+    view.gradient = w * gradient - view.pose_by_common.transpose() * (w * pose_gradient);
+    return view;
+  }
+};
+
+void add_priors(const Correspondences& data, const BundleState& solution, const BundleOptions& options,
+                const CommonParameters& common, NormalEquations& all) {
   for (std::size_t d = 0; d < data.devices.size(); ++d)
     for (const LensPrior& prior : priors_of(options, d)) {
       if (common.lens_at[d] < 0) continue;
       const VecX weights = prior_weights(prior, solution.lenses[d]) / prior.sigma;
-      VecX row = VecX::Zero(n);
+      VecX row = VecX::Zero(common.size());
       for (std::size_t i = 0; i < common.free_of_lens[d].size(); ++i)
         row[common.lens_at[d] + int(i)] = weights[common.free_of_lens[d][i]];
       all.information += row * row.transpose();
@@ -247,6 +241,37 @@ NormalEquations normal_equations(const Correspondences& data, const UsedMask& us
     all.information.diagonal().segment<3>(at) += prior;
     all.diagonal.segment<3>(at) += prior;
   }
+}
+
+}  // namespace
+
+NormalEquations normal_equations(const Correspondences& data, const UsedMask& used,
+                                 const BundleState& solution, const BundleOptions& options,
+                                 const CommonParameters& common) {
+  const Eigen::Index n = common.size();
+  const Linearisation linearise(solution, common);
+  NormalEquations all;
+  all.information = MatX::Zero(n, n);
+  all.diagonal = VecX::Zero(n);
+  const std::vector<double> view_weight = view_weights(used, options);
+  for (std::size_t v = 0; v < data.views.size(); ++v) {
+    JointEquations joint(n);
+    for (std::size_t d = 0; d < data.devices.size(); ++d)
+      for (const Measurement& m : measurements_of(data, int(v), int(d))) {
+        if (!used[v][d][std::size_t(m.index)]) continue;
+        const auto linearised = linearise(m, options);
+        if (!linearised)
+          throw Error(ErrorKind::kDegenerate, "covariance",
+                      "a measured point cannot be projected at the solution",
+                      "look at the views with the largest residuals");
+        joint.add(*linearised);
+      }
+    all.views.push_back(joint.used ? joint.eliminated(view_weight[v], data.views[v].name) : ViewEquations{});
+    if (!joint.used) continue;
+    all.information += all.views.back().information;
+    all.diagonal += all.views.back().diagonal;
+  }
+  add_priors(data, solution, options, common, all);
   return all;
 }
 

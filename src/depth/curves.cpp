@@ -84,83 +84,100 @@ std::vector<FourSamples> by_fours(const std::vector<Sample>& samples) {
   return out;
 }
 
-/// Gauss-Newton on middle (and axis) and radius; derivatives are those of |out| - radius. Parameters: middle
-/// along a, b; then (cylinder) turns of the axis towards a and b, or (sphere) middle along z; radius.
-/// False as soon as it is plain that no such shape explains the samples.
+using Four = Eigen::Array4d;
+
+Four dot(const std::array<Four, 3>& p, const Vec3& v) {
+  return p[0] * v[0] + p[1] * v[1] + p[2] * v[2];
+}
+
+/// Normal equations of four lanes, which are summed at the end; the lower half.
 template <bool kCylinder>
-bool refine(const std::vector<Sample>& samples, Shape& shape) {
-  constexpr int kSize = kCylinder ? 5 : 4;
-  constexpr double kStill = 0.999;  ///< convergence: stop when the cost fell by less than 0.1 %
-  using Matrix = Eigen::Matrix<double, kSize, kSize>;
-  using Vector = Eigen::Matrix<double, kSize, 1>;
-  using Four = Eigen::Array4d;
-  const std::vector<FourSamples> fours = by_fours(samples);
-  const auto dot = [](const std::array<Four, 3>& p, const Vec3& v) -> Four {
-    return p[0] * v[0] + p[1] * v[1] + p[2] * v[2];
-  };
-  double before = 0;
-  for (int step = 0; step < 8; ++step) {
-    const Vec3 a = kCylinder ? Vec3(shape.axis.unitOrthogonal()) : Vec3::UnitX();
-    const Vec3 b = kCylinder ? Vec3(shape.axis.cross(a)) : Vec3::UnitY();
-    std::array<std::array<Four, kSize>, kSize> hs;
-    std::array<Four, kSize> gs;
+struct CurveEquations {
+  static constexpr int kSize = kCylinder ? 5 : 4;
+
+  std::array<std::array<Four, kSize>, kSize> hs;
+  std::array<Four, kSize> gs;
+  Four squares = Four::Zero();  ///< clipped, weighted
+
+  CurveEquations() {
     for (std::array<Four, kSize>& row : hs) row.fill(Four::Zero());
     gs.fill(Four::Zero());
-    Four squares4 = Four::Zero();
-    for (const FourSamples& s : fours) {
-      std::array<Four, 3> out;
-      for (std::size_t k = 0; k < 3; ++k) out[k] = s.point[k] - shape.middle[Eigen::Index(k)];
-      Four along = Four::Zero();
-      if constexpr (kCylinder) {
-        along = dot(out, shape.axis);
-        for (std::size_t k = 0; k < 3; ++k) out[k] -= along * shape.axis[Eigen::Index(k)];
-      }
-      const Four length = (out[0].square() + out[1].square() + out[2].square()).sqrt();
-      // A sample on the axis has no derivative and is ignored.
-      const Four inverse_length = (length > 1e-9).select(1 / length, 0);
-      for (Four& n : out) n *= inverse_length;
-      const Four cosine = (out[0] * s.ray[0] + out[1] * s.ray[1] + out[2] * s.ray[2]).abs().max(0.2);
-      const Four scale = (length > 1e-9).select(s.inverse_sigma / cosine, 0);
-      const Four r = (length - shape.radius) * scale;
-      const Four w = (2 / r.abs()).min(1);  // Huber's, at two sigmas
-      squares4 += r.square().min(kMaxSquare);
-      std::array<Four, kSize> j;
-      j[0] = -dot(out, a) * scale;
-      j[1] = -dot(out, b) * scale;
-      if constexpr (kCylinder) {
-        j[2] = along * j[0];
-        j[3] = along * j[1];
-      } else {
-        j[2] = -out[2] * scale;
-      }
-      j[kSize - 1] = -scale;
-      for (std::size_t row = 0; row < kSize; ++row) {
-        const Four of_row = w * j[row];
-        for (std::size_t column = 0; column <= row; ++column) hs[row][column] += of_row * j[column];
-        gs[row] += of_row * r;
-      }
+  }
+
+  /// a, b: across the axis.
+  void add(const FourSamples& s, const Shape& shape, const Vec3& a, const Vec3& b) {
+    std::array<Four, 3> out;
+    for (std::size_t k = 0; k < 3; ++k) out[k] = s.point[k] - shape.middle[Eigen::Index(k)];
+    Four along = Four::Zero();
+    if constexpr (kCylinder) {
+      along = dot(out, shape.axis);
+      for (std::size_t k = 0; k < 3; ++k) out[k] -= along * shape.axis[Eigen::Index(k)];
     }
-    const double squares = squares4.sum();
-    // The linear start is near where one exists: what two steps do not bring close, none does.
-    if (step >= 2 && squares > kHopeless * kHopeless * double(samples.size())) return false;
-    if (step >= 2 && squares > kStill * before) return true;
-    before = squares;
-    Matrix h = Matrix::Zero();
-    Vector g;
+    const Four length = (out[0].square() + out[1].square() + out[2].square()).sqrt();
+    // A sample on the axis has no derivative and is ignored.
+    const Four inverse_length = (length > 1e-9).select(1 / length, 0);
+    for (Four& n : out) n *= inverse_length;
+    const Four cosine = (out[0] * s.ray[0] + out[1] * s.ray[1] + out[2] * s.ray[2]).abs().max(0.2);
+    const Four scale = (length > 1e-9).select(s.inverse_sigma / cosine, 0);
+    const Four r = (length - shape.radius) * scale;
+    const Four w = (2 / r.abs()).min(1);  // Huber's, at two sigmas
+    squares += r.square().min(kMaxSquare);
+    std::array<Four, kSize> j;
+    j[0] = -dot(out, a) * scale;
+    j[1] = -dot(out, b) * scale;
+    if constexpr (kCylinder) {
+      j[2] = along * j[0];
+      j[3] = along * j[1];
+    } else {
+      j[2] = -out[2] * scale;
+    }
+    j[kSize - 1] = -scale;
+    for (std::size_t row = 0; row < kSize; ++row) {
+      const Four of_row = w * j[row];
+      for (std::size_t column = 0; column <= row; ++column) hs[row][column] += of_row * j[column];
+      gs[row] += of_row * r;
+    }
+  }
+
+  Eigen::Matrix<double, kSize, 1> step() const {
+    Eigen::Matrix<double, kSize, kSize> h = Eigen::Matrix<double, kSize, kSize>::Zero();
+    Eigen::Matrix<double, kSize, 1> g;
     for (std::size_t row = 0; row < kSize; ++row) {
       for (std::size_t column = 0; column <= row; ++column)
         h(Eigen::Index(row), Eigen::Index(column)) = hs[row][column].sum();
       g[Eigen::Index(row)] = gs[row].sum();
     }
     h.diagonal() *= 1 + 1e-9;
-    const Vector d = -h.ldlt().solve(g);  // of the lower half
+    return -h.ldlt().solve(g);  // of the lower half
+  }
+};
+
+/// Gauss-Newton on middle (and axis) and radius; derivatives are those of |out| - radius. Parameters: middle
+/// along a, b; then (cylinder) turns of the axis towards a and b, or (sphere) middle along z; radius.
+/// False as soon as it is plain that no such shape explains the samples.
+template <bool kCylinder>
+bool refine(const std::vector<Sample>& samples, Shape& shape) {
+  constexpr double kStill = 0.999;  ///< convergence: stop when the cost fell by less than 0.1 %
+  const std::vector<FourSamples> fours = by_fours(samples);
+  double before = 0;
+  for (int step = 0; step < 8; ++step) {
+    const Vec3 a = kCylinder ? Vec3(shape.axis.unitOrthogonal()) : Vec3::UnitX();
+    const Vec3 b = kCylinder ? Vec3(shape.axis.cross(a)) : Vec3::UnitY();
+    CurveEquations<kCylinder> equations;
+    for (const FourSamples& four : fours) equations.add(four, shape, a, b);
+    const double squares = equations.squares.sum();
+    // The linear start is near where one exists: what two steps do not bring close, none does.
+    if (step >= 2 && squares > kHopeless * kHopeless * double(samples.size())) return false;
+    if (step >= 2 && squares > kStill * before) return true;
+    before = squares;
+    const auto d = equations.step();
     if (!d.allFinite()) return true;
     shape.middle += d[0] * a + d[1] * b;
     if constexpr (kCylinder)
       shape.axis = (shape.axis + d[2] * a + d[3] * b).normalized();
     else
       shape.middle.z() += d[2];
-    shape.radius += d[kSize - 1];
+    shape.radius += d[CurveEquations<kCylinder>::kSize - 1];
   }
   return true;
 }

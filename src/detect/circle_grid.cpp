@@ -134,6 +134,56 @@ std::optional<Ellipse> image_of_disc(const BoardMap& map, const Vec2& centre, do
   return Ellipse{*middle + scale * shift, shape};
 }
 
+/// `before`: the disc's fit in the round before, with which perspective and lens displace the ellipse's centre.
+std::optional<DiscFit> fit_again(const ViewU8& image, const BoardMap& map, const Vec2& in_board,
+                                 double radius, double half_gap, const std::optional<DiscFit>& before) {
+  std::optional<DiscFit> fit;
+  const auto mapped = map.at(in_board);
+  const auto ellipse = image_of_disc(map, in_board, radius);
+  if (mapped && ellipse) {
+    const double pixels_per_metre = 1 / (radius * std::sqrt(ellipse->shape.trace()));
+    DiscGuess guess;
+    guess.centre = before ? before->centre + ellipse->centre - *mapped : ellipse->centre;
+    guess.shape = ellipse->shape;
+    const double reach = before ? std::max(3.5 * before->blur, 2.5) : 1e9;
+    guess.inside = std::clamp(0.7 * radius * pixels_per_metre, 1.5, reach);
+    guess.outside = std::clamp(0.9 * half_gap * pixels_per_metre, 1.5, reach);
+    fit = fit_disc(image, guess);
+    if (fit) fit->centre += *mapped - ellipse->centre;
+  }
+  return fit;
+}
+
+/// Fits of all discs, in the board's order.
+std::vector<std::optional<DiscFit>> fit_discs(const ViewU8& image, const CircleGrid& board,
+                                              const Points2& in_board, BoardMap map) {
+  // A gap's half away the neighbour begins; staggered neighbours stand sqrt(2) rows apart.
+  const double radius = 0.5 * board.diameter;
+  const double half_gap = 0.5 * ((board.asymmetric ? std::sqrt(2.0) : 1) * board.spacing) - radius;
+  std::vector<std::optional<DiscFit>> fits(in_board.size());
+  // Each round knows the last one's centres, and with them how perspective and lens displace the ellipses'.
+  for (int round = 0; round < 3; ++round) {
+    Points2 seen, seen_in_board;
+    for (std::size_t i = 0; i < in_board.size(); ++i) {
+      fits[i] = fit_again(image, map, in_board[i], radius, half_gap, fits[i]);
+      if (!fits[i]) continue;
+      seen.push_back(fits[i]->centre);
+      seen_in_board.push_back(in_board[i]);
+    }
+    if (const auto better =
+            BoardMap::fit(seen_in_board, seen, image.size(), std::vector<double>(seen.size(), kFittedWeight)))
+      map = *better;
+  }
+  return fits;
+}
+
+double usual_residual(const std::vector<std::optional<DiscFit>>& fits) {
+  std::vector<double> residuals;
+  for (const auto& fit : fits)
+    if (fit) residuals.push_back(fit->residual);
+  return residuals.empty() ? 0 : std::max(at_rank(residuals, residuals.size() / 2), 0.5);
+}
+
 }  // namespace
 
 Detections detect_circle_grid(const ViewU8& image, const CircleGrid& board,
@@ -157,43 +207,8 @@ Detections detect_circle_grid(const ViewU8& image, const CircleGrid& board,
     return result;
   }
 
-  // A gap's half away the neighbour begins; staggered neighbours stand sqrt(2) rows apart.
-  const double radius = 0.5 * board.diameter;
-  const double half_gap = 0.5 * ((board.asymmetric ? std::sqrt(2.0) : 1) * board.spacing) - radius;
-  std::vector<std::optional<DiscFit>> fits(in_board.size());
-  // Each round knows the last one's centres, and with them how perspective and lens displace the ellipses'.
-  for (int round = 0; round < 3; ++round) {
-    Points2 seen, seen_in_board;
-    for (std::size_t i = 0; i < in_board.size(); ++i) {
-      std::optional<DiscFit> fit;
-      const auto mapped = map->at(in_board[i]);
-      const auto ellipse = image_of_disc(*map, in_board[i], radius);
-      if (mapped && ellipse) {
-        const double pixels_per_metre = 1 / (radius * std::sqrt(ellipse->shape.trace()));
-        DiscGuess guess;
-        guess.centre = fits[i] ? fits[i]->centre + ellipse->centre - *mapped : ellipse->centre;
-        guess.shape = ellipse->shape;
-        const double reach = fits[i] ? std::max(3.5 * fits[i]->blur, 2.5) : 1e9;
-        guess.inside = std::clamp(0.7 * radius * pixels_per_metre, 1.5, reach);
-        guess.outside = std::clamp(0.9 * half_gap * pixels_per_metre, 1.5, reach);
-        fit = fit_disc(image, guess);
-        if (fit) fit->centre += *mapped - ellipse->centre;
-      }
-      fits[i] = fit;
-      if (!fit) continue;
-      seen.push_back(fit->centre);
-      seen_in_board.push_back(in_board[i]);
-    }
-    if (const auto better =
-            BoardMap::fit(seen_in_board, seen, image.size(), std::vector<double>(seen.size(), kFittedWeight)))
-      map = better;
-  }
-
-  std::vector<double> residuals;
-  for (const auto& fit : fits)
-    if (fit) residuals.push_back(fit->residual);
-  std::sort(residuals.begin(), residuals.end());
-  const double usual = residuals.empty() ? 0 : std::max(residuals[residuals.size() / 2], 0.5);
+  const std::vector<std::optional<DiscFit>> fits = fit_discs(image, board, in_board, *map);
+  const double usual = usual_residual(fits);
   for (std::size_t i = 0; i < fits.size(); ++i)
     if (fits[i] && fits[i]->residual < kWorstResidual * usual &&
         std::sqrt(fits[i]->covariance.trace() / 2) <= options.max_sigma_px)

@@ -83,14 +83,8 @@ std::string other_dictionary(const ViewU8& image, MarkerDictionary asked) {
   return name;
 }
 
-}  // namespace
-
-std::optional<BoardMarkers> find_board_markers(const ViewU8& image, const MarkerLayout& layout,
-                                               Diagnostics& diagnostics) {
-  const std::string dictionary = info_of(layout.dictionary).name;
+std::vector<FoundMarker> find_of_layout(const ViewU8& image, const MarkerLayout& layout) {
   const int count = int(layout.first.size());
-  BoardMarkers board;
-  int lowest_other = 0, highest_other = -1;
   std::vector<FoundMarker> found = find_markers(image, layout.codes);
   const auto of_board = [&](const std::vector<FoundMarker>& markers) {
     return std::count_if(markers.begin(), markers.end(), [&](const FoundMarker& m) { return m.id < count; });
@@ -101,7 +95,31 @@ std::optional<BoardMarkers> find_board_markers(const ViewU8& image, const Marker
     std::vector<FoundMarker> more = find_in_noise(image, layout.codes, found);
     if (of_board(more) > std::max<std::ptrdiff_t>(of_board(found), kFew)) found = std::move(more);
   }
-  for (const FoundMarker& marker : found) {
+  return found;
+}
+
+/// Misread markers are few: the worst goes until all stand in their places. False where they do not.
+bool drop_misread(const MarkerLayout& layout, ImageSize size, BoardMarkers& board) {
+  const std::size_t seen = board.markers.size();
+  while (const auto map = map_of(layout, board, size)) {
+    board.map = *map;
+    const auto [index, off] = worst(layout, board);
+    if (off < kMisplaced) return true;
+    board.markers.erase(board.markers.begin() + std::ptrdiff_t(index));
+    if (3 * board.markers.size() < 2 * seen) return false;
+  }
+  return false;
+}
+
+}  // namespace
+
+std::optional<BoardMarkers> find_board_markers(const ViewU8& image, const MarkerLayout& layout,
+                                               Diagnostics& diagnostics) {
+  const std::string dictionary = info_of(layout.dictionary).name;
+  const int count = int(layout.first.size());
+  BoardMarkers board;
+  int lowest_other = 0, highest_other = -1;
+  for (const FoundMarker& marker : find_of_layout(image, layout)) {
     if (marker.id < count) {
       board.markers.push_back(marker);
     } else {
@@ -134,24 +152,12 @@ std::optional<BoardMarkers> find_board_markers(const ViewU8& image, const Marker
     return std::nullopt;
   }
 
-  // Misread markers are few: the worst goes until all stand in their places.
-  const std::size_t seen = board.markers.size();
-  for (;;) {
-    const auto map = map_of(layout, board, image.size());
-    if (map) {
-      board.map = *map;
-      const auto [index, off] = worst(layout, board);
-      if (off < kMisplaced) return board;
-      board.markers.erase(board.markers.begin() + std::ptrdiff_t(index));
-    }
-    if (!map || 3 * board.markers.size() < 2 * seen) {
-      diagnostics.warn(
-          "board_layout_differs",
-          "markers of " + dictionary + " are there, but not where the " + layout.noun +
-              " has them: check its counts (columns first), its sizes, where its ids begin, and that no image is mirrored");
-      return std::nullopt;
-    }
-  }
+  if (drop_misread(layout, image.size(), board)) return board;
+  diagnostics.warn(
+      "board_layout_differs",
+      "markers of " + dictionary + " are there, but not where the " + layout.noun +
+          " has them: check its counts (columns first), its sizes, where its ids begin, and that no image is mirrored");
+  return std::nullopt;
 }
 
 }  // namespace procam::detect

@@ -133,26 +133,26 @@ ImageU8 pixel_checkerboard(ImageSize size, bool inverse) {
   return picture;
 }
 
-NativeCheck check_native_resolution(const NativeFrames& first, const NativeFrames& second) {
-  for (const NativeFrames* round : {&first, &second})
-    for (const ViewU8& frame : {round->white, round->black, round->checkers, round->inverse})
-      require_alike(frame, first.white);
-  NativeCheck check;
+namespace {
+
+/// A camera pixel under the checkerboard and its inverse, twice.
+struct CheckedPixel {
+  double s[2];  ///< (C + D - 2 B) / (W - B), both rounds
+  double d2;    ///< squared contrast of the squares, as the camera resolves it
+};
+
+/// Those that are bright and not saturated.
+std::vector<CheckedPixel> checked_pixels(const NativeFrames& first, const NativeFrames& second) {
+  constexpr int kSaturated = 250;
   std::vector<int> contrasts;
   for (int y = 0; y < first.white.height; ++y)
     for (int x = 0; x < first.white.width; ++x)
       contrasts.push_back(int(first.white.at(x, y)) - int(first.black.at(x, y)));
   const double bright = quantile(contrasts, 0.98), least = std::max(10.0, 0.4 * bright);
-
-  struct Pixel {
-    double s[2];  ///< both rounds
-    double d2;    ///< squared contrast of the squares, as the camera resolves it
-  };
-  std::vector<Pixel> pixels;
-  constexpr int kSaturated = 250;
+  std::vector<CheckedPixel> pixels;
   for (int y = 0; y < first.white.height; ++y)
     for (int x = 0; x < first.white.width; ++x) {
-      Pixel pixel{{0, 0}, 0};
+      CheckedPixel pixel{{0, 0}, 0};
       double d[2] = {0, 0};
       bool usable = true;
       for (int i = 0; i < 2; ++i) {
@@ -168,18 +168,16 @@ NativeCheck check_native_resolution(const NativeFrames& first, const NativeFrame
       pixel.d2 = d[0] * d[1];
       pixels.push_back(pixel);
     }
-  constexpr std::size_t kMinPixels = 2000;
-  if (pixels.size() < kMinPixels) {
-    check.diagnostics.warn("not_checked",
-                           "too little of the image is lit brightly to tell whether the projector runs at "
-                           "its own resolution");
-    return check;
-  }
+  return pixels;
+}
+
+/// The standard deviation of s over the pixels, by the covariance of the two rounds.
+double beat_of(const std::vector<CheckedPixel>& pixels) {
   // s ~ c0 + c1 d2 with c1 <= 0: a camera's curve bends that way, a projector that mixes pixels the other
   // way.
   Eigen::Matrix2d a = Eigen::Matrix2d::Zero();
   Eigen::Vector2d b = Eigen::Vector2d::Zero();
-  for (const Pixel& pixel : pixels) {
+  for (const CheckedPixel& pixel : pixels) {
     const Eigen::Vector2d row(1, pixel.d2);
     a += row * row.transpose();
     b += row * (0.5 * (pixel.s[0] + pixel.s[1]));
@@ -189,12 +187,30 @@ NativeCheck check_native_resolution(const NativeFrames& first, const NativeFrame
   const double slope = spread > 1e-12 ? (b[1] - a(0, 1) * b[0] / a(0, 0)) / spread : 0;
   if (slope < 0) fit = Eigen::Vector2d((b[0] - slope * a(0, 1)) / a(0, 0), slope);
   double covariance = 0;
-  for (const Pixel& pixel : pixels) {
+  for (const CheckedPixel& pixel : pixels) {
     const double expected = fit[0] + fit[1] * pixel.d2;
     covariance += (pixel.s[0] - expected) * (pixel.s[1] - expected);
   }
   covariance /= double(pixels.size());
-  check.beat = covariance > 0 ? std::sqrt(covariance) : 0;
+  return covariance > 0 ? std::sqrt(covariance) : 0;
+}
+
+}  // namespace
+
+NativeCheck check_native_resolution(const NativeFrames& first, const NativeFrames& second) {
+  for (const NativeFrames* round : {&first, &second})
+    for (const ViewU8& frame : {round->white, round->black, round->checkers, round->inverse})
+      require_alike(frame, first.white);
+  NativeCheck check;
+  const std::vector<CheckedPixel> pixels = checked_pixels(first, second);
+  constexpr std::size_t kMinPixels = 2000;
+  if (pixels.size() < kMinPixels) {
+    check.diagnostics.warn("not_checked",
+                           "too little of the image is lit brightly to tell whether the projector runs at "
+                           "its own resolution");
+    return check;
+  }
+  check.beat = beat_of(pixels);
   if (check.beat > NativeCheck::kLargestBeat)
     check.diagnostics.fail(
         "resampled", "one-pixel squares beat by " + percent(check.beat) +

@@ -197,6 +197,29 @@ void weigh_second(const std::vector<State>& states, double scale, const Problem&
                                                " %; to exclude it " + next);
 }
 
+/// All sightings, those that agree in the order of the problem's.
+void list_markers(const Problem& problem, const std::vector<Sighting>& all, const std::vector<bool>& agrees,
+                  const State& best, LocateResult& result) {
+  for (std::size_t m = 0, used = 0; m < all.size(); ++m) {
+    LocatedMarker marker{all[m].seen->id, agrees[m], 0,
+                         corner_error(problem.camera, all[m], best.camera_from_world), ""};
+    const std::string name = "marker " + std::to_string(marker.id);
+    if (agrees[m]) {
+      marker.edge_rms_px = edge_error(problem, best, used++);
+      if (all[m].seen->coarse)
+        result.diagnostics.warn("marker_coarse", name +
+                                                     " is too small or blurred for its edges: its corners "
+                                                     "alone are used; go closer, focus, or print it larger");
+    } else {
+      marker.reason = "its corners lie " + fixed(marker.error_px, 1) + " px from where the others put it";
+      result.diagnostics.warn("marker_left_out",
+                              name + " is rejected: " + marker.reason +
+                                  "; it was moved, or its place or size in the map is wrong");
+    }
+    result.markers.push_back(marker);
+  }
+}
+
 }  // namespace
 
 LocateResult locate(const MarkerDetections& detections, const Camera& camera, const MarkerMap& map,
@@ -237,24 +260,7 @@ LocateResult locate(const MarkerDetections& detections, const Camera& camera, co
   result.covariance = 0.5 * (result.covariance + result.covariance.transpose()).eval();
   result.jacobian_lens = sensitivity_to_lens(problem, best);
 
-  for (std::size_t m = 0, used = 0; m < all.size(); ++m) {
-    LocatedMarker marker{all[m].seen->id, agrees[m], 0, corner_error(camera, all[m], best.camera_from_world),
-                         ""};
-    const std::string name = "marker " + std::to_string(marker.id);
-    if (agrees[m]) {
-      marker.edge_rms_px = edge_error(problem, best, used++);
-      if (all[m].seen->coarse)
-        result.diagnostics.warn("marker_coarse", name +
-                                                     " is too small or blurred for its edges: its corners "
-                                                     "alone are used; go closer, focus, or print it larger");
-    } else {
-      marker.reason = "its corners lie " + fixed(marker.error_px, 1) + " px from where the others put it";
-      result.diagnostics.warn("marker_left_out",
-                              name + " is rejected: " + marker.reason +
-                                  "; it was moved, or its place or size in the map is wrong");
-    }
-    result.markers.push_back(marker);
-  }
+  list_markers(problem, all, agrees, best, result);
   constexpr double kSurprising = 4;
   if (result.chi2_per_dof > kSurprising)
     result.diagnostics.warn(

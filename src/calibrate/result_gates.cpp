@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 
+#include "joined.hpp"
 #include "lens_models.hpp"
 #include "procam/core/base/words.hpp"
 #include "rig_checks.hpp"

@@ -45,6 +45,18 @@ struct WatchStatus {
   std::vector<double> history_mm;           ///< errors of the last windows, oldest first
 };
 
+/// Of a show that several hosts show (docs/live.md).
+struct GroupMetrics {
+  bool leads = false;
+  std::string leader;            ///< host and process; empty: none is known
+  int hosts = 1;                 ///< with this one
+  double clock_error_s = 0;      ///< bound of the error of content time, against the leader's
+  std::uint64_t takeovers = 0;   ///< leaders that followed another one
+  double last_takeover_s = 0;    ///< in which nobody led
+  std::uint64_t rejected = 0;    ///< invalid messages
+  std::size_t waiting = 0;       ///< requests of this host that the leader has not taken
+};
+
 struct Metrics {
   std::uint64_t frames = 0;          ///< shown
   std::uint64_t dropped = 0;         ///< whose time passed while another was drawn
@@ -69,6 +81,7 @@ struct Metrics {
   /// ("ros2_oversized").
   std::map<std::string, std::uint64_t> faults;
   std::optional<WatchStatus> watch;
+  std::optional<GroupMetrics> group;
   std::uint64_t contents_stopped = 0;  ///< now: contents that give no new images and show their last one
 };
 

@@ -26,7 +26,7 @@ struct MemberBeat {
   std::uint64_t term = 0;    ///< counts the leaders
   double sent = 0;           ///< its steady time
   double group_offset = 0;   ///< group time less its steady time
-  std::vector<MemberOffset> offsets;
+  std::vector<MemberOffset> offsets = {};
 };
 
 class GroupMembers {

@@ -38,7 +38,7 @@ namespace procam::dds {
 struct GroupOptions {
   std::string name;      ///< 1 to 64 letters of a-z A-Z 0-9 _ -
   int strength = 0;      ///< -1000 to 1000; of equal ones, chance decides
-  std::string machine;   ///< members with equal text share one steady clock; empty: this machine's boot identifier
+  std::string machine = {};  ///< members with equal text share one steady clock; empty: this machine's boot identifier
 };
 
 /// What all members show.

@@ -75,7 +75,7 @@ struct Metrics {
                        ///< the light of the frame
   Durations
       pose_to_frame;  ///< from a pose's arrival to the first frame with it ready, less that frame's render
-  /// What failed while the show went on, by name: "command", "content", "control_page", "depth", "frame", "people"
+  /// What failed while the show went on, by name: "command", "content", "control_page", "depth", "frame", "group", "group_pose", "people"
   /// and "people_..." (messages), "page_connection" (closed for others), "page_refused", "page_request", "pose_source",
   /// "record", "reload", "room", "save", "surfaces", "watch", and what a source rejected by its cause
   /// ("ros2_oversized").

@@ -169,6 +169,7 @@ TEST(Group, WhenTheLeaderIsKilledTheStrongestContinuesFromTheLastState) {
   EXPECT_EQ(strong.time_offset(), offset) << "group time does not jump";
   // The state goes on from the last one, at once and without a word of the show.
   const auto taken_over = next_state(weak);
+  RecordProperty("state_ms", int(1e3 * (steady_now() - killed)));
   ASSERT_TRUE(taken_over);
   expect_state(*taken_over, some_state("first edited"));
   // What was asked meanwhile is not lost.

@@ -71,10 +71,10 @@ bool becomes_true(const std::function<bool()>& is_done, double seconds = 15) {
 }
 
 /// A recorded run.
-struct Run {
+struct RecordedRun {
   std::vector<show::RecordedFrame> frames;
   std::vector<track::StampedPose> poses;
-  explicit Run(const std::string& log) {
+  explicit RecordedRun(const std::string& log) {
     show::RunReader reader(log);
     while (const auto record = reader.next()) {
       if (const auto* frame = std::get_if<show::RecordedFrame>(&*record)) frames.push_back(*frame);
@@ -154,11 +154,11 @@ TEST_F(GroupRoute, AnEditAnywhereIsShownEverywhereAndAKilledLeaderIsReplacedWith
   EXPECT_NE(slurp(at("c.out.err")).find("leads, one clock with the leader"), std::string::npos);
 
   // One clock of contents for all, before and after the takeover: digit by digit, on one machine.
-  const Run of_b(at("b.log")), of_c(at("c.log"));
+  const RecordedRun of_b(at("b.log")), of_c(at("c.log"));
   ASSERT_GT(of_b.frames.size(), 20u);
   ASSERT_GT(of_c.frames.size(), 20u);
   const double epoch = of_b.frames.front().light_time - of_b.frames.front().content_time;
-  for (const Run* run : {&of_b, &of_c})
+  for (const RecordedRun* run : {&of_b, &of_c})
     for (std::size_t i = 0; i + 1 < run->frames.size(); ++i)  // the last one is frozen
       ASSERT_NEAR(run->frames[i].light_time - run->frames[i].content_time, epoch, 1e-7) << i;
   EXPECT_EQ(of_b.frames.back().content_time, of_c.frames.back().content_time) << "of one moment";

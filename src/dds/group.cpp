@@ -13,11 +13,11 @@
 #include <utility>
 
 #include "graph.hpp"
+#include "group_limits.hpp"
 #include "group_messages.hpp"
 #include "group_name.hpp"
 #include "procam/core/base/clock.hpp"
 #include "procam/core/base/error.hpp"
-#include "group_limits.hpp"
 #include "procam/core/base/limits.hpp"
 #include "topic_reader.hpp"
 
@@ -26,9 +26,9 @@ namespace {
 
 using internal::OrderedState;
 
-constexpr double kBeatPeriod = 0.05;   ///< seconds
-constexpr double kStatePeriod = 1;     ///< of a state that does not change, seconds
-constexpr double kRepeatRequest = 0.3; ///< seconds
+constexpr double kBeatPeriod = 0.05;    ///< seconds
+constexpr double kStatePeriod = 1;      ///< of a state that does not change, seconds
+constexpr double kRepeatRequest = 0.3;  ///< seconds
 constexpr auto kOwnerLease = DDS_MSECS(400);
 
 /// FNV-1a, 64 bits.
@@ -114,8 +114,8 @@ class GroupTopics {
       dds_qset_liveliness(qos.get(), DDS_LIVELINESS_AUTOMATIC, kOwnerLease);
     }
     dds_qset_ignorelocal(qos.get(), DDS_IGNORELOCAL_PARTICIPANT);
-    const dds_entity_t entity = checked(
-        dds_create_topic(participant_.entity(), &type, topic(what).c_str(), nullptr, nullptr));
+    const dds_entity_t entity =
+        checked(dds_create_topic(participant_.entity(), &type, topic(what).c_str(), nullptr, nullptr));
     ends.reader = checked(dds_create_reader(participant_.entity(), entity, qos.get(), nullptr));
     if (quality.owner == Owner::kExclusive) dds_qset_ownership_strength(qos.get(), strength_);
     dds_qset_writer_data_lifecycle(qos.get(), false);
@@ -272,9 +272,9 @@ struct Group::Impl {
   OrderedState newest;
   bool has_state = false, is_news = false;
   double written = 0, sent = 0;
-  std::deque<GroupRequest> inbox;                  ///< of the leader
-  std::map<std::uint64_t, std::uint64_t> queued;   ///< by member: the last number in the inbox or done
-  std::deque<GroupRequest> waiting;                ///< of this member, not in the state yet
+  std::deque<GroupRequest> inbox;                 ///< of the leader
+  std::map<std::uint64_t, std::uint64_t> queued;  ///< by member: the last number in the inbox or done
+  std::deque<GroupRequest> waiting;               ///< of this member, not in the state yet
   std::uint64_t numbered = 0, rejected = 0;
   std::vector<std::string> refusals;
   std::deque<track::StampedPose> poses;

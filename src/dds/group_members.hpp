@@ -23,9 +23,9 @@ struct MemberBeat {
   std::uint64_t machine = 0;  ///< equal: one steady clock
   int strength = 0;
   bool leads = false, has_state = false;
-  std::uint64_t term = 0;    ///< counts the leaders
-  double sent = 0;           ///< its steady time
-  double group_offset = 0;   ///< group time less its steady time
+  std::uint64_t term = 0;   ///< counts the leaders
+  double sent = 0;          ///< its steady time
+  double group_offset = 0;  ///< group time less its steady time
   std::vector<MemberOffset> offsets = {};
 };
 

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "procam/core/base/detail/plain_text.hpp"
 #include "group_limits.hpp"
+#include "procam/core/base/detail/plain_text.hpp"
 #include "procam/core/base/limits.hpp"
 
 namespace procam::dds::internal {
@@ -42,7 +42,8 @@ OrderedState read_group_state(const procam_group_State& message) {
   read.term = message.term;
   read.sequence = message.sequence_number;
   GroupState& state = read.state;
-  state.surfaces = text_of(message.surfaces, limits::kGroupStateBytes, "its surfaces are no text, or too long");
+  state.surfaces =
+      text_of(message.surfaces, limits::kGroupStateBytes, "its surfaces are no text, or too long");
   require_good(std::isfinite(message.content_epoch) && std::isfinite(message.frozen_at),
                "its times are not finite");
   require_good(message.picture <= 2, "it has an unknown picture");
@@ -57,7 +58,8 @@ OrderedState read_group_state(const procam_group_State& message) {
   state.saves = message.saves;
   for (std::uint32_t i = 0; i < message.applied._length; ++i) {
     const procam_group_Applied& one = message.applied._buffer[i];
-    read.applied[one.member] = {one.number, text_of(one.refusal, limits::kPageBodyBytes, "a refusal is no text")};
+    read.applied[one.member] = {one.number,
+                                text_of(one.refusal, limits::kPageBodyBytes, "a refusal is no text")};
   }
   return read;
 }

@@ -237,7 +237,8 @@ void bind_show_options(py::module_& m) {
       .field("publish", &show::ShowOptions::publish, "ros2:[NAMESPACE]: the projector in the ROS 2 graph")
       .field("watch", &show::ShowOptions::watch, "")
       .field("group", &show::ShowOptions::group, "hosts with one name show one show")
-      .field("group_strength", &show::ShowOptions::group_strength, "the strongest follows a leader that is gone")
+      .field("group_strength", &show::ShowOptions::group_strength,
+             "the strongest follows a leader that is gone")
       .field("autosave", &show::ShowOptions::autosave, "edits at the control page are saved within a second")
       .field("record", &show::ShowOptions::record, "log of the run, for replay()")
       .field("control", &show::ShowOptions::control, "[ADDRESS:]PORT of the control page, or \"off\"")

@@ -64,7 +64,8 @@ std::vector<Command> shared_commands(const Command& command, const Editor* edito
     if (surface.name != command.surface) continue;
     for (const Surface& moved : trial.surfaces().surfaces) {
       if (moved.name != command.surface) continue;
-      const Points2 *const before = edited_points(surface.geometry), *const after = edited_points(moved.geometry);
+      const Points2 *const before = edited_points(surface.geometry), *const after =
+                                                                         edited_points(moved.geometry);
       for (std::size_t i = 0; before != nullptr && after != nullptr && i < after->size(); ++i)
         if ((*after)[i] != (*before)[i])
           shared.push_back({"place", command.surface, int(i), (*after)[i], "", command.gesture});
@@ -79,8 +80,7 @@ GroupLink::GroupLink(const dds::GroupOptions& options, std::filesystem::path sur
 void GroupLink::wait_until_joined(const std::function<void()>& tick) {
   for (const double begin = steady_now(); !group_.joined();) {
     if (steady_now() - begin > kJoinTime)
-      throw Error(ErrorKind::kDevice, "group " + name_,
-                  "a leader was found, and its state does not arrive",
+      throw Error(ErrorKind::kDevice, "group " + name_, "a leader was found, and its state does not arrive",
                   "check the network between the hosts: multicast, firewall, CYCLONEDDS_URI");
     tick();
     std::this_thread::sleep_for(std::chrono::milliseconds(20));
@@ -163,7 +163,8 @@ std::vector<std::string> GroupLink::take_news() {
     }
     news.push_back(std::move(words));
   }
-  if (status.members != told_.members) news.push_back("group " + name_ + ": " + counted(std::size_t(status.members), "host"));
+  if (status.members != told_.members)
+    news.push_back("group " + name_ + ": " + counted(std::size_t(status.members), "host"));
   const std::string leader = status.leader.empty() ? told_.leader : status.leader;
   told_ = status;
   told_.leader = leader;

@@ -26,7 +26,8 @@ struct SharedShow {
 
 /// The command in terms that mean the same on all hosts: a point that was moved in this host's frame, by its place on the
 /// surface ("place"); one for each moved point. Throws Error as Editor::apply() does.
-std::vector<Command> shared_commands(const Command& command, const Editor* editor, const Projection& projection);
+std::vector<Command> shared_commands(const Command& command, const Editor* editor,
+                                     const Projection& projection);
 /// Does it change what all hosts show?
 bool is_shared(const Command& command);
 

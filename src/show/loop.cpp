@@ -722,7 +722,7 @@ class Loop {
          gathered_ = 0;
   double frames_per_s_ = 0, poses_per_s_ = 0;
   std::uint64_t frames_then_ = 0, poses_then_ = 0;
-  SharedShow shared_;  ///< of a group, without surfaces
+  SharedShow shared_;                                    ///< of a group, without surfaces
   bool surfaces_changed_ = true, draws_frozen_ = false;  ///< of a group
   bool closed_ = false, frozen_ = false, help_ = false, waiting_ = false;
 };

@@ -277,7 +277,8 @@ void check_combination(const ShowOptions& options) {
     refuse("group", "surfaces of a depth camera are not sent to other hosts",
            "leave out --group, or detect the surfaces before the show (detect-surfaces)");
   if (!options.group.empty() && options.watch)
-    refuse("group", "a correction of one host would move the surfaces of all", "leave out --watch or --group");
+    refuse("group", "a correction of one host would move the surfaces of all",
+           "leave out --watch or --group");
   if (options.depth.silhouettes && !options.record.empty())
     refuse("record", "a run with silhouettes cannot be shown again bit for bit", "leave one of them out");
 }
@@ -532,17 +533,15 @@ class ShowRun {
       sources_.push_back(dds::open_pose_source(text));
       tell_opened(*sources_.back());
       if (link_)
-        sources_.back() =
-            std::make_unique<HeardPoses>(std::move(sources_.back()),
-                                         [this](const track::StampedPose& message) { share_pose(message); });
+        sources_.back() = std::make_unique<HeardPoses>(
+            std::move(sources_.back()), [this](const track::StampedPose& message) { share_pose(message); });
     }
     if (options_.marker)
-      sources_.push_back(
-          std::make_unique<HeardPoses>(open_markers(*options_.marker, rig_),
-                                       [this](const track::StampedPose& message) {
-                                         publish_pose(message);
-                                         share_pose(message);
-                                       }));
+      sources_.push_back(std::make_unique<HeardPoses>(open_markers(*options_.marker, rig_),
+                                                      [this](const track::StampedPose& message) {
+                                                        publish_pose(message);
+                                                        share_pose(message);
+                                                      }));
     if (options_.marker) tell_opened(*sources_.back());
     if (link_ && sources_.empty() && options_.pose.empty()) sources_.push_back(link_->pose_source());
     if (room_) tell_opened(*room_);

@@ -14,7 +14,8 @@ constexpr double kLease = 0.5, kFirstWait = 1.0;
 /// A host with a steady clock of its own.
 struct Host {
   Host(std::uint64_t number, int strength, double clock_offset, double drift = 0)
-      : members({number, "host " + std::to_string(number), number, strength}, clock_offset, kLease, kFirstWait),
+      : members({number, "host " + std::to_string(number), number, strength}, clock_offset, kLease,
+                kFirstWait),
         offset(clock_offset),
         rate(1 + drift) {}
   double clock(double time) const { return offset + rate * time; }

@@ -133,7 +133,8 @@ TEST(Group, ALateMemberGetsTheStateAndItsRequestsComeBackInOneOrder) {
   std::size_t last_e = 0, last_l = 0;
   for (int i = 0; i < 20; ++i) {
     const std::string text = of_early.surfaces + " ";
-    const std::size_t e = text.find(" e" + std::to_string(i) + " "), l = text.find(" l" + std::to_string(i) + " ");
+    const std::size_t e = text.find(" e" + std::to_string(i) + " "),
+                      l = text.find(" l" + std::to_string(i) + " ");
     ASSERT_NE(e, text.npos) << i << text;
     ASSERT_NE(l, text.npos) << i << text;
     EXPECT_GE(e, last_e) << text;

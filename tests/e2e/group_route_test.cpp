@@ -47,9 +47,10 @@ class Page {
     to.sin_port = htons(std::uint16_t(std::stoi(port_)));
     std::string answer;
     if (connect(handle, reinterpret_cast<const sockaddr*>(&to), sizeof to) == 0) {
-      const std::string request = what + " HTTP/1.1\r\nHost: 127.0.0.1:" + port_ +
-                                  "\r\nConnection: close\r\nAuthorization: Bearer secret-token\r\nContent-Length: " +
-                                  std::to_string(body.size()) + "\r\n\r\n" + body;
+      const std::string request =
+          what + " HTTP/1.1\r\nHost: 127.0.0.1:" + port_ +
+          "\r\nConnection: close\r\nAuthorization: Bearer secret-token\r\nContent-Length: " +
+          std::to_string(body.size()) + "\r\n\r\n" + body;
       send(handle, request.data(), request.size(), MSG_NOSIGNAL);
       char bytes[4096];
       for (ssize_t count; (count = recv(handle, bytes, sizeof bytes, 0)) > 0;)
@@ -110,10 +111,12 @@ TEST_F(GroupRoute, AnEditAnywhereIsShownEverywhereAndAKilledLeaderIsReplacedWith
   const std::string poses = free_udp_port();
   const Page page_a(free_udp_port()), page_b(free_udp_port()), page_c(free_udp_port());
   Running a("project-live", flags("a", page_a, 9), folder_ / "a.out");
-  ASSERT_TRUE(becomes_true([&] { return page_a.metric("procam_group_leads") == 1; })) << slurp(at("a.out.err"));
+  ASSERT_TRUE(becomes_true([&] { return page_a.metric("procam_group_leads") == 1; }))
+      << slurp(at("a.out.err"));
   Running b("project-live", flags("b", page_b, 5), folder_ / "b.out");
   // Only the third host has poses, and it is no leader.
-  Running c("project-live", flags("c", page_c, 1) + " --pose-source udp:127.0.0.1:" + poses, folder_ / "c.out");
+  Running c("project-live", flags("c", page_c, 1) + " --pose-source udp:127.0.0.1:" + poses,
+            folder_ / "c.out");
   for (const Page* page : {&page_a, &page_b, &page_c})
     ASSERT_TRUE(becomes_true([&] { return page->metric("procam_group_hosts") == 3; }))
         << slurp(at("b.out.err")) << slurp(at("c.out.err"));

@@ -36,9 +36,10 @@
 namespace procam::dds {
 
 struct GroupOptions {
-  std::string name;      ///< 1 to 64 letters of a-z A-Z 0-9 _ -
-  int strength = 0;      ///< -1000 to 1000; of equal ones, chance decides
-  std::string machine = {};  ///< members with equal text share one steady clock; empty: this machine's boot identifier
+  std::string name;  ///< 1 to 64 letters of a-z A-Z 0-9 _ -
+  int strength = 0;  ///< -1000 to 1000; of equal ones, chance decides
+  std::string machine =
+      {};  ///< members with equal text share one steady clock; empty: this machine's boot identifier
 };
 
 /// What all members show.
@@ -60,14 +61,14 @@ struct GroupRequest {
 
 struct GroupStatus {
   bool leads = false;
-  std::string leader;             ///< its host and process: "stage-left:4711"; empty: none is known
-  int members = 1;                ///< with this one
-  double clock_error = 0;         ///< bound of the error of group time here, seconds; 0 on the leader's machine
-  bool clock_is_shared = true;    ///< with the leader: nothing is estimated
-  std::uint64_t takeovers = 0;    ///< leaders that followed another one, as seen here
-  double last_takeover = 0;       ///< from the last beat of the leader before to the first of the next, seconds
-  std::uint64_t rejected = 0;     ///< messages that were invalid
-  std::size_t waiting = 0;        ///< requests of this member that are not in the state yet
+  std::string leader;           ///< its host and process: "stage-left:4711"; empty: none is known
+  int members = 1;              ///< with this one
+  double clock_error = 0;       ///< bound of the error of group time here, seconds; 0 on the leader's machine
+  bool clock_is_shared = true;  ///< with the leader: nothing is estimated
+  std::uint64_t takeovers = 0;  ///< leaders that followed another one, as seen here
+  double last_takeover = 0;     ///< from the last beat of the leader before to the first of the next, seconds
+  std::uint64_t rejected = 0;   ///< messages that were invalid
+  std::size_t waiting = 0;      ///< requests of this member that are not in the state yet
 };
 
 class PROCAM_EXPORT Group {

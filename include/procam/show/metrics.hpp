@@ -48,13 +48,13 @@ struct WatchStatus {
 /// Of a show that several hosts show (docs/live.md).
 struct GroupMetrics {
   bool leads = false;
-  std::string leader;            ///< host and process; empty: none is known
-  int hosts = 1;                 ///< with this one
-  double clock_error_s = 0;      ///< bound of the error of content time, against the leader's
-  std::uint64_t takeovers = 0;   ///< leaders that followed another one
-  double last_takeover_s = 0;    ///< in which nobody led
-  std::uint64_t rejected = 0;    ///< invalid messages
-  std::size_t waiting = 0;       ///< requests of this host that the leader has not taken
+  std::string leader;           ///< host and process; empty: none is known
+  int hosts = 1;                ///< with this one
+  double clock_error_s = 0;     ///< bound of the error of content time, against the leader's
+  std::uint64_t takeovers = 0;  ///< leaders that followed another one
+  double last_takeover_s = 0;   ///< in which nobody led
+  std::uint64_t rejected = 0;   ///< invalid messages
+  std::size_t waiting = 0;      ///< requests of this host that the leader has not taken
 };
 
 struct Metrics {

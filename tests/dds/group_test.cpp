@@ -147,6 +147,56 @@ TEST(Group, ALateMemberGetsTheStateAndItsRequestsComeBackInOneOrder) {
   EXPECT_TRUE(late.take_refusals().empty());
 }
 
+/// An end of the topic of a group's state, in another process as far as DDS is concerned.
+dds_entity_t state_end(const test::Ros2Peer& peer, bool writes) {
+  dds_qos_t* qos = dds_create_qos();
+  dds_qset_reliability(qos, DDS_RELIABILITY_RELIABLE, DDS_MSECS(100));
+  dds_qset_durability(qos, DDS_DURABILITY_TRANSIENT_LOCAL);
+  dds_qset_ownership(qos, DDS_OWNERSHIP_EXCLUSIVE);
+  dds_qset_liveliness(qos, DDS_LIVELINESS_AUTOMATIC, DDS_MSECS(400));
+  const dds_entity_t topic = dds_create_topic(peer.participant(), &procam_group_State_desc,
+                                              "procam/group/stage/state", nullptr, nullptr);
+  const dds_entity_t end = writes ? dds_create_writer(peer.participant(), topic, qos, nullptr)
+                                  : dds_create_reader(peer.participant(), topic, qos, nullptr);
+  dds_delete_qos(qos);
+  EXPECT_GT(end, 0) << dds_strretcode(end);
+  return end;
+}
+
+/// A leader writes the state again each second; who comes between does not wait for it.
+TEST(Group, TheStateIsKeptForLateMembers) {
+  const LoopbackDomain domain;
+  const test::Ros2Peer peer(domain);
+  std::string group = "stage", surfaces = "written once";
+  procam_group_State state{};
+  state.group = group.data();
+  state.surfaces = surfaces.data();
+  state.leader = 7;
+  state.term = 3;
+  const dds_entity_t writer = state_end(peer, true);
+  ASSERT_EQ(dds_write(writer, &state), DDS_RETCODE_OK);
+  Group late({"stage", 1});
+  const auto taken = next_state(late);
+  ASSERT_TRUE(taken);
+  EXPECT_EQ(taken->surfaces, "written once");
+  // And as a leader it keeps its own.
+  ASSERT_TRUE(wait_until([&] { return late.leads(); }));
+  dds_delete(writer);
+  ASSERT_TRUE(late.publish(some_state("kept")));
+  const test::Ros2Peer later(domain);
+  const dds_entity_t reader = state_end(later, false);
+  std::string read;
+  EXPECT_TRUE(wait_until([&] {
+    void* samples[1] = {};
+    dds_sample_info_t info;
+    if (dds_take(reader, samples, &info, 1, 1) < 1) return false;
+    if (info.valid_data) read = static_cast<const procam_group_State*>(samples[0])->surfaces;
+    dds_return_loan(reader, samples, 1);
+    return !read.empty();
+  }));
+  EXPECT_EQ(read, "kept");
+}
+
 TEST(Group, WhenTheLeaderIsKilledTheStrongestContinuesFromTheLastState) {
   const LoopbackDomain domain;
   MemberProcess leader([] {

@@ -102,7 +102,7 @@ void print_faults(const show::Metrics& metrics, Console& console) {
 
 void print_group(const show::GroupMetrics& group, Console& console) {
   console.say(format(
-      "group: %d hosts, led by %s, content time within %.3f ms of the leader's, %llu takeovers", group.hosts,
+      "group: %d hosts, led by %s, content time within %.3f ms of the leader's, takeovers: %llu", group.hosts,
       group.leader.c_str(), 1e3 * group.clock_error_s, (unsigned long long)group.takeovers));
   Summary& summary = console.summary();
   summary.set("/group/hosts", double(group.hosts));

@@ -1,4 +1,5 @@
 /// A build without DDS.
+#include "group_name.hpp"
 #include "log_pose_source.hpp"
 #include "names.hpp"
 #include "procam/core/base/error.hpp"
@@ -59,7 +60,47 @@ ProjectorPublisher::~ProjectorPublisher() = default;
 ProjectorPublisher::ProjectorPublisher(ProjectorPublisher&&) noexcept = default;
 ProjectorPublisher& ProjectorPublisher::operator=(ProjectorPublisher&&) noexcept = default;
 
+struct Group::Impl {};
+Group::Group(const GroupOptions& options) {
+  internal::require_group(options);
+  refuse(("group " + options.name).c_str());
+}
+Group::~Group() = default;
+
 // None can be made: these are never reached.
+bool Group::joined() const {
+  return false;
+}
+bool Group::leads() const {
+  return false;
+}
+double Group::time_offset() const {
+  return 0;
+}
+std::optional<GroupState> Group::take() {
+  return {};
+}
+bool Group::publish(const GroupState&) {
+  return false;
+}
+void Group::request(const std::string&) {}
+std::vector<GroupRequest> Group::take_requests() {
+  return {};
+}
+void Group::finish(const GroupRequest&, const std::string&) {}
+std::vector<std::string> Group::take_refusals() {
+  return {};
+}
+void Group::publish_pose(const track::StampedPose&) {}
+std::vector<track::StampedPose> Group::take_poses() {
+  return {};
+}
+GroupStatus Group::status() const {
+  return {};
+}
+std::string Group::description() const {
+  return {};
+}
 bool ImageTopic::has_publisher() const {
   return false;
 }

@@ -91,6 +91,17 @@ void bind_watch_status(py::module_& m) {
 }
 
 void bind_metrics(py::module_& m) {
+  Record<show::GroupMetrics> group(m, "GroupMetrics", "Of a show that several hosts show (docs/live.md).");
+  group.fields_init()
+      .field("leads", &show::GroupMetrics::leads, "")
+      .field("leader", &show::GroupMetrics::leader, "host and process; empty: none is known")
+      .field("hosts", &show::GroupMetrics::hosts, "with this one")
+      .field("clock_error_s", &show::GroupMetrics::clock_error_s,
+             "bound of the error of content time, against the leader's")
+      .field("takeovers", &show::GroupMetrics::takeovers, "leaders that followed another one")
+      .field("last_takeover_s", &show::GroupMetrics::last_takeover_s, "in which nobody led")
+      .field("rejected", &show::GroupMetrics::rejected, "invalid messages")
+      .field("waiting", &show::GroupMetrics::waiting, "requests of this host that the leader has not taken");
   Record<show::Metrics> metrics(m, "Metrics", "");
   metrics.fields_init()
       .field("frames", &show::Metrics::frames, "shown")
@@ -120,6 +131,7 @@ void bind_metrics(py::module_& m) {
              "for others), \"page_refused\", \"page_request\", \"pose_source\", \"record\", \"reload\",\n"
              "\"room\", \"save\", \"surfaces\", \"watch\".")
       .field("watch", &show::Metrics::watch, "")
+      .field("group", &show::Metrics::group, "")
       .field("contents_stopped", &show::Metrics::contents_stopped,
              "now: contents that give no new images and show their last one");
 }
@@ -224,6 +236,9 @@ void bind_show_options(py::module_& m) {
       .field("people", &show::ShowOptions::people, "")
       .field("publish", &show::ShowOptions::publish, "ros2:[NAMESPACE]: the projector in the ROS 2 graph")
       .field("watch", &show::ShowOptions::watch, "")
+      .field("group", &show::ShowOptions::group, "hosts with one name show one show")
+      .field("group_strength", &show::ShowOptions::group_strength,
+             "the strongest follows a leader that is gone")
       .field("autosave", &show::ShowOptions::autosave, "edits at the control page are saved within a second")
       .field("record", &show::ShowOptions::record, "log of the run, for replay()")
       .field("control", &show::ShowOptions::control, "[ADDRESS:]PORT of the control page, or \"off\"")

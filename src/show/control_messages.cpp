@@ -124,6 +124,16 @@ std::optional<Command> to_command(std::string_view text) {
   return command;
 }
 
+std::string to_message(const Command& command) {
+  json message = {{"do", command.verb}};
+  if (!command.surface.empty()) message["surface"] = command.surface;
+  if (!command.text.empty()) message["text"] = command.text;
+  if (!command.gesture.empty()) message["gesture"] = command.gesture;
+  if (command.point >= 0) message["point"] = command.point;
+  if (command.pixels != Vec2::Zero()) message["pixels"] = {command.pixels.x(), command.pixels.y()};
+  return message.dump(-1, ' ', false, json::error_handler_t::replace);
+}
+
 std::string to_jpeg(ViewU8 frame, int max_width) {
   const cv::Mat rgb(frame.height, frame.width, frame.channels == 3 ? CV_8UC3 : CV_8UC1,
                     const_cast<std::uint8_t*>(frame.data), std::size_t(frame.stride));

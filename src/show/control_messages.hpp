@@ -21,5 +21,7 @@ std::string to_json_text(const PageStatus& status);
 
 /// nullopt for what is no command.
 std::optional<Command> to_command(std::string_view text);
+/// The text that to_command() reads.
+std::string to_message(const Command& command);
 
 }  // namespace procam::show

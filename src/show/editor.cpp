@@ -30,11 +30,16 @@ void require_name(const Command& command, const std::string& name, const Surface
       throw refuse(command, "there is a surface '" + name + "' already", "give another name");
 }
 
-/// The destination points of a surface; null for geometries without.
 Points2* points_of(SurfaceGeometry& geometry) {
-  if (auto* pixels = std::get_if<PixelSurface>(&geometry)) return &pixels->pixels;
-  if (auto* plane = std::get_if<PlanarSurface>(&geometry)) return &plane->points;
-  return nullptr;
+  return const_cast<Points2*>(edited_points(geometry));
+}
+
+/// The place of a point in the surface's own units.
+void require_place(const Command& command, const Points2* points) {
+  if (!command.pixels.allFinite() || command.pixels.cwiseAbs().maxCoeff() > 1e5)
+    throw refuse(command, "the place is no number, or far away", "give a place on the surface");
+  if (points == nullptr || command.point < 0 || command.point >= int(points->size()))
+    throw refuse(command, "it has no point " + std::to_string(command.point), "name one that it has");
 }
 
 Vec2 on_plane(const Command& command, const Vec2& pixel, const Pose& projector_from_surface,
@@ -107,6 +112,13 @@ void Editor::apply(const Command& command, const Projector& projector, const Sol
     }
     begin_step(command.gesture);
     find(command.surface) = std::move(changed);
+  } else if (verb == "place") {
+    Surface changed = find(command.surface);
+    Points2* points = points_of(changed.geometry);
+    require_place(command, points);
+    (*points)[std::size_t(command.point)] = command.pixels;
+    begin_step(command.gesture);
+    find(command.surface) = std::move(changed);
   } else if (verb == "add") {
     require_name(command, command.surface, surfaces_);
     if (surfaces_.surfaces.size() >= limits::kEditedSurfaces)
@@ -162,6 +174,12 @@ bool Editor::redo() {
   after_.pop_back();
   gesture_.clear();
   return unsaved_ = true;
+}
+
+const Points2* edited_points(const SurfaceGeometry& geometry) {
+  if (const auto* pixels = std::get_if<PixelSurface>(&geometry)) return &pixels->pixels;
+  if (const auto* plane = std::get_if<PlanarSurface>(&geometry)) return &plane->points;
+  return nullptr;
 }
 
 std::vector<std::optional<Vec2>> points_in_frame(const SolvedSurface& surface, const Projector& projector) {

@@ -22,7 +22,8 @@ namespace procam::show {
 
 /// What a person asks for, at the page or at the keyboard.
 struct Command {
-  /// "move", "nudge" (a point, to or by `pixels`), "add", "remove", "rename" (to `text`), "content" (`text`),
+  /// "move", "nudge" (a point, to or by `pixels`), "place" (a point, to `pixels` in the surface's own units: pixels, or
+  /// metres of a plane), "add", "remove", "rename" (to `text`), "content" (`text`),
   /// "undo", "redo"; the loop knows others (loop.hpp).
   std::string verb;
   std::string surface;
@@ -54,6 +55,8 @@ class Editor {
   bool undo();
   bool redo();
   void mark_saved() { unsaved_ = false; }
+  /// The surfaces as they are read from a file: no step of its own.
+  void set_read_back(SurfaceSet surfaces) { surfaces_ = std::move(surfaces); }
 
  private:
   void begin_step(const std::string& gesture);

@@ -17,6 +17,7 @@
 namespace procam::show {
 namespace {
 
+constexpr const char* kPictures[] = {"content", "grid", "mask"};
 constexpr std::size_t kMessages = 8;
 /// A frame on its way to the page may be held by the server while the next ones are drawn.
 constexpr std::size_t kFrames = 4;
@@ -87,6 +88,7 @@ class Loop {
   /// Commands that the page has accepted since the last frame are executed, and unsaved edits saved where that is asked.
   void finish() {
     take_commands();
+    guarded("group", [&] { follow_group(); });
     if (options_.autosave && is_unsaved()) guarded("save", [&] { save(); });
   }
 
@@ -147,18 +149,18 @@ class Loop {
           closed_ = true;
           return;
         case device::WindowEvent::kGrid:
-          turn_to(parts_.projection.picture() == TestPattern::kGrid ? TestPattern::kContent
-                                                                    : TestPattern::kGrid);
+          ask_picture(parts_.projection.picture() == TestPattern::kGrid ? TestPattern::kContent
+                                                                        : TestPattern::kGrid);
           break;
         case device::WindowEvent::kMask:
-          turn_to(parts_.projection.picture() == TestPattern::kMask ? TestPattern::kContent
-                                                                    : TestPattern::kMask);
+          ask_picture(parts_.projection.picture() == TestPattern::kMask ? TestPattern::kContent
+                                                                        : TestPattern::kMask);
           break;
         case device::WindowEvent::kGoOn:
-          turn_to(TestPattern((int(parts_.projection.picture()) + 1) % 3));
+          ask_picture(TestPattern((int(parts_.projection.picture()) + 1) % 3));
           break;
         case device::WindowEvent::kFreeze:
-          frozen_ = !frozen_;
+          guarded("command", [&] { accept({"freeze", "", -1, Vec2::Zero(), "", ""}); });
           break;
         case device::WindowEvent::kHelp:
           help_ = !help_;
@@ -169,6 +171,9 @@ class Loop {
     }
   }
 
+  void ask_picture(TestPattern picture) {
+    guarded("command", [&] { accept({"picture", "", -1, Vec2::Zero(), kPictures[int(picture)], ""}); });
+  }
   void turn_to(TestPattern picture) {
     parts_.projection.set_picture(picture);
     record(picture);
@@ -177,6 +182,7 @@ class Loop {
   /// People and files.
   void poll_inputs() {
     take_commands();
+    guarded("group", [&] { follow_group(); });
     autosave();
     guarded("room", [&] { watch_room(); });
     guarded("watch", [&] { take_watch(); });
@@ -229,10 +235,70 @@ class Loop {
       guarded("command", [&] {
         const std::optional<Command> command = to_command(text);
         if (!command) throw Error(ErrorKind::kInput, "command " + text, "it is invalid", "see docs/live.md");
-        execute(*command);
+        accept(*command);
       });
     if (parts_.page == nullptr) return;
-    for (const Command& command : parts_.page->take()) guarded("command", [&] { execute(command); });
+    for (const Command& command : parts_.page->take()) guarded("command", [&] { accept(command); });
+  }
+
+  /// Of a person here: in a group the leader executes it.
+  void accept(const Command& command) {
+    if (parts_.group == nullptr || !is_shared(command)) return execute(command);
+    require_content(command);
+    for (const Command& shared : shared_commands(command, parts_.editor, parts_.projection))
+      parts_.group->request(shared);
+  }
+
+  void follow_group() {
+    if (parts_.group == nullptr) return;
+    GroupLink& group = *parts_.group;
+    for (const std::string& sentence : group.take_news()) say(sentence);
+    metrics_.group = group.metrics();
+    if (std::optional<SharedShow> show = group.take()) take(std::move(*show));
+    if (!group.leads()) return;
+    group.execute_requests([this](const Command& command) { execute(command); });
+    SharedShow show = shared_;
+    if (std::exchange(surfaces_changed_, false)) show.surfaces = surfaces_now();
+    show.picture = parts_.projection.picture();
+    if (parts_.editor != nullptr) {
+      show.unsaved = parts_.editor->is_unsaved();
+      show.can_undo = parts_.editor->can_undo();
+      show.can_redo = parts_.editor->can_redo();
+    }
+    // The leader shows what the others read, digit by digit.
+    if (std::optional<SurfaceSet> read = group.publish(show)) {
+      if (parts_.editor != nullptr) parts_.editor->set_read_back(*read);
+      show_of(*read);
+      surfaces_changed_ = false;
+    }
+  }
+
+  /// The state of the group's leader.
+  void take(SharedShow show) {
+    if (show.surfaces) {
+      const SurfaceSet surfaces = std::move(*std::exchange(show.surfaces, std::nullopt));
+      if (parts_.editor != nullptr) parts_.editor->replace(surfaces, !show.unsaved);
+      show_of(surfaces);
+      surfaces_changed_ = false;
+    }
+    if (show.picture != parts_.projection.picture()) turn_to(show.picture);
+    draws_frozen_ = draws_frozen_ || (show.frozen && !shared_.frozen);
+    frozen_ = show.frozen;
+    if (!show.unsaved && parts_.editor != nullptr) parts_.editor->mark_saved();
+    const bool saves = show.saves > shared_.saves && metrics_.frames > 0;
+    shared_ = std::move(show);
+    if (saves) guarded("save", [&] { save(); });
+  }
+
+  void freeze() {
+    frozen_ = !frozen_;
+    shared_.frozen = frozen_;
+    shared_.frozen_at = content_time(device::now_s());
+    draws_frozen_ = parts_.group != nullptr && frozen_;  // of the very moment, as the others
+  }
+
+  double content_time(double now) const {
+    return parts_.group != nullptr ? parts_.group->content_time(now) : now - begin_;
   }
 
   bool is_unsaved() const { return parts_.editor != nullptr && parts_.editor->is_unsaved(); }
@@ -253,6 +319,10 @@ class Loop {
 
   void take(LoadedShow loaded) {
     for (const std::string& fault : loaded.faults) count_fault(loaded.show ? "content" : "reload", fault);
+    if (loaded.from_file && parts_.group != nullptr && !parts_.group->leads()) {
+      if (loaded.show && parts_.loader != nullptr) parts_.loader->retire(std::move(loaded.show->contents));
+      return say("the surfaces file has changed; the surfaces of the group's leader stay");
+    }
     if (!loaded.show) {
       metrics_.failed_reloads += loaded.from_file ? 1 : 0;
       return say("the surfaces from before stay");
@@ -298,23 +368,20 @@ class Loop {
     }
     if (parts_.loader != nullptr) parts_.loader->retire(std::move(before));
     light_.show_changed();
+    surfaces_changed_ = true;
     record(parts_.projection.show().surfaces);
     return true;
   }
 
   void execute(const Command& command) {
     if (command.verb == "picture") {
-      const auto known = {"content", "grid", "mask"};
-      const auto found = std::find(known.begin(), known.end(), command.text);
-      if (found == known.end())
+      const auto found = std::find(std::begin(kPictures), std::end(kPictures), command.text);
+      if (found == std::end(kPictures))
         throw Error(ErrorKind::kInput, "picture '" + command.text + "'", "there is none",
                     "name content, grid or mask");
-      return turn_to(TestPattern(found - known.begin()));
+      return turn_to(TestPattern(found - std::begin(kPictures)));
     }
-    if (command.verb == "freeze") {
-      frozen_ = !frozen_;
-      return;
-    }
+    if (command.verb == "freeze") return freeze();
     if (command.verb == "help") {
       help_ = !help_;
       return;
@@ -323,13 +390,10 @@ class Loop {
     if (parts_.editor == nullptr)
       throw Error(ErrorKind::kInput, command.verb, "these surfaces cannot be changed here",
                   "change their file");
-    if (!command.text.empty() && (command.verb == "content" || command.verb == "add") &&
-        !may_be_shown(command.text))
-      throw Error(ErrorKind::kInput, "content '" + command.text + "'",
-                  "it is not among those that may be chosen",
-                  "put the file beside the surfaces file, or name it with --content");
+    require_content(command);
     if (command.verb == "save") {
       save();
+      ++shared_.saves;
       return say("surfaces saved");
     }
     if (command.verb == "undo" || command.verb == "redo") {
@@ -338,6 +402,15 @@ class Loop {
     }
     parts_.editor->apply(command, parts_.projection.projector(), parts_.projection.solved());
     if (!show_edited()) parts_.editor->revoke();
+  }
+
+  void require_content(const Command& command) const {
+    if (parts_.editor == nullptr || command.text.empty() || may_be_shown(command.text) ||
+        (command.verb != "content" && command.verb != "add"))
+      return;
+    throw Error(ErrorKind::kInput, "content '" + command.text + "'",
+                "it is not among those that may be chosen",
+                "put the file beside the surfaces file, or name it with --content");
   }
 
   void change_correction(const std::string& text) {
@@ -473,7 +546,7 @@ class Loop {
     const double before = newest_arrival_;
     take_poses();
     std::shared_ptr<ImageU8>& frame = unheld_frame();
-    if (!frozen_ || metrics_.frames == 0) {
+    if (!frozen_ || metrics_.frames == 0 || std::exchange(draws_frozen_, false)) {
       move_projector(now);
       move_surfaces(now);
       guarded("room", [&] { move_shape(now + options_.delay_s); });
@@ -514,7 +587,7 @@ class Loop {
     RecordedFrame recorded;
     recorded.number = (long long)metrics_.frames;
     recorded.light_time = now + options_.delay_s;
-    recorded.content_time = now - begin_;
+    recorded.content_time = frozen_ && parts_.group != nullptr ? shared_.frozen_at : content_time(now);
     if (!guarded("frame", [&] {
           drawn_ = parts_.projection.draw(recorded.light_time, recorded.content_time, frame);
         })) {
@@ -581,6 +654,11 @@ class Loop {
       status.can_undo = parts_.editor->can_undo();
       status.can_redo = parts_.editor->can_redo();
     }
+    if (parts_.group != nullptr && !parts_.group->leads()) {
+      status.unsaved = shared_.unsaved;
+      status.can_undo = shared_.can_undo;
+      status.can_redo = shared_.can_redo;
+    }
     // Rates over the last second or so.
     if (published_ > 0) {
       const double share = std::min(1.0, since);
@@ -644,6 +722,8 @@ class Loop {
          gathered_ = 0;
   double frames_per_s_ = 0, poses_per_s_ = 0;
   std::uint64_t frames_then_ = 0, poses_then_ = 0;
+  SharedShow shared_;                                    ///< of a group, without surfaces
+  bool surfaces_changed_ = true, draws_frozen_ = false;  ///< of a group
   bool closed_ = false, frozen_ = false, help_ = false, waiting_ = false;
 };
 

@@ -10,6 +10,7 @@
 
 #include "control_page.hpp"
 #include "editor.hpp"
+#include "group_link.hpp"
 #include "light_watch.hpp"
 #include "procam/device/frame_sink.hpp"
 #include "procam/show/metrics.hpp"
@@ -42,6 +43,7 @@ struct LoopParts {
   std::map<std::string, std::string> room_contents = {};
   LightWatch* watch = nullptr;  ///< gets each frame that is shown
   ControlPage* page = nullptr;
+  GroupLink* group = nullptr;  ///< other hosts that show the same; joined
   RunRecorder* recorder = nullptr;
   /// What may be chosen as content at the page.
   std::vector<std::string> contents = {};
@@ -60,6 +62,9 @@ struct LoopParts {
 /// Runs until the sink is closed, the time is over, or `tick` throws. Besides those of the Editor it knows
 /// the commands "save", "freeze" (and again: go on), "picture" ("content", "grid", "mask"), "help" (the keys, over the
 /// frame) and "correction" ("undo": where the rig file has the projector, and only reports; "resume").
+///
+/// In a group, commands that change what is shown go to its leader, which executes them; the others take over its state.
+/// Contents have one clock then.
 ///
 /// Only the sink and `tick` end a show: what they throw is thrown. Every command, file, message and frame that
 /// fails otherwise is counted by its name (Metrics::faults) and reported, the same sentence at most every ten

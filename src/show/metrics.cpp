@@ -53,6 +53,23 @@ void write(std::string& text, const WatchStatus& watch) {
       watch.state + "\"} 1\n";
 }
 
+void write(std::string& text, const GroupMetrics& group) {
+  const auto add = [&](const char* name, const char* kind, const char* help, double value) {
+    char line[256];
+    std::snprintf(line, sizeof line,
+                  "# HELP procam_group_%s %s\n# TYPE procam_group_%s %s\nprocam_group_%s %.9g\n", name, help,
+                  name, kind, name, value);
+    text += line;
+  };
+  add("hosts", "gauge", "Hosts of the group, with this one.", group.hosts);
+  add("leads", "gauge", "1 while this host leads.", group.leads ? 1 : 0);
+  add("clock_error_seconds", "gauge", "Bound of the error of content time, against the leader's.",
+      group.clock_error_s);
+  add("takeovers_total", "counter", "Leaders that followed another one.", double(group.takeovers));
+  add("rejected_total", "counter", "Invalid messages of the group.", double(group.rejected));
+  add("requests_waiting", "gauge", "Requests that the leader has not taken.", double(group.waiting));
+}
+
 }  // namespace
 
 void Durations::add(double seconds) {
@@ -112,6 +129,7 @@ std::string to_prometheus(const Metrics& m, const track::Faults& poses) {
   for (const auto& [name, count] : pose_faults)
     text += "procam_pose_faults_total{name=\"" + std::string(name) + "\"} " + std::to_string(count) + "\n";
   if (m.watch) write(text, *m.watch);
+  if (m.group) write(text, *m.group);
   write(text, "draw", "From the last look at the pose sources to the frame ready.", m.draw);
   write(text, "render", "The renderer's part of it.", m.render);
   write(text, "frame_jitter", "Between the begins of two frames, from what it should be.", m.jitter);

@@ -121,6 +121,11 @@ dds::DeviceHealth Ros2Output::health(const Projection& projection, const Metrics
                                                           {"poses", metrics.poses},
                                                           {"poses malformed", metrics.malformed}};
   for (const auto& [name, count] : counts) health.values.emplace_back(name, std::to_string(count));
+  if (metrics.group) {
+    health.values.emplace_back("group hosts", std::to_string(metrics.group->hosts));
+    health.values.emplace_back("group leader", metrics.group->leader);
+    health.values.emplace_back("group clock error (ms)", std::to_string(1e3 * metrics.group->clock_error_s));
+  }
   before_ = metrics;
   return health;
 }

@@ -10,6 +10,7 @@
 #include <tuple>
 
 #include "depth_surfaces.hpp"
+#include "group_link.hpp"
 #include "height_content.hpp"
 #include "loop.hpp"
 #include "marker_source.hpp"
@@ -272,6 +273,12 @@ void check_combination(const ShowOptions& options) {
         refuse("content '" + content + "' of '" + surface + "'",
                "there is no live shape whose heights it could show", "give surfaces depth-shape:SOURCE");
     }
+  if (!options.group.empty() && is_depth_source(options.surfaces))
+    refuse("group", "surfaces of a depth camera are not sent to other hosts",
+           "leave out --group, or detect the surfaces before the show (detect-surfaces)");
+  if (!options.group.empty() && options.watch)
+    refuse("group", "a correction of one host would move the surfaces of all",
+           "leave out --watch or --group");
   if (options.depth.silhouettes && !options.record.empty())
     refuse("record", "a run with silhouettes cannot be shown again bit for bit", "leave one of them out");
 }
@@ -314,8 +321,10 @@ class ShowRun {
     }
     projection_ = std::make_unique<Projection>(rig, std::move(projection));
     load_surfaces();
+    if (!options.group.empty()) open_group();
     open_output();
     open_inputs();
+    if (link_) link_->wait_until_joined([this] { listener_.on_frame({}); });
   }
 
   ShowReport run() {
@@ -323,6 +332,7 @@ class ShowRun {
     for (const auto& source : sources_) parts.sources.push_back(source.get());
     for (const std::string& text : options_.poses)
       parts.source_names += (parts.source_names.empty() ? "" : ", ") + text;
+    if (link_ && parts.source_names.empty()) parts.source_names = "group " + options_.group;
     if (options_.marker) parts.source_names = "the markers before camera " + options_.marker->camera;
     std::optional<Editor> editor;
     if (!in_room_) parts.editor = &editor.emplace(first_);
@@ -331,10 +341,12 @@ class ShowRun {
     if (in_room_) parts.room_contents = absolute_contents(options_);
     parts.watch = watch_.get();
     parts.page = page_.get();
+    parts.group = link_.get();
     parts.recorder = recorder_ ? &*recorder_ : nullptr;
     parts.contents = content_choices(folder_, first_);
     parts.other_faults = [this](std::map<std::string, std::uint64_t>& faults) {
       count_people_faults(faults);
+      if (group_faults_ > 0) faults["group_pose"] = group_faults_;
       if (publish_faults_ > 0) faults["ros2_publish"] = publish_faults_;
       for (const auto& [cause, count] : rejected()) faults[cause] = count;
     };
@@ -442,6 +454,24 @@ class ShowRun {
     projection_->set_show(std::move(*loaded.show));
   }
 
+  void open_group() {
+    dds::GroupOptions group;
+    group.name = options_.group;
+    group.strength = options_.group_strength;
+    link_ = std::make_unique<GroupLink>(group, options_.surfaces);
+    listener_.on_start(link_->description());
+  }
+
+  /// Of a source of this host, for the hosts that have none.
+  void share_pose(const track::StampedPose& message) {
+    if (!link_) return;
+    try {
+      link_->publish_pose(message);
+    } catch (const std::exception& error) {
+      if (group_faults_++ == 0) listener_.on_event(error.what());
+    }
+  }
+
   void open_output() {
     loop_.fps = options_.fps > 0 ? options_.fps : kUsualRate;
     loop_.duration_s = options_.duration_s;
@@ -502,12 +532,18 @@ class ShowRun {
     for (const std::string& text : options_.poses) {
       sources_.push_back(dds::open_pose_source(text));
       tell_opened(*sources_.back());
+      if (link_)
+        sources_.back() = std::make_unique<HeardPoses>(
+            std::move(sources_.back()), [this](const track::StampedPose& message) { share_pose(message); });
     }
     if (options_.marker)
-      sources_.push_back(
-          std::make_unique<HeardPoses>(open_markers(*options_.marker, rig_),
-                                       [this](const track::StampedPose& message) { publish_pose(message); }));
+      sources_.push_back(std::make_unique<HeardPoses>(open_markers(*options_.marker, rig_),
+                                                      [this](const track::StampedPose& message) {
+                                                        publish_pose(message);
+                                                        share_pose(message);
+                                                      }));
     if (options_.marker) tell_opened(*sources_.back());
+    if (link_ && sources_.empty() && options_.pose.empty()) sources_.push_back(link_->pose_source());
     if (room_) tell_opened(*room_);
     if (graph_) {
       publish({});
@@ -539,6 +575,8 @@ class ShowRun {
   const fs::path folder_;
   std::string conditions_;
   BlackoutLog silhouettes_;
+  std::unique_ptr<GroupLink> link_;  ///< outlives the sources
+  std::uint64_t group_faults_ = 0;
   std::unique_ptr<ShowPeople> people_;
   std::uint64_t people_faults_ = 0;
   std::unique_ptr<Ros2Output> graph_;

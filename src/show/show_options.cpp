@@ -107,6 +107,8 @@ static void fields(io::Fields& f, ShowOptions& o) {
   f.optional("people", o.people);
   f.optional("publish", o.publish);
   f.optional("watch", o.watch);
+  f.optional("group", o.group);
+  field_or(f, "group_strength", o.group_strength, usual.group_strength);
   field_or(f, "autosave", o.autosave, usual.autosave);
   f.optional("record", o.record);
   field_or(f, "control", o.control, usual.control);

@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "log_files.hpp"
+#include "procam/dds/group.hpp"
 #include "procam/dds/image_source.hpp"
 #include "procam/dds/pose_source.hpp"
 #include "support/expect_error.hpp"
@@ -19,6 +20,11 @@ TEST(NoDds, ImagesNameThePackages) {
   EXPECT_ERROR(ImageSource("/image"), kUnsupported, "install cyclonedds-dev and cyclonedds-tools");
   EXPECT_ERROR(DepthImageSource("/depth"), kUnsupported, "install cyclonedds-dev and cyclonedds-tools");
   EXPECT_ERROR(ImageSource("/a,/b"), kInput, "one topic");
+}
+
+TEST(NoDds, AGroupNamesThePackages) {
+  EXPECT_ERROR(Group({"stage"}), kUnsupported, "install cyclonedds-dev and cyclonedds-tools");
+  EXPECT_ERROR(Group({"a/b"}), kInput, "group 'a/b'");
 }
 
 TEST(NoDds, LogsOfRos2NameThePackages) {

@@ -2,10 +2,13 @@
 
 #include <gtest/gtest.h>
 
+#include "control_messages.hpp"
 #include "editor_points.hpp"
+#include "group_link.hpp"
 #include "live_world.hpp"
 #include "procam/core/base/limits.hpp"
 #include "procam/surface/solve.hpp"
+#include "support/expect_error.hpp"
 
 namespace procam::show {
 namespace {
@@ -39,6 +42,39 @@ TEST_F(Edited, ACornerGoesWhereItIsDragged) {
   const auto before = points(0);
   apply({"nudge", "left", -1, {0.1, -0.3}, "", ""});
   for (std::size_t i = 0; i < 4; ++i) EXPECT_LT((*points(0)[i] - *before[i] - Vec2(0.1, -0.3)).norm(), 1e-9);
+}
+
+/// A corner that is dragged in the frame of one host of a group is, for all others, at that place on the surface.
+TEST_F(Edited, AGroupGetsThePlaceOnTheSurface) {
+  ProjectionOptions standing;
+  standing.projector_from_world = Pose();
+  Projection projection(small_rig(), standing);
+  projection.set_show(small_show());
+  for (const char* const name : {"left", "sign"}) {
+    const Command dragged{"move", name, 2, {151.25, 120.5}, "", "drag 1"};
+    const std::vector<Command> shared = shared_commands(dragged, &editor_, projection);
+    ASSERT_EQ(shared.size(), 1u) << "the point that moved, and no other";
+    const std::optional<Command> received = to_command(to_message(shared[0]));
+    ASSERT_TRUE(received);
+    EXPECT_EQ(received->gesture, "drag 1");
+    Editor here(small_show().surfaces), elsewhere(small_show().surfaces);
+    here.apply(dragged, projection.projector(), projection.solved());
+    // Another projector, which does not matter.
+    Projector other = projector_.projector;
+    other.inverse_camera.intrinsics.fx *= 2;
+    elsewhere.apply(*received, other, {});
+    for (std::size_t i = 0; i < 3; ++i)
+      EXPECT_EQ(*edited_points(elsewhere.surfaces().surfaces[i].geometry),
+                *edited_points(here.surfaces().surfaces[i].geometry))
+          << name;
+    EXPECT_TRUE(elsewhere.undo());
+  }
+  EXPECT_EQ(shared_commands({"nudge", "sign", -1, {1, 0}, "", ""}, &editor_, projection).size(), 4u);
+  EXPECT_EQ(shared_commands({"undo", "", -1, {}, "", ""}, &editor_, projection).size(), 1u);
+  EXPECT_ERROR(editor_.apply({"place", "sign", 4, {1, 1}, "", ""}, projector_.projector, {}), kInput,
+               "no point 4");
+  EXPECT_ERROR(editor_.apply({"place", "sign", 1, {1e6, 1}, "", ""}, projector_.projector, {}), kInput,
+               "far away");
 }
 
 TEST_F(Edited, AsManyStepsAsTheLimitAreUndone) {

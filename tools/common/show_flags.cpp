@@ -193,6 +193,13 @@ void declare_output(CLI::App& app, show::ShowOptions& o) {
       "--publish", o.publish,
       "ros2:[NAMESPACE]: publish the projector in the ROS 2 graph: CameraInfo, markers, and the frames of the rig "
       "and the surfaces on /tf_static");
+  CLI::Option* group = app.add_option(
+      "--group", o.group,
+      "Name of a group of hosts that show the same: one state, one clock of contents, one leader (docs/live.md)");
+  app.add_option("--group-strength", o.group_strength,
+                 "When the leader is gone, the host with the greatest number leads: -1000 to 1000")
+      ->check(CLI::Range(-1000, 1000))
+      ->needs(group);
   app.add_flag("--autosave", o.autosave,
                "Save edits of the control page to the surfaces file within a second");
   app.add_option("--record", o.record,

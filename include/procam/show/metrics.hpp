@@ -45,6 +45,18 @@ struct WatchStatus {
   std::vector<double> history_mm;           ///< errors of the last windows, oldest first
 };
 
+/// Of a show that several hosts show (docs/live.md).
+struct GroupMetrics {
+  bool leads = false;
+  std::string leader;           ///< host and process; empty: none is known
+  int hosts = 1;                ///< with this one
+  double clock_error_s = 0;     ///< bound of the error of content time, against the leader's
+  std::uint64_t takeovers = 0;  ///< leaders that followed another one
+  double last_takeover_s = 0;   ///< in which nobody led
+  std::uint64_t rejected = 0;   ///< invalid messages
+  std::size_t waiting = 0;      ///< requests of this host that the leader has not taken
+};
+
 struct Metrics {
   std::uint64_t frames = 0;          ///< shown
   std::uint64_t dropped = 0;         ///< whose time passed while another was drawn
@@ -63,12 +75,13 @@ struct Metrics {
                        ///< the light of the frame
   Durations
       pose_to_frame;  ///< from a pose's arrival to the first frame with it ready, less that frame's render
-  /// What failed while the show went on, by name: "command", "content", "control_page", "depth", "frame", "people"
+  /// What failed while the show went on, by name: "command", "content", "control_page", "depth", "frame", "group", "group_pose", "people"
   /// and "people_..." (messages), "page_connection" (closed for others), "page_refused", "page_request", "pose_source",
   /// "record", "reload", "room", "save", "surfaces", "watch", and what a source rejected by its cause
   /// ("ros2_oversized").
   std::map<std::string, std::uint64_t> faults;
   std::optional<WatchStatus> watch;
+  std::optional<GroupMetrics> group;
   std::uint64_t contents_stopped = 0;  ///< now: contents that give no new images and show their last one
 };
 

@@ -92,6 +92,11 @@ struct ShowOptions {
   /// ros2:[NAMESPACE]: CameraInfo and frames in the ROS 2 graph (dds/projector_publisher.hpp).
   std::string publish;
 
+  /// Hosts with one name show one show (docs/live.md). Of hosts that have the state, the one with the greatest strength
+  /// follows a leader that is gone.
+  std::string group;
+  int group_strength = 0;
+
   bool autosave = false;                   ///< edits at the control page are saved within a second
   std::string record;                      ///< log of the run, for replay()
   std::string control = "127.0.0.1:8737";  ///< [ADDRESS:]PORT of the control page, or "off"

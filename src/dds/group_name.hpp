@@ -1,0 +1,19 @@
+#pragma once
+#include "procam/core/base/error.hpp"
+#include "procam/dds/group.hpp"
+
+namespace procam::dds::internal {
+
+/// Throws Error(kInput) for options that no group can have.
+inline void require_group(const GroupOptions& options) {
+  const std::string& name = options.name;
+  const char* const letters = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-";
+  if (name.empty() || name.size() > 64 || name.find_first_not_of(letters) != name.npos)
+    throw Error(ErrorKind::kInput, "group '" + name + "'", "it is no name of a group",
+                "give 1 to 64 letters of a-z, A-Z, 0-9, _ and -");
+  if (options.strength < -1000 || options.strength > 1000)
+    throw Error(ErrorKind::kInput, "group strength " + std::to_string(options.strength),
+                "it is not from -1000 to 1000", "give a whole number, e.g. 10");
+}
+
+}  // namespace procam::dds::internal

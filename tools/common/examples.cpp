@@ -45,8 +45,6 @@ constexpr Row kRows[] = {
     {"capture-session", "which displays there are", "capture-session --list-displays"},
     {"capture-session", "a camera of this computer",
      "capture-session --camera 0 --camera-size 1280x720 --board charuco:5x7:34mm:25mm:5x5_100 --views 12 -o session"},
-    {"capture-session", "a room for calibrate-room, by a camera whose images appear in a folder",
-     "capture-session --watch photos --views 3 -o room"},
     {"capture-session",
      "a room for calibrate-room, by two projectors and two cameras that stay where they are",
      "capture-session --display lamp=1 --display beamer=2 --camera left=0 --camera right=1 -o room"},

@@ -121,6 +121,8 @@ static void fields(io::Fields& f, ShowOptions& o) {
   f.check(o.fps >= 0 && o.fps <= 1000, "fps", "it is not from 0 to 1000", "give frames a second, e.g. 60");
   f.check(o.threads >= 0 && o.threads <= limits::kThreads, "threads",
           "it is not from 0 to " + std::to_string(limits::kThreads), "give 0 for as many as the machine has");
+  f.check(o.group_strength >= -1000 && o.group_strength <= 1000, "group_strength",
+          "it is not from -1000 to 1000", "give a whole number, e.g. 10");
   check_times(f, o);
   f.check(o.renderer == "cpu" || o.renderer == "gl", "renderer", "there is none of this name",
           "use cpu or gl");

@@ -49,6 +49,8 @@ ShowOptions everything() {
   o.watch->only = true;
   o.watch->marks = true;
   o.watch->save = "corrected.json";
+  o.group = "foyer";
+  o.group_strength = 12;
   o.autosave = true;
   o.control = "off";
   o.token = "secret";
@@ -72,6 +74,8 @@ TEST(ShowOptions, TheSchemaDescribesExactlyWhatIsWritten) {
   other.people->delay_s = 0.02;
   other.record = "run.log";
   other.publish = "ros2:/procam";
+  other.group = "foyer";
+  other.group_strength = -7;
   other.renderer = "gl";
   other.average_numbers = true;
   other.autosave = true;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "support/expect_error.hpp"
 #include "support/numeric_world.hpp"
 
 namespace procam::calibrate {
@@ -104,6 +105,33 @@ TEST(CalibrateRig, SettlesTheOrderOfASymmetricBoardByTheResidual) {
   EXPECT_NE(result.views[4].note.find("turned by 180"), std::string::npos);
   EXPECT_TRUE(result.views[0].note.empty());
   EXPECT_LT(std::abs(result.rig.projector().projector.inverse_camera.intrinsics.fx - 1880), 10);
+}
+
+/// A table of points whose ids are one too low in a view, or in all: from the ends of the rows on, a point is where the next row begins.
+void number_from_one(View& view) {
+  std::vector<Observation>& observations = view.observations[0];
+  for (std::size_t i = 0; i + 1 < observations.size(); ++i) observations[i].pixel = observations[i + 1].pixel;
+  observations.pop_back();
+}
+
+TEST(CalibrateRig, AViewInAnotherOrderDoesNotSpoilTheOthers) {
+  const NumericWorld world = NumericWorld::make(8, 5, 0.05, 0.08);
+  Correspondences data = world.correspondences(6);
+  number_from_one(data.views[3]);
+  const CalibrationResult result = calibrate_rig(data);
+  EXPECT_TRUE(result.rig.quality.passed());
+  EXPECT_NE(result.diagnostics.find("view_left_out"), nullptr);
+  // Eight views of 0.05 px determine it to 0.6 px (1 sigma): 5 sigma.
+  EXPECT_NEAR(result.rig.camera().camera.intrinsics.fx, world.camera.intrinsics.fx, 3.0);
+  EXPECT_NEAR(result.rig.projector().projector.inverse_camera.intrinsics.fx,
+              world.projector.inverse_camera.intrinsics.fx, 5.0);
+}
+
+TEST(CalibrateRig, NamesAnotherOrderOfAllPoints) {
+  Correspondences data = NumericWorld::make(8, 5, 0.05, 0.08).correspondences(6);
+  for (View& view : data.views) number_from_one(view);
+  EXPECT_ERROR(calibrate_rig(data), kNotEnoughData, "its points are not in the board's order");
+  EXPECT_ERROR(calibrate_rig(data), kNotEnoughData, "number the points row by row");
 }
 
 TEST(CalibrateRig, HeldOutErrorIsThatOfTheNoise) {

@@ -342,7 +342,7 @@ void walk(const PathOptions& options, double largest_rig_mm, double largest_cont
   if (!options.kill) EXPECT_EQ(person.browser().console(), "");
 }
 
-/// A small camera keeps it short. After six poses the rig was right to 0.4 to 5.9 mm at 2 m in eleven runs, and 3.2 to 5.8 mm were
+/// A small camera keeps it short. After six poses the rig was right to 0.4 to 5.9 mm at 2 m in ten runs, and 3.2 to 5.8 mm were
 /// predicted: poses and noise depend on the machine's pace, so the bound is 1.7 times the largest prediction. The content
 /// is right to a tenth, since the camera that was calibrated with the projector has measured the wall.
 TEST(GuidedPath, FromAnEmptyFolderToContentOnTheWall) {

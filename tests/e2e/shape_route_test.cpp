@@ -50,7 +50,10 @@ class ShapeRoute : public testing::Test {
     std::string newest;
     for (const auto& entry : fs::directory_iterator(at("frames")))
       newest = std::max(newest, entry.path().string());
-    const ImageU8 frame = io::load_image(newest).image;
+    return light_of(newest);
+  }
+  Light light_of(const fs::path& file) const {
+    const ImageU8 frame = io::load_image(file).image;
     Light light;
     for (int y = 0; y < frame.height(); ++y)
       for (int x = 0; x < frame.width(); ++x) {
@@ -123,11 +126,20 @@ TEST_F(ShapeRoute, AnEmptyViewIsReportedAndTheShowGoesOn) {
 #ifdef PROCAM_SANDBOX
 TEST_F(ShapeRoute, TheSandboxExampleShowsHeights) {
   write_sand(20);
-  const ToolRun run = run_program(
-      PROCAM_SANDBOX, at("one.json") + " folder:" + at("depth") + "@30 frames:" + at("frames") + " 0.6");
-  ASSERT_EQ(run.exit_code, 0) << run.err;
-  EXPECT_NE(run.out.find("sees shape"), std::string::npos) << run.out;
-  EXPECT_GT(newest_light().low, 1000);
+  // On a busy machine the first shape takes seconds, and the light ends after the last image.
+  std::string said;
+  int most = 0;
+  for (const char* duration_s : {"0.6", "6"}) {
+    const ToolRun run = run_program(PROCAM_SANDBOX, at("one.json") + " folder:" + at("depth") +
+                                                        "@30 frames:" + at("frames") + " " + duration_s);
+    ASSERT_EQ(run.exit_code, 0) << run.err;
+    said = run.out;
+    for (const auto& entry : fs::directory_iterator(at("frames")))
+      most = std::max(most, light_of(entry.path()).low);
+    if (most > 1000) break;
+  }
+  EXPECT_NE(said.find("sees shape"), std::string::npos) << said;
+  EXPECT_GT(most, 1000);
 }
 #endif
 

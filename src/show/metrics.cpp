@@ -34,13 +34,18 @@ void write(std::string& text, const char* name, const char* help, const Duration
   text += line;
 }
 
+/// The metric procam_PART_NAME.
+void write(std::string& text, const std::string& part, const char* name, const char* kind, const char* help,
+           double value) {
+  const std::string metric = "procam_" + part + "_" + name;
+  char line[64];
+  std::snprintf(line, sizeof line, " %.9g\n", value);
+  text += "# HELP " + metric + " " + help + "\n# TYPE " + metric + " " + kind + "\n" + metric + line;
+}
+
 void write(std::string& text, const WatchStatus& watch) {
   const auto add = [&](const char* name, const char* kind, const char* help, double value) {
-    char line[256];
-    std::snprintf(line, sizeof line,
-                  "# HELP procam_watch_%s %s\n# TYPE procam_watch_%s %s\nprocam_watch_%s %.9g\n", name, help,
-                  name, kind, name, value);
-    text += line;
+    write(text, "watch", name, kind, help, value);
   };
   add("checks_total", "counter", "Camera images that were compared with the frame.", double(watch.checks));
   add("alarms_total", "counter", "Times that the light was found to be off.", double(watch.alarms));
@@ -55,11 +60,7 @@ void write(std::string& text, const WatchStatus& watch) {
 
 void write(std::string& text, const GroupMetrics& group) {
   const auto add = [&](const char* name, const char* kind, const char* help, double value) {
-    char line[256];
-    std::snprintf(line, sizeof line,
-                  "# HELP procam_group_%s %s\n# TYPE procam_group_%s %s\nprocam_group_%s %.9g\n", name, help,
-                  name, kind, name, value);
-    text += line;
+    write(text, "group", name, kind, help, value);
   };
   add("hosts", "gauge", "Hosts of the group, with this one.", group.hosts);
   add("leads", "gauge", "1 while this host leads.", group.leads ? 1 : 0);

@@ -110,7 +110,7 @@ TEST_F(Stage, CapturesASessionThatCalibratesTruly) {
 /// Without --board the captures are of a room. Here the room is a flat piece of paper before a wall, whose places are known.
 TEST_F(Stage, CapturesARoomThatScansTruly) {
   const Process camera_process(camera(30, 0, 0));
-  const std::string room = "--json --watch " + (scratch_ / "shots").string() +
+  const std::string room = "--json --display lamp=0 --camera eye=watch:" + (scratch_ / "shots").string() +
                            " --views 1 --step 4 --interval 150ms -o " + session();
   const ToolRun refused = run(room + " --pattern chessboard", "no_board");
   EXPECT_EQ(refused.exit_code, 3) << refused.err;

@@ -8,6 +8,15 @@
 namespace procam::tools {
 namespace {
 
+/// What stands before the first '=', if it can be a name: of "http://host/?a=b" it cannot.
+std::optional<std::string> name_in(const std::string& text) {
+  const std::size_t equals = text.find('=');
+  if (equals == std::string::npos || equals == 0 || equals + 1 == text.size()) return std::nullopt;
+  const std::string name = text.substr(0, equals);
+  if (name.find_first_of("/\\:?") != std::string::npos) return std::nullopt;
+  return name;
+}
+
 void declare_devices(CLI::App& app, CaptureFlags& flags) {
   auto* camera =
       app.add_option("--camera", flags.cameras,
@@ -69,14 +78,17 @@ void declare_capture(CLI::App& app, CaptureFlags& flags) {
 
 std::vector<std::pair<std::string, std::string>> named_places(const std::string& flag,
                                                               const std::vector<std::string>& typed) {
-  if (typed.size() == 1) return {{"", typed[0]}};
+  if (typed.size() == 1) {
+    const std::optional<std::string> name = name_in(typed[0]);
+    return {{"", name ? typed[0].substr(name->size() + 1) : typed[0]}};
+  }
   std::vector<std::pair<std::string, std::string>> places;
   for (const std::string& text : typed) {
-    const std::size_t equals = text.find('=');
-    if (equals == std::string::npos || equals == 0 || equals + 1 == text.size())
+    const std::optional<std::string> name = name_in(text);
+    if (!name)
       throw Error(ErrorKind::kInput, flag + " " + text, "of several, each needs a name: NAME=PLACE",
                   "give e.g. " + flag + " left=0 " + flag + " right=1");
-    places.emplace_back(text.substr(0, equals), text.substr(equals + 1));
+    places.emplace_back(*name, text.substr(name->size() + 1));
   }
   return places;
 }

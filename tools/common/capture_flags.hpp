@@ -26,8 +26,8 @@ struct CaptureFlags {
 
 void declare_capture(CLI::App& app, CaptureFlags& flags);
 
-/// Name and place of each. The only one needs no name and has none, "0" or "http://host/?a=b". Of several each is
-/// NAME=PLACE. Throws Error(kInput).
+/// Name and place of each. Of several each is NAME=PLACE. The only one needs no name, "0" or "http://host/?a=b"; a name that it has
+/// is dropped. Throws Error(kInput).
 std::vector<std::pair<std::string, std::string>> named_places(const std::string& flag,
                                                               const std::vector<std::string>& typed);
 

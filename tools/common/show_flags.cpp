@@ -196,6 +196,7 @@ void declare_output(CLI::App& app, show::ShowOptions& o) {
   CLI::Option* group = app.add_option(
       "--group", o.group,
       "Name of a group of hosts that show the same: one state, one clock of contents, one leader (docs/live.md)");
+  group->check([](const std::string& name) { return name.empty() ? "the group's name is empty" : ""; });
   app.add_option("--group-strength", o.group_strength,
                  "When the leader is gone, the host with the greatest number leads: -1000 to 1000")
       ->check(CLI::Range(-1000, 1000))

@@ -85,7 +85,7 @@ void bind_error(py::module_& package) {
   package.attr("Error") = py::handle(error_type);
   // By value: the type that pybind11 calls.
   py::register_exception_translator(
-      [](std::exception_ptr thrown) {  // NOLINT(performance-unnecessary-value-param)
+      [](std::exception_ptr thrown) {
         try {
           if (thrown) std::rethrow_exception(thrown);
         } catch (const Error& error) {

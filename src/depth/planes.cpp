@@ -289,18 +289,24 @@ std::optional<DetectedPlane> plane_of(const DepthImage& image, const CellGrid& g
   return out;
 }
 
+/// Planes 1/z = a u + b v + c, and the region of each cell: below their number a plane's, else a curve's or none.
+struct CellPlanes {
+  const std::vector<int>& owner;
+  const std::vector<Eigen::Vector3f>& planes;
+};
+
 /// Labels of pixels: inside a region what lies within noise of its plane; at borders the nearest of the
 /// planes that meet there.
 class Labeller {
  public:
-  Labeller(const CellGrid& grid, const DepthImage& image, const RayTable& rays, const std::vector<int>& owner,
-           const std::vector<Eigen::Vector3f>& planes, const PlaneOptions& options, Planes& out)
+  Labeller(const CellGrid& grid, const DepthImage& image, const RayTable& rays, const CellPlanes& found,
+           const PlaneOptions& options, Planes& out)
       : grid_(grid),
         inverse_(image, rays, options),
         rays_(rays),
-        owner_(owner),
-        alone_(alone_cells(grid, owner)),
-        planes_(planes),
+        owner_(found.owner),
+        alone_(alone_cells(grid, found.owner)),
+        planes_(found.planes),
         noise_(options.noise),
         out_(out) {}
 
@@ -338,12 +344,12 @@ class Labeller {
     const int width = std::min(kCell, rays_.size().width - x0),
               rows = std::min(kCell, rays_.size().height - y0);
     std::array<int, kMaxCandidates> pixels{};
+    const OtherLabels others{rest, Planes::kNothing};
     if (width == kCell) {
-      kernels_.label(input, rows, of_, rest, Planes::kNothing, out_.labels.row(y0) + x0, rays_.size().width,
-                     pixels);
+      kernels_.label(input, rows, of_, others, {out_.labels.row(y0) + x0, rays_.size().width}, pixels);
     } else {
       std::array<std::int16_t, std::size_t(kCell) * kCell> labels{};
-      kernels_.label(input, rows, of_, rest, Planes::kNothing, labels.data(), kCell, pixels);
+      kernels_.label(input, rows, of_, others, {labels.data(), kCell}, pixels);
       for (int y = 0; y < rows; ++y)
         std::copy_n(labels.data() + std::ptrdiff_t(y) * kCell, width, out_.labels.row(y0 + y) + x0);
     }
@@ -483,7 +489,7 @@ Planes find_planes(const DepthImage& image, const RayTable& rays, const PlaneOpt
     else if (owner <= kCurveOwner)
       owner = int(out.planes.size()) + (kCurveOwner - owner);
   }
-  Labeller labeller(grid, image, rays, regions.owner, inverse_planes, options, out);
+  Labeller labeller(grid, image, rays, {regions.owner, inverse_planes}, options, out);
   labeller.run();
 
   for (std::size_t i = 0; i < out.planes.size(); ++i) out.planes[i].pixels = labeller.counts()[i];

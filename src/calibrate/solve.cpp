@@ -162,9 +162,19 @@ std::optional<std::size_t> unsupported_camera(const Correspondences& data, const
   return left.front();
 }
 
+/// Residuals that a device's noise explains.
+struct InlierTest {
+  const ResidualNoise& noise;
+  double outlier_sigmas;
+
+  bool operator()(const Vec2& residual, const Mat2& covariance) const {
+    return squared_sigmas(residual, noise.covariance(covariance)) <= outlier_sigmas * outlier_sigmas;
+  }
+};
+
 /// Do the device's points of a view agree with a board pose of their own, with the lens as it is?
 bool agrees_alone(const Correspondences& data, const UsedMask& mask, const Solution& solution,
-                  const ResidualNoise& noise, double outlier_sigmas, std::size_t view, std::size_t device) {
+                  const InlierTest& is_inlier, std::size_t view, std::size_t device) {
   UsedMask only = only_view(mask, view, int(device));
   const UsedMask asked = only;
   for (const Measurement& m : measurements_of(data, int(view), int(device))) {
@@ -178,8 +188,7 @@ bool agrees_alone(const Correspondences& data, const UsedMask& mask, const Solut
     if (!asked[view][device][std::size_t(m.index)]) continue;
     ++taken;
     const auto judged = judged_residual(state, m);
-    kept += judged && squared_sigmas(judged->residual, noise.covariance(judged->covariance)) <=
-                          outlier_sigmas * outlier_sigmas;
+    kept += judged && is_inlier(judged->residual, judged->covariance);
   }
   return double(kept) >= kAgreeingShare * double(taken);
 }
@@ -195,7 +204,7 @@ void believe_camera(const Correspondences& data, const UsedMask& mask, double ou
     if (camera < 0 || !disagrees[v][std::size_t(camera)] || posing_camera(data, mask, v, camera) >= 0)
       continue;
     const auto d = std::size_t(camera);
-    if (!agrees_alone(data, mask, solution, noise[d], outlier_sigmas, v, d)) continue;
+    if (!agrees_alone(data, mask, solution, {noise[d], outlier_sigmas}, v, d)) continue;
     for (std::size_t p = 0; p < data.devices.size(); ++p)
       disagrees[v][p] = p != d && count_used(mask, v, p) > 0;
     solution.used[v][d] = mask[v][d];

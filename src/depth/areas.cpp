@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <array>
+
+#include "procam/core/surface/content_layout.hpp"
 #include "upright_frame.hpp"
 
 namespace procam::depth {
@@ -91,26 +93,6 @@ void heal(ImageU8& free) {
       out[i] = std::uint8_t(here[i] | (count >= 6));
     }
   }
-}
-
-double twice_area(const Points2& loop) {
-  double sum = 0;
-  for (std::size_t i = 0; i < loop.size(); ++i) {
-    const Vec2 &a = loop[i], &b = loop[(i + 1) % loop.size()];
-    sum += a.x() * b.y() - b.x() * a.y();
-  }
-  return sum;
-}
-
-bool contains(const Points2& loop, const Vec2& p) {
-  bool inside = false;
-  for (std::size_t i = 0; i < loop.size(); ++i) {
-    const Vec2 &a = loop[i], &b = loop[(i + 1) % loop.size()];
-    if ((a.y() > p.y()) != (b.y() > p.y()) &&
-        p.x() < (b.x() - a.x()) * (p.y() - a.y()) / (b.y() - a.y()) + a.x())
-      inside = !inside;
-  }
-  return inside;
 }
 
 /// Douglas-Peucker between two places of the loop, without the last.

@@ -15,9 +15,16 @@ constexpr double kFlatVariance = 4;
 /// Readings that a cell needs for slopes of its own.
 constexpr int kMinCellReadings = 24;
 
-/// The cell's own plane, its noise, and its sums for regions, into a cell of which nothing is known.
-void fill(const Sums& s, const RayTable::CellRays& rays, double fx, double one_fxth, double q0,
+/// A focal length and its inverse.
+struct Focal {
+  double fx, one_fxth;
+};
+
+/// The cell's own plane, its noise, and its sums about the inverse depth q0 for regions, into a cell of which nothing is
+/// known.
+void fill(const Sums& s, const RayTable::CellRays& rays, const Focal& focal, double q0,
           const DepthNoise& noise, Cell& cell) {
+  const auto [fx, one_fxth] = focal;
   cell.n = int(s.n);
   if (cell.n < kMinCellReadings) return;
   const double one_nth = 1 / s.n;
@@ -265,7 +272,7 @@ CellGrid cell_grid(const DepthImage& image, const RayTable& rays, const PlaneOpt
         if (about.q0 <= 0) continue;
         kernels.sum_some(input, about, sums);
       }
-      fill(sums, cell_rays, focal, one_focalth, double(about.q0), options.noise, cell);
+      fill(sums, cell_rays, {focal, one_focalth}, double(about.q0), options.noise, cell);
       cell.column = std::uint16_t(column);
     }
   }

@@ -103,12 +103,12 @@ PROCAM_INTO_KERNEL void sum_some(const CellInput& cell, const SumsAbout& about, 
 
 /// For so many candidates: with the number known, all that is needed stays in registers.
 template <std::size_t kCount>
-PROCAM_INTO_KERNEL void label_of(const CellInput& cell, int rows, const Candidates& of, std::int16_t none,
-                                 std::int16_t nothing, std::int16_t* labels, std::ptrdiff_t label_stride,
+PROCAM_INTO_KERNEL void label_of(const CellInput& cell, int rows, const Candidates& of,
+                                 const OtherLabels& others, const LabelRows& labels,
                                  std::array<int, kMaxCandidates>& pixels) {
   std::array<Ints, kCount + 1> counts{};
   const Floats zero{}, gate = zero + of.gate;
-  const Ints no_plane = Ints{} + none, no_reading = Ints{} + nothing;
+  const Ints no_plane = Ints{} + others.no_plane, no_reading = Ints{} + others.no_reading;
   for (int row = 0; row < rows; ++row) {
     Floats q;
     load(cell.q.begin + row * cell.q.stride, q);
@@ -130,27 +130,27 @@ PROCAM_INTO_KERNEL void label_of(const CellInput& cell, int rows, const Candidat
     label = known ? label : no_reading;
     for (std::size_t k = 0; k < kCount; ++k) counts[k] -= label == of.id[k];
     const Shorts narrow = __builtin_convertvector(label, Shorts);
-    std::memcpy(labels + row * label_stride, &narrow, sizeof narrow);
+    std::memcpy(labels.begin + row * labels.stride, &narrow, sizeof narrow);
   }
   for (std::size_t k = 0; k < kCount; ++k)
     for (std::size_t i = 0; i < kLanes; ++i) pixels[k] += counts[k][i];
 }
 
-PROCAM_INTO_KERNEL void label(const CellInput& cell, int rows, const Candidates& of, std::int16_t none,
-                              std::int16_t nothing, std::int16_t* labels, std::ptrdiff_t label_stride,
+PROCAM_INTO_KERNEL void label(const CellInput& cell, int rows, const Candidates& of,
+                              const OtherLabels& others, const LabelRows& labels,
                               std::array<int, kMaxCandidates>& pixels) {
   static_assert(kMaxCandidates == 4);
   switch (of.count) {
     case 0:
-      return label_of<0>(cell, rows, of, none, nothing, labels, label_stride, pixels);
+      return label_of<0>(cell, rows, of, others, labels, pixels);
     case 1:
-      return label_of<1>(cell, rows, of, none, nothing, labels, label_stride, pixels);
+      return label_of<1>(cell, rows, of, others, labels, pixels);
     case 2:
-      return label_of<2>(cell, rows, of, none, nothing, labels, label_stride, pixels);
+      return label_of<2>(cell, rows, of, others, labels, pixels);
     case 3:
-      return label_of<3>(cell, rows, of, none, nothing, labels, label_stride, pixels);
+      return label_of<3>(cell, rows, of, others, labels, pixels);
     default:
-      return label_of<4>(cell, rows, of, none, nothing, labels, label_stride, pixels);
+      return label_of<4>(cell, rows, of, others, labels, pixels);
   }
 }
 
@@ -170,10 +170,10 @@ PROCAM_INTO_KERNEL void label(const CellInput& cell, int rows, const Candidates&
     TARGET static void some(const CellInput& cell, const SumsAbout& about, Sums& out) {                     \
       sum_some(cell, about, out);                                                                           \
     }                                                                                                       \
-    TARGET static void labels(const CellInput& cell, int rows, const Candidates& of, std::int16_t none,     \
-                              std::int16_t nothing, std::int16_t* out, std::ptrdiff_t stride,               \
+    TARGET static void labels(const CellInput& cell, int rows, const Candidates& of,                        \
+                              const OtherLabels& others, const LabelRows& out,                              \
                               std::array<int, kMaxCandidates>& pixels) {                                    \
-      label(cell, rows, of, none, nothing, out, stride, pixels);                                            \
+      label(cell, rows, of, others, out, pixels);                                                           \
     }                                                                                                       \
     static constexpr PixelKernels all() { return {units, metres, whole, some, labels}; }                    \
   }

@@ -41,6 +41,17 @@ struct Candidates {
   std::array<float, kMaxCandidates> a{}, b{}, c{};
 };
 
+/// The labels of a cell's pixels, row by row.
+struct LabelRows {
+  std::int16_t* begin = nullptr;
+  std::ptrdiff_t stride = 0;
+};
+/// Labels of pixels that no candidate gets.
+struct OtherLabels {
+  std::int16_t no_plane = 0;    ///< no candidate is near
+  std::int16_t no_reading = 0;  ///< no inverse depth
+};
+
 struct PixelKernels {
   /// 1 / (unit * in), 0 where that is outside nearest .. farthest. `count` is a multiple of kLanes.
   void (*invert_units)(const std::uint16_t* in, int count, float unit, float nearest, float farthest,
@@ -51,11 +62,9 @@ struct PixelKernels {
   bool (*sum_whole)(const CellInput& cell, const SumsAbout& about, Sums& sums);
   /// All sums over those that have.
   void (*sum_some)(const CellInput& cell, const SumsAbout& about, Sums& sums);
-  /// Labels of `rows` rows, `none` and `nothing` where no candidate is near and no reading is. Adds to
-  /// `pixels` how many each candidate got.
-  void (*label)(const CellInput& cell, int rows, const Candidates& of, std::int16_t none,
-                std::int16_t nothing, std::int16_t* labels, std::ptrdiff_t label_stride,
-                std::array<int, kMaxCandidates>& pixels);
+  /// Labels of `rows` rows. Adds to `pixels` how many each candidate got.
+  void (*label)(const CellInput& cell, int rows, const Candidates& of, const OtherLabels& others,
+                const LabelRows& labels, std::array<int, kMaxCandidates>& pixels);
 };
 /// Those that suit this processor, or were last asked for by use_pixel_kernels().
 const PixelKernels& pixel_kernels();

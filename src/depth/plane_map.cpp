@@ -174,9 +174,17 @@ void PlaneMap::fuse(MapPlane& plane, const PlaneEstimate& seen) {
       Pose(axes, Vec3(origin - known.plane.normal * known.plane.signed_distance(origin)));
 }
 
-void PlaneMap::look(MapPlane& plane, const std::vector<int>& plane_of_label, int id, const Planes& planes,
-                    const DepthImage& image, const RayTable& rays, const Pose& world_from_camera,
-                    double blend) {
+/// One depth image with its planes.
+struct PlaneMap::Frame {
+  const Planes& planes;
+  const DepthImage& image;
+  const RayTable& rays;
+  const Pose& world_from_camera;
+  const std::vector<int>& plane_of_label;  ///< indices of the map's planes
+};
+
+void PlaneMap::look(MapPlane& plane, int id, const Frame& frame, double blend) const {
+  const auto& [planes, image, rays, world_from_camera, plane_of_label] = frame;
   const Pose camera_from_plane = world_from_camera.inverse() * plane.world_from_plane;
   const Mat3 r = camera_from_plane.rotation_matrix();
   // Seen from behind nothing is told.
@@ -314,7 +322,7 @@ void PlaneMap::update(const Planes& planes, const DepthImage& image, const RayTa
       ++plane.seen;
       plane.last_seen = time;
     }
-    look(plane, plane_of_label, int(id), planes, image, rays, pose, blend);
+    look(plane, int(id), {planes, image, rays, pose, plane_of_label}, blend);
   }
   planes_.erase(std::remove_if(planes_.begin(), planes_.end(),
                                [&](const MapPlane& plane) {

@@ -289,18 +289,24 @@ std::optional<DetectedPlane> plane_of(const DepthImage& image, const CellGrid& g
   return out;
 }
 
+/// Planes 1/z = a u + b v + c, and the region of each cell: below their number a plane's, else a curve's or none.
+struct CellPlanes {
+  const std::vector<int>& owner;
+  const std::vector<Eigen::Vector3f>& planes;
+};
+
 /// Labels of pixels: inside a region what lies within noise of its plane; at borders the nearest of the
 /// planes that meet there.
 class Labeller {
  public:
-  Labeller(const CellGrid& grid, const DepthImage& image, const RayTable& rays, const std::vector<int>& owner,
-           const std::vector<Eigen::Vector3f>& planes, const PlaneOptions& options, Planes& out)
+  Labeller(const CellGrid& grid, const DepthImage& image, const RayTable& rays, const CellPlanes& found,
+           const PlaneOptions& options, Planes& out)
       : grid_(grid),
         inverse_(image, rays, options),
         rays_(rays),
-        owner_(owner),
-        alone_(alone_cells(grid, owner)),
-        planes_(planes),
+        owner_(found.owner),
+        alone_(alone_cells(grid, found.owner)),
+        planes_(found.planes),
         noise_(options.noise),
         out_(out) {}
 
@@ -338,12 +344,12 @@ class Labeller {
     const int width = std::min(kCell, rays_.size().width - x0),
               rows = std::min(kCell, rays_.size().height - y0);
     std::array<int, kMaxCandidates> pixels{};
+    const OtherLabels others{rest, Planes::kNothing};
     if (width == kCell) {
-      kernels_.label(input, rows, of_, rest, Planes::kNothing, out_.labels.row(y0) + x0, rays_.size().width,
-                     pixels);
+      kernels_.label(input, rows, of_, others, {out_.labels.row(y0) + x0, rays_.size().width}, pixels);
     } else {
       std::array<std::int16_t, std::size_t(kCell) * kCell> labels{};
-      kernels_.label(input, rows, of_, rest, Planes::kNothing, labels.data(), kCell, pixels);
+      kernels_.label(input, rows, of_, others, {labels.data(), kCell}, pixels);
       for (int y = 0; y < rows; ++y)
         std::copy_n(labels.data() + std::ptrdiff_t(y) * kCell, width, out_.labels.row(y0 + y) + x0);
     }
@@ -406,44 +412,6 @@ void check(const DepthImage& image, const RayTable& rays, const PlaneOptions& op
 
 }  // namespace
 
-Eigen::Matrix<double, 3, 2> turns_of(const Vec3& normal) {
-  Eigen::Matrix<double, 3, 2> turns;
-  turns.col(0) = normal.unitOrthogonal();
-  turns.col(1) = normal.cross(turns.col(0));
-  return turns;
-}
-
-Mat3 turn_covariance(const PlaneEstimate& estimate) {
-  Eigen::Matrix<double, 3, 4> j = Eigen::Matrix<double, 3, 4>::Zero();
-  j.topLeftCorner<2, 3>() = turns_of(estimate.plane.normal).transpose();
-  j(2, 3) = 1;
-  return j * estimate.covariance * j.transpose();
-}
-
-PlaneEstimate transformed(const Pose& target_from_source, const PlaneEstimate& in_source,
-                          const Mat6& pose_covariance) {
-  PlaneEstimate out;
-  out.plane = target_from_source * in_source.plane;
-  Mat4 j = Mat4::Identity();
-  j.topLeftCorner<3, 3>() = target_from_source.rotation_matrix();
-  j.bottomLeftCorner<1, 3>() = -target_from_source.translation.transpose() * j.topLeftCorner<3, 3>();
-  out.covariance = j * in_source.covariance * j.transpose();
-  // A left increment [w, v] turns the normal by w x n and moves the offset by -n . v.
-  Eigen::Matrix<double, 4, 6> k = Eigen::Matrix<double, 4, 6>::Zero();
-  k.topLeftCorner<3, 3>() = -hat(out.plane.normal);
-  k.bottomRightCorner<1, 3>() = -out.plane.normal.transpose();
-  out.covariance += k * pose_covariance * k.transpose();
-  return out;
-}
-
-double squared_sigmas(const PlaneEstimate& estimate, const Plane& truth) {
-  const double side = truth.normal.dot(estimate.plane.normal) < 0 ? -1 : 1;
-  Vec3 e;
-  e.head<2>() = turns_of(estimate.plane.normal).transpose() * (side * truth.normal);
-  e.z() = side * truth.offset - estimate.plane.offset;
-  return e.dot(turn_covariance(estimate).ldlt().solve(e));
-}
-
 double noise_ratio(const DepthImage& image, const RayTable& rays, const DepthNoise& noise) {
   PlaneOptions options;
   options.noise = noise;
@@ -483,7 +451,7 @@ Planes find_planes(const DepthImage& image, const RayTable& rays, const PlaneOpt
     else if (owner <= kCurveOwner)
       owner = int(out.planes.size()) + (kCurveOwner - owner);
   }
-  Labeller labeller(grid, image, rays, regions.owner, inverse_planes, options, out);
+  Labeller labeller(grid, image, rays, {regions.owner, inverse_planes}, options, out);
   labeller.run();
 
   for (std::size_t i = 0; i < out.planes.size(); ++i) out.planes[i].pixels = labeller.counts()[i];

@@ -81,14 +81,27 @@ struct Piece {
   EdgeProfile profile;
 };
 
-/// The pieces of one run, at least `fewest` of them where they are not too short for it, `trim` pixels off
-/// its ends, `reach` pixels to both sides.
-void fit_run(const ViewU8& image, const SeenRun& run, const MarkerWarp& warp, int fewest, double trim,
-             double reach, double blur, const Vec2& light_gradient, std::vector<Piece>& pieces) {
+/// How a run is divided into pieces.
+struct RunDivision {
+  int min_pieces;  ///< where they are not too short for it
+  double trim;     ///< pixels off the run's ends
+};
+
+/// What is known of the edges before they are fitted, as in EdgeBox.
+struct KnownEdge {
+  double reach;  ///< pixels to both sides
+  double blur;
+  Vec2 light_gradient;
+};
+
+/// Appends the pieces of one run.
+void fit_run(const ViewU8& image, const SeenRun& run, const MarkerWarp& warp, const RunDivision& division,
+             const KnownEdge& edge, std::vector<Piece>& pieces) {
+  const double trim = division.trim;
   const double usable = run.length - 2 * trim;
   if (usable < kShortestPiece) return;
-  const int count =
-      std::max(std::min(fewest, int(usable / kShortestPiece)), int(std::lround(usable / kPieceLength)));
+  const int count = std::max(std::min(division.min_pieces, int(usable / kShortestPiece)),
+                             int(std::lround(usable / kPieceLength)));
   const double share = usable / run.length / count;
   for (int i = 0; i < count; ++i) {
     const double from = trim / run.length + i * share;
@@ -101,8 +114,8 @@ void fit_run(const ViewU8& image, const SeenRun& run, const MarkerWarp& warp, in
     const Vec2 tangent = (*b - *a).normalized();
     Vec2 normal(-tangent.y(), tangent.x());
     if (normal.dot(*white - *at) < 0) normal = -normal;
-    const auto profile =
-        fit_edge_profile(image, {*at, normal, 0.5 * (*b - *a).norm(), reach, blur, light_gradient});
+    const auto profile = fit_edge_profile(
+        image, {*at, normal, 0.5 * (*b - *a).norm(), edge.reach, edge.blur, edge.light_gradient});
     if (!profile) continue;
     pieces.push_back({{middle, run.towards_white, *at + profile->offset * normal, 0}, *profile});
   }
@@ -168,8 +181,8 @@ FoundEdges find_edges(const ViewU8& image, const MarkerCells& codes, int id, con
   // The sides come first: from them the blur, which sets the distance from other edges, and the light.
   std::vector<Piece> pieces;
   for (std::size_t i = 0; i < std::min<std::size_t>(4, runs.size()); ++i)
-    fit_run(image, runs[i], warp, kFewestOnSide, runs[i].cell_px, std::clamp(0.6 * runs[i].cell_px, 2.5, 8.0),
-            1, Vec2::Zero(), pieces);
+    fit_run(image, runs[i], warp, {kFewestOnSide, runs[i].cell_px},
+            {std::clamp(0.6 * runs[i].cell_px, 2.5, 8.0), 1, Vec2::Zero()}, pieces);
   if (pieces.empty()) return {};
   const double blur = median_of_pieces(pieces, [](const Piece& p) { return p.profile.blur; });
   const double contrast = median_of_pieces(pieces, [](const Piece& p) { return p.profile.contrast; });
@@ -179,7 +192,7 @@ FoundEdges find_edges(const ViewU8& image, const MarkerCells& codes, int id, con
   for (std::size_t i = 0; i < runs.size(); ++i) {
     const double reach = std::min(3 * blur + 1.5, runs[i].cell_px - 2 * blur);
     if (reach >= 1.5 * blur + 0.5)
-      fit_run(image, runs[i], warp, i < 4 ? kFewestOnSide : 1, 2.5 * blur + 0.7, reach, blur, gradient,
+      fit_run(image, runs[i], warp, {i < 4 ? kFewestOnSide : 1, 2.5 * blur + 0.7}, {reach, blur, gradient},
               pieces);
   }
   const auto is_odd = [&](const Piece& p) {

@@ -192,9 +192,17 @@ Detections not_lit(ImageSize projector_size, const std::string& why) {
 
 const char* const kTooFewCorners = "fewer than four points of the board were found in the camera's image";
 
-Detections project(const Detections& in_camera, const Board& board, const BoardPlace& place,
-                   const Print& print, const std::vector<Measured>& measured, ImageSize projector_size,
-                   const BoardLightOptions& options) {
+/// A board in a camera's image.
+struct SeenBoard {
+  const Detections& in_camera;
+  const Board& board;
+  const BoardPlace& place;
+  const Print& print;
+};
+
+Detections project(const SeenBoard& seen_board, const std::vector<Measured>& measured,
+                   ImageSize projector_size, const BoardLightOptions& options) {
+  const auto& [in_camera, board, place, print] = seen_board;
   const auto base = projector_from_camera(print, measured, in_camera.image_size, projector_size);
   if (!base)
     return not_lit(projector_size,
@@ -263,8 +271,9 @@ Detections project_board(const Detections& in_camera, const Board& board, const 
           "project_board: detections and decoded map differ in size");
   const auto place = BoardPlace::fit(in_camera, board);
   if (!place) return not_lit(decoded.projector_size, kTooFewCorners);
-  return project(in_camera, board, *place, Print(*place, in_camera, board, artwork, options.border_px),
-                 measured_by(edges, decoded.step), decoded.projector_size, options);
+  const Print print(*place, in_camera, board, artwork, options.border_px);
+  return project({in_camera, board, *place, print}, measured_by(edges, decoded.step), decoded.projector_size,
+                 options);
 }
 
 Detections project_board(const Detections& in_camera, const Board& board, const BoardArtwork& artwork,
@@ -274,7 +283,7 @@ Detections project_board(const Detections& in_camera, const Board& board, const 
   const auto place = BoardPlace::fit(in_camera, board);
   if (!place) return not_lit(light.projector_size, kTooFewCorners);
   const Print print(*place, in_camera, board, artwork, options.border_px);
-  return project(in_camera, board, *place, print, measured_by(light, print), light.projector_size, options);
+  return project({in_camera, board, *place, print}, measured_by(light, print), light.projector_size, options);
 }
 
 }  // namespace procam::pattern

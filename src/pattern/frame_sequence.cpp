@@ -99,6 +99,7 @@ AxisWaves waves_of(const FrameSequence& sequence, ImageSize projector_size, Stri
   }
   std::sort(all.begin(), all.end(), [](const Steps& a, const Steps& b) { return a.period < b.period; });
   AxisWaves waves;
+  waves.axis = axis;
   waves.size = axis == StripeAxis::kColumn ? projector_size.width : projector_size.height;
   for (Steps& steps : all) {
     std::stable_sort(steps.by_phase.begin(), steps.by_phase.end());
@@ -363,12 +364,15 @@ LightMap decode(const std::vector<ViewU8>& captures, const FrameSequence& sequen
     map.diagnostics.append(codes->diagnostics);
   }
   WaveCounts counts;
-  for (int a = 0; a < 2; ++a)
-    decode_waves(captures, axes[a], a,
-                 !codes   ? nullptr
-                 : a == 0 ? &codes->columns
-                          : &codes->rows,
-                 sequence.step, noise, options, map, counts);
+  for (const AxisWaves& axis : axes) {
+    const Image<std::int16_t>* const gray_codes = !codes                             ? nullptr
+                                                  : axis.axis == StripeAxis::kColumn ? &codes->columns
+                                                                                     : &codes->rows;
+    const WaveCounts seen = decode_waves(captures, axis, {gray_codes, sequence.step}, noise, options, map);
+    counts.lit += seen.lit;
+    counts.saturated += seen.saturated;
+    counts.decoded += seen.decoded;
+  }
   const auto percent = [](long part, long all) { return std::to_string(100 * part / std::max(1L, all)); };
   const long pixels = 2L * map.camera_size().width * map.camera_size().height;
   if (counts.saturated > counts.lit / 100)

@@ -181,7 +181,7 @@ class Scan {
         const int open = std::max(open_here[x], open_next[x]);
         Last& previous = last[std::size_t(along_x_ ? y : x)];
         if (open < bits_ && here[x] >> open != next[x] >> open)
-          append_between(x, y, 1, open, bits_, previous, edges);
+          append_between({x, y, 1}, open, bits_, previous, edges);
         // A blurred edge leaves its bit and all finer ones undecided over some pixels; beyond them they are
         // known again.
         if (open_next[x] <= open_here[x]) continue;
@@ -190,7 +190,7 @@ class Scan {
           const int open_there = leading_.undecided.at(x + gap * dx, y + gap * dy);
           if (open_there >= open_next[x]) continue;
           const int beyond = std::max(int(open_here[x]), open_there);
-          append_between(x, y, gap, beyond, open_next[x], previous, edges);
+          append_between({x, y, gap}, beyond, open_next[x], previous, edges);
           break;
         }
       }
@@ -198,6 +198,10 @@ class Scan {
   }
 
  private:
+  /// Two pixels on a line along the scan: (x, y), and the pixel `gap` further.
+  struct PixelPair {
+    int x, y, gap;
+  };
   /// The edge found last on a line.
   struct Last {
     int boundary = -1;
@@ -236,10 +240,11 @@ class Scan {
     return sum / double(values.size() - 2 * quarter);
   }
 
-  /// The edges between (x, y) and the pixel `gap` further in the bit planes [first_bit, end_bit), where both
-  /// pixels are decided. Without their b finest bits, codes change in bit b where they pass an odd number.
-  void append_between(int x, int y, int gap, int first_bit, int end_bit, Last& last,
+  /// The edges between the pair in the bit planes [first_bit, end_bit), where both pixels are decided. Without their b
+  /// finest bits, codes change in bit b where they pass an odd number.
+  void append_between(const PixelPair& pair, int first_bit, int end_bit, Last& last,
                       std::vector<StripeEdge>& edges) const {
+    const auto [x, y, gap] = pair;
     const int px = along_x_ ? x + gap : x, py = along_x_ ? y : y + gap;
     for (int bit = first_bit; bit < end_bit; ++bit) {
       const int code = leading_.codes.at(x, y) >> bit, other = leading_.codes.at(px, py) >> bit;
@@ -248,7 +253,7 @@ class Scan {
       // Two boundaries of one bit between two pixels: its light determines neither.
       if (odd_between(low, high) != 1) continue;
       const int boundary = ((low + 1) | 1) << bit;
-      if (const std::optional<Crossing> crossing = locate(x, y, gap, bit)) {
+      if (const std::optional<Crossing> crossing = locate(pair, bit)) {
         const double position = crossing->position + (along_x_ ? x : y);
         if (last.boundary == boundary && std::abs(position - last.position) < kReach) continue;
         last = {boundary, position};
@@ -263,9 +268,10 @@ class Scan {
     }
   }
 
-  std::optional<Crossing> locate(int x, int y, int gap, int bit) const {
-    const std::size_t pair = std::size_t(first_frame_ + 2 * (bits_ - 1 - bit));
-    const BitPlane plane(captures_[pair], captures_[pair + 1], captures_.back(), variance_);
+  std::optional<Crossing> locate(const PixelPair& pair, int bit) const {
+    const int x = pair.x, y = pair.y, gap = pair.gap;
+    const std::size_t frame = std::size_t(first_frame_ + 2 * (bits_ - 1 - bit));
+    const BitPlane plane(captures_[frame], captures_[frame + 1], captures_.back(), variance_);
     const int last_pixel = (along_x_ ? decoded_.camera_size().width : decoded_.camera_size().height) - 1;
     const auto sample = [&](int i) -> std::optional<Sample> {
       const int at = (along_x_ ? x : y) + i;
@@ -285,7 +291,7 @@ class Scan {
     const double step = last.contrast - first.contrast;
 
     // Outwards over the edge's own width, to the first sample that is steady or no longer on this edge.
-    const int reach = reach_of(x, y, gap, bit);
+    const int reach = reach_of(pair, bit);
     for (const int direction : {-1, 1}) {
       Sample inner = direction < 0 ? first : last;
       for (int i = 1; i <= reach && std::abs(inner.contrast) <= kInformative; ++i) {
@@ -319,11 +325,12 @@ class Scan {
     return crossing;
   }
 
-  /// How many pixels beyond the pair at (x, y) are still on the slope of its boundary: no further than half
+  /// How many pixels beyond the pair are still on the slope of its boundary: no further than half
   /// way to where the bit is steady, since beyond, the bit's next boundary bends the profile. Half way is
   /// half a stripe of this bit, which follows from the number of stripes nearby, never fewer than there are.
   /// Zero where that is not known.
-  int reach_of(int x, int y, int gap, int bit) const {
+  int reach_of(const PixelPair& pair, int bit) const {
+    const int x = pair.x, y = pair.y, gap = pair.gap;
     const int before = kDensityReach, after = gap + kDensityReach;
     const int length = along_x_ ? decoded_.camera_size().width : decoded_.camera_size().height;
     const auto code_at = [&](int i) {

@@ -242,10 +242,13 @@ NoiseModel noise_of_waves(const std::vector<ViewU8>& captures, const Wave& wave)
   return noise_of_steps(by_phase, 0, int(steps));
 }
 
-void decode_waves(const std::vector<ViewU8>& captures, const AxisWaves& axis, int a,
-                  const Image<std::int16_t>* gray, int step, const NoiseModel& noise,
-                  const PhaseOptions& options, LightMap& map, WaveCounts& counts) {
+WaveCounts decode_waves(const std::vector<ViewU8>& captures, const AxisWaves& axis,
+                        const WaveNumbers& numbers, const NoiseModel& noise, const PhaseOptions& options,
+                        LightMap& map) {
   const ImageSize size = captures[0].size();
+  const Image<std::int16_t>* const gray = numbers.codes;
+  const int step = numbers.step, channel = axis.axis == StripeAxis::kColumn ? 0 : 1;
+  WaveCounts counts;
   const bool by_fractions = gray == nullptr && !axis.spans_frame();
   const double misfit = by_fractions ? misfit_of_phases(captures, axis, options.min_modulation) : 0;
   std::vector<RowPhase> phases(axis.waves.size(), RowPhase(size.width));
@@ -282,11 +285,12 @@ void decode_waves(const std::vector<ViewU8>& captures, const AxisWaves& axis, in
       if (!(at.sigma > 0 && at.sigma <= options.max_sigma_px) || at.value < -0.5 ||
           at.value >= axis.size - 0.5)
         continue;
-      map.pixel.at(x, y, a) = float(at.value);
-      map.sigma.at(x, y, a) = float(at.sigma);
+      map.pixel.at(x, y, channel) = float(at.value);
+      map.sigma.at(x, y, channel) = float(at.sigma);
       ++counts.decoded;
     }
   }
+  return counts;
 }
 
 void flat_light_of(const std::vector<ViewU8>& captures, const Wave& wave, int y, std::vector<float>& mean,

@@ -7,6 +7,7 @@
 #include "procam/core/base/image.hpp"
 #include "procam/core/rig/decoded_map.hpp"
 #include "procam/core/rig/light_map.hpp"
+#include "procam/core/rig/stripe_edge.hpp"
 #include "procam/pattern/frame_sequence.hpp"
 
 namespace procam::pattern {
@@ -26,6 +27,7 @@ std::optional<Wave> fit_wave(double period, const std::vector<int>& frames,
 
 /// The waves of one axis, finest first.
 struct AxisWaves {
+  StripeAxis axis = StripeAxis::kColumn;
   int size = 0;  ///< projector pixels
   std::vector<Wave> waves;
 
@@ -43,11 +45,16 @@ struct WaveCounts {
   long lit = 0, saturated = 0, decoded = 0;
 };
 
-/// Channel `a` of the map. `gray`: codes of the axis, in stripes of `step` pixels, that number the waves;
-/// nullptr where the waves do it themselves.
-void decode_waves(const std::vector<ViewU8>& captures, const AxisWaves& axis, int a,
-                  const Image<std::int16_t>* gray, int step, const NoiseModel& noise,
-                  const PhaseOptions& options, LightMap& map, WaveCounts& counts);
+/// Gray codes of an axis, in stripes of `step` projector pixels, that number the waves.
+struct WaveNumbers {
+  const Image<std::int16_t>* codes = nullptr;  ///< nullptr: the waves number themselves
+  int step = 1;
+};
+
+/// The axis' channel of the map: 0 of columns, 1 of rows.
+WaveCounts decode_waves(const std::vector<ViewU8>& captures, const AxisWaves& axis,
+                        const WaveNumbers& numbers, const NoiseModel& noise, const PhaseOptions& options,
+                        LightMap& map);
 
 /// Grey levels A of flat light and B of the modulation.
 void flat_light_of(const std::vector<ViewU8>& captures, const Wave& wave, int y, std::vector<float>& mean,

@@ -147,7 +147,7 @@ class CpuRenderer::State {
       for (std::size_t i = first; i < steps.size(); ++i) {
         const auto item = std::size_t(steps[i]);
         if (steps[i] == TileSteps::kCast) {
-          i = cast(steps, i + 1, casts++, plan, tile);
+          i = cast({steps, i + 1, casts++}, plan, tile);
           continue;
         }
         const ItemTextures<Texture> textures = items_[item].template textures<Texture>();
@@ -175,11 +175,17 @@ class CpuRenderer::State {
     return false;
   }
 
-  /// Draws the `n`-th cast of a tile, which begins at step `first`; its kCast's place is returned.
+  /// The `n`-th cast of a tile, which begins at step `first`.
+  struct TileCast {
+    const std::vector<int>& steps;
+    std::size_t first, n;
+  };
+  /// Draws it; its kCast's place is returned.
   template <typename Texture>
-  std::size_t draw_cast(const std::vector<int>& steps, std::size_t first, std::size_t n,
-                        std::vector<ItemTextures<Texture>>& textures, RoomRows<typename Texture::Pixel>& rows,
-                        Plan& plan, Tile<typename Texture::Pixel>& tile) const {
+  std::size_t draw_cast(const TileCast& tile_cast, std::vector<ItemTextures<Texture>>& textures,
+                        RoomRows<typename Texture::Pixel>& rows, Plan& plan,
+                        Tile<typename Texture::Pixel>& tile) const {
+    auto [steps, first, n] = tile_cast;
     plan.cast.clear();
     textures.clear();
     for (; steps[first] != TileSteps::kCast; ++first) {
@@ -198,18 +204,16 @@ class CpuRenderer::State {
     // What stays is kept from the second frame on. What moves in every frame is not: that would be written to
     // memory for nothing.
     MeshTile& cast = kept[n].expects(plan.cast) ? kept[n] : plan.moving;
-    plan.caster.cast(plan.cast, lens_.pieces(tile.x, tile.y), area(), kernels_, tile.x, tile.y, tile.rect,
+    plan.caster.cast(plan.cast, lens_.pieces(tile.x, tile.y), area(), kernels_, {tile.x, tile.y, tile.rect},
                      cast);
     cast.draw(textures, kernels_, rows, tile);
     return first;
   }
-  std::size_t cast(const std::vector<int>& steps, std::size_t first, std::size_t n, Plan& plan,
-                   Tile<Light>& tile) const {
-    return draw_cast(steps, first, n, plan.lights, plan.light_rows, plan, tile);
+  std::size_t cast(const TileCast& tile_cast, Plan& plan, Tile<Light>& tile) const {
+    return draw_cast(tile_cast, plan.lights, plan.light_rows, plan, tile);
   }
-  std::size_t cast(const std::vector<int>& steps, std::size_t first, std::size_t n, Plan& plan,
-                   Tile<Value>& tile) const {
-    return draw_cast(steps, first, n, plan.values, plan.value_rows, plan, tile);
+  std::size_t cast(const TileCast& tile_cast, Plan& plan, Tile<Value>& tile) const {
+    return draw_cast(tile_cast, plan.values, plan.value_rows, plan, tile);
   }
 
   /// Asks for the memory that will be written when the tile is drawn.

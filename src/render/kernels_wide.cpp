@@ -212,8 +212,15 @@ void sample_cells(const TexelsView<Value>& texels, const RowCells& cells, std::p
   }
 }
 
-void find_long_cells(const TexelsView<Value>& texels, const Points& points, int begin, int count,
-                     float steps_across, float steps_down, int at, RowCells& cells) {
+/// Points [begin, begin + count), in steps of a texel, whose cells go to places from `at` on.
+struct CellRun {
+  int begin, count, at;
+  float steps_across, steps_down;
+};
+
+void find_long_cells(const TexelsView<Value>& texels, const Points& points, const CellRun& run,
+                     RowCells& cells) {
+  const auto [begin, count, at, steps_across, steps_down] = run;
   const Floats of_u = all(1 / steps_across), of_v = all(1 / steps_down);
   const Floats last_u = all(float(texels.width - 1)), last_v = all(float(texels.height - 1));
   const Ints stride = hn::Set(kInt, texels.stride);
@@ -229,7 +236,7 @@ void find_long_cells(const TexelsView<Value>& texels, const Points& points, int 
 
 void sample_values(const TexelsView<Value>& texels, const Points& points, int begin, int count, Value* to) {
   RowCells cells;
-  find_long_cells(texels, points, begin, (count + kLanes - 1) / kLanes * kLanes, 1, 1, 0, cells);
+  find_long_cells(texels, points, {begin, (count + kLanes - 1) / kLanes * kLanes, 0, 1, 1}, cells);
   sample_cells(texels, cells, points.soon, count, to);
 }
 
@@ -274,7 +281,7 @@ void find_row_cells(const TexelsView<Value>& texels, const RowMap& row, int begi
   if (!has_short_sides(texels)) {
     Points points;
     locate(row, begin, end, false, points);
-    find_long_cells(texels, points, begin, end - begin, kStepsAcross, kStepsDown, at, cells);
+    find_long_cells(texels, points, {begin, end - begin, at, kStepsAcross, kStepsDown}, cells);
   } else if (is_straight(row)) {
     find_short_cells<true>(texels, row, begin, end - begin, at, cells);
   } else {

@@ -103,7 +103,7 @@ void MeshTile::draw_row(const std::vector<ItemTextures<Texture>>& textures, int 
           float* const to = numbers(rows.points, k) + begin;
           for (int i = 0; i < end - begin; ++i) to[i] = from[i] * size[k % 2];
         }
-        sample(kernels, level, taps, rows.points, begin, end - begin, into);
+        sample(kernels, level, taps, {rows.points, begin, end - begin}, into);
       };
       sample_block(*textures[a].content, taps_[n], drawn + 4 * begin);
       if (textures[a].mask) {
@@ -142,7 +142,7 @@ void MeshTile::draw_edge(const std::vector<ItemTextures<Texture>>& textures, con
       const TexelsView<Pixel> level = texture.level(taps.level);
       const float size[2] = {float(level.width), float(level.height)};
       for (int k = 0; k < 6; ++k) numbers(rows.points, k)[0] = part.texcoords[k] * size[k % 2];
-      sample(kernels, level, taps, rows.points, 0, 1, to);
+      sample(kernels, level, taps, {rows.points, 0, 1}, to);
     };
     const ItemTextures<Texture>& shown = textures[std::size_t(part.item)];
     Pixel drawn[4 * kLanes], alpha[4 * kLanes];
@@ -195,13 +195,13 @@ void MeshCaster::follow(const LensPiece& piece, const PixelRect& rect, const Ker
   }
 }
 
-void MeshCaster::find_hits(const MeshLayer& layer, int tile_x, int tile_y, const PixelRect& rect,
-                           const Kernels& kernels, Hits& hits) const {
+void MeshCaster::find_hits(const MeshLayer& layer, const GridTile& tile, const Kernels& kernels,
+                           Hits& hits) const {
   std::fill(std::begin(hits.nearness), std::end(hits.nearness), 0.0f);
   std::fill(std::begin(hits.facet), std::end(hits.facet), -1);
-  const FacetBoxes boxes = layer.boxes(tile_x, tile_y);
-  kernels.cast(layer.facets().data(), layer.borders(), boxes.data, boxes.count, rect.x0, rect.y0, rays_,
-               hits);
+  const FacetBoxes boxes = layer.boxes(tile.x, tile.y);
+  kernels.cast(layer.facets().data(), layer.borders(), boxes.data, boxes.count, tile.rect.x0, tile.rect.y0,
+               rays_, hits);
 }
 
 void MeshCaster::nearest_first(std::vector<Fragment>& fragments) {  // a handful
@@ -239,20 +239,22 @@ bool MeshCaster::is_visible(const std::vector<CastItem>& items, int item, int at
   return true;
 }
 
-/// What the sub-pixels hit.
-void MeshCaster::find_sub_hits(const MeshLayer& layer, const Kernels& kernels, int x, int y, int tile_x,
-                               int tile_y) {
+/// What the sub-pixels of pixel (x, y) of the tile hit.
+void MeshCaster::find_sub_hits(const MeshLayer& layer, const Kernels& kernels, int x, int y,
+                               const GridTile& tile) {
   sub_boxes_.clear();
-  for (const FacetBox& box : layer.boxes(tile_x, tile_y))
-    if (MeshLayer::touches(box, x, y)) sub_boxes_.push_back({0, 0, kSub, 1, box.facet});
+  for (const FacetBox& box : layer.boxes(tile.x, tile.y))
+    if (MeshLayer::touches(box, x + tile.rect.x0, y + tile.rect.y0))
+      sub_boxes_.push_back({0, 0, kSub, 1, box.facet});
   std::fill_n(sub_hits_.nearness + ray_place(0, 0), kSub, 0.0f);
   std::fill_n(sub_hits_.facet + ray_place(0, 0), kSub, -1);
   kernels.cast(layer.facets().data(), layer.borders(), sub_boxes_.data(), sub_boxes_.size(), 0, 0, sub_rays_,
                sub_hits_);
 }
 
-void MeshCaster::add_edge(const std::vector<CastItem>& items, const Kernels& kernels, int x, int y, bool area,
-                          const PixelRect& rect, int tile_x, int tile_y, MeshTile& to) {
+void MeshCaster::add_edge(const Kernels& kernels, int x, int y, bool area, const GridTile& tile,
+                          MeshTile& to) {
+  const std::vector<CastItem>& items = to.items_;
   const int at = ray_place(x, y);
   const Vec3 centre = ray(at), by_x = slope(at, 1), by_y = slope(at, kRayAcross);
   for (int k = 0; k < kSub; ++k) {
@@ -263,7 +265,7 @@ void MeshCaster::add_edge(const std::vector<CastItem>& items, const Kernels& ker
   }
   for (std::vector<Fragment>& met : sub_fragments_) met.clear();
   for (std::size_t a = 0; a < items.size(); ++a) {
-    find_sub_hits(*items[a].layer, kernels, x + rect.x0, y + rect.y0, tile_x, tile_y);
+    find_sub_hits(*items[a].layer, kernels, x, y, tile);
     for (int k = 0; k < kSub; ++k)
       if (const int facet = sub_hits_.facet[ray_place(k, 0)]; facet >= 0)
         sub_fragments_[k].push_back({int(a), facet, sub_hits_.nearness[ray_place(k, 0)]});
@@ -407,7 +409,8 @@ void MeshCaster::add_runs(const std::vector<CastItem>& items, int y, int width, 
 }
 
 void MeshCaster::cast(const std::vector<CastItem>& items, const std::vector<LensPiece>& pieces, bool area,
-                      const Kernels& kernels, int tile_x, int tile_y, const PixelRect& rect, MeshTile& to) {
+                      const Kernels& kernels, const GridTile& tile, MeshTile& to) {
+  const PixelRect& rect = tile.rect;
   to.items_ = items;
   to.cast_ = true;
   to.texcoords_ = area ? 6 : 2;
@@ -428,8 +431,7 @@ void MeshCaster::cast(const std::vector<CastItem>& items, const std::vector<Lens
   }
   if (hits_.size() < items.size()) hits_.resize(items.size());
   if (texcoords_.size() < items.size() * MeshTile::kStrip) texcoords_.resize(items.size() * MeshTile::kStrip);
-  for (std::size_t a = 0; a < items.size(); ++a)
-    find_hits(*items[a].layer, tile_x, tile_y, rect, kernels, hits_[a]);
+  for (std::size_t a = 0; a < items.size(); ++a) find_hits(*items[a].layer, tile, kernels, hits_[a]);
 
   const int width = rect.width();
   for (int y = 0; y < rect.height(); ++y) {
@@ -462,7 +464,7 @@ void MeshCaster::cast(const std::vector<CastItem>& items, const std::vector<Lens
     add_row(items, y, width, edges, to);
     add_runs(items, y, width, edges, to);
     for (int x = edges.first(0, width); x < width; x = edges.first(x + 1, width))
-      add_edge(items, kernels, x, y, area, rect, tile_x, tile_y, to);
+      add_edge(kernels, x, y, area, tile, to);
   }
 }
 

@@ -106,12 +106,18 @@ class MeshTile {
   std::vector<std::uint8_t> orders_;
 };
 
+/// A tile of the frame: its place in the grid of tiles, and its pixels.
+struct GridTile {
+  int x = 0, y = 0;
+  PixelRect rect;
+};
+
 /// Casts at tiles. Its memory is kept from tile to tile.
 class MeshCaster {
  public:
   /// The items are in the scene's order. `area`: the mean over pixels, else one sample each.
   void cast(const std::vector<CastItem>& items, const std::vector<LensPiece>& pieces, bool area,
-            const Kernels& kernels, int tile_x, int tile_y, const PixelRect& rect, MeshTile& to);
+            const Kernels& kernels, const GridTile& tile, MeshTile& to);
 
  private:
   struct Fragment {
@@ -128,17 +134,15 @@ class MeshCaster {
            (ray(forward ? at + step : at) - ray(backward ? at - step : at));
   }
   void follow(const LensPiece& piece, const PixelRect& rect, const Kernels& kernels);
-  void find_hits(const MeshLayer& layer, int tile_x, int tile_y, const PixelRect& rect,
-                 const Kernels& kernels, Hits& hits) const;
+  void find_hits(const MeshLayer& layer, const GridTile& tile, const Kernels& kernels, Hits& hits) const;
   bool is_even(const std::vector<CastItem>& items, int at) const;
   bool is_visible(const std::vector<CastItem>& items, int item, int at) const;
   FilterGrid taps_of(ImageSize content, int levels, const Hits& hits, const TexCoords* rows,
                      const PixelRect& block) const;
   void add_row(const std::vector<CastItem>& items, int y, int width, const RowBits& edges, MeshTile& to);
   void add_runs(const std::vector<CastItem>& items, int y, int width, const RowBits& edges, MeshTile& to);
-  void add_edge(const std::vector<CastItem>& items, const Kernels& kernels, int x, int y, bool area,
-                const PixelRect& rect, int tile_x, int tile_y, MeshTile& to);
-  void find_sub_hits(const MeshLayer& layer, const Kernels& kernels, int x, int y, int tile_x, int tile_y);
+  void add_edge(const Kernels& kernels, int x, int y, bool area, const GridTile& tile, MeshTile& to);
+  void find_sub_hits(const MeshLayer& layer, const Kernels& kernels, int x, int y, const GridTile& tile);
   static void nearest_first(std::vector<Fragment>& fragments);
 
   Rays rays_, right_, down_;          ///< directions, and (area) their changes by one pixel; x NaN: none

@@ -301,9 +301,9 @@ PlaneLayer::MapTile PlaneLayer::make_tile(const PixelRect& rect, const LensPiece
 }
 
 template <typename Pixel>
-void PlaneLayer::sample_row(const MapTile& map, const Band& band, int y, const TexelsView<Pixel>& level,
-                            const FilterGrid& taps, const Kernels& kernels, RowMemory<Pixel>& memory,
-                            Pixel* to) const {
+void PlaneLayer::sample_row(const TileRow& tile_row, const TexelsView<Pixel>& level, const FilterGrid& taps,
+                            const Kernels& kernels, RowMemory<Pixel>& memory, Pixel* to) const {
+  const auto& [map, band, y] = tile_row;
   constexpr bool kLight = std::is_same_v<Pixel, Light>;
   const Span& span = map.spans[std::size_t(y)];
   const float w = float(level.width), h = float(level.height);
@@ -355,11 +355,11 @@ void PlaneLayer::draw(const Texture& texture, const Texture* mask, const Kernels
     Pixel* const there = tile.row(y) + 4 * span.begin;
     const bool replaces = opaque && span.full_begin == 0 && span.full_end == kTileWidth;
     Pixel* const to = replaces ? there : drawn;
-    sample_row(*map, band, y, texture.level(taps.level), taps, kernels, memory, to);
+    sample_row({*map, band, y}, texture.level(taps.level), taps, kernels, memory, to);
     if (replaces) continue;
     if (mask) {
       const FilterGrid& mask_taps = map->mask_taps[std::size_t(y / kStrip)];
-      sample_row(*map, band, y, mask->level(mask_taps.level), mask_taps, kernels, memory, alpha);
+      sample_row({*map, band, y}, mask->level(mask_taps.level), mask_taps, kernels, memory, alpha);
       give_alpha(kernels, alpha, count, drawn);
     }
 

@@ -22,14 +22,20 @@ struct Tile {
   Pixel* row(int down) { return pixels.data() + std::ptrdiff_t(down) * kTileWidth * 4; }
 };
 
-/// `count` samples, of pixels (light) or values.
+/// Points [begin, begin + count).
+struct PointRun {
+  const Points& points;
+  int begin, count;
+};
+
+/// A sample for each point of the run, of pixels (light) or values.
 template <typename Pixel>
 inline void sample(const Kernels& kernels, const TexelsView<Pixel>& level, const FilterGrid& taps,
-                   const Points& points, int begin, int count, Pixel* to) {
+                   const PointRun& run, Pixel* to) {
   if constexpr (std::is_same_v<Pixel, Light>)
-    kernels.sample_light(level, taps, points, begin, count, to);
+    kernels.sample_light(level, taps, run.points, run.begin, run.count, to);
   else
-    kernels.sample_values(level, points, begin, count, to);
+    kernels.sample_values(level, run.points, run.begin, run.count, to);
 }
 
 template <typename Pixel>
@@ -140,10 +146,16 @@ class PROCAM_EXPORT PlaneLayer {
   /// Where a row's pixels look.
   template <typename Pixel>
   using RowMemory = std::conditional_t<std::is_same_v<Pixel, Light>, Points, RowCells>;
+  /// Row `y` of a tile in its band.
+  struct TileRow {
+    const MapTile& map;
+    const Band& band;
+    int y;
+  };
   /// Writes the samples of a row's pixels that the content touches. `memory`: it may be used.
   template <typename Pixel>
-  void sample_row(const MapTile& map, const Band& band, int y, const TexelsView<Pixel>& level,
-                  const FilterGrid& taps, const Kernels& kernels, RowMemory<Pixel>& memory, Pixel* to) const;
+  void sample_row(const TileRow& tile_row, const TexelsView<Pixel>& level, const FilterGrid& taps,
+                  const Kernels& kernels, RowMemory<Pixel>& memory, Pixel* to) const;
   void make_band(int y, const LensMap& lens, bool area);
   MapTile make_tile(const PixelRect& rect, const LensPiece* pieces, std::size_t count, bool area, Band& band);
   /// Part of the content in a part of the tile, unless all is outside; true: the content fills that part.

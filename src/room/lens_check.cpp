@@ -47,8 +47,8 @@ AdjustOptions freed_options(const LensPlan& plan, const RoomState& state, int th
   return options;
 }
 
-void linearise(const Adjustment& adjustment, const PointsInUse& in_use, double scatter, FreedRig& rig) {
-  const double scale = std::max(1e-6, scatter);
+void linearise(const Adjustment& adjustment, const PointsInUse& in_use, FreedRig& rig) {
+  const double scale = std::max(1e-6, in_use.scatter);
   rig.layout = adjustment.layout(rig.state);
   rig.covariance = adjustment.covariance(rig.state, rig.layout, in_use.group, in_use.groups, scale);
   const Normal normal = adjustment.normal(rig.state, rig.layout, 0);
@@ -127,25 +127,25 @@ RoomState along_focal_length(const RoomPoints& points, const LensPlan& plan, con
 }
 
 FreedRig free_lenses(const RoomPoints& points, const LensPlan& plan, const std::vector<char>& chosen,
-                     const RoomState& given, const PointsInUse& in_use, double scatter, int threads) {
-  FreedRig out = open_lenses(points, plan, given, in_use, scatter, threads);
+                     const RoomState& given, const PointsInUse& in_use, int threads) {
+  FreedRig out = open_lenses(points, plan, given, in_use, threads);
   out.state = along_focal_length(points, plan, chosen, out.state, in_use.used, threads);
   AdjustOptions options = freed_options(plan, out.state, threads);
   Adjustment adjustment(points, options);
   adjustment.used = in_use.used;
   adjustment.solve(out.state);
-  linearise(adjustment, in_use, scatter, out);
+  linearise(adjustment, in_use, out);
   return out;
 }
 
 FreedRig open_lenses(const RoomPoints& points, const LensPlan& plan, const RoomState& given,
-                     const PointsInUse& in_use, double scatter, int threads) {
+                     const PointsInUse& in_use, int threads) {
   FreedRig out{given, {}, {}, {}};
   for (std::size_t lens = 0; lens < plan.lenses.size(); ++lens)
     if (!plan.guess[lens]) out.state.lenses[lens] = with_distortion(given.lenses[lens]);
   Adjustment adjustment(points, freed_options(plan, out.state, threads));
   adjustment.used = in_use.used;
-  linearise(adjustment, in_use, scatter, out);
+  linearise(adjustment, in_use, out);
   return out;
 }
 

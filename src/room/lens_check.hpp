@@ -7,11 +7,12 @@
 
 namespace procam::room {
 
-/// Points that take part, and their groups of neighbours, as Adjustment has them.
+/// Points that take part, their groups of neighbours, as Adjustment has them, and their scatter.
 struct PointsInUse {
   std::vector<char> used;
   std::vector<int> group;
   int groups = 0;
+  double scatter = 0;  ///< by the known lenses
 };
 
 /// The rig with lenses free that were taken as known.
@@ -28,11 +29,11 @@ RoomState along_focal_length(const RoomPoints& points, const LensPlan& plan, con
                              const RoomState& given, const std::vector<char>& used, int threads);
 
 /// `plan` is widened() for the chosen lenses. `given` is the solution by the known lenses, where open_lenses() stays
-/// and free_lenses() begins; `scatter` is that of its points.
+/// and free_lenses() begins.
 FreedRig open_lenses(const RoomPoints& points, const LensPlan& plan, const RoomState& given,
-                     const PointsInUse& in_use, double scatter, int threads);
+                     const PointsInUse& in_use, int threads);
 FreedRig free_lenses(const RoomPoints& points, const LensPlan& plan, const std::vector<char>& chosen,
-                     const RoomState& given, const PointsInUse& in_use, double scatter, int threads);
+                     const RoomState& given, const PointsInUse& in_use, int threads);
 
 /// One parameter of a known lens that the light contradicts.
 struct LensDisagreement {

@@ -227,19 +227,22 @@ std::pair<Rig, simulate::CaptureOptions> room_rig(const SimulationOptions& optio
   return {session.rig(), session.capture};
 }
 
+/// The files of one camera and one projector in a view of a room.
+struct RoomPairFiles {
+  fs::path stack;  ///< the folder of the camera images
+  fs::path truth_depth, truth_pose;
+};
+
 /// What one camera records of one projector in a room, and the truth beside the view's folders.
 void write_room_pair(const simulate::CaptureOptions& capture, const simulate::Room& room,
                      const RigCamera& camera, const RigProjector& projector,
-                     const std::vector<ImageU8>& frames, bool only_camera, const fs::path& stack,
-                     const fs::path& view) {
+                     const std::vector<ImageU8>& frames, const RoomPairFiles& files) {
   const simulate::RoomView seen = simulate::scan_view(capture, room, camera, projector, frames);
-  make_folder(stack);
+  make_folder(files.stack);
   for (std::size_t frame = 0; frame < seen.captures.size(); ++frame)
-    io::save_image(stack / numbered("frame", frame, ".png"), seen.captures[frame]);
-  io::save_pfm(view / (only_camera ? "truth_depth.pfm" : "truth_depth_" + camera.name + ".pfm"),
-               seen.truth.depth);
-  io::save_pose(view / ("truth_" + camera.name + ".json"),
-                {"rig", camera.name, PoseWithCovariance{camera.rig_from_camera}});
+    io::save_image(files.stack / numbered("frame", frame, ".png"), seen.captures[frame]);
+  io::save_pfm(files.truth_depth, seen.truth.depth);
+  io::save_pose(files.truth_pose, {"rig", camera.name, PoseWithCovariance{camera.rig_from_camera}});
 }
 
 /// Views of a room. Between them the cameras are moved.
@@ -261,11 +264,14 @@ SimulatedFolder write_room(const fs::path& place, const SimulationOptions& optio
     for (const RigProjector& projector : rig.projectors)
       for (RigCamera camera : rig.cameras) {
         camera.rig_from_camera = simulate::moved_camera(camera.rig_from_camera, view);
-        fs::path stack = folder.path() / name;
+        const fs::path view_folder = folder.path() / name;
+        fs::path stack = view_folder;
         if (rig.projectors.size() > 1) stack /= projector.name;
         if (rig.cameras.size() > 1) stack /= camera.name;
-        write_room_pair(capture, room, camera, projector, frames, rig.cameras.size() == 1, stack,
-                        folder.path() / name);
+        const std::string of_camera = rig.cameras.size() == 1 ? "" : "_" + camera.name;
+        write_room_pair(capture, room, camera, projector, frames,
+                        {stack, view_folder / ("truth_depth" + of_camera + ".pfm"),
+                         view_folder / ("truth_" + camera.name + ".json")});
         ++capture.seed;  // noise of its own
       }
   }

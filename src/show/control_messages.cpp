@@ -1,4 +1,5 @@
 #include "control_messages.hpp"
+#include "picture_names.hpp"
 
 #include "procam/show/page_server.hpp"
 
@@ -45,11 +46,10 @@ json to_json(const PageStatus& status) {
       points.push_back(point && point->allFinite() ? json{point->x(), point->y()} : json(nullptr));
     surfaces.push_back({{"name", surface.name}, {"content", surface.content}, {"points", std::move(points)}});
   }
-  constexpr const char* kPictures[] = {"content", "grid", "mask"};
   return {{"frame", {status.frame.width, status.frame.height}},
           {"surfaces", std::move(surfaces)},
           {"contents", status.contents},
-          {"picture", kPictures[int(status.picture)]},
+          {"picture", kPictureNames[int(status.picture)]},
           {"frozen", status.frozen},
           {"blanked", status.blanked},
           {"unsaved", status.unsaved},

@@ -46,7 +46,7 @@ class FrameWriter {
       const bool looked_at = n == 0 && !options_.preview.empty();
       if (!output.holds_light() || looked_at) renderer_->render(scene, projector, frame);
       if (looked_at)
-        preview_ = room_preview(options_, rig_, solved_, stage_, viewer_, frame, report_.diagnostics);
+        preview_ = room_preview(options_, rig_, solved_, {frame, stage_, viewer_}, report_.diagnostics);
       if (output.holds_light()) {
         renderer_->render(scene, projector, light);
         if (blend) surface::apply_blend(*blend, light);

@@ -83,12 +83,12 @@ render::Viewpoint for_page(render::Viewpoint viewpoint) {
 }  // namespace
 
 std::optional<ImageU8> room_preview(const FrameFilesOptions& options, const Rig& rig,
-                                    const SolvedSurfaceSet& solved, const Stage& stage,
-                                    const std::optional<ViewerPass>& viewer, const ImageU8& frame,
+                                    const SolvedSurfaceSet& solved, const ShownFrame& shown,
                                     Diagnostics& diagnostics) {
   std::vector<surface::LaidOut> laid;
   const Scene surfaces = real_surfaces(solved, laid);
-  const auto eye = viewer ? std::optional(for_page(viewer->eye())) : render::facing_viewpoint(surfaces);
+  const auto eye =
+      shown.viewer ? std::optional(for_page(shown.viewer->eye())) : render::facing_viewpoint(surfaces);
   if (!eye) {
     diagnostics.warn("no_preview",
                      "all surfaces are given in projector pixels, so there is no room to look at: the "
@@ -96,8 +96,8 @@ std::optional<ImageU8> room_preview(const FrameFilesOptions& options, const Rig&
     return std::nullopt;
   }
   RoomLights lights(options, rig, solved);
-  lights.add(0, rig.projector(solved.projector), frame);
-  if (!viewer) lights.add_others(stage);
+  lights.add(0, rig.projector(solved.projector), shown.frame);
+  if (!shown.viewer) lights.add_others(shown.stage);
   simulate::PreviewOptions preview;
   preview.threads = options.rendering.threads;
   return simulate::preview(simulate::room_of(surfaces), lights.lights(), eye->camera,

@@ -54,12 +54,18 @@ class ViewerPass {
   render::ViewerScene shown_;
 };
 
-/// The room while the first projector shows `frame` and the others what `stage` has for them, as `viewer` sees
-/// it, or without one a person facing the surfaces. With a viewer the first shines alone: the others' scenes are
-/// their own. nullopt with a warning where no surface has a place in the room.
+/// A frame of the first projector, the scenes of the others, and the eye of a viewer where there is one.
+struct ShownFrame {
+  const ImageU8& frame;
+  const Stage& stage;
+  const std::optional<ViewerPass>& viewer;
+};
+
+/// The room while the first projector shows its frame and the others what the stage has for them, as the viewer
+/// sees it, or without one a person facing the surfaces. With a viewer the first shines alone: the others' scenes
+/// are their own. nullopt with a warning where no surface has a place in the room.
 std::optional<ImageU8> room_preview(const FrameFilesOptions& options, const Rig& rig,
-                                    const SolvedSurfaceSet& solved, const Stage& stage,
-                                    const std::optional<ViewerPass>& viewer, const ImageU8& frame,
+                                    const SolvedSurfaceSet& solved, const ShownFrame& shown,
                                     Diagnostics& diagnostics);
 
 }  // namespace procam::show

@@ -12,6 +12,7 @@
 #include <fstream>
 #include <utility>
 
+#include "picture_names.hpp"
 #include "procam/core/base/clock.hpp"
 #include "procam/core/base/detail/bounded_line.hpp"
 #include "procam/core/base/detail/regular_file.hpp"
@@ -27,7 +28,6 @@ namespace {
 
 constexpr const char* kHeader = "{\"format\":\"procam-run\",\"version\":1,\"conditions\":\"";
 constexpr const char* kPart = "{\"part\":";
-constexpr const char* kPictures[] = {"content", "grid", "mask"};
 
 std::uint64_t rotated(std::uint64_t x, int by) {
   return (x << by) | (x >> (64 - by));
@@ -227,7 +227,7 @@ void RunRecorder::record(const SurfaceSet& surfaces) {
 }
 
 void RunRecorder::record(TestPattern picture) {
-  state_->picture = std::string("{\"picture\":\"") + kPictures[int(picture)] + "\"}";
+  state_->picture = std::string("{\"picture\":\"") + kPictureNames[int(picture)] + "\"}";
   state_->line(state_->picture);
 }
 
@@ -355,7 +355,7 @@ struct RunReader::State {
     }
     if (const auto picture = between(line, "{\"picture\":\"", "\"}")) {
       int i = 0;
-      while (i < 3 && *picture != kPictures[i]) ++i;
+      while (i < 3 && *picture != kPictureNames[i]) ++i;
       if (i == 3) throw log_error(path, number, "'" + *picture + "' is no picture");
       return TestPattern(i);
     }

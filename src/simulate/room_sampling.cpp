@@ -47,6 +47,8 @@ struct FlatPoints {
     std::size_t ray;  ///< number of the ray, or of the pixel for its centre
     double level;
   };
+  int body;
+  Vec3 normal;  ///< of the body, against the rays
   std::size_t count = 0;
   std::array<Point, kMax> points;
 };
@@ -462,6 +464,8 @@ class RoomTracer {
         }
     };
     FlatPoints rays, centres;
+    rays.body = centres.body = body;
+    rays.normal = centres.normal = normal;
     each_point(n, [&](int x, int y, std::size_t k, const Vec3& point) {
       if (!paint.is_plain(front))
         albedo = paint.albedo(front, {eye + eyes.camera.in_body(body, point)}, share);
@@ -476,11 +480,11 @@ class RoomTracer {
     for (std::size_t l = 0; l < lights_.size(); ++l) {
       const FlatLight light = flat_light(l, eyes, body, normal, corners, in_light[l]);
       if (light.hidden == Share::kAll) continue;
-      each_lit(l, light, eyes, body, normal, rays, in_light[l],
+      each_lit(l, light, eyes, rays, in_light[l],
                [&](const FlatPoints::Point& point, const Arriving& arriving) {
                  note_light(l, point.ray, point.level, arriving);
                });
-      each_lit(l, light, eyes, body, normal, centres, in_light[l],
+      each_lit(l, light, eyes, centres, in_light[l],
                [&](const FlatPoints::Point& point, const Arriving& arriving) {
                  note_truth_light(point.ray, l, arriving);
                });
@@ -515,8 +519,9 @@ class RoomTracer {
 
   /// use(point, what arrives there) for the points that the light reaches.
   template <typename Use>
-  void each_lit(std::size_t l, const FlatLight& light, const Eyes& eyes, int body, const Vec3& normal,
-                const FlatPoints& seen, const std::vector<Candidates>& in_light, const Use& use) const {
+  void each_lit(std::size_t l, const FlatLight& light, const Eyes& eyes, const FlatPoints& seen,
+                const std::vector<Candidates>& in_light, const Use& use) const {
+    const int body = seen.body;
     const Camera& lens = lights_[l].projector.inverse_camera;
     const LightEye& eye = eyes.lights[l];
     const double strength = lights_[l].intensity * light.height;
@@ -540,7 +545,8 @@ class RoomTracer {
               }
             }
             const BodyHit hit{body, 1, {eyes.camera.eye_in_body(body) + eyes.camera.in_body(body, point)}};
-            if (const auto one = arriving(l, eyes, hit, normal, point, in_light)) use(seen.points[i], *one);
+            if (const auto one = arriving(l, eyes, hit, seen.normal, point, in_light))
+              use(seen.points[i], *one);
           }
         },
         lens.distortion);

@@ -69,10 +69,15 @@ Meeting meet_flat(const Flat& shape, const Vec3& eye, const Vec3& direction, dou
   if (!covers(shape, x, y)) return {};
   return {s, {Vec3(x, y, 0)}};
 }
-/// Both roots of a s^2 + 2 b s + c = 0, the nearer first.
+/// a s^2 + 2 b s + c = 0.
+struct Quadratic {
+  double a, b, c;
+};
+/// Both roots, the nearer first.
 template <typename Round>
-Meeting meet_round(const Round& shape, double a, double b, double c, const Vec3& eye, const Vec3& direction,
+Meeting meet_round(const Round& shape, const Quadratic& equation, const Vec3& eye, const Vec3& direction,
                    double from, double to) {
+  const auto [a, b, c] = equation;
   const double discriminant = b * b - a * c;
   if (!(discriminant > 0 && a > 0)) return {};
   const double root = std::sqrt(discriminant);
@@ -91,12 +96,12 @@ inline Meeting meet(const Polygon& shape, const Vec3& eye, const Vec3& d, double
   return meet_flat(shape, eye, d, from, to);
 }
 inline Meeting meet(const Sphere& shape, const Vec3& eye, const Vec3& d, double from, double to) {
-  return meet_round(shape, d.squaredNorm(), eye.dot(d), eye.squaredNorm() - shape.radius * shape.radius, eye,
-                    d, from, to);
+  return meet_round(shape, {d.squaredNorm(), eye.dot(d), eye.squaredNorm() - shape.radius * shape.radius},
+                    eye, d, from, to);
 }
 inline Meeting meet(const Cylinder& shape, const Vec3& eye, const Vec3& d, double from, double to) {
   const Vec2 e = eye.head<2>(), flat = d.head<2>();
-  return meet_round(shape, flat.squaredNorm(), e.dot(flat), e.squaredNorm() - shape.radius * shape.radius,
+  return meet_round(shape, {flat.squaredNorm(), e.dot(flat), e.squaredNorm() - shape.radius * shape.radius},
                     eye, d, from, to);
 }
 inline Meeting meet(const TriangleMesh& shape, const Vec3& eye, const Vec3& d, double from, double to) {

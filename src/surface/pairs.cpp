@@ -52,8 +52,7 @@ SolvedPairs solve_pairs(const Surface& surface, const Points2& content, const Po
 }
 
 void warn_of_outlying_pair(const Surface& surface, const Points2& content, const Points2& destination,
-                           double unit, const char* unit_name, double smallest, double false_alarm_rate,
-                           Diagnostics& diagnostics) {
+                           const OutlierLimit& limit, Diagnostics& diagnostics) {
   std::vector<double> weights = surface.weights;
   if (weights.empty()) weights.assign(content.size(), 1);
   int used = 0;
@@ -83,12 +82,12 @@ void warn_of_outlying_pair(const Surface& surface, const Points2& content, const
     if (chance < min_chance) {
       min_chance = chance;
       outlying = k;
-      deviation = without->residuals[k].norm() / unit;
+      deviation = without->residuals[k].norm() / limit.unit;
     }
   }
-  if (min_chance * used < false_alarm_rate && deviation > smallest)
+  if (min_chance * used < limit.false_alarm_rate && deviation > limit.min_deviation)
     diagnostics.warn("outlying_pair", "pair " + std::to_string(outlying) + " lies " + rounded(deviation) +
-                                          " " + unit_name + " from where the other " +
+                                          " " + limit.unit_name + " from where the other " +
                                           std::to_string(used - 1) +
                                           " pairs put it; measure it again or leave it out");
 }

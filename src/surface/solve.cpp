@@ -53,8 +53,9 @@ SolvedSurface solve(const Surface& surface, const PlanarSurface& planar, const R
   solved.placement = PlacedPlane{pairs.destination_from_content, projector_from_surface};
   solved.rms = pairs.rms;
   solved.residuals = pairs.residuals;
-  warn_of_outlying_pair(surface, planar.content, planar.points, 1e-3, "mm", options.smallest_outlier_mm,
-                        options.false_alarm_rate, solved.diagnostics);
+  warn_of_outlying_pair(surface, planar.content, planar.points,
+                        {1e-3, "mm", options.smallest_outlier_mm, options.false_alarm_rate},
+                        solved.diagnostics);
   return solved;
 }
 
@@ -65,8 +66,8 @@ SolvedSurface solve(const Surface& surface, const PixelSurface& pixel, const Rig
   solved.placement = PlacedPixels{pairs.destination_from_content};
   solved.rms = pairs.rms;
   solved.residuals = pairs.residuals;
-  warn_of_outlying_pair(surface, pixel.content, pixel.pixels, 1, "px", options.smallest_outlier_px,
-                        options.false_alarm_rate, solved.diagnostics);
+  warn_of_outlying_pair(surface, pixel.content, pixel.pixels,
+                        {1, "px", options.smallest_outlier_px, options.false_alarm_rate}, solved.diagnostics);
   return solved;
 }
 

@@ -59,20 +59,28 @@ struct Row {
   double residual = 0, weight = 0;
 };
 
-std::optional<Row> row_of(const Problem& problem, const Placement& placement, const Vec2& unit,
-                          const Vec2& normal, double distance, double variance, double spread_share) {
-  const Vec3 in_marker = placement.on_marker(unit);
+/// The measured distance of the print from a point of the marker.
+struct PrintReading {
+  Vec2 on_marker;           ///< units of the marker's side
+  Vec2 normal;              ///< in the image, along which the distance is measured
+  double distance = 0;      ///< pixels
+  double variance = 1;      ///< of the distance
+  double spread_share = 0;  ///< of the print's spread: 1 of an edge, 0 of a corner
+};
+
+std::optional<Row> row_of(const Problem& problem, const Placement& placement, const PrintReading& reading) {
+  const Vec3 in_marker = placement.on_marker(reading.on_marker);
   const Vec3 in_camera = placement.camera_from_marker * in_marker;
   const auto by_point = projection_jacobian(problem.camera, in_camera);
   if (!by_point) return std::nullopt;
-  const Eigen::RowVector3d n = normal.transpose() * *by_point;
+  const Eigen::RowVector3d n = reading.normal.transpose() * *by_point;
   const Eigen::RowVector3d n_marker = n * placement.camera_from_marker.rotation_matrix();
   Row row;
   row.by_pose << -n * hat(in_camera), n;
-  row.by_nuisance << -n_marker * hat(in_marker), n_marker, spread_share * kSpreadSigma;
+  row.by_nuisance << -n_marker * hat(in_marker), n_marker, reading.spread_share * kSpreadSigma;
   row.by_nuisance.head<6>() = row.by_nuisance.head<6>().cwiseProduct(problem.map_sigma.transpose());
-  row.residual = distance;
-  row.weight = 1 / variance;
+  row.residual = reading.distance;
+  row.weight = 1 / reading.variance;
   return row;
 }
 
@@ -121,8 +129,9 @@ std::optional<std::vector<Row>> rows_of(const Problem& problem, const Sighting& 
   if (uses_edges(problem, sighting)) {
     for (const MarkerEdge& edge : sighting.seen->edges) {
       const auto foot = foot_of(edge, pixel_of);
-      if (!foot || !add(row_of(problem, placement, foot->on_marker, foot->normal,
-                               foot->distance - kSpreadSigma * nuisance.spread, edge.variance, 1)))
+      if (!foot || !add(row_of(problem, placement,
+                               {foot->on_marker, foot->normal,
+                                foot->distance - kSpreadSigma * nuisance.spread, edge.variance, 1})))
         return std::nullopt;
     }
     return rows;
@@ -132,8 +141,10 @@ std::optional<std::vector<Row>> rows_of(const Problem& problem, const Sighting& 
     if (!pixel) return std::nullopt;
     for (Eigen::Index axis = 0; axis < 2; ++axis) {
       const Eigen::Index k = 2 * Eigen::Index(i) + axis;
-      if (!add(row_of(problem, placement, marker_corners()[i], Vec2::Unit(axis),
-                      sighting.seen->corners[i][axis] - (*pixel)[axis], sighting.seen->covariance(k, k), 0)))
+      if (!add(
+              row_of(problem, placement,
+                     {marker_corners()[i], Vec2::Unit(axis), sighting.seen->corners[i][axis] - (*pixel)[axis],
+                      sighting.seen->covariance(k, k), 0})))
         return std::nullopt;
     }
   }

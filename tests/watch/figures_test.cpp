@@ -64,17 +64,6 @@ struct LongRun {
                   report.estimate ? report.estimate->rejected : 0);
     return report;
   }
-  double true_error() const {
-    const Pose rig_from_projector =
-        se3_exp(world.projector_moved) * world.rig().projector().rig_from_projector;
-    double square = 0;
-    for (const LitCell& cell : watch.geometry().cells) {
-      const Plane wall = Plane::of_xy(options.walls[std::size_t(cell.surface)].rig_from_surface);
-      const Ray ray = rig_from_projector * *world.rig().projector().projector.emit(cell.projector_pixel);
-      square += (*intersect(ray, wall) - cell.point_in_rig).squaredNorm();
-    }
-    return std::sqrt(square / double(watch.geometry().cells.size()));
-  }
 };
 
 WorldOptions world_of(Content content, int seed, bool corner, bool person) {
@@ -111,7 +100,7 @@ void bump(const std::string& name, const WorldOptions& options, double seconds, 
     run.world.projector_moved << 0.2 * kDegree * direction, -0.2 * kDegree * direction.cross(centre);
   else
     run.world.projector_moved << Vec3::Zero(), 0.002 * direction;
-  const double bumped = run.time, error = run.true_error();
+  const double bumped = run.time, error = true_error(run.watch, run.world, run.options);
   while (!report.is_alarm && run.time < bumped + 10) report = run.next();
   std::string causes;
   double after = error;
@@ -128,7 +117,7 @@ void bump(const std::string& name, const WorldOptions& options, double seconds, 
         RigProjector corrected = run.watch.projector();
         corrected.rig_from_projector = se3_exp(one.moved) * corrected.rig_from_projector;
         run.watch.correct(corrected);
-        after = run.true_error();
+        after = true_error(run.watch, run.world, run.options);
       }
   }
   ++tally.runs;
@@ -185,8 +174,8 @@ TEST(WatchFigures, Timeline) {
     if (std::abs(run.time - 0.013 - bumps[1]) < 0.05)
       run.world.projector_moved.tail<3>() += Vec3(0.0015, -0.0012, 0.0005);
     const WatchReport report = run.next();
-    std::printf("%.2f,%.3f,%.3f,%.3f,%s\n", report.time, 1e3 * run.true_error(), 1e3 * report.error,
-                1e3 * report.error_sigma, to_string(report.state));
+    std::printf("%.2f,%.3f,%.3f,%.3f,%s\n", report.time, 1e3 * true_error(run.watch, run.world, run.options),
+                1e3 * report.error, 1e3 * report.error_sigma, to_string(report.state));
     if (!report.is_alarm) alarm = -1;
     if (report.is_alarm && alarm < 0) alarm = report.time;
     if (alarm < 0 || report.time < alarm + 6) continue;

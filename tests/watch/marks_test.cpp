@@ -162,19 +162,6 @@ struct MarkedShow {
     for (const double end = time + seconds - 0.25; time < end;) report = next();
     return report;
   }
-  double true_error() const {
-    const Pose rig_from_projector =
-        se3_exp(world.projector_moved) * world.rig().projector().rig_from_projector;
-    double square = 0;
-    for (const LitCell& cell : watch.geometry().cells) {
-      const Plane wall = Plane::of_xy(options.walls[std::size_t(cell.surface)].rig_from_surface);
-      const Ray ray = rig_from_projector * *watch.projector().projector.emit(cell.projector_pixel);
-      const Ray believed =
-          watch.projector().rig_from_projector * *watch.projector().projector.emit(cell.projector_pixel);
-      square += (*intersect(ray, wall) - *intersect(believed, wall)).squaredNorm();
-    }
-    return std::sqrt(square / double(watch.geometry().cells.size()));
-  }
 };
 
 TEST(Marks, ABumpBeforeAPlainColourIsFoundAndCorrected) {
@@ -188,9 +175,9 @@ TEST(Marks, ABumpBeforeAPlainColourIsFoundAndCorrected) {
     ASSERT_TRUE(report.is_alarm) << colour[0] << ": " << report.sentence;
     const Correction correction = correction_of(report, show.watch.projector());
     ASSERT_TRUE(correction.is_possible()) << colour[0] << ": " << correction.sentence;
-    EXPECT_GT(show.true_error(), 5e-3);
+    EXPECT_GT(true_error(show.watch, show.world, show.options), 5e-3);
     show.watch.correct(correction.projector, correction.covariance);
-    EXPECT_LT(show.true_error(), 5e-4) << colour[0];
+    EXPECT_LT(true_error(show.watch, show.world, show.options), 5e-4) << colour[0];
   }
 }
 

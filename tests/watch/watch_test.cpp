@@ -37,19 +37,6 @@ struct Session {
   }
 };
 
-/// Of the light of each cell from its place on the wall, metres RMS, with the full models.
-double true_error(const Session& session, const WorldOptions& options) {
-  const WatchedWorld& world = session.world;
-  const Pose rig_from_projector = se3_exp(world.projector_moved) * world.rig().projector().rig_from_projector;
-  double square = 0;
-  for (const LitCell& cell : session.watch.geometry().cells) {
-    const Plane wall = Plane::of_xy(options.walls[std::size_t(cell.surface)].rig_from_surface);
-    const Ray ray = rig_from_projector * *world.rig().projector().projector.emit(cell.projector_pixel);
-    square += (*intersect(ray, wall) - cell.point_in_rig).squaredNorm();
-  }
-  return std::sqrt(square / double(session.watch.geometry().cells.size()));
-}
-
 TEST(Watch, ABumpBehindAWalkingPersonIsFoundAndCorrected) {
   WorldOptions options;
   options.person = true;
@@ -60,7 +47,7 @@ TEST(Watch, ABumpBehindAWalkingPersonIsFoundAndCorrected) {
   EXPECT_LT(report.error, 4e-4);
   session.world.projector_moved << 0.0015, 0.0030, 0.0012, 0, 0, 0;  // 0.2 degrees
   const double bumped = session.time;
-  const double error = true_error(session, options);
+  const double error = true_error(session.watch, session.world, options);
   while (!report.is_alarm && session.time < bumped + 10) report = session.next();
   ASSERT_TRUE(report.is_alarm) << report.sentence;
   const auto causes = report.estimate->plausible();
@@ -73,7 +60,7 @@ TEST(Watch, ABumpBehindAWalkingPersonIsFoundAndCorrected) {
   corrected.rig_from_projector = (se3_exp(causes.front()->moved) * corrected.rig_from_projector).normalized();
   session.watch.correct(corrected);
   session.world.believed_rig_from_projector = corrected.rig_from_projector;
-  EXPECT_LT(true_error(session, options), 5e-4);
+  EXPECT_LT(true_error(session.watch, session.world, options), 5e-4);
   report = session.after(2.5);
   EXPECT_EQ(report.state, WatchState::kOk) << report.sentence;
 }
@@ -83,7 +70,7 @@ TEST(Watch, ALargeBumpIsFoundByTheCoarseSearch) {
   options.seed = 2;
   Session session(options);
   session.world.projector_moved << 0.012, 0.022, 0, 0, 0, 0;  // 17 pixels
-  const double error = true_error(session, options);
+  const double error = true_error(session.watch, session.world, options);
   const WatchReport report = session.after(4.6);
   EXPECT_EQ(report.state, WatchState::kMoved) << report.sentence;
   EXPECT_NEAR(report.error / error, 1, 0.05);

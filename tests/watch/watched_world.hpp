@@ -268,4 +268,16 @@ class WatchedWorld {
   std::uint64_t images_ = 0;
 };
 
+/// Of the light of each cell from its place on the wall, metres RMS, with the full models.
+inline double true_error(const Watch& watch, const WatchedWorld& world, const WorldOptions& options) {
+  const Pose rig_from_projector = se3_exp(world.projector_moved) * world.rig().projector().rig_from_projector;
+  double square = 0;
+  for (const LitCell& cell : watch.geometry().cells) {
+    const Plane wall = Plane::of_xy(options.walls[std::size_t(cell.surface)].rig_from_surface);
+    const Ray ray = rig_from_projector * *world.rig().projector().projector.emit(cell.projector_pixel);
+    square += (*intersect(ray, wall) - cell.point_in_rig).squaredNorm();
+  }
+  return std::sqrt(square / double(watch.geometry().cells.size()));
+}
+
 }  // namespace procam::watch::test

@@ -75,8 +75,8 @@ class PROCAM_EXPORT PlaneMap {
  private:
   MapPlane* match(const PlaneEstimate& in_world, const Vec3& middle_in_world);
   void fuse(MapPlane& plane, const PlaneEstimate& in_world);
-  void look(MapPlane& plane, const std::vector<int>& plane_of_label, int id, const Planes& planes,
-            const DepthImage& image, const RayTable& rays, const Pose& world_from_camera, double blend);
+  struct Frame;
+  void look(MapPlane& plane, int id, const Frame& frame, double blend) const;
   void choose_content(MapPlane& plane) const;
   void name_new(const Pose& world_from_camera);
 

@@ -1,0 +1,172 @@
+/// Patterns that project a board beside the print.
+#include "board_patterns.hpp"
+
+#include <algorithm>
+
+#include "procam/detect/board_artwork.hpp"
+#include "procam/detect/detect_board.hpp"
+#include "procam/detect/projected_board.hpp"
+#include "procam/detect/shown_board.hpp"
+#include "procam/io/board_file.hpp"
+#include "procam/io/text.hpp"
+#include "procam/pattern/projected_board.hpp"
+
+namespace procam::session {
+namespace {
+
+/// A board's counts and lengths as they are typed after the pattern's name.
+std::string layout_text(const Board& layout) {
+  const std::string text = io::format_board(layout, io::BoardUnit::kPixel);
+  return text.substr(text.find(':') + 1);
+}
+
+/// A projected board beside the print.
+class BoardOfLight : public SessionPattern {
+ public:
+  BoardOfLight(const char* name, const pattern::ProjectedBoard& shown) : name_(name), shown_(shown) {}
+
+  std::string text() const override {
+    return std::string(name_) + ":" + layout_text(shown_.layout) + (shown_.upright ? ":upright" : "") +
+           (shown_.colour ? ":colour" : "");
+  }
+  std::string describe() const override {
+    return std::to_string(frame_count()) + " frames for " + io::format_size(shown_.projector_size) +
+           (shown_.colour ? " (flat light in red, " : " (flat, ") + name_ + " of " +
+           layout_text(shown_.layout) + (shown_.colour ? " in blue)" : ")");
+  }
+  std::vector<ImageU8> frames() const override { return pattern::frames(shown_); }
+  int frame_count() const override { return pattern::frame_count(shown_); }
+  int channels() const override { return shown_.colour ? 3 : 1; }
+  std::optional<Eigen::AlignedBox2d> on_blank_paper() const override {
+    Eigen::AlignedBox2d area = pattern::area_needed(shown_);
+    if (!is_coded(shown_.layout)) return area;
+    // Any part will do: most of it makes a good view.
+    const Vec2 less = 0.5 * (1 - kShareOnPaper) * area.sizes();
+    return Eigen::AlignedBox2d(area.min() + less, area.max() - less);
+  }
+  bool looks_same_mirrored() const override { return !is_coded(shown_.layout); }
+
+  session::BoardView read(const std::string& view_name, const std::vector<ViewU8>& captures,
+                          const Board& board) const override {
+    const ProjectedBoardPoints light = light_of(captures);
+    session::BoardView view{view_name, {detect::detect_board(light.flat_lit, board), {}}, light.points};
+    view.detections[kProjectorDevice].image_size = shown_.projector_size;
+    view.detections[kProjectorDevice].diagnostics = light.diagnostics;
+    if (shown_.colour) return view;
+    Detections& in_camera = view.detections[kCameraDevice];
+    const pattern::SequenceCheck sequence =
+        pattern::check_flat_and_board(captures[0], captures[1], pixels_of(in_camera));
+    add_remarks(sequence, in_camera);
+    if (sequence.decoding_is_wrong) {
+      view.light_points.clear();
+      view.detections[kProjectorDevice].diagnostics = {};  // what was not found in the light has that cause
+    }
+    return view;
+  }
+  std::optional<ProjectedBoardPoints> read_light(const std::vector<ViewU8>& captures) const override {
+    if (!shown_.colour) require_light_in_order(captures[0], captures[1]);
+    return light_of(captures);
+  }
+
+ private:
+  static constexpr double kShareOnPaper = 0.8;
+
+  static ImageU8 channel_of(const ViewU8& image, int channel) {
+    ImageU8 one(image.size());
+    for (int y = 0; y < image.height; ++y)
+      for (int x = 0; x < image.width; ++x) one.at(x, y) = image.at(x, y, channel);
+    return one;
+  }
+  /// Of the pair flat, board: the dark shapes take light away and nothing adds any.
+  static void require_light_in_order(const ViewU8& flat_lit, const ViewU8& board_lit) {
+    constexpr int kChange = 12;  // grey levels, well above a camera's noise
+    constexpr double kMinShare = 1e-3;
+    int darker = 0, brighter = 0;
+    for (int y = 0; y < flat_lit.height; ++y)
+      for (int x = 0; x < flat_lit.width; ++x) {
+        const int change = int(flat_lit.at(x, y)) - int(board_lit.at(x, y));
+        darker += change > kChange;
+        brighter += -change > kChange;
+      }
+    const double pixels = double(flat_lit.width) * flat_lit.height;
+    if (std::max(darker, brighter) < kMinShare * pixels)
+      throw Error(ErrorKind::kInput, "the captures",
+                  "both pictures show the same light: none of the pattern's",
+                  "check that the projector is on and shows it, that the camera sees it, and the exposure");
+    if (brighter > darker)
+      throw Error(
+          ErrorKind::kInput, "the captures",
+          "the second picture is brighter than the first, which shows flat light: they are swapped, or "
+          "the room's light has changed",
+          "keep the order of make-patterns' pictures (flat first), and the room's light as it is");
+  }
+  ProjectedBoardPoints light_of(const std::vector<ViewU8>& captures) const {
+    ProjectedBoardPoints light;
+    light.flat_lit = channel_of(captures[0], 0);
+    find_points(shown_.colour ? channel_of(captures[0], 2) : channel_of(captures[1], 0), light);
+    return light;
+  }
+  void find_points(const ViewU8& board_lit, ProjectedBoardPoints& light) const {
+    Detections found = detect::detect_projected_board(board_lit, light.flat_lit, shown_.layout);
+    if (shown_.upright) detect::number_upright(found, std::get<Chessboard>(shown_.layout));
+    for (Diagnostic remark : found.diagnostics.items) {
+      remark.message = std::string("the projected ") + name_ + ": " + remark.message;
+      light.diagnostics.items.push_back(remark);
+    }
+    const Points2 pixels = pattern::point_pixels(shown_);
+    for (const Observation& point : found.observations)
+      light.points.push_back(
+          {kProjectorDevice, pixels[std::size_t(point.point)], kCameraDevice, point.pixel, point.covariance});
+  }
+
+  const char* name_;
+  pattern::ProjectedBoard shown_;
+};
+
+/// "12x9:64px" as the board of that kind, projector pixels for metres; without parameters the one that fills
+/// the picture. A last part "colour" makes one colour frame of two; "upright" before it states that the frame
+/// appears upright in the images.
+std::unique_ptr<SessionPattern> make_light(const char* name, const std::string& kind,
+                                           const std::string& parameters, ImageSize projector_size,
+                                           const Board& filling) {
+  std::string typed = parameters;
+  const auto take_last = [&](const std::string& word) {
+    const bool has = typed == word || (typed.size() > word.size() &&
+                                       typed.substr(typed.size() - word.size() - 1) == ":" + word);
+    if (has) typed.resize(typed == word ? 0 : typed.size() - word.size() - 1);
+    return has;
+  };
+  const bool in_colour = take_last("colour"), upright = take_last("upright");
+  const std::string next =
+      std::string("give e.g. ") + name + ":" + layout_text(filling) + ", or " + name + " alone";
+  Board layout = filling;
+  try {
+    if (!typed.empty()) layout = io::parse_board(kind + ":" + typed, io::BoardUnit::kPixel);
+  } catch (const Error& error) {
+    refuse(name + (":" + parameters), error.why(), next);
+  }
+  try {
+    return std::make_unique<BoardOfLight>(
+        name,
+        pattern::projected_board(projector_size, layout, detect::board_artwork(layout), in_colour, upright));
+  } catch (const Error& error) {
+    refuse(name + (":" + parameters), error.why(), error.next());
+  }
+}
+
+}  // namespace
+
+std::unique_ptr<SessionPattern> make_chessboard(const std::string& parameters, ImageSize size, int) {
+  return make_light("chessboard", "chessboard", parameters, size, pattern::chessboard_filling(size));
+}
+std::unique_ptr<SessionPattern> make_charuco(const std::string& parameters, ImageSize size, int) {
+  return make_light("charuco", "charuco", parameters, size, pattern::charuco_filling(size));
+}
+std::unique_ptr<SessionPattern> make_markers(const std::string& parameters, ImageSize size, int) {
+  return make_light("markers", "markers", parameters, size, pattern::markers_filling(size));
+}
+std::unique_ptr<SessionPattern> make_circles(const std::string& parameters, ImageSize size, int) {
+  return make_light("circles", "asymmetric-circles", parameters, size, pattern::circles_filling(size));
+}
+
+}  // namespace procam::session

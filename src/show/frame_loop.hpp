@@ -1,0 +1,142 @@
+#pragma once
+/// The loop of a running show as a class (see loop.hpp for the rules it follows). Its members are implemented by topic:
+/// loop.cpp (time and frames), loop_commands.cpp (commands, keys and the group), loop_surfaces.cpp (surfaces, contents
+/// and corrections) and loop_status.cpp (messages, faults and the control page).
+#include <deque>
+#include <map>
+#include <memory>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "light_check.hpp"
+#include "loop.hpp"
+
+namespace procam::show {
+
+class FrameLoop {
+ public:
+  FrameLoop(const LoopParts& parts, const LoopOptions& options);
+
+  Metrics run();
+
+ private:
+  // Time and frames: loop.cpp.
+  void draw_frames();
+  /// Commands that the page has accepted since the last frame are executed, and unsaved edits saved where that is asked.
+  void finish();
+  void tick();
+  /// Sleeps, and listens to the window's keys.
+  void wait_until(double due);
+  /// People and files.
+  void poll_inputs();
+  void take_poses();
+  void take_poses(track::PoseSource& source);
+  void draw(double now, double free_since);
+  void draw_new(double now, ImageU8& frame);
+  static void make_black(ImageU8& frame);
+  /// A frame that neither the page holds nor is shown while the picture is frozen.
+  std::shared_ptr<ImageU8>& unheld_frame();
+
+  // Commands, keys and the group: loop_commands.cpp.
+  void handle_window_event(device::WindowEvent wish);
+  void ask_picture(TestPattern picture);
+  void turn_to(TestPattern picture);
+  void take_commands();
+  /// Of a person here: in a group the leader executes it.
+  void accept(const Command& command);
+  void execute(const Command& command);
+  void require_content(const Command& command) const;
+  /// A page is not to open any file or device of this machine.
+  bool may_be_shown(const std::string& content) const;
+  void change_correction(const std::string& text);
+  void freeze();
+  double content_time(double now) const;
+  bool is_unsaved() const { return parts_.editor != nullptr && parts_.editor->is_unsaved(); }
+  void autosave();
+  void save();
+  void follow_group();
+  /// The state of the group's leader.
+  void take(SharedShow show);
+
+  // Surfaces, contents and corrections: loop_surfaces.cpp.
+  void take(LoadedShow loaded);
+  bool same_names(const SurfaceSet& surfaces) const;
+  bool show(Show next);
+  const SurfaceSet& surfaces_now() const;
+  /// The edited surfaces with the contents at hand; others are opened in the background.
+  bool show_edited() { return show_of(parts_.editor->surfaces()); }
+  bool show_of(const SurfaceSet& surfaces);
+  /// A content that has stopped keeps its last image: that is counted and reported once, and so is its return.
+  void check_contents();
+  /// Surfaces as the depth camera sees them now.
+  void watch_room();
+  /// The shape that the depth camera sees, as it will be at the frame's light.
+  void move_shape(double light_time);
+  void take_watch();
+  /// A corrected projector comes to its place slowly, so that the light does not jump.
+  void move_projector(double now);
+  /// Surfaces that were found elsewhere. What was edited meanwhile stays; the end is a step that can be undone.
+  void move_surfaces(double now);
+
+  // Messages, faults and the control page: loop_status.cpp.
+  void say(const std::string& message);
+  void count_fault(const char* name, const std::string& sentence);
+  void check_parts();
+  /// A sender that goes and a camera that is unplugged; a log that ends without a fault is none.
+  void check_source(std::size_t i);
+  void tell_state();
+  void publish(double now);
+  void gather_counts();
+
+  /// Runs a step whose failure must not end the show. Returns whether it succeeded.
+  template <typename Step>
+  bool guarded(const char* name, const Step& step) {
+    try {
+      step();
+      return true;
+    } catch (const std::exception& error) {
+      count_fault(name, error.what());
+      return false;
+    }
+  }
+  template <typename Record>
+  void record(const Record& what) {
+    if (recorder_ == nullptr || guarded("record", [&] { recorder_->record(what); })) return;
+    recorder_ = nullptr;
+    say("recording has stopped; the show continues");
+  }
+
+  const LoopParts& parts_;
+  const LoopOptions options_;
+  RunRecorder* recorder_ = parts_.recorder;  ///< null once it failed
+  Metrics metrics_;
+  struct Reported {
+    std::string sentence;
+    double time_s = 0;
+  };
+  std::map<std::string, Reported> reported_;  ///< faults by name
+  std::deque<std::shared_ptr<ImageU8>> frames_;
+  std::shared_ptr<ImageU8> shown_, held_;
+  std::vector<track::StampedPose> arrived_;
+  std::deque<std::string> messages_;
+  std::map<std::string, std::shared_ptr<device::ContentSource>> of_room_;  ///< null: opening, or failed
+  std::set<std::string> seen_in_room_;
+  std::map<std::string, std::string> stopped_contents_;  ///< by surface, why
+  std::vector<bool> connected_;                          ///< one a source
+  DrawnFrame drawn_;
+  std::optional<watch::Glide> glide_;  ///< of the projector, to its corrected place
+  SurfaceGlides surface_glides_;
+  LightCheck light_;
+  track::TrackState told_ = track::TrackState::kNone;
+  double begin_ = 0, newest_arrival_ = 0, published_ = 0, ticked_ = 0, autosaved_ = 0, parts_checked_ = 0,
+         gathered_ = 0;
+  double frames_per_s_ = 0, poses_per_s_ = 0;
+  std::uint64_t frames_then_ = 0, poses_then_ = 0;
+  SharedShow shared_;                                    ///< of a group, without surfaces
+  bool surfaces_changed_ = true, draws_frozen_ = false;  ///< of a group
+  bool closed_ = false, frozen_ = false, help_ = false, waiting_ = false;
+};
+
+}  // namespace procam::show

@@ -1,0 +1,100 @@
+#include "run_inputs.hpp"
+
+#include <filesystem>
+
+#include "depth_surfaces.hpp"
+#include "marker_source.hpp"
+#include "procam/detect/marker_edges.hpp"
+#include "procam/device/frame_source.hpp"
+#include "procam/io/marker_map_file.hpp"
+#include "procam/io/text.hpp"
+#include "run_options.hpp"
+
+namespace procam::show {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// The region of a shape, which the camera must have.
+std::optional<depth::PixelRegion> shape_region(const DepthSurfaces& named, const RigCamera& camera) {
+  if (!named.region) return std::nullopt;
+  const depth::PixelRegion& r = *named.region;
+  const ImageSize size = camera.camera.size;
+  if (r.width < 8 || r.height < 8 || r.x + r.width > size.width || r.y + r.height > size.height || r.x < 0 ||
+      r.y < 0)
+    throw Error(ErrorKind::kInput,
+                "region of " + std::to_string(r.width) + "x" + std::to_string(r.height) + " pixels",
+                "it is smaller than 8x8 pixels, or not inside of the " + io::format_size(size) +
+                    " pixels of camera '" + camera.name + "'",
+                "give region=X:Y:WIDTHxHEIGHT inside of the depth image");
+  return r;
+}
+
+}  // namespace
+
+std::unique_ptr<DepthSurfaceSource> watch_room(const ShowOptions& options, const Rig& rig,
+                                               const ProjectionOptions& projection) {
+  const DepthInput& depth = options.depth;
+  DepthSurfaceSourceOptions watch;
+  watch.room.camera = rig.camera(depth.camera);
+  watch.room.metres_per_unit = depth.metres_per_unit;
+  watch.room.delay = depth.delay_s;
+  watch.room.track = projection.track;
+  watch.room.child_from_rig = projection.child_from_rig;
+  if (projection.projector_from_world)
+    watch.room.world_from_rig =
+        (rig.projector(projection.projector).rig_from_projector * *projection.projector_from_world).inverse();
+  watch.room.map.up_in_world = depth.up.value_or(rig_is_world(options) ? Vec3(0, -1, 0) : Vec3(0, 0, 1));
+  if (depth.silhouettes)
+    watch.room.silhouettes =
+        is_shape_source(options.surfaces) ? shape_silhouettes() : people::SilhouetteOptions();
+  // The loss of the camera is handled as that of the poses.
+  watch.lost_after = projection.track.stale_after;
+  watch.blank_on_loss = projection.blank_on_stale;
+  const DepthSurfaces named = parse_depth_surfaces(options.surfaces);
+  if (named.is_shape) watch.room.shape.emplace().region = shape_region(named, watch.room.camera);
+  device::DepthOptions opening;
+  opening.size = watch.room.camera.camera.size;
+  return std::make_unique<DepthSurfaceSource>(
+      [source = named.source, opening] { return device::open_depth(source, opening); }, watch);
+}
+
+std::unique_ptr<track::PoseSource> open_markers(const MarkerInput& input, const Rig& rig) {
+  if (input.marker.empty() && input.markers.empty())
+    throw Error(ErrorKind::kInput, "marker camera", "no marker is named", "give a marker or a marker map");
+  const MarkerMap map =
+      input.marker.empty() ? io::load_marker_map(input.markers) : io::parse_marker(input.marker);
+  const RigCamera& camera = rig.camera(input.name);
+  device::CameraOptions options;
+  options.size = camera.camera.size;
+  const auto open = [name = input.camera, options] { return device::open_camera(name, options); };
+  return std::make_unique<MarkerSource>(open(), camera, map, detect::marker_cells(map.dictionary), open);
+}
+
+std::unique_ptr<LightWatch> watch_light(const ShowOptions& options, const Rig& rig, bool stands) {
+  const WatchInput& input = *options.watch;
+  LightWatchOptions watching;
+  watching.camera = rig.camera(input.name);
+  watching.projector = rig.projector(options.projector);
+  watching.camera_delay = input.delay_s;
+  watching.corrects = !input.only;
+  watching.correction.surfaces = stands;
+  watching.rig = rig;
+  watching.save = input.save;
+  watching.watch.movement.projector_covariance =
+      watch::projector_covariance(rig, watching.projector.name, watching.camera.name);
+  if (!options.record.empty())
+    watching.log = (fs::absolute(options.record).parent_path() / "watch.csv").string();
+  device::CameraOptions opening;
+  opening.size = watching.camera.camera.size;
+  return std::make_unique<LightWatch>(
+      [name = input.camera, opening] { return device::open_camera(name, opening); }, watching);
+}
+
+ControlOptions control_options(const ShowOptions& options) {
+  ControlOptions control = parse_page_address(options.control);
+  control.token = options.token;
+  return control;
+}
+
+}  // namespace procam::show

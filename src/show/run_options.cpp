@@ -1,0 +1,160 @@
+#include "run_options.hpp"
+
+#include <algorithm>
+#include <cinttypes>
+#include <cstdio>
+
+#include "depth_surfaces.hpp"
+#include "height_content.hpp"
+#include "procam/core/rig/room_frames.hpp"
+#include "procam/device/content_source.hpp"
+#include "procam/io/files.hpp"
+#include "procam/io/pose_file.hpp"
+#include "procam/render/gl.hpp"
+#include "run_log.hpp"
+
+namespace procam::show {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::shared_ptr<render::Renderer> renderer_for(const ShowOptions& options) {
+  render::RenderOptions rendering;
+  rendering.threads = options.threads;
+  rendering.filter = options.bilinear ? render::Filter::kBilinear : render::Filter::kArea;
+  rendering.linear_light = !options.average_numbers;
+  return render_gl::open_renderer(options.renderer, rendering);
+}
+
+Pose load_mount(const std::string& file, const Rig& rig, const RigProjector& projector) {
+  FrameTree::Link mount = io::load_pose(file);
+  if (mount.target != "base" && mount.source != "base")
+    throw Error(ErrorKind::kInput, file, "it does not tell where anything is on 'base'",
+                "give a pose between 'base' and the rig, its projector or a camera");
+  // room_frames() attaches a device's surroundings to the rig under the name "world".
+  (mount.target == "base" ? mount.target : mount.source) = "world";
+  return room_frames(rig, projector, std::move(mount)).get("world", "rig").pose;
+}
+
+/// 64 bits of the rig's devices.
+std::uint64_t rig_fingerprint(const Rig& rig) {
+  std::string text;
+  const auto add = [&](const std::string& name, const Camera& camera, const Pose& pose) {
+    const Intrinsics& k = camera.intrinsics;
+    std::vector<double> numbers = {
+        k.fx, k.fy, k.cx, k.cy, k.skew, double(camera.size.width), double(camera.size.height)};
+    for (const double coefficient : coefficients_of(camera.distortion)) numbers.push_back(coefficient);
+    const Mat4 matrix = pose.matrix();
+    numbers.insert(numbers.end(), matrix.data(), matrix.data() + 16);
+    text += name;
+    for (const double number : numbers) {
+      char digits[40];
+      std::snprintf(digits, sizeof digits, " %.17g", number);
+      text += digits;
+    }
+  };
+  for (const RigCamera& camera : rig.cameras) add(camera.name, camera.camera, camera.rig_from_camera);
+  for (const RigProjector& one : rig.projectors)
+    add(one.name, one.projector.inverse_camera, one.rig_from_projector);
+  return fingerprint(ViewU8(reinterpret_cast<const std::uint8_t*>(text.data()), int(text.size()), 1, 1));
+}
+
+}  // namespace
+
+bool rig_is_world(const ShowOptions& options) {
+  return is_depth_source(options.surfaces) && options.poses.empty() && !options.marker &&
+         options.pose.empty();
+}
+
+ProjectionOptions projection_options(const ShowOptions& options, const Rig& rig) {
+  const RigProjector& projector = rig.projector(options.projector);
+  ProjectionOptions projection;
+  projection.projector = projector.name;
+  if (!options.pose.empty())
+    projection.projector_from_world =
+        room_frames(rig, projector, io::load_pose(options.pose)).get(projector.name, "world").pose;
+  if (rig_is_world(options)) projection.projector_from_world = projector.rig_from_projector.inverse();
+  if (!options.mount.empty()) projection.child_from_rig = load_mount(options.mount, rig, projector);
+  projection.track.frame = options.frame;
+  projection.track.child = options.child;
+  projection.track.prediction = track::parse_prediction(options.prediction);
+  projection.track.delay = options.source_delay_s;
+  if (options.blank_on_stale_s) projection.track.stale_after = *options.blank_on_stale_s;
+  if (options.freeze_on_stale_s) projection.track.stale_after = *options.freeze_on_stale_s;
+  projection.blank_on_stale = options.blank_on_stale_s.has_value();
+  projection.marks = options.watch && options.watch->marks;
+  projection.renderer = renderer_for(options);
+  return projection;
+}
+
+std::string conditions_text(const ShowOptions& options, const ProjectionOptions& projection, const Rig& rig) {
+  char text[512];
+  std::snprintf(text, sizeof text,
+                "projector %s, predict %s, source delay %g s, stale %g s%s, %s%s%s by %s, rig %016" PRIx64,
+                projection.projector.c_str(), options.prediction.c_str(), options.source_delay_s,
+                projection.track.stale_after, projection.blank_on_stale ? " to black" : "",
+                options.bilinear ? "bilinear" : "area", options.average_numbers ? " of numbers" : "",
+                projection.marks ? " with marks" : "", projection.renderer->device().c_str(),
+                rig_fingerprint(rig));
+  const auto of_file = [](const char* name, const std::string& file) {
+    return file.empty() ? "" : std::string(", ") + name + " " + io::sha256_of_file(file).substr(0, 16);
+  };
+  return text + of_file("pose", options.pose) + of_file("mount", options.mount);
+}
+
+fs::path content_folder(const std::string& surfaces) {
+  return surfaces.empty() || is_depth_source(surfaces) ? fs::current_path()
+                                                       : fs::absolute(surfaces).parent_path();
+}
+
+std::map<std::string, std::string> absolute_contents(const ShowOptions& options) {
+  std::map<std::string, std::string> contents = options.contents;
+  for (auto& item : contents)
+    item.second = device::content_beside(fs::current_path() / "show.json", item.second);
+  return contents;
+}
+
+std::vector<std::string> content_choices(const fs::path& folder, const SurfaceSet& set) {
+  std::vector<std::string> found = device::content_files(folder, 200);
+  for (const Surface& surface : set.surfaces)
+    if (!surface.content.empty() && std::find(found.begin(), found.end(), surface.content) == found.end())
+      found.push_back(surface.content);
+  for (const char* colour : {"#ffffff", "#ff0000", "#00ff00", "#0000ff"}) found.emplace_back(colour);
+  return found;
+}
+
+void check_combination(const ShowOptions& options) {
+  const auto refuse = [](const std::string& what, const std::string& why, const std::string& next) {
+    throw Error(ErrorKind::kInput, what, why, next);
+  };
+  if (options.surfaces.empty()) refuse("surfaces", "none are given", "name a surface file");
+  if (options.people && !options.record.empty())
+    refuse("record", "a run with people cannot be shown again bit for bit", "leave one of them out");
+  if (options.watch && options.watch->only && !options.watch->save.empty())
+    refuse("watch", "nothing is corrected that could be saved", "leave out --watch-only or --watch-save");
+  if (options.watch && !options.watch->save.empty()) io::require_writable(options.watch->save);
+  if (options.depth.silhouettes && !is_depth_source(options.surfaces))
+    refuse("silhouettes", "no depth camera sees the room", "give surfaces depth:SOURCE");
+  if (is_shape_source(options.surfaces) && !options.record.empty())
+    refuse("record", "a run with a live shape cannot be shown again bit for bit", "leave one of them out");
+  if (is_shape_source(options.surfaces) && options.watch)
+    refuse("watch", "light on a surface that moves does not show whether the projector has",
+           "leave out --watch");
+  for (const auto& [surface, content] : options.contents)
+    if (is_height_content(content)) {
+      parse_height_content(content);
+      if (!is_shape_source(options.surfaces))
+        refuse("content '" + content + "' of '" + surface + "'",
+               "there is no live shape whose heights it could show", "give surfaces depth-shape:SOURCE");
+    }
+  if (!options.group.empty() && is_depth_source(options.surfaces))
+    refuse("group", "surfaces of a depth camera are not sent to other hosts",
+           "leave out --group, or detect the surfaces before the show (detect-surfaces)");
+  if (!options.group.empty() && options.watch)
+    refuse("group", "a correction of one host would move the surfaces of all",
+           "leave out --watch or --group");
+  if (options.depth.silhouettes && !options.record.empty())
+    refuse("record", "a run with silhouettes cannot be shown again bit for bit", "leave one of them out");
+}
+
+}  // namespace procam::show

@@ -1,0 +1,285 @@
+#include "show_run.hpp"
+
+#include <algorithm>
+#include <cstdio>
+#include <utility>
+
+#include "depth_surfaces.hpp"
+#include "procam/dds/pose_source.hpp"
+#include "procam/device/frame_source.hpp"
+#include "procam/io/surface_file.hpp"
+#include "procam/io/text.hpp"
+#include "procam/render/cpu.hpp"
+#include "procam/session/capture.hpp"
+#include "run_inputs.hpp"
+#include "run_options.hpp"
+
+namespace procam::show {
+
+ShowRun::ShowRun(const Rig& rig, bool is_calibrated, const ShowOptions& options, ShowListener& listener,
+                 device::FrameSink* sink)
+    : rig_(rig),
+      is_calibrated_(is_calibrated),
+      options_(options),
+      listener_(listener),
+      sink_(sink),
+      in_room_(is_depth_source(options.surfaces)),
+      folder_(content_folder(options.surfaces)),
+      silhouettes_([this](const std::string& sentence) { listener_.on_event(sentence); }) {
+  check_combination(options);
+  ProjectionOptions projection = projection_options(options, rig);
+  if (projection.renderer->device() != "cpu") listener_.on_start("drawn by " + projection.renderer->device());
+  conditions_ = conditions_text(options, projection, rig);
+  if (options.people)
+    people_ =
+        std::make_unique<ShowPeople>(*options.people, rig, rig.projector(options.projector),
+                                     [this](const std::string& sentence) { listener_.on_event(sentence); });
+  if (people_ || options.depth.silhouettes)
+    projection.over = [this](const Projection& through, double light_time, ImageView<std::uint8_t> frame) {
+      if (people_) people_->draw_over(through, light_time, frame);
+      if (options_.depth.silhouettes) silhouettes_.add(room_->darken(frame, through, light_time));
+    };
+  if (in_room_) room_ = watch_room(options, rig, projection);
+  if (!options.publish.empty()) {
+    std::optional<Pose> world_from_rig;
+    if (projection.projector_from_world)
+      world_from_rig =
+          (rig.projector(options.projector).rig_from_projector * *projection.projector_from_world).inverse();
+    graph_ = std::make_unique<Ros2Output>(options, rig, projection.child_from_rig, world_from_rig);
+  }
+  projection_ = std::make_unique<Projection>(rig, std::move(projection));
+  load_surfaces();
+  if (!options.group.empty()) open_group();
+  open_output();
+  open_inputs();
+  if (link_) link_->wait_until_joined([this] { listener_.on_frame({}); });
+}
+
+ShowReport ShowRun::run() {
+  LoopParts parts{*projection_, *sink_};
+  for (const auto& source : sources_) parts.sources.push_back(source.get());
+  for (const std::string& text : options_.poses)
+    parts.source_names += (parts.source_names.empty() ? "" : ", ") + text;
+  if (link_ && parts.source_names.empty()) parts.source_names = "group " + options_.group;
+  if (options_.marker) parts.source_names = "the markers before camera " + options_.marker->camera;
+  std::optional<Editor> editor;
+  if (!in_room_) parts.editor = &editor.emplace(first_);
+  parts.loader = loader_.get();
+  parts.room = room_.get();
+  if (in_room_) parts.room_contents = absolute_contents(options_);
+  parts.watch = watch_.get();
+  parts.page = page_.get();
+  parts.group = link_.get();
+  parts.recorder = recorder_ ? &*recorder_ : nullptr;
+  parts.contents = content_choices(folder_, first_);
+  parts.other_faults = [this](std::map<std::string, std::uint64_t>& faults) {
+    count_people_faults(faults);
+    if (group_faults_ > 0) faults["group_pose"] = group_faults_;
+    if (publish_faults_ > 0) faults["ros2_publish"] = publish_faults_;
+    for (const auto& [cause, count] : rejected()) faults[cause] = count;
+  };
+  parts.commands = [this] { return listener_.commands(); };
+  parts.say = [this](const std::string& sentence) { listener_.on_event(sentence); };
+  parts.tick = [this](const Metrics& metrics) {
+    take_people();
+    publish(metrics);
+    listener_.on_frame(report(metrics));
+  };
+  try {
+    const Metrics metrics = run_loop(parts, loop_);
+    sink_->finish();
+    return report(metrics);
+  } catch (...) {  // a listener that ends the show, or an output that broke: a video is kept all the same
+    sink_->finish();
+    throw;
+  }
+}
+
+void ShowRun::take_people() {
+  if (!people_) return;
+  try {
+    people_->take(*projection_);
+  } catch (const std::exception& error) {
+    if (people_faults_++ == 0) listener_.on_event(error.what());
+  }
+}
+
+void ShowRun::publish(const Metrics& metrics) {
+  if (!graph_) return;
+  try {
+    graph_->publish(*projection_, metrics);
+  } catch (const std::exception& error) {
+    if (publish_faults_++ == 0) listener_.on_event(error.what());
+  }
+}
+
+void ShowRun::publish_pose(const track::StampedPose& message) {
+  if (!graph_) return;
+  try {
+    graph_->publish_pose(message, options_.source_delay_s);
+  } catch (const std::exception& error) {
+    if (publish_faults_++ == 0) listener_.on_event(error.what());
+  }
+}
+
+Rejected ShowRun::rejected() {
+  Rejected sum;
+  for (const auto& source : sources_) add_to(sum, source->rejected());
+  if (room_) add_to(sum, room_->rejected());
+  if (watch_) add_to(sum, watch_->rejected());
+  // Contents come and go; what those that went have rejected stays counted.
+  for (const auto& content : projection_->show().contents) {
+    const Rejected now = content ? content->rejected() : Rejected();
+    if (now.empty()) continue;
+    Rejected& known = by_content_[content.get()];
+    for (const auto& [cause, count] : now)
+      rejected_by_contents_[cause] += count >= known[cause] ? count - known[cause] : count;
+    known = now;
+  }
+  add_to(sum, rejected_by_contents_);
+  return sum;
+}
+
+void ShowRun::count_people_faults(std::map<std::string, std::uint64_t>& faults) const {
+  if (!people_) return;
+  const PeopleCounts counts = people_->counts();
+  const std::pair<const char*, std::uint64_t> by_name[] = {{"people", people_faults_},
+                                                           {"people_malformed", counts.malformed},
+                                                           {"people_refused", counts.refused},
+                                                           {"people_repeated", counts.repeated},
+                                                           {"people_teleports", counts.teleports}};
+  for (const auto& [name, count] : by_name)
+    if (count > 0) faults[name] = count;
+}
+
+ShowReport ShowRun::report(const Metrics& metrics) const {
+  ShowReport report;
+  report.metrics = metrics;
+  report.poses = projection_->track().faults();
+  if (people_) report.people = people_->counts();
+  return report;
+}
+
+void ShowRun::load_surfaces() {
+  ShowLoaderOptions loading;
+  if (!in_room_) {
+    loading.surfaces = options_.surfaces;
+    loading.contents = absolute_contents(options_);
+  }
+  loading.folder = folder_;
+  loading.pixels_only = !is_calibrated_;
+  // A frame of a run that is to be shown again waits for its picture.
+  loading.pace = options_.record.empty() ? device::Pace::kLive : device::Pace::kExact;
+  first_ = show::load_surfaces(loading);  // throws what is wrong with it
+  loader_ = std::make_unique<ShowLoader>(loading);
+  LoadedShow loaded = loader_->load_now([this](int done, int total) { listener_.on_load(done, total); });
+  for (const std::string& fault : loaded.faults) listener_.on_event(fault);
+  if (!loaded.show)
+    throw Error(ErrorKind::kInput, options_.surfaces, "it changed while it was read", "start again");
+  projection_->set_show(std::move(*loaded.show));
+}
+
+void ShowRun::open_group() {
+  dds::GroupOptions group;
+  group.name = options_.group;
+  group.strength = options_.group_strength;
+  link_ = std::make_unique<GroupLink>(group, options_.surfaces);
+  listener_.on_start(link_->description());
+}
+
+void ShowRun::share_pose(const track::StampedPose& message) {
+  if (!link_) return;
+  try {
+    link_->publish_pose(message);
+  } catch (const std::exception& error) {
+    if (group_faults_++ == 0) listener_.on_event(error.what());
+  }
+}
+
+void ShowRun::open_output() {
+  loop_.fps = options_.fps > 0 ? options_.fps : kUsualRate;
+  loop_.duration_s = options_.duration_s;
+  loop_.autosave = options_.autosave;
+  if (sink_ != nullptr) {
+    require(sink_->size() == projection_->frame_size(),
+            "show::run: a sink of another size than the projector's");
+  } else if (options_.output.empty()) {
+    open_display();
+  } else {
+    device::SinkOptions sink;
+    sink.size = projection_->frame_size();
+    sink.fps = loop_.fps;
+    opened_sink_ = device::open_sink(options_.output, sink);
+    sink_ = opened_sink_.get();
+  }
+  loop_.delay_s = options_.delay_camera.empty() ? options_.delay_s : measured_delay();
+}
+
+void ShowRun::open_display() {
+  const std::vector<device::Display> list = device::displays();
+  const device::Display& display = device::choose_display(list, options_.display);
+  const ImageSize size = projection_->frame_size();
+  if (!(display.size == size))
+    throw Error(ErrorKind::kDevice, "display " + std::to_string(display.number),
+                "it shows " + io::format_size(display.size) + " and the projector was calibrated with " +
+                    io::format_size(size),
+                "set the display's mode to the projector's, or calibrate in this mode");
+  opened_sink_ = device::open_window(display.number);
+  sink_ = opened_sink_.get();
+  if (options_.fps <= 0 && display.refresh_hz > 0) loop_.fps = display.refresh_hz;
+  listener_.on_start("display " + std::to_string(display.number) + ": " + display.name + ", " +
+                     io::format_size(display.size));
+}
+
+double ShowRun::measured_delay() {
+  const auto camera = device::open_camera(options_.delay_camera);
+  const session::Delay delay = session::measure_delay({*sink_, *camera, [this] { listener_.on_frame({}); }});
+  const double light = std::max(0.0, delay.delay_s - options_.camera_delay_s);
+  char sentence[200];
+  std::snprintf(sentence, sizeof sentence,
+                "delay from the window to the light: %.1f ms (the camera saw it after %.1f ms; %.1f ms of "
+                "them are taken for its own)",
+                1e3 * light, 1e3 * delay.delay_s, 1e3 * options_.camera_delay_s);
+  listener_.on_start(sentence);
+  return light;
+}
+
+void ShowRun::open_inputs() {
+  for (const std::string& text : options_.poses) {
+    sources_.push_back(dds::open_pose_source(text));
+    tell_opened(*sources_.back());
+    if (link_)
+      sources_.back() = std::make_unique<HeardPoses>(
+          std::move(sources_.back()), [this](const track::StampedPose& message) { share_pose(message); });
+  }
+  if (options_.marker)
+    sources_.push_back(std::make_unique<HeardPoses>(open_markers(*options_.marker, rig_),
+                                                    [this](const track::StampedPose& message) {
+                                                      publish_pose(message);
+                                                      share_pose(message);
+                                                    }));
+  if (options_.marker) tell_opened(*sources_.back());
+  if (link_ && sources_.empty() && options_.pose.empty()) sources_.push_back(link_->pose_source());
+  if (room_) tell_opened(*room_);
+  if (graph_) {
+    publish({});
+    listener_.on_start(graph_->description());
+  }
+  if (options_.watch) {
+    watch_ = watch_light(options_, rig_, sources_.empty() && !in_room_);
+    tell_opened(*watch_);
+  }
+  if (!options_.record.empty()) {
+    recorder_.emplace(options_.record, conditions_);
+    // A recorded run begins from what its log holds, digit by digit.
+    Show again = projection_->show();
+    again.surfaces = io::surfaces_from_text(io::surfaces_to_text(again.surfaces), options_.surfaces);
+    projection_->set_show(std::move(again));
+  }
+  if (options_.control != "off") {
+    page_ = std::make_unique<ControlPage>(control_options(options_));
+    listener_.on_start("control page: " + page_->url());
+  }
+}
+
+}  // namespace procam::show

@@ -1,0 +1,98 @@
+#pragma once
+/// A show that runs: its parts, made ready in the order in which they depend on each other, and its loop.
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "group_link.hpp"
+#include "loop.hpp"
+#include "procam/device/content_source.hpp"
+#include "procam/device/frame_sink.hpp"
+#include "procam/show/projection.hpp"
+#include "procam/show/run.hpp"
+#include "procam/track/pose_source.hpp"
+#include "rejected_counts.hpp"
+#include "ros2_output.hpp"
+#include "show_people.hpp"
+
+namespace procam::show {
+
+/// The parts of one show, in the order in which they are made ready.
+class ShowRun {
+ public:
+  ShowRun(const Rig& rig, bool is_calibrated, const ShowOptions& options, ShowListener& listener,
+          device::FrameSink* sink = nullptr);
+
+  ShowReport run();
+
+ private:
+  /// A message that fails does not end the show.
+  void take_people();
+
+  void publish(const Metrics& metrics);
+
+  void publish_pose(const track::StampedPose& message);
+
+  /// By all sources of poses, images and depth.
+  Rejected rejected();
+
+  void count_people_faults(std::map<std::string, std::uint64_t>& faults) const;
+
+  ShowReport report(const Metrics& metrics) const;
+
+  void load_surfaces();
+
+  void open_group();
+
+  /// Of a source of this host, for the hosts that have none.
+  void share_pose(const track::StampedPose& message);
+
+  void open_output();
+
+  void open_display();
+
+  /// Domain and network of what listens in the ROS 2 graph.
+  template <typename Source>
+  void tell_opened(const Source& source) {
+    if (const std::string opened = source.description(); !opened.empty()) listener_.on_start(opened);
+  }
+
+  /// From a frame's show() to its light on the wall, seen by a camera.
+  double measured_delay();
+
+  void open_inputs();
+
+  const Rig& rig_;
+  const bool is_calibrated_;
+  const ShowOptions& options_;
+  ShowListener& listener_;
+  device::FrameSink* sink_;  ///< the caller's, or opened_sink_
+  const bool in_room_;
+  const std::filesystem::path folder_;
+  std::string conditions_;
+  BlackoutLog silhouettes_;
+  std::unique_ptr<GroupLink> link_;  ///< outlives the sources
+  std::uint64_t group_faults_ = 0;
+  std::unique_ptr<ShowPeople> people_;
+  std::uint64_t people_faults_ = 0;
+  std::unique_ptr<Ros2Output> graph_;
+  std::uint64_t publish_faults_ = 0;
+  std::unique_ptr<DepthSurfaceSource> room_;
+  std::unique_ptr<Projection> projection_;
+  SurfaceSet first_;
+  std::map<const device::ContentSource*, Rejected> by_content_;  ///< at the last count
+  Rejected rejected_by_contents_;
+  std::unique_ptr<ShowLoader> loader_;
+  std::unique_ptr<device::FrameSink> opened_sink_;
+  LoopOptions loop_;
+  std::vector<std::unique_ptr<track::PoseSource>> sources_;
+  std::optional<RunRecorder> recorder_;
+  std::unique_ptr<LightWatch> watch_;
+  std::unique_ptr<ControlPage> page_;
+};
+
+}  // namespace procam::show

@@ -190,8 +190,8 @@ NumericWorld wide_noisy_rig(std::uint64_t seed) {
   return world;
 }
 
-/// Light off by 70, 26 and 80 mm with the usual model; 190, 53 and 125 mm with the fisheye, which a margin of one standard
-/// error takes.
+/// Light off by 99, 18 and 106 mm with the usual model; by 168, 44 and 141 mm with the fisheye, which a margin of one
+/// standard error takes.
 TEST(LensChoice, NeedsTwoStandardErrorsForASmallGain) {
   for (const std::uint64_t seed : {427, 428, 437}) {
     const NumericWorld world = wide_noisy_rig(seed);

@@ -24,8 +24,6 @@ constexpr double kLensGain = 0.95;
 constexpr double kLensErrors = 2, kLargeLensGain = 0.7;
 /// Beyond this many sigmas an observation is a blunder, and no worse for being further off.
 constexpr double kWorst = 5;
-/// Tangential terms beyond this stand in for a wrong principal point: no lens has them (GateLimits).
-constexpr double kImplausibleTangential = 0.01;
 constexpr double kRoughTolerance = 1e-8;  ///< of a model's cost: enough to judge by
 
 const LensOptions& lens_options(const Options& options, DeviceKind kind) {
@@ -155,22 +153,12 @@ const Camera& lens_of(const LensTrial& trial) {
   return trial.state.lenses[std::size_t(trial.told.device)];
 }
 
-double largest_tangential(const Camera& lens) {
-  const std::vector<std::string> names = coefficient_names(lens.distortion);
-  const std::vector<double> values = coefficients_of(lens.distortion);
-  double largest = 0;
-  for (std::size_t i = 0; i < names.size(); ++i)
-    if (names[i][0] == 'p') largest = std::max(largest, std::abs(values[i]));
-  return largest;
-}
-
 /// The usual model, unless others predict the views better by kLensGain and by more than kLensErrors standard errors
 /// of the difference; then the one with the fewest terms within a standard error of the best (L. Breiman et al.,
 /// "Classification and Regression Trees", 1984, section 3.4.3). Never one with fewer terms than the usual:
 /// held-out views show its deficit weakly, its sigmas not at all, and the light shows it beyond the views
 /// (measured: docs/calibration.md). Terms that the views do not determine are kept near zero by what is known
-/// of any lens instead. The exception is a tangential term that no lens has: then the model without them is
-/// taken if it predicts the views as well, to a standard error.
+/// of any lens instead.
 std::size_t choose(const std::vector<LensTrial>& trials, std::size_t usual) {
   const auto& of_usual = trials[usual].told.by_view;
   const auto possible = [&](std::size_t i) {
@@ -178,12 +166,6 @@ std::size_t choose(const std::vector<LensTrial>& trials, std::size_t usual) {
            (trials[i].told.terms >= trials[usual].told.terms ||
             std::holds_alternative<FisheyeDistortion>(lens_of(trials[i]).distortion));
   };
-  if (largest_tangential(lens_of(trials[usual])) > kImplausibleTangential)
-    for (std::size_t i = 0; i < trials.size(); ++i)
-      if (trials[i].told.model == kWithoutTangential && trials[i].told.ruled_out.empty() &&
-          mean(trials[i].told.by_view) <=
-              mean(of_usual) + error_of_difference(trials[i].told.by_view, of_usual))
-        return i;
   std::size_t best = usual;
   for (std::size_t i = 0; i < trials.size(); ++i)
     if (possible(i) && mean(trials[i].told.by_view) < mean(trials[best].told.by_view)) best = i;

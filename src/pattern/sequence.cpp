@@ -320,4 +320,25 @@ Sequence::Clipping Sequence::clipping() const {
   return clipping;
 }
 
+bool Sequence::spans_all_greys() const {
+  constexpr int kZero = 2, kFull = 253;  // grey levels
+  const ImageSize whole = size();
+  std::vector<std::uint8_t> always(std::size_t(whole.width) * std::size_t(whole.height), 1);
+  std::ptrdiff_t fewest = std::ptrdiff_t(always.size());
+  for (const ViewU8& image : frames_.captures) {
+    std::ptrdiff_t full = 0, zero = 0;
+    auto of_pixel = always.begin();
+    for (int y = 0; y < whole.height; ++y)
+      for (int x = 0; x < whole.width; ++x, ++of_pixel) {
+        const int grey = image.at(x, y);
+        const bool is_full = grey >= kFull;
+        full += is_full, zero += grey <= kZero;
+        *of_pixel = *of_pixel && is_full;
+      }
+    if (zero == 0 || full == 0) return false;
+    fewest = std::min(fewest, full);
+  }
+  return fewest > 2 * std::count(always.begin(), always.end(), 1);
+}
+
 }  // namespace procam::pattern::internal

@@ -117,6 +117,9 @@ class Sequence {
     double white_grey = 0;  ///< of light paper that is not at full scale
   };
   Clipping clipping() const;
+  /// Every capture has pixels at zero and at full scale, and most of the latter are not at full scale in all captures: no
+  /// lamp, and no camera of fixed exposure, as the light differs.
+  bool spans_all_greys() const;
 
  private:
   SequenceFrames frames_;

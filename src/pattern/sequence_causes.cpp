@@ -37,13 +37,22 @@ using Gains = std::vector<std::optional<Sequence::Gain>>;
 void warn_exposure(double change, Diagnostics& found) {
   found.warn("exposure_changes", "Frames of half light are " + format("%.0f %%", 100 * change) +
                                      " brighter by the white and black frames than they should be: the "
-                                     "camera's exposure follows the light; fix exposure, gain and white "
-                                     "balance");
+                                     "camera's exposure follows the light, or each image's contrast is "
+                                     "stretched; fix exposure, gain and white balance, and save images "
+                                     "without automatic contrast");
+}
+
+void warn_stretched(double change, Diagnostics& found) {
+  found.warn("exposure_changes",
+             "Every image spans all grey levels, and brightness changes by " +
+                 format("%.0f %%", 100 * change) +
+                 ": each image's contrast is stretched; save images without automatic contrast, and fix "
+                 "exposure, gain and white balance");
 }
 
 /// "exposure_changes": all frames are half white, so their brightness by white and black is the same; and it
-/// is not one, or black is brighter than black stripes. "flicker": it differs from frame to frame, or over
-/// the rows.
+/// is not one, or black is brighter than black stripes; or it differs from frame to frame, and every image spans all
+/// grey levels. "flicker": it differs, and they do not; or it differs over the rows.
 void check_brightness(const Sequence& sequence, const Gains& gains, bool shakes, SequenceCheck& check) {
   std::vector<const Sequence::Gain*> coarse;
   for (const auto& gain : gains)
@@ -91,11 +100,16 @@ void check_brightness(const Sequence& sequence, const Gains& gains, bool shakes,
     return;
   }
   const double unsteady = std::max(spread, ripple);
-  if (unsteady > (shakes ? kUnsteadyOfShaking : kUnsteady) + by_noise)
+  if (unsteady <= (shakes ? kUnsteadyOfShaking : kUnsteady) + by_noise) return;
+  if (sequence.spans_all_greys())
+    warn_stretched(unsteady, check.diagnostics);
+  else
     check.diagnostics.warn(
-        "flicker", "Brightness changes by " + format("%.0f %%", 100 * unsteady) +
-                       " from frame to frame or over the rows: lamps or projector flicker; set the exposure "
-                       "to a multiple of their period (mains: 20 ms or 16.7 ms)");
+        "flicker",
+        "Brightness changes by " + format("%.0f %%", 100 * unsteady) +
+            " from frame to frame or over the rows: lamps or projector flicker, or the camera "
+            "adjusts each image's contrast; set the exposure to a multiple of their period (mains: "
+            "20 ms or 16.7 ms), and switch automatic contrast off");
 }
 
 /// Of the print, as long as the projected frames are in order.
@@ -272,8 +286,10 @@ void find_cause(Sequence& sequence, const GrayCode* gray_code, const FrameName& 
   if (gray_code) check.noise = sequence.noise();
   // A print elsewhere changes the brightness of its pixels too.
   if (motion.has_clear_step()) return check_print(sequence, motion, name, check);
-  // No wrong frame makes black stripes darker than black.
-  if (-sequence.black_stripes() > 5 * kDarker) check_brightness(sequence, gains, shakes, check);
+  // No wrong frame makes black stripes darker than black. Stretched contrast makes pairs unequal, as a torn frame does, and
+  // takes the brightest pixels to full scale.
+  if (-sequence.black_stripes() > 5 * kDarker || sequence.spans_all_greys())
+    check_brightness(sequence, gains, shakes, check);
   if (!found.items.empty()) return;
   // Between captures that shake, the finest stripes move by their own width: that is no other frame.
   if (!shakes) check_frames(sequence, gains, name, check);

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <fstream>
 #include <functional>
@@ -133,6 +135,52 @@ TEST_P(BrokenSequences, AreNamedByTheirCause) {
                 text.c_str());
     std::fflush(stdout);
     EXPECT_GE(right, 0.8 * all) << kind.name;
+  }
+}
+
+/// Each image's contrast as a camera program stretches it: minimum to 0, 99 % to 255.
+std::vector<ImageU8> contrast_stretched(std::vector<ImageU8> captures) {
+  for (ImageU8& image : captures) {
+    std::vector<std::uint8_t> levels(image.data(), image.data() + image.width() * image.height());
+    std::sort(levels.begin(), levels.end());
+    const double low = levels.front(), high = levels[levels.size() * 99 / 100];
+    for (int y = 0; y < image.height(); ++y)
+      for (int x = 0; x < image.width(); ++x)
+        image.row(y)[x] =
+            std::uint8_t(std::lround(std::clamp((image.row(y)[x] - low) / (high - low), 0.0, 1.0) * 255));
+  }
+  return captures;
+}
+
+/// Stripes: the white and the black capture are stretched differently from the others.
+TEST(StretchedContrast, OfStripesIsNamed) {
+  SimulatedSession session = make_session(Level::kPaper, 3, {}, {}, sound_conditions(Level::kPaper));
+  session.capture.samples_per_axis = 1;
+  const pattern::GrayCode gray_code{session.rig().projector().projector.size()};
+  const std::vector<ImageU8> stretched =
+      contrast_stretched(capture_view(session, 0, pattern::frames(gray_code)));
+  const pattern::SequenceCheck found =
+      pattern::check_sequence({stretched.begin(), stretched.end()}, gray_code, corners_at_end(session, 0));
+  EXPECT_EQ(cause(found), "exposure_changes");
+  for (const Diagnostic& remark : found.diagnostics.items)
+    EXPECT_TRUE(is_quoted(remark.code, remark.message)) << remark.message;
+}
+
+/// Waves: only long ones change an image's range of grey levels. Called a torn frame, overexposed or flicker before every image's
+/// range was looked at.
+TEST(StretchedContrast, OfWavesIsNamed) {
+  for (const std::size_t view : {1, 4}) {
+    SimulatedSession session = make_session(Level::kPaper, 5, {}, {}, sound_conditions(Level::kPaper));
+    session.capture.samples_per_axis = 1;
+    const pattern::PhaseShift waves{session.rig().projector().projector.size()};
+    const std::vector<ImageU8> frames = pattern::frames(waves);
+    const std::vector<ImageU8> stretched = contrast_stretched(capture_view(session, view, frames));
+    const pattern::SequenceCheck found =
+        pattern::check_sequence({stretched.begin(), stretched.end()}, pattern::complementary_frames(frames),
+                                corners_at_end(session, view));
+    EXPECT_EQ(cause(found), "exposure_changes") << view;
+    for (const Diagnostic& remark : found.diagnostics.items)
+      EXPECT_TRUE(is_quoted(remark.code, remark.message)) << remark.message;
   }
 }
 

@@ -9,8 +9,9 @@
 ///
 /// d_k of the print, beside a background that rests or moves with it: a board that moved, a camera that
 /// moved, shook or drifted. c_k: the camera's focus. a_k: an exposure that follows the light (all frames are
-/// half white, so a_k is one number and not 1, and black is brighter than black stripes) or flicker (it
-/// differs from frame to frame, or over the rows). A sum that differs by the stripes' contrast where a
+/// half white, so a_k is one number and not 1, and black is brighter than black stripes), contrast that is stretched in
+/// each image (a_k differs, and every image spans all grey levels) or flicker (a_k differs from frame to frame, or over
+/// the rows). A sum that differs by the stripes' contrast where a
 /// capture equals the capture before or after: a stale or a torn frame. The camera's response is estimated
 /// first, from pixels that see a frame and its inverse alike: 2 ((P + Q) / 2)^gamma = W^gamma + B^gamma.
 ///

@@ -40,6 +40,7 @@ const std::vector<Group>& groups() {
         {"calibrate-mount", "the rig on its robot base, from a drive past markers"}}},
       {"Place",
        {{"locate-projector", "the projector's pose in the room, from markers"},
+        {"align-maps", "two maps of one place, joined by what both hold"},
         {"detect-surfaces", "walls, floor and tables in a depth image"},
         {"scan-surfaces", "the shape of any room, from structured light and a rig"},
         {"solve-surfaces", "where surfaces lie in the projector's frame, and the light on them"}}},

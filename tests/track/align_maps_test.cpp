@@ -92,7 +92,7 @@ std::string message(const std::vector<MapElement>& a, const std::vector<MapEleme
   return {};
 }
 
-/// 1000 pairs of maps with 3 to 6 planes and 0 to 2 markers; in a third of them one thing was moved. The share
+/// 1000 pairs of maps with 3 to 6 planes and 0 to 2 markers; in some a marker was moved. The share
 /// inside the 95 % region is within 93 .. 97 % for a correct covariance in 99.6 of 100 seeds.
 TEST(AlignMaps, RegionsHoldTheTruthAsOftenAsTheySay) {
   std::mt19937 random(20);
@@ -108,7 +108,8 @@ TEST(AlignMaps, RegionsHoldTheTruthAsOftenAsTheySay) {
                                {0.6, -0.8, 0})});
     const Pose truth = random_alignment(random), a_from_room = random_alignment(random);
     const std::vector<MapElement> a = mapped(room, a_from_room, random);
-    const bool one_moved = trial % 3 == 0 && planes > 4;
+    // A marker: of two walls across, or of floor and table, nobody could say which was moved.
+    const bool one_moved = trial % 3 == 0 && planes == 6 && room.size() > planes;
     if (one_moved)
       room.back().map_from_element =
           room.back().map_from_element * Pose(Mat3(Mat3::Identity()), Vec3(0.2, 0.1, 0.4));

@@ -13,6 +13,13 @@ struct Row {
 
 /// The examples of a tool stand together, the most usual first.
 constexpr Row kRows[] = {
+    {"align-maps", "surfaces with the same names in both maps",
+     "align-maps --into room_a.json --map room_b.json -o alignment.json --write-moved room_b_in_a.json"},
+    {"align-maps", "surfaces and markers, the surfaces known to 10 mm and half a degree",
+     "align-maps --into room_a.json markers_a.json --map room_b.json markers_b.json --surface-sigma 10mm,0.5deg -o "
+     "alignment.json"},
+    {"align-maps", "surfaces without common names",
+     "align-maps --into room_a.json --map room_b.json --by-geometry -o alignment.json"},
     {"calibrate-camera", "photographs of a printed chessboard",
      "calibrate-camera --images photos --board chessboard:9x6:24mm -o camera.json"},
     {"calibrate-camera", "with a report",

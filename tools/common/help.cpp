@@ -35,9 +35,9 @@ constexpr ValueType kValueTypes[] = {
     {"BOARD", " simulate-captures:check-board "},
     {"LENGTH", " plan-projection:viewer-distance "},
     {"FILE",
-     " base blend check depth image intrinsics known-camera markers mount observations output points pose prior "
+     " align-maps:map base blend check depth image into intrinsics known-camera markers mount observations output points pose prior "
      "preview record replay report rig save-board save-depth save-points save-mount save-show show shown sightings surfaces truth update virtual watch-save weights "
-     "write-observations sensor mirror-view INPUT "},
+     "write-moved write-observations sensor mirror-view INPUT "},
     {"FOLDER", " captures data decoded figures watch images project "},
     {"LENGTH",
      " accept depth-scale deviation distance far farthest focal-length measured marker-size mirror-depth near nearest scale text-height unit wall "},
@@ -54,7 +54,7 @@ constexpr ValueType kValueTypes[] = {
     {"SURFACE=VALUE", " content crop fit reflectance "},
     {"PROJECTOR=NUMBER", " black brightness "},
     {"X,Y,Z", " forward gravity target-at up viewer "},
-    {"LENGTH,ANGLE", " map-sigma noise pose-sigma prior-sigma sigma-bump "},
+    {"LENGTH,ANGLE", " map-sigma marker-sigma noise pose-sigma prior-sigma sigma-bump surface-sigma "},
     {"SPEED", " speed speed-sigma "},
     {"ADDRESS", " control people people-to pose-source publish to "},
     {"CAMERA", " camera marker-camera "},
@@ -77,7 +77,7 @@ constexpr ValueType kValueTypes[] = {
 
 /// Files that a tool writes beside its one result.
 constexpr const char* kResults =
-    " data figures json output preview record report save-board save-depth save-mount save-points save-show watch-save weights write-observations ";
+    " data figures json output preview record report save-board save-depth save-mount save-points save-show watch-save weights write-moved write-observations ";
 
 bool is_listed(const char* list, const std::string& name) {
   return std::string(list).find(" " + name + " ") != std::string::npos;

@@ -162,9 +162,13 @@ MapPairs pairs_of(const std::vector<MapElement>& map_a, const std::vector<MapEle
   return all;
 }
 
+/// With its largest component positive: of an axis, either sign means the same.
 std::string direction(const Vec3& v) {
-  const Vec3 n = v.normalized();
-  return "(" + fixed(n.x(), 2) + " " + fixed(n.y(), 2) + " " + fixed(n.z(), 2) + ")";
+  Eigen::Index largest = 0;
+  v.cwiseAbs().maxCoeff(&largest);
+  const Vec3 n = v.normalized() * (v[largest] < 0 ? -1 : 1);
+  const auto number = [](double x) { return fixed(std::abs(x) < 0.005 ? 0 : x, 2); };
+  return "(" + number(n.x()) + " " + number(n.y()) + " " + number(n.z()) + ")";
 }
 
 /// Refuses what the pairs leave open, by its name: sigmas above the limits along any direction.
@@ -183,9 +187,9 @@ void check_observable(const Alignment& best, const PlacedSigma& largest) {
   }
   if (!open.empty())
     throw Error(ErrorKind::kDegenerate, "the maps' common surfaces and markers",
-                "they do not fix " + open + " of map A (by " + significant(largest.position * 1e3, 2) +
-                    " mm and " + significant(largest.angle * 180 / kPi, 2) + " degrees)",
-                "add what does: a wall across, or a marker that both robots see, far from the others");
+                "they do not fix " + open + " of map A to within " + significant(largest.position * 1e3, 2) +
+                    " mm and " + significant(largest.angle * 180 / kPi, 2) + " degrees",
+                "add a wall across, or a marker that both robots see, far from the others");
 }
 
 /// A second alignment that as many surfaces and markers agree with is as likely.

@@ -157,8 +157,7 @@ TEST(AlignMaps, ASymmetricCorridorIsRefusedWithItsCause) {
   for (const AlignMapsOptions& options : {AlignMapsOptions(), by_geometry}) {
     const std::string refused = message(a, b, options, ErrorKind::kDegenerate);
     EXPECT_NE(refused.find("the position along ("), std::string::npos) << refused;
-    EXPECT_TRUE(refused.find("(1.00 ") != std::string::npos || refused.find("(-1.00 ") != std::string::npos)
-        << refused;
+    EXPECT_NE(refused.find("(1.00 "), std::string::npos) << refused;
     EXPECT_NE(refused.find("marker"), std::string::npos) << refused;
   }
   // A wall at its end fixes that; without names, the corridor turned by half fits as well if it has two.

@@ -84,14 +84,13 @@ void bind_error(py::module_& package) {
   error_type = PyErr_NewExceptionWithDoc("procam.Error", kErrorDoc, PyExc_RuntimeError, nullptr);
   package.attr("Error") = py::handle(error_type);
   // By value: the type that pybind11 calls.
-  py::register_exception_translator(
-      [](std::exception_ptr thrown) {
-        try {
-          if (thrown) std::rethrow_exception(thrown);
-        } catch (const Error& error) {
-          set_error(error);
-        }
-      });
+  py::register_exception_translator([](std::exception_ptr thrown) {
+    try {
+      if (thrown) std::rethrow_exception(thrown);
+    } catch (const Error& error) {
+      set_error(error);
+    }
+  });
 }
 
 py::module_ submodule(const py::module_& package, const std::string& name, const char* doc) {

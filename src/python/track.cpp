@@ -121,6 +121,72 @@ void bind_locate(py::module_& m) {
            py::arg("rig"), py::arg("projector"), py::arg("camera"), py::arg("seen"));
 }
 
+void bind_align_maps(py::module_& m) {
+  Enum<track::MapElementKind>(m, "MapElementKind", "")
+      .value("kPlane", track::MapElementKind::kPlane)
+      .value("kPose", track::MapElementKind::kPose);
+  Record<track::MapElement>(m, "MapElement", "Something that a map holds.")
+      .fields_init()
+      .field("name", &track::MapElement::name, "\"floor\", \"marker 3\"")
+      .field("kind", &track::MapElement::kind, "")
+      .field("map_from_element", &track::MapElement::map_from_element,
+             "of a plane: its origin lies on it, z is its normal")
+      .field(
+          "covariance", &track::MapElement::covariance,
+          "Of the right increment [rotation, translation]; of a plane the rows rx, ry and tz\ncount. rad^2, rad m, m^2.");
+  Record<track::PlacedSigma>(m, "PlacedSigma", "One standard deviation an axis.")
+      .fields_init()
+      .field("position", &track::PlacedSigma::position, "metres")
+      .field("angle", &track::PlacedSigma::angle, "radians");
+  Record<track::AlignMapsOptions>(m, "AlignMapsOptions", "")
+      .fields_init()
+      .field("planes_by_geometry", &track::AlignMapsOptions::planes_by_geometry,
+             "Planes are matched by where they are, whatever their names are.")
+      .field("largest_sigma", &track::AlignMapsOptions::largest_sigma,
+             "An alignment that is known less well in any direction is refused.");
+  Record<track::AlignedPair>(m, "AlignedPair",
+                             "An element of map A and one of map B that were taken for the same.")
+      .fields_init()
+      .field("name_in_a", &track::AlignedPair::name_in_a, "")
+      .field("name_in_b", &track::AlignedPair::name_in_b, "")
+      .field("used", &track::AlignedPair::used, "false: rejected, because the others contradict it")
+      .field("distance", &track::AlignedPair::distance,
+             "metres, between the poses or from B's origin of the plane to the plane of A")
+      .field("angle", &track::AlignedPair::angle, "radians, between the poses or the normals")
+      .field("chi2", &track::AlignedPair::chi2, "about 3 for a plane and 6 for a pose");
+  Record<track::AlignMapsResult>(m, "AlignMapsResult", "")
+      .fields_init()
+      .field("map_a_from_map_b", &track::AlignMapsResult::map_a_from_map_b, "")
+      .field("pairs", &track::AlignMapsResult::pairs, "")
+      .field("only_in_a", &track::AlignMapsResult::only_in_a, "")
+      .field("only_in_b", &track::AlignMapsResult::only_in_b, "")
+      .field("chi2", &track::AlignMapsResult::chi2, "of the used pairs")
+      .field("degrees_of_freedom", &track::AlignMapsResult::degrees_of_freedom, "")
+      .field("diagnostics", &track::AlignMapsResult::diagnostics, "");
+  function(
+      m, "elements_of", py::overload_cast<const SurfaceSet&, const track::PlacedSigma&>(&track::elements_of),
+      "The planar surfaces that are placed in the world, each with its origin at the mean of\nits points; others are "
+      "omitted.",
+      py::arg("surfaces"), py::arg("sigma"));
+  function(
+      m, "elements_of", py::overload_cast<const MarkerMap&, const track::PlacedSigma&>(&track::elements_of),
+      "The markers, by \"marker ID\", with the sigmas of the map, or with `otherwise` where\nthe map states none.",
+      py::arg("map"), py::arg("otherwise"));
+  function(
+      m, "align_maps", &track::align_maps,
+      "Two maps of one place, joined through what both hold. Throws Error kNotEnoughData when\nno element is in both "
+      "maps, kDegenerate when a direction is poorly constrained, when two\nalignments agree with equally many "
+      "elements, or when pairs by name contradict each other\nwithout a majority.",
+      py::arg("map_a"), py::arg("map_b"),
+      py::arg_v("options", track::AlignMapsOptions{}, "AlignMapsOptions()"));
+  function(m, "moved", py::overload_cast<SurfaceSet, const Pose&>(&track::moved),
+           "Surfaces in the frame of map A, where they were placed in map B.", py::arg("surfaces"),
+           py::arg("map_a_from_map_b"));
+  function(m, "moved", py::overload_cast<MarkerMap, const PoseWithCovariance&>(&track::moved),
+           "The markers in the frame of map A. Their sigmas grow by those of the alignment.", py::arg("map"),
+           py::arg("map_a_from_map_b"));
+}
+
 void bind_stamped_pose(py::module_& m) {
   Record<track::StampedPose> stamped_pose(m, "StampedPose", "");
   stamped_pose.fields_init()
@@ -407,6 +473,7 @@ void bind_pose_sender(py::module_& m) {
 void bind_track(py::module_& m) {
   bind_clock(m);
   bind_locate(m);
+  bind_align_maps(m);
   bind_stamped_pose(m);
   bind_pose_log(m);
   bind_track_options(m);

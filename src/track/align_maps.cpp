@@ -23,7 +23,7 @@ constexpr double kPairRate = 1e-4;
 /// And maps whose sigmas are as stated "disagree" once in so many.
 constexpr double kMapsRate = 1e-3;
 /// Starts that are refined, the best first.
-constexpr std::size_t kMostStarts = 60;
+constexpr std::size_t kMaxStarts = 60;
 /// Two alignments are two when they differ by more than this at the middle of the elements.
 constexpr double kOtherPosition = 0.1, kOtherAngle = 0.05;
 
@@ -127,7 +127,7 @@ std::vector<Alignment> alignments(const MapPairs& all) {
            so3_log(change.rotation).norm() < kOtherAngle;
   };
   for (const Alignment& start : rough) {
-    if (refinements == kMostStarts) break;
+    if (refinements == kMaxStarts) break;
     if (std::any_of(found.begin(), found.end(), [&](const Alignment& f) {
           return same(f, start.map_a_from_map_b) && f.used.size() >= start.used.size();
         }))

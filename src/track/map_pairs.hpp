@@ -7,7 +7,7 @@
 
 namespace procam::track::internal {
 
-using Kind = MapElement::Kind;
+using Kind = MapElementKind;
 
 /// Indices into the elements of map A and of map B.
 struct ElementPair {

@@ -11,7 +11,7 @@
 namespace procam::track {
 namespace {
 
-using Kind = MapElement::Kind;
+using Kind = MapElementKind;
 using Vec6 = Eigen::Matrix<double, 6, 1>;
 
 constexpr double kLimit95 = 12.59;  // of chi square with 6 degrees of freedom

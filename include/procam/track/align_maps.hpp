@@ -25,11 +25,12 @@
 
 namespace procam::track {
 
+enum class MapElementKind { kPlane, kPose };
+
 /// Something that a map holds.
 struct MapElement {
-  enum class Kind { kPlane, kPose };
   std::string name;  ///< "floor", "marker 3"
-  Kind kind = Kind::kPose;
+  MapElementKind kind = MapElementKind::kPose;
   Pose map_from_element;  ///< of a plane: its origin lies on it, z is its normal
   /// Of the right increment [rotation, translation]: map_from_element * se3_exp(xi); rad^2, rad m, m^2. Of a
   /// plane, the rows of rx, ry and tz count: its tilts about its origin, and its distance there.

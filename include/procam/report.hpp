@@ -1,6 +1,7 @@
 #pragma once
 /// Every public header of procam::report.
 #include "procam/report/calibration.hpp"
+#include "procam/report/draws_file.hpp"
 #include "procam/report/files.hpp"
 #include "procam/report/mount.hpp"
 #include "procam/report/plan.hpp"

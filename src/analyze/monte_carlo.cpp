@@ -1,5 +1,6 @@
 #include "procam/analyze/monte_carlo.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 
@@ -129,27 +130,53 @@ class Drawing {
   std::uint64_t seed_;
 };
 
+/// From the sums about zero. `draws` counts those that missed too.
 LandingSpread spread_of(const LandingSums& sums, std::size_t i, int draws) {
   using Sum = LandingSums::Group;
   const auto sum = [&](Double4 Sum::*which) { return sums.of(which, i); };
   LandingSpread spread;
   const double landed = sum(&Sum::landed);
+  spread.draws = draws;
   spread.missed = draws - int(landed);
-  if (landed < 2) return spread;
+  if (landed < 1) return spread;
   spread.mean = Vec2(sum(&Sum::x), sum(&Sum::y)) / landed;
+  spread.worst = std::sqrt(sum(&Sum::worst2));
+  if (landed < 2) return spread;
   spread.covariance << sum(&Sum::xx), sum(&Sum::xy), sum(&Sum::xy), sum(&Sum::yy);
   spread.covariance = (spread.covariance - landed * spread.mean * spread.mean.transpose()) / (landed - 1);
-  spread.worst = std::sqrt(sum(&Sum::worst2));
   return spread;
 }
 
 }  // namespace
+
+LandingSpread merged(const std::vector<LandingSpread>& parts) {
+  require(!parts.empty(), "merged: no part");
+  LandingSpread all;
+  Mat2 squares = Mat2::Zero();  // about the mean
+  double landed = 0;
+  for (const LandingSpread& part : parts) {
+    all.draws += part.draws;
+    all.missed += part.missed;
+    all.worst = std::max(all.worst, part.worst);
+    const double more = part.draws - part.missed;
+    if (more < 1) continue;
+    const Vec2 step = part.mean - all.mean;
+    squares += (more - 1) * part.covariance + landed * more / (landed + more) * step * step.transpose();
+    all.mean += more / (landed + more) * step;
+    landed += more;
+  }
+  if (landed > 1) all.covariance = squares / (landed - 1);
+  return all;
+}
 
 std::vector<std::optional<LandingSpread>> monte_carlo_landing(const LightPath& path,
                                                               const ErrorSources& sources,
                                                               const Points2& on_surface,
                                                               const MonteCarloOptions& options) {
   require(options.draws >= 2, "monte_carlo_landing: at least two draws");
+  const int pieces = (options.draws + kPiece - 1) / kPiece;
+  require(0 <= options.shard && options.shard < options.shards && options.shards <= pieces,
+          "monte_carlo_landing: the shard is not one of as many as there are pieces of draws");
   const Distribution distribution = distribution_of(path, sources);
   const Projector& projector = path.projector.projector;
   const Pose projector_from_surface = path.projector.rig_from_projector.inverse() * path.rig_from_surface;
@@ -166,12 +193,17 @@ std::vector<std::optional<LandingSpread>> monte_carlo_landing(const LightPath& p
   }
 
   const Drawing drawing(path, distribution, blocks, options.seed);
-  const int pieces = (options.draws + kPiece - 1) / kPiece;
+  const int own = (pieces - options.shard + options.shards - 1) / options.shards;
   std::vector<std::vector<LandingSums>> of_piece;
-  of_piece.resize(std::size_t(pieces));
-  parallel_each(pieces, options.threads, [&](int piece) {
-    of_piece[std::size_t(piece)] = drawing.draw(piece, std::min(kPiece, options.draws - piece * kPiece));
+  of_piece.resize(std::size_t(own));
+  const auto size_of = [&](int i) {
+    return std::min(kPiece, options.draws - (options.shard + i * options.shards) * kPiece);
+  };
+  parallel_each(own, options.threads, [&](int i) {
+    of_piece[std::size_t(i)] = drawing.draw(options.shard + i * options.shards, size_of(i));
   });
+  int draws = 0;
+  for (int i = 0; i < own; ++i) draws += size_of(i);
 
   // In the order of the pieces, so that rounding is the same whoever drew them.
   std::vector<std::optional<LandingSpread>> spreads(on_surface.size());
@@ -180,7 +212,7 @@ std::vector<std::optional<LandingSpread>> monte_carlo_landing(const LightPath& p
     LandingSums sums(blocks[block].groups.size());
     for (const std::vector<LandingSums>& piece : of_piece) sums.add(piece[block]);
     for (std::size_t i = 0; i < blocks[block].size(); ++i)
-      spreads[places[point++]] = spread_of(sums, i, options.draws);
+      spreads[places[point++]] = spread_of(sums, i, draws);
   }
   return spreads;
 }

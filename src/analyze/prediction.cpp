@@ -187,16 +187,11 @@ void add_draws(const LightPath& path, const ErrorSources& sources, const MonteCa
   Points2 points;
   for (const LandingError* error : lit) points.push_back(error->on_surface);
   const auto drawn = monte_carlo_landing(path, sources, points, draws);
-  prediction.drawn.resize(prediction.grid.size());
+  std::vector<std::optional<LandingSpread>> on_grid(prediction.grid.size());
   std::size_t next = 0;
-  double squares = 0;
-  for (std::size_t i = 0; i < prediction.grid.size(); ++i) {
-    if (!prediction.grid[i]) continue;
-    prediction.drawn[i] = drawn[next++];
-    const double rms = prediction.drawn[i] ? prediction.drawn[i]->rms() : 0;
-    squares += rms * rms;
-  }
-  prediction.drawn_rms_mm = 1e3 * std::sqrt(squares / double(lit.size()));
+  for (std::size_t i = 0; i < prediction.grid.size(); ++i)
+    if (prediction.grid[i]) on_grid[i] = drawn[next++];
+  merge_draws({on_grid}, prediction);
 }
 
 void remark(SurfacePrediction& prediction, const std::vector<const LandingError*>& lit) {
@@ -219,6 +214,27 @@ void remark(SurfacePrediction& prediction, const std::vector<const LandingError*
 }
 
 }  // namespace
+
+void merge_draws(const std::vector<std::vector<std::optional<LandingSpread>>>& parts,
+                 SurfacePrediction& prediction) {
+  require(!parts.empty(), "merge_draws: no part");
+  for (const auto& part : parts)
+    require(part.size() == prediction.grid.size(), "merge_draws: a part of another grid");
+  prediction.drawn.assign(prediction.grid.size(), std::nullopt);
+  double squares = 0;
+  int lit = 0;
+  for (std::size_t i = 0; i < prediction.grid.size(); ++i) {
+    if (!prediction.grid[i]) continue;
+    ++lit;
+    std::vector<LandingSpread> of_point;
+    for (const auto& part : parts)
+      if (part[i]) of_point.push_back(*part[i]);
+    if (of_point.empty()) continue;
+    prediction.drawn[i] = merged(of_point);
+    squares += prediction.drawn[i]->rms() * prediction.drawn[i]->rms();
+  }
+  prediction.drawn_rms_mm = 1e3 * std::sqrt(squares / double(std::max(lit, 1)));
+}
 
 SurfacePrediction predict_surface(const std::string& name, const LightPath& path,
                                   const Mat3& plane_from_content, const ErrorSources& sources,

@@ -267,7 +267,11 @@ void bind_monte_carlo(py::module_& m) {
       .field("draws", &analyze::MonteCarloOptions::draws, "relative error of a sigma: 1 / sqrt(2 draws)")
       .field("seed", &analyze::MonteCarloOptions::seed, "")
       .field("threads", &analyze::MonteCarloOptions::threads,
-             "0: as many as the machine has. The numbers do not depend on it");
+             "0: as many as the machine has. The numbers do not depend on it")
+      .field("shard", &analyze::MonteCarloOptions::shard,
+             "The part that is drawn here: of the draws, in pieces of 2048, every `shards`-th piece\n"
+             "from this number on, 0 <= shard < shards. merged() joins the parts.")
+      .field("shards", &analyze::MonteCarloOptions::shards, "");
 
   Record<analyze::LandingSpread> landing_spread(
       m, "LandingSpread",
@@ -277,10 +281,14 @@ void bind_monte_carlo(py::module_& m) {
       .field("mean", &analyze::LandingSpread::mean, "")
       .field("covariance", &analyze::LandingSpread::covariance, "")
       .field("worst", &analyze::LandingSpread::worst, "the largest distance drawn, metres")
+      .field("draws", &analyze::LandingSpread::draws, "how many were made")
       .field("missed", &analyze::LandingSpread::missed,
              "draws in which the light never meets the surface; not in the numbers above")
       .method("rms", &analyze::LandingSpread::rms, "");
 
+  function(m, "merged", &analyze::merged,
+           "The spread over the draws of all parts (MonteCarloOptions.shard); at least one part.",
+           py::arg("parts"));
   function(m, "monte_carlo_landing", &analyze::monte_carlo_landing,
            "One spread a point of the surface, from the same draws: they correlate as they do in\n"
            "the room. nullopt for a point that no light reaches in the chain as it is believed\n"

@@ -14,7 +14,7 @@ namespace {
 using calibrate::CalibrationResult;
 
 constexpr double kWidth = 900, kHeight = 540, kMargin = 36;
-constexpr double kFooter = 36;  ///< below the picture, for the scale bar
+constexpr double kScaleBarRoom = 36;  ///< below the picture, for the scale bar
 
 /// Orthographic: x to the right, y (down in the rig's frame) down, seen from `yaw` around and `pitch` above.
 /// The page's script uses the same equations.
@@ -209,7 +209,7 @@ void draw_axes(Scene& scene, double length) {
 }
 
 void draw_scale(Scene& scene, const Viewpoint& view, double metres) {
-  const Vec2 at(kMargin / 2, kHeight + kFooter / 2), end = at + Vec2(metres * view.scale, 0);
+  const Vec2 at(kMargin / 2, kHeight + kScaleBarRoom / 2), end = at + Vec2(metres * view.scale, 0);
   Marks bar;
   bar.line(at, end);
   scene.raw(bar.path("class=\"bar\"") +
@@ -247,7 +247,7 @@ std::string finished(Scene& scene, const Viewpoint& viewpoint, const std::vector
                      element("svg",
                              "id=\"rig\" tabindex=\"0\" role=\"img\" aria-label=\"" + name +
                                  "\" viewBox=\"0 0 " + coordinate(kWidth) + " " +
-                                 coordinate(kHeight + kFooter) + "\" data-view=\"" + data + "\"",
+                                 coordinate(kHeight + kScaleBarRoom) + "\" data-view=\"" + data + "\"",
                              "\n" + scene.content()) +
                      element("figcaption", "",
                              caption + " Axes: the rig's frame (x right, y down, z forward). "

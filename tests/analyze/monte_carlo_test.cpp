@@ -74,6 +74,39 @@ TEST(MonteCarlo, GivesTheSameNumbersOnAnyNumberOfThreads) {
   EXPECT_NE(monte_carlo_landing(path, sources, {Vec2(0.02, -0.03)}, options)[0]->mean, three[0]->mean);
 }
 
+/// Five parts of unequal size, joined, are the draws of one run.
+TEST(MonteCarlo, PartsJoinToTheDrawsOfOneRun) {
+  const Rig rig = uncertain_rig();
+  const LightPath path =
+      light_path(rig.projector(), "projector", Pose(so3_exp(Vec3(0.2, 1.45, 0)), Vec3(0.03, -0.2, 1.2)));
+  const ErrorSources sources{rig.covariance, Mat6::Zero(), isotropic_pose_covariance(0.004, 0.04), {}, 0.29};
+  const Points2 points{Vec2(0.15, 0.05), Vec2(-0.02, -0.11)};
+  MonteCarloOptions options;
+  options.draws = 23000;  // twelve pieces, the last of them short
+  const auto whole = monte_carlo_landing(path, sources, points, options);
+  options.shards = 5;
+  std::vector<std::vector<LandingSpread>> parts(points.size());
+  for (options.shard = 0; options.shard < options.shards; ++options.shard) {
+    const auto part = monte_carlo_landing(path, sources, points, options);
+    for (std::size_t i = 0; i < points.size(); ++i) parts[i].push_back(part[i].value());
+  }
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const LandingSpread joined = merged(parts[i]);
+    EXPECT_EQ(joined.draws, 23000);
+    EXPECT_EQ(joined.missed, whole[i]->missed);
+    EXPECT_EQ(joined.worst, whole[i]->worst);
+    EXPECT_LT((joined.mean - whole[i]->mean).norm(), 1e-12 * whole[i]->worst);
+    EXPECT_LT((joined.covariance - whole[i]->covariance).norm(), 1e-10 * whole[i]->covariance.norm());
+    EXPECT_NE(parts[i][0].mean, parts[i][1].mean);
+  }
+  EXPECT_GT(merged(parts[0]).missed, 0);
+  options.shard = 5;
+  EXPECT_THROW(monte_carlo_landing(path, sources, points, options), std::invalid_argument);
+  options.shard = 0;
+  options.shards = 13;  // more than there are pieces
+  EXPECT_THROW(monte_carlo_landing(path, sources, points, options), std::invalid_argument);
+}
+
 TEST(MonteCarlo, CountsLightThatMissesTheSurface) {
   const Rig rig = uncertain_rig();
   // 88 degrees to the light, and rotations of 3: many draws turn the surface away.

@@ -254,5 +254,44 @@ TEST_F(DrawRoute, PredictsTheErrorAndItsCause) {
   EXPECT_EQ(no_pose.exit_code, 3) << no_pose.err;
 }
 
+TEST_F(DrawRoute, DrawsOfSeveralProcessesAreJoined) {
+  const std::string inputs =
+      "--rig " + at("rig.json") + " --surfaces " + at("surfaces.json") + " --pose " + at("pose.json");
+  const std::string call = inputs + " --map-sigma 2mm --pose-sigma 10mm,0.5deg --json ";
+  const auto part = [&](const std::string& shard) { return at("draws_" + shard.substr(0, 1) + ".json"); };
+  const ToolRun whole = run_tool("predict-error", call + "--monte-carlo 9000 --seed 5");
+  ASSERT_EQ(whole.exit_code, 0) << whole.err;
+  for (const std::string shard : {"1/3", "2/3", "3/3"}) {
+    const ToolRun run = run_tool("predict-error", call + "--monte-carlo 9000 --seed 5 --shard " + shard +
+                                                      " --save-draws " + part(shard));
+    ASSERT_EQ(run.exit_code, 0) << run.err;
+    EXPECT_NE(run.json()["surfaces"][0]["monte_carlo_rms_mm"],
+              whole.json()["surfaces"][0]["monte_carlo_rms_mm"]);
+  }
+  const std::string all = " --draws " + part("1") + " " + part("2") + " " + part("3");
+  const ToolRun joined = run_tool("predict-error", call + all);
+  ASSERT_EQ(joined.exit_code, 0) << joined.err;
+  EXPECT_NEAR(double(joined.json()["surfaces"][0]["monte_carlo_rms_mm"]),
+              double(whole.json()["surfaces"][0]["monte_carlo_rms_mm"]), 1e-9);
+
+  std::ofstream(folder_ / "cut.json") << slurp(folder_ / "draws_2.json").substr(0, 700);
+  for (const auto& [more, code, words] : std::vector<std::tuple<std::string, int, std::string>>{
+           {call + " --draws " + part("1") + " " + part("3"), 3, "it is one of 3 parts, and 2 are given"},
+           {call + " --draws " + part("1") + " " + part("2") + " " + part("2"), 3, "it is the same part as"},
+           {call + " --draws " + part("1") + " " + at("cut.json") + " " + part("3"), 3, "it is damaged"},
+           {call + " --draws " + at("rig.json"), 3, "it is not a file of predict-error --save-draws"},
+           {inputs + " --map-sigma 3mm" + all, 3,
+            "was predicted from another rig, pose, surface or uncertainty"},
+           {call + "--monte-carlo 4000 --shard 3/3 --save-draws " + at("new.json"), 3,
+            "fewer than 2048 draws"},
+           {call + "--monte-carlo 9000 --shard 4/3 --save-draws " + at("new.json"), 2, "it is no part"},
+           {call + "--monte-carlo 9000 --shard 0/3 --save-draws " + at("new.json"), 2, "it is no part"}}) {
+    const ToolRun refused = run_tool("predict-error", more);
+    EXPECT_EQ(refused.exit_code, code) << more;
+    EXPECT_NE(refused.err.find(words), std::string::npos) << refused.err;
+  }
+  EXPECT_FALSE(fs::exists(folder_ / "new.json"));
+}
+
 }  // namespace
 }  // namespace procam::test

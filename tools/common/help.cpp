@@ -35,8 +35,8 @@ constexpr ValueType kValueTypes[] = {
     {"BOARD", " simulate-captures:check-board "},
     {"LENGTH", " plan-projection:viewer-distance "},
     {"FILE",
-     " align-maps:map base blend check depth image into intrinsics known-camera markers mount observations output points pose prior "
-     "preview record replay report rig save-board save-depth save-points save-mount save-show show shown sightings surfaces truth update virtual watch-save weights "
+     " align-maps:map base blend check depth draws image into intrinsics known-camera markers mount observations output points pose prior "
+     "preview record replay report rig save-board save-depth save-draws save-points save-mount save-show show shown sightings surfaces truth update virtual watch-save weights "
      "write-moved write-observations sensor mirror-view INPUT "},
     {"FOLDER", " captures data decoded figures watch images project "},
     {"LENGTH",
@@ -72,12 +72,13 @@ constexpr ValueType kValueTypes[] = {
     {"TOKEN", " token "},
     {"PATH", " path "},
     {"SHIFT", " lens-shift "},
+    {"K/N", " shard "},
     {"RATIO", " throw-ratio zoom "},
 };
 
 /// Files that a tool writes beside its one result.
 constexpr const char* kResults =
-    " data figures json output preview record report save-board save-depth save-mount save-points save-show watch-save weights write-moved write-observations ";
+    " data figures json output preview record report save-board save-depth save-draws save-mount save-points save-show watch-save weights write-moved write-observations ";
 
 bool is_listed(const char* list, const std::string& name) {
   return std::string(list).find(" " + name + " ") != std::string::npos;

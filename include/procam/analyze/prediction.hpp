@@ -61,4 +61,9 @@ PROCAM_EXPORT SurfacePrediction predict_surface(const std::string& name, const L
                                                 const Mat3& plane_from_content, const ErrorSources& sources,
                                                 const std::optional<MonteCarloOptions>& draws = std::nullopt);
 
+/// Sets `drawn` and its rms to those of all parts, each `drawn` of this surface by another shard. Throws
+/// std::invalid_argument for parts of another grid, and without parts.
+PROCAM_EXPORT void merge_draws(const std::vector<std::vector<std::optional<LandingSpread>>>& parts,
+                               SurfacePrediction& prediction);
+
 }  // namespace procam::analyze

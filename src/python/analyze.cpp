@@ -356,6 +356,15 @@ void bind_prediction(py::module_& m) {
       .field("diagnostics", &analyze::SurfacePrediction::diagnostics,
              "\"grazing\", \"not_lit\", \"first_order\"");
 
+  function(
+      m, "merge_draws",
+      [](const std::vector<std::vector<std::optional<analyze::LandingSpread>>>& parts,
+         analyze::SurfacePrediction prediction) {
+        analyze::merge_draws(parts, prediction);
+        return prediction;
+      },
+      "The prediction with the draws of all parts, each `drawn` of this surface by another shard.",
+      py::arg("parts"), py::arg("prediction"));
   function(m, "predict_surface", &analyze::predict_surface,
            "`plane_from_content` takes (u, v, 1) to metres on the surface (PlacedPlane). `draws`\n"
            "> 0 asks for Monte Carlo beside the closed form. Throws as landing_error() does, and\n"

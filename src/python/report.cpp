@@ -128,6 +128,18 @@ void bind_prediction(py::module_& m) {
            "One self-contained page: verdict, numbers, heat maps, causes, sweeps, rig and\n"
            "surfaces in space (as calibration_report()).",
            py::arg("surfaces"), py::arg("rig"), py::arg("title"));
+  function(m, "draws_to_json", &report::draws_to_json,
+           "What these options drew for the surfaces, as the text of a file for merge_draws().",
+           py::arg("surfaces"), py::arg("options"));
+  function(
+      m, "merge_draws",
+      [](const std::vector<std::filesystem::path>& files, std::vector<analyze::SurfacePrediction> surfaces) {
+        report::merge_draws(files, surfaces);
+        return surfaces;
+      },
+      "The surfaces with the draws of all parts. Throws Error kInput for a file that is no such part or\n"
+      "of other inputs, and for a part that is missing or given twice.",
+      py::arg("files"), py::arg("surfaces"));
   function(m, "prediction_tables", &report::prediction_tables,
            "The numbers of the page's figures: points.csv, causes.csv and sweeps.csv.", py::arg("surfaces"));
 }

@@ -42,6 +42,8 @@ NOT_RUN = {
     r"^project-live .*--pose-source|^simulate-robot .*--to udp": "two programs at a time: tests/e2e/live_route_test.cpp",
     r"--captures check": "captures of a person: tests/e2e/verify_route_test.cpp",
     r"^calibrate-mount .*--images": "images of a drive: tests/e2e/mount_route_test.cpp reads some",
+    r"^align-maps ": "two robots' maps: tests/e2e/align_maps_route_test.cpp",
+    r"\$inputs": "several processes: tests/e2e/draw_route_test.cpp",
     r"camchain": "another program's file: tests/e2e/exchange_route_test.cpp",
     r"--blend|--projector (left|right)": "several projectors: tests/e2e/content_route_test.cpp",
     r"--virtual": "a file of virtual objects: tests/e2e/viewer_route_test.cpp",

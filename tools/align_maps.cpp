@@ -1,9 +1,9 @@
 /// align-maps: surfaces and markers of two maps -> alignment.json, map_a_from_map_b with its covariance.
 #include <CLI/CLI.hpp>
-#include <cmath>
 #include <filesystem>
 
 #include "common/cli.hpp"
+#include "common/pose_lines.hpp"
 #include "procam/io/files.hpp"
 #include "procam/io/marker_map_file.hpp"
 #include "procam/io/pose_file.hpp"
@@ -79,26 +79,6 @@ Map load(const std::vector<std::string>& files, const Flags& flags) {
   return map;
 }
 
-void say_pose(Console& console, const FrameTree::Link& link) {
-  const PoseWithCovariance& pose = link.target_from_source;
-  const Vec3 turn = so3_log(pose.pose.rotation) / kDegree, shift = pose.pose.translation * 1e3;
-  const Vec3 turn_sigma = pose.covariance.diagonal().head<3>().cwiseSqrt() / kDegree;
-  const Vec3 shift_sigma = point_covariance(pose, Vec3::Zero()).diagonal().cwiseSqrt() * 1e3;
-  const auto list = [](const Vec3& v) { return std::vector<double>{v.x(), v.y(), v.z()}; };
-  const auto say = [&](const char* what, const Vec3& value, const Vec3& sigma, const char* unit) {
-    console.say(format("%-12s %9.2f %9.2f %9.2f %s (+- ", what, value.x(), value.y(), value.z(), unit) +
-                comma_list(list(sigma), [](double s) { return significant(s, 2); }) + ")");
-  };
-  console.say(link.target + "_from_" + link.source + ":");
-  say("rotation", turn, turn_sigma, "deg");
-  say("translation", shift, shift_sigma, "mm");
-  Summary& summary = console.summary();
-  summary.set("/rotation_deg", list(turn));
-  summary.set("/rotation_sigma_deg", list(turn_sigma));
-  summary.set("/translation_mm", list(shift));
-  summary.set("/translation_sigma_mm", list(shift_sigma));
-}
-
 void say_pairs(Console& console, const track::AlignMapsResult& joined) {
   for (std::size_t i = 0; i < joined.pairs.size(); ++i) {
     const track::AlignedPair& pair = joined.pairs[i];
@@ -128,7 +108,7 @@ ExitCode align(const Flags& flags, Console& console) {
   if (!flags.moved.empty())
     io::save_surfaces(flags.moved, track::moved(b.surfaces, joined.map_a_from_map_b.pose));
   say_pairs(console, joined);
-  say_pose(console, link);
+  say_link(console, link, "/pose");
   console.summary().set("/chi2", joined.chi2);
   console.summary().set("/degrees_of_freedom", joined.degrees_of_freedom);
   console.report(joined.diagnostics);

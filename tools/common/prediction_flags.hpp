@@ -1,5 +1,5 @@
 #pragma once
-/// What predict-error is told: rig and surfaces, what is uncertain, and what to draw and write.
+/// Options of predict-error: rig and surfaces, uncertainties, draws and output files.
 #include <CLI/CLI.hpp>
 #include <optional>
 

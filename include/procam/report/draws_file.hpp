@@ -15,7 +15,7 @@
 
 namespace procam::report {
 
-/// What these options drew for the surfaces, as the text of such a file.
+/// The draws of the surfaces, made with these options, as the text of such a file.
 PROCAM_EXPORT std::string draws_to_json(const std::vector<analyze::SurfacePrediction>& surfaces,
                                         const analyze::MonteCarloOptions& options);
 

@@ -1,5 +1,5 @@
 #pragma once
-/// Two maps of one place, each in its own frame, joined through what both hold: walls, floors and markers.
+/// Two maps of one place, each in its own frame, joined by the walls, floors and markers in both.
 ///
 ///   const AlignMapsResult joined = align_maps(elements_of(surfaces_a, sigma), elements_of(surfaces_b, sigma));
 ///   joined.map_a_from_map_b;   // pose with covariance

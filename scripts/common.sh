@@ -11,13 +11,13 @@
 build_packages=(g++ clang cmake ninja-build libeigen3-dev libopencv-dev libceres-dev nlohmann-json3-dev libpugixml-dev
   libcli11-dev libboost-dev libglfw3-dev libgl-dev pkg-config libzip-dev libepoxy-dev libegl-dev libopenni2-dev
   cyclonedds-dev cyclonedds-tools libsqlite3-dev libzstd-dev liblz4-dev libhwy-dev)
-test_packages=(libgtest-dev libbenchmark-dev libclang-rt-dev clang-format clang-tidy xvfb libx11-dev libegl-mesa0
+test_packages=(lld libgtest-dev libbenchmark-dev libclang-rt-dev clang-format clang-tidy xvfb libx11-dev libegl-mesa0
   libgl1-mesa-dri chromium blender godot3 pybind11-dev python3-dev python3-numpy python3-pytest mypy zsh abigail-tools
   libfastrtps-dev python3-nbclient python3-ipykernel python3-matplotlib colcon python3-colcon-cmake python3-colcon-ros
   python3-colcon-recursive-crawl)
 # The fuzz targets (tests/fuzz/run.sh): libFuzzer is part of libclang-rt-dev; llvm has the symbolizer, without which a
 # finding's stack has no names.
-fuzz_packages=(clang libclang-rt-dev llvm)
+fuzz_packages=(clang lld libclang-rt-dev llvm)
 # The Debian packages and a bare system to try them in (scripts/packages.sh).
 package_packages=(dpkg-dev debhelper dh-python help2man lintian debootstrap pybind11-dev python3-dev python3-numpy)
 # A release compares the interface with the last one's (scripts/abi.sh).

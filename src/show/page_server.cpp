@@ -210,7 +210,7 @@ class PageServer::Server::WebSocketClient : public std::enable_shared_from_this<
   }
 
   Server& server_;
-  websocket::stream<beast::tcp_stream> socket_;
+  websocket::stream<beast::tcp_stream, false> socket_;  // no deflate
   beast::flat_buffer buffer_;
   std::string message_;
   bool open_ = false, writing_ = false, has_seen_ = true;

@@ -111,6 +111,18 @@ void print_group(const show::GroupMetrics& group, Console& console) {
   summary.set("/group/takeovers", double(group.takeovers));
 }
 
+void print_fleet(const show::FleetMetrics& fleet, Console& console) {
+  console.say(format("fleet: %d robots, this one lit surfaces %llu times, refused announcements: %llu%s",
+                     fleet.robots, (unsigned long long)fleet.turns, (unsigned long long)fleet.rejected,
+                     fleet.is_superseded ? "; another robot has its name" : ""));
+  Summary& summary = console.summary();
+  summary.set("/fleet/robots", double(fleet.robots));
+  summary.set("/fleet/lit", double(fleet.lit));
+  summary.set("/fleet/turns", double(fleet.turns));
+  summary.set("/fleet/last_wait_ms", 1e3 * fleet.last_wait_s);
+  summary.set("/fleet/rejected", double(fleet.rejected));
+}
+
 void print(const show::ShowReport& report, const show::ShowOptions& options, Console& console) {
   const show::Metrics& m = report.metrics;
   console.say(format("%llu frames, %llu skipped as too late, %llu black without a pose",
@@ -144,6 +156,7 @@ void print(const show::ShowReport& report, const show::ShowOptions& options, Con
   if (!words.empty())
     console.say("poses: " + words + format(", malformed %llu", (unsigned long long)m.malformed));
   if (m.group) print_group(*m.group, console);
+  if (m.fleet) print_fleet(*m.fleet, console);
   if (report.people) print_people(*report.people, console);
   console.report(show::darkness(report, options));
 }

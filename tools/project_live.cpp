@@ -5,6 +5,7 @@
 #include "common/cli.hpp"
 #include "common/service_notify.hpp"
 #include "common/show_flags.hpp"
+#include "common/show_lines.hpp"
 #include "procam/device/frame_sink.hpp"
 #include "procam/io/rig_file.hpp"
 #include "procam/show/run.hpp"
@@ -98,29 +99,6 @@ void print_faults(const show::Metrics& metrics, Console& console) {
     words += format("%s%s %llu", words.empty() ? "" : ", ", name.c_str(), (unsigned long long)count);
   }
   if (!words.empty()) console.say("faults: " + words);
-}
-
-void print_group(const show::GroupMetrics& group, Console& console) {
-  console.say(format(
-      "group: %d hosts, led by %s, content time within %.3f ms of the leader's, takeovers: %llu", group.hosts,
-      group.leader.c_str(), 1e3 * group.clock_error_s, (unsigned long long)group.takeovers));
-  Summary& summary = console.summary();
-  summary.set("/group/hosts", double(group.hosts));
-  summary.set("/group/leads", group.leads ? 1.0 : 0.0);
-  summary.set("/group/clock_error_ms", 1e3 * group.clock_error_s);
-  summary.set("/group/takeovers", double(group.takeovers));
-}
-
-void print_fleet(const show::FleetMetrics& fleet, Console& console) {
-  console.say(format("fleet: %d robots, this one lit surfaces %llu times, refused announcements: %llu%s",
-                     fleet.robots, (unsigned long long)fleet.turns, (unsigned long long)fleet.rejected,
-                     fleet.is_superseded ? "; another robot has its name" : ""));
-  Summary& summary = console.summary();
-  summary.set("/fleet/robots", double(fleet.robots));
-  summary.set("/fleet/lit", double(fleet.lit));
-  summary.set("/fleet/turns", double(fleet.turns));
-  summary.set("/fleet/last_wait_ms", 1e3 * fleet.last_wait_s);
-  summary.set("/fleet/rejected", double(fleet.rejected));
 }
 
 void print(const show::ShowReport& report, const show::ShowOptions& options, Console& console) {

@@ -170,7 +170,7 @@ struct Robot {
   std::vector<FleetClaim> claims;
   std::vector<Light> wall;
   double begun, frame_due, period = 1 / 60., delay = 0.013, sent = -1;
-  bool runs = true;
+  bool runs = true, is_stuck = false;
 };
 
 /// Robots in a network that delays, loses and reorders. Steps of 1 ms.
@@ -194,7 +194,7 @@ class Hall {
       each();
       deliver();
       for (const auto& robot : robots_) {
-        if (!robot->runs) continue;
+        if (!robot->runs || robot->is_stuck) continue;
         robot->turns.claim(robot->claims);
         const bool changed = robot->turns.step(now_);
         if (changed || now_ - robot->sent >= 0.5) send(*robot);
@@ -323,6 +323,21 @@ TEST(FleetTurns, HandOverWaitsUntilTheNextRobotIsReadyAndIsShort) {
   EXPECT_LE(longest, 0.03 + 1 / 60. + 0.021 + 0.002);
   EXPECT_GT(longest, 0.021) << "longer than the delay of a frame: it is a hand-over";
   RecordProperty("longest_dark_ms", int(1e3 * longest));
+}
+
+/// A robot that lives but does not answer, such as a program in a debugger.
+TEST(FleetTurns, ARobotThatDoesNotAnswerStopsAHandOverAndTheLightStays) {
+  Hall hall(5);
+  hall.add("old").claims = {claim(1)};
+  Robot& third = hall.add("third");
+  third.claims = {claim(-3)};
+  hall.run(1.5);
+  hall.add("young").claims = {claim(5)};
+  third.is_stuck = true;
+  hall.run(3, [&] { ASSERT_EQ(hall.lit("wall"), Names{"old"}); });
+  third.is_stuck = false;
+  hall.run(1);
+  EXPECT_EQ(hall.lit("wall"), Names{"young"});
 }
 
 TEST(FleetTurns, EqualRobotsDoNotAlternate) {

@@ -5,6 +5,7 @@
 #include "common/cli.hpp"
 #include "common/service_notify.hpp"
 #include "common/show_flags.hpp"
+#include "common/show_lines.hpp"
 #include "procam/device/frame_sink.hpp"
 #include "procam/io/rig_file.hpp"
 #include "procam/show/run.hpp"
@@ -100,17 +101,6 @@ void print_faults(const show::Metrics& metrics, Console& console) {
   if (!words.empty()) console.say("faults: " + words);
 }
 
-void print_group(const show::GroupMetrics& group, Console& console) {
-  console.say(format(
-      "group: %d hosts, led by %s, content time within %.3f ms of the leader's, takeovers: %llu", group.hosts,
-      group.leader.c_str(), 1e3 * group.clock_error_s, (unsigned long long)group.takeovers));
-  Summary& summary = console.summary();
-  summary.set("/group/hosts", double(group.hosts));
-  summary.set("/group/leads", group.leads ? 1.0 : 0.0);
-  summary.set("/group/clock_error_ms", 1e3 * group.clock_error_s);
-  summary.set("/group/takeovers", double(group.takeovers));
-}
-
 void print(const show::ShowReport& report, const show::ShowOptions& options, Console& console) {
   const show::Metrics& m = report.metrics;
   console.say(format("%llu frames, %llu skipped as too late, %llu black without a pose",
@@ -144,6 +134,7 @@ void print(const show::ShowReport& report, const show::ShowOptions& options, Con
   if (!words.empty())
     console.say("poses: " + words + format(", malformed %llu", (unsigned long long)m.malformed));
   if (m.group) print_group(*m.group, console);
+  if (m.fleet) print_fleet(*m.fleet, console);
   if (report.people) print_people(*report.people, console);
   console.report(show::darkness(report, options));
 }

@@ -1,4 +1,5 @@
 /// A build without DDS.
+#include "fleet_checks.hpp"
 #include "group_name.hpp"
 #include "log_pose_source.hpp"
 #include "names.hpp"
@@ -99,6 +100,24 @@ GroupStatus Group::status() const {
   return {};
 }
 std::string Group::description() const {
+  return {};
+}
+
+struct RobotFleet::Impl {};
+RobotFleet::RobotFleet(const FleetOptions& options) {
+  internal::require_fleet(options);
+  refuse(("fleet " + options.name).c_str());
+}
+RobotFleet::~RobotFleet() = default;
+void RobotFleet::claim(const std::vector<FleetClaim>&) {}
+std::vector<std::string> RobotFleet::lit() const {
+  return {};
+}
+void RobotFleet::shown(const std::vector<std::string>&, double) {}
+FleetStatus RobotFleet::status() const {
+  return {};
+}
+std::string RobotFleet::description() const {
   return {};
 }
 bool ImageTopic::has_publisher() const {

@@ -102,6 +102,19 @@ void bind_metrics(py::module_& m) {
       .field("last_takeover_s", &show::GroupMetrics::last_takeover_s, "in which nobody led")
       .field("rejected", &show::GroupMetrics::rejected, "invalid messages")
       .field("waiting", &show::GroupMetrics::waiting, "requests of this host that the leader has not taken");
+  Record<show::FleetMetrics> fleet(m, "FleetMetrics", "Of a robot in a fleet (docs/live.md).");
+  fleet.fields_init()
+      .field("robots", &show::FleetMetrics::robots, "with this one")
+      .field("by", &show::FleetMetrics::by, "surface: the robots that light it")
+      .field("lit", &show::FleetMetrics::lit, "surfaces that this robot lights")
+      .field("turns", &show::FleetMetrics::turns, "times that this robot began to light a surface")
+      .field("last_wait_s", &show::FleetMetrics::last_wait_s,
+             "from the request to the last grant, the last time")
+      .field("rejected", &show::FleetMetrics::rejected, "announcements that were invalid or too large")
+      .field("is_superseded", &show::FleetMetrics::is_superseded,
+             "a robot of the same name was started later: this one is dark")
+      .field("largest_latency_s", &show::FleetMetrics::largest_latency_s,
+             "from a grant to the light, of all robots");
   Record<show::Metrics> metrics(m, "Metrics", "");
   metrics.fields_init()
       .field("frames", &show::Metrics::frames, "shown")
@@ -132,6 +145,7 @@ void bind_metrics(py::module_& m) {
              "\"room\", \"save\", \"surfaces\", \"watch\".")
       .field("watch", &show::Metrics::watch, "")
       .field("group", &show::Metrics::group, "")
+      .field("fleet", &show::Metrics::fleet, "")
       .field("contents_stopped", &show::Metrics::contents_stopped,
              "now: contents that give no new images and show their last one");
 }
@@ -239,6 +253,12 @@ void bind_show_options(py::module_& m) {
       .field("group", &show::ShowOptions::group, "hosts with one name show one show")
       .field("group_strength", &show::ShowOptions::group_strength,
              "the strongest follows a leader that is gone")
+      .field("fleet", &show::ShowOptions::fleet, "robots of one fleet light one room")
+      .field("robot", &show::ShowOptions::robot, "the name of this robot in the fleet")
+      .field("fleet_priority", &show::ShowOptions::fleet_priority,
+             "the robot with the greatest number lights a surface")
+      .field("fleet_blend", &show::ShowOptions::fleet_blend,
+             "surfaces are lit together with other robots that blend")
       .field("autosave", &show::ShowOptions::autosave, "edits at the control page are saved within a second")
       .field("record", &show::ShowOptions::record, "log of the run, for replay()")
       .field("control", &show::ShowOptions::control, "[ADDRESS:]PORT of the control page, or \"off\"")

@@ -36,6 +36,10 @@ class FrameLoop {
   void draw(double now, double free_since);
   void draw_new(double now, ImageU8& frame);
   static void make_black(ImageU8& frame);
+  /// Surfaces that other robots of a fleet light are dark from the next frame on, also while the picture is frozen.
+  void follow_fleet();
+  /// To the fleet: what the frame that was just shown has light on.
+  void tell_fleet(double light_time);
   /// A frame that neither the page holds nor is shown while the picture is frozen.
   std::shared_ptr<ImageU8>& unheld_frame();
 
@@ -134,6 +138,8 @@ class FrameLoop {
          gathered_ = 0;
   double frames_per_s_ = 0, poses_per_s_ = 0;
   std::uint64_t frames_then_ = 0, poses_then_ = 0;
+  std::vector<std::string> fleet_dark_;                  ///< surfaces
+  bool is_new_ = false, is_drawn_ = false;               ///< of the frame that was shown last
   SharedShow shared_;                                    ///< of a group, without surfaces
   bool surfaces_changed_ = true, draws_frozen_ = false;  ///< of a group
   bool closed_ = false, frozen_ = false, help_ = false, waiting_ = false;

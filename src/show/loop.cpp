@@ -123,8 +123,10 @@ void FrameLoop::take_poses(track::PoseSource& source) {
 void FrameLoop::draw(double now, double free_since) {
   const double before = newest_arrival_;
   take_poses();
+  guarded("fleet", [&] { follow_fleet(); });
   std::shared_ptr<ImageU8>& frame = unheld_frame();
-  if (!frozen_ || metrics_.frames == 0 || std::exchange(draws_frozen_, false)) {
+  is_new_ = !frozen_ || metrics_.frames == 0 || std::exchange(draws_frozen_, false);
+  if (is_new_) {
     move_projector(now);
     move_surfaces(now);
     guarded("room", [&] { move_shape(now + options_.delay_s); });
@@ -134,6 +136,7 @@ void FrameLoop::draw(double now, double free_since) {
     if (newest_arrival_ > before)
       metrics_.pose_to_frame.add(ready - std::max(newest_arrival_, free_since) - drawn_.render_s);
     guarded("surfaces", [&] {
+      if (!fleet_dark_.empty()) return;
       if (const auto why = light_.check(now, drawn_, parts_.projection, *frame, metrics_)) say(*why);
     });
     if (help_) draw_words(*frame, keys());
@@ -149,6 +152,7 @@ void FrameLoop::draw(double now, double free_since) {
     if (!good) make_black(*(shown_ = frame));
   }
   parts_.sink.show_next(*shown_);
+  guarded("fleet", [&] { tell_fleet(now + options_.delay_s); });
   if (parts_.watch != nullptr)
     guarded("watch", [&] {
       parts_.watch->shown(shown_, now + options_.delay_s, parts_.projection.solved(),
@@ -165,9 +169,11 @@ void FrameLoop::draw_new(double now, ImageU8& frame) {
   RecordedFrame recorded;
   recorded.number = (long long)metrics_.frames;
   recorded.light_time = now + options_.delay_s;
-  recorded.content_time = frozen_ && parts_.group != nullptr ? shared_.frozen_at : content_time(now);
-  if (!guarded("frame",
-               [&] { drawn_ = parts_.projection.draw(recorded.light_time, recorded.content_time, frame); })) {
+  recorded.content_time =
+      frozen_ && (parts_.group != nullptr || parts_.fleet != nullptr) ? shared_.frozen_at : content_time(now);
+  is_drawn_ = guarded(
+      "frame", [&] { drawn_ = parts_.projection.draw(recorded.light_time, recorded.content_time, frame); });
+  if (!is_drawn_) {
     // Of old light nobody knows where it falls now, and whom it meets.
     make_black(frame);
     drawn_.blanked = true;
@@ -180,6 +186,25 @@ void FrameLoop::draw_new(double now, ImageU8& frame) {
   if (recorder_ == nullptr) return;
   recorded.fingerprint = fingerprint(frame);
   record(recorded);
+}
+
+void FrameLoop::follow_fleet() {
+  if (parts_.fleet == nullptr) return;
+  std::vector<std::string> dark = parts_.fleet->dark(parts_.projection.show());
+  if (dark == fleet_dark_) return;
+  fleet_dark_ = dark;
+  draws_frozen_ = draws_frozen_ || frozen_;
+  parts_.projection.set_dark(std::move(dark));
+}
+
+void FrameLoop::tell_fleet(double light_time) {
+  if (parts_.fleet == nullptr) return;
+  if (is_new_)
+    parts_.fleet->shown(parts_.projection, is_drawn_, light_time);
+  else
+    parts_.fleet->held(light_time);
+  for (const std::string& sentence : parts_.fleet->take_news()) say(sentence);
+  metrics_.fleet = parts_.fleet->metrics();
 }
 
 void FrameLoop::make_black(ImageU8& frame) {

@@ -10,6 +10,7 @@
 
 #include "control_page.hpp"
 #include "editor.hpp"
+#include "fleet_link.hpp"
 #include "group_link.hpp"
 #include "light_watch.hpp"
 #include "procam/device/frame_sink.hpp"
@@ -44,6 +45,7 @@ struct LoopParts {
   LightWatch* watch = nullptr;  ///< gets each frame that is shown
   ControlPage* page = nullptr;
   GroupLink* group = nullptr;  ///< other hosts that show the same; joined
+  FleetLink* fleet = nullptr;  ///< other robots that light the same room
   RunRecorder* recorder = nullptr;
   /// What may be chosen as content at the page.
   std::vector<std::string> contents = {};

@@ -71,6 +71,36 @@ void write(std::string& text, const GroupMetrics& group) {
   add("requests_waiting", "gauge", "Requests that the leader has not taken.", double(group.waiting));
 }
 
+/// As a label's value is written.
+std::string escaped(const std::string& text) {
+  std::string written;
+  for (const char c : text) {
+    if (c == '\\' || c == '"') written += '\\';
+    written += c == '\n' ? std::string("\\n") : std::string(1, c);
+  }
+  return written;
+}
+
+void write(std::string& text, const FleetMetrics& fleet) {
+  const auto add = [&](const char* name, const char* kind, const char* help, double value) {
+    write(text, "fleet", name, kind, help, value);
+  };
+  add("robots", "gauge", "Robots of the fleet, with this one.", fleet.robots);
+  add("lit", "gauge", "Surfaces that this robot lights.", fleet.lit);
+  add("turns_total", "counter", "Times that this robot began to light a surface.", double(fleet.turns));
+  add("last_wait_seconds", "gauge", "From the request to the last grant, the last time.", fleet.last_wait_s);
+  add("latency_seconds", "gauge", "From a grant to the light, the largest of all robots.",
+      fleet.largest_latency_s);
+  add("rejected_total", "counter", "Announcements that were invalid or too large.", double(fleet.rejected));
+  add("superseded", "gauge", "1 while a robot of the same name, started later, lights instead.",
+      fleet.is_superseded ? 1 : 0);
+  text +=
+      "# HELP procam_fleet_surface Which robots light which surface.\n# TYPE procam_fleet_surface gauge\n";
+  for (const auto& [surface, robots] : fleet.by)
+    for (const std::string& robot : robots)
+      text += "procam_fleet_surface{surface=\"" + escaped(surface) + "\",robot=\"" + robot + "\"} 1\n";
+}
+
 }  // namespace
 
 void Durations::add(double seconds) {
@@ -131,6 +161,7 @@ std::string to_prometheus(const Metrics& m, const track::Faults& poses) {
     text += "procam_pose_faults_total{name=\"" + std::string(name) + "\"} " + std::to_string(count) + "\n";
   if (m.watch) write(text, *m.watch);
   if (m.group) write(text, *m.group);
+  if (m.fleet) write(text, *m.fleet);
   write(text, "draw", "From the last look at the pose sources to the frame ready.", m.draw);
   write(text, "render", "The renderer's part of it.", m.render);
   write(text, "frame_jitter", "Between the begins of two frames, from what it should be.", m.jitter);

@@ -77,6 +77,8 @@ struct Projection::State {
   /// One a surface: a number that no other content has had. Memory of one that is gone may come again with
   /// the next, and the renderer knows pictures by their memory and revision.
   std::vector<std::uint64_t> serials;
+  std::vector<std::string> dark;    ///< names
+  std::vector<SurfaceLight> light;  ///< one a surface
   std::uint64_t next_serial = 1;
   std::optional<Pose> rig_from_world;  ///< of a projector that stands still
 
@@ -89,6 +91,10 @@ struct Projection::State {
 
   Pose projector_from_world(const Pose& world_from_child) const {
     return (world_from_child * options.child_from_rig * projector.rig_from_projector).inverse().normalized();
+  }
+
+  bool is_dark(std::size_t i) const {
+    return std::find(dark.begin(), dark.end(), solved.surfaces[i].surface.name) != dark.end();
   }
 
   void add_item(std::size_t i, double content_time) {
@@ -164,6 +170,7 @@ void Projection::set_show(Show show) {
   }
   state_->serials = std::move(serials);
   state_->laid.assign(show.contents.size(), {});
+  state_->light.assign(show.contents.size(), SurfaceLight::kNone);
   state_->show = std::move(show);
 }
 const Show& Projection::show() const {
@@ -215,6 +222,13 @@ std::optional<Pose> Projection::projector_from_world(double time) const {
   return state_->projector_from_world(pose.frame_from_child);
 }
 
+void Projection::set_dark(std::vector<std::string> surfaces) {
+  state_->dark = std::move(surfaces);
+}
+SurfaceLight Projection::light(std::size_t surface) const {
+  return state_->light.at(surface);
+}
+
 bool Projection::draw_over(double light_time, ImageView<std::uint8_t> frame) const {
   if (!state_->options.over) return false;
   state_->options.over(*this, light_time, frame);
@@ -242,16 +256,24 @@ DrawnFrame Projection::draw(double light_time, double content_time, ImageView<st
   }
 
   s.scene.items.clear();
+  std::fill(s.light.begin(), s.light.end(), SurfaceLight::kNone);
   for (std::size_t i = 0; i < s.solved.surfaces.size() && !drawn.blanked; ++i) {
     const SolvedSurface& surface = s.solved.surfaces[i];
     if (!placed && stands_in_world(surface.surface)) {
       drawn.waiting = true;
       continue;
     }
+    const std::size_t items = s.scene.items.size();
     try {
       s.add_item(i, content_time);
     } catch (const std::exception& error) {
       drawn.content_fault = "surface '" + surface.surface.name + "' is dark: " + error.what();
+      continue;
+    }
+    if (s.scene.items.size() == items) continue;
+    s.light[i] = s.is_dark(i) ? SurfaceLight::kDark : SurfaceLight::kShown;
+    if (s.light[i] == SurfaceLight::kDark) {
+      s.scene.items.pop_back();
       continue;
     }
     const auto* plane = std::get_if<PlacedPlane>(&surface.placement);

@@ -153,6 +153,19 @@ void check_combination(const ShowOptions& options) {
   if (!options.group.empty() && options.watch)
     refuse("group", "a correction of one host would move the surfaces of all",
            "leave out --watch or --group");
+  if (options.fleet.empty() != options.robot.empty())
+    refuse("fleet", "a fleet and the name of the robot in it need each other", "give --fleet and --robot");
+  if (!options.fleet.empty() && is_depth_source(options.surfaces))
+    refuse("fleet", "surfaces of a depth camera have names that other robots do not know",
+           "leave out --fleet, or detect the surfaces before the show (detect-surfaces)");
+  if (!options.fleet.empty() && !options.group.empty())
+    refuse("fleet", "the hosts of a group show the same, and the robots of a fleet do not",
+           "leave out --fleet or --group");
+  if (!options.fleet.empty() && options.watch)
+    refuse("fleet", "on a surface that another robot lights, the camera sees that robot's light",
+           "leave out --watch or --fleet");
+  if (!options.fleet.empty() && !options.record.empty())
+    refuse("record", "a run in a fleet cannot be shown again bit for bit", "leave one of them out");
   if (options.depth.silhouettes && !options.record.empty())
     refuse("record", "a run with silhouettes cannot be shown again bit for bit", "leave one of them out");
 }

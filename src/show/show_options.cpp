@@ -109,6 +109,10 @@ static void fields(io::Fields& f, ShowOptions& o) {
   f.optional("watch", o.watch);
   f.optional("group", o.group);
   field_or(f, "group_strength", o.group_strength, usual.group_strength);
+  f.optional("fleet", o.fleet);
+  f.optional("robot", o.robot);
+  field_or(f, "fleet_priority", o.fleet_priority, usual.fleet_priority);
+  field_or(f, "fleet_blend", o.fleet_blend, usual.fleet_blend);
   field_or(f, "autosave", o.autosave, usual.autosave);
   f.optional("record", o.record);
   field_or(f, "control", o.control, usual.control);
@@ -123,6 +127,10 @@ static void fields(io::Fields& f, ShowOptions& o) {
           "it is not from 0 to " + std::to_string(limits::kThreads), "give 0 for as many as the machine has");
   f.check(o.group_strength >= -1000 && o.group_strength <= 1000, "group_strength",
           "it is not from -1000 to 1000", "give a whole number, e.g. 10");
+  f.check(o.fleet_priority >= -1000 && o.fleet_priority <= 1000, "fleet_priority",
+          "it is not from -1000 to 1000", "give a whole number, e.g. 10");
+  f.check(o.fleet.empty() == o.robot.empty(), "robot", "'fleet' and 'robot' need each other",
+          "give both, or none");
   check_times(f, o);
   f.check(o.renderer == "cpu" || o.renderer == "gl", "renderer", "there is none of this name",
           "use cpu or gl");

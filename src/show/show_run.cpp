@@ -51,6 +51,7 @@ ShowRun::ShowRun(const Rig& rig, bool is_calibrated, const ShowOptions& options,
   load_surfaces();
   if (!options.group.empty()) open_group();
   open_output();
+  if (!options.fleet.empty()) open_fleet();
   open_inputs();
   if (link_) link_->wait_until_joined([this] { listener_.on_frame({}); });
 }
@@ -70,6 +71,7 @@ ShowReport ShowRun::run() {
   parts.watch = watch_.get();
   parts.page = page_.get();
   parts.group = link_.get();
+  parts.fleet = fleet_.get();
   parts.recorder = recorder_ ? &*recorder_ : nullptr;
   parts.contents = content_choices(folder_, first_);
   parts.other_faults = [this](std::map<std::string, std::uint64_t>& faults) {
@@ -185,6 +187,12 @@ void ShowRun::open_group() {
   group.strength = options_.group_strength;
   link_ = std::make_unique<GroupLink>(group, options_.surfaces);
   listener_.on_start(link_->description());
+}
+
+void ShowRun::open_fleet() {
+  // A grant is seen at the begin of the next frame.
+  fleet_ = std::make_unique<FleetLink>(options_, loop_.delay_s + (loop_.fps > 0 ? 1 / loop_.fps : 0));
+  listener_.on_start(fleet_->description());
 }
 
 void ShowRun::share_pose(const track::StampedPose& message) {

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "fleet_link.hpp"
 #include "group_link.hpp"
 #include "loop.hpp"
 #include "procam/device/content_source.hpp"
@@ -48,6 +49,8 @@ class ShowRun {
 
   void open_group();
 
+  void open_fleet();
+
   /// Of a source of this host, for the hosts that have none.
   void share_pose(const track::StampedPose& message);
 
@@ -87,6 +90,7 @@ class ShowRun {
   std::map<const device::ContentSource*, Rejected> by_content_;  ///< at the last count
   Rejected rejected_by_contents_;
   std::unique_ptr<ShowLoader> loader_;
+  std::unique_ptr<FleetLink> fleet_;  ///< outlives the output: its claims end when the last light is gone
   std::unique_ptr<device::FrameSink> opened_sink_;
   LoopOptions loop_;
   std::vector<std::unique_ptr<track::PoseSource>> sources_;

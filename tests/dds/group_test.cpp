@@ -2,11 +2,6 @@
 #include "procam/dds/group.hpp"
 
 #include <gtest/gtest.h>
-#include <signal.h>
-#include <sys/prctl.h>
-#include <sys/wait.h>
-#include <unistd.h>
-
 #include <chrono>
 #include <cmath>
 #include <functional>
@@ -15,6 +10,7 @@
 
 #include "graph_values.hpp"
 #include "group_messages.h"
+#include "member_process.hpp"
 #include "procam/core/base/clock.hpp"
 #include "ros2_peer.hpp"
 #include "support/expect_error.hpp"
@@ -23,6 +19,7 @@ namespace procam::dds {
 namespace {
 
 using test::LoopbackDomain;
+using test::MemberProcess;
 using test::wait_until;
 
 GroupState some_state(const std::string& surfaces = "first") {
@@ -54,28 +51,6 @@ std::optional<GroupState> next_state(Group& group, double seconds = 5) {
   wait_until([&] { return (state = group.take()).has_value(); }, seconds);
   return state;
 }
-
-/// A member in a process of its own, which ends with the test. To be made before DDS is used here.
-class MemberProcess {
- public:
-  explicit MemberProcess(const std::function<void()>& member) {
-    process_ = fork();
-    if (process_ != 0) return;
-    prctl(PR_SET_PDEATHSIG, SIGKILL);
-    member();
-    _exit(0);
-  }
-  ~MemberProcess() { end(); }
-  void end() {
-    if (process_ <= 0) return;
-    ::kill(process_, SIGKILL);
-    ::waitpid(process_, nullptr, 0);
-    process_ = 0;
-  }
-
- private:
-  pid_t process_ = 0;
-};
 
 /// Publishes a state each time that a request comes, for ever.
 void lead(Group& group) {

@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "log_files.hpp"
+#include "procam/dds/fleet.hpp"
 #include "procam/dds/group.hpp"
 #include "procam/dds/image_source.hpp"
 #include "procam/dds/pose_source.hpp"
@@ -25,6 +26,11 @@ TEST(NoDds, ImagesNameThePackages) {
 TEST(NoDds, AGroupNamesThePackages) {
   EXPECT_ERROR(Group({"stage"}), kUnsupported, "install cyclonedds-dev and cyclonedds-tools");
   EXPECT_ERROR(Group({"a/b"}), kInput, "group 'a/b'");
+}
+
+TEST(NoDds, AFleetNamesThePackages) {
+  EXPECT_ERROR(RobotFleet({"hall", "spot"}), kUnsupported, "install cyclonedds-dev and cyclonedds-tools");
+  EXPECT_ERROR(RobotFleet({"hall", "a/b"}), kInput, "robot 'a/b'");
 }
 
 TEST(NoDds, LogsOfRos2NameThePackages) {

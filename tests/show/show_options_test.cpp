@@ -51,6 +51,10 @@ ShowOptions everything() {
   o.watch->save = "corrected.json";
   o.group = "foyer";
   o.group_strength = 12;
+  o.fleet = "hall";
+  o.robot = "spot";
+  o.fleet_priority = -3;
+  o.fleet_blend = true;
   o.autosave = true;
   o.control = "off";
   o.token = "secret";

@@ -201,6 +201,19 @@ void declare_output(CLI::App& app, show::ShowOptions& o) {
                  "When the leader is gone, the host with the greatest number leads: -1000 to 1000")
       ->check(CLI::Range(-1000, 1000))
       ->needs(group);
+  CLI::Option* fleet = app.add_option(
+      "--fleet", o.fleet,
+      "Name of a fleet of robots that light one room: each surface is lit by one of them (docs/live.md)");
+  CLI::Option* robot = app.add_option("--robot", o.robot, "Name of this robot in the fleet")->needs(fleet);
+  fleet->needs(robot);
+  app.add_option(
+         "--priority", o.fleet_priority,
+         "Of the robots that can light a surface, the one with the greatest number does: -1000 to 1000")
+      ->check(CLI::Range(-1000, 1000))
+      ->needs(fleet);
+  app.add_flag("--fleet-blend", o.fleet_blend,
+               "Light surfaces together with other robots of the fleet that have this flag")
+      ->needs(fleet);
   app.add_flag("--autosave", o.autosave,
                "Save edits of the control page to the surfaces file within a second");
   app.add_option("--record", o.record,

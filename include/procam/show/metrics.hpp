@@ -57,6 +57,18 @@ struct GroupMetrics {
   std::size_t waiting = 0;      ///< requests of this host that the leader has not taken
 };
 
+/// Of a robot in a fleet (docs/live.md).
+struct FleetMetrics {
+  int robots = 1;                                      ///< with this one
+  std::map<std::string, std::vector<std::string>> by;  ///< surface: the robots that light it
+  int lit = 0;                                         ///< surfaces that this robot lights
+  std::uint64_t turns = 0;                             ///< times that this robot began to light a surface
+  double last_wait_s = 0;                              ///< from the request to the last grant, the last time
+  std::uint64_t rejected = 0;                          ///< announcements that were invalid or too large
+  bool is_superseded = false;    ///< a robot of the same name was started later: this one is dark
+  double largest_latency_s = 0;  ///< from a grant to the light, of all robots
+};
+
 struct Metrics {
   std::uint64_t frames = 0;          ///< shown
   std::uint64_t dropped = 0;         ///< whose time passed while another was drawn
@@ -75,13 +87,14 @@ struct Metrics {
                        ///< the light of the frame
   Durations
       pose_to_frame;  ///< from a pose's arrival to the first frame with it ready, less that frame's render
-  /// What failed while the show went on, by name: "command", "content", "control_page", "depth", "frame", "group", "group_pose", "people"
+  /// What failed while the show went on, by name: "command", "content", "control_page", "depth", "fleet", "frame", "group", "group_pose", "people"
   /// and "people_..." (messages), "page_connection" (closed for others), "page_refused", "page_request", "pose_source",
   /// "record", "reload", "room", "save", "surfaces", "watch", and what a source rejected by its cause
   /// ("ros2_oversized").
   std::map<std::string, std::uint64_t> faults;
   std::optional<WatchStatus> watch;
   std::optional<GroupMetrics> group;
+  std::optional<FleetMetrics> fleet;
   std::uint64_t contents_stopped = 0;  ///< now: contents that give no new images and show their last one
 };
 

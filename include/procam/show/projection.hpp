@@ -46,6 +46,13 @@ enum class TestPattern {
   kMask   ///< white: where light goes at all
 };
 
+/// Of a surface in the frame drawn last.
+enum class SurfaceLight {
+  kNone,  ///< it cannot be shown: no content, no image of it, no pose
+  kDark,  ///< it could be shown, and is kept dark (Projection::set_dark)
+  kShown
+};
+
 class Projection;
 /// What is drawn over every frame that has light in it, last, for the light of a time: an eye-safe mask.
 using DrawOver = std::function<void(const Projection&, double light_time, ImageView<std::uint8_t>)>;
@@ -109,6 +116,12 @@ class PROCAM_EXPORT Projection {
   const track::PoseTrack& track() const;
   /// Where the projector stands at a time; nullopt before the first pose.
   std::optional<Pose> projector_from_world(double time) const;
+
+  /// The surfaces of these names stay dark from the next draw() on. Their contents go on, so that they can be shown in any
+  /// frame.
+  void set_dark(std::vector<std::string> surfaces);
+  /// Of the surface of this number in solved().
+  SurfaceLight light(std::size_t surface) const;
 
   /// Draws over a frame again, for the light of another time (ProjectionOptions::over): of a picture that is
   /// held, a mask goes on. false: there is nothing to draw over it.

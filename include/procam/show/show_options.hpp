@@ -97,6 +97,12 @@ struct ShowOptions {
   std::string group;
   int group_strength = 0;
 
+  /// Robots of one fleet light one room (docs/live.md): of those that can light a surface, the one with the greatest priority
+  /// does, or all that blend. Empty: no fleet. `robot`: the name of this one in it.
+  std::string fleet, robot;
+  int fleet_priority = 0;
+  bool fleet_blend = false;
+
   bool autosave = false;                   ///< edits at the control page are saved within a second
   std::string record;                      ///< log of the run, for replay()
   std::string control = "127.0.0.1:8737";  ///< [ADDRESS:]PORT of the control page, or "off"

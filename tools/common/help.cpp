@@ -49,7 +49,8 @@ constexpr ValueType kValueTypes[] = {
     {"BOARD", " board mirror-board "},
     {"MARKER", " marker "},
     {"NAME",
-     " camera-name child depth-camera device frame group marker-camera-name projector rig-frame surface view watch-name "},
+     " camera-name child depth-camera device fleet frame group marker-camera-name projector rig-frame robot surface view "
+     "watch-name "},
     {"SHARE", " duplicate garbage lens-sigma loss reorder "},
     {"SURFACE=VALUE", " content crop fit reflectance "},
     {"PROJECTOR=NUMBER", " black brightness "},

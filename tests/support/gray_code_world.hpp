@@ -2,10 +2,7 @@
 /// A small true world for Gray-code tests: a projector's frames fall on a plane with printed squares and a
 /// camera sees them, with the projector's defocus, the camera's blur and pixel area, noise and 8 bits. The
 /// map from camera to projector pixels is affine, so the truth of every stripe edge is one line of algebra.
-#include <algorithm>
 #include <cmath>
-#include <functional>
-#include <random>
 #include <vector>
 
 #include "procam/core/base/image.hpp"
@@ -37,86 +34,9 @@ struct GrayCodeWorld {
   }
 };
 
-namespace detail {
-
-inline std::vector<double> gaussian(double sigma, double spacing) {
-  const int radius = std::max(0, int(std::ceil(4 * sigma / spacing)));
-  std::vector<double> taps;
-  double sum = 0;
-  for (int i = -radius; i <= radius; ++i) {
-    taps.push_back(sigma > 0 ? std::exp(-0.5 * std::pow(i * spacing / sigma, 2)) : 1.0);
-    sum += taps.back();
-  }
-  for (double& tap : taps) tap /= sum;
-  return taps;
-}
-
-inline ImageF blur(const ImageF& image, double sigma, double spacing) {
-  const std::vector<double> taps = gaussian(sigma, spacing);
-  const int radius = int(taps.size()) / 2;
-  ImageF half(image.size()), out(image.size());
-  for (int y = 0; y < image.height(); ++y)
-    for (int x = 0; x < image.width(); ++x) {
-      double sum = 0;
-      for (int i = -radius; i <= radius; ++i)
-        sum += taps[std::size_t(i + radius)] * double(image.at(std::clamp(x + i, 0, image.width() - 1), y));
-      half.at(x, y) = float(sum);
-    }
-  for (int y = 0; y < image.height(); ++y)
-    for (int x = 0; x < image.width(); ++x) {
-      double sum = 0;
-      for (int i = -radius; i <= radius; ++i)
-        sum += taps[std::size_t(i + radius)] * double(half.at(x, std::clamp(y + i, 0, image.height() - 1)));
-      out.at(x, y) = float(sum);
-    }
-  return out;
-}
-
-/// A projector frame seen by light: each pixel a square of light, blurred, sampled at kFine points a pixel.
-constexpr int kFine = 6;
-
-inline ImageF light_of(const ViewU8& frame, double projector_blur) {
-  ImageF fine(frame.width * kFine, frame.height * kFine);
-  for (int y = 0; y < fine.height(); ++y)
-    for (int x = 0; x < fine.width(); ++x) fine.at(x, y) = float(frame.at(x / kFine, y / kFine)) / 255.0f;
-  return blur(fine, projector_blur, 1.0 / kFine);
-}
-
-}  // namespace detail
-
 /// What the camera of `world` captures while the projector shows `frame`. `index` gives each frame its own
 /// noise.
-inline ImageU8 capture(const GrayCodeWorld& world, const ViewU8& frame, unsigned index) {
-  constexpr int kSub = 4;
-  const ImageF light = detail::light_of(frame, world.projector_blur);
-  ImageF fine(world.camera.width * kSub, world.camera.height * kSub);
-  for (int y = 0; y < fine.height(); ++y)
-    for (int x = 0; x < fine.width(); ++x) {
-      const double cx = (x + 0.5) / kSub - 0.5, cy = (y + 0.5) / kSub - 0.5;
-      const Vec2 p = world.projector_pixel({cx, cy});
-      const int lx = int(std::floor((p.x() + 0.5) * detail::kFine)),
-                ly = int(std::floor((p.y() + 0.5) * detail::kFine));
-      const bool inside = lx >= 0 && ly >= 0 && lx < light.width() && ly < light.height();
-      const double lit = inside ? double(light.at(lx, ly)) : 0.0;
-      fine.at(x, y) =
-          float(world.albedo(cx, cy) * (world.black_level + (world.white_level - world.black_level) * lit));
-    }
-  fine = detail::blur(fine, world.camera_blur, 1.0 / kSub);
-  std::mt19937 random(world.seed * 1000 + index);
-  std::normal_distribution<double> unit;
-  ImageU8 image(world.camera);
-  for (int y = 0; y < image.height(); ++y)
-    for (int x = 0; x < image.width(); ++x) {
-      double sum = 0;
-      for (int j = 0; j < kSub; ++j)
-        for (int i = 0; i < kSub; ++i) sum += double(fine.at(x * kSub + i, y * kSub + j));
-      double grey = sum / (kSub * kSub);
-      if (world.gamma != 1) grey = 255 * std::pow(grey / 255, 1 / world.gamma);
-      grey += unit(random) * std::sqrt(std::max(0.0, world.noise_at_black + world.noise_per_level * grey));
-      image.at(x, y) = std::uint8_t(std::clamp(std::lround(grey), 0L, 255L));
-    }
-  return image;
-}
+ImageU8 capture(const GrayCodeWorld& world, const ViewU8& frame, unsigned index);
 
 inline std::vector<ImageU8> capture_all(const GrayCodeWorld& world, const std::vector<ImageU8>& frames) {
   std::vector<ImageU8> captures;

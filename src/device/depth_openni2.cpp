@@ -10,7 +10,7 @@ namespace procam::device::internal {
 namespace {
 
 constexpr int kWait_ms = 100;      ///< for a picture, before asking whether to end
-constexpr double kPatience_s = 5;  ///< without a picture: sensors that hang are opened anew
+constexpr double kSensorPatience_s = 5;  ///< without a picture: sensors that hang are opened anew
 constexpr const char* kLook = "check its cable and power, and that no other program uses it";
 
 std::string words_of_openni2() {
@@ -148,7 +148,7 @@ class Openni2Depth : public DepthListener,
       if (waited == openni::STATUS_TIME_OUT) {
         if (gone_) throw depth_error(name_, "it was unplugged", "plug it in again");
         if (at_end_) throw depth_error(name_, "its last picture was shown", "record more, or start again");
-        if (now_s() - last > kPatience_s) throw depth_error(name_, "it sends no pictures", kLook);
+        if (now_s() - last > kSensorPatience_s) throw depth_error(name_, "it sends no pictures", kLook);
         continue;
       }
       openni::VideoFrameRef frame;

@@ -14,14 +14,14 @@ namespace procam::device::internal {
 namespace {
 
 constexpr double kWait_s = 0.1;    ///< for an image, before asking whether to end
-constexpr double kPatience_s = 5;  ///< without an image or a publisher
+constexpr double kTopicPatience_s = 5;  ///< without an image or a publisher
 constexpr const char* kLog = "log:";
 
 bool is_log(const std::string& topic) {
   return topic.rfind(kLog, 0) == 0;
 }
 
-/// A source that says when it is gone: at first no image came, or its publishers have been away, for kPatience_s. A
+/// A source that says when it is gone: at first no image came, or its publishers have been away, for kTopicPatience_s. A
 /// publisher that pauses is not gone.
 template <typename Source>
 class Topic {
@@ -38,7 +38,7 @@ class Topic {
     if (image || (has_any_ && source_.has_publisher())) {
       has_any_ = true;
       last_ = now_s();
-    } else if (now_s() - last_ > kPatience_s) {
+    } else if (now_s() - last_ > kTopicPatience_s) {
       throw gone();
     }
     return image;

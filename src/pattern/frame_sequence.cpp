@@ -14,7 +14,6 @@ namespace {
 
 using Kind = SequenceFrame::Kind;
 
-constexpr double kTau = 6.283185307179586;
 constexpr double kSamePeriod = 1e-6;  // relative
 
 const char* const kAxisNames[2] = {"columns", "rows"};

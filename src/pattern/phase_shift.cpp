@@ -2,12 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+
 #include "gray_code_bits.hpp"
+#include "waves.hpp"
 
 namespace procam::pattern {
 namespace {
 
-constexpr double kTau = 6.283185307179586;
 constexpr int kFineSteps = 8, kCoarseSteps = 4;
 constexpr double kRoom = 1.125;       // longest wave, in frames: its ends are not taken for each other
 constexpr double kLargestRatio = 12;  // of a wave to the next finer one

@@ -12,7 +12,6 @@
 namespace procam::pattern {
 namespace {
 
-constexpr double kTau = 6.283185307179586;
 constexpr double kMedianOfSquare = 0.4549;  // of a standard normal
 /// Two positions can be distinguished when their phases differ by this much (turns, root of the sum of
 /// squares): six standard deviations of waves whose steps are as noisy as a thirtieth of their modulation.

@@ -12,6 +12,8 @@
 
 namespace procam::pattern {
 
+inline constexpr double kTau = 6.283185307179586;
+
 /// One wave, and where its steps are among the captures.
 struct Wave {
   double period = 0;

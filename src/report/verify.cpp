@@ -11,15 +11,15 @@ using analyze::VerifiedMark;
 using analyze::VerifyResult;
 namespace {
 
-constexpr double kSheetWidth = 900, kRim = 30, kHead = 34, kFoot = 96;
+constexpr double kSheetWidth = 900, kSheetRim = 30, kHead = 34, kSheetFoot = 96;
 constexpr double kChiSquare95 = 5.991464547107979;  ///< two degrees of freedom
 
 /// Surface metres to picture units; x right, y down as the content is read.
 struct SurfaceFrame {
   Vec2 low, high;
   double units_per_metre;
-  Vec2 at(const Vec2& p) const { return Vec2(kRim, kHead + kRim) + units_per_metre * (p - low); }
-  double height() const { return kHead + 2 * kRim + units_per_metre * (high.y() - low.y()); }
+  Vec2 at(const Vec2& p) const { return Vec2(kSheetRim, kHead + kSheetRim) + units_per_metre * (p - low); }
+  double height() const { return kHead + 2 * kSheetRim + units_per_metre * (high.y() - low.y()); }
 };
 
 SurfaceFrame frame_round(const VerifyResult& result, const Points2& content) {
@@ -33,7 +33,7 @@ SurfaceFrame frame_round(const VerifyResult& result, const Points2& content) {
     if (!mark.intended.isZero(0)) include(mark.intended);
   const Vec2 rim = 0.06 * (frame.high - frame.low).cwiseMax(1e-3);
   frame.low -= rim, frame.high += rim;
-  frame.units_per_metre = (kSheetWidth - 2 * kRim) / (frame.high.x() - frame.low.x());
+  frame.units_per_metre = (kSheetWidth - 2 * kSheetRim) / (frame.high.x() - frame.low.x());
   return frame;
 }
 
@@ -121,25 +121,25 @@ std::string legend(const VerifyResult& result, double foot, double magnification
   const std::string words = "font-family=\"sans-serif\" font-size=\"14\" fill=\"#222\"";
   const double ruler = round_step(120 / scale);  // metres of error
   Marks bar;
-  bar.line(Vec2(kRim, foot), Vec2(kRim + scale * ruler, foot));
+  bar.line(Vec2(kSheetRim, foot), Vec2(kSheetRim + scale * ruler, foot));
   std::string drawing = bar.path("stroke=\"#222\" stroke-width=\"3\" fill=\"none\"");
-  drawing += label(Vec2(kRim + scale * ruler + 10, foot + 5), words,
+  drawing += label(Vec2(kSheetRim + scale * ruler + 10, foot + 5), words,
                    shortest(1e3 * ruler) + " mm of error, drawn " + shortest(magnification) +
                        " times larger than the surface");
-  drawing += arrow(Vec2(kRim, foot + 22), Vec2(kRim + 40, foot + 22), kBefore);
-  drawing += label(Vec2(kRim + 50, foot + 27), words,
+  drawing += arrow(Vec2(kSheetRim, foot + 22), Vec2(kSheetRim + 40, foot + 22), kBefore);
+  drawing += label(Vec2(kSheetRim + 50, foot + 27), words,
                    "from the intended to the measured point: " + significant(1e3 * result.rms, 2) +
                        " mm RMS, " + significant(1e3 * result.worst, 2) + " mm max");
   if (is_corrected(result)) {
-    drawing += arrow(Vec2(kRim, foot + 44), Vec2(kRim + 40, foot + 44), kAfter);
-    drawing += label(Vec2(kRim + 50, foot + 49), words,
+    drawing += arrow(Vec2(kSheetRim, foot + 44), Vec2(kSheetRim + 40, foot + 44), kAfter);
+    drawing += label(Vec2(kSheetRim + 50, foot + 49), words,
                      "after the correction: " + significant(1e3 * result.rms_after, 2) + " mm RMS, " +
                          significant(1e3 * result.worst_after, 2) + " mm max");
   }
   const bool has_crosses = std::any_of(
       result.marks.begin(), result.marks.end(),
       [](const VerifiedMark& mark) { return !mark.intended.isZero(0) && !mark.rejection.empty(); });
-  return drawing + label(Vec2(kRim, foot + 71), words,
+  return drawing + label(Vec2(kSheetRim, foot + 71), words,
                          "grey: 95 % of errors when nothing has moved" +
                              std::string(has_crosses ? "; crosses: marks that are rejected" : ""));
 }
@@ -150,11 +150,11 @@ std::string verify_picture(const VerifyResult& result, const Points2& content) {
   require(!result.marks.empty(), "verify_picture: there are no marks");
   const SurfaceFrame frame = frame_round(result, content);
   const double magnification = magnification_of(result, frame), scale = magnification * frame.units_per_metre;
-  const Vec2 size(kSheetWidth, frame.height() + kFoot);
+  const Vec2 size(kSheetWidth, frame.height() + kSheetFoot);
   std::string drawing = rectangle("fill=\"#fff\"", Vec2::Zero(), size);
   if (content.size() >= 3) drawing += content_outline(content, frame);
   drawing += mark_errors(result, frame, scale) + largest_error(result, frame);
-  drawing += label(Vec2(kRim, kHead),
+  drawing += label(Vec2(kSheetRim, kHead),
                    "font-family=\"sans-serif\" font-size=\"22\" font-weight=\"bold\" fill=\"" +
                        std::string(result.alarm ? "#c62f2f" : "#1b7f3b") + "\"",
                    (result.alarm ? "ALARM: " : "No alarm: ") + significant(1e3 * result.rms, 2) +

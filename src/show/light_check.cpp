@@ -8,7 +8,7 @@
 namespace procam::show {
 namespace {
 
-constexpr double kPeriod = 1;  // seconds
+constexpr double kCheckPeriod = 1;  // seconds
 
 /// A sentence with the next step.
 std::string dark_reason(const Projection& projection) {
@@ -51,7 +51,7 @@ std::optional<std::string> LightCheck::check(double now, const DrawnFrame& drawn
                                              Metrics& metrics) {
   if (drawn.blanked || projection.show().surfaces.surfaces.empty()) return std::nullopt;
   if (checked_ == 0) checked_ = now;  // contents may come a moment later
-  if (now - checked_ < kPeriod) return std::nullopt;
+  if (now - checked_ < kCheckPeriod) return std::nullopt;
   checked_ = now;
   ++metrics.checked;
   const std::uint8_t* begin = frame.data();

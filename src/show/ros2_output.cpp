@@ -10,7 +10,7 @@
 namespace procam::show {
 namespace {
 
-constexpr double kPeriod = 1;  // seconds
+constexpr double kStatusPeriod = 1;  // seconds
 
 bool are_equal(const std::vector<FrameTree::Link>& a, const std::vector<FrameTree::Link>& b) {
   return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const auto& one, const auto& other) {
@@ -138,7 +138,7 @@ void Ros2Output::publish_pose(const track::StampedPose& message, double delay) {
 
 void Ros2Output::publish(const Projection& projection, const Metrics& metrics) {
   const double now = steady_now();
-  if (now < published_ + kPeriod) return;
+  if (now < published_ + kStatusPeriod) return;
   published_ = now;
   const RigProjector& projector = rig_.projector(options_.projector);
   publisher_.publish_camera_info(projector.name, projector.projector.inverse_camera, unix_now());

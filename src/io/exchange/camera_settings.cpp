@@ -47,7 +47,7 @@ std::vector<double> numbers(const Vec3& v) {
 }
 
 /// Common input of the exporters: a pinhole camera in the program's axes.
-struct View {
+struct CameraView {
   ImageSize size;
   Intrinsics k;
   ClipPlanes clip;
@@ -64,12 +64,12 @@ struct View {
   }
 };
 
-View view_of(const RigProjector& projector, const Intrinsics& k, const Pose& world_from_projector,
+CameraView view_of(const RigProjector& projector, const Intrinsics& k, const Pose& world_from_projector,
              const Directions& in_program, WorldUp up, ClipPlanes clip) {
   const Mat3 to_program = program_from_world(in_program, up);
   const Mat3 axes = to_program * world_from_projector.rotation_matrix();
   const ImageSize size = projector.projector.size();
-  View view;
+  CameraView view;
   view.size = size;
   view.k = k;
   view.clip = clip;
@@ -145,7 +145,7 @@ std::string size_text(ImageSize size) {
   return std::to_string(size.width) + " x " + std::to_string(size.height);
 }
 
-void write_unity(const View& view, const Intrinsics& exact, SettingsText& text) {
+void write_unity(const CameraView& view, const Intrinsics& exact, SettingsText& text) {
   const double focal_mm = view.k.fx * kSensorWidthMm / view.size.width;
   text.line(
       "// Unity (C#). World: x right, y up, z forward, left-handed, metres. The camera looks along its z.");
@@ -179,7 +179,7 @@ void write_unity(const View& view, const Intrinsics& exact, SettingsText& text) 
            "camera.transform.rotation = new Quaternion(@f, @f, @f, @f);  // x y z w");
 }
 
-void write_unreal(const View& view, ImageSize render, SettingsText& text) {
+void write_unreal(const CameraView& view, ImageSize render, SettingsText& text) {
   const double focal_mm = view.k.fx * kSensorWidthMm / view.size.width;
   const double sensor_height_mm = kSensorWidthMm / view.width_over_height;
   const double degrees = 1 / kDegree;
@@ -214,7 +214,7 @@ void write_unreal(const View& view, ImageSize render, SettingsText& text) {
 /// Godot 3 refuses a smaller size (scene/3d/camera.cpp, Camera::set_size) and looks elsewhere.
 constexpr double kMinGodot3Size = 0.1;
 
-void write_godot(const View& view, ImageSize render, SettingsText& text, Diagnostics& diagnostics) {
+void write_godot(const CameraView& view, ImageSize render, SettingsText& text, Diagnostics& diagnostics) {
   const double size = view.clip.near * view.size.height / view.k.fy;
   text.line(
       "# Godot 4 (GDScript, Camera3D; Godot 3: Camera, and Transform for Transform3D). World: x right,");
@@ -247,7 +247,7 @@ void write_godot(const View& view, ImageSize render, SettingsText& text, Diagnos
            "Vector3(@, @, @))  # columns x, y, z, origin");
 }
 
-void write_blender(const View& view, SettingsText& text) {
+void write_blender(const CameraView& view, SettingsText& text) {
   const double aspect = view.k.fx / view.k.fy;  // Blender wants neither side below 1
   text.line(
       "# Blender (Python). World: z up, x forward, y left, right-handed, metres. The camera looks along its");
@@ -276,7 +276,7 @@ void write_blender(const View& view, SettingsText& text) {
       "camera.matrix_world = mathutils.Matrix(((@, @, @, @), (@, @, @, @), (@, @, @, @), (0, 0, 0, 1)))");
 }
 
-void write_splash(const View& view, ImageSize render, SettingsText& text) {
+void write_splash(const CameraView& view, ImageSize render, SettingsText& text) {
   const Vec3 target = view.eye + view.forward;
   text.line(
       "// Splash (a camera's attributes in the configuration). World: z up, right-handed, metres, as the");
@@ -292,7 +292,7 @@ void write_splash(const View& view, ImageSize render, SettingsText& text) {
   text.set("up", numbers(view.up), "\"up\": [@, @, @]");
 }
 
-void write_sgct(const View& view, SettingsText& text) {
+void write_sgct(const CameraView& view, SettingsText& text) {
   const auto angle = [](double tangent) { return std::atan(tangent) / kDegree; };
   const double w = view.size.width / view.k.fx, h = view.size.height / view.k.fy;  // at distance 1
   const Eigen::Quaterniond q(view.backward_axes());
@@ -317,7 +317,7 @@ void write_sgct(const View& view, SettingsText& text) {
   text.line("}");
 }
 
-void write_opengl(const View& view, const Intrinsics& exact, SettingsText& text) {
+void write_opengl(const CameraView& view, const Intrinsics& exact, SettingsText& text) {
   const ClipPlanes clip = view.clip;
   const Frustum f = frustum(view.k, view.size, clip.near, clip.far);
   const Mat4 projection = clip_from_eye(exact, view.size, clip.near, clip.far, GraphicsApi::kOpenGL);
@@ -374,7 +374,7 @@ CameraSettings camera_settings(CameraProgram program, const RigProjector& projec
   const Camera& lens = projector.projector.inverse_camera;
   internal::require_frustum(lens.intrinsics, lens.size, clip.near, clip.far);
   const Intrinsics k = without_skew(lens.intrinsics, lens.size);
-  const View view = view_of(projector, k, world_from_projector, directions_of(program), up, clip);
+  const CameraView view = view_of(projector, k, world_from_projector, directions_of(program), up, clip);
   const bool square_only = program == CameraProgram::kUnreal || program == CameraProgram::kGodot ||
                            program == CameraProgram::kSplash;
   CameraSettings settings;

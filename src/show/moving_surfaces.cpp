@@ -113,9 +113,8 @@ void MovingSurfaces::place(double light_time, const Pose& rig_from_projector, So
 void MovingSurfaces::light_markers(const std::vector<SurfaceLight>& light, Scene& scene) const {
   if (options_.marker_light < 0) return;
   for (const Shown& body : shown_) {
-    if (std::none_of(body.members.begin(), body.members.end(), [&](const Member& member) {
-          return light[member.surface] == SurfaceLight::kShown;
-        }))
+    if (std::none_of(body.members.begin(), body.members.end(),
+                     [&](const Member& member) { return light[member.surface] == SurfaceLight::kShown; }))
       continue;
     for (const PlacedMarker& marker : bodies_[body.body].what.markers.markers) {
       SceneItem& item = scene.items.emplace_back();

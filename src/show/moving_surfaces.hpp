@@ -22,7 +22,9 @@ class MovingSurfaces {
   int dark_count() const { return dark_count_; }
   /// Of the surface of this number: does it move on its own, and is it dark?
   bool moves(std::size_t surface) const { return body_of_[surface] >= 0; }
-  bool is_dark(std::size_t surface) const { return moves(surface) && states_[std::size_t(body_of_[surface])].is_dark; }
+  bool is_dark(std::size_t surface) const {
+    return moves(surface) && states_[std::size_t(body_of_[surface])].is_dark;
+  }
   /// Adds even light on the markers of bodies with a surface that is shown.
   void light_markers(const std::vector<SurfaceLight>& light, Scene& scene) const;
 

@@ -59,8 +59,7 @@ track::StampedPose SurfaceSights::sight(std::size_t i, const MarkerDetections& s
   std::optional<Pose> previous;
   if (previous_[i] && time - previous_[i]->time <= options_.previous_within)
     previous = previous_[i]->rig_from_surface;
-  const track::SurfaceSighting sighting =
-      track::sight_surface(seen, options_.camera, surface.map, previous);
+  const track::SurfaceSighting sighting = track::sight_surface(seen, options_.camera, surface.map, previous);
   PoseWithCovariance pose = sighting.rig_from_surface;
   if (surface.hinge) {
     const track::HingedPose hinged = track::on_hinge(pose, *surface.hinge);

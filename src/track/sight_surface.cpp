@@ -24,17 +24,19 @@ std::optional<Pose> nearer_pose(const LocateResult& located, const Pose& camera_
 
 }  // namespace
 
-SurfaceSighting sight_surface(const MarkerDetections& detections, const RigCamera& camera, const MarkerMap& map,
-                              const std::optional<Pose>& previous, const SightOptions& options) {
+SurfaceSighting sight_surface(const MarkerDetections& detections, const RigCamera& camera,
+                              const MarkerMap& map, const std::optional<Pose>& previous,
+                              const SightOptions& options) {
   LocateOptions locating = options.locate;
   locating.largest_odds = 1;  // decided below
   const LocateResult located = locate(detections, camera.camera, map, locating);
   SurfaceSighting sighting;
   sighting.chi2_per_dof = located.chi2_per_dof;
   if (located.chi2_per_dof > options.max_chi2_per_dof)
-    throw Error(ErrorKind::kDegenerate, "markers of a surface",
-                "their edges miss the fit by " + fixed(std::sqrt(located.chi2_per_dof), 1) + " standard deviations",
-                "check the sizes and places of the markers, that they are flat, and the light on them");
+    throw Error(
+        ErrorKind::kDegenerate, "markers of a surface",
+        "their edges miss the fit by " + fixed(std::sqrt(located.chi2_per_dof), 1) + " standard deviations",
+        "check the sizes and places of the markers, that they are flat, and the light on them");
   Pose camera_from_surface = located.camera_from_world;
   if (located.other && located.other_odds > options.locate.largest_odds) {
     const std::optional<Pose> nearer =

@@ -29,16 +29,17 @@ struct SightOptions {
 
 struct SurfaceSighting {
   PoseWithCovariance rig_from_surface;
-  double row = 0;                ///< mean image row of the corners of the markers used, pixels: a rolling shutter's time
-  int markers = 0;               ///< used
-  bool by_previous = false;      ///< the image alone left two poses
-  double chi2_per_dof = 0;       ///< of the fit
+  double row = 0;   ///< mean image row of the corners of the markers used, pixels: a rolling shutter's time
+  int markers = 0;  ///< used
+  bool by_previous = false;  ///< the image alone left two poses
+  double chi2_per_dof = 0;   ///< of the fit
 };
 
 /// Throws what locate() throws; Error(kDegenerate) as well where two poses fit and the previous one does not decide, and for
 /// a fit beyond `max_chi2_per_dof`.
-PROCAM_EXPORT SurfaceSighting sight_surface(const MarkerDetections& detections, const RigCamera& camera, const MarkerMap& map,
-                                            const std::optional<Pose>& previous = {}, const SightOptions& options = {});
+PROCAM_EXPORT SurfaceSighting sight_surface(const MarkerDetections& detections, const RigCamera& camera,
+                                            const MarkerMap& map, const std::optional<Pose>& previous = {},
+                                            const SightOptions& options = {});
 
 /// A surface that rotates about a fixed axis: a door. At the angle a, right-handed about `direction`,
 ///   rig_from_surface(a) = rig_from_closed * exp(hat(a [d, p x d])),    p `point`, d `direction`

@@ -129,7 +129,7 @@ std::unique_ptr<SurfaceSource> open_sights(const ShowOptions& options, const Rig
   sights.readout_s = input.readout_s;
   for (const MovingSurface& what : moving.surfaces) {
     for (const std::string& name : what.surfaces) solved_surface(solved, name);
-    SightedSurface surface{what.surfaces.front(), what.markers};
+    MarkedSurface surface{what.surfaces.front(), what.markers};
     std::string key;
     for (const std::string& name : what.surfaces) key += (key.empty() ? "" : ",") + name;
     const auto edge = input.hinges.find(key);

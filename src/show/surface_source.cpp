@@ -23,7 +23,7 @@ bool has_marker_of(const MarkerMap& map, const MarkerDetections& seen) {
 SurfaceSights::SurfaceSights(const SurfaceSourceOptions& options) : options_(options) {
   require(options.readout_s >= 0 && options.previous_within >= 0,
           "SurfaceSights: readout_s and previous_within must not be negative");
-  for (const SightedSurface& surface : options.surfaces) {
+  for (const MarkedSurface& surface : options.surfaces) {
     counts_.push_back({surface.name, 0, 0, ""});
     const MarkerDictionary dictionary = surface.map.dictionary;
     if (std::find(dictionaries_.begin(), dictionaries_.end(), dictionary) != dictionaries_.end()) continue;
@@ -55,7 +55,7 @@ std::vector<track::StampedPose> SurfaceSights::look_at(const device::SeenFrame& 
 }
 
 track::StampedPose SurfaceSights::sight(std::size_t i, const MarkerDetections& seen, double time) {
-  const SightedSurface& surface = options_.surfaces[i];
+  const MarkedSurface& surface = options_.surfaces[i];
   std::optional<Pose> previous;
   if (previous_[i] && time - previous_[i]->time <= options_.previous_within)
     previous = previous_[i]->rig_from_surface;

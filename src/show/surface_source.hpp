@@ -22,7 +22,7 @@
 
 namespace procam::show {
 
-struct SightedSurface {
+struct MarkedSurface {
   std::string name;
   MarkerMap map;  ///< in the surface's frame
   std::optional<track::Hinge> hinge = {};
@@ -30,7 +30,7 @@ struct SightedSurface {
 
 struct SurfaceSourceOptions {
   RigCamera camera;
-  std::vector<SightedSurface> surfaces;
+  std::vector<MarkedSurface> surfaces;
   double readout_s = 0;  ///< from the exposure of the first row to that of the last; 0: all at once
   /// An earlier sighting decides between two similar poses for so long, seconds.
   double previous_within = 0.5;

@@ -157,5 +157,23 @@ TEST(TrackedFigures, Variants) {
        [](CartConditions& c) { c.covered = [](double t) { return t > 2 && t < 2.4; }; });
 }
 
+/// Images of shows without any marker: how often is one seen, of any id?
+TEST(TrackedFigures, MarkersThatAreNotThere) {
+  const watch::test::WatchedWorld world{watch::test::WorldOptions{}};
+  std::vector<ImageU8> images;
+  const int count = 60 * seeds_asked();
+  for (int i = 0; i < count; ++i) images.push_back(world.image(world.frame(0.37 * i), 0.37 * i));
+  for (const MarkerDictionary dictionary :
+       {MarkerDictionary::kAprilTag36h11, MarkerDictionary::k6x6_250, MarkerDictionary::k4x4_50}) {
+    const MarkerCells cells = detect::marker_cells(dictionary);
+    int seen = 0;
+    const double begin = device::now_s();
+    for (const ImageU8& image : images) seen += int(detect::detect_marker_edges(image, cells).markers.size());
+    std::printf("%s: %d markers in %d images without one, %.1f ms an image\n", info_of(dictionary).name, seen,
+                count, 1e3 * (device::now_s() - begin) / count);
+    if (dictionary == MarkerDictionary::kAprilTag36h11) EXPECT_EQ(seen, 0);
+  }
+}
+
 }  // namespace
 }  // namespace procam::show

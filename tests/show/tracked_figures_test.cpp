@@ -159,7 +159,7 @@ TEST(TrackedFigures, Variants) {
 
 /// Images of shows without any marker: how often is one seen, of any id?
 TEST(TrackedFigures, MarkersThatAreNotThere) {
-  const watch::test::WatchedWorld world{watch::test::WorldOptions{}};
+  watch::test::WatchedWorld world{watch::test::WorldOptions{}};
   std::vector<ImageU8> images;
   const int count = 60 * seeds_asked();
   for (int i = 0; i < count; ++i) images.push_back(world.image(world.frame(0.37 * i), 0.37 * i));

@@ -28,7 +28,7 @@ inline Rig cart_rig() {
   const Camera camera{
       {1280, 960}, {1052, 1047, 633, 491, 0.4}, BrownConrady{{0.06, -0.12, 0.0010, -0.0007, 0}}};
   const Camera inverse{
-      {1024, 768}, {1040, 1031, 528, 610, -0.8}, BrownConrady{{-0.03, 0.01, -0.0005, 0.0006, 0}}};
+      {640, 480}, {650, 644, 330, 381, -0.5}, BrownConrady{{-0.03, 0.01, -0.0005, 0.0006, 0}}};
   Vec6 projector_pose;
   projector_pose << -0.06, -0.05, 0.02, 0.31, 0.05, 0.03;
   rig.cameras.push_back({"camera", camera, Pose(so3_exp(Vec3(0.01, -0.02, 0.03)), Vec3(-0.02, 0.01, 0))});
@@ -118,7 +118,7 @@ class CartWorld {
                 std::uint64_t number) const {
     const RigCamera& camera = rig_.camera();
     ImageU8 whole(camera.camera.size.width, camera.camera.size.height, 1, 70);
-    constexpr int kParts = 3;
+    constexpr int kParts = 2;
     int x0 = 1 << 20, y0 = 1 << 20, x1 = -1, y1 = -1;
     for (const double at : {middle - 0.02, middle + 0.02})
       for (const Vec2& uv : {Vec2(-0.05, -0.05), Vec2(1.05, -0.05), Vec2(1.05, 1.05), Vec2(-0.05, 1.05)}) {
@@ -144,8 +144,9 @@ class CartWorld {
       view.camera_blur_px = 0.8;
       view.gamma = 2.2;
       view.noise = {kParts * 2.5, kParts * 0.015};
-      view.seed = seed_ * 1000003 + 3 * number + std::uint64_t(k);
+      view.seed = seed_ * 1000003 + kParts * number + std::uint64_t(k);
       view.threads = 1;
+      view.adaptive = row_time == 0;
       view.time = at + row_time * (y0 - 0.5 * (whole.height() - 1));
       view.row_time = row_time;
       const auto board_from = [this](const Pose& rig_from_device) {
@@ -206,7 +207,7 @@ inline void CartWorld::add_errors(double light_time, const Projection& projectio
   for (const Vec2& uv : {Vec2(0, 0), Vec2(1, 0), Vec2(1, 1), Vec2(0, 1)}) {
     const Vec3 corner(uv.x() * conditions_.board.x(), uv.y() * conditions_.board.y(), 0);
     const auto pixel = projector.projector.project(placed.projector_from_surface * corner);
-    if (!pixel || pixel->x() < 0 || pixel->y() < 0 || pixel->x() > 1023 || pixel->y() > 767) continue;
+    if (!pixel || pixel->x() < 0 || pixel->y() < 0 || pixel->x() > 639 || pixel->y() > 479) continue;
     const auto landed = projector.projector.intersect(*pixel, Plane::of_xy(projector_from_true));
     if (landed) run.errors_mm.push_back(1e3 * (projector_from_true.inverse() * *landed - corner).norm());
   }
@@ -250,7 +251,7 @@ inline CartRun CartWorld::run(double seconds, const ImageU8& content) {
     ImageU8 frame;
   };
   std::deque<Lit> lit;
-  const ImageU8 black(1024, 768, 3);
+  const ImageU8 black(640, 480, 3);
   const auto frame_at = [&](double time) -> const ImageU8& {
     for (const Lit& one : lit)
       if (std::abs(one.light_time - (time + kBegin)) <= 0.5 / 60 + 1e-9) return one.frame;
@@ -277,7 +278,7 @@ inline CartRun CartWorld::run(double seconds, const ImageU8& content) {
       }
       ++next_image;
     }
-    lit.push_back({kBegin + light_time, ImageU8(1024, 768, 3)});
+    lit.push_back({kBegin + light_time, ImageU8(640, 480, 3)});
     if (lit.size() > 16) lit.pop_front();
     projection.draw(kBegin + light_time, light_time, lit.back().frame);
     const MovingState& state = projection.moving()[0];

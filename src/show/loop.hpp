@@ -44,7 +44,7 @@ struct LoopParts {
   /// The contents of the room's surfaces, by their names.
   std::map<std::string, std::string> room_contents = {};
   SurfaceSource* sights = nullptr;  ///< of the surfaces that move on their own
-  LightWatch* watch = nullptr;  ///< gets each frame that is shown
+  LightWatch* watch = nullptr;      ///< gets each frame that is shown
   ControlPage* page = nullptr;
   GroupLink* group = nullptr;  ///< other hosts that show the same; joined
   FleetLink* fleet = nullptr;  ///< other robots that light the same room

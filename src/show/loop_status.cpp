@@ -92,7 +92,8 @@ void FrameLoop::tell_moving(double now) {
       say("'" + told.surface + "': its markers are not seen; it " +
           (told.is_dark ? "is dark until they are seen again" : "stays where it was seen last"));
     } else {
-      say("'" + told.surface + "': " + (told.state == "none" ? "its markers are seen" : "its markers are seen again"));
+      say("'" + told.surface +
+          "': " + (told.state == "none" ? "its markers are seen" : "its markers are seen again"));
     }
     told.state = state;
   }

@@ -102,7 +102,8 @@ void write(std::string& text, const FleetMetrics& fleet) {
 }
 
 void write(std::string& text, const std::vector<MovingMetrics>& moving) {
-  const auto add = [&](const char* name, const char* kind, const char* help, double (*value)(const MovingMetrics&)) {
+  const auto add = [&](const char* name, const char* kind, const char* help,
+                       double (*value)(const MovingMetrics&)) {
     const std::string metric = std::string("procam_tracked_") + name;
     text += "# HELP " + metric + " " + help + "\n# TYPE " + metric + " " + kind + "\n";
     for (const MovingMetrics& one : moving) {
@@ -117,10 +118,12 @@ void write(std::string& text, const std::vector<MovingMetrics>& moving) {
       [](const MovingMetrics& one) { return double(one.refused); });
   add("losses_total", "counter", "Times that the surface was not seen for too long.",
       [](const MovingMetrics& one) { return double(one.losses); });
-  add("lost_seconds_total", "counter", "Time in which it was not seen.", [](const MovingMetrics& one) { return one.lost_s; });
+  add("lost_seconds_total", "counter", "Time in which it was not seen.",
+      [](const MovingMetrics& one) { return one.lost_s; });
   add("fresh", "gauge", "1 while the surface's pose is fresh.",
       [](const MovingMetrics& one) { return one.state == "fresh" ? 1.0 : 0.0; });
-  add("age_seconds", "gauge", "From its last pose to the light.", [](const MovingMetrics& one) { return one.age_s; });
+  add("age_seconds", "gauge", "From its last pose to the light.",
+      [](const MovingMetrics& one) { return one.age_s; });
   add("error_metres", "gauge", "Error of the light on it, RMS, as its covariance predicts.",
       [](const MovingMetrics& one) { return 1e-3 * one.error_mm; });
 }

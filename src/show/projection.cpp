@@ -85,7 +85,10 @@ struct Projection::State {
   std::optional<Pose> rig_from_world;  ///< of a projector that stands still
 
   State(const Rig& rig, ProjectionOptions given)
-      : projector(rig.projector(given.projector)), options(std::move(given)), track(options.track), moving(options.moving, options.blank_on_stale) {
+      : projector(rig.projector(given.projector)),
+        options(std::move(given)),
+        track(options.track),
+        moving(options.moving, options.blank_on_stale) {
     if (!options.renderer) options.renderer = std::make_shared<render::CpuRenderer>();
     if (options.projector_from_world)
       rig_from_world = projector.rig_from_projector * *options.projector_from_world;

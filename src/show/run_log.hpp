@@ -94,8 +94,8 @@ struct MissingParts {
 };
 
 /// One line of a run.
-using RunRecord = std::variant<RunConditions, SurfaceSet, TestPattern, MovedProjector, track::StampedPose, SightedSurface,
-                               RecordedFrame, MissingParts>;
+using RunRecord = std::variant<RunConditions, SurfaceSet, TestPattern, MovedProjector, track::StampedPose,
+                               SightedSurface, RecordedFrame, MissingParts>;
 
 /// Reads a run line by line, through all its parts, the oldest first.
 ///

@@ -78,8 +78,8 @@ MovingOptions moving_options(const ShowOptions& options, const track::TrackOptio
   MovingOptions moving;
   if (!options.track) return moving;
   for (const auto& [names, markers] : options.track->surfaces)
-    moving.surfaces.push_back(
-        {split_names(names), is_marker_file(markers) ? io::load_marker_map(markers) : io::parse_marker(markers)});
+    moving.surfaces.push_back({split_names(names), is_marker_file(markers) ? io::load_marker_map(markers)
+                                                                           : io::parse_marker(markers)});
   moving.track.prediction = of_poses.prediction;
   moving.track.stale_after = of_poses.stale_after;
   moving.track.delay = options.track->delay_s;
@@ -187,7 +187,8 @@ static void check_track(const ShowOptions& options) {
                "name each surface once, those that move as one joined by commas");
   for (const auto& [surface, edge] : track.hinges) {
     if (track.surfaces.find(surface) == track.surfaces.end())
-      refuse("hinge of '" + surface + "'", "no such surface is tracked", "give --track " + surface + "=MARKERS");
+      refuse("hinge of '" + surface + "'", "no such surface is tracked",
+             "give --track " + surface + "=MARKERS");
     if (edge != "left" && edge != "right" && edge != "top" && edge != "bottom")
       refuse("hinge of '" + surface + "'", "'" + edge + "' is no edge of its content",
              "use left, right, top or bottom");

@@ -160,8 +160,8 @@ void declare_watch(CLI::App& app, show::ShowOptions& o) {
 }
 
 /// SURFACE=VALUE, several.
-void take_pairs(const char* flag, const std::vector<std::string>& items, std::map<std::string, std::string>& into,
-                const char* example) {
+void take_pairs(const char* flag, const std::vector<std::string>& items,
+                std::map<std::string, std::string>& into, const char* example) {
   for (const std::string& item : items) {
     const std::size_t equals = item.find('=');
     if (equals == std::string::npos || equals == 0 || equals + 1 == item.size())

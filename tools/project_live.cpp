@@ -135,6 +135,7 @@ void print(const show::ShowReport& report, const show::ShowOptions& options, Con
     console.say("poses: " + words + format(", malformed %llu", (unsigned long long)m.malformed));
   if (m.group) print_group(*m.group, console);
   if (m.fleet) print_fleet(*m.fleet, console);
+  print_tracked(m.moving, console);
   if (report.people) print_people(*report.people, console);
   console.report(show::darkness(report, options));
 }

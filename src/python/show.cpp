@@ -91,6 +91,20 @@ void bind_watch_status(py::module_& m) {
 }
 
 void bind_metrics(py::module_& m) {
+  Record<show::MovingMetrics> moving(
+      m, "MovingMetrics",
+      "A surface that moves on its own and is tracked by its markers (docs/tracked-surfaces.md).");
+  moving.fields_init()
+      .field("surface", &show::MovingMetrics::surface, "")
+      .field("state", &show::MovingMetrics::state, "\"none\": never seen; \"fresh\", \"stale\"")
+      .field("is_dark", &show::MovingMetrics::is_dark, "in the last frame, since it is not seen")
+      .field("sightings", &show::MovingMetrics::sightings, "images with its pose")
+      .field("refused", &show::MovingMetrics::refused, "images with markers of it and without a pose")
+      .field("losses", &show::MovingMetrics::losses, "times that it was not seen for too long")
+      .field("lost_s", &show::MovingMetrics::lost_s, "in all")
+      .field("age_s", &show::MovingMetrics::age_s, "from its last pose to the light of the last frame")
+      .field("error_mm", &show::MovingMetrics::error_mm,
+             "of the light on it in the last frame, RMS, as its covariance predicts");
   Record<show::GroupMetrics> group(m, "GroupMetrics", "Of a show that several hosts show (docs/live.md).");
   group.fields_init()
       .field("leads", &show::GroupMetrics::leads, "")
@@ -144,6 +158,7 @@ void bind_metrics(py::module_& m) {
              "for others), \"page_refused\", \"page_request\", \"pose_source\", \"record\", \"reload\",\n"
              "\"room\", \"save\", \"surfaces\", \"watch\".")
       .field("watch", &show::Metrics::watch, "")
+      .field("moving", &show::Metrics::moving, "")
       .field("group", &show::Metrics::group, "")
       .field("fleet", &show::Metrics::fleet, "")
       .field("contents_stopped", &show::Metrics::contents_stopped,
@@ -163,6 +178,26 @@ void bind_inputs(py::module_& m) {
       .field("marks", &show::WatchInput::marks, "small marks are drawn where the content has no texture")
       .field("save", &show::WatchInput::save,
              "file for the rig as corrected, written after each correction; empty: none");
+
+  Record<show::TrackInput> track_input(
+      m, "TrackInput",
+      "Surfaces that move on their own, found by the markers on them (docs/tracked-surfaces.md).");
+  track_input.fields_init()
+      .field("camera", &show::TrackInput::camera,
+             "number, device, address, topic or folder, as device::open_camera() takes it")
+      .field("name", &show::TrackInput::name,
+             "the camera's name in the rig; may be empty when the rig has one")
+      .field("delay_s", &show::TrackInput::delay_s,
+             "from the exposure of an image's middle row to its arrival")
+      .field("readout_s", &show::TrackInput::readout_s,
+             "from the exposure of the first row to that of the last")
+      .field("surfaces", &show::TrackInput::surfaces,
+             "By surface: one marker, whose frame is the surface's, DICTIONARY:ID:SIZE; or a marker map\n"
+             "file with the markers in the surface's frame. Surfaces that move as one are joined by commas.")
+      .field("hinges", &show::TrackInput::hinges,
+             "By surface: the edge of its content about which it rotates: left, right, top or bottom.")
+      .field("marker_light", &show::TrackInput::marker_light,
+             "grey value of the light on the markers, 0..255; -1: the content's");
 
   Record<show::MarkerInput> marker_input(
       m, "MarkerInput", "Poses from what a camera of the rig sees of markers (marker_source.hpp).");
@@ -199,6 +234,9 @@ void bind_inputs(py::module_& m) {
       .field("destinations", &show::PeopleInput::destinations,
              "SURFACE=udp:HOST:PORT: skeletons in metres of that surface");
 
+  function(m, "is_marker_file", &show::is_marker_file,
+           "Does a value of TrackInput.surfaces name a marker map file, instead of one marker?",
+           py::arg("markers"));
   function(m, "is_depth_source", &show::is_depth_source,
            "Does the text name a depth camera instead of a surface file?", py::arg("surfaces"));
   function(m, "is_shape_source", &show::is_shape_source, "Is its surface a live shape (\"depth-shape:\")?",
@@ -250,6 +288,7 @@ void bind_show_options(py::module_& m) {
       .field("people", &show::ShowOptions::people, "")
       .field("publish", &show::ShowOptions::publish, "ros2:[NAMESPACE]: the projector in the ROS 2 graph")
       .field("watch", &show::ShowOptions::watch, "")
+      .field("track", &show::ShowOptions::track, "")
       .field("group", &show::ShowOptions::group, "hosts with one name show one show")
       .field("group_strength", &show::ShowOptions::group_strength,
              "the strongest follows a leader that is gone")

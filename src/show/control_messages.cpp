@@ -38,6 +38,18 @@ json to_json(const WatchStatus& watch) {
           {"history_mm", std::move(history)}};
 }
 
+json to_json(const MovingMetrics& moving) {
+  return {{"surface", moving.surface},
+          {"state", moving.state},
+          {"dark", moving.is_dark},
+          {"sightings", moving.sightings},
+          {"refused", moving.refused},
+          {"losses", moving.losses},
+          {"lost_s", finite(moving.lost_s)},
+          {"age_ms", finite(1e3 * moving.age_s)},
+          {"error_mm", finite(moving.error_mm)}};
+}
+
 json to_json(const PageStatus& status) {
   json surfaces = json::array();
   for (const PageSurface& surface : status.surfaces) {
@@ -46,6 +58,8 @@ json to_json(const PageStatus& status) {
       points.push_back(point && point->allFinite() ? json{point->x(), point->y()} : json(nullptr));
     surfaces.push_back({{"name", surface.name}, {"content", surface.content}, {"points", std::move(points)}});
   }
+  json moving = json::array();
+  for (const MovingMetrics& one : status.moving) moving.push_back(to_json(one));
   return {{"frame", {status.frame.width, status.frame.height}},
           {"surfaces", std::move(surfaces)},
           {"contents", status.contents},
@@ -64,6 +78,7 @@ json to_json(const PageStatus& status) {
           {"delay_ms", finite(status.delay_ms)},
           {"pose_error_mm", finite(status.pose_error_mm)},
           {"watch", status.watch ? to_json(*status.watch) : json(nullptr)},
+          {"tracked", std::move(moving)},
           {"messages", status.messages}};
 }
 

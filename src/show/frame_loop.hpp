@@ -33,6 +33,8 @@ class FrameLoop {
   void poll_inputs();
   void take_poses();
   void take_poses(track::PoseSource& source);
+  /// Of the surfaces that move on their own.
+  void take_sightings();
   void draw(double now, double free_since);
   void draw_new(double now, ImageU8& frame);
   static void make_black(ImageU8& frame);
@@ -91,6 +93,8 @@ class FrameLoop {
   /// A sender that goes and a camera that is unplugged; a log that ends without a fault is none.
   void check_source(std::size_t i);
   void tell_state();
+  /// Surfaces that are seen, lost and seen again.
+  void tell_moving(double now);
   void publish(double now);
   void gather_counts();
 
@@ -129,6 +133,8 @@ class FrameLoop {
   std::set<std::string> seen_in_room_;
   std::map<std::string, std::string> stopped_contents_;  ///< by surface, why
   std::vector<bool> connected_;                          ///< one a source
+  bool sees_ = false;                                    ///< the camera of the moving surfaces is there
+  double moving_told_ = 0;
   DrawnFrame drawn_;
   std::optional<watch::Glide> glide_;  ///< of the projector, to its corrected place
   SurfaceGlides surface_glides_;

@@ -49,7 +49,7 @@ std::string waiting_reason(const std::vector<track::PoseSource*>& sources, const
 std::optional<std::string> LightCheck::check(double now, const DrawnFrame& drawn,
                                              const Projection& projection, const ImageU8& frame,
                                              Metrics& metrics) {
-  if (drawn.blanked || projection.show().surfaces.surfaces.empty()) return std::nullopt;
+  if (drawn.blanked || drawn.unseen > 0 || projection.show().surfaces.surfaces.empty()) return std::nullopt;
   if (checked_ == 0) checked_ = now;  // contents may come a moment later
   if (now - checked_ < kCheckPeriod) return std::nullopt;
   checked_ = now;

@@ -120,9 +120,19 @@ void FrameLoop::take_poses(track::PoseSource& source) {
   }
 }
 
+void FrameLoop::take_sightings() {
+  if (parts_.sights == nullptr) return;
+  parts_.sights->poll(arrived_);
+  for (const track::StampedPose& message : arrived_) {
+    record(SightedSurface{message});
+    parts_.projection.add_sighting(message);
+  }
+}
+
 void FrameLoop::draw(double now, double free_since) {
   const double before = newest_arrival_;
   take_poses();
+  guarded("track", [&] { take_sightings(); });
   guarded("fleet", [&] { follow_fleet(); });
   std::shared_ptr<ImageU8>& frame = unheld_frame();
   is_new_ = !frozen_ || metrics_.frames == 0 || std::exchange(draws_frozen_, false);
@@ -162,6 +172,7 @@ void FrameLoop::draw(double now, double free_since) {
   metrics_.blanked += drawn_.blanked ? 1 : 0;
   metrics_.waiting += drawn_.waiting ? 1 : 0;
   tell_state();
+  tell_moving(now);
   guarded("control_page", [&] { publish(now); });
 }
 

@@ -21,6 +21,7 @@
 #include "run_log.hpp"
 #include "show_loader.hpp"
 #include "surface_glides.hpp"
+#include "surface_source.hpp"
 
 namespace procam::show {
 
@@ -42,7 +43,8 @@ struct LoopParts {
   DepthSurfaceSource* room = nullptr;  ///< where the surfaces come from, instead of a file
   /// The contents of the room's surfaces, by their names.
   std::map<std::string, std::string> room_contents = {};
-  LightWatch* watch = nullptr;  ///< gets each frame that is shown
+  SurfaceSource* sights = nullptr;  ///< of the surfaces that move on their own
+  LightWatch* watch = nullptr;      ///< gets each frame that is shown
   ControlPage* page = nullptr;
   GroupLink* group = nullptr;  ///< other hosts that show the same; joined
   FleetLink* fleet = nullptr;  ///< other robots that light the same room

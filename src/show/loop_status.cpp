@@ -39,6 +39,10 @@ void FrameLoop::check_parts() {
   parts_checked_ = now;
   check_contents();
   for (std::size_t i = 0; i < parts_.sources.size(); ++i) check_source(i);
+  if (parts_.sights == nullptr) return;
+  const track::SourceStatus status = parts_.sights->status();
+  if (sees_ && !status.connected && !status.last_error.empty()) count_fault("track", status.last_error);
+  sees_ = status.connected;
 }
 
 void FrameLoop::check_source(std::size_t i) {
@@ -63,6 +67,37 @@ void FrameLoop::tell_state() {
   if (state == track::TrackState::kFresh)
     say(told_ == track::TrackState::kNone ? "poses arrive" : "poses arrive again");
   told_ = state;
+}
+
+void FrameLoop::tell_moving(double now) {
+  const std::vector<MovingState>& moving = parts_.projection.moving();
+  if (moving.empty()) return metrics_.moving.clear();
+  const double since = moving_told_ > 0 ? now - moving_told_ : 0;
+  moving_told_ = now;
+  for (std::size_t i = 0; i < moving.size(); ++i) {
+    if (metrics_.moving.size() <= i || metrics_.moving[i].surface != moving[i].surface) {
+      metrics_.moving.resize(i);
+      metrics_.moving.emplace_back().surface = moving[i].surface;
+    }
+    MovingMetrics& told = metrics_.moving[i];
+    const std::string state = track::to_string(moving[i].seen.state);
+    told.is_dark = moving[i].is_dark;
+    told.age_s = moving[i].seen.age;
+    told.error_mm = 1e3 * moving[i].error;
+    const bool is_lost = moving[i].seen.state == track::TrackState::kStale;
+    if (is_lost) told.lost_s += since;
+    if (state == told.state) continue;
+    if (is_lost) {
+      ++told.losses;
+      say("'" + told.surface + "': its markers are not seen; it " +
+          (told.is_dark ? "is dark until they are seen again" : "stays where it was seen last"));
+    } else {
+      say("'" + told.surface +
+          "': " + (told.state == "none" ? "its markers are seen" : "its markers are seen again"));
+    }
+    told.state = state;
+  }
+  metrics_.moving.resize(moving.size());
 }
 
 void FrameLoop::publish(double now) {
@@ -108,6 +143,7 @@ void FrameLoop::publish(double now) {
   status.pose_age_ms = 1e3 * drawn_.pose.age;
   status.delay_ms = 1e3 * options_.delay_s;
   status.watch = metrics_.watch;
+  status.moving = metrics_.moving;
   status.pose_error_mm = 1e3 * drawn_.pose_error;
   status.messages.assign(messages_.begin(), messages_.end());
   gather_counts();
@@ -120,6 +156,10 @@ void FrameLoop::gather_counts() {
   gathered_ = device::now_s();
   metrics_.malformed = 0;
   for (const track::PoseSource* source : parts_.sources) metrics_.malformed += source->status().malformed;
+  if (parts_.sights != nullptr)
+    for (const SurfaceSights::Surface& seen : parts_.sights->surfaces())
+      for (MovingMetrics& told : metrics_.moving)
+        if (told.surface == seen.name) told.sightings = seen.sightings, told.refused = seen.refused;
   parts_.other_faults(metrics_.faults);
   if (parts_.page == nullptr) return;
   const PageFaults faults = parts_.page->faults();

@@ -101,6 +101,33 @@ void write(std::string& text, const FleetMetrics& fleet) {
       text += "procam_fleet_surface{surface=\"" + escaped(surface) + "\",robot=\"" + robot + "\"} 1\n";
 }
 
+void write(std::string& text, const std::vector<MovingMetrics>& moving) {
+  const auto add = [&](const char* name, const char* kind, const char* help,
+                       double (*value)(const MovingMetrics&)) {
+    const std::string metric = std::string("procam_tracked_") + name;
+    text += "# HELP " + metric + " " + help + "\n# TYPE " + metric + " " + kind + "\n";
+    for (const MovingMetrics& one : moving) {
+      char number[64];
+      std::snprintf(number, sizeof number, "\"} %.9g\n", value(one));
+      text += metric + "{surface=\"" + escaped(one.surface) + number;
+    }
+  };
+  add("sightings_total", "counter", "Camera images that gave the surface's pose.",
+      [](const MovingMetrics& one) { return double(one.sightings); });
+  add("refused_total", "counter", "Camera images with markers of the surface that gave no pose.",
+      [](const MovingMetrics& one) { return double(one.refused); });
+  add("losses_total", "counter", "Times that the surface was not seen for too long.",
+      [](const MovingMetrics& one) { return double(one.losses); });
+  add("lost_seconds_total", "counter", "Time in which it was not seen.",
+      [](const MovingMetrics& one) { return one.lost_s; });
+  add("fresh", "gauge", "1 while the surface's pose is fresh.",
+      [](const MovingMetrics& one) { return one.state == "fresh" ? 1.0 : 0.0; });
+  add("age_seconds", "gauge", "From its last pose to the light.",
+      [](const MovingMetrics& one) { return one.age_s; });
+  add("error_metres", "gauge", "Error of the light on it, RMS, as its covariance predicts.",
+      [](const MovingMetrics& one) { return 1e-3 * one.error_mm; });
+}
+
 }  // namespace
 
 void Durations::add(double seconds) {
@@ -160,6 +187,7 @@ std::string to_prometheus(const Metrics& m, const track::Faults& poses) {
   for (const auto& [name, count] : pose_faults)
     text += "procam_pose_faults_total{name=\"" + std::string(name) + "\"} " + std::to_string(count) + "\n";
   if (m.watch) write(text, *m.watch);
+  if (!m.moving.empty()) write(text, m.moving);
   if (m.group) write(text, *m.group);
   if (m.fleet) write(text, *m.fleet);
   write(text, "draw", "From the last look at the pose sources to the frame ready.", m.draw);

@@ -5,6 +5,7 @@
 #include <cstring>
 
 #include "light_shift.hpp"
+#include "moving_surfaces.hpp"
 #include "procam/render/cpu.hpp"
 #include "procam/surface/lay_out.hpp"
 #include "procam/surface/solve.hpp"
@@ -67,6 +68,7 @@ struct Projection::State {
   ImageU8 grid = grid_picture(), white = ImageU8(8, 8, 1, 255);
   Scene scene;
   watch::Marks marks;
+  MovingSurfaces moving;
   /// One a surface: how a picture of this size lies on it.
   struct Laid {
     ImageSize picture;
@@ -83,7 +85,10 @@ struct Projection::State {
   std::optional<Pose> rig_from_world;  ///< of a projector that stands still
 
   State(const Rig& rig, ProjectionOptions given)
-      : projector(rig.projector(given.projector)), options(std::move(given)), track(options.track) {
+      : projector(rig.projector(given.projector)),
+        options(std::move(given)),
+        track(options.track),
+        moving(options.moving, options.blank_on_stale) {
     if (!options.renderer) options.renderer = std::make_shared<render::CpuRenderer>();
     if (options.projector_from_world)
       rig_from_world = projector.rig_from_projector * *options.projector_from_world;
@@ -160,7 +165,9 @@ void Projection::set_show(Show show) {
     somewhere = *state_->solved.projector_from_world;
   surface::SolveOptions solving;
   solving.visibility = false;
-  state_->solved = surface::solve_surfaces(show.surfaces, state_->projector, somewhere, solving);
+  SolvedSurfaceSet solved = surface::solve_surfaces(show.surfaces, state_->projector, somewhere, solving);
+  state_->moving.take(show.surfaces);
+  state_->solved = std::move(solved);
   std::vector<std::uint64_t> serials;
   for (const auto& content : show.contents) {
     const auto& before = state_->show.contents;
@@ -222,6 +229,13 @@ std::optional<Pose> Projection::projector_from_world(double time) const {
   return state_->projector_from_world(pose.frame_from_child);
 }
 
+void Projection::add_sighting(const track::StampedPose& message) {
+  state_->moving.add(message);
+}
+const std::vector<MovingState>& Projection::moving() const {
+  return state_->moving.states();
+}
+
 void Projection::set_dark(std::vector<std::string> surfaces) {
   state_->dark = std::move(surfaces);
 }
@@ -255,11 +269,16 @@ DrawnFrame Projection::draw(double light_time, double content_time, ImageView<st
     drawn.blanked = drawn.pose.state == track::TrackState::kStale && s.options.blank_on_stale;
   }
 
+  s.moving.place(light_time, s.projector.rig_from_projector, s.solved);
+  drawn.unseen = s.moving.dark_count();
+
   s.scene.items.clear();
   std::fill(s.light.begin(), s.light.end(), SurfaceLight::kNone);
   for (std::size_t i = 0; i < s.solved.surfaces.size() && !drawn.blanked; ++i) {
     const SolvedSurface& surface = s.solved.surfaces[i];
-    if (!placed && stands_in_world(surface.surface)) {
+    if (s.moving.is_dark(i)) continue;
+    const bool of_pose = stands_in_world(surface.surface) && !s.moving.moves(i);
+    if (!placed && of_pose) {
       drawn.waiting = true;
       continue;
     }
@@ -277,7 +296,7 @@ DrawnFrame Projection::draw(double light_time, double content_time, ImageView<st
       continue;
     }
     const auto* plane = std::get_if<PlacedPlane>(&surface.placement);
-    if (plane != nullptr && drawn.pose.state != track::TrackState::kNone && stands_in_world(surface.surface))
+    if (plane != nullptr && drawn.pose.state != track::TrackState::kNone && of_pose)
       drawn.pose_error =
           std::max(drawn.pose_error,
                    rms_of_light(*plane, s.solved.projector_from_world->inverse(), drawn.pose.covariance));
@@ -287,6 +306,7 @@ DrawnFrame Projection::draw(double light_time, double content_time, ImageView<st
     make_black(frame);
     return drawn;
   }
+  s.moving.light_markers(s.light, s.scene);
   const auto begin = std::chrono::steady_clock::now();
   s.options.renderer->render(s.scene, s.projector.projector, frame);
   if (s.options.marks && s.picture == TestPattern::kContent)

@@ -52,6 +52,7 @@ struct Replay {
   void operator()(TestPattern picture) { projection.set_picture(picture); }
   void operator()(const MovedProjector& moved) { projection.move_projector(moved.rig_from_projector); }
   void operator()(const track::StampedPose& message) { projection.add(message); }
+  void operator()(const SightedSurface& sighted) { projection.add_sighting(sighted.message); }
   void operator()(const RecordedFrame& recorded) {
     const DrawnFrame drawn = projection.draw(recorded.light_time, recorded.content_time, frame);
     if (!drawn.content_fault.empty() && drawn.content_fault != content_fault)

@@ -30,6 +30,36 @@ std::optional<depth::PixelRegion> shape_region(const DepthSurfaces& named, const
   return r;
 }
 
+const SolvedSurface& solved_surface(const SolvedSurfaceSet& solved, const std::string& name) {
+  for (const SolvedSurface& surface : solved.surfaces)
+    if (surface.surface.name == name) return surface;
+  throw Error(ErrorKind::kInput, "track '" + name + "'", "the surface file has no surface of this name",
+              "name one of its surfaces");
+}
+
+/// An edge of the content, as the surface file has it.
+track::Hinge hinge_of(const SolvedSurface& surface, const std::string& edge, const RigProjector& projector,
+                      bool projector_stands) {
+  const auto* plane = std::get_if<PlacedPlane>(&surface.placement);
+  const InRoom* place = place_of(surface.surface.geometry);
+  if (plane == nullptr || place == nullptr || (place->frame == "world" && !projector_stands))
+    throw Error(ErrorKind::kInput, "hinge of '" + surface.surface.name + "'",
+                "it is no plane with a fixed place before the rig",
+                "place it in the rig, or in the world with --pose");
+  const bool is_upright = edge == "left" || edge == "right";
+  const Vec2 begin(edge == "right" ? 1 : 0, edge == "bottom" ? 1 : 0);
+  const Vec2 end = begin + (is_upright ? Vec2(0, 1) : Vec2(1, 0));
+  const auto on_plane = [&](const Vec2& uv) {
+    const Vec3 h = plane->plane_from_content * uv.homogeneous();
+    return Vec3(h.x() / h.z(), h.y() / h.z(), 0);
+  };
+  track::Hinge hinge;
+  hinge.rig_from_closed = projector.rig_from_projector * plane->projector_from_surface;
+  hinge.point = on_plane(begin);
+  hinge.direction = (on_plane(end) - hinge.point).normalized();
+  return hinge;
+}
+
 }  // namespace
 
 std::unique_ptr<DepthSurfaceSource> watch_room(const ShowOptions& options, const Rig& rig,
@@ -89,6 +119,29 @@ std::unique_ptr<LightWatch> watch_light(const ShowOptions& options, const Rig& r
   opening.size = watching.camera.camera.size;
   return std::make_unique<LightWatch>(
       [name = input.camera, opening] { return device::open_camera(name, opening); }, watching);
+}
+
+std::unique_ptr<SurfaceSource> open_sights(const ShowOptions& options, const Rig& rig,
+                                           const MovingOptions& moving, const SolvedSurfaceSet& solved) {
+  const TrackInput& input = *options.track;
+  SurfaceSourceOptions sights;
+  sights.camera = rig.camera(input.name);
+  sights.readout_s = input.readout_s;
+  for (const MovingSurface& what : moving.surfaces) {
+    for (const std::string& name : what.surfaces) solved_surface(solved, name);
+    MarkedSurface surface{what.surfaces.front(), what.markers};
+    std::string key;
+    for (const std::string& name : what.surfaces) key += (key.empty() ? "" : ",") + name;
+    const auto edge = input.hinges.find(key);
+    if (edge != input.hinges.end())
+      surface.hinge = hinge_of(solved_surface(solved, surface.name), edge->second,
+                               rig.projector(options.projector), !options.pose.empty());
+    sights.surfaces.push_back(std::move(surface));
+  }
+  device::CameraOptions opening;
+  opening.size = sights.camera.camera.size;
+  const auto open = [name = input.camera, opening] { return device::open_camera(name, opening); };
+  return std::make_unique<SurfaceSource>(open(), sights, open);
 }
 
 ControlOptions control_options(const ShowOptions& options) {

@@ -13,6 +13,7 @@
 #include "procam/show/run.hpp"
 #include "procam/track/pose_source.hpp"
 #include "room_watch.hpp"
+#include "surface_source.hpp"
 
 namespace procam::show {
 
@@ -25,6 +26,11 @@ std::unique_ptr<track::PoseSource> open_markers(const MarkerInput& input, const 
 
 /// `stands`: the rig stays where it is in the room, and its surfaces come from a file.
 std::unique_ptr<LightWatch> watch_light(const ShowOptions& options, const Rig& rig, bool stands);
+
+/// The camera that sees the surfaces that move on their own. `solved` has the places of the surface file. Throws Error(kInput)
+/// for a hinge of a surface that has no place in the rig, and for a surface that is not there.
+std::unique_ptr<SurfaceSource> open_sights(const ShowOptions& options, const Rig& rig,
+                                           const MovingOptions& moving, const SolvedSurfaceSet& solved);
 
 /// The address and the token of the control page.
 ControlOptions control_options(const ShowOptions& options);

@@ -28,6 +28,7 @@ namespace {
 
 constexpr const char* kHeader = "{\"format\":\"procam-run\",\"version\":1,\"conditions\":\"";
 constexpr const char* kPart = "{\"part\":";
+constexpr const char* kSighted = "{\"sighted\":";
 
 std::uint64_t rotated(std::uint64_t x, int by) {
   return (x << by) | (x >> (64 - by));
@@ -71,6 +72,15 @@ std::optional<MovedProjector> read_projector(const std::string& line) {
   const Pose pose(Eigen::Quaterniond(v[0], v[1], v[2], v[3]), Vec3(v[4], v[5], v[6]));
   if (!pose.is_finite() || std::abs(pose.rotation.norm() - 1) > kUnit) return std::nullopt;
   return MovedProjector{pose};
+}
+
+/// As in a pose log.
+std::string pose_line(const track::StampedPose& message) {
+  char arrival[64];
+  std::snprintf(arrival, sizeof arrival, "{\"arrival\":%.17g,", message.arrival);
+  std::string line = arrival + track::to_json_line(message).substr(1);
+  while (!line.empty() && line.back() == '\n') line.pop_back();
+  return line;
 }
 
 constexpr std::size_t kBuffer = 65536;  // bytes
@@ -241,11 +251,13 @@ void RunRecorder::record(const MovedProjector& moved) {
   state_->line(state_->projector);
 }
 
+void RunRecorder::record(const SightedSurface& sighted) {
+  state_->newest = sighted.message.arrival;
+  state_->line(kSighted + pose_line(sighted.message) + "}");
+}
+
 void RunRecorder::record(const track::StampedPose& message) {
-  char arrival[64];
-  std::snprintf(arrival, sizeof arrival, "{\"arrival\":%.17g,", message.arrival);
-  std::string line = arrival + track::to_json_line(message).substr(1);
-  while (!line.empty() && line.back() == '\n') line.pop_back();
+  const std::string line = pose_line(message);
   state_->newest = message.arrival;
   if (state_->mcap) state_->mcap->add_pose(message, state_->unix_ns(message.arrival));
   state_->line(line);
@@ -335,6 +347,11 @@ struct RunReader::State {
       std::optional<track::StampedPose> pose = track::internal::pose_of_log_line(line);
       if (!pose) throw log_error(path, number, "it holds no pose");
       return std::move(*pose);
+    }
+    if (const auto text = between(line, kSighted, "}")) {
+      std::optional<track::StampedPose> pose = track::internal::pose_of_log_line(*text);
+      if (!pose) throw log_error(path, number, "it holds no pose of a surface");
+      return SightedSurface{std::move(*pose)};
     }
     if (line.rfind("{\"frame\":", 0) == 0) {
       const std::optional<RecordedFrame> frame = read_frame(line);

@@ -10,6 +10,7 @@
 ///   {"picture":"grid"}                       what the surfaces carry: "content", "grid" or "mask"
 ///   {"projector":[qw,qx,qy,qz,x,y,z]}        rig_from_projector, whenever a correction has changed it
 ///   {"arrival":812.25,"stamp":...}           a pose
+///   {"sighted":{"arrival":812.25,...}}       a pose of a surface that moves on its own, child its name
 ///   {"frame":17,"light":812.31,"content":4.2,"fingerprint":"a59f12..."}
 ///
 /// A log is bounded: at LogLimits::part_bytes `run.log` becomes `run.log.1`, what was `run.log.1` becomes
@@ -50,6 +51,11 @@ struct MovedProjector {
   Pose rig_from_projector;
 };
 
+/// A pose of a surface that moves on its own (Projection::add_sighting).
+struct SightedSurface {
+  track::StampedPose message;
+};
+
 /// The default keeps 2 GiB: the last 9 to 40 hours of a show.
 struct LogLimits {
   std::uint64_t part_bytes = std::uint64_t(256) << 20;
@@ -68,6 +74,7 @@ class RunRecorder {
   void record(TestPattern picture);
   void record(const MovedProjector& moved);
   void record(const track::StampedPose& message);
+  void record(const SightedSurface& sighted);
   /// Every second to the operating system; begins the next part when this one is full.
   void record(const RecordedFrame& frame);
 
@@ -88,7 +95,7 @@ struct MissingParts {
 
 /// One line of a run.
 using RunRecord = std::variant<RunConditions, SurfaceSet, TestPattern, MovedProjector, track::StampedPose,
-                               RecordedFrame, MissingParts>;
+                               SightedSurface, RecordedFrame, MissingParts>;
 
 /// Reads a run line by line, through all its parts, the oldest first.
 ///

@@ -3,12 +3,14 @@
 #include <algorithm>
 #include <cinttypes>
 #include <cstdio>
+#include <set>
 
 #include "depth_surfaces.hpp"
 #include "height_content.hpp"
 #include "procam/core/rig/room_frames.hpp"
 #include "procam/device/content_source.hpp"
 #include "procam/io/files.hpp"
+#include "procam/io/marker_map_file.hpp"
 #include "procam/io/pose_file.hpp"
 #include "procam/render/gl.hpp"
 #include "run_log.hpp"
@@ -59,7 +61,43 @@ std::uint64_t rig_fingerprint(const Rig& rig) {
   return fingerprint(ViewU8(reinterpret_cast<const std::uint8_t*>(text.data()), int(text.size()), 1, 1));
 }
 
+/// What is tracked, beyond the surfaces file.
+std::string track_text(const ShowOptions& options) {
+  if (!options.track) return "";
+  char text[80];
+  std::snprintf(text, sizeof text, ", tracked with delay %g s, marker light %d", options.track->delay_s,
+                options.track->marker_light);
+  std::string words = text;
+  for (const auto& [surfaces, markers] : options.track->surfaces)
+    words += ", " + surfaces + " by " +
+             (is_marker_file(markers) ? io::sha256_of_file(markers).substr(0, 16) : markers);
+  return words;
+}
+
+MovingOptions moving_options(const ShowOptions& options, const track::TrackOptions& of_poses) {
+  MovingOptions moving;
+  if (!options.track) return moving;
+  for (const auto& [names, markers] : options.track->surfaces)
+    moving.surfaces.push_back({split_names(names), is_marker_file(markers) ? io::load_marker_map(markers)
+                                                                           : io::parse_marker(markers)});
+  moving.track.prediction = of_poses.prediction;
+  moving.track.stale_after = of_poses.stale_after;
+  moving.track.delay = options.track->delay_s;
+  moving.marker_light = options.track->marker_light;
+  return moving;
+}
+
 }  // namespace
+
+std::vector<std::string> split_names(const std::string& names) {
+  std::vector<std::string> list;
+  for (std::size_t begin = 0; begin <= names.size();) {
+    const std::size_t end = std::min(names.find(',', begin), names.size());
+    list.push_back(names.substr(begin, end - begin));
+    begin = end + 1;
+  }
+  return list;
+}
 
 bool rig_is_world(const ShowOptions& options) {
   return is_depth_source(options.surfaces) && options.poses.empty() && !options.marker &&
@@ -82,6 +120,7 @@ ProjectionOptions projection_options(const ShowOptions& options, const Rig& rig)
   if (options.blank_on_stale_s) projection.track.stale_after = *options.blank_on_stale_s;
   if (options.freeze_on_stale_s) projection.track.stale_after = *options.freeze_on_stale_s;
   projection.blank_on_stale = options.blank_on_stale_s.has_value();
+  projection.moving = moving_options(options, projection.track);
   projection.marks = options.watch && options.watch->marks;
   projection.renderer = renderer_for(options);
   return projection;
@@ -99,7 +138,7 @@ std::string conditions_text(const ShowOptions& options, const ProjectionOptions&
   const auto of_file = [](const char* name, const std::string& file) {
     return file.empty() ? "" : std::string(", ") + name + " " + io::sha256_of_file(file).substr(0, 16);
   };
-  return text + of_file("pose", options.pose) + of_file("mount", options.mount);
+  return text + of_file("pose", options.pose) + of_file("mount", options.mount) + track_text(options);
 }
 
 fs::path content_folder(const std::string& surfaces) {
@@ -121,6 +160,39 @@ std::vector<std::string> content_choices(const fs::path& folder, const SurfaceSe
       found.push_back(surface.content);
   for (const char* colour : {"#ffffff", "#ff0000", "#00ff00", "#0000ff"}) found.emplace_back(colour);
   return found;
+}
+
+static void check_track(const ShowOptions& options) {
+  const auto refuse = [](const std::string& what, const std::string& why, const std::string& next) {
+    throw Error(ErrorKind::kInput, what, why, next);
+  };
+  const TrackInput& track = *options.track;
+  if (track.camera.empty()) refuse("track", "no camera looks at the surfaces", "give --track-camera");
+  if (track.surfaces.empty())
+    refuse("track", "no surface is named that the camera could look for", "give --track SURFACE=MARKERS");
+  if (is_depth_source(options.surfaces))
+    refuse("track", "the surfaces come from a depth camera, which tracks them itself",
+           "give a surface file, or leave out --track");
+  if (options.watch)
+    refuse("watch", "light on a surface that moves does not show whether the projector has",
+           "leave out --watch or --track");
+  if (!options.group.empty())
+    refuse("group", "the places of tracked surfaces are not sent to other hosts",
+           "leave out --group or --track");
+  std::set<std::string> names;
+  for (const auto& [surfaces, markers] : track.surfaces)
+    for (const std::string& name : split_names(surfaces))
+      if (name.empty() || !names.insert(name).second)
+        refuse("track '" + surfaces + "'", "it has an empty name, or one that is tracked twice",
+               "name each surface once, those that move as one joined by commas");
+  for (const auto& [surface, edge] : track.hinges) {
+    if (track.surfaces.find(surface) == track.surfaces.end())
+      refuse("hinge of '" + surface + "'", "no such surface is tracked",
+             "give --track " + surface + "=MARKERS");
+    if (edge != "left" && edge != "right" && edge != "top" && edge != "bottom")
+      refuse("hinge of '" + surface + "'", "'" + edge + "' is no edge of its content",
+             "use left, right, top or bottom");
+  }
 }
 
 void check_combination(const ShowOptions& options) {
@@ -168,6 +240,7 @@ void check_combination(const ShowOptions& options) {
     refuse("record", "a run in a fleet cannot be shown again bit for bit", "leave one of them out");
   if (options.depth.silhouettes && !options.record.empty())
     refuse("record", "a run with silhouettes cannot be shown again bit for bit", "leave one of them out");
+  if (options.track) check_track(options);
 }
 
 }  // namespace procam::show

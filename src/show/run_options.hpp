@@ -20,6 +20,9 @@ inline constexpr double kUsualRate = 60;
 void check_combination(const ShowOptions& options);
 
 /// Without poses the rig stands still; surfaces of a depth camera are then in its own frame.
+/// "cart,sign": its parts.
+std::vector<std::string> split_names(const std::string& names);
+
 bool rig_is_world(const ShowOptions& options);
 
 /// How the frames are drawn, and from which poses.

@@ -1,5 +1,7 @@
 #include "procam/show/show_options.hpp"
 
+#include <algorithm>
+
 #include "document/fields.hpp"
 #include "procam/core/base/limits.hpp"
 #include "procam/device/content_source.hpp"
@@ -65,6 +67,22 @@ static void fields(io::Fields& f, WatchInput& watch) {
           "give seconds, e.g. 0.05");
 }
 
+static void fields(io::Fields& f, TrackInput& track) {
+  f.field("camera", track.camera);
+  f.optional("name", track.name);
+  field_or(f, "delay_s", track.delay_s, 0.0);
+  field_or(f, "readout_s", track.readout_s, 0.0);
+  f.map("surfaces", track.surfaces);
+  if (f.reading() ? f.has("hinges") : !track.hinges.empty()) f.map("hinges", track.hinges);
+  field_or(f, "marker_light", track.marker_light, TrackInput().marker_light);
+  f.check(track.delay_s >= 0 && track.delay_s <= limits::kDelayS, "delay_s", "no camera is that late",
+          "give seconds, e.g. 0.05");
+  f.check(track.readout_s >= 0 && track.readout_s <= limits::kDelayS, "readout_s", "no camera is that slow",
+          "give seconds, e.g. 0.02");
+  f.check(track.marker_light >= -1 && track.marker_light <= 255, "marker_light", "it is not from 0 to 255",
+          "give a grey value, or -1 for the light of the content");
+}
+
 static void check_times(io::Fields& f, const ShowOptions& o) {
   const auto check = [&](const char* name, const std::optional<double>& seconds, double max) {
     f.check(!seconds || (*seconds >= 0 && *seconds <= max), name,
@@ -107,6 +125,7 @@ static void fields(io::Fields& f, ShowOptions& o) {
   f.optional("people", o.people);
   f.optional("publish", o.publish);
   f.optional("watch", o.watch);
+  f.optional("track", o.track);
   f.optional("group", o.group);
   field_or(f, "group_strength", o.group_strength, usual.group_strength);
   f.optional("fleet", o.fleet);
@@ -150,6 +169,13 @@ static void for_each_file(ShowOptions& o, const Change& change) {
   for (std::string* file : {&o.pose, &o.mount, &o.record}) apply(*file);
   if (o.marker) apply(o.marker->markers);
   if (o.people) apply(o.people->sensor);
+  if (o.track)
+    for (auto& item : o.track->surfaces)
+      if (is_marker_file(item.second)) apply(item.second);
+}
+
+bool is_marker_file(const std::string& markers) {
+  return std::count(markers.begin(), markers.end(), ':') != 2;
 }
 
 bool is_depth_source(const std::string& surfaces) {

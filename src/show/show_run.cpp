@@ -47,6 +47,7 @@ ShowRun::ShowRun(const Rig& rig, bool is_calibrated, const ShowOptions& options,
           (rig.projector(options.projector).rig_from_projector * *projection.projector_from_world).inverse();
     graph_ = std::make_unique<Ros2Output>(options, rig, projection.child_from_rig, world_from_rig);
   }
+  moving_ = projection.moving;
   projection_ = std::make_unique<Projection>(rig, std::move(projection));
   load_surfaces();
   if (!options.group.empty()) open_group();
@@ -69,6 +70,7 @@ ShowReport ShowRun::run() {
   parts.room = room_.get();
   if (in_room_) parts.room_contents = absolute_contents(options_);
   parts.watch = watch_.get();
+  parts.sights = sights_.get();
   parts.page = page_.get();
   parts.group = link_.get();
   parts.fleet = fleet_.get();
@@ -129,6 +131,7 @@ Rejected ShowRun::rejected() {
   for (const auto& source : sources_) add_to(sum, source->rejected());
   if (room_) add_to(sum, room_->rejected());
   if (watch_) add_to(sum, watch_->rejected());
+  if (sights_) add_to(sum, sights_->rejected());
   // Contents come and go; what those that went have rejected stays counted.
   for (const auto& content : projection_->show().contents) {
     const Rejected now = content ? content->rejected() : Rejected();
@@ -276,6 +279,10 @@ void ShowRun::open_inputs() {
   if (options_.watch) {
     watch_ = watch_light(options_, rig_, sources_.empty() && !in_room_);
     tell_opened(*watch_);
+  }
+  if (options_.track) {
+    sights_ = open_sights(options_, rig_, moving_, projection_->solved());
+    tell_opened(*sights_);
   }
   if (!options_.record.empty()) {
     recorder_.emplace(options_.record, conditions_);

@@ -96,6 +96,8 @@ class ShowRun {
   std::vector<std::unique_ptr<track::PoseSource>> sources_;
   std::optional<RunRecorder> recorder_;
   std::unique_ptr<LightWatch> watch_;
+  MovingOptions moving_;
+  std::unique_ptr<SurfaceSource> sights_;
   std::unique_ptr<ControlPage> page_;
 };
 

@@ -49,6 +49,14 @@ ShowOptions everything() {
   o.watch->only = true;
   o.watch->marks = true;
   o.watch->save = "corrected.json";
+  o.track = TrackInput{};
+  o.track->camera = "camera:2";
+  o.track->name = "right";
+  o.track->delay_s = 0.04;
+  o.track->readout_s = 0.02;
+  o.track->surfaces = {{"cart,sign", "apriltag_36h11:5:120mm"}, {"door", "door_markers.json"}};
+  o.track->hinges = {{"door", "left"}};
+  o.track->marker_light = 200;
   o.group = "foyer";
   o.group_strength = 12;
   o.fleet = "hall";
@@ -134,6 +142,10 @@ TEST(ShowOptions, WhatIsWrittenIsReadAgain) {
     EXPECT_NE(written.find("\"" + std::string(field) + "\""), std::string::npos) << field;
   EXPECT_EQ(read.mount, std::filesystem::absolute("mount.json").string());
   EXPECT_EQ(read.blank_on_stale_s, 0.25);
+  EXPECT_EQ(read.track->surfaces.at("cart,sign"), "apriltag_36h11:5:120mm");
+  EXPECT_EQ(read.track->surfaces.at("door"), std::filesystem::absolute("door_markers.json").string());
+  EXPECT_EQ(read.track->hinges.at("door"), "left");
+  EXPECT_EQ(read.track->marker_light, 200);
   EXPECT_EQ(read.depth.up, Vec3(0, -1, 0.1));
   EXPECT_EQ(read.contents.at("floor"), "#ff8000");
   // Fields with their default are not written.

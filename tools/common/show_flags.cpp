@@ -159,6 +159,59 @@ void declare_watch(CLI::App& app, show::ShowOptions& o) {
       ->needs(camera);
 }
 
+/// SURFACE=VALUE, several.
+void take_pairs(const char* flag, const std::vector<std::string>& items,
+                std::map<std::string, std::string>& into, const char* example) {
+  for (const std::string& item : items) {
+    const std::size_t equals = item.find('=');
+    if (equals == std::string::npos || equals == 0 || equals + 1 == item.size())
+      throw Error(ErrorKind::kInput, flag + (" " + item), "it does not read SURFACE=VALUE",
+                  std::string("write e.g. ") + example);
+    into[item.substr(0, equals)] = item.substr(equals + 1);
+  }
+}
+
+void declare_track(CLI::App& app, show::ShowOptions& o) {
+  const auto track = [&o]() -> show::TrackInput& { return o.track ? *o.track : o.track.emplace(); };
+  CLI::Option* camera = app.add_option_function<std::string>(
+      "--track-camera", [track](const std::string& text) { track().camera = text; },
+      "Camera of the rig that sees the markers of surfaces that move: camera:0, a device, a URL, ros2:/TOPIC or "
+      "watch:FOLDER (docs/tracked-surfaces.md)");
+  CLI::Option* surfaces = app.add_option_function<std::vector<std::string>>(
+      "--track",
+      [track](const std::vector<std::string>& items) {
+        take_pairs("--track", items, track().surfaces, "--track cart=apriltag_36h11:5:120mm");
+      },
+      "Surface that moves, and the markers on it: one, DICTIONARY:ID:SIZE, whose middle is the surface's origin, or a "
+      "markers.json in the frame of the surface. Surfaces that move as one: cart,sign=MARKERS");
+  surfaces->needs(camera);
+  camera->needs(surfaces);
+  app.add_option_function<std::vector<std::string>>(
+         "--track-hinge",
+         [track](const std::vector<std::string>& items) {
+           take_pairs("--track-hinge", items, track().hinges, "--track-hinge door=left");
+         },
+         "Edge of the content about which a tracked surface rotates, as a door: left, right, top or bottom")
+      ->needs(surfaces);
+  app.add_option_function<std::string>(
+         "--track-camera-name", [track](const std::string& text) { track().name = text; },
+         "Name of that camera, for a rig with several cameras")
+      ->needs(camera);
+  add_parsed(
+      app, "--track-delay", [track](const std::string& text) { track().delay_s = io::parse_delay(text); },
+      "Time from the exposure of the middle row of its image to its arrival, e.g. 40ms")
+      ->needs(camera);
+  add_parsed(
+      app, "--track-readout", [track](const std::string& text) { track().readout_s = io::parse_delay(text); },
+      "Rolling shutter: time from the exposure of the first row to that of the last, e.g. 20ms")
+      ->needs(camera);
+  app.add_option_function<int>(
+         "--marker-light", [track](int value) { track().marker_light = value; },
+         "Grey value of the light on these markers, 0 to 255 (default: the content)")
+      ->check(CLI::Range(0, 255))
+      ->needs(camera);
+}
+
 void declare_output(CLI::App& app, show::ShowOptions& o) {
   app.add_option("--display", o.display,
                  "Display for the full-screen window: number, name or position on the desktop ('1920,0')");
@@ -242,6 +295,7 @@ void declare_show(CLI::App& app, show::ShowOptions& options) {
   declare_poses(app, options);
   declare_people(app, options);
   declare_watch(app, options);
+  declare_track(app, options);
   declare_output(app, options);
 }
 

@@ -1,6 +1,16 @@
 #include "common/show_lines.hpp"
 
 namespace procam::tools {
+namespace {
+
+/// A name within a JSON pointer (RFC 6901).
+std::string pointer_part(const std::string& name) {
+  std::string part;
+  for (const char letter : name) part += letter == '~' ? "~0" : letter == '/' ? "~1" : std::string(1, letter);
+  return part;
+}
+
+}  // namespace
 
 void print_group(const show::GroupMetrics& group, Console& console) {
   console.say(format(
@@ -23,6 +33,20 @@ void print_fleet(const show::FleetMetrics& fleet, Console& console) {
   summary.set("/fleet/turns", double(fleet.turns));
   summary.set("/fleet/last_wait_ms", 1e3 * fleet.last_wait_s);
   summary.set("/fleet/rejected", double(fleet.rejected));
+}
+
+void print_tracked(const std::vector<show::MovingMetrics>& surfaces, Console& console) {
+  for (const show::MovingMetrics& one : surfaces) {
+    console.say(
+        format("tracked '%s': seen in %llu images, refused in %llu, lost %llu times for %.1f s in all",
+               one.surface.c_str(), (unsigned long long)one.sightings, (unsigned long long)one.refused,
+               (unsigned long long)one.losses, one.lost_s));
+    const std::string at = "/tracked/" + pointer_part(one.surface);
+    console.summary().set(at + "/sightings", double(one.sightings));
+    console.summary().set(at + "/refused", double(one.refused));
+    console.summary().set(at + "/losses", double(one.losses));
+    console.summary().set(at + "/lost_s", one.lost_s);
+  }
 }
 
 }  // namespace procam::tools

@@ -45,6 +45,19 @@ struct WatchStatus {
   std::vector<double> history_mm;           ///< errors of the last windows, oldest first
 };
 
+/// A surface that moves on its own and is tracked by its markers (docs/tracked-surfaces.md).
+struct MovingMetrics {
+  std::string surface;
+  std::string state = "none";   ///< "none": never seen; "fresh", "stale": track::to_string()
+  bool is_dark = true;          ///< in the last frame, since it is not seen
+  std::uint64_t sightings = 0;  ///< images with its pose
+  std::uint64_t refused = 0;    ///< images with markers of it and without a pose
+  std::uint64_t losses = 0;     ///< times that it was not seen for too long
+  double lost_s = 0;            ///< in all
+  double age_s = 0;             ///< from its last pose to the light of the last frame
+  double error_mm = 0;          ///< of the light on it in the last frame, RMS, as its covariance predicts
+};
+
 /// Of a show that several hosts show (docs/live.md).
 struct GroupMetrics {
   bool leads = false;
@@ -89,10 +102,11 @@ struct Metrics {
       pose_to_frame;  ///< from a pose's arrival to the first frame with it ready, less that frame's render
   /// What failed while the show went on, by name: "command", "content", "control_page", "depth", "fleet", "frame", "group", "group_pose", "people"
   /// and "people_..." (messages), "page_connection" (closed for others), "page_refused", "page_request", "pose_source",
-  /// "record", "reload", "room", "save", "surfaces", "watch", and what a source rejected by its cause
+  /// "record", "reload", "room", "save", "surfaces", "track", "watch", and what a source rejected by its cause
   /// ("ros2_oversized").
   std::map<std::string, std::uint64_t> faults;
   std::optional<WatchStatus> watch;
+  std::vector<MovingMetrics> moving;
   std::optional<GroupMetrics> group;
   std::optional<FleetMetrics> fleet;
   std::uint64_t contents_stopped = 0;  ///< now: contents that give no new images and show their last one

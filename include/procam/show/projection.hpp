@@ -13,6 +13,11 @@
 ///
 /// predicted to the moment at which the frame's light leaves the projector (track/pose_track.hpp).
 ///
+/// Surfaces that move on their own (ProjectionOptions::moving) have poses in the rig, from add_sighting(), which are predicted
+/// to that moment as well:
+///
+///   projector_from_surface = rig_from_projector^-1 * rig_from_surface(light).
+///
 /// The frame depends on what went in and the two times alone: the same calls in the same order give the same
 /// frames, bit for bit. No clock is read here, nothing waits, and nothing is allocated for a frame in which
 /// nothing but the pose changes (docs/render.md lists the caches of a renderer).
@@ -23,6 +28,7 @@
 #include <vector>
 
 #include "procam/core/base/export.hpp"
+#include "procam/core/board/marker.hpp"
 #include "procam/core/rig/rig.hpp"
 #include "procam/core/surface/scene.hpp"
 #include "procam/core/surface/surface.hpp"
@@ -53,6 +59,30 @@ enum class SurfaceLight {
   kShown
 };
 
+/// Surfaces that move on their own as one body: a cart, a door, a parcel.
+struct MovingSurface {
+  /// The first one is the one that is sighted. Others keep the place beside it that the surface set gives them.
+  std::vector<std::string> surfaces;
+  MarkerMap markers;  ///< in the frame of the first one
+};
+
+struct MovingOptions {
+  std::vector<MovingSurface> surfaces;
+  track::TrackOptions track;
+  /// Grey value of the light on each marker and a border of a quarter of its side, instead of the content's; -1: the
+  /// content's.
+  int marker_light = -1;
+};
+
+/// Of a MovingSurface in the frame drawn last.
+struct MovingState {
+  std::string surface;      ///< the first one
+  track::TrackedPose seen;  ///< rig_from_surface at the light
+  bool is_dark = true;      ///< never sighted; or not any more, and stale surfaces are dark
+  /// Root mean square distance of the light from its place, as DrawnFrame::pose_error: the largest over the plane surfaces.
+  double error = 0;
+};
+
 class Projection;
 /// What is drawn over every frame that has light in it, last, for the light of a time: an eye-safe mask.
 using DrawOver = std::function<void(const Projection&, double light_time, ImageView<std::uint8_t>)>;
@@ -66,6 +96,8 @@ struct ProjectionOptions {
   track::TrackOptions track;
   /// When no news has come for track.stale_after: black (true), or drawn from where the robot was then.
   bool blank_on_stale = false;
+  /// `blank_on_stale` counts for each of them alone.
+  MovingOptions moving;
   std::shared_ptr<render::Renderer> renderer;  ///< null: a CpuRenderer of its own
   bool marks = false;  ///< watch::Marks, small marks where the content of a plane surface has no texture
   DrawOver over;       ///< may be empty
@@ -75,6 +107,7 @@ struct DrawnFrame {
   track::TrackedPose pose;  ///< world_from_child at the light; kNone for a projector that stands still
   bool blanked = false;     ///< black because the pose is stale or has never come
   bool waiting = false;     ///< surfaces in the world are dark because no pose has come yet
+  int unseen = 0;           ///< moving surfaces that are dark, since they are not sighted
   double render_s = 0;      ///< spent in the renderer
   /// Why a content gave no image, with its surface, which is dark in this frame; of the last one. Empty: all did.
   std::string content_fault;
@@ -97,7 +130,8 @@ class PROCAM_EXPORT Projection {
   const Projector& projector() const;
 
   /// Throws Error when the surfaces cannot be solved (surface/solve.hpp), and std::invalid_argument unless
-  /// there is a content or null for each; the show from before goes on then.
+  /// there is a content or null for each, Error(kInput) for a moving surface in projector pixels and for moving ones that are
+  /// joined and in several frames; the show from before goes on then.
   void set_show(Show show);
   const Show& show() const;
   /// As they were last drawn.
@@ -116,6 +150,11 @@ class PROCAM_EXPORT Projection {
   const track::PoseTrack& track() const;
   /// Where the projector stands at a time; nullopt before the first pose.
   std::optional<Pose> projector_from_world(double time) const;
+
+  /// rig_from_surface of a moving surface, the message's child being its name. Others count as foreign.
+  void add_sighting(const track::StampedPose& message);
+  /// In the order of MovingOptions::surfaces, those that the show has.
+  const std::vector<MovingState>& moving() const;
 
   /// The surfaces of these names stay dark from the next draw() on. Their contents go on, so that they can be shown in any
   /// frame.

@@ -53,6 +53,21 @@ struct WatchInput {
   std::string save;    ///< file for the rig as corrected, written after each correction; empty: none
 };
 
+/// Surfaces that move on their own, found by the markers on them (docs/tracked-surfaces.md).
+struct TrackInput {
+  std::string camera;    ///< number, device, address, topic or folder, as device::open_camera() takes it
+  std::string name;      ///< the camera's name in the rig; may be empty when the rig has one
+  double delay_s = 0;    ///< from the exposure of an image's middle row to its arrival
+  double readout_s = 0;  ///< from the exposure of the first row to that of the last
+  /// By surface: one marker, whose frame is the surface's, DICTIONARY:ID:SIZE (io::parse_marker); or a marker map file with
+  /// the markers in the surface's frame. Surfaces that move as one are joined by commas; the frame is that of the first.
+  std::map<std::string, std::string> surfaces;
+  /// By surface, of those that rotate about an edge of their content: left, right, top or bottom. The surface file has
+  /// the place at the angle 0.
+  std::map<std::string, std::string> hinges;
+  int marker_light = -1;  ///< grey value of the light on the markers, 0..255; -1: the content's
+};
+
 struct ShowOptions {
   std::string projector;  ///< its name in the rig; may be empty when the rig has one
 
@@ -88,6 +103,7 @@ struct ShowOptions {
   DepthInput depth;
   std::optional<PeopleInput> people;
   std::optional<WatchInput> watch;
+  std::optional<TrackInput> track;
 
   /// ros2:[NAMESPACE]: CameraInfo and frames in the ROS 2 graph (dds/projector_publisher.hpp).
   std::string publish;
@@ -118,6 +134,9 @@ struct ShowOptions {
 PROCAM_EXPORT bool is_depth_source(const std::string& surfaces);
 /// Is its surface a live shape ("depth-shape:")?
 PROCAM_EXPORT bool is_shape_source(const std::string& surfaces);
+
+/// Does a value of TrackInput::surfaces name a marker map file, instead of one marker?
+PROCAM_EXPORT bool is_marker_file(const std::string& markers);
 
 /// Relative file names become relative to the working directory. Throws Error(kIo), and Error(kInput) with file,
 /// line and field, also for an unknown field.

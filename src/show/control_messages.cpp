@@ -38,6 +38,13 @@ json to_json(const WatchStatus& watch) {
           {"history_mm", std::move(history)}};
 }
 
+json to_json(const BlendMetrics& blend) {
+  return {{"projectors", blend.projectors},
+          {"dark", blend.is_dark},
+          {"changes", blend.changes},
+          {"last_change_s", finite(blend.last_change_s)}};
+}
+
 json to_json(const PageStatus& status) {
   json surfaces = json::array();
   for (const PageSurface& surface : status.surfaces) {
@@ -64,6 +71,7 @@ json to_json(const PageStatus& status) {
           {"delay_ms", finite(status.delay_ms)},
           {"pose_error_mm", finite(status.pose_error_mm)},
           {"watch", status.watch ? to_json(*status.watch) : json(nullptr)},
+          {"blend", status.blend ? to_json(*status.blend) : json(nullptr)},
           {"messages", status.messages}};
 }
 

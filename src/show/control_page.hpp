@@ -54,6 +54,7 @@ struct PageStatus {
   double poses_per_s = 0, pose_age_ms = 0, delay_ms = 0;
   double pose_error_mm = 0;           ///< of the light, predicted from the pose's covariance
   std::optional<WatchStatus> watch;   ///< of a show that is watched
+  std::optional<BlendMetrics> blend;  ///< of a show that blends
   std::vector<std::string> messages;  ///< the last ones for people, oldest first
 };
 

@@ -12,6 +12,7 @@
 #include "procam/depth/room_depth.hpp"
 #include "procam/device/frame_sink.hpp"
 #include "rejected_counts.hpp"
+#include "thread_share.hpp"
 
 namespace procam::show {
 namespace {

@@ -69,8 +69,9 @@ float sample(ViewF picture, const Vec2& uv) {
 }
 
 /// Puts a surface where it is the nearest; where two lie together the later one shows.
-void add_surface(const SolvedSurface& solved, int name, const ViewF* reflectance, View& view) {
-  const ImageF positions = positions_of(solved.placement, *view.projector, Pose::identity(), view.threads);
+void add_surface(const SolvedSurface& solved, int name, const ViewF* reflectance, const ImageF& directions,
+                 View& view) {
+  const ImageF positions = positions_along(directions, solved.placement, *view.projector, view.threads);
   std::optional<WarpMap> content;
   if (reflectance || !solved.surface.shape.is_whole()) content = warp_map(solved.placement, *view.projector);
   each_row(view, [&](int y) {
@@ -110,7 +111,10 @@ void find_areas(View& view) {
 /// A pixel without neighbours to tell its area is no better than one beside the surface.
 void drop_unknown_areas(View& view) {
   for (std::size_t i = 0; i < view.surface.size(); ++i)
-    if (!(view.area[i].squaredNorm() > 0)) view.surface[i] = -1;
+    if (!(view.area[i].squaredNorm() > 0)) {
+      view.surface[i] = -1;
+      view.range[i] = 0;
+    }
 }
 
 /// How far, along the surfaces, each pixel is from the border of a shadow: from pixels beside which something
@@ -128,12 +132,16 @@ void find_shadows(View& view) {
   };
   std::vector<char> at_shadow(view.surface.size(), 0);
   each_row(view, [&](int y) {
-    for (std::size_t i = view.at(0, y); i < view.at(0, y + 1); ++i) {
-      if (view.surface[i] < 0) continue;
+    const int first = std::max(y - 1, 0), last = std::min(y + 1, view.size.height - 1);
+    for (int x = 0; x < view.size.width; ++x) {
+      const std::size_t i = view.at(x, y);
+      const float nearer = view.range[i] / (1 + float(kJump));  // without a surface 0: nothing is nearer
       bool found = false;
-      neighbours(i, [&](std::size_t j, float) {
-        found = found || (view.surface[j] >= 0 && !view.goes_on(i, j) && view.range[j] < view.range[i]);
-      });
+      for (int v = first; v <= last; ++v)
+        for (int u = std::max(x - 1, 0); u <= std::min(x + 1, view.size.width - 1); ++u) {
+          const float range = view.range[view.at(u, v)];
+          found |= range > 0 && range < nearer;
+        }
       at_shadow[i] = char(found);
     }
   });
@@ -168,6 +176,7 @@ View look(const BlendInput& lit, const std::vector<std::string>& names, const Bl
   view.from_shadow.assign(pixels, std::numeric_limits<float>::infinity());
   view.light.assign(pixels, 1);
   view.projector_from_surface.resize(names.size());
+  const ImageF directions = light_directions(lit.projector, options.threads);
   for (const SolvedSurface& solved : lit.surfaces->surfaces) {
     const auto pose = std::visit(
         [](const auto& placed) -> std::optional<Pose> {
@@ -182,7 +191,7 @@ View look(const BlendInput& lit, const std::vector<std::string>& names, const Bl
     view.projector_from_surface[name] = pose;
     const auto reflectance = options.reflectance.find(solved.surface.name);
     add_surface(solved, int(name), reflectance == options.reflectance.end() ? nullptr : &reflectance->second,
-                view);
+                directions, view);
   }
   find_areas(view);
   drop_unknown_areas(view);

@@ -7,8 +7,6 @@
 
 #include "lighting.hpp"
 #include "mesh_light.hpp"
-#include "positions.hpp"
-#include "procam/core/base/parallel.hpp"
 
 namespace procam::surface {
 
@@ -272,29 +270,21 @@ WarpMap warp_map(const Placement& placement, const Projector& projector) {
   return map;
 }
 
-ImageF positions_of(const Placement& placement, const Projector& projector, const Pose& target_from_projector,
-                    int threads) {
+ImageF position_map(const Placement& placement, const Projector& projector,
+                    const Pose& target_from_projector) {
   ImageF map(projector.size(), 3, std::numeric_limits<float>::quiet_NaN());
   std::visit(
       [&](const auto& placed) {
         const auto light = follow(projector, placed);
-        parallel_for(map.height(), threads, [&](int begin, int end) {
-          for (int y = begin; y < end; ++y)
-            for (int x = 0; x < map.width(); ++x) {
-              const std::optional<Vec3> point_in_projector = light.point(Vec2(x, y));
-              if (!point_in_projector) continue;
-              const Vec3 point_in_target = target_from_projector * *point_in_projector;
-              for (int c = 0; c < 3; ++c) map.at(x, y, c) = float(point_in_target[c]);
-            }
+        for_each_pixel(projector.size(), [&](int x, int y) {
+          const std::optional<Vec3> point_in_projector = light.point(Vec2(x, y));
+          if (!point_in_projector) return;
+          const Vec3 point_in_target = target_from_projector * *point_in_projector;
+          for (int c = 0; c < 3; ++c) map.at(x, y, c) = float(point_in_target[c]);
         });
       },
       placement);
   return map;
-}
-
-ImageF position_map(const Placement& placement, const Projector& projector,
-                    const Pose& target_from_projector) {
-  return positions_of(placement, projector, target_from_projector, 1);
 }
 
 Image<std::int16_t> nearest_surfaces(const SolvedSurfaceSet& solved, const Projector& projector) {

@@ -174,14 +174,12 @@ TEST(Group, TheStateIsKeptForLateMembers) {
 
 TEST(Group, AMembersLightIsKnownUntilItEndsOrIsKilled) {
   const LoopbackDomain domain;
-  GroupOptions own{"stage", 5};
-  own.projector = "left";
-  Group here(own);
   MemberProcess killed([] {
     Group group({"stage", 1, {}, "right"});
     group.light(12.25);
     lead(group);
   });
+  Group here({"stage", 5, {}, "left"});
   ASSERT_TRUE(wait_until([&] { return here.status().lights.size() == 1; }));
   EXPECT_EQ(here.status().lights[0].projector, "right");
   EXPECT_EQ(here.status().lights[0].from, 12.25);

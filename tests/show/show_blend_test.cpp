@@ -55,7 +55,7 @@ struct Corner {
     add("right", {{400, 250}, {515, 522, 210.4, 110.9, -0.7}, {}},
         looking({0.7, -0.12, 0.25}, {0.36, 0.0, 2.1}, -0.05));
     add("far", {{300, 260}, {420, 413, 150.3, 121.6, 1.1}, {}},
-        looking({-1.5, 0.1, 0.3}, {-1.35, 0.05, 1.9}, 0.02));
+        looking({-1.5, 0.1, 0.3}, {-1.5, 0.05, 1.9}, 0.02));
     surfaces.surfaces = {corner_wall("left wall", {-2.0, -1.3, 1.6}, {2.1, 0, 0.9}, {0, 2.6, 0}),
                          corner_wall("right wall", {0.1, -1.3, 2.5}, {1.9, 0, -1.3}, {0, 2.6, 0})};
   }
@@ -358,7 +358,7 @@ TEST(ShowBlend, AnEditIsFollowedAndARecordedRunIsShownAgain) {
   test::Scratch folder;
   const Corner corner;
   io::save_surfaces(folder / "surfaces.json", corner.surfaces);
-  io::save_pose(folder / "pose.json", {"rig", "world", corner.rig_from_world});
+  io::save_pose(folder / "pose.json", {"rig", "world", {corner.rig_from_world, Mat6::Zero()}});
   ShowOptions options;
   options.projector = "left";
   options.surfaces = folder / "surfaces.json";

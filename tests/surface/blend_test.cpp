@@ -220,7 +220,7 @@ TEST(Blend, WeightsStepNowhereAndEndAtZero) {
 TEST(Blend, OneMapAloneIsThatOfAll) {
   Room room = corner();
   room.lamps.push_back(left_lamp());
-  room.lamps[2].projector_from_world = looking({-1.5, 0.1, 0.3}, {-1.35, 0.05, 1.9}, 0.02);
+  room.lamps[2].projector_from_world = looking({-1.5, 0.1, 0.3}, {-1.5, 0.05, 1.9}, 0.02);
   for (const bool has_level : {false, true}) {
     room.lamps[1].black = has_level ? 0.003 : 0;
     BlendOptions options;

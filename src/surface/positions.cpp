@@ -1,5 +1,6 @@
 #include "positions.hpp"
 
+#include <Eigen/Core>
 #include <Eigen/LU>
 #include <algorithm>
 #include <limits>
@@ -39,8 +40,8 @@ void fill(const ImageF& directions, const PlacedPlane& placed, const Projector&,
   Mat3 content_from_direction = direction_from_content.inverse();
   content_from_direction /= content_from_direction.norm();
   each_position(map, threads, [&](int x, int y, float* position) {
-    const float* const d = directions.row(y) + 3 * std::ptrdiff_t(x);
-    const Vec3 direction(double(d[0]), double(d[1]), double(d[2]));
+    const Vec3 direction =
+        Eigen::Map<const Eigen::Vector3f>(directions.row(y) + 3 * std::ptrdiff_t(x)).cast<double>();
     const Vec3 q = content_from_direction * direction;
     if (!(q.z() > 0 && q.x() >= 0 && q.y() >= 0 && q.x() <= q.z() && q.y() <= q.z())) return;  // NaN too
     put(distance / normal.dot(direction) * direction, position);

@@ -7,8 +7,12 @@
 namespace procam::show {
 namespace {
 
-/// From the announcement of a projector to its first light: in it the others make their maps, seconds.
-constexpr double kNotice = 1.0;
+/// From the announcement of a projector to its first light, seconds: in it the others make their maps, which take about as
+/// long as this one's.
+double notice(double own_map) {
+  constexpr double kMinNotice = 1.0, kMaxNotice = 15.0;
+  return std::min(kMaxNotice, kMinNotice + 1.5 * own_map);
+}
 
 }  // namespace
 
@@ -59,7 +63,8 @@ void FrameLoop::follow_blend(double now) {
   }
   if (const auto fault = maker.take_fault()) count_fault("blend", *fault + "; the blend from before stays");
   if (parts_.group != nullptr && !lit_from_ && maker.is_ready(turn.announced)) {
-    lit_from_ = parts_.group->group_time(now) + (parts_.group->metrics().hosts > 1 ? kNotice : 0);
+    lit_from_ = parts_.group->group_time(now) +
+                (parts_.group->metrics().hosts > 1 ? notice(now - blend_changed_) : 0);
     parts_.group->light(*lit_from_);
   }
   if (turn.is_dark) return;

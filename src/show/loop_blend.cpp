@@ -26,6 +26,9 @@ void FrameLoop::begin_blend() {
   // In a group nobody knows yet which others have light.
   const ProjectorNames first = parts_.group != nullptr ? ProjectorNames() : parts_.blend->plan().fixed;
   use_blend(parts_.blend->make_now(blend_scene(first)));
+  if (parts_.group != nullptr) return;
+  blend_version_ = placed_;  // that map is not made again
+  blend_sets_ = {first};
 }
 
 BlendTurn FrameLoop::turn_of_blend(double light_time) {

@@ -57,6 +57,7 @@ internal::MemberBeat first_beat(const GroupOptions& options) {
   own.member = (std::uint64_t(random()) << 32 | random()) | 1;
   own.host = host_and_process();
   own.machine = text_number(options.machine.empty() ? boot_identifier() : options.machine);
+  own.projector = options.projector;
   own.strength = options.strength * 65536 + int(random() % 65536);  // of equal ones, chance decides
   return own;
 }
@@ -143,6 +144,8 @@ struct Group::Impl {
   ~Impl() {
     ends = true;
     thread.join();
+    // The others blend without this light at once.
+    if (!own.projector.empty()) internal::write_beat(topics.member.writer, members.last_beat(steady_now()));
   }
 
   void run() {
@@ -303,6 +306,11 @@ double Group::time_offset() const {
   return impl_->members.group_offset();
 }
 
+void Group::light(double from) {
+  const std::lock_guard<std::mutex> lock(impl_->mutex);
+  impl_->members.light(from);
+}
+
 std::optional<GroupState> Group::take() {
   const std::lock_guard<std::mutex> lock(impl_->mutex);
   if (!std::exchange(impl_->is_news, false)) return std::nullopt;
@@ -382,6 +390,7 @@ GroupStatus Group::status() const {
   status.last_takeover = members.last_takeover();
   status.rejected = impl_->rejected;
   status.waiting = impl_->waiting.size();
+  status.lights = members.lights();
   return status;
 }
 

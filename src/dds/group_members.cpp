@@ -112,6 +112,24 @@ void GroupMembers::follow_clock(const Other& leader, double now) {
   clock_known_ = true;
 }
 
+void GroupMembers::light(double from) {
+  own_.lit = !own_.projector.empty();
+  own_.lit_from = from;
+}
+
+std::vector<GroupLight> GroupMembers::lights() const {
+  std::vector<GroupLight> lights;
+  for (const auto& [member, other] : others_)
+    if (other.beat.lit) lights.push_back({other.beat.projector, other.beat.lit_from});
+  return lights;
+}
+
+MemberBeat GroupMembers::last_beat(double now) const {
+  MemberBeat last = beat(now);
+  last.lit = false;
+  return last;
+}
+
 MemberBeat GroupMembers::beat(double now) const {
   MemberBeat beat = own_;
   beat.sent = now;

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "procam/dds/group.hpp"
 #include "procam/track/clock.hpp"
 
 namespace procam::dds::internal {
@@ -26,6 +27,9 @@ struct MemberBeat {
   std::uint64_t term = 0;   ///< counts the leaders
   double sent = 0;          ///< its steady time
   double group_offset = 0;  ///< group time less its steady time
+  std::string projector = {};
+  bool lit = false;
+  double lit_from = 0;  ///< group time
   std::vector<MemberOffset> offsets = {};
 };
 
@@ -49,6 +53,10 @@ class GroupMembers {
   const MemberBeat* leader() const;  ///< another member; null: none
   bool has(std::uint64_t member) const { return member == own_.member || others_.count(member) > 0; }
   int count() const { return int(others_.size()) + 1; }
+  void light(double from);
+  /// To be sent before the member ends.
+  MemberBeat last_beat(double now) const;
+  std::vector<GroupLight> lights() const;
   std::uint64_t takeovers() const { return takeovers_; }
   double last_takeover() const { return last_takeover_; }
   /// To be sent.

@@ -99,6 +99,12 @@ MemberBeat read_beat(const procam_group_Beat& message) {
   beat.term = message.term;
   beat.sent = message.sent;
   beat.group_offset = message.group_offset;
+  beat.projector =
+      text_of(message.projector, limits::kFrameNameBytes, "the name of a projector is no text, or too long");
+  beat.lit = message.lit;
+  beat.lit_from = message.lit_from;
+  require_good(std::isfinite(beat.lit_from) && (!beat.lit || !beat.projector.empty()),
+               "its light has no time or no projector");
   require_good(beat.member != 0, "a member has no number");
   require_good(std::isfinite(beat.sent) && std::isfinite(beat.group_offset), "its times are not finite");
   require_good(message.offsets._length <= limits::kGroupMembers, "it has too many members");
@@ -123,6 +129,9 @@ dds_return_t write_beat(dds_entity_t writer, MemberBeat beat) {
   message.term = beat.term;
   message.sent = beat.sent;
   message.group_offset = beat.group_offset;
+  message.projector = beat.projector.data();
+  message.lit = beat.lit;
+  message.lit_from = beat.lit_from;
   message.offsets._buffer = offsets.data();
   message.offsets._length = message.offsets._maximum = std::uint32_t(offsets.size());
   return dds_write(writer, &message);

@@ -78,6 +78,7 @@ bool Group::leads() const {
 double Group::time_offset() const {
   return 0;
 }
+void Group::light(double) {}
 std::optional<GroupState> Group::take() {
   return {};
 }

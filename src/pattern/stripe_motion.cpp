@@ -35,10 +35,10 @@ struct Line {
   static constexpr double kMinLight = 4;
 };
 
-constexpr int kReach = 40;        // pixels to the fine stripe's edges
-constexpr double kClear = 0.4;    // of the contrast, beside the coarse edge and in the fine stripe
-constexpr int kBeside = 3;        // pixels
-constexpr std::size_t kFew = 30;  // edges
+constexpr int kReach = 40;               // pixels to the fine stripe's edges
+constexpr double kClear = 0.4;           // of the contrast, beside the coarse edge and in the fine stripe
+constexpr int kBeside = 3;               // pixels
+constexpr std::size_t kFewOffsets = 30;  // edges
 constexpr double kFineStripe = 16;
 
 /// Offset of a coarse edge at t from the middle of the fine stripe, in fine stripes.
@@ -81,7 +81,7 @@ std::optional<double> stripe_motion(const Sequence& sequence, const GrayCode& gr
       }
       if (along.size() > offsets.size()) offsets = std::move(along);
     }
-    if (offsets.size() >= kFew) found.push_back(stripe * usual(std::move(offsets)).value);
+    if (offsets.size() >= kFewOffsets) found.push_back(stripe * usual(std::move(offsets)).value);
   }
   if (found.size() < 2) return std::nullopt;
   if (found[0] * found[1] < 0) return 0;

@@ -129,6 +129,15 @@ void bind_metrics(py::module_& m) {
              "a robot of the same name was started later: this one is dark")
       .field("largest_latency_s", &show::FleetMetrics::largest_latency_s,
              "from a grant to the light, of all robots");
+  Record<show::BlendMetrics> blend(m, "BlendMetrics",
+                                   "Of a show that blends with other projectors (docs/live.md).");
+  blend.fields_init()
+      .field("projectors", &show::BlendMetrics::projectors,
+             "that the frames are blended for, this one among them")
+      .field("is_dark", &show::BlendMetrics::is_dark, "this projector waits for its turn to light")
+      .field("changes", &show::BlendMetrics::changes, "of the maps that frames are drawn with")
+      .field("last_change_s", &show::BlendMetrics::last_change_s,
+             "from a change of surfaces or projectors to the frame that follows it, the last time");
   Record<show::Metrics> metrics(m, "Metrics", "");
   metrics.fields_init()
       .field("frames", &show::Metrics::frames, "shown")
@@ -161,6 +170,7 @@ void bind_metrics(py::module_& m) {
       .field("moving", &show::Metrics::moving, "")
       .field("group", &show::Metrics::group, "")
       .field("fleet", &show::Metrics::fleet, "")
+      .field("blend", &show::Metrics::blend, "")
       .field("contents_stopped", &show::Metrics::contents_stopped,
              "now: contents that give no new images and show their last one");
 }
@@ -198,6 +208,22 @@ void bind_inputs(py::module_& m) {
              "By surface: the edge of its content about which it rotates: left, right, top or bottom.")
       .field("marker_light", &show::TrackInput::marker_light,
              "grey value of the light on the markers, 0..255; -1: the content's");
+
+  Record<show::BlendSettings> blend_settings(
+      m, "BlendSettings",
+      "The blend with other projectors of the rig, where they light the same surfaces\n"
+      "(docs/live.md).");
+  blend_settings.fields_init()
+      .field("projectors", &show::BlendSettings::projectors,
+             "Names in the rig, or \"all\". In a group none: the hosts announce their projectors; or\n"
+             "\"off\".")
+      .field("black", &show::BlendSettings::black, "of each projector over its white; 0 where it is missing")
+      .field("brightness", &show::BlendSettings::brightness,
+             "light of its white, with `compensate`; 1 where it is missing")
+      .field("compensate", &show::BlendSettings::compensate,
+             "brightness is evened out; bright places keep at least this share; 0: it is not")
+      .field("one_level", &show::BlendSettings::one_level,
+             "with `compensate`: all surfaces come to one brightness");
 
   Record<show::MarkerInput> marker_input(
       m, "MarkerInput", "Poses from what a camera of the rig sees of markers (marker_source.hpp).");
@@ -289,6 +315,7 @@ void bind_show_options(py::module_& m) {
       .field("publish", &show::ShowOptions::publish, "ros2:[NAMESPACE]: the projector in the ROS 2 graph")
       .field("watch", &show::ShowOptions::watch, "")
       .field("track", &show::ShowOptions::track, "")
+      .field("blend", &show::ShowOptions::blend, "Without it a show blends in a group alone.")
       .field("group", &show::ShowOptions::group, "hosts with one name show one show")
       .field("group_strength", &show::ShowOptions::group_strength,
              "the strongest follows a leader that is gone")

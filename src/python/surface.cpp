@@ -70,7 +70,9 @@ void bind_blend_maps(py::module_& m) {
   blend.fields_init()
       .field("maps", &surface::Blend::maps, "in the order of the projectors")
       .field("diagnostics", &surface::Blend::diagnostics,
-             "\"no_place\" for pixel surfaces, \"stays_dark\" where min_gain held E_0 up");
+             "\"no_place\" for pixel surfaces, \"stays_dark\" where min_gain held E_0 up")
+      .field("neighbours", &surface::Blend::neighbours,
+             "Of each projector with a map: those whose light reaches a place that it lights as well.");
 
   Record<surface::BlendedSets> blended_sets(
       m, "BlendedSets", "What each projector of a group shows, and its maps, in one order.");
@@ -97,7 +99,10 @@ void bind_blend_maps(py::module_& m) {
       .field("min_gain", &surface::BlendOptions::min_gain,
              "No less than this share of what the brightest 1 % could show.")
       .field("one_level", &surface::BlendOptions::one_level,
-             "One level for all surfaces, as for the walls of a room; else one for each.");
+             "One level for all surfaces, as for the walls of a room; else one for each.")
+      .field("only", &surface::BlendOptions::only,
+             "The map of this projector alone, for less time; those of the others stay empty.")
+      .field("threads", &surface::BlendOptions::threads, "0: as many as the machine has");
 
   function(
       m, "blend_maps",

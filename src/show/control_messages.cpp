@@ -50,6 +50,13 @@ json to_json(const MovingMetrics& moving) {
           {"error_mm", finite(moving.error_mm)}};
 }
 
+json to_json(const BlendMetrics& blend) {
+  return {{"projectors", blend.projectors},
+          {"dark", blend.is_dark},
+          {"changes", blend.changes},
+          {"last_change_s", finite(blend.last_change_s)}};
+}
+
 json to_json(const PageStatus& status) {
   json surfaces = json::array();
   for (const PageSurface& surface : status.surfaces) {
@@ -79,6 +86,7 @@ json to_json(const PageStatus& status) {
           {"pose_error_mm", finite(status.pose_error_mm)},
           {"watch", status.watch ? to_json(*status.watch) : json(nullptr)},
           {"tracked", std::move(moving)},
+          {"blend", status.blend ? to_json(*status.blend) : json(nullptr)},
           {"messages", status.messages}};
 }
 

@@ -55,6 +55,7 @@ struct PageStatus {
   double pose_error_mm = 0;           ///< of the light, predicted from the pose's covariance
   std::optional<WatchStatus> watch;   ///< of a show that is watched
   std::vector<MovingMetrics> moving;  ///< surfaces that are tracked
+  std::optional<BlendMetrics> blend;  ///< of a show that blends
   std::vector<std::string> messages;  ///< the last ones for people, oldest first
 };
 

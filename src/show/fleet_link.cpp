@@ -5,6 +5,8 @@
 #include <set>
 #include <utility>
 
+#include "name_list.hpp"
+
 namespace procam::show {
 namespace {
 
@@ -32,12 +34,6 @@ bool reaches(const Projector& projector, const Placement& placement) {
       if (is_in_frame(projector.project(Vec3(plane->projector_from_surface * point)))) return true;
     }
   return false;
-}
-
-std::string joined(const std::vector<std::string>& names) {
-  std::string text;
-  for (const std::string& name : names) text += (text.empty() ? "" : " and ") + name;
-  return text;
 }
 
 dds::FleetOptions fleet_options(const ShowOptions& options, double latency) {

@@ -1,6 +1,6 @@
 #pragma once
 /// The loop of a running show as a class (see loop.hpp for the rules it follows). Its members are implemented by topic:
-/// loop.cpp (time and frames), loop_commands.cpp (commands, keys and the group), loop_surfaces.cpp (surfaces, contents
+/// loop.cpp (time and frames), loop_blend.cpp (the blend), loop_commands.cpp (commands, keys and the group), loop_surfaces.cpp (surfaces, contents
 /// and corrections) and loop_status.cpp (messages, faults and the control page).
 #include <deque>
 #include <map>
@@ -44,6 +44,13 @@ class FrameLoop {
   void tell_fleet(double light_time);
   /// A frame that neither the page holds nor is shown while the picture is frozen.
   std::shared_ptr<ImageU8>& unheld_frame();
+
+  // The blend with other projectors: loop_blend.cpp.
+  void begin_blend();
+  void follow_blend(double now);
+  BlendTurn turn_of_blend(double light_time);
+  BlendScene blend_scene(ProjectorNames projectors) const;
+  void use_blend(const std::shared_ptr<const MadeBlend>& made);
 
   // Commands, keys and the group: loop_commands.cpp.
   void handle_window_event(device::WindowEvent wish);
@@ -148,6 +155,12 @@ class FrameLoop {
   bool is_new_ = false, is_drawn_ = false;               ///< of the frame that was shown last
   SharedShow shared_;                                    ///< of a group, without surfaces
   bool surfaces_changed_ = true, draws_frozen_ = false;  ///< of a group
+  std::shared_ptr<const MadeBlend> blend_;               ///< that frames are drawn with
+  std::vector<ProjectorNames> blend_sets_;               ///< whose maps are wanted
+  std::uint64_t placed_ = 1,
+                blend_version_ = 0;  ///< count where surfaces and projector are placed; of those maps
+  double blend_changed_ = 0;
+  std::optional<double> lit_from_;  ///< group time
   bool closed_ = false, frozen_ = false, help_ = false, waiting_ = false;
 };
 

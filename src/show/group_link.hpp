@@ -41,7 +41,12 @@ class GroupLink {
 
   bool leads() const { return group_.leads(); }
   /// The clock of all contents of the group, seconds, at a steady time.
-  double content_time(double steady) const { return steady + group_.time_offset() - content_epoch_; }
+  double content_time(double steady) const { return group_time(steady) - content_epoch_; }
+  double group_time(double steady) const { return steady + group_.time_offset(); }
+  /// The projectors of the other hosts that are there, with light or soon with light.
+  std::vector<dds::GroupLight> lights() const { return group_.status().lights; }
+  /// Announces this host's projector: light from that group time on.
+  void light(double from) { group_.light(from); }
 
   void request(const Command& command);
   /// Executes what members have asked the leader for; here, when this host leads.

@@ -30,6 +30,7 @@ FrameLoop::FrameLoop(const LoopParts& parts, const LoopOptions& options) : parts
     frames_.push_back(std::make_shared<ImageU8>(parts.projection.frame_size(), 3));
   record(parts_.projection.show().surfaces);
   record(parts_.projection.picture());
+  begin_blend();
 }
 
 Metrics FrameLoop::run() {
@@ -134,6 +135,7 @@ void FrameLoop::draw(double now, double free_since) {
   take_poses();
   guarded("track", [&] { take_sightings(); });
   guarded("fleet", [&] { follow_fleet(); });
+  guarded("blend", [&] { follow_blend(now); });
   std::shared_ptr<ImageU8>& frame = unheld_frame();
   is_new_ = !frozen_ || metrics_.frames == 0 || std::exchange(draws_frozen_, false);
   if (is_new_) {
@@ -146,7 +148,7 @@ void FrameLoop::draw(double now, double free_since) {
     if (newest_arrival_ > before)
       metrics_.pose_to_frame.add(ready - std::max(newest_arrival_, free_since) - drawn_.render_s);
     guarded("surfaces", [&] {
-      if (!fleet_dark_.empty()) return;
+      if (!fleet_dark_.empty() || (metrics_.blend && metrics_.blend->is_dark)) return;
       if (const auto why = light_.check(now, drawn_, parts_.projection, *frame, metrics_)) say(*why);
     });
     if (help_) draw_words(*frame, keys());
@@ -180,8 +182,7 @@ void FrameLoop::draw_new(double now, ImageU8& frame) {
   RecordedFrame recorded;
   recorded.number = (long long)metrics_.frames;
   recorded.light_time = now + options_.delay_s;
-  recorded.content_time =
-      frozen_ && (parts_.group != nullptr || parts_.fleet != nullptr) ? shared_.frozen_at : content_time(now);
+  recorded.content_time = frozen_ ? shared_.frozen_at : content_time(now);
   is_drawn_ = guarded(
       "frame", [&] { drawn_ = parts_.projection.draw(recorded.light_time, recorded.content_time, frame); });
   if (!is_drawn_) {

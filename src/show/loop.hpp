@@ -19,6 +19,7 @@
 #include "procam/track/pose_source.hpp"
 #include "room_watch.hpp"
 #include "run_log.hpp"
+#include "show_blend.hpp"
 #include "show_loader.hpp"
 #include "surface_glides.hpp"
 #include "surface_source.hpp"
@@ -46,8 +47,9 @@ struct LoopParts {
   SurfaceSource* sights = nullptr;  ///< of the surfaces that move on their own
   LightWatch* watch = nullptr;      ///< gets each frame that is shown
   ControlPage* page = nullptr;
-  GroupLink* group = nullptr;  ///< other hosts that show the same; joined
-  FleetLink* fleet = nullptr;  ///< other robots that light the same room
+  GroupLink* group = nullptr;   ///< other hosts that show the same; joined
+  FleetLink* fleet = nullptr;   ///< other robots that light the same room
+  BlendMaker* blend = nullptr;  ///< other projectors of the rig; with a group those of its hosts
   RunRecorder* recorder = nullptr;
   /// What may be chosen as content at the page.
   std::vector<std::string> contents = {};

@@ -144,6 +144,7 @@ void FrameLoop::publish(double now) {
   status.delay_ms = 1e3 * options_.delay_s;
   status.watch = metrics_.watch;
   status.moving = metrics_.moving;
+  status.blend = metrics_.blend;
   status.pose_error_mm = 1e3 * drawn_.pose_error;
   status.messages.assign(messages_.begin(), messages_.end());
   gather_counts();

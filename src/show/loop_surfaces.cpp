@@ -76,6 +76,7 @@ bool FrameLoop::show(Show next) {
   }
   if (parts_.loader != nullptr) parts_.loader->retire(std::move(before));
   light_.show_changed();
+  ++placed_;
   surfaces_changed_ = true;
   record(parts_.projection.show().surfaces);
   return true;
@@ -158,6 +159,7 @@ void FrameLoop::move_projector(double now) {
   const Pose rig_from_projector = glide_->at(now);
   if (glide_->is_over(now)) glide_.reset();
   guarded("watch", [&] { parts_.projection.move_projector(rig_from_projector); });
+  ++placed_;
   record(MovedProjector{parts_.projection.rig_from_projector()});
 }
 

@@ -128,6 +128,21 @@ void write(std::string& text, const std::vector<MovingMetrics>& moving) {
       [](const MovingMetrics& one) { return 1e-3 * one.error_mm; });
 }
 
+void write(std::string& text, const BlendMetrics& blend) {
+  const auto add = [&](const char* name, const char* kind, const char* help, double value) {
+    write(text, "blend", name, kind, help, value);
+  };
+  add("dark", "gauge", "1 while this projector waits for its turn to light.", blend.is_dark ? 1 : 0);
+  add("changes_total", "counter", "Changes of the maps that frames are drawn with.", double(blend.changes));
+  add("last_change_seconds", "gauge", "From a change to the frame that follows it, the last time.",
+      blend.last_change_s);
+  text +=
+      "# HELP procam_blend_projector The projectors that frames are blended for.\n"
+      "# TYPE procam_blend_projector gauge\n";
+  for (const std::string& projector : blend.projectors)
+    text += "procam_blend_projector{projector=\"" + escaped(projector) + "\"} 1\n";
+}
+
 }  // namespace
 
 void Durations::add(double seconds) {
@@ -190,6 +205,7 @@ std::string to_prometheus(const Metrics& m, const track::Faults& poses) {
   if (!m.moving.empty()) write(text, m.moving);
   if (m.group) write(text, *m.group);
   if (m.fleet) write(text, *m.fleet);
+  if (m.blend) write(text, *m.blend);
   write(text, "draw", "From the last look at the pose sources to the frame ready.", m.draw);
   write(text, "render", "The renderer's part of it.", m.render);
   write(text, "frame_jitter", "Between the begins of two frames, from what it should be.", m.jitter);

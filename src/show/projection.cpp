@@ -6,6 +6,7 @@
 
 #include "light_shift.hpp"
 #include "moving_surfaces.hpp"
+#include "procam/core/base/parallel.hpp"
 #include "procam/render/cpu.hpp"
 #include "procam/surface/lay_out.hpp"
 #include "procam/surface/solve.hpp"
@@ -36,6 +37,15 @@ ImageU8 grid_picture() {
 double rms_of_light(const PlacedPlane& plane, const Pose& world_from_projector, const Mat6& covariance) {
   const std::optional<Mat3> shift = light_shift(plane, world_from_projector, covariance);
   return shift ? std::sqrt(std::max(0.0, shift->trace())) : 0;
+}
+
+/// Each row by one of several threads, where there is enough to do for them.
+void apply_by_rows(const surface::FrameBlend& blend, ImageView<std::uint8_t> frame, int threads) {
+  constexpr int kMaxThreads = 4;
+  constexpr double kFewPixels = 50000;
+  const bool few = blend.changed_share() * frame.width * frame.height < kFewPixels;
+  parallel_for(frame.height, few ? 1 : std::min(kMaxThreads, thread_count(threads)),
+               [&](int first, int last) { blend.apply(frame, first, last); });
 }
 
 void make_black(ImageView<std::uint8_t> frame) {
@@ -83,6 +93,7 @@ struct Projection::State {
   std::vector<SurfaceLight> light;  ///< one a surface
   std::uint64_t next_serial = 1;
   std::optional<Pose> rig_from_world;  ///< of a projector that stands still
+  std::shared_ptr<const surface::FrameBlend> blend;
 
   State(const Rig& rig, ProjectionOptions given)
       : projector(rig.projector(given.projector)),
@@ -249,6 +260,11 @@ bool Projection::draw_over(double light_time, ImageView<std::uint8_t> frame) con
   return true;
 }
 
+void Projection::set_blend(std::shared_ptr<const surface::FrameBlend> blend) {
+  require(!blend || blend->size() == frame_size(), "Projection: a blend of another size than the frame's");
+  state_->blend = std::move(blend);
+}
+
 void Projection::set_picture(TestPattern picture) {
   state_->picture = picture;
 }
@@ -311,6 +327,7 @@ DrawnFrame Projection::draw(double light_time, double content_time, ImageView<st
   s.options.renderer->render(s.scene, s.projector.projector, frame);
   if (s.options.marks && s.picture == TestPattern::kContent)
     s.marks.draw(light_time, s.scene, s.projector.projector, frame);
+  if (s.blend) apply_by_rows(*s.blend, frame, s.options.threads);
   draw_over(light_time, frame);
   drawn.render_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   return drawn;

@@ -17,6 +17,7 @@ namespace {
 /// A recorded run that is read back, record by record.
 struct Replay {
   Projection& projection;
+  const BlendPlan& blend;
   device::FrameSink& sink;
   const ShowOptions& options;
   const std::string& conditions;
@@ -51,6 +52,7 @@ struct Replay {
   }
   void operator()(TestPattern picture) { projection.set_picture(picture); }
   void operator()(const MovedProjector& moved) { projection.move_projector(moved.rig_from_projector); }
+  void operator()(const BlendScene& scene) { projection.set_blend(make_blend(blend, scene).blend); }
   void operator()(const track::StampedPose& message) { projection.add(message); }
   void operator()(const SightedSurface& sighted) { projection.add_sighting(sighted.message); }
   void operator()(const RecordedFrame& recorded) {
@@ -72,6 +74,7 @@ ReplayReport replay(const Rig& rig, const ShowOptions& options, const std::files
                     ShowListener* listener) {
   ProjectionOptions drawing = projection_options(options, rig);
   const std::string conditions = conditions_text(options, drawing, rig);
+  const BlendPlan blend = blend_basis(options, rig, drawing);
   Projection projection(rig, std::move(drawing));
   render::require_drawable(projection.frame_size());
   device::SinkOptions sink_options;
@@ -79,6 +82,7 @@ ReplayReport replay(const Rig& rig, const ShowOptions& options, const std::files
   sink_options.fps = options.fps > 0 ? options.fps : kUsualRate;
   const auto sink = device::open_sink(options.output.empty() ? "none" : options.output, sink_options);
   Replay replay{projection,
+                blend,
                 *sink,
                 options,
                 conditions,

@@ -1,9 +1,5 @@
 #include "room_watch.hpp"
 
-#ifdef __linux__
-#include <sys/resource.h>
-#endif
-
 #include <algorithm>
 #include <atomic>
 #include <chrono>
@@ -16,6 +12,7 @@
 #include "procam/depth/room_depth.hpp"
 #include "procam/device/frame_sink.hpp"
 #include "rejected_counts.hpp"
+#include "thread_share.hpp"
 
 namespace procam::show {
 namespace {
@@ -37,15 +34,6 @@ bool is_news(const SurfaceSet& told, const SurfaceSet& now, double distance) {
       if ((after[k] - before[k]).norm() > distance) return true;
   }
   return false;
-}
-
-/// Where cores are few, depth pictures are passed over rather than frames of the show. Of this thread; a
-/// refusal costs frames and no more.
-void let_the_show_go_first() {
-#ifdef __linux__
-  constexpr int kNicer = 5;  // a third of the share that a thread of the show has
-  setpriority(PRIO_PROCESS, 0, kNicer);
-#endif
 }
 
 }  // namespace

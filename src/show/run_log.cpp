@@ -12,6 +12,7 @@
 #include <fstream>
 #include <utility>
 
+#include "blend_log.hpp"
 #include "picture_names.hpp"
 #include "procam/core/base/clock.hpp"
 #include "procam/core/base/detail/bounded_line.hpp"
@@ -131,7 +132,7 @@ struct RunRecorder::State {
   std::uint64_t offset = 0;  ///< of the end of what was written whole
   int part = 1;
   double flushed = 0;
-  std::string surfaces, picture, projector;           ///< lines of the newest, which begin the next part
+  std::string surfaces, picture, projector, blend;    ///< lines of the newest, which begin the next part
   std::optional<dds::internal::RunMcapEncoder> mcap;  ///< of a file that is named .mcap
   double unix_from_steady = 0, newest = 0;  ///< seconds; time of the newest line, by the steady clock
 
@@ -203,7 +204,7 @@ struct RunRecorder::State {
                   "give a log in a folder that can be written");
     open();
     line(kPart + std::to_string(++part) + "}");
-    for (const std::string* text : {&surfaces, &picture, &projector})
+    for (const std::string* text : {&surfaces, &picture, &projector, &blend})
       if (!text->empty()) line(*text);
   }
 };
@@ -254,6 +255,11 @@ void RunRecorder::record(const MovedProjector& moved) {
 void RunRecorder::record(const SightedSurface& sighted) {
   state_->newest = sighted.message.arrival;
   state_->line(kSighted + pose_line(sighted.message) + "}");
+}
+
+void RunRecorder::record(const BlendScene& blend) {
+  state_->blend = blend_line(blend);
+  state_->line(state_->blend);
 }
 
 void RunRecorder::record(const track::StampedPose& message) {
@@ -363,12 +369,16 @@ struct RunReader::State {
       if (!moved) throw log_error(path, number, "it holds no pose of the projector");
       return *moved;
     }
-    if (const auto text = between(line, "{\"surfaces\":", "}")) {
-      try {
+    try {
+      if (const auto text = between(line, "{\"surfaces\":", "}"))
         return io::surfaces_from_text(*text, surfaces);
-      } catch (const Error& error) {
-        throw log_error(path, number, error.what());
+      if (line.rfind(kBlendLine, 0) == 0) {
+        std::optional<BlendScene> blend = read_blend_line(line, surfaces);
+        if (!blend) throw log_error(path, number, "it holds no blend");
+        return std::move(*blend);
       }
+    } catch (const Error& error) {
+      throw log_error(path, number, error.what());
     }
     if (const auto picture = between(line, "{\"picture\":\"", "\"}")) {
       int i = 0;

@@ -9,13 +9,14 @@
 ///   {"surfaces":{...}}                       the surface file's contents, whenever they changed
 ///   {"picture":"grid"}                       what the surfaces carry: "content", "grid" or "mask"
 ///   {"projector":[qw,qx,qy,qz,x,y,z]}        rig_from_projector, whenever a correction has changed it
+///   {"blend":["left","right"],...}           the blend with other projectors, whenever it changes (blend_log.hpp)
 ///   {"arrival":812.25,"stamp":...}           a pose
 ///   {"sighted":{"arrival":812.25,...}}       a pose of a surface that moves on its own, child its name
 ///   {"frame":17,"light":812.31,"content":4.2,"fingerprint":"a59f12..."}
 ///
 /// A log is bounded: at LogLimits::part_bytes `run.log` becomes `run.log.1`, what was `run.log.1` becomes
 /// `run.log.2`, and so on; of `parts` files in all the oldest is removed. Each part begins with the header, its
-/// number since the run began, the surfaces, the picture and the projector, so that it can be read alone:
+/// number since the run began, the surfaces, the picture, the projector and the blend, so that it can be read alone:
 ///
 ///   {"part":3}
 ///
@@ -33,6 +34,7 @@
 #include "procam/core/surface/surface.hpp"
 #include "procam/show/projection.hpp"
 #include "procam/track/stamped_pose.hpp"
+#include "show_blend.hpp"
 
 namespace procam::show {
 
@@ -73,6 +75,7 @@ class RunRecorder {
   void record(const SurfaceSet& surfaces);
   void record(TestPattern picture);
   void record(const MovedProjector& moved);
+  void record(const BlendScene& blend);
   void record(const track::StampedPose& message);
   void record(const SightedSurface& sighted);
   /// Every second to the operating system; begins the next part when this one is full.
@@ -94,8 +97,8 @@ struct MissingParts {
 };
 
 /// One line of a run.
-using RunRecord = std::variant<RunConditions, SurfaceSet, TestPattern, MovedProjector, track::StampedPose,
-                               SightedSurface, RecordedFrame, MissingParts>;
+using RunRecord = std::variant<RunConditions, SurfaceSet, TestPattern, MovedProjector, BlendScene,
+                               track::StampedPose, SightedSurface, RecordedFrame, MissingParts>;
 
 /// Reads a run line by line, through all its parts, the oldest first.
 ///

@@ -7,6 +7,7 @@
 
 #include "depth_surfaces.hpp"
 #include "height_content.hpp"
+#include "procam/core/base/words.hpp"
 #include "procam/core/rig/room_frames.hpp"
 #include "procam/device/content_source.hpp"
 #include "procam/io/files.hpp"
@@ -87,6 +88,43 @@ MovingOptions moving_options(const ShowOptions& options, const track::TrackOptio
   return moving;
 }
 
+/// What the maps of a blend depend on besides the surfaces and the projectors with light.
+std::string blend_conditions(const ShowOptions& options) {
+  if (!options.blend) return "";
+  std::string text;
+  for (const auto& [name, ratio] : options.blend->black) text += format(", black %s=%g", name.c_str(), ratio);
+  if (options.blend->compensate <= 0) return text;
+  for (const auto& [name, light] : options.blend->brightness)
+    text += format(", brightness %s=%g", name.c_str(), light);
+  return text + format(", compensate %g%s", options.blend->compensate,
+                       options.blend->one_level ? " to one level" : "");
+}
+
+void check_blend(const ShowOptions& options) {
+  const auto refuse = [](const std::string& why, const std::string& next) {
+    throw Error(ErrorKind::kInput, "blend", why, next);
+  };
+  if (!options.blend) return;
+  const std::vector<std::string>& names = options.blend->projectors;
+  const bool is_off = names == std::vector<std::string>{"off"};
+  if (is_off) return;
+  if (!options.group.empty() && !names.empty())
+    refuse("in a group the hosts announce their projectors", "leave the names out, or give off");
+  if (options.group.empty() && names.empty())
+    refuse("no other projector is named", "name the others of the rig, or all");
+  if (is_depth_source(options.surfaces))
+    refuse("the other projectors do not know the surfaces of this depth camera",
+           "leave out --blend, or detect the surfaces before the show (detect-surfaces)");
+  if (options.track)
+    refuse("the surfaces that --track moves would need new maps in each frame",
+           "leave out --blend or --track");
+  if (!options.fleet.empty())
+    refuse("which robots light a surface of a fleet changes, and their projectors are not in one rig",
+           "leave out --blend or --fleet");
+  if (options.blend->compensate <= 0 && (options.blend->one_level || !options.blend->brightness.empty()))
+    refuse("brightness and one level need compensation", "add --compensate 0.3");
+}
+
 }  // namespace
 
 std::vector<std::string> split_names(const std::string& names) {
@@ -123,6 +161,7 @@ ProjectionOptions projection_options(const ShowOptions& options, const Rig& rig)
   projection.moving = moving_options(options, projection.track);
   projection.marks = options.watch && options.watch->marks;
   projection.renderer = renderer_for(options);
+  projection.threads = options.threads;
   return projection;
 }
 
@@ -138,7 +177,8 @@ std::string conditions_text(const ShowOptions& options, const ProjectionOptions&
   const auto of_file = [](const char* name, const std::string& file) {
     return file.empty() ? "" : std::string(", ") + name + " " + io::sha256_of_file(file).substr(0, 16);
   };
-  return text + of_file("pose", options.pose) + of_file("mount", options.mount) + track_text(options);
+  return text + blend_conditions(options) + of_file("pose", options.pose) + of_file("mount", options.mount) +
+         track_text(options);
 }
 
 fs::path content_folder(const std::string& surfaces) {
@@ -200,6 +240,7 @@ void check_combination(const ShowOptions& options) {
     throw Error(ErrorKind::kInput, what, why, next);
   };
   if (options.surfaces.empty()) refuse("surfaces", "none are given", "name a surface file");
+  check_blend(options);
   if (options.people && !options.record.empty())
     refuse("record", "a run with people cannot be shown again bit for bit", "leave one of them out");
   if (options.watch && options.watch->only && !options.watch->save.empty())

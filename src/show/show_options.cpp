@@ -83,6 +83,26 @@ static void fields(io::Fields& f, TrackInput& track) {
           "give a grey value, or -1 for the light of the content");
 }
 
+static void fields(io::Fields& f, BlendSettings& blend) {
+  f.optional("projectors", blend.projectors);
+  for (auto* by_projector : {&blend.black, &blend.brightness}) {
+    const char* const name = by_projector == &blend.black ? "black" : "brightness";
+    if (f.reading() ? f.has(name) : !by_projector->empty()) f.map(name, *by_projector);
+  }
+  field_or(f, "compensate", blend.compensate, 0.0);
+  field_or(f, "one_level", blend.one_level, false);
+  for (const auto& [name, ratio] : blend.black)
+    f.check(ratio >= 0 && ratio <= 0.5, "black", "that of '" + name + "' is not from 0 to 0.5",
+            "give the light of black over that of white, e.g. 0.001");
+  for (const auto& [name, light] : blend.brightness)
+    f.check(light >= 1e-6 && light <= 1e9, "brightness", "that of '" + name + "' is not from 1e-6 to 1e9",
+            "give lumens, e.g. 2200");
+  f.check(blend.compensate <= 0 || (blend.compensate >= 0.05 && blend.compensate <= 1), "compensate",
+          "it is not from 0.05 to 1", "give the share of light that bright places keep, e.g. 0.3");
+  f.check(blend.compensate > 0 || (!blend.one_level && blend.brightness.empty()), "compensate",
+          "'brightness' and 'one_level' need it", "add e.g. \"compensate\": 0.3");
+}
+
 static void check_times(io::Fields& f, const ShowOptions& o) {
   const auto check = [&](const char* name, const std::optional<double>& seconds, double max) {
     f.check(!seconds || (*seconds >= 0 && *seconds <= max), name,
@@ -126,6 +146,7 @@ static void fields(io::Fields& f, ShowOptions& o) {
   f.optional("publish", o.publish);
   f.optional("watch", o.watch);
   f.optional("track", o.track);
+  f.optional("blend", o.blend);
   f.optional("group", o.group);
   field_or(f, "group_strength", o.group_strength, usual.group_strength);
   f.optional("fleet", o.fleet);

@@ -48,8 +48,9 @@ ShowRun::ShowRun(const Rig& rig, bool is_calibrated, const ShowOptions& options,
     graph_ = std::make_unique<Ros2Output>(options, rig, projection.child_from_rig, world_from_rig);
   }
   moving_ = projection.moving;
-  projection_ = std::make_unique<Projection>(rig, std::move(projection));
+  projection_ = std::make_unique<Projection>(rig, projection);
   load_surfaces();
+  if (auto plan = plan_blend(options, rig, projection, first_)) open_blend(std::move(*plan));
   if (!options.group.empty()) open_group();
   open_output();
   if (!options.fleet.empty()) open_fleet();
@@ -74,6 +75,7 @@ ShowReport ShowRun::run() {
   parts.page = page_.get();
   parts.group = link_.get();
   parts.fleet = fleet_.get();
+  parts.blend = blend_.get();
   parts.recorder = recorder_ ? &*recorder_ : nullptr;
   parts.contents = content_choices(folder_, first_);
   parts.other_faults = [this](std::map<std::string, std::uint64_t>& faults) {
@@ -184,10 +186,17 @@ void ShowRun::load_surfaces() {
   projection_->set_show(std::move(*loaded.show));
 }
 
+void ShowRun::open_blend(BlendPlan plan) {
+  if (has_moving_surfaces(plan, first_))
+    listener_.on_start("surfaces in the world are not blended while the rig moves");
+  blend_ = std::make_unique<BlendMaker>(std::move(plan));
+}
+
 void ShowRun::open_group() {
   dds::GroupOptions group;
   group.name = options_.group;
   group.strength = options_.group_strength;
+  if (blend_) group.projector = blend_->plan().projector;
   link_ = std::make_unique<GroupLink>(group, options_.surfaces);
   listener_.on_start(link_->description());
 }

@@ -51,6 +51,8 @@ class ShowRun {
 
   void open_fleet();
 
+  void open_blend(BlendPlan plan);
+
   /// Of a source of this host, for the hosts that have none.
   void share_pose(const track::StampedPose& message);
 
@@ -90,6 +92,7 @@ class ShowRun {
   std::map<const device::ContentSource*, Rejected> by_content_;  ///< at the last count
   Rejected rejected_by_contents_;
   std::unique_ptr<ShowLoader> loader_;
+  std::unique_ptr<BlendMaker> blend_;
   std::unique_ptr<FleetLink> fleet_;  ///< outlives the output: its claims end when the last light is gone
   std::unique_ptr<device::FrameSink> opened_sink_;
   LoopOptions loop_;

@@ -2,12 +2,13 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <array>
+#include <atomic>
 #include <cmath>
 #include <limits>
 #include <queue>
 
-#include "procam/core/base/color.hpp"
+#include "positions.hpp"
+#include "procam/core/base/parallel.hpp"
 #include "procam/core/base/stats.hpp"
 #include "procam/surface/warp.hpp"
 
@@ -23,19 +24,20 @@ constexpr float kMinReflectance = 0.01F;
 struct View {
   const Projector* projector = nullptr;
   ImageSize size;
+  int threads = 0;
   std::vector<int> surface;                                 ///< by its place in the list of names; -1: none
   std::vector<Eigen::Vector3f> point;                       ///< in the projector's frame
+  std::vector<float> range;                                 ///< to it, metres
   std::vector<Eigen::Vector3f> area;                        ///< the pixel's area there, along the normal
   std::vector<float> from_shadow;                           ///< px
   std::vector<float> light;                                 ///< E
   std::vector<std::optional<Pose>> projector_from_surface;  ///< by the list of names
 
   std::size_t at(int x, int y) const { return std::size_t(y) * std::size_t(size.width) + std::size_t(x); }
-  float range(std::size_t i) const { return point[i].norm(); }
   /// Is it one smooth surface from pixel i to pixel j, as far as shadows go?
   bool goes_on(std::size_t i, std::size_t j) const {
     if (surface[i] < 0 || surface[j] < 0) return false;
-    const float a = range(i), b = range(j);
+    const float a = range[i], b = range[j];
     return std::abs(a - b) <= float(kJump) * std::min(a, b);
   }
   double half_side() const { return 0.5 * std::min(size.width, size.height); }
@@ -46,6 +48,13 @@ struct View {
     return 16 * x * (1 - x) * y * (1 - y) * t * (2 - t);
   }
 };
+
+template <typename Work>
+void each_row(const View& view, const Work& work) {
+  parallel_for(view.size.height, view.threads, [&](int begin, int end) {
+    for (int y = begin; y < end; ++y) work(y);
+  });
+}
 
 float sample(ViewF picture, const Vec2& uv) {
   const auto place = [](double at, int count) {
@@ -60,21 +69,24 @@ float sample(ViewF picture, const Vec2& uv) {
 }
 
 /// Puts a surface where it is the nearest; where two lie together the later one shows.
-void add_surface(const SolvedSurface& solved, int name, const ViewF* reflectance, View& view) {
-  const ImageF positions = position_map(solved.placement, *view.projector);
+void add_surface(const SolvedSurface& solved, int name, const ViewF* reflectance, const ImageF& directions,
+                 View& view) {
+  const ImageF positions = positions_along(directions, solved.placement, *view.projector, view.threads);
   std::optional<WarpMap> content;
   if (reflectance || !solved.surface.shape.is_whole()) content = warp_map(solved.placement, *view.projector);
-  for (int y = 0; y < view.size.height; ++y)
+  each_row(view, [&](int y) {
     for (int x = 0; x < view.size.width; ++x) {
       const Eigen::Vector3f point(positions.at(x, y, 0), positions.at(x, y, 1), positions.at(x, y, 2));
       if (!(point.squaredNorm() > 0)) continue;  // NaN too
       const std::size_t i = view.at(x, y);
-      if (view.surface[i] >= 0 && point.norm() > 1.001F * view.range(i)) continue;
+      if (view.surface[i] >= 0 && point.norm() > 1.001F * view.range[i]) continue;
       if (content && (!content->shows(x, y) || !in_shape(solved.surface.shape, content->at(x, y)))) continue;
       view.surface[i] = name;
       view.point[i] = point;
+      view.range[i] = point.norm();
       view.light[i] = reflectance ? std::max(kMinReflectance, sample(*reflectance, content->at(x, y))) : 1;
     }
+  });
 }
 
 /// The area that each pixel covers, from where its neighbours' light lands.
@@ -86,19 +98,23 @@ void find_areas(View& view) {
     const Eigen::Vector3f& to = view.point[on ? i + stride : i];
     return (to - from) / (back && on ? 2.0F : 1.0F);
   };
-  for (int y = 0; y < view.size.height; ++y)
+  each_row(view, [&](int y) {
     for (int x = 0; x < view.size.width; ++x) {
       const std::size_t i = view.at(x, y);
       if (view.surface[i] < 0) continue;
       view.area[i] = step(i, x > 0, x + 1 < view.size.width, 1)
                          .cross(step(i, y > 0, y + 1 < view.size.height, std::size_t(view.size.width)));
     }
+  });
 }
 
 /// A pixel without neighbours to tell its area is no better than one beside the surface.
 void drop_unknown_areas(View& view) {
   for (std::size_t i = 0; i < view.surface.size(); ++i)
-    if (!(view.area[i].squaredNorm() > 0)) view.surface[i] = -1;
+    if (!(view.area[i].squaredNorm() > 0)) {
+      view.surface[i] = -1;
+      view.range[i] = 0;
+    }
 }
 
 /// How far, along the surfaces, each pixel is from the border of a shadow: from pixels beside which something
@@ -114,13 +130,23 @@ void find_shadows(View& view) {
             y + dy < view.size.height)
           visit(view.at(x + dx, y + dy), dx != 0 && dy != 0 ? std::sqrt(2.0F) : 1.0F);
   };
-  for (std::size_t i = 0; i < view.surface.size(); ++i) {
-    if (view.surface[i] < 0) continue;
-    bool at_shadow = false;
-    neighbours(i, [&](std::size_t j, float) {
-      at_shadow = at_shadow || (view.surface[j] >= 0 && !view.goes_on(i, j) && view.range(j) < view.range(i));
-    });
-    if (!at_shadow) continue;
+  std::vector<char> at_shadow(view.surface.size(), 0);
+  each_row(view, [&](int y) {
+    const int first = std::max(y - 1, 0), last = std::min(y + 1, view.size.height - 1);
+    for (int x = 0; x < view.size.width; ++x) {
+      const std::size_t i = view.at(x, y);
+      const float nearer = view.range[i] / (1 + float(kJump));  // without a surface 0: nothing is nearer
+      bool found = false;
+      for (int v = first; v <= last; ++v)
+        for (int u = std::max(x - 1, 0); u <= std::min(x + 1, view.size.width - 1); ++u) {
+          const float range = view.range[view.at(u, v)];
+          found |= range > 0 && range < nearer;
+        }
+      at_shadow[i] = char(found);
+    }
+  });
+  for (std::size_t i = 0; i < at_shadow.size(); ++i) {
+    if (at_shadow[i] == 0) continue;
     view.from_shadow[i] = float(kAtShadow);
     front.emplace(view.from_shadow[i], i);
   }
@@ -141,13 +167,16 @@ View look(const BlendInput& lit, const std::vector<std::string>& names, const Bl
   View view;
   view.projector = &lit.projector;
   view.size = lit.projector.size();
+  view.threads = options.threads;
   const std::size_t pixels = std::size_t(view.size.width) * std::size_t(view.size.height);
   view.surface.assign(pixels, -1);
   view.point.assign(pixels, Eigen::Vector3f::Zero());
+  view.range.assign(pixels, 0);
   view.area.assign(pixels, Eigen::Vector3f::Zero());
   view.from_shadow.assign(pixels, std::numeric_limits<float>::infinity());
   view.light.assign(pixels, 1);
   view.projector_from_surface.resize(names.size());
+  const ImageF directions = light_directions(lit.projector, options.threads);
   for (const SolvedSurface& solved : lit.surfaces->surfaces) {
     const auto pose = std::visit(
         [](const auto& placed) -> std::optional<Pose> {
@@ -162,7 +191,7 @@ View look(const BlendInput& lit, const std::vector<std::string>& names, const Bl
     view.projector_from_surface[name] = pose;
     const auto reflectance = options.reflectance.find(solved.surface.name);
     add_surface(solved, int(name), reflectance == options.reflectance.end() ? nullptr : &reflectance->second,
-                view);
+                directions, view);
   }
   find_areas(view);
   drop_unknown_areas(view);
@@ -195,7 +224,7 @@ Reach reach(const View& view, int name, const Vec3& point) {
       const int x = std::min(std::max(x0 + dx, 0), view.size.width - 1),
                 y = std::min(std::max(y0 + dy, 0), view.size.height - 1);
       const std::size_t i = view.at(x, y);
-      if (view.surface[i] != name || std::abs(view.range(i) - range) > kJump * range) continue;
+      if (view.surface[i] != name || std::abs(double(view.range[i]) - range) > kJump * range) continue;
       const double weight = (1 - std::abs(pixel->x() - x0 - dx)) * (1 - std::abs(pixel->y() - y0 - dy));
       sum += weight;
       from_shadow += weight * std::min(double(view.from_shadow[i]), view.half_side());
@@ -212,11 +241,35 @@ struct Sum {
   float most = 0;    ///< light that they can give together with these weights: the least of E / w
 };
 
+/// Another projector and a surface that it lights too, as seen from the projector whose places are summed up.
+struct Neighbour {
+  std::size_t number = 0;
+  Pose other_from_own;
+  Vec3 lamp;  ///< where it stands
+};
+
+/// Of each surface: who else may light it.
+std::vector<std::vector<Neighbour>> candidates(std::size_t own, const std::vector<View>& views) {
+  const std::size_t names = views[own].projector_from_surface.size();
+  std::vector<std::vector<Neighbour>> found(names);
+  for (std::size_t name = 0; name < names; ++name) {
+    const std::optional<Pose>& here = views[own].projector_from_surface[name];
+    for (std::size_t j = 0; here && j < views.size(); ++j) {
+      const std::optional<Pose>& other = views[j].projector_from_surface[name];
+      if (j == own || !other) continue;
+      found[name].push_back({j, *other * here->inverse(), *here * (other->inverse() * Vec3(0, 0, 0))});
+    }
+  }
+  return found;
+}
+
+/// `reached`: sets those to 1 whose light reaches a place of the projector's.
 std::vector<Sum> sum_up(std::size_t own, const std::vector<View>& views,
-                        const std::vector<BlendInput>& projectors) {
+                        const std::vector<BlendInput>& projectors, std::vector<std::atomic<char>>& reached) {
   const View& view = views[own];
   std::vector<Sum> sums(view.surface.size());
-  for (int y = 0; y < view.size.height; ++y)
+  const std::vector<std::vector<Neighbour>> others = candidates(own, views);
+  each_row(view, [&](int y) {
     for (int x = 0; x < view.size.width; ++x) {
       const std::size_t i = view.at(x, y);
       const int name = view.surface[i];
@@ -226,21 +279,19 @@ std::vector<Sum> sum_up(std::size_t own, const std::vector<View>& views,
       double least = double(view.light[i]) / squares;
       double black = projectors[own].black * double(view.light[i]);
       const Vec3 point = view.point[i].cast<double>(), normal = view.area[i].cast<double>();
-      const Vec3 on_surface = view.projector_from_surface[std::size_t(name)]->inverse() * point;
-      for (std::size_t j = 0; j < views.size(); ++j) {
-        const std::optional<Pose>& other = views[j].projector_from_surface[std::size_t(name)];
-        if (j == own || !other) continue;
-        const Vec3 lamp =
-            *view.projector_from_surface[std::size_t(name)] * (other->inverse() * Vec3(0, 0, 0));
-        if (normal.dot(point) * normal.dot(point - lamp) < 0) continue;  // it lights the other side
-        const Reach reached = reach(views[j], name, *other * on_surface);
-        if (!(reached.distance > 0)) continue;
-        squares += reached.distance * reached.distance;
-        least = std::min(least, reached.light / (reached.distance * reached.distance));
-        black += projectors[j].black * reached.light;
+      for (const Neighbour& other : others[std::size_t(name)]) {
+        // It lights the other side.
+        if (normal.dot(point) * normal.dot(point - other.lamp) < 0) continue;
+        const Reach there = reach(views[other.number], name, other.other_from_own * point);
+        if (!(there.distance > 0)) continue;
+        reached[other.number].store(1, std::memory_order_relaxed);
+        squares += there.distance * there.distance;
+        least = std::min(least, there.light / (there.distance * there.distance));
+        black += projectors[other.number].black * there.light;
       }
       sums[i] = {float(d * d / squares), float(black), float(least * squares)};
     }
+  });
   return sums;
 }
 
@@ -273,6 +324,7 @@ void fill_rim(const std::vector<int>& surface, BlendMap& map) {
 }
 
 void require_valid(const std::vector<BlendInput>& projectors, const BlendOptions& options) {
+  require(!options.only || *options.only < projectors.size(), "blend_maps: 'only' is none of the projectors");
   require(options.min_gain > 0 && options.min_gain <= 1, "blend_maps: min_gain is not in (0, 1]");
   for (const auto& [name, picture] : options.reflectance) {
     bool good = picture.channels == 1 && !picture.empty() && options.compensate;
@@ -318,7 +370,7 @@ Levels levels_of(const std::vector<View>& views, const std::vector<std::vector<S
   const std::size_t groups = options.one_level ? 1 : names.size();
   Levels out{options.one_level, std::vector<double>(groups, 1), std::vector<double>(groups, 0)};
   std::vector<std::vector<float>> possible(groups);
-  for (std::size_t p = 0; p < views.size(); ++p)
+  for (std::size_t p = 0; p < views.size() && options.compensate; ++p)
     for (std::size_t i = 0; i < sums[p].size(); ++i)
       if (views[p].surface[i] >= 0) possible[out.group(views[p].surface[i])].push_back(sums[p][i].most);
   for (std::size_t g = 0; g < groups; ++g) {
@@ -347,7 +399,7 @@ Levels levels_of(const std::vector<View>& views, const std::vector<std::vector<S
 /// `full_white`: light of the projector's white over its black.
 BlendMap map_of(const View& view, const std::vector<Sum>& sums, const Levels& levels, double full_white) {
   BlendMap map{ImageF(view.size), ImageF(view.size, 1, 1.0F), ImageF(view.size)};
-  for (int y = 0; y < view.size.height; ++y)
+  each_row(view, [&](int y) {
     for (int x = 0; x < view.size.width; ++x) {
       const std::size_t i = view.at(x, y);
       if (view.surface[i] < 0) continue;
@@ -359,6 +411,7 @@ BlendMap map_of(const View& view, const std::vector<Sum>& sums, const Levels& le
       map.lift.at(x, y) = float(lift);
       map.gain.at(x, y) = float(std::min(w * level * (1 - black) / full, 1 - lift));
     }
+  });
   fill_rim(view.surface, map);
   return map;
 }
@@ -372,48 +425,25 @@ Blend blend_maps(const std::vector<BlendInput>& projectors, const BlendOptions& 
   std::vector<View> views;
   views.reserve(projectors.size());
   for (const BlendInput& lit : projectors) views.push_back(look(lit, names, options));
-  std::vector<std::vector<Sum>> sums;
-  for (std::size_t p = 0; p < views.size(); ++p) sums.push_back(sum_up(p, views, projectors));
+  // Black and brightness are brought to a level of all places.
+  const bool has_level =
+      options.compensate ||
+      std::any_of(projectors.begin(), projectors.end(), [](const BlendInput& lit) { return lit.black > 0; });
+  const auto is_wanted = [&](std::size_t p) { return !options.only || *options.only == p; };
+  std::vector<std::vector<Sum>> sums(views.size());
+  blend.neighbours.resize(views.size());
+  for (std::size_t p = 0; p < views.size(); ++p) {
+    if (!is_wanted(p) && !has_level) continue;
+    std::vector<std::atomic<char>> reached(views.size());
+    sums[p] = sum_up(p, views, projectors, reached);
+    for (std::size_t j = 0; j < views.size() && is_wanted(p); ++j)
+      if (reached[j] != 0) blend.neighbours[p].push_back(j);
+  }
   const Levels levels = levels_of(views, sums, names, options, blend.diagnostics);
+  blend.maps.resize(views.size());
   for (std::size_t p = 0; p < views.size(); ++p)
-    blend.maps.push_back(map_of(views[p], sums[p], levels, 1 - projectors[p].black));
+    if (is_wanted(p)) blend.maps[p] = map_of(views[p], sums[p], levels, 1 - projectors[p].black);
   return blend;
-}
-
-void apply_blend(const BlendMap& map, ImageView<std::uint8_t> frame, double gamma) {
-  require(frame.channels == 3 && frame.size() == map.gain.size(),
-          "apply_blend: the frame must have 3 channels and the map's size");
-  require(gamma >= 0 && gamma < 10, "apply_blend: gamma must be 0 (sRGB) or up to 10");
-  std::array<float, 256> light{};
-  for (std::size_t v = 0; v < light.size(); ++v) light[v] = float(light_from_srgb(double(v) / 255));
-  const auto encoded = [&](double l) { return gamma > 0 ? std::pow(l, 1 / gamma) : srgb_from_light(l); };
-  // Steps so fine in the root of light that no 8-bit value is missed.
-  constexpr int kSteps = 1 << 14;
-  std::vector<std::uint8_t> value(kSteps + 1);
-  for (int i = 0; i <= kSteps; ++i) {
-    const double root = double(i) / kSteps;
-    value[std::size_t(i)] =
-        std::uint8_t(std::lround(255 * std::min(1.0, std::max(0.0, encoded(root * root)))));
-  }
-  for (int y = 0; y < frame.height; ++y) {
-    std::uint8_t* pixel = frame.row(y);
-    for (int x = 0; x < frame.width; ++x)
-      for (int k = 0; k < 3; ++k, ++pixel) {
-        const float l = map.gain.at(x, y) * light[*pixel] + map.lift.at(x, y);
-        *pixel = value[std::size_t(std::lround(kSteps * std::sqrt(std::min(1.0F, std::max(0.0F, l)))))];
-      }
-  }
-}
-
-void apply_blend(const BlendMap& map, ImageView<float> frame) {
-  require(frame.channels == 3 && frame.size() == map.gain.size(),
-          "apply_blend: the frame must have 3 channels and the map's size");
-  for (int y = 0; y < frame.height; ++y)
-    for (int x = 0; x < frame.width; ++x)
-      for (int k = 0; k < 3; ++k) {
-        float& light = frame.at(x, y, k);
-        light = std::min(1.0F, std::max(0.0F, map.gain.at(x, y) * light + map.lift.at(x, y)));
-      }
 }
 
 }  // namespace procam::surface

@@ -59,6 +59,32 @@ class Network {
   std::mt19937 random_{17};
 };
 
+TEST(GroupMembers, LightsAreThoseOfMembersThatAreThere) {
+  Host left(11, 1, 100), right(12, 3, 7000), none(13, 2, -30);
+  MemberBeat own{21, "host", 21, 0};
+  own.projector = "right";
+  right.members = GroupMembers(own, right.offset, kLease, kFirstWait);
+  Network network({&left, &right, &none});
+  network.run(0.3);
+  EXPECT_TRUE(left.members.lights().empty()) << "it is there, and has no light yet";
+  right.members.light(17.5);
+  none.members.light(3);  // without a projector
+  network.run(0.1);
+  ASSERT_EQ(left.members.lights().size(), 1u);
+  EXPECT_EQ(left.members.lights()[0].projector, "right");
+  EXPECT_EQ(left.members.lights()[0].from, 17.5);
+  EXPECT_TRUE(right.members.lights().empty()) << "of others";
+  right.runs = false;
+  network.run(kLease - 0.1);
+  EXPECT_EQ(left.members.lights().size(), 1u);
+  network.run(0.3);
+  EXPECT_TRUE(left.members.lights().empty());
+  left.members.take(right.members.beat(5), left.clock(network.now()));
+  EXPECT_EQ(left.members.lights().size(), 1u);
+  left.members.take(right.members.last_beat(6), left.clock(network.now()));
+  EXPECT_TRUE(left.members.lights().empty()) << "it ends, and says so";
+}
+
 TEST(GroupMembers, TheStrongestLeadsFirstAndTheNextOneTakesOver) {
   Host weak(11, 1, 100), strong(12, 3, 7000), middle(13, 2, -30);
   Network network({&weak, &strong, &middle});

@@ -172,6 +172,34 @@ TEST(Group, TheStateIsKeptForLateMembers) {
   EXPECT_EQ(read, "kept");
 }
 
+TEST(Group, AMembersLightIsKnownUntilItEndsOrIsKilled) {
+  const LoopbackDomain domain;
+  MemberProcess killed([] {
+    Group group({"stage", 1, {}, "right"});
+    group.light(12.25);
+    lead(group);
+  });
+  Group here({"stage", 5, {}, "left"});
+  ASSERT_TRUE(wait_until([&] { return here.status().lights.size() == 1; }));
+  EXPECT_EQ(here.status().lights[0].projector, "right");
+  EXPECT_EQ(here.status().lights[0].from, 12.25);
+  {
+    Group ending({"stage", 1, {}, "far"});
+    ASSERT_TRUE(wait_until([&] { return here.status().members == 3; }));
+    EXPECT_EQ(here.status().lights.size(), 1u) << "it has not called light()";
+    ending.light(13);
+    ASSERT_TRUE(wait_until([&] { return here.status().lights.size() == 2; }));
+  }
+  const double ended = steady_now();
+  ASSERT_TRUE(wait_until([&] { return here.status().lights.size() == 1; }));
+  EXPECT_LT(steady_now() - ended, 0.25) << "at once, not after the lease";
+  killed.end();
+  const double begin = steady_now();
+  ASSERT_TRUE(wait_until([&] { return here.status().lights.empty(); }));
+  EXPECT_LT(steady_now() - begin, 0.7);
+  RecordProperty("gone_ms", int(1e3 * (steady_now() - begin)));
+}
+
 TEST(Group, WhenTheLeaderIsKilledTheStrongestContinuesFromTheLastState) {
   const LoopbackDomain domain;
   MemberProcess leader([] {

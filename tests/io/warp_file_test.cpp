@@ -98,7 +98,7 @@ TEST(WarpFile, RefusesMapsThatAreNone) {
   EXPECT_THROW(save_warp_map(scratch / "x.pfm", WarpMap{}), std::invalid_argument);
 }
 
-WarpMesh lopsided_mesh() {
+WarpMesh lopsided_warp_mesh() {
   WarpMesh mesh;
   mesh.projector = {1024, 768};
   mesh.content = {{0, 0}, {0.5, 0}, {0, 1}, {0.5, 1}, {1, 1.0 / 3}};
@@ -109,21 +109,21 @@ WarpMesh lopsided_mesh() {
 
 TEST(WarpMeshFile, ReadsBackWhatItWrote) {
   const Scratch scratch;
-  save_warp_mesh(scratch / "x.obj", lopsided_mesh());
+  save_warp_mesh(scratch / "x.obj", lopsided_warp_mesh());
   const WarpMesh read = load_warp_mesh(scratch / "x.obj", {1024, 768});
   ASSERT_EQ(read.triangles.size(), 3u);
   for (std::size_t t = 0; t < 3; ++t)
     for (std::size_t c = 0; c < 3; ++c) {  // points are numbered as the faces come to them
-      const auto before = std::size_t(lopsided_mesh().triangles[t][c]),
+      const auto before = std::size_t(lopsided_warp_mesh().triangles[t][c]),
                  after = std::size_t(read.triangles[t][c]);
-      EXPECT_LT((read.pixels[after] - lopsided_mesh().pixels[before]).norm(), 1e-9);
-      EXPECT_LT((read.content[after] - lopsided_mesh().content[before]).norm(), 1e-15);
+      EXPECT_LT((read.pixels[after] - lopsided_warp_mesh().pixels[before]).norm(), 1e-9);
+      EXPECT_LT((read.content[after] - lopsided_warp_mesh().content[before]).norm(), 1e-15);
     }
 }
 
 TEST(WarpMeshFile, CornersOfThePictureAreCornersOfTheSquare) {
   const Scratch scratch;
-  WarpMesh mesh = lopsided_mesh();
+  WarpMesh mesh = lopsided_warp_mesh();
   mesh.pixels[0] = {-0.5, -0.5};  // the picture's top-left corner, not the centre of its first pixel
   save_warp_mesh(scratch / "x.obj", mesh);
   const std::string text = read_file(scratch / "x.obj");
@@ -163,7 +163,7 @@ TEST(WarpMeshFile, RefusesWhatIsNoMeshWithItsLine) {
   refuse(points + "f 1/1 2/2 3/1.5\n", "no texture coordinate '1.5'");
   refuse(points + "f 1/1 2/2\n", "needs three corners");
   EXPECT_ERROR(load_warp_mesh(scratch.write("x.ply", points), {10, 20}), kUnsupported, "OBJ");
-  EXPECT_ERROR(save_warp_mesh(scratch / "x.ply", lopsided_mesh()), kUnsupported, "OBJ");
+  EXPECT_ERROR(save_warp_mesh(scratch / "x.ply", lopsided_warp_mesh()), kUnsupported, "OBJ");
 }
 
 }  // namespace

@@ -57,6 +57,12 @@ ShowOptions everything() {
   o.track->surfaces = {{"cart,sign", "apriltag_36h11:5:120mm"}, {"door", "door_markers.json"}};
   o.track->hinges = {{"door", "left"}};
   o.track->marker_light = 200;
+  o.blend = BlendSettings{};
+  o.blend->projectors = {"left", "right"};
+  o.blend->black = {{"left", 0.001}, {"right", 0.0025}};
+  o.blend->brightness = {{"left", 2200}};
+  o.blend->compensate = 0.3;
+  o.blend->one_level = true;
   o.group = "foyer";
   o.group_strength = 12;
   o.fleet = "hall";
@@ -147,6 +153,7 @@ TEST(ShowOptions, WhatIsWrittenIsReadAgain) {
   EXPECT_EQ(read.track->hinges.at("door"), "left");
   EXPECT_EQ(read.track->marker_light, 200);
   EXPECT_EQ(read.depth.up, Vec3(0, -1, 0.1));
+  EXPECT_EQ(read.blend->black.at("right"), 0.0025);
   EXPECT_EQ(read.contents.at("floor"), "#ff8000");
   // Fields with their default are not written.
   ShowOptions plain;
@@ -191,6 +198,10 @@ TEST(ShowOptions, WhatIsWrongIsNamedWithItsLine) {
   EXPECT_ERROR(load("\"renderer\": \"ray\""), kInput, "renderer");
   EXPECT_ERROR(load("\"people\": {\"source\": \"udp:1\"}"), kInput, "sensor");
   EXPECT_ERROR(load("\"marker\": {\"camera\": \"0\"}"), kInput, "marker");
+  EXPECT_ERROR(load("\"blend\": {\"black\": {\"left\": 0.6}}"), kInput,
+               "that of 'left' is not from 0 to 0.5");
+  EXPECT_ERROR(load("\"blend\": {\"compensate\": 0.01}"), kInput, "it is not from 0.05 to 1");
+  EXPECT_ERROR(load("\"blend\": {\"one_level\": true}"), kInput, "need it");
   EXPECT_ERROR(load_options(folder / "nothing.json"), kIo, "nothing.json");
 }
 

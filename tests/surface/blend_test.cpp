@@ -6,7 +6,10 @@
 
 #include <cmath>
 
+#include "positions.hpp"
+#include "procam/core/base/color.hpp"
 #include "procam/core/geometry/se3.hpp"
+#include "procam/surface/warp.hpp"
 
 namespace procam {
 namespace {
@@ -213,6 +216,116 @@ TEST(Blend, WeightsStepNowhereAndEndAtZero) {
   }
   // In the middle of the left lamp's right border, where the right lamp takes over.
   EXPECT_LT(blend.maps[0].weight.at(319, 120), 1e-3);
+}
+
+/// A show asks for its own map alone: it is the same, and names those that it shares places with.
+TEST(Blend, OneMapAloneIsThatOfAll) {
+  Room room = corner();
+  room.lamps.push_back(left_lamp());
+  room.lamps[2].projector_from_world = looking({-1.5, 0.1, 0.3}, {-1.5, 0.05, 1.9}, 0.02);
+  for (const bool has_level : {false, true}) {
+    room.lamps[1].black = has_level ? 0.003 : 0;
+    BlendOptions options;
+    options.compensate = has_level;
+    const Blend all = blend_maps(room.lit(), options);
+    ASSERT_EQ(all.neighbours[0], (std::vector<std::size_t>{1, 2}));
+    EXPECT_EQ(all.neighbours[1], std::vector<std::size_t>{0}) << "the third lights the far end";
+    for (std::size_t i = 0; i < 3; ++i) {
+      options.only = i;
+      options.threads = int(i) + 1;
+      const Blend one = blend_maps(room.lit(), options);
+      EXPECT_EQ(one.neighbours[i], all.neighbours[i]);
+      EXPECT_TRUE(one.maps[(i + 1) % 3].gain.empty());
+      const auto same = [](const ImageF& a, const ImageF& b) {
+        return a.size() == b.size() &&
+               std::equal(a.data(), a.data() + std::ptrdiff_t(a.width()) * a.height(), b.data());
+      };
+      EXPECT_TRUE(same(one.maps[i].weight, all.maps[i].weight));
+      EXPECT_TRUE(same(one.maps[i].gain, all.maps[i].gain));
+      EXPECT_TRUE(same(one.maps[i].lift, all.maps[i].lift));
+    }
+  }
+  BlendOptions none;
+  none.only = 3;
+  EXPECT_THROW(blend_maps(room.lit(), none), std::invalid_argument);
+}
+
+/// Rays that are interpolated between every fourth pixel of a frame of this size.
+TEST(Positions, InterpolatedRaysAreThoseOfTheLens) {
+  const Projector projector{
+      Camera{{1922, 1083}, {2400, 2380, 950, 1000, 2}, BrownConrady{{-0.2, 0.03, 1e-3, -5e-4, 0}}}};
+  const ImageF directions = surface::light_directions(projector, 2);
+  double furthest = 0;
+  for (int y = 0; y < 1083; y += 7)
+    for (int x = 0; x < 1922; x += 5) {
+      const float* d = &directions.at(x, y, 0);
+      const Vec3 direction = Eigen::Map<const Eigen::Vector3f>(d).cast<double>();
+      furthest = std::max(furthest, (*projector.project(direction) - Vec2(x, y)).norm());
+    }
+  EXPECT_LT(furthest, 2e-3);
+  EXPECT_GT(furthest, 1e-7) << "or nothing is interpolated";
+  RecordProperty("furthest_1e6_px", int(1e6 * furthest));
+  Room room = corner();
+  room.lamps = {{projector, room.lamps[0].projector_from_world}};
+  const std::vector<BlendInput> lit = room.lit();
+  for (const SolvedSurface& wall : lit[0].surfaces->surfaces) {
+    const ImageF fast = surface::positions_along(directions, wall.placement, projector, 2),
+                 exact = surface::position_map(wall.placement, projector);
+    int only_one = 0;
+    double off = 0;
+    for (int y = 0; y < 1083; y += 3)
+      for (int x = 0; x < 1922; x += 3) {
+        const bool has = std::isfinite(fast.at(x, y, 2));
+        only_one += has != bool(std::isfinite(exact.at(x, y, 2)));
+        for (int c = 0; c < 3 && has && std::isfinite(exact.at(x, y, 2)); ++c)
+          off = std::max(off, std::abs(double(fast.at(x, y, c)) - double(exact.at(x, y, c))));
+      }
+    EXPECT_LT(only_one, 5);
+    EXPECT_LT(off, 5e-6);  // metres, at two metres and 0.9 mm a pixel
+  }
+}
+
+TEST(FrameBlend, RowsTogetherAreApplyBlendAndUntouchedPixelsStay) {
+  BlendMap map{ImageF(640, 11, 1, 1), ImageF(640, 11, 1, 1), ImageF(640, 11)};
+  for (int y = 2; y < 9; ++y)
+    for (int x = 30 * y; x < 640 - 7 * y; ++x) {
+      map.gain.at(x, y) = float(x) / 640;
+      map.lift.at(x, y) = 0.0004F * float(y);
+    }
+  ImageU8 frame(640, 11, 3);
+  for (int i = 0; i < 640 * 11 * 3; ++i) frame.data()[i] = std::uint8_t(i * 37 % 256);
+  ImageU8 whole = frame, parts = frame;
+  surface::apply_blend(map, whole);
+  const surface::FrameBlend blend(map);
+  for (const auto& [first, last] : {std::pair(0, 3), std::pair(3, 4), std::pair(4, 11)})
+    blend.apply(parts, first, last);
+  const auto same = [](const ImageU8& a, const ImageU8& b) {
+    return std::equal(a.data(), a.data() + 640 * 11 * 3, b.data());
+  };
+  EXPECT_TRUE(same(whole, parts));
+  for (int v = 0; v < 256; ++v) EXPECT_EQ(whole.at(v, 0, 1), frame.at(v, 0, 1)) << "gain 1, lift 0";
+  int furthest = 0;  // from the formula in doubles
+  for (int y = 0; y < 11; ++y)
+    for (int x = 0; x < 640; ++x)
+      for (int k = 0; k < 3; ++k) {
+        const double light = light_from_srgb(frame.at(x, y, k) / 255.0);
+        const double shown = std::min(1.0, double(map.gain.at(x, y)) * light + double(map.lift.at(x, y)));
+        furthest =
+            std::max(furthest, std::abs(int(std::lround(255 * srgb_from_light(shown))) - whole.at(x, y, k)));
+      }
+  EXPECT_LE(furthest, 1);
+  EXPECT_NEAR(blend.changed_share(),
+              1 - (640.0 * 11 -
+                   [&] {
+                     double count = 0;
+                     for (int y = 2; y < 9; ++y) count += 640 - 37 * y;
+                     return count;
+                   }()) /
+                      (640 * 11),
+              1e-9);
+  EXPECT_THROW(blend.apply(parts, 0, 12), std::invalid_argument);
+  ImageU8 narrow(639, 11, 3);
+  EXPECT_THROW(blend.apply(narrow, 0, 11), std::invalid_argument);
 }
 
 TEST(Blend, BlackIsTheSameEverywhere) {

@@ -19,7 +19,7 @@ NamedTexts named_texts(const std::string& flag, const std::vector<std::string>& 
     if (equals == std::string::npos || equals == 0 || equals + 1 == item.size())
       throw Error(ErrorKind::kInput, what, "it does not read NAME=VALUE",
                   "write e.g. " + flag + " " + example);
-    if (std::find(known.begin(), known.end(), name) == known.end()) {
+    if (!known.empty() && std::find(known.begin(), known.end(), name) == known.end()) {
       std::string list;
       for (const std::string& one : known) list += (list.empty() ? "" : ", ") + one;
       throw Error(ErrorKind::kInput, what, "none is named '" + name + "'", "name one of: " + list);
@@ -30,42 +30,58 @@ NamedTexts named_texts(const std::string& flag, const std::vector<std::string>& 
   return texts;
 }
 
-void declare_blend(CLI::App& app, BlendFlags& flags) {
-  app.add_option("--blend", flags.others,
-                 "Solved surfaces of another projector of the rig, once for each: blend with it where both "
-                 "project");
-  app.add_option("--brightness", flags.brightness,
-                 "Light of a projector's white (lumens, or any common unit), with --compensate [1]");
-  app.add_option("--black", flags.black,
-                 "Ratio of a projector's black to its white: 0.001 for a contrast of 1000:1 [0]");
-  app.add_option(
+void declare_blend_levels(CLI::App& app, const BlendLevelFlags& flags) {
+  app.add_option_function<std::vector<std::string>>(
+      "--brightness", flags.brightness,
+      "Light of a projector's white (lumens, or any common unit), with --compensate [1]");
+  app.add_option_function<std::vector<std::string>>(
+      "--black", flags.black,
+      "Ratio of a projector's black to its white: 0.001 for a contrast of 1000:1 [0]");
+  app.add_option_function<double>(
          "--compensate", flags.compensate,
          "Compensate brightness for distance and angle; bright parts keep at least this share (0.05 to "
          "1) of their light, e.g. 0.3")
       ->check(within(0.05, 1));
-  app.add_flag("--one-level", flags.one_level,
-               "With --compensate: the same brightness on all surfaces, as for the walls of a room");
+  app.add_flag_callback("--one-level", flags.one_level,
+                        "With --compensate: the same brightness on all surfaces, as for the walls of a room");
+}
+
+void declare_blend(CLI::App& app, BlendFlags& flags) {
+  app.add_option("--blend", flags.others,
+                 "Solved surfaces of another projector of the rig, once for each: blend with it where both "
+                 "project");
+  declare_blend_levels(
+      app,
+      {[&](const auto& items) { flags.brightness = items; }, [&](const auto& items) { flags.black = items; },
+       [&](double share) { flags.compensate = share; }, [&] { flags.one_level = true; }});
   app.add_option("--reflectance", flags.reflectance,
                  "With --compensate: reflectance of a surface, an image (sRGB) over the area of the content");
 }
 
+std::map<std::string, double> named_numbers(const std::string& flag, const std::vector<std::string>& items,
+                                            double least, double most, const std::string& example) {
+  std::map<std::string, double> numbers;
+  for (const auto& [name, text] : named_texts(flag, items, {}, example)) {
+    double value = 0;
+    std::size_t end = 0;
+    try {
+      value = std::stod(text, &end);
+    } catch (const std::exception&) {
+      end = 0;
+    }
+    if (end != text.size() || !(value >= least && value <= most))
+      throw Error(ErrorKind::kInput, flag + " " + name + "=" + text, "it is no number that can be",
+                  format("give a number from %g to %g", least, most));
+    numbers[name] = value;
+  }
+  return numbers;
+}
+
 namespace {
 
-double number_of(const std::string& flag, const NamedTexts& texts, const std::string& name, double usual,
-                 double least, double most) {
-  const auto found = texts.find(name);
-  if (found == texts.end()) return usual;
-  double value = 0;
-  std::size_t end = 0;
-  try {
-    value = std::stod(found->second, &end);
-  } catch (const std::exception&) {
-    end = 0;
-  }
-  if (end != found->second.size() || !(value >= least && value <= most))
-    throw Error(ErrorKind::kInput, flag + " " + name + "=" + found->second, "it is no number that can be",
-                format("give a number from %g to %g", least, most));
-  return value;
+double number_of(const std::map<std::string, double>& numbers, const std::string& name, double usual) {
+  const auto found = numbers.find(name);
+  return found == numbers.end() ? usual : found->second;
 }
 
 ImageF light_of(const ImageU8& picture) {
@@ -95,14 +111,17 @@ surface::BlendedSets blend_for(const BlendFlags& flags, const Rig& rig, const So
     projectors.push_back(set.projector);
     for (const SolvedSurface& surface : set.surfaces) surfaces.push_back(surface.surface.name);
   }
-  const NamedTexts brightness = named_texts("--brightness", flags.brightness, projectors, "left=2200"),
-                   black = named_texts("--black", flags.black, projectors, "left=0.001"),
-                   reflectance =
-                       named_texts("--reflectance", flags.reflectance, surfaces, "wall=wall_lit.png");
+  for (const auto& [flag, items] :
+       {std::pair("--brightness", &flags.brightness), std::pair("--black", &flags.black)})
+    named_texts(flag, *items, projectors, "left=0.001");
+  const auto brightness = named_numbers("--brightness", flags.brightness, kMinBrightness, kMaxBrightness, ""),
+             black = named_numbers("--black", flags.black, 0, kMaxBlack, "");
+  const NamedTexts reflectance =
+      named_texts("--reflectance", flags.reflectance, surfaces, "wall=wall_lit.png");
   std::vector<surface::BlendInput> lit;
   for (const SolvedSurfaceSet& set : sets) {
-    blending.brightness.push_back(number_of("--brightness", brightness, set.projector, 1, 1e-6, 1e9));
-    blending.black.push_back(number_of("--black", black, set.projector, 0, 0, 0.5));
+    blending.brightness.push_back(number_of(brightness, set.projector, 1));
+    blending.black.push_back(number_of(black, set.projector, 0));
     lit.push_back(
         {rig.projector(set.projector).projector, &set, blending.brightness.back(), blending.black.back()});
   }

@@ -27,6 +27,7 @@ constexpr ValueType kValueTypes[] = {
     {"FOLDER",
      " simulate-captures:output capture-session:output make-patterns:output calibrate-camera:images "},
     {"CAMERA", " project-live:watch "},
+    {"PROJECTOR", " project-live:blend "},
     {"FORMAT", " procam-convert:to "},
     {"LENGTH+-LENGTH", " calibrate-mount:height "},
     {"MOTION", " motion "},

@@ -2,6 +2,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include "common/blend_flags.hpp"
 #include "common/cli.hpp"
 #include "procam/core/base/limits.hpp"
 #include "procam/io/text.hpp"
@@ -212,6 +213,23 @@ void declare_track(CLI::App& app, show::ShowOptions& o) {
       ->needs(camera);
 }
 
+void declare_show_blend(CLI::App& app, show::ShowOptions& o) {
+  const auto blend = [&o]() -> show::BlendSettings& { return o.blend ? *o.blend : o.blend.emplace(); };
+  app.add_option_function<std::vector<std::string>>(
+      "--blend", [blend](const std::vector<std::string>& names) { blend().projectors = names; },
+      "Another projector of the rig that lights the same surfaces, once for each, or all: each shows its share of "
+      "the light. The hosts of a --group blend without it; off: they do not");
+  declare_blend_levels(
+      app, {[blend](const std::vector<std::string>& items) {
+              blend().brightness =
+                  named_numbers("--brightness", items, kMinBrightness, kMaxBrightness, "left=2200");
+            },
+            [blend](const std::vector<std::string>& items) {
+              blend().black = named_numbers("--black", items, 0, kMaxBlack, "left=0.001");
+            },
+            [blend](double share) { blend().compensate = share; }, [blend] { blend().one_level = true; }});
+}
+
 void declare_output(CLI::App& app, show::ShowOptions& o) {
   app.add_option("--display", o.display,
                  "Display for the full-screen window: number, name or position on the desktop ('1920,0')");
@@ -296,6 +314,7 @@ void declare_show(CLI::App& app, show::ShowOptions& options) {
   declare_people(app, options);
   declare_watch(app, options);
   declare_track(app, options);
+  declare_show_blend(app, options);
   declare_output(app, options);
 }
 

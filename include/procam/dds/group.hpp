@@ -24,6 +24,9 @@
 ///   a = t_m - t_l + d_lm,  b = t_l - t_m + d_ml  (each by track::Clock),
 ///   t_l - t_m = (b - a) / 2,  |error| <= (a + b) / 2.
 /// Members on one machine share its steady clock, and nothing is estimated. A new leader keeps its offset.
+///
+/// Light: each member announces its projector of the shared rig, and the group time of its first light, for the blend of
+/// overlapping projectors.
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -40,6 +43,7 @@ struct GroupOptions {
   int strength = 0;  ///< -1000 to 1000; of equal ones, chance decides
   std::string machine =
       {};  ///< members with equal text share one steady clock; empty: this machine's boot identifier
+  std::string projector = {};  ///< that this member shows with, by its name in the shared rig; empty: none
 };
 
 /// What all members show.
@@ -59,6 +63,12 @@ struct GroupRequest {
   std::string command;
 };
 
+/// A projector of the shared rig that a member shows with.
+struct GroupLight {
+  std::string projector;
+  double from = 0;  ///< group time of its first light, seconds
+};
+
 struct GroupStatus {
   bool leads = false;
   std::string leader;           ///< its host and process: "stage-left:4711"; empty: none is known
@@ -69,6 +79,9 @@ struct GroupStatus {
   double last_takeover = 0;     ///< from the last beat of the leader before to the first of the next, seconds
   std::uint64_t rejected = 0;   ///< messages that were invalid
   std::size_t waiting = 0;      ///< requests of this member that are not in the state yet
+  /// Of the other members that are there: those that have called light(). One that ends, or is silent for Group::kLease, is
+  /// gone.
+  std::vector<GroupLight> lights = {};
 };
 
 class PROCAM_EXPORT Group {
@@ -88,6 +101,9 @@ class PROCAM_EXPORT Group {
   bool leads() const;
   /// Group time less steady_now().
   double time_offset() const;
+  /// This member's projector has light from that group time on, seconds: the others read it in GroupStatus::lights. Does
+  /// nothing without GroupOptions::projector.
+  void light(double from);
   /// The newest state, when it is newer than that of the last call.
   std::optional<GroupState> take();
   /// The leader's: the others get it. Another member's call does nothing, and gives false.

@@ -82,6 +82,15 @@ struct FleetMetrics {
   double largest_latency_s = 0;  ///< from a grant to the light, of all robots
 };
 
+/// Of a show that blends with other projectors (docs/live.md).
+struct BlendMetrics {
+  std::vector<std::string> projectors;  ///< that the frames are blended for, this one among them
+  bool is_dark = false;                 ///< this projector waits for its turn to light
+  std::uint64_t changes = 0;            ///< of the maps that frames are drawn with
+  double last_change_s =
+      0;  ///< from a change of surfaces or projectors to the frame that follows it, the last time
+};
+
 struct Metrics {
   std::uint64_t frames = 0;          ///< shown
   std::uint64_t dropped = 0;         ///< whose time passed while another was drawn
@@ -100,7 +109,7 @@ struct Metrics {
                        ///< the light of the frame
   Durations
       pose_to_frame;  ///< from a pose's arrival to the first frame with it ready, less that frame's render
-  /// What failed while the show went on, by name: "command", "content", "control_page", "depth", "fleet", "frame", "group", "group_pose", "people"
+  /// What failed while the show went on, by name: "blend", "command", "content", "control_page", "depth", "fleet", "frame", "group", "group_pose", "people"
   /// and "people_..." (messages), "page_connection" (closed for others), "page_refused", "page_request", "pose_source",
   /// "record", "reload", "room", "save", "surfaces", "track", "watch", and what a source rejected by its cause
   /// ("ros2_oversized").
@@ -109,6 +118,7 @@ struct Metrics {
   std::vector<MovingMetrics> moving;
   std::optional<GroupMetrics> group;
   std::optional<FleetMetrics> fleet;
+  std::optional<BlendMetrics> blend;
   std::uint64_t contents_stopped = 0;  ///< now: contents that give no new images and show their last one
 };
 

@@ -20,7 +20,7 @@
 ///
 /// The frame depends on what went in and the two times alone: the same calls in the same order give the same
 /// frames, bit for bit. No clock is read here, nothing waits, and nothing is allocated for a frame in which
-/// nothing but the pose changes (docs/render.md lists the caches of a renderer).
+/// nothing but the pose changes and that is not blended (docs/render.md lists the caches of a renderer).
 #include <functional>
 #include <memory>
 #include <optional>
@@ -34,6 +34,7 @@
 #include "procam/core/surface/surface.hpp"
 #include "procam/device/content_source.hpp"
 #include "procam/render/renderer.hpp"
+#include "procam/surface/blend.hpp"
 #include "procam/track/pose_track.hpp"
 
 namespace procam::show {
@@ -100,6 +101,7 @@ struct ProjectionOptions {
   MovingOptions moving;
   std::shared_ptr<render::Renderer> renderer;  ///< null: a CpuRenderer of its own
   bool marks = false;  ///< watch::Marks, small marks where the content of a plane surface has no texture
+  int threads = 0;     ///< of the blend; 0: as many as the machine has, four at most
   DrawOver over;       ///< may be empty
 };
 
@@ -108,7 +110,7 @@ struct DrawnFrame {
   bool blanked = false;     ///< black because the pose is stale or has never come
   bool waiting = false;     ///< surfaces in the world are dark because no pose has come yet
   int unseen = 0;           ///< moving surfaces that are dark, since they are not sighted
-  double render_s = 0;      ///< spent in the renderer
+  double render_s = 0;      ///< spent in the renderer and the blend
   /// Why a content gave no image, with its surface, which is dark in this frame; of the last one. Empty: all did.
   std::string content_fault;
   /// Root mean square distance of the light from its place that the pose's covariance predicts, metres: the
@@ -165,6 +167,11 @@ class PROCAM_EXPORT Projection {
   /// Draws over a frame again, for the light of another time (ProjectionOptions::over): of a picture that is
   /// held, a mask goes on. false: there is nothing to draw over it.
   bool draw_over(double light_time, ImageView<std::uint8_t> frame) const;
+
+  /// All that is drawn from now on, test patterns and marks as well, is shown with this projector's share of the light, its
+  /// black lifted as the map has it; what is drawn over frames (ProjectionOptions::over) comes after it. Null: as it is
+  /// drawn. Black frames stay black. Throws std::invalid_argument for one of another size.
+  void set_blend(std::shared_ptr<const surface::FrameBlend> blend);
 
   void set_picture(TestPattern picture);
   TestPattern picture() const;

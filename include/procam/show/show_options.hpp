@@ -68,6 +68,16 @@ struct TrackInput {
   int marker_light = -1;  ///< grey value of the light on the markers, 0..255; -1: the content's
 };
 
+/// The blend with other projectors of the rig, where they light the same surfaces (docs/live.md, surface/blend.hpp).
+struct BlendSettings {
+  /// Names in the rig, or "all". In a group none: the hosts announce their projectors; or "off".
+  std::vector<std::string> projectors;
+  std::map<std::string, double> black;       ///< of each projector over its white; 0 where it is missing
+  std::map<std::string, double> brightness;  ///< light of its white, with `compensate`; 1 where it is missing
+  double compensate = 0;   ///< brightness is evened out; bright places keep at least this share; 0: it is not
+  bool one_level = false;  ///< with `compensate`: all surfaces come to one brightness
+};
+
 struct ShowOptions {
   std::string projector;  ///< its name in the rig; may be empty when the rig has one
 
@@ -104,6 +114,8 @@ struct ShowOptions {
   std::optional<PeopleInput> people;
   std::optional<WatchInput> watch;
   std::optional<TrackInput> track;
+  /// Without it a show blends in a group alone.
+  std::optional<BlendSettings> blend;
 
   /// ros2:[NAMESPACE]: CameraInfo and frames in the ROS 2 graph (dds/projector_publisher.hpp).
   std::string publish;

@@ -27,6 +27,9 @@
 /// registration, 1999, whose feathering by the distance to the nearest border has creases, and knows no
 /// shadows.)
 #include <map>
+#include <optional>
+#include <string>
+#include <vector>
 
 #include "procam/core/base/export.hpp"
 #include "procam/core/lens/projector.hpp"
@@ -56,6 +59,9 @@ struct BlendOptions {
   /// Reflectance as captured, over the content's area of surfaces by name: one channel, linear, to a common
   /// factor. Needs `compensate`.
   std::map<std::string, ViewF> reflectance;
+  /// The map of this projector alone (its place among the projectors), for less time; those of the others stay empty.
+  std::optional<std::size_t> only = {};
+  int threads = 0;  ///< 0: as many as the machine has
 };
 
 /// Of each of the projector's pixels, one channel each; where no surface is, nor beside the pixel: 0, 1, 0.
@@ -66,6 +72,8 @@ struct BlendMap {
 struct Blend {
   std::vector<BlendMap> maps;  ///< in the order of the projectors
   Diagnostics diagnostics;     ///< "no_place" for pixel surfaces, "stays_dark" where min_gain held E_0 up
+  /// Of each projector with a map: those whose light reaches a place that it lights as well.
+  std::vector<std::vector<std::size_t>> neighbours = {};
 };
 
 /// What each projector of a group shows, and its maps, in one order.
@@ -76,12 +84,38 @@ struct BlendedSets {
 };
 
 /// Throws std::invalid_argument for options out of range: brightness > 0, 0 <= black < 1, 0 < min_gain <=
-/// 1, reflectance pictures with one channel and numbers of 0 or more.
+/// 1, reflectance pictures with one channel and numbers of 0 or more, `only` one of the projectors.
 PROCAM_EXPORT Blend blend_maps(const std::vector<BlendInput>& projectors, const BlendOptions& options = {});
 
 /// Frame values (RGB, sRGB) as they were drawn -> as they must be shown: decoded, gain and lift, encoded for
 /// a projector that makes light of values as value^gamma; 0: as sRGB.
 PROCAM_EXPORT void apply_blend(const BlendMap& map, ImageView<std::uint8_t> frame, double gamma = 0);
+
+/// A map made ready for frame after frame: tables of values, and the pixels that it changes.
+class PROCAM_EXPORT FrameBlend {
+ public:
+  /// Throws std::invalid_argument as apply_blend() does.
+  explicit FrameBlend(const BlendMap& map, double gamma = 0);
+
+  ImageSize size() const { return size_; }
+  /// Of all pixels, those that it changes.
+  double changed_share() const;
+  /// apply_blend() of that map on the rows [first, last) of a frame, bit for bit. Throws std::invalid_argument for a frame
+  /// of another size or without 3 channels, and for rows that it does not have.
+  void apply(ImageView<std::uint8_t> frame, int first, int last) const;
+
+ private:
+  struct Run {
+    int x = 0, count = 0;
+    std::size_t at = 0;  ///< of its gains and lifts
+  };
+  ImageSize size_;
+  std::vector<Run> runs_;
+  std::vector<std::size_t> first_run_;  ///< of each row, and the end
+  std::vector<float> gain_, lift_;
+  std::vector<float> light_;         ///< of a value
+  std::vector<std::uint8_t> value_;  ///< of the root of light, in equal steps
+};
 
 /// The same for a frame of light, 0..1, which stays light.
 PROCAM_EXPORT void apply_blend(const BlendMap& map, ImageView<float> frame);

@@ -9,8 +9,8 @@
 namespace procam::report {
 namespace {
 
-constexpr int kWidth = 720, kHeight = 600, kStationsLegend = 52;
-const cv::Vec3b kBackground(30, 34, 44);
+constexpr int kStationsWidth = 720, kStationsHeight = 600, kStationsLegend = 52;
+const cv::Vec3b kStationsBackground(30, 34, 44);
 
 /// An eye behind the first station's camera that sees all points, looking the same way from a little above.
 struct Eye {
@@ -41,8 +41,8 @@ Eye eye_for(const scan::MergedStations& merged) {
   if (u.empty()) return eye;
   const double u0 = quantile(u, 0.002), u1 = quantile(u, 0.998), v0 = quantile(v, 0.002),
                v1 = quantile(v, 0.998);
-  eye.focal = 0.92 * std::min(kWidth / std::max(1e-6, u1 - u0), kHeight / std::max(1e-6, v1 - v0));
-  eye.middle = Vec2(0.5 * kWidth - eye.focal * 0.5 * (u0 + u1), 0.5 * kHeight - eye.focal * 0.5 * (v0 + v1));
+  eye.focal = 0.92 * std::min(kStationsWidth / std::max(1e-6, u1 - u0), kStationsHeight / std::max(1e-6, v1 - v0));
+  eye.middle = Vec2(0.5 * kStationsWidth - eye.focal * 0.5 * (u0 + u1), 0.5 * kStationsHeight - eye.focal * 0.5 * (v0 + v1));
   return eye;
 }
 
@@ -56,15 +56,15 @@ cv::Vec3b tinted(std::size_t station, double light) {
 /// Draws each point as 2 x 2 pixels, the nearest in front.
 template <typename Colour>
 cv::Mat splatted(const scan::MergedStations& merged, const Eye& eye, const Colour& colour) {
-  cv::Mat picture(kHeight, kWidth, CV_8UC3, cv::Scalar(kBackground));
-  cv::Mat depth(kHeight, kWidth, CV_64F, cv::Scalar(std::numeric_limits<double>::infinity()));
+  cv::Mat picture(kStationsHeight, kStationsWidth, CV_8UC3, cv::Scalar(kStationsBackground));
+  cv::Mat depth(kStationsHeight, kStationsWidth, CV_64F, cv::Scalar(std::numeric_limits<double>::infinity()));
   for (std::size_t i = 0; i < merged.cloud.points.size(); ++i) {
     const Vec3 q = eye.eye_from_world * merged.cloud.points[i];
     if (!(q.z() > 0.05)) continue;
     const int x = int(std::floor(eye.middle.x() + eye.focal * q.x() / q.z())),
               y = int(std::floor(eye.middle.y() + eye.focal * q.y() / q.z()));
-    for (int j = std::max(0, y); j <= std::min(kHeight - 1, y + 1); ++j)
-      for (int k = std::max(0, x); k <= std::min(kWidth - 1, x + 1); ++k)
+    for (int j = std::max(0, y); j <= std::min(kStationsHeight - 1, y + 1); ++j)
+      for (int k = std::max(0, x); k <= std::min(kStationsWidth - 1, x + 1); ++k)
         if (q.z() < depth.at<double>(j, k)) {
           depth.at<double>(j, k) = q.z();
           picture.at<cv::Vec3b>(j, k) = colour(i);
@@ -87,14 +87,14 @@ cv::Vec3b viridis(double level) {
 void draw_stations_legend(cv::Mat& canvas, double largest) {
   const cv::Scalar ink(40, 40, 40);
   const auto write = [&](const std::string& text, int x) {
-    cv::putText(canvas, text, {x, kHeight + 33}, cv::FONT_HERSHEY_DUPLEX, 0.7, ink, 1, cv::LINE_AA);
+    cv::putText(canvas, text, {x, kStationsHeight + 33}, cv::FONT_HERSHEY_DUPLEX, 0.7, ink, 1, cv::LINE_AA);
   };
   write("merged surface, a colour for each station", 12);
-  write("standard deviation   0", kWidth + 12);
+  write("standard deviation   0", kStationsWidth + 12);
   for (int x = 0; x < 160; ++x)
     for (int y = 0; y < 16; ++y)
-      canvas.at<cv::Vec3b>(kHeight + 18 + y, kWidth + 300 + x) = viridis(x / 160.0);
-  write(format("%.2g mm", 1e3 * largest), kWidth + 474);
+      canvas.at<cv::Vec3b>(kStationsHeight + 18 + y, kStationsWidth + 300 + x) = viridis(x / 160.0);
+  write(format("%.2g mm", 1e3 * largest), kStationsWidth + 474);
 }
 
 }  // namespace
@@ -109,9 +109,9 @@ ImageU8 stations_picture(const scan::MergedStations& merged) {
   });
   const cv::Mat sigma =
       splatted(merged, eye, [&](std::size_t i) { return viridis(merged.cloud.sigma[i] / largest); });
-  cv::Mat canvas(kHeight + kStationsLegend, 2 * kWidth, CV_8UC3, cv::Scalar(248, 248, 248));
-  surface.copyTo(canvas(cv::Rect(0, 0, kWidth, kHeight)));
-  sigma.copyTo(canvas(cv::Rect(kWidth, 0, kWidth, kHeight)));
+  cv::Mat canvas(kStationsHeight + kStationsLegend, 2 * kStationsWidth, CV_8UC3, cv::Scalar(248, 248, 248));
+  surface.copyTo(canvas(cv::Rect(0, 0, kStationsWidth, kStationsHeight)));
+  sigma.copyTo(canvas(cv::Rect(kStationsWidth, 0, kStationsWidth, kStationsHeight)));
   draw_stations_legend(canvas, largest);
   ImageU8 out(canvas.cols, canvas.rows, 3);
   for (int y = 0; y < canvas.rows; ++y)

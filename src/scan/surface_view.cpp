@@ -11,6 +11,7 @@ namespace procam::scan {
 namespace {
 
 constexpr int kPlaneReach = 8;           // pixels: planes are fitted to 17 x 17
+constexpr int kPointReach = 2;           // and their points to 5 x 5 of these
 constexpr double kMinMeasured = 0.6;     // of these
 constexpr double kMaxResidual = 0.5e-3;  // metres, and three standard deviations
 constexpr int kSums = 10;
@@ -53,8 +54,10 @@ class RaySums {
   std::vector<Sums> sums_;
 };
 
-/// n with n . (a, b, 1) = w by least squares over the window, about the ray (a0, b0); nullopt where it is no plane.
-std::optional<Vec3> fit_plane(const RaySums::Sums& s, double a0, double b0, double max_residual) {
+/// n with n . (a, b, 1) = w about the ray (a0, b0): its slopes by least squares over the window `s`, its distance over the smaller
+/// window `inner`, so that curved surfaces are not drawn inwards. nullopt where it is no plane.
+std::optional<Vec3> fit_plane(const RaySums::Sums& s, const RaySums::Sums& inner, double a0, double b0,
+                              double max_residual) {
   const double n = s[0], a = s[1] - n * a0, b = s[2] - n * b0;
   const double aa = s[3] - 2 * a0 * s[1] + n * a0 * a0, bb = s[5] - 2 * b0 * s[2] + n * b0 * b0,
                ab = s[4] - a0 * s[2] - b0 * s[1] + n * a0 * b0;
@@ -66,7 +69,10 @@ std::optional<Vec3> fit_plane(const RaySums::Sums& s, double a0, double b0, doub
   if (!t.allFinite() || !(w > 1e-3)) return std::nullopt;
   const double residual = std::sqrt(std::max(squares, 0.0) / n) / (w * w);
   if (residual > max_residual) return std::nullopt;
-  return Vec3(t.x(), t.y(), t.z() - t.x() * a0 - t.y() * b0);
+  const double at_ray =
+      (inner[6] - t.x() * (inner[1] - inner[0] * a0) - t.y() * (inner[2] - inner[0] * b0)) / inner[0];
+  if (!(at_ray > 1e-3)) return std::nullopt;
+  return Vec3(t.x(), t.y(), at_ray - t.x() * a0 - t.y() * b0);
 }
 
 }  // namespace
@@ -84,10 +90,13 @@ SurfaceView::SurfaceView(const Scan& scan, int threads)
       const int left = std::max(0, x - kPlaneReach), right = std::min(width - 1, x + kPlaneReach);
       const int top = std::max(0, y - kPlaneReach), bottom = std::min(height - 1, y + kPlaneReach);
       const RaySums::Sums window = sums.window(left, top, right, bottom);
+      const RaySums::Sums inner =
+          sums.window(std::max(0, x - kPointReach), std::max(0, y - kPointReach),
+                      std::min(width - 1, x + kPointReach), std::min(height - 1, y + kPointReach));
       constexpr int kWhole = (2 * kPlaneReach + 1) * (2 * kPlaneReach + 1);
       if (window[0] < kMinMeasured * kWhole) continue;
       const std::optional<Vec3> plane =
-          fit_plane(window, double(rays_.at(x, y, 0)), double(rays_.at(x, y, 1)),
+          fit_plane(window, inner, double(rays_.at(x, y, 0)), double(rays_.at(x, y, 1)),
                     3 * double(scan.sigma.at(x, y)) + kMaxResidual);
       if (!plane) continue;
       for (int c = 0; c < 3; ++c) planes_.at(x, y, c) = float((*plane)[c]);

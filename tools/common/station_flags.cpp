@@ -76,7 +76,7 @@ void declare_stations(CLI::App& app, StationFlags& flags) {
   app.add_option(
       "--save-poses", flags.save_poses,
       "Of several --captures: also write the pose of each station, for poses.json as poses_1.json, poses_2.json ...");
-  app.callback([&app, &flags] {
+  app.callback([&flags] {
     if (flags.keep_poses && flags.poses.empty())
       throw CLI::RequiredError("--keep-poses needs --station-pose");
   });

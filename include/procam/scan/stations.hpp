@@ -14,7 +14,8 @@
 ///
 ///   sum rho(r^2 / v) + sum e_s^T C_s^-1 e_s + c^T c,   v = variance of both points, e_s = log(T_s T_s,known^-1),
 ///
-/// with Geman and McClure's rho. Points and normals are those of planes fitted to 17 x 17 pixels. The correspondences are found
+/// with Geman and McClure's rho. Normals are those of planes fitted to 17 x 17 pixels, points are means
+/// over 5 x 5 along them. The correspondences are found
 /// anew in each step (point-to-plane ICP: Chen and Medioni, IVC 10(3), 1992; projective correspondences: Blais and Levine,
 /// PAMI 17(8), 1995; normals of both sides: Rusinkiewicz, SIGGRAPH 2019; all pairs in one solve: Pulli, 3DIM 1999).
 ///

@@ -20,6 +20,9 @@ constexpr double kCube = 0.1;      // metres: rows within share errors
 constexpr double kMinGate = 5e-3;  // metres
 constexpr double kSigmaOfMedian = 1.4826;
 constexpr int kMaxSteps = 60;
+/// Variances are at least so many times those of independent points: what systematic errors of decoding and of the lens model, locked to
+/// the image, do to poses and to c. With 1, the poses of simulated captures were 2 to 3 stated standard deviations off.
+constexpr double kMinDesign = 10;
 constexpr double kSmallStep = 5e-6;  // radians and metres
 constexpr double kLargeStep = 2e-4;
 
@@ -232,6 +235,7 @@ JointSolution solve_jointly(const JointProblem& problem, JointState state, doubl
   approach(problem, gate, state);
   JointSolution out;
   const bool with_modes = problem.modes > 0;
+  double cubes = 1;
   // First with rows taken as independent, then with the variances that their cubes show.
   for (int round = 0; round < 2; ++round) {
     double step = 0;
@@ -246,10 +250,14 @@ JointSolution solve_jointly(const JointProblem& problem, JointState state, doubl
       throw Error(ErrorKind::kNotConverged, "stations",
                   "their poses do not settle: the last step was " + mm(step, 1),
                   "let the stations see more of the same surfaces, or give their poses");
-    if (round == 0) out.weights.design *= design_effect(problem, out.equations);
+    if (round == 0) {
+      cubes = design_effect(problem, out.equations);
+      out.weights.design = std::max(cubes, kMinDesign);
+    }
   }
   out.rows = joint_rows(problem, state, kMinGate, with_modes);
   out.equations = joint_equations(problem, state, out.rows, out.weights);
+  out.equations.clustered *= out.weights.design / cubes;
   out.state = state;
   return out;
 }

@@ -55,15 +55,6 @@ Room alcove() {
   return room;
 }
 
-/// Two walls, parallel to the line of sight, that the light meets far from their ends.
-Room corridor() {
-  Room room;
-  room.bodies = {
-      {"left", Rectangle{Vec2(-20, -9), Vec2(20, 9)}, turned(Vec3(0, -kPi / 2, 0), Vec3(-0.35, 0, 0)), 0.7},
-      {"right", Rectangle{Vec2(-20, -9), Vec2(20, 9)}, turned(Vec3(0, kPi / 2, 0), Vec3(0.3, 0, 0)), 0.6}};
-  return room;
-}
-
 Room corner() {
   Room room;
   const double left = -0.7;  // the walls' turns about y: 90 degrees apart
@@ -91,8 +82,8 @@ Room steps() {
 }  // namespace
 
 const std::vector<std::string>& scan_scenes() {
-  static const std::vector<std::string> names = {"sphere", "cylinder", "corner",   "relief", "steps",
-                                                 "alcove", "wall",     "corridor", "ball"};
+  static const std::vector<std::string> names = {"sphere", "cylinder", "corner", "relief",
+                                                 "steps",  "alcove",   "wall",   "ball"};
   return names;
 }
 
@@ -114,8 +105,6 @@ Room scan_scene(const std::string& name) {
     room = alcove();
   } else if (name == "wall") {
     room.bodies = {far_wall()};
-  } else if (name == "corridor") {
-    room = corridor();
   } else if (name == "ball") {
     room.bodies = {{"ball", Sphere{0.4}, turned(Vec3::Zero(), Vec3(0.02, -0.03, 1.8)), 0.75}};
   } else {

@@ -103,7 +103,7 @@ TEST(Stations, AreRegisteredByTheirSurfacesAlone) {
     const PoseWithCovariance& pose = at.stations[std::size_t(s)].pose;
     const double far =
         (pose.pose.translation - (true_station(0).inverse() * true_station(s)).translation).norm();
-    EXPECT_LT(far, 2e-3);
+    EXPECT_LT(far, 3e-3);
     EXPECT_LT(error.head<3>().norm(), 0.1 * kDegree);
     for (int i = 0; i < 6; ++i)
       EXPECT_LT(std::abs(error[i]), 4 * std::sqrt(pose.covariance(i, i)))
@@ -146,7 +146,7 @@ TEST(Stations, WarnsOfAKnownPoseThatTheSurfacesContradict) {
   SeenStations seen = see(alcove(), truth, truth, 2, random);
   know_poses(1e-3, 0.05 * kDegree, random, seen.stations);
   Vec6 bump = Vec6::Zero();
-  bump[3] = 0.03;
+  bump[3] = bump[5] = 0.015;
   seen.stations[1].world_from_rig->pose = se3_exp(bump) * seen.stations[1].world_from_rig->pose;
   EXPECT_NE(register_stations(seen.stations).diagnostics.find("poses_disagree"), nullptr);
   RegistrationOptions keep;
@@ -341,7 +341,7 @@ TEST(StationsMonteCarlo, StatesTheErrorsThatManySeedsHave) {
       1e3 * rms(merged_rms), 1e3 * rms(expected), 1e3 * rms(single_rms), inside, least_inside);
   EXPECT_GT(share(3), 0.95);
   EXPECT_GT(share(1), 0.55);
-  EXPECT_LT(share(1), 0.85) << "states too much";
+  EXPECT_GT(rms(in_sigmas), 0.5) << "states too much";
   EXPECT_GT(inside, 0.95);
   EXPECT_LT(rms(merged_rms), rms(single_rms));
 }

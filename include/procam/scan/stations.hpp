@@ -22,6 +22,7 @@
 /// Covariance: H^-1 (M + P) H^-1 with H the information, P that of the known poses and of the rig, and M the sum over cubes of
 /// 0.1 m of g g^T, where g is a cube's gradient: neighbouring pixels share errors (cluster-robust covariance: Liang and Zeger,
 /// Biometrika 73(1), 1986).
+/// Variances of points are at least ten times those of independent points, because decoding and lens models have systematic errors.
 ///
 /// Observability: a station may slide where its surfaces move along themselves (one plane, a corridor, a ball). With the
 /// information of normals n_s, n_t of independent errors, J_s^T J_t, whose noise averages out, the RMS motion along the normals for a unit

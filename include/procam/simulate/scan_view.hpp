@@ -7,7 +7,7 @@
 ///   relief     a wavy wall: 30 mm high waves of 0.5 and 0.7 m length
 ///   steps      boards of 20 to 120 mm before a wall
 ///   alcove     two walls, a floor, a ball of 0.15 m, and a relief: for several stations
-///   wall, corridor, ball   one plane, two parallel ones, a ball alone: a station may slide along them unseen
+///   wall, ball one plane, a ball alone: a station may slide along them unseen
 ///
 /// At 1 to 2 m from the camera, in the frame of the level's rig; albedos differ. Light and sensor are those of the
 /// level (level_conditions()) as far as a room has them (room_view.hpp): gamma, vignetting, noise, blur and defocus;

@@ -3,16 +3,13 @@
 
 #include "common/cli.hpp"
 #include "common/light_flags.hpp"
+#include "common/scan_files.hpp"
+#include "common/station_flags.hpp"
 #include "procam/io/files.hpp"
 #include "procam/io/image/depth_file.hpp"
-#include "procam/io/image/images.hpp"
 #include "procam/io/image/pfm.hpp"
-#include "procam/io/mesh/mesh_writer.hpp"
 #include "procam/io/rig_file.hpp"
-#include "procam/io/surface_file.hpp"
-#include "procam/io/text.hpp"
 #include "procam/report/scan.hpp"
-#include "procam/scan/scan_mesh.hpp"
 #include "procam/session/light.hpp"
 
 namespace procam::tools {
@@ -21,24 +18,27 @@ namespace {
 namespace fs = std::filesystem;
 
 struct Flags {
-  std::string captures, view, rig, output, points, depth, preview, truth;
+  std::vector<std::string> captures, truth;
+  std::string view, rig, output, points, depth, preview;
   session::OpenOptions open;
   scan::ScanOptions scan;
-  scan::MeshOptions mesh;
+  StationFlags stations;  ///< with the options of meshes
 };
 
 void declare(CLI::App& app, Flags& flags) {
   app.add_option(
          "--captures", flags.captures,
          "Folder with a sub-folder of numbered frames, as capture-session and simulate-captures write it; no board "
-         "is needed")
-      ->required();
+         "is needed. Given several times: stations of the moved rig in one room, which are merged")
+      ->required()
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
   app.add_option("--rig", flags.rig, "rig.json of the camera and projector, as calibrate-projector writes it")
       ->required();
   app.add_option("--view", flags.view, "Name of the sub-folder, where there are several");
   declare_light(app, flags.open);
   add_parsed(
-      app, "--deviation", [&](const std::string& text) { flags.mesh.max_deviation = io::parse_length(text); },
+      app, "--deviation",
+      [&](const std::string& text) { flags.stations.merge.mesh.max_deviation = io::parse_length(text); },
       "Largest deviation of the mesh from the points (default 0.5mm, and never below their noise)");
   add_parsed(
       app, "--nearest", [&](const std::string& text) { flags.scan.nearest = io::parse_length(text); },
@@ -62,24 +62,27 @@ void declare(CLI::App& app, Flags& flags) {
   app.add_option(
       "--truth", flags.truth,
       "True depths of a simulation, truth_depth.pfm or the view's folder of simulate-captures (of several cameras): "
-      "report the distance to them");
+      "report the distance to them. Of several stations the folder of each, in their order");
+  declare_stations(app, flags.stations);
 }
 
 void require_writable(const Flags& flags) {
   if (!flags.depth.empty() && fs::path(flags.depth).extension() != ".pfm")
     throw Error(ErrorKind::kInput, "--save-depth " + flags.depth, "depths are written as .pfm alone",
                 "name it e.g. depth.pfm");
-  for (const std::string& path : {flags.output, flags.points, flags.depth, flags.preview})
+  for (const std::string& path :
+       {flags.output, flags.points, flags.depth, flags.preview, flags.stations.save_poses})
     if (!path.empty()) io::require_writable(path);
 }
 
 /// Of the view that `camera` captured: the file itself, or the one of this camera in the folder.
 fs::path truth_of(const Flags& flags, const session::SessionPlan& plan, const std::string& camera) {
   const bool has_one_camera = plan.cameras.size() == 1;
-  if (fs::is_directory(flags.truth))
-    return fs::path(flags.truth) / (has_one_camera ? "truth_depth.pfm" : "truth_depth_" + camera + ".pfm");
-  if (has_one_camera) return flags.truth;
-  throw Error(ErrorKind::kInput, "--truth " + flags.truth, "the session has several cameras",
+  const std::string& truth = flags.truth.front();
+  if (fs::is_directory(truth))
+    return fs::path(truth) / (has_one_camera ? "truth_depth.pfm" : "truth_depth_" + camera + ".pfm");
+  if (has_one_camera) return truth;
+  throw Error(ErrorKind::kInput, "--truth " + truth, "the session has several cameras",
               "give the view's folder, with truth_depth_CAMERA.pfm of each");
 }
 
@@ -92,96 +95,76 @@ std::optional<scan::ScanError> true_error(const fs::path& file, const scan::Scan
   return scan::compare(scan, *metres);
 }
 
-/// "scan", or with several cameras or projectors "scan_CAMERA_PROJECTOR".
-std::string name_of(const session::CapturedLight& seen, std::size_t count) {
-  std::string name = "scan";
-  if (count > 1)
-    for (const std::string& device : {seen.camera, seen.projector})
-      name += device.empty() ? "" : "_" + device;
-  return name;
-}
-
-/// FILE.EXT, of several scans FILE_SCAN.EXT.
-std::string file_of(const std::string& path, const std::string& scan, std::size_t count) {
-  if (count == 1) return path;
-  const fs::path file(path);
-  return (file.parent_path() / (file.stem().string() + "_" + scan + file.extension().string())).string();
-}
-
-SurfaceSet save_meshes(const Flags& flags, const std::vector<report::ScannedSurface>& surfaces,
-                       std::vector<std::string>& files) {
-  SurfaceSet set;
-  for (const report::ScannedSurface& surface : surfaces) {
-    MeshSurface geometry;
-    geometry.frame = "rig";
-    geometry.file = fs::path(flags.output).stem().string() + "_" + surface.name + ".ply";
-    geometry.mesh = std::make_shared<const Mesh>(surface.mesh);
-    const fs::path path = fs::path(flags.output).parent_path() / geometry.file;
-    io::save_mesh(path, surface.mesh);
-    files.push_back(path.string());
-    Surface definition;
-    definition.name = surface.name;
-    definition.geometry = geometry;
-    set.surfaces.push_back(definition);
-  }
-  io::save_surfaces(flags.output, set);
-  files.push_back(flags.output);
-  return set;
-}
-
-void append(const PointCloud& more, PointCloud& all) {
-  all.points.insert(all.points.end(), more.points.begin(), more.points.end());
-  all.normals.insert(all.normals.end(), more.normals.begin(), more.normals.end());
-  all.sigma.insert(all.sigma.end(), more.sigma.begin(), more.sigma.end());
-}
-
-void save_others(const Flags& flags, const std::vector<report::ScannedSurface>& surfaces,
-                 std::vector<std::string>& files) {
-  if (!flags.points.empty()) {
-    PointCloud all;
-    for (const report::ScannedSurface& surface : surfaces) append(scan::point_cloud(surface.scan), all);
-    io::save_points(flags.points, all);
-    files.push_back(flags.points);
-  }
-  for (const report::ScannedSurface& surface : surfaces) {
-    if (!flags.depth.empty()) {
-      files.push_back(file_of(flags.depth, surface.name, surfaces.size()));
-      io::save_pfm(files.back(), surface.scan.depth);
-    }
-    if (!flags.preview.empty()) {
-      files.push_back(file_of(flags.preview, surface.name, surfaces.size()));
-      io::save_image(files.back(), report::scan_picture(surface.scan));
-    }
-  }
-}
-
-ExitCode scan_surfaces(const Flags& flags, Console& console) {
-  const Rig rig = io::load_rig(flags.rig);
-  const session::SessionPlan plan = session::open(flags.captures, flags.open);
-  require_writable(flags);
+/// The scans of one folder.
+std::vector<report::ScannedSurface> scans_of(const Flags& flags, const std::string& captures, const Rig& rig,
+                                             Diagnostics& remarks, Console& console) {
+  const session::SessionPlan plan = session::open(captures, flags.open);
+  const bool is_alone = flags.captures.size() == 1;
   std::vector<report::ScannedSurface> surfaces;
-  Diagnostics remarks;
   const std::vector<session::CapturedLight> lights = session::read_light(plan, flags.view);
   for (const session::CapturedLight& seen : lights) {
-    console.progress("scans", int(surfaces.size()), int(lights.size()));
+    console.progress("scans of " + captures, int(surfaces.size()), int(lights.size()));
     report::ScannedSurface surface;
-    surface.name = name_of(seen, lights.size());
+    surface.name = scan_name(seen.camera, seen.projector, lights.size());
     surface.scan = scan::measure_depth(seen.light, rig, seen.camera, seen.projector, flags.scan);
-    surface.mesh = scan::mesh_of(surface.scan, flags.mesh);
-    if (!flags.truth.empty()) surface.error = true_error(truth_of(flags, plan, seen.camera), surface.scan);
+    if (is_alone) surface.mesh = scan::mesh_of(surface.scan, flags.stations.merge.mesh);
+    if (is_alone && !flags.truth.empty())
+      surface.error = true_error(truth_of(flags, plan, seen.camera), surface.scan);
     remarks.append(seen.light.diagnostics);
     remarks.append(surface.scan.diagnostics);
     surfaces.push_back(std::move(surface));
   }
-  std::vector<std::string> files;
-  save_meshes(flags, surfaces, files);
-  save_others(flags, surfaces, files);
+  return surfaces;
+}
+
+void scan_one(const Flags& flags, const Rig& rig, Diagnostics& remarks, std::vector<std::string>& files,
+              Console& console) {
+  const std::vector<report::ScannedSurface> surfaces =
+      scans_of(flags, flags.captures.front(), rig, remarks, console);
+  std::vector<NamedMesh> meshes;
+  for (const report::ScannedSurface& surface : surfaces) meshes.push_back({surface.name, &surface.mesh});
+  save_scan_meshes(flags.output, meshes, "rig", files);
+  save_scan_files({flags.points, flags.depth, flags.preview}, surfaces, files);
   console.say(report::lines(surfaces));
   console.summary().merge(report::to_json(surfaces));
+}
+
+void scan_stations(const Flags& flags, const Rig& rig, Diagnostics& remarks, std::vector<std::string>& files,
+                   Console& console) {
+  const std::vector<PoseWithCovariance> poses = known_poses(flags.stations, rig, flags.captures.size());
+  std::vector<scan::Station> stations;
+  std::vector<TrueStation> truth;
+  for (std::size_t s = 0; s < flags.captures.size(); ++s) {
+    scan::Station station;
+    station.name = std::to_string(s + 1);
+    for (report::ScannedSurface& surface : scans_of(flags, flags.captures[s], rig, remarks, console))
+      station.scans.push_back(std::move(surface.scan));
+    if (!poses.empty()) station.world_from_rig = poses[s];
+    stations.push_back(std::move(station));
+    if (s < flags.truth.size()) truth.push_back(load_true_station(flags.truth[s], flags.view));
+  }
+  const report::StationsReport merged =
+      console.reporting(remarks, [&] { return merged_stations(flags.stations, stations, std::move(truth)); });
+  save_scan_meshes(flags.output, {{"scan", &merged.merged.mesh}}, poses.empty() ? "rig" : "world", files);
+  for (const std::string& file : save_station_files(flags.stations, flags.points, flags.preview, merged))
+    files.push_back(file);
+  console.say(report::lines(merged));
+  console.summary().merge(report::to_json(merged));
+  remarks.append(merged.registration.diagnostics);
+  remarks.append(merged.merged.diagnostics);
+}
+
+ExitCode scan_surfaces(const Flags& flags, Console& console) {
+  const Rig rig = io::load_rig(flags.rig);
+  require_writable(flags);
+  require_stations(flags.stations, flags.captures.size(), flags.truth.size(), !flags.depth.empty());
+  std::vector<std::string> files;
+  Diagnostics remarks;
+  (flags.captures.size() == 1 ? scan_one : scan_stations)(flags, rig, remarks, files, console);
   console.summary().set("/files", files);
   console.report(remarks);
   for (const std::string& file : files) console.say("wrote " + file);
-  return ExitCode::kOk;
+  return exit_code(remarks);
 }
 
 }  // namespace

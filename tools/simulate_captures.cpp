@@ -59,10 +59,16 @@ void declare(CLI::App& app, Flags& flags) {
       ->check(CLI::Range(0.5, 2.0));
   app.add_option(
       "--room", options.room,
-      "instead of boards one view of a room, sphere | cylinder | corner | relief | steps, by the same rig: try "
+      "instead of boards one view of a room, sphere | cylinder | corner | relief | steps | alcove | wall | ball, by the same rig: try "
       "scan-surfaces on it; the true depths are in view_00/truth_depth.pfm. With --views N the cameras are "
       "moved between the "
       "views: try calibrate-room");
+  app.add_option(
+         "--station", options.station,
+         "Of --room: where the rig stands, 0, 1, 2 ...; its pose is in truth_station.json: try scan-surfaces with "
+         "several --captures")
+      ->check(CLI::Range(0, 100))
+      ->capture_default_str();
   app.add_flag("--force", options.replace, "Replace an earlier simulated session");
 }
 

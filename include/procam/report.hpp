@@ -9,4 +9,5 @@
 #include "procam/report/room.hpp"
 #include "procam/report/room_calibration.hpp"
 #include "procam/report/scan.hpp"
+#include "procam/report/stations.hpp"
 #include "procam/report/verify.hpp"

@@ -1,5 +1,7 @@
 #pragma once
 /// Every public header of procam::scan.
+#include "procam/scan/merge.hpp"
 #include "procam/scan/scan.hpp"
 #include "procam/scan/scan_error.hpp"
 #include "procam/scan/scan_mesh.hpp"
+#include "procam/scan/stations.hpp"

@@ -28,6 +28,16 @@ void bind_measure(py::module_& m) {
       .field("out_of_range", &scan::ScanCounts::out_of_range, "")
       .field("isolated", &scan::ScanCounts::isolated, "");
 
+  Record<scan::RigModes> rig_modes(m, "RigModes",
+                                   "How the points of a scan move with the rig, to first order.");
+  rig_modes.fields_init()
+      .field("names", &scan::RigModes::names, "of the rig's parameters, the rows of root")
+      .field("root", &scan::RigModes::root, "root root^T is the rig's covariance")
+      .field("columns", &scan::RigModes::columns, "cells")
+      .field("rows", &scan::RigModes::rows, "cells")
+      .field("nodes", &scan::RigModes::nodes, "by cell: depth, then 4 numbers for each column of root");
+  rig_modes.type.def("count", &scan::RigModes::count, "Columns of root.");
+
   Record<scan::Scan> scan(m, "Scan", "What one camera measured by one projector's light.");
   scan.fields_init()
       .field("camera", &scan::Scan::camera, "")
@@ -36,6 +46,7 @@ void bind_measure(py::module_& m) {
       .field("sigma", &scan::Scan::sigma, "float32 (h, w): of the depth, by the light's noise, metres")
       .field("rig_sigma", &scan::Scan::rig_sigma,
              "float32 (h, w): of the depth, by the rig's covariance, metres")
+      .field("rig_modes", &scan::Scan::rig_modes, "the same for each parameter of the rig")
       .field("counts", &scan::Scan::counts, "")
       .field("consistency", &scan::Scan::consistency, "1 when rig and light agree")
       .field("consistency_px", &scan::Scan::consistency_px, "RMS of the disagreement, projector pixels")
@@ -94,8 +105,101 @@ void bind_error(py::module_& m) {
       .field("inside_3_sigma", &scan::ScanError::inside_3_sigma, "")
       .field("outliers", &scan::ScanError::outliers, "");
 
-  function(m, "compare", &scan::compare, "Depths against the true ones, float32 (h, w), metres.",
-           py::arg("scan"), py::arg("true_depth"));
+  Record<scan::TrueView> true_view(m, "TrueView", "Depths that a camera would measure without error.");
+  true_view.fields_init()
+      .field("camera", &scan::TrueView::camera, "")
+      .field("world_from_camera", &scan::TrueView::world_from_camera, "")
+      .field("depth", &scan::TrueView::depth, "float32 (h, w), metres; 0: unknown");
+
+  function(m, "compare", py::overload_cast<const scan::Scan&, ViewF>(&scan::compare),
+           "Depths against the true ones, float32 (h, w), metres.", py::arg("scan"), py::arg("true_depth"));
+  function(m, "compare",
+           py::overload_cast<const PointCloud&, const std::vector<scan::TrueView>&>(&scan::compare),
+           "Points in the world against the true surfaces, along their normals.", py::arg("cloud"),
+           py::arg("truth"));
+}
+
+void bind_stations(py::module_& m) {
+  Record<scan::Station> station(m, "Station", "The scans of one rig at one position.");
+  station.fields_init()
+      .field("name", &scan::Station::name, "")
+      .field("scans", &scan::Station::scans, "")
+      .field("world_from_rig", &scan::Station::world_from_rig, "where the rig is known to be, or None");
+
+  Record<scan::RegistrationOptions> options(m, "RegistrationOptions", "");
+  options.fields_init()
+      .field("refine", &scan::RegistrationOptions::refine, "False: the known poses are kept")
+      .field("max_turn", &scan::RegistrationOptions::max_turn, "radians, without known poses")
+      .field("max_move", &scan::RegistrationOptions::max_move, "metres, without known poses")
+      .field("min_overlap", &scan::RegistrationOptions::min_overlap, "share of the points")
+      .field("min_normal_motion", &scan::RegistrationOptions::min_normal_motion,
+             "motion along the normals for a unit motion, below which a direction is unobservable")
+      .field("max_position_sigma", &scan::RegistrationOptions::max_position_sigma, "metres")
+      .field("max_angle_sigma", &scan::RegistrationOptions::max_angle_sigma, "radians")
+      .field("max_points", &scan::RegistrationOptions::max_points, "of each pair of stations")
+      .field("threads", &scan::RegistrationOptions::threads, "0: as many as the machine has");
+
+  Record<scan::RegisteredStation> registered(m, "RegisteredStation", "");
+  registered.fields_init()
+      .field("name", &scan::RegisteredStation::name, "")
+      .field("pose", &scan::RegisteredStation::pose, "world_from_rig")
+      .field("unobservable", &scan::RegisteredStation::unobservable,
+             "directions that only the known pose fixes");
+
+  Record<scan::StationPair> pair(m, "StationPair", "Two stations that see surfaces in common.");
+  pair.fields_init()
+      .field("first", &scan::StationPair::first, "")
+      .field("second", &scan::StationPair::second, "")
+      .field("points", &scan::StationPair::points, "common points in the solve")
+      .field("overlap", &scan::StationPair::overlap, "share of the points")
+      .field("rms", &scan::StationPair::rms, "of the residuals, metres");
+
+  Record<scan::Registration> registration(m, "Registration", "");
+  registration.fields_init()
+      .field("stations", &scan::Registration::stations, "")
+      .field("pairs", &scan::Registration::pairs, "")
+      .field("rig_error", &scan::Registration::rig_error, "c of RigModes")
+      .field("covariance", &scan::Registration::covariance, "of all poses (6 each), then of c")
+      .field("noise_factor", &scan::Registration::noise_factor, "")
+      .field("has_known_poses", &scan::Registration::has_known_poses, "")
+      .field("diagnostics", &scan::Registration::diagnostics, "");
+
+  function(m, "register_stations", &scan::register_stations,
+           "The poses of all stations by the surfaces that they see in common. Throws\n"
+           "Error(kNotEnoughData), Error(kDegenerate), Error(kNotConverged).",
+           py::arg("stations"), py::arg_v("options", scan::RegistrationOptions{}, "RegistrationOptions()"));
+}
+
+void bind_merge(py::module_& m) {
+  Record<scan::MergeOptions> options(m, "MergeOptions", "");
+  options.fields_init()
+      .field("mesh", &scan::MergeOptions::mesh, "")
+      .field("max_sigmas", &scan::MergeOptions::max_sigmas,
+             "points of one surface: standard deviations apart")
+      .field("max_distance", &scan::MergeOptions::max_distance, "or metres apart")
+      .field("threads", &scan::MergeOptions::threads, "0: as many as the machine has");
+
+  Record<scan::FusedScan> fused(m, "FusedScan", "One scan of one station, in the world.");
+  fused.fields_init()
+      .field("station", &scan::FusedScan::station, "")
+      .field("scan", &scan::FusedScan::scan, "all measured pixels, fused")
+      .field("kept", &scan::FusedScan::kept, "of the surfaces that no other station sees better");
+
+  Record<scan::MergedStations> merged(m, "MergedStations", "");
+  merged.fields_init()
+      .field("scans", &scan::MergedStations::scans, "")
+      .field("cloud", &scan::MergedStations::cloud, "sigma is along the normal")
+      .field("cloud_station", &scan::MergedStations::cloud_station, "of each point")
+      .field("mesh", &scan::MergedStations::mesh, "")
+      .field("fused_share", &scan::MergedStations::fused_share, "")
+      .field("gap_before", &scan::MergedStations::gap_before, "metres")
+      .field("gap_expected", &scan::MergedStations::gap_expected, "metres")
+      .field("contradictions", &scan::MergedStations::contradictions, "pixels")
+      .field("diagnostics", &scan::MergedStations::diagnostics, "");
+
+  function(m, "merge_stations", &scan::merge_stations, "One cloud and one mesh of all stations.",
+           py::arg("stations"), py::arg("registration"),
+           py::arg_v("options", scan::MergeOptions{}, "MergeOptions()"));
 }
 
 }  // namespace
@@ -104,6 +208,8 @@ void bind_scan(py::module_& m) {
   bind_measure(m);
   bind_mesh(m);
   bind_error(m);
+  bind_stations(m);
+  bind_merge(m);
 }
 
 }  // namespace procam::python

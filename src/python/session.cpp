@@ -302,6 +302,7 @@ void bind_simulated(py::module_& m) {
              "also captures of this projected board on the bare wall")
       .field("bump", &session::SimulationOptions::bump, "rotation of the projector before `check`, radians")
       .field("room", &session::SimulationOptions::room, "a room to scan instead of boards")
+      .field("station", &session::SimulationOptions::station, "where the rig stands in the room")
       .field("replace", &session::SimulationOptions::replace, "remove an earlier simulated session");
 
   Record<session::SimulatedFolder> simulated_folder(m, "SimulatedFolder", "The folder as it was written.");

@@ -396,6 +396,8 @@ void bind_fleet(py::module_& m) {
 }
 
 void bind_scan_view(py::module_& m) {
+  function(m, "room_from_rig", &simulate::room_from_rig,
+           "Where the whole rig stands at a station of a room to scan.", py::arg("station"));
   function(m, "scan_scenes", &simulate::scan_scenes, "The names of the rooms to scan.");
   function(m, "scan_scene", &simulate::scan_scene,
            "In the frame of the rig's camera. Throws Error(kUnsupported) with the names there are.",

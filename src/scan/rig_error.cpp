@@ -1,6 +1,8 @@
 #include "rig_error.hpp"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <cmath>
 #include <optional>
 #include <vector>
 
@@ -9,7 +11,7 @@
 namespace procam::scan {
 namespace {
 
-constexpr int kCell = 16;  // pixels a side
+constexpr int kCell = 16;  // pixels a side, as cell_columns() has it
 
 /// A camera and a projector that their parameters may be changed of.
 struct Devices {
@@ -18,10 +20,16 @@ struct Devices {
 
   /// Where the projector shows the point at depth z on the ray of a camera pixel.
   std::optional<Vec2> project(const Vec2& camera_pixel, double z) const {
+    const std::optional<Vec3> seen = point(camera_pixel, z);
+    if (!seen) return std::nullopt;
+    return projector.projector.project(projector.rig_from_projector.inverse() * *seen);
+  }
+
+  /// The point at depth z on that ray, in the rig's frame.
+  std::optional<Vec3> point(const Vec2& camera_pixel, double z) const {
     const std::optional<Vec3> bearing = camera.camera.unproject(camera_pixel);
     if (!bearing || !(bearing->z() > 1e-6)) return std::nullopt;
-    const Vec3 point = camera.rig_from_camera * Vec3(*bearing * (z / bearing->z()));
-    return projector.projector.project(projector.rig_from_projector.inverse() * point);
+    return camera.rig_from_camera * Vec3(*bearing * (z / bearing->z()));
   }
 };
 
@@ -29,7 +37,7 @@ struct Devices {
 struct Parameter {
   enum class Of { kCamera, kCameraPose, kProjector, kProjectorPose } of = Of::kCamera;
   Eigen::Index index = 0;
-  double sigma = 0;
+  Eigen::Index row = 0;  ///< of the rig's covariance
 
   Devices moved(const Devices& devices, double by) const {
     Devices out = devices;
@@ -55,118 +63,205 @@ struct Parameter {
 struct Changed {
   Devices up, down;
   double step = 0;
+  Eigen::Index row = 0;
 };
+
+/// A matrix S with S S^T = C, without the directions in which nothing varies.
+MatX root_of(const MatX& covariance) {
+  const VecX sigma = covariance.diagonal().cwiseMax(0.0).cwiseSqrt();
+  const VecX inverse = sigma.unaryExpr([](double s) { return s > 0 ? 1 / s : 0.0; });
+  const MatX correlation = inverse.asDiagonal() * covariance * inverse.asDiagonal();
+  const Eigen::SelfAdjointEigenSolver<MatX> eigen(correlation);
+  const Eigen::Index all = covariance.rows();
+  Eigen::Index first = 0;  // the values ascend
+  while (first < all && !(eigen.eigenvalues()[first] > 1e-10)) ++first;
+  return sigma.asDiagonal() * eigen.eigenvectors().rightCols(all - first) *
+         eigen.eigenvalues().tail(all - first).cwiseSqrt().asDiagonal();
+}
+
+std::vector<Parameter> named_parameters(const RigCamera& camera, const std::string& of_projector,
+                                        const Camera* projector, const NamedCovariance& covariance) {
+  std::vector<Parameter> parameters;
+  const auto take = [&](Parameter::Of of, const std::vector<std::string>& all, const std::string& prefix) {
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      const auto row = covariance.index_of(prefix + all[i]);
+      if (row && covariance.matrix(*row, *row) > 0) parameters.push_back({of, Eigen::Index(i), *row});
+    }
+  };
+  take(Parameter::Of::kCamera, parameter_names(camera.camera), camera.name + ".");
+  take(Parameter::Of::kCameraPose, pose_increment_names("rig_from_" + camera.name), "");
+  if (projector == nullptr) return parameters;
+  take(Parameter::Of::kProjector, parameter_names(*projector), of_projector + ".");
+  take(Parameter::Of::kProjectorPose, pose_increment_names("rig_from_" + of_projector), "");
+  return parameters;
+}
 
 class RigError {
  public:
   RigError(const Rig& rig, const RigCamera& camera, const RigProjector& projector)
       : devices_{camera, projector} {
-    std::vector<std::string> names;
-    const auto take = [&](Parameter::Of of, const std::vector<std::string>& all, const std::string& prefix) {
-      for (std::size_t i = 0; i < all.size(); ++i) {
-        const std::string name = prefix + all[i];
-        const double sigma = rig.covariance.sigma(name);
-        if (!(sigma > 0)) continue;
-        names.push_back(name);
-        const Parameter parameter{of, Eigen::Index(i), sigma};
-        const double step = 0.1 * sigma;
-        changed_.push_back({parameter.moved(devices_, step), parameter.moved(devices_, -step), step});
-      }
-    };
-    take(Parameter::Of::kCamera, parameter_names(camera.camera), camera.name + ".");
-    take(Parameter::Of::kCameraPose, pose_increment_names("rig_from_" + camera.name), "");
-    take(Parameter::Of::kProjector, parameter_names(projector.projector.inverse_camera),
-         projector.name + ".");
-    take(Parameter::Of::kProjectorPose, pose_increment_names("rig_from_" + projector.name), "");
-    covariance_ = rig.covariance.block(names);
+    for (const Parameter& parameter :
+         named_parameters(camera, projector.name, &projector.projector.inverse_camera, rig.covariance)) {
+      const double step = 0.1 * std::sqrt(rig.covariance.matrix(parameter.row, parameter.row));
+      changed_.push_back(
+          {parameter.moved(devices_, step), parameter.moved(devices_, -step), step, parameter.row});
+    }
+    if (!changed_.empty()) root_ = root_of(rig.covariance.matrix);
   }
 
   bool empty() const { return changed_.empty(); }
+  const MatX& root() const { return root_; }
 
-  /// 0 where a device does not see the point under some change.
-  double sigma(const Vec2& pixel, double z, const Vec2& light_sigma) const {
+  /// Of the point (3 rows, in the rig's frame) and of the depth by each element of c; empty where a device does not see the point
+  /// under some change.
+  MatX modes(const Vec2& pixel, double z, const Vec2& light_sigma) const {
     const double dz = 1e-4 * z;
     const std::optional<Vec2> nearer = devices_.project(pixel, z - dz),
                               farther = devices_.project(pixel, z + dz);
-    if (!nearer || !farther) return 0;
+    if (!nearer || !farther) return {};
     const Vec2 weight = light_sigma.cwiseAbs2().cwiseInverse();
     const Vec2 by_depth = (*farther - *nearer) / (2 * dz);
     const double information = weight.dot(by_depth.cwiseAbs2());
-    if (!(information > 0)) return 0;
-    VecX gradient(Eigen::Index(changed_.size()));
-    for (std::size_t i = 0; i < changed_.size(); ++i) {
-      const std::optional<Vec2> up = changed_[i].up.project(pixel, z),
-                                down = changed_[i].down.project(pixel, z);
-      if (!up || !down) return 0;
-      const Vec2 by_parameter = (*up - *down) / (2 * changed_[i].step);
-      gradient[Eigen::Index(i)] = -weight.cwiseProduct(by_depth).dot(by_parameter) / information;
+    if (!(information > 0)) return {};
+    MatX gradient = MatX::Zero(4, root_.rows());
+    for (const Changed& changed : changed_) {
+      const std::optional<Vec2> up = changed.up.project(pixel, z), down = changed.down.project(pixel, z);
+      if (!up || !down) return {};
+      const Vec2 by_parameter = (*up - *down) / (2 * changed.step);
+      const double depth = -weight.cwiseProduct(by_depth).dot(by_parameter) / information;
+      const std::optional<Vec3> high = changed.up.point(pixel, z + depth * changed.step),
+                                low = changed.down.point(pixel, z - depth * changed.step);
+      if (!high || !low) return {};
+      gradient.col(changed.row) << (*high - *low) / (2 * changed.step), depth;
     }
-    return std::sqrt(std::max(0.0, gradient.dot(covariance_ * gradient)));
+    return gradient * root_;
   }
 
  private:
   Devices devices_;
   std::vector<Changed> changed_;
-  MatX covariance_;
+  MatX root_;
 };
 
-struct Node {
-  double depth = 0, sigma = 0;  ///< 0: none in this cell
-};
+/// The weights of the cells around a pixel, for a point at depth z. Cells on another surface count little.
+template <typename Visit>
+double each_node(const RigModes& modes, const Vec2& pixel, double z, const Visit& visit) {
+  const std::size_t stride = 1 + 4 * std::size_t(modes.count());
+  const double fx = (pixel.x() + 0.5) / kCell - 0.5, fy = (pixel.y() + 0.5) / kCell - 0.5;
+  const int column = int(std::floor(fx)), row = int(std::floor(fy));
+  double weights = 0;
+  for (int j = std::max(0, row); j <= std::min(modes.rows - 1, row + 1); ++j)
+    for (int i = std::max(0, column); i <= std::min(modes.columns - 1, column + 1); ++i) {
+      const float* node =
+          &modes.nodes[(std::size_t(j) * std::size_t(modes.columns) + std::size_t(i)) * stride];
+      if (!(node[0] > 0)) continue;
+      const double depth = double(node[0]), step = (z - depth) / (0.05 * z);
+      const double weight =
+          (1.01 - std::abs(fx - i)) * (1.01 - std::abs(fy - j)) / (1 + step * step * step * step);
+      visit(node, weight, (z / depth) * (z / depth));
+      weights += weight;
+    }
+  return weights;
+}
+
+void set_nodes(const LightMap& light, const RigError& error, int threads, Scan& scan) {
+  RigModes& modes = scan.rig_modes;
+  const std::size_t stride = 1 + 4 * std::size_t(modes.count());
+  modes.columns = cell_columns(scan.depth.width());
+  modes.rows = cell_rows(scan.depth.height());
+  modes.nodes.assign(std::size_t(modes.columns) * std::size_t(modes.rows) * stride, 0.0f);
+  parallel_each(modes.rows, threads, [&](int row) {
+    for (int column = 0; column < modes.columns; ++column) {
+      const Eigen::Vector2i at = pixel_of_cell(scan.depth, column, row);
+      if (at.x() < 0) continue;
+      const double z = double(scan.depth.at(at.x(), at.y()));
+      const Vec2 sigma(light.sigma.at(at.x(), at.y(), 0), light.sigma.at(at.x(), at.y(), 1));
+      const MatX of_point = error.modes(at.cast<double>(), z, sigma);
+      if (of_point.size() == 0) continue;
+      float* node =
+          &modes.nodes[(std::size_t(row) * std::size_t(modes.columns) + std::size_t(column)) * stride];
+      node[0] = float(z);
+      for (Eigen::Index i = 0; i < of_point.size(); ++i) node[1 + i] = float(of_point.data()[i]);
+    }
+  });
+}
 
 }  // namespace
 
-ImageF rig_sigma(const Scan& scan, const LightMap& light, const Rig& rig, const RigProjector& projector,
-                 int threads) {
-  const ImageSize size = scan.depth.size();
-  ImageF out(size);
-  const RigError error(rig, scan.camera, projector);
-  if (error.empty()) return out;
-  const int columns = (size.width + kCell - 1) / kCell, rows = (size.height + kCell - 1) / kCell;
-  std::vector<Node> nodes(std::size_t(columns) * std::size_t(rows));
-  const auto node_at = [&](int column, int row) -> Node& {
-    return nodes[std::size_t(row) * std::size_t(columns) + std::size_t(column)];
-  };
-  parallel_each(rows, threads, [&](int row) {
-    for (int column = 0; column < columns; ++column) {
-      // The measured pixel nearest to the cell's middle.
-      int best = kCell * kCell, at_x = -1, at_y = -1;
-      for (int y = row * kCell; y < std::min(size.height, (row + 1) * kCell); ++y)
-        for (int x = column * kCell; x < std::min(size.width, (column + 1) * kCell); ++x) {
-          const int dx = x - column * kCell - kCell / 2, dy = y - row * kCell - kCell / 2;
-          if (scan.depth.at(x, y) > 0 && dx * dx + dy * dy < best)
-            best = dx * dx + dy * dy, at_x = x, at_y = y;
-        }
-      if (at_x < 0) continue;
-      const double z = scan.depth.at(at_x, at_y);
-      const Vec2 sigma(light.sigma.at(at_x, at_y, 0), light.sigma.at(at_x, at_y, 1));
-      node_at(column, row) = {z, error.sigma(Vec2(at_x, at_y), z, sigma)};
+Eigen::Vector2i pixel_of_cell(const ImageF& depth, int column, int row) {
+  Eigen::Vector2i found(-1, -1);
+  int best = kCell * kCell;
+  for (int y = row * kCell; y < std::min(depth.height(), (row + 1) * kCell); ++y)
+    for (int x = column * kCell; x < std::min(depth.width(), (column + 1) * kCell); ++x) {
+      const int dx = x - column * kCell - kCell / 2, dy = y - row * kCell - kCell / 2;
+      if (depth.at(x, y) > 0 && dx * dx + dy * dy < best) {
+        best = dx * dx + dy * dy;
+        found = {x, y};
+      }
     }
+  return found;
+}
+
+bool rig_modes_at(const RigModes& modes, const Vec2& pixel, double z, MatX& errors) {
+  errors.setZero(4, modes.count());
+  const double weights = each_node(modes, pixel, z, [&](const float* node, double weight, double growth) {
+    for (Eigen::Index i = 0; i < errors.size(); ++i)
+      errors.data()[i] += weight * growth * double(node[1 + i]);
   });
-  parallel_each(size.height, threads, [&](int y) {
-    const double fy = (double(y) + 0.5) / kCell - 0.5;
-    const int row = int(std::floor(fy));
-    for (int x = 0; x < size.width; ++x) {
-      const double z = scan.depth.at(x, y);
+  if (!(weights > 0)) return false;
+  errors /= weights;
+  return true;
+}
+
+ImageF carried(const ImageF& depth, const std::vector<float>& cells, int threads) {
+  RigModes values;
+  values.root = MatX(0, 1);
+  values.columns = cell_columns(depth.width());
+  values.rows = cell_rows(depth.height());
+  for (std::size_t at = 0; at + 1 < cells.size(); at += 2)
+    values.nodes.insert(values.nodes.end(), {cells[at], cells[at + 1], 0.0f, 0.0f, 0.0f});
+  ImageF out(depth.size());
+  parallel_each(depth.height(), threads, [&](int y) {
+    for (int x = 0; x < depth.width(); ++x) {
+      const double z = double(depth.at(x, y));
       if (!(z > 0)) continue;
-      const double fx = (double(x) + 0.5) / kCell - 0.5;
-      const int column = int(std::floor(fx));
-      double sum = 0, weights = 0;
-      for (int j = std::max(0, row); j <= std::min(rows - 1, row + 1); ++j)
-        for (int i = std::max(0, column); i <= std::min(columns - 1, column + 1); ++i) {
-          const Node& node = node_at(i, j);
-          if (!(node.sigma > 0)) continue;
-          // Nodes on another surface count little.
-          const double step = (z - node.depth) / (0.05 * z);
-          const double weight =
-              (1.01 - std::abs(fx - i)) * (1.01 - std::abs(fy - j)) / (1 + step * step * step * step);
-          sum += weight * node.sigma * (z / node.depth) * (z / node.depth);
-          weights += weight;
-        }
+      double sum = 0;
+      const double weights = each_node(
+          values, Vec2(x, y), z,
+          [&](const float* node, double weight, double growth) { sum += weight * growth * double(node[1]); });
       if (weights > 0) out.at(x, y) = float(sum / weights);
     }
   });
   return out;
+}
+
+RigCamera without_error(const RigCamera& camera, const RigModes& modes, const VecX& c) {
+  NamedCovariance named{modes.names, modes.root * modes.root.transpose()};
+  const VecX error = modes.root * c;
+  Devices devices{camera, {}};
+  for (const Parameter& parameter : named_parameters(camera, "", nullptr, named))
+    devices = parameter.moved(devices, -error[parameter.row]);
+  return devices.camera;
+}
+
+void set_rig_error(const LightMap& light, const Rig& rig, const RigProjector& projector, int threads,
+                   Scan& scan) {
+  scan.rig_sigma = ImageF(scan.depth.size());
+  scan.rig_modes = {};
+  const RigError error(rig, scan.camera, projector);
+  if (error.empty()) return;
+  scan.rig_modes.names = rig.covariance.names;
+  scan.rig_modes.root = error.root();
+  set_nodes(light, error, threads, scan);
+  const std::size_t count = std::size_t(scan.rig_modes.count()), stride = 1 + 4 * count;
+  std::vector<float> cells;
+  for (std::size_t at = 0; at < scan.rig_modes.nodes.size(); at += stride) {
+    const float* node = &scan.rig_modes.nodes[at];
+    double squares = 0;
+    for (std::size_t k = 0; k < count; ++k) squares += double(node[4 + 4 * k]) * double(node[4 + 4 * k]);
+    cells.insert(cells.end(), {node[0], float(std::sqrt(squares))});
+  }
+  scan.rig_sigma = carried(scan.depth, cells, threads);
 }
 
 }  // namespace procam::scan

@@ -323,7 +323,7 @@ Scan measure_depth(const LightMap& light, const Rig& rig, const std::string& cam
   reject_isolated(options.min_patch, scan);
   finish(scan);
   if (scan.counts.measured == 0) refuse_empty(scan);
-  scan.rig_sigma = rig_sigma(scan, light, rig, lighting, options.threads);
+  set_rig_error(light, rig, lighting, options.threads, scan);
   remark(rig, scan);
   return scan;
 }

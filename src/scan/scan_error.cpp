@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <optional>
 #include <vector>
 
 #include "procam/core/base/stats.hpp"
@@ -44,16 +46,62 @@ double along_normal(ViewF truth, const ImageF& rays, int x, int y) {
   return std::abs(along_x->cross(*along_y).normalized().dot(ray));
 }
 
+/// Distances of points from the true surfaces.
+struct ErrorSums {
+  std::vector<double> distances;
+  double squares = 0, expected = 0, noise = 0;
+  int inside = 0, outliers = 0;
+
+  ScanError error() const {
+    if (distances.empty())
+      throw Error(ErrorKind::kNotEnoughData, "scan", "no measured pixel has a true depth",
+                  "give the true depths of this view");
+    ScanError out;
+    out.compared = int(distances.size());
+    const double count = double(distances.size()), kept = std::max(1.0, count - outliers);
+    out.rms = std::sqrt(squares / kept);
+    out.expected_rms = std::sqrt(expected / kept);
+    out.noise_rms = std::sqrt(noise / kept);
+    out.median = procam::median(distances);
+    out.inside_3_sigma = inside / count;
+    out.outliers = outliers / count;
+    return out;
+  }
+};
+
+/// Distance of a point from the surface of a view, along the surface's normal; nullopt where the view does not see it.
+std::optional<double> distance_from(const TrueView& truth, const ImageF& rays, const Vec3& point_in_world) {
+  const Vec3 point = truth.world_from_camera.inverse() * point_in_world;
+  if (!(point.z() > 1e-3)) return std::nullopt;
+  const std::optional<Vec2> pixel = truth.camera.project(point);
+  if (!pixel || !truth.camera.size.contains(*pixel)) return std::nullopt;
+  const int x = std::clamp(int(std::lround(pixel->x())), 0, truth.depth.width() - 1),
+            y = std::clamp(int(std::lround(pixel->y())), 0, truth.depth.height() - 1);
+  const double here = double(truth.depth.at(x, y));
+  if (!(here > 0)) return std::nullopt;
+  // The true depth at the point itself, by the inverse depths of the pixels beside it.
+  double inverse = 1 / here;
+  for (const bool along_x : {true, false}) {
+    const int dx = along_x, dy = !along_x;
+    if (x - dx < 0 || y - dy < 0 || x + dx >= truth.depth.width() || y + dy >= truth.depth.height()) continue;
+    const double before = double(truth.depth.at(x - dx, y - dy)),
+                 after = double(truth.depth.at(x + dx, y + dy));
+    if (!(before > 0 && after > 0) || std::abs(before - here) > kStep * here ||
+        std::abs(after - here) > kStep * here)
+      continue;
+    inverse += (along_x ? pixel->x() - x : pixel->y() - y) * 0.5 * (1 / after - 1 / before);
+  }
+  const double off = depth_error(point.z() + here - 1 / inverse, truth.depth.view(), x, y);
+  return std::abs(off) * along_normal(truth.depth.view(), rays, x, y);
+}
+
 }  // namespace
 
 ScanError compare(const Scan& scan, ViewF true_depth) {
   require(true_depth.size() == scan.depth.size() && true_depth.channels == 1,
           "compare: the true depths have another size than the scan");
   const ImageF rays = pixel_rays(scan.camera.camera);
-  ScanError error;
-  std::vector<double> distances;
-  double squares = 0, expected = 0, noise = 0;
-  int inside = 0, outliers = 0;
+  ErrorSums sums;
   for (int y = 0; y < scan.depth.height(); ++y)
     for (int x = 0; x < scan.depth.width(); ++x) {
       if (!scan.measured(x, y) || !(true_depth.at(x, y) > 0)) continue;
@@ -61,27 +109,44 @@ ScanError compare(const Scan& scan, ViewF true_depth) {
       const double sigma = scan.total_sigma(x, y), cosine = along_normal(true_depth, rays, x, y);
       const double distance = off * cosine;
       if (off > 0.01 && off > 10 * sigma) {
-        ++outliers;
+        ++sums.outliers;
       } else {
-        squares += distance * distance;
-        expected += sigma * sigma * cosine * cosine;
-        noise += double(scan.sigma.at(x, y)) * double(scan.sigma.at(x, y)) * cosine * cosine;
+        sums.squares += distance * distance;
+        sums.expected += sigma * sigma * cosine * cosine;
+        sums.noise += double(scan.sigma.at(x, y)) * double(scan.sigma.at(x, y)) * cosine * cosine;
       }
-      distances.push_back(distance);
-      inside += off <= 3 * sigma;
+      sums.distances.push_back(distance);
+      sums.inside += off <= 3 * sigma;
     }
-  error.compared = int(distances.size());
-  if (distances.empty())
-    throw Error(ErrorKind::kNotEnoughData, "scan", "no measured pixel has a true depth",
-                "give the true depths of this view");
-  const double count = double(distances.size()), kept = std::max(1.0, count - outliers);
-  error.rms = std::sqrt(squares / kept);
-  error.expected_rms = std::sqrt(expected / kept);
-  error.noise_rms = std::sqrt(noise / kept);
-  error.median = median(distances);
-  error.inside_3_sigma = inside / count;
-  error.outliers = outliers / count;
-  return error;
+  return sums.error();
+}
+
+ScanError compare(const PointCloud& cloud, const std::vector<TrueView>& truth) {
+  require(cloud.sigma.size() == cloud.points.size(), "compare: a cloud without standard deviations");
+  std::vector<ImageF> rays;
+  for (const TrueView& view : truth) {
+    require(view.depth.size() == view.camera.size && view.depth.channels() == 1,
+            "compare: the true depths have another size than their camera");
+    rays.push_back(pixel_rays(view.camera));
+  }
+  ErrorSums sums;
+  for (std::size_t i = 0; i < cloud.points.size(); ++i) {
+    double nearest = std::numeric_limits<double>::infinity();
+    for (std::size_t k = 0; k < truth.size(); ++k)
+      if (const std::optional<double> distance = distance_from(truth[k], rays[k], cloud.points[i]))
+        nearest = std::min(nearest, *distance);
+    if (!std::isfinite(nearest)) continue;
+    const double sigma = cloud.sigma[i];
+    if (nearest > 0.01 && nearest > 10 * sigma) {
+      ++sums.outliers;
+    } else {
+      sums.squares += nearest * nearest;
+      sums.expected += sigma * sigma;
+    }
+    sums.distances.push_back(nearest);
+    sums.inside += nearest <= 3 * sigma;
+  }
+  return sums.error();
 }
 
 }  // namespace procam::scan

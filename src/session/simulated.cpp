@@ -236,8 +236,14 @@ struct RoomPairFiles {
 /// What one camera records of one projector in a room, and the truth beside the view's folders.
 void write_room_pair(const simulate::CaptureOptions& capture, const simulate::Room& room,
                      const RigCamera& camera, const RigProjector& projector,
-                     const std::vector<ImageU8>& frames, const RoomPairFiles& files) {
-  const simulate::RoomView seen = simulate::scan_view(capture, room, camera, projector, frames);
+                     const std::vector<ImageU8>& frames, const RoomPairFiles& files,
+                     const Pose& room_from_rig) {
+  RigCamera camera_in_room = camera;
+  RigProjector projector_in_room = projector;
+  camera_in_room.rig_from_camera = room_from_rig * camera.rig_from_camera;
+  projector_in_room.rig_from_projector = room_from_rig * projector.rig_from_projector;
+  const simulate::RoomView seen =
+      simulate::scan_view(capture, room, camera_in_room, projector_in_room, frames);
   make_folder(files.stack);
   for (std::size_t frame = 0; frame < seen.captures.size(); ++frame)
     io::save_image(files.stack / numbered("frame", frame, ".png"), seen.captures[frame]);
@@ -248,6 +254,7 @@ void write_room_pair(const simulate::CaptureOptions& capture, const simulate::Ro
 /// Views of a room. Between them the cameras are moved.
 SimulatedFolder write_room(const fs::path& place, const SimulationOptions& options,
                            const SessionPattern& pattern, const ReadingProgress& progress) {
+  require(options.station >= 0, "write_simulated_session: a negative station");
   if (options.markers || options.board || !options.check.empty() || changes_rig(options))
     throw Error(ErrorKind::kUnsupported, "--room", "a room is simulated without boards and changes",
                 "leave out --board, --marker-view, --check-board, --bump and --zoom");
@@ -256,6 +263,9 @@ SimulatedFolder write_room(const fs::path& place, const SimulationOptions& optio
   const simulate::Room room = simulate::scan_scene(options.room);
   const std::vector<ImageU8> frames = pattern.frames();
   const int views = std::max(1, options.views);
+  const Pose room_from_rig = simulate::room_from_rig(options.station);
+  constexpr std::uint64_t kOtherStation = 104729;  // noise of its own
+  capture.seed += kOtherStation * std::uint64_t(options.station);
   NewFolder folder(place, options.replace);
   for (int view = 0; view < views; ++view) {
     const std::string name = numbered("view", std::size_t(view));
@@ -271,7 +281,8 @@ SimulatedFolder write_room(const fs::path& place, const SimulationOptions& optio
         const std::string of_camera = rig.cameras.size() == 1 ? "" : "_" + camera.name;
         write_room_pair(capture, room, camera, projector, frames,
                         {stack, view_folder / ("truth_depth" + of_camera + ".pfm"),
-                         view_folder / ("truth_" + camera.name + ".json")});
+                         view_folder / ("truth_" + camera.name + ".json")},
+                        room_from_rig);
         ++capture.seed;  // noise of its own
       }
   }
@@ -284,8 +295,10 @@ SimulatedFolder write_room(const fs::path& place, const SimulationOptions& optio
     for (const RigProjector& projector : rig.projectors)
       session.projectors[projector.name] = projector.projector.size();
   io::save_session(folder.path(), session);
+  io::save_pose(folder.path() / "truth_station.json", {"world", "rig", PoseWithCovariance{room_from_rig}});
   Rig truth = rig;
   truth.provenance.options["room"] = options.room;
+  if (options.station > 0) truth.provenance.options["station"] = std::to_string(options.station);
   save_truth(truth, options, pattern.text(), folder.path());
   folder.finish();
   return {views, pattern.frame_count(), pattern.text(), {}, size};

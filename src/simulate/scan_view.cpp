@@ -15,24 +15,44 @@ Body far_wall() {
   return {"wall", Rectangle{Vec2(-4, -4), Vec2(4, 4)}, turned(Vec3(0.05, -0.2, 0.02), Vec3(0.1, 0, 2)), 0.7};
 }
 
-/// Waves over 2.4 x 2 m, a vertex every 20 mm; normals are interpolated between them.
-Body wavy_wall() {
-  constexpr int kColumns = 121, kRows = 101;
+/// Waves over a rectangle about the origin, a vertex every 20 mm; normals are interpolated between them.
+std::shared_ptr<Mesh> waves(int columns, int rows) {
   auto mesh = std::make_shared<Mesh>();
-  for (int j = 0; j < kRows; ++j)
-    for (int i = 0; i < kColumns; ++i) {
-      const double x = 0.02 * i - 1.2, y = 0.02 * j - 1.0;
+  for (int j = 0; j < rows; ++j)
+    for (int i = 0; i < columns; ++i) {
+      const double x = 0.02 * i - 0.01 * (columns - 1), y = 0.02 * j - 0.01 * (rows - 1);
       mesh->vertices.push_back(
           Vec3(x, y, 0.015 * (std::sin(2 * kPi * x / 0.5) + std::sin(2 * kPi * y / 0.7))));
-      mesh->uv.push_back(Vec2(double(i) / (kColumns - 1), double(j) / (kRows - 1)));
+      mesh->uv.push_back(Vec2(double(i) / (columns - 1), double(j) / (rows - 1)));
     }
-  for (int j = 0; j + 1 < kRows; ++j)
-    for (int i = 0; i + 1 < kColumns; ++i) {
-      const int a = j * kColumns + i, b = a + 1, c = a + kColumns, d = c + 1;
+  for (int j = 0; j + 1 < rows; ++j)
+    for (int i = 0; i + 1 < columns; ++i) {
+      const int a = j * columns + i, b = a + 1, c = a + columns, d = c + 1;
       mesh->triangles.push_back({a, b, d});
       mesh->triangles.push_back({a, d, c});
     }
-  return {"relief", TriangleMesh(mesh), turned(Vec3(0.1, -0.25, 0.03), Vec3(0.05, 0.02, 1.6)), 0.65};
+  return mesh;
+}
+
+Body wavy_wall() {
+  return {"relief", TriangleMesh(waves(121, 101)), turned(Vec3(0.1, -0.25, 0.03), Vec3(0.05, 0.02, 1.6)),
+          0.65};
+}
+
+/// Two walls and a floor, a ball, and a relief.
+Room alcove() {
+  Room room;
+  const double turn = -0.12;  // of both walls about the vertical
+  const Vec3 corner(0.55, 0.36, 2.0);
+  room.bodies = {
+      {"back", Rectangle{Vec2(-3, -3), Vec2(0, 0)}, turned(Vec3(0, turn, 0), corner), 0.7},
+      {"right", Rectangle{Vec2(0, -3), Vec2(3, 0)}, turned(Vec3(0, turn + kPi / 2, 0), corner), 0.55},
+      {"floor", Rectangle{Vec2(-3, -3), Vec2(0, 0)}, turned(Vec3(0, turn, 0), corner), 0.5},
+      {"ball", Sphere{0.15}, turned(Vec3::Zero(), Vec3(0.1, 0.12, 1.62)), 0.75},
+      {"relief", TriangleMesh(waves(31, 29)), turned(Vec3(0.08, 0.35, 0.05), Vec3(-0.5, -0.02, 1.8)), 0.65}};
+  room.bodies[2].room_from_body = room.bodies[2].room_from_body * turned(Vec3(-kPi / 2, 0, 0), Vec3::Zero());
+  room.bodies[2].shape = Rectangle{Vec2(-3, 0), Vec2(0, 3)};
+  return room;
 }
 
 Room corner() {
@@ -62,7 +82,8 @@ Room steps() {
 }  // namespace
 
 const std::vector<std::string>& scan_scenes() {
-  static const std::vector<std::string> names = {"sphere", "cylinder", "corner", "relief", "steps"};
+  static const std::vector<std::string> names = {"sphere", "cylinder", "corner", "relief",
+                                                 "steps",  "alcove",   "wall",   "ball"};
   return names;
 }
 
@@ -80,6 +101,12 @@ Room scan_scene(const std::string& name) {
     room.bodies = {wavy_wall()};
   } else if (name == "steps") {
     room = steps();
+  } else if (name == "alcove") {
+    room = alcove();
+  } else if (name == "wall") {
+    room.bodies = {far_wall()};
+  } else if (name == "ball") {
+    room.bodies = {{"ball", Sphere{0.4}, turned(Vec3::Zero(), Vec3(0.02, -0.03, 1.8)), 0.75}};
   } else {
     std::string known;
     for (const std::string& scene : scan_scenes()) known += (known.empty() ? "" : ", ") + scene;
@@ -112,6 +139,21 @@ RoomView scan_view(const CaptureOptions& capture, const Room& room, const RigCam
   options.seed = capture.seed;
   options.adaptive = true;
   return room_view(room, camera.camera, camera.rig_from_camera, {light}, options);
+}
+
+Pose room_from_rig(int station) {
+  require(station >= 0, "room_from_rig: a negative station");
+  if (station == 0) return {};
+  const Vec3 moves[] = {Vec3(-0.32, -0.06, 0.04), Vec3(0.36, 0.05, -0.12), Vec3(0.05, -0.2, -0.25),
+                        Vec3(-0.15, 0.12, 0.2)};
+  const Vec3 targets[] = {Vec3(-0.25, 0.03, 1.8), Vec3(0.22, -0.02, 1.8), Vec3(0.05, -0.08, 1.8),
+                          Vec3(-0.05, 0.1, 1.8)};
+  const std::size_t number = std::size_t((station - 1) % 4);
+  const Vec3 move = moves[number] * (1 + 0.2 * ((station - 1) / 4));
+  const Eigen::Quaterniond turn =
+      Eigen::Quaterniond::FromTwoVectors(Vec3::UnitZ(), Vec3(targets[number] - move).normalized());
+  const Eigen::Quaterniond roll = so3_exp(Vec3(0, 0, station % 2 == 1 ? 0.05 : -0.035));
+  return Pose(Eigen::Quaterniond(turn * roll), move);
 }
 
 Pose moved_camera(const Pose& rig_from_camera, int view) {

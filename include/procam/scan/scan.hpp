@@ -19,6 +19,7 @@
 /// order, sqrt(g C g^T) with C the rig's covariance and g = dz/d(parameters) for the same light.
 #include <cmath>
 #include <string>
+#include <vector>
 
 #include "procam/core/base/error.hpp"
 #include "procam/core/base/export.hpp"
@@ -47,6 +48,22 @@ struct ScanCounts {
   int isolated = 0;      ///< min_patch
 };
 
+/// How the points of a scan move with the rig, to first order. The rig's error is
+///
+///   theta_used - theta_true = root c,   c ~ N(0, I),   root root^T = the rig's covariance,
+///
+/// and the measured point of a pixel is the true one + A c, where A (3 rows, a column for each element of c) is stored for the
+/// middle of each cell of the image. The vector c is the same for all scans by one rig.
+struct RigModes {
+  std::vector<std::string> names;  ///< of the rig's parameters, the rows of root
+  MatX root;
+  int columns = 0, rows = 0;  ///< cells
+  /// By cell: depth (0: none), then for each element of c the point's error in the rig's frame (3) and the depth's (1), metres.
+  std::vector<float> nodes;
+
+  int count() const { return int(root.cols()); }
+};
+
 /// What one camera measured by one projector's light.
 struct Scan {
   RigCamera camera;
@@ -54,6 +71,7 @@ struct Scan {
   ImageF depth;           ///< z in the camera's frame, metres; 0: not measured
   ImageF sigma;           ///< of the depth, by the light's noise, metres; 0: not measured
   ImageF rig_sigma;       ///< of the depth, by the rig's covariance, metres; 0: none, or not measured
+  RigModes rig_modes;     ///< the same for each parameter of the rig
   ScanCounts counts;
   /// Median of |what is left of column and row| in standard deviations over that of noise alone, 0.674: 1 when the rig and the
   /// light agree.

@@ -1,6 +1,9 @@
 #pragma once
 /// How far a scan is off where the truth is known: of simulated rooms, and of surfaces measured otherwise.
+#include <vector>
+
 #include "procam/core/base/export.hpp"
+#include "procam/core/geometry/point_cloud.hpp"
 #include "procam/scan/scan.hpp"
 
 namespace procam::scan {
@@ -20,5 +23,17 @@ struct ScanError {
 /// side counts as true: where the border of a surface lies within a pixel is no error of its depth. Throws
 /// std::invalid_argument for another size, Error(kNotEnoughData) when no pixel has both depths.
 PROCAM_EXPORT ScanError compare(const Scan& scan, ViewF true_depth);
+
+/// Depths that a camera would measure without error.
+struct TrueView {
+  Camera camera;
+  Pose world_from_camera;
+  ImageF depth;  ///< metres, 0: unknown
+};
+
+/// Points in the world, whose sigma is along the normal, against the true surfaces that the views see. A point is compared with the
+/// view whose surface is nearest to it, along the true surface's normal; within two pixels of a step either side counts. Points that no
+/// view sees are not compared. Throws Error(kNotEnoughData) when there are no others, std::invalid_argument for a cloud without sigmas.
+PROCAM_EXPORT ScanError compare(const PointCloud& cloud, const std::vector<TrueView>& truth);
 
 }  // namespace procam::scan

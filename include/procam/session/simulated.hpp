@@ -9,6 +9,7 @@
 ///   session/view_00/truth_depth.pfm, truth_camera.json   with `room`: the camera's depths in metres, and its pose
 ///   in the rig;
 ///                                                        of several cameras truth_depth_NAME.pfm, truth_NAME.json
+///   session/truth_station.json                       with `room`: the pose of the rig, world_from_rig
 ///
 /// Equal options give equal folders. Several cameras or projectors have a folder each in a view
 /// (simulate/fleet.hpp).
@@ -41,6 +42,8 @@ struct SimulationOptions {
   /// A room of simulate/scan_view.hpp instead of boards. One view to scan, or `views` between which the cameras are
   /// moved and the projectors stand still (simulate::moved_camera).
   std::string room;
+  /// In a room: the whole rig stands at this station (simulate::room_from_rig), with noise of its own.
+  int station = 0;
   bool replace = false;  ///< remove an earlier simulated session
 };
 

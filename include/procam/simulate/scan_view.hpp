@@ -6,6 +6,8 @@
 ///   corner     two walls that meet at 90 degrees
 ///   relief     a wavy wall: 30 mm high waves of 0.5 and 0.7 m length
 ///   steps      boards of 20 to 120 mm before a wall
+///   alcove     two walls, a floor, a ball of 0.15 m, and a relief: for several stations
+///   wall, ball one plane, a ball alone: a station may slide along them unseen
 ///
 /// At 1 to 2 m from the camera, in the frame of the level's rig; albedos differ. Light and sensor are those of the
 /// level (level_conditions()) as far as a room has them (room_view.hpp): gamma, vignetting, noise, blur and defocus;
@@ -32,6 +34,10 @@ PROCAM_EXPORT RoomView scan_view(const SimulatedSession& session, const Room& ro
 /// The same by one camera and one projector of several.
 PROCAM_EXPORT RoomView scan_view(const CaptureOptions& capture, const Room& room, const RigCamera& camera,
                                  const RigProjector& projector, const std::vector<ImageU8>& frames);
+
+/// Where the whole rig stands at a station: 0 is where the room is described from, the others are 0.2 to 0.4 m away, look
+/// at neighbouring parts of the room, and are rolled by two to three degrees.
+PROCAM_EXPORT Pose room_from_rig(int station);
 
 /// Where somebody stands a camera for the views of calibrate-room: `view` 0 is where the rig has it, the others are
 /// half a metre to its sides, above and below, and look at the same part of the room.

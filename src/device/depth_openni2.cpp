@@ -9,7 +9,7 @@
 namespace procam::device::internal {
 namespace {
 
-constexpr int kWait_ms = 100;      ///< for a picture, before asking whether to end
+constexpr int kWait_ms = 100;            ///< for a picture, before asking whether to end
 constexpr double kSensorPatience_s = 5;  ///< without a picture: sensors that hang are opened anew
 constexpr const char* kLook = "check its cable and power, and that no other program uses it";
 

@@ -13,7 +13,7 @@
 namespace procam::device::internal {
 namespace {
 
-constexpr double kWait_s = 0.1;    ///< for an image, before asking whether to end
+constexpr double kWait_s = 0.1;         ///< for an image, before asking whether to end
 constexpr double kTopicPatience_s = 5;  ///< without an image or a publisher
 constexpr const char* kLog = "log:";
 

@@ -41,8 +41,10 @@ Eye eye_for(const scan::MergedStations& merged) {
   if (u.empty()) return eye;
   const double u0 = quantile(u, 0.002), u1 = quantile(u, 0.998), v0 = quantile(v, 0.002),
                v1 = quantile(v, 0.998);
-  eye.focal = 0.92 * std::min(kStationsWidth / std::max(1e-6, u1 - u0), kStationsHeight / std::max(1e-6, v1 - v0));
-  eye.middle = Vec2(0.5 * kStationsWidth - eye.focal * 0.5 * (u0 + u1), 0.5 * kStationsHeight - eye.focal * 0.5 * (v0 + v1));
+  eye.focal =
+      0.92 * std::min(kStationsWidth / std::max(1e-6, u1 - u0), kStationsHeight / std::max(1e-6, v1 - v0));
+  eye.middle = Vec2(0.5 * kStationsWidth - eye.focal * 0.5 * (u0 + u1),
+                    0.5 * kStationsHeight - eye.focal * 0.5 * (v0 + v1));
   return eye;
 }
 

@@ -64,8 +64,7 @@ ImageU8 capture(const GrayCodeWorld& world, const ViewU8& frame, unsigned index)
     for (int x = 0; x < fine.width(); ++x) {
       const double cx = (x + 0.5) / kSub - 0.5, cy = (y + 0.5) / kSub - 0.5;
       const Vec2 p = world.projector_pixel({cx, cy});
-      const int lx = int(std::floor((p.x() + 0.5) * kFine)),
-                ly = int(std::floor((p.y() + 0.5) * kFine));
+      const int lx = int(std::floor((p.x() + 0.5) * kFine)), ly = int(std::floor((p.y() + 0.5) * kFine));
       const bool inside = lx >= 0 && ly >= 0 && lx < light.width() && ly < light.height();
       const double lit = inside ? double(light.at(lx, ly)) : 0.0;
       fine.at(x, y) =

@@ -65,7 +65,7 @@ struct CameraView {
 };
 
 CameraView view_of(const RigProjector& projector, const Intrinsics& k, const Pose& world_from_projector,
-             const Directions& in_program, WorldUp up, ClipPlanes clip) {
+                   const Directions& in_program, WorldUp up, ClipPlanes clip) {
   const Mat3 to_program = program_from_world(in_program, up);
   const Mat3 axes = to_program * world_from_projector.rotation_matrix();
   const ImageSize size = projector.projector.size();

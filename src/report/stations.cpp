@@ -43,6 +43,7 @@ static void fields(Fields& f, const StationError& error) {
   f.field("angle_deg", error.angle / kDegree);
   f.field("in_sigmas", error.in_sigmas);
   f.field("largest_in_sigmas", error.largest_in_sigmas);
+  f.field("single_rms", error.single_rms);
 }
 
 StationError pose_error(const PoseWithCovariance& world_from_rig, const Pose& true_world_from_rig) {
@@ -123,9 +124,10 @@ std::vector<std::string> lines(const StationsReport& report) {
   for (std::size_t s = 0; s < report.true_pose_errors.size(); ++s) {
     const StationError& error = report.true_pose_errors[s];
     out.push_back(format(
-        "           true error of station %s: %.3g mm, %.3g deg; %.2g sigma (RMS of six), %.2g (largest)",
+        "           true error of station %s: %.3g mm, %.3g deg; %.2g sigma (RMS of six), %.2g (largest); its points alone "
+        "%.2g mm RMS",
         report.registration.stations[s].name.c_str(), 1e3 * error.position, error.angle / kDegree,
-        error.in_sigmas, error.largest_in_sigmas));
+        error.in_sigmas, error.largest_in_sigmas, 1e3 * error.single_rms));
   }
   if (report.true_error)
     out.push_back(format(

@@ -86,7 +86,7 @@ TEST(RigModes, AreTheMotionOfThePointsWithTheRig) {
       ++compared;
     }
   EXPECT_GT(compared, 100);
-  EXPECT_GT(moved, 1e-3);
+  EXPECT_GT(moved, 1e-4);
   EXPECT_LT(largest, 0.05 * moved);
 }
 
@@ -171,7 +171,7 @@ TEST(Stations, NamesTheDirectionsThatAPlaneLeavesOpen) {
   EXPECT_GT(axis.normalized().dot(normal), std::cos(3 * kDegree)) << error.why();
 }
 
-TEST(Stations, NamesTheDirectionsThatACorridorAndABallLeaveOpen) {
+TEST(Stations, NamesTheDirectionsThatACorridorLeavesOpen) {
   std::mt19937 random(10);
   const Rig truth = true_rig();
   const Surfaces corridor = {plane(Vec3(1, 0, 0), 0.4), plane(Vec3(-1, 0, 0), 0.5)};
@@ -180,6 +180,11 @@ TEST(Stations, NamesTheDirectionsThatACorridorAndABallLeaveOpen) {
   EXPECT_EQ(of_corridor.kind(), ErrorKind::kDegenerate) << of_corridor.what();
   EXPECT_EQ(times_in(of_corridor.why(), "position along"), 2) << of_corridor.why();
   EXPECT_EQ(times_in(of_corridor.why(), "rotation about the axis"), 1) << of_corridor.why();
+}
+
+TEST(Stations, NamesTheDirectionsThatABallLeavesOpen) {
+  std::mt19937 random(10);
+  const Rig truth = true_rig();
   const Error of_ball = station_error([&] {
     register_stations(see({ball(Vec3(0.05, 0.02, 1.7), 0.5)}, truth, truth, 2, random).stations,
                       near_search());
@@ -320,8 +325,11 @@ TEST(StationsMonteCarlo, StatesTheErrorsThatManySeedsHave) {
     const ScanError error = compare(merged.cloud, views);
     merged_rms.push_back(error.rms);
     expected.push_back(error.expected_rms);
-    for (std::size_t s = 0; s < 3; ++s)
-      single_rms.push_back(compare(seen.stations[s].scans[0], seen.truth[s].depth.view()).rms);
+    for (std::size_t s = 0; s < 3; ++s) {
+      PointCloud alone = point_cloud(seen.stations[s].scans[0]);
+      for (Vec3& point : alone.points) point = true_station(int(s)) * point;
+      single_rms.push_back(compare(alone, seen.truth).rms);
+    }
     inside += error.inside_3_sigma / kSeeds;
     least_inside = std::min(least_inside, error.inside_3_sigma);
   }

@@ -145,6 +145,16 @@ report::StationsReport merged_stations(const StationFlags& flags, const std::vec
       views.push_back(std::move(view));
     }
   }
+  for (std::size_t s = 0; s < truth.size(); ++s) {
+    PointCloud alone;
+    for (const scan::Scan& scan : stations[s].scans) {
+      const PointCloud more = scan::point_cloud(scan);
+      for (const Vec3& point : more.points)
+        alone.points.push_back(to_world * truth[s].world_from_rig * point);
+      alone.sigma.insert(alone.sigma.end(), more.sigma.begin(), more.sigma.end());
+    }
+    out.true_pose_errors[s].single_rms = scan::compare(alone, views).rms;
+  }
   out.true_error = scan::compare(out.merged.cloud, views);
   return out;
 }

@@ -17,6 +17,8 @@ struct StationError {
   /// Square root of e^T C^-1 e / 6 with the stated covariance: about 1. 0 for a fixed pose.
   double in_sigmas = 0;
   double largest_in_sigmas = 0;  ///< of the six elements of e, each by its own standard deviation
+  double single_rms =
+      0;  ///< of this station's points alone, by its true pose, along the true normals, metres
 };
 
 struct StationsReport {

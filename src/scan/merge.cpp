@@ -225,12 +225,18 @@ std::vector<RowCounts> fuse_scan(const Fusion& fusion, const std::vector<PlacedS
       if (!owner.is_best) best.at(x, y) = 0;
     }
   });
+  ImageF with_plane = scan.depth;
+  for (int y = 0; y < scan.depth.height(); ++y)
+    for (int x = 0; x < scan.depth.width(); ++x)
+      if (!views[i].has_plane(x, y)) with_plane.at(x, y) = 0;
   std::vector<float> cells;
   const int columns = cell_columns(scan.depth.width()), cells_y = cell_rows(scan.depth.height());
   cells.resize(2 * std::size_t(columns) * std::size_t(cells_y), 0.0f);
   parallel_each(cells_y, threads, [&](int row) {
     for (int column = 0; column < columns; ++column) {
-      const Eigen::Vector2i at = pixel_of_cell(scan.depth, column, row);
+      // A pixel with a normal where there is one: along the ray alone, the error of an oblique surface looks small.
+      Eigen::Vector2i at = pixel_of_cell(with_plane, column, row);
+      if (at.x() < 0) at = pixel_of_cell(scan.depth, column, row);
       if (at.x() < 0) continue;
       const double sigma = fusion.common_sigma(i, at.x(), at.y());
       if (sigma < 0) continue;

@@ -179,6 +179,25 @@ void bind_verify(py::module_& m) {
            py::arg("result"), py::arg_v("content", Points2{}, "Points2()"));
 }
 
+void bind_scans(py::module_& m) {
+  Record<report::StationError> station_error(
+      m, "StationError", "A station's pose against the true one (scan-surfaces --truth).");
+  station_error.fields_init()
+      .field("position", &report::StationError::position, "metres, of the rig's origin")
+      .field("angle", &report::StationError::angle, "radians")
+      .field("in_sigmas", &report::StationError::in_sigmas,
+             "Square root of e^T C^-1 e / 6 with the stated covariance: about 1. 0 for a fixed pose.")
+      .field("largest_in_sigmas", &report::StationError::largest_in_sigmas,
+             "of the six elements of e, each by its own standard deviation")
+      .field("single_rms", &report::StationError::single_rms,
+             "of this station's points alone, by its true pose, along the true normals, metres");
+  function(m, "pose_error", &report::pose_error, "The estimated pose against the true one.",
+           py::arg("world_from_rig"), py::arg("true_world_from_rig"));
+  function(m, "scan_picture", &report::scan_picture,
+           "Left the surface shaded by its slopes, right the depths' standard deviation in colours. RGB.",
+           py::arg("scan"));
+}
+
 }  // namespace
 
 void bind_report(py::module_& m) {
@@ -189,6 +208,7 @@ void bind_report(py::module_& m) {
   bind_prediction(m);
   bind_room(m);
   bind_verify(m);
+  bind_scans(m);
 }
 
 }  // namespace procam::python

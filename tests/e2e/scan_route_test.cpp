@@ -80,10 +80,13 @@ class ScanRoute : public ::testing::Test {
         run_tool("simulate-captures", "--seed 11 --level paper -o " + at("room") + " " + flags);
     ASSERT_EQ(made.exit_code, 0) << made.err;
   }
-  void expect_refused(const ToolRun& run, int exit_code, const std::string& why) const {
+  static void expect_error(const ToolRun& run, int exit_code, const std::string& why) {
     EXPECT_EQ(run.exit_code, exit_code) << run.err;
     for (const std::string& part : std::vector<std::string>{"why:", why, "next:"})
       EXPECT_NE(run.err.find(part), std::string::npos) << "no '" << part << "' in: " << run.err;
+  }
+  void expect_refused(const ToolRun& run, int exit_code, const std::string& why) const {
+    expect_error(run, exit_code, why);
     EXPECT_FALSE(fs::exists(folder_ / "out.json"));
   }
 
@@ -243,6 +246,49 @@ TEST_F(ScanRoute, NamesTheRigOfOtherDevices) {
   const ToolRun bumped = scan("", "bumped.json");
   EXPECT_NE((bumped.out + bumped.err).find("the rig has moved since its calibration"), std::string::npos)
       << bumped.err;
+}
+
+/// A rig that was moved: its stations are found by what they see in common, and the poses that the tool writes are poses
+/// that it reads.
+TEST_F(ScanRoute, StationsOfAMovedRigBecomeOneScan) {
+  std::string captures, truth, poses;
+  for (const std::string station : {"0", "1"}) {
+    const std::string folder = at("station_" + station);
+    const ToolRun made = run_tool(
+        "simulate-captures", "--seed 12 --level paper --room alcove --station " + station + " -o " + folder);
+    ASSERT_EQ(made.exit_code, 0) << made.err;
+    captures += " --captures " + folder;
+    truth += " --truth " + folder;
+    poses += " --station-pose " + at("poses_" + std::to_string(std::stoi(station) + 1) + ".json");
+  }
+  const std::string rig = " --rig " + at("station_0/truth.json");
+  const auto scan_all = [&](const std::string& flags) {
+    return run_tool("scan-surfaces", "--json" + captures + rig + " -o " + at("out.json") + flags);
+  };
+  const ToolRun registered = scan_all(truth + " --save-points " + at("points.ply") + " --save-poses " +
+                                      at("poses.json") + " --preview " + at("seen.png"));
+  ASSERT_EQ(registered.exit_code, 0) << registered.err;
+  const auto found = registered.json();
+  // By the true rig; measured: 0.07 mm, 0.003 degrees, 0.75 sigmas, 99.1 %, 0.35 mm, 0.58.
+  EXPECT_LT(found["true_pose_errors"][1]["position"].get<double>(), 1e-3);
+  EXPECT_LT(found["true_pose_errors"][1]["angle_deg"].get<double>(), 0.02);
+  EXPECT_LT(found["true_pose_errors"][1]["largest_in_sigmas"].get<double>(), 5);
+  EXPECT_GT(found["merged"]["true_error"]["inside_3_sigma"].get<double>(), 0.95);
+  EXPECT_LT(found["merged"]["true_error"]["rms"].get<double>(), 1e-3);
+  EXPECT_GT(found["merged"]["fused_share"].get<double>(), 0.3);
+  for (const std::string file : {"out.json", "out_scan.ply", "points.ply", "seen.png"})
+    EXPECT_TRUE(fs::exists(folder_ / file)) << file;
+
+  // The first station is the world, which has no covariance.
+  const ToolRun stated = scan_all(poses);
+  expect_error(stated, 3, "it has no covariance");
+  const ToolRun kept = scan_all(poses + " --pose-sigma 1mm,0.05deg --keep-poses");
+  ASSERT_EQ(kept.exit_code, 0) << kept.err;
+  for (int c = 0; c < 3; ++c)
+    EXPECT_NEAR(kept.json()["stations"][1]["translation"][std::size_t(c)].get<double>(),
+                found["stations"][1]["translation"][std::size_t(c)].get<double>(), 1e-9);
+  expect_error(scan_all(" --station-pose " + at("poses_1.json") + " --pose-sigma 1mm,0.05deg"), 3,
+               "1 files are given for 2 stations");
 }
 
 }  // namespace

@@ -77,7 +77,8 @@ class ScanRoute : public ::testing::Test {
   }
   void simulate(const std::string& flags) const {
     const ToolRun made =
-        run_tool("simulate-captures", "--seed 11 --level paper -o " + at("room") + " " + flags);
+        run_tool("simulate-captures", "--level paper -o " + at("room") + " " + flags +
+                                          (flags.find("--seed") == std::string::npos ? " --seed 11" : ""));
     ASSERT_EQ(made.exit_code, 0) << made.err;
   }
   static void expect_error(const ToolRun& run, int exit_code, const std::string& why) {
@@ -89,6 +90,10 @@ class ScanRoute : public ::testing::Test {
     expect_error(run, exit_code, why);
     EXPECT_FALSE(fs::exists(folder_ / "out.json"));
   }
+
+  /// Scans the room by a rig, and looks at content on the scan from a viewer's place: 95 % of the dots are at most so many
+  /// pixels off.
+  void expect_right_content(const std::string& rig_file, double limit, double& off_95) const;
 
   ScratchFolder folder_;
 };
@@ -144,11 +149,10 @@ TEST_F(ScanRoute, FromARoomToContentOnIt) {
 
 /// Dots on a virtual picture that stands behind the room's surfaces, drawn by render-to-image on the scan, thrown on the true
 /// room and seen by an eye that is neither at the camera nor at the projector.
-TEST_F(ScanRoute, ContentLooksRightFromAViewersPlace) {
-  simulate("--room sphere");
-  const ToolRun scanned = scan("");
+void ScanRoute::expect_right_content(const std::string& rig_file, double limit, double& off_95) const {
+  const ToolRun scanned = scan("", rig_file);
   ASSERT_EQ(scanned.exit_code, 0) << scanned.err;
-  const ToolRun solved = run_tool("solve-surfaces", "--rig " + at("room/truth.json") + " --surfaces " +
+  const ToolRun solved = run_tool("solve-surfaces", "--rig " + at(rig_file) + " --surfaces " +
                                                         at("out.json") + " -o " + at("solved.json"));
   ASSERT_EQ(solved.exit_code, 0) << solved.err;
 
@@ -168,8 +172,8 @@ TEST_F(ScanRoute, ContentLooksRightFromAViewersPlace) {
     }
   io::save_image(folder_ / "dots.png", dots);
   const ToolRun drawn =
-      run_tool("render-to-image", "--rig " + at("room/truth.json") + " --surfaces " + at("solved.json") +
-                                      " -o " + at("frame.png") + " --viewer=-0.35m,-0.2m,0.1m --virtual " +
+      run_tool("render-to-image", "--rig " + at(rig_file) + " --surfaces " + at("solved.json") + " -o " +
+                                      at("frame.png") + " --viewer=-0.35m,-0.2m,0.1m --virtual " +
                                       at("things.json") + " --content picture=" + at("dots.png"));
   ASSERT_EQ(drawn.exit_code, 0) << drawn.err;
 
@@ -200,7 +204,36 @@ TEST_F(ScanRoute, ContentLooksRightFromAViewersPlace) {
   std::sort(off.begin(), off.end());
   std::printf("%zu of %d dots, off by %.3f px (median), %.3f px (95 %%), %.3f px (max)\n", off.size(), whole,
               off[off.size() / 2], off[off.size() * 95 / 100], off.back());
-  EXPECT_LT(off[off.size() * 95 / 100], 1.0);
+  off_95 = off[off.size() * 95 / 100];
+  EXPECT_LT(off_95, limit);
+}
+
+TEST_F(ScanRoute, ContentLooksRightFromAViewersPlace) {
+  simulate("--room sphere");
+  double off_95 = 0;
+  expect_right_content("room/truth.json", 1, off_95);
+}
+
+/// By the rig of its own calibration, whose error moves all dots: 0.59, 1.70, 0.83, 0.85 and 0.65 px. One of the five rigs
+/// misses the pixel that is asked.
+TEST_F(ScanRoute, ContentLooksRightByTheCalibratedRig) {
+  int within_a_pixel = 0;
+  for (const std::string seed : {"1", "2", "3", "4", "5"}) {
+    SCOPED_TRACE("seed " + seed);
+    fs::remove_all(folder_ / "room");
+    fs::remove_all(folder_ / "session");
+    simulate("--room sphere --seed " + seed);
+    const ToolRun made =
+        run_tool("simulate-captures", "--level paper --seed " + seed + " -o " + at("session"));
+    ASSERT_EQ(made.exit_code, 0) << made.err;
+    const ToolRun calibrated =
+        run_tool("calibrate-projector", "--captures " + at("session") + " -o " + at("rig.json"));
+    ASSERT_EQ(calibrated.exit_code, 0) << calibrated.err;
+    double off_95 = 0;
+    expect_right_content("rig.json", 2, off_95);
+    within_a_pixel += off_95 < 1;
+  }
+  EXPECT_GE(within_a_pixel, 4);
 }
 
 /// Each pair of devices has its own depths, picture, and true error.

@@ -131,6 +131,7 @@ PYBIND11_MODULE(_procam, module) {
   bind_render(render);
   py::module_ track = submodule(package, "track", "Poses over time, and from markers.");
   bind_track(track);
+  bind_track_surfaces(track);
   py::module_ simulate =
       submodule(package, "simulate", "Simulated captures, rooms and robots, with their truth.");
   bind_simulate(simulate);

@@ -23,8 +23,10 @@ struct CameraReader::State {
   Look look;
   RejectedCounts rejected;
   std::atomic<bool> ends{false};
-  mutable std::mutex mutex;  ///< of the status
-  Status status;
+  mutable std::mutex mutex;  ///< of the next
+  bool is_connected = true;
+  std::uint64_t failures = 0;
+  std::string why;  ///< of the last failure
   std::thread thread;
 
   void run() {
@@ -42,7 +44,6 @@ struct CameraReader::State {
         rejected.note(frames->rejected());
         if (!frame) continue;
         after = frame->time_s;
-        count_image();
         look(*frame);
       } catch (const std::exception& error) {
         fail(error.what());
@@ -61,16 +62,12 @@ struct CameraReader::State {
 
   void set_connected(bool connected) {
     const std::lock_guard<std::mutex> lock(mutex);
-    status.connected = connected;
+    is_connected = connected;
   }
-  void count_image() {
+  void fail(const std::string& cause) {
     const std::lock_guard<std::mutex> lock(mutex);
-    ++status.images;
-  }
-  void fail(const std::string& why) {
-    const std::lock_guard<std::mutex> lock(mutex);
-    ++status.failures;
-    status.why = why;
+    ++failures;
+    why = cause;
   }
 };
 
@@ -89,9 +86,12 @@ CameraReader::~CameraReader() {
   state_->thread.join();
 }
 
-CameraReader::Status CameraReader::status() const {
+track::SourceStatus CameraReader::status(track::SourceStatus of_queue) const {
   const std::lock_guard<std::mutex> lock(state_->mutex);
-  return state_->status;
+  of_queue.connected = state_->is_connected;
+  of_queue.malformed += state_->failures;
+  if (!state_->why.empty()) of_queue.last_error = state_->why;
+  return of_queue;
 }
 
 std::map<std::string, std::uint64_t> CameraReader::rejected() const {

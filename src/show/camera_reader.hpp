@@ -13,6 +13,7 @@
 
 #include "procam/core/rig/rig.hpp"
 #include "procam/device/frame_source.hpp"
+#include "procam/track/pose_source.hpp"
 
 namespace procam::show {
 
@@ -26,13 +27,8 @@ class CameraReader {
   CameraReader(std::unique_ptr<device::FrameSource> frames, Open reopen, Look look);
   ~CameraReader();
 
-  struct Status {
-    bool connected = true;
-    std::uint64_t images = 0;    ///< looked at
-    std::uint64_t failures = 0;  ///< of them, and of the camera
-    std::string why;             ///< of the last failure
-  };
-  Status status() const;
+  /// Of a source whose poses come from these images: that of its queue, with the failures of the camera and of `look`.
+  track::SourceStatus status(track::SourceStatus of_queue) const;
   /// Messages of its camera that were dropped, by cause.
   std::map<std::string, std::uint64_t> rejected() const;
   /// Of its camera.

@@ -49,12 +49,7 @@ void MarkerSource::poll(std::vector<track::StampedPose>& arrived) {
 }
 
 track::SourceStatus MarkerSource::status() const {
-  track::SourceStatus status = state_->queue.status();
-  const CameraReader::Status reader = state_->reader->status();
-  status.connected = reader.connected;
-  status.malformed += reader.failures;
-  if (!reader.why.empty()) status.last_error = reader.why;
-  return status;
+  return state_->reader->status(state_->queue.status());
 }
 
 std::string MarkerSource::description() const {

@@ -112,12 +112,7 @@ void SurfaceSource::poll(std::vector<track::StampedPose>& arrived) {
 }
 
 track::SourceStatus SurfaceSource::status() const {
-  track::SourceStatus status = state_->queue.status();
-  const CameraReader::Status reader = state_->reader->status();
-  status.connected = reader.connected;
-  status.malformed += reader.failures;
-  if (!reader.why.empty()) status.last_error = reader.why;
-  return status;
+  return state_->reader->status(state_->queue.status());
 }
 
 std::map<std::string, std::uint64_t> SurfaceSource::rejected() const {

@@ -10,6 +10,7 @@
 #include "procam/core/geometry/plane.hpp"
 #include "procam/scan/scan_error.hpp"
 #include "procam/scan/scan_mesh.hpp"
+#include "support/expect_error.hpp"
 
 namespace procam::scan {
 namespace {
@@ -202,34 +203,26 @@ TEST(Scan, SaysThatTheRigHasMoved) {
   EXPECT_GT(scan.consistency_px, 1);
 }
 
-template <typename Call>
-Error error_of(const Call& call) {
-  try {
-    call();
-  } catch (const Error& error) {
-    return error;
-  }
-  ADD_FAILURE() << "no error";
-  return Error(ErrorKind::kIo, "", "", "");
-}
-
 TEST(Scan, RefusesWhatCannotBe) {
   const Rig rig = lopsided_rig();
   const Look look = look_at_wall(rig, 0.05, 4);
   LightMap dark = look.light;
   dark.sigma = ImageF(96, 64, 2);
-  EXPECT_EQ(error_of([&] { measure_depth(dark, rig); }).kind(), ErrorKind::kNotEnoughData);
+  EXPECT_EQ(procam::test::error_of([&] { measure_depth(dark, rig); }).kind(), ErrorKind::kNotEnoughData);
   LightMap other = look.light;
   other.projector_size = {150, 200};
-  EXPECT_EQ(error_of([&] { measure_depth(other, rig); }).kind(), ErrorKind::kInput);
+  EXPECT_EQ(procam::test::error_of([&] { measure_depth(other, rig); }).kind(), ErrorKind::kInput);
   Rig one_place = rig;
   one_place.projectors[0].rig_from_projector.translation = rig.camera().rig_from_camera.translation;
-  EXPECT_EQ(error_of([&] { measure_depth(look.light, one_place); }).kind(), ErrorKind::kDegenerate);
-  EXPECT_EQ(error_of([&] { measure_depth(look.light, rig, "nobody"); }).kind(), ErrorKind::kInput);
+  EXPECT_EQ(procam::test::error_of([&] { measure_depth(look.light, one_place); }).kind(),
+            ErrorKind::kDegenerate);
+  EXPECT_EQ(procam::test::error_of([&] { measure_depth(look.light, rig, "nobody"); }).kind(),
+            ErrorKind::kInput);
   // The projector on the other side: all light would have to come from behind the camera.
   Rig mirrored = rig;
   mirrored.projectors[0].rig_from_projector.translation.x() -= 0.9;
-  EXPECT_EQ(error_of([&] { measure_depth(look.light, mirrored); }).kind(), ErrorKind::kNotEnoughData);
+  EXPECT_EQ(procam::test::error_of([&] { measure_depth(look.light, mirrored); }).kind(),
+            ErrorKind::kNotEnoughData);
   LightMap broken = look.light;
   broken.pixel.at(40, 30, 0) = std::nanf("");
   EXPECT_FALSE(measure_depth(broken, rig).measured(40, 30));
@@ -371,7 +364,7 @@ TEST(ScanMesh, RefusesAScanWithoutASurface) {
   for (int y = 0; y < 64; ++y)
     for (int x = 0; x < 96; ++x)
       if (x % 12 != 0 || y % 12 != 0) scan.depth.at(x, y) = 0;
-  EXPECT_EQ(error_of([&] { mesh_of(scan); }).kind(), ErrorKind::kNotEnoughData);
+  EXPECT_EQ(procam::test::error_of([&] { mesh_of(scan); }).kind(), ErrorKind::kNotEnoughData);
 }
 
 TEST(PointCloud, HasTheWallsNormalAndStandardDeviation) {

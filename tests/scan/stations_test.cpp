@@ -7,21 +7,11 @@
 
 #include "procam/core/base/stats.hpp"
 #include "procam/scan/merge.hpp"
+#include "support/expect_error.hpp"
 #include "true_room.hpp"
 
 namespace procam::scan::test {
 namespace {
-
-template <typename Call>
-Error station_error(const Call& call) {
-  try {
-    call();
-  } catch (const Error& error) {
-    return error;
-  }
-  ADD_FAILURE() << "no error";
-  return Error(ErrorKind::kIo, "", "", "");
-}
 
 int times_in(const std::string& text, const std::string& part) {
   int count = 0;
@@ -161,7 +151,7 @@ TEST(Stations, NamesTheDirectionsThatAPlaneLeavesOpen) {
   const Rig truth = true_rig(), rig = calibrated_rig(truth, random);
   const Vec3 normal = (true_station(0).inverse().rotate(Vec3(0.1, 0.03, 1))).normalized();
   const SeenStations seen = see({plane(Vec3(0.1, 0.03, 1), 2.0)}, truth, rig, 2, random);
-  const Error error = station_error([&] { register_stations(seen.stations, near_search()); });
+  const Error error = procam::test::error_of([&] { register_stations(seen.stations, near_search()); });
   EXPECT_EQ(error.kind(), ErrorKind::kDegenerate) << error.what();
   EXPECT_EQ(times_in(error.why(), "position along"), 2) << error.why();
   EXPECT_EQ(times_in(error.why(), "rotation about the axis"), 1) << error.why();
@@ -175,7 +165,7 @@ TEST(Stations, NamesTheDirectionsThatACorridorLeavesOpen) {
   std::mt19937 random(10);
   const Rig truth = true_rig();
   const Surfaces corridor = {plane(Vec3(1, 0, 0), 0.4), plane(Vec3(-1, 0, 0), 0.5)};
-  const Error of_corridor = station_error(
+  const Error of_corridor = procam::test::error_of(
       [&] { register_stations(see(corridor, truth, truth, 2, random).stations, near_search()); });
   EXPECT_EQ(of_corridor.kind(), ErrorKind::kDegenerate) << of_corridor.what();
   EXPECT_EQ(times_in(of_corridor.why(), "position along"), 2) << of_corridor.why();
@@ -185,7 +175,7 @@ TEST(Stations, NamesTheDirectionsThatACorridorLeavesOpen) {
 TEST(Stations, NamesTheDirectionsThatABallLeavesOpen) {
   std::mt19937 random(10);
   const Rig truth = true_rig();
-  const Error of_ball = station_error([&] {
+  const Error of_ball = procam::test::error_of([&] {
     register_stations(see({ball(Vec3(0.05, 0.02, 1.7), 0.5)}, truth, truth, 2, random).stations,
                       near_search());
   });
@@ -220,7 +210,8 @@ TEST(Stations, RefusesTooLittleOverlap) {
       if (x > 110) seen.stations[0].scans[0].depth.at(x, y) = 0;
       if (x < 230) seen.stations[1].scans[0].depth.at(x, y) = 0;
     }
-  const ErrorKind kind = station_error([&] { register_stations(seen.stations, near_search()); }).kind();
+  const ErrorKind kind =
+      procam::test::error_of([&] { register_stations(seen.stations, near_search()); }).kind();
   EXPECT_TRUE(kind == ErrorKind::kNotEnoughData || kind == ErrorKind::kDegenerate);
 }
 

@@ -283,6 +283,9 @@ void turn_left_to_right(ImageF& image) {
 SessionPlan open(const fs::path& folder, const OpenOptions& options) {
   const io::SessionInfo& stated = options.stated;
   const ShownFlags& shown = options.shown;
+  if (!fs::is_directory(folder))
+    throw Error(ErrorKind::kInput, folder.string(), "there is no such folder",
+                "check the name; capture-session and simulate-captures write one");
   const io::SessionInfo stored = io::load_session(folder).value_or(io::SessionInfo{});
   const auto ask = [&](const std::string& what, const std::string& flag) {
     return Error(ErrorKind::kInput, folder.string(), "neither a flag nor session.json states the " + what,

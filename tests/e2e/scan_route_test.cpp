@@ -261,6 +261,9 @@ TEST_F(ScanRoute, SeveralDevicesGiveAFileForEachScan) {
 TEST_F(ScanRoute, RefusesWhatIsNoScan) {
   simulate("--views 1 --pattern charuco");
   expect_refused(scan(""), 3, "it lights points alone");
+  expect_refused(run_tool("scan-surfaces", "--captures " + at("nowhere") + " --rig " + at("room/truth.json") +
+                                               " -o " + at("out.json")),
+                 3, "there is no such folder");
   expect_refused(scan("--view nowhere"), 3, "it has no view 'nowhere'");
   expect_refused(scan("", "room/session.json"), 3, "");
 }

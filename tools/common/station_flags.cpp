@@ -49,11 +49,11 @@ PoseWithCovariance pose_of_rig(const std::string& file, const Rig& rig, std::str
 }  // namespace
 
 void declare_stations(CLI::App& app, StationFlags& flags) {
-  app.add_option(
-         "--station-pose", flags.poses,
-         "Of several --captures: pose.json of the rig, or of a device of it, in the world, one for each in their order, "
-         "as locate-projector writes it. Without it the stations are registered by the surfaces that they see in common")
-      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+  CLI::Option* poses = app.add_option(
+      "--station-pose", flags.poses,
+      "Of several --captures: pose.json of the rig, or of a device of it, in the world, one for each in their order, "
+      "as locate-projector writes it. Without it the stations are registered by the surfaces that they see in common");
+  poses->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
   add_parsed(
       app, "--pose-sigma",
       [&](const std::string& text) {
@@ -64,7 +64,8 @@ void declare_stations(CLI::App& app, StationFlags& flags) {
       },
       "Standard deviations of --station-pose files without a covariance, e.g. 10mm,0.5deg");
   app.add_flag("--keep-poses", flags.keep_poses,
-               "Keep --station-pose as it is: the common surfaces are only compared");
+               "Keep --station-pose as it is: the common surfaces are only compared")
+      ->needs(poses);
   add_parsed(
       app, "--max-move",
       [&](const std::string& text) { flags.registration.max_move = io::parse_length(text); },
@@ -76,10 +77,6 @@ void declare_stations(CLI::App& app, StationFlags& flags) {
   app.add_option(
       "--save-poses", flags.save_poses,
       "Of several --captures: also write the pose of each station, for poses.json as poses_1.json, poses_2.json ...");
-  app.callback([&flags] {
-    if (flags.keep_poses && flags.poses.empty())
-      throw CLI::RequiredError("--keep-poses needs --station-pose");
-  });
 }
 
 std::vector<PoseWithCovariance> known_poses(const StationFlags& flags, const Rig& rig, std::size_t stations) {
